@@ -150,7 +150,7 @@ assert!(compared.differences[0].is_real());
 // the front page names all modules, also those that were left out
 #![cfg_attr(not(feature = "report"), allow(rustdoc::broken_intra_doc_links))]
 
-#[cfg(feature = "fit")]
+#[cfg(any())]
 pub mod compare;
 #[cfg(feature = "io")]
 pub mod design;
@@ -164,8 +164,6 @@ pub mod fit;
 pub mod guide;
 #[cfg(feature = "io")]
 pub mod io;
-#[cfg(feature = "fit")]
-pub mod likelihood;
 #[cfg(feature = "fit")]
 pub mod measurement;
 pub mod numerics;

@@ -4,7 +4,7 @@ use std::path::PathBuf;
 
 use caromfit::fit::with_impacts;
 use caromfit::io;
-use caromfit::likelihood::Plan;
+use caromfit::problem::predict;
 use caromfit::measurement::dataset::{self, Dataset};
 use caromfit::measurement::parameter::Parameter;
 use caromfit::physics::ball::Ball;
@@ -92,8 +92,7 @@ fn of_dataset(path: &std::path::Path) -> Result<(Dataset, Vec<Shot>, usize), Fai
     let coefficients = Coefficients { mu, mu_s, e };
     let model = dataset.model(Fidelity::Full);
     let shot = |shot: &dataset::Shot| {
-        let cue = Plan::new(shot).ok()?.cue(&model, &coefficients).ok()?;
-        Some(Shot { cue, coefficients })
+        Some(Shot { cue: predict(shot, &model, &coefficients).ok()?.cue, coefficients })
     };
     let shots: Vec<Shot> = dataset.shots.iter().filter_map(shot).collect();
     if shots.is_empty() {

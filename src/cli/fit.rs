@@ -53,9 +53,6 @@ pub struct Args {
     /// How outlying shots count, in the place of what the data set says
     #[arg(long, value_parser = super::loss())]
     loss: Option<Loss>,
-    /// Fit from so many starts and say whether they agree
-    #[arg(long, default_value_t = 1, value_name = "N", value_parser = starts)]
-    starts: usize,
     /// Draw so many samples of shots anew and fit them, for intervals that trust neither model nor noise
     #[arg(long, default_value_t = 0, value_name = "N")]
     bootstrap: usize,
@@ -87,12 +84,6 @@ struct Shown {
     /// Print the fits as a JSON array, and nothing else, on standard output
     #[arg(long)]
     json: bool,
-}
-
-/// A number of starts.
-fn starts(text: &str) -> Result<usize, String> {
-    let count: usize = text.parse().map_err(|_| format!("\"{text}\" is no whole number"))?;
-    if count == 0 { Err("expected at least 1".to_owned()) } else { Ok(count) }
 }
 
 /// `fit`, or B,C.
@@ -242,7 +233,6 @@ fn options(args: &Args) -> Options {
         tolerance: args.tolerance,
         loss: args.loss,
         explain: args.explain,
-        starts: args.starts,
         bootstrap: args.bootstrap,
         seed: args.seed,
         ..Options::default()

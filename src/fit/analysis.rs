@@ -5,7 +5,6 @@ use std::time::Instant;
 use super::calibration::calibrated_discs as corrected_discs;
 use super::film::{FittedFilm, stated_scale_sd};
 use super::footage::{to_be_fitted, with_discs_calibrated};
-use super::model_choice::fitted_with;
 use super::of_film::Fitted;
 use super::{Fit, FitError, FoundCamera, Options, Rejected, check, fit_rows};
 use crate::extraction::disc::DiscImpact;
@@ -13,7 +12,9 @@ use crate::film::discs::Calibrated;
 use crate::measurement::dataset::{Dataset, Measured};
 use crate::measurement::parameter::{Compliance, Parameter, Setting, Settings};
 use crate::measurement::track::TrackShot;
+use crate::measurement::values::Values;
 use crate::physics::collision::{FidelityChoice, Model};
+use crate::physics::friction_law::Law;
 use crate::problem::{FilmError, Id, Impact, Modelling, Policy, fit_film};
 
 /// Corrects footage of discs for its camera and extracts their impacts ([`super::footage::with_discs`]). Any other data set is returned as it is.
@@ -60,7 +61,6 @@ pub fn analyse_watched(dataset: &Dataset, options: &Options, done: &(dyn Fn() + 
     for fit in fits.iter_mut().flatten() {
         if let Some(found) = &camera {
             fit.set_camera(found);
-            super::causes::of_film(fit);
         }
     }
     Analysis { dataset, fits }
@@ -129,7 +129,7 @@ fn take_impacts(dataset: &mut Dataset, film: &FittedFilm, impacts: &[Impact]) {
 /// Fits all frames of a film, or those of each label.
 fn of_film(mut dataset: Dataset, options: &Options, done: &(dyn Fn() + Sync)) -> Analysis {
     let (model, settings) = match fitted_with(&dataset, options) {
-        Ok((model, settings, _)) => (model, settings),
+        Ok(found) => found,
         Err(error) => return Analysis { dataset, fits: Err(error) },
     };
     let mut fits = Vec::new();
@@ -197,6 +197,30 @@ fn labelled(dataset: &Dataset) -> Vec<Labelled> {
         }
     }
     groups
+}
+
+/// Returns the model and the settings that the shots of a data set are fitted with.
+///
+/// # Errors
+/// A contact that is stated to give way, at a fidelity that takes it as rigid.
+fn fitted_with(dataset: &Dataset, options: &Options) -> Result<(Model, Settings), FitError> {
+    let mut model = dataset.model(options.fidelity.first());
+    model.tolerance = options.tolerance;
+    model.effects = options.effects.unwrap_or(model.effects);
+    let settings = options.falling.applied(dataset.settings_of_balls());
+    let initial = Values::usual(&settings);
+    if settings.falls {
+        model.law = Law::Exponential { b: initial.b, c: initial.c };
+    }
+    if settings.compliance == Compliance::Stated {
+        if let FidelityChoice::Of(fidelity) = options.fidelity
+            && !fidelity.effects().compliance
+        {
+            return Err(FitError::Rigid { dataset: dataset.name.clone(), fidelity: fidelity.name() });
+        }
+        model.kappa = initial.kappa;
+    }
+    Ok((model, settings))
 }
 
 /// States that the contact gives way, with the κ of its setting.

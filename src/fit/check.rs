@@ -1,12 +1,12 @@
 //! What is suspicious about a data set, without fitting it. Plain errors were reported when it was loaded.
 
-use crate::likelihood::prediction::Plan;
 use crate::measurement::dataset::{Before, Dataset, Measured, Shot};
 use crate::measurement::number::{count_of, plain, with_error};
 use crate::measurement::observable::{Axis, Observable};
 use crate::measurement::parameter::Parameter;
 use crate::measurement::spin::Spin;
 use crate::physics::collision::{Coefficients, Fidelity};
+use crate::problem::predict;
 
 /// Fewer shots than this leave the noise to luck.
 pub(super) const FEW_SHOTS: usize = 5;
@@ -290,17 +290,23 @@ fn told(dataset: &Dataset, say: &mut impl FnMut(String)) {
     let coefficients = Coefficients { mu: initial[0], mu_s: initial[1], e: initial[2] };
     let model = dataset.model(Fidelity::Full);
     let discs = dataset.tracks.as_ref().is_some_and(|tracks| tracks.discs.is_some());
+    /// Part of a usual value at which something else is predicted if it depends on it.
+    const OTHER: f64 = 0.9;
     let mut depends = [false; 3];
     // what sticks with a usual friction still bounds it from below
     let mut bounds_mu = false;
     for shot in &dataset.shots {
-        let Ok(plan) = Plan::new(shot) else { continue };
-        let Ok(prediction) = plan.predict(&model, &coefficients) else { continue };
-        let by = prediction.by_parameters.rows(0, plan.rows().len());
-        for (i, depends) in depends.iter_mut().enumerate() {
-            *depends |= by.column(i).iter().any(|d| *d != 0.0);
+        bounds_mu |= shot.after.iter().any(|after| after.observable == Observable::ImpulseRatio);
+        let Ok(usual) = predict(shot, &model, &coefficients) else { continue };
+        let Coefficients { mu, mu_s, e } = coefficients;
+        let others = [
+            Coefficients { mu: OTHER * mu, ..coefficients },
+            Coefficients { mu_s: OTHER * mu_s, ..coefficients },
+            Coefficients { e: OTHER * e, ..coefficients },
+        ];
+        for (depends, other) in depends.iter_mut().zip(others) {
+            *depends |= predict(shot, &model, &other).is_ok_and(|there| there.values != usual.values);
         }
-        bounds_mu |= plan.rows().iter().any(|row| row.observable == Observable::ImpulseRatio);
     }
     for parameter in Parameter::COEFFICIENTS {
         if depends[parameter as usize] || dataset.settings[parameter].fixed || dataset.shots.is_empty() {

@@ -3,7 +3,6 @@
 use super::Rejected;
 use crate::measurement::dataset::ON_REQUEST;
 use crate::measurement::number::count_of;
-use crate::numerics::least_squares::OptimiseError;
 
 /// Why a data set cannot be fitted. A search that does not converge is not an error: [`Fit::converged`](super::Fit::converged) states it.
 #[derive(Debug, thiserror::Error)]
@@ -46,9 +45,6 @@ pub enum FitError {
         /// Place (`file:line`) and name of a shot that has none.
         without: Box<(String, String)>,
     },
-    /// A covariance of observations is not positive definite.
-    #[error("the observations cannot be weighted: a covariance is not positive definite")]
-    NoWeights,
     /// The data set is wrong, as [`Dataset::faults`](crate::measurement::dataset::Dataset::faults) states it.
     #[error("{dataset}: {}", .faults.join("\n"))]
     Invalid {
@@ -60,15 +56,6 @@ pub enum FitError {
     /// A choice of the fit is wrong, as [`Options::faults`](super::Options::faults) states it.
     #[error("options of the fit: {}", .0.join("\n"))]
     Options(Vec<String>),
-    /// The impacts of the data set, whose name is given, have not been extracted from its tracks yet.
-    #[error(
-        "{0}: its impacts have not been extracted from the tracks; caromfit::analyse and caromfit::fit::fit do this, \
-         caromfit::fit::fit_watched takes what caromfit::fit::Prepared::new returns"
-    )]
-    NotExtracted(String),
-    /// A joint fit was asked for of a data set, whose name is given, that has not the frames of every shot.
-    #[error("{0}: a joint fit needs the frames of every shot, as data sets of kind \"tracks\" have them")]
-    NotFilmed(String),
     /// κ is stated, but the fidelity has a contact that is rigid along its surface.
     #[error(
         "{dataset}: kappa stands in [fit], but with the fidelity {fidelity} a contact is rigid along its surface; expected the fidelity \
@@ -82,19 +69,16 @@ pub enum FitError {
     },
     /// No search can begin, since no collision can be computed that is like those of the data set, whose name is given.
     #[error(
-        "{0}: no collision is like these shots, so that no search can begin ({1}). Check that the object ball lies still before the \
+        "{0}: no collision is like these shots, so that no search can begin. Check that the object ball lies still before the \
          impact and the camera does not move, the radius, capture_fps and which track is which ball"
     )]
-    NoStart(String, #[source] OptimiseError),
+    NoStart(String),
     /// The frames of a film cannot be fitted.
     #[error(
         "{0}: {1}. Check that the object ball lies still before the impact and the camera does not move, the radius, capture_fps \
              and which track is which ball"
     )]
     Film(String, #[source] crate::problem::FilmError),
-    /// The least-squares solver was used wrongly.
-    #[error(transparent)]
-    Optimise(#[from] OptimiseError),
 }
 
 impl FitError {
@@ -107,8 +91,6 @@ impl FitError {
                 | Self::MixedNoise { .. }
                 | Self::Invalid { .. }
                 | Self::Options(_)
-                | Self::NotExtracted(_)
-                | Self::NotFilmed(_)
                 | Self::Rigid { .. }
         )
     }

@@ -4,7 +4,6 @@ use nalgebra::DMatrix;
 
 use super::Fit;
 use crate::measurement::parameter::{Parameter, Setting};
-use crate::numerics::least_squares::Activity;
 use crate::physics::name::{by_name, worded};
 
 impl Fit {
@@ -183,16 +182,6 @@ worded! {
     }
     /// The name in fit.json.
     pub fn name;
-}
-
-impl From<Activity> for Status {
-    fn from(activity: Activity) -> Self {
-        match activity {
-            Activity::Free => Self::Free,
-            Activity::AtLower => Self::AtLowerBound,
-            Activity::AtUpper => Self::AtUpperBound,
-        }
-    }
 }
 
 by_name!(Status, "status", ALL, name);

@@ -23,7 +23,7 @@ const MOST: f64 = 0.75;
 pub(super) fn sentences(fit: &Fit, film: &FittedFilm) -> (Vec<String>, Vec<String>) {
     let (mut warnings, mut notes) = (Vec::new(), Vec::new());
     for finding in &fit.findings {
-        let Some(sentence) = sentence(finding, film, fit.stated_scale_sd) else { continue };
+        let Some(sentence) = sentence(finding, Some(film), fit.stated_scale_sd) else { continue };
         if finding.severity() == Severity::Note { notes.push(sentence) } else { warnings.push(sentence) }
     }
     notes.extend(cloth(&film.solution));
@@ -34,18 +34,21 @@ pub(super) fn sentences(fit: &Fit, film: &FittedFilm) -> (Vec<String>, Vec<Strin
 
 /// Returns what was found of a film that is not fitted to a law, in sentences.
 pub(super) fn of_findings(film: &FittedFilm, scale_sd: f64) -> Vec<String> {
-    film.solution.findings.iter().filter_map(|finding| sentence(finding, film, scale_sd)).collect()
+    film.solution.findings.iter().filter_map(|finding| sentence(finding, Some(film), scale_sd)).collect()
 }
 
-/// Returns a finding as a sentence; `None` for one that stands elsewhere.
-pub(super) fn sentence(finding: &Finding, film: &FittedFilm, scale_sd: f64) -> Option<String> {
+/// Returns a finding as a sentence, of a table if there is no film; `None` for one that stands elsewhere.
+pub(super) fn sentence(finding: &Finding, film: Option<&FittedFilm>, scale_sd: f64) -> Option<String> {
+    let radius = film.map_or(f64::NAN, FittedFilm::radius);
     Some(match finding {
+        // rejected shots and goodness of fit say it
+        Finding::Misfit { .. } | Finding::LostShots { .. } if film.is_none() => return None,
         Finding::OtherUnit { factor, stated: false } => format!(
             "The scale is that of the balls, which touch at a distance of 2R: about {:.4} units of the film are 1 m.",
             factor.recip()
         ),
         Finding::OtherUnit { factor, stated: true } => {
-            format!("{}.", capital(&check::scale(factor.recip(), film.radius(), scale_sd).text))
+            format!("{}.", capital(&check::scale(factor.recip(), radius, scale_sd).text))
         }
         Finding::Drops { shots, drops } => format!(
             "The camera dropped frames that the frame numbers do not show ({drops} times, in {}): balls go several steps at once \
@@ -80,10 +83,10 @@ pub(super) fn sentence(finding: &Finding, film: &FittedFilm, scale_sd: f64) -> O
              lower with them."
         ),
         Finding::Conflict { id, stated, estimate, sd, size } => {
-            conflict(*id, [*stated, *estimate, *sd, *size], (film.radius(), scale_sd))
+            conflict(*id, [*stated, *estimate, *sd, *size], (radius, scale_sd))
         }
         Finding::Cause { id, estimate, sd, fall } => cause(*id, [*estimate, *sd, *fall]),
-        Finding::Spins { fall, .. } => spins(film, *fall),
+        Finding::Spins { fall, .. } => spins(film?, *fall),
         Finding::Misfit { ratio, refutes } => {
             let so_that = if *refutes {
                 "no collision of such balls describes these shots, and the estimates mean nothing"
@@ -125,7 +128,7 @@ fn conflict(id: Id, [stated, estimate, sd, size]: [f64; 4], (radius, scale_sd): 
              capture_fps, which is what the camera recorded at, not what it is played at."
         ),
         Id::MassRatio => format!(
-            "The frames show a cue ball {} % {} than the object ball, where {} is stated or usual: weigh both; mass_kg under [ball] \
+            "The shots show a cue ball {} % {} than the object ball, where {} is stated or usual: weigh both; mass_kg under [ball] \
              and [object] takes it.",
             with_error(100.0 * (estimate - 1.0).abs(), 100.0 * sd),
             if estimate > 1.0 { "heavier" } else { "lighter" },
@@ -170,6 +173,7 @@ fn conflict(id: Id, [stated, estimate, sd, size]: [f64; 4], (radius, scale_sd): 
 fn cause(id: Id, [estimate, sd, fall]: [f64; 3]) -> String {
     let found = with_error(estimate, sd);
     match id {
+        Id::MassRatio => conflict(id, [1.0, estimate, sd, fall.sqrt()], (f64::NAN, f64::NAN)),
         Id::FallB => format!(
             "Friction between the balls that falls with their slip, by {found} from slow to fast, explains residuals (−2 log L lower \
              by {fall:.0}), and is in the estimates: μ is then its limit for fast slips. friction = \"exponential\" under [fit] takes \
@@ -290,8 +294,6 @@ pub(super) fn explanations(solution: &Solution) -> Vec<Explanation> {
             std_error,
             delta_2logl: -fall,
             adopted: true,
-            with_it: Vec::new(),
-            reduced_chi2: None,
             sentence: String::new(),
         })
     };

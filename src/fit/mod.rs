@@ -1,61 +1,34 @@
 //! Data set + settings → [`Fit`]: estimates, uncertainties, residuals, and what to think of them.
 
 pub(crate) mod analysis;
-mod assemble;
 mod calibration;
 mod camera;
 pub mod causes;
 pub mod check;
+mod common;
 mod counted;
 pub(crate) mod diagnostics;
 mod disc_curve;
-pub(crate) mod discs;
-mod doubts;
-pub(crate) mod effort;
 mod error;
 mod estimate;
-mod estimates;
-pub(crate) mod fidelity_choice;
 pub(crate) mod film;
 mod film_words;
 pub mod footage;
 mod footage_doubts;
-pub(crate) mod global;
 pub(crate) mod intervals;
-pub(crate) mod minimum;
-pub(crate) mod model_choice;
-pub(crate) mod noise;
-mod nonsmooth;
 mod of_film;
+mod of_rows;
 mod options;
-pub(crate) mod outlying;
-pub(crate) mod outlying_rows;
-mod request;
 mod result;
-pub(crate) mod robust;
-pub(crate) mod rows;
-pub(crate) mod run;
-pub(crate) mod samples;
-pub(crate) mod saturation;
-mod scan;
-mod scatter;
-mod scatter_starts;
-pub(crate) mod search;
-pub(crate) mod settled;
-mod shot_loss;
-mod side_spin;
-pub(crate) mod slice;
-mod starts;
-pub(crate) mod uncertainty;
+mod table_words;
 mod verdict;
 pub(crate) mod warnings;
 
 pub use analysis::{Analysis, analyse, analyse_watched, calibrated_discs, discs_with_camera, with_impacts};
 pub use camera::{FoundCamera, FoundCorrection};
 pub use counted::Counted;
-pub use diagnostics::goodness::{Goodness, NoiseVerdict, Normality};
+pub use diagnostics::goodness::{Goodness, Influence, NoiseVerdict, Normality};
 pub use diagnostics::identifiability::{Combination, Identifiability};
-pub use diagnostics::influence::Influence;
 pub use diagnostics::other_models::{Alternative, LikelihoodRatio};
 pub(crate) use diagnostics::refuted::mean as mean_of_shots;
 pub use diagnostics::refuted::{MeasuredRestitution, Refuted};
@@ -65,14 +38,11 @@ pub use error::FitError;
 pub use estimate::{Estimate, Intervals, Status};
 pub use film::{FittedFilm, OfShot, OwnEstimate};
 pub use intervals::bootstrap::{Bootstrap, Resampled};
-pub use intervals::confidence_region::{Contour, LEVELS, Level};
-pub use intervals::profile::Profile;
+pub use intervals::regions::{Contour, LEVELS, Level, Profile};
 pub use options::{Depth, Falling, Method, Options};
-pub use result::{Bound, Computed, Diagnostics, Fit, JointFit, Noise, Rejected, Residual};
-pub use robust::{DOWN_WEIGHTED, Robust};
-pub use saturation::Plateau;
-pub use scatter::Scatter;
-pub use starts::{FoundMinimum, Starts};
+pub use result::{
+    Bound, Computed, DOWN_WEIGHTED, Diagnostics, Fit, JointFit, Noise, Plateau, Rejected, Residual, Robust, Scatter,
+};
 pub use verdict::{Grade, Verdict};
 
 use crate::measurement::dataset::{Dataset, Shot};
@@ -95,16 +65,12 @@ pub(crate) fn fit_rows(
     options: &Options,
     done: &(dyn Fn() + Sync),
 ) -> Result<Vec<Fit>, FitError> {
-    if dataset.awaits_extraction() {
-        return Err(FitError::NotExtracted(dataset.name.clone()));
-    }
-    check(dataset, options)?;
     let fit = |(label, places): (Option<String>, Vec<usize>)| {
         let shots: Vec<&Shot> = places.iter().map(|i| &dataset.shots[*i]).collect();
         let group = dataset.by.clone().zip(label);
         let group = group.as_ref();
         let shots = shots.as_slice();
-        run::fit_shots(&request::Request { dataset, shots, group, options, done })
+        of_rows::fit(of_rows::Request { dataset, shots, group, options, done })
     };
     dataset.labelled().into_iter().map(fit).collect()
 }

@@ -1,18 +1,17 @@
 //! The fit of a film as a [`Fit`].
 
-use nalgebra::{DMatrix, Vector4};
-use statrs::distribution::{ChiSquared, ContinuousCDF, FisherSnedecor};
+use nalgebra::Vector4;
+use statrs::distribution::{ChiSquared, ContinuousCDF};
 
 use super::camera::FoundCamera;
+use super::common::{Common, id_of};
 use super::diagnostics::goodness::{IMPROBABLE, normality_of};
-use super::diagnostics::identifiability;
 use super::diagnostics::trends::ranked;
 use super::film::{FittedFilm, stated_scale_sd};
-use super::intervals::bootstrap;
-use super::intervals::confidence_region::ellipses;
+use super::intervals::regions::contours;
 use super::{
-    Bound, Computed, Depth, Diagnostics, Estimate, Fit, Goodness, Influence, Intervals, JointFit, Method,
-    Noise, NoiseVerdict, Options, Rejected, Residual, Robust, Status, Variable, check, film_words, warnings,
+    Bound, Computed, Depth, Diagnostics, Estimate, Fit, Goodness, Intervals, JointFit, Noise, NoiseVerdict,
+    Options, Residual, Status, Variable, check, film_words, warnings,
 };
 use crate::measurement::dataset::{Dataset, Measured, Shot};
 use crate::measurement::observable::{Axis, Observable};
@@ -20,28 +19,10 @@ use crate::measurement::parameter::{Parameter, Settings};
 use crate::measurement::spin::Spin;
 use crate::measurement::track::TrackShot;
 use crate::physics::collision::Model;
-use crate::problem::{Finding, Id, Impact, Motion, Offsets, Solution};
+use crate::problem::{Id, Impact, Motion, Offsets, Solution};
 
 /// Normal quantile of 95 % intervals.
 const WIDE: f64 = 1.96;
-
-/// Shots that are listed by their influence whether they are influential or not, and at most.
-const LISTED: [usize; 2] = [5, 20];
-
-/// Returns the unknown that a parameter is.
-pub(super) fn id_of(parameter: Parameter) -> Id {
-    match parameter {
-        Parameter::Mu => Id::Mu,
-        Parameter::MuS => Id::MuS,
-        Parameter::E => Id::E,
-        Parameter::B => Id::FallB,
-        Parameter::C => Id::FallC,
-        Parameter::Kappa => Id::Kappa,
-        Parameter::MassRatio => Id::MassRatio,
-        Parameter::RadiusRatio => Id::RadiusRatio,
-        Parameter::ESlope => Id::ESlope,
-    }
-}
 
 /// What was fitted.
 pub(super) struct Fitted<'a> {
@@ -60,71 +41,39 @@ impl Fitted<'_> {
         &self.film.solution
     }
 
+    fn common(&self) -> Common<'_> {
+        let Self { dataset, options, settings, group, done, .. } = self;
+        Common { dataset, group: group.as_ref(), options, settings, solution: self.solution(), done: *done }
+    }
+
     /// Returns the fit with everything that is said of it.
     pub fn fit(self, seconds: f64) -> Fit {
-        let Self { dataset, options, .. } = self;
         let solution = self.solution();
-        let parameters = self.parameters();
+        let parameters = self.common().parameters();
         let estimates: Vec<Estimate> = parameters.iter().map(|p| self.estimate(*p)).collect();
         let residuals = self.residuals();
         let (chi2_of_data, observations) = solution.chi2_of_data();
-        let priors = solution.prior_chi2();
         let unknowns = solution.own_count();
         let dof = (observations - unknowns as f64 - solution.data_count()).max(0.0);
         let measured = |id: Id| self.film.shared(id).map(|(value, sd)| Measured::new(value, sd));
         let mut fit = Fit {
-            dataset: dataset.name.clone(),
-            group: self.group.clone(),
-            path: dataset.path.clone(),
-            cloth: dataset.cloth.clone(),
-            source: dataset.source.clone(),
-            ball: dataset.ball,
-            object: dataset.object,
-            discs: None,
             sliding: measured(Id::MuK),
             rolling: measured(Id::MuR),
-            fidelity: options.fidelity.name(),
-            method: Method::Joint,
             footage: true,
             effects: self.model.effects.and(self.model.fidelity.effects()).list().to_vec(),
-            correlation: self.correlation(&estimates),
-            estimates,
-            chi2: chi2_of_data + priors,
-            prior_chi2: priors,
+            chi2: chi2_of_data + solution.prior_chi2(),
             dof: dof as usize,
             noise: noise_of(&residuals),
-            shots_used: solution.names[0].len(),
-            shots_rejected: self.rejected(),
-            shots_doubtful: Vec::new(),
-            disc_shots: Vec::new(),
-            scatter: None,
-            friction_curve: None,
             camera: Some(FoundCamera::of_film(solution)),
-            refuted: None,
-            explanations: film_words::explanations(solution),
+            diagnostics: self.diagnostics(&estimates, (observations, unknowns), dof),
             residuals,
             frames: Some(self.film.clone()),
-            termination: if solution.converged { "χ² has settled" } else { "too many steps" }.to_owned(),
-            converged: solution.converged,
-            iterations: solution.evaluations,
             seconds,
-            diagnostics: self.diagnostics(observations, unknowns, dof),
-            findings: solution.findings.clone(),
-            stated_scale_sd: stated_scale_sd(dataset),
-            unknowns: solution.estimates(),
-            budget: Id::WANTED.into_iter().filter_map(|id| solution.budget(id)).collect(),
-            warnings: Vec::new(),
-            notes: Vec::new(),
+            stated_scale_sd: stated_scale_sd(self.dataset),
+            ..self.common().bare(estimates)
         };
         self.comment(&mut fit);
         fit
-    }
-
-    /// Returns the parameters that the fit has, in their order.
-    fn parameters(&self) -> Vec<Parameter> {
-        let solution = self.solution();
-        let extra = |p: &Parameter| solution.value(id_of(*p)) != 0.0 && !p.is_of_balls();
-        Parameter::ALL.into_iter().filter(|p| self.settings.has(*p) || extra(p)).collect()
     }
 
     fn estimate(&self, parameter: Parameter) -> Estimate {
@@ -166,30 +115,6 @@ impl Fitted<'_> {
         }
     }
 
-    fn correlation(&self, estimates: &[Estimate]) -> DMatrix<f64> {
-        let ids: Vec<Id> = estimates.iter().map(|estimate| id_of(estimate.parameter)).collect();
-        let covariance = self.solution().covariance(&ids);
-        let has = |i: usize| estimates[i].std_error.is_some();
-        DMatrix::from_fn(ids.len(), ids.len(), |i, j| {
-            let scale = (covariance[(i, i)] * covariance[(j, j)]).sqrt();
-            if has(i) && has(j) { covariance[(i, j)] / scale } else { f64::NAN }
-        })
-    }
-
-    fn rejected(&self) -> Vec<Rejected> {
-        let of = |(shot, reason): &(String, String)| Rejected { shot: shot.clone(), reason: reason.clone() };
-        let lost = self.solution().findings.iter().filter_map(|finding| match finding {
-            Finding::LostShots { names } => Some(names),
-            _ => None,
-        });
-        let lost = lost.flatten().map(|name| Rejected {
-            shot: name.clone(),
-            reason: "its frames do not fit the collision that the other shots fit".to_owned(),
-        });
-        let before = self.dataset.left_out.iter().chain(&self.solution().left_out);
-        before.map(of).chain(lost).collect()
-    }
-
     /// Returns the velocities after the impact of each shot against the fit, in the frame of the table.
     fn residuals(&self) -> Vec<Residual> {
         let of_shot = |(i, name): (usize, &String)| {
@@ -225,19 +150,26 @@ impl Fitted<'_> {
         self.solution().names[0].iter().enumerate().flat_map(of_shot).collect()
     }
 
-    fn diagnostics(&self, observations: f64, unknowns: usize, dof: f64) -> Diagnostics {
+    fn diagnostics(
+        &self,
+        estimates: &[Estimate],
+        (observations, unknowns): (f64, usize),
+        dof: f64,
+    ) -> Diagnostics {
         let solution = self.solution();
         let is_stated = solution.states_noise();
         let chi2 = solution.chi2_of_data().0;
         let p_value = ChiSquared::new(dof).ok().filter(|_| is_stated).map(|d| d.sf(chi2));
         let shared: Vec<_> = solution.estimates().into_iter().filter(|e| !is_of_contact(e.id)).collect();
         let ids: Vec<Id> = shared.iter().map(|estimate| estimate.id).collect();
-        let contact: Vec<(Parameter, f64)> = self
-            .parameters()
-            .into_iter()
-            .filter_map(|p| Some((p, solution.get(id_of(p))?.std_error?)))
-            .filter(|(p, _)| !p.is_of_balls())
-            .collect();
+        let common = self.common();
+        let contact = common.contact();
+        let parameters: Vec<Parameter> = contact.iter().map(|(p, _)| *p).collect();
+        let is_silent = |e: &&Estimate| {
+            e.status == Status::NotIdentified && solution.get(id_of(e.parameter)).is_none()
+        };
+        let silent = estimates.iter().filter(is_silent).map(|e| e.parameter).collect();
+        let drawn: Vec<&Estimate> = estimates.iter().filter(|e| parameters.contains(&e.parameter)).collect();
         let regions = self.options.depth >= Depth::Everything;
         Diagnostics {
             computed: vec![Computed {
@@ -245,11 +177,11 @@ impl Fitted<'_> {
                 effects: self.model.effects.and(self.model.fidelity.effects()),
                 shots: solution.names[0].len(),
             }],
-            identifiability: self.identifiability(&contact),
+            identifiability: common.identifiability(&parameters, silent),
             goodness: Some(self.goodness((chi2, dof as usize, p_value), is_stated)),
-            robust: self.robust(),
-            bootstrap: self.bootstrap(&contact),
-            contours: if regions { self.contours(&contact) } else { Vec::new() },
+            robust: common.robust(&solution.weights()),
+            bootstrap: common.bootstrap(&contact),
+            contours: if regions { contours(solution, &drawn, None) } else { Vec::new() },
             bound: Some(Bound { std_errors: contact, shots: solution.names[0].len() }),
             joint: Some(JointFit {
                 covariance: solution.covariance(&ids),
@@ -262,51 +194,6 @@ impl Fitted<'_> {
         }
     }
 
-    fn bootstrap(&self, contact: &[(Parameter, f64)]) -> Option<super::Bootstrap> {
-        let free: Vec<(Parameter, Id)> = contact.iter().map(|(p, _)| (*p, id_of(*p))).collect();
-        let Options { bootstrap: replicates, seed, .. } = *self.options;
-        let asked = replicates > 0 && !free.is_empty();
-        asked.then(|| bootstrap::of_film(self.solution(), &free, (replicates, seed), self.done))
-    }
-
-    fn robust(&self) -> Option<Robust> {
-        let all = self.solution().weights();
-        let names = self.solution().names[0].iter();
-        let mut weights: Vec<(String, f64)> =
-            names.cloned().zip(all.iter().copied()).filter(|(_, weight)| *weight < 1.0).collect();
-        weights.sort_by(|a, b| a.1.total_cmp(&b.1));
-        let loss = self.options.loss.unwrap_or(self.dataset.loss);
-        (!all.is_empty()).then_some(Robust { loss, weights })
-    }
-
-    fn identifiability(&self, contact: &[(Parameter, f64)]) -> Option<super::Identifiability> {
-        let solution = self.solution();
-        let ids: Vec<Id> = contact.iter().map(|(p, _)| id_of(*p)).collect();
-        // the factor of the information is the Jacobian by these unknowns, the others eliminated
-        let jacobian = solution.information(&ids)?.cholesky()?.l().transpose();
-        let parameters: Vec<Parameter> = contact.iter().map(|(p, _)| *p).collect();
-        let values = ids.iter().map(|id| solution.value(*id)).collect::<Vec<_>>();
-        let silent = self.parameters().into_iter().filter(|p| {
-            self.estimate(*p).status == Status::NotIdentified && solution.get(id_of(*p)).is_none()
-        });
-        identifiability::identify(&jacobian, &parameters, &values.into(), silent.collect())
-    }
-
-    fn contours(&self, contact: &[(Parameter, f64)]) -> Vec<super::Contour> {
-        let solution = self.solution();
-        let mut contours = Vec::new();
-        for (i, (first, _)) in contact.iter().enumerate() {
-            for (second, _) in &contact[i + 1..] {
-                let ids = [id_of(*first), id_of(*second)];
-                let centre = ids.map(|id| solution.value(id));
-                let bounds = ids.map(|id| solution.bounds(id));
-                let covariance = solution.covariance(&ids);
-                contours.extend(ellipses([*first, *second], centre, &covariance, bounds));
-            }
-        }
-        contours
-    }
-
     fn goodness(&self, (chi2, dof, p_value): (f64, usize, Option<f64>), is_stated: bool) -> Goodness {
         let solution = self.solution();
         let reduced = chi2 / dof.max(1) as f64;
@@ -317,10 +204,7 @@ impl Fitted<'_> {
             Some(_) => NoiseVerdict::Explains,
         };
         let standardized: Vec<f64> = self.whitened_offsets();
-        let wanted = Id::WANTED.into_iter().filter(|id| solution.get(*id).is_some()).count() as f64;
-        let shots = (4 * solution.names[0].len()) as f64;
-        let influential_from = FisherSnedecor::new(wanted, shots - wanted).ok();
-        let influential_from = influential_from.map(|f| f.inverse_cdf(0.5)).filter(|x| x.is_finite());
+        let influential_from = self.common().influential_from((4 * solution.names[0].len()) as f64);
         Goodness {
             chi2,
             dof,
@@ -330,7 +214,7 @@ impl Fitted<'_> {
             noise_factor: p_value.map(|_| reduced.sqrt()),
             trends: self.trends(),
             normality: normality_of(&standardized),
-            influence: self.influence(influential_from),
+            influence: self.common().influence(influential_from),
             influential_from,
         }
     }
@@ -378,35 +262,6 @@ impl Fitted<'_> {
             }
         }
         ranked(found)
-    }
-
-    fn influence(&self, influential_from: Option<f64>) -> Vec<Influence> {
-        let solution = self.solution();
-        let wanted: Vec<Id> = Id::WANTED.into_iter().filter(|id| solution.get(*id).is_some()).collect();
-        let Some(information) = solution.information(&wanted) else { return Vec::new() };
-        let of_shot = |(name, found): (&String, Option<crate::problem::ShotInfluence>)| {
-            let Some(found) = found else {
-                let nowhere =
-                    Influence { shot: name.clone(), leverage: 1.0, cook: f64::INFINITY, shifts: Vec::new() };
-                return nowhere;
-            };
-            let change = |id: &Id| found.changes.iter().find(|(of, _)| of == id).map_or(0.0, |(_, by)| *by);
-            let changes = nalgebra::DVector::from_iterator(wanted.len(), wanted.iter().map(change));
-            let cook = changes.dot(&(&information * &changes)) / wanted.len() as f64;
-            let shift = |p: Parameter| {
-                let error = solution.get(id_of(p))?.std_error?;
-                Some((p, change(&id_of(p)) / error))
-            };
-            let shifts = Parameter::COEFFICIENTS.into_iter().filter_map(shift).collect();
-            Influence { shot: name.clone(), leverage: found.leverage, cook, shifts }
-        };
-        let mut all: Vec<Influence> =
-            solution.names[0].iter().zip(solution.influence()).map(of_shot).collect();
-        all.sort_by(|a, b| b.cook.total_cmp(&a.cook));
-        let influential = all.iter().filter(|shot| influential_from.is_some_and(|from| shot.cook > from));
-        let count = influential.count().clamp(LISTED[0], LISTED[1]);
-        all.truncate(count);
-        all
     }
 
     /// Adds what is to be said of the fit.

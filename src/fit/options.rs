@@ -2,7 +2,6 @@
 
 use crate::measurement::loss::Loss;
 use crate::measurement::parameter::{Parameter, Setting, Settings};
-use crate::measurement::values::Values;
 use crate::physics::collision::{Effects, FidelityChoice, MAX_TOLERANCE, MIN_TOLERANCE, Model};
 use crate::physics::name::{by_name, worded};
 
@@ -29,9 +28,6 @@ pub struct Options {
     /// The tolerance of the fidelities that integrate ([`Model::tolerance`]): in parts of the closing speed, from [`MIN_TOLERANCE`] to
     /// [`MAX_TOLERANCE`].
     pub tolerance: f64,
-    /// Where the search begins, in the place of a scan over all values of the friction: what an earlier fit of the
-    /// same shots gave.
-    pub near: Option<Values>,
     /// How much the fit finds out about its own uncertainty.
     pub depth: Depth,
     /// Whether causes of the residuals are looked for even where the noise explains them. [`Depth::Everything`] looks
@@ -39,8 +35,6 @@ pub struct Options {
     pub explain: bool,
     /// How outlying shots count; `None`: as the data set states.
     pub loss: Option<Loss>,
-    /// How many starts the search has, at least 1; those after the first are spread at random between the bounds.
-    pub starts: usize,
     /// How many samples of shots are drawn and fitted for intervals of the bootstrap; 0 for none.
     pub bootstrap: usize,
     /// The seed of all random numbers.
@@ -119,9 +113,6 @@ impl Options {
                 self.tolerance
             ));
         }
-        if self.starts == 0 {
-            faults.push("starts is 0; expected at least 1".to_owned());
-        }
         let law = self.falling.applied(Settings::default());
         for parameter in [Parameter::B, Parameter::C] {
             let of_setting =
@@ -141,11 +132,9 @@ impl Default for Options {
             effects: None,
             falling: Falling::AsStated,
             tolerance: Model::TOLERANCE,
-            near: None,
             depth: Depth::Everything,
             explain: false,
             loss: None,
-            starts: 1,
             bootstrap: 0,
             seed: 0,
         }

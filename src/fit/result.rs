@@ -8,9 +8,10 @@ use super::causes::Explanation;
 use super::check::Finding;
 use super::{
     Alternative, Bootstrap, Contour, Estimate, FittedFilm, FoundCamera, FrictionCurve, Goodness,
-    Identifiability, Method, Plateau, Profile, Refuted, Robust, Scatter, Starts,
+    Identifiability, Method, Profile, Refuted,
 };
 use crate::measurement::dataset::{DiscShot, Measured, ObjectBall};
+use crate::measurement::loss::Loss;
 use crate::measurement::number::plain;
 use crate::measurement::observable::Observable;
 use crate::measurement::parameter::Parameter;
@@ -114,20 +115,6 @@ pub struct Fit {
     pub notes: Vec<String>,
 }
 
-impl Fit {
-    /// Adds the warning that spins were found from the paths alone, whose errors a fit of velocities cannot carry over.
-    pub fn warn_of_spins_from_paths(&mut self) {
-        self.diagnostics.spins_from_paths = true;
-        self.warnings.insert(
-            0,
-            "Spins were found from the paths alone. Where they are not natural roll, their errors are larger than a fit of \
-             velocities is told: estimates may err by more than they state. Tell the spins ([cue_spin], markers), or fit all frames with \
-             --method joint."
-                .to_owned(),
-        );
-    }
-}
-
 /// How far a fit can be trusted.
 #[derive(Clone, Debug, Default)]
 #[non_exhaustive]
@@ -136,14 +123,10 @@ pub struct Diagnostics {
     pub computed: Vec<Computed>,
     /// What the data determine of the free parameters; `None` where none is free.
     pub identifiability: Option<Identifiability>,
-    /// Whether other spins of the cue balls than those stated would explain much of the residuals, and causes were not looked for.
-    pub(crate) suspects_spins: bool,
     /// How well model and noise describe the residuals; `None` where nothing was fitted.
     pub goodness: Option<Goodness>,
     /// How a robust loss weighted the shots, where one was asked for.
     pub robust: Option<Robust>,
-    /// What several starts found, where they were asked for.
-    pub starts: Option<Starts>,
     /// What a bootstrap over the shots found, where it was asked for.
     pub bootstrap: Option<Bootstrap>,
     /// The confidence regions of all pairs of free parameters, with [`Depth::Everything`](super::Depth::Everything).
@@ -158,14 +141,10 @@ pub struct Diagnostics {
     pub joint: Option<JointFit>,
     /// Parameters that are known only to lie between two values, all of which fit equally well.
     pub plateaus: Vec<Plateau>,
-    /// χ² of a minimum that is lower than the one that is given, where one was found.
-    pub lower_minimum: Option<f64>,
     /// Whether values outside the intervals fit nearly as well.
     pub has_rival: bool,
     /// What is suspicious about the shots, or about the cloth as their paths show it.
     pub suspicious: Vec<Finding>,
-    /// Whether spins were found from the paths alone, whose errors a fit of velocities does not know.
-    pub spins_from_paths: bool,
 }
 
 /// Shots that were computed with the same fidelity and effects.
@@ -203,6 +182,48 @@ pub struct Bound {
     pub std_errors: Vec<(Parameter, f64)>,
     /// How many shots it was computed from; it holds for all shots.
     pub shots: usize,
+}
+
+/// A range of values of a parameter on which nothing depends, as that of μ once every shot sticks.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Plateau {
+    /// The parameter.
+    pub parameter: Parameter,
+    /// The value from which on nothing depends on it.
+    pub edge: f64,
+    /// The other end of the plateau: a bound, unless the outcomes change again beyond.
+    pub bound: f64,
+}
+
+/// Shots of a weight below this are listed in the report.
+pub const DOWN_WEIGHTED: f64 = 0.5;
+
+/// How a robust loss weighted the shots.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Robust {
+    /// The loss.
+    pub loss: Loss,
+    /// The name and the weight of each shot whose weight is below 1, the smallest first.
+    pub weights: Vec<(String, f64)>,
+}
+
+/// By how much shots of discs scatter: standard deviations between shots, beyond the errors of their frames; 0 where they show none.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Scatter {
+    /// The standard deviation of e.
+    pub restitution: f64,
+    /// The standard deviation of J_t/J_n, besides what follows from that of e.
+    pub impulse_ratio: f64,
+    /// Whether there are enough shots to estimate it.
+    pub is_estimated: bool,
+}
+
+impl Scatter {
+    /// Whether the errors of the frames alone explain the residuals, so that χ² tests the model.
+    #[must_use]
+    pub fn is_none(&self) -> bool {
+        self.restitution == 0.0 && self.impulse_ratio == 0.0
+    }
 }
 
 /// The noise of one observable.

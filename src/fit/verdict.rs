@@ -7,13 +7,13 @@ use super::causes::Cause;
 use super::check;
 use super::check::capital;
 use super::diagnostics::goodness::IMPROBABLE;
-use super::doubts::{Hidden, below_bound, bound_and_limit, hidden_by_bounds};
+use super::warnings::{Hidden, bound_and_limit, hidden_by_bounds};
 use super::film_words;
 use super::{Estimate, Fit, Noise, NoiseVerdict, Scatter, Status, Trend};
-use crate::measurement::dataset::ON_REQUEST;
+use crate::measurement::dataset::{ON_REQUEST, ObjectBall};
 use crate::measurement::number::{self, plain, with_error};
 use crate::measurement::observable::Observable;
-use crate::measurement::parameter::Parameter;
+use crate::measurement::parameter::{Parameter, Prior};
 use crate::physics::name::{by_name, worded};
 use crate::problem::Severity;
 
@@ -64,7 +64,7 @@ impl Fit {
     /// What was found of a film with this severity, the first of all.
     fn found(&self, severity: Severity) -> Option<String> {
         let mut alike = self.findings.iter().filter(|finding| finding.severity() == severity);
-        alike.find_map(|finding| film_words::sentence(finding, self.frames.as_ref()?, self.stated_scale_sd))
+        alike.find_map(|finding| film_words::sentence(finding, self.frames.as_ref(), self.stated_scale_sd))
     }
 
     /// Why no number can be used.
@@ -84,7 +84,6 @@ impl Fit {
             let why = self
                 .other_spins()
                 .or_else(|| self.odd_radius())
-                .or_else(|| self.cause().filter(|_| self.is_explained()))
                 .or_else(|| self.few_used())
                 .or_else(|| self.unseen_tilt())
                 .or_else(|| self.wrong_footage())
@@ -104,8 +103,7 @@ impl Fit {
         }
         if !self.converged {
             return Some(format!(
-                "The search for the best values came to no end ({}): fix parameters under [fit], or search from more starts \
-                 (--starts 20).",
+                "The search for the best values came to no end ({}): fix parameters under [fit].",
                 self.termination
             ));
         }
@@ -122,14 +120,6 @@ impl Fit {
         self.other_spins()
             .or_else(|| self.few_used())
             .or_else(|| self.wrong_footage())
-            .or_else(|| {
-                let chi2 = found.lower_minimum?;
-                Some(format!(
-                    "A better fit exists elsewhere (χ² {} instead of {}): search from more starts (--starts 20).",
-                    plain(chi2, 4),
-                    plain(self.chi2, 4)
-                ))
-            })
             .or_else(|| self.unexplained())
             .or_else(|| self.cause())
             .or_else(|| self.refuted_friction())
@@ -158,15 +148,7 @@ impl Fit {
     /// That the cue balls spin in another way, where that explains the residuals: all else may follow from it.
     fn other_spins(&self) -> Option<String> {
         let is_spin = self.explanations.first().is_some_and(|best| best.cause == Cause::CueSpin);
-        self.cause().filter(|_| is_spin && self.is_explained())
-    }
-
-    /// Whether little is left to explain with the best cause.
-    fn is_explained(&self) -> bool {
-        /// χ²/dof
-        const LITTLE: f64 = 2.0;
-        let left = self.explanations.first().and_then(|best| best.reduced_chi2);
-        left.is_none_or(|[_, after]| after < LITTLE)
+        self.cause().filter(|_| is_spin)
     }
 
     /// Whether residuals from which the noise was to be estimated are all 0.
@@ -318,19 +300,6 @@ impl Fit {
 
     /// Errors that are smaller than they should be.
     fn untrue_errors(&self) -> Option<String> {
-        if self.diagnostics.spins_from_paths {
-            return Some(
-                "The spins were found from the paths alone, and a fit of velocities does not know how uncertain they are: state the \
-                 spins ([cue_spin], markers), or fit all frames (--method joint)."
-                    .to_owned(),
-            );
-        }
-        if !below_bound(self).is_empty() {
-            return Some(
-                "The stated errors are too small, since this footage is too rough for two stages: fit all frames (--method joint)."
-                    .to_owned(),
-            );
-        }
         self.diagnostics.has_rival.then(|| {
             "Other values fit nearly as well: more shots, or a prior, decide between them.".to_owned()
         })
@@ -393,6 +362,13 @@ impl Fit {
         };
         let others = self.many_left_out().into_iter().chain(self.limited_by_masses());
         format!("{what}{test}{open}.{}", others.collect::<String>())
+    }
+
+    /// Returns what was known of m_cue/m_object before the fit; `None` of exact masses and of discs.
+    fn stated_mass_ratio(&self) -> Option<Prior> {
+        let object = self.object.unwrap_or(ObjectBall::unweighed(self.ball));
+        let sd = object.mass_ratio_sd(self.ball).filter(|_| self.discs.is_none())?;
+        Some(Prior { mean: self.ball.mass / object.ball.mass, sd })
     }
 
     /// That most of an error is due to masses that were not weighed: of the variance of a parameter, what would be gained by knowing

@@ -2,10 +2,9 @@
 
 use super::check;
 use super::check::capital;
-use super::doubts::{Hidden, bound_and_limit, hidden_by_bounds};
-use super::saturation::Plateau;
-use super::{DOWN_WEIGHTED, Fit, NoiseVerdict, Rejected, Status};
+use super::{DOWN_WEIGHTED, Estimate, Fit, NoiseVerdict, Plateau, Rejected, Status};
 use crate::measurement::dataset::{Dataset, ON_REQUEST, Shot};
+use crate::measurement::number::plain;
 use crate::measurement::parameter::Parameter;
 
 /// What is said of a fit: what the reader must know, and may want to know.
@@ -192,7 +191,7 @@ impl Said {
         }
     }
 
-    /// Robust weights and starts.
+    /// Robust weights, and other minima.
     fn search(&mut self, fit: &Fit) {
         if let Some(robust) = &fit.diagnostics.robust {
             let clear: Vec<_> = robust.weights.iter().filter(|(_, weight)| *weight < DOWN_WEIGHTED).collect();
@@ -204,23 +203,10 @@ impl Said {
                 fit.shots_used
             ));
         }
-        if let Some(starts) = fit.diagnostics.starts.as_ref().filter(|starts| !starts.agree()) {
-            /// −2 log L: a minimum that much above the best is no rival, as 5 standard errors are none.
-            const RIVAL: f64 = 25.0;
-            let others = starts.minima.get(1..).unwrap_or_default();
-            let sentence = format!(
-                "Of {} starts {} ended in a worse minimum, and {} in none; the best one is given.",
-                starts.count,
-                others.iter().map(|minimum| minimum.starts).sum::<usize>(),
-                starts.failed
+        if fit.estimates.iter().any(|estimate| estimate.includes_other_minimum) {
+            self.warnings.push(
+                "A second solution fits nearly as well: the 95 % intervals include it.".to_owned(),
             );
-            match others.iter().find(|minimum| minimum.above_best < RIVAL) {
-                Some(rival) => self.warnings.push(format!(
-                    "{sentence} One of them is nearly as good: −2 log likelihood is {:.2} more.",
-                    rival.above_best
-                )),
-                None => self.notes.push(sentence),
-            }
         }
     }
 }
@@ -236,23 +222,6 @@ fn doubtful_shots(fit: &Fit) -> Option<String> {
         "Shot {} is doubtful, but was used: {}.{rest} To leave a shot out, set skip = true in the table that [tracks] shots names.",
         first.shot, first.reason
     ))
-}
-
-/// A profile that leads below the minimum that was found.
-pub(super) fn add_lower(fit: &mut Fit, lowest: f64) {
-    /// Of χ²: less than this part, or than this much, is rounding.
-    const WORTH_SAYING: f64 = 1e-6;
-    if lowest < fit.chi2 - WORTH_SAYING * fit.chi2.max(1.0) {
-        fit.diagnostics.lower_minimum = Some(lowest);
-        fit.warnings.insert(
-            0,
-            format!(
-                "This is not the lowest minimum: elsewhere χ² is {lowest:.4} instead of {:.4}. Search from more \
-                 starts (--starts 20).",
-                fit.chi2
-            ),
-        );
-    }
 }
 
 /// Parameters that are known only to lie on a plateau.
@@ -277,4 +246,49 @@ pub(super) fn add_tracks(fit: &mut Fit, dataset: &Dataset, shots: &[&Shot]) {
     fit.warnings.splice(0..0, check::warnings(&suspicious, shots.len()));
     fit.diagnostics.suspicious = suspicious;
     fit.notes.extend(dataset.notes().cloned());
+}
+
+/// Releasing a bound is worth saying when it makes an error this many times as large.
+const WORTH_SAYING: f64 = 2.0;
+
+/// Of an estimate that ends at one of its bounds: which, and how far it may be from there, to so many digits.
+pub(super) fn bound_and_limit(estimate: &Estimate, digits: usize) -> Option<(&'static str, Option<String>)> {
+    let (side, word, end) = match estimate.status {
+        Status::AtLowerBound => ("lower", "at most", 1),
+        Status::AtUpperBound => ("upper", "at least", 0),
+        _ => return None,
+    };
+    Some((side, estimate.interval_95.map(|ends| format!("{word} {}", plain(ends[end], digits)))))
+}
+
+/// A parameter that is known much less where others are not exactly at their bounds.
+pub(super) struct Hidden {
+    pub parameter: Parameter,
+    /// Its standard error, and what that would be if the conditions held.
+    pub errors: [f64; 2],
+    pub conditions: Vec<String>,
+    /// Which others are involved.
+    pub others: Vec<&'static str>,
+}
+
+/// All of them.
+pub(super) fn hidden_by_bounds(fit: &Fit) -> impl Iterator<Item = Hidden> {
+    fit.estimates.iter().filter_map(|estimate| {
+        let errors @ [released, conditional] = [estimate.std_error?, estimate.std_error_at_bound?];
+        let (conditions, others) = active_bounds(fit);
+        let hides = released >= WORTH_SAYING * conditional && !conditions.is_empty();
+        hides.then_some(Hidden { parameter: estimate.parameter, errors, conditions, others })
+    })
+}
+
+/// Returns the active bounds as conditions of a standard error, and the names of their parameters. With μ_s the data
+/// determine only its product with μ.
+fn active_bounds(fit: &Fit) -> (Vec<String>, Vec<&'static str>) {
+    let is_at_bound = |status| matches!(status, Status::AtLowerBound | Status::AtUpperBound);
+    let (mut conditions, mut others) = (Vec::new(), Vec::new());
+    for bound in fit.estimates.iter().filter(|e| is_at_bound(e.status)) {
+        conditions.push(format!("{} = {} holds", bound.parameter.symbol(), bound.value));
+        others.push(if bound.parameter == Parameter::MuS { "μ·μ_s" } else { bound.parameter.symbol() });
+    }
+    (conditions, others)
 }

@@ -16,3 +16,10 @@ pub(crate) fn median(mut values: Vec<f64>) -> f64 {
     let middle = values.len() / 2;
     if values.is_empty() { f64::NAN } else { *values.select_nth_unstable_by(middle, f64::total_cmp).1 }
 }
+
+/// Returns the same angle within (−π, π], rad.
+pub(crate) fn wrap(angle: f64) -> f64 {
+    use std::f64::consts::{PI, TAU};
+    let turned = angle.rem_euclid(TAU);
+    if turned > PI { turned - TAU } else { turned }
+}

@@ -91,6 +91,14 @@ impl Block {
         }
     }
 
+    /// Takes shots in the place of all, one may be taken several times.
+    pub fn take(&mut self, indices: &[usize]) {
+        match self {
+            Self::Film(film) => film.take(indices),
+            Self::Rows(rows) => rows.take(indices),
+        }
+    }
+
     /// Keeps the shots for which `keep` is true.
     pub fn retain(&mut self, keep: &[bool]) {
         match self {

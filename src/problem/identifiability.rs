@@ -4,7 +4,8 @@
 use nalgebra::{DMatrix, DVector};
 
 use super::problem::{Evaluation, Problem, Reduced};
-use super::unknowns::Id;
+use super::solution::Solution;
+use super::unknowns::{Id, Mode};
 
 /// Eigenvalue of the normal matrix, scaled to a diagonal of 1, below which χ² does not change along its
 /// direction: products of derivatives are exact to 1e-12.
@@ -47,8 +48,8 @@ pub struct Combination {
     /// How far each unknown goes for one standard error along it; in a direction that is not determined
     /// 1 for the one that goes farthest.
     pub terms: Vec<(Id, f64)>,
-    /// Root of the largest eigenvalue of the scaled normal matrix over the smallest.
-    pub condition: f64,
+    /// Roots of the eigenvalues of the normal matrix scaled to a diagonal of 1, the largest first.
+    pub singular_values: Vec<f64>,
     /// Whether it is hardly determined.
     pub is_weak: bool,
     /// Whether χ² does not change along it at all.
@@ -64,9 +65,43 @@ pub(crate) fn worst_direction(problem: &Problem, at: &Evaluation, reduced: &Redu
         !problem.unknowns[*column].bounds.contains(&at.state.shared.0[*column]) && reduced.informs(*column)
     };
     let columns: Vec<usize> = problem.free().into_iter().filter(is_inside).collect();
-    let matrix = reduced.matrix(&columns);
+    let unknowns: Vec<(Id, f64)> =
+        columns.iter().map(|column| (problem.unknowns[*column].id, at.state.shared.0[*column])).collect();
+    combine(&unknowns, &reduced.matrix(&columns))
+}
+
+impl Solution {
+    /// Returns the worst determined direction of some unknowns of the only sample with these values, the
+    /// other free ones eliminated; `None` of fewer than two, or if the others are not determined.
+    pub(crate) fn worst_direction(&self, unknowns: &[(Id, f64)]) -> Option<Combination> {
+        let reduced = self.at.eliminate(&self.problem, 0.0)?;
+        let wanted: Vec<usize> = unknowns.iter().map(|(id, _)| *id as usize).collect();
+        let is_other = |column: &usize| {
+            let is_at_bound =
+                self.problem.unknowns[*column].bounds.contains(&self.at.state.shared.0[*column]);
+            !wanted.contains(column) && !is_at_bound && reduced.informs(*column)
+        };
+        let others: Vec<usize> = self.problem.free().into_iter().filter(is_other).collect();
+        let all: Vec<usize> = wanted.iter().chain(&others).copied().collect();
+        let (matrix, n) = (reduced.matrix(&all), wanted.len());
+        let beside = matrix.view((n, 0), (others.len(), n)).into_owned();
+        let of_others = matrix.view((n, n), (others.len(), others.len())).into_owned().cholesky()?;
+        let left = matrix.view((0, 0), (n, n)) - beside.tr_mul(&of_others.solve(&beside));
+        combine(unknowns, &left)
+    }
+
+    /// Returns whether the data depend on an unknown of the only sample, if that was free.
+    pub(crate) fn is_informed(&self, id: Id) -> bool {
+        let is_free = self.problem.unknown(id).mode == Mode::Free;
+        is_free && self.at.shots.iter().flatten().any(|shot| shot.slopes_by(id as usize))
+    }
+}
+
+/// Returns the worst determined direction of some unknowns with these values and this normal matrix;
+/// `None` of fewer than two.
+fn combine(unknowns: &[(Id, f64)], matrix: &DMatrix<f64>) -> Option<Combination> {
     let norms = matrix.diagonal().map(f64::sqrt);
-    let n = columns.len();
+    let n = unknowns.len();
     let scaled = DMatrix::from_fn(n, n, |i, j| matrix[(i, j)] / (norms[i] * norms[j]));
     if n < 2 || !scaled.iter().all(|entry| entry.is_finite()) {
         return None;
@@ -84,7 +119,7 @@ pub(crate) fn worst_direction(problem: &Problem, at: &Evaluation, reduced: &Redu
         let part = |i: usize| eigen.eigenvectors.column(i).dot(&scaled).powi(2) / values[i];
         (0..n).filter(|i| *i != least || !is_undetermined).map(part).sum()
     };
-    let x = |i: usize| at.state.shared.0[columns[i]];
+    let x = |i: usize| unknowns[i].1;
     let remains = match terms[..] {
         [(i, step_i), (j, step_j)] if x(i) > 0.0 && x(j) > 0.0 => {
             let ratio = (step_i / x(i)) / (step_j / x(j));
@@ -103,11 +138,13 @@ pub(crate) fn worst_direction(problem: &Problem, at: &Evaluation, reduced: &Redu
         }
         _ => None,
     };
-    let condition = (values.max() / values[least].max(0.0)).sqrt();
+    let mut singular_values: Vec<f64> = values.iter().map(|value| value.max(0.0).sqrt()).collect();
+    singular_values.sort_by(|a, b| b.total_cmp(a));
+    let is_weak = is_undetermined || singular_values[0] > WEAK * singular_values[n - 1];
     Some(Combination {
-        terms: terms.into_iter().map(|(i, step)| (problem.unknowns[columns[i]].id, step)).collect(),
-        condition,
-        is_weak: is_undetermined || condition > WEAK,
+        terms: terms.into_iter().map(|(i, step)| (unknowns[i].0, step)).collect(),
+        singular_values,
+        is_weak,
         is_undetermined,
         remains,
     })

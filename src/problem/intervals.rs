@@ -46,6 +46,8 @@ pub struct Determined {
     pub std_error: Option<f64>,
     /// Its standard error if unknowns at bounds are known to be there.
     pub std_error_at_bounds: Option<f64>,
+    /// Value ± t·error within its bounds.
+    pub of_error: Option<[f64; 2]>,
     /// Its 95 % interval: of the profile if that differs from value ± t·error by a tenth.
     pub interval: Option<[f64; 2]>,
     /// The ends of its profile.
@@ -100,6 +102,7 @@ impl Intervals<'_> {
             value: solution.value(id),
             std_error: None,
             std_error_at_bounds: None,
+            of_error: None,
             interval: None,
             profile: None,
             status: Status::Fixed,
@@ -124,12 +127,12 @@ impl Intervals<'_> {
         found.std_error = found.std_error_at_bounds.and(self.as_free.sd(column));
         let t = if found.std_error.is_some() { two_sided } else { one_sided };
         let ends = |sd: f64| [found.value - t * sd, found.value + t * sd].map(|end| end.clamp(low, high));
-        let of_error = found.std_error.map(ends);
+        found.of_error = found.std_error.map(ends);
         // along a ratio of the balls χ² is a parabola
         let is_profiled = self.profiles && !matches!(id, Id::MassRatio | Id::RadiusRatio);
         found.profile = if is_profiled { solution.profile(column, t) } else { None };
         let of_profile = found.profile.map(|ends| ends.map(|end| end.value));
-        found.interval = match (of_error, of_profile) {
+        found.interval = match (found.of_error, of_profile) {
             (Some(of_error), Some(of_profile)) => {
                 let half = 0.5 * (of_error[1] - of_error[0]);
                 let differs = (0..2).any(|side| (of_error[side] - of_profile[side]).abs() > DIFFERENT * half);
@@ -173,6 +176,7 @@ impl Intervals<'_> {
             if is_anywhere && matches!(estimate.status, Status::AtLower | Status::AtUpper) {
                 estimate.value = self.solution.problem.unknown(estimate.id).start;
                 (estimate.status, estimate.interval, estimate.profile) = (Status::NotIdentified, None, None);
+                estimate.of_error = None;
             }
         }
     }

@@ -23,8 +23,20 @@ pub struct Offsets {
 pub struct Slope {
     /// In standard deviations of an offset per unit of the variable.
     pub value: f64,
+    /// The same over its standard error.
+    pub t: f64,
     /// Probability of a slope as far from 0 by chance.
     pub p_value: f64,
+}
+
+/// The score of a shift of the outcome of one shot by a standard deviation.
+pub(crate) struct ShiftScore {
+    /// Its square.
+    pub square: f64,
+    /// Its product with the residuals.
+    pub along: f64,
+    /// Its products with the free unknowns of the sample, in the order of [`Solution::own_columns`].
+    pub beside: DVector<f64>,
 }
 
 /// A slope or a level that the other unknowns take up to all but this part tells nothing.
@@ -47,41 +59,57 @@ impl Solution {
     /// whose variable is not finite do not count. `None` if nothing is left.
     #[must_use]
     pub fn slope(&self, variable: &[f64], directions: &[Vector4<f64>]) -> Option<Slope> {
-        let sample = self.problem.samples.first()?;
-        // free unknowns of the problem that the sample has, in its own order
-        let free = &self.covariance.columns;
-        let own: Vec<(usize, Id)> = Id::ALL
-            .into_iter()
-            .filter_map(|id| Some((free.iter().position(|c| *c == sample.columns[id as usize])?, id)))
-            .collect();
+        let own = self.own_columns();
         let ids: Vec<Id> = own.iter().map(|(_, id)| *id).chain(Id::OFFSETS).collect();
         let shared = own.len();
-        let used: Vec<usize> = (0..variable.len()).filter(|i| variable[*i].is_finite()).collect();
+        let score = |(i, direction): (usize, &Vector4<f64>)| {
+            let (information, slope) = self.at.shots[0][i].reduced(&ids)?;
+            let of_offsets = information.view((shared, shared), (4, 4)).into_owned();
+            let covariance = of_offsets.clone().try_inverse()?;
+            let direction = DVector::from_iterator(4, direction.iter().copied());
+            let unit = &direction * direction.dot(&(covariance * &direction)).sqrt();
+            Some(ShiftScore {
+                square: unit.dot(&(of_offsets * &unit)),
+                along: unit.dot(&slope.rows(shared, 4)),
+                beside: information.view((0, shared), (shared, 4)) * &unit,
+            })
+        };
+        let scores: Vec<Option<ShiftScore>> = directions.iter().enumerate().map(score).collect();
+        self.slope_of(variable, &scores)
+    }
+
+    /// Returns the free unknowns of the problem that the first sample has: the place of each among the
+    /// estimates, in the sample's order.
+    pub(crate) fn own_columns(&self) -> Vec<(usize, Id)> {
+        let Some(sample) = self.problem.samples.first() else { return Vec::new() };
+        let place = |id: Id| self.covariance.position(sample.columns[id as usize]);
+        Id::ALL.into_iter().filter_map(|id| Some((place(id)?, id))).collect()
+    }
+
+    /// Returns how shifts change with a variable, from the score of the shift of each shot.
+    pub(crate) fn slope_of(&self, variable: &[f64], scores: &[Option<ShiftScore>]) -> Option<Slope> {
+        let (own, count) = (self.own_columns(), self.covariance.columns.len());
+        let is_used = |i: &usize| variable[*i].is_finite() && scores[*i].is_some();
+        let used: Vec<usize> = (0..variable.len()).filter(is_used).collect();
         let mean = used.iter().map(|i| variable[*i]).sum::<f64>() / used.len().max(1) as f64;
         let spread = used.iter().map(|i| (variable[*i] - mean).abs()).fold(0.0, f64::max);
         if spread <= OWN_PART * mean.abs().max(1e-3) {
             return None;
         }
         // level and slope beside the free unknowns
-        let mut beside = DMatrix::<f64>::zeros(free.len(), 2);
+        let mut beside = DMatrix::<f64>::zeros(count, 2);
         let mut matrix = DMatrix::<f64>::zeros(2, 2);
         let mut gradient = DVector::<f64>::zeros(2);
         for i in used {
-            let Some((information, slope)) = self.at.shots[0][i].reduced(&ids) else { continue };
-            let of_offsets = information.view((shared, shared), (4, 4)).into_owned();
-            let Some(covariance) = of_offsets.clone().try_inverse() else { continue };
-            let direction = DVector::from_iterator(4, directions[i].iter().copied());
-            let unit = &direction * direction.dot(&(covariance * &direction)).sqrt();
-            let with_shared = information.view((0, shared), (shared, 4)) * &unit;
-            let (square, along) = (unit.dot(&(of_offsets * &unit)), unit.dot(&slope.rows(shared, 4)));
+            let Some(score) = &scores[i] else { continue };
             let factors = [1.0, variable[i] - mean];
             for a in 0..2 {
-                gradient[a] += factors[a] * along;
+                gradient[a] += factors[a] * score.along;
                 for b in 0..2 {
-                    matrix[(a, b)] += factors[a] * factors[b] * square;
+                    matrix[(a, b)] += factors[a] * factors[b] * score.square;
                 }
                 for (row, (column, _)) in own.iter().enumerate() {
-                    beside[(*column, a)] += factors[a] * with_shared[row];
+                    beside[(*column, a)] += factors[a] * score.beside[row];
                 }
             }
         }
@@ -100,7 +128,7 @@ impl Solution {
         if !(information > OWN_PART * matrix[(1, 1)]) {
             return None;
         }
-        let p_value = 2.0 * Normal::standard().sf(along.abs() / information.sqrt());
-        Some(Slope { value: -along / information, p_value })
+        let t = -along / information.sqrt();
+        Some(Slope { value: -along / information, t, p_value: 2.0 * Normal::standard().sf(t.abs()) })
     }
 }

@@ -22,7 +22,7 @@ impl Solution {
         let own = self.state().own.first()?;
         let drawn: Vec<usize> = (0..own.len()).map(|_| random.random_range(0..own.len())).collect();
         let mut problem: Problem = self.problem.clone();
-        problem.film_mut()?.take(&drawn);
+        problem.samples[0].block.take(&drawn);
         let own = vec![drawn.iter().map(|i| own[*i].clone()).collect()];
         let state = State { own, shared: self.state().shared.clone() };
         let descent = descend(&problem, problem.evaluate(state), &problem.free(), MAX_STEPS);

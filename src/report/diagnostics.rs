@@ -5,8 +5,8 @@ use serde_json::{Value, json};
 use super::digits::{FEW, MANY, decimal, edge, end, probability, relative, significant, to_error};
 use super::{by_name, list};
 use crate::fit::{
-    Alternative, Bootstrap, Bound, Combination, Computed, Contour, Fit, FoundMinimum, Goodness,
-    Identifiability, Influence, JointFit, Level, Profile, Robust, Starts, Trend,
+    Alternative, Bootstrap, Bound, Combination, Computed, Contour, Fit, Goodness,
+    Identifiability, Influence, JointFit, Level, Profile, Robust, Trend,
 };
 use crate::measurement::parameter::Parameter;
 use crate::problem::{Budget, Estimate, Id};
@@ -27,7 +27,6 @@ pub(super) fn entries(fit: &Fit) -> Value {
         "identifiability": found.identifiability.as_ref().map(identifiability),
         "goodness": found.goodness.as_ref().map(|found| goodness(found, fit.tested().name())),
         "robust": found.robust.as_ref().map(robust),
-        "starts": found.starts.as_ref().map(|found| starts(found, &error)),
         "bootstrap": found.bootstrap.as_ref().map(|found| bootstrap(found, &error)),
         "contours": list(&found.contours, |found| contour(found, &error)),
         "profiles": list(&found.profiles, |found| profile(found, &error)),
@@ -205,24 +204,6 @@ fn robust(found: &Robust) -> Value {
         "tuning_constant": found.loss.tuning(),
         "covariance": "sandwich",
         "weights_below_1": list(&found.weights, weight),
-    })
-}
-
-fn starts(found: &Starts, error: Errors) -> Value {
-    let minimum = |minimum: &FoundMinimum| {
-        let values = minimum.values.iter().map(|(p, value)| (*p, to_error(*value, error(*p))));
-        json!({
-            "values": by_name(values),
-            "minus_2_log_likelihood_above_best": decimal(minimum.above_best),
-            "starts": minimum.starts,
-        })
-    };
-    json!({
-        "count": found.count,
-        "seed": found.seed,
-        "agree": found.agree(),
-        "failed": found.failed,
-        "minima": list(&found.minima, minimum),
     })
 }
 

@@ -128,23 +128,14 @@ fn estimated(value: f64, error: Option<f64>) -> impl Serialize {
     entry! { estimate: to_error(value, error), std_error: error.map(|error| relative(error, FEW)) }
 }
 
-/// A cause, and what the parameters would be with it.
+/// A cause of residuals.
 fn explanation(found: &Explanation) -> impl Serialize + '_ {
-    let with_it = found.with_it.iter().map(|(parameter, estimate, error)| {
-        let estimate = to_error(*estimate, Some(*error));
-        (parameter.name(), entry! { estimate: estimate, std_error: significant(*error, FEW) })
-    });
-    // below 0 where noise that the shots tell by themselves had grown by what is explained: no χ² is
-    let chi2 = |value: f64| (value >= 0.0).then(|| significant(value, MANY));
     entry! {
         cause: found.cause.name(),
         estimate: to_error(found.estimate, Some(found.std_error)),
         std_error: significant(found.std_error, FEW),
         delta_2logl: decimal(found.delta_2logl),
         adopted: found.adopted,
-        with_it: Ordered(with_it.collect()),
-        // of the velocities, without it and with it; `null` where less than nothing seems to be left
-        reduced_chi2: found.reduced_chi2.map(|both| both.map(chi2)),
         sentence: &found.sentence,
     }
 }

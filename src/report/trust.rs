@@ -4,8 +4,8 @@ use super::content::{Block, Section, Table};
 use super::number::{count_of, interval, plain};
 use super::table::{quantity, with_unit};
 use crate::fit::{
-    Alternative, Bootstrap, Bound, Computed, DOWN_WEIGHTED, Fit, FoundMinimum, Goodness, Identifiability,
-    Influence, NoiseVerdict, Normality, Robust, Starts, Trend,
+    Alternative, Bootstrap, Bound, Computed, DOWN_WEIGHTED, Fit, Goodness, Identifiability,
+    Influence, NoiseVerdict, Normality, Robust, Trend,
 };
 use crate::measurement::parameter::Parameter;
 
@@ -25,7 +25,6 @@ pub(super) fn sections(fit: &Fit) -> Vec<Section> {
     sections.extend(found.goodness.as_ref().map(|goodness| residuals(fit, goodness)));
     sections.extend(found.goodness.as_ref().filter(|g| !g.influence.is_empty()).map(influence));
     sections.extend(found.robust.as_ref().map(robust));
-    sections.extend(found.starts.as_ref().map(starts));
     sections.extend(found.bootstrap.as_ref().map(bootstrap));
     if !found.alternatives.is_empty() {
         sections.push(alternatives(&found.alternatives));
@@ -198,22 +197,6 @@ pub(super) fn down_weighted(losses: &str, weights: impl Iterator<Item = (String,
 fn robust(found: &Robust) -> Section {
     let weights = found.weights.iter().map(|(shot, weight)| (format!("shot {shot}"), *weight));
     down_weighted(found.loss.name(), weights)
-}
-
-fn starts(found: &Starts) -> Section {
-    let minimum = |found: &FoundMinimum| {
-        let value =
-            |(p, value): &(Parameter, f64)| format!("{} = {}", p.symbol(), quantity(*value, 5, p.unit()));
-        let values = found.values.iter().map(value).collect::<Vec<_>>().join(", ");
-        let above = plain(found.above_best, 3);
-        format!("{} starts: {values}; −2 log likelihood {above} above the best", found.starts)
-    };
-    let mut lines: Vec<String> = found.minima.iter().map(minimum).collect();
-    if found.failed > 0 {
-        lines.push(format!("{} starts ended in no minimum", found.failed));
-    }
-    let agree = if found.agree() { "all agree" } else { "they do not agree" };
-    Section::lines(format!("{} starts, seed {}: {agree}", found.count, found.seed), lines)
 }
 
 fn identifiability(found: &Identifiability) -> Section {

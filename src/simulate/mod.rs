@@ -12,12 +12,12 @@ use rand_chacha::ChaCha8Rng;
 use statrs::distribution::{ContinuousCDF, Normal};
 
 use crate::io::{DatasetError, balls_section, toml_file};
-use crate::likelihood::prediction::{Plan, Unpredictable};
 use crate::measurement::dataset::{Before, Dataset, Measured, Measurement, ObjectBall, Shot};
 use crate::measurement::observable::Observable;
 use crate::measurement::spin::Spin;
 use crate::measurement::track::TrackShot;
 use crate::measurement::valid::Fault;
+use crate::problem::{Unpredictable, predict};
 use crate::physics::ball::{Ball, BallState, Vec3};
 use crate::physics::collision::{Coefficients, Model, NotACollision};
 use crate::physics::contact_frame::{CollisionFrame, cue_velocity};
@@ -326,7 +326,7 @@ impl<'a> Maker<'a> {
             let spin = Spin::Measured { spin: cue.spin, sd: [None; 3] };
             let after = asked.map(|observable| Measurement { observable, measured: exact(0.0) });
             let shot = Shot::new("", before, spin, after.to_vec());
-            let prediction = Plan::new(&shot)?.predict(&self.model, &self.coefficients)?;
+            let prediction = predict(&shot, &self.model, &self.coefficients)?;
             _ = write!(table, "{},{speed},{}", number + 1, cut.to_degrees());
             if spins {
                 _ = write!(table, ",{},{},{}", cue.spin.x, cue.spin.y, cue.spin.z);

@@ -7,7 +7,6 @@ use std::time::Instant;
 use super::accuracy;
 use crate::fit;
 use crate::fit::{Depth, FitError, Options};
-use crate::likelihood::prediction::Plan;
 use crate::measurement::dataset::{Before, Dataset, Measured, Measurement, ObjectBall, Shot};
 use crate::measurement::loss::Loss;
 use crate::measurement::observable::{Axis, Observable};
@@ -15,6 +14,7 @@ use crate::measurement::parameter::{Compliance, Parameter, Setting, Settings};
 use crate::measurement::spin::Spin;
 use crate::measurement::values::Values;
 use crate::physics::ball::Ball;
+use crate::problem::predict;
 use crate::physics::collision::{Coefficients, Effects, Fidelity, FidelityChoice, Model};
 
 /// Of `contact` and `ode`, far below every error that a fit sees; differences for the Jacobian are then good
@@ -145,11 +145,11 @@ pub fn noise_free(dataset: &Dataset, kappa: f64) -> Dataset {
     let every = dataset.shots.len().div_ceil(MOST_SHOTS).max(1);
     let mut shots = Vec::new();
     for shot in dataset.shots.iter().step_by(every) {
-        let Ok(plan) = Plan::new(shot) else { continue };
-        let Ok(prediction) = plan.predict(&reference, &coefficients) else { continue };
+        let Ok(prediction) = predict(shot, &reference, &coefficients) else { continue };
         let mut shot = shot.clone();
         for measurement in &mut shot.after {
-            let row = plan.rows().iter().position(|row| row.observable == measurement.observable);
+            let own = |observable: &Observable| *observable == measurement.observable;
+            let row = prediction.observables.iter().position(own);
             // the one that is missing serves to find the speed before
             if let Some(row) = row {
                 measurement.measured.value = prediction.values[row];

@@ -4,7 +4,7 @@ use nalgebra::{Matrix2, Matrix4, Vector4};
 
 use super::lines::LEAST;
 use crate::extraction::path_fit::repeated;
-use crate::likelihood::prediction::wrap;
+use crate::numerics::wrap;
 use crate::measurement::track::{Sample, TrackShot, TrackedBall};
 use crate::numerics::{median, robust_scale};
 

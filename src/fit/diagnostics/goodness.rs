@@ -1,20 +1,17 @@
-//! Do model and noise describe the residuals? χ² and normality here, `trends` and `influence` in their own files.
+//! Do model and noise describe the residuals? χ², normality, and the shots that matter most.
 
-use statrs::distribution::{ChiSquared, ContinuousCDF, FisherSnedecor, Normal};
+use statrs::distribution::Normal;
 use statrs::stats_tests::anderson_darling::anderson_darling;
 
-use super::basis::{Basis, OWN};
-use super::influence::{Influence, influence};
-use super::trends::{ROUNDING, Trend, trends};
+use super::trends::Trend;
+use crate::measurement::parameter::Parameter;
 use crate::physics::name::worded;
-
-pub(in crate::fit) use super::basis::Context;
 
 /// A χ² this improbable, at either end, means that the stated noise does not describe the residuals.
 pub(in crate::fit) const IMPROBABLE: f64 = 0.001;
 
-/// Standard deviations that are too large by less than this do no harm, however many shots show it.
-const HARMLESS: f64 = 0.05;
+/// The mean square of standardized residuals below which they are rounding of the search.
+const ROUNDING: f64 = 1e-12;
 
 /// An Anderson-Darling statistic beyond which the formula for its probability no longer holds: there is none.
 const HOPELESS: f64 = 13.0;
@@ -50,6 +47,20 @@ pub struct Goodness {
     pub influential_from: Option<f64>,
 }
 
+/// How much a fit depends on one shot.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Influence {
+    /// The name of the shot.
+    pub shot: String,
+    /// The leverage of all its observations together; over all shots, leverages sum to the number of parameters.
+    pub leverage: f64,
+    /// Cook's distance: how far the estimates move without the shot, in units of their joint error, squared and per
+    /// parameter. Infinite for a shot without which something is not determined.
+    pub cook: f64,
+    /// How far each parameter would move without the shot, in its standard errors.
+    pub shifts: Vec<(Parameter, f64)>,
+}
+
 worded! {
     /// Whether the stated noise explains the residuals.
     #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -75,52 +86,6 @@ pub struct Normality {
     pub statistic: f64,
     /// The probability of a larger one if the residuals are normally distributed.
     pub p_value: f64,
-}
-
-/// Tests the residuals of a fit.
-pub(in crate::fit) fn goodness(context: &Context) -> Goodness {
-    let of = |chi2: f64, dof: usize| ChiSquared::new(dof as f64).ok().map(|d| d.sf(chi2));
-    let (chi2, dof) = (2.0 * context.minimum.cost, context.dof);
-    let p_value = of(chi2, dof).filter(|_| context.tests_noise);
-    let noise_factor = p_value.map(|_| (chi2 / dof as f64).sqrt());
-    let noise = match p_value {
-        None => NoiseVerdict::NotTested,
-        Some(p) if p < IMPROBABLE => NoiseVerdict::TooSmall,
-        Some(p) if context.states_noise && p > 1.0 - IMPROBABLE && noise_factor < Some(1.0 - HARMLESS) => {
-            NoiseVerdict::TooLarge
-        }
-        Some(_) => NoiseVerdict::Explains,
-    };
-    let basis = Basis::new(context);
-    let parameters = basis.fitted as f64;
-    let influential_from = FisherSnedecor::new(parameters, context.dof as f64)
-        .ok()
-        .map(|f| f.inverse_cdf(0.5))
-        .filter(|x| x.is_finite());
-    Goodness {
-        chi2,
-        dof,
-        noise_is_stated: context.tests_noise,
-        p_value,
-        noise,
-        noise_factor,
-        trends: trends(context, &basis),
-        normality: normality(context, &basis),
-        influence: influence(context, &basis, influential_from),
-        influential_from,
-    }
-}
-
-fn normality(context: &Context, basis: &Basis) -> Option<Normality> {
-    let observations: usize = basis.rows.iter().map(|(_, count)| count).sum();
-    let standardized: Vec<f64> = (0..observations)
-        .filter_map(|row| {
-            let left = 1.0 - basis.q.row(row).norm_squared();
-            (left > OWN).then(|| context.minimum.residuals[row] / left.sqrt())
-        })
-        .filter(|value| value.is_finite())
-        .collect();
-    normality_of(&standardized)
 }
 
 /// Tests standardized residuals; `None` for too few.

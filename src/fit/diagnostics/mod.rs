@@ -1,8 +1,6 @@
 //! How far a fit can be trusted.
-mod basis;
 pub(crate) mod goodness;
 pub(crate) mod identifiability;
-pub(crate) mod influence;
 pub(crate) mod other_models;
 pub(crate) mod refuted;
 pub(crate) mod trends;

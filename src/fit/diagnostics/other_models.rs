@@ -8,15 +8,11 @@
 
 use statrs::distribution::{ChiSquared, ContinuousCDF};
 
-use crate::fit::FitError;
-use crate::fit::samples::Search;
-use crate::fit::settled::Settled;
-use crate::likelihood::fitted::Fitted;
-use crate::likelihood::sample::Sample;
+use super::super::of_rows::Request;
+use crate::fit::common::id_of;
 use crate::measurement::parameter::{Parameter, Settings};
-use crate::measurement::values::Values;
-use crate::physics::collision::{Fidelity, Model};
-use crate::physics::friction_law::Law;
+use crate::physics::collision::{Fidelity, FidelityChoice};
+use crate::problem::{Deviations, Policy, RowsChoices, RowsFit, fit_rows};
 
 /// Another model fitted to the data of a fit.
 #[derive(Clone, Debug, PartialEq)]
@@ -50,53 +46,68 @@ pub struct LikelihoodRatio {
 #[derive(Clone)]
 struct Change {
     name: &'static str,
-    fidelity: Fidelity,
-    law: Law,
-    /// Whether it is that of every shot, in the place of what was chosen for each.
-    everywhere: bool,
+    fidelity: FidelityChoice,
     settings: Settings,
     /// 1 where the change is one more parameter, −1 where one less, 0 where neither contains the other.
     nested: i32,
 }
 
-/// The fit, then the other models.
-pub(in crate::fit) fn compare(search: &Search, settled: &Settled) -> Vec<Alternative> {
-    let mut alternatives: Vec<Alternative> = Vec::new();
-    let mut of_fit = None;
-    for change in changes(search, settled) {
-        let found = fitted(search, &change, settled);
-        let found = match (found, of_fit) {
-            (Ok(found), _) => found,
-            (Err(_), None) => return Vec::new(),
-            (Err(error), Some(_)) => {
-                alternatives.push(Alternative {
-                    name: change.name,
-                    failed: Some(error.to_string()),
-                    values: change.settings.parameters().iter().map(|p| (*p, f64::NAN)).collect(),
-                    parameters: 0,
-                    delta_aic: f64::NAN,
-                    delta_bic: f64::NAN,
-                    likelihood_ratio: None,
-                });
-                continue;
-            }
-        };
-        let base: (f64, usize) = *of_fit.get_or_insert((found.minus_two_log, found.parameters));
-        let n = search.observations() as f64;
-        let (rise, more) = (found.minus_two_log - base.0, found.parameters as f64 - base.1 as f64);
-        let likelihood_ratio = (change.nested != 0).then(|| {
-            let statistic = (-f64::from(change.nested) * rise).max(0.0);
-            LikelihoodRatio { statistic, p_value: at_bound(statistic) }
-        });
-        alternatives.push(Alternative {
+/// Fits other models to the shots of a fit; returns the fit, then these.
+pub(in crate::fit) fn compare(
+    request: Request,
+    fit: &RowsFit,
+    shots: &[Option<Deviations>],
+) -> Vec<Alternative> {
+    let settings = request.dataset.settings_of_balls();
+    let values = |fit: &RowsFit| {
+        let parameters = Parameter::ALL.into_iter();
+        parameters.map(|p| (p, fit.solution.value(id_of(p)))).collect::<Vec<_>>()
+    };
+    let of_settings = |settings: &Settings, values: &[(Parameter, f64)]| -> Vec<(Parameter, f64)> {
+        values.iter().copied().filter(|(p, _)| settings.has(*p)).collect()
+    };
+    let (likelihood, count) = fit.minus_two_log();
+    let mut alternatives = vec![Alternative {
+        name: "as fitted",
+        failed: None,
+        values: of_settings(&settings, &values(fit)),
+        parameters: count,
+        delta_aic: 0.0,
+        delta_bic: 0.0,
+        likelihood_ratio: None,
+    }];
+    let numbers: usize = shots.iter().flatten().map(|shot| shot.values.len()).sum();
+    for change in changes(request, fit, &settings, shots) {
+        let mut dataset = request.dataset.clone();
+        dataset.settings = change.settings;
+        let choices =
+            RowsChoices { fidelity: change.fidelity, loss: request.options.loss, without_profiles: true };
+        let mut other = Alternative {
             name: change.name,
             failed: None,
-            values: found.values,
-            parameters: found.parameters,
-            delta_aic: rise + 2.0 * more,
-            delta_bic: rise + n.ln() * more,
-            likelihood_ratio,
-        });
+            values: Vec::new(),
+            parameters: 0,
+            delta_aic: f64::NAN,
+            delta_bic: f64::NAN,
+            likelihood_ratio: None,
+        };
+        match fit_rows(&dataset, request.shots, &choices, &Policy::default()) {
+            Ok(found) if found.solution.names == fit.solution.names => {
+                let (there, parameters) = found.minus_two_log();
+                let (rise, more) = (there - likelihood, parameters as f64 - count as f64);
+                other.values = of_settings(&change.settings, &values(&found));
+                other.parameters = parameters;
+                other.delta_aic = rise + 2.0 * more;
+                other.delta_bic = rise + (numbers as f64).ln() * more;
+                other.likelihood_ratio = (change.nested != 0).then(|| {
+                    let statistic = (-f64::from(change.nested) * rise).max(0.0);
+                    LikelihoodRatio { statistic, p_value: at_bound(statistic) }
+                });
+            }
+            Ok(_) => other.failed = Some("it leaves other shots out".to_owned()),
+            Err(error) => other.failed = Some(error.to_string()),
+        }
+        alternatives.push(other);
     }
     alternatives
 }
@@ -112,139 +123,67 @@ fn at_bound(statistic: f64) -> f64 {
     0.5 * ChiSquared::new(1.0).map_or(f64::NAN, |d| d.sf(statistic))
 }
 
-fn changes(search: &Search, settled: &Settled) -> Vec<Change> {
-    let sample = search.first();
-    let &Model { fidelity, law, .. } = sample.model;
-    let settings = *sample.settings;
-    let fit = Change { name: "as fitted", fidelity, law, everywhere: false, settings, nested: 0 };
-    let corrected = search.shots().any(|shot| shot.plan.is_corrected());
-    let others: &[Fidelity] = match fidelity {
-        Fidelity::Full if corrected => &[Fidelity::Full, Fidelity::Linear],
-        Fidelity::Full => &[Fidelity::Linear],
-        _ => &[Fidelity::Full],
+/// Returns the models that a fit is compared with.
+fn changes(request: Request, fit: &RowsFit, own: &Settings, shots: &[Option<Deviations>]) -> Vec<Change> {
+    let full = FidelityChoice::Of(Fidelity::Full);
+    let fidelity = request.options.fidelity;
+    let is_full = matches!(fidelity, FidelityChoice::Auto | FidelityChoice::Of(Fidelity::Full));
+    let as_fitted = Change { name: "as fitted", fidelity, settings: request.dataset.settings, nested: 0 };
+    let other = |fidelity: Fidelity| Change {
+        name: fidelity.name(),
+        fidelity: FidelityChoice::Of(fidelity),
+        ..as_fitted.clone()
     };
-    let mut changes = vec![fit.clone()];
-    for other in others {
-        changes.push(Change { name: other.name(), fidelity: *other, everywhere: true, ..fit.clone() });
+    let adopts = fit.effects.iter().any(|effect| effect.adopted);
+    let mut all = Vec::new();
+    if adopts || !is_full {
+        all.push(other(Fidelity::Full));
     }
-    if !fidelity.effects().friction {
-        return changes;
+    if is_full {
+        all.push(other(Fidelity::Linear));
     }
-    changes.extend(other_law(search, settled, &fit));
-    if search.shots().any(|shot| shot.plan.has_topspin()) {
-        let own = settings[Parameter::MuS];
-        let mut changed = settings;
-        if own.fixed && own.initial == 0.0 {
-            changed[Parameter::MuS] = Parameter::MuS.default_setting();
-            changes.push(Change { name: "with friction of the cloth", settings: changed, nested: 1, ..fit });
-        } else {
-            let setting = &mut changed[Parameter::MuS];
-            (setting.initial, setting.lower, setting.fixed, setting.prior) = (0.0, 0.0, true, None);
-            let told = is_free(settled, Parameter::MuS) && own.prior.is_none();
-            let nested = if told { -1 } else { 0 };
-            changes.push(Change { name: "without friction of the cloth", settings: changed, nested, ..fit });
-        }
+    let has_friction = match fidelity {
+        FidelityChoice::Auto => true,
+        FidelityChoice::Of(fidelity) => fidelity.effects().friction,
+    };
+    if !has_friction {
+        return all;
     }
-    changes
-}
-
-/// A friction that falls with the slip in the place of a constant one, or the other way round.
-fn other_law(search: &Search, settled: &Settled, fit: &Change) -> Option<Change> {
-    let mut settings = fit.settings;
-    if fit.law != Law::Constant {
-        settings.falls = false;
-        let [b, c] = [Parameter::B, Parameter::C].map(|p| fit.settings[p]);
+    let is_told = |parameter: Parameter| {
+        fit.solution.get(id_of(parameter)).is_some_and(|found| found.std_error.is_some())
+            && own[parameter].prior.is_none()
+    };
+    // effects that were adopted stay
+    let fixed = if adopts { fidelity } else { full };
+    let base = Change { fidelity: if is_full { fixed } else { fidelity }, ..as_fitted };
+    let falls = own.falls;
+    let knows_speed = shots.iter().flatten().all(|shot| shot.speed.is_some());
+    let mut other_law = Change { name: "friction falling with the slip", nested: 1, ..base.clone() };
+    other_law.settings.falls = !falls;
+    if falls {
         // without b nothing depends on c: the ratio then has no known distribution
-        let told = fit.settings.falls && is_free(settled, Parameter::B) && c.fixed;
-        let nested = if told && b.lower == 0.0 && b.prior.is_none() { -1 } else { 0 };
-        return Some(Change {
-            name: "constant friction",
-            law: Law::Constant,
-            settings,
-            nested,
-            ..fit.clone()
-        });
-    }
-    // of frames only where they do not fit (`causes`), and without a speed nothing is known of the slip
-    if search.is_filmed() || !search.shots().all(|shot| shot.plan.knows_speed()) {
-        return None;
-    }
-    settings.falls = true;
-    for parameter in [Parameter::B, Parameter::C] {
-        settings[parameter] = parameter.default_setting();
-    }
-    let (b, c) = (settings[Parameter::B].initial, settings[Parameter::C].initial);
-    let law = Law::Exponential { b, c };
-    Some(Change { name: "friction falling with the slip", law, settings, nested: 1, ..fit.clone() })
-}
-
-/// Whether a parameter is free and determined.
-fn is_free(settled: &Settled, parameter: Parameter) -> bool {
-    settled.free.iter().any(|unknown| unknown.parameter == parameter)
-}
-
-struct Found {
-    values: Vec<(Parameter, f64)>,
-    minus_two_log: f64,
-    parameters: usize,
-}
-
-fn fitted(search: &Search, change: &Change, fit: &Settled) -> Result<Found, FitError> {
-    let sample = search.first();
-    let model = Model { fidelity: change.fidelity, law: change.law, ..*sample.model };
-    let plain: Vec<Fitted>;
-    let fitted = if change.everywhere {
-        plain = search.shots().map(|shot| Fitted { plan: shot.plan.plain(), ..shot.clone() }).collect();
-        &plain
-    } else {
-        sample.fitted
-    };
-    let mut sample = Sample { fitted, model: &model, settings: &change.settings, ..sample.clone() };
-    for parameter in change.settings.parameters().iter().copied().filter(|p| change.settings[*p].fixed) {
-        sample.initial[parameter] = change.settings[parameter].initial;
-    }
-    let initial = sample.initial;
-    let search = Search::of(sample).likeliest();
-    // another law of friction may have its minimum elsewhere; the other changes are small
-    let of_fit = fit.search.first();
-    let settled = if change.law == of_fit.model.law {
-        let mut start = *fit.minimum.first();
-        for parameter in Parameter::COEFFICIENTS.into_iter().filter(|p| of_fit.settings[*p].fixed) {
-            start[parameter] = initial[parameter];
+        let has_one = is_told(Parameter::B) && own[Parameter::C].fixed && own[Parameter::B].lower == 0.0;
+        all.push(Change { name: "constant friction", nested: -i32::from(has_one), ..other_law });
+    } else if knows_speed {
+        for parameter in [Parameter::B, Parameter::C] {
+            other_law.settings[parameter] = parameter.default_setting();
         }
-        Settled::from_starts(&search, &[vec![start]])
-    } else if search.shots().any(|shot| shot.plan.has_uncertain_inputs()) {
-        // what the inputs truly were makes χ² even, and a scan slow
-        Settled::from_starts(&search, &frictions_like(fit.minimum.first(), &initial, change.law))
-    } else {
-        Settled::new(&search)
-    }?;
-    Ok(Found {
-        values: change.settings.parameters().iter().map(|p| (*p, settled.minimum.first()[*p])).collect(),
-        minus_two_log: settled.search.minus_two_log_likelihood(&settled.minimum, &settled.estimated),
-        parameters: settled.minimum.parameters() + settled.estimated.len(),
-    })
-}
-
-/// Values of the friction under another law: constant, that of the fit at slips from slow to fast; falling, as large where
-/// the balls slip at a usual speed.
-fn frictions_like(fit: &Values, initial: &Values, law: Law) -> Vec<Vec<Values>> {
-    /// m/s
-    const USUAL_SLIP: f64 = 1.0;
-    /// How much of the friction there falls with the slip.
-    const PARTS: [f64; 3] = [0.1, 0.5, 0.9];
-    let start = |part: f64| {
-        let mut start = *fit;
-        if law == Law::Constant {
-            start[Parameter::Mu] += part * fit[Parameter::B];
+        all.push(other_law);
+    }
+    if shots.iter().flatten().any(|shot| shot.spins[0] > 0.0) {
+        let of_cloth = own[Parameter::MuS];
+        let mut cloth = base;
+        if of_cloth.fixed && of_cloth.initial == 0.0 {
+            cloth.settings[Parameter::MuS] = Parameter::MuS.default_setting();
+            all.push(Change { name: "with friction of the cloth", nested: 1, ..cloth });
         } else {
-            start[Parameter::C] = initial[Parameter::C];
-            start[Parameter::B] = part * fit[Parameter::Mu] * (start[Parameter::C] * USUAL_SLIP).exp();
-            start[Parameter::Mu] *= 1.0 - part;
+            let setting = &mut cloth.settings[Parameter::MuS];
+            (setting.initial, setting.lower, setting.fixed, setting.prior) = (0.0, 0.0, true, None);
+            let nested = -i32::from(is_told(Parameter::MuS));
+            all.push(Change { name: "without friction of the cloth", nested, ..cloth });
         }
-        vec![start]
-    };
-    PARTS.iter().map(|part| start(*part)).collect()
+    }
+    all
 }
 
 #[cfg(test)]

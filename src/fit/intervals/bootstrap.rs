@@ -8,11 +8,6 @@ use rand_chacha::ChaCha8Rng;
 use rayon::prelude::*;
 use statrs::distribution::{ContinuousCDF, Normal};
 
-use crate::fit::diagnostics::goodness::Context;
-use crate::fit::diagnostics::influence;
-use crate::fit::samples::Search;
-use crate::likelihood::fitted::Fitted;
-use crate::likelihood::sample::Unknown;
 use crate::measurement::parameter::Parameter;
 use crate::problem::{Id, ShotInfluence, Solution};
 
@@ -44,44 +39,8 @@ pub struct Resampled {
     pub bca: [f64; 2],
 }
 
-/// Draws and fits `replicates` samples of shots, in parallel; `done` is called after each.
-pub(in crate::fit) fn bootstrap(
-    search: &Search,
-    (context, free): (&Context, &[Unknown]),
-    replicates: usize,
-    seed: u64,
-    done: &(dyn Fn() + Sync),
-) -> Bootstrap {
-    let minimum = context.minimum;
-    let of_replicate = |number: usize| {
-        // a stream of its own: the result does not depend on the order
-        let mut rng = ChaCha8Rng::seed_from_u64(seed);
-        rng.set_stream(number as u64 + 1);
-        let fitted = search.first().fitted;
-        let count = fitted.len();
-        let drawn: Vec<Fitted> = (0..count).map(|_| fitted[rng.random_range(0..count)].clone()).collect();
-        let search = search.from(&minimum.values).with(|_, sample| sample.fitted = &drawn);
-        let found = search.converge(free).ok().map(|(minimum, _)| minimum);
-        done();
-        found.filter(|minimum| minimum.converged && minimum.determines_all()).map(|minimum| minimum.x)
-    };
-    let all: Vec<_> = (0..replicates).into_par_iter().map(of_replicate).collect();
-    let failed = all.iter().filter(|x| x.is_none()).count();
-    let shifts = influence::shifts_without(context);
-    let estimates = context.free.iter().enumerate().filter_map(|(column, parameter)| {
-        let mut values: Vec<f64> = all.iter().flatten().map(|x| x[column]).collect();
-        values.sort_by(f64::total_cmp);
-        let estimate = minimum.first()[*parameter];
-        // what leaving each shot out does tells how the error changes with the value
-        let jackknife: Vec<f64> =
-            shifts.iter().map(|shift| shift.as_ref().map_or(0.0, |s| s[column])).collect();
-        summary(*parameter, &values, estimate, &jackknife)
-    });
-    Bootstrap { replicates, seed, failed, estimates: estimates.collect() }
-}
-
-/// Draws and fits `replicates` samples of the shots of a film, in parallel; `done` is called after each.
-pub(in crate::fit) fn of_film(
+/// Draws and fits `replicates` samples of the shots, in parallel; `done` is called after each.
+pub(in crate::fit) fn draw(
     solution: &Solution,
     free: &[(Parameter, Id)],
     (replicates, seed): (usize, u64),

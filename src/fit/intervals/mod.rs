@@ -1,4 +1,4 @@
-//! Confidence intervals and regions: profiles of the likelihood and the bootstrap.
+//! Intervals and regions beyond value ± t·error.
+
 pub(crate) mod bootstrap;
-pub(crate) mod confidence_region;
-pub(crate) mod profile;
+pub(crate) mod regions;

@@ -51,7 +51,7 @@ impl Side {
     }
 
     /// Returns the state of a ball of this radius on the cloth.
-    fn state(&self, radius: f64) -> BallState {
+    pub fn state(&self, radius: f64) -> BallState {
         let [x, y, z] = self.spin.map(|spin| spin.re / radius);
         BallState {
             velocity: Vec3::new(self.velocity.x.re, self.velocity.y.re, 0.0),

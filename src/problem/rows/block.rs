@@ -165,6 +165,11 @@ impl RowsBlock {
         (residuals + errors).sqrt()
     }
 
+    /// Takes shots in the place of all, one may be taken several times.
+    pub fn take(&mut self, indices: &[usize]) {
+        self.shots = Arc::new(indices.iter().map(|i| self.shots[*i].clone()).collect());
+    }
+
     /// Keeps the shots for which `keep` is true.
     pub fn retain(&mut self, keep: &[bool]) {
         let mut keep = keep.iter();

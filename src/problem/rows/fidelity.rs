@@ -12,7 +12,7 @@ use crate::problem::descent::Descent;
 use crate::problem::film::impact::Correction;
 use crate::problem::minimise::{descend_with_noise, fit};
 use crate::problem::policy::Policy;
-use crate::problem::problem::{Problem, State};
+use crate::problem::problem::{Evaluation, Problem, State};
 use crate::problem::unknowns::{Id, Own};
 
 /// Rounds of computing offsets and fitting.
@@ -94,7 +94,7 @@ fn adopt(
     (other, with): (Problem, Descent),
     least: f64,
 ) -> Effect {
-    let fall = minus_two_log(problem, descent) - minus_two_log(&other, &with);
+    let fall = minus_two_log(problem, &descent.end) - minus_two_log(&other, &with.end);
     let adopted = fall > least;
     if adopted {
         (*problem, *descent) = (other, with);
@@ -103,14 +103,14 @@ fn adopt(
 }
 
 /// Returns −2 log L up to a constant, greatest over the noises that are not stated.
-fn minus_two_log(problem: &Problem, descent: &Descent) -> f64 {
-    let sums = descent.end.noises(0);
-    let Some(rows) = problem.rows() else { return descent.end.cost };
+pub(super) fn minus_two_log(problem: &Problem, at: &Evaluation) -> f64 {
+    let sums = at.noises(0);
+    let Some(rows) = problem.rows() else { return at.cost };
     let of_noise = sums
         .iter()
         .zip(&rows.noises)
         .map(|(sum, noise)| sum.count * (sum.weighted * noise.sd * noise.sd / sum.count).ln() - sum.weighted);
-    descent.end.cost + of_noise.sum::<f64>()
+    at.cost + of_noise.sum::<f64>()
 }
 
 /// Gives the shots whose speed is known the difference of the outcome with the balls' weight as their

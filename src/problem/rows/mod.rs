@@ -5,11 +5,13 @@
 //! Measurement Error Models, 1987, § 3.2).
 
 pub(crate) mod block;
+pub(crate) mod deviations;
 pub(crate) mod fidelity;
 mod outliers;
+pub(crate) mod prediction;
 pub(crate) mod run;
 mod settle;
-mod shot;
+pub(crate) mod shot;
 mod table;
 mod view;
 

@@ -3,7 +3,7 @@
 use statrs::distribution::{ChiSquared, ContinuousCDF};
 
 use super::block::{Pool, RowsBlock};
-use super::fidelity::{Effect, choose_effects};
+use super::fidelity::{Effect, choose_effects, minus_two_log};
 use super::outliers::judge_rows;
 use super::shot::RowShot;
 use super::table::Table;
@@ -13,8 +13,8 @@ use crate::measurement::observable::Observable;
 use crate::measurement::parameter::Parameter;
 use crate::physics::collision::FidelityChoice;
 use crate::problem::descent::{Descent, descend, descend_until};
+use crate::problem::film::causes::{self, Explained};
 use crate::problem::findings::Finding;
-use crate::problem::identifiability::{Combination, worst_direction};
 use crate::problem::intervals::{Determined, Intervals, Quantiles, Status, determine, errors_as_free};
 use crate::problem::loss::{ShotLoss, sandwich};
 use crate::problem::minimise::descend_with_noise;
@@ -22,7 +22,7 @@ use crate::problem::policy::Policy;
 use crate::problem::problem::{Evaluation, Problem};
 use crate::problem::solution::Solution;
 use crate::problem::uncertainty::Estimates;
-use crate::problem::unknowns::Id;
+use crate::problem::unknowns::{Id, Mode};
 
 /// Fall of χ² that ends the last descent, 1e-6 standard deviations, so that bounds are met exactly, and
 /// its evaluations.
@@ -113,12 +113,30 @@ pub struct RowsFit {
     pub noises: Vec<TableNoise>,
     /// Degrees of freedom of Student's t; `None` if all errors are stated.
     pub dof: Option<f64>,
-    /// The worst determined direction of the unknowns.
-    pub worst: Option<Combination>,
+    /// Covariance with unknowns at bounds taken for free.
+    pub(crate) as_free: Estimates,
+    /// Number of observations and priors, less the speeds that they determine.
+    pub numbers: usize,
     /// Weight of each shot by the loss.
     pub weights: Vec<f64>,
     /// Effects that were tried beyond those of the chosen fidelity.
     pub effects: Vec<Effect>,
+}
+
+impl RowsFit {
+    /// Returns whether the noise is stated or could be estimated.
+    #[must_use]
+    pub fn knows_noise(&self) -> bool {
+        self.noises.iter().all(|noise| noise.is_known)
+    }
+
+    /// Returns −2 log L up to a constant, greatest over the noises that are not stated, and the number of
+    /// unknowns and noises that were estimated.
+    #[must_use]
+    pub fn minus_two_log(&self) -> (f64, usize) {
+        let Solution { problem, at, covariance, .. } = &self.solution;
+        (minus_two_log(problem, at), covariance.columns.len() + self.noises.len())
+    }
 }
 
 /// Fits some shots of a table.
@@ -143,6 +161,10 @@ pub fn fit_rows(
         descent = descend_with_noise(&mut table.problem, descent.end.state);
     }
     let effects = choose_effects(&mut table.problem, &mut descent, choices.fidelity, &table.settings, policy);
+    if let Some(explained) = explain(&table, &descent.end, policy) {
+        findings.push(explained.finding);
+        (table.problem, descent) = (explained.problem, explained.descent);
+    }
     let free = table.problem.free();
     let converged = descent.converged;
     let descent =
@@ -176,11 +198,10 @@ fn finish(
     choices: &RowsChoices,
     policy: &Policy,
 ) -> RowsFit {
-    let table_numbers = table.numbers();
+    let numbers = table.numbers();
     let Table { problem, names, left_out, settings, observables, silent } = table;
     let at = descent.end;
     let (mut estimates, undetermined) = determine(&problem, &at);
-    let worst = at.eliminate(&problem, 0.0).and_then(|reduced| worst_direction(&problem, &at, &reduced));
     let distances = distances(&problem, &at);
     let weights = problem.rows().map_or_else(Vec::new, |rows| rows.weights(distances.iter().copied()));
     let noises = list_noises(&problem, &at, &estimates, &observables);
@@ -196,7 +217,7 @@ fn finish(
     }
     let knows_noise = noises.iter().all(|noise| noise.is_known);
     let quantiles = Quantiles::new(dof).filter(|_| knows_noise);
-    let chi2_dof = table_numbers as f64 - problem.free().len() as f64;
+    let chi2_dof = numbers as f64 - problem.free().len() as f64;
     let chance = ChiSquared::new(chi2_dof).map_or(1.0, |chi2| chi2.sf(at.cost));
     if noises.is_empty() && !is_robust && chance < policy.shot_tail && at.cost > policy.misfit * chi2_dof {
         let ratio = at.cost / chi2_dof;
@@ -222,10 +243,11 @@ fn finish(
     };
     let as_free =
         if is_robust { None } else { errors_as_free(&solution.problem, &solution.at, &undetermined) };
+    let as_free = as_free.unwrap_or_else(|| solution.covariance.clone());
     let others =
         if choices.without_profiles { Vec::new() } else { find_minima(&solution.problem, &solution.at) };
     let known = Intervals {
-        as_free: as_free.as_ref().unwrap_or(&solution.covariance),
+        as_free: &as_free,
         solution: &solution,
         undetermined: undetermined.into_iter().chain(silent).collect(),
         quantiles,
@@ -246,7 +268,32 @@ fn finish(
             Status::Free | Status::Fixed => {}
         }
     }
-    RowsFit { solution, estimates, noises, dof, worst, weights, effects }
+    RowsFit { solution, estimates, as_free, numbers, noises, dof, weights, effects }
+}
+
+/// Returns the refit with what explains residuals that the stated errors do not: another ratio of the
+/// masses, or a friction that falls with the slip.
+fn explain(table: &Table, at: &Evaluation, policy: &Policy) -> Option<Explained> {
+    let mut wider = table.problem.clone();
+    let rows = wider.rows()?;
+    let dof = table.numbers() as f64 - wider.free().len() as f64;
+    let chance = ChiSquared::new(dof).map_or(1.0, |chi2| chi2.sf(at.cost));
+    let is_stated = rows.noises.is_empty() && rows.loss == Loss::Squares;
+    let conflicts = Estimates::new(&wider, at)?.conflicts(&wider, at);
+    let is_contradicted = conflicts.iter().any(|conflict| conflict.size.abs() > policy.conflict);
+    if !is_stated || (chance > policy.shot_tail && !is_contradicted) {
+        return None;
+    }
+    let knows_speed = rows.shots.iter().all(|shot| shot.knows_speed);
+    for (id, is_told) in [(Id::MassRatio, true), (Id::FallB, knows_speed)] {
+        let unknown = wider.unknown_mut(id);
+        if unknown.mode == Mode::Fixed && is_told {
+            unknown.mode = Mode::Tested;
+        }
+    }
+    wider.refresh_contact();
+    let at = wider.evaluate(at.state.clone());
+    causes::explain(&wider, &at, &Estimates::new(&wider, &at)?, policy)
 }
 
 /// Returns where descents from a grid in μ end.

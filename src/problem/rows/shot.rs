@@ -3,7 +3,8 @@
 use nalgebra::{DMatrix, DVector};
 use num_dual::DualNum;
 
-use super::view::{View, wrap};
+use super::view::View;
+use crate::numerics::wrap;
 use crate::measurement::dataset::{Before, Dataset, Joint, Measured, Measurement, Shared as Common, Shot};
 use crate::measurement::observable::Observable;
 use crate::measurement::spin::Spin;
@@ -30,7 +31,7 @@ const DEPENDENT: f64 = 1e-12;
 const EXACT: f64 = 1e-5;
 
 /// Speeds afterwards that determine an unknown speed before, the best first.
-const SPEEDS: [Observable; 4] = [
+pub(super) const SPEEDS: [Observable; 4] = [
     Observable::ObjectSpeed,
     Observable::ObjectSpeedRolling,
     Observable::CueSpeed,
@@ -236,6 +237,26 @@ impl RowShot {
 
     /// Returns the residuals, those of unstated errors not yet divided by their noise.
     pub fn predict(&self, own: &Own, shared: &Shared, contact: &Contact) -> Result<Predicted, NotACollision> {
+        let Differences { values: differences, sticks, topspin, .. } =
+            self.differences(own, shared, contact)?;
+        let residual = |(i, row): (usize, &Row)| {
+            let mut whitened = differences[i] * self.rest[(i, i)];
+            for j in (0..i).filter(|j| self.rest[(i, *j)] != 0.0) {
+                whitened += differences[j] * self.rest[(i, j)];
+            }
+            Residual { value: whitened.re, by: gradient(&whitened), noise: row.noise }
+        };
+        let residuals = self.rows.iter().enumerate().map(residual).collect();
+        Ok(Predicted { residuals, sticks, topspin })
+    }
+
+    /// Returns the predicted numbers less the measured ones.
+    pub(super) fn differences(
+        &self,
+        own: &Own,
+        shared: &Shared,
+        contact: &Contact,
+    ) -> Result<Differences, NotACollision> {
         let (cue, view) = self.approach(own, shared);
         let (sides, sticks) = contact.collide(&cue, shared, &self.offset)?;
         let units = self.units(own);
@@ -255,17 +276,31 @@ impl RowShot {
             }
             difference
         };
-        let differences: Vec<Dual> = self.rows.iter().enumerate().map(difference).collect();
-        let residual = |(i, row): (usize, &Row)| {
-            let mut whitened = differences[i] * self.rest[(i, i)];
-            for j in (0..i).filter(|j| self.rest[(i, *j)] != 0.0) {
-                whitened += differences[j] * self.rest[(i, j)];
-            }
-            Residual { value: whitened.re, by: gradient(&whitened), noise: row.noise }
-        };
-        let residuals = self.rows.iter().enumerate().map(residual).collect();
-        Ok(Predicted { residuals, sticks, topspin: cue.spin[1] / cue.velocity.x })
+        Ok(Differences {
+            values: self.rows.iter().enumerate().map(difference).collect(),
+            sticks,
+            topspin: cue.spin[1] / cue.velocity.x,
+            view,
+            spin: cue.spin.map(|spin| spin.re),
+        })
     }
+
+    /// Returns the errors of the rows that no error before the impact causes, those of unstated errors in
+    /// units of their noise: the lower Cholesky factor of their covariance.
+    pub(super) fn own_errors(&self) -> Option<DMatrix<f64>> {
+        self.rest.clone().try_inverse()
+    }
+}
+
+/// Predicted numbers less measured ones.
+pub(super) struct Differences {
+    pub values: Vec<Dual>,
+    pub sticks: bool,
+    /// Topspin about the line of centres over the closing speed.
+    pub topspin: Dual,
+    pub view: View,
+    /// R ω of the cue ball before the impact in the collision frame, m/s.
+    pub spin: [f64; 3],
 }
 
 /// Returns the first guess of an unknown speed from the best speed afterwards, which is made exact if

@@ -296,6 +296,7 @@ fn undetermined_combinations_are_named() {
     for id in [Id::Mu, Id::FallB] {
         assert_eq!(fit.get(id).status, Status::NotIdentified, "{}", id.name());
     }
-    let worst = fit.worst.unwrap();
+    let values = [Id::Mu, Id::FallB].map(|id| (id, fit.solution.value(id)));
+    let worst = fit.solution.worst_direction(&values).unwrap();
     assert!(worst.is_undetermined && worst.terms.len() == 2, "{worst:?}");
 }

@@ -3,6 +3,7 @@
 use num_dual::DualNum;
 
 use crate::measurement::observable::{Axis, Observable};
+use crate::numerics::wrap;
 use crate::problem::film::dual::{Dual, DualVector, constant, norm};
 use crate::problem::film::impact::Side;
 
@@ -74,11 +75,4 @@ fn rolling(ball: &Side) -> DualVector {
 /// Returns the same angle within (−π, π].
 fn turn(angle: Dual) -> Dual {
     angle + (wrap(angle.re) - angle.re)
-}
-
-/// Returns the same angle within (−π, π], rad.
-pub(super) fn wrap(angle: f64) -> f64 {
-    use std::f64::consts::{PI, TAU};
-    let turned = angle.rem_euclid(TAU);
-    if turned > PI { turned - TAU } else { turned }
 }

@@ -1,0 +1,110 @@
+//! Confidence regions of pairs of parameters: where χ², least over the others, is so far above its
+//! minimum, beside the ellipse that its curvature says.
+
+use std::f64::consts::TAU;
+
+use nalgebra::{Matrix2, Vector2};
+use statrs::distribution::{ChiSquared, ContinuousCDF, FisherSnedecor};
+
+use crate::fit::Estimate;
+use crate::fit::common::id_of;
+use crate::measurement::parameter::Parameter;
+use crate::problem::Solution;
+
+/// The regions that are drawn: they hold the true pair with this probability.
+pub const LEVELS: [f64; 2] = [0.68, 0.95];
+
+/// Points of an ellipse.
+const POINTS: usize = 48;
+
+/// The confidence regions of two parameters.
+#[derive(Clone, Debug, PartialEq)]
+#[non_exhaustive]
+pub struct Contour {
+    /// The parameters.
+    pub parameters: [Parameter; 2],
+    /// The estimates.
+    pub centre: [f64; 2],
+    /// The regions, in the order of [`LEVELS`].
+    pub levels: Vec<Level>,
+}
+
+/// One confidence region.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Level {
+    /// The probability with which the region holds the true pair.
+    pub probability: f64,
+    /// How far χ² on the edge is above its minimum.
+    pub rise: f64,
+    /// The edge, a closed polygon within the bounds.
+    pub edge: Vec<[f64; 2]>,
+    /// The same region if χ² were the parabola that it is at the minimum.
+    pub ellipse: Vec<[f64; 2]>,
+}
+
+/// How χ², least over all other unknowns, rises as one parameter moves.
+#[derive(Clone, Debug, PartialEq)]
+#[non_exhaustive]
+pub struct Profile {
+    /// The parameter.
+    pub parameter: Parameter,
+    /// Its value and by how much χ² is above its minimum there, from the lower end of the 95 % interval to the upper one.
+    pub points: Vec<[f64; 2]>,
+}
+
+/// Returns the regions of all pairs of some estimates; `dof` are the degrees of freedom of a noise that was
+/// estimated. The edge of a pair of parabolas is its ellipse.
+pub(in crate::fit) fn contours(solution: &Solution, estimates: &[&Estimate], dof: Option<f64>) -> Vec<Contour> {
+    let after = |i: usize| estimates[i + 1..].iter().map(move |second| [estimates[i], second]);
+    let pairs = (0..estimates.len()).flat_map(after);
+    pairs.filter_map(|pair| contour(solution, pair, dof)).collect()
+}
+
+fn contour(solution: &Solution, pair: [&Estimate; 2], dof: Option<f64>) -> Option<Contour> {
+    let ids = pair.map(|estimate| id_of(estimate.parameter));
+    let centre = pair.map(|estimate| estimate.value);
+    let bounds = ids.map(|id| solution.bounds(id));
+    let covariance = solution.covariance(&ids);
+    let root = Matrix2::from_fn(|i, j| covariance[(i, j)]).cholesky()?.l();
+    let is_parabola = pair.iter().all(|estimate| !estimate.is_profiled());
+    let level = |probability: f64| {
+        let rise = rise(probability, dof)?;
+        let point = |k: usize| {
+            let (sin, cos) = (TAU * k as f64 / POINTS as f64).sin_cos();
+            let along = rise.sqrt() * (root * Vector2::new(cos, sin));
+            [centre[0] + along.x, centre[1] + along.y]
+        };
+        let ellipse: Vec<[f64; 2]> = (0..POINTS).map(point).collect();
+        let inside = |point: &[f64; 2]| [0, 1].map(|i| point[i].clamp(bounds[i][0], bounds[i][1]));
+        let edge = if is_parabola {
+            ellipse.iter().map(inside).collect()
+        } else {
+            solution.region(ids.map(|id| id as usize), &root, rise)?
+        };
+        Some(Level { probability, rise, edge, ellipse })
+    };
+    let levels: Option<Vec<Level>> = LEVELS.into_iter().map(level).collect();
+    Some(Contour { parameters: pair.map(|estimate| estimate.parameter), centre, levels: levels? })
+}
+
+/// χ² rises by this on the edge of the region of two parameters.
+fn rise(probability: f64, dof: Option<f64>) -> Option<f64> {
+    match dof {
+        None => Some(ChiSquared::new(2.0).ok()?.inverse_cdf(probability)),
+        Some(dof) => Some(2.0 * FisherSnedecor::new(2.0, dof).ok()?.inverse_cdf(probability)),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn regions_of_two_parameters() {
+        // −2 ln(1 − p) for χ²(2)
+        assert!((rise(0.95, None).unwrap() + 2.0 * 0.05_f64.ln()).abs() < 1e-9);
+        assert!((rise(0.68, None).unwrap() + 2.0 * 0.32_f64.ln()).abs() < 1e-9);
+        // 2 F(2, 10) at 95 %: scipy.stats.f.ppf(0.95, 2, 10) = 4.102 821
+        assert!((rise(0.95, Some(10.0)).unwrap() - 2.0 * 4.102_821).abs() < 1e-5);
+    }
+}

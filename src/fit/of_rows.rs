@@ -1,0 +1,456 @@
+//! The fit of a table as a [`Fit`].
+
+use std::time::Instant;
+
+use nalgebra::{DMatrix, DVector};
+use statrs::distribution::{ChiSquared, ContinuousCDF, StudentsT};
+
+use super::common::{Common, id_of, ids};
+use super::diagnostics::goodness::{IMPROBABLE, normality_of};
+use super::diagnostics::trends::ranked;
+use super::diagnostics::{other_models, refuted};
+use super::intervals::regions;
+use super::{
+    Computed, Depth, Diagnostics, Estimate, Fit, FitError, Goodness, Intervals, Noise, NoiseVerdict, Options,
+    Plateau, Profile, Refuted, Rejected, Residual, Status, Trend, Variable, check, film_words, table_words,
+    warnings,
+};
+use crate::measurement::dataset::{Dataset, Shot};
+use crate::measurement::observable::{Axis, Observable};
+use crate::measurement::parameter::{Compliance, Parameter, Settings};
+use crate::physics::collision::{Effects, Fidelity, FidelityChoice, Model};
+use crate::problem::{
+    Determined, Deviations, Policy, RowsChoices, RowsError, RowsFit, Severity, ShiftScore, Status as Found,
+    fit_rows,
+};
+
+/// With more shots than this the regions of pairs of parameters and other models, some hundred fits, take
+/// longer than reading, and are parabolas to the eye.
+const MANY_SHOTS: usize = 5_000;
+
+/// Standard deviations that are too large by less than this part do no harm, however many shots show it.
+const HARMLESS: f64 = 0.05;
+
+/// Shots of a table, and how they are fitted.
+#[derive(Clone, Copy)]
+pub(super) struct Request<'a> {
+    pub dataset: &'a Dataset,
+    pub shots: &'a [&'a Shot],
+    /// Column and label.
+    pub group: Option<&'a (String, String)>,
+    pub options: &'a Options,
+    /// Called after each sample of the bootstrap.
+    pub done: &'a (dyn Fn() + Sync),
+}
+
+/// A fit with what it was fitted to.
+struct Fitted<'a> {
+    request: Request<'a>,
+    settings: Settings,
+    depth: Depth,
+    rows: RowsFit,
+    deviations: Vec<Option<Deviations>>,
+}
+
+/// Fits some shots of a table.
+pub(super) fn fit(request: Request) -> Result<Fit, FitError> {
+    let begun = Instant::now();
+    let Request { dataset, options, .. } = request;
+    let depth =
+        if request.shots.len() > MANY_SHOTS { options.depth.min(Depth::Intervals) } else { options.depth };
+    // what no model describes is not worth more
+    let is_light = options.fidelity == FidelityChoice::Auto && check::are_mixed_up(request.shots);
+    let fidelity = if is_light { FidelityChoice::Of(Fidelity::Full) } else { options.fidelity };
+    let depth = if is_light { Depth::Estimates } else { depth };
+    let choices =
+        RowsChoices { fidelity, loss: options.loss, without_profiles: depth < Depth::Intervals };
+    let rows = fit_rows(dataset, request.shots, &choices, &Policy::default());
+    let rows = rows.map_err(|error| request.named(error))?;
+    let deviations = rows.deviations();
+    let fitted = Fitted { request, settings: dataset.settings_of_balls(), depth, rows, deviations };
+    let mut fit = fitted.fit();
+    fitted.comment(&mut fit);
+    fit.seconds = begun.elapsed().as_secs_f64();
+    Ok(fit)
+}
+
+impl Request<'_> {
+    /// Returns how an error names what is fitted.
+    fn title(&self) -> String {
+        match self.group {
+            Some((column, label)) => format!("{} ({column} {label})", self.dataset.name),
+            None => self.dataset.name.clone(),
+        }
+    }
+
+    /// Returns the error of a fit with the names of the data set and its places.
+    fn named(&self, error: RowsError) -> FitError {
+        let dataset = self.title();
+        let place = |name: String| {
+            let shot = self.shots.iter().find(|shot| shot.name == name);
+            let place = shot.map(|shot| format!("{}:{}", shot.file.display(), shot.line));
+            Box::new((place.unwrap_or_default(), name))
+        };
+        match error {
+            RowsError::NoShot { left_out } => {
+                let of = |(shot, reason)| Rejected { shot, reason };
+                FitError::NoUsableShot { dataset, shots_rejected: left_out.into_iter().map(of).collect() }
+            }
+            RowsError::TooFewNumbers { numbers, unknowns } => {
+                let names: Vec<&str> = unknowns.iter().map(|id| id.name()).collect();
+                FitError::TooFewObservations { dataset, observations: numbers, parameters: names.join(", ") }
+            }
+            RowsError::MixedNoise { column, with, without } => {
+                FitError::MixedNoise { dataset, column, with: place(with), without: place(without) }
+            }
+            RowsError::Rigid(fidelity) => FitError::Rigid { dataset, fidelity },
+            RowsError::NoStart => FitError::NoStart(dataset),
+        }
+    }
+}
+
+impl Fitted<'_> {
+    fn common(&self) -> Common<'_> {
+        let Request { dataset, group, options, done, .. } = self.request;
+        Common { dataset, group, options, settings: &self.settings, solution: &self.rows.solution, done }
+    }
+
+    /// Returns the fit without what is to be said of it.
+    fn fit(&self) -> Fit {
+        let RowsFit { solution, estimates, as_free, numbers, .. } = &self.rows;
+        let estimates: Vec<Estimate> = estimates.iter().map(|found| self.estimate(found)).collect();
+        let all = ids(&estimates);
+        let place = |i: usize| as_free.position(all[i] as usize);
+        let covariance = DMatrix::from_fn(all.len(), all.len(), |i, j| match (place(i), place(j)) {
+            (Some(i), Some(j)) => as_free.covariance[(i, j)],
+            _ => f64::NAN,
+        });
+        let common = self.common();
+        let correlation = common.correlation(&estimates, &covariance);
+        let mut fit = Fit { correlation, ..common.bare(estimates) };
+        fit.dof = numbers.saturating_sub(solution.covariance.columns.len());
+        fit.residuals = self.residuals();
+        fit.noise = self.noise(&fit.residuals);
+        let computed = self.computed();
+        for (effect, _) in Effects::NONE.list() {
+            let is_on = computed.iter().any(|of| of.effects.list().contains(&(effect, true)));
+            fit.effects.push((effect, is_on));
+        }
+        fit.diagnostics = self.diagnostics(&fit);
+        fit.diagnostics.computed = computed;
+        refuted::judge(&mut fit, self.request.shots);
+        fit
+    }
+
+    fn estimate(&self, found: &Determined) -> Estimate {
+        let Some(parameter) = Parameter::ALL.into_iter().find(|p| id_of(*p) == found.id) else {
+            unreachable!("estimates are of parameters")
+        };
+        let status = match found.status {
+            Found::Free => Status::Free,
+            Found::Fixed => Status::Fixed,
+            Found::AtLower => Status::AtLowerBound,
+            Found::AtUpper => Status::AtUpperBound,
+            Found::NotIdentified => Status::NotIdentified,
+        };
+        let profile = found.profile.map(|ends| ends.map(|end| end.value));
+        let is_own = [found.of_error, profile].contains(&found.interval);
+        let differs = |of_bounds: &f64| found.std_error.is_some_and(|error| error != *of_bounds);
+        Estimate {
+            std_error: found.std_error,
+            interval_95: found.interval,
+            intervals: Intervals { hessian: found.of_error, profile: if is_own { profile } else { found.interval } },
+            std_error_at_bound: found.std_error_at_bounds.filter(differs),
+            includes_other_minimum: !is_own,
+            ..Estimate::bare(parameter, found.value, status)
+        }
+    }
+
+    /// Returns a row for each number, against its prediction from the measured inputs.
+    fn residuals(&self) -> Vec<Residual> {
+        let names = &self.rows.solution.names[0];
+        let of_shot = |(name, found): (&String, &Option<Deviations>)| {
+            let Some(found) = found else { return Vec::new() };
+            let row = |i: usize| {
+                let observable = found.observables[i];
+                let is_known = self.noise_of(observable).is_none_or(|noise| noise.is_known);
+                let sd = if is_known { found.covariance[(i, i)].sqrt() } else { f64::NAN };
+                Residual {
+                    shot: name.clone(),
+                    observable,
+                    measured: found.measured[i],
+                    predicted: found.measured[i] - found.values[i],
+                    sd,
+                    standardized: found.values[i] / sd,
+                    cut: found.cut,
+                    speed: found.speed,
+                }
+            };
+            (0..found.observables.len()).map(row).collect()
+        };
+        names.iter().zip(&self.deviations).flat_map(of_shot).collect()
+    }
+
+    /// Returns the noise of an observable, if it was estimated.
+    fn noise_of(&self, observable: Observable) -> Option<&crate::problem::TableNoise> {
+        self.rows.noises.iter().find(|noise| noise.observables.contains(&observable))
+    }
+
+    /// Returns a row for each observable.
+    fn noise(&self, residuals: &[Residual]) -> Vec<Noise> {
+        let mut all: Vec<Noise> = Vec::new();
+        for Residual { observable, .. } in residuals {
+            if all.iter().any(|known| known.observable == *observable) {
+                continue;
+            }
+            let own = residuals.iter().filter(|residual| residual.observable == *observable);
+            let (sum, count) =
+                own.fold((0.0, 0), |(sum, count), r| (sum + (r.measured - r.predicted).powi(2), count + 1));
+            let noise = self.noise_of(*observable);
+            let is_rounding = |noise: &&crate::problem::TableNoise| {
+                noise.rounding > 0.0 && noise.sd <= noise.rounding
+            };
+            all.push(Noise {
+                observable: *observable,
+                count,
+                rms: (sum / count as f64).sqrt(),
+                estimated_sd: noise.map(|noise| if noise.is_known { noise.sd } else { f64::NAN }),
+                rounding: noise.filter(is_rounding).map(|noise| noise.rounding),
+            });
+        }
+        all
+    }
+
+    /// Returns how many shots were computed with which effects.
+    fn computed(&self) -> Vec<Computed> {
+        let RowsFit { solution, effects, .. } = &self.rows;
+        let shots = solution.names[0].len();
+        let fidelity = match self.request.options.fidelity {
+            FidelityChoice::Auto => Fidelity::Full,
+            FidelityChoice::Of(fidelity) => fidelity,
+        };
+        let adopted = |name: &str| effects.iter().find(|effect| effect.adopted && effect.name == name);
+        let compliance = self.settings.compliance == Compliance::Stated || adopted("compliance").is_some();
+        let own = Model::new(fidelity, self.request.dataset.ball).effects.and(fidelity.effects());
+        let base = Effects { compliance, falling_friction: self.settings.falls, ..own };
+        let heavy = if fidelity == Fidelity::Contact { 0 } else { adopted("weight").map_or(0, |e| e.shots) };
+        let all = [
+            Computed { fidelity, effects: base, shots: shots - heavy.min(shots) },
+            Computed {
+                fidelity: Fidelity::Contact,
+                effects: Effects { compliance, falling_friction: self.settings.falls, ..Effects::ALL },
+                shots: heavy,
+            },
+        ];
+        all.into_iter().filter(|computed| computed.shots > 0).collect()
+    }
+
+    fn diagnostics(&self, fit: &Fit) -> Diagnostics {
+        let Self { rows, depth, request, .. } = self;
+        let common = self.common();
+        let contact = common.contact();
+        let with = |is: &dyn Fn(Status) -> bool| -> Vec<Parameter> {
+            fit.estimates.iter().filter(|e| is(e.status)).map(|e| e.parameter).collect()
+        };
+        let informed = |p: &Parameter| self.rows.solution.is_informed(id_of(*p));
+        let free = with(&|status| matches!(status, Status::Free | Status::NotIdentified));
+        let free: Vec<Parameter> = free.into_iter().filter(informed).collect();
+        let silent = with(&|status| status == Status::NotIdentified);
+        let silent = silent.into_iter().filter(|p| !informed(p)).collect();
+        let goodness = self.goodness(fit.dof);
+        let reduced = goodness.chi2 / goodness.dof.max(1) as f64;
+        let is_refuted = goodness.p_value.is_some_and(|p| Refuted::is(p, reduced));
+        let everything = *depth >= Depth::Everything && !is_refuted;
+        let is_robust = common.robust(&rows.weights).is_some();
+        let estimated = fit.estimates.iter().filter(|e| e.std_error.is_some() && !e.parameter.is_of_balls());
+        let estimated: Vec<&Estimate> = estimated.collect();
+        let shows = everything && !is_robust && rows.knows_noise();
+        Diagnostics {
+            identifiability: common.identifiability(&free, silent),
+            goodness: Some(goodness),
+            robust: common.robust(&rows.weights),
+            bootstrap: common.bootstrap(&contact),
+            contours: if shows { regions::contours(&rows.solution, &estimated, rows.dof) } else { Vec::new() },
+            profiles: if shows { self.profiles(&estimated) } else { Vec::new() },
+            alternatives: if everything && !is_robust {
+                other_models::compare(*request, rows, &self.deviations)
+            } else {
+                Vec::new()
+            },
+            plateaus: self.plateaus(fit),
+            has_rival: fit.estimates.iter().any(|estimate| estimate.includes_other_minimum),
+            ..Diagnostics::default()
+        }
+    }
+
+    /// Returns how χ² rises along each parameter.
+    fn profiles(&self, estimates: &[&Estimate]) -> Vec<Profile> {
+        let of = |estimate: &&Estimate| {
+            let ends = estimate.intervals.profile?;
+            let points = self.rows.solution.curve(id_of(estimate.parameter) as usize, ends);
+            Some(Profile { parameter: estimate.parameter, points })
+        };
+        estimates.iter().filter_map(of).collect()
+    }
+
+    /// Returns the parameters that may as well have any value beyond their estimate.
+    fn plateaus(&self, fit: &Fit) -> Vec<Plateau> {
+        let of = |estimate: &Estimate| {
+            let is_flat = estimate.status == Status::Free && estimate.std_error.is_none() && self.rows.knows_noise();
+            let [_, high] = self.rows.solution.bounds(id_of(estimate.parameter));
+            is_flat.then_some(Plateau { parameter: estimate.parameter, edge: estimate.value, bound: high })
+        };
+        fit.estimates.iter().filter_map(of).collect()
+    }
+
+    fn goodness(&self, dof: usize) -> Goodness {
+        let RowsFit { solution, weights, noises, .. } = &self.rows;
+        let is_stated = noises.is_empty() && self.common().robust(weights).is_none();
+        let chi2 = solution.chi2_of_all();
+        let chance = ChiSquared::new(dof as f64).ok().map(|d| d.sf(chi2));
+        let p_value = chance.filter(|_| is_stated);
+        let noise_factor = p_value.map(|_| (chi2 / dof as f64).sqrt());
+        let noise = match p_value {
+            None => NoiseVerdict::NotTested,
+            Some(p) if p < IMPROBABLE => NoiseVerdict::TooSmall,
+            Some(p) if p > 1.0 - IMPROBABLE && noise_factor < Some(1.0 - HARMLESS) => NoiseVerdict::TooLarge,
+            Some(_) => NoiseVerdict::Explains,
+        };
+        let standardized: Vec<f64> = self.deviations.iter().flatten().flat_map(whiten).collect();
+        let influential_from = self.common().influential_from(standardized.len() as f64);
+        Goodness {
+            chi2,
+            dof,
+            noise_is_stated: is_stated,
+            p_value,
+            noise,
+            noise_factor,
+            trends: self.trends(),
+            normality: normality_of(&standardized),
+            influence: self.common().influence(influential_from),
+            influential_from,
+        }
+    }
+
+    fn trends(&self) -> Vec<Trend> {
+        let solution = &self.rows.solution;
+        let variable = |of: &dyn Fn(&Deviations) -> f64| -> Vec<f64> {
+            self.deviations.iter().map(|found| found.as_ref().map_or(f64::NAN, of)).collect()
+        };
+        let variables = [
+            (Variable::Speed, variable(&|found| found.speed.unwrap_or(f64::NAN))),
+            (Variable::Cut, variable(&|found| found.cut.abs())),
+            (Variable::Roll, variable(&|found| found.spins[0])),
+            (Variable::Side, variable(&|found| found.spins[1])),
+        ];
+        let columns = solution.own_columns();
+        let mut found = Vec::new();
+        for (quantity, direction) in quantities(&self.deviations) {
+            let score = |(i, one): (usize, &Option<Deviations>)| {
+                let one = one.as_ref()?;
+                let direction = direction(one);
+                let square = direction.norm_squared();
+                let unit = &direction * (direction.dot(&(&one.covariance * &direction)).sqrt() / square);
+                let weight = self.rows.weights.get(i).copied().unwrap_or(1.0);
+                let weighted = one.covariance.clone().cholesky()?.solve(&unit) * weight;
+                let by = one.by.tr_mul(&weighted);
+                (square > 0.0).then(|| ShiftScore {
+                    square: unit.dot(&weighted),
+                    along: -one.values.dot(&weighted),
+                    beside: DVector::from_iterator(
+                        columns.len(),
+                        columns.iter().map(|(_, id)| by.get(*id as usize).copied().unwrap_or(0.0)),
+                    ),
+                })
+            };
+            let scores: Vec<Option<ShiftScore>> = self.deviations.iter().enumerate().map(score).collect();
+            for (variable, values) in &variables {
+                let Some(slope) = solution.slope_of(values, &scores) else { continue };
+                // of noise that is estimated from the same numbers
+                let of_t = |dof: f64| Some(2.0 * StudentsT::new(0.0, 1.0, dof).ok()?.sf(slope.t.abs()));
+                let p_value = match self.rows.dof {
+                    Some(_) if !self.rows.knows_noise() => None,
+                    Some(dof) => of_t(dof - 1.0),
+                    None => Some(slope.p_value),
+                };
+                found.extend(p_value.map(|p| (quantity, *variable, slope.value, p)));
+            }
+        }
+        ranked(found)
+    }
+
+    /// Adds what is to be said of the fit.
+    fn comment(&self, fit: &mut Fit) {
+        let Request { dataset, shots, options, .. } = self.request;
+        fit.explanations.extend(table_words::compliance(&self.rows));
+        let topspin = self.deviations.iter().flatten().any(|found| found.spins[0] > 0.0);
+        warnings::add(fit, topspin, self.rows.knows_noise());
+        fit.notes.extend(table_words::effects(&self.rows));
+        if self.deviations.iter().flatten().any(|found| found.speed.is_none()) {
+            fit.notes.push(
+                "Some shots have no speed. Only angles and ratios were asked of them, which do not depend on it."
+                    .to_string(),
+            );
+        }
+        let plateaus = std::mem::take(&mut fit.diagnostics.plateaus);
+        warnings::add_plateaus(fit, &plateaus);
+        warnings::add_tracks(fit, dataset, shots);
+        let findings = fit.findings.iter().filter(|finding| finding.severity() > Severity::Note);
+        let sentences = findings.filter_map(|finding| film_words::sentence(finding, None, 0.0));
+        fit.warnings.splice(0..0, sentences.collect::<Vec<_>>());
+        if self.depth < options.depth {
+            fit.notes.push(
+                "With so many shots the regions of pairs of parameters and other models are left out.".to_owned(),
+            );
+        }
+    }
+}
+
+/// Direction of a quantity among the numbers of a shot.
+type Direction = Box<dyn Fn(&Deviations) -> DVector<f64> + Sync>;
+
+/// Returns what may have trends: of impacts the velocities along and across the line of centres, of
+/// angles every observable.
+fn quantities(shots: &[Option<Deviations>]) -> Vec<(&'static str, Direction)> {
+    let velocity = |of: fn(Axis) -> Observable, across: bool| -> Direction {
+        Box::new(move |found| {
+            let [cos, sin] = found.normal;
+            // friction has the sign of the cut angle
+            let side = if found.cut < 0.0 { -1.0 } else { 1.0 };
+            let axes = if across { [-side * sin, side * cos] } else { [cos, sin] };
+            let part = |observable: &Observable| {
+                let axis = [Axis::X, Axis::Y].into_iter().position(|axis| of(axis) == *observable);
+                axis.map_or(0.0, |axis| axes[axis])
+            };
+            DVector::from_iterator(found.observables.len(), found.observables.iter().map(part))
+        })
+    };
+    let mut seen: Vec<Observable> = Vec::new();
+    for observable in shots.iter().flatten().flat_map(|found| &found.observables) {
+        if !seen.contains(observable) {
+            seen.push(*observable);
+        }
+    }
+    if seen.iter().any(|observable| Observable::IMPACTS.contains(observable)) {
+        return vec![
+            ("throw", velocity(Observable::ObjectVelocity, true)),
+            ("object-ball velocity along the line of centres", velocity(Observable::ObjectVelocity, false)),
+            ("cue-ball velocity along the line of centres", velocity(Observable::CueVelocity, false)),
+            ("cue-ball velocity across the line of centres", velocity(Observable::CueVelocity, true)),
+        ];
+    }
+    let only = |which: Observable| -> Direction {
+        Box::new(move |found| {
+            let part = |observable: &Observable| if *observable == which { 1.0 } else { 0.0 };
+            DVector::from_iterator(found.observables.len(), found.observables.iter().map(part))
+        })
+    };
+    seen.into_iter().map(|observable| (observable.label(), only(observable))).collect()
+}
+
+/// Returns the deviations of a shot in units of their errors, independent of each other.
+fn whiten(found: &Deviations) -> Vec<f64> {
+    let factor = found.covariance.clone().cholesky();
+    let white = factor.and_then(|factor| factor.l().solve_lower_triangular(&found.values));
+    white.map_or_else(Vec::new, |white| white.iter().copied().collect())
+}
