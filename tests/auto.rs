@@ -2,7 +2,7 @@
 
 use caromfit::fit;
 use caromfit::fit::{Fit, Options};
-use caromfit::likelihood::{Plan, covariance};
+use caromfit::problem::predict;
 use caromfit::measurement::dataset::{Dataset, ObjectBall, Shot};
 use caromfit::physics::ball::Ball;
 use caromfit::physics::collision::{Coefficients, Fidelity, FidelityChoice, Model};
@@ -85,20 +85,14 @@ fn corrections_do_what_the_integrated_fidelity_does() {
     assert!(bias > BIAS, "{bias}");
     let model = Model::new(Fidelity::Contact, Ball::POOL);
     let [mu, mu_s, e] = [0, 1, 2].map(|i: usize| contact.estimates[i].value);
-    let at_minimum = Coefficients { mu, mu_s, e };
     let residuals = |values: [f64; 3]| -> f64 {
         let coefficients = Coefficients { mu: values[0], mu_s: values[1], e: values[2] };
         let chi2 = |shot: &Shot| {
-            let plan = Plan::new(shot).unwrap();
-            // a fit ends with the weights of its end
-            let weights = covariance(&plan, &plan.predict(&model, &at_minimum).unwrap(), &Vec::new());
-            let prediction = plan.predict(&model, &coefficients).unwrap();
-            let rows = plan.rows().iter().enumerate();
-            let d = nalgebra::DVector::from_iterator(
-                plan.rows().len(),
-                rows.map(|(i, row)| prediction.values[i] - row.measured.value),
-            );
-            d.dot(&weights.cholesky().unwrap().solve(&d))
+            let predicted = predict(shot, &model, &coefficients).unwrap().values;
+            let square = |(row, value): (&Measurement, f64)| {
+                ((value - row.measured.value) / row.measured.sd.unwrap()).powi(2)
+            };
+            shot.after.iter().zip(predicted).map(square).sum::<f64>()
         };
         dataset.shots.iter().map(chi2).sum()
     };

@@ -1,13 +1,13 @@
-//! What the documentation says of columns of data: signs of angles, and how standard deviations of components add up.
+//! What the documentation says of columns of data: signs of angles.
 
 use std::fs;
 
 use caromfit::io;
-use caromfit::likelihood::Plan;
 use caromfit::measurement::observable::Observable;
 use caromfit::physics::ball::{Ball, BallState};
 use caromfit::physics::collision::{Coefficients, Fidelity, Model};
 use caromfit::physics::contact_frame::{cloth_slip, cue_velocity};
+use caromfit::problem::predict;
 
 const COEFFICIENTS: Coefficients = Coefficients { mu: 0.06, mu_s: 0.3, e: 0.94 };
 
@@ -23,10 +23,9 @@ fn predicted(cut_deg: f64) -> Vec<(Observable, f64)> {
     let columns = "cut_deg,speed_m_s,throw_deg,cue_turn_deg,cue_turn_rolling_deg,object_angle_rolling_deg";
     fs::write(folder.path().join("a.csv"), format!("{columns}\n{cut_deg},2,0,0,0,0\n")).unwrap();
     let dataset = io::load(folder.path()).unwrap();
-    let plan = Plan::new(&dataset.shots[0]).unwrap();
     let model = Model::new(Fidelity::Full, Ball::POOL);
-    let prediction = plan.predict(&model, &COEFFICIENTS).unwrap();
-    plan.rows().iter().zip(prediction.values.iter()).map(|(row, value)| (row.observable, *value)).collect()
+    let predicted = predict(&dataset.shots[0], &model, &COEFFICIENTS).unwrap();
+    predicted.observables.into_iter().zip(predicted.values).collect()
 }
 
 /// The cut angle is measured from the cue ball's path to the line of centres. `object_angle_rolling_deg` is counted like it:
@@ -65,23 +64,4 @@ fn angles_have_the_signs_that_the_readme_says() {
     let found = predicted(cut);
     let of = |observable| found.iter().find(|(known, _)| *known == observable).unwrap().1.to_degrees();
     assert!(of(Observable::ObjectAngleRolling) < cut && of(Observable::ObjectAngleRolling) > cut - 5.0);
-}
-
-/// `nx_sd` and `ny_sd` are those of the components of a unit vector: an error σ of its direction is (σ|ny|, σ|nx|), and the
-/// squares add up to σ².
-#[test]
-fn errors_of_a_line_of_centres_are_those_of_its_components() {
-    let sigma = 0.004_f64;
-    let head = "shot,nx,ny,nx_sd,ny_sd,cue_vx,cue_vy,cue_vx_after,cue_vy_after,obj_vx_after,obj_vy_after\n";
-    let manifest = "name = \"n\"\nkind = \"impacts\"\nfiles = [\"a.csv\"]\n[cue_spin]\nassume = \"stun\"\n";
-    let folder = tempfile::tempdir().unwrap();
-    fs::write(folder.path().join("dataset.toml"), manifest).unwrap();
-    for direction in [0.3_f64, 1.2, 2.5] {
-        let (ny, nx) = direction.sin_cos();
-        let row = format!("1,{nx},{ny},{},{},{nx},{ny},0.1,0,0.9,0\n", sigma * ny.abs(), sigma * nx.abs());
-        fs::write(folder.path().join("a.csv"), format!("{head}{row}")).unwrap();
-        let dataset = io::load(folder.path()).unwrap();
-        let variance = Plan::new(&dataset.shots[0]).unwrap().variance_in()[0];
-        assert!((variance / sigma.powi(2) - 1.0).abs() < ROUNDING, "{variance}");
-    }
 }

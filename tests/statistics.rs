@@ -235,26 +235,6 @@ fn honest_errors_are_as_large_as_the_scatter() {
     }
 }
 
-#[test]
-fn several_starts_find_the_best_minimum_and_say_of_the_others() {
-    // where every shot sticks, at large μ, there is another minimum
-    let dataset = made(&spec(Kind::Impacts, &[Played::NaturalRoll], 20, 2));
-    let options = Options { starts: 12, seed: 1, ..options::of_fit() };
-    let several = fit::fit(&dataset, &options).unwrap().remove(0);
-    let starts = several.diagnostics.starts.as_ref().unwrap();
-    let single = fitted(&dataset);
-    assert!((several.estimates[0].value - single.estimates[0].value).abs() < 1e-9);
-    let counted: usize = starts.minima.iter().map(|minimum| minimum.starts).sum();
-    assert_eq!(counted + starts.failed, 12);
-    assert!(!starts.agree() && starts.minima[1].above_best > 1000.0, "{starts:?}");
-    assert!(several.notes.iter().any(|note| note.contains("worse minimum")), "{:?}", several.notes);
-    // near the best one all agree
-    let mut near = dataset;
-    near.settings[Parameter::Mu].upper = 0.08;
-    let starts = fit::fit(&near, &options).unwrap().remove(0).diagnostics.starts.unwrap();
-    assert!(starts.agree() && starts.minima[0].starts == 12, "{starts:?}");
-}
-
 fn thorough(dataset: &Dataset) -> Fit {
     fit::fit(dataset, &Options { depth: Depth::Everything, ..options::of_fit() }).unwrap().remove(0)
 }

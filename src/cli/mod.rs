@@ -5,6 +5,7 @@ mod accuracy;
 mod baseline;
 mod check;
 mod collide;
+#[cfg(any())]
 mod compare;
 mod design;
 mod example;
@@ -61,6 +62,7 @@ enum Command {
     /// Fit μ, μ_s and e to data sets; writes fits/NAME/ and prints a table
     Fit(fit::Args),
     /// Which parameters differ between cloths or balls, by how much, how surely
+    #[cfg(any())]
     Compare(compare::Args),
     /// Compute one collision, or a file of them
     Collide(collide::Args),
@@ -199,6 +201,7 @@ fn effects_help() -> String {
 pub fn run() -> ExitCode {
     let result = match Cli::parse().command {
         Command::Fit(args) => fit::run(&args),
+        #[cfg(any())]
         Command::Compare(args) => compare::run(&args),
         Command::Collide(args) => collide::run(&args),
         Command::Extract(args) => extract::run(&args),

@@ -6,7 +6,7 @@ use statrs::distribution::{ContinuousCDF, FisherSnedecor};
 
 use super::diagnostics::identifiability::{Identifiability, identify};
 use super::intervals::bootstrap::{self, Bootstrap};
-use super::{Diagnostics, Estimate, Fit, Influence, Method, Options, Rejected, Robust, film_words};
+use super::{Diagnostics, Estimate, Fit, Influence, Options, Rejected, Robust, film_words};
 use crate::measurement::dataset::Dataset;
 use crate::measurement::loss::Loss;
 use crate::measurement::parameter::{Parameter, Settings};
@@ -59,7 +59,6 @@ impl Common<'_> {
             sliding: dataset.sliding,
             rolling: dataset.rolling,
             fidelity: options.fidelity.name(),
-            method: Method::Joint,
             footage: dataset.tracks.is_some(),
             effects: Vec::new(),
             correlation: self.correlation(&estimates, &solution.covariance(&ids(&estimates))),

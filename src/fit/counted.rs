@@ -1,6 +1,6 @@
 //! What χ², degrees of freedom and residuals count.
 
-use super::{Fit, Method};
+use super::Fit;
 use crate::measurement::observable::Observable;
 use crate::physics::name::worded;
 
@@ -44,7 +44,7 @@ impl Fit {
     /// The kind of the numbers that `chi2` and `dof` count.
     #[must_use]
     pub fn counted(&self) -> Counted {
-        if self.method == Method::Joint { Counted::Coordinates } else { self.tested() }
+        if self.frames.is_some() { Counted::Coordinates } else { self.tested() }
     }
 
     /// The kind of the numbers that `residuals` lists and [`super::Goodness`] tests.

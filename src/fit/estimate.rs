@@ -47,11 +47,10 @@ impl Fit {
         })
     }
 
-    /// How the data were fitted, as in fit.json: the name of the method for footage; impacts and angles are fitted
-    /// directly.
+    /// How the data were fitted, as in fit.json: all frames at once, or measured impacts and angles directly.
     #[must_use]
     pub fn method_name(&self) -> &'static str {
-        if self.footage { self.method.name() } else { "direct" }
+        if self.frames.is_some() { "joint" } else { "direct" }
     }
 }
 
@@ -90,36 +89,6 @@ pub struct Intervals {
 }
 
 impl Estimate {
-    /// Sets both intervals and which of them is the one to quote.
-    pub(super) fn choose_interval(&mut self, profile: Option<[f64; 2]>) {
-        /// An end that is off by more than this part of the half width matters.
-        const DIFFERENT: f64 = 0.1;
-        let hessian = self.interval_95;
-        self.intervals = Intervals { hessian, profile };
-        let (Some(hessian), Some(profile)) = (hessian, profile) else {
-            self.interval_95 = hessian.or(profile);
-            return;
-        };
-        let half = 0.5 * (hessian[1] - hessian[0]);
-        if (0..2).any(|side| (hessian[side] - profile[side]).abs() > DIFFERENT * half) {
-            self.interval_95 = Some(profile);
-        }
-    }
-
-    /// Whether the 95 % interval, or without one the estimate, holds a value.
-    pub(super) fn holds(&self, value: f64) -> bool {
-        let [low, high] = self.interval_95.unwrap_or([self.value; 2]);
-        (low..=high).contains(&value)
-    }
-
-    /// Extends the 95 % interval, which is then that of the profile, to what another minimum holds.
-    pub(super) fn extend_interval(&mut self, [low, high]: [f64; 2]) {
-        let [from, to] = self.interval_95.unwrap_or([self.value; 2]);
-        self.interval_95 = Some([from.min(low), to.max(high)]);
-        self.intervals.profile = self.interval_95;
-        self.includes_other_minimum = true;
-    }
-
     /// A value without an error.
     pub(super) fn bare(parameter: Parameter, value: f64, status: Status) -> Self {
         let intervals = Intervals::default();

@@ -2,7 +2,7 @@
 
 use super::camera::LEAST_SHOTS;
 use super::check::{self, Finding, Kind, capital};
-use super::{Fit, Method, Rejected};
+use super::{Fit, Rejected};
 use crate::measurement::dataset::ON_REQUEST;
 use crate::measurement::number::{self, plain};
 
@@ -74,7 +74,7 @@ impl Fit {
             ));
         }
         let goodness = self.diagnostics.goodness.as_ref();
-        let tested = goodness.filter(|found| self.method == Method::Joint && found.dof >= ENOUGH)?;
+        let tested = goodness.filter(|found| self.frames.is_some() && found.dof >= ENOUGH)?;
         let reduced = tested.chi2 / tested.dof as f64;
         let over_stated = self.camera.as_ref().and_then(|camera| camera.over_stated_noise);
         if let Some(times) = over_stated.filter(|times| *times < TOO_LARGE && reduced < TOO_GOOD) {

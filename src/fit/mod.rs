@@ -39,7 +39,7 @@ pub use estimate::{Estimate, Intervals, Status};
 pub use film::{FittedFilm, OfShot, OwnEstimate};
 pub use intervals::bootstrap::{Bootstrap, Resampled};
 pub use intervals::regions::{Contour, LEVELS, Level, Profile};
-pub use options::{Depth, Falling, Method, Options};
+pub use options::{Depth, Falling, Options};
 pub use result::{
     Bound, Computed, DOWN_WEIGHTED, Diagnostics, Fit, JointFit, Noise, Plateau, Rejected, Residual, Robust, Scatter,
 };

@@ -232,13 +232,13 @@ impl Fitted<'_> {
         let adopted = |name: &str| effects.iter().find(|effect| effect.adopted && effect.name == name);
         let compliance = self.settings.compliance == Compliance::Stated || adopted("compliance").is_some();
         let own = Model::new(fidelity, self.request.dataset.ball).effects.and(fidelity.effects());
-        let base = Effects { compliance, falling_friction: self.settings.falls, ..own };
+        let base = Effects { compliance, ..own };
         let heavy = if fidelity == Fidelity::Contact { 0 } else { adopted("weight").map_or(0, |e| e.shots) };
         let all = [
             Computed { fidelity, effects: base, shots: shots - heavy.min(shots) },
             Computed {
                 fidelity: Fidelity::Contact,
-                effects: Effects { compliance, falling_friction: self.settings.falls, ..Effects::ALL },
+                effects: Effects { compliance, ..Effects::ALL },
                 shots: heavy,
             },
         ];
@@ -366,11 +366,15 @@ impl Fitted<'_> {
             let scores: Vec<Option<ShiftScore>> = self.deviations.iter().enumerate().map(score).collect();
             for (variable, values) in &variables {
                 let Some(slope) = solution.slope_of(values, &scores) else { continue };
-                // of noise that is estimated from the same numbers
-                let of_t = |dof: f64| Some(2.0 * StudentsT::new(0.0, 1.0, dof).ok()?.sf(slope.t.abs()));
+                // the noise that is estimated from the same numbers is less without the slope
+                let of_t = |dof: f64| {
+                    let square = slope.t * slope.t;
+                    let t = (square * (dof - 1.0) / (dof - square).max(f64::MIN_POSITIVE)).sqrt();
+                    Some(2.0 * StudentsT::new(0.0, 1.0, dof - 1.0).ok()?.sf(t.min(f64::MAX)))
+                };
                 let p_value = match self.rows.dof {
                     Some(_) if !self.rows.knows_noise() => None,
-                    Some(dof) => of_t(dof - 1.0),
+                    Some(dof) => of_t(dof),
                     None => Some(slope.p_value),
                 };
                 found.extend(p_value.map(|p| (quantity, *variable, slope.value, p)));

@@ -3,7 +3,6 @@
 use crate::measurement::loss::Loss;
 use crate::measurement::parameter::{Parameter, Setting, Settings};
 use crate::physics::collision::{Effects, FidelityChoice, MAX_TOLERANCE, MIN_TOLERANCE, Model};
-use crate::physics::name::{by_name, worded};
 
 /// Choices of a fit that are not part of the data set. The default is what `caromfit fit` does.
 ///
@@ -71,24 +70,6 @@ impl Falling {
         settings
     }
 }
-
-worded! {
-    /// How footage is fitted.
-    #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-    #[non_exhaustive]
-    pub enum Method {
-        /// Velocities are extracted from the frames of each shot, then the parameters fitted to these.
-        #[default]
-        TwoStage = "two-stage",
-        /// The parameters are fitted to all frames of all shots, together with the unknowns that each shot has of its
-        /// own.
-        Joint = "joint",
-    }
-    /// The name on the command line and in fit.json.
-    pub fn name;
-}
-
-by_name!(Method, "method", ALL, name);
 
 /// How much a fit finds out about itself.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]

@@ -8,7 +8,7 @@ use super::causes::Explanation;
 use super::check::Finding;
 use super::{
     Alternative, Bootstrap, Contour, Estimate, FittedFilm, FoundCamera, FrictionCurve, Goodness,
-    Identifiability, Method, Profile, Refuted,
+    Identifiability, Profile, Refuted,
 };
 use crate::measurement::dataset::{DiscShot, Measured, ObjectBall};
 use crate::measurement::loss::Loss;
@@ -48,8 +48,6 @@ pub struct Fit {
     pub rolling: Option<Measured>,
     /// The name of the fidelity, as on the command line.
     pub fidelity: &'static str,
-    /// How it was fitted.
-    pub method: Method,
     /// The name of each effect, and whether the model contains it.
     pub effects: Vec<(&'static str, bool)>,
     /// The estimates of the parameters that the fit has, in the order of [`Parameter::ALL`].

@@ -6,7 +6,7 @@ use super::shots::{Filmed, named, shot_list};
 use super::table::{INTERVAL, chi2_text, estimate, with_unit};
 use super::trust::sections;
 use super::{bodies, model, noise_estimated, p_text, reduced_chi2, title};
-use crate::fit::{Counted, DOWN_WEIGHTED, Estimate, Fit, Method, Noise, Status};
+use crate::fit::{Counted, DOWN_WEIGHTED, Estimate, Fit, Noise, Status};
 
 /// The pictures that go into a report.
 #[derive(Clone, Debug, Default)]
@@ -40,9 +40,9 @@ pub(crate) fn content_with(fit: &Fit, pictures: &Pictures) -> Report {
     if !fit.converged {
         warnings.insert(0, format!("Not converged: {}", fit.termination));
     }
-    let tested = match fit.method {
-        Method::Joint => "of the velocities extracted from each shot, against the estimates of the joint fit",
-        Method::TwoStage => "",
+    let tested = match fit.frames {
+        Some(_) => "of the velocities after each impact, against the estimates of the fit",
+        None => "",
     };
     let figure = |svg: &Option<String>, title: &str, about: &str, alt: &str| {
         svg.clone().map(|svg| Section::of_figure(title, about, alt, svg))

@@ -4,6 +4,7 @@
 
 pub mod accuracy;
 mod aligned;
+#[cfg(any())]
 pub mod compare;
 pub mod content;
 pub mod csv;

@@ -5,7 +5,7 @@ use std::sync::OnceLock;
 
 use caromfit::fit;
 use caromfit::fit::{
-    Depth, Diagnostics, Estimate, Fit, Goodness, Intervals, Method, Noise, NoiseVerdict, Rejected, Residual,
+    Depth, Diagnostics, Estimate, Fit, Goodness, Intervals, Noise, NoiseVerdict, Rejected, Residual,
     Status,
 };
 use caromfit::measurement::observable::Observable;
@@ -88,7 +88,6 @@ pub fn normal() -> Fit {
     fit.sliding = None;
     fit.rolling = None;
     fit.fidelity = "full";
-    fit.method = Method::TwoStage;
     fit.footage = false;
     fit.explanations = Vec::new();
     fit.effects = vec![("friction", true), ("cloth", true), ("spin_loss", false)];

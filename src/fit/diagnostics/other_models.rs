@@ -95,7 +95,7 @@ pub(in crate::fit) fn compare(
             Ok(found) if found.solution.names == fit.solution.names => {
                 let (there, parameters) = found.minus_two_log();
                 let (rise, more) = (there - likelihood, parameters as f64 - count as f64);
-                other.values = of_settings(&change.settings, &values(&found));
+                other.values = of_settings(&dataset.settings_of_balls(), &values(&found));
                 other.parameters = parameters;
                 other.delta_aic = rise + 2.0 * more;
                 other.delta_bic = rise + (numbers as f64).ln() * more;

@@ -134,8 +134,8 @@ impl RowsFit {
     /// unknowns and noises that were estimated.
     #[must_use]
     pub fn minus_two_log(&self) -> (f64, usize) {
-        let Solution { problem, at, covariance, .. } = &self.solution;
-        (minus_two_log(problem, at), covariance.columns.len() + self.noises.len())
+        let Solution { problem, at, .. } = &self.solution;
+        (minus_two_log(problem, at), problem.free().len() + self.noises.len())
     }
 }
 

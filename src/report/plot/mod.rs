@@ -3,6 +3,7 @@
 
 mod axis;
 pub(super) mod camera;
+#[cfg(any())]
 pub(super) mod compare;
 pub(super) mod contours;
 pub(super) mod design;
@@ -19,7 +20,7 @@ pub(super) mod track;
 use super::number::{count_of, plain};
 use super::table::{chi2_text, estimate, with_unit};
 use super::{noise_estimated, reduced_chi2, title};
-use crate::fit::{Fit, Method};
+use crate::fit::Fit;
 use frame::Rect;
 use panels::{CUT, SPEED};
 pub use picture::Picture;
@@ -88,9 +89,9 @@ fn summary(fit: &Fit) -> Vec<String> {
     let chi2 = match reduced_chi2(fit) {
         Some(chi2) => {
             let how = if noise_estimated(fit) { "; noise estimated from these residuals" } else { "" };
-            let counted = match fit.method {
-                Method::Joint => format!(" of {}", fit.counted().words()),
-                Method::TwoStage => String::new(),
+            let counted = match fit.frames {
+                Some(_) => format!(" of {}", fit.counted().words()),
+                None => String::new(),
             };
             let value = plain(fit.chi2, 4);
             format!("χ²/dof{counted} = {} (χ² = {value}, {} dof{how})", chi2_text(chi2), fit.dof)
