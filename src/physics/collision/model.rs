@@ -52,7 +52,7 @@ impl Model {
     #[must_use]
     #[inline]
     pub fn mass_ratio(&self) -> f64 {
-        self.object.map_or(1.0, |object| self.ball.mass / object.mass)
+        self.ball.mass / self.object_ball().mass
     }
 
     /// The object ball, which is like the cue ball unless stated otherwise.
@@ -72,7 +72,7 @@ impl Model {
     /// The cue ball's radius over the object ball's, R_cue/R_object.
     #[must_use]
     pub fn radius_ratio(&self) -> f64 {
-        self.object.map_or(1.0, |object| self.ball.radius / object.radius)
+        self.ball.radius / self.object_ball().radius
     }
 
     /// Whether the contact is compliant along the surface.
@@ -104,8 +104,7 @@ impl Model {
     /// 1/ν of the cue ball and of the object ball.
     #[inline(always)]
     pub(super) fn per_inertia(&self) -> [f64; 2] {
-        let per_nu = 1.0 / self.ball.inertia;
-        [per_nu, self.object.map_or(per_nu, |object| 1.0 / object.inertia)]
+        [self.ball, self.object_ball()].map(|ball| 1.0 / ball.inertia)
     }
 
     /// σ: dΩ_y/dq = (μ/νR)(1 − σm_s) sin θ.
@@ -127,10 +126,7 @@ impl Model {
         }
         let impact = Impact::new(&values, self);
         let (impulses, regime) = match self.fidelity {
-            Fidelity::Full => {
-                let end = sliding::solve(&impact);
-                (end.impulses(&impact), end.regime())
-            }
+            Fidelity::Full => sliding::solve(&impact).impulses(&impact),
             _ => simple::impulses(&impact),
         };
         Ok(self.outcome(&values, &impact.impulses(&values, impulses), regime))
@@ -229,7 +225,8 @@ impl Model {
         let (impulses, regime, dual_impulses) = match self.fidelity {
             Fidelity::Full | Fidelity::Ode => {
                 let end = sliding::solve(&impact);
-                (end.impulses(&impact), end.regime(), sliding::differentiate(&dual_impact, &end))
+                let (impulses, regime) = end.impulses(&impact);
+                (impulses, regime, sliding::differentiate(&dual_impact, &end))
             }
             _ => {
                 let (impulses, regime) = simple::impulses(&impact);
