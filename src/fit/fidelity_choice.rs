@@ -172,7 +172,7 @@ fn take_cheapest(shots: &mut [Vec<Fitted>], search: &Search, at: &[Values], weig
         let model = sample.model;
         shots.par_iter_mut().for_each(|shot| {
             // what cannot be predicted there is told of where the fit ends
-            _ = shot.plan.choose(&at.model(model), &at.coefficients);
+            _ = shot.plan.choose(&at.model(model), &at.coefficients());
             // weight and contact time have no part in a shot without a speed, or in one of discs
             if !(weight && shot.plan.knows_speed() && !shot.plan.is_of_discs()) {
                 shot.plan.leave_out_weight(model);
@@ -189,7 +189,10 @@ fn integrate(shots: &mut [Vec<Fitted>], search: &Search) -> Result<Vec<Vec<Value
         }
     }
     let mut some = thinned(shots);
-    let starts = settle(&some, search, &[])?.starts;
+    // a compliant contact takes long where a search from everywhere begins
+    let mut rigid = some.clone();
+    rigid.iter_mut().flatten().for_each(|shot| shot.plan.correct_rigid());
+    let starts = settle(&rigid, search, &[])?.starts_with(&some);
     let corrected = correct(&mut some, search, &starts)?;
     take(shots, search, &corrected.values);
     Ok(corrected.starts)
@@ -279,7 +282,7 @@ fn correct(shots: &mut [Vec<Fitted>], search: &Search, starts: &[Vec<Values>]) -
 fn serve(shots: &[Vec<Fitted>], search: &Search, at: &[Values]) -> bool {
     shots.iter().zip(&search.samples).zip(at).all(|((shots, sample), at)| {
         let model = at.model(sample.model);
-        shots.iter().all(|shot| shot.plan.serves(&model, &at.coefficients))
+        shots.iter().all(|shot| shot.plan.serves(&model, &at.coefficients()))
     })
 }
 
@@ -288,7 +291,7 @@ fn take(shots: &mut [Vec<Fitted>], search: &Search, at: &[Values]) {
     for ((shots, sample), at) in shots.iter_mut().zip(&search.samples).zip(at) {
         let model = sample.model;
         shots.par_iter_mut().for_each(|shot| {
-            if shot.plan.correct(&at.model(model), &at.coefficients).is_err() {
+            if shot.plan.correct(&at.model(model), &at.coefficients()).is_err() {
                 if shot.plan.is_direct() {
                     shot.plan.leave_out_weight(model);
                 } else {

@@ -392,10 +392,11 @@ pub(super) fn learned(dataset: &Dataset, tracks: &[TrackShot], scene: &Scene) ->
     for _ in 0..rounds {
         let impacts = extract_all(&sample, &scene, &|| ());
         let Some((values, mu_sd)) = coefficients(dataset, &sample, &impacts, &mut scene) else { break };
-        let law = if values.b == 0.0 { Law::Constant } else { Law::Exponential { b: values.b, c: values.c } };
+        let [b, c] = [Parameter::B, Parameter::C].map(|parameter| values[parameter]);
+        let law = if b == 0.0 { Law::Constant } else { Law::Exponential { b, c } };
         let model = values.model(&Model { law, ..dataset.model_of_contact() });
-        scene.lift = LiftPrior::Model(model, values.coefficients, LIFT_SD);
-        shared = Some(SHARED_LIFT_SD.hypot(mu_sd / (values.coefficients.mu + values.b)));
+        scene.lift = LiftPrior::Model(model, values.coefficients(), LIFT_SD);
+        shared = Some(SHARED_LIFT_SD.hypot(mu_sd / (values[Parameter::Mu] + b)));
     }
     (scene, shared)
 }
@@ -454,7 +455,7 @@ fn coefficients(
         values[estimate.parameter] = estimate.value;
     }
     let tells = fit.estimates.first().is_some_and(|mu| mu.status != Status::NotIdentified);
-    let known = fit.converged && tells && values.coefficients.mu + values.b > 0.0;
+    let known = fit.converged && tells && values[Parameter::Mu] + values[Parameter::B] > 0.0;
     let mu_sd = fit.std_error_if_model_held(Parameter::Mu);
     known.then_some((values, mu_sd.unwrap_or(0.0)))
 }

@@ -27,7 +27,7 @@ pub(crate) fn fitted_with(
     let settings = options.falling.applied(dataset.settings_of_balls());
     let initial = Values::usual(&settings);
     if settings.falls {
-        model.law = Law::Exponential { b: initial.b, c: initial.c };
+        model.law = Law::Exponential { b: initial[Parameter::B], c: initial[Parameter::C] };
     }
     if settings.compliance == Compliance::Stated {
         if let FidelityChoice::Of(fidelity) = options.fidelity
@@ -35,7 +35,7 @@ pub(crate) fn fitted_with(
         {
             return Err(FitError::Rigid { dataset: dataset.name.clone(), fidelity: fidelity.name() });
         }
-        model.kappa = initial.kappa;
+        model.kappa = initial[Parameter::Kappa];
     }
     Ok((model, settings, initial))
 }
@@ -45,7 +45,7 @@ pub(crate) fn plan(shots: &[&Shot], model: &Model, usual: &Values) -> (Vec<Fitte
     let (mut fitted, mut rejected) = (Vec::new(), Vec::new());
     for (index, shot) in shots.iter().enumerate() {
         let planned = Plan::new(shot).and_then(|plan| {
-            plan.predict(model, &usual.coefficients).map(|_| Fitted { index, plan, film: None })
+            plan.predict(model, &usual.coefficients()).map(|_| Fitted { index, plan, film: None })
         });
         match planned {
             Ok(shot) => fitted.push(shot),
@@ -86,7 +86,7 @@ impl ModelChoice {
             fidelity_choice::choose(options.fidelity, shots, search, near.as_slice())?;
         if gives_way.is_some() {
             settings.compliance = Compliance::Stated;
-            model.kappa = sample.initial.kappa;
+            model.kappa = sample.initial[Parameter::Kappa];
         }
         Ok(Self { fitted, model, settings, starts, scatter: None, rivals: None, gives_way, notes })
     }

@@ -189,7 +189,7 @@ impl Search<'_> {
             let model = at.model(sample.model);
             for (number, Fitted { plan, .. }) in sample.fitted.iter().enumerate() {
                 let rows = plan.rows();
-                if let Ok(prediction) = whitening.predict(number, plan, &model, &at.coefficients) {
+                if let Ok(prediction) = whitening.predict(number, plan, &model, &at.coefficients()) {
                     for (i, of) in rows.iter().enumerate() {
                         let g = prediction.by_inputs.row(i).transpose();
                         f(Residual {

@@ -127,7 +127,7 @@ fn reason(sample: &Sample, (number, place): (usize, usize), minimum: &Minimum, g
     let plan = &sample.fitted[place].plan;
     let (whitening, values) = (&minimum.whitening[number], &minimum.values[number]);
     let without_model = "it does not fit the collision that the other shots fit".to_owned();
-    let predicted = whitening.predict(place, plan, &values.model(sample.model), &values.coefficients);
+    let predicted = whitening.predict(place, plan, &values.model(sample.model), &values.coefficients());
     let Ok(prediction) = predicted else { return without_model };
     let covariance = covariance(plan, &prediction, &noise::of_dataset(groups, sample.dataset));
     let off = plan.rows().iter().enumerate().map(|(i, row)| {

@@ -22,7 +22,7 @@ pub(crate) fn residual_rows<'n>(
     let sds: EstimatedSd = own.map(|g| (g.observable, if g.is_known() { g.sd } else { f64::NAN })).collect();
     let mut rows = Vec::new();
     for (number, Fitted { index, plan, .. }) in sample.fitted.iter().enumerate() {
-        let predicted = whitening.predict(number, plan, &model, &values.coefficients);
+        let predicted = whitening.predict(number, plan, &model, &values.coefficients());
         let Ok(prediction) = predicted else { continue };
         let covariance = covariance(plan, &prediction, &sds);
         for (i, row) in plan.rows().iter().enumerate() {

@@ -199,7 +199,7 @@ impl<'a> Search<'a> {
         let mut informed = [false; Parameter::ALL.len()];
         for at in sample.initial.across_friction(sample.settings) {
             for shot in sample.fitted {
-                let predicted = shot.plan.predict(&at.model(sample.model), &at.coefficients);
+                let predicted = shot.plan.predict(&at.model(sample.model), &at.coefficients());
                 let Ok(prediction) = predicted else { continue };
                 for (informed, depends) in informed.iter_mut().zip(shot.plan.depends(&prediction)) {
                     *informed |= depends;

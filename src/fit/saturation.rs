@@ -27,7 +27,7 @@ impl Search<'_> {
         for ((sample, at), whitening) in self.samples.iter().zip(at).zip(whitening) {
             let model = at.model(sample.model);
             let predicted = |(number, shot): (usize, &Fitted)| {
-                let prediction = whitening.predict(number, &shot.plan, &model, &at.coefficients).ok()?;
+                let prediction = whitening.predict(number, &shot.plan, &model, &at.coefficients()).ok()?;
                 Some(prediction.values.rows(0, shot.plan.rows().len()).iter().copied().collect::<Vec<_>>())
             };
             predictions.extend(sample.fitted.iter().enumerate().filter_map(predicted).flatten());

@@ -70,7 +70,7 @@ pub(super) fn sticks_from(setting: &Setting, plan: &Plan, model: &Model, at: &Va
     }
     let model = at.model(model);
     let sticks = |mu: f64| {
-        let coefficients = at.with(Parameter::Mu, mu).coefficients;
+        let coefficients = at.with(Parameter::Mu, mu).coefficients();
         Some(plan.regime(&model, &coefficients).ok()? == Regime::Stick)
     };
     let (mut slides, mut stuck) = (setting.lower.max(LEAST_FRICTION), setting.upper);

@@ -96,7 +96,7 @@ pub(super) fn moves(
     model: &Model,
     at: &Values,
 ) -> Option<(Prediction, [DVector<f64>; 2], DMatrix<f64>)> {
-    let prediction = shot.plan.predict(&at.model(model), &at.coefficients).ok()?;
+    let prediction = shot.plan.predict(&at.model(model), &at.coefficients()).ok()?;
     let rows = shot.plan.rows();
     let by_e = DVector::from_fn(rows.len(), |row, _| prediction.by_parameters[(row, Parameter::E as usize)]);
     let own = DVector::from_fn(rows.len(), |row, _| {

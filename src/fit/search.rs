@@ -126,7 +126,7 @@ impl Search<'_> {
             let shared: Vec<f64> = columns[i].iter().map(|column| x[*column]).collect();
             let at = At {
                 model: &at[i].model(sample.model),
-                coefficients: &at[i].coefficients,
+                coefficients: &at[i].coefficients(),
                 estimated: &noise::of_dataset(groups, sample.dataset),
                 hold,
                 shared_errors: &sample.shared_errors,
@@ -412,7 +412,7 @@ impl Search<'_> {
             let model = values.model(sample.model);
             let of = |(number, Fitted { plan, .. }): (usize, &Fitted)| {
                 let whitening = &minimum.whitening[i];
-                let prediction = whitening.predict(number, plan, &model, &values.coefficients).ok()?;
+                let prediction = whitening.predict(number, plan, &model, &values.coefficients()).ok()?;
                 let l = covariance(plan, &prediction, &sds).cholesky()?.l();
                 Some(2.0 * l.diagonal().iter().map(|d| d.ln()).sum::<f64>())
             };

@@ -247,7 +247,7 @@ impl Part<'_> {
             if plan.side_sd() == 0.0 {
                 return Some(0.0);
             }
-            let prediction = self.whitening.predict(number, plan, &model, &values.coefficients).ok()?;
+            let prediction = self.whitening.predict(number, plan, &model, &values.coefficients()).ok()?;
             let rows = plan.rows().len();
             let covariance = covariance(plan, &prediction, noise);
             let by_side = prediction.by_inputs.column(SIDE_SPIN).rows(0, rows) * plan.side_sd();
@@ -293,7 +293,7 @@ impl Part<'_> {
     fn velocities(&self, point: &mut Point, start: usize) {
         let Point { x, residuals, jacobian } = point;
         let (values, model) = self.model(x);
-        let passed = self.whitening.passed(&model, &values.coefficients);
+        let passed = self.whitening.passed(&model, &values.coefficients());
         let shared = &self.whitening.common;
         let offsets = &self.whitening.offsets;
         let mut weights = self.whitening.inverse.as_slice();
@@ -304,7 +304,7 @@ impl Part<'_> {
             .with_min_len(SHARE)
             .map(|(number, Fitted { plan, .. })| {
                 let moved = self.whitening.moved(number, plan, &passed);
-                let mut prediction = plan.predict_moved(&moved, &model, &values.coefficients)?;
+                let mut prediction = plan.predict_moved(&moved, &model, &values.coefficients())?;
                 if let Some(AtKinks { inputs_by_parameters, carried, .. }) = self.whitening.kinks(number) {
                     prediction.values += carried * passed;
                     prediction.by_parameters += prediction.by_inputs * inputs_by_parameters + carried;
@@ -368,7 +368,7 @@ impl Part<'_> {
             return;
         }
         let (values, model) = self.model(&point.x);
-        let passed = self.whitening.passed(&model, &values.coefficients);
+        let passed = self.whitening.passed(&model, &values.coefficients());
         let kinks = (0..self.sample.fitted.len()).filter_map(|number| self.whitening.kinks(number));
         let off = kinks.flat_map(|kinks| kinks.off.iter().map(|off| (kinks.root_weight, off)));
         for (k, (root_weight, (off, by_parameters))) in off.enumerate() {

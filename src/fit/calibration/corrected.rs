@@ -18,6 +18,7 @@ use crate::likelihood::sample::Sample;
 use crate::measurement::correction::Correction;
 use crate::measurement::dataset::Shot;
 use crate::measurement::loss::Loss;
+use crate::measurement::parameter::Parameter;
 use crate::measurement::track::TrackShot;
 use crate::measurement::values::Values;
 use crate::physics::collision::Fidelity;
@@ -95,8 +96,8 @@ impl Calibrates for Search<'_> {
         let covariance = covariance.view((first, first), (free.len(), free.len())) * scale;
         // the lift of the next round is that of these coefficients
         let values_there = minimum.first();
-        if let (LiftPrior::Model(model, _, sd), true) = (scene.lift, values_there.coefficients.mu > 0.0) {
-            let lift = LiftPrior::Model(values_there.model(&model), values_there.coefficients, sd);
+        if let (LiftPrior::Model(model, _, sd), true) = (scene.lift, values_there[Parameter::Mu] > 0.0) {
+            let lift = LiftPrior::Model(values_there.model(&model), values_there.coefficients(), sd);
             self.scene = Some(Scene { lift, ..scene });
         }
         (values.iter().chain(covariance.iter()).all(|v| v.is_finite())).then_some(Left { values, covariance })

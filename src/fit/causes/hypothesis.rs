@@ -206,16 +206,16 @@ impl Trial<'_> {
         let (mut model, mut settings, mut initial) = (*self.sample.model, *self.sample.settings, start);
         if departures.contains(Cause::MassRatio) {
             model = model.with_mass_ratio(departures.get(Cause::MassRatio));
-            initial.mass_ratio = model.mass_ratio();
+            initial[Parameter::MassRatio] = model.mass_ratio();
         }
         if compliant {
             model = model.giving_way(departures.get(Cause::Compliance));
-            initial.kappa = model.kappa;
+            initial[Parameter::Kappa] = model.kappa;
         }
         if departures.contains(Cause::FallingFriction) {
             let (b, c) = (departures.get(Cause::FallingFriction), Parameter::C.default_setting().initial);
             settings = Falling::Held { b, c }.applied(settings);
-            (initial.b, initial.c) = (b, c);
+            initial = initial.with(Parameter::B, b).with(Parameter::C, c);
             model.law = Law::Exponential { b, c };
         }
         Altered { shots, model, settings, initial }

@@ -134,7 +134,7 @@ struct View {
 fn view(context: &Context, number: usize) -> Option<View> {
     let Fitted { plan, .. } = &context.fitted[number];
     let Minimum { whitening, .. } = context.minimum;
-    let at = &context.minimum.first().coefficients;
+    let at = &context.minimum.first().coefficients();
     let prediction = whitening[0].predict(number, plan, context.model, at).ok()?;
     let covariance = covariance(plan, &prediction, context.sds);
     let l = covariance.clone().cholesky()?.l();
