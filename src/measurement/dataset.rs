@@ -17,8 +17,8 @@ use crate::physics::ball::{Ball, Vec3};
 use crate::physics::collision::{Fidelity, Model};
 use crate::physics::disc::Discs;
 
-/// A data set: measured shots, and how they are to be fitted. One that was read from files has been checked; of one that a
-/// program made, a fit refuses what [`Dataset::faults`] finds.
+/// A data set: measured shots, and how they are to be fitted. One that was read from files has been
+/// checked; of one that a program made, a fit refuses what [`Dataset::faults`] finds.
 #[derive(Clone, Debug)]
 pub struct Dataset {
     /// The name of the data set, also of its folder below `fits/`.
@@ -27,13 +27,15 @@ pub struct Dataset {
     pub path: PathBuf,
     /// Which cloth it was measured on; comparisons distinguish data sets by it.
     pub cloth: Option<String>,
-    /// Which balls were played; in a comparison data sets of the same label have one ratio of the masses and one of the radii.
+    /// Which balls were played; in a comparison data sets of the same label have one ratio of the
+    /// masses and one of the radii.
     pub balls: Option<String>,
     /// Who measured it, how and when.
     pub source: Option<String>,
     /// The cue ball.
     pub ball: Ball,
-    /// The object ball, where something is stated of it; `None` stands for [`ObjectBall::unweighed`], or of discs for equal ones.
+    /// The object ball, where something is stated of it; `None` stands for
+    /// [`ObjectBall::unweighed`], or of discs for equal ones.
     pub object: Option<ObjectBall>,
     /// Starting values, bounds and priors of the parameters (`[fit]`).
     pub settings: Settings,
@@ -45,17 +47,17 @@ pub struct Dataset {
     pub shots: Vec<Shot>,
     /// Name and reason of each shot that was left out from the start.
     pub left_out: Vec<(String, String)>,
-    /// The cloth's sliding friction μ_k, dimensionless, where the shots were extracted from tracks, all with the same
-    /// one.
+    /// The cloth's sliding friction μ_k, dimensionless, where the shots were extracted from tracks,
+    /// all with the same one.
     pub sliding: Option<Measured>,
-    /// The cloth's rolling resistance μ_r, dimensionless, where the shots were extracted from tracks, all with the
-    /// same one.
+    /// The cloth's rolling resistance μ_r, dimensionless, where the shots were extracted from
+    /// tracks, all with the same one.
     pub rolling: Option<Measured>,
-    /// The relative standard error, shared by all shots, of how high friction lifts a ball, where they were extracted
-    /// with a prior of it.
+    /// The relative standard error, shared by all shots, of how high friction lifts a ball, where
+    /// they were extracted with a prior of it.
     pub lift_sd: Option<f64>,
-    /// The standard deviation of a side spin that was not seen, as Rω_z/U, in shots that are stated as stun or
-    /// natural roll (`[cue_spin] side_sd`); 0 where there is none.
+    /// The standard deviation of a side spin that was not seen, as Rω_z/U, in shots that are stated
+    /// as stun or natural roll (`[cue_spin] side_sd`); 0 where there is none.
     pub side_sd: f64,
     /// What was taken for granted where its dataset.toml does not say it, in sentences.
     pub taken: Vec<String>,
@@ -64,8 +66,9 @@ pub struct Dataset {
 }
 
 impl Dataset {
-    /// The places of its shots, those of each label of its `[fit] by` together, in the order in which the labels first appear; `None` is
-    /// the label of a data set that is not fitted label by label, or has no shots.
+    /// The places of its shots, those of each label of its `[fit] by` together, in the order in
+    /// which the labels first appear; `None` is the label of a data set that is not fitted label by
+    /// label, or has no shots.
     pub(crate) fn labelled(&self) -> Vec<(Option<String>, Vec<usize>)> {
         let mut groups: Vec<(Option<String>, Vec<usize>)> = Vec::new();
         for (place, shot) in self.shots.iter().enumerate() {
@@ -81,8 +84,8 @@ impl Dataset {
         groups
     }
 
-    /// A data set of shots that a program measured, with the default settings of the fit. [`Dataset::faults`] names what is wrong
-    /// with it.
+    /// A data set of shots that a program measured, with the default settings of the fit.
+    /// [`Dataset::faults`] names what is wrong with it.
     #[must_use]
     pub fn new(name: impl Into<String>, ball: Ball, shots: Vec<Shot>) -> Self {
         Self {
@@ -107,14 +110,15 @@ impl Dataset {
         }
     }
 
-    /// A data set of shots that a program filmed and tracked ([`TrackShot::new`]), with the default settings of the fit.
-    /// [`Dataset::faults`] names what is wrong with it.
+    /// A data set of shots that a program filmed and tracked ([`TrackShot::new`]), with the default
+    /// settings of the fit. [`Dataset::faults`] names what is wrong with it.
     #[must_use]
     pub fn filmed(name: impl Into<String>, ball: Ball, shots: Vec<TrackShot>) -> Self {
         Self { tracks: Some(Tracks::new(shots)), ..Self::new(name, ball, Vec::new()) }
     }
 
-    /// What is to be said of it besides its shots: what was taken for granted, and what was repaired in the files of tracks.
+    /// What is to be said of it besides its shots: what was taken for granted, and what was
+    /// repaired in the files of tracks.
     pub fn notes(&self) -> impl Iterator<Item = &String> {
         self.taken.iter().chain(self.tracks.iter().flat_map(|tracks| &tracks.notes))
     }
@@ -127,7 +131,8 @@ impl Dataset {
         Model { object, e_slope, ..Model::new(fidelity, self.ball) }
     }
 
-    /// The model by which films are corrected and impacts extracted: `full`, or `ode` where it is stated that the contact gives way.
+    /// The model by which films are corrected and impacts extracted: `full`, or `ode` where it is
+    /// stated that the contact gives way.
     pub(crate) fn model_of_contact(&self) -> Model {
         let kappa = self.settings[Parameter::Kappa].initial;
         if self.settings.compliance != Compliance::Stated || kappa <= 0.0 {
@@ -191,7 +196,8 @@ pub(crate) const ON_REQUEST: &str = "left out on request";
 /// One shot, or the mean of several.
 #[derive(Clone, Debug)]
 pub struct Shot {
-    /// The `shot` column, or where there is none the number, from 1, among all the data set's shots.
+    /// The `shot` column, or where there is none the number, from 1, among all the data set's
+    /// shots.
     pub name: String,
     /// The file that it was read from; empty for a shot that a program made.
     pub file: PathBuf,
@@ -205,10 +211,11 @@ pub struct Shot {
     pub spin: Spin,
     /// What was measured after the impact, at least one observable.
     pub after: Vec<Measurement>,
-    /// The joint errors of the state before and the observations after the impact, where they were extracted together
-    /// from a track.
+    /// The joint errors of the state before and the observations after the impact, where they were
+    /// extracted together from a track.
     pub joint: Option<Box<Joint>>,
-    /// The standard deviation of side spin that nobody saw, rad/s (that of the data set is over U/R); 0 where none is reckoned with.
+    /// The standard deviation of side spin that nobody saw, rad/s (that of the data set is over
+    /// U/R); 0 where none is reckoned with.
     pub side_sd: f64,
 }
 
@@ -220,9 +227,10 @@ impl Shot {
         Self { name: name.into(), file, line: 0, labels, before, spin, after, joint: None, side_sd: 0.0 }
     }
 
-    /// A measured impact in the table's frame: the line of centres from the cue ball to the object ball, of any length but 0, the
-    /// cue ball's velocity before, and its own and the object ball's after, in m/s, each component with its standard deviation where
-    /// one is known. The direction of the line of centres errs by `normal_sd` radians, where that is known.
+    /// A measured impact in the table's frame: the line of centres from the cue ball to the object
+    /// ball, of any length but 0, the cue ball's velocity before, and its own and the object ball's
+    /// after, in m/s, each component with its standard deviation where one is known. The direction
+    /// of the line of centres errs by `normal_sd` radians, where that is known.
     #[must_use]
     pub fn impact(
         name: impl Into<String>,
@@ -251,8 +259,9 @@ impl Shot {
         Self::new(name, before, spin, after.collect())
     }
 
-    /// Makes the side spin of a shot that is stated as stun or natural roll uncertain: `sd` is the standard deviation of Rω_z/U, and
-    /// `radius` the ball's, m. Returns whether the shot's speed, which this takes, is known.
+    /// Makes the side spin of a shot that is stated as stun or natural roll uncertain: `sd` is the
+    /// standard deviation of Rω_z/U, and `radius` the ball's, m. Returns whether the shot's speed,
+    /// which this takes, is known.
     pub fn add_side_spin(&mut self, sd: f64, radius: f64) -> bool {
         let rolls = match self.spin {
             Spin::Stun => 0.0,
@@ -284,15 +293,15 @@ impl Shot {
     }
 }
 
-/// Errors of what was extracted from one track, table frame: direction of the line of centres (rad), the
-/// cue ball's v_x, v_y (m/s), ω_x, ω_y, ω_z (rad/s) before the impact, then the shot's observations in
-/// their order.
+/// Errors of what was extracted from one track, table frame: direction of the line of centres
+/// (rad), the cue ball's v_x, v_y (m/s), ω_x, ω_y, ω_z (rad/s) before the impact, then the shot's
+/// observations in their order.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Joint {
     /// Their covariance without the errors that all shots share.
     pub covariance: DMatrix<f64>,
-    /// How they change with each error that all shots share, in the order of [`Shared::ALL`], and behind them with each
-    /// [`Shared::Camera`].
+    /// How they change with each error that all shots share, in the order of [`Shared::ALL`], and
+    /// behind them with each [`Shared::Camera`].
     pub by_shared: Vec<DVector<f64>>,
 }
 
@@ -368,7 +377,8 @@ pub enum Before {
     },
     /// Of a data set of kind `angles`.
     Angle {
-        /// The cut angle in radians, positive where the cue ball moves towards +y of the collision frame.
+        /// The cut angle in radians, positive where the cue ball moves towards +y of the collision
+        /// frame.
         cut: Measured,
         /// The speed in m/s, where it is known.
         speed: Option<Measured>,
@@ -382,8 +392,8 @@ pub struct Tracks {
     pub shots: Vec<TrackShot>,
     /// Frames per second of the first shot, also once the shots were extracted.
     pub fps: Option<f64>,
-    /// Name and reason of each shot that the shots table says to skip, or that was damaged between the camera and the file and cannot
-    /// be repaired.
+    /// Name and reason of each shot that the shots table says to skip, or that was damaged between
+    /// the camera and the file and cannot be repaired.
     pub left_out: Vec<(String, String)>,
     /// What was detected in the files and repaired, with file and line.
     pub notes: Vec<String>,
@@ -398,7 +408,8 @@ pub struct Tracks {
     pub camera: [Option<f64>; Correction::COUNT],
     /// Whether lengths are in an unknown unit, so that the size of the balls sets the scale.
     pub from_balls: bool,
-    /// Relative standard deviation of the stated scale; `None` where the size of the balls is said to set it.
+    /// Relative standard deviation of the stated scale; `None` where the size of the balls is said
+    /// to set it.
     pub scale_sd: Option<f64>,
     /// Whether the unit of lengths is stated; metres otherwise.
     pub states_unit: bool,
@@ -413,16 +424,18 @@ pub struct DiscShot {
     pub name: String,
     /// The coefficient of restitution e, dimensionless.
     pub restitution: Option<Measured>,
-    /// J_t/J_n, the tangential over the normal impulse on the second disc, dimensionless; t is 90° counter-clockwise
-    /// from the line of centres.
+    /// J_t/J_n, the tangential over the normal impulse on the second disc, dimensionless; t is 90°
+    /// counter-clockwise from the line of centres.
     pub impulse_ratio: Option<Measured>,
     /// The momentum gained along and across the line of centres, over the normal impulse.
     pub momentum: [Option<Measured>; 2],
-    /// Angular momentum gained about the contact point, over the normal impulse times the distance of the centres.
+    /// Angular momentum gained about the contact point, over the normal impulse times the distance
+    /// of the centres.
     pub angular_momentum: Option<Measured>,
     /// The part of the kinetic energy that was lost.
     pub energy_lost: Option<Measured>,
-    /// How fast the discs approach along the line of centres, m/s; m per frame where the frame rate is not known.
+    /// How fast the discs approach along the line of centres, m/s; m per frame where the frame rate
+    /// is not known.
     pub closing_speed: Option<Measured>,
     /// The slip of the contact before the impact over the closing speed.
     pub slip_ratio: Option<Measured>,
@@ -433,11 +446,12 @@ pub struct DiscShot {
 }
 
 impl Tracks {
-    /// Relative standard deviation of a scale that is stated without one: rulers in the plane of the table, and not of the balls'
-    /// centres, seen from 1.5 m are off by 2 %.
+    /// Relative standard deviation of a scale that is stated without one: rulers in the plane of
+    /// the table, and not of the balls' centres, seen from 1.5 m are off by 2 %.
     pub const SCALE_SD: f64 = 0.02;
 
-    /// Shots of balls whose camera is to be found from the balls, in metres. For discs, set `discs`.
+    /// Shots of balls whose camera is to be found from the balls, in metres. For discs, set
+    /// `discs`.
     #[must_use]
     pub fn new(shots: Vec<TrackShot>) -> Self {
         Self {

@@ -20,7 +20,8 @@ pub struct TrackShot {
     pub labels: BTreeMap<String, String>,
     /// Frames per second at which the camera recorded.
     pub fps: f64,
-    /// Positions of the cue ball's centre in the order of time; frames without a position are left out.
+    /// Positions of the cue ball's centre in the order of time; frames without a position are left
+    /// out.
     pub cue: Vec<Sample>,
     /// Positions of the object ball's centre likewise.
     pub object: Vec<Sample>,
@@ -30,11 +31,12 @@ pub struct TrackShot {
     pub spin: Spin,
     /// The standard deviation of a coordinate that dataset.toml states, m.
     pub position_sd: Option<f64>,
-    /// The step of the grid to which the coordinates of the cue ball and of the object ball were rounded, such as a
-    /// pixel, m; 0 where they were not. The rounding error has the standard deviation step/√12 of a uniform
-    /// distribution of this width.
+    /// The step of the grid to which the coordinates of the cue ball and of the object ball were
+    /// rounded, such as a pixel, m; 0 where they were not. The rounding error has the standard
+    /// deviation step/√12 of a uniform distribution of this width.
     pub resolution: [f64; 2],
-    /// Correlation of the noise of neighbouring frames, from 0 to below 1; it falls by this factor from frame to frame.
+    /// Correlation of the noise of neighbouring frames, from 0 to below 1; it falls by this factor
+    /// from frame to frame.
     pub correlation: f64,
 }
 
@@ -44,9 +46,10 @@ impl TrackShot {
         self.position_sd.is_some() || self.cue.iter().chain(&self.object).all(|sample| sample.sd.is_some())
     }
 
-    /// A film of two balls that a program tracked at `fps` frames per second: the positions of the centres of the cue ball and of the
-    /// object ball, each in the order of time, before, through and after the hit. Their errors and the grid to which they were rounded
-    /// are found from the frames; what is known of them can be stated in the fields.
+    /// A film of two balls that a program tracked at `fps` frames per second: the positions of the
+    /// centres of the cue ball and of the object ball, each in the order of time, before, through
+    /// and after the hit. Their errors and the grid to which they were rounded are found from the
+    /// frames; what is known of them can be stated in the fields.
     ///
     /// ```
     /// use caromfit::measurement::dataset::Dataset;
@@ -108,14 +111,15 @@ impl TrackShot {
         [&mut self.cue, &mut self.object].into_iter().chain(markers).flatten()
     }
 
-    /// How many frames together tell as much of a slow motion as one with independent noise: (1 + ρ)/(1 − ρ), where the correlation of
-    /// the noise falls by ρ from frame to frame.
+    /// How many frames together tell as much of a slow motion as one with independent noise: (1 +
+    /// ρ)/(1 − ρ), where the correlation of the noise falls by ρ from frame to frame.
     pub(crate) fn frames_alike(&self) -> f64 {
         (1.0 + self.correlation) / (1.0 - self.correlation)
     }
 }
 
-/// Does work on one shot, whose panic must not end the run; no input is known that causes one. `Err` says where it is reported.
+/// Does work on one shot, whose panic must not end the run; no input is known that causes one.
+/// `Err` says where it is reported.
 pub(crate) fn isolated<T>(work: impl FnOnce() -> T) -> Result<T, String> {
     panic::catch_unwind(AssertUnwindSafe(work))
         .map_err(|_| "a panic, which standard error reports".to_owned())
@@ -162,9 +166,9 @@ pub enum TrackedBall {
     Object,
 }
 
-/// A ball whose centre is by h above where it is on the cloth is seen displaced on the table, away from the foot of the camera, by
-/// h (s + (p − m)/H): s is how much so in the middle m of the film, H how high the camera is. A ball with topspin hops after the impact, by
-/// 0.5 mm at 2 m/s.
+/// A ball whose centre is by h above where it is on the cloth is seen displaced on the table, away
+/// from the foot of the camera, by h (s + (p − m)/H): s is how much so in the middle m of the film,
+/// H how high the camera is. A ball with topspin hops after the impact, by 0.5 mm at 2 m/s.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Viewpoint {
     /// s, m per m of height.

@@ -1,5 +1,5 @@
-//! What every data set must fulfil that is fitted or compared, whoever made it. Reading a file applies the same rules, and
-//! says where in the file they are broken.
+//! What every data set must fulfil that is fitted or compared, whoever made it. Reading a file
+//! applies the same rules, and says where in the file they are broken.
 
 use std::collections::BTreeMap;
 use std::path::Path;
@@ -58,8 +58,8 @@ pub(crate) fn is_unit(x: f64, y: f64) -> bool {
 }
 
 impl Dataset {
-    /// What keeps it from being fitted, each with the parameter or the shot, the value and what was expected. Empty for
-    /// every data set that was read from files.
+    /// What keeps it from being fitted, each with the parameter or the shot, the value and what was
+    /// expected. Empty for every data set that was read from files.
     #[must_use]
     pub fn faults(&self) -> Vec<String> {
         let mut numbers = vec![("ball", self.ball)];
@@ -115,7 +115,8 @@ fn faults_of(name: &str, measured: &Measured) -> Vec<String> {
     value.into_iter().chain(sd).map(|fault| fault.to_string()).collect()
 }
 
-/// What is wrong with a filmed shot: numbers that are not finite or out of range, and times that do not rise.
+/// What is wrong with a filmed shot: numbers that are not finite or out of range, and times that do
+/// not rise.
 fn faults_of_film(shot: &TrackShot) -> Vec<String> {
     const CORRELATION: Condition = (|x| (0.0..1.0).contains(&x), "0 to below 1");
     let numbers = [

@@ -1,4 +1,5 @@
-//! Values of all parameters of a fit: the coefficients of a collision, and what else its outcome depends on.
+//! Values of all parameters of a fit: the coefficients of a collision, and what else its outcome
+//! depends on.
 
 use std::ops::{Index, IndexMut};
 
@@ -12,19 +13,20 @@ use crate::physics::friction_law::Law;
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Values([f64; Parameter::ALL.len()]);
 
-/// Smallest κ with which a compliant contact is computed while κ is fitted: 0 is another model, whose
-/// outcome is approached as √κ.
+/// Smallest κ with which a compliant contact is computed while κ is fitted: 0 is another model,
+/// whose outcome is approached as √κ.
 const LEAST_KAPPA: f64 = 1e-3;
 
 impl Values {
-    /// Returns the values at which parameters are held that are fixed or not determined by the data.
+    /// Returns the values at which parameters are held that are fixed or not determined by the
+    /// data.
     #[must_use]
     pub fn initial(settings: &Settings) -> Self {
         Self(settings.each.map(|setting| setting.initial))
     }
 
-    /// Returns typical values within the bounds, with fixed parameters where they are fixed: the start
-    /// of a search, whatever the initial values are.
+    /// Returns typical values within the bounds, with fixed parameters where they are fixed: the
+    /// start of a search, whatever the initial values are.
     #[must_use]
     pub fn usual(settings: &Settings) -> Self {
         Self(Parameter::ALL.map(|parameter| {
@@ -49,8 +51,8 @@ impl Values {
     }
 
     /// Returns these values with little friction, with their own, and with much, as far as bounds
-    /// allow: what no observation depends on at any of them it depends on nowhere. With much friction
-    /// every contact sticks, with little all slide.
+    /// allow: what no observation depends on at any of them it depends on nowhere. With much
+    /// friction every contact sticks, with little all slide.
     #[must_use]
     pub fn across_friction(&self, settings: &Settings) -> [Self; 3] {
         /// Little friction, as a fraction of the way between the bounds.

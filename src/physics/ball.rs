@@ -28,19 +28,16 @@ pub struct Ball {
 }
 
 impl Ball {
-    /// A standard pool ball: 57.15 mm (2¼ inches) across and uniform, as the World Pool-Billiard Association
-    /// specifies it, of 170 g (specified: 5.5 to 6 oz, 156 to 170 g).
+    /// A standard pool ball: 57.15 mm (2¼ inches) across and uniform, as the World Pool-Billiard
+    /// Association specifies it, of 170 g (specified: 5.5 to 6 oz, 156 to 170 g).
     pub const POOL: Self = Self { radius: 0.028_575, mass: 0.170, inertia: UNIFORM_SPHERE };
 
-    /// The horizontal distance between the centres of two balls on the table that touch: 2√(R₁R₂), m.
+    /// The horizontal distance between the centres of two balls on the table that touch: 2√(R₁R₂),
+    /// m.
     #[must_use]
     pub fn contact_distance(&self, other: &Self) -> f64 {
         // exactly 2R of equal balls
-        if self.radius == other.radius {
-            2.0 * self.radius
-        } else {
-            2.0 * (self.radius * other.radius).sqrt()
-        }
+        2.0 * (self.radius * other.radius).sqrt()
     }
 }
 

@@ -1,13 +1,14 @@
 //! Motion on the cloth before and after an impact: flight, bounce, sliding, rolling.
 //!
-//! A ball's slip on the cloth is s = (V_x − RΩ_y, V_y + RΩ_x). While it slides, its velocity changes
-//! by −μ_k g ŝ and its slip by (1 + ν)/ν times that, so that ŝ keeps its direction and the path is a
-//! parabola; once s = 0 it rolls and slows down by μ_r g. A ball that leaves the cloth flies
-//! straight for 2V_z/g, and at each landing takes a friction impulse of at most μ_k(1 + e_t)|V_z| per
-//! unit mass against its slip. Bounces too low to be seen act as their average, so that the path does not leap when one
-//! more of them counts as a flight.
+//! A ball's slip on the cloth is s = (V_x − RΩ_y, V_y + RΩ_x). While it slides, its velocity
+//! changes by −μ_k g ŝ and its slip by (1 + ν)/ν times that, so that ŝ keeps its direction and the
+//! path is a parabola; once s = 0 it rolls and slows down by μ_r g. A ball that leaves the cloth
+//! flies straight for 2V_z/g, and at each landing takes a friction impulse of at most μ_k(1 +
+//! e_t)|V_z| per unit mass against its slip. Bounces too low to be seen act as their average, so
+//! that the path does not leap when one more of them counts as a flight.
 //!
-//! Written for any number type with derivatives, so that the same lines give a path and its sensitivities.
+//! Written for any number type with derivatives, so that the same lines give a path and its
+//! sensitivities.
 //!
 //! ```
 //! use caromfit::physics::cloth_motion::{Cloth, Launch, Path};
@@ -27,12 +28,13 @@ use super::ball::Ball;
 /// Acceleration of gravity, m/s².
 pub const GRAVITY: f64 = 9.81;
 
-/// A rebound slower than this (a height of 0.2 µm) has no flight of its own. Where it becomes one, the path moves by μ_k(1 + e_t)V_z²/g,
-/// some 0.2 µm.
+/// A rebound slower than this (a height of 0.2 µm) has no flight of its own. Where it becomes one,
+/// the path moves by μ_k(1 + e_t)V_z²/g, some 0.2 µm.
 const LEAST_REBOUND: f64 = 0.002;
 
-/// A ball has at most so many flights of its own; the bounces after them act as their average, as low ones do. At e_t = 0.9 all
-/// rebounds of a ball that rises with 1.7 m/s are among them; at e_t = 1 there is no last one.
+/// A ball has at most so many flights of its own; the bounces after them act as their average, as
+/// low ones do. At e_t = 0.9 all rebounds of a ball that rises with 1.7 m/s are among them; at e_t
+/// = 1 there is no last one.
 const MOST_FLIGHTS: usize = 64;
 
 /// A plain number, or one that carries derivatives.
@@ -148,7 +150,8 @@ impl<T: Number> Path<T> {
             }
             up *= cloth.bounce;
         }
-        // each bounce that is left takes at most μ_k(1 + e_t)V_z in 2V_z/g, all of them Σ 2V_z e_tⁿ/g, without end at e_t = 1…
+        // each bounce that is left takes at most μ_k(1 + e_t)V_z in 2V_z/g, all of them Σ 2V_z
+        // e_tⁿ/g, without end at e_t = 1…
         let lost = -cloth.bounce + 1.0;
         let bouncing = if lost.re() > 0.0 {
             up * (2.0 / GRAVITY) / lost
@@ -205,8 +208,9 @@ impl<T: Number> Path<T> {
         Self(vec![rolling(launch.time, launch.position, [T::from(0.0); 2], T::from(0.0))])
     }
 
-    /// The same on a table that is not level: `acceleration` (m/s²) is that of a body that slides without friction. A ball that rolls
-    /// has 1/(1 + ν) of it, one that lies still stays. The direction of the slip is taken as on a level table.
+    /// The same on a table that is not level: `acceleration` (m/s²) is that of a body that slides
+    /// without friction. A ball that rolls has 1/(1 + ν) of it, one that lies still stays. The
+    /// direction of the slip is taken as on a level table.
     #[must_use]
     pub fn tilted(mut self, acceleration: [f64; 2], inertia: f64) -> Self {
         let zero = T::from(0.0);
@@ -234,8 +238,9 @@ impl<T: Number> Path<T> {
         self
     }
 
-    /// The path as a camera shows it. A ball in flight is displaced by its height times `displacement` (m per m of height) of the place
-    /// where it is halfway through the flight. `gravity`: over g.
+    /// The path as a camera shows it. A ball in flight is displaced by its height times
+    /// `displacement` (m per m of height) of the place where it is halfway through the flight.
+    /// `gravity`: over g.
     pub(crate) fn seen(mut self, gravity: f64, displacement: impl Fn([f64; 2]) -> [f64; 2]) -> Self {
         for i in 1..self.0.len() {
             let lasts = self.0[i].start - self.0[i - 1].start;
@@ -264,7 +269,8 @@ impl<T: Number> Path<T> {
         flight.map_or(0.0, |(flight, [_, to])| 0.5 * GRAVITY * (time - flight.start.re()) * (to - time))
     }
 
-    /// Returns the instants at which the stretches of constant acceleration begin: take-off, landings, sliding, rolling, rest, s.
+    /// Returns the instants at which the stretches of constant acceleration begin: take-off,
+    /// landings, sliding, rolling, rest, s.
     pub fn changes(&self) -> impl Iterator<Item = T> {
         self.0.iter().map(|stretch| stretch.start)
     }
@@ -281,8 +287,8 @@ impl<T: Number> Path<T> {
         self.at(time).1
     }
 
-    /// The stretches of the path, each with the instant when it begins and that when the next one does; the first one reaches
-    /// back as far as is asked for.
+    /// The stretches of the path, each with the instant when it begins and that when the next one
+    /// does; the first one reaches back as far as is asked for.
     pub(crate) fn stretches(&self) -> impl Iterator<Item = (&Stretch<T>, [f64; 2])> {
         self.0.iter().enumerate().map(|(i, stretch)| {
             let from = if i == 0 { f64::NEG_INFINITY } else { stretch.start.re() };
@@ -296,8 +302,8 @@ impl<T: Number> Path<T> {
         self.0[index].at(T::from(time))
     }
 
-    /// How much the horizontal spin (rad/s) at a time differs from that at the impact: the cloth changes it
-    /// by −ẑ × Δv/(νR) while the ball slips and at landings, by ẑ × Δv/R while it rolls.
+    /// How much the horizontal spin (rad/s) at a time differs from that at the impact: the cloth
+    /// changes it by −ẑ × Δv/(νR) while the ball slips and at landings, by ẑ × Δv/R while it rolls.
     #[must_use]
     pub fn spin_change(&self, time: f64, ball: &Ball) -> [T; 2] {
         let mut change = [T::from(0.0); 2];

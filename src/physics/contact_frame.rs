@@ -14,8 +14,8 @@ pub struct CollisionFrame {
 }
 
 impl CollisionFrame {
-    /// The frame of a line of centres (cue ball to object ball) in the table frame, of any length; `None` of a vector that is 0 or
-    /// not finite.
+    /// The frame of a line of centres (cue ball to object ball) in the table frame, of any length;
+    /// `None` of a vector that is 0 or not finite.
     #[must_use]
     pub fn from_normal(nx: f64, ny: f64) -> Option<Self> {
         let length = nx.hypot(ny);

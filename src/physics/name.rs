@@ -12,7 +12,8 @@ pub struct UnknownName {
     pub known: Vec<&'static str>,
 }
 
-/// The one of several things that has a name, of which each may have more than one: the first of them is what is expected.
+/// The one of several things that has a name, of which each may have more than one: the first of
+/// them is what is expected.
 pub(crate) fn named<T: Copy, const N: usize>(
     kind: &'static str,
     all: &[T],
@@ -41,7 +42,8 @@ macro_rules! by_name {
 }
 pub(crate) use by_name;
 
-/// An enum whose variants are told by texts, which stand beside them: a function for each, in their order.
+/// An enum whose variants are told by texts, which stand beside them: a function for each, in their
+/// order.
 macro_rules! worded {
     (
         $(#[$about:meta])*

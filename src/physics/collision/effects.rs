@@ -1,8 +1,9 @@
-//! The effects of an impact, each with its switch, and how large each is on one shot: the choice of `auto` is the cheapest fidelity
-//! whose missing effects stay together within a tolerance.
+//! The effects of an impact, each with its switch, and how large each is on one shot: the choice of
+//! `auto` is the cheapest fidelity whose missing effects stay together within a tolerance.
 //!
-//! Sizes are bounds, to leading order, on what an effect changes, as a fraction of the cue ball's speed U. q = (1 + e)k/N is the normal
-//! impulse; J_y = μq cos θ₀ and J_z = μq are the largest impulses of friction, but at most what stops the slip, |v_y0|/2β_y and
+//! Sizes are bounds, to leading order, on what an effect changes, as a fraction of the cue ball's
+//! speed U. q = (1 + e)k/N is the normal impulse; J_y = μq cos θ₀ and J_z = μq are the largest
+//! impulses of friction, but at most what stops the slip, |v_y0|/2β_y and
 //! |v_z0|/2β_z; left = v_∥0 − 2β_yμq is the slip at the end at least, and mixed the largest sin θ cos θ.
 //!
 //! | effect | changes velocities by | present |
@@ -18,8 +19,9 @@
 //! | falling-friction | q times the change of μ | if friction depends on the slip |
 //! | compliance | twice J if friction may stop the slip, else the lag μq Δθ, Δθ ≤ ⅚κμ²(β_y − β_z) mixed (k/left)² | if κ > 0 |
 //!
-//! An impulse J of friction changes a spin times R by J/ν: if spins count too, it counts 1/ν times. The motion of both balls on the
-//! cloth in the time T after the impact ([`motion`]), with the slip s on the cloth and t = 2V_z/(g(1 − e_t)) of all flights:
+//! An impulse J of friction changes a spin times R by J/ν: if spins count too, it counts 1/ν times.
+//! The motion of both balls on the cloth in the time T after the impact ([`motion`]), with the slip
+//! s on the cloth and t = 2V_z/(g(1 − e_t)) of all flights:
 //!
 //! | effect | changes velocities by at most | present |
 //! | --- | --- | --- |
@@ -36,10 +38,12 @@ use crate::physics::cloth_motion::{Cloth, GRAVITY};
 use crate::physics::contact_frame::cloth_slip;
 use crate::physics::name::UnknownName;
 
-/// The table of effects: switch, name on the command line and in fit.json, the reason for its size and that for a size of 0.
+/// The table of effects: switch, name on the command line and in fit.json, the reason for its size
+/// and that for a size of 0.
 macro_rules! effects {
     ($($(#[doc = $doc:literal])+ $switch:ident = $name:literal | $there:literal | $not:literal,)+) => {
-        /// Effects of an impact, each on or off. [`Fidelity::effects`] gives those that a fidelity can simulate.
+        /// Effects of an impact, each on or off. [`Fidelity::effects`] gives those that a fidelity
+        /// can simulate.
         #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
         #[allow(clippy::struct_excessive_bools)] // any combination of the effects can be asked for
         pub struct Effects {
@@ -130,13 +134,15 @@ impl FromStr for Effects {
     }
 }
 
-/// The default tolerance of [`choose`], as a fraction of the cue ball's speed U. It is below what the best footage resolves.
+/// The default tolerance of [`choose`], as a fraction of the cue ball's speed U. It is below what
+/// the best footage resolves.
 pub const TOLERANCE: f64 = 1e-3;
 
 /// Time after an impact for which footage follows the balls, s.
 pub const FOLLOWED: f64 = 0.1;
 
-/// Factor by which the cloth's friction on a ball counts, as it also moves the contact between the balls.
+/// Factor by which the cloth's friction on a ball counts, as it also moves the contact between the
+/// balls.
 const FEEDBACK: f64 = 1.5;
 
 /// The components of the outcome that must stay within the tolerance.
@@ -151,9 +157,11 @@ pub enum Compared {
 /// The size of one effect on one shot.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Estimate {
-    /// The name of the effect, one of [`Effects::NAMES`] or, of the motion on the cloth, one that [`motion`] gives.
+    /// The name of the effect, one of [`Effects::NAMES`] or, of the motion on the cloth, one that
+    /// [`motion`] gives.
     pub name: &'static str,
-    /// The largest change of velocities by the effect, as a fraction of the speed of the cue ball U.
+    /// The largest change of velocities by the effect, as a fraction of the speed of the cue ball
+    /// U.
     pub size: f64,
     /// Whether the effect is simulated.
     pub on: bool,
@@ -170,7 +178,8 @@ pub struct Choice {
     pub effects: Effects,
     /// The size of each effect, in the order of [`Effects::NAMES`].
     pub estimates: [Estimate; 10],
-    /// The sum of the sizes of the effects that are left out, as a fraction of the speed of the cue ball U.
+    /// The sum of the sizes of the effects that are left out, as a fraction of the speed of the cue
+    /// ball U.
     pub left_out: f64,
 }
 
@@ -283,8 +292,9 @@ fn sizes(
     Ok(sizes.map(|size| size / speed))
 }
 
-/// Sizes of the effects of the motion of both balls in the first `seconds` after an impact: flight, sliding, rolling. Each is on if it
-/// changes velocities by more than `tolerance`, as a fraction of the cue ball's speed before the impact.
+/// Sizes of the effects of the motion of both balls in the first `seconds` after an impact: flight,
+/// sliding, rolling. Each is on if it changes velocities by more than `tolerance`, as a fraction of
+/// the cue ball's speed before the impact.
 #[must_use]
 pub fn motion(
     model: &Model,

@@ -17,20 +17,24 @@ use crate::physics::friction_law::Law;
 const HOLLOW_SPHERE: f64 = 2.0 / 3.0;
 
 impl Model {
-    /// The default of [`Model::contact_time`], in seconds: balls of phenolic resin touch for 250 to 300 µs (Kim 2024, below Eq. 37).
+    /// The default of [`Model::contact_time`], in seconds: balls of phenolic resin touch for 250 to
+    /// 300 µs (Kim 2024, below Eq. 37).
     pub const CONTACT_TIME: f64 = 280e-6;
 
-    /// The default of [`Model::tolerance`]: far below any error of measurement, and about six digits above rounding errors.
+    /// The default of [`Model::tolerance`]: far below any error of measurement, and about six
+    /// digits above rounding errors.
     pub const TOLERANCE: f64 = 1e-10;
 
-    /// The tolerance that fits use: still far below any error of measurement, at a third of the time.
+    /// The tolerance that fits use: still far below any error of measurement, at a third of the
+    /// time.
     pub const TOLERANCE_OF_FITS: f64 = 1e-6;
 
     /// The tangential compliance κ of phenolic resin, whose Poisson's ratio is 0.34 ([`kappa`]).
     pub const KAPPA: f64 = kappa(POISSON);
 
-    /// A model of equal balls with constant friction and restitution and all effects that the fidelity contains, rigid along the
-    /// surface but for `contact`, where κ is that of phenolic resin.
+    /// A model of equal balls with constant friction and restitution and all effects that the
+    /// fidelity contains, rigid along the surface but for `contact`, where κ is that of phenolic
+    /// resin.
     #[must_use]
     pub fn new(fidelity: Fidelity, ball: Ball) -> Self {
         Self {
@@ -81,21 +85,24 @@ impl Model {
         self.effects.and(self.fidelity.effects()).compliance && self.kappa != 0.0
     }
 
-    /// The model with a compliant contact, integrated as closely as fits need it, and with the other effects that a closed form has.
+    /// The model with a compliant contact, integrated as closely as fits need it, and with the
+    /// other effects that a closed form has.
     #[must_use]
     pub fn giving_way(self, kappa: f64) -> Self {
         let effects = Effects { compliance: true, ..Fidelity::Full.effects() };
         Self { fidelity: Fidelity::Ode, effects, kappa, tolerance: Self::TOLERANCE_OF_FITS, ..self }
     }
 
-    /// The model in closed form, [`Fidelity::Full`], with the effects that it can simulate; `None` if the fidelity is not integrated.
+    /// The model in closed form, [`Fidelity::Full`], with the effects that it can simulate; `None`
+    /// if the fidelity is not integrated.
     #[must_use]
     pub fn closed(&self) -> Option<Self> {
         let effects = self.effects.and(Fidelity::Full.effects());
         self.fidelity.is_integrated().then_some(Self { fidelity: Fidelity::Full, effects, ..*self })
     }
 
-    /// The model with the κ of phenolic resin if it resolves the contact in time and κ is 0, which `contact` does not simulate.
+    /// The model with the κ of phenolic resin if it resolves the contact in time and κ is 0, which
+    /// `contact` does not simulate.
     pub(crate) fn with_some_compliance(self) -> Self {
         let is_rigid = self.fidelity == Fidelity::Contact && self.kappa == 0.0;
         Self { kappa: if is_rigid { Self::KAPPA } else { self.kappa }, ..self }
@@ -113,12 +120,12 @@ impl Model {
         if self.as_printed { -1.0 } else { 1.0 }
     }
 
-    /// Returns the outcome of a collision (Kim 2024, Eqs. 42–49 with q, J_y, J_z instead of his functions of θ), in the frame of the
-    /// collision.
+    /// Returns the outcome of a collision (Kim 2024, Eqs. 42–49 with q, J_y, J_z instead of his
+    /// functions of θ), in the frame of the collision.
     ///
     /// # Errors
-    /// Input that describes no collision: balls that do not approach, coefficients out of range, a vertical
-    /// velocity, anything not finite; and an integration that takes too many steps.
+    /// Input that describes no collision: balls that do not approach, coefficients out of range, a
+    /// vertical velocity, anything not finite; and an integration that takes too many steps.
     pub fn collide(&self, cue: &BallState, coefficients: &Coefficients) -> Result<Outcome, NotACollision> {
         let values = self.validated(cue, coefficients)?;
         if self.fidelity.is_integrated() {
@@ -137,8 +144,9 @@ impl Model {
         Outcome::new(regime, impulses.q, &components(values, self, impulses))
     }
 
-    /// Returns the outcome as [`Model::collide`], with the cue ball and the outcome in the frame of the table, z up. The line of centres
-    /// leads from the cue ball to the object ball, which is at rest, and has any length, so that the difference of the positions serves.
+    /// Returns the outcome as [`Model::collide`], with the cue ball and the outcome in the frame of
+    /// the table, z up. The line of centres leads from the cue ball to the object ball, which is at
+    /// rest, and has any length, so that the difference of the positions serves.
     ///
     /// # Errors
     /// As [`Model::collide`]; also a line of centres without a direction.
@@ -162,9 +170,10 @@ impl Model {
         })
     }
 
-    /// Returns the outcome and its derivatives by the coefficients and the cue ball's motion: exact in closed form and for a rigid
-    /// contact; of a compliant one to about 1e-6. At a transition (stick setting in, topspin turning to draw) it is the derivative of
-    /// the side that the outcome is on.
+    /// Returns the outcome and its derivatives by the coefficients and the cue ball's motion: exact
+    /// in closed form and for a rigid contact; of a compliant one to about 1e-6. At a transition
+    /// (stick setting in, topspin turning to draw) it is the derivative of the side that the
+    /// outcome is on.
     ///
     /// # Errors
     /// As [`Model::collide`].
@@ -176,8 +185,9 @@ impl Model {
         self.differentiated::<{ Input::FIRST }>(cue, coefficients)
     }
 
-    /// Returns the outcome with its derivatives as in [`Model::collide_with_jacobian`], and those by b, c, κ, the ratio of the masses,
-    /// that of the radii and e₁. These are `None` if friction and e are constant, the contact is rigid and the balls are equal.
+    /// Returns the outcome with its derivatives as in [`Model::collide_with_jacobian`], and those
+    /// by b, c, κ, the ratio of the masses, that of the radii and e₁. These are `None` if friction
+    /// and e are constant, the contact is rigid and the balls are equal.
     ///
     /// # Errors
     /// As [`Model::collide`].
@@ -262,7 +272,8 @@ impl Model {
             check_ball(object)?;
             within(MASS_RATIOS.contains(&ratio), "mass_ratio", ratio, "0.001 to 1000")?;
             within(!self.as_printed, "mass_ratio", ratio, "equal balls for the equations as printed")?;
-            // 2β_z = (1 + 1/ν_c)/r + (1 − μ_s)/ν must stay positive, or the cloth would drive the slip that it brakes
+            // 2β_z = (1 + 1/ν_c)/r + (1 − μ_s)/ν must stay positive, or the cloth would drive the
+            // slip that it brakes
             most_mu_s = 1.0 + object.inertia * (1.0 + 1.0 / self.ball.inertia) / ratio;
         }
         within((0.0..f64::INFINITY).contains(&mu), "mu", mu, "a finite number of 0 or more")?;
