@@ -5,21 +5,20 @@ use std::path::PathBuf;
 
 use nalgebra::{DMatrix, DVector};
 
-use super::correction::Correction;
 use super::loss::Loss;
 pub use super::object_ball::{ObjectBall, UNWEIGHED, WEIGHED_KG};
 use super::observable::{Axis, Observable};
+pub use super::observable::{Measured, Measurement};
 use super::parameter::{Compliance, Parameter, Settings};
 use super::spin::Spin;
 use super::track::TrackShot;
-use super::track::Viewpoint;
+pub use super::track::{DiscShot, Tracks};
 use crate::physics::ball::{Ball, Vec3};
 use crate::physics::collision::{Fidelity, Model};
-use crate::physics::disc::Discs;
 
 /// A data set: measured shots, and how they are to be fitted. One that was read from files has been
 /// checked; of one that a program made, a fit refuses what [`Dataset::faults`] finds.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, Default)]
 pub struct Dataset {
     /// The name of the data set, also of its folder below `fits/`.
     pub name: String,
@@ -88,26 +87,7 @@ impl Dataset {
     /// [`Dataset::faults`] names what is wrong with it.
     #[must_use]
     pub fn new(name: impl Into<String>, ball: Ball, shots: Vec<Shot>) -> Self {
-        Self {
-            name: name.into(),
-            path: PathBuf::new(),
-            cloth: None,
-            balls: None,
-            source: None,
-            ball,
-            object: None,
-            settings: Settings::default(),
-            loss: Loss::default(),
-            by: None,
-            shots,
-            left_out: Vec::new(),
-            sliding: None,
-            rolling: None,
-            lift_sd: None,
-            side_sd: 0.0,
-            taken: Vec::new(),
-            tracks: None,
-        }
+        Self { name: name.into(), ball, shots, ..Self::default() }
     }
 
     /// A data set of shots that a program filmed and tracked ([`TrackShot::new`]), with the default
@@ -339,32 +319,6 @@ impl Shared {
     }
 }
 
-/// A value with its standard deviation, where the data give one.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Measured {
-    /// The value, in the unit of the quantity.
-    pub value: f64,
-    /// Its standard deviation in the same unit; `None` where the data give none.
-    pub sd: Option<f64>,
-}
-
-impl Measured {
-    /// A value with its standard deviation.
-    #[must_use]
-    pub fn new(value: f64, sd: f64) -> Self {
-        Self { value, sd: Some(sd) }
-    }
-}
-
-/// An observable's measured value, in SI units and radians.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Measurement {
-    /// What was measured.
-    pub observable: Observable,
-    /// Its value and standard deviation.
-    pub measured: Measured,
-}
-
 /// The cue ball's motion before the impact.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Before {
@@ -383,90 +337,4 @@ pub enum Before {
         /// The speed in m/s, where it is known.
         speed: Option<Measured>,
     },
-}
-
-/// The filmed shots of a data set.
-#[derive(Clone, Debug)]
-pub struct Tracks {
-    /// The shots whose impacts can be extracted.
-    pub shots: Vec<TrackShot>,
-    /// Frames per second of the first shot, also once the shots were extracted.
-    pub fps: Option<f64>,
-    /// Name and reason of each shot that the shots table says to skip, or that was damaged between
-    /// the camera and the file and cannot be repaired.
-    pub left_out: Vec<(String, String)>,
-    /// What was detected in the files and repaired, with file and line.
-    pub notes: Vec<String>,
-    /// Shots whose impact was found, though something about them is wrong: the name and what it is.
-    pub doubtful: Vec<(String, String)>,
-    /// Of discs: what was measured of each shot, including those that are not fitted.
-    pub disc_shots: Vec<DiscShot>,
-    /// What is known of the discs; `None` for balls.
-    pub discs: Option<Discs>,
-    /// Corrections for the camera that are stated, in the order of [`Correction::ALL`]; `None`:
-    /// to be found from the balls.
-    pub camera: [Option<f64>; Correction::COUNT],
-    /// Whether lengths are in an unknown unit, so that the size of the balls sets the scale.
-    pub from_balls: bool,
-    /// Relative standard deviation of the stated scale; `None` where the size of the balls is said
-    /// to set it.
-    pub scale_sd: Option<f64>,
-    /// Whether the unit of lengths is stated; metres otherwise.
-    pub states_unit: bool,
-    /// Where the camera sees balls that hop.
-    pub viewpoint: Viewpoint,
-}
-
-/// What was measured of one shot of discs; a number is `None` where the tracks do not determine it.
-#[derive(Clone, Debug, PartialEq)]
-pub struct DiscShot {
-    /// The name of the shot.
-    pub name: String,
-    /// The coefficient of restitution e, dimensionless.
-    pub restitution: Option<Measured>,
-    /// J_t/J_n, the tangential over the normal impulse on the second disc, dimensionless; t is 90°
-    /// counter-clockwise from the line of centres.
-    pub impulse_ratio: Option<Measured>,
-    /// The momentum gained along and across the line of centres, over the normal impulse.
-    pub momentum: [Option<Measured>; 2],
-    /// Angular momentum gained about the contact point, over the normal impulse times the distance
-    /// of the centres.
-    pub angular_momentum: Option<Measured>,
-    /// The part of the kinetic energy that was lost.
-    pub energy_lost: Option<Measured>,
-    /// How fast the discs approach along the line of centres, m/s; m per frame where the frame rate
-    /// is not known.
-    pub closing_speed: Option<Measured>,
-    /// The slip of the contact before the impact over the closing speed.
-    pub slip_ratio: Option<Measured>,
-    /// Whether the discs move on as one body.
-    pub sticks: bool,
-    /// What speaks against these numbers; empty for a good shot.
-    pub doubts: String,
-}
-
-impl Tracks {
-    /// Relative standard deviation of a scale that is stated without one: rulers in the plane of
-    /// the table, and not of the balls' centres, seen from 1.5 m are off by 2 %.
-    pub const SCALE_SD: f64 = 0.02;
-
-    /// Shots of balls whose camera is to be found from the balls, in metres. For discs, set
-    /// `discs`.
-    #[must_use]
-    pub fn new(shots: Vec<TrackShot>) -> Self {
-        Self {
-            fps: shots.first().map(|shot| shot.fps),
-            shots,
-            left_out: Vec::new(),
-            notes: Vec::new(),
-            doubtful: Vec::new(),
-            disc_shots: Vec::new(),
-            discs: None,
-            camera: [None; Correction::COUNT],
-            from_balls: false,
-            scale_sd: Some(Self::SCALE_SD),
-            states_unit: true,
-            viewpoint: Viewpoint::default(),
-        }
-    }
 }

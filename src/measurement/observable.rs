@@ -4,6 +4,32 @@ use std::str::FromStr;
 
 use crate::physics::name::{UnknownName, named};
 
+/// A value with its standard deviation, where the data give one.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Measured {
+    /// The value, in the unit of the quantity.
+    pub value: f64,
+    /// Its standard deviation in the same unit; `None` where the data give none.
+    pub sd: Option<f64>,
+}
+
+impl Measured {
+    /// A value with its standard deviation.
+    #[must_use]
+    pub fn new(value: f64, sd: f64) -> Self {
+        Self { value, sd: Some(sd) }
+    }
+}
+
+/// An observable's measured value, in SI units and radians.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Measurement {
+    /// What was measured.
+    pub observable: Observable,
+    /// Its value and standard deviation.
+    pub measured: Measured,
+}
+
 /// A measured quantity after the impact. Inside, angles are radians, speeds m/s, spins rad/s.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
 #[non_exhaustive]

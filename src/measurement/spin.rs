@@ -4,7 +4,7 @@ use crate::physics::ball::Vec3;
 use crate::physics::name::by_name;
 
 /// The cue ball's spin before the impact.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
 #[non_exhaustive]
 pub enum Spin {
     /// The ball slides without any spin.
@@ -21,6 +21,7 @@ pub enum Spin {
         sd: [Option<f64>; 3],
     },
     /// Nothing is known of the spin.
+    #[default]
     Unknown,
 }
 

@@ -133,7 +133,10 @@ impl Model {
         }
         let impact = Impact::new(&values, self);
         let (impulses, regime) = match self.fidelity {
-            Fidelity::Full => sliding::solve(&impact).impulses(&impact),
+            Fidelity::Full => {
+                let (impulses, regime, _) = sliding::solve(&impact);
+                (impulses, regime)
+            }
             _ => simple::impulses(&impact),
         };
         Ok(self.outcome(&values, &impact.impulses(&values, impulses), regime))
@@ -234,9 +237,8 @@ impl Model {
         let (impact, dual_impact) = (Impact::new(&values, self), Impact::new(&dual, self));
         let (impulses, regime, dual_impulses) = match self.fidelity {
             Fidelity::Full | Fidelity::Ode => {
-                let end = sliding::solve(&impact);
-                let (impulses, regime) = end.impulses(&impact);
-                (impulses, regime, sliding::differentiate(&dual_impact, &end))
+                let (impulses, regime, ways) = sliding::solve(&impact);
+                (impulses, regime, sliding::differentiate(&dual_impact, ways))
             }
             _ => {
                 let (impulses, regime) = simple::impulses(&impact);

@@ -16,15 +16,12 @@
 //! v_z0 = 0 are ordinary. Restitution is solved as an impact of its own from the slip that is left,
 //! so that a small e keeps its digits.
 //!
-//! Derivatives follow from those of q and W at the end.
+//! Derivatives are those of one step of Newton's method in dual numbers at the solution.
 
-mod gradient;
+mod dual;
 
-use nalgebra::SVector;
-use num_dual::Derivative;
 use wide::f64x2;
 
-use self::gradient::gradient;
 use super::impact::{Dual, Impact};
 use super::{Number, Regime};
 
@@ -40,102 +37,99 @@ const DECAYED: f64 = 42.0;
 /// Stands in for e = 0, where restitution has no length: derivatives are the limit of a short one.
 const TINY_E: f64 = 1e-18;
 
-/// The end of an impact.
-pub(super) struct End {
-    /// The normal impulses of compression, or of the whole impact, and of restitution, m/s.
-    q: [f64; 2],
-    /// The parts of the slip's components that friction has stopped.
-    stopped: [f64; 2],
-    /// The s at the end of both phases, of which only topspin has a second; `None` if the contact
-    /// has stuck before.
-    ways: [Option<f64>; 2],
+/// The s at the end of both phases, the second of which only topspin has; `None` if the contact
+/// has stuck before.
+pub(super) type Ways = [Option<f64>; 2];
+
+/// Returns q, J_y and J_z, and the way to them.
+#[inline]
+pub(super) fn solve(impact: &Impact<f64>) -> ([f64; 3], Regime, Ways) {
+    let (mut ways, mut phases) = ([None; 2], 0);
+    let impulses = impulses(impact, |slide, phase| {
+        let (end, way) = slide.follow(phase);
+        ways[phases] = way;
+        phases += 1;
+        end
+    });
+    let regime = if ways[phases - 1].is_some() { Regime::Slide } else { Regime::Stick };
+    (impulses, regime, ways)
 }
 
-impl End {
-    /// Returns q, J_y and J_z.
-    #[inline(always)]
-    pub fn impulses(&self, impact: &Impact<f64>) -> ([f64; 3], Regime) {
-        let [j_y, j_z] = [0, 1].map(|i| -impact.slip[i] * self.stopped[i] / impact.lever[i]);
-        let regime = if self.stopped == [1.0; 2] { Regime::Stick } else { Regime::Slide };
-        ([self.q[0] + self.q[1], j_y, j_z], regime)
-    }
+/// Returns q, J_y and J_z with their derivatives, from the way to them.
+pub(super) fn differentiate<const N: usize>(impact: &Impact<Dual<N>>, ways: Ways) -> [Dual<N>; 3] {
+    let mut ways = ways.into_iter();
+    impulses(impact, |slide, phase| match ways.next().flatten() {
+        Some(s) => slide.end_near(phase, &slide.differentiate(phase, s)),
+        None if phase.slip[1].re <= 0.0 => phase.stick(Place::start()),
+        None => {
+            let decayed = DECAYED / slide.real().slowest(phase.slip.map(|v| v.re));
+            phase.stick(slide.differentiate(phase, decayed))
+        }
+    })
 }
 
-/// Returns the end of an impact.
+/// Returns q, J_y and J_z, where `end` gives the end of a phase.
 #[inline(always)]
-pub(super) fn solve(impact: &Impact<f64>) -> End {
-    let &Impact { k, n, e, slip, .. } = impact;
-    let (slide, cloth) = Slide::new(impact);
-    if slip[1] <= 0.0 {
+fn impulses<D: Number>(impact: &Impact<D>, mut end: impl FnMut(&Slide<D>, &Phase<D>) -> Place<D>) -> [D; 3] {
+    let &Impact { k, n, e, m_s, slip, lever, .. } = impact;
+    let (slide, zero) = (Slide::new(impact), D::from(0.0));
+    let (q, stopped) = if slip[1].re() > 0.0 {
+        let cloth = m_s * slip[1] / lever[1];
+        let compression = Phase { slip, k, n, cloth, work: None };
+        let c = end(&slide, &compression);
+        let left = c.stopped.map(|stopped| -stopped + 1.0);
+        let (e, slip) = (e + TINY_E, [slip[0] * left[0], slip[1] * left[1]]);
+        let work = Some(-e * e * compression.work(&c));
+        let f = end(&slide, &Phase { slip, k: zero, n, cloth: cloth * left[1], work });
+        let [y, z] = f.stopped;
+        (c.q + f.q, [c.stopped[0] + left[0] * y, c.stopped[1] + left[1] * z])
+    } else {
         // without the cloth W is a parabola in q
-        let (end, way) = slide.follow(&Phase { slip, k: (1.0 + e) * k, n, cloth: 0.0, work: None });
-        return End { q: [end.q, 0.0], stopped: end.stopped, ways: [way, None] };
-    }
-    let compression = Phase { slip, k, n, cloth, work: None };
-    let (c, compressed) = slide.follow(&compression);
-    let left = c.stopped.map(|stopped| 1.0 - stopped);
-    let slip = [slip[0] * left[0], slip[1] * left[1]];
-    let e = e + TINY_E;
-    let work = Some(-e * e * compression.work(&c));
-    let (f, restored) = slide.follow(&Phase { slip, k: 0.0, n, cloth: cloth * left[1], work });
-    let stopped = [0, 1].map(|i| c.stopped[i] + left[i] * f.stopped[i]);
-    End { q: [c.q, f.q], stopped, ways: [compressed, restored] }
-}
-
-/// Returns q, J_y and J_z with their derivatives, from the end of the impact.
-pub(super) fn differentiate<const N: usize>(impact: &Impact<Dual<N>>, end: &End) -> [Dual<N>; 3] {
-    let (slide, cloth) = Slide::new(impact);
-    let ([v_y, v_z], [rate_y, rate_z]) = (impact.slip, slide.rates);
-    let [a, b, c] = slide.falls.unwrap_or([1.0, 0.0, 0.0].map(Dual::from));
-    let inputs = [v_y, v_z, rate_y, rate_z, a, b, c, impact.k, cloth, impact.n, impact.e];
-    let by = gradient(&slide.real(), &inputs.map(|input| input.re), end);
-    let [q, y, z] = [(end.q[0] + end.q[1], by[0]), (end.stopped[0], by[1]), (end.stopped[1], by[2])].map(
-        |(value, by)| {
-            let mut eps = SVector::<f64, N>::zeros();
-            for (input, by) in inputs.iter().zip(by) {
-                if let Some(of_input) = &input.eps.0 {
-                    eps.axpy(by, of_input, 1.0);
-                }
-            }
-            Dual::new(value, Derivative::some(eps))
-        },
-    );
-    [q, -v_y * y / impact.lever[0], -v_z * z / impact.lever[1]]
+        let f = end(&slide, &Phase { slip, k: (e + 1.0) * k, n, cloth: zero, work: None });
+        (f.q, f.stopped)
+    };
+    [q, -slip[0] * stopped[0] / lever[0], -slip[1] * stopped[1] / lever[1]]
 }
 
 /// A place on the way, counted from the beginning of a phase.
-#[derive(Clone, Copy, Default)]
-struct Place {
+#[derive(Clone, Copy)]
+struct Place<D> {
     /// The parts of the slip's components that friction has stopped.
-    stopped: [f64; 2],
-    q: f64,
-    i: f64,
+    stopped: [D; 2],
+    q: D,
+    i: D,
+}
+
+impl<D: Number> Place<D> {
+    fn start() -> Self {
+        Self { stopped: [D::from(0.0); 2], q: D::from(0.0), i: D::from(0.0) }
+    }
 }
 
 /// A phase of the impact, with the slip, k, A and W from its beginning.
-struct Phase {
-    slip: [f64; 2],
-    k: f64,
-    n: f64,
-    cloth: f64,
+struct Phase<D> {
+    slip: [D; 2],
+    k: D,
+    n: D,
+    cloth: D,
     /// W at its end; `None` for a phase that ends where v_x = 0.
-    work: Option<f64>,
+    work: Option<D>,
 }
 
-impl Phase {
+impl<D: Number> Phase<D> {
     #[inline(always)]
-    fn v_x(&self, at: &Place) -> f64 {
-        self.n * at.q - self.k - self.cloth * at.stopped[1]
+    fn v_x(&self, at: &Place<D>) -> D {
+        at.q * self.n - self.k - self.cloth * at.stopped[1]
     }
 
     #[inline(always)]
-    fn work(&self, at: &Place) -> f64 {
-        (0.5 * self.n * at.q - self.k) * at.q - self.cloth * at.i
+    fn work(&self, at: &Place<D>) -> D {
+        (at.q * self.n * 0.5 - self.k) * at.q - self.cloth * at.i
     }
 
     /// Returns the end of the phase from a place where the slip has decayed: v_x grows by N per q.
-    fn stick(&self, at: Place) -> Place {
-        let stuck = Place { stopped: [1.0; 2], ..at };
+    fn stick(&self, at: Place<D>) -> Place<D> {
+        let stuck = Place { stopped: [D::from(1.0); 2], ..at };
         let v_x = self.v_x(&stuck);
         let dq = match self.work {
             None => -v_x / self.n,
@@ -154,26 +148,18 @@ struct Slide<D> {
 }
 
 impl<D: Number> Slide<D> {
-    /// Returns it with A.
     #[inline(always)]
-    fn new(impact: &Impact<D>) -> (Self, D) {
-        let &Impact { slip, lever, m_s, mu, fall, .. } = impact;
-        let cloth = m_s * slip[1] / lever[1];
+    fn new(impact: &Impact<D>) -> Self {
+        let &Impact { slip, lever, mu, fall, .. } = impact;
         if let Some([b, c]) = fall {
             // a unit of s, with no derivative
             let first = mu.re() + b.re() * (-c.re() * slip[0].re().hypot(slip[1].re())).exp();
             if first > 0.0 {
                 let falls = Some([mu / first, b / first, c]);
-                return (Self { rates: lever.map(|lever| lever * first), falls }, cloth);
+                return Self { rates: lever.map(|lever| lever * first), falls };
             }
         }
-        (Self { rates: lever.map(|lever| lever * mu), falls: None }, cloth)
-    }
-}
-
-impl<D: Number> Slide<D> {
-    fn real(&self) -> Slide<f64> {
-        Slide { rates: self.rates.map(|x| x.re()), falls: self.falls.map(|law| law.map(|x| x.re())) }
+        Self { rates: lever.map(|lever| lever * mu), falls: None }
     }
 }
 
@@ -207,31 +193,32 @@ impl Slide<f64> {
     fn advance(
         &self,
         slip: [f64; 2],
-        at: Place,
+        at: Place<f64>,
         ds: f64,
         visit: impl FnMut(f64, [f64; 2], [f64; 2], f64),
-    ) -> Place {
+    ) -> Place<f64> {
         let [y, z] = self.rates;
         let mut reach = y.max(z) * ds.abs();
         if let Some([_, _, c]) = self.falls {
             reach *= 1.0 + c * norm(slip);
         }
-        match reach {
-            ..=MAX_FOUR => self.panels(slip, at, ds, 1, &GAUSS_4, visit),
-            _ => self.panels(slip, at, ds, (reach / MAX_SIX) as usize + 1, &GAUSS_6, visit),
+        if reach <= MAX_FOUR {
+            return self.panels(slip, at, ds, 1, &GAUSS_4, visit);
         }
+        let panels = usize::from((reach / MAX_SIX) as u16) + 1;
+        self.panels(slip, at, ds, panels, &GAUSS_6, visit)
     }
 
     #[inline(always)]
     fn panels<const H: usize>(
         &self,
         slip: [f64; 2],
-        mut at: Place,
+        mut at: Place<f64>,
         ds: f64,
         panels: usize,
         rule: &[(f64, f64); H],
         mut visit: impl FnMut(f64, [f64; 2], [f64; 2], f64),
-    ) -> Place {
+    ) -> Place<f64> {
         let half = 0.5 * ds / panels as f64;
         let (slip, rates) = (f64x2::new(slip), f64x2::new(self.rates) * half);
         let mut stopped = f64x2::new(at.stopped);
@@ -258,7 +245,7 @@ impl Slide<f64> {
 
     /// Returns the dq from a place to the end of a phase, with an error of its third power.
     #[inline(always)]
-    fn left(&self, phase: &Phase, at: &Place, per_pace: f64, y2: f64) -> f64 {
+    fn left(&self, phase: &Phase<f64>, at: &Place<f64>, per_pace: f64, y2: f64) -> f64 {
         // dv_x/dq = N − A λ_z e^(−λ_z s)/pace, and its derivative by q
         let held = phase.cloth * self.rates[1] * (1.0 - at.stopped[1]) * per_pace;
         let (first, second) = (phase.n - held, held * (self.rates[1] - self.rates[0]) * y2 * per_pace);
@@ -276,8 +263,8 @@ impl Slide<f64> {
 
     /// Returns the end of a phase, and the s there unless the slip has decayed before.
     #[inline(always)]
-    fn follow(&self, phase: &Phase) -> (Place, Option<f64>) {
-        let ([y, z], mut s, mut at) = (self.rates, 0.0, Place::default());
+    fn follow(&self, phase: &Phase<f64>) -> (Place<f64>, Option<f64>) {
+        let ([y, z], mut s, mut at) = (self.rates, 0.0, Place::start());
         for _ in 0..MAX_STEPS {
             let slip = f64x2::new(phase.slip) * (1.0 - f64x2::new(at.stopped));
             let speed = norm(slip.to_array());
@@ -335,9 +322,10 @@ impl Slide<f64> {
 
 /// Returns the dq over which W rises by `w`, from v_x and dv_x/dq, and v_x after it.
 #[inline(always)]
-fn rise(w: f64, v_x: f64, stiffness: f64) -> [f64; 2] {
-    let after = (v_x * v_x + 2.0 * stiffness * w).max(0.0).sqrt().max(f64::MIN_POSITIVE);
-    [2.0 * w / (v_x + after), after]
+fn rise<D: Number>(w: D, v_x: D, stiffness: D) -> [D; 2] {
+    let square = v_x * v_x + w * stiffness * 2.0;
+    let after = if square.re() > 0.0 { square.sqrt() } else { D::from(f64::MIN_POSITIVE) };
+    [w * 2.0 / (v_x + after), after]
 }
 
 #[inline(always)]
