@@ -10,8 +10,8 @@
 //!
 //! ```text
 //! dR/ds = −v_x/ε        dq/ds = 2εR⁴        dJ/ds = 2εR⁴φ
-//! stuck     dφ/ds = −(3ε/κR) v − (c/R)(dR/ds) φ          c = 3 in compression, 2 in restitution; until |φ| = μ
-//! sliding   φ = μw, dw/ds = −(3ε/κRμ)(v − (v·w)w)        until −v·w ≤ (κ/3ε)(cμ dR/ds + R dμ/ds)
+//! stuck     dφ/ds = −(3ε/κR) v − (c/R)(dR/ds) φ      until |φ| = μ; c = 3, in restitution 2
+//! sliding   φ = μw, dw/ds = −(3ε/κRμ)(v − (v·w)w)    until −v·w ≤ (κ/3ε)(cμ dR/ds + R dμ/ds)
 //! ```
 //!
 //! κ = (2 − σ)/2(1 − σ) with Poisson's ratio σ (Walton & Braun 1986; Thornton, Cummins & Cleary

@@ -35,13 +35,13 @@ worded! {
 by_name!(Fidelity, "fidelity", ALL, name);
 
 impl Fidelity {
-    /// Whether this fidelity integrates the equations of motion step by step.
+    /// Returns whether the equations of motion are integrated step by step.
     #[must_use]
     pub fn is_integrated(self) -> bool {
         matches!(self, Self::Ode | Self::Contact)
     }
 
-    /// All effects that this fidelity can simulate.
+    /// Returns all effects that this fidelity can simulate.
     #[must_use]
     #[inline]
     pub fn effects(self) -> Effects {
@@ -80,7 +80,7 @@ impl FidelityChoice {
         }
     }
 
-    /// The fidelity before one is chosen.
+    /// Returns the fidelity before one is chosen.
     pub(crate) fn first(self) -> Fidelity {
         match self {
             Self::Auto => Fidelity::Full,

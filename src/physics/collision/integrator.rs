@@ -17,11 +17,10 @@ const MAX_STEPS: usize = 300_000;
 /// Largest number of trials for an event.
 const MAX_TRIALS: usize = 40;
 
-/// The function of an event that has just been begins the next step as a rounding of 0 if it is
-/// below this.
+/// Value of an event's function, just after the event, that is a rounding of 0.
 const ROUNDING: f64 = 1e-15;
 
-/// An event is located to this part of the step.
+/// Error of an event's instant, in parts of the step.
 const LOCATED: f64 = 1e-11;
 
 /// Probe for the slope of an event's function, in parts of the step.
@@ -172,7 +171,7 @@ fn integrate(shot: &Shot, tolerance: f64, steps: &mut Vec<Step>) -> Option<State
 const FIRST_STEP: f64 = 0.05;
 const AFTER_EVENT: f64 = 1e-3;
 
-/// Newton's method from near an event, with steps that end there: the step's length, the state, the
+/// Returns the step to an event by Newton's method from near it: the step's length, the state, the
 /// function and its slope.
 fn locate(
     shot: &Shot,
@@ -253,7 +252,7 @@ fn ahead<const M: usize>(y: &State, h: f64, rates: [&State; M], by: [f64; M]) ->
     there
 }
 
-/// The cubic through both ends of a step.
+/// Returns the cubic through both ends of a step.
 fn cubic([y, k]: [&State; 2], [y1, k1]: [&State; 2], h: f64, at: f64) -> State {
     let (t, rest) = (at / h, 1.0 - at / h);
     std::array::from_fn(|i| {
@@ -262,8 +261,8 @@ fn cubic([y, k]: [&State; 2], [y1, k1]: [&State; 2], h: f64, at: f64) -> State {
     })
 }
 
-/// Where a function falls through 0 between 0 and `h`, to a millionth of it, by regula falsi
-/// (Illinois).
+/// Returns where a function falls through 0 between 0 and `h`, to a millionth of it, by regula
+/// falsi (Illinois).
 fn root(f: impl Fn(f64) -> f64, [before, after]: [f64; 2], h: f64) -> f64 {
     let (mut low, mut high, mut at) = ((0.0, before), (h, after), h);
     for _ in 0..MAX_TRIALS {

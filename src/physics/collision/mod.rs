@@ -13,7 +13,8 @@
 //!
 //! let cue = BallState::natural_roll(Vec3::new(1.7, 1.0, 0.0), Ball::POOL.radius);
 //! let model = Model::new(Fidelity::Full, Ball::POOL);
-//! let (after, by) = model.collide_with_jacobian(&cue, &Coefficients { mu: 0.05, mu_s: 0.3, e: 0.94 })?;
+//! let coefficients = Coefficients { mu: 0.05, mu_s: 0.3, e: 0.94 };
+//! let (after, by) = model.collide_with_jacobian(&cue, &coefficients)?;
 //! // more friction throws the object ball further to the side, m/s per unit of μ
 //! assert!(after.object.velocity.y > 0.0 && by[(7, Input::Mu as usize)] > 0.0);
 //! # Ok::<(), caromfit::physics::collision::NotACollision>(())

@@ -32,9 +32,8 @@ impl Model {
     /// The tangential compliance κ of phenolic resin, whose Poisson's ratio is 0.34 ([`kappa`]).
     pub const KAPPA: f64 = kappa(POISSON);
 
-    /// A model of equal balls with constant friction and restitution and all effects that the
-    /// fidelity contains, rigid along the surface but for `contact`, where κ is that of phenolic
-    /// resin.
+    /// Returns a model of equal balls with constant friction and restitution and all effects of the
+    /// fidelity, rigid along the surface but for `contact`, where κ is that of phenolic resin.
     #[must_use]
     pub fn new(fidelity: Fidelity, ball: Ball) -> Self {
         Self {
@@ -52,69 +51,69 @@ impl Model {
         }
     }
 
-    /// The cue ball's mass over the object ball's, m_cue/m_object.
+    /// Returns m_cue/m_object.
     #[must_use]
     #[inline]
     pub fn mass_ratio(&self) -> f64 {
         self.ball.mass / self.object_ball().mass
     }
 
-    /// The object ball, which is like the cue ball unless stated otherwise.
+    /// Returns the object ball, which is like the cue ball unless stated otherwise.
     #[must_use]
     #[inline]
     pub fn object_ball(&self) -> Ball {
         self.object.unwrap_or(self.ball)
     }
 
-    /// The same model with another mass of the object ball, so that m_cue/m_object is `ratio`.
+    /// Returns the model with the mass of the object ball at which m_cue/m_object is `ratio`.
     #[must_use]
     pub fn with_mass_ratio(self, ratio: f64) -> Self {
         let object = Ball { mass: self.ball.mass / ratio, ..self.object_ball() };
         Self { object: Some(object), ..self }
     }
 
-    /// The cue ball's radius over the object ball's, R_cue/R_object.
+    /// Returns R_cue/R_object.
     #[must_use]
     pub fn radius_ratio(&self) -> f64 {
         self.ball.radius / self.object_ball().radius
     }
 
-    /// Whether the contact is compliant along the surface.
+    /// Returns whether the contact is compliant along the surface.
     #[must_use]
     pub fn is_compliant(&self) -> bool {
         self.effects.and(self.fidelity.effects()).compliance && self.kappa != 0.0
     }
 
-    /// The model with a compliant contact, integrated as closely as fits need it, and with the
-    /// other effects that a closed form has.
+    /// Returns the model with a compliant contact, integrated as closely as fits need it, and with
+    /// the other effects of the closed form.
     #[must_use]
     pub fn giving_way(self, kappa: f64) -> Self {
         let effects = Effects { compliance: true, ..Fidelity::Full.effects() };
         Self { fidelity: Fidelity::Ode, effects, kappa, tolerance: Self::TOLERANCE_OF_FITS, ..self }
     }
 
-    /// The model in closed form, [`Fidelity::Full`], with the effects that it can simulate; `None`
-    /// if the fidelity is not integrated.
+    /// Returns the model in closed form, [`Fidelity::Full`], with the effects that it can simulate;
+    /// `None` if the fidelity is not integrated.
     #[must_use]
     pub fn closed(&self) -> Option<Self> {
         let effects = self.effects.and(Fidelity::Full.effects());
         self.fidelity.is_integrated().then_some(Self { fidelity: Fidelity::Full, effects, ..*self })
     }
 
-    /// The model with the κ of phenolic resin if it resolves the contact in time and κ is 0, which
-    /// `contact` does not simulate.
+    /// Returns the model with the κ of phenolic resin if it resolves the contact in time and κ is
+    /// 0, which `contact` does not simulate.
     pub(crate) fn with_some_compliance(self) -> Self {
         let is_rigid = self.fidelity == Fidelity::Contact && self.kappa == 0.0;
         Self { kappa: if is_rigid { Self::KAPPA } else { self.kappa }, ..self }
     }
 
-    /// 1/ν of the cue ball and of the object ball.
+    /// Returns 1/ν of the cue ball and of the object ball.
     #[inline(always)]
     pub(super) fn per_inertia(&self) -> [f64; 2] {
         [self.ball, self.object_ball()].map(|ball| 1.0 / ball.inertia)
     }
 
-    /// σ: dΩ_y/dq = (μ/νR)(1 − σm_s) sin θ.
+    /// Returns σ in dΩ_y/dq = (μ/νR)(1 − σm_s) sin θ.
     #[inline]
     pub(super) fn torque_sign(&self) -> f64 {
         if self.as_printed { -1.0 } else { 1.0 }
@@ -217,7 +216,7 @@ impl Model {
         Ok((outcome, by.fixed_columns(0).into_owned(), by.fixed_columns(Input::FIRST).into_owned()))
     }
 
-    /// Whether outcomes depend on more than the coefficients.
+    /// Returns whether outcomes depend on more than the coefficients.
     #[inline]
     pub(crate) fn has_others(&self) -> bool {
         self.law != Law::Constant || self.object.is_some() || self.e_slope.is_some() || self.is_compliant()
@@ -292,7 +291,7 @@ impl Model {
         let largest = values[Input::Mu] + values[Input::B].max(0.0);
         // dv_x/dq = 1 + 1/r + μ_s μ sin θ must stay positive, whatever θ is
         let (product, most) = (largest * values[Input::MuS], 1.0 + 1.0 / ratio);
-        // the friction of a compliant contact may turn, and press the object ball down all the same
+        // the friction of a compliant contact may turn and press the object ball down
         if product >= most && (cue.spin.y > 0.0 || self.kappa > 0.0) {
             return Err(NotACollision::Jams(product, most));
         }
@@ -330,8 +329,9 @@ fn within(valid: bool, name: &'static str, value: f64, expected: &'static str) -
 
 #[inline(always)]
 fn check_ball(ball: &Ball) -> Result<(), NotACollision> {
-    let &Ball { radius, inertia, .. } = ball;
+    let &Ball { radius, mass, inertia } = ball;
     within(radius > 0.0 && radius.is_finite(), "radius_m", radius, "more than 0")?;
+    within(mass > 0.0 && mass.is_finite(), "mass_kg", mass, "more than 0")?;
     let range = "more than 0, at most 2/3 of MR² (a hollow sphere)";
     within(inertia > 0.0 && inertia <= HOLLOW_SPHERE, "inertia", inertia, range)
 }
