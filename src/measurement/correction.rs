@@ -52,7 +52,7 @@ impl Correction {
     /// The number of corrections.
     pub const COUNT: usize = Self::ALL.len();
 
-    /// The value of a camera without this distortion.
+    /// Returns the value of a camera without this distortion.
     #[must_use]
     pub fn neutral(self) -> f64 {
         match self {
@@ -61,38 +61,39 @@ impl Correction {
         }
     }
 
-    /// Whether it is of a camera that looks askew.
+    /// Returns whether it belongs to a camera that looks askew.
     pub(crate) fn is_of_perspective(self) -> bool {
         matches!(self, Self::PerspectiveX | Self::PerspectiveY)
     }
 
-    /// Whether it is of the lens.
+    /// Returns whether it belongs to the lens.
     pub(crate) fn is_of_lens(self) -> bool {
         matches!(self, Self::Lens | Self::LensX | Self::LensY)
     }
 
-    /// Whether it is of the instants at which the film shows the table, instead of the places.
+    /// Returns whether it changes the instants at which the film shows the table, instead of the
+    /// places.
     pub(crate) fn is_of_time(self) -> bool {
         matches!(self, Self::ShutterX | Self::ShutterY)
     }
 
-    /// Whether it is of where balls above the cloth are seen.
+    /// Returns whether it changes where balls above the cloth are seen.
     pub(crate) fn is_of_height(self) -> bool {
         matches!(self, Self::ParallaxX | Self::ParallaxY | Self::Nearness)
     }
 
-    /// Whether it moves what is on the cloth in the picture.
+    /// Returns whether it moves in the picture what is on the cloth.
     pub(crate) fn is_of_place(self) -> bool {
         !self.is_of_time() && !self.is_of_height()
     }
 
-    /// Whether only the picture of one camera shows it: not positions that several cameras measured
-    /// in space.
+    /// Returns whether only the picture of one camera shows it, and not positions that several
+    /// cameras measured in space.
     pub(crate) fn is_of_one_camera(self) -> bool {
         self.is_of_perspective() || self.is_of_lens() || self.is_of_time() || self.is_of_height()
     }
 
-    /// The standard deviation of what is known beforehand, about the neutral value: cameras and
+    /// Returns the standard deviation of its prior about the neutral value: cameras and
     /// calibrations are seldom worse.
     #[must_use]
     pub fn usual(self) -> f64 {

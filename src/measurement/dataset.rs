@@ -65,7 +65,7 @@ pub struct Dataset {
 }
 
 impl Dataset {
-    /// The places of its shots, those of each label of its `[fit] by` together, in the order in
+    /// Returns the places of the shots, those of each label of `[fit] by` together, in the order in
     /// which the labels first appear; `None` is the label of a data set that is not fitted label by
     /// label, or has no shots.
     pub(crate) fn labelled(&self) -> Vec<(Option<String>, Vec<usize>)> {
@@ -83,27 +83,26 @@ impl Dataset {
         groups
     }
 
-    /// A data set of shots that a program measured, with the default settings of the fit.
-    /// [`Dataset::faults`] names what is wrong with it.
+    /// Returns a data set of shots that a program measured, with the default settings of the fit;
+    /// see [`Dataset::faults`].
     #[must_use]
     pub fn new(name: impl Into<String>, ball: Ball, shots: Vec<Shot>) -> Self {
         Self { name: name.into(), ball, shots, ..Self::default() }
     }
 
-    /// A data set of shots that a program filmed and tracked ([`TrackShot::new`]), with the default
-    /// settings of the fit. [`Dataset::faults`] names what is wrong with it.
+    /// Returns a data set of shots that a program filmed and tracked ([`TrackShot::new`]), with the
+    /// default settings of the fit; see [`Dataset::faults`].
     #[must_use]
     pub fn filmed(name: impl Into<String>, ball: Ball, shots: Vec<TrackShot>) -> Self {
         Self { tracks: Some(Tracks::new(shots)), ..Self::new(name, ball, Vec::new()) }
     }
 
-    /// What is to be said of it besides its shots: what was taken for granted, and what was
-    /// repaired in the files of tracks.
+    /// Returns what was taken for granted, and what was repaired in the files of tracks.
     pub fn notes(&self) -> impl Iterator<Item = &String> {
         self.taken.iter().chain(self.tracks.iter().flat_map(|tracks| &tracks.notes))
     }
 
-    /// The collision model of its balls at a fidelity, with constant friction.
+    /// Returns the collision model of its balls at a fidelity, with constant friction.
     #[must_use]
     pub fn model(&self, fidelity: Fidelity) -> Model {
         let e_slope = self.settings.e_falls.then(|| self.settings[Parameter::ESlope].initial);
@@ -111,8 +110,8 @@ impl Dataset {
         Model { object, e_slope, ..Model::new(fidelity, self.ball) }
     }
 
-    /// The model by which films are corrected and impacts extracted: `full`, or `ode` where it is
-    /// stated that the contact gives way.
+    /// Returns the model by which films are corrected and impacts extracted: `full`, or `ode` if
+    /// the contact is stated as compliant.
     pub(crate) fn model_of_contact(&self) -> Model {
         let kappa = self.settings[Parameter::Kappa].initial;
         if self.settings.compliance != Compliance::Stated || kappa <= 0.0 {
@@ -121,23 +120,23 @@ impl Dataset {
         self.model(Fidelity::Full).giving_way(kappa)
     }
 
-    /// The object ball, with what is known of its mass and radius; `None` of discs.
+    /// Returns the object ball, with what is known of its mass and radius; `None` for discs.
     fn object_ball(&self) -> Option<ObjectBall> {
         let is_of_discs = self.tracks.as_ref().is_some_and(|tracks| tracks.discs.is_some());
         (!is_of_discs).then(|| self.object.unwrap_or(ObjectBall::unweighed(self.ball)))
     }
 
-    /// The settings of its fit, with what is known of the masses and radii of both balls.
+    /// Returns the settings of its fit, with what is known of the masses and radii of both balls.
     pub(crate) fn settings_of_balls(&self) -> Settings {
         self.object_ball().map_or(self.settings, |object| object.settings(self.ball, self.settings))
     }
 
-    /// Whether it is of tracks from which no impacts have been extracted yet.
+    /// Returns whether it has tracks from which no impacts have been extracted yet.
     pub(crate) fn awaits_extraction(&self) -> bool {
         self.shots.is_empty() && self.tracks.as_ref().is_some_and(|tracks| !tracks.shots.is_empty())
     }
 
-    /// The names of its shots, of footage also of those that were filmed, in their order.
+    /// Returns the names of its shots, of footage also of those that were filmed, in their order.
     #[must_use]
     pub fn names(&self) -> Vec<&str> {
         let filmed = self.tracks.iter().flat_map(|tracks| &tracks.shots).map(|shot| shot.name.as_str());
@@ -155,7 +154,7 @@ impl Dataset {
         self.left_out.extend(unwanted.into_iter().map(|name| (name, ON_REQUEST.to_owned())));
     }
 
-    /// The standard errors that all shots share.
+    /// Returns the standard errors that all shots share.
     pub(crate) fn shared_errors(&self) -> Vec<(Shared, f64)> {
         let sd = |shared| match shared {
             Shared::Sliding => self.sliding.and_then(|sliding| sliding.sd),
@@ -170,7 +169,7 @@ impl Dataset {
     }
 }
 
-/// Why shots are left out that a user did not want.
+/// The reason why shots are left out that a user did not want.
 pub(crate) const ON_REQUEST: &str = "left out on request";
 
 /// One shot, or the mean of several.
@@ -200,7 +199,7 @@ pub struct Shot {
 }
 
 impl Shot {
-    /// A shot of no file, without labels and joint errors.
+    /// Returns a shot of no file, without labels and joint errors.
     #[must_use]
     pub fn new(name: impl Into<String>, before: Before, spin: Spin, after: Vec<Measurement>) -> Self {
         let (file, labels) = (PathBuf::new(), BTreeMap::new());
@@ -286,7 +285,7 @@ pub struct Joint {
 }
 
 impl Joint {
-    /// How many quantities before the impact stand in front of the observations.
+    /// The number of quantities before the impact, which stand in front of the observations.
     pub const BEFORE: usize = 6;
 }
 
@@ -307,7 +306,7 @@ impl Shared {
     /// All but the camera's.
     pub const ALL: [Self; 3] = [Self::Sliding, Self::Lift, Self::Rolling];
 
-    /// Where it stands in [`Joint::by_shared`].
+    /// Returns its place in [`Joint::by_shared`].
     #[must_use]
     pub fn place(self) -> usize {
         match self {

@@ -28,19 +28,20 @@ pub struct ObjectBall {
 }
 
 impl ObjectBall {
-    /// An object ball whose properties are exact.
+    /// Returns an object ball whose properties are exact.
     #[must_use]
     pub fn exact(ball: Ball) -> Self {
         Self { ball, mass_sd: Some([0.0; 2]), radius_sd: [0.0; 2] }
     }
 
-    /// An object ball like the cue ball, as far as is known of two balls that were not weighed.
+    /// Returns an object ball like the cue ball, as far as is known of two balls that were not
+    /// weighed.
     #[must_use]
     pub fn unweighed(cue: Ball) -> Self {
         Self { mass_sd: None, ..Self::exact(cue) }
     }
 
-    /// The standard deviation of m_cue/m_object; `None` where the ratio counts as exact.
+    /// Returns the standard deviation of m_cue/m_object; `None` if the ratio counts as exact.
     #[must_use]
     pub fn mass_ratio_sd(&self, cue: Ball) -> Option<f64> {
         let masses = [cue.mass, self.ball.mass];
@@ -50,14 +51,14 @@ impl ObjectBall {
         }
     }
 
-    /// The standard deviation of R_cue/R_object; `None` where the ratio counts as exact.
+    /// Returns the standard deviation of R_cue/R_object; `None` if the ratio counts as exact.
     #[must_use]
     pub fn radius_ratio_sd(&self, cue: Ball) -> Option<f64> {
         sd_of_ratio([cue.radius, self.ball.radius], self.radius_sd)
     }
 
-    /// The settings of a fit with the ratios of masses and radii of the balls: fixed where they are
-    /// exact, else with a prior.
+    /// Returns the settings of a fit with the ratios of masses and radii of the balls: fixed if
+    /// they are exact, else with a prior.
     #[must_use]
     pub fn settings(&self, cue: Ball, mut settings: Settings) -> Settings {
         let model = Model { object: Some(self.ball), ..Model::new(Fidelity::Full, cue) };
@@ -73,7 +74,7 @@ impl ObjectBall {
     }
 }
 
-/// The standard deviation of the ratio of two values with these errors; `None` where both are
+/// Returns the standard deviation of the ratio of two values with these errors; `None` if both are
 /// exact.
 fn sd_of_ratio([first, second]: [f64; 2], sd: [f64; 2]) -> Option<f64> {
     let sd = first / second * (sd[0] / first).hypot(sd[1] / second);

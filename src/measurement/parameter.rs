@@ -47,8 +47,8 @@ impl Parameter {
     /// The parameters that every fit has: the first of [`Parameter::ALL`].
     pub const COEFFICIENTS: [Self; 3] = [Self::Mu, Self::MuS, Self::E];
 
-    /// Whether it is a ratio of the balls: what is stated of masses and radii is its prior, and
-    /// collisions are to determine the others.
+    /// Returns whether it is a ratio of the balls: what is stated of masses and radii is its prior,
+    /// and collisions determine the others.
     #[must_use]
     pub fn is_of_balls(self) -> bool {
         matches!(self, Self::MassRatio | Self::RadiusRatio)
@@ -60,11 +60,11 @@ impl Parameter {
         if matches!(self, Self::C | Self::ESlope) { "s/m" } else { "" }
     }
 
-    /// The setting used where dataset.toml has none: the middle of the published ranges 0.03 ≤ μ ≤
-    /// 0.08, 0.2 < μ_s < 0.4, 0.92 ≤ e ≤ 0.98 (Kim 2024, Eqs. 1 and 2 and below 6) to start from,
-    /// and bounds that leave room for chalked and waxed balls. c is held at what D. Alciatore (TP
-    /// A-14) found, as few data determine it: 1.088 s/m. κ is that of phenolic resin; masses and
-    /// radii are as they are stated.
+    /// Returns the setting that is used if dataset.toml has none: the middle of the published
+    /// ranges 0.03 ≤ μ ≤ 0.08, 0.2 < μ_s < 0.4, 0.92 ≤ e ≤ 0.98 (Kim 2024, Eqs. 1 and 2 and below
+    /// 6) to start from, and bounds with room for chalked and waxed balls. c is held at what D.
+    /// Alciatore (TP A-14) found, as few data determine it: 1.088 s/m. κ is that of phenolic resin;
+    /// masses and radii are as they are stated.
     #[must_use]
     pub fn default_setting(self) -> Setting {
         let (initial, lower, upper) = match self {
@@ -115,14 +115,14 @@ pub struct SettingFault {
 }
 
 impl Setting {
-    /// The setting of a parameter that is not fitted: it is held at `value`.
+    /// Returns the setting of a parameter that is held at `value`.
     #[must_use]
     pub fn held(value: f64) -> Self {
         Self { initial: value, lower: value, upper: value, fixed: true, prior: None }
     }
 
-    /// What keeps a fit from using it: numbers that are not finite or out of range, bounds that
-    /// leave no value, an initial value outside them. Empty for a good one.
+    /// Returns what keeps a fit from using it: numbers that are not finite or out of range, bounds
+    /// that leave no value, an initial value outside them. Empty for a good one.
     #[must_use]
     pub fn faults(&self, parameter: Parameter) -> Vec<SettingFault> {
         let Self { initial, lower, upper, fixed, prior } = *self;
@@ -198,7 +198,7 @@ pub enum Compliance {
 }
 
 impl Settings {
-    /// Whether a fit has a parameter.
+    /// Returns whether a fit has a parameter.
     #[must_use]
     pub fn has(&self, parameter: Parameter) -> bool {
         match parameter {
@@ -210,7 +210,7 @@ impl Settings {
         }
     }
 
-    /// The parameters that a fit has, in the order of [`Parameter::ALL`].
+    /// Returns the parameters that a fit has, in the order of [`Parameter::ALL`].
     #[must_use]
     pub fn parameters(&self) -> Vec<Parameter> {
         Parameter::ALL.into_iter().filter(|parameter| self.has(*parameter)).collect()

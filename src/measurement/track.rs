@@ -44,7 +44,7 @@ pub struct TrackShot {
 }
 
 impl TrackShot {
-    /// Whether the noise of every position is stated.
+    /// Returns whether the noise of every position is stated.
     pub(crate) fn states_noise(&self) -> bool {
         self.position_sd.is_some() || self.cue.iter().chain(&self.object).all(|sample| sample.sd.is_some())
     }
@@ -95,21 +95,21 @@ impl TrackShot {
         Self { name: name.into(), fps, cue, object, spin, ..Self::default() }
     }
 
-    /// All positions: of both balls and of the markers.
+    /// Returns all positions: of both balls and of the markers.
     pub(crate) fn samples_mut(&mut self) -> impl Iterator<Item = &mut Sample> {
         let markers = self.markers.iter_mut().map(|marker| &mut marker.samples);
         [&mut self.cue, &mut self.object].into_iter().chain(markers).flatten()
     }
 
-    /// How many frames together tell as much of a slow motion as one with independent noise: (1 +
-    /// ρ)/(1 − ρ), where the correlation of the noise falls by ρ from frame to frame.
+    /// Returns the number of frames that determine a slow motion as one with independent noise
+    /// does: (1 + ρ)/(1 − ρ), if the correlation of the noise falls by ρ from frame to frame.
     pub(crate) fn frames_alike(&self) -> f64 {
         (1.0 + self.correlation) / (1.0 - self.correlation)
     }
 }
 
 /// Does work on one shot, whose panic must not end the run; no input is known that causes one.
-/// `Err` says where it is reported.
+/// `Err` names the place of its report.
 pub(crate) fn isolated<T>(work: impl FnOnce() -> T) -> Result<T, String> {
     panic::catch_unwind(AssertUnwindSafe(work))
         .map_err(|_| "a panic, which standard error reports".to_owned())
@@ -170,12 +170,12 @@ pub struct Viewpoint {
 }
 
 impl Viewpoint {
-    /// By how much a ball at a place is seen displaced, m per m of height.
+    /// Returns the displacement with which a ball at a place is seen, m per m of height.
     pub(crate) fn displacement(&self, place: [f64; 2]) -> [f64; 2] {
         [0, 1].map(|i| self.slope[i] + self.per_metre * (place[i] - self.middle[i]))
     }
 
-    /// Whether heights are not seen.
+    /// Returns whether heights are not seen.
     pub(crate) fn is_overhead(&self) -> bool {
         self.slope == [0.0; 2] && self.per_metre == 0.0
     }
