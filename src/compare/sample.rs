@@ -52,7 +52,7 @@ impl Group<'_> {
     pub(super) fn give_way(&mut self) {
         if self.settings.compliance == Compliance::Auto {
             self.settings.compliance = Compliance::Stated;
-            self.model.kappa = self.initial.kappa;
+            self.model.kappa = self.initial[Parameter::Kappa];
         }
     }
 

@@ -46,13 +46,13 @@ impl FrictionCurve {
             // slip −Rω_z
             let spin = Vec3::new(0.0, 0.0, -slip * closing / model.ball.radius);
             let cue = BallState { velocity: Vec3::new(closing, 0.0, 0.0), spin };
-            let after = model.collide(&cue, &at.coefficients).ok()?.object.velocity;
+            let after = model.collide(&cue, &at.coefficients()).ok()?.object.velocity;
             Some([slip, -after.y / after.x])
         };
         let end = BEYOND * largest;
         let points = (0..=POINTS).map(|i| against(end * i as f64 / POINTS as f64));
         let points = points.collect::<Option<Vec<_>>>()?;
-        let mu = model.law.largest(at.coefficients.mu);
+        let mu = model.law.largest(at[Parameter::Mu]);
         let slides = |[_, ratio]: &&[f64; 2]| *ratio >= mu * (1.0 - SLIDES);
         let slides_from = points.iter().find(slides).map(|[slip, _]| *slip);
         Some(Self { points, sticks_below: mu * model.kappa, slides_from })

@@ -3,13 +3,13 @@
 use crate::physics::name::worded;
 
 worded! {
-    /// A way in which a camera may distort a film, in the order of every list of their values. [`crate::film::camera`] gives the
-    /// equations.
+    /// A way in which a camera may distort a film, in the order of every list of their values.
+    /// [`crate::film::camera`] gives the equations.
     #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
     #[non_exhaustive]
     pub enum Correction {
-        /// Lengths that the film shows, at its stated scale, over lengths on the table: 1 where the stated scale is
-        /// right.
+        /// Lengths that the film shows, at its stated scale, over lengths on the table: 1 where the
+        /// stated scale is right.
         Scale = "scale" | "scale",
         /// The scale along y over the scale along x: 1 for square pixels.
         Aspect = "aspect" | "aspect (y over x)",
@@ -19,23 +19,27 @@ worded! {
         PerspectiveX = "perspective_x" | "perspective along x (1/m)",
         /// How the picture shrinks as y grows, 1/m.
         PerspectiveY = "perspective_y" | "perspective along y (1/m)",
-        /// What the lens adds to a length at 0.5 m from the middle, as a fraction of the length: negative for a barrel
-        /// distortion.
+        /// What the lens adds to a length at 0.5 m from the middle, as a fraction of the length:
+        /// negative for a barrel distortion.
         Lens = "lens" | "lens (at 0.5 m)",
-        /// Where the axis of the lens meets the picture, along x from the middle of the film, m: nowhere in particular without a lens distortion.
+        /// Where the axis of the lens meets the picture, along x from the middle of the film, m:
+        /// nowhere in particular without a lens distortion.
         LensX = "lens_x_m" | "axis of the lens along x (m)",
         /// The same along y.
         LensY = "lens_y_m" | "axis of the lens along y (m)",
-        /// By how much later a rolling shutter reads what is one metre further along x, in the middle of the picture, s/m.
+        /// By how much later a rolling shutter reads what is one metre further along x, in the
+        /// middle of the picture, s/m.
         ShutterX = "shutter_x_s_per_m" | "rolling shutter along x (s/m)",
-        /// By how much later a rolling shutter reads what is one metre further along y, in the middle of the picture, s/m.
+        /// By how much later a rolling shutter reads what is one metre further along y, in the
+        /// middle of the picture, s/m.
         ShutterY = "shutter_s_per_m" | "rolling shutter along y (s/m)",
-        /// By how much a ball above the cloth is seen displaced along x in the middle of the film, over its height: the tangent of the
-        /// angle from above.
+        /// By how much a ball above the cloth is seen displaced along x in the middle of the film,
+        /// over its height: the tangent of the angle from above.
         ParallaxX = "parallax_x" | "parallax along x (per height)",
         /// The same along y.
         ParallaxY = "parallax_y" | "parallax along y (per height)",
-        /// By how much more away from the middle, 1/m: one over the height of the camera above the table.
+        /// By how much more away from the middle, 1/m: one over the height of the camera above the
+        /// table.
         Nearness = "nearness_per_m" | "nearness of the camera (1/height, 1/m)",
     }
     /// The name in fit.json.
@@ -48,7 +52,7 @@ impl Correction {
     /// The number of corrections.
     pub const COUNT: usize = Self::ALL.len();
 
-    /// The value of a camera without this distortion.
+    /// Returns the value of a camera without this distortion.
     #[must_use]
     pub fn neutral(self) -> f64 {
         match self {
@@ -57,37 +61,40 @@ impl Correction {
         }
     }
 
-    /// Whether it is of a camera that looks askew.
+    /// Returns whether it belongs to a camera that looks askew.
     pub(crate) fn is_of_perspective(self) -> bool {
         matches!(self, Self::PerspectiveX | Self::PerspectiveY)
     }
 
-    /// Whether it is of the lens.
+    /// Returns whether it belongs to the lens.
     pub(crate) fn is_of_lens(self) -> bool {
         matches!(self, Self::Lens | Self::LensX | Self::LensY)
     }
 
-    /// Whether it is of the instants at which the film shows the table, instead of the places.
+    /// Returns whether it changes the instants at which the film shows the table, instead of the
+    /// places.
     pub(crate) fn is_of_time(self) -> bool {
         matches!(self, Self::ShutterX | Self::ShutterY)
     }
 
-    /// Whether it is of where balls above the cloth are seen.
+    /// Returns whether it changes where balls above the cloth are seen.
     pub(crate) fn is_of_height(self) -> bool {
         matches!(self, Self::ParallaxX | Self::ParallaxY | Self::Nearness)
     }
 
-    /// Whether it moves what is on the cloth in the picture.
+    /// Returns whether it moves in the picture what is on the cloth.
     pub(crate) fn is_of_place(self) -> bool {
         !self.is_of_time() && !self.is_of_height()
     }
 
-    /// Whether only the picture of one camera shows it: not positions that several cameras measured in space.
+    /// Returns whether only the picture of one camera shows it, and not positions that several
+    /// cameras measured in space.
     pub(crate) fn is_of_one_camera(self) -> bool {
         self.is_of_perspective() || self.is_of_lens() || self.is_of_time() || self.is_of_height()
     }
 
-    /// The standard deviation of what is known beforehand, about the neutral value: cameras and calibrations are seldom worse.
+    /// Returns the standard deviation of its prior about the neutral value: cameras and
+    /// calibrations are seldom worse.
     #[must_use]
     pub fn usual(self) -> f64 {
         match self {

@@ -5,21 +5,20 @@ use std::path::PathBuf;
 
 use nalgebra::{DMatrix, DVector};
 
-use super::correction::Correction;
 use super::loss::Loss;
 pub use super::object_ball::{ObjectBall, UNWEIGHED, WEIGHED_KG};
 use super::observable::{Axis, Observable};
+pub use super::observable::{Measured, Measurement};
 use super::parameter::{Compliance, Parameter, Settings};
 use super::spin::Spin;
 use super::track::TrackShot;
-use super::track::Viewpoint;
+pub use super::track::{DiscShot, Tracks};
 use crate::physics::ball::{Ball, Vec3};
 use crate::physics::collision::{Fidelity, Model};
-use crate::physics::disc::Discs;
 
-/// A data set: measured shots, and how they are to be fitted. One that was read from files has been checked; of one that a
-/// program made, a fit refuses what [`Dataset::faults`] finds.
-#[derive(Clone, Debug)]
+/// A data set: measured shots, and how they are to be fitted. One that was read from files has been
+/// checked; of one that a program made, a fit refuses what [`Dataset::faults`] finds.
+#[derive(Clone, Debug, Default)]
 pub struct Dataset {
     /// The name of the data set, also of its folder below `fits/`.
     pub name: String,
@@ -27,13 +26,15 @@ pub struct Dataset {
     pub path: PathBuf,
     /// Which cloth it was measured on; comparisons distinguish data sets by it.
     pub cloth: Option<String>,
-    /// Which balls were played; in a comparison data sets of the same label have one ratio of the masses and one of the radii.
+    /// Which balls were played; in a comparison data sets of the same label have one ratio of the
+    /// masses and one of the radii.
     pub balls: Option<String>,
     /// Who measured it, how and when.
     pub source: Option<String>,
     /// The cue ball.
     pub ball: Ball,
-    /// The object ball, where something is stated of it; `None` stands for [`ObjectBall::unweighed`], or of discs for equal ones.
+    /// The object ball, where something is stated of it; `None` stands for
+    /// [`ObjectBall::unweighed`], or of discs for equal ones.
     pub object: Option<ObjectBall>,
     /// Starting values, bounds and priors of the parameters (`[fit]`).
     pub settings: Settings,
@@ -45,17 +46,17 @@ pub struct Dataset {
     pub shots: Vec<Shot>,
     /// Name and reason of each shot that was left out from the start.
     pub left_out: Vec<(String, String)>,
-    /// The cloth's sliding friction μ_k, dimensionless, where the shots were extracted from tracks, all with the same
-    /// one.
+    /// The cloth's sliding friction μ_k, dimensionless, where the shots were extracted from tracks,
+    /// all with the same one.
     pub sliding: Option<Measured>,
-    /// The cloth's rolling resistance μ_r, dimensionless, where the shots were extracted from tracks, all with the
-    /// same one.
+    /// The cloth's rolling resistance μ_r, dimensionless, where the shots were extracted from
+    /// tracks, all with the same one.
     pub rolling: Option<Measured>,
-    /// The relative standard error, shared by all shots, of how high friction lifts a ball, where they were extracted
-    /// with a prior of it.
+    /// The relative standard error, shared by all shots, of how high friction lifts a ball, where
+    /// they were extracted with a prior of it.
     pub lift_sd: Option<f64>,
-    /// The standard deviation of a side spin that was not seen, as Rω_z/U, in shots that are stated as stun or
-    /// natural roll (`[cue_spin] side_sd`); 0 where there is none.
+    /// The standard deviation of a side spin that was not seen, as Rω_z/U, in shots that are stated
+    /// as stun or natural roll (`[cue_spin] side_sd`); 0 where there is none.
     pub side_sd: f64,
     /// What was taken for granted where its dataset.toml does not say it, in sentences.
     pub taken: Vec<String>,
@@ -64,8 +65,9 @@ pub struct Dataset {
 }
 
 impl Dataset {
-    /// The places of its shots, those of each label of its `[fit] by` together, in the order in which the labels first appear; `None` is
-    /// the label of a data set that is not fitted label by label, or has no shots.
+    /// Returns the places of the shots, those of each label of `[fit] by` together, in the order in
+    /// which the labels first appear; `None` is the label of a data set that is not fitted label by
+    /// label, or has no shots.
     pub(crate) fn labelled(&self) -> Vec<(Option<String>, Vec<usize>)> {
         let mut groups: Vec<(Option<String>, Vec<usize>)> = Vec::new();
         for (place, shot) in self.shots.iter().enumerate() {
@@ -81,45 +83,26 @@ impl Dataset {
         groups
     }
 
-    /// A data set of shots that a program measured, with the default settings of the fit. [`Dataset::faults`] names what is wrong
-    /// with it.
+    /// Returns a data set of shots that a program measured, with the default settings of the fit;
+    /// see [`Dataset::faults`].
     #[must_use]
     pub fn new(name: impl Into<String>, ball: Ball, shots: Vec<Shot>) -> Self {
-        Self {
-            name: name.into(),
-            path: PathBuf::new(),
-            cloth: None,
-            balls: None,
-            source: None,
-            ball,
-            object: None,
-            settings: Settings::default(),
-            loss: Loss::default(),
-            by: None,
-            shots,
-            left_out: Vec::new(),
-            sliding: None,
-            rolling: None,
-            lift_sd: None,
-            side_sd: 0.0,
-            taken: Vec::new(),
-            tracks: None,
-        }
+        Self { name: name.into(), ball, shots, ..Self::default() }
     }
 
-    /// A data set of shots that a program filmed and tracked ([`TrackShot::new`]), with the default settings of the fit.
-    /// [`Dataset::faults`] names what is wrong with it.
+    /// Returns a data set of shots that a program filmed and tracked ([`TrackShot::new`]), with the
+    /// default settings of the fit; see [`Dataset::faults`].
     #[must_use]
     pub fn filmed(name: impl Into<String>, ball: Ball, shots: Vec<TrackShot>) -> Self {
         Self { tracks: Some(Tracks::new(shots)), ..Self::new(name, ball, Vec::new()) }
     }
 
-    /// What is to be said of it besides its shots: what was taken for granted, and what was repaired in the files of tracks.
+    /// Returns what was taken for granted, and what was repaired in the files of tracks.
     pub fn notes(&self) -> impl Iterator<Item = &String> {
         self.taken.iter().chain(self.tracks.iter().flat_map(|tracks| &tracks.notes))
     }
 
-    /// The collision model of its balls at a fidelity, with constant friction.
+    /// Returns the collision model of its balls at a fidelity, with constant friction.
     #[must_use]
     pub fn model(&self, fidelity: Fidelity) -> Model {
         let e_slope = self.settings.e_falls.then(|| self.settings[Parameter::ESlope].initial);
@@ -127,7 +110,8 @@ impl Dataset {
         Model { object, e_slope, ..Model::new(fidelity, self.ball) }
     }
 
-    /// The model by which films are corrected and impacts extracted: `full`, or `ode` where it is stated that the contact gives way.
+    /// Returns the model by which films are corrected and impacts extracted: `full`, or `ode` if
+    /// the contact is stated as compliant.
     pub(crate) fn model_of_contact(&self) -> Model {
         let kappa = self.settings[Parameter::Kappa].initial;
         if self.settings.compliance != Compliance::Stated || kappa <= 0.0 {
@@ -136,23 +120,23 @@ impl Dataset {
         self.model(Fidelity::Full).giving_way(kappa)
     }
 
-    /// The object ball, with what is known of its mass and radius; `None` of discs.
+    /// Returns the object ball, with what is known of its mass and radius; `None` for discs.
     fn object_ball(&self) -> Option<ObjectBall> {
         let is_of_discs = self.tracks.as_ref().is_some_and(|tracks| tracks.discs.is_some());
         (!is_of_discs).then(|| self.object.unwrap_or(ObjectBall::unweighed(self.ball)))
     }
 
-    /// The settings of its fit, with what is known of the masses and radii of both balls.
+    /// Returns the settings of its fit, with what is known of the masses and radii of both balls.
     pub(crate) fn settings_of_balls(&self) -> Settings {
         self.object_ball().map_or(self.settings, |object| object.settings(self.ball, self.settings))
     }
 
-    /// Whether it is of tracks from which no impacts have been extracted yet.
+    /// Returns whether it has tracks from which no impacts have been extracted yet.
     pub(crate) fn awaits_extraction(&self) -> bool {
         self.shots.is_empty() && self.tracks.as_ref().is_some_and(|tracks| !tracks.shots.is_empty())
     }
 
-    /// The names of its shots, of footage also of those that were filmed, in their order.
+    /// Returns the names of its shots, of footage also of those that were filmed, in their order.
     #[must_use]
     pub fn names(&self) -> Vec<&str> {
         let filmed = self.tracks.iter().flat_map(|tracks| &tracks.shots).map(|shot| shot.name.as_str());
@@ -170,7 +154,7 @@ impl Dataset {
         self.left_out.extend(unwanted.into_iter().map(|name| (name, ON_REQUEST.to_owned())));
     }
 
-    /// The standard errors that all shots share.
+    /// Returns the standard errors that all shots share.
     pub(crate) fn shared_errors(&self) -> Vec<(Shared, f64)> {
         let sd = |shared| match shared {
             Shared::Sliding => self.sliding.and_then(|sliding| sliding.sd),
@@ -185,13 +169,14 @@ impl Dataset {
     }
 }
 
-/// Why shots are left out that a user did not want.
+/// The reason why shots are left out that a user did not want.
 pub(crate) const ON_REQUEST: &str = "left out on request";
 
 /// One shot, or the mean of several.
 #[derive(Clone, Debug)]
 pub struct Shot {
-    /// The `shot` column, or where there is none the number, from 1, among all the data set's shots.
+    /// The `shot` column, or where there is none the number, from 1, among all the data set's
+    /// shots.
     pub name: String,
     /// The file that it was read from; empty for a shot that a program made.
     pub file: PathBuf,
@@ -205,24 +190,26 @@ pub struct Shot {
     pub spin: Spin,
     /// What was measured after the impact, at least one observable.
     pub after: Vec<Measurement>,
-    /// The joint errors of the state before and the observations after the impact, where they were extracted together
-    /// from a track.
+    /// The joint errors of the state before and the observations after the impact, where they were
+    /// extracted together from a track.
     pub joint: Option<Box<Joint>>,
-    /// The standard deviation of side spin that nobody saw, rad/s (that of the data set is over U/R); 0 where none is reckoned with.
+    /// The standard deviation of side spin that nobody saw, rad/s (that of the data set is over
+    /// U/R); 0 where none is reckoned with.
     pub side_sd: f64,
 }
 
 impl Shot {
-    /// A shot of no file, without labels and joint errors.
+    /// Returns a shot of no file, without labels and joint errors.
     #[must_use]
     pub fn new(name: impl Into<String>, before: Before, spin: Spin, after: Vec<Measurement>) -> Self {
         let (file, labels) = (PathBuf::new(), BTreeMap::new());
         Self { name: name.into(), file, line: 0, labels, before, spin, after, joint: None, side_sd: 0.0 }
     }
 
-    /// A measured impact in the table's frame: the line of centres from the cue ball to the object ball, of any length but 0, the
-    /// cue ball's velocity before, and its own and the object ball's after, in m/s, each component with its standard deviation where
-    /// one is known. The direction of the line of centres errs by `normal_sd` radians, where that is known.
+    /// A measured impact in the table's frame: the line of centres from the cue ball to the object
+    /// ball, of any length but 0, the cue ball's velocity before, and its own and the object ball's
+    /// after, in m/s, each component with its standard deviation where one is known. The direction
+    /// of the line of centres errs by `normal_sd` radians, where that is known.
     #[must_use]
     pub fn impact(
         name: impl Into<String>,
@@ -251,8 +238,9 @@ impl Shot {
         Self::new(name, before, spin, after.collect())
     }
 
-    /// Makes the side spin of a shot that is stated as stun or natural roll uncertain: `sd` is the standard deviation of Rω_z/U, and
-    /// `radius` the ball's, m. Returns whether the shot's speed, which this takes, is known.
+    /// Makes the side spin of a shot that is stated as stun or natural roll uncertain: `sd` is the
+    /// standard deviation of Rω_z/U, and `radius` the ball's, m. Returns whether the shot's speed,
+    /// which this takes, is known.
     pub fn add_side_spin(&mut self, sd: f64, radius: f64) -> bool {
         let rolls = match self.spin {
             Spin::Stun => 0.0,
@@ -284,20 +272,20 @@ impl Shot {
     }
 }
 
-/// Errors of what was extracted from one track, table frame: direction of the line of centres (rad), the
-/// cue ball's v_x, v_y (m/s), ω_x, ω_y, ω_z (rad/s) before the impact, then the shot's observations in
-/// their order.
+/// Errors of what was extracted from one track, table frame: direction of the line of centres
+/// (rad), the cue ball's v_x, v_y (m/s), ω_x, ω_y, ω_z (rad/s) before the impact, then the shot's
+/// observations in their order.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Joint {
     /// Their covariance without the errors that all shots share.
     pub covariance: DMatrix<f64>,
-    /// How they change with each error that all shots share, in the order of [`Shared::ALL`], and behind them with each
-    /// [`Shared::Camera`].
+    /// How they change with each error that all shots share, in the order of [`Shared::ALL`], and
+    /// behind them with each [`Shared::Camera`].
     pub by_shared: Vec<DVector<f64>>,
 }
 
 impl Joint {
-    /// How many quantities before the impact stand in front of the observations.
+    /// The number of quantities before the impact, which stand in front of the observations.
     pub const BEFORE: usize = 6;
 }
 
@@ -318,7 +306,7 @@ impl Shared {
     /// All but the camera's.
     pub const ALL: [Self; 3] = [Self::Sliding, Self::Lift, Self::Rolling];
 
-    /// Where it stands in [`Joint::by_shared`].
+    /// Returns its place in [`Joint::by_shared`].
     #[must_use]
     pub fn place(self) -> usize {
         match self {
@@ -328,32 +316,6 @@ impl Shared {
             Self::Camera(way) => Self::ALL.len() + way,
         }
     }
-}
-
-/// A value with its standard deviation, where the data give one.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Measured {
-    /// The value, in the unit of the quantity.
-    pub value: f64,
-    /// Its standard deviation in the same unit; `None` where the data give none.
-    pub sd: Option<f64>,
-}
-
-impl Measured {
-    /// A value with its standard deviation.
-    #[must_use]
-    pub fn new(value: f64, sd: f64) -> Self {
-        Self { value, sd: Some(sd) }
-    }
-}
-
-/// An observable's measured value, in SI units and radians.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Measurement {
-    /// What was measured.
-    pub observable: Observable,
-    /// Its value and standard deviation.
-    pub measured: Measured,
 }
 
 /// The cue ball's motion before the impact.
@@ -368,91 +330,10 @@ pub enum Before {
     },
     /// Of a data set of kind `angles`.
     Angle {
-        /// The cut angle in radians, positive where the cue ball moves towards +y of the collision frame.
+        /// The cut angle in radians, positive where the cue ball moves towards +y of the collision
+        /// frame.
         cut: Measured,
         /// The speed in m/s, where it is known.
         speed: Option<Measured>,
     },
-}
-
-/// The filmed shots of a data set.
-#[derive(Clone, Debug)]
-pub struct Tracks {
-    /// The shots whose impacts can be extracted.
-    pub shots: Vec<TrackShot>,
-    /// Frames per second of the first shot, also once the shots were extracted.
-    pub fps: Option<f64>,
-    /// Name and reason of each shot that the shots table says to skip, or that was damaged between the camera and the file and cannot
-    /// be repaired.
-    pub left_out: Vec<(String, String)>,
-    /// What was detected in the files and repaired, with file and line.
-    pub notes: Vec<String>,
-    /// Shots whose impact was found, though something about them is wrong: the name and what it is.
-    pub doubtful: Vec<(String, String)>,
-    /// Of discs: what was measured of each shot, including those that are not fitted.
-    pub disc_shots: Vec<DiscShot>,
-    /// What is known of the discs; `None` for balls.
-    pub discs: Option<Discs>,
-    /// Corrections for the camera that are stated, in the order of [`Correction::ALL`]; `None`:
-    /// to be found from the balls.
-    pub camera: [Option<f64>; Correction::COUNT],
-    /// Whether lengths are in an unknown unit, so that the size of the balls sets the scale.
-    pub from_balls: bool,
-    /// Relative standard deviation of the stated scale; `None` where the size of the balls is said to set it.
-    pub scale_sd: Option<f64>,
-    /// Whether the unit of lengths is stated; metres otherwise.
-    pub states_unit: bool,
-    /// Where the camera sees balls that hop.
-    pub viewpoint: Viewpoint,
-}
-
-/// What was measured of one shot of discs; a number is `None` where the tracks do not determine it.
-#[derive(Clone, Debug, PartialEq)]
-pub struct DiscShot {
-    /// The name of the shot.
-    pub name: String,
-    /// The coefficient of restitution e, dimensionless.
-    pub restitution: Option<Measured>,
-    /// J_t/J_n, the tangential over the normal impulse on the second disc, dimensionless; t is 90° counter-clockwise
-    /// from the line of centres.
-    pub impulse_ratio: Option<Measured>,
-    /// The momentum gained along and across the line of centres, over the normal impulse.
-    pub momentum: [Option<Measured>; 2],
-    /// Angular momentum gained about the contact point, over the normal impulse times the distance of the centres.
-    pub angular_momentum: Option<Measured>,
-    /// The part of the kinetic energy that was lost.
-    pub energy_lost: Option<Measured>,
-    /// How fast the discs approach along the line of centres, m/s; m per frame where the frame rate is not known.
-    pub closing_speed: Option<Measured>,
-    /// The slip of the contact before the impact over the closing speed.
-    pub slip_ratio: Option<Measured>,
-    /// Whether the discs move on as one body.
-    pub sticks: bool,
-    /// What speaks against these numbers; empty for a good shot.
-    pub doubts: String,
-}
-
-impl Tracks {
-    /// Relative standard deviation of a scale that is stated without one: rulers in the plane of the table, and not of the balls'
-    /// centres, seen from 1.5 m are off by 2 %.
-    pub const SCALE_SD: f64 = 0.02;
-
-    /// Shots of balls whose camera is to be found from the balls, in metres. For discs, set `discs`.
-    #[must_use]
-    pub fn new(shots: Vec<TrackShot>) -> Self {
-        Self {
-            fps: shots.first().map(|shot| shot.fps),
-            shots,
-            left_out: Vec::new(),
-            notes: Vec::new(),
-            doubtful: Vec::new(),
-            disc_shots: Vec::new(),
-            discs: None,
-            camera: [None; Correction::COUNT],
-            from_balls: false,
-            scale_sd: Some(Self::SCALE_SD),
-            states_unit: true,
-            viewpoint: Viewpoint::default(),
-        }
-    }
 }

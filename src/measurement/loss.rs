@@ -3,7 +3,8 @@
 use crate::physics::name::{by_name, worded};
 
 worded! {
-    /// How much a shot counts that lies far from its prediction, from the most to the least sensitive to gross errors.
+    /// How much a shot counts that lies far from its prediction, from the most to the least
+    /// sensitive to gross errors.
     #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
     #[non_exhaustive]
     pub enum Loss {
@@ -20,8 +21,8 @@ worded! {
 }
 
 impl Loss {
-    /// With k = 1 the estimate has 95 % of the efficiency of least squares on normal errors (Holland and
-    /// Welsch 1977).
+    /// With k = 1 the estimate has 95 % of the efficiency of least squares on normal errors
+    /// (Holland and Welsch 1977).
     pub(crate) fn tuning(self) -> f64 {
         match self {
             Self::Squares => f64::INFINITY,

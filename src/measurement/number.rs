@@ -3,7 +3,8 @@
 /// Beyond these decimals a column of a table gets too wide; only noise-free data come here.
 const MOST_DECIMALS: usize = 9;
 
-/// Returns the number to at most some significant digits, without trailing zeros: `0.3`, `0.0514`, `12.3`, `1.2e-9`.
+/// Returns the number to at most some significant digits, without trailing zeros: `0.3`, `0.0514`,
+/// `12.3`, `1.2e-9`.
 pub(crate) fn plain(value: f64, digits: usize) -> String {
     // never −0
     let value = value + 0.0;
@@ -18,7 +19,8 @@ pub(crate) fn plain(value: f64, digits: usize) -> String {
     }
 }
 
-/// `0.1014 ± 0.0027`: the error to two significant digits, the value to the same decimals; the value alone where there is no error.
+/// `0.1014 ± 0.0027`: the error to two significant digits, the value to the same decimals; the
+/// value alone where there is no error.
 pub(crate) fn with_error(value: f64, error: f64) -> String {
     if !(error > 0.0 && error.is_finite()) {
         return plain(value, 4);
@@ -60,7 +62,8 @@ fn decimals_of(error: f64) -> usize {
     usize::try_from(1 - exponent(error, 2)).unwrap_or(0).min(MOST_DECIMALS)
 }
 
-/// The decimal exponent of a number once it is rounded to some significant digits: 0.0996 has −2, but −1 to two digits.
+/// The decimal exponent of a number once it is rounded to some significant digits: 0.0996 has −2,
+/// but −1 to two digits.
 fn exponent(value: f64, digits: usize) -> i32 {
     let text = format!("{value:.*e}", digits - 1);
     text.split_once('e').and_then(|(_, exponent)| exponent.parse().ok()).unwrap_or(0)

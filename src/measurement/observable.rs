@@ -4,6 +4,32 @@ use std::str::FromStr;
 
 use crate::physics::name::{UnknownName, named};
 
+/// A value with its standard deviation, where the data give one.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Measured {
+    /// The value, in the unit of the quantity.
+    pub value: f64,
+    /// Its standard deviation in the same unit; `None` where the data give none.
+    pub sd: Option<f64>,
+}
+
+impl Measured {
+    /// Returns a value with its standard deviation.
+    #[must_use]
+    pub fn new(value: f64, sd: f64) -> Self {
+        Self { value, sd: Some(sd) }
+    }
+}
+
+/// An observable's measured value, in SI units and radians.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Measurement {
+    /// What was measured.
+    pub observable: Observable,
+    /// Its value and standard deviation.
+    pub measured: Measured,
+}
+
 /// A measured quantity after the impact. Inside, angles are radians, speeds m/s, spins rad/s.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
 #[non_exhaustive]
@@ -58,7 +84,7 @@ impl Axis {
     /// The three axes in this order.
     pub const ALL: [Self; 3] = [Self::X, Self::Y, Self::Z];
 
-    /// The place of the axis in a vector: 0, 1 or 2.
+    /// Returns the place of the axis in a vector: 0, 1 or 2.
     #[must_use]
     pub fn index(self) -> usize {
         self as usize
@@ -99,7 +125,7 @@ impl Observable {
     /// The observables of discs.
     pub const DISCS: [Self; 2] = [Self::Restitution, Self::ImpulseRatio];
 
-    /// Its column, label and unit.
+    /// Returns its column, label and unit.
     fn texts(self) -> [&'static str; 3] {
         match self {
             Self::Throw => ["throw_deg", "throw", "°"],
@@ -129,25 +155,25 @@ impl Observable {
         }
     }
 
-    /// The column that holds it in a data file, which ends in the unit where that is not SI.
+    /// Returns the column that holds it in a data file, which ends in the unit if that is not SI.
     #[must_use]
     pub fn column(self) -> &'static str {
         self.texts()[0]
     }
 
-    /// The name in plots and tables.
+    /// Returns the name in plots and tables.
     #[must_use]
     pub fn label(self) -> &'static str {
         self.texts()[1]
     }
 
-    /// The unit of its column: `°`, `m/s`, `rad/s`, or empty for a ratio.
+    /// Returns the unit of its column: `°`, `m/s`, `rad/s`, or empty for a ratio.
     #[must_use]
     pub fn unit(self) -> &'static str {
         self.texts()[2]
     }
 
-    /// Whether it is an angle: radians inside, degrees in files, tables and plots.
+    /// Returns whether it is an angle: radians inside, degrees in files, tables and plots.
     pub(crate) fn is_angle(self) -> bool {
         matches!(
             self,
@@ -155,7 +181,7 @@ impl Observable {
         )
     }
 
-    /// One unit of the column in SI: π/180 for angles, else 1.
+    /// Returns one unit of the column in SI: π/180 for angles, else 1.
     pub(crate) fn unit_si(self) -> f64 {
         if self.is_angle() { 1.0_f64.to_radians() } else { 1.0 }
     }

@@ -1,5 +1,6 @@
-//! The parameters of a fit: μ, μ_s and e; b and c where friction falls with the slip, κ where the contact gives way, e₁ where e falls
-//! with the closing speed, and the ratios of masses and radii of the balls where these have errors. Their names, bounds and starting values.
+//! The parameters of a fit: μ, μ_s and e; b and c where friction falls with the slip, κ where the
+//! contact gives way, e₁ where e falls with the closing speed, and the ratios of masses and radii
+//! of the balls where these have errors. Their names, bounds and starting values.
 
 use crate::physics::collision::{MAX_KAPPA, Model};
 use crate::physics::name::{by_name, worded};
@@ -9,11 +10,13 @@ worded! {
     #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
     #[non_exhaustive]
     pub enum Parameter {
-        /// μ, sliding friction between the balls; where it falls with the slip v its a in μ(v) = a + b exp(−c v).
+        /// μ, sliding friction between the balls; where it falls with the slip v its a in μ(v) = a
+        /// + b exp(−c v).
         Mu = "mu" | "μ" | "sliding friction between the balls",
         /// μ_s, friction of the cloth on the object ball during the impact.
         MuS = "mu_s" | "μ_s" | "friction of the cloth on the object ball during the impact",
-        /// e, energetic coefficient of restitution; where it falls with the closing speed v its e₀ in e(v) = e₀ − e₁v.
+        /// e, energetic coefficient of restitution; where it falls with the closing speed v its e₀
+        /// in e(v) = e₀ − e₁v.
         E = "e" | "e" | "coefficient of restitution between the balls",
         /// b, by how much μ is larger where the slip ends than at high speed.
         B =
@@ -44,7 +47,8 @@ impl Parameter {
     /// The parameters that every fit has: the first of [`Parameter::ALL`].
     pub const COEFFICIENTS: [Self; 3] = [Self::Mu, Self::MuS, Self::E];
 
-    /// Whether it is a ratio of the balls: what is stated of masses and radii is its prior, and collisions are to determine the others.
+    /// Returns whether it is a ratio of the balls: what is stated of masses and radii is its prior,
+    /// and collisions determine the others.
     #[must_use]
     pub fn is_of_balls(self) -> bool {
         matches!(self, Self::MassRatio | Self::RadiusRatio)
@@ -56,10 +60,11 @@ impl Parameter {
         if matches!(self, Self::C | Self::ESlope) { "s/m" } else { "" }
     }
 
-    /// The setting used where dataset.toml has none: the middle of the published ranges
-    /// 0.03 ≤ μ ≤ 0.08, 0.2 < μ_s < 0.4, 0.92 ≤ e ≤ 0.98 (Kim 2024, Eqs. 1 and 2 and below 6) to
-    /// start from, and bounds that leave room for chalked and waxed balls. c is held at what D. Alciatore (TP A-14)
-    /// found, as few data determine it: 1.088 s/m. κ is that of phenolic resin; masses and radii are as they are stated.
+    /// Returns the setting that is used if dataset.toml has none: the middle of the published
+    /// ranges 0.03 ≤ μ ≤ 0.08, 0.2 < μ_s < 0.4, 0.92 ≤ e ≤ 0.98 (Kim 2024, Eqs. 1 and 2 and below
+    /// 6) to start from, and bounds with room for chalked and waxed balls. c is held at what D.
+    /// Alciatore (TP A-14) found, as few data determine it: 1.088 s/m. κ is that of phenolic resin;
+    /// masses and radii are as they are stated.
     #[must_use]
     pub fn default_setting(self) -> Setting {
         let (initial, lower, upper) = match self {
@@ -84,7 +89,8 @@ by_name!(Parameter, "parameter", ALL, name, symbol);
 /// How one parameter enters a fit. A fit refuses what [`Setting::faults`] finds.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Setting {
-    /// The value of a parameter that is `fixed`, or of which the data say nothing; no search begins there.
+    /// The value of a parameter that is `fixed`, or of which the data say nothing; no search begins
+    /// there.
     pub initial: f64,
     /// The lower bound.
     pub lower: f64,
@@ -99,7 +105,8 @@ pub struct Setting {
 /// A fault that keeps a fit from using a setting.
 #[derive(Clone, Debug, PartialEq)]
 pub struct SettingFault {
-    /// Which of its values: `lower`, `upper`, `initial`, `fixed`, `prior_mean` or `prior_sd`, as in dataset.toml.
+    /// Which of its values: `lower`, `upper`, `initial`, `fixed`, `prior_mean` or `prior_sd`, as in
+    /// dataset.toml.
     pub key: &'static str,
     /// The value that is wrong.
     pub value: f64,
@@ -108,14 +115,14 @@ pub struct SettingFault {
 }
 
 impl Setting {
-    /// The setting of a parameter that is not fitted: it is held at `value`.
+    /// Returns the setting of a parameter that is held at `value`.
     #[must_use]
     pub fn held(value: f64) -> Self {
         Self { initial: value, lower: value, upper: value, fixed: true, prior: None }
     }
 
-    /// What keeps a fit from using it: numbers that are not finite or out of range, bounds that leave no value, an initial
-    /// value outside them. Empty for a good one.
+    /// Returns what keeps a fit from using it: numbers that are not finite or out of range, bounds
+    /// that leave no value, an initial value outside them. Empty for a good one.
     #[must_use]
     pub fn faults(&self, parameter: Parameter) -> Vec<SettingFault> {
         let Self { initial, lower, upper, fixed, prior } = *self;
@@ -191,7 +198,7 @@ pub enum Compliance {
 }
 
 impl Settings {
-    /// Whether a fit has a parameter.
+    /// Returns whether a fit has a parameter.
     #[must_use]
     pub fn has(&self, parameter: Parameter) -> bool {
         match parameter {
@@ -203,7 +210,7 @@ impl Settings {
         }
     }
 
-    /// The parameters that a fit has, in the order of [`Parameter::ALL`].
+    /// Returns the parameters that a fit has, in the order of [`Parameter::ALL`].
     #[must_use]
     pub fn parameters(&self) -> Vec<Parameter> {
         Parameter::ALL.into_iter().filter(|parameter| self.has(*parameter)).collect()

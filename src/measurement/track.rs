@@ -4,11 +4,14 @@ use std::collections::BTreeMap;
 use std::panic::{self, AssertUnwindSafe};
 use std::path::PathBuf;
 
+use super::correction::Correction;
+use super::observable::Measured;
 use super::spin::Spin;
+use crate::physics::disc::Discs;
 
 /// One filmed shot, calibrated: metres in the plane of the table (x right, y up, seen from above),
 /// seconds from the first frame of the file.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, Default)]
 pub struct TrackShot {
     /// The name of the shot.
     pub name: String,
@@ -20,7 +23,8 @@ pub struct TrackShot {
     pub labels: BTreeMap<String, String>,
     /// Frames per second at which the camera recorded.
     pub fps: f64,
-    /// Positions of the cue ball's centre in the order of time; frames without a position are left out.
+    /// Positions of the cue ball's centre in the order of time; frames without a position are left
+    /// out.
     pub cue: Vec<Sample>,
     /// Positions of the object ball's centre likewise.
     pub object: Vec<Sample>,
@@ -30,23 +34,25 @@ pub struct TrackShot {
     pub spin: Spin,
     /// The standard deviation of a coordinate that dataset.toml states, m.
     pub position_sd: Option<f64>,
-    /// The step of the grid to which the coordinates of the cue ball and of the object ball were rounded, such as a
-    /// pixel, m; 0 where they were not. The rounding error has the standard deviation step/√12 of a uniform
-    /// distribution of this width.
+    /// The step of the grid to which the coordinates of the cue ball and of the object ball were
+    /// rounded, such as a pixel, m; 0 where they were not. The rounding error has the standard
+    /// deviation step/√12 of a uniform distribution of this width.
     pub resolution: [f64; 2],
-    /// Correlation of the noise of neighbouring frames, from 0 to below 1; it falls by this factor from frame to frame.
+    /// Correlation of the noise of neighbouring frames, from 0 to below 1; it falls by this factor
+    /// from frame to frame.
     pub correlation: f64,
 }
 
 impl TrackShot {
-    /// Whether the noise of every position is stated.
+    /// Returns whether the noise of every position is stated.
     pub(crate) fn states_noise(&self) -> bool {
         self.position_sd.is_some() || self.cue.iter().chain(&self.object).all(|sample| sample.sd.is_some())
     }
 
-    /// A film of two balls that a program tracked at `fps` frames per second: the positions of the centres of the cue ball and of the
-    /// object ball, each in the order of time, before, through and after the hit. Their errors and the grid to which they were rounded
-    /// are found from the frames; what is known of them can be stated in the fields.
+    /// A film of two balls that a program tracked at `fps` frames per second: the positions of the
+    /// centres of the cue ball and of the object ball, each in the order of time, before, through
+    /// and after the hit. Their errors and the grid to which they were rounded are found from the
+    /// frames; what is known of them can be stated in the fields.
     ///
     /// ```
     /// use caromfit::measurement::dataset::Dataset;
@@ -86,36 +92,24 @@ impl TrackShot {
     /// ```
     #[must_use]
     pub fn new(name: impl Into<String>, fps: f64, spin: Spin, [cue, object]: [Vec<Sample>; 2]) -> Self {
-        Self {
-            name: name.into(),
-            file: PathBuf::new(),
-            line: 0,
-            labels: BTreeMap::new(),
-            fps,
-            cue,
-            object,
-            markers: Vec::new(),
-            spin,
-            position_sd: None,
-            resolution: [0.0; 2],
-            correlation: 0.0,
-        }
+        Self { name: name.into(), fps, cue, object, spin, ..Self::default() }
     }
 
-    /// All positions: of both balls and of the markers.
+    /// Returns all positions: of both balls and of the markers.
     pub(crate) fn samples_mut(&mut self) -> impl Iterator<Item = &mut Sample> {
         let markers = self.markers.iter_mut().map(|marker| &mut marker.samples);
         [&mut self.cue, &mut self.object].into_iter().chain(markers).flatten()
     }
 
-    /// How many frames together tell as much of a slow motion as one with independent noise: (1 + ρ)/(1 − ρ), where the correlation of
-    /// the noise falls by ρ from frame to frame.
+    /// Returns the number of frames that determine a slow motion as one with independent noise
+    /// does: (1 + ρ)/(1 − ρ), if the correlation of the noise falls by ρ from frame to frame.
     pub(crate) fn frames_alike(&self) -> f64 {
         (1.0 + self.correlation) / (1.0 - self.correlation)
     }
 }
 
-/// Does work on one shot, whose panic must not end the run; no input is known that causes one. `Err` says where it is reported.
+/// Does work on one shot, whose panic must not end the run; no input is known that causes one.
+/// `Err` names the place of its report.
 pub(crate) fn isolated<T>(work: impl FnOnce() -> T) -> Result<T, String> {
     panic::catch_unwind(AssertUnwindSafe(work))
         .map_err(|_| "a panic, which standard error reports".to_owned())
@@ -162,9 +156,9 @@ pub enum TrackedBall {
     Object,
 }
 
-/// A ball whose centre is by h above where it is on the cloth is seen displaced on the table, away from the foot of the camera, by
-/// h (s + (p − m)/H): s is how much so in the middle m of the film, H how high the camera is. A ball with topspin hops after the impact, by
-/// 0.5 mm at 2 m/s.
+/// A ball whose centre is by h above where it is on the cloth is seen displaced on the table, away
+/// from the foot of the camera, by h (s + (p − m)/H): s is how much so in the middle m of the film,
+/// H how high the camera is. A ball with topspin hops after the impact, by 0.5 mm at 2 m/s.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Viewpoint {
     /// s, m per m of height.
@@ -176,13 +170,92 @@ pub struct Viewpoint {
 }
 
 impl Viewpoint {
-    /// By how much a ball at a place is seen displaced, m per m of height.
+    /// Returns the displacement with which a ball at a place is seen, m per m of height.
     pub(crate) fn displacement(&self, place: [f64; 2]) -> [f64; 2] {
         [0, 1].map(|i| self.slope[i] + self.per_metre * (place[i] - self.middle[i]))
     }
 
-    /// Whether heights are not seen.
+    /// Returns whether heights are not seen.
     pub(crate) fn is_overhead(&self) -> bool {
         self.slope == [0.0; 2] && self.per_metre == 0.0
+    }
+}
+
+/// The filmed shots of a data set.
+#[derive(Clone, Debug, Default)]
+pub struct Tracks {
+    /// The shots whose impacts can be extracted.
+    pub shots: Vec<TrackShot>,
+    /// Frames per second of the first shot, also once the shots were extracted.
+    pub fps: Option<f64>,
+    /// Name and reason of each shot that the shots table says to skip, or that was damaged between
+    /// the camera and the file and cannot be repaired.
+    pub left_out: Vec<(String, String)>,
+    /// What was detected in the files and repaired, with file and line.
+    pub notes: Vec<String>,
+    /// Shots whose impact was found, though something about them is wrong: the name and what it is.
+    pub doubtful: Vec<(String, String)>,
+    /// Of discs: what was measured of each shot, including those that are not fitted.
+    pub disc_shots: Vec<DiscShot>,
+    /// What is known of the discs; `None` for balls.
+    pub discs: Option<Discs>,
+    /// Corrections for the camera that are stated, in the order of [`Correction::ALL`]; `None`:
+    /// to be found from the balls.
+    pub camera: [Option<f64>; Correction::COUNT],
+    /// Whether lengths are in an unknown unit, so that the size of the balls sets the scale.
+    pub from_balls: bool,
+    /// Relative standard deviation of the stated scale; `None` where the size of the balls is said
+    /// to set it.
+    pub scale_sd: Option<f64>,
+    /// Whether the unit of lengths is stated; metres otherwise.
+    pub states_unit: bool,
+    /// Where the camera sees balls that hop.
+    pub viewpoint: Viewpoint,
+}
+
+/// What was measured of one shot of discs; a number is `None` where the tracks do not determine it.
+#[derive(Clone, Debug, PartialEq)]
+pub struct DiscShot {
+    /// The name of the shot.
+    pub name: String,
+    /// The coefficient of restitution e, dimensionless.
+    pub restitution: Option<Measured>,
+    /// J_t/J_n, the tangential over the normal impulse on the second disc, dimensionless; t is 90°
+    /// counter-clockwise from the line of centres.
+    pub impulse_ratio: Option<Measured>,
+    /// The momentum gained along and across the line of centres, over the normal impulse.
+    pub momentum: [Option<Measured>; 2],
+    /// Angular momentum gained about the contact point, over the normal impulse times the distance
+    /// of the centres.
+    pub angular_momentum: Option<Measured>,
+    /// The part of the kinetic energy that was lost.
+    pub energy_lost: Option<Measured>,
+    /// How fast the discs approach along the line of centres, m/s; m per frame where the frame rate
+    /// is not known.
+    pub closing_speed: Option<Measured>,
+    /// The slip of the contact before the impact over the closing speed.
+    pub slip_ratio: Option<Measured>,
+    /// Whether the discs move on as one body.
+    pub sticks: bool,
+    /// What speaks against these numbers; empty for a good shot.
+    pub doubts: String,
+}
+
+impl Tracks {
+    /// Relative standard deviation of a scale that is stated without one: rulers in the plane of
+    /// the table, and not of the balls' centres, seen from 1.5 m are off by 2 %.
+    pub const SCALE_SD: f64 = 0.02;
+
+    /// Shots of balls whose camera is to be found from the balls, in metres. For discs, set
+    /// `discs`.
+    #[must_use]
+    pub fn new(shots: Vec<TrackShot>) -> Self {
+        Self {
+            fps: shots.first().map(|shot| shot.fps),
+            shots,
+            scale_sd: Some(Self::SCALE_SD),
+            states_unit: true,
+            ..Self::default()
+        }
     }
 }

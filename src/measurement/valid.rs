@@ -1,5 +1,5 @@
-//! What every data set must fulfil that is fitted or compared, whoever made it. Reading a file applies the same rules, and
-//! says where in the file they are broken.
+//! What every data set must fulfil that is fitted or compared, whoever made it. Reading a file
+//! applies the same rules, and says where in the file they are broken.
 
 use std::collections::BTreeMap;
 use std::path::Path;
@@ -40,26 +40,26 @@ pub struct Fault {
 }
 
 impl Fault {
-    /// A value that is not as expected.
+    /// Returns a value that is not as expected.
     pub(crate) fn new(key: &str, value: impl ToString, expected: impl Into<String>) -> Self {
         Self { key: key.to_owned(), value: value.to_string(), expected: expected.into() }
     }
 
-    /// `None` if a number is finite and meets the condition.
+    /// Returns a fault unless a number is finite and meets the condition.
     pub(crate) fn of_number(key: &str, number: f64, (is_met, expected): Condition) -> Option<Self> {
         let is_good = number.is_finite() && is_met(number);
         (!is_good).then(|| Self::new(key, number, expected))
     }
 }
 
-/// Whether a vector is meant to have the length 1.
+/// Returns whether a vector is meant to have the length 1.
 pub(crate) fn is_unit(x: f64, y: f64) -> bool {
     (x.hypot(y) - 1.0).abs() <= UNIT
 }
 
 impl Dataset {
-    /// What keeps it from being fitted, each with the parameter or the shot, the value and what was expected. Empty for
-    /// every data set that was read from files.
+    /// Returns what keeps it from being fitted, each with the parameter or the shot, the value and
+    /// what was expected. Empty for every data set that was read from files.
     #[must_use]
     pub fn faults(&self) -> Vec<String> {
         let mut numbers = vec![("ball", self.ball)];
@@ -108,14 +108,15 @@ impl Dataset {
     }
 }
 
-/// What is wrong with a measured value and its standard deviation.
+/// Returns what is wrong with a measured value and its standard deviation.
 fn faults_of(name: &str, measured: &Measured) -> Vec<String> {
     let value = Fault::of_number(name, measured.value, FINITE);
     let sd = measured.sd.and_then(|sd| Fault::of_number(&format!("{name}_sd"), sd, POSITIVE));
     value.into_iter().chain(sd).map(|fault| fault.to_string()).collect()
 }
 
-/// What is wrong with a filmed shot: numbers that are not finite or out of range, and times that do not rise.
+/// Returns what is wrong with a filmed shot: numbers that are not finite or out of range, and times
+/// that do not rise.
 fn faults_of_film(shot: &TrackShot) -> Vec<String> {
     const CORRELATION: Condition = (|x| (0.0..1.0).contains(&x), "0 to below 1");
     let numbers = [
@@ -149,13 +150,13 @@ fn faults_of_film(shot: &TrackShot) -> Vec<String> {
     named(&shot.name, (&shot.file, shot.line), faults)
 }
 
-/// Faults behind the name of their shot, and the place where it was read.
+/// Returns faults behind the name of their shot, and the place where it was read.
 fn named(shot: &str, (file, line): (&Path, usize), faults: Vec<String>) -> Vec<String> {
     let place = if line > 0 { format!(" ({}:{line})", file.display()) } else { String::new() };
     faults.into_iter().map(|fault| format!("shot {shot}{place}: {fault}")).collect()
 }
 
-/// What is wrong with a measured shot.
+/// Returns what is wrong with a measured shot.
 fn faults_of_shot(shot: &Shot) -> Vec<String> {
     let mut values: Vec<(&str, Measured)> = Vec::new();
     let mut faults = Vec::new();

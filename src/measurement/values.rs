@@ -1,4 +1,5 @@
-//! Values of all parameters of a fit: the coefficients of a collision, and what else its outcome depends on.
+//! Values of all parameters of a fit: the coefficients of a collision, and what else its outcome
+//! depends on.
 
 use std::ops::{Index, IndexMut};
 
@@ -7,79 +8,54 @@ use crate::physics::ball::Ball;
 use crate::physics::collision::{Coefficients, Model};
 use crate::physics::friction_law::Law;
 
-/// The value of each parameter.
+/// The value of each parameter, in the order of [`Parameter::ALL`]. Those of effects that a model
+/// does not have are 0, those of equal balls 1.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Values {
-    /// μ, μ_s and e.
-    pub coefficients: Coefficients,
-    /// b of μ(v) = a + b exp(−c v), dimensionless; 0 for a friction that does not fall with the slip v.
-    pub b: f64,
-    /// c of the same law, s/m.
-    pub c: f64,
-    /// The tangential compliance κ, dimensionless; 0 for a contact that is rigid along its surface.
-    pub kappa: f64,
-    /// m_cue/m_object.
-    pub mass_ratio: f64,
-    /// R_cue/R_object.
-    pub radius_ratio: f64,
-    /// e₁ of e(v) = e − e₁v, s/m; 0 for a restitution that does not fall with the closing speed v.
-    pub e_slope: f64,
-}
+pub struct Values([f64; Parameter::ALL.len()]);
 
-/// A contact is computed as giving way at least so far while κ is fitted: 0 is another model, whose outcome this one's nears as √κ.
+/// Smallest κ with which a compliant contact is computed while κ is fitted: 0 is another model,
+/// whose outcome is approached as √κ.
 const LEAST_KAPPA: f64 = 1e-3;
 
 impl Values {
-    /// What parameters that are not fitted are held at: those that are fixed, and those that the data say nothing of.
+    /// Returns the values at which parameters are held that are fixed or not determined by the
+    /// data.
     #[must_use]
     pub fn initial(settings: &Settings) -> Self {
-        Self::each(|parameter| settings[parameter].initial)
+        Self(settings.each.map(|setting| setting.initial))
     }
 
-    /// Usual values within the bounds, and fixed parameters where they are fixed: where a search begins, whatever the
-    /// initial values are.
+    /// Returns typical values within the bounds, with fixed parameters where they are fixed: the
+    /// start of a search, whatever the initial values are.
     #[must_use]
     pub fn usual(settings: &Settings) -> Self {
-        Self::each(|parameter| {
+        Self(Parameter::ALL.map(|parameter| {
             let Setting { initial, lower, upper, fixed, .. } = settings[parameter];
             if fixed { initial } else { parameter.default_setting().initial.clamp(lower, upper) }
-        })
+        }))
     }
 
-    fn each(of: impl Fn(Parameter) -> f64) -> Self {
-        Self {
-            coefficients: Coefficients {
-                mu: of(Parameter::Mu),
-                mu_s: of(Parameter::MuS),
-                e: of(Parameter::E),
-            },
-            b: of(Parameter::B),
-            c: of(Parameter::C),
-            kappa: of(Parameter::Kappa),
-            mass_ratio: of(Parameter::MassRatio),
-            radius_ratio: of(Parameter::RadiusRatio),
-            e_slope: of(Parameter::ESlope),
-        }
-    }
-
-    /// The values of a model with these coefficients.
+    /// Returns the values of a model with these coefficients.
     #[must_use]
-    pub fn of(model: &Model, coefficients: Coefficients) -> Self {
-        let (b, c) = match model.law {
-            Law::Constant => (0.0, 0.0),
-            Law::Exponential { b, c } => (b, c),
-        };
+    pub fn of(model: &Model, Coefficients { mu, mu_s, e }: Coefficients) -> Self {
+        let [b, c] = model.law.numbers();
         let (mass_ratio, radius_ratio) = (model.mass_ratio(), model.radius_ratio());
-        let e_slope = model.e_slope.unwrap_or(0.0);
-        Self { coefficients, b, c, kappa: model.kappa, mass_ratio, radius_ratio, e_slope }
+        Self([mu, mu_s, e, b, c, model.kappa, mass_ratio, radius_ratio, model.e_slope.unwrap_or(0.0)])
     }
 
-    /// These values with little friction, with that which they have, and with much, as far as bounds allow: what no
-    /// observation depends on at any of them none depends on at all. With much friction every contact sticks, with little
-    /// all slide.
+    /// Returns μ, μ_s and e.
+    #[must_use]
+    pub fn coefficients(&self) -> Coefficients {
+        let [mu, mu_s, e, ..] = self.0;
+        Coefficients { mu, mu_s, e }
+    }
+
+    /// Returns these values with little friction, with their own, and with much, as far as bounds
+    /// allow: what no observation depends on at any of them it depends on nowhere. With much
+    /// friction every contact sticks, with little all slide.
     #[must_use]
     pub fn across_friction(&self, settings: &Settings) -> [Self; 3] {
-        /// Of the way from the lower bound to the upper one.
+        /// Little friction, as a fraction of the way between the bounds.
         const LITTLE: f64 = 1e-3;
         let at = |part: f64| {
             let mut values = *self;
@@ -94,25 +70,26 @@ impl Values {
         [at(LITTLE), *self, at(1.0)]
     }
 
-    /// The model with these b and c, if its friction falls, this κ, if its contact gives way, these ratios, if its balls are not
-    /// equal, and this e₁, if its e falls.
+    /// Returns the model with these b and c, if its friction falls, this κ, if its contact is
+    /// compliant, these ratios, if its balls are not equal, and this e₁, if its e falls.
     #[must_use]
     pub fn model(&self, model: &Model) -> Model {
+        let [.., b, c, kappa, mass_ratio, radius_ratio, e_slope] = self.0;
         let law = match model.law {
             Law::Constant => Law::Constant,
-            Law::Exponential { .. } => Law::Exponential { b: self.b, c: self.c },
+            Law::Exponential { .. } => Law::Exponential { b, c },
         };
-        let kappa = if model.kappa > 0.0 { self.kappa.max(LEAST_KAPPA) } else { 0.0 };
+        let kappa = if model.kappa > 0.0 { kappa.max(LEAST_KAPPA) } else { 0.0 };
+        let Ball { mass, radius, .. } = model.ball;
         let object = model.object.map(|object| Ball {
-            mass: model.ball.mass / self.mass_ratio,
-            radius: model.ball.radius / self.radius_ratio,
+            mass: mass / mass_ratio,
+            radius: radius / radius_ratio,
             ..object
         });
-        let e_slope = model.e_slope.map(|_| self.e_slope);
-        Model { object, law, e_slope, kappa, ..*model }
+        Model { object, law, e_slope: model.e_slope.map(|_| e_slope), kappa, ..*model }
     }
 
-    /// The same values with one of them changed.
+    /// Returns the same values with one of them changed.
     #[must_use]
     pub fn with(mut self, parameter: Parameter, value: f64) -> Self {
         self[parameter] = value;
@@ -120,43 +97,16 @@ impl Values {
     }
 }
 
-/// With a friction and an e that do not fall, between equal balls that are rigid along their surface.
-impl From<Coefficients> for Values {
-    fn from(coefficients: Coefficients) -> Self {
-        Self { coefficients, b: 0.0, c: 0.0, kappa: 0.0, mass_ratio: 1.0, radius_ratio: 1.0, e_slope: 0.0 }
-    }
-}
-
 impl Index<Parameter> for Values {
     type Output = f64;
 
     fn index(&self, parameter: Parameter) -> &f64 {
-        match parameter {
-            Parameter::Mu => &self.coefficients.mu,
-            Parameter::MuS => &self.coefficients.mu_s,
-            Parameter::E => &self.coefficients.e,
-            Parameter::B => &self.b,
-            Parameter::C => &self.c,
-            Parameter::Kappa => &self.kappa,
-            Parameter::MassRatio => &self.mass_ratio,
-            Parameter::RadiusRatio => &self.radius_ratio,
-            Parameter::ESlope => &self.e_slope,
-        }
+        &self.0[parameter as usize]
     }
 }
 
 impl IndexMut<Parameter> for Values {
     fn index_mut(&mut self, parameter: Parameter) -> &mut f64 {
-        match parameter {
-            Parameter::Mu => &mut self.coefficients.mu,
-            Parameter::MuS => &mut self.coefficients.mu_s,
-            Parameter::E => &mut self.coefficients.e,
-            Parameter::B => &mut self.b,
-            Parameter::C => &mut self.c,
-            Parameter::Kappa => &mut self.kappa,
-            Parameter::MassRatio => &mut self.mass_ratio,
-            Parameter::RadiusRatio => &mut self.radius_ratio,
-            Parameter::ESlope => &mut self.e_slope,
-        }
+        &mut self.0[parameter as usize]
     }
 }

@@ -28,19 +28,16 @@ pub struct Ball {
 }
 
 impl Ball {
-    /// A standard pool ball: 57.15 mm (2¼ inches) across and uniform, as the World Pool-Billiard Association
-    /// specifies it, of 170 g (specified: 5.5 to 6 oz, 156 to 170 g).
+    /// A standard pool ball: 57.15 mm (2¼ inches) across and uniform, as the World Pool-Billiard
+    /// Association specifies it, of 170 g (specified: 5.5 to 6 oz, 156 to 170 g).
     pub const POOL: Self = Self { radius: 0.028_575, mass: 0.170, inertia: UNIFORM_SPHERE };
 
-    /// The horizontal distance between the centres of two balls on the table that touch: 2√(R₁R₂), m.
+    /// Returns the horizontal distance between the centres of two balls on the table that touch:
+    /// 2√(R₁R₂), m.
     #[must_use]
     pub fn contact_distance(&self, other: &Self) -> f64 {
         // exactly 2R of equal balls
-        if self.radius == other.radius {
-            2.0 * self.radius
-        } else {
-            2.0 * (self.radius * other.radius).sqrt()
-        }
+        2.0 * (self.radius * other.radius).sqrt()
     }
 }
 
@@ -60,14 +57,13 @@ pub struct BallState {
 }
 
 impl BallState {
-    /// A ball that slides without any spin.
+    /// Returns a ball that slides without spin.
     #[must_use]
     pub fn stun(velocity: Vec3) -> Self {
         Self { velocity, spin: Vec3::zeros() }
     }
 
-    /// A ball in natural roll: no slip on the cloth, so that
-    /// ω = (−V_y, V_x, 0)/R.
+    /// Returns a ball in natural roll, without slip on the cloth: ω = (−V_y, V_x, 0)/R.
     #[must_use]
     pub fn natural_roll(velocity: Vec3, radius: f64) -> Self {
         let spin = Vec3::new(-velocity.y, velocity.x, 0.0) / radius;

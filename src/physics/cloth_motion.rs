@@ -1,19 +1,21 @@
 //! Motion on the cloth before and after an impact: flight, bounce, sliding, rolling.
 //!
-//! A ball's slip on the cloth is s = (V_x − RΩ_y, V_y + RΩ_x). While it slides, its velocity changes
-//! by −μ_k g ŝ and its slip by (1 + ν)/ν times that, so that ŝ keeps its direction and the path is a
-//! parabola; once s = 0 it rolls and slows down by μ_r g. A ball that leaves the cloth flies
-//! straight for 2V_z/g, and at each landing takes a friction impulse of at most μ_k(1 + e_t)|V_z| per
-//! unit mass against its slip. Bounces too low to be seen act as their average, so that the path does not leap when one
-//! more of them counts as a flight.
+//! A ball's slip on the cloth is s = (V_x − RΩ_y, V_y + RΩ_x). While it slides, its velocity
+//! changes by −μ_k g ŝ and its slip by (1 + ν)/ν times that, so that ŝ keeps its direction and the
+//! path is a parabola; once s = 0 it rolls and slows down by μ_r g. A ball that leaves the cloth
+//! flies straight for 2V_z/g, and at each landing takes a friction impulse of at most μ_k(1 +
+//! e_t)|V_z| per unit mass against its slip. Bounces too low to be seen act as their average, so
+//! that the path does not leap when one more of them counts as a flight.
 //!
-//! Written for any number type with derivatives, so that the same lines give a path and its sensitivities.
+//! Written for any number type with derivatives, so that the same lines give a path and its
+//! sensitivities.
 //!
 //! ```
 //! use caromfit::physics::cloth_motion::{Cloth, Launch, Path};
 //!
-//! // a ball of 28.575 mm without spin slips on the cloth with its own speed, slides, and rolls with 5/7 of it
-//! let launch = Launch { velocity: [1.4, 0.0], slip: [1.4, 0.0], time: 0.0, position: [0.0; 2], up: 0.0, inertia: 0.4 };
+//! // a ball without spin slips on the cloth with its own speed, slides, and rolls with 5/7 of it
+//! let [velocity, slip] = [[1.4, 0.0]; 2];
+//! let launch = Launch { velocity, slip, time: 0.0, position: [0.0; 2], up: 0.0, inertia: 0.4 };
 //! let path = Path::after(&launch, &Cloth { rolling: 0.0, ..Cloth::default() });
 //! let rolls = path.changes().last().unwrap_or(0.0);
 //! assert!((rolls - 2.0 * 1.4 / (7.0 * 0.2 * 9.81)).abs() < 1e-12);
@@ -27,12 +29,12 @@ use super::ball::Ball;
 /// Acceleration of gravity, m/s².
 pub const GRAVITY: f64 = 9.81;
 
-/// A rebound slower than this (a height of 0.2 µm) has no flight of its own. Where it becomes one, the path moves by μ_k(1 + e_t)V_z²/g,
-/// some 0.2 µm.
+/// Slowest rebound with a flight of its own, m/s (a height of 0.2 µm). Where one becomes a flight,
+/// the path moves by μ_k(1 + e_t)V_z²/g, some 0.2 µm.
 const LEAST_REBOUND: f64 = 0.002;
 
-/// A ball has at most so many flights of its own; the bounces after them act as their average, as low ones do. At e_t = 0.9 all
-/// rebounds of a ball that rises with 1.7 m/s are among them; at e_t = 1 there is no last one.
+/// Largest number of flights of a ball; later bounces act as their average, as low ones do. At e_t
+/// = 0.9 it holds all rebounds of a ball that rises with 1.7 m/s; at e_t = 1 there is no last one.
 const MOST_FLIGHTS: usize = 64;
 
 /// A plain number, or one that carries derivatives.
@@ -75,12 +77,12 @@ pub struct Launch<T> {
     pub inertia: f64,
 }
 
-/// How a ball moves.
+/// The kind of a ball's motion.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 enum Moves {
     Flies,
     Slides,
-    /// Without slip on the cloth, or lies still.
+    /// Without slip on the cloth, or at rest.
     Rolls,
 }
 
@@ -103,7 +105,7 @@ impl<T: Number> Stretch<T> {
         (position, velocity)
     }
 
-    /// x and y as polynomials A + Bu + Cu² in u = (t − centre)/scale.
+    /// Returns x and y as polynomials A + Bu + Cu² in u = (t − centre)/scale.
     pub(crate) fn about(&self, centre: f64, scale: f64) -> [[T; 3]; 2] {
         let t = -self.start + centre;
         [0, 1].map(|i| {
@@ -119,13 +121,13 @@ impl<T: Number> Stretch<T> {
 pub struct Path<T>(Vec<Stretch<T>>);
 
 impl<T: Number> Path<T> {
-    /// After an impact: flight with its bounces, sliding, rolling to the end.
+    /// Returns the path after an impact: flight with its bounces, sliding, rolling to the end.
     #[must_use]
     pub fn after(launch: &Launch<T>, cloth: &Cloth<T>) -> Self {
         let zero = T::from(0.0);
         let mut path = Vec::with_capacity(12);
         let Launch { mut time, mut position, mut velocity, mut slip, mut up, inertia } = *launch;
-        // what of the slip an impulse on the ball removes: Δs = (1 + ν)/ν Δv
+        // the slip that an impulse on the ball removes: Δs = (1 + ν)/ν Δv
         let lever = (1.0 + inertia) / inertia;
         while up.re() > LEAST_REBOUND && path.len() < MOST_FLIGHTS {
             let flight =
@@ -148,7 +150,8 @@ impl<T: Number> Path<T> {
             }
             up *= cloth.bounce;
         }
-        // each bounce that is left takes at most μ_k(1 + e_t)V_z in 2V_z/g, all of them Σ 2V_z e_tⁿ/g, without end at e_t = 1…
+        // each bounce that is left takes at most μ_k(1 + e_t)V_z in 2V_z/g, all of them Σ 2V_z
+        // e_tⁿ/g, without end at e_t = 1…
         let lost = -cloth.bounce + 1.0;
         let bouncing = if lost.re() > 0.0 {
             up * (2.0 / GRAVITY) / lost
@@ -185,7 +188,8 @@ impl<T: Number> Path<T> {
         Self(path)
     }
 
-    /// Before an impact, backwards from it: sliding if the ball slips at the impact, else rolling.
+    /// Returns the path before an impact, backwards from it: sliding if the ball slips at the
+    /// impact, else rolling.
     #[must_use]
     pub fn before(launch: &Launch<T>, cloth: &Cloth<T>) -> Self {
         let Launch { time, position, velocity, slip, .. } = *launch;
@@ -199,14 +203,15 @@ impl<T: Number> Path<T> {
         Self(vec![stretch])
     }
 
-    /// Before an impact, of a ball that lies still.
+    /// Returns the path of a ball at rest.
     #[must_use]
     pub fn at_rest(launch: &Launch<T>) -> Self {
         Self(vec![rolling(launch.time, launch.position, [T::from(0.0); 2], T::from(0.0))])
     }
 
-    /// The same on a table that is not level: `acceleration` (m/s²) is that of a body that slides without friction. A ball that rolls
-    /// has 1/(1 + ν) of it, one that lies still stays. The direction of the slip is taken as on a level table.
+    /// Returns the path on a table that is not level: `acceleration` (m/s²) is that of a body that
+    /// slides without friction. A ball that rolls has 1/(1 + ν) of it, one that lies still stays.
+    /// The direction of the slip is taken as on a level table.
     #[must_use]
     pub fn tilted(mut self, acceleration: [f64; 2], inertia: f64) -> Self {
         let zero = T::from(0.0);
@@ -234,8 +239,9 @@ impl<T: Number> Path<T> {
         self
     }
 
-    /// The path as a camera shows it. A ball in flight is displaced by its height times `displacement` (m per m of height) of the place
-    /// where it is halfway through the flight. `gravity`: over g.
+    /// Returns the path as a camera shows it: a ball in flight is displaced by its height times
+    /// `displacement` (m per m of height) of the place halfway through the flight. `gravity`: over
+    /// g.
     pub(crate) fn seen(mut self, gravity: f64, displacement: impl Fn([f64; 2]) -> [f64; 2]) -> Self {
         for i in 1..self.0.len() {
             let lasts = self.0[i].start - self.0[i - 1].start;
@@ -255,7 +261,7 @@ impl<T: Number> Path<T> {
         self
     }
 
-    /// How high the ball is at a time, m.
+    /// Returns the height of the ball at a time, m.
     pub(crate) fn height(&self, time: f64) -> f64 {
         let flight = self.stretches().find(|(flight, [from, to])| {
             flight.moves == Moves::Flies && (flight.start.re().max(*from)..*to).contains(&time)
@@ -264,7 +270,8 @@ impl<T: Number> Path<T> {
         flight.map_or(0.0, |(flight, [_, to])| 0.5 * GRAVITY * (time - flight.start.re()) * (to - time))
     }
 
-    /// Returns the instants at which the stretches of constant acceleration begin: take-off, landings, sliding, rolling, rest, s.
+    /// Returns the instants at which the stretches of constant acceleration begin: take-off,
+    /// landings, sliding, rolling, rest, s.
     pub fn changes(&self) -> impl Iterator<Item = T> {
         self.0.iter().map(|stretch| stretch.start)
     }
@@ -281,8 +288,8 @@ impl<T: Number> Path<T> {
         self.at(time).1
     }
 
-    /// The stretches of the path, each with the instant when it begins and that when the next one does; the first one reaches
-    /// back as far as is asked for.
+    /// Returns the stretches of the path, each with the instants at which it begins and ends; the
+    /// first one reaches back without end.
     pub(crate) fn stretches(&self) -> impl Iterator<Item = (&Stretch<T>, [f64; 2])> {
         self.0.iter().enumerate().map(|(i, stretch)| {
             let from = if i == 0 { f64::NEG_INFINITY } else { stretch.start.re() };
@@ -290,14 +297,14 @@ impl<T: Number> Path<T> {
         })
     }
 
-    /// Position and velocity at a time.
+    /// Returns position and velocity at a time.
     fn at(&self, time: f64) -> ([T; 2], [T; 2]) {
         let index = self.0.iter().rposition(|stretch| stretch.start.re() <= time).unwrap_or(0);
         self.0[index].at(T::from(time))
     }
 
-    /// How much the horizontal spin (rad/s) at a time differs from that at the impact: the cloth changes it
-    /// by −ẑ × Δv/(νR) while the ball slips and at landings, by ẑ × Δv/R while it rolls.
+    /// Returns the change of the horizontal spin from the impact to a time, rad/s: the cloth
+    /// changes it by −ẑ × Δv/(νR) while the ball slips and at landings, by ẑ × Δv/R while it rolls.
     #[must_use]
     pub fn spin_change(&self, time: f64, ball: &Ball) -> [T; 2] {
         let mut change = [T::from(0.0); 2];
@@ -330,10 +337,10 @@ impl<T: Number> Path<T> {
     }
 }
 
-/// A slip of this part of the speed is the rounding of a natural roll.
+/// Slip over speed that is the rounding of a natural roll.
 const SLIPS: f64 = 1e-6;
 
-/// Rolling, or lying still; `friction` is μ_r.
+/// Returns a stretch of rolling or rest; `friction` is μ_r.
 fn rolling<T: Number>(start: T, position: [T; 2], velocity: [T; 2], friction: T) -> Stretch<T> {
     let speed = norm(velocity);
     let acceleration =

@@ -14,22 +14,23 @@ pub struct CollisionFrame {
 }
 
 impl CollisionFrame {
-    /// The frame of a line of centres (cue ball to object ball) in the table frame, of any length; `None` of a vector that is 0 or
-    /// not finite.
+    /// Returns the frame of a line of centres (cue ball to object ball) in the table frame, of any
+    /// length; `None` if it is 0 or not finite.
     #[must_use]
     pub fn from_normal(nx: f64, ny: f64) -> Option<Self> {
         let length = nx.hypot(ny);
         (length > 0.0 && length.is_finite()).then(|| Self { nx: nx / length, ny: ny / length })
     }
 
-    /// The frame of a direction of the line of centres in the table frame, in rad from the x axis.
+    /// Returns the frame of a direction of the line of centres in the table frame, rad from the x
+    /// axis.
     #[must_use]
     pub fn from_direction(direction_rad: f64) -> Self {
         let (ny, nx) = direction_rad.sin_cos();
         Self { nx, ny }
     }
 
-    /// From a line of centres whose length is known to be 1.
+    /// Returns the frame of a line of centres of length 1.
     pub(crate) fn from_unit(nx: f64, ny: f64) -> Self {
         Self { nx, ny }
     }
@@ -47,14 +48,15 @@ impl CollisionFrame {
     }
 }
 
-/// The cue ball's velocity before the impact in the collision frame: U(cos φ, sin φ, 0).
+/// Returns the cue ball's velocity before the impact in the collision frame: U(cos φ, sin φ, 0).
 #[must_use]
 pub fn cue_velocity(speed: f64, cut_rad: f64) -> Vec3 {
     Vec3::new(speed * cut_rad.cos(), speed * cut_rad.sin(), 0.0)
 }
 
-/// Velocity of the object ball's contact point relative to the cue ball's, collision frame, m/s:
-/// v = (V_x − U_x, V_y − U_y − R(ω_z + Ω_z), V_z − U_z + R(ω_y + Ω_y)) (Kim 2024, above Eq. 11).
+/// Returns the velocity of the object ball's contact point relative to the cue ball's, collision
+/// frame, m/s: v = (V_x − U_x, V_y − U_y − R(ω_z + Ω_z), V_z − U_z + R(ω_y + Ω_y)) (Kim 2024, above
+/// Eq. 11).
 #[must_use]
 #[inline]
 pub fn slip(cue: &BallState, object: &BallState, radius: f64) -> Vec3 {
@@ -63,7 +65,7 @@ pub fn slip(cue: &BallState, object: &BallState, radius: f64) -> Vec3 {
     relative + radius * Vec3::new(0.0, -spin.z, spin.y)
 }
 
-/// Slip of a ball on the cloth, horizontal, m/s: s = (V_x − RΩ_y, V_y + RΩ_x, 0).
+/// Returns the slip of a ball on the cloth, horizontal, m/s: s = (V_x − RΩ_y, V_y + RΩ_x, 0).
 #[must_use]
 pub fn cloth_slip(ball: &BallState, radius: f64) -> Vec3 {
     let BallState { velocity: v, spin } = ball;

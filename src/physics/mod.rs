@@ -1,4 +1,5 @@
-//! Balls, discs, their contact and their motion on the cloth: every equation of the collision models.
+//! Balls, discs, their contact and their motion on the cloth: every equation of the collision
+//! models.
 pub mod ball;
 pub mod cloth_motion;
 pub mod collision;

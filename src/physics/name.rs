@@ -1,18 +1,18 @@
 //! Things by their names in files and on the command line.
 
-/// No thing of some kind has a name.
+/// A name that nothing of its kind has.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 #[error("\"{name}\" is no {kind}; expected one of {}", known.join(", "))]
 pub struct UnknownName {
-    /// What was looked for, as "fidelity".
+    /// The kind, such as "fidelity".
     pub kind: &'static str,
-    /// The name that was given.
+    /// The name.
     pub name: String,
-    /// The names that there are.
+    /// The names of this kind.
     pub known: Vec<&'static str>,
 }
 
-/// The one of several things that has a name, of which each may have more than one: the first of them is what is expected.
+/// Returns the thing that has a name; of several names of a thing the first is what is expected.
 pub(crate) fn named<T: Copy, const N: usize>(
     kind: &'static str,
     all: &[T],
@@ -27,7 +27,7 @@ pub(crate) fn named<T: Copy, const N: usize>(
     })
 }
 
-/// What has names is read back by them.
+/// Implements `FromStr` by names.
 macro_rules! by_name {
     ($thing:ty, $kind:literal, $all:ident, $($name:ident),+) => {
         impl std::str::FromStr for $thing {
@@ -41,7 +41,7 @@ macro_rules! by_name {
 }
 pub(crate) use by_name;
 
-/// An enum whose variants are told by texts, which stand beside them: a function for each, in their order.
+/// Defines an enum whose variants have texts beside them, and a function for each text, in order.
 macro_rules! worded {
     (
         $(#[$about:meta])*

@@ -190,7 +190,7 @@ pub fn bias(dataset: &Dataset, way: Way) -> Result<Row, FitError> {
     }
     let dataset = &dataset;
     let fitted = fit::fit(dataset, &options)?.remove(0);
-    let truth = Values::from(initial(dataset));
+    let truth = Values::initial(&dataset.settings);
     let found = Parameter::COEFFICIENTS.map(|parameter| {
         let truth = truth[parameter];
         let estimate = fitted.estimates.iter().find(|estimate| estimate.parameter == parameter);

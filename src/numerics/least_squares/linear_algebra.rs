@@ -1,5 +1,6 @@
-//! Dense linear algebra of a step: the reduction of a tall Jacobian to a small triangle, and linear least
-//! squares within a ball. After [`reduce`] all matrices are n × n, n the number of parameters.
+//! Dense linear algebra of a step: the reduction of a tall Jacobian to a small triangle, and linear
+//! least squares within a ball. After [`reduce`] all matrices are n × n, n the number of
+//! parameters.
 use nalgebra::{DMatrix, DVector};
 
 /// Diagonal entry of R below which a column depends on those before it, for columns of norm 1: n ε
@@ -14,7 +15,8 @@ const RADIUS_SLACK: f64 = 0.1;
 /// degenerate cases reach it, in which the last damping is as good as any.
 const MAX_DAMPINGS: usize = 30;
 
-/// Share of the upper end of the bracket of the damping that is tried if the lower end is 0 (Moré 1978).
+/// Share of the upper end of the bracket of the damping that is tried if the lower end is 0 (Moré
+/// 1978).
 const SMALLEST_SHARE: f64 = 1e-3;
 
 /// J = Q R, reduced: for every s, ‖J s + r‖² = ‖R s + q‖² + a constant.
@@ -57,8 +59,9 @@ pub struct BallStep {
     pub is_limited: bool,
 }
 
-/// Minimises ½‖B y + c‖² subject to ‖y‖ ≤ `radius`, up to [`RADIUS_SLACK`], by Moré's iteration on the
-/// damping λ of ½‖B y + c‖² + ½λ‖y‖². B is n × k with k ≤ n and finite; `radius` > 0, perhaps ∞.
+/// Minimises ½‖B y + c‖² subject to ‖y‖ ≤ `radius`, up to [`RADIUS_SLACK`], by Moré's iteration on
+/// the damping λ of ½‖B y + c‖² + ½λ‖y‖². B is n × k with k ≤ n and finite; `radius` > 0, perhaps
+/// ∞.
 pub fn ball_step(b: &DMatrix<f64>, c: &DVector<f64>, radius: f64) -> BallStep {
     let (full_step, has_full_rank) = basic_solution(b, c);
     if full_step.norm() <= (1.0 + RADIUS_SLACK) * radius {
@@ -87,16 +90,17 @@ pub fn ball_step(b: &DMatrix<f64>, c: &DVector<f64>, radius: f64) -> BallStep {
         } else {
             high = damping;
         }
-        // Newton on 1/Δ − 1/‖y(λ)‖, nearly linear in λ:  λ ← λ + (‖y‖/Δ)(‖y‖ − Δ)‖y‖ / yᵀ(BᵀB + λ)⁻¹y.
+        // Newton on 1/Δ − 1/‖y(λ)‖, nearly linear in λ:  λ ← λ + (‖y‖/Δ)(‖y‖ − Δ)‖y‖ / yᵀ(BᵀB +
+        // λ)⁻¹y.
         let next = damping + (norm / radius) * excess * norm / slope;
         damping = if next > low && next < high { next } else { between(low, high) };
     }
     BallStep { y, is_limited: true }
 }
 
-/// Minimises ½‖B y + c‖² by QR with column pivoting; also returns whether B has full column rank. If it has
-/// not, the columns that depend on the others get 0. The rank is that of columns of norm 1: a parameter
-/// with little effect can still be determined.
+/// Minimises ½‖B y + c‖² by QR with column pivoting; also returns whether B has full column rank.
+/// If it has not, the columns that depend on the others get 0. The rank is that of columns of norm
+/// 1: a parameter with little effect can still be determined.
 pub fn basic_solution(b: &DMatrix<f64>, c: &DVector<f64>) -> (DVector<f64>, bool) {
     let k = b.ncols();
     if k == 0 {
@@ -124,8 +128,8 @@ pub fn basic_solution(b: &DMatrix<f64>, c: &DVector<f64>) -> (DVector<f64>, bool
     (y.zip_map(&norms, |y, norm| if norm > 0.0 { y / norm } else { 0.0 }), rank == k)
 }
 
-/// Returns y(λ) = argmin ½‖B y + c‖² + ½λ‖y‖² by QR of [B; √λ I], and yᵀ(BᵀB + λ)⁻¹y = ‖R⁻ᵀy‖². B has full
-/// rank or λ > 0.
+/// Returns y(λ) = argmin ½‖B y + c‖² + ½λ‖y‖² by QR of [B; √λ I], and yᵀ(BᵀB + λ)⁻¹y = ‖R⁻ᵀy‖². B
+/// has full rank or λ > 0.
 fn damped_solution(b: &DMatrix<f64>, c: &DVector<f64>, damping: f64) -> (DVector<f64>, f64) {
     let (n, k) = b.shape();
     let mut stacked = DMatrix::zeros(n + k, k);

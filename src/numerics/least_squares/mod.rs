@@ -1,11 +1,11 @@
 //! Nonlinear least squares within bounds: min ½‖r(x)‖² over lower ≤ x ≤ upper.
 //!
-//! A problem is any type that implements argmin's [`Operator`] (x ↦ r, m residuals) and [`Jacobian`]
-//! (x ↦ ∂r/∂x, m × n). [`minimise`] is a trust-region Gauss–Newton method: a step minimises the
-//! linear model ½‖J s + r‖² within a radius and the bounds, and the radius follows the quality of the
-//! model. The search ends when the residuals are orthogonal to every direction that the bounds leave
-//! open. `trust_region` is the loop, `step` makes a step, `linear_algebra` holds its factorisations.
-//! `scan` finds starts if there are several minima.
+//! A problem is any type that implements argmin's [`Operator`] (x ↦ r, m residuals) and
+//! [`Jacobian`] (x ↦ ∂r/∂x, m × n). [`minimise`] is a trust-region Gauss–Newton method: a step
+//! minimises the linear model ½‖J s + r‖² within a radius and the bounds, and the radius follows
+//! the quality of the model. The search ends when the residuals are orthogonal to every direction
+//! that the bounds leave open. `trust_region` is the loop, `step` makes a step, `linear_algebra`
+//! holds its factorisations. `scan` finds starts if there are several minima.
 //!
 //! - Moré, J. J. (1978). The Levenberg–Marquardt algorithm: implementation and theory. Lecture Notes
 //!   in Mathematics 630, 105–116.
@@ -35,8 +35,9 @@ pub struct Options {
     /// Maximum number of steps tried. 1000 by default: the hardest certified problem of NIST takes
     /// 810, most take ten to twenty.
     pub max_iterations: u32,
-    /// The search ends if ‖J s‖ ≤ this · ‖r‖ for a full step s within the bounds. The length of s is then
-    /// about this · √(m − n) standard errors. 1e-14 by default: the rounding of the residuals.
+    /// The search ends if ‖J s‖ ≤ this · ‖r‖ for a full step s within the bounds. The length of s
+    /// is then about this · √(m − n) standard errors. 1e-14 by default: the rounding of the
+    /// residuals.
     pub orthogonality: f64,
 }
 
@@ -125,15 +126,15 @@ pub enum OptimiseError {
     Executor(#[source] Error),
 }
 
-/// Minimises ½‖r(x)‖² from `start` within `bounds`. Every point at which `problem` is evaluated lies
-/// within the bounds, exactly. A step is shortened if the problem returns an error or values that are
-/// not finite at its end.
+/// Minimises ½‖r(x)‖² from `start` within `bounds`. Every point at which `problem` is evaluated
+/// lies within the bounds, exactly. A step is shortened if the problem returns an error or values
+/// that are not finite at its end.
 ///
 /// # Errors
 ///
-/// Wrong use only: lengths that differ, bounds that cross, a start that is outside the bounds or has
-/// residuals that are not finite, a problem whose number of residuals changes. A failure to converge is
-/// a [`Solution::termination`].
+/// Wrong use only: lengths that differ, bounds that cross, a start that is outside the bounds or
+/// has residuals that are not finite, a problem whose number of residuals changes. A failure to
+/// converge is a [`Solution::termination`].
 pub fn minimise<P>(
     problem: P,
     start: &DVector<f64>,

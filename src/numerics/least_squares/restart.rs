@@ -1,5 +1,5 @@
-//! Minimisation of sums of squares with small kinks, as those of frames have if a landing or the end
-//! of sliding crosses one.
+//! Minimisation of sums of squares with small kinks, as those of frames have if a landing or the
+//! end of sliding crosses one.
 use argmin::core::{Jacobian, Operator};
 use nalgebra::{DMatrix, DVector};
 
@@ -9,9 +9,9 @@ use super::{Bounds, OptimiseError, Options, Solution, Termination, minimise};
 /// a standard error.
 const NEGLIGIBLE_REDUCTION: f64 = 5e-3;
 
-/// Minimises as [`minimise`] does, and once more from its end if the iteration limit was reached. Also
-/// returns whether the search has ended: at a minimum, at a kink, or between kinks. `problem` makes the
-/// problem.
+/// Minimises as [`minimise`] does, and once more from its end if the iteration limit was reached.
+/// Also returns whether the search has ended: at a minimum, at a kink, or between kinks. `problem`
+/// makes the problem.
 ///
 /// # Errors
 ///

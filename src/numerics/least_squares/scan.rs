@@ -1,13 +1,14 @@
 //! A scan: the local minima of an objective on a grid, where local searches begin.
 use rayon::prelude::*;
 
-/// Share of a value below which a difference is rounding: the objective is constant between such points.
+/// Share of a value below which a difference is rounding: the objective is constant between such
+/// points.
 const FLAT: f64 = 1e-9;
 
-/// Returns the local minima of an objective on the grid of some axes, the least first. An axis holds the
-/// ascending values of one scanned unknown. `least` minimises over all other unknowns and returns a point and
-/// the objective there, or `None` if the objective has no value. Only the first point of a flat part on each
-/// axis counts, so that a saturated objective gives its edge.
+/// Returns the local minima of an objective on the grid of some axes, the least first. An axis
+/// holds the ascending values of one scanned unknown. `least` minimises over all other unknowns and
+/// returns a point and the objective there, or `None` if the objective has no value. Only the first
+/// point of a flat part on each axis counts, so that a saturated objective gives its edge.
 pub fn scan<S: Send>(axes: &[Vec<f64>], least: impl Fn(&[f64]) -> Option<(S, f64)> + Sync) -> Vec<(S, f64)> {
     let count = axes.iter().map(Vec::len).product();
     let evaluate = |number: usize| {

@@ -1,8 +1,9 @@
-//! One step: the minimum of the linear model ½‖J s + r‖² within a trust region and the bounds, in the
-//! scaled step z = D s, with A = R D⁻¹ of columns of norm up to 1.
+//! One step: the minimum of the linear model ½‖J s + r‖² within a trust region and the bounds, in
+//! the scaled step z = D s, with A = R D⁻¹ of columns of norm up to 1.
 //!
 //! The ball ‖z‖ ≤ Δ is tried first. If x + s lies within the bounds, it is the step. Otherwise the
-//! bounds enter and the box |z_j| ≤ Δ replaces the ball: least squares within a box, by active sets.
+//! bounds enter and the box |z_j| ≤ Δ replaces the ball: least squares within a box, by active
+//! sets.
 //!
 //! - Stark, P. B. and Parker, R. L. (1995). Bounded-variable least squares: an algorithm and
 //!   applications. Computational Statistics 10, 129–141.
@@ -19,8 +20,8 @@ const BOX: f64 = 4.0;
 /// rounding of Aᵀ(A z + q) for columns of A of norm up to 1.
 const SLOPE_ROUNDING: f64 = 1e-14;
 
-/// Maximum number of changes of the active set per parameter. Each parameter is held and freed a few
-/// times at most, unless rounding makes the method cycle.
+/// Maximum number of changes of the active set per parameter. Each parameter is held and freed a
+/// few times at most, unless rounding makes the method cycle.
 const CHANGES_PER_PARAMETER: usize = 10;
 
 /// A step from x.
@@ -40,8 +41,8 @@ pub struct Step {
     pub is_limited: bool,
 }
 
-/// Returns the step from `x`, which lies within the bounds. `scale` is the diagonal of D, all positive;
-/// `radius` is Δ > 0, perhaps ∞.
+/// Returns the step from `x`, which lies within the bounds. `scale` is the diagonal of D, all
+/// positive; `radius` is Δ > 0, perhaps ∞.
 pub fn step(x: &DVector<f64>, reduced: &Reduced, scale: &DVector<f64>, radius: f64, bounds: &Bounds) -> Step {
     // A parameter that is fixed, or that the residuals do not depend on here, stays where it is.
     let moves = |j: &usize| bounds.lower[*j] < bounds.upper[*j] && reduced.column_norms[*j] != 0.0;
@@ -92,9 +93,9 @@ fn describe(
     Step { trial, length: z.norm(), tangent: tangent.norm(), slope, predicted, is_limited }
 }
 
-/// Minimises ½‖A z + q‖² within a box around 0, exact to rounding: solves for the free parameters, holds
-/// the one that first meets its bound on the way there, and frees the held one whose cost decreases most
-/// into the box.
+/// Minimises ½‖A z + q‖² within a box around 0, exact to rounding: solves for the free parameters,
+/// holds the one that first meets its bound on the way there, and frees the held one whose cost
+/// decreases most into the box.
 fn box_step(a: &DMatrix<f64>, q: &DVector<f64>, bounds: &Bounds) -> DVector<f64> {
     let mut z = DVector::zeros(a.ncols());
     let mut is_held = vec![false; a.ncols()];

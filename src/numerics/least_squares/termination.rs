@@ -6,21 +6,21 @@ use std::fmt;
 pub enum Termination {
     /// The residuals are zero, or no larger than the rounding of the parameters makes them.
     ZeroResidual,
-    /// The residuals are orthogonal to every direction that the bounds leave open: the relative offset
-    /// ‖J s‖/‖r‖ of Bates and Watts, s the Gauss–Newton step, is within the tolerance.
+    /// The residuals are orthogonal to every direction that the bounds leave open: the relative
+    /// offset ‖J s‖/‖r‖ of Bates and Watts, s the Gauss–Newton step, is within the tolerance.
     Orthogonal,
     /// The last full step changed no parameter by more than its rounding.
     SmallStep,
-    /// The gain that a full step promises is below the rounding of the sum of squares, and the steps have
-    /// stopped becoming shorter.
+    /// The gain that a full step promises is below the rounding of the sum of squares, and the
+    /// steps have stopped becoming shorter.
     SmallReduction,
     /// The iteration limit was reached first.
     MaxIterations,
-    /// No step, however short, gives the reduction that the Jacobian promises: the Jacobian is wrong,
-    /// or the residuals are noisy or not smooth here.
+    /// No step, however short, gives the reduction that the Jacobian promises: the Jacobian is
+    /// wrong, or the residuals are noisy or not smooth here.
     Stalled,
-    /// The residuals or their Jacobian are not finite right next to the solution, in the direction that
-    /// reduces them.
+    /// The residuals or their Jacobian are not finite right next to the solution, in the direction
+    /// that reduces them.
     NotFinite,
 }
 

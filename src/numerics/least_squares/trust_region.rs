@@ -1,5 +1,5 @@
-//! The loop: a trust-region method with the radius rule of MINPACK's LMDER (Moré 1978), as an argmin
-//! solver. One iteration tries one step.
+//! The loop: a trust-region method with the radius rule of MINPACK's LMDER (Moré 1978), as an
+//! argmin solver. One iteration tries one step.
 use argmin::core::{
     Error, IterState, Jacobian, KV, Operator, Problem, Solver, TerminationReason, TerminationStatus,
 };
@@ -10,8 +10,9 @@ use super::linear_algebra::{Reduced, reduce};
 use super::step::{Step, step};
 use super::{OptimiseError, Options, Termination, expect_length};
 
-/// First radius in units of ‖D x₀‖. With MINPACK's 100 the first step leaves the region where the model
-/// depends on its parameters (BoxBOD from its first start); 0.1 to 10 solve all certified problems.
+/// First radius in units of ‖D x₀‖. With MINPACK's 100 the first step leaves the region where the
+/// model depends on its parameters (BoxBOD from its first start); 0.1 to 10 solve all certified
+/// problems.
 const FIRST_RADIUS: f64 = 1.0;
 
 /// Least share of the predicted reduction for which a step is accepted (MINPACK).
@@ -27,25 +28,26 @@ const GOOD: f64 = 0.75;
 /// there is unknown.
 const SHRINK: f64 = 0.25;
 
-/// Rounding of the cost in units of ε ‖r‖ (‖r‖ + ‖x‖_J), ‖x‖_J² = Σ ‖J_j‖² x_j²: that of the data and
-/// parameters from which the residuals are computed, with a factor for the operations in between.
+/// Rounding of the cost in units of ε ‖r‖ (‖r‖ + ‖x‖_J), ‖x‖_J² = Σ ‖J_j‖² x_j²: that of the data
+/// and parameters from which the residuals are computed, with a factor for the operations in
+/// between.
 const ROUNDING: f64 = 4.0;
 
-/// Share of the cost below which a reduction is lost in rounding even if the residuals are exact. Smaller
-/// steps are full ones and judged by their length.
+/// Share of the cost below which a reduction is lost in rounding even if the residuals are exact.
+/// Smaller steps are full ones and judged by their length.
 const SMALL_REDUCTION: f64 = 1e-14;
 
 /// If a full step promises at most this many times the rounding where the radius allows only steps
-/// below it, rounding has shrunk the radius, and full steps are tried. Its root, 30, is how much shorter
-/// than the full step the refused ones may be.
+/// below it, rounding has shrunk the radius, and full steps are tried. Its root, 30, is how much
+/// shorter than the full step the refused ones may be.
 const ROUNDING_GAP: f64 = 1e3;
 
-/// If the radius allows only steps that promise less than this part of the reduction at which a full
-/// step ends the search, the residuals have a kink.
+/// If the radius allows only steps that promise less than this part of the reduction at which a
+/// full step ends the search, the residuals have a kink.
 const WORTHLESS: f64 = 0.01;
 
-/// Factor by which each refinement must be shorter than the last. Gauss–Newton converges linearly at
-/// worst; at the minimum the lengths are rounding and stop decreasing.
+/// Factor by which each refinement must be shorter than the last. Gauss–Newton converges linearly
+/// at worst; at the minimum the lengths are rounding and stop decreasing.
 const CONTRACTION: f64 = 0.9;
 
 /// Share of a parameter below which its change is rounding.
@@ -127,7 +129,8 @@ impl<'a> TrustRegion<'a> {
         if full.predicted <= ROUNDING_GAP * judgeable { (full, true) } else { (limited, false) }
     }
 
-    /// Returns why the search ends before `step` is tried. `norm` is ‖r‖, `rounding` that of the cost.
+    /// Returns why the search ends before `step` is tried. `norm` is ‖r‖, `rounding` that of the
+    /// cost.
     fn reason_to_stop(
         &self,
         x: &DVector<f64>,
@@ -283,7 +286,8 @@ where
     Ok(residuals.norm_squared().is_finite().then_some(residuals))
 }
 
-/// Returns the Jacobian at `x`, whole and reduced; `None` if it cannot be evaluated or is not finite.
+/// Returns the Jacobian at `x`, whole and reduced; `None` if it cannot be evaluated or is not
+/// finite.
 fn linearise<P>(
     problem: &mut Problem<P>,
     x: &DVector<f64>,

@@ -1,27 +1,32 @@
-//! The equations of a contact, as they are integrated: compliant along the surface and resolved in time (Mindlin 1949; Maw, Barber &
-//! Fawcett 1976), with all that acts on both balls while it lasts; or rigid, as [`super::sliding`] solves it.
+//! The equations of a contact, as they are integrated: compliant along the surface and resolved in
+//! time (Mindlin 1949; Maw, Barber & Fawcett 1976), with all that acts on both balls while it
+//! lasts; or rigid, as [`super::sliding`] solves it.
 //!
-//! The normal force is Hertz's in compression, F = x^(3/2) at an approach x, and in restitution F = x_m^(3/2) u^(3/2) with
-//! u = (x − (1 − e²)x_m)/(e²x_m): continuous, with exactly the energetic e. The unit of velocity is the closing speed k, that of
-//! stiffness Hertz's. With R = F^(1/3), time dt = 2Rε ds (ε = 1 in compression, e in restitution) and φ = f/F, the friction on the
-//! object ball over the normal force:
+//! The normal force is Hertz's in compression, F = x^(3/2) at an approach x, and in restitution F =
+//! x_m^(3/2) u^(3/2) with u = (x − (1 − e²)x_m)/(e²x_m): continuous, with exactly the energetic e.
+//! The unit of velocity is the closing speed k, that of stiffness Hertz's. With R = F^(1/3), time
+//! dt = 2Rε ds (ε = 1 in compression, e in restitution) and φ = f/F, the friction on the object
+//! ball over the normal force:
 //!
 //! ```text
 //! dR/ds = −v_x/ε        dq/ds = 2εR⁴        dJ/ds = 2εR⁴φ
-//! stuck     dφ/ds = −(3ε/κR) v − (c/R)(dR/ds) φ          c = 3 in compression, 2 in restitution; until |φ| = μ
-//! sliding   φ = μw, dw/ds = −(3ε/κRμ)(v − (v·w)w)        until −v·w ≤ (κ/3ε)(cμ dR/ds + R dμ/ds)
+//! stuck     dφ/ds = −(3ε/κR) v − (c/R)(dR/ds) φ      until |φ| = μ; c = 3, in restitution 2
+//! sliding   φ = μw, dw/ds = −(3ε/κRμ)(v − (v·w)w)    until −v·w ≤ (κ/3ε)(cμ dR/ds + R dμ/ds)
 //! ```
 //!
-//! κ = (2 − σ)/2(1 − σ) with Poisson's ratio σ (Walton & Braun 1986; Thornton, Cummins & Cleary 2013). Friction turns to the slip
-//! at the rate ρ = 3ε|v|/(κμR). Where that is faster than all else, it lags behind the slip's direction α by α'/ρ − (α'/ρ)'/ρ.
+//! κ = (2 − σ)/2(1 − σ) with Poisson's ratio σ (Walton & Braun 1986; Thornton, Cummins & Cleary
+//! 2013). Friction turns to the slip at the rate ρ = 3ε|v|/(κμR). Where that is faster than all
+//! else, it lags behind the slip's direction α by α'/ρ − (α'/ρ)'/ρ.
 //!
-//! The state is what has acted so far: impulses q, J of the balls, C and O of the cloth's friction on the cue ball and the object
-//! ball, vertical velocities U_z and V_z and heights, all per unit of the object ball's mass. A ball leaves the cloth where the cloth
-//! would have to pull, and lands with a friction impulse of at most μ times its speed.
+//! The state is what has acted so far: impulses q, J of the balls, C and O of the cloth's friction
+//! on the cue ball and the object ball, vertical velocities U_z and V_z and heights, all per unit
+//! of the object ball's mass. A ball leaves the cloth where the cloth would have to pull, and lands
+//! with a friction impulse of at most μ times its speed.
 //!
-//! A rigid contact needs no time: with dq = ε|v|μ₀/μ(|v|) ds, μ₀ the friction at first contact, dJ/ds = −εμ₀v, so that the slip decays
-//! smoothly. In the place of R is the energy of the normal force over ε², dE/ds = −v_x/ε² dq/ds. It sticks where the slip that is left
-//! makes no difference; from there on dq = ε ds.
+//! A rigid contact needs no time: with dq = ε|v|μ₀/μ(|v|) ds, μ₀ the friction at first contact,
+//! dJ/ds = −εμ₀v, so that the slip decays smoothly. In the place of R is the energy of the normal
+//! force over ε², dE/ds = −v_x/ε² dq/ds. It sticks where the slip that is left makes no difference;
+//! from there on dq = ε ds.
 
 mod modes;
 
@@ -48,16 +53,20 @@ type Pair = Vector2<f64>;
 /// The number of events.
 pub(super) const EVENTS: usize = 4;
 
-/// Duration of an elastic contact of equal balls in units of time: 4√π Γ(2/5)/(5 Γ(9/10)) · (5/8)^(2/5) (Hertz 1882).
+/// Duration of an elastic contact of equal balls in units of time: 4√π Γ(2/5)/(5 Γ(9/10)) ·
+/// (5/8)^(2/5) (Hertz 1882).
 const ELASTIC: f64 = 2.438_837_564_705_526_7;
 
-/// A ball that falls more slowly than this part of k does not fall: friction may carry just its weight.
+/// A ball that falls more slowly than this part of k does not fall: friction may carry just its
+/// weight.
 const AT_REST: f64 = 1e-14;
 
-/// The cloth's friction is in proportion to slips below this part of the speeds of the impact, and of what weight can change in it.
+/// The cloth's friction is in proportion to slips below this part of the speeds of the impact, and
+/// of what weight can change in it.
 const SMOOTH: f64 = 1e-4;
 
-/// A rigid contact sticks where the slip is this part of the tolerance: friction adds no more to the outcome.
+/// A rigid contact sticks where the slip is this part of the tolerance: friction adds no more to
+/// the outcome.
 const STICKS: f64 = 0.1;
 
 /// Friction has a direction only if it is more than nothing.
@@ -95,8 +104,9 @@ pub(super) struct Shot {
     sigma: f64,
     /// The slip below which the cloth's friction is in proportion to it.
     smooth: f64,
-    /// The R below which friction turns as it does there, in compression and in restitution: the error of the impulses is of its tenth
-    /// power at first, of its sixth if weight acts from the beginning, and of its fifth at last.
+    /// The R below which friction turns as it does there, in compression and in restitution: the
+    /// error of the impulses is of its tenth power at first, of its sixth if weight acts from the
+    /// beginning, and of its fifth at last.
     least_root: [f64; 2],
     tolerance: f64,
 }
@@ -218,7 +228,8 @@ impl Shot {
         [self.cue_slip + per_r * cue, object]
     }
 
-    /// The forces with which the cloth carries the balls, from the vertical force on the object ball.
+    /// The forces with which the cloth carries the balls, from the vertical force on the object
+    /// ball.
     #[inline(always)]
     fn pressed(&self, rising: f64) -> [f64; 2] {
         [self.gravity / self.per_r + rising, self.gravity - rising]
@@ -308,7 +319,8 @@ impl Shot {
         rates
     }
 
-    /// Functions that are positive until their event: the end of a phase, a change of grip, and of each ball lift-off or landing.
+    /// Functions that are positive until their event: the end of a phase, a change of grip, and of
+    /// each ball lift-off or landing.
     pub fn events(&self, mode: &Mode, y: &State) -> [f64; EVENTS] {
         let v = self.slip(y);
         let end = if mode.restitution { y[R] } else { -self.v_x(y) };

@@ -1,31 +1,33 @@
-//! The effects of an impact, each with its switch, and how large each is on one shot: the choice of `auto` is the cheapest fidelity
-//! whose missing effects stay together within a tolerance.
+//! The effects of an impact, each with its switch, and how large each is on one shot: the choice of
+//! `auto` is the cheapest fidelity whose missing effects stay together within a tolerance.
 //!
-//! Sizes are bounds, to leading order, on what an effect changes, as a fraction of the cue ball's speed U. q = (1 + e)k/N is the normal
-//! impulse; J_y = μq cos θ₀ and J_z = μq are the largest impulses of friction, but at most what stops the slip, |v_y0|/2β_y and
-//! |v_z0|/2β_z; left = v_∥0 − 2β_yμq is the slip at the end at least, and mixed the largest sin θ cos θ.
+//! Sizes are bounds, to leading order, on the change of velocities by an effect, as a fraction of
+//! the cue ball's speed U. q = (1 + e)k/N is the normal impulse; J_y = μq cos θ₀ and J_z = μq are the
+//! largest impulses of friction, but at most what stops the slip, |v_y0|/2β_y and |v_z0|/2β_z; left =
+//! v_∥0 − 2β_yμq is the least slip at the end, and mixed the largest sin θ cos θ.
 //!
-//! | effect | changes velocities by | present |
+//! | effect | changes velocities by | present if |
 //! | --- | --- | --- |
 //! | inelasticity | (1 − e)k/2 | always |
-//! | friction | √(J_y² + J_z²) | if the balls slip |
-//! | stick | the impulse of friction beyond that which stops the slip | if friction can stop a component of the slip |
-//! | turning | μq Δθ, Δθ ≤ 2μ(β_y − β_z)q mixed/left | if spin and slip are not aligned |
-//! | cloth | μ_s J_z | with topspin |
-//! | cloth-turning | μ_s J_z μ cos θ₀ | with topspin, and cut or side spin |
-//! | cloth-on-cue | μ_k J_z | with draw |
+//! | friction | √(J_y² + J_z²) | the balls slip |
+//! | stick | friction's impulse beyond what stops the slip | friction can stop a component of it |
+//! | turning | μq Δθ, Δθ ≤ 2μ(β_y − β_z)q mixed/left | spin and slip are not aligned |
+//! | cloth | μ_s J_z | topspin |
+//! | cloth-turning | μ_s J_z μ cos θ₀ | topspin, and cut or side spin |
+//! | cloth-on-cue | μ_k J_z | draw |
 //! | gravity | g Δt, horizontally max(μ_k, μ_s) times it | always |
-//! | falling-friction | q times the change of μ | if friction depends on the slip |
-//! | compliance | twice J if friction may stop the slip, else the lag μq Δθ, Δθ ≤ ⅚κμ²(β_y − β_z) mixed (k/left)² | if κ > 0 |
+//! | falling-friction | q times the change of μ | friction depends on the slip |
+//! | compliance | 2J, or if the slip lasts μq Δθ, Δθ ≤ ⅚κμ²(β_y − β_z) mixed (k/left)² | κ > 0 |
 //!
-//! An impulse J of friction changes a spin times R by J/ν: if spins count too, it counts 1/ν times. The motion of both balls on the
-//! cloth in the time T after the impact ([`motion`]), with the slip s on the cloth and t = 2V_z/(g(1 − e_t)) of all flights:
+//! An impulse J of friction changes a spin times R by J/ν: if spins count too, it counts 1/ν times.
+//! The motion of both balls on the cloth in the time T after the impact ([`motion`]), with the slip
+//! s on the cloth and t = 2V_z/(g(1 − e_t)) of all flights:
 //!
-//! | effect | changes velocities by at most | present |
+//! | effect | changes velocities by at most | present if |
 //! | --- | --- | --- |
-//! | flight | μ_k g min(t, T), at most as much as sliding | if a ball leaves the cloth |
-//! | sliding | what stops the slip, sν/(1 + ν), at most μ_k(gT + (1 + e_t)V_z) | if a ball slips on the cloth |
-//! | rolling | μ_r g T | if a ball moves |
+//! | flight | μ_k g min(t, T), at most as much as sliding | a ball leaves the cloth |
+//! | sliding | sν/(1 + ν), at most μ_k(gT + (1 + e_t)V_z) | a ball slips on the cloth |
+//! | rolling | μ_r g T | a ball moves |
 
 use std::str::FromStr;
 
@@ -36,10 +38,12 @@ use crate::physics::cloth_motion::{Cloth, GRAVITY};
 use crate::physics::contact_frame::cloth_slip;
 use crate::physics::name::UnknownName;
 
-/// The table of effects: switch, name on the command line and in fit.json, the reason for its size and that for a size of 0.
+/// The table of effects: switch, name on the command line and in fit.json, the reason for its size
+/// and that for a size of 0.
 macro_rules! effects {
     ($($(#[doc = $doc:literal])+ $switch:ident = $name:literal | $there:literal | $not:literal,)+) => {
-        /// Effects of an impact, each on or off. [`Fidelity::effects`] gives those that a fidelity can simulate.
+        /// Effects of an impact, each on or off. [`Fidelity::effects`] gives those that a fidelity
+        /// can simulate.
         #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
         #[allow(clippy::struct_excessive_bools)] // any combination of the effects can be asked for
         pub struct Effects {
@@ -59,13 +63,13 @@ macro_rules! effects {
             /// The reasons for the size of each effect, and for a size of 0.
             const REASONS: [[&'static str; 2]; 10] = [$([$there, $not]),+];
 
-            /// Each effect's name and whether it is on, in the order of [`Effects::NAMES`].
+            /// Returns each effect's name and whether it is on, in the order of [`Effects::NAMES`].
             #[must_use]
             pub fn list(&self) -> [(&'static str, bool); 10] {
                 [$(($name, self.$switch)),+]
             }
 
-            /// The switch of a name of [`Effects::NAMES`].
+            /// Returns the switch of a name of [`Effects::NAMES`].
             pub fn switch(&mut self, name: &str) -> Option<&mut bool> {
                 match name {
                     $($name => Some(&mut self.$switch),)+
@@ -73,7 +77,7 @@ macro_rules! effects {
                 }
             }
 
-            /// The effects that are on in both.
+            /// Returns the effects that are on in both.
             #[must_use]
             pub fn and(self, other: Self) -> Self {
                 Self { $($switch: self.$switch && other.$switch),+ }
@@ -130,13 +134,15 @@ impl FromStr for Effects {
     }
 }
 
-/// The default tolerance of [`choose`], as a fraction of the cue ball's speed U. It is below what the best footage resolves.
+/// The default tolerance of [`choose`], as a fraction of the cue ball's speed U. It is below what
+/// the best footage resolves.
 pub const TOLERANCE: f64 = 1e-3;
 
 /// Time after an impact for which footage follows the balls, s.
 pub const FOLLOWED: f64 = 0.1;
 
-/// Factor by which the cloth's friction on a ball counts, as it also moves the contact between the balls.
+/// Factor by which the cloth's friction on a ball counts, as it also moves the contact between the
+/// balls.
 const FEEDBACK: f64 = 1.5;
 
 /// The components of the outcome that must stay within the tolerance.
@@ -151,9 +157,11 @@ pub enum Compared {
 /// The size of one effect on one shot.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Estimate {
-    /// The name of the effect, one of [`Effects::NAMES`] or, of the motion on the cloth, one that [`motion`] gives.
+    /// The name of the effect, one of [`Effects::NAMES`] or, of the motion on the cloth, one that
+    /// [`motion`] gives.
     pub name: &'static str,
-    /// The largest change of velocities by the effect, as a fraction of the speed of the cue ball U.
+    /// The largest change of velocities by the effect, as a fraction of the speed of the cue ball
+    /// U.
     pub size: f64,
     /// Whether the effect is simulated.
     pub on: bool,
@@ -170,19 +178,20 @@ pub struct Choice {
     pub effects: Effects,
     /// The size of each effect, in the order of [`Effects::NAMES`].
     pub estimates: [Estimate; 10],
-    /// The sum of the sizes of the effects that are left out, as a fraction of the speed of the cue ball U.
+    /// The sum of the sizes of the effects that are left out, as a fraction of the speed of the cue
+    /// ball U.
     pub left_out: f64,
 }
 
 impl Choice {
-    /// `model` with the fidelity and the effects that were chosen.
+    /// Returns `model` with the fidelity and the effects that were chosen.
     #[must_use]
     pub fn model(&self, model: &Model) -> Model {
         Model { fidelity: self.fidelity, effects: self.effects, ..*model }.with_some_compliance()
     }
 }
 
-/// The cheapest fidelity that can simulate all the given effects.
+/// Returns the cheapest fidelity that can simulate all the given effects.
 #[must_use]
 pub fn cheapest(effects: Effects) -> Fidelity {
     let contains = |fidelity: &Fidelity| effects.and(fidelity.effects()) == effects;
@@ -225,7 +234,7 @@ pub fn choose(
     Ok(Choice { fidelity, effects, estimates, left_out: missing(fidelity) })
 }
 
-/// The size of each effect as a fraction of U, in the order of [`Effects::NAMES`].
+/// Returns the size of each effect as a fraction of U, in the order of [`Effects::NAMES`].
 fn sizes(
     model: &Model,
     cue: &BallState,
@@ -283,8 +292,9 @@ fn sizes(
     Ok(sizes.map(|size| size / speed))
 }
 
-/// Sizes of the effects of the motion of both balls in the first `seconds` after an impact: flight, sliding, rolling. Each is on if it
-/// changes velocities by more than `tolerance`, as a fraction of the cue ball's speed before the impact.
+/// Returns the sizes of the effects of the motion of both balls in the first `seconds` after an
+/// impact: flight, sliding, rolling. Each is on if it changes velocities by more than `tolerance`,
+/// as a fraction of the cue ball's speed before the impact.
 #[must_use]
 pub fn motion(
     model: &Model,

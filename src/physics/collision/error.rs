@@ -4,7 +4,7 @@
 #[derive(Clone, Copy, Debug, PartialEq, thiserror::Error)]
 #[non_exhaustive]
 pub enum NotACollision {
-    /// A number of the input is out of its range or not finite.
+    /// A number that is out of its range or not finite.
     #[error("{name} is {value}; expected {expected}")]
     OutOfRange {
         /// The name of the number, as in the columns of a file of cases: `mu`, `radius_m`,
@@ -15,31 +15,27 @@ pub enum NotACollision {
         /// The range in words.
         expected: &'static str,
     },
-    /// The line of centres, given as (x, y) in the frame of the table, has no length or is not
-    /// finite.
+    /// A line of centres (x, y) in the table frame without length, or not finite.
     #[error("the line of centres ({0}, {1}) has no direction; expected a finite vector other than 0")]
     NoDirection(f64, f64),
-    /// The cue ball does not move towards the object ball; with its velocity along the line of
+    /// A cue ball that does not move towards the object ball; with its velocity along the line of
     /// centres, m/s.
     #[error(
         "the cue ball does not approach: its velocity along the line of centres is {} m/s; expected more than 0", .0 + 0.0
     )]
     NotApproaching(f64),
-    /// The friction of the cloth on the object ball μ_s, the first number, is negative or not below
-    /// the second, 2 + ν of equal balls: from there on 2β_z ≤ 0, and the cloth would drive the slip
-    /// that it brakes.
+    /// A μ_s, the first number, that is negative or not below the second, 2 + ν of equal balls:
+    /// from there on 2β_z ≤ 0, and the cloth would drive the slip that it brakes.
     #[error("mu_s is {0}; expected 0 or more, below {1}")]
     MuSOutOfRange(f64, f64),
-    /// With topspin: μ·μ_s, the first number, is not below the second, 1 + m_object/m_cue (2 of
-    /// equal balls): the impact would never end, as dv_x/dq = 1 + m_object/m_cue + μ_s μ sin θ, sin
-    /// θ from −1.
+    /// A μ·μ_s, the first number, that is with topspin not below the second, 1 + m_object/m_cue (2
+    /// of equal balls): the impact would never end, as dv_x/dq ≥ 1 + m_object/m_cue − μ_s μ.
     #[error(
         "mu·mu_s is {0}; expected less than {1} with topspin (1 + object ball's mass over cue ball's), or the balls jam"
     )]
     Jams(f64, f64),
-    /// The integration of `ode` or `contact` takes too many steps. A contact with a small κ
-    /// oscillates as often as 1/√κ; towards κ = 0 the outcome approaches that of a rigid contact as
-    /// √κ.
+    /// An integration that takes too many steps. A contact with a small κ oscillates as often as
+    /// 1/√κ; towards κ = 0 the outcome approaches that of a rigid contact as √κ.
     #[error(
         "the integration did not reach the end of the impact at a tolerance of {tolerance:e} and a kappa of {kappa}; expected a larger tolerance or kappa, or the fidelity full (rigid along the surface)"
     )]

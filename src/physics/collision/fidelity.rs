@@ -14,13 +14,16 @@ worded! {
         Elastic = "elastic" | "no friction, no loss",
         /// Restitution without friction.
         Inelastic = "inelastic" | "restitution, no friction",
-        /// The approximation of first order in μ (Kim 2024, Eqs. 50–54), in which the contact never sticks.
+        /// The approximation of first order in μ (Kim 2024, Eqs. 50–54), in which the contact never
+        /// sticks.
         Linear = "linear" | "first order in μ, no stick",
         /// The exact solution of the equations of motion, stick included.
         Full = "full" | "the exact solution, stick included",
-        /// The equations of motion of [`Fidelity::Full`], or with κ those of a compliant contact, integrated to [`Model::tolerance`](super::Model::tolerance).
+        /// The equations of motion of [`Fidelity::Full`], or with κ those of a compliant contact,
+        /// integrated to [`Model::tolerance`](super::Model::tolerance).
         Ode = "ode" | "the same equations integrated, to a tolerance",
-        /// The contact resolved in time to [`Model::tolerance`](super::Model::tolerance), with gravity and the cloth's friction on both balls.
+        /// The contact resolved in time to [`Model::tolerance`](super::Model::tolerance), with
+        /// gravity and the cloth's friction on both balls.
         Contact = "contact" | "the contact resolved in time, with gravity and the cloth, to a tolerance",
     }
     /// The name on the command line and in fit.json.
@@ -32,13 +35,13 @@ worded! {
 by_name!(Fidelity, "fidelity", ALL, name);
 
 impl Fidelity {
-    /// Whether this fidelity integrates the equations of motion step by step.
+    /// Returns whether the equations of motion are integrated step by step.
     #[must_use]
     pub fn is_integrated(self) -> bool {
         matches!(self, Self::Ode | Self::Contact)
     }
 
-    /// All effects that this fidelity can simulate.
+    /// Returns all effects that this fidelity can simulate.
     #[must_use]
     #[inline]
     pub fn effects(self) -> Effects {
@@ -59,7 +62,8 @@ impl Fidelity {
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
 #[non_exhaustive]
 pub enum FidelityChoice {
-    /// For each shot the cheapest fidelity whose errors stay within a tenth of its standard errors, chosen at the start of the fit.
+    /// For each shot the cheapest fidelity whose errors stay within a tenth of its standard errors,
+    /// chosen at the start of the fit.
     #[default]
     Auto,
     /// The same fidelity for all shots.
@@ -76,7 +80,7 @@ impl FidelityChoice {
         }
     }
 
-    /// The fidelity before one is chosen.
+    /// Returns the fidelity before one is chosen.
     pub(crate) fn first(self) -> Fidelity {
         match self {
             Self::Auto => Fidelity::Full,

@@ -1,11 +1,13 @@
-//! From the inputs of a shot to the numbers of its impact, and from the impulses back to both balls: the same lines for plain numbers
-//! and for numbers with derivatives.
+//! From the inputs of a shot to the numbers of its impact, and from the impulses back to both
+//! balls: the same lines for plain numbers and for numbers with derivatives.
 //!
-//! All impulses are per unit of the object ball's mass, r = m_cue/m_object (Kim 2024, Eqs. 10–16 and 42–49; unequal balls beyond
-//! the paper). Radii R_c and R_o that differ tilt the line of centres by sin δ = (R_o − R_c)/(R_o + R_c): to first order the normal
-//! impulse P has a vertical part P sin δ. A larger cue ball presses the object ball into the cloth and rises itself, a smaller one
-//! lifts the object ball. The cloth's friction on a ball so pressed takes part in the impact: dv_x/dq = N + μ_s sin δ. (The slip
-//! along the surface that the tilt makes of the closing speed, k sin δ, is left out: it turns the friction by k sin δ/v_∥0.)
+//! All impulses are per unit of the object ball's mass, r = m_cue/m_object (Kim 2024, Eqs. 10–16
+//! and 42–49; unequal balls beyond the paper). Radii R_c and R_o that differ tilt the line of
+//! centres by sin δ = (R_o − R_c)/(R_o + R_c): to first order the normal impulse P has a vertical
+//! part P sin δ. A larger cue ball presses the object ball into the cloth and rises itself, a
+//! smaller one lifts the object ball. The cloth's friction on a ball so pressed takes part in the
+//! impact: dv_x/dq = N + μ_s sin δ. (The slip along the surface that the tilt makes of the closing
+//! speed, k sin δ, is left out: it turns the friction by k sin δ/v_∥0.)
 
 use std::ops::Index;
 
@@ -67,7 +69,8 @@ impl Values<f64> {
         ])
     }
 
-    /// Returns the values with derivatives by the first N; by a coefficient of an effect that is off they are 0.
+    /// Returns the values with derivatives by the first N; by a coefficient of an effect that is
+    /// off they are 0.
     pub fn with_derivatives<const N: usize>(&self, model: &Model) -> Values<Dual<N>> {
         Values(std::array::from_fn(|i| {
             if i >= N || Self::is_off(Input::ALL[i], model) {
@@ -162,8 +165,8 @@ impl<D: Number> Impact<D> {
         }
     }
 
-    /// The impulses of a rigid contact, from those between the balls: with the tilt of the line of centres, and the cloth's friction
-    /// on the object ball.
+    /// The impulses of a rigid contact, from those between the balls: with the tilt of the line of
+    /// centres, and the cloth's friction on the object ball.
     #[inline(always)]
     pub fn impulses(&self, values: &Values<D>, [mut q, j_y, j_z]: [D; 3]) -> Impulses<D> {
         let (zero, ratio, mu_s) = (D::from(0.0), values[Input::RadiusRatio], values[Input::MuS]);

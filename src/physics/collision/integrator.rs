@@ -1,8 +1,8 @@
-//! Integration of the equations of a contact: Dormand and Prince's pair of order 5(4) (J. Comput. Appl. Math. 6, 19 (1980)), with
-//! events and with steps that can be repeated.
+//! Integration of the equations of a contact: Dormand and Prince's pair of order 5(4) (J. Comput.
+//! Appl. Math. 6, 19 (1980)), with events and with steps that can be repeated.
 //!
-//! Derivatives of an outcome come from repeating the recorded steps with inputs changed a little, each event met where it then is:
-//! their differences are smooth (Bock 1981).
+//! Derivatives of an outcome come from repeating the recorded steps with inputs changed a little,
+//! each event met where it then is: their differences are smooth (Bock 1981).
 
 use nalgebra::{SMatrix, SVector};
 
@@ -17,22 +17,24 @@ const MAX_STEPS: usize = 300_000;
 /// Largest number of trials for an event.
 const MAX_TRIALS: usize = 40;
 
-/// The function of an event that has just been begins the next step as a rounding of 0 if it is below this.
+/// Value of an event's function, just after the event, that is a rounding of 0.
 const ROUNDING: f64 = 1e-15;
 
-/// An event is located to this part of the step.
+/// Error of an event's instant, in parts of the step.
 const LOCATED: f64 = 1e-11;
 
 /// Probe for the slope of an event's function, in parts of the step.
 const PROBE: f64 = 1e-4;
 
-/// Step of derivatives that follow an integration, as a fraction of k or of 1: its error is of that order, roundings over it are less.
+/// Step of derivatives that follow an integration, as a fraction of k or of 1: its error is of that
+/// order, roundings over it are less.
 const STEP: f64 = 1e-7;
 
 /// The least e at which an integration is followed, and the shortest restitution.
 const LEAST_E: f64 = 1e-6;
 
-/// A step: its mode and length, and if it ends with an event, that event's function there and its slope.
+/// A step: its mode and length, and if it ends with an event, that event's function there and its
+/// slope.
 #[derive(Clone, Copy, Debug)]
 struct Step {
     mode: Mode,
@@ -55,8 +57,8 @@ fn solve(values: &Values<f64>, model: &Model) -> Option<(Outcome, Vec<Step>)> {
     Some((model.outcome(values, &shot.impulses(values, model, &y), regime), steps))
 }
 
-/// Returns the outcome and its derivatives by the first N inputs: differences of the recorded integration, followed with each input
-/// changed a little.
+/// Returns the outcome and its derivatives by the first N inputs: differences of the recorded
+/// integration, followed with each input changed a little.
 pub(super) fn differentiate<const N: usize>(
     values: &Values<f64>,
     model: &Model,
@@ -86,7 +88,8 @@ pub(super) fn differentiate<const N: usize>(
         (beside(&values.moved(input, step)) - here) / step
     };
     let kept = |row: usize| SVector::<f64, 12>::from_fn(|i, _| f64::from(i == row));
-    // without the cloth on the cue ball, only U_y + Rω_z counts and no spin about the line of centres
+    // without the cloth on the cue ball, only U_y + Rω_z counts and no spin about the line of
+    // centres
     let plain = model.fidelity == Fidelity::Ode;
     let is_homogeneous = plain && model.law == Law::Constant && model.e_slope.is_none();
     let mut by = SMatrix::<f64, 12, N>::zeros();
@@ -95,7 +98,8 @@ pub(super) fn differentiate<const N: usize>(
             _ if Values::is_off(input, model) => continue,
             Input::SpinX if plain => kept(3),
             Input::SpinZ if plain => radius * (by.column(Input::VelocityY as usize) - kept(1)) + kept(5),
-            // without weight and laws of the speed, outcomes are homogeneous in velocities and spins: below
+            // without weight and laws of the speed, outcomes are homogeneous in velocities and
+            // spins: below
             Input::VelocityX if is_homogeneous => continue,
             // e = e₀ − e₁k
             Input::ESlope => -k * by.column(Input::E as usize),
@@ -167,7 +171,8 @@ fn integrate(shot: &Shot, tolerance: f64, steps: &mut Vec<Step>) -> Option<State
 const FIRST_STEP: f64 = 0.05;
 const AFTER_EVENT: f64 = 1e-3;
 
-/// Newton's method from near an event, with steps that end there: the step's length, the state, the function and its slope.
+/// Returns the step to an event by Newton's method from near it: the step's length, the state, the
+/// function and its slope.
 fn locate(
     shot: &Shot,
     mode: &Mode,
@@ -208,7 +213,8 @@ fn follow(shot: &Shot, steps: &[Step]) -> State {
     y
 }
 
-/// Returns the state after a step of order 5; with `ESTIMATES` also its rates there and the largest error.
+/// Returns the state after a step of order 5; with `ESTIMATES` also its rates there and the largest
+/// error.
 #[inline(never)]
 fn step<const ESTIMATES: bool>(
     shot: &Shot,
@@ -246,7 +252,7 @@ fn ahead<const M: usize>(y: &State, h: f64, rates: [&State; M], by: [f64; M]) ->
     there
 }
 
-/// The cubic through both ends of a step.
+/// Returns the cubic through both ends of a step.
 fn cubic([y, k]: [&State; 2], [y1, k1]: [&State; 2], h: f64, at: f64) -> State {
     let (t, rest) = (at / h, 1.0 - at / h);
     std::array::from_fn(|i| {
@@ -255,7 +261,8 @@ fn cubic([y, k]: [&State; 2], [y1, k1]: [&State; 2], h: f64, at: f64) -> State {
     })
 }
 
-/// Where a function falls through 0 between 0 and `h`, to a millionth of it, by regula falsi (Illinois).
+/// Returns where a function falls through 0 between 0 and `h`, to a millionth of it, by regula
+/// falsi (Illinois).
 fn root(f: impl Fn(f64) -> f64, [before, after]: [f64; 2], h: f64) -> f64 {
     let (mut low, mut high, mut at) = ((0.0, before), (h, after), h);
     for _ in 0..MAX_TRIALS {

@@ -1,10 +1,11 @@
 //! The collision itself: from the cue ball's state before the impact to both balls' after it, in
 //! the collision frame ([`contact_frame`](super::contact_frame)), with the object ball at rest.
 //!
-//! H.-C. Kim, "Collision of two spinning billiard balls and the role of table", arXiv:2402.13258 (2024), with its errors corrected.
-//! Everything is per unit mass: q is the normal impulse p/M in m/s and takes the place of time. Each [`Fidelity`] finds three numbers,
-//! the normal impulse q and the friction impulses J_y = μ∫cos θ dq, J_z = μ∫sin θ dq; from these [`Model::collide`] determines all
-//! velocities and spins.
+//! H.-C. Kim, "Collision of two spinning billiard balls and the role of table", arXiv:2402.13258
+//! (2024), with its errors corrected. Everything is per unit mass: q is the normal impulse p/M in
+//! m/s and takes the place of time. Each [`Fidelity`] finds three numbers, the normal impulse q and
+//! the friction impulses J_y = μ∫cos θ dq, J_z = μ∫sin θ dq; from these [`Model::collide`]
+//! determines all velocities and spins.
 //!
 //! ```
 //! use caromfit::physics::ball::{Ball, BallState, Vec3};
@@ -12,20 +13,12 @@
 //!
 //! let cue = BallState::natural_roll(Vec3::new(1.7, 1.0, 0.0), Ball::POOL.radius);
 //! let model = Model::new(Fidelity::Full, Ball::POOL);
-//! let (after, by) = model.collide_with_jacobian(&cue, &Coefficients { mu: 0.05, mu_s: 0.3, e: 0.94 })?;
+//! let coefficients = Coefficients { mu: 0.05, mu_s: 0.3, e: 0.94 };
+//! let (after, by) = model.collide_with_jacobian(&cue, &coefficients)?;
 //! // more friction throws the object ball further to the side, m/s per unit of μ
 //! assert!(after.object.velocity.y > 0.0 && by[(7, Input::Mu as usize)] > 0.0);
 //! # Ok::<(), caromfit::physics::collision::NotACollision>(())
 //! ```
-//!
-//! | file | content |
-//! | --- | --- |
-//! | `model` | validation, and the outcome of each fidelity with its derivatives |
-//! | `impact` | k, the slip v_y0, v_z0, m_s, 2β_y, 2β_z and N of a shot; both balls from the impulses |
-//! | `simple` | elastic, inelastic and linear |
-//! | `sliding` | full: the exact solution, with friction that falls with the slip |
-//! | `contact`, `integrator` | ode and contact: the rigid and the compliant contact, integrated |
-//! | `effects`, `fidelity` | the effects of an impact and their sizes; the ladder of models |
 
 mod contact;
 pub mod effects;
@@ -55,30 +48,36 @@ pub struct Coefficients {
     pub mu: f64,
     /// μ_s, friction of the cloth on the object ball.
     pub mu_s: f64,
-    /// e, energetic coefficient of restitution (Stronge); the e₀ of one that falls with the closing speed.
+    /// e, energetic coefficient of restitution (Stronge); the e₀ of one that falls with the closing
+    /// speed.
     pub e: f64,
 }
 
-/// The slowest and the fastest cue ball, m/s: squares and their products neither overflow nor vanish.
+/// The slowest and the fastest cue ball, m/s: squares and their products neither overflow nor
+/// vanish.
 pub const MIN_SPEED: f64 = 1e-9;
 /// See [`MIN_SPEED`].
 pub const MAX_SPEED: f64 = 1e9;
 
 /// The smallest [`Model::tolerance`]: below it, rounding errors prevail.
 pub const MIN_TOLERANCE: f64 = 1e-12;
-/// The largest [`Model::tolerance`]: above it, the error is no longer of the order of the tolerance.
+/// The largest [`Model::tolerance`]: above it, the error is no longer of the order of the
+/// tolerance.
 pub const MAX_TOLERANCE: f64 = 1e-2;
 
-/// The range of m_cue/m_object: beyond, roundings of the lighter ball's velocity show in the heavier one's.
+/// The range of m_cue/m_object: beyond, roundings of the lighter ball's velocity show in the
+/// heavier one's.
 pub(crate) const MASS_RATIOS: std::ops::RangeInclusive<f64> = 1e-3..=1e3;
 
 /// Poisson's ratio σ of phenolic resin, of which balls are made, dimensionless.
 pub const POISSON: f64 = 0.34;
 
-/// The largest [`Model::kappa`]: a contact that is softer along its surface hardly transmits any friction.
+/// The largest [`Model::kappa`]: a contact that is softer along its surface hardly transmits any
+/// friction.
 pub const MAX_KAPPA: f64 = 100.0;
 
-/// Returns the tangential compliance κ = (2 − σ)/(2(1 − σ)) of elastic bodies with Poisson's ratio σ, dimensionless (Mindlin 1949).
+/// Returns the tangential compliance κ = (2 − σ)/(2(1 − σ)) of elastic bodies with Poisson's ratio
+/// σ, dimensionless (Mindlin 1949).
 #[must_use]
 pub const fn kappa(poisson: f64) -> f64 {
     (2.0 - poisson) / (2.0 * (1.0 - poisson))
@@ -106,27 +105,30 @@ pub struct Model {
     pub ball: Ball,
     /// The object ball, if it differs from the cue ball; `None` stands for an equal one.
     pub object: Option<Ball>,
-    /// Whether the cloth's torque on the object ball has the sign of Kim's Eq. (10) as printed, 1 + μ_s in dΩ_y/dq, for comparison
-    /// with the paper only. With 1 − μ_s, the default, the energy balance closes.
+    /// Whether the cloth's torque on the object ball has the sign of Kim's Eq. (10) as printed, 1 +
+    /// μ_s in dΩ_y/dq, for comparison with the paper only. With 1 − μ_s, the default, the energy
+    /// balance closes.
     pub as_printed: bool,
-    /// The effects that are simulated, as far as the fidelity can. Stick and turning depend on the fidelity alone: switching them off
-    /// changes nothing.
+    /// The effects that are simulated, as far as the fidelity can. Stick and turning depend on the
+    /// fidelity alone: switching them off changes nothing.
     pub effects: Effects,
-    /// The dependence of the friction between the balls on the slip. `linear` takes the friction at the first slip, which is an
-    /// approximation; `full`, `ode` and `contact` follow the slip during the impact.
+    /// The dependence of the friction between the balls on the slip. `linear` takes the friction at
+    /// the first slip, which is an approximation; `full`, `ode` and `contact` follow the slip
+    /// during the impact.
     pub law: Law,
-    /// The e₁ of a restitution that falls with the closing speed v, e(v) = e₀ − e₁v but not below 0, in s/m; `None` if e is
-    /// constant.
+    /// The e₁ of a restitution that falls with the closing speed v, e(v) = e₀ − e₁v but not below
+    /// 0, in s/m; `None` if e is constant.
     pub e_slope: Option<f64>,
-    /// Used by `ode` and `contact`: the tangential compliance κ, the ratio of normal to tangential stiffness of the
-    /// contact, dimensionless. 0 is a contact that is rigid along its surface, as in Kim (2024), which `contact` does not simulate.
+    /// Used by `ode` and `contact`: the tangential compliance κ, the ratio of normal to tangential
+    /// stiffness of the contact, dimensionless. 0 is a contact that is rigid along its surface, as
+    /// in Kim (2024), which `contact` does not simulate.
     pub kappa: f64,
-    /// Used by `ode` and `contact`: the error of each step relative to the closing speed k. The outcome's error is of
-    /// that order.
+    /// Used by `ode` and `contact`: the error of each step relative to the closing speed k. The
+    /// outcome's error is of that order.
     pub tolerance: f64,
     /// Used by `contact`: the friction of the cloth on the cue ball μ_k, dimensionless.
     pub mu_k: f64,
-    /// Used by `contact`: the duration of an elastic head-on impact at 1 m/s, in seconds. At a closing speed of k m/s
-    /// it is k^(−1/5) times as long (Hertz).
+    /// Used by `contact`: the duration of an elastic head-on impact at 1 m/s, in seconds. At a
+    /// closing speed of k m/s it is k^(−1/5) times as long (Hertz).
     pub contact_time: f64,
 }

@@ -17,20 +17,23 @@ use crate::physics::friction_law::Law;
 const HOLLOW_SPHERE: f64 = 2.0 / 3.0;
 
 impl Model {
-    /// The default of [`Model::contact_time`], in seconds: balls of phenolic resin touch for 250 to 300 µs (Kim 2024, below Eq. 37).
+    /// The default of [`Model::contact_time`], in seconds: balls of phenolic resin touch for 250 to
+    /// 300 µs (Kim 2024, below Eq. 37).
     pub const CONTACT_TIME: f64 = 280e-6;
 
-    /// The default of [`Model::tolerance`]: far below any error of measurement, and about six digits above rounding errors.
+    /// The default of [`Model::tolerance`]: far below any error of measurement, and about six
+    /// digits above rounding errors.
     pub const TOLERANCE: f64 = 1e-10;
 
-    /// The tolerance that fits use: still far below any error of measurement, at a third of the time.
+    /// The tolerance that fits use: still far below any error of measurement, at a third of the
+    /// time.
     pub const TOLERANCE_OF_FITS: f64 = 1e-6;
 
     /// The tangential compliance κ of phenolic resin, whose Poisson's ratio is 0.34 ([`kappa`]).
     pub const KAPPA: f64 = kappa(POISSON);
 
-    /// A model of equal balls with constant friction and restitution and all effects that the fidelity contains, rigid along the
-    /// surface but for `contact`, where κ is that of phenolic resin.
+    /// Returns a model of equal balls with constant friction and restitution and all effects of the
+    /// fidelity, rigid along the surface but for `contact`, where κ is that of phenolic resin.
     #[must_use]
     pub fn new(fidelity: Fidelity, ball: Ball) -> Self {
         Self {
@@ -48,78 +51,80 @@ impl Model {
         }
     }
 
-    /// The cue ball's mass over the object ball's, m_cue/m_object.
+    /// Returns m_cue/m_object.
     #[must_use]
     #[inline]
     pub fn mass_ratio(&self) -> f64 {
-        self.object.map_or(1.0, |object| self.ball.mass / object.mass)
+        self.ball.mass / self.object_ball().mass
     }
 
-    /// The object ball, which is like the cue ball unless stated otherwise.
+    /// Returns the object ball, which is like the cue ball unless stated otherwise.
     #[must_use]
     #[inline]
     pub fn object_ball(&self) -> Ball {
         self.object.unwrap_or(self.ball)
     }
 
-    /// The same model with another mass of the object ball, so that m_cue/m_object is `ratio`.
+    /// Returns the model with the mass of the object ball at which m_cue/m_object is `ratio`.
     #[must_use]
     pub fn with_mass_ratio(self, ratio: f64) -> Self {
         let object = Ball { mass: self.ball.mass / ratio, ..self.object_ball() };
         Self { object: Some(object), ..self }
     }
 
-    /// The cue ball's radius over the object ball's, R_cue/R_object.
+    /// Returns R_cue/R_object.
     #[must_use]
     pub fn radius_ratio(&self) -> f64 {
-        self.object.map_or(1.0, |object| self.ball.radius / object.radius)
+        self.ball.radius / self.object_ball().radius
     }
 
-    /// Whether the contact is compliant along the surface.
+    /// Returns whether the contact is compliant along the surface.
     #[must_use]
     pub fn is_compliant(&self) -> bool {
         self.effects.and(self.fidelity.effects()).compliance && self.kappa != 0.0
     }
 
-    /// The model with a compliant contact, integrated as closely as fits need it, and with the other effects that a closed form has.
+    /// Returns the model with a compliant contact, integrated as closely as fits need it, and with
+    /// the other effects of the closed form.
     #[must_use]
     pub fn giving_way(self, kappa: f64) -> Self {
         let effects = Effects { compliance: true, ..Fidelity::Full.effects() };
         Self { fidelity: Fidelity::Ode, effects, kappa, tolerance: Self::TOLERANCE_OF_FITS, ..self }
     }
 
-    /// The model in closed form, [`Fidelity::Full`], with the effects that it can simulate; `None` if the fidelity is not integrated.
+    /// Returns the model in closed form, [`Fidelity::Full`], with the effects that it can simulate;
+    /// `None` if the fidelity is not integrated.
     #[must_use]
     pub fn closed(&self) -> Option<Self> {
         let effects = self.effects.and(Fidelity::Full.effects());
         self.fidelity.is_integrated().then_some(Self { fidelity: Fidelity::Full, effects, ..*self })
     }
 
-    /// The model with the κ of phenolic resin if it resolves the contact in time and κ is 0, which `contact` does not simulate.
+    /// Returns the model with the κ of phenolic resin if it resolves the contact in time and κ is
+    /// 0, which `contact` does not simulate.
     pub(crate) fn with_some_compliance(self) -> Self {
         let is_rigid = self.fidelity == Fidelity::Contact && self.kappa == 0.0;
         Self { kappa: if is_rigid { Self::KAPPA } else { self.kappa }, ..self }
     }
 
-    /// 1/ν of the cue ball and of the object ball.
+    /// Returns 1/ν of the cue ball and of the object ball.
     #[inline(always)]
     pub(super) fn per_inertia(&self) -> [f64; 2] {
-        let per_nu = 1.0 / self.ball.inertia;
-        [per_nu, self.object.map_or(per_nu, |object| 1.0 / object.inertia)]
+        [self.ball, self.object_ball()].map(|ball| 1.0 / ball.inertia)
     }
 
-    /// σ: dΩ_y/dq = (μ/νR)(1 − σm_s) sin θ.
+    /// Returns σ in dΩ_y/dq = (μ/νR)(1 − σm_s) sin θ.
     #[inline]
     pub(super) fn torque_sign(&self) -> f64 {
         if self.as_printed { -1.0 } else { 1.0 }
     }
 
-    /// Returns the outcome of a collision (Kim 2024, Eqs. 42–49 with q, J_y, J_z instead of his functions of θ), in the frame of the
-    /// collision.
+    /// Returns the outcome of a collision (Kim 2024, Eqs. 42–49 with q, J_y, J_z instead of his
+    /// functions of θ), in the frame of the collision.
     ///
     /// # Errors
-    /// Input that describes no collision: balls that do not approach, coefficients out of range, a vertical
-    /// velocity, anything not finite; and an integration that takes too many steps.
+    /// Input that describes no collision: balls that do not approach, coefficients out of range, a
+    /// vertical velocity, anything not finite; and an integration that takes too many steps.
     pub fn collide(&self, cue: &BallState, coefficients: &Coefficients) -> Result<Outcome, NotACollision> {
         let values = self.validated(cue, coefficients)?;
         if self.fidelity.is_integrated() {
@@ -128,8 +133,8 @@ impl Model {
         let impact = Impact::new(&values, self);
         let (impulses, regime) = match self.fidelity {
             Fidelity::Full => {
-                let end = sliding::solve(&impact);
-                (end.impulses(&impact), end.regime())
+                let (impulses, regime, _) = sliding::solve(&impact);
+                (impulses, regime)
             }
             _ => simple::impulses(&impact),
         };
@@ -141,8 +146,9 @@ impl Model {
         Outcome::new(regime, impulses.q, &components(values, self, impulses))
     }
 
-    /// Returns the outcome as [`Model::collide`], with the cue ball and the outcome in the frame of the table, z up. The line of centres
-    /// leads from the cue ball to the object ball, which is at rest, and has any length, so that the difference of the positions serves.
+    /// Returns the outcome as [`Model::collide`], with the cue ball and the outcome in the frame of
+    /// the table, z up. The line of centres leads from the cue ball to the object ball, which is at
+    /// rest, and has any length, so that the difference of the positions serves.
     ///
     /// # Errors
     /// As [`Model::collide`]; also a line of centres without a direction.
@@ -166,9 +172,10 @@ impl Model {
         })
     }
 
-    /// Returns the outcome and its derivatives by the coefficients and the cue ball's motion: exact in closed form and for a rigid
-    /// contact; of a compliant one to about 1e-6. At a transition (stick setting in, topspin turning to draw) it is the derivative of
-    /// the side that the outcome is on.
+    /// Returns the outcome and its derivatives by the coefficients and the cue ball's motion: exact
+    /// in closed form and for a rigid contact; of a compliant one to about 1e-6. At a transition
+    /// (stick setting in, topspin turning to draw) it is the derivative of the side that the
+    /// outcome is on.
     ///
     /// # Errors
     /// As [`Model::collide`].
@@ -180,8 +187,9 @@ impl Model {
         self.differentiated::<{ Input::FIRST }>(cue, coefficients)
     }
 
-    /// Returns the outcome with its derivatives as in [`Model::collide_with_jacobian`], and those by b, c, κ, the ratio of the masses,
-    /// that of the radii and e₁. These are `None` if friction and e are constant, the contact is rigid and the balls are equal.
+    /// Returns the outcome with its derivatives as in [`Model::collide_with_jacobian`], and those
+    /// by b, c, κ, the ratio of the masses, that of the radii and e₁. These are `None` if friction
+    /// and e are constant, the contact is rigid and the balls are equal.
     ///
     /// # Errors
     /// As [`Model::collide`].
@@ -208,7 +216,7 @@ impl Model {
         Ok((outcome, by.fixed_columns(0).into_owned(), by.fixed_columns(Input::FIRST).into_owned()))
     }
 
-    /// Whether outcomes depend on more than the coefficients.
+    /// Returns whether outcomes depend on more than the coefficients.
     #[inline]
     pub(crate) fn has_others(&self) -> bool {
         self.law != Law::Constant || self.object.is_some() || self.e_slope.is_some() || self.is_compliant()
@@ -228,8 +236,8 @@ impl Model {
         let (impact, dual_impact) = (Impact::new(&values, self), Impact::new(&dual, self));
         let (impulses, regime, dual_impulses) = match self.fidelity {
             Fidelity::Full | Fidelity::Ode => {
-                let end = sliding::solve(&impact);
-                (end.impulses(&impact), end.regime(), sliding::differentiate(&dual_impact, &end))
+                let (impulses, regime, ways) = sliding::solve(&impact);
+                (impulses, regime, sliding::differentiate(&dual_impact, ways))
             }
             _ => {
                 let (impulses, regime) = simple::impulses(&impact);
@@ -265,7 +273,8 @@ impl Model {
             check_ball(object)?;
             within(MASS_RATIOS.contains(&ratio), "mass_ratio", ratio, "0.001 to 1000")?;
             within(!self.as_printed, "mass_ratio", ratio, "equal balls for the equations as printed")?;
-            // 2β_z = (1 + 1/ν_c)/r + (1 − μ_s)/ν must stay positive, or the cloth would drive the slip that it brakes
+            // 2β_z = (1 + 1/ν_c)/r + (1 − μ_s)/ν must stay positive, or the cloth would drive the
+            // slip that it brakes
             most_mu_s = 1.0 + object.inertia * (1.0 + 1.0 / self.ball.inertia) / ratio;
         }
         within((0.0..f64::INFINITY).contains(&mu), "mu", mu, "a finite number of 0 or more")?;
@@ -282,7 +291,7 @@ impl Model {
         let largest = values[Input::Mu] + values[Input::B].max(0.0);
         // dv_x/dq = 1 + 1/r + μ_s μ sin θ must stay positive, whatever θ is
         let (product, most) = (largest * values[Input::MuS], 1.0 + 1.0 / ratio);
-        // the friction of a compliant contact may turn, and press the object ball down all the same
+        // the friction of a compliant contact may turn and press the object ball down
         if product >= most && (cue.spin.y > 0.0 || self.kappa > 0.0) {
             return Err(NotACollision::Jams(product, most));
         }
@@ -320,8 +329,9 @@ fn within(valid: bool, name: &'static str, value: f64, expected: &'static str) -
 
 #[inline(always)]
 fn check_ball(ball: &Ball) -> Result<(), NotACollision> {
-    let &Ball { radius, inertia, .. } = ball;
+    let &Ball { radius, mass, inertia } = ball;
     within(radius > 0.0 && radius.is_finite(), "radius_m", radius, "more than 0")?;
+    within(mass > 0.0 && mass.is_finite(), "mass_kg", mass, "more than 0")?;
     let range = "more than 0, at most 2/3 of MR² (a hollow sphere)";
     within(inertia > 0.0 && inertia <= HOLLOW_SPHERE, "inertia", inertia, range)
 }

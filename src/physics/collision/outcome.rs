@@ -6,8 +6,7 @@ use super::Regime;
 use crate::physics::ball::{BallState, Vec3};
 use crate::physics::name::worded;
 
-/// Both balls just after the impact, in the frame of the method that gave it: the collision frame,
-/// or the table's.
+/// Both balls just after the impact, in the frame of the method that returned it.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Outcome {
     /// Whether the contact slid to the end of the impact or stuck on the way.
@@ -28,14 +27,14 @@ impl Outcome {
         Self { regime, impulse, cue: ball(0), object: ball(6) }
     }
 
-    /// The twelve components in the order of the rows of [`Jacobian`].
+    /// Returns the twelve components in the order of the rows of [`Jacobian`].
     #[must_use]
     pub fn components(&self) -> SVector<f64, 12> {
         let vectors = [self.cue.velocity, self.cue.spin, self.object.velocity, self.object.spin];
         SVector::from_fn(|i, _| vectors[i / 3][i % 3])
     }
 
-    /// The outcome with `added` to its twelve components.
+    /// Returns the outcome with `added` to its twelve components.
     pub(crate) fn plus(&self, added: &SVector<f64, 12>) -> Self {
         Self::new(self.regime, self.impulse, &(self.components() + added).into())
     }

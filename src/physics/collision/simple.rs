@@ -1,11 +1,12 @@
-//! The impulses to first order in μ: friction keeps its first direction θ₀ and never sticks (Kim 2024, Eqs. 50–54, sign of the
-//! cloth's torque corrected). Without friction (μ = 0) it is the inelastic impact, with e = 1 the elastic one.
+//! The impulses to first order in μ: friction keeps its first direction θ₀ and never sticks (Kim
+//! 2024, Eqs. 50–54, sign of the cloth's torque corrected). Without friction (μ = 0) it is the
+//! inelastic impact, with e = 1 the elastic one.
 
 use super::impact::Impact;
 use super::{Number, Regime};
 
-/// Returns q, J_y and J_z. With J = μ(1 + e)k/N: q = (1 + e)k/N · (1 − μm_s sin θ₀/N), J_y = J cos θ₀, J_z = J sin θ₀.
-/// The velocities of Eqs. 50–53 follow from these to first order in μ.
+/// Returns q, J_y and J_z. With J = μ(1 + e)k/N: q = (1 + e)k/N · (1 − μm_s sin θ₀/N), J_y = J cos
+/// θ₀, J_z = J sin θ₀. The velocities of Eqs. 50–53 follow from these to first order in μ.
 #[inline]
 pub(super) fn impulses<D: Number>(impact: &Impact<D>) -> ([D; 3], Regime) {
     let &Impact { k, n, e, m_s, slip, fall, mut mu, .. } = impact;

@@ -1,4 +1,5 @@
-//! The modes of a contact: how it begins, its friction, where it sticks and slides again, steps that are stable, and landings.
+//! The modes of a contact: how it begins, its friction, where it sticks and slides again, steps
+//! that are stable, and landings.
 
 use super::{CLOTH, Grip, HEIGHT, Mode, N, PHI, Pair, R, Shot, State, UP, pair};
 
@@ -23,7 +24,8 @@ const HIDDEN: f64 = 1e-10;
 /// Friction whose cosine to the slip is above this may follow it.
 const ALIGNED: f64 = 0.999_9;
 
-/// The friction along the slip, the angle by which it lags behind to first order, and the next order's part of it.
+/// The friction along the slip, the angle by which it lags behind to first order, and the next
+/// order's part of it.
 struct Lag {
     along: Pair,
     first: f64,
@@ -191,7 +193,8 @@ impl Shot {
         }
     }
 
-    /// The cloth stops a ball that lands with an impulse, and friction in proportion to it, at most what stops the slip.
+    /// The cloth stops a ball that lands with an impulse, and friction in proportion to it, at most
+    /// what stops the slip.
     fn land(&self, ball: usize, y: &mut State) {
         let fallen = -y[UP[ball]];
         (y[UP[ball]], y[HEIGHT[ball]]) = (0.0, 0.0);
