@@ -210,7 +210,7 @@ fn fitted_with(dataset: &Dataset, options: &Options) -> Result<(Model, Settings)
     let settings = options.falling.applied(dataset.settings_of_balls());
     let initial = Values::usual(&settings);
     if settings.falls {
-        model.law = Law::Exponential { b: initial.b, c: initial.c };
+        model.law = Law::Exponential { b: initial[Parameter::B], c: initial[Parameter::C] };
     }
     if settings.compliance == Compliance::Stated {
         if let FidelityChoice::Of(fidelity) = options.fidelity
@@ -218,7 +218,7 @@ fn fitted_with(dataset: &Dataset, options: &Options) -> Result<(Model, Settings)
         {
             return Err(FitError::Rigid { dataset: dataset.name.clone(), fidelity: fidelity.name() });
         }
-        model.kappa = initial.kappa;
+        model.kappa = initial[Parameter::Kappa];
     }
     Ok((model, settings))
 }
