@@ -4,11 +4,11 @@ use std::path::PathBuf;
 
 use caromfit::fit::with_impacts;
 use caromfit::io;
-use caromfit::problem::predict;
 use caromfit::measurement::dataset::{self, Dataset};
 use caromfit::measurement::parameter::Parameter;
 use caromfit::physics::ball::Ball;
 use caromfit::physics::collision::{Coefficients, Fidelity, MAX_KAPPA, Model};
+use caromfit::problem::predict;
 use caromfit::report;
 use caromfit::report::plot::precision;
 use caromfit::report::write;

@@ -41,7 +41,8 @@ pub use intervals::bootstrap::{Bootstrap, Resampled};
 pub use intervals::regions::{Contour, LEVELS, Level, Profile};
 pub use options::{Depth, Falling, Options};
 pub use result::{
-    Bound, Computed, DOWN_WEIGHTED, Diagnostics, Fit, JointFit, Noise, Plateau, Rejected, Residual, Robust, Scatter,
+    Bound, Computed, DOWN_WEIGHTED, Diagnostics, Fit, JointFit, Noise, Plateau, Rejected, Residual, Robust,
+    Scatter,
 };
 pub use verdict::{Grade, Verdict};
 

@@ -165,9 +165,8 @@ impl Fitted<'_> {
         let common = self.common();
         let contact = common.contact();
         let parameters: Vec<Parameter> = contact.iter().map(|(p, _)| *p).collect();
-        let is_silent = |e: &&Estimate| {
-            e.status == Status::NotIdentified && solution.get(id_of(e.parameter)).is_none()
-        };
+        let is_silent =
+            |e: &&Estimate| e.status == Status::NotIdentified && solution.get(id_of(e.parameter)).is_none();
         let silent = estimates.iter().filter(is_silent).map(|e| e.parameter).collect();
         let drawn: Vec<&Estimate> = estimates.iter().filter(|e| parameters.contains(&e.parameter)).collect();
         let regions = self.options.depth >= Depth::Everything;

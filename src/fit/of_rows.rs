@@ -62,8 +62,7 @@ pub(super) fn fit(request: Request) -> Result<Fit, FitError> {
     let is_light = options.fidelity == FidelityChoice::Auto && check::are_mixed_up(request.shots);
     let fidelity = if is_light { FidelityChoice::Of(Fidelity::Full) } else { options.fidelity };
     let depth = if is_light { Depth::Estimates } else { depth };
-    let choices =
-        RowsChoices { fidelity, loss: options.loss, without_profiles: depth < Depth::Intervals };
+    let choices = RowsChoices { fidelity, loss: options.loss, without_profiles: depth < Depth::Intervals };
     let rows = fit_rows(dataset, request.shots, &choices, &Policy::default());
     let rows = rows.map_err(|error| request.named(error))?;
     let deviations = rows.deviations();
@@ -159,7 +158,10 @@ impl Fitted<'_> {
         Estimate {
             std_error: found.std_error,
             interval_95: found.interval,
-            intervals: Intervals { hessian: found.of_error, profile: if is_own { profile } else { found.interval } },
+            intervals: Intervals {
+                hessian: found.of_error,
+                profile: if is_own { profile } else { found.interval },
+            },
             std_error_at_bound: found.std_error_at_bounds.filter(differs),
             includes_other_minimum: !is_own,
             ..Estimate::bare(parameter, found.value, status)
@@ -207,9 +209,8 @@ impl Fitted<'_> {
             let (sum, count) =
                 own.fold((0.0, 0), |(sum, count), r| (sum + (r.measured - r.predicted).powi(2), count + 1));
             let noise = self.noise_of(*observable);
-            let is_rounding = |noise: &&crate::problem::TableNoise| {
-                noise.rounding > 0.0 && noise.sd <= noise.rounding
-            };
+            let is_rounding =
+                |noise: &&crate::problem::TableNoise| noise.rounding > 0.0 && noise.sd <= noise.rounding;
             all.push(Noise {
                 observable: *observable,
                 count,
@@ -270,7 +271,11 @@ impl Fitted<'_> {
             goodness: Some(goodness),
             robust: common.robust(&rows.weights),
             bootstrap: common.bootstrap(&contact),
-            contours: if shows { regions::contours(&rows.solution, &estimated, rows.dof) } else { Vec::new() },
+            contours: if shows {
+                regions::contours(&rows.solution, &estimated, rows.dof)
+            } else {
+                Vec::new()
+            },
             profiles: if shows { self.profiles(&estimated) } else { Vec::new() },
             alternatives: if everything && !is_robust {
                 other_models::compare(*request, rows, &self.deviations)
@@ -296,7 +301,8 @@ impl Fitted<'_> {
     /// Returns the parameters that may as well have any value beyond their estimate.
     fn plateaus(&self, fit: &Fit) -> Vec<Plateau> {
         let of = |estimate: &Estimate| {
-            let is_flat = estimate.status == Status::Free && estimate.std_error.is_none() && self.rows.knows_noise();
+            let is_flat =
+                estimate.status == Status::Free && estimate.std_error.is_none() && self.rows.knows_noise();
             let [_, high] = self.rows.solution.bounds(id_of(estimate.parameter));
             is_flat.then_some(Plateau { parameter: estimate.parameter, edge: estimate.value, bound: high })
         };
@@ -404,7 +410,8 @@ impl Fitted<'_> {
         fit.warnings.splice(0..0, sentences.collect::<Vec<_>>());
         if self.depth < options.depth {
             fit.notes.push(
-                "With so many shots the regions of pairs of parameters and other models are left out.".to_owned(),
+                "With so many shots the regions of pairs of parameters and other models are left out."
+                    .to_owned(),
             );
         }
     }

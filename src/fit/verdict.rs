@@ -7,8 +7,8 @@ use super::causes::Cause;
 use super::check;
 use super::check::capital;
 use super::diagnostics::goodness::IMPROBABLE;
-use super::warnings::{Hidden, bound_and_limit, hidden_by_bounds};
 use super::film_words;
+use super::warnings::{Hidden, bound_and_limit, hidden_by_bounds};
 use super::{Estimate, Fit, Noise, NoiseVerdict, Scatter, Status, Trend};
 use crate::measurement::dataset::{ON_REQUEST, ObjectBall};
 use crate::measurement::number::{self, plain, with_error};
@@ -129,7 +129,8 @@ impl Fit {
             .or_else(|| self.few_shots())
             .or_else(|| self.untrue_errors())
             .or_else(|| {
-                let trend = found.goodness.as_ref()?.trends.iter().find(|trend| trend.p_corrected < IMPROBABLE)?;
+                let trend =
+                    found.goodness.as_ref()?.trends.iter().find(|trend| trend.p_corrected < IMPROBABLE)?;
                 Some(format!(
                     "The residuals of {} change with {}, which chance hardly does: {}.",
                     trend.quantity,

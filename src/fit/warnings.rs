@@ -204,9 +204,8 @@ impl Said {
             ));
         }
         if fit.estimates.iter().any(|estimate| estimate.includes_other_minimum) {
-            self.warnings.push(
-                "A second solution fits nearly as well: the 95 % intervals include it.".to_owned(),
-            );
+            self.warnings
+                .push("A second solution fits nearly as well: the 95 % intervals include it.".to_owned());
         }
     }
 }

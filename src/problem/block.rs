@@ -1,6 +1,7 @@
 //! What was measured: each kind predicts the numbers of its shots from unknowns of their own and
 //! those that they share.
 
+use super::discs::block::DiscBlock;
 use super::film::block::FilmBlock;
 use super::film::states::choose_states;
 use super::rows::block::RowsBlock;
@@ -12,6 +13,8 @@ use super::unknowns::{Own, Shared};
 pub(crate) enum Block {
     /// Frames of balls.
     Film(FilmBlock),
+    /// Frames of discs.
+    Discs(DiscBlock),
     /// Tables of velocities or angles.
     Rows(RowsBlock),
 }
@@ -21,6 +24,7 @@ impl Block {
     pub fn contribute(&self, i: usize, own: &Own, shared: &Shared) -> Contribution {
         match self {
             Self::Film(film) => film.contribute(i, own, shared),
+            Self::Discs(discs) => discs.contribute(i, own, shared),
             Self::Rows(rows) => rows.contribute(i, own, shared),
         }
     }
@@ -29,6 +33,7 @@ impl Block {
     pub fn bounded(&self, i: usize, own: Own, shared: &Shared) -> Own {
         match self {
             Self::Film(film) => film.spins[i].bounded(own, shared),
+            Self::Discs(_) => own,
             Self::Rows(rows) => rows.settle(i, own, shared),
         }
     }
@@ -38,6 +43,7 @@ impl Block {
     pub fn own_priors(&self, i: usize) -> Vec<(usize, OwnPrior)> {
         match self {
             Self::Film(film) => film.spins[i].priors().to_vec(),
+            Self::Discs(discs) => discs.own_priors(i),
             Self::Rows(rows) => rows.shots[i].own_priors(),
         }
     }
@@ -47,6 +53,7 @@ impl Block {
         match self {
             Self::Film(film) if film.states_noise => &mut [],
             Self::Film(film) => &mut film.world.noise,
+            Self::Discs(discs) => &mut discs.noise,
             Self::Rows(rows) => &mut rows.noises,
         }
     }
@@ -55,6 +62,7 @@ impl Block {
     pub fn spreads(&self) -> &[Spread] {
         match self {
             Self::Film(film) => &film.spreads,
+            Self::Discs(discs) => &discs.spreads,
             Self::Rows(_) => &[],
         }
     }
@@ -62,6 +70,7 @@ impl Block {
     pub fn spreads_mut(&mut self) -> &mut [Spread] {
         match self {
             Self::Film(film) => &mut film.spreads,
+            Self::Discs(discs) => &mut discs.spreads,
             Self::Rows(_) => &mut [],
         }
     }
@@ -70,6 +79,7 @@ impl Block {
     pub fn coarsen(&mut self) {
         match self {
             Self::Film(film) => film.coarsen(),
+            Self::Discs(_) => {}
             Self::Rows(_) => {}
         }
     }
@@ -78,6 +88,7 @@ impl Block {
     pub fn in_other_state(&self) -> Option<Self> {
         match self {
             Self::Film(film) => film.all_sliding().map(Self::Film),
+            Self::Discs(_) => None,
             Self::Rows(_) => None,
         }
     }
@@ -87,6 +98,7 @@ impl Block {
     pub fn choose_states(&mut self, own: &mut [Own], shared: &Shared) -> bool {
         match self {
             Self::Film(film) => choose_states(film, own, shared),
+            Self::Discs(_) => false,
             Self::Rows(_) => false,
         }
     }
@@ -95,6 +107,7 @@ impl Block {
     pub fn take(&mut self, indices: &[usize]) {
         match self {
             Self::Film(film) => film.take(indices),
+            Self::Discs(discs) => discs.take(indices),
             Self::Rows(rows) => rows.take(indices),
         }
     }
@@ -103,6 +116,7 @@ impl Block {
     pub fn retain(&mut self, keep: &[bool]) {
         match self {
             Self::Film(film) => film.retain(keep),
+            Self::Discs(discs) => discs.retain(keep),
             Self::Rows(rows) => rows.retain(keep),
         }
     }
@@ -111,6 +125,7 @@ impl Block {
     pub fn noise_pools(&self) -> Vec<(Vec<usize>, f64)> {
         match self {
             Self::Film(_) => vec![(vec![0], 0.0), (vec![1], 0.0)],
+            Self::Discs(discs) => (0..discs.noise.len()).map(|noise| (vec![noise], 0.0)).collect(),
             Self::Rows(rows) => rows.pools.iter().map(|pool| (pool.members.clone(), pool.least)).collect(),
         }
     }
@@ -119,7 +134,7 @@ impl Block {
     pub fn grid_of_mu(&self) -> &'static [f64] {
         match self {
             // published ones (0.03 to 0.08), waxed and chalked balls
-            Self::Film(_) => &[0.02, 0.06, 0.12, 0.25],
+            Self::Film(_) | Self::Discs(_) => &[0.02, 0.06, 0.12, 0.25],
             Self::Rows(_) => &RowsBlock::GRID,
         }
     }

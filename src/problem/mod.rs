@@ -19,6 +19,7 @@
 
 mod block;
 mod descent;
+mod discs;
 mod film;
 mod findings;
 mod identifiability;
@@ -39,6 +40,10 @@ mod sums;
 mod uncertainty;
 mod unknowns;
 
+pub use discs::block::Component;
+pub use discs::quantities::DiscImpact;
+pub use discs::run::{DiscFit, Rival, Scatter, fit_discs};
+pub use discs::stick::Stuck;
 pub use film::film_data::{FilmError, Modelling};
 pub(crate) use film::planned::{Filming, PlannedShot, information, unknowns_of};
 pub use film::shots::{FittedFrame, Impact, Motion, PicturePaths};
@@ -52,8 +57,8 @@ pub use profile::End;
 pub(crate) use rows::deviations::Deviations;
 pub use rows::fidelity::Effect;
 pub use rows::prediction::{Prediction, predict};
-pub use rows::shot::Unpredictable;
 pub use rows::run::{RowsChoices, RowsError, RowsFit, TableNoise, fit_rows};
+pub use rows::shot::Unpredictable;
 pub use run::fit_film;
 pub use solution::{Budget, Estimate, ShotInfluence, Solution};
 pub use sums::Noise;

@@ -22,12 +22,8 @@ const SETTLED: f64 = 0.01;
 /// Degrees of freedom below which a noise stays as it is.
 const LEAST_DOF: f64 = 0.5;
 
-/// Power of a step of expectation and maximisation; up to 2 it still converges.
-const PROLONGED: f64 = 1.7;
-
-/// The spread of topspin, in parts of natural roll, is at least this: no frames determine a smaller
-/// one.
-const LEAST_SPREAD: f64 = 0.004;
+/// Factor by which a spread changes in one step at most.
+const SPREAD_STEP: f64 = 3.0;
 
 /// Sets noise and spreads to what the residuals at `at` show; returns whether they have settled.
 pub(super) fn update(problem: &mut Problem, at: &Evaluation) -> bool {
@@ -76,8 +72,8 @@ pub(super) fn update(problem: &mut Problem, at: &Evaluation) -> bool {
     settled
 }
 
-/// Returns the part of each noise of a table that its numbers spend on unknowns; nothing of a film,
-/// whose noises spend equal parts.
+/// Returns the part of each noise of a table that its numbers spend on unknowns; nothing of
+/// films, whose noises spend equal parts.
 fn leverages(
     sample: &Sample,
     at: &Evaluation,
@@ -85,7 +81,7 @@ fn leverages(
     number: usize,
 ) -> Vec<f64> {
     match &sample.block {
-        Block::Film(_) => Vec::new(),
+        Block::Film(_) | Block::Discs(_) => Vec::new(),
         Block::Rows(rows) => rows.leverages(sample, &at.state, (reduced, estimates), number),
     }
 }
@@ -149,8 +145,8 @@ fn count_own(block: &Block, own: &[Eliminated]) -> f64 {
     own.iter().enumerate().map(of_shot).sum()
 }
 
-/// Returns a spread from shot to shot: s² = [Σ(ŝ² + v) + s₀²]/(n + 1), one step of expectation and
-/// maximisation.
+/// Returns a spread from shot to shot: s² = (Σŝ² + w s₀²)/(Σ(1 − v/s²) + w), a step towards the fixed
+/// point of restricted likelihood, w the number of shots that s₀ counts as.
 fn estimate_spread(
     problem: &Problem,
     at: &Evaluation,
@@ -159,9 +155,9 @@ fn estimate_spread(
     which: usize,
 ) -> f64 {
     let block = &problem.samples[sample].block;
-    let Spread { sd: old, first } = block.spreads()[which];
-    let mut squares = first * first;
-    let mut count = 1.0;
+    let Spread { sd: old, first, weight, least } = block.spreads()[which];
+    let mut squares = weight * first * first;
+    let mut count = weight;
     for (i, own) in at.state.own[sample].iter().enumerate() {
         let priors = block.own_priors(i).into_iter();
         let places = priors.filter(|(_, prior)| *prior == OwnPrior::Spread(which)).map(|(place, _)| place);
@@ -169,11 +165,10 @@ fn estimate_spread(
             let by_shared = reduced.response(sample, i, &estimates.columns).row(place).transpose();
             let variance = reduced.own[sample][i].covariance[(place, place)]
                 + by_shared.dot(&(&estimates.covariance * &by_shared));
-            squares += own[place] * own[place] + variance;
-            count += 1.0;
+            squares += own[place] * own[place];
+            count += (1.0 - variance / (old * old)).max(0.0);
         }
     }
-    // expectation and maximisation converges slowly: the step is prolonged
-    let sd = old * ((squares / count).sqrt() / old).powf(PROLONGED);
-    if sd.is_finite() { sd.max(LEAST_SPREAD) } else { first }
+    let sd = (squares / count).sqrt().clamp(old / SPREAD_STEP, old * SPREAD_STEP);
+    if sd.is_finite() { sd.max(least) } else { first }
 }

@@ -5,6 +5,7 @@ use nalgebra::{DMatrix, DVector};
 use rayon::prelude::*;
 
 use super::block::Block;
+use super::discs::block::DiscBlock;
 use super::film::block::FilmBlock;
 use super::rows::block::RowsBlock;
 use super::sums::{BORDERED, Contribution, NoiseSums};
@@ -60,7 +61,7 @@ pub(crate) struct Reduced {
     squares: f64,
     pub own: Vec<Vec<Eliminated>>,
     /// Logarithm of the determinant of the own unknowns' normal matrices.
-    own_ln_determinant: f64,
+    pub own_ln_determinant: f64,
     columns: Vec<[usize; SHARED]>,
 }
 
@@ -113,14 +114,29 @@ impl Problem {
     pub fn film(&self) -> Option<&FilmBlock> {
         match &self.samples.first()?.block {
             Block::Film(film) => Some(film),
-            Block::Rows(_) => None,
+            Block::Discs(_) | Block::Rows(_) => None,
         }
     }
 
     pub fn film_mut(&mut self) -> Option<&mut FilmBlock> {
         match &mut self.samples.first_mut()?.block {
             Block::Film(film) => Some(film),
-            Block::Rows(_) => None,
+            Block::Discs(_) | Block::Rows(_) => None,
+        }
+    }
+
+    /// Returns the frames of a problem of one film of discs.
+    pub fn discs(&self) -> Option<&DiscBlock> {
+        match &self.samples.first()?.block {
+            Block::Discs(discs) => Some(discs),
+            Block::Film(_) | Block::Rows(_) => None,
+        }
+    }
+
+    pub fn discs_mut(&mut self) -> Option<&mut DiscBlock> {
+        match &mut self.samples.first_mut()?.block {
+            Block::Discs(discs) => Some(discs),
+            Block::Film(_) | Block::Rows(_) => None,
         }
     }
 
@@ -128,14 +144,14 @@ impl Problem {
     pub fn rows(&self) -> Option<&RowsBlock> {
         match &self.samples.first()?.block {
             Block::Rows(rows) => Some(rows),
-            Block::Film(_) => None,
+            Block::Film(_) | Block::Discs(_) => None,
         }
     }
 
     pub fn rows_mut(&mut self) -> Option<&mut RowsBlock> {
         match &mut self.samples.first_mut()?.block {
             Block::Rows(rows) => Some(rows),
-            Block::Film(_) => None,
+            Block::Film(_) | Block::Discs(_) => None,
         }
     }
 
@@ -145,6 +161,7 @@ impl Problem {
         for sample in &mut self.samples {
             let own: Vec<Unknown> = sample.columns.iter().map(|column| unknowns[*column]).collect();
             let contact = match &mut sample.block {
+                Block::Discs(_) => continue,
                 Block::Film(film) => &mut film.world.contact,
                 Block::Rows(rows) => &mut rows.contact,
             };

@@ -21,14 +21,18 @@ pub struct Noise {
 pub(crate) struct Spread {
     /// Standard deviation.
     pub sd: f64,
-    /// Standard deviation before the data are seen; it counts as one shot.
+    /// Standard deviation before the data are seen.
     pub first: f64,
+    /// Number of shots that it counts as.
+    pub weight: f64,
+    /// Smallest standard deviation that data determine.
+    pub least: f64,
 }
 
 impl Spread {
-    /// Returns what is known before the data are seen.
-    pub fn first(sd: f64) -> Self {
-        Self { sd, first: sd }
+    /// Returns what is known before the data are seen, which counts as one shot.
+    pub fn first(sd: f64, least: f64) -> Self {
+        Self { sd, first: sd, weight: 1.0, least }
     }
 }
 

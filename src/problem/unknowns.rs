@@ -11,8 +11,10 @@ pub(crate) type Own = DVector<f64>;
 pub(crate) const PHYSICS: usize = 21;
 /// Number of shared unknowns of the camera: [`Id::Scale`] to [`Id::Nearness`].
 pub(crate) const CAMERA: usize = 13;
+/// Number of shared unknowns of films of discs alone: [`Id::Slowing`] to [`Id::ContactDistance`].
+pub(crate) const DISCS: usize = 3;
 /// Number of shared unknowns of a sample.
-pub(crate) const SHARED: usize = PHYSICS + CAMERA;
+pub(crate) const SHARED: usize = PHYSICS + CAMERA + DISCS;
 
 worded! {
     /// An unknown that all shots of a sample share.
@@ -87,6 +89,12 @@ worded! {
         ParallaxY = "parallax_y",
         /// One over the height of the camera above the table, 1/m.
         Nearness = "nearness_per_m",
+        /// Deceleration of discs on the table at any speed, m/s².
+        Slowing = "slowing_m_s2",
+        /// Deceleration of discs on the table over their speed, 1/s.
+        Drag = "drag_per_s",
+        /// Distance of the discs' centres at the impact, m.
+        ContactDistance = "contact_distance_m",
     }
     /// The name in output.
     pub fn name;

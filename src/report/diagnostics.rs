@@ -5,8 +5,8 @@ use serde_json::{Value, json};
 use super::digits::{FEW, MANY, decimal, edge, end, probability, relative, significant, to_error};
 use super::{by_name, list};
 use crate::fit::{
-    Alternative, Bootstrap, Bound, Combination, Computed, Contour, Fit, Goodness,
-    Identifiability, Influence, JointFit, Level, Profile, Robust, Trend,
+    Alternative, Bootstrap, Bound, Combination, Computed, Contour, Fit, Goodness, Identifiability, Influence,
+    JointFit, Level, Profile, Robust, Trend,
 };
 use crate::measurement::parameter::Parameter;
 use crate::problem::{Budget, Estimate, Id};

@@ -4,8 +4,8 @@ use super::content::{Block, Section, Table};
 use super::number::{count_of, interval, plain};
 use super::table::{quantity, with_unit};
 use crate::fit::{
-    Alternative, Bootstrap, Bound, Computed, DOWN_WEIGHTED, Fit, Goodness, Identifiability,
-    Influence, NoiseVerdict, Normality, Robust, Trend,
+    Alternative, Bootstrap, Bound, Computed, DOWN_WEIGHTED, Fit, Goodness, Identifiability, Influence,
+    NoiseVerdict, Normality, Robust, Trend,
 };
 use crate::measurement::parameter::Parameter;
 

@@ -17,10 +17,10 @@ use crate::measurement::observable::Observable;
 use crate::measurement::spin::Spin;
 use crate::measurement::track::TrackShot;
 use crate::measurement::valid::Fault;
-use crate::problem::{Unpredictable, predict};
 use crate::physics::ball::{Ball, BallState, Vec3};
 use crate::physics::collision::{Coefficients, Model, NotACollision};
 use crate::physics::contact_frame::{CollisionFrame, cue_velocity};
+use crate::problem::{Unpredictable, predict};
 
 pub use crate::io::Kind;
 pub(crate) use check::{MOST_FRAMES, MOST_SHOTS, faults_of_ranges};

@@ -14,8 +14,8 @@ use crate::measurement::parameter::{Compliance, Parameter, Setting, Settings};
 use crate::measurement::spin::Spin;
 use crate::measurement::values::Values;
 use crate::physics::ball::Ball;
-use crate::problem::predict;
 use crate::physics::collision::{Coefficients, Effects, Fidelity, FidelityChoice, Model};
+use crate::problem::predict;
 
 /// Of `contact` and `ode`, far below every error that a fit sees; differences for the Jacobian are then good
 /// to 1e-5.

@@ -4,8 +4,8 @@ use nalgebra::{Matrix2, Matrix4, Vector4};
 
 use super::lines::LEAST;
 use crate::extraction::path_fit::repeated;
-use crate::numerics::wrap;
 use crate::measurement::track::{Sample, TrackShot, TrackedBall};
+use crate::numerics::wrap;
 use crate::numerics::{median, robust_scale};
 
 /// An angle is wrong that is this many standard deviations off.

@@ -54,7 +54,11 @@ pub struct Profile {
 
 /// Returns the regions of all pairs of some estimates; `dof` are the degrees of freedom of a noise that was
 /// estimated. The edge of a pair of parabolas is its ellipse.
-pub(in crate::fit) fn contours(solution: &Solution, estimates: &[&Estimate], dof: Option<f64>) -> Vec<Contour> {
+pub(in crate::fit) fn contours(
+    solution: &Solution,
+    estimates: &[&Estimate],
+    dof: Option<f64>,
+) -> Vec<Contour> {
     let after = |i: usize| estimates[i + 1..].iter().map(move |second| [estimates[i], second]);
     let pairs = (0..estimates.len()).flat_map(after);
     pairs.filter_map(|pair| contour(solution, pair, dof)).collect()

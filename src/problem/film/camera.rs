@@ -23,10 +23,10 @@ use crate::problem::unknowns::{CAMERA, Id, PHYSICS, Shared};
 const LENS_SQUARE: f64 = 0.25;
 
 /// A place on the table or in the picture, m.
-pub(super) type Point = Vector2<f64>;
+pub(crate) type Point = Vector2<f64>;
 
 /// A ball in the picture.
-pub(super) struct Seen {
+pub(crate) struct Seen {
     /// Place in the picture, m from its middle.
     pub place: Point,
     /// Derivative by the place on the table.
@@ -40,7 +40,7 @@ pub(super) struct Seen {
 
 /// The map from table to picture.
 #[derive(Clone, Debug)]
-pub(super) struct Camera {
+pub(crate) struct Camera {
     scale: f64,
     aspect: f64,
     shear: f64,

@@ -11,7 +11,7 @@ use super::frames::{Frame, MeasuredSpin, ShotFrames, World};
 use super::impact::{Contact, Correction};
 use super::own::{self, OWN};
 use super::priors::list_unknowns;
-use super::spins::{FIRST_SPREADS, SIDE_SPREAD, ShotSpin};
+use super::spins::{FIRST_SPREADS, LEAST_SPREAD, SIDE_SPREAD, ShotSpin};
 use super::{resting, stated_noise};
 use crate::extraction::{
     Rotation, Rotations, Unusable, from_paths, leave_out_before_cushion, noise_correlation,
@@ -111,8 +111,8 @@ impl Guessed {
 /// Why a film cannot be fitted.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 pub enum FilmError {
-    /// The data set has no films of balls.
-    #[error("the data set has no films of balls")]
+    /// The data set has no films of these bodies.
+    #[error("the data set has no such films")]
     NoFilm,
     /// No shot shows an impact; with the name and the reason of each.
     #[error("none of {} shots shows an impact; of the first: {}", .0.len(), .0.first().map_or("", |(_, why)| why))]
@@ -178,9 +178,9 @@ impl Film {
         }
         let contact = Contact::new(&modelling.model, &unknowns);
         let world = World { contact, noise: [noise; 2] };
-        let mut spreads = FIRST_SPREADS.map(Spread::first);
+        let mut spreads = FIRST_SPREADS.map(|first| Spread::first(first, LEAST_SPREAD));
         if dataset.side_sd > 0.0 {
-            spreads[SIDE_SPREAD] = Spread::first(dataset.side_sd);
+            spreads[SIDE_SPREAD] = Spread::first(dataset.side_sd, LEAST_SPREAD);
         }
         let names = guessed.iter().map(|g| g.shot.name.clone()).collect();
         let block = FilmBlock {

@@ -19,7 +19,7 @@ const COLUMNS: usize = OWN + SHARED + 1;
 /// (Huber 1964). A frame exceeds it by chance once in 3000.
 const HUBER: f64 = 4.0;
 
-/// One ball in one frame.
+/// A ball, or a point on a disc, in one frame.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Frame {
     /// s
@@ -224,7 +224,7 @@ fn add_spin(measured: &MeasuredSpin, struck: &Struck, radius: f64, total: &mut C
 }
 
 /// Returns the correlation of errors `seconds` apart.
-fn correlation(rho: f64, seconds: f64, fps: f64) -> f64 {
+pub(crate) fn correlation(rho: f64, seconds: f64, fps: f64) -> f64 {
     let frames = (seconds * fps).round().clamp(1.0, 1e6);
     rho.powi(frames as i32)
 }
@@ -290,12 +290,13 @@ fn spread(row: &Row, piece: &Piece) -> SVector<f64, COLUMNS> {
     let mut all = SVector::<f64, COLUMNS>::zeros();
     let coefficients = SVector::<f64, COEFFICIENTS>::from_column_slice(&row[..COEFFICIENTS]);
     all.fixed_rows_mut::<INPUTS>(0).copy_from(&piece.by.tr_mul(&coefficients));
-    all.fixed_rows_mut::<REST>(INPUTS).copy_from_slice(&row[COEFFICIENTS..LOCAL]);
+    all.fixed_rows_mut::<CAMERA>(INPUTS).copy_from_slice(&row[COEFFICIENTS..LOCAL - 1]);
+    all[COLUMNS - 1] = row[LOCAL - 1];
     all
 }
 
 /// Returns the weight of a frame with these residuals, and its cost.
-fn weigh(x: f64, y: f64) -> (f64, f64) {
+pub(crate) fn weigh(x: f64, y: f64) -> (f64, f64) {
     let square = x * x + y * y;
     let length = square.sqrt();
     if length <= HUBER { (1.0, square) } else { (HUBER / length, HUBER * (2.0 * length - HUBER)) }
@@ -341,9 +342,17 @@ impl Sums {
         let by_inputs = piece.by.transpose();
         let mut block = total.fixed_view_mut::<INPUTS, INPUTS>(0, 0);
         block += by_inputs * (sums.fixed_view::<COEFFICIENTS, COEFFICIENTS>(0, 0) * piece.by);
-        let mut block = total.fixed_view_mut::<INPUTS, REST>(0, INPUTS);
-        block += by_inputs * sums.fixed_view::<COEFFICIENTS, REST>(0, COEFFICIENTS);
-        let mut block = total.fixed_view_mut::<REST, REST>(INPUTS, INPUTS);
-        block += sums.fixed_view::<REST, REST>(COEFFICIENTS, COEFFICIENTS);
+        // the camera, and the residual, between which others have their columns
+        let beside = by_inputs * sums.fixed_view::<COEFFICIENTS, REST>(0, COEFFICIENTS);
+        let rest = sums.fixed_view::<REST, REST>(COEFFICIENTS, COEFFICIENTS);
+        let mut block = total.fixed_view_mut::<INPUTS, CAMERA>(0, INPUTS);
+        block += beside.fixed_columns::<CAMERA>(0);
+        let mut block = total.fixed_view_mut::<INPUTS, 1>(0, COLUMNS - 1);
+        block += beside.fixed_columns::<1>(CAMERA);
+        let mut block = total.fixed_view_mut::<CAMERA, CAMERA>(INPUTS, INPUTS);
+        block += rest.fixed_view::<CAMERA, CAMERA>(0, 0);
+        let mut block = total.fixed_view_mut::<CAMERA, 1>(INPUTS, COLUMNS - 1);
+        block += rest.fixed_view::<CAMERA, 1>(0, CAMERA);
+        total[(COLUMNS - 1, COLUMNS - 1)] += rest[(CAMERA, CAMERA)];
     }
 }

@@ -24,7 +24,7 @@ const LEAST_FRAMES: usize = 4;
 const MEDIAN_OF_TWO: f64 = 1.386;
 
 /// Returns the probability that χ² of `dof` degrees of freedom exceeds `chi2`.
-fn tail(chi2: f64, dof: f64) -> f64 {
+pub(crate) fn tail(chi2: f64, dof: f64) -> f64 {
     ChiSquared::new(dof).map_or(1.0, |distribution| distribution.sf(chi2))
 }
 
@@ -52,7 +52,7 @@ pub(crate) fn leave_out_frames(film: &mut FilmBlock, own: &[Own], shared: &Share
 }
 
 /// Returns the indices of the frames of one ball that are left out.
-fn outlying(frames: &[Whitened], instant: f64, policy: &Policy) -> Vec<usize> {
+pub(crate) fn outlying(frames: &[Whitened], instant: f64, policy: &Policy) -> Vec<usize> {
     // by the median, so that wrong frames do not hide each other
     let scale = (median(frames.iter().map(|frame| frame.square).collect()) / MEDIAN_OF_TWO).max(1.0);
     let first_after = frames.partition_point(|frame| frame.time < instant);

@@ -11,7 +11,7 @@ use super::impact::{Contact, Correction};
 use super::motion::{Piece, Stretch, Struck, follow_balls};
 use super::own::{self, OWN};
 use super::priors::list_unknowns;
-use super::spins::{FIRST_SPREADS, ShotSpin};
+use super::spins::{FIRST_SPREADS, LEAST_SPREAD, ShotSpin};
 use crate::measurement::dataset::{Dataset, Tracks};
 use crate::measurement::spin::Spin;
 use crate::physics::collision::{Model, NotACollision};
@@ -104,7 +104,7 @@ pub(crate) fn information(
     let film = FilmBlock {
         shots: Arc::new(vec![frames]),
         spins: vec![spin],
-        spreads: FIRST_SPREADS.map(Spread::first),
+        spreads: FIRST_SPREADS.map(|first| Spread::first(first, LEAST_SPREAD)),
         world: World { contact, noise: [noise; 2] },
         states_noise: true,
         corrections: vec![rigid],

@@ -103,7 +103,7 @@ fn list_cloth(all: &mut [Unknown], dataset: &Dataset) {
     known(all, Id::TiltY, 0.0, TILT_SD);
 }
 
-fn list_camera(all: &mut [Unknown], tracks: &Tracks) {
+pub(crate) fn list_camera(all: &mut [Unknown], tracks: &Tracks) {
     for (id, correction) in [
         (Id::Scale, Correction::Scale),
         (Id::Aspect, Correction::Aspect),

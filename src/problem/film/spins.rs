@@ -33,6 +33,9 @@ pub(super) const SIDE_SPREAD: usize = 1;
 /// frames are seen: half a tip's width off the middle of the ball.
 pub(super) const FIRST_SPREADS: [f64; 2] = [0.05, 0.02];
 
+/// Smallest spread of topspin, in parts of natural roll: no frames determine a smaller one.
+pub(super) const LEAST_SPREAD: f64 = 0.004;
+
 /// The spin of one shot.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct ShotSpin {

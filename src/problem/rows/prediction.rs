@@ -33,11 +33,7 @@ pub struct Prediction {
 ///
 /// # Errors
 /// A shot whose inputs are not all known, or that is no collision.
-pub fn predict(
-    shot: &Shot,
-    model: &Model,
-    coefficients: &Coefficients,
-) -> Result<Prediction, Unpredictable> {
+pub fn predict(shot: &Shot, model: &Model, coefficients: &Coefficients) -> Result<Prediction, Unpredictable> {
     let bare = Dataset::new("", model.ball, Vec::new());
     let made = RowShot::new(shot, &bare, model.law != Law::Constant || model.e_slope.is_some())?;
     let mut shared = Shared(vec![0.0; SHARED]);

@@ -4,10 +4,10 @@ use nalgebra::{DMatrix, DVector};
 use num_dual::DualNum;
 
 use super::view::View;
-use crate::numerics::wrap;
 use crate::measurement::dataset::{Before, Dataset, Joint, Measured, Measurement, Shared as Common, Shot};
 use crate::measurement::observable::Observable;
 use crate::measurement::spin::Spin;
+use crate::numerics::wrap;
 use crate::physics::collision::NotACollision;
 use crate::problem::film::dual::{Dual, DualVector, Gradient, constant, gradient, norm};
 use crate::problem::film::impact::{Contact, Correction, Side};

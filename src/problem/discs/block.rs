@@ -1,0 +1,146 @@
+//! The frames of the discs of some shots as a block.
+
+use std::sync::Arc;
+
+use super::frames::{NOISES, ShotFrames};
+use super::own;
+use crate::physics::disc::Discs;
+use crate::physics::name::worded;
+use crate::problem::sums::{Contribution, Noise, OwnPrior, Spread};
+use crate::problem::unknowns::{Normal, Own, Shared};
+
+worded! {
+    /// What differs from shot to shot beyond the noise of the frames.
+    #[derive(Clone, Copy, Debug, PartialEq, Eq)]
+    pub enum Component {
+        /// e.
+        Restitution = "e",
+        /// J_t/J_n.
+        Ratio = "impulse_ratio",
+        /// Momentum gained along and across the line of centres, over the normal impulse.
+        Momentum = "momentum",
+        /// J_t/J_n by the spins of the discs less that by their paths.
+        SpinRatio = "spin_ratio",
+        /// Distance of the centres at the impact, m.
+        Distance = "contact_distance_m",
+        /// Deceleration of a disc on one side of the impact, m/s².
+        Slowing = "slowing_m_s2",
+    }
+    /// The name in output.
+    pub fn name;
+}
+
+impl Component {
+    /// Returns the places of its own unknowns.
+    pub(super) fn places(self) -> std::ops::Range<usize> {
+        match self {
+            Self::Restitution => own::RESTITUTION..own::RATIO,
+            Self::Ratio => own::RATIO..own::MOMENTUM,
+            Self::Momentum => own::MOMENTUM..own::SPIN_RATIO,
+            Self::SpinRatio => own::SPIN_RATIO..own::SLOWING,
+            Self::Distance => own::DISTANCE..own::VELOCITY,
+            Self::Slowing => own::SLOWING..own::CORE,
+        }
+    }
+
+    /// Returns its standard deviation from shot to shot before the frames are seen: as large as hands and
+    /// tables make it (data/pucks-chalmers-2023), since estimates decrease faster than they grow.
+    fn first(self) -> f64 {
+        match self {
+            Self::Restitution | Self::Ratio | Self::SpinRatio => 0.05,
+            Self::Momentum => 0.03,
+            Self::Distance => 1e-3,
+            Self::Slowing => 1.0,
+        }
+    }
+
+    /// Returns the smallest standard deviation that frames determine.
+    fn least(self) -> f64 {
+        match self {
+            Self::Restitution | Self::Ratio | Self::SpinRatio => 2e-4,
+            Self::Momentum => 1e-4,
+            Self::Distance => 3e-6,
+            Self::Slowing => 5e-4,
+        }
+    }
+}
+
+/// Frames of discs.
+#[derive(Clone)]
+pub(crate) struct DiscBlock {
+    pub shots: Arc<Vec<ShotFrames>>,
+    pub discs: Discs,
+    /// Of each shot: of each disc along x and along y.
+    pub noise: Vec<Noise>,
+    /// Of each [`Component`].
+    pub spreads: Vec<Spread>,
+    /// Whether e and J_t/J_n of each shot may be any: what was measured without a law.
+    pub is_free: bool,
+}
+
+impl DiscBlock {
+    /// Returns the spreads before the frames are seen, decelerations in m/s² times `unit`.
+    pub fn first_spreads(shots: usize, unit: f64) -> Vec<Spread> {
+        let of = |component: Component| {
+            let unit = if component == Component::Slowing { unit } else { 1.0 };
+            Spread { weight: 0.0, ..Spread::first(component.first() * unit, component.least() * unit) }
+        };
+        let mut spreads = Component::ALL.map(of).to_vec();
+        hold_spreads(&mut spreads, shots);
+        spreads
+    }
+
+    /// Returns the sums of shot `i`, with what is known of its own unknowns.
+    pub fn contribute(&self, i: usize, own: &Own, shared: &Shared) -> Contribution {
+        let noise = (self.noise.as_slice(), NOISES * i);
+        let mut sums = self.shots[i].contribute(own, shared, &self.discs, noise);
+        for (place, prior) in self.own_priors(i) {
+            sums.add_prior(place, prior.normal(&self.spreads), own[place]);
+        }
+        sums
+    }
+
+    /// Returns what is known of own unknowns of shot `i`.
+    pub fn own_priors(&self, i: usize) -> Vec<(usize, OwnPrior)> {
+        let mut priors = self.shots[i].own_known.clone();
+        for (which, component) in Component::ALL.into_iter().enumerate() {
+            let prior = match component {
+                Component::Restitution if self.is_free => OwnPrior::Stated(Normal { mean: 0.0, sd: 1.0 }),
+                Component::Ratio if self.is_free => OwnPrior::Stated(FREE_RATIO),
+                _ => OwnPrior::Spread(which),
+            };
+            let is_open = |place: &usize| !self.shots[i].own_known.iter().any(|(known, _)| known == place);
+            priors.extend(component.places().filter(is_open).map(|place| (place, prior)));
+        }
+        priors
+    }
+
+    /// Takes shots in the place of all, one may be taken several times.
+    pub fn take(&mut self, indices: &[usize]) {
+        self.shots = Arc::new(indices.iter().map(|i| self.shots[*i].clone()).collect());
+        self.noise =
+            indices.iter().flat_map(|i| &self.noise[NOISES * i..NOISES * (i + 1)]).copied().collect();
+        hold_spreads(&mut self.spreads, indices.len());
+    }
+
+    /// Keeps the shots for which `keep` is true.
+    pub fn retain(&mut self, keep: &[bool]) {
+        let kept = |i: &usize| keep.get(*i).copied().unwrap_or(true);
+        self.take(&(0..self.shots.len()).filter(kept).collect::<Vec<_>>());
+    }
+}
+
+/// Holds the spreads of a single shot, which shows none but that of its four decelerations: its own
+/// values are then those of its discs.
+fn hold_spreads(spreads: &mut [Spread], shots: usize) {
+    if shots == 1 {
+        for (spread, component) in spreads.iter_mut().zip(Component::ALL) {
+            if component != Component::Slowing {
+                *spread = Spread::first(spread.least, spread.least);
+            }
+        }
+    }
+}
+
+/// J_t/J_n of which nothing is known.
+pub(super) const FREE_RATIO: Normal = Normal { mean: 0.0, sd: 3.0 };

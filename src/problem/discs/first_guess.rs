@@ -1,0 +1,343 @@
+//! From the tracks of a data set to the block of its frames: in metres from the middle of the impacts,
+//! with first guesses.
+
+use std::sync::Arc;
+
+use rayon::prelude::*;
+
+use super::block::{DiscBlock, FREE_RATIO};
+use super::frames::{NOISES, PointTrack, ShotFrames};
+use super::lines::{Line, Meeting};
+use super::own::{self, CORE};
+use super::priors::{list_unknowns, unit_of_time};
+use super::stick::{self, Stuck};
+use crate::extraction::Unusable;
+use crate::film::discs::{DISCS, centre, is_of_points, points};
+use crate::film::{drops, frame_noise, grid};
+use crate::measurement::dataset::Dataset;
+use crate::measurement::spin::Spin;
+use crate::measurement::track::{Sample, TrackShot};
+use crate::numerics::median;
+use crate::physics::disc::Discs;
+use crate::problem::film::camera::Point;
+use crate::problem::film::film_data::FilmError;
+use crate::problem::film::frames::Frame;
+use crate::problem::sums::{Noise, OwnPrior};
+use crate::problem::unknowns::{Id, Normal, Own, Shared, Unknown};
+
+/// A distance of the centres of which nothing is known, m.
+const ANY_DISTANCE: Normal = Normal { mean: 0.0, sd: 1e3 };
+
+/// Noise of the first descents, as a part of the distance of the centres: lines through the frames next
+/// to an impact miss the discs by as much.
+const COARSE: f64 = 0.01;
+
+/// A film of discs as a block, with its shared unknowns, first guesses and the names of its shots.
+pub(crate) struct DiscFilm {
+    pub block: DiscBlock,
+    pub unknowns: Vec<Unknown>,
+    /// First guesses.
+    pub own: Vec<Own>,
+    pub names: Vec<String>,
+    pub left_out: Vec<(String, String)>,
+    /// How the discs of each shot stick together, if they do.
+    pub stuck: Vec<Option<Stuck>>,
+    /// Standard deviation of a coordinate of each shot that neighbouring frames show, m.
+    pub position_sd: Vec<f64>,
+    /// Metres in a unit of length of the film.
+    pub unit: f64,
+    /// Middle of the impacts in the film, in its unit.
+    pub middle: Point,
+}
+
+/// A shot that can be fitted.
+struct Guessed {
+    shot: TrackShot,
+    meeting: Meeting,
+    stuck: Option<Stuck>,
+}
+
+impl DiscFilm {
+    /// Returns the block of a data set's films.
+    ///
+    /// # Errors
+    /// See [`FilmError`].
+    pub fn new(dataset: &Dataset) -> Result<Self, FilmError> {
+        let tracks = dataset.tracks.as_ref().filter(|tracks| !tracks.shots.is_empty());
+        let tracks = tracks.ok_or(FilmError::NoFilm)?;
+        let discs = tracks.discs.ok_or(FilmError::NoFilm)?;
+        let guess = |shot: &TrackShot| -> Result<Guessed, (String, Unusable)> {
+            let mut shot = shot.clone();
+            drops::repair(&mut shot);
+            let stuck = stick::find(&shot);
+            match meeting(&shot, stuck.as_ref()) {
+                Ok(meeting) => Ok(Guessed { shot, meeting, stuck }),
+                Err(why) => Err((shot.name, why)),
+            }
+        };
+        let mut guessed = Vec::new();
+        let mut left_out = Vec::new();
+        for guess in tracks.shots.par_iter().map(guess).collect::<Vec<_>>() {
+            match guess {
+                Ok(guess) => guessed.push(guess),
+                Err((name, why)) => left_out.push((name, why.to_string())),
+            }
+        }
+        if guessed.is_empty() {
+            return Err(FilmError::NoImpact(left_out));
+        }
+        let middle_of = |axis: usize| median(guessed.iter().map(|g| g.meeting.places[0][axis]).collect());
+        let middle = Point::new(middle_of(0), middle_of(1));
+        let distance = median(guessed.iter().map(|guessed| guessed.meeting.distance()).collect());
+        let stated = discs.radii.map(|[first, second]| first + second);
+        let unit = stated.filter(|_| tracks.from_balls).map_or(1.0, |stated| stated / distance);
+        let mass_ratio = median(guessed.iter().map(|guessed| guessed.meeting.mass_ratio()).collect());
+        let is_flat = guessed.iter().any(|guessed| frame_noise::constant_axis(&guessed.shot).is_some());
+        let means = [unit * distance, mass_ratio];
+        let unknowns = list_unknowns(dataset, tracks, &discs, means, (guessed.len(), is_flat));
+        let shared = Shared(unknowns.iter().map(|unknown| unknown.start).collect());
+        let mut film = Self {
+            block: DiscBlock {
+                shots: Arc::default(),
+                discs,
+                noise: Vec::new(),
+                spreads: DiscBlock::first_spreads(guessed.len(), unit_of_time(&discs).powi(2)),
+                is_free: true,
+            },
+            unknowns,
+            own: Vec::new(),
+            names: guessed.iter().map(|guessed| guessed.shot.name.clone()).collect(),
+            left_out,
+            stuck: guessed.iter().map(|guessed| guessed.stuck).collect(),
+            position_sd: Vec::new(),
+            unit,
+            middle,
+        };
+        let mut shots = Vec::new();
+        for guessed in &guessed {
+            let sd = unit * frame_noise::noise_near(&guessed.shot, guessed.meeting.time);
+            let coarse = COARSE * guessed.meeting.distance() * unit;
+            let rho = guessed.shot.correlation;
+            film.block.noise.extend([Noise { sd: sd.max(coarse), rho }; NOISES]);
+            film.position_sd.push(sd);
+            let (frames, own) = frames_of(guessed, &discs, (middle, unit), &shared);
+            shots.push(frames);
+            film.own.push(own);
+        }
+        film.block.shots = Arc::new(shots);
+        for (i, own) in film.own.iter_mut().enumerate() {
+            let outcome = [own[own::RESTITUTION], own[own::RATIO]];
+            film.block.set_outcome(i, own, &shared, outcome);
+        }
+        Ok(film)
+    }
+}
+
+impl Meeting {
+    fn distance(&self) -> f64 {
+        let [a, b] = self.places;
+        (b[0] - a[0]).hypot(b[1] - a[1])
+    }
+
+    /// Returns m₁/m₂ of which momentum is conserved along the line of centres.
+    fn mass_ratio(&self) -> f64 {
+        let [a, b] = self.places;
+        let change = |disc: usize| {
+            let [before, after] = self.velocities[disc];
+            (0..2).map(|k| (after[k] - before[k]) * (b[k] - a[k])).sum::<f64>()
+        };
+        -change(1) / change(0)
+    }
+}
+
+/// Returns where the discs of a shot meet. Those that stick together have no paths of their own after it.
+fn meeting(shot: &TrackShot, stuck: Option<&Stuck>) -> Result<Meeting, Unusable> {
+    let Some(Stuck { settling: [time, _], .. }) = stuck else { return Meeting::find(shot) };
+    let lines = [&shot.cue, &shot.object].map(|samples| Line::beside(samples, *time, shot.fps.recip()));
+    let line = |disc: usize, side: usize| lines[disc][side].unwrap_or_default();
+    Ok(Meeting {
+        time: *time,
+        places: [0, 1].map(|disc| line(disc, 0).position),
+        velocities: [0, 1].map(|disc| [line(disc, 0).velocity, line(disc, 1).velocity]),
+    })
+}
+
+/// Returns the frames of a shot and a first guess of its own unknowns.
+fn frames_of(
+    guessed: &Guessed,
+    discs: &Discs,
+    (middle, unit): (Point, f64),
+    shared: &Shared,
+) -> (ShotFrames, Own) {
+    let Guessed { shot, meeting, stuck } = guessed;
+    let flat = frame_noise::constant_axis(shot);
+    let mut marks = Vec::new();
+    let mut tracks = Vec::new();
+    let mut marked = [CORE; 3];
+    let mut spins = [[0.0; 2]; 2];
+    let mut turns = [false; 2];
+    for (disc, which) in DISCS.into_iter().enumerate() {
+        let own = if flat.is_some() { Vec::new() } else { points(shot, which) };
+        let turnings =
+            own.iter().map(|marker| Turning::of(marker, centre(shot, which), meeting.time, shot.fps));
+        let seen: Vec<(&[Sample], Turning)> =
+            own.iter().copied().zip(turnings).filter_map(|(own, turning)| Some((own, turning?))).collect();
+        let is_circle = is_of_points(shot, which);
+        if !is_circle || seen.is_empty() {
+            tracks.push((disc, None, centre(shot, which)));
+        }
+        let first = CORE + marks.len();
+        for (i, (marker, _)) in seen.iter().enumerate() {
+            let radius = if is_circle { first + seen.len() } else { first + seen.len() + i };
+            tracks.push((disc, Some([first + i, radius]), marker));
+        }
+        turns[disc] = !seen.is_empty();
+        if turns[disc] {
+            spins[disc] =
+                [0, 1].map(|side| median(seen.iter().map(|(_, turning)| turning.rates[side]).collect()));
+            marks.extend(seen.iter().map(|(_, turning)| turning.direction));
+            let radii: Vec<f64> = seen.iter().map(|(_, turning)| unit * turning.radius).collect();
+            if is_circle { marks.push(median(radii)) } else { marks.extend(radii) }
+        }
+        marked[disc + 1] = CORE + marks.len();
+    }
+    let track_of = |(disc, marker, samples): &(usize, Option<[usize; 2]>, &[Sample])| PointTrack {
+        disc: *disc,
+        marker: *marker,
+        frames: frames_of_track(samples, shot, (*disc, flat), (middle, unit)),
+    };
+    let mut known = Vec::new();
+    let held = |places: &[usize]| places.iter().map(|place| (*place, OwnPrior::Held)).collect::<Vec<_>>();
+    for disc in (0..2).filter(|disc| !turns[*disc]) {
+        known.extend(held(&[own::SPIN + disc, own::SPIN_RATIO + disc]));
+    }
+    let knows_slip = turns == [true; 2] || shot.spin == Spin::Stun;
+    match flat {
+        Some(axis) => {
+            let across = [own::X + axis, own::VELOCITY + axis, own::VELOCITY + 2 + axis];
+            known.extend(held(&across));
+            known.extend(held(&[own::DIRECTION, own::RATIO, own::MOMENTUM + 1, own::LEAD]));
+            known.push((own::DISTANCE, OwnPrior::Stated(ANY_DISTANCE)));
+        }
+        None if stuck.is_some() || !knows_slip => known.push((own::RATIO, OwnPrior::Stated(FREE_RATIO))),
+        None => {}
+    }
+    if stuck.is_some() {
+        known.extend(held(&[own::RESTITUTION, own::LEAD]));
+        known.extend((0..2).filter(|disc| turns[*disc]).flat_map(|disc| held(&[own::SPIN_RATIO + disc])));
+    }
+    if stuck.is_none() && flat.is_none() {
+        known.push((own::LEAD, OwnPrior::Stated(Normal { mean: 0.0, sd: shot.fps.recip() })));
+    }
+    let frames = ShotFrames {
+        tracks: tracks.iter().map(track_of).collect(),
+        fps: shot.fps,
+        turns,
+        knows_slip: knows_slip && flat.is_none(),
+        flat,
+        settling: stuck.map(|stuck| stuck.settling),
+        marked,
+        own_known: known,
+    };
+
+    let mut values = Own::zeros(CORE + marks.len());
+    values.rows_mut(CORE, marks.len()).copy_from_slice(&marks);
+    let [first, second] = meeting.places.map(|place| (Point::from(place) - middle) * unit);
+    let velocity = |disc: usize, side: usize| Point::from(meeting.velocities[disc][side]) * unit;
+    values[own::TIME] = meeting.time;
+    values.fixed_rows_mut::<2>(own::X).copy_from(&first);
+    let relative = [0, 1].map(|side| velocity(1, side) - velocity(0, side));
+    // marks on the edges that touch are at no distance
+    let across = if flat.is_some() { -relative[0] } else { second - first };
+    values[own::DIRECTION] = across.y.atan2(across.x);
+    let n = across.normalize();
+    values[own::DISTANCE] =
+        stuck.map_or((second - first).dot(&n), |stuck| unit * stuck.distance) - shared[Id::ContactDistance];
+    values.fixed_rows_mut::<2>(own::VELOCITY).copy_from(&velocity(0, 0));
+    values.fixed_rows_mut::<2>(own::VELOCITY + 2).copy_from(&velocity(1, 0));
+    if stuck.is_some() {
+        for disc in 0..2 {
+            values[own::SPIN + disc] = spins[disc][0];
+        }
+        return (frames, values);
+    }
+    let change = relative[1] - relative[0];
+    let t = Point::new(-n.y, n.x);
+    let ratio = change.dot(&t) / change.dot(&n);
+    // the outcome, of which the law's part is taken later
+    values[own::RESTITUTION] = -relative[1].dot(&n) / relative[0].dot(&n);
+    values[own::RATIO] = ratio;
+    for disc in (0..2).filter(|disc| turns[*disc]) {
+        values[own::SPIN + disc] = spins[disc][0];
+        // Δω = −(J_t/J_n + d_S) (J_n/m)/(ν R)
+        let radius = discs.radii.map_or(0.5 * unit * meeting.distance(), |radii| radii[disc]);
+        let normal = (velocity(disc, 1) - velocity(disc, 0)).dot(&n).abs();
+        let turned = spins[disc][1] - spins[disc][0];
+        values[own::SPIN_RATIO + disc] = -turned * discs.inertia * radius / normal - ratio;
+    }
+    (frames, values)
+}
+
+/// Returns the frames of a point in metres from the middle.
+fn frames_of_track(
+    samples: &[Sample],
+    shot: &TrackShot,
+    (disc, flat): (usize, Option<usize>),
+    (middle, unit): (Point, f64),
+) -> Vec<Frame> {
+    let noise = frame_noise::noise(shot);
+    let step = shot.resolution[disc];
+    let repeats = grid::repeats(samples, noise.max(grid::rounding(step)), step, false);
+    let frame = |(sample, repeats): (&Sample, [f64; 2])| {
+        let weight = |axis: usize| {
+            let sd = sample.sd.map_or(1.0, |sd| sd[axis] / noise);
+            if flat == Some(axis) {
+                0.0
+            } else {
+                (repeats[axis].sqrt() * if sd > 0.0 { sd } else { 1.0 }).recip()
+            }
+        };
+        Frame {
+            time: sample.t,
+            seen: (Point::new(sample.x, sample.y) - middle) * unit,
+            weight: Point::new(weight(0), weight(1)),
+            used: true,
+        }
+    };
+    let frames = samples.iter().zip(repeats).map(frame);
+    frames.filter(|frame| frame.seen.x.is_finite() && frame.seen.y.is_finite()).collect()
+}
+
+/// How a marker goes round its disc.
+struct Turning {
+    /// Angular velocities before and after the impact, rad/s.
+    rates: [f64; 2],
+    /// Direction from the centre at the impact, rad.
+    direction: f64,
+    /// Distance from the centre, m.
+    radius: f64,
+}
+
+impl Turning {
+    /// Returns how a marker turns about the centre of its disc, less than half a turn a frame; `None` if
+    /// it was seen in too few frames.
+    fn of(marker: &[Sample], centre: &[Sample], time: f64, fps: f64) -> Option<Self> {
+        let mut arms: Vec<Sample> = Vec::new();
+        for seen in marker {
+            let i = centre.partition_point(|centre| centre.t < seen.t);
+            let Some(middle) = centre.get(i).filter(|centre| centre.t == seen.t) else { continue };
+            let [x, y] = [seen.x - middle.x, seen.y - middle.y];
+            let last = arms.last().map_or(0.0, |last| last.x);
+            let turn = (y.atan2(x) - last).rem_euclid(std::f64::consts::TAU);
+            let turn = if turn > std::f64::consts::PI { turn - std::f64::consts::TAU } else { turn };
+            arms.push(Sample::new(seen.t, [last + turn, x.hypot(y)]));
+        }
+        let [before, after] = Line::beside(&arms, time, fps.recip());
+        let (before, after) = (before?, after?);
+        Some(Self {
+            rates: [before.velocity[0], after.velocity[0]],
+            direction: before.position[0],
+            radius: median(arms.iter().map(|arm| arm.y).collect()),
+        })
+    }
+}

@@ -1,0 +1,161 @@
+//! Straight lines through the frames of discs on both sides of where they are nearest: first guesses.
+
+use crate::extraction::{Bodies, Unusable};
+use crate::film::frame_noise::constant_axis;
+use crate::measurement::track::{Sample, TrackShot};
+use crate::numerics::median;
+
+/// Frames of each disc on either side of the impact that are needed.
+pub(super) const LEAST: usize = 4;
+
+/// Frames next to the impact that give the lines.
+const NEAR: usize = 12;
+
+/// Frames, besides a gap in the tracks, by which the instant differs from that of the frame in which the
+/// discs are nearest.
+const FARTHEST: f64 = 2.0;
+const ROUNDS: usize = 4;
+
+/// Part of itself by which the relative velocity changes at least.
+const CHANGE: f64 = 1e-3;
+
+/// Returns times and distances of the centres, in the frames that have both, each the middle one of three
+/// neighbours, so that a frame in which a disc was mistaken for another does not count.
+pub(super) fn distances(shot: &TrackShot) -> Vec<(f64, f64)> {
+    let mut distances = Vec::new();
+    for a in &shot.cue {
+        // a rolling shutter reads one disc a little earlier than the other
+        let i = shot.object.partition_point(|b| b.t < a.t);
+        let around = i.checked_sub(1).into_iter().chain([i]).filter_map(|i| shot.object.get(i));
+        let nearest = around.min_by(|b, c| (b.t - a.t).abs().total_cmp(&(c.t - a.t).abs()));
+        if let Some(b) = nearest.filter(|b| (b.t - a.t).abs() * shot.fps < 0.25) {
+            distances.push((a.t, (b.x - a.x).hypot(b.y - a.y)));
+        }
+    }
+    let middle = |three: &[(f64, f64)]| (three[1].0, median(three.iter().map(|one| one.1).collect()));
+    distances.windows(3).map(middle).collect()
+}
+
+/// A straight path.
+#[derive(Clone, Copy, Default)]
+pub(super) struct Line {
+    /// At the instant that the line was asked for.
+    pub position: [f64; 2],
+    pub velocity: [f64; 2],
+}
+
+impl Line {
+    /// Returns the line by medians (Theil and Sen): wrong frames do not count.
+    pub fn through(samples: &[Sample], at: f64) -> Self {
+        let mut line = Self::default();
+        for (k, pick) in [(0, (|s: &Sample| s.x) as fn(&Sample) -> f64), (1, |s| s.y)] {
+            let pairs =
+                samples.iter().enumerate().flat_map(|(i, a)| samples[i + 1..].iter().map(move |b| (a, b)));
+            let slope = median(pairs.map(|(a, b)| (pick(b) - pick(a)) / (b.t - a.t)).collect());
+            line.velocity[k] = slope;
+            line.position[k] = median(samples.iter().map(|s| pick(s) - slope * (s.t - at)).collect());
+        }
+        line
+    }
+
+    /// Returns the lines through the frames next to an instant, before and after it.
+    pub fn beside(samples: &[Sample], at: f64, frame: f64) -> [Option<Self>; 2] {
+        let before = samples.partition_point(|s| s.t < at - 0.5 * frame);
+        let after = samples.partition_point(|s| s.t < at + 0.5 * frame);
+        let sides =
+            [&samples[before.saturating_sub(NEAR)..before], &samples[after..samples.len().min(after + NEAR)]];
+        sides.map(|near| (near.len() >= LEAST).then(|| Self::through(near, at)))
+    }
+
+    fn at(&self, late: f64) -> [f64; 2] {
+        [0, 1].map(|k| self.position[k] + self.velocity[k] * late)
+    }
+}
+
+/// A first guess of an impact.
+pub(super) struct Meeting {
+    /// Instant, s.
+    pub time: f64,
+    /// Places of the centres then, m.
+    pub places: [[f64; 2]; 2],
+    /// Velocities of each disc before and after, m/s.
+    pub velocities: [[[f64; 2]; 2]; 2],
+}
+
+impl Meeting {
+    /// Returns where the discs of a shot meet and part again.
+    ///
+    /// # Errors
+    /// They do not, or the frames are too few.
+    pub fn find(shot: &TrackShot) -> Result<Self, Unusable> {
+        let discs = [shot.cue.as_slice(), &shot.object];
+        if discs.iter().any(|samples| samples.len() < 2 * LEAST) {
+            let frames = [shot.cue.len(), shot.object.len()];
+            return Err(Unusable::TooShort { bodies: Bodies::Discs, frames, least: 2 * LEAST });
+        }
+        let distances = distances(shot);
+        let nearest = distances.iter().min_by(|a, b| a.1.total_cmp(&b.1));
+        let mut time = nearest.ok_or(Unusable::NoCollision(Bodies::Discs))?.0;
+        let frame = 1.0 / shot.fps;
+        let steps = discs.iter().flat_map(|samples| samples.windows(2)).map(|two| two[1].t - two[0].t);
+        let farthest = steps.fold(FARTHEST * frame, f64::max);
+        let mut lines = lines_beside(discs, time, frame)?;
+        for _ in 0..ROUNDS {
+            let late = crossing(&lines);
+            if late.abs() <= FARTHEST * frame {
+                break;
+            }
+            // beyond a gap: the frames on either side are then others
+            time += late.clamp(-farthest, farthest);
+            lines = lines_beside(discs, time, frame)?;
+        }
+        let late = crossing(&lines).clamp(-FARTHEST * frame, FARTHEST * frame);
+        let difference = |[a, b]: [[f64; 2]; 2]| [b[0] - a[0], b[1] - a[1]];
+        let [g, h] = [0, 1].map(|side| difference(lines.map(|line| line[side].velocity)));
+        let [p, q] = [0, 1].map(|side| difference(lines.map(|line| line[side].at(late))));
+        let dot = |a: [f64; 2], b: [f64; 2]| a[0] * b[0] + a[1] * b[1];
+        let is_met = match constant_axis(shot) {
+            // marks on the edges that touch are at no distance
+            Some(_) => dot(g, h) < 0.0,
+            None => dot(p, g) < 0.0 && dot(q, h) > 0.0,
+        };
+        let change = (h[0] - g[0]).hypot(h[1] - g[1]);
+        if !(is_met && change > CHANGE * g[0].hypot(g[1])) {
+            return Err(Unusable::NoCollision(Bodies::Discs));
+        }
+        Ok(Self {
+            time: time + late,
+            places: lines.map(|line| line[0].at(late)),
+            velocities: lines.map(|line| line.map(|side| side.velocity)),
+        })
+    }
+}
+
+/// Returns the lines of each disc before and after an instant.
+fn lines_beside(discs: [&[Sample]; 2], at: f64, frame: f64) -> Result<[[Line; 2]; 2], Unusable> {
+    let mut lines = [[Line::default(); 2]; 2];
+    for (disc, samples) in discs.into_iter().enumerate() {
+        for (side, line) in Line::beside(samples, at, frame).into_iter().enumerate() {
+            let near = samples.iter().filter(|s| (s.t > at) == (side == 1)).count();
+            let few = Unusable::too_few(Bodies::Discs, [disc, side], near, LEAST);
+            lines[disc][side] = line.ok_or(few)?;
+        }
+    }
+    Ok(lines)
+}
+
+/// Returns how much later than the instant of the lines the relative paths before and after it are
+/// nearest to each other, s: τ = −Δp·Δg/|Δg|².
+fn crossing(lines: &[[Line; 2]; 2]) -> f64 {
+    let (mut along, mut square) = (0.0, 0.0);
+    for k in 0..2 {
+        let change = |pick: fn(&Line) -> [f64; 2]| {
+            let [first, second] = lines.map(|line| pick(&line[1])[k] - pick(&line[0])[k]);
+            second - first
+        };
+        let (jump, turn) = (change(|line| line.position), change(|line| line.velocity));
+        along += jump * turn;
+        square += turn * turn;
+    }
+    if square > 0.0 { -along / square } else { 0.0 }
+}

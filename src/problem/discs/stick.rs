@@ -1,0 +1,89 @@
+//! Discs that stick together: after the impact their centres stay as far apart as they then were.
+
+use super::lines::{LEAST, distances};
+use crate::film::frame_noise::noise_of;
+use crate::measurement::dataset::Measured;
+use crate::measurement::track::TrackShot;
+use crate::numerics::median;
+
+/// Part of the closing speed with which discs that stick may part, three standard errors included.
+/// Real discs that part do so with a third of it and more; glue and velcro give way by two hundredths.
+const PARTING: f64 = 0.02;
+
+/// Discs touch while their distance is larger than the typical one by this part at most, or by this
+/// number of standard deviations of the noise.
+const TOUCHING: f64 = 0.01;
+const NOISES: f64 = 5.0;
+
+/// Frames that discs stay together at least, and the number after which more show nothing new.
+const LEAST_FRAMES: usize = 24;
+const MOST_FRAMES: usize = 120;
+
+/// Frames just after the contact, in which the middle one of three may still be one before it.
+const SKIPPED: usize = 2;
+
+/// Frames in a row at one distance after which the pair has settled.
+const SETTLED: usize = 6;
+
+/// Frames before the contact that give the closing speed.
+const NEAR: usize = 12;
+
+/// Standard error of a median over that of a mean, of normal errors.
+const MEDIAN_ERROR: f64 = 1.2533;
+
+/// How two discs stick together.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Stuck {
+    /// Distance of the centres while they stick together, m.
+    pub distance: f64,
+    /// Number of frames after the impact in which they stay so.
+    pub frames: usize,
+    /// Whether these frames reach to the end of the tracks.
+    pub to_the_end: bool,
+    /// Growth of that distance over the closing speed, which takes the place of e.
+    pub restitution: Measured,
+    /// Instants at which they touch and from which on they are one rigid body, s.
+    pub settling: [f64; 2],
+}
+
+/// Returns how the discs of a shot stick together; `None` if they part.
+pub(super) fn find(shot: &TrackShot) -> Option<Stuck> {
+    let distances = distances(shot);
+    let middle = |run: &[(f64, f64)]| median(run.iter().map(|(_, d)| *d).collect());
+    let nearest = (0..distances.len()).min_by(|i, j| distances[*i].1.total_cmp(&distances[*j].1))?;
+    let typical = middle(&distances[nearest..distances.len().min(nearest + MOST_FRAMES)]);
+    let noise = noise_of([&shot.cue, &shot.object], shot.resolution, (shot.fps, shot.correlation));
+    let most = typical + (TOUCHING * typical).max(NOISES * noise);
+    let first = distances.iter().position(|(_, d)| *d <= most)?;
+    let together = distances[first..].iter().take_while(|(_, d)| *d <= most).count();
+    if first < LEAST || together < LEAST_FRAMES + SKIPPED {
+        return None;
+    }
+    let used = &distances[first + SKIPPED..first + together.min(MOST_FRAMES + SKIPPED)];
+    let slope = |run: &[(f64, f64)]| {
+        let pairs = run.iter().enumerate().flat_map(|(i, a)| run[i + 1..].iter().map(move |b| (a, b)));
+        median(pairs.map(|(a, b)| (b.1 - a.1) / (b.0 - a.0)).collect())
+    };
+    let closing = -slope(&distances[first.saturating_sub(NEAR)..first]);
+    let third = used.len() / 3;
+    let [early, between, late] = [&used[..third], &used[third..2 * third], &used[2 * third..3 * third]];
+    let growth = |early: &[(f64, f64)]| (middle(late) - middle(early)) / ((late[0].0 - early[0].0) * closing);
+    // a median of distances, each with the noise of two coordinates
+    let error =
+        MEDIAN_ERROR * noise * (2.0 * 2.0 / third as f64).sqrt() / ((late[0].0 - early[0].0) * closing);
+    // discs that met within the window and part again are as far apart in its first third as in its last
+    let parting = growth(early).abs().max(growth(between).abs());
+    if !(closing > 0.0 && parting + 3.0 * error < PARTING) {
+        return None;
+    }
+    let touch = distances.iter().position(|(_, d)| *d <= typical + NOISES * noise)?;
+    let is_near = |(_, d): &(f64, f64)| (d - typical).abs() <= NOISES * noise;
+    let settled = distances[touch..].windows(SETTLED).position(|run| run.iter().all(is_near))?;
+    Some(Stuck {
+        distance: typical,
+        frames: together,
+        to_the_end: first + together == distances.len(),
+        restitution: Measured { value: growth(early), sd: Some(error) },
+        settling: [distances[touch].0, distances[touch + settled].0],
+    })
+}
