@@ -3,7 +3,9 @@
 use nalgebra::{DMatrix, DVector};
 use statrs::distribution::{ChiSquared, ContinuousCDF, FisherSnedecor, Normal, StudentsT};
 
-use super::{Compared, Difference};
+use super::findings::Finding;
+use super::result::{Compared, Difference};
+use crate::problem::{Mode, Policy, Solution};
 
 /// How sums of squares are judged.
 #[derive(Clone, Copy)]
@@ -14,6 +16,16 @@ pub(super) struct Tests {
 }
 
 impl Tests {
+    /// Returns those of a fit.
+    pub(super) fn new(solution: &Solution) -> Self {
+        let (_, count) = solution.chi2_of_data();
+        let held = |held: &Vec<bool>| held.iter().filter(|held| !**held).count();
+        let own: usize = solution.at.shots.iter().flatten().map(|shot| held(&shot.held)).sum();
+        let shared = solution.problem.unknowns.iter().filter(|unknown| unknown.mode == Mode::Free).count();
+        let estimated = solution.problem.samples.iter().any(|sample| sample.block.estimates_noise());
+        Self { dof: (count as usize).saturating_sub(own + shared), estimated }
+    }
+
     /// 97.5 % quantile.
     pub(super) fn quantile(&self) -> f64 {
         match StudentsT::new(0.0, 1.0, self.dof.max(1) as f64) {
@@ -48,7 +60,7 @@ impl Tests {
         let t = self.quantile();
         let p_value = self.p_value(value / std_error);
         let interval_95 = [value - t * std_error, value + t * std_error];
-        Difference { first, second, value, std_error, interval_95, p_value, p_holm: p_value, words: None }
+        Difference { first, second, value, std_error, interval_95, p_value, p_holm: p_value, effect: None }
     }
 }
 
@@ -86,10 +98,24 @@ pub(super) fn holm(quantities: &mut [Compared]) {
     }
 }
 
+/// Returns that the data contradict a shared quantity at the level at which a fit becomes doubtful.
+pub(super) fn contradiction(compared: &Compared) -> Option<Finding> {
+    let p_value = compared.same_or_different.filter(|_| compared.shared)?.p_value;
+    let level = 2.0 * Normal::standard().sf(Policy::default().conflict);
+    (p_value < level).then_some(Finding::NotShared { quantity: compared.quantity, p_value })
+}
+
+/// Returns the estimates of a quantity that are at a bound.
+pub(super) fn at_bounds(compared: &Compared) -> impl Iterator<Item = Finding> {
+    let quantity = compared.quantity;
+    let at_bound = compared.estimates.iter().filter(|value| value.at_bound);
+    at_bound.map(move |value| Finding::AtBound { quantity, label: value.label, bound: value.value })
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::compare::Quantity;
+    use crate::compare::quantity::Quantity;
 
     /// Four tests: 0.01·4, 0.02·3, then 0.03·2 is no less than 0.06, 0.5.
     #[test]

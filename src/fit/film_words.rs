@@ -38,7 +38,7 @@ pub(super) fn of_findings(film: &FittedFilm, scale_sd: f64) -> Vec<String> {
 }
 
 /// Returns a finding as a sentence; `None` for one that stands elsewhere.
-pub(super) fn sentence(finding: &Finding, film: &FittedFilm, scale_sd: f64) -> Option<String> {
+pub(crate) fn sentence(finding: &Finding, film: &FittedFilm, scale_sd: f64) -> Option<String> {
     Some(match finding {
         Finding::OtherUnit { factor, stated: false } => format!(
             "The scale is that of the balls, which touch at a distance of 2R: about {:.4} units of the film are 1 m.",

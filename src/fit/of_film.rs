@@ -44,7 +44,7 @@ pub(super) fn id_of(parameter: Parameter) -> Id {
 }
 
 /// What was fitted.
-pub(super) struct Fitted<'a> {
+pub(crate) struct Fitted<'a> {
     pub dataset: &'a Dataset,
     pub group: Option<(String, String)>,
     pub options: &'a Options,
@@ -66,7 +66,7 @@ impl Fitted<'_> {
         let solution = self.solution();
         let parameters = self.parameters();
         let estimates: Vec<Estimate> = parameters.iter().map(|p| self.estimate(*p)).collect();
-        let residuals = self.residuals();
+        let residuals = Self::residuals(solution);
         let (chi2_of_data, observations) = solution.chi2_of_data();
         let priors = solution.prior_chi2();
         let unknowns = solution.own_count();
@@ -190,11 +190,12 @@ impl Fitted<'_> {
         before.map(of).chain(lost).collect()
     }
 
-    /// Returns the velocities after the impact of each shot against the fit, in the frame of the table.
-    fn residuals(&self) -> Vec<Residual> {
+    /// Returns the velocities after the impact of each shot of a film against its fit, in the frame of the
+    /// table.
+    pub(crate) fn residuals(solution: &Solution) -> Vec<Residual> {
         let of_shot = |(i, name): (usize, &String)| {
             let (Some(motion), Some(Offsets { values, covariance })) =
-                (self.solution().motion(i), self.solution().offsets(0, i))
+                (solution.motion(i), solution.offsets(0, i))
             else {
                 return Vec::new();
             };
@@ -222,7 +223,7 @@ impl Fitted<'_> {
             both.flat_map(|(ball, observable)| axes.map(|(axis, by)| of(observable(axis), 2 * ball, by)))
                 .collect()
         };
-        self.solution().names[0].iter().enumerate().flat_map(of_shot).collect()
+        solution.names[0].iter().enumerate().flat_map(of_shot).collect()
     }
 
     fn diagnostics(&self, observations: f64, unknowns: usize, dof: f64) -> Diagnostics {

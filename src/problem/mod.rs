@@ -54,7 +54,15 @@ pub use solution::{Budget, Estimate, ShotInfluence, Solution};
 pub use sums::Noise;
 pub use uncertainty::{Conflict, Score, Share};
 pub use unknowns::{Id, Normal};
-pub(crate) use unknowns::{Mode, Shared, Unknown};
+pub(crate) use {
+    block::Block,
+    descent::descend,
+    film::{causes::comply, own},
+    minimise::descend_with_noise,
+    problem::{Evaluation, Problem, Sample, State},
+    uncertainty::Estimates,
+    unknowns::{Mode, Own, Shared, Unknown},
+};
 
 #[cfg(test)]
 mod tests {

@@ -5,6 +5,7 @@
 pub mod accuracy;
 mod aligned;
 pub mod compare;
+pub mod compare_words;
 pub mod content;
 pub mod csv;
 pub mod design;
