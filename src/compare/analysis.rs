@@ -62,7 +62,7 @@ pub fn analyse_watched(
         stage("fitting all together");
         Joint::new(samples, options)
     });
-    match joint.and_then(|joint| joint.compared(options, stage)) {
+    match joint.and_then(|joint| joint.compared(stage)) {
         Ok((comparison, films)) => Analysis { films, comparison: Ok(comparison) },
         Err(error) => refused(error),
     }

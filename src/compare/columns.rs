@@ -3,17 +3,18 @@
 use nalgebra::Vector2;
 
 use super::alone::Alone;
+use super::options::Options;
 use super::quantity::Quantity;
 use crate::measurement::parameter::Compliance;
 use crate::problem::own as place;
 use crate::problem::{Block, Finding, Id, Mode, Normal, Own, Problem, Sample, Shared, State, Unknown};
 
 /// What samples share.
+#[derive(Clone, Copy)]
 pub(super) struct Sharing<'a> {
-    /// Whether a quantity has a column for each label.
-    pub is_apart: &'a dyn Fn(Quantity) -> bool,
-    /// Whether one camera filmed all samples.
-    pub same_camera: bool,
+    pub options: &'a Options,
+    /// Whether labels are cloths.
+    pub by_cloth: bool,
 }
 
 /// The data of a sample as another film's camera sees them.
@@ -37,15 +38,20 @@ struct Column {
 }
 
 impl Sharing<'_> {
+    /// Returns whether a quantity has a column for each label.
+    pub fn is_apart(&self, quantity: Quantity) -> bool {
+        self.options.is_apart(quantity, self.by_cloth)
+    }
+
     /// Returns what distinguishes the columns of an unknown: samples with the same number share one.
     fn number(&self, id: Id, alone: &Alone) -> usize {
         if let Some(quantity) = Quantity::ALL.into_iter().find(|quantity| quantity.id() == id) {
-            return if (self.is_apart)(quantity) { alone.label } else { 0 };
+            return if self.is_apart(quantity) { alone.label } else { 0 };
         }
         match id {
             Id::MassRatio | Id::RadiusRatio => alone.balls,
             Id::MuR | Id::Bounce => alone.cloth,
-            id if self.same_camera && id.is_of_camera() => 0,
+            id if self.options.same_camera && id.is_of_camera() => 0,
             _ => alone.film,
         }
     }
@@ -86,7 +92,7 @@ impl Sharing<'_> {
 
     /// Returns the first sample that the same camera filmed.
     pub fn first_film<'a>(&self, alone: &'a Alone, all: &'a [Alone]) -> &'a Alone {
-        all.iter().find(|other| self.same_camera || other.film == alone.film).unwrap_or(alone)
+        all.iter().find(|other| self.options.same_camera || other.film == alone.film).unwrap_or(alone)
     }
 
     /// Returns the data of a sample and its own unknowns, with its picture in the unit and from the middle

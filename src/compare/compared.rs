@@ -16,7 +16,7 @@ enum Says {
     Nothing(Reason),
 }
 
-impl Joint {
+impl Joint<'_> {
     /// Returns whether a sample has a quantity.
     pub(super) fn has(&self, quantity: Quantity) -> bool {
         self.samples.fitted.iter().enumerate().any(|(sample, alone)| self.sample_has(sample, alone, quantity))
@@ -31,8 +31,8 @@ impl Joint {
     }
 
     /// Returns a quantity's estimates, their differences, and whether one value is enough.
-    pub(super) fn quantity(&self, quantity: Quantity, is_apart: bool) -> Compared {
-        let id = quantity.id();
+    pub(super) fn quantity(&self, quantity: Quantity) -> Compared {
+        let (id, is_apart) = (quantity.id(), self.sharing.is_apart(quantity));
         let estimates = self.estimates_of(id);
         let labels = 0..self.samples.labels.len();
         let says: Vec<Says> = labels.map(|label| self.says(label, quantity, estimates.as_ref())).collect();

@@ -26,25 +26,24 @@ const OTHER_CAMERA: f64 = 0.1;
 pub(super) const STEPS: usize = 40;
 
 /// All samples in one problem at its minimum.
-pub(super) struct Joint {
+pub(super) struct Joint<'a> {
+    pub sharing: Sharing<'a>,
     pub samples: Samples,
     pub solution: Solution,
     pub tests: Tests,
     pub findings: Vec<Finding>,
 }
 
-impl Joint {
+impl<'a> Joint<'a> {
     /// Fits all samples together.
     ///
     /// # Errors
     /// Films that are not by one camera though they are said to be.
-    pub fn new(mut samples: Samples, options: &Options) -> Result<Self, CompareError> {
+    pub fn new(mut samples: Samples, options: &'a Options) -> Result<Self, CompareError> {
         if options.same_camera {
             check_camera(&samples.fitted)?;
         }
-        let by_cloth = samples.by_cloth;
-        let is_apart = |quantity| options.is_apart(quantity, by_cloth);
-        let sharing = Sharing { is_apart: &is_apart, same_camera: options.same_camera };
+        let sharing = Sharing { options, by_cloth: samples.by_cloth };
         let (mut problem, start) = sharing.join(&samples.fitted);
         let mut descent = descend_with_noise(&mut problem, start);
         let mut findings = std::mem::take(&mut samples.findings);
@@ -84,7 +83,7 @@ impl Joint {
             middle: [0.0; 2],
             problem,
         };
-        Ok(Self { samples, tests: Tests::new(&solution), solution, findings })
+        Ok(Self { sharing, samples, tests: Tests::new(&solution), solution, findings })
     }
 
     /// Returns the column of an unknown that a label's samples estimate.
@@ -103,16 +102,16 @@ impl Joint {
     /// A quantity is asked for that no sample has.
     pub fn compared(
         mut self,
-        options: &Options,
         stage: &dyn Fn(&str),
     ) -> Result<(Comparison, Vec<(usize, FittedFilm)>), CompareError> {
+        let options = self.sharing.options;
         if let Some(absent) = options.share.iter().chain(&options.per_dataset).find(|own| !self.has(**own)) {
             return Err(CompareError::NoSuchParameter(absent.name()));
         }
         let mut quantities = Vec::new();
         for quantity in Quantity::ALL.into_iter().filter(|quantity| self.has(*quantity)) {
             stage(&format!("one {} or several", quantity.symbol()));
-            quantities.push(self.quantity(quantity, options.is_apart(quantity, self.samples.by_cloth)));
+            quantities.push(self.quantity(quantity));
         }
         holm(&mut quantities);
         self.findings.extend(quantities.iter().filter_map(verdict::contradiction));
@@ -126,9 +125,6 @@ impl Joint {
             effect::describe(&mut quantities, alone.dataset.ball);
         }
         let (chi2, _) = self.solution.chi2_of_data();
-        let by_cloth = self.samples.by_cloth;
-        let is_apart = |quantity| options.is_apart(quantity, by_cloth);
-        let sharing = Sharing { is_apart: &is_apart, same_camera: options.same_camera };
         let mut residuals = Vec::new();
         let mut films = Vec::new();
         for (number, alone) in self.samples.fitted.iter().enumerate() {
@@ -136,7 +132,8 @@ impl Joint {
             let solution = self.solution.of_sample(number);
             let own = Fitted::residuals(&solution).into_iter();
             residuals.extend(own.map(|of_shot| LabelResidual { label, sample, of_shot }));
-            let Solution { unit, middle, .. } = *sharing.first_film(alone, &self.samples.fitted).solution;
+            let Solution { unit, middle, .. } =
+                *self.sharing.first_film(alone, &self.samples.fitted).solution;
             films.push((sample, FittedFilm::new(Solution { unit, middle, ..solution }, tracks)));
         }
         let comparison = Comparison {

@@ -6,7 +6,7 @@ use super::joint::{Joint, STEPS};
 use super::result::{LikelihoodRatio, TestKind};
 use crate::problem::{Estimates, Evaluation, Id, Normal, Problem, State, descend};
 
-impl Joint {
+impl Joint<'_> {
     /// Returns the test of one value of an unknown for all of some labels against one for each; `None` if
     /// the data determine fewer than two of the values.
     pub(super) fn test(&self, id: Id, labels: &[usize]) -> Option<LikelihoodRatio> {
