@@ -263,9 +263,8 @@ fn faults(seed: u64) -> Vec<String> {
             for (shot, used) in names.iter().zip(&mut shots) {
                 *used &= !rejected(&there).contains(shot) && !rejected(&best).contains(shot);
             }
-            let again = of_fewer.entry(shots.clone()).or_insert_with(|| {
-                fitted(&of_shots(&dataset, &shots)).ok()
-            });
+            let again =
+                of_fewer.entry(shots.clone()).or_insert_with(|| fitted(&of_shots(&dataset, &shots)).ok());
             let (Some(held), Some(free)) = (at(&shots), again) else { continue 'scan };
             (there, best) = (held, free.clone());
             least = objective(&best);

@@ -2,7 +2,7 @@
 
 use super::alone::Alone;
 use super::findings::Reason;
-use super::joint::Joint;
+use super::joint::{Joint, estimate};
 use super::quantity::Quantity;
 use super::result::{Compared, Difference, Value};
 use crate::problem::{Estimates, Id, Mode};
@@ -69,8 +69,8 @@ impl Joint<'_> {
 
     /// Returns the estimates with all columns of an unknown, even at a bound.
     fn estimates_of(&self, id: Id) -> Option<Estimates> {
-        let (problem, at) = (&self.solution.problem, &self.solution.at);
-        Estimates::including(problem, &at.state, &at.eliminate(problem, 0.0)?, &problem.columns_of(id))
+        let problem = &self.solution.problem;
+        estimate(problem, &self.solution.at, &problem.columns_of(id))
     }
 
     fn says(&self, label: usize, quantity: Quantity, estimates: Option<&Estimates>) -> Says {

@@ -8,13 +8,17 @@ use super::error::CompareError;
 use super::findings::Finding;
 use super::options::Options;
 use super::quantity::Quantity;
-use super::result::{Comparison, LabelResidual};
+use super::result::{Comparison, LabelResidual, Robust};
 use super::verdict::{Tests, holm};
 use super::{effect, verdict};
 use crate::fit::of_film::Fitted;
 use crate::fit::{Computed, FittedFilm, Method};
+use crate::measurement::loss::Loss;
 use crate::physics::collision::FidelityChoice;
-use crate::problem::{Estimates, Id, Mode, Policy, Solution, comply, descend, descend_with_noise};
+use crate::problem::{
+    Estimates, Evaluation, Id, Mode, Policy, Problem, Solution, comply, descend, descend_with_noise,
+    robust_covariance,
+};
 
 /// Part of the variance of a difference beyond which what makes it up is said.
 const MOST: f64 = 0.5;
@@ -65,7 +69,7 @@ impl<'a> Joint<'a> {
         if !descent.converged {
             findings.push(Finding::NotConverged);
         }
-        let covariance = Estimates::new(&problem, &descent.end).unwrap_or_else(|| {
+        let covariance = estimate(&problem, &descent.end, &[]).unwrap_or_else(|| {
             findings.push(Finding::Undetermined);
             Estimates { columns: Vec::new(), covariance: DMatrix::zeros(0, 0) }
         });
@@ -125,17 +129,21 @@ impl<'a> Joint<'a> {
             effect::describe(&mut quantities, alone.dataset.ball);
         }
         let (chi2, _) = self.solution.chi2_of_data();
+        let mut weights = Vec::new();
         let mut residuals = Vec::new();
         let mut films = Vec::new();
         for (number, alone) in self.samples.fitted.iter().enumerate() {
             let Alone { label, sample, ref tracks, .. } = *alone;
             let solution = self.solution.of_sample(number);
+            let shots = solution.names[0].iter().cloned().zip(solution.weights());
+            weights.extend(shots.filter(|(_, weight)| *weight < 1.0).map(|(shot, w)| (sample, shot, w)));
             let own = Fitted::residuals(&solution).into_iter();
             residuals.extend(own.map(|of_shot| LabelResidual { label, sample, of_shot }));
             let Solution { unit, middle, .. } =
                 *self.sharing.first_film(alone, &self.samples.fitted).solution;
             films.push((sample, FittedFilm::new(Solution { unit, middle, ..solution }, tracks)));
         }
+        weights.sort_by(|a, b| a.2.total_cmp(&b.2));
         let comparison = Comparison {
             told_by: self.samples.told_by.clone(),
             fidelity: options.fidelity.name(),
@@ -147,7 +155,7 @@ impl<'a> Joint<'a> {
             noise_estimated: self.tests.estimated,
             converged: self.solution.converged,
             residuals,
-            robust: None,
+            robust: self.solution.problem.is_robust().then(|| Robust { losses: self.losses(), weights }),
             labels: self.samples.labels,
             samples: self.samples.summaries,
             findings: self.findings,
@@ -189,6 +197,18 @@ impl<'a> Joint<'a> {
         Id::ALL.into_iter().filter(|id| id.is_of_camera()).filter_map(of).collect()
     }
 
+    /// Returns the names of the losses other than least squares.
+    fn losses(&self) -> Vec<&'static str> {
+        let loss = |alone: &Alone| self.sharing.options.loss.unwrap_or(alone.dataset.loss);
+        let mut names: Vec<&'static str> = Vec::new();
+        for loss in self.samples.fitted.iter().map(loss).filter(|loss| *loss != Loss::Squares) {
+            if !names.contains(&loss.name()) {
+                names.push(loss.name());
+            }
+        }
+        names
+    }
+
     /// Returns what the shots were computed with.
     fn computed(&self) -> Vec<Computed> {
         let mut all: Vec<Computed> = Vec::new();
@@ -201,6 +221,16 @@ impl<'a> Joint<'a> {
         }
         all
     }
+}
+
+/// Returns the covariance with all of some columns, even at a bound.
+pub(super) fn estimate(problem: &Problem, at: &Evaluation, columns: &[usize]) -> Option<Estimates> {
+    let estimates = Estimates::including(problem, &at.state, &at.eliminate(problem, 0.0)?, columns)?;
+    let covariance = robust_covariance(problem, at, &estimates).or_else(|| {
+        // without enough shots by a robust loss there are no errors
+        (!problem.is_robust()).then(|| estimates.covariance.clone())
+    });
+    Some(Estimates { covariance: covariance?, ..estimates })
 }
 
 /// Checks that lengths in all films are the same.

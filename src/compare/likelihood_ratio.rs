@@ -2,8 +2,9 @@
 
 use nalgebra::{DMatrix, DVector};
 
-use super::joint::{Joint, STEPS};
+use super::joint::{Joint, STEPS, estimate};
 use super::result::{LikelihoodRatio, TestKind};
+use super::verdict::wald;
 use crate::problem::{Estimates, Evaluation, Id, Normal, Problem, State, descend};
 
 impl Joint<'_> {
@@ -16,28 +17,37 @@ impl Joint<'_> {
             _ => self.freed(id, shared, labels),
         };
         let columns = problem.columns_of(id);
-        let estimates = Estimates::including(&problem, &at.state, &at.eliminate(&problem, 0.0)?, &columns)?;
+        let estimates = estimate(&problem, &at, &columns)?;
         let is_known = |column: &usize| {
             let [low, high] = problem.unknowns[*column].bounds;
             estimates.sd(*column).is_some_and(|sd| sd < high - low)
         };
         let columns: Vec<usize> = columns.into_iter().filter(is_known).collect();
         let extra = columns.len().checked_sub(1).filter(|extra| *extra > 0)?;
+        let tests = self.tests;
+        let judged = |statistic: f64, rise: f64, by: TestKind| LikelihoodRatio {
+            statistic,
+            by,
+            extra_parameters: extra,
+            p_value: tests.of_rise(rise, extra),
+            delta_aic: 2.0 * extra as f64 - statistic,
+        };
+        if problem.is_robust() {
+            let places: Option<Vec<usize>> =
+                columns.iter().map(|column| estimates.position(*column)).collect();
+            let values: Vec<f64> =
+                estimates.columns.iter().map(|column| at.state.shared.0[*column]).collect();
+            let statistic = wald(&values, &estimates.covariance, &places?, extra)?;
+            return Some(judged(statistic, statistic, TestKind::Wald));
+        }
         let same = merged(&problem, &columns);
         let start = equalised(&problem, &at, &estimates, &columns)?;
         let least = descend(&same, same.evaluate(start), &same.free(), STEPS).end.cost;
         let rise = (least - at.cost).max(0.0);
-        let tests = self.tests;
         let (chi2, count) = self.solution.chi2_of_data();
         // Gaussian noise of unknown size: n ln of the ratio of the sums of squares
         let statistic = if tests.estimated { count * (rise / chi2).ln_1p() } else { rise };
-        rise.is_finite().then(|| LikelihoodRatio {
-            statistic,
-            by: TestKind::LikelihoodRatio,
-            extra_parameters: extra,
-            p_value: tests.of_rise(rise, extra),
-            delta_aic: 2.0 * extra as f64 - statistic,
-        })
+        rise.is_finite().then(|| judged(statistic, rise, TestKind::LikelihoodRatio))
     }
 
     /// Returns the least χ² with a column of its own for each label, at the present noise.

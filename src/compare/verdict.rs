@@ -5,7 +5,7 @@ use statrs::distribution::{ChiSquared, ContinuousCDF, FisherSnedecor, Normal, St
 
 use super::findings::Finding;
 use super::result::{Compared, Difference};
-use crate::problem::{Mode, Policy, Solution};
+use crate::problem::{Policy, Solution};
 
 /// How sums of squares are judged.
 #[derive(Clone, Copy)]
@@ -16,14 +16,17 @@ pub(super) struct Tests {
 }
 
 impl Tests {
-    /// Returns those of a fit.
+    /// Returns those of a fit. By a robust loss the scatter of the shots gives the errors.
     pub(super) fn new(solution: &Solution) -> Self {
-        let (_, count) = solution.chi2_of_data();
-        let held = |held: &Vec<bool>| held.iter().filter(|held| !**held).count();
-        let own: usize = solution.at.shots.iter().flatten().map(|shot| held(&shot.held)).sum();
-        let shared = solution.problem.unknowns.iter().filter(|unknown| unknown.mode == Mode::Free).count();
-        let estimated = solution.problem.samples.iter().any(|sample| sample.block.estimates_noise());
-        Self { dof: (count as usize).saturating_sub(own + shared), estimated }
+        let is_robust = solution.problem.is_robust();
+        let count = if is_robust {
+            solution.names.iter().map(Vec::len).sum::<usize>() as f64
+        } else {
+            solution.chi2_of_data().1 - solution.own_count() as f64
+        };
+        let dof = (count - solution.data_count()).max(0.0) as usize;
+        let estimates = solution.problem.samples.iter().any(|sample| sample.block.estimates_noise());
+        Self { dof, estimated: is_robust || estimates }
     }
 
     /// 97.5 % quantile.

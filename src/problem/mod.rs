@@ -58,6 +58,7 @@ pub(crate) use {
     block::Block,
     descent::descend,
     film::{causes::comply, own},
+    loss::robust_covariance,
     minimise::descend_with_noise,
     problem::{Evaluation, Problem, Sample, State},
     uncertainty::Estimates,

@@ -157,6 +157,11 @@ impl Problem {
         }
     }
 
+    /// Returns whether outlying shots of a film count less.
+    pub fn is_robust(&self) -> bool {
+        self.samples.iter().any(|sample| matches!(&sample.block, Block::Film(film) if film.loss.is_some()))
+    }
+
     /// Computes what weight and cloth do during the contact for the shots of all films if one of them has
     /// it; returns whether one has.
     pub fn weigh_all(&mut self, state: &State) -> bool {
