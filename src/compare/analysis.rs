@@ -8,7 +8,7 @@ use super::old;
 use super::options::Options;
 use super::quantity::Quantity;
 use super::result::Comparison;
-use crate::fit::FittedFilm;
+use crate::fit::{FittedFilm, Method};
 use crate::measurement::dataset::Dataset;
 
 /// Number of stages of a comparison at most: the samples alone, all together, and a test of each quantity.
@@ -54,8 +54,9 @@ pub fn analyse_watched(
         Ok(datasets) => datasets,
         Err(error) => return refused(error),
     };
-    if !old::are_blocks(&datasets) {
-        return old::analyse(datasets, options, done, stage);
+    if options.method == Some(Method::TwoStage) || !old::are_blocks(&datasets) {
+        let comparison = old::analyse(datasets, options, done, stage);
+        return Analysis { films: Vec::new(), comparison };
     }
     stage("each alone");
     let joint = Samples::fit(&datasets, options, done).and_then(|samples| {

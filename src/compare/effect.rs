@@ -1,7 +1,6 @@
 //! What a difference of a quantity means on the table: what a typical shot does otherwise.
 
 use super::quantity::Quantity;
-use super::result::{Compared, Difference};
 use crate::measurement::parameter::Parameter;
 use crate::physics::ball::{Ball, BallState};
 use crate::physics::cloth_motion::GRAVITY;
@@ -91,24 +90,4 @@ fn play(
     let velocity = cue_velocity(SPEED, f64::to_radians(cut_deg));
     let cue = if rolls { BallState::natural_roll(velocity, ball.radius) } else { BallState::stun(velocity) };
     Model::new(Fidelity::Full, ball).collide(&cue, &at).ok()
-}
-
-/// Sets the effect of every difference.
-pub(super) fn describe(quantities: &mut [Compared], ball: Ball) {
-    let typical = |parameter: Parameter| {
-        let own = quantities.iter().find(|compared| compared.quantity == Quantity::Parameter(parameter));
-        let known: Vec<f64> =
-            own.into_iter().flat_map(|own| &own.estimates).map(|value| value.value).collect();
-        let mean = known.iter().sum::<f64>() / known.len() as f64;
-        if known.is_empty() { parameter.default_setting().initial } else { mean }
-    };
-    let [mu, mu_s, e] = Parameter::COEFFICIENTS.map(typical);
-    let at = Coefficients { mu, mu_s, e };
-    for Compared { quantity, estimates, differences, .. } in quantities {
-        let value = |label: usize| estimates.iter().find(|v| v.label == Some(label)).map(|v| v.value);
-        for Difference { first, second, effect, .. } in differences {
-            let values = value(*first).zip(value(*second));
-            *effect = values.and_then(|(a, b)| Effect::new(*quantity, ball, &at, [a, b]));
-        }
-    }
 }

@@ -9,8 +9,7 @@ use super::findings::Finding;
 use super::options::Options;
 use super::quantity::Quantity;
 use super::result::{Comparison, LabelResidual, Robust};
-use super::verdict::{Tests, holm};
-use super::{effect, verdict};
+use super::verdict::{self, Tests, holm};
 use crate::fit::of_film::Fitted;
 use crate::fit::{Computed, FittedFilm, Method};
 use crate::measurement::loss::Loss;
@@ -126,7 +125,7 @@ impl<'a> Joint<'a> {
         }
         self.findings.sort_by_key(|finding| std::cmp::Reverse(finding.severity()));
         if let Some(alone) = self.samples.fitted.first() {
-            effect::describe(&mut quantities, alone.dataset.ball);
+            verdict::describe(&mut quantities, alone.dataset.ball);
         }
         let (chi2, _) = self.solution.chi2_of_data();
         let mut weights = Vec::new();

@@ -3,8 +3,13 @@
 use nalgebra::{DMatrix, DVector};
 use statrs::distribution::{ChiSquared, ContinuousCDF, FisherSnedecor, Normal, StudentsT};
 
+use super::effect::Effect;
 use super::findings::Finding;
+use super::quantity::Quantity;
 use super::result::{Compared, Difference};
+use crate::measurement::parameter::Parameter;
+use crate::physics::ball::Ball;
+use crate::physics::collision::Coefficients;
 use crate::problem::{Policy, Solution};
 
 /// How sums of squares are judged.
@@ -113,6 +118,26 @@ pub(super) fn at_bounds(compared: &Compared) -> impl Iterator<Item = Finding> {
     let quantity = compared.quantity;
     let at_bound = compared.estimates.iter().filter(|value| value.at_bound);
     at_bound.map(move |value| Finding::AtBound { quantity, label: value.label, bound: value.value })
+}
+
+/// Sets the effect of every difference.
+pub(super) fn describe(quantities: &mut [Compared], ball: Ball) {
+    let typical = |parameter: Parameter| {
+        let own = quantities.iter().find(|compared| compared.quantity == Quantity::Parameter(parameter));
+        let known: Vec<f64> =
+            own.into_iter().flat_map(|own| &own.estimates).map(|value| value.value).collect();
+        let mean = known.iter().sum::<f64>() / known.len() as f64;
+        if known.is_empty() { parameter.default_setting().initial } else { mean }
+    };
+    let [mu, mu_s, e] = Parameter::COEFFICIENTS.map(typical);
+    let at = Coefficients { mu, mu_s, e };
+    for Compared { quantity, estimates, differences, .. } in quantities {
+        let value = |label: usize| estimates.iter().find(|v| v.label == Some(label)).map(|v| v.value);
+        for Difference { first, second, effect, .. } in differences {
+            let values = value(*first).zip(value(*second));
+            *effect = values.and_then(|(a, b)| Effect::new(*quantity, ball, &at, [a, b]));
+        }
+    }
 }
 
 #[cfg(test)]

@@ -32,6 +32,7 @@ mod policy;
 mod problem;
 mod profile;
 mod resample;
+mod robust;
 mod rows;
 mod run;
 mod solution;
@@ -58,9 +59,9 @@ pub(crate) use {
     block::Block,
     descent::descend,
     film::{causes::comply, own},
-    loss::robust_covariance,
     minimise::descend_with_noise,
     problem::{Evaluation, Problem, Sample, State},
+    robust::robust_covariance,
     uncertainty::Estimates,
     unknowns::{Mode, Own, Shared, Unknown},
 };

@@ -1,6 +1,5 @@
 //! Everything from data sets as they were loaded to their comparison, as `caromfit compare` does it.
 
-use super::super::analysis::Analysis;
 use super::{CompareError, Comparison, Finding, Options, compare_prepared};
 use crate::fit::analysis::state_compliance;
 use crate::fit::{Method, with_impacts};
@@ -22,15 +21,14 @@ pub(in super::super) fn analyse(
     options: &Options,
     done: &(dyn Fn() + Sync),
     stage: &dyn Fn(&str),
-) -> Analysis {
+) -> Result<Comparison, CompareError> {
     if options.method == Some(Method::Joint) || options.same_camera {
         let name = datasets.first().map_or(String::new(), |dataset| dataset.name.clone());
         let error =
             if options.same_camera { CompareError::NoCamera(name) } else { CompareError::NotFilmed(name) };
-        return Analysis { films: Vec::new(), comparison: Err(error) };
+        return Err(error);
     }
-    let (_, comparison) = analyse_datasets(datasets, options, done, stage);
-    Analysis { films: Vec::new(), comparison }
+    analyse_datasets(datasets, options, done, stage).1
 }
 
 /// Data sets with their impacts, and their comparison.

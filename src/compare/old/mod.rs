@@ -14,7 +14,6 @@ mod uninformed;
 
 pub(super) use analysis::{analyse, are_blocks};
 
-use super::effect;
 use super::error::CompareError;
 use super::findings::{Finding, Reason};
 use super::options::Options;
@@ -78,7 +77,7 @@ fn compare_prepared(
     let is_refuted = comparison.is_refuted();
     comparison.findings.extend(limit.filter(|_| !is_refuted).map(note));
     let ball = datasets.first().map_or(Ball::POOL, |dataset| dataset.ball);
-    effect::describe(&mut comparison.quantities, ball);
+    verdict::describe(&mut comparison.quantities, ball);
     comparison.told_by = told_by;
     comparison.samples = summaries;
     Ok(comparison)
