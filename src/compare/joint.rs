@@ -224,7 +224,11 @@ impl<'a> Joint<'a> {
 
 /// Returns the covariance with all of some columns, even at a bound.
 pub(super) fn estimate(problem: &Problem, at: &Evaluation, columns: &[usize]) -> Option<Estimates> {
-    let estimates = Estimates::including(problem, &at.state, &at.eliminate(problem, 0.0)?, columns)?;
+    let is_inside = |column: &usize| {
+        !problem.unknowns[*column].bounds.contains(&at.state.shared.0[*column]) || columns.contains(column)
+    };
+    let free = problem.free().into_iter().filter(is_inside).collect();
+    let estimates = Estimates::of_columns(&at.eliminate(problem, 0.0)?, free)?;
     let covariance = robust_covariance(problem, at, &estimates).or_else(|| {
         // without enough shots by a robust loss there are no errors
         (!problem.is_robust()).then(|| estimates.covariance.clone())

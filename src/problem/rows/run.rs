@@ -187,7 +187,8 @@ fn finish(
         let of = |(shot, distance): (&RowShot, &f64)| (rows.losses[shot.rows.len()], *distance);
         rows.shots.iter().zip(&distances).map(of).collect()
     });
-    if is_robust && let Some(covariance) = sandwich(&problem, &at, &estimates, std::slice::from_ref(&losses)) {
+    if is_robust && let Some(covariance) = sandwich(&problem, &at, &estimates, std::slice::from_ref(&losses))
+    {
         estimates.covariance = covariance;
         dof = Some((names.len() as f64 - estimates.columns.len() as f64).max(1.0));
     }
