@@ -230,7 +230,8 @@ fn discs_that_are_compared_call_for_a_contact_that_gives_way() {
     assert_eq!(base.settings.compliance, Compliance::Auto);
     let options = compare::Options { fidelity: FidelityChoice::Auto, ..options::of_comparison() };
     let comparison = compare::compare(&pair, &options).unwrap();
-    assert!(comparison.gives_way, "{:?}", comparison.notes);
+    let gives_way = |finding: &compare::Finding| matches!(finding, compare::Finding::Compliance { .. });
+    assert!(comparison.findings.iter().any(gives_way), "{:?}", comparison.findings);
     let of = |p| comparison.quantities.iter().find(|own| own.quantity == Quantity::Parameter(p)).unwrap();
     for (parameter, truth) in [(Parameter::Kappa, TRUE_KAPPA), (Parameter::E, TRUE_E)] {
         let found = &of(parameter).estimates[0];
@@ -272,7 +273,8 @@ fn differences_between_discs_include_the_scatter_of_their_shots() {
         let compared = of(Quantity::Parameter(Parameter::E)).unwrap();
         let found = &compared.differences[0];
         println!("{:.4} ± {:.4}, p {:.3}", found.value, found.std_error, found.p_value);
-        assert!(comparison.notes.iter().any(|note| note.contains("scatter by")), "{:?}", comparison.notes);
+        let notes = caromfit::report::compare_words::notes(&comparison);
+        assert!(notes.iter().any(|note| note.contains("scatter by")), "{notes:?}");
         found.p_value
     };
     let imagined = (0..PAIRS).filter(|_| p_of_pair(0.0) < 0.05).count();

@@ -40,6 +40,7 @@ mod robust_frames;
 mod rough_films;
 mod schema;
 mod search;
+mod shared_camera;
 mod shipped;
 mod signs;
 mod statistics;

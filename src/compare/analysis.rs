@@ -1,28 +1,44 @@
 //! Everything from data sets as they were loaded to their comparison, as `caromfit compare` does it.
 
-use super::{CompareError, Comparison, Options, balls, check, compare_prepared};
-use crate::fit::analysis::state_compliance;
-use crate::fit::{Method, with_impacts};
+use super::alone::Samples;
+use super::balls::share_balls;
+use super::error::CompareError;
+use super::joint::Joint;
+use super::old;
+use super::options::Options;
+use super::quantity::Quantity;
+use super::result::Comparison;
+use crate::fit::{FittedFilm, Method};
 use crate::measurement::dataset::Dataset;
-use crate::measurement::parameter::Compliance;
 
-/// A comparison, and the data sets as they were compared.
+/// Number of stages of a comparison at most: the samples alone, all together, and a test of each quantity.
+pub const STAGES: usize = 2 + Quantity::ALL.len();
+
+/// A comparison, and the samples as they were compared.
 #[non_exhaustive]
 pub struct Analysis {
-    /// The data sets as they were compared, with their impacts; empty where the comparison was refused before.
-    pub datasets: Vec<Dataset>,
+    /// The films as all samples fit them, with the index of the sample of each.
+    pub films: Vec<(usize, FittedFilm)>,
     /// The comparison.
     pub comparison: Result<Comparison, CompareError>,
 }
 
-/// Compares data sets of any kind, as `caromfit compare` does: footage is corrected for its cameras and its impacts are found first.
+/// Compares data sets of any kind, as [`analyse`] does.
+///
+/// # Errors
+/// See [`CompareError`].
+pub fn compare(datasets: &[Dataset], options: &Options) -> Result<Comparison, CompareError> {
+    analyse(datasets, options).comparison
+}
+
+/// Compares data sets of any kind, as `caromfit compare` does.
 #[must_use]
 pub fn analyse(datasets: &[Dataset], options: &Options) -> Analysis {
     analyse_watched(datasets, options, &|| (), &|_| ())
 }
 
-/// As [`analyse`], for those who show how far it is: `done` is called after every shot that is extracted, from several threads; `stage`
-/// with the name of each of the [`STAGES`](super::STAGES) as it begins.
+/// Compares data sets as [`analyse`] does and reports progress: `done` is called after every shot that is
+/// fitted, from several threads; `stage` with the name of each of the [`STAGES`] as it begins.
 #[must_use]
 pub fn analyse_watched(
     datasets: &[Dataset],
@@ -30,40 +46,39 @@ pub fn analyse_watched(
     done: &(dyn Fn() + Sync),
     stage: &dyn Fn(&str),
 ) -> Analysis {
+    let refused = |error| Analysis { films: Vec::new(), comparison: Err(error) };
     if let Err(error) = check(datasets, options) {
-        return Analysis { datasets: Vec::new(), comparison: Err(error) };
+        return refused(error);
     }
-    let datasets = match balls::shared(datasets) {
+    let datasets = match share_balls(datasets) {
         Ok(datasets) => datasets,
-        Err(error) => return Analysis { datasets: Vec::new(), comparison: Err(error) },
+        Err(error) => return refused(error),
     };
-    let first = analyse_once(datasets.clone(), options, done, stage);
-    let gives_way = first.comparison.as_ref().is_ok_and(|comparison| comparison.gives_way);
-    if !gives_way || first.datasets.iter().all(|dataset| dataset.tracks.is_none()) {
-        return first;
+    if options.method == Some(Method::TwoStage) || !old::are_blocks(&datasets) {
+        let comparison = old::analyse(datasets, options, done, stage);
+        return Analysis { films: Vec::new(), comparison };
     }
-    // films are to be corrected, and impacts extracted, with the contact that gives way, too
-    let stated = datasets.into_iter().map(|mut dataset| {
-        if dataset.settings.compliance == Compliance::Auto {
-            state_compliance(&mut dataset);
-        }
-        dataset
+    stage("each alone");
+    let joint = Samples::fit(&datasets, options, done).and_then(|samples| {
+        stage("fitting all together");
+        Joint::new(samples, options)
     });
-    let mut again = analyse_once(stated.collect(), options, done, &|_| {});
-    if let (Ok(again), Ok(first)) = (&mut again.comparison, first.comparison) {
-        again.gives_way = true;
-        again.notes.extend(first.notes);
+    match joint.and_then(|joint| joint.compared(stage)) {
+        Ok((comparison, films)) => Analysis { films, comparison: Ok(comparison) },
+        Err(error) => refused(error),
     }
-    again
 }
 
-fn analyse_once(
-    datasets: Vec<Dataset>,
-    options: &Options,
-    done: &(dyn Fn() + Sync),
-    stage: &dyn Fn(&str),
-) -> Analysis {
-    let datasets: Vec<Dataset> = datasets.into_iter().map(|dataset| with_impacts(dataset, done).0).collect();
-    let comparison = compare_prepared(&datasets, (options, Method::TwoStage), stage);
-    Analysis { datasets, comparison }
+/// Checks that a comparison can be tried.
+fn check(datasets: &[Dataset], options: &Options) -> Result<(), CompareError> {
+    if let Some(both) = options.share.iter().find(|quantity| options.per_dataset.contains(quantity)) {
+        return Err(CompareError::Both(both.name()));
+    }
+    for dataset in datasets {
+        let faults = dataset.faults();
+        if !faults.is_empty() {
+            return Err(CompareError::Invalid { dataset: dataset.name.clone(), faults });
+        }
+    }
+    Ok(())
 }

@@ -1,18 +1,13 @@
-//! One ratio of the masses and one of the radii for data sets that were played with the same balls.
+//! One pair of balls for data sets that were played with the same ones.
 
-use nalgebra::DVector;
-
-use super::CompareError;
-use super::joint_fit::FitOfAll;
+use super::error::CompareError;
 use crate::measurement::dataset::Dataset;
-use crate::measurement::number::plain;
-use crate::measurement::parameter::Parameter;
 
 /// Returns the data sets, those of the same `balls` label with the object ball that one of them states.
 ///
 /// # Errors
 /// Data sets of the same label that state different balls.
-pub(super) fn shared(datasets: &[Dataset]) -> Result<Vec<Dataset>, CompareError> {
+pub(super) fn share_balls(datasets: &[Dataset]) -> Result<Vec<Dataset>, CompareError> {
     let share = |dataset: &Dataset| {
         let mut same = datasets.iter().filter(|other| other.balls.is_some() && other.balls == dataset.balls);
         let first = same.clone().find(|other| other.object.is_some()).or(same.next()).unwrap_or(dataset);
@@ -27,35 +22,4 @@ pub(super) fn shared(datasets: &[Dataset]) -> Result<Vec<Dataset>, CompareError>
         Ok(Dataset { ball: first.ball, object: first.object, ..dataset.clone() })
     };
     datasets.iter().map(share).collect()
-}
-
-/// Says that most of the error of a difference is due to ratios of the masses that the data sets do not share: with d how the
-/// difference covaries with the ratios, whose covariance is C, that part of its variance is dᵀC⁻¹d.
-pub(super) fn sentence(fit: &FitOfAll) -> Option<String> {
-    /// Of a variance.
-    const MOST: f64 = 0.5;
-    let (free, covariance) = (&fit.informed.settled.free, fit.covariance.as_ref()?);
-    let of = |wanted: Parameter| (0..free.len()).filter(move |i| free[*i].parameter == wanted);
-    let ratios: Vec<usize> = of(Parameter::MassRatio).collect();
-    if ratios.len() < 2 {
-        return None;
-    }
-    let inverse = covariance.select_rows(&ratios).select_columns(&ratios).try_inverse()?;
-    let limited = |parameter: Parameter| {
-        let mut own = of(parameter);
-        let (first, second) = (own.next()?, own.next()?);
-        let column = covariance.column(second) - covariance.column(first);
-        let variance = column[second] - column[first];
-        let by_ratios = DVector::from_iterator(ratios.len(), ratios.iter().map(|ratio| column[*ratio]));
-        let part = by_ratios.dot(&(&inverse * &by_ratios));
-        (part > MOST * variance).then_some((parameter, variance.sqrt(), part.sqrt()))
-    };
-    let (parameter, error, part) = super::COMPARED.into_iter().find_map(limited)?;
-    Some(format!(
-        "Of the error of a difference in {}, ± {}, {} is the mass ratio of the balls, one for each data set. If the same balls were played, \
-         balls = \"LABEL\" in each dataset.toml says so; if not, weigh them to 0.1 g.",
-        parameter.symbol(),
-        plain(error, 2),
-        plain(part, 2)
-    ))
 }

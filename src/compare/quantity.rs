@@ -2,6 +2,7 @@
 
 use crate::measurement::parameter::Parameter;
 use crate::physics::name::by_name;
+use crate::problem::Id;
 
 /// A quantity that is compared: a parameter of the fit, or the cloth's sliding friction.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -25,6 +26,24 @@ impl Quantity {
         Self::Parameter(Parameter::Kappa),
         Self::Parameter(Parameter::ESlope),
     ];
+
+    /// Returns the unknown of a fit.
+    pub(crate) fn id(self) -> Id {
+        match self {
+            Self::Sliding => Id::MuK,
+            Self::Parameter(parameter) => match parameter {
+                Parameter::Mu => Id::Mu,
+                Parameter::MuS => Id::MuS,
+                Parameter::E => Id::E,
+                Parameter::B => Id::FallB,
+                Parameter::C => Id::FallC,
+                Parameter::Kappa => Id::Kappa,
+                Parameter::ESlope => Id::ESlope,
+                Parameter::MassRatio => Id::MassRatio,
+                Parameter::RadiusRatio => Id::RadiusRatio,
+            },
+        }
+    }
 
     /// The name on the command line and in compare.json.
     #[must_use]

@@ -1,8 +1,11 @@
 //! What a comparison gives: a value, which `report` renders.
 
-use super::Quantity;
-use crate::fit::{Computed, Method, Rejected, Residual};
+use super::effect::Effect;
+use super::findings::{Finding, Reason};
+use super::quantity::Quantity;
+use crate::fit::{Computed, Grade, Method, Rejected, Residual};
 use crate::physics::name::worded;
+use crate::problem::Severity;
 
 /// The result of a comparison: a value, which [`crate::report`] renders.
 #[derive(Clone, Debug)]
@@ -26,42 +29,41 @@ pub struct Comparison {
     pub chi2: f64,
     /// Its degrees of freedom.
     pub dof: usize,
-    /// χ² and degrees of freedom of the residuals; where frames were compared, of the velocities that were extracted
-    /// from them.
-    pub tested: (f64, usize),
     /// Whether the noise was estimated from the residuals.
     pub noise_estimated: bool,
-    /// Whether the optimiser stopped at a minimum.
+    /// Whether the search ended at a minimum.
     pub converged: bool,
-    /// Why the optimiser stopped, in words.
-    pub termination: String,
     /// The observations one by one.
     pub residuals: Vec<LabelResidual>,
-    /// How robust losses weighted the shots, where there are any.
+    /// How robust losses weighted the shots, if data sets have any.
     pub robust: Option<Robust>,
-    /// Whether the contact between the balls gives way, though no data set states it, because all together call for
-    /// it.
-    pub gives_way: bool,
-    /// Where the data contradict the model, how, as a sentence. Only what does not rest on the model has errors then.
-    pub refuted: Option<String>,
-    /// What a reader must know, in sentences, the most important first.
-    pub warnings: Vec<String>,
-    /// What else a reader may want to know, in sentences.
-    pub notes: Vec<String>,
+    /// What is wrong or worth saying, the most important first.
+    pub findings: Vec<Finding>,
 }
 
 impl Comparison {
-    /// Spins of these data sets were found from the paths alone, whose errors a comparison of velocities cannot carry over.
-    pub(super) fn warn_of_spins_from_paths(&mut self, names: &[String]) {
-        self.warnings.insert(
-            0,
-            format!(
-                "The spins of {} were found from the paths alone. Their errors are too large for a comparison of velocities: \
-                 estimates may be biased, and differences with them. Tell the spins ([cue_spin], markers), or compare \
-                 all frames with --method joint.",
-                names.join(" and ")
-            ),
-        );
+    /// Returns whether the numbers can be used, with a reservation or without.
+    #[must_use]
+    pub fn grade(&self) -> Grade {
+        let compares = self.quantities.iter().any(|quantity| !quantity.differences.is_empty());
+        match self.findings.iter().map(Finding::severity).max() {
+            Some(Severity::Unusable) => Grade::Unusable,
+            Some(Severity::Doubtful) => Grade::Doubtful,
+            _ if !compares => Grade::Doubtful,
+            _ => Grade::Good,
+        }
+    }
+
+    /// Returns whether the data rule out the model, so that only what does not rest on it has errors.
+    #[must_use]
+    pub fn is_refuted(&self) -> bool {
+        self.findings.iter().any(|finding| matches!(finding, Finding::Refuted { .. }))
+    }
+
+    /// Returns a quantity if it was compared.
+    #[must_use]
+    pub fn get(&self, quantity: Quantity) -> Option<&Compared> {
+        self.quantities.iter().find(|compared| compared.quantity == quantity)
     }
 }
 
@@ -106,7 +108,7 @@ pub struct Compared {
     /// The test of one value for all against one for each, over the labels that determine it.
     pub same_or_different: Option<LikelihoodRatio>,
     /// The index and the reason of each label that does not determine it.
-    pub left_out: Vec<(usize, String)>,
+    pub left_out: Vec<(usize, Reason)>,
 }
 
 /// The value of a quantity for one label, or for all.
@@ -152,8 +154,8 @@ pub struct Difference {
     pub p_value: f64,
     /// The same, corrected for all pairs of all quantities that are compared (Holm 1979).
     pub p_holm: f64,
-    /// The effect of the difference on a shot, in words that a player understands.
-    pub words: Option<String>,
+    /// What a typical shot does otherwise.
+    pub effect: Option<Effect>,
 }
 
 impl Difference {

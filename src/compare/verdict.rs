@@ -3,7 +3,14 @@
 use nalgebra::{DMatrix, DVector};
 use statrs::distribution::{ChiSquared, ContinuousCDF, FisherSnedecor, Normal, StudentsT};
 
-use super::{Compared, Difference};
+use super::effect::Effect;
+use super::findings::Finding;
+use super::quantity::Quantity;
+use super::result::{Compared, Difference};
+use crate::measurement::parameter::Parameter;
+use crate::physics::ball::Ball;
+use crate::physics::collision::Coefficients;
+use crate::problem::{Policy, Solution};
 
 /// How sums of squares are judged.
 #[derive(Clone, Copy)]
@@ -14,6 +21,19 @@ pub(super) struct Tests {
 }
 
 impl Tests {
+    /// Returns those of a fit. By a robust loss the scatter of the shots gives the errors.
+    pub(super) fn new(solution: &Solution) -> Self {
+        let is_robust = solution.problem.is_robust();
+        let count = if is_robust {
+            solution.names.iter().map(Vec::len).sum::<usize>() as f64
+        } else {
+            solution.chi2_of_data().1 - solution.own_count() as f64
+        };
+        let dof = (count - solution.data_count()).max(0.0) as usize;
+        let estimates = solution.problem.samples.iter().any(|sample| sample.block.estimates_noise());
+        Self { dof, estimated: is_robust || estimates }
+    }
+
     /// 97.5 % quantile.
     pub(super) fn quantile(&self) -> f64 {
         match StudentsT::new(0.0, 1.0, self.dof.max(1) as f64) {
@@ -48,7 +68,7 @@ impl Tests {
         let t = self.quantile();
         let p_value = self.p_value(value / std_error);
         let interval_95 = [value - t * std_error, value + t * std_error];
-        Difference { first, second, value, std_error, interval_95, p_value, p_holm: p_value, words: None }
+        Difference { first, second, value, std_error, interval_95, p_value, p_holm: p_value, effect: None }
     }
 }
 
@@ -86,10 +106,44 @@ pub(super) fn holm(quantities: &mut [Compared]) {
     }
 }
 
+/// Returns that the data contradict a shared quantity at the level at which a fit becomes doubtful.
+pub(super) fn contradiction(compared: &Compared) -> Option<Finding> {
+    let p_value = compared.same_or_different.filter(|_| compared.shared)?.p_value;
+    let level = 2.0 * Normal::standard().sf(Policy::default().conflict);
+    (p_value < level).then_some(Finding::NotShared { quantity: compared.quantity, p_value })
+}
+
+/// Returns the estimates of a quantity that are at a bound.
+pub(super) fn at_bounds(compared: &Compared) -> impl Iterator<Item = Finding> {
+    let quantity = compared.quantity;
+    let at_bound = compared.estimates.iter().filter(|value| value.at_bound);
+    at_bound.map(move |value| Finding::AtBound { quantity, label: value.label, bound: value.value })
+}
+
+/// Sets the effect of every difference.
+pub(super) fn describe(quantities: &mut [Compared], ball: Ball) {
+    let typical = |parameter: Parameter| {
+        let own = quantities.iter().find(|compared| compared.quantity == Quantity::Parameter(parameter));
+        let known: Vec<f64> =
+            own.into_iter().flat_map(|own| &own.estimates).map(|value| value.value).collect();
+        let mean = known.iter().sum::<f64>() / known.len() as f64;
+        if known.is_empty() { parameter.default_setting().initial } else { mean }
+    };
+    let [mu, mu_s, e] = Parameter::COEFFICIENTS.map(typical);
+    let at = Coefficients { mu, mu_s, e };
+    for Compared { quantity, estimates, differences, .. } in quantities {
+        let value = |label: usize| estimates.iter().find(|v| v.label == Some(label)).map(|v| v.value);
+        for Difference { first, second, effect, .. } in differences {
+            let values = value(*first).zip(value(*second));
+            *effect = values.and_then(|(a, b)| Effect::new(*quantity, ball, &at, [a, b]));
+        }
+    }
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::compare::Quantity;
+    use crate::compare::quantity::Quantity;
 
     /// Four tests: 0.01·4, 0.02·3, then 0.03·2 is no less than 0.06, 0.5.
     #[test]

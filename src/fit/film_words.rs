@@ -38,7 +38,7 @@ pub(super) fn of_findings(film: &FittedFilm, scale_sd: f64) -> Vec<String> {
 }
 
 /// Returns a finding as a sentence, of a table if there is no film; `None` for one that stands elsewhere.
-pub(super) fn sentence(finding: &Finding, film: Option<&FittedFilm>, scale_sd: f64) -> Option<String> {
+pub(crate) fn sentence(finding: &Finding, film: Option<&FittedFilm>, scale_sd: f64) -> Option<String> {
     let radius = film.map_or(f64::NAN, FittedFilm::radius);
     Some(match finding {
         // rejected shots and goodness of fit say it

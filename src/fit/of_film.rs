@@ -25,7 +25,7 @@ use crate::problem::{Id, Impact, Motion, Offsets, Solution};
 const WIDE: f64 = 1.96;
 
 /// What was fitted.
-pub(super) struct Fitted<'a> {
+pub(crate) struct Fitted<'a> {
     pub dataset: &'a Dataset,
     pub group: Option<(String, String)>,
     pub options: &'a Options,
@@ -51,7 +51,7 @@ impl Fitted<'_> {
         let solution = self.solution();
         let parameters = self.common().parameters();
         let estimates: Vec<Estimate> = parameters.iter().map(|p| self.estimate(*p)).collect();
-        let residuals = self.residuals();
+        let residuals = Self::residuals(solution);
         let (chi2_of_data, observations) = solution.chi2_of_data();
         let unknowns = solution.own_count();
         let dof = (observations - unknowns as f64 - solution.data_count()).max(0.0);
@@ -115,11 +115,12 @@ impl Fitted<'_> {
         }
     }
 
-    /// Returns the velocities after the impact of each shot against the fit, in the frame of the table.
-    fn residuals(&self) -> Vec<Residual> {
+    /// Returns the velocities after the impact of each shot of a film against its fit, in the frame of the
+    /// table.
+    pub(crate) fn residuals(solution: &Solution) -> Vec<Residual> {
         let of_shot = |(i, name): (usize, &String)| {
             let (Some(motion), Some(Offsets { values, covariance })) =
-                (self.solution().motion(i), self.solution().offsets(0, i))
+                (solution.motion(i), solution.offsets(0, i))
             else {
                 return Vec::new();
             };
@@ -147,7 +148,7 @@ impl Fitted<'_> {
             both.flat_map(|(ball, observable)| axes.map(|(axis, by)| of(observable(axis), 2 * ball, by)))
                 .collect()
         };
-        self.solution().names[0].iter().enumerate().flat_map(of_shot).collect()
+        solution.names[0].iter().enumerate().flat_map(of_shot).collect()
     }
 
     fn diagnostics(

@@ -58,6 +58,14 @@ impl Block {
         }
     }
 
+    /// Returns whether noises are estimated from the residuals.
+    pub fn estimates_noise(&self) -> bool {
+        match self {
+            Self::Film(film) => !film.states_noise,
+            Self::Rows(rows) => !rows.noises.is_empty(),
+        }
+    }
+
     /// Returns the spreads of own unknowns from shot to shot.
     pub fn spreads(&self) -> &[Spread] {
         match self {

@@ -3,12 +3,8 @@
 //!
 //! Sources: Huber, Ann. Math. Statist. 35 (1964) 73; Maronna, Ann. Statist. 4 (1976) 51.
 
-use nalgebra::DMatrix;
 use statrs::distribution::{ChiSquared, Continuous, ContinuousCDF};
 
-use super::problem::{Evaluation, Problem};
-use super::uncertainty::Estimates;
-use super::unknowns::Id;
 use crate::measurement::loss::Loss;
 
 /// A loss ρ(s) of shots of some number of measured numbers.
@@ -70,51 +66,6 @@ impl ShotLoss {
             Loss::Cauchy => -2.0 * s / self.tuning.powi(2) * self.weight(s).powi(2),
         }
     }
-}
-
-/// Returns the covariance H⁻¹BH⁻¹ of estimates of one sample by a robust loss, whatever the noise is,
-/// with the curvature H and the scatter B of the slopes of the shots (Huber 1967); `losses` has the
-/// loss and the distance of each.
-pub(crate) fn sandwich(
-    problem: &Problem,
-    at: &Evaluation,
-    estimates: &Estimates,
-    losses: &[(ShotLoss, f64)],
-) -> Option<DMatrix<f64>> {
-    let n = estimates.columns.len();
-    let count = losses.len() as f64;
-    let ids: Vec<Id> = estimates.columns.iter().map(|column| problem.unknowns[*column].id).collect();
-    // of unknowns with priors the shots tell a part
-    let prior = |id: &Id| problem.unknown(*id).active_prior();
-    let told = ids.iter().zip(0..).map(|(id, i)| match prior(id) {
-        Some(prior) => 1.0 - estimates.covariance[(i, i)] / (prior.sd * prior.sd),
-        None => 1.0,
-    });
-    let told: f64 = told.sum();
-    if count <= told {
-        return None;
-    }
-    let (mut curvature, mut scatter) = (DMatrix::zeros(n, n), DMatrix::zeros(n, n));
-    for (shot, (loss, distance)) in at.shots.first()?.iter().zip(losses) {
-        // of the weighted sums: g = w Jᵀr, H = w JᵀJ + (w'/s)(Jᵀr)(Jᵀr)ᵀ
-        let (matrix, slope) = shot.reduced(&ids)?;
-        let weight = loss.weight(*distance);
-        let outer = &slope * slope.transpose();
-        curvature += matrix;
-        if *distance > 0.0 {
-            curvature += &outer * (loss.slope(*distance) / (distance * weight * weight));
-        }
-        // few shots scatter less about their own fit
-        scatter += outer * (count / (count - told));
-    }
-    for (i, id) in ids.iter().enumerate() {
-        if let Some(prior) = prior(id) {
-            curvature[(i, i)] += prior.sd.powi(-2);
-            scatter[(i, i)] += prior.sd.powi(-2);
-        }
-    }
-    let inverse = curvature.cholesky()?.inverse();
-    Some(&inverse * scatter * &inverse)
 }
 
 #[cfg(test)]

@@ -33,6 +33,7 @@ mod policy;
 mod problem;
 mod profile;
 mod resample;
+mod robust;
 mod rows;
 mod run;
 mod solution;
@@ -64,7 +65,16 @@ pub use solution::{Budget, Estimate, ShotInfluence, Solution};
 pub use sums::Noise;
 pub use uncertainty::{Conflict, Score, Share};
 pub use unknowns::{Id, Normal};
-pub(crate) use unknowns::{Mode, Shared, Unknown};
+pub(crate) use {
+    block::Block,
+    descent::descend,
+    film::{causes::comply, own},
+    minimise::descend_with_noise,
+    problem::{Evaluation, Problem, Sample, State},
+    robust::robust_covariance,
+    uncertainty::Estimates,
+    unknowns::{Mode, Own, Shared, Unknown},
+};
 
 #[cfg(test)]
 mod tests {

@@ -101,7 +101,12 @@ impl Problem {
         (0..self.unknowns.len()).filter(|column| self.unknowns[*column].mode == Mode::Free).collect()
     }
 
-    /// Returns an unknown of a problem of one sample.
+    /// Returns the columns of an unknown: one, or several if samples have values of their own.
+    pub fn columns_of(&self, id: Id) -> Vec<usize> {
+        (0..self.unknowns.len()).filter(|column| self.unknowns[*column].id == id).collect()
+    }
+
+    /// Returns an unknown of the first sample.
     pub fn unknown(&self, id: Id) -> &Unknown {
         &self.unknowns[id as usize]
     }
@@ -167,6 +172,29 @@ impl Problem {
             };
             *contact = contact.with(&own);
         }
+    }
+
+    /// Returns whether outlying shots of a film count less.
+    pub fn is_robust(&self) -> bool {
+        self.samples.iter().any(|sample| matches!(&sample.block, Block::Film(film) if film.loss.is_some()))
+    }
+
+    /// Computes what weight and cloth do during the contact for the shots of all films if one of them has
+    /// it; returns whether one has.
+    pub fn weigh_all(&mut self, state: &State) -> bool {
+        let is_corrected =
+            |sample: &Sample| matches!(&sample.block, Block::Film(film) if film.world.contact.is_corrected());
+        if !self.samples.iter().any(is_corrected) {
+            return false;
+        }
+        for (sample, own) in self.samples.iter_mut().zip(&state.own) {
+            let shared = sample.gather(&state.shared);
+            if let Block::Film(film) = &mut sample.block {
+                film.world.contact = film.world.contact.with_weight();
+                film.correct(own, &shared);
+            }
+        }
+        true
     }
 
     /// Chooses the likeliest of the discrete states that each shot may be in given the shared

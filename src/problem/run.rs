@@ -7,10 +7,10 @@ use super::film::film_data::{Film, FilmError, Modelling};
 use super::film::next_to_impact;
 use super::film::outliers::{judge_shots, leave_out_frames};
 use super::findings::Finding;
-use super::loss::sandwich;
 use super::minimise::{descend_with_noise, fit};
 use super::policy::Policy;
 use super::problem::{Problem, State};
+use super::robust::robust_covariance;
 use super::solution::Solution;
 use super::sums::Noise;
 use super::uncertainty::Estimates;
@@ -193,12 +193,8 @@ impl Run<'_> {
             }
         }
         let mut estimates = estimates;
-        if let Some((film, loss)) = self.problem.film().and_then(|film| Some((film, film.loss?))) {
-            let distances = film.distances(&descent.end.shots[0]);
-            let losses: Vec<_> = distances.into_iter().map(|distance| (loss, distance)).collect();
-            if let Some(covariance) = sandwich(&self.problem, &descent.end, &estimates, &losses) {
-                estimates.covariance = covariance;
-            }
+        if let Some(covariance) = robust_covariance(&self.problem, &descent.end, &estimates) {
+            estimates.covariance = covariance;
         }
         Solution {
             problem: self.problem,

@@ -84,6 +84,23 @@ impl Solution {
         &self.at.state
     }
 
+    /// Returns one sample as a solution of its own, with the values and errors that all samples determine.
+    pub(crate) fn of_sample(&self, number: usize) -> Self {
+        let sample = &self.problem.samples[number];
+        let unknowns = sample.columns.iter().map(|column| self.problem.unknowns[*column]).collect();
+        let problem = Problem::of_one(sample.block.clone(), unknowns);
+        let shared = sample.gather(&self.at.state.shared);
+        let at = problem.evaluate(State { own: vec![self.at.state.own[number].clone()], shared });
+        let known = (0..sample.columns.len()).filter_map(|local| {
+            let place = self.covariance.position(sample.columns[local])?;
+            Some((local, place))
+        });
+        let (columns, places): (Vec<usize>, Vec<usize>) = known.unzip();
+        let covariance = self.covariance.covariance.select_rows(&places).select_columns(&places);
+        let names = vec![self.names[number].clone()];
+        Self { problem, at, covariance: Estimates { columns, covariance }, names, ..self.clone() }
+    }
+
     /// Returns the estimates of all shared unknowns that were free, in the order of the columns.
     #[must_use]
     pub fn estimates(&self) -> Vec<Estimate> {

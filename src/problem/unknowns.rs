@@ -106,6 +106,11 @@ impl Id {
     /// Velocities after the impact less the model's, which each shot may have of its own.
     pub(crate) const OFFSETS: [Self; 4] =
         [Self::CueAlong, Self::CueAcross, Self::ObjectAlong, Self::ObjectAcross];
+
+    /// Returns whether it is an unknown of the camera.
+    pub(crate) fn is_of_camera(self) -> bool {
+        self as usize >= PHYSICS
+    }
 }
 
 /// How an unknown takes part in a fit.

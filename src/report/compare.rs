@@ -1,17 +1,21 @@
 //! A [`Comparison`] → table, compare.json and pictures.
 
+use std::collections::HashSet;
+
 use serde::{Serialize, Serializer};
 use serde_json::{Value as Json, json};
 
-use super::content::{Block, Report, Section, Table, Verdict, facts};
+use super::compare_words as words;
+use super::content::{Block, Report, Section, Table, facts};
 use super::digits::{self, FEW, MANY, decimal, probability, relative, significant};
 use super::number::{count_of, interval, plain, with_error};
+use super::plot;
 use super::plot::compare::{forest, residuals};
-use super::shots::{ShotPicture, shot_list, with_spots};
+use super::shots::{MOST_PICTURES, ShotPicture, shot_list, size, with_spots};
 use super::trust::{computed, down_weighted};
 use super::{LEAST_P, ReportError, csv, diagnostics, html, list, p_text, pretty, text};
-use crate::compare::{Compared, Comparison, Difference, LabelResidual, Value};
-use crate::fit::{Counted, Method, Rejected, Residual};
+use crate::compare::{Compared, Comparison, Difference, LabelResidual, Reason, Value};
+use crate::fit::{Counted, FittedFilm, Method, Rejected, Residual};
 
 /// What was compared.
 fn method(comparison: &Comparison) -> &'static str {
@@ -28,6 +32,26 @@ fn method(comparison: &Comparison) -> &'static str {
 /// What the report calls a shot.
 fn shot_name(comparison: &Comparison, residual: &LabelResidual) -> String {
     format!("{}, {}", comparison.samples[residual.sample].title, residual.of_shot.shot)
+}
+
+/// Returns the pictures of the shots with the largest residuals, for [`files`].
+///
+/// # Errors
+/// A picture that cannot be drawn.
+pub fn pictures(
+    comparison: &Comparison,
+    films: &[(usize, FittedFilm)],
+) -> Result<Vec<ShotPicture>, ReportError> {
+    let mut worst: Vec<&LabelResidual> = comparison.residuals.iter().collect();
+    worst.sort_by(|a, b| size(&b.of_shot).total_cmp(&size(&a.of_shot)));
+    let mut seen = HashSet::new();
+    worst.retain(|residual| seen.insert((residual.sample, residual.of_shot.shot.as_str())));
+    let draw = |residual: &LabelResidual| {
+        let (_, film) = films.iter().find(|(sample, _)| *sample == residual.sample)?;
+        let impact = film.impact(&residual.of_shot.shot)?;
+        Some(plot::track::svg(film, &impact).map(|svg| (shot_name(comparison, residual), svg)))
+    };
+    worst.into_iter().take(MOST_PICTURES).filter_map(draw).collect()
 }
 
 /// The files of a comparison: name and content.
@@ -91,8 +115,8 @@ fn content(
     sections.extend(Section::of_shots(shots, ""));
     Report {
         title: format!("Comparison by {}", comparison.told_by),
-        verdict: comparison.verdict().into(),
-        warnings: comparison.warnings.clone(),
+        verdict: words::verdict(comparison),
+        warnings: words::warnings(comparison),
         facts: facts([
             ("model", comparison.fidelity.to_owned()),
             ("method", method(comparison).to_owned()),
@@ -152,7 +176,7 @@ fn about(comparison: &Comparison) -> Vec<Section> {
 
 /// What a reader may want to know.
 fn notes(comparison: &Comparison) -> Vec<String> {
-    let mut notes = comparison.notes.clone();
+    let mut notes = words::notes(comparison);
     if comparison.robust.is_some() {
         notes.push(
             "Outlying shots count less. χ² is weighted and tests nothing; errors, p-values and Wald statistics are from the \
@@ -172,7 +196,7 @@ fn cell(comparison: &Comparison, compared: &Compared, label: usize) -> String {
     compared.estimates.iter().find(own).map_or("–".to_owned(), |value| {
         let number = match value.std_error {
             Some(error) if value.fitted => with_error(value.value, error),
-            _ if value.fitted && comparison.refuted.is_some() => {
+            _ if value.fitted && comparison.is_refuted() => {
                 format!("{} (refuted)", plain(value.value, 4))
             }
             _ if value.fitted => plain(value.value, 4),
@@ -209,26 +233,29 @@ fn lines(comparison: &Comparison, compared: &Compared) -> Vec<String> {
             p_is(d.p_value),
             p_text(d.p_holm)
         ));
-        if let (Some(words), Some(line)) = (d.words.as_ref().filter(|_| d.is_real()), lines.last_mut()) {
-            line.push_str(&format!(". {words}"));
+        if let (Some(effect), Some(line)) =
+            (words::effect(comparison, d).filter(|_| d.is_real()), lines.last_mut())
+        {
+            line.push_str(&format!(". {effect}"));
         }
     }
-    let mut reasons: Vec<(&str, Vec<&str>)> = Vec::new();
+    let mut reasons: Vec<(Reason, Vec<&str>)> = Vec::new();
     for (label, why) in &compared.left_out {
         match reasons.iter_mut().find(|(known, _)| known == why) {
             Some((_, labels)) => labels.push(name(*label)),
-            None => reasons.push((why, vec![name(*label)])),
+            None => reasons.push((*why, vec![name(*label)])),
         }
     }
     for (why, labels) in reasons {
         let are = if labels.len() == 1 { "is" } else { "are each" };
+        let why = words::reason(why, compared.quantity);
         lines.push(format!("{} {are} left out: {why}", labels.join(", ")));
     }
-    if lines.is_empty() && comparison.refuted.is_some() {
+    if lines.is_empty() && comparison.is_refuted() {
         lines.push("not compared: the data refute the model".to_owned());
     }
     if lines.is_empty() {
-        lines.push("nothing to compare: it is held, or one label only tells it".to_owned());
+        lines.push("nothing to compare: it is held, or only one label determines it".to_owned());
     }
     lines
 }
@@ -264,14 +291,14 @@ fn document(comparison: &Comparison) -> Json {
             json!({"first": name(d.first), "second": name(d.second), "difference": end(d.value),
                    "std_error": relative(d.std_error, FEW), "interval_95": d.interval_95.map(end),
                    "p_value": probability(d.p_value), "p_holm": probability(d.p_holm), "real": d.is_real(),
-                   "effect": d.words})
+                   "effect": words::effect(comparison, d)})
         };
         let test = q.same_or_different.map(|t| {
             json!({"likelihood_ratio": decimal(t.statistic), "test": t.by.name(),
                    "extra_parameters": t.extra_parameters, "p_value": probability(t.p_value),
                    "delta_aic": decimal(t.delta_aic)})
         });
-        let left_out = |(label, why): &(usize, String)| json!({"label": name(*label), "reason": why});
+        let left_out = |(label, why): &(usize, Reason)| json!({"label": name(*label), "reason": words::reason(*why, q.quantity)});
         json!({"parameter": q.quantity.name(), "meaning": q.quantity.meaning(), "shared": q.shared,
                "estimates": list(&q.estimates, estimate),
                "differences": list(&q.differences, difference),
@@ -289,13 +316,13 @@ fn document(comparison: &Comparison) -> Json {
         };
         json!({"losses": robust.losses, "weights": list(&robust.weights, weight)})
     });
-    json!({"version": env!("CARGO_PKG_VERSION"), "format_version": super::FORMAT_VERSION, "verdict": Verdict::from(comparison.verdict()), "fidelity": comparison.fidelity, "method": comparison.method.name(),
+    json!({"version": env!("CARGO_PKG_VERSION"), "format_version": super::FORMAT_VERSION, "verdict": words::verdict(comparison), "fidelity": comparison.fidelity, "method": comparison.method.name(),
            "computed": list(&comparison.computed, diagnostics::computed),
            "robust": robust,
-           "notes": comparison.notes, "told_by": comparison.told_by,
-           "labels": comparison.labels, "warnings": comparison.warnings, "refuted": comparison.refuted,
+           "notes": words::notes(comparison), "told_by": comparison.told_by,
+           "labels": comparison.labels, "warnings": words::warnings(comparison), "refuted": words::refuted(comparison),
            "samples": list(&comparison.samples, sample),
            "parameters": list(&comparison.quantities, quantity),
            "counted": counted(comparison).name(), "chi2": significant(comparison.chi2, MANY), "dof": comparison.dof, "noise_estimated": comparison.noise_estimated,
-           "converged": comparison.converged, "termination": comparison.termination})
+           "converged": comparison.converged, "termination": words::termination(comparison)})
 }

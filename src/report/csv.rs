@@ -48,7 +48,7 @@ pub fn write(fit: &Fit, to: &mut (dyn Write + Send)) -> io::Result<()> {
 #[cfg(any())]
 /// residuals.csv of a comparison: that of a fit with the sample before each row, a data set or a label of one.
 pub(super) fn of_comparison(comparison: &Comparison) -> String {
-    let model = if comparison.refuted.is_some() { "refuted" } else { "" };
+    let model = if comparison.is_refuted() { "refuted" } else { "" };
     let rows = comparison.residuals.iter().map(|residual| {
         let sample = &comparison.samples[residual.sample].title;
         format!("{},{}", quoted(sample), row(&residual.of_shot, model))

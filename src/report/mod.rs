@@ -6,6 +6,7 @@ pub mod accuracy;
 mod aligned;
 #[cfg(any())]
 pub mod compare;
+pub mod compare_words;
 pub mod content;
 pub mod csv;
 pub mod design;

@@ -4,6 +4,7 @@ use std::sync::Arc;
 
 use rayon::prelude::*;
 
+use super::camera::Point;
 use super::frames::{ShotFrames, World};
 use super::impact::{Contact, Correction};
 use super::motion::{cue_before, own_inputs};
@@ -121,6 +122,18 @@ impl FilmBlock {
         self.shots = Arc::new(indices.iter().map(|i| self.shots[*i].clone()).collect());
         self.spins = indices.iter().map(|i| self.spins[*i]).collect();
         self.corrections = indices.iter().map(|i| self.corrections[*i]).collect();
+    }
+
+    /// Counts the picture in another unit and from another middle: a place becomes `factor`·place + `by`.
+    pub fn move_picture(&mut self, factor: f64, by: Point) {
+        for shot in Arc::make_mut(&mut self.shots) {
+            for frame in shot.tracks.iter_mut().flatten() {
+                frame.seen = frame.seen * factor + by;
+            }
+        }
+        for noise in &mut self.world.noise {
+            noise.sd *= factor;
+        }
     }
 
     /// Keeps the shots for which `keep` is true.

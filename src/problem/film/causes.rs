@@ -181,10 +181,15 @@ pub(crate) fn comply(problem: &Problem, at: &Evaluation, policy: &Policy) -> Opt
         return None;
     }
     let mut compliant = problem.clone();
-    compliant.unknown_mut(Id::Kappa).start = Model::KAPPA;
-    compliant.refresh_contact();
     let mut start = at.state.clone();
-    start.shared[Id::Kappa] = Model::KAPPA;
+    for column in problem.columns_of(Id::Kappa) {
+        let kappa = &mut compliant.unknowns[column];
+        if kappa.mode == Mode::Fixed && kappa.start == 0.0 {
+            kappa.start = Model::KAPPA;
+            start.shared.0[column] = Model::KAPPA;
+        }
+    }
+    compliant.refresh_contact();
     let descent = descend(&compliant, compliant.evaluate(start), &compliant.free(), 20);
     let fall = at.cost - descent.end.cost;
     if !(fall > policy.cause) {

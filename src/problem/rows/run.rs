@@ -16,10 +16,11 @@ use crate::problem::descent::{Descent, descend, descend_until};
 use crate::problem::film::causes::{self, Explained};
 use crate::problem::findings::Finding;
 use crate::problem::intervals::{Determined, Intervals, Quantiles, Status, determine, errors_as_free};
-use crate::problem::loss::{ShotLoss, sandwich};
+use crate::problem::loss::ShotLoss;
 use crate::problem::minimise::descend_with_noise;
 use crate::problem::policy::Policy;
 use crate::problem::problem::{Evaluation, Problem};
+use crate::problem::robust::sandwich;
 use crate::problem::solution::Solution;
 use crate::problem::uncertainty::Estimates;
 use crate::problem::unknowns::{Id, Mode};
@@ -211,7 +212,8 @@ fn finish(
         let of = |(shot, distance): (&RowShot, &f64)| (rows.losses[shot.rows.len()], *distance);
         rows.shots.iter().zip(&distances).map(of).collect()
     });
-    if is_robust && let Some(covariance) = sandwich(&problem, &at, &estimates, &losses) {
+    if is_robust && let Some(covariance) = sandwich(&problem, &at, &estimates, std::slice::from_ref(&losses))
+    {
         estimates.covariance = covariance;
         dof = Some((names.len() as f64 - estimates.columns.len() as f64).max(1.0));
     }

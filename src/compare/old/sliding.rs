@@ -3,7 +3,7 @@
 use nalgebra::{DMatrix, DVector};
 
 use super::verdict::{Tests, wald};
-use super::{Compared, Comparison, LikelihoodRatio, Quantity, TestKind, Value};
+use super::{Compared, Comparison, LikelihoodRatio, Quantity, Reason, TestKind, Value};
 use crate::measurement::dataset::Dataset;
 
 /// μ_k of each data set, where it is known, with the covariance of the errors.
@@ -65,10 +65,7 @@ pub(super) fn compare(
     for label in 0..labels.len() {
         match weights(label) {
             Some(weights) => telling.push((label, weights)),
-            None => left_out.push((
-                label,
-                "it has no paths after the impacts that tell it: only footage does".to_string(),
-            )),
+            None => left_out.push((label, Reason::Independent)),
         }
     }
     if telling.is_empty() {

@@ -2,6 +2,7 @@
 
 use nalgebra::DMatrix;
 
+use super::Reason;
 use super::joint_fit::FitOfAll;
 use super::uninformed::Says;
 use super::verdict::{Tests, wald};
@@ -15,21 +16,17 @@ use crate::likelihood::sample::Unknown;
 use crate::measurement::parameter::Parameter;
 use crate::numerics::least_squares::{Activity, Bounds};
 
-/// What is said of a label whose value has a larger error than its bounds leave room.
-const HARDLY: &str =
-    "its observations hardly depend on it at the best fit: its error is larger than its bounds are apart";
-
 impl<'a> FitOfAll<'a> {
     /// One parameter: its estimates, their differences, and whether one value is enough.
     pub(super) fn quantity(&self, labels: usize, parameter: Parameter) -> Result<Compared, CompareError> {
         let says = |label: usize| match self.informed.says(self.groups, &self.before, label, parameter) {
-            Says::Something if !self.determines(label, parameter) => Says::Nothing(HARDLY.to_owned()),
+            Says::Something if !self.determines(label, parameter) => Says::Nothing(Reason::Uncertain),
             says => says,
         };
         let says: Vec<Says> = (0..labels).map(says).collect();
         let telling: Vec<usize> = (0..labels).filter(|l| says[*l] == Says::Something).collect();
         let left_out = says.iter().enumerate().filter_map(|(label, says)| match says {
-            Says::Nothing(why) => Some((label, why.clone())),
+            Says::Nothing(why) => Some((label, *why)),
             Says::Something | Says::Held => None,
         });
         let shared = self.before.samples.iter().all(|sample| sample.numbers[parameter as usize] == 0);

@@ -77,22 +77,6 @@ pub(super) fn search<'a>(groups: &'a [Group], shots: &'a [Vec<Fitted>], apart: &
     Search { samples: groups.iter().zip(shots).map(sample).collect(), maximum_likelihood: false }
 }
 
-/// What has a value for each label: as asked for, or else what the labels can differ in, which are cloths or not.
-pub(super) fn apart(cloths: bool, options: &Options) -> impl Fn(Quantity) -> bool {
-    move |quantity: Quantity| {
-        if options.share.contains(&quantity) {
-            return false;
-        }
-        // a cloth has no part in what happens between the balls
-        let by_default = match quantity {
-            Quantity::Parameter(Parameter::MuS) | Quantity::Sliding => cloths,
-            Quantity::Parameter(Parameter::Mu | Parameter::B) => !cloths,
-            Quantity::Parameter(_) => false,
-        };
-        by_default || options.per_dataset.contains(&quantity)
-    }
-}
-
 /// The label of each data set, where it has one for all its shots.
 pub(super) fn label_of_datasets(
     datasets: &[&Dataset],

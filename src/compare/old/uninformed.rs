@@ -1,7 +1,7 @@
 //! What each label says about each parameter, and the joint fit of what is determined.
 
-use super::CompareError;
 use super::sample::Group;
+use super::{CompareError, Reason};
 use crate::fit::samples::Search;
 use crate::fit::saturation::Plateau;
 use crate::fit::settled::Settled;
@@ -14,7 +14,7 @@ use crate::measurement::values::Values;
 pub(super) enum Says {
     Something,
     Held,
-    Nothing(String),
+    Nothing(Reason),
 }
 
 /// A joint fit in which everything that is free is determined.
@@ -69,11 +69,11 @@ impl Informed<'_> {
     pub(super) fn says(&self, groups: &[Group], before: &Search, label: usize, parameter: Parameter) -> Says {
         let own: Vec<usize> = (0..groups.len()).filter(|i| groups[*i].label == label).collect();
         if own.is_empty() {
-            return Says::Nothing("it has no shot that can be used".to_owned());
+            return Says::Nothing(Reason::NoShots);
         }
         let has: Vec<usize> = own.iter().copied().filter(|i| groups[*i].settings.has(parameter)).collect();
         if has.is_empty() {
-            return Says::Nothing(format!("its data set has no {}", parameter.symbol()));
+            return Says::Nothing(Reason::Absent);
         }
         if has.iter().all(|i| groups[*i].settings[parameter].fixed) {
             return Says::Held;
@@ -85,16 +85,11 @@ impl Informed<'_> {
         }
         let is_silent = |i: &usize| Search::silent(&before.samples[*i]).contains(&parameter);
         let why = match parameter {
-            _ if !has.iter().all(is_silent) => match parameter {
-                Parameter::Mu => "its contacts stick at the best fit: the data tell only that it is large",
-                _ => "nothing depends on it at the best fit",
-            },
-            Parameter::Mu => "none of its observations depends on the friction between the balls",
-            Parameter::MuS => "none of its shots has topspin, so the cloth never carries the object ball",
-            Parameter::E => "none of its observations depends on the restitution",
-            _ => "none of its observations depends on it",
+            _ if has.iter().all(is_silent) => Reason::Independent,
+            Parameter::Mu => Reason::Sticks,
+            _ => Reason::Vanishes,
         };
-        Says::Nothing(why.to_owned())
+        Says::Nothing(why)
     }
 
     /// The column that is a label's value of a parameter.

@@ -4,19 +4,18 @@ use super::balls;
 use super::joint_fit::FitOfAll;
 use super::sample::{Apart, Gathered, Group};
 use super::sliding::Known;
-use super::{COMPARED, CompareError, Comparison, Options, SampleSummary};
+use super::{CompareError, Comparison, Finding, Options, SampleSummary, note};
 use super::{choice, discs};
 use crate::fit::Method;
 use crate::fit::fidelity_choice::Chosen;
 use crate::fit::outlying::Odd;
 use crate::likelihood::fitted::Fitted;
 
-/// What shots are computed with, the joint fit, and a test of each parameter.
-pub(super) const STAGES: usize = 2 + COMPARED.len();
-
 /// What came of a comparison.
 pub(super) struct Compared {
     pub comparison: Comparison,
+    /// χ² and degrees of freedom of what is tested.
+    pub tested: (f64, usize),
     /// μ_k of the data sets, where their frames were fitted.
     pub sliding: Option<Known>,
     /// What limits the differences, if the model holds: a sentence.
@@ -38,8 +37,11 @@ pub(super) fn run(
     stage("fitting all together");
     let finish = |fit: &FitOfAll, notes: Vec<String>| {
         let comparison = fit.compared(labels, (options, method), stage)?;
-        let comparison = Comparison { gives_way: gives_way.is_some(), notes, ..comparison };
-        Ok(Compared { comparison, sliding: fit.sliding(), limit: balls::sentence(fit) })
+        let mut comparison = comparison;
+        comparison.findings.extend(gives_way.map(|fall| Finding::Compliance { fall }));
+        comparison.findings.extend(notes.into_iter().map(note));
+        let (tested, limit) = (fit.goodness(), balls::sentence(fit));
+        Ok(Compared { comparison, tested, sliding: fit.sliding(), limit })
     };
     let odd = {
         let fit = FitOfAll::new(groups, shots, apart, &starts)?;

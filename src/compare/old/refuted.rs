@@ -2,39 +2,28 @@
 
 use statrs::distribution::{ChiSquared, ContinuousCDF};
 
-use super::{Comparison, Quantity, SampleSummary};
+use super::{Comparison, Finding, Quantity, SampleSummary};
 use crate::fit::Refuted;
-use crate::measurement::number::plain;
 
 /// Takes errors, differences and tests away where the residuals of the whole or of a sample refute the model. The cloth's
 /// sliding friction, from the paths after the impacts, stays.
-pub(super) fn judge(comparison: &mut Comparison, samples: &[SampleSummary]) {
+pub(super) fn judge(comparison: &mut Comparison, samples: &[SampleSummary], tested: (f64, usize)) {
     if comparison.noise_estimated || comparison.robust.is_some() {
         return;
     }
-    let (chi2, dof) = comparison.tested;
+    let (chi2, dof) = tested;
     let mut named = Vec::new();
-    for (number, sample) in samples.iter().enumerate() {
+    for number in 0..samples.len() {
         let own = comparison.residuals.iter().filter(|residual| residual.sample == number);
         let squares: Vec<f64> = own.map(|residual| residual.of_shot.standardized.powi(2)).collect();
         // how many of the parameters a sample takes up is not told: few, of many observations
         if let Some(reduced) = refutes(squares.iter().sum(), squares.len()) {
-            named.push(format!("{} (χ²/dof {})", sample.title, plain(reduced, 3)));
+            named.push((number, reduced));
         }
     }
     if named.is_empty() && refutes(chi2, dof).is_none() {
         return;
     }
-    let whose = if named.is_empty() {
-        format!("together (χ²/dof {})", plain(chi2 / dof.max(1) as f64, 3))
-    } else {
-        format!("of {}", named.join(" and "))
-    };
-    let sentence = format!(
-        "The data {whose} refute the model. The estimates only mark the least χ²; they have no standard errors, and \
-         differences between them are not judged, since both hold only if the model does. Fit each data set alone: where \
-         each fits, they differ in what is shared here, and --per-dataset lets that differ; else something is wrong with the one that does not."
-    );
     let by_model = |quantity: Quantity| quantity != Quantity::Sliding;
     for compared in comparison.quantities.iter_mut().filter(|compared| by_model(compared.quantity)) {
         for value in &mut compared.estimates {
@@ -43,8 +32,8 @@ pub(super) fn judge(comparison: &mut Comparison, samples: &[SampleSummary]) {
         compared.differences.clear();
         compared.same_or_different = None;
     }
-    comparison.warnings.insert(0, sentence.clone());
-    comparison.refuted = Some(sentence);
+    let reduced_chi2 = chi2 / dof.max(1) as f64;
+    comparison.findings.insert(0, Finding::Refuted { samples: named, reduced_chi2 });
 }
 
 /// χ² per degree of freedom, where it refutes the model.

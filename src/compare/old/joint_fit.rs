@@ -6,8 +6,8 @@ use statrs::distribution::{ChiSquared, ContinuousCDF};
 use super::sample::{Apart, Group, search};
 use super::sliding::Known;
 use super::uninformed::{Informed, settle};
-use super::verdict::Tests;
-use super::{COMPARED, CompareError, Compared, Comparison, LabelResidual, Options, Robust};
+use super::verdict::{Tests, at_bounds};
+use super::{COMPARED, CompareError, Compared, Comparison, Finding, LabelResidual, Options, Robust, warning};
 use crate::fit::Method;
 use crate::fit::fidelity_choice;
 use crate::fit::minimum::Minimum;
@@ -102,7 +102,7 @@ impl<'a> FitOfAll<'a> {
     }
 
     /// χ² and degrees of freedom of what is tested.
-    fn goodness(&self) -> (f64, usize) {
+    pub(super) fn goodness(&self) -> (f64, usize) {
         let (search, minimum) = self.tested();
         (2.0 * minimum.cost, search.dof(&self.informed.settled.free, minimum.parameters()))
     }
@@ -120,7 +120,7 @@ impl<'a> FitOfAll<'a> {
             stage(&format!("one {} or several", parameter.symbol()));
             quantities.push(self.quantity(labels.len(), parameter)?);
         }
-        let warnings = self.warnings(labels, &quantities);
+        let warnings = self.warnings(&quantities);
         Ok(Comparison {
             labels: Vec::new(),
             told_by: String::new(),
@@ -131,51 +131,36 @@ impl<'a> FitOfAll<'a> {
             quantities,
             chi2: 2.0 * minimum.cost,
             dof: search.dof(free, minimum.parameters()),
-            tested: self.goodness(),
             noise_estimated: self.noise_estimated,
             converged: minimum.converged,
-            termination: minimum.termination.clone(),
             residuals: self.residuals(),
             robust: self.robust(),
-            refuted: None,
-            warnings,
-            notes: Vec::new(),
-            gives_way: false,
+            findings: warnings,
         })
     }
 
-    fn warnings(&self, labels: &[String], quantities: &[Compared]) -> Vec<String> {
+    fn warnings(&self, quantities: &[Compared]) -> Vec<Finding> {
         let Settled { search, minimum, .. } = &self.informed.settled;
         let mut warnings = Vec::new();
         if !minimum.converged {
-            warnings.push(format!("The joint fit did not converge: {}.", minimum.termination));
+            warnings.push(Finding::NotConverged);
         }
         if self.covariance.is_none() {
-            warnings.push(
-                "The data do not determine all of this together: there are no errors. Share more parameters, or fix some under [fit]."
-                    .to_string(),
-            );
+            warnings.push(Finding::Undetermined);
         }
         let (chi2, dof) = self.goodness();
         if !self.noise_estimated && !search.is_robust() && dof > 0 {
             let p = ChiSquared::new(dof as f64).map_or(f64::NAN, |d| d.sf(chi2));
             if p < 1e-3 {
-                warnings.push(format!(
+                warnings.push(warning(format!(
                     "The residuals are larger than the stated standard deviations explain (χ²/dof = {:.2}, \
                      probability {p:.1e}): what looks like a difference may be noise that is larger than stated.",
                     chi2 / dof as f64
-                ));
+                )));
             }
         }
         for compared in quantities {
-            for value in compared.estimates.iter().filter(|value| value.at_bound) {
-                let of = value.label.map_or(String::new(), |label| format!(" of {}", labels[label]));
-                warnings.push(format!(
-                    "{}{of} ends on a bound, {}: its differences are those of the curvature there, which is cautious.",
-                    compared.quantity.symbol(),
-                    value.value
-                ));
-            }
+            warnings.extend(at_bounds(compared));
         }
         warnings
     }

@@ -1,0 +1,94 @@
+//! Everything that can be wrong or worth saying of a comparison, as data.
+
+use super::quantity::Quantity;
+use crate::problem::{self, Id, Severity};
+
+/// A finding of a comparison.
+#[derive(Clone, Debug, PartialEq)]
+pub enum Finding {
+    /// The data rule the model out: the estimates have no errors, and differences are not judged.
+    Refuted {
+        /// Indices of the samples whose own residuals do, with their χ² per degree of freedom.
+        samples: Vec<(usize, f64)>,
+        /// χ² per degree of freedom of all.
+        reduced_chi2: f64,
+    },
+    /// The descent did not end at a minimum.
+    NotConverged,
+    /// The data do not determine all unknowns together: there are no errors.
+    Undetermined,
+    /// The fit of one sample alone found this.
+    OfSample {
+        /// Index of the sample.
+        sample: usize,
+        /// What it found.
+        finding: problem::Finding,
+        /// The same in words.
+        sentence: String,
+    },
+    /// The data contradict that a shared quantity is the same for all labels.
+    NotShared {
+        /// The quantity.
+        quantity: Quantity,
+        /// Probability of such a contradiction by chance.
+        p_value: f64,
+    },
+    /// An estimate is at a bound.
+    AtBound {
+        /// The quantity.
+        quantity: Quantity,
+        /// Index of its label; `None` if it is shared.
+        label: Option<usize>,
+        /// The bound.
+        bound: f64,
+    },
+    /// A contact that is compliant along its surface was adopted for all samples together.
+    Compliance {
+        /// Fall of −2 log L.
+        fall: f64,
+    },
+    /// Mass ratios that the labels do not share make up most of the error of a difference.
+    MassRatios {
+        /// The quantity.
+        quantity: Quantity,
+        /// Standard error of the difference.
+        std_error: f64,
+        /// Its part from the mass ratios.
+        part: f64,
+    },
+    /// One camera filmed all samples: its unknowns, with their values and standard errors.
+    OneCamera(Vec<(Id, f64, f64)>),
+    /// A sentence.
+    Said(Severity, String),
+}
+
+impl Finding {
+    /// Returns how far it affects the trust in a comparison.
+    #[must_use]
+    pub fn severity(&self) -> Severity {
+        match self {
+            Self::Refuted { .. } | Self::NotConverged => Severity::Unusable,
+            Self::Undetermined | Self::NotShared { .. } | Self::AtBound { .. } => Severity::Doubtful,
+            Self::Compliance { .. } | Self::MassRatios { .. } | Self::OneCamera(_) => Severity::Note,
+            Self::OfSample { finding, .. } => finding.severity(),
+            Self::Said(severity, _) => *severity,
+        }
+    }
+}
+
+/// Why a label does not determine a quantity.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Reason {
+    /// It has no shot that can be used.
+    NoShots,
+    /// Its fit does not have the quantity.
+    Absent,
+    /// Its contacts stick at the best fit: the friction is only known to be large.
+    Sticks,
+    /// Nothing depends on the quantity at the best fit.
+    Vanishes,
+    /// None of its observations depends on the quantity.
+    Independent,
+    /// The standard error is larger than the distance of the bounds.
+    Uncertain,
+}

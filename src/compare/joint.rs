@@ -1,0 +1,251 @@
+//! The fit of all samples together.
+
+use nalgebra::{DMatrix, DVector};
+
+use super::alone::{Alone, Samples};
+use super::columns::Sharing;
+use super::error::CompareError;
+use super::findings::Finding;
+use super::options::Options;
+use super::quantity::Quantity;
+use super::result::{Comparison, LabelResidual, Robust};
+use super::verdict::{self, Tests, holm};
+use crate::fit::of_film::Fitted;
+use crate::fit::{Computed, FittedFilm, Method};
+use crate::measurement::loss::Loss;
+use crate::physics::collision::FidelityChoice;
+use crate::problem::{
+    Estimates, Evaluation, Id, Mode, Policy, Problem, Solution, comply, descend, descend_with_noise,
+    robust_covariance,
+};
+
+/// Part of the variance of a difference beyond which what makes it up is said.
+const MOST: f64 = 0.5;
+
+/// Ratio of lengths in two films, less 1, beyond which they are not by one camera that was not moved.
+const OTHER_CAMERA: f64 = 0.1;
+
+/// Steps of a descent at given noise, typical are 3.
+pub(super) const STEPS: usize = 40;
+
+/// All samples in one problem at its minimum.
+pub(super) struct Joint<'a> {
+    pub sharing: Sharing<'a>,
+    pub samples: Samples,
+    pub solution: Solution,
+    pub tests: Tests,
+    pub findings: Vec<Finding>,
+}
+
+impl<'a> Joint<'a> {
+    /// Fits all samples together.
+    ///
+    /// # Errors
+    /// Films that are not by one camera though they are said to be.
+    pub fn new(mut samples: Samples, options: &'a Options) -> Result<Self, CompareError> {
+        if options.same_camera {
+            check_camera(&samples.fitted)?;
+        }
+        let sharing = Sharing { options, by_cloth: samples.by_cloth };
+        let (mut problem, start) = sharing.join(&samples.fitted);
+        let mut descent = descend_with_noise(&mut problem, start);
+        let mut findings = std::mem::take(&mut samples.findings);
+        let mut compliance = samples.fitted.iter().filter_map(Alone::compliance).reduce(f64::max);
+        if options.fidelity == FidelityChoice::Auto
+            && let Some((compliant, refit, fall)) = comply(&problem, &descent.end, &Policy::default())
+        {
+            compliance = Some(fall);
+            (problem, descent) = (compliant, refit);
+        }
+        findings.extend(compliance.map(|fall| Finding::Compliance { fall }));
+        if problem.weigh_all(&descent.end.state) {
+            descent = descend_with_noise(&mut problem, descent.end.state);
+            problem.weigh_all(&descent.end.state);
+            descent = descend_with_noise(&mut problem, descent.end.state);
+        }
+        // χ² of likelihood ratios is that of the noise as it was estimated last
+        descent = descend(&problem, problem.evaluate(descent.end.state), &problem.free(), STEPS);
+        if !descent.converged {
+            findings.push(Finding::NotConverged);
+        }
+        let covariance = estimate(&problem, &descent.end, &[]).unwrap_or_else(|| {
+            findings.push(Finding::Undetermined);
+            Estimates { columns: Vec::new(), covariance: DMatrix::zeros(0, 0) }
+        });
+        let of_fit = |alone: &Alone| alone.solution.names.iter().flatten().cloned().collect();
+        let solution = Solution {
+            at: descent.end,
+            covariance,
+            findings: Vec::new(),
+            names: samples.fitted.iter().map(of_fit).collect(),
+            left_out: Vec::new(),
+            misfit: f64::NAN,
+            evaluations: descent.evaluations,
+            converged: descent.converged,
+            unit: 1.0,
+            middle: [0.0; 2],
+            problem,
+        };
+        Ok(Self { sharing, samples, tests: Tests::new(&solution), solution, findings })
+    }
+
+    /// Returns the column of an unknown that a label's samples estimate.
+    pub fn column(&self, label: usize, id: Id) -> Option<usize> {
+        let own = |sample: usize| {
+            let column = self.solution.column(sample, id)?;
+            let is_free = self.solution.problem.unknowns[column].mode == Mode::Free;
+            (self.samples.fitted[sample].label == label && is_free).then_some(column)
+        };
+        (0..self.samples.fitted.len()).find_map(own)
+    }
+
+    /// Returns what the fit says, and each film with the index of its sample.
+    ///
+    /// # Errors
+    /// A quantity is asked for that no sample has.
+    pub fn compared(
+        mut self,
+        stage: &dyn Fn(&str),
+    ) -> Result<(Comparison, Vec<(usize, FittedFilm)>), CompareError> {
+        let options = self.sharing.options;
+        if let Some(absent) = options.share.iter().chain(&options.per_dataset).find(|own| !self.has(**own)) {
+            return Err(CompareError::NoSuchParameter(absent.name()));
+        }
+        let mut quantities = Vec::new();
+        for quantity in Quantity::ALL.into_iter().filter(|quantity| self.has(*quantity)) {
+            stage(&format!("one {} or several", quantity.symbol()));
+            quantities.push(self.quantity(quantity));
+        }
+        holm(&mut quantities);
+        self.findings.extend(quantities.iter().filter_map(verdict::contradiction));
+        self.findings.extend(quantities.iter().flat_map(verdict::at_bounds));
+        self.findings.extend(Quantity::ALL.into_iter().find_map(|quantity| self.limit(quantity)));
+        if options.same_camera {
+            self.findings.push(Finding::OneCamera(self.camera()));
+        }
+        self.findings.sort_by_key(|finding| std::cmp::Reverse(finding.severity()));
+        if let Some(alone) = self.samples.fitted.first() {
+            verdict::describe(&mut quantities, alone.dataset.ball);
+        }
+        let (chi2, _) = self.solution.chi2_of_data();
+        let mut weights = Vec::new();
+        let mut residuals = Vec::new();
+        let mut films = Vec::new();
+        for (number, alone) in self.samples.fitted.iter().enumerate() {
+            let Alone { label, sample, ref tracks, .. } = *alone;
+            let solution = self.solution.of_sample(number);
+            let shots = solution.names[0].iter().cloned().zip(solution.weights());
+            weights.extend(shots.filter(|(_, weight)| *weight < 1.0).map(|(shot, w)| (sample, shot, w)));
+            let own = Fitted::residuals(&solution).into_iter();
+            residuals.extend(own.map(|of_shot| LabelResidual { label, sample, of_shot }));
+            let Solution { unit, middle, .. } =
+                *self.sharing.first_film(alone, &self.samples.fitted).solution;
+            films.push((sample, FittedFilm::new(Solution { unit, middle, ..solution }, tracks)));
+        }
+        weights.sort_by(|a, b| a.2.total_cmp(&b.2));
+        let comparison = Comparison {
+            told_by: self.samples.told_by.clone(),
+            fidelity: options.fidelity.name(),
+            method: Method::Joint,
+            computed: self.computed(),
+            quantities,
+            chi2,
+            dof: self.tests.dof,
+            noise_estimated: self.tests.estimated,
+            converged: self.solution.converged,
+            residuals,
+            robust: self.solution.problem.is_robust().then(|| Robust { losses: self.losses(), weights }),
+            labels: self.samples.labels,
+            samples: self.samples.summaries,
+            findings: self.findings,
+        };
+        Ok((comparison, films))
+    }
+
+    /// Returns that most of the error of a difference is due to mass ratios that the labels do not share:
+    /// with d how the difference covaries with the ratios, whose covariance is C, that part of its
+    /// variance is dᵀC⁻¹d.
+    fn limit(&self, quantity: Quantity) -> Option<Finding> {
+        let Estimates { columns, covariance } = &self.solution.covariance;
+        let places = |id: Id| -> Vec<usize> {
+            let of = |i: &usize| self.solution.problem.unknowns[columns[*i]].id == id;
+            (0..columns.len()).filter(of).collect()
+        };
+        let (ratios, values) = (places(Id::MassRatio), places(quantity.id()));
+        let [first, second, ..] = values[..] else { return None };
+        if ratios.len() < 2 {
+            return None;
+        }
+        let inverse = covariance.select_rows(&ratios).select_columns(&ratios).try_inverse()?;
+        let difference = covariance.column(second) - covariance.column(first);
+        let variance = difference[second] - difference[first];
+        let by_ratios = DVector::from_iterator(ratios.len(), ratios.iter().map(|ratio| difference[*ratio]));
+        let part = by_ratios.dot(&(&inverse * &by_ratios));
+        let (std_error, root) = (variance.sqrt(), part.sqrt());
+        (part > MOST * variance).then_some(Finding::MassRatios { quantity, std_error, part: root })
+    }
+
+    /// Returns the unknowns of the camera that filmed all samples, the scale in lengths of the films.
+    fn camera(&self) -> Vec<(Id, f64, f64)> {
+        let unit = self.samples.fitted.first().map_or(1.0, |alone| alone.solution.unit);
+        let of = |id: Id| {
+            let estimate = self.solution.get(id)?;
+            let unit = if id == Id::Scale { unit } else { 1.0 };
+            Some((id, estimate.value / unit, estimate.std_error? / unit))
+        };
+        Id::ALL.into_iter().filter(|id| id.is_of_camera()).filter_map(of).collect()
+    }
+
+    /// Returns the names of the losses other than least squares.
+    fn losses(&self) -> Vec<&'static str> {
+        let loss = |alone: &Alone| self.sharing.options.loss.unwrap_or(alone.dataset.loss);
+        let mut names: Vec<&'static str> = Vec::new();
+        for loss in self.samples.fitted.iter().map(loss).filter(|loss| *loss != Loss::Squares) {
+            if !names.contains(&loss.name()) {
+                names.push(loss.name());
+            }
+        }
+        names
+    }
+
+    /// Returns what the shots were computed with.
+    fn computed(&self) -> Vec<Computed> {
+        let mut all: Vec<Computed> = Vec::new();
+        for own in self.samples.fitted.iter().flat_map(|alone| &alone.computed) {
+            match all.iter_mut().find(|other| (other.fidelity, other.effects) == (own.fidelity, own.effects))
+            {
+                Some(known) => known.shots += own.shots,
+                None => all.push(own.clone()),
+            }
+        }
+        all
+    }
+}
+
+/// Returns the covariance with all of some columns, even at a bound.
+pub(super) fn estimate(problem: &Problem, at: &Evaluation, columns: &[usize]) -> Option<Estimates> {
+    let is_inside = |column: &usize| {
+        !problem.unknowns[*column].bounds.contains(&at.state.shared.0[*column]) || columns.contains(column)
+    };
+    let free = problem.free().into_iter().filter(is_inside).collect();
+    let estimates = Estimates::of_columns(&at.eliminate(problem, 0.0)?, free)?;
+    let covariance = robust_covariance(problem, at, &estimates).or_else(|| {
+        // without enough shots by a robust loss there are no errors
+        (!problem.is_robust()).then(|| estimates.covariance.clone())
+    });
+    Some(Estimates { covariance: covariance?, ..estimates })
+}
+
+/// Checks that lengths in all films are the same.
+fn check_camera(all: &[Alone]) -> Result<(), CompareError> {
+    let length = |alone: &Alone| alone.solution.value(Id::Scale) / alone.solution.unit;
+    let Some((first, others)) = all.split_first() else { return Ok(()) };
+    for other in others {
+        let factor = length(other) / length(first);
+        if (factor - 1.0).abs() > OTHER_CAMERA {
+            let name = |alone: &Alone| alone.dataset.name.clone();
+            return Err(CompareError::OtherCamera { first: name(first), other: name(other), factor });
+        }
+    }
+    Ok(())
+}
