@@ -150,7 +150,7 @@ assert!(compared.differences[0].is_real());
 // the front page names all modules, also those that were left out
 #![cfg_attr(not(feature = "report"), allow(rustdoc::broken_intra_doc_links))]
 
-#[cfg(any())]
+#[cfg(feature = "fit")]
 pub mod compare;
 #[cfg(feature = "io")]
 pub mod design;

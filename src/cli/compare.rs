@@ -4,7 +4,6 @@ use std::cell::Cell;
 use std::path::PathBuf;
 
 use caromfit::compare::{self, CompareError, Options, Quantity};
-use caromfit::fit::Method;
 use caromfit::measurement::loss::Loss;
 use caromfit::physics::collision::FidelityChoice;
 use caromfit::report::{compare as report, write};
@@ -31,17 +30,13 @@ pub struct Args {
     /// Parameters with a value for each label
     #[arg(long, value_delimiter = ',', value_name = "PARAMETERS")]
     per_dataset: Vec<Quantity>,
-    /// One camera, which was not moved, filmed all data sets: its corrections are the same. With --method joint
+    /// One camera, which was not moved, filmed all data sets: its corrections are the same.
     #[arg(long)]
     same_camera: bool,
     /// How closely the collision is modelled; auto takes for each shot the cheapest that leaves out less than a tenth of
     /// its standard errors, as all data sets together tell
     #[arg(long, value_parser = super::fidelity(), default_value = "auto")]
     fidelity: FidelityChoice,
-    /// How footage is compared: velocities extracted first (two-stage), or all frames at once (joint); joint where all data sets are
-    /// footage of balls
-    #[arg(long, value_parser = super::named(Method::ALL, Method::name))]
-    method: Option<Method>,
     /// How outlying shots count, in the place of what the data sets say
     #[arg(long, value_parser = super::loss())]
     loss: Option<Loss>,
@@ -60,7 +55,6 @@ pub fn run(args: &Args) -> Result<(), Failure> {
         share: args.share.clone(),
         per_dataset: args.per_dataset.clone(),
         same_camera: args.same_camera,
-        method: args.method,
     };
     let begun = Cell::new(false);
     let stage = |stage: &str| {

@@ -125,7 +125,6 @@ impl Samples {
         let (shots_used, shots_rejected) = match analyse_watched(&dataset, choices, done).fits {
             Ok(mut fits) => {
                 let fit = fits.remove(0);
-                let Some(film_fit) = fit.frames else { return Err(CompareError::NotFilmed(dataset.name)) };
                 for finding in &fit.findings {
                     let is_of_all = matches!(
                         finding,
@@ -134,7 +133,7 @@ impl Samples {
                             | problem::Finding::Compliance { .. }
                     );
                     // what all samples determine together is said of their joint fit
-                    if let Some(sentence) = sentence(finding, &film_fit, fit.stated_scale_sd)
+                    if let Some(sentence) = sentence(finding, fit.frames.as_ref(), fit.stated_scale_sd)
                         && !is_of_all
                     {
                         let finding = finding.clone();
@@ -143,8 +142,8 @@ impl Samples {
                 }
                 self.fitted.push(Alone {
                     settings: dataset.settings_of_balls(),
-                    solution: film_fit.solution.clone(),
-                    tracks: film_fit.tracks().to_vec(),
+                    tracks: fit.frames.as_ref().map_or_else(Vec::new, |film| film.tracks().to_vec()),
+                    solution: fit.solution,
                     computed: fit.diagnostics.computed,
                     dataset,
                     sample,

@@ -4,11 +4,10 @@ use super::alone::Samples;
 use super::balls::share_balls;
 use super::error::CompareError;
 use super::joint::Joint;
-use super::old;
 use super::options::Options;
 use super::quantity::Quantity;
 use super::result::Comparison;
-use crate::fit::{FittedFilm, Method};
+use crate::fit::FittedFilm;
 use crate::measurement::dataset::Dataset;
 
 /// Number of stages of a comparison at most: the samples alone, all together, and a test of each quantity.
@@ -54,10 +53,6 @@ pub fn analyse_watched(
         Ok(datasets) => datasets,
         Err(error) => return refused(error),
     };
-    if options.method == Some(Method::TwoStage) || !old::are_blocks(&datasets) {
-        let comparison = old::analyse(datasets, options, done, stage);
-        return Analysis { films: Vec::new(), comparison };
-    }
     stage("each alone");
     let joint = Samples::fit(&datasets, options, done).and_then(|samples| {
         stage("fitting all together");
@@ -73,6 +68,10 @@ pub fn analyse_watched(
 fn check(datasets: &[Dataset], options: &Options) -> Result<(), CompareError> {
     if let Some(both) = options.share.iter().find(|quantity| options.per_dataset.contains(quantity)) {
         return Err(CompareError::Both(both.name()));
+    }
+    let is_film = |dataset: &&Dataset| dataset.tracks.as_ref().is_some_and(|tracks| tracks.discs.is_none());
+    if let Some(other) = datasets.iter().find(|dataset| options.same_camera && !is_film(dataset)) {
+        return Err(CompareError::NoCamera(other.name.clone()));
     }
     for dataset in datasets {
         let faults = dataset.faults();

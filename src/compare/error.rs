@@ -22,25 +22,9 @@ pub enum CompareError {
         "{0}: no data set has it; a friction that falls (friction under [fit]) has mu_b and mu_c, a contact that gives way kappa, an e that falls e_slope"
     )]
     NoSuchParameter(&'static str),
-    /// There are fewer observations than free parameters.
+    /// Data sets, of which one is named, were to share a camera, and it is no film of balls.
     #[error(
-        "observations: {observations}, for the free parameters {parameters}; expected at least as many: add shots, or share parameters"
-    )]
-    TooFewObservations {
-        /// The number of observations.
-        observations: usize,
-        /// The names of the free parameters.
-        parameters: String,
-    },
-    /// The frames of a data set, whose name is given, cannot be fitted.
-    #[error(
-        "{0}: its frames cannot be fitted: it is no footage of balls, or a shot has none; compare with --method two-stage"
-    )]
-    NotFilmed(String),
-    /// Data sets, of which one is named, were to share a camera, and it has no footage of balls whose frames can be fitted, or velocities
-    /// are compared.
-    #[error(
-        "{0}: --same-camera is for footage of balls whose frames are compared (--method joint), with a camera that its shots calibrate"
+        "{0}: --same-camera is for films of balls, with a camera that their shots calibrate"
     )]
     NoCamera(String),
     /// The films of two data sets differ too much to be by one camera.

@@ -11,7 +11,8 @@ use super::quantity::Quantity;
 use super::result::{Comparison, LabelResidual, Robust};
 use super::verdict::{self, Tests, holm};
 use crate::fit::of_film::Fitted;
-use crate::fit::{Computed, FittedFilm, Method};
+use crate::fit::of_rows;
+use crate::fit::{Computed, FittedFilm};
 use crate::measurement::loss::Loss;
 use crate::physics::collision::FidelityChoice;
 use crate::problem::{
@@ -136,8 +137,17 @@ impl<'a> Joint<'a> {
             let solution = self.solution.of_sample(number);
             let shots = solution.names[0].iter().cloned().zip(solution.weights());
             weights.extend(shots.filter(|(_, weight)| *weight < 1.0).map(|(shot, w)| (sample, shot, w)));
-            let own = Fitted::residuals(&solution).into_iter();
-            residuals.extend(own.map(|of_shot| LabelResidual { label, sample, of_shot }));
+            let of_table = solution.deviations();
+            let is_table = !of_table.is_empty();
+            let own = if is_table {
+                of_rows::residuals(&solution.names[0], &of_table, |_| true)
+            } else {
+                Fitted::residuals(&solution)
+            };
+            residuals.extend(own.into_iter().map(|of_shot| LabelResidual { label, sample, of_shot }));
+            if is_table {
+                continue;
+            }
             let Solution { unit, middle, .. } =
                 *self.sharing.first_film(alone, &self.samples.fitted).solution;
             films.push((sample, FittedFilm::new(Solution { unit, middle, ..solution }, tracks)));
@@ -146,7 +156,7 @@ impl<'a> Joint<'a> {
         let comparison = Comparison {
             told_by: self.samples.told_by.clone(),
             fidelity: options.fidelity.name(),
-            method: Method::Joint,
+            is_filmed: !films.is_empty(),
             computed: self.computed(),
             quantities,
             chi2,

@@ -21,7 +21,6 @@ mod error;
 mod findings;
 mod joint;
 mod likelihood_ratio;
-pub(crate) mod old;
 mod options;
 mod quantity;
 mod result;

@@ -1,7 +1,6 @@
 //! Choices of a comparison.
 
 use super::quantity::Quantity;
-use crate::fit::Method;
 use crate::measurement::loss::Loss;
 use crate::measurement::parameter::Parameter;
 use crate::physics::collision::FidelityChoice;
@@ -12,9 +11,6 @@ use crate::physics::collision::FidelityChoice;
 pub struct Options {
     /// How closely collisions are modelled.
     pub fidelity: FidelityChoice,
-    /// Whether velocities are compared, or the frames of footage; `None`: frames where all data sets are footage of balls, else
-    /// velocities.
-    pub method: Option<Method>,
     /// How outlying shots count; `None`: as the data sets state.
     pub loss: Option<Loss>,
     /// The quantities that have one value for all data sets instead of the default.

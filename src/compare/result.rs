@@ -3,7 +3,7 @@
 use super::effect::Effect;
 use super::findings::{Finding, Reason};
 use super::quantity::Quantity;
-use crate::fit::{Computed, Grade, Method, Rejected, Residual};
+use crate::fit::{Computed, Grade, Rejected, Residual};
 use crate::physics::name::worded;
 use crate::problem::Severity;
 
@@ -17,8 +17,8 @@ pub struct Comparison {
     pub told_by: String,
     /// The name of the fidelity, as on the command line.
     pub fidelity: &'static str,
-    /// Whether velocities or frames were compared.
-    pub method: Method,
+    /// Whether films were compared, by all their frames.
+    pub is_filmed: bool,
     /// How many shots were computed at which fidelity and with which effects on.
     pub computed: Vec<Computed>,
     /// The samples, in the order of the data sets and their labels.

@@ -1,6 +1,8 @@
 //! What every fit of one problem says: estimates with their correlations, what they rest on, and how
 //! they move without a shot.
 
+use std::sync::Arc;
+
 use nalgebra::DMatrix;
 use statrs::distribution::{ContinuousCDF, FisherSnedecor};
 
@@ -45,7 +47,7 @@ pub(super) struct Common<'a> {
 
 impl Common<'_> {
     /// Returns the fit as far as data set and minimum tell it, without residuals and diagnostics.
-    pub fn bare(&self, estimates: Vec<Estimate>) -> Fit {
+    pub fn bare(&self, estimates: Vec<Estimate>, minimum: Arc<Solution>) -> Fit {
         let Self { dataset, options, solution, .. } = *self;
         Fit {
             dataset: dataset.name.clone(),
@@ -78,6 +80,7 @@ impl Common<'_> {
             explanations: film_words::explanations(solution),
             residuals: Vec::new(),
             frames: None,
+            solution: minimum,
             termination: if solution.converged { "χ² has settled" } else { "too many steps" }.to_owned(),
             converged: solution.converged,
             iterations: solution.evaluations,
@@ -150,10 +153,11 @@ impl Common<'_> {
     }
 
     /// Returns how a robust loss weighted the shots; `None` by least squares.
-    pub fn robust(&self, weights: &[f64]) -> Option<Robust> {
+    pub fn robust(&self) -> Option<Robust> {
+        let weights = self.solution.weights();
         let names = self.solution.names[0].iter();
         let mut weights: Vec<(String, f64)> =
-            names.cloned().zip(weights.iter().copied()).filter(|(_, weight)| *weight < 1.0).collect();
+            names.cloned().zip(weights).filter(|(_, weight)| *weight < 1.0).collect();
         weights.sort_by(|a, b| a.1.total_cmp(&b.1));
         let loss = self.options.loss.unwrap_or(self.dataset.loss);
         (loss != Loss::Squares).then_some(Robust { loss, weights })

@@ -17,7 +17,7 @@ pub mod footage;
 mod footage_doubts;
 pub(crate) mod intervals;
 pub(crate) mod of_film;
-mod of_rows;
+pub(crate) mod of_rows;
 mod options;
 mod result;
 mod table_words;

@@ -70,7 +70,7 @@ impl Fitted<'_> {
             frames: Some(self.film.clone()),
             seconds,
             stated_scale_sd: stated_scale_sd(self.dataset),
-            ..self.common().bare(estimates)
+            ..self.common().bare(estimates, self.film.solution.clone())
         };
         self.comment(&mut fit);
         fit
@@ -179,7 +179,7 @@ impl Fitted<'_> {
             }],
             identifiability: common.identifiability(&parameters, silent),
             goodness: Some(self.goodness((chi2, dof as usize, p_value), is_stated)),
-            robust: common.robust(&solution.weights()),
+            robust: common.robust(),
             bootstrap: common.bootstrap(&contact),
             contours: if regions { contours(solution, &drawn, None) } else { Vec::new() },
             bound: Some(Bound { std_errors: contact, shots: solution.names[0].len() }),

@@ -1,5 +1,6 @@
 //! The fit of a table as a [`Fit`].
 
+use std::sync::Arc;
 use std::time::Instant;
 
 use nalgebra::{DMatrix, DVector};
@@ -65,7 +66,7 @@ pub(super) fn fit(request: Request) -> Result<Fit, FitError> {
     let choices = RowsChoices { fidelity, loss: options.loss, without_profiles: depth < Depth::Intervals };
     let rows = fit_rows(dataset, request.shots, &choices, &Policy::default());
     let rows = rows.map_err(|error| request.named(error))?;
-    let deviations = rows.deviations();
+    let deviations = rows.solution.deviations();
     let fitted = Fitted { request, settings: dataset.settings_of_balls(), depth, rows, deviations };
     let mut fit = fitted.fit();
     fitted.comment(&mut fit);
@@ -126,9 +127,10 @@ impl Fitted<'_> {
         });
         let common = self.common();
         let correlation = common.correlation(&estimates, &covariance);
-        let mut fit = Fit { correlation, ..common.bare(estimates) };
+        let mut fit = Fit { correlation, ..common.bare(estimates, Arc::new(solution.clone())) };
         fit.dof = numbers.saturating_sub(solution.covariance.columns.len());
-        fit.residuals = self.residuals();
+        let is_known = |observable| self.noise_of(observable).is_none_or(|noise| noise.is_known);
+        fit.residuals = residuals(&solution.names[0], &self.deviations, is_known);
         fit.noise = self.noise(&fit.residuals);
         let computed = self.computed();
         for (effect, _) in Effects::NONE.list() {
@@ -166,31 +168,6 @@ impl Fitted<'_> {
             includes_other_minimum: !is_own,
             ..Estimate::bare(parameter, found.value, status)
         }
-    }
-
-    /// Returns a row for each number, against its prediction from the measured inputs.
-    fn residuals(&self) -> Vec<Residual> {
-        let names = &self.rows.solution.names[0];
-        let of_shot = |(name, found): (&String, &Option<Deviations>)| {
-            let Some(found) = found else { return Vec::new() };
-            let row = |i: usize| {
-                let observable = found.observables[i];
-                let is_known = self.noise_of(observable).is_none_or(|noise| noise.is_known);
-                let sd = if is_known { found.covariance[(i, i)].sqrt() } else { f64::NAN };
-                Residual {
-                    shot: name.clone(),
-                    observable,
-                    measured: found.measured[i],
-                    predicted: found.measured[i] - found.values[i],
-                    sd,
-                    standardized: found.values[i] / sd,
-                    cut: found.cut,
-                    speed: found.speed,
-                }
-            };
-            (0..found.observables.len()).map(row).collect()
-        };
-        names.iter().zip(&self.deviations).flat_map(of_shot).collect()
     }
 
     /// Returns the noise of an observable, if it was estimated.
@@ -262,14 +239,15 @@ impl Fitted<'_> {
         let reduced = goodness.chi2 / goodness.dof.max(1) as f64;
         let is_refuted = goodness.p_value.is_some_and(|p| Refuted::is(p, reduced));
         let everything = *depth >= Depth::Everything && !is_refuted;
-        let is_robust = common.robust(&rows.weights).is_some();
+        let robust = common.robust();
+        let is_robust = robust.is_some();
         let estimated = fit.estimates.iter().filter(|e| e.std_error.is_some() && !e.parameter.is_of_balls());
         let estimated: Vec<&Estimate> = estimated.collect();
         let shows = everything && !is_robust && rows.knows_noise();
         Diagnostics {
             identifiability: common.identifiability(&free, silent),
             goodness: Some(goodness),
-            robust: common.robust(&rows.weights),
+            robust,
             bootstrap: common.bootstrap(&contact),
             contours: if shows {
                 regions::contours(&rows.solution, &estimated, rows.dof)
@@ -310,8 +288,8 @@ impl Fitted<'_> {
     }
 
     fn goodness(&self, dof: usize) -> Goodness {
-        let RowsFit { solution, weights, noises, .. } = &self.rows;
-        let is_stated = noises.is_empty() && self.common().robust(weights).is_none();
+        let RowsFit { solution, noises, .. } = &self.rows;
+        let is_stated = noises.is_empty() && solution.weights().is_empty();
         let chi2 = solution.chi2_of_all();
         let chance = ChiSquared::new(dof as f64).ok().map(|d| d.sf(chi2));
         let p_value = chance.filter(|_| is_stated);
@@ -350,6 +328,7 @@ impl Fitted<'_> {
             (Variable::Side, variable(&|found| found.spins[1])),
         ];
         let columns = solution.own_columns();
+        let weights = solution.weights();
         let mut found = Vec::new();
         for (quantity, direction) in quantities(&self.deviations) {
             let score = |(i, one): (usize, &Option<Deviations>)| {
@@ -357,7 +336,7 @@ impl Fitted<'_> {
                 let direction = direction(one);
                 let square = direction.norm_squared();
                 let unit = &direction * (direction.dot(&(&one.covariance * &direction)).sqrt() / square);
-                let weight = self.rows.weights.get(i).copied().unwrap_or(1.0);
+                let weight = weights.get(i).copied().unwrap_or(1.0);
                 let weighted = one.covariance.clone().cholesky()?.solve(&unit) * weight;
                 let by = one.by.tr_mul(&weighted);
                 (square > 0.0).then(|| ShiftScore {
@@ -415,6 +394,34 @@ impl Fitted<'_> {
             );
         }
     }
+}
+
+/// Returns a row for each number of a table, against its prediction from the measured inputs; numbers
+/// whose noise is not known have no standard deviation.
+pub(crate) fn residuals(
+    names: &[String],
+    shots: &[Option<Deviations>],
+    is_known: impl Fn(Observable) -> bool,
+) -> Vec<Residual> {
+    let of_shot = |(name, found): (&String, &Option<Deviations>)| {
+        let Some(found) = found else { return Vec::new() };
+        let row = |i: usize| {
+            let observable = found.observables[i];
+            let sd = if is_known(observable) { found.covariance[(i, i)].sqrt() } else { f64::NAN };
+            Residual {
+                shot: name.clone(),
+                observable,
+                measured: found.measured[i],
+                predicted: found.measured[i] - found.values[i],
+                sd,
+                standardized: found.values[i] / sd,
+                cut: found.cut,
+                speed: found.speed,
+            }
+        };
+        (0..found.observables.len()).map(row).collect()
+    };
+    names.iter().zip(shots).flat_map(of_shot).collect()
 }
 
 /// Direction of a quantity among the numbers of a shot.

@@ -1,6 +1,7 @@
 //! What a fit gives: a value, which `report` renders.
 
 use std::path::PathBuf;
+use std::sync::Arc;
 
 use nalgebra::DMatrix;
 
@@ -18,6 +19,7 @@ use crate::measurement::parameter::Parameter;
 use crate::physics::ball::Ball;
 use crate::physics::collision::{Effects, Fidelity};
 use crate::physics::disc::Discs;
+use crate::problem::Solution;
 
 /// The result of one fit: a value, which `report` renders.
 ///
@@ -95,8 +97,10 @@ pub struct Fit {
     /// The observations of [`Fit::tested`] one by one; in a joint fit, of the velocities that were extracted from
     /// each shot.
     pub residuals: Vec<Residual>,
-    /// Of a joint fit: its frames against the model.
+    /// Of a film of balls: its frames against the model.
     pub frames: Option<FittedFilm>,
+    /// The minimum.
+    pub(crate) solution: Arc<Solution>,
     /// Why the optimiser stopped, in words.
     pub termination: String,
     /// Whether it stopped at a minimum.

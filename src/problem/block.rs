@@ -62,6 +62,7 @@ impl Block {
     pub fn estimates_noise(&self) -> bool {
         match self {
             Self::Film(film) => !film.states_noise,
+            Self::Discs(_) => true,
             Self::Rows(rows) => !rows.noises.is_empty(),
         }
     }

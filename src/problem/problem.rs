@@ -10,6 +10,7 @@ use super::film::block::FilmBlock;
 use super::rows::block::RowsBlock;
 use super::sums::{BORDERED, Contribution, NoiseSums};
 use super::unknowns::{Id, Mode, Normal, Own, SHARED, Shared, Unknown};
+use crate::measurement::loss::Loss;
 
 /// Data whose shots share unknowns.
 #[derive(Clone)]
@@ -176,22 +177,35 @@ impl Problem {
 
     /// Returns whether outlying shots of a film count less.
     pub fn is_robust(&self) -> bool {
-        self.samples.iter().any(|sample| matches!(&sample.block, Block::Film(film) if film.loss.is_some()))
+        self.samples.iter().any(|sample| match &sample.block {
+            Block::Film(film) => film.loss.is_some(),
+            Block::Rows(rows) => rows.loss != Loss::Squares,
+            Block::Discs(_) => false,
+        })
     }
 
-    /// Computes what weight and cloth do during the contact for the shots of all films if one of them has
-    /// it; returns whether one has.
+    /// Computes what weight and cloth do during the contact for the shots of all samples if one of them
+    /// has it; returns whether one has.
     pub fn weigh_all(&mut self, state: &State) -> bool {
-        let is_corrected =
-            |sample: &Sample| matches!(&sample.block, Block::Film(film) if film.world.contact.is_corrected());
+        let is_corrected = |sample: &Sample| match &sample.block {
+            Block::Film(film) => film.world.contact.is_corrected(),
+            Block::Rows(rows) => rows.is_weighed(),
+            Block::Discs(_) => false,
+        };
         if !self.samples.iter().any(is_corrected) {
             return false;
         }
         for (sample, own) in self.samples.iter_mut().zip(&state.own) {
             let shared = sample.gather(&state.shared);
-            if let Block::Film(film) = &mut sample.block {
-                film.world.contact = film.world.contact.with_weight();
-                film.correct(own, &shared);
+            match &mut sample.block {
+                Block::Film(film) => {
+                    film.world.contact = film.world.contact.with_weight();
+                    film.correct(own, &shared);
+                }
+                Block::Rows(rows) => {
+                    rows.weigh(own, &shared);
+                }
+                Block::Discs(_) => {}
             }
         }
         true

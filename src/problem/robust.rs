@@ -5,10 +5,9 @@ use nalgebra::DMatrix;
 use super::block::Block;
 use super::film::block::FilmBlock;
 use super::loss::ShotLoss;
-use super::problem::{Evaluation, Problem, Sample};
-use super::sums::Contribution;
+use super::problem::{Evaluation, Problem};
 use super::uncertainty::Estimates;
-use super::unknowns::Id;
+use super::unknowns::{Id, Own};
 use crate::measurement::loss::Loss;
 
 /// Returns the covariance of estimates by the losses of the films; `None` if all are least squares, or
@@ -21,14 +20,27 @@ pub(crate) fn robust_covariance(
     if !problem.is_robust() {
         return None;
     }
-    let of_sample = |(sample, shots): (&Sample, &Vec<Contribution>)| match &sample.block {
+    let losses: Vec<_> = (0..problem.samples.len()).map(|sample| losses(problem, at, sample)).collect();
+    sandwich(problem, at, estimates, &losses)
+}
+
+/// Returns the loss and the distance of each shot of a sample.
+pub(super) fn losses(problem: &Problem, at: &Evaluation, number: usize) -> Vec<(ShotLoss, f64)> {
+    let (sample, shots) = (&problem.samples[number], &at.shots[number]);
+    match &sample.block {
         Block::Film(film @ FilmBlock { loss: Some(loss), .. }) => {
             film.distances(shots).into_iter().map(|distance| (*loss, distance)).collect()
         }
+        Block::Rows(rows) => {
+            let shared = sample.gather(&at.state.shared);
+            let of_shot = |(i, own): (usize, &Own)| {
+                let distance = rows.predict(i, own, &shared).map(|found| rows.distance(i, own, &found));
+                (rows.losses[rows.shots[i].rows.len()], distance.unwrap_or(f64::INFINITY))
+            };
+            at.state.own[number].iter().enumerate().map(of_shot).collect()
+        }
         _ => vec![(ShotLoss::new(Loss::Squares, 1), 0.0); shots.len()],
-    };
-    let losses: Vec<_> = problem.samples.iter().zip(&at.shots).map(of_sample).collect();
-    sandwich(problem, at, estimates, &losses)
+    }
 }
 
 /// Returns the covariance H⁻¹BH⁻¹ of estimates by a robust loss, whatever the noise is, with the

@@ -9,6 +9,7 @@ use super::film::spins::ShotSpin;
 use super::findings::{Finding, Severity, worst};
 use super::noise::count_shared;
 use super::problem::{Evaluation, Problem, State};
+use super::robust::losses;
 use super::sums::{Noise, NoiseSums};
 use super::uncertainty::{Estimates, Share};
 use super::unknowns::{Id, Mode, Normal, Own};
@@ -239,16 +240,14 @@ impl Solution {
         self.problem.film().is_some_and(|film| film.states_noise)
     }
 
-    /// Returns the weight of each shot of a film by a robust loss; none by least squares.
+    /// Returns the weight of each shot of the first sample by a robust loss; none by least squares.
     #[must_use]
     pub fn weights(&self) -> Vec<f64> {
-        let weights = || {
-            let film = self.problem.film()?;
-            let loss = film.loss?;
-            let distances = film.distances(self.at.shots.first()?);
-            Some(distances.into_iter().map(|distance| loss.weight(distance)).collect())
-        };
-        weights().unwrap_or_default()
+        if !self.problem.is_robust() {
+            return Vec::new();
+        }
+        let all = losses(&self.problem, &self.at, 0).into_iter();
+        all.map(|(loss, distance)| loss.weight(distance)).collect()
     }
 
     /// Returns the bounds of an unknown of the first sample.

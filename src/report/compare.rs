@@ -15,17 +15,14 @@ use super::shots::{MOST_PICTURES, ShotPicture, shot_list, size, with_spots};
 use super::trust::{computed, down_weighted};
 use super::{LEAST_P, ReportError, csv, diagnostics, html, list, p_text, pretty, text};
 use crate::compare::{Compared, Comparison, Difference, LabelResidual, Reason, Value};
-use crate::fit::{Counted, FittedFilm, Method, Rejected, Residual};
+use crate::fit::{Counted, FittedFilm, Rejected, Residual};
 
 /// What was compared.
 fn method(comparison: &Comparison) -> &'static str {
-    match comparison.method {
-        Method::Joint => {
-            "all frames of all data sets at once (joint); residuals are those of the velocities extracted from them"
-        }
-        Method::TwoStage => {
-            "velocities extracted from the footage, or as the data give them (two-stage); frames are not fitted jointly"
-        }
+    if comparison.is_filmed {
+        "all frames of all data sets at once; residuals are those of the velocities after the impacts"
+    } else {
+        "the measured numbers of all data sets at once"
     }
 }
 
@@ -129,7 +126,7 @@ fn content(
 
 /// What the sum of squares counts.
 fn counted(comparison: &Comparison) -> Counted {
-    if comparison.method == Method::Joint {
+    if comparison.is_filmed {
         return Counted::Coordinates;
     }
     Counted::of(comparison.residuals.iter().map(|residual| residual.of_shot.observable))
@@ -316,7 +313,7 @@ fn document(comparison: &Comparison) -> Json {
         };
         json!({"losses": robust.losses, "weights": list(&robust.weights, weight)})
     });
-    json!({"version": env!("CARGO_PKG_VERSION"), "format_version": super::FORMAT_VERSION, "verdict": words::verdict(comparison), "fidelity": comparison.fidelity, "method": comparison.method.name(),
+    json!({"version": env!("CARGO_PKG_VERSION"), "format_version": super::FORMAT_VERSION, "verdict": words::verdict(comparison), "fidelity": comparison.fidelity, "method": if comparison.is_filmed { "joint" } else { "direct" },
            "computed": list(&comparison.computed, diagnostics::computed),
            "robust": robust,
            "notes": words::notes(comparison), "told_by": comparison.told_by,

@@ -5,7 +5,6 @@ use std::io::{self, Write};
 
 use super::digits::{self, FEW, MANY, SHOT};
 use super::unit_name;
-#[cfg(any())]
 use crate::compare::Comparison;
 use crate::fit::{Fit, Residual};
 use crate::measurement::track::TrackedBall;
@@ -45,7 +44,6 @@ pub fn write(fit: &Fit, to: &mut (dyn Write + Send)) -> io::Result<()> {
     }
 }
 
-#[cfg(any())]
 /// residuals.csv of a comparison: that of a fit with the sample before each row, a data set or a label of one.
 pub(super) fn of_comparison(comparison: &Comparison) -> String {
     let model = if comparison.is_refuted() { "refuted" } else { "" };

@@ -4,7 +4,6 @@
 
 pub mod accuracy;
 mod aligned;
-#[cfg(any())]
 pub mod compare;
 pub mod compare_words;
 pub mod content;

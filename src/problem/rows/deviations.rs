@@ -3,11 +3,11 @@
 use nalgebra::{DMatrix, DVector};
 
 use super::block::RowsBlock;
-use super::run::RowsFit;
 use super::shot::{OWN, SPEEDS};
 use crate::measurement::observable::Observable;
 use crate::problem::film::dual::gradient;
 use crate::problem::film::own;
+use crate::problem::solution::Solution;
 use crate::problem::sums::OwnPrior;
 use crate::problem::unknowns::{Own, PHYSICS, Shared};
 
@@ -35,10 +35,10 @@ pub(crate) struct Deviations {
     pub spins: [f64; 2],
 }
 
-impl RowsFit {
-    /// Returns the deviations of each shot.
+impl Solution {
+    /// Returns the deviations of each shot of the only sample, a table; none of other data.
     pub(crate) fn deviations(&self) -> Vec<Option<Deviations>> {
-        let (state, problem) = (self.solution.state(), &self.solution.problem);
+        let (state, problem) = (self.state(), &self.problem);
         let Some(rows) = problem.rows() else { return Vec::new() };
         let shared = problem.samples[0].gather(&state.shared);
         state.own[0].iter().enumerate().map(|(i, own)| rows.deviations(i, own, &shared)).collect()

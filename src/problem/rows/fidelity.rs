@@ -5,6 +5,7 @@ use std::sync::Arc;
 
 use rayon::prelude::*;
 
+use super::block::RowsBlock;
 use super::shot::RowShot;
 use crate::measurement::parameter::{Compliance, Parameter, Settings};
 use crate::physics::collision::{Fidelity, FidelityChoice};
@@ -13,7 +14,7 @@ use crate::problem::film::impact::Correction;
 use crate::problem::minimise::{descend_with_noise, fit};
 use crate::problem::policy::Policy;
 use crate::problem::problem::{Evaluation, Problem, State};
-use crate::problem::unknowns::{Id, Own};
+use crate::problem::unknowns::{Id, Own, Shared};
 
 /// Rounds of computing offsets and fitting.
 const ROUNDS: usize = 2;
@@ -113,17 +114,28 @@ pub(super) fn minus_two_log(problem: &Problem, at: &Evaluation) -> f64 {
     at.cost + of_noise.sum::<f64>()
 }
 
-/// Gives the shots whose speed is known the difference of the outcome with the balls' weight as their
-/// offset; returns how many.
+impl RowsBlock {
+    /// Gives the shots whose speed is known the difference of the outcome with the balls' weight as their
+    /// offset; returns how many.
+    pub fn weigh(&mut self, own: &[Own], shared: &Shared) -> usize {
+        let heavy = self.contact.with_weight();
+        let offset = |(shot, own): (&mut RowShot, &Own)| {
+            let (cue, _) = shot.approach(own, shared);
+            let offset = heavy.correct(&cue, shared).ok().filter(|_| shot.knows_speed);
+            shot.offset = offset.unwrap_or_else(Correction::zeros);
+            usize::from(offset.is_some())
+        };
+        Arc::make_mut(&mut self.shots).par_iter_mut().zip(own).map(offset).sum()
+    }
+
+    /// Returns whether shots have the balls' weight as their offset.
+    pub fn is_weighed(&self) -> bool {
+        self.shots.iter().any(|shot| shot.offset != Correction::zeros())
+    }
+}
+
+/// Weighs the shots of a problem with one table; returns how many.
 fn offset_by_weight(problem: &mut Problem, state: &State) -> usize {
     let shared = problem.samples[0].gather(&state.shared);
-    let Some(rows) = problem.rows_mut() else { return 0 };
-    let heavy = rows.contact.with_weight();
-    let offset = |(shot, own): (&mut RowShot, &Own)| {
-        let (cue, _) = shot.approach(own, &shared);
-        let offset = heavy.correct(&cue, &shared).ok().filter(|_| shot.knows_speed);
-        shot.offset = offset.unwrap_or_else(Correction::zeros);
-        usize::from(offset.is_some())
-    };
-    Arc::make_mut(&mut rows.shots).par_iter_mut().zip(&state.own[0]).map(offset).sum()
+    problem.rows_mut().map_or(0, |rows| rows.weigh(&state.own[0], &shared))
 }

@@ -78,11 +78,3 @@ fn least_scale(problem: &Problem) -> f64 {
     let all: Vec<f64> = rows.shots.iter().flat_map(|shot| shot.rows.iter().map(of_row)).collect();
     all.iter().sum::<f64>() / all.len() as f64
 }
-
-impl RowsBlock {
-    /// Returns the weight of each shot by the loss.
-    pub fn weights(&self, distances: impl Iterator<Item = f64>) -> Vec<f64> {
-        let weight = |(i, distance): (usize, f64)| self.losses[self.shots[i].rows.len()].weight(distance);
-        distances.enumerate().map(weight).collect()
-    }
-}

@@ -5,7 +5,6 @@ use statrs::distribution::{ChiSquared, ContinuousCDF};
 use super::block::{Pool, RowsBlock};
 use super::fidelity::{Effect, choose_effects, minus_two_log};
 use super::outliers::judge_rows;
-use super::shot::RowShot;
 use super::table::Table;
 use crate::measurement::dataset::{Dataset, Shot};
 use crate::measurement::loss::Loss;
@@ -16,11 +15,10 @@ use crate::problem::descent::{Descent, descend, descend_until};
 use crate::problem::film::causes::{self, Explained};
 use crate::problem::findings::Finding;
 use crate::problem::intervals::{Determined, Intervals, Quantiles, Status, determine, errors_as_free};
-use crate::problem::loss::ShotLoss;
 use crate::problem::minimise::descend_with_noise;
 use crate::problem::policy::Policy;
 use crate::problem::problem::{Evaluation, Problem};
-use crate::problem::robust::sandwich;
+use crate::problem::robust::robust_covariance;
 use crate::problem::solution::Solution;
 use crate::problem::uncertainty::Estimates;
 use crate::problem::unknowns::{Id, Mode};
@@ -118,8 +116,6 @@ pub struct RowsFit {
     pub(crate) as_free: Estimates,
     /// Number of observations and priors, less the speeds that they determine.
     pub numbers: usize,
-    /// Weight of each shot by the loss.
-    pub weights: Vec<f64>,
     /// Effects that were tried beyond those of the chosen fidelity.
     pub effects: Vec<Effect>,
 }
@@ -203,17 +199,10 @@ fn finish(
     let Table { problem, names, left_out, settings, observables, silent } = table;
     let at = descent.end;
     let (mut estimates, undetermined) = determine(&problem, &at);
-    let distances = distances(&problem, &at);
-    let weights = problem.rows().map_or_else(Vec::new, |rows| rows.weights(distances.iter().copied()));
     let noises = list_noises(&problem, &at, &estimates, &observables);
     let is_robust = problem.rows().is_some_and(|rows| rows.loss != Loss::Squares);
     let mut dof = (!noises.is_empty()).then(|| noises.iter().map(|noise| noise.dof).sum::<f64>());
-    let losses: Vec<(ShotLoss, f64)> = problem.rows().map_or_else(Vec::new, |rows| {
-        let of = |(shot, distance): (&RowShot, &f64)| (rows.losses[shot.rows.len()], *distance);
-        rows.shots.iter().zip(&distances).map(of).collect()
-    });
-    if is_robust && let Some(covariance) = sandwich(&problem, &at, &estimates, std::slice::from_ref(&losses))
-    {
+    if let Some(covariance) = robust_covariance(&problem, &at, &estimates) {
         estimates.covariance = covariance;
         dof = Some((names.len() as f64 - estimates.columns.len() as f64).max(1.0));
     }
@@ -270,7 +259,7 @@ fn finish(
             Status::Free | Status::Fixed => {}
         }
     }
-    RowsFit { solution, estimates, as_free, numbers, noises, dof, weights, effects }
+    RowsFit { solution, estimates, as_free, numbers, noises, dof, effects }
 }
 
 /// Returns the refit with what explains residuals that the stated errors do not: another ratio of the
@@ -316,14 +305,6 @@ fn find_minima(problem: &Problem, at: &Evaluation) -> Vec<Evaluation> {
 /// Returns the unknown that stands for a parameter.
 fn id_of(parameter: Parameter) -> Option<Id> {
     Id::ALL.into_iter().find(|id| id.name() == parameter.name())
-}
-
-/// Returns the distance of each shot from its prediction.
-fn distances(problem: &Problem, at: &Evaluation) -> Vec<f64> {
-    let Some(rows) = problem.rows() else { return Vec::new() };
-    let shared = problem.samples[0].gather(&at.state.shared);
-    let of_shot = |(i, own)| Some(rows.distance(i, own, &rows.predict(i, own, &shared)?));
-    at.state.own[0].iter().enumerate().map(|shot| of_shot(shot).unwrap_or(f64::INFINITY)).collect()
 }
 
 /// Returns what is known of the noises that were estimated.

@@ -3,7 +3,6 @@
 
 mod axis;
 pub(super) mod camera;
-#[cfg(any())]
 pub(super) mod compare;
 pub(super) mod contours;
 pub(super) mod design;
