@@ -179,7 +179,7 @@ fn limits_are_met_exactly() {
         let after = [[exact(0.0), exact(0.5)], [exact(speed), exact(0.0)]];
         Shot::impact(format!("{speed}"), ([1.0, 0.0], None), Spin::Stun, before, after)
     };
-    let textbook = Dataset::new("textbook", Ball::POOL, (1..6).map(|i| shot(f64::from(i))).collect());
+    let textbook = Dataset::new("textbook", Ball::POOL, (1..6).map(|i| shot(f64::from(i) + 0.05)).collect());
     let fit = fitted(&textbook, &FULL).unwrap();
     assert_eq!((fit.get(Id::Mu).value, fit.get(Id::E).value), (0.0, 1.0));
     assert_eq!((fit.get(Id::Mu).status, fit.get(Id::E).status), (Status::AtLower, Status::AtUpper));
