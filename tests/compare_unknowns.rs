@@ -4,6 +4,7 @@ use caromfit::compare;
 use caromfit::compare::{Compared, Comparison, Difference, Finding, Options, Quantity, Reason};
 use caromfit::fit;
 use caromfit::fit::Method;
+use caromfit::io::stated_object::StatedObject;
 use caromfit::measurement::dataset::{Dataset, Shot};
 use caromfit::measurement::parameter::{Compliance, Parameter, Setting};
 use caromfit::physics::ball::Ball;
@@ -222,8 +223,8 @@ fn unequal_balls_are_no_difference_of_the_cloth() {
         let usual = spec(Kind::Tracks, &[Played::NaturalRoll], 15, seed);
         let camera = Camera { fps: 240.0, position_sd_m: 2e-4, ..usual.camera };
         let heavy = BallSpec { mass_kg: ratio * usual.ball.mass_kg, ..usual.ball };
-        let made =
-            made(&Spec { name: seed.to_string(), camera, ball: heavy, object: Some(usual.ball), ..usual });
+        let object = Some(StatedObject { mass_kg: Some(usual.ball.mass_kg), ..StatedObject::default() });
+        let made = made(&Spec { name: seed.to_string(), camera, ball: heavy, object, ..usual });
         Dataset { cloth: Some(seed.to_string()), ball: Ball::POOL, object: None, ..made }
     });
     let comparison = compare::compare(&both, &options::of_comparison()).unwrap();
