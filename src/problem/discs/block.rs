@@ -106,7 +106,8 @@ impl DiscBlock {
         for (which, component) in Component::ALL.into_iter().enumerate() {
             let prior = match component {
                 Component::Restitution if self.is_free => OwnPrior::Stated(Normal { mean: 0.0, sd: 1.0 }),
-                Component::Ratio if self.is_free => OwnPrior::Stated(FREE_RATIO),
+                // a single shot shows no law
+                Component::Ratio if self.is_free || self.shots.len() == 1 => OwnPrior::Stated(FREE_RATIO),
                 _ => OwnPrior::Spread(which),
             };
             let is_open = |place: &usize| !self.shots[i].own_known.iter().any(|(known, _)| known == place);

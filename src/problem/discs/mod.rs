@@ -46,7 +46,7 @@ mod tests {
     /// that scatters by 0.02 in e and 0.01 in J_t/J_n. Sliding friction, or glue.
     fn shot(rng: &mut ChaCha8Rng, glued: bool) -> TrackShot {
         let (closing, across) = (rng.random_range(0.4..0.8), rng.random_range(0.4..0.8));
-        let slip = if rng.random::<bool>() { across } else { -across };
+        let slip: f64 = if rng.random::<bool>() { across } else { -across };
         let e = if glued { 0.0 } else { E + 0.02 * normal(rng) };
         let ratio = if glued { 0.0 } else { -MU * slip.signum() + 0.01 * normal(rng) };
         let reduced = MASSES[0] * MASSES[1] / (MASSES[0] + MASSES[1]);

@@ -277,12 +277,21 @@ fn drop_frames(block: &mut DiscBlock, state: &State, policy: &Policy) -> usize {
         let found = block.shots[i].residuals(own, shared, &block.discs, noise);
         let shots = Arc::make_mut(&mut block.shots);
         for (track, frames) in shots[i].tracks.iter_mut().zip(found) {
-            let mut outlying = outlying(&frames, own[own::TIME], policy);
-            outlying.sort_unstable();
+            let outlying = outlying(&frames, own[own::TIME], policy);
             count += outlying.len();
-            for index in outlying.into_iter().rev() {
-                track.frames.remove(index);
-            }
+            let used = frames.iter().map(|frame| frame.index);
+            let good: Vec<usize> = used.filter(|index| !outlying.contains(index)).collect();
+            // what is beyond an end is no more on the path
+            let is_cut = [frames.first(), frames.last()]
+                .map(|end| end.is_some_and(|end| outlying.contains(&end.index)));
+            let [first, last] = [good.first(), good.last()].map(|end| end.copied().unwrap_or(0));
+            let mut index = 0;
+            track.frames.retain(|_| {
+                let is_beyond = is_cut[0] && index < first || is_cut[1] && index > last;
+                let keep = !is_beyond && !outlying.contains(&index);
+                index += 1;
+                keep
+            });
         }
     }
     count
