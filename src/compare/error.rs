@@ -59,30 +59,9 @@ pub enum CompareError {
         /// What is wrong, in sentences.
         faults: Vec<String>,
     },
-    /// Some observations of a column have a standard deviation and others none.
-    #[error(
-        "{label}: {column} has a standard deviation in some data sets and none in others; expected all or none"
-    )]
-    MixedNoise {
-        /// The label.
-        label: String,
-        /// The column.
-        column: &'static str,
-    },
-    /// The joint fit failed.
+    /// The fit of a data set failed.
     #[error(transparent)]
-    Fit(FitError),
-}
-
-impl From<FitError> for CompareError {
-    fn from(error: FitError) -> Self {
-        match error {
-            FitError::TooFewObservations { observations, parameters, .. } => {
-                Self::TooFewObservations { observations, parameters }
-            }
-            other => Self::Fit(other),
-        }
-    }
+    Fit(#[from] FitError),
 }
 
 impl CompareError {
