@@ -5,6 +5,7 @@ use std::time::Instant;
 use super::calibration::calibrated_discs as corrected_discs;
 use super::film::{FittedFilm, stated_scale_sd};
 use super::footage::{to_be_fitted, with_discs_calibrated};
+use super::of_discs;
 use super::of_film::Fitted;
 use super::{Fit, FitError, FoundCamera, Options, Rejected, check, fit_rows};
 use crate::extraction::disc::DiscImpact;
@@ -56,13 +57,15 @@ pub fn analyse_watched(dataset: &Dataset, options: &Options, done: &(dyn Fn() + 
     if is_film_of_balls(&own) {
         return of_film(own, options, done);
     }
-    let (dataset, camera) = discs_with_camera(own);
-    let mut fits = fit_rows(&dataset, options, done);
-    for fit in fits.iter_mut().flatten() {
-        if let Some(found) = &camera {
-            fit.set_camera(found);
-        }
+    if is_film_of_discs(&own) {
+        let fits = labelled(&own).into_iter().map(|(group, shots)| {
+            let part = with_shots(&own, shots);
+            of_discs::fit(of_discs::Request { dataset: &part, group: group.as_ref(), options, done })
+        });
+        let fits = fits.collect();
+        return Analysis { dataset: own, fits };
     }
+    let (dataset, fits) = (own.clone(), fit_rows(&own, options, done));
     Analysis { dataset, fits }
 }
 
@@ -77,6 +80,20 @@ pub fn discs_with_camera(dataset: Dataset) -> (Dataset, Option<FoundCamera>) {
     let (dataset, camera) = corrected_discs(dataset);
     let calibrated = calibrated_by(camera.as_ref()).cloned();
     (to_be_fitted(dataset, calibrated.as_ref()), camera)
+}
+
+/// Returns whether a data set is a film of discs.
+fn is_film_of_discs(dataset: &Dataset) -> bool {
+    dataset.shots.is_empty() && dataset.tracks.as_ref().is_some_and(|tracks| tracks.discs.is_some())
+}
+
+/// Returns a data set with these shots of its film.
+fn with_shots(dataset: &Dataset, shots: Vec<TrackShot>) -> Dataset {
+    let mut part = dataset.clone();
+    if let Some(tracks) = &mut part.tracks {
+        tracks.shots = shots;
+    }
+    part
 }
 
 /// Returns whether a data set is a film of balls whose impacts are to be found.
@@ -134,10 +151,7 @@ fn of_film(mut dataset: Dataset, options: &Options, done: &(dyn Fn() + Sync)) ->
     };
     let mut fits = Vec::new();
     for (group, shots) in labelled(&dataset) {
-        let mut of_label = dataset.clone();
-        if let Some(tracks) = &mut of_label.tracks {
-            tracks.shots = shots;
-        }
+        let of_label = with_shots(&dataset, shots);
         let request = (&of_label, group, options);
         match of_label_fit(request, (model, settings), done) {
             Ok((fit, film, impacts)) => {

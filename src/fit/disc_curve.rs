@@ -2,9 +2,6 @@
 
 use super::{Fit, Status};
 use crate::measurement::parameter::Parameter;
-use crate::measurement::values::Values;
-use crate::physics::ball::{BallState, Vec3};
-use crate::physics::collision::Model;
 
 /// Slips of a curve: its kinks are then within a hundredth of its length.
 const POINTS: usize = 120;
@@ -28,33 +25,23 @@ pub struct FrictionCurve {
 }
 
 impl FrictionCurve {
-    /// Of a fit, where the shots determine the friction.
-    pub(super) fn of_fit(fit: &Fit, model: &Model, at: &Values) -> Option<Self> {
+    /// Returns that of a fit up to the largest slip over the closing speed, at a usual closing speed, where
+    /// the shots determine the friction.
+    pub(super) fn of_fit(fit: &Fit) -> Option<Self> {
         fit.get(Parameter::Mu).filter(|mu| mu.status != Status::NotIdentified)?;
         let slips = fit.disc_shots.iter().filter_map(|shot| shot.slip_ratio);
         let largest = slips.map(|slip| slip.value.abs()).fold(0.0, f64::max);
         let speeds = fit.disc_shots.iter().filter_map(|shot| Some(shot.closing_speed?.value));
         let speeds: Vec<f64> = speeds.collect();
         let closing = speeds.iter().sum::<f64>() / speeds.len().max(1) as f64;
-        (largest > 0.0).then(|| Self::of(model, at, largest, closing)).flatten()
-    }
-
-    /// Up to the largest slip over the closing speed, at a usual closing speed (m/s); `None` where the model has no outcome.
-    fn of(model: &Model, at: &Values, largest: f64, closing: f64) -> Option<Self> {
-        let model = at.model(model);
-        let against = |slip: f64| {
-            // slip −Rω_z
-            let spin = Vec3::new(0.0, 0.0, -slip * closing / model.ball.radius);
-            let cue = BallState { velocity: Vec3::new(closing, 0.0, 0.0), spin };
-            let after = model.collide(&cue, &at.coefficients()).ok()?.object.velocity;
-            Some([slip, -after.y / after.x])
-        };
+        let against = |slip: f64| Some([slip, -fit.solution.impulse_ratio([closing, slip * closing])?]);
         let end = BEYOND * largest;
         let points = (0..=POINTS).map(|i| against(end * i as f64 / POINTS as f64));
-        let points = points.collect::<Option<Vec<_>>>()?;
-        let mu = model.law.largest(at[Parameter::Mu]);
+        let points = points.collect::<Option<Vec<_>>>().filter(|_| largest > 0.0)?;
+        let value = |parameter| fit.get(parameter).map_or(0.0, |estimate| estimate.value);
+        let mu = value(Parameter::Mu) + value(Parameter::B);
         let slides = |[_, ratio]: &&[f64; 2]| *ratio >= mu * (1.0 - SLIDES);
         let slides_from = points.iter().find(slides).map(|[slip, _]| *slip);
-        Some(Self { points, sticks_below: mu * model.kappa, slides_from })
+        Some(Self { points, sticks_below: mu * value(Parameter::Kappa), slides_from })
     }
 }

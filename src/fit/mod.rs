@@ -16,6 +16,7 @@ pub(crate) mod film_words;
 pub mod footage;
 mod footage_doubts;
 pub(crate) mod intervals;
+mod of_discs;
 pub(crate) mod of_film;
 pub(crate) mod of_rows;
 mod options;

@@ -4,15 +4,16 @@
 use num_dual::DualNum;
 
 use super::block::DiscBlock;
-use super::motion::{Dual, DualVector, Gradient, Impact, MOVING, gradient, slip};
+use super::motion::{law_of, Dual, DualVector, Gradient, Impact, MOVING, gradient, slip};
 use super::own::{self, CORE};
 use super::stick::Stuck;
 use crate::extraction::disc::Quantity;
 use crate::measurement::dataset::Measured;
 use crate::physics::disc::Discs;
 use crate::problem::problem::{Problem, Reduced};
+use crate::problem::solution::Solution;
 use crate::problem::uncertainty::Estimates;
-use crate::problem::unknowns::{Own, Shared};
+use crate::problem::unknowns::{Id, Own, Shared};
 
 /// What was measured of the impact of a shot, whatever the law of friction. Velocities are in m/s and
 /// spins in rad/s in the frame of the table; if the frame rate is not known, per frame.
@@ -201,5 +202,17 @@ impl DiscBlock {
         own[own::RESTITUTION] = e - law;
         let Some([_, law]) = self.outcome(i, own, shared) else { return };
         own[own::RATIO] = if shot.flat.is_some() { 0.0 } else { ratio - law };
+    }
+}
+
+impl Solution {
+    /// Returns J_t/J_n on the second of two discs of a fit of discs that close and slip with these
+    /// velocities, m/s.
+    pub(crate) fn impulse_ratio(&self, [closing, slip]: [f64; 2]) -> Option<f64> {
+        let inertia = self.problem.discs()?.discs.inertia;
+        let value = |id: Id| self.value(id);
+        let mu = value(Id::Mu) + value(Id::FallB) * (-value(Id::FallC) * slip.abs()).exp();
+        let e = value(Id::E) - value(Id::ESlope) * closing;
+        law_of([closing, slip, e], mu, value(Id::Kappa), inertia)
     }
 }
