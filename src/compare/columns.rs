@@ -80,12 +80,13 @@ impl Sharing<'_> {
                 }
                 place
             });
-            samples.push(Sample { block, columns: of_sample });
+            samples.push(Sample { block, columns: of_sample, noise_of: alone.film });
             own.push(values);
         }
         let unknowns = columns.iter().map(Column::unknown).collect();
         let shared = Shared(columns.iter().map(Column::start).collect());
         let mut problem = Problem { samples, unknowns };
+        problem.level_noises();
         problem.refresh_contact();
         (problem, State { own, shared })
     }
