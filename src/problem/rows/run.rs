@@ -28,6 +28,9 @@ use crate::problem::unknowns::{Id, Mode};
 const STALL: f64 = 1e-12;
 const MAX_STEPS: usize = 50;
 
+/// Fall of χ² by which another minimum is lower, as far as descents find minima.
+const LOWER: f64 = 0.02;
+
 /// Distance from a bound, in standard errors, within which a descent may end beside it.
 const BESIDE: f64 = 1e-5;
 
@@ -162,12 +165,20 @@ pub fn fit_rows(
         findings.push(explained.finding);
         (table.problem, descent) = (explained.problem, explained.descent);
     }
+    let mut others = Vec::new();
+    if !(choices.without_profiles && descent.converged) {
+        others = find_minima(&table.problem, &descent.end);
+        let least = others.iter().min_by(|a, b| a.cost.total_cmp(&b.cost));
+        if let Some(lower) = least.filter(|least| least.cost < descent.end.cost - LOWER) {
+            descent = descend_with_noise(&mut table.problem, lower.state.clone());
+        }
+    }
     let free = table.problem.free();
     let converged = descent.converged;
     let descent =
         Descent { converged, ..descend_until(&table.problem, descent.end, &free, MAX_STEPS, STALL) };
     let descent = meet_bounds(&table.problem, descent);
-    Ok(finish(table, descent, findings, effects, choices, policy))
+    Ok(finish(table, Found { descent, others, findings, effects }, choices, policy))
 }
 
 /// Moves unknowns that a descent left beside a bound on to it.
@@ -186,15 +197,18 @@ fn meet_bounds(problem: &Problem, descent: Descent) -> Descent {
     Descent { end: problem.evaluate(state), ..descent }
 }
 
-/// Computes what is known at a minimum.
-fn finish(
-    table: Table,
+/// What a search found.
+struct Found {
     descent: Descent,
-    mut findings: Vec<Finding>,
+    /// Ends of descents from elsewhere.
+    others: Vec<Evaluation>,
+    findings: Vec<Finding>,
     effects: Vec<Effect>,
-    choices: &RowsChoices,
-    policy: &Policy,
-) -> RowsFit {
+}
+
+/// Computes what is known at a minimum.
+fn finish(table: Table, found: Found, choices: &RowsChoices, policy: &Policy) -> RowsFit {
+    let Found { descent, others, mut findings, effects } = found;
     let numbers = table.numbers();
     let Table { problem, names, left_out, settings, observables, silent } = table;
     let at = descent.end;
@@ -235,8 +249,6 @@ fn finish(
     let as_free =
         if is_robust { None } else { errors_as_free(&solution.problem, &solution.at, &undetermined) };
     let as_free = as_free.unwrap_or_else(|| solution.covariance.clone());
-    let others =
-        if choices.without_profiles { Vec::new() } else { find_minima(&solution.problem, &solution.at) };
     let known = Intervals {
         as_free: &as_free,
         solution: &solution,

@@ -33,13 +33,15 @@ struct Point {
 
 impl RowsBlock {
     /// Returns the own unknowns of shot `i` that fit best near `start`, on either side of the kink
-    /// between topspin and draw or on it.
+    /// between topspin and draw or on it. Those far from the kink, which the steps of all unknowns find,
+    /// stay, unless a speed is unknown: a speed afterwards determines it too well for linear steps.
     pub fn settle(&self, i: usize, start: Own, shared: &Shared) -> Own {
-        if self.shots[i].is_exact() {
+        let shot = &self.shots[i];
+        let has_speed = shot.own_unknowns_without_prior() == 0;
+        if shot.is_exact() || has_speed && !self.is_near_kink(i, &start, shared) {
             return start;
         }
-        let Some(first) = self.descend_own(i, start.clone(), shared, false) else { return start };
-        let mut best = first;
+        let Some(mut best) = self.descend_own(i, start.clone(), shared, false) else { return start };
         for on_kink in [false, true] {
             let Some(other) = self.beyond(i, &best, shared, on_kink) else { continue };
             if let Some(other) = self.descend_own(i, other, shared, on_kink)
@@ -49,6 +51,14 @@ impl RowsBlock {
             }
         }
         best.own
+    }
+
+    /// Returns whether the kink is within reach of the errors of shot `i`.
+    fn is_near_kink(&self, i: usize, own: &Own, shared: &Shared) -> bool {
+        let (cue, _) = self.shots[i].approach(own, shared);
+        let topspin = cue.spin[1] / cue.velocity.x;
+        let normal = gradient(&topspin).fixed_rows::<OWN>(0).norm();
+        topspin.re.abs() < REACH * normal
     }
 
     /// Returns own unknowns with the opposite topspin, or on the kink; `None` if they are too far away.
