@@ -3,7 +3,9 @@
 pub(crate) mod block;
 pub(crate) mod first_guess;
 mod frames;
+mod law;
 mod lines;
+mod measure;
 mod motion;
 mod own;
 mod priors;
