@@ -259,13 +259,16 @@ impl Run<'_> {
     fn find_undetermined(&mut self, problem: &Problem, shared: &Shared, estimates: &Estimates) {
         for id in [Id::Mu, Id::E, Id::Kappa] {
             let (unknown, value) = (problem.unknown(id), shared[id]);
-            if unknown.mode != Mode::Free || estimates.sd(id as usize).is_some() {
+            let sd = estimates.sd(id as usize);
+            // a single shot shows no law
+            let is_shown = sd.is_some() && (id == Id::E || self.names.len() > 1);
+            if unknown.mode != Mode::Free || is_shown {
                 continue;
             }
             self.findings.push(if unknown.bounds.contains(&value) {
                 Finding::AtBound { id, bound: value }
             } else {
-                Finding::Undetermined { id, sd: f64::INFINITY }
+                Finding::Undetermined { id, sd: sd.unwrap_or(f64::INFINITY) }
             });
         }
     }
