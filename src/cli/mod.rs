@@ -61,7 +61,7 @@ enum Command {
     /// Fit μ, μ_s and e to data sets; writes fits/NAME/ and prints a table
     Fit(fit::Args),
     /// Which parameters differ between cloths or balls, by how much, how surely
-        Compare(compare::Args),
+    Compare(compare::Args),
     /// Compute one collision, or a file of them
     Collide(collide::Args),
     /// Find the impacts in tracks; writes OUT/NAME/ with velocities, uncertainties and pictures
@@ -199,7 +199,7 @@ fn effects_help() -> String {
 pub fn run() -> ExitCode {
     let result = match Cli::parse().command {
         Command::Fit(args) => fit::run(&args),
-                Command::Compare(args) => compare::run(&args),
+        Command::Compare(args) => compare::run(&args),
         Command::Collide(args) => collide::run(&args),
         Command::Extract(args) => extract::run(&args),
         Command::Accuracy(args) => accuracy::run(&args),

@@ -23,9 +23,7 @@ pub enum CompareError {
     )]
     NoSuchParameter(&'static str),
     /// Data sets, of which one is named, were to share a camera, and it is no film of balls.
-    #[error(
-        "{0}: --same-camera is for films of balls, with a camera that their shots calibrate"
-    )]
+    #[error("{0}: --same-camera is for films of balls, with a camera that their shots calibrate")]
     NoCamera(String),
     /// The films of two data sets differ too much to be by one camera.
     #[error(

@@ -21,7 +21,9 @@ use crate::measurement::observable::Observable;
 use crate::measurement::parameter::{Parameter, Settings};
 use crate::physics::ball::Ball;
 use crate::physics::collision::{Effects, Fidelity};
-use crate::problem::{Component, DiscFit, DiscImpact, FilmError, Id, Policy, Severity, ShiftScore, fit_discs};
+use crate::problem::{
+    Component, DiscFit, DiscImpact, FilmError, Id, Policy, Severity, ShiftScore, fit_discs,
+};
 
 /// Shots that tell how much shots differ.
 const LEAST_SHOTS: usize = 3;
@@ -126,8 +128,7 @@ impl Fitted<'_> {
         let (solution, id) = (&self.found.solution, id_of(parameter));
         let value = solution.value(id);
         let Some(found) = solution.get(id) else {
-            let status =
-                if self.settings[parameter].fixed { Status::Fixed } else { Status::NotIdentified };
+            let status = if self.settings[parameter].fixed { Status::Fixed } else { Status::NotIdentified };
             return Estimate::bare(parameter, value, status);
         };
         let [low, high] = solution.bounds(id);
@@ -135,7 +136,9 @@ impl Fitted<'_> {
             let status = match value {
                 x if x == low => Status::AtLowerBound,
                 x if x == high => Status::AtUpperBound,
-                _ => return Estimate::bare(parameter, self.settings[parameter].initial, Status::NotIdentified),
+                _ => {
+                    return Estimate::bare(parameter, self.settings[parameter].initial, Status::NotIdentified);
+                }
             };
             return Estimate::bare(parameter, value, status);
         };
@@ -192,8 +195,7 @@ impl Fitted<'_> {
                 })
             };
             let e = solution.value(Id::E) - solution.value(Id::ESlope) * closing;
-            let of_e =
-                row(Observable::Restitution, Quantity::Restitution, e, spread(Component::Restitution));
+            let of_e = row(Observable::Restitution, Quantity::Restitution, e, spread(Component::Restitution));
             let law = slip.and_then(|slip| solution.impulse_ratio([closing, slip * closing]));
             let of_ratio = law.and_then(|ratio| {
                 row(Observable::ImpulseRatio, Quantity::ImpulseRatio, ratio, spread(Component::Ratio))
@@ -294,15 +296,17 @@ impl Fitted<'_> {
                 impacts.len()
             ));
         }
-        if let Some(slowing) = solution.get(Id::Slowing).and_then(|found| Some((found.value, found.std_error?))) {
+        if let Some(slowing) =
+            solution.get(Id::Slowing).and_then(|found| Some((found.value, found.std_error?)))
+        {
             fit.notes.push(format!(
                 "The discs slow down by {} m/s²: velocities are those at the impacts.",
                 crate::measurement::number::with_error(slowing.0, slowing.1)
             ));
         }
-        let others = scatter.iter().filter(|of| {
-            !matches!(of.component, Component::Restitution | Component::Ratio) && of.sd > 0.0
-        });
+        let others = scatter
+            .iter()
+            .filter(|of| !matches!(of.component, Component::Restitution | Component::Ratio) && of.sd > 0.0);
         let others: Vec<String> = others.map(|of| format!("{} {:.2e}", of.component.name(), of.sd)).collect();
         if !others.is_empty() {
             fit.notes.push(format!(

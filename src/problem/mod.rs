@@ -11,7 +11,7 @@
 //! | file | what it holds |
 //! | --- | --- |
 //! | `unknowns`, `sums` | shared unknowns, and what a shot adds to the normal equations |
-//! | `block`, `film` | what was measured: forward models with their derivatives |
+//! | `block`, `discs`, `film` | what was measured: forward models with their derivatives |
 //! | `problem`, `descent`, `minimise`, `noise` | normal equations, descent, starts, noise |
 //! | `uncertainty` | errors, scores, conflicts, budget, influence |
 //! | `solution` | a minimum, and what is known there |

@@ -5,8 +5,7 @@ use std::sync::OnceLock;
 
 use caromfit::fit;
 use caromfit::fit::{
-    Depth, Diagnostics, Estimate, Fit, Goodness, Intervals, Noise, NoiseVerdict, Rejected, Residual,
-    Status,
+    Depth, Diagnostics, Estimate, Fit, Goodness, Intervals, Noise, NoiseVerdict, Rejected, Residual, Status,
 };
 use caromfit::measurement::observable::Observable;
 use caromfit::measurement::parameter::Parameter;

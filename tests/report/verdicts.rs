@@ -2,8 +2,8 @@
 
 use caromfit::fit::check::{Finding, Kind};
 use caromfit::fit::{
-    Combination, Fit, Grade, Identifiability, NoiseVerdict, Plateau, Refuted, Rejected, Status,
-    Trend, Variable,
+    Combination, Fit, Grade, Identifiability, NoiseVerdict, Plateau, Refuted, Rejected, Status, Trend,
+    Variable,
 };
 use caromfit::measurement::parameter::Parameter;
 use caromfit::report::overview::{Colour, render};

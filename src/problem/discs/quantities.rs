@@ -4,7 +4,7 @@
 use num_dual::DualNum;
 
 use super::block::DiscBlock;
-use super::motion::{law_of, Dual, DualVector, Gradient, Impact, MOVING, gradient, slip};
+use super::motion::{Dual, DualVector, Gradient, Impact, MOVING, gradient, law_of, slip};
 use super::own::{self, CORE};
 use super::stick::Stuck;
 use crate::extraction::disc::Quantity;

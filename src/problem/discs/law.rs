@@ -1,0 +1,209 @@
+//! The law of friction that shots of discs share.
+
+use rayon::prelude::*;
+
+use super::measure::{Reached, settle};
+use super::motion::law_of;
+use super::quantities::DiscImpact;
+use super::run::{Rival, Run};
+use crate::extraction::disc::Quantity;
+use crate::measurement::parameter::{Compliance, Parameter, Settings};
+use crate::problem::film::film_data::FilmError;
+use crate::problem::problem::{Problem, State};
+use crate::problem::unknowns::{Id, Mode, Unknown};
+
+/// Values of μ and κ between which descents begin. A stiffer contact is as good as rigid.
+const MU_RANGE: [f64; 2] = [0.02, 2.0];
+const MU_STEPS: usize = 24;
+const KAPPAS: [f64; 8] = [0.15, 0.3, 0.6, 1.25, 2.0, 3.0, 4.5, 9.0];
+
+/// Smallest κ of a compliant contact.
+const LEAST_KAPPA: f64 = 0.1;
+
+/// Descents, ln of the ratio of μ or κ between their starts, and square beyond which the residual of an
+/// outlying shot counts no more.
+const STARTS: usize = 4;
+const APART: f64 = 0.4;
+const MAX_SQUARE: f64 = 25.0;
+
+/// χ² by which a start is less likely than the best at most.
+const LESS_LIKELY: f64 = 60.0;
+
+/// Shots that determine a compliance at least, twice its three unknowns: in 37 films each of 3, 5, 10 and
+/// 17 of 20 shots of rigid pucks that scatter it was let in in 4, 2, 1 and 0.
+const LEAST_SHOTS: usize = 6;
+
+impl Run<'_> {
+    /// Fits a rigid contact and a compliant one, as far as they are possible, each from several starts;
+    /// returns the likeliest fit and the others that are nearly as likely.
+    pub(super) fn choose_law(&mut self, impacts: &[DiscImpact]) -> Result<(Reached, Vec<Rival>), FilmError> {
+        let Settings { compliance, .. } = self.settings;
+        let mut fits = Vec::new();
+        if compliance != Compliance::Stated {
+            fits.extend(self.descend_from(false, impacts)?);
+        }
+        let rigid = fits.iter().map(|fit: &Reached| fit.unlikely).fold(f64::INFINITY, f64::min);
+        let informative = self.names.len() >= LEAST_SHOTS;
+        if compliance == Compliance::Stated || compliance == Compliance::Auto && informative {
+            let compliant = self.descend_from(true, impacts)?;
+            let least = compliant.iter().map(|fit| fit.unlikely).fold(f64::INFINITY, f64::min);
+            // beyond the equations that define the parameters only if the shots show it
+            if least < rigid - self.policy.cause {
+                fits = compliant;
+            }
+        }
+        fits.sort_by(|a, b| a.unlikely.total_cmp(&b.unlikely));
+        let mut rivals: Vec<Rival> = Vec::new();
+        let mut ranked = fits.into_iter();
+        let best = ranked.next().ok_or(FilmError::NoStart)?;
+        let place = |fit: &Reached| [fit.shared()[Id::Mu], fit.shared()[Id::Kappa]];
+        let differs = |a: [f64; 2], b: [f64; 2]| (0..2).any(|i| (a[i] / b[i]).ln().abs() > 0.5 * APART);
+        for other in ranked.filter(|other| other.unlikely < best.unlikely + self.policy.cause) {
+            let at = place(&other);
+            let is_new = rivals.iter().all(|known| differs(at, [known.mu, known.kappa]));
+            if is_new && differs(at, place(&best)) {
+                rivals.push(Rival { mu: at[0], kappa: at[1], rise: other.unlikely - best.unlikely });
+            }
+        }
+        Ok((best, rivals))
+    }
+
+    /// Descends from the most promising values of μ and κ.
+    fn descend_from(&mut self, compliant: bool, impacts: &[DiscImpact]) -> Result<Vec<Reached>, FilmError> {
+        let problem = self.with_law(compliant)?;
+        let kappa = problem.unknown(Id::Kappa);
+        let kappas = match kappa.mode {
+            Mode::Free => {
+                KAPPAS.iter().copied().filter(|k| (kappa.bounds[0]..=kappa.bounds[1]).contains(k)).collect()
+            }
+            _ => vec![kappa.start],
+        };
+        let mut fits = Vec::new();
+        for [mu, kappa] in self.promising(problem.unknown(Id::Mu), &kappas, impacts) {
+            let mut problem = problem.clone();
+            let state = self.start(&problem, mu, kappa)?;
+            let descent = settle(&mut problem, state);
+            self.evaluations += descent.evaluations;
+            if descent.end.cost.is_finite() {
+                fits.push(Reached::new(problem, descent)?);
+            }
+        }
+        Ok(fits)
+    }
+
+    /// Returns the problem of all shots with a law in common.
+    fn with_law(&self, compliant: bool) -> Result<Problem, FilmError> {
+        let mut problem = self.free.problem.clone();
+        problem.discs_mut().ok_or(FilmError::NoFilm)?.is_free = false;
+        let Settings { falls, e_falls, compliance, .. } = self.settings;
+        let parameters = [
+            (Id::Mu, Parameter::Mu),
+            (Id::E, Parameter::E),
+            (Id::FallB, Parameter::B),
+            (Id::FallC, Parameter::C),
+            (Id::Kappa, Parameter::Kappa),
+            (Id::ESlope, Parameter::ESlope),
+        ];
+        for (id, parameter) in parameters {
+            let takes_part = match id {
+                Id::FallB | Id::FallC => falls,
+                Id::ESlope => e_falls,
+                Id::Kappa => compliant,
+                _ => true,
+            };
+            let is_fixed =
+                self.settings[parameter].fixed && !(id == Id::Kappa && compliance == Compliance::Auto);
+            let unknown = problem.unknown_mut(id);
+            unknown.mode = if takes_part && !is_fixed { Mode::Free } else { Mode::Fixed };
+            unknown.start = if takes_part { self.settings[parameter].initial } else { 0.0 };
+            if id == Id::Kappa {
+                unknown.bounds[0] = unknown.bounds[0].max(LEAST_KAPPA);
+            }
+        }
+        Ok(problem)
+    }
+
+    /// Returns μ and κ from which the measured J_t/J_n are likely, the likeliest first.
+    fn promising(&self, mu: &Unknown, kappas: &[f64], impacts: &[DiscImpact]) -> Vec<[f64; 2]> {
+        struct Point {
+            state: [f64; 3],
+            ratio: f64,
+            variance: f64,
+        }
+        let inertia = self.free.problem.discs().map_or(0.5, |block| block.discs.inertia);
+        let of_impact = |impact: &DiscImpact| {
+            let value = |quantity: Quantity| impact.get(quantity).map(|measured| measured.value);
+            impact.get(Quantity::SlipBefore)?;
+            let ratio = impact.get(Quantity::ImpulseRatio)?;
+            Some(Point {
+                state: [
+                    value(Quantity::ClosingSpeed)?,
+                    value(Quantity::SlipBefore)?,
+                    value(Quantity::Restitution)?,
+                ],
+                ratio: ratio.value,
+                variance: ratio.sd?.powi(2) + 4e-4,
+            })
+        };
+        let used = impacts.iter().filter(|impact| self.names.contains(&impact.name));
+        let points: Vec<Point> = used.filter_map(of_impact).collect();
+        let [low, high] = [mu.bounds[0].max(MU_RANGE[0]), mu.bounds[1].min(MU_RANGE[1])];
+        let frictions: Vec<f64> = match mu.mode {
+            Mode::Free => {
+                (0..MU_STEPS).map(|i| low * (high / low).powf(i as f64 / (MU_STEPS - 1) as f64)).collect()
+            }
+            _ => vec![mu.start],
+        };
+        let pairs: Vec<[f64; 2]> =
+            kappas.iter().flat_map(|kappa| frictions.iter().map(|mu| [*mu, *kappa])).collect();
+        let unlikely = |[mu, kappa]: &[f64; 2]| {
+            let square = |point: &Point| {
+                let law = law_of(point.state, *mu, *kappa, inertia)?;
+                Some(((point.ratio - law).powi(2) / point.variance).min(MAX_SQUARE))
+            };
+            points.iter().map(|point| square(point).unwrap_or(MAX_SQUARE)).sum::<f64>()
+        };
+        let mut ranked: Vec<(f64, [f64; 2])> = pairs.par_iter().map(|pair| (unlikely(pair), *pair)).collect();
+        ranked.sort_by(|a, b| a.0.total_cmp(&b.0));
+        let least = ranked.first().map_or(0.0, |best| best.0);
+        ranked.retain(|(square, _)| *square <= least + LESS_LIKELY);
+        let mut starts: Vec<[f64; 2]> = Vec::new();
+        for (_, at) in ranked {
+            let is_apart = |start: &[f64; 2]| (0..2).any(|i| (at[i] / start[i]).ln().abs() > APART);
+            if starts.len() < STARTS && starts.iter().all(is_apart) {
+                starts.push(at);
+            }
+        }
+        starts
+    }
+
+    /// Returns the state in which each shot has the outcome that was measured and the law is this one.
+    fn start(&self, problem: &Problem, mu: f64, kappa: f64) -> Result<State, FilmError> {
+        let block = problem.discs().ok_or(FilmError::NoFilm)?;
+        let before = &self.free.descent.end.state;
+        let outcomes: Vec<Option<[f64; 2]>> = self
+            .free
+            .own()
+            .iter()
+            .enumerate()
+            .map(|(i, own)| block.outcome(i, own, &before.shared))
+            .collect();
+        let mut state = before.clone();
+        for id in [Id::FallB, Id::FallC, Id::ESlope] {
+            state.shared[id] = problem.unknown(id).start;
+        }
+        let e = problem.unknown(Id::E);
+        let mean =
+            outcomes.iter().flatten().map(|[e, _]| e).sum::<f64>() / outcomes.iter().flatten().count() as f64;
+        state.shared[Id::E] =
+            if e.mode == Mode::Free { mean.clamp(e.bounds[0] + 1e-3, e.bounds[1] - 1e-3) } else { e.start };
+        (state.shared[Id::Mu], state.shared[Id::Kappa]) = (mu, kappa);
+        let State { own, shared } = &mut state;
+        for (i, (own, outcome)) in own[0].iter_mut().zip(outcomes).enumerate() {
+            if let Some(outcome) = outcome {
+                block.set_outcome(i, own, shared, outcome);
+            }
+        }
+        Ok(state)
+    }
+}

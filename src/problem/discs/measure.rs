@@ -1,0 +1,234 @@
+//! What was measured of each shot of discs, whatever the law of friction.
+
+use std::sync::Arc;
+
+use statrs::distribution::{ChiSquared, ContinuousCDF};
+
+use super::block::DiscBlock;
+use super::first_guess::DiscFilm;
+use super::frames::NOISES;
+use super::own;
+use super::quantities::{DiscImpact, variance};
+use super::run::{ROUNDS, STEPS};
+use super::stick::Stuck;
+use crate::problem::block::Block;
+use crate::problem::descent::{Descent, descend};
+use crate::problem::film::film_data::FilmError;
+use crate::problem::film::outliers::outlying;
+use crate::problem::minimise::descend_with_noise;
+use crate::problem::policy::Policy;
+use crate::problem::problem::{Evaluation, Problem, State};
+use crate::problem::uncertainty::Estimates;
+use crate::problem::unknowns::{Id, Mode, Own, Shared};
+
+/// Frames of each point on either side of the impact that are used, one number after the other: paths
+/// are followed from the impact on to a rail or a hand.
+const REACHES: [usize; 3] = [15, 30, 60];
+
+/// Frames about the impact that are left out, and those that are if the discs still touch in them.
+const TOUCHING: usize = 1;
+const MAX_TOUCHING: usize = 6;
+
+/// A problem and where a descent ended.
+pub(super) struct Reached {
+    pub problem: Problem,
+    pub descent: Descent,
+    /// −2 log L with the own unknowns integrated.
+    pub unlikely: f64,
+}
+
+impl Reached {
+    pub fn new(problem: Problem, mut descent: Descent) -> Result<Self, FilmError> {
+        // with the noise that the residuals have shown
+        descent.end = problem.evaluate(descent.end.state);
+        let unlikely = unlikely(&problem, &descent.end).ok_or(FilmError::Undetermined)?;
+        Ok(Self { problem, descent, unlikely })
+    }
+
+    pub fn block(&self) -> Result<&DiscBlock, FilmError> {
+        self.problem.discs().ok_or(FilmError::NoFilm)
+    }
+
+    pub fn shared(&self) -> &Shared {
+        &self.descent.end.state.shared
+    }
+
+    pub fn own(&self) -> &[Own] {
+        &self.descent.end.state.own[0]
+    }
+}
+
+/// Returns −2 log L with the own unknowns integrated.
+pub(super) fn unlikely(problem: &Problem, at: &Evaluation) -> Option<f64> {
+    let block = problem.discs()?;
+    let reduced = at.eliminate(problem, 0.0)?;
+    let mut sum = at.cost + reduced.own_ln_determinant;
+    for i in 0..block.shots.len() {
+        for (_, prior) in block.own_priors(i) {
+            sum += prior.normal(&block.spreads).map_or(0.0, |normal| 2.0 * normal.sd.ln());
+        }
+    }
+    let noises = at.noises(0);
+    let of_noise = noises
+        .iter()
+        .zip(&block.noise)
+        .map(|(sum, noise)| 2.0 * sum.count * noise.sd.ln() + sum.ln_determinant);
+    Some(sum + of_noise.sum::<f64>())
+}
+
+/// Finds the outcome of each shot whatever the law; returns the number of frames, too, in which the
+/// discs of each shot touch.
+pub(super) fn measure(film: &mut DiscFilm, policy: &Policy) -> Result<(Reached, Vec<usize>), FilmError> {
+    let mut unknowns = film.unknowns.clone();
+    for id in [Id::Mu, Id::E, Id::FallB, Id::FallC, Id::Kappa, Id::ESlope] {
+        unknowns[id as usize].mode = Mode::Fixed;
+    }
+    unknowns[Id::Kappa as usize].start = 0.0;
+    let shared = Shared(unknowns.iter().map(|unknown| unknown.start).collect());
+    let mut state = State { own: vec![film.own.clone()], shared };
+    let mut problem = Problem::of_one(Block::Discs(film.block.clone()), unknowns);
+    let free = problem.free();
+    let mut touching = vec![TOUCHING; film.names.len()];
+    for reach in REACHES {
+        let block = problem.discs_mut().ok_or(FilmError::NoFilm)?;
+        choose_frames(block, &state, reach, &touching);
+        // frames beyond those that were fitted may be off the path
+        if reach > REACHES[0] {
+            drop_frames(block, &state, policy);
+        }
+        let descent = descend(&problem, problem.evaluate(state), &free, STEPS);
+        state = descent.end.state;
+    }
+    state = descend_with_noise(&mut problem, state).end.state;
+    for _ in 0..MAX_TOUCHING {
+        let block = problem.discs_mut().ok_or(FilmError::NoFilm)?;
+        let touch = find_touching(block, &state, &mut touching, policy);
+        let dropped = drop_frames(block, &state, policy);
+        if !touch && dropped == 0 {
+            break;
+        }
+        choose_frames(block, &state, REACHES[REACHES.len() - 1], &touching);
+        state = descend(&problem, problem.evaluate(state), &free, STEPS).end.state;
+    }
+    let descent = descend_with_noise(&mut problem, state);
+    Ok((Reached::new(problem, descent)?, touching))
+}
+
+/// Descends, again from where a descent did not end at a minimum.
+pub(super) fn settle(problem: &mut Problem, state: State) -> Descent {
+    let mut descent = descend_with_noise(problem, state);
+    for _ in 0..ROUNDS {
+        if descent.converged {
+            break;
+        }
+        let next = descend_with_noise(problem, descent.end.state);
+        descent = Descent { evaluations: descent.evaluations + next.evaluations, ..next };
+    }
+    descent
+}
+
+fn choose_frames(block: &mut DiscBlock, state: &State, reach: usize, touching: &[usize]) {
+    for ((shot, own), touching) in Arc::make_mut(&mut block.shots).iter_mut().zip(&state.own[0]).zip(touching)
+    {
+        shot.choose_frames(own[own::TIME], reach, *touching as f64);
+    }
+}
+
+/// Drops frames that stand out, and those at the ends of tracks from where on a point is not on its path
+/// any more; returns how many.
+fn drop_frames(block: &mut DiscBlock, state: &State, policy: &Policy) -> usize {
+    let mut count = 0;
+    let shared = &state.shared;
+    for (i, own) in state.own[0].iter().enumerate() {
+        let noise = &block.noise[NOISES * i..NOISES * (i + 1)];
+        let found = block.shots[i].residuals(own, shared, &block.discs, noise);
+        let shots = Arc::make_mut(&mut block.shots);
+        for (track, frames) in shots[i].tracks.iter_mut().zip(found) {
+            let outlying = outlying(&frames, own[own::TIME], policy);
+            count += outlying.len();
+            let used = frames.iter().map(|frame| frame.index);
+            let good: Vec<usize> = used.filter(|index| !outlying.contains(index)).collect();
+            // what is beyond an end is no more on the path
+            let is_cut = [frames.first(), frames.last()]
+                .map(|end| end.is_some_and(|end| outlying.contains(&end.index)));
+            let [first, last] = [good.first(), good.last()].map(|end| end.copied().unwrap_or(0));
+            let mut index = 0;
+            track.frames.retain(|_| {
+                let is_beyond = is_cut[0] && index < first || is_cut[1] && index > last;
+                let keep = !is_beyond && !outlying.contains(&index);
+                index += 1;
+                keep
+            });
+        }
+    }
+    count
+}
+
+/// Counts one frame more as touching on either side of the impacts next to which frames are off the
+/// paths; returns whether there are any.
+fn find_touching(block: &DiscBlock, state: &State, touching: &mut [usize], policy: &Policy) -> bool {
+    let mut changed = false;
+    for (i, own) in state.own[0].iter().enumerate().filter(|(i, _)| block.shots[*i].settling.is_none()) {
+        let shot = &block.shots[i];
+        let noise = &block.noise[NOISES * i..NOISES * (i + 1)];
+        let reach = (touching[i] as f64 + 1.0) / shot.fps;
+        let residuals = shot.residuals(own, &state.shared, &block.discs, noise);
+        let near = residuals.iter().flatten().filter(|frame| (frame.time - own[own::TIME]).abs() <= reach);
+        let squares: Vec<f64> = near.map(|frame| frame.square).collect();
+        let tail =
+            ChiSquared::new(2.0 * squares.len() as f64).map_or(1.0, |chi2| chi2.sf(squares.iter().sum()));
+        if tail < policy.frame_tail && touching[i] < MAX_TOUCHING {
+            touching[i] += 1;
+            changed = true;
+        }
+    }
+    changed
+}
+
+/// Returns the table of what was measured.
+pub(super) fn impacts(
+    film: &DiscFilm,
+    measured: &Reached,
+    touching: &[usize],
+) -> Result<Vec<DiscImpact>, FilmError> {
+    let Reached { problem, descent, .. } = measured;
+    let at = &descent.end;
+    let block = measured.block()?;
+    let reduced = at.eliminate(problem, 0.0).ok_or(FilmError::Undetermined)?;
+    let estimates = Estimates::of_reduced(problem, &at.state, &reduced).ok_or(FilmError::Undetermined)?;
+    let of_shot = |i: usize| {
+        let (shot, own) = (&block.shots[i], &at.state.own[0][i]);
+        let paths = shot.follow(own, &at.state.shared, &block.discs)?;
+        let known = shot.known(&paths.impact, &block.discs);
+        let variance = |by: &_| variance((&reduced, &estimates), problem, (i, &at.shots[0][i].held), by);
+        let stuck: Option<Stuck> = film.stuck[i];
+        let noise = &block.noise[NOISES * i..NOISES * (i + 1)];
+        let ratios = noise.iter().map(|noise| (noise.sd / film.position_sd[i]).powi(2));
+        let used = |disc: usize, side: bool| {
+            let frames =
+                shot.tracks.iter().filter(move |track| track.disc == disc).flat_map(|track| &track.frames);
+            frames
+                .filter(move |frame| frame.used && (frame.time > own[own::TIME]) == side)
+                .map(|frame| frame.time)
+        };
+        let count = |disc: usize, side: bool| {
+            let mut times: Vec<f64> = used(disc, side).collect();
+            times.sort_by(f64::total_cmp);
+            times.dedup();
+            times.len()
+        };
+        let all = || [(0, false), (0, true), (1, false), (1, true)];
+        let times = || all().into_iter().flat_map(|(disc, side)| used(disc, side));
+        Some(DiscImpact {
+            name: film.names[i].clone(),
+            values: known.values(stuck.as_ref(), variance),
+            position_sd: [0, 1].map(|disc| noise[2 * disc].sd.hypot(noise[2 * disc + 1].sd) / 2.0_f64.sqrt()),
+            misfit: ratios.fold(0.0, f64::max),
+            frames: all().map(|(disc, side)| count(disc, side)),
+            window: [times().fold(f64::INFINITY, f64::min), times().fold(f64::NEG_INFINITY, f64::max)],
+            touching: touching[i],
+            stuck,
+        })
+    };
+    (0..block.shots.len()).map(of_shot).collect::<Option<Vec<_>>>().ok_or(FilmError::Undetermined)
+}
