@@ -9,6 +9,7 @@ use super::findings::Finding;
 use super::options::Options;
 use super::quantity::Quantity;
 use super::result::{Comparison, LabelResidual, Robust};
+use super::refuted;
 use super::verdict::{self, Tests, holm};
 use crate::fit::of_film::Fitted;
 use crate::fit::of_rows;
@@ -153,7 +154,7 @@ impl<'a> Joint<'a> {
             films.push((sample, FittedFilm::new(Solution { unit, middle, ..solution }, tracks)));
         }
         weights.sort_by(|a, b| a.2.total_cmp(&b.2));
-        let comparison = Comparison {
+        let mut comparison = Comparison {
             told_by: self.samples.told_by.clone(),
             fidelity: options.fidelity.name(),
             is_filmed: !films.is_empty(),
@@ -169,6 +170,7 @@ impl<'a> Joint<'a> {
             samples: self.samples.summaries,
             findings: self.findings,
         };
+        refuted::judge(&mut comparison);
         Ok((comparison, films))
     }
 
