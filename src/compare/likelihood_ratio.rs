@@ -2,10 +2,10 @@
 
 use nalgebra::{DMatrix, DVector};
 
-use super::joint::{Joint, STEPS, estimate};
+use super::joint::{Joint, estimate, settle};
 use super::result::{LikelihoodRatio, TestKind};
 use super::verdict::wald;
-use crate::problem::{Estimates, Evaluation, Id, Normal, Problem, State, descend};
+use crate::problem::{Estimates, Evaluation, Id, Normal, Problem, State};
 
 impl Joint<'_> {
     /// Returns the test of one value of an unknown for all of some labels against one for each; `None` if
@@ -42,7 +42,7 @@ impl Joint<'_> {
         }
         let same = merged(&problem, &columns);
         let start = equalised(&problem, &at, &estimates, &columns)?;
-        let least = descend(&same, same.evaluate(start), &same.free(), STEPS).end.cost;
+        let least = settle(&same, start).cost;
         let rise = (least - at.cost).max(0.0);
         let (chi2, count) = self.solution.chi2_of_data();
         // Gaussian noise of unknown size: n ln of the ratio of the sums of squares
@@ -65,7 +65,7 @@ impl Joint<'_> {
                 }
             }
         }
-        let end = descend(&problem, problem.evaluate(state), &problem.free(), STEPS).end;
+        let end = settle(&problem, state);
         (problem, end)
     }
 }

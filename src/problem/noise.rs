@@ -34,19 +34,29 @@ pub(super) fn update(problem: &mut Problem, at: &Evaluation) -> bool {
     let total: f64 = sums.iter().map(|sums| count(sums)).sum();
     let shared = count_shared(problem, &estimates);
     let mut settled = true;
-    for (sample, sums) in sums.iter().enumerate() {
-        let of_sample = count(sums);
+    let all = 0..problem.samples.len();
+    let spent: Vec<Vec<f64>> = all
+        .clone()
+        .map(|sample| leverages(&problem.samples[sample], at, (&reduced, &estimates), sample))
+        .collect();
+    for sample in all.clone() {
+        let of_sample = count(&sums[sample]);
         let parameters = count_own(&problem.samples[sample].block, &reduced.own[sample])
             + shared * of_sample / total.max(1.0);
         // residuals are less correlated than the errors, as each shot's unknowns follow slow errors
         let likeliest = likeliest_correlation(problem, at, sample, of_sample - parameters);
-        let leverages = leverages(&problem.samples[sample], at, (&reduced, &estimates), sample);
+        let noise_of = problem.samples[sample].noise_of;
+        let partners: Vec<usize> =
+            all.clone().filter(|other| problem.samples[*other].noise_of == noise_of).collect();
         let block = &mut problem.samples[sample].block;
         for (members, least) in block.noise_pools() {
             let mut sum = NoiseSums::default();
-            members.iter().for_each(|member| sum.add(&sums[*member]));
-            let of_member = |member: &usize| leverages.get(*member);
-            let own: Option<f64> = members.iter().map(of_member).sum();
+            let mut own = Some(0.0);
+            for (other, member) in partners.iter().flat_map(|other| members.iter().map(move |m| (*other, *m)))
+            {
+                sum.add(&sums[other][member]);
+                own = own.zip(spent[other].get(member)).map(|(sum, of_member)| sum + of_member);
+            }
             let dof = sum.count - own.unwrap_or(sum.count * parameters / of_sample);
             if !(dof > LEAST_DOF && sum.weighted > 0.0) {
                 continue;

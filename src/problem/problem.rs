@@ -18,6 +18,8 @@ pub(crate) struct Sample {
     pub block: Block,
     /// Where each shared unknown, in the order of [`Id`], stands among those of the problem.
     pub columns: [usize; SHARED],
+    /// Samples of the same number have the noises of tables in common.
+    pub noise_of: usize,
 }
 
 /// One least-squares problem: samples that may have unknowns in common.
@@ -77,7 +79,7 @@ impl Problem {
     /// Returns the problem of one sample; its columns are the shared unknowns in the order of
     /// [`Id`].
     pub fn of_one(block: Block, unknowns: Vec<Unknown>) -> Self {
-        let sample = Sample { block, columns: std::array::from_fn(|column| column) };
+        let sample = Sample { block, columns: std::array::from_fn(|column| column), noise_of: 0 };
         Self { samples: vec![sample], unknowns }
     }
 
