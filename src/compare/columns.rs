@@ -61,10 +61,10 @@ impl Sharing<'_> {
     pub fn join(&self, all: &[Alone]) -> (Problem, State) {
         let kappa = adopted_kappa(all);
         let mut columns: Vec<Column> = Vec::new();
-        let mut samples = Vec::with_capacity(all.len());
+        let mut samples: Vec<Sample> = Vec::with_capacity(all.len());
         let mut own = Vec::with_capacity(all.len());
         for alone in all {
-            let Seen { block, own: values, factor } = self.seen_alike(alone, all);
+            let Seen { mut block, own: values, factor } = self.seen_alike(alone, all);
             let of_sample = Id::ALL.map(|id| {
                 let mut column = Column::new(alone, id, self.number(id, alone));
                 if id == Id::Scale {
@@ -80,13 +80,24 @@ impl Sharing<'_> {
                 }
                 place
             });
-            samples.push(Sample { block, columns: of_sample, noise_of: alone.film });
+            // labels of one table have its noise
+            let number = samples.len();
+            let is_of_table = |(other, sample): (&Alone, &Sample)| {
+                let is_table = matches!((&sample.block, &block), (Block::Rows(_), Block::Rows(_)));
+                let counts = [&sample.block, &block].map(|block| block.noise_pools().len());
+                is_table && other.film == alone.film && counts[0] == counts[1]
+            };
+            let noise_of = all.iter().zip(&samples).position(is_of_table).unwrap_or(number);
+            if let Some(first) = samples.get_mut(noise_of) {
+                let noises = first.block.noises_mut().to_vec();
+                block.noises_mut().iter_mut().zip(noises).for_each(|(own, of_table)| *own = of_table);
+            }
+            samples.push(Sample { block, columns: of_sample, noise_of });
             own.push(values);
         }
         let unknowns = columns.iter().map(Column::unknown).collect();
         let shared = Shared(columns.iter().map(Column::start).collect());
         let mut problem = Problem { samples, unknowns };
-        problem.level_noises();
         problem.refresh_contact();
         (problem, State { own, shared })
     }

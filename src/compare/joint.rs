@@ -8,6 +8,7 @@ use super::error::CompareError;
 use super::findings::Finding;
 use super::options::Options;
 use super::quantity::Quantity;
+use super::refuted;
 use super::result::{Comparison, LabelResidual, Robust};
 use super::verdict::{self, Tests, holm};
 use crate::fit::of_film::Fitted;
@@ -16,8 +17,8 @@ use crate::fit::{Computed, FittedFilm};
 use crate::measurement::loss::Loss;
 use crate::physics::collision::FidelityChoice;
 use crate::problem::{
-    Estimates, Evaluation, Id, Mode, Policy, Problem, Solution, comply, descend, descend_with_noise,
-    robust_covariance,
+    Estimates, Evaluation, Id, Mode, Policy, Problem, Solution, State, comply, descend_until,
+    descend_with_noise, robust_covariance,
 };
 
 /// Part of the variance of a difference beyond which what makes it up is said.
@@ -26,8 +27,9 @@ const MOST: f64 = 0.5;
 /// Ratio of lengths in two films, less 1, beyond which they are not by one camera that was not moved.
 const OTHER_CAMERA: f64 = 0.1;
 
-/// Steps of a descent at given noise, typical are 3.
-pub(super) const STEPS: usize = 40;
+/// Steps of a descent at given noise, typical are 3, and the fall of χ² that ends it.
+const STEPS: usize = 40;
+const STALL: f64 = 1e-12;
 
 /// All samples in one problem at its minimum.
 pub(super) struct Joint<'a> {
@@ -65,17 +67,17 @@ impl<'a> Joint<'a> {
             descent = descend_with_noise(&mut problem, descent.end.state);
         }
         // χ² of likelihood ratios is that of the noise as it was estimated last
-        descent = descend(&problem, problem.evaluate(descent.end.state), &problem.free(), STEPS);
+        let end = settle(&problem, descent.end.state);
         if !descent.converged {
             findings.push(Finding::NotConverged);
         }
-        let covariance = estimate(&problem, &descent.end, &[]).unwrap_or_else(|| {
+        let covariance = estimate(&problem, &end, &[]).unwrap_or_else(|| {
             findings.push(Finding::Undetermined);
             Estimates { columns: Vec::new(), covariance: DMatrix::zeros(0, 0) }
         });
         let of_fit = |alone: &Alone| alone.solution.names.iter().flatten().cloned().collect();
         let solution = Solution {
-            at: descent.end,
+            at: end,
             covariance,
             findings: Vec::new(),
             names: samples.fitted.iter().map(of_fit).collect(),
@@ -153,7 +155,7 @@ impl<'a> Joint<'a> {
             films.push((sample, FittedFilm::new(Solution { unit, middle, ..solution }, tracks)));
         }
         weights.sort_by(|a, b| a.2.total_cmp(&b.2));
-        let comparison = Comparison {
+        let mut comparison = Comparison {
             told_by: self.samples.told_by.clone(),
             fidelity: options.fidelity.name(),
             is_filmed: !films.is_empty(),
@@ -169,6 +171,7 @@ impl<'a> Joint<'a> {
             samples: self.samples.summaries,
             findings: self.findings,
         };
+        refuted::judge(&mut comparison);
         Ok((comparison, films))
     }
 
@@ -230,6 +233,11 @@ impl<'a> Joint<'a> {
         }
         all
     }
+}
+
+/// Returns the minimum at the present noise to rounding: tables are as smooth as their arithmetic.
+pub(super) fn settle(problem: &Problem, state: State) -> Evaluation {
+    descend_until(problem, problem.evaluate(state), &problem.free(), STEPS, STALL).end
 }
 
 /// Returns the covariance with all of some columns, even at a bound.

@@ -2,10 +2,10 @@
 
 use nalgebra::{DMatrix, DVector};
 
-use super::joint::{Joint, STEPS, estimate};
+use super::joint::{Joint, estimate, settle};
 use super::result::{LikelihoodRatio, TestKind};
 use super::verdict::wald;
-use crate::problem::{Estimates, Evaluation, Id, Normal, Problem, State, descend};
+use crate::problem::{Estimates, Evaluation, Id, Normal, Problem, State};
 
 impl Joint<'_> {
     /// Returns the test of one value of an unknown for all of some labels against one for each; `None` if
@@ -41,8 +41,14 @@ impl Joint<'_> {
             return Some(judged(statistic, statistic, TestKind::Wald));
         }
         let same = merged(&problem, &columns);
-        let start = equalised(&problem, &at, &estimates, &columns)?;
-        let least = descend(&same, same.evaluate(start), &same.free(), STEPS).end.cost;
+        // where contacts stick χ² is no parabola: from the value of each label, too
+        let of_labels = columns.iter().map(|column| {
+            let mut state = at.state.clone();
+            state.shared.0[columns[0]] = at.state.shared.0[*column];
+            state
+        });
+        let starts = equalised(&problem, &at, &estimates, &columns).into_iter().chain(of_labels);
+        let least = starts.map(|start| settle(&same, start).cost).min_by(f64::total_cmp)?;
         let rise = (least - at.cost).max(0.0);
         let (chi2, count) = self.solution.chi2_of_data();
         // Gaussian noise of unknown size: n ln of the ratio of the sums of squares
@@ -65,7 +71,7 @@ impl Joint<'_> {
                 }
             }
         }
-        let end = descend(&problem, problem.evaluate(state), &problem.free(), STEPS).end;
+        let end = settle(&problem, state);
         (problem, end)
     }
 }

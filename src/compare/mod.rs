@@ -23,6 +23,7 @@ mod joint;
 mod likelihood_ratio;
 mod options;
 mod quantity;
+mod refuted;
 mod result;
 mod verdict;
 

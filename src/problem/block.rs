@@ -4,7 +4,7 @@
 use super::discs::block::DiscBlock;
 use super::film::block::FilmBlock;
 use super::film::states::choose_states;
-use super::rows::block::{Pool, RowsBlock};
+use super::rows::block::RowsBlock;
 use super::sums::{Contribution, Noise, OwnPrior, Spread};
 use super::unknowns::{Own, Shared};
 
@@ -130,18 +130,12 @@ impl Block {
         }
     }
 
-    /// Returns the noises that have one size.
-    pub fn noise_pools(&self) -> Vec<Pool> {
-        let one = |name: &'static str, member: usize| Pool {
-            members: vec![member],
-            name,
-            rounding: 0.0,
-            least: 0.0,
-        };
+    /// Returns the noises that have one size, and the least that it can be.
+    pub fn noise_pools(&self) -> Vec<(Vec<usize>, f64)> {
         match self {
-            Self::Film(_) => vec![one("cue balls", 0), one("object balls", 1)],
-            Self::Discs(discs) => (0..discs.noise.len()).map(|noise| one("", noise)).collect(),
-            Self::Rows(rows) => rows.pools.clone(),
+            Self::Film(_) => vec![(vec![0], 0.0), (vec![1], 0.0)],
+            Self::Discs(discs) => (0..discs.noise.len()).map(|noise| (vec![noise], 0.0)).collect(),
+            Self::Rows(rows) => rows.pools.iter().map(|pool| (pool.members.clone(), pool.least)).collect(),
         }
     }
 

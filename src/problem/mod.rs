@@ -67,7 +67,7 @@ pub use uncertainty::{Conflict, Score, Share};
 pub use unknowns::{Id, Normal};
 pub(crate) use {
     block::Block,
-    descent::descend,
+    descent::descend_until,
     film::{causes::comply, own},
     minimise::descend_with_noise,
     problem::{Evaluation, Problem, Sample, State},

@@ -4,7 +4,6 @@
 
 use super::block::Block;
 use super::problem::{Eliminated, Evaluation, Problem, Reduced, Sample};
-use super::rows::block::Pool;
 use super::sums::{Noise, NoiseSums, OwnPrior, Spread};
 use super::uncertainty::Estimates;
 
@@ -26,40 +25,6 @@ const LEAST_DOF: f64 = 0.5;
 /// Factor by which a spread changes in one step at most.
 const SPREAD_STEP: f64 = 3.0;
 
-/// A noise that is estimated from the numbers of some samples.
-struct Common {
-    /// Data set and name; `None` of a noise of one sample alone.
-    key: Option<(usize, &'static str)>,
-    /// Sum of squared residuals over the variance, and its degrees of freedom.
-    weighted: f64,
-    dof: f64,
-    /// Smallest standard deviation.
-    least: f64,
-    /// Correlation of neighbouring numbers.
-    rho: f64,
-    /// Sample and index of each member.
-    places: Vec<(usize, usize)>,
-}
-
-impl Common {
-    /// Sets its members; returns whether they have settled.
-    fn update(&self, problem: &mut Problem) -> bool {
-        let growth = self.weighted / self.dof;
-        if !(self.dof > LEAST_DOF && self.weighted > 0.0 && growth.is_finite()) {
-            return true;
-        }
-        let (sample, member) = self.places[0];
-        let old = problem.samples[sample].block.noises_mut().get(member).copied();
-        let Some(old) = old else { return true };
-        let sd = (old.sd * growth.sqrt()).max(self.least);
-        for (sample, member) in &self.places {
-            problem.samples[*sample].block.noises_mut()[*member] = Noise { sd, rho: self.rho };
-        }
-        let changed = (sd / old.sd).powi(2) - 1.0;
-        changed.abs() < SETTLED && (self.rho - old.rho).abs() < SETTLED
-    }
-}
-
 /// Sets noise and spreads to what the residuals at `at` show; returns whether they have settled.
 pub(super) fn update(problem: &mut Problem, at: &Evaluation) -> bool {
     let Some(reduced) = at.eliminate(problem, 0.0) else { return true };
@@ -69,48 +34,44 @@ pub(super) fn update(problem: &mut Problem, at: &Evaluation) -> bool {
     let total: f64 = sums.iter().map(|sums| count(sums)).sum();
     let shared = count_shared(problem, &estimates);
     let mut settled = true;
-    let mut noises: Vec<Common> = Vec::new();
-    for (sample, sums) in sums.iter().enumerate() {
-        let of_sample = count(sums);
+    let all = 0..problem.samples.len();
+    let spent: Vec<Vec<f64>> = all
+        .clone()
+        .map(|sample| leverages(&problem.samples[sample], at, (&reduced, &estimates), sample))
+        .collect();
+    for sample in all.clone() {
+        let of_sample = count(&sums[sample]);
         let parameters = count_own(&problem.samples[sample].block, &reduced.own[sample])
             + shared * of_sample / total.max(1.0);
         // residuals are less correlated than the errors, as each shot's unknowns follow slow errors
         let likeliest = likeliest_correlation(problem, at, sample, of_sample - parameters);
-        let leverages = leverages(&problem.samples[sample], at, (&reduced, &estimates), sample);
-        let Sample { block, noise_of, .. } = &problem.samples[sample];
-        for Pool { members, name, least, .. } in block.noise_pools() {
+        let noise_of = problem.samples[sample].noise_of;
+        let partners: Vec<usize> =
+            all.clone().filter(|other| problem.samples[*other].noise_of == noise_of).collect();
+        let block = &mut problem.samples[sample].block;
+        for (members, least) in block.noise_pools() {
             let mut sum = NoiseSums::default();
-            members.iter().for_each(|member| sum.add(&sums[*member]));
-            let of_member = |member: &usize| leverages.get(*member);
-            let own: Option<f64> = members.iter().map(of_member).sum();
+            let mut own = Some(0.0);
+            for (other, member) in partners.iter().flat_map(|other| members.iter().map(move |m| (*other, *m)))
+            {
+                sum.add(&sums[other][member]);
+                own = own.zip(spent[other].get(member)).map(|(sum, of_member)| sum + of_member);
+            }
             let dof = sum.count - own.unwrap_or(sum.count * parameters / of_sample);
-            let key = (!name.is_empty() && !leverages.is_empty()).then_some((*noise_of, name));
-            let known = noises.iter_mut().find(|noise| key.is_some() && noise.key == key);
+            if !(dof > LEAST_DOF && sum.weighted > 0.0) {
+                continue;
+            }
+            let growth = sum.weighted / dof;
             let of_residuals = if sum.square > 0.0 { sum.lagged / sum.square } else { 0.0 };
             let rho = likeliest.unwrap_or(of_residuals).clamp(0.0, MAX_RHO);
-            let places = members.into_iter().map(|member| (sample, member));
-            match known {
-                Some(noise) => {
-                    noise.weighted += sum.weighted;
-                    noise.dof += dof;
-                    noise.least = noise.least.max(least);
-                    noise.places.extend(places);
-                }
-                None => noises.push(Common {
-                    key,
-                    weighted: sum.weighted,
-                    dof,
-                    least,
-                    rho,
-                    places: places.collect(),
-                }),
+            let old = block.noises_mut()[members[0]];
+            let sd = (old.sd * growth.sqrt()).max(least);
+            let changed = (sd / old.sd).powi(2) - 1.0;
+            settled &= changed.abs() < SETTLED && (rho - old.rho).abs() < SETTLED;
+            for member in members.iter().filter(|_| growth.is_finite()) {
+                block.noises_mut()[*member] = Noise { sd, rho };
             }
         }
-    }
-    for noise in &noises {
-        settled &= noise.update(problem);
-    }
-    for sample in 0..problem.samples.len() {
         for which in 0..problem.samples[sample].block.spreads().len() {
             let new = estimate_spread(problem, at, (&reduced, &estimates), sample, which);
             let old = &mut problem.samples[sample].block.spreads_mut()[which];
@@ -119,36 +80,6 @@ pub(super) fn update(problem: &mut Problem, at: &Evaluation) -> bool {
         }
     }
     settled
-}
-
-impl Problem {
-    /// Gives noises that samples of tables have in common the largest of their sizes.
-    pub(crate) fn level_noises(&mut self) {
-        let mut largest: Vec<((usize, &'static str), f64)> = Vec::new();
-        let pools = |problem: &Self| -> Vec<(usize, Pool)> {
-            let of_sample = |(i, sample): (usize, &Sample)| match &sample.block {
-                Block::Rows(rows) => rows.pools.iter().map(|pool| (i, pool.clone())).collect::<Vec<_>>(),
-                _ => Vec::new(),
-            };
-            problem.samples.iter().enumerate().flat_map(of_sample).collect()
-        };
-        for (i, pool) in pools(self) {
-            let sample = &mut self.samples[i];
-            let (key, sd) = ((sample.noise_of, pool.name), sample.block.noises_mut()[pool.members[0]].sd);
-            match largest.iter_mut().find(|(known, _)| *known == key) {
-                Some((_, largest)) => *largest = largest.max(sd),
-                None => largest.push((key, sd)),
-            }
-        }
-        for (i, pool) in pools(self) {
-            let sample = &mut self.samples[i];
-            let common = largest.iter().find(|(known, _)| *known == (sample.noise_of, pool.name));
-            for member in &pool.members {
-                let noise = &mut sample.block.noises_mut()[*member];
-                noise.sd = common.map_or(noise.sd, |(_, sd)| *sd);
-            }
-        }
-    }
 }
 
 /// Returns the part of each noise of a table that its numbers spend on unknowns; nothing of

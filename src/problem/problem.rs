@@ -18,7 +18,7 @@ pub(crate) struct Sample {
     pub block: Block,
     /// Where each shared unknown, in the order of [`Id`], stands among those of the problem.
     pub columns: [usize; SHARED],
-    /// Samples with the same number have noises of the same name in common.
+    /// Samples of the same number have the noises of tables in common.
     pub noise_of: usize,
 }
 

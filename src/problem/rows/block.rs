@@ -29,8 +29,6 @@ const STIFF: f64 = 1e9;
 pub(crate) struct Pool {
     /// Indices of their noises.
     pub members: Vec<usize>,
-    /// The unit of their numbers, or the column if another column of the unit has another noise.
-    pub name: &'static str,
     /// What the rounding of the columns leaves, SI or radians; 0 if they are not rounded.
     pub rounding: f64,
     /// The least size: the rounding, or so small that residuals vanish.

@@ -187,10 +187,7 @@ impl Table {
         for which in &members {
             rows.noises[*which].sd = sd.max(least);
         }
-        let first = observables[members[0]];
-        let alike = observables.iter().filter(|other| other.unit() == first.unit()).count();
-        let name = if members.len() == alike { first.unit() } else { first.column() };
-        rows.pools.push(Pool { members, name, rounding, least });
+        rows.pools.push(Pool { members, rounding, least });
     }
 
     /// Gives the observables of a unit noises of their own if their variances differ by more than by
