@@ -2,7 +2,7 @@
 //! apart from the crate's.
 
 use caromfit::fit;
-use caromfit::fit::{Depth, Fit, FoundCamera, FoundCorrection, Method, Options};
+use caromfit::fit::{Depth, Fit, FoundCamera, FoundCorrection, Options};
 use caromfit::measurement::correction::Correction;
 use caromfit::measurement::dataset::Dataset;
 use caromfit::measurement::parameter::Parameter;
@@ -106,7 +106,7 @@ fn the_height_of_the_camera_is_found_from_balls_that_hop() {
 pub(crate) fn fitted(dataset: Dataset) -> (Fit, FoundCamera) {
     let options = Options { depth: Depth::Estimates, ..options::of_fit() };
     let fit = fit::analyse(&dataset, &options).fits.unwrap().remove(0);
-    assert_eq!(fit.method, Method::Joint);
+    assert_eq!(fit.method_name(), "joint");
     let found = fit.camera.clone().unwrap();
     (fit, found)
 }

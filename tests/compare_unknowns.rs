@@ -3,7 +3,6 @@
 use caromfit::compare;
 use caromfit::compare::{Compared, Comparison, Difference, Finding, Options, Quantity, Reason};
 use caromfit::fit;
-use caromfit::fit::Method;
 use caromfit::io::stated_object::StatedObject;
 use caromfit::measurement::dataset::{Dataset, Shot};
 use caromfit::measurement::parameter::{Compliance, Parameter, Setting};
@@ -178,7 +177,7 @@ fn filmed(name: &str, mu_s: f64, mu_k: f64, seed: u64) -> Dataset {
 fn frames_of_two_cloths_are_compared() {
     let both = vec![filmed("slow", 0.2, 0.2, 51), filmed("fast", 0.35, 0.25, 52)];
     let comparison = compare::compare(&both, &options::of_comparison()).unwrap();
-    assert!(comparison.converged && !comparison.is_refuted() && comparison.method == Method::Joint);
+    assert!(comparison.converged && !comparison.is_refuted() && comparison.is_filmed);
     assert_eq!(comparison.samples.iter().map(|sample| sample.shots_used).sum::<usize>(), 40);
     assert!(comparison.dof > 40 * 100, "{}", comparison.dof);
     for (quantity, truth) in [(MU_S, 0.15), (Quantity::Sliding, 0.05)] {
@@ -270,16 +269,4 @@ fn films_without_topspin_are_left_out_of_mu_s() {
     let found = difference(&comparison, MU_S);
     assert_eq!((found.first, found.second), (0, 2));
     assert!(of(&comparison, MU).left_out.is_empty());
-}
-
-/// A data set without frames has none to compare.
-#[test]
-fn frames_need_footage() {
-    let impacts = spec(Kind::Impacts, &[Played::NaturalRoll], 20, 53);
-    let impacts = made(&Spec { name: "impacts".to_owned(), ..impacts });
-    let both = vec![impacts, filmed("film", 0.2, 0.2, 51)];
-    let by = |method| compare::analyse(&both, &Options { method, ..options::of_comparison() }).comparison;
-    let error = by(Some(Method::Joint)).unwrap_err();
-    assert!(error.is_bad_input() && error.to_string().contains("impacts: its frames cannot be"), "{error}");
-    assert_eq!(by(None).unwrap().method, Method::TwoStage);
 }

@@ -3,7 +3,7 @@
 use std::process::Command;
 
 use caromfit::fit;
-use caromfit::fit::{Depth, Falling, Fit, Method, Options, Status};
+use caromfit::fit::{Depth, Falling, Fit, Options, Status};
 use caromfit::io;
 use caromfit::measurement::dataset::Dataset;
 use caromfit::measurement::parameter::Parameter;
@@ -111,7 +111,7 @@ fn frames_tell_a_falling_friction() {
         let spec = Spec { kind: Kind::Tracks, ..spec(seed, [0.7, 4.0]) };
         let fit = fit::analyse(&made(&spec, Fidelity::Full, law), &options);
         let fit = fit.fits.unwrap().remove(0);
-        assert_eq!(fit.method, Method::Joint);
+        assert_eq!(fit.method_name(), "joint");
         for parameter in [Parameter::Mu, Parameter::MuS, Parameter::E, Parameter::B] {
             let estimate = fit.estimates[parameter as usize];
             let off = (estimate.value - truth(parameter)) / estimate.std_error.unwrap();

@@ -323,23 +323,6 @@ fn c_has_its_unit_everywhere() {
     assert_eq!(parsed(&fit)["parameters"]["mu"]["unit"], "1");
 }
 
-/// χ²/dof of what is left with a cause may come out below 0, which no program should read as one.
-#[test]
-fn a_chi2_below_none_is_null() {
-    let mut fit = normal();
-    fit.explanations.push(Explanation {
-        cause: Cause::MassRatio,
-        estimate: 1.03,
-        std_error: 0.001,
-        delta_2logl: -4100.0,
-        adopted: false,
-        with_it: Vec::new(),
-        reduced_chi2: Some([7.25, -0.38]),
-        sentence: "A cue ball that is heavier explains the residuals.".to_owned(),
-    });
-    assert_eq!(parsed(&fit)["explanations"][0]["reduced_chi2"], serde_json::json!([7.25, null]));
-}
-
 #[test]
 fn every_number_says_what_it_counts() {
     let angles = normal();

@@ -1,7 +1,7 @@
 //! Robust losses of frames: a shot that was wrong counts less, and errors are from the scatter of the shots.
 
 use caromfit::fit;
-use caromfit::fit::{Depth, Fit, Method, Options};
+use caromfit::fit::{Depth, Fit, Options};
 use caromfit::measurement::loss::Loss;
 use caromfit::measurement::parameter::Parameter;
 use caromfit::measurement::track::TrackShot;
@@ -44,7 +44,7 @@ fn shots_with_other_balls_count_less() {
     }
     for loss in [Loss::Huber, Loss::Cauchy] {
         let fit = fitted(shots.clone(), loss);
-        assert_eq!(fit.method, Method::Joint);
+        assert_eq!(fit.method_name(), "joint");
         assert!(fit.converged && fit.shots_used == 40, "{}", fit.termination);
         let robust = fit.diagnostics.robust.as_ref().unwrap();
         let mut least: Vec<&str> = robust.weights.iter().take(5).map(|(shot, _)| shot.as_str()).collect();

@@ -136,7 +136,7 @@ fn footage_is_prepared_by_whatever_fits_or_compares_it() {
     assert_eq!((of_impacts.method_name(), of_impacts.shots_used), ("direct", one.shots_used));
     let other = made(&Spec { name: "other".to_owned(), ..spec(Kind::Tracks, &[Played::NaturalRoll], 8, 2) });
     let comparison = compare::compare(&[tracks.clone(), other], &options::of_comparison()).unwrap();
-    assert_eq!((comparison.method, comparison.samples.len()), (Method::Joint, 2));
+    assert_eq!((comparison.is_filmed, comparison.samples.len()), (true, 2));
 }
 
 /// The choices of a fit are looked at as the data are.

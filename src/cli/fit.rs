@@ -56,9 +56,6 @@ pub struct Args {
     /// Draw so many samples of shots anew and fit them, for intervals that trust neither model nor noise
     #[arg(long, default_value_t = 0, value_name = "N")]
     bootstrap: usize,
-    /// Look for what explains the residuals also where the noise does: masses, frame rate, spin, a friction that falls, …
-    #[arg(long)]
-    explain: bool,
     /// Of everything random
     #[arg(long, default_value_t = 0)]
     seed: u64,
@@ -232,7 +229,6 @@ fn options(args: &Args) -> Options {
         falling: args.falling.unwrap_or_default(),
         tolerance: args.tolerance,
         loss: args.loss,
-        explain: args.explain,
         bootstrap: args.bootstrap,
         seed: args.seed,
         ..Options::default()

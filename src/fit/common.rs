@@ -77,7 +77,7 @@ impl Common<'_> {
             friction_curve: None,
             camera: None,
             refuted: None,
-            explanations: film_words::explanations(solution),
+            explanations: film_words::explanations(solution, None, 0.0),
             residuals: Vec::new(),
             frames: None,
             solution: minimum,

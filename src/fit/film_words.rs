@@ -276,7 +276,11 @@ fn rate(solution: &Solution) -> Option<String> {
 }
 
 /// Returns causes of residuals that the estimates include, the best first.
-pub(super) fn explanations(solution: &Solution) -> Vec<Explanation> {
+pub(super) fn explanations(
+    solution: &Solution,
+    film: Option<&FittedFilm>,
+    scale_sd: f64,
+) -> Vec<Explanation> {
     let of = |finding: &Finding| {
         let (cause, estimate, std_error, fall) = match finding {
             Finding::Conflict { id, estimate, sd, size, .. } => (cause_of(*id)?, *estimate, *sd, size * size),
@@ -294,7 +298,7 @@ pub(super) fn explanations(solution: &Solution) -> Vec<Explanation> {
             std_error,
             delta_2logl: -fall,
             adopted: true,
-            sentence: String::new(),
+            sentence: sentence(finding, film, scale_sd).unwrap_or_default(),
         })
     };
     let mut all: Vec<Explanation> = solution.findings.iter().filter_map(of).collect();

@@ -52,9 +52,16 @@ struct Point {
 
 /// Fits films of discs.
 pub(super) fn fit(request: Request) -> Result<Fit, FitError> {
+    /// Rubber on rubber seldom has more friction; what is around discs may be any material.
+    const MOST_FRICTION: f64 = 2.0;
     let begun = Instant::now();
-    let dataset = request.dataset;
-    let found = fit_discs(dataset, &Policy::default()).map_err(|error| match error {
+    let mut dataset = request.dataset.clone();
+    let mu = &mut dataset.settings[Parameter::Mu];
+    if *mu == Parameter::Mu.default_setting() {
+        mu.upper = MOST_FRICTION;
+    }
+    let request = Request { dataset: &dataset, ..request };
+    let found = fit_discs(&dataset, &Policy::default()).map_err(|error| match error {
         FilmError::NoImpact(reasons) => FitError::NoUsableShot {
             dataset: dataset.name.clone(),
             shots_rejected: reasons.into_iter().map(|(shot, reason)| Rejected { shot, reason }).collect(),

@@ -70,6 +70,7 @@ impl Fitted<'_> {
             frames: Some(self.film.clone()),
             seconds,
             stated_scale_sd: stated_scale_sd(self.dataset),
+            explanations: film_words::explanations(solution, Some(&self.film), stated_scale_sd(self.dataset)),
             ..self.common().bare(estimates, self.film.solution.clone())
         };
         self.comment(&mut fit);

@@ -29,9 +29,6 @@ pub struct Options {
     pub tolerance: f64,
     /// How much the fit finds out about its own uncertainty.
     pub depth: Depth,
-    /// Whether causes of the residuals are looked for even where the noise explains them. [`Depth::Everything`] looks
-    /// for them where it does not.
-    pub explain: bool,
     /// How outlying shots count; `None`: as the data set states.
     pub loss: Option<Loss>,
     /// How many samples of shots are drawn and fitted for intervals of the bootstrap; 0 for none.
@@ -114,7 +111,6 @@ impl Default for Options {
             falling: Falling::AsStated,
             tolerance: Model::TOLERANCE,
             depth: Depth::Everything,
-            explain: false,
             loss: None,
             bootstrap: 0,
             seed: 0,

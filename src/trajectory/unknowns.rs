@@ -1,7 +1,6 @@
 //! The unknowns of a shot while its impact is extracted.
 
 use nalgebra::SVector;
-use num_dual::DualSVec64;
 
 /// The unknowns of a shot. Velocities are in the collision frame, m/s.
 pub(crate) mod unknown {
@@ -35,6 +34,3 @@ pub(crate) mod unknown {
 
 /// All unknowns of a shot.
 pub(crate) type Unknowns = SVector<f64, { unknown::COUNT }>;
-
-/// A number with its derivatives by the unknowns.
-pub(crate) type Dual = DualSVec64<{ unknown::COUNT }>;

@@ -195,7 +195,7 @@ fn wrong_rows_are_left_out_or_refused() {
     let fit = fitted(&dataset, &FULL).unwrap();
     assert!(fit.solution.findings.contains(&Finding::LostShots { names: vec![name] }));
     let robust = fitted(&dataset, &RowsChoices { loss: Some(Loss::Cauchy), ..FULL }).unwrap();
-    assert!(robust.weights[4] < 0.01 && robust.solution.names[0].len() == 20);
+    assert!(robust.solution.weights()[4] < 0.01 && robust.solution.names[0].len() == 20);
     for (id, truth) in TRUTH {
         let pull = (robust.get(id).value - truth) / robust.get(id).std_error.unwrap();
         assert!(pull.abs() < 4.0, "{}: {pull}", id.name());
