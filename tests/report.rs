@@ -6,7 +6,6 @@ mod verdicts;
 
 use std::fs;
 
-use caromfit::fit::causes::{Cause, Explanation};
 use caromfit::fit::{Alternative, Bootstrap, Fit, Influence, NoiseVerdict, Resampled, Residual, Robust};
 use caromfit::measurement::loss::Loss;
 use caromfit::measurement::observable::{Axis, Observable};

@@ -171,16 +171,6 @@ fn drifts(cue: &[Sample], object: &[Sample], ball: &Ball, noise: f64) -> Option<
     (speed > MOVING_ERRORS * noise * line.error).then_some(speed)
 }
 
-/// Where the centres of the cue ball and the object ball are when they meet, m, whatever their distance; `None` where there is no
-/// collision.
-#[must_use]
-pub fn contact(shot: &TrackShot, scene: &Scene) -> Option<[[f64; 2]; 2]> {
-    let (z, distance) = from_paths(shot, scene, noise(shot)).ok()?;
-    let (sin, cos) = z[unknown::DIRECTION].sin_cos();
-    let [x, y] = [z[unknown::OBJECT], z[unknown::OBJECT + 1]];
-    Some([[x - distance * cos, y - distance * sin], [x, y]])
-}
-
 /// About when the balls meet, s.
 pub(crate) fn instant(shot: &TrackShot, scene: &Scene) -> Option<f64> {
     from_paths(shot, scene, noise(shot)).ok().map(|(z, _)| z[unknown::TIME])
@@ -227,21 +217,6 @@ fn surely_moves(shot: &TrackShot, samples: &[Sample], noise: f64) -> Option<f64>
     // noise that lasts from frame to frame tells less
     let lasts = shot.frames_alike().sqrt();
     (speed - rounded > MOVING_ERRORS * noise * lasts * error).then_some(speed)
-}
-
-/// Unknowns from the paths next to the impact.
-pub(crate) fn guess(shot: &TrackShot, scene: &Scene, noise: f64) -> Result<Unknowns, Unusable> {
-    let (z, distance) = from_paths(shot, scene, noise)?;
-    let expected = scene.contact_distance();
-    if (distance / expected - 1.0).abs() > 0.5 {
-        return Err(Unusable::Separation {
-            bodies: Bodies::Balls,
-            measured: distance,
-            expected,
-            error: f64::NAN,
-        });
-    }
-    Ok(z)
 }
 
 /// Of the cue ball, or else of the object ball, which is not seen at rest.

@@ -2,7 +2,7 @@
 //! for two discs, whose motions are [`Paths`].
 
 use argmin::core::{Error, Jacobian, Operator};
-use nalgebra::{DMatrix, DVector, Dyn, QR, SVector};
+use nalgebra::{DMatrix, DVector, SVector};
 
 use super::unusable::{Bodies, Unusable};
 use super::wrong_frames::{alone, off_the_fit};
@@ -106,16 +106,12 @@ pub(crate) struct Fitted<const N: usize> {
     /// The unknowns that it changed, and the derivatives by them.
     pub free: Vec<usize>,
     pub jacobian: DMatrix<f64>,
-    pub residuals: DVector<f64>,
-    /// What was known beforehand: unknown, mean, standard deviation.
-    pub priors: Vec<(usize, f64, f64)>,
     /// Of each body before and after the impact.
     pub frames: [[usize; 2]; 2],
 }
 
 /// How well a fit determines its free unknowns.
 pub(crate) struct Errors {
-    pub qr: QR<f64, Dyn, Dyn>,
     /// (JᵀJ)⁻¹, as if the frames' standard deviations were right.
     pub inverse: DMatrix<f64>,
     /// What variances are over that: noise that is not stated is estimated from the residuals.
@@ -210,48 +206,9 @@ impl<'a, const N: usize, P: Paths<N>> Tracked<'a, P, N> {
             dof: problem().dof(),
             converged,
             termination: solution.termination.to_string(),
-            residuals: solution.residuals,
             jacobian: solution.jacobian,
             frames: sides(frames, z[TIME]),
             free,
-            priors,
-        })
-    }
-
-    /// One step of Gauss and Newton's method from `near`, over the frames between two times without those that are wrong; its errors
-    /// are those of the motion there.
-    pub(crate) fn linearised(
-        &self,
-        near: &SVector<f64, N>,
-        window: [f64; 2],
-        wrong: &[Vec<f64>; 2],
-    ) -> Option<Fitted<N>> {
-        let frames = self.without(window, wrong);
-        let Freedom { free, priors, .. } = self.paths.freedom(near).ok()?;
-        let problem =
-            Problem { frames: &frames, paths: &self.paths, start: *near, free: &free, priors: &priors };
-        let x = DVector::from_iterator(free.len(), free.iter().map(|i| near[*i]));
-        let (residuals, jacobian) = (problem.apply(&x).ok()?, problem.jacobian(&x).ok()?);
-        let qr = jacobian.clone().qr();
-        let mut right = residuals.clone();
-        qr.q_tr_mul(&mut right);
-        let step = -qr.r().solve_upper_triangular(&right.rows(0, free.len()))?;
-        let residuals = residuals + &jacobian * &step;
-        let z = problem.unknowns(&(x + step));
-        let dof = problem.dof();
-        Some(Fitted {
-            z,
-            window,
-            wrong: wrong.clone(),
-            chi2: residuals.norm_squared(),
-            dof,
-            converged: true,
-            termination: String::new(),
-            jacobian,
-            residuals,
-            frames: sides(&frames, z[TIME]),
-            free,
-            priors,
         })
     }
 
@@ -261,15 +218,14 @@ impl<'a, const N: usize, P: Paths<N>> Tracked<'a, P, N> {
     /// It does not.
     pub(crate) fn errors(&self, fitted: &Fitted<N>) -> Result<Errors, Unusable> {
         let factor = if self.states_noise() { 1.0 } else { fitted.reduced() };
-        let qr = fitted.jacobian.clone().qr();
-        let r = qr.r();
+        let r = fitted.jacobian.clone().qr().r();
         let inverse = r
             .solve_upper_triangular(&DMatrix::identity(r.ncols(), r.ncols()))
             .ok_or_else(|| Unusable::NotConverged("its unknowns are not determined".to_string()))?;
         let inverse = &inverse * inverse.transpose();
         // symmetric, whatever the roundings
         let inverse = 0.5 * (&inverse + inverse.transpose());
-        Ok(Errors { qr, inverse, factor: factor * self.wobble(fitted) })
+        Ok(Errors { inverse, factor: factor * self.wobble(fitted) })
     }
 
     /// χ² per degree of freedom with the noise that second differences show, where more was not stated: what the

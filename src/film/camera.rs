@@ -18,7 +18,6 @@
 //! al., ECCV 2006 (rolling shutter).
 
 use crate::measurement::correction::Correction;
-use crate::measurement::track::Viewpoint;
 use crate::measurement::track::{Sample, TrackShot};
 
 /// The distance from the middle of the film at which the lens is stated, m.
@@ -65,13 +64,6 @@ impl Camera {
     pub fn with(mut self, correction: Correction, value: f64) -> Self {
         self.values[correction as usize] = value;
         self
-    }
-
-    /// Where it shows balls that are above the cloth.
-    pub(crate) fn viewpoint(&self) -> Viewpoint {
-        let [slope_x, slope_y, per_metre] =
-            [Correction::ParallaxX, Correction::ParallaxY, Correction::Nearness].map(|which| self.get(which));
-        Viewpoint { slope: [slope_x, slope_y], per_metre, middle: self.middle }
     }
 
     /// Whether the camera shows the table as it is.

@@ -11,7 +11,7 @@ use super::{Fit, FitError, FoundCamera, Options, Rejected, check, fit_rows};
 use crate::extraction::disc::DiscImpact;
 use crate::film::discs::Calibrated;
 use crate::measurement::dataset::{Dataset, Measured};
-use crate::measurement::parameter::{Compliance, Parameter, Setting, Settings};
+use crate::measurement::parameter::{Compliance, Parameter, Settings};
 use crate::measurement::track::TrackShot;
 use crate::measurement::values::Values;
 use crate::physics::collision::{FidelityChoice, Model};
@@ -237,9 +237,3 @@ fn fitted_with(dataset: &Dataset, options: &Options) -> Result<(Model, Settings)
     Ok((model, settings))
 }
 
-/// States that the contact gives way, with the κ of its setting.
-pub(crate) fn state_compliance(dataset: &mut Dataset) {
-    dataset.settings.compliance = Compliance::Stated;
-    let kappa = &mut dataset.settings[Parameter::Kappa];
-    *kappa = Setting::held(kappa.initial);
-}

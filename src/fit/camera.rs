@@ -1,7 +1,6 @@
 //! The camera that the balls calibrate: they touch at 2R in every direction and everywhere in the picture, and move as the cloth lets
 //! them; discs keep their shape and move straight. With it, what else is found of a film: noise that lasts, frames that were dropped.
 
-use super::Fit;
 use crate::extraction::NoiseCorrelation;
 use crate::film::camera::Camera;
 use crate::film::discs::Calibrated;
@@ -151,11 +150,6 @@ impl FoundCamera {
         }
     }
 
-    /// The corrections that were adopted.
-    pub(crate) fn adopted(&self) -> impl Iterator<Item = Correction> {
-        self.corrections.iter().filter(|found| found.adopted).map(|found| found.which)
-    }
-
     /// Whether any correction was adopted.
     #[must_use]
     pub fn corrects(&self) -> bool {
@@ -230,15 +224,5 @@ impl FoundCamera {
                 adopted.join(", ")
             )
         })
-    }
-}
-
-/// A quantity is in conflict with what was stated of it beyond so many standard deviations of both.
-pub(super) const CONFLICT: f64 = 3.0;
-
-impl Fit {
-    /// Notes the camera for which the films were corrected.
-    pub(crate) fn set_camera(&mut self, found: &FoundCamera) {
-        self.camera = Some(found.clone());
     }
 }

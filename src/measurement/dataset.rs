@@ -9,7 +9,7 @@ use super::loss::Loss;
 pub use super::object_ball::{ObjectBall, UNWEIGHED, WEIGHED_KG};
 use super::observable::{Axis, Observable};
 pub use super::observable::{Measured, Measurement};
-use super::parameter::{Compliance, Parameter, Settings};
+use super::parameter::{Parameter, Settings};
 use super::spin::Spin;
 use super::track::TrackShot;
 pub use super::track::{DiscShot, Tracks};
@@ -110,16 +110,6 @@ impl Dataset {
         Model { object, e_slope, ..Model::new(fidelity, self.ball) }
     }
 
-    /// Returns the model by which films are corrected and impacts extracted: `full`, or `ode` if
-    /// the contact is stated as compliant.
-    pub(crate) fn model_of_contact(&self) -> Model {
-        let kappa = self.settings[Parameter::Kappa].initial;
-        if self.settings.compliance != Compliance::Stated || kappa <= 0.0 {
-            return self.model(Fidelity::Full);
-        }
-        self.model(Fidelity::Full).giving_way(kappa)
-    }
-
     /// Returns the object ball, with what is known of its mass and radius; `None` for discs.
     fn object_ball(&self) -> Option<ObjectBall> {
         let is_of_discs = self.tracks.as_ref().is_some_and(|tracks| tracks.discs.is_some());
@@ -129,11 +119,6 @@ impl Dataset {
     /// Returns the settings of its fit, with what is known of the masses and radii of both balls.
     pub(crate) fn settings_of_balls(&self) -> Settings {
         self.object_ball().map_or(self.settings, |object| object.settings(self.ball, self.settings))
-    }
-
-    /// Returns whether it has tracks from which no impacts have been extracted yet.
-    pub(crate) fn awaits_extraction(&self) -> bool {
-        self.shots.is_empty() && self.tracks.as_ref().is_some_and(|tracks| !tracks.shots.is_empty())
     }
 
     /// Returns the names of its shots, of footage also of those that were filmed, in their order.

@@ -170,15 +170,6 @@ pub struct Viewpoint {
 }
 
 impl Viewpoint {
-    /// Returns the displacement with which a ball at a place is seen, m per m of height.
-    pub(crate) fn displacement(&self, place: [f64; 2]) -> [f64; 2] {
-        [0, 1].map(|i| self.slope[i] + self.per_metre * (place[i] - self.middle[i]))
-    }
-
-    /// Returns whether heights are not seen.
-    pub(crate) fn is_overhead(&self) -> bool {
-        self.slope == [0.0; 2] && self.per_metre == 0.0
-    }
 }
 
 /// The filmed shots of a data set.

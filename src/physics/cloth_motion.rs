@@ -104,16 +104,6 @@ impl<T: Number> Stretch<T> {
         let velocity = [0, 1].map(|i| v[i] + a[i] * t);
         (position, velocity)
     }
-
-    /// Returns x and y as polynomials A + Bu + Cu² in u = (t − centre)/scale.
-    pub(crate) fn about(&self, centre: f64, scale: f64) -> [[T; 3]; 2] {
-        let t = -self.start + centre;
-        [0, 1].map(|i| {
-            let (p, v, a) = (self.position[i], self.velocity[i], self.acceleration[i]);
-            // p + v t + a t²/2, its derivative and half its second derivative
-            [p + (v + a * t * 0.5) * t, (v + a * t) * scale, a * (0.5 * scale * scale)]
-        })
-    }
 }
 
 /// The path of a ball before or after an impact, as stretches of constant acceleration.
@@ -239,37 +229,6 @@ impl<T: Number> Path<T> {
         self
     }
 
-    /// Returns the path as a camera shows it: a ball in flight is displaced by its height times
-    /// `displacement` (m per m of height) of the place halfway through the flight. `gravity`: over
-    /// g.
-    pub(crate) fn seen(mut self, gravity: f64, displacement: impl Fn([f64; 2]) -> [f64; 2]) -> Self {
-        for i in 1..self.0.len() {
-            let lasts = self.0[i].start - self.0[i - 1].start;
-            let flight = &mut self.0[i - 1];
-            if flight.moves != Moves::Flies {
-                continue;
-            }
-            // h = V_z t − g t²/2 with V_z = gT/2
-            let up = lasts * (0.5 * gravity * GRAVITY);
-            let (middle, _) = flight.at(flight.start + lasts * 0.5);
-            let by = displacement(middle.map(|p| p.re()));
-            for axis in 0..2 {
-                flight.velocity[axis] += up * by[axis];
-                flight.acceleration[axis] -= T::from(gravity * GRAVITY * by[axis]);
-            }
-        }
-        self
-    }
-
-    /// Returns the height of the ball at a time, m.
-    pub(crate) fn height(&self, time: f64) -> f64 {
-        let flight = self.stretches().find(|(flight, [from, to])| {
-            flight.moves == Moves::Flies && (flight.start.re().max(*from)..*to).contains(&time)
-        });
-        // g/2 (t − t₁)(t₂ − t)
-        flight.map_or(0.0, |(flight, [_, to])| 0.5 * GRAVITY * (time - flight.start.re()) * (to - time))
-    }
-
     /// Returns the instants at which the stretches of constant acceleration begin: take-off,
     /// landings, sliding, rolling, rest, s.
     pub fn changes(&self) -> impl Iterator<Item = T> {
@@ -286,15 +245,6 @@ impl<T: Number> Path<T> {
     #[must_use]
     pub fn velocity(&self, time: f64) -> [T; 2] {
         self.at(time).1
-    }
-
-    /// Returns the stretches of the path, each with the instants at which it begins and ends; the
-    /// first one reaches back without end.
-    pub(crate) fn stretches(&self) -> impl Iterator<Item = (&Stretch<T>, [f64; 2])> {
-        self.0.iter().enumerate().map(|(i, stretch)| {
-            let from = if i == 0 { f64::NEG_INFINITY } else { stretch.start.re() };
-            (stretch, [from, self.0.get(i + 1).map_or(f64::INFINITY, |next| next.start.re())])
-        })
     }
 
     /// Returns position and velocity at a time.

@@ -30,11 +30,6 @@ impl CollisionFrame {
         Self { nx, ny }
     }
 
-    /// Returns the frame of a line of centres of length 1.
-    pub(crate) fn from_unit(nx: f64, ny: f64) -> Self {
-        Self { nx, ny }
-    }
-
     /// Turns a vector from the table frame into the collision frame.
     #[must_use]
     pub fn to_collision(self, v: Vec3) -> Vec3 {

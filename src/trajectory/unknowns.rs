@@ -16,17 +16,8 @@ pub(crate) mod unknown {
     pub const CUE: usize = 6;
     /// Object ball's velocity just after it.
     pub const BALL: usize = 8;
-    /// Vertical friction impulse |J_z|, which lifts the cue ball (topspin) or the object ball (draw). Where the spin is
-    /// unknown, in parts of the vertical part of the closing speed, μ(1 + e)/2 of it, so that it turns round smoothly
-    /// with the spin.
-    pub const LIFT: usize = 10;
     /// μ_k of the cloth.
     pub const SLIDING: usize = 11;
-    /// Distance of the centres at the impact over 2R, less 1.
-    pub const GAP: usize = 12;
-    /// Where the spin is unknown: topspin of the cue ball before the impact over the natural roll's. 0 for stun,
-    /// negative for draw.
-    pub const ROLL: usize = 13;
     /// μ_r of the cloth, which a single shot is given: all shots together tell it.
     pub const ROLLING: usize = 14;
     pub const COUNT: usize = 15;

@@ -5,7 +5,7 @@
 //! minimises the linear model ½‖J s + r‖² within a radius and the bounds, and the radius follows
 //! the quality of the model. The search ends when the residuals are orthogonal to every direction
 //! that the bounds leave open. `trust_region` is the loop, `step` makes a step, `linear_algebra`
-//! holds its factorisations. `scan` finds starts if there are several minima.
+//! holds its factorisations.
 //!
 //! - Moré, J. J. (1978). The Levenberg–Marquardt algorithm: implementation and theory. Lecture Notes
 //!   in Mathematics 630, 105–116.
@@ -17,14 +17,12 @@ use nalgebra::{DMatrix, DVector};
 mod bounds;
 mod linear_algebra;
 mod restart;
-mod scan;
 mod step;
 mod termination;
 mod trust_region;
 
 pub use bounds::{Activity, Bounds};
 pub(crate) use restart::minimise_with_restart;
-pub(crate) use scan::scan;
 pub use termination::Termination;
 
 use trust_region::TrustRegion;
@@ -44,14 +42,6 @@ pub struct Options {
 impl Options {
     /// The default: to minimise to the rounding of the residuals.
     pub const DEFAULT: Self = Self { max_iterations: 1000, orthogonality: 1e-14 };
-
-    /// Returns options that stop as early as these or `others` do.
-    pub(crate) fn at_most(&self, others: &Self) -> Self {
-        Self {
-            max_iterations: self.max_iterations.min(others.max_iterations),
-            orthogonality: self.orthogonality.max(others.orthogonality),
-        }
-    }
 }
 
 impl Default for Options {

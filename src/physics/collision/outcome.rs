@@ -33,11 +33,6 @@ impl Outcome {
         let vectors = [self.cue.velocity, self.cue.spin, self.object.velocity, self.object.spin];
         SVector::from_fn(|i, _| vectors[i / 3][i % 3])
     }
-
-    /// Returns the outcome with `added` to its twelve components.
-    pub(crate) fn plus(&self, added: &SVector<f64, 12>) -> Self {
-        Self::new(self.regime, self.impulse, &(self.components() + added).into())
-    }
 }
 
 /// The derivatives of an outcome, in SI units and radians. The rows are the velocity and the spin

@@ -2,7 +2,6 @@
 
 use statrs::distribution::{ChiSquared, ContinuousCDF, FisherSnedecor};
 
-use super::block::RowsBlock;
 use crate::measurement::loss::Loss;
 use crate::numerics::median;
 use crate::problem::minimise::descend_with_noise;

@@ -1,5 +1,3 @@
-use std::sync::Arc;
-
 use nalgebra::{DMatrix, DVector};
 
 use super::run::{RowsChoices, RowsError, RowsFit, fit_rows};
