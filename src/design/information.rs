@@ -1,5 +1,5 @@
-//! The Fisher information that filmed shots hold about μ, μ_s, e, the cloth, the balls, the frame rate and the mean spins, each shot's
-//! own unknowns eliminated; and the standard errors that follow from it with the priors of a fit. The camera is taken as known.
+//! The Fisher information that filmed shots hold about μ, μ_s, e, the cloth, the balls, the frame rate, the mean spins, the tilt and
+//! the camera, each shot's own unknowns eliminated; and the standard errors that follow from it with the priors of a fit.
 
 use nalgebra::{DMatrix, SMatrix, SymmetricEigen};
 use rayon::prelude::*;
@@ -16,7 +16,7 @@ use crate::problem::{self, Filming, Id, PlannedShot, Shared, Unknown, unknowns_o
 use crate::simulate;
 
 /// The unknowns: μ, μ_s, e, μ_k, μ_r, the ratios of the balls, and what else a film shares.
-const IDS: [Id; 11] = [
+const IDS: [Id; 26] = [
     Id::Mu,
     Id::MuS,
     Id::E,
@@ -28,6 +28,21 @@ const IDS: [Id; 11] = [
     Id::Rate,
     Id::Roll,
     Id::Slide,
+    Id::TiltX,
+    Id::TiltY,
+    Id::Scale,
+    Id::Aspect,
+    Id::Shear,
+    Id::PerspectiveX,
+    Id::PerspectiveY,
+    Id::Lens,
+    Id::LensX,
+    Id::LensY,
+    Id::ShutterX,
+    Id::ShutterY,
+    Id::ParallaxX,
+    Id::ParallaxY,
+    Id::Nearness,
 ];
 const SHARED: usize = IDS.len();
 
@@ -40,9 +55,10 @@ const CLOTH_SD: [f64; 2] = [1.0, 0.005];
 /// The ratios of the balls, behind the others.
 pub(crate) const RATIOS: [Parameter; 2] = [Parameter::MassRatio, Parameter::RadiusRatio];
 
-/// The Fisher information of μ, μ_s, e, μ_k, μ_r, m_cue/m_object, R_cue/R_object, e_t, the frame rate and the mean topspins, in this
-/// order: the inverse of the covariance that they are determined to. Those behind μ_r are in parts of the standard deviation of what
-/// is known of them; of one that is exact it is 0.
+/// The Fisher information of μ, μ_s, e, μ_k, μ_r, m_cue/m_object, R_cue/R_object, e_t, the frame rate,
+/// the mean topspins, the tilt and the camera, in this order: the inverse of the covariance that they are
+/// determined to. Those behind μ_r are in parts of the standard deviation of what is known of them; of one
+/// that is exact it is 0.
 pub type Information = SMatrix<f64, SHARED, SHARED>;
 
 /// Shots over which a kind is averaged, and instants of the shutter for a single cut and speed: doubling either moves
