@@ -259,12 +259,16 @@ impl Evaluation {
             let mut of_sample = Vec::with_capacity(shots.len());
             for shot in shots {
                 let own = shot.held.len();
+                sum += shot.products.view((own, own), (BORDERED, BORDERED));
+                squares += shot.products[(own + SHARED, own + SHARED)];
+                if shot.held.iter().all(|held| *held) {
+                    of_sample.push(Eliminated::held(own));
+                    continue;
+                }
                 let (matrix, beside) = shot.own_system(damping, own);
                 let cholesky = matrix.cholesky()?;
                 let response = cholesky.solve(&beside);
-                sum += shot.products.view((own, own), (BORDERED, BORDERED));
                 sum.gemm_tr(-1.0, &beside, &response, 1.0);
-                squares += shot.products[(own + SHARED, own + SHARED)];
                 own_ln_determinant += 2.0 * cholesky.l_dirty().diagonal().iter().map(|l| l.ln()).sum::<f64>();
                 of_sample.push(Eliminated { response, covariance: cholesky.inverse() });
             }
@@ -292,6 +296,13 @@ impl Evaluation {
         let columns = problem.samples.iter().map(|sample| sample.columns).collect();
         let is_finite = products.iter().all(|x: &f64| x.is_finite());
         is_finite.then_some(Reduced { products, squares, own: all, own_ln_determinant, columns })
+    }
+}
+
+impl Eliminated {
+    /// Returns that of a shot whose own unknowns are all held.
+    fn held(own: usize) -> Self {
+        Self { response: DMatrix::zeros(own, BORDERED), covariance: DMatrix::identity(own, own) }
     }
 }
 
