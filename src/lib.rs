@@ -60,7 +60,7 @@ use std::path::Path;
 use caromfit::fit::{Grade, Options};
 use caromfit::{analyse, io};
 
-// one entry for every kind of data: of footage the camera is found and the impacts are extracted first
+// one entry for every kind of data: films of balls, films of discs, tables
 let dataset = io::load(Path::new("data/domenech-2023"))?;
 for fit in analyse(&dataset, &Options::default()).fits? {
     let verdict = fit.verdict();
@@ -125,9 +125,8 @@ assert!(compared.differences[0].is_real());
 //! | [`film`] | what a camera makes of the table, and back | `fit` |
 //! | [`io`] | files to measurements and back | `io` |
 //! | [`trajectory`] | the motion of both balls before, through and after an impact | `fit` |
-//! | [`likelihood`] | of the frames, the velocities or the angles of one shot | `fit` |
-//! | [`extraction`] | frames to impacts | `fit` |
-//! | [`problem`] | a film of balls as one least-squares problem | `fit` |
+//! | [`extraction`] | frames to first guesses of motion; frames of discs to impacts | `fit` |
+//! | [`problem`] | films and tables as one least-squares problem | `fit` |
 //! | [`fit`] | data set to estimates with their uncertainties | `fit` |
 //! | [`compare`] | several data sets at once: which parameters differ | `fit` |
 //! | [`design`], [`simulate`], [`studies`] | what else is built on fits | `io` |

@@ -63,8 +63,7 @@ pub struct Args {
     /// Say of each effect how large it is, whether it is on, and why
     #[arg(long)]
     explain: bool,
-    /// Let the friction between the balls fall with their slip v, m/s, as mu + B·exp(−C·v); without a
-    /// closed form for it, all but ode and contact take it at the first slip
+    /// Friction between the balls that falls with their slip v, m/s, as mu + B·exp(−C·v); linear takes it at the first slip
     #[arg(long, value_name = "B,C", value_parser = super::law, allow_hyphen_values = true)]
     falling: Option<Law>,
     /// How far the contact between the balls gives way along the surface, 0 (rigid) or more: (2 − s)/(2 − 2s) with

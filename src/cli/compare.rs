@@ -30,14 +30,13 @@ pub struct Args {
     /// Parameters with a value for each label
     #[arg(long, value_delimiter = ',', value_name = "PARAMETERS")]
     per_dataset: Vec<Quantity>,
-    /// One camera, which was not moved, filmed all data sets: its corrections are the same.
+    /// One camera, which was not moved, filmed all data sets: its corrections are the same
     #[arg(long)]
     same_camera: bool,
-    /// How closely the collision is modelled; auto takes for each shot the cheapest that leaves out less than a tenth of
-    /// its standard errors, as all data sets together tell
+    /// Collision model; auto is full, with a contact that gives way and the balls' weight if the data show them
     #[arg(long, value_parser = super::fidelity(), default_value = "auto")]
     fidelity: FidelityChoice,
-    /// How outlying shots count, in the place of what the data sets say
+    /// How outlying shots count, instead of what the data sets state
     #[arg(long, value_parser = super::loss())]
     loss: Option<Loss>,
     /// Print compare.json, and nothing else, on standard output

@@ -37,26 +37,25 @@ pub struct Args {
     /// Where the results go, one folder per data set
     #[arg(long, default_value = "fits", value_name = "DIR")]
     out: PathBuf,
-    /// How closely the collision is modelled; auto takes for each shot the cheapest that leaves out less than a tenth of
-    /// its standard errors
+    /// Collision model; auto is full, with a contact that gives way and the balls' weight if the data show them
     #[arg(long, value_parser = super::fidelity(), default_value = "auto")]
     fidelity: FidelityChoice,
-    /// Of ode and contact: the error of each step, in parts of the closing speed
+    /// Error of each step of ode and contact, in parts of the closing speed
     #[arg(long, value_name = "PART", value_parser = super::tolerance, default_value_t = Model::TOLERANCE)]
     tolerance: f64,
     #[arg(long, value_name = "NAMES", help = super::effects_help())]
     effects: Option<Effects>,
-    /// Let the friction between the balls fall with their slip v, m/s, as μ + B·exp(−C·v), with this B and C or with both
-    /// as the data set's [fit] mu_b and mu_c say (fit); all but ode and contact take it at the first slip
+    /// Friction between the balls that falls with their slip v, m/s, as μ + B·exp(−C·v), with this B and C or with both
+    /// as [fit] mu_b and mu_c of the data set state (fit); linear takes it at the first slip
     #[arg(long, value_name = "B,C|fit", value_parser = falling, allow_hyphen_values = true)]
     falling: Option<Falling>,
-    /// How outlying shots count, in the place of what the data set says
+    /// How outlying shots count, instead of what the data set states
     #[arg(long, value_parser = super::loss())]
     loss: Option<Loss>,
-    /// Draw so many samples of shots anew and fit them, for intervals that trust neither model nor noise
+    /// Number of samples of shots drawn with repetition and fitted, for intervals that trust neither model nor noise
     #[arg(long, default_value_t = 0, value_name = "N")]
     bootstrap: usize,
-    /// Of everything random
+    /// Seed of all random numbers
     #[arg(long, default_value_t = 0)]
     seed: u64,
     /// Compare with stored fits (a fit.json, or a folder of them): status 1 and a table of what moved

@@ -131,7 +131,9 @@ fn unless_none(wrong: &[impl ToString], failure: fn(String) -> Failure) -> Resul
 
 /// A collision model by its name, or auto.
 fn fidelity() -> impl TypedValueParser<Value = FidelityChoice> {
-    let auto = PossibleValue::new("auto").help("for each shot the cheapest that stays within the tolerance");
+    let about =
+        "the cheapest that suffices: within --tolerance (collide), or as the data show (fit, compare)";
+    let auto = PossibleValue::new("auto").help(about);
     let one = |fidelity: Fidelity| PossibleValue::new(fidelity.name()).help(fidelity.meaning());
     let names = PossibleValuesParser::new(Fidelity::ALL.into_iter().map(one).chain([auto]));
     names.try_map(|name| name.parse::<FidelityChoice>())

@@ -72,14 +72,14 @@ pub struct Args {
     /// A new folder, or one that synth made: no other data set is replaced
     #[arg(long, value_name = "DIR")]
     out: PathBuf,
-    /// How closely the collisions are modelled: full, or ode where the contact gives way or its friction falls with the slip
+    /// Collision model; full, or ode if the contact gives way, unless given
     #[arg(long, value_parser = super::fidelity())]
     fidelity: Option<FidelityChoice>,
-    /// Of ode and contact: the error of each step, in parts of the closing speed
+    /// Error of each step of ode and contact, in parts of the closing speed
     #[arg(long, value_name = "PART", value_parser = super::tolerance, default_value_t = Model::TOLERANCE)]
     tolerance: f64,
-    /// Let the friction between the balls fall with their slip v, m/s, as mu + B·exp(−C·v), for mu_b and mu_c under [truth]; without
-    /// a closed form for it, all but ode and contact take it at the first slip
+    /// Friction between the balls that falls with their slip v, m/s, as mu + B·exp(−C·v), instead of mu_b and mu_c under [truth];
+    /// linear takes it at the first slip
     #[arg(long, value_name = "B,C", value_parser = super::law, allow_hyphen_values = true)]
     falling: Option<Law>,
     /// Print what was made as JSON, and nothing else, on standard output

@@ -11,22 +11,22 @@ use super::Failure;
 /// What a table without a dataset.toml needs to be told.
 #[derive(clap::Args)]
 pub struct Told {
-    /// Of a table without a dataset.toml: frames per second that the camera recorded at
+    /// Camera frame rate, frames/s (table without a dataset.toml)
     #[arg(long, value_name = "N")]
     fps: Option<f64>,
-    /// Of a table without a dataset.toml: radius of the balls, m; 0.028575, a pool ball, unless given
+    /// Radius of the balls, m (table without a dataset.toml) [default: 0.028575, a pool ball]
     #[arg(long, value_name = "M")]
     radius: Option<f64>,
-    /// Of a table without a dataset.toml: the cue ball's spin before the impact
+    /// Cue ball's spin before the impact (table without a dataset.toml)
     #[arg(long, value_parser = ["stun", "natural-roll", "unknown", "measured"])]
     spin: Option<String>,
-    /// Of a table without a dataset.toml: which track is the cue ball
+    /// Track of the cue ball (table without a dataset.toml)
     #[arg(long, value_name = "TRACK", requires = "object")]
     cue: Option<String>,
-    /// Of a table without a dataset.toml: which track is the object ball
+    /// Track of the object ball (table without a dataset.toml)
     #[arg(long, value_name = "TRACK", requires = "cue")]
     object: Option<String>,
-    /// Of a table without a dataset.toml: unit of its lengths
+    /// Unit of lengths (table without a dataset.toml)
     #[arg(long, value_parser = ["m", "cm", "mm", "in", "ft", "px"])]
     unit: Option<String>,
 }

@@ -38,8 +38,7 @@ pub struct Analysis {
     pub fits: Result<Vec<Fit>, FitError>,
 }
 
-/// Fits a data set of any kind, as `caromfit fit` does: of films of balls all frames at once, with the
-/// camera; of films of discs the impacts that are found first.
+/// Fits a data set of any kind, as `caromfit fit` does: of films all frames at once, with the camera.
 #[must_use]
 pub fn analyse(dataset: &Dataset, options: &Options) -> Analysis {
     analyse_watched(dataset, options, &|| ())

@@ -1,5 +1,6 @@
-//! The camera that the balls calibrate: they touch at 2R in every direction and everywhere in the picture, and move as the cloth lets
-//! them; discs keep their shape and move straight. With it, what else is found of a film: noise that lasts, frames that were dropped.
+//! The camera that balls and discs calibrate: they touch at the same distance in every direction and
+//! everywhere in the picture, and move as the cloth lets them. With it, what else is found of a film:
+//! noise that lasts, frames that were dropped.
 
 use crate::extraction::NoiseCorrelation;
 use crate::film::camera::Camera;
@@ -19,7 +20,7 @@ pub struct FoundCorrection {
     pub value: f64,
     /// Its standard error, in the same unit.
     pub std_error: f64,
-    /// Whether the frames call for it; if not, it is not applied.
+    /// Whether it is applied: that of a fit always, that of extracted discs if the frames call for it.
     pub adopted: bool,
 }
 
@@ -43,16 +44,16 @@ const CORRECTIONS: [(Id, Correction); 13] = [
 /// Distance of the axis of a lens from the middle of the film, m, beyond which a picture shows none.
 const MOST_AXIS: f64 = 2.0;
 
-/// With fewer shots only a scale that nobody stated is looked for; the rest of the camera is taken as stated.
+/// Number of shots below which discs are extracted with the camera as stated, but for its scale.
 pub(super) const LEAST_SHOTS: usize = 6;
 
 /// The camera as the shots of a film show it.
 #[derive(Clone, Debug, PartialEq)]
 #[non_exhaustive]
 pub struct FoundCamera {
-    /// The camera for which the positions were corrected.
+    /// The camera.
     pub camera: Camera,
-    /// The corrections that were tried.
+    /// Its corrections that were free.
     pub corrections: Vec<FoundCorrection>,
     /// The factor by which all lengths were multiplied beforehand, the unit of the film in m; 1 where the stated one
     /// was right to a tenth.
@@ -84,7 +85,7 @@ pub struct FoundCamera {
 }
 
 impl FoundCamera {
-    /// The camera as the frames of a film of balls show it.
+    /// Returns the camera as the fit of a film has it.
     pub(super) fn of_film(solution: &Solution) -> Self {
         let correction = |(id, which): (Id, Correction)| {
             let found = solution.get(id)?;
@@ -218,7 +219,7 @@ impl FoundCamera {
             .collect();
         (!adopted.is_empty()).then(|| {
             format!(
-                "The positions were corrected for the camera, which the {} themselves calibrate ({}): {}.",
+                "The estimates include the camera, which the {} themselves calibrate ({}): {}.",
                 if self.of_discs { "discs" } else { "balls" },
                 number::count_of(self.shots, "shot"),
                 adopted.join(", ")

@@ -1,4 +1,4 @@
-//! What explains residuals that the model leaves.
+//! What explains residuals that the equations or the stated numbers leave.
 
 use crate::measurement::correction::Correction;
 
@@ -59,9 +59,10 @@ pub struct Explanation {
     pub estimate: f64,
     /// The standard error of that value.
     pub std_error: f64,
-    /// By how much −2 log L changes with it; negative, since it explains residuals.
+    /// Change of −2 log L with it, below 0; of a prior that the data contradict the square of the conflict in
+    /// standard deviations, with a minus.
     pub delta_2logl: f64,
-    /// Whether the estimates of the fit already include it.
+    /// Whether the estimates include it.
     pub adopted: bool,
     /// The explanation as a sentence.
     pub sentence: String,

@@ -97,7 +97,11 @@ impl Common<'_> {
 
     /// Returns the parameters that the fit has, in their order.
     pub fn parameters(&self) -> Vec<Parameter> {
-        let extra = |p: &Parameter| self.solution.value(id_of(*p)) != 0.0 && !p.is_of_balls();
+        let extra = |p: &Parameter| {
+            // c means nothing without b
+            let decides = if *p == Parameter::C { Parameter::B } else { *p };
+            self.solution.value(id_of(decides)) != 0.0 && !p.is_of_balls()
+        };
         Parameter::ALL.into_iter().filter(|p| self.settings.has(*p) || extra(p)).collect()
     }
 

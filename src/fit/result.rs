@@ -61,8 +61,7 @@ pub struct Fit {
     pub chi2: f64,
     /// The part of χ² that priors, and errors that all shots share, add.
     pub prior_chi2: f64,
-    /// Degrees of freedom: measured numbers and priors less fitted parameters and, in a joint fit, the unknowns that
-    /// the shots have of their own.
+    /// Degrees of freedom: measured numbers less all unknowns that they determine, those of single shots included.
     pub dof: usize,
     /// How the noise of each observable was known, in the order of first appearance.
     pub noise: Vec<Noise>,
@@ -78,24 +77,25 @@ pub struct Fit {
     pub scatter: Option<Scatter>,
     /// Of discs: the friction that was fitted as a function of the slip, where the shots determine it.
     pub friction_curve: Option<FrictionCurve>,
-    /// Of footage: the camera for which the films were corrected.
+    /// Of footage: the camera as it was fitted, and what else was found of the film.
     pub camera: Option<FoundCamera>,
     /// Where the data contradict the model, how; no estimate has an error then.
     pub refuted: Option<Refuted>,
     /// Whether the shots were filmed, and not measured as impacts or angles.
     pub footage: bool,
-    /// Of a film of balls: what is wrong or worth saying.
+    /// What is wrong or worth saying.
     pub findings: Vec<crate::problem::Finding>,
     /// Of a film of balls: the relative standard deviation of the stated scale.
     pub stated_scale_sd: f64,
-    /// Of a film of balls: the estimates of all that its shots share.
+    /// The estimates of all that the shots share.
     pub unknowns: Vec<crate::problem::Estimate>,
-    /// Of a film of balls: the error budgets of μ, μ_s and e.
+    /// The error budgets of μ, μ_s and e.
     pub budget: Vec<crate::problem::Budget>,
-    /// Causes that explain residuals which the model leaves, and corrections that the film needed, the best first.
+    /// What explains residuals that the equations or the stated numbers leave, the best first; the estimates
+    /// include it.
     pub explanations: Vec<Explanation>,
-    /// The observations of [`Fit::tested`] one by one; in a joint fit, of the velocities that were extracted from
-    /// each shot.
+    /// The observations of [`Fit::tested`] one by one; of films of balls the velocities after each impact, as
+    /// its frames show them without the law of the impact.
     pub residuals: Vec<Residual>,
     /// Of a film of balls: its frames against the model.
     pub frames: Option<FittedFilm>,
@@ -105,7 +105,7 @@ pub struct Fit {
     pub termination: String,
     /// Whether it stopped at a minimum.
     pub converged: bool,
-    /// How many steps the optimiser took.
+    /// How many times the search computed all residuals.
     pub iterations: usize,
     /// How long the fit took, s.
     pub seconds: f64,
@@ -133,13 +133,13 @@ pub struct Diagnostics {
     pub bootstrap: Option<Bootstrap>,
     /// The confidence regions of all pairs of free parameters, with [`Depth::Everything`](super::Depth::Everything).
     pub contours: Vec<Contour>,
-    /// How χ² rises as a free parameter moves, with [`Depth::Everything`](super::Depth::Everything).
+    /// Of tables: how χ² rises as a free parameter moves, with [`Depth::Everything`](super::Depth::Everything).
     pub profiles: Vec<Profile>,
-    /// The fit and other models compared, with [`Depth::Everything`](super::Depth::Everything).
+    /// Of tables: the fit and other models compared, with [`Depth::Everything`](super::Depth::Everything).
     pub alternatives: Vec<Alternative>,
-    /// Of footage: the smallest standard errors that its frames allow.
+    /// Of a film of balls: the smallest standard errors that its frames allow.
     pub bound: Option<Bound>,
-    /// Of a joint fit of frames: what it found besides the parameters.
+    /// Of a film of balls: what was found besides the parameters.
     pub joint: Option<JointFit>,
     /// Parameters that are known only to lie between two values, all of which fit equally well.
     pub plateaus: Vec<Plateau>,
@@ -160,7 +160,7 @@ pub struct Computed {
     pub shots: usize,
 }
 
-/// What a joint fit of frames found besides the parameters.
+/// What the fit of a film of balls found besides the parameters.
 #[derive(Clone, Debug)]
 #[non_exhaustive]
 pub struct JointFit {
@@ -177,7 +177,7 @@ pub struct JointFit {
     pub unknowns: usize,
 }
 
-/// The Cramér–Rao bound of the positions in the frames, with μ_k and μ_r of the cloth unknown.
+/// The Cramér–Rao bound of the frames with all nuisance unknowns free.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Bound {
     /// The smallest standard errors that an unbiased fit of the frames can have.

@@ -1,5 +1,4 @@
-//! Everything that can be wrong or worth saying of the fit of a film, as data. The verdict is the
-//! worst of it.
+//! Everything that can be wrong or worth saying of a fit, as data. The verdict is the worst of it.
 
 use super::unknowns::Id;
 

@@ -1,17 +1,18 @@
-//! A film of balls as one least-squares problem.
+//! Films of balls, films of discs, and tables as one least-squares problem.
 //!
-//! Each shot has unknowns of its own: instant, place, direction and velocity of the cue ball, and
-//! what is uncertain of its spin. All shots share those of contact, balls, cloth and camera, each
-//! with a prior of what is known of it. The frames are predicted forward into the picture: through
-//! the impact, the motion on the cloth, and the camera, at each frame's own time. Own unknowns are
+//! Each shot has unknowns of its own: of a film instant, place, direction and velocity of the cue
+//! ball, and what is uncertain of its spin; of a table the true inputs. All shots share those of
+//! contact, balls, cloth and camera, each with a prior of what is known of it. Frames are predicted
+//! forward into the picture: through the impact, the motion on the cloth, and the camera, at each
+//! frame's own time. Velocities and angles of tables are predicted by the impact. Own unknowns are
 //! eliminated (Schur complement; Triggs et al. 2000), so that a step costs time linear in the
-//! frames. Noise is autoregressive of first order and whitened exactly; its size and correlation,
+//! frames. Noise of frames is autoregressive of first order and whitened exactly; its size and correlation,
 //! and the spreads of spins from shot to shot, are estimated by restricted maximum likelihood.
 //!
 //! | file | what it holds |
 //! | --- | --- |
 //! | `unknowns`, `sums` | shared unknowns, and what a shot adds to the normal equations |
-//! | `block`, `discs`, `film` | what was measured: forward models with their derivatives |
+//! | `block`, `discs`, `film`, `rows` | what was measured: forward models with their derivatives |
 //! | `problem`, `descent`, `minimise`, `noise` | normal equations, descent, starts, noise |
 //! | `uncertainty` | errors, scores, conflicts, budget, influence |
 //! | `solution` | a minimum, and what is known there |

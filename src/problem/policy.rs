@@ -1,4 +1,4 @@
-//! Every statistical choice of the fit of a film.
+//! Every statistical choice of a fit.
 
 /// Statistical choices.
 #[derive(Clone, Copy, Debug)]

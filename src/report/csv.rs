@@ -25,7 +25,7 @@ pub fn render(fit: &Fit) -> String {
     String::from_utf8(bytes).unwrap_or_default()
 }
 
-/// Writes residuals.csv row by row: of a joint fit every coordinate of every frame, else every observable of every shot.
+/// Writes residuals.csv row by row: of a film of balls every coordinate of every frame, else every observable of every shot.
 ///
 /// # Errors
 /// Those of `to`.

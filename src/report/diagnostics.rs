@@ -68,7 +68,7 @@ fn joint(found: &JointFit) -> Value {
 /// Normal quantile of 95 % intervals.
 const WIDE: f64 = 1.96;
 
-/// Every unknown that the shots of a film share.
+/// Every unknown that the shots share.
 pub(super) fn unknowns(found: &[Estimate]) -> Vec<Value> {
     let unknown = |own: &Estimate| {
         let pull = own.prior.map(|prior| (own.value - prior.mean) / prior.sd);

@@ -83,7 +83,7 @@ pub(crate) fn content_with(fit: &Fit, pictures: &Pictures) -> Report {
     Report { title: title(fit), verdict: fit.verdict().into(), warnings, facts: about(fit), sections: all }
 }
 
-/// The camera by which footage was corrected, and what else was found of the film.
+/// The camera of footage as it was fitted.
 fn camera(fit: &Fit, picture: Option<String>) -> Option<Section> {
     let found = fit.camera.as_ref().filter(|found| !found.corrections.is_empty())?;
     let rows = found.corrections.iter().map(|correction| {
@@ -193,7 +193,7 @@ fn correlations(fit: &Fit) -> Option<String> {
     (!pairs.is_empty()).then(|| format!("correlation of the errors, −1 to 1: {}", pairs.join(", ")))
 }
 
-/// χ², what it counts, and what it says about model and noise; in a joint fit first of the frames, then of the velocities.
+/// χ², what it counts, and what it says about model and noise; of a film of balls first of the frames, then of the velocities.
 fn chi2(fit: &Fit) -> Vec<String> {
     let Some(reduced) = reduced_chi2(fit) else {
         return vec![

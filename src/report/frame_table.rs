@@ -1,4 +1,4 @@
-//! frames.csv of a joint fit: one row per ball and frame that was fitted, where the ball was seen and where the fit has it.
+//! frames.csv of films of balls: one row per ball and frame that was fitted, where the ball was seen and where the fit has it.
 
 use std::io::{self, Write};
 

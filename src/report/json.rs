@@ -94,7 +94,7 @@ fn document(fit: &Fit) -> impl Serialize + '_ {
         // `null` where the data do not refute the model
         refuted: fit.refuted.as_ref().map(refuted),
         film: fit.camera.as_ref().map(film),
-        // of a film of balls: every unknown that its shots share, and what adds to the errors
+        // every unknown that the shots share, and what adds to the errors
         unknowns: diagnostics::unknowns(&fit.unknowns),
         budget: diagnostics::budget(&fit.budget),
         // the best first; empty where nothing is amiss
@@ -164,7 +164,7 @@ fn body(fit: &Fit, which: usize) -> impl Serialize + use<> {
     }
 }
 
-/// What the balls tell of their camera.
+/// The camera as it was fitted, and what else was found of a film.
 fn film(found: &FoundCamera) -> Value {
     let entry = |value: f64, std_error: f64, adopted: bool| {
         let (estimate, std_error) = (to_error(value, Some(std_error)), relative(std_error, FEW));

@@ -9,7 +9,7 @@ use crate::fit::{Fit, FittedFilm, OwnEstimate, Residual};
 
 /// The first columns: `used` is true or false, with the `reason` where a shot was left out or is doubtful; `chi2` is the sum of
 /// the squares of `values` standardized residuals, `largest` the largest of them in size. For each observable its column, `…_sd` and
-/// `…_predicted` follow, in the unit of its name (velocities m/s, spins rad/s); then, of a joint fit, what it estimates of each shot, each
+/// `…_predicted` follow, in the unit of its name (velocities m/s, spins rad/s); then, of films of balls, what the fit estimates of each shot, each
 /// with its `…_sd`, which is empty where the data rule the model out.
 pub const HEADER: &str = "shot,used,reason,cut_deg,speed_m_s,values,chi2,largest";
 

@@ -57,7 +57,7 @@ impl Found {
 /// The model with which shots are fitted.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Way {
-    /// The fidelity; `None`: the cheapest that suffices for each shot, as with `fit --fidelity auto`.
+    /// The fidelity; `None`: that of `fit --fidelity auto`.
     pub fidelity: Option<Fidelity>,
     /// Whether the contact is compliant, as that of the data is.
     pub gives_way: bool,

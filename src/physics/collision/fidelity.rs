@@ -62,8 +62,7 @@ impl Fidelity {
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
 #[non_exhaustive]
 pub enum FidelityChoice {
-    /// For each shot the cheapest fidelity whose errors stay within a tenth of its standard errors,
-    /// chosen at the start of the fit.
+    /// `full`, with a contact that gives way and the weight of the balls if the data show them.
     #[default]
     Auto,
     /// The same fidelity for all shots.
