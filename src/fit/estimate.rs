@@ -50,7 +50,7 @@ impl Fit {
     /// How the data were fitted, as in fit.json: all frames at once, or measured impacts and angles directly.
     #[must_use]
     pub fn method_name(&self) -> &'static str {
-        if self.frames.is_some() { "joint" } else { "direct" }
+        if self.frames.is_some() || self.discs.is_some() { "joint" } else { "direct" }
     }
 }
 

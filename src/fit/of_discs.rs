@@ -98,8 +98,6 @@ impl Fitted<'_> {
         let sd = |component: Component| {
             scatter.iter().find(|of| of.component == component).map_or(0.0, |of| of.sd)
         };
-        let (chi2, numbers) = solution.chi2_of_data();
-        let dof = (numbers - solution.own_count() as f64 - solution.data_count()).max(0.0);
         let is_compliant = solution.value(Id::Kappa) > 0.0;
         let effects = Effects {
             compliance: is_compliant,
@@ -111,8 +109,6 @@ impl Fitted<'_> {
             object: None,
             discs,
             effects: effects.list().to_vec(),
-            chi2: chi2 + solution.prior_chi2(),
-            dof: dof as usize,
             noise: noise(&residuals),
             disc_shots: impacts.iter().map(|impact| self.disc_shot(impact)).collect(),
             scatter: Some(Scatter {
@@ -125,6 +121,9 @@ impl Fitted<'_> {
             diagnostics: self.diagnostics(&estimates, &points),
             ..common.bare(estimates, Arc::new(solution.clone()))
         };
+        if let Some(goodness) = &fit.diagnostics.goodness {
+            (fit.chi2, fit.dof, fit.prior_chi2) = (goodness.chi2, goodness.dof, 0.0);
+        }
         fit.diagnostics.computed =
             vec![Computed { fidelity: Fidelity::Full, effects, shots: solution.names[0].len() }];
         fit.friction_curve = FrictionCurve::of_fit(&fit);

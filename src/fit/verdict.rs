@@ -3,7 +3,6 @@
 //! It is a pure function of the [`Fit`]. What rules the numbers out comes first, then what lets doubt them, the most harmful
 //! first; the first that holds is the verdict.
 
-use super::causes::Cause;
 use super::check;
 use super::check::capital;
 use super::diagnostics::goodness::IMPROBABLE;
@@ -82,12 +81,10 @@ impl Fit {
             };
             // where something else is wrong, that is why
             let why = self
-                .other_spins()
-                .or_else(|| self.odd_radius())
+                .odd_radius()
                 .or_else(|| self.few_used())
                 .or_else(|| self.unseen_tilt())
                 .or_else(|| self.wrong_footage())
-                .or_else(|| self.cause())
                 .or_else(|| self.doubtful_shots());
             // any other is of balls that are confused
             let measured = refuted.restitution.filter(|e| (0.0..=1.0).contains(&e.value)).map(|e| {
@@ -117,11 +114,9 @@ impl Fit {
     /// The most harmful reason for doubt.
     fn first_doubt(&self) -> Option<String> {
         let found = &self.diagnostics;
-        self.other_spins()
-            .or_else(|| self.few_used())
+        self.few_used()
             .or_else(|| self.wrong_footage())
             .or_else(|| self.unexplained())
-            .or_else(|| self.cause())
             .or_else(|| self.refuted_friction())
             .or_else(|| self.doubtful_shots())
             .or_else(|| self.met_exactly())
@@ -138,18 +133,6 @@ impl Fit {
                     trend.meaning()
                 ))
             })
-    }
-
-    /// What explains the residuals best, unless it was adopted.
-    fn cause(&self) -> Option<String> {
-        let best = self.explanations.first().filter(|best| !best.adopted)?;
-        Some(best.sentence.clone())
-    }
-
-    /// That the cue balls spin in another way, where that explains the residuals: all else may follow from it.
-    fn other_spins(&self) -> Option<String> {
-        let is_spin = self.explanations.first().is_some_and(|best| best.cause == Cause::CueSpin);
-        self.cause().filter(|_| is_spin)
     }
 
     /// Whether residuals from which the noise was to be estimated are all 0.
@@ -189,7 +172,6 @@ impl Fit {
         let times = goodness.noise_factor?;
         let noise = if self.footage { "the noise of the frames" } else { "the stated noise" };
         match goodness.noise {
-            NoiseVerdict::TooSmall if self.cause().is_some() => self.cause(),
             NoiseVerdict::TooSmall => Some(format!(
                 "The residuals are {} times as large as {noise}: the model leaves something out, or the noise and with it the errors are \
                  larger.",
@@ -341,7 +323,7 @@ impl Fit {
             Some(found) => {
                 format!(
                     "; the noise explains the residuals of {} (χ²/dof = {:.2})",
-                    self.tested().words(),
+                    self.counted().words(),
                     found.chi2 / found.dof as f64
                 )
             }

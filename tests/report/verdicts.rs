@@ -184,8 +184,7 @@ lab-a (3 labels)  30     0 to 0.2         0.31           0.94 to 0.941    2 good
     fresh, blue: μ ends on its lower bound 0 (at most 0.013 at 95 %).
 lab-b             10     0.1014 ± 0.0027  0.310 ± 0.046  0.9412 ± 0.0039  good
 one-shot          1      –                –              –                unusable
-    The search for the best values came to no end (the cost no longer falls): fix parameters under [fit], or search from \
-more starts (--starts 20).
+    The search for the best values came to no end (the cost no longer falls): fix parameters under [fit].
 
 ±: one standard error; –: no number to use
 ";
