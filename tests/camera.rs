@@ -82,7 +82,7 @@ fn from_near(shots: Vec<(TrackShot, TrueImpact)>, [foot_x, foot_y, height]: [f64
 #[test]
 fn the_height_of_the_camera_is_found_from_balls_that_hop() {
     let (reference, found) = fitted(dataset(clean(7105)));
-    assert!(found.corrections.iter().all(|found| !found.adopted), "{found:?}");
+    assert_neutral(&found);
     let (fit, found) = fitted(dataset(from_near(with_truth(7105), [0.2, 1.3, 1.25])));
     is_recovered("near", &fit, &reference);
     let middle = found.camera.middle;
@@ -131,6 +131,14 @@ pub(crate) fn is_recovered(name: &str, fit: &Fit, clean: &Fit) {
     assert_eq!(fit.shots_used, 40, "{name}: {:?}", fit.shots_rejected);
 }
 
+/// A camera without faults is found to be one.
+fn assert_neutral(found: &FoundCamera) {
+    for found in &found.corrections {
+        let off = (found.value - found.which.neutral()).abs();
+        assert!(off < ERRORS * found.std_error, "{found:?}");
+    }
+}
+
 fn of(found: &FoundCamera, which: Correction) -> FoundCorrection {
     *found.corrections.iter().find(|found| found.which == which).unwrap()
 }
@@ -142,10 +150,7 @@ fn the_balls_calibrate_the_camera() {
         let films = || clean(7100 + seed);
         let (reference, found) = fitted(dataset(films()));
         is_recovered("clean", &reference, &reference);
-        for found in found.corrections.iter().filter(|found| found.adopted) {
-            let off = (found.value - found.which.neutral()).abs();
-            assert!(off < ERRORS * found.std_error, "{found:?}");
-        }
+        assert_neutral(&found);
         let faults: [(&str, Vec<TrackShot>, Correction, f64); 9] = [
             ("scale", shown(films(), |x, y| [1.02 * x, 1.02 * y]), Correction::Scale, 1.02),
             ("aspect", shown(films(), |x, y| [x, 0.98 * y]), Correction::Aspect, 0.98),
@@ -175,8 +180,9 @@ fn the_balls_calibrate_the_camera() {
                     let stretched = 1.0 - 0.03 * (x * x + y * y) / 0.25;
                     [x * stretched, y * stretched]
                 }),
+                // counted in the lengths at the middle of the film, 0.29 m from the axis: 2 % shorter
                 Correction::Lens,
-                -0.03,
+                -0.03 / 0.98_f64.powi(3),
             ),
             ("held upright", rolling_shutter(films(), [-0.004, 0.0]), Correction::ShutterX, -0.004),
             ("turned", rolling_shutter(films(), [0.002, 0.003]), Correction::ShutterX, 0.002),
@@ -278,50 +284,41 @@ fn positions_may_be_parts_of_the_picture() {
     assert!(found.converged && aspect.adopted && off < ERRORS * aspect.std_error, "{aspect:?}");
 }
 
-/// A shutter that reads rows of the picture, as cameras do, and one that reads strips of the table, as a program may: a camera that looks
-/// askew tells them apart.
+/// A shutter that reads rows of the picture.
 #[test]
 fn a_tilted_phone_may_have_a_rolling_shutter() {
     let (reference, _) = fitted(by_phone(clean(7200)));
-    let of_table = by_phone(rolling_shutter(clean(7200), [0.0, 0.01]));
-    let mut of_picture = by_phone(clean(7200));
-    for shot in &mut of_picture.tracks.as_mut().unwrap().shots {
+    let mut film = by_phone(clean(7200));
+    for shot in &mut film.tracks.as_mut().unwrap().shots {
         for sample in shot.cue.iter_mut().chain(&mut shot.object) {
             // about 1000 rows to the metre, of which the first are the farthest from the camera
             sample.t += 1e-5 * sample.y;
         }
     }
-    for (rows, film) in [("of the table", of_table), ("of the picture", of_picture)] {
-        let (fit, found) = fitted(film);
-        is_recovered(rows, &fit, &reference);
-        assert!(of(&found, Correction::ShutterY).adopted, "{rows}: {found:?}");
-        assert!(fit.refuted.is_none() && fit.shots_rejected.is_empty(), "{rows}: {}", fit.verdict().sentence);
-    }
+    let (fit, found) = fitted(film);
+    is_recovered("shutter", &fit, &reference);
+    let shutter = of(&found, Correction::ShutterY);
+    assert!(shutter.value.abs() > 10.0 * shutter.std_error, "{shutter:?}");
+    assert!(fit.shots_rejected.is_empty(), "{}", fit.verdict().sentence);
 }
 
-/// A lens distorts the picture, as lenses do, or first the table, as in a program: a camera that looks askew tells them apart.
+/// A lens distorts the picture.
 #[test]
 fn a_tilted_phone_may_have_a_lens() {
     let (reference, _) = fitted(by_phone(clean(7200)));
-    let stretched = |[x, y]: [f64; 2], middle: [f64; 2], by: f64| {
-        let (x, y) = (x - middle[0], y - middle[1]);
-        let stretched = 1.0 + by * (x * x + y * y);
-        [middle[0] + x * stretched, middle[1] + y * stretched]
-    };
-    let of_table = by_phone(shown(clean(7200), |x, y| stretched([x, y], [0.5, 0.7], -0.08)));
-    let mut of_picture = by_phone(clean(7200));
-    for shot in &mut of_picture.tracks.as_mut().unwrap().shots {
+    let mut film = by_phone(clean(7200));
+    for shot in &mut film.tracks.as_mut().unwrap().shots {
         for sample in shot.cue.iter_mut().chain(&mut shot.object) {
             // about the middle of the picture, 540 px from its lower edge
-            [sample.x, sample.y] = stretched([sample.x, sample.y], [960.0, 540.0], -0.1 / (1500.0 * 1500.0));
+            let (x, y) = (sample.x - 960.0, sample.y - 540.0);
+            let stretched = 1.0 - 0.1 * (x * x + y * y) / (1500.0 * 1500.0);
+            (sample.x, sample.y) = (960.0 + x * stretched, 540.0 + y * stretched);
         }
     }
-    for (what, film) in [("of the picture", of_picture), ("of the table", of_table)] {
-        let (fit, found) = fitted(film);
-        is_recovered(what, &fit, &reference);
-        assert!(of(&found, Correction::Lens).adopted, "{what}: {found:?}");
-        assert!(fit.refuted.is_none(), "{what}: {}", fit.verdict().sentence);
-    }
+    let (fit, found) = fitted(film);
+    is_recovered("lens", &fit, &reference);
+    let lens = of(&found, Correction::Lens);
+    assert!(lens.value < -10.0 * lens.std_error, "{lens:?}");
 }
 
 /// What is usual of a camera must not hold back the start of the search where few contacts speak against it.

@@ -93,7 +93,7 @@ impl FoundCamera {
         };
         let corrections: Vec<FoundCorrection> = CORRECTIONS.into_iter().filter_map(correction).collect();
         let value = |id: Id| solution.value(id);
-        let mut camera = Camera::neutral([0.0; 2]);
+        let mut camera = Camera::neutral(solution.middle.map(|x| x * solution.unit));
         for (id, which) in CORRECTIONS {
             camera = camera.with(which, value(id));
         }

@@ -106,13 +106,6 @@ impl Contact {
         self.fine.is_some()
     }
 
-    /// Returns the same contact with the fidelity, effects and tolerance of another model.
-    pub fn computed_as(mut self, other: &Model) -> Self {
-        let Model { fidelity, effects, tolerance, .. } = *other;
-        self.model = Model { fidelity, effects, tolerance, ..self.model };
-        self
-    }
-
     pub fn is_compliant(&self) -> bool {
         self.model.is_compliant()
     }

@@ -8,7 +8,7 @@ use rayon::prelude::*;
 use super::block::RowsBlock;
 use super::shot::RowShot;
 use crate::measurement::parameter::{Compliance, Parameter, Settings};
-use crate::physics::collision::{Fidelity, FidelityChoice};
+use crate::physics::collision::FidelityChoice;
 use crate::problem::descent::Descent;
 use crate::problem::film::impact::Correction;
 use crate::problem::minimise::{descend_with_noise, fit};
@@ -17,7 +17,7 @@ use crate::problem::problem::{Evaluation, Problem, State};
 use crate::problem::unknowns::{Id, Own, Shared};
 
 /// Rounds of computing offsets and fitting.
-const ROUNDS: usize = 2;
+const ROUNDS: usize = 3;
 
 /// An effect that was tried.
 #[derive(Clone, Debug, PartialEq)]
@@ -45,7 +45,8 @@ pub(super) fn choose_effects(
     if is_auto && settings.compliance == Compliance::Auto && settings[Parameter::Kappa].initial > 0.0 {
         tried.extend(try_compliance(problem, descent, settings[Parameter::Kappa].initial, policy));
     }
-    if is_auto || fidelity == FidelityChoice::Of(Fidelity::Contact) {
+    let is_corrected = problem.rows().is_some_and(|rows| rows.contact.is_corrected());
+    if is_auto || is_corrected {
         tried.extend(try_weight(problem, descent, !is_auto, policy));
     }
     tried
@@ -118,7 +119,7 @@ impl RowsBlock {
     /// Gives the shots whose speed is known the difference of the outcome with the balls' weight as their
     /// offset; returns how many.
     pub fn weigh(&mut self, own: &[Own], shared: &Shared) -> usize {
-        let heavy = self.contact.with_weight();
+        let heavy = if self.contact.is_corrected() { self.contact } else { self.contact.with_weight() };
         let offset = |(shot, own): (&mut RowShot, &Own)| {
             let (cue, _) = shot.approach(own, shared);
             let offset = heavy.correct(&cue, shared).ok().filter(|_| shot.knows_speed);

@@ -11,7 +11,7 @@ use crate::measurement::dataset::{Dataset, Shot};
 use crate::measurement::loss::Loss;
 use crate::measurement::observable::Observable;
 use crate::measurement::parameter::{Compliance, Parameter, Settings};
-use crate::physics::collision::{Fidelity, FidelityChoice, Model};
+use crate::physics::collision::{Fidelity, FidelityChoice};
 use crate::problem::block::Block;
 use crate::problem::descent::Descent;
 use crate::problem::film::impact::Contact;
@@ -257,23 +257,21 @@ fn list_unknowns(dataset: &Dataset, settings: &Settings) -> Vec<Unknown> {
     all
 }
 
-/// Returns the collision model; integrated fidelities of a rigid contact have the equations of `full`.
+/// Returns the collision model; what an integrated fidelity differs by is an offset of each shot.
 fn choose_contact(
     dataset: &Dataset,
     unknowns: &[Unknown],
     fidelity: FidelityChoice,
 ) -> Result<Contact, RowsError> {
-    let settings = dataset.settings_of_balls();
-    let contact = Contact::new(&dataset.model(Fidelity::Full), unknowns);
-    match fidelity {
-        FidelityChoice::Of(fidelity) if !fidelity.effects().compliance => {
-            if settings.compliance == Compliance::Stated && contact.is_compliant() {
-                return Err(RowsError::Rigid(fidelity.name()));
-            }
-            Ok(contact.computed_as(&Model::new(fidelity, dataset.ball)))
-        }
-        _ => Ok(contact),
+    let FidelityChoice::Of(fidelity) = fidelity else {
+        return Ok(Contact::new(&dataset.model(Fidelity::Full), unknowns));
+    };
+    let contact = Contact::new(&dataset.model(fidelity), unknowns);
+    let is_stated = dataset.settings_of_balls().compliance == Compliance::Stated;
+    if !fidelity.effects().compliance && is_stated && unknowns[Id::Kappa as usize].start != 0.0 {
+        return Err(RowsError::Rigid(fidelity.name()));
     }
+    Ok(contact)
 }
 
 /// Checks that the errors of each column are stated everywhere or nowhere.
