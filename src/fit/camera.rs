@@ -93,7 +93,8 @@ impl FoundCamera {
         };
         let corrections: Vec<FoundCorrection> = CORRECTIONS.into_iter().filter_map(correction).collect();
         let value = |id: Id| solution.value(id);
-        let mut camera = Camera::neutral(solution.middle.map(|x| x * solution.unit));
+        let middle = solution.middle.map(|x| x * solution.unit);
+        let mut camera = Camera::neutral(middle);
         for (id, which) in CORRECTIONS {
             camera = camera.with(which, value(id));
         }
@@ -109,7 +110,10 @@ impl FoundCamera {
             corrections,
             unit: solution.unit,
             shots,
-            contacts: (0..shots).filter_map(|i| solution.contact(i)).collect(),
+            contacts: (0..shots)
+                .filter_map(|i| solution.contact(i))
+                .map(|[x, y]| [x + middle[0], y + middle[1]])
+                .collect(),
             noise_correlation: noise.filter(|rho| *rho > 0.0).map(|value| NoiseCorrelation {
                 value,
                 std_error: f64::NAN,

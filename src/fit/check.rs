@@ -1,6 +1,6 @@
 //! What is suspicious about a data set, without fitting it. Plain errors were reported when it was loaded.
 
-use crate::measurement::dataset::{Before, Dataset, Measured, Shot};
+use crate::measurement::dataset::{Before, Dataset, Measured, Shot, Tracks};
 use crate::measurement::number::{count_of, plain, with_error};
 use crate::measurement::observable::{Axis, Observable};
 use crate::measurement::parameter::Parameter;
@@ -27,9 +27,6 @@ const SLIDING: [f64; 2] = [0.1, 0.5];
 
 /// What is usual.
 const USUAL_SLIDING: f64 = 0.2;
-
-/// Films are played at 24 to 60 frames per second, and slow motion is recorded at more.
-const MOST_PLAYBACK: f64 = 60.0;
 
 /// No cloth that is published of has a higher rolling resistance, four standard deviations from the mean.
 const MOST_ROLLING: f64 = 0.03;
@@ -363,7 +360,7 @@ fn of_shot(shot: &Shot, fps: Option<f64>) -> Vec<(Kind, String)> {
     };
     if let Some(speed) = speed {
         if speed < SPEEDS[0] {
-            let rate = fps.filter(|fps| *fps <= MOST_PLAYBACK).map_or(String::new(), |fps| {
+            let rate = fps.filter(|fps| *fps <= Tracks::MAX_PLAYBACK).map_or(String::new(), |fps| {
                 format!(
                     ". {fps} frames/s is a rate at which films are played: [video] capture_fps is to be what the camera recorded at, \
                      in slow motion 120, 240 or more"

@@ -50,6 +50,10 @@ pub(crate) fn sentence(finding: &Finding, film: Option<&FittedFilm>, scale_sd: f
         Finding::OtherUnit { factor, stated: true } => {
             format!("{}.", capital(&check::scale(factor.recip(), radius, scale_sd).text))
         }
+        Finding::Playback { fps } => format!(
+            "{fps} frames/s is a rate at which films are played: [video] capture_fps is to be what the camera recorded at, in slow \
+             motion 120, 240 or more."
+        ),
         Finding::Drops { shots, drops } => format!(
             "The camera dropped frames that the frame numbers do not show ({drops} times, in {}): balls go several steps at once \
              there. The frames after them were moved in time.",

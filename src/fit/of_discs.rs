@@ -13,7 +13,7 @@ use super::diagnostics::trends::ranked;
 use super::intervals::regions::contours;
 use super::{
     Computed, Depth, Diagnostics, Estimate, Fit, FitError, FrictionCurve, Goodness, Intervals, Noise,
-    NoiseVerdict, Options, Rejected, Residual, Scatter, Status, Trend, Variable, film_words, warnings,
+    NoiseVerdict, Options, Plateau, Rejected, Residual, Scatter, Status, Trend, Variable, film_words, warnings,
 };
 use crate::extraction::disc::Quantity;
 use crate::measurement::dataset::{Dataset, DiscShot};
@@ -24,6 +24,9 @@ use crate::physics::collision::{Effects, Fidelity};
 use crate::problem::{
     Component, DiscFit, DiscImpact, FilmError, Id, Policy, Severity, ShiftScore, fit_discs,
 };
+
+/// Normal quantile of a one-sided interval of 95 %.
+const ONE_SIDED: f64 = 1.645;
 
 /// Shots that tell how much shots differ.
 const LEAST_SHOTS: usize = 3;
@@ -127,6 +130,13 @@ impl Fitted<'_> {
         fit.diagnostics.computed =
             vec![Computed { fidelity: Fidelity::Full, effects, shots: solution.names[0].len() }];
         fit.friction_curve = FrictionCurve::of_fit(&fit);
+        let is_bounded = |estimate: &&Estimate| estimate.status == Status::Free && estimate.std_error.is_none();
+        let bounded = fit.estimates.iter().find(is_bounded).map(|estimate| Plateau {
+            parameter: estimate.parameter,
+            edge: estimate.value,
+            bound: solution.bounds(id_of(estimate.parameter))[1],
+        });
+        fit.diagnostics.plateaus.extend(bounded);
         fit
     }
 
@@ -155,6 +165,25 @@ impl Fitted<'_> {
             intervals: Intervals { hessian: interval, profile: None },
             includes_other_minimum: !self.found.rivals.is_empty() && matches!(id, Id::Mu | Id::Kappa),
             ..Estimate::bare(parameter, value, Status::Free)
+        }
+    }
+
+    /// Returns the estimate of a friction on which nothing depends since all discs stick together where they
+    /// touch: it is at least the largest J_t/J_n.
+    fn bounded_friction(&self, upper: f64) -> Estimate {
+        let DiscFit { solution, impacts, .. } = &self.found;
+        let used = impacts.iter().filter(|impact| solution.names[0].contains(&impact.name));
+        let known = used.filter(|impact| impact.get(Quantity::SlipBefore).is_some());
+        let ratios = known.filter_map(|impact| impact.get(Quantity::ImpulseRatio));
+        let largest = ratios.max_by(|a, b| a.value.abs().total_cmp(&b.value.abs()));
+        let Some(ratio) = largest else {
+            let initial = self.settings[Parameter::Mu].initial;
+            return Estimate::bare(Parameter::Mu, initial, Status::NotIdentified);
+        };
+        let low = ratio.value.abs() - ONE_SIDED * ratio.sd.unwrap_or(0.0);
+        Estimate {
+            interval_95: Some([low.max(0.0), upper]),
+            ..Estimate::bare(Parameter::Mu, ratio.value.abs(), Status::Free)
         }
     }
 

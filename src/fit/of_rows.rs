@@ -18,11 +18,13 @@ use super::{
 };
 use crate::measurement::dataset::{Dataset, Shot};
 use crate::measurement::observable::{Axis, Observable};
+use crate::measurement::number::plain;
 use crate::measurement::parameter::{Compliance, Parameter, Settings};
-use crate::physics::collision::{Effects, Fidelity, FidelityChoice, Model};
+use crate::physics::collision::{Coefficients, Effects, Fidelity, FidelityChoice, Model};
+use crate::physics::friction_law::Law;
 use crate::problem::{
-    Determined, Deviations, Policy, RowsChoices, RowsError, RowsFit, Severity, ShiftScore, Status as Found,
-    fit_rows,
+    self, Determined, Deviations, Id, Policy, RowsChoices, RowsError, RowsFit, Severity, ShiftScore, Status as Found,
+    fit_rows, predict,
 };
 
 /// With more shots than this the regions of pairs of parameters and other models, some hundred fits, take
@@ -128,6 +130,14 @@ impl Fitted<'_> {
         let common = self.common();
         let correlation = common.correlation(&estimates, &covariance);
         let mut fit = Fit { correlation, ..common.bare(estimates, Arc::new(solution.clone())) };
+        for rejected in &mut fit.shots_rejected {
+            let is_lost = |finding: &problem::Finding| {
+                matches!(finding, problem::Finding::LostShots { names } if names.contains(&rejected.shot))
+            };
+            if let Some(number) = solution.findings.iter().any(is_lost).then(|| self.worst(&rejected.shot)) {
+                rejected.reason.push_str(&number.unwrap_or_default());
+            }
+        }
         fit.dof = numbers.saturating_sub(solution.covariance.columns.len());
         let is_known = |observable| self.noise_of(observable).is_none_or(|noise| noise.is_known);
         fit.residuals = residuals(&solution.names[0], &self.deviations, is_known);
@@ -141,6 +151,32 @@ impl Fitted<'_> {
         fit.diagnostics.computed = computed;
         refuted::judge(&mut fit, self.request.shots);
         fit
+    }
+
+    /// Returns which number of a shot is farthest from what the fit of the others predicts.
+    fn worst(&self, name: &str) -> Option<String> {
+        let shot = self.request.shots.iter().find(|shot| shot.name == name)?;
+        let value = |id: Id| self.rows.solution.value(id);
+        let mut model = self.request.dataset.model(Fidelity::Full);
+        if self.settings.falls {
+            model.law = Law::Exponential { b: value(Id::FallB), c: value(Id::FallC) };
+        }
+        let coefficients = Coefficients { mu: value(Id::Mu), mu_s: value(Id::MuS), e: value(Id::E) };
+        let predicted = predict(shot, &model, &coefficients).ok()?;
+        let off = predicted.observables.iter().zip(&predicted.values).filter_map(|(observable, value)| {
+            let measured = shot.after.iter().find(|after| after.observable == *observable)?.measured;
+            let sd = measured.sd.or(self.noise_of(*observable).map(|noise| noise.sd))?;
+            Some((*observable, measured.value, *value, (measured.value - value).abs() / sd))
+        });
+        let (observable, measured, expected, errors) = off.max_by(|a, b| a.3.total_cmp(&b.3))?;
+        let in_unit = |value: f64| plain(value / observable.unit_si(), 4);
+        Some(format!(
+            ": most of all its {} is {}, where {} is expected ({} standard deviations off)",
+            observable.column(),
+            in_unit(measured),
+            in_unit(expected),
+            plain(errors, 2)
+        ))
     }
 
     fn estimate(&self, found: &Determined) -> Estimate {
@@ -171,7 +207,7 @@ impl Fitted<'_> {
     }
 
     /// Returns the noise of an observable, if it was estimated.
-    fn noise_of(&self, observable: Observable) -> Option<&crate::problem::TableNoise> {
+    fn noise_of(&self, observable: Observable) -> Option<&problem::TableNoise> {
         self.rows.noises.iter().find(|noise| noise.observables.contains(&observable))
     }
 
@@ -187,7 +223,7 @@ impl Fitted<'_> {
                 own.fold((0.0, 0), |(sum, count), r| (sum + (r.measured - r.predicted).powi(2), count + 1));
             let noise = self.noise_of(*observable);
             let is_rounding =
-                |noise: &&crate::problem::TableNoise| noise.rounding > 0.0 && noise.sd <= noise.rounding;
+                |noise: &&problem::TableNoise| noise.rounding > 0.0 && noise.sd <= noise.rounding;
             all.push(Noise {
                 observable: *observable,
                 count,
@@ -232,7 +268,8 @@ impl Fitted<'_> {
         };
         let informed = |p: &Parameter| self.rows.solution.is_informed(id_of(*p));
         let free = with(&|status| matches!(status, Status::Free | Status::NotIdentified));
-        let free: Vec<Parameter> = free.into_iter().filter(informed).collect();
+        let free: Vec<Parameter> =
+            free.into_iter().filter(informed).filter(|p| !p.is_of_balls()).collect();
         let silent = with(&|status| status == Status::NotIdentified);
         let silent = silent.into_iter().filter(|p| !informed(p)).collect();
         let goodness = self.goodness(fit.dof);

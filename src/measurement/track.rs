@@ -237,6 +237,9 @@ impl Tracks {
     /// the table, and not of the balls' centres, seen from 1.5 m are off by 2 %.
     pub const SCALE_SD: f64 = 0.02;
 
+    /// Highest rate at which films are played, frames per second; slow motion is recorded at more.
+    pub const MAX_PLAYBACK: f64 = 60.0;
+
     /// Shots of balls whose camera is to be found from the balls, in metres. For discs, set
     /// `discs`.
     #[must_use]

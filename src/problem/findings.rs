@@ -23,6 +23,11 @@ pub enum Finding {
         /// Whether the data set states another one.
         stated: bool,
     },
+    /// The stated frame rate is one at which films are played, and something else is wrong.
+    Playback {
+        /// Frames per second.
+        fps: f64,
+    },
     /// The camera dropped frames that the numbers do not show; the others were moved in time.
     Drops {
         /// Number of shots.
@@ -152,6 +157,7 @@ impl Finding {
             | Self::Compliance { .. }
             | Self::Weight { .. } => Severity::Note,
             Self::OtherUnit { .. }
+            | Self::Playback { .. }
             | Self::Conflict { .. }
             | Self::Cause { .. }
             | Self::Spins { .. }

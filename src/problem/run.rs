@@ -6,7 +6,7 @@ use super::film::causes;
 use super::film::film_data::{Film, FilmError, Modelling};
 use super::film::next_to_impact;
 use super::film::outliers::{judge_shots, leave_out_frames};
-use super::findings::Finding;
+use super::findings::{Finding, Severity};
 use super::minimise::{descend_with_noise, fit};
 use super::policy::Policy;
 use super::problem::{Problem, State};
@@ -15,7 +15,7 @@ use super::solution::Solution;
 use super::sums::Noise;
 use super::uncertainty::Estimates;
 use super::unknowns::{Id, Mode, Shared};
-use crate::measurement::dataset::Dataset;
+use crate::measurement::dataset::{Dataset, Tracks};
 
 /// Rounds of leaving out frames and shots.
 const ROUNDS: usize = 3;
@@ -74,6 +74,7 @@ pub fn fit_film(dataset: &Dataset, modelling: &Modelling, policy: &Policy) -> Re
     if let Some((problem, refit)) = causes::widen_rate(&run.problem, &descent.end, &estimates, policy) {
         run.adopt(problem, refit, &mut descent);
         estimates = run.estimates(&descent)?;
+        run.findings.extend(causes::contradicted_rate(&run.problem, &descent.end, &estimates, policy));
     }
     let misfit = slow_variance(&run.noise(), &first_noise);
     if misfit > policy.misfit {
@@ -86,7 +87,14 @@ pub fn fit_film(dataset: &Dataset, modelling: &Modelling, policy: &Policy) -> Re
     if !descent.converged {
         run.findings.push(Finding::NotConverged);
     }
-    Ok(Solution { unit, middle: middle.into(), ..run.finish(descent, estimates, misfit) })
+    let mut solution = Solution { unit, middle: middle.into(), ..run.finish(descent, estimates, misfit) };
+    let fps = dataset.tracks.as_ref().and_then(|tracks| tracks.fps);
+    if let Some(fps) = fps.filter(|fps| *fps <= Tracks::MAX_PLAYBACK)
+        && solution.severity() > Severity::Note
+    {
+        solution.findings.insert(0, Finding::Playback { fps });
+    }
+    Ok(solution)
 }
 
 /// Returns the variance of slow motions, σ²(1 + ρ)/(1 − ρ), over that of another noise.

@@ -250,6 +250,12 @@ impl Solution {
         all.map(|(loss, distance)| loss.weight(distance)).collect()
     }
 
+    /// Returns whether the data are a film of balls or of discs.
+    #[must_use]
+    pub fn is_film(&self) -> bool {
+        self.problem.rows().is_none()
+    }
+
     /// Returns the bounds of an unknown of the first sample.
     #[must_use]
     pub fn bounds(&self, id: Id) -> [f64; 2] {

@@ -70,7 +70,8 @@ fn contour(solution: &Solution, pair: [&Estimate; 2], dof: Option<f64>) -> Optio
     let bounds = ids.map(|id| solution.bounds(id));
     let covariance = solution.covariance(&ids);
     let root = Matrix2::from_fn(|i, j| covariance[(i, j)]).cholesky()?.l();
-    let is_parabola = pair.iter().all(|estimate| !estimate.is_profiled());
+    // of films, whose χ² takes long, the ellipse serves
+    let is_parabola = solution.is_film() || pair.iter().all(|estimate| !estimate.is_profiled());
     let level = |probability: f64| {
         let rise = rise(probability, dof)?;
         let point = |k: usize| {

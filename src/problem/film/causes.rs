@@ -172,6 +172,20 @@ pub(crate) fn widen_rate(
     Some((wider, descent))
 }
 
+/// Returns that the frames contradict the stated frame rate, if the estimate with a wider prior does.
+pub(crate) fn contradicted_rate(
+    problem: &Problem,
+    at: &Evaluation,
+    estimates: &Estimates,
+    policy: &Policy,
+) -> Option<Finding> {
+    let stated = problem.unknown(Id::Rate).active_prior()?.mean;
+    let (estimate, sd) = (at.state.shared[Id::Rate], estimates.sd(Id::Rate as usize)?);
+    let size = (estimate - stated) / sd;
+    let is_contradicted = size.abs() > policy.conflict;
+    is_contradicted.then_some(Finding::Conflict { id: Id::Rate, stated, estimate, sd, size })
+}
+
 /// Returns the refit with a contact that is compliant along its surface, with the κ of phenolic
 /// resin, if χ² falls by enough.
 pub(crate) fn comply(problem: &Problem, at: &Evaluation, policy: &Policy) -> Option<(Problem, Descent, f64)> {

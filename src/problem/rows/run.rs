@@ -161,7 +161,8 @@ pub fn fit_rows(
         descent = descend_with_noise(&mut table.problem, descent.end.state);
     }
     let effects = choose_effects(&mut table.problem, &mut descent, choices.fidelity, &table.settings, policy);
-    if let Some(explained) = explain(&table, &descent.end, policy) {
+    let is_auto = choices.fidelity == FidelityChoice::Auto;
+    if let Some(explained) = explain(&table, &descent.end, policy).filter(|_| is_auto) {
         findings.push(explained.finding);
         (table.problem, descent) = (explained.problem, explained.descent);
     }
