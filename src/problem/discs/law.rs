@@ -50,9 +50,9 @@ impl Run<'_> {
         let cost = |start: &(Problem, Descent)| start.1.end.cost;
         let least = rigid.iter().chain(&compliant).map(cost).fold(f64::INFINITY, f64::min);
         let is_likely = |start: &(Problem, Descent)| cost(start) <= least + LESS_LIKELY;
-        let mut fits = self.settle_all(rigid.into_iter().filter(is_likely), None)?;
+        let mut fits = self.settle_all(rigid.into_iter().filter(is_likely).collect(), None)?;
         let best = fits.iter().min_by(|a, b| a.unlikely.total_cmp(&b.unlikely));
-        let compliant = self.settle_all(compliant.into_iter().filter(is_likely), best)?;
+        let compliant = self.settle_all(compliant.into_iter().filter(is_likely).collect(), best)?;
         let of_rigid = best.map_or(f64::INFINITY, |best| best.unlikely);
         // beyond the equations that define the parameters only if the shots show it
         if compliant.iter().any(|fit| fit.unlikely < of_rigid - self.policy.cause) {
@@ -105,28 +105,31 @@ impl Run<'_> {
         Ok(descents)
     }
 
-    /// Descends to minima with spreads of their own. Of those that are to be likelier than `rival`, only
-    /// those whose χ² with its spreads is low enough: if that of n numbers is lower by Δ, −2 log L with
-    /// their own spread is lower by −n ln(1 − Δ/n).
+    /// Descends to minima with spreads of their own; to none if with those of a rival χ² is not low
+    /// enough to be likelier: if it is lower by Δ for n numbers, −2 log L with their own spread is lower
+    /// by −n ln(1 − Δ/n).
     fn settle_all(
         &mut self,
-        starts: impl Iterator<Item = (Problem, Descent)>,
+        mut starts: Vec<(Problem, Descent)>,
         rival: Option<&Reached>,
     ) -> Result<Vec<Reached>, FilmError> {
-        let shots = self.names.len() as f64;
-        let needed = shots * -f64::exp_m1(-self.policy.cause / shots);
-        let mut fits: Vec<Reached> = Vec::new();
-        for (mut problem, mut descent) in starts {
-            if let Some(rival) = rival {
+        if let Some(rival) = rival {
+            for (problem, descent) in &mut starts {
                 let block = problem.discs_mut().ok_or(FilmError::NoFilm)?;
                 block.spreads.clone_from(&rival.block()?.spreads);
-                let from = problem.evaluate(descent.end.state);
-                descent = descend(&problem, from, &problem.free(), STEPS);
+                let from = problem.evaluate(descent.end.state.clone());
+                *descent = descend(problem, from, &problem.free(), STEPS);
                 self.evaluations += descent.evaluations;
-                if descent.end.cost > rival.descent.end.cost - needed {
-                    continue;
-                }
             }
+            let shots = self.names.len() as f64;
+            let needed = -shots * f64::exp_m1(-self.policy.cause / shots);
+            let least = starts.iter().map(|start| start.1.end.cost).fold(f64::INFINITY, f64::min);
+            if least > rival.descent.end.cost - needed {
+                return Ok(Vec::new());
+            }
+        }
+        let mut fits = Vec::new();
+        for (mut problem, descent) in starts {
             let descent = settle(&mut problem, descent.end.state);
             self.evaluations += descent.evaluations;
             fits.push(Reached::new(problem, descent)?);
