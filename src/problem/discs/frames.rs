@@ -4,7 +4,7 @@
 use nalgebra::{Const, DMatrix, Dyn, OMatrix, SMatrix, SVector};
 
 use super::lines::LEAST;
-use super::motion::{COEFFICIENTS, Impact, MOVING, Paths, Piece, follow_discs};
+use super::motion::{COEFFICIENTS, INPUTS, Impact, MOVING, Paths, Piece, follow_discs};
 use super::own::{self, CORE};
 use super::quantities::Known;
 use crate::physics::disc::Discs;
@@ -210,23 +210,29 @@ impl ShotFrames {
         let mut total = Contribution::empty(own, noise.len());
         total.sticks = self.settling.is_some();
         let camera = Camera::new(shared);
-        for track in &self.tracks {
-            let pieces = &paths.pieces[track.disc];
-            let mut rows = [Vec::new(), Vec::new()];
-            let place = first + 2 * track.disc;
-            for mut sight in self.look(track, pieces, values, &camera, &noise[place..place + 2]) {
-                let residuals = sight.residuals();
-                let (weight, cost) = weigh(residuals.x, residuals.y);
-                total.cost += cost;
-                for axis in 0..2 {
-                    sight.sums[axis].weighted = weight * residuals[axis].powi(2);
-                    total.noises[place + axis].add(&sight.sums[axis]);
-                    rows[sight.side].extend_from_slice((sight.rows[axis] * weight.sqrt()).as_slice());
+        for disc in 0..2 {
+            let pieces = &paths.pieces[disc];
+            let mut sides = [SideProducts::new(own), SideProducts::new(own)];
+            let place = first + 2 * disc;
+            for track in self.tracks.iter().filter(|track| track.disc == disc) {
+                let mut rows = [Vec::new(), Vec::new()];
+                for mut sight in self.look(track, pieces, values, &camera, &noise[place..place + 2]) {
+                    let residuals = sight.residuals();
+                    let (weight, cost) = weigh(residuals.x, residuals.y);
+                    total.cost += cost;
+                    for axis in 0..2 {
+                        sight.sums[axis].weighted = weight * residuals[axis].powi(2);
+                        total.noises[place + axis].add(&sight.sums[axis]);
+                        rows[sight.side].extend_from_slice((sight.rows[axis] * weight.sqrt()).as_slice());
+                    }
+                }
+                for (side, rows) in sides.iter_mut().zip(rows) {
+                    let rows = OMatrix::<f64, Const<ROW>, Dyn>::from_vec(rows);
+                    side.add(&mut total.products, &(&rows * rows.transpose()), track.marker);
                 }
             }
-            for (piece, rows) in pieces.iter().zip(rows) {
-                let rows = OMatrix::<f64, Const<ROW>, Dyn>::from_vec(rows);
-                add_products(&mut total.products, own, (piece, track.marker), &(&rows * rows.transpose()));
+            for (side, piece) in sides.iter().zip(pieces) {
+                side.add_inputs(&mut total.products, piece);
             }
         }
         if !(total.cost.is_finite() && total.products.sum().is_finite()) {
@@ -268,36 +274,64 @@ impl Sight {
     }
 }
 
-/// Adds the products of the rows of a point on one side of the impact to those by own and shared unknowns.
-fn add_products(
-    total: &mut DMatrix<f64>,
+/// Products of the rows of a disc on one side of the impact that hold derivatives by the coefficients of
+/// its piece.
+struct SideProducts {
     own: usize,
-    (piece, marker): (&Piece, Option<[usize; 2]>),
-    products: &SMatrix<f64, ROW, ROW>,
-) {
-    let by_coefficients = products.fixed_view::<COEFFICIENTS, COEFFICIENTS>(0, 0);
-    let beside = products.fixed_view::<COEFFICIENTS, OTHERS>(0, COEFFICIENTS);
-    let by_inputs = piece.by.tr_mul(&(by_coefficients * piece.by));
-    let beside = piece.by.tr_mul(&beside);
-    let moving = MOVING.map(|id| own + id as usize);
-    let inputs: Vec<usize> = (0..CORE).chain(moving).collect();
-    // without a marker its derivatives are 0
-    let marker = marker.unwrap_or([own::TIME; 2]);
-    let camera = own + PHYSICS..own + PHYSICS + CAMERA;
-    let others: Vec<usize> =
-        [own::TIME].into_iter().chain(marker).chain(camera).chain([own + BORDERED - 1]).collect();
-    for (j, column) in inputs.iter().enumerate() {
-        for (i, row) in inputs.iter().enumerate() {
-            total[(*row, *column)] += by_inputs[(i, j)];
+    coefficients: SMatrix<f64, COEFFICIENTS, COEFFICIENTS>,
+    /// With the derivatives by the own and shared unknowns, and the residual.
+    beside: OMatrix<f64, Const<COEFFICIENTS>, Dyn>,
+}
+
+impl SideProducts {
+    fn new(own: usize) -> Self {
+        Self { own, coefficients: SMatrix::zeros(), beside: OMatrix::zeros_generic(Const, Dyn(own + BORDERED)) }
+    }
+
+    /// Adds the products of the rows of a point; those of the other columns go to the total.
+    fn add(
+        &mut self,
+        total: &mut DMatrix<f64>,
+        products: &SMatrix<f64, ROW, ROW>,
+        marker: Option<[usize; 2]>,
+    ) {
+        // without a marker its derivatives are 0
+        let [direction, radius] = marker.unwrap_or([own::TIME; 2]);
+        let others: [usize; OTHERS] = std::array::from_fn(|i| match i {
+            0 => own::TIME,
+            1 => direction,
+            2 => radius,
+            i if i < OTHERS - 1 => self.own + PHYSICS + i - 3,
+            _ => self.own + BORDERED - 1,
+        });
+        self.coefficients += products.fixed_view::<COEFFICIENTS, COEFFICIENTS>(0, 0);
+        for (j, column) in others.into_iter().enumerate() {
+            let from = products.column(COEFFICIENTS + j);
+            let mut beside = self.beside.column_mut(column);
+            beside += from.fixed_rows::<COEFFICIENTS>(0);
+            for (i, row) in others.into_iter().enumerate() {
+                total[(row, column)] += from[COEFFICIENTS + i];
+            }
         }
     }
-    for (j, column) in others.iter().enumerate() {
-        for (i, row) in inputs.iter().enumerate() {
-            total[(*row, *column)] += beside[(i, j)];
-            total[(*column, *row)] += beside[(i, j)];
-        }
-        for (i, row) in others.iter().enumerate() {
-            total[(*row, *column)] += products[(COEFFICIENTS + i, COEFFICIENTS + j)];
+
+    /// Adds them to the total by the inputs of the motion.
+    fn add_inputs(&self, total: &mut DMatrix<f64>, piece: &Piece) {
+        let by = piece.by.transpose();
+        let by_inputs = by * self.coefficients * piece.by;
+        let beside = by * &self.beside;
+        let inputs: [usize; INPUTS] = std::array::from_fn(|i| match i.checked_sub(CORE) {
+            None => i,
+            Some(moving) => self.own + MOVING[moving] as usize,
+        });
+        for (i, row) in inputs.into_iter().enumerate() {
+            for (j, column) in inputs.into_iter().enumerate() {
+                total[(row, column)] += by_inputs[(i, j)];
+            }
+            for j in 0..total.ncols() {
+                total[(row, j)] += beside[(i, j)];
+                total[(j, row)] += beside[(i, j)];
+            }
         }
     }
 }

@@ -5,7 +5,7 @@ use rayon::prelude::*;
 use super::measure::{Reached, settle};
 use super::motion::law_of;
 use super::quantities::DiscImpact;
-use super::run::{Rival, Run, STEPS};
+use super::run::{ROUNDS, Rival, Run, STEPS};
 use crate::extraction::disc::Quantity;
 use crate::measurement::parameter::{Compliance, Parameter, Settings};
 use crate::problem::descent::{Descent, STALL, descend};
@@ -128,8 +128,17 @@ impl Run<'_> {
                 return Ok(Vec::new());
             }
         }
-        let mut fits = Vec::new();
-        for (mut problem, descent) in starts {
+        let mut fits: Vec<Reached> = Vec::new();
+        for (mut problem, mut descent) in starts {
+            for _ in 0..ROUNDS {
+                if !descent.converged {
+                    descent = descend(&problem, descent.end, &problem.free(), STEPS);
+                    self.evaluations += descent.evaluations;
+                }
+            }
+            if !fits.iter().all(|fit| differs(fit.shared(), &descent.end.state.shared)) {
+                continue;
+            }
             let descent = settle(&mut problem, descent.end.state);
             self.evaluations += descent.evaluations;
             fits.push(Reached::new(problem, descent)?);
