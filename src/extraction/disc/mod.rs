@@ -41,6 +41,7 @@ use crate::physics::disc::Discs;
 pub use quantities::Quantity;
 pub use shot::ball;
 pub use stick::Stuck;
+pub(crate) use verdict::rigidity;
 
 /// The impact of two discs. Velocities in m/s, spins in rad/s, table frame; where the frame rate is not
 /// known, per frame.

@@ -12,6 +12,7 @@ use super::own::{self, CORE};
 use super::priors::{list_unknowns, unit_of_time};
 use super::stick::{self, Stuck};
 use crate::extraction::Unusable;
+use crate::extraction::disc::rigidity;
 use crate::film::discs::{DISCS, centre, is_of_points, points};
 use crate::film::{drops, frame_noise, grid};
 use crate::measurement::dataset::Dataset;
@@ -74,7 +75,10 @@ impl DiscFilm {
             let mut shot = shot.clone();
             drops::repair(&mut shot);
             let stuck = stick::find(&shot);
-            match meeting(&shot, stuck.as_ref()) {
+            let meeting = meeting(&shot, stuck.as_ref());
+            // points that are not on one disc explain whatever else is wrong
+            let rigid = rigidity(&shot, meeting.as_ref().ok().map(|meeting| meeting.time));
+            match rigid.and(meeting) {
                 Ok(meeting) => Ok(Guessed { shot, meeting, stuck }),
                 Err(why) => Err((shot.name, why)),
             }

@@ -2,6 +2,7 @@
 //! derivatives.
 
 use num_dual::DualNum;
+use statrs::distribution::{ContinuousCDF, Normal};
 
 use super::block::DiscBlock;
 use super::motion::{Dual, DualVector, Gradient, Impact, MOVING, gradient, law_of, slip};
@@ -9,6 +10,7 @@ use super::own::{self, CORE};
 use super::stick::Stuck;
 use crate::extraction::disc::Quantity;
 use crate::measurement::dataset::Measured;
+use crate::measurement::number::with_error;
 use crate::physics::disc::Discs;
 use crate::problem::problem::{Problem, Reduced};
 use crate::problem::solution::Solution;
@@ -43,6 +45,17 @@ impl DiscImpact {
     #[must_use]
     pub fn get(&self, quantity: Quantity) -> Option<Measured> {
         self.values[quantity as usize]
+    }
+
+    /// Returns a sentence if e is not that of an impact, but for this tail probability.
+    pub(super) fn find_impossible_restitution(&self, tail: f64) -> Option<String> {
+        let Measured { value, sd } = self.get(Quantity::Restitution)?;
+        let outside = (value - 1.0).max(-value);
+        let is_impossible = Normal::new(0.0, sd?).is_ok_and(|normal| normal.sf(outside) < tail);
+        is_impossible.then(|| {
+            let e = with_error(value, sd.unwrap_or(0.0));
+            format!("its e of {e} is not between 0 and 1, as that of any passive impact is")
+        })
     }
 }
 

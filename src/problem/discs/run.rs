@@ -112,17 +112,16 @@ pub fn fit_discs(dataset: &Dataset, policy: &Policy) -> Result<DiscFit, FilmErro
         let sd = impact.position_sd[0].max(impact.position_sd[1]);
         distance > 0.0 && impact.get(Quantity::ImpulseRatio).is_some() && sd > HOPELESS * distance
     };
+    let fault = |impact: &DiscImpact| match impact.stuck {
+        Some(_) => Some("the discs stick together".to_owned()),
+        None if is_far(impact) => Some("its motion fits no single collision".to_owned()),
+        None => impact.find_impossible_restitution(policy.shot_tail),
+    };
+    let faults: Vec<Option<String>> = impacts.iter().map(fault).collect();
     let mut left_out = film.left_out.clone();
-    for impact in &impacts {
-        let why = match impact.stuck {
-            Some(_) => "the discs stick together",
-            None if is_far(impact) => "its motion fits no single collision",
-            None => continue,
-        };
-        left_out.push((impact.name.clone(), why.to_owned()));
-    }
-    let is_usable: Vec<bool> =
-        impacts.iter().map(|impact| impact.stuck.is_none() && !is_far(impact)).collect();
+    let named = impacts.iter().zip(&faults);
+    left_out.extend(named.filter_map(|(impact, why)| Some((impact.name.clone(), why.clone()?))));
+    let is_usable: Vec<bool> = faults.iter().map(Option::is_none).collect();
     if !is_usable.contains(&true) {
         return Err(FilmError::NoImpact(left_out));
     }
