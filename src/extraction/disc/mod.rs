@@ -118,7 +118,7 @@ fn extract(
     let found = stick::find(shot);
     let guess = found.as_ref().map_or_else(|| initial_guess::guess(shot), |found| Ok(found.guess));
     // points that are not on one disc explain whatever else is wrong
-    let rigid = verdict::rigidity(shot, guess.as_ref().ok().map(|guess| guess[unknowns::TIME]))?;
+    let rigid = rigidity(shot, guess.as_ref().ok().map(|guess| guess[unknowns::TIME]))?;
     let guess = guess?;
     let expected = discs.radii.map(|[first, second]| first + second);
     let settling = found.as_ref().map(|found| found.settling);

@@ -285,7 +285,11 @@ struct SideProducts {
 
 impl SideProducts {
     fn new(own: usize) -> Self {
-        Self { own, coefficients: SMatrix::zeros(), beside: OMatrix::zeros_generic(Const, Dyn(own + BORDERED)) }
+        Self {
+            own,
+            coefficients: SMatrix::zeros(),
+            beside: OMatrix::zeros_generic(Const, Dyn(own + BORDERED)),
+        }
     }
 
     /// Adds the products of the rows of a point; those of the other columns go to the total.

@@ -91,7 +91,7 @@ impl Known<'_> {
     }
 
     fn quantity(&self, quantity: Quantity) -> Option<Dual> {
-        let ([g_n, g_t], [h_n, h_t]) = (self.relative(0), self.relative(1));
+        let ([g_n, g_t], [_, h_t]) = (self.relative(0), self.relative(1));
         let Impact { velocities, spins, radii, .. } = self.impact;
         let change = |disc: usize| self.along(velocities[disc][1] - velocities[disc][0]);
         let ([u_n, u_t], [v_n, v_t]) = (change(0), change(1));

@@ -46,6 +46,14 @@ pub struct Rival {
     pub rise: f64,
 }
 
+impl Rival {
+    /// Returns whether it is as likely as the values of an interval of 95 %.
+    #[must_use]
+    pub fn is_within_95(&self) -> bool {
+        self.rise < RISE_95
+    }
+}
+
 /// How much a quantity differs from shot to shot beyond the noise of the frames.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Scatter {
@@ -86,7 +94,7 @@ impl DiscFit {
             true => [-1.0, 1.0].map(|side| value * (side * reach / estimate.value).exp()),
             false => [value - reach, value + reach],
         };
-        let near = self.rivals.iter().filter(|rival| rival.rise < RISE_95);
+        let near = self.rivals.iter().filter(|rival| rival.is_within_95());
         let others = near.filter_map(|rival| match id {
             Id::Mu => Some(rival.mu),
             Id::Kappa => Some(rival.kappa),
@@ -290,7 +298,13 @@ impl Run<'_> {
                 }
                 _ => Some(0.0),
             };
-            scatter.push(Scatter { component, sd: spread.sd, fall });
+            let is_shown = |prior: &(usize, OwnPrior)| prior.1 == OwnPrior::Spread(which);
+            let block = problem.discs();
+            let is_shown = block.is_some_and(|block| {
+                (0..block.shots.len()).any(|i| block.own_priors(i).iter().any(is_shown))
+            });
+            let sd = if is_shown { spread.sd } else { 0.0 };
+            scatter.push(Scatter { component, sd, fall });
         }
         scatter
     }
