@@ -44,7 +44,8 @@ impl Fit {
     /// The kind of the numbers that `chi2` and `dof` count.
     #[must_use]
     pub fn counted(&self) -> Counted {
-        if self.frames.is_some() { Counted::Coordinates } else { self.tested() }
+        let is_film = self.frames.is_some() || self.camera.is_some();
+        if is_film { Counted::Coordinates } else { self.tested() }
     }
 
     /// The kind of the numbers that `residuals` lists and [`super::Goodness`] tests.

@@ -22,7 +22,7 @@ use crate::measurement::parameter::{Parameter, Settings};
 use crate::physics::ball::Ball;
 use crate::physics::collision::{Effects, Fidelity};
 use crate::problem::{
-    Component, DiscFit, DiscImpact, FilmError, Id, Policy, Severity, ShiftScore, fit_discs,
+    Component, DiscFit, DiscImpact, FilmError, Finding, Id, Policy, Rival, Severity, ShiftScore, fit_discs,
 };
 
 /// Normal quantile of a one-sided interval of 95 %.
@@ -143,7 +143,10 @@ impl Fitted<'_> {
     fn estimate(&self, parameter: Parameter) -> Estimate {
         let (solution, id) = (&self.found.solution, id_of(parameter));
         let value = solution.value(id);
-        let Some(found) = solution.get(id) else {
+        let is_undetermined =
+            |finding: &Finding| matches!(finding, Finding::Undetermined { id: open, .. } if *open == id);
+        let is_determined = !solution.findings.iter().any(is_undetermined);
+        let Some(found) = solution.get(id).filter(|_| is_determined) else {
             let status = if self.settings[parameter].fixed { Status::Fixed } else { Status::NotIdentified };
             return Estimate::bare(parameter, value, status);
         };
@@ -153,17 +156,23 @@ impl Fitted<'_> {
                 x if x == low => Status::AtLowerBound,
                 x if x == high => Status::AtUpperBound,
                 _ => {
-                    return Estimate::bare(parameter, self.settings[parameter].initial, Status::NotIdentified);
+                    return Estimate::bare(
+                        parameter,
+                        self.settings[parameter].initial,
+                        Status::NotIdentified,
+                    );
                 }
             };
             return Estimate::bare(parameter, value, status);
         };
         let interval = self.found.interval_95(id);
+        let of_contact = matches!(id, Id::Mu | Id::Kappa);
+        let includes_other_minimum = of_contact && self.found.rivals.iter().any(Rival::is_within_95);
         Estimate {
             std_error: Some(error),
             interval_95: interval,
-            intervals: Intervals { hessian: interval, profile: None },
-            includes_other_minimum: !self.found.rivals.is_empty() && matches!(id, Id::Mu | Id::Kappa),
+            intervals: Intervals { hessian: interval, profile: interval.filter(|_| includes_other_minimum) },
+            includes_other_minimum,
             ..Estimate::bare(parameter, value, Status::Free)
         }
     }
@@ -312,7 +321,7 @@ impl Fitted<'_> {
         let stuck = impacts.iter().filter(|impact| impact.stuck.is_some()).count();
         let (warned, notes): (Vec<_>, Vec<_>) =
             solution.findings.iter().partition(|finding| finding.severity() > Severity::Note);
-        let said = |finding: &&crate::problem::Finding| film_words::sentence(finding, None, 0.0);
+        let said = |finding: &&Finding| film_words::sentence(finding, None, 0.0);
         fit.warnings = warned.iter().filter_map(said).collect();
         fit.notes = notes.iter().filter_map(said).collect();
         warnings::add(fit, false, true);

@@ -329,10 +329,13 @@ impl Fit {
             }
             None if self.scatter.is_some_and(|scatter| scatter.is_estimated) => {
                 let Scatter { restitution, impulse_ratio, .. } = self.scatter.unwrap_or_default();
+                let of_ratio = match impulse_ratio > 0.0 {
+                    true => format!(" and {} in J_t/J_n", plain(impulse_ratio, 2)),
+                    false => String::new(),
+                };
                 format!(
-                    "; beyond the errors of their frames shots scatter by {} in e and {} in J_t/J_n, which the errors include",
-                    plain(restitution, 2),
-                    plain(impulse_ratio, 2)
+                    "; beyond the errors of their frames shots scatter by {} in e{of_ratio}, which the errors include",
+                    plain(restitution, 2)
                 )
             }
             None if self.diagnostics.robust.is_some() => "; outlying shots count less".to_owned(),

@@ -29,11 +29,11 @@ impl Block {
         }
     }
 
-    /// Returns values of shot `i` within the bounds of its own unknowns.
-    pub fn bounded(&self, i: usize, own: Own, shared: &Shared) -> Own {
+    /// Returns values of shot `i` after a step, within the bounds of its own unknowns.
+    pub fn bounded(&self, i: usize, from: (&Own, &Shared), own: Own, shared: &Shared) -> Own {
         match self {
             Self::Film(film) => film.spins[i].bounded(own, shared),
-            Self::Discs(_) => own,
+            Self::Discs(discs) => discs.with_even_outcome(i, from, own, shared),
             Self::Rows(rows) => rows.settle(i, own, shared),
         }
     }
@@ -62,7 +62,7 @@ impl Block {
     pub fn estimates_noise(&self) -> bool {
         match self {
             Self::Film(film) => !film.states_noise,
-            Self::Discs(_) => true,
+            Self::Discs(discs) => discs.is_free,
             Self::Rows(rows) => !rows.noises.is_empty(),
         }
     }
@@ -134,6 +134,8 @@ impl Block {
     pub fn noise_pools(&self) -> Vec<(Vec<usize>, f64)> {
         match self {
             Self::Film(_) => vec![(vec![0], 0.0), (vec![1], 0.0)],
+            // what the law leaves is scatter of the shots
+            Self::Discs(discs) if !discs.is_free => Vec::new(),
             Self::Discs(discs) => (0..discs.noise.len()).map(|noise| (vec![noise], 0.0)).collect(),
             Self::Rows(rows) => rows.pools.iter().map(|pool| (pool.members.clone(), pool.least)).collect(),
         }

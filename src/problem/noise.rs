@@ -99,6 +99,9 @@ fn leverages(
 /// Returns the correlation of neighbouring numbers of a sample that restricted likelihood prefers
 /// near the present one; `None` if neighbouring residuals are hardly correlated.
 fn likeliest_correlation(problem: &mut Problem, at: &Evaluation, sample: usize, dof: f64) -> Option<f64> {
+    if !problem.samples[sample].block.estimates_noise() {
+        return None;
+    }
     let sums = at.noises(sample);
     let lagged = sums.iter().map(|sum| sum.lagged).sum::<f64>();
     let square = sums.iter().map(|sum| sum.square).sum::<f64>();

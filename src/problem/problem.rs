@@ -365,7 +365,7 @@ impl Reduced {
             state.shared.0[*column] += by;
         }
         for (s, sample) in problem.samples.iter().enumerate() {
-            let shared = sample.gather(&state.shared);
+            let [before, shared] = [from, &state].map(|state| sample.gather(&state.shared));
             // the step in the order of the sample's unknowns, and 1 for the residuals
             let mut step = DVector::zeros(BORDERED);
             for (local, column) in sample.columns.iter().enumerate() {
@@ -374,7 +374,7 @@ impl Reduced {
             step[SHARED] = 1.0;
             for (i, own) in state.own[s].iter_mut().enumerate() {
                 let moved = &*own - &self.own[s][i].response * &step;
-                *own = sample.block.bounded(i, moved, &shared);
+                *own = sample.block.bounded(i, (own, &before), moved, &shared);
             }
         }
         state

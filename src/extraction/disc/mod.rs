@@ -41,6 +41,7 @@ use crate::physics::disc::Discs;
 pub use quantities::Quantity;
 pub use shot::ball;
 pub use stick::Stuck;
+pub(crate) use verdict::rigidity;
 
 /// The impact of two discs. Velocities in m/s, spins in rad/s, table frame; where the frame rate is not
 /// known, per frame.
@@ -117,7 +118,7 @@ fn extract(
     let found = stick::find(shot);
     let guess = found.as_ref().map_or_else(|| initial_guess::guess(shot), |found| Ok(found.guess));
     // points that are not on one disc explain whatever else is wrong
-    let rigid = verdict::rigidity(shot, guess.as_ref().ok().map(|guess| guess[unknowns::TIME]))?;
+    let rigid = rigidity(shot, guess.as_ref().ok().map(|guess| guess[unknowns::TIME]))?;
     let guess = guess?;
     let expected = discs.radii.map(|[first, second]| first + second);
     let settling = found.as_ref().map(|found| found.settling);

@@ -120,7 +120,7 @@ fn restitution(impact: &DiscImpact) -> Option<String> {
 ///
 /// # Errors
 /// They do not.
-pub(super) fn rigidity(shot: &TrackShot, impact: Option<f64>) -> Result<Option<String>, Unusable> {
+pub(crate) fn rigidity(shot: &TrackShot, impact: Option<f64>) -> Result<Option<String>, Unusable> {
     let reach = NEAR / shot.fps;
     let [from, to] = impact.map_or([f64::NEG_INFINITY, f64::INFINITY], |time| [time - reach, time + reach]);
     let mut doubt = None;

@@ -12,6 +12,7 @@ use super::own::{self, CORE};
 use super::priors::{list_unknowns, unit_of_time};
 use super::stick::{self, Stuck};
 use crate::extraction::Unusable;
+use crate::extraction::disc::rigidity;
 use crate::film::discs::{DISCS, centre, is_of_points, points};
 use crate::film::{drops, frame_noise, grid};
 use crate::measurement::dataset::Dataset;
@@ -31,6 +32,10 @@ const ANY_DISTANCE: Normal = Normal { mean: 0.0, sd: 1e3 };
 /// Noise of the first descents, as a part of the distance of the centres: lines through the frames next
 /// to an impact miss the discs by as much.
 const COARSE: f64 = 0.01;
+
+/// Standard error of a parabola through 15 frames at twice their reach, over the noise of a frame:
+/// √(1 + 3x² + 5(3x² − 1)²/4)/√15 at x = 3.
+const EXTRAPOLATED: f64 = 7.6;
 
 /// A film of discs as a block, with its shared unknowns, first guesses and the names of its shots.
 pub(crate) struct DiscFilm {
@@ -70,7 +75,10 @@ impl DiscFilm {
             let mut shot = shot.clone();
             drops::repair(&mut shot);
             let stuck = stick::find(&shot);
-            match meeting(&shot, stuck.as_ref()) {
+            let meeting = meeting(&shot, stuck.as_ref());
+            // points that are not on one disc explain whatever else is wrong
+            let rigid = rigidity(&shot, meeting.as_ref().ok().map(|meeting| meeting.time));
+            match rigid.and(meeting) {
                 Ok(meeting) => Ok(Guessed { shot, meeting, stuck }),
                 Err(why) => Err((shot.name, why)),
             }
@@ -118,7 +126,7 @@ impl DiscFilm {
             let sd = unit * frame_noise::noise_near(&guessed.shot, guessed.meeting.time);
             let coarse = COARSE * guessed.meeting.distance() * unit;
             let rho = guessed.shot.correlation;
-            film.block.noise.extend([Noise { sd: sd.max(coarse), rho }; NOISES]);
+            film.block.noise.extend([Noise { sd: coarse.max(EXTRAPOLATED * sd), rho }; NOISES]);
             film.position_sd.push(sd);
             let (frames, own) = frames_of(guessed, &discs, (middle, unit), &shared);
             shots.push(frames);
@@ -173,7 +181,6 @@ fn frames_of(
     let flat = frame_noise::constant_axis(shot);
     let mut marks = Vec::new();
     let mut tracks = Vec::new();
-    let mut marked = [CORE; 3];
     let mut spins = [[0.0; 2]; 2];
     let mut turns = [false; 2];
     for (disc, which) in DISCS.into_iter().enumerate() {
@@ -199,7 +206,6 @@ fn frames_of(
             let radii: Vec<f64> = seen.iter().map(|(_, turning)| unit * turning.radius).collect();
             if is_circle { marks.push(median(radii)) } else { marks.extend(radii) }
         }
-        marked[disc + 1] = CORE + marks.len();
     }
     let track_of = |(disc, marker, samples): &(usize, Option<[usize; 2]>, &[Sample])| PointTrack {
         disc: *disc,
@@ -236,7 +242,7 @@ fn frames_of(
         knows_slip: knows_slip && flat.is_none(),
         flat,
         settling: stuck.map(|stuck| stuck.settling),
-        marked,
+        own: CORE + marks.len(),
         own_known: known,
     };
 

@@ -1,10 +1,10 @@
 //! The frames of a shot of discs against their paths: residuals and derivatives, whitened for noise
 //! that is correlated from frame to frame, and summed up to normal equations.
 
-use nalgebra::DMatrix;
+use nalgebra::{Const, DMatrix, Dyn, OMatrix, SMatrix, SVector};
 
 use super::lines::LEAST;
-use super::motion::{COEFFICIENTS, Impact, MOVING, Paths, Piece, follow_discs};
+use super::motion::{COEFFICIENTS, INPUTS, Impact, MOVING, Paths, Piece, follow_discs};
 use super::own::{self, CORE};
 use super::quantities::Known;
 use crate::physics::disc::Discs;
@@ -38,8 +38,8 @@ pub(crate) struct ShotFrames {
     pub flat: Option<usize>,
     /// Of discs that stick together after the impact: from when to when they settle, s.
     pub settling: Option<[f64; 2]>,
-    /// First place of the markers' unknowns of each disc, and the number of all own unknowns.
-    pub marked: [usize; 3],
+    /// Number of own unknowns.
+    pub own: usize,
     /// What is known of own unknowns whatever is fitted.
     pub own_known: Vec<(usize, OwnPrior)>,
 }
@@ -47,93 +47,71 @@ pub(crate) struct ShotFrames {
 /// Noise of a shot: of each disc along x and along y.
 pub(super) const NOISES: usize = 4;
 
-/// Columns of a row of derivatives before the markers': coefficients of the piece, and the instant.
-const MOTION: usize = COEFFICIENTS + 1;
+/// Numbers in a row of a frame: derivatives by the coefficients of the piece, and by the others, which
+/// are the instant, direction and radius of the marker, and the camera; and the residual.
+const OTHERS: usize = 3 + CAMERA + 1;
+const ROW: usize = COEFFICIENTS + OTHERS;
 
-/// A disc on one side of the impact. Rows of its frames have the derivatives by the coefficients of its
-/// piece, the instant, its markers and the camera, and the residual.
-struct Side<'a> {
-    piece: &'a Piece,
-    /// First place of the disc's markers among the own unknowns, and the first place after them.
-    marked: [usize; 2],
-}
+/// A row of a frame, in units of the noise.
+type Row = SVector<f64, ROW>;
 
-impl Side<'_> {
-    fn width(&self) -> usize {
-        MOTION + self.marked[1] - self.marked[0] + CAMERA + 1
+/// Returns the rows of both coordinates of a point in a frame.
+fn see(
+    piece: &Piece,
+    marker: Option<[usize; 2]>,
+    frame: &Frame,
+    own: &Own,
+    camera: &Camera,
+    sd: [f64; 2],
+) -> [Row; 2] {
+    let at = &piece.at;
+    let late = frame.time - own[own::TIME] + camera.delay(frame.seen);
+    let rate = at[4];
+    let stops = rate * late > 1.0;
+    let moving = if stops { rate.recip() } else { late };
+    let way = moving - 0.5 * rate * moving * moving;
+    let (start, speed) = (Point::new(at[0], at[1]), Point::new(at[2], at[3]));
+    let turned = |direction: f64| {
+        let (sin, cos) = direction.sin_cos();
+        [Point::new(cos, sin), Point::new(-sin, cos)]
+    };
+    let [arm, across] = turned(at[6] + at[7] * late);
+    let mut place = start + speed * way + arm * at[5];
+    let mut velocity = speed * (1.0 - rate * moving) + across * (at[5] * at[7]);
+    let mut by = [Point::zeros(); COEFFICIENTS + 3];
+    (by[0], by[1]) = (Point::x(), Point::y());
+    (by[2], by[3]) = (Point::x() * way, Point::y() * way);
+    by[4] = speed * (-0.5 * moving * moving);
+    (by[5], by[6], by[7]) = (arm, across * at[5], across * (at[5] * late));
+    if let Some([direction, radius]) = marker {
+        let [marker, turning] = turned(own[direction] + at[8] * late + at[9]);
+        place += marker * own[radius];
+        velocity += turning * (own[radius] * at[8]);
+        by[8] = turning * (own[radius] * late);
+        by[9] = turning * own[radius];
+        by[COEFFICIENTS + 1] = turning * own[radius];
+        by[COEFFICIENTS + 2] = marker;
     }
-
-    /// Returns the derivatives of the columns of a row by own and shared unknowns.
-    fn columns(&self, own: usize) -> DMatrix<f64> {
-        let mut by = DMatrix::zeros(self.width(), own + BORDERED);
-        by.view_mut((0, 0), (COEFFICIENTS, CORE)).copy_from(&self.piece.by.fixed_columns::<CORE>(0));
-        for (i, id) in MOVING.into_iter().enumerate() {
-            let column = self.piece.by.column(CORE + i);
-            by.view_mut((0, own + id as usize), (COEFFICIENTS, 1)).copy_from(&column);
-        }
-        by[(COEFFICIENTS, own::TIME)] = 1.0;
-        for (i, place) in (self.marked[0]..self.marked[1]).enumerate() {
-            by[(MOTION + i, place)] = 1.0;
-        }
-        let camera = self.width() - 1 - CAMERA;
-        for i in 0..CAMERA {
-            by[(camera + i, own + PHYSICS + i)] = 1.0;
-        }
-        by[(self.width() - 1, own + BORDERED - 1)] = 1.0;
-        by
+    by[COEFFICIENTS] = -velocity;
+    let mut seen = camera.look(place, 0.0);
+    // a later reading sees the point further along its path
+    let by_time = seen.by_place * velocity;
+    seen.by_camera[Id::ShutterX as usize - PHYSICS] = by_time * frame.seen.x;
+    seen.by_camera[Id::ShutterY as usize - PHYSICS] = by_time * frame.seen.y;
+    let mut rows = [Row::zeros(); 2];
+    let scale = frame.weight.component_div(&Point::from(sd));
+    let mut set = |i: usize, column: Point| {
+        rows[0][i] = column.x * scale.x;
+        rows[1][i] = column.y * scale.y;
+    };
+    for (i, by) in by.iter().enumerate() {
+        set(i, seen.by_place * by);
     }
-
-    /// Returns the rows of both coordinates of a point of the disc in a frame, in units of the noise.
-    fn see(
-        &self,
-        track: &PointTrack,
-        frame: &Frame,
-        own: &Own,
-        camera: &Camera,
-        sd: [f64; 2],
-    ) -> [Vec<f64>; 2] {
-        let at = &self.piece.at;
-        let late = frame.time - own[own::TIME] + camera.delay(frame.seen);
-        let rate = at[4];
-        let stops = rate * late > 1.0;
-        let moving = if stops { rate.recip() } else { late };
-        let way = moving - 0.5 * rate * moving * moving;
-        let (start, speed) = (Point::new(at[0], at[1]), Point::new(at[2], at[3]));
-        let turned = |direction: f64| {
-            let (sin, cos) = direction.sin_cos();
-            [Point::new(cos, sin), Point::new(-sin, cos)]
-        };
-        let [arm, across] = turned(at[6] + at[7] * late);
-        let mut place = start + speed * way + arm * at[5];
-        let mut velocity = speed * (1.0 - rate * moving) + across * (at[5] * at[7]);
-        let mut by = vec![Point::zeros(); self.width() - 1 - CAMERA];
-        (by[0], by[1]) = (Point::x(), Point::y());
-        (by[2], by[3]) = (Point::x() * way, Point::y() * way);
-        by[4] = speed * (-0.5 * moving * moving);
-        (by[5], by[6], by[7]) = (arm, across * at[5], across * (at[5] * late));
-        if let Some([direction, radius]) = track.marker {
-            let [marker, turning] = turned(own[direction] + at[8] * late + at[9]);
-            place += marker * own[radius];
-            velocity += turning * (own[radius] * at[8]);
-            by[8] = turning * (own[radius] * late);
-            by[9] = turning * own[radius];
-            by[MOTION + direction - self.marked[0]] = turning * own[radius];
-            by[MOTION + radius - self.marked[0]] = marker;
-        }
-        by[COEFFICIENTS] = -velocity;
-        let mut seen = camera.look(place, 0.0);
-        // a later reading sees the point further along its path
-        let by_time = seen.by_place * velocity;
-        seen.by_camera[Id::ShutterX as usize - PHYSICS] = by_time * frame.seen.x;
-        seen.by_camera[Id::ShutterY as usize - PHYSICS] = by_time * frame.seen.y;
-        [0, 1].map(|axis| {
-            let scale = frame.weight[axis] / sd[axis];
-            let of_motion = by.iter().map(|by| (seen.by_place.row(axis) * by)[0]);
-            let of_camera = seen.by_camera.iter().map(|by| by[axis]);
-            let residual = seen.place[axis] - frame.seen[axis];
-            of_motion.chain(of_camera).chain([residual]).map(|value| value * scale).collect()
-        })
+    for (i, by) in seen.by_camera.into_iter().enumerate() {
+        set(COEFFICIENTS + 3 + i, by);
     }
+    set(ROW - 1, seen.place - frame.seen);
+    rows
 }
 
 /// One frame of a point, whitened.
@@ -145,17 +123,12 @@ struct Sight {
     /// 0 before and 1 after the impact.
     side: usize,
     /// Rows of both coordinates.
-    rows: [Vec<f64>; 2],
+    rows: [Row; 2],
     /// What the numbers of each coordinate add to the sums of its noise.
     sums: [NoiseSums; 2],
 }
 
 impl ShotFrames {
-    /// Returns the number of own unknowns.
-    pub fn own(&self) -> usize {
-        self.marked[2]
-    }
-
     /// Uses the frames that are nearest to the impact, up to `reach` of each track on either side, but
     /// for those in which the discs may still touch: within `touching` frames of it.
     pub fn choose_frames(&mut self, instant: f64, reach: usize, touching: f64) {
@@ -187,28 +160,23 @@ impl ShotFrames {
         Known { impact, discs, turns, is_seen_across: flat.is_none(), knows_slip }
     }
 
-    fn sides<'a>(&self, paths: &'a Paths, disc: usize) -> [Side<'a>; 2] {
-        let marked = [self.marked[disc], self.marked[disc + 1]];
-        paths.pieces[disc].each_ref().map(|piece| Side { piece, marked })
-    }
-
     /// Returns the used frames of a track, whitened. Errors before the impact and after it count as
     /// independent: the frames between are left out.
     fn look(
         &self,
         track: &PointTrack,
-        sides: &[Side; 2],
+        pieces: &[Piece; 2],
         values: &Own,
         camera: &Camera,
         noise: &[Noise],
     ) -> Vec<Sight> {
         let sd = [noise[0].sd, noise[1].sd];
-        let mut last: Option<([Vec<f64>; 2], usize, f64)> = None;
+        let mut last: Option<([Row; 2], usize, f64)> = None;
         let mut sights = Vec::with_capacity(track.frames.len());
         for (index, frame) in track.frames.iter().enumerate().filter(|(_, frame)| frame.used) {
             let side = usize::from(frame.time > values[own::TIME]);
-            let mut rows = sides[side].see(track, frame, values, camera, sd);
-            let before = last.replace((rows.clone(), side, frame.time)).filter(|before| before.1 == side);
+            let mut rows = see(&pieces[side], track.marker, frame, values, camera, sd);
+            let before = last.replace((rows, side, frame.time)).filter(|before| before.1 == side);
             let mut sums = [NoiseSums::default(); 2];
             for axis in 0..2 {
                 sums[axis].count = frame.weight[axis].powi(2).min(1.0);
@@ -216,13 +184,10 @@ impl ShotFrames {
                 let Some((before, _, then)) = before else { continue };
                 let kept = correlation(noise[axis].rho, frame.time - then, self.fps);
                 let fresh = (1.0 - kept * kept).sqrt().recip();
-                let end = rows[axis].len() - 1;
                 sums[axis].ln_determinant = -2.0 * fresh.ln();
-                sums[axis].lagged = rows[axis][end] * before[axis][end];
-                sums[axis].square = rows[axis][end] * rows[axis][end];
-                for (now, then) in rows[axis].iter_mut().zip(&before[axis]) {
-                    *now = (*now - kept * then) * fresh;
-                }
+                sums[axis].lagged = rows[axis][ROW - 1] * before[axis][ROW - 1];
+                sums[axis].square = rows[axis][ROW - 1].powi(2);
+                rows[axis] = (rows[axis] - before[axis] * kept) * fresh;
             }
             sights.push(Sight { index, time: frame.time, side, rows, sums });
         }
@@ -238,7 +203,7 @@ impl ShotFrames {
         discs: &Discs,
         (noise, first): (&[Noise], usize),
     ) -> Contribution {
-        let own = self.own();
+        let own = self.own;
         let Some(paths) = self.follow(values, shared, discs) else {
             return Contribution::impossible(own, noise.len());
         };
@@ -246,25 +211,28 @@ impl ShotFrames {
         total.sticks = self.settling.is_some();
         let camera = Camera::new(shared);
         for disc in 0..2 {
-            let sides = self.sides(&paths, disc);
-            let mut rows = [Vec::new(), Vec::new()];
+            let pieces = &paths.pieces[disc];
+            let mut sides = [SideProducts::new(own), SideProducts::new(own)];
             let place = first + 2 * disc;
             for track in self.tracks.iter().filter(|track| track.disc == disc) {
-                for mut sight in self.look(track, &sides, values, &camera, &noise[place..place + 2]) {
+                let mut rows = [Vec::new(), Vec::new()];
+                for mut sight in self.look(track, pieces, values, &camera, &noise[place..place + 2]) {
                     let residuals = sight.residuals();
                     let (weight, cost) = weigh(residuals.x, residuals.y);
                     total.cost += cost;
                     for axis in 0..2 {
                         sight.sums[axis].weighted = weight * residuals[axis].powi(2);
                         total.noises[place + axis].add(&sight.sums[axis]);
-                        rows[sight.side].extend(sight.rows[axis].iter().map(|x| x * weight.sqrt()));
+                        rows[sight.side].extend_from_slice((sight.rows[axis] * weight.sqrt()).as_slice());
                     }
                 }
+                for (side, rows) in sides.iter_mut().zip(rows) {
+                    let rows = OMatrix::<f64, Const<ROW>, Dyn>::from_vec(rows);
+                    side.add(&mut total.products, &(&rows * rows.transpose()), track.marker);
+                }
             }
-            for (side, rows) in sides.iter().zip(rows) {
-                let rows = DMatrix::from_vec(side.width(), rows.len() / side.width(), rows);
-                let by = side.columns(own);
-                total.products += by.tr_mul(&(&rows * rows.transpose() * &by));
+            for (side, piece) in sides.iter().zip(pieces) {
+                side.add_inputs(&mut total.products, piece);
             }
         }
         if !(total.cost.is_finite() && total.products.sum().is_finite()) {
@@ -287,8 +255,8 @@ impl ShotFrames {
         };
         let camera = Camera::new(shared);
         let of_track = |track: &PointTrack| {
-            let sides = self.sides(&paths, track.disc);
-            let sights = self.look(track, &sides, values, &camera, &noise[2 * track.disc..]);
+            let pieces = &paths.pieces[track.disc];
+            let sights = self.look(track, pieces, values, &camera, &noise[2 * track.disc..]);
             let whitened = |sight: &Sight| Whitened {
                 index: sight.index,
                 time: sight.time,
@@ -302,7 +270,72 @@ impl ShotFrames {
 
 impl Sight {
     fn residuals(&self) -> Point {
-        let last = |row: &Vec<f64>| row.last().copied().unwrap_or(0.0);
-        Point::new(last(&self.rows[0]), last(&self.rows[1]))
+        Point::new(self.rows[0][ROW - 1], self.rows[1][ROW - 1])
+    }
+}
+
+/// Products of the rows of a disc on one side of the impact that hold derivatives by the coefficients of
+/// its piece.
+struct SideProducts {
+    own: usize,
+    coefficients: SMatrix<f64, COEFFICIENTS, COEFFICIENTS>,
+    /// With the derivatives by the own and shared unknowns, and the residual.
+    beside: OMatrix<f64, Const<COEFFICIENTS>, Dyn>,
+}
+
+impl SideProducts {
+    fn new(own: usize) -> Self {
+        Self {
+            own,
+            coefficients: SMatrix::zeros(),
+            beside: OMatrix::zeros_generic(Const, Dyn(own + BORDERED)),
+        }
+    }
+
+    /// Adds the products of the rows of a point; those of the other columns go to the total.
+    fn add(
+        &mut self,
+        total: &mut DMatrix<f64>,
+        products: &SMatrix<f64, ROW, ROW>,
+        marker: Option<[usize; 2]>,
+    ) {
+        // without a marker its derivatives are 0
+        let [direction, radius] = marker.unwrap_or([own::TIME; 2]);
+        let others: [usize; OTHERS] = std::array::from_fn(|i| match i {
+            0 => own::TIME,
+            1 => direction,
+            2 => radius,
+            i if i < OTHERS - 1 => self.own + PHYSICS + i - 3,
+            _ => self.own + BORDERED - 1,
+        });
+        self.coefficients += products.fixed_view::<COEFFICIENTS, COEFFICIENTS>(0, 0);
+        for (j, column) in others.into_iter().enumerate() {
+            let from = products.column(COEFFICIENTS + j);
+            let mut beside = self.beside.column_mut(column);
+            beside += from.fixed_rows::<COEFFICIENTS>(0);
+            for (i, row) in others.into_iter().enumerate() {
+                total[(row, column)] += from[COEFFICIENTS + i];
+            }
+        }
+    }
+
+    /// Adds them to the total by the inputs of the motion.
+    fn add_inputs(&self, total: &mut DMatrix<f64>, piece: &Piece) {
+        let by = piece.by.transpose();
+        let by_inputs = by * self.coefficients * piece.by;
+        let beside = by * &self.beside;
+        let inputs: [usize; INPUTS] = std::array::from_fn(|i| match i.checked_sub(CORE) {
+            None => i,
+            Some(moving) => self.own + MOVING[moving] as usize,
+        });
+        for (i, row) in inputs.into_iter().enumerate() {
+            for (j, column) in inputs.into_iter().enumerate() {
+                total[(row, column)] += by_inputs[(i, j)];
+            }
+            for j in 0..total.ncols() {
+                total[(row, j)] += beside[(i, j)];
+                total[(j, row)] += beside[(i, j)];
+            }
+        }
     }
 }

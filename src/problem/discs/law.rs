@@ -5,12 +5,13 @@ use rayon::prelude::*;
 use super::measure::{Reached, settle};
 use super::motion::law_of;
 use super::quantities::DiscImpact;
-use super::run::{Rival, Run};
+use super::run::{ROUNDS, Rival, Run, STEPS};
 use crate::extraction::disc::Quantity;
 use crate::measurement::parameter::{Compliance, Parameter, Settings};
+use crate::problem::descent::{Descent, STALL, descend};
 use crate::problem::film::film_data::FilmError;
 use crate::problem::problem::{Problem, State};
-use crate::problem::unknowns::{Id, Mode, Unknown};
+use crate::problem::unknowns::{Id, Mode, Shared, Unknown};
 
 /// Values of μ and κ between which descents begin. A stiffer contact is as good as rigid.
 const MU_RANGE: [f64; 2] = [0.02, 2.0];
@@ -38,38 +39,48 @@ impl Run<'_> {
     /// returns the likeliest fit and the others that are nearly as likely.
     pub(super) fn choose_law(&mut self, impacts: &[DiscImpact]) -> Result<(Reached, Vec<Rival>), FilmError> {
         let Settings { compliance, .. } = self.settings;
-        let mut fits = Vec::new();
-        if compliance != Compliance::Stated {
-            fits.extend(self.descend_from(false, impacts)?);
-        }
-        let rigid = fits.iter().map(|fit: &Reached| fit.unlikely).fold(f64::INFINITY, f64::min);
-        let informative = self.names.len() >= LEAST_SHOTS;
-        if compliance == Compliance::Stated || compliance == Compliance::Auto && informative {
-            let compliant = self.descend_from(true, impacts)?;
-            let least = compliant.iter().map(|fit| fit.unlikely).fold(f64::INFINITY, f64::min);
-            // beyond the equations that define the parameters only if the shots show it
-            if least < rigid - self.policy.cause {
-                fits = compliant;
-            }
+        let is_auto = compliance == Compliance::Auto && self.names.len() >= LEAST_SHOTS;
+        let rigid =
+            if compliance == Compliance::Stated { Vec::new() } else { self.descend_from(false, impacts)? };
+        let compliant = if compliance == Compliance::Stated || is_auto {
+            self.descend_from(true, impacts)?
+        } else {
+            Vec::new()
+        };
+        let cost = |start: &(Problem, Descent)| start.1.end.cost;
+        let least = rigid.iter().chain(&compliant).map(cost).fold(f64::INFINITY, f64::min);
+        let is_likely = |start: &(Problem, Descent)| cost(start) <= least + LESS_LIKELY;
+        let mut fits = self.settle_all(rigid.into_iter().filter(is_likely).collect(), None)?;
+        let best = fits.iter().min_by(|a, b| a.unlikely.total_cmp(&b.unlikely));
+        let compliant = self.settle_all(compliant.into_iter().filter(is_likely).collect(), best)?;
+        let of_rigid = best.map_or(f64::INFINITY, |best| best.unlikely);
+        // beyond the equations that define the parameters only if the shots show it
+        if compliant.iter().any(|fit| fit.unlikely < of_rigid - self.policy.cause) {
+            fits = compliant;
         }
         fits.sort_by(|a, b| a.unlikely.total_cmp(&b.unlikely));
         let mut rivals: Vec<Rival> = Vec::new();
         let mut ranked = fits.into_iter();
         let best = ranked.next().ok_or(FilmError::NoStart)?;
-        let place = |fit: &Reached| [fit.shared()[Id::Mu], fit.shared()[Id::Kappa]];
-        let differs = |a: [f64; 2], b: [f64; 2]| (0..2).any(|i| (a[i] / b[i]).ln().abs() > 0.5 * APART);
+        let mut known = vec![best.shared().clone()];
         for other in ranked.filter(|other| other.unlikely < best.unlikely + self.policy.cause) {
-            let at = place(&other);
-            let is_new = rivals.iter().all(|known| differs(at, [known.mu, known.kappa]));
-            if is_new && differs(at, place(&best)) {
-                rivals.push(Rival { mu: at[0], kappa: at[1], rise: other.unlikely - best.unlikely });
+            let at = other.shared();
+            if known.iter().all(|known| differs(at, known)) {
+                let rise = other.unlikely - best.unlikely;
+                rivals.push(Rival { mu: at[Id::Mu], kappa: at[Id::Kappa], rise });
+                known.push(at.clone());
             }
         }
         Ok((best, rivals))
     }
 
-    /// Descends from the most promising values of μ and κ.
-    fn descend_from(&mut self, compliant: bool, impacts: &[DiscImpact]) -> Result<Vec<Reached>, FilmError> {
+    /// Descends from the most promising values of μ and κ with the spreads that the frames show
+    /// whatever the law; returns each minimum once.
+    fn descend_from(
+        &mut self,
+        compliant: bool,
+        impacts: &[DiscImpact],
+    ) -> Result<Vec<(Problem, Descent)>, FilmError> {
         let problem = self.with_law(compliant)?;
         let kappa = problem.unknown(Id::Kappa);
         let kappas = match kappa.mode {
@@ -78,15 +89,59 @@ impl Run<'_> {
             }
             _ => vec![kappa.start],
         };
-        let mut fits = Vec::new();
+        let mut descents: Vec<(Problem, Descent)> = Vec::new();
         for [mu, kappa] in self.promising(problem.unknown(Id::Mu), &kappas, impacts) {
-            let mut problem = problem.clone();
             let state = self.start(&problem, mu, kappa)?;
-            let descent = settle(&mut problem, state);
+            let descent = descend(&problem, problem.evaluate(state), &problem.free(), STEPS);
             self.evaluations += descent.evaluations;
-            if descent.end.cost.is_finite() {
-                fits.push(Reached::new(problem, descent)?);
+            let is_new = |(_, other): &(Problem, Descent)| {
+                let [at, known] = [&descent, other].map(|descent| &descent.end);
+                (at.cost - known.cost).abs() > STALL && differs(&at.state.shared, &known.state.shared)
+            };
+            if descent.end.cost.is_finite() && descents.iter().all(is_new) {
+                descents.push((problem.clone(), descent));
             }
+        }
+        Ok(descents)
+    }
+
+    /// Descends to minima with spreads of their own; to none if with those of a rival χ² is not low
+    /// enough to be likelier: if it is lower by Δ for n numbers, −2 log L with their own spread is lower
+    /// by −n ln(1 − Δ/n).
+    fn settle_all(
+        &mut self,
+        mut starts: Vec<(Problem, Descent)>,
+        rival: Option<&Reached>,
+    ) -> Result<Vec<Reached>, FilmError> {
+        if let Some(rival) = rival {
+            for (problem, descent) in &mut starts {
+                let block = problem.discs_mut().ok_or(FilmError::NoFilm)?;
+                block.spreads.clone_from(&rival.block()?.spreads);
+                let from = problem.evaluate(descent.end.state.clone());
+                *descent = descend(problem, from, &problem.free(), STEPS);
+                self.evaluations += descent.evaluations;
+            }
+            let shots = self.names.len() as f64;
+            let needed = -shots * f64::exp_m1(-self.policy.cause / shots);
+            let least = starts.iter().map(|start| start.1.end.cost).fold(f64::INFINITY, f64::min);
+            if least > rival.descent.end.cost - needed {
+                return Ok(Vec::new());
+            }
+        }
+        let mut fits: Vec<Reached> = Vec::new();
+        for (mut problem, mut descent) in starts {
+            for _ in 0..ROUNDS {
+                if !descent.converged {
+                    descent = descend(&problem, descent.end, &problem.free(), STEPS);
+                    self.evaluations += descent.evaluations;
+                }
+            }
+            if !fits.iter().all(|fit| differs(fit.shared(), &descent.end.state.shared)) {
+                continue;
+            }
+            let descent = settle(&mut problem, descent.end.state);
+            self.evaluations += descent.evaluations;
+            fits.push(Reached::new(problem, descent)?);
         }
         Ok(fits)
     }
@@ -206,4 +261,9 @@ impl Run<'_> {
         }
         Ok(state)
     }
+}
+
+/// Returns whether two minima are not the same.
+fn differs(a: &Shared, b: &Shared) -> bool {
+    [Id::Mu, Id::Kappa].into_iter().any(|id| (a[id] / b[id]).ln().abs() > 0.5 * APART)
 }

@@ -8,6 +8,7 @@ use super::block::DiscBlock;
 use super::first_guess::DiscFilm;
 use super::frames::NOISES;
 use super::own;
+use super::priors::LEAST_SHOTS;
 use super::quantities::{DiscImpact, variance};
 use super::run::{ROUNDS, STEPS};
 use super::stick::Stuck;
@@ -22,8 +23,9 @@ use crate::problem::uncertainty::Estimates;
 use crate::problem::unknowns::{Id, Mode, Own, Shared};
 
 /// Frames of each point on either side of the impact that are used, one number after the other: paths
-/// are followed from the impact on to a rail or a hand.
-const REACHES: [usize; 3] = [15, 30, 60];
+/// are followed from the impact on to a rail or a hand. The last one is for shots that are too few to
+/// show how decelerations differ: in long paths they are less even.
+const REACHES: [usize; 4] = [15, 30, 60, 120];
 
 /// Frames about the impact that are left out, and those that are if the discs still touch in them.
 const TOUCHING: usize = 1;
@@ -89,7 +91,10 @@ pub(super) fn measure(film: &mut DiscFilm, policy: &Policy) -> Result<(Reached, 
     let mut problem = Problem::of_one(Block::Discs(film.block.clone()), unknowns);
     let free = problem.free();
     let mut touching = vec![TOUCHING; film.names.len()];
-    for reach in REACHES {
+    let few = film.names.len() < LEAST_SHOTS;
+    let reaches = if few { &REACHES[..] } else { &REACHES[..REACHES.len() - 1] };
+    let farthest = reaches[reaches.len() - 1];
+    for reach in reaches.iter().copied() {
         let block = problem.discs_mut().ok_or(FilmError::NoFilm)?;
         choose_frames(block, &state, reach, &touching);
         // frames beyond those that were fitted may be off the path
@@ -107,7 +112,7 @@ pub(super) fn measure(film: &mut DiscFilm, policy: &Policy) -> Result<(Reached, 
         if !touch && dropped == 0 {
             break;
         }
-        choose_frames(block, &state, REACHES[REACHES.len() - 1], &touching);
+        choose_frames(block, &state, farthest, &touching);
         state = descend(&problem, problem.evaluate(state), &free, STEPS).end.state;
     }
     let descent = descend_with_noise(&mut problem, state);

@@ -28,7 +28,7 @@ const ASPECT_SD: f64 = 0.01;
 const PERSPECTIVE_SD: f64 = 0.03;
 
 /// Number of shots that determine a camera, or how a deceleration depends on speed, at least.
-const LEAST_SHOTS: usize = 3;
+pub(super) const LEAST_SHOTS: usize = 3;
 
 /// Returns the unit of time of a film in seconds: a frame if its rate is unknown.
 pub(super) fn unit_of_time(discs: &Discs) -> f64 {

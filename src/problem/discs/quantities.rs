@@ -2,6 +2,7 @@
 //! derivatives.
 
 use num_dual::DualNum;
+use statrs::distribution::{ContinuousCDF, Normal};
 
 use super::block::DiscBlock;
 use super::motion::{Dual, DualVector, Gradient, Impact, MOVING, gradient, law_of, slip};
@@ -9,6 +10,7 @@ use super::own::{self, CORE};
 use super::stick::Stuck;
 use crate::extraction::disc::Quantity;
 use crate::measurement::dataset::Measured;
+use crate::measurement::number::with_error;
 use crate::physics::disc::Discs;
 use crate::problem::problem::{Problem, Reduced};
 use crate::problem::solution::Solution;
@@ -44,6 +46,17 @@ impl DiscImpact {
     pub fn get(&self, quantity: Quantity) -> Option<Measured> {
         self.values[quantity as usize]
     }
+
+    /// Returns a sentence if e is not that of an impact, but for this tail probability.
+    pub(super) fn find_impossible_restitution(&self, tail: f64) -> Option<String> {
+        let Measured { value, sd } = self.get(Quantity::Restitution)?;
+        let outside = (value - 1.0).max(-value);
+        let is_impossible = Normal::new(0.0, sd?).is_ok_and(|normal| normal.sf(outside) < tail);
+        is_impossible.then(|| {
+            let e = with_error(value, sd.unwrap_or(0.0));
+            format!("its e of {e} is not between 0 and 1, as that of any passive impact is")
+        })
+    }
 }
 
 /// An impact of which something follows.
@@ -72,13 +85,13 @@ impl Known<'_> {
     }
 
     /// Returns e and J_t/J_n of the paths.
-    pub fn outcome(&self) -> [f64; 2] {
+    pub fn outcome(&self) -> [Dual; 2] {
         let ([g_n, g_t], [h_n, h_t]) = (self.relative(0), self.relative(1));
-        [-h_n.re / g_n.re, (h_t.re - g_t.re) / (h_n.re - g_n.re)]
+        [-h_n / g_n, (h_t - g_t) / (h_n - g_n)]
     }
 
     fn quantity(&self, quantity: Quantity) -> Option<Dual> {
-        let ([g_n, g_t], [h_n, h_t]) = (self.relative(0), self.relative(1));
+        let ([g_n, g_t], [_, h_t]) = (self.relative(0), self.relative(1));
         let Impact { velocities, spins, radii, .. } = self.impact;
         let change = |disc: usize| self.along(velocities[disc][1] - velocities[disc][0]);
         let ([u_n, u_t], [v_n, v_t]) = (change(0), change(1));
@@ -95,8 +108,8 @@ impl Known<'_> {
         let both_turn = self.turns == [true; 2];
         let slip_on = |side: usize| slip([g_t, h_t][side], radii, &[spins[0][side], spins[1][side]]);
         match quantity {
-            Quantity::Restitution => Some(-h_n / g_n),
-            Quantity::ImpulseRatio => self.is_seen_across.then(|| (h_t - g_t) / (h_n - g_n)),
+            Quantity::Restitution => Some(self.outcome()[0]),
+            Quantity::ImpulseRatio => self.is_seen_across.then(|| self.outcome()[1]),
             Quantity::ImpulseRatioByFirstSpin => by_spin(0, -u_n),
             Quantity::ImpulseRatioBySecondSpin => by_spin(1, v_n),
             Quantity::MassRatio => Some(mass_ratio),
@@ -187,7 +200,31 @@ impl DiscBlock {
     /// Returns e and J_t/J_n of shot `i`; `None` if its discs do not approach.
     pub(super) fn outcome(&self, i: usize, own: &Own, shared: &Shared) -> Option<[f64; 2]> {
         let paths = self.shots[i].follow(own, shared, &self.discs)?;
-        Some(self.shots[i].known(&paths.impact, &self.discs).outcome())
+        Some(self.shots[i].known(&paths.impact, &self.discs).outcome().map(|value| value.re))
+    }
+
+    /// Returns the own unknowns of shot `i` after a step with the e and J_t/J_n that derivatives predict:
+    /// the law has corners, which else would throw the discs off their paths.
+    pub fn with_even_outcome(
+        &self,
+        i: usize,
+        (own, shared): (&Own, &Shared),
+        mut moved: Own,
+        shared_after: &Shared,
+    ) -> Own {
+        let shot = &self.shots[i];
+        let paths = shot.follow(own, shared, &self.discs);
+        let Some(paths) = paths.filter(|_| shot.flat.is_none() && shot.settling.is_none()) else {
+            return moved;
+        };
+        let step = Gradient::from_fn(|input, _| match input.checked_sub(CORE) {
+            None => moved[input] - own[input],
+            Some(moving) => shared_after[MOVING[moving]] - shared[MOVING[moving]],
+        });
+        let outcome = shot.known(&paths.impact, &self.discs).outcome();
+        let predicted = outcome.map(|value| value.re + gradient(&value).dot(&step));
+        self.set_outcome(i, &mut moved, shared_after, predicted);
+        moved
     }
 
     /// Sets the offsets of shot `i` so that its discs part with this e and J_t/J_n, as far as they are

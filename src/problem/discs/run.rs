@@ -46,6 +46,14 @@ pub struct Rival {
     pub rise: f64,
 }
 
+impl Rival {
+    /// Returns whether it is as likely as the values of an interval of 95 %.
+    #[must_use]
+    pub fn is_within_95(&self) -> bool {
+        self.rise < RISE_95
+    }
+}
+
 /// How much a quantity differs from shot to shot beyond the noise of the frames.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Scatter {
@@ -86,7 +94,7 @@ impl DiscFit {
             true => [-1.0, 1.0].map(|side| value * (side * reach / estimate.value).exp()),
             false => [value - reach, value + reach],
         };
-        let near = self.rivals.iter().filter(|rival| rival.rise < RISE_95);
+        let near = self.rivals.iter().filter(|rival| rival.is_within_95());
         let others = near.filter_map(|rival| match id {
             Id::Mu => Some(rival.mu),
             Id::Kappa => Some(rival.kappa),
@@ -112,17 +120,16 @@ pub fn fit_discs(dataset: &Dataset, policy: &Policy) -> Result<DiscFit, FilmErro
         let sd = impact.position_sd[0].max(impact.position_sd[1]);
         distance > 0.0 && impact.get(Quantity::ImpulseRatio).is_some() && sd > HOPELESS * distance
     };
+    let fault = |impact: &DiscImpact| match impact.stuck {
+        Some(_) => Some("the discs stick together".to_owned()),
+        None if is_far(impact) => Some("its motion fits no single collision".to_owned()),
+        None => impact.find_impossible_restitution(policy.shot_tail),
+    };
+    let faults: Vec<Option<String>> = impacts.iter().map(fault).collect();
     let mut left_out = film.left_out.clone();
-    for impact in &impacts {
-        let why = match impact.stuck {
-            Some(_) => "the discs stick together",
-            None if is_far(impact) => "its motion fits no single collision",
-            None => continue,
-        };
-        left_out.push((impact.name.clone(), why.to_owned()));
-    }
-    let is_usable: Vec<bool> =
-        impacts.iter().map(|impact| impact.stuck.is_none() && !is_far(impact)).collect();
+    let named = impacts.iter().zip(&faults);
+    left_out.extend(named.filter_map(|(impact, why)| Some((impact.name.clone(), why.clone()?))));
+    let is_usable: Vec<bool> = faults.iter().map(Option::is_none).collect();
     if !is_usable.contains(&true) {
         return Err(FilmError::NoImpact(left_out));
     }
@@ -291,7 +298,13 @@ impl Run<'_> {
                 }
                 _ => Some(0.0),
             };
-            scatter.push(Scatter { component, sd: spread.sd, fall });
+            let is_shown = |prior: &(usize, OwnPrior)| prior.1 == OwnPrior::Spread(which);
+            let block = problem.discs();
+            let is_shown = block.is_some_and(|block| {
+                (0..block.shots.len()).any(|i| block.own_priors(i).iter().any(is_shown))
+            });
+            let sd = if is_shown { spread.sd } else { 0.0 };
+            scatter.push(Scatter { component, sd, fall });
         }
         scatter
     }
