@@ -155,6 +155,7 @@ impl Fitted<'_> {
             let status = match value {
                 x if x == low => Status::AtLowerBound,
                 x if x == high => Status::AtUpperBound,
+                _ if parameter == Parameter::Mu => return self.bounded_friction(high),
                 _ => {
                     return Estimate::bare(
                         parameter,
