@@ -134,7 +134,7 @@ fn tracks_that_were_smoothed_are_named() {
 #[test]
 fn topspin_that_is_stated_wrongly_is_named() {
     let fit = fitted(footage(Played::AlmostRoll, Spin::NaturalRoll, 9200));
-    is_named(&fit, Cause::CueSpin, -0.1, TRUTH);
+    is_named(&fit, Cause::CueSpin, 0.9, TRUTH);
 }
 
 #[test]
@@ -146,22 +146,22 @@ fn friction_that_falls_with_the_slip_is_named() {
     is_named(&fit, Cause::FallingFriction, 0.1, [0.01, 0.3, 0.94]);
 }
 
-/// Rolling balls that spin sideways at random, by up to a tenth of the natural roll's spin: with that spread stated they fit, without it it is
-/// named.
+/// Rolling balls that spin sideways at random, by up to a tenth of the natural roll's spin: whether that spread is stated or not, how
+/// much they do is an unknown of the film, and the parameters are right.
 #[test]
-fn side_spin_that_nobody_saw_is_named_and_taken() {
+fn side_spin_that_nobody_saw_is_taken() {
     /// Of numbers spread evenly from −0.1 to 0.1.
     const SPREAD: f64 = 0.057_735;
     let ignored = footage(Played::SlightSide, Spin::NaturalRoll, 9400);
     let stated = Dataset { side_sd: SPREAD, ..ignored.clone() };
-    let fit = fitted(ignored);
-    is_named(&fit, Cause::SideSpin, SPREAD, TRUTH);
-    let fit = fitted(stated);
-    assert!(named(&fit).is_none(), "{:?}", fit.explanations);
-    for (parameter, truth) in [(Parameter::Mu, TRUTH[0]), (Parameter::E, TRUTH[2])] {
-        let estimate = fit.estimates[parameter as usize];
-        let off = (estimate.value - truth) / estimate.std_error.unwrap();
-        assert!(off.abs() < ERRORS, "{parameter:?}: {off}");
+    for dataset in [ignored, stated] {
+        let fit = fitted(dataset);
+        assert!(named(&fit).is_none(), "{:?}", fit.explanations);
+        for (parameter, truth) in [(Parameter::Mu, TRUTH[0]), (Parameter::E, TRUTH[2])] {
+            let estimate = fit.estimates[parameter as usize];
+            let off = (estimate.value - truth) / estimate.std_error.unwrap();
+            assert!(off.abs() < ERRORS, "{parameter:?}: {off}");
+        }
     }
 }
 

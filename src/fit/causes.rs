@@ -14,8 +14,6 @@ pub enum Cause {
     Radius,
     /// Topspin that is not stated, over the natural roll's.
     CueSpin,
-    /// Side spin that was not seen: the standard deviation of Rω_z/U from shot to shot.
-    SideSpin,
     /// Unequal balls: the mass of the cue ball over that of the object ball.
     MassRatio,
     /// A contact that gives way along its surface: κ.
@@ -41,7 +39,6 @@ impl Cause {
             Self::FrameRate => "frame-rate",
             Self::Radius => "radius",
             Self::CueSpin => "cue-spin",
-            Self::SideSpin => "side-spin",
             Self::MassRatio => "mass-ratio",
             Self::Compliance => "compliance",
             Self::FallingFriction => "falling-friction",

@@ -147,7 +147,11 @@ impl Fitted<'_> {
             |finding: &Finding| matches!(finding, Finding::Undetermined { id: open, .. } if *open == id);
         let is_determined = !solution.findings.iter().any(is_undetermined);
         let Some(found) = solution.get(id).filter(|_| is_determined) else {
-            let status = if self.settings[parameter].fixed { Status::Fixed } else { Status::NotIdentified };
+            let is_fixed = self.settings[parameter].fixed;
+            if parameter == Parameter::Mu && !is_fixed {
+                return self.bounded_friction(solution.bounds(id)[1]);
+            }
+            let status = if is_fixed { Status::Fixed } else { Status::NotIdentified };
             return Estimate::bare(parameter, value, status);
         };
         let [low, high] = solution.bounds(id);
@@ -155,7 +159,6 @@ impl Fitted<'_> {
             let status = match value {
                 x if x == low => Status::AtLowerBound,
                 x if x == high => Status::AtUpperBound,
-                _ if parameter == Parameter::Mu => return self.bounded_friction(high),
                 _ => {
                     return Estimate::bare(
                         parameter,
