@@ -297,16 +297,7 @@ fn a_draft_suggests_what_the_film_shows() {
         );
     }
     // and that is what a fit of the table uses, and says: here snooker balls
-    let told = [
-        "fit",
-        "film.csv",
-        "--fps",
-        "1000",
-        "--spin",
-        "natural-roll",
-        "--shots",
-        "1..4",
-    ];
+    let told = ["fit", "film.csv", "--fps", "1000", "--spin", "natural-roll", "--shots", "1..4"];
     let said = done(lab.path(), &told);
     assert!(said.contains("taken as balls of radius 0.02625 m (else: --radius)"), "{said}");
 }

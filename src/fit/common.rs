@@ -17,21 +17,6 @@ use crate::problem::{Finding, Id, ShotInfluence, Solution};
 /// Shots that are listed by their influence whether they are influential or not, and at most.
 const LISTED: [usize; 2] = [5, 20];
 
-/// Returns the unknown that a parameter is.
-pub(super) fn id_of(parameter: Parameter) -> Id {
-    match parameter {
-        Parameter::Mu => Id::Mu,
-        Parameter::MuS => Id::MuS,
-        Parameter::E => Id::E,
-        Parameter::B => Id::FallB,
-        Parameter::C => Id::FallC,
-        Parameter::Kappa => Id::Kappa,
-        Parameter::MassRatio => Id::MassRatio,
-        Parameter::RadiusRatio => Id::RadiusRatio,
-        Parameter::ESlope => Id::ESlope,
-    }
-}
-
 /// A fit of one sample.
 #[derive(Clone, Copy)]
 pub(super) struct Common<'a> {
@@ -100,7 +85,7 @@ impl Common<'_> {
         let extra = |p: &Parameter| {
             // c means nothing without b
             let decides = if *p == Parameter::C { Parameter::B } else { *p };
-            self.solution.value(id_of(decides)) != 0.0 && !p.is_of_balls()
+            self.solution.value(Id::from(decides)) != 0.0 && !p.is_of_balls()
         };
         Parameter::ALL.into_iter().filter(|p| self.settings.has(*p) || extra(p)).collect()
     }
@@ -132,7 +117,7 @@ impl Common<'_> {
 
     /// Returns the free parameters of the contact with their standard errors.
     pub fn contact(&self) -> Vec<(Parameter, f64)> {
-        let error = |p: Parameter| Some((p, self.solution.get(id_of(p))?.std_error?));
+        let error = |p: Parameter| Some((p, self.solution.get(Id::from(p))?.std_error?));
         self.parameters().into_iter().filter_map(error).filter(|(p, _)| !p.is_of_balls()).collect()
     }
 
@@ -143,14 +128,14 @@ impl Common<'_> {
         silent: Vec<Parameter>,
     ) -> Option<Identifiability> {
         let unknowns: Vec<(Id, f64)> =
-            parameters.iter().map(|p| (id_of(*p), self.solution.value(id_of(*p)))).collect();
+            parameters.iter().map(|p| (Id::from(*p), self.solution.value(Id::from(*p)))).collect();
         let combination = self.solution.worst_direction(&unknowns);
         identify(parameters, combination.as_ref(), silent)
     }
 
     /// Returns how the estimates scatter in fits of shots that are drawn anew, if that is asked for.
     pub fn bootstrap(&self, contact: &[(Parameter, f64)]) -> Option<Bootstrap> {
-        let free: Vec<(Parameter, Id)> = contact.iter().map(|(p, _)| (*p, id_of(*p))).collect();
+        let free: Vec<(Parameter, Id)> = contact.iter().map(|(p, _)| (*p, Id::from(*p))).collect();
         let Options { bootstrap: replicates, seed, .. } = *self.options;
         let asked = replicates > 0 && !free.is_empty();
         asked.then(|| bootstrap::draw(self.solution, &free, (replicates, seed), self.done))
@@ -176,7 +161,7 @@ impl Common<'_> {
 
     fn wanted(&self) -> Vec<Id> {
         let has_error = |id: &Id| self.solution.get(*id).is_some_and(|found| found.std_error.is_some());
-        self.parameters().into_iter().filter(|p| !p.is_of_balls()).map(id_of).filter(has_error).collect()
+        self.parameters().into_iter().filter(|p| !p.is_of_balls()).map(Id::from).filter(has_error).collect()
     }
 
     /// Returns the shots that move the estimates most.
@@ -194,8 +179,8 @@ impl Common<'_> {
             let changes = nalgebra::DVector::from_iterator(wanted.len(), wanted.iter().map(change));
             let cook = changes.dot(&(&information * &changes)) / wanted.len() as f64;
             let shift = |p: Parameter| {
-                let error = solution.get(id_of(p))?.std_error?;
-                Some((p, change(&id_of(p)) / error))
+                let error = solution.get(Id::from(p))?.std_error?;
+                Some((p, change(&Id::from(p)) / error))
             };
             let shifts = self.parameters().into_iter().filter_map(shift).collect();
             Influence { shot: name.clone(), leverage: found.leverage, cook, shifts }
@@ -212,5 +197,5 @@ impl Common<'_> {
 
 /// Returns the unknowns of estimates.
 pub(super) fn ids(estimates: &[Estimate]) -> Vec<Id> {
-    estimates.iter().map(|estimate| id_of(estimate.parameter)).collect()
+    estimates.iter().map(|estimate| Id::from(estimate.parameter)).collect()
 }

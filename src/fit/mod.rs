@@ -20,6 +20,7 @@ mod of_discs;
 pub(crate) mod of_film;
 pub(crate) mod of_rows;
 mod options;
+mod request;
 mod result;
 mod table_words;
 mod verdict;
@@ -72,7 +73,7 @@ pub(crate) fn fit_rows(
         let group = dataset.by.clone().zip(label);
         let group = group.as_ref();
         let shots = shots.as_slice();
-        of_rows::fit(of_rows::Request { dataset, shots, group, options, done })
+        of_rows::fit(request::Request { dataset, shots, group, options, done })
     };
     dataset.labelled().into_iter().map(fit).collect()
 }

@@ -7,13 +7,14 @@ use nalgebra::DVector;
 use statrs::distribution::{ContinuousCDF, StudentsT};
 
 use super::camera::FoundCamera;
-use super::common::{Common, id_of};
+use super::common::Common;
 use super::diagnostics::goodness::normality_of;
 use super::diagnostics::trends::ranked;
 use super::intervals::regions::contours;
 use super::{
     Computed, Depth, Diagnostics, Estimate, Fit, FitError, FrictionCurve, Goodness, Intervals, Noise,
-    NoiseVerdict, Options, Plateau, Rejected, Residual, Scatter, Status, Trend, Variable, film_words, warnings,
+    NoiseVerdict, Options, Plateau, Rejected, Residual, Scatter, Status, Trend, Variable, film_words,
+    warnings,
 };
 use crate::extraction::disc::Quantity;
 use crate::measurement::dataset::{Dataset, DiscShot};
@@ -130,18 +131,19 @@ impl Fitted<'_> {
         fit.diagnostics.computed =
             vec![Computed { fidelity: Fidelity::Full, effects, shots: solution.names[0].len() }];
         fit.friction_curve = FrictionCurve::of_fit(&fit);
-        let is_bounded = |estimate: &&Estimate| estimate.status == Status::Free && estimate.std_error.is_none();
+        let is_bounded =
+            |estimate: &&Estimate| estimate.status == Status::Free && estimate.std_error.is_none();
         let bounded = fit.estimates.iter().find(is_bounded).map(|estimate| Plateau {
             parameter: estimate.parameter,
             edge: estimate.value,
-            bound: solution.bounds(id_of(estimate.parameter))[1],
+            bound: solution.bounds(Id::from(estimate.parameter))[1],
         });
         fit.diagnostics.plateaus.extend(bounded);
         fit
     }
 
     fn estimate(&self, parameter: Parameter) -> Estimate {
-        let (solution, id) = (&self.found.solution, id_of(parameter));
+        let (solution, id) = (&self.found.solution, Id::from(parameter));
         let value = solution.value(id);
         let is_undetermined =
             |finding: &Finding| matches!(finding, Finding::Undetermined { id: open, .. } if *open == id);

@@ -4,7 +4,7 @@ use nalgebra::Vector4;
 use statrs::distribution::{ChiSquared, ContinuousCDF};
 
 use super::camera::FoundCamera;
-use super::common::{Common, id_of};
+use super::common::Common;
 use super::diagnostics::goodness::{IMPROBABLE, normality_of};
 use super::diagnostics::trends::ranked;
 use super::film::{FittedFilm, stated_scale_sd};
@@ -78,7 +78,7 @@ impl Fitted<'_> {
     }
 
     fn estimate(&self, parameter: Parameter) -> Estimate {
-        let (solution, id) = (self.solution(), id_of(parameter));
+        let (solution, id) = (self.solution(), Id::from(parameter));
         let value = solution.value(id);
         let setting = self.settings[parameter];
         let Some(found) = solution.get(id) else {
@@ -167,8 +167,9 @@ impl Fitted<'_> {
         let common = self.common();
         let contact = common.contact();
         let parameters: Vec<Parameter> = contact.iter().map(|(p, _)| *p).collect();
-        let is_silent =
-            |e: &&Estimate| e.status == Status::NotIdentified && solution.get(id_of(e.parameter)).is_none();
+        let is_silent = |e: &&Estimate| {
+            e.status == Status::NotIdentified && solution.get(Id::from(e.parameter)).is_none()
+        };
         let silent = estimates.iter().filter(is_silent).map(|e| e.parameter).collect();
         let drawn: Vec<&Estimate> = estimates.iter().filter(|e| parameters.contains(&e.parameter)).collect();
         let regions = self.options.depth >= Depth::Everything;

@@ -6,24 +6,23 @@ use std::time::Instant;
 use nalgebra::{DMatrix, DVector};
 use statrs::distribution::{ChiSquared, ContinuousCDF, StudentsT};
 
-use super::common::{Common, id_of, ids};
+use super::common::{Common, ids};
 use super::diagnostics::goodness::{IMPROBABLE, normality_of};
 use super::diagnostics::trends::ranked;
 use super::diagnostics::{other_models, refuted};
 use super::intervals::regions;
+use super::request::Request;
 use super::{
-    Computed, Depth, Diagnostics, Estimate, Fit, FitError, Goodness, Intervals, Noise, NoiseVerdict, Options,
-    Plateau, Profile, Refuted, Rejected, Residual, Status, Trend, Variable, check, film_words, table_words,
-    warnings,
+    Computed, Depth, Diagnostics, Estimate, Fit, FitError, Goodness, Intervals, Noise, NoiseVerdict, Plateau,
+    Profile, Refuted, Residual, Status, Trend, Variable, check, film_words, table_words, warnings,
 };
-use crate::measurement::dataset::{Dataset, Shot};
-use crate::measurement::observable::{Axis, Observable};
 use crate::measurement::number::plain;
+use crate::measurement::observable::{Axis, Observable};
 use crate::measurement::parameter::{Compliance, Parameter, Settings};
 use crate::physics::collision::{Coefficients, Effects, Fidelity, FidelityChoice, Model};
 use crate::physics::friction_law::Law;
 use crate::problem::{
-    self, Determined, Deviations, Id, Policy, RowsChoices, RowsError, RowsFit, Severity, ShiftScore, Status as Found,
+    self, Determined, Deviations, Id, Policy, RowsChoices, RowsFit, Severity, ShiftScore, Status as Found,
     fit_rows, predict,
 };
 
@@ -33,18 +32,6 @@ const MANY_SHOTS: usize = 5_000;
 
 /// Standard deviations that are too large by less than this part do no harm, however many shots show it.
 const HARMLESS: f64 = 0.05;
-
-/// Shots of a table, and how they are fitted.
-#[derive(Clone, Copy)]
-pub(super) struct Request<'a> {
-    pub dataset: &'a Dataset,
-    pub shots: &'a [&'a Shot],
-    /// Column and label.
-    pub group: Option<&'a (String, String)>,
-    pub options: &'a Options,
-    /// Called after each sample of the bootstrap.
-    pub done: &'a (dyn Fn() + Sync),
-}
 
 /// A fit with what it was fitted to.
 struct Fitted<'a> {
@@ -76,41 +63,6 @@ pub(super) fn fit(request: Request) -> Result<Fit, FitError> {
     Ok(fit)
 }
 
-impl Request<'_> {
-    /// Returns how an error names what is fitted.
-    fn title(&self) -> String {
-        match self.group {
-            Some((column, label)) => format!("{} ({column} {label})", self.dataset.name),
-            None => self.dataset.name.clone(),
-        }
-    }
-
-    /// Returns the error of a fit with the names of the data set and its places.
-    fn named(&self, error: RowsError) -> FitError {
-        let dataset = self.title();
-        let place = |name: String| {
-            let shot = self.shots.iter().find(|shot| shot.name == name);
-            let place = shot.map(|shot| format!("{}:{}", shot.file.display(), shot.line));
-            Box::new((place.unwrap_or_default(), name))
-        };
-        match error {
-            RowsError::NoShot { left_out } => {
-                let of = |(shot, reason)| Rejected { shot, reason };
-                FitError::NoUsableShot { dataset, shots_rejected: left_out.into_iter().map(of).collect() }
-            }
-            RowsError::TooFewNumbers { numbers, unknowns } => {
-                let names: Vec<&str> = unknowns.iter().map(|id| id.name()).collect();
-                FitError::TooFewObservations { dataset, observations: numbers, parameters: names.join(", ") }
-            }
-            RowsError::MixedNoise { column, with, without } => {
-                FitError::MixedNoise { dataset, column, with: place(with), without: place(without) }
-            }
-            RowsError::Rigid(fidelity) => FitError::Rigid { dataset, fidelity },
-            RowsError::NoStart => FitError::NoStart(dataset),
-        }
-    }
-}
-
 impl Fitted<'_> {
     fn common(&self) -> Common<'_> {
         let Request { dataset, group, options, done, .. } = self.request;
@@ -131,9 +83,7 @@ impl Fitted<'_> {
         let correlation = common.correlation(&estimates, &covariance);
         let mut fit = Fit { correlation, ..common.bare(estimates, Arc::new(solution.clone())) };
         for rejected in &mut fit.shots_rejected {
-            let is_lost = |finding: &problem::Finding| {
-                matches!(finding, problem::Finding::LostShots { names } if names.contains(&rejected.shot))
-            };
+            let is_lost = |finding: &problem::Finding| matches!(finding, problem::Finding::LostShots { names } if names.contains(&rejected.shot));
             if let Some(number) = solution.findings.iter().any(is_lost).then(|| self.worst(&rejected.shot)) {
                 rejected.reason.push_str(&number.unwrap_or_default());
             }
@@ -180,7 +130,7 @@ impl Fitted<'_> {
     }
 
     fn estimate(&self, found: &Determined) -> Estimate {
-        let Some(parameter) = Parameter::ALL.into_iter().find(|p| id_of(*p) == found.id) else {
+        let Some(parameter) = Parameter::ALL.into_iter().find(|p| Id::from(*p) == found.id) else {
             unreachable!("estimates are of parameters")
         };
         let status = match found.status {
@@ -266,10 +216,9 @@ impl Fitted<'_> {
         let with = |is: &dyn Fn(Status) -> bool| -> Vec<Parameter> {
             fit.estimates.iter().filter(|e| is(e.status)).map(|e| e.parameter).collect()
         };
-        let informed = |p: &Parameter| self.rows.solution.is_informed(id_of(*p));
+        let informed = |p: &Parameter| self.rows.solution.is_informed(Id::from(*p));
         let free = with(&|status| matches!(status, Status::Free | Status::NotIdentified));
-        let free: Vec<Parameter> =
-            free.into_iter().filter(informed).filter(|p| !p.is_of_balls()).collect();
+        let free: Vec<Parameter> = free.into_iter().filter(informed).filter(|p| !p.is_of_balls()).collect();
         let silent = with(&|status| status == Status::NotIdentified);
         let silent = silent.into_iter().filter(|p| !informed(p)).collect();
         let goodness = self.goodness(fit.dof);
@@ -307,7 +256,7 @@ impl Fitted<'_> {
     fn profiles(&self, estimates: &[&Estimate]) -> Vec<Profile> {
         let of = |estimate: &&Estimate| {
             let ends = estimate.intervals.profile?;
-            let points = self.rows.solution.curve(id_of(estimate.parameter) as usize, ends);
+            let points = self.rows.solution.curve(Id::from(estimate.parameter) as usize, ends);
             Some(Profile { parameter: estimate.parameter, points })
         };
         estimates.iter().filter_map(of).collect()
@@ -318,7 +267,7 @@ impl Fitted<'_> {
         let of = |estimate: &Estimate| {
             let is_flat =
                 estimate.status == Status::Free && estimate.std_error.is_none() && self.rows.knows_noise();
-            let [_, high] = self.rows.solution.bounds(id_of(estimate.parameter));
+            let [_, high] = self.rows.solution.bounds(Id::from(estimate.parameter));
             is_flat.then_some(Plateau { parameter: estimate.parameter, edge: estimate.value, bound: high })
         };
         fit.estimates.iter().filter_map(of).collect()

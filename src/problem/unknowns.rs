@@ -2,6 +2,7 @@
 
 use nalgebra::DVector;
 
+use crate::measurement::parameter::Parameter;
 use crate::physics::name::worded;
 
 /// Values of the unknowns that a shot has of its own.
@@ -110,6 +111,22 @@ impl Id {
     /// Returns whether it is an unknown of the camera.
     pub(crate) fn is_of_camera(self) -> bool {
         self as usize >= PHYSICS
+    }
+}
+
+impl From<Parameter> for Id {
+    fn from(parameter: Parameter) -> Self {
+        match parameter {
+            Parameter::Mu => Self::Mu,
+            Parameter::MuS => Self::MuS,
+            Parameter::E => Self::E,
+            Parameter::B => Self::FallB,
+            Parameter::C => Self::FallC,
+            Parameter::Kappa => Self::Kappa,
+            Parameter::MassRatio => Self::MassRatio,
+            Parameter::RadiusRatio => Self::RadiusRatio,
+            Parameter::ESlope => Self::ESlope,
+        }
     }
 }
 

@@ -1,7 +1,6 @@
 //! What the data determine: the singular values of the Jacobian, and in words the combination of
 //! parameters that they tell worst.
 
-use crate::fit::common::id_of;
 use crate::measurement::parameter::Parameter;
 use crate::problem::{self, Id, Invariant};
 
@@ -49,7 +48,7 @@ pub(in crate::fit) fn identify(
     let (largest, smallest) = (singular_values.first()?, singular_values.last()?);
     let condition = largest / smallest;
     let worst = found.map(|found| {
-        let parameter = |id: Id| Parameter::ALL.into_iter().find(|p| id_of(*p) == id);
+        let parameter = |id: Id| Parameter::ALL.into_iter().find(|p| Id::from(*p) == id);
         let terms: Vec<(Parameter, f64)> =
             found.terms.iter().filter_map(|(id, step)| Some((parameter(*id)?, *step))).collect();
         let determined = found.remains.map(|remains| {

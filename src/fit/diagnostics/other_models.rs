@@ -8,11 +8,10 @@
 
 use statrs::distribution::{ChiSquared, ContinuousCDF};
 
-use super::super::of_rows::Request;
-use crate::fit::common::id_of;
+use crate::fit::request::Request;
 use crate::measurement::parameter::{Parameter, Settings};
 use crate::physics::collision::{Fidelity, FidelityChoice};
-use crate::problem::{Deviations, Policy, RowsChoices, RowsFit, fit_rows};
+use crate::problem::{Deviations, Id, Policy, RowsChoices, RowsFit, fit_rows};
 
 /// Another model fitted to the data of a fit.
 #[derive(Clone, Debug, PartialEq)]
@@ -61,7 +60,7 @@ pub(in crate::fit) fn compare(
     let settings = request.dataset.settings_of_balls();
     let values = |fit: &RowsFit| {
         let parameters = Parameter::ALL.into_iter();
-        parameters.map(|p| (p, fit.solution.value(id_of(p)))).collect::<Vec<_>>()
+        parameters.map(|p| (p, fit.solution.value(Id::from(p)))).collect::<Vec<_>>()
     };
     let of_settings = |settings: &Settings, values: &[(Parameter, f64)]| -> Vec<(Parameter, f64)> {
         values.iter().copied().filter(|(p, _)| settings.has(*p)).collect()
@@ -150,7 +149,7 @@ fn changes(request: Request, fit: &RowsFit, own: &Settings, shots: &[Option<Devi
         return all;
     }
     let is_told = |parameter: Parameter| {
-        fit.solution.get(id_of(parameter)).is_some_and(|found| found.std_error.is_some())
+        fit.solution.get(Id::from(parameter)).is_some_and(|found| found.std_error.is_some())
             && own[parameter].prior.is_none()
     };
     // effects that were adopted stay

@@ -7,9 +7,8 @@ use nalgebra::{Matrix2, Vector2};
 use statrs::distribution::{ChiSquared, ContinuousCDF, FisherSnedecor};
 
 use crate::fit::Estimate;
-use crate::fit::common::id_of;
 use crate::measurement::parameter::Parameter;
-use crate::problem::Solution;
+use crate::problem::{Id, Solution};
 
 /// The regions that are drawn: they hold the true pair with this probability.
 pub const LEVELS: [f64; 2] = [0.68, 0.95];
@@ -65,7 +64,7 @@ pub(in crate::fit) fn contours(
 }
 
 fn contour(solution: &Solution, pair: [&Estimate; 2], dof: Option<f64>) -> Option<Contour> {
-    let ids = pair.map(|estimate| id_of(estimate.parameter));
+    let ids = pair.map(|estimate| Id::from(estimate.parameter));
     let centre = pair.map(|estimate| estimate.value);
     let bounds = ids.map(|id| solution.bounds(id));
     let covariance = solution.covariance(&ids);

@@ -2,10 +2,10 @@
 
 use rayon::prelude::*;
 
-use super::measure::{Reached, settle};
+use super::measure::{ROUNDS, Reached, STEPS, settle};
 use super::motion::law_of;
 use super::quantities::DiscImpact;
-use super::run::{ROUNDS, Rival, Run, STEPS};
+use super::run::{Rival, Run};
 use crate::extraction::disc::Quantity;
 use crate::measurement::parameter::{Compliance, Parameter, Settings};
 use crate::problem::descent::{Descent, STALL, descend};

@@ -7,10 +7,10 @@ use statrs::distribution::{ChiSquared, ContinuousCDF};
 use super::block::DiscBlock;
 use super::first_guess::DiscFilm;
 use super::frames::NOISES;
+use super::outcome::variance;
 use super::own;
 use super::priors::LEAST_SHOTS;
-use super::quantities::{DiscImpact, variance};
-use super::run::{ROUNDS, STEPS};
+use super::quantities::DiscImpact;
 use super::stick::Stuck;
 use crate::problem::block::Block;
 use crate::problem::descent::{Descent, descend};
@@ -21,6 +21,12 @@ use crate::problem::policy::Policy;
 use crate::problem::problem::{Evaluation, Problem, State};
 use crate::problem::uncertainty::Estimates;
 use crate::problem::unknowns::{Id, Mode, Own, Shared};
+
+/// Steps of a descent with each of them.
+pub(super) const STEPS: usize = 10;
+
+/// Rounds of leaving out shots, and of priors that the frames contradict.
+pub(super) const ROUNDS: usize = 3;
 
 /// Frames of each point on either side of the impact that are used, one number after the other: paths
 /// are followed from the impact on to a rail or a hand. The last one is for shots that are too few to

@@ -7,6 +7,7 @@ mod law;
 mod lines;
 mod measure;
 mod motion;
+mod outcome;
 mod own;
 mod priors;
 pub(crate) mod quantities;

@@ -5,7 +5,7 @@ use statrs::distribution::{ChiSquared, ContinuousCDF, StudentsT};
 
 use super::block::Component;
 use super::first_guess::DiscFilm;
-use super::measure::{Reached, impacts, measure, settle, unlikely};
+use super::measure::{ROUNDS, Reached, STEPS, impacts, measure, settle, unlikely};
 use super::quantities::DiscImpact;
 use crate::extraction::disc::Quantity;
 use crate::measurement::dataset::Dataset;
@@ -20,14 +20,8 @@ use crate::problem::sums::OwnPrior;
 use crate::problem::uncertainty::Estimates;
 use crate::problem::unknowns::{Id, Mode, Shared};
 
-/// Steps of a descent with each of them.
-pub(super) const STEPS: usize = 10;
-
 /// Part of the distance of the centres by which the frames of a collision are off the paths at most.
 const HOPELESS: f64 = 0.02;
-
-/// Rounds of leaving out shots, and of priors that the frames contradict.
-pub(super) const ROUNDS: usize = 3;
 
 /// Rise of −2 log L at the ends of an interval of 95 %.
 const RISE_95: f64 = 3.84;

@@ -4,6 +4,7 @@ use nalgebra::DVector;
 use statrs::distribution::{ChiSquared, ContinuousCDF};
 
 use super::block::{Pool, RowsBlock};
+use super::choices::{RowsChoices, RowsError};
 use super::fidelity::{Effect, choose_effects, minus_two_log};
 use super::outliers::judge_rows;
 use super::table::Table;
@@ -40,52 +41,6 @@ const LEAST_DOF: f64 = 0.5;
 
 /// Noise over its least value at which residuals vanish.
 const VANISHES: f64 = 1.0 + 1e-6;
-
-/// Choices of the fit of a table that its data set does not state.
-#[derive(Clone, Copy, Debug, Default)]
-pub struct RowsChoices {
-    /// How closely collisions are computed.
-    pub fidelity: FidelityChoice,
-    /// How outlying shots count; `None`: as the data set states.
-    pub loss: Option<Loss>,
-    /// Whether intervals of profiles are left out.
-    pub without_profiles: bool,
-}
-
-/// Why a table cannot be fitted.
-#[derive(Clone, Debug, PartialEq, thiserror::Error)]
-pub enum RowsError {
-    /// No shot can be fitted.
-    #[error("no shot can be used{}", .left_out.first().map_or(String::new(), |(shot, why)| format!(": shot {shot}: {why}")))]
-    NoShot {
-        /// Names of the shots, and reasons.
-        left_out: Vec<(String, String)>,
-    },
-    /// There are fewer numbers than free unknowns.
-    #[error("{numbers} observations for the free parameters {}; expected at least as many", .unknowns.iter().map(|id| id.name()).collect::<Vec<_>>().join(", "))]
-    TooFewNumbers {
-        /// Number of observations and priors.
-        numbers: usize,
-        /// The free unknowns.
-        unknowns: Vec<Id>,
-    },
-    /// Some numbers of a column have a standard deviation and others none.
-    #[error("{column} has a standard deviation in shot {with}, but none in shot {without}; give all or none")]
-    MixedNoise {
-        /// The column.
-        column: &'static str,
-        /// Name of the first shot with one.
-        with: String,
-        /// Name of the first shot without.
-        without: String,
-    },
-    /// κ is stated, and the fidelity is of a rigid contact.
-    #[error("kappa is stated, but with the fidelity {0} a contact is rigid along its surface")]
-    Rigid(&'static str),
-    /// No start of the search describes a collision.
-    #[error("no values of the unknowns describe a collision that is like these shots")]
-    NoStart,
-}
 
 /// Noise of the numbers of a table whose errors are not stated.
 #[derive(Clone, Debug)]

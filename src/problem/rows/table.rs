@@ -5,7 +5,7 @@ use std::sync::Arc;
 use statrs::distribution::{ChiSquared, ContinuousCDF};
 
 use super::block::{Pool, RowsBlock};
-use super::run::{RowsChoices, RowsError};
+use super::choices::{RowsChoices, RowsError};
 use super::shot::{OWN, Row, RowShot, shared_unknown};
 use crate::measurement::dataset::{Dataset, Shot};
 use crate::measurement::loss::Loss;
