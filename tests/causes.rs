@@ -134,7 +134,9 @@ fn tracks_that_were_smoothed_are_named() {
 #[test]
 fn topspin_that_is_stated_wrongly_is_named() {
     let fit = fitted(footage(Played::AlmostRoll, Spin::NaturalRoll, 9200));
-    is_named(&fit, Cause::CueSpin, 0.9, TRUTH);
+    let found = named(&fit).unwrap();
+    assert_eq!((found.cause, fit.verdict().grade), (Cause::CueSpin, Grade::Doubtful));
+    assert!((found.estimate - 0.9).abs() < 0.05 && found.sentence.contains("their topspin is 0.9"), "{found:?}");
 }
 
 #[test]

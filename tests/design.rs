@@ -268,11 +268,13 @@ fn errors_scale_with_noise_and_frames() {
     let quiet = errors(&|expected| expected.camera.position_sd_m *= 0.5);
     let fast = errors(&|expected| expected.camera.fps *= 2.0);
     let many = errors(&|expected| expected.kinds[0].shots *= 4);
-    for i in 0..3 {
-        assert!((usual[i] / quiet[i] / 2.0 - 1.0).abs() < SCALES, "{} {}", usual[i], quiet[i]);
-        assert!((usual[i] / fast[i] / 2.0_f64.sqrt() - 1.0).abs() < SCALES, "{} {}", usual[i], fast[i]);
-        assert!((usual[i] / many[i] / 2.0 - 1.0).abs() < SCALES, "{} {}", usual[i], many[i]);
-    }
+    // what is known of masses, camera and frame rate beforehand does not shrink with the noise
+    let shrinks = |errors: [f64; 3], by: f64| {
+        (0..3).all(|i| (1.0..by * (1.0 + SCALES)).contains(&(usual[i] / errors[i])))
+    };
+    assert!(shrinks(quiet, 2.0), "{usual:?} {quiet:?}");
+    assert!(shrinks(fast, 2.0_f64.sqrt()), "{usual:?} {fast:?}");
+    assert!(shrinks(many, 2.0), "{usual:?} {many:?}");
 }
 
 #[test]

@@ -314,8 +314,8 @@ fn errors_include_those_of_the_camera() {
         let mut of_fits = Vec::new();
         for seed in 0..films as u64 {
             let (dataset, ratios) = film(1000 + seed, filmed);
-            let (dataset, extracted) = calibrated_discs(dataset);
-            assert_eq!(extracted.len(), shots, "{:?}", dataset.left_out);
+            let (prepared, extracted) = calibrated_discs(dataset.clone());
+            assert_eq!(extracted.len(), shots, "{:?}", prepared.left_out);
             for (track, impact) in &extracted {
                 let ratio = ratios[track.name.parse::<usize>().unwrap()];
                 for (quantity, truth) in [

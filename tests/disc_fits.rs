@@ -4,7 +4,6 @@ use std::path::Path;
 
 use caromfit::compare::{self, Quantity};
 use caromfit::fit;
-use caromfit::fit::with_impacts;
 use caromfit::fit::{Depth, Fit, Grade, Options};
 use caromfit::io;
 use caromfit::measurement::dataset::{Before, Dataset, Measured, Measurement, Shot};
@@ -28,7 +27,7 @@ fn fitted(dataset: &Dataset) -> Fit {
 
 fn chalmers(change: impl Fn(&mut Dataset)) -> Fit {
     let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("data/pucks-chalmers-2023");
-    let mut dataset = with_impacts(io::load(&folder).unwrap(), &|| ()).0;
+    let mut dataset = io::load(&folder).unwrap();
     change(&mut dataset);
     fitted(&dataset)
 }
@@ -138,7 +137,7 @@ fn errors_of_shots_that_scatter_are_what_they_are_stated_to_be() {
     const TOLD: f64 = 0.25;
     let sets = count_of("CAROMFIT_SETS", 8);
     let base =
-        with_impacts(load(SETTINGS, &film_with(2, 31, |slip, _| -0.1 * slip.signum()).0).unwrap(), &|| ()).0;
+        load(SETTINGS, &film_with(2, 31, |slip, _| -0.1 * slip.signum()).0).unwrap();
     let random = &mut ChaCha8Rng::seed_from_u64(32);
     let truth = [(Parameter::Mu, TRUE_MU), (Parameter::E, TRUE_E), (Parameter::Kappa, TRUE_KAPPA)];
     let (mut hold, mut scatters) = (0, [0.0; 2]);
@@ -176,7 +175,7 @@ fn an_e_that_falls_with_the_closing_speed_is_found() {
     /// J_t/J_n, which hangs on e a little, and Student's t move the error by this part.
     const ABOUT: f64 = 0.1;
     let base =
-        with_impacts(load(SETTINGS, &film_with(2, 31, |slip, _| -0.1 * slip.signum()).0).unwrap(), &|| ()).0;
+        load(SETTINGS, &film_with(2, 31, |slip, _| -0.1 * slip.signum()).0).unwrap();
     let random = &mut ChaCha8Rng::seed_from_u64(33);
     let mut dataset = scattering(random, &base, SHOTS, TRUE_SLOPE);
     let constant = fitted(&dataset);
@@ -218,7 +217,7 @@ fn discs_that_are_compared_call_for_a_contact_that_gives_way() {
     /// Standard errors: one of the two is off by more once in 180 such tests.
     const WITHIN: f64 = 3.0;
     let base =
-        with_impacts(load(SETTINGS, &film_with(2, 31, |slip, _| -0.1 * slip.signum()).0).unwrap(), &|| ()).0;
+        load(SETTINGS, &film_with(2, 31, |slip, _| -0.1 * slip.signum()).0).unwrap();
     let random = &mut ChaCha8Rng::seed_from_u64(35);
     let pair = ["one", "other"].map(|name| {
         let mut dataset = scattering(random, &base, SHOTS, 0.0);
@@ -250,7 +249,7 @@ fn differences_between_discs_include_the_scatter_of_their_shots() {
     /// Ten times what 20 shots that scatter tell e to.
     const DIFFERENCE: f64 = 0.1;
     let base =
-        with_impacts(load(SETTINGS, &film_with(2, 31, |slip, _| -0.1 * slip.signum()).0).unwrap(), &|| ()).0;
+        load(SETTINGS, &film_with(2, 31, |slip, _| -0.1 * slip.signum()).0).unwrap();
     let random = &mut ChaCha8Rng::seed_from_u64(34);
     let options = compare::Options {
         fidelity: FidelityChoice::Auto,

@@ -247,7 +247,7 @@ fn masses_radii_and_frame_rate_need_not_be_known() {
 #[test]
 fn a_fit_of_discs_finds_friction_and_restitution() {
     let (table, _) = film(40, 7);
-    let dataset = with_impacts(load(SETTINGS, &table).unwrap(), &|| ()).0;
+    let dataset = load(SETTINGS, &table).unwrap();
     let fit = fit::fit(&dataset, &options::of_fit()).unwrap().remove(0);
     for (i, truth) in [(0, MU), (2, E)] {
         let estimate = fit.estimates[i];

@@ -3,7 +3,6 @@
 use std::path::{Path, PathBuf};
 
 use caromfit::fit;
-use caromfit::fit::with_impacts;
 use caromfit::fit::{Estimate, Fit, Options, Status};
 use caromfit::io;
 use caromfit::io::stored_fit;
@@ -40,7 +39,7 @@ fn folder(name: &str) -> PathBuf {
 }
 
 fn load(name: &str) -> Dataset {
-    with_impacts(io::load(&folder(name)).unwrap(), &|| ()).0
+    io::load(&folder(name)).unwrap()
 }
 
 fn estimate(fit: &Fit, parameter: Parameter) -> Estimate {

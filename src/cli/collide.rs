@@ -106,6 +106,9 @@ pub fn run(args: &Args) -> Result<(), Failure> {
         let ball = Ball { radius: case.radius, ..Ball::POOL };
         let mut model = Model::new(fidelity.unwrap_or(Fidelity::Contact), ball);
         if let Some(ratio) = case.mass_ratio.or(args.mass_ratio) {
+            if !(ratio > 0.0 && ratio.is_finite()) {
+                return Err(BadCase::MassRatio(ratio));
+            }
             model = model.with_mass_ratio(ratio);
         }
         // integration must not add to what is left out

@@ -177,7 +177,6 @@ fn conflict(id: Id, [stated, estimate, sd, size]: [f64; 4], (radius, scale_sd): 
 fn cause(id: Id, [estimate, sd, fall]: [f64; 3]) -> String {
     let found = with_error(estimate, sd);
     match id {
-        Id::MassRatio => conflict(id, [1.0, estimate, sd, fall.sqrt()], (f64::NAN, f64::NAN)),
         Id::FallB => format!(
             "Friction between the balls that falls with their slip, by {found} from slow to fast, explains residuals (−2 log L lower \
              by {fall:.0}), and is in the estimates: μ is then its limit for fast slips. friction = \"exponential\" under [fit] takes \
@@ -215,6 +214,12 @@ fn spins(film: &FittedFilm, fall: f64) -> String {
         (format!("{stun} of {} have next to no topspin", all.len()), "stun")
     } else {
         (format!("the topspin of {differ} of {} differs", all.len()), "unknown")
+    };
+    let (were, assume) = if differ > 0 {
+        (were, assume)
+    } else {
+        let mean = all.iter().map(|(_, found)| found).sum::<f64>() / all.len().max(1) as f64;
+        (format!("on average their topspin is {mean:.2} of natural roll"), "unknown")
     };
     format!(
         "The cue balls do not spin as stated: {were}, which explains the residuals (−2 log L lower by {fall:.0}); the estimates have \

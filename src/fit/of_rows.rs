@@ -72,7 +72,12 @@ impl Fitted<'_> {
     /// Returns the fit without what is to be said of it.
     fn fit(&self) -> Fit {
         let RowsFit { solution, estimates, as_free, numbers, .. } = &self.rows;
-        let estimates: Vec<Estimate> = estimates.iter().map(|found| self.estimate(found)).collect();
+        let mut estimates: Vec<Estimate> = estimates.iter().map(|found| self.estimate(found)).collect();
+        let kappa = solution.value(Id::Kappa);
+        if kappa != 0.0 && estimates.iter().all(|estimate| estimate.parameter != Parameter::Kappa) {
+            estimates.push(Estimate::bare(Parameter::Kappa, kappa, Status::Fixed));
+            estimates.sort_by_key(|estimate| estimate.parameter as usize);
+        }
         let all = ids(&estimates);
         let place = |i: usize| as_free.position(all[i] as usize);
         let covariance = DMatrix::from_fn(all.len(), all.len(), |i, j| match (place(i), place(j)) {
@@ -241,7 +246,7 @@ impl Fitted<'_> {
                 Vec::new()
             },
             profiles: if shows { self.profiles(&estimated) } else { Vec::new() },
-            alternatives: if everything && !is_robust {
+            alternatives: if everything {
                 other_models::compare(*request, rows, &self.deviations)
             } else {
                 Vec::new()

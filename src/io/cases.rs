@@ -44,6 +44,9 @@ pub enum BadCase {
     /// The cut angle, given here in degrees, is not between −90° and 90°.
     #[error("the cut angle is {0}°; expected more than −90° and less than 90°")]
     Cut(f64),
+    /// The ratio of the masses is not positive and finite.
+    #[error("mass_ratio is {0}; expected more than 0")]
+    MassRatio(f64),
     /// A tangential compliance κ is stated for a fidelity whose contact is rigid.
     #[error(
         "kappa is {0} with {name}, which is rigid along the surface; expected the fidelity ode, contact or auto",
@@ -66,6 +69,7 @@ impl BadCase {
         match self {
             Self::Speed(_) => Some("speed_m_s"),
             Self::Cut(_) => Some("cut_deg"),
+            Self::MassRatio(_) => Some("mass_ratio"),
             Self::Rigid(..) => Some("kappa"),
             Self::NotACollision(error) => match error {
                 NotACollision::OutOfRange { name, .. } => {

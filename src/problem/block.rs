@@ -133,6 +133,7 @@ impl Block {
     /// Returns the noises that have one size, and the least that it can be.
     pub fn noise_pools(&self) -> Vec<(Vec<usize>, f64)> {
         match self {
+            Self::Film(film) if film.states_noise => Vec::new(),
             Self::Film(_) => vec![(vec![0], 0.0), (vec![1], 0.0)],
             // what the law leaves is scatter of the shots
             Self::Discs(discs) if !discs.is_free => Vec::new(),

@@ -8,9 +8,11 @@ use super::film::own;
 use super::film::spins::ShotSpin;
 use super::findings::{Finding, Severity, worst};
 use super::noise::count_shared;
-use super::problem::{Evaluation, Problem, State};
+use super::block::Block;
+use super::problem::{Evaluation, Problem, Sample, State};
 use super::robust::losses;
-use super::sums::{Noise, NoiseSums};
+use super::rows::shot::RowShot;
+use super::sums::{Contribution, Noise};
 use super::uncertainty::{Estimates, Share};
 use super::unknowns::{Id, Mode, Normal, Own};
 
@@ -208,9 +210,18 @@ impl Solution {
     /// Returns χ² of the data alone, and the number of measured numbers in it.
     #[must_use]
     pub fn chi2_of_data(&self) -> (f64, f64) {
-        let samples = 0..self.problem.samples.len();
-        let sums: Vec<NoiseSums> = samples.flat_map(|sample| self.at.noises(sample)).collect();
-        (sums.iter().map(|sum| sum.weighted).sum(), sums.iter().map(|sum| sum.count).sum())
+        let of_sample = |(number, sample): (usize, &Sample)| match &sample.block {
+            Block::Rows(rows) => {
+                let chi2 = self.at.shots[number].iter().map(|shot| shot.cost).sum::<f64>();
+                (chi2, rows.shots.iter().map(|shot| shot.rows.len()).sum::<usize>() as f64)
+            }
+            _ => {
+                let sums = self.at.noises(number);
+                (sums.iter().map(|sum| sum.weighted).sum(), sums.iter().map(|sum| sum.count).sum())
+            }
+        };
+        let all = self.problem.samples.iter().enumerate().map(of_sample);
+        all.fold((0.0, 0.0), |sum, own| (sum.0 + own.0, sum.1 + own.1))
     }
 
     /// Returns what the priors of shared unknowns add to χ².
@@ -223,8 +234,13 @@ impl Solution {
     /// Returns the number of unknowns that the shots have of their own, without those that are held.
     #[must_use]
     pub fn own_count(&self) -> usize {
-        let free = |held: &Vec<bool>| held.iter().filter(|held| !**held).count();
-        self.at.shots.iter().flatten().map(|shot| free(&shot.held)).sum()
+        let free = |shot: &Contribution| shot.held.iter().filter(|held| !**held).count();
+        let of_sample = |(number, sample): (usize, &Sample)| match &sample.block {
+            // what is known of an input is a number, too
+            Block::Rows(rows) => rows.shots.iter().map(RowShot::own_unknowns_without_prior).sum::<usize>(),
+            _ => self.at.shots[number].iter().map(free).sum(),
+        };
+        self.problem.samples.iter().enumerate().map(of_sample).sum()
     }
 
     /// Returns the number of shared unknowns that the data determine: each counts by the part of its

@@ -84,7 +84,7 @@ impl DiscFilm {
             }
         };
         let mut guessed = Vec::new();
-        let mut left_out = Vec::new();
+        let mut left_out = tracks.left_out.clone();
         for guess in tracks.shots.par_iter().map(guess).collect::<Vec<_>>() {
             match guess {
                 Ok(guess) => guessed.push(guess),

@@ -125,6 +125,11 @@ fn let_in(problem: &Problem, at: &Evaluation, suspect: Suspect, policy: &Policy)
             }
             Finding::Conflict { id, stated: mean, estimate, sd, size }
         }
+        // masses that are stated as exact
+        None if id == Id::MassRatio => {
+            let (stated, size) = (before.start, fall.sqrt().copysign(estimate - before.start));
+            Finding::Conflict { id, stated, estimate, sd, size }
+        }
         None => Finding::Cause { id, estimate, sd, fall },
     };
     Some(Explained { problem: wider, descent, finding, fall })

@@ -259,7 +259,7 @@ impl Cleaned {
         for shot in &mut shots {
             shot.correlation = rho;
         }
-        let mut left_out = Vec::new();
+        let mut left_out = tracks.left_out.clone();
         resting::leave_out_moving(&mut shots, tracks.from_balls, &mut left_out);
         if let Some(times) = stated_noise::refuted(&shots) {
             stated_noise::forget(&mut shots);

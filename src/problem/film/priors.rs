@@ -42,6 +42,10 @@ pub(super) fn list_unknowns(
 ) -> Vec<Unknown> {
     let mut all = Unknown::list();
     list_contact(&mut all, settings);
+    let masses = &mut all[Id::MassRatio as usize];
+    if masses.mode == Mode::Fixed {
+        masses.mode = Mode::Tested;
+    }
     list_cloth(&mut all, dataset);
     list_camera(&mut all, tracks);
     list_spins(&mut all, spins);

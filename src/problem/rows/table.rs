@@ -6,6 +6,7 @@ use statrs::distribution::{ChiSquared, ContinuousCDF};
 
 use super::block::{Pool, RowsBlock};
 use super::choices::{RowsChoices, RowsError};
+use super::fidelity::minus_two_log;
 use super::shot::{OWN, Row, RowShot, shared_unknown};
 use crate::measurement::dataset::{Dataset, Shot};
 use crate::measurement::loss::Loss;
@@ -32,6 +33,9 @@ const EXACT: f64 = 1e-9;
 
 /// First noise of numbers whose first residuals vanish, in their unit.
 const UNKNOWN_NOISE: f64 = 1e-3;
+
+/// Values of κ that descents start from if it is not known: stiff contacts to soft ones.
+const KAPPAS: [f64; 4] = [0.5, 1.25, 2.5, 5.0];
 
 /// Degrees of freedom of a variance from which on Bartlett's test holds.
 const LEAST_DOF: f64 = 3.0;
@@ -101,7 +105,25 @@ impl Table {
     /// Returns the minimum from anywhere.
     pub fn descend(&mut self) -> Result<Descent, RowsError> {
         let start = self.start();
-        fit(&mut self.problem, &start).ok_or(RowsError::NoStart)
+        let kappa = self.problem.unknown(Id::Kappa);
+        if kappa.mode != Mode::Free {
+            return fit(&mut self.problem, &start).ok_or(RowsError::NoStart);
+        }
+        let [low, high] = kappa.bounds;
+        let mut best: Option<(Problem, Descent)> = None;
+        for kappa in KAPPAS.into_iter().map(|kappa| kappa.clamp(low, high)) {
+            let (mut problem, mut start) = (self.problem.clone(), start.clone());
+            start.shared[Id::Kappa] = kappa;
+            let Some(descent) = fit(&mut problem, &start) else { continue };
+            let likelihood = minus_two_log(&problem, &descent.end);
+            let is_better = |(other, best): &(Problem, Descent)| likelihood < minus_two_log(other, &best.end);
+            if best.as_ref().is_none_or(is_better) {
+                best = Some((problem, descent));
+            }
+        }
+        let (problem, descent) = best.ok_or(RowsError::NoStart)?;
+        self.problem = problem;
+        Ok(descent)
     }
 
     /// Holds unknowns without a prior that no number depends on, whatever the friction is: with much
@@ -146,12 +168,12 @@ impl Table {
 
     /// Checks that there are as many numbers as unknowns.
     fn count(&self) -> Result<(), RowsError> {
-        let (numbers, free) = (self.numbers(), self.problem.free());
-        if numbers < free.len() {
-            let unknowns = free.iter().map(|column| self.problem.unknowns[*column].id).collect();
-            return Err(RowsError::TooFewNumbers { numbers, unknowns });
-        }
-        Ok(())
+        let unknowns = self.problem.unknowns.iter();
+        let free = unknowns.filter(|unknown| unknown.mode == Mode::Free && unknown.prior.is_none());
+        let unknowns: Vec<Id> = free.map(|unknown| unknown.id).collect();
+        let priors = self.problem.free().len() - unknowns.len();
+        let numbers = self.numbers() - priors;
+        if numbers < unknowns.len() { Err(RowsError::TooFewNumbers { numbers, unknowns }) } else { Ok(()) }
     }
 
     /// Pools the noises of each unit, and sets them to a part of the first residuals.
