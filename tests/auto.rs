@@ -2,10 +2,10 @@
 
 use caromfit::fit;
 use caromfit::fit::{Fit, Options};
-use caromfit::measurement::dataset::Measurement;
 use caromfit::measurement::dataset::{Dataset, ObjectBall, Shot};
 use caromfit::physics::ball::Ball;
 use caromfit::physics::collision::{Coefficients, Fidelity, FidelityChoice, Model};
+use caromfit::measurement::dataset::Measurement;
 use caromfit::problem::predict;
 use caromfit::simulate::{Kind, Noise, Played, Spec};
 
