@@ -7,6 +7,7 @@ use caromfit::measurement::spin::Spin;
 use caromfit::measurement::dataset::{Dataset, ObjectBall, Shot};
 use caromfit::physics::ball::Ball;
 use caromfit::physics::collision::{Coefficients, Fidelity, FidelityChoice, Model};
+use caromfit::measurement::dataset::Measurement;
 use caromfit::problem::predict;
 use caromfit::simulate::{Kind, Noise, Played, Spec};
 

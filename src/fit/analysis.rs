@@ -235,3 +235,4 @@ fn fitted_with(dataset: &Dataset, options: &Options) -> Result<(Model, Settings)
     }
     Ok((model, settings))
 }
+

@@ -311,11 +311,17 @@ impl Fitted<'_> {
                 Some(ShiftScore { square: 1.0, along, beside: DVector::zeros(columns) })
             };
             let scores: Vec<Option<ShiftScore>> = points.iter().map(score).collect();
-            let dof = scores.iter().flatten().count() as f64 - 2.0;
+            let along: Vec<f64> = scores.iter().flatten().map(|score| score.along).collect();
+            let mean = along.iter().sum::<f64>() / along.len() as f64;
+            let square = along.iter().map(|along| (along - mean).powi(2)).sum::<f64>();
+            let dof = along.len() as f64 - 2.0;
             for (variable, values) in &variables {
                 let Some(slope) = solution.slope_of(values, &scores) else { continue };
                 let Ok(t) = StudentsT::new(0.0, 1.0, dof) else { continue };
-                found.push((observable.label(), *variable, slope.value, 2.0 * t.sf(slope.t.abs())));
+                // the scatter that is stated includes a trend, that about the line does not
+                let about_line = ((square - slope.t.powi(2)) / dof).sqrt();
+                let p = 2.0 * t.sf(slope.t.abs() / about_line);
+                found.push((observable.label(), *variable, slope.value, p));
             }
         }
         ranked(found)

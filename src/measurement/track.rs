@@ -169,7 +169,8 @@ pub struct Viewpoint {
     pub middle: [f64; 2],
 }
 
-impl Viewpoint {}
+impl Viewpoint {
+}
 
 /// The filmed shots of a data set.
 #[derive(Clone, Debug, Default)]

@@ -5,7 +5,7 @@ use nalgebra::DVector;
 use super::problem::{Evaluation, Problem, Reduced, State};
 
 /// Fall of χ² below which a step is not made: 0.1 standard deviations.
-pub(crate) const STALL: f64 = 0.01;
+pub(super) const STALL: f64 = 0.01;
 
 /// Number of steps that gain nothing, though they were promised to, after which a descent ends.
 const MAX_STALLS: usize = 2;

@@ -8,7 +8,7 @@ use super::quantities::DiscImpact;
 use super::run::{Rival, Run};
 use crate::extraction::disc::Quantity;
 use crate::measurement::parameter::{Compliance, Parameter, Settings};
-use crate::problem::descent::{Descent, STALL, descend};
+use crate::problem::descent::{Descent, descend};
 use crate::problem::film::film_data::FilmError;
 use crate::problem::problem::{Problem, State};
 use crate::problem::unknowns::{Id, Mode, Shared, Unknown};
@@ -40,42 +40,37 @@ impl Run<'_> {
     pub(super) fn choose_law(&mut self, impacts: &[DiscImpact]) -> Result<(Reached, Vec<Rival>), FilmError> {
         let Settings { compliance, .. } = self.settings;
         let is_auto = compliance == Compliance::Auto && self.names.len() >= LEAST_SHOTS;
-        let rigid =
-            if compliance == Compliance::Stated { Vec::new() } else { self.descend_from(false, impacts)? };
-        let compliant = if compliance == Compliance::Stated || is_auto {
-            self.descend_from(true, impacts)?
-        } else {
-            Vec::new()
-        };
-        let cost = |start: &(Problem, Descent)| start.1.end.cost;
-        let least = rigid.iter().chain(&compliant).map(cost).fold(f64::INFINITY, f64::min);
-        let is_likely = |start: &(Problem, Descent)| cost(start) <= least + LESS_LIKELY;
-        let mut fits = self.settle_all(rigid.into_iter().filter(is_likely).collect(), None)?;
-        let best = fits.iter().min_by(|a, b| a.unlikely.total_cmp(&b.unlikely));
-        let compliant = self.settle_all(compliant.into_iter().filter(is_likely).collect(), best)?;
-        let of_rigid = best.map_or(f64::INFINITY, |best| best.unlikely);
+        let (mut rigid, mut compliant) = (Vec::new(), Vec::new());
+        if compliance != Compliance::Stated {
+            rigid = self.descend_from(false, impacts)?;
+        }
+        if compliance == Compliance::Stated || is_auto {
+            compliant = self.descend_from(true, impacts)?;
+        }
+        let costs = rigid.iter().chain(&compliant).map(|(_, descent)| descent.end.cost);
+        let most = costs.fold(f64::INFINITY, f64::min) + LESS_LIKELY;
+        for starts in [&mut rigid, &mut compliant] {
+            starts.retain(|(_, descent)| descent.end.cost <= most);
+        }
+        let mut fits = self.settle_all(rigid, None)?;
+        let compliant = self.settle_all(compliant, fits.first())?;
+        let of_rigid = fits.first().map_or(f64::INFINITY, |best| best.unlikely);
         // beyond the equations that define the parameters only if the shots show it
-        if compliant.iter().any(|fit| fit.unlikely < of_rigid - self.policy.cause) {
+        if compliant.first().is_some_and(|best| best.unlikely < of_rigid - self.policy.cause) {
             fits = compliant;
         }
-        fits.sort_by(|a, b| a.unlikely.total_cmp(&b.unlikely));
-        let mut rivals: Vec<Rival> = Vec::new();
         let mut ranked = fits.into_iter();
         let best = ranked.next().ok_or(FilmError::NoStart)?;
-        let mut known = vec![best.shared().clone()];
-        for other in ranked.filter(|other| other.unlikely < best.unlikely + self.policy.cause) {
-            let at = other.shared();
-            if known.iter().all(|known| differs(at, known)) {
-                let rise = other.unlikely - best.unlikely;
-                rivals.push(Rival { mu: at[Id::Mu], kappa: at[Id::Kappa], rise });
-                known.push(at.clone());
-            }
-        }
+        let rival = |other: Reached| Rival {
+            mu: other.shared()[Id::Mu],
+            kappa: other.shared()[Id::Kappa],
+            rise: other.unlikely - best.unlikely,
+        };
+        let rivals = ranked.map(rival).filter(|rival| rival.rise < self.policy.cause).collect();
         Ok((best, rivals))
     }
 
-    /// Descends from the most promising values of μ and κ with the spreads that the frames show
-    /// whatever the law; returns each minimum once.
+    /// Descends from the most promising values of μ and κ with the spreads before the frames are seen.
     fn descend_from(
         &mut self,
         compliant: bool,
@@ -89,25 +84,19 @@ impl Run<'_> {
             }
             _ => vec![kappa.start],
         };
-        let mut descents: Vec<(Problem, Descent)> = Vec::new();
+        let mut descents = Vec::new();
         for [mu, kappa] in self.promising(problem.unknown(Id::Mu), &kappas, impacts) {
-            let state = self.start(&problem, mu, kappa)?;
-            let descent = descend(&problem, problem.evaluate(state), &problem.free(), STEPS);
+            let from = problem.evaluate(self.start(&problem, mu, kappa)?);
+            let descent = descend(&problem, from, &problem.free(), STEPS);
             self.evaluations += descent.evaluations;
-            let is_new = |(_, other): &(Problem, Descent)| {
-                let [at, known] = [&descent, other].map(|descent| &descent.end);
-                (at.cost - known.cost).abs() > STALL && differs(&at.state.shared, &known.state.shared)
-            };
-            if descent.end.cost.is_finite() && descents.iter().all(is_new) {
-                descents.push((problem.clone(), descent));
-            }
+            descents.push((problem.clone(), descent));
         }
         Ok(descents)
     }
 
-    /// Descends to minima with spreads of their own; to none if with those of a rival χ² is not low
-    /// enough to be likelier: if it is lower by Δ for n numbers, −2 log L with their own spread is lower
-    /// by −n ln(1 − Δ/n).
+    /// Descends to minima with spreads of their own, and returns each once, the likeliest first. Returns
+    /// none if with the spreads of a rival χ² is not low enough to be likelier: if it is lower by Δ for n
+    /// numbers, −2 log L with their own spread is lower by −n ln(1 − Δ/n).
     fn settle_all(
         &mut self,
         mut starts: Vec<(Problem, Descent)>,
@@ -136,13 +125,20 @@ impl Run<'_> {
                     self.evaluations += descent.evaluations;
                 }
             }
-            if !fits.iter().all(|fit| differs(fit.shared(), &descent.end.state.shared)) {
-                continue;
+            let is_new = |shared: &Shared, fits: &[Reached]| {
+                let differs = |id: Id, fit: &Reached| (shared[id] / fit.shared()[id]).ln().abs() > 0.5 * APART;
+                fits.iter().all(|fit| differs(Id::Mu, fit) || differs(Id::Kappa, fit))
+            };
+            if descent.end.cost.is_finite() && is_new(&descent.end.state.shared, &fits) {
+                let descent = settle(&mut problem, descent.end.state);
+                self.evaluations += descent.evaluations;
+                let fit = Reached::new(problem, descent)?;
+                if is_new(fit.shared(), &fits) {
+                    fits.push(fit);
+                }
             }
-            let descent = settle(&mut problem, descent.end.state);
-            self.evaluations += descent.evaluations;
-            fits.push(Reached::new(problem, descent)?);
         }
+        fits.sort_by(|a, b| a.unlikely.total_cmp(&b.unlikely));
         Ok(fits)
     }
 
@@ -261,9 +257,4 @@ impl Run<'_> {
         }
         Ok(state)
     }
-}
-
-/// Returns whether two minima are not the same.
-fn differs(a: &Shared, b: &Shared) -> bool {
-    [Id::Mu, Id::Kappa].into_iter().any(|id| (a[id] / b[id]).ln().abs() > 0.5 * APART)
 }

@@ -67,7 +67,7 @@ impl Reached {
 }
 
 /// Returns −2 log L with the own unknowns integrated.
-pub(super) fn unlikely(problem: &Problem, at: &Evaluation) -> Option<f64> {
+fn unlikely(problem: &Problem, at: &Evaluation) -> Option<f64> {
     let block = problem.discs()?;
     let reduced = at.eliminate(problem, 0.0)?;
     let mut sum = at.cost + reduced.own_ln_determinant;

@@ -3,18 +3,17 @@
 
 use statrs::distribution::{ChiSquared, ContinuousCDF, StudentsT};
 
-use super::block::Component;
+use super::block::{Component, DiscBlock};
 use super::first_guess::DiscFilm;
-use super::measure::{ROUNDS, Reached, STEPS, impacts, measure, settle, unlikely};
+use super::measure::{ROUNDS, Reached, impacts, measure, settle};
 use super::quantities::DiscImpact;
 use crate::extraction::disc::Quantity;
 use crate::measurement::dataset::Dataset;
 use crate::measurement::parameter::Settings;
-use crate::problem::descent::descend;
 use crate::problem::film::film_data::FilmError;
 use crate::problem::findings::Finding;
 use crate::problem::policy::Policy;
-use crate::problem::problem::{Evaluation, Problem};
+use crate::problem::problem::Problem;
 use crate::problem::solution::Solution;
 use crate::problem::sums::OwnPrior;
 use crate::problem::uncertainty::Estimates;
@@ -55,8 +54,6 @@ pub struct Scatter {
     pub component: Component,
     /// Standard deviation.
     pub sd: f64,
-    /// Fall of −2 log L with it; `None` of the outcome, which is never without.
-    pub fall: Option<f64>,
 }
 
 /// The fit of films of discs.
@@ -179,11 +176,11 @@ impl Run<'_> {
             (best, rivals) = self.choose_law(&impacts)?;
         }
         self.resolve_conflicts(&mut best)?;
-        let Reached { problem, descent, unlikely } = best;
+        let Reached { problem, descent, .. } = best;
         let estimates = Estimates::new(&problem, &descent.end).ok_or(FilmError::Undetermined)?;
         self.find_undetermined(&problem, &descent.end.state.shared, &estimates);
-        let scatter = self.scatter(&problem, &descent.end, unlikely);
         let block = problem.discs().ok_or(FilmError::NoFilm)?;
+        let scatter = list_scatter(block);
         let dof = if block.shots.len() > 1 { block.shots.len() as f64 - 1.0 } else { NORMAL };
         // if the shots determine no friction, any other is as likely
         rivals.retain(|_| estimates.sd(Id::Mu as usize).is_some());
@@ -273,33 +270,15 @@ impl Run<'_> {
             });
         }
     }
+}
 
-    /// Returns how much shots differ, and how much likelier that makes them.
-    fn scatter(&mut self, problem: &Problem, at: &Evaluation, likeliest: f64) -> Vec<Scatter> {
-        let spreads = problem.discs().map(|block| block.spreads.clone()).unwrap_or_default();
-        let mut scatter = Vec::new();
-        for (which, (component, spread)) in Component::ALL.into_iter().zip(spreads).enumerate() {
-            let is_of_outcome = matches!(component, Component::Restitution | Component::Ratio);
-            let mut without = problem.clone();
-            let fall = match without.discs_mut() {
-                _ if is_of_outcome => None,
-                Some(block) if spread.sd > spread.least => {
-                    block.spreads[which].sd = spread.least;
-                    let from = without.evaluate(at.state.clone());
-                    let descent = descend(&without, from, &without.free(), STEPS);
-                    self.evaluations += descent.evaluations;
-                    unlikely(&without, &descent.end).map(|unlikely| unlikely - likeliest)
-                }
-                _ => Some(0.0),
-            };
-            let is_shown = |prior: &(usize, OwnPrior)| prior.1 == OwnPrior::Spread(which);
-            let block = problem.discs();
-            let is_shown = block.is_some_and(|block| {
-                (0..block.shots.len()).any(|i| block.own_priors(i).iter().any(is_shown))
-            });
-            let sd = if is_shown { spread.sd } else { 0.0 };
-            scatter.push(Scatter { component, sd, fall });
-        }
-        scatter
-    }
+/// Returns how much shots differ, by nothing where the frames do not show it.
+fn list_scatter(block: &DiscBlock) -> Vec<Scatter> {
+    let priors: Vec<OwnPrior> =
+        (0..block.shots.len()).flat_map(|i| block.own_priors(i)).map(|(_, prior)| prior).collect();
+    let of_component = |(which, component): (usize, Component)| {
+        let is_shown = priors.contains(&OwnPrior::Spread(which));
+        Scatter { component, sd: if is_shown { block.spreads[which].sd } else { 0.0 } }
+    };
+    Component::ALL.into_iter().enumerate().map(of_component).collect()
 }
