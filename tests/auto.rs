@@ -3,11 +3,10 @@
 use caromfit::fit;
 use caromfit::fit::{Fit, Options};
 use caromfit::measurement::dataset::{Before, Measurement};
-use caromfit::measurement::spin::Spin;
 use caromfit::measurement::dataset::{Dataset, ObjectBall, Shot};
+use caromfit::measurement::spin::Spin;
 use caromfit::physics::ball::Ball;
 use caromfit::physics::collision::{Coefficients, Fidelity, FidelityChoice, Model};
-use caromfit::measurement::dataset::Measurement;
 use caromfit::problem::predict;
 use caromfit::simulate::{Kind, Noise, Played, Spec};
 

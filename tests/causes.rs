@@ -136,7 +136,10 @@ fn topspin_that_is_stated_wrongly_is_named() {
     let fit = fitted(footage(Played::AlmostRoll, Spin::NaturalRoll, 9200));
     let found = named(&fit).unwrap();
     assert_eq!((found.cause, fit.verdict().grade), (Cause::CueSpin, Grade::Doubtful));
-    assert!((found.estimate - 0.9).abs() < 0.05 && found.sentence.contains("their topspin is 0.9"), "{found:?}");
+    assert!(
+        (found.estimate - 0.9).abs() < 0.05 && found.sentence.contains("their topspin is 0.9"),
+        "{found:?}"
+    );
 }
 
 #[test]

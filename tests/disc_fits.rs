@@ -136,8 +136,7 @@ fn errors_of_shots_that_scatter_are_what_they_are_stated_to_be() {
     /// The standard deviation of 8 means of 20 shots is told to 6 %: four times that.
     const TOLD: f64 = 0.25;
     let sets = count_of("CAROMFIT_SETS", 8);
-    let base =
-        load(SETTINGS, &film_with(2, 31, |slip, _| -0.1 * slip.signum()).0).unwrap();
+    let base = load(SETTINGS, &film_with(2, 31, |slip, _| -0.1 * slip.signum()).0).unwrap();
     let random = &mut ChaCha8Rng::seed_from_u64(32);
     let truth = [(Parameter::Mu, TRUE_MU), (Parameter::E, TRUE_E), (Parameter::Kappa, TRUE_KAPPA)];
     let (mut hold, mut scatters) = (0, [0.0; 2]);
@@ -174,8 +173,7 @@ fn an_e_that_falls_with_the_closing_speed_is_found() {
     const WITHIN: f64 = 3.0;
     /// J_t/J_n, which hangs on e a little, and Student's t move the error by this part.
     const ABOUT: f64 = 0.1;
-    let base =
-        load(SETTINGS, &film_with(2, 31, |slip, _| -0.1 * slip.signum()).0).unwrap();
+    let base = load(SETTINGS, &film_with(2, 31, |slip, _| -0.1 * slip.signum()).0).unwrap();
     let random = &mut ChaCha8Rng::seed_from_u64(33);
     let mut dataset = scattering(random, &base, SHOTS, TRUE_SLOPE);
     let constant = fitted(&dataset);
@@ -216,8 +214,7 @@ fn discs_that_are_compared_call_for_a_contact_that_gives_way() {
     const SHOTS: usize = 20;
     /// Standard errors: one of the two is off by more once in 180 such tests.
     const WITHIN: f64 = 3.0;
-    let base =
-        load(SETTINGS, &film_with(2, 31, |slip, _| -0.1 * slip.signum()).0).unwrap();
+    let base = load(SETTINGS, &film_with(2, 31, |slip, _| -0.1 * slip.signum()).0).unwrap();
     let random = &mut ChaCha8Rng::seed_from_u64(35);
     let pair = ["one", "other"].map(|name| {
         let mut dataset = scattering(random, &base, SHOTS, 0.0);
@@ -248,8 +245,7 @@ fn differences_between_discs_include_the_scatter_of_their_shots() {
     const IMAGINED: usize = 4;
     /// Ten times what 20 shots that scatter tell e to.
     const DIFFERENCE: f64 = 0.1;
-    let base =
-        load(SETTINGS, &film_with(2, 31, |slip, _| -0.1 * slip.signum()).0).unwrap();
+    let base = load(SETTINGS, &film_with(2, 31, |slip, _| -0.1 * slip.signum()).0).unwrap();
     let random = &mut ChaCha8Rng::seed_from_u64(34);
     let options = compare::Options {
         fidelity: FidelityChoice::Auto,

@@ -235,4 +235,3 @@ fn fitted_with(dataset: &Dataset, options: &Options) -> Result<(Model, Settings)
     }
     Ok((model, settings))
 }
-

@@ -169,8 +169,7 @@ pub struct Viewpoint {
     pub middle: [f64; 2],
 }
 
-impl Viewpoint {
-}
+impl Viewpoint {}
 
 /// The filmed shots of a data set.
 #[derive(Clone, Debug, Default)]

@@ -3,12 +3,12 @@
 use nalgebra::DMatrix;
 use rayon::prelude::*;
 
+use super::block::Block;
 use super::film::motion::Approach;
 use super::film::own;
 use super::film::spins::ShotSpin;
 use super::findings::{Finding, Severity, worst};
 use super::noise::count_shared;
-use super::block::Block;
 use super::problem::{Evaluation, Problem, Sample, State};
 use super::robust::losses;
 use super::rows::shot::RowShot;

@@ -126,7 +126,8 @@ impl Run<'_> {
                 }
             }
             let is_new = |shared: &Shared, fits: &[Reached]| {
-                let differs = |id: Id, fit: &Reached| (shared[id] / fit.shared()[id]).ln().abs() > 0.5 * APART;
+                let differs =
+                    |id: Id, fit: &Reached| (shared[id] / fit.shared()[id]).ln().abs() > 0.5 * APART;
                 fits.iter().all(|fit| differs(Id::Mu, fit) || differs(Id::Kappa, fit))
             };
             if descent.end.cost.is_finite() && is_new(&descent.end.state.shared, &fits) {
