@@ -126,7 +126,7 @@ fn tracks_that_were_smoothed_are_named() {
     assert!(verdict.grade != Grade::Good && verdict.sentence.contains("the tracker lags"), "{verdict:?}");
     let verdict = smoothed(&averaged);
     assert!(
-        verdict.grade == Grade::Doubtful && verdict.sentence.contains("that were smoothed"),
+        verdict.grade == Grade::Doubtful && verdict.sentence.contains("were smoothed"),
         "{verdict:?}"
     );
 }

@@ -12,6 +12,7 @@ use caromfit::fit::footage::with_discs;
 use caromfit::fit::with_impacts;
 use caromfit::io;
 use caromfit::measurement::dataset::Dataset;
+use caromfit::measurement::parameter::Parameter;
 use rand::{Rng, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 
@@ -249,11 +250,11 @@ fn a_fit_of_discs_finds_friction_and_restitution() {
     let (table, _) = film(40, 7);
     let dataset = load(SETTINGS, &table).unwrap();
     let fit = fit::fit(&dataset, &options::of_fit()).unwrap().remove(0);
-    for (i, truth) in [(0, MU), (2, E)] {
-        let estimate = fit.estimates[i];
+    for (parameter, truth) in [(Parameter::Mu, MU), (Parameter::E, E)] {
+        let estimate = fit.get(parameter).unwrap();
         let pull = (estimate.value - truth) / estimate.std_error.unwrap();
         println!("{} ± {}", estimate.value, estimate.std_error.unwrap());
-        assert!(pull.abs() < 4.0 && estimate.std_error.unwrap() < 0.005, "{i}: {pull}");
+        assert!(pull.abs() < 4.0 && estimate.std_error.unwrap() < 0.005, "{parameter:?}: {pull}");
     }
     assert!(fit.refuted.is_none() && fit.shots_doubtful.is_empty());
     assert!(fit.chi2 / (fit.dof as f64) < 1.5, "{}", fit.chi2 / fit.dof as f64);

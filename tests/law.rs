@@ -171,8 +171,10 @@ fn one_slip_does_not_tell_a_from_b() {
     let law = Law::Exponential { b: B, c: C };
     let dataset = made(&same, Fidelity::Full, law);
     let fit = fitted(dataset, false, &options::of_fit());
-    let words = fit.diagnostics.identifiability.unwrap().worst.unwrap().words;
-    assert!(words.contains("hardly tell") && words.contains("μ") && words.contains(" b"), "{words}");
+    // whether b ends on its bound 0 or not
+    let is_said =
+        |said: &String| said.contains("hardly tell μ from b") || said.contains("hardly tell μ and b apart");
+    assert!(fit.warnings.iter().any(is_said), "{:#?}", fit.warnings);
 }
 
 #[test]

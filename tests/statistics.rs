@@ -48,10 +48,10 @@ fn profile_ends_are_where_chi2_has_risen_by_the_quantile() {
 #[test]
 fn a_profile_knows_bounds_and_curvature_where_the_hessian_does_not() {
     let fit = fitted(&shipped("mathavan-2014"));
-    let [mu, mu_s, e] = [0, 1, 2].map(|i: usize| fit.estimates[i]);
+    let [mu_s, e] = [1, 2].map(|i: usize| fit.estimates[i]);
     // μ_s at its bound holds the others: e is far surer than its error without the bound says, and lopsided
     assert_eq!(mu_s.status, Status::AtLowerBound);
-    assert!(e.is_profiled() && mu.is_profiled());
+    assert!(e.is_profiled());
     let [low, high] = e.interval_95.unwrap();
     assert!(e.value - low > 2.0 * (high - e.value), "{:?}", e.interval_95);
     // the one-sided limit of μ_s is nothing but its upper bound
@@ -243,6 +243,8 @@ fn thorough(dataset: &Dataset) -> Fit {
 fn on_the_edge_of_a_region_chi2_has_risen_by_its_quantile() {
     /// As for the profiles: the weights of the minimum against those of a new fit.
     const SAME: f64 = 0.03;
+    /// An ellipse serves where no end of an interval is off by a tenth of its half, χ² by a fifth.
+    const OF_ELLIPSE: f64 = 0.2;
     let dataset = made(&spec(Kind::Impacts, &[Played::NaturalRoll], 30, 12));
     let fit = thorough(&dataset);
     assert_eq!(fit.diagnostics.contours.len(), 3);
@@ -258,7 +260,8 @@ fn on_the_edge_of_a_region_chi2_has_risen_by_its_quantile() {
                 }
                 let options = Options { depth: Depth::Estimates, ..options::of_fit() };
                 let rise = fit::fit(&held, &options).unwrap()[0].chi2 - fit.chi2;
-                assert!((rise / level.rise - 1.0).abs() < SAME, "{point:?}: {rise}, expected {}", level.rise);
+                let most = if level.edge == level.ellipse { OF_ELLIPSE } else { SAME };
+                assert!((rise / level.rise - 1.0).abs() < most, "{point:?}: {rise}, expected {}", level.rise);
             }
         }
     }

@@ -130,7 +130,7 @@ impl<'a> Joint<'a> {
         if let Some(alone) = self.samples.fitted.first() {
             verdict::describe(&mut quantities, alone.dataset.ball);
         }
-        let (chi2, _) = self.solution.chi2_of_data();
+        let chi2 = self.solution.chi2_of_data().0 + self.solution.prior_chi2();
         let mut weights = Vec::new();
         let mut residuals = Vec::new();
         let mut films = Vec::new();
@@ -162,7 +162,7 @@ impl<'a> Joint<'a> {
             computed: self.computed(),
             quantities,
             chi2,
-            dof: self.tests.dof,
+            dof: self.solution.dof(),
             noise_estimated: self.tests.estimated,
             converged: self.solution.converged,
             residuals,

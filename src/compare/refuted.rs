@@ -33,6 +33,7 @@ pub(super) fn judge(comparison: &mut Comparison) {
         compared.differences.clear();
         compared.same_or_different = None;
     }
+    comparison.findings.retain(|finding| !matches!(finding, Finding::MassRatios { .. }));
     comparison.findings.insert(0, Finding::Refuted { samples, reduced_chi2 });
 }
 

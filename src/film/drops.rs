@@ -19,6 +19,9 @@ const OFF: f64 = 0.35;
 /// Steps are told apart that are so many times as long as the root mean square by which noise makes them uneven.
 const NOISES: f64 = 4.0;
 
+/// A frame is lost between steps that are so many times as long: half a step more is 3.5 standard deviations of one axis.
+const CLEAR_NOISES: f64 = 5.0;
+
 /// No more frames are lost at once without a sign in the numbers.
 const MOST: f64 = 8.0;
 
@@ -122,7 +125,9 @@ impl<'a> Steps<'a> {
         let times = (own[0] * usual[0] + own[1] * usual[1]) / square;
         let whole = times.round();
         let left = length([own[0] - whole * usual[0], own[1] - whole * usual[1]]);
-        let lost = is_even && (2.0..=MOST).contains(&whole) && left < OFF * length(usual);
+        // of steps of four noises one in a thousand looks like two
+        let is_clear = length(usual) > CLEAR_NOISES * noise;
+        let lost = is_even && is_clear && (2.0..=MOST).contains(&whole) && left < OFF * length(usual);
         Step { is_even, lost: lost.then_some(whole - 1.0) }
     }
 }

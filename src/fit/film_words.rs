@@ -99,7 +99,7 @@ pub(crate) fn sentence(finding: &Finding, film: Option<&FittedFilm>, scale_sd: f
             };
             format!(
                 "The frames scatter about the paths by {} times their noise: {so_that}. Check the radius, capture_fps, which track \
-                 is which ball, and how the cue balls spin.",
+                 is which ball, whether the tracks were smoothed, and how the cue balls spin.",
                 plain(ratio.sqrt(), 2)
             )
         }

@@ -189,9 +189,10 @@ impl Fitted<'_> {
         let DiscFit { solution, impacts, .. } = &self.found;
         let used = impacts.iter().filter(|impact| solution.names[0].contains(&impact.name));
         let known = used.filter(|impact| impact.get(Quantity::SlipBefore).is_some());
-        let ratios = known.filter_map(|impact| impact.get(Quantity::ImpulseRatio));
-        let largest = ratios.max_by(|a, b| a.value.abs().total_cmp(&b.value.abs()));
-        let Some(ratio) = largest else {
+        let ratios: Vec<_> = known.filter_map(|impact| impact.get(Quantity::ImpulseRatio)).collect();
+        let largest = ratios.iter().max_by(|a, b| a.value.abs().total_cmp(&b.value.abs()));
+        // of a single shot it is not known whether the discs stick together
+        let Some(ratio) = largest.filter(|_| ratios.len() > 1) else {
             let initial = self.settings[Parameter::Mu].initial;
             return Estimate::bare(Parameter::Mu, initial, Status::NotIdentified);
         };
@@ -284,7 +285,7 @@ impl Fitted<'_> {
             }),
             bootstrap: common.bootstrap(&common.contact()),
             contours: if draws {
-                contours(&self.found.solution, &of_law, Some(self.found.dof))
+                contours(&self.found.solution, &self.found.solution.covariance, &of_law, Some(self.found.dof))
             } else {
                 Vec::new()
             },

@@ -62,7 +62,7 @@ impl Fitted<'_> {
             footage: true,
             effects: self.model.effects.and(self.model.fidelity.effects()).list().to_vec(),
             chi2: chi2_of_data + solution.prior_chi2(),
-            dof: dof as usize,
+            dof: solution.dof(),
             noise: noise_of(&residuals),
             camera: Some(FoundCamera::of_film(solution)),
             diagnostics: self.diagnostics(&estimates, (observations, unknowns), dof),
@@ -183,7 +183,7 @@ impl Fitted<'_> {
             goodness: Some(self.goodness((chi2, dof as usize, p_value), is_stated)),
             robust: common.robust(),
             bootstrap: common.bootstrap(&contact),
-            contours: if regions { contours(solution, &drawn, None) } else { Vec::new() },
+            contours: if regions { contours(solution, &solution.covariance, &drawn, None) } else { Vec::new() },
             bound: Some(Bound { std_errors: contact, shots: solution.names[0].len() }),
             joint: Some(JointFit {
                 covariance: solution.covariance(&ids),

@@ -71,7 +71,7 @@ impl Fitted<'_> {
 
     /// Returns the fit without what is to be said of it.
     fn fit(&self) -> Fit {
-        let RowsFit { solution, estimates, as_free, numbers, .. } = &self.rows;
+        let RowsFit { solution, estimates, as_free, .. } = &self.rows;
         let mut estimates: Vec<Estimate> = estimates.iter().map(|found| self.estimate(found)).collect();
         let kappa = solution.value(Id::Kappa);
         if kappa != 0.0 && estimates.iter().all(|estimate| estimate.parameter != Parameter::Kappa) {
@@ -93,7 +93,7 @@ impl Fitted<'_> {
                 rejected.reason.push_str(&number.unwrap_or_default());
             }
         }
-        fit.dof = numbers.saturating_sub(solution.covariance.columns.len());
+        fit.dof = solution.dof();
         let is_known = |observable| self.noise_of(observable).is_none_or(|noise| noise.is_known);
         fit.residuals = residuals(&solution.names[0], &self.deviations, is_known);
         fit.noise = self.noise(&fit.residuals);
@@ -232,8 +232,15 @@ impl Fitted<'_> {
         let everything = *depth >= Depth::Everything && !is_refuted;
         let robust = common.robust();
         let is_robust = robust.is_some();
-        let estimated = fit.estimates.iter().filter(|e| e.std_error.is_some() && !e.parameter.is_of_balls());
-        let estimated: Vec<&Estimate> = estimated.collect();
+        let is_of_contact = |estimate: &&Estimate| !estimate.parameter.is_of_balls();
+        let estimated = |estimate: &&Estimate| estimate.std_error.is_some();
+        // also those at bounds, at which their regions end
+        let is_drawn = |estimate: &&Estimate| {
+            estimated(estimate) || matches!(estimate.status, Status::AtLowerBound | Status::AtUpperBound)
+        };
+        let of_contact = || fit.estimates.iter().filter(is_of_contact);
+        let drawn: Vec<&Estimate> = of_contact().filter(is_drawn).collect();
+        let estimated: Vec<&Estimate> = of_contact().filter(estimated).collect();
         let shows = everything && !is_robust && rows.knows_noise();
         Diagnostics {
             identifiability: common.identifiability(&free, silent),
@@ -241,7 +248,7 @@ impl Fitted<'_> {
             robust,
             bootstrap: common.bootstrap(&contact),
             contours: if shows {
-                regions::contours(&rows.solution, &estimated, rows.dof)
+                regions::contours(&rows.solution, &rows.as_free, &drawn, rows.dof)
             } else {
                 Vec::new()
             },
@@ -344,8 +351,9 @@ impl Fitted<'_> {
                 let Some(slope) = solution.slope_of(values, &scores) else { continue };
                 // the noise that is estimated from the same numbers is less without the slope
                 let of_t = |dof: f64| {
+                    let all: f64 = self.rows.noises.iter().map(|noise| noise.square).sum();
                     let square = slope.t * slope.t;
-                    let t = (square * (dof - 1.0) / (dof - square).max(f64::MIN_POSITIVE)).sqrt();
+                    let t = (square * (dof - 1.0) / (all - square).max(f64::MIN_POSITIVE)).sqrt();
                     Some(2.0 * StudentsT::new(0.0, 1.0, dof - 1.0).ok()?.sf(t.min(f64::MAX)))
                 };
                 let p_value = match self.rows.dof {

@@ -1,6 +1,6 @@
 //! Errors of estimates by robust losses, from the scatter of the shots.
 
-use nalgebra::DMatrix;
+use nalgebra::{DMatrix, DVector};
 
 use super::block::Block;
 use super::film::block::FilmBlock;
@@ -9,6 +9,9 @@ use super::problem::{Evaluation, Problem};
 use super::uncertainty::Estimates;
 use super::unknowns::{Id, Own};
 use crate::measurement::loss::Loss;
+
+/// Part of what is known in a direction that one shot tells at most, where its scatter is made whole.
+const MOST_OF_ITSELF: f64 = 0.99;
 
 /// Returns the covariance of estimates by the losses of the films; `None` if all are least squares, or
 /// there are too few shots.
@@ -45,7 +48,9 @@ pub(super) fn losses(problem: &Problem, at: &Evaluation, number: usize) -> Vec<(
 
 /// Returns the covariance H⁻¹BH⁻¹ of estimates by a robust loss, whatever the noise is, with the
 /// curvature H and the scatter B of the slopes of the shots (Huber 1967); `losses` has the loss and the
-/// distance of each shot of each sample.
+/// distance of each shot of each sample. A shot scatters less about a fit that it takes part in: with
+/// CCᵀ = H⁻¹ and its own curvature N = CᵀHᵢC, its slope Cᵀg has the variance N(1 − N) and counts
+/// as (1 − N)^(−1/2) Cᵀg (Bell and McCaffrey 2002, Surv. Methodol. 28, 169).
 pub(crate) fn sandwich(
     problem: &Problem,
     at: &Evaluation,
@@ -64,7 +69,8 @@ pub(crate) fn sandwich(
     if count <= told {
         return None;
     }
-    let (mut curvature, mut scatter) = (DMatrix::<f64>::zeros(n, n), DMatrix::<f64>::zeros(n, n));
+    let mut curvature = DMatrix::<f64>::zeros(n, n);
+    let mut slopes = Vec::new();
     for ((sample, shots), losses) in problem.samples.iter().zip(&at.shots).zip(losses) {
         let local = |id: &Id| estimates.position(sample.columns[*id as usize]);
         let (ids, places): (Vec<Id>, Vec<usize>) =
@@ -73,24 +79,28 @@ pub(crate) fn sandwich(
             // of the weighted sums: g = w Jᵀr, H = w JᵀJ + (w'/s)(Jᵀr)(Jᵀr)ᵀ
             let (matrix, slope) = shot.reduced(&ids)?;
             let weight = loss.weight(*distance);
-            let outer = &slope * slope.transpose();
             let bend =
                 if *distance > 0.0 { loss.slope(*distance) / (distance * weight * weight) } else { 0.0 };
+            let own = matrix + &slope * slope.transpose() * bend;
             for (i, a) in places.iter().enumerate() {
                 for (j, b) in places.iter().enumerate() {
-                    curvature[(*a, *b)] += matrix[(i, j)] + outer[(i, j)] * bend;
-                    // few shots scatter less about their own fit
-                    scatter[(*a, *b)] += outer[(i, j)] * (count / (count - told));
+                    curvature[(*a, *b)] += own[(i, j)];
                 }
             }
+            slopes.push((places.clone(), own, slope));
         }
     }
-    for (i, column) in estimates.columns.iter().enumerate() {
-        if let Some(prior) = prior(column) {
-            curvature[(i, i)] += prior.sd.powi(-2);
-            scatter[(i, i)] += prior.sd.powi(-2);
-        }
+    let precision = |i: usize| prior(&estimates.columns[i]).map_or(0.0, |prior| prior.sd.powi(-2));
+    let precision = DMatrix::from_diagonal(&DVector::from_fn(n, |i, _| precision(i)));
+    let root = (curvature + &precision).cholesky()?.inverse().cholesky()?.l();
+    let mut scatter = root.transpose() * precision * &root;
+    for (places, own, slope) in slopes {
+        let rows = root.select_rows(&places);
+        let parts = (rows.transpose() * own * &rows).symmetric_eigen();
+        let by_part = parts.eigenvectors.transpose() * (rows.transpose() * slope);
+        let left = parts.eigenvalues.map(|part| (1.0 - part.clamp(0.0, MOST_OF_ITSELF)).sqrt());
+        let whole = &parts.eigenvectors * by_part.component_div(&left);
+        scatter += &whole * whole.transpose();
     }
-    let inverse = curvature.cholesky()?.inverse();
-    Some(&inverse * scatter * &inverse)
+    Some(&root * scatter * root.transpose())
 }

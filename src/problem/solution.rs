@@ -142,10 +142,16 @@ impl Solution {
     /// without a standard error.
     #[must_use]
     pub fn covariance(&self, ids: &[Id]) -> DMatrix<f64> {
-        let place = |id: &Id| self.covariance.position(self.column(0, *id)?);
+        self.covariance_in(&self.covariance, ids)
+    }
+
+    /// Returns the covariance of some unknowns of the first sample in that of others; NaN where one is not
+    /// among them.
+    pub(crate) fn covariance_in(&self, all: &Estimates, ids: &[Id]) -> DMatrix<f64> {
+        let place = |id: &Id| all.position(self.column(0, *id)?);
         let places: Vec<Option<usize>> = ids.iter().map(place).collect();
         DMatrix::from_fn(ids.len(), ids.len(), |i, j| match (places[i], places[j]) {
-            (Some(i), Some(j)) => self.covariance.covariance[(i, j)],
+            (Some(i), Some(j)) => all.covariance[(i, j)],
             _ => f64::NAN,
         })
     }
@@ -241,6 +247,13 @@ impl Solution {
             _ => self.at.shots[number].iter().map(free).sum(),
         };
         self.problem.samples.iter().enumerate().map(of_sample).sum()
+    }
+
+    /// Returns the degrees of freedom of χ²: numbers less unknowns, each by the part that the data determine.
+    #[must_use]
+    pub fn dof(&self) -> usize {
+        let numbers = self.chi2_of_data().1;
+        (numbers - self.own_count() as f64 - self.data_count()).max(0.0).round() as usize
     }
 
     /// Returns the number of shared unknowns that the data determine: each counts by the part of its

@@ -9,6 +9,7 @@
 use statrs::distribution::{ChiSquared, ContinuousCDF};
 
 use crate::fit::request::Request;
+use crate::measurement::dataset::Shot;
 use crate::measurement::parameter::{Parameter, Settings};
 use crate::physics::collision::{Fidelity, FidelityChoice};
 use crate::problem::{Deviations, Id, Policy, RowsChoices, RowsFit, fit_rows};
@@ -76,6 +77,10 @@ pub(in crate::fit) fn compare(
         likelihood_ratio: None,
     }];
     let numbers: usize = shots.iter().flatten().map(|shot| shot.values.len()).sum();
+    // all models are fitted to the shots of the fit, also those that one of them does not describe
+    let policy = Policy { shot_tail: 0.0, ..Policy::default() };
+    let is_fitted = |shot: &&Shot| fit.solution.names[0].contains(&shot.name);
+    let fitted: Vec<&Shot> = request.shots.iter().copied().filter(is_fitted).collect();
     for change in changes(request, fit, &settings, shots) {
         let mut dataset = request.dataset.clone();
         dataset.settings = change.settings;
@@ -90,7 +95,7 @@ pub(in crate::fit) fn compare(
             delta_bic: f64::NAN,
             likelihood_ratio: None,
         };
-        match fit_rows(&dataset, request.shots, &choices, &Policy::default()) {
+        match fit_rows(&dataset, &fitted, &choices, &policy) {
             Ok(found) if found.solution.names == fit.solution.names => {
                 let (there, parameters) = found.minus_two_log();
                 let (rise, more) = (there - likelihood, parameters as f64 - count as f64);

@@ -8,7 +8,7 @@ use statrs::distribution::{ChiSquared, ContinuousCDF, FisherSnedecor};
 
 use crate::fit::Estimate;
 use crate::measurement::parameter::Parameter;
-use crate::problem::{Id, Solution};
+use crate::problem::{Estimates, Id, Solution};
 
 /// The regions that are drawn: they hold the true pair with this probability.
 pub const LEVELS: [f64; 2] = [0.68, 0.95];
@@ -51,23 +51,29 @@ pub struct Profile {
     pub points: Vec<[f64; 2]>,
 }
 
-/// Returns the regions of all pairs of some estimates; `dof` are the degrees of freedom of a noise that was
-/// estimated. The edge of a pair of parabolas is its ellipse.
+/// Returns the regions of all pairs of some estimates with this covariance; `dof` are the degrees of freedom
+/// of a noise that was estimated. The edge of a pair of parabolas is its ellipse.
 pub(in crate::fit) fn contours(
     solution: &Solution,
+    covariance: &Estimates,
     estimates: &[&Estimate],
     dof: Option<f64>,
 ) -> Vec<Contour> {
     let after = |i: usize| estimates[i + 1..].iter().map(move |second| [estimates[i], second]);
     let pairs = (0..estimates.len()).flat_map(after);
-    pairs.filter_map(|pair| contour(solution, pair, dof)).collect()
+    pairs.filter_map(|pair| contour(solution, covariance, pair, dof)).collect()
 }
 
-fn contour(solution: &Solution, pair: [&Estimate; 2], dof: Option<f64>) -> Option<Contour> {
+fn contour(
+    solution: &Solution,
+    covariance: &Estimates,
+    pair: [&Estimate; 2],
+    dof: Option<f64>,
+) -> Option<Contour> {
     let ids = pair.map(|estimate| Id::from(estimate.parameter));
     let centre = pair.map(|estimate| estimate.value);
     let bounds = ids.map(|id| solution.bounds(id));
-    let covariance = solution.covariance(&ids);
+    let covariance = solution.covariance_in(covariance, &ids);
     let root = Matrix2::from_fn(|i, j| covariance[(i, j)]).cholesky()?.l();
     // of films, whose χ² takes long, the ellipse serves
     let is_parabola = solution.is_film() || pair.iter().all(|estimate| !estimate.is_profiled());

@@ -178,12 +178,14 @@ impl Run<'_> {
         self.resolve_conflicts(&mut best)?;
         let Reached { problem, descent, .. } = best;
         let estimates = Estimates::new(&problem, &descent.end).ok_or(FilmError::Undetermined)?;
-        self.find_undetermined(&problem, &descent.end.state.shared, &estimates);
         let block = problem.discs().ok_or(FilmError::NoFilm)?;
+        // a single shot shows no law, nor do shots whose slip is free
+        let shows_law = block.shots.iter().filter(|shot| shot.knows_slip).count() > 1;
+        self.find_undetermined(&problem, &descent.end.state.shared, &estimates, shows_law);
         let scatter = list_scatter(block);
         let dof = if block.shots.len() > 1 { block.shots.len() as f64 - 1.0 } else { NORMAL };
         // if the shots determine no friction, any other is as likely
-        rivals.retain(|_| estimates.sd(Id::Mu as usize).is_some());
+        rivals.retain(|_| shows_law && estimates.sd(Id::Mu as usize).is_some());
         if !descent.converged {
             self.findings.push(Finding::NotConverged);
         }
@@ -237,29 +239,33 @@ impl Run<'_> {
             let conflicts = estimates.conflicts(&fit.problem, &fit.descent.end);
             let worst = conflicts.into_iter().max_by(|a, b| a.size.abs().total_cmp(&b.size.abs()));
             let Some(worst) = worst.filter(|worst| worst.size.abs() > self.policy.conflict) else { break };
-            let unknown = fit.problem.unknown_mut(worst.id);
-            let stated = unknown.prior.take().map_or(unknown.start, |prior| prior.mean);
-            self.findings.push(Finding::Conflict {
-                id: worst.id,
-                stated,
-                estimate: worst.estimate,
-                sd: worst.sd,
-                size: worst.size,
-            });
+            let Some(prior) = fit.problem.unknown_mut(worst.id).prior.take() else { break };
             let mut problem = fit.problem.clone();
             let descent = settle(&mut problem, fit.descent.end.state.clone());
             self.evaluations += descent.evaluations;
             *fit = Reached::new(problem, descent)?;
+            // with the prior, what it contradicts counts as scatter of the shots
+            let estimates = Estimates::new(&fit.problem, &fit.descent.end).ok_or(FilmError::Undetermined)?;
+            let estimate = fit.shared()[worst.id];
+            let sd = estimates.sd(worst.id as usize).unwrap_or(worst.sd);
+            let size = (estimate - prior.mean) / sd.hypot(prior.sd);
+            self.findings.push(Finding::Conflict { id: worst.id, stated: prior.mean, estimate, sd, size });
         }
         Ok(())
     }
 
-    fn find_undetermined(&mut self, problem: &Problem, shared: &Shared, estimates: &Estimates) {
+    /// Finds which unknowns of the law the shots do not determine.
+    fn find_undetermined(
+        &mut self,
+        problem: &Problem,
+        shared: &Shared,
+        estimates: &Estimates,
+        shows_law: bool,
+    ) {
         for id in [Id::Mu, Id::E, Id::Kappa] {
             let (unknown, value) = (problem.unknown(id), shared[id]);
             let sd = estimates.sd(id as usize);
-            // a single shot shows no law
-            let is_shown = sd.is_some() && (id == Id::E || self.names.len() > 1);
+            let is_shown = sd.is_some() && (id == Id::E || shows_law);
             if unknown.mode != Mode::Free || is_shown {
                 continue;
             }

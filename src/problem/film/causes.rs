@@ -243,9 +243,18 @@ pub(crate) fn correct(problem: &Problem, at: &Evaluation) -> Option<(Problem, De
     Some((corrected, refit, fall))
 }
 
+/// Returns whether a robust loss lets wrong shots count less: a spin of its own for each shot would
+/// explain them.
+fn is_robust(problem: &Problem) -> bool {
+    problem.film().is_some_and(|film| film.loss.is_some())
+}
+
 /// Returns the refit with balls that slide before the impact though natural roll is stated, with a
 /// topspin that the shots share.
 fn slide(problem: &Problem, at: &Evaluation, policy: &Policy) -> Option<Explained> {
+    if is_robust(problem) {
+        return None;
+    }
     let rolls = |spin: &ShotSpin| spin.stated.mean == Some(Id::Roll) && !spin.is_unknown();
     if !problem.film()?.spins.iter().any(rolls) || problem.unknown(Id::Slide).mode == Mode::Free {
         return None;
@@ -278,6 +287,9 @@ pub(crate) fn spin_freely(
     first: (&State, [Noise; 2]),
     policy: &Policy,
 ) -> Option<Explained> {
+    if is_robust(problem) {
+        return None;
+    }
     let mut free =
         Problem { unknowns: super::priors::of_unknown_spins(&problem.unknowns), ..problem.clone() };
     let shared = Shared(free.unknowns.iter().map(|unknown| unknown.start).collect());

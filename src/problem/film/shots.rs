@@ -5,13 +5,14 @@ use nalgebra::{DMatrix, DVector};
 use super::block::FilmBlock;
 use super::camera::Camera;
 use super::dual::{Dual, gradient};
-use super::frames::locate;
+use super::frames::{Frame, locate};
 use super::motion::{Approach, Piece, Stretch, Struck, follow_balls};
 use super::own::{self, OWN};
 use crate::measurement::dataset::{Before, Joint, Measured, Measurement, Shared as SharedError, Shot};
 use crate::measurement::observable::{Axis, Observable};
 use crate::measurement::spin::Spin;
 use crate::measurement::track::{TrackShot, TrackedBall};
+use crate::numerics::median;
 use crate::physics::ball::Vec3;
 use crate::problem::solution::Solution;
 use crate::problem::sums::Contribution;
@@ -231,7 +232,7 @@ impl Solution {
                 side_sd: 0.0,
             },
             time,
-            position_sd: film.world.noise[1].sd,
+            position_sd: noise_of(film, &frames[1], 1),
             reduced_chi2: weighted / (all - (OWN + 4) as f64).max(1.0),
             frames: [count(0, false), count(0, true), count(1, true)],
             outliers: frames.iter().flatten().filter(|frame| frame.is_left_out()).count(),
@@ -242,6 +243,14 @@ impl Solution {
             paths: PicturePaths::new(film, i, &own, &shared)?,
         })
     }
+}
+
+/// Returns the usual standard deviation of a coordinate of a ball in these frames, m: the noise of the
+/// film is in units of what is stated of each frame.
+fn noise_of(film: &FilmBlock, frames: &[Frame], ball: usize) -> f64 {
+    let used = frames.iter().filter(|frame| frame.used);
+    let sds: Vec<f64> = used.flat_map(|frame| [frame.weight.x.recip(), frame.weight.y.recip()]).collect();
+    film.world.noise[ball].sd * if sds.is_empty() { 1.0 } else { median(sds) }
 }
 
 /// Returns direction of the line of centres, velocity and spin of the cue ball before the impact, and

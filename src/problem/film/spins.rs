@@ -25,6 +25,9 @@ const LEAST_TOPSPIN: f64 = 1e-4;
 /// Slip over speed within which a ball of measured spin rolls: spins are rounded.
 const ROLLS_WITHIN: f64 = 0.01;
 
+/// Standard errors of a measured spin beyond those that it may still be that of a rolling ball.
+const MAY_ROLL: f64 = 4.0;
+
 /// Indices of the spreads from shot to shot: of the topspin of balls that slide, and of side spin.
 pub(super) const TOPSPIN_SPREAD: usize = 0;
 pub(super) const SIDE_SPREAD: usize = 1;
@@ -57,6 +60,8 @@ pub(crate) enum States {
     Signs,
     /// Rolling, or sliding with any spin.
     All,
+    /// Rolling, or sliding, with a measured spin whose error does not tell which.
+    Measured,
 }
 
 /// Distance within which a topspin is at its bound: roundings of a sum.
@@ -113,6 +118,8 @@ impl ShotSpin {
         let slip = Point::new(velocity.x - radius * spin.y, velocity.y + radius * spin.x);
         let rolls = slip.norm() < ROLLS_WITHIN * speed;
         let approach = if rolls { Approach::Rolls } else { Approach::Slides };
+        let error = sd.into_iter().take(2).flatten().fold(0.0, f64::max) * radius;
+        let is_open = error > 0.0 && slip.norm() < ROLLS_WITHIN * speed + MAY_ROLL * error;
         let stated = StatedSpin { approach, mean: None, measured: Some(spin) };
         let prior = |sd: Option<f64>| match sd {
             Some(sd) if sd > 0.0 && speed > 0.0 => {
@@ -126,7 +133,7 @@ impl ShotSpin {
             topspin: prior(horizontal),
             side: prior(sd[2]),
             bounds: UNBOUNDED,
-            states: States::One,
+            states: if is_open { States::Measured } else { States::One },
         }
     }
 
@@ -137,6 +144,9 @@ impl ShotSpin {
         match self.states {
             States::One => vec![*self],
             States::Signs => signs.to_vec(),
+            States::Measured => [Approach::Rolls, Approach::Slides]
+                .map(|approach| Self { stated: StatedSpin { approach, ..self.stated }, ..*self })
+                .to_vec(),
             States::All => [Self::unknown(), slides([1.0, MAX_TOPSPIN])].into_iter().chain(signs).collect(),
         }
     }

@@ -36,7 +36,7 @@ pub(crate) fn choose_states(film: &mut FilmBlock, own: &mut [Own], shared: &Shar
         let judged = present.candidates().into_iter().map(|spin| {
             let is_same = spin.bounds == present.bounds && spin.stated.approach == present.stated.approach;
             let mut start = own[i].clone();
-            if spin.stated.approach == Approach::Rolls {
+            if spin.states == States::Measured || spin.stated.approach == Approach::Rolls {
                 start[own::TOPSPIN] = 0.0;
             } else if !is_same {
                 let first = if spin.states == States::Signs { STUN_START } else { SLIDE_START };

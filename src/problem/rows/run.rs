@@ -73,8 +73,6 @@ pub struct RowsFit {
     pub dof: Option<f64>,
     /// Covariance with unknowns at bounds taken for free.
     pub(crate) as_free: Estimates,
-    /// Number of observations and priors, less the speeds that they determine.
-    pub numbers: usize,
     /// Effects that were tried beyond those of the chosen fidelity.
     pub effects: Vec<Effect>,
 }
@@ -262,7 +260,7 @@ fn finish(table: Table, found: Found, choices: &RowsChoices, policy: &Policy) ->
             Status::Free | Status::Fixed => {}
         }
     }
-    RowsFit { solution, estimates, as_free, numbers, noises, dof, effects }
+    RowsFit { solution, estimates, as_free, noises, dof, effects }
 }
 
 /// Returns the refit with what explains residuals that the stated errors do not: another ratio of the
