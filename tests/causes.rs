@@ -125,10 +125,7 @@ fn tracks_that_were_smoothed_are_named() {
     let verdict = smoothed(&lagging);
     assert!(verdict.grade != Grade::Good && verdict.sentence.contains("the tracker lags"), "{verdict:?}");
     let verdict = smoothed(&averaged);
-    assert!(
-        verdict.grade == Grade::Doubtful && verdict.sentence.contains("were smoothed"),
-        "{verdict:?}"
-    );
+    assert!(verdict.grade == Grade::Doubtful && verdict.sentence.contains("were smoothed"), "{verdict:?}");
 }
 
 #[test]

@@ -54,7 +54,9 @@ fn fitted(dataset: &Dataset, depth: Depth) -> Fit {
 }
 
 fn unknown(mut tracks: Vec<TrackShot>) -> Vec<TrackShot> {
-    tracks.iter_mut().for_each(|shot| shot.spin = Spin::Unknown);
+    for shot in &mut tracks {
+        shot.spin = Spin::Unknown;
+    }
     tracks
 }
 
@@ -118,7 +120,9 @@ fn tallied(played: &[Played], is_known: bool) -> Tally {
     };
     let fits: Vec<Fit> = (0..sets).into_par_iter().map(of_set).collect();
     let mut tally = Tally::default();
-    fits.iter().for_each(|fit| tally.add(fit));
+    for fit in &fits {
+        tally.add(fit);
+    }
     tally
 }
 
@@ -161,7 +165,9 @@ fn stun_shots_of_unknown_spin_leave_mu_s_open() {
 fn balls_said_to_roll_that_slide_are_told() {
     let told = |played: Played| {
         let (mut tracks, _) = filmed(&spec(&[played], 40, 7000));
-        tracks.iter_mut().for_each(|shot| shot.spin = Spin::NaturalRoll);
+        for shot in &mut tracks {
+            shot.spin = Spin::NaturalRoll;
+        }
         !fitted(&dataset(tracks), Depth::Estimates).warnings.is_empty()
     };
     assert!(told(Played::AlmostRoll));
@@ -238,7 +244,9 @@ fn the_estimates_of_a_shot_are_as_far_off_as_their_errors_say() {
     // an error of the camera is one that all shots have in common, which pulls of one film do not show
     let mut dataset = dataset(tracks);
     let camera = &mut dataset.tracks.as_mut().unwrap().camera;
-    Correction::ALL.into_iter().for_each(|which| camera[which as usize] = Some(which.neutral()));
+    for which in Correction::ALL {
+        camera[which as usize] = Some(which.neutral());
+    }
     let fit = fitted(&dataset, Depth::Estimates);
     let table = shot_table::render(&fit);
     let shots: Vec<usize> = numbers(&table, "shot").iter().map(|name| *name as usize - 1).collect();

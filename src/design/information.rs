@@ -285,8 +285,7 @@ fn of_shot(
         spin,
         after_sd: shown,
     };
-    let filming =
-        Filming { fps: camera.fps, frames: 1 + before as usize + after as usize, sd: camera.position_sd_m };
+    let filming = Filming { fps: camera.fps, frames: 1 + before + after, sd: camera.position_sd_m };
     let found = problem::information(&planned, &filming, (&model, unknowns, shared))?;
     // what is exact is not told, and what has a prior is in its unit
     let unit = |i: usize| {

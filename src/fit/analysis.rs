@@ -130,7 +130,9 @@ pub fn with_impacts(mut dataset: Dataset, done: &(dyn Fn() + Sync)) -> (Dataset,
     dataset.left_out.extend(film.solution.left_out.iter().cloned());
     take_impacts(&mut dataset, &film, &impacts);
     dataset.tracks.iter_mut().for_each(|tracks| tracks.notes.extend(sentences.iter().cloned()));
-    impacts.iter().for_each(|_| done());
+    for _ in &impacts {
+        done();
+    }
     (dataset, Some(film))
 }
 
@@ -190,7 +192,9 @@ fn of_label_fit(
     let fitted =
         Fitted { dataset, group, options, settings, model, film: film.clone(), done, impacts: &impacts };
     let fit = fitted.fit(begun.elapsed().as_secs_f64());
-    impacts.iter().for_each(|_| done());
+    for _ in &impacts {
+        done();
+    }
     Ok((fit, film, impacts))
 }
 

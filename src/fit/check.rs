@@ -283,12 +283,12 @@ fn advice(dataset: &Dataset) -> Vec<Finding> {
 
 /// Parameters that no observation depends on.
 fn told(dataset: &Dataset, say: &mut impl FnMut(String)) {
+    /// Part of a usual value at which something else is predicted if it depends on it.
+    const OTHER: f64 = 0.9;
     let initial = Parameter::COEFFICIENTS.map(|p| dataset.settings[p].initial);
     let coefficients = Coefficients { mu: initial[0], mu_s: initial[1], e: initial[2] };
     let model = dataset.model(Fidelity::Full);
     let discs = dataset.tracks.as_ref().is_some_and(|tracks| tracks.discs.is_some());
-    /// Part of a usual value at which something else is predicted if it depends on it.
-    const OTHER: f64 = 0.9;
     let mut depends = [false; 3];
     // what sticks with a usual friction still bounds it from below
     let mut bounds_mu = false;

@@ -48,7 +48,7 @@ impl Common<'_> {
             fidelity: options.fidelity.name(),
             footage: dataset.tracks.is_some(),
             effects: Vec::new(),
-            correlation: self.correlation(&estimates, &solution.covariance(&ids(&estimates))),
+            correlation: correlation(&estimates, &solution.covariance(&ids(&estimates))),
             estimates,
             chi2: solution.chi2_of_all(),
             prior_chi2: solution.prior_chi2(),
@@ -88,15 +88,6 @@ impl Common<'_> {
             self.solution.value(Id::from(decides)) != 0.0 && !p.is_of_balls()
         };
         Parameter::ALL.into_iter().filter(|p| self.settings.has(*p) || extra(p)).collect()
-    }
-
-    /// Returns the correlations of estimates from their covariance, NaN for those without an error.
-    pub fn correlation(&self, estimates: &[Estimate], covariance: &DMatrix<f64>) -> DMatrix<f64> {
-        let has = |i: usize| estimates[i].std_error.is_some();
-        DMatrix::from_fn(estimates.len(), estimates.len(), |i, j| {
-            let scale = (covariance[(i, i)] * covariance[(j, j)]).sqrt();
-            if has(i) && has(j) { covariance[(i, j)] / scale } else { f64::NAN }
-        })
     }
 
     fn rejected(&self) -> Vec<Rejected> {
@@ -193,6 +184,15 @@ impl Common<'_> {
         all.truncate(count);
         all
     }
+}
+
+/// Returns the correlations of estimates from their covariance, NaN for those without an error.
+pub fn correlation(estimates: &[Estimate], covariance: &DMatrix<f64>) -> DMatrix<f64> {
+    let has = |i: usize| estimates[i].std_error.is_some();
+    DMatrix::from_fn(estimates.len(), estimates.len(), |i, j| {
+        let scale = (covariance[(i, i)] * covariance[(j, j)]).sqrt();
+        if has(i) && has(j) { covariance[(i, j)] / scale } else { f64::NAN }
+    })
 }
 
 /// Returns the unknowns of estimates.

@@ -318,7 +318,7 @@ pub(super) fn explanations(
 /// Returns what an unknown that explains residuals is called.
 fn cause_of(id: Id) -> Option<Cause> {
     Some(match id {
-        Id::Scale => Cause::Radius,
+        Id::Scale | Id::RadiusRatio => Cause::Radius,
         Id::Aspect => Cause::Film(Correction::Aspect),
         Id::Shear => Cause::Film(Correction::Shear),
         Id::PerspectiveX | Id::PerspectiveY => Cause::Film(Correction::PerspectiveX),
@@ -326,7 +326,6 @@ fn cause_of(id: Id) -> Option<Cause> {
         Id::ShutterX | Id::ShutterY => Cause::Film(Correction::ShutterY),
         Id::ParallaxX | Id::ParallaxY | Id::Nearness => Cause::Film(Correction::Nearness),
         Id::Rate => Cause::FrameRate,
-        Id::RadiusRatio => Cause::Radius,
         Id::Roll | Id::Slide => Cause::CueSpin,
         Id::MassRatio => Cause::MassRatio,
         Id::Kappa => Cause::Compliance,

@@ -183,7 +183,11 @@ impl Fitted<'_> {
             goodness: Some(self.goodness((chi2, dof as usize, p_value), is_stated)),
             robust: common.robust(),
             bootstrap: common.bootstrap(&contact),
-            contours: if regions { contours(solution, &solution.covariance, &drawn, None) } else { Vec::new() },
+            contours: if regions {
+                contours(solution, &solution.covariance, &drawn, None)
+            } else {
+                Vec::new()
+            },
             bound: Some(Bound { std_errors: contact, shots: solution.names[0].len() }),
             joint: Some(JointFit {
                 covariance: solution.covariance(&ids),

@@ -6,7 +6,7 @@ use std::time::Instant;
 use nalgebra::{DMatrix, DVector};
 use statrs::distribution::{ChiSquared, ContinuousCDF, StudentsT};
 
-use super::common::{Common, ids};
+use super::common::{Common, correlation, ids};
 use super::diagnostics::goodness::{IMPROBABLE, normality_of};
 use super::diagnostics::trends::ranked;
 use super::diagnostics::{other_models, refuted};
@@ -72,7 +72,7 @@ impl Fitted<'_> {
     /// Returns the fit without what is to be said of it.
     fn fit(&self) -> Fit {
         let RowsFit { solution, estimates, as_free, .. } = &self.rows;
-        let mut estimates: Vec<Estimate> = estimates.iter().map(|found| self.estimate(found)).collect();
+        let mut estimates: Vec<Estimate> = estimates.iter().map(estimate_of).collect();
         let kappa = solution.value(Id::Kappa);
         if kappa != 0.0 && estimates.iter().all(|estimate| estimate.parameter != Parameter::Kappa) {
             estimates.push(Estimate::bare(Parameter::Kappa, kappa, Status::Fixed));
@@ -85,7 +85,7 @@ impl Fitted<'_> {
             _ => f64::NAN,
         });
         let common = self.common();
-        let correlation = common.correlation(&estimates, &covariance);
+        let correlation = correlation(&estimates, &covariance);
         let mut fit = Fit { correlation, ..common.bare(estimates, Arc::new(solution.clone())) };
         for rejected in &mut fit.shots_rejected {
             let is_lost = |finding: &problem::Finding| matches!(finding, problem::Finding::LostShots { names } if names.contains(&rejected.shot));
@@ -132,33 +132,6 @@ impl Fitted<'_> {
             in_unit(expected),
             plain(errors, 2)
         ))
-    }
-
-    fn estimate(&self, found: &Determined) -> Estimate {
-        let Some(parameter) = Parameter::ALL.into_iter().find(|p| Id::from(*p) == found.id) else {
-            unreachable!("estimates are of parameters")
-        };
-        let status = match found.status {
-            Found::Free => Status::Free,
-            Found::Fixed => Status::Fixed,
-            Found::AtLower => Status::AtLowerBound,
-            Found::AtUpper => Status::AtUpperBound,
-            Found::NotIdentified => Status::NotIdentified,
-        };
-        let profile = found.profile.map(|ends| ends.map(|end| end.value));
-        let is_own = [found.of_error, profile].contains(&found.interval);
-        let differs = |of_bounds: &f64| found.std_error.is_some_and(|error| error != *of_bounds);
-        Estimate {
-            std_error: found.std_error,
-            interval_95: found.interval,
-            intervals: Intervals {
-                hessian: found.of_error,
-                profile: if is_own { profile } else { found.interval },
-            },
-            std_error_at_bound: found.std_error_at_bounds.filter(differs),
-            includes_other_minimum: !is_own,
-            ..Estimate::bare(parameter, found.value, status)
-        }
     }
 
     /// Returns the noise of an observable, if it was estimated.
@@ -392,6 +365,34 @@ impl Fitted<'_> {
                     .to_owned(),
             );
         }
+    }
+}
+
+/// Returns the estimate of a parameter as fits state it.
+fn estimate_of(found: &Determined) -> Estimate {
+    let Some(parameter) = Parameter::ALL.into_iter().find(|p| Id::from(*p) == found.id) else {
+        unreachable!("estimates are of parameters")
+    };
+    let status = match found.status {
+        Found::Free => Status::Free,
+        Found::Fixed => Status::Fixed,
+        Found::AtLower => Status::AtLowerBound,
+        Found::AtUpper => Status::AtUpperBound,
+        Found::NotIdentified => Status::NotIdentified,
+    };
+    let profile = found.profile.map(|ends| ends.map(|end| end.value));
+    let is_own = [found.of_error, profile].contains(&found.interval);
+    let differs = |of_bounds: &f64| found.std_error.is_some_and(|error| error != *of_bounds);
+    Estimate {
+        std_error: found.std_error,
+        interval_95: found.interval,
+        intervals: Intervals {
+            hessian: found.of_error,
+            profile: if is_own { profile } else { found.interval },
+        },
+        std_error_at_bound: found.std_error_at_bounds.filter(differs),
+        includes_other_minimum: !is_own,
+        ..Estimate::bare(parameter, found.value, status)
     }
 }
 

@@ -329,9 +329,10 @@ impl Fit {
             }
             None if self.scatter.is_some_and(|scatter| scatter.is_estimated) => {
                 let Scatter { restitution, impulse_ratio, .. } = self.scatter.unwrap_or_default();
-                let of_ratio = match impulse_ratio > 0.0 {
-                    true => format!(" and {} in J_t/J_n", plain(impulse_ratio, 2)),
-                    false => String::new(),
+                let of_ratio = if impulse_ratio > 0.0 {
+                    format!(" and {} in J_t/J_n", plain(impulse_ratio, 2))
+                } else {
+                    String::new()
                 };
                 format!(
                     "; beyond the errors of their frames shots scatter by {} in e{of_ratio}, which the errors include",

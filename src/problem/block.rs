@@ -88,8 +88,7 @@ impl Block {
     pub fn coarsen(&mut self) {
         match self {
             Self::Film(film) => film.coarsen(),
-            Self::Discs(_) => {}
-            Self::Rows(_) => {}
+            Self::Discs(_) | Self::Rows(_) => {}
         }
     }
 
@@ -97,8 +96,7 @@ impl Block {
     pub fn in_other_state(&self) -> Option<Self> {
         match self {
             Self::Film(film) => film.all_sliding().map(Self::Film),
-            Self::Discs(_) => None,
-            Self::Rows(_) => None,
+            Self::Discs(_) | Self::Rows(_) => None,
         }
     }
 
@@ -107,8 +105,7 @@ impl Block {
     pub fn choose_states(&mut self, own: &mut [Own], shared: &Shared) -> bool {
         match self {
             Self::Film(film) => choose_states(film, own, shared),
-            Self::Discs(_) => false,
-            Self::Rows(_) => false,
+            Self::Discs(_) | Self::Rows(_) => false,
         }
     }
 

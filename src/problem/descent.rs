@@ -90,7 +90,7 @@ fn step_within_bounds(
     let mut held = vec![false; n];
     let mut step = DVector::zeros(n);
     // holds and releases alternate for ever only by rounding
-    for _ in 0..4 * n + 1 {
+    for _ in 0..=4 * n {
         let moving: Vec<usize> = (0..n).filter(|i| !held[*i]).collect();
         let mut against = DVector::from_fn(moving.len(), |i, _| gradient[moving[i]]);
         for (i, place) in moving.iter().enumerate() {

@@ -191,8 +191,9 @@ pub(super) fn follow_discs(
         let (place, velocity) = (centres[disc], before[disc]);
         let rate = slows(disc, 0, &velocity);
         let spin = spins[disc];
-        pieces
-            .push(Piece::new([place.x, place.y, velocity.x, velocity.y, rate, zero, zero, zero, spin, zero]));
+        pieces.push(Piece::new(&[
+            place.x, place.y, velocity.x, velocity.y, rate, zero, zero, zero, spin, zero,
+        ]));
     }
     let mut after = before;
     let mut spins_after = spins;
@@ -209,14 +210,14 @@ pub(super) fn follow_discs(
         for disc in 0..2 {
             let rate = slows(disc, 1, &drift);
             let direction = own(own::DIRECTION);
-            pieces.push(Piece::new([
+            pieces.push(Piece::new(&[
                 centre.x, centre.y, drift.x, drift.y, rate, arms[disc], direction, turning, turning, zero,
             ]));
             after[disc] = drift + t * (arms[disc] * turning);
         }
         spins_after = [turning; 2];
     } else {
-        let ratio = impulse_ratio([closing, slip(across, &radii, &spins), restitution], all, discs.inertia)?
+        let ratio = impulse_ratio([closing, slip(&across, &radii, &spins), restitution], all, discs.inertia)?
             + own(own::RATIO);
         let lead = own(own::LEAD);
         for disc in 0..2 {
@@ -234,7 +235,7 @@ pub(super) fn follow_discs(
             let rate = slows(disc, 1, &velocity);
             let coefficients =
                 [place.x, place.y, velocity.x, velocity.y, rate, zero, zero, zero, spin, turned];
-            pieces.push(Piece::new(coefficients));
+            pieces.push(Piece::new(&coefficients));
         }
     }
     let [first_before, second_before, first_after, second_after] = pieces.try_into().ok()?;
@@ -250,15 +251,15 @@ pub(super) fn follow_discs(
 }
 
 /// Returns the slip of the second disc's contact point against the first's.
-pub(super) fn slip(across: Dual, radii: &[Dual; 2], spins: &[Dual; 2]) -> Dual {
-    across - radii[0] * spins[0] - radii[1] * spins[1]
+pub(super) fn slip(across: &Dual, radii: &[Dual; 2], spins: &[Dual; 2]) -> Dual {
+    *across - radii[0] * spins[0] - radii[1] * spins[1]
 }
 
 impl Piece {
-    fn new(coefficients: [Dual; COEFFICIENTS]) -> Self {
+    fn new(coefficients: &[Dual; COEFFICIENTS]) -> Self {
         Self {
             at: SVector::from_fn(|i, _| coefficients[i].re),
-            by: SMatrix::from_rows(&coefficients.map(|c| gradient(&c).transpose())),
+            by: SMatrix::from_rows(&coefficients.each_ref().map(|c| gradient(c).transpose())),
         }
     }
 }

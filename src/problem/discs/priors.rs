@@ -47,7 +47,9 @@ pub(super) fn list_unknowns(
     let mut all = Unknown::list();
     list_contact(&mut all, &dataset.settings);
     let fixed = [Id::MuS, Id::RadiusRatio];
-    fixed.into_iter().for_each(|id| all[id as usize].mode = Mode::Fixed);
+    for id in fixed {
+        all[id as usize].mode = Mode::Fixed;
+    }
     match discs.masses {
         Some([first, second]) => known(&mut all, Id::MassRatio, first / second, MASS_SD * first / second),
         None => {

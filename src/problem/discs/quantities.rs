@@ -67,7 +67,7 @@ pub(super) struct Known<'a> {
 
 impl Known<'_> {
     /// Returns the components of a vector along n and t.
-    fn along(&self, vector: DualVector) -> [Dual; 2] {
+    fn along(&self, vector: &DualVector) -> [Dual; 2] {
         let (sin, cos) = self.impact.direction.sin_cos();
         [vector.x * cos + vector.y * sin, vector.y * cos - vector.x * sin]
     }
@@ -75,7 +75,7 @@ impl Known<'_> {
     /// Returns g before (0) and after (1) the impact, along n and t.
     fn relative(&self, side: usize) -> [Dual; 2] {
         let [first, second] = self.impact.velocities;
-        self.along(second[side] - first[side])
+        self.along(&(second[side] - first[side]))
     }
 
     /// Returns e and J_t/J_n of the paths.
@@ -87,7 +87,7 @@ impl Known<'_> {
     fn quantity(&self, quantity: Quantity) -> Option<Dual> {
         let ([g_n, g_t], [_, h_t]) = (self.relative(0), self.relative(1));
         let Impact { velocities, spins, radii, .. } = self.impact;
-        let change = |disc: usize| self.along(velocities[disc][1] - velocities[disc][0]);
+        let change = |disc: usize| self.along(&(velocities[disc][1] - velocities[disc][0]));
         let ([u_n, u_t], [v_n, v_t]) = (change(0), change(1));
         // m₂/m₁, if it is stated
         let stated = self.discs.masses.map(|[first, second]| Dual::from_re(second / first));
@@ -100,7 +100,7 @@ impl Known<'_> {
         };
         let spin = |disc: usize, side: usize| self.turns[disc].then(|| spins[disc][side]);
         let both_turn = self.turns == [true; 2];
-        let slip_on = |side: usize| slip([g_t, h_t][side], radii, &[spins[0][side], spins[1][side]]);
+        let slip_on = |side: usize| slip(&[g_t, h_t][side], radii, &[spins[0][side], spins[1][side]]);
         match quantity {
             Quantity::Restitution => Some(self.outcome()[0]),
             Quantity::ImpulseRatio => self.is_seen_across.then(|| self.outcome()[1]),

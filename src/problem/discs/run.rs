@@ -81,9 +81,12 @@ impl DiscFit {
         let reach = StudentsT::new(0.0, 1.0, self.dof).ok()?.inverse_cdf(0.975) * estimate.std_error?;
         // what is positive is known to a factor
         let is_positive = matches!(id, Id::Mu | Id::Kappa);
-        let ends = |value: f64| match is_positive {
-            true => [-1.0, 1.0].map(|side| value * (side * reach / estimate.value).exp()),
-            false => [value - reach, value + reach],
+        let ends = |value: f64| {
+            if is_positive {
+                [-1.0, 1.0].map(|side| value * (side * reach / estimate.value).exp())
+            } else {
+                [value - reach, value + reach]
+            }
         };
         let near = self.rivals.iter().filter(|rival| rival.is_within_95());
         let others = near.filter_map(|rival| match id {

@@ -83,7 +83,7 @@ impl RowsBlock {
         for residual in &predicted.residuals {
             add(&mut sums, residual);
         }
-        self.pin_to_kink(&predicted, &mut sums);
+        pin_to_kink(&predicted, &mut sums);
         for (place, prior) in self.shots[i].priors.iter().enumerate() {
             if let Some(prior) = prior {
                 sums.add_prior(place, prior.normal(&[]), own[place]);
@@ -106,17 +106,6 @@ impl RowsBlock {
         sums
     }
 
-    /// Keeps own unknowns that are at the kink between topspin and draw on it.
-    fn pin_to_kink(&self, predicted: &Predicted, sums: &mut Contribution) {
-        let Some(normal) = kink_normal(predicted) else { return };
-        let stiffness = STIFF * (1.0 + sums.products.view((0, 0), (OWN, OWN)).trace());
-        for i in 0..OWN {
-            for j in i..OWN {
-                sums.products[(i, j)] += stiffness * normal[i] * normal[j];
-            }
-        }
-    }
-
     /// Returns the distance of shot `i` from its prediction: the length of its residuals and of the
     /// errors of its inputs in units of their standard deviations.
     pub fn distance(&self, i: usize, own: &Own, predicted: &Predicted) -> f64 {
@@ -135,6 +124,17 @@ impl RowsBlock {
     pub fn retain(&mut self, keep: &[bool]) {
         let mut keep = keep.iter();
         Arc::make_mut(&mut self.shots).retain(|_| keep.next().copied().unwrap_or(true));
+    }
+}
+
+/// Keeps own unknowns that are at the kink between topspin and draw on it.
+fn pin_to_kink(predicted: &Predicted, sums: &mut Contribution) {
+    let Some(normal) = kink_normal(predicted) else { return };
+    let stiffness = STIFF * (1.0 + sums.products.view((0, 0), (OWN, OWN)).trace());
+    for i in 0..OWN {
+        for j in i..OWN {
+            sums.products[(i, j)] += stiffness * normal[i] * normal[j];
+        }
     }
 }
 

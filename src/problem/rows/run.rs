@@ -260,7 +260,7 @@ fn finish(table: Table, found: Found, choices: &RowsChoices, policy: &Policy) ->
             Status::Free | Status::Fixed => {}
         }
     }
-    RowsFit { solution, estimates, as_free, noises, dof, effects }
+    RowsFit { solution, estimates, noises, dof, as_free, effects }
 }
 
 /// Returns the refit with what explains residuals that the stated errors do not: another ratio of the

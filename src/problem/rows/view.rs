@@ -39,8 +39,8 @@ impl View {
             Observable::ObjectSpeedRolling => norm(&rolling(object)),
             Observable::CueSpeedRolling => norm(&rolling(cue)),
             Observable::ObjectSpeedRatio => norm(&object.velocity) / self.speed,
-            Observable::CueVelocity(axis) => self.on_table(cue.velocity, cue.rise, axis),
-            Observable::ObjectVelocity(axis) => self.on_table(object.velocity, object.rise, axis),
+            Observable::CueVelocity(axis) => self.on_table(&cue.velocity, cue.rise, axis),
+            Observable::ObjectVelocity(axis) => self.on_table(&object.velocity, object.rise, axis),
             Observable::CueSpin(axis) => self.spin(cue, axis) / self.radii[0],
             Observable::ObjectSpin(axis) => self.spin(object, axis) / self.radii[1],
             // of discs, which are another kind of data
@@ -50,10 +50,10 @@ impl View {
 
     fn spin(&self, ball: &Side, axis: Axis) -> Dual {
         let [x, y, z] = ball.spin;
-        self.on_table(DualVector::new(x, y), z, axis)
+        self.on_table(&DualVector::new(x, y), z, axis)
     }
 
-    fn on_table(&self, horizontal: DualVector, vertical: Dual, axis: Axis) -> Dual {
+    fn on_table(&self, horizontal: &DualVector, vertical: Dual, axis: Axis) -> Dual {
         match axis {
             Axis::X => horizontal.x * self.cos - horizontal.y * self.sin,
             Axis::Y => horizontal.x * self.sin + horizontal.y * self.cos,
