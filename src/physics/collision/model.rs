@@ -4,7 +4,7 @@ use nalgebra::SMatrix;
 
 use super::impact::{Dual, Impact, Impulses, Values, components, derivatives};
 use super::{
-    ByOthers, Coefficients, Effects, Fidelity, Input, Jacobian, MASS_RATIOS, MAX_KAPPA, MAX_SPEED,
+    ByInputs, Coefficients, Effects, Fidelity, Input, Jacobian, MASS_RATIOS, MAX_KAPPA, MAX_SPEED,
     MAX_TOLERANCE, MIN_SPEED, MIN_TOLERANCE, Model, NotACollision, Outcome, POISSON, Regime, integrator,
     kappa, simple, sliding,
 };
@@ -187,9 +187,10 @@ impl Model {
         self.differentiated::<{ Input::FIRST }>(cue, coefficients)
     }
 
-    /// Returns the outcome with its derivatives as in [`Model::collide_with_jacobian`], and those
-    /// by b, c, κ, the ratio of the masses, that of the radii and e₁. These are `None` if friction
-    /// and e are constant, the contact is rigid and the balls are equal.
+    /// Returns the outcome with its derivatives by all inputs, of accuracy as in
+    /// [`Model::collide_with_jacobian`]. Those by b, c, κ, the ratio of the masses, that of the
+    /// radii and e₁ are 0 if friction and e are constant, the contact is rigid and the balls are
+    /// equal.
     ///
     /// # Errors
     /// As [`Model::collide`].
@@ -197,23 +198,14 @@ impl Model {
         &self,
         cue: &BallState,
         coefficients: &Coefficients,
-    ) -> Result<(Outcome, Jacobian, Option<ByOthers>), NotACollision> {
+    ) -> Result<(Outcome, ByInputs), NotACollision> {
         if self.has_others() {
-            let (outcome, jacobian, others) = self.compute_all(cue, coefficients)?;
-            return Ok((outcome, jacobian, Some(others)));
+            return self.differentiated(cue, coefficients);
         }
         let (outcome, jacobian) = self.collide_with_jacobian(cue, coefficients)?;
-        Ok((outcome, jacobian, None))
-    }
-
-    /// Returns the outcome with all derivatives.
-    pub(crate) fn compute_all(
-        &self,
-        cue: &BallState,
-        coefficients: &Coefficients,
-    ) -> Result<(Outcome, Jacobian, ByOthers), NotACollision> {
-        let (outcome, by) = self.differentiated::<{ Input::COUNT }>(cue, coefficients)?;
-        Ok((outcome, by.fixed_columns(0).into_owned(), by.fixed_columns(Input::FIRST).into_owned()))
+        let mut by = ByInputs::zeros();
+        by.fixed_columns_mut(0).copy_from(&jacobian);
+        Ok((outcome, by))
     }
 
     /// Returns whether outcomes depend on more than the coefficients.

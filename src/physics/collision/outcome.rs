@@ -40,17 +40,11 @@ impl Outcome {
 /// eight [`Input`]s.
 pub type Jacobian = SMatrix<f64, 12, 8>;
 
-/// The number of inputs besides the coefficients and the cue ball's motion: b and c of a friction
-/// that falls with the slip, κ, m_cue/m_object, R_cue/R_object and e₁.
-pub const OTHERS: usize = 6;
-
-/// The derivatives of an outcome's components, in the order of the rows of [`Jacobian`], by those
-/// inputs.
-pub type ByOthers = SMatrix<f64, 12, OTHERS>;
+/// The derivatives of an outcome by every [`Input`]; rows and units as of [`Jacobian`].
+pub type ByInputs = SMatrix<f64, 12, { Input::COUNT }>;
 
 worded! {
-    /// The inputs of an outcome. The first eight are the columns of [`Jacobian`], the others those
-    /// of [`ByOthers`].
+    /// The inputs of an outcome: the columns of [`ByInputs`], the first eight also of [`Jacobian`].
     #[derive(Clone, Copy, Debug, PartialEq, Eq)]
     pub enum Input {
         /// Friction between the balls μ, dimensionless.
@@ -89,7 +83,8 @@ worded! {
 }
 
 impl Input {
-    /// The number of columns of [`Jacobian`], and of all inputs.
+    /// The number of columns of [`Jacobian`].
     pub(super) const FIRST: usize = 8;
-    pub(super) const COUNT: usize = Self::FIRST + OTHERS;
+    /// The number of inputs.
+    pub const COUNT: usize = Self::ALL.len();
 }

@@ -100,7 +100,7 @@ fn impulse_ratio(
     let [mu, b, c, kappa] = [Id::Mu, Id::FallB, Id::FallC, Id::Kappa].map(shared);
     let (model, before) = contact([closing.re, slip.re], [b.re, c.re, kappa.re], inertia);
     let coefficients = Coefficients { mu: mu.re, mu_s: 0.0, e: restitution.re.clamp(0.0, 1.0) };
-    let (outcome, jacobian, others) = model.collide_with_all(&before, &coefficients).ok()?;
+    let (outcome, jacobian) = model.collide_with_all(&before, &coefficients).ok()?;
     let after = outcome.object.velocity;
     let ratio = after.y / after.x;
     let inputs = [
@@ -114,11 +114,8 @@ fn impulse_ratio(
     ];
     let mut by = Gradient::zeros();
     for (which, input) in inputs {
-        let of_component = |row: usize| match (which as usize).checked_sub(jacobian.ncols()) {
-            None => jacobian[(row, which as usize)],
-            Some(other) => others.as_ref().map_or(0.0, |others| others[(row, other)]),
-        };
-        by += gradient(&input) * ((of_component(7) - ratio * of_component(6)) / after.x);
+        let derivative = jacobian.column(which as usize);
+        by += gradient(&input) * ((derivative[7] - ratio * derivative[6]) / after.x);
     }
     Some(Dual::new(ratio, Derivative::some(by)))
 }

@@ -121,7 +121,7 @@ impl FilmBlock {
     pub fn take(&mut self, indices: &[usize]) {
         self.shots = Arc::new(indices.iter().map(|i| self.shots[*i].clone()).collect());
         self.spins = indices.iter().map(|i| self.spins[*i]).collect();
-        self.corrections = indices.iter().map(|i| self.corrections[*i]).collect();
+        self.corrections = indices.iter().map(|i| self.corrections[*i].clone()).collect();
     }
 
     /// Counts the picture in another unit and from another middle: a place becomes `factor`·place + `by`.

@@ -1,6 +1,6 @@
 //! The impact of a shot with its derivatives by the shot's own unknowns and the shared ones.
 
-use nalgebra::SVector;
+use nalgebra::{SMatrix, SVector};
 use num_dual::DualNum;
 
 use super::dual::{Dual, DualVector, constant, gradient, with_gradient};
@@ -28,8 +28,21 @@ pub(crate) struct Contact {
     e_falls: bool,
 }
 
-/// Difference of a finer model's outcome, in the order of [`Outcome::components`].
-pub(crate) type Correction = SVector<f64, 12>;
+/// Difference of a finer model's outcome, in the order of [`Outcome::components`], to first order about
+/// the inputs at which it was computed.
+#[derive(Clone, Debug, PartialEq)]
+pub(crate) struct Correction {
+    values: SVector<f64, 12>,
+    by: SMatrix<f64, 12, { Input::COUNT }>,
+    about: SVector<f64, { Input::COUNT }>,
+}
+
+impl Correction {
+    /// Returns no difference.
+    pub fn zeros() -> Self {
+        Self { values: SVector::zeros(), by: SMatrix::zeros(), about: SVector::zeros() }
+    }
+}
 
 /// A ball just before or after the impact, in the collision frame.
 #[derive(Clone, Copy)]
@@ -62,6 +75,26 @@ impl Side {
 
 fn coefficients(shared: &Shared) -> Coefficients {
     Coefficients { mu: shared[Id::Mu], mu_s: shared[Id::MuS], e: shared[Id::E] }
+}
+
+/// Returns the inputs of a collision, with their derivatives.
+fn inputs(cue: &Side, shared: &Shared, radius: f64) -> [Dual; Input::COUNT] {
+    Input::ALL.map(|input| match input {
+        Input::Mu => shared.dual(Id::Mu),
+        Input::MuS => shared.dual(Id::MuS),
+        Input::E => shared.dual(Id::E),
+        Input::VelocityX => cue.velocity.x,
+        Input::VelocityY => cue.velocity.y,
+        Input::SpinX => cue.spin[0] / radius,
+        Input::SpinY => cue.spin[1] / radius,
+        Input::SpinZ => cue.spin[2] / radius,
+        Input::B => shared.dual(Id::FallB),
+        Input::C => shared.dual(Id::FallC),
+        Input::Kappa => shared.dual(Id::Kappa),
+        Input::MassRatio => shared.dual(Id::MassRatio),
+        Input::RadiusRatio => shared.dual(Id::RadiusRatio),
+        Input::ESlope => shared.dual(Id::ESlope),
+    })
 }
 
 impl Contact {
@@ -138,8 +171,14 @@ impl Contact {
         let (model, fine) = (self.at(self.model, shared), self.at(fine, shared));
         let before = cue.state(model.ball.radius);
         let coefficients = coefficients(shared);
-        let coarse = model.collide(&before, &coefficients)?;
-        Ok(fine.collide(&before, &coefficients)?.components() - coarse.components())
+        let [(coarse, by), (fine, finely_by)] =
+            [model.collide_with_all(&before, &coefficients)?, fine.collide_with_all(&before, &coefficients)?];
+        let inputs = inputs(cue, shared, model.ball.radius);
+        Ok(Correction {
+            values: fine.components() - coarse.components(),
+            by: finely_by - by,
+            about: SVector::from(inputs.each_ref().map(|input| input.re)),
+        })
     }
 
     /// Returns the balls after the impact, and whether the contact stuck.
@@ -153,36 +192,19 @@ impl Contact {
         let radius = model.ball.radius;
         // derivatives by the ratio of the radii are those at a constant radius of the cue ball
         let object_radius = shared.dual(Id::RadiusRatio).recip() * radius;
-        let spin = cue.spin.map(|spin| spin / radius);
-        let (outcome, jacobian, others) =
-            model.collide_with_all(&cue.state(radius), &coefficients(shared))?;
-        let input = |input: Input| match input {
-            Input::Mu => shared.dual(Id::Mu),
-            Input::MuS => shared.dual(Id::MuS),
-            Input::E => shared.dual(Id::E),
-            Input::VelocityX => cue.velocity.x,
-            Input::VelocityY => cue.velocity.y,
-            Input::SpinX => spin[0],
-            Input::SpinY => spin[1],
-            Input::SpinZ => spin[2],
-            Input::B => shared.dual(Id::FallB),
-            Input::C => shared.dual(Id::FallC),
-            Input::Kappa => shared.dual(Id::Kappa),
-            Input::MassRatio => shared.dual(Id::MassRatio),
-            Input::RadiusRatio => shared.dual(Id::RadiusRatio),
-            Input::ESlope => shared.dual(Id::ESlope),
-        };
-        let values = outcome.components() + correction;
+        let (outcome, mut jacobian) = model.collide_with_all(&cue.state(radius), &coefficients(shared))?;
+        let inputs = inputs(cue, shared, radius);
+        let mut values = outcome.components();
+        if *correction != Correction::zeros() {
+            let moved = SVector::from(inputs.each_ref().map(|input| input.re)) - correction.about;
+            values += correction.values + correction.by * moved;
+            jacobian += correction.by;
+        }
         let mut by = [SVector::zeros(); 12];
-        for which in Input::ALL {
-            let slope = gradient(&input(which));
-            let place = which as usize;
-            for (row, by) in by.iter_mut().enumerate() {
-                let derivative = match place.checked_sub(jacobian.ncols()) {
-                    None => jacobian[(row, place)],
-                    Some(other) => others.as_ref().map_or(0.0, |others| others[(row, other)]),
-                };
-                *by += slope * derivative;
+        for (input, derivatives) in inputs.iter().zip(jacobian.column_iter()) {
+            let slope = gradient(input);
+            for (by, derivative) in by.iter_mut().zip(&derivatives) {
+                *by += slope * *derivative;
             }
         }
         let component = |row: usize| with_gradient(values[row], by[row]);

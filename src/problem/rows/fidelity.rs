@@ -123,8 +123,9 @@ impl RowsBlock {
         let offset = |(shot, own): (&mut RowShot, &Own)| {
             let (cue, _) = shot.approach(own, shared);
             let offset = heavy.correct(&cue, shared).ok().filter(|_| shot.knows_speed);
+            let is_weighed = offset.is_some();
             shot.offset = offset.unwrap_or_else(Correction::zeros);
-            usize::from(offset.is_some())
+            usize::from(is_weighed)
         };
         Arc::make_mut(&mut self.shots).par_iter_mut().zip(own).map(offset).sum()
     }
