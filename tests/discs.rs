@@ -29,6 +29,12 @@ const NOISE: f64 = 1e-4;
 /// The tangential impulse on the second disc over the normal one, of the slip and the closing speed.
 pub type Friction = fn(f64, f64) -> f64;
 
+/// e and that ratio of an impact, of the slip and the closing speed.
+pub type Law<'a> = &'a mut dyn FnMut(f64, f64) -> [f64; 2];
+
+/// Three points on the rim.
+const RIM: [[f64; 2]; 3] = [[0.9, 0.0], [0.9, 2.0], [0.9, 4.0]];
+
 /// A disc in free motion: place and velocity at the impact, angle and angular velocity.
 #[derive(Clone, Copy, Debug)]
 pub struct Motion {
@@ -53,7 +59,7 @@ fn sliding(slip: f64, closing: f64) -> f64 {
 }
 
 /// Two discs that part with Newton's restitution.
-fn collision(rng: &mut ChaCha8Rng, friction: Friction) -> Collision {
+fn collision(rng: &mut ChaCha8Rng, law: Law) -> Collision {
     let direction = rng.random_range(0.0..TAU);
     let (sin, cos) = f64::sin_cos(direction);
     let turn = |n: f64, t: f64| [n * cos - t * sin, n * sin + t * cos];
@@ -70,8 +76,8 @@ fn collision(rng: &mut ChaCha8Rng, friction: Friction) -> Collision {
     };
     let [g_n, g_t] = along(towards);
     let slip = g_t - RADII[0] * first.spin - RADII[1] * second.spin;
-    let normal = -(1.0 + E) * g_n / (1.0 / MASSES[0] + 1.0 / MASSES[1]);
-    let ratio = friction(slip, g_n.abs());
+    let [e, ratio] = law(slip, g_n.abs());
+    let normal = -(1.0 + e) * g_n / (1.0 / MASSES[0] + 1.0 / MASSES[1]);
     let after = |disc: usize, motion: Motion| {
         let sign = if disc == 0 { -1.0 } else { 1.0 };
         let change = turn(sign * normal / MASSES[disc], sign * ratio * normal / MASSES[disc]);
@@ -99,7 +105,7 @@ fn film(shots: usize, seed: u64) -> (String, Vec<Collision>) {
 
 /// The same, with any friction.
 pub fn film_with(shots: usize, seed: u64, friction: Friction) -> (String, Vec<Collision>) {
-    film_of(shots, seed, friction, [[0.9, 0.0], [0.9, 2.0], [0.9, 4.0]])
+    film_of(shots, seed, friction, RIM)
 }
 
 /// The same with any three points, each by its distance from the centre in radii and its direction.
@@ -109,11 +115,20 @@ pub fn film_of(
     friction: Friction,
     points: [[f64; 2]; 3],
 ) -> (String, Vec<Collision>) {
+    film_by_law(shots, seed, &mut |slip, closing| [E, friction(slip, closing)], points)
+}
+
+/// The same with an e and a friction that may differ from shot to shot.
+pub fn film_of_law(shots: usize, seed: u64, law: Law) -> String {
+    film_by_law(shots, seed, law, RIM).0
+}
+
+fn film_by_law(shots: usize, seed: u64, law: Law, points: [[f64; 2]; 3]) -> (String, Vec<Collision>) {
     let mut rng = ChaCha8Rng::seed_from_u64(seed);
     let mut table = String::from("shot,frame,ball,x,y\n");
     let mut truths = Vec::new();
     for shot in 0..shots {
-        let truth = collision(&mut rng, friction);
+        let truth = collision(&mut rng, law);
         let start = rng.random_range(0.0..TAU);
         for frame in 0..=80 {
             let late = f64::from(frame) / FPS - truth.time;

@@ -159,7 +159,7 @@ impl<'a> Joint<'a> {
             told_by: self.samples.told_by.clone(),
             fidelity: options.fidelity.name(),
             is_filmed: !films.is_empty(),
-            computed: self.computed(),
+            computed: Computed::of(&self.solution, options.fidelity),
             quantities,
             chi2,
             dof: self.solution.dof(),
@@ -219,19 +219,6 @@ impl<'a> Joint<'a> {
             }
         }
         names
-    }
-
-    /// Returns what the shots were computed with.
-    fn computed(&self) -> Vec<Computed> {
-        let mut all: Vec<Computed> = Vec::new();
-        for own in self.samples.fitted.iter().flat_map(|alone| &alone.computed) {
-            match all.iter_mut().find(|other| (other.fidelity, other.effects) == (own.fidelity, own.effects))
-            {
-                Some(known) => known.shots += own.shots,
-                None => all.push(own.clone()),
-            }
-        }
-        all
     }
 }
 

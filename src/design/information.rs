@@ -13,7 +13,7 @@ use crate::physics::ball::{BallState, Vec3};
 use crate::physics::collision::{Model, NotACollision};
 use crate::physics::contact_frame::cue_velocity;
 use crate::problem::{self, Filming, Id, PlannedShot, Shared, Unknown, unknowns_of};
-use crate::simulate;
+use crate::simulate::{self, Camera};
 
 /// The unknowns: μ, μ_s, e, μ_k, μ_r, the ratios of the balls, and what else a film shares.
 const IDS: [Id; 26] = [
@@ -122,15 +122,13 @@ pub(crate) fn of_kind(expected: &Expected, kind: &PlayedKind) -> Result<Average,
 fn spread(kind: &PlayedKind, i: usize) -> Shot {
     /// The additive recurrence that fills seven dimensions most evenly: powers of 1/g, g⁸ = g + 1.
     const G: f64 = 1.096_981_557_798_559_8;
-    /// Impacts are spread over a square of twice this side, m.
-    const HALF: f64 = 0.15;
     let part = |power: i32| (0.5 + i as f64 * G.powi(-power)).fract();
     let [speed, cut_deg] = [between(kind.speed_m_s, part(1)), between(kind.cut_deg, part(2))];
     Shot {
         play: [speed, cut_deg.to_radians(), between(kind.topspin, part(3))],
         phase: part(4),
         direction: std::f64::consts::TAU * part(5),
-        place: [between([-HALF, HALF], part(6)), between([-HALF, HALF], part(7))],
+        place: [6, 7].map(|power| (part(power) - 0.5) * (Camera::FIELD_M[1] - Camera::FIELD_M[0])),
     }
 }
 
@@ -282,6 +280,7 @@ fn of_shot(
         place: shot.place,
         instant: (before as f64 + shot.phase) / camera.fps,
         topspin: shot.play[2],
+        topspin_sd: (kind.topspin[1] - kind.topspin[0]) / 12_f64.sqrt(),
         spin,
         after_sd: shown,
     };

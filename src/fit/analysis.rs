@@ -189,8 +189,7 @@ fn of_label_fit(
     let tracks = dataset.tracks.as_ref().map_or(&[][..], |tracks| &tracks.shots);
     let film = FittedFilm::new(solution, tracks);
     let impacts = film.impacts();
-    let fitted =
-        Fitted { dataset, group, options, settings, model, film: film.clone(), done, impacts: &impacts };
+    let fitted = Fitted { dataset, group, options, settings, film: film.clone(), done, impacts: &impacts };
     let fit = fitted.fit(begun.elapsed().as_secs_f64());
     for _ in &impacts {
         done();

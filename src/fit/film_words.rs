@@ -78,13 +78,28 @@ pub(crate) fn sentence(finding: &Finding, film: Option<&FittedFilm>, scale_sd: f
             count_of(*before, "frame")
         ),
         Finding::Lags => format!("{}.", capital(&check::lag().text)),
-        Finding::Compliance { kappa, fall } => format!(
-            "The contact between the balls gives way along its surface (κ = {kappa:.3}, as follows from Poisson's ratio): −2 log L \
-             is {fall:.1} lower than with a rigid contact, which kappa = {{ fixed = 0 }} under [fit] asks for."
+        Finding::Compliance { kappa, shots, fall, adopted: true } => format!(
+            "The contact between the balls gives way along its surface (κ = {}, as follows from Poisson's ratio), which shows in \
+             {}: −2 log L is {fall:.1} lower than with a rigid contact, which kappa = {{ fixed = 0 }} under [fit] asks for.",
+            plain(*kappa, 4),
+            count_of(*shots, "shot")
         ),
-        Finding::Weight { fall } => format!(
-            "The balls' weight and what the cloth does during the impact are simulated (--fidelity contact): −2 log L is {fall:.1} \
-             lower with them."
+        Finding::Compliance { shots, fall, .. } => format!(
+            "A contact that gives way along its surface would show in {}, but they do not tell whether it does (−2 log L {}): \
+             left out.",
+            count_of(*shots, "shot"),
+            change(*fall)
+        ),
+        Finding::Weight { shots, fall, adopted: true } => format!(
+            "The balls' weight and what the cloth does during the impact are simulated in {} (--fidelity contact): −2 log L is \
+             {fall:.1} lower with them.",
+            count_of(*shots, "shot")
+        ),
+        Finding::Weight { shots, fall, .. } => format!(
+            "The balls' weight and what the cloth does during the impact act on {}, but these do not tell whether they do \
+             (−2 log L {}): left out.",
+            count_of(*shots, "shot"),
+            change(*fall)
         ),
         Finding::Conflict { id, stated, estimate, sd, size } => {
             conflict(*id, [*stated, *estimate, *sd, *size], (radius, scale_sd))
@@ -295,7 +310,10 @@ pub(super) fn explanations(
             Finding::Conflict { id, estimate, sd, size, .. } => (cause_of(*id)?, *estimate, *sd, size * size),
             Finding::Cause { id, estimate, sd, fall } => (cause_of(*id)?, *estimate, *sd, *fall),
             Finding::Spins { fall, topspin, .. } => (Cause::CueSpin, *topspin, f64::NAN, *fall),
-            Finding::Compliance { kappa, fall } => (Cause::Compliance, *kappa, f64::NAN, *fall),
+            Finding::Compliance { kappa, fall, adopted: true, .. } => {
+                let sd = solution.get(Id::Kappa).and_then(|kappa| kappa.std_error);
+                (Cause::Compliance, *kappa, sd.unwrap_or(f64::NAN), *fall)
+            }
             Finding::OtherUnit { factor, stated: true } => {
                 (Cause::Film(Correction::Scale), factor.recip(), f64::NAN, f64::NAN)
             }
@@ -313,6 +331,11 @@ pub(super) fn explanations(
     let mut all: Vec<Explanation> = solution.findings.iter().filter_map(of).collect();
     all.sort_by(|a, b| a.delta_2logl.total_cmp(&b.delta_2logl));
     all
+}
+
+/// Returns a change of −2 log L in words.
+fn change(fall: f64) -> String {
+    if fall < 0.0 { format!("higher by {:.1} with it", -fall) } else { format!("lower by {fall:.1} with it") }
 }
 
 /// Returns what an unknown that explains residuals is called.

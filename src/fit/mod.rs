@@ -22,7 +22,6 @@ pub(crate) mod of_rows;
 mod options;
 mod request;
 mod result;
-mod table_words;
 mod verdict;
 pub(crate) mod warnings;
 

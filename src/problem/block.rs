@@ -3,6 +3,7 @@
 
 use super::discs::block::DiscBlock;
 use super::film::block::FilmBlock;
+use super::film::impact::Correction;
 use super::film::states::choose_states;
 use super::rows::block::RowsBlock;
 use super::sums::{Contribution, Noise, OwnPrior, Spread};
@@ -64,6 +65,25 @@ impl Block {
             Self::Film(film) => !film.states_noise,
             Self::Discs(discs) => discs.is_free,
             Self::Rows(rows) => !rows.noises.is_empty(),
+        }
+    }
+
+    /// Returns whether the contact is compliant along its surface.
+    pub fn is_compliant(&self) -> bool {
+        match self {
+            Self::Film(film) => film.world.contact.is_compliant(),
+            Self::Discs(_) => false,
+            Self::Rows(rows) => rows.contact.is_compliant(),
+        }
+    }
+
+    /// Returns how many shots have what weight and cloth do during the contact.
+    pub fn count_corrected(&self) -> usize {
+        let is_corrected = |correction: &&Correction| **correction != Correction::zeros();
+        match self {
+            Self::Film(film) => film.corrections.iter().filter(is_corrected).count(),
+            Self::Discs(_) => 0,
+            Self::Rows(rows) => rows.shots.iter().map(|shot| &shot.offset).filter(is_corrected).count(),
         }
     }
 

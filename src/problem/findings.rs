@@ -65,17 +65,25 @@ pub enum Finding {
     /// Both balls are off their paths in the first frames after the impacts, and not before: the tracker
     /// lags.
     Lags,
-    /// A contact that is compliant along its surface was adopted.
+    /// A contact that is compliant along its surface.
     Compliance {
         /// κ.
         kappa: f64,
+        /// Number of shots in which it shows.
+        shots: usize,
         /// Fall of −2 log L.
         fall: f64,
+        /// Whether it was adopted.
+        adopted: bool,
     },
-    /// What weight and cloth do during the contact was adopted.
+    /// What weight and cloth do during the contact.
     Weight {
+        /// Number of shots on which they act.
+        shots: usize,
         /// Fall of −2 log L.
         fall: f64,
+        /// Whether it was adopted.
+        adopted: bool,
     },
     /// The frames contradict what is stated or known of a quantity, whose prior was then left out.
     Conflict {
@@ -142,6 +150,16 @@ pub enum Finding {
 }
 
 impl Finding {
+    /// Returns whether an effect beyond those of the chosen fidelity was tried, and whether it was
+    /// adopted.
+    #[must_use]
+    pub fn adoption(&self) -> Option<bool> {
+        match self {
+            Self::Compliance { adopted, .. } | Self::Weight { adopted, .. } => Some(*adopted),
+            _ => None,
+        }
+    }
+
     /// Returns how far it affects the trust in a fit.
     #[must_use]
     pub fn severity(&self) -> Severity {

@@ -58,7 +58,6 @@ pub use policy::Policy;
 pub use profile::End;
 pub use rows::choices::{RowsChoices, RowsError};
 pub(crate) use rows::deviations::Deviations;
-pub use rows::fidelity::Effect;
 pub use rows::prediction::{Prediction, predict};
 pub use rows::run::{RowsFit, TableNoise, fit_rows};
 pub use rows::shot::Unpredictable;

@@ -191,8 +191,7 @@ impl Problem {
     pub fn weigh_all(&mut self, state: &State) -> bool {
         let is_corrected = |sample: &Sample| match &sample.block {
             Block::Film(film) => film.world.contact.is_corrected(),
-            Block::Rows(rows) => rows.is_weighed(),
-            Block::Discs(_) => false,
+            other => other.count_corrected() > 0,
         };
         if !self.samples.iter().any(is_corrected) {
             return false;
@@ -233,6 +232,11 @@ impl Problem {
 }
 
 impl Evaluation {
+    /// Returns the number of shots whose contact sticks.
+    pub fn count_sticking(&self) -> usize {
+        self.shots.iter().flatten().filter(|shot| shot.sticks).count()
+    }
+
     /// Returns the sums of each noise of a sample over its shots.
     pub fn noises(&self, sample: usize) -> Vec<NoiseSums> {
         let mut shots = self.shots[sample].iter();

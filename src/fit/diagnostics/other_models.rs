@@ -138,7 +138,7 @@ fn changes(request: Request, fit: &RowsFit, own: &Settings, shots: &[Option<Devi
         fidelity: FidelityChoice::Of(fidelity),
         ..as_fitted.clone()
     };
-    let adopts = fit.effects.iter().any(|effect| effect.adopted);
+    let adopts = fit.solution.findings.iter().any(|finding| finding.adoption() == Some(true));
     let mut all = Vec::new();
     if adopts || !is_full {
         all.push(other(Fidelity::Full));

@@ -195,8 +195,7 @@ pub(crate) fn contradicted_rate(
 /// resin, if χ² falls by enough.
 pub(crate) fn comply(problem: &Problem, at: &Evaluation, policy: &Policy) -> Option<(Problem, Descent, f64)> {
     let kappa = problem.unknown(Id::Kappa);
-    let sticks = at.shots.iter().flatten().filter(|shot| shot.sticks).count();
-    if kappa.mode != Mode::Fixed || kappa.start != 0.0 || sticks == 0 {
+    if kappa.mode != Mode::Fixed || kappa.start != 0.0 || at.count_sticking() == 0 {
         return None;
     }
     let mut compliant = problem.clone();

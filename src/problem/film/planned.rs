@@ -11,7 +11,7 @@ use super::impact::{Contact, Correction};
 use super::motion::{Piece, Stretch, Struck, follow_balls};
 use super::own::{self, OWN};
 use super::priors::list_unknowns;
-use super::spins::{FIRST_SPREADS, LEAST_SPREAD, ShotSpin};
+use super::spins::{LEAST_SPREAD, ShotSpin};
 use crate::measurement::dataset::{Dataset, Tracks};
 use crate::measurement::spin::Spin;
 use crate::physics::collision::{Model, NotACollision};
@@ -29,8 +29,9 @@ pub struct PlannedShot {
     pub place: [f64; 2],
     /// Instant of the impact, s.
     pub instant: f64,
-    /// Topspin over natural roll.
+    /// Topspin over natural roll, and its standard deviation from shot to shot.
     pub topspin: f64,
+    pub topspin_sd: f64,
     /// What is known of the spin.
     pub spin: Spin,
     /// Standard errors of a component of the spins of both balls after the impact, rad/s, if markers
@@ -104,7 +105,7 @@ pub(crate) fn information(
     let film = FilmBlock {
         shots: Arc::new(vec![frames]),
         spins: vec![spin],
-        spreads: FIRST_SPREADS.map(|first| Spread::first(first, LEAST_SPREAD)),
+        spreads: [shot.topspin_sd, 0.0].map(|sd| Spread::first(sd.max(LEAST_SPREAD), LEAST_SPREAD)),
         world: World { contact, noise: [noise; 2] },
         states_noise: true,
         corrections: vec![rigid],

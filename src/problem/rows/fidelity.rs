@@ -11,6 +11,7 @@ use crate::measurement::parameter::{Compliance, Parameter, Settings};
 use crate::physics::collision::FidelityChoice;
 use crate::problem::descent::Descent;
 use crate::problem::film::impact::Correction;
+use crate::problem::findings::Finding;
 use crate::problem::minimise::{descend_with_noise, fit};
 use crate::problem::policy::Policy;
 use crate::problem::problem::{Evaluation, Problem, State};
@@ -19,19 +20,6 @@ use crate::problem::unknowns::{Id, Own, Shared};
 /// Rounds of computing offsets and fitting.
 const ROUNDS: usize = 3;
 
-/// An effect that was tried.
-#[derive(Clone, Debug, PartialEq)]
-pub struct Effect {
-    /// `compliance` or `weight`.
-    pub name: &'static str,
-    /// Number of shots that it acts on.
-    pub shots: usize,
-    /// Fall of −2 log L with it.
-    pub fall: f64,
-    /// Whether it was adopted.
-    pub adopted: bool,
-}
-
 /// Adopts the effects that make the shots likelier by enough.
 pub(super) fn choose_effects(
     problem: &mut Problem,
@@ -39,7 +27,7 @@ pub(super) fn choose_effects(
     fidelity: FidelityChoice,
     settings: &Settings,
     policy: &Policy,
-) -> Vec<Effect> {
+) -> Vec<Finding> {
     let mut tried = Vec::new();
     let is_auto = fidelity == FidelityChoice::Auto;
     if is_auto && settings.compliance == Compliance::Auto && settings[Parameter::Kappa].initial > 0.0 {
@@ -58,8 +46,8 @@ fn try_compliance(
     descent: &mut Descent,
     kappa: f64,
     policy: &Policy,
-) -> Option<Effect> {
-    let shots = descent.end.shots.iter().flatten().filter(|shot| shot.sticks).count();
+) -> Option<Finding> {
+    let shots = descent.end.count_sticking();
     if shots == 0 {
         return None;
     }
@@ -69,11 +57,18 @@ fn try_compliance(
     let mut start = descent.end.state.clone();
     start.shared[Id::Kappa] = kappa;
     let with = fit(&mut compliant, &start)?;
-    Some(adopt("compliance", shots, (problem, descent), (compliant, with), policy.adopt))
+    let kappa = with.end.state.shared[Id::Kappa];
+    let (fall, adopted) = adopt((problem, descent), (compliant, with), policy.adopt);
+    Some(Finding::Compliance { kappa, shots, fall, adopted })
 }
 
 /// Tries outcomes with the balls' weight.
-fn try_weight(problem: &mut Problem, descent: &mut Descent, of_all: bool, policy: &Policy) -> Option<Effect> {
+fn try_weight(
+    problem: &mut Problem,
+    descent: &mut Descent,
+    of_all: bool,
+    policy: &Policy,
+) -> Option<Finding> {
     let mut weighed = problem.clone();
     let shots = offset_by_weight(&mut weighed, &descent.end.state);
     if shots == 0 {
@@ -85,23 +80,22 @@ fn try_weight(problem: &mut Problem, descent: &mut Descent, of_all: bool, policy
         with = descend_with_noise(&mut weighed, with.end.state);
     }
     let least = if of_all { f64::NEG_INFINITY } else { policy.adopt };
-    Some(adopt("weight", shots, (problem, descent), (weighed, with), least))
+    let (fall, adopted) = adopt((problem, descent), (weighed, with), least);
+    Some(Finding::Weight { shots, fall, adopted })
 }
 
-/// Adopts a refit if −2 log L falls by more than `least`.
+/// Adopts a refit if −2 log L falls by more than `least`; returns the fall, and whether it was.
 fn adopt(
-    name: &'static str,
-    shots: usize,
     (problem, descent): (&mut Problem, &mut Descent),
     (other, with): (Problem, Descent),
     least: f64,
-) -> Effect {
+) -> (f64, bool) {
     let fall = minus_two_log(problem, &descent.end) - minus_two_log(&other, &with.end);
     let adopted = fall > least;
     if adopted {
         (*problem, *descent) = (other, with);
     }
-    Effect { name, shots, fall, adopted }
+    (fall, adopted)
 }
 
 /// Returns −2 log L up to a constant, greatest over the noises that are not stated.
@@ -128,11 +122,6 @@ impl RowsBlock {
             usize::from(is_weighed)
         };
         Arc::make_mut(&mut self.shots).par_iter_mut().zip(own).map(offset).sum()
-    }
-
-    /// Returns whether shots have the balls' weight as their offset.
-    pub fn is_weighed(&self) -> bool {
-        self.shots.iter().any(|shot| shot.offset != Correction::zeros())
     }
 }
 
