@@ -138,6 +138,8 @@ impl Samples {
                         self.findings.push(Finding::OfSample { sample, finding, sentence });
                     }
                 }
+                let scatter = fit.scatter.filter(|scatter| scatter.is_estimated);
+                self.findings.extend(scatter.map(|scatter| Finding::Scatter { sample, scatter }));
                 self.fitted.push(Alone {
                     settings: dataset.settings_of_balls(),
                     tracks: fit.frames.as_ref().map_or_else(Vec::new, |film| film.tracks().to_vec()),

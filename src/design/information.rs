@@ -280,6 +280,7 @@ fn of_shot(
         place: shot.place,
         instant: (before as f64 + shot.phase) / camera.fps,
         topspin: shot.play[2],
+        shots: kind.shots,
         topspin_sd: (kind.topspin[1] - kind.topspin[0]) / 12_f64.sqrt(),
         spin,
         after_sd: shown,

@@ -71,8 +71,6 @@ pub struct FoundCamera {
     /// The number of shots in which frames were dropped without a sign in their numbers, and the number of such
     /// drops.
     pub drops: [usize; 2],
-    /// The noise of neighbouring frames over what is stated of it; `None` where nothing is stated.
-    pub over_stated_noise: Option<f64>,
     /// How many frames before and after the impacts were left out, as their positions are off in all shots; the first of each is less
     /// than half a frame away.
     pub spoiled: Option<[usize; 2]>,
@@ -147,7 +145,6 @@ impl FoundCamera {
             noise_correlation: None,
             resolution: 0.0,
             drops: [0; 2],
-            over_stated_noise: None,
             spoiled: None,
             of_discs: false,
             is_settled: true,

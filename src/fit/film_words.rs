@@ -1,5 +1,6 @@
 //! What was found of a film, in words.
 
+use super::Scatter;
 use super::causes::{Cause, Explanation};
 use super::check;
 use super::check::capital;
@@ -67,6 +68,11 @@ pub(crate) fn sentence(finding: &Finding, film: Option<&FittedFilm>, scale_sd: f
             "The noise of the positions lasts from frame to frame: neighbouring frames are correlated by {}. Errors take it into \
              account.",
             with_error(*rho, *sd)
+        ),
+        Finding::NoiseRefuted { times } if *times < 1.0 => format!(
+            "The stated noise of the positions (position_sd_m, or the columns of standard deviations) is too large, and the errors \
+             with it: neighbouring frames scatter by {} times that.",
+            plain(*times, 2)
         ),
         Finding::NoiseRefuted { times } => format!(
             "Neighbouring frames scatter by {times:.1} times the stated noise (position_sd_m, or the columns of standard \
@@ -331,6 +337,19 @@ pub(super) fn explanations(
     let mut all: Vec<Explanation> = solution.findings.iter().filter_map(of).collect();
     all.sort_by(|a, b| a.delta_2logl.total_cmp(&b.delta_2logl));
     all
+}
+
+/// Returns what shots of discs scatter by.
+pub(crate) fn scatter(found: &Scatter) -> String {
+    let of_ratio = if found.impulse_ratio > 0.0 {
+        format!(" and {} in J_t/J_n", plain(found.impulse_ratio, 2))
+    } else {
+        String::new()
+    };
+    format!(
+        "beyond the errors of their frames shots scatter by {} in e{of_ratio}, which the errors include",
+        plain(found.restitution, 2)
+    )
 }
 
 /// Returns a change of −2 log L in words.

@@ -18,9 +18,6 @@ const SMOOTHED: f64 = 0.93;
 /// So many more frames are off after the impacts than before them where a tracker lags.
 const LATE: usize = 2;
 
-/// Frames that scatter by less than this part of the stated noise refute it.
-const TOO_LARGE: f64 = 0.7;
-
 /// χ²/dof of so many velocities that are extracted from frames, and fit better than their noise allows.
 const TOO_GOOD: f64 = 0.25;
 const ENOUGH: usize = 20;
@@ -76,14 +73,6 @@ impl Fit {
         let goodness = self.diagnostics.goodness.as_ref();
         let tested = goodness.filter(|found| self.frames.is_some() && found.dof >= ENOUGH)?;
         let reduced = tested.chi2 / tested.dof as f64;
-        let over_stated = self.camera.as_ref().and_then(|camera| camera.over_stated_noise);
-        if let Some(times) = over_stated.filter(|times| *times < TOO_LARGE && reduced < TOO_GOOD) {
-            return Some(format!(
-                "The stated noise of the positions (position_sd_m, or the columns of standard deviations) is too large, and the errors with it: \
-                 neighbouring frames scatter by {} times that.",
-                plain(times, 2)
-            ));
-        }
         (reduced < TOO_GOOD).then(|| {
             format!(
                 "The shots agree far better than the noise of their frames allows (χ²/dof of their velocities {}), as where positions \

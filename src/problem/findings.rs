@@ -50,7 +50,7 @@ pub enum Finding {
         /// Its standard error.
         sd: f64,
     },
-    /// Neighbouring frames scatter by more than the stated noise, which is not used.
+    /// Neighbouring frames scatter by more than the stated noise, which is not used; or by less.
     NoiseRefuted {
         /// Their scatter over the stated noise.
         times: f64,
@@ -164,17 +164,18 @@ impl Finding {
     #[must_use]
     pub fn severity(&self) -> Severity {
         match self {
+            Self::NoiseRefuted { times } if *times > 1.0 => Severity::Note,
             Self::Undetermined { .. }
             | Self::LostShots { .. }
             | Self::OtherUnit { stated: false, .. }
             | Self::Drops { .. }
             | Self::Corners { .. }
             | Self::NoiseLasts { .. }
-            | Self::NoiseRefuted { .. }
             | Self::Spoiled { .. }
             | Self::Compliance { .. }
             | Self::Weight { .. } => Severity::Note,
             Self::OtherUnit { .. }
+            | Self::NoiseRefuted { .. }
             | Self::Playback { .. }
             | Self::Conflict { .. }
             | Self::Cause { .. }

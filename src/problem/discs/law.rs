@@ -10,6 +10,7 @@ use crate::extraction::disc::Quantity;
 use crate::measurement::parameter::{Compliance, Parameter, Settings};
 use crate::problem::descent::{Descent, descend};
 use crate::problem::film::film_data::FilmError;
+use crate::problem::findings::Finding;
 use crate::problem::problem::{Problem, State};
 use crate::problem::unknowns::{Id, Mode, Shared, Unknown};
 
@@ -56,7 +57,17 @@ impl Run<'_> {
         let compliant = self.settle_all(compliant, fits.first())?;
         let of_rigid = fits.first().map_or(f64::INFINITY, |best| best.unlikely);
         // beyond the equations that define the parameters only if the shots show it
-        if compliant.first().is_some_and(|best| best.unlikely < of_rigid - self.policy.cause) {
+        if let Some(best) = compliant.first()
+            && best.unlikely < of_rigid - self.policy.cause
+        {
+            let (kappa, fall) = (best.shared()[Id::Kappa], of_rigid - best.unlikely);
+            let shots = self.names.len();
+            self.findings.extend(is_auto.then_some(Finding::Compliance {
+                kappa,
+                shots,
+                fall,
+                adopted: true,
+            }));
             fits = compliant;
         }
         let mut ranked = fits.into_iter();

@@ -262,7 +262,9 @@ impl Cleaned {
         let mut left_out = tracks.left_out.clone();
         resting::leave_out_moving(&mut shots, tracks.from_balls, &mut left_out);
         if let Some(times) = stated_noise::refuted(&shots) {
-            stated_noise::forget(&mut shots);
+            if times > 1.0 {
+                stated_noise::forget(&mut shots);
+            }
             findings.push(Finding::NoiseRefuted { times });
         }
         Self { shots, rho, findings, left_out }

@@ -11,7 +11,7 @@ use super::impact::{Contact, Correction};
 use super::motion::{Piece, Stretch, Struck, follow_balls};
 use super::own::{self, OWN};
 use super::priors::list_unknowns;
-use super::spins::{LEAST_SPREAD, ShotSpin};
+use super::spins::{FIRST_SPREADS, LEAST_SPREAD, SIDE_SPREAD, ShotSpin, TOPSPIN_SPREAD};
 use crate::measurement::dataset::{Dataset, Tracks};
 use crate::measurement::spin::Spin;
 use crate::physics::collision::{Model, NotACollision};
@@ -32,12 +32,17 @@ pub struct PlannedShot {
     /// Topspin over natural roll, and its standard deviation from shot to shot.
     pub topspin: f64,
     pub topspin_sd: f64,
+    /// Number of such shots, of which the spread of spins is estimated.
+    pub shots: usize,
     /// What is known of the spin.
     pub spin: Spin,
     /// Standard errors of a component of the spins of both balls after the impact, rad/s, if markers
     /// show them.
     pub after_sd: Option<[f64; 2]>,
 }
+
+/// Steps towards a spread, as many as fits take at most.
+const SPREAD_STEPS: usize = 10;
 
 /// How planned shots are filmed.
 #[derive(Clone, Copy, Debug)]
@@ -102,17 +107,39 @@ pub(crate) fn information(
     let spins = shown(&paths.struck, radius, shot.after_sd);
     let frames = ShotFrames { tracks: [track(0), track(1)], fps: filming.fps, spins };
     let noise = Noise { sd: filming.sd, rho: 0.0 };
-    let film = FilmBlock {
+    let mut film = FilmBlock {
         shots: Arc::new(vec![frames]),
         spins: vec![spin],
-        spreads: [shot.topspin_sd, 0.0].map(|sd| Spread::first(sd.max(LEAST_SPREAD), LEAST_SPREAD)),
+        spreads: FIRST_SPREADS.map(|first| Spread::first(first, LEAST_SPREAD)),
         world: World { contact, noise: [noise; 2] },
         states_noise: true,
         corrections: vec![rigid],
         loss: None,
     };
+    let (products, _) = film.contribute(0, &values, shared).own_system(0.0, OWN);
+    let Some(own) = products.cholesky() else { return Ok(None) };
+    let variances = own.inverse().diagonal();
+    for (which, place, truth) in
+        [(TOPSPIN_SPREAD, own::TOPSPIN, shot.topspin_sd), (SIDE_SPREAD, own::SIDE, 0.0)]
+    {
+        film.spreads[which].sd = found(&film.spreads[which], variances[place], truth, shot.shots as f64);
+    }
     let sums = film.contribute(0, &values, shared);
     Ok(sums.reduced(&Id::ALL).map(|(information, _)| information))
+}
+
+/// Returns the spread that n shots with the spread t show on average. With v the variance of the value of a
+/// shot, σ² = 1/(1/v − 1/s²) that by its frames alone, and w = s²/(s² + σ²), restricted likelihood ends at
+/// s² = [n w²(σ² + t²) + s₀²]/(n w + 1).
+fn found(spread: &Spread, variance: f64, truth: f64, shots: f64) -> f64 {
+    let by_frames = (variance.recip() - spread.sd.powi(-2)).max(f64::MIN_POSITIVE).recip();
+    let mut square = spread.first * spread.first;
+    for _ in 0..SPREAD_STEPS {
+        let part = square / (square + by_frames);
+        let seen = shots * part * part * (by_frames + truth * truth);
+        square = (seen + spread.first * spread.first) / (shots * part + 1.0);
+    }
+    square.sqrt().max(spread.least)
 }
 
 /// Returns the spins after the impact as markers show them.
