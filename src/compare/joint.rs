@@ -18,7 +18,7 @@ use crate::measurement::loss::Loss;
 use crate::physics::collision::FidelityChoice;
 use crate::problem::{
     Estimates, Evaluation, Id, Mode, Policy, Problem, Solution, State, comply, descend_until,
-    descend_with_noise, robust_covariance,
+    descend_weighed, descend_with_noise, robust_covariance,
 };
 
 /// Part of the variance of a difference beyond which what makes it up is said.
@@ -61,10 +61,8 @@ impl<'a> Joint<'a> {
             (problem, descent) = (compliant, refit);
         }
         findings.extend(compliance.map(|fall| Finding::Compliance { fall }));
-        if problem.weigh_all(&descent.end.state) {
-            descent = descend_with_noise(&mut problem, descent.end.state);
-            problem.weigh_all(&descent.end.state);
-            descent = descend_with_noise(&mut problem, descent.end.state);
+        if problem.is_weighed() {
+            descent = descend_weighed(&mut problem, descent.end.state);
         }
         // χ² of likelihood ratios is that of the noise as it was estimated last
         let end = settle(&problem, descent.end.state);

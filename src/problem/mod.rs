@@ -70,7 +70,7 @@ pub(crate) use {
     block::Block,
     descent::descend_until,
     film::{causes::comply, own},
-    minimise::descend_with_noise,
+    minimise::{descend_weighed, descend_with_noise},
     problem::{Evaluation, Problem, Sample, State},
     robust::robust_covariance,
     uncertainty::Estimates,

@@ -186,16 +186,17 @@ impl Problem {
         })
     }
 
-    /// Computes what weight and cloth do during the contact for the shots of all samples if one of them
-    /// has it; returns whether one has.
-    pub fn weigh_all(&mut self, state: &State) -> bool {
+    /// Returns whether a sample has what weight and cloth do during the contact.
+    pub fn is_weighed(&self) -> bool {
         let is_corrected = |sample: &Sample| match &sample.block {
             Block::Film(film) => film.world.contact.is_corrected(),
             other => other.count_corrected() > 0,
         };
-        if !self.samples.iter().any(is_corrected) {
-            return false;
-        }
+        self.samples.iter().any(is_corrected)
+    }
+
+    /// Computes what weight and cloth do during the contact for the shots of all samples.
+    pub fn weigh(&mut self, state: &State) {
         for (sample, own) in self.samples.iter_mut().zip(&state.own) {
             let shared = sample.gather(&state.shared);
             match &mut sample.block {
@@ -203,13 +204,10 @@ impl Problem {
                     film.world.contact = film.world.contact.with_weight();
                     film.correct(own, &shared);
                 }
-                Block::Rows(rows) => {
-                    rows.weigh(own, &shared);
-                }
+                Block::Rows(rows) => rows.weigh(own, &shared),
                 Block::Discs(_) => {}
             }
         }
-        true
     }
 
     /// Chooses the likeliest of the discrete states that each shot may be in given the shared

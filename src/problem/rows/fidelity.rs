@@ -12,13 +12,10 @@ use crate::physics::collision::FidelityChoice;
 use crate::problem::descent::Descent;
 use crate::problem::film::impact::Correction;
 use crate::problem::findings::Finding;
-use crate::problem::minimise::{descend_with_noise, fit};
+use crate::problem::minimise::{descend_weighed, fit};
 use crate::problem::policy::Policy;
-use crate::problem::problem::{Evaluation, Problem, State};
+use crate::problem::problem::{Evaluation, Problem};
 use crate::problem::unknowns::{Id, Own, Shared};
-
-/// Rounds of computing offsets and fitting.
-const ROUNDS: usize = 3;
 
 /// Adopts the effects that make the shots likelier by enough.
 pub(super) fn choose_effects(
@@ -70,18 +67,14 @@ fn try_weight(
     policy: &Policy,
 ) -> Option<Finding> {
     let mut weighed = problem.clone();
-    let shots = offset_by_weight(&mut weighed, &descent.end.state);
+    let with = descend_weighed(&mut weighed, descent.end.state.clone());
+    let shots = weighed.samples[0].block.count_corrected();
     if shots == 0 {
         return None;
     }
-    let mut with = descend_with_noise(&mut weighed, descent.end.state.clone());
-    for _ in 1..ROUNDS {
-        offset_by_weight(&mut weighed, &with.end.state);
-        with = descend_with_noise(&mut weighed, with.end.state);
-    }
     let least = if of_all { f64::NEG_INFINITY } else { policy.adopt };
     let (fall, adopted) = adopt((problem, descent), (weighed, with), least);
-    Some(Finding::Weight { shots, fall, adopted })
+    (!of_all).then_some(Finding::Weight { shots, fall, adopted })
 }
 
 /// Adopts a refit if −2 log L falls by more than `least`; returns the fall, and whether it was.
@@ -111,22 +104,14 @@ pub(super) fn minus_two_log(problem: &Problem, at: &Evaluation) -> f64 {
 
 impl RowsBlock {
     /// Gives the shots whose speed is known the difference of the outcome with the balls' weight as their
-    /// offset; returns how many.
-    pub fn weigh(&mut self, own: &[Own], shared: &Shared) -> usize {
+    /// offset.
+    pub fn weigh(&mut self, own: &[Own], shared: &Shared) {
         let heavy = if self.contact.is_corrected() { self.contact } else { self.contact.with_weight() };
         let offset = |(shot, own): (&mut RowShot, &Own)| {
             let (cue, _) = shot.approach(own, shared);
             let offset = heavy.correct(&cue, shared).ok().filter(|_| shot.knows_speed);
-            let is_weighed = offset.is_some();
             shot.offset = offset.unwrap_or_else(Correction::zeros);
-            usize::from(is_weighed)
         };
-        Arc::make_mut(&mut self.shots).par_iter_mut().zip(own).map(offset).sum()
+        Arc::make_mut(&mut self.shots).par_iter_mut().zip(own).for_each(offset);
     }
-}
-
-/// Weighs the shots of a problem with one table; returns how many.
-fn offset_by_weight(problem: &mut Problem, state: &State) -> usize {
-    let shared = problem.samples[0].gather(&state.shared);
-    problem.rows_mut().map_or(0, |rows| rows.weigh(&state.own[0], &shared))
 }
