@@ -64,6 +64,7 @@ impl<'a> Joint<'a> {
         if problem.is_weighed() {
             descent = descend_weighed(&mut problem, descent.end.state);
         }
+        problem.weigh_again(&mut descent.end);
         // χ² of likelihood ratios is that of the noise as it was estimated last
         let end = settle(&problem, descent.end.state);
         if !descent.converged {

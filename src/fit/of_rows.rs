@@ -295,12 +295,14 @@ impl Fitted<'_> {
             let scores: Vec<Option<ShiftScore>> = self.deviations.iter().enumerate().map(score).collect();
             for (variable, values) in &variables {
                 let Some(slope) = solution.slope_of(values, &scores) else { continue };
-                // the noise that is estimated from the same numbers is less without the slope
+                // the noise that is estimated from the same numbers is less without mean and slope
                 let of_t = |dof: f64| {
                     let all: f64 = self.rows.noises.iter().map(|noise| noise.square).sum();
                     let square = slope.t * slope.t;
-                    let t = (square * (dof - 1.0) / (all - square).max(f64::MIN_POSITIVE)).sqrt();
-                    Some(2.0 * StudentsT::new(0.0, 1.0, dof - 1.0).ok()?.sf(t.min(f64::MAX)))
+                    let left = (all - slope.level.unwrap_or(0.0) - square).max(f64::MIN_POSITIVE);
+                    let dof = dof - 1.0 - f64::from(slope.level.is_some());
+                    let t = (square * dof / left).sqrt();
+                    Some(2.0 * StudentsT::new(0.0, 1.0, dof).ok()?.sf(t.min(f64::MAX)))
                 };
                 let p_value = match self.rows.dof {
                     Some(_) if !self.rows.knows_noise() => None,

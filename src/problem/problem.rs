@@ -195,6 +195,14 @@ impl Problem {
         self.samples.iter().any(is_corrected)
     }
 
+    /// Computes again what weight and cloth do during the contact if a sample has it.
+    pub fn weigh_again(&mut self, at: &mut Evaluation) {
+        if self.is_weighed() {
+            self.weigh(&at.state);
+            *at = self.evaluate(at.state.clone());
+        }
+    }
+
     /// Computes what weight and cloth do during the contact for the shots of all samples.
     pub fn weigh(&mut self, state: &State) {
         for (sample, own) in self.samples.iter_mut().zip(&state.own) {

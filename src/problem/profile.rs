@@ -75,7 +75,7 @@ impl Solution {
 const DIRECTIONS: usize = 24;
 
 /// Relative precision of the root of the rise of χ² at the edge of a region, a line's width.
-const EDGE: f64 = 0.02;
+const EDGE: f64 = 0.01;
 
 /// Parts of the way to the ends of an interval at which its curve has points.
 const PARTS: [f64; 4] = [0.25, 0.5, 0.75, 1.0];

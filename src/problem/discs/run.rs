@@ -243,11 +243,25 @@ impl Run<'_> {
             let worst = conflicts.into_iter().max_by(|a, b| a.size.abs().total_cmp(&b.size.abs()));
             let Some(worst) = worst.filter(|worst| worst.size.abs() > self.policy.conflict) else { break };
             let Some(prior) = fit.problem.unknown_mut(worst.id).prior.take() else { break };
-            let mut problem = fit.problem.clone();
-            let descent = settle(&mut problem, fit.descent.end.state.clone());
-            self.evaluations += descent.evaluations;
-            *fit = Reached::new(problem, descent)?;
             // with the prior, what it contradicts counts as scatter of the shots
+            let mut scattering = fit.problem.clone();
+            for spread in &mut scattering.discs_mut().ok_or(FilmError::NoFilm)?.spreads {
+                spread.sd = spread.first;
+            }
+            let state = fit.descent.end.state.clone();
+            let mut there = state.clone();
+            let [low, high] = fit.problem.unknown(worst.id).bounds;
+            there.shared[worst.id] = worst.estimate.clamp(low, high);
+            let mut best: Option<Reached> = None;
+            for (mut problem, start) in [(fit.problem.clone(), state), (scattering, there)] {
+                let descent = settle(&mut problem, start);
+                self.evaluations += descent.evaluations;
+                let reached = Reached::new(problem, descent)?;
+                if best.as_ref().is_none_or(|best| reached.unlikely < best.unlikely) {
+                    best = Some(reached);
+                }
+            }
+            *fit = best.ok_or(FilmError::NoStart)?;
             let estimates = Estimates::new(&fit.problem, &fit.descent.end).ok_or(FilmError::Undetermined)?;
             let estimate = fit.shared()[worst.id];
             let sd = estimates.sd(worst.id as usize).unwrap_or(worst.sd);

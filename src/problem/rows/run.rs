@@ -134,6 +134,7 @@ pub fn fit_rows(
     }
     let free = table.problem.free();
     let converged = descent.converged;
+    table.problem.weigh_again(&mut descent.end);
     let descent =
         Descent { converged, ..descend_until(&table.problem, descent.end, &free, MAX_STEPS, STALL) };
     let mut descent = meet_bounds(&table.problem, descent);
