@@ -16,6 +16,7 @@ use super::sums::Noise;
 use super::uncertainty::Estimates;
 use super::unknowns::{Id, Mode, Shared};
 use crate::measurement::dataset::{Dataset, Tracks};
+use crate::measurement::parameter::Compliance;
 
 /// Rounds of leaving out frames and shots.
 const ROUNDS: usize = 3;
@@ -54,10 +55,11 @@ pub fn fit_film(dataset: &Dataset, modelling: &Modelling, policy: &Policy) -> Re
         run.findings.push(Finding::Compliance { kappa, shots, fall, adopted: true });
         run.adopt(problem, refit, &mut descent);
     }
-    let corrected = if modelling.is_auto {
-        causes::weigh(&run.problem, &descent.end, policy)
-    } else {
-        causes::correct(&run.problem, &descent.end)
+    let corrected = match modelling.settings.compliance {
+        _ if !modelling.is_auto => causes::correct(&run.problem, &descent.end),
+        // the integrated contact is none that is stated to be rigid
+        Compliance::Rigid => None,
+        _ => causes::weigh(&run.problem, &descent.end, policy),
     };
     if let Some((problem, refit, fall)) = corrected {
         let shots = problem.samples[0].block.count_corrected();

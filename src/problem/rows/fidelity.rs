@@ -31,7 +31,8 @@ pub(super) fn choose_effects(
         tried.extend(try_compliance(problem, descent, settings[Parameter::Kappa].initial, policy));
     }
     let is_corrected = problem.rows().is_some_and(|rows| rows.contact.is_corrected());
-    if is_auto || is_corrected {
+    // the integrated contact is none that is stated to be rigid
+    if is_auto && settings.compliance != Compliance::Rigid || is_corrected {
         tried.extend(try_weight(problem, descent, !is_auto, policy));
     }
     tried
