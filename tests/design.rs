@@ -93,6 +93,7 @@ fn expected_error(found: &Design, parameter: Parameter) -> f64 {
 
 #[test]
 fn predictions_are_the_bounds_of_fits_of_such_shots() {
+    let mut off = Vec::new();
     for (what, kinds) in [
         ("roll", vec![both("roll", Played::NaturalRoll, [2.0; 2], [30.0; 2], 100)]),
         ("stun", vec![both("stun", Played::Stun, [3.0; 2], [40.0; 2], 100)]),
@@ -117,9 +118,12 @@ fn predictions_are_the_bounds_of_fits_of_such_shots() {
             let predicted = expected_error(&found, *parameter);
             let ratio = predicted / bound;
             println!("{what} {}: predicted {predicted:.6}, bound {bound:.6}", parameter.symbol());
-            assert!((ratio - 1.0).abs() < SAME_BOUND, "{what} {}: {ratio}", parameter.name());
+            if (ratio - 1.0).abs() >= SAME_BOUND {
+                off.push((what, *parameter, ratio));
+            }
         }
     }
+    assert!(off.is_empty(), "{off:?}");
 }
 
 /// Spins found from the paths, or of markers that show them to a known error: those of 40 shots are not spread as evenly as
@@ -127,7 +131,7 @@ fn predictions_are_the_bounds_of_fits_of_such_shots() {
 const OF_PATHS: f64 = 0.05;
 const OF_MARKERS: f64 = 0.1;
 
-/// To what markers show the spins of the cue ball and of the object ball: the mean of 1/variance over shots and components.
+/// To what markers show the side spins of the cue ball and of the object ball: the mean of 1/variance over shots.
 fn shown(shots: &[TrackShot]) -> [f64; 2] {
     let film = fit::with_impacts(dataset(shots.to_vec()), &|| ()).1.unwrap();
     let rotations: Vec<Rotations> = film
@@ -138,7 +142,7 @@ fn shown(shots: &[TrackShot]) -> [f64; 2] {
         .collect();
     let of = |pick: fn(&Rotations) -> Option<Rotation>| {
         let shown = rotations.iter().filter_map(pick);
-        let weights: Vec<f64> = shown.flat_map(|r| [0, 1, 2].map(|i| r.covariance[(i, i)].recip())).collect();
+        let weights: Vec<f64> = shown.map(|r| r.covariance[(2, 2)].recip()).collect();
         (weights.len() as f64 / weights.iter().sum::<f64>()).sqrt()
     };
     [of(|r| r.cue_after), of(|r| r.object_after)]

@@ -132,9 +132,9 @@ fn spread(kind: &PlayedKind, i: usize) -> Shot {
     }
 }
 
-/// The standard errors (rad/s, of a component) to which two markers on each ball show the spins of the cue ball and of the
+/// The standard errors (rad/s) to which two markers on each ball show the side spins of the cue ball and of the
 /// object ball: those that the extraction states for such shots without noise, from the frame rate, the noise, how long
-/// each marker is filmed and where it sits. The mean of 1/variance over shots and components: shots whose markers sit well
+/// each marker is filmed and where it sits. The mean of 1/variance over shots: shots whose markers sit well
 /// count most. `None` where no shot's markers show a spin.
 ///
 /// # Errors
@@ -154,8 +154,7 @@ pub fn shown_by_markers(expected: &Expected, kind: &PlayedKind) -> Result<Option
     let measured = measured?;
     let of = |pick: fn(&Rotations) -> Option<Rotation>| {
         let rotations = measured.iter().filter_map(pick);
-        let weights: Vec<f64> =
-            rotations.flat_map(|r| [0, 1, 2].map(|i| r.covariance[(i, i)].recip())).collect();
+        let weights: Vec<f64> = rotations.map(|r| r.covariance[(2, 2)].recip()).collect();
         (!weights.is_empty()).then(|| (weights.len() as f64 / weights.iter().sum::<f64>()).sqrt())
     };
     Ok(of(|r| r.cue_after).zip(of(|r| r.object_after)).map(|(cue, object)| [cue, object]))
@@ -270,7 +269,11 @@ fn of_shot(
     let turned =
         Vec3::new(cos * cue.spin.x - sin * cue.spin.y, sin * cue.spin.x + cos * cue.spin.y, cue.spin.z);
     let spin = match spin_of(kind, shot.play[2]) {
-        Spin::Measured { .. } => Spin::Measured { spin: turned, sd: [shown.map(|[cue, _]| cue); 3] },
+        Spin::Measured { .. } => {
+            // about horizontal axes it turns the height of markers, too, which is not seen
+            let horizontal = shown.map(|[cue, _]| 2.0 * cue);
+            Spin::Measured { spin: turned, sd: [horizontal, horizontal, shown.map(|[cue, _]| cue)] }
+        }
         stated => stated,
     };
     let [before, after] = camera.frames();

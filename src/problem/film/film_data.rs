@@ -101,8 +101,7 @@ impl Guessed {
         }
         let after = |(ball, rotation): (usize, Option<Rotation>)| {
             let Rotation { spin, covariance, .. } = rotation?;
-            let whiten = covariance.cholesky()?.l().try_inverse()?;
-            Some(MeasuredSpin { ball, spin, whiten })
+            Some(MeasuredSpin { ball, spin: spin.z, sd: covariance[(2, 2)].sqrt() })
         };
         [found.cue_after, found.object_after].into_iter().enumerate().filter_map(after).collect()
     }

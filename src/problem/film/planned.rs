@@ -2,7 +2,7 @@
 
 use std::sync::Arc;
 
-use nalgebra::{DMatrix, Matrix3};
+use nalgebra::{DMatrix};
 
 use super::block::FilmBlock;
 use super::camera::{Camera, Point};
@@ -36,8 +36,7 @@ pub struct PlannedShot {
     pub shots: usize,
     /// What is known of the spin.
     pub spin: Spin,
-    /// Standard errors of a component of the spins of both balls after the impact, rad/s, if markers
-    /// show them.
+    /// Standard errors of the side spins of both balls after the impact, rad/s, if markers show them.
     pub after_sd: Option<[f64; 2]>,
 }
 
@@ -142,11 +141,9 @@ fn found(spread: &Spread, variance: f64, truth: f64, shots: f64) -> f64 {
     square.sqrt().max(spread.least)
 }
 
-/// Returns the spins after the impact as markers show them.
+/// Returns the side spins after the impact as markers show them.
 fn shown(struck: &Struck, radius: f64, sd: Option<[f64; 2]>) -> Vec<MeasuredSpin> {
-    let of_ball = |(ball, sd): (usize, f64)| {
-        let [x, y, z] = struck.after[ball].spin.map(|spin| spin.re / radius);
-        MeasuredSpin { ball, spin: [x, y, z].into(), whiten: Matrix3::identity() / sd }
-    };
+    let of_ball =
+        |(ball, sd): (usize, f64)| MeasuredSpin { ball, spin: struck.after[ball].spin[2].re / radius, sd };
     sd.into_iter().flat_map(|both| both.into_iter().enumerate().map(of_ball)).collect()
 }
