@@ -294,7 +294,7 @@ fn of_shot(
     let unit = |i: usize| {
         let unknown = &unknowns[IDS[i] as usize];
         match unknown.prior {
-            _ if unknown.mode == problem::Mode::Fixed => 0.0,
+            _ if unknown.mode != problem::Mode::Free => 0.0,
             Some(prior) if i >= COMMON => prior.sd,
             _ => 1.0,
         }

@@ -78,15 +78,15 @@ pub fn fit_film(dataset: &Dataset, modelling: &Modelling, policy: &Policy) -> Re
         estimates = run.estimates(&descent)?;
         run.findings.extend(causes::contradicted_rate(&run.problem, &descent.end, &estimates, policy));
     }
-    let misfit = slow_variance(&run.noise(), &first_noise);
-    if misfit > policy.misfit {
-        run.findings.push(Finding::Misfit { ratio: misfit, refutes: misfit > policy.refuted });
-    }
     let state = &descent.end.state;
     let lags =
         run.problem.film().is_some_and(|film| next_to_impact::lags(film, &state.own[0], &state.shared));
     if lags && !run.findings.contains(&Finding::Lags) {
         run.findings.push(Finding::Lags);
+    }
+    let misfit = slow_variance(&run.noise(), &first_noise);
+    if misfit > policy.misfit {
+        run.findings.push(Finding::Misfit { ratio: misfit, refutes: misfit > policy.refuted });
     }
     if !descent.converged {
         run.findings.push(Finding::NotConverged);

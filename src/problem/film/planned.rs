@@ -2,7 +2,7 @@
 
 use std::sync::Arc;
 
-use nalgebra::{DMatrix};
+use nalgebra::DMatrix;
 
 use super::block::FilmBlock;
 use super::camera::{Camera, Point};
