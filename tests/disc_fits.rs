@@ -87,10 +87,15 @@ const TRUE_SLOPE: f64 = 0.1;
 
 /// A film of shots whose e and J_t/J_n scatter; e falls with the closing speed by `slope`, s/m.
 fn scattering(seed: u64, shots: usize, slope: f64) -> Dataset {
-    scattering_with(seed, shots, [TRUE_E, slope])
+    let mut dataset = filmed(seed, shots, [TRUE_E, slope]);
+    dataset.settings.compliance = Compliance::Stated;
+    dataset.settings[Parameter::Kappa] =
+        Setting { initial: 2.0, lower: 1.5, upper: 6.0, fixed: false, ..Parameter::Kappa.default_setting() };
+    dataset
 }
 
-fn scattering_with(seed: u64, shots: usize, [mean, slope]: [f64; 2]) -> Dataset {
+/// The same with nothing stated of the contact, and any mean of e.
+fn filmed(seed: u64, shots: usize, [mean, slope]: [f64; 2]) -> Dataset {
     // the law of the contact is that of equal discs of radius 1
     let disc = Ball { radius: 1.0, mass: 1.0, inertia: 0.5 };
     let model = Model::new(Fidelity::Ode, disc).giving_way(TRUE_KAPPA);
@@ -104,11 +109,7 @@ fn scattering_with(seed: u64, shots: usize, [mean, slope]: [f64; 2]) -> Dataset 
         let after = model.collide(&before, &coefficients).unwrap().object.velocity;
         [e, after.y / after.x + SCATTER_OF_J * normal()]
     };
-    let mut dataset = load(SETTINGS, &film_of_law(shots, seed, &mut law)).unwrap();
-    dataset.settings.compliance = Compliance::Stated;
-    dataset.settings[Parameter::Kappa] =
-        Setting { initial: 2.0, lower: 1.5, upper: 6.0, fixed: false, ..Parameter::Kappa.default_setting() };
-    dataset
+    load(SETTINGS, &film_of_law(shots, seed, &mut law)).unwrap()
 }
 
 #[test]
@@ -186,13 +187,8 @@ fn discs_that_are_compared_call_for_a_contact_that_gives_way() {
     const SHOTS: usize = 20;
     /// Standard errors: one of the two is off by more once in 180 such tests.
     const WITHIN: f64 = 3.0;
-    let pair = [("one", 35), ("other", 36)].map(|(name, seed)| {
-        let mut dataset = scattering(seed, SHOTS, 0.0);
-        dataset.name = name.to_owned();
-        dataset.settings.compliance = Compliance::Auto;
-        dataset.settings[Parameter::Kappa] = Parameter::Kappa.default_setting();
-        dataset
-    });
+    let pair = [("one", 35), ("other", 36)]
+        .map(|(name, seed)| Dataset { name: name.to_owned(), ..filmed(seed, SHOTS, [TRUE_E, 0.0]) });
     let options = compare::Options { fidelity: FidelityChoice::Auto, ..options::of_comparison() };
     let comparison = compare::compare(&pair, &options).unwrap();
     let gives_way = |finding: &compare::Finding| matches!(finding, compare::Finding::Compliance { .. });
@@ -222,8 +218,9 @@ fn differences_between_discs_include_the_scatter_of_their_shots() {
     let p_of_pair = |pair: u64, shift: f64| {
         let pair = [("one", 0.0), ("other", shift)].map(|(name, shift)| {
             let seed = 340 + 2 * pair + u64::from(name == "other");
-            let mut dataset = scattering_with(seed, SHOTS, [TRUE_E - shift, 0.0]);
+            let mut dataset = filmed(seed, SHOTS, [TRUE_E - shift, 0.0]);
             dataset.name = name.to_owned();
+            dataset.settings.compliance = Compliance::Stated;
             dataset.settings[Parameter::Kappa] = Setting::held(TRUE_KAPPA);
             dataset
         });

@@ -51,6 +51,7 @@ impl<'a> Joint<'a> {
         }
         let sharing = Sharing { options, by_cloth: samples.by_cloth };
         let (mut problem, start) = sharing.join(&samples.fitted);
+        let start = best_start(&problem, start, &samples.fitted);
         let mut descent = descend_with_noise(&mut problem, start);
         let mut findings = std::mem::take(&mut samples.findings);
         let mut compliance = samples.fitted.iter().filter_map(Alone::compliance).reduce(f64::max);
@@ -219,6 +220,27 @@ impl<'a> Joint<'a> {
         }
         names
     }
+}
+
+/// Returns the best of the ends of descents from one value of κ for all: their mean and that of each sample,
+/// as χ² has several minima in a free κ.
+fn best_start(problem: &Problem, start: State, fitted: &[Alone]) -> State {
+    let columns = problem.columns_of(Id::Kappa);
+    if columns.iter().all(|column| problem.unknowns[*column].mode != Mode::Free) {
+        return start;
+    }
+    let with_kappa = |kappa: f64| {
+        let mut state = start.clone();
+        for column in &columns {
+            let [low, high] = problem.unknowns[*column].bounds;
+            state.shared.0[*column] = kappa.clamp(low, high);
+        }
+        state
+    };
+    let of_samples = fitted.iter().map(|alone| with_kappa(alone.solution.value(Id::Kappa)));
+    let starts = std::iter::once(start.clone()).chain(of_samples);
+    let ends = starts.map(|start| settle(problem, start)).filter(|end| end.cost.is_finite());
+    ends.min_by(|a, b| a.cost.total_cmp(&b.cost)).map_or(start, |end| end.state)
 }
 
 /// Returns the minimum at the present noise to rounding: tables are as smooth as their arithmetic.
