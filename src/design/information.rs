@@ -69,9 +69,6 @@ const PHASES: usize = 16;
 /// Shots with markers that tell how well markers show spins: doubling moves the errors by a few per cent.
 const MARKED: usize = 96;
 
-/// Markers on each ball.
-const MARKERS: u32 = 2;
-
 /// The standard error of a spin that markers do not show, rad/s: ten times that of any shot.
 pub(crate) const UNSEEN: f64 = 1e4;
 
@@ -160,19 +157,19 @@ pub fn shown_by_markers(expected: &Expected, kind: &PlayedKind) -> Result<Option
     Ok(of(|r| r.cue_after).zip(of(|r| r.object_after)).map(|(cue, object)| [cue, object]))
 }
 
-/// Where the markers of the i-th shot sit at the impact, on the cue ball and on the object ball: on the upper quarter of
+/// Where the two markers of the i-th shot sit at the impact, on the cue ball and on the object ball: on the upper quarter of
 /// the ball, evenly spread over all shots, as [`crate::simulate`] draws them.
 fn places(i: usize) -> [Vec<Vec3>; 2] {
-    /// Powers of 1/g, g³ = g + 1: they fill two dimensions evenly.
-    const STEPS: [f64; 2] = [0.754_877_666_246_692_7, 0.569_840_290_998_053_2];
-    let first = 2 * MARKERS * i as u32;
-    let place = |n: u32| {
-        let [height, angle] = STEPS.map(|step| (0.5 + f64::from(n) * step).fract());
-        let (height, angle) = (between([0.5, 0.95], height), between([0.0, std::f64::consts::TAU], angle));
+    /// As of [`spread`], in eight dimensions: g⁹ = g + 1.
+    const G: f64 = 1.085_070_245_491_451;
+    let part = |power: i32| (0.5 + i as f64 * G.powi(-power)).fract();
+    let place = |power: i32| {
+        let height = between([0.5, 0.95], part(power));
+        let angle = between([0.0, std::f64::consts::TAU], part(power + 1));
         let across = (1.0 - height * height).sqrt();
         Vec3::new(across * angle.cos(), across * angle.sin(), height)
     };
-    [0, 1].map(|ball| (0..MARKERS).map(|k| place(first + MARKERS * ball + k)).collect())
+    [[1, 3], [5, 7]].map(|powers| powers.map(place).to_vec())
 }
 
 /// The cue ball just before the impact of a shot, and the model of the collision.
