@@ -185,7 +185,7 @@ fn predictions_hold_for_spins_that_are_found_or_measured() {
     }
 }
 
-/// 40 shots' markers sit where chance put them: the mean of 1/variance scatters by so much.
+/// 120 shots' markers sit where chance put them: the mean of 1/variance scatters by so much.
 const OF_CHANCE: f64 = 0.2;
 
 /// Standard errors of spins that a design takes markers to show are those that extractions of such footage state, whatever
@@ -195,7 +195,7 @@ fn markers_show_spins_as_well_as_extractions_say() {
     for (fps, noise, after_ms) in
         [(1000.0, 1e-4, 40.0), (240.0, 1e-4, 40.0), (240.0, 5e-4, 100.0), (1000.0, 5e-4, 20.0)]
     {
-        let mut kind = both("draw", Played::Draw, [1.5, 2.5], [20.0, 40.0], 40);
+        let mut kind = both("draw", Played::Draw, [1.5, 2.5], [20.0, 40.0], 120);
         (kind.planned.topspin, kind.planned.from) = ([-1.0, -0.3], SpinFrom::Markers { sd: None });
         let kinds = [kind];
         let mut expected = planned(&kinds);

@@ -157,7 +157,7 @@ fn reach<const N: usize>(
     let mut inside: Reached = (0.0, 0.0, minimum.clone());
     let mut outside: Option<(f64, f64)> = None;
     let mut trial = first.min(limit);
-    for _ in 0..MAX_POINTS {
+    for count in 0..MAX_POINTS {
         let there = least_at(problem, &inside.2, &place(trial));
         let rise = there.as_ref().map_or(f64::INFINITY, |at| (at.cost - minimum.cost).max(0.0).sqrt());
         if (rise - t).abs() <= precision * t {
@@ -177,7 +177,9 @@ fn reach<const N: usize>(
                     return Some((inside.0, inside.1));
                 }
                 let part = (t - inside.1) / (rise - inside.1);
-                let part = if rise.is_finite() { part.clamp(0.05, 0.95) } else { 0.5 };
+                // where χ² turns from flat to steep, a secant alone comes to no end
+                let is_even = rise.is_finite() && count % 3 < 2;
+                let part = if is_even { part.clamp(0.05, 0.95) } else { 0.5 };
                 inside.0 + part * (far - inside.0)
             }
         };
