@@ -1,5 +1,5 @@
-//! Cue balls that come off a cushion, or off another ball, shortly before the impact: their path has a corner, and only what follows it
-//! belongs to the shot.
+//! Balls that come off a cushion, or off another ball, shortly before or after the impact: their path has a corner, and only what is on
+//! this side of it belongs to the shot.
 
 use super::initial_guess;
 use crate::film::frame_noise::noise;
@@ -20,6 +20,13 @@ const ERRORS: f64 = 8.0;
 /// or more.
 const BENT: f64 = 0.5;
 
+/// Frames after the impact before which no corner is looked for.
+const CLEAR: f64 = 1.5;
+
+/// Part of the incoming speed that a ball after the impact is taken to have at least: what it loses where it lands
+/// is no corner.
+const OF_INCOMING: f64 = 0.3;
+
 /// Leaves out the frames of the cue ball up to the last corner of its path before the impact; returns whether there is one.
 pub(crate) fn leave_out_before_cushion(shot: &mut TrackShot, scene: &Scene) -> bool {
     let Some(corner) = last_corner(shot, scene) else { return false };
@@ -27,30 +34,64 @@ pub(crate) fn leave_out_before_cushion(shot: &mut TrackShot, scene: &Scene) -> b
     true
 }
 
+/// Leaves out the frames of either ball from the first corner of its path after the impact on; returns whether there is one.
+pub(crate) fn leave_out_after_cushion(shot: &mut TrackShot, scene: &Scene) -> bool {
+    let Some(impact) = initial_guess::instant(shot, scene) else { return false };
+    let (after, noise) = (impact + CLEAR / shot.fps, noise(shot));
+    let before = shot.cue.partition_point(|sample| sample.t < impact);
+    let Some(incoming) = before.checked_sub(SIDE).and_then(|from| Line::through(&shot.cue[from..before]))
+    else {
+        return false;
+    };
+    let least = OF_INCOMING * incoming.speed();
+    let first = |samples: &[Sample]| {
+        let from = samples.partition_point(|sample| sample.t < after);
+        let corners = corners(&samples[from..], (shot.fps, noise), least);
+        let (first, _) = *corners.first()?;
+        let at = largest(corners.iter().filter(|(at, _)| *at < first + SIDE))?;
+        // in the frame before it the ball may touch already
+        Some(samples[from + at - 1].t)
+    };
+    let ends = [first(&shot.cue), first(&shot.object)];
+    for (samples, end) in [&mut shot.cue, &mut shot.object].into_iter().zip(ends) {
+        samples.retain(|sample| end.is_none_or(|end| sample.t < end));
+    }
+    ends.iter().any(Option::is_some)
+}
+
 /// The time of the first frame after the last corner, s, in which the ball may still touch what turned it.
 fn last_corner(shot: &TrackShot, scene: &Scene) -> Option<f64> {
     let impact = initial_guess::surely_before(shot, scene)?;
-    let frame = shot.fps.recip();
-    let count = shot.cue.partition_point(|sample| sample.t < impact - 0.5 * frame);
+    let count = shot.cue.partition_point(|sample| sample.t < impact - 0.5 / shot.fps);
     let before = &shot.cue[..count];
+    let corners = corners(before, (shot.fps, noise(shot)), 0.0);
+    let (last, _) = *corners.last()?;
+    let at = largest(corners.iter().filter(|(at, _)| at + SIDE > last))?;
+    before.get(at).map(|sample| sample.t)
+}
+
+/// The corners of a path, of a ball that is taken to be at least this fast (m/s): the index of the first frame after each, and the change
+/// of velocity.
+fn corners(samples: &[Sample], (fps, noise): (f64, f64), least: f64) -> Vec<(usize, f64)> {
+    let frame = fps.recip();
     // of a least-squares slope, per frame, and of the difference of two
     let n = SIDE as f64;
-    let error = ERRORS * noise(shot) * (24.0 / (n * (n * n - 1.0))).sqrt();
+    let error = ERRORS * noise * (24.0 / (n * (n * n - 1.0))).sqrt();
     let turn = |at: usize| {
-        let (early, late) = (Line::through(&before[at - SIDE..at])?, Line::through(&before[at..at + SIDE])?);
+        let (early, late) =
+            (Line::through(&samples[at - SIDE..at])?, Line::through(&samples[at..at + SIDE])?);
         let change = (late.velocity[0] - early.velocity[0]).hypot(late.velocity[1] - early.velocity[1]);
-        let speed = early.velocity[0].hypot(early.velocity[1]);
-        let is_corner = change > TURN * speed
+        let is_corner = change > TURN * early.speed().max(least)
             && change * frame > error
             && early.off.max(late.off) < BENT * change * frame;
         is_corner.then_some((at, change))
     };
-    let corners: Vec<(usize, f64)> = (SIDE..(count + 1).saturating_sub(SIDE)).filter_map(turn).collect();
-    let (last, _) = *corners.last()?;
-    // neighbouring places see the same corner, the right one the largest change
-    let near = corners.iter().filter(|(at, _)| at + SIDE > last);
-    let (at, _) = near.max_by(|a, b| a.1.total_cmp(&b.1))?;
-    before.get(*at).map(|sample| sample.t)
+    (SIDE..(samples.len() + 1).saturating_sub(SIDE)).filter_map(turn).collect()
+}
+
+/// Neighbouring places see the same corner, the right one the largest change.
+fn largest<'a>(near: impl Iterator<Item = &'a (usize, f64)>) -> Option<usize> {
+    near.max_by(|a, b| a.1.total_cmp(&b.1)).map(|(at, _)| *at)
 }
 
 /// A straight path at a constant speed.
@@ -61,6 +102,10 @@ struct Line {
 }
 
 impl Line {
+    fn speed(&self) -> f64 {
+        self.velocity[0].hypot(self.velocity[1])
+    }
+
     fn through(samples: &[Sample]) -> Option<Self> {
         let n = samples.len() as f64;
         let mean = |pick: fn(&Sample) -> f64| samples.iter().map(pick).sum::<f64>() / n;

@@ -12,7 +12,7 @@ mod unusable;
 mod window;
 mod wrong_frames;
 
-pub(crate) use cushion::leave_out_before_cushion;
+pub(crate) use cushion::{leave_out_after_cushion, leave_out_before_cushion};
 pub(crate) use initial_guess::{from_paths, object_speed};
 pub use marker_rotation::Rotation;
 pub(crate) use marker_rotation::turn;

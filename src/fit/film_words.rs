@@ -10,6 +10,7 @@ use crate::measurement::correction::Correction;
 use crate::measurement::number::{count_of, plain, with_error};
 use crate::measurement::parameter::Parameter;
 use crate::measurement::spin::Spin;
+use crate::measurement::track::TrackShot;
 use crate::problem::{Finding, Id, Severity, Solution};
 
 /// Difference of a topspin from the stated one, as a part of natural roll, that counts as another
@@ -28,14 +29,19 @@ pub(super) fn sentences(fit: &Fit, film: &FittedFilm) -> (Vec<String>, Vec<Strin
         if finding.severity() == Severity::Note { notes.push(sentence) } else { warnings.push(sentence) }
     }
     notes.extend(cloth(&film.solution));
-    notes.extend(unknown_spins(fit, film));
+    notes.extend(unknown_spins(film));
+    notes.extend(no_topspin(fit, film));
     notes.extend(rate(&film.solution));
     (warnings, notes)
 }
 
 /// Returns what was found of a film that is not fitted to a law, in sentences.
 pub(super) fn of_findings(film: &FittedFilm, scale_sd: f64) -> Vec<String> {
-    film.solution.findings.iter().filter_map(|finding| sentence(finding, Some(film), scale_sd)).collect()
+    let findings = film.solution.findings.iter();
+    findings
+        .filter_map(|finding| sentence(finding, Some(film), scale_sd))
+        .chain(unknown_spins(film))
+        .collect()
 }
 
 /// Returns a finding as a sentence, of a table if there is no film; `None` for one that stands elsewhere.
@@ -63,6 +69,9 @@ pub(crate) fn sentence(finding: &Finding, film: Option<&FittedFilm>, scale_sd: f
         Finding::Corners { shots, of } => format!(
             "In {shots} of {of} shots the path of the cue ball has a corner before the impact, as where it is struck, or comes off \
              a cushion: its frames up to there are left out."
+        ),
+        Finding::Ends { shots, of } => format!(
+            "In {shots} of {of} shots a ball comes off a cushion or another ball after the impact: its frames from there on are left out."
         ),
         Finding::NoiseLasts { rho, sd } => format!(
             "The noise of the positions lasts from frame to frame: neighbouring frames are correlated by {}. Errors take it into \
@@ -263,36 +272,32 @@ fn cloth(solution: &Solution) -> Option<String> {
     ))
 }
 
-/// Returns what was found of cue balls of unknown spin, and that μ_s is not told by shots without
-/// topspin.
-fn unknown_spins(fit: &Fit, film: &FittedFilm) -> Vec<String> {
+/// Returns what cue balls of unknown spin were found to do, if there are any.
+fn unknown_spins(film: &FittedFilm) -> Option<String> {
     let topspins = film.solution.topspins();
-    let unknown: Vec<f64> = film
-        .tracks()
-        .iter()
-        .zip(&topspins)
-        .filter(|(track, _)| track.spin == Spin::Unknown && track.markers.is_empty())
-        .map(|(_, (_, found))| *found)
-        .collect();
-    let mut notes = Vec::new();
-    if !unknown.is_empty() {
-        let rolling = unknown.iter().filter(|topspin| **topspin == 1.0).count();
-        let stun = unknown.iter().filter(|topspin| topspin.abs() < 0.5 * DIFFERS).count();
-        notes.push(format!(
-            "Of {} of unknown spin, {rolling} were found to roll naturally before the impact, and {stun} to have next to no \
-             topspin.",
-            count_of(unknown.len(), "cue ball")
-        ));
-    }
+    let is_unknown = |track: &TrackShot| track.spin == Spin::Unknown && track.markers.is_empty();
+    let shots = film.tracks().iter().zip(&topspins);
+    let unknown: Vec<f64> =
+        shots.filter(|(track, _)| is_unknown(track)).map(|(_, (_, found))| *found).collect();
+    let rolling = unknown.iter().filter(|topspin| **topspin == 1.0).count();
+    let stun = unknown.iter().filter(|topspin| topspin.abs() < 0.5 * DIFFERS).count();
+    let balls = count_of(unknown.len(), "cue ball");
+    (!unknown.is_empty()).then(|| {
+        format!(
+            "Of {balls} of unknown spin, {rolling} were found to roll naturally before the impact, and {stun} to have next to no \
+             topspin."
+        )
+    })
+}
+
+/// Returns why shots without topspin do not determine μ_s.
+fn no_topspin(fit: &Fit, film: &FittedFilm) -> Option<String> {
     let is_open = fit.get(Parameter::MuS).is_some_and(|mu_s| mu_s.status == Status::NotIdentified);
-    if is_open && topspins.iter().all(|(_, topspin)| *topspin < DIFFERS) {
-        notes.push(
-            "Only topspin presses the object ball into the cloth, so that these shots do not determine μ_s; some natural-roll shots \
-             do."
-                .to_owned(),
-        );
-    }
-    notes
+    let is_slow = film.solution.topspins().iter().all(|(_, topspin)| *topspin < DIFFERS);
+    (is_open && is_slow).then(|| {
+        "Only topspin presses the object ball into the cloth, so that these shots do not determine μ_s; some natural-roll shots do."
+            .to_owned()
+    })
 }
 
 /// Returns how well the frames tell the frame rate, on which e rests.

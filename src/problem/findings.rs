@@ -43,6 +43,13 @@ pub enum Finding {
         /// Number of all shots.
         of: usize,
     },
+    /// A ball meets a cushion or another ball after the impact: its frames from there on are left out.
+    Ends {
+        /// Number of shots.
+        shots: usize,
+        /// Number of all shots.
+        of: usize,
+    },
     /// The noise lasts from frame to frame.
     NoiseLasts {
         /// Correlation of neighbouring frames.
@@ -170,6 +177,7 @@ impl Finding {
             | Self::OtherUnit { stated: false, .. }
             | Self::Drops { .. }
             | Self::Corners { .. }
+            | Self::Ends { .. }
             | Self::NoiseLasts { .. }
             | Self::Spoiled { .. }
             | Self::Compliance { .. }

@@ -14,7 +14,8 @@ use super::priors::list_unknowns;
 use super::spins::{FIRST_SPREADS, LEAST_SPREAD, SIDE_SPREAD, ShotSpin};
 use super::{resting, stated_noise};
 use crate::extraction::{
-    Rotation, Rotations, Unusable, from_paths, leave_out_before_cushion, noise_correlation,
+    Rotation, Rotations, Unusable, from_paths, leave_out_after_cushion, leave_out_before_cushion,
+    noise_correlation,
 };
 use crate::film::{drops, frame_noise, grid};
 use crate::measurement::dataset::{Dataset, Tracks};
@@ -248,6 +249,11 @@ impl Cleaned {
         let corners = corners.count();
         if corners > 0 {
             findings.push(Finding::Corners { shots: corners, of: shots.len() });
+        }
+        let ends =
+            shots.par_iter_mut().filter_map(|s| leave_out_after_cushion(s, scene).then_some(())).count();
+        if ends > 0 {
+            findings.push(Finding::Ends { shots: ends, of: shots.len() });
         }
         let correlation = noise_correlation(&shots, scene);
         let lasting = correlation.filter(|found| found.adopted);
