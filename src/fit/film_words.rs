@@ -111,8 +111,8 @@ pub(crate) fn sentence(finding: &Finding, film: Option<&FittedFilm>, scale_sd: f
             count_of(*shots, "shot")
         ),
         Finding::Weight { shots, fall, .. } => format!(
-            "The balls' weight and what the cloth does during the impact act on {}, but these do not tell whether they do \
-             (−2 log L {}): left out.",
+            "The balls' weight and what the cloth does during the impact (--fidelity contact) act on {}, but these do not tell \
+             whether they do (−2 log L {}): left out.",
             count_of(*shots, "shot"),
             change(*fall)
         ),
