@@ -25,9 +25,9 @@ use crate::problem::solution::Solution;
 use crate::problem::uncertainty::Estimates;
 use crate::problem::unknowns::{Id, Mode};
 
-/// Fall of χ² that ends the last descent, 1e-6 standard deviations, so that bounds are met exactly, and
+/// Fall of χ² that ends the last descent, 1e-7 standard deviations, so that bounds are met exactly, and
 /// its evaluations.
-const STALL: f64 = 1e-12;
+const STALL: f64 = 1e-14;
 const MAX_STEPS: usize = 50;
 
 /// Fall of χ² by which another minimum is lower, as far as descents find minima.
