@@ -116,7 +116,9 @@ fn every_reason_is_said() {
     );
     // a scale that is twice what is stated
     let larger = |s: Sample| Some(Sample { x: 2.0 * s.x, y: 2.0 * s.y, ..s });
-    unusable(changed(shot, "larger", larger, larger), "mm apart at the impact, not 57.15 mm (2R)");
+    let (output, _) = extract(&[changed(shot, "larger", larger, larger)]);
+    let said = String::from_utf8(output.stdout).unwrap();
+    assert!(said.contains("[scale]"), "{said}");
     let far = |s: Sample| Some(Sample { x: s.x + 0.2, ..s });
     unusable(changed(shot, "far", far, all), "mm apart at the impact, not 57.15 mm (2R)");
     // the cue ball is hit once more right after the impact

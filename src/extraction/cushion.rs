@@ -20,12 +20,12 @@ const ERRORS: f64 = 8.0;
 /// or more.
 const BENT: f64 = 0.5;
 
-/// Frames after the impact before which no corner is looked for.
-const CLEAR: f64 = 1.5;
+/// Frames after the impact before which no corner is looked for: a tracker that lags takes as long to follow.
+const CLEAR: f64 = 8.0;
 
-/// Part of the incoming speed that a ball after the impact is taken to have at least: what it loses where it lands
-/// is no corner.
-const OF_INCOMING: f64 = 0.3;
+/// Least change of velocity at a corner after the impact, as a part of the incoming speed: where a ball lands it
+/// loses less than 0.04.
+const OF_INCOMING: f64 = 0.06;
 
 /// Leaves out the frames of the cue ball up to the last corner of its path before the impact; returns whether there is one.
 pub(crate) fn leave_out_before_cushion(shot: &mut TrackShot, scene: &Scene) -> bool {
@@ -46,7 +46,7 @@ pub(crate) fn leave_out_after_cushion(shot: &mut TrackShot, scene: &Scene) -> bo
     let least = OF_INCOMING * incoming.speed();
     let first = |samples: &[Sample]| {
         let from = samples.partition_point(|sample| sample.t < after);
-        let corners = corners(&samples[from..], (shot.fps, noise), least);
+        let corners = corners(&samples[from..], (shot.fps, noise), |_| least);
         let (first, _) = *corners.first()?;
         let at = largest(corners.iter().filter(|(at, _)| *at < first + SIDE))?;
         // in the frame before it the ball may touch already
@@ -64,15 +64,15 @@ fn last_corner(shot: &TrackShot, scene: &Scene) -> Option<f64> {
     let impact = initial_guess::surely_before(shot, scene)?;
     let count = shot.cue.partition_point(|sample| sample.t < impact - 0.5 / shot.fps);
     let before = &shot.cue[..count];
-    let corners = corners(before, (shot.fps, noise(shot)), 0.0);
+    let corners = corners(before, (shot.fps, noise(shot)), |speed| TURN * speed);
     let (last, _) = *corners.last()?;
     let at = largest(corners.iter().filter(|(at, _)| at + SIDE > last))?;
     before.get(at).map(|sample| sample.t)
 }
 
-/// The corners of a path, of a ball that is taken to be at least this fast (m/s): the index of the first frame after each, and the change
-/// of velocity.
-fn corners(samples: &[Sample], (fps, noise): (f64, f64), least: f64) -> Vec<(usize, f64)> {
+/// The corners of a path, where the velocity changes by at least so much at a speed (m/s): the index of the first frame after each, and
+/// the change.
+fn corners(samples: &[Sample], (fps, noise): (f64, f64), least: impl Fn(f64) -> f64) -> Vec<(usize, f64)> {
     let frame = fps.recip();
     // of a least-squares slope, per frame, and of the difference of two
     let n = SIDE as f64;
@@ -81,7 +81,7 @@ fn corners(samples: &[Sample], (fps, noise): (f64, f64), least: f64) -> Vec<(usi
         let (early, late) =
             (Line::through(&samples[at - SIDE..at])?, Line::through(&samples[at..at + SIDE])?);
         let change = (late.velocity[0] - early.velocity[0]).hypot(late.velocity[1] - early.velocity[1]);
-        let is_corner = change > TURN * early.speed().max(least)
+        let is_corner = change > least(early.speed())
             && change * frame > error
             && early.off.max(late.off) < BENT * change * frame;
         is_corner.then_some((at, change))

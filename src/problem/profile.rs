@@ -20,7 +20,7 @@ const STALL: f64 = 1e-4;
 
 /// Evaluations of a descent at one point, and points for one end; typical are 3 and 3.
 const MAX_STEPS: usize = 60;
-const MAX_POINTS: usize = 40;
+const MAX_POINTS: usize = 80;
 
 /// Relative width of a bracket at which a jump of χ² is an end.
 const JUMP: f64 = 1e-6;
