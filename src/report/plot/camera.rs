@@ -34,9 +34,9 @@ pub fn picture(found: &FoundCamera, dataset: &str) -> Option<Picture> {
     let mut arrows = Vec::new();
     for i in 0..ARROWS {
         for j in 0..ARROWS {
-            let film = [along(0, i), along(1, j)];
-            let table = found.camera.table(film);
-            if table.iter().all(|x| x.is_finite()) {
+            let table = [along(0, i), along(1, j)];
+            let film = found.film(table);
+            if film.iter().all(|x| x.is_finite()) {
                 arrows.push((film, [table[0] - film[0], table[1] - film[1]]));
             }
         }
