@@ -12,13 +12,13 @@ use caromfit::measurement::observable::{Axis, Observable};
 use caromfit::measurement::parameter::Parameter;
 use caromfit::report;
 use caromfit::report::content::Block;
-use caromfit::report::{csv, folder_name, group_folders, html, json, shot_table, table, text, write};
+use caromfit::report::{csv, document, folder_name, group_folders, html, shot_table, table, text, write};
 use serde_json::Value;
 
 use fits::{NAN, empty, exact, normal, restricted, synthetic};
 
 fn parsed(fit: &Fit) -> Value {
-    serde_json::from_str(&json::render(fit).unwrap()).unwrap()
+    serde_json::from_str(&document::text(fit).unwrap()).unwrap()
 }
 
 #[test]
@@ -55,7 +55,7 @@ fn json_has_the_contract_s_names_and_shapes() {
 
 #[test]
 fn json_keeps_the_order_of_its_keys() {
-    let text = json::render(&normal()).unwrap();
+    let text = document::text(&normal()).unwrap();
     let position = |key: &str| text.find(key).unwrap_or_else(|| panic!("{key} is missing"));
     assert!(
         position("\"mu\": {") < position("\"mu_s\": {") && position("\"mu_s\": {") < position("\"e\": {")
@@ -81,7 +81,7 @@ fn json_says_null_for_what_is_not_known() {
     assert_eq!(fit["shots_rejected"], serde_json::json!([{"shot": "7", "reason": "no impact found"}]));
     let exact = exact();
     assert_eq!(parsed(&exact)["chi2"], Value::Null);
-    assert!(!json::render(&exact).unwrap().contains("NaN"));
+    assert!(!document::text(&exact).unwrap().contains("NaN"));
 }
 
 #[test]
@@ -103,7 +103,7 @@ fn csv_is_exact() {
 shot,observable,unit,measured,predicted,sd,standardized,cut_deg,speed_m_s,t_s,ball,model
 1,throw_deg,deg,0.53,0.5,0.1,0.3,8,0.5,,,
 \"a \"\"quoted\"\", shot\",throw_deg,deg,0.53,0.5,,,8,,,,
-3,object_speed_ratio,1,0.33333333333,0.5,1e-7,-1,30,2,,,
+3,object_speed_ratio,1,0.33333333,0.5,1e-7,-1,30,2,,,
 ";
     assert_eq!(csv::render(&fit), expected);
     assert_eq!(csv::render(&empty()).lines().count(), 1);
@@ -353,7 +353,7 @@ fn report_is_written_whole_and_in_place() {
     fs::write(folder.join("fit.json"), "old").unwrap();
     write(&normal(), out.path()).unwrap();
     assert!(folder.join("mine.txt").exists());
-    assert_eq!(fs::read_to_string(folder.join("fit.json")).unwrap(), json::render(&normal()).unwrap());
+    assert_eq!(fs::read_to_string(folder.join("fit.json")).unwrap(), document::text(&normal()).unwrap());
 
     let group = write(&restricted(), out.path()).unwrap();
     assert_eq!(group, out.path().join("lab-a").join("fresh--blue"));

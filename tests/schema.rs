@@ -23,11 +23,32 @@ fn type_of(value: &Value) -> &'static str {
     }
 }
 
+/// What a schema refers to, beside what it says itself.
+fn resolved<'a>(root: &'a Value, schema: &'a Value) -> &'a Value {
+    match schema.get("$ref").and_then(Value::as_str) {
+        Some(place) => root.pointer(place.trim_start_matches('#')).expect("a definition"),
+        None => schema,
+    }
+}
+
+/// Whether a value has a type; null is none of an object's.
+fn has_type(word: &Value, value: &Value) -> bool {
+    word == type_of(value) || word == "integer" && (value.is_u64() || value.is_i64())
+}
+
 /// The keywords that the schemas use. A key that a schema does not describe is wrong here, though it allows it.
-fn check(schema: &Value, value: &Value, at: &str, wrong: &mut Vec<String>) {
+fn check(root: &Value, schema: &Value, value: &Value, at: &str, wrong: &mut Vec<String>) {
+    let schema = resolved(root, schema);
+    if let Some(any) = schema.get("anyOf").and_then(Value::as_array) {
+        let is_null = |one: &&Value| (one["type"] == "null") == value.is_null();
+        match any.iter().find(is_null) {
+            Some(one) => return check(root, one, value, at, wrong),
+            None => wrong.push(format!("{at}: {} is none of {any:?}", type_of(value))),
+        }
+    }
     let has = |words: &Value| match words {
-        Value::Array(words) => words.iter().any(|word| word == type_of(value)),
-        word => word == type_of(value),
+        Value::Array(words) => words.iter().any(|word| has_type(word, value)),
+        word => has_type(word, value),
     };
     if !schema.get("type").is_none_or(has) {
         wrong.push(format!("{at}: {} is not {}", type_of(value), schema["type"]));
@@ -45,17 +66,17 @@ fn check(schema: &Value, value: &Value, at: &str, wrong: &mut Vec<String>) {
     for (key, inner) in value.as_object().into_iter().flatten() {
         let at = format!("{at}.{key}");
         if let Some(names) = schema.get("propertyNames") {
-            check(names, &Value::from(key.as_str()), &at, wrong);
+            check(root, names, &Value::from(key.as_str()), &at, wrong);
         }
         let described = schema.get("properties").and_then(|own| own.get(key));
         match described.or(schema.get("additionalProperties")) {
-            Some(schema) => check(schema, inner, &at, wrong),
+            Some(schema) => check(root, schema, inner, &at, wrong),
             None => wrong.push(format!("{at}: is not described")),
         }
     }
     for (i, inner) in value.as_array().into_iter().flatten().enumerate() {
         if let Some(items) = schema.get("items") {
-            check(items, inner, &format!("{at}[{i}]"), wrong);
+            check(root, items, inner, &format!("{at}[{i}]"), wrong);
         }
     }
 }
@@ -82,7 +103,7 @@ fn stored_results_are_as_the_schema_describes_them() {
         for path in found {
             let value: Value = serde_json::from_str(&fs::read_to_string(&path).unwrap()).unwrap();
             let mut wrong = Vec::new();
-            check(&schema, &value, "", &mut wrong);
+            check(&schema, &schema, &value, "", &mut wrong);
             assert!(wrong.is_empty(), "{}: {wrong:#?}", path.display());
         }
     }
@@ -98,7 +119,8 @@ fn a_determined_combination_is_as_the_schema_describes_it() {
     let value: Value = serde_json::from_str(&fs::read_to_string(path).unwrap()).unwrap();
     assert!(value["identifiability"]["worst"]["determined"].is_object());
     let mut wrong = Vec::new();
-    check(&schema("fit"), &value, "", &mut wrong);
+    let schema = schema("fit");
+    check(&schema, &schema, &value, "", &mut wrong);
     assert!(wrong.is_empty(), "{wrong:#?}");
 }
 
@@ -136,7 +158,8 @@ fn printed_documents_are_as_the_schema_describes_them() {
         assert!(!each.is_empty());
         for value in &each {
             let mut wrong = Vec::new();
-            check(&schema(of), value, "", &mut wrong);
+            let schema = schema(of);
+            check(&schema, &schema, value, "", &mut wrong);
             assert!(wrong.is_empty(), "{of}: {wrong:#?}");
             assert_eq!(value["format_version"], 1);
         }
@@ -168,6 +191,9 @@ fn every_key_is_described() {
                 bare(inner, &format!("{at}[]"), found);
             }
         }
+        for (name, inner) in schema.get("$defs").and_then(Value::as_object).into_iter().flatten() {
+            bare(inner, name, found);
+        }
     }
     for of in ["fit", "compare", "accuracy", "check", "collide", "design", "extract", "synth"] {
         let (schema, mut found) = (schema(of), Vec::new());
@@ -188,7 +214,7 @@ fn a_wrong_document_is_found() {
         let mut value = right.clone();
         change(&mut value);
         let mut wrong = Vec::new();
-        check(&schema, &value, "", &mut wrong);
+        check(&schema, &schema, &value, "", &mut wrong);
         wrong.concat()
     };
     assert_eq!(found(&|_| {}), "");

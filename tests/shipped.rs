@@ -5,12 +5,11 @@ use std::path::{Path, PathBuf};
 use caromfit::fit;
 use caromfit::fit::{Estimate, Fit, Options, Status};
 use caromfit::io;
-use caromfit::io::stored_fit;
 use caromfit::measurement::dataset::Dataset;
 use caromfit::measurement::observable::Observable;
 use caromfit::measurement::parameter::{Compliance, Parameter};
 use caromfit::physics::collision::FidelityChoice;
-use caromfit::report::json;
+use caromfit::report::document;
 use caromfit::report::regression;
 use caromfit::report::regression::Tolerance;
 use rand::{Rng, SeedableRng};
@@ -146,7 +145,7 @@ fn throws_beyond_sticking_are_said_to_be_so() {
 
 #[test]
 fn the_shipped_results_are_those_of_this_version() {
-    let stored = stored_fit::read(&Path::new(env!("CARGO_MANIFEST_DIR")).join("fits")).unwrap();
+    let stored = document::read(&Path::new(env!("CARGO_MANIFEST_DIR")).join("fits")).unwrap();
     let mut compared = 0;
     for name in SHIPPED {
         // as "caromfit fit" does
@@ -189,10 +188,10 @@ fn stored_results_do_not_depend_on_roundings() {
         for fit in fit::analyse(&dataset, &options).fits.unwrap() {
             let folder = stored.path().join(compared.to_string());
             std::fs::create_dir(&folder).unwrap();
-            std::fs::write(folder.join("fit.json"), json::render(&fit).unwrap()).unwrap();
+            std::fs::write(folder.join("fit.json"), document::text(&fit).unwrap()).unwrap();
             compared += 1;
         }
-        let stored = stored_fit::read(stored.path()).unwrap();
+        let stored = document::read(stored.path()).unwrap();
         for fit in fit::analyse(&other, &options).fits.unwrap() {
             let moved =
                 regression::moved(&fit, regression::find(&fit, &stored).unwrap(), &Tolerance::default());

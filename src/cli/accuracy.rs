@@ -10,6 +10,7 @@ use caromfit::physics::ball::Ball;
 use caromfit::physics::collision::{Coefficients, Fidelity, MAX_KAPPA, Model};
 use caromfit::problem::predict;
 use caromfit::report;
+use caromfit::report::document::{self, AccuracyDocument};
 use caromfit::report::plot::precision;
 use caromfit::report::write;
 use caromfit::studies::accuracy::{self, Shot};
@@ -80,7 +81,8 @@ pub fn run(args: &Args) -> Result<(), Failure> {
     ];
     write::write_files(&files, &args.out)?;
     if args.json {
-        return print(&report::accuracy::json(&rows, &biases, (shots.len(), left_out))?);
+        let document = AccuracyDocument::new(&rows, &biases, shots.len(), left_out);
+        return print(&document::text(&document)?);
     }
     let left_out = if left_out > 0 { format!(", {left_out} left out") } else { String::new() };
     print(&format!("{} shots{left_out}\n{}\n{biases_table}", shots.len(), report::accuracy::table(&rows)))

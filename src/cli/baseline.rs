@@ -3,7 +3,7 @@
 use std::path::{Path, PathBuf};
 
 use caromfit::fit::Fit;
-use caromfit::io::stored_fit::{self, StoredFit};
+use caromfit::report::document::{self, FitDocument};
 use caromfit::report::regression::{Moved, Tolerance};
 use caromfit::report::{self, regression};
 
@@ -12,12 +12,12 @@ use super::Failure;
 /// Stored fits, read before anything is written.
 pub struct Baseline {
     path: PathBuf,
-    stored: Vec<StoredFit>,
+    stored: Vec<FitDocument>,
 }
 
 impl Baseline {
     pub fn read(path: &Path) -> Result<Self, Failure> {
-        let stored = stored_fit::read(path)?;
+        let stored = document::read(path)?;
         Ok(Self { path: path.to_path_buf(), stored })
     }
 

@@ -4,10 +4,8 @@ use std::path::PathBuf;
 
 use caromfit::fit::check;
 use caromfit::fit::with_impacts;
-use caromfit::measurement::dataset::Dataset;
-use caromfit::report::FORMAT_VERSION;
 use caromfit::report::count_of;
-use serde_json::{Value, json};
+use caromfit::report::document::{self, CheckDocument};
 
 use super::progress::{self, Progress};
 use super::{Failure, print, unless_none};
@@ -23,18 +21,6 @@ pub struct Args {
     /// Print what was found as a JSON array, and nothing else, on standard output
     #[arg(long)]
     json: bool,
-}
-
-/// What was found of a data set, for programs.
-fn document(dataset: &Dataset, found: &[check::Finding]) -> Value {
-    let notes: Vec<&String> = dataset.notes().collect();
-    let finding = |finding: &check::Finding| json!({"shot": finding.shot, "suspicious": finding.is_suspicious(), "sentence": finding.text});
-    json!({
-        "version": env!("CARGO_PKG_VERSION"), "format_version": FORMAT_VERSION,
-        "dataset": dataset.name, "shots": dataset.shots.len(), "notes": notes,
-        "left_out": super::left_out(dataset),
-        "findings": found.iter().map(finding).collect::<Vec<_>>(),
-    })
 }
 
 pub fn run(args: &Args) -> Result<(), Failure> {
@@ -66,7 +52,7 @@ pub fn run(args: &Args) -> Result<(), Failure> {
             text.push_str("  nothing suspicious\n");
         }
         if args.json {
-            documents.push(document(&dataset, &found));
+            documents.push(CheckDocument::new(&dataset, &found));
         } else {
             print(&text)?;
         }
@@ -76,7 +62,7 @@ pub fn run(args: &Args) -> Result<(), Failure> {
     }
     progress.finish();
     if args.json {
-        print(&format!("{:#}\n", Value::from(documents)))?;
+        print(&document::text(&documents)?)?;
     }
     unless_none(&wrong, Failure::input)?;
     unless_none(&unusable, Failure::work)

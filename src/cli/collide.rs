@@ -3,13 +3,12 @@
 use std::path::{Path, PathBuf};
 
 use caromfit::io::cases::{self, BadCase, Case, Computed};
-use caromfit::physics::ball::{Ball, BallState, Vec3};
+use caromfit::physics::ball::{Ball, Vec3};
 use caromfit::physics::cloth_motion::Cloth;
 use caromfit::physics::collision::effects::{self, Choice, Compared, Estimate};
 use caromfit::physics::collision::{Effects, Fidelity, FidelityChoice, MIN_TOLERANCE, Model, Outcome};
 use caromfit::physics::friction_law::Law;
-use caromfit::report::FORMAT_VERSION;
-use serde_json::{Value, json};
+use caromfit::report::document::{self, CollideDocument};
 
 use super::{Failure, print, unless_none};
 
@@ -185,17 +184,14 @@ pub fn run(args: &Args) -> Result<(), Failure> {
     if args.json {
         let mut objects = Vec::new();
         for computed in &collided {
-            let mut one = object(computed);
-            if let Some((effects, motion)) = explained(computed)? {
-                let effect = |e: &Estimate| json!({"name": e.name, "size": e.size, "on": e.on, "why": e.why});
-                one["effects"] = effects.iter().map(effect).collect();
-                one["motion"] = motion.iter().map(effect).collect();
-            }
-            objects.push(one);
+            let explained = explained(computed)?;
+            let explained = explained.as_ref().map(|(effects, motion)| (&effects[..], &motion[..]));
+            objects.push(CollideDocument::new(computed, explained));
         }
-        let document =
-            if args.cases.is_some() { Value::from(objects) } else { objects.pop().unwrap_or_default() };
-        print(&format!("{document:#}\n"))?;
+        match objects.as_slice() {
+            [one] if args.cases.is_none() => print(&document::text(one)?)?,
+            all => print(&document::text(all)?)?,
+        }
     } else {
         let mut tables = Vec::new();
         for computed in &collided {
@@ -210,24 +206,6 @@ pub fn run(args: &Args) -> Result<(), Failure> {
         print(&tables.join("\n"))?;
     }
     unless_none(&failed, Failure::work)
-}
-
-fn object(Computed { case, model, outcome, .. }: &Computed) -> Value {
-    let mut document = json!({
-        "version": env!("CARGO_PKG_VERSION"), "format_version": FORMAT_VERSION, "name": case.name,
-        "fidelity": model.fidelity.name(),
-    });
-    let ball =
-        |state: &BallState| json!({"velocity": state.velocity.as_slice(), "spin": state.spin.as_slice()});
-    match outcome {
-        Ok(outcome) => {
-            document["regime"] = outcome.regime.name().into();
-            document["impulse"] = outcome.impulse.into();
-            (document["cue"], document["object"]) = (ball(&outcome.cue), ball(&outcome.object));
-        }
-        Err(why) => document["error"] = why.to_string().into(),
-    }
-    document
 }
 
 fn effects_table(of: &str, estimates: &[Estimate]) -> String {

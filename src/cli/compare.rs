@@ -6,7 +6,7 @@ use std::path::PathBuf;
 use caromfit::compare::{self, CompareError, Options, Quantity};
 use caromfit::measurement::loss::Loss;
 use caromfit::physics::collision::FidelityChoice;
-use caromfit::report::{compare as report, write};
+use caromfit::report::{compare as report, document, write};
 
 use super::progress::{self, Progress};
 use super::{Failure, print};
@@ -70,7 +70,7 @@ pub fn run(args: &Args) -> Result<(), Failure> {
     let pictures = report::pictures(&comparison, &analysis.films)?;
     write::write_files(&report::files(&comparison, &pictures)?, &args.out)?;
     if args.json {
-        print(&report::json(&comparison)?)
+        print(&document::text(&comparison)?)
     } else {
         print(&report::table(&comparison))?;
         print(&format!("\nSee {}\n", args.out.join("report.html").display()))

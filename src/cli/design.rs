@@ -4,7 +4,7 @@ use std::path::PathBuf;
 
 use caromfit::design::{self, Expected};
 use caromfit::measurement::parameter::Parameter;
-use caromfit::report::{design as report, write};
+use caromfit::report::{design as report, document, write};
 
 use super::{Failure, print};
 
@@ -104,7 +104,7 @@ pub fn run(args: &Args) -> Result<(), Failure> {
         .map_err(|error| Failure::input(format!("{of}: a shot of it is no collision: {error}")))?;
     write::write_files(&report::files(&design)?, &args.out)?;
     if args.json {
-        print(&report::json(&design)?)
+        print(&document::text(&design)?)
     } else {
         print(&report::text(&design))?;
         print(&format!("\nSee {}\n", args.out.join("design.png").display()))

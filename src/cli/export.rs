@@ -2,7 +2,7 @@
 
 use std::path::PathBuf;
 
-use caromfit::io::stored_fit;
+use caromfit::report::document;
 use caromfit::report::export::{self, Target};
 
 use super::{Failure, print};
@@ -23,7 +23,7 @@ pub struct Args {
 }
 
 pub fn run(args: &Args) -> Result<(), Failure> {
-    let fits = stored_fit::read(&args.fit)?;
+    let fits = document::read(&args.fit)?;
     let [fit] = fits.as_slice() else {
         return Err(Failure::input(format!(
             "{}: holds {} fits; expected one: name the folder of a label",

@@ -6,8 +6,8 @@ use caromfit::fit::{ExtractedDiscs, FittedFilm, extract_discs, with_impacts};
 use caromfit::measurement::dataset::Dataset;
 use caromfit::measurement::track::TrackShot;
 use caromfit::report::count_of;
-use caromfit::report::{FORMAT_VERSION, ReportError, discs, extracted, write};
-use serde_json::json;
+use caromfit::report::document::{self, ExtractDocument};
+use caromfit::report::{ReportError, discs, extracted, write};
 
 use super::progress::{self, Progress};
 use super::{Failure, print, unless_none};
@@ -55,11 +55,7 @@ pub fn run(args: &Args) -> Result<(), Failure> {
             continue;
         }
         if args.json {
-            documents.push(json!({
-                "version": env!("CARGO_PKG_VERSION"), "format_version": FORMAT_VERSION,
-                "dataset": dataset.name, "folder": folder.display().to_string(), "shots": shots, "notes": lines,
-                "left_out": super::left_out(&dataset),
-            }));
+            documents.push(ExtractDocument::new(&dataset, &folder, shots, lines));
             continue;
         }
         print(&format!(
@@ -76,7 +72,7 @@ pub fn run(args: &Args) -> Result<(), Failure> {
     }
     progress.finish();
     if args.json {
-        print(&format!("{:#}\n", serde_json::Value::from(documents)))?;
+        print(&document::text(&documents)?)?;
     }
     unless_none(&empty, Failure::work)
 }

@@ -188,7 +188,7 @@ pub fn run(args: &Args) -> Result<(), Failure> {
     progress.finish();
     let fits: Vec<Fit> = fits.into_iter().flat_map(|(found, _)| found).collect();
     if args.shown.json {
-        print(&report::json::render_all(&fits)?)?;
+        print(&report::document::text(&fits)?)?;
     } else {
         print_lines(&assumed)?;
         if !assumed.is_empty() {

@@ -26,8 +26,6 @@ use caromfit::fit::FitError;
 use caromfit::io::DatasetError;
 use caromfit::io::cases::BadCase;
 use caromfit::io::draft::InitError;
-use caromfit::io::stored_fit::StoredError;
-use caromfit::measurement::dataset::Dataset;
 use caromfit::measurement::loss::Loss;
 use caromfit::physics::collision::{
     Effects, Fidelity, FidelityChoice, MAX_TOLERANCE, MIN_TOLERANCE, NotACollision,
@@ -35,10 +33,10 @@ use caromfit::physics::collision::{
 use caromfit::physics::friction_law::Law;
 use caromfit::report::ReportError;
 use caromfit::report::count_of;
+use caromfit::report::document::StoredError;
 use caromfit::report::overview::Colour;
 use clap::builder::{PossibleValue, PossibleValuesParser, TypedValueParser};
 use clap::{Parser, Subcommand};
-use serde_json::{Value, json};
 
 /// From footage of billiard-ball collisions to the friction between the balls μ, the friction of the
 /// cloth on the object ball μ_s, and the restitution e.
@@ -120,7 +118,7 @@ macro_rules! failures {
 
 failures! {
     input: DatasetError, StoredError, InitError, BadCase;
-    work: ReportError, NotACollision, FitError, std::io::Error, serde_json::Error;
+    work: ReportError, NotACollision, FitError, std::io::Error;
 }
 
 /// A failure that names everything that went wrong, if anything did.
@@ -231,11 +229,6 @@ fn colour() -> Colour {
     let is_set = |name: &str| std::env::var_os(name).is_some_and(|value| !value.is_empty());
     let is_dumb = std::env::var_os("TERM").is_some_and(|value| value == "dumb");
     if std::io::stdout().is_terminal() && !is_set("NO_COLOR") && !is_dumb { Colour::On } else { Colour::Off }
-}
-
-/// The shots of a data set that were left out, for programs.
-fn left_out(dataset: &Dataset) -> Value {
-    dataset.left_out.iter().map(|(shot, reason)| json!({"shot": shot, "reason": reason})).collect()
 }
 
 /// Prints lines.

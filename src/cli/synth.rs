@@ -2,13 +2,12 @@
 
 use std::path::PathBuf;
 
-use caromfit::measurement::parameter::Parameter;
 use caromfit::physics::ball::Ball;
-use caromfit::physics::collision::{Fidelity, FidelityChoice, Model};
+use caromfit::physics::collision::{FidelityChoice, Model};
 use caromfit::physics::friction_law::Law;
-use caromfit::report::{FORMAT_VERSION, unit_of, write};
-use caromfit::simulate::{self, Spec};
-use serde_json::{Value, json};
+use caromfit::report::document::{self, SynthDocument};
+use caromfit::report::write;
+use caromfit::simulate;
 
 use super::{Failure, print};
 
@@ -90,18 +89,6 @@ pub struct Args {
 /// How a dataset.toml begins that was made here.
 const SYNTHETIC: &str = "# Synthetic:";
 
-/// What was made, for programs.
-fn document(args: &Args, spec: &Spec, fidelity: Fidelity, files: &[&str]) -> Value {
-    let parameter = |(parameter, value): (Parameter, f64)| {
-        (parameter.name().to_owned(), json!({"truth": value, "unit": unit_of(parameter)}))
-    };
-    json!({
-        "version": env!("CARGO_PKG_VERSION"), "format_version": FORMAT_VERSION, "dataset": spec.name, "kind": spec.kind.name(),
-        "folder": args.out, "files": files, "shots": spec.shots.count, "seed": spec.seed, "fidelity": fidelity.name(),
-        "parameters": Value::Object(spec.truths().into_iter().map(parameter).collect()),
-    })
-}
-
 pub fn run(args: &Args) -> Result<(), Failure> {
     let mut spec = simulate::read(&args.spec)?;
     if let Some(Law::Exponential { b, c }) = args.falling {
@@ -129,8 +116,8 @@ pub fn run(args: &Args) -> Result<(), Failure> {
     let files: Vec<_> = files.into_iter().map(|(name, text)| (name, text.into_bytes())).collect();
     write::write_files(&files, &args.out)?;
     if args.json {
-        let names: Vec<&str> = files.iter().map(|(name, _)| *name).collect();
-        return print(&format!("{:#}\n", document(args, &spec, fidelity, &names)));
+        let names = files.iter().map(|(name, _)| (*name).to_owned()).collect();
+        return print(&document::text(&SynthDocument::new(&spec, fidelity, &args.out, names))?);
     }
     print(&format!("{} shots in {}\n", spec.shots.count, args.out.display()))
 }

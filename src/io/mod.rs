@@ -19,7 +19,6 @@ mod manifest;
 mod number;
 mod rows;
 pub mod stated_object;
-pub mod stored_fit;
 pub(crate) mod table;
 mod text;
 pub(crate) mod toml_file;

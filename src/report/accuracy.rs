@@ -1,64 +1,11 @@
 //! The studies of [`crate::studies::accuracy`] and [`crate::studies::bias`] as tables and as CSV.
 
-use serde_json::{Value, json};
-
 use super::aligned::sections;
 use super::content::{Section, Table};
 use super::csv::line;
-use super::digits::{FEW, relative};
-use super::{FORMAT_VERSION, ReportError, by_name, list, pretty, unit_of};
 use crate::physics::collision::Fidelity;
 use crate::studies::accuracy::{Includes, QUANTITIES, Row, Spread};
 use crate::studies::bias;
-
-/// Units of [`QUANTITIES`]: speeds, spins times R and vertical speeds are in parts of the cue ball's speed U.
-const UNITS: [&str; 4] = ["deg", "1", "1", "1"];
-
-/// Both studies as JSON, with a newline at its end: `shots` were computed, `left_out` could not be used.
-///
-/// # Errors
-/// None in practice: what is not finite becomes `null`.
-pub fn json(
-    rows: &[Row],
-    biases: &[bias::Row],
-    (shots, left_out): (usize, usize),
-) -> Result<String, ReportError> {
-    let round = |error: f64| relative(error, FEW);
-    let errors = |errors: [Spread; 4]| -> Value {
-        let each = QUANTITIES.into_iter().zip(UNITS).zip(errors).map(|((name, unit), spread)| {
-            let [median, p95, worst] = [spread.median, spread.p95, spread.worst].map(round);
-            (name.to_owned(), json!({"unit": unit, "median": median, "p95": p95, "worst": worst}))
-        });
-        Value::Object(each.collect())
-    };
-    let way = |row: &Row| {
-        json!({
-            "fidelity": row.fidelity.name(), "effects": row.includes.name(), "tolerance": row.tolerance,
-            "seconds": round(row.seconds), "failed": row.failed,
-            "numerical_error": row.numerical.map(errors), "model_error": errors(row.model),
-        })
-    };
-    let fitted = |row: &bias::Row| {
-        let parameter = |found: &bias::Found| {
-            let bias = found.bias();
-            let entry = json!({
-                "unit": unit_of(found.parameter), "truth": found.truth,
-                "estimate": bias.map(|_| found.estimate), "bias": bias.map(round),
-                "std_error": found.std_error.map(round),
-            });
-            (found.parameter, entry)
-        };
-        json!({
-            "fidelity": row.way.name(), "kappa": row.kappa, "parameters": by_name(row.found.iter().map(parameter)),
-            "chi2_per_observation": round(row.chi2_per_observation), "seconds": round(row.seconds),
-        })
-    };
-    let document = json!({
-        "version": env!("CARGO_PKG_VERSION"), "format_version": FORMAT_VERSION, "shots": shots, "left_out": left_out,
-        "ways": list(rows, way), "biases": list(biases, fitted),
-    });
-    pretty(&document, "the study")
-}
 
 /// What a row is called.
 pub(super) fn name(row: &Row) -> String {

@@ -2,18 +2,14 @@
 
 use std::collections::HashSet;
 
-use serde::{Serialize, Serializer};
-use serde_json::{Value as Json, json};
-
 use super::compare_words as words;
 use super::content::{Block, Report, Section, Table, facts};
-use super::digits::{self, FEW, MANY, decimal, probability, relative, significant};
 use super::number::{count_of, interval, plain, with_error};
 use super::plot;
 use super::plot::compare::{forest, residuals};
 use super::shots::{MOST_PICTURES, ShotPicture, shot_list, size, with_spots};
 use super::trust::{computed, down_weighted};
-use super::{LEAST_P, ReportError, csv, diagnostics, html, list, p_text, pretty, text};
+use super::{LEAST_P, ReportError, csv, document, html, p_text, text};
 use crate::compare::{Compared, Comparison, Difference, LabelResidual, Reason, Value};
 use crate::fit::{Counted, FittedFilm, Rejected, Residual};
 
@@ -67,7 +63,7 @@ pub fn files(
         ("residuals.svg", residuals_svg.into_bytes()),
         ("residuals.png", residuals.png()?),
         ("report.html", report.into_bytes()),
-        ("compare.json", json(comparison)?.into_bytes()),
+        ("compare.json", document::text(comparison)?.into_bytes()),
     ])
 }
 
@@ -125,7 +121,7 @@ fn content(
 }
 
 /// What the sum of squares counts.
-fn counted(comparison: &Comparison) -> Counted {
+pub(super) fn counted(comparison: &Comparison) -> Counted {
     if comparison.is_filmed {
         return Counted::Coordinates;
     }
@@ -259,67 +255,4 @@ fn lines(comparison: &Comparison, compared: &Compared) -> Vec<String> {
 
 fn p_is(p: f64) -> String {
     if p < LEAST_P { format!("p < {LEAST_P}") } else { format!("p = {}", plain(p, 2)) }
-}
-
-/// compare.json as text.
-pub fn json(comparison: &Comparison) -> Result<String, ReportError> {
-    pretty(comparison, "the comparison")
-}
-
-/// As in compare.json.
-impl Serialize for Comparison {
-    fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
-        document(self).serialize(serializer)
-    }
-}
-
-/// The content of compare.json; numbers that are not finite become `null`.
-fn document(comparison: &Comparison) -> Json {
-    let name = |label: usize| comparison.labels[label].clone();
-    let quantity = |q: &Compared| {
-        let estimate = |v: &Value| {
-            let end = |end: f64| digits::end(end, v.std_error);
-            json!({"label": v.label.map(name), "estimate": end(v.value),
-                   "std_error": v.std_error.map(|error| relative(error, FEW)),
-                   "interval_95": v.interval_95.map(|ends| ends.map(end)), "fitted": v.fitted, "at_bound": v.at_bound})
-        };
-        let difference = |d: &Difference| {
-            let end = |end: f64| digits::end(end, Some(d.std_error));
-            json!({"first": name(d.first), "second": name(d.second), "difference": end(d.value),
-                   "std_error": relative(d.std_error, FEW), "interval_95": d.interval_95.map(end),
-                   "p_value": probability(d.p_value), "p_holm": probability(d.p_holm), "real": d.is_real(),
-                   "effect": words::effect(comparison, d)})
-        };
-        let test = q.same_or_different.map(|t| {
-            json!({"likelihood_ratio": decimal(t.statistic), "test": t.by.name(),
-                   "extra_parameters": t.extra_parameters, "p_value": probability(t.p_value),
-                   "delta_aic": decimal(t.delta_aic)})
-        });
-        let left_out = |(label, why): &(usize, Reason)| json!({"label": name(*label), "reason": words::reason(*why, q.quantity)});
-        json!({"parameter": q.quantity.name(), "meaning": q.quantity.meaning(), "shared": q.shared,
-               "estimates": list(&q.estimates, estimate),
-               "differences": list(&q.differences, difference),
-               "same_or_different": test,
-               "left_out": list(&q.left_out, left_out)})
-    };
-    let sample = |s: &crate::compare::SampleSummary| {
-        let rejected = |r: &Rejected| json!({"shot": r.shot, "reason": r.reason});
-        json!({"title": s.title, "label": name(s.label), "shots_used": s.shots_used,
-               "shots_rejected": list(&s.shots_rejected, rejected)})
-    };
-    let robust = comparison.robust.as_ref().map(|robust| {
-        let weight = |(sample, shot, weight): &(usize, String, f64)| {
-            json!({"sample": comparison.samples[*sample].title, "shot": shot, "weight": significant(*weight, FEW)})
-        };
-        json!({"losses": robust.losses, "weights": list(&robust.weights, weight)})
-    });
-    json!({"version": env!("CARGO_PKG_VERSION"), "format_version": super::FORMAT_VERSION, "verdict": words::verdict(comparison), "fidelity": comparison.fidelity, "method": if comparison.is_filmed { "joint" } else { "direct" },
-           "computed": list(&comparison.computed, diagnostics::computed),
-           "robust": robust,
-           "notes": words::notes(comparison), "told_by": comparison.told_by,
-           "labels": comparison.labels, "warnings": words::warnings(comparison), "refuted": words::refuted(comparison),
-           "samples": list(&comparison.samples, sample),
-           "parameters": list(&comparison.quantities, quantity),
-           "counted": counted(comparison).name(), "chi2": significant(comparison.chi2, MANY), "dof": comparison.dof, "noise_estimated": comparison.noise_estimated,
-           "converged": comparison.converged, "termination": words::termination(comparison)})
 }

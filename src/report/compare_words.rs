@@ -1,6 +1,6 @@
 //! What a comparison found, in words.
 
-use super::content::Verdict;
+use super::document::Verdict;
 use super::number::{plain, with_error};
 use crate::compare::{Compared, Comparison, Difference, Effect, Finding, Quantity, Reason};
 use crate::fit::film_words;
@@ -51,7 +51,7 @@ pub(super) fn verdict(comparison: &Comparison) -> Verdict {
         }
         (None, None, false) => format!("{}.", differences.join("; ")),
     };
-    Verdict { grade: comparison.grade().name(), sentence }
+    Verdict { grade: comparison.grade().name().to_owned(), sentence }
 }
 
 /// Returns whether a quantity differs, if it is compared.

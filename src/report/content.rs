@@ -3,6 +3,8 @@
 
 use serde::Serialize;
 
+use super::document::Verdict;
+
 /// A report: of a fit, or of a comparison.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Report {
@@ -16,21 +18,6 @@ pub struct Report {
     pub facts: Vec<Fact>,
     /// The sections, in the order in which they are read.
     pub sections: Vec<Section>,
-}
-
-/// Whether the numbers of a report can be used: what stands first.
-#[derive(Clone, Debug, PartialEq, Serialize)]
-pub struct Verdict {
-    /// The grade in a word.
-    pub grade: &'static str,
-    /// The sentence to read.
-    pub sentence: String,
-}
-
-impl From<crate::fit::Verdict> for Verdict {
-    fn from(found: crate::fit::Verdict) -> Self {
-        Self { grade: found.grade.name(), sentence: found.sentence }
-    }
 }
 
 /// A short text with its name.

@@ -1,9 +1,10 @@
 //! residuals.csv: one row per measured number that χ² counts, in the unit of its column.
 
 use std::borrow::Cow;
+use std::fmt::Write as _;
 use std::io::{self, Write};
 
-use super::digits::{self, FEW, MANY, SHOT};
+use super::document::rounded;
 use super::unit_name;
 use crate::compare::Comparison;
 use crate::fit::{Fit, Residual};
@@ -35,7 +36,7 @@ pub fn write(fit: &Fit, to: &mut (dyn Write + Send)) -> io::Result<()> {
     match &fit.frames {
         Some(frames) => frames.write(to, |of_shot, text| {
             let shot = quoted(&of_shot.shot);
-            let [cut, speed] = [of_shot.cut.to_degrees(), of_shot.speed].map(|value| number(value, SHOT));
+            let [cut, speed] = [of_shot.cut.to_degrees(), of_shot.speed].map(cell);
             let common = format!("{cut},{speed}");
             let used = of_shot.frames.iter().filter(|frame| frame.used);
             used.for_each(|own| frame(text, &shot, own, [&common, model]));
@@ -61,9 +62,9 @@ fn row(residual: &Residual, model: &str) -> String {
         quoted(&residual.shot),
         residual.observable.column(),
         unit_name(residual.observable),
-        compared([residual.measured, residual.predicted, residual.sd].map(|si| si / unit_si)),
-        cell(digits::decimal(residual.standardized)),
-        [number(residual.cut.to_degrees(), SHOT), number(residual.speed.unwrap_or(f64::NAN), SHOT)].join(","),
+        [residual.measured, residual.predicted, residual.sd].map(|si| cell(si / unit_si)).join(","),
+        cell(residual.standardized),
+        [residual.cut.to_degrees(), residual.speed.unwrap_or(f64::NAN)].map(cell).join(","),
     )
 }
 
@@ -76,21 +77,13 @@ fn frame(text: &mut String, shot: &str, own: &FittedFrame, [common, model]: [&st
     let standardized = own.standardized();
     for (axis, name) in ["x", "y"].into_iter().enumerate() {
         push(text, [shot, ",", prefix, "_", name, ",m"]);
-        for value in [own.seen[axis], own.predicted[axis]] {
-            push_number(text, digits::to_error(value, Some(own.sd[axis])));
+        for value in [own.seen[axis], own.predicted[axis], own.sd[axis], standardized[axis]] {
+            push_number(text, value);
         }
-        push_number(text, digits::significant(own.sd[axis], FEW));
-        push_number(text, digits::decimal(standardized[axis]));
         push(text, [",", common]);
-        push_number(text, digits::significant(own.time, MANY));
+        push_number(text, own.time);
         push(text, [",", ball, ",", model, "\n"]);
     }
-}
-
-/// A measured value, what was predicted of it, and its standard deviation.
-fn compared([measured, predicted, sd]: [f64; 3]) -> String {
-    let [measured, predicted] = [measured, predicted].map(|value| cell(digits::to_error(value, Some(sd))));
-    [measured, predicted, number(sd, FEW)].join(",")
 }
 
 /// Cells in a line.
@@ -114,11 +107,6 @@ pub(super) fn quoted(cell: &str) -> Cow<'_, str> {
     }
 }
 
-/// To so many significant digits.
-pub(super) fn number(value: f64, digits: usize) -> String {
-    cell(digits::significant(value, digits))
-}
-
 /// Empty where it is no number.
 pub(super) fn cell(value: f64) -> String {
     let mut text = String::new();
@@ -140,18 +128,13 @@ pub(super) fn push_number(text: &mut String, value: f64) {
 }
 
 fn push_value(text: &mut String, value: f64) {
-    /// From here on numbers are short without an exponent.
-    const SMALL: f64 = 1e-6;
-    const PLAIN: f64 = 1e-4;
-    const LARGE: f64 = 1e15;
-    let size = value.abs();
-    if (PLAIN..LARGE).contains(&size) {
-        let mut buffer = zmij::Buffer::new();
-        let digits = buffer.format_finite(value);
-        text.push_str(digits.strip_suffix(".0").unwrap_or(digits));
-    } else if value == 0.0 || (SMALL..LARGE).contains(&size) {
-        text.push_str(&value.to_string());
-    } else if value.is_finite() {
-        text.push_str(&format!("{value:e}"));
-    }
+    /// Numbers from here to there are short without an exponent.
+    const PLAIN: std::ops::Range<f64> = 1e-6..1e15;
+    let number = rounded(value);
+    // writing into a string cannot fail
+    _ = match number.abs() {
+        size if size == 0.0 || PLAIN.contains(&size) => write!(text, "{number}"),
+        size if size.is_finite() => write!(text, "{number:e}"),
+        _ => Ok(()),
+    };
 }

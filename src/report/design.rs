@@ -1,21 +1,14 @@
 //! A [`Design`] → tables, design.csv, design.json and pictures.
 
-use serde::{Serialize, Serializer};
-use serde_json::{Value as Json, json};
-
 use super::aligned::sections;
 use super::content::{Block, Section, Table};
-use super::csv::{line, quoted};
-use super::digits::{self, FEW};
+use super::csv::{cell, line, quoted};
 use super::number::plain;
 use super::plot;
-use super::{ReportError, by_name, list, pretty};
-use crate::design;
-use crate::design::information::{COMMON, Information, RATIOS, std_errors};
-use crate::design::{Cell, Design, Expected, Mixture, OfKind, PlayedKind, SpinFrom};
-use crate::measurement::dataset::ObjectBall;
+use super::{ReportError, document};
+use crate::design::information::{Information, std_errors};
+use crate::design::{Cell, Design, Mixture, OfKind, PlayedKind, SpinFrom};
 use crate::measurement::parameter::Parameter;
-use crate::physics::ball::Ball;
 
 /// The files of a design: name and content.
 pub fn files(design: &Design) -> Result<Vec<(&'static str, Vec<u8>)>, ReportError> {
@@ -24,7 +17,7 @@ pub fn files(design: &Design) -> Result<Vec<(&'static str, Vec<u8>)>, ReportErro
         ("design.csv", csv(design).into_bytes()),
         ("design.svg", picture.svg()?.into_bytes()),
         ("design.png", picture.png()?),
-        ("design.json", json(design)?.into_bytes()),
+        ("design.json", document::text(design)?.into_bytes()),
     ])
 }
 
@@ -116,7 +109,7 @@ fn kinds(design: &Design) -> Section {
         "topspin, side: in parts of the natural roll's; spin: how it is known; ±: standard error; –: not told"
             .to_owned(),
     ];
-    let seen = Parameter::COEFFICIENTS.into_iter().zip(detectable(design));
+    let seen = Parameter::COEFFICIENTS.into_iter().zip(document::detectable(design));
     let seen: Vec<String> =
         seen.filter_map(|(p, d)| Some(format!("{} {}", p.symbol(), plain(d?, 2)))).collect();
     if !seen.is_empty() {
@@ -127,11 +120,6 @@ fn kinds(design: &Design) -> Section {
     }
     let title = "What so many shots of a kind tell, spread evenly over its speeds and cut angles";
     Section::new(title, "", vec![Block::Table(Table::new(head, rows)), Block::Lines(lines)])
-}
-
-/// The differences between two such data sets that are found.
-fn detectable(design: &Design) -> [Option<f64>; 3] {
-    design.planned.std_errors.map(|error| error.map(|error| design::detectable() * error))
 }
 
 /// How many shots of each kind alone are needed.
@@ -246,125 +234,10 @@ pub fn csv(design: &Design) -> String {
             shown(at.map(|cell| cell.cut_deg)),
             shots.to_string(),
         ];
-        // four significant digits; nothing where there is no number
-        let four = |value: f64| format!("{:e}", digits::significant(value, FEW));
-        let of = |shots: f64| std_errors(&(information * shots)).map(|e| e.map_or(String::new(), four));
+        let of = |shots: f64| std_errors(&(information * shots)).map(|e| e.map_or(String::new(), cell));
         line(own.into_iter().chain(of(*shots as f64)).chain(of(1.0)))
     };
     let kinds = design.kinds.iter().enumerate().map(|(index, found)| row(index, None, &found.information));
     let cells = design.cells.iter().map(|cell| row(cell.kind, Some(cell), &cell.information));
     std::iter::once(line(head)).chain(kinds).chain(cells).collect()
-}
-
-/// `{"mu": …, "mu_s": …, "e": …}`
-fn by_parameter<T: Serialize>(values: &[T; 3]) -> Json {
-    by_name(Parameter::COEFFICIENTS.into_iter().zip(values))
-}
-
-/// design.json as text.
-///
-/// # Errors
-/// None in practice: what is not finite becomes `null`.
-pub fn json(design: &Design) -> Result<String, ReportError> {
-    pretty(design, "the design")
-}
-
-/// As in design.json.
-impl Serialize for Design {
-    fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
-        document(self).serialize(serializer)
-    }
-}
-
-/// The content of design.json; `null` for what is not determined.
-fn document(design: &Design) -> Json {
-    let expected = &design.expected;
-    let camera = &expected.camera;
-    let kind = |(kind, found): (&PlayedKind, &OfKind)| {
-        let (spin_from, spin_sd) = match kind.from {
-            SpinFrom::Known => ("known", None),
-            SpinFrom::Motion => ("motion", None),
-            SpinFrom::Markers { sd } => ("markers", sd),
-        };
-        json!({
-            "name": kind.name, "topspin": kind.topspin, "side": kind.side,
-            "spin_from": spin_from, "spin_sd_rad_s": spin_sd,
-            "speed_m_s": kind.speed_m_s, "cut_deg": kind.cut_deg, "shots": kind.shots,
-            "std_error": by_parameter(&found.std_errors), "shots_needed": by_parameter(&found.needed),
-            "shots_needed_for_all": found.needed_all, "gain_of_one_more": by_parameter(&found.gain),
-            "unusable": found.unusable, "information_of_one": information(expected, &found.information),
-        })
-    };
-    let kinds: Json = expected.kinds.iter().zip(&design.kinds).map(kind).collect();
-    let name = |kind: usize| expected.kinds[kind].name.as_str();
-    // the key figures of a cell
-    let at = |cell: &Cell, shots: u64| json!({"kind": name(cell.kind), "speed_m_s": cell.speed_m_s, "cut_deg": cell.cut_deg, "shots": shots});
-    let cell = |cell: &Cell| {
-        let mut entry = at(cell, expected.kinds[cell.kind].shots as u64);
-        entry["std_error"] = by_parameter(&cell.std_errors);
-        entry["information_of_one"] = json!(information(expected, &cell.information));
-        entry
-    };
-    let mixture = |mixture: &Mixture| {
-        let counted = |(index, shots): &(usize, u64)| {
-            if mixture.of_cells {
-                at(&design.cells[*index], *shots)
-            } else {
-                json!({"kind": name(*index), "shots": shots})
-            }
-        };
-        json!({
-            "for": mixture.parameter.map_or("all", Parameter::name),
-            "of": if mixture.of_cells { "cells" } else { "kinds" },
-            "total": mixture.total(), "shots": list(&mixture.shots, counted),
-            "std_error": by_parameter(&mixture.std_errors),
-        })
-    };
-    let stated = |which: usize| {
-        let of = |object: ObjectBall| [object.mass_sd.unwrap_or_default()[which], object.radius_sd[which]];
-        expected.object.map_or([0.0; 2], of)
-    };
-    let mut together = by_parameter(&design.planned.std_errors);
-    for (ratio, error) in RATIOS.into_iter().zip(design.planned.ratios) {
-        if let Some(error) = error {
-            together[ratio.name()] = json!(error);
-        }
-    }
-    let c = &expected.coefficients;
-    let mut document = json!({"version": env!("CARGO_PKG_VERSION"), "format_version": super::FORMAT_VERSION,
-           "expected": {"mu": c.mu, "mu_s": c.mu_s, "e": c.e},
-           "ball": ball(&expected.ball, stated(0)),
-           "cloth": expected.cloth,
-           "camera": {"fps": camera.fps, "position_sd_mm": 1e3 * camera.position_sd_m,
-                      "before_ms": camera.before_ms, "after_ms": camera.after_ms},
-           "wanted": by_parameter(&expected.wanted),
-           "kinds": kinds, "cells": list(&design.cells, cell),
-           "together": {"shots": design.planned.shots, "std_error": together,
-                        "detectable_difference": by_parameter(&detectable(design))},
-           "fewest_shots": list(&design.mixtures, mixture),
-           "in_words": design.words, "notes": design.notes});
-    if let Some(object) = &expected.object {
-        document["object"] = ball(&object.ball, stated(1));
-    }
-    digits::of_document(&mut document);
-    document
-}
-
-/// With the standard deviations of its mass and its radius, where these count.
-fn ball(ball: &Ball, [mass_sd, radius_sd]: [f64; 2]) -> Json {
-    let mut entry = json!({"radius_m": ball.radius, "mass_kg": ball.mass, "inertia": ball.inertia});
-    for (key, sd) in [("radius_m_sd", radius_sd), ("mass_kg_sd", mass_sd)] {
-        if sd > 0.0 {
-            entry[key] = json!(sd);
-        }
-    }
-    entry
-}
-
-/// By mu, mu_s, e, mu_k, mu_r, row by row, and then by those ratios of the balls that are stated with an error, which is the unit of
-/// both.
-fn information(expected: &Expected, information: &Information) -> Vec<Vec<f64>> {
-    let ratios = (COMMON..).zip(expected.ratio_sds()).filter(|(_, sd)| *sd > 0.0).map(|(place, _)| place);
-    let places: Vec<usize> = (0..COMMON).chain(ratios).collect();
-    places.iter().map(|row| places.iter().map(|column| information[(*row, *column)]).collect()).collect()
 }

@@ -5,7 +5,7 @@
 
 use serde_json::{Value, json};
 
-use crate::io::stored_fit::{OnlyBound, StoredBall, StoredFit, StoredParameter};
+use super::document::{Body, FitDocument, FittedParameter, OnlyBound};
 use crate::measurement::number;
 use crate::measurement::parameter::Parameter;
 use crate::physics::ball::UNIFORM_SPHERE;
@@ -37,7 +37,7 @@ pub struct Exported {
 
 /// Renders a fit for another program. A parameter that the data do not determine is left out.
 #[must_use]
-pub fn export(fit: &StoredFit, target: Target) -> Exported {
+pub fn export(fit: &FitDocument, target: Target) -> Exported {
     let (object, mut left_behind) = match target {
         Target::Pooltool => pooltool(fit),
         Target::Json | Target::Toml => plain(fit),
@@ -53,7 +53,7 @@ pub fn export(fit: &StoredFit, target: Target) -> Exported {
 }
 
 /// A parameter that means something: fitted, or fixed by who knew it.
-fn known(fit: &StoredFit, parameter: Parameter) -> Option<&StoredParameter> {
+fn known(fit: &FitDocument, parameter: Parameter) -> Option<&FittedParameter> {
     fit.parameters.get(parameter.name()).filter(|p| p.status != "not-identified")
 }
 
@@ -78,11 +78,11 @@ fn of_bound(parameter: Parameter, bound: OnlyBound) -> String {
 }
 
 /// The estimate of a parameter that means something and is not only a bound.
-fn value(fit: &StoredFit, parameter: Parameter) -> Option<f64> {
+fn value(fit: &FitDocument, parameter: Parameter) -> Option<f64> {
     known(fit, parameter).filter(|found| found.only_bound().is_none()).map(|found| found.estimate)
 }
 
-fn pooltool(fit: &StoredFit) -> (Value, Vec<String>) {
+fn pooltool(fit: &FitDocument) -> (Value, Vec<String>) {
     let mut left = Vec::new();
     match fit.ball {
         Some(ball) => left.extend(of_balls(fit, ball)),
@@ -94,8 +94,8 @@ fn pooltool(fit: &StoredFit) -> (Value, Vec<String>) {
         Some(_) => "the data refute the model that it belongs to",
         None => "the data do not determine it",
     };
-    let means_something = |value: &&StoredParameter| fit.refuted.is_none() || value.status == "fixed";
-    let only_bound = |p: Parameter| known(fit, p).and_then(StoredParameter::only_bound);
+    let means_something = |value: &&FittedParameter| fit.refuted.is_none() || value.status == "fixed";
+    let only_bound = |p: Parameter| known(fit, p).and_then(FittedParameter::only_bound);
     let fitted = |p: Parameter| known(fit, p).filter(means_something).and_then(|_| value(fit, p));
     let measured_e = fit.refuted.as_ref().and_then(|refuted| refuted.measured_e);
     let falls = falls(fit);
@@ -144,12 +144,12 @@ fn pooltool(fit: &StoredFit) -> (Value, Vec<String>) {
 }
 
 /// What of the balls pooltool's arguments, which are of one ball, do not hold.
-fn of_balls(fit: &StoredFit, ball: StoredBall) -> Vec<String> {
+fn of_balls(fit: &FitDocument, ball: Body) -> Vec<String> {
     let mut left = Vec::new();
     if ball.mass_kg.is_none() {
         left.push("m: the data set does not state the masses; pooltool's default holds.".into());
     }
-    let same = |other: &StoredBall| {
+    let same = |other: &Body| {
         (other.radius_m, other.mass_kg, other.inertia) == (ball.radius_m, ball.mass_kg, ball.inertia)
     };
     if let Some(second) = fit.object.filter(|second| !same(second)) {
@@ -171,7 +171,7 @@ fn of_balls(fit: &StoredFit, ball: StoredBall) -> Vec<String> {
 }
 
 /// What a fit knows of the contact that one number for friction and one for restitution do not hold.
-fn of_contact(fit: &StoredFit) -> Vec<String> {
+fn of_contact(fit: &FitDocument) -> Vec<String> {
     let above_0 = |parameter: Parameter| value(fit, parameter).filter(|value| *value > 0.0);
     let kappa = above_0(Parameter::Kappa).map(|kappa| {
         format!(
@@ -193,7 +193,7 @@ fn stated(mut document: Value) -> Value {
     document
 }
 
-fn body(StoredBall { radius_m, radius_m_sd, mass_kg, mass_kg_sd, inertia }: StoredBall) -> Value {
+fn body(Body { radius_m, radius_m_sd, mass_kg, mass_kg_sd, inertia }: Body) -> Value {
     stated(json!({
         "radius_m": radius_m, "radius_m_sd": radius_m_sd, "mass_kg": mass_kg, "mass_kg_sd": mass_kg_sd,
         "inertia": inertia,
@@ -201,12 +201,12 @@ fn body(StoredBall { radius_m, radius_m_sd, mass_kg, mass_kg_sd, inertia }: Stor
 }
 
 /// Whether the friction between the balls falls with their slip v, as μ + b·exp(−c·v).
-fn falls(fit: &StoredFit) -> bool {
+fn falls(fit: &FitDocument) -> bool {
     [Parameter::B, Parameter::C].iter().any(|p| fit.parameters.contains_key(p.name()))
 }
 
 /// What to do about a friction that falls: a ball's `u_b` is one number and cannot hold it.
-fn falling_in_pooltool(fit: &StoredFit) -> String {
+fn falling_in_pooltool(fit: &FitDocument) -> String {
     let [mu, b, c] = [Parameter::Mu, Parameter::B, Parameter::C].map(|p| value(fit, p));
     match (mu, b, c) {
         (Some(mu), Some(b), Some(c)) if fit.refuted.is_none() => format!(
@@ -220,7 +220,7 @@ fn falling_in_pooltool(fit: &StoredFit) -> String {
 }
 
 /// Everything that the fit knows of its parameters.
-fn plain(fit: &StoredFit) -> (Value, Vec<String>) {
+fn plain(fit: &FitDocument) -> (Value, Vec<String>) {
     let group = fit.group.as_ref().map(|group| json!({"column": group.column, "label": group.label}));
     let measured_e = fit.refuted.as_ref().and_then(|refuted| refuted.measured_e);
     let measured_e = measured_e.map(|e| json!({"estimate": e.estimate, "std_error": e.std_error}));
@@ -256,7 +256,7 @@ fn plain(fit: &StoredFit) -> (Value, Vec<String>) {
             continue;
         }
         match known(fit, parameter) {
-            Some(StoredParameter { estimate, status, std_error, interval_95, .. }) => {
+            Some(FittedParameter { estimate, status, std_error, interval_95, .. }) => {
                 document[parameter.name()] = stated(json!({
                     "estimate": estimate, "status": status, "std_error": std_error, "interval_95": interval_95,
                 }));

@@ -3,7 +3,6 @@
 use std::io::{self, Write};
 
 use super::csv::{push, push_number, quoted};
-use super::digits::{self, FEW, MANY};
 use crate::fit::FittedFilm;
 use crate::measurement::track::TrackedBall;
 
@@ -26,14 +25,8 @@ pub fn write(film: &FittedFilm, to: &mut (dyn Write + Send)) -> io::Result<()> {
                 TrackedBall::Object => "object",
             };
             push(text, [&shot, ",", ball]);
-            push_number(text, digits::significant(frame.time, MANY));
-            let rounded = |places: [f64; 2]| [0, 1].map(|i| digits::to_error(places[i], Some(frame.sd[i])));
-            let cells = [
-                rounded(frame.seen),
-                rounded(frame.predicted),
-                frame.sd.map(|sd| digits::significant(sd, FEW)),
-                frame.standardized().map(digits::decimal),
-            ];
+            push_number(text, frame.time);
+            let cells = [frame.seen, frame.predicted, frame.sd, frame.standardized()];
             cells.into_iter().flatten().for_each(|cell| push_number(text, cell));
             push(text, ["\n"]);
         }

@@ -1,5 +1,5 @@
 //! A [`Fit`] → what people and programs read of it. What people read is made once, as a value ([`content`]), and walked by
-//! [`text`] and [`html`]; programs read [`json`](mod@json) and [`csv`]. All are pure: a fit goes in, text or bytes come out. Only
+//! [`text`] and [`html`]; programs read [`document`] and [`csv`]. All are pure: a fit goes in, text or bytes come out. Only
 //! [`write`](mod@write) touches the disk.
 
 pub mod accuracy;
@@ -9,16 +9,14 @@ pub mod compare_words;
 pub mod content;
 pub mod csv;
 pub mod design;
-mod diagnostics;
-mod digits;
 mod disc_section;
 pub mod discs;
+pub mod document;
 pub mod export;
 pub mod extracted;
 pub mod fit;
 pub mod frame_table;
 pub mod html;
-pub mod json;
 pub mod overview;
 pub mod plot;
 pub mod regression;
@@ -31,8 +29,6 @@ pub mod write;
 
 use std::path::PathBuf;
 
-use serde::Serialize;
-use serde_json::{Value, json};
 pub use write::{fit_folder, folder_name, group_folders, write, write_all};
 
 use crate::fit::Fit;
@@ -42,9 +38,6 @@ pub use crate::measurement::number::count_of;
 use crate::measurement::observable::Observable;
 use crate::measurement::parameter::Parameter;
 use crate::physics::ball::Ball;
-
-/// `format_version` of the JSON documents: raised when a key is renamed or dropped, or changes its meaning.
-pub const FORMAT_VERSION: u32 = 1;
 
 /// Why a report cannot be made.
 #[derive(Debug, thiserror::Error)]
@@ -57,14 +50,9 @@ pub enum ReportError {
         /// Why it cannot be written.
         source: std::io::Error,
     },
-    /// The JSON of a fit cannot be made.
-    #[error("fit.json of {dataset} cannot be made: {source}")]
-    Json {
-        /// The name of the data set.
-        dataset: String,
-        /// Why it cannot be made.
-        source: serde_json::Error,
-    },
+    /// A result cannot be written as JSON.
+    #[error("the result cannot be written as JSON: {0}")]
+    Json(#[from] serde_json::Error),
     /// The drawing library or the PNG encoder failed.
     #[error("the residual plot of {dataset} cannot be drawn: {reason}")]
     Draw {
@@ -73,25 +61,6 @@ pub enum ReportError {
         /// Why it cannot be drawn.
         reason: String,
     },
-}
-
-/// JSON as text, with a newline at its end; `of` names it in messages.
-fn pretty(value: &(impl Serialize + ?Sized), of: &str) -> Result<String, ReportError> {
-    serde_json::to_string_pretty(value)
-        .map(|text| text + "\n")
-        .map_err(|source| ReportError::Json { dataset: of.to_owned(), source })
-}
-
-/// One entry for each of several.
-fn list<T>(all: &[T], entry: impl FnMut(&T) -> Value) -> Value {
-    all.iter().map(entry).collect()
-}
-
-/// What is told of parameters, by their names.
-fn by_name<T: Serialize>(told: impl IntoIterator<Item = (Parameter, T)>) -> Value {
-    Value::Object(
-        told.into_iter().map(|(parameter, told)| (parameter.name().to_owned(), json!(told))).collect(),
-    )
 }
 
 /// What a reader calls the fit: the data set and, where labels are fitted apart, the label.

@@ -3,8 +3,8 @@
 
 use super::aligned;
 use super::content::Table;
+use super::document::FitDocument;
 use crate::fit::Fit;
-use crate::io::stored_fit::StoredFit;
 
 /// How much a number may change and still count as the same.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -54,7 +54,7 @@ pub struct Moved {
 
 /// The stored fit that belongs to a fit: of the same data set and label.
 #[must_use]
-pub fn find<'a>(fit: &Fit, stored: &'a [StoredFit]) -> Option<&'a StoredFit> {
+pub fn find<'a>(fit: &Fit, stored: &'a [FitDocument]) -> Option<&'a FitDocument> {
     let label = fit.group.as_ref().map(|(_, label)| label.as_str());
     stored.iter().find(|stored| {
         stored.dataset == fit.dataset && stored.group.as_ref().map(|group| group.label.as_str()) == label
@@ -63,7 +63,7 @@ pub fn find<'a>(fit: &Fit, stored: &'a [StoredFit]) -> Option<&'a StoredFit> {
 
 /// What differs by more than the tolerance; in the order of the parameters, then χ² and the rest.
 #[must_use]
-pub fn moved(fit: &Fit, stored: &StoredFit, tolerance: &Tolerance) -> Vec<Moved> {
+pub fn moved(fit: &Fit, stored: &FitDocument, tolerance: &Tolerance) -> Vec<Moved> {
     let mut all = Vec::new();
     let mut compare = |what: &str, before: String, now: String, standard_errors| {
         if before != now {

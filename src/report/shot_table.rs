@@ -3,8 +3,7 @@
 use std::borrow::Cow;
 use std::collections::HashMap;
 
-use super::csv::{cell, line, number, quoted};
-use super::digits::{self, FEW, SHOT};
+use super::csv::{cell, line, quoted};
 use crate::fit::{Fit, FittedFilm, OwnEstimate, Residual};
 
 /// The first columns: `used` is true or false, with the `reason` where a shot was left out or is doubtful; `chi2` is the sum of
@@ -38,19 +37,15 @@ pub fn render(fit: &Fit) -> String {
             quoted(name).into_owned(),
             "true".to_owned(),
             doubt.map_or_else(String::new, |doubtful| quoted(&doubtful.reason).into_owned()),
-            number(cut.to_degrees(), SHOT),
-            number(speed.unwrap_or(f64::NAN), SHOT),
+            cell(cut.to_degrees()),
+            cell(speed.unwrap_or(f64::NAN)),
             own.len().to_string(),
-            cell(digits::decimal(chi2)),
-            cell(digits::decimal(largest)),
+            cell(chi2),
+            cell(largest),
         ];
         for observable in &observables {
             let found = own.iter().find(|residual| residual.observable == *observable).map(|residual| {
-                let [measured, predicted, sd] =
-                    [residual.measured, residual.predicted, residual.sd].map(|si| si / observable.unit_si());
-                let [measured, predicted] =
-                    [measured, predicted].map(|x| cell(digits::to_error(x, Some(sd))));
-                [measured, number(sd, FEW), predicted]
+                [residual.measured, residual.sd, residual.predicted].map(|si| cell(si / observable.unit_si()))
             });
             row.extend(found.unwrap_or_default());
         }
@@ -58,7 +53,7 @@ pub fn render(fit: &Fit) -> String {
         for column in &estimated {
             let found = of_shot.iter().find(|estimate| estimate.column == *column).map(|estimate| {
                 let sd = if fit.refuted.is_some() { f64::NAN } else { estimate.sd };
-                [cell(digits::to_error(estimate.value, Some(sd))), number(sd, FEW)]
+                [cell(estimate.value), cell(sd)]
             });
             row.extend(found.unwrap_or_default());
         }

@@ -10,7 +10,7 @@ use std::time::Duration;
 use super::fit::{Pictures, content_with};
 use super::plot::Picture;
 use super::shots::{Filmed, named, shot_list, with_spots};
-use super::{ReportError, csv, frame_table, html, json, plot, shot_table};
+use super::{ReportError, csv, document, frame_table, html, plot, shot_table};
 use crate::fit::Fit;
 
 /// Writes the report of a fit below `out` and returns its folder. The label of a group gives its
@@ -84,7 +84,7 @@ fn put(files: &[(&'static str, Content)], folder: &Path) -> Result<(), ReportErr
         let (mut text, stored) = (Vec::new(), fs::read_to_string(folder.join(name)));
         *name == FIT
             && content(&mut text).is_ok()
-            && stored.is_ok_and(|stored| json::same_result(&String::from_utf8_lossy(&text), &stored))
+            && stored.is_ok_and(|stored| document::is_same_result(&String::from_utf8_lossy(&text), &stored))
     };
     let written: Vec<_> = files.iter().filter(|file| !stays(file)).collect();
     write_contents(&written, folder)?;
@@ -107,7 +107,7 @@ fn files<'a>(fit: &'a Fit, filmed: &Filmed) -> Result<Vec<(&'static str, Content
     let residuals = plot::residuals(fit);
     let contours = plot::contours::picture(fit);
     let pixels = || (residuals.png(), contours.as_ref().map(Picture::png).transpose());
-    let pages = || {
+    let pages = || -> Result<_, ReportError> {
         let svg = [residuals.svg()?, contours.as_ref().map_or(Ok(String::new()), Picture::svg)?];
         let report = report(fit, filmed, &residuals.spots, &svg)?;
         Ok((svg, report))
@@ -129,7 +129,7 @@ fn files<'a>(fit: &'a Fit, filmed: &Filmed) -> Result<Vec<(&'static str, Content
         files.push(("contours.png", bytes(png)));
     }
     // Last, so that a program which waits for it finds the others.
-    files.push((FIT, bytes(json::render(fit)?.into_bytes())));
+    files.push((FIT, bytes(document::text(fit)?.into_bytes())));
     Ok(files)
 }
 

@@ -7,7 +7,7 @@ use caromfit::fit::{
 };
 use caromfit::measurement::parameter::Parameter;
 use caromfit::report::overview::{Colour, render};
-use caromfit::report::{json, text};
+use caromfit::report::{document, text};
 
 use super::fits::{exact, normal, restricted};
 
@@ -159,7 +159,7 @@ fn it_stands_first_in_every_output() {
     let fit = restricted();
     let sentence = "μ ends on its lower bound 0 (at most 0.013 at 95 %).";
     assert_eq!(text::render(&fit).lines().nth(1), Some(format!("Verdict: doubtful. {sentence}").as_str()));
-    let value: serde_json::Value = serde_json::from_str(&json::render(&fit).unwrap()).unwrap();
+    let value: serde_json::Value = serde_json::from_str(&document::text(&fit).unwrap()).unwrap();
     assert_eq!(value["verdict"], serde_json::json!({"grade": "doubtful", "sentence": sentence}));
     let page = super::page(&fit);
     let (verdict, table) = (page.find("class=\"verdict doubtful\"").unwrap(), page.find("<table").unwrap());

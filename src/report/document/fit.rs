@@ -1,0 +1,357 @@
+//! fit.json: a fit for programs.
+
+use schemars::JsonSchema;
+use serde::{Deserialize, Serialize};
+
+use super::diagnostics::{
+    Alternative, Bootstrap, Bound, Computed, Contour, Goodness, Identifiability, Joint, Profile, Robust,
+};
+use super::{ByName, Made, ShotReason, Verdict};
+use crate::fit::{Counted, Status};
+use crate::measurement::parameter::Parameter;
+
+/// fit.json of caromfit
+///
+/// One fit: fit.json, and each element of the array that caromfit fit --json prints. Keys may be added; none is renamed or dropped.
+/// Numbers are SI and radians except where a unit stands beside them; null stands for what is not known.
+#[derive(Clone, Debug, Default, Serialize, Deserialize, JsonSchema)]
+#[serde(default)]
+pub struct FitDocument {
+    /// Name of the data set.
+    pub dataset: String,
+    /// The label that was fitted apart; null if the data set was fitted as a whole.
+    pub group: Option<Group>,
+    /// Whether the numbers can be used.
+    pub verdict: Option<Verdict>,
+    /// Label of the cloth.
+    pub cloth: Option<String>,
+    /// Who measured it, how and when.
+    pub source: Option<String>,
+    /// The cue ball, or the first of two discs.
+    pub ball: Option<Body>,
+    /// The second of two discs, or the object ball if it is stated to differ from the cue ball.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub object: Option<Body>,
+    /// Sliding friction of the cloth, dimensionless.
+    pub mu_k: Option<Estimated>,
+    /// Rolling resistance of the cloth, dimensionless.
+    pub mu_r: Option<Estimated>,
+    /// What made it.
+    #[serde(flatten)]
+    pub made: Made,
+    /// Collision model.
+    pub fidelity: String,
+    /// joint: all frames of a film at once; direct: tables of impacts and angles.
+    #[schemars(extend("enum" = ["joint", "direct"]))]
+    pub method: String,
+    /// Whether the model contains each effect, by its name.
+    pub effects: ByName<bool>,
+    /// What a reader must know, in sentences, the most important first.
+    pub warnings: Vec<String>,
+    /// What else a reader may want to know, in sentences.
+    pub notes: Vec<String>,
+    /// Estimates by the name of the parameter; mu_b and mu_c if the friction decreases with the slip, kappa if the contact is
+    /// compliant, mass_ratio and radius_ratio (cue ball over object ball) if they were fitted, e_slope if the restitution
+    /// decreases with the closing speed.
+    #[schemars(extend("propertyNames" = parameter_names()))]
+    pub parameters: ByName<FittedParameter>,
+    /// Correlation of the errors of the parameters.
+    pub correlation: Correlation,
+    /// What chi2, dof, observations and residuals.csv count: angles (and speeds), velocities, coordinates of frames, or impulses of
+    /// discs (e and J_t/J_n).
+    #[schemars(extend("enum" = Counted::ALL.map(Counted::name)))]
+    pub counted: String,
+    /// Sum of the squared standardized residuals, priors included.
+    pub chi2: Option<f64>,
+    /// The part of chi2 that priors add.
+    pub chi2_of_priors: Option<f64>,
+    /// Degrees of freedom.
+    pub dof: usize,
+    /// chi2/dof.
+    pub reduced_chi2: Option<f64>,
+    /// How the data contradict the model; null if they do not.
+    pub refuted: Option<Refuted>,
+    /// Of films: the camera as it was fitted, and what else was found of the film. A correction of 0 (of scale and aspect 1)
+    /// changes nothing.
+    pub film: Option<ByName<FilmEntry>>,
+    /// Every unknown that all shots share and that was free: of contact, balls, cloth, time and camera.
+    pub unknowns: Vec<Unknown>,
+    /// What makes up the standard errors of mu, mu_s and e, the largest part first; empty for those without one.
+    #[schemars(extend("propertyNames" = parameter_names()))]
+    pub budget: ByName<Vec<BudgetPart>>,
+    /// What explains residuals that the equations or the stated numbers leave, the best first.
+    pub explanations: Vec<Explanation>,
+    /// Number of measured values.
+    pub observations: usize,
+    /// How the noise of each observable is known.
+    pub noise: Vec<Noise>,
+    /// How many shots were computed at which fidelity.
+    pub computed: Vec<Computed>,
+    /// Which combinations of parameters the data determine.
+    pub identifiability: Option<Identifiability>,
+    /// Tests of the residuals.
+    pub goodness: Option<Goodness>,
+    /// Shots that count less under a robust loss.
+    pub robust: Option<Robust>,
+    /// Intervals from resampled shots (--bootstrap).
+    pub bootstrap: Option<Bootstrap>,
+    /// Confidence regions of pairs of parameters.
+    pub contours: Vec<Contour>,
+    /// Of tables: how χ² rises as a parameter moves within its 95 % interval and the others follow.
+    pub profiles: Vec<Profile>,
+    /// Of tables: other models on these data.
+    pub model_comparison: Vec<Alternative>,
+    /// Of films of balls: the smallest errors that the frames allow.
+    pub information_bound: Option<Bound>,
+    /// Of films of balls: what the shots share besides contact, balls and camera, by its name in unknowns.
+    pub joint: Option<Joint>,
+    /// Number of shots that were fitted.
+    pub shots_used: usize,
+    /// Shots that were left out.
+    pub shots_rejected: Vec<ShotReason>,
+    /// Shots that were used though something about them is wrong.
+    pub shots_doubtful: Vec<ShotReason>,
+    /// Of discs: standard deviations between shots beyond the errors of their frames, which the errors of the parameters include.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub scatter: Option<Scatter>,
+    /// Whether the search ended at a minimum.
+    pub converged: bool,
+    /// Why the search ended.
+    pub termination: String,
+    /// How many times the search computed all residuals.
+    pub iterations: usize,
+    /// Duration of the fit, s.
+    pub seconds: f64,
+}
+
+/// Returns the schema of a parameter's name.
+pub(super) fn parameter_names() -> serde_json::Value {
+    serde_json::json!({ "enum": Parameter::ALL.map(Parameter::name) })
+}
+
+/// A label whose shots were fitted apart.
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+pub struct Group {
+    /// The column that `[fit] by` names.
+    pub column: String,
+    /// The value of that column.
+    pub label: String,
+}
+
+/// A ball or a disc.
+#[derive(Clone, Copy, Debug, Serialize, Deserialize, JsonSchema)]
+pub struct Body {
+    /// Radius, m.
+    pub radius_m: f64,
+    /// Mass, kg; of discs null if it is not stated.
+    pub mass_kg: Option<f64>,
+    /// Moment of inertia over MR²: 0.4 for a uniform ball, 0.5 for a uniform disc.
+    pub inertia: f64,
+    /// Standard deviation of the stated radius, m, if it counts.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub radius_m_sd: Option<f64>,
+    /// Standard deviation of the stated mass, kg, if it counts.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub mass_kg_sd: Option<f64>,
+}
+
+/// An estimate with its error.
+#[derive(Clone, Copy, Debug, Serialize, Deserialize, JsonSchema)]
+pub struct Estimated {
+    /// The estimate.
+    pub estimate: f64,
+    /// Its standard error, same unit.
+    pub std_error: Option<f64>,
+}
+
+/// A parameter of the fit.
+#[derive(Clone, Debug, Serialize, Deserialize, JsonSchema)]
+pub struct FittedParameter {
+    /// The meaning in words.
+    #[serde(default)]
+    pub meaning: String,
+    /// Unit: 1 for a ratio, or s/m.
+    #[serde(default)]
+    pub unit: String,
+    /// The best value, or the value at which the parameter was held.
+    pub estimate: f64,
+    /// Standard error from the curvature of χ²; null if it was not fitted or ends at a bound.
+    pub std_error: Option<f64>,
+    /// The 95 % interval to quote, within the bounds: lower and upper end.
+    pub interval_95: Option<[f64; 2]>,
+    /// How interval_95 was found: hessian or profile.
+    pub interval_method: Option<String>,
+    /// The 95 % interval from the curvature of χ².
+    pub interval_95_hessian: Option<[f64; 2]>,
+    /// The 95 % interval from the profile of χ², which need not be symmetric.
+    pub interval_95_profile: Option<[f64; 2]>,
+    /// Standard error if the parameters that end at their bounds are truly there; null if it is the same.
+    pub std_error_at_bound: Option<f64>,
+    /// How far the data determine it.
+    #[schemars(extend("enum" = Status::ALL.map(Status::name)))]
+    pub status: String,
+    /// Every value from the first, which is a bound, to the second fits equally; null if the estimate is a value.
+    pub plateau: Option<[f64; 2]>,
+}
+
+/// Why the estimate of a parameter is not a value but a bound.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum OnlyBound {
+    /// All values from this one on fit equally.
+    AtLeast(f64),
+    /// All values up to this one fit equally.
+    AtMost(f64),
+    /// The fit ended at the lower end of the range that the parameter may have.
+    LowerEnd(f64),
+    /// The fit ended at the upper end of that range.
+    UpperEnd(f64),
+}
+
+impl FittedParameter {
+    /// Returns the bound that stands instead of an estimate; `None` if the estimate is a value.
+    #[must_use]
+    pub fn only_bound(&self) -> Option<OnlyBound> {
+        match (self.plateau, self.status.as_str()) {
+            (Some([edge, end]), "free") if end >= edge => Some(OnlyBound::AtLeast(edge)),
+            (Some([edge, _]), "free") => Some(OnlyBound::AtMost(edge)),
+            (_, "at-lower-bound") => Some(OnlyBound::LowerEnd(self.estimate)),
+            (_, "at-upper-bound") => Some(OnlyBound::UpperEnd(self.estimate)),
+            _ => None,
+        }
+    }
+}
+
+/// A correlation matrix.
+#[derive(Clone, Debug, Default, Serialize, Deserialize, JsonSchema)]
+pub struct Correlation {
+    /// Names of the parameters.
+    pub order: Vec<String>,
+    /// Rows and columns in this order, −1 to 1; null if a parameter has no standard error.
+    pub matrix: Vec<Vec<Option<f64>>>,
+}
+
+/// How the data contradict the model.
+#[derive(Clone, Debug, Serialize, Deserialize, JsonSchema)]
+pub struct Refuted {
+    /// χ² over degrees of freedom.
+    pub reduced_chi2: Option<f64>,
+    /// Probability of a larger χ² if the model is right.
+    pub p_value: Option<f64>,
+    /// What contradicts the model.
+    pub sentence: String,
+    /// Standard errors that would hold if the model did, by parameter.
+    #[serde(default)]
+    #[schemars(extend("propertyNames" = parameter_names()))]
+    pub std_errors_if_model_held: ByName<f64>,
+    /// Restitution as the ratio of the normal velocities, which needs no model; null if it was not measured.
+    pub measured_e: Option<MeasuredE>,
+}
+
+/// A restitution that was measured without the model.
+#[derive(Clone, Copy, Debug, Serialize, Deserialize, JsonSchema)]
+pub struct MeasuredE {
+    /// Mean over the shots.
+    pub estimate: f64,
+    /// Its standard error.
+    pub std_error: Option<f64>,
+    /// Standard deviation between shots.
+    #[serde(default)]
+    pub scatter_between_shots: f64,
+    /// Number of shots that have it.
+    #[serde(default)]
+    pub shots: usize,
+}
+
+/// A number that was found of a film.
+#[derive(Clone, Copy, Debug, Default, Serialize, Deserialize, JsonSchema)]
+#[serde(default)]
+pub struct FilmEntry {
+    /// Its value.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub estimate: Option<f64>,
+    /// Its standard error, same unit.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub std_error: Option<f64>,
+    /// Whether it is applied.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub adopted: Option<bool>,
+    /// Of dropped_frames: number of shots in which frames were dropped.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub shots: Option<usize>,
+    /// Of dropped_frames: number of drops.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub drops: Option<usize>,
+    /// Of left_out_at_impacts: number of frames before each impact.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub before: Option<usize>,
+    /// Of left_out_at_impacts: number of frames after each impact.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub after: Option<usize>,
+}
+
+/// An unknown that all shots share.
+#[derive(Clone, Debug, Serialize, Deserialize, JsonSchema)]
+pub struct Unknown {
+    /// mu, mu_s, e, mu_b, mu_c, kappa, e_slope, mass_ratio, radius_ratio; topspin over natural roll of balls that roll (roll) and
+    /// slide (topspin); mu_k, mu_r, bounce, frame_rate, tilt_x, tilt_y; and the corrections of the camera.
+    pub name: String,
+    /// Its value, in the unit at the end of its name; without one a ratio, or lengths in m.
+    pub estimate: Option<f64>,
+    /// Its standard error, same unit; null at a bound.
+    pub std_error: Option<f64>,
+    /// Mean and standard deviation of what was known before the fit; null without a prior.
+    pub prior: Option<[f64; 2]>,
+    /// Estimate less the prior's mean, over the prior's standard deviation; null without a prior.
+    pub prior_pull: Option<f64>,
+}
+
+/// A part of a standard error: the squares of all add up to its square.
+#[derive(Clone, Debug, Serialize, Deserialize, JsonSchema)]
+pub struct BudgetPart {
+    /// Name of another unknown, as in unknowns; or noise: what remains if all others are known.
+    pub source: String,
+    /// Its part of the standard error, in the unit of the parameter.
+    pub std_error: Option<f64>,
+}
+
+/// A cause of residuals.
+#[derive(Clone, Debug, Serialize, Deserialize, JsonSchema)]
+pub struct Explanation {
+    /// cue-spin, mass-ratio, compliance, falling-friction, frame-rate, radius, tilt, scale, aspect, shear, perspective, lens,
+    /// rolling-shutter or parallax.
+    pub cause: String,
+    /// The value that explains the residuals best, as the true frame rate over the stated one.
+    pub estimate: Option<f64>,
+    /// Its standard error, same unit.
+    pub std_error: Option<f64>,
+    /// Change of −2 log L with it, below 0; of a contradicted prior minus the square of the conflict in standard deviations.
+    pub delta_2logl: Option<f64>,
+    /// Whether the estimates include it.
+    pub adopted: bool,
+    /// The explanation for a reader, with what to do.
+    pub sentence: String,
+}
+
+/// The noise of one observable.
+#[derive(Clone, Debug, Serialize, Deserialize, JsonSchema)]
+pub struct Noise {
+    /// Its column in the data files.
+    pub observable: String,
+    /// Unit of rms and estimated_sd: deg, m/s, rad/s, or 1 for a ratio.
+    pub unit: String,
+    /// Number of values.
+    pub count: usize,
+    /// Root mean square of the residuals.
+    pub rms: Option<f64>,
+    /// Standard deviation of the noise if it was estimated from the residuals.
+    pub estimated_sd: Option<f64>,
+}
+
+/// Standard deviations between shots of discs.
+#[derive(Clone, Copy, Debug, Serialize, Deserialize, JsonSchema)]
+pub struct Scatter {
+    /// Of the restitution, dimensionless.
+    pub e: f64,
+    /// Of J_t/J_n, dimensionless.
+    pub impulse_ratio: f64,
+}

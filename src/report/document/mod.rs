@@ -1,0 +1,175 @@
+//! The documents that programs read: each is one struct, which is written, read back and described by its JSON Schema.
+//!
+//! Numbers are SI and radians, except where a unit stands beside them or in the key; `null` stands for what is not known. Keys may be
+//! added; none is renamed or dropped while [`FORMAT_VERSION`] stays.
+
+mod accuracy;
+mod compare;
+mod design;
+mod diagnostics;
+mod fit;
+mod of_fit;
+mod printed;
+mod stored;
+
+pub use accuracy::{AccuracyDocument, Bias, Spread, Way};
+pub use compare::CompareDocument;
+pub use design::DesignDocument;
+pub(super) use design::detectable;
+pub use diagnostics::*;
+pub use fit::*;
+pub use printed::*;
+use schemars::generate::SchemaSettings;
+use schemars::{JsonSchema, Schema};
+use serde::{Deserialize, Serialize};
+use serde_json::Value;
+pub use stored::{StoredError, read};
+
+use super::ReportError;
+use crate::fit::{Grade, Rejected};
+
+/// `format_version` of the documents: raised if a key is renamed or dropped, or changes its meaning.
+pub const FORMAT_VERSION: u32 = 1;
+
+/// A value for each of several names, in their order.
+pub type ByName<T> = indexmap::IndexMap<String, T>;
+
+/// Returns a document as text, with a newline at its end and numbers rounded to [`DIGITS`]. Numbers that are not finite become `null`.
+///
+/// # Errors
+/// The document cannot be serialized.
+pub fn text(document: &(impl Serialize + ?Sized)) -> Result<String, ReportError> {
+    let mut value = serde_json::to_value(document)?;
+    round(&mut value);
+    Ok(serde_json::to_string_pretty(&value)? + "\n")
+}
+
+/// Returns whether two texts of fit.json hold the same result, whatever the search took: a step more or less is a matter of roundings.
+pub(super) fn is_same_result(one: &str, other: &str) -> bool {
+    const EFFORT: [&str; 2] = ["  \"seconds\":", "  \"iterations\":"];
+    let result = |line: &&str| !EFFORT.iter().any(|key| line.starts_with(key));
+    one.lines().filter(result).eq(other.lines().filter(result))
+}
+
+/// Significant digits of numbers in files: more than any error leaves, fewer than what differs between processors.
+pub const DIGITS: usize = 8;
+
+/// Largest power of ten that is exact in floating point, with its smaller ones.
+const EXACT_POWER: i32 = 22;
+
+/// Returns a number rounded to [`DIGITS`].
+pub(super) fn rounded(number: f64) -> f64 {
+    if number == 0.0 || !number.is_finite() {
+        return number;
+    }
+    let decimals = DIGITS as i32 - 1 - number.abs().log10().floor() as i32;
+    let power = 10_f64.powi(decimals.abs());
+    match decimals {
+        0..=EXACT_POWER => (number * power).round() / power,
+        ..0 if -decimals <= EXACT_POWER => (number / power).round() * power,
+        _ => number,
+    }
+}
+
+/// Rounds all numbers of a document that are not whole.
+fn round(value: &mut Value) {
+    match value {
+        Value::Array(items) => items.iter_mut().for_each(round),
+        Value::Object(entries) => entries.values_mut().for_each(round),
+        Value::Number(number) if number.is_f64() => {
+            *value = number.as_f64().map_or(Value::Null, |number| rounded(number).into());
+        }
+        _ => {}
+    }
+}
+
+/// A command and the JSON Schema of what it prints with `--json`.
+pub type CommandSchema = (&'static str, fn() -> Schema);
+
+/// Returns the JSON Schema (draft 2020-12) of a document as it is written.
+fn schema<T: JsonSchema>() -> Schema {
+    SchemaSettings::draft2020_12().for_serialize().into_generator().into_root_schema_for::<T>()
+}
+
+/// All commands that print JSON.
+pub const SCHEMAS: [CommandSchema; 8] = [
+    ("fit", schema::<FitDocument>),
+    ("compare", schema::<CompareDocument>),
+    ("accuracy", schema::<AccuracyDocument>),
+    ("check", schema::<CheckDocument>),
+    ("collide", schema::<CollideDocument>),
+    ("design", schema::<DesignDocument>),
+    ("extract", schema::<ExtractDocument>),
+    ("synth", schema::<SynthDocument>),
+];
+
+/// What made a document.
+#[derive(Clone, Debug, Serialize, Deserialize, JsonSchema)]
+pub struct Made {
+    /// Version of caromfit.
+    pub version: String,
+    /// 1; raised if a key is renamed or dropped, or changes its meaning.
+    pub format_version: u32,
+}
+
+impl Default for Made {
+    fn default() -> Self {
+        Self { version: env!("CARGO_PKG_VERSION").to_owned(), format_version: FORMAT_VERSION }
+    }
+}
+
+/// Whether the numbers can be used.
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+pub struct Verdict {
+    /// good: nothing that was tested contradicts the numbers; doubtful: they stand, with one reservation; unusable: there is no
+    /// number to use.
+    #[schemars(extend("enum" = Grade::ALL.map(Grade::name)))]
+    pub grade: String,
+    /// The reason.
+    pub sentence: String,
+}
+
+impl From<crate::fit::Verdict> for Verdict {
+    fn from(found: crate::fit::Verdict) -> Self {
+        Self { grade: found.grade.name().to_owned(), sentence: found.sentence }
+    }
+}
+
+/// A shot, and what is wrong with it.
+#[derive(Clone, Debug, Serialize, Deserialize, JsonSchema)]
+pub struct ShotReason {
+    /// Name of the shot.
+    pub shot: String,
+    /// What is wrong with it.
+    pub reason: String,
+}
+
+impl From<&Rejected> for ShotReason {
+    fn from(rejected: &Rejected) -> Self {
+        Self { shot: rejected.shot.clone(), reason: rejected.reason.clone() }
+    }
+}
+
+/// Returns the document of each of several things.
+fn each<'a, T, D: From<&'a T>>(all: &'a [T]) -> Vec<D> {
+    all.iter().map(D::from).collect()
+}
+
+/// Returns a number, unless it is NaN or infinite.
+fn finite(number: f64) -> Option<f64> {
+    number.is_finite().then_some(number)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn numbers_keep_eight_digits_however_small_they_are() {
+        assert_eq!(rounded(0.059_830_911_131_6), 0.059_830_911);
+        assert_eq!(rounded(30.000_000_000_000_04), 30.0);
+        assert_eq!(rounded(-1.234_567_891e12), -1.234_567_9e12);
+        assert_eq!(rounded(3.186e-31), 3.186e-31);
+        assert!(rounded(f64::MAX) == f64::MAX && rounded(f64::NAN).is_nan());
+    }
+}
