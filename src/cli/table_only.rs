@@ -10,23 +10,24 @@ use super::Failure;
 
 /// What a table without a dataset.toml needs to be told.
 #[derive(clap::Args)]
+#[command(next_help_heading = "For a single table")]
 pub struct Told {
-    /// Camera frame rate, frames/s (table without a dataset.toml)
+    /// Camera frame rate, frames/s
     #[arg(long, value_name = "N")]
     fps: Option<f64>,
-    /// Radius of the balls, m (table without a dataset.toml) [default: 0.028575, a pool ball]
+    /// Radius of the balls, m; pool balls, 0.028575, unless given
     #[arg(long, value_name = "M")]
     radius: Option<f64>,
-    /// Cue ball's spin before the impact (table without a dataset.toml)
+    /// Cue ball's spin before the impact
     #[arg(long, value_parser = ["stun", "natural-roll", "unknown", "measured"])]
     spin: Option<String>,
-    /// Track of the cue ball (table without a dataset.toml)
+    /// Track of the cue ball
     #[arg(long, value_name = "TRACK", requires = "object")]
     cue: Option<String>,
-    /// Track of the object ball (table without a dataset.toml)
+    /// Track of the object ball
     #[arg(long, value_name = "TRACK", requires = "cue")]
     object: Option<String>,
-    /// Unit of lengths (table without a dataset.toml)
+    /// Unit of lengths
     #[arg(long, value_parser = ["m", "cm", "mm", "in", "ft", "px"])]
     unit: Option<String>,
 }
