@@ -198,8 +198,8 @@ pub fn run(args: &Args) -> Result<(), Failure> {
             objects.push(CollideDocument::new(computed, explained));
         }
         match objects.as_slice() {
-            [one] if args.cases.is_none() => print(&document::text(one)?)?,
-            all => print(&document::text(all)?)?,
+            [one] if args.cases.is_none() => print(&document::exact_text(one)?)?,
+            all => print(&document::exact_text(all)?)?,
         }
     } else {
         let mut tables = Vec::new();

@@ -44,7 +44,15 @@ pub type ByName<T> = indexmap::IndexMap<String, T>;
 pub fn text(document: &(impl Serialize + ?Sized)) -> Result<String, ReportError> {
     let mut value = serde_json::to_value(document)?;
     round(&mut value);
-    Ok(serde_json::to_string_pretty(&value)? + "\n")
+    exact_text(&value)
+}
+
+/// Returns a document as text, with a newline at its end and all digits. Numbers that are not finite become `null`.
+///
+/// # Errors
+/// The document cannot be serialized.
+pub fn exact_text(document: &(impl Serialize + ?Sized)) -> Result<String, ReportError> {
+    Ok(serde_json::to_string_pretty(document)? + "\n")
 }
 
 /// Returns whether two texts of fit.json hold the same result, whatever the search took: a step more or less is a matter of roundings.
