@@ -114,19 +114,20 @@ fn is_the_fit_of_all(a: &Dataset, b: &Dataset, asked: Asked) -> Comparison {
         shot.name = i.to_string();
     }
     let fit = fit::fit(&together, &fit::Options { fidelity, loss, ..options::of_fit() }).unwrap().remove(0);
+    // both minimise to rounding, magnified by weights that come to rest at 1e-8, or by the integrator's tolerance of 1e-6
+    let same = if auto { 1e-5 } else { 1e-6 };
     for parameter in Parameter::COEFFICIENTS {
         let compared = of(&comparison, Quantity::Parameter(parameter));
         let (own, single) = (compared.estimates[0], fit.estimates[parameter as usize]);
         assert!(compared.shared);
-        // both minimise to rounding, magnified by weights that come to rest at 1e-8
-        assert!((own.value - single.value).abs() < 1e-6 * single.value, "{own:?} {single:?}");
+        assert!((own.value - single.value).abs() < same * single.value, "{own:?} {single:?}");
         let expected = single.std_error;
         assert_eq!(own.std_error.is_some(), expected.is_some(), "{own:?} {single:?}");
         if let (Some(error), Some(expected)) = (own.std_error, expected) {
             assert!((error / expected - 1.0).abs() < 1e-4, "{error} {expected}");
         }
     }
-    assert!((comparison.chi2 / fit.chi2 - 1.0).abs() < 1e-6, "{} {}", comparison.chi2, fit.chi2);
+    assert!((comparison.chi2 / fit.chi2 - 1.0).abs() < same, "{} {}", comparison.chi2, fit.chi2);
     assert_eq!(comparison.dof, fit.dof);
     assert_eq!(comparison.computed, fit.diagnostics.computed);
     assert_eq!(comparison.is_refuted(), fit.refuted.is_some());

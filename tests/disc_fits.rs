@@ -6,16 +6,15 @@ use caromfit::compare::{self, Quantity};
 use caromfit::fit;
 use caromfit::fit::{Depth, Fit, Grade, Options};
 use caromfit::io;
-use caromfit::measurement::dataset::{Before, Dataset, Measured, Measurement, Shot};
+use caromfit::measurement::dataset::Dataset;
 use caromfit::measurement::observable::Observable;
 use caromfit::measurement::parameter::{Compliance, Parameter, Setting};
-use caromfit::measurement::spin::Spin;
-use caromfit::physics::ball::{BallState, Vec3};
-use caromfit::physics::collision::{Coefficients, Effects, Fidelity, FidelityChoice, Model};
+use caromfit::physics::ball::{Ball, BallState, Vec3};
+use caromfit::physics::collision::{Coefficients, Fidelity, FidelityChoice, Model};
 use rand::{Rng, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 
-use crate::discs::{SETTINGS, film_with, load};
+use crate::discs::{SETTINGS, film_of_law, load};
 use crate::frames::count as count_of;
 use crate::options;
 
@@ -83,57 +82,34 @@ const TRUE_E: f64 = 0.8;
 const TRUE_KAPPA: f64 = 3.0;
 const SCATTER_OF_E: f64 = 0.03;
 const SCATTER_OF_J: f64 = 0.012;
-/// Of e and J_t/J_n from the frames.
-const SD: f64 = 0.003;
 /// e₁ where e falls with the closing speed, s/m.
 const TRUE_SLOPE: f64 = 0.1;
 
-/// A table of impacts of discs whose shots are to be replaced.
-fn table() -> Dataset {
-    let filmed = load(SETTINGS, &film_with(2, 31, |slip, _| -0.1 * slip.signum()).0).unwrap();
-    let (base, _) = fit::with_impacts(filmed, &|| ());
-    // with frames, these are what is fitted
-    Dataset { tracks: None, ..base }
-}
-
-/// Shots whose e and J_t/J_n scatter, of discs as in `settings`; e falls with the closing speed by `slope`, s/m.
-fn scattering(random: &mut ChaCha8Rng, base: &Dataset, shots: usize, slope: f64) -> Dataset {
-    let effects = Effects { compliance: true, ..Fidelity::Full.effects() };
-    let tolerance = Model::TOLERANCE_OF_FITS;
-    let model = Model { effects, tolerance, kappa: TRUE_KAPPA, ..Model::new(Fidelity::Ode, base.ball) };
-    let normal = |random: &mut ChaCha8Rng| (0..12).map(|_| random.random::<f64>()).sum::<f64>() - 6.0;
-    let measured = |value: f64, sd: f64| Measured { value, sd: Some(sd) };
-    let shot = |number: usize| {
-        let scattered = TRUE_E + SCATTER_OF_E * normal(random);
-        let (closing, slip) = (random.random_range(0.3..1.0), random.random_range(-2.5..2.5));
-        let e = scattered - slope * closing;
-        let spin = Vec3::new(0.0, 0.0, -slip * closing / base.ball.radius);
-        let cue = BallState { velocity: Vec3::new(closing, 0.0, 0.0), spin };
-        let after = model.collide(&cue, &Coefficients { mu: TRUE_MU, mu_s: 0.0, e }).unwrap().object.velocity;
-        let ratio = after.y / after.x + SCATTER_OF_J * normal(random);
-        let sd_spin = 1e-3 * closing / base.ball.radius;
-        let row = |observable, value: f64| Measurement { observable, measured: measured(value, SD) };
-        Shot {
-            name: number.to_string(),
-            before: Before::Impact {
-                normal: [measured(1.0, 1e-6), measured(0.0, 1e-4)],
-                velocity: [measured(closing, 1e-4), measured(0.0, 1e-4)],
-            },
-            spin: Spin::Measured { spin, sd: [None, None, Some(sd_spin)] },
-            after: vec![
-                row(Observable::Restitution, e + SD * normal(random)),
-                row(Observable::ImpulseRatio, ratio + SD * normal(random)),
-            ],
-            joint: None,
-            side_sd: 0.0,
-            ..base.shots[0].clone()
-        }
-    };
-    let mut dataset = Dataset { shots: (0..shots).map(shot).collect(), ..base.clone() };
+/// A film of shots whose e and J_t/J_n scatter; e falls with the closing speed by `slope`, s/m.
+fn scattering(seed: u64, shots: usize, slope: f64) -> Dataset {
+    let mut dataset = filmed(seed, shots, [TRUE_E, slope]);
     dataset.settings.compliance = Compliance::Stated;
     dataset.settings[Parameter::Kappa] =
         Setting { initial: 2.0, lower: 1.5, upper: 6.0, fixed: false, ..Parameter::Kappa.default_setting() };
     dataset
+}
+
+/// The same with nothing stated of the contact, and any mean of e.
+fn filmed(seed: u64, shots: usize, [mean, slope]: [f64; 2]) -> Dataset {
+    // the law of the contact is that of equal discs of radius 1
+    let disc = Ball { radius: 1.0, mass: 1.0, inertia: 0.5 };
+    let model = Model::new(Fidelity::Ode, disc).giving_way(TRUE_KAPPA);
+    let mut random = ChaCha8Rng::seed_from_u64(seed);
+    let mut normal = || (0..12).map(|_| random.random::<f64>()).sum::<f64>() - 6.0;
+    let mut law = |slip: f64, closing: f64| {
+        let e = mean + SCATTER_OF_E * normal() - slope * closing;
+        let spin = Vec3::new(0.0, 0.0, -slip);
+        let before = BallState { velocity: Vec3::new(closing, 0.0, 0.0), spin };
+        let coefficients = Coefficients { mu: TRUE_MU, mu_s: 0.0, e };
+        let after = model.collide(&before, &coefficients).unwrap().object.velocity;
+        [e, after.y / after.x + SCATTER_OF_J * normal()]
+    };
+    load(SETTINGS, &film_of_law(shots, seed, &mut law)).unwrap()
 }
 
 #[test]
@@ -144,12 +120,10 @@ fn errors_of_shots_that_scatter_are_what_they_are_stated_to_be() {
     /// The standard deviation of 8 means of 20 shots is told to 6 %: four times that.
     const TOLD: f64 = 0.25;
     let sets = count_of("CAROMFIT_SETS", 8);
-    let base = table();
-    let random = &mut ChaCha8Rng::seed_from_u64(32);
     let truth = [(Parameter::Mu, TRUE_MU), (Parameter::E, TRUE_E), (Parameter::Kappa, TRUE_KAPPA)];
     let (mut hold, mut scatters) = (0, [0.0; 2]);
     for set in 0..sets {
-        let fit = fitted(&scattering(random, &base, SHOTS, 0.0));
+        let fit = fitted(&scattering(320 + set as u64, SHOTS, 0.0));
         let scatter = fit.scatter.unwrap();
         for (parameter, value) in truth {
             let found = fit.get(parameter).unwrap();
@@ -181,9 +155,7 @@ fn an_e_that_falls_with_the_closing_speed_is_found() {
     const WITHIN: f64 = 3.0;
     /// J_t/J_n, which hangs on e a little, and Student's t move the error by this part.
     const ABOUT: f64 = 0.1;
-    let base = table();
-    let random = &mut ChaCha8Rng::seed_from_u64(33);
-    let mut dataset = scattering(random, &base, SHOTS, TRUE_SLOPE);
+    let mut dataset = scattering(33, SHOTS, TRUE_SLOPE);
     let constant = fitted(&dataset);
     dataset.settings.e_falls = true;
     let fit = fitted(&dataset);
@@ -199,14 +171,7 @@ fn an_e_that_falls_with_the_closing_speed_is_found() {
         assert!((found.value - truth).abs() < WITHIN * sd, "{}: {} {sd}", parameter.symbol(), found.value);
     }
     // the slope of points that scatter as these do: σ/√Σ(v − v̄)²
-    let speeds: Vec<f64> = dataset
-        .shots
-        .iter()
-        .map(|shot| match shot.before {
-            Before::Impact { velocity, .. } => velocity[0].value,
-            Before::Angle { .. } => f64::NAN,
-        })
-        .collect();
+    let speeds: Vec<f64> = fit.disc_shots.iter().map(|shot| shot.closing_speed.unwrap().value).collect();
     let mean = speeds.iter().sum::<f64>() / speeds.len() as f64;
     let spread = speeds.iter().map(|v| (v - mean).powi(2)).sum::<f64>().sqrt();
     let expected = fit.scatter.unwrap().restitution / spread;
@@ -222,16 +187,8 @@ fn discs_that_are_compared_call_for_a_contact_that_gives_way() {
     const SHOTS: usize = 20;
     /// Standard errors: one of the two is off by more once in 180 such tests.
     const WITHIN: f64 = 3.0;
-    let base = table();
-    let random = &mut ChaCha8Rng::seed_from_u64(35);
-    let pair = ["one", "other"].map(|name| {
-        let mut dataset = scattering(random, &base, SHOTS, 0.0);
-        dataset.name = name.to_owned();
-        dataset.settings.compliance = base.settings.compliance;
-        dataset.settings[Parameter::Kappa] = base.settings[Parameter::Kappa];
-        dataset
-    });
-    assert_eq!(base.settings.compliance, Compliance::Auto);
+    let pair = [("one", 35), ("other", 36)]
+        .map(|(name, seed)| Dataset { name: name.to_owned(), ..filmed(seed, SHOTS, [TRUE_E, 0.0]) });
     let options = compare::Options { fidelity: FidelityChoice::Auto, ..options::of_comparison() };
     let comparison = compare::compare(&pair, &options).unwrap();
     let gives_way = |finding: &compare::Finding| matches!(finding, compare::Finding::Compliance { .. });
@@ -253,24 +210,20 @@ fn differences_between_discs_include_the_scatter_of_their_shots() {
     const IMAGINED: usize = 4;
     /// Ten times what 20 shots that scatter tell e to.
     const DIFFERENCE: f64 = 0.1;
-    let base = table();
-    let random = &mut ChaCha8Rng::seed_from_u64(34);
     let options = compare::Options {
         fidelity: FidelityChoice::Auto,
         per_dataset: vec![Quantity::Parameter(Parameter::E)],
         ..options::of_comparison()
     };
-    let mut p_of_pair = |shift: f64| {
-        let mut pair = ["one", "other"].map(|name| {
-            let mut dataset = scattering(random, &base, SHOTS, 0.0);
+    let p_of_pair = |pair: u64, shift: f64| {
+        let pair = [("one", 0.0), ("other", shift)].map(|(name, shift)| {
+            let seed = 340 + 2 * pair + u64::from(name == "other");
+            let mut dataset = filmed(seed, SHOTS, [TRUE_E - shift, 0.0]);
             dataset.name = name.to_owned();
+            dataset.settings.compliance = Compliance::Stated;
             dataset.settings[Parameter::Kappa] = Setting::held(TRUE_KAPPA);
             dataset
         });
-        for shot in &mut pair[1].shots {
-            let of_e = shot.after.iter_mut().filter(|row| row.observable == Observable::Restitution);
-            of_e.for_each(|row| row.measured.value -= shift);
-        }
         let comparison = compare::compare(&pair, &options).unwrap();
         let of = |quantity: Quantity| comparison.quantities.iter().find(|own| own.quantity == quantity);
         let compared = of(Quantity::Parameter(Parameter::E)).unwrap();
@@ -280,7 +233,7 @@ fn differences_between_discs_include_the_scatter_of_their_shots() {
         assert!(notes.iter().any(|note| note.contains("scatter by")), "{notes:?}");
         found.p_value
     };
-    let imagined = (0..PAIRS).filter(|_| p_of_pair(0.0) < 0.05).count();
+    let imagined = (0..PAIRS).filter(|pair| p_of_pair(*pair as u64, 0.0) < 0.05).count();
     assert!(imagined < IMAGINED, "{imagined}");
-    assert!(p_of_pair(DIFFERENCE) < 1e-4);
+    assert!(p_of_pair(PAIRS as u64, DIFFERENCE) < 1e-4);
 }

@@ -6,13 +6,14 @@ use std::fmt::Write as _;
 use std::fs;
 use std::path::Path;
 
-use caromfit::extraction::disc::{DiscImpact, Quantity};
 use caromfit::fit;
-use caromfit::fit::footage::with_discs;
+use caromfit::fit::ExtractedDiscs;
 use caromfit::fit::with_impacts;
 use caromfit::io;
 use caromfit::measurement::dataset::Dataset;
 use caromfit::measurement::parameter::Parameter;
+use caromfit::measurement::track::TrackShot;
+use caromfit::problem::{DiscImpact, Quantity};
 use rand::{Rng, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 
@@ -28,6 +29,12 @@ const NOISE: f64 = 1e-4;
 
 /// The tangential impulse on the second disc over the normal one, of the slip and the closing speed.
 pub type Friction = fn(f64, f64) -> f64;
+
+/// e and that ratio of an impact, of the slip and the closing speed.
+pub type Law<'a> = &'a mut dyn FnMut(f64, f64) -> [f64; 2];
+
+/// Three points on the rim.
+const RIM: [[f64; 2]; 3] = [[0.9, 0.0], [0.9, 2.0], [0.9, 4.0]];
 
 /// A disc in free motion: place and velocity at the impact, angle and angular velocity.
 #[derive(Clone, Copy, Debug)]
@@ -53,7 +60,7 @@ fn sliding(slip: f64, closing: f64) -> f64 {
 }
 
 /// Two discs that part with Newton's restitution.
-fn collision(rng: &mut ChaCha8Rng, friction: Friction) -> Collision {
+fn collision(rng: &mut ChaCha8Rng, law: Law) -> Collision {
     let direction = rng.random_range(0.0..TAU);
     let (sin, cos) = f64::sin_cos(direction);
     let turn = |n: f64, t: f64| [n * cos - t * sin, n * sin + t * cos];
@@ -70,8 +77,8 @@ fn collision(rng: &mut ChaCha8Rng, friction: Friction) -> Collision {
     };
     let [g_n, g_t] = along(towards);
     let slip = g_t - RADII[0] * first.spin - RADII[1] * second.spin;
-    let normal = -(1.0 + E) * g_n / (1.0 / MASSES[0] + 1.0 / MASSES[1]);
-    let ratio = friction(slip, g_n.abs());
+    let [e, ratio] = law(slip, g_n.abs());
+    let normal = -(1.0 + e) * g_n / (1.0 / MASSES[0] + 1.0 / MASSES[1]);
     let after = |disc: usize, motion: Motion| {
         let sign = if disc == 0 { -1.0 } else { 1.0 };
         let change = turn(sign * normal / MASSES[disc], sign * ratio * normal / MASSES[disc]);
@@ -99,7 +106,7 @@ fn film(shots: usize, seed: u64) -> (String, Vec<Collision>) {
 
 /// The same, with any friction.
 pub fn film_with(shots: usize, seed: u64, friction: Friction) -> (String, Vec<Collision>) {
-    film_of(shots, seed, friction, [[0.9, 0.0], [0.9, 2.0], [0.9, 4.0]])
+    film_of(shots, seed, friction, RIM)
 }
 
 /// The same with any three points, each by its distance from the centre in radii and its direction.
@@ -109,11 +116,20 @@ pub fn film_of(
     friction: Friction,
     points: [[f64; 2]; 3],
 ) -> (String, Vec<Collision>) {
+    film_by_law(shots, seed, &mut |slip, closing| [E, friction(slip, closing)], points)
+}
+
+/// The same with an e and a friction that may differ from shot to shot.
+pub fn film_of_law(shots: usize, seed: u64, law: Law) -> String {
+    film_by_law(shots, seed, law, RIM).0
+}
+
+fn film_by_law(shots: usize, seed: u64, law: Law, points: [[f64; 2]; 3]) -> (String, Vec<Collision>) {
     let mut rng = ChaCha8Rng::seed_from_u64(seed);
     let mut table = String::from("shot,frame,ball,x,y\n");
     let mut truths = Vec::new();
     for shot in 0..shots {
-        let truth = collision(&mut rng, friction);
+        let truth = collision(&mut rng, law);
         let start = rng.random_range(0.0..TAU);
         for frame in 0..=80 {
             let late = f64::from(frame) / FPS - truth.time;
@@ -149,6 +165,12 @@ pub fn load(settings: &str, table: &str) -> Result<Dataset, String> {
     io::load(folder.path()).map_err(|error| error.to_string())
 }
 
+/// The data set with its notes, and its shots with what was measured of them.
+pub fn with_discs(dataset: Dataset) -> (Dataset, Vec<(TrackShot, DiscImpact)>) {
+    let ExtractedDiscs { dataset, shots, .. } = fit::extract_discs(dataset);
+    (dataset, shots)
+}
+
 /// What every quantity of a collision truly is.
 fn truths(truth: &Collision) -> Vec<(Quantity, f64)> {
     let [before, after] = truth.sides;
@@ -174,9 +196,7 @@ fn truths(truth: &Collision) -> Vec<(Quantity, f64)> {
     ]
 }
 
-fn of_shot(
-    extracted: &[(caromfit::measurement::track::TrackShot, DiscImpact)],
-) -> impl Iterator<Item = (usize, &DiscImpact)> {
+fn of_shot(extracted: &[(TrackShot, DiscImpact)]) -> impl Iterator<Item = (usize, &DiscImpact)> {
     extracted.iter().map(|(track, impact)| (track.name.parse().unwrap(), impact))
 }
 
@@ -391,7 +411,7 @@ fn the_pucks_of_chalmers_2023() {
         ("202", 0.684, 0.055),
     ];
     let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("data/pucks-chalmers-2023");
-    let (dataset, extracted) = fit::calibrated_discs(io::load(&folder).unwrap());
+    let (dataset, extracted) = with_discs(io::load(&folder).unwrap());
     assert_eq!((extracted.len(), dataset.left_out.len()), (SHOTS.len(), 0));
     for (shot, e, ratio) in SHOTS {
         let name = format!("Measurement{shot}");

@@ -204,7 +204,7 @@ fn stored_results_do_not_depend_on_roundings() {
 #[test]
 fn synthetic_tracks_give_what_they_were_made_of() {
     let dataset = load("synthetic-natural-roll");
-    assert_eq!((dataset.shots.len(), dataset.left_out.len()), (30, 0));
+    assert_eq!((dataset.names().len(), dataset.left_out.len()), (30, 0));
     let fit = &fit::fit(&dataset, &options::of_fit()).unwrap()[0];
     let truth = std::fs::read_to_string(folder("synthetic-natural-roll").join("truth.json")).unwrap();
     let truth: serde_json::Value = serde_json::from_str(&truth).unwrap();

@@ -114,9 +114,11 @@ fn every_reason_is_said() {
         changed(shot, "moving", all, moving),
         "the object ball was moving before the impact, with 0.099 m/s",
     );
-    // a scale that is 3 % off
-    let larger = |s: Sample| Some(Sample { x: 1.03 * s.x, y: 1.03 * s.y, ..s });
-    unusable(changed(shot, "larger", larger, larger), "mm apart at the impact, not 57.15 mm (2R)");
+    // a scale that is twice what is stated
+    let larger = |s: Sample| Some(Sample { x: 2.0 * s.x, y: 2.0 * s.y, ..s });
+    let (output, _) = extract(&[changed(shot, "larger", larger, larger)]);
+    let said = String::from_utf8(output.stdout).unwrap();
+    assert!(said.contains("[scale]"), "{said}");
     let far = |s: Sample| Some(Sample { x: s.x + 0.2, ..s });
     unusable(changed(shot, "far", far, all), "mm apart at the impact, not 57.15 mm (2R)");
     // the cue ball is hit once more right after the impact
@@ -171,7 +173,7 @@ fn spins_that_are_found_to_be_natural_roll_are_counted() {
     let shots: Vec<TrackShot> = film.iter().map(|(shot, _)| shot.clone()).collect();
     let (output, _) = extract_with(&shots, "[cue_spin]\nassume = \"unknown\"");
     let said = String::from_utf8(output.stdout).unwrap();
-    let expected = "3 of 3 cue balls of unknown spin were found to roll naturally before the impact";
+    let expected = "Of 3 cue balls of unknown spin, 3 were found to roll naturally before the impact";
     assert!(said.contains(expected), "{said}");
 }
 

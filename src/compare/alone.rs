@@ -8,7 +8,7 @@ use super::findings::Finding;
 use super::options::Options;
 use super::result::SampleSummary;
 use crate::fit::film_words::sentence;
-use crate::fit::{self, Computed, Depth, FitError, analyse_watched};
+use crate::fit::{self, Depth, FitError, analyse_watched};
 use crate::measurement::dataset::Dataset;
 use crate::measurement::parameter::Settings;
 use crate::measurement::track::TrackShot;
@@ -23,8 +23,6 @@ pub(super) struct Alone {
     pub solution: Arc<Solution>,
     /// What its shots were read from if they are filmed, in their order.
     pub tracks: Vec<TrackShot>,
-    /// What its shots were computed with.
-    pub computed: Vec<Computed>,
     /// Index of its sample among the summaries, and of its label.
     pub sample: usize,
     pub label: usize,
@@ -38,7 +36,7 @@ impl Alone {
     /// Returns the fall of −2 log L with which its fit adopted a compliant contact.
     pub fn compliance(&self) -> Option<f64> {
         let fall = |finding: &problem::Finding| match finding {
-            problem::Finding::Compliance { fall, .. } => Some(*fall),
+            problem::Finding::Compliance { fall, adopted: true, .. } => Some(*fall),
             _ => None,
         };
         self.solution.findings.iter().find_map(fall)
@@ -140,11 +138,12 @@ impl Samples {
                         self.findings.push(Finding::OfSample { sample, finding, sentence });
                     }
                 }
+                let scatter = fit.scatter.filter(|scatter| scatter.is_estimated);
+                self.findings.extend(scatter.map(|scatter| Finding::Scatter { sample, scatter }));
                 self.fitted.push(Alone {
                     settings: dataset.settings_of_balls(),
                     tracks: fit.frames.as_ref().map_or_else(Vec::new, |film| film.tracks().to_vec()),
                     solution: fit.solution,
-                    computed: fit.diagnostics.computed,
                     dataset,
                     sample,
                     label,

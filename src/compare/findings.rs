@@ -1,6 +1,7 @@
 //! Everything that can be wrong or worth saying of a comparison, as data.
 
 use super::quantity::Quantity;
+use crate::fit::Scatter;
 use crate::problem::{self, Id, Severity};
 
 /// A finding of a comparison.
@@ -47,6 +48,13 @@ pub enum Finding {
         /// Fall of −2 log L.
         fall: f64,
     },
+    /// Shots of discs scatter beyond the errors of their frames.
+    Scatter {
+        /// Index of the sample.
+        sample: usize,
+        /// By so much.
+        scatter: Scatter,
+    },
     /// Mass ratios that the labels do not share make up most of the error of a difference.
     MassRatios {
         /// The quantity.
@@ -69,7 +77,9 @@ impl Finding {
         match self {
             Self::Refuted { .. } | Self::NotConverged => Severity::Unusable,
             Self::Undetermined | Self::NotShared { .. } | Self::AtBound { .. } => Severity::Doubtful,
-            Self::Compliance { .. } | Self::MassRatios { .. } | Self::OneCamera(_) => Severity::Note,
+            Self::Compliance { .. } | Self::Scatter { .. } | Self::MassRatios { .. } | Self::OneCamera(_) => {
+                Severity::Note
+            }
             Self::OfSample { finding, .. } => finding.severity(),
             Self::Said(severity, _) => *severity,
         }

@@ -18,7 +18,7 @@ use crate::measurement::loss::Loss;
 use crate::physics::collision::FidelityChoice;
 use crate::problem::{
     Estimates, Evaluation, Id, Mode, Policy, Problem, Solution, State, comply, descend_until,
-    descend_with_noise, robust_covariance,
+    descend_weighed, descend_with_noise, robust_covariance,
 };
 
 /// Part of the variance of a difference beyond which what makes it up is said.
@@ -51,6 +51,7 @@ impl<'a> Joint<'a> {
         }
         let sharing = Sharing { options, by_cloth: samples.by_cloth };
         let (mut problem, start) = sharing.join(&samples.fitted);
+        let start = best_start(&problem, start, &samples.fitted);
         let mut descent = descend_with_noise(&mut problem, start);
         let mut findings = std::mem::take(&mut samples.findings);
         let mut compliance = samples.fitted.iter().filter_map(Alone::compliance).reduce(f64::max);
@@ -61,11 +62,10 @@ impl<'a> Joint<'a> {
             (problem, descent) = (compliant, refit);
         }
         findings.extend(compliance.map(|fall| Finding::Compliance { fall }));
-        if problem.weigh_all(&descent.end.state) {
-            descent = descend_with_noise(&mut problem, descent.end.state);
-            problem.weigh_all(&descent.end.state);
-            descent = descend_with_noise(&mut problem, descent.end.state);
+        if problem.is_weighed() {
+            descent = descend_weighed(&mut problem, descent.end.state);
         }
+        problem.weigh_again(&mut descent.end);
         // χ² of likelihood ratios is that of the noise as it was estimated last
         let end = settle(&problem, descent.end.state);
         if !descent.converged {
@@ -159,7 +159,7 @@ impl<'a> Joint<'a> {
             told_by: self.samples.told_by.clone(),
             fidelity: options.fidelity.name(),
             is_filmed: !films.is_empty(),
-            computed: self.computed(),
+            computed: Computed::of(&self.solution, options.fidelity),
             quantities,
             chi2,
             dof: self.solution.dof(),
@@ -220,19 +220,27 @@ impl<'a> Joint<'a> {
         }
         names
     }
+}
 
-    /// Returns what the shots were computed with.
-    fn computed(&self) -> Vec<Computed> {
-        let mut all: Vec<Computed> = Vec::new();
-        for own in self.samples.fitted.iter().flat_map(|alone| &alone.computed) {
-            match all.iter_mut().find(|other| (other.fidelity, other.effects) == (own.fidelity, own.effects))
-            {
-                Some(known) => known.shots += own.shots,
-                None => all.push(own.clone()),
-            }
-        }
-        all
+/// Returns the best of the ends of descents from one value of κ for all: their mean and that of each sample,
+/// as χ² has several minima in a free κ.
+fn best_start(problem: &Problem, start: State, fitted: &[Alone]) -> State {
+    let columns = problem.columns_of(Id::Kappa);
+    if columns.iter().all(|column| problem.unknowns[*column].mode != Mode::Free) {
+        return start;
     }
+    let with_kappa = |kappa: f64| {
+        let mut state = start.clone();
+        for column in &columns {
+            let [low, high] = problem.unknowns[*column].bounds;
+            state.shared.0[*column] = kappa.clamp(low, high);
+        }
+        state
+    };
+    let of_samples = fitted.iter().map(|alone| with_kappa(alone.solution.value(Id::Kappa)));
+    let starts = std::iter::once(start.clone()).chain(of_samples);
+    let ends = starts.map(|start| settle(problem, start)).filter(|end| end.cost.is_finite());
+    ends.min_by(|a, b| a.cost.total_cmp(&b.cost)).map_or(start, |end| end.state)
 }
 
 /// Returns the minimum at the present noise to rounding: tables are as smooth as their arithmetic.

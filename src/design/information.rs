@@ -13,7 +13,7 @@ use crate::physics::ball::{BallState, Vec3};
 use crate::physics::collision::{Model, NotACollision};
 use crate::physics::contact_frame::cue_velocity;
 use crate::problem::{self, Filming, Id, PlannedShot, Shared, Unknown, unknowns_of};
-use crate::simulate;
+use crate::simulate::{self, Camera};
 
 /// The unknowns: μ, μ_s, e, μ_k, μ_r, the ratios of the balls, and what else a film shares.
 const IDS: [Id; 26] = [
@@ -69,9 +69,6 @@ const PHASES: usize = 16;
 /// Shots with markers that tell how well markers show spins: doubling moves the errors by a few per cent.
 const MARKED: usize = 96;
 
-/// Markers on each ball.
-const MARKERS: u32 = 2;
-
 /// The standard error of a spin that markers do not show, rad/s: ten times that of any shot.
 pub(crate) const UNSEEN: f64 = 1e4;
 
@@ -122,21 +119,19 @@ pub(crate) fn of_kind(expected: &Expected, kind: &PlayedKind) -> Result<Average,
 fn spread(kind: &PlayedKind, i: usize) -> Shot {
     /// The additive recurrence that fills seven dimensions most evenly: powers of 1/g, g⁸ = g + 1.
     const G: f64 = 1.096_981_557_798_559_8;
-    /// Impacts are spread over a square of twice this side, m.
-    const HALF: f64 = 0.15;
     let part = |power: i32| (0.5 + i as f64 * G.powi(-power)).fract();
     let [speed, cut_deg] = [between(kind.speed_m_s, part(1)), between(kind.cut_deg, part(2))];
     Shot {
         play: [speed, cut_deg.to_radians(), between(kind.topspin, part(3))],
         phase: part(4),
         direction: std::f64::consts::TAU * part(5),
-        place: [between([-HALF, HALF], part(6)), between([-HALF, HALF], part(7))],
+        place: [6, 7].map(|power| (part(power) - 0.5) * (Camera::FIELD_M[1] - Camera::FIELD_M[0])),
     }
 }
 
-/// The standard errors (rad/s, of a component) to which two markers on each ball show the spins of the cue ball and of the
+/// The standard errors (rad/s) to which two markers on each ball show the side spins of the cue ball and of the
 /// object ball: those that the extraction states for such shots without noise, from the frame rate, the noise, how long
-/// each marker is filmed and where it sits. The mean of 1/variance over shots and components: shots whose markers sit well
+/// each marker is filmed and where it sits. The mean of 1/variance over shots: shots whose markers sit well
 /// count most. `None` where no shot's markers show a spin.
 ///
 /// # Errors
@@ -156,26 +151,25 @@ pub fn shown_by_markers(expected: &Expected, kind: &PlayedKind) -> Result<Option
     let measured = measured?;
     let of = |pick: fn(&Rotations) -> Option<Rotation>| {
         let rotations = measured.iter().filter_map(pick);
-        let weights: Vec<f64> =
-            rotations.flat_map(|r| [0, 1, 2].map(|i| r.covariance[(i, i)].recip())).collect();
+        let weights: Vec<f64> = rotations.map(|r| r.covariance[(2, 2)].recip()).collect();
         (!weights.is_empty()).then(|| (weights.len() as f64 / weights.iter().sum::<f64>()).sqrt())
     };
     Ok(of(|r| r.cue_after).zip(of(|r| r.object_after)).map(|(cue, object)| [cue, object]))
 }
 
-/// Where the markers of the i-th shot sit at the impact, on the cue ball and on the object ball: on the upper quarter of
+/// Where the two markers of the i-th shot sit at the impact, on the cue ball and on the object ball: on the upper quarter of
 /// the ball, evenly spread over all shots, as [`crate::simulate`] draws them.
 fn places(i: usize) -> [Vec<Vec3>; 2] {
-    /// Powers of 1/g, g³ = g + 1: they fill two dimensions evenly.
-    const STEPS: [f64; 2] = [0.754_877_666_246_692_7, 0.569_840_290_998_053_2];
-    let first = 2 * MARKERS * i as u32;
-    let place = |n: u32| {
-        let [height, angle] = STEPS.map(|step| (0.5 + f64::from(n) * step).fract());
-        let (height, angle) = (between([0.5, 0.95], height), between([0.0, std::f64::consts::TAU], angle));
+    /// As of [`spread`], in eight dimensions: g⁹ = g + 1.
+    const G: f64 = 1.085_070_245_491_451;
+    let part = |power: i32| (0.5 + i as f64 * G.powi(-power)).fract();
+    let place = |power: i32| {
+        let height = between([0.5, 0.95], part(power));
+        let angle = between([0.0, std::f64::consts::TAU], part(power + 1));
         let across = (1.0 - height * height).sqrt();
         Vec3::new(across * angle.cos(), across * angle.sin(), height)
     };
-    [0, 1].map(|ball| (0..MARKERS).map(|k| place(first + MARKERS * ball + k)).collect())
+    [[1, 3], [5, 7]].map(|powers| powers.map(place).to_vec())
 }
 
 /// The cue ball just before the impact of a shot, and the model of the collision.
@@ -272,7 +266,11 @@ fn of_shot(
     let turned =
         Vec3::new(cos * cue.spin.x - sin * cue.spin.y, sin * cue.spin.x + cos * cue.spin.y, cue.spin.z);
     let spin = match spin_of(kind, shot.play[2]) {
-        Spin::Measured { .. } => Spin::Measured { spin: turned, sd: [shown.map(|[cue, _]| cue); 3] },
+        Spin::Measured { .. } => {
+            // about horizontal axes it turns the height of markers, too, which is not seen
+            let horizontal = shown.map(|[cue, _]| 2.0 * cue);
+            Spin::Measured { spin: turned, sd: [horizontal, horizontal, shown.map(|[cue, _]| cue)] }
+        }
         stated => stated,
     };
     let [before, after] = camera.frames();
@@ -282,6 +280,8 @@ fn of_shot(
         place: shot.place,
         instant: (before as f64 + shot.phase) / camera.fps,
         topspin: shot.play[2],
+        shots: kind.shots,
+        topspin_sd: (kind.topspin[1] - kind.topspin[0]) / 12_f64.sqrt(),
         spin,
         after_sd: shown,
     };
@@ -291,7 +291,7 @@ fn of_shot(
     let unit = |i: usize| {
         let unknown = &unknowns[IDS[i] as usize];
         match unknown.prior {
-            _ if unknown.mode == problem::Mode::Fixed => 0.0,
+            _ if unknown.mode != problem::Mode::Free => 0.0,
             Some(prior) if i >= COMMON => prior.sd,
             _ => 1.0,
         }

@@ -1,10 +1,10 @@
-//! Cue balls that come off a cushion, or off another ball, shortly before the impact: their path has a corner, and only what follows it
-//! belongs to the shot.
+//! Balls that come off a cushion, or off another ball, shortly before or after the impact: their path has a corner, and only what is on
+//! this side of it belongs to the shot.
 
-use super::initial_guess;
+use super::initial_guess::{Line, from_paths, surely_before};
 use crate::film::frame_noise::noise;
 use crate::measurement::track::{Sample, TrackShot};
-use crate::trajectory::scene::Scene;
+use crate::physics::ball::Ball;
 
 /// Frames on either side of a corner through which straight lines are laid.
 const SIDE: usize = 4;
@@ -20,60 +20,72 @@ const ERRORS: f64 = 8.0;
 /// or more.
 const BENT: f64 = 0.5;
 
+/// Frames after the impact before which no corner is looked for: a tracker that lags takes as long to follow.
+const CLEAR: f64 = 8.0;
+
+/// Least change of velocity at a corner after the impact, as a part of the incoming speed: where a ball lands it
+/// loses less than 0.04.
+const OF_INCOMING: f64 = 0.06;
+
 /// Leaves out the frames of the cue ball up to the last corner of its path before the impact; returns whether there is one.
-pub(crate) fn leave_out_before_cushion(shot: &mut TrackShot, scene: &Scene) -> bool {
-    let Some(corner) = last_corner(shot, scene) else { return false };
+pub(crate) fn leave_out_before_cushion(shot: &mut TrackShot, ball: &Ball) -> bool {
+    let Some(corner) = last_corner(shot, ball) else { return false };
     shot.cue.retain(|sample| sample.t > corner);
     true
 }
 
+/// Leaves out the frames of either ball from the first corner of its path after the impact on; returns whether there is one.
+pub(crate) fn leave_out_after_cushion(shot: &mut TrackShot, ball: &Ball) -> bool {
+    let noise = noise(shot);
+    let Ok(guess) = from_paths(shot, ball, noise) else { return false };
+    let after = guess.time + CLEAR / shot.fps;
+    let least = OF_INCOMING * guess.before[0].hypot(guess.before[1]);
+    let first = |samples: &[Sample]| {
+        let from = samples.partition_point(|sample| sample.t < after);
+        let corners = corners(&samples[from..], (shot.fps, noise), |_| least);
+        let (first, _) = *corners.first()?;
+        let at = largest(corners.iter().filter(|(at, _)| *at < first + SIDE))?;
+        // in the frame before it the ball may touch already
+        Some(samples[from + at - 1].t)
+    };
+    let ends = [first(&shot.cue), first(&shot.object)];
+    for (samples, end) in [&mut shot.cue, &mut shot.object].into_iter().zip(ends) {
+        samples.retain(|sample| end.is_none_or(|end| sample.t < end));
+    }
+    ends.iter().any(Option::is_some)
+}
+
 /// The time of the first frame after the last corner, s, in which the ball may still touch what turned it.
-fn last_corner(shot: &TrackShot, scene: &Scene) -> Option<f64> {
-    let impact = initial_guess::surely_before(shot, scene)?;
-    let frame = shot.fps.recip();
-    let count = shot.cue.partition_point(|sample| sample.t < impact - 0.5 * frame);
+fn last_corner(shot: &TrackShot, ball: &Ball) -> Option<f64> {
+    let impact = surely_before(shot, ball)?;
+    let count = shot.cue.partition_point(|sample| sample.t < impact - 0.5 / shot.fps);
     let before = &shot.cue[..count];
+    let corners = corners(before, (shot.fps, noise(shot)), |speed| TURN * speed);
+    let (last, _) = *corners.last()?;
+    let at = largest(corners.iter().filter(|(at, _)| at + SIDE > last))?;
+    before.get(at).map(|sample| sample.t)
+}
+
+/// The corners of a path, where the velocity changes by at least so much at a speed (m/s): the index of the first frame after each, and
+/// the change.
+fn corners(samples: &[Sample], (fps, noise): (f64, f64), least: impl Fn(f64) -> f64) -> Vec<(usize, f64)> {
+    let frame = fps.recip();
     // of a least-squares slope, per frame, and of the difference of two
     let n = SIDE as f64;
-    let error = ERRORS * noise(shot) * (24.0 / (n * (n * n - 1.0))).sqrt();
+    let error = ERRORS * noise * (24.0 / (n * (n * n - 1.0))).sqrt();
     let turn = |at: usize| {
-        let (early, late) = (Line::through(&before[at - SIDE..at])?, Line::through(&before[at..at + SIDE])?);
+        let sides = [&samples[at - SIDE..at], &samples[at..at + SIDE]];
+        let [early, late] = sides.map(|side| Line::through(side, side[0].t));
+        let off = early.largest_residual(sides[0]).max(late.largest_residual(sides[1]));
         let change = (late.velocity[0] - early.velocity[0]).hypot(late.velocity[1] - early.velocity[1]);
-        let speed = early.velocity[0].hypot(early.velocity[1]);
-        let is_corner = change > TURN * speed
-            && change * frame > error
-            && early.off.max(late.off) < BENT * change * frame;
+        let is_corner =
+            change > least(early.speed()) && change * frame > error && off < BENT * change * frame;
         is_corner.then_some((at, change))
     };
-    let corners: Vec<(usize, f64)> = (SIDE..(count + 1).saturating_sub(SIDE)).filter_map(turn).collect();
-    let (last, _) = *corners.last()?;
-    // neighbouring places see the same corner, the right one the largest change
-    let near = corners.iter().filter(|(at, _)| at + SIDE > last);
-    let (at, _) = near.max_by(|a, b| a.1.total_cmp(&b.1))?;
-    before.get(*at).map(|sample| sample.t)
+    (SIDE..(samples.len() + 1).saturating_sub(SIDE)).filter_map(turn).collect()
 }
 
-/// A straight path at a constant speed.
-struct Line {
-    velocity: [f64; 2],
-    /// Largest distance of a frame from it, m.
-    off: f64,
-}
-
-impl Line {
-    fn through(samples: &[Sample]) -> Option<Self> {
-        let n = samples.len() as f64;
-        let mean = |pick: fn(&Sample) -> f64| samples.iter().map(pick).sum::<f64>() / n;
-        let (t, x, y) = (mean(|s| s.t), mean(|s| s.x), mean(|s| s.y));
-        let square: f64 = samples.iter().map(|s| (s.t - t).powi(2)).sum();
-        let slope =
-            |of: &dyn Fn(&Sample) -> f64| samples.iter().map(|s| (s.t - t) * of(s)).sum::<f64>() / square;
-        let velocity = [slope(&|s| s.x - x), slope(&|s| s.y - y)];
-        let distance = |s: &Sample| {
-            let late = s.t - t;
-            (s.x - x - velocity[0] * late).hypot(s.y - y - velocity[1] * late)
-        };
-        let off = samples.iter().map(distance).fold(0.0, f64::max);
-        (square > 0.0 && off.is_finite()).then_some(Self { velocity, off })
-    }
+/// Neighbouring places see the same corner, the right one the largest change.
+fn largest<'a>(near: impl Iterator<Item = &'a (usize, f64)>) -> Option<usize> {
+    near.max_by(|a, b| a.1.total_cmp(&b.1)).map(|(at, _)| *at)
 }

@@ -39,7 +39,7 @@ const RIM: f64 = 0.95;
 const OUTLIER: f64 = 5.0;
 
 /// Rounds of leaving out wrong positions.
-const ROUNDS: usize = 3;
+const ROUNDS: usize = 6;
 
 /// A fit stops within some millionths of a standard error of the minimum.
 const ORTHOGONALITY: f64 = 1e-6;
@@ -97,7 +97,9 @@ pub(crate) fn measure(spots: &[Spot], stated: bool) -> Option<Rotation> {
         let solution = least_squares::minimise(&problem, &x, &free, &options).ok()?;
         x = solution.x;
         let scale = if stated { 1.0 } else { 2.0 * solution.cost / dof as f64 };
-        if problem.leave_out(&solution.residuals, OUTLIER * scale.sqrt()) {
+        // the worst first: they pull the others off
+        let limit = (OUTLIER * scale.sqrt()).max(0.5 * solution.residuals.amax());
+        if problem.leave_out(&solution.residuals, limit) {
             x = problem.without_empty(&x);
             continue;
         }

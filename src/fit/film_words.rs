@@ -1,5 +1,6 @@
 //! What was found of a film, in words.
 
+use super::Scatter;
 use super::causes::{Cause, Explanation};
 use super::check;
 use super::check::capital;
@@ -9,6 +10,7 @@ use crate::measurement::correction::Correction;
 use crate::measurement::number::{count_of, plain, with_error};
 use crate::measurement::parameter::Parameter;
 use crate::measurement::spin::Spin;
+use crate::measurement::track::TrackShot;
 use crate::problem::{Finding, Id, Severity, Solution};
 
 /// Difference of a topspin from the stated one, as a part of natural roll, that counts as another
@@ -27,14 +29,19 @@ pub(super) fn sentences(fit: &Fit, film: &FittedFilm) -> (Vec<String>, Vec<Strin
         if finding.severity() == Severity::Note { notes.push(sentence) } else { warnings.push(sentence) }
     }
     notes.extend(cloth(&film.solution));
-    notes.extend(unknown_spins(fit, film));
+    notes.extend(unknown_spins(film));
+    notes.extend(no_topspin(fit, film));
     notes.extend(rate(&film.solution));
     (warnings, notes)
 }
 
 /// Returns what was found of a film that is not fitted to a law, in sentences.
 pub(super) fn of_findings(film: &FittedFilm, scale_sd: f64) -> Vec<String> {
-    film.solution.findings.iter().filter_map(|finding| sentence(finding, Some(film), scale_sd)).collect()
+    let findings = film.solution.findings.iter();
+    findings
+        .filter_map(|finding| sentence(finding, Some(film), scale_sd))
+        .chain(unknown_spins(film))
+        .collect()
 }
 
 /// Returns a finding as a sentence, of a table if there is no film; `None` for one that stands elsewhere.
@@ -55,18 +62,26 @@ pub(crate) fn sentence(finding: &Finding, film: Option<&FittedFilm>, scale_sd: f
              motion 120, 240 or more."
         ),
         Finding::Drops { shots, drops } => format!(
-            "The camera dropped frames that the frame numbers do not show ({drops} times, in {}): balls go several steps at once \
-             there. The frames after them were moved in time.",
+            "The camera dropped frames that the frame numbers do not show ({drops} times, in {}): the tracks go several \
+             steps at once there. The frames after them were moved in time.",
             count_of(*shots, "shot")
         ),
         Finding::Corners { shots, of } => format!(
             "In {shots} of {of} shots the path of the cue ball has a corner before the impact, as where it is struck, or comes off \
              a cushion: its frames up to there are left out."
         ),
+        Finding::Ends { shots, of } => format!(
+            "In {shots} of {of} shots a ball comes off a cushion or another ball after the impact: its frames from there on are left out."
+        ),
         Finding::NoiseLasts { rho, sd } => format!(
             "The noise of the positions lasts from frame to frame: neighbouring frames are correlated by {}. Errors take it into \
              account.",
             with_error(*rho, *sd)
+        ),
+        Finding::NoiseRefuted { times } if *times < 1.0 => format!(
+            "The stated noise of the positions (position_sd_m, or the columns of standard deviations) is too large, and the errors \
+             with it: neighbouring frames scatter by {} times that.",
+            plain(*times, 2)
         ),
         Finding::NoiseRefuted { times } => format!(
             "Neighbouring frames scatter by {times:.1} times the stated noise (position_sd_m, or the columns of standard \
@@ -78,13 +93,28 @@ pub(crate) fn sentence(finding: &Finding, film: Option<&FittedFilm>, scale_sd: f
             count_of(*before, "frame")
         ),
         Finding::Lags => format!("{}.", capital(&check::lag().text)),
-        Finding::Compliance { kappa, fall } => format!(
-            "The contact between the balls gives way along its surface (κ = {kappa:.3}, as follows from Poisson's ratio): −2 log L \
-             is {fall:.1} lower than with a rigid contact, which kappa = {{ fixed = 0 }} under [fit] asks for."
+        Finding::Compliance { kappa, shots, fall, adopted: true } => format!(
+            "The contact between the balls gives way along its surface (κ = {}, as follows from Poisson's ratio), which shows in \
+             {}: −2 log L is {fall:.1} lower than with a rigid contact, which kappa = {{ fixed = 0 }} under [fit] asks for.",
+            plain(*kappa, 4),
+            count_of(*shots, "shot")
         ),
-        Finding::Weight { fall } => format!(
-            "The balls' weight and what the cloth does during the impact are simulated (--fidelity contact): −2 log L is {fall:.1} \
-             lower with them."
+        Finding::Compliance { shots, fall, .. } => format!(
+            "A contact that gives way along its surface would show in {}, but they do not tell whether it does (−2 log L {}): \
+             left out.",
+            count_of(*shots, "shot"),
+            change(*fall)
+        ),
+        Finding::Weight { shots, fall, adopted: true } => format!(
+            "The balls' weight and what the cloth does during the impact are simulated in {} (--fidelity contact): −2 log L is \
+             {fall:.1} lower with them.",
+            count_of(*shots, "shot")
+        ),
+        Finding::Weight { shots, fall, .. } => format!(
+            "The balls' weight and what the cloth does during the impact (--fidelity contact) act on {}, but these do not tell \
+             whether they do (−2 log L {}): left out.",
+            count_of(*shots, "shot"),
+            change(*fall)
         ),
         Finding::Conflict { id, stated, estimate, sd, size } => {
             conflict(*id, [*stated, *estimate, *sd, *size], (radius, scale_sd))
@@ -242,36 +272,32 @@ fn cloth(solution: &Solution) -> Option<String> {
     ))
 }
 
-/// Returns what was found of cue balls of unknown spin, and that μ_s is not told by shots without
-/// topspin.
-fn unknown_spins(fit: &Fit, film: &FittedFilm) -> Vec<String> {
+/// Returns what cue balls of unknown spin were found to do, if there are any.
+fn unknown_spins(film: &FittedFilm) -> Option<String> {
     let topspins = film.solution.topspins();
-    let unknown: Vec<f64> = film
-        .tracks()
-        .iter()
-        .zip(&topspins)
-        .filter(|(track, _)| track.spin == Spin::Unknown && track.markers.is_empty())
-        .map(|(_, (_, found))| *found)
-        .collect();
-    let mut notes = Vec::new();
-    if !unknown.is_empty() {
-        let rolling = unknown.iter().filter(|topspin| **topspin == 1.0).count();
-        let stun = unknown.iter().filter(|topspin| topspin.abs() < 0.5 * DIFFERS).count();
-        notes.push(format!(
-            "Of {} of unknown spin, {rolling} were found to roll naturally before the impact, and {stun} to have next to no \
-             topspin.",
-            count_of(unknown.len(), "cue ball")
-        ));
-    }
+    let is_unknown = |track: &TrackShot| track.spin == Spin::Unknown && track.markers.is_empty();
+    let shots = film.tracks().iter().zip(&topspins);
+    let unknown: Vec<f64> =
+        shots.filter(|(track, _)| is_unknown(track)).map(|(_, (_, found))| *found).collect();
+    let rolling = unknown.iter().filter(|topspin| **topspin == 1.0).count();
+    let stun = unknown.iter().filter(|topspin| topspin.abs() < 0.5 * DIFFERS).count();
+    let balls = count_of(unknown.len(), "cue ball");
+    (!unknown.is_empty()).then(|| {
+        format!(
+            "Of {balls} of unknown spin, {rolling} were found to roll naturally before the impact, and {stun} to have next to no \
+             topspin."
+        )
+    })
+}
+
+/// Returns why shots without topspin do not determine μ_s.
+fn no_topspin(fit: &Fit, film: &FittedFilm) -> Option<String> {
     let is_open = fit.get(Parameter::MuS).is_some_and(|mu_s| mu_s.status == Status::NotIdentified);
-    if is_open && topspins.iter().all(|(_, topspin)| *topspin < DIFFERS) {
-        notes.push(
-            "Only topspin presses the object ball into the cloth, so that these shots do not determine μ_s; some natural-roll shots \
-             do."
-                .to_owned(),
-        );
-    }
-    notes
+    let is_slow = film.solution.topspins().iter().all(|(_, topspin)| *topspin < DIFFERS);
+    (is_open && is_slow).then(|| {
+        "Only topspin presses the object ball into the cloth, so that these shots do not determine μ_s; some natural-roll shots do."
+            .to_owned()
+    })
 }
 
 /// Returns how well the frames tell the frame rate, on which e rests.
@@ -295,7 +321,10 @@ pub(super) fn explanations(
             Finding::Conflict { id, estimate, sd, size, .. } => (cause_of(*id)?, *estimate, *sd, size * size),
             Finding::Cause { id, estimate, sd, fall } => (cause_of(*id)?, *estimate, *sd, *fall),
             Finding::Spins { fall, topspin, .. } => (Cause::CueSpin, *topspin, f64::NAN, *fall),
-            Finding::Compliance { kappa, fall } => (Cause::Compliance, *kappa, f64::NAN, *fall),
+            Finding::Compliance { kappa, fall, adopted: true, .. } => {
+                let sd = solution.get(Id::Kappa).and_then(|kappa| kappa.std_error);
+                (Cause::Compliance, *kappa, sd.unwrap_or(f64::NAN), *fall)
+            }
             Finding::OtherUnit { factor, stated: true } => {
                 (Cause::Film(Correction::Scale), factor.recip(), f64::NAN, f64::NAN)
             }
@@ -313,6 +342,24 @@ pub(super) fn explanations(
     let mut all: Vec<Explanation> = solution.findings.iter().filter_map(of).collect();
     all.sort_by(|a, b| a.delta_2logl.total_cmp(&b.delta_2logl));
     all
+}
+
+/// Returns what shots of discs scatter by.
+pub(crate) fn scatter(found: &Scatter) -> String {
+    let of_ratio = if found.impulse_ratio > 0.0 {
+        format!(" and {} in J_t/J_n", plain(found.impulse_ratio, 2))
+    } else {
+        String::new()
+    };
+    format!(
+        "beyond the errors of their frames shots scatter by {} in e{of_ratio}, which the errors include",
+        plain(found.restitution, 2)
+    )
+}
+
+/// Returns a change of −2 log L in words.
+fn change(fall: f64) -> String {
+    if fall < 0.0 { format!("higher by {:.1} with it", -fall) } else { format!("lower by {fall:.1} with it") }
 }
 
 /// Returns what an unknown that explains residuals is called.

@@ -1,6 +1,5 @@
 //! What footage shows to be wrong with itself or with what is stated of it, as reasons for doubt.
 
-use super::camera::LEAST_SHOTS;
 use super::check::{self, Finding, Kind, capital};
 use super::{Fit, Rejected};
 use crate::measurement::dataset::ON_REQUEST;
@@ -18,8 +17,8 @@ const SMOOTHED: f64 = 0.93;
 /// So many more frames are off after the impacts than before them where a tracker lags.
 const LATE: usize = 2;
 
-/// Frames that scatter by less than this part of the stated noise refute it.
-const TOO_LARGE: f64 = 0.7;
+/// Shots that show whether the camera looks askew.
+const LEAST_SHOTS: usize = 6;
 
 /// χ²/dof of so many velocities that are extracted from frames, and fit better than their noise allows.
 const TOO_GOOD: f64 = 0.25;
@@ -52,15 +51,7 @@ impl Fit {
         if camera.spoiled.is_some_and(|[before, after]| after >= before + LATE) {
             return Some(format!("{}.", capital(&check::lag().text)));
         }
-        if camera.converged {
-            return None;
-        }
-        Some(format!(
-            "The camera could not be calibrated from these {} shots: check radius, capture_fps and which track is which {}, or \
-             state what is known of it under [camera].",
-            camera.shots,
-            if camera.of_discs { "disc" } else { "ball" }
-        ))
+        None
     }
 
     /// That the positions seem to have been smoothed before they were exported, which leaves little to fit.
@@ -76,14 +67,6 @@ impl Fit {
         let goodness = self.diagnostics.goodness.as_ref();
         let tested = goodness.filter(|found| self.frames.is_some() && found.dof >= ENOUGH)?;
         let reduced = tested.chi2 / tested.dof as f64;
-        let over_stated = self.camera.as_ref().and_then(|camera| camera.over_stated_noise);
-        if let Some(times) = over_stated.filter(|times| *times < TOO_LARGE && reduced < TOO_GOOD) {
-            return Some(format!(
-                "The stated noise of the positions (position_sd_m, or the columns of standard deviations) is too large, and the errors with it: \
-                 neighbouring frames scatter by {} times that.",
-                plain(times, 2)
-            ));
-        }
         (reduced < TOO_GOOD).then(|| {
             format!(
                 "The shots agree far better than the noise of their frames allows (χ²/dof of their velocities {}), as where positions \

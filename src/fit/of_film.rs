@@ -18,7 +18,6 @@ use crate::measurement::observable::{Axis, Observable};
 use crate::measurement::parameter::{Parameter, Settings};
 use crate::measurement::spin::Spin;
 use crate::measurement::track::TrackShot;
-use crate::physics::collision::Model;
 use crate::problem::{Id, Impact, Motion, Offsets, Solution};
 
 /// Normal quantile of 95 % intervals.
@@ -30,7 +29,6 @@ pub(crate) struct Fitted<'a> {
     pub group: Option<(String, String)>,
     pub options: &'a Options,
     pub settings: Settings,
-    pub model: Model,
     pub film: FittedFilm,
     pub done: &'a (dyn Fn() + Sync),
     pub impacts: &'a [Impact],
@@ -56,11 +54,12 @@ impl Fitted<'_> {
         let unknowns = solution.own_count();
         let dof = (observations - unknowns as f64 - solution.data_count()).max(0.0);
         let measured = |id: Id| self.film.shared(id).map(|(value, sd)| Measured::new(value, sd));
+        let computed = Computed::of(solution, self.options.fidelity);
         let mut fit = Fit {
             sliding: measured(Id::MuK),
             rolling: measured(Id::MuR),
             footage: true,
-            effects: self.model.effects.and(self.model.fidelity.effects()).list().to_vec(),
+            effects: Computed::effects(&computed),
             chi2: chi2_of_data + solution.prior_chi2(),
             dof: solution.dof(),
             noise: noise_of(&residuals),
@@ -174,11 +173,7 @@ impl Fitted<'_> {
         let drawn: Vec<&Estimate> = estimates.iter().filter(|e| parameters.contains(&e.parameter)).collect();
         let regions = self.options.depth >= Depth::Everything;
         Diagnostics {
-            computed: vec![Computed {
-                fidelity: self.model.fidelity,
-                effects: self.model.effects.and(self.model.fidelity.effects()),
-                shots: solution.names[0].len(),
-            }],
+            computed: Computed::of(solution, self.options.fidelity),
             identifiability: common.identifiability(&parameters, silent),
             goodness: Some(self.goodness((chi2, dof as usize, p_value), is_stated)),
             robust: common.robust(),

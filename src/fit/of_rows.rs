@@ -14,12 +14,12 @@ use super::intervals::regions;
 use super::request::Request;
 use super::{
     Computed, Depth, Diagnostics, Estimate, Fit, FitError, Goodness, Intervals, Noise, NoiseVerdict, Plateau,
-    Profile, Refuted, Residual, Status, Trend, Variable, check, film_words, table_words, warnings,
+    Profile, Refuted, Residual, Status, Trend, Variable, check, film_words, warnings,
 };
 use crate::measurement::number::plain;
 use crate::measurement::observable::{Axis, Observable};
-use crate::measurement::parameter::{Compliance, Parameter, Settings};
-use crate::physics::collision::{Coefficients, Effects, Fidelity, FidelityChoice, Model};
+use crate::measurement::parameter::{Parameter, Settings};
+use crate::physics::collision::{Coefficients, Fidelity, FidelityChoice};
 use crate::physics::friction_law::Law;
 use crate::problem::{
     self, Determined, Deviations, Id, Policy, RowsChoices, RowsFit, Severity, ShiftScore, Status as Found,
@@ -97,11 +97,8 @@ impl Fitted<'_> {
         let is_known = |observable| self.noise_of(observable).is_none_or(|noise| noise.is_known);
         fit.residuals = residuals(&solution.names[0], &self.deviations, is_known);
         fit.noise = self.noise(&fit.residuals);
-        let computed = self.computed();
-        for (effect, _) in Effects::NONE.list() {
-            let is_on = computed.iter().any(|of| of.effects.list().contains(&(effect, true)));
-            fit.effects.push((effect, is_on));
-        }
+        let computed = Computed::of(solution, self.request.options.fidelity);
+        fit.effects = Computed::effects(&computed);
         fit.diagnostics = self.diagnostics(&fit);
         fit.diagnostics.computed = computed;
         refuted::judge(&mut fit, self.request.shots);
@@ -161,30 +158,6 @@ impl Fitted<'_> {
             });
         }
         all
-    }
-
-    /// Returns how many shots were computed with which effects.
-    fn computed(&self) -> Vec<Computed> {
-        let RowsFit { solution, effects, .. } = &self.rows;
-        let shots = solution.names[0].len();
-        let fidelity = match self.request.options.fidelity {
-            FidelityChoice::Auto => Fidelity::Full,
-            FidelityChoice::Of(fidelity) => fidelity,
-        };
-        let adopted = |name: &str| effects.iter().find(|effect| effect.adopted && effect.name == name);
-        let compliance = self.settings.compliance == Compliance::Stated || adopted("compliance").is_some();
-        let own = Model::new(fidelity, self.request.dataset.ball).effects.and(fidelity.effects());
-        let base = Effects { compliance, ..own };
-        let heavy = if fidelity == Fidelity::Contact { 0 } else { adopted("weight").map_or(0, |e| e.shots) };
-        let all = [
-            Computed { fidelity, effects: base, shots: shots - heavy.min(shots) },
-            Computed {
-                fidelity: Fidelity::Contact,
-                effects: Effects { compliance, ..Effects::ALL },
-                shots: heavy,
-            },
-        ];
-        all.into_iter().filter(|computed| computed.shots > 0).collect()
     }
 
     fn diagnostics(&self, fit: &Fit) -> Diagnostics {
@@ -322,12 +295,14 @@ impl Fitted<'_> {
             let scores: Vec<Option<ShiftScore>> = self.deviations.iter().enumerate().map(score).collect();
             for (variable, values) in &variables {
                 let Some(slope) = solution.slope_of(values, &scores) else { continue };
-                // the noise that is estimated from the same numbers is less without the slope
+                // the noise that is estimated from the same numbers is less without mean and slope
                 let of_t = |dof: f64| {
                     let all: f64 = self.rows.noises.iter().map(|noise| noise.square).sum();
                     let square = slope.t * slope.t;
-                    let t = (square * (dof - 1.0) / (all - square).max(f64::MIN_POSITIVE)).sqrt();
-                    Some(2.0 * StudentsT::new(0.0, 1.0, dof - 1.0).ok()?.sf(t.min(f64::MAX)))
+                    let left = (all - slope.level.unwrap_or(0.0) - square).max(f64::MIN_POSITIVE);
+                    let dof = dof - 1.0 - f64::from(slope.level.is_some());
+                    let t = (square * dof / left).sqrt();
+                    Some(2.0 * StudentsT::new(0.0, 1.0, dof).ok()?.sf(t.min(f64::MAX)))
                 };
                 let p_value = match self.rows.dof {
                     Some(_) if !self.rows.knows_noise() => None,
@@ -343,10 +318,8 @@ impl Fitted<'_> {
     /// Adds what is to be said of the fit.
     fn comment(&self, fit: &mut Fit) {
         let Request { dataset, shots, options, .. } = self.request;
-        fit.explanations.extend(table_words::compliance(&self.rows));
         let topspin = self.deviations.iter().flatten().any(|found| found.spins[0] > 0.0);
         warnings::add(fit, topspin, self.rows.knows_noise());
-        fit.notes.extend(table_words::effects(&self.rows));
         if self.deviations.iter().flatten().any(|found| found.speed.is_none()) {
             fit.notes.push(
                 "Some shots have no speed. Only angles and ratios were asked of them, which do not depend on it."
@@ -356,9 +329,11 @@ impl Fitted<'_> {
         let plateaus = std::mem::take(&mut fit.diagnostics.plateaus);
         warnings::add_plateaus(fit, &plateaus);
         warnings::add_tracks(fit, dataset, shots);
-        let findings = fit.findings.iter().filter(|finding| finding.severity() > Severity::Note);
-        let sentences = findings.filter_map(|finding| film_words::sentence(finding, None, 0.0));
-        fit.warnings.splice(0..0, sentences.collect::<Vec<_>>());
+        let sentence = |finding: &problem::Finding| film_words::sentence(finding, None, 0.0);
+        let effects = fit.findings.iter().filter(|finding| finding.adoption().is_some());
+        fit.notes.splice(0..0, effects.filter_map(sentence).collect::<Vec<_>>());
+        let doubts = fit.findings.iter().filter(|finding| finding.severity() > Severity::Note);
+        fit.warnings.splice(0..0, doubts.filter_map(sentence).collect::<Vec<_>>());
         if self.depth < options.depth {
             fit.notes.push(
                 "With so many shots the regions of pairs of parameters and other models are left out."

@@ -17,7 +17,7 @@ use crate::measurement::number::plain;
 use crate::measurement::observable::Observable;
 use crate::measurement::parameter::Parameter;
 use crate::physics::ball::Ball;
-use crate::physics::collision::{Effects, Fidelity};
+use crate::physics::collision::{Effects, Fidelity, FidelityChoice};
 use crate::physics::disc::Discs;
 use crate::problem::Solution;
 
@@ -158,6 +158,37 @@ pub struct Computed {
     pub effects: Effects,
     /// How many shots were computed so.
     pub shots: usize,
+}
+
+impl Computed {
+    /// Returns how the shots of each sample of a fit were computed, those of equal effects together.
+    pub(crate) fn of(solution: &Solution, choice: FidelityChoice) -> Vec<Self> {
+        let mut all: Vec<Self> = Vec::new();
+        for (sample, shots) in solution.problem.samples.iter().zip(&solution.at.shots) {
+            let corrected = sample.block.count_corrected();
+            let parts = match choice {
+                FidelityChoice::Of(fidelity) => vec![(fidelity, shots.len())],
+                FidelityChoice::Auto => {
+                    vec![(Fidelity::Full, shots.len() - corrected), (Fidelity::Contact, corrected)]
+                }
+            };
+            for (fidelity, shots) in parts.into_iter().filter(|(_, shots)| *shots > 0) {
+                let effects = Effects { compliance: sample.block.is_compliant(), ..fidelity.effects() };
+                match all.iter_mut().find(|known| (known.fidelity, known.effects) == (fidelity, effects)) {
+                    Some(known) => known.shots += shots,
+                    None => all.push(Self { fidelity, effects, shots }),
+                }
+            }
+        }
+        all
+    }
+
+    /// Returns each effect, and whether some shots were computed with it.
+    pub(crate) fn effects(all: &[Self]) -> Vec<(&'static str, bool)> {
+        let is_on =
+            |(effect, _)| (effect, all.iter().any(|own| own.effects.list().contains(&(effect, true))));
+        Effects::NONE.list().into_iter().map(is_on).collect()
+    }
 }
 
 /// What the fit of a film of balls found besides the parameters.

@@ -8,7 +8,7 @@ use super::check::capital;
 use super::diagnostics::goodness::IMPROBABLE;
 use super::film_words;
 use super::warnings::{Hidden, bound_and_limit, hidden_by_bounds};
-use super::{Estimate, Fit, Noise, NoiseVerdict, Scatter, Status, Trend};
+use super::{Estimate, Fit, Noise, NoiseVerdict, Status, Trend};
 use crate::measurement::dataset::{ON_REQUEST, ObjectBall};
 use crate::measurement::number::{self, plain, with_error};
 use crate::measurement::observable::Observable;
@@ -328,16 +328,7 @@ impl Fit {
                 )
             }
             None if self.scatter.is_some_and(|scatter| scatter.is_estimated) => {
-                let Scatter { restitution, impulse_ratio, .. } = self.scatter.unwrap_or_default();
-                let of_ratio = if impulse_ratio > 0.0 {
-                    format!(" and {} in J_t/J_n", plain(impulse_ratio, 2))
-                } else {
-                    String::new()
-                };
-                format!(
-                    "; beyond the errors of their frames shots scatter by {} in e{of_ratio}, which the errors include",
-                    plain(restitution, 2)
-                )
+                format!("; {}", film_words::scatter(&self.scatter.unwrap_or_default()))
             }
             None if self.diagnostics.robust.is_some() => "; outlying shots count less".to_owned(),
             None => "; the noise was estimated from the residuals, so that χ² tests nothing".to_owned(),

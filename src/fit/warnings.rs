@@ -86,11 +86,11 @@ impl Said {
                 Status::NotIdentified if estimate.parameter == Parameter::MuS && !topspin => self.notes.push(format!(
                     "μ_s is not identified: no shot has topspin, so the cloth never carries the object ball. It was \
                      left at {}.",
-                    estimate.value
+                    plain(estimate.value, 3)
                 )),
                 Status::NotIdentified if !undetermined => self.notes.push(format!(
                     "{symbol} is not identified: no observation depends on it. It was left at {}.",
-                    estimate.value
+                    plain(estimate.value, 3)
                 )),
                 _ => {
                     if let Some((side, limit)) = bound_and_limit(estimate, 3) {

@@ -7,7 +7,8 @@ use super::problem::{Evaluation, Problem, Reduced, State};
 /// Fall of χ² below which a step is not made: 0.1 standard deviations.
 pub(super) const STALL: f64 = 0.01;
 
-/// Number of steps that gain nothing, though they were promised to, after which a descent ends.
+/// Number of steps in a row that gain next to nothing, though they were promised to, after which a descent
+/// ends.
 const MAX_STALLS: usize = 2;
 
 /// Parts by which diagonals are raised at the beginning, and at which a descent gives up.
@@ -57,16 +58,17 @@ pub(crate) fn descend_until(
             }
         };
         evaluations += 1;
-        if trial.cost < at.cost {
+        let rise = trial.cost - at.cost;
+        // a step that gains nothing may have crossed a kink: shorter ones may gain
+        stalls = if rise < -stall { 0 } else { stalls + usize::from(rise < stall) };
+        if rise < 0.0 {
             at = trial;
             damping = (damping * 0.01).max(LEAST_DAMPING);
         } else {
-            // a step that gains nothing may have crossed a kink: shorter ones may gain
-            stalls += usize::from(trial.cost - at.cost < stall);
-            if stalls > MAX_STALLS {
-                return Descent { end: at, evaluations, converged: true };
-            }
             damping *= 100.0;
+        }
+        if stalls > MAX_STALLS {
+            return Descent { end: at, evaluations, converged: true };
         }
     }
     Descent { end: at, evaluations, converged: false }

@@ -43,6 +43,13 @@ pub enum Finding {
         /// Number of all shots.
         of: usize,
     },
+    /// A ball meets a cushion or another ball after the impact: its frames from there on are left out.
+    Ends {
+        /// Number of shots.
+        shots: usize,
+        /// Number of all shots.
+        of: usize,
+    },
     /// The noise lasts from frame to frame.
     NoiseLasts {
         /// Correlation of neighbouring frames.
@@ -50,7 +57,7 @@ pub enum Finding {
         /// Its standard error.
         sd: f64,
     },
-    /// Neighbouring frames scatter by more than the stated noise, which is not used.
+    /// Neighbouring frames scatter by more than the stated noise, which is not used; or by less.
     NoiseRefuted {
         /// Their scatter over the stated noise.
         times: f64,
@@ -65,17 +72,25 @@ pub enum Finding {
     /// Both balls are off their paths in the first frames after the impacts, and not before: the tracker
     /// lags.
     Lags,
-    /// A contact that is compliant along its surface was adopted.
+    /// A contact that is compliant along its surface.
     Compliance {
         /// κ.
         kappa: f64,
+        /// Number of shots in which it shows.
+        shots: usize,
         /// Fall of −2 log L.
         fall: f64,
+        /// Whether it was adopted.
+        adopted: bool,
     },
-    /// What weight and cloth do during the contact was adopted.
+    /// What weight and cloth do during the contact.
     Weight {
+        /// Number of shots on which they act.
+        shots: usize,
         /// Fall of −2 log L.
         fall: f64,
+        /// Whether it was adopted.
+        adopted: bool,
     },
     /// The frames contradict what is stated or known of a quantity, whose prior was then left out.
     Conflict {
@@ -142,21 +157,33 @@ pub enum Finding {
 }
 
 impl Finding {
+    /// Returns whether an effect beyond those of the chosen fidelity was tried, and whether it was
+    /// adopted.
+    #[must_use]
+    pub fn adoption(&self) -> Option<bool> {
+        match self {
+            Self::Compliance { adopted, .. } | Self::Weight { adopted, .. } => Some(*adopted),
+            _ => None,
+        }
+    }
+
     /// Returns how far it affects the trust in a fit.
     #[must_use]
     pub fn severity(&self) -> Severity {
         match self {
+            Self::NoiseRefuted { times } if *times > 1.0 => Severity::Note,
             Self::Undetermined { .. }
             | Self::LostShots { .. }
             | Self::OtherUnit { stated: false, .. }
             | Self::Drops { .. }
             | Self::Corners { .. }
+            | Self::Ends { .. }
             | Self::NoiseLasts { .. }
-            | Self::NoiseRefuted { .. }
             | Self::Spoiled { .. }
             | Self::Compliance { .. }
             | Self::Weight { .. } => Severity::Note,
             Self::OtherUnit { .. }
+            | Self::NoiseRefuted { .. }
             | Self::Playback { .. }
             | Self::Conflict { .. }
             | Self::Cause { .. }

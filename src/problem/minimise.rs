@@ -22,6 +22,9 @@ const SAME_MU: f64 = 0.3;
 /// Rounds after which the states of spins stay as they are.
 const MAX_STATE_ROUNDS: usize = 5;
 
+/// Times that the finer model of the contact is computed.
+const WEIGHINGS: usize = 3;
+
 /// Rounds of noise, spreads and spin states, typical are 3.
 const MAX_ROUNDS: usize = 10;
 
@@ -95,6 +98,16 @@ fn descend_coarsely(problem: &Problem, start: &State) -> Option<Descent> {
     });
     let lower = if second.end.cost < first.end.cost - STALL { second } else { first };
     Some(Descent { evaluations, ..lower })
+}
+
+/// Minimises with what weight and cloth do during the contact, which is computed where each descent ends.
+pub(crate) fn descend_weighed(problem: &mut Problem, mut state: State) -> Descent {
+    for _ in 1..WEIGHINGS {
+        problem.weigh(&state);
+        state = descend_with_noise(problem, state).end.state;
+    }
+    problem.weigh(&state);
+    descend_with_noise(problem, state)
 }
 
 /// Minimises over everything free, and again with the noise and the spreads that the residuals show

@@ -43,9 +43,13 @@ mod uncertainty;
 mod unknowns;
 
 pub use discs::block::Component;
-pub use discs::quantities::DiscImpact;
+pub(crate) use discs::equal::ball;
+pub use discs::impact::{DiscImpact, Doubt};
+pub use discs::measure::{MeasuredDiscs, measure_discs};
+pub use discs::quantities::Quantity;
 pub use discs::run::{DiscFit, Rival, Scatter, fit_discs};
 pub use discs::stick::Stuck;
+pub(crate) use film::camera::Camera;
 pub use film::film_data::{FilmError, Modelling};
 pub(crate) use film::planned::{Filming, PlannedShot, information, unknowns_of};
 pub use film::shots::{FittedFrame, Impact, Motion, PicturePaths};
@@ -58,7 +62,6 @@ pub use policy::Policy;
 pub use profile::End;
 pub use rows::choices::{RowsChoices, RowsError};
 pub(crate) use rows::deviations::Deviations;
-pub use rows::fidelity::Effect;
 pub use rows::prediction::{Prediction, predict};
 pub use rows::run::{RowsFit, TableNoise, fit_rows};
 pub use rows::shot::Unpredictable;
@@ -71,7 +74,7 @@ pub(crate) use {
     block::Block,
     descent::descend_until,
     film::{causes::comply, own},
-    minimise::descend_with_noise,
+    minimise::{descend_weighed, descend_with_noise},
     problem::{Evaluation, Problem, Sample, State},
     robust::robust_covariance,
     uncertainty::Estimates,

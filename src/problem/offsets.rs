@@ -27,6 +27,8 @@ pub struct Slope {
     pub t: f64,
     /// Probability of a slope as far from 0 by chance.
     pub p_value: f64,
+    /// Fall of χ² with a mean of the offsets beside it; `None` if the free unknowns take that up.
+    pub level: Option<f64>,
 }
 
 /// The score of a shift of the outcome of one shot by a standard deviation.
@@ -119,16 +121,19 @@ impl Solution {
             return None;
         }
         // without a level that the unknowns take up, the slope stands alone
-        let (information, along) = if level > OWN_PART * matrix[(0, 0)] {
+        let is_own = level > OWN_PART * matrix[(0, 0)];
+        let (information, along) = if is_own {
             let factor = left[(0, 1)] / level;
             (rise - factor * left[(0, 1)], gradient[1] - factor * gradient[0])
         } else {
             (rise, gradient[1])
         };
+        let level = is_own.then(|| gradient[0] * gradient[0] / level);
         if !(information > OWN_PART * matrix[(1, 1)]) {
             return None;
         }
         let t = -along / information.sqrt();
-        Some(Slope { value: -along / information, t, p_value: 2.0 * Normal::standard().sf(t.abs()) })
+        let p_value = 2.0 * Normal::standard().sf(t.abs());
+        Some(Slope { value: -along / information, t, p_value, level })
     }
 }

@@ -186,17 +186,25 @@ impl Problem {
         })
     }
 
-    /// Computes what weight and cloth do during the contact for the shots of all samples if one of them
-    /// has it; returns whether one has.
-    pub fn weigh_all(&mut self, state: &State) -> bool {
+    /// Returns whether a sample has what weight and cloth do during the contact.
+    pub fn is_weighed(&self) -> bool {
         let is_corrected = |sample: &Sample| match &sample.block {
             Block::Film(film) => film.world.contact.is_corrected(),
-            Block::Rows(rows) => rows.is_weighed(),
-            Block::Discs(_) => false,
+            other => other.count_corrected() > 0,
         };
-        if !self.samples.iter().any(is_corrected) {
-            return false;
+        self.samples.iter().any(is_corrected)
+    }
+
+    /// Computes again what weight and cloth do during the contact if a sample has it.
+    pub fn weigh_again(&mut self, at: &mut Evaluation) {
+        if self.is_weighed() {
+            self.weigh(&at.state);
+            *at = self.evaluate(at.state.clone());
         }
+    }
+
+    /// Computes what weight and cloth do during the contact for the shots of all samples.
+    pub fn weigh(&mut self, state: &State) {
         for (sample, own) in self.samples.iter_mut().zip(&state.own) {
             let shared = sample.gather(&state.shared);
             match &mut sample.block {
@@ -204,13 +212,10 @@ impl Problem {
                     film.world.contact = film.world.contact.with_weight();
                     film.correct(own, &shared);
                 }
-                Block::Rows(rows) => {
-                    rows.weigh(own, &shared);
-                }
+                Block::Rows(rows) => rows.weigh(own, &shared),
                 Block::Discs(_) => {}
             }
         }
-        true
     }
 
     /// Chooses the likeliest of the discrete states that each shot may be in given the shared
@@ -233,6 +238,11 @@ impl Problem {
 }
 
 impl Evaluation {
+    /// Returns the number of shots whose contact sticks.
+    pub fn count_sticking(&self) -> usize {
+        self.shots.iter().flatten().filter(|shot| shot.sticks).count()
+    }
+
     /// Returns the sums of each noise of a sample over its shots.
     pub fn noises(&self, sample: usize) -> Vec<NoiseSums> {
         let mut shots = self.shots[sample].iter();

@@ -20,7 +20,7 @@ const STALL: f64 = 1e-4;
 
 /// Evaluations of a descent at one point, and points for one end; typical are 3 and 3.
 const MAX_STEPS: usize = 60;
-const MAX_POINTS: usize = 40;
+const MAX_POINTS: usize = 80;
 
 /// Relative width of a bracket at which a jump of χ² is an end.
 const JUMP: f64 = 1e-6;
@@ -75,7 +75,7 @@ impl Solution {
 const DIRECTIONS: usize = 24;
 
 /// Relative precision of the root of the rise of χ² at the edge of a region, a line's width.
-const EDGE: f64 = 0.02;
+const EDGE: f64 = 0.01;
 
 /// Parts of the way to the ends of an interval at which its curve has points.
 const PARTS: [f64; 4] = [0.25, 0.5, 0.75, 1.0];
@@ -157,7 +157,7 @@ fn reach<const N: usize>(
     let mut inside: Reached = (0.0, 0.0, minimum.clone());
     let mut outside: Option<(f64, f64)> = None;
     let mut trial = first.min(limit);
-    for _ in 0..MAX_POINTS {
+    for count in 0..MAX_POINTS {
         let there = least_at(problem, &inside.2, &place(trial));
         let rise = there.as_ref().map_or(f64::INFINITY, |at| (at.cost - minimum.cost).max(0.0).sqrt());
         if (rise - t).abs() <= precision * t {
@@ -177,7 +177,9 @@ fn reach<const N: usize>(
                     return Some((inside.0, inside.1));
                 }
                 let part = (t - inside.1) / (rise - inside.1);
-                let part = if rise.is_finite() { part.clamp(0.05, 0.95) } else { 0.5 };
+                // where χ² turns from flat to steep, a secant alone comes to no end
+                let is_even = rise.is_finite() && count % 3 < 2;
+                let part = if is_even { part.clamp(0.05, 0.95) } else { 0.5 };
                 inside.0 + part * (far - inside.0)
             }
         };

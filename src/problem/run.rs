@@ -16,6 +16,7 @@ use super::sums::Noise;
 use super::uncertainty::Estimates;
 use super::unknowns::{Id, Mode, Shared};
 use crate::measurement::dataset::{Dataset, Tracks};
+use crate::measurement::parameter::Compliance;
 
 /// Rounds of leaving out frames and shots.
 const ROUNDS: usize = 3;
@@ -36,9 +37,7 @@ pub fn fit_film(dataset: &Dataset, modelling: &Modelling, policy: &Policy) -> Re
     let problem = Problem::of_one(Block::Film(block), unknowns);
     let mut run = Run { policy, problem, names, findings, left_out, evaluations: 0 };
     let mut descent = run.minimise(&start)?;
-    if let Some(reach) = run.leave_out_spoiled(&mut descent) {
-        run.findings.push(Finding::Spoiled { before: reach[0], after: reach[1] });
-    }
+    run.leave_out_spoiled(&mut descent);
     // shots that were left out have no first guess any more
     let start = if start.own[0].len() == run.names.len() { start } else { descent.end.state.clone() };
     if slow_variance(&run.noise(), &first_noise) > policy.misfit
@@ -52,16 +51,19 @@ pub fn fit_film(dataset: &Dataset, modelling: &Modelling, policy: &Policy) -> Re
     if modelling.is_auto
         && let Some((problem, refit, fall)) = causes::comply(&run.problem, &descent.end, policy)
     {
-        run.findings.push(Finding::Compliance { kappa: refit.end.state.shared[Id::Kappa], fall });
+        let (kappa, shots) = (refit.end.state.shared[Id::Kappa], descent.end.count_sticking());
+        run.findings.push(Finding::Compliance { kappa, shots, fall, adopted: true });
         run.adopt(problem, refit, &mut descent);
     }
-    let corrected = if modelling.is_auto {
-        causes::weigh(&run.problem, &descent.end, policy)
-    } else {
-        causes::correct(&run.problem, &descent.end)
+    let corrected = match modelling.settings.compliance {
+        _ if !modelling.is_auto => causes::correct(&run.problem, &descent.end),
+        // the integrated contact is none that is stated to be rigid
+        Compliance::Rigid => None,
+        _ => causes::weigh(&run.problem, &descent.end, policy),
     };
     if let Some((problem, refit, fall)) = corrected {
-        run.findings.extend(modelling.is_auto.then_some(Finding::Weight { fall }));
+        let shots = problem.samples[0].block.count_corrected();
+        run.findings.extend(modelling.is_auto.then_some(Finding::Weight { shots, fall, adopted: true }));
         run.adopt(problem, refit, &mut descent);
     }
     let mut estimates = run.estimates(&descent)?;
@@ -76,13 +78,15 @@ pub fn fit_film(dataset: &Dataset, modelling: &Modelling, policy: &Policy) -> Re
         estimates = run.estimates(&descent)?;
         run.findings.extend(causes::contradicted_rate(&run.problem, &descent.end, &estimates, policy));
     }
+    let state = &descent.end.state;
+    let lags =
+        run.problem.film().is_some_and(|film| next_to_impact::lags(film, &state.own[0], &state.shared));
+    if lags && !run.findings.contains(&Finding::Lags) {
+        run.findings.push(Finding::Lags);
+    }
     let misfit = slow_variance(&run.noise(), &first_noise);
     if misfit > policy.misfit {
         run.findings.push(Finding::Misfit { ratio: misfit, refutes: misfit > policy.refuted });
-    }
-    let state = &descent.end.state;
-    if run.problem.film().is_some_and(|film| next_to_impact::lags(film, &state.own[0], &state.shared)) {
-        run.findings.push(Finding::Lags);
     }
     if !descent.converged {
         run.findings.push(Finding::NotConverged);
@@ -156,15 +160,17 @@ impl Run<'_> {
         Ok(descent)
     }
 
-    /// Leaves out the frames next to the impacts if they are off in all shots; returns how many.
-    fn leave_out_spoiled(&mut self, descent: &mut Descent) -> Option<[usize; 2]> {
+    /// Leaves out the frames next to the impacts if they are off in all shots, and says so.
+    fn leave_out_spoiled(&mut self, descent: &mut Descent) {
         let state = descent.end.state.clone();
-        let film = self.problem.film_mut()?;
-        let reach = next_to_impact::spoiled(film, &state.own[0], &state.shared)?;
+        let Some(film) = self.problem.film_mut() else { return };
+        let Some(reach) = next_to_impact::spoiled(film, &state.own[0], &state.shared) else { return };
+        let lags = next_to_impact::lags(film, &state.own[0], &state.shared);
+        let [before, after] = reach;
+        self.findings.push(if lags { Finding::Lags } else { Finding::Spoiled { before, after } });
         next_to_impact::leave_out(film, &state.own[0], reach);
         *descent = descend_with_noise(&mut self.problem, state);
         self.evaluations += descent.evaluations;
-        Some(reach)
     }
 
     /// Returns the noise of the frames of each ball.

@@ -249,11 +249,14 @@ impl Solution {
         self.problem.samples.iter().enumerate().map(of_sample).sum()
     }
 
-    /// Returns the degrees of freedom of χ²: numbers less unknowns, each by the part that the data determine.
+    /// Returns the degrees of freedom of χ² of everything: numbers less unknowns, where what is known of an
+    /// unknown beforehand is a number, too.
     #[must_use]
     pub fn dof(&self) -> usize {
-        let numbers = self.chi2_of_data().1;
-        (numbers - self.own_count() as f64 - self.data_count()).max(0.0).round() as usize
+        let numbers = self.chi2_of_data().1.round() as usize;
+        let has_prior = |column: &&usize| self.problem.unknowns[**column].active_prior().is_some();
+        let shared = self.covariance.columns.iter().filter(|column| !has_prior(column)).count();
+        numbers.saturating_sub(self.own_count() + shared)
     }
 
     /// Returns the number of shared unknowns that the data determine: each counts by the part of its

@@ -3,6 +3,7 @@
 use super::document::Verdict;
 use super::number::{plain, with_error};
 use crate::compare::{Compared, Comparison, Difference, Effect, Finding, Quantity, Reason};
+use crate::fit::film_words;
 use crate::measurement::parameter::Parameter;
 use crate::problem::Severity;
 
@@ -123,6 +124,9 @@ fn sentence(comparison: &Comparison, finding: &Finding) -> String {
              set kappa under [fit] of each data set.",
             plain(*fall, 2)
         ),
+        Finding::Scatter { sample, scatter } => {
+            format!("{}: {}.", title(*sample), film_words::scatter(scatter))
+        }
         Finding::MassRatios { quantity, std_error, part } => format!(
             "Of the error of a difference in {}, ± {}, {} is the mass ratio of the balls, one for each data set. If the \
              same balls were played, balls = \"LABEL\" in each dataset.toml says so; if not, weigh them to 0.1 g.",

@@ -179,6 +179,9 @@ impl Course {
 }
 
 impl Camera {
+    /// Where impacts lie, along x and y, m.
+    pub(crate) const FIELD_M: [f64; 2] = [0.3, 1.0];
+
     /// How many frames it takes before and after the impact.
     pub(crate) fn frames(&self) -> [usize; 2] {
         [self.before_ms, self.after_ms].map(|ms| (1e-3 * ms * self.fps).round() as usize)
@@ -249,7 +252,7 @@ impl Maker<'_> {
         let Camera { fps, position_sd_m: sd, gaps, outliers, markers, .. } = camera;
         let (_, _, cue) = self.shot(number);
         let direction = self.between([-std::f64::consts::PI, std::f64::consts::PI]);
-        let object = [self.between([0.3, 1.0]), self.between([0.3, 1.0])];
+        let object = [self.between(Camera::FIELD_M), self.between(Camera::FIELD_M)];
         let frames = camera.frames();
         let time = (frames[0] as f64 + self.rng.random::<f64>()) / fps;
         let meeting = (time, direction, object);

@@ -138,7 +138,7 @@ fn changes(request: Request, fit: &RowsFit, own: &Settings, shots: &[Option<Devi
         fidelity: FidelityChoice::Of(fidelity),
         ..as_fitted.clone()
     };
-    let adopts = fit.effects.iter().any(|effect| effect.adopted);
+    let adopts = fit.solution.findings.iter().any(|finding| finding.adoption() == Some(true));
     let mut all = Vec::new();
     if adopts || !is_full {
         all.push(other(Fidelity::Full));
@@ -154,8 +154,8 @@ fn changes(request: Request, fit: &RowsFit, own: &Settings, shots: &[Option<Devi
         return all;
     }
     let is_told = |parameter: Parameter| {
-        fit.solution.get(Id::from(parameter)).is_some_and(|found| found.std_error.is_some())
-            && own[parameter].prior.is_none()
+        let setting = &own[parameter];
+        !setting.fixed && setting.prior.is_none() && fit.solution.is_informed(Id::from(parameter))
     };
     // effects that were adopted stay
     let fixed = if adopts { fidelity } else { full };

@@ -74,7 +74,16 @@ fn contour(
     let centre = pair.map(|estimate| estimate.value);
     let bounds = ids.map(|id| solution.bounds(id));
     let covariance = solution.covariance_in(covariance, &ids);
-    let root = Matrix2::from_fn(|i, j| covariance[(i, j)]).cholesky()?.l();
+    // where nothing is known of one beside the other, from its interval or its bounds
+    let reach = |i: usize| {
+        pair[i].std_error.unwrap_or_else(|| {
+            let [low, high] = pair[i].interval_95.unwrap_or(bounds[i]);
+            0.25 * (high - low)
+        })
+    };
+    let root = Matrix2::from_fn(|i, j| covariance[(i, j)])
+        .cholesky()
+        .map_or_else(|| Matrix2::from_diagonal(&Vector2::new(reach(0), reach(1))), |root| root.l());
     // of films, whose χ² takes long, the ellipse serves
     let is_parabola = solution.is_film() || pair.iter().all(|estimate| !estimate.is_profiled());
     let level = |probability: f64| {

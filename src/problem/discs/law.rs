@@ -2,14 +2,16 @@
 
 use rayon::prelude::*;
 
+use super::block::Freedom;
+use super::impact::DiscImpact;
 use super::measure::{ROUNDS, Reached, STEPS, settle};
 use super::motion::law_of;
-use super::quantities::DiscImpact;
+use super::quantities::Quantity;
 use super::run::{Rival, Run};
-use crate::extraction::disc::Quantity;
 use crate::measurement::parameter::{Compliance, Parameter, Settings};
 use crate::problem::descent::{Descent, descend};
 use crate::problem::film::film_data::FilmError;
+use crate::problem::findings::Finding;
 use crate::problem::problem::{Problem, State};
 use crate::problem::unknowns::{Id, Mode, Shared, Unknown};
 
@@ -56,7 +58,17 @@ impl Run<'_> {
         let compliant = self.settle_all(compliant, fits.first())?;
         let of_rigid = fits.first().map_or(f64::INFINITY, |best| best.unlikely);
         // beyond the equations that define the parameters only if the shots show it
-        if compliant.first().is_some_and(|best| best.unlikely < of_rigid - self.policy.cause) {
+        if let Some(best) = compliant.first()
+            && best.unlikely < of_rigid - self.policy.cause
+        {
+            let (kappa, fall) = (best.shared()[Id::Kappa], of_rigid - best.unlikely);
+            let shots = self.names.len();
+            self.findings.extend(is_auto.then_some(Finding::Compliance {
+                kappa,
+                shots,
+                fall,
+                adopted: true,
+            }));
             fits = compliant;
         }
         let mut ranked = fits.into_iter();
@@ -146,7 +158,7 @@ impl Run<'_> {
     /// Returns the problem of all shots with a law in common.
     fn with_law(&self, compliant: bool) -> Result<Problem, FilmError> {
         let mut problem = self.free.problem.clone();
-        problem.discs_mut().ok_or(FilmError::NoFilm)?.is_free = false;
+        problem.discs_mut().ok_or(FilmError::NoFilm)?.freedom = Freedom::Law;
         let Settings { falls, e_falls, compliance, .. } = self.settings;
         let parameters = [
             (Id::Mu, Parameter::Mu),

@@ -30,8 +30,8 @@ const RATES: [f64; 5] = [0.8, 0.9, 1.0, 1.1, 1.25];
 const SLIDES_RATHER: f64 = 0.9;
 
 /// Topspin over natural roll at which descents start whose balls slide: on either side of rolling,
-/// where the friction of the cloth turns.
-const SLIDES: [f64; 3] = [0.8, 0.95, 1.05];
+/// where the friction of the cloth turns, and next to none.
+const SLIDES: [f64; 4] = [0.1, 0.8, 0.95, 1.05];
 
 /// Rounds of computing what a finer model adds, and refitting.
 const ROUNDS: usize = 2;
@@ -195,8 +195,7 @@ pub(crate) fn contradicted_rate(
 /// resin, if χ² falls by enough.
 pub(crate) fn comply(problem: &Problem, at: &Evaluation, policy: &Policy) -> Option<(Problem, Descent, f64)> {
     let kappa = problem.unknown(Id::Kappa);
-    let sticks = at.shots.iter().flatten().filter(|shot| shot.sticks).count();
-    if kappa.mode != Mode::Fixed || kappa.start != 0.0 || sticks == 0 {
+    if kappa.mode != Mode::Fixed || kappa.start != 0.0 || at.count_sticking() == 0 {
         return None;
     }
     let mut compliant = problem.clone();

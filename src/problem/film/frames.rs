@@ -1,14 +1,13 @@
 //! The frames of a shot against the paths of its balls: residuals and derivatives, whitened for
 //! noise that is correlated from frame to frame, and summed up to normal equations.
 
-use nalgebra::{DMatrix, Matrix3, SMatrix, SVector};
+use nalgebra::{DMatrix, SMatrix, SVector};
 
 use super::camera::{Camera, Point};
-use super::dual::{DualVector, INPUTS, gradient};
+use super::dual::{INPUTS, gradient};
 use super::impact::{Contact, Correction};
 use super::motion::{COEFFICIENTS, Piece, StatedSpin, Stretch, Struck, follow_balls};
 use super::own::{self, OWN};
-use crate::physics::ball::Vec3;
 use crate::problem::sums::{Contribution, Noise, NoiseSums};
 use crate::problem::unknowns::{CAMERA, Id, Own, PHYSICS, SHARED, Shared};
 
@@ -47,19 +46,20 @@ pub(crate) struct ShotFrames {
     pub tracks: [Vec<Frame>; 2],
     /// Frames per second.
     pub fps: f64,
-    /// Spins of the balls just after the impact that markers show.
+    /// Side spins of the balls just after the impact that markers show.
     pub spins: Vec<MeasuredSpin>,
 }
 
-/// The spin of a ball just after the impact.
+/// The side spin of a ball just after the impact. Spins about horizontal axes change unevenly: the cloth does
+/// not touch a ball that hops.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct MeasuredSpin {
     /// 0 for the cue ball, 1 for the object ball.
     pub ball: usize,
-    /// In the table frame, rad/s.
-    pub spin: Vec3,
-    /// Inverse of the lower Cholesky factor of its covariance.
-    pub whiten: Matrix3<f64>,
+    /// rad/s.
+    pub spin: f64,
+    /// Its standard error, rad/s.
+    pub sd: f64,
 }
 
 /// What the shots of a film have in common besides unknowns: the collision model, and the noise of
@@ -200,27 +200,18 @@ impl ShotFrames {
     }
 }
 
-/// Adds what markers show of a spin after the impact.
+/// Adds what markers show of a side spin after the impact.
 fn add_spin(measured: &MeasuredSpin, struck: &Struck, radius: f64, total: &mut Contribution) {
-    let [x, y, z] = struck.after[measured.ball].spin.map(|spin| spin / radius);
-    let turned = struck.turn(&DualVector::new(x, y));
-    let predicted = [turned.x, turned.y, z];
+    let predicted = struck.after[measured.ball].spin[2] / radius;
     let last = total.products.ncols() - 1;
-    for row in 0..3 {
-        let mut by = SVector::<f64, INPUTS>::zeros();
-        let mut off = 0.0;
-        for (column, component) in predicted.iter().enumerate() {
-            let factor = measured.whiten[(row, column)];
-            by += gradient(component) * factor;
-            off += (component.re - measured.spin[column]) * factor;
-        }
-        let mut block = total.products.fixed_view_mut::<INPUTS, INPUTS>(0, 0);
-        block += by * by.transpose();
-        let mut beside = total.products.fixed_view_mut::<INPUTS, 1>(0, last);
-        beside += by * off;
-        total.products[(last, last)] += off * off;
-        total.cost += off * off;
-    }
+    let by = gradient(&predicted) / measured.sd;
+    let off = (predicted.re - measured.spin) / measured.sd;
+    let mut block = total.products.fixed_view_mut::<INPUTS, INPUTS>(0, 0);
+    block += by * by.transpose();
+    let mut beside = total.products.fixed_view_mut::<INPUTS, 1>(0, last);
+    beside += by * off;
+    total.products[(last, last)] += off * off;
+    total.cost += off * off;
 }
 
 /// Returns the correlation of errors `seconds` apart.

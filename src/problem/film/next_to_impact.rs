@@ -114,7 +114,8 @@ pub(crate) fn lags(film: &FilmBlock, own: &[Own], shared: &Shared) -> bool {
 /// Returns u·r in the last frame before the impact and the first ones after it; `None` for too few
 /// frames.
 fn along(frames: &[FittedFrame], instant: f64, ball: TrackedBall) -> Option<[f64; AFTER + 1]> {
-    let own: Vec<&FittedFrame> = frames.iter().filter(|frame| frame.ball == ball && frame.used).collect();
+    // also those that were left out as wrong
+    let own: Vec<&FittedFrame> = frames.iter().filter(|frame| frame.ball == ball).collect();
     let first = own.iter().position(|frame| frame.time >= instant)?;
     if first < NEXT || own.len() < first + NEXT {
         return None;

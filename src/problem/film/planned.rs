@@ -2,7 +2,7 @@
 
 use std::sync::Arc;
 
-use nalgebra::{DMatrix, Matrix3};
+use nalgebra::DMatrix;
 
 use super::block::FilmBlock;
 use super::camera::{Camera, Point};
@@ -11,7 +11,7 @@ use super::impact::{Contact, Correction};
 use super::motion::{Piece, Stretch, Struck, follow_balls};
 use super::own::{self, OWN};
 use super::priors::list_unknowns;
-use super::spins::{FIRST_SPREADS, LEAST_SPREAD, ShotSpin};
+use super::spins::{FIRST_SPREADS, LEAST_SPREAD, SIDE_SPREAD, ShotSpin, TOPSPIN_SPREAD};
 use crate::measurement::dataset::{Dataset, Tracks};
 use crate::measurement::spin::Spin;
 use crate::physics::collision::{Model, NotACollision};
@@ -29,14 +29,19 @@ pub struct PlannedShot {
     pub place: [f64; 2],
     /// Instant of the impact, s.
     pub instant: f64,
-    /// Topspin over natural roll.
+    /// Topspin over natural roll, and its standard deviation from shot to shot.
     pub topspin: f64,
+    pub topspin_sd: f64,
+    /// Number of such shots, of which the spread of spins is estimated.
+    pub shots: usize,
     /// What is known of the spin.
     pub spin: Spin,
-    /// Standard errors of a component of the spins of both balls after the impact, rad/s, if markers
-    /// show them.
+    /// Standard errors of the side spins of both balls after the impact, rad/s, if markers show them.
     pub after_sd: Option<[f64; 2]>,
 }
+
+/// Steps towards a spread, as many as fits take at most.
+const SPREAD_STEPS: usize = 10;
 
 /// How planned shots are filmed.
 #[derive(Clone, Copy, Debug)]
@@ -101,7 +106,7 @@ pub(crate) fn information(
     let spins = shown(&paths.struck, radius, shot.after_sd);
     let frames = ShotFrames { tracks: [track(0), track(1)], fps: filming.fps, spins };
     let noise = Noise { sd: filming.sd, rho: 0.0 };
-    let film = FilmBlock {
+    let mut film = FilmBlock {
         shots: Arc::new(vec![frames]),
         spins: vec![spin],
         spreads: FIRST_SPREADS.map(|first| Spread::first(first, LEAST_SPREAD)),
@@ -110,15 +115,35 @@ pub(crate) fn information(
         corrections: vec![rigid],
         loss: None,
     };
+    let (products, _) = film.contribute(0, &values, shared).own_system(0.0, OWN);
+    let Some(own) = products.cholesky() else { return Ok(None) };
+    let variances = own.inverse().diagonal();
+    for (which, place, truth) in
+        [(TOPSPIN_SPREAD, own::TOPSPIN, shot.topspin_sd), (SIDE_SPREAD, own::SIDE, 0.0)]
+    {
+        film.spreads[which].sd = found(&film.spreads[which], variances[place], truth, shot.shots as f64);
+    }
     let sums = film.contribute(0, &values, shared);
     Ok(sums.reduced(&Id::ALL).map(|(information, _)| information))
 }
 
-/// Returns the spins after the impact as markers show them.
+/// Returns the spread that n shots with the spread t show on average. With v the variance of the value of a
+/// shot, σ² = 1/(1/v − 1/s²) that by its frames alone, and w = s²/(s² + σ²), restricted likelihood ends at
+/// s² = [n w²(σ² + t²) + s₀²]/(n w + 1).
+fn found(spread: &Spread, variance: f64, truth: f64, shots: f64) -> f64 {
+    let by_frames = (variance.recip() - spread.sd.powi(-2)).max(f64::MIN_POSITIVE).recip();
+    let mut square = spread.first * spread.first;
+    for _ in 0..SPREAD_STEPS {
+        let part = square / (square + by_frames);
+        let seen = shots * part * part * (by_frames + truth * truth);
+        square = (seen + spread.first * spread.first) / (shots * part + 1.0);
+    }
+    square.sqrt().max(spread.least)
+}
+
+/// Returns the side spins after the impact as markers show them.
 fn shown(struck: &Struck, radius: f64, sd: Option<[f64; 2]>) -> Vec<MeasuredSpin> {
-    let of_ball = |(ball, sd): (usize, f64)| {
-        let [x, y, z] = struck.after[ball].spin.map(|spin| spin.re / radius);
-        MeasuredSpin { ball, spin: [x, y, z].into(), whiten: Matrix3::identity() / sd }
-    };
+    let of_ball =
+        |(ball, sd): (usize, f64)| MeasuredSpin { ball, spin: struck.after[ball].spin[2].re / radius, sd };
     sd.into_iter().flat_map(|both| both.into_iter().enumerate().map(of_ball)).collect()
 }

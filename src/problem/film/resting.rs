@@ -15,8 +15,8 @@ const LEAST_SHOTS: usize = 6;
 const LEAST: f64 = 0.003;
 const MOST: f64 = 0.2;
 
-/// Leaves out the shots whose object ball surely moves before the impact if most do; adds their
-/// names and reasons to `left_out`.
+/// Leaves out all shots if the object balls of most surely move before the impact, as those of the others
+/// then do, too; adds their names and reasons to `left_out`.
 pub(super) fn leave_out_moving(
     shots: &mut Vec<TrackShot>,
     from_balls: bool,
@@ -32,15 +32,16 @@ pub(super) fn leave_out_moving(
         return;
     }
     let moving = found.iter().flatten().count();
-    let mut found = found.into_iter();
-    shots.retain(|shot| {
-        let Some((speed, _)) = found.next().flatten() else { return true };
-        let with = if from_balls { String::new() } else { format!(", with {speed:.3} m/s") };
+    for (shot, found) in shots.drain(..).zip(found) {
+        let was = match found {
+            Some((speed, _)) if !from_balls => format!("was moving before the impact, with {speed:.3} m/s"),
+            Some(_) => "was moving before the impact".to_owned(),
+            None => "may have been moving before the impact".to_owned(),
+        };
         let reason = format!(
-            "the object ball was moving before the impact{with}, as in {moving} of {count} shots: let it \
-             come to rest first, on a table that is level"
+            "the object ball {was}, as in {moving} of {count} shots: let it come to rest first, on a table \
+             that is level"
         );
-        left_out.push((shot.name.clone(), reason));
-        false
-    });
+        left_out.push((shot.name, reason));
+    }
 }

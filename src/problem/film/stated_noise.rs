@@ -6,11 +6,10 @@ use crate::film::frame_noise::noise;
 use crate::measurement::track::TrackShot;
 use crate::numerics::median;
 
-/// Scatter of neighbouring frames, in units of the stated noise, that refutes it.
-const TOO_SMALL: f64 = 1.5;
+/// Scatter of neighbouring frames, in units of the stated noise, that does not refute it.
+const AS_STATED: std::ops::Range<f64> = 0.7..1.5;
 
-/// Returns by how many times neighbouring frames scatter more than stated, if that refutes what is
-/// stated.
+/// Returns the scatter of neighbouring frames over the stated noise, if that refutes what is stated.
 pub(super) fn refuted(shots: &[TrackShot]) -> Option<f64> {
     let of_shot = |shot: &TrackShot| {
         let samples = shot.cue.iter().chain(&shot.object);
@@ -19,7 +18,7 @@ pub(super) fn refuted(shots: &[TrackShot]) -> Option<f64> {
         (stated > 0.0).then(|| noise(shot) / stated)
     };
     let found: Vec<f64> = shots.par_iter().filter_map(of_shot).collect();
-    (!found.is_empty()).then(|| median(found)).filter(|times| *times > TOO_SMALL)
+    (!found.is_empty()).then(|| median(found)).filter(|times| !AS_STATED.contains(times))
 }
 
 /// Forgets the noise that is stated.

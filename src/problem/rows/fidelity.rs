@@ -11,26 +11,11 @@ use crate::measurement::parameter::{Compliance, Parameter, Settings};
 use crate::physics::collision::FidelityChoice;
 use crate::problem::descent::Descent;
 use crate::problem::film::impact::Correction;
-use crate::problem::minimise::{descend_with_noise, fit};
+use crate::problem::findings::Finding;
+use crate::problem::minimise::{descend_weighed, fit};
 use crate::problem::policy::Policy;
-use crate::problem::problem::{Evaluation, Problem, State};
+use crate::problem::problem::{Evaluation, Problem};
 use crate::problem::unknowns::{Id, Own, Shared};
-
-/// Rounds of computing offsets and fitting.
-const ROUNDS: usize = 3;
-
-/// An effect that was tried.
-#[derive(Clone, Debug, PartialEq)]
-pub struct Effect {
-    /// `compliance` or `weight`.
-    pub name: &'static str,
-    /// Number of shots that it acts on.
-    pub shots: usize,
-    /// Fall of −2 log L with it.
-    pub fall: f64,
-    /// Whether it was adopted.
-    pub adopted: bool,
-}
 
 /// Adopts the effects that make the shots likelier by enough.
 pub(super) fn choose_effects(
@@ -39,14 +24,15 @@ pub(super) fn choose_effects(
     fidelity: FidelityChoice,
     settings: &Settings,
     policy: &Policy,
-) -> Vec<Effect> {
+) -> Vec<Finding> {
     let mut tried = Vec::new();
     let is_auto = fidelity == FidelityChoice::Auto;
     if is_auto && settings.compliance == Compliance::Auto && settings[Parameter::Kappa].initial > 0.0 {
         tried.extend(try_compliance(problem, descent, settings[Parameter::Kappa].initial, policy));
     }
     let is_corrected = problem.rows().is_some_and(|rows| rows.contact.is_corrected());
-    if is_auto || is_corrected {
+    // the integrated contact is none that is stated to be rigid
+    if is_auto && settings.compliance != Compliance::Rigid || is_corrected {
         tried.extend(try_weight(problem, descent, !is_auto, policy));
     }
     tried
@@ -58,8 +44,8 @@ fn try_compliance(
     descent: &mut Descent,
     kappa: f64,
     policy: &Policy,
-) -> Option<Effect> {
-    let shots = descent.end.shots.iter().flatten().filter(|shot| shot.sticks).count();
+) -> Option<Finding> {
+    let shots = descent.end.count_sticking();
     if shots == 0 {
         return None;
     }
@@ -69,39 +55,41 @@ fn try_compliance(
     let mut start = descent.end.state.clone();
     start.shared[Id::Kappa] = kappa;
     let with = fit(&mut compliant, &start)?;
-    Some(adopt("compliance", shots, (problem, descent), (compliant, with), policy.adopt))
+    let kappa = with.end.state.shared[Id::Kappa];
+    let (fall, adopted) = adopt((problem, descent), (compliant, with), policy.adopt);
+    Some(Finding::Compliance { kappa, shots, fall, adopted })
 }
 
 /// Tries outcomes with the balls' weight.
-fn try_weight(problem: &mut Problem, descent: &mut Descent, of_all: bool, policy: &Policy) -> Option<Effect> {
+fn try_weight(
+    problem: &mut Problem,
+    descent: &mut Descent,
+    of_all: bool,
+    policy: &Policy,
+) -> Option<Finding> {
     let mut weighed = problem.clone();
-    let shots = offset_by_weight(&mut weighed, &descent.end.state);
+    let with = descend_weighed(&mut weighed, descent.end.state.clone());
+    let shots = weighed.samples[0].block.count_corrected();
     if shots == 0 {
         return None;
     }
-    let mut with = descend_with_noise(&mut weighed, descent.end.state.clone());
-    for _ in 1..ROUNDS {
-        offset_by_weight(&mut weighed, &with.end.state);
-        with = descend_with_noise(&mut weighed, with.end.state);
-    }
     let least = if of_all { f64::NEG_INFINITY } else { policy.adopt };
-    Some(adopt("weight", shots, (problem, descent), (weighed, with), least))
+    let (fall, adopted) = adopt((problem, descent), (weighed, with), least);
+    (!of_all).then_some(Finding::Weight { shots, fall, adopted })
 }
 
-/// Adopts a refit if −2 log L falls by more than `least`.
+/// Adopts a refit if −2 log L falls by more than `least`; returns the fall, and whether it was.
 fn adopt(
-    name: &'static str,
-    shots: usize,
     (problem, descent): (&mut Problem, &mut Descent),
     (other, with): (Problem, Descent),
     least: f64,
-) -> Effect {
+) -> (f64, bool) {
     let fall = minus_two_log(problem, &descent.end) - minus_two_log(&other, &with.end);
     let adopted = fall > least;
     if adopted {
         (*problem, *descent) = (other, with);
     }
-    Effect { name, shots, fall, adopted }
+    (fall, adopted)
 }
 
 /// Returns −2 log L up to a constant, greatest over the noises that are not stated.
@@ -117,27 +105,14 @@ pub(super) fn minus_two_log(problem: &Problem, at: &Evaluation) -> f64 {
 
 impl RowsBlock {
     /// Gives the shots whose speed is known the difference of the outcome with the balls' weight as their
-    /// offset; returns how many.
-    pub fn weigh(&mut self, own: &[Own], shared: &Shared) -> usize {
+    /// offset.
+    pub fn weigh(&mut self, own: &[Own], shared: &Shared) {
         let heavy = if self.contact.is_corrected() { self.contact } else { self.contact.with_weight() };
         let offset = |(shot, own): (&mut RowShot, &Own)| {
             let (cue, _) = shot.approach(own, shared);
             let offset = heavy.correct(&cue, shared).ok().filter(|_| shot.knows_speed);
-            let is_weighed = offset.is_some();
             shot.offset = offset.unwrap_or_else(Correction::zeros);
-            usize::from(is_weighed)
         };
-        Arc::make_mut(&mut self.shots).par_iter_mut().zip(own).map(offset).sum()
+        Arc::make_mut(&mut self.shots).par_iter_mut().zip(own).for_each(offset);
     }
-
-    /// Returns whether shots have the balls' weight as their offset.
-    pub fn is_weighed(&self) -> bool {
-        self.shots.iter().any(|shot| shot.offset != Correction::zeros())
-    }
-}
-
-/// Weighs the shots of a problem with one table; returns how many.
-fn offset_by_weight(problem: &mut Problem, state: &State) -> usize {
-    let shared = problem.samples[0].gather(&state.shared);
-    problem.rows_mut().map_or(0, |rows| rows.weigh(&state.own[0], &shared))
 }

@@ -299,11 +299,8 @@ mod tests {
                 [of(Observable::CueVelocity, after[0]), of(Observable::ObjectVelocity, after[1])].concat();
         }
         let auto = fitted(&dataset, &RowsChoices::default()).unwrap();
-        assert!(
-            auto.effects.iter().any(|effect| effect.name == "weight" && effect.adopted),
-            "{:?}",
-            auto.effects
-        );
+        let is_weighed = |finding: &Finding| matches!(finding, Finding::Weight { adopted: true, .. });
+        assert!(auto.solution.findings.iter().any(is_weighed), "{:?}", auto.solution.findings);
         let off = |fit: &RowsFit| (fit.get(Id::Mu).value - 0.05) / fit.get(Id::Mu).std_error.unwrap();
         let full = fitted(&dataset, &FULL).unwrap();
         assert!(

@@ -5,7 +5,7 @@ use statrs::distribution::{ChiSquared, ContinuousCDF};
 
 use super::block::{Pool, RowsBlock};
 use super::choices::{RowsChoices, RowsError};
-use super::fidelity::{Effect, choose_effects, minus_two_log};
+use super::fidelity::{choose_effects, minus_two_log};
 use super::outliers::judge_rows;
 use super::table::Table;
 use crate::measurement::dataset::{Dataset, Shot};
@@ -25,9 +25,9 @@ use crate::problem::solution::Solution;
 use crate::problem::uncertainty::Estimates;
 use crate::problem::unknowns::{Id, Mode};
 
-/// Fall of χ² that ends the last descent, 1e-6 standard deviations, so that bounds are met exactly, and
+/// Fall of χ² that ends the last descent, 1e-7 standard deviations, so that bounds are met exactly, and
 /// its evaluations.
-const STALL: f64 = 1e-12;
+const STALL: f64 = 1e-14;
 const MAX_STEPS: usize = 50;
 
 /// Fall of χ² by which another minimum is lower, as far as descents find minima.
@@ -73,8 +73,6 @@ pub struct RowsFit {
     pub dof: Option<f64>,
     /// Covariance with unknowns at bounds taken for free.
     pub(crate) as_free: Estimates,
-    /// Effects that were tried beyond those of the chosen fidelity.
-    pub effects: Vec<Effect>,
 }
 
 impl RowsFit {
@@ -114,7 +112,13 @@ pub fn fit_rows(
     if table.split_noise(&descent.end, policy) {
         descent = descend_with_noise(&mut table.problem, descent.end.state);
     }
-    let effects = choose_effects(&mut table.problem, &mut descent, choices.fidelity, &table.settings, policy);
+    findings.extend(choose_effects(
+        &mut table.problem,
+        &mut descent,
+        choices.fidelity,
+        &table.settings,
+        policy,
+    ));
     let is_auto = choices.fidelity == FidelityChoice::Auto;
     if let Some(explained) = explain(&table, &descent.end, policy).filter(|_| is_auto) {
         findings.push(explained.finding);
@@ -130,6 +134,7 @@ pub fn fit_rows(
     }
     let free = table.problem.free();
     let converged = descent.converged;
+    table.problem.weigh_again(&mut descent.end);
     let descent =
         Descent { converged, ..descend_until(&table.problem, descent.end, &free, MAX_STEPS, STALL) };
     let mut descent = meet_bounds(&table.problem, descent);
@@ -138,7 +143,7 @@ pub fn fit_rows(
     {
         descent = Descent { end, ..descent };
     }
-    Ok(finish(table, Found { descent, others, findings, effects }, choices, policy))
+    Ok(finish(table, Found { descent, others, findings }, choices, policy))
 }
 
 /// Returns the minimum of χ² + V, V = Σ ln det of the own unknowns' normal matrices: spins that nobody saw
@@ -192,12 +197,11 @@ struct Found {
     /// Ends of descents from elsewhere.
     others: Vec<Evaluation>,
     findings: Vec<Finding>,
-    effects: Vec<Effect>,
 }
 
 /// Computes what is known at a minimum.
 fn finish(table: Table, found: Found, choices: &RowsChoices, policy: &Policy) -> RowsFit {
-    let Found { descent, others, mut findings, effects } = found;
+    let Found { descent, others, mut findings } = found;
     let numbers = table.numbers();
     let Table { problem, names, left_out, settings, observables, silent } = table;
     let at = descent.end;
@@ -260,7 +264,7 @@ fn finish(table: Table, found: Found, choices: &RowsChoices, policy: &Policy) ->
             Status::Free | Status::Fixed => {}
         }
     }
-    RowsFit { solution, estimates, noises, dof, as_free, effects }
+    RowsFit { solution, estimates, noises, dof, as_free }
 }
 
 /// Returns the refit with what explains residuals that the stated errors do not: another ratio of the
