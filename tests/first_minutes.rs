@@ -325,7 +325,7 @@ fn help_has_every_command_and_every_topic() {
         assert!(topic.text.starts_with("# "));
     }
     assert!(done(lab.path(), &["help", "fit"]).contains("--bootstrap"));
-    assert!(refused(lab.path(), &["help", "fims"]).contains("expected a topic, of films"));
+    assert!(refused(lab.path(), &["help", "fims"]).contains("a similar value exists: 'films'"));
     // what a page names exists
     let pages: String = TOPICS.iter().map(|topic| topic.text).collect::<String>() + &read("README.md");
     for named in pages.split("caromfit help ").skip(1) {

@@ -1,4 +1,4 @@
-//! What makes the first hour easy: init, check, export, baselines, completions, the manual.
+//! What makes the first hour easy: init, check, export, baselines, completions.
 
 use std::collections::BTreeMap;
 use std::fs;
@@ -193,23 +193,16 @@ fn fit_says_where_the_report_is() {
     assert!(last.starts_with(&format!("Reports: {out}/*/report.html (2 data sets")), "{last}");
 }
 
-/// Words, not files, are offered where words are expected; examples of the manual keep their lines.
+/// Words, not files, are offered where words are expected.
 #[test]
-fn completions_offer_words_and_the_manual_keeps_lines() {
+fn completions_offer_words() {
     let output = caromfit(["completions", "bash"]);
     let (script, _) = status(&output, 0);
-    for words in ["\"squares huber cauchy\"", "\"pooltool json toml\""] {
+    for words in ["\"squares huber cauchy\"", "\"pooltool json toml\"", "\"films formats results"] {
         assert!(script.contains(words), "{words}");
     }
     let output = caromfit(["fit", "nowhere", "--loss", "hubert"]);
     assert!(status(&output, 2).1.contains("huber"));
-    let folder = tempfile::tempdir().unwrap();
-    status(&caromfit(["man", "--out", folder.path().to_str().unwrap()]), 0);
-    let page = fs::read_to_string(folder.path().join("caromfit-synth.1")).unwrap();
-    let example = page.split(".nf\n").nth(1).and_then(|rest| rest.split(".fi\n").next()).unwrap();
-    assert!(example.contains("\n    [camera]") && example.contains("impacts | angles | tracks"), "{page}");
-    let page = fs::read_to_string(folder.path().join("caromfit-collide.1")).unwrap();
-    assert!(page.contains(".SH EXAMPLES\n.nf\nExamples:\n  caromfit collide"), "{page}");
     // where --effects is, its names are
     for command in ["fit", "collide"] {
         let output = caromfit([command, "--help"]);
@@ -352,7 +345,7 @@ fn a_baseline_that_moved_ends_with_status_1_and_is_kept() {
 }
 
 #[test]
-fn completions_and_manual_name_every_command() {
+fn completions_name_every_command() {
     let output = caromfit(["--help"]);
     let (help, _) = status(&output, 0);
     let commands: Vec<&str> = help
@@ -364,16 +357,12 @@ fn completions_and_manual_name_every_command() {
         .filter(|word| *word != "help")
         .collect();
     assert!(commands.len() >= 9, "{help}");
-    let folder = tempfile::tempdir().unwrap();
-    status(&caromfit(["man", "--out", folder.path().to_str().unwrap()]), 0);
     for shell in ["bash", "zsh", "fish"] {
         let output = caromfit(["completions", shell]);
         let (script, _) = status(&output, 0);
         assert!(commands.iter().all(|command| script.contains(command)), "{shell}");
     }
     for command in commands {
-        let page = fs::read_to_string(folder.path().join(format!("caromfit-{command}.1"))).unwrap();
-        assert!(page.contains(".TH"), "{command}");
         let output = caromfit([command, "--help"]);
         let (help, _) = status(&output, 0);
         assert!(help.contains("Example"), "{command} has no example:\n{help}");

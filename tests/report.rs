@@ -282,7 +282,7 @@ fn text_and_html_say_the_same() {
                     Block::Table(table) => {
                         table.rows.iter().flatten().for_each(|cell| both(cell));
                     }
-                    Block::Figure(_) | Block::Shots(_) => {}
+                    Block::Figure(_) | Block::Links(_) | Block::Tracks(_) | Block::Shots(_) => {}
                 }
             }
         }

@@ -11,7 +11,6 @@ use caromfit::physics::collision::{Coefficients, Fidelity, MAX_KAPPA, Model};
 use caromfit::problem::predict;
 use caromfit::report;
 use caromfit::report::document::{self, AccuracyDocument};
-use caromfit::report::plot::precision;
 use caromfit::report::write;
 use caromfit::studies::accuracy::{self, Shot};
 use caromfit::studies::bias;
@@ -72,12 +71,12 @@ pub fn run(args: &Args) -> Result<(), Failure> {
     }
     let biases_table = report::accuracy::bias_table(&biases, data.shots.len());
     progress.finish();
-    let picture = precision::picture(&rows);
+    let figure = report::accuracy::figure(&rows);
     let files = [
         ("accuracy.csv", report::accuracy::csv(&rows).into_bytes()),
         ("bias.csv", report::accuracy::bias_csv(&biases).into_bytes()),
-        ("accuracy.svg", picture.svg()?.into_bytes()),
-        ("accuracy.png", picture.png()?),
+        ("accuracy.svg", figure.svg()?.into_bytes()),
+        ("accuracy.png", figure.png()?),
     ];
     write::write_files(&files, &args.out)?;
     if args.json {

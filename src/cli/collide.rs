@@ -3,10 +3,11 @@
 use std::path::{Path, PathBuf};
 
 use caromfit::io::cases::{self, BadCase, Case, Computed};
-use caromfit::physics::ball::{Ball, Vec3};
+use caromfit::physics::ball::{Ball, BallState, Vec3};
 use caromfit::physics::cloth_motion::Cloth;
 use caromfit::physics::collision::effects::{self, Choice, Compared, Estimate};
 use caromfit::physics::collision::{Effects, Fidelity, FidelityChoice, MIN_TOLERANCE, Model, Outcome};
+use caromfit::physics::contact_frame::cue_velocity;
 use caromfit::physics::friction_law::Law;
 use caromfit::report::document::{self, CollideDocument};
 
@@ -14,6 +15,9 @@ use super::{Failure, print, unless_none};
 
 /// Tolerance of an integration in parts of what the effects left out may change.
 const INTEGRATION: f64 = 1e-3;
+
+/// The spin of a cue ball that rolls.
+const NATURAL_ROLL: &str = "natural-roll";
 
 /// The effects, and the motion afterwards.
 type Explained = ([Estimate; 10], [Estimate; 3]);
@@ -38,6 +42,9 @@ pub struct Args {
     /// Cue ball's spin x,y,z, rad/s, with x along the line of centres and z up: topspin has y > 0, side spin is z
     #[arg(long, value_name = "X,Y,Z", default_value = "0,0,0", value_parser = parse_spin, allow_hyphen_values = true)]
     omega: Vec3,
+    /// Cue ball's spin by name, instead of --omega
+    #[arg(long, value_parser = [NATURAL_ROLL, "stun"], conflicts_with_all = ["omega", "cases"])]
+    spin: Option<String>,
     /// Sliding friction between the balls
     #[arg(long, required_unless_present = "cases", allow_hyphen_values = true)]
     mu: Option<f64>,
@@ -141,11 +148,13 @@ pub fn run(args: &Args) -> Result<(), Failure> {
         cases::collide_all(path, model)?
     } else {
         let number = |value: Option<f64>| value.unwrap_or(f64::NAN);
+        let rolls = args.spin.as_deref() == Some(NATURAL_ROLL);
+        let velocity = cue_velocity(number(args.speed), number(args.cut).to_radians());
         let case = Case {
             name: "collision".to_string(),
             speed: number(args.speed),
             cut_deg: number(args.cut),
-            spin: args.omega,
+            spin: if rolls { BallState::natural_roll(velocity, args.radius).spin } else { args.omega },
             mu: number(args.mu),
             mu_s: number(args.mu_s),
             e: number(args.e),
@@ -189,8 +198,8 @@ pub fn run(args: &Args) -> Result<(), Failure> {
             objects.push(CollideDocument::new(computed, explained));
         }
         match objects.as_slice() {
-            [one] if args.cases.is_none() => print(&document::text(one)?)?,
-            all => print(&document::text(all)?)?,
+            [one] if args.cases.is_none() => print(&document::exact_text(one)?)?,
+            all => print(&document::exact_text(all)?)?,
         }
     } else {
         let mut tables = Vec::new();

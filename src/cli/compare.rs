@@ -67,8 +67,7 @@ pub fn run(args: &Args) -> Result<(), Failure> {
     let failed =
         |error: CompareError| if error.is_bad_input() { Failure::input(error) } else { Failure::work(error) };
     let comparison = analysis.comparison.map_err(failed)?;
-    let pictures = report::pictures(&comparison, &analysis.films)?;
-    write::write_files(&report::files(&comparison, &pictures)?, &args.out)?;
+    write::write_files(&report::files(&comparison)?, &args.out)?;
     if args.json {
         print(&document::text(&comparison)?)
     } else {

@@ -9,9 +9,7 @@ use caromfit::physics::collision::effects;
 use caromfit::physics::collision::{Effects, FidelityChoice, Model};
 use caromfit::physics::friction_law::Law;
 use caromfit::report;
-use caromfit::report::plot::paths;
 use caromfit::report::regression::Tolerance;
-use caromfit::report::shots::Filmed;
 
 use super::baseline::{self, Baseline};
 use super::progress::{self, Progress};
@@ -61,9 +59,9 @@ pub struct Args {
     /// Compare with stored fits (a fit.json, or a folder of them): status 1 and a table of what moved
     #[arg(long, value_name = "FIT.json")]
     baseline: Option<PathBuf>,
-    /// What counts as moved, in standard errors (of χ²: in its standard deviation); 0.01 unless given
-    #[arg(long, value_parser = baseline::tolerance, value_name = "N", requires = "baseline", allow_hyphen_values = true)]
-    baseline_tolerance: Option<Tolerance>,
+    /// What counts as moved, in standard errors (of χ²: in its standard deviation)
+    #[arg(long, value_parser = baseline::tolerance, default_value = "0.01", value_name = "N", requires = "baseline", allow_hyphen_values = true)]
+    baseline_tolerance: Tolerance,
     #[command(flatten)]
     shown: Shown,
 }
@@ -93,22 +91,12 @@ fn falling(text: &str) -> Result<Falling, String> {
     }
 }
 
-/// A sentence that names the report, or the folder that holds all of them: of each data set its folder, and whether it was fitted label
-/// by label.
-fn where_reports_are(folders: &[(PathBuf, bool)], out: &Path) -> String {
+/// Returns a sentence that names the report, or the folder that holds all of them.
+fn where_reports_are(folders: &[PathBuf], out: &Path) -> String {
     match folders {
         [] => String::new(),
-        [(one, false)] => format!("\nReport: {}\n", one.join(REPORT).display()),
-        [(one, true)] => format!("\nReports: {}\n", one.join("*").join(REPORT).display()),
-        all => {
-            let labels = "; one that was fitted label by label has a folder for each label";
-            format!(
-                "\nReports: {} ({} data sets{})\n",
-                out.join("*").join(REPORT).display(),
-                all.len(),
-                if all.iter().any(|(_, by_label)| *by_label) { labels } else { "" }
-            )
-        }
+        [one] => format!("\nReport: {}\n", one.join(REPORT).display()),
+        all => format!("\nReports: {} ({} data sets)\n", out.join("*").join(REPORT).display(), all.len()),
     }
 }
 
@@ -146,18 +134,7 @@ pub fn run(args: &Args) -> Result<(), Failure> {
         progress.step(&dataset.name);
         let Analysis { fits: found, .. } = fit::analyse_watched(&dataset, &options, &|| progress.done());
         match found {
-            Ok(found) => {
-                let worst = report::shots::worth_drawing(&found);
-                let mut shots = Vec::new();
-                for film in found.iter().filter_map(|fit| fit.frames.as_ref()) {
-                    shots.extend(report::extracted::pictures_of(&worst, film)?);
-                }
-                let paths = match found.as_slice() {
-                    [Fit { dataset, frames: Some(film), .. }] => paths::svg(dataset, film)?,
-                    _ => None,
-                };
-                fits.push((found, Filmed { shots, paths }));
-            }
+            Ok(found) => fits.push(found),
             Err(error) => {
                 bad_input |= error.is_bad_input();
                 failed.push(error.to_string());
@@ -170,23 +147,23 @@ pub fn run(args: &Args) -> Result<(), Failure> {
     }
     let moved = match &baseline {
         Some(baseline) => {
-            let all = fits.iter().flat_map(|(found, _)| found);
-            baseline.moved(all, &args.baseline_tolerance.unwrap_or_default())?
+            let all = fits.iter().flatten();
+            baseline.moved(all, &args.baseline_tolerance)?
         }
         None => Vec::new(),
     };
     let mut reports = Vec::new();
-    for (found, filmed) in &fits {
+    for found in &fits {
         let folder = report::fit_folder(found, &args.out);
         // what moved is not written over what it moved from
         if !moved.is_empty() && baseline.as_ref().is_some_and(|baseline| baseline.is_in(&folder)) {
             continue;
         }
-        report::write_all(found, filmed, &args.out)?;
-        reports.push((folder, found.iter().any(|fit| fit.group.is_some())));
+        report::write_all(found, &args.out)?;
+        reports.push(folder);
     }
     progress.finish();
-    let fits: Vec<Fit> = fits.into_iter().flat_map(|(found, _)| found).collect();
+    let fits: Vec<Fit> = fits.into_iter().flatten().collect();
     if args.shown.json {
         print(&report::document::text(&fits)?)?;
     } else {

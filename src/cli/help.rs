@@ -2,6 +2,7 @@
 
 use caromfit::guide::TOPICS;
 use clap::CommandFactory;
+use clap::builder::PossibleValuesParser;
 
 use super::{Cli, Failure, print};
 
@@ -10,8 +11,30 @@ use super::{Cli, Failure, print};
 #[command(after_help = topics())]
 pub struct Args {
     /// A command, or a topic of the guide
-    #[arg(value_name = "TOPIC")]
+    #[arg(value_name = "TOPIC", value_parser = PossibleValuesParser::new(names()), hide_possible_values = true)]
     topic: Option<String>,
+}
+
+/// The commands, of which `help` prints the help.
+const COMMANDS: [&str; 14] = [
+    "fit",
+    "compare",
+    "collide",
+    "extract",
+    "accuracy",
+    "design",
+    "synth",
+    "init",
+    "check",
+    "export",
+    "example",
+    "schema",
+    "completions",
+    "help",
+];
+
+fn names() -> Vec<&'static str> {
+    TOPICS.iter().map(|topic| topic.name).chain(COMMANDS).collect()
 }
 
 /// The pages of the guide, a line each.
@@ -28,14 +51,6 @@ pub fn run(args: &Args) -> Result<(), Failure> {
     if let Some(topic) = TOPICS.iter().find(|topic| topic.name == name) {
         return print(topic.text);
     }
-    if let Some(command) = all.find_subcommand_mut(name) {
-        return print(&command.render_long_help().to_string());
-    }
-    let commands: Vec<String> = all.get_subcommands().map(|command| command.get_name().to_owned()).collect();
-    let topics = TOPICS.map(|topic| topic.name);
-    Err(Failure::input(format!(
-        "\"{name}\" is no command and no topic; expected a topic, of {}, or a command, of {}",
-        topics.join(", "),
-        commands.join(", ")
-    )))
+    let command = all.find_subcommand_mut(name);
+    print(&command.map_or_else(String::new, |command| command.render_long_help().to_string()))
 }

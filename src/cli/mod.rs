@@ -47,7 +47,11 @@ use clap::{Parser, Subcommand};
     about,
     max_term_width = 100,
     disable_help_subcommand = true,
-    after_help = format!("Example: caromfit example demo && caromfit fit demo/balls\n\n{}", help::topics())
+    after_help = format!(
+        "Example: caromfit example demo && caromfit fit demo/balls\n\n{}\n\
+         Exit status: 0 done; 1 understood, but it could not be done; 2 bad usage or bad input.",
+        help::topics()
+    )
 )]
 struct Cli {
     #[command(subcommand)]
@@ -82,8 +86,6 @@ enum Command {
     Schema(schema::Args),
     /// Print completions for a shell
     Completions(shell::Completions),
-    /// Print the manual page
-    Man(shell::Man),
     /// Print the help of a command, or a page of the guide
     Help(help::Args),
 }
@@ -209,7 +211,6 @@ pub fn run() -> ExitCode {
         Command::Check(args) => check::run(&args),
         Command::Export(args) => export::run(&args),
         Command::Completions(args) => shell::completions(&args),
-        Command::Man(args) => shell::man(&args),
         Command::Example(args) => example::run(&args),
         Command::Schema(args) => schema::run(&args),
         Command::Help(args) => help::run(&args),

@@ -1,4 +1,4 @@
-//! Progress on standard error, for work of more than a second and if it is a terminal.
+//! Progress on standard error: on a terminal a bar after a second, else a line each ten seconds.
 
 use std::io::IsTerminal;
 use std::thread;
@@ -13,6 +13,9 @@ use super::{Failure, unless_none};
 /// Work that takes less than this shows no progress.
 const QUIET: Duration = Duration::from_secs(1);
 
+/// Time between lines where there is no terminal.
+const BETWEEN_LINES: Duration = Duration::from_secs(10);
+
 /// Can be moved on from several threads.
 pub struct Progress {
     bar: ProgressBar,
@@ -26,17 +29,24 @@ impl Progress {
         {
             bar.set_style(style);
         }
-        if std::io::stderr().is_terminal() {
-            // a single step may be the slow one
-            let bar = bar.downgrade();
-            thread::spawn(move || {
+        // a single step may be the slow one
+        let weak = bar.downgrade();
+        thread::spawn(move || {
+            if std::io::stderr().is_terminal() {
                 thread::sleep(QUIET);
-                if let Some(bar) = bar.upgrade().filter(|bar| !bar.is_finished()) {
+                if let Some(bar) = weak.upgrade().filter(|bar| !bar.is_finished()) {
                     bar.set_draw_target(ProgressDrawTarget::stderr());
                     bar.enable_steady_tick(Duration::from_millis(200));
                 }
-            });
-        }
+                return;
+            }
+            loop {
+                thread::sleep(BETWEEN_LINES);
+                let Some(bar) = weak.upgrade().filter(|bar| !bar.is_finished()) else { return };
+                let (done, all) = (bar.position(), bar.length().unwrap_or_default());
+                eprintln!("{done} of {all} steps done, {} s: {}", bar.elapsed().as_secs(), bar.message());
+            }
+        });
         Self { bar }
     }
 

@@ -8,26 +8,29 @@ use caromfit::physics::ball::Ball;
 
 use super::Failure;
 
+/// The heading of these options.
+const HEADING: &str = "For a single table";
+
 /// What a table without a dataset.toml needs to be told.
 #[derive(clap::Args)]
 pub struct Told {
-    /// Camera frame rate, frames/s (table without a dataset.toml)
-    #[arg(long, value_name = "N")]
+    /// Camera frame rate, frames/s
+    #[arg(long, help_heading = HEADING, value_name = "N")]
     fps: Option<f64>,
-    /// Radius of the balls, m (table without a dataset.toml) [default: 0.028575, a pool ball]
-    #[arg(long, value_name = "M")]
+    /// Radius of the balls, m; pool balls, 0.028575, unless given
+    #[arg(long, help_heading = HEADING, value_name = "M")]
     radius: Option<f64>,
-    /// Cue ball's spin before the impact (table without a dataset.toml)
-    #[arg(long, value_parser = ["stun", "natural-roll", "unknown", "measured"])]
+    /// Cue ball's spin before the impact
+    #[arg(long, help_heading = HEADING, value_parser = ["stun", "natural-roll", "unknown", "measured"])]
     spin: Option<String>,
-    /// Track of the cue ball (table without a dataset.toml)
-    #[arg(long, value_name = "TRACK", requires = "object")]
+    /// Track of the cue ball
+    #[arg(long, help_heading = HEADING, value_name = "TRACK", requires = "object")]
     cue: Option<String>,
-    /// Track of the object ball (table without a dataset.toml)
-    #[arg(long, value_name = "TRACK", requires = "cue")]
+    /// Track of the object ball
+    #[arg(long, help_heading = HEADING, value_name = "TRACK", requires = "cue")]
     object: Option<String>,
-    /// Unit of lengths (table without a dataset.toml)
-    #[arg(long, value_parser = ["m", "cm", "mm", "in", "ft", "px"])]
+    /// Unit of lengths
+    #[arg(long, help_heading = HEADING, value_parser = ["m", "cm", "mm", "in", "ft", "px"])]
     unit: Option<String>,
 }
 

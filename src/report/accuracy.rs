@@ -3,9 +3,16 @@
 use super::aligned::sections;
 use super::content::{Section, Table};
 use super::csv::line;
+use super::plot;
 use crate::physics::collision::Fidelity;
 use crate::studies::accuracy::{Includes, QUANTITIES, Row, Spread};
 use crate::studies::bias;
+
+/// Returns error against time of every way, as a figure.
+#[must_use]
+pub fn figure(rows: &[Row]) -> plot::Figure {
+    plot::accuracy::figure(rows)
+}
 
 /// What a row is called.
 pub(super) fn name(row: &Row) -> String {

@@ -36,7 +36,7 @@ pub(super) fn sections<'a>(sections: impl IntoIterator<Item = &'a Section>) -> S
             .map(|block| match block {
                 Block::Lines(lines) => lines.iter().map(|line| format!("  {line}\n")).collect(),
                 Block::Table(own) => table(own, "  "),
-                Block::Figure(_) | Block::Shots(_) => String::new(),
+                Block::Figure(_) | Block::Links(_) | Block::Tracks(_) | Block::Shots(_) => String::new(),
             })
             .collect();
         if body.is_empty() {

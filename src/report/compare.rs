@@ -1,17 +1,14 @@
 //! A [`Comparison`] → table, compare.json and pictures.
 
-use std::collections::HashSet;
-
 use super::compare_words as words;
-use super::content::{Block, Report, Section, Table, facts};
+use super::content::{Block, Figure, Report, Section, Table, facts};
 use super::number::{count_of, interval, plain, with_error};
-use super::plot;
 use super::plot::compare::{forest, residuals};
-use super::shots::{MOST_PICTURES, ShotPicture, shot_list, size, with_spots};
+use super::shots::{figure, shot_list};
 use super::trust::{computed, down_weighted};
 use super::{LEAST_P, ReportError, csv, document, html, p_text, text};
 use crate::compare::{Compared, Comparison, Difference, LabelResidual, Reason, Value};
-use crate::fit::{Counted, FittedFilm, Rejected, Residual};
+use crate::fit::{Counted, Rejected, Residual};
 
 /// What was compared.
 fn method(comparison: &Comparison) -> &'static str {
@@ -27,71 +24,45 @@ fn shot_name(comparison: &Comparison, residual: &LabelResidual) -> String {
     format!("{}, {}", comparison.samples[residual.sample].title, residual.of_shot.shot)
 }
 
-/// Returns the pictures of the shots with the largest residuals, for [`files`].
+/// Returns the files of a comparison: name and content.
 ///
 /// # Errors
-/// A picture that cannot be drawn.
-pub fn pictures(
-    comparison: &Comparison,
-    films: &[(usize, FittedFilm)],
-) -> Result<Vec<ShotPicture>, ReportError> {
-    let mut worst: Vec<&LabelResidual> = comparison.residuals.iter().collect();
-    worst.sort_by(|a, b| size(&b.of_shot).total_cmp(&size(&a.of_shot)));
-    let mut seen = HashSet::new();
-    worst.retain(|residual| seen.insert((residual.sample, residual.of_shot.shot.as_str())));
-    let draw = |residual: &LabelResidual| {
-        let (_, film) = films.iter().find(|(sample, _)| *sample == residual.sample)?;
-        let impact = film.impact(&residual.of_shot.shot)?;
-        Some(plot::track::svg(film, &impact).map(|svg| (shot_name(comparison, residual), svg)))
-    };
-    worst.into_iter().take(MOST_PICTURES).filter_map(draw).collect()
-}
-
-/// The files of a comparison: name and content.
-pub fn files(
-    comparison: &Comparison,
-    pictures: &[ShotPicture],
-) -> Result<Vec<(&'static str, Vec<u8>)>, ReportError> {
-    let (forest, residuals) = (forest(comparison), residuals(comparison));
-    let [forest_svg, residuals_svg] = [forest.svg()?, residuals.svg()?];
-    let plots = Some([forest_svg.as_str(), residuals_svg.as_str()]);
-    let report = html::render(&content(comparison, plots, &residuals.spots, pictures))?;
+/// A figure or document that cannot be made.
+pub fn files(comparison: &Comparison) -> Result<Vec<(&'static str, Vec<u8>)>, ReportError> {
+    let forest = forest(comparison);
+    let residuals = residuals(comparison, |i| shot_name(comparison, &comparison.residuals[i]));
+    let shots = shot_list(named(comparison));
+    let figures = [
+        figure("Estimates with their intervals", &forest, &shots)?,
+        figure("Residuals of all, by colour", &residuals, &shots)?,
+    ];
+    let report = html::render(&content(comparison, Some(figures)))?;
     Ok(vec![
-        ("forest.svg", forest_svg.into_bytes()),
+        ("forest.svg", forest.svg()?.into_bytes()),
         ("forest.png", forest.png()?),
         ("residuals.csv", csv::of_comparison(comparison).into_bytes()),
-        ("residuals.svg", residuals_svg.into_bytes()),
+        ("residuals.svg", residuals.svg()?.into_bytes()),
         ("residuals.png", residuals.png()?),
         ("report.html", report.into_bytes()),
         ("compare.json", document::text(comparison)?.into_bytes()),
     ])
 }
 
-/// The text that `caromfit compare` prints.
+/// Returns the text that `caromfit compare` prints.
 #[must_use]
 pub fn table(comparison: &Comparison) -> String {
-    text::walk(&content(comparison, None, &[], &[]))
+    text::walk(&content(comparison, None))
 }
 
-/// What is said of a comparison; with plots, the estimates' and the residuals', and with tracks of shots.
-fn content(
-    comparison: &Comparison,
-    plots: Option<[&str; 2]>,
-    spots: &[(i32, i32, usize)],
-    tracks: &[ShotPicture],
-) -> Report {
-    let shots = shot_list(named(comparison), tracks);
+/// Returns what is said of a comparison; with the figures of the estimates and of the residuals.
+fn content(comparison: &Comparison, figures: Option<[Figure; 2]>) -> Report {
     let mut blocks = vec![Block::Table(estimates(comparison))];
     let mut residuals = None;
-    if let Some([forest, all]) = plots {
-        blocks.push(Block::figure("Estimates with their intervals", forest.to_owned()));
-        let all = with_spots(all, spots, &shots, |index| {
-            let residual = comparison.residuals.get(index)?;
-            Some((shot_name(comparison, residual), &residual.of_shot))
-        });
-        residuals = Some(Section::of_figure("Residuals", "", "Residuals of all, by colour", all));
+    if let Some([forest, all]) = figures {
+        blocks.push(Block::Figure(forest));
+        residuals = Some(Section::of_figure("Residuals", "", all));
     }
-    let legend = "±: one standard error; (shared): one value for all; –: says nothing about it";
+    let legend = "±: one standard error; (shared): one value for all; –: not determined";
     let mut sections = vec![Section::new("Estimates", legend, blocks)];
     sections.extend(comparison.quantities.iter().map(|q| {
         let title = format!("{}, {}", q.quantity.symbol(), q.quantity.meaning());
@@ -105,7 +76,7 @@ fn content(
     });
     sections.extend(Section::of_rejected(rejected));
     sections.extend(Section::of_notes(notes(comparison)));
-    sections.extend(Section::of_shots(shots, ""));
+    sections.extend(Section::of_shots(shot_list(named(comparison)), ""));
     Report {
         title: format!("Comparison by {}", comparison.told_by),
         verdict: words::verdict(comparison),

@@ -80,9 +80,9 @@ impl Section {
         (!shots.is_empty()).then(|| Self::new(title, about, vec![Block::Shots(shots)]))
     }
 
-    /// Of a picture alone, which shows what `alt` says.
-    pub(super) fn of_figure(title: &str, about: &str, alt: &str, svg: String) -> Self {
-        Self::new(title, about, vec![Block::figure(alt, svg)])
+    /// Of a figure alone, which shows what `alt` says.
+    pub(super) fn of_figure(title: &str, about: &str, figure: Figure) -> Self {
+        Self::new(title, about, vec![Block::Figure(figure)])
     }
 
     /// The same section, as a detail.
@@ -101,15 +101,23 @@ pub enum Block {
     Table(Table),
     /// A picture, for renderers that can show one.
     Figure(Figure),
+    /// Other pages, for renderers that have them.
+    Links(Vec<Link>),
+    /// The paths of the shots of a film as JSON, for renderers that can draw them instead of the picture before.
+    Tracks(String),
     /// Shots one by one, for renderers that can fold them away.
     Shots(Vec<Shot>),
 }
 
-impl Block {
-    /// A picture, and what it shows.
-    pub(super) fn figure(alt: &str, svg: String) -> Self {
-        Self::Figure(Figure { alt: alt.to_owned(), svg })
-    }
+/// A page that another one leads to.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct Link {
+    /// Its name.
+    pub name: String,
+    /// Its place, from the page that leads to it.
+    pub place: String,
+    /// What it says, in a sentence.
+    pub text: String,
 }
 
 /// Rows of cells below a head. A row that is shorter than the head ends with a cell that spans the rest.
@@ -153,6 +161,8 @@ pub struct Figure {
     pub alt: String,
     /// The picture as SVG text.
     pub svg: String,
+    /// Its measured points and what they stand for, as JSON; empty without any.
+    pub spots: String,
 }
 
 /// One shot's measured values against the model.
@@ -164,9 +174,10 @@ pub struct Shot {
     pub name: String,
     /// Its measured and predicted values.
     pub table: Table,
-    /// Its track.
-    pub figure: Option<Figure>,
+    /// Its place in the data.
+    pub place: usize,
     /// Its largest standardized residual, by absolute value.
-    #[serde(skip)]
     pub largest: f64,
+    /// The sum of its squared standardized residuals.
+    pub chi2: f64,
 }

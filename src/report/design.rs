@@ -12,11 +12,11 @@ use crate::measurement::parameter::Parameter;
 
 /// The files of a design: name and content.
 pub fn files(design: &Design) -> Result<Vec<(&'static str, Vec<u8>)>, ReportError> {
-    let picture = plot::design::picture(design);
+    let figure = plot::design::figure(design);
     Ok(vec![
         ("design.csv", csv(design).into_bytes()),
-        ("design.svg", picture.svg()?.into_bytes()),
-        ("design.png", picture.png()?),
+        ("design.svg", figure.svg()?.into_bytes()),
+        ("design.png", figure.png()?),
         ("design.json", document::text(design)?.into_bytes()),
     ])
 }

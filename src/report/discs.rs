@@ -76,29 +76,33 @@ pub fn pictures(
     discs: &Discs,
     extracted: &[(TrackShot, DiscImpact)],
 ) -> Result<Vec<(String, Vec<u8>)>, ReportError> {
-    extracted::drawn(extracted, |(shot, impact)| {
-        let tracks = Tracks {
-            name: &shot.name,
-            seen: [&shot.cue, &shot.object].map(|samples| {
-                let [from, to] = impact.window;
-                let used = samples.iter().filter(|sample| (from..=to).contains(&sample.t));
-                used.map(|sample| (sample.t, [sample.x, sample.y])).collect()
-            }),
-            summary: summary(impact),
-            names: ["first disc", "second disc"],
-            window: impact.window,
-            time: impact.get(Quantity::Time).map_or(f64::NAN, |time| time.value),
-            clock: if discs.in_seconds {
-                ("time from the impact (ms)", 1e-3)
-            } else {
-                ("frames from the impact", 1.0)
-            },
-            position_sd: impact.position_sd,
-            radii: impact.radii,
-            place: &|disc, time| impact.place(disc, time),
-        };
-        tracks.svg()
-    })
+    extracted::drawn(
+        extracted,
+        |(shot, _)| &shot.name,
+        |(shot, impact)| {
+            let tracks = Tracks {
+                name: &shot.name,
+                seen: [&shot.cue, &shot.object].map(|samples| {
+                    let [from, to] = impact.window;
+                    let used = samples.iter().filter(|sample| (from..=to).contains(&sample.t));
+                    used.map(|sample| (sample.t, [sample.x, sample.y])).collect()
+                }),
+                summary: summary(impact),
+                names: ["first disc", "second disc"],
+                window: impact.window,
+                time: impact.get(Quantity::Time).map_or(f64::NAN, |time| time.value),
+                clock: if discs.in_seconds {
+                    ("time from the impact (ms)", 1e-3)
+                } else {
+                    ("frames from the impact", 1.0)
+                },
+                position_sd: impact.position_sd,
+                radii: impact.radii,
+                place: &|disc, time| impact.place(disc, time),
+            };
+            tracks.figure()
+        },
+    )
 }
 
 /// The main numbers of an impact of discs, in a line.

@@ -6,14 +6,13 @@ use std::fmt::Write;
 use rayon::prelude::*;
 
 use super::csv::{line, quoted};
-use super::plot::track;
+use super::plot::{Figure, track};
 use super::{ReportError, folder_name};
 use crate::fit::FittedFilm;
 use crate::io::{balls_section, covariance};
 use crate::measurement::dataset::{Before, Dataset, Measured, Shared};
 use crate::measurement::observable::Observable;
 use crate::measurement::spin::Spin;
-use crate::measurement::track::TrackShot;
 use crate::problem::Impact;
 
 /// dataset.toml, impacts.csv, covariance.csv and left-out.csv.
@@ -27,34 +26,24 @@ pub fn files(dataset: &Dataset, extracted: &[Impact]) -> Vec<(&'static str, Vec<
     ]
 }
 
-/// A picture of each shot: file name and SVG.
+/// Returns the picture of each shot of balls: file name and SVG.
+///
+/// # Errors
+/// A picture that cannot be drawn.
 pub fn pictures(film: &FittedFilm, extracted: &[Impact]) -> Result<Vec<(String, Vec<u8>)>, ReportError> {
-    let names: Vec<String> = extracted.iter().map(|impact| impact.shot.name.clone()).collect();
-    let file = |(impact, name): (&Impact, &String)| {
-        let svg = track::svg(film, impact)?;
-        Ok((format!("{name}.svg"), svg.into_bytes()))
-    };
-    extracted.par_iter().zip(&super::group_folders(&names)).map(file).collect()
+    drawn(extracted, |impact| &impact.shot.name, |impact| track::of_balls(film, impact))
 }
 
-/// Each shot drawn, in a file that is named after it.
+/// Returns each shot drawn, in a file that is named after it.
 pub(super) fn drawn<T: Sync>(
-    extracted: &[(TrackShot, T)],
-    draw: impl Fn(&(TrackShot, T)) -> Result<String, ReportError> + Sync,
+    extracted: &[T],
+    name: fn(&T) -> &String,
+    draw: impl Fn(&T) -> Figure + Sync,
 ) -> Result<Vec<(String, Vec<u8>)>, ReportError> {
-    let names: Vec<String> = extracted.iter().map(|(shot, _)| shot.name.clone()).collect();
+    let names: Vec<String> = extracted.iter().map(|shot| name(shot).clone()).collect();
     let files = super::group_folders(&names);
-    let file =
-        |(shot, name): (&(TrackShot, T), &String)| Ok((format!("{name}.svg"), draw(shot)?.into_bytes()));
+    let file = |(shot, name): (&T, &String)| Ok((format!("{name}.svg"), draw(shot).svg()?.into_bytes()));
     extracted.par_iter().zip(&files).map(file).collect()
-}
-
-/// The pictures of some of the shots: name of the shot and SVG.
-pub fn pictures_of(names: &[String], film: &FittedFilm) -> Result<Vec<(String, String)>, ReportError> {
-    let own = film.names();
-    let wanted = names.par_iter().filter(|name| own.contains(&name.as_str()));
-    let impacts = wanted.filter_map(|name| film.impact(name));
-    impacts.map(|impact| Ok((impact.shot.name.clone(), track::svg(film, &impact)?))).collect()
 }
 
 /// The one spin that all shots have, if that is stun or natural roll.

@@ -1,41 +1,62 @@
 //! A [`Fit`] → [`Report`].
 
-use super::content::{Block, Report, Section, Table, facts};
+use super::content::{Block, Figure, Link, Report, Section, Table, facts};
 use super::number::{count_of, interval, plain, with_error};
-use super::shots::{Filmed, named, shot_list};
-use super::table::{INTERVAL, chi2_text, estimate, with_unit};
+use super::shots::{figure, shot_list, tracks};
+use super::table::{self, INTERVAL, chi2_text, estimate, with_unit};
 use super::trust::sections;
-use super::{bodies, model, noise_estimated, p_text, reduced_chi2, title};
-use crate::fit::{Counted, DOWN_WEIGHTED, Estimate, Fit, Noise, Status};
+use super::{ReportError, bodies, document, model, noise_estimated, p_text, plot, reduced_chi2, title};
+use crate::fit::{Counted, DOWN_WEIGHTED, Estimate, Fit, Grade, Noise, Status};
 
-/// The pictures that go into a report.
-#[derive(Clone, Debug, Default)]
-pub(crate) struct Pictures {
-    /// Of footage.
-    pub filmed: Filmed,
-    /// Residual plots, as SVG.
-    pub residuals: Option<String>,
-    /// Regions of pairs of parameters, as SVG.
-    pub contours: Option<String>,
-    /// How far the corrections of the camera move what the film shows, as SVG.
-    pub camera: Option<String>,
-    /// What was measured of discs, as SVG.
-    pub discs: Option<String>,
+/// The figures of a report.
+#[derive(Default)]
+struct Figures {
+    residuals: Option<Figure>,
+    contours: Option<Figure>,
+    discs: Option<Figure>,
+    camera: Option<Figure>,
+    paths: Option<Figure>,
+    /// The paths of all shots as JSON.
+    tracks: Option<String>,
 }
 
-/// Titles of sections that stay open.
-const ALL_SHOTS: &str = "All shots";
-const ALL_DISCS: &str = "All impacts";
-const RESIDUAL_PLOTS: &str = "Residual plots";
-
-/// The report of a fit, without pictures.
+/// Returns the report of a fit without figures.
 #[must_use]
 pub fn content(fit: &Fit) -> Report {
-    content_with(fit, &Pictures::default())
+    content_with(fit, Figures::default())
 }
 
-/// What is said of a fit.
-pub(crate) fn content_with(fit: &Fit, pictures: &Pictures) -> Report {
+/// Returns the report of a fit with its figures.
+///
+/// # Errors
+/// A figure that cannot be drawn.
+pub(super) fn with_figures(fit: &Fit) -> Result<Report, ReportError> {
+    let shots = shot_list(named(fit));
+    let drawn =
+        |alt: &str, found: Option<plot::Figure>| found.map(|found| figure(alt, &found, &shots)).transpose();
+    let camera = fit.camera.as_ref().and_then(plot::camera::figure);
+    let residuals = Some(plot::residuals(fit)).filter(|figure| !figure.rows.is_empty());
+    let discs_alt = "e against the closing speed, and the friction against the slip";
+    let figures = Figures {
+        residuals: drawn("Measured against predicted values, and residuals", residuals)?,
+        contours: drawn("68 % and 95 % regions of pairs of parameters", plot::contours::figure(fit))?,
+        discs: drawn(discs_alt, plot::discs::figure(fit))?,
+        camera: drawn("How far positions were moved", camera)?,
+        paths: drawn(
+            "The paths of both balls in all shots, seen from above",
+            fit.frames.as_ref().and_then(|film| plot::paths::figure(&fit.dataset, film)),
+        )?,
+        tracks: fit.frames.as_ref().map(|film| tracks(film, &shots)).transpose()?.flatten(),
+    };
+    Ok(content_with(fit, figures))
+}
+
+/// Returns each residual with the name of its shot.
+fn named(fit: &Fit) -> impl Iterator<Item = (String, &crate::fit::Residual)> {
+    fit.residuals.iter().map(|residual| (residual.shot.clone(), residual))
+}
+
+fn content_with(fit: &Fit, figures: Figures) -> Report {
     let mut warnings = fit.warnings.clone();
     if !fit.converged {
         warnings.insert(0, format!("Not converged: {}", fit.termination));
@@ -44,47 +65,74 @@ pub(crate) fn content_with(fit: &Fit, pictures: &Pictures) -> Report {
         Some(_) => "of the velocities after each impact, against the estimates of the fit",
         None => "",
     };
-    let figure = |svg: &Option<String>, title: &str, about: &str, alt: &str| {
-        svg.clone().map(|svg| Section::of_figure(title, about, alt, svg))
-    };
-    let mut all = vec![parameters(fit), computation(fit)];
-    all.extend(figure(
-        &pictures.filmed.paths,
-        ALL_SHOTS,
-        "",
-        "The paths of both balls in all shots, seen from above",
-    ));
-    let alt = "e against the closing speed, and the friction against the slip";
-    all.extend(figure(&pictures.discs, ALL_DISCS, "", alt));
-    all.extend(super::disc_section::section(fit));
-    all.push(Section::lines("χ²", chi2(fit)));
+    let mut open = vec![parameters(fit)];
+    open.extend(figures.paths.map(|figure| {
+        let blocks = [Block::Figure(figure)].into_iter().chain(figures.tracks.map(Block::Tracks));
+        Section::new("All shots", "", blocks.collect())
+    }));
+    open.extend(figures.discs.map(|figure| Section::of_figure("All impacts", "", figure)));
+    open.extend(figures.residuals.map(|figure| Section::of_figure("Residual plots", tested, figure)));
+    let mut folded = vec![computation(fit)];
+    folded.extend(super::disc_section::section(fit));
+    folded.push(Section::lines("χ²", chi2(fit)));
     if !fit.noise.is_empty() {
         let rows = fit.noise.iter().map(|one| noise(fit, one));
         let table =
             Table::new(["", "values", "sd of one value", "rms of the residuals"], rows).with_numbers(1..2);
-        all.push(Section::table("Noise", "rms: root mean square", table));
+        folded.push(Section::table("Noise", "rms: root mean square", table));
     }
-    let alt = "Measured against predicted values, and residuals";
-    all.extend(figure(&pictures.residuals, RESIDUAL_PLOTS, tested, alt));
-    all.extend(figure(&pictures.contours, "Regions of pairs of parameters", "", "68 % and 95 % regions"));
-    all.extend(sections(fit));
-    all.extend(camera(fit, pictures.camera.clone()));
+    let regions = "Regions of pairs of parameters";
+    folded.extend(figures.contours.map(|figure| Section::of_figure(regions, "", figure)));
+    folded.extend(sections(fit));
+    folded.extend(camera(fit, figures.camera));
     let rejected =
         fit.shots_rejected.iter().map(|rejected| [&rejected.shot, &rejected.reason].map(String::clone));
-    all.extend(Section::of_rejected(rejected));
-    all.extend(Section::of_notes(fit.notes.clone()));
-    all.extend(Section::of_shots(shot_list(named(fit), &pictures.filmed.shots), tested));
-    // what was measured and what it is compared with stays open
-    let open = |section: &Section| {
-        ["Parameters", ALL_SHOTS, ALL_DISCS, RESIDUAL_PLOTS].contains(&section.title.as_str())
+    folded.extend(Section::of_rejected(rejected));
+    folded.extend(Section::of_notes(fit.notes.clone()));
+    folded.extend(Section::of_shots(shot_list(named(fit)), tested));
+    open.extend(folded.into_iter().map(Section::folded));
+    Report { title: title(fit), verdict: fit.verdict().into(), warnings, facts: about(fit), sections: open }
+}
+
+/// Returns the page that leads to the reports of the labels of a data set, each in a folder of its own.
+pub(super) fn of_labels(fits: &[Fit], folders: &[String]) -> Report {
+    let parameters = table::parameters(fits);
+    let row = |fit: &Fit| {
+        let cells = parameters.iter().map(|parameter| table::brief(fit, *parameter));
+        [label(fit), fit.shots_used.to_string()].into_iter().chain(cells).collect()
     };
-    let all =
-        all.into_iter().map(|section| if open(&section) { section } else { section.folded() }).collect();
-    Report { title: title(fit), verdict: fit.verdict().into(), warnings, facts: about(fit), sections: all }
+    let symbols = parameters.iter().map(|parameter| parameter.symbol());
+    let head = ["label", "shots"].into_iter().chain(symbols);
+    let link = |(fit, folder): (&Fit, &String)| {
+        let verdict = fit.verdict();
+        let text = format!("{}. {}", verdict.grade.name(), verdict.sentence);
+        Link { name: label(fit), place: format!("{folder}/report.html"), text }
+    };
+    let links = fits.iter().zip(folders).map(link).collect();
+    let verdicts: Vec<_> = fits.iter().map(Fit::verdict).collect();
+    let worst = verdicts.iter().map(|verdict| verdict.grade).max().unwrap_or(Grade::Good);
+    let alike = verdicts.iter().filter(|verdict| verdict.grade == worst).count();
+    Report {
+        title: fits.first().map_or_else(String::new, |fit| fit.dataset.clone()),
+        verdict: document::Verdict {
+            grade: worst.name().to_owned(),
+            sentence: format!("{alike} of {} labels are {}.", fits.len(), worst.name()),
+        },
+        warnings: Vec::new(),
+        facts: Vec::new(),
+        sections: vec![
+            Section::table("Estimates", "± one standard error", Table::new(head, fits.iter().map(row))),
+            Section::new("Reports", "", vec![Block::Links(links)]),
+        ],
+    }
+}
+
+fn label(fit: &Fit) -> String {
+    fit.group.as_ref().map_or_else(String::new, |(_, label)| label.clone())
 }
 
 /// The camera of footage as it was fitted.
-fn camera(fit: &Fit, picture: Option<String>) -> Option<Section> {
+fn camera(fit: &Fit, figure: Option<Figure>) -> Option<Section> {
     let found = fit.camera.as_ref().filter(|found| !found.corrections.is_empty())?;
     let rows = found.corrections.iter().map(|correction| {
         let adopted = if correction.adopted { "corrected" } else { "not called for" };
@@ -92,7 +140,7 @@ fn camera(fit: &Fit, picture: Option<String>) -> Option<Section> {
         vec![correction.which.words().to_owned(), value, adopted.to_owned()]
     });
     let mut blocks = vec![Block::Table(Table::new(["", "found", ""], rows))];
-    blocks.extend(picture.map(|svg| Block::figure("How far positions were moved", svg)));
+    blocks.extend(figure.map(Block::Figure));
     Some(Section::new(
         "Camera",
         format!("from the frames of {} shots; ± one standard error", found.shots),

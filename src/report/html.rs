@@ -8,6 +8,7 @@ use super::ReportError;
 use super::content::Report;
 
 const TEMPLATE: &str = include_str!("report.html.jinja");
+const SCRIPT: &str = include_str!("report.js");
 
 /// The whole report.
 ///
@@ -23,5 +24,5 @@ pub fn render(report: &Report) -> Result<String, ReportError> {
     environment.add_template("report.html", TEMPLATE).map_err(failed)?;
     let template = environment.get_template("report.html").map_err(failed)?;
     let version = env!("CARGO_PKG_VERSION");
-    template.render(context! { report => Serde(report), version }).map_err(failed)
+    template.render(context! { report => Serde(report), version, script => SCRIPT }).map_err(failed)
 }

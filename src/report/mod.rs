@@ -21,7 +21,7 @@ pub mod overview;
 pub mod plot;
 pub mod regression;
 pub mod shot_table;
-pub mod shots;
+mod shots;
 pub mod table;
 pub mod text;
 mod trust;
@@ -38,6 +38,7 @@ pub use crate::measurement::number::count_of;
 use crate::measurement::observable::Observable;
 use crate::measurement::parameter::Parameter;
 use crate::physics::ball::Ball;
+use crate::problem::Id;
 
 /// Why a report cannot be made.
 #[derive(Debug, thiserror::Error)]
@@ -165,4 +166,11 @@ fn unit_name(observable: Observable) -> &'static str {
         "" => "1",
         unit => unit,
     }
+}
+
+/// Returns the symbol of an unknown that is a parameter, else its name in words.
+fn symbol(id: Id) -> String {
+    let name = id.name();
+    let parameter = Parameter::ALL.into_iter().find(|parameter| parameter.name() == name);
+    parameter.map_or(name.replace('_', " "), |parameter| parameter.symbol().to_owned())
 }

@@ -1,11 +1,15 @@
-//! What `caromfit fit` prints: one line per data set, those that can be used first, each with its verdict.
+//! What `caromfit fit` prints in one screen: one line per data set, those that can be used first, each with its verdict; of a single fit
+//! also where its errors come from, and what else to know.
 
 use super::aligned;
 use super::content::Table;
-use super::number::plain;
-use super::table::{INTERVAL, brief, columns, head, name, parameters, shots};
+use super::document;
+use super::number::{plain, with_error};
+use super::table::{INTERVAL, brief, chi2_text, columns, head, name, parameters, shots};
+use super::{noise_estimated, reduced_chi2, symbol};
 use crate::fit::{Fit, Grade, Status};
 use crate::measurement::parameter::Parameter;
+use crate::problem::{Estimate, Id};
 
 /// Whether the words of verdicts have colours, as terminals show them.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -63,7 +67,50 @@ pub fn render(fits: &[Fit], colour: Colour) -> String {
         text.push_str(&format!("{numbers}{}\n", colour.paint(&line.verdict, line.grade)));
         line.below.iter().for_each(|sentence| text.push_str(&format!("    {sentence}\n")));
     }
-    text + &legend(&lines, &known)
+    text += &legend(&lines, &known);
+    if let [fit] = fits {
+        text += &details(fit);
+    }
+    text
+}
+
+/// Largest number of warnings that are shown of a single fit; `--all` shows all.
+const MOST_WARNINGS: usize = 3;
+
+/// Returns where the errors of a fit come from, its χ², and its first warnings.
+fn details(fit: &Fit) -> String {
+    let row = |unknown: &Estimate| {
+        let error = unknown.std_error.filter(|error| *error > 0.0)?;
+        let budget = fit.budget.iter().find(|budget| budget.id == unknown.id);
+        let largest = budget.and_then(|budget| document::budget(budget).into_iter().next());
+        let pull = unknown.prior.map(|prior| (unknown.value - prior.mean) / prior.sd);
+        Some(vec![
+            symbol(unknown.id),
+            with_error(unknown.value, error),
+            format!("{} %", plain(100.0 * (error / unknown.value).abs(), 2)),
+            pull.map_or(String::new(), |pull| format!("{pull:+.1}")),
+            largest.map_or(String::new(), |part| {
+                let name = part.source.replace('_', " ");
+                format!("{name}, ± {}", plain(part.std_error.unwrap_or(f64::NAN), 2))
+            }),
+        ])
+    };
+    // the camera's, of which there are many, stand in the report
+    let is_usable = fit.verdict().grade != Grade::Unusable;
+    let shown = fit.unknowns.iter().filter(|unknown| is_usable && unknown.id < Id::Scale);
+    let rows: Vec<Vec<String>> = shown.filter_map(row).collect();
+    let mut text = String::new();
+    if !rows.is_empty() {
+        let head = ["", "estimate", "error", "prior pull", "largest part of the error"];
+        text += &format!("\n{}", aligned::table(&Table::new(head, rows).with_numbers(2..4), ""));
+    }
+    if let Some(reduced) = reduced_chi2(fit) {
+        let estimated = if noise_estimated(fit) { ", the noise estimated from the residuals" } else { "" };
+        text += &format!("χ²/dof = {} ({} dof{estimated})\n", chi2_text(reduced), fit.dof);
+    }
+    let verdict = fit.verdict().sentence;
+    let others = fit.warnings.iter().filter(|warning| **warning != verdict);
+    text + &others.take(MOST_WARNINGS).map(|warning| format!("! {warning}\n")).collect::<String>()
 }
 
 /// The fits of each data set, in their order.
@@ -78,9 +125,8 @@ fn line(fits: &[Fit], known: &[Parameter]) -> Line {
     let first_bad = verdicts.iter().find(|(_, verdict)| verdict.grade != Grade::Good);
     let (title, used, verdict, below) = if let [fit] = fits {
         let sentences = first_bad.map(|(_, verdict)| verdict.sentence.clone());
-        let camera = fit.camera.as_ref().and_then(|camera| camera.sentence());
         let grade = fit.verdict().grade.name().to_owned();
-        (name(fit), shots(fit), grade, sentences.into_iter().chain(camera).collect())
+        (name(fit), shots(fit), grade, sentences.into_iter().collect())
     } else {
         let title =
             fits.first().map_or(String::new(), |fit| format!("{} ({} labels)", fit.dataset, fits.len()));

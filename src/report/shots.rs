@@ -1,74 +1,55 @@
-//! The shots of a report one by one, and the points of a plot that lead to them.
+//! The shots of a report one by one, the points of its figures that lead to them, and their paths.
 
 use std::collections::HashMap;
 
+use rayon::prelude::*;
+use serde::Serialize;
+
+use super::ReportError;
 use super::content::{Figure, Shot, Table};
 use super::number::plain;
-use crate::fit::{Fit, Residual};
+use super::plot;
+use crate::fit::{FittedFilm, Residual};
+use crate::problem::Impact;
 
-/// The picture of a shot's track: its name and the SVG.
-pub type ShotPicture = (String, String);
+/// Largest number of shots that are listed, and of those whose paths are drawn: more would make the file too large for a phone.
+const MOST_LISTED: usize = 600;
+const MOST_DRAWN: usize = 60;
 
-/// Pictures of footage that a report shows.
-#[derive(Clone, Debug, Default)]
-pub struct Filmed {
-    /// The tracks of the shots with the largest residuals.
-    pub shots: Vec<ShotPicture>,
-    /// The paths of all shots, as SVG.
-    pub paths: Option<String>,
-}
+/// Largest number of frames of a ball that are drawn of a shot.
+const MOST_FRAMES: usize = 120;
 
-/// More pictures than these would make the file too large to open on a phone; those that matter most stay.
-pub(crate) const MOST_PICTURES: usize = 60;
-
-/// The shots whose pictures go into the report: those with the largest residuals.
-#[must_use]
-pub fn worth_drawing(fits: &[Fit]) -> Vec<String> {
-    let of = |fit: &Fit| {
-        let shots = shot_list(named(fit), &[]);
-        shots.into_iter().take(MOST_PICTURES).map(|shot| shot.name).collect::<Vec<_>>()
-    };
-    fits.iter().flat_map(of).collect()
-}
-
-/// Each residual with the name of its shot.
-pub(super) fn named(fit: &Fit) -> impl Iterator<Item = (String, &Residual)> {
-    fit.residuals.iter().map(|residual| (residual.shot.clone(), residual))
-}
-
-/// The shots that are listed in a report, those with the largest residuals first: each residual with the name of its
-/// shot.
-pub(super) fn shot_list<'a>(
-    residuals: impl Iterator<Item = (String, &'a Residual)>,
-    pictures: &[ShotPicture],
-) -> Vec<Shot> {
-    let mut all: Vec<(String, f64, Vec<&Residual>)> = Vec::new();
+/// Returns the shots of a report, those with the largest residuals first: each residual with the name of its shot.
+pub(super) fn shot_list<'a>(residuals: impl Iterator<Item = (String, &'a Residual)>) -> Vec<Shot> {
+    let mut all: Vec<(String, Vec<&Residual>)> = Vec::new();
     let mut known: HashMap<String, usize> = HashMap::new();
     for (name, residual) in residuals {
         let place = *known.entry(name).or_insert_with_key(|name| {
-            all.push((name.clone(), 0.0, Vec::new()));
+            all.push((name.clone(), Vec::new()));
             all.len() - 1
         });
-        let (_, largest, own) = &mut all[place];
-        *largest = largest.max(size(residual));
-        own.push(residual);
+        all[place].1.push(residual);
     }
-    let mut worst: Vec<usize> = (0..all.len()).collect();
-    worst.sort_by(|a, b| all[*b].1.total_cmp(&all[*a].1));
-    let shot = |(rank, place): (usize, usize)| {
-        let (name, largest, own) = &all[place];
-        let head = ["", "measured", "predicted", "sd", "residual/sd"];
-        let table = Table::new(head, own.iter().map(|residual| row(residual))).with_numbers(1..head.len());
-        let picture = pictures.iter().find(|(drawn, _)| rank < MOST_PICTURES && drawn == name);
-        let figure =
-            picture.map(|(_, svg)| Figure { alt: format!("track of shot {name}"), svg: svg.clone() });
-        Shot { id: format!("shot-{}", place + 1), name: name.clone(), table, figure, largest: *largest }
-    };
-    worst.into_iter().take(10 * MOST_PICTURES).enumerate().map(shot).collect()
+    let mut shots: Vec<Shot> = all
+        .into_iter()
+        .enumerate()
+        .map(|(place, (name, own))| {
+            let head = ["", "measured", "predicted", "sd", "residual/sd"];
+            let table =
+                Table::new(head, own.iter().map(|residual| row(residual))).with_numbers(1..head.len());
+            let sizes = || own.iter().map(|residual| size(residual));
+            let chi2 = sizes().map(|size| size * size).sum();
+            let id = format!("shot-{}", place + 1);
+            Shot { id, name, table, place, largest: sizes().fold(0.0, f64::max), chi2 }
+        })
+        .collect();
+    shots.sort_by(|a, b| b.largest.total_cmp(&a.largest));
+    shots.truncate(MOST_LISTED);
+    shots
 }
 
-/// How far a residual is off, in standard deviations; 0 where that is not known.
-pub(super) fn size(residual: &Residual) -> f64 {
+/// Returns how far a residual is off, in standard deviations; 0 if that is not known.
+fn size(residual: &Residual) -> f64 {
     if residual.standardized.is_finite() { residual.standardized.abs() } else { 0.0 }
 }
 
@@ -84,36 +65,82 @@ fn row(residual: &Residual) -> Vec<String> {
     ]
 }
 
-/// A picture with a place over each of its points (x, y, index of the residual) that names its shot when the pointer is
-/// there, and leads to it; `of` tells a residual's shot and itself.
-pub(super) fn with_spots<'a>(
-    svg: &str,
-    points: &[(i32, i32, usize)],
-    shots: &[Shot],
-    of: impl Fn(usize) -> Option<(String, &'a Residual)>,
-) -> String {
-    let ids: HashMap<&str, &str> = shots.iter().map(|shot| (shot.name.as_str(), shot.id.as_str())).collect();
-    let picture = svg.trim_end().strip_suffix("</svg>").unwrap_or(svg);
-    let mut text = picture.to_owned();
-    for (x, y, index) in points {
-        let Some((name, residual)) = of(*index) else { continue };
-        let words = format!(
-            "shot {name}: {}, {:+.2} standard deviations",
-            residual.observable.label(),
-            residual.standardized
-        );
-        let place = format!(
-            "<circle class=\"spot\" cx=\"{x}\" cy=\"{y}\" r=\"8\"><title>{}</title></circle>",
-            escaped(&words)
-        );
-        match ids.get(name.as_str()) {
-            Some(id) => text.push_str(&format!("<a href=\"#{id}\">{place}</a>\n")),
-            None => text.push_str(&format!("{place}\n")),
-        }
-    }
-    text + "</svg>"
+/// The measured points of a figure, for the script of a page.
+#[derive(Serialize)]
+struct Spots {
+    /// Pixels from the left and from the top, and the index of the label.
+    spots: Vec<(i32, i32, usize)>,
+    /// The key of the shot, and what the point stands for.
+    labels: Vec<(String, String)>,
 }
 
-fn escaped(text: &str) -> String {
-    text.replace('&', "&amp;").replace('<', "&lt;").replace('>', "&gt;").replace('"', "&quot;")
+/// Returns a figure for a page, which shows what `alt` says, with the points that lead to shots.
+pub(super) fn figure(alt: &str, drawn: &plot::Figure, shots: &[Shot]) -> Result<Figure, ReportError> {
+    let (svg, spots) = drawn.svg_with_spots()?;
+    let ids: HashMap<&str, &str> = shots.iter().map(|shot| (shot.name.as_str(), shot.id.as_str())).collect();
+    let label = |label: &plot::Label| {
+        let id = ids.get(label.shot.as_str()).copied().unwrap_or_default();
+        (id.to_owned(), format!("shot {}: {}", label.shot, label.words))
+    };
+    let found = Spots {
+        spots: spots.iter().map(|spot| (spot.x, spot.y, spot.label)).collect(),
+        labels: drawn.labels.iter().map(label).collect(),
+    };
+    let spots = if spots.is_empty() { String::new() } else { for_script(&found)? };
+    Ok(Figure { alt: alt.to_owned(), svg, spots })
+}
+
+/// Returns JSON that may stand inside a script element.
+fn for_script(data: &impl Serialize) -> Result<String, ReportError> {
+    Ok(serde_json::to_string(data)?.replace("</", "<\\/"))
+}
+
+/// The paths of a shot, in whole numbers that a page has room for: lengths in 0.1 mm.
+#[derive(Serialize)]
+struct Track {
+    id: String,
+    name: String,
+    /// χ² per degree of freedom of its frames.
+    chi2: String,
+    /// Its largest standardized residual.
+    largest: String,
+    /// Radius of the balls.
+    radius: i64,
+    /// Places of both balls at the impact.
+    contact: [[i64; 2]; 2],
+    /// Frames of both balls: time from the impact (0.1 ms), place, and that less the fitted place (µm).
+    balls: [Vec<[i64; 5]>; 2],
+}
+
+/// Returns the paths of the shots with the largest residuals as JSON; `None` without any.
+pub(super) fn tracks(film: &FittedFilm, shots: &[Shot]) -> Result<Option<String>, ReportError> {
+    let worst = &shots[..shots.len().min(MOST_DRAWN)];
+    let drawn: Vec<Track> = worst
+        .par_iter()
+        .filter_map(|shot| Some(track(shot, &film.impact(&shot.name)?, film.radius())))
+        .collect();
+    if drawn.is_empty() { Ok(None) } else { for_script(&drawn).map(Some) }
+}
+
+fn track(shot: &Shot, impact: &Impact, radius: f64) -> Track {
+    let whole = |value: f64, unit: f64| (value / unit).round() as i64;
+    let ball = |ball: usize| {
+        let seen = &impact.seen[ball];
+        let frame = |(time, place): &(f64, [f64; 2])| {
+            let fitted = impact.paths.place(ball, *time);
+            let [x, y] = place.map(|x| whole(x, 1e-4));
+            let [off_x, off_y] = [0, 1].map(|axis| whole(place[axis] - fitted[axis], 1e-6));
+            [whole(time - impact.time, 1e-4), x, y, off_x, off_y]
+        };
+        seen.iter().step_by(seen.len().div_ceil(MOST_FRAMES).max(1)).map(frame).collect()
+    };
+    Track {
+        id: shot.id.clone(),
+        name: shot.name.clone(),
+        chi2: plain(impact.reduced_chi2, 3),
+        largest: plain(shot.largest, 2),
+        radius: whole(radius, 1e-4),
+        contact: [0, 1].map(|ball| impact.paths.place(ball, impact.time).map(|x| whole(x, 1e-4))),
+        balls: [ball(0), ball(1)],
+    }
 }

@@ -7,9 +7,6 @@ use std::io::{self, BufWriter, Write};
 use std::path::{Path, PathBuf};
 use std::time::Duration;
 
-use super::fit::{Pictures, content_with};
-use super::plot::Picture;
-use super::shots::{Filmed, named, shot_list, with_spots};
 use super::{ReportError, csv, document, frame_table, html, plot, shot_table};
 use crate::fit::Fit;
 
@@ -20,7 +17,7 @@ pub fn write(fit: &Fit, out: &Path) -> Result<PathBuf, ReportError> {
     if let Some((_, label)) = &fit.group {
         folder.push(folder_name(label));
     }
-    put(&files(fit, &Filmed::default())?, &folder)?;
+    put(&files(fit)?, &folder)?;
     Ok(folder)
 }
 
@@ -32,30 +29,33 @@ pub fn fit_folder(fits: &[Fit], out: &Path) -> PathBuf {
 
 /// Writes the fits of one data set below `out`, labels that would share a folder apart, after all
 /// have been rendered.
-pub fn write_all(fits: &[Fit], filmed: &Filmed, out: &Path) -> Result<(), ReportError> {
+pub fn write_all(fits: &[Fit], out: &Path) -> Result<(), ReportError> {
     let labels: Vec<String> = fits
         .iter()
         .map(|fit| fit.group.as_ref().map_or_else(String::new, |(_, label)| label.clone()))
         .collect();
+    let names = group_folders(&labels);
     let mut rendered = Vec::new();
-    for (fit, name) in fits.iter().zip(group_folders(&labels)) {
+    for (fit, name) in fits.iter().zip(&names) {
         let folder = out.join(dataset_folder(&fit.dataset));
-        rendered.push((if fit.group.is_some() { folder.join(name) } else { folder }, files(fit, filmed)?));
+        rendered.push((if fit.group.is_some() { folder.join(name) } else { folder }, files(fit)?));
     }
     rendered.iter().try_for_each(|(folder, files)| put(files, folder))?;
-    // of an earlier fit that was not label by label
-    match fits.first().filter(|fit| fit.group.is_some()) {
-        Some(fit) => remove(&out.join(dataset_folder(&fit.dataset)), |_| true),
-        None => Ok(()),
-    }
+    let Some(fit) = fits.first().filter(|fit| fit.group.is_some()) else { return Ok(()) };
+    // what an earlier fit that was not label by label left there is removed
+    let page = html::render(&super::fit::of_labels(fits, &names))?;
+    put(&[(REPORT, bytes(page.into_bytes()))], &out.join(dataset_folder(&fit.dataset)))
 }
+
+/// What people read of a fit.
+const REPORT: &str = "report.html";
 
 /// What programs read of a fit.
 const FIT: &str = "fit.json";
 
 /// All files that a report may have.
 const NAMES: [&str; 9] = [
-    "report.html",
+    REPORT,
     FIT,
     "residuals.csv",
     "shots.csv",
@@ -102,57 +102,29 @@ fn remove(folder: &Path, is_stale: impl Fn(&str) -> bool) -> Result<(), ReportEr
     Ok(())
 }
 
-/// The files of a report, with pictures of footage for report.html.
-fn files<'a>(fit: &'a Fit, filmed: &Filmed) -> Result<Vec<(&'static str, Content<'a>)>, ReportError> {
-    let residuals = plot::residuals(fit);
-    let contours = plot::contours::picture(fit);
-    let pixels = || (residuals.png(), contours.as_ref().map(Picture::png).transpose());
-    let pages = || -> Result<_, ReportError> {
-        let svg = [residuals.svg()?, contours.as_ref().map_or(Ok(String::new()), Picture::svg)?];
-        let report = report(fit, filmed, &residuals.spots, &svg)?;
-        Ok((svg, report))
-    };
-    let (pages, (residuals_png, contours_png)) = rayon::join(pages, pixels);
-    let ([residuals_svg, contours_svg], report) = pages?;
+/// The files of a report.
+fn files(fit: &Fit) -> Result<Vec<(&'static str, Content<'_>)>, ReportError> {
+    let figures = [
+        (Some(plot::residuals(fit)), ["residuals.svg", "residuals.png"]),
+        (plot::contours::figure(fit), ["contours.svg", "contours.png"]),
+    ];
     let mut files: Vec<(&'static str, Content)> = vec![
         ("residuals.csv", Box::new(|to| csv::write(fit, to))),
         ("shots.csv", bytes(shot_table::render(fit).into_bytes())),
-        ("residuals.svg", bytes(residuals_svg.into_bytes())),
-        ("residuals.png", bytes(residuals_png?)),
     ];
+    for (figure, [svg, png]) in &figures {
+        if let Some(figure) = figure {
+            files.push((svg, bytes(figure.svg()?.into_bytes())));
+            files.push((png, bytes(figure.png()?)));
+        }
+    }
     if let Some(frames) = &fit.frames {
         files.push(("frames.csv", Box::new(|to| frame_table::write(frames, to))));
     }
-    files.push(("report.html", bytes(report.into_bytes())));
-    if let Some(png) = contours_png? {
-        files.push(("contours.svg", bytes(contours_svg.into_bytes())));
-        files.push(("contours.png", bytes(png)));
-    }
-    // Last, so that a program which waits for it finds the others.
+    files.push((REPORT, bytes(html::render(&super::fit::with_figures(fit)?)?.into_bytes())));
+    // last, so that a program which waits for it finds the others
     files.push((FIT, bytes(document::text(fit)?.into_bytes())));
     Ok(files)
-}
-
-/// report.html, with the pictures of residuals and contours; the latter is empty where there is none.
-fn report(
-    fit: &Fit,
-    filmed: &Filmed,
-    spots: &[(i32, i32, usize)],
-    [residuals, contours]: &[String; 2],
-) -> Result<String, ReportError> {
-    let residuals = with_spots(residuals, spots, &shot_list(named(fit), &[]), |index| {
-        fit.residuals.get(index).map(|residual| (residual.shot.clone(), residual))
-    });
-    let camera = fit.camera.as_ref().and_then(|found| plot::camera::picture(found, &fit.dataset));
-    let svg = |picture: Option<Picture>| picture.as_ref().map(Picture::svg).transpose();
-    let pictures = Pictures {
-        discs: svg(plot::discs::picture(fit))?,
-        filmed: filmed.clone(),
-        residuals: Some(residuals),
-        contours: Some(contours.clone()).filter(|svg| !svg.is_empty()),
-        camera: svg(camera)?,
-    };
-    html::render(&content_with(fit, &pictures))
 }
 
 /// Puts files into a folder, which is made where it is missing: all are complete on the disk before

@@ -59,7 +59,8 @@ fn every_kind_of_fit_is_drawn() {
     for fit in [normal(), restricted(), exact(), empty(), odd, equal] {
         svg(&fit);
         let (width, height, colors) = decoded(&plot::residuals(&fit).png().unwrap());
-        assert!(width == plot::WIDTH && (900..1400).contains(&height), "{width} × {height}");
+        // as many rows as there are panels with data
+        assert!(width == plot::WIDTH && (90..1400).contains(&height), "{width} × {height}");
         // Text alone has some dozen shades of grey.
         assert!(colors.len() > 20, "{} has {} colours", fit.dataset, colors.len());
     }

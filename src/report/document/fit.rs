@@ -3,9 +3,8 @@
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
-use super::diagnostics::{
-    Alternative, Bootstrap, Bound, Computed, Contour, Goodness, Identifiability, Joint, Profile, Robust,
-};
+use super::diagnostics::{Alternative, Bound, Computed, Goodness, Identifiability, Joint, Robust};
+use super::intervals::{Bootstrap, Contour, Profile};
 use super::{ByName, Made, ShotReason, Verdict};
 use crate::fit::{Counted, Status};
 use crate::measurement::parameter::Parameter;

@@ -8,6 +8,7 @@ mod compare;
 mod design;
 mod diagnostics;
 mod fit;
+mod intervals;
 mod of_fit;
 mod printed;
 mod stored;
@@ -18,6 +19,8 @@ pub use design::DesignDocument;
 pub(super) use design::detectable;
 pub use diagnostics::*;
 pub use fit::*;
+pub use intervals::*;
+pub(super) use of_fit::budget;
 pub use printed::*;
 use schemars::generate::SchemaSettings;
 use schemars::{JsonSchema, Schema};
@@ -41,7 +44,15 @@ pub type ByName<T> = indexmap::IndexMap<String, T>;
 pub fn text(document: &(impl Serialize + ?Sized)) -> Result<String, ReportError> {
     let mut value = serde_json::to_value(document)?;
     round(&mut value);
-    Ok(serde_json::to_string_pretty(&value)? + "\n")
+    exact_text(&value)
+}
+
+/// Returns a document as text, with a newline at its end and all digits. Numbers that are not finite become `null`.
+///
+/// # Errors
+/// The document cannot be serialized.
+pub fn exact_text(document: &(impl Serialize + ?Sized)) -> Result<String, ReportError> {
+    Ok(serde_json::to_string_pretty(document)? + "\n")
 }
 
 /// Returns whether two texts of fit.json hold the same result, whatever the search took: a step more or less is a matter of roundings.

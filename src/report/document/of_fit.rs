@@ -51,7 +51,7 @@ impl From<&Fit> for FitDocument {
             refuted: fit.refuted.as_ref().map(Refuted::from),
             film: fit.camera.as_ref().map(film),
             unknowns: each(&fit.unknowns),
-            budget: fit.budget.iter().map(budget).collect(),
+            budget: fit.budget.iter().map(|own| (own.id.name().to_owned(), budget(own))).collect(),
             explanations: each(&fit.explanations),
             observations: found.joint.as_ref().map_or(fit.residuals.len(), |joint| joint.observations),
             noise: each(&fit.noise),
@@ -188,7 +188,7 @@ impl From<&problem::Estimate> for Unknown {
 }
 
 /// Returns the parts of a standard error, the largest first.
-fn budget(found: &Budget) -> (String, Vec<BudgetPart>) {
+pub(in crate::report) fn budget(found: &Budget) -> Vec<BudgetPart> {
     let mut parts: Vec<(&str, f64)> =
         found.shares.iter().map(|share| (share.nuisance.name(), share.variance)).collect();
     parts.push(("noise", found.noise));
@@ -197,7 +197,7 @@ fn budget(found: &Budget) -> (String, Vec<BudgetPart>) {
         source: source.to_owned(),
         std_error: finite(variance.max(0.0).sqrt()),
     };
-    (found.id.name().to_owned(), parts.into_iter().map(part).collect())
+    parts.into_iter().map(part).collect()
 }
 
 impl From<&fit::causes::Explanation> for Explanation {

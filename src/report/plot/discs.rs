@@ -1,136 +1,113 @@
 //! What was measured of discs: e against the closing speed, J_t/J_n against the slip, each with what was fitted.
 
-use plotters::prelude::RGBColor;
-
-use super::WIDTH;
-use super::axis::Axis;
-use super::frame::{Frame, Rect, message};
-use super::picture::{ALARM, Anchor, BAND, GREY, INK, Picture, SMALL, width};
+use super::{Axis, BAND, Figure, Label, Mark, Panel, Point, color};
 use crate::fit::{Fit, Status};
 use crate::measurement::dataset::{DiscShot, Measured};
 use crate::measurement::parameter::Parameter;
 
-/// Of the picture, pixels.
-const HEIGHT: i32 = 520;
+/// Height of the panels, pixels.
+const ROW: u32 = 500;
 
-/// What was fitted.
-const FITTED: RGBColor = RGBColor(0, 114, 178);
+/// Series of shots that were fitted, and of those that were not.
+const SERIES: [(usize, &str); 2] = [(0, "shots"), (1, "shots that were not fitted")];
 
-/// The picture; `None` of balls, or where no shot has what it shows.
-pub fn picture(fit: &Fit) -> Option<Picture> {
-    let parted = |shot: &&DiscShot| !shot.sticks && shot.closing_speed.is_some();
-    let shots: Vec<&DiscShot> = fit.disc_shots.iter().filter(parted).collect();
-    if shots.is_empty() {
+/// Returns the figure; `None` of balls, or if no shot has what it shows.
+pub fn figure(fit: &Fit) -> Option<Figure> {
+    let has_parted = |shot: &&DiscShot| !shot.sticks && shot.closing_speed.is_some();
+    let shots: Vec<&DiscShot> = fit.disc_shots.iter().filter(has_parted).collect();
+    let mut figure = Figure::new("All impacts");
+    figure.labels =
+        shots.iter().map(|shot| Label { shot: shot.name.clone(), words: String::new() }).collect();
+    let used: Vec<bool> =
+        shots.iter().map(|shot| fit.residuals.iter().any(|r| r.shot == shot.name)).collect();
+    let count = if used.contains(&false) { 2 } else { 1 };
+    figure.series = SERIES.iter().take(count).map(|(_, name)| (*name).to_owned()).collect();
+    let scatters = fit.scatter.is_some_and(|scatter| !scatter.is_none());
+    let about = if scatters { "line: the fit; band: scatter between shots" } else { "line: the fit" };
+    let panels = [restitution(fit, &shots, &used, about), friction(fit, &shots, &used, about)];
+    let panels: Vec<Panel> = panels.into_iter().flatten().collect();
+    if panels.is_empty() {
         return None;
     }
-    let mut picture = Picture::new(&fit.dataset, WIDTH as i32, HEIGHT);
-    let half = WIDTH as i32 / 2;
-    let bottom = HEIGHT - 8;
-    restitution(&mut picture, Rect { left: 6, top: 8, right: half, bottom }, fit, &shots);
-    friction(&mut picture, Rect { left: half, top: 8, right: WIDTH as i32 - 6, bottom }, fit, &shots);
-    Some(picture)
-}
-
-/// Whether it was fitted.
-fn is_used(fit: &Fit, shot: &DiscShot) -> bool {
-    fit.residuals.iter().any(|residual| residual.shot == shot.name)
-}
-
-/// Shots with their own standard errors: place, value, whether it was fitted.
-fn points(frame: &mut Frame, shots: &[(f64, Measured, bool)]) {
-    for (x, Measured { value: y, sd }, used) in shots {
-        let color = if *used { INK } else { ALARM };
-        if let Some(sd) = sd {
-            frame.line(&[(*x, y - sd), (*x, y + sd)], color, 1);
-        }
-        frame.dot(*x, *y, 5, color);
+    if panels.len() == 1 && !shots.is_empty() {
+        figure.lines.push("No rotation of the discs was seen.".to_owned());
     }
+    figure.add_rows(ROW, 2, panels);
+    Some(figure)
 }
 
-fn remarks(fit: &Fit, shots: &[&DiscShot]) -> Vec<String> {
-    let left_out = shots.iter().any(|shot| !is_used(fit, shot));
-    let band = fit.scatter.is_some_and(|scatter| !scatter.is_none());
-    let mut remarks = vec!["blue: the fit".to_owned()];
-    remarks.extend(band.then(|| "band: scatter between shots".to_owned()));
-    remarks.extend(left_out.then(|| "red: not fitted".to_owned()));
-    remarks
+/// Returns the points of shots that have a place and a value.
+fn points(
+    shots: &[&DiscShot],
+    used: &[bool],
+    at: impl Fn(&DiscShot) -> Option<(f64, Measured)>,
+) -> Vec<Point> {
+    let point = |(label, (shot, used)): (usize, (&&DiscShot, &bool))| {
+        let (x, measured) = at(shot)?;
+        let series = if *used { SERIES[0].0 } else { SERIES[1].0 };
+        Some(Point { sd: measured.sd, label: Some(label), ..Point::new([x, measured.value], series) })
+    };
+    shots.iter().zip(used).enumerate().filter_map(point).collect()
 }
 
-/// The fit with a scatter above and below.
-fn curve(frame: &mut Frame, points: &[(f64, f64)], scatter: f64) {
+/// Adds the fit with a scatter above and below.
+fn add_curve(panel: &mut Panel, curve: &[[f64; 2]], scatter: f64) {
     if scatter > 0.0 {
-        let above = points.iter().map(|(x, y)| (*x, y + scatter));
-        let below = points.iter().rev().map(|(x, y)| (*x, y - scatter));
-        frame.polygon(above.chain(below), BAND);
+        let above = curve.iter().map(|[x, y]| [*x, y + scatter]);
+        let below = curve.iter().rev().map(|[x, y]| [*x, y - scatter]);
+        panel.area(above.chain(below), BAND);
     }
-    frame.line(points, FITTED, 3);
+    panel.line(curve.iter().copied(), color(5), 3);
 }
 
-fn restitution(picture: &mut Picture, area: Rect, fit: &Fit, shots: &[&DiscShot]) {
-    let measured: Vec<(f64, Measured, bool)> = shots
-        .iter()
-        .filter_map(|shot| Some((shot.closing_speed?.value, shot.restitution?, is_used(fit, shot))))
-        .collect();
+fn restitution(fit: &Fit, shots: &[&DiscShot], used: &[bool], about: &str) -> Option<Panel> {
+    let points = points(shots, used, |shot| Some((shot.closing_speed?.value, shot.restitution?)));
+    if points.is_empty() {
+        return None;
+    }
     let unit = if fit.discs.is_some_and(|discs| discs.in_seconds) { "m/s" } else { "m per frame" };
-    let x = Axis::around(format!("closing speed ({unit})"), measured.iter().map(|p| p.0)).starting_at_zero();
+    let x = Axis::new(format!("closing speed ({unit})"));
+    let mut panel = Panel::new("e against the closing speed", about, x, Axis::new("e"));
     let fitted = |parameter| fit.get(parameter).filter(|found| found.status != Status::NotIdentified);
     let slope = fitted(Parameter::ESlope).map_or(0.0, |slope| slope.value);
-    // e(v) = e₀ − e₁v
-    let line = fitted(Parameter::E).map(|e| [x.low, x.high].map(|speed| (speed, e.value - slope * speed)));
-    let scatter = fit.scatter.map_or(0.0, |scatter| scatter.restitution);
-    let ends = line.iter().flatten().flat_map(|(_, e)| [e - scatter, e + scatter]);
-    let values: Vec<_> = measured.iter().map(|(_, e, _)| (e.value, e.sd)).collect();
-    let y = Axis::around_bars("e", &values, ends);
-    let title = "e against the closing speed";
-    let mut frame = Frame::new(picture, area, title, &remarks(fit, shots), (x, y));
-    if let Some(line) = line {
-        curve(&mut frame, &line, scatter);
+    if let Some(e) = fitted(Parameter::E) {
+        let fastest = points.iter().map(|point| point.at[0]).fold(0.0, f64::max);
+        // e(v) = e₀ − e₁v
+        let line = [0.0, 1.05 * fastest].map(|speed| [speed, e.value - slope * speed]);
+        add_curve(&mut panel, &line, fit.scatter.map_or(0.0, |scatter| scatter.restitution));
     }
-    points(&mut frame, &measured);
-    frame.axes();
+    panel.marks.push(Mark::Points(points));
+    Some(panel)
 }
 
-fn friction(picture: &mut Picture, area: Rect, fit: &Fit, shots: &[&DiscShot]) {
-    let measured: Vec<(f64, Measured, bool)> = shots
-        .iter()
-        .filter_map(|shot| {
-            let (slip, ratio) = (shot.slip_ratio?.value, shot.impulse_ratio?);
-            let against = Measured { value: -slip.signum() * ratio.value, ..ratio };
-            Some((slip.abs(), against, is_used(fit, shot)))
-        })
-        .collect();
-    let model: Vec<(f64, f64)> =
-        fit.friction_curve.iter().flat_map(|curve| &curve.points).map(|[x, y]| (*x, *y)).collect();
-    let scatter = fit.scatter.map_or(0.0, |scatter| scatter.impulse_ratio);
-    let slips = measured.iter().map(|p| p.0).chain(model.iter().map(|p| p.0));
-    let x = Axis::around("slip before the impact / closing speed", slips).starting_at_zero();
-    let ratios = model.iter().flat_map(|p| [p.1 - scatter, p.1 + scatter]);
-    let y = Axis::around("J_t/J_n against the slip", measured.iter().map(|p| p.1.value).chain(ratios));
-    let title = "Friction against the slip";
-    if measured.is_empty() {
-        return message(picture, area, title, "No rotation of the discs was seen.");
+fn friction(fit: &Fit, shots: &[&DiscShot], used: &[bool], about: &str) -> Option<Panel> {
+    let points = points(shots, used, |shot| {
+        let (slip, ratio) = (shot.slip_ratio?.value, shot.impulse_ratio?);
+        Some((slip.abs(), Measured { value: -slip.signum() * ratio.value, ..ratio }))
+    });
+    if points.is_empty() {
+        return None;
     }
-    let mut frame = Frame::new(picture, area, title, &remarks(fit, shots), (x, y));
-    if !model.is_empty() {
-        curve(&mut frame, &model, scatter);
-    }
+    let x = Axis::new("slip before the impact / closing speed");
+    let mut panel = Panel::new("Friction against the slip", about, x, Axis::new("J_t/J_n against the slip"));
     if let Some(found) = &fit.friction_curve {
-        let high = frame.x.high;
-        let sticks = found.sticks_below.min(high);
-        let slides = found.slides_from.unwrap_or(high);
-        for edge in [sticks, slides].into_iter().filter(|edge| (1e-9..high).contains(edge)) {
-            frame.vertical(edge, GREY);
-        }
-        for (from, to, word) in
-            [(0.0, sticks, "stick"), (sticks, slides, "micro-slip"), (slides, high, "slip")]
+        let scatter = fit.scatter.map_or(0.0, |scatter| scatter.impulse_ratio);
+        add_curve(&mut panel, &found.points, scatter);
+        let end = found.points.iter().map(|point| point[0]).fold(0.0, f64::max);
+        let lowest = found.points.iter().map(|point| point[1] - scatter).fold(f64::INFINITY, f64::min);
+        let sticks = found.sticks_below.min(end);
+        let slides = found.slides_from.unwrap_or(end).min(end);
+        for (from, to, words) in
+            [(0.0, sticks, "stick"), (sticks, slides, "micro-slip"), (slides, end, "slip")]
         {
-            let [left, middle, right] = [from, 0.5 * (from + to), to].map(|slip| frame.at(slip, frame.y.low));
-            if right.0 - left.0 > width(word, SMALL) {
-                let at = (middle.0, middle.1 - 16);
-                frame.picture.text(word, at, Anchor::Centre, SMALL, GREY);
+            if to - from > 0.12 * end {
+                panel.marks.push(Mark::Text { at: [0.5 * (from + to), lowest], words: words.to_owned() });
+            }
+            if (1e-9..end).contains(&to) {
+                panel.marks.push(Mark::Vertical(to));
             }
         }
     }
-    points(&mut frame, &measured);
-    frame.axes();
+    panel.marks.push(Mark::Points(points));
+    Some(panel)
 }

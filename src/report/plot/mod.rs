@@ -1,115 +1,235 @@
-//! residuals.svg and residuals.png: what a reader looks at before believing a fit. Both come from the
-//! same drawing; neither needs a font of the machine for its layout, and the PNG none at all.
+//! Figures: what each shows is data ([`Figure`], [`Panel`], [`Mark`]), which one renderer draws as SVG and as PNG. Neither needs a font
+//! of the machine for its layout, and the PNG none at all.
 
+pub(super) mod accuracy;
 mod axis;
 pub(super) mod camera;
 pub(super) mod compare;
 pub(super) mod contours;
 pub(super) mod design;
 pub(super) mod discs;
-mod frame;
-mod panels;
-pub mod paths;
-mod picture;
-mod points;
-pub mod precision;
-mod series;
+mod observed;
+pub(super) mod paths;
+mod render;
+mod residuals;
+mod text;
 pub(super) mod track;
 
-use super::number::{count_of, plain};
-use super::table::{chi2_text, estimate, with_unit};
-use super::{noise_estimated, reduced_chi2, title};
-use crate::fit::Fit;
-use frame::Rect;
-use panels::{CUT, SPEED};
-pub use picture::Picture;
-use picture::{ALARM, Anchor, INK, LARGE, MEDIUM, SMALL, shortened};
-use points::Points;
-use series::Legend;
+use plotters::prelude::RGBColor;
 
-/// Width of the picture, pixels.
+pub use axis::Axis;
+pub use render::Spot;
+pub use residuals::residuals;
+
+/// Width of a figure, pixels.
 pub const WIDTH: u32 = 1200;
 
-/// Height of a row of panels, pixels.
-const ROW: i32 = 440;
+/// Names of axes that several figures have.
+const CUT_AXIS: &str = "cut angle φ (°)";
+const SPEED_AXIS: &str = "cue-ball speed before impact (m/s)";
 
-/// Free space at the edges of the picture, pixels.
-const MARGIN: i32 = 22;
+/// Colour of axes and texts.
+pub const INK: RGBColor = RGBColor(20, 20, 20);
+/// Colour of what is less important.
+pub const GREY: RGBColor = RGBColor(85, 85, 85);
+/// Colour of areas behind the data.
+pub const BAND: RGBColor = RGBColor(228, 233, 240);
+/// Colour of warnings.
+pub const ALARM: RGBColor = RGBColor(176, 0, 32);
 
-/// The residuals of a fit, below its title, model, estimates, χ², and what the reader must know first. Panels stand two by two; where
-/// measured against predicted takes several of them, these fill the upper row.
+/// Colours of series, which colour-blind readers can distinguish (Okabe and Ito 2008).
+const COLORS: [RGBColor; 7] = [
+    RGBColor(0, 114, 178),
+    RGBColor(213, 94, 0),
+    RGBColor(0, 158, 115),
+    RGBColor(204, 121, 167),
+    RGBColor(0, 0, 0),
+    RGBColor(86, 180, 233),
+    RGBColor(230, 159, 0),
+];
+
+/// Returns the colour of a series.
 #[must_use]
-pub fn residuals(fit: &Fit) -> Picture {
-    let width = WIDTH as i32 - 2 * MARGIN;
-    let points = Points::of(fit);
-    let legend = Legend::new(points.legend(), width);
-    let (summary, warning) = (summary(fit), warning(fit));
-    let below = 60 + 30 * summary.len() as i32 + if warning.is_some() { 28 } else { 0 };
-    let upper = below + legend.height() + 14;
-    let mut picture = Picture::new(&fit.dataset, WIDTH as i32, upper + 2 * ROW);
-    picture.title(&shortened(&title(fit), LARGE, width), 34);
-    for (line, y) in summary.iter().zip((72..).step_by(30)) {
-        picture.text(&shortened(line, MEDIUM, width), (MARGIN, y), Anchor::Left, MEDIUM, INK);
-    }
-    if let Some(warning) = warning {
-        picture.label(&shortened(&warning, SMALL, width), (MARGIN, below - 16), ALARM);
-    }
-    legend.draw(&mut picture, (MARGIN, below), 0.9);
-    let lower = upper + ROW;
-    let groups = panels::groups(&points.observables);
-    let columns = if groups.len() < 2 { 2 } else { groups.len() };
-    for (column, group) in groups.iter().enumerate() {
-        panels::measured(&mut picture, Rect::of_row(upper, ROW, column, columns), &points, group);
-    }
-    if groups.is_empty() {
-        let text = "No observations.";
-        frame::message(&mut picture, Rect::of_row(upper, ROW, 0, 2), "Measured against predicted", text);
-    }
-    let places =
-        if groups.len() < 2 { [(upper, 1), (lower, 0), (lower, 1)] } else { [0, 1, 2].map(|i| (lower, i)) };
-    let columns = if groups.len() < 2 { 2 } else { 3 };
-    let [cut, speed, quantiles] = places.map(|(top, column)| Rect::of_row(top, ROW, column, columns));
-    panels::against(&mut picture, cut, &points, &CUT);
-    panels::against(&mut picture, speed, &points, &SPEED);
-    panels::quantiles(&mut picture, quantiles, &points);
-    picture
+pub fn color(series: usize) -> RGBColor {
+    COLORS[series % COLORS.len()]
 }
 
-fn summary(fit: &Fit) -> Vec<String> {
-    let estimates: Vec<String> = fit
-        .estimates
-        .iter()
-        .map(|one| {
-            let value = with_unit(&estimate(fit, one), one.parameter.unit(), " ");
-            let equal = if value.starts_with(['≥', '≤']) { "" } else { "= " };
-            format!("{} {equal}{value}", one.parameter.symbol())
-        })
-        .collect();
-    let chi2 = match reduced_chi2(fit) {
-        Some(chi2) => {
-            let how = if noise_estimated(fit) { "; noise estimated from these residuals" } else { "" };
-            let counted = match fit.frames {
-                Some(_) => format!(" of {}", fit.counted().words()),
-                None => String::new(),
-            };
-            let value = plain(fit.chi2, 4);
-            format!("χ²/dof{counted} = {} (χ² = {value}, {} dof{how})", chi2_text(chi2), fit.dof)
+/// A figure: panels in rows below a title.
+#[derive(Clone, Debug)]
+pub struct Figure {
+    /// The title.
+    pub title: String,
+    /// Lines below the title.
+    pub lines: Vec<String>,
+    /// What a reader must know first, below these lines.
+    pub warning: Option<String>,
+    /// The name of each series.
+    pub series: Vec<String>,
+    /// What points stand for.
+    pub labels: Vec<Label>,
+    /// The rows of panels.
+    pub rows: Vec<Row>,
+}
+
+/// A row of panels.
+#[derive(Clone, Debug)]
+pub struct Row {
+    /// Its height, pixels.
+    pub height: u32,
+    /// The number of panels that it has room for.
+    pub columns: usize,
+    /// The panels.
+    pub panels: Vec<Panel>,
+}
+
+impl Figure {
+    /// Returns a figure without panels.
+    #[must_use]
+    pub fn new(title: impl Into<String>) -> Self {
+        Self {
+            title: title.into(),
+            lines: Vec::new(),
+            warning: None,
+            series: Vec::new(),
+            labels: Vec::new(),
+            rows: Vec::new(),
         }
-        None => "no degrees of freedom".to_owned(),
-    };
-    vec![
-        estimates.join(",   "),
-        format!("model {},   {},   {chi2}", fit.fidelity, count_of(fit.shots_used, "shot")),
-    ]
+    }
+
+    /// Adds panels, at most so many in a row.
+    pub fn add_rows(&mut self, height: u32, columns: usize, panels: Vec<Panel>) {
+        let mut panels = panels.into_iter().peekable();
+        while panels.peek().is_some() {
+            self.rows.push(Row { height, columns, panels: panels.by_ref().take(columns).collect() });
+        }
+    }
 }
 
-/// The first warning, and how many more there are.
-fn warning(fit: &Fit) -> Option<String> {
-    let stopped = (!fit.converged).then(|| format!("Not converged: {}", fit.termination));
-    let mut warnings = stopped.iter().chain(&fit.warnings);
-    let first = warnings.next()?;
-    Some(match warnings.count() {
-        0 => first.clone(),
-        more => format!("(+{more} more) {first}"),
-    })
+/// What a measured point stands for.
+#[derive(Clone, Debug)]
+pub struct Label {
+    /// Name of the shot.
+    pub shot: String,
+    /// The quantity and its residual.
+    pub words: String,
+}
+
+impl Label {
+    /// Returns the label of a residual of a shot.
+    #[must_use]
+    pub fn new(shot: &str, quantity: &str, standardized: f64) -> Self {
+        Self { shot: shot.to_owned(), words: format!("{quantity}, {standardized:+.2} standard deviations") }
+    }
+}
+
+/// A panel: marks in one coordinate system. The axes reach beyond all of them.
+#[derive(Clone, Debug)]
+pub struct Panel {
+    /// The title.
+    pub title: String,
+    /// What its marks mean, below the title.
+    pub about: String,
+    /// The axis to the right.
+    pub x: Axis,
+    /// The axis upwards.
+    pub y: Axis,
+    /// Whether a unit is as long along either axis.
+    pub is_square: bool,
+    /// What is drawn, the first behind all others.
+    pub marks: Vec<Mark>,
+}
+
+impl Panel {
+    /// Returns a panel without marks.
+    #[must_use]
+    pub fn new(title: impl Into<String>, about: impl Into<String>, x: Axis, y: Axis) -> Self {
+        Self { title: title.into(), about: about.into(), x, y, is_square: false, marks: Vec::new() }
+    }
+
+    /// Adds a line.
+    pub fn line(&mut self, points: impl IntoIterator<Item = [f64; 2]>, color: RGBColor, width: u32) {
+        self.marks.push(Mark::Line { points: points.into_iter().collect(), color, width });
+    }
+
+    /// Adds the band of ± 2 standard deviations and the line at 0.
+    fn two_sd(&mut self) {
+        self.marks.extend([Mark::Strip([-2.0, 2.0]), Mark::Horizontal(0.0)]);
+    }
+
+    /// Adds an area by its outline.
+    pub fn area(&mut self, outline: impl IntoIterator<Item = [f64; 2]>, color: RGBColor) {
+        self.marks.push(Mark::Area { outline: outline.into_iter().collect(), color });
+    }
+}
+
+/// What is drawn in a panel, in the units of its axes.
+#[derive(Clone, Debug)]
+pub enum Mark {
+    /// Measured points.
+    Points(Vec<Point>),
+    /// A line through points.
+    Line {
+        /// The points.
+        points: Vec<[f64; 2]>,
+        /// Its colour.
+        color: RGBColor,
+        /// Its width, pixels.
+        width: u32,
+    },
+    /// An area behind the data.
+    Area {
+        /// Its outline.
+        outline: Vec<[f64; 2]>,
+        /// Its colour.
+        color: RGBColor,
+    },
+    /// A strip across the panel between two values of y.
+    Strip([f64; 2]),
+    /// An arrow with a head.
+    Arrow {
+        /// Where it begins.
+        from: [f64; 2],
+        /// Where it points to.
+        to: [f64; 2],
+    },
+    /// A thin line across the panel at a value of x.
+    Vertical(f64),
+    /// A thin line across the panel at a value of y.
+    Horizontal(f64),
+    /// A text, centred.
+    Text {
+        /// Where it stands.
+        at: [f64; 2],
+        /// The words.
+        words: String,
+    },
+}
+
+/// A measured point.
+#[derive(Clone, Copy, Debug)]
+pub struct Point {
+    /// Its place.
+    pub at: [f64; 2],
+    /// Its standard deviation along y, drawn as a bar.
+    pub sd: Option<f64>,
+    /// Its series, which gives colour and shape.
+    pub series: usize,
+    /// How opaque it is, 0 to 1.
+    pub opacity: f64,
+    /// The index of its label in the figure.
+    pub label: Option<usize>,
+}
+
+impl Point {
+    /// Returns a point of a series.
+    #[must_use]
+    pub fn new(at: [f64; 2], series: usize) -> Self {
+        Self { at, sd: None, series, opacity: 1.0, label: None }
+    }
+
+    /// Returns the ends of its bar.
+    fn bar(&self) -> Option<[[f64; 2]; 2]> {
+        let [x, y] = self.at;
+        self.sd.filter(|sd| axis::is_drawable(*sd)).map(|sd| [[x, y - sd], [x, y + sd]])
+    }
 }

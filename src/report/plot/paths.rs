@@ -1,90 +1,51 @@
-//! A picture of a film: the paths of both balls in all shots, seen from above.
+//! A figure of a film: the paths of both balls in all shots, seen from above.
 
-use super::axis::Axis;
-use super::frame::{Frame, Rect};
-use super::picture::{GREY, INK, LARGE, Picture, shortened};
-use super::series::{color, two_balls};
-use super::track::{cm, instants, window};
+use super::{Axis, Figure, INK, Mark, Panel, Point, color};
 use crate::fit::FittedFilm;
 use crate::problem::Impact;
-use crate::report::ReportError;
+use crate::report::number::count_of;
 
-const WIDTH: i32 = 900;
-/// Above the plan, and between it and the edges.
-const HEAD: i32 = 84;
-const EDGE: i32 = 10;
-/// What names and numbers of the axes take of the plan.
-const LABELS: i32 = 90;
+/// Height of the panel, pixels.
+const ROW: u32 = 760;
 
-/// The plan is at least so high, and at most so many times as high as wide.
-const LOWEST: i32 = 300;
-const HIGHEST: f64 = 0.85;
-
-/// More shots than these would only cover each other; they are spread over all.
+/// Largest number of shots that are drawn, spread over all: more would only cover each other.
 const MOST_SHOTS: usize = 60;
 
-/// Points of a fitted path.
+/// Instants of a fitted path, and largest number of frames of a ball.
 const STEPS: u32 = 60;
+const MOST_FRAMES: usize = 20;
 
-/// One shot, in centimetres.
-struct Drawn {
-    /// Tracked, of either ball.
-    points: [Vec<(f64, f64)>; 2],
-    /// Fitted, of either ball.
-    lines: [Vec<(f64, f64)>; 2],
-    contact: [(f64, f64); 2],
-}
-
-/// The picture as SVG; `None` where nothing was extracted.
-pub fn svg(name: &str, film: &FittedFilm) -> Result<Option<String>, ReportError> {
+/// Returns the figure; `None` if no shot shows an impact.
+pub fn figure(name: &str, film: &FittedFilm) -> Option<Figure> {
     let names = film.names();
     let each = names.len().div_ceil(MOST_SHOTS).max(1);
-    let shots: Vec<Drawn> =
-        names.iter().step_by(each).filter_map(|name| film.impact(name)).map(|own| drawn(&own)).collect();
+    let shots: Vec<Impact> = names.iter().step_by(each).filter_map(|name| film.impact(name)).collect();
     if shots.is_empty() {
-        return Ok(None);
+        return None;
     }
-    let all = || shots.iter().flat_map(|shot| shot.lines.iter().flatten());
-    let mut x = Axis::around("x (cm)", all().map(|point| point.0));
-    let mut y = Axis::around("y (cm)", all().map(|point| point.1));
-    // equal scales: the height follows the width
-    let wide = f64::from(WIDTH - 2 * EDGE - LABELS);
-    let ratio = ((y.high - y.low) / (x.high - x.low)).min(HIGHEST);
-    let height = HEAD + EDGE + LOWEST.max((wide * ratio) as i32 + LABELS);
-    let mut picture = Picture::new(name, WIDTH, height);
-    picture.title(&shortened(name, LARGE, WIDTH - 400), 32);
-    let counted = match shots.len() {
-        all if all == names.len() => format!("{all} shots"),
-        some => format!("{some} of {} shots", names.len()),
-    };
+    let mut panel = Panel::new("", "", Axis::new("x (cm)"), Axis::new("y (cm)"));
+    panel.is_square = true;
+    shots.iter().for_each(|impact| add(&mut panel, impact));
+    let mut figure = Figure::new(name);
+    let counted = if shots.len() == names.len() { String::new() } else { format!("{} of ", shots.len()) };
     let words = "seen from above; points: tracked; lines: fitted; bars: line of centres at the impact";
-    picture.label(&format!("{counted}, {words}"), (22, 66), GREY);
-    two_balls(&mut picture, ["cue ball", "object ball"], [WIDTH - 330, WIDTH - 170]);
-    let rect = Rect { left: EDGE, top: HEAD, right: WIDTH - EDGE, bottom: height - EDGE };
-    // the shorter side is widened until a centimetre is as long along either
-    let high = f64::from(height - HEAD - EDGE - LABELS);
-    let scale = ((x.high - x.low) / wide).max((y.high - y.low) / high);
-    x.widen(scale * wide);
-    y.widen(scale * high);
-    let mut frame = Frame::new(&mut picture, rect, "", &[], (x, y));
-    for shot in shots {
-        for ball in [0, 1] {
-            for (x, y) in &shot.points[ball] {
-                frame.dot(*x, *y, 2, color(ball));
-            }
-            frame.line(&shot.lines[ball], color(ball), 1);
-        }
-        frame.line(&shot.contact, INK, 2);
-    }
-    frame.axes();
-    picture.svg().map(Some)
+    figure.lines = vec![format!("{counted}{}, {words}", count_of(names.len(), "shot"))];
+    figure.series = ["cue ball", "object ball"].map(str::to_owned).to_vec();
+    figure.add_rows(ROW, 1, vec![panel]);
+    Some(figure)
 }
 
-fn drawn(impact: &Impact) -> Drawn {
-    let place = |ball: usize, t: f64| cm(impact.paths.place(ball, t));
-    Drawn {
-        points: impact.seen.each_ref().map(|seen| seen.iter().map(|(_, place)| cm(*place)).collect()),
-        lines: [0, 1].map(|ball| instants(window(&impact.seen), STEPS).map(|t| place(ball, t)).collect()),
-        contact: [0, 1].map(|ball| place(ball, impact.time)),
+/// Adds the paths of a shot, in centimetres.
+fn add(panel: &mut Panel, impact: &Impact) {
+    let cm = |place: [f64; 2]| place.map(|metres| 100.0 * metres);
+    let place = |ball: usize, time: f64| cm(impact.paths.place(ball, time));
+    for (ball, seen) in impact.seen.iter().enumerate() {
+        let (Some((first, _)), Some((last, _))) = (seen.first(), seen.last()) else { continue };
+        let instants = (0..=STEPS).map(|step| first + (last - first) * f64::from(step) / f64::from(STEPS));
+        panel.line(instants.map(|time| place(ball, time)), color(ball), 1);
+        let frames = seen.iter().step_by(seen.len().div_ceil(MOST_FRAMES));
+        let points = frames.map(|(_, at)| Point { opacity: 0.5, ..Point::new(cm(*at), ball) });
+        panel.marks.push(Mark::Points(points.collect()));
     }
+    panel.line([0, 1].map(|ball| place(ball, impact.time)), INK, 2);
 }

@@ -1,0 +1,54 @@
+//! accuracy.svg and accuracy.png: error against time, both on logarithmic scales.
+
+use super::{Axis, Figure, Mark, Panel, Point, color};
+use crate::report::accuracy::{self, Pick};
+use crate::studies::accuracy::Row;
+
+/// Height of the panels, pixels.
+const ROW: u32 = 520;
+
+/// Errors below are roundings.
+const LEAST: f64 = 1e-16;
+
+/// Returns error against time of every way.
+#[must_use]
+pub fn figure(rows: &[Row]) -> Figure {
+    let mut figure = Figure::new("Accuracy against time (ode and contact: at tolerances from 10⁻² down)");
+    for row in rows {
+        let name = accuracy::name(row);
+        if !figure.series.contains(&name) {
+            figure.series.push(name);
+        }
+    }
+    let kinds: [(&str, Pick); 2] = [
+        ("Numerical error: against the same equations, solved closely", |row| row.numerical),
+        ("Model error: against contact, integrated closely", |row| Some(row.model)),
+    ];
+    let panels = kinds.map(|(title, pick)| panel(title, &figure.series, rows, pick));
+    figure.add_rows(ROW, 2, panels.into());
+    figure
+}
+
+fn panel(title: &str, series: &[String], rows: &[Row], pick: Pick) -> Panel {
+    /// Place of horizontal speeds among the errors.
+    const SPEED: usize = 1;
+    let x = Axis::logarithmic("time of a collision (µs)");
+    let y = Axis::logarithmic("error of a velocity over U (95 % of the shots)");
+    let mut panel = Panel::new(title, "", x, y);
+    for (index, name) in series.iter().enumerate() {
+        let own = rows.iter().filter(|row| accuracy::name(row) == *name);
+        let points: Vec<[f64; 2]> = own
+            .filter_map(|row| {
+                let error = pick(row)?[SPEED].p95;
+                error.is_finite().then(|| [(1e6 * row.seconds).log10(), error.max(LEAST).log10()])
+            })
+            .collect();
+        match points[..] {
+            // how far its accuracy reaches
+            [[_, y]] => panel.marks.push(Mark::Horizontal(y)),
+            _ => panel.line(points.iter().copied(), color(index), 2),
+        }
+        panel.marks.push(Mark::Points(points.into_iter().map(|at| Point::new(at, index)).collect()));
+    }
+    panel
+}
