@@ -59,12 +59,12 @@ pub(crate) fn residuals(comparison: &Comparison, name: impl Fn(usize) -> String)
             Label::new(&name(i), residual.of_shot.observable.label(), residual.of_shot.standardized)
         })
         .collect();
-    let kinds: [(&str, &str, fn(&Residual) -> f64); 2] = [
-        ("against cut angle", super::CUT_AXIS, |residual| residual.cut.to_degrees()),
-        ("against speed", super::SPEED_AXIS, |residual| residual.speed.unwrap_or(f64::NAN)),
-    ];
+    let cut = |residual: &Residual| residual.cut.to_degrees();
+    let speed = |residual: &Residual| residual.speed.unwrap_or(f64::NAN);
+    let x_of: [&dyn Fn(&Residual) -> f64; 2] = [&cut, &speed];
+    let axes = [("against cut angle", super::CUT_AXIS), ("against speed", super::SPEED_AXIS)];
     let mut panels = Vec::new();
-    for (title, axis, x) in kinds {
+    for ((title, axis), x) in axes.into_iter().zip(x_of) {
         let points: Vec<Point> = comparison
             .residuals
             .iter()

@@ -25,7 +25,9 @@ pub fn figure(name: &str, film: &FittedFilm) -> Option<Figure> {
     }
     let mut panel = Panel::new("", "", Axis::new("x (cm)"), Axis::new("y (cm)"));
     panel.is_square = true;
-    shots.iter().for_each(|impact| add(&mut panel, impact));
+    for impact in &shots {
+        add(&mut panel, impact);
+    }
     let mut figure = Figure::new(name);
     let counted = if shots.len() == names.len() { String::new() } else { format!("{} of ", shots.len()) };
     let words = "seen from above; points: tracked; lines: fitted; bars: line of centres at the impact";
