@@ -198,7 +198,7 @@ fn fit_says_where_the_report_is() {
 fn completions_offer_words() {
     let output = caromfit(["completions", "bash"]);
     let (script, _) = status(&output, 0);
-    for words in ["\"squares huber cauchy\"", "\"pooltool json toml\"", "\"films formats results"] {
+    for words in ["\"squares huber cauchy\"", "\"pooltool json toml\"", "films formats results"] {
         assert!(script.contains(words), "{words}");
     }
     let output = caromfit(["fit", "nowhere", "--loss", "hubert"]);

@@ -3,7 +3,7 @@
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
-use super::fit::parameter_names;
+use super::parameter_names;
 use super::{ByName, Made, each, finite};
 use crate::report::unit_of;
 use crate::studies::accuracy::{self, QUANTITIES, Row};

@@ -3,18 +3,13 @@
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
-use super::fit::parameter_names;
-use super::{ByName, each, finite};
+use super::{ByName, each, finite, names, parameter_names};
 use crate::fit;
 use crate::measurement::parameter::Parameter;
 
 /// Returns values by the names of their parameters.
 pub(super) fn by_parameter<T, D>(values: &[(Parameter, T)], document: impl Fn(&T) -> D) -> ByName<D> {
     values.iter().map(|(parameter, value)| (parameter.name().to_owned(), document(value))).collect()
-}
-
-pub(super) fn names(parameters: &[Parameter]) -> Vec<String> {
-    parameters.iter().map(|parameter| parameter.name().to_owned()).collect()
 }
 
 /// Shots that were computed with the same fidelity and effects.

@@ -5,9 +5,8 @@ use serde::{Deserialize, Serialize};
 
 use super::diagnostics::{Alternative, Bound, Computed, Goodness, Identifiability, Joint, Robust};
 use super::intervals::{Bootstrap, Contour, Profile};
-use super::{ByName, Made, ShotReason, Verdict};
+use super::{ByName, Made, ShotReason, Verdict, parameter_names};
 use crate::fit::{Counted, Status};
-use crate::measurement::parameter::Parameter;
 
 /// fit.json of caromfit
 ///
@@ -121,11 +120,6 @@ pub struct FitDocument {
     pub iterations: usize,
     /// Duration of the fit, s.
     pub seconds: f64,
-}
-
-/// Returns the schema of a parameter's name.
-pub(super) fn parameter_names() -> serde_json::Value {
-    serde_json::json!({ "enum": Parameter::ALL.map(Parameter::name) })
 }
 
 /// A label whose shots were fitted apart.

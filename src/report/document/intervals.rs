@@ -3,9 +3,7 @@
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
-use super::diagnostics::names;
-use super::fit::parameter_names;
-use super::{ByName, finite};
+use super::{ByName, finite, names, parameter_names};
 use crate::fit;
 
 /// Intervals from resampled shots.

@@ -30,6 +30,7 @@ pub use stored::{StoredError, read};
 
 use super::ReportError;
 use crate::fit::{Grade, Rejected};
+use crate::measurement::parameter::Parameter;
 
 /// `format_version` of the documents: raised if a key is renamed or dropped, or changes its meaning.
 pub const FORMAT_VERSION: u32 = 1;
@@ -164,6 +165,16 @@ impl From<&Rejected> for ShotReason {
 /// Returns the document of each of several things.
 fn each<'a, T, D: From<&'a T>>(all: &'a [T]) -> Vec<D> {
     all.iter().map(D::from).collect()
+}
+
+/// Returns the names of parameters.
+fn names(parameters: &[Parameter]) -> Vec<String> {
+    parameters.iter().map(|parameter| parameter.name().to_owned()).collect()
+}
+
+/// Returns the schema of a parameter's name.
+fn parameter_names() -> Value {
+    serde_json::json!({ "enum": Parameter::ALL.map(Parameter::name) })
 }
 
 /// Returns a number, unless it is NaN or infinite.

@@ -133,7 +133,7 @@ pub struct SynthDocument {
     /// The fidelity by which the collisions were computed.
     pub fidelity: String,
     /// What the shots were made with, by parameter.
-    #[schemars(extend("propertyNames" = super::fit::parameter_names()))]
+    #[schemars(extend("propertyNames" = super::parameter_names()))]
     pub parameters: ByName<Truth>,
 }
 
