@@ -25,25 +25,12 @@ pub fn figure(found: &FoundCamera) -> Option<Figure> {
     let middle = sides.map(|[low, high]| 0.5 * (low + high));
     let half = 0.6 * (sides[0][1] - sides[0][0]).max(sides[1][1] - sides[1][0]).max(0.05);
     let along = |axis: usize, i: usize| middle[axis] + half * (2.0 * i as f64 / (ARROWS - 1) as f64 - 1.0);
-<<<<<<< HEAD
     let places = (0..ARROWS * ARROWS).map(|n| [along(0, n / ARROWS), along(1, n % ARROWS)]);
     let arrows: Vec<([f64; 2], [f64; 2])> = places
-        .map(|table| (found.film(table), table))
-        .filter(|(film, _)| film.iter().all(|x| x.is_finite()))
+        .map(|film| (film, found.camera.table(film)))
+        .filter(|(_, table)| table.iter().all(|x| x.is_finite()))
         .map(|(film, table)| (film, [table[0] - film[0], table[1] - film[1]]))
         .collect();
-=======
-    let mut arrows = Vec::new();
-    for i in 0..ARROWS {
-        for j in 0..ARROWS {
-            let film = [along(0, i), along(1, j)];
-            let table = found.camera.table(film);
-            if table.iter().all(|x| x.is_finite()) {
-                arrows.push((film, [table[0] - film[0], table[1] - film[1]]));
-            }
-        }
-    }
->>>>>>> parent of 4892163 (Merge the discs' measurement into the problem)
     let longest = arrows.iter().map(|(_, by)| by[0].hypot(by[1])).fold(0.0, f64::max);
     let fits = |by: &&f64| **by * longest <= LONGEST * 2.0 * half;
     let enlarged = ENLARGED.iter().rev().find(fits).copied().unwrap_or(1.0);
