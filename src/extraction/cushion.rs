@@ -1,10 +1,10 @@
 //! Balls that come off a cushion, or off another ball, shortly before or after the impact: their path has a corner, and only what is on
 //! this side of it belongs to the shot.
 
-use super::initial_guess::{Line, from_paths, surely_before};
+use super::initial_guess;
 use crate::film::frame_noise::noise;
 use crate::measurement::track::{Sample, TrackShot};
-use crate::physics::ball::Ball;
+use crate::trajectory::scene::Scene;
 
 /// Frames on either side of a corner through which straight lines are laid.
 const SIDE: usize = 4;
@@ -28,18 +28,22 @@ const CLEAR: f64 = 8.0;
 const OF_INCOMING: f64 = 0.06;
 
 /// Leaves out the frames of the cue ball up to the last corner of its path before the impact; returns whether there is one.
-pub(crate) fn leave_out_before_cushion(shot: &mut TrackShot, ball: &Ball) -> bool {
-    let Some(corner) = last_corner(shot, ball) else { return false };
+pub(crate) fn leave_out_before_cushion(shot: &mut TrackShot, scene: &Scene) -> bool {
+    let Some(corner) = last_corner(shot, scene) else { return false };
     shot.cue.retain(|sample| sample.t > corner);
     true
 }
 
 /// Leaves out the frames of either ball from the first corner of its path after the impact on; returns whether there is one.
-pub(crate) fn leave_out_after_cushion(shot: &mut TrackShot, ball: &Ball) -> bool {
-    let noise = noise(shot);
-    let Ok(guess) = from_paths(shot, ball, noise) else { return false };
-    let after = guess.time + CLEAR / shot.fps;
-    let least = OF_INCOMING * guess.before[0].hypot(guess.before[1]);
+pub(crate) fn leave_out_after_cushion(shot: &mut TrackShot, scene: &Scene) -> bool {
+    let Some(impact) = initial_guess::instant(shot, scene) else { return false };
+    let (after, noise) = (impact + CLEAR / shot.fps, noise(shot));
+    let before = shot.cue.partition_point(|sample| sample.t < impact);
+    let Some(incoming) = before.checked_sub(SIDE).and_then(|from| Line::through(&shot.cue[from..before]))
+    else {
+        return false;
+    };
+    let least = OF_INCOMING * incoming.speed();
     let first = |samples: &[Sample]| {
         let from = samples.partition_point(|sample| sample.t < after);
         let corners = corners(&samples[from..], (shot.fps, noise), |_| least);
@@ -56,8 +60,8 @@ pub(crate) fn leave_out_after_cushion(shot: &mut TrackShot, ball: &Ball) -> bool
 }
 
 /// The time of the first frame after the last corner, s, in which the ball may still touch what turned it.
-fn last_corner(shot: &TrackShot, ball: &Ball) -> Option<f64> {
-    let impact = surely_before(shot, ball)?;
+fn last_corner(shot: &TrackShot, scene: &Scene) -> Option<f64> {
+    let impact = initial_guess::surely_before(shot, scene)?;
     let count = shot.cue.partition_point(|sample| sample.t < impact - 0.5 / shot.fps);
     let before = &shot.cue[..count];
     let corners = corners(before, (shot.fps, noise(shot)), |speed| TURN * speed);
@@ -74,12 +78,12 @@ fn corners(samples: &[Sample], (fps, noise): (f64, f64), least: impl Fn(f64) -> 
     let n = SIDE as f64;
     let error = ERRORS * noise * (24.0 / (n * (n * n - 1.0))).sqrt();
     let turn = |at: usize| {
-        let sides = [&samples[at - SIDE..at], &samples[at..at + SIDE]];
-        let [early, late] = sides.map(|side| Line::through(side, side[0].t));
-        let off = early.largest_residual(sides[0]).max(late.largest_residual(sides[1]));
+        let (early, late) =
+            (Line::through(&samples[at - SIDE..at])?, Line::through(&samples[at..at + SIDE])?);
         let change = (late.velocity[0] - early.velocity[0]).hypot(late.velocity[1] - early.velocity[1]);
-        let is_corner =
-            change > least(early.speed()) && change * frame > error && off < BENT * change * frame;
+        let is_corner = change > least(early.speed())
+            && change * frame > error
+            && early.off.max(late.off) < BENT * change * frame;
         is_corner.then_some((at, change))
     };
     (SIDE..(samples.len() + 1).saturating_sub(SIDE)).filter_map(turn).collect()
@@ -88,4 +92,33 @@ fn corners(samples: &[Sample], (fps, noise): (f64, f64), least: impl Fn(f64) -> 
 /// Neighbouring places see the same corner, the right one the largest change.
 fn largest<'a>(near: impl Iterator<Item = &'a (usize, f64)>) -> Option<usize> {
     near.max_by(|a, b| a.1.total_cmp(&b.1)).map(|(at, _)| *at)
+}
+
+/// A straight path at a constant speed.
+struct Line {
+    velocity: [f64; 2],
+    /// Largest distance of a frame from it, m.
+    off: f64,
+}
+
+impl Line {
+    fn speed(&self) -> f64 {
+        self.velocity[0].hypot(self.velocity[1])
+    }
+
+    fn through(samples: &[Sample]) -> Option<Self> {
+        let n = samples.len() as f64;
+        let mean = |pick: fn(&Sample) -> f64| samples.iter().map(pick).sum::<f64>() / n;
+        let (t, x, y) = (mean(|s| s.t), mean(|s| s.x), mean(|s| s.y));
+        let square: f64 = samples.iter().map(|s| (s.t - t).powi(2)).sum();
+        let slope =
+            |of: &dyn Fn(&Sample) -> f64| samples.iter().map(|s| (s.t - t) * of(s)).sum::<f64>() / square;
+        let velocity = [slope(&|s| s.x - x), slope(&|s| s.y - y)];
+        let distance = |s: &Sample| {
+            let late = s.t - t;
+            (s.x - x - velocity[0] * late).hypot(s.y - y - velocity[1] * late)
+        };
+        let off = samples.iter().map(distance).fold(0.0, f64::max);
+        (square > 0.0 && off.is_finite()).then_some(Self { velocity, off })
+    }
 }
