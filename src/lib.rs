@@ -103,7 +103,6 @@ for (name, mu_s) in [("new", 0.2), ("worn", 0.4)] {
     cloths.push(dataset);
 }
 let comparison = compare::compare(&cloths, &compare::Options::default())?;
-println!("{}", comparison.verdict().sentence);
 let mu_s = Quantity::Parameter(Parameter::MuS);
 let compared = comparison.quantities.iter().find(|own| own.quantity == mu_s).ok_or("no μ_s")?;
 assert!(compared.differences[0].is_real());
