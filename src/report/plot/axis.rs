@@ -82,7 +82,9 @@ impl Axis {
         if !self.words.is_empty() {
             return (0..self.words.len()).map(|place| place as f64).collect();
         }
-        let inside = |tick: &f64| range.start <= *tick && *tick <= range.end;
+        // a line's width beside the end is on it
+        let width = 1e-3 * (range.end - range.start);
+        let inside = |tick: &f64| range.start - width <= *tick && *tick <= range.end + width;
         if self.is_logarithmic && range.end - range.start < most as f64 {
             let decades = range.start.floor() as i32..=range.end.ceil() as i32;
             let of = |factors: &'static [f64]| {
