@@ -6,8 +6,9 @@ use crate::film::frame_noise::noise;
 use crate::measurement::track::{Sample, TrackShot};
 use crate::trajectory::scene::Scene;
 
-/// Frames on either side of a corner through which straight lines are laid.
+/// Frames on either side of a corner through which straight lines are laid; more of them show a gentler one.
 const SIDE: usize = 4;
+const LONG_SIDE: usize = 12;
 
 /// Least change of velocity at a corner, as a part of the speed before it: the cloth changes the velocity by less than 2 % in as many
 /// frames, at 100 frames per second and 1 m/s.
@@ -46,9 +47,11 @@ pub(crate) fn leave_out_after_cushion(shot: &mut TrackShot, scene: &Scene) -> bo
     let least = OF_INCOMING * incoming.speed();
     let first = |samples: &[Sample]| {
         let from = samples.partition_point(|sample| sample.t < after);
-        let corners = corners(&samples[from..], (shot.fps, noise), |_| least);
+        let of_sides = |side: usize| corners(&samples[from..], side, (shot.fps, noise), |_| least);
+        let corners = Some(of_sides(SIDE)).filter(|found| !found.is_empty());
+        let (side, corners) = corners.map_or_else(|| (LONG_SIDE, of_sides(LONG_SIDE)), |found| (SIDE, found));
         let (first, _) = *corners.first()?;
-        let at = largest(corners.iter().filter(|(at, _)| *at < first + SIDE))?;
+        let at = largest(corners.iter().filter(|(at, _)| *at < first + side))?;
         // in the frame before it the ball may touch already
         Some(samples[from + at - 1].t)
     };
@@ -64,7 +67,7 @@ fn last_corner(shot: &TrackShot, scene: &Scene) -> Option<f64> {
     let impact = initial_guess::surely_before(shot, scene)?;
     let count = shot.cue.partition_point(|sample| sample.t < impact - 0.5 / shot.fps);
     let before = &shot.cue[..count];
-    let corners = corners(before, (shot.fps, noise(shot)), |speed| TURN * speed);
+    let corners = corners(before, SIDE, (shot.fps, noise(shot)), |speed| TURN * speed);
     let (last, _) = *corners.last()?;
     let at = largest(corners.iter().filter(|(at, _)| at + SIDE > last))?;
     before.get(at).map(|sample| sample.t)
@@ -72,21 +75,26 @@ fn last_corner(shot: &TrackShot, scene: &Scene) -> Option<f64> {
 
 /// The corners of a path, where the velocity changes by at least so much at a speed (m/s): the index of the first frame after each, and
 /// the change.
-fn corners(samples: &[Sample], (fps, noise): (f64, f64), least: impl Fn(f64) -> f64) -> Vec<(usize, f64)> {
+fn corners(
+    samples: &[Sample],
+    side: usize,
+    (fps, noise): (f64, f64),
+    least: impl Fn(f64) -> f64,
+) -> Vec<(usize, f64)> {
     let frame = fps.recip();
     // of a least-squares slope, per frame, and of the difference of two
-    let n = SIDE as f64;
+    let n = side as f64;
     let error = ERRORS * noise * (24.0 / (n * (n * n - 1.0))).sqrt();
     let turn = |at: usize| {
         let (early, late) =
-            (Line::through(&samples[at - SIDE..at])?, Line::through(&samples[at..at + SIDE])?);
+            (Line::through(&samples[at - side..at])?, Line::through(&samples[at..at + side])?);
         let change = (late.velocity[0] - early.velocity[0]).hypot(late.velocity[1] - early.velocity[1]);
         let is_corner = change > least(early.speed())
             && change * frame > error
             && early.off.max(late.off) < BENT * change * frame;
         is_corner.then_some((at, change))
     };
-    (SIDE..(samples.len() + 1).saturating_sub(SIDE)).filter_map(turn).collect()
+    (side..(samples.len() + 1).saturating_sub(side)).filter_map(turn).collect()
 }
 
 /// Neighbouring places see the same corner, the right one the largest change.

@@ -19,7 +19,7 @@ use crate::measurement::dataset::{Dataset, Tracks};
 use crate::measurement::parameter::Compliance;
 
 /// Rounds of leaving out frames and shots.
-const ROUNDS: usize = 3;
+const ROUNDS: usize = 6;
 
 /// Causes that are let in one after the other.
 const MAX_CAUSES: usize = 3;
