@@ -11,6 +11,12 @@ pub(super) const STALL: f64 = 0.01;
 /// ends.
 const MAX_STALLS: usize = 2;
 
+/// Part of the fall that ends a descent which is next to nothing.
+const NEXT_TO_NOTHING: f64 = 0.1;
+
+/// Part of χ² by which it rises by rounding: closer than the root of it only steps lead to a minimum.
+const ROUNDING: f64 = 1e-15;
+
 /// Parts by which diagonals are raised at the beginning, and at which a descent gives up.
 const LEAST_DAMPING: f64 = 1e-6;
 const MAX_DAMPING: f64 = 1e6;
@@ -60,8 +66,8 @@ pub(crate) fn descend_until(
         evaluations += 1;
         let rise = trial.cost - at.cost;
         // a step that gains nothing may have crossed a kink: shorter ones may gain
-        stalls = if rise < -stall { 0 } else { stalls + usize::from(rise < stall) };
-        if rise < 0.0 {
+        stalls = if rise < -NEXT_TO_NOTHING * stall { 0 } else { stalls + usize::from(rise < stall) };
+        if rise <= ROUNDING * at.cost {
             at = trial;
             damping = (damping * 0.01).max(LEAST_DAMPING);
         } else {
