@@ -25,8 +25,8 @@ const BENT: f64 = 0.5;
 const CLEAR: f64 = 8.0;
 
 /// Least change of velocity at a corner after the impact, as a part of the incoming speed: where a ball lands it
-/// loses less than 0.04.
-const OF_INCOMING: f64 = 0.06;
+/// loses less than 0.015.
+const OF_INCOMING: f64 = 0.03;
 
 /// Leaves out the frames of the cue ball up to the last corner of its path before the impact; returns whether there is one.
 pub(crate) fn leave_out_before_cushion(shot: &mut TrackShot, scene: &Scene) -> bool {
