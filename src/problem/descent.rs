@@ -45,7 +45,7 @@ pub(crate) fn descend_until(
 ) -> Descent {
     let mut damping = LEAST_DAMPING;
     let mut evaluations = 0;
-    let mut stalls = 0;
+    let (mut stalls, mut idle) = (0, 0);
     while evaluations < steps && damping < MAX_DAMPING && at.cost.is_finite() {
         let step = at.eliminate(problem, damping).and_then(|reduced| {
             let moving: Vec<usize> = free.iter().copied().filter(|column| reduced.informs(*column)).collect();
@@ -67,6 +67,7 @@ pub(crate) fn descend_until(
         let rise = trial.cost - at.cost;
         // a step that gains nothing may have crossed a kink: shorter ones may gain
         stalls = if rise < -NEXT_TO_NOTHING * stall { 0 } else { stalls + usize::from(rise < stall) };
+        idle = if rise < -stall { 0 } else { idle + usize::from(rise < stall) };
         if rise <= ROUNDING * at.cost {
             at = trial;
             damping = (damping * 0.01).max(LEAST_DAMPING);
@@ -77,7 +78,8 @@ pub(crate) fn descend_until(
             return Descent { end: at, evaluations, converged: true };
         }
     }
-    Descent { end: at, evaluations, converged: false }
+    // a narrow valley whose bottom hardly falls is an end, too
+    Descent { end: at, evaluations, converged: idle > MAX_STALLS }
 }
 
 /// Returns the damped step that is best within the bounds: the first unknown that would leave its
