@@ -11,12 +11,6 @@ pub(super) const STALL: f64 = 0.01;
 /// ends.
 const MAX_STALLS: usize = 2;
 
-/// Part of the fall that ends a descent which is next to nothing.
-const NEXT_TO_NOTHING: f64 = 0.1;
-
-/// Part of χ² by which it rises by rounding: closer than the root of it only steps lead to a minimum.
-const ROUNDING: f64 = 1e-15;
-
 /// Parts by which diagonals are raised at the beginning, and at which a descent gives up.
 const LEAST_DAMPING: f64 = 1e-6;
 const MAX_DAMPING: f64 = 1e6;
@@ -45,7 +39,7 @@ pub(crate) fn descend_until(
 ) -> Descent {
     let mut damping = LEAST_DAMPING;
     let mut evaluations = 0;
-    let (mut stalls, mut idle) = (0, 0);
+    let mut stalls = 0;
     while evaluations < steps && damping < MAX_DAMPING && at.cost.is_finite() {
         let step = at.eliminate(problem, damping).and_then(|reduced| {
             let moving: Vec<usize> = free.iter().copied().filter(|column| reduced.informs(*column)).collect();
@@ -66,9 +60,8 @@ pub(crate) fn descend_until(
         evaluations += 1;
         let rise = trial.cost - at.cost;
         // a step that gains nothing may have crossed a kink: shorter ones may gain
-        stalls = if rise < -NEXT_TO_NOTHING * stall { 0 } else { stalls + usize::from(rise < stall) };
-        idle = if rise < -stall { 0 } else { idle + usize::from(rise < stall) };
-        if rise <= ROUNDING * at.cost {
+        stalls = if rise < -stall { 0 } else { stalls + usize::from(rise < stall) };
+        if rise < 0.0 {
             at = trial;
             damping = (damping * 0.01).max(LEAST_DAMPING);
         } else {
@@ -78,8 +71,7 @@ pub(crate) fn descend_until(
             return Descent { end: at, evaluations, converged: true };
         }
     }
-    // a narrow valley whose bottom hardly falls is an end, too
-    Descent { end: at, evaluations, converged: idle > MAX_STALLS }
+    Descent { end: at, evaluations, converged: false }
 }
 
 /// Returns the damped step that is best within the bounds: the first unknown that would leave its
