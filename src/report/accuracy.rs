@@ -4,8 +4,9 @@ use super::aligned::sections;
 use super::content::{Section, Table};
 use super::csv::line;
 use super::plot;
+use super::plot::accuracy::{Pick, name};
 use crate::physics::collision::Fidelity;
-use crate::studies::accuracy::{Includes, QUANTITIES, Row, Spread};
+use crate::studies::accuracy::{QUANTITIES, Row, Spread};
 use crate::studies::bias;
 
 /// Returns error against time of every way, as a figure.
@@ -13,15 +14,6 @@ use crate::studies::bias;
 pub fn figure(rows: &[Row]) -> plot::Figure {
     plot::accuracy::figure(rows)
 }
-
-/// What a row is called.
-pub(super) fn name(row: &Row) -> String {
-    let compliant = if row.includes == Includes::Compliant { ", compliant" } else { "" };
-    format!("{}{compliant}", row.fidelity.name())
-}
-
-/// Which errors of a row are meant.
-pub(super) type Pick = fn(&Row) -> Option<[Spread; 4]>;
 
 /// Tables for the terminal: median, 95th percentile and worst of the errors, to a digit.
 #[must_use]

@@ -1,8 +1,7 @@
 //! accuracy.svg and accuracy.png: error against time, both on logarithmic scales.
 
 use super::{Axis, Figure, Mark, Panel, Point, color};
-use crate::report::accuracy::{self, Pick};
-use crate::studies::accuracy::Row;
+use crate::studies::accuracy::{Includes, Row, Spread};
 
 /// Height of the panels, pixels.
 const ROW: u32 = 520;
@@ -10,14 +9,23 @@ const ROW: u32 = 520;
 /// Errors below are roundings.
 const LEAST: f64 = 1e-16;
 
+/// Returns the errors of a row that are meant, if it has them.
+pub(in crate::report) type Pick = fn(&Row) -> Option<[Spread; 4]>;
+
+/// Returns the name of a row.
+pub(in crate::report) fn name(row: &Row) -> String {
+    let compliant = if row.includes == Includes::Compliant { ", compliant" } else { "" };
+    format!("{}{compliant}", row.fidelity.name())
+}
+
 /// Returns error against time of every way.
 #[must_use]
 pub fn figure(rows: &[Row]) -> Figure {
     let mut figure = Figure::new("Accuracy against time (ode and contact: at tolerances from 10⁻² down)");
     for row in rows {
-        let name = accuracy::name(row);
-        if !figure.series.contains(&name) {
-            figure.series.push(name);
+        let series = name(row);
+        if !figure.series.contains(&series) {
+            figure.series.push(series);
         }
     }
     let kinds: [(&str, Pick); 2] = [
@@ -36,7 +44,7 @@ fn panel(title: &str, series: &[String], rows: &[Row], pick: Pick) -> Panel {
     let y = Axis::logarithmic("error of a velocity over U (95 % of the shots)");
     let mut panel = Panel::new(title, "", x, y);
     for (index, name) in series.iter().enumerate() {
-        let own = rows.iter().filter(|row| accuracy::name(row) == *name);
+        let own = rows.iter().filter(|row| self::name(row) == *name);
         let points: Vec<[f64; 2]> = own
             .filter_map(|row| {
                 let error = pick(row)?[SPEED].p95;
