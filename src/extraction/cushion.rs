@@ -1,10 +1,11 @@
 //! Balls that come off a cushion, or off another ball, shortly before or after the impact: their path has a corner, and only what is on
 //! this side of it belongs to the shot.
 
-use super::initial_guess;
+use super::initial_guess::{from_paths, surely_before};
 use crate::film::frame_noise::noise;
 use crate::measurement::track::{Sample, TrackShot};
 use crate::trajectory::scene::Scene;
+use crate::trajectory::unknowns::unknown;
 
 /// Frames on either side of a corner through which straight lines are laid; more of them show a gentler one.
 const SIDE: usize = 4;
@@ -28,6 +29,12 @@ const CLEAR: f64 = 8.0;
 /// loses less than 0.015.
 const OF_INCOMING: f64 = 0.03;
 
+/// Steepest deceleration by a cloth, m/s²: a sliding friction of 0.4.
+const STEEPEST: f64 = 4.0;
+
+/// Standard deviations of the noise by which some of a dozen frames are off.
+const WHITE: f64 = 4.0;
+
 /// Leaves out the frames of the cue ball up to the last corner of its path before the impact; returns whether there is one.
 pub(crate) fn leave_out_before_cushion(shot: &mut TrackShot, scene: &Scene) -> bool {
     let Some(corner) = last_corner(shot, scene) else { return false };
@@ -37,23 +44,20 @@ pub(crate) fn leave_out_before_cushion(shot: &mut TrackShot, scene: &Scene) -> b
 
 /// Leaves out the frames of either ball from the first corner of its path after the impact on; returns whether there is one.
 pub(crate) fn leave_out_after_cushion(shot: &mut TrackShot, scene: &Scene) -> bool {
-    let Some(impact) = initial_guess::instant(shot, scene) else { return false };
-    let (after, noise) = (impact + CLEAR / shot.fps, noise(shot));
-    let before = shot.cue.partition_point(|sample| sample.t < impact);
-    let Some(incoming) = before.checked_sub(SIDE).and_then(|from| Line::through(&shot.cue[from..before]))
-    else {
-        return false;
-    };
-    let least = OF_INCOMING * incoming.speed();
+    let noise = noise(shot);
+    let Ok((guess, distance)) = from_paths(shot, scene, noise) else { return false };
+    let after = guess[unknown::TIME] + CLEAR / shot.fps;
+    let incoming = guess[unknown::BEFORE].hypot(guess[unknown::BEFORE + 1]);
+    let cloth = STEEPEST * distance / scene.contact_distance();
     let first = |samples: &[Sample]| {
         let from = samples.partition_point(|sample| sample.t < after);
-        let of_sides = |side: usize| corners(&samples[from..], side, (shot.fps, noise), |_| least);
-        let corners = Some(of_sides(SIDE)).filter(|found| !found.is_empty());
-        let (side, corners) = corners.map_or_else(|| (LONG_SIDE, of_sides(LONG_SIDE)), |found| (SIDE, found));
-        let (first, _) = *corners.first()?;
-        let at = largest(corners.iter().filter(|(at, _)| *at < first + side))?;
-        // in the frame before it the ball may touch already
-        Some(samples[from + at - 1].t)
+        let of_side = |side: usize| {
+            let least = (OF_INCOMING * incoming).max(cloth * side as f64 / shot.fps);
+            let first = first_corner(&samples[from..], side, (shot.fps, noise), least)?;
+            // in the frame before it the ball may touch already
+            Some(samples[from + first - 1].t)
+        };
+        of_side(SIDE).or_else(|| of_side(LONG_SIDE))
     };
     let ends = [first(&shot.cue), first(&shot.object)];
     for (samples, end) in [&mut shot.cue, &mut shot.object].into_iter().zip(ends) {
@@ -62,24 +66,31 @@ pub(crate) fn leave_out_after_cushion(shot: &mut TrackShot, scene: &Scene) -> bo
     ends.iter().any(Option::is_some)
 }
 
+/// The index of the first frame after the first corner.
+fn first_corner(samples: &[Sample], side: usize, (fps, noise): (f64, f64), least: f64) -> Option<usize> {
+    let corners = corners(samples, side, (fps, noise), (|_| least, WHITE * noise));
+    let (first, _) = *corners.first()?;
+    largest(corners.iter().filter(|(at, _)| *at < first + side))
+}
+
 /// The time of the first frame after the last corner, s, in which the ball may still touch what turned it.
 fn last_corner(shot: &TrackShot, scene: &Scene) -> Option<f64> {
-    let impact = initial_guess::surely_before(shot, scene)?;
+    let impact = surely_before(shot, scene)?;
     let count = shot.cue.partition_point(|sample| sample.t < impact - 0.5 / shot.fps);
     let before = &shot.cue[..count];
-    let corners = corners(before, SIDE, (shot.fps, noise(shot)), |speed| TURN * speed);
+    let corners = corners(before, SIDE, (shot.fps, noise(shot)), (|speed| TURN * speed, 0.0));
     let (last, _) = *corners.last()?;
     let at = largest(corners.iter().filter(|(at, _)| at + SIDE > last))?;
     before.get(at).map(|sample| sample.t)
 }
 
-/// The corners of a path, where the velocity changes by at least so much at a speed (m/s): the index of the first frame after each, and
-/// the change.
+/// The corners of a path, where the velocity changes by at least so much at a speed (m/s), and frames are at most so much farther (m) from
+/// the lines beside it than the change explains: the index of the first frame after each, and the change.
 fn corners(
     samples: &[Sample],
     side: usize,
     (fps, noise): (f64, f64),
-    least: impl Fn(f64) -> f64,
+    (least, white): (impl Fn(f64) -> f64, f64),
 ) -> Vec<(usize, f64)> {
     let frame = fps.recip();
     // of a least-squares slope, per frame, and of the difference of two
@@ -91,7 +102,7 @@ fn corners(
         let change = (late.velocity[0] - early.velocity[0]).hypot(late.velocity[1] - early.velocity[1]);
         let is_corner = change > least(early.speed())
             && change * frame > error
-            && early.off.max(late.off) < BENT * change * frame;
+            && early.off.max(late.off) < BENT * change * frame + white;
         is_corner.then_some((at, change))
     };
     (side..(samples.len() + 1).saturating_sub(side)).filter_map(turn).collect()

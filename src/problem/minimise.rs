@@ -13,7 +13,7 @@ const COARSE: [Id; 7] = [Id::Mu, Id::E, Id::Scale, Id::Aspect, Id::Shear, Id::Pe
 const MAX_STEPS: usize = 40;
 
 /// Steps of the first descents, and of the two best ones over everything free.
-const COARSE_STEPS: usize = 3;
+const COARSE_STEPS: usize = 10;
 const SECOND_STEPS: usize = 12;
 
 /// Relative difference within which two descents end at the same μ.

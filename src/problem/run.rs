@@ -5,8 +5,9 @@ use super::descent::Descent;
 use super::film::causes;
 use super::film::film_data::{Film, FilmError, Modelling};
 use super::film::next_to_impact;
-use super::film::outliers::{judge_shots, leave_out_frames};
+use super::film::outliers::{judge_shots, leave_out_frames, tail};
 use super::findings::{Finding, Severity};
+use super::loss::ShotLoss;
 use super::minimise::{descend_with_noise, fit};
 use super::policy::Policy;
 use super::problem::{Problem, State};
@@ -16,10 +17,11 @@ use super::sums::Noise;
 use super::uncertainty::Estimates;
 use super::unknowns::{Id, Mode, Shared};
 use crate::measurement::dataset::{Dataset, Tracks};
+use crate::measurement::loss::Loss;
 use crate::measurement::parameter::Compliance;
 
 /// Rounds of leaving out frames and shots.
-const ROUNDS: usize = 6;
+const ROUNDS: usize = 3;
 
 /// Causes that are let in one after the other.
 const MAX_CAUSES: usize = 3;
@@ -36,7 +38,9 @@ pub fn fit_film(dataset: &Dataset, modelling: &Modelling, policy: &Policy) -> Re
         State { own: vec![own], shared: Shared(unknowns.iter().map(|unknown| unknown.start).collect()) };
     let problem = Problem::of_one(Block::Film(block), unknowns);
     let mut run = Run { policy, problem, names, findings, left_out, evaluations: 0 };
+    let all = (run.problem.clone(), run.names.clone());
     let mut descent = run.minimise(&start)?;
+    run.leave_out_false_shots(all, &start, &mut descent);
     run.leave_out_spoiled(&mut descent);
     // shots that were left out have no first guess any more
     let start = if start.own[0].len() == run.names.len() { start } else { descent.end.state.clone() };
@@ -108,6 +112,22 @@ fn slow_variance(noise: &[Noise; 2], first: &[Noise; 2]) -> f64 {
     ratios.fold(0.0, f64::max)
 }
 
+/// Returns which shots have the outcome of the others, by a loss that lets gross errors hardly count and with
+/// the noise that neighbouring frames show, and the state of all; `None` if all have it, or too few.
+fn judge_outcomes(problem: &Problem, start: &State, policy: &Policy) -> Option<(Vec<bool>, State)> {
+    let mut robust = problem.clone();
+    let film = robust.film_mut()?;
+    let numbers = Id::OFFSETS.len();
+    (film.loss, film.states_noise) = (Some(ShotLoss::new(Loss::Cauchy, numbers)), true);
+    let end = fit(&mut robust, start)?.end;
+    let distances = robust.film()?.distances(&end.shots[0]);
+    let is_alike = |distance: &f64| tail(distance * distance, numbers as f64) > policy.shot_tail;
+    let keep: Vec<bool> = distances.iter().map(is_alike).collect();
+    let lost = keep.iter().filter(|keep| !**keep).count();
+    let is_few = lost > 0 && lost as f64 <= policy.max_lost * keep.len() as f64;
+    is_few.then_some((keep, end.state))
+}
+
 struct Run<'a> {
     policy: &'a Policy,
     problem: Problem,
@@ -131,33 +151,62 @@ impl Run<'_> {
             } else {
                 judge_shots(&descent.end.shots[0], self.policy)
             };
-            let lost: Vec<String> = self
-                .names
-                .iter()
-                .zip(&keep)
-                .filter(|(_, keep)| !**keep)
-                .map(|(name, _)| name.clone())
-                .collect();
+            let loses = keep.contains(&false);
             let frames = match self.problem.film_mut() {
                 Some(film) => leave_out_frames(film, &state.own[0], &state.shared, self.policy),
                 None => 0,
             };
-            if lost.is_empty() && frames == 0 && round > 0 {
+            if !loses && frames == 0 && round > 0 {
                 break;
             }
-            if lost.is_empty() && frames == 0 {
+            if !loses && frames == 0 {
                 continue;
             }
-            if !lost.is_empty() {
-                self.problem.retain(0, &mut state, &keep);
-                let mut keep = keep.iter();
-                self.names.retain(|_| keep.next().copied().unwrap_or(true));
-                self.findings.push(Finding::LostShots { names: lost });
+            if loses {
+                self.leave_out(&keep, &mut state);
             }
             descent = descend_with_noise(&mut self.problem, state);
             self.evaluations += descent.evaluations;
         }
         Ok(descent)
+    }
+
+    /// Leaves out shots whose outcome is not that of the others, as a fit with a robust loss of all shots
+    /// shows it, if the frames of the others then scatter as their noise.
+    fn leave_out_false_shots(
+        &mut self,
+        (problem, names): (Problem, Vec<String>),
+        start: &State,
+        descent: &mut Descent,
+    ) {
+        let Some(first) = problem.film().filter(|film| film.loss.is_none()).map(|film| film.world.noise)
+        else {
+            return;
+        };
+        if slow_variance(&self.noise(), &first) <= self.policy.misfit {
+            return;
+        }
+        let Some((keep, mut state)) = judge_outcomes(&problem, start, self.policy) else { return };
+        let mut others = Run { problem, names, findings: Vec::new(), left_out: Vec::new(), ..*self };
+        others.leave_out(&keep, &mut state);
+        let Ok(found) = others.minimise(&state) else { return };
+        self.evaluations = others.evaluations;
+        if slow_variance(&others.noise(), &first) > self.policy.misfit {
+            return;
+        }
+        self.findings.retain(|finding| !matches!(finding, Finding::LostShots { .. }));
+        self.findings.append(&mut others.findings);
+        (self.problem, self.names, *descent) = (others.problem, others.names, found);
+    }
+
+    /// Leaves out the shots that are not kept, and says so.
+    fn leave_out(&mut self, keep: &[bool], state: &mut State) {
+        let is_lost = |(name, keep): (&String, &bool)| (!*keep).then(|| name.clone());
+        let lost = self.names.iter().zip(keep).filter_map(is_lost).collect();
+        self.problem.retain(0, state, keep);
+        let mut keep = keep.iter();
+        self.names.retain(|_| keep.next().copied().unwrap_or(true));
+        self.findings.push(Finding::LostShots { names: lost });
     }
 
     /// Leaves out the frames next to the impacts if they are off in all shots, and says so.

@@ -34,7 +34,7 @@ pub(crate) fn leave_out_frames(film: &mut FilmBlock, own: &[Own], shared: &Share
     let judge = |i: usize| {
         let (shot, spin) = (&film.shots[i], &film.spins[i]);
         let bodies = shot.residuals(&own[i], shared, &spin.stated, film.world(i));
-        bodies.map(|frames| off_path(&frames, own[i][own::TIME], policy))
+        bodies.map(|frames| outlying(&frames, own[i][own::TIME], policy))
     };
     let found: Vec<[Vec<usize>; 2]> = (0..film.shots.len()).into_par_iter().map(judge).collect();
     let count = found.iter().flatten().map(Vec::len).sum();
@@ -49,19 +49,6 @@ pub(crate) fn leave_out_frames(film: &mut FilmBlock, own: &[Own], shared: &Share
         }
     }
     count
-}
-
-/// Returns the indices of the frames of one ball that are left out; none if it is off from the impact on:
-/// that is another collision, which is judged as a whole.
-fn off_path(frames: &[Whitened], instant: f64, policy: &Policy) -> Vec<usize> {
-    let lost = outlying(frames, instant, policy);
-    let sides = [true, false].map(|is_after| {
-        let own: Vec<&Whitened> = frames.iter().filter(|frame| (frame.time >= instant) == is_after).collect();
-        let off = own.iter().filter(|frame| lost.contains(&frame.index)).count();
-        (own.len() - off, off)
-    });
-    let is_other = sides.iter().any(|(left, off)| *off > BLOCK && *left <= LEAST_FRAMES + BLOCK);
-    if is_other { Vec::new() } else { lost }
 }
 
 /// Returns the indices of the frames of one ball that are left out.

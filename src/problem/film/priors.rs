@@ -20,6 +20,10 @@ const RADIUS_SD: f64 = 0.05 / 28.575;
 /// of its error.
 pub(super) const RATE_SD: f64 = 0.02;
 
+/// Standard deviation of the aspect of a film whose scale is that of its balls, which a phone may
+/// take at a slant: cos 45° is 0.71.
+const SLANTED_ASPECT_SD: f64 = 0.3;
+
 /// Standard deviation of the slope of a table, 1 mm/m.
 const TILT_SD: f64 = 1e-3;
 
@@ -129,7 +133,11 @@ pub(crate) fn list_camera(all: &mut [Unknown], tracks: &Tracks) {
     let scale = &mut all[Id::Scale as usize];
     scale.bounds = [0.1, 10.0];
     scale.prior = tracks.scale_sd.map(|sd| Normal { mean: 1.0, sd: sd.hypot(RADIUS_SD) });
-    all[Id::Aspect as usize].bounds = [0.1, 10.0];
+    let aspect = &mut all[Id::Aspect as usize];
+    aspect.bounds = [0.1, 10.0];
+    if let Some(prior) = aspect.prior.as_mut().filter(|_| tracks.from_balls) {
+        prior.sd = SLANTED_ASPECT_SD;
+    }
     // an axis of the lens at c bends the picture as a decentring of −l c
     let stated = |which: Correction| tracks.camera[which as usize];
     for (id, correction) in [(Id::LensX, Correction::LensX), (Id::LensY, Correction::LensY)] {
