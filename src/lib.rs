@@ -121,10 +121,9 @@ assert!(compared.differences[0].is_real());
 //! | [`physics`] | balls, discs, friction, motion on the cloth, the collision models | – |
 //! | [`numerics`] | least squares within bounds: knows no balls | – (least squares: `fit`) |
 //! | [`measurement`] | what was measured, as values: data set, shot, track, observable, parameter | `fit` |
-//! | [`film`] | what a camera makes of the table, and back | `fit` |
+//! | [`film`] | what trackers make of a film: noise, rounding, dropped frames | `fit` |
 //! | [`io`] | files to measurements and back | `io` |
-//! | [`trajectory`] | the motion of both balls before, through and after an impact | `fit` |
-//! | [`extraction`] | frames to first guesses of motion; frames of discs to impacts | `fit` |
+//! | [`extraction`] | tracks to first guesses of motion | `fit` |
 //! | [`problem`] | films and tables as one least-squares problem | `fit` |
 //! | [`fit`] | data set to estimates with their uncertainties | `fit` |
 //! | [`compare`] | several data sets at once: which parameters differ | `fit` |
@@ -174,8 +173,6 @@ pub mod report;
 pub mod simulate;
 #[cfg(feature = "io")]
 pub mod studies;
-#[cfg(feature = "fit")]
-pub mod trajectory;
 
 #[cfg(feature = "fit")]
 pub use fit::{analyse, analyse_watched};

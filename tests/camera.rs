@@ -85,7 +85,7 @@ fn the_height_of_the_camera_is_found_from_balls_that_hop() {
     assert_neutral(&found);
     let (fit, found) = fitted(dataset(from_near(with_truth(7105), [0.2, 1.3, 1.25])));
     is_recovered("near", &fit, &reference);
-    let middle = found.camera.middle;
+    let middle = found.middle;
     let parallax = [0.2, 1.3].iter().zip(middle).map(|(foot, middle)| (middle - foot) / 1.25);
     let which = [Correction::ParallaxX, Correction::ParallaxY, Correction::Nearness];
     for (which, truth) in which.into_iter().zip(parallax.chain([0.8])) {

@@ -2,10 +2,9 @@
 
 use std::f64::consts::{FRAC_PI_2, FRAC_PI_3};
 
-use caromfit::extraction::disc::{DiscImpact, Quantity};
-use caromfit::fit::footage::with_discs;
+use caromfit::problem::{DiscImpact, Quantity};
 
-use crate::discs::{E, SETTINGS, film_of, load};
+use crate::discs::{E, SETTINGS, film_of, load, with_discs};
 
 const TOUCHING: f64 = 0.050;
 const RADII: &str = "radius_m = 0.030\nmass_kg = 0.050\n[object]\nradius_m = 0.020\nmass_kg = 0.030\n";

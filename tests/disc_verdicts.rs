@@ -5,11 +5,10 @@ use std::fs;
 use std::path::Path;
 use std::process::{Command, Output};
 
-use caromfit::extraction::disc::Quantity;
-use caromfit::fit::footage::with_discs;
+use caromfit::problem::{Doubt, Quantity};
 use serde_json::Value;
 
-use crate::discs::{E, SETTINGS, film_with, load};
+use crate::discs::{E, SETTINGS, film_with, load, with_discs};
 
 /// Beyond 4 standard errors is one in 16 000.
 const FAR: f64 = 4.0;
@@ -276,7 +275,7 @@ fn shots_that_cannot_be_true_are_doubtful_or_left_out() {
         .collect();
     let (_, extracted) = with_discs(load(&bare, &larger.join("\n")).unwrap());
     for (track, impact) in &extracted {
-        let odd = impact.doubts.iter().any(|doubt| doubt.contains("mm apart at the contact"));
+        let odd = impact.doubts.iter().any(|doubt| matches!(doubt, Doubt::Distance { .. }));
         assert_eq!(odd, track.name == "2", "{}: {:?}", track.name, impact.doubts);
         assert!(impact.get(Quantity::ContactDistance).unwrap().value > 0.049);
     }

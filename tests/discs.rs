@@ -6,13 +6,14 @@ use std::fmt::Write as _;
 use std::fs;
 use std::path::Path;
 
-use caromfit::extraction::disc::{DiscImpact, Quantity};
 use caromfit::fit;
-use caromfit::fit::footage::with_discs;
+use caromfit::fit::ExtractedDiscs;
 use caromfit::fit::with_impacts;
 use caromfit::io;
 use caromfit::measurement::dataset::Dataset;
 use caromfit::measurement::parameter::Parameter;
+use caromfit::measurement::track::TrackShot;
+use caromfit::problem::{DiscImpact, Quantity};
 use rand::{Rng, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 
@@ -164,6 +165,12 @@ pub fn load(settings: &str, table: &str) -> Result<Dataset, String> {
     io::load(folder.path()).map_err(|error| error.to_string())
 }
 
+/// The data set with its notes, and its shots with what was measured of them.
+pub fn with_discs(dataset: Dataset) -> (Dataset, Vec<(TrackShot, DiscImpact)>) {
+    let ExtractedDiscs { dataset, shots, .. } = fit::extract_discs(dataset);
+    (dataset, shots)
+}
+
 /// What every quantity of a collision truly is.
 fn truths(truth: &Collision) -> Vec<(Quantity, f64)> {
     let [before, after] = truth.sides;
@@ -189,9 +196,7 @@ fn truths(truth: &Collision) -> Vec<(Quantity, f64)> {
     ]
 }
 
-fn of_shot(
-    extracted: &[(caromfit::measurement::track::TrackShot, DiscImpact)],
-) -> impl Iterator<Item = (usize, &DiscImpact)> {
+fn of_shot(extracted: &[(TrackShot, DiscImpact)]) -> impl Iterator<Item = (usize, &DiscImpact)> {
     extracted.iter().map(|(track, impact)| (track.name.parse().unwrap(), impact))
 }
 
@@ -406,7 +411,7 @@ fn the_pucks_of_chalmers_2023() {
         ("202", 0.684, 0.055),
     ];
     let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("data/pucks-chalmers-2023");
-    let (dataset, extracted) = fit::calibrated_discs(io::load(&folder).unwrap());
+    let (dataset, extracted) = with_discs(io::load(&folder).unwrap());
     assert_eq!((extracted.len(), dataset.left_out.len()), (SHOTS.len(), 0));
     for (shot, e, ratio) in SHOTS {
         let name = format!("Measurement{shot}");

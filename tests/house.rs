@@ -5,13 +5,12 @@ use std::collections::{BTreeMap, BTreeSet};
 use std::path::{Path, PathBuf};
 
 /// The rooms in their order; each uses only what stands before it, and itself.
-const ROOMS: [&str; 16] = [
+const ROOMS: [&str; 15] = [
     "numerics",
     "physics",
     "measurement",
     "film",
     "io",
-    "trajectory",
     "extraction",
     "problem",
     "fit",

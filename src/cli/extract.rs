@@ -2,7 +2,7 @@
 
 use std::path::{Path, PathBuf};
 
-use caromfit::fit::{FittedFilm, calibrated_discs, with_impacts};
+use caromfit::fit::{ExtractedDiscs, FittedFilm, extract_discs, with_impacts};
 use caromfit::measurement::dataset::Dataset;
 use caromfit::measurement::track::TrackShot;
 use caromfit::report::count_of;
@@ -102,7 +102,7 @@ fn extract(
         write::write_files(files, folder)
     };
     if let Some(facts) = dataset.tracks.as_ref().and_then(|tracks| tracks.discs) {
-        let (dataset, shots) = calibrated_discs(dataset);
+        let ExtractedDiscs { dataset, shots, .. } = extract_discs(dataset);
         if !shots.is_empty() {
             let drawn = if pictures { discs::pictures(&facts, &shots)? } else { Vec::new() };
             save(drawn, &discs::files(&dataset, &facts, &shots))?;

@@ -1,11 +1,10 @@
 //! Balls that come off a cushion, or off another ball, shortly before or after the impact: their path has a corner, and only what is on
 //! this side of it belongs to the shot.
 
-use super::initial_guess::{from_paths, surely_before};
+use super::initial_guess::{Line, from_paths, surely_before};
 use crate::film::frame_noise::noise;
 use crate::measurement::track::{Sample, TrackShot};
-use crate::trajectory::scene::Scene;
-use crate::trajectory::unknowns::unknown;
+use crate::physics::ball::Ball;
 
 /// Frames on either side of a corner through which straight lines are laid; more of them show a gentler one.
 const SIDE: usize = 4;
@@ -36,19 +35,19 @@ const STEEPEST: f64 = 4.0;
 const WHITE: f64 = 4.0;
 
 /// Leaves out the frames of the cue ball up to the last corner of its path before the impact; returns whether there is one.
-pub(crate) fn leave_out_before_cushion(shot: &mut TrackShot, scene: &Scene) -> bool {
-    let Some(corner) = last_corner(shot, scene) else { return false };
+pub(crate) fn leave_out_before_cushion(shot: &mut TrackShot, ball: &Ball) -> bool {
+    let Some(corner) = last_corner(shot, ball) else { return false };
     shot.cue.retain(|sample| sample.t > corner);
     true
 }
 
 /// Leaves out the frames of either ball from the first corner of its path after the impact on; returns whether there is one.
-pub(crate) fn leave_out_after_cushion(shot: &mut TrackShot, scene: &Scene) -> bool {
+pub(crate) fn leave_out_after_cushion(shot: &mut TrackShot, ball: &Ball) -> bool {
     let noise = noise(shot);
-    let Ok((guess, distance)) = from_paths(shot, scene, noise) else { return false };
-    let after = guess[unknown::TIME] + CLEAR / shot.fps;
-    let incoming = guess[unknown::BEFORE].hypot(guess[unknown::BEFORE + 1]);
-    let cloth = STEEPEST * distance / scene.contact_distance();
+    let Ok(guess) = from_paths(shot, ball, noise) else { return false };
+    let after = guess.time + CLEAR / shot.fps;
+    let incoming = guess.before[0].hypot(guess.before[1]);
+    let cloth = STEEPEST * guess.distance / (2.0 * ball.radius);
     let first = |samples: &[Sample]| {
         let from = samples.partition_point(|sample| sample.t < after);
         let of_side = |side: usize| {
@@ -74,8 +73,8 @@ fn first_corner(samples: &[Sample], side: usize, (fps, noise): (f64, f64), least
 }
 
 /// The time of the first frame after the last corner, s, in which the ball may still touch what turned it.
-fn last_corner(shot: &TrackShot, scene: &Scene) -> Option<f64> {
-    let impact = surely_before(shot, scene)?;
+fn last_corner(shot: &TrackShot, ball: &Ball) -> Option<f64> {
+    let impact = surely_before(shot, ball)?;
     let count = shot.cue.partition_point(|sample| sample.t < impact - 0.5 / shot.fps);
     let before = &shot.cue[..count];
     let corners = corners(before, SIDE, (shot.fps, noise(shot)), (|speed| TURN * speed, 0.0));
@@ -97,12 +96,12 @@ fn corners(
     let n = side as f64;
     let error = ERRORS * noise * (24.0 / (n * (n * n - 1.0))).sqrt();
     let turn = |at: usize| {
-        let (early, late) =
-            (Line::through(&samples[at - side..at])?, Line::through(&samples[at..at + side])?);
+        let sides = [&samples[at - side..at], &samples[at..at + side]];
+        let [early, late] = sides.map(|side| Line::through(side, side[0].t));
+        let off = early.largest_residual(sides[0]).max(late.largest_residual(sides[1]));
         let change = (late.velocity[0] - early.velocity[0]).hypot(late.velocity[1] - early.velocity[1]);
-        let is_corner = change > least(early.speed())
-            && change * frame > error
-            && early.off.max(late.off) < BENT * change * frame + white;
+        let is_corner =
+            change > least(early.speed()) && change * frame > error && off < BENT * change * frame + white;
         is_corner.then_some((at, change))
     };
     (side..(samples.len() + 1).saturating_sub(side)).filter_map(turn).collect()
@@ -111,33 +110,4 @@ fn corners(
 /// Neighbouring places see the same corner, the right one the largest change.
 fn largest<'a>(near: impl Iterator<Item = &'a (usize, f64)>) -> Option<usize> {
     near.max_by(|a, b| a.1.total_cmp(&b.1)).map(|(at, _)| *at)
-}
-
-/// A straight path at a constant speed.
-struct Line {
-    velocity: [f64; 2],
-    /// Largest distance of a frame from it, m.
-    off: f64,
-}
-
-impl Line {
-    fn speed(&self) -> f64 {
-        self.velocity[0].hypot(self.velocity[1])
-    }
-
-    fn through(samples: &[Sample]) -> Option<Self> {
-        let n = samples.len() as f64;
-        let mean = |pick: fn(&Sample) -> f64| samples.iter().map(pick).sum::<f64>() / n;
-        let (t, x, y) = (mean(|s| s.t), mean(|s| s.x), mean(|s| s.y));
-        let square: f64 = samples.iter().map(|s| (s.t - t).powi(2)).sum();
-        let slope =
-            |of: &dyn Fn(&Sample) -> f64| samples.iter().map(|s| (s.t - t) * of(s)).sum::<f64>() / square;
-        let velocity = [slope(&|s| s.x - x), slope(&|s| s.y - y)];
-        let distance = |s: &Sample| {
-            let late = s.t - t;
-            (s.x - x - velocity[0] * late).hypot(s.y - y - velocity[1] * late)
-        };
-        let off = samples.iter().map(distance).fold(0.0, f64::max);
-        (square > 0.0 && off.is_finite()).then_some(Self { velocity, off })
-    }
 }

@@ -1,15 +1,13 @@
-//! A first guess of a shot's unknowns, and the shots that have none.
+//! A first guess of how the balls of a shot meet, and the shots that have none.
 
 use nalgebra::{Matrix3, Vector3};
 
 use super::unusable::{Bodies, Unusable};
-use super::wrong_frames::{ACCELERATION, steady};
+use super::wrong_frames::steady;
 use crate::film::frame_noise::noise;
 use crate::measurement::track::{Sample, TrackShot};
 use crate::numerics::median;
 use crate::physics::ball::Ball;
-use crate::trajectory::scene::Scene;
-use crate::trajectory::unknowns::{Unknowns, unknown};
 
 /// The object ball has moved when it is this many standard deviations away from where it lay.
 const MOVED: f64 = 6.0;
@@ -25,27 +23,59 @@ const NEAR: usize = 12;
 const MOVING_ERRORS: f64 = 5.0;
 const MOVING_PART: f64 = 0.01;
 
-/// A straight line through samples: position and velocity at a time, and the standard error of the
-/// velocity for unit noise.
-struct Line {
-    position: [f64; 2],
-    velocity: [f64; 2],
-    error: f64,
+/// How the balls of a shot meet, in the unit of the film.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct FirstGuess {
+    /// Instant of the impact, s.
+    pub time: f64,
+    /// Place where the object ball lies before it.
+    pub object: [f64; 2],
+    /// Direction of the line of centres, rad.
+    pub direction: f64,
+    /// Velocity of the cue ball at the impact, along and across the line of centres.
+    pub before: [f64; 2],
+    /// Distance of the centres at the impact.
+    pub distance: f64,
 }
 
-fn line(samples: &[Sample], at: f64) -> Line {
-    let n = samples.len() as f64;
-    let mean_t = samples.iter().map(|s| s.t).sum::<f64>() / n;
-    let spread: f64 = samples.iter().map(|s| (s.t - mean_t).powi(2)).sum();
-    let fit = |pick: fn(&Sample) -> f64| {
-        let mean = samples.iter().map(pick).sum::<f64>() / n;
-        let moment: f64 = samples.iter().map(|s| (s.t - mean_t) * (pick(s) - mean)).sum();
-        let velocity = if spread > 0.0 { moment / spread } else { 0.0 };
-        (mean + velocity * (at - mean_t), velocity)
-    };
-    let ((x, vx), (y, vy)) = (fit(|s| s.x), fit(|s| s.y));
-    let error = if spread > 0.0 { 1.0 / spread.sqrt() } else { f64::INFINITY };
-    Line { position: [x, y], velocity: [vx, vy], error }
+/// A straight line through samples by least squares.
+pub(super) struct Line {
+    /// At the instant that it was asked for.
+    position: [f64; 2],
+    pub velocity: [f64; 2],
+    /// Standard error of the velocity for unit noise.
+    error: f64,
+    at: f64,
+}
+
+impl Line {
+    pub fn through(samples: &[Sample], at: f64) -> Self {
+        let n = samples.len() as f64;
+        let mean_t = samples.iter().map(|s| s.t).sum::<f64>() / n;
+        let spread: f64 = samples.iter().map(|s| (s.t - mean_t).powi(2)).sum();
+        let fit = |pick: fn(&Sample) -> f64| {
+            let mean = samples.iter().map(pick).sum::<f64>() / n;
+            let moment: f64 = samples.iter().map(|s| (s.t - mean_t) * (pick(s) - mean)).sum();
+            let velocity = if spread > 0.0 { moment / spread } else { 0.0 };
+            (mean + velocity * (at - mean_t), velocity)
+        };
+        let ((x, vx), (y, vy)) = (fit(|s| s.x), fit(|s| s.y));
+        let error = if spread > 0.0 { 1.0 / spread.sqrt() } else { f64::INFINITY };
+        Self { position: [x, y], velocity: [vx, vy], error, at }
+    }
+
+    pub fn speed(&self) -> f64 {
+        self.velocity[0].hypot(self.velocity[1])
+    }
+
+    /// Returns the largest distance of a sample from the line.
+    pub fn largest_residual(&self, samples: &[Sample]) -> f64 {
+        let distance = |s: &Sample| {
+            let [x, y] = [0, 1].map(|k| self.position[k] + self.velocity[k] * (s.t - self.at));
+            (s.x - x).hypot(s.y - y)
+        };
+        samples.iter().map(distance).fold(0.0, f64::max)
+    }
 }
 
 /// Residuals of a line that are larger than this many times the noise are a bend.
@@ -66,7 +96,7 @@ struct Near {
 impl Near {
     /// Through samples, the nearest to the impact first, as it is at a time.
     fn new(samples: &[Sample], at: f64, noise: f64) -> Self {
-        let Line { position, velocity, .. } = line(samples, at);
+        let Line { position, velocity, .. } = Line::through(samples, at);
         let straight = Self { from: at, position, velocity, acceleration: [0.0; 2] };
         if straight.rms(samples) <= BENT * noise || samples.len() < LEAST_OF_PARABOLA {
             return straight;
@@ -166,26 +196,21 @@ fn drifts(cue: &[Sample], object: &[Sample], ball: &Ball, noise: f64) -> Option<
     if before.len() < LEAST_FRAMES {
         return None;
     }
-    let line = line(&before, before[0].t);
-    let speed = line.velocity[0].hypot(line.velocity[1]);
+    let line = Line::through(&before, before[0].t);
+    let speed = line.speed();
     (speed > MOVING_ERRORS * noise * line.error).then_some(speed)
-}
-
-/// About when the balls meet, s.
-pub(crate) fn instant(shot: &TrackShot, scene: &Scene) -> Option<f64> {
-    from_paths(shot, scene, noise(shot)).ok().map(|(z, _)| z[unknown::TIME])
 }
 
 /// An instant before which all frames show the balls before the impact, s. Where the noise hides whether the object ball lay at rest, so
 /// that the impact is not found, it is somewhat earlier than when the balls are nearest to each other.
-pub(crate) fn surely_before(shot: &TrackShot, scene: &Scene) -> Option<f64> {
+pub(crate) fn surely_before(shot: &TrackShot, ball: &Ball) -> Option<f64> {
     /// Of the time from the first frame until the balls are nearest to each other.
     const FREE: f64 = 0.9;
     let until = || {
         let first = shot.cue.first()?.t;
         Some(first + FREE * (nearest(&shot.cue, &shot.object)? - first))
     };
-    instant(shot, scene).or_else(until)
+    from_paths(shot, ball, noise(shot)).ok().map(|guess| guess.time).or_else(until)
 }
 
 /// The speed of the object ball before the balls are nearest to each other, m/s, and as a part of the cue ball's, where it surely moves and
@@ -194,7 +219,7 @@ pub(crate) fn object_speed(shot: &TrackShot, most: f64) -> Option<(f64, f64)> {
     /// Of the frames until then: in the last ones it may have been hit.
     const FREE: f64 = 0.75;
     let noise = noise(shot);
-    let (cue, object) = (steady(&shot.cue, noise, ACCELERATION), steady(&shot.object, noise, ACCELERATION));
+    let (cue, object) = (steady(&shot.cue, noise), steady(&shot.object, noise));
     let touch = nearest(&cue, &object)?;
     let until = |samples: &[Sample]| {
         let count = samples.iter().take_while(|s| s.t < touch).count();
@@ -228,10 +253,12 @@ fn too_few_before(cue: usize) -> Unusable {
     }
 }
 
-/// The same, and the distance of the centres at the impact, m.
-pub(crate) fn from_paths(shot: &TrackShot, scene: &Scene, noise: f64) -> Result<(Unknowns, f64), Unusable> {
-    let ball = &scene.ball;
-    let (cue, object) = (steady(&shot.cue, noise, ACCELERATION), steady(&shot.object, noise, ACCELERATION));
+/// Returns how the balls meet by lines and parabolas through the frames next to the impact.
+///
+/// # Errors
+/// They do not, the frames are too few, or the object ball moves before.
+pub(crate) fn from_paths(shot: &TrackShot, ball: &Ball, noise: f64) -> Result<FirstGuess, Unusable> {
+    let (cue, object) = (steady(&shot.cue, noise), steady(&shot.object, noise));
     if cue.len() < 2 * LEAST_FRAMES || object.len() < 2 * LEAST_FRAMES {
         return Err(Unusable::TooShort {
             bodies: Bodies::Balls,
@@ -252,7 +279,7 @@ pub(crate) fn from_paths(shot: &TrackShot, scene: &Scene, noise: f64) -> Result<
         return Err(Unusable::too_few(Bodies::Balls, [1, 1], after.len(), LEAST_FRAMES));
     }
     let moving = Near::new(after, after[0].t, noise);
-    let start = line(&object[..LEAST_FRAMES], object[0].t);
+    let start = Line::through(&object[..LEAST_FRAMES], object[0].t);
     let drift = start.velocity[0].hypot(start.velocity[1]);
     // noise that lasts from frame to frame tells less
     let lasts = shot.frames_alike().sqrt();
@@ -268,19 +295,18 @@ pub(crate) fn from_paths(shot: &TrackShot, scene: &Scene, noise: f64) -> Result<
     let frame = 1.0 / shot.fps;
     let before: Vec<Sample> = object.iter().filter(|s| s.t < time - 0.5 * frame).copied().collect();
     let cue_before: Vec<Sample> = cue.iter().filter(|s| s.t < time - 0.5 * frame).copied().collect();
-    let cue_after: Vec<Sample> =
-        cue.iter().filter(|s| s.t > time + 0.5 * frame).take(NEAR).copied().collect();
+    let after = cue.iter().filter(|s| s.t > time + 0.5 * frame).take(NEAR).count();
     if before.is_empty() || cue_before.len() < LEAST_FRAMES {
         return Err(match drifts(&cue, &object, ball, noise) {
             Some(speed) => Unusable::ObjectMoving { speed },
             None => too_few_before(cue_before.len()),
         });
     }
-    if cue_after.len() < LEAST_FRAMES {
-        return Err(Unusable::too_few(Bodies::Balls, [0, 1], cue_after.len(), LEAST_FRAMES));
+    if after < LEAST_FRAMES {
+        return Err(Unusable::too_few(Bodies::Balls, [0, 1], after, LEAST_FRAMES));
     }
     let arriving: Vec<Sample> = cue_before.iter().rev().take(NEAR).copied().collect();
-    let [arriving, leaving] = [&arriving, &cue_after].map(|samples| Near::new(samples, time, noise));
+    let arriving = Near::new(&arriving, time, noise);
     let [ux, uy] = arriving.velocity;
     let speed = ux.hypot(uy);
     if let Some(drift) = surely_moves(shot, &before, noise).filter(|drift| *drift > MOVING_PART * speed) {
@@ -290,23 +316,11 @@ pub(crate) fn from_paths(shot: &TrackShot, scene: &Scene, noise: f64) -> Result<
     let across = [lay[0] - arriving.position[0], lay[1] - arriving.position[1]];
     let distance = across[0].hypot(across[1]);
     let (nx, ny) = (across[0] / distance, across[1] / distance);
-    let turn = |v: [f64; 2]| [v[0] * nx + v[1] * ny, v[1] * nx - v[0] * ny];
-    let (u, c, v) = (turn(arriving.velocity), turn(leaving.velocity), turn(moving.velocity(time)));
-    if !(u[0] > 0.0) {
+    let before = [ux * nx + uy * ny, uy * nx - ux * ny];
+    if !(before[0] > 0.0) {
         return Err(Unusable::NoCollision(Bodies::Balls));
     }
-    let mut z = Unknowns::zeros();
-    z[unknown::TIME] = time;
-    z[unknown::OBJECT] = lay[0];
-    z[unknown::OBJECT + 1] = lay[1];
-    z[unknown::DIRECTION] = ny.atan2(nx);
-    for (at, w) in [(unknown::BEFORE, u), (unknown::CUE, c), (unknown::BALL, v)] {
-        z[at] = w[0];
-        z[at + 1] = w[1];
-    }
-    z[unknown::SLIDING] = scene.cloth.sliding;
-    z[unknown::ROLLING] = scene.cloth.rolling;
-    Ok((z, distance))
+    Ok(FirstGuess { time, object: lay, direction: ny.atan2(nx), before, distance })
 }
 
 #[cfg(test)]
@@ -332,7 +346,7 @@ mod tests {
         };
         assert!(!moves(0.0));
         assert!(moves(0.1));
-        let straight = line(&filmed(0.0), 0.0);
+        let straight = Line::through(&filmed(0.0), 0.0);
         assert!(straight.velocity[0] > MOVING_ERRORS * NOISE * straight.error);
     }
 }

@@ -1,19 +1,16 @@
-//! Tracks → what a fit of their frames begins with: first guesses, the noise that lasts, corners of paths, spins that markers show; and
-//! the impacts of discs. Why a shot cannot be used is in `unusable`.
+//! Tracks → what a fit of their frames begins with: first guesses, the noise that lasts, corners of paths, spins that markers show.
+//! Why a shot cannot be used is in `unusable`.
 
 mod cushion;
-pub mod disc;
 mod initial_guess;
 mod marker_rotation;
 mod marker_spins;
 mod noise_correlation;
-mod path_fit;
 mod unusable;
-mod window;
 mod wrong_frames;
 
 pub(crate) use cushion::{leave_out_after_cushion, leave_out_before_cushion};
-pub(crate) use initial_guess::{from_paths, object_speed};
+pub(crate) use initial_guess::{FirstGuess, from_paths, object_speed};
 pub use marker_rotation::Rotation;
 pub(crate) use marker_rotation::turn;
 pub use marker_spins::Rotations;

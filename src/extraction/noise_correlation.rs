@@ -16,7 +16,7 @@ use rayon::prelude::*;
 use super::initial_guess;
 use crate::measurement::track::{Sample, TrackShot};
 use crate::numerics::median;
-use crate::trajectory::scene::Scene;
+use crate::physics::ball::Ball;
 
 /// Columns of X: 1, t, t², t³.
 const POWERS: usize = 4;
@@ -55,9 +55,9 @@ pub struct NoiseCorrelation {
 
 /// Finds the correlation of the noise of all shots; `None` where they do not tell.
 #[must_use]
-pub fn noise_correlation(shots: &[TrackShot], scene: &Scene) -> Option<NoiseCorrelation> {
+pub fn noise_correlation(shots: &[TrackShot], ball: &Ball) -> Option<NoiseCorrelation> {
     let some = shots.par_iter().step_by(shots.len().div_ceil(MOST_SHOTS).max(1));
-    let mut paths: Vec<DVector<f64>> = some.filter_map(|shot| paths(shot, scene)).flatten_iter().collect();
+    let mut paths: Vec<DVector<f64>> = some.filter_map(|shot| paths(shot, ball)).flatten_iter().collect();
     let noise =
         |y: &DVector<f64>| whitened(y, 0.0).map_or(f64::INFINITY, |w| w.square / (y.len() - POWERS) as f64);
     let usual = median(paths.iter().map(noise).collect());
@@ -92,8 +92,8 @@ pub fn noise_correlation(shots: &[TrackShot], scene: &Scene) -> Option<NoiseCorr
 }
 
 /// x and y of the cue ball in the last even frames before the impact.
-fn paths(shot: &TrackShot, scene: &Scene) -> Option<[DVector<f64>; 2]> {
-    let impact = initial_guess::surely_before(shot, scene)?;
+fn paths(shot: &TrackShot, ball: &Ball) -> Option<[DVector<f64>; 2]> {
+    let impact = initial_guess::surely_before(shot, ball)?;
     let frame = shot.fps.recip();
     let before: Vec<Sample> = shot.cue.iter().filter(|s| s.t < impact - 0.5 * frame).copied().collect();
     let even = |two: &[Sample]| {
@@ -165,8 +165,7 @@ mod tests {
                 shot
             })
             .collect();
-        let scene = Scene::new(crate::physics::ball::Ball::POOL);
-        noise_correlation(&shots, &scene).unwrap()
+        noise_correlation(&shots, &Ball::POOL).unwrap()
     }
 
     #[test]

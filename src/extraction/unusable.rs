@@ -118,12 +118,6 @@ pub enum Unusable {
         /// The root mean square of what the fit leaves there, mm.
         rms_mm: f64,
     },
-    /// The least-squares fit of the tracks did not converge; with the reason.
-    #[error("the fit of its tracks did not converge: {0}")]
-    NotConverged(String),
-    /// The computation failed, which is a defect of the program; with the message.
-    #[error("it could not be processed ({0}), which is a defect of caromfit")]
-    Failed(String),
 }
 
 impl Unusable {

@@ -18,7 +18,7 @@ const LEAST_NOISE: f64 = 1e-8;
 /// the coordinates lie on. A ball at rest that a program holds in its place does not count.
 pub(crate) fn noise(shot: &TrackShot) -> f64 {
     let tracks = [shot.cue.as_slice(), &shot.object];
-    let all = triples(tracks, shot.fps.recip());
+    let all = triples(&tracks, shot.fps.recip());
     let free: Vec<&[Sample]> = all.iter().copied().filter(|three| !is_held(three)).collect();
     let is_often_held = (all.len() - free.len()) as f64 > HELD * all.len() as f64;
     let of_free = estimate(&free, shot.resolution, shot.correlation);
@@ -32,16 +32,22 @@ pub(crate) fn noise(shot: &TrackShot) -> f64 {
 
 /// The same, of the frames near an instant: further away the noise may be another one.
 pub(crate) fn noise_near(shot: &TrackShot, instant: f64) -> f64 {
+    noise_of_near(&[&shot.cue, &shot.object], shot, instant)
+}
+
+/// The same, of any tracks of a shot.
+pub(crate) fn noise_of_near(tracks: &[&[Sample]], shot: &TrackShot, instant: f64) -> f64 {
     let reach = NEAR / shot.fps;
-    let near = [&shot.cue, &shot.object].map(|samples| {
+    let near = |samples: &&'_ [Sample]| {
         let [from, to] = [-reach, reach].map(|late| samples.partition_point(|s| s.t < instant + late));
-        &samples[from..to]
-    });
-    noise_of(near, shot.resolution, (shot.fps, shot.correlation))
+        from..to
+    };
+    let near: Vec<&[Sample]> = tracks.iter().map(|samples| &samples[near(samples)]).collect();
+    noise_of(&near, shot.resolution, (shot.fps, shot.correlation))
 }
 
 /// The same, of parts of two tracks.
-pub(crate) fn noise_of(tracks: [&[Sample]; 2], resolution: [f64; 2], (fps, correlation): (f64, f64)) -> f64 {
+pub(crate) fn noise_of(tracks: &[&[Sample]], resolution: [f64; 2], (fps, correlation): (f64, f64)) -> f64 {
     estimate(&triples(tracks, fps.recip()), resolution, correlation)
 }
 
@@ -94,10 +100,10 @@ fn constant_axis_of(pieces: &[&[Sample]]) -> Option<usize> {
 
 /// Three positions in a row that are a frame apart; of tracks that have only some frames (every second, two of three), three that are
 /// as close in time as they usually are.
-fn triples(tracks: [&[Sample]; 2], frame: f64) -> Vec<&[Sample]> {
+fn triples<'a>(tracks: &[&'a [Sample]], frame: f64) -> Vec<&'a [Sample]> {
     /// Consecutive frames are of use where they are more than this part of all.
     const PART: f64 = 0.25;
-    let all: Vec<&[Sample]> = tracks.into_iter().flat_map(|samples| samples.windows(3)).collect();
+    let all: Vec<&[Sample]> = tracks.iter().flat_map(|samples| samples.windows(3)).collect();
     let follows = |a: &Sample, b: &Sample| (b.t - a.t - frame).abs() < 0.1 * frame;
     let consecutive =
         all.iter().copied().filter(|three| follows(&three[0], &three[1]) && follows(&three[1], &three[2]));
@@ -149,7 +155,7 @@ mod tests {
             [("all", 1, 1), ("half", 2, 1), ("two of three", 3, 2), ("two of four", 4, 2)]
         {
             let some: Vec<Sample> = (0..all.len()).filter(|n| n % every < kept).map(|n| all[n]).collect();
-            let noise = noise_of([&some, &some], [0.0; 2], (500.0, 0.0));
+            let noise = noise_of(&[&some, &some], [0.0; 2], (500.0, 0.0));
             assert!((noise / NOISE - 1.0).abs() < 0.05, "{what}: {noise}");
         }
     }

@@ -1,7 +1,5 @@
 //! Positions on the table ↔ what the camera and the tracker made of them.
 
-pub mod camera;
-pub(crate) mod discs;
 pub(crate) mod drops;
 pub(crate) mod frame_noise;
 pub(crate) mod grid;

@@ -2,14 +2,11 @@
 
 use std::time::Instant;
 
-use super::calibration::calibrated_discs as corrected_discs;
+use super::extracted_discs::with_equal_discs;
 use super::film::{FittedFilm, stated_scale_sd};
-use super::footage::{to_be_fitted, with_discs_calibrated};
 use super::of_discs;
 use super::of_film::Fitted;
-use super::{Fit, FitError, FoundCamera, Options, Rejected, check, fit_rows};
-use crate::extraction::disc::DiscImpact;
-use crate::film::discs::Calibrated;
+use super::{Fit, FitError, Options, Rejected, check, fit_rows};
 use crate::measurement::dataset::{Dataset, Measured};
 use crate::measurement::parameter::{Compliance, Parameter, Settings};
 use crate::measurement::track::TrackShot;
@@ -17,17 +14,6 @@ use crate::measurement::values::Values;
 use crate::physics::collision::{FidelityChoice, Model};
 use crate::physics::friction_law::Law;
 use crate::problem::{FilmError, Id, Impact, Modelling, Policy, fit_film};
-
-/// Corrects footage of discs for its camera and extracts their impacts ([`super::footage::with_discs`]). Any other data set is returned as it is.
-#[must_use]
-pub fn calibrated_discs(dataset: Dataset) -> (Dataset, Vec<(TrackShot, DiscImpact)>) {
-    let (dataset, camera) = corrected_discs(dataset);
-    with_discs_calibrated(dataset, calibrated_by(camera.as_ref()))
-}
-
-fn calibrated_by(camera: Option<&FoundCamera>) -> Option<&Calibrated> {
-    camera?.calibrated.as_ref()
-}
 
 /// A data set and its fits.
 #[non_exhaustive]
@@ -68,19 +54,6 @@ pub fn analyse_watched(dataset: &Dataset, options: &Options, done: &(dyn Fn() + 
     Analysis { dataset, fits }
 }
 
-/// Returns footage of discs with its impacts, and the camera for which it was corrected; any other data
-/// set as it is.
-#[must_use]
-pub fn discs_with_camera(dataset: Dataset) -> (Dataset, Option<FoundCamera>) {
-    let is_footage = dataset.tracks.as_ref().is_some_and(|tracks| tracks.discs.is_some());
-    if !is_footage || !dataset.shots.is_empty() {
-        return (dataset, None);
-    }
-    let (dataset, camera) = corrected_discs(dataset);
-    let calibrated = calibrated_by(camera.as_ref()).cloned();
-    (to_be_fitted(dataset, calibrated.as_ref()), camera)
-}
-
 /// Returns whether a data set is a film of discs.
 fn is_film_of_discs(dataset: &Dataset) -> bool {
     dataset.shots.is_empty() && dataset.tracks.as_ref().is_some_and(|tracks| tracks.discs.is_some())
@@ -106,8 +79,11 @@ fn is_film_of_balls(dataset: &Dataset) -> bool {
 /// as they are. With a film of balls and its fit.
 #[must_use]
 pub fn with_impacts(mut dataset: Dataset, done: &(dyn Fn() + Sync)) -> (Dataset, Option<FittedFilm>) {
+    if is_film_of_discs(&dataset) {
+        return (with_equal_discs(dataset), None);
+    }
     if !is_film_of_balls(&dataset) {
-        return (discs_with_camera(dataset).0, None);
+        return (dataset, None);
     }
     let modelling = Modelling::of(&dataset);
     let solution = match fit_film(&dataset, &modelling, &Policy::default()) {

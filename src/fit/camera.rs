@@ -3,11 +3,9 @@
 //! noise that lasts, frames that were dropped.
 
 use crate::extraction::NoiseCorrelation;
-use crate::film::camera::Camera;
-use crate::film::discs::Calibrated;
 use crate::measurement::correction::Correction;
 use crate::measurement::number;
-use crate::problem::{Finding, Id, Solution};
+use crate::problem::{Camera, Finding, Id, Solution};
 
 /// A correction as it was found.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -41,18 +39,14 @@ const CORRECTIONS: [(Id, Correction); 13] = [
     (Id::Nearness, Correction::Nearness),
 ];
 
-/// Distance of the axis of a lens from the middle of the film, m, beyond which a picture shows none.
-const MOST_AXIS: f64 = 2.0;
-
-/// Number of shots below which discs are extracted with the camera as stated, but for its scale.
-pub(super) const LEAST_SHOTS: usize = 6;
-
 /// The camera as the shots of a film show it.
 #[derive(Clone, Debug, PartialEq)]
 #[non_exhaustive]
 pub struct FoundCamera {
-    /// The camera.
-    pub camera: Camera,
+    /// The middle of the film, x and y in m, from which the camera counts.
+    pub middle: [f64; 2],
+    picture: Camera,
+    values: [f64; Correction::COUNT],
     /// Its corrections that were free.
     pub corrections: Vec<FoundCorrection>,
     /// The factor by which all lengths were multiplied beforehand, the unit of the film in m; 1 where the stated one
@@ -76,10 +70,6 @@ pub struct FoundCamera {
     pub spoiled: Option<[usize; 2]>,
     /// Whether discs calibrate it, and not balls.
     pub of_discs: bool,
-    /// Whether the search for it ended: with a good camera, or with the best of all starts.
-    pub(crate) is_settled: bool,
-    /// How far it may be off, where discs calibrate it.
-    pub(crate) calibrated: Option<Calibrated>,
 }
 
 impl FoundCamera {
@@ -90,23 +80,16 @@ impl FoundCamera {
             Some(FoundCorrection { which, value: found.value, std_error: found.std_error?, adopted: true })
         };
         let corrections: Vec<FoundCorrection> = CORRECTIONS.into_iter().filter_map(correction).collect();
-        let value = |id: Id| solution.value(id);
         let middle = solution.middle.map(|x| x * solution.unit);
-        let mut camera = Camera::neutral(middle);
-        for (id, which) in CORRECTIONS {
-            camera = camera.with(which, value(id));
-        }
-        // a decentring d bends the picture as a lens l whose axis is at −d/l
-        for (id, which) in [(Id::LensX, Correction::LensX), (Id::LensY, Correction::LensY)] {
-            let axis = -value(id) / value(Id::Lens);
-            camera = camera.with(which, if axis.abs() < MOST_AXIS { axis } else { 0.0 });
-        }
         let shots = solution.names.first().map_or(0, Vec::len);
         let noise = solution.frame_noise().map(|noises| noises[1].rho);
         Self {
-            camera,
+            middle,
+            picture: Camera::new(&solution.state().shared),
+            values: CORRECTIONS.map(|(id, _)| solution.value(id)),
             corrections,
             unit: solution.unit,
+            converged: solution.converged,
             shots,
             contacts: (0..shots)
                 .filter_map(|i| solution.contact(i))
@@ -129,27 +112,23 @@ impl FoundCamera {
                 Finding::Spoiled { before, after } => Some([*before, *after]),
                 _ => None,
             }),
-            ..Self::as_it_is()
+            resolution: 0.0,
+            of_discs: solution.problem.discs().is_some(),
         }
     }
 
-    /// The films are taken as they are.
-    pub(super) fn as_it_is() -> Self {
-        Self {
-            camera: Camera::neutral([0.0; 2]),
-            corrections: Vec::new(),
-            unit: 1.0,
-            shots: 0,
-            contacts: Vec::new(),
-            converged: true,
-            noise_correlation: None,
-            resolution: 0.0,
-            drops: [0; 2],
-            spoiled: None,
-            of_discs: false,
-            is_settled: true,
-            calibrated: None,
-        }
+    /// Returns the value of a correction, stated or found; of the axis of a lens that of its decentring.
+    #[must_use]
+    pub fn get(&self, correction: Correction) -> f64 {
+        self.values[correction as usize]
+    }
+
+    /// Returns where the film shows a place on the table, m.
+    #[must_use]
+    pub fn film(&self, table: [f64; 2]) -> [f64; 2] {
+        let from_middle = [0, 1].map(|k| table[k] - self.middle[k]);
+        let seen = self.picture.look(from_middle.into(), 0.0).place;
+        [0, 1].map(|k| seen[k] + self.middle[k])
     }
 
     /// Whether any correction was adopted.
@@ -158,32 +137,9 @@ impl FoundCamera {
         self.corrections.iter().any(|found| found.adopted)
     }
 
-    /// Sentences that say what was done to the films.
+    /// Returns what was done to the films, in sentences.
     #[must_use]
     pub fn sentences(&self) -> Vec<String> {
-        let [shots, drops] = self.drops;
-        let dropped = (drops > 0).then(|| {
-            format!(
-                "The camera dropped frames that the frame numbers do not show ({drops} times, in {}): {} go several steps \
-                 at once there. The frames after them were moved in time.",
-                number::count_of(shots, "shot"),
-                if self.of_discs { "discs" } else { "balls" }
-            )
-        });
-        let lasts = self.noise_correlation.filter(|found| found.adopted).map(|found| {
-            format!(
-                "The noise of the positions lasts from frame to frame: neighbouring frames are correlated by {}. Errors take it \
-                 into account.",
-                number::with_error(found.value, found.std_error)
-            )
-        });
-        let spoiled = self.spoiled.map(|[before, after]| {
-            format!(
-                "Next to the impacts the positions are off in all shots, as where balls hide each other or an exposure lasts: {} before and \
-                 {after} after were left out.",
-                number::count_of(before, "frame")
-            )
-        });
         let scaled = (self.unit != 1.0).then(|| {
             format!(
                 "The scale is that of the balls, which touch at a distance of 2R: about {:.4} units of the film are 1 m.",
@@ -197,14 +153,7 @@ impl FoundCamera {
                 if self.of_discs { "disc" } else { "ball" }
             )
         });
-        scaled
-            .into_iter()
-            .chain(self.sentence())
-            .chain(unfinished)
-            .chain(lasts)
-            .chain(dropped)
-            .chain(spoiled)
-            .collect()
+        scaled.into_iter().chain(self.sentence()).chain(unfinished).collect()
     }
 
     /// Which corrections were adopted, as a sentence; `None` where none was.

@@ -62,8 +62,8 @@ pub(crate) fn sentence(finding: &Finding, film: Option<&FittedFilm>, scale_sd: f
              motion 120, 240 or more."
         ),
         Finding::Drops { shots, drops } => format!(
-            "The camera dropped frames that the frame numbers do not show ({drops} times, in {}): balls go several steps at once \
-             there. The frames after them were moved in time.",
+            "The camera dropped frames that the frame numbers do not show ({drops} times, in {}): the tracks go several \
+             steps at once there. The frames after them were moved in time.",
             count_of(*shots, "shot")
         ),
         Finding::Corners { shots, of } => format!(

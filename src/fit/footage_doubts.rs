@@ -1,6 +1,5 @@
 //! What footage shows to be wrong with itself or with what is stated of it, as reasons for doubt.
 
-use super::camera::LEAST_SHOTS;
 use super::check::{self, Finding, Kind, capital};
 use super::{Fit, Rejected};
 use crate::measurement::dataset::ON_REQUEST;
@@ -17,6 +16,9 @@ const SMOOTHED: f64 = 0.93;
 
 /// So many more frames are off after the impacts than before them where a tracker lags.
 const LATE: usize = 2;
+
+/// Shots that show whether the camera looks askew.
+const LEAST_SHOTS: usize = 6;
 
 /// χ²/dof of so many velocities that are extracted from frames, and fit better than their noise allows.
 const TOO_GOOD: f64 = 0.25;
@@ -49,15 +51,7 @@ impl Fit {
         if camera.spoiled.is_some_and(|[before, after]| after >= before + LATE) {
             return Some(format!("{}.", capital(&check::lag().text)));
         }
-        if camera.converged {
-            return None;
-        }
-        Some(format!(
-            "The camera could not be calibrated from these {} shots: check radius, capture_fps and which track is which {}, or \
-             state what is known of it under [camera].",
-            camera.shots,
-            if camera.of_discs { "disc" } else { "ball" }
-        ))
+        None
     }
 
     /// That the positions seem to have been smoothed before they were exported, which leaves little to fit.

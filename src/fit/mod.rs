@@ -1,7 +1,6 @@
 //! Data set + settings → [`Fit`]: estimates, uncertainties, residuals, and what to think of them.
 
 pub(crate) mod analysis;
-mod calibration;
 mod camera;
 pub mod causes;
 pub mod check;
@@ -9,11 +8,12 @@ mod common;
 mod counted;
 pub(crate) mod diagnostics;
 mod disc_curve;
+mod disc_words;
 mod error;
 mod estimate;
+mod extracted_discs;
 pub(crate) mod film;
 pub(crate) mod film_words;
-pub mod footage;
 mod footage_doubts;
 pub(crate) mod intervals;
 mod of_discs;
@@ -25,7 +25,7 @@ mod result;
 mod verdict;
 pub(crate) mod warnings;
 
-pub use analysis::{Analysis, analyse, analyse_watched, calibrated_discs, discs_with_camera, with_impacts};
+pub use analysis::{Analysis, analyse, analyse_watched, with_impacts};
 pub use camera::{FoundCamera, FoundCorrection};
 pub use counted::Counted;
 pub use diagnostics::goodness::{Goodness, Influence, NoiseVerdict, Normality};
@@ -37,6 +37,7 @@ pub use diagnostics::trends::{Trend, Variable};
 pub use disc_curve::FrictionCurve;
 pub use error::FitError;
 pub use estimate::{Estimate, Intervals, Status};
+pub use extracted_discs::{ExtractedDiscs, extract_discs};
 pub use film::{FittedFilm, OfShot, OwnEstimate};
 pub use intervals::bootstrap::{Bootstrap, Resampled};
 pub use intervals::regions::{Contour, LEVELS, Level, Profile};

@@ -10,20 +10,21 @@ use super::camera::FoundCamera;
 use super::common::Common;
 use super::diagnostics::goodness::normality_of;
 use super::diagnostics::trends::ranked;
+use super::extracted_discs::allow_friction;
 use super::intervals::regions::contours;
 use super::{
     Computed, Depth, Diagnostics, Estimate, Fit, FitError, FrictionCurve, Goodness, Intervals, Noise,
-    NoiseVerdict, Options, Plateau, Rejected, Residual, Scatter, Status, Trend, Variable, film_words,
-    warnings,
+    NoiseVerdict, Options, Plateau, Rejected, Residual, Scatter, Status, Trend, Variable, disc_words,
+    film_words, warnings,
 };
-use crate::extraction::disc::Quantity;
 use crate::measurement::dataset::{Dataset, DiscShot};
 use crate::measurement::observable::Observable;
 use crate::measurement::parameter::{Parameter, Settings};
 use crate::physics::ball::Ball;
 use crate::physics::collision::{Effects, Fidelity};
 use crate::problem::{
-    Component, DiscFit, DiscImpact, FilmError, Finding, Id, Policy, Rival, Severity, ShiftScore, fit_discs,
+    Component, DiscFit, DiscImpact, FilmError, Finding, Id, Policy, Quantity, Rival, Severity, ShiftScore,
+    fit_discs,
 };
 
 /// Normal quantile of a one-sided interval of 95 %.
@@ -56,14 +57,9 @@ struct Point {
 
 /// Fits films of discs.
 pub(super) fn fit(request: Request) -> Result<Fit, FitError> {
-    /// Rubber on rubber seldom has more friction; what is around discs may be any material.
-    const MOST_FRICTION: f64 = 2.0;
     let begun = Instant::now();
     let mut dataset = request.dataset.clone();
-    let mu = &mut dataset.settings[Parameter::Mu];
-    if *mu == Parameter::Mu.default_setting() {
-        mu.upper = MOST_FRICTION;
-    }
+    allow_friction(&mut dataset.settings);
     let request = Request { dataset: &dataset, ..request };
     let found = fit_discs(&dataset, &Policy::default()).map_err(|error| match error {
         FilmError::NoImpact(reasons) => FitError::NoUsableShot {
@@ -120,7 +116,7 @@ impl Fitted<'_> {
                 impulse_ratio: sd(Component::Ratio),
                 is_estimated: points.len() >= LEAST_SHOTS,
             }),
-            camera: Some(FoundCamera { of_discs: true, ..FoundCamera::of_film(solution) }),
+            camera: Some(FoundCamera::of_film(solution)),
             residuals,
             diagnostics: self.diagnostics(&estimates, &points),
             ..common.bare(estimates, Arc::new(solution.clone()))
@@ -345,22 +341,8 @@ impl Fitted<'_> {
             ));
         }
         let unseen = impacts.iter().filter(|impact| impact.get(Quantity::SlipBefore).is_none()).count();
-        if unseen > 0 {
-            fit.notes.push(format!(
-                "In {unseen} of {} shots the rotation of the discs was not seen. Their slip is free there, so that they tell e alone. For \
-                 the friction, track points on both discs (as [tracks] cue and object, three or more on a circle about the centre of each, \
-                 or a marker beside each centre), or, if neither disc turns before the impact, state [cue_spin] assume = \"stun\".",
-                impacts.len()
-            ));
-        }
-        if let Some(slowing) =
-            solution.get(Id::Slowing).and_then(|found| Some((found.value, found.std_error?)))
-        {
-            fit.notes.push(format!(
-                "The discs slow down by {} m/s²: velocities are those at the impacts.",
-                crate::measurement::number::with_error(slowing.0, slowing.1)
-            ));
-        }
+        fit.notes.extend(disc_words::rotation(unseen, impacts.len()));
+        fit.notes.extend(disc_words::slowing(solution));
         let others = scatter
             .iter()
             .filter(|of| !matches!(of.component, Component::Restitution | Component::Ratio) && of.sd > 0.0);

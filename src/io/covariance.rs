@@ -20,7 +20,6 @@ pub(crate) const fn by(shared: Shared) -> &'static str {
         Shared::Sliding => "by_mu_k",
         Shared::Lift => "by_lift",
         Shared::Rolling => "by_mu_r",
-        Shared::Camera(_) => "by_camera",
     }
 }
 

@@ -4,7 +4,7 @@ use crate::physics::name::worded;
 
 worded! {
     /// A way in which a camera may distort a film, in the order of every list of their values.
-    /// [`crate::film::camera`] gives the equations.
+    /// [`crate::problem`] gives the equations.
     #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
     #[non_exhaustive]
     pub enum Correction {
@@ -80,11 +80,6 @@ impl Correction {
     /// Returns whether it changes where balls above the cloth are seen.
     pub(crate) fn is_of_height(self) -> bool {
         matches!(self, Self::ParallaxX | Self::ParallaxY | Self::Nearness)
-    }
-
-    /// Returns whether it moves in the picture what is on the cloth.
-    pub(crate) fn is_of_place(self) -> bool {
-        !self.is_of_time() && !self.is_of_height()
     }
 
     /// Returns whether only the picture of one camera shows it, and not positions that several

@@ -145,12 +145,8 @@ impl Dataset {
             Shared::Sliding => self.sliding.and_then(|sliding| sliding.sd),
             Shared::Lift => self.lift_sd,
             Shared::Rolling => self.rolling.and_then(|rolling| rolling.sd),
-            Shared::Camera(_) => Some(1.0),
         };
-        let joints = self.shots.iter().filter_map(|shot| shot.joint.as_deref());
-        let ways = joints.map(|joint| joint.by_shared.len().saturating_sub(Shared::ALL.len())).max();
-        let all = Shared::ALL.into_iter().chain((0..ways.unwrap_or(0)).map(Shared::Camera));
-        all.filter_map(|shared| Some((shared, sd(shared)?))).collect()
+        Shared::ALL.into_iter().filter_map(|shared| Some((shared, sd(shared)?))).collect()
     }
 }
 
@@ -264,8 +260,7 @@ impl Shot {
 pub struct Joint {
     /// Their covariance without the errors that all shots share.
     pub covariance: DMatrix<f64>,
-    /// How they change with each error that all shots share, in the order of [`Shared::ALL`], and
-    /// behind them with each [`Shared::Camera`].
+    /// How they change with each error that all shots share, in the order of [`Shared::ALL`].
     pub by_shared: Vec<DVector<f64>>,
 }
 
@@ -283,12 +278,10 @@ pub enum Shared {
     Lift,
     /// The cloth's rolling resistance μ_r.
     Rolling,
-    /// The camera that discs calibrate, in one of the independent ways in which it may be off.
-    Camera(usize),
 }
 
 impl Shared {
-    /// All but the camera's.
+    /// All of them.
     pub const ALL: [Self; 3] = [Self::Sliding, Self::Lift, Self::Rolling];
 
     /// Returns its place in [`Joint::by_shared`].
@@ -298,7 +291,6 @@ impl Shared {
             Self::Sliding => 0,
             Self::Lift => 1,
             Self::Rolling => 2,
-            Self::Camera(way) => Self::ALL.len() + way,
         }
     }
 }

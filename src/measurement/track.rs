@@ -156,21 +156,6 @@ pub enum TrackedBall {
     Object,
 }
 
-/// A ball whose centre is by h above where it is on the cloth is seen displaced on the table, away
-/// from the foot of the camera, by h (s + (p − m)/H): s is how much so in the middle m of the film,
-/// H how high the camera is. A ball with topspin hops after the impact, by 0.5 mm at 2 m/s.
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub struct Viewpoint {
-    /// s, m per m of height.
-    pub slope: [f64; 2],
-    /// 1/H, 1/m.
-    pub per_metre: f64,
-    /// m, m.
-    pub middle: [f64; 2],
-}
-
-impl Viewpoint {}
-
 /// The filmed shots of a data set.
 #[derive(Clone, Debug, Default)]
 pub struct Tracks {
@@ -183,10 +168,6 @@ pub struct Tracks {
     pub left_out: Vec<(String, String)>,
     /// What was detected in the files and repaired, with file and line.
     pub notes: Vec<String>,
-    /// Shots whose impact was found, though something about them is wrong: the name and what it is.
-    pub doubtful: Vec<(String, String)>,
-    /// Of discs: what was measured of each shot, including those that are not fitted.
-    pub disc_shots: Vec<DiscShot>,
     /// What is known of the discs; `None` for balls.
     pub discs: Option<Discs>,
     /// Corrections for the camera that are stated, in the order of [`Correction::ALL`]; `None`:
@@ -199,8 +180,6 @@ pub struct Tracks {
     pub scale_sd: Option<f64>,
     /// Whether the unit of lengths is stated; metres otherwise.
     pub states_unit: bool,
-    /// Where the camera sees balls that hop.
-    pub viewpoint: Viewpoint,
 }
 
 /// What was measured of one shot of discs; a number is `None` where the tracks do not determine it.

@@ -5,12 +5,6 @@ pub mod least_squares;
 /// Median absolute deviation of a normal distribution, in units of its standard deviation.
 pub(crate) const NORMAL_MEDIAN: f64 = 0.6745;
 
-/// Returns the standard deviation of normal `deviations` by their median size, which outliers
-/// hardly change; NaN if there are none.
-pub(crate) fn robust_scale(deviations: impl Iterator<Item = f64>) -> f64 {
-    median(deviations.map(f64::abs).collect()) / NORMAL_MEDIAN
-}
-
 /// Returns the median: the upper of both values in the middle if their number is even, NaN if there
 /// are none.
 pub(crate) fn median(mut values: Vec<f64>) -> f64 {

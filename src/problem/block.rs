@@ -1,7 +1,7 @@
 //! What was measured: each kind predicts the numbers of its shots from unknowns of their own and
 //! those that they share.
 
-use super::discs::block::DiscBlock;
+use super::discs::block::{DiscBlock, Freedom};
 use super::film::block::FilmBlock;
 use super::film::impact::Correction;
 use super::film::states::choose_states;
@@ -63,7 +63,7 @@ impl Block {
     pub fn estimates_noise(&self) -> bool {
         match self {
             Self::Film(film) => !film.states_noise,
-            Self::Discs(discs) => discs.is_free,
+            Self::Discs(discs) => discs.freedom != Freedom::Law,
             Self::Rows(rows) => !rows.noises.is_empty(),
         }
     }
@@ -153,7 +153,7 @@ impl Block {
             Self::Film(film) if film.states_noise => Vec::new(),
             Self::Film(_) => vec![(vec![0], 0.0), (vec![1], 0.0)],
             // what the law leaves is scatter of the shots
-            Self::Discs(discs) if !discs.is_free => Vec::new(),
+            Self::Discs(discs) if discs.freedom == Freedom::Law => Vec::new(),
             Self::Discs(discs) => (0..discs.noise.len()).map(|noise| (vec![noise], 0.0)).collect(),
             Self::Rows(rows) => rows.pools.iter().map(|pool| (pool.members.clone(), pool.least)).collect(),
         }

@@ -43,9 +43,13 @@ mod uncertainty;
 mod unknowns;
 
 pub use discs::block::Component;
-pub use discs::quantities::DiscImpact;
+pub(crate) use discs::equal::ball;
+pub use discs::impact::{DiscImpact, Doubt};
+pub use discs::measure::{MeasuredDiscs, measure_discs};
+pub use discs::quantities::Quantity;
 pub use discs::run::{DiscFit, Rival, Scatter, fit_discs};
 pub use discs::stick::Stuck;
+pub(crate) use film::camera::Camera;
 pub use film::film_data::{FilmError, Modelling};
 pub(crate) use film::planned::{Filming, PlannedShot, information, unknowns_of};
 pub use film::shots::{FittedFrame, Impact, Motion, PicturePaths};

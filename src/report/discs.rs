@@ -5,10 +5,10 @@ use super::csv::{line, quoted};
 use super::extracted;
 use super::number::{plain, with_error};
 use super::plot::track::Tracks;
-use crate::extraction::disc::{DiscImpact, Quantity};
 use crate::measurement::dataset::Dataset;
 use crate::measurement::track::TrackShot;
 use crate::physics::disc::Discs;
+use crate::problem::{DiscImpact, Doubt, Quantity};
 
 /// Its name where frames stand for seconds.
 fn per_frame(name: &str) -> String {
@@ -55,15 +55,16 @@ fn table(discs: &Discs, extracted: &[(TrackShot, DiscImpact)]) -> String {
                 [text(found.value), found.sd.map_or_else(String::new, text)]
             }));
         }
+        let doubts: Vec<String> = impact.doubts.iter().map(Doubt::to_string).collect();
         row.extend([
             if discs.masses.is_some() { "masses" } else { "momentum" }.to_owned(),
             (1e3 * impact.position_sd).to_string(),
-            impact.reduced_chi2.to_string(),
+            impact.misfit.to_string(),
             impact.frames.iter().sum::<usize>().to_string(),
             impact.outliers.to_string(),
             if impact.stuck.is_some() { "stick" } else { "part" }.to_owned(),
             if impact.doubts.is_empty() { "good" } else { "doubtful" }.to_owned(),
-            quoted(&impact.doubts.join("; ")).into_owned(),
+            quoted(&doubts.join("; ")).into_owned(),
         ]);
         line(row)
     };

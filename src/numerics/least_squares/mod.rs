@@ -16,13 +16,11 @@ use nalgebra::{DMatrix, DVector};
 
 mod bounds;
 mod linear_algebra;
-mod restart;
 mod step;
 mod termination;
 mod trust_region;
 
 pub use bounds::{Activity, Bounds};
-pub(crate) use restart::minimise_with_restart;
 pub use termination::Termination;
 
 use trust_region::TrustRegion;

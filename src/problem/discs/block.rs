@@ -65,6 +65,17 @@ impl Component {
     }
 }
 
+/// Which outcome of an impact each shot may have besides that of the law.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum Freedom {
+    /// What scatters from shot to shot.
+    Law,
+    /// Any e and J_t/J_n; momentum and spins scatter.
+    Outcome,
+    /// Any e and J_t/J_n, with any balance of momentum, and any spins.
+    Everything,
+}
+
 /// Frames of discs.
 #[derive(Clone)]
 pub(crate) struct DiscBlock {
@@ -74,8 +85,7 @@ pub(crate) struct DiscBlock {
     pub noise: Vec<Noise>,
     /// Of each [`Component`].
     pub spreads: Vec<Spread>,
-    /// Whether e and J_t/J_n of each shot may be any: what was measured without a law.
-    pub is_free: bool,
+    pub freedom: Freedom,
 }
 
 impl DiscBlock {
@@ -104,12 +114,14 @@ impl DiscBlock {
     pub fn own_priors(&self, i: usize) -> Vec<(usize, OwnPrior)> {
         let mut priors = self.shots[i].own_known.clone();
         for (which, component) in Component::ALL.into_iter().enumerate() {
-            let prior = match component {
-                Component::Restitution if self.is_free => OwnPrior::Stated(Normal { mean: 0.0, sd: 1.0 }),
+            let is_free = match component {
+                Component::Restitution => self.freedom != Freedom::Law,
                 // a single shot shows no law
-                Component::Ratio if self.is_free || self.shots.len() == 1 => OwnPrior::Stated(FREE_RATIO),
-                _ => OwnPrior::Spread(which),
+                Component::Ratio => self.freedom != Freedom::Law || self.shots.len() == 1,
+                Component::Momentum | Component::SpinRatio => self.freedom == Freedom::Everything,
+                Component::Distance | Component::Slowing => false,
             };
+            let prior = if is_free { OwnPrior::Stated(ANY) } else { OwnPrior::Spread(which) };
             let is_open = |place: &usize| !self.shots[i].own_known.iter().any(|(known, _)| known == place);
             priors.extend(component.places().filter(is_open).map(|place| (place, prior)));
         }
@@ -131,17 +143,20 @@ impl DiscBlock {
     }
 }
 
-/// Holds the spreads of a single shot, which shows none but that of its four decelerations: its own
-/// values are then those of its discs.
+/// Holds the spreads of a single shot, which shows none but that of its four decelerations, and that
+/// poorly: its own values are then those of its discs.
 fn hold_spreads(spreads: &mut [Spread], shots: usize) {
     if shots == 1 {
         for (spread, component) in spreads.iter_mut().zip(Component::ALL) {
-            if component != Component::Slowing {
-                *spread = Spread::first(spread.least, spread.least);
-            }
+            let first = if component == Component::Slowing { EVEN_SLOWING } else { 1.0 };
+            *spread = Spread::first(first * spread.least, spread.least);
         }
     }
 }
 
-/// J_t/J_n of which nothing is known.
-pub(super) const FREE_RATIO: Normal = Normal { mean: 0.0, sd: 3.0 };
+/// How much the four decelerations of a single shot differ before the frames are seen, 0.01 m/s², over the
+/// least that frames determine. It counts as one shot.
+const EVEN_SLOWING: f64 = 20.0;
+
+/// An offset of which nothing is known, over the normal impulse or the closing speed.
+pub(super) const ANY: Normal = Normal { mean: 0.0, sd: 3.0 };

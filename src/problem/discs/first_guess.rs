@@ -5,24 +5,24 @@ use std::sync::Arc;
 
 use rayon::prelude::*;
 
-use super::block::{DiscBlock, FREE_RATIO};
+use super::block::{ANY, DiscBlock, Freedom};
 use super::frames::{NOISES, PointTrack, ShotFrames};
 use super::lines::{Line, Meeting};
 use super::own::{self, CORE};
+use super::points::{DISCS, Turning, centre, check_rigidity, is_of_points, points};
 use super::priors::{list_unknowns, unit_of_time};
 use super::stick::{self, Stuck};
 use crate::extraction::Unusable;
-use crate::extraction::disc::rigidity;
-use crate::film::discs::{DISCS, centre, is_of_points, points};
-use crate::film::{drops, frame_noise, grid};
+use crate::film::{drops, frame_noise};
 use crate::measurement::dataset::Dataset;
 use crate::measurement::spin::Spin;
-use crate::measurement::track::{Sample, TrackShot};
+use crate::measurement::track::{Sample, TrackShot, TrackedBall};
 use crate::numerics::median;
 use crate::physics::disc::Discs;
 use crate::problem::film::camera::Point;
 use crate::problem::film::film_data::FilmError;
-use crate::problem::film::frames::Frame;
+use crate::problem::film::reading::Reading;
+use crate::problem::findings::Finding;
 use crate::problem::sums::{Noise, OwnPrior};
 use crate::problem::unknowns::{Id, Normal, Own, Shared, Unknown};
 
@@ -47,8 +47,11 @@ pub(crate) struct DiscFilm {
     pub left_out: Vec<(String, String)>,
     /// How the discs of each shot stick together, if they do.
     pub stuck: Vec<Option<Stuck>>,
-    /// Standard deviation of a coordinate of each shot that neighbouring frames show, m.
-    pub position_sd: Vec<f64>,
+    /// Standard deviations of a coordinate of the points on the discs of each shot that neighbouring
+    /// frames show, m.
+    pub position_sd: Vec<[f64; 2]>,
+    /// What was repaired.
+    pub findings: Vec<Finding>,
     /// Metres in a unit of length of the film.
     pub unit: f64,
     /// Middle of the impacts in the film, in its unit.
@@ -71,13 +74,18 @@ impl DiscFilm {
         let tracks = dataset.tracks.as_ref().filter(|tracks| !tracks.shots.is_empty());
         let tracks = tracks.ok_or(FilmError::NoFilm)?;
         let discs = tracks.discs.ok_or(FilmError::NoFilm)?;
-        let guess = |shot: &TrackShot| -> Result<Guessed, (String, Unusable)> {
-            let mut shot = shot.clone();
-            drops::repair(&mut shot);
+        let mut shots = tracks.shots.clone();
+        // each disc has its own noise, which is estimated
+        for shot in &mut shots {
+            shot.position_sd = None;
+        }
+        let drops: Vec<usize> = shots.par_iter_mut().map(drops::repair).filter(|count| *count > 0).collect();
+        let dropped = Finding::Drops { shots: drops.len(), drops: drops.iter().sum() };
+        let guess = |shot: TrackShot| -> Result<Guessed, (String, Unusable)> {
             let stuck = stick::find(&shot);
             let meeting = meeting(&shot, stuck.as_ref());
             // points that are not on one disc explain whatever else is wrong
-            let rigid = rigidity(&shot, meeting.as_ref().ok().map(|meeting| meeting.time));
+            let rigid = check_rigidity(&shot, meeting.as_ref().ok().map(|meeting| meeting.time));
             match rigid.and(meeting) {
                 Ok(meeting) => Ok(Guessed { shot, meeting, stuck }),
                 Err(why) => Err((shot.name, why)),
@@ -85,7 +93,7 @@ impl DiscFilm {
         };
         let mut guessed = Vec::new();
         let mut left_out = tracks.left_out.clone();
-        for guess in tracks.shots.par_iter().map(guess).collect::<Vec<_>>() {
+        for guess in shots.into_par_iter().map(guess).collect::<Vec<_>>() {
             match guess {
                 Ok(guess) => guessed.push(guess),
                 Err((name, why)) => left_out.push((name, why.to_string())),
@@ -110,7 +118,7 @@ impl DiscFilm {
                 discs,
                 noise: Vec::new(),
                 spreads: DiscBlock::first_spreads(guessed.len(), unit_of_time(&discs).powi(2)),
-                is_free: true,
+                freedom: Freedom::Outcome,
             },
             unknowns,
             own: Vec::new(),
@@ -118,6 +126,7 @@ impl DiscFilm {
             left_out,
             stuck: guessed.iter().map(|guessed| guessed.stuck).collect(),
             position_sd: Vec::new(),
+            findings: if drops.is_empty() { Vec::new() } else { vec![dropped] },
             unit,
             middle,
         };
@@ -127,7 +136,7 @@ impl DiscFilm {
             let coarse = COARSE * guessed.meeting.distance() * unit;
             let rho = guessed.shot.correlation;
             film.block.noise.extend([Noise { sd: coarse.max(EXTRAPOLATED * sd), rho }; NOISES]);
-            film.position_sd.push(sd);
+            film.position_sd.push(DISCS.map(|disc| unit * noise_of_disc(guessed, disc)));
             let (frames, own) = frames_of(guessed, &discs, (middle, unit), &shared);
             shots.push(frames);
             film.own.push(own);
@@ -207,10 +216,16 @@ fn frames_of(
             if is_circle { marks.push(median(radii)) } else { marks.extend(radii) }
         }
     }
-    let track_of = |(disc, marker, samples): &(usize, Option<[usize; 2]>, &[Sample])| PointTrack {
-        disc: *disc,
-        marker: *marker,
-        frames: frames_of_track(samples, shot, (*disc, flat), (middle, unit)),
+    let reading = Reading { middle, unit, states_noise: false, may_be_held: false };
+    let track_of = |(disc, marker, samples): &(usize, Option<[usize; 2]>, &[Sample])| {
+        let mut frames = reading.frames(shot, samples, shot.resolution[*disc]);
+        frames.retain(|frame| frame.used);
+        if let Some(axis) = flat {
+            for frame in &mut frames {
+                frame.weight[axis] = 0.0;
+            }
+        }
+        PointTrack { disc: *disc, marker: *marker, frames }
     };
     let mut known = Vec::new();
     let held = |places: &[usize]| places.iter().map(|place| (*place, OwnPrior::Held)).collect::<Vec<_>>();
@@ -225,7 +240,7 @@ fn frames_of(
             known.extend(held(&[own::DIRECTION, own::RATIO, own::MOMENTUM + 1, own::LEAD]));
             known.push((own::DISTANCE, OwnPrior::Stated(ANY_DISTANCE)));
         }
-        None if stuck.is_some() || !knows_slip => known.push((own::RATIO, OwnPrior::Stated(FREE_RATIO))),
+        None if stuck.is_some() || !knows_slip => known.push((own::RATIO, OwnPrior::Stated(ANY))),
         None => {}
     }
     if stuck.is_some() {
@@ -284,66 +299,10 @@ fn frames_of(
     (frames, values)
 }
 
-/// Returns the frames of a point in metres from the middle.
-fn frames_of_track(
-    samples: &[Sample],
-    shot: &TrackShot,
-    (disc, flat): (usize, Option<usize>),
-    (middle, unit): (Point, f64),
-) -> Vec<Frame> {
-    let noise = frame_noise::noise(shot);
-    let step = shot.resolution[disc];
-    let repeats = grid::repeats(samples, noise.max(grid::rounding(step)), step, false);
-    let frame = |(sample, repeats): (&Sample, [f64; 2])| {
-        let weight = |axis: usize| {
-            let sd = sample.sd.map_or(1.0, |sd| sd[axis] / noise);
-            if flat == Some(axis) {
-                0.0
-            } else {
-                (repeats[axis].sqrt() * if sd > 0.0 { sd } else { 1.0 }).recip()
-            }
-        };
-        Frame {
-            time: sample.t,
-            seen: (Point::new(sample.x, sample.y) - middle) * unit,
-            weight: Point::new(weight(0), weight(1)),
-            used: true,
-        }
-    };
-    let frames = samples.iter().zip(repeats).map(frame);
-    frames.filter(|frame| frame.seen.x.is_finite() && frame.seen.y.is_finite()).collect()
-}
-
-/// How a marker goes round its disc.
-struct Turning {
-    /// Angular velocities before and after the impact, rad/s.
-    rates: [f64; 2],
-    /// Direction from the centre at the impact, rad.
-    direction: f64,
-    /// Distance from the centre, m.
-    radius: f64,
-}
-
-impl Turning {
-    /// Returns how a marker turns about the centre of its disc, less than half a turn a frame; `None` if
-    /// it was seen in too few frames.
-    fn of(marker: &[Sample], centre: &[Sample], time: f64, fps: f64) -> Option<Self> {
-        let mut arms: Vec<Sample> = Vec::new();
-        for seen in marker {
-            let i = centre.partition_point(|centre| centre.t < seen.t);
-            let Some(middle) = centre.get(i).filter(|centre| centre.t == seen.t) else { continue };
-            let [x, y] = [seen.x - middle.x, seen.y - middle.y];
-            let last = arms.last().map_or(0.0, |last| last.x);
-            let turn = (y.atan2(x) - last).rem_euclid(std::f64::consts::TAU);
-            let turn = if turn > std::f64::consts::PI { turn - std::f64::consts::TAU } else { turn };
-            arms.push(Sample::new(seen.t, [last + turn, x.hypot(y)]));
-        }
-        let [before, after] = Line::beside(&arms, time, fps.recip());
-        let (before, after) = (before?, after?);
-        Some(Self {
-            rates: [before.velocity[0], after.velocity[0]],
-            direction: before.position[0],
-            radius: median(arms.iter().map(|arm| arm.y).collect()),
-        })
-    }
+/// Returns the noise of a coordinate of the points of a disc next to the impact.
+fn noise_of_disc(guessed: &Guessed, disc: TrackedBall) -> f64 {
+    let Guessed { shot, meeting, .. } = guessed;
+    let points = points(shot, disc);
+    let tracks = if points.is_empty() { vec![centre(shot, disc)] } else { points };
+    frame_noise::noise_of_near(&tracks, shot, meeting.time)
 }

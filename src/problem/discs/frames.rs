@@ -55,6 +55,41 @@ const ROW: usize = COEFFICIENTS + OTHERS;
 /// A row of a frame, in units of the noise.
 type Row = SVector<f64, ROW>;
 
+/// The centre of a disc at an instant.
+pub(super) struct Centre {
+    /// m
+    pub place: Point,
+    /// m/s
+    velocity: Point,
+    /// Derivatives of the place by the coefficients of the piece, but for those of its own rotation.
+    by: [Point; COEFFICIENTS - 2],
+}
+
+impl Centre {
+    /// Returns where it is on a piece `late` seconds after the impact.
+    pub fn on(at: &SVector<f64, COEFFICIENTS>, late: f64) -> Self {
+        let rate = at[4];
+        let stops = rate * late > 1.0;
+        let moving = if stops { rate.recip() } else { late };
+        let way = moving - 0.5 * rate * moving * moving;
+        let (start, speed) = (Point::new(at[0], at[1]), Point::new(at[2], at[3]));
+        let [arm, across] = turned(at[6] + at[7] * late);
+        let [x, y] = [Point::x(), Point::y()];
+        let by_rate = speed * (-0.5 * moving * moving);
+        Self {
+            place: start + speed * way + arm * at[5],
+            velocity: speed * (1.0 - rate * moving) + across * (at[5] * at[7]),
+            by: [x, y, x * way, y * way, by_rate, arm, across * at[5], across * (at[5] * late)],
+        }
+    }
+}
+
+/// Returns the unit vector of a direction, and the one 90° counter-clockwise from it.
+fn turned(direction: f64) -> [Point; 2] {
+    let (sin, cos) = direction.sin_cos();
+    [Point::new(cos, sin), Point::new(-sin, cos)]
+}
+
 /// Returns the rows of both coordinates of a point in a frame.
 fn see(
     piece: &Piece,
@@ -66,23 +101,9 @@ fn see(
 ) -> [Row; 2] {
     let at = &piece.at;
     let late = frame.time - own[own::TIME] + camera.delay(frame.seen);
-    let rate = at[4];
-    let stops = rate * late > 1.0;
-    let moving = if stops { rate.recip() } else { late };
-    let way = moving - 0.5 * rate * moving * moving;
-    let (start, speed) = (Point::new(at[0], at[1]), Point::new(at[2], at[3]));
-    let turned = |direction: f64| {
-        let (sin, cos) = direction.sin_cos();
-        [Point::new(cos, sin), Point::new(-sin, cos)]
-    };
-    let [arm, across] = turned(at[6] + at[7] * late);
-    let mut place = start + speed * way + arm * at[5];
-    let mut velocity = speed * (1.0 - rate * moving) + across * (at[5] * at[7]);
+    let Centre { mut place, mut velocity, by: by_piece } = Centre::on(at, late);
     let mut by = [Point::zeros(); COEFFICIENTS + 3];
-    (by[0], by[1]) = (Point::x(), Point::y());
-    (by[2], by[3]) = (Point::x() * way, Point::y() * way);
-    by[4] = speed * (-0.5 * moving * moving);
-    (by[5], by[6], by[7]) = (arm, across * at[5], across * (at[5] * late));
+    by[..by_piece.len()].copy_from_slice(&by_piece);
     if let Some([direction, radius]) = marker {
         let [marker, turning] = turned(own[direction] + at[8] * late + at[9]);
         place += marker * own[radius];

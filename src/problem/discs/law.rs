@@ -2,11 +2,12 @@
 
 use rayon::prelude::*;
 
+use super::block::Freedom;
+use super::impact::DiscImpact;
 use super::measure::{ROUNDS, Reached, STEPS, settle};
 use super::motion::law_of;
-use super::quantities::DiscImpact;
+use super::quantities::Quantity;
 use super::run::{Rival, Run};
-use crate::extraction::disc::Quantity;
 use crate::measurement::parameter::{Compliance, Parameter, Settings};
 use crate::problem::descent::{Descent, descend};
 use crate::problem::film::film_data::FilmError;
@@ -157,7 +158,7 @@ impl Run<'_> {
     /// Returns the problem of all shots with a law in common.
     fn with_law(&self, compliant: bool) -> Result<Problem, FilmError> {
         let mut problem = self.free.problem.clone();
-        problem.discs_mut().ok_or(FilmError::NoFilm)?.is_free = false;
+        problem.discs_mut().ok_or(FilmError::NoFilm)?.freedom = Freedom::Law;
         let Settings { falls, e_falls, compliance, .. } = self.settings;
         let parameters = [
             (Id::Mu, Parameter::Mu),

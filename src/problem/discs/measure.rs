@@ -2,23 +2,25 @@
 
 use std::sync::Arc;
 
-use statrs::distribution::{ChiSquared, ContinuousCDF};
-
-use super::block::DiscBlock;
+use super::block::{DiscBlock, Freedom};
 use super::first_guess::DiscFilm;
 use super::frames::NOISES;
-use super::outcome::variance;
+use super::impact::{DiscImpact, PicturePaths, find_doubts};
+use super::outcome::input_covariance;
 use super::own;
 use super::priors::LEAST_SHOTS;
-use super::quantities::DiscImpact;
 use super::stick::Stuck;
+use crate::measurement::dataset::Dataset;
 use crate::problem::block::Block;
 use crate::problem::descent::{Descent, descend};
+use crate::problem::film::camera::Camera;
 use crate::problem::film::film_data::FilmError;
-use crate::problem::film::outliers::outlying;
+use crate::problem::film::frames::Whitened;
+use crate::problem::film::outliers::{outlying, tail};
 use crate::problem::minimise::descend_with_noise;
 use crate::problem::policy::Policy;
 use crate::problem::problem::{Evaluation, Problem, State};
+use crate::problem::solution::Solution;
 use crate::problem::uncertainty::Estimates;
 use crate::problem::unknowns::{Id, Mode, Own, Shared};
 
@@ -64,6 +66,25 @@ impl Reached {
     pub fn own(&self) -> &[Own] {
         &self.descent.end.state.own[0]
     }
+
+    /// Returns what is known there, without findings.
+    pub fn solution(self, film: &DiscFilm) -> Result<Solution, FilmError> {
+        let Self { problem, descent, .. } = self;
+        let covariance = Estimates::new(&problem, &descent.end).ok_or(FilmError::Undetermined)?;
+        Ok(Solution {
+            unit: film.unit,
+            middle: film.middle.into(),
+            converged: descent.converged,
+            at: descent.end,
+            covariance,
+            findings: Vec::new(),
+            names: vec![film.names.clone()],
+            left_out: film.left_out.clone(),
+            misfit: f64::NAN,
+            evaluations: descent.evaluations,
+            problem,
+        })
+    }
 }
 
 /// Returns −2 log L with the own unknowns integrated.
@@ -84,9 +105,81 @@ fn unlikely(problem: &Problem, at: &Evaluation) -> Option<f64> {
     Some(sum + of_noise.sum::<f64>())
 }
 
-/// Finds the outcome of each shot whatever the law; returns the number of frames, too, in which the
-/// discs of each shot touch.
-pub(super) fn measure(film: &mut DiscFilm, policy: &Policy) -> Result<(Reached, Vec<usize>), FilmError> {
+/// What became of the frames of a shot.
+#[derive(Clone, Copy)]
+pub(super) struct Frames {
+    /// Number of frames of each point on either side of the impact that are used at most.
+    reach: usize,
+    /// Number of frames on either side of the impact that may be neither before nor after it.
+    touching: usize,
+    /// Number of frames that were left out as wrong.
+    outliers: usize,
+}
+
+/// What was measured of films of discs, whatever the law of friction.
+pub struct MeasuredDiscs {
+    /// The minimum: camera, decelerations, and the motion of the discs.
+    pub solution: Solution,
+    /// What was measured of each shot.
+    pub impacts: Vec<DiscImpact>,
+}
+
+/// Measures the shots of the films of a data set: e, J_t/J_n, spins and balance of momentum of each may
+/// be any.
+///
+/// # Errors
+/// See [`FilmError`].
+pub fn measure_discs(dataset: &Dataset, policy: &Policy) -> Result<MeasuredDiscs, FilmError> {
+    let film = DiscFilm::new(dataset)?;
+    let (Reached { mut problem, mut descent, .. }, mut frames) = measure(&film, policy)?;
+    problem.discs_mut().ok_or(FilmError::NoFilm)?.freedom = Freedom::Everything;
+    loop {
+        descent = settle(&mut problem, descent.end.state);
+        let block = problem.discs_mut().ok_or(FilmError::NoFilm)?;
+        if !come_nearer(block, &film, &mut frames, policy) {
+            break;
+        }
+        choose_frames(block, &descent.end.state, &frames);
+    }
+    let measured = Reached::new(problem, descent)?;
+    let mut left_out = film.left_out.clone();
+    let mut impacts = impacts(&film, &measured, (&frames, policy))?;
+    impacts.retain(|impact| {
+        let fault = impact.find_fault(&film.block.discs, policy);
+        left_out.extend(fault.iter().map(|fault| (impact.name.clone(), fault.to_string())));
+        fault.is_none()
+    });
+    if impacts.is_empty() {
+        return Err(FilmError::NoImpact(left_out));
+    }
+    find_doubts(&mut impacts, policy);
+    let solution = Solution { left_out, findings: film.findings.clone(), ..measured.solution(&film)? };
+    Ok(MeasuredDiscs { solution, impacts })
+}
+
+/// Halves the reach of shots whose frames are off the paths: decelerations are even for a while only.
+/// Returns whether there are any.
+fn come_nearer(block: &DiscBlock, film: &DiscFilm, frames: &mut [Frames], policy: &Policy) -> bool {
+    let mut changed = false;
+    for (i, frames) in frames.iter_mut().enumerate() {
+        if misfit(block, film, i) > policy.misfit && frames.reach > REACHES[0] {
+            frames.reach /= 2;
+            changed = true;
+        }
+    }
+    changed
+}
+
+/// Returns the variance of the frames of shot `i` about the paths over that of their noise.
+fn misfit(block: &DiscBlock, film: &DiscFilm, i: usize) -> f64 {
+    let noises = (0..NOISES).filter(|noise| block.shots[i].flat != Some(noise % 2));
+    let ratio = |noise: usize| (block.noise[NOISES * i + noise].sd / film.position_sd[i][noise / 2]).powi(2);
+    let ratios: Vec<f64> = noises.map(ratio).collect();
+    ratios.iter().sum::<f64>() / ratios.len() as f64
+}
+
+/// Finds the outcome of each shot whatever the law, and which frames show it.
+pub(super) fn measure(film: &DiscFilm, policy: &Policy) -> Result<(Reached, Vec<Frames>), FilmError> {
     let mut unknowns = film.unknowns.clone();
     for id in [Id::Mu, Id::E, Id::FallB, Id::FallC, Id::Kappa, Id::ESlope] {
         unknowns[id as usize].mode = Mode::Fixed;
@@ -96,16 +189,18 @@ pub(super) fn measure(film: &mut DiscFilm, policy: &Policy) -> Result<(Reached, 
     let mut state = State { own: vec![film.own.clone()], shared };
     let mut problem = Problem::of_one(Block::Discs(film.block.clone()), unknowns);
     let free = problem.free();
-    let mut touching = vec![TOUCHING; film.names.len()];
+    let mut frames = vec![Frames { reach: 0, touching: TOUCHING, outliers: 0 }; film.names.len()];
     let few = film.names.len() < LEAST_SHOTS;
     let reaches = if few { &REACHES[..] } else { &REACHES[..REACHES.len() - 1] };
-    let farthest = reaches[reaches.len() - 1];
     for reach in reaches.iter().copied() {
         let block = problem.discs_mut().ok_or(FilmError::NoFilm)?;
-        choose_frames(block, &state, reach, &touching);
+        for frames in &mut frames {
+            frames.reach = reach;
+        }
+        choose_frames(block, &state, &frames);
         // frames beyond those that were fitted may be off the path
         if reach > REACHES[0] {
-            drop_frames(block, &state, policy);
+            drop_frames(block, &state, &mut frames, policy);
         }
         let descent = descend(&problem, problem.evaluate(state), &free, STEPS);
         state = descent.end.state;
@@ -113,16 +208,16 @@ pub(super) fn measure(film: &mut DiscFilm, policy: &Policy) -> Result<(Reached, 
     state = descend_with_noise(&mut problem, state).end.state;
     for _ in 0..MAX_TOUCHING {
         let block = problem.discs_mut().ok_or(FilmError::NoFilm)?;
-        let touch = find_touching(block, &state, &mut touching, policy);
-        let dropped = drop_frames(block, &state, policy);
+        let touch = find_touching(block, &state, &mut frames, policy);
+        let dropped = drop_frames(block, &state, &mut frames, policy);
         if !touch && dropped == 0 {
             break;
         }
-        choose_frames(block, &state, farthest, &touching);
+        choose_frames(block, &state, &frames);
         state = descend(&problem, problem.evaluate(state), &free, STEPS).end.state;
     }
     let descent = descend_with_noise(&mut problem, state);
-    Ok((Reached::new(problem, descent)?, touching))
+    Ok((Reached::new(problem, descent)?, frames))
 }
 
 /// Descends, again from where a descent did not end at a minimum.
@@ -138,16 +233,15 @@ pub(super) fn settle(problem: &mut Problem, state: State) -> Descent {
     descent
 }
 
-fn choose_frames(block: &mut DiscBlock, state: &State, reach: usize, touching: &[usize]) {
-    for ((shot, own), touching) in Arc::make_mut(&mut block.shots).iter_mut().zip(&state.own[0]).zip(touching)
-    {
-        shot.choose_frames(own[own::TIME], reach, *touching as f64);
+fn choose_frames(block: &mut DiscBlock, state: &State, frames: &[Frames]) {
+    for ((shot, own), frames) in Arc::make_mut(&mut block.shots).iter_mut().zip(&state.own[0]).zip(frames) {
+        shot.choose_frames(own[own::TIME], frames.reach, frames.touching as f64);
     }
 }
 
 /// Drops frames that stand out, and those at the ends of tracks from where on a point is not on its path
 /// any more; returns how many.
-fn drop_frames(block: &mut DiscBlock, state: &State, policy: &Policy) -> usize {
+fn drop_frames(block: &mut DiscBlock, state: &State, frames_of: &mut [Frames], policy: &Policy) -> usize {
     let mut count = 0;
     let shared = &state.shared;
     for (i, own) in state.own[0].iter().enumerate() {
@@ -157,6 +251,7 @@ fn drop_frames(block: &mut DiscBlock, state: &State, policy: &Policy) -> usize {
         for (track, frames) in shots[i].tracks.iter_mut().zip(found) {
             let outlying = outlying(&frames, own[own::TIME], policy);
             count += outlying.len();
+            frames_of[i].outliers += outlying.len();
             let used = frames.iter().map(|frame| frame.index);
             let good: Vec<usize> = used.filter(|index| !outlying.contains(index)).collect();
             // what is beyond an end is no more on the path
@@ -177,44 +272,64 @@ fn drop_frames(block: &mut DiscBlock, state: &State, policy: &Policy) -> usize {
 
 /// Counts one frame more as touching on either side of the impacts next to which frames are off the
 /// paths; returns whether there are any.
-fn find_touching(block: &DiscBlock, state: &State, touching: &mut [usize], policy: &Policy) -> bool {
+fn find_touching(block: &DiscBlock, state: &State, frames: &mut [Frames], policy: &Policy) -> bool {
     let mut changed = false;
     for (i, own) in state.own[0].iter().enumerate().filter(|(i, _)| block.shots[*i].settling.is_none()) {
         let shot = &block.shots[i];
         let noise = &block.noise[NOISES * i..NOISES * (i + 1)];
-        let reach = (touching[i] as f64 + 1.0) / shot.fps;
+        let reach = (frames[i].touching as f64 + 1.0) / shot.fps;
         let residuals = shot.residuals(own, &state.shared, &block.discs, noise);
-        let near = residuals.iter().flatten().filter(|frame| (frame.time - own[own::TIME]).abs() <= reach);
-        let squares: Vec<f64> = near.map(|frame| frame.square).collect();
-        let tail =
-            ChiSquared::new(2.0 * squares.len() as f64).map_or(1.0, |chi2| chi2.sf(squares.iter().sum()));
-        if tail < policy.frame_tail && touching[i] < MAX_TOUCHING {
-            touching[i] += 1;
+        let is_off = are_off(&residuals, own[own::TIME], reach, policy);
+        if is_off && frames[i].touching < MAX_TOUCHING {
+            frames[i].touching += 1;
             changed = true;
         }
     }
     changed
 }
 
+/// Returns whether the frames within `reach` seconds of an instant are off the paths.
+fn are_off(residuals: &[Vec<Whitened>], instant: f64, reach: f64, policy: &Policy) -> bool {
+    let near = residuals.iter().flatten().filter(|frame| (frame.time - instant).abs() <= reach);
+    let squares: Vec<f64> = near.map(|frame| frame.square).collect();
+    tail(squares.iter().sum(), 2.0 * squares.len() as f64) < policy.frame_tail
+}
+
+/// Returns the number of frames on either side of the impact of shot `i` that are off the paths: 0 if
+/// those next to it were left out without need.
+fn count_touching(block: &DiscBlock, state: &State, (i, frames): (usize, &Frames), policy: &Policy) -> usize {
+    let own = &state.own[0][i];
+    let mut next_to_it = block.shots[i].clone();
+    next_to_it.choose_frames(own[own::TIME], 1, 0.0);
+    let noise = &block.noise[NOISES * i..NOISES * (i + 1)];
+    let residuals = next_to_it.residuals(own, &state.shared, &block.discs, noise);
+    let is_needed = are_off(&residuals, own[own::TIME], TOUCHING as f64 / block.shots[i].fps, policy);
+    if is_needed || frames.touching > TOUCHING { frames.touching } else { 0 }
+}
+
 /// Returns the table of what was measured.
 pub(super) fn impacts(
     film: &DiscFilm,
     measured: &Reached,
-    touching: &[usize],
+    (frames, policy): (&[Frames], &Policy),
 ) -> Result<Vec<DiscImpact>, FilmError> {
     let Reached { problem, descent, .. } = measured;
     let at = &descent.end;
     let block = measured.block()?;
     let reduced = at.eliminate(problem, 0.0).ok_or(FilmError::Undetermined)?;
     let estimates = Estimates::of_reduced(problem, &at.state, &reduced).ok_or(FilmError::Undetermined)?;
+    let camera = Camera::new(&at.state.shared);
     let of_shot = |i: usize| {
         let (shot, own) = (&block.shots[i], &at.state.own[0][i]);
         let paths = shot.follow(own, &at.state.shared, &block.discs)?;
         let known = shot.known(&paths.impact, &block.discs);
-        let variance = |by: &_| variance((&reduced, &estimates), problem, (i, &at.shots[0][i].held), by);
+        let inputs = input_covariance((&reduced, &estimates), problem, (i, &at.shots[0][i].held));
         let stuck: Option<Stuck> = film.stuck[i];
         let noise = &block.noise[NOISES * i..NOISES * (i + 1)];
-        let ratios = noise.iter().map(|noise| (noise.sd / film.position_sd[i]).powi(2));
+        let position_sd = |disc: usize| match shot.flat {
+            Some(flat) => noise[2 * disc + 1 - flat].sd,
+            None => noise[2 * disc].sd.hypot(noise[2 * disc + 1].sd) / 2.0_f64.sqrt(),
+        };
         let used = |disc: usize, side: bool| {
             let frames =
                 shot.tracks.iter().filter(move |track| track.disc == disc).flat_map(|track| &track.frames);
@@ -232,13 +347,18 @@ pub(super) fn impacts(
         let times = || all().into_iter().flat_map(|(disc, side)| used(disc, side));
         Some(DiscImpact {
             name: film.names[i].clone(),
-            values: known.values(stuck.as_ref(), variance),
-            position_sd: [0, 1].map(|disc| noise[2 * disc].sd.hypot(noise[2 * disc + 1].sd) / 2.0_f64.sqrt()),
-            misfit: ratios.fold(0.0, f64::max),
+            values: known.values(stuck.as_ref(), &inputs),
+            position_sd: position_sd(0).max(position_sd(1)),
+            misfit: misfit(block, film, i),
             frames: all().map(|(disc, side)| count(disc, side)),
             window: [times().fold(f64::INFINITY, f64::min), times().fold(f64::NEG_INFINITY, f64::max)],
-            touching: touching[i],
+            touching: count_touching(block, &at.state, (i, &frames[i]), policy),
+            outliers: frames[i].outliers,
+            radii: paths.impact.radii.map(|radius| radius.re),
             stuck,
+            doubts: Vec::new(),
+            equal: known.equal(&inputs),
+            paths: PicturePaths::new(&paths, own[own::TIME], camera.clone(), (film.unit, film.middle)),
         })
     };
     (0..block.shots.len()).map(of_shot).collect::<Option<Vec<_>>>().ok_or(FilmError::Undetermined)

@@ -1,14 +1,17 @@
 //! Films of discs as blocks: pucks on ice or on air tables.
 
 pub(crate) mod block;
+pub(crate) mod equal;
 pub(crate) mod first_guess;
 mod frames;
+pub(crate) mod impact;
 mod law;
 mod lines;
-mod measure;
+pub(crate) mod measure;
 mod motion;
 mod outcome;
 mod own;
+mod points;
 mod priors;
 pub(crate) mod quantities;
 pub(crate) mod run;
@@ -19,10 +22,11 @@ mod tests {
     use rand::{Rng, SeedableRng};
     use rand_chacha::ChaCha8Rng;
 
+    use super::block::Freedom;
     use super::first_guess::DiscFilm;
     use super::own::LEAD;
+    use super::quantities::Quantity;
     use super::run::fit_discs;
-    use crate::extraction::disc::Quantity;
     use crate::measurement::dataset::Dataset;
     use crate::measurement::spin::Spin;
     use crate::measurement::track::{Marker, Sample, TrackShot, TrackedBall};
@@ -100,7 +104,7 @@ mod tests {
     #[test]
     fn gradient_is_the_slope_of_chi2() {
         let DiscFilm { mut block, unknowns, own, .. } = DiscFilm::new(&film(3, 1, false)).unwrap();
-        block.is_free = false;
+        block.freedom = Freedom::Law;
         block.noise.iter_mut().for_each(|noise| (noise.sd, noise.rho) = (1e-2, 0.3));
         let mut problem = Problem::of_one(Block::Discs(block), unknowns);
         problem.unknown_mut(Id::Kappa).start = 1.3;

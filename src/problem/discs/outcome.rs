@@ -1,32 +1,34 @@
-//! e and J_t/J_n of shots and of the law, and the variances of what follows from them.
+//! e and J_t/J_n of shots and of the law, and the errors of what follows from them.
+
+use nalgebra::{DMatrix, SMatrix};
 
 use super::block::DiscBlock;
-use super::motion::{Gradient, MOVING, gradient, law_of};
+use super::motion::{Gradient, INPUTS, InputCovariance, MOVING, gradient, law_of};
 use super::own::{self, CORE};
 use crate::problem::problem::{Problem, Reduced};
 use crate::problem::solution::Solution;
 use crate::problem::uncertainty::Estimates;
 use crate::problem::unknowns::{Id, Own, Shared};
 
-/// Returns the variance of what has a gradient by the own unknowns of shot `i` and the shared ones.
-pub(super) fn variance(
+/// Returns the covariance of the inputs of the motion of shot `i`, whose own unknowns follow the shared
+/// ones.
+pub(super) fn input_covariance(
     (reduced, estimates): (&Reduced, &Estimates),
     problem: &Problem,
     (i, held): (usize, &[bool]),
-    by: &Gradient,
-) -> f64 {
-    let covariance = &reduced.own[0][i].covariance;
+) -> InputCovariance {
+    let own = &reduced.own[0][i].covariance;
+    let columns = &estimates.columns;
+    let response = reduced.response(0, i, columns);
+    let by_shared = DMatrix::from_fn(INPUTS, columns.len(), |input, column| match input.checked_sub(CORE) {
+        None if held[input] => 0.0,
+        None => response[(input, column)],
+        Some(moving) => f64::from(problem.unknowns[columns[column]].id == MOVING[moving]),
+    });
+    let of_shared = &by_shared * &estimates.covariance * by_shared.transpose();
     let is_free = |place: usize| place < CORE && !held[place];
-    let own = Own::from_fn(covariance.ncols(), |place, _| if is_free(place) { by[place] } else { 0.0 });
-    // own unknowns follow the shared ones
-    let mut shared = reduced.response(0, i, &estimates.columns).tr_mul(&own);
-    for (place, column) in estimates.columns.iter().enumerate() {
-        let id = problem.unknowns[*column].id;
-        if let Some(moving) = MOVING.iter().position(|moving| *moving == id) {
-            shared[place] += by[CORE + moving];
-        }
-    }
-    own.dot(&(covariance * &own)) + shared.dot(&(&estimates.covariance * &shared))
+    let covariance = |a, b| of_shared[(a, b)] + if is_free(a) && is_free(b) { own[(a, b)] } else { 0.0 };
+    InputCovariance(SMatrix::from_fn(covariance))
 }
 
 impl DiscBlock {

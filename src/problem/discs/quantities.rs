@@ -2,55 +2,84 @@
 //! derivatives.
 
 use num_dual::DualNum;
-use statrs::distribution::{ContinuousCDF, Normal};
 
-use super::motion::{Dual, DualVector, Gradient, Impact, gradient, slip};
+use super::motion::{Dual, DualVector, Impact, InputCovariance, gradient, slip};
 use super::stick::Stuck;
-use crate::extraction::disc::Quantity;
 use crate::measurement::dataset::Measured;
-use crate::measurement::number::with_error;
 use crate::physics::disc::Discs;
+use crate::physics::name::worded;
 
-/// What was measured of the impact of a shot, whatever the law of friction. Velocities are in m/s and
-/// spins in rad/s in the frame of the table; if the frame rate is not known, per frame.
-#[derive(Clone, Debug)]
-pub struct DiscImpact {
-    /// Name of the shot.
-    pub name: String,
-    /// Value of each [`Quantity`]; `None` if the tracks do not determine it.
-    pub values: [Option<Measured>; Quantity::COUNT],
-    /// Standard deviations of a coordinate of the first and of the second disc, m.
-    pub position_sd: [f64; 2],
-    /// Variance of the frames about the paths over that of their noise before anything was fitted.
-    pub misfit: f64,
-    /// Number of frames that were used: of the first disc before and after the impact, and of the
-    /// second.
-    pub frames: [usize; 4],
-    /// First and last instant that was used, s.
-    pub window: [f64; 2],
-    /// Number of frames on either side of the impact in which the discs still touch.
-    pub touching: usize,
-    /// How the discs stick together after the impact, if they do.
-    pub stuck: Option<Stuck>,
+worded! {
+    /// The quantities of a [`super::impact::DiscImpact`], in the order of the columns that report them.
+    #[derive(Clone, Copy, Debug, PartialEq, Eq)]
+    #[non_exhaustive]
+    pub enum Quantity {
+        /// The coefficient of restitution e, dimensionless.
+        Restitution = "e",
+        /// J_t/J_n on the second disc, t 90° counter-clockwise from the line of centres.
+        ImpulseRatio = "impulse_ratio",
+        /// J_t/J_n from the change of the first disc's spin.
+        ImpulseRatioByFirstSpin = "impulse_ratio_by_cue_spin",
+        /// J_t/J_n from the change of the second disc's spin.
+        ImpulseRatioBySecondSpin = "impulse_ratio_by_obj_spin",
+        /// m₂/m₁: stated, or from the balance of momentum along the line of centres.
+        MassRatio = "mass_ratio",
+        /// Momentum gained along the line of centres, over the normal impulse.
+        MomentumAlong = "momentum_along",
+        /// Momentum gained across the line of centres, over the normal impulse.
+        MomentumAcross = "momentum_across",
+        /// Angular momentum gained about the contact point, over the normal impulse times the distance of the centres.
+        AngularMomentum = "angular_momentum",
+        /// Kinetic energy, of motion and rotation, that was lost, as a fraction of that before the impact.
+        EnergyLost = "energy_lost",
+        /// How fast the discs approach along the line of centres, m/s.
+        ClosingSpeed = "closing_speed",
+        /// Slip before the impact over the closing speed.
+        SlipRatio = "slip_ratio",
+        /// Slip of the second disc's contact point against the first's along t before the impact, m/s.
+        SlipBefore = "slip",
+        /// Slip of the second disc's contact point against the first's along t after the impact, m/s.
+        SlipAfter = "slip_after",
+        /// x of the line of centres, a unit vector from the first disc to the second.
+        NormalX = "nx",
+        /// y of the line of centres, a unit vector from the first disc to the second.
+        NormalY = "ny",
+        /// Distance of the centres at the impact, m.
+        ContactDistance = "contact_distance_mm",
+        /// Velocity of the first disc along x before the impact, m/s.
+        FirstVxBefore = "cue_vx",
+        /// Velocity of the first disc along y before the impact, m/s.
+        FirstVyBefore = "cue_vy",
+        /// Velocity of the second disc along x before the impact, m/s.
+        SecondVxBefore = "obj_vx",
+        /// Velocity of the second disc along y before the impact, m/s.
+        SecondVyBefore = "obj_vy",
+        /// Velocity of the first disc along x after the impact, m/s.
+        FirstVxAfter = "cue_vx_after",
+        /// Velocity of the first disc along y after the impact, m/s.
+        FirstVyAfter = "cue_vy_after",
+        /// Velocity of the second disc along x after the impact, m/s.
+        SecondVxAfter = "obj_vx_after",
+        /// Velocity of the second disc along y after the impact, m/s.
+        SecondVyAfter = "obj_vy_after",
+        /// Angular velocity of the first disc before the impact, counter-clockwise, rad/s.
+        FirstSpinBefore = "cue_wz",
+        /// Angular velocity of the first disc after the impact, rad/s.
+        FirstSpinAfter = "cue_wz_after",
+        /// Angular velocity of the second disc before the impact, rad/s.
+        SecondSpinBefore = "obj_wz",
+        /// Angular velocity of the second disc after the impact, rad/s.
+        SecondSpinAfter = "obj_wz_after",
+        /// Instant of the impact, s.
+        Time = "impact_time_s",
+    }
+    /// Its column in discs.csv.
+    pub fn column;
 }
 
-impl DiscImpact {
-    /// Returns the value of a quantity if the tracks determine it.
-    #[must_use]
-    pub fn get(&self, quantity: Quantity) -> Option<Measured> {
-        self.values[quantity as usize]
-    }
-
-    /// Returns a sentence if e is not that of an impact, but for this tail probability.
-    pub(super) fn find_impossible_restitution(&self, tail: f64) -> Option<String> {
-        let Measured { value, sd } = self.get(Quantity::Restitution)?;
-        let outside = (value - 1.0).max(-value);
-        let is_impossible = Normal::new(0.0, sd?).is_ok_and(|normal| normal.sf(outside) < tail);
-        is_impossible.then(|| {
-            let e = with_error(value, sd.unwrap_or(0.0));
-            format!("its e of {e} is not between 0 and 1, as that of any passive impact is")
-        })
-    }
+impl Quantity {
+    /// The number of quantities.
+    pub const COUNT: usize = Self::ALL.len();
 }
 
 /// An impact of which something follows.
@@ -150,11 +179,11 @@ impl Known<'_> {
         }
     }
 
-    /// Returns the value of each quantity with the standard error that `variance` gives a gradient.
+    /// Returns the value of each quantity with its standard error.
     pub fn values(
         &self,
         stuck: Option<&Stuck>,
-        variance: impl Fn(&Gradient) -> f64,
+        inputs: &InputCovariance,
     ) -> [Option<Measured>; Quantity::COUNT] {
         Quantity::ALL.map(|quantity| {
             if let (Quantity::Restitution, Some(stuck)) = (quantity, stuck) {
@@ -163,7 +192,7 @@ impl Known<'_> {
             let dual = self.quantity(quantity)?;
             // stated, not measured
             let is_stated = quantity == Quantity::MassRatio && self.discs.masses.is_some();
-            let sd = (!is_stated).then(|| variance(&gradient(&dual)).max(0.0).sqrt());
+            let sd = (!is_stated).then(|| inputs.variance(&gradient(&dual)).sqrt());
             Some(Measured { value: dual.re, sd })
         })
     }

@@ -5,9 +5,8 @@ use statrs::distribution::{ChiSquared, ContinuousCDF, StudentsT};
 
 use super::block::{Component, DiscBlock};
 use super::first_guess::DiscFilm;
+use super::impact::DiscImpact;
 use super::measure::{ROUNDS, Reached, impacts, measure, settle};
-use super::quantities::DiscImpact;
-use crate::extraction::disc::Quantity;
 use crate::measurement::dataset::Dataset;
 use crate::measurement::parameter::Settings;
 use crate::problem::film::film_data::FilmError;
@@ -18,9 +17,6 @@ use crate::problem::solution::Solution;
 use crate::problem::sums::OwnPrior;
 use crate::problem::uncertainty::Estimates;
 use crate::problem::unknowns::{Id, Mode, Shared};
-
-/// Part of the distance of the centres by which the frames of a collision are off the paths at most.
-const HOPELESS: f64 = 0.02;
 
 /// Rise of −2 log L at the ends of an interval of 95 %.
 const RISE_95: f64 = 3.84;
@@ -106,18 +102,13 @@ impl DiscFit {
 /// # Errors
 /// See [`FilmError`].
 pub fn fit_discs(dataset: &Dataset, policy: &Policy) -> Result<DiscFit, FilmError> {
-    let mut film = DiscFilm::new(dataset)?;
-    let (measured, touching) = measure(&mut film, policy)?;
-    let impacts = impacts(&film, &measured, &touching)?;
-    let is_far = |impact: &DiscImpact| {
-        let distance = impact.get(Quantity::ContactDistance).map_or(0.0, |distance| distance.value.abs());
-        let sd = impact.position_sd[0].max(impact.position_sd[1]);
-        distance > 0.0 && impact.get(Quantity::ImpulseRatio).is_some() && sd > HOPELESS * distance
-    };
+    let film = DiscFilm::new(dataset)?;
+    let (measured, frames) = measure(&film, policy)?;
+    let impacts = impacts(&film, &measured, (&frames, policy))?;
     let fault = |impact: &DiscImpact| match impact.stuck {
         Some(_) => Some("the discs stick together".to_owned()),
-        None if is_far(impact) => Some("its motion fits no single collision".to_owned()),
-        None => impact.find_impossible_restitution(policy.shot_tail),
+        None if impact.is_no_collision() => Some("its motion fits no single collision".to_owned()),
+        None => impact.find_impossible_restitution(policy).map(|doubt| doubt.to_string()),
     };
     let faults: Vec<Option<String>> = impacts.iter().map(fault).collect();
     let mut left_out = film.left_out.clone();
@@ -132,7 +123,7 @@ pub fn fit_discs(dataset: &Dataset, policy: &Policy) -> Result<DiscFit, FilmErro
         settings: dataset.settings,
         free: measured,
         names: film.names.clone(),
-        findings: Vec::new(),
+        findings: film.findings.clone(),
         evaluations: 0,
     };
     run.keep(&is_usable);
@@ -179,32 +170,27 @@ impl Run<'_> {
             (best, rivals) = self.choose_law(&impacts)?;
         }
         self.resolve_conflicts(&mut best)?;
-        let Reached { problem, descent, .. } = best;
-        let estimates = Estimates::new(&problem, &descent.end).ok_or(FilmError::Undetermined)?;
+        let best = best.solution(film)?;
+        let Solution { problem, at, covariance, converged, .. } = &best;
         let block = problem.discs().ok_or(FilmError::NoFilm)?;
         // a single shot shows no law, nor do shots whose slip is free
         let shows_law = block.shots.iter().filter(|shot| shot.knows_slip).count() > 1;
-        self.find_undetermined(&problem, &descent.end.state.shared, &estimates, shows_law);
+        self.find_undetermined(problem, &at.state.shared, covariance, shows_law);
         let scatter = list_scatter(block);
         let dof = if block.shots.len() > 1 { block.shots.len() as f64 - 1.0 } else { NORMAL };
         // if the shots determine no friction, any other is as likely
-        rivals.retain(|_| shows_law && estimates.sd(Id::Mu as usize).is_some());
-        if !descent.converged {
+        rivals.retain(|_| shows_law && covariance.sd(Id::Mu as usize).is_some());
+        if !converged {
             self.findings.push(Finding::NotConverged);
         }
         let misfit = impacts.iter().map(|impact| impact.misfit).fold(0.0, f64::max);
         let solution = Solution {
-            unit: film.unit,
-            middle: film.middle.into(),
-            converged: descent.converged,
-            at: descent.end,
-            covariance: estimates,
             findings: self.findings,
             names: vec![self.names],
             left_out,
             misfit,
             evaluations: self.evaluations,
-            problem,
+            ..best
         };
         Ok(DiscFit { solution, impacts, scatter, rivals, dof })
     }

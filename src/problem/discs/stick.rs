@@ -46,13 +46,29 @@ pub struct Stuck {
     pub settling: [f64; 2],
 }
 
+impl Stuck {
+    /// Returns how the discs stick together, as a clause.
+    #[must_use]
+    pub fn sentence(&self) -> String {
+        format!(
+            "the discs stick together: after the impact their centres stay {:.2} mm apart for {} frames{}, so that e = 0 ({:.4} ± \
+             {:.4}, the growth of that distance over the closing speed)",
+            1e3 * self.distance,
+            self.frames,
+            if self.to_the_end { ", to the end of the tracks" } else { "" },
+            self.restitution.value,
+            self.restitution.sd.unwrap_or(f64::NAN)
+        )
+    }
+}
+
 /// Returns how the discs of a shot stick together; `None` if they part.
 pub(super) fn find(shot: &TrackShot) -> Option<Stuck> {
     let distances = distances(shot);
     let middle = |run: &[(f64, f64)]| median(run.iter().map(|(_, d)| *d).collect());
     let nearest = (0..distances.len()).min_by(|i, j| distances[*i].1.total_cmp(&distances[*j].1))?;
     let typical = middle(&distances[nearest..distances.len().min(nearest + MOST_FRAMES)]);
-    let noise = noise_of([&shot.cue, &shot.object], shot.resolution, (shot.fps, shot.correlation));
+    let noise = noise_of(&[&shot.cue, &shot.object], shot.resolution, (shot.fps, shot.correlation));
     let most = typical + (TOUCHING * typical).max(NOISES * noise);
     let first = distances.iter().position(|(_, d)| *d <= most)?;
     let together = distances[first..].iter().take_while(|(_, d)| *d <= most).count();

@@ -39,7 +39,7 @@ pub(crate) struct Seen {
 }
 
 /// The map from table to picture.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, PartialEq)]
 pub(crate) struct Camera {
     scale: f64,
     aspect: f64,

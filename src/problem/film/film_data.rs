@@ -7,30 +7,30 @@ use rayon::prelude::*;
 
 use super::block::FilmBlock;
 use super::camera::Point;
-use super::frames::{Frame, MeasuredSpin, ShotFrames, World};
+use super::frames::{MeasuredSpin, ShotFrames, World};
 use super::impact::{Contact, Correction};
 use super::own::{self, OWN};
 use super::priors::list_unknowns;
+use super::reading::Reading;
 use super::spins::{FIRST_SPREADS, LEAST_SPREAD, SIDE_SPREAD, ShotSpin};
 use super::{resting, stated_noise};
 use crate::extraction::{
-    Rotation, Rotations, Unusable, from_paths, leave_out_after_cushion, leave_out_before_cushion,
+    FirstGuess, Rotation, Rotations, Unusable, from_paths, leave_out_after_cushion, leave_out_before_cushion,
     noise_correlation,
 };
-use crate::film::{drops, frame_noise, grid};
+use crate::film::{drops, frame_noise};
 use crate::measurement::dataset::{Dataset, Tracks};
 use crate::measurement::loss::Loss;
 use crate::measurement::parameter::Settings;
 use crate::measurement::spin::Spin;
-use crate::measurement::track::{Sample, TrackShot};
+use crate::measurement::track::TrackShot;
 use crate::numerics::median;
+use crate::physics::ball::Ball;
 use crate::physics::collision::{Fidelity, Model};
 use crate::problem::findings::Finding;
 use crate::problem::loss::ShotLoss;
 use crate::problem::sums::{Noise, Spread};
 use crate::problem::unknowns::{Id, Own, Unknown};
-use crate::trajectory::scene::Scene;
-use crate::trajectory::unknowns::{Unknowns, unknown};
 
 /// Ratio of the distance of the centres at the impacts to 2R, less 1, beyond which lengths are in
 /// another unit than stated.
@@ -83,8 +83,7 @@ pub(crate) struct Film {
 /// A shot that can be fitted.
 struct Guessed {
     shot: TrackShot,
-    guess: Unknowns,
-    distance: f64,
+    guess: FirstGuess,
 }
 
 impl Guessed {
@@ -95,7 +94,7 @@ impl Guessed {
             return Vec::new();
         }
         let noise = self.shot.position_sd.unwrap_or_else(|| frame_noise::noise(&self.shot));
-        let found = Rotations::of(&self.shot, self.guess[unknown::TIME], radius, noise);
+        let found = Rotations::of(&self.shot, self.guess.time, radius, noise);
         if let Some(before) = found.cue_before {
             let sd = [0, 1, 2].map(|axis| Some(before.covariance[(axis, axis)].sqrt()));
             self.shot.spin = Spin::Measured { spin: before.spin, sd };
@@ -133,10 +132,11 @@ impl Film {
     pub fn new(dataset: &Dataset, modelling: &Modelling) -> Result<Self, FilmError> {
         let tracks = dataset.tracks.as_ref().filter(|tracks| tracks.discs.is_none());
         let tracks = tracks.filter(|tracks| !tracks.shots.is_empty()).ok_or(FilmError::NoFilm)?;
-        let scene = Scene::of(&dataset.model(Fidelity::Full));
-        let Cleaned { shots, rho, mut findings, mut left_out } = Cleaned::new(tracks, &scene);
-        let guess = |shot: TrackShot| match from_paths(&shot, &scene, frame_noise::noise(&shot)) {
-            Ok((guess, distance)) => Ok(Guessed { shot, guess, distance }),
+        let model = dataset.model(Fidelity::Full);
+        let ball = model.ball;
+        let Cleaned { shots, rho, mut findings, mut left_out } = Cleaned::new(tracks, &ball);
+        let guess = |shot: TrackShot| match from_paths(&shot, &ball, frame_noise::noise(&shot)) {
+            Ok(guess) => Ok(Guessed { shot, guess }),
             Err(why) => Err((shot.name, why)),
         };
         let guesses: Vec<Result<Guessed, (String, Unusable)>> = shots.into_par_iter().map(guess).collect();
@@ -155,7 +155,8 @@ impl Film {
         if guessed.is_empty() {
             return Err(FilmError::NoImpact(left_out));
         }
-        let ratio = scene.contact_distance() / median(guessed.iter().map(|g| g.distance).collect());
+        let distance = ball.contact_distance(&model.object_ball());
+        let ratio = distance / median(guessed.iter().map(|g| g.guess.distance).collect());
         let is_other = (ratio - 1.0).abs() > OTHER_UNIT;
         let unit = if tracks.from_balls || is_other { ratio } else { 1.0 };
         if unit != 1.0 {
@@ -163,13 +164,19 @@ impl Film {
         }
         let middle = guessed.iter().map(contact_middle).sum::<Point>() / guessed.len() as f64;
         let states_noise = guessed.iter().all(|g| g.shot.states_noise());
-        let mut frames: Vec<ShotFrames> =
-            guessed.iter().map(|g| frames_of(&g.shot, middle, unit, states_noise)).collect();
+        let frames_of = |Guessed { shot, .. }: &Guessed| {
+            let reading = Reading { middle, unit, states_noise, may_be_held: !shot.states_noise() };
+            let [of_cue, of_object] = shot.resolution;
+            let tracks =
+                [reading.frames(shot, &shot.cue, of_cue), reading.frames(shot, &shot.object, of_object)];
+            ShotFrames { tracks, fps: shot.fps, spins: Vec::new() }
+        };
+        let mut frames: Vec<ShotFrames> = guessed.iter().map(frames_of).collect();
         for (frames, guessed) in frames.iter_mut().zip(&mut guessed) {
-            frames.spins = guessed.read_markers(scene.ball.radius / unit);
+            frames.spins = guessed.read_markers(ball.radius / unit);
         }
         let own = guessed.iter().map(|g| own_of(&g.guess, middle, unit)).collect();
-        let spins: Vec<ShotSpin> = guessed.iter().map(|g| spin_of(g, scene.ball.radius, unit)).collect();
+        let spins: Vec<ShotSpin> = guessed.iter().map(|g| spin_of(g, ball.radius, unit)).collect();
         let sd = unit * median(guessed.iter().map(|g| frame_noise::noise(&g.shot)).collect());
         let noise = Noise { sd: if states_noise { 1.0 } else { sd.max(LEAST_NOISE) }, rho };
         let mut unknowns = list_unknowns(dataset, &modelling.settings, tracks, &spins);
@@ -198,10 +205,9 @@ impl Film {
 
 /// Returns the middle between the centres of both balls at the impact, in the unit of the film.
 fn contact_middle(guessed: &Guessed) -> Point {
-    let guess = &guessed.guess;
-    let (sin, cos) = guess[unknown::DIRECTION].sin_cos();
-    let object = Point::new(guess[unknown::OBJECT], guess[unknown::OBJECT + 1]);
-    object - Point::new(cos, sin) * (0.5 * guessed.distance)
+    let FirstGuess { object, direction, distance, .. } = guessed.guess;
+    let (sin, cos) = direction.sin_cos();
+    Point::from(object) - Point::new(cos, sin) * (0.5 * distance)
 }
 
 /// How to say why shots cannot be used.
@@ -238,24 +244,24 @@ struct Cleaned {
 }
 
 impl Cleaned {
-    fn new(tracks: &Tracks, scene: &Scene) -> Self {
+    fn new(tracks: &Tracks, ball: &Ball) -> Self {
         let mut shots = tracks.shots.clone();
         let mut findings = Vec::new();
         let drops: Vec<usize> = shots.par_iter_mut().map(drops::repair).filter(|count| *count > 0).collect();
         if !drops.is_empty() {
             findings.push(Finding::Drops { shots: drops.len(), drops: drops.iter().sum() });
         }
-        let corners = shots.par_iter_mut().filter_map(|s| leave_out_before_cushion(s, scene).then_some(()));
+        let corners = shots.par_iter_mut().filter_map(|s| leave_out_before_cushion(s, ball).then_some(()));
         let corners = corners.count();
         if corners > 0 {
             findings.push(Finding::Corners { shots: corners, of: shots.len() });
         }
         let ends =
-            shots.par_iter_mut().filter_map(|s| leave_out_after_cushion(s, scene).then_some(())).count();
+            shots.par_iter_mut().filter_map(|s| leave_out_after_cushion(s, ball).then_some(())).count();
         if ends > 0 {
             findings.push(Finding::Ends { shots: ends, of: shots.len() });
         }
-        let correlation = noise_correlation(&shots, scene);
+        let correlation = noise_correlation(&shots, ball);
         let lasting = correlation.filter(|found| found.adopted);
         if let Some(found) = lasting {
             findings.push(Finding::NoiseLasts { rho: found.value, sd: found.std_error });
@@ -276,50 +282,22 @@ impl Cleaned {
     }
 }
 
-/// Returns the frames of a shot in metres from the middle.
-fn frames_of(shot: &TrackShot, middle: Point, unit: f64, states_noise: bool) -> ShotFrames {
-    let noise = frame_noise::noise(shot);
-    let may_be_held = !shot.states_noise();
-    let of = |samples: &[Sample], step: f64| {
-        let repeats = grid::repeats(samples, noise.max(grid::rounding(step)), step, may_be_held);
-        let frame = |(sample, repeats): (&Sample, [f64; 2])| {
-            let seen = (Point::new(sample.x, sample.y) - middle) * unit;
-            let weight = |axis: usize| {
-                let stated = sample.sd.map(|sd| sd[axis]).or(shot.position_sd);
-                // over the noise of the film, which is 1 m where all of it is stated
-                let sd = stated.map_or(1.0, |sd| if states_noise { sd * unit } else { sd / noise });
-                (repeats[axis].sqrt() * if sd > 0.0 { sd } else { 1.0 }).recip()
-            };
-            Frame {
-                time: sample.t,
-                seen,
-                weight: Point::new(weight(0), weight(1)),
-                used: seen.x.is_finite() && seen.y.is_finite(),
-            }
-        };
-        samples.iter().zip(repeats).map(frame).collect()
-    };
-    let tracks = [of(&shot.cue, shot.resolution[0]), of(&shot.object, shot.resolution[1])];
-    ShotFrames { tracks, fps: shot.fps, spins: Vec::new() }
-}
-
 /// Returns the own unknowns of a first guess, in metres from the middle.
-fn own_of(guess: &Unknowns, middle: Point, unit: f64) -> Own {
+fn own_of(guess: &FirstGuess, middle: Point, unit: f64) -> Own {
     let mut values = Own::zeros(OWN);
-    values[own::TIME] = guess[unknown::TIME];
-    values[own::X] = (guess[unknown::OBJECT] - middle.x) * unit;
-    values[own::Y] = (guess[unknown::OBJECT + 1] - middle.y) * unit;
-    values[own::DIRECTION] = guess[unknown::DIRECTION];
-    values[own::ALONG] = guess[unknown::BEFORE] * unit;
-    values[own::ACROSS] = guess[unknown::BEFORE + 1] * unit;
+    values[own::TIME] = guess.time;
+    values[own::X] = (guess.object[0] - middle.x) * unit;
+    values[own::Y] = (guess.object[1] - middle.y) * unit;
+    values[own::DIRECTION] = guess.direction;
+    values[own::ALONG] = guess.before[0] * unit;
+    values[own::ACROSS] = guess.before[1] * unit;
     values
 }
 
 /// Returns what is stated of the spin of a shot.
 fn spin_of(guessed: &Guessed, radius: f64, unit: f64) -> ShotSpin {
-    let guess = &guessed.guess;
-    let (sin, cos) = guess[unknown::DIRECTION].sin_cos();
-    let [along, across] = [guess[unknown::BEFORE] * unit, guess[unknown::BEFORE + 1] * unit];
+    let (sin, cos) = guessed.guess.direction.sin_cos();
+    let [along, across] = guessed.guess.before.map(|speed| speed * unit);
     let velocity = Point::new(along * cos - across * sin, along * sin + across * cos);
     ShotSpin::stated(guessed.shot.spin, velocity, radius)
 }

@@ -13,6 +13,7 @@ pub(crate) mod outliers;
 pub(crate) mod own;
 pub(crate) mod planned;
 pub(crate) mod priors;
+pub(crate) mod reading;
 mod resting;
 pub(crate) mod shots;
 pub(crate) mod spins;

@@ -192,7 +192,7 @@ impl Solution {
         let by_shared = SharedError::ALL.map(|error| match error {
             SharedError::Sliding => by_shared(Id::MuK),
             SharedError::Rolling => by_shared(Id::MuR),
-            SharedError::Lift | SharedError::Camera(_) => DVector::zeros(quantities.len()),
+            SharedError::Lift => DVector::zeros(quantities.len()),
         });
         let value = |row: usize| quantities[row].re;
         let sd = |row: usize| shot_covariance[(row, row)].max(0.0).sqrt();

@@ -391,6 +391,5 @@ pub(super) fn shared_unknown(common: Common, dataset: &Dataset) -> Option<(Id, f
         Common::Sliding => Some((Id::MuK, dataset.sliding?.value)),
         Common::Rolling => Some((Id::MuR, dataset.rolling?.value)),
         Common::Lift => Some((Id::Bounce, 1.0)),
-        Common::Camera(_) => None,
     }
 }

@@ -27,8 +27,8 @@ pub fn figure(found: &FoundCamera) -> Option<Figure> {
     let along = |axis: usize, i: usize| middle[axis] + half * (2.0 * i as f64 / (ARROWS - 1) as f64 - 1.0);
     let places = (0..ARROWS * ARROWS).map(|n| [along(0, n / ARROWS), along(1, n % ARROWS)]);
     let arrows: Vec<([f64; 2], [f64; 2])> = places
-        .map(|film| (film, found.camera.table(film)))
-        .filter(|(_, table)| table.iter().all(|x| x.is_finite()))
+        .map(|table| (found.film(table), table))
+        .filter(|(film, _)| film.iter().all(|x| x.is_finite()))
         .map(|(film, table)| (film, [table[0] - film[0], table[1] - film[1]]))
         .collect();
     let longest = arrows.iter().map(|(_, by)| by[0].hypot(by[1])).fold(0.0, f64::max);

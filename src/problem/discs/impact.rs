@@ -1,0 +1,241 @@
+//! What was measured of the impact of two discs, and what speaks against it.
+
+use nalgebra::SVector;
+use statrs::distribution::{ContinuousCDF, Normal};
+
+use super::equal::Equal;
+use super::frames::Centre;
+use super::motion::{COEFFICIENTS, Paths};
+use super::quantities::Quantity;
+use super::stick::Stuck;
+use crate::extraction::{Bodies, Unusable};
+use crate::measurement::dataset::{Measured, Shot};
+use crate::measurement::number::with_error;
+use crate::measurement::track::TrackShot;
+use crate::numerics::median;
+use crate::physics::ball::Ball;
+use crate::physics::disc::Discs;
+use crate::problem::film::camera::{Camera, Point};
+use crate::problem::policy::Policy;
+
+/// Part of the distance of the centres by which the frames of a collision are off the paths at most.
+const HOPELESS: f64 = 0.02;
+
+/// Part by which distances at the contact differ: that of a camera's scale over the table, rubber bands
+/// and the give of rims.
+const DISTANCE_SD: f64 = 0.01;
+
+/// Number of shots that show which distance is the outlying one.
+const LEAST_SHOTS: usize = 3;
+
+/// Standard error of e that leaves no more than a quarter of its range, 0 to 1, on either side.
+const UNDETERMINED: f64 = 0.25;
+
+/// What was measured of the impact of a shot, whatever the law of friction. Velocities are in m/s and
+/// spins in rad/s in the frame of the table; if the frame rate is not known, per frame.
+#[derive(Clone, Debug)]
+pub struct DiscImpact {
+    /// Name of the shot.
+    pub name: String,
+    /// Value of each [`Quantity`]; `None` if the tracks do not determine it.
+    pub values: [Option<Measured>; Quantity::COUNT],
+    /// Standard deviation of a coordinate of the disc that is followed worse, m.
+    pub position_sd: f64,
+    /// Variance of the frames about the paths over that of their noise before anything was fitted.
+    pub misfit: f64,
+    /// Number of frames that were used: of the first disc before and after the impact, and of the
+    /// second.
+    pub frames: [usize; 4],
+    /// Number of frames that were left out as wrong.
+    pub outliers: usize,
+    /// First and last instant that was used, s.
+    pub window: [f64; 2],
+    /// Number of frames on either side of the impact in which the discs still touch; 0 if the frames next
+    /// to it are on the paths.
+    pub touching: usize,
+    /// Radii of the discs; if they are not stated, half the distance of the centres at the impact, m.
+    pub radii: [f64; 2],
+    /// How the discs stick together after the impact, if they do.
+    pub stuck: Option<Stuck>,
+    /// What speaks against these numbers.
+    pub doubts: Vec<Doubt>,
+    pub(super) equal: Equal,
+    pub(super) paths: PicturePaths,
+}
+
+/// What speaks against what was measured of a shot, as a clause.
+#[derive(Clone, Debug, PartialEq, thiserror::Error)]
+#[non_exhaustive]
+pub enum Doubt {
+    /// Momentum is out of balance by more than its errors.
+    #[error(
+        "its momentum is not conserved: {} the line of centres both discs together {} {:.1} ± {:.1} % of the impulse; the masses, \
+         the scale or the frames are wrong, or something else pushed a disc",
+        if *.across { "across" } else { "along" }, if *gained < 0.0 { "lose" } else { "gain" }, 100.0 * gained.abs(), 100.0 * sd
+    )]
+    Momentum {
+        /// Whether it is that across the line of centres.
+        across: bool,
+        /// Momentum gained over the normal impulse.
+        gained: f64,
+        /// Its standard error.
+        sd: f64,
+    },
+    /// The frames are off the paths.
+    #[error(
+        "its paths are not straight before and after one instant: they are off by {:.0} times the noise of the frames (χ²/dof is \
+         {misfit:.0}); the contact lasts for several frames, or points were mistaken", misfit.sqrt()
+    )]
+    Bent {
+        /// Variance of the frames about the paths over that of their noise.
+        misfit: f64,
+    },
+    /// The frames hardly determine e.
+    #[error(
+        "its e of {e:.1} ± {sd:.1} is not determined: the discs hardly come nearer before the impact, or it is none"
+    )]
+    Undetermined {
+        /// e.
+        e: f64,
+        /// Its standard error.
+        sd: f64,
+    },
+    /// e is not that of an impact.
+    #[error("its e of {} is not between 0 and 1, as that of any passive impact is", with_error(*e, *sd))]
+    Impossible {
+        /// e.
+        e: f64,
+        /// Its standard error.
+        sd: f64,
+    },
+    /// The distance at the contact is not that of the other shots.
+    #[error(
+        "its discs are {:.1} mm apart at the contact, where the median of all shots is {:.1} mm: the same discs touch at the same \
+         distance, so that these are others, or the scale or the tracked points are", 1e3 * distance, 1e3 * typical
+    )]
+    Distance {
+        /// Distance of the centres, m.
+        distance: f64,
+        /// Median of all shots, m.
+        typical: f64,
+    },
+}
+
+impl DiscImpact {
+    /// Returns the value of a quantity if the tracks determine it.
+    #[must_use]
+    pub fn get(&self, quantity: Quantity) -> Option<Measured> {
+        self.values[quantity as usize]
+    }
+
+    /// Returns the place of the centre of a disc (0 or 1) in the film at a time (s), in its unit.
+    #[must_use]
+    pub fn place(&self, disc: usize, time: f64) -> [f64; 2] {
+        self.paths.place(disc, time)
+    }
+
+    /// Returns the shot of equal discs that has the same restitution and friction; `ball` is either.
+    #[must_use]
+    pub fn shot(&self, track: &TrackShot, ball: &Ball) -> Shot {
+        self.equal.shot(track, ball)
+    }
+
+    /// Returns whether the frames are far off the paths of any single collision.
+    pub(super) fn is_no_collision(&self) -> bool {
+        let distance = self.get(Quantity::ContactDistance).map_or(0.0, |distance| distance.value.abs());
+        let is_seen_across = self.get(Quantity::ImpulseRatio).is_some();
+        distance > 0.0 && is_seen_across && self.position_sd > HOPELESS * distance
+    }
+
+    /// Returns why nothing that was measured can be used.
+    pub(super) fn find_fault(&self, discs: &Discs, policy: &Policy) -> Option<Unusable> {
+        if self.is_no_collision() {
+            return Some(Unusable::BadFit { reduced_chi2: self.misfit, rms_mm: 1e3 * self.position_sd });
+        }
+        let expected = discs.radii.map(|[first, second]| first + second)?;
+        let Measured { value, sd } = self.get(Quantity::ContactDistance)?;
+        let error = sd.filter(|_| self.get(Quantity::ImpulseRatio).is_some())?;
+        let differs = is_significant(value - expected, error.hypot(DISTANCE_SD * expected), policy);
+        let bodies = Bodies::Discs;
+        differs.then_some(Unusable::Separation { bodies, measured: value, expected, error })
+    }
+
+    /// Returns the doubt of an e that is not that of an impact.
+    pub(crate) fn find_impossible_restitution(&self, policy: &Policy) -> Option<Doubt> {
+        let Measured { value: e, sd } = self.get(Quantity::Restitution)?;
+        let (outside, sd) = ((e - 1.0).max(-e), sd?);
+        (outside > 0.0 && is_significant(outside, sd, policy)).then_some(Doubt::Impossible { e, sd })
+    }
+
+    fn find_imbalance(&self, policy: &Policy) -> Option<Doubt> {
+        let sides = [(false, Quantity::MomentumAlong), (true, Quantity::MomentumAcross)];
+        let mut gains: Vec<(bool, f64, f64)> = Vec::new();
+        for (across, quantity) in sides {
+            if let Some(Measured { value, sd: Some(sd) }) = self.get(quantity) {
+                gains.push((across, value, sd));
+            }
+        }
+        let worst = gains.into_iter().max_by(|a, b| (a.1.abs() / a.2).total_cmp(&(b.1.abs() / b.2)));
+        let (across, gained, sd) = worst.filter(|(_, gained, sd)| is_significant(*gained, *sd, policy))?;
+        Some(Doubt::Momentum { across, gained, sd })
+    }
+
+    fn find_undetermined_restitution(&self) -> Option<Doubt> {
+        let Measured { value: e, sd } = self.get(Quantity::Restitution)?;
+        sd.filter(|sd| *sd > UNDETERMINED).map(|sd| Doubt::Undetermined { e, sd })
+    }
+}
+
+/// Returns whether a number with this standard error differs from 0 as seldom as an outlying shot does.
+fn is_significant(value: f64, sd: f64, policy: &Policy) -> bool {
+    Normal::new(0.0, sd).is_ok_and(|normal| normal.sf(value.abs()) < policy.shot_tail)
+}
+
+/// Adds what speaks against the impacts of a film.
+pub(super) fn find_doubts(impacts: &mut [DiscImpact], policy: &Policy) {
+    let distance = |impact: &DiscImpact| impact.get(Quantity::ContactDistance);
+    let all: Vec<f64> = impacts.iter().filter_map(|impact| Some(distance(impact)?.value)).collect();
+    let typical = (all.len() >= LEAST_SHOTS).then(|| median(all));
+    for impact in impacts {
+        let bent = (impact.misfit > policy.refuted).then_some(Doubt::Bent { misfit: impact.misfit });
+        let is_other = |found: Measured, typical: f64| {
+            let sd = found.sd.unwrap_or(0.0).hypot(DISTANCE_SD * typical);
+            is_significant(found.value - typical, sd, policy)
+        };
+        let other = distance(impact).zip(typical).filter(|(found, typical)| is_other(*found, *typical));
+        let other = other.map(|(found, typical)| Doubt::Distance { distance: found.value, typical });
+        let of_e =
+            impact.find_undetermined_restitution().or_else(|| impact.find_impossible_restitution(policy));
+        let doubts = [impact.find_imbalance(policy), bent, of_e, other];
+        impact.doubts.extend(doubts.into_iter().flatten());
+    }
+}
+
+/// Paths of the discs of a shot through the picture.
+#[derive(Clone, Debug)]
+pub(super) struct PicturePaths {
+    pieces: [[SVector<f64, COEFFICIENTS>; 2]; 2],
+    instant: f64,
+    camera: Camera,
+    /// Metres in a unit of length of the film, and its middle in that unit.
+    unit: f64,
+    middle: Point,
+}
+
+impl PicturePaths {
+    pub fn new(paths: &Paths, instant: f64, camera: Camera, (unit, middle): (f64, Point)) -> Self {
+        let pieces = paths.pieces.each_ref().map(|sides| sides.each_ref().map(|piece| piece.at));
+        Self { pieces, instant, camera, unit, middle }
+    }
+
+    fn place(&self, disc: usize, time: f64) -> [f64; 2] {
+        let at = |late: f64| {
+            let late = time - self.instant + late;
+            let piece = &self.pieces[disc.min(1)][usize::from(late > 0.0)];
+            self.camera.look(Centre::on(piece, late).place, 0.0).place
+        };
+        // where it is seen says when the shutter reads it
+        let seen = at(self.camera.delay(at(0.0)));
+        (seen / self.unit + self.middle).into()
+    }
+}
