@@ -85,7 +85,7 @@ fn contour(
         .cholesky()
         .map_or_else(|| Matrix2::from_diagonal(&Vector2::new(reach(0), reach(1))), |root| root.l());
     // of films, whose χ² takes long, the ellipse serves
-    let is_parabola = solution.is_film() || pair.iter().all(|estimate| !estimate.is_profiled());
+    let is_parabola = solution.is_film() || pair.iter().all(|estimate| is_parabola(estimate));
     let level = |probability: f64| {
         let rise = rise(probability, dof)?;
         let point = |k: usize| {
@@ -104,6 +104,16 @@ fn contour(
     };
     let levels: Option<Vec<Level>> = LEVELS.into_iter().map(level).collect();
     Some(Contour { parameters: pair.map(|estimate| estimate.parameter), centre, levels: levels? })
+}
+
+/// Whether both ends of an interval by the profile are those of a parabola.
+fn is_parabola(estimate: &Estimate) -> bool {
+    /// As a part of the width of the interval, that of a line in a figure.
+    const SAME: f64 = 0.01;
+    let Some(([low, high], profile)) = estimate.intervals.hessian.zip(estimate.intervals.profile) else {
+        return !estimate.is_profiled();
+    };
+    (profile[0] - low).abs().max((profile[1] - high).abs()) < SAME * (high - low)
 }
 
 /// χ² rises by this on the edge of the region of two parameters.

@@ -52,7 +52,7 @@ pub(super) fn list_unknowns(
     }
     list_cloth(&mut all, dataset);
     list_camera(&mut all, tracks);
-    list_spins(&mut all, spins);
+    list_spins(&mut all, settings, spins);
     all
 }
 
@@ -62,6 +62,7 @@ pub(in crate::problem) fn known(all: &mut [Unknown], id: Id, mean: f64, sd: f64)
     (unknown.start, unknown.prior, unknown.mode) = (mean, Some(Normal { mean, sd }), Mode::Free);
 }
 
+/// Sets what is stated of the contact.
 pub(in crate::problem) fn list_contact(all: &mut [Unknown], settings: &Settings) {
     for (id, parameter) in [
         (Id::Mu, Parameter::Mu),
@@ -75,11 +76,14 @@ pub(in crate::problem) fn list_contact(all: &mut [Unknown], settings: &Settings)
         (Id::RadiusRatio, Parameter::RadiusRatio),
     ] {
         let setting = &settings[parameter];
+        let is_free = settings.has(parameter) && !setting.fixed;
+        // where a search begins does not depend on what is stated
+        let is_stated = parameter.is_of_balls() || !is_free;
+        let start = if is_stated { setting.initial } else { parameter.default_setting().initial };
         let unknown = &mut all[id as usize];
-        unknown.start = setting.initial;
+        unknown.start = start.clamp(setting.lower, setting.upper);
         unknown.bounds = [setting.lower, setting.upper];
         unknown.prior = setting.prior.map(|prior| Normal { mean: prior.mean, sd: prior.sd });
-        let is_free = settings.has(parameter) && !setting.fixed;
         unknown.mode = if is_free { Mode::Free } else { Mode::Fixed };
     }
     if !settings.falls {
@@ -148,7 +152,7 @@ pub(crate) fn list_camera(all: &mut [Unknown], tracks: &Tracks) {
     }
 }
 
-fn list_spins(all: &mut [Unknown], spins: &[ShotSpin]) {
+fn list_spins(all: &mut [Unknown], settings: &Settings, spins: &[ShotSpin]) {
     let (mut rolls, mut stuns, mut unknown, mut presses) = (false, false, false, false);
     for spin in spins {
         rolls |= spin.stated.mean == Some(Id::Roll) && !spin.is_unknown();
@@ -167,7 +171,7 @@ fn list_spins(all: &mut [Unknown], spins: &[ShotSpin]) {
     }
     let mu_s = &mut all[Id::MuS as usize];
     if !presses {
-        mu_s.mode = Mode::Fixed;
+        (mu_s.mode, mu_s.start) = (Mode::Fixed, settings[Parameter::MuS].initial);
     } else if unknown && mu_s.mode == Mode::Free && mu_s.prior.is_none() {
         mu_s.prior = Some(UNKNOWN_MU_S);
     }

@@ -257,17 +257,6 @@ impl Table {
 fn list_unknowns(dataset: &Dataset, settings: &Settings) -> Vec<Unknown> {
     let mut all = Unknown::list();
     list_contact(&mut all, settings);
-    for parameter in Parameter::ALL {
-        if let Some(unknown) = all.iter_mut().find(|unknown| unknown.id.name() == parameter.name())
-            && unknown.mode == Mode::Free
-        {
-            // where a search begins does not depend on what is stated
-            let [low, high] = unknown.bounds;
-            let usual =
-                if parameter.is_of_balls() { unknown.start } else { parameter.default_setting().initial };
-            unknown.start = usual.clamp(low, high);
-        }
-    }
     if !settings.falls {
         all[Id::FallB as usize].mode = Mode::Fixed;
     }
