@@ -43,7 +43,8 @@ pub(crate) fn leave_out_before_cushion(shot: &mut TrackShot, ball: &Ball) -> boo
 
 /// Leaves out the frames of either ball from the first corner of its path after the impact on; returns whether there is one.
 pub(crate) fn leave_out_after_cushion(shot: &mut TrackShot, ball: &Ball) -> bool {
-    let noise = noise(shot);
+    // noise that lasts from frame to frame bends paths more
+    let noise = noise(shot) * shot.frames_alike().sqrt();
     let Ok(guess) = from_paths(shot, ball, noise) else { return false };
     let after = guess.time + CLEAR / shot.fps;
     let incoming = guess.before[0].hypot(guess.before[1]);

@@ -12,8 +12,8 @@ const COARSE: [Id; 7] = [Id::Mu, Id::E, Id::Scale, Id::Aspect, Id::Shear, Id::Pe
 /// Evaluations of a descent, typical are 6.
 const MAX_STEPS: usize = 40;
 
-/// Steps of the first descents, and of the two best ones over everything free.
-const COARSE_STEPS: usize = 10;
+/// Steps of the first descents, of films and of tables, and of the two best ones over everything free.
+const COARSE_STEPS: [usize; 2] = [10, 3];
 const SECOND_STEPS: usize = 12;
 
 /// Relative difference within which two descents end at the same μ.
@@ -75,7 +75,7 @@ fn descend_coarsely(problem: &Problem, start: &State) -> Option<Descent> {
             let [low, high] = problem.unknowns[*column].bounds;
             state.shared.0[*column] = mu.clamp(low, high);
         }
-        descend(&coarser, coarser.evaluate(state), &coarse_columns, COARSE_STEPS)
+        descend(&coarser, coarser.evaluate(state), &coarse_columns, COARSE_STEPS[usize::from(is_table)])
     };
     let grid = problem.samples.first().map_or(&[][..], |sample| sample.block.grid_of_mu());
     let mut coarse: Vec<Descent> = grid.iter().map(|mu| from(*mu)).collect();

@@ -256,11 +256,6 @@ impl Cleaned {
         if corners > 0 {
             findings.push(Finding::Corners { shots: corners, of: shots.len() });
         }
-        let ends =
-            shots.par_iter_mut().filter_map(|s| leave_out_after_cushion(s, ball).then_some(())).count();
-        if ends > 0 {
-            findings.push(Finding::Ends { shots: ends, of: shots.len() });
-        }
         let correlation = noise_correlation(&shots, ball);
         let lasting = correlation.filter(|found| found.adopted);
         if let Some(found) = lasting {
@@ -269,6 +264,11 @@ impl Cleaned {
         let rho = lasting.map_or(0.0, |found| found.value);
         for shot in &mut shots {
             shot.correlation = rho;
+        }
+        let ends =
+            shots.par_iter_mut().filter_map(|s| leave_out_after_cushion(s, ball).then_some(())).count();
+        if ends > 0 {
+            findings.push(Finding::Ends { shots: ends, of: shots.len() });
         }
         let mut left_out = tracks.left_out.clone();
         resting::leave_out_moving(&mut shots, tracks.from_balls, &mut left_out);
