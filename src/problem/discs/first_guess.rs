@@ -10,7 +10,7 @@ use super::frames::{NOISES, PointTrack, ShotFrames};
 use super::lines::{Line, Meeting};
 use super::own::{self, CORE};
 use super::points::{DISCS, Turning, centre, check_rigidity, is_of_points, points};
-use super::priors::{list_unknowns, unit_of_time};
+use super::priors::list_unknowns;
 use super::stick::{self, Stuck};
 use crate::extraction::Unusable;
 use crate::film::{drops, frame_noise};
@@ -117,7 +117,7 @@ impl DiscFilm {
                 shots: Arc::default(),
                 discs,
                 noise: Vec::new(),
-                spreads: DiscBlock::first_spreads(guessed.len(), unit_of_time(&discs).powi(2)),
+                spreads: DiscBlock::first_spreads(guessed.len(), &discs),
                 freedom: Freedom::Outcome,
             },
             unknowns,
