@@ -162,7 +162,7 @@ fn hold_spreads(spreads: &mut [Spread], shots: usize, discs: &Discs) {
 
 /// How much the four decelerations of a single shot differ before the frames are seen, m/s². It counts as
 /// one shot.
-const EVEN_SLOWING: f64 = 0.01;
+const EVEN_SLOWING: f64 = 0.002;
 
 /// Fastest common frame rate, frames/s: if the rate is unknown, the least that frames determine is that of
 /// this one.

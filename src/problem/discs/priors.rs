@@ -54,6 +54,9 @@ pub(super) fn list_unknowns(
     }
     let second = unit_of_time(discs);
     known(&mut all, Id::Slowing, 0.0, SLOWING_SD * second * second);
+    // a table slows discs down
+    all[Id::Slowing as usize].bounds[0] = 0.0;
+    all[Id::Drag as usize].bounds[0] = 0.0;
     // few shots do not tell it from a deceleration at any speed
     if shots >= LEAST_SHOTS {
         known(&mut all, Id::Drag, 0.0, DRAG_SD * second);
