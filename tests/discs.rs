@@ -158,6 +158,10 @@ pub const SETTINGS: &str = "name = \"pucks\"\nkind = \"tracks\"\nfiles = [\"puck
     [video]\ncapture_fps = 500\n\
     [tracks]\ncue = [\"a0\", \"a1\", \"a2\"]\nobject = [\"b0\", \"b1\", \"b2\"]\n";
 
+/// A camera that needs no correction, as is known.
+const CAMERA: &str = "[camera]\nscale = \"none\"\naspect = \"none\"\nshear = \"none\"\nperspective = \"none\"\n\
+    lens = \"none\"\nshutter = \"none\"\n";
+
 pub fn load(settings: &str, table: &str) -> Result<Dataset, String> {
     let folder = tempfile::tempdir().unwrap();
     fs::write(folder.path().join("dataset.toml"), settings).unwrap();
@@ -185,7 +189,6 @@ fn truths(truth: &Collision) -> Vec<(Quantity, f64)> {
         (Quantity::MomentumAlong, 0.0),
         (Quantity::MomentumAcross, 0.0),
         (Quantity::SlipBefore, slip),
-        (Quantity::ContactDistance, RADII[0] + RADII[1]),
         (Quantity::FirstVxBefore, before[0].velocity[0]),
         (Quantity::SecondVyBefore, before[1].velocity[1]),
         (Quantity::FirstVyAfter, after[0].velocity[1]),
@@ -200,7 +203,8 @@ fn of_shot(extracted: &[(TrackShot, DiscImpact)]) -> impl Iterator<Item = (usize
     extracted.iter().map(|(track, impact)| (track.name.parse().unwrap(), impact))
 }
 
-/// Errors over stated standard deviations have mean 0 and standard deviation 1.
+/// Errors over stated standard deviations have mean 0 and standard deviation 1. The camera is stated: what
+/// it may be off is an error that all shots have in common.
 #[test]
 fn errors_of_discs_are_what_they_are_stated_to_be() {
     const SHOTS: usize = 250;
@@ -208,7 +212,7 @@ fn errors_of_discs_are_what_they_are_stated_to_be() {
     const MEAN: f64 = 0.25;
     const SPREAD: f64 = 0.2;
     let (table, made) = film(SHOTS, 5);
-    let (dataset, extracted) = with_discs(load(SETTINGS, &table).unwrap());
+    let (dataset, extracted) = with_discs(load(&format!("{SETTINGS}{CAMERA}"), &table).unwrap());
     assert!(dataset.left_out.is_empty(), "{:?}", dataset.left_out);
     // nothing is held against good shots
     for (track, impact) in &extracted {
@@ -222,6 +226,9 @@ fn errors_of_discs_are_what_they_are_stated_to_be() {
             let measured = impact.get(quantity).unwrap();
             pulls.push((measured.value - truth) / measured.sd.unwrap());
         }
+        // the same discs touch in all shots, so that these have one error of it in common
+        let distance = impact.get(Quantity::ContactDistance).unwrap();
+        assert!((distance.value - RADII[0] - RADII[1]).abs() < 4.0 * distance.sd.unwrap(), "{distance:?}");
         // a component near ±1 hardly moves with the angle: the angle itself is normal
         let [x, y] = [Quantity::NormalX, Quantity::NormalY].map(|quantity| impact.get(quantity).unwrap());
         let [cos, sin] = made[shot].normal;

@@ -4,6 +4,7 @@ use std::sync::Arc;
 
 use super::frames::{NOISES, ShotFrames};
 use super::own;
+use super::priors::unit_of_time;
 use crate::physics::disc::Discs;
 use crate::physics::name::worded;
 use crate::problem::sums::{Contribution, Noise, OwnPrior, Spread};
@@ -89,14 +90,18 @@ pub(crate) struct DiscBlock {
 }
 
 impl DiscBlock {
-    /// Returns the spreads before the frames are seen, decelerations in m/s² times `unit`.
-    pub fn first_spreads(shots: usize, unit: f64) -> Vec<Spread> {
+    /// Returns the spreads before the frames are seen.
+    pub fn first_spreads(shots: usize, discs: &Discs) -> Vec<Spread> {
         let of = |component: Component| {
-            let unit = if component == Component::Slowing { unit } else { 1.0 };
-            Spread { weight: 0.0, ..Spread::first(component.first() * unit, component.least() * unit) }
+            let (mut first, mut least) = (component.first(), component.least());
+            if component == Component::Slowing && !discs.in_seconds {
+                first *= unit_of_time(discs).powi(2);
+                least *= FASTEST_RATE.powi(-2);
+            }
+            Spread { weight: 0.0, ..Spread::first(first, least) }
         };
         let mut spreads = Component::ALL.map(of).to_vec();
-        hold_spreads(&mut spreads, shots);
+        hold_spreads(&mut spreads, shots, discs);
         spreads
     }
 
@@ -133,7 +138,7 @@ impl DiscBlock {
         self.shots = Arc::new(indices.iter().map(|i| self.shots[*i].clone()).collect());
         self.noise =
             indices.iter().flat_map(|i| &self.noise[NOISES * i..NOISES * (i + 1)]).copied().collect();
-        hold_spreads(&mut self.spreads, indices.len());
+        hold_spreads(&mut self.spreads, indices.len(), &self.discs);
     }
 
     /// Keeps the shots for which `keep` is true.
@@ -145,18 +150,23 @@ impl DiscBlock {
 
 /// Holds the spreads of a single shot, which shows none but that of its four decelerations, and that
 /// poorly: its own values are then those of its discs.
-fn hold_spreads(spreads: &mut [Spread], shots: usize) {
+fn hold_spreads(spreads: &mut [Spread], shots: usize, discs: &Discs) {
     if shots == 1 {
+        let even = EVEN_SLOWING * unit_of_time(discs).powi(2);
         for (spread, component) in spreads.iter_mut().zip(Component::ALL) {
-            let first = if component == Component::Slowing { EVEN_SLOWING } else { 1.0 };
-            *spread = Spread::first(first * spread.least, spread.least);
+            let first = if component == Component::Slowing { even } else { spread.least };
+            *spread = Spread::first(first, spread.least);
         }
     }
 }
 
-/// How much the four decelerations of a single shot differ before the frames are seen, 0.01 m/s², over the
-/// least that frames determine. It counts as one shot.
-const EVEN_SLOWING: f64 = 20.0;
+/// How much the four decelerations of a single shot differ before the frames are seen, m/s². It counts as
+/// one shot.
+const EVEN_SLOWING: f64 = 0.002;
+
+/// Fastest common frame rate, frames/s: if the rate is unknown, the least that frames determine is that of
+/// this one.
+const FASTEST_RATE: f64 = 1000.0;
 
 /// An offset of which nothing is known, over the normal impulse or the closing speed.
 pub(super) const ANY: Normal = Normal { mean: 0.0, sd: 3.0 };

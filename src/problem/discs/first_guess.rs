@@ -10,13 +10,13 @@ use super::frames::{NOISES, PointTrack, ShotFrames};
 use super::lines::{Line, Meeting};
 use super::own::{self, CORE};
 use super::points::{DISCS, Turning, centre, check_rigidity, is_of_points, points};
-use super::priors::{list_unknowns, unit_of_time};
+use super::priors::list_unknowns;
 use super::stick::{self, Stuck};
 use crate::extraction::Unusable;
 use crate::film::{drops, frame_noise};
 use crate::measurement::dataset::Dataset;
 use crate::measurement::spin::Spin;
-use crate::measurement::track::{Sample, TrackShot, TrackedBall};
+use crate::measurement::track::{Sample, TrackShot};
 use crate::numerics::median;
 use crate::physics::disc::Discs;
 use crate::problem::film::camera::Point;
@@ -47,9 +47,9 @@ pub(crate) struct DiscFilm {
     pub left_out: Vec<(String, String)>,
     /// How the discs of each shot stick together, if they do.
     pub stuck: Vec<Option<Stuck>>,
-    /// Standard deviations of a coordinate of the points on the discs of each shot that neighbouring
-    /// frames show, m.
-    pub position_sd: Vec<[f64; 2]>,
+    /// Standard deviations of a coordinate that neighbouring frames show, m: as in the noise of a shot,
+    /// of each disc that of its centre and that of its markers.
+    pub position_sd: Vec<[[f64; 2]; 2]>,
     /// What was repaired.
     pub findings: Vec<Finding>,
     /// Metres in a unit of length of the film.
@@ -117,7 +117,7 @@ impl DiscFilm {
                 shots: Arc::default(),
                 discs,
                 noise: Vec::new(),
-                spreads: DiscBlock::first_spreads(guessed.len(), unit_of_time(&discs).powi(2)),
+                spreads: DiscBlock::first_spreads(guessed.len(), &discs),
                 freedom: Freedom::Outcome,
             },
             unknowns,
@@ -136,7 +136,10 @@ impl DiscFilm {
             let coarse = COARSE * guessed.meeting.distance() * unit;
             let rho = guessed.shot.correlation;
             film.block.noise.extend([Noise { sd: coarse.max(EXTRAPOLATED * sd), rho }; NOISES]);
-            film.position_sd.push(DISCS.map(|disc| unit * noise_of_disc(guessed, disc)));
+            film.position_sd.push(DISCS.map(|disc| {
+                let centre = [centre(&guessed.shot, disc)];
+                [&centre[..], &points(&guessed.shot, disc)].map(|tracks| unit * noise_of(guessed, tracks))
+            }));
             let (frames, own) = frames_of(guessed, &discs, (middle, unit), &shared);
             shots.push(frames);
             film.own.push(own);
@@ -299,10 +302,7 @@ fn frames_of(
     (frames, values)
 }
 
-/// Returns the noise of a coordinate of the points of a disc next to the impact.
-fn noise_of_disc(guessed: &Guessed, disc: TrackedBall) -> f64 {
-    let Guessed { shot, meeting, .. } = guessed;
-    let points = points(shot, disc);
-    let tracks = if points.is_empty() { vec![centre(shot, disc)] } else { points };
-    frame_noise::noise_of_near(&tracks, shot, meeting.time)
+/// Returns the noise of a coordinate of tracks next to the impact.
+fn noise_of(guessed: &Guessed, tracks: &[&[Sample]]) -> f64 {
+    frame_noise::noise_of_near(tracks, &guessed.shot, guessed.meeting.time)
 }

@@ -24,6 +24,13 @@ pub(crate) struct PointTrack {
     pub frames: Vec<Frame>,
 }
 
+impl PointTrack {
+    /// Returns the place of its noise along x among those of its shot.
+    fn noise(&self) -> usize {
+        noise_of(self.disc, self.marker.is_some())
+    }
+}
+
 /// The frames of a shot.
 #[derive(Clone, Debug)]
 pub(crate) struct ShotFrames {
@@ -44,8 +51,13 @@ pub(crate) struct ShotFrames {
     pub own_known: Vec<(usize, OwnPrior)>,
 }
 
-/// Noise of a shot: of each disc along x and along y.
-pub(super) const NOISES: usize = 4;
+/// Noise of a shot: of each disc that of its centre along x and along y, and that of its markers.
+pub(super) const NOISES: usize = 8;
+
+/// Returns the place of the noise along x of the centre of a disc, or of its markers.
+fn noise_of(disc: usize, is_marker: bool) -> usize {
+    4 * disc + 2 * usize::from(is_marker)
+}
 
 /// Numbers in a row of a frame: derivatives by the coefficients of the piece, and by the others, which
 /// are the instant, direction and radius of the marker, and the camera; and the residual.
@@ -176,6 +188,12 @@ impl ShotFrames {
         follow_discs(values, shared, discs, self.turns, self.settling.is_some())
     }
 
+    /// Returns the place of the noise along x of the points that show the path of a disc.
+    pub(super) fn noise_of_path(&self, disc: usize) -> usize {
+        let mut tracks = self.tracks.iter().filter(|track| track.disc == disc);
+        noise_of(disc, tracks.all(|track| track.marker.is_some()))
+    }
+
     pub(super) fn known<'a>(&self, impact: &'a Impact, discs: &'a Discs) -> Known<'a> {
         let &Self { turns, knows_slip, flat, .. } = self;
         Known { impact, discs, turns, is_seen_across: flat.is_none(), knows_slip }
@@ -234,8 +252,8 @@ impl ShotFrames {
         for disc in 0..2 {
             let pieces = &paths.pieces[disc];
             let mut sides = [SideProducts::new(own), SideProducts::new(own)];
-            let place = first + 2 * disc;
             for track in self.tracks.iter().filter(|track| track.disc == disc) {
+                let place = first + track.noise();
                 let mut rows = [Vec::new(), Vec::new()];
                 for mut sight in self.look(track, pieces, values, &camera, &noise[place..place + 2]) {
                     let residuals = sight.residuals();
@@ -277,7 +295,7 @@ impl ShotFrames {
         let camera = Camera::new(shared);
         let of_track = |track: &PointTrack| {
             let pieces = &paths.pieces[track.disc];
-            let sights = self.look(track, pieces, values, &camera, &noise[2 * track.disc..]);
+            let sights = self.look(track, pieces, values, &camera, &noise[track.noise()..]);
             let whitened = |sight: &Sight| Whitened {
                 index: sight.index,
                 time: sight.time,

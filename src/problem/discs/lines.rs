@@ -58,13 +58,14 @@ impl Line {
         line
     }
 
-    /// Returns the lines through the frames next to an instant, before and after it.
-    pub fn beside(samples: &[Sample], at: f64, frame: f64) -> [Option<Self>; 2] {
+    /// Returns the lines through the frames next to an instant, before and after it, or else the number
+    /// of these frames, which is too small.
+    pub fn beside(samples: &[Sample], at: f64, frame: f64) -> [Result<Self, usize>; 2] {
         let before = samples.partition_point(|s| s.t < at - 0.5 * frame);
         let after = samples.partition_point(|s| s.t < at + 0.5 * frame);
         let sides =
             [&samples[before.saturating_sub(NEAR)..before], &samples[after..samples.len().min(after + NEAR)]];
-        sides.map(|near| (near.len() >= LEAST).then(|| Self::through(near, at)))
+        sides.map(|near| if near.len() < LEAST { Err(near.len()) } else { Ok(Self::through(near, at)) })
     }
 
     fn at(&self, late: f64) -> [f64; 2] {
@@ -136,9 +137,8 @@ fn lines_beside(discs: [&[Sample]; 2], at: f64, frame: f64) -> Result<[[Line; 2]
     let mut lines = [[Line::default(); 2]; 2];
     for (disc, samples) in discs.into_iter().enumerate() {
         for (side, line) in Line::beside(samples, at, frame).into_iter().enumerate() {
-            let near = samples.iter().filter(|s| (s.t > at) == (side == 1)).count();
-            let few = Unusable::too_few(Bodies::Discs, [disc, side], near, LEAST);
-            lines[disc][side] = line.ok_or(few)?;
+            let too_few = |near| Unusable::too_few(Bodies::Discs, [disc, side], near, LEAST);
+            lines[disc][side] = line.map_err(too_few)?;
         }
     }
     Ok(lines)

@@ -35,6 +35,9 @@ pub(super) const ROUNDS: usize = 3;
 /// show how decelerations differ: in long paths they are less even.
 const REACHES: [usize; 4] = [15, 30, 60, 120];
 
+/// Smallest number of frames of each point on either side that decelerations which are not even leave.
+const LEAST_REACH: usize = 7;
+
 /// Frames about the impact that are left out, and those that are if the discs still touch in them.
 const TOUCHING: usize = 1;
 const MAX_TOUCHING: usize = 6;
@@ -106,7 +109,7 @@ fn unlikely(problem: &Problem, at: &Evaluation) -> Option<f64> {
 }
 
 /// What became of the frames of a shot.
-#[derive(Clone, Copy)]
+#[derive(Clone)]
 pub(super) struct Frames {
     /// Number of frames of each point on either side of the impact that are used at most.
     reach: usize,
@@ -114,6 +117,15 @@ pub(super) struct Frames {
     touching: usize,
     /// Number of frames that were left out as wrong.
     outliers: usize,
+    /// Numbers of frames that were tried, with their misfit, the largest first.
+    tried: Vec<(usize, f64)>,
+    /// Whether the number of frames is the last one.
+    is_settled: bool,
+}
+
+impl Frames {
+    const FIRST: Self =
+        Self { reach: 0, touching: TOUCHING, outliers: 0, tried: Vec::new(), is_settled: false };
 }
 
 /// What was measured of films of discs, whatever the law of friction.
@@ -157,24 +169,36 @@ pub fn measure_discs(dataset: &Dataset, policy: &Policy) -> Result<MeasuredDiscs
     Ok(MeasuredDiscs { solution, impacts })
 }
 
-/// Halves the reach of shots whose frames are off the paths: decelerations are even for a while only.
-/// Returns whether there are any.
+/// Halves the reach of shots whose frames are off the paths: decelerations are even for a while only. In
+/// the end takes the largest whose frames are hardly farther off than those next to the impact. Returns
+/// whether there are any.
 fn come_nearer(block: &DiscBlock, film: &DiscFilm, frames: &mut [Frames], policy: &Policy) -> bool {
     let mut changed = false;
-    for (i, frames) in frames.iter_mut().enumerate() {
-        if misfit(block, film, i) > policy.misfit && frames.reach > REACHES[0] {
+    for (i, frames) in frames.iter_mut().enumerate().filter(|(_, frames)| !frames.is_settled) {
+        let misfit = misfit(block, film, i);
+        frames.tried.push((frames.reach, misfit));
+        frames.is_settled = misfit < policy.misfit || frames.reach < 2 * LEAST_REACH;
+        let last = frames.reach;
+        if frames.is_settled {
+            let is_near = |(_, farther): &&(usize, f64)| *farther <= policy.misfit * misfit;
+            frames.reach = frames.tried.iter().find(is_near).map_or(last, |(reach, _)| *reach);
+        } else {
             frames.reach /= 2;
-            changed = true;
         }
+        changed |= frames.reach != last;
     }
     changed
 }
 
 /// Returns the variance of the frames of shot `i` about the paths over that of their noise.
 fn misfit(block: &DiscBlock, film: &DiscFilm, i: usize) -> f64 {
-    let noises = (0..NOISES).filter(|noise| block.shots[i].flat != Some(noise % 2));
-    let ratio = |noise: usize| (block.noise[NOISES * i + noise].sd / film.position_sd[i][noise / 2]).powi(2);
-    let ratios: Vec<f64> = noises.map(ratio).collect();
+    let shot = &block.shots[i];
+    let noises = [0, 1].map(|disc| shot.noise_of_path(disc));
+    let all = noises.into_iter().flat_map(|first| [first, first + 1]);
+    let seen = all.filter(|noise| shot.flat != Some(noise % 2));
+    let expected = |noise: usize| film.position_sd[i][noise / 4][noise % 4 / 2];
+    let ratio = |noise: usize| (block.noise[NOISES * i + noise].sd / expected(noise)).powi(2);
+    let ratios: Vec<f64> = seen.map(ratio).collect();
     ratios.iter().sum::<f64>() / ratios.len() as f64
 }
 
@@ -189,7 +213,7 @@ pub(super) fn measure(film: &DiscFilm, policy: &Policy) -> Result<(Reached, Vec<
     let mut state = State { own: vec![film.own.clone()], shared };
     let mut problem = Problem::of_one(Block::Discs(film.block.clone()), unknowns);
     let free = problem.free();
-    let mut frames = vec![Frames { reach: 0, touching: TOUCHING, outliers: 0 }; film.names.len()];
+    let mut frames = vec![Frames::FIRST; film.names.len()];
     let few = film.names.len() < LEAST_SHOTS;
     let reaches = if few { &REACHES[..] } else { &REACHES[..REACHES.len() - 1] };
     for reach in reaches.iter().copied() {
@@ -326,9 +350,12 @@ pub(super) fn impacts(
         let inputs = input_covariance((&reduced, &estimates), problem, (i, &at.shots[0][i].held));
         let stuck: Option<Stuck> = film.stuck[i];
         let noise = &block.noise[NOISES * i..NOISES * (i + 1)];
-        let position_sd = |disc: usize| match shot.flat {
-            Some(flat) => noise[2 * disc + 1 - flat].sd,
-            None => noise[2 * disc].sd.hypot(noise[2 * disc + 1].sd) / 2.0_f64.sqrt(),
+        let position_sd = |disc: usize| {
+            let first = shot.noise_of_path(disc);
+            match shot.flat {
+                Some(flat) => noise[first + 1 - flat].sd,
+                None => noise[first].sd.hypot(noise[first + 1].sd) / 2.0_f64.sqrt(),
+            }
         };
         let used = |disc: usize, side: bool| {
             let frames =

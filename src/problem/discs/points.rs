@@ -119,7 +119,7 @@ impl Turning {
             arms.push(Sample::new(seen.t, [last + turn, x.hypot(y)]));
         }
         let [before, after] = Line::beside(&arms, time, fps.recip());
-        let (before, after) = (before?, after?);
+        let (before, after) = (before.ok()?, after.ok()?);
         Some(Self {
             rates: [before.velocity[0], after.velocity[0]],
             direction: before.position[0],

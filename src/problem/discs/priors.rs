@@ -22,11 +22,6 @@ const DRAG_SD: f64 = 1.0;
 /// they are not narrower than of others.
 const SLOWEST_RATE: f64 = 30.0;
 
-/// Standard deviations of aspect and shear, and of perspective, 1/m: cameras that look at a table from
-/// above lean by some degrees.
-const ASPECT_SD: f64 = 0.01;
-const PERSPECTIVE_SD: f64 = 0.03;
-
 /// Number of shots that determine a camera, or how a deceleration depends on speed, at least.
 pub(super) const LEAST_SHOTS: usize = 3;
 
@@ -59,6 +54,9 @@ pub(super) fn list_unknowns(
     }
     let second = unit_of_time(discs);
     known(&mut all, Id::Slowing, 0.0, SLOWING_SD * second * second);
+    // a table slows discs down
+    all[Id::Slowing as usize].bounds[0] = 0.0;
+    all[Id::Drag as usize].bounds[0] = 0.0;
     // few shots do not tell it from a deceleration at any speed
     if shots >= LEAST_SHOTS {
         known(&mut all, Id::Drag, 0.0, DRAG_SD * second);
@@ -74,16 +72,6 @@ pub(super) fn list_unknowns(
         }
     }
     list_camera(&mut all, tracks);
-    for (id, mean, sd) in [
-        (Id::Aspect, 1.0, ASPECT_SD),
-        (Id::Shear, 0.0, ASPECT_SD),
-        (Id::PerspectiveX, 0.0, PERSPECTIVE_SD),
-        (Id::PerspectiveY, 0.0, PERSPECTIVE_SD),
-    ] {
-        if all[id as usize].mode == Mode::Free {
-            known(&mut all, id, mean, sd);
-        }
-    }
     for unknown in &mut all[Id::Scale as usize..=Id::Nearness as usize] {
         let is_shown = match unknown.id {
             _ if is_one_dimensional || shots < LEAST_SHOTS => false,
