@@ -298,7 +298,7 @@ fn rolling<T: Number>(start: T, position: [T; 2], velocity: [T; 2], friction: T)
     Stretch { start, position, velocity, acceleration, moves: Moves::Rolls }
 }
 
-fn norm<T: Number>(v: [T; 2]) -> T {
+pub(super) fn norm<T: Number>(v: [T; 2]) -> T {
     let square = v[0] * v[0] + v[1] * v[1];
     if square.re() > 0.0 { square.sqrt() } else { T::from(0.0) }
 }

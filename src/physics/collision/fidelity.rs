@@ -80,7 +80,8 @@ impl FidelityChoice {
     }
 
     /// Returns the fidelity before one is chosen.
-    pub(crate) fn first(self) -> Fidelity {
+    #[must_use]
+    pub fn first(self) -> Fidelity {
         match self {
             Self::Auto => Fidelity::Full,
             Self::Of(fidelity) => fidelity,

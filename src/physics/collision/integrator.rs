@@ -54,7 +54,7 @@ fn solve(values: &Values<f64>, model: &Model) -> Option<(Outcome, Vec<Step>)> {
     let y = integrate(&shot, model.tolerance, &mut steps)?;
     let stuck = steps.iter().any(|step| step.mode.is_stuck());
     let regime = if stuck { Regime::Stick } else { Regime::Slide };
-    Some((model.outcome(values, &shot.impulses(values, model, &y), regime), steps))
+    Some((Outcome::new(regime, values, model, &shot.impulses(values, model, &y)), steps))
 }
 
 /// Returns the outcome and its derivatives by the first N inputs: differences of the recorded

@@ -2,11 +2,11 @@
 
 use nalgebra::SMatrix;
 
-use super::impact::{Dual, Impact, Impulses, Values, components, derivatives};
+use super::impact::{Dual, Impact, Values, components, derivatives};
 use super::{
     ByInputs, Coefficients, Effects, Fidelity, Input, Jacobian, MASS_RATIOS, MAX_KAPPA, MAX_SPEED,
-    MAX_TOLERANCE, MIN_SPEED, MIN_TOLERANCE, Model, NotACollision, Outcome, POISSON, Regime, integrator,
-    kappa, simple, sliding,
+    MAX_TOLERANCE, MIN_SPEED, MIN_TOLERANCE, Model, NotACollision, Outcome, POISSON, integrator, kappa,
+    simple, sliding,
 };
 use crate::physics::ball::{Ball, BallState};
 use crate::physics::cloth_motion::Cloth;
@@ -126,24 +126,23 @@ impl Model {
     /// Input that describes no collision: balls that do not approach, coefficients out of range, a
     /// vertical velocity, anything not finite; and an integration that takes too many steps.
     pub fn collide(&self, cue: &BallState, coefficients: &Coefficients) -> Result<Outcome, NotACollision> {
-        let values = self.validated(cue, coefficients)?;
-        if self.fidelity.is_integrated() {
-            return integrator::collide(&values, self).ok_or(self.not_integrated());
-        }
-        let impact = Impact::new(&values, self);
-        let (impulses, regime) = match self.fidelity {
-            Fidelity::Full => {
-                let (impulses, regime, _) = sliding::solve(&impact);
-                (impulses, regime)
-            }
-            _ => simple::impulses(&impact),
-        };
-        Ok(self.outcome(&values, &impact.impulses(&values, impulses), regime))
+        self.solve(&self.validated(cue, coefficients)?)
     }
 
-    #[inline(always)]
-    pub(super) fn outcome(&self, values: &Values<f64>, impulses: &Impulses<f64>, regime: Regime) -> Outcome {
-        Outcome::new(regime, impulses.q, &components(values, self, impulses))
+    /// Returns the outcome of a collision whose values are valid.
+    #[inline]
+    fn solve(&self, values: &Values<f64>) -> Result<Outcome, NotACollision> {
+        if self.fidelity.is_integrated() {
+            return integrator::collide(values, self).ok_or(self.not_integrated());
+        }
+        let impact = Impact::new(values, self);
+        let (impulses, regime) = if self.fidelity == Fidelity::Full {
+            let (impulses, regime, _) = sliding::solve(&impact);
+            (impulses, regime)
+        } else {
+            simple::impulses(&impact)
+        };
+        Ok(Outcome::new(regime, values, self, &impact.impulses(values, impulses)))
     }
 
     /// Returns the outcome as [`Model::collide`], with the cue ball and the outcome in the frame of
@@ -225,24 +224,16 @@ impl Model {
             return integrator::differentiate(&values, self).ok_or(self.not_integrated());
         }
         let dual: Values<Dual<N>> = values.with_derivatives(self);
-        let (impact, dual_impact) = (Impact::new(&values, self), Impact::new(&dual, self));
-        let (impulses, regime, dual_impulses) = match self.fidelity {
-            Fidelity::Full | Fidelity::Ode => {
-                let (impulses, regime, ways) = sliding::solve(&impact);
-                (impulses, regime, sliding::differentiate(&dual_impact, ways))
-            }
-            _ => {
-                let (impulses, regime) = simple::impulses(&impact);
-                (impulses, regime, simple::impulses(&dual_impact).0)
-            }
+        let impact = Impact::new(&dual, self);
+        let impulses = if matches!(self.fidelity, Fidelity::Full | Fidelity::Ode) {
+            let (_, _, ways) = sliding::solve(&Impact::new(&values, self));
+            sliding::differentiate(&impact, ways)
+        } else {
+            simple::impulses(&impact).0
         };
+        let by = derivatives(&components(&dual, self, &impact.impulses(&dual, impulses)));
         // the outcome of ode has its tolerance, its derivatives are those of the same equations
-        let outcome = match self.fidelity {
-            Fidelity::Ode => integrator::collide(&values, self).ok_or(self.not_integrated())?,
-            _ => self.outcome(&values, &impact.impulses(&values, impulses), regime),
-        };
-        let by = derivatives(&values, self, &dual_impact.impulses(&dual, dual_impulses));
-        Ok((outcome, by))
+        Ok((self.solve(&values)?, by))
     }
 
     #[cold]
