@@ -61,31 +61,11 @@ impl Correction {
         }
     }
 
-    /// Returns whether it belongs to a camera that looks askew.
-    pub(crate) fn is_of_perspective(self) -> bool {
-        matches!(self, Self::PerspectiveX | Self::PerspectiveY)
-    }
-
-    /// Returns whether it belongs to the lens.
-    pub(crate) fn is_of_lens(self) -> bool {
-        matches!(self, Self::Lens | Self::LensX | Self::LensY)
-    }
-
-    /// Returns whether it changes the instants at which the film shows the table, instead of the
-    /// places.
-    pub(crate) fn is_of_time(self) -> bool {
-        matches!(self, Self::ShutterX | Self::ShutterY)
-    }
-
-    /// Returns whether it changes where balls above the cloth are seen.
-    pub(crate) fn is_of_height(self) -> bool {
-        matches!(self, Self::ParallaxX | Self::ParallaxY | Self::Nearness)
-    }
-
     /// Returns whether only the picture of one camera shows it, and not positions that several
     /// cameras measured in space.
-    pub(crate) fn is_of_one_camera(self) -> bool {
-        self.is_of_perspective() || self.is_of_lens() || self.is_of_time() || self.is_of_height()
+    #[must_use]
+    pub fn is_of_one_camera(self) -> bool {
+        !matches!(self, Self::Scale | Self::Aspect | Self::Shear)
     }
 
     /// Returns the standard deviation of its prior about the neutral value: cameras and

@@ -287,11 +287,7 @@ impl Shared {
     /// Returns its place in [`Joint::by_shared`].
     #[must_use]
     pub fn place(self) -> usize {
-        match self {
-            Self::Sliding => 0,
-            Self::Lift => 1,
-            Self::Rolling => 2,
-        }
+        self as usize
     }
 }
 

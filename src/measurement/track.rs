@@ -1,7 +1,6 @@
 //! What a camera saw of a shot, in metres and seconds.
 
 use std::collections::BTreeMap;
-use std::panic::{self, AssertUnwindSafe};
 use std::path::PathBuf;
 
 use super::correction::Correction;
@@ -106,13 +105,6 @@ impl TrackShot {
     pub(crate) fn frames_alike(&self) -> f64 {
         (1.0 + self.correlation) / (1.0 - self.correlation)
     }
-}
-
-/// Does work on one shot, whose panic must not end the run; no input is known that causes one.
-/// `Err` names the place of its report.
-pub(crate) fn isolated<T>(work: impl FnOnce() -> T) -> Result<T, String> {
-    panic::catch_unwind(AssertUnwindSafe(work))
-        .map_err(|_| "a panic, which standard error reports".to_owned())
 }
 
 /// A position in one frame.

@@ -6,7 +6,8 @@ use super::impact::{Dual, Impact, Values, components, derivatives};
 use super::{
     ByInputs, Coefficients, Effects, Fidelity, Input, Jacobian, MASS_RATIOS, MAX_KAPPA, MAX_SPEED,
     MAX_TOLERANCE, MIN_SPEED, MIN_TOLERANCE, Model, NotACollision, Outcome, POISSON, integrator, kappa,
-    simple, sliding,
+    simple,
+    sliding::{self, Ways},
 };
 use crate::physics::ball::{Ball, BallState};
 use crate::physics::cloth_motion::Cloth;
@@ -126,23 +127,25 @@ impl Model {
     /// Input that describes no collision: balls that do not approach, coefficients out of range, a
     /// vertical velocity, anything not finite; and an integration that takes too many steps.
     pub fn collide(&self, cue: &BallState, coefficients: &Coefficients) -> Result<Outcome, NotACollision> {
-        self.solve(&self.validated(cue, coefficients)?)
+        let values = self.validated(cue, coefficients)?;
+        if self.fidelity.is_integrated() {
+            return integrator::collide(&values, self).ok_or(self.not_integrated());
+        }
+        Ok(self.solve(&values).0)
     }
 
-    /// Returns the outcome of a collision whose values are valid.
+    /// Returns the outcome in closed form, and the way to it.
     #[inline]
-    fn solve(&self, values: &Values<f64>) -> Result<Outcome, NotACollision> {
-        if self.fidelity.is_integrated() {
-            return integrator::collide(values, self).ok_or(self.not_integrated());
-        }
+    fn solve(&self, values: &Values<f64>) -> (Outcome, Ways) {
         let impact = Impact::new(values, self);
-        let (impulses, regime) = if self.fidelity == Fidelity::Full {
-            let (impulses, regime, _) = sliding::solve(&impact);
-            (impulses, regime)
-        } else {
-            simple::impulses(&impact)
-        };
-        Ok(Outcome::new(regime, values, self, &impact.impulses(values, impulses)))
+        let (impulses, regime, ways) =
+            if self.is_linear() { simple::impulses(&impact) } else { sliding::solve(&impact) };
+        (Outcome::new(regime, values, self, &impact.impulses(values, impulses)), ways)
+    }
+
+    /// Returns whether the impulses are at most of first order in μ.
+    fn is_linear(&self) -> bool {
+        matches!(self.fidelity, Fidelity::Elastic | Fidelity::Inelastic | Fidelity::Linear)
     }
 
     /// Returns the outcome as [`Model::collide`], with the cue ball and the outcome in the frame of
@@ -225,15 +228,19 @@ impl Model {
         }
         let dual: Values<Dual<N>> = values.with_derivatives(self);
         let impact = Impact::new(&dual, self);
-        let impulses = if matches!(self.fidelity, Fidelity::Full | Fidelity::Ode) {
-            let (_, _, ways) = sliding::solve(&Impact::new(&values, self));
-            sliding::differentiate(&impact, ways)
-        } else {
+        let (closed, ways) = self.solve(&values);
+        let impulses = if self.is_linear() {
             simple::impulses(&impact).0
+        } else {
+            sliding::differentiate(&impact, ways)
         };
         let by = derivatives(&components(&dual, self, &impact.impulses(&dual, impulses)));
         // the outcome of ode has its tolerance, its derivatives are those of the same equations
-        Ok((self.solve(&values)?, by))
+        let outcome = match self.fidelity {
+            Fidelity::Ode => integrator::collide(&values, self).ok_or(self.not_integrated())?,
+            _ => closed,
+        };
+        Ok((outcome, by))
     }
 
     #[cold]

@@ -18,6 +18,8 @@
 //!
 //! Derivatives are those of one step of Newton's method in dual numbers at the solution.
 
+mod dual;
+
 use super::impact::{Dual, Impact};
 use super::{Number, Regime};
 use crate::physics::cloth_motion::norm;
@@ -171,42 +173,6 @@ impl<D: Number> Slide<D> {
     }
 }
 
-impl<const N: usize> Slide<Dual<N>> {
-    fn real(&self) -> Slide<f64> {
-        Slide { rates: self.rates.map(|x| x.re), falls: self.falls.map(|law| law.map(|x| x.re)) }
-    }
-
-    /// Returns the place where `phase` ends, by a step of Newton's from its real part.
-    fn end_near(&self, phase: &Phase<Dual<N>>, at: &Place<Dual<N>>) -> Place<Dual<N>> {
-        let real = self.real();
-        let left = at.stopped.map(|stopped| 1.0 - stopped.re);
-        let per_pace = 1.0 / real.pace(norm([0, 1].map(|i| phase.slip[i].re * left[i])));
-        let dq = match phase.work {
-            None => -phase.v_x(at) / (phase.n.re - phase.cloth.re * real.rates[1] * left[1] * per_pace),
-            Some(work) => (work - phase.work(at)) / phase.v_x(at).re,
-        };
-        let stopped = [0, 1].map(|i| at.stopped[i] + dq * (real.rates[i] * left[i] * per_pace));
-        Place { stopped, q: at.q + dq, i: at.i + dq * at.stopped[1].re }
-    }
-
-    /// Returns the place at `s`.
-    fn differentiate(&self, phase: &Phase<Dual<N>>, s: f64) -> Place<Dual<N>> {
-        let mut at = Place::start();
-        let real = self.real();
-        // 1 − e^(−λs) changes by s e^(−λs) ∂λ
-        let with_derivatives = |stopped: [f64; 2], s: f64| {
-            [0, 1].map(|i| (self.rates[i] - real.rates[i]) * (s * (1.0 - stopped[i])) + stopped[i])
-        };
-        let end = real.advance(phase.slip.map(|v| v.re), Place::start(), s, |t, stopped, ds| {
-            let stopped = with_derivatives(stopped, t);
-            let dq = self.pace(norm([0, 1].map(|i| phase.slip[i] * (-stopped[i] + 1.0)))) * ds;
-            at.q += dq;
-            at.i += dq * stopped[1];
-        });
-        Place { stopped: with_derivatives(end.stopped, s), ..at }
-    }
-}
-
 impl Slide<f64> {
     /// Returns the smaller rate of the components that are not 0.
     fn slowest(&self, slip: [f64; 2]) -> f64 {
@@ -219,8 +185,8 @@ impl Slide<f64> {
     }
 
     /// Returns the place that is further by `ds`, by Gauss and Legendre's rules in panels so short
-    /// that they are exact to rounding; `visit` is given the s from there, the stopped parts and
-    /// the weight of each node.
+    /// that they are exact to rounding; `visit` is given the s from there, the stopped parts and dq
+    /// of each node.
     #[inline(always)]
     fn advance(
         &self,
@@ -263,7 +229,7 @@ impl Slide<f64> {
                     let dq = self.pace(speed) * (half * weight);
                     at.q += dq;
                     at.i += dq * stopped[1];
-                    visit(half * (2.0 * panel as f64 + 1.0 + x), stopped, half * weight);
+                    visit(half * (2.0 * panel as f64 + 1.0 + x), stopped, dq);
                 }
             }
             at.stopped = further(middle, to_middle);
