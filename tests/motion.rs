@@ -170,18 +170,14 @@ fn a_line_without_direction_is_no_collision() {
 const ROTATION: f64 = 4.0 * f64::EPSILON;
 
 #[test]
-fn frames_are_inverse_and_x_is_the_line_of_centres() {
-    let frame = CollisionFrame::from_normal(0.6, -0.8).unwrap();
+fn frames_are_inverse_and_x_is_the_line_of_centres_of_any_length() {
     let v = Vec3::new(1.5, -2.0, 0.3);
-    assert!((frame.to_table(frame.to_collision(v)) - v).norm() < ROTATION * v.norm());
-    assert!((frame.to_collision(Vec3::new(0.6, -0.8, 0.0)) - Vec3::x()).norm() < ROTATION);
-}
-
-#[test]
-fn a_frame_keeps_lengths_whatever_that_of_the_line_of_centres() {
-    let v = Vec3::new(2.0, 0.5, 0.0);
-    let frame = CollisionFrame::from_normal(0.03, -0.04).unwrap();
-    assert!((frame.to_collision(v).norm() - v.norm()).abs() < ROTATION * v.norm());
+    for length in [1.0, 0.05] {
+        let frame = CollisionFrame::from_normal(0.6 * length, -0.8 * length).unwrap();
+        assert!((frame.to_table(frame.to_collision(v)) - v).norm() < ROTATION * v.norm());
+        assert!((frame.to_collision(v).norm() - v.norm()).abs() < ROTATION * v.norm());
+        assert!((frame.to_collision(Vec3::new(0.6, -0.8, 0.0)) - Vec3::x()).norm() < ROTATION);
+    }
     for (nx, ny) in [(0.0, 0.0), (f64::NAN, 1.0), (1.0, f64::INFINITY)] {
         assert!(CollisionFrame::from_normal(nx, ny).is_none());
     }
@@ -198,10 +194,7 @@ fn a_rolling_ball_does_not_slip_on_the_cloth_but_does_on_the_object_ball() {
 
 #[test]
 fn what_has_a_name_is_found_by_it() {
-    for fidelity in Fidelity::ALL {
-        assert_eq!(fidelity.name().parse(), Ok(fidelity));
-        assert_eq!(fidelity.name().parse(), Ok(FidelityChoice::Of(fidelity)));
-    }
+    assert_eq!("full".parse(), Ok(FidelityChoice::Of(Fidelity::Full)));
     assert_eq!("auto".parse(), Ok(FidelityChoice::Auto));
     let error = "fulll".parse::<FidelityChoice>().unwrap_err().to_string();
     assert_eq!(

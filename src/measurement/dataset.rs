@@ -199,13 +199,12 @@ impl Shot {
         before: [Measured; 2],
         [cue_after, object_after]: [[Measured; 2]; 2],
     ) -> Self {
-        const LEAST: f64 = 1e-12;
         let length = normal[0].hypot(normal[1]);
         let [nx, ny] = normal.map(|component| component / length);
         // a unit vector that turns by σ moves by σ across itself; standard deviations are positive
         let component = |value: f64, across: f64| Measured {
             value,
-            sd: normal_sd.map(|sd| sd * across.abs().max(LEAST)),
+            sd: normal_sd.map(|sd| sd * across.abs().max(1e-12)),
         };
         let of = |observable: fn(Axis) -> Observable, velocity: [Measured; 2]| {
             [Axis::X, Axis::Y]

@@ -8,6 +8,7 @@ use super::dataset::{Before, Dataset, Joint, Measured, Shot};
 use super::parameter::Parameter;
 use super::spin::Spin;
 use super::track::{Sample, TrackShot};
+use crate::physics::ball::HOLLOW_SPHERE;
 
 /// A line of centres is taken for a unit vector, and made one, if its length is within this of 1.
 const UNIT: f64 = 1e-3;
@@ -24,7 +25,8 @@ pub const POSITIVE: Condition = (|x| x > 0.0, "more than 0");
 pub const NOT_NEGATIVE: Condition = (|x| x >= 0.0, "0 or more");
 
 /// The moment of inertia of a ball over MR².
-pub const INERTIA: Condition = (|x| x > 0.0 && x <= 2.0 / 3.0, "more than 0, at most 2/3 (a hollow sphere)");
+pub const INERTIA: Condition =
+    (|x| x > 0.0 && x <= HOLLOW_SPHERE, "more than 0, at most 2/3 (a hollow sphere)");
 
 /// From 0 to 1.
 pub const FRACTION: Condition = (|x| (0.0..=1.0).contains(&x), "a number from 0 to 1");

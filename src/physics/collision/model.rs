@@ -9,13 +9,10 @@ use super::{
     simple,
     sliding::{self, Ways},
 };
-use crate::physics::ball::{Ball, BallState};
+use crate::physics::ball::{Ball, BallState, HOLLOW_SPHERE};
 use crate::physics::cloth_motion::Cloth;
 use crate::physics::contact_frame::CollisionFrame;
 use crate::physics::friction_law::Law;
-
-/// Moment of inertia of a thin hollow sphere over MR², the largest a ball can have.
-const HOLLOW_SPHERE: f64 = 2.0 / 3.0;
 
 impl Model {
     /// The default of [`Model::contact_time`], in seconds: balls of phenolic resin touch for 250 to
