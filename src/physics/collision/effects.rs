@@ -300,7 +300,7 @@ pub fn motion(
     model: &Model,
     cue: &BallState,
     outcome: &Outcome,
-    cloth: &Cloth<f64>,
+    cloth: &Cloth,
     seconds: f64,
     tolerance: f64,
 ) -> [Estimate; 3] {

@@ -18,8 +18,8 @@ mod outcome;
 mod simple;
 mod sliding;
 
+use super::Number;
 use super::ball::Ball;
-use super::cloth_motion::Number;
 use super::friction_law::Law;
 use super::name::worded;
 

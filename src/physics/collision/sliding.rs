@@ -22,7 +22,6 @@ mod dual;
 
 use super::impact::{Dual, Impact};
 use super::{Number, Regime};
-use crate::physics::cloth_motion::norm;
 
 /// Largest number of steps to an end; typical are two or three.
 const MAX_STEPS: usize = 60;
@@ -318,6 +317,11 @@ fn rise<D: Number>(w: D, v_x: D, stiffness: D) -> [D; 2] {
     let square = v_x * v_x + w * stiffness * 2.0;
     let after = if square.re() > 0.0 { square.sqrt() } else { D::from(f64::MIN_POSITIVE) };
     [w * 2.0 / (v_x + after), after]
+}
+
+#[inline(always)]
+fn norm([y, z]: [f64; 2]) -> f64 {
+    (y * y + z * z).sqrt()
 }
 
 /// Returns 1 − ab = (1 − a) + a(1 − b) for both components, from 1 − a and 1 − b.
