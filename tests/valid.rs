@@ -69,6 +69,9 @@ fn a_data_set_from_vectors_is_fitted() {
     assert!(fits[0].get(Parameter::C).is_none());
 }
 
+/// A change that makes a data set useless.
+type Spoil<'a> = &'a dyn Fn(&mut Dataset);
+
 #[test]
 fn what_cannot_be_fitted_is_refused_by_its_name() {
     let zero = Prior { mean: 0.05, sd: 0.0 };
@@ -79,7 +82,7 @@ fn what_cannot_be_fitted_is_refused_by_its_name() {
         }
     };
     let negative = |d: &mut Dataset| d.shots[3].after[0].measured.sd = Some(-0.004);
-    let cases: [(&dyn Fn(&mut Dataset), &str); 12] = [
+    let cases: [(Spoil, &str); 12] = [
         (&|d| d.settings[Parameter::Mu].initial = 0.7, "mu.initial is 0.7; expected 0.0 to 0.5, its bounds"),
         (&|d| d.settings[Parameter::E].upper = 1.5, "e.upper is 1.5; expected 0 to 1"),
         (&|d| d.settings[Parameter::MuS].lower = 2.0, "mu_s.lower is 2.0, above mu_s.upper, 1.0"),
