@@ -174,7 +174,7 @@ pub struct Shot {
     /// The joint errors of the state before and the observations after the impact, where they were
     /// extracted together from a track.
     pub joint: Option<Box<Joint>>,
-    /// The standard deviation of side spin that nobody saw, rad/s (that of the data set is over
+    /// The standard deviation of side spin that was not seen, rad/s (that of the data set is over
     /// U/R); 0 where none is reckoned with.
     pub side_sd: f64,
 }

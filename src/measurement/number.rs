@@ -20,7 +20,7 @@ pub(crate) fn plain(value: f64, digits: usize) -> String {
 }
 
 /// `0.1014 ± 0.0027`: the error to two significant digits, the value to the same decimals; the
-/// value alone where there is no error.
+/// value alone without an error.
 pub(crate) fn with_error(value: f64, error: f64) -> String {
     if !(error > 0.0 && error.is_finite()) {
         return plain(value, 4);

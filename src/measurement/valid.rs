@@ -13,7 +13,7 @@ use crate::physics::ball::HOLLOW_SPHERE;
 /// A line of centres is taken for a unit vector, and made one, if its length is within this of 1.
 const UNIT: f64 = 1e-3;
 
-/// What a number has to meet besides being finite, and that in words.
+/// A condition on a finite number, and its words.
 pub type Condition = (fn(f64) -> bool, &'static str);
 
 const FINITE: Condition = (|_| true, "a finite number");

@@ -22,7 +22,7 @@ impl Values {
     }
 
     /// Returns typical values within the bounds, with fixed parameters where they are fixed: the
-    /// start of a search, whatever the initial values are.
+    /// start of a search, independent of the initial values.
     #[must_use]
     pub fn usual(settings: &Settings) -> Self {
         Self(Parameter::ALL.map(|parameter| {

@@ -62,7 +62,7 @@ impl Fidelity {
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
 #[non_exhaustive]
 pub enum FidelityChoice {
-    /// `full`, with a contact that gives way and the weight of the balls if the data show them.
+    /// `full`, with a compliant contact and the weight of the balls if the data show them.
     #[default]
     Auto,
     /// The same fidelity for all shots.

@@ -59,8 +59,8 @@ pub(crate) const MASS_RATIOS: std::ops::RangeInclusive<f64> = 1e-3..=1e3;
 /// Poisson's ratio σ of phenolic resin, of which balls are made, dimensionless.
 pub const POISSON: f64 = 0.34;
 
-/// The largest [`Model::kappa`]: a contact that is softer along its surface hardly transmits any
-/// friction.
+/// The largest [`Model::kappa`]: a contact that is softer along its surface transmits next to
+/// no friction.
 pub const MAX_KAPPA: f64 = 100.0;
 
 /// The smallest κ with which a compliant contact is computed while κ is fitted: 0 is another model,

@@ -276,7 +276,7 @@ impl Model {
         check_motion(cue, self.ball.radius)?;
         let values = Values::new(self, cue, coefficients);
         let largest = values[Input::Mu] + values[Input::B].max(0.0);
-        // dv_x/dq = 1 + 1/r + μ_s μ sin θ must stay positive, whatever θ is
+        // dv_x/dq = 1 + 1/r + μ_s μ sin θ must stay positive at every θ
         let (product, most) = (largest * values[Input::MuS], 1.0 + 1.0 / ratio);
         // the friction of a compliant contact may turn and press the object ball down
         if product >= most && (cue.spin.y > 0.0 || self.kappa > 0.0) {

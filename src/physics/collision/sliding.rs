@@ -136,7 +136,7 @@ impl<D: Number> Phase<D> {
     }
 }
 
-/// What slows the slip.
+/// The rates at which friction slows the slip.
 struct Slide<D> {
     /// λ_y and λ_z.
     rates: [D; 2],
