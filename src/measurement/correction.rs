@@ -14,9 +14,9 @@ worded! {
         Aspect = "aspect" | "aspect (y over x)",
         /// Change of x per y: 0 for an upright camera.
         Shear = "shear" | "shear",
-        /// Relative decrease of lengths along x, 1/m.
+        /// Relative decrease of the scale per metre along x, 1/m.
         PerspectiveX = "perspective_x" | "perspective along x (1/m)",
-        /// Relative decrease of lengths along y, 1/m.
+        /// Relative decrease of the scale per metre along y, 1/m.
         PerspectiveY = "perspective_y" | "perspective along y (1/m)",
         /// Relative change of a length at 0.5 m from the middle by the lens: negative for a barrel
         /// distortion.
