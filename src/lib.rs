@@ -4,7 +4,7 @@
 //! # One collision
 //!
 //! In the frame of a simulator's table, x and y along it and z up. `default-features = false` leaves the collision models and the motion
-//! on the cloth, with few dependencies (nalgebra, num-dual, thiserror, wide).
+//! on the cloth, with few dependencies (nalgebra, num-dual, thiserror).
 //!
 //! ```
 //! use caromfit::physics::ball::{Ball, BallState};
