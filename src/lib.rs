@@ -4,7 +4,7 @@
 //! # One collision
 //!
 //! In the frame of a simulator's table, x and y along it and z up. `default-features = false` leaves the collision models and the motion
-//! on the cloth, with few dependencies (nalgebra, num-dual, thiserror, wide).
+//! on the cloth, with few dependencies (nalgebra, num-dual, thiserror).
 //!
 //! ```
 //! use caromfit::physics::ball::{Ball, BallState};
@@ -119,7 +119,7 @@ assert!(compared.differences[0].is_real());
 //! | module | what it holds | feature |
 //! | --- | --- | --- |
 //! | [`physics`] | balls, discs, friction, motion on the cloth, the collision models | – |
-//! | [`numerics`] | least squares within bounds: knows no balls | – (least squares: `fit`) |
+//! | [`numerics`] | least squares within bounds: knows no balls | `fit` |
 //! | [`measurement`] | what was measured, as values: data set, shot, track, observable, parameter | `fit` |
 //! | [`film`] | what trackers make of a film: noise, rounding, dropped frames | `fit` |
 //! | [`io`] | files to measurements and back | `io` |
@@ -142,8 +142,6 @@ assert!(compared.differences[0].is_real());
         clippy::print_stderr
     )
 )]
-// what only left out features use is no mistake
-#![cfg_attr(not(feature = "report"), allow(dead_code, unused_imports))]
 // the front page names all modules, also those that were left out
 #![cfg_attr(not(feature = "report"), allow(rustdoc::broken_intra_doc_links))]
 
@@ -163,6 +161,7 @@ pub mod guide;
 pub mod io;
 #[cfg(feature = "fit")]
 pub mod measurement;
+#[cfg(feature = "fit")]
 pub mod numerics;
 pub mod physics;
 #[cfg(feature = "fit")]

@@ -110,9 +110,8 @@ fn the_motion_afterwards_is_estimated_truly() {
                 up: ball.velocity.z,
                 inertia: model.ball.inertia,
             };
-            let at = |launch: &Launch<f64>, cloth: &Cloth<f64>| {
-                Vector2::from(Path::after(launch, cloth).position(seconds))
-            };
+            let at =
+                |launch: &Launch, cloth: &Cloth| Vector2::from(Path::after(launch, cloth).position(seconds));
             // without resistance to rolling, which else comes sooner where something is left out
             let free = Cloth { rolling: 0.0, ..cloth };
             let all = at(&launch, &free);

@@ -53,6 +53,12 @@ fn fitted(dataset: &Dataset, depth: Depth) -> Fit {
     fit::fit(dataset, &Options { depth, ..options::of_fit() }).unwrap().remove(0)
 }
 
+fn check_estimates(fit: &Fit) {
+    for (estimate, truth) in fit.estimates.iter().zip(TRUTH) {
+        assert!((estimate.value - truth).abs() < FAR * estimate.std_error.unwrap(), "{estimate:?}");
+    }
+}
+
 fn unknown(mut tracks: Vec<TrackShot>) -> Vec<TrackShot> {
     for shot in &mut tracks {
         shot.spin = Spin::Unknown;
@@ -298,7 +304,6 @@ fn extracted_velocities_are_as_far_off_as_their_errors_say() {
     }
 }
 
-/// A wrong law of the impact does not move what is extracted: with friction that is 5 times as large, velocities are still the shots'.
 #[test]
 fn spins_that_markers_show_are_those_of_the_shots() {
     let camera = Camera { markers: 2, ..Camera::default() };
@@ -306,11 +311,7 @@ fn spins_that_markers_show_are_those_of_the_shots() {
         filmed(&Spec { camera, ..spec(&[Played::NaturalRoll, Played::Draw, Played::Side], 40, 11) });
     let fit = fitted(&dataset(unknown(tracks)), Depth::Estimates);
     assert!(fit.shots_used > 37, "{}", fit.shots_used);
-    for (estimate, truth) in fit.estimates.iter().zip(TRUTH) {
-        let off = (estimate.value - truth) / estimate.std_error.unwrap();
-        println!("{:?}: {} ({off:+.1} errors)", estimate.parameter, estimate.value);
-        assert!(off.abs() < FAR, "{:?}: {off}", estimate.parameter);
-    }
+    check_estimates(&fit);
     // markers tell side spin, which paths before the impact do not
     let played = truth.iter().filter(|truth| truth.cue_before.spin.z.abs() > 1.0).count();
     assert!(played > 5, "{played}");
@@ -325,7 +326,5 @@ fn many_shots_are_fitted_at_once() {
     let fit = fitted(&dataset, Depth::Estimates);
     println!("{shots} shots: {:.1} s", begun.elapsed().as_secs_f64());
     assert!(fit.converged && fit.shots_used as f64 > 0.98 * shots as f64);
-    for (estimate, truth) in fit.estimates.iter().zip(TRUTH) {
-        assert!((estimate.value - truth).abs() < FAR * estimate.std_error.unwrap(), "{estimate:?}");
-    }
+    check_estimates(&fit);
 }

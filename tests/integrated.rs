@@ -4,13 +4,14 @@ use caromfit::fit;
 use caromfit::fit::{Depth, Options};
 use caromfit::physics::ball::{Ball, BallState, Vec3};
 use caromfit::physics::collision::Effects;
-use caromfit::physics::collision::{Coefficients, Fidelity, Model, NotACollision, Outcome, Regime};
+use caromfit::physics::collision::{Coefficients, Fidelity, Input, Model, NotACollision, Outcome, Regime};
 use caromfit::physics::contact_frame::{cloth_slip, cue_velocity};
 use caromfit::simulate::{Kind, Played};
 use rand::SeedableRng;
 use rand_chacha::ChaCha8Rng;
 
-use super::collisions::{Try, reference_cases};
+use super::collisions::{self, Try, is_spin, reference_cases};
+use super::plain::difference;
 use super::synthetic::{made_with, spec};
 
 use crate::options;
@@ -28,10 +29,7 @@ fn ode(ball: Ball, tolerance: f64) -> Model {
 
 /// The largest difference of velocities, and spins times R, relative to the closing speed.
 fn off(a: &Outcome, b: &Outcome, radius: f64, k: f64) -> f64 {
-    let velocity =
-        (a.cue.velocity - b.cue.velocity).amax().max((a.object.velocity - b.object.velocity).amax());
-    let spin = (a.cue.spin - b.cue.spin).amax().max((a.object.spin - b.object.spin).amax());
-    velocity.max(radius * spin) / k
+    difference(a, b, radius) / k
 }
 
 #[test]
@@ -70,35 +68,9 @@ fn ode_agrees_with_full() {
     assert!(stuck > 200, "only {stuck} shots stuck");
 }
 
-#[test]
-fn outcomes_mirror_and_scale() {
-    let mut rng = ChaCha8Rng::seed_from_u64(12);
-    let effects = Effects { gravity: false, ..Effects::ALL };
-    for fidelity in [Fidelity::Ode, Fidelity::Contact] {
-        for _ in 0..100 {
-            let Try { model, cue, coefficients } = Try::random(&mut rng, Fidelity::Full);
-            let model = Model { effects, ..Model::new(fidelity, model.ball) };
-            let outcome = model.collide(&cue, &coefficients).unwrap();
-            let mirror = |s: &BallState| BallState {
-                velocity: s.velocity.component_mul(&Vec3::new(1.0, -1.0, 1.0)),
-                spin: s.spin.component_mul(&Vec3::new(-1.0, 1.0, -1.0)),
-            };
-            let mirrored = model.collide(&mirror(&cue), &coefficients).unwrap();
-            assert_eq!((mirrored.cue, mirrored.object), (mirror(&outcome.cue), mirror(&outcome.object)));
-            // everything is computed in units of k: a power of 2 changes no digit
-            let scaled = BallState { velocity: 4.0 * cue.velocity, spin: 4.0 * cue.spin };
-            let faster = model.collide(&scaled, &coefficients).unwrap();
-            assert_eq!(faster.components(), 4.0 * outcome.components());
-        }
-    }
-}
-
 /// Kinetic energy of both balls per unit mass.
 fn energy(ball: &Ball, outcome: &Outcome) -> f64 {
-    let of = |s: &BallState| {
-        0.5 * (s.velocity.norm_squared() + ball.inertia * ball.radius.powi(2) * s.spin.norm_squared())
-    };
-    of(&outcome.cue) + of(&outcome.object)
+    collisions::energy(ball, &outcome.cue) + collisions::energy(ball, &outcome.object)
 }
 
 /// `contact` without weight, with more or less of the cloth's friction.
@@ -256,23 +228,13 @@ fn derivatives_agree_with_differences() {
         let spin = share * BallState::natural_roll(velocity, Ball::POOL.radius).spin + side * Vec3::z();
         let cue = BallState { velocity, spin };
         let (_, jacobian) = model.collide_with_jacobian(&cue, &coefficients).unwrap();
-        for input in 0..8 {
-            let unit = if input > 4 { 1.0 / Ball::POOL.radius } else { 1.0 };
-            let at = |by: f64| {
-                let (mut cue, mut c) = (cue, coefficients);
-                match input {
-                    0 => c.mu += by,
-                    1 => c.mu_s += by,
-                    2 => c.e += by,
-                    3 => cue.velocity.x += by,
-                    4 => cue.velocity.y += by,
-                    i => cue.spin[i - 5] += by * unit,
-                }
-                model.collide(&cue, &c).unwrap().components()
-            };
+        let shot = Try { model, cue, coefficients };
+        for input in Input::ALL.into_iter().take(8) {
+            let unit = if is_spin(input) { 1.0 / Ball::POOL.radius } else { 1.0 };
+            let at = |by: f64| shot.moved(input, by * unit).outcome().components();
             let expected = (at(STEP) - at(-STEP)) / (2.0 * STEP);
-            let off = (jacobian.column(input) * unit - expected).amax() / (1.0 + expected.amax());
-            assert!(off < ERROR, "{cut} {share} {side}, {input}: {off:e}");
+            let off = (jacobian.column(input as usize) * unit - expected).amax() / (1.0 + expected.amax());
+            assert!(off < ERROR, "{cut} {share} {side}, {}: {off:e}", input.name());
         }
     }
 }
@@ -344,9 +306,6 @@ fn contacts_that_stick_and_slip_by_turns_are_integrated() {
     const USUALLY: f64 = 1e-9;
     let ball = Ball::POOL;
     let at = |tolerance: f64| Model { tolerance, ..Model::new(Fidelity::Contact, ball) };
-    let energy = |s: &BallState| {
-        s.velocity.norm_squared() + ball.inertia * ball.radius.powi(2) * s.spin.norm_squared()
-    };
     let mut errors = Vec::new();
     for speed in [1e-3, 2e-3, 0.02, 0.3, 5.0] {
         for cut in [-60_f64, -30.0, -5.0, 0.0, 15.0, 45.0] {
@@ -370,7 +329,7 @@ fn contacts_that_stick_and_slip_by_turns_are_integrated() {
                     });
                     let error = off(&found, &exact, ball.radius, speed);
                     assert!(error < MOST, "{error:e}: {cue:?} {coefficients:?}");
-                    assert!(energy(&found.cue) + energy(&found.object) <= energy(&cue));
+                    assert!(energy(&ball, &found) <= collisions::energy(&ball, &cue));
                     errors.push(error);
                     // a rigid contact without weight
                     let [full, ode] = [Fidelity::Full, Fidelity::Ode]

@@ -15,17 +15,13 @@ use caromfit::simulate::{Kind, Noise, Played, Shots, Spec, Truth};
 
 use crate::frames::count;
 use crate::options;
-use crate::synthetic::{self, made_with};
+use crate::synthetic::{self, OFF, check_errors, made_with};
 
 const B: f64 = 0.09;
 const C: f64 = 1.088;
 
 /// Data sets, or as many as `CAROMFIT_SETS` says.
 const SETS: usize = 12;
-
-/// Standard errors that an estimate, and standard deviations that a mean, a standard deviation and a coverage may be off: of a dozen numbers
-/// one is farther off once in 200 runs, and the seeds are fixed.
-const OFF: f64 = 3.5;
 
 fn spec(seed: u64, speed_m_s: [f64; 2]) -> Spec {
     let usual = synthetic::spec(Kind::Impacts, &[Played::Stun, Played::NaturalRoll, Played::Draw], 60, seed);
@@ -47,93 +43,64 @@ fn fitted(mut dataset: Dataset, frees_c: bool, options: &Options) -> Fit {
     fit::fit(&dataset, &options).unwrap().remove(0)
 }
 
-fn check(fits: &[Fit], parameters: &[Parameter], truth: impl Fn(Parameter) -> f64) {
-    for parameter in parameters {
-        let (mut pulls, mut covered) = (Vec::new(), 0);
-        for fit in fits {
-            assert!(fit.converged, "{}", fit.termination);
-            let estimate = fit.estimates[*parameter as usize];
-            let [low, high] = estimate.interval_95.unwrap();
-            covered += usize::from((low..=high).contains(&truth(*parameter)));
-            pulls.extend(estimate.std_error.map(|error| (estimate.value - truth(*parameter)) / error));
-        }
-        let n = pulls.len() as f64;
-        let mean = pulls.iter().sum::<f64>() / n;
-        let sd = (pulls.iter().map(|p| (p - mean).powi(2)).sum::<f64>() / (n - 1.0)).sqrt();
-        let coverage = f64::from(covered as u32) / fits.len() as f64;
-        let name = parameter.name();
-        println!("{name}: mean {mean:.3}, sd {sd:.3}, coverage {coverage:.3}, {n} with an error");
-        // of n standardized errors the mean scatters by 1/√n, the standard deviation by 1/√2n
-        assert!(
-            mean.abs() < OFF / n.sqrt() && (sd - 1.0).abs() < OFF / (2.0 * n).sqrt(),
-            "{name}: {mean} {sd}"
-        );
-        let of_coverage = (0.95 * 0.05 / fits.len() as f64).sqrt();
-        assert!((coverage - 0.95).abs() < OFF * of_coverage, "{name}: coverage {coverage}");
-    }
-}
+const LAW: Law = Law::Exponential { b: B, c: C };
 
-fn truth(parameter: Parameter) -> f64 {
-    [0.02, 0.3, 0.94, B, C][parameter as usize]
+/// μ, μ_s, e, b and c.
+const TRUTH: [f64; 5] = [0.02, 0.3, 0.94, B, C];
+
+/// Asserts that μ, μ_s, e and b are right within their errors.
+fn check_estimates(fit: &Fit) {
+    for parameter in [Parameter::Mu, Parameter::MuS, Parameter::E, Parameter::B] {
+        let estimate = fit.estimates[parameter as usize];
+        let off = (estimate.value - TRUTH[parameter as usize]) / estimate.std_error.unwrap();
+        println!("{}: {off:.2}", parameter.name());
+        assert!(off.abs() < OFF, "{}: {off}", parameter.name());
+    }
 }
 
 #[test]
 fn a_and_b_are_recovered() {
-    let law = Law::Exponential { b: B, c: C };
     let options = Options { depth: Depth::Intervals, ..options::of_fit() };
-    let of = |seed| fitted(made(&spec(seed, [0.5, 5.0]), Fidelity::Full, law), false, &options);
+    let of = |seed| fitted(made(&spec(seed, [0.5, 5.0]), Fidelity::Full, LAW), false, &options);
     let fits: Vec<Fit> = (0..count("CAROMFIT_SETS", SETS) as u64).map(of).collect();
-    check(&fits, &[Parameter::Mu, Parameter::MuS, Parameter::E, Parameter::B], truth);
+    check_errors(&fits, &[Parameter::Mu, Parameter::MuS, Parameter::E, Parameter::B], &TRUTH);
     assert!(fits.iter().all(|fit| fit.estimates[Parameter::C as usize].status == Status::Fixed));
 }
 
 #[test]
 fn c_is_recovered_too_from_a_wide_range_of_slips() {
-    let law = Law::Exponential { b: B, c: C };
     let wide =
         |seed| Spec { shots: Shots { count: 150, ..spec(seed, [0.3, 8.0]).shots }, ..spec(seed, [0.3, 8.0]) };
     let options = Options { depth: Depth::Estimates, ..options::of_fit() };
-    let of = |seed| fitted(made(&wide(seed), Fidelity::Full, law), true, &options);
+    let of = |seed| fitted(made(&wide(seed), Fidelity::Full, LAW), true, &options);
     // of 150 shots each
     let sets = count("CAROMFIT_SETS", SETS / 2);
     let fits: Vec<Fit> = (0..sets as u64).map(of).filter(|fit| fit.converged).collect();
     // where a shot begins to stick the weights may turn in circles, and the fit says so
     assert!(fits.len() + sets.div_ceil(20) >= sets, "{}", fits.len());
-    check(&fits, &[Parameter::Mu, Parameter::B, Parameter::C], truth);
+    check_errors(&fits, &[Parameter::Mu, Parameter::B, Parameter::C], &TRUTH);
 }
 
 /// The frames of footage tell a and b in one fit with everything else.
 #[test]
 fn frames_tell_a_falling_friction() {
-    let law = Law::Exponential { b: B, c: C };
     let options = Options { falling: Falling::Fitted, depth: Depth::Estimates, ..options::of_fit() };
     for seed in 0..3 {
         let spec = Spec { kind: Kind::Tracks, ..spec(seed, [0.7, 4.0]) };
-        let fit = fit::analyse(&made(&spec, Fidelity::Full, law), &options);
+        let fit = fit::analyse(&made(&spec, Fidelity::Full, LAW), &options);
         let fit = fit.fits.unwrap().remove(0);
         assert_eq!(fit.method_name(), "joint");
-        for parameter in [Parameter::Mu, Parameter::MuS, Parameter::E, Parameter::B] {
-            let estimate = fit.estimates[parameter as usize];
-            let off = (estimate.value - truth(parameter)) / estimate.std_error.unwrap();
-            println!("{seed} {}: {off:.2}", parameter.name());
-            assert!(off.abs() < OFF, "{seed} {}: {off}", parameter.name());
-        }
+        check_estimates(&fit);
     }
 }
 
 /// What `full` takes at the first slip `ode` follows: the correction brings it back.
 #[test]
 fn what_ode_made_ode_recovers() {
-    let law = Law::Exponential { b: B, c: C };
     let options = Options { fidelity: Fidelity::Ode.into(), depth: Depth::Estimates, ..options::of_fit() };
     for seed in 0..3 {
-        let fit = fitted(made(&spec(seed, [0.5, 5.0]), Fidelity::Ode, law), false, &options);
-        for parameter in [Parameter::Mu, Parameter::MuS, Parameter::E, Parameter::B] {
-            let estimate = fit.estimates[parameter as usize];
-            let off = (estimate.value - truth(parameter)) / estimate.std_error.unwrap();
-            println!("{seed} {}: {off:.2}", parameter.name());
-            assert!(off.abs() < OFF, "{seed} {}: {off}", parameter.name());
-        }
+        let fit = fitted(made(&spec(seed, [0.5, 5.0]), Fidelity::Ode, LAW), false, &options);
+        check_estimates(&fit);
     }
 }
 
@@ -168,8 +135,7 @@ fn one_slip_does_not_tell_a_from_b() {
     let mut same = spec(1, [2.0, 2.0]);
     same.shots.cut_deg = [30.0, 30.0];
     same.shots.cue_spin = vec![Played::Stun];
-    let law = Law::Exponential { b: B, c: C };
-    let dataset = made(&same, Fidelity::Full, law);
+    let dataset = made(&same, Fidelity::Full, LAW);
     let fit = fitted(dataset, false, &options::of_fit());
     // whether b ends on its bound 0 or not
     let is_said =
@@ -228,8 +194,7 @@ fn alciatores_throw_gives_a_falling_friction() {
 #[test]
 fn from_end_to_end() {
     let folder = tempfile::tempdir().unwrap();
-    let law = Law::Exponential { b: B, c: C };
-    let model = Model { law, ..Model::new(Fidelity::Full, Ball::POOL) };
+    let model = Model { law: LAW, ..Model::new(Fidelity::Full, Ball::POOL) };
     for (name, content) in simulate::generate_with(&spec(7, [0.5, 5.0]), &model).unwrap() {
         std::fs::write(folder.path().join(name), content).unwrap();
     }

@@ -8,7 +8,7 @@ use caromfit::physics::contact_frame::{CollisionFrame, cloth_slip, cue_velocity,
 /// Sums of a few terms.
 const ROUNDING: f64 = 1e-13;
 
-fn launch(slip: [f64; 2], up: f64) -> Launch<f64> {
+fn launch(slip: [f64; 2], up: f64) -> Launch {
     Launch { time: 0.5, position: [1.0, 2.0], velocity: [1.5, -0.5], slip, up, inertia: 0.4 }
 }
 
@@ -108,20 +108,6 @@ fn the_spin_follows_the_slip_until_the_ball_rolls() {
 }
 
 #[test]
-fn a_tilted_table_accelerates_a_ball_that_slides_fully_and_one_that_rolls_by_five_sevenths() {
-    let (slides, level) = (0.05, Path::after(&launch([1.0, 0.4], 0.0), &Cloth::default()));
-    let tilted = level.clone().tilted([0.02, 0.0], 0.4);
-    let off = |time: f64| tilted.position(time)[0] - level.position(time)[0];
-    assert!((off(0.5 + slides) - 0.5 * 0.02 * slides * slides).abs() < ROUNDING);
-    let rolls = level.changes().nth(1).unwrap();
-    let (since, sliding) = (0.1, rolls - 0.5);
-    let expected = 0.01 * sliding * sliding + 0.02 * sliding * since + 0.5 * 0.02 / 1.4 * since * since;
-    assert!((off(rolls + since) - expected).abs() < ROUNDING);
-    let still = Path::at_rest(&launch([0.0; 2], 0.0)).tilted([0.02, 0.0], 0.4);
-    assert_eq!(still.position(0.1), [1.0, 2.0]);
-}
-
-#[test]
 fn the_path_is_continuous_and_ends_at_rest() {
     let path = Path::after(&launch([1.0, 0.4], 0.1), &Cloth::default());
     let just = 1e-9;
@@ -170,18 +156,14 @@ fn a_line_without_direction_is_no_collision() {
 const ROTATION: f64 = 4.0 * f64::EPSILON;
 
 #[test]
-fn frames_are_inverse_and_x_is_the_line_of_centres() {
-    let frame = CollisionFrame::from_normal(0.6, -0.8).unwrap();
+fn frames_are_inverse_and_x_is_the_line_of_centres_of_any_length() {
     let v = Vec3::new(1.5, -2.0, 0.3);
-    assert!((frame.to_table(frame.to_collision(v)) - v).norm() < ROTATION * v.norm());
-    assert!((frame.to_collision(Vec3::new(0.6, -0.8, 0.0)) - Vec3::x()).norm() < ROTATION);
-}
-
-#[test]
-fn a_frame_keeps_lengths_whatever_that_of_the_line_of_centres() {
-    let v = Vec3::new(2.0, 0.5, 0.0);
-    let frame = CollisionFrame::from_normal(0.03, -0.04).unwrap();
-    assert!((frame.to_collision(v).norm() - v.norm()).abs() < ROTATION * v.norm());
+    for length in [1.0, 0.05] {
+        let frame = CollisionFrame::from_normal(0.6 * length, -0.8 * length).unwrap();
+        assert!((frame.to_table(frame.to_collision(v)) - v).norm() < ROTATION * v.norm());
+        assert!((frame.to_collision(v).norm() - v.norm()).abs() < ROTATION * v.norm());
+        assert!((frame.to_collision(Vec3::new(0.6, -0.8, 0.0)) - Vec3::x()).norm() < ROTATION);
+    }
     for (nx, ny) in [(0.0, 0.0), (f64::NAN, 1.0), (1.0, f64::INFINITY)] {
         assert!(CollisionFrame::from_normal(nx, ny).is_none());
     }
@@ -198,10 +180,7 @@ fn a_rolling_ball_does_not_slip_on_the_cloth_but_does_on_the_object_ball() {
 
 #[test]
 fn what_has_a_name_is_found_by_it() {
-    for fidelity in Fidelity::ALL {
-        assert_eq!(fidelity.name().parse(), Ok(fidelity));
-        assert_eq!(fidelity.name().parse(), Ok(FidelityChoice::Of(fidelity)));
-    }
+    assert_eq!("full".parse(), Ok(FidelityChoice::Of(Fidelity::Full)));
     assert_eq!("auto".parse(), Ok(FidelityChoice::Auto));
     let error = "fulll".parse::<FidelityChoice>().unwrap_err().to_string();
     assert_eq!(

@@ -1,7 +1,9 @@
 //! Synthetic data sets for other tests.
 
+use caromfit::fit::Fit;
 use caromfit::io;
 use caromfit::measurement::dataset::{Dataset, ObjectBall};
+use caromfit::measurement::parameter::Parameter;
 use caromfit::physics::ball::Ball;
 use caromfit::physics::collision::Model;
 use caromfit::simulate;
@@ -45,4 +47,37 @@ fn loaded(files: Result<Vec<(&'static str, String)>, BadSpec>) -> Dataset {
         std::fs::write(folder.path().join(name), content).unwrap();
     }
     io::load(folder.path()).unwrap()
+}
+
+/// Standard deviations that a mean, a standard deviation and a coverage may be off: of a dozen numbers one is farther off once in 200
+/// runs, and the seeds are fixed.
+pub const OFF: f64 = 3.5;
+
+/// Asserts that the fits converged and that the errors of their estimates, over their standard errors, have the mean 0 and the standard
+/// deviation 1, and that 95 % of the intervals hold the truth.
+pub fn check_errors(fits: &[Fit], parameters: &[Parameter], truth: &[f64]) {
+    for parameter in parameters {
+        let truth = truth[*parameter as usize];
+        let (mut pulls, mut covered) = (Vec::new(), 0);
+        for fit in fits {
+            assert!(fit.converged, "{}", fit.termination);
+            let estimate = fit.estimates[*parameter as usize];
+            let [low, high] = estimate.interval_95.unwrap();
+            covered += u32::from((low..=high).contains(&truth));
+            pulls.extend(estimate.std_error.map(|error| (estimate.value - truth) / error));
+        }
+        let n = pulls.len() as f64;
+        let mean = pulls.iter().sum::<f64>() / n;
+        let sd = (pulls.iter().map(|p| (p - mean).powi(2)).sum::<f64>() / (n - 1.0)).sqrt();
+        let coverage = f64::from(covered) / fits.len() as f64;
+        let name = parameter.name();
+        println!("{name}: mean {mean:.3}, sd {sd:.3}, coverage {coverage:.3}, {n} with an error");
+        // of n standardized errors the mean scatters by 1/√n, the standard deviation by 1/√2n
+        assert!(
+            mean.abs() < OFF / n.sqrt() && (sd - 1.0).abs() < OFF / (2.0 * n).sqrt(),
+            "{name}: {mean} {sd}"
+        );
+        let of_coverage = (0.95 * 0.05 / fits.len() as f64).sqrt();
+        assert!((coverage - 0.95).abs() < OFF * of_coverage, "{name}: coverage {coverage}");
+    }
 }

@@ -16,7 +16,6 @@ use caromfit::measurement::spin::Spin;
 use caromfit::measurement::track::{Sample, TrackShot};
 use caromfit::physics::ball::{Ball, BallState};
 use caromfit::physics::collision::{Coefficients, Fidelity, FidelityChoice, Model};
-use caromfit::physics::contact_frame::CollisionFrame;
 use caromfit::physics::name::UnknownName;
 use caromfit::simulate::{Kind, Played, Shots, Spec};
 
@@ -25,19 +24,6 @@ use crate::synthetic::{made, spec};
 
 fn good() -> Dataset {
     made(&spec(Kind::Impacts, &[Played::NaturalRoll], 10, 1))
-}
-
-/// The fit and the comparison refuse it as bad input, in these words.
-fn refused(spoil: impl Fn(&mut Dataset), expected: &str) {
-    let mut bad = good();
-    spoil(&mut bad);
-    let error = fit::fit(&bad, &options::of_fit()).unwrap_err();
-    assert!(error.is_bad_input() && error.to_string().contains(expected), "{error}; expected {expected}");
-    let error = compare::compare(&[good(), bad], &options::of_comparison()).unwrap_err();
-    assert!(
-        matches!(&error, CompareError::Invalid { .. }) && error.to_string().contains(expected),
-        "{error}; expected {expected}"
-    );
 }
 
 #[test]
@@ -83,43 +69,45 @@ fn a_data_set_from_vectors_is_fitted() {
     assert!(fits[0].get(Parameter::C).is_none());
 }
 
-#[test]
-fn settings_out_of_range_are_refused() {
-    refused(
-        |d| d.settings[Parameter::Mu].initial = 0.7,
-        "mu.initial is 0.7; expected 0.0 to 0.5, its bounds",
-    );
-    refused(|d| d.settings[Parameter::E].upper = 1.5, "e.upper is 1.5; expected 0 to 1");
-    refused(|d| d.settings[Parameter::MuS].lower = 2.0, "mu_s.lower is 2.0, above mu_s.upper, 1.0");
-    refused(|d| d.settings[Parameter::Mu].initial = f64::NAN, "mu.initial is NaN; expected 0 or more");
-    let prior = Prior { mean: 0.05, sd: 0.0 };
-    refused(|d| d.settings[Parameter::Mu].prior = Some(prior), "mu.prior_sd is 0.0; expected more than 0");
-}
+/// A change that makes a data set useless.
+type Spoil<'a> = &'a dyn Fn(&mut Dataset);
 
 #[test]
-fn measured_values_that_are_none_name_their_shot() {
-    refused(|d| d.shots[3].after[0].measured.sd = Some(-0.004), "shot 4 (");
-    refused(
-        |d| d.shots[3].after[0].measured.sd = Some(-0.004),
-        "cue_vx_after_sd is -0.004; expected more than 0",
-    );
-    refused(
-        |d| d.shots[6].after[1].measured.value = f64::NAN,
-        "cue_vy_after is NaN; expected a finite number",
-    );
-    let longer = |dataset: &mut Dataset| {
+fn what_cannot_be_fitted_is_refused_by_its_name() {
+    let zero = Prior { mean: 0.05, sd: 0.0 };
+    let short = |dataset: &mut Dataset| {
         let Before::Impact { normal, .. } = &mut dataset.shots[0].before else { panic!() };
         for component in normal {
             component.value *= 0.1;
         }
     };
-    refused(longer, "expected a unit vector");
-    refused(|d| d.shots[2].after.clear(), "nothing is observed");
-}
-
-#[test]
-fn a_label_column_that_is_not_there_is_refused() {
-    refused(|d| d.by = Some("cloht".to_owned()), "by is \"cloht\", but no shot has such a label");
+    let negative = |d: &mut Dataset| d.shots[3].after[0].measured.sd = Some(-0.004);
+    let cases: [(Spoil, &str); 12] = [
+        (&|d| d.settings[Parameter::Mu].initial = 0.7, "mu.initial is 0.7; expected 0.0 to 0.5, its bounds"),
+        (&|d| d.settings[Parameter::E].upper = 1.5, "e.upper is 1.5; expected 0 to 1"),
+        (&|d| d.settings[Parameter::MuS].lower = 2.0, "mu_s.lower is 2.0, above mu_s.upper, 1.0"),
+        (&|d| d.settings[Parameter::Mu].initial = f64::NAN, "mu.initial is NaN; expected 0 or more"),
+        (&|d| d.settings[Parameter::Mu].prior = Some(zero), "mu.prior_sd is 0.0; expected more than 0"),
+        (&negative, "shot 4 ("),
+        (&negative, "cue_vx_after_sd is -0.004; expected more than 0"),
+        (&|d| d.shots[6].after[1].measured.value = f64::NAN, "cue_vy_after is NaN; expected a finite number"),
+        (&short, "expected a unit vector"),
+        (&|d| d.shots[2].after.clear(), "nothing is observed"),
+        (
+            &|d| d.shots[3].name = d.shots[0].name.clone(),
+            "2 shots are named \"1\"; expected names that differ",
+        ),
+        (&|d| d.by = Some("cloht".to_owned()), "by is \"cloht\", but no shot has such a label"),
+    ];
+    for (spoil, expected) in cases {
+        let mut bad = good();
+        spoil(&mut bad);
+        let error = fit::fit(&bad, &options::of_fit()).unwrap_err();
+        assert!(error.is_bad_input() && error.to_string().contains(expected), "{error}; expected {expected}");
+        let error = compare::compare(&[good(), bad], &options::of_comparison()).unwrap_err();
+        assert!(matches!(error, CompareError::Invalid { .. }), "{error}");
+        assert!(error.to_string().contains(expected), "{error}; expected {expected}");
+    }
 }
 
 /// One entry for every kind of data; where the extraction is the caller's, a forgotten one is named by what the caller can call.
@@ -179,22 +167,6 @@ fn the_defaults_are_those_of_the_program() {
             assert_eq!(stored["fidelity"], fit.fidelity);
         }
     }
-}
-
-#[test]
-fn two_shots_of_one_name_are_refused() {
-    refused(
-        |d| d.shots[3].name = d.shots[0].name.clone(),
-        "2 shots are named \"1\"; expected names that differ",
-    );
-}
-
-#[test]
-fn a_line_of_centres_gives_a_frame_whatever_its_length() {
-    let v = caromfit::physics::ball::Vec3::new(2.06, 0.0, 0.0);
-    let frame = CollisionFrame::from_normal(0.058, 0.0).unwrap();
-    assert!((frame.to_collision(v) - v).norm() < 1e-15);
-    assert!(CollisionFrame::from_normal(0.0, 0.0).is_none());
 }
 
 /// Replicates without the one shot that slides say nothing of μ: they used to count as ending at the estimate.
@@ -267,6 +239,8 @@ fn names_are_read_back() {
         }
         assert!("nothing".parse::<T>().unwrap_err().to_string().contains("\"nothing\" is no "));
     }
+    all(&Fidelity::ALL, Fidelity::name);
+    all(&Loss::ALL, Loss::name);
     all(&Spin::WORDS, Spin::name);
     all(&Status::ALL, Status::name);
     all(&Grade::ALL, Grade::name);

@@ -107,7 +107,7 @@ pub fn run(args: &Args) -> Result<(), Failure> {
         FidelityChoice::Of(fidelity) => Some(fidelity),
         _ => args.effects.map(effects::cheapest),
     };
-    let within = args.tolerance.unwrap_or(effects::TOLERANCE);
+    let within = args.tolerance.unwrap_or(effects::NEGLIGIBLE_CHANGE);
     let given = |case: &Case| -> Result<Model, BadCase> {
         let ball = Ball { radius: case.radius, ..Ball::POOL };
         let mut model = Model::new(fidelity.unwrap_or(Fidelity::Contact), ball);
@@ -176,7 +176,7 @@ pub fn run(args: &Args) -> Result<(), Failure> {
         for (effect, (_, on)) in effects.iter_mut().zip(on) {
             effect.on = on;
         }
-        let within = if fidelity.is_none() { within } else { effects::TOLERANCE };
+        let within = if fidelity.is_none() { within } else { effects::NEGLIGIBLE_CHANGE };
         let cloth = Cloth { sliding: model.mu_k, ..Cloth::default() };
         let (cue, _) = case.before()?;
         let motion = effects::motion(model, &cue, outcome, &cloth, effects::FOLLOWED, within);

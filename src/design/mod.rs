@@ -231,6 +231,7 @@ pub struct Design {
 
 impl Design {
     /// The speeds at which cells of a kind are, m/s.
+    #[cfg(feature = "report")]
     pub(crate) fn speeds(&self, kind: usize) -> Vec<f64> {
         let own = self.cells.iter().filter(|cell| cell.kind == kind);
         let mut speeds: Vec<f64> = own.map(|cell| cell.speed_m_s).collect();

@@ -12,8 +12,8 @@ use num_dual::DualSVec64;
 
 use crate::numerics::least_squares;
 use crate::numerics::least_squares::{Bounds, Options};
+use crate::physics::Number;
 use crate::physics::ball::Vec3;
-use crate::physics::cloth_motion::Number;
 
 /// Angular velocity of a ball at the impact, table frame.
 #[derive(Clone, Copy, Debug, PartialEq)]

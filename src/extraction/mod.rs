@@ -12,6 +12,7 @@ mod wrong_frames;
 pub(crate) use cushion::{leave_out_after_cushion, leave_out_before_cushion};
 pub(crate) use initial_guess::{FirstGuess, from_paths, object_speed};
 pub use marker_rotation::Rotation;
+#[cfg(feature = "io")]
 pub(crate) use marker_rotation::turn;
 pub use marker_spins::Rotations;
 pub use noise_correlation::NoiseCorrelation;

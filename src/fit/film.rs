@@ -1,6 +1,5 @@
 //! Films of balls with their fit: what it says of each shot.
 
-use std::io;
 use std::sync::Arc;
 
 use rayon::prelude::*;
@@ -132,11 +131,12 @@ impl FittedFilm {
 
     /// Writes a text of each shot, which `text` appends, in the order of the shots. Texts are made side
     /// by side, some at a time: there may be more frames than should be held in memory.
+    #[cfg(feature = "report")]
     pub(crate) fn write(
         &self,
-        to: &mut (dyn io::Write + Send),
+        to: &mut (dyn std::io::Write + Send),
         text: impl Fn(&OfShot, &mut String) + Sync,
-    ) -> io::Result<()> {
+    ) -> std::io::Result<()> {
         const AT_A_TIME: usize = 512;
         let all: Vec<usize> = (0..self.tracks.len()).collect();
         for some in all.chunks(AT_A_TIME) {

@@ -31,6 +31,7 @@ pub use counted::Counted;
 pub use diagnostics::goodness::{Goodness, Influence, NoiseVerdict, Normality};
 pub use diagnostics::identifiability::{Combination, Identifiability};
 pub use diagnostics::other_models::{Alternative, LikelihoodRatio};
+#[cfg(feature = "report")]
 pub(crate) use diagnostics::refuted::mean as mean_of_shots;
 pub use diagnostics::refuted::{MeasuredRestitution, Refuted};
 pub use diagnostics::trends::{Trend, Variable};

@@ -1,45 +1,42 @@
-//! What a camera may do to a film, as names of the numbers that are stated or estimated of it.
+//! Distortions of a film by its camera that are stated or estimated.
 
 use crate::physics::name::worded;
 
 worded! {
-    /// A way in which a camera may distort a film, in the order of every list of their values.
+    /// Distortions of a film by its camera, in the order of every list of their values.
     /// [`crate::problem`] gives the equations.
     #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
     #[non_exhaustive]
     pub enum Correction {
-        /// Lengths that the film shows, at its stated scale, over lengths on the table: 1 where the
-        /// stated scale is right.
+        /// Lengths in the film at its stated scale over lengths on the table: 1 for a right scale.
         Scale = "scale" | "scale",
         /// The scale along y over the scale along x: 1 for square pixels.
         Aspect = "aspect" | "aspect (y over x)",
-        /// By how much x leans as y grows: 0 for an upright camera.
+        /// Change of x per y: 0 for an upright camera.
         Shear = "shear" | "shear",
-        /// How the picture shrinks as x grows, 1/m.
+        /// Relative decrease of the scale per metre along x, 1/m.
         PerspectiveX = "perspective_x" | "perspective along x (1/m)",
-        /// How the picture shrinks as y grows, 1/m.
+        /// Relative decrease of the scale per metre along y, 1/m.
         PerspectiveY = "perspective_y" | "perspective along y (1/m)",
-        /// What the lens adds to a length at 0.5 m from the middle, as a fraction of the length:
-        /// negative for a barrel distortion.
+        /// Relative change of a length at 0.5 m from the middle by the lens: negative for a barrel
+        /// distortion.
         Lens = "lens" | "lens (at 0.5 m)",
-        /// Where the axis of the lens meets the picture, along x from the middle of the film, m:
-        /// nowhere in particular without a lens distortion.
+        /// Position of the lens's axis along x from the middle of the film, m; not determined
+        /// without a lens distortion.
         LensX = "lens_x_m" | "axis of the lens along x (m)",
-        /// The same along y.
+        /// Position of the lens's axis along y, m.
         LensY = "lens_y_m" | "axis of the lens along y (m)",
-        /// By how much later a rolling shutter reads what is one metre further along x, in the
-        /// middle of the picture, s/m.
+        /// Delay of a rolling shutter per metre along x in the middle of the picture, s/m.
         ShutterX = "shutter_x_s_per_m" | "rolling shutter along x (s/m)",
-        /// By how much later a rolling shutter reads what is one metre further along y, in the
-        /// middle of the picture, s/m.
+        /// Delay of a rolling shutter per metre along y in the middle of the picture, s/m.
         ShutterY = "shutter_s_per_m" | "rolling shutter along y (s/m)",
-        /// By how much a ball above the cloth is seen displaced along x in the middle of the film,
-        /// over its height: the tangent of the angle from above.
+        /// Displacement along x of a ball above the cloth over its height, in the middle of the
+        /// film: the tangent of the camera's angle from the vertical.
         ParallaxX = "parallax_x" | "parallax along x (per height)",
-        /// The same along y.
+        /// Displacement along y of a ball above the cloth over its height.
         ParallaxY = "parallax_y" | "parallax along y (per height)",
-        /// By how much more away from the middle, 1/m: one over the height of the camera above the
-        /// table.
+        /// Increase of the parallax with the distance from the middle, 1/m: one over the height of
+        /// the camera above the table.
         Nearness = "nearness_per_m" | "nearness of the camera (1/height, 1/m)",
     }
     /// The name in fit.json.
@@ -61,31 +58,11 @@ impl Correction {
         }
     }
 
-    /// Returns whether it belongs to a camera that looks askew.
-    pub(crate) fn is_of_perspective(self) -> bool {
-        matches!(self, Self::PerspectiveX | Self::PerspectiveY)
-    }
-
-    /// Returns whether it belongs to the lens.
-    pub(crate) fn is_of_lens(self) -> bool {
-        matches!(self, Self::Lens | Self::LensX | Self::LensY)
-    }
-
-    /// Returns whether it changes the instants at which the film shows the table, instead of the
-    /// places.
-    pub(crate) fn is_of_time(self) -> bool {
-        matches!(self, Self::ShutterX | Self::ShutterY)
-    }
-
-    /// Returns whether it changes where balls above the cloth are seen.
-    pub(crate) fn is_of_height(self) -> bool {
-        matches!(self, Self::ParallaxX | Self::ParallaxY | Self::Nearness)
-    }
-
     /// Returns whether only the picture of one camera shows it, and not positions that several
     /// cameras measured in space.
-    pub(crate) fn is_of_one_camera(self) -> bool {
-        self.is_of_perspective() || self.is_of_lens() || self.is_of_time() || self.is_of_height()
+    #[must_use]
+    pub fn is_of_one_camera(self) -> bool {
+        !matches!(self, Self::Scale | Self::Aspect | Self::Shear)
     }
 
     /// Returns the standard deviation of its prior about the neutral value: cameras and

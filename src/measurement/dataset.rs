@@ -174,7 +174,7 @@ pub struct Shot {
     /// The joint errors of the state before and the observations after the impact, where they were
     /// extracted together from a track.
     pub joint: Option<Box<Joint>>,
-    /// The standard deviation of side spin that nobody saw, rad/s (that of the data set is over
+    /// The standard deviation of side spin that was not seen, rad/s (that of the data set is over
     /// U/R); 0 where none is reckoned with.
     pub side_sd: f64,
 }
@@ -199,13 +199,12 @@ impl Shot {
         before: [Measured; 2],
         [cue_after, object_after]: [[Measured; 2]; 2],
     ) -> Self {
-        const LEAST: f64 = 1e-12;
         let length = normal[0].hypot(normal[1]);
         let [nx, ny] = normal.map(|component| component / length);
         // a unit vector that turns by σ moves by σ across itself; standard deviations are positive
         let component = |value: f64, across: f64| Measured {
             value,
-            sd: normal_sd.map(|sd| sd * across.abs().max(LEAST)),
+            sd: normal_sd.map(|sd| sd * across.abs().max(1e-12)),
         };
         let of = |observable: fn(Axis) -> Observable, velocity: [Measured; 2]| {
             [Axis::X, Axis::Y]
@@ -287,11 +286,7 @@ impl Shared {
     /// Returns its place in [`Joint::by_shared`].
     #[must_use]
     pub fn place(self) -> usize {
-        match self {
-            Self::Sliding => 0,
-            Self::Lift => 1,
-            Self::Rolling => 2,
-        }
+        self as usize
     }
 }
 

@@ -13,7 +13,7 @@ worded! {
         Squares = "squares",
         /// The square of the distance up to some distance, and linear beyond it (Huber 1964).
         Huber = "huber",
-        /// The logarithm of the distance far away, so that gross errors hardly count (Cauchy).
+        /// The logarithm of the distance far away, so that gross errors count little (Cauchy).
         Cauchy = "cauchy",
     }
     /// The name in dataset.toml and on the command line.

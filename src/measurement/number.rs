@@ -20,7 +20,7 @@ pub(crate) fn plain(value: f64, digits: usize) -> String {
 }
 
 /// `0.1014 ± 0.0027`: the error to two significant digits, the value to the same decimals; the
-/// value alone where there is no error.
+/// value alone without an error.
 pub(crate) fn with_error(value: f64, error: f64) -> String {
     if !(error > 0.0 && error.is_finite()) {
         return plain(value, 4);
@@ -33,6 +33,7 @@ pub(crate) fn with_error(value: f64, error: f64) -> String {
 }
 
 /// `0.942 [0.867, 0.975]`: a value with the interval that it lies in.
+#[cfg(feature = "report")]
 pub(crate) fn with_interval(value: f64, [low, high]: [f64; 2]) -> String {
     // some four standard errors
     let error = 0.25 * (high - low);
@@ -47,6 +48,7 @@ pub fn count_of(count: usize, noun: &str) -> String {
 }
 
 /// `[0.0489, 0.0517]`, to the decimals of the standard error where there is one.
+#[cfg(feature = "report")]
 pub(crate) fn interval([low, high]: [f64; 2], error: Option<f64>) -> String {
     match error.map(decimals_of) {
         Some(decimals) => format!("[{low:.decimals$}, {high:.decimals$}]"),

@@ -187,7 +187,7 @@ impl Observable {
     }
 }
 
-/// By its column.
+/// Finds an observable by its column.
 impl FromStr for Observable {
     type Err = UnknownName;
 

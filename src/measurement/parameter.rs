@@ -1,5 +1,5 @@
 //! The parameters of a fit: μ, μ_s and e; b and c where friction falls with the slip, κ where the
-//! contact gives way, e₁ where e falls with the closing speed, and the ratios of masses and radii
+//! contact is compliant, e₁ where e falls with the closing speed, and the ratios of masses and radii
 //! of the balls where these have errors. Their names, bounds and starting values.
 
 use crate::physics::collision::{MAX_KAPPA, Model};
@@ -24,7 +24,7 @@ worded! {
             "friction between the balls falls with their slip v as μ + b·exp(−c·v): how far, no unit",
         /// c, how fast μ falls with the slip, s/m.
         C = "mu_c" | "c" | "how fast it falls with v, in s/m",
-        /// κ, how far the contact gives way along its surface ([`Model::kappa`]).
+        /// κ, the compliance of the contact along its surface ([`Model::kappa`]).
         Kappa = "kappa" | "κ" | "how far the contact between the balls gives way along its surface",
         /// m_cue/m_object, of balls; of masses that are exact it is no parameter.
         MassRatio = "mass_ratio" | "m_cue/m_object" | "mass of the cue ball over that of the object ball",
@@ -179,13 +179,13 @@ pub struct Settings {
     pub each: [Setting; Parameter::ALL.len()],
     /// Whether friction falls with the slip; if not, b and c have no part in a fit.
     pub falls: bool,
-    /// Whether the contact gives way; unless [`Compliance::Stated`] κ is no parameter of the fit.
+    /// Whether the contact is compliant; unless [`Compliance::Stated`] κ is no parameter of the fit.
     pub compliance: Compliance,
     /// Whether e falls with the closing speed; if not, e₁ has no part in a fit.
     pub e_falls: bool,
 }
 
-/// Whether the contact between the balls gives way along its surface.
+/// Whether the contact between the balls is compliant along its surface.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Compliance {
     /// The data decide whether it does, with the κ that its setting holds.
@@ -193,7 +193,7 @@ pub enum Compliance {
     Auto,
     /// The contact is rigid along its surface.
     Rigid,
-    /// The contact gives way, with the κ that its setting states or leaves free.
+    /// The contact is compliant, with the κ that its setting states or leaves free.
     Stated,
 }
 

@@ -1,7 +1,6 @@
 //! What a camera saw of a shot, in metres and seconds.
 
 use std::collections::BTreeMap;
-use std::panic::{self, AssertUnwindSafe};
 use std::path::PathBuf;
 
 use super::correction::Correction;
@@ -59,36 +58,12 @@ impl TrackShot {
     /// use caromfit::measurement::spin::Spin;
     /// use caromfit::measurement::track::{Sample, TrackShot};
     /// use caromfit::physics::ball::Ball;
-    /// # use caromfit::fit::{Depth, Options};
-    /// # use caromfit::simulate::{Spec, dataset};
-    /// # let spec: Spec = r#"
-    /// #     name = "film"
-    /// #     kind = "tracks"
-    /// #     seed = 1
-    /// #     truth = { mu = 0.05, mu_s = 0.3, e = 0.94 }
-    /// #     shots = { count = 5, speed_m_s = [1, 3], cut_deg = [-50, 50], cue_spin = ["natural-roll"] }
-    /// # "#.parse()?;
-    /// # let fps = spec.camera.fps;
-    /// # let rows = |samples: &[Sample]| samples.iter().map(|s| (s.t, [s.x, s.y])).collect();
-    /// # let simulated = dataset(&spec)?.tracks.ok_or("no film")?.shots;
-    /// # let filmed: Vec<[Vec<(f64, [f64; 2])>; 2]> =
-    /// #     simulated.iter().map(|shot| [rows(&shot.cue), rows(&shot.object)]).collect();
     ///
-    /// // of each shot the rows (t, [x, y]) of both balls, s and m, from a tracker
-    /// let mut shots = Vec::new();
-    /// for (number, balls) in filmed.iter().enumerate() {
-    ///     let samples = |rows: &Vec<_>| rows.iter().map(|(t, place)| Sample::new(*t, *place)).collect();
-    ///     let name = format!("shot {}", number + 1);
-    ///     shots.push(TrackShot::new(name, fps, Spin::NaturalRoll, balls.each_ref().map(samples)));
-    /// }
-    /// let dataset = Dataset::filmed("film", Ball::POOL, shots);
+    /// // of each ball the rows (t, [x, y]) from a tracker, s and m
+    /// let rows = |x: f64| (0..40).map(|i| Sample::new(f64::from(i) * 1e-3, [x, 0.0])).collect();
+    /// let shot = TrackShot::new("shot 1", 1000.0, Spin::NaturalRoll, [rows(0.0), rows(0.1)]);
+    /// let dataset = Dataset::filmed("film", Ball::POOL, vec![shot]);
     /// assert!(dataset.faults().is_empty());
-    /// # let options = Options { depth: Depth::Estimates, ..Options::default() };
-    /// for fit in caromfit::analyse(&dataset, &options).fits? {
-    ///     println!("{}", fit.verdict().sentence);
-    ///     # assert_eq!(fit.shots_used, 5);
-    /// }
-    /// # Ok::<(), Box<dyn std::error::Error>>(())
     /// ```
     #[must_use]
     pub fn new(name: impl Into<String>, fps: f64, spin: Spin, [cue, object]: [Vec<Sample>; 2]) -> Self {
@@ -106,13 +81,6 @@ impl TrackShot {
     pub(crate) fn frames_alike(&self) -> f64 {
         (1.0 + self.correlation) / (1.0 - self.correlation)
     }
-}
-
-/// Does work on one shot, whose panic must not end the run; no input is known that causes one.
-/// `Err` names the place of its report.
-pub(crate) fn isolated<T>(work: impl FnOnce() -> T) -> Result<T, String> {
-    panic::catch_unwind(AssertUnwindSafe(work))
-        .map_err(|_| "a panic, which standard error reports".to_owned())
 }
 
 /// A position in one frame.

@@ -8,24 +8,28 @@ use super::dataset::{Before, Dataset, Joint, Measured, Shot};
 use super::parameter::Parameter;
 use super::spin::Spin;
 use super::track::{Sample, TrackShot};
+use crate::physics::ball::HOLLOW_SPHERE;
 
 /// A line of centres is taken for a unit vector, and made one, if its length is within this of 1.
 const UNIT: f64 = 1e-3;
 
-/// What a number has to meet besides being finite, and that in words.
-pub(crate) type Condition = (fn(f64) -> bool, &'static str);
+/// A condition on a finite number, and its words.
+pub type Condition = (fn(f64) -> bool, &'static str);
 
 const FINITE: Condition = (|_| true, "a finite number");
 
-pub(crate) const POSITIVE: Condition = (|x| x > 0.0, "more than 0");
+/// More than 0.
+pub const POSITIVE: Condition = (|x| x > 0.0, "more than 0");
 
-pub(crate) const NOT_NEGATIVE: Condition = (|x| x >= 0.0, "0 or more");
+/// 0 or more.
+pub const NOT_NEGATIVE: Condition = (|x| x >= 0.0, "0 or more");
 
 /// The moment of inertia of a ball over MR².
-pub(crate) const INERTIA: Condition =
-    (|x| x > 0.0 && x <= 2.0 / 3.0, "more than 0, at most 2/3 (a hollow sphere)");
+pub const INERTIA: Condition =
+    (|x| x > 0.0 && x <= HOLLOW_SPHERE, "more than 0, at most 2/3 (a hollow sphere)");
 
-pub(crate) const FRACTION: Condition = (|x| (0.0..=1.0).contains(&x), "a number from 0 to 1");
+/// From 0 to 1.
+pub const FRACTION: Condition = (|x| (0.0..=1.0).contains(&x), "a number from 0 to 1");
 
 /// A value that is wrong.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]

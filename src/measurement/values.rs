@@ -5,17 +5,13 @@ use std::ops::{Index, IndexMut};
 
 use super::parameter::{Parameter, Setting, Settings};
 use crate::physics::ball::Ball;
-use crate::physics::collision::{Coefficients, Model};
+use crate::physics::collision::{Coefficients, MIN_FITTED_KAPPA, Model};
 use crate::physics::friction_law::Law;
 
 /// The value of each parameter, in the order of [`Parameter::ALL`]. Those of effects that a model
 /// does not have are 0, those of equal balls 1.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Values([f64; Parameter::ALL.len()]);
-
-/// Smallest κ with which a compliant contact is computed while κ is fitted: 0 is another model,
-/// whose outcome is approached as √κ.
-const LEAST_KAPPA: f64 = 1e-3;
 
 impl Values {
     /// Returns the values at which parameters are held that are fixed or not determined by the
@@ -26,7 +22,7 @@ impl Values {
     }
 
     /// Returns typical values within the bounds, with fixed parameters where they are fixed: the
-    /// start of a search, whatever the initial values are.
+    /// start of a search, independent of the initial values.
     #[must_use]
     pub fn usual(settings: &Settings) -> Self {
         Self(Parameter::ALL.map(|parameter| {
@@ -50,26 +46,6 @@ impl Values {
         Coefficients { mu, mu_s, e }
     }
 
-    /// Returns these values with little friction, with their own, and with much, as far as bounds
-    /// allow: what no observation depends on at any of them it depends on nowhere. With much
-    /// friction every contact sticks, with little all slide.
-    #[must_use]
-    pub fn across_friction(&self, settings: &Settings) -> [Self; 3] {
-        /// Little friction, as a fraction of the way between the bounds.
-        const LITTLE: f64 = 1e-3;
-        let at = |part: f64| {
-            let mut values = *self;
-            for parameter in [Parameter::Mu, Parameter::B] {
-                let Setting { lower, upper, fixed, .. } = settings[parameter];
-                if !fixed {
-                    values[parameter] = lower + part * (upper - lower);
-                }
-            }
-            values
-        };
-        [at(LITTLE), *self, at(1.0)]
-    }
-
     /// Returns the model with these b and c, if its friction falls, this κ, if its contact is
     /// compliant, these ratios, if its balls are not equal, and this e₁, if its e falls.
     #[must_use]
@@ -79,7 +55,7 @@ impl Values {
             Law::Constant => Law::Constant,
             Law::Exponential { .. } => Law::Exponential { b, c },
         };
-        let kappa = if model.kappa > 0.0 { kappa.max(LEAST_KAPPA) } else { 0.0 };
+        let kappa = if model.kappa > 0.0 { kappa.max(MIN_FITTED_KAPPA) } else { 0.0 };
         let Ball { mass, radius, .. } = model.ball;
         let object = model.object.map(|object| Ball {
             mass: mass / mass_ratio,

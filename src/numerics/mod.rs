@@ -1,5 +1,4 @@
 //! Numerical methods that know no balls.
-#[cfg(feature = "fit")]
 pub mod least_squares;
 
 /// Median absolute deviation of a normal distribution, in units of its standard deviation.

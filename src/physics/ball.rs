@@ -16,6 +16,9 @@ pub type Vec3 = Vector3<f64>;
 /// ν of a uniform sphere, its moment of inertia over MR².
 pub const UNIFORM_SPHERE: f64 = 0.4;
 
+/// ν of a thin hollow sphere, the largest that a ball can have.
+pub const HOLLOW_SPHERE: f64 = 2.0 / 3.0;
+
 /// A ball. Both balls of a collision are equal unless stated otherwise.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Ball {

@@ -3,10 +3,10 @@
 /// ν of a uniform disc, its moment of inertia over MR².
 pub const UNIFORM_DISC: f64 = 0.5;
 
-/// What is known of two discs that collide. The first takes the place of the cue ball.
+/// Two discs that collide. The first takes the place of the cue ball.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Discs {
-    /// Radii of both discs, m. `None`: the tracks show how far apart the centres are at the impact.
+    /// Radii of both discs, m. `None`: the tracks show the distance of the centres at the impact.
     pub radii: Option<[f64; 2]>,
     /// Masses of both discs, kg. `None`: their ratio follows from the balance of momentum.
     pub masses: Option<[f64; 2]>,

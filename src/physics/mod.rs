@@ -7,3 +7,10 @@ pub mod contact_frame;
 pub mod disc;
 pub mod friction_law;
 pub mod name;
+
+use num_dual::DualNum;
+
+/// A plain number, or one that carries derivatives.
+pub trait Number: DualNum<Primitive = f64> + Copy {}
+
+impl<T: DualNum<Primitive = f64> + Copy> Number for T {}

@@ -51,28 +51,30 @@ macro_rules! worded {
         $(#[$about])*
         $vis enum $thing { $($(#[$variant_about])* $variant),+ }
 
-        impl $thing {
-            /// All of them, in this order.
-            #[allow(dead_code)]
-            $vis const ALL: [Self; [$(stringify!($variant)),+].len()] = [$(Self::$variant),+];
+        const _: () = {
+            struct Texts {
+                $($function: &'static str),+
+            }
 
-            $crate::physics::name::worded!(
-                @functions [$($function),+] [$([$($text),+]),+]
-                $($(#[$function_about])* $function_vis $function)+
-            );
-        }
+            const fn texts([$($function),+]: [&'static str; [$(stringify!($function)),+].len()]) -> Texts {
+                Texts { $($function),+ }
+            }
+
+            const TEXTS: [Texts; $thing::ALL.len()] = [$(texts([$($text),+])),+];
+
+            impl $thing {
+                /// All of them, in this order.
+                $vis const ALL: [Self; [$(stringify!($variant)),+].len()] = [$(Self::$variant),+];
+
+                $(
+                    $(#[$function_about])*
+                    #[must_use]
+                    $function_vis fn $function(self) -> &'static str {
+                        TEXTS[self as usize].$function
+                    }
+                )+
+            }
+        };
     };
-    (@functions $all:tt $texts:tt $($(#[$about:meta])* $vis:vis $function:ident)+) => {$(
-        $(#[$about])*
-        #[must_use]
-        $vis fn $function(self) -> &'static str {
-            $crate::physics::name::worded!(@one $function of $all in $texts[self as usize])
-        }
-    )+};
-    (@one $function:ident of [$($all:ident),+] in $texts:expr) => {{
-        #[allow(unused_variables)]
-        let [$($all),+] = $texts;
-        $function
-    }};
 }
 pub(crate) use worded;

@@ -51,6 +51,7 @@ pub use discs::run::{DiscFit, Rival, Scatter, fit_discs};
 pub use discs::stick::Stuck;
 pub(crate) use film::camera::Camera;
 pub use film::film_data::{FilmError, Modelling};
+#[cfg(feature = "io")]
 pub(crate) use film::planned::{Filming, PlannedShot, information, unknowns_of};
 pub use film::shots::{FittedFrame, Impact, Motion, PicturePaths};
 pub use findings::{Finding, Severity};

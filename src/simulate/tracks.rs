@@ -87,9 +87,9 @@ pub struct TrueImpact {
 /// A shot's motion, before a camera looks at it.
 struct Course {
     truth: TrueImpact,
-    cue_before: Path<f64>,
-    cue_after: Path<f64>,
-    object_after: Path<f64>,
+    cue_before: Path,
+    cue_after: Path,
+    object_after: Path,
 }
 
 impl Course {
@@ -97,7 +97,7 @@ impl Course {
     fn new(
         model: &Model,
         coefficients: &Coefficients,
-        cloth: &Cloth<f64>,
+        cloth: &Cloth,
         cue: &BallState,
         (time, direction, object): (f64, f64, [f64; 2]),
     ) -> Result<Self, NotACollision> {
@@ -188,7 +188,7 @@ impl Camera {
     }
 }
 
-impl From<ClothSpec> for Cloth<f64> {
+impl From<ClothSpec> for Cloth {
     fn from(ClothSpec { mu_k: sliding, mu_r: rolling, bounce }: ClothSpec) -> Self {
         Self { sliding, rolling, bounce }
     }

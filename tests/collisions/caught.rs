@@ -2,11 +2,12 @@
 //! continuous there, and all ways to compute it agree.
 
 use caromfit::physics::ball::{Ball, BallState, Vec3};
-use caromfit::physics::collision::{Coefficients, Effects, Fidelity, Model, Regime};
+use caromfit::physics::collision::{Coefficients, Fidelity, Model, Regime};
+use caromfit::physics::contact_frame::cue_velocity;
 use rand::{Rng, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 
-use super::compliant::apart;
+use super::compliant::{apart, compliant};
 
 /// A shot at a closing speed of 1 m/s whose slip is (1 + d)μκ of it, in some direction.
 struct Marginal {
@@ -32,8 +33,7 @@ impl Marginal {
     }
 
     fn model(&self, fidelity: Fidelity, tolerance: f64) -> Model {
-        let effects = Effects { compliance: true, ..Fidelity::Full.effects() };
-        let model = Model { effects, kappa: self.kappa, tolerance, ..Model::new(fidelity, Ball::POOL) };
+        let model = Model { kappa: self.kappa, tolerance, ..compliant(fidelity, Ball::POOL) };
         model.with_mass_ratio(self.mass_ratio)
     }
 
@@ -127,7 +127,7 @@ fn a_stun_shot_just_above_is_thrown_as_one_just_below() {
     for (fidelity, tolerance) in WAYS {
         let marginal = Marginal { mu: 0.5, kappa: 2.0, angle: 0.0, mu_s: 0.3, e: 0.94, mass_ratio: 1.0 };
         let throw = |cut_deg: f64| {
-            let velocity = caromfit::physics::contact_frame::cue_velocity(2.0, cut_deg.to_radians());
+            let velocity = cue_velocity(2.0, cut_deg.to_radians());
             let cue = BallState { velocity, spin: Vec3::zeros() };
             let found = marginal.model(fidelity, tolerance).collide(&cue, &coefficients).unwrap();
             found.object.velocity.y.atan2(found.object.velocity.x).to_degrees()
@@ -143,14 +143,13 @@ fn a_stun_shot_just_above_is_thrown_as_one_just_below() {
 fn stiff_contacts_come_to_an_end_at_every_tolerance() {
     /// The shaking changes the outcome by so much, over √κ and the speed.
     const SHAKES: f64 = 0.3;
-    let velocity = caromfit::physics::contact_frame::cue_velocity(2.0, 3_f64.to_radians());
+    let velocity = cue_velocity(2.0, 3_f64.to_radians());
     let cue = BallState { velocity, spin: Vec3::zeros() };
     let coefficients = Coefficients { mu: 0.3, mu_s: 0.3, e: 0.94 };
     let rigid = Model::new(Fidelity::Full, Ball::POOL).collide(&cue, &coefficients).unwrap();
     for fidelity in [Fidelity::Ode, Fidelity::Contact] {
         for (kappa, tolerance) in [(1e-5, 1e-12), (1e-6, 1e-6), (1e-6, 1e-4)] {
-            let effects = Effects { compliance: true, ..Fidelity::Full.effects() };
-            let model = Model { effects, kappa, tolerance, ..Model::new(fidelity, Ball::POOL) };
+            let model = Model { kappa, tolerance, ..compliant(fidelity, Ball::POOL) };
             let apart = apart(&model.collide(&cue, &coefficients).unwrap(), &rigid);
             assert!(apart < 2.0 * SHAKES * kappa.sqrt() + 30.0 * tolerance, "{kappa:e} {apart:e}");
         }

@@ -10,6 +10,9 @@ use rand::{Rng, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 use serde_json::Value;
 
+use super::{Try, energy, is_spin};
+use crate::plain::difference;
+
 /// One case of the table.
 struct Case {
     name: String,
@@ -49,7 +52,7 @@ fn cases() -> Vec<Case> {
 }
 
 /// What `full` contains, and compliance.
-fn compliant(fidelity: Fidelity, ball: Ball) -> Model {
+pub(super) fn compliant(fidelity: Fidelity, ball: Ball) -> Model {
     let effects = Effects { compliance: true, ..Fidelity::Full.effects() };
     Model { effects, kappa: Model::KAPPA, ..Model::new(fidelity, ball) }
 }
@@ -61,37 +64,30 @@ fn off(outcome: &Outcome, expected: &[Vec3; 4], radius: f64) -> f64 {
 }
 
 #[test]
-fn the_table_is_met_to_its_own_error() {
+fn the_table_is_met() {
     /// Steps of 1e-11 of the closing speed, up to 5 m/s, some ten of which add up.
     const INTEGRATION: f64 = 1e-10;
+    /// Steps of those of a fit, and friction that is taken to follow its slip closely.
+    const QUICK: f64 = 1e-5;
     let cases = cases();
     assert_eq!(cases.len(), 60);
-    for fidelity in [Fidelity::Ode, Fidelity::Contact] {
-        for case in &cases {
-            let model = Model { fidelity, ..case.model };
+    for case in &cases {
+        let fine = case.model;
+        let quick = Model { tolerance: Model::TOLERANCE_OF_FITS, ..fine };
+        let contact = Model { fidelity: Fidelity::Contact, ..fine };
+        let exact = case.error + INTEGRATION;
+        for (model, most) in [(fine, exact), (contact, exact), (quick, QUICK)] {
             let outcome = model.collide(&case.cue, &case.coefficients).unwrap();
             let off = off(&outcome, &case.expected, model.ball.radius);
-            assert!(off < case.error + INTEGRATION, "{fidelity:?} {}: {off:e}", case.name);
+            assert!(off < most, "{:?} {}: {off:e}", model.fidelity, case.name);
         }
-    }
-}
-
-#[test]
-fn what_a_fit_computes_meets_the_table() {
-    /// Steps of 1e-8 of the closing speed, up to 5 m/s, and friction that is taken to follow its slip closely.
-    const QUICK: f64 = 1e-5;
-    for case in cases() {
-        let model = Model { tolerance: Model::TOLERANCE_OF_FITS, ..case.model };
-        let outcome = model.collide(&case.cue, &case.coefficients).unwrap();
-        let off = off(&outcome, &case.expected, model.ball.radius);
-        assert!(off < QUICK, "{}: {off:e}", case.name);
     }
 }
 
 /// At the end of these impacts the friction, and with it what lifts a ball, vanishes together with the normal force.
 #[test]
 fn a_fit_computes_impacts_that_end_as_a_ball_leaves_the_cloth() {
-    /// As [`what_a_fit_computes_meets_the_table`], at 15 m/s.
+    /// As in [`the_table_is_met`], at 15 m/s.
     const QUICK: f64 = 4e-5;
     // (v_y0, v_z0)/k, μ and e
     for (slip, mu, e) in [
@@ -128,30 +124,18 @@ fn what_a_fit_differentiates_agrees_with_differences() {
         }
         let quick = Model { tolerance: Model::TOLERANCE_OF_FITS, ..fine };
         let (_, by) = quick.collide_with_all(&cue, &coefficients).unwrap();
-        for input in 0..9 {
-            let moved = |by: f64| {
-                let (mut c, mut cue, mut model) = (coefficients, cue, fine);
-                match input {
-                    0 => c.mu += by,
-                    1 => c.mu_s += by,
-                    2 => c.e += by,
-                    3 => cue.velocity.x += by,
-                    4 => cue.velocity.y += by,
-                    8 => model.kappa += by,
-                    i => cue.spin[i - 5] += by / Ball::POOL.radius,
-                }
-                model.collide(&cue, &c).unwrap().components()
-            };
+        let shot = Try { model: fine, cue, coefficients };
+        for input in Input::ALL.into_iter().take(8).chain([Input::Kappa]) {
             // topspin and draw are two sides of a kink
-            if input == 6 && cue.spin.y.abs() * Ball::POOL.radius < 2.0 * STEP {
+            if input == Input::SpinY && cue.spin.y.abs() * Ball::POOL.radius < 2.0 * STEP {
                 continue;
             }
-            let unit = if (5..8).contains(&input) { 1.0 / Ball::POOL.radius } else { 1.0 };
-            let column = if input == 8 { Input::Kappa as usize } else { input };
-            let found = by.column(column) * unit;
+            let unit = if is_spin(input) { 1.0 / Ball::POOL.radius } else { 1.0 };
+            let moved = |by: f64| shot.moved(input, by * unit).outcome().components();
+            let found = by.column(input as usize) * unit;
             let expected = (moved(STEP) - moved(-STEP)) / (2.0 * STEP);
             let off = (found - expected).amax() / (1.0 + expected.amax());
-            assert!(off < ERROR, "{round} {input}: {off:e} {cue:?} {coefficients:?}");
+            assert!(off < ERROR, "{round} {}: {off:e} {cue:?} {coefficients:?}", input.name());
             compared += 1;
         }
     }
@@ -179,7 +163,7 @@ fn shot(rng: &mut ChaCha8Rng) -> (BallState, Coefficients) {
 
 /// Between two outcomes, velocities and spins times R.
 pub(super) fn apart(a: &Outcome, b: &Outcome) -> f64 {
-    off(a, &[b.cue.velocity, b.cue.spin, b.object.velocity, b.object.spin], Ball::POOL.radius)
+    difference(a, b, Ball::POOL.radius)
 }
 
 /// Of topspin shots whose contact holds late, as the friction turns round. The spring holds just at its limit as it begins to hold,
@@ -228,30 +212,6 @@ fn towards_no_compliance_it_becomes_the_rigid_contact() {
         }
     }
     assert!(slid > 50, "{slid}");
-}
-
-#[test]
-fn outcomes_mirror_and_scale() {
-    /// Of the tolerance, in m/s of up to 5.
-    const OF_TOLERANCE: f64 = 1e-9;
-    let mut rng = ChaCha8Rng::seed_from_u64(6);
-    let model = compliant(Fidelity::Ode, Ball::POOL).with_mass_ratio(1.04);
-    for _ in 0..50 {
-        let (cue, coefficients) = shot(&mut rng);
-        let outcome = model.collide(&cue, &coefficients).unwrap();
-        // mirrored at the plane y = 0: axial vectors keep their y
-        let mirror = |v: Vec3| Vec3::new(v.x, -v.y, v.z);
-        let mirror_spin = |v: Vec3| Vec3::new(-v.x, v.y, -v.z);
-        let state =
-            |ball: BallState| BallState { velocity: mirror(ball.velocity), spin: mirror_spin(ball.spin) };
-        let mirrored = model.collide(&state(cue), &coefficients).unwrap();
-        let expected = Outcome { cue: state(outcome.cue), object: state(outcome.object), ..outcome };
-        assert!(apart(&mirrored, &expected) < OF_TOLERANCE);
-        let twice = BallState { velocity: 2.0 * cue.velocity, spin: 2.0 * cue.spin };
-        let double = |ball: BallState| BallState { velocity: 2.0 * ball.velocity, spin: 2.0 * ball.spin };
-        let expected = Outcome { cue: double(outcome.cue), object: double(outcome.object), ..outcome };
-        assert!(apart(&model.collide(&twice, &coefficients).unwrap(), &expected) < OF_TOLERANCE);
-    }
 }
 
 /// Where the energy goes in an impact without cloth, by plain steps of the equations as they stand at the head of
@@ -320,10 +280,9 @@ fn what_energy_is_lost_slid_or_was_lost_along_the_normal() {
         let model = Model { kappa, ..compliant(Fidelity::Ode, Ball::POOL) };
         let cue = BallState { velocity: Vec3::new(1.0, -v_y, 0.0), spin: Vec3::new(0.0, v_z / radius, 0.0) };
         let outcome = model.collide(&cue, &coefficients).unwrap();
-        let energy = |ball: &BallState| {
-            0.5 * ball.velocity.norm_squared() + 0.5 * 0.4 * radius * radius * ball.spin.norm_squared()
-        };
-        let lost = energy(&cue) - energy(&outcome.cue) - energy(&outcome.object);
+        let [before, after, gained] =
+            [cue, outcome.cue, outcome.object].map(|ball| energy(&Ball::POOL, &ball));
+        let lost = before - after - gained;
         let (impulse, [normal, slid, softened]) = by_plain_steps(&model, [v_y, v_z], &coefficients);
         let found = [outcome.object.velocity.y, outcome.object.velocity.z];
         for (found, expected) in found.iter().zip(impulse) {
@@ -340,7 +299,6 @@ fn what_energy_is_lost_slid_or_was_lost_along_the_normal() {
 #[test]
 fn no_impact_makes_energy_and_stiff_ones_are_computed() {
     let mut rng = ChaCha8Rng::seed_from_u64(8);
-    let radius = Ball::POOL.radius;
     for round in 0..300 {
         let (cue, coefficients) = shot(&mut rng);
         let coefficients = match round % 5 {
@@ -356,11 +314,8 @@ fn no_impact_makes_energy_and_stiff_ones_are_computed() {
             let model =
                 Model { kappa, tolerance: 1e-6, ..compliant(fidelity, Ball::POOL) }.with_mass_ratio(ratio);
             let outcome = model.collide(&cue, &coefficients).unwrap();
-            let energy = |ball: &BallState, mass: f64| {
-                mass * (ball.velocity.norm_squared() + 0.4 * radius * radius * ball.spin.norm_squared())
-            };
-            let before = energy(&cue, ratio);
-            let after = energy(&outcome.cue, ratio) + energy(&outcome.object, 1.0);
+            let before = ratio * energy(&Ball::POOL, &cue);
+            let after = ratio * energy(&Ball::POOL, &outcome.cue) + energy(&Ball::POOL, &outcome.object);
             assert!(after <= before * (1.0 + 1e-5), "{kappa} {ratio} {cue:?} {coefficients:?}");
         }
     }
@@ -434,60 +389,6 @@ fn full_solves_the_equations_of_unequal_balls_as_they_are_integrated() {
         let full = with(Fidelity::Full);
         let apart = apart(&with(Fidelity::Ode), &full);
         assert!(apart < INTEGRATED, "{apart:e} {cue:?} {coefficients:?} {:?}", full.regime);
-    }
-}
-
-#[test]
-fn derivatives_of_unequal_balls_agree_with_differences() {
-    /// Central differences with a step of 1e-6: their square, and roundings over them.
-    const STEP: f64 = 1e-6;
-    const ERROR: f64 = 1e-6;
-    let mut rng = ChaCha8Rng::seed_from_u64(13);
-    for fidelity in [Fidelity::Elastic, Fidelity::Inelastic, Fidelity::Linear, Fidelity::Full] {
-        for round in 0..50 {
-            let (cue, coefficients) = shot(&mut rng);
-            let plain = Model::new(fidelity, Ball::POOL);
-            let larger = Ball { radius: 1.004 * Ball::POOL.radius, mass: 0.16, inertia: 0.4 };
-            let model = match round % 3 {
-                0 => unequal(plain),
-                1 => plain,
-                _ => Model { object: Some(larger), ..plain },
-            };
-            let at = |model: &Model, c: &Coefficients, cue: &BallState| model.collide(cue, c).unwrap();
-            let slope = |up: Outcome, down: Outcome| (up.components() - down.components()) / (2.0 * STEP);
-            let ratio = model.mass_ratio();
-            let mass = |by: f64| at(&model.with_mass_ratio(ratio + by), &coefficients, &cue);
-            if mass(STEP).regime != mass(-STEP).regime {
-                continue;
-            }
-            let (_, by) = model.with_mass_ratio(ratio).collide_with_all(&cue, &coefficients).unwrap();
-            let found = by.column(Input::MassRatio as usize).into_owned();
-            let expected = slope(mass(STEP), mass(-STEP));
-            let off = (found - expected).amax() / expected.amax();
-            assert!(off < ERROR, "{fidelity:?} r: {off:e} {found} {expected}");
-            let (_, jacobian) = model.collide_with_jacobian(&cue, &coefficients).unwrap();
-            let moved = |input: usize, by: f64| {
-                let (mut c, mut cue) = (coefficients, cue);
-                match input {
-                    0 => c.mu += by,
-                    1 => c.mu_s += by,
-                    2 => c.e += by,
-                    3 => cue.velocity.x += by,
-                    4 => cue.velocity.y += by,
-                    i => cue.spin[i - 5] += by,
-                }
-                at(&model, &c, &cue)
-            };
-            // where topspin turns to draw there are two derivatives
-            for input in (0..8).filter(|input| *input != 6 || cue.spin.y != 0.0) {
-                let [up, down] = [STEP, -STEP].map(|by| moved(input, by));
-                if up.regime == down.regime {
-                    let expected = slope(up, down);
-                    let off = (jacobian.column(input) - expected).amax() / (1.0 + expected.amax());
-                    assert!(off < 1e-5, "{fidelity:?} {input}: {off:e}");
-                }
-            }
-        }
     }
 }
 

@@ -9,10 +9,11 @@ use super::calibration::Calibration;
 use super::disc_centres::{Centre, Seen, centres};
 use super::finish::{Disc, Facts, find, number_twins};
 use super::input::quoted;
+use super::isolated;
 use super::marker_groups::rigid_groups;
 use super::raw::{RawShot, RawTrack, Row};
 use super::settings::{Balls, TrackSettings};
-use crate::measurement::track::{Sample, isolated};
+use crate::measurement::track::Sample;
 
 /// Finds out which tracks are on which disc in the shots that do not say it, and by all of them which of these are centres. `touching` is
 /// how far apart the discs touch, m, where that is known.

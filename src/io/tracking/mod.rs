@@ -59,7 +59,7 @@ use super::error::Problems;
 use super::manifest::Manifest;
 use crate::measurement::dataset::Tracks;
 use crate::measurement::spin::Spin;
-use crate::measurement::track::{TrackShot, isolated};
+use crate::measurement::track::TrackShot;
 
 pub(super) use heading::strange_unit;
 pub(super) use read::{TRACKER_PROJECT, is_tracker_project};
@@ -318,4 +318,11 @@ fn finish_all(
         (name, format!("{}{line}: {message}", file.display()))
     };
     (shots, damaged.into_iter().map(reason).collect())
+}
+
+/// Does work on one shot, whose panic must not end the run; no input is known that causes one.
+/// `Err` names the place of its report.
+fn isolated<T>(work: impl FnOnce() -> T) -> Result<T, String> {
+    std::panic::catch_unwind(std::panic::AssertUnwindSafe(work))
+        .map_err(|_| "a panic, which standard error reports".to_owned())
 }

@@ -152,16 +152,16 @@ mod tests {
     use super::*;
 
     /// Rounding of a handful of operations on numbers of order 1.
-    const ROUNDING: f64 = 1e-14;
+    const FEW_ROUNDINGS: f64 = 1e-14;
 
     fn reduced() -> Reduced {
         let jacobian = DMatrix::from_fn(50, 3, |i, j| ((i * (j + 1)) as f64 * 0.37).sin() + j as f64);
         let residuals = DVector::from_fn(50, |i, _| (i as f64).cos());
         let reduced = reduce(&jacobian, &residuals).unwrap();
         let product = jacobian.tr_mul(&residuals) - reduced.triangle.tr_mul(&reduced.residual);
-        assert!(product.norm() < 100.0 * ROUNDING);
+        assert!(product.norm() < 100.0 * FEW_ROUNDINGS);
         let gram = jacobian.tr_mul(&jacobian) - reduced.triangle.tr_mul(&reduced.triangle);
-        assert!(gram.norm() < 1000.0 * ROUNDING);
+        assert!(gram.norm() < 1000.0 * FEW_ROUNDINGS);
         reduced
     }
 
@@ -170,7 +170,7 @@ mod tests {
         let Reduced { triangle, residual, .. } = reduced();
         let gradient = |y: &DVector<f64>| triangle.tr_mul(&(&triangle * y + &residual));
         let full = ball_step(&triangle, &residual, f64::INFINITY);
-        assert!(!full.is_limited && gradient(&full.y).norm() < 1000.0 * ROUNDING);
+        assert!(!full.is_limited && gradient(&full.y).norm() < 1000.0 * FEW_ROUNDINGS);
         for share in [1e-9, 1e-3, 0.5] {
             let radius = share * full.y.norm();
             let step = ball_step(&triangle, &residual, radius);
@@ -178,7 +178,7 @@ mod tests {
             // The gradient is −λ y, λ > 0.
             let gradient = gradient(&step.y);
             let cosine = gradient.dot(&step.y) / (gradient.norm() * step.y.norm());
-            assert!((cosine + 1.0).abs() < 1000.0 * ROUNDING);
+            assert!((cosine + 1.0).abs() < 1000.0 * FEW_ROUNDINGS);
         }
     }
 
@@ -188,7 +188,7 @@ mod tests {
         let c = DVector::from_row_slice(&[-2.0, 0.0, 0.0]);
         let (y, has_full_rank) = basic_solution(&b, &c);
         assert!(!has_full_rank);
-        assert!((&b * &y + &c).norm() < ROUNDING);
+        assert!((&b * &y + &c).norm() < FEW_ROUNDINGS);
         assert_eq!(y[2], 0.0);
         let step = ball_step(&b, &c, 0.5);
         assert!(step.is_limited && (step.y.norm() / 0.5 - 1.0).abs() <= RADIUS_SLACK);

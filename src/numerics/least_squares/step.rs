@@ -155,9 +155,6 @@ mod tests {
     use super::*;
     use crate::numerics::least_squares::linear_algebra::reduce;
 
-    /// Rounding of a handful of operations on numbers of order 1.
-    const ROUNDING: f64 = 1e-14;
-
     fn vector(values: &[f64]) -> DVector<f64> {
         DVector::from_row_slice(values)
     }
@@ -177,7 +174,7 @@ mod tests {
             assert_eq!(step.trial[0], upper);
             // On x_1 = upper: x_2 = Σ M_2 (y − M_1 upper) / Σ M_2².
             let second = (0.9 * (3.0 - upper) + 2.0) / 1.81;
-            assert!((step.trial[1] - second).abs() < ROUNDING);
+            assert!((step.trial[1] - second).abs() < SLOPE_ROUNDING);
             assert!(!step.is_limited);
         }
     }
@@ -201,8 +198,8 @@ mod tests {
             let gradient = a.tr_mul(&(&a * &z + &q));
             for k in 0..4 {
                 assert!(lower[k] <= z[k] && z[k] <= upper[k]);
-                assert!(gradient[k] < 10.0 * ROUNDING || z[k] == lower[k], "case {case}: {gradient}");
-                assert!(gradient[k] > -10.0 * ROUNDING || z[k] == upper[k], "case {case}: {gradient}");
+                assert!(gradient[k] < 10.0 * SLOPE_ROUNDING || z[k] == lower[k], "case {case}: {gradient}");
+                assert!(gradient[k] > -10.0 * SLOPE_ROUNDING || z[k] == upper[k], "case {case}: {gradient}");
             }
         }
     }

@@ -31,7 +31,7 @@ const SHRINK: f64 = 0.25;
 /// Rounding of the cost in units of ε ‖r‖ (‖r‖ + ‖x‖_J), ‖x‖_J² = Σ ‖J_j‖² x_j²: that of the data
 /// and parameters from which the residuals are computed, with a factor for the operations in
 /// between.
-const ROUNDING: f64 = 4.0;
+const COST_ROUNDING: f64 = 4.0;
 
 /// Share of the cost below which a reduction is lost in rounding even if the residuals are exact.
 /// Smaller steps are full ones and judged by their length.
@@ -102,7 +102,7 @@ impl<'a> TrustRegion<'a> {
             self.column_norms = DVector::zeros(x.len());
         }
         self.column_norms.zip_apply(&reduced.column_norms, |largest, norm| *largest = largest.max(norm));
-        if norm <= ROUNDING * f64::EPSILON * spread(&reduced, x) {
+        if norm <= COST_ROUNDING * f64::EPSILON * spread(&reduced, x) {
             self.termination = Some(Termination::ZeroResidual);
         }
         self.reduced = Some(reduced);
@@ -224,7 +224,7 @@ where
             return Err(OptimiseError::NoParameters.into());
         };
         let norm = residuals.norm();
-        let rounding = ROUNDING * f64::EPSILON * norm * (norm + spread(reduced, x));
+        let rounding = COST_ROUNDING * f64::EPSILON * norm * (norm + spread(reduced, x));
         let judgeable = rounding.max(SMALL_REDUCTION * state.cost);
         let (step, refines) = self.propose(x, reduced, judgeable);
         self.termination = self.reason_to_stop(x, (norm, rounding), (&step, refines));

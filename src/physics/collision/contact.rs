@@ -59,15 +59,15 @@ const ELASTIC: f64 = 2.438_837_564_705_526_7;
 
 /// A ball that falls more slowly than this part of k does not fall: friction may carry just its
 /// weight.
-const AT_REST: f64 = 1e-14;
+const NO_FALL: f64 = 1e-14;
 
 /// The cloth's friction is in proportion to slips below this part of the speeds of the impact, and
 /// of what weight can change in it.
 const SMOOTH: f64 = 1e-4;
 
-/// A rigid contact sticks where the slip is this part of the tolerance: friction adds no more to
-/// the outcome.
-const STICKS: f64 = 0.1;
+/// Part of the tolerance that an approximation may take: a rigid contact sticks where the slip is
+/// less, as friction adds no more to the outcome.
+const NEGLIGIBLE: f64 = 0.1;
 
 /// Friction has a direction only if it is more than nothing.
 const LEAST_MU: f64 = 1e-15;
@@ -156,7 +156,7 @@ impl Shot {
             k,
             is_rigid,
             first: 1.0,
-            sticks: STICKS * model.tolerance,
+            sticks: NEGLIGIBLE * model.tolerance,
             slip: Pair::from(slip) / k,
             cue_slip: Pair::new(1.0 - radius * w_y / k, (u_y + radius * w_x) / k),
             mu,
@@ -342,7 +342,7 @@ impl Shot {
             false => pressed[b],
             // without weight a ball comes down where it no longer rises
             true if !weight => y[UP[b]],
-            true if y[UP[b]] > -AT_REST => 1.0,
+            true if y[UP[b]] > -NO_FALL => 1.0,
             true => y[HEIGHT[b]],
         };
         [end, grip, ball(0), ball(1)]

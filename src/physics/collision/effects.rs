@@ -136,7 +136,7 @@ impl FromStr for Effects {
 
 /// The default tolerance of [`choose`], as a fraction of the cue ball's speed U. It is below what
 /// the best footage resolves.
-pub const TOLERANCE: f64 = 1e-3;
+pub const NEGLIGIBLE_CHANGE: f64 = 1e-3;
 
 /// Time after an impact for which footage follows the balls, s.
 pub const FOLLOWED: f64 = 0.1;
@@ -300,7 +300,7 @@ pub fn motion(
     model: &Model,
     cue: &BallState,
     outcome: &Outcome,
-    cloth: &Cloth<f64>,
+    cloth: &Cloth,
     seconds: f64,
     tolerance: f64,
 ) -> [Estimate; 3] {

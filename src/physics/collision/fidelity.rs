@@ -62,7 +62,7 @@ impl Fidelity {
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
 #[non_exhaustive]
 pub enum FidelityChoice {
-    /// `full`, with a contact that gives way and the weight of the balls if the data show them.
+    /// `full`, with a compliant contact and the weight of the balls if the data show them.
     #[default]
     Auto,
     /// The same fidelity for all shots.
@@ -80,7 +80,8 @@ impl FidelityChoice {
     }
 
     /// Returns the fidelity before one is chosen.
-    pub(crate) fn first(self) -> Fidelity {
+    #[must_use]
+    pub fn first(self) -> Fidelity {
         match self {
             Self::Auto => Fidelity::Full,
             Self::Of(fidelity) => fidelity,

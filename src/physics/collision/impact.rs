@@ -11,8 +11,8 @@
 
 use std::ops::Index;
 
-use nalgebra::{SMatrix, SVector};
-use num_dual::{Derivative, DualSVec64};
+use nalgebra::{Const, SMatrix};
+use num_dual::DualSVec64;
 
 use super::{Coefficients, Input, Model, Number};
 use crate::physics::ball::BallState;
@@ -31,15 +31,6 @@ impl<D> Index<Input> for Values<D> {
     #[inline(always)]
     fn index(&self, input: Input) -> &D {
         &self.0[input as usize]
-    }
-}
-
-impl<D: Number> Values<D> {
-    /// 1/r; of equal balls without a division.
-    #[inline(always)]
-    fn per_mass_ratio(&self) -> D {
-        let ratio = self[Input::MassRatio];
-        if D::NDERIV == 0 && ratio.re() == 1.0 { ratio } else { ratio.recip() }
     }
 }
 
@@ -73,12 +64,8 @@ impl Values<f64> {
     /// off they are 0.
     pub fn with_derivatives<const N: usize>(&self, model: &Model) -> Values<Dual<N>> {
         Values(std::array::from_fn(|i| {
-            if i >= N || Self::is_off(Input::ALL[i], model) {
-                return Dual::from(self.0[i]);
-            }
-            let mut by = SVector::<f64, N>::zeros();
-            by[i] = 1.0;
-            Dual::new(self.0[i], Derivative::some(by))
+            let value = Dual::from(self.0[i]);
+            if i >= N || Self::is_off(Input::ALL[i], model) { value } else { value.derivative(i) }
         }))
     }
 
@@ -143,7 +130,7 @@ impl<D: Number> Impact<D> {
         let slip = [-values[Input::VelocityY] - values[Input::SpinZ] * radius, values[Input::SpinY] * radius];
         let topspin = slip[1].re() > 0.0;
         let m_s = if topspin { values[Input::MuS] } else { D::from(0.0) };
-        let per_r = values.per_mass_ratio();
+        let per_r = values[Input::MassRatio].recip();
         let [per_c, per_o] = model.per_inertia();
         let lever_z = if topspin {
             per_r * (1.0 + per_c) + (-m_s * model.torque_sign() + 1.0) * per_o
@@ -170,109 +157,51 @@ impl<D: Number> Impact<D> {
     #[inline(always)]
     pub fn impulses(&self, values: &Values<D>, [mut q, j_y, j_z]: [D; 3]) -> Impulses<D> {
         let (zero, ratio, mu_s) = (D::from(0.0), values[Input::RadiusRatio], values[Input::MuS]);
-        let mut up = j_z;
-        if D::NDERIV > 0 || ratio.re() != 1.0 {
-            let tilt = (-ratio + 1.0) / (ratio + 1.0);
-            up += tilt * q;
-            if up.re() < 0.0 {
-                // N/(N + μ_s sin δ), to first order
-                q -= q * tilt * mu_s / self.n;
-            }
+        let tilt = (-ratio + 1.0) / (ratio + 1.0);
+        let up = j_z + tilt * q;
+        let [mut carried, mut rises] = [zero; 2];
+        if up.re() < 0.0 {
+            // N/(N + μ_s sin δ), to first order
+            q -= q * tilt * mu_s / self.n;
+            carried = up;
+        } else {
+            rises = up;
         }
-        let pressed = up.re() < 0.0;
-        let [carried, rises] = if pressed { [up, zero] } else { [zero, up] };
         let cloth = [[zero; 2], [mu_s * carried, zero]];
         Impulses { q, friction: [j_y, j_z], cloth, up: [-self.per_r * carried, rises] }
     }
 }
 
-impl<D> Impulses<D> {
-    #[inline(always)]
-    fn map<E>(&self, f: impl Fn(&D) -> E) -> Impulses<E> {
-        let Self { q, friction, cloth: [cue, object], up } = self;
-        let cloth = [cue.each_ref().map(&f), object.each_ref().map(&f)];
-        Impulses { q: f(q), friction: friction.each_ref().map(&f), cloth, up: up.each_ref().map(&f) }
-    }
-}
-
-/// The linear map from impulses to the changes of both balls' velocities and spins.
-struct Changes {
-    /// 1/r, 1/(rν_c R_c) and 1/(ν_o R_o).
-    per_r: f64,
-    on_cue: f64,
-    on_object: f64,
-    sigma: f64,
-}
-
-impl Changes {
-    #[inline(always)]
-    fn new(values: &Values<f64>, model: &Model) -> Self {
-        let per_radius = 1.0 / model.ball.radius;
-        let [per_c, per_o] = model.per_inertia().map(|per_nu| per_nu * per_radius);
-        let per_r = values.per_mass_ratio();
-        let on_object = values[Input::RadiusRatio] * per_o;
-        Self { per_r, on_cue: per_r * per_c, on_object, sigma: model.torque_sign() }
-    }
-
-    #[inline(always)]
-    fn of(&self, impulses: &Impulses<f64>) -> [f64; 12] {
-        let &Impulses { q, friction: [j_y, j_z], cloth: [[c_x, c_y], [o_x, o_y]], up } = impulses;
-        let &Self { per_r, on_cue, on_object, sigma } = self;
-        [
-            per_r * (c_x - q),
-            per_r * (c_y - j_y),
-            up[0],
-            on_cue * c_y,
-            on_cue * (j_z - c_x),
-            -on_cue * j_y,
-            q + o_x,
-            j_y + o_y,
-            up[1],
-            on_object * sigma * o_y,
-            on_object * (j_z - sigma * o_x),
-            -on_object * j_y,
-        ]
-    }
-}
-
-/// The inputs that are components of the cue ball's motion, and their rows.
-const MOTION: [(Input, usize); 5] =
-    [(Input::VelocityX, 0), (Input::VelocityY, 1), (Input::SpinX, 3), (Input::SpinY, 4), (Input::SpinZ, 5)];
-
 /// Returns both balls after the impact in the order of [`super::Outcome::components`].
 #[inline(always)]
-pub(super) fn components(values: &Values<f64>, model: &Model, impulses: &Impulses<f64>) -> [f64; 12] {
-    let mut all = Changes::new(values, model).of(impulses);
-    for (input, row) in MOTION {
-        all[row] += values[input];
-    }
-    all
+pub(super) fn components<D: Number>(values: &Values<D>, model: &Model, impulses: &Impulses<D>) -> [D; 12] {
+    let &Impulses { q, friction: [j_y, j_z], cloth: [[c_x, c_y], [o_x, o_y]], up: [cue_up, object_up] } =
+        impulses;
+    let per_r = values[Input::MassRatio].recip();
+    // 1/(rν_c R_c) and 1/(ν_o R_o)
+    let per_radius = 1.0 / model.ball.radius;
+    let [per_c, per_o] = model.per_inertia().map(|per_nu| per_nu * per_radius);
+    let [on_cue, on_object] = [per_r * per_c, values[Input::RadiusRatio] * per_o];
+    let sigma = model.torque_sign();
+    [
+        values[Input::VelocityX] + per_r * (c_x - q),
+        values[Input::VelocityY] + per_r * (c_y - j_y),
+        cue_up,
+        values[Input::SpinX] + on_cue * c_y,
+        values[Input::SpinY] + on_cue * (j_z - c_x),
+        values[Input::SpinZ] - on_cue * j_y,
+        q + o_x,
+        j_y + o_y,
+        object_up,
+        on_object * o_y * sigma,
+        on_object * (j_z - o_x * sigma),
+        -on_object * j_y,
+    ]
 }
 
 /// Returns the derivatives of the components by the first N inputs.
 #[inline(always)]
-pub(super) fn derivatives<const N: usize>(
-    values: &Values<f64>,
-    model: &Model,
-    impulses: &Impulses<Dual<N>>,
-) -> SMatrix<f64, 12, N> {
-    let changes = Changes::new(values, model);
-    let mut by = SMatrix::<f64, 12, N>::zeros();
-    let gradients = impulses.map(|number| number.eps.0.unwrap_or_else(SVector::zeros));
-    for column in 0..N {
-        by.column_mut(column).copy_from_slice(&changes.of(&gradients.map(|gradient| gradient[column])));
-    }
-    for (input, row) in MOTION {
-        by[(row, input as usize)] += 1.0;
-    }
-    if N > Input::FIRST {
-        // the map itself depends on both ratios
-        let change = changes.of(&impulses.map(|number| number.re));
-        for row in [0, 1, 3, 4, 5] {
-            by[(row, Input::MassRatio as usize)] -= change[row] * changes.per_r;
-            by[(row + 6, Input::RadiusRatio as usize)] +=
-                if row < 3 { 0.0 } else { change[row + 6] / values[Input::RadiusRatio] };
-        }
-    }
-    by
+pub(super) fn derivatives<const N: usize>(components: &[Dual<N>; 12]) -> SMatrix<f64, 12, N> {
+    let gradients = components.each_ref().map(|c| c.eps.unwrap_generic(Const, Const).transpose());
+    SMatrix::from_rows(&gradients)
 }

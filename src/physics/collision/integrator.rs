@@ -18,7 +18,7 @@ const MAX_STEPS: usize = 300_000;
 const MAX_TRIALS: usize = 40;
 
 /// Value of an event's function, just after the event, that is a rounding of 0.
-const ROUNDING: f64 = 1e-15;
+const EVENT_ROUNDING: f64 = 1e-15;
 
 /// Error of an event's instant, in parts of the step.
 const LOCATED: f64 = 1e-11;
@@ -28,7 +28,7 @@ const PROBE: f64 = 1e-4;
 
 /// Step of derivatives that follow an integration, as a fraction of k or of 1: its error is of that
 /// order, roundings over it are less.
-const STEP: f64 = 1e-7;
+const DERIVATIVE_STEP: f64 = 1e-7;
 
 /// The least e at which an integration is followed, and the shortest restitution.
 const LEAST_E: f64 = 1e-6;
@@ -54,7 +54,7 @@ fn solve(values: &Values<f64>, model: &Model) -> Option<(Outcome, Vec<Step>)> {
     let y = integrate(&shot, model.tolerance, &mut steps)?;
     let stuck = steps.iter().any(|step| step.mode.is_stuck());
     let regime = if stuck { Regime::Stick } else { Regime::Slide };
-    Some((model.outcome(values, &shot.impulses(values, model, &y), regime), steps))
+    Some((Outcome::new(regime, values, model, &shot.impulses(values, model, &y)), steps))
 }
 
 /// Returns the outcome and its derivatives by the first N inputs: differences of the recorded
@@ -80,10 +80,10 @@ pub(super) fn differentiate<const N: usize>(
     };
     let column = |input: Input| {
         let step = match input {
-            Input::VelocityX | Input::VelocityY => STEP * k,
-            Input::SpinX | Input::SpinY | Input::SpinZ => STEP * k / radius,
-            Input::Kappa => STEP * model.kappa,
-            _ => STEP,
+            Input::VelocityX | Input::VelocityY => DERIVATIVE_STEP * k,
+            Input::SpinX | Input::SpinY | Input::SpinZ => DERIVATIVE_STEP * k / radius,
+            Input::Kappa => DERIVATIVE_STEP * model.kappa,
+            _ => DERIVATIVE_STEP,
         };
         (beside(&values.moved(input, step)) - here) / step
     };
@@ -140,7 +140,7 @@ fn integrate(shot: &Shot, tolerance: f64, steps: &mut Vec<Step>) -> Option<State
         let (before, after) = (shot.events(&mode, &y), shot.events(&mode, &there));
         let between = |at: f64| cubic([&y, &rates], [&there, &rates_there], h, at);
         let first = (0..EVENTS)
-            .filter(|event| before[*event] > if last == Some(*event) { ROUNDING } else { 0.0 })
+            .filter(|event| before[*event] > if last == Some(*event) { EVENT_ROUNDING } else { 0.0 })
             .filter(|event| after[*event] <= 0.0)
             .map(|event| {
                 let function = |at: f64| shot.events(&mode, &between(at))[event];

@@ -6,19 +6,6 @@
 //! m/s and takes the place of time. Each [`Fidelity`] finds three numbers, the normal impulse q and
 //! the friction impulses J_y = μ∫cos θ dq, J_z = μ∫sin θ dq; from these [`Model::collide`]
 //! determines all velocities and spins.
-//!
-//! ```
-//! use caromfit::physics::ball::{Ball, BallState, Vec3};
-//! use caromfit::physics::collision::{Coefficients, Fidelity, Input, Model};
-//!
-//! let cue = BallState::natural_roll(Vec3::new(1.7, 1.0, 0.0), Ball::POOL.radius);
-//! let model = Model::new(Fidelity::Full, Ball::POOL);
-//! let coefficients = Coefficients { mu: 0.05, mu_s: 0.3, e: 0.94 };
-//! let (after, by) = model.collide_with_jacobian(&cue, &coefficients)?;
-//! // more friction throws the object ball further to the side, m/s per unit of μ
-//! assert!(after.object.velocity.y > 0.0 && by[(7, Input::Mu as usize)] > 0.0);
-//! # Ok::<(), caromfit::physics::collision::NotACollision>(())
-//! ```
 
 mod contact;
 pub mod effects;
@@ -31,8 +18,8 @@ mod outcome;
 mod simple;
 mod sliding;
 
+use super::Number;
 use super::ball::Ball;
-use super::cloth_motion::Number;
 use super::friction_law::Law;
 use super::name::worded;
 
@@ -72,9 +59,13 @@ pub(crate) const MASS_RATIOS: std::ops::RangeInclusive<f64> = 1e-3..=1e3;
 /// Poisson's ratio σ of phenolic resin, of which balls are made, dimensionless.
 pub const POISSON: f64 = 0.34;
 
-/// The largest [`Model::kappa`]: a contact that is softer along its surface hardly transmits any
-/// friction.
+/// The largest [`Model::kappa`]: a contact that is softer along its surface transmits next to
+/// no friction.
 pub const MAX_KAPPA: f64 = 100.0;
+
+/// The smallest κ with which a compliant contact is computed while κ is fitted: 0 is another model,
+/// whose outcome is approached as √κ.
+pub const MIN_FITTED_KAPPA: f64 = 1e-3;
 
 /// Returns the tangential compliance κ = (2 − σ)/(2(1 − σ)) of elastic bodies with Poisson's ratio
 /// σ, dimensionless (Mindlin 1949).

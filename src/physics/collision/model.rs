@@ -2,19 +2,17 @@
 
 use nalgebra::SMatrix;
 
-use super::impact::{Dual, Impact, Impulses, Values, components, derivatives};
+use super::impact::{Dual, Impact, Values, components, derivatives};
 use super::{
     ByInputs, Coefficients, Effects, Fidelity, Input, Jacobian, MASS_RATIOS, MAX_KAPPA, MAX_SPEED,
-    MAX_TOLERANCE, MIN_SPEED, MIN_TOLERANCE, Model, NotACollision, Outcome, POISSON, Regime, integrator,
-    kappa, simple, sliding,
+    MAX_TOLERANCE, MIN_SPEED, MIN_TOLERANCE, Model, NotACollision, Outcome, POISSON, integrator, kappa,
+    simple,
+    sliding::{self, Ways},
 };
-use crate::physics::ball::{Ball, BallState};
+use crate::physics::ball::{Ball, BallState, HOLLOW_SPHERE};
 use crate::physics::cloth_motion::Cloth;
 use crate::physics::contact_frame::CollisionFrame;
 use crate::physics::friction_law::Law;
-
-/// Moment of inertia of a thin hollow sphere over MR², the largest a ball can have.
-const HOLLOW_SPHERE: f64 = 2.0 / 3.0;
 
 impl Model {
     /// The default of [`Model::contact_time`], in seconds: balls of phenolic resin touch for 250 to
@@ -130,20 +128,21 @@ impl Model {
         if self.fidelity.is_integrated() {
             return integrator::collide(&values, self).ok_or(self.not_integrated());
         }
-        let impact = Impact::new(&values, self);
-        let (impulses, regime) = match self.fidelity {
-            Fidelity::Full => {
-                let (impulses, regime, _) = sliding::solve(&impact);
-                (impulses, regime)
-            }
-            _ => simple::impulses(&impact),
-        };
-        Ok(self.outcome(&values, &impact.impulses(&values, impulses), regime))
+        Ok(self.solve(&values).0)
     }
 
-    #[inline(always)]
-    pub(super) fn outcome(&self, values: &Values<f64>, impulses: &Impulses<f64>, regime: Regime) -> Outcome {
-        Outcome::new(regime, impulses.q, &components(values, self, impulses))
+    /// Returns the outcome in closed form, and the way to it.
+    #[inline]
+    fn solve(&self, values: &Values<f64>) -> (Outcome, Ways) {
+        let impact = Impact::new(values, self);
+        let (impulses, regime, ways) =
+            if self.is_linear() { simple::impulses(&impact) } else { sliding::solve(&impact) };
+        (Outcome::new(regime, values, self, &impact.impulses(values, impulses)), ways)
+    }
+
+    /// Returns whether the impulses are at most of first order in μ.
+    fn is_linear(&self) -> bool {
+        matches!(self.fidelity, Fidelity::Elastic | Fidelity::Inelastic | Fidelity::Linear)
     }
 
     /// Returns the outcome as [`Model::collide`], with the cue ball and the outcome in the frame of
@@ -225,23 +224,19 @@ impl Model {
             return integrator::differentiate(&values, self).ok_or(self.not_integrated());
         }
         let dual: Values<Dual<N>> = values.with_derivatives(self);
-        let (impact, dual_impact) = (Impact::new(&values, self), Impact::new(&dual, self));
-        let (impulses, regime, dual_impulses) = match self.fidelity {
-            Fidelity::Full | Fidelity::Ode => {
-                let (impulses, regime, ways) = sliding::solve(&impact);
-                (impulses, regime, sliding::differentiate(&dual_impact, ways))
-            }
-            _ => {
-                let (impulses, regime) = simple::impulses(&impact);
-                (impulses, regime, simple::impulses(&dual_impact).0)
-            }
+        let impact = Impact::new(&dual, self);
+        let (closed, ways) = self.solve(&values);
+        let impulses = if self.is_linear() {
+            simple::impulses(&impact).0
+        } else {
+            sliding::differentiate(&impact, ways)
         };
+        let by = derivatives(&components(&dual, self, &impact.impulses(&dual, impulses)));
         // the outcome of ode has its tolerance, its derivatives are those of the same equations
         let outcome = match self.fidelity {
             Fidelity::Ode => integrator::collide(&values, self).ok_or(self.not_integrated())?,
-            _ => self.outcome(&values, &impact.impulses(&values, impulses), regime),
+            _ => closed,
         };
-        let by = derivatives(&values, self, &dual_impact.impulses(&dual, dual_impulses));
         Ok((outcome, by))
     }
 
@@ -281,7 +276,7 @@ impl Model {
         check_motion(cue, self.ball.radius)?;
         let values = Values::new(self, cue, coefficients);
         let largest = values[Input::Mu] + values[Input::B].max(0.0);
-        // dv_x/dq = 1 + 1/r + μ_s μ sin θ must stay positive, whatever θ is
+        // dv_x/dq = 1 + 1/r + μ_s μ sin θ must stay positive at every θ
         let (product, most) = (largest * values[Input::MuS], 1.0 + 1.0 / ratio);
         // the friction of a compliant contact may turn and press the object ball down
         if product >= most && (cue.spin.y > 0.0 || self.kappa > 0.0) {

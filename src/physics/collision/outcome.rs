@@ -2,7 +2,8 @@
 
 use nalgebra::{SMatrix, SVector};
 
-use super::Regime;
+use super::impact::{Impulses, Values, components};
+use super::{Model, Regime};
 use crate::physics::ball::{BallState, Vec3};
 use crate::physics::name::worded;
 
@@ -21,10 +22,11 @@ pub struct Outcome {
 
 impl Outcome {
     #[inline(always)]
-    pub(super) fn new(regime: Regime, impulse: f64, components: &[f64; 12]) -> Self {
+    pub(super) fn new(regime: Regime, values: &Values<f64>, model: &Model, impulses: &Impulses<f64>) -> Self {
+        let components = components(values, model, impulses);
         let vector = |i: usize| Vec3::new(components[i], components[i + 1], components[i + 2]);
         let ball = |i: usize| BallState { velocity: vector(i), spin: vector(i + 3) };
-        Self { regime, impulse, cue: ball(0), object: ball(6) }
+        Self { regime, impulse: impulses.q, cue: ball(0), object: ball(6) }
     }
 
     /// Returns the twelve components in the order of the rows of [`Jacobian`].

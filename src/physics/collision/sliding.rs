@@ -20,8 +20,6 @@
 
 mod dual;
 
-use wide::f64x2;
-
 use super::impact::{Dual, Impact};
 use super::{Number, Regime};
 
@@ -62,8 +60,7 @@ pub(super) fn differentiate<const N: usize>(impact: &Impact<Dual<N>>, ways: Ways
         Some(s) => slide.end_near(phase, &slide.differentiate(phase, s)),
         None if phase.slip[1].re <= 0.0 => phase.stick(Place::start()),
         None => {
-            let decayed = DECAYED / slide.real().slowest(phase.slip.map(|v| v.re));
-            phase.stick(slide.differentiate(phase, decayed))
+            phase.stick(slide.differentiate(phase, DECAYED / slide.real().slowest(phase.slip.map(|v| v.re))))
         }
     })
 }
@@ -139,7 +136,7 @@ impl<D: Number> Phase<D> {
     }
 }
 
-/// What slows the slip.
+/// The rates at which friction slows the slip.
 struct Slide<D> {
     /// λ_y and λ_z.
     rates: [D; 2],
@@ -161,21 +158,21 @@ impl<D: Number> Slide<D> {
         }
         Self { rates: lever.map(|lever| lever * mu), falls: None }
     }
-}
 
-impl Slide<f64> {
     /// Returns dq/ds.
     #[inline(always)]
-    fn pace(&self, speed: f64) -> f64 {
+    fn pace(&self, speed: D) -> D {
         self.friction(speed).map_or(speed, |friction| speed / friction)
     }
 
     /// Returns the friction over that at first contact, if it falls.
     #[inline(always)]
-    fn friction(&self, speed: f64) -> Option<f64> {
+    fn friction(&self, speed: D) -> Option<D> {
         self.falls.map(|[a, b, c]| a + b * (-c * speed).exp())
     }
+}
 
+impl Slide<f64> {
     /// Returns the smaller rate of the components that are not 0.
     fn slowest(&self, slip: [f64; 2]) -> f64 {
         let [y, z] = self.rates;
@@ -187,15 +184,15 @@ impl Slide<f64> {
     }
 
     /// Returns the place that is further by `ds`, by Gauss and Legendre's rules in panels so short
-    /// that they are exact to rounding; `visit` is given the s from there, the stopped parts, the
-    /// slip and dq of each node.
+    /// that they are exact to rounding; `visit` is given the s from there, the stopped parts and dq
+    /// of each node.
     #[inline(always)]
     fn advance(
         &self,
         slip: [f64; 2],
         at: Place<f64>,
         ds: f64,
-        visit: impl FnMut(f64, [f64; 2], [f64; 2], f64),
+        visit: impl FnMut(f64, [f64; 2], f64),
     ) -> Place<f64> {
         let [y, z] = self.rates;
         let mut reach = y.max(z) * ds.abs();
@@ -217,30 +214,26 @@ impl Slide<f64> {
         ds: f64,
         panels: usize,
         rule: &[(f64, f64); H],
-        mut visit: impl FnMut(f64, [f64; 2], [f64; 2], f64),
+        mut visit: impl FnMut(f64, [f64; 2], f64),
     ) -> Place<f64> {
         let half = 0.5 * ds / panels as f64;
-        let (slip, rates) = (f64x2::new(slip), f64x2::new(self.rates) * half);
-        let mut stopped = f64x2::new(at.stopped);
-        // 1 − ab = (1 − a) + a(1 − b)
-        let further = |stopped: f64x2, by: f64x2| stopped + (1.0 - stopped) * by;
+        let rates = self.rates.map(|rate| rate * half);
         let [to_middle, _] = fall_and_rise(rates);
         for panel in 0..panels {
-            let middle = further(stopped, to_middle);
+            let middle = further(at.stopped, to_middle);
             for &(x, weight) in rule {
-                for (x, part) in [x, -x].into_iter().zip(fall_and_rise(rates * x)) {
+                for (x, part) in [x, -x].into_iter().zip(fall_and_rise(rates.map(|rate| rate * x))) {
                     let stopped = further(middle, part);
-                    let slip = (slip * (1.0 - stopped)).to_array();
-                    let stopped = stopped.to_array();
-                    let dq = self.pace(norm(slip)) * (half * weight);
+                    let speed = norm([0, 1].map(|i| slip[i] * (1.0 - stopped[i])));
+                    let dq = self.pace(speed) * (half * weight);
                     at.q += dq;
                     at.i += dq * stopped[1];
-                    visit(half * (2.0 * panel as f64 + 1.0 + x), stopped, slip, dq);
+                    visit(half * (2.0 * panel as f64 + 1.0 + x), stopped, dq);
                 }
             }
-            stopped = further(middle, to_middle);
+            at.stopped = further(middle, to_middle);
         }
-        Place { stopped: stopped.to_array(), ..at }
+        at
     }
 
     /// Returns the dq from a place to the end of a phase, with an error of its third power.
@@ -266,13 +259,13 @@ impl Slide<f64> {
     fn follow(&self, phase: &Phase<f64>) -> (Place<f64>, Option<f64>) {
         let ([y, z], mut s, mut at) = (self.rates, 0.0, Place::start());
         for _ in 0..MAX_STEPS {
-            let slip = f64x2::new(phase.slip) * (1.0 - f64x2::new(at.stopped));
-            let speed = norm(slip.to_array());
+            let slip = [0, 1].map(|i| phase.slip[i] * (1.0 - at.stopped[i]));
+            let speed = norm(slip);
             if speed == 0.0 {
                 return (phase.stick(at), None);
             }
             let per_speed = 1.0 / speed;
-            let [y2, z2] = (slip * per_speed).to_array().map(|part| part * part);
+            let [y2, z2] = slip.map(|v| (v * per_speed) * (v * per_speed));
             let per_pace = self.friction(speed).unwrap_or(1.0) * per_speed;
             let dq = self.left(phase, &at, per_pace, y2);
             let dq_s = dq * per_pace;
@@ -289,7 +282,7 @@ impl Slide<f64> {
                     if phase.slip[1] <= 0.0 && falls {
                         return (phase.stick(at), None);
                     }
-                    let end = self.advance(phase.slip, at, DECAYED / slowest, |_, _, _, _| {});
+                    let end = self.advance(phase.slip, at, DECAYED / slowest, |_, _, _| {});
                     let stuck = phase.stick(end);
                     if stuck.q >= end.q {
                         return (stuck, None);
@@ -306,15 +299,13 @@ impl Slide<f64> {
             let ds = ds * (1.0 - (turned * turned * y2 * z2 * (1.0 / 3.0)).min(0.5));
             s += ds;
             if ds.abs() * y.max(z) <= LAST_STEP {
-                let before = f64x2::new(at.stopped);
-                let part = f64x2::new(self.rates) * ds;
-                let stopped = before + (1.0 - before) * (part - 0.5 * part * part);
-                let stopped = stopped.to_array();
+                let part = self.rates.map(|rate| rate * ds).map(|part| part - 0.5 * part * part);
+                let stopped = further(at.stopped, part);
                 let lost = stopped[1] - at.stopped[1];
                 let i = at.i + dq * (at.stopped[1] + lost * (0.5 + (z - rate) * ds / 12.0));
                 return (Place { stopped, q: at.q + dq, i }, Some(s));
             }
-            at = self.advance(phase.slip, at, ds, |_, _, _, _| {});
+            at = self.advance(phase.slip, at, ds, |_, _, _| {});
         }
         (at, Some(s))
     }
@@ -333,22 +324,32 @@ fn norm([y, z]: [f64; 2]) -> f64 {
     (y * y + z * z).sqrt()
 }
 
-/// Returns 1 − e^(−x) and 1 − e^x for |x| ≤ MAX_SIX/2 by Taylor's series, whose first term left out
-/// is below 3e-17.
+/// Returns 1 − ab = (1 − a) + a(1 − b) for both components, from 1 − a and 1 − b.
 #[inline(always)]
-fn fall_and_rise(x: f64x2) -> [f64x2; 2] {
-    let s = x * x;
-    let t = s * s;
-    let cosh = s
-        * ((s * (1.0 / 24.0) + 0.5)
+fn further(stopped: [f64; 2], by: [f64; 2]) -> [f64; 2] {
+    [0, 1].map(|i| stopped[i] + (1.0 - stopped[i]) * by[i])
+}
+
+/// Returns 1 − e^(−x) and 1 − e^x of both components for |x| ≤ MAX_SIX/2 by Taylor's series, whose
+/// first term left out is below 3e-17.
+#[inline(always)]
+fn fall_and_rise(x: [f64; 2]) -> [[f64; 2]; 2] {
+    let s = x.map(|x| x * x);
+    let cosh = s.map(|s| {
+        let t = s * s;
+        s * ((s * (1.0 / 24.0) + 0.5)
             + t * ((s * (1.0 / 40_320.0) + 1.0 / 720.0)
-                + t * (s * (1.0 / 479_001_600.0) + 1.0 / 3_628_800.0)));
-    let sinh = x + x
-        * s
-        * ((s * (1.0 / 120.0) + 1.0 / 6.0)
-            + t * ((s * (1.0 / 362_880.0) + 1.0 / 5_040.0)
-                + t * (s * (1.0 / 6_227_020_800.0) + 1.0 / 39_916_800.0)));
-    [sinh - cosh, -sinh - cosh]
+                + t * (s * (1.0 / 479_001_600.0) + 1.0 / 3_628_800.0)))
+    });
+    let sinh = [0, 1].map(|i| {
+        let (x, s, t) = (x[i], s[i], s[i] * s[i]);
+        x + x
+            * s
+            * ((s * (1.0 / 120.0) + 1.0 / 6.0)
+                + t * ((s * (1.0 / 362_880.0) + 1.0 / 5_040.0)
+                    + t * (s * (1.0 / 6_227_020_800.0) + 1.0 / 39_916_800.0)))
+    });
+    [[0, 1].map(|i| sinh[i] - cosh[i]), [0, 1].map(|i| -sinh[i] - cosh[i])]
 }
 
 /// The longest panels in λs for 4 and 6 nodes.

@@ -5,16 +5,15 @@ use num_dual::DualNum;
 
 use super::dual::{Dual, DualVector, constant, gradient, with_gradient};
 use crate::physics::ball::{Ball, BallState, Vec3};
-use crate::physics::collision::{Coefficients, Effects, Fidelity, Input, Model, NotACollision, Regime};
+use crate::physics::collision::{
+    Coefficients, Effects, Fidelity, Input, MIN_FITTED_KAPPA, Model, NotACollision, Regime,
+};
 use crate::physics::friction_law::Law;
 use crate::problem::unknowns::{Id, Mode, Shared, Unknown};
 
 /// Smallest size of b at which its derivative is computed. The outcome differs from that of b = 0
 /// by 1e-9 of the closing speed.
 const LEAST_FALL: f64 = 1e-9;
-
-/// Smallest κ of a compliant contact that is computed: the outcome nears that of a rigid one as √κ.
-const LEAST_KAPPA: f64 = 1e-3;
 
 /// The collision model of a film.
 #[derive(Clone, Copy, Debug)]
@@ -160,7 +159,7 @@ impl Contact {
         }
         model.e_slope = self.e_falls.then(|| shared[Id::ESlope]);
         if self.is_compliant() {
-            model.kappa = shared[Id::Kappa].max(LEAST_KAPPA);
+            model.kappa = shared[Id::Kappa].max(MIN_FITTED_KAPPA);
         }
         model
     }

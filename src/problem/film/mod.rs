@@ -11,6 +11,7 @@ pub(crate) mod motion;
 pub(crate) mod next_to_impact;
 pub(crate) mod outliers;
 pub(crate) mod own;
+#[cfg(feature = "io")]
 pub(crate) mod planned;
 pub(crate) mod priors;
 pub(crate) mod reading;

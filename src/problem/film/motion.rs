@@ -12,17 +12,9 @@ use super::dual::{Dual, DualVector, INPUTS, constant, gradient, norm};
 use super::impact::{Contact, Correction, Side};
 use super::own::{self, OWN};
 use crate::physics::ball::{Ball, Vec3};
-use crate::physics::cloth_motion::GRAVITY;
+use crate::physics::cloth_motion::{GRAVITY, MAX_FLIGHTS, MIN_REBOUND};
 use crate::physics::collision::NotACollision;
 use crate::problem::unknowns::{Id, Own, Shared};
-
-/// Upward speed of the lowest bounce that is followed, m/s. Lower ones are one piece: what they do
-/// in between is less than 0.1 µm.
-const LOWEST_BOUNCE: f64 = 2e-3;
-
-/// Largest number of bounces that are followed: with e_t = 0.9 those of a ball that rises with 1.7
-/// m/s.
-const MAX_BOUNCES: usize = 64;
 
 /// Half of the time that a landing lasts, s. It moves a ball by less than 6 µm.
 const HALF_LANDING: f64 = 5e-4;
@@ -180,7 +172,7 @@ impl Cloth {
         let lever = (1.0 + ball.inertia) / ball.inertia;
         let mut pieces = Vec::with_capacity(16);
         let mut late = HALF_CONTACT;
-        while rise.re > LOWEST_BOUNCE && pieces.len() < 2 * MAX_BOUNCES {
+        while rise.re > MIN_REBOUND && pieces.len() < 2 * MAX_FLIGHTS {
             let flying =
                 Moving { height: [zero, rise, -self.gravity], ..Moving::flat(&place, &velocity, &still) };
             pieces.push(Piece::new(time, &flying).later(late));

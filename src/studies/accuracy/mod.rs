@@ -29,6 +29,7 @@ pub const REFERENCE: f64 = 1e-12;
 const TIMED: f64 = 0.1;
 
 /// What errors are stated of.
+#[cfg(feature = "report")]
 pub(crate) const QUANTITIES: [&str; 4] = ["throw_deg", "speed", "spin", "jump"];
 
 /// One shot of the study, in the collision frame.

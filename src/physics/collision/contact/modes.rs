@@ -1,10 +1,10 @@
 //! The modes of a contact: how it begins, its friction, where it sticks and slides again, steps
 //! that are stable, and landings.
 
-use super::{CLOTH, Grip, HEIGHT, Mode, N, PHI, Pair, R, Shot, State, UP, pair};
+use super::{CLOTH, Grip, HEIGHT, Mode, N, NEGLIGIBLE, PHI, Pair, R, Shot, State, UP, pair};
 
 /// The longest step: R is of order 1 after some five.
-const LONGEST: f64 = 0.2;
+const MAX_STEP: f64 = 0.2;
 
 /// Steps that turn the friction by more are unstable.
 const STABLE: f64 = 3.0;
@@ -12,11 +12,9 @@ const STABLE: f64 = 3.0;
 /// Steps of a rigid contact that stop more of the slip are unstable.
 const STABLE_RIGID: f64 = 2.0;
 
-/// Friction can follow a slip of more than this times κμ…
+/// Friction can follow a slip of more than this times κμ, where that errs by no more than
+/// [`NEGLIGIBLE`].
 const FOLLOWS: f64 = 10.0;
-
-/// …where that errs by no more than this part of the tolerance.
-const OF_TOLERANCE: f64 = 0.1;
 
 /// Roundings of an event's function at most.
 const HIDDEN: f64 = 1e-10;
@@ -104,7 +102,7 @@ impl Shot {
         }
         let Lag { first, second, .. } = self.lag(mode, y, v);
         // the impulse to there is of the order of R⁵
-        (first * second * second).abs() * mu * y[R].powi(5) < part * OF_TOLERANCE * self.tolerance
+        (first * second * second).abs() * mu * y[R].powi(5) < part * NEGLIGIBLE * self.tolerance
     }
 
     /// R, but not less than it matters.
@@ -141,7 +139,7 @@ impl Shot {
             return (*mode, whole.min(STABLE_RIGID / (self.phase(mode)[0] * self.first * lever)));
         }
         if self.is_frictionless() {
-            return (Mode { grip: Grip::Follows, ..*mode }, LONGEST);
+            return (Mode { grip: Grip::Follows, ..*mode }, MAX_STEP);
         }
         let v = self.slip(y);
         let (speed, phi) = (v.norm(), pair(y, PHI));
@@ -160,9 +158,9 @@ impl Shot {
         let longest = match grip {
             Grip::Stuck => self.root(mode, y),
             Grip::Slides => STABLE / turning,
-            _ => LONGEST,
+            _ => MAX_STEP,
         };
-        (Mode { grip, ..*mode }, longest.min(LONGEST))
+        (Mode { grip, ..*mode }, longest.min(MAX_STEP))
     }
 
     /// The mode after an event; `None` at the end.

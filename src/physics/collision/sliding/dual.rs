@@ -1,8 +1,5 @@
 //! Places on the way of a slide with their derivatives.
 
-use nalgebra::SVector;
-use num_dual::Derivative;
-
 use super::{Dual, Phase, Place, Slide, norm};
 
 impl<const N: usize> Slide<Dual<N>> {
@@ -14,8 +11,7 @@ impl<const N: usize> Slide<Dual<N>> {
     pub fn end_near(&self, phase: &Phase<Dual<N>>, at: &Place<Dual<N>>) -> Place<Dual<N>> {
         let real = self.real();
         let left = at.stopped.map(|stopped| 1.0 - stopped.re);
-        let [v_y, v_z] = [0, 1].map(|i| phase.slip[i].re * left[i]);
-        let per_pace = 1.0 / real.pace((v_y * v_y + v_z * v_z).sqrt());
+        let per_pace = 1.0 / real.pace(norm([0, 1].map(|i| phase.slip[i].re * left[i])));
         let dq = match phase.work {
             None => -phase.v_x(at) / (phase.n.re - phase.cloth.re * real.rates[1] * left[1] * per_pace),
             Some(work) => (work - phase.work(at)) / phase.v_x(at).re,
@@ -29,17 +25,19 @@ impl<const N: usize> Slide<Dual<N>> {
     pub fn differentiate(&self, phase: &Phase<Dual<N>>, s: f64) -> Place<Dual<N>> {
         let real = self.real();
         let (mut by_q, mut by_i) = ([0.0; 7], [0.0; 7]);
-        let at = real.advance(phase.slip.map(|v| v.re), Place::start(), s, |t, stopped, slip, dq| {
+        let real_slip = phase.slip.map(|v| v.re);
+        let at = real.advance(real_slip, Place::start(), s, |t, stopped, dq| {
             let left = stopped.map(|stopped| 1.0 - stopped);
+            let slip = [0, 1].map(|i| real_slip[i] * left[i]);
+            let speed = norm(slip).max(f64::MIN_POSITIVE);
             // by |v|²/2
-            let mut per = dq / (slip[0] * slip[0] + slip[1] * slip[1]).max(f64::MIN_POSITIVE);
+            let mut per = dq / (speed * speed).max(f64::MIN_POSITIVE);
             let mut by = [0.0; 7];
             if let Some([a, b, c]) = real.falls {
-                let speed = norm(slip);
                 let falling = (-c * speed).exp();
                 let part = dq / (a + b * falling);
                 // ∂(|v|/m)/∂|v| = (1 − |v| m'/m)/m
-                per += part * b * c * falling / speed.max(f64::MIN_POSITIVE);
+                per += part * b * c * falling / speed;
                 [by[4], by[5], by[6]] = [-part, -part * falling, part * b * speed * falling];
             }
             for i in 0..2 {
@@ -55,19 +53,15 @@ impl<const N: usize> Slide<Dual<N>> {
         });
         let ([y, z], [rate_y, rate_z]) = (&phase.slip, &self.rates);
         let chain = |value: f64, by: [f64; 7]| {
-            let mut eps = SVector::<f64, N>::zeros();
-            let inputs = [y, z, rate_y, rate_z].into_iter().chain(self.falls.iter().flatten());
-            for (input, by) in inputs.zip(by) {
-                if let Some(of_input) = &input.eps.0 {
-                    eps.axpy(by, of_input, 1.0);
-                }
+            let mut sum = Dual::from(value);
+            for (input, by) in [y, z, rate_y, rate_z].into_iter().chain(self.falls.iter().flatten()).zip(by) {
+                sum.eps += input.eps * by;
             }
-            Dual::new(value, Derivative::some(eps))
+            sum
         };
-        let stopped = [0, 1].map(|i| {
-            let by_rate = s * (1.0 - at.stopped[i]);
-            self.rates[i] * by_rate + (at.stopped[i] - by_rate * real.rates[i])
-        });
+        // 1 − e^(−λs) changes by s e^(−λs) ∂λ
+        let stopped =
+            [0, 1].map(|i| (self.rates[i] - real.rates[i]) * (s * (1.0 - at.stopped[i])) + at.stopped[i]);
         Place { stopped, q: chain(at.q, by_q), i: chain(at.i, by_i) }
     }
 }
