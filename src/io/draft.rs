@@ -322,7 +322,8 @@ fn describe_tracks(all: &[(&PathBuf, &Survey)], lengths: &Lengths, table: Option
         ));
     }
     if let (Some(unit), None) = (first.guess.time_unit, time_unit) {
-        sheet.noted(format!("time_unit = \"{unit}\""), "as the steps of the times suggest: check it");
+        let line = format!("time_unit = \"{}\"", unit.name());
+        sheet.noted(line, "as the steps of the times suggest: check it");
     }
     describe_guess(first, exchanged, sheet);
     describe_problems(all, sheet);
@@ -339,14 +340,12 @@ fn describe_balls(all: &[(&PathBuf, &Survey)], sheet: &mut Sheet) -> bool {
         _ => None,
     };
     // a table with a row per frame names the balls by its columns
-    let wide =
-        all.first().is_some_and(|(_, survey)| survey.guess.columns.iter().any(|(key, _)| *key == "cue_x"));
+    let guess = all.first().map(|(_, survey)| &survey.guess);
+    let wide = guess.is_some_and(|guess| guess.column("cue_x").is_some());
     match order {
         Some((cue, _)) if wide => {
-            let first = all.first().and_then(|(_, survey)| {
-                survey.guess.columns.iter().find(|(key, _)| *key == format!("{cue}_x"))
-            });
-            let column = first.map_or("", |(_, column)| column);
+            let column = guess.and_then(|guess| guess.column(&format!("{cue}_x")));
+            let column = column.map_or(String::new(), |column| column.shown());
             // names that say which ball it is are believed
             if cue != "cue" && column.contains("obj") {
                 sheet.find(format!(

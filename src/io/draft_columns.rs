@@ -7,6 +7,7 @@ use super::draft_files::numbers;
 use super::draft_scale::describe_y_axis;
 use super::draft_sheet::{OBJECT, Sheet, quoted};
 use super::text::decode;
+use super::tracking::Guessed;
 
 /// So many columns of a table are listed, and so many characters of the name of one.
 const MOST_COLUMNS: usize = 30;
@@ -30,16 +31,26 @@ pub(super) fn describe_guess(survey: &Survey, exchanged: bool, sheet: &mut Sheet
                    else each row is taken as one frame";
         sheet.blank_line("which column is what", &format!("# frame = {}", quoted(name)), why);
     }
-    for (key, value) in &survey.guess.columns {
+    for Guessed { key, column, doubt } in &survey.guess.columns {
         // the same keys in the same order, with the columns of the other ball
-        let (mark, own) = key.strip_prefix("# ").map_or(("", *key), |own| ("# ", own));
-        let other = own.strip_prefix("cue_").map(|rest| [mark, "object_", rest]);
-        let other =
-            other.or(own.strip_prefix("object_").map(|rest| [mark, "cue_", rest])).filter(|_| exchanged);
-        let of = |key: &str| survey.guess.columns.iter().find(|(own, _)| *own == key).map(|(_, value)| value);
-        let value = other.and_then(|key| of(&key.concat())).unwrap_or(value);
-        sheet.line(format!("{key} = {value}"));
+        let other = other_ball(key).filter(|_| exchanged);
+        let column = other.and_then(|key| survey.guess.column(&key)).unwrap_or(column).shown();
+        match doubt.as_deref() {
+            None => sheet.line(format!("{key} = {column}")),
+            Some("") => sheet.line(format!("# {key} = {column}")),
+            Some(why) => sheet.line(format!("# {key} = {column}   # {why}")),
+        }
     }
+    if let Some(unit) = survey.guess.angle_unit {
+        sheet.line(format!("angle_unit = \"{}\"", unit.name()));
+    }
+}
+
+/// Returns the key for the other ball.
+fn other_ball(key: &str) -> Option<String> {
+    let object = |rest| format!("object_{rest}");
+    let cue = |rest| format!("cue_{rest}");
+    key.strip_prefix("cue_").map(object).or_else(|| key.strip_prefix("object_").map(cue))
 }
 
 /// What has to be corrected in the files before anything is read from them.

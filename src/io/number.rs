@@ -47,6 +47,9 @@ const GAPS: [&str; 16] = [
     "\u{2013}", "\u{2014}",
 ];
 
+/// No number has so many characters.
+const LONGEST: usize = 64;
+
 /// How to write that there is none, for messages.
 const GAP: &str = "an empty cell where there is none";
 
@@ -54,10 +57,19 @@ const GAP: &str = "an empty cell where there is none";
 /// U+2212), digits with at most one decimal mark (point or comma), exponent.
 pub(crate) fn parse(cell: &str) -> Result<Cell, &'static str> {
     let cell = cell.trim();
+    // as most programs write it
+    let is_plain = |byte: u8| byte.is_ascii_digit() || b".-eE".contains(&byte);
+    if cell.len() <= LONGEST
+        && cell.bytes().all(is_plain)
+        && let Ok(number) = cell.parse::<f64>()
+        && number.is_finite()
+    {
+        return Ok(Cell::Number(number, cell.contains('.').then_some('.')));
+    }
     if cell.is_empty() || GAPS.iter().any(|gap| cell.eq_ignore_ascii_case(gap)) {
         return Ok(Cell::Empty);
     }
-    if cell.len() > 64 {
+    if cell.len() > LONGEST {
         return Err("is too long for a number");
     }
     let mut plain = String::with_capacity(cell.len());
@@ -183,10 +195,6 @@ impl Mark {
                 word(other)
             ));
         }
-    }
-
-    pub(crate) fn seen(&self) -> Option<char> {
-        self.seen.map(|(mark, _)| mark)
     }
 
     pub(crate) fn is_comma(&self) -> bool {

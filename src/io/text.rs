@@ -80,7 +80,9 @@ pub(crate) fn unmarked(line: &str) -> &str {
 
 /// Lines with their numbers, from 1. Ends of lines may be LF, CRLF or CR.
 pub(crate) fn lines(text: &str) -> impl Iterator<Item = (usize, &str)> + Clone {
-    lines_by(text, line_end(text))
+    let end = if text.contains('\n') { '\n' } else { '\r' };
+    let lines = text.split(end).map(|line| line.strip_suffix('\r').unwrap_or(line));
+    (1..).zip(lines)
 }
 
 /// Those that are not blank.
@@ -93,46 +95,46 @@ pub(crate) fn filled_below(text: &str, above: usize) -> Option<(usize, &str)> {
     lines(text).skip(above).find(|(_, line)| !line.trim().is_empty())
 }
 
-pub(crate) fn line_end(text: &str) -> char {
-    if text.contains('\n') { '\n' } else { '\r' }
-}
-
-pub(crate) fn lines_by(text: &str, end: char) -> impl Iterator<Item = (usize, &str)> + Clone {
-    let lines = text.split(end).map(|line| line.strip_suffix('\r').unwrap_or(line));
-    lines.enumerate().map(|(i, line)| (i + 1, line))
-}
-
-/// The cells of a line, without quotation marks around them (`""` inside is one). `None` where a
-/// quotation mark does not close.
+/// Returns the cells of a line, without quotation marks around them (`""` inside is one). `None` if a quotation mark does not close.
 pub(crate) fn cells(line: &str, separator: Separator) -> Option<Vec<Cow<'_, str>>> {
+    let mut cells = Vec::new();
+    split_into(&mut cells, line, separator).then_some(cells)
+}
+
+/// Puts the cells of a line in the place of others, as [`cells`] does; returns whether all quotation marks close.
+pub(crate) fn split_into<'t>(cells: &mut Vec<Cow<'t, str>>, line: &'t str, separator: Separator) -> bool {
+    cells.clear();
     let separator = match separator {
-        Separator::Blanks => return Some(line.split_whitespace().map(Cow::Borrowed).collect()),
+        Separator::Blanks => {
+            cells.extend(line.split_whitespace().map(Cow::Borrowed));
+            return true;
+        }
         Separator::Char(c) => c,
     };
     if !line.contains('"') {
-        return Some(line.split(separator).map(Cow::Borrowed).collect());
+        cells.extend(line.split(separator).map(Cow::Borrowed));
+        return true;
     }
-    let mut cells = Vec::new();
+    let is_blank = |c: char| c.is_whitespace() && c != separator;
     let mut rest = line;
     loop {
-        let blanks =
-            rest.len() - rest.trim_start_matches(|c: char| c.is_whitespace() && c != separator).len();
-        let Some(quoted) = rest[blanks..].strip_prefix('"') else {
+        let Some(quoted) = rest.trim_start_matches(is_blank).strip_prefix('"') else {
             let Some((cell, after)) = rest.split_once(separator) else {
                 cells.push(Cow::Borrowed(rest));
-                return Some(cells);
+                return true;
             };
             cells.push(Cow::Borrowed(cell));
             rest = after;
             continue;
         };
-        let (inside, after) = quoted_cell(quoted)?;
+        let Some((inside, after)) = quoted_cell(quoted) else { return false };
         cells.push(Cow::Owned(inside.replace("\"\"", "\"")));
-        let after = after.trim_start_matches(|c: char| c.is_whitespace() && c != separator);
+        let after = after.trim_start_matches(is_blank);
         if after.is_empty() {
-            return Some(cells);
+            return true;
         }
-        rest = after.strip_prefix(separator)?;
+        let Some(next) = after.strip_prefix(separator) else { return false };
+        rest = next;
     }
 }
 

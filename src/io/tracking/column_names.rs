@@ -9,10 +9,20 @@ use crate::physics::name::worded;
 /// A column of the file.
 #[derive(Clone, Debug, Deserialize, PartialEq, Eq)]
 #[serde(untagged, expecting = "expected the name of a column, or its number, from 1 on")]
-pub(super) enum Column {
+pub(in crate::io) enum Column {
     Name(String),
     /// From 1; for files without names of columns.
     Number(NonZero<usize>),
+}
+
+impl Column {
+    /// Returns it as it stands in dataset.toml.
+    pub(in crate::io) fn shown(&self) -> String {
+        match self {
+            Self::Name(name) => toml::Value::from(name.as_str()).to_string(),
+            Self::Number(number) => number.to_string(),
+        }
+    }
 }
 
 macro_rules! column_names {
@@ -32,6 +42,14 @@ macro_rules! column_names {
                 let all = [$((stringify!($key), &self.$key)),+];
                 all.into_iter().filter_map(|(key, column)| Some((key, column.as_ref()?)))
             }
+
+            /// States the file's column for one of ours.
+            pub(super) fn set(&mut self, key: &str, column: Column) {
+                match key {
+                    $(stringify!($key) => self.$key = Some(column),)+
+                    _ => {}
+                }
+            }
         }
     };
 }
@@ -47,12 +65,12 @@ worded! {
     /// What columns of angles are in, where their header does not say it.
     #[derive(Clone, Copy, Debug, Deserialize, PartialEq, Eq)]
     #[serde(rename_all = "lowercase")]
-    pub(super) enum AngleUnit {
+    pub(in crate::io) enum AngleUnit {
         Rad = "rad",
         Deg = "deg",
     }
     /// As dataset.toml names it.
-    pub(super) fn name;
+    pub(in crate::io) fn name;
 }
 
 impl AngleUnit {

@@ -1,9 +1,13 @@
 //! Which column of an unknown table is which, by their names or, where there are none, by their number: for a draft.
 
-use super::boxes::{self, Boxed, Rest};
+use std::num::NonZero;
+
+use super::boxes;
+use super::column_names::{AngleUnit, Column};
+use super::guess_table::Table;
+use super::guessed::{Guess, Guessed};
 use super::heading::{Heading, TITLES, blanks, suffix};
 use super::sample::Rows;
-use super::sheet::LIKELY;
 use super::words::{Kind, Role, find, is_angle, pairs};
 use crate::io::number::value;
 use crate::io::text::{Separator, filled_lines, lines, trimmed, unmarked};
@@ -11,29 +15,7 @@ use crate::io::text::{Separator, filled_lines, lines, trimmed, unmarked};
 /// Radians of a disc seldom grow beyond so many: as many as two turns. Degrees of a whole turn are 360.
 const RADIANS: f64 = 4.0 * std::f64::consts::PI;
 
-/// What of `[tracks]` fits a table, as keys and values of TOML.
-#[derive(Clone, Debug, Default, PartialEq)]
-pub struct Guess {
-    /// Of `[tracks.columns]`.
-    pub columns: Vec<(&'static str, String)>,
-    /// It has angles, which only discs do.
-    pub has_angles: bool,
-    /// `time_unit`, where only the steps of the times tell it.
-    pub time_unit: Option<&'static str>,
-    /// Pairs of columns for x and y that are no positions of balls.
-    pub passed: Vec<String>,
-    /// A column that may be one of times or of numbers of frames.
-    pub perhaps_time: Option<String>,
-}
-
-impl Guess {
-    /// Whether x and y are not those of the ball, but of a box about it.
-    pub(super) fn has_boxes(&self) -> bool {
-        self.columns.iter().any(|(key, _)| [boxes::SIZE[0], boxes::CORNER[0]].contains(key))
-    }
-}
-
-/// `None` where the table is not understood.
+/// Guesses the columns of a table; `None` if it is not understood.
 pub(super) fn columns(text: &str) -> Option<Guess> {
     let top: Vec<(usize, &str)> = filled_lines(text).take(TITLES).collect();
     for (i, (line, content)) in top.iter().enumerate() {
@@ -78,115 +60,12 @@ fn numbered(rows: &Rows, width: usize) -> Option<Guess> {
         5 => &["t", "cue_x", "cue_y", "object_x", "object_y"],
         _ => return None,
     };
-    let keys = keys.iter().enumerate().filter(|(_, key)| !key.is_empty());
-    let columns = keys.map(|(i, key)| (*key, (i + 1).to_string())).collect();
-    Some(Guess { columns, ..Guess::default() })
+    let numbers = (1..).filter_map(NonZero::new);
+    let keys = keys.iter().zip(numbers).filter(|(key, _)| !key.is_empty());
+    let guessed =
+        |(key, number): (&&'static str, _)| Guessed { key, column: Column::Number(number), doubt: None };
+    Some(Guess { columns: keys.map(guessed).collect(), ..Guess::default() })
 }
-
-/// Which columns of a table with names are what; what is guessed grows.
-struct Table<'a> {
-    heading: &'a Heading,
-    small: Vec<String>,
-    rows: Rows,
-    taken: Vec<usize>,
-    guess: Guess,
-}
-
-impl Table<'_> {
-    fn add<const N: usize>(&mut self, keys: [&'static str; N], columns: [usize; N]) {
-        let name = |column: usize| toml::Value::from(self.heading.names[column].as_str()).to_string();
-        self.guess.columns.extend(keys.into_iter().zip(columns.map(name)));
-        self.taken.extend(columns);
-    }
-
-    fn is_free(&self, column: usize) -> bool {
-        !self.taken.contains(&column) && !self.small[column].is_empty()
-    }
-
-    /// The column of times or frames: by its name, else the one whose numbers grow from row to row of each group.
-    fn add_time(&mut self, groups: &[usize], others: &[usize]) {
-        let known = |role| find(&self.small, role).filter(|column| self.is_free(*column));
-        match (known(Role::Frame), known(Role::Time)) {
-            (Some(frame), _) => return self.add(["frame"], [frame]),
-            (None, Some(time)) => return self.add(["t"], [time]),
-            (None, None) => {}
-        }
-        let grows = |column: usize| Some((column, self.rows.least_step(column, groups)?));
-        let mut free =
-            (0..self.small.len()).filter(|column| self.is_free(*column) && !others.contains(column));
-        let Some((column, step)) = free.find_map(grows) else { return };
-        match (self.rows.is_whole(column), step) {
-            (true, 1.0) => self.add(["frame"], [column]),
-            (false, ..0.5) => self.add(["t"], [column]),
-            (false, ..200.0) => {
-                self.add(["t"], [column]);
-                self.guess.time_unit = Some("ms");
-            }
-            _ => self.guess.perhaps_time = Some(self.heading.names[column].clone()),
-        }
-    }
-}
-
-impl Table<'_> {
-    /// What tells the middle of boxes. Where names do not say whether x and y are a corner or the middle, and the paths do not show it,
-    /// the size is added as a comment.
-    fn add_boxes(&mut self, positions: &[[usize; 2]], boxes: &[Boxed], ball: Option<usize>) {
-        for (i, position) in positions.iter().enumerate() {
-            let which = if positions.len() == 1 { 0 } else { i + 1 };
-            if let Some(Boxed { rest, .. }) = boxes.get(i) {
-                let keys = match rest {
-                    Rest::Corner(_) => [["x2", "y2"], ["cue_x2", "cue_y2"], ["object_x2", "object_y2"]],
-                    Rest::Size(_) => WIDTHS,
-                };
-                self.add(keys[which], rest.columns());
-                continue;
-            }
-            let Some(size) = boxes::size(&self.small, position[0]) else { continue };
-            match self.rows.is_corner(*position, size, ball) {
-                Some(true) => self.add(WIDTHS[which], size),
-                Some(false) => {}
-                None => {
-                    let why = "of a box: take the # away, from both, where x and y are its corner, and not its middle";
-                    self.perhaps(PERHAPS_WIDTHS[which][0], size[0], &format!("   # {why}"));
-                    self.perhaps(PERHAPS_WIDTHS[which][1], size[1], "");
-                }
-            }
-        }
-    }
-
-    /// Columns that say how surely a position is one; what detectors call confidence is on no known scale, and so a comment.
-    fn add_likelihoods(&mut self, positions: &[[usize; 2]]) {
-        for (i, [x, _]) in positions.iter().enumerate() {
-            let which = if positions.len() == 1 { 0 } else { i + 1 };
-            let named = |names: &[&str]| names.iter().find_map(|name| boxes::beside(&self.small, *x, name));
-            let alone = |names: &[&str]| {
-                let found = names.iter().find_map(|name| self.small.iter().position(|own| own == name));
-                found.filter(|_| which == 0)
-            };
-            let of =
-                |names: &[&str]| named(names).or_else(|| alone(names)).filter(|column| self.is_free(*column));
-            if let Some(column) = of(&["likelihood"]) {
-                self.add([LIKELIHOODS[which]], [column]);
-            } else if let Some(column) = of(&["confidence", "conf", "score", "probability"]) {
-                let why = format!("   # take the # away to leave out positions below {LIKELY}");
-                self.perhaps(PERHAPS_LIKELIHOODS[which], column, &why);
-            }
-        }
-    }
-
-    /// A key as a comment.
-    fn perhaps(&mut self, key: &'static str, column: usize, why: &str) {
-        let name = toml::Value::from(self.heading.names[column].as_str());
-        self.guess.columns.push((key, format!("{name}{why}")));
-    }
-}
-
-/// Keys of `[tracks.columns]` of a table with a row per ball and frame, of the cue ball and of the object ball; as comments.
-const WIDTHS: [[&str; 2]; 3] = [boxes::SIZE, ["cue_width", "cue_height"], ["object_width", "object_height"]];
-const PERHAPS_WIDTHS: [[&str; 2]; 3] =
-    [["# width", "# height"], ["# cue_width", "# cue_height"], ["# object_width", "# object_height"]];
-const LIKELIHOODS: [&str; 3] = ["likelihood", "cue_likelihood", "object_likelihood"];
-const PERHAPS_LIKELIHOODS: [&str; 3] = ["# likelihood", "# cue_likelihood", "# object_likelihood"];
 
 fn named(text: &str, heading: &Heading) -> Option<Guess> {
     let small = heading.small();
@@ -283,7 +162,7 @@ fn named(text: &str, heading: &Heading) -> Option<Guess> {
     let mut guess = table.guess;
     if turning.iter().any(|column| !heading.has_unit(*column)) {
         let most = most(text, heading, turning);
-        guess.columns.push(("angle_unit", if most > RADIANS { "\"deg\"" } else { "\"rad\"" }.to_string()));
+        guess.angle_unit = Some(if most > RADIANS { AngleUnit::Deg } else { AngleUnit::Rad });
     }
     guess.has_angles = !turning.is_empty();
     let passed = of(Kind::Motion).into_iter().flatten();
@@ -313,9 +192,11 @@ mod tests {
 
     fn guessed(text: &str) -> String {
         let Some(guess) = columns(text) else { return String::new() };
+        let certain = guess.columns.iter().filter(|guessed| guessed.doubt.is_none());
         let mut said: Vec<String> =
-            guess.columns.iter().map(|(key, value)| format!("{key}={value}")).collect();
-        said.extend(guess.time_unit.map(|unit| format!("in {unit}")));
+            certain.map(|guessed| format!("{}={}", guessed.key, guessed.column.shown())).collect();
+        said.extend(guess.angle_unit.map(|unit| format!("angle_unit={}", unit.name())));
+        said.extend(guess.time_unit.map(|unit| format!("in {}", unit.name())));
         said.extend(guess.perhaps_time.map(|name| format!("perhaps {name}")));
         said.join(" ").replace('"', "")
     }

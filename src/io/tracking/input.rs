@@ -1,12 +1,10 @@
 //! A file that is read, and what is said of it on the way.
 
 use std::path::Path;
-use std::sync::Arc;
 
-use super::raw::{Clock, Log, Notes, RawShot, RawTrack};
+use super::raw::{Log, Notes, RawShot};
 use super::settings::{TrackSettings, Unit};
 use crate::io::error::Problems;
-use crate::io::number::Place;
 
 /// What a reader makes of a file: its shots, and the unit of its lengths, where the file or its format states it.
 pub(super) type Shots = (Vec<RawShot>, Option<Unit>);
@@ -32,7 +30,7 @@ pub(super) struct Input<'a> {
     pub log: Log<'a>,
 }
 
-impl<'a> Input<'a> {
+impl Input<'_> {
     pub(super) fn wrong<'c>(
         &self,
         line: impl Into<Option<usize>>,
@@ -42,24 +40,9 @@ impl<'a> Input<'a> {
         self.problems.add(self.file, line, column, message);
     }
 
-    /// A cell of the file.
-    pub(super) fn cell<'c>(&self, line: usize, column: &'c str, text: &'c str) -> Place<'c>
-    where
-        'a: 'c,
-    {
-        Place { file: self.file, line, column, text, problems: self.problems }
-    }
-
     /// Whether times are numbers of frames where a file has both: these cannot follow a wrong rate, but need the right one.
     pub(super) fn is_by_frame(&self) -> bool {
         self.settings.capture_fps.is_some()
-    }
-
-    /// A file that is one shot, named after it.
-    pub(super) fn one_shot(&self, clock: Clock, tracks: Vec<RawTrack>) -> Vec<RawShot> {
-        let line = tracks.iter().map(RawTrack::line).min().unwrap_or(1);
-        let file = Arc::new(self.file.to_path_buf());
-        vec![RawShot { name: self.stem.to_string(), file, line, clock, tracks }]
     }
 }
 

@@ -4,6 +4,7 @@ mod bodies;
 mod boxes;
 mod calibration;
 pub(crate) mod camera;
+mod cells;
 mod check;
 mod clips;
 mod column_names;
@@ -11,14 +12,15 @@ mod columns;
 mod disc_centres;
 mod disc_contact;
 mod finish;
-#[cfg(test)]
-mod fuzz;
 mod guess;
+mod guess_table;
+mod guessed;
 mod heading;
 mod input;
 mod json;
 mod json_text;
 mod kinovea;
+mod layout;
 mod link;
 mod long;
 mod lost;
@@ -28,16 +30,15 @@ mod pieces;
 mod qualisys;
 mod raw;
 mod read;
+mod reader;
 mod resolution;
 mod sample;
 pub(crate) mod settings;
-mod sheet;
 pub(crate) mod shots_table;
 mod survey;
 mod time;
 mod timecode;
 mod tracker;
-mod typed;
 mod units;
 mod words;
 
@@ -61,9 +62,10 @@ use crate::measurement::dataset::Tracks;
 use crate::measurement::spin::Spin;
 use crate::measurement::track::{TrackShot, isolated};
 
+pub(super) use guessed::Guessed;
 pub(super) use heading::strange_unit;
 pub(super) use read::{TRACKER_PROJECT, is_tracker_project};
-pub use survey::{Survey, survey};
+pub(crate) use survey::{Survey, survey};
 
 /// Metres in one of a unit that dataset.toml knows; `None` for pixels.
 pub(super) fn metres(unit: &str) -> Option<f64> {

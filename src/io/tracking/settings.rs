@@ -7,7 +7,8 @@ use serde::{Deserialize, Deserializer};
 use super::calibration::{Calibration, ReadOut};
 use super::camera::{CameraSection, WantedCamera};
 use super::column_names::ColumnNames;
-pub(super) use super::units::{TimeUnit, Unit};
+pub(in crate::io) use super::units::TimeUnit;
+pub(super) use super::units::Unit;
 use crate::io::toml_file::Source;
 use crate::measurement::valid::POSITIVE;
 
@@ -76,6 +77,13 @@ pub(crate) struct TracksSection {
     position_sd_m: Option<f64>,
     time_unit: Option<TimeUnit>,
     columns: Option<ColumnNames>,
+}
+
+impl TracksSection {
+    /// Returns the section that states these columns, if any, and this unit of times.
+    pub(super) fn of_columns(columns: Option<ColumnNames>, time_unit: Option<TimeUnit>) -> Self {
+        Self { time_unit, columns, ..Self::default() }
+    }
 }
 
 #[derive(Clone, Copy, Debug, Deserialize, PartialEq, Eq)]
@@ -373,20 +381,4 @@ fn names(tracks: &TracksSection, source: &Source) -> [Names; 4] {
         used.extend(names.0.iter().map(|name| (name.clone(), key)));
         names
     })
-}
-
-#[cfg(test)]
-pub(super) mod tests {
-    use super::*;
-    use crate::io::error::Problems;
-
-    /// Checked settings of these sections.
-    pub(crate) fn settings(text: &str) -> TrackSettings {
-        let sections: Sections = toml::from_str(text).unwrap();
-        let problems = Problems::new("");
-        let source = Source { path: std::path::Path::new("dataset.toml"), text, problems: &problems };
-        let settings = sections.check(false, &source);
-        assert!(problems.is_empty(), "{}", problems.into_error());
-        settings
-    }
 }

@@ -6,7 +6,8 @@ use std::path::Path;
 
 use super::bodies;
 use super::clips;
-use super::guess::{self, Guess};
+use super::guess;
+use super::guessed::Guess;
 use super::input::Context;
 use super::pieces;
 use super::raw::{Clock, Notes, RawShot, Row, sorted};
@@ -19,7 +20,7 @@ use crate::io::toml_file::Source;
 
 /// What was seen in a file of tracks.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Survey {
+pub(crate) struct Survey {
     /// `long`, `tracker`, `kinovea`, `qualisys`, `json` or `columns`.
     pub format: &'static str,
     pub shots: usize,
@@ -37,7 +38,7 @@ pub struct Survey {
     /// They are of discs: points keep their distances in two groups, or angles are told.
     pub are_discs: bool,
     /// What `[tracks]` must say for the file to be read; empty where it need not say anything.
-    pub guess: Guess,
+    pub(in crate::io) guess: Guess,
     /// Cells and rows that cannot be read, as the loader says it.
     pub problems: Vec<String>,
     /// The longer side of the box about all positions, in the unit of the file.
@@ -49,7 +50,7 @@ pub struct Survey {
 
 /// Looks at a file. Of a table in no known format, and of a long one whose balls are in the middle of boxes, the columns are guessed by
 /// their names. `Err` says what is wrong with a file that is in no known format or cannot be read.
-pub fn survey(file: &Path) -> Result<Survey, Vec<Problem>> {
+pub(crate) fn survey(file: &Path) -> Result<Survey, Vec<Problem>> {
     let plain = look(file, Guess::default());
     if plain.as_ref().is_ok_and(|plain| plain.format != "long") {
         return plain;
@@ -61,16 +62,10 @@ pub fn survey(file: &Path) -> Result<Survey, Vec<Problem>> {
 
 /// Looks at a file with these columns, if any.
 fn look(file: &Path, guess: Guess) -> Result<Survey, Vec<Problem>> {
-    let Guess { columns, has_angles, time_unit, .. } = &guess;
-    let mut text = time_unit.map_or(String::new(), |unit| format!("time_unit = \"{unit}\"\n"));
-    if !columns.is_empty() {
-        text.push_str("[columns]\n");
-        text.extend(columns.iter().map(|(key, value)| format!("{key} = {value}\n")));
-    }
-    let Ok(tracks) = toml::from_str(&text) else { return Err(Vec::new()) };
     let problems = Problems::new("");
     let source = Source { path: file, text: "", problems: &problems };
-    let settings = Sections { tracks, ..Sections::default() }.check(*has_angles, &source);
+    let sections = Sections { tracks: guess.section(), ..Sections::default() };
+    let settings = sections.check(guess.has_angles, &source);
     let notes = Notes::default();
     let read = read::file(file, Context { settings: &settings, problems: &problems, notes: &notes });
     let problems = problems.into_error().problems().to_vec();
@@ -82,7 +77,7 @@ fn look(file: &Path, guess: Guess) -> Result<Survey, Vec<Problem>> {
     // with nothing read, nothing speaks for the guess but names
     let clock = match shots.first() {
         Some(shot) => shot.clock,
-        None if columns.is_empty() => return Err(problems),
+        None if guess.columns.is_empty() => return Err(problems),
         None => Clock::Unsaid,
     };
     let mut tracks: Vec<(String, Vec<f64>)> = Vec::new();
@@ -122,7 +117,7 @@ fn look(file: &Path, guess: Guess) -> Result<Survey, Vec<Problem>> {
         in_frames,
         stated_fps,
         unit: unit.map(Unit::name),
-        are_discs: *has_angles
+        are_discs: guess.has_angles
             || shots.iter().any(|shot| shot.tracks.len() > 5 && bodies::are_two(&shot.tracks)),
         problems: problems.iter().map(ToString::to_string).collect(),
         guess,

@@ -44,14 +44,14 @@ worded! {
     /// What the time column of a file is in.
     #[derive(Clone, Copy, Debug, Deserialize, PartialEq, Eq)]
     #[serde(rename_all = "lowercase")]
-    pub(super) enum TimeUnit {
+    pub(in crate::io) enum TimeUnit {
         Frames = "frames",
         S = "s",
         Ms = "ms",
         Us = "us",
     }
     /// As dataset.toml names it.
-    pub(super) fn name;
+    pub(in crate::io) fn name;
 }
 
 impl TimeUnit {
