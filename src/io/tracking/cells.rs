@@ -1,10 +1,9 @@
 //! Cells as numbers: times and positions, with an eye on their decimal marks.
 
 use super::boxes::Rest;
-use super::input::Input;
+use super::input::{Input, Row};
 use super::layout::At;
 use super::raw::{CLOCK, Clock, FORMAT, GAPS, RawTrack};
-use super::reader::Row;
 use super::settings::TimeUnit;
 use super::timecode::{Style, count_frames, is_clock, seconds};
 use crate::io::number::{Mark, Place, shortened};

@@ -1,14 +1,15 @@
 //! Tables of any other shape: `[tracks.columns]` says which column is what.
 
-use super::column_names::{AngleUnit, Column, ColumnNames};
+use super::column_names::{Column, ColumnNames};
 use super::heading::{Heading, blanks};
 use super::input::{Input, quoted};
 use super::layout::{At, Block, Body, Layout, Name, Refused};
-use super::long::{self, Columns};
+use super::long;
 use super::raw::{CLOCK, Clock, FORMAT};
 use super::sample::Rows;
-use super::settings::{Names, TimeUnit};
+use super::settings::TimeUnit;
 use super::time::first_contradiction;
+use super::units::AngleUnit;
 use super::words::{Role, find};
 use crate::io::error::did_you_mean;
 use crate::io::number::{shortened, value};
@@ -40,12 +41,11 @@ pub(super) fn layout(input: &Input, wanted: &ColumnNames) -> Result<Layout, Refu
     if wanted.is_wide() {
         return wide(input, wanted, heading, time).ok_or(Refused);
     }
-    let mut columns = Columns::of(column, input).ok_or(Refused)?;
-    columns.body.angle = angle(&heading, wanted, "angle", input);
-    if let Name::Column { may_be_empty, .. } = &mut columns.body.name {
-        *may_be_empty = true;
-    }
-    Ok(columns.layout(heading, input))
+    let angle = angle(&heading, wanted, "angle", input);
+    let known: Vec<(&str, Option<usize>)> = wanted.all().map(|(key, _)| (key, column(key))).collect();
+    let at = |key: &str| known.iter().find(|(own, _)| *own == key)?.1;
+    let layout = long::of_balls(at, angle, heading, input).ok_or(Refused)?;
+    Ok(Layout { may_lack_ball: true, ..layout })
 }
 
 /// Lists the columns that have names and are not read, as the end of a sentence.
@@ -84,11 +84,12 @@ fn wide(
     time: Option<(usize, bool)>,
 ) -> Option<Layout> {
     let column = |key: &str| position(&heading, wanted, key);
-    let body = |names: &Names, begin: &str| {
-        let body = Body::at(Name::Fixed(names.0.first()?.clone()), At::of(column, begin)?);
+    let body = |name: &str, begin: &str| {
+        let body = Body::at(Name::Fixed(name.to_string()), At::of(column, begin)?);
         Some(Body { angle: angle(&heading, wanted, &format!("{begin}angle"), input), ..body })
     };
-    let bodies = vec![body(&input.settings.cue, "cue_")?, body(&input.settings.object, "object_")?];
+    let [cue, object] = input.settings.first_names();
+    let bodies = vec![body(cue, "cue_")?, body(object, "object_")?];
     let blocks = vec![Block::below(&heading, bodies)];
     let shot = column("shot");
     let unit = heading.length(&Layout::lengths(&blocks), input);
@@ -101,7 +102,7 @@ fn wide(
         input.log.add(CLOCK, None, message);
     }
     let time = time.map(|(column, _)| column);
-    Some(Layout { heading, shot, time, clock: Clock::In(clock), unit, has_all_cells: false, blocks })
+    Some(Layout { shot, unit, ..Layout::new(heading, blocks, time, Clock::In(clock)) })
 }
 
 /// Returns the column of frame numbers or times that the file has though [tracks.columns] names neither, and whether it is one of

@@ -3,11 +3,11 @@
 use std::num::NonZero;
 
 use super::boxes;
-use super::column_names::{AngleUnit, Column};
-use super::guess_table::Table;
-use super::guessed::{Guess, Guessed};
+use super::column_names::Column;
+use super::guess_table::{Guess, Guessed, Table};
 use super::heading::{Heading, TITLES, blanks, suffix};
 use super::sample::Rows;
+use super::units::AngleUnit;
 use super::words::{Kind, Role, find, is_angle, pairs};
 use crate::io::number::value;
 use crate::io::text::{Separator, filled_lines, lines, trimmed, unmarked};
@@ -201,122 +201,62 @@ mod tests {
         said.join(" ").replace('"', "")
     }
 
+    /// Tables, with ↵ for the end of a line, and what their columns are.
+    const TABLES: &str = "
+c_a_x,c_a_y,ang_a,c_b_x,c_b_y,ang_b↵0.3,0.1,2.9,0.3,0.2,4.1 ¦ cue_x=c_a_x cue_y=c_a_y object_x=c_b_x object_y=c_b_y cue_angle=ang_a object_angle=ang_b angle_unit=rad
+Monday↵Time [s];x1 [cm];y1 [cm];x2 [cm];y2 [cm];v↵0;1;2;3;4;5 ¦ t=Time [s] cue_x=x1 [cm] cue_y=y1 [cm] object_x=x2 [cm] object_y=y2 [cm]
+frame,disk_id,cx_mm,cy_mm,mx_mm,my_mm,r_px↵133,0,8,7,8,2,5 ¦ frame=frame ball=disk_id x=cx_mm y=cy_mm marker_x=mx_mm marker_y=my_mm
+frame;puck;x;y;theta↵1;A;0.1;0.2;270 ¦ frame=frame ball=puck x=x y=y angle=theta angle_unit=deg
+0.0;1;2;3;4 ¦ t=1 cue_x=2 cue_y=3 object_x=4 object_y=5
+a,b,c,d↵1,2,3,4 ¦ 
+t,x,y↵1,2,3 ¦ 
+t,x1,y1,x2,y2,x3,y3 ¦ 
+Zeit;Weiß x;Weiß y;Rot x;Rot y↵0,1;1;2;3;4 ¦ t=Zeit cue_x=Weiß x cue_y=Weiß y object_x=Rot x object_y=Rot y
+time,ball,x,y,x_sd,y_sd↵0,a,1,2,3,4 ¦ t=time ball=ball x=x y=y x_sd=x_sd y_sd=y_sd
+Frame,ball_id,X,Y,VX,VY↵0,a,1,2,3,4 ¦ frame=Frame ball=ball_id x=X y=Y
+t,x1,y1,vx1,vy1,x2,y2,vx2,vy2↵0,1,2,3,4,5,6,7,8 ¦ t=t cue_x=x1 cue_y=y1 object_x=x2 object_y=y2
+frame,track_id,x1,y1,x2,y2↵0,1,2,3,4,5 ¦ frame=frame ball=track_id x=x1 y=y1 x2=x2 y2=y2
+frame,ball_id,x_px,y_px,x_m,y_m↵0,1,2,3,4,5 ¦ frame=frame ball=ball_id x=x_m y=y_m
+1,1,2,3,4↵2,1,2,3,4↵3,1,2,3,4 ¦ frame=1 cue_x=2 cue_y=3 object_x=4 object_y=5
+0,1,2,3,4↵0.1,1,2,3,4↵0.2,1,2,3,4 ¦ t=1 cue_x=2 cue_y=3 object_x=4 object_y=5
+0 1 6.6 3.7↵1 1 6.7 3.7↵2 1 6.8 3.7↵0 2 6.6 3.7↵1 2 6.7 3.7↵2 2 6.8 3.7 ¦ frame=1 ball=2 x=3 y=4
+# t x1 y1 x2 y2↵  0.0   1   2   3   4↵  0.1   1   2   3   4 ¦ t=t cue_x=x1 cue_y=y1 object_x=x2 object_y=y2
+   t    x1   y1   x2   y2↵0.0 1 2 3 4↵0.1 1 2 3 4 ¦ t=t cue_x=x1 cue_y=y1 object_x=x2 object_y=y2
+shot,t,whatever,x,y↵s,0,a,1.5,2.5↵s,1,a,1.5,2.5↵s,0,b,1.5,2.5↵s,1,b,1.5,2.5 ¦ shot=shot t=t ball=whatever x=x y=y
+  0.00e0   1e1   2   3   4 ¦ t=1 cue_x=2 cue_y=3 object_x=4 object_y=5";
+
     #[test]
-    fn columns_are_known_by_their_names() {
-        assert_eq!(
-            guessed("c_a_x,c_a_y,ang_a,c_b_x,c_b_y,ang_b\n0.3,0.1,2.9,0.3,0.2,4.1\n"),
-            "cue_x=c_a_x cue_y=c_a_y object_x=c_b_x object_y=c_b_y cue_angle=ang_a object_angle=ang_b angle_unit=rad"
-        );
-        assert_eq!(
-            guessed("Monday\nTime [s];x1 [cm];y1 [cm];x2 [cm];y2 [cm];v\n0;1;2;3;4;5\n"),
-            "t=Time [s] cue_x=x1 [cm] cue_y=y1 [cm] object_x=x2 [cm] object_y=y2 [cm]"
-        );
-        assert_eq!(
-            guessed("frame,disk_id,cx_mm,cy_mm,mx_mm,my_mm,r_px\n133,0,8,7,8,2,5\n"),
-            "frame=frame ball=disk_id x=cx_mm y=cy_mm marker_x=mx_mm marker_y=my_mm"
-        );
-        assert_eq!(
-            guessed("frame\tpuck\tx\ty\ttheta\n1\tA\t0.1\t0.2\t270\n"),
-            "frame=frame ball=puck x=x y=y angle=theta angle_unit=deg"
-        );
-        assert_eq!(guessed("0.0;1;2;3;4\n"), "t=1 cue_x=2 cue_y=3 object_x=4 object_y=5");
-        for unknown in ["a,b,c,d\n1,2,3,4\n", "t,x,y\n1,2,3\n", "", "t,x1,y1,x2,y2,x3,y3\n"] {
-            assert_eq!(guessed(unknown), "", "{unknown}");
+    fn columns_are_known_by_their_names_and_numbers() {
+        for case in TABLES.lines().skip(1) {
+            let (table, expected) = case.split_once(" ¦ ").unwrap();
+            assert_eq!(guessed(&(table.replace('↵', "\n") + "\n")), expected, "{case}");
         }
-    }
-
-    /// In German, red is rot.
-    #[test]
-    fn a_position_is_no_angle() {
-        assert_eq!(
-            guessed("Zeit;Weiß x;Weiß y;Rot x;Rot y\n0,1;1;2;3;4\n"),
-            "t=Zeit cue_x=Weiß x cue_y=Weiß y object_x=Rot x object_y=Rot y"
-        );
-    }
-
-    #[test]
-    fn errors_and_velocities_are_no_positions() {
-        let sd = "x_sd=x_sd y_sd=y_sd";
-        assert_eq!(
-            guessed("time,ball,x,y,x_sd,y_sd\n0,a,1,2,3,4\n"),
-            format!("t=time ball=ball x=x y=y {sd}")
-        );
-        assert_eq!(guessed("Frame,ball_id,X,Y,VX,VY\n0,a,1,2,3,4\n"), "frame=Frame ball=ball_id x=X y=Y");
-        assert_eq!(
-            guessed("t,x1,y1,vx1,vy1,x2,y2,vx2,vy2\n0,1,2,3,4,5,6,7,8\n"),
-            "t=t cue_x=x1 cue_y=y1 object_x=x2 object_y=y2"
-        );
-        // a box about the ball
-        assert_eq!(
-            guessed("frame,track_id,x1,y1,x2,y2\n0,1,2,3,4,5\n"),
-            "frame=frame ball=track_id x=x1 y=y1 x2=x2 y2=y2"
-        );
-        assert_eq!(
-            guessed("frame,ball_id,x_px,y_px,x_m,y_m\n0,1,2,3,4,5\n"),
-            "frame=frame ball=ball_id x=x_m y=y_m"
-        );
     }
 
     #[test]
     fn a_time_of_any_name_grows_from_row_to_row() {
-        let table = |name: &str, times: [&str; 4]| {
-            let row = |t: &str| format!("{t},1,2,3,4\n");
-            let said = guessed(&format!("{name},x1,y1,x2,y2\n{}", times.map(row).concat()));
-            let (before, rest) = said.split_once("cue_x=").unwrap_or_default();
-            (before.to_string() + rest.split_once("object_y=y2").unwrap_or_default().1)
-                .trim()
-                .replace("  ", " ")
-        };
-        let seconds = ["0.000", "0.004", "0.008", "0.013"];
-        for name in ["t_s", "time_stamp", "Zeit_s", "\"Time (s) Run #1\"", "Data Set 1:Time(s)", "when"] {
-            let name_alone = name.replace('"', "");
-            assert_eq!(table(name, seconds), format!("t={name_alone}"), "{name}");
+        let balls = "cue_x=x1 cue_y=y1 object_x=x2 object_y=y2";
+        let seconds = "0.000 0.004 0.008 0.013";
+        for (name, times, before, behind) in [
+            ("t_s", seconds, "t=t_s ", ""),
+            ("time_stamp", seconds, "t=time_stamp ", ""),
+            ("Zeit_s", seconds, "t=Zeit_s ", ""),
+            ("\"Time (s) Run #1\"", seconds, "t=Time (s) Run #1 ", ""),
+            ("Data Set 1:Time(s)", seconds, "t=Data Set 1:Time(s) ", ""),
+            ("when", seconds, "t=when ", ""),
+            ("frame_idx", "0 1 3 4", "frame=frame_idx ", ""),
+            ("frame_id", "0 1 3 4", "frame=frame_id ", ""),
+            ("Frame No", "0 1 3 4", "frame=Frame No ", ""),
+            ("n", "0 1 3 4", "frame=n ", ""),
+            ("Bildnummer", "0 1 3 4", "frame=Bildnummer ", ""),
+            ("frame_idx", "0 2 4 6", "frame=frame_idx ", ""),
+            ("when", "0.0 4.2 8.3 12.5", "t=when ", " in ms"),
+            ("when", "0 4 8 13", "", " perhaps when"),
+            ("score", "3 1 2 5", "", ""),
+        ] {
+            let rows: String = times.split(' ').map(|t| format!("{t},1,2,3,4\n")).collect();
+            let said = guessed(&format!("{name},x1,y1,x2,y2\n{rows}"));
+            assert_eq!(said, format!("{before}{balls}{behind}"), "{name}");
         }
-        for name in ["frame_idx", "frame_id", "Frame No", "n", "Bildnummer"] {
-            assert_eq!(table(name, ["0", "1", "3", "4"]), format!("frame={name}"), "{name}");
-        }
-        assert_eq!(table("frame_idx", ["0", "2", "4", "6"]), "frame=frame_idx");
-        assert_eq!(table("when", ["0.0", "4.2", "8.3", "12.5"]), "t=when in ms");
-        assert_eq!(table("when", ["0", "4", "8", "13"]), "perhaps when");
-        assert_eq!(table("score", ["3", "1", "2", "5"]), "");
-    }
-
-    #[test]
-    fn numbers_of_frames_without_names() {
-        let columns = "cue_x=2 cue_y=3 object_x=4 object_y=5";
-        assert_eq!(guessed("1,1,2,3,4\n2,1,2,3,4\n3,1,2,3,4\n"), format!("frame=1 {columns}"));
-        assert_eq!(guessed("0,1,2,3,4\n0.1,1,2,3,4\n0.2,1,2,3,4\n"), format!("t=1 {columns}"));
-    }
-
-    #[test]
-    fn a_column_of_balls_of_any_name() {
-        let rows = |separator: &str, order: fn(&str, &str) -> [String; 3]| -> String {
-            let row = |t: &str, ball: &str| {
-                order(t, ball).join(separator) + separator + "1.5" + separator + "2.5\n"
-            };
-            ["a", "b"].iter().flat_map(|ball| ["0", "1", "2"].map(|t| row(t, ball))).collect()
-        };
-        let table = rows(",", |t, ball| ["s".to_string(), t.to_string(), ball.to_string()]);
-        for name in ["color", "id", "whatever"] {
-            assert_eq!(
-                guessed(&format!("shot,t,{name},x,y\n{table}")),
-                format!("shot=shot t=t ball={name} x=x y=y")
-            );
-        }
-        assert_eq!(
-            guessed("0 1 6.6 3.7\n1 1 6.7 3.7\n2 1 6.8 3.7\n0 2 6.6 3.7\n1 2 6.7 3.7\n2 2 6.8 3.7\n"),
-            "frame=1 ball=2 x=3 y=4"
-        );
-    }
-
-    #[test]
-    fn blanks_between_cells() {
-        let expected = "t=t cue_x=x1 cue_y=y1 object_x=x2 object_y=y2";
-        for head in ["# t x1 y1 x2 y2", "% t x1 y1 x2 y2", "t x1 y1 x2 y2", "   t    x1   y1   x2   y2"] {
-            for rows in ["0.0 1 2 3 4\n0.1 1 2 3 4\n", "  0.0   1   2   3   4\n  0.1   1   2   3   4\n"] {
-                assert_eq!(guessed(&format!("{head}\n{rows}")), expected, "{head}: {rows}");
-            }
-        }
-        assert_eq!(guessed("  0.00e0   1e1   2   3   4\n"), "t=1 cue_x=2 cue_y=3 object_x=4 object_y=5");
     }
 }

@@ -1,13 +1,61 @@
-//! Guessing the columns of a table with names.
+//! A guess of the section `[tracks]` that fits a table, as values: a draft shows it, and the loader reads by it.
 
 use super::boxes::{self, Boxed, Rest};
 use super::cells::LIKELY;
-use super::column_names::Column;
-use super::guessed::{Guess, Guessed};
+use super::column_names::{Column, ColumnNames};
 use super::heading::Heading;
 use super::sample::Rows;
-use super::settings::TimeUnit;
+use super::settings::{TimeUnit, TracksSection};
+use super::units::AngleUnit;
 use super::words::{Role, find};
+
+/// What of `[tracks]` fits a table.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub(in crate::io) struct Guess {
+    /// `[tracks.columns]`.
+    pub columns: Vec<Guessed>,
+    pub angle_unit: Option<AngleUnit>,
+    /// Whether the table has angles, which only discs do.
+    pub has_angles: bool,
+    /// The unit of times, where only their steps show it.
+    pub time_unit: Option<TimeUnit>,
+    /// Pairs of columns for x and y that are no positions of balls.
+    pub passed: Vec<String>,
+    /// A column that may be one of times or of numbers of frames.
+    pub perhaps_time: Option<String>,
+}
+
+/// A key of `[tracks.columns]` and the column that it may be.
+#[derive(Clone, Debug, PartialEq)]
+pub(in crate::io) struct Guessed {
+    pub key: &'static str,
+    pub column: Column,
+    /// When the key is right, where that is not certain: it is drafted as a comment.
+    pub doubt: Option<String>,
+}
+
+impl Guess {
+    /// Returns the column for a key.
+    pub(in crate::io) fn column(&self, key: &str) -> Option<&Column> {
+        self.columns.iter().find(|guessed| guessed.key == key).map(|guessed| &guessed.column)
+    }
+
+    /// Returns what is certain as a section of dataset.toml.
+    pub(super) fn section(&self) -> TracksSection {
+        let mut names = ColumnNames { angle_unit: self.angle_unit, ..ColumnNames::default() };
+        for guessed in self.columns.iter().filter(|guessed| guessed.doubt.is_none()) {
+            names.set(guessed.key, guessed.column.clone());
+        }
+        TracksSection::of_columns((!self.columns.is_empty()).then_some(names), self.time_unit)
+    }
+
+    /// Returns whether x and y are certainly not those of the ball, but of a box about it.
+    pub(super) fn has_boxes(&self) -> bool {
+        let is_certain = |guessed: &Guessed| guessed.doubt.is_none();
+        let is_box = |guessed: &Guessed| [boxes::SIZE[0], boxes::CORNER[0]].contains(&guessed.key);
+        self.columns.iter().any(|guessed| is_certain(guessed) && is_box(guessed))
+    }
+}
 
 /// Which columns of a table with names are what; what is guessed grows.
 pub(super) struct Table<'a> {
@@ -65,7 +113,7 @@ impl Table<'_> {
             let which = if positions.len() == 1 { 0 } else { i + 1 };
             if let Some(Boxed { rest, .. }) = boxes.get(i) {
                 let keys = match rest {
-                    Rest::Corner(_) => [["x2", "y2"], ["cue_x2", "cue_y2"], ["object_x2", "object_y2"]],
+                    Rest::Corner(_) => CORNERS,
                     Rest::Size(_) => WIDTHS,
                 };
                 self.add(keys[which], rest.columns());
@@ -106,5 +154,6 @@ impl Table<'_> {
 }
 
 /// Keys of `[tracks.columns]` of a table with a row per ball and frame, of the cue ball and of the object ball.
+const CORNERS: [[&str; 2]; 3] = [boxes::CORNER, ["cue_x2", "cue_y2"], ["object_x2", "object_y2"]];
 const WIDTHS: [[&str; 2]; 3] = [boxes::SIZE, ["cue_width", "cue_height"], ["object_width", "object_height"]];
 const LIKELIHOODS: [&str; 3] = ["likelihood", "cue_likelihood", "object_likelihood"];

@@ -2,12 +2,12 @@
 
 use std::collections::HashMap;
 
-use super::column_names::AngleUnit;
 use super::input::Input;
 use super::settings::{TimeUnit, Unit};
 use super::timecode::is_clock;
+use super::units::AngleUnit;
 use crate::io::number::parse;
-use crate::io::text::{Separator, filled_below, lines, trimmed};
+use crate::io::text::{Separator, filled_lines, lines, trimmed};
 
 /// Spreadsheets have a few lines of titles above the names of their columns, at most so many.
 pub(super) const TITLES: usize = 10;
@@ -65,7 +65,8 @@ impl Measure {
 pub(super) fn blanks(text: &str, line: usize, names: &str) -> Separator {
     const SINGLE: Separator = Separator::Char(' ');
     let count = |line: &str| trimmed(line.trim_end(), SINGLE).map_or(0, |cells| cells.len());
-    let fits = filled_below(text, line).is_none_or(|(_, row)| count(row) == count(names));
+    let fits =
+        filled_lines(text).find(|(below, _)| *below > line).is_none_or(|(_, row)| count(row) == count(names));
     if fits && !names.starts_with(' ') { SINGLE } else { Separator::Blanks }
 }
 
@@ -311,7 +312,7 @@ fn further(
     separator: Separator,
     width: usize,
 ) -> Option<(usize, Vec<Option<Measure>>)> {
-    let (line, row) = filled_below(text, header)?;
+    let (line, row) = filled_lines(text).find(|(below, _)| *below > header)?;
     let cells = trimmed(row, separator)?;
     if cells.len() > width + 1 {
         return None;

@@ -1,10 +1,12 @@
 //! A file that is read, and what is said of it on the way.
 
+use std::borrow::Cow;
 use std::path::Path;
 
 use super::raw::{Log, Notes, RawShot};
 use super::settings::{TrackSettings, Unit};
 use crate::io::error::Problems;
+use crate::io::number::Place;
 
 /// What a reader makes of a file: its shots, and the unit of its lengths, where the file or its format states it.
 pub(super) type Shots = (Vec<RawShot>, Option<Unit>);
@@ -43,6 +45,25 @@ impl Input<'_> {
     /// Whether times are numbers of frames where a file has both: these cannot follow a wrong rate, but need the right one.
     pub(super) fn is_by_frame(&self) -> bool {
         self.settings.capture_fps.is_some()
+    }
+}
+
+/// A row of a table.
+pub(super) struct Row<'a> {
+    pub line: usize,
+    pub input: &'a Input<'a>,
+    pub names: &'a [String],
+    pub cells: &'a [Cow<'a, str>],
+}
+
+impl Row<'_> {
+    pub(super) fn at(&self, column: usize) -> Place<'_> {
+        let Input { file, problems, .. } = *self.input;
+        Place { file, line: self.line, column: &self.names[column], text: &self.cells[column], problems }
+    }
+
+    pub(super) fn text(&self, column: usize) -> &str {
+        &self.cells[column]
     }
 }
 

@@ -6,7 +6,7 @@ use super::layout::{Block, Body, Detected, Layout, Refused};
 use super::raw::{Clock, FORMAT};
 use super::timecode::seconds;
 use crate::io::number::value;
-use crate::io::text::{Separator, cells, filled_lines, lines, trimmed};
+use crate::io::text::{Separator, filled_lines, lines, trimmed};
 
 const FILTERED: &str = "coordinates that come from its kinematics window are filtered, which smears an impact: \
                         export the trajectories themselves";
@@ -67,8 +67,8 @@ fn sections(input: &Input) -> Layout {
             blocks.push(section(title, line, name.trim()));
             (is_apart, before) = (false, None);
         } else {
-            let row = cells(text, Separator::Blanks).unwrap_or_default();
-            let first = row.first().map_or("", |cell| cell);
+            let row: Vec<&str> = text.split_whitespace().collect();
+            let first = row.first().copied().unwrap_or_default();
             let time = seconds(first).map(|(time, _)| time).or_else(|| value(first));
             // a blank line inside a section does not begin one
             let is_earlier = before.zip(time).is_some_and(|(before, time)| before >= time);
@@ -89,15 +89,7 @@ fn sections(input: &Input) -> Layout {
     let blocks = filled.into_iter().map(|i| blocks[i].clone()).collect();
     let names = ["T", "X", "Y"].map(str::to_string).to_vec();
     let heading = Heading::plain(1, 1, Separator::Blanks, names);
-    Layout {
-        heading,
-        shot: None,
-        time: Some(0),
-        clock: Clock::Unsaid,
-        unit: None,
-        has_all_cells: true,
-        blocks,
-    }
+    Layout { has_all_cells: true, ..Layout::new(heading, blocks, Some(0), Clock::Unsaid) }
 }
 
 /// Finds the columns `Time`, `name/0/X`, `name/0/Y`, ….
@@ -122,7 +114,6 @@ fn csv(heading: Heading, input: &Input) -> Result<Layout, Refused> {
         Body::new(name, *x, *y)
     });
     let blocks = vec![Block::below(&heading, bodies.collect())];
-    let is_stated = heading.has_unit(0);
-    let clock = if is_stated { Clock::In(heading.time(0, input)) } else { Clock::Unsaid };
-    Ok(Layout { heading, shot: None, time: Some(0), clock, unit: None, has_all_cells: false, blocks })
+    let clock = if heading.has_unit(0) { Clock::In(heading.time(0, input)) } else { Clock::Unsaid };
+    Ok(Layout::new(heading, blocks, Some(0), clock))
 }

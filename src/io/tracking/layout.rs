@@ -1,11 +1,11 @@
 //! Which column of a file is what: each format finds it, and one reader reads all of them by it.
 
 use super::boxes::Rest;
-use super::column_names::AngleUnit;
 use super::heading::Heading;
 use super::input::Input;
 use super::raw::Clock;
 use super::settings::Unit;
+use super::units::AngleUnit;
 
 /// What a format says of a file.
 #[derive(Clone, Debug)]
@@ -20,6 +20,8 @@ pub(super) struct Layout {
     pub unit: Option<Unit>,
     /// Whether a row has all cells: else programs and editors may drop empty ones at the end of a line.
     pub has_all_cells: bool,
+    /// Whether a row may name no ball: a detection that belongs to no track, and is left out.
+    pub may_lack_ball: bool,
     pub blocks: Vec<Block>,
 }
 
@@ -66,11 +68,7 @@ pub(super) enum Name {
     /// Above the rows.
     Fixed(String),
     /// In a column of a table with a row per ball and frame.
-    Column {
-        column: usize,
-        /// Whether a row may name no ball: a detection that belongs to no track, and is left out.
-        may_be_empty: bool,
-    },
+    Column(usize),
 }
 
 /// The columns of a position.
@@ -119,6 +117,12 @@ impl Block {
 }
 
 impl Layout {
+    /// Returns the layout of a table that is one shot, with times in a column if there is one.
+    pub(super) fn new(heading: Heading, blocks: Vec<Block>, time: Option<usize>, clock: Clock) -> Self {
+        let [has_all_cells, may_lack_ball] = [false; 2];
+        Self { heading, shot: None, time, clock, unit: None, has_all_cells, may_lack_ball, blocks }
+    }
+
     /// Returns the columns of all lengths.
     pub(super) fn lengths(blocks: &[Block]) -> Vec<usize> {
         blocks.iter().flat_map(|block| &block.bodies).flat_map(Body::lengths).collect()
@@ -128,7 +132,7 @@ impl Layout {
     pub(super) fn names(&self) -> impl Iterator<Item = &str> {
         self.blocks.iter().flat_map(|block| &block.bodies).filter_map(|body| match &body.name {
             Name::Fixed(name) => Some(name.as_str()),
-            Name::Column { .. } => None,
+            Name::Column(_) => None,
         })
     }
 }

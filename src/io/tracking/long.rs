@@ -1,10 +1,11 @@
-//! The canonical table: a row per ball and frame.
+//! Tables with a row per ball and frame: the canonical one, and those that `[tracks.columns]` describes.
 
 use super::heading::{Heading, TITLES};
 use super::input::{Input, quoted};
 use super::layout::{At, Block, Body, Detected, Layout, Name, Refused};
 use super::raw::{Clock, FORMAT, REPEATED};
 use super::settings::TimeUnit;
+use super::units::AngleUnit;
 use crate::io::rows::near_miss;
 use crate::io::text::{Separator, lines, trimmed};
 
@@ -15,7 +16,7 @@ const KNOWN: [&str; 10] = ["shot", "frame", "t", "ball", "x", "y", "z", "point",
 pub(super) fn layout(input: &Input) -> Detected {
     let is_comment = |line: &str| line.trim().is_empty() || line.trim_start().starts_with('#');
     let top = lines(input.text).filter(|(_, line)| !is_comment(line)).take(TITLES);
-    let (heading, columns) = top.into_iter().find_map(|(line, content)| {
+    let heading = top.into_iter().find_map(|(line, content)| {
         let separators = Separator::ALL.into_iter().filter(|separator| *separator != Separator::Char(' '));
         separators.into_iter().find_map(|separator| {
             let names: Vec<_> = trimmed(content, separator)?.iter().map(|name| name.to_lowercase()).collect();
@@ -24,35 +25,33 @@ pub(super) fn layout(input: &Input) -> Detected {
                 return None;
             }
             let heading = Heading::new(input.text, line, separator, names);
-            let columns = Columns::of(known(&heading), input).filter(|columns| columns.has_ball())?;
-            Some((heading, columns))
+            let has = |name: &str| heading.position(name).is_some();
+            let is_header = ["ball", "x", "y"].into_iter().all(has) && (has("frame") || has("t"));
+            is_header.then_some(heading)
         })
     })?;
-    Some(checked(heading, columns, input))
+    Some(checked(heading, input))
 }
 
-/// Returns a function that finds columns of the canonical table.
-fn known(heading: &Heading) -> impl Fn(&str) -> Option<usize> {
-    |name| heading.position(name).filter(|_| KNOWN.contains(&name))
-}
-
-/// Complains about the header and says what was found.
-fn checked(heading: Heading, columns: Columns, input: &Input) -> Result<Layout, Refused> {
+/// Complains about the header of the canonical table and says what was found.
+fn checked(heading: Heading, input: &Input) -> Result<Layout, Refused> {
     let before = input.problems.len();
     let mut strange = Vec::new();
     let has = |name: &str| heading.bare.iter().any(|own| own == name);
     for (i, name) in heading.bare.iter().enumerate() {
-        if !KNOWN.contains(&name.as_str()) {
-            if let Some(meant) = near_miss(name, &KNOWN, has) {
-                let message = format!(
-                    "is no known name, but nearly {meant}; write {meant}, or give the column another name"
-                );
-                input.wrong(heading.line, name.as_str(), message);
+        if KNOWN.contains(&name.as_str()) {
+            if heading.bare[..i].contains(name) {
+                input.wrong(heading.line, name.as_str(), "stands twice in the header");
             }
-            strange.push(name);
-        } else if heading.bare[..i].contains(name) {
-            input.wrong(heading.line, name.as_str(), "stands twice in the header");
+            continue;
         }
+        if let Some(meant) = near_miss(name, &KNOWN, has) {
+            let message = format!(
+                "is no known name, but nearly {meant}; write {meant}, or give the column another name"
+            );
+            input.wrong(heading.line, name.as_str(), message);
+        }
+        strange.push(name);
     }
     if has("x_sd") != has("y_sd") {
         input.wrong(heading.line, None, "x_sd and y_sd go together; expected both or neither");
@@ -68,7 +67,9 @@ fn checked(heading: Heading, columns: Columns, input: &Input) -> Result<Layout, 
         ""
     };
     let separator = heading.separator.name();
-    let layout = columns.layout(heading, input);
+    let known: Vec<Option<usize>> = KNOWN.iter().map(|name| heading.position(name)).collect();
+    let at = |name: &str| known[KNOWN.iter().position(|own| *own == name)?];
+    let layout = of_balls(at, None, heading, input).ok_or(Refused)?;
     if input.problems.len() > before {
         return Err(Refused);
     }
@@ -77,53 +78,29 @@ fn checked(heading: Heading, columns: Columns, input: &Input) -> Result<Layout, 
     Ok(layout)
 }
 
-/// Columns of a table with a row per ball and frame.
-pub(super) struct Columns {
-    shot: Option<usize>,
-    time: usize,
-    is_frame: bool,
-    pub body: Body,
-}
-
-impl Columns {
-    /// Returns those that a table has, where `at` finds the columns by our names; `None` if it lacks one that must be there. Without a
-    /// column of balls, the balls are told apart by their paths.
-    pub(super) fn of(at: impl Fn(&str) -> Option<usize>, input: &Input) -> Option<Self> {
-        let (time, is_frame) = time(&at, input)?;
-        let pair = |x: &str, y: &str| Some([at(x)?, at(y)?]);
-        let name = match at("ball") {
-            Some(column) => Name::Column { column, may_be_empty: false },
-            None => Name::Fixed(String::new()),
-        };
-        let body = Body {
-            point: at("point"),
-            sd: pair("x_sd", "y_sd"),
-            marker: pair("marker_x", "marker_y"),
-            ..Body::at(name, At::of(&at, "")?)
-        };
-        Some(Self { shot: at("shot"), time, is_frame, body })
-    }
-
-    pub(super) fn has_ball(&self) -> bool {
-        matches!(self.body.name, Name::Column { .. })
-    }
-
-    /// Returns the layout of the table; complains if its header contradicts itself or dataset.toml about units.
-    pub(super) fn layout(self, heading: Heading, input: &Input) -> Layout {
-        let Self { shot, time, is_frame, body } = self;
-        let blocks = vec![Block::below(&heading, vec![body])];
-        let unit = heading.length(&Layout::lengths(&blocks), input);
-        let clock = if is_frame { TimeUnit::Frames } else { heading.time(time, input) };
-        Layout {
-            heading,
-            shot,
-            time: Some(time),
-            clock: Clock::In(clock),
-            unit,
-            has_all_cells: false,
-            blocks,
-        }
-    }
+/// Returns the layout of a table whose columns `at` finds by our names; `None` if it lacks one that must be there. Complains if the
+/// header contradicts itself or dataset.toml about units. Without a column of balls, the balls are told apart by their paths.
+pub(super) fn of_balls(
+    at: impl Fn(&str) -> Option<usize>,
+    angle: Option<(usize, AngleUnit)>,
+    heading: Heading,
+    input: &Input,
+) -> Option<Layout> {
+    let (time, is_frame) = time(&at, input)?;
+    let pair = |x: &str, y: &str| Some([at(x)?, at(y)?]);
+    let name = at("ball").map_or(Name::Fixed(String::new()), Name::Column);
+    let body = Body {
+        point: at("point"),
+        sd: pair("x_sd", "y_sd"),
+        marker: pair("marker_x", "marker_y"),
+        angle,
+        ..Body::at(name, At::of(&at, "")?)
+    };
+    let blocks = vec![Block::below(&heading, vec![body])];
+    let unit = heading.length(&Layout::lengths(&blocks), input);
+    let clock = if is_frame { TimeUnit::Frames } else { heading.time(time, input) };
+    let shot = at("shot");
+    Some(Layout { shot, unit, ..Layout::new(heading, blocks, Some(time), Clock::In(clock)) })
 }
 
 /// Returns the column of times, and whether these are numbers of frames.

@@ -14,7 +14,6 @@ mod disc_contact;
 mod finish;
 mod guess;
 mod guess_table;
-mod guessed;
 mod heading;
 mod input;
 mod json;
@@ -62,7 +61,7 @@ use crate::measurement::dataset::Tracks;
 use crate::measurement::spin::Spin;
 use crate::measurement::track::{TrackShot, isolated};
 
-pub(super) use guessed::Guessed;
+pub(super) use guess_table::Guessed;
 pub(super) use heading::strange_unit;
 pub(super) use read::{TRACKER_PROJECT, is_tracker_project};
 pub(crate) use survey::{Survey, survey};
@@ -94,13 +93,8 @@ pub(crate) fn load(manifest: &Manifest, settings: &TrackSettings, problems: &Pro
     let mut is_motion_capture = true;
     for file in files {
         let before = problems.len();
-        let Some(read::Tracked { shots, format, unit }) = read::file(file, context) else {
-            continue;
-        };
-        let mut shots = clips::of_file(shots, settings.capture_fps, alone, &notes);
-        for shot in &mut shots {
-            pieces::join(shot, settings, &notes);
-        }
+        let tracked = read::file(file, context, alone);
+        let Some(read::Tracked { mut shots, format, unit }) = tracked else { continue };
         is_motion_capture &= format == Format::Qualisys;
         let calibration = calibration_for(format, unit, file, context);
         // What follows from a row that could not be read need not be said.
@@ -144,7 +138,7 @@ pub(crate) fn load(manifest: &Manifest, settings: &TrackSettings, problems: &Pro
     let mut work = Vec::with_capacity(raw.len());
     for shot in raw {
         // what else is wrong with such shots is to be said, too
-        let facts = table.facts(&shot.name).unwrap_or_else(Facts::unknown);
+        let facts = table.facts(&shot.name).unwrap_or_else(|| Facts::of(Spin::Unknown));
         if manifest.discs.is_some() && !matches!(facts.spin, Spin::Stun | Spin::Unknown) {
             let message = format!(
                 "shot \"{}\" is of discs, which do not roll; expected cue_spin stun (neither disc turns before the impact) or \
@@ -157,7 +151,7 @@ pub(crate) fn load(manifest: &Manifest, settings: &TrackSettings, problems: &Pro
         work.push((shot, facts));
     }
     let radii = manifest.discs.filter(|_| !settings.from_balls).and_then(|discs| discs.radii);
-    bodies::group(&mut work, settings, &calibrations, radii.map(|radii| radii[0] + radii[1]));
+    bodies::group(&mut work, settings, &calibrations, radii.map(|radii| radii[0] + radii[1]), &notes);
     let (shots, damaged) = finish_all(work, &calibrations, context);
     left_out.extend(damaged);
     if manifest.discs.is_none() {

@@ -1,5 +1,7 @@
 //! Qualisys Track Manager: TSV with a block of keys above the rows.
 
+use std::collections::HashMap;
+
 use super::heading::Heading;
 use super::input::{Input, quoted};
 use super::layout::{Block, Body, Detected, Layout, Refused};
@@ -14,11 +16,9 @@ const TAB: Separator = Separator::Char('\t');
 
 /// The lines above the rows.
 #[derive(Default)]
-struct Keys {
-    markers: Option<(usize, Vec<String>)>,
-    fps: Option<f64>,
-    /// The number of frames that the file states, with its line.
-    frames: Option<(usize, f64)>,
+struct Head {
+    /// The lines that begin with a key, with the cells behind it.
+    keys: HashMap<String, (usize, Vec<String>)>,
     names: Option<(usize, Vec<String>)>,
     /// The last line above the rows.
     above: usize,
@@ -26,39 +26,35 @@ struct Keys {
     width: usize,
 }
 
-impl Keys {
-    fn read(input: &Input) -> Result<Self, Refused> {
-        let mut keys = Self::default();
-        for (line, text) in lines(input.text) {
-            let Some(row) = trimmed(text, TAB) else { break };
-            match row[0].as_str() {
-                "MARKER_NAMES" => {
-                    let named = row[1..].iter().filter(|name| !name.is_empty()).cloned();
-                    keys.markers = Some((line, named.collect()));
-                }
-                key @ ("FREQUENCY" | "NO_OF_FRAMES") => {
-                    let text = row.get(1).map_or("", String::as_str);
-                    let Some(number) = value(text) else {
-                        input.wrong(line, key, format!("\"{text}\" is no number; expected one"));
-                        return Err(Refused);
-                    };
-                    if key == "FREQUENCY" {
-                        keys.fps = Some(number);
-                    } else {
-                        keys.frames = Some((line, number));
-                    }
-                }
-                // the first row, which may begin with a gap
-                first if keys.markers.is_some() && row.len() > 1 && parse(first).is_ok() => {
-                    keys.width = row.len() - usize::from(row.last().is_some_and(String::is_empty));
-                    break;
-                }
-                _ if row.iter().any(|cell| cell.ends_with(" X")) => keys.names = Some((line, row)),
-                _ => {}
+impl Head {
+    fn of(text: &str) -> Self {
+        let mut head = Self::default();
+        for (line, text) in lines(text) {
+            let Some(mut row) = trimmed(text, TAB) else { break };
+            // the first row, which may begin with a gap
+            if head.keys.contains_key("MARKER_NAMES") && row.len() > 1 && parse(&row[0]).is_ok() {
+                head.width = row.len() - usize::from(row.last().is_some_and(String::is_empty));
+                break;
             }
-            keys.above = line;
+            if row.iter().any(|cell| cell.ends_with(" X")) && row[0] != "MARKER_NAMES" {
+                head.names = Some((line, row));
+            } else {
+                head.keys.insert(row.remove(0), (line, row));
+            }
+            head.above = line;
         }
-        Ok(keys)
+        head
+    }
+
+    /// Returns the number behind a key, and its line.
+    fn number(&self, key: &str, input: &Input) -> Result<Option<(usize, f64)>, Refused> {
+        let Some((line, cells)) = self.keys.get(key) else { return Ok(None) };
+        let text = cells.first().map_or("", String::as_str);
+        let number = value(text).map(|number| (*line, number));
+        if number.is_none() {
+            input.wrong(*line, key, format!("\"{text}\" is no number; expected one"));
+        }
+        number.map(Some).ok_or(Refused)
     }
 }
 
@@ -66,20 +62,23 @@ impl Keys {
 pub(super) fn layout(input: &Input) -> Detected {
     let (_, first) = filled_lines(input.text).next()?;
     let is_own = ["NO_OF_FRAMES", "FILE_VERSION"].iter().any(|key| first.starts_with(key));
-    is_own.then(|| Keys::read(input).and_then(|keys| columns(keys, input)))
+    is_own.then(|| columns(Head::of(input.text), input))
 }
 
-fn columns(keys: Keys, input: &Input) -> Result<Layout, Refused> {
+fn columns(mut head: Head, input: &Input) -> Result<Layout, Refused> {
     let missing = |what: &str| {
         let message = format!("{what} is missing above the rows; expected an export of 3D markers");
         input.wrong(None, None, message);
         Refused
     };
-    let (line, markers) = keys.markers.ok_or_else(|| missing("MARKER_NAMES"))?;
-    let fps = keys.fps.filter(|fps| *fps > 0.0).ok_or_else(|| missing("FREQUENCY"))?;
-    let (header, names) = keys.names.unwrap_or_else(|| {
+    let fps = head.number("FREQUENCY", input)?;
+    head.number("NO_OF_FRAMES", input)?;
+    let (line, mut markers) = head.keys.remove("MARKER_NAMES").ok_or_else(|| missing("MARKER_NAMES"))?;
+    markers.retain(|name| !name.is_empty());
+    let (_, fps) = fps.filter(|(_, fps)| *fps > 0.0).ok_or_else(|| missing("FREQUENCY"))?;
+    let (header, names) = head.names.unwrap_or_else(|| {
         // without a row of names: those that the format always has
-        let counted = if keys.width == 3 * markers.len() + 2 { &["Frame", "Time"][..] } else { &[] };
+        let counted = if head.width == 3 * markers.len() + 2 { &["Frame", "Time"][..] } else { &[] };
         let names = markers.iter().flat_map(|name| ["X", "Y", "Z"].map(|axis| format!("{name} {axis}")));
         (line, counted.iter().map(ToString::to_string).chain(names).collect())
     });
@@ -96,10 +95,9 @@ fn columns(keys: Keys, input: &Input) -> Result<Layout, Refused> {
     }
     input.log.add(FORMAT, None, format!("read as Qualisys, {fps} fps, markers {}", quoted(&markers)));
     let time = column("Frame").or(column("Time"));
-    let heading = Heading::plain(header, keys.above, TAB, names);
+    let heading = Heading::plain(header, head.above, TAB, names);
     let blocks = vec![Block::below(&heading, bodies)];
-    let clock = Clock::FramesAt(fps);
-    Ok(Layout { heading, shot: None, time, clock, unit: Some(Unit::Mm), has_all_cells: false, blocks })
+    Ok(Layout { unit: Some(Unit::Mm), ..Layout::new(heading, blocks, time, Clock::FramesAt(fps)) })
 }
 
 /// Counts frames from the first row on, and turns positions at 0, 0 into gaps.
@@ -110,6 +108,7 @@ pub(super) fn finish(shots: &mut [RawShot], layout: &Layout, input: &Input) {
     if let (Some(frame), Some(time)) = (frame, time) {
         check_clock(&layout.heading, [frame, time], fps, input);
     }
+    let stated = Head::of(input.text).number("NO_OF_FRAMES", input).ok().flatten();
     for shot in shots {
         shot.clock = layout.clock;
         let first = shot.rows().next().map_or(0.0, |row| row.time);
@@ -125,7 +124,6 @@ pub(super) fn finish(shots: &mut [RawShot], layout: &Layout, input: &Input) {
             }
         }
         let rows = shot.tracks.first().map_or(0, |track| track.rows.len());
-        let stated = Keys::read(input).ok().and_then(|keys| keys.frames);
         if let Some((line, frames)) = stated.filter(|(_, frames)| *frames != rows as f64) {
             input.log.add(GAPS, line, format!("says {frames} frames, but there are {rows} rows"));
         }

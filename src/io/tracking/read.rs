@@ -9,7 +9,7 @@ use super::input::{Context, Input, stem};
 use super::layout::{Detect, Layout, Refused};
 use super::raw::{FORMAT, RawShot};
 use super::settings::{Format, Unit};
-use super::{columns, json, kinovea, link, long, qualisys, reader, tracker};
+use super::{clips, columns, json, kinovea, link, long, pieces, qualisys, reader, tracker};
 use crate::io::number::shortened;
 use crate::io::text::{Separator, decode, filled_lines, trimmed, unmarked, without_separator_line};
 
@@ -29,8 +29,19 @@ pub(super) struct Tracked {
     pub unit: Option<Unit>,
 }
 
-/// Returns the shots of a file.
-pub(super) fn file(file: &Path, context: Context) -> Option<Tracked> {
+/// Returns the shots of a file, clips apart and pieces of tracks joined. `alone`: clips need no name of the file before their number.
+pub(super) fn file(file: &Path, context: Context, alone: bool) -> Option<Tracked> {
+    let Context { settings, notes, .. } = context;
+    let mut tracked = as_written(file, context)?;
+    tracked.shots = clips::of_file(tracked.shots, settings.capture_fps, alone, notes);
+    for shot in &mut tracked.shots {
+        pieces::join(shot, settings, notes);
+    }
+    Some(tracked)
+}
+
+/// Returns the shots of a file as they stand there.
+fn as_written(file: &Path, context: Context) -> Option<Tracked> {
     let wrong = |error| context.problems.add(file, None, None, format!("cannot be read: {error}"));
     let bytes = fs::read(file).map_err(wrong).ok()?;
     let Context { settings, problems, notes } = context;

@@ -2,38 +2,17 @@
 
 use std::borrow::Cow;
 use std::collections::HashMap;
-use std::path::PathBuf;
 use std::sync::Arc;
 
 use super::cells::CellReader;
-use super::input::Input;
+use super::input::{Input, Row};
 use super::layout::{Block, Body, Layout, Name};
 use super::raw::{self, Clock, GAPS, RawShot, RawTrack};
 use super::settings::TimeUnit;
-use crate::io::number::Place;
-use crate::io::text::{Separator, lines, split_into};
+use crate::io::text::{self, Separator, lines};
 
 /// After so many problems of a file the rest of it is not read.
 const ENOUGH: usize = 100;
-
-/// A row of a table.
-pub(super) struct Row<'a> {
-    pub line: usize,
-    input: &'a Input<'a>,
-    names: &'a [String],
-    cells: &'a [Cow<'a, str>],
-}
-
-impl Row<'_> {
-    pub(super) fn at(&self, column: usize) -> Place<'_> {
-        let Input { file, problems, .. } = *self.input;
-        Place { file, line: self.line, column: &self.names[column], text: &self.cells[column], problems }
-    }
-
-    fn text(&self, column: usize) -> &str {
-        self.cells[column].trim()
-    }
-}
 
 /// Reads all rows of a file.
 pub(super) fn read(input: &Input, layout: &Layout) -> Vec<RawShot> {
@@ -47,15 +26,7 @@ pub(super) fn read(input: &Input, layout: &Layout) -> Vec<RawShot> {
         count: 0,
         trackless: Vec::new(),
     };
-    let mut first_body = 0;
-    let mut present = 0;
-    each_row(input, layout, |row, block| {
-        while present < block {
-            first_body += layout.blocks[present].bodies.len();
-            present += 1;
-        }
-        gathered.add(row, first_body, &layout.blocks[block].bodies);
-    });
+    each_row(input, layout, |row, block| gathered.add(row, block));
     gathered.finish()
 }
 
@@ -66,7 +37,7 @@ fn each_row(input: &Input, layout: &Layout, mut each: impl FnMut(&Row, usize)) {
     let width = names.len();
     let is_open = names.last().is_some_and(String::is_empty);
     let before = input.problems.len();
-    let (mut cells, mut number) = (Vec::new(), 0);
+    let mut number = 0;
     for (line, text) in lines(input.text) {
         while layout.blocks.get(number).is_some_and(|block| line > block.last) {
             number += 1;
@@ -79,12 +50,12 @@ fn each_row(input: &Input, layout: &Layout, mut each: impl FnMut(&Row, usize)) {
         if line <= *above || content.is_empty() || content.starts_with('#') {
             continue;
         }
-        if !split_into(&mut cells, text, separator) {
+        let Ok(mut cells) = text::cells(text, separator) else {
             input.wrong(line, None, "a quotation mark does not close in this line, or text follows it");
             continue;
-        }
+        };
         // spreadsheets go on with empty cells
-        while cells.len() > width && cells.last().is_some_and(|cell| cell.trim().is_empty()) {
+        while cells.len() > width && cells.last().is_some_and(|cell| cell.is_empty()) {
             cells.pop();
         }
         let may_be_short =
@@ -111,7 +82,7 @@ struct Gathered<'a> {
     input: &'a Input<'a>,
     layout: &'a Layout,
     cells: CellReader<'a>,
-    shots: Vec<Shot>,
+    shots: Vec<RawShot>,
     by_name: HashMap<String, usize>,
     /// The shot of the row above.
     last: usize,
@@ -121,21 +92,11 @@ struct Gathered<'a> {
     trackless: Vec<usize>,
 }
 
-struct Shot {
-    name: String,
-    line: usize,
-    tracks: Vec<Track>,
-}
-
-struct Track {
-    /// The number of the body, since two may have the same name.
-    body: usize,
-    track: RawTrack,
-}
-
 impl Gathered<'_> {
-    /// Adds a row with these bodies, of which the first has this number.
-    fn add(&mut self, row: &Row, first_body: usize, bodies: &[Body]) {
+    /// Adds a row of a block.
+    fn add(&mut self, row: &Row, block: usize) {
+        let bodies = &self.layout.blocks[block].bodies;
+        let first_body: usize = self.layout.blocks[..block].iter().map(|block| block.bodies.len()).sum();
         let shot = self.layout.shot.map_or(self.input.stem, |column| row.text(column));
         if let Some(column) = self.layout.shot.filter(|_| shot.is_empty()) {
             row.at(column).wrong("is empty; expected the name of a shot");
@@ -164,11 +125,11 @@ impl Gathered<'_> {
     /// Returns whether a row is to be left out since it names no ball; complains if it must name one.
     fn names_no_ball(&mut self, row: &Row, bodies: &[Body]) -> bool {
         for body in bodies {
-            let Name::Column { column, may_be_empty } = body.name else { continue };
+            let Name::Column(column) = body.name else { continue };
             if !row.text(column).is_empty() {
                 continue;
             }
-            if may_be_empty {
+            if self.layout.may_lack_ball {
                 self.trackless.push(row.line);
                 return true;
             }
@@ -180,7 +141,7 @@ impl Gathered<'_> {
     /// Complains of a row without a time, unless it has no position either, as below the end of a film.
     fn complain_of_no_time(&self, row: &Row, bodies: &[Body]) {
         let Some(column) = self.layout.time else { return };
-        let is_long = bodies.iter().any(|body| matches!(body.name, Name::Column { .. }));
+        let is_long = bodies.iter().any(|body| matches!(body.name, Name::Column(_)));
         if is_long || bodies.iter().any(|body| !row.text(body.at.x).is_empty()) {
             let is_frame = self.layout.clock == Clock::In(TimeUnit::Frames);
             let expected = if is_frame { "the number of a frame" } else { "a time" };
@@ -191,19 +152,17 @@ impl Gathered<'_> {
     fn add_body(&mut self, row: &Row, time: f64, number: usize, body: &Body) {
         let name = match &body.name {
             Name::Fixed(name) => name,
-            Name::Column { column, .. } => row.text(*column),
+            Name::Column(column) => row.text(*column),
         };
         let point = body.point.map(|column| row.text(column)).filter(|point| {
             !(point.is_empty() || ["centre", "center"].iter().any(|word| point.eq_ignore_ascii_case(word)))
         });
         let [x, y] = self.cells.place(row, body.at);
         let marker = body.marker.map(|columns| self.cells.position(row, columns));
-        let sd = body.sd.map(|columns| self.cells.deviations(row, columns));
+        let sd = body.sd.map_or([f64::NAN; 2], |columns| self.cells.deviations(row, columns));
         let angle = body.angle.map(|(column, unit)| (self.cells.beside(row.at(column)), unit));
-        let place = raw::Row { time, x, y, line: row.line };
-        let track = self.track(number, name, point, false);
-        track.rows.push(place);
-        track.sds.extend(sd);
+        let place = raw::Row::new(time, [x, y], row.line);
+        self.track(number, name, point, false).rows.push(raw::Row { sd, ..place });
         if let Some([x, y]) = marker {
             self.track(number, name, Some("marker"), false).rows.push(raw::Row { x, y, ..place });
         }
@@ -226,39 +185,32 @@ impl Gathered<'_> {
         self.last = self.by_name.get(name).copied().unwrap_or(self.shots.len());
         if self.last == self.shots.len() {
             self.by_name.insert(name.to_string(), self.last);
-            self.shots.push(Shot { name: name.to_string(), line, tracks: Vec::new() });
+            let (file, clock) = (Arc::new(self.input.file.to_path_buf()), self.layout.clock);
+            let file = self.shots.first().map_or(file, |shot| Arc::clone(&shot.file));
+            self.shots.push(RawShot { name: name.to_string(), file, line, clock, tracks: Vec::new() });
         }
     }
 
     /// Returns a track of the present shot.
     fn track(&mut self, body: usize, name: &str, point: Option<&str>, is_angle: bool) -> &mut RawTrack {
         let tracks = &mut self.shots[self.last].tracks;
-        let is_it = |known: &Track| {
+        let is_it = |known: &RawTrack| {
             known.body == body
-                && known.track.is_angle == is_angle
-                && known.track.point.as_deref() == point
-                && known.track.name == name
+                && known.is_angle == is_angle
+                && known.point.as_deref() == point
+                && known.name == name
         };
         let i = tracks.iter().position(is_it).unwrap_or(tracks.len());
         if i == tracks.len() {
-            let track = RawTrack { is_angle, ..RawTrack::new(name, point.map(str::to_string)) };
-            tracks.push(Track { body, track });
+            tracks.push(RawTrack { body, is_angle, ..RawTrack::new(name, point.map(str::to_string)) });
         }
-        &mut tracks[i].track
+        &mut tracks[i]
     }
 
     /// Says what is known once all rows are read, and returns the shots.
     fn finish(self) -> Vec<RawShot> {
         self.say_trackless();
-        let file: Arc<PathBuf> = Arc::new(self.input.file.to_path_buf());
-        let shot = |Shot { name, line, tracks }: Shot| RawShot {
-            name,
-            file: file.clone(),
-            line,
-            clock: self.layout.clock,
-            tracks: tracks.into_iter().map(|known| known.track).collect(),
-        };
-        let mut shots: Vec<RawShot> = self.shots.into_iter().map(shot).collect();
+        let mut shots = self.shots;
         if let Some(clock) = self.cells.finish(shots.iter_mut().flat_map(|shot| &mut shot.tracks)) {
             for shot in &mut shots {
                 shot.clock = clock;
@@ -270,7 +222,7 @@ impl Gathered<'_> {
     fn say_trackless(&self) {
         let bodies = self.layout.blocks.iter().flat_map(|block| &block.bodies);
         let column = bodies.clone().find_map(|body| match body.name {
-            Name::Column { column, .. } => Some(column),
+            Name::Column(column) => Some(column),
             Name::Fixed(_) => None,
         });
         let (Some(column), Some(first)) = (column, self.trackless.first()) else { return };

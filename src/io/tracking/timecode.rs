@@ -1,6 +1,6 @@
 //! Times as clocks show them: h:mm:ss.fff, dates before them, h:mm:ss:cs, and time codes h:mm:ss:ff, whose last part counts frames.
 
-use super::raw::{RawTrack, sorted};
+use super::raw::{RawTrack, middle, sorted};
 
 /// How a time is written.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -92,8 +92,7 @@ pub(super) fn count_frames(tracks: &mut [&mut RawTrack]) -> Option<f64> {
         return None;
     }
     let within = parts.windows(2).filter(|two| two[1].0 == two[0].0).map(|two| two[1].1 - two[0].1);
-    let steps = sorted(within);
-    let usual = *steps.get(steps.len() / 2)?;
+    let usual = middle(within)?;
     let follows = |rate: f64| full.iter().all(|two| rate + two[1].1 - two[0].1 == usual);
     let rate = RATES.into_iter().find(|rate| *rate > last && follows(*rate))?;
     for row in tracks.iter_mut().flat_map(|track| &mut track.rows) {
@@ -130,7 +129,7 @@ mod tests {
     fn the_last_part_counts_frames_or_hundredths() {
         let counted = |times: &[f64]| {
             let mut track = RawTrack::new("a", None);
-            track.rows = times.iter().map(|t| Row { time: *t, x: 0.0, y: 0.0, line: 1 }).collect();
+            track.rows = times.iter().map(|t| Row::new(*t, [0.0; 2], 1)).collect();
             let rate = count_frames(&mut [&mut track]);
             (rate, track.rows.last().map_or(0.0, |row| row.time))
         };

@@ -139,15 +139,7 @@ fn columns(heading: Heading, tracks: Vec<String>, is_multi: bool, input: &Input)
     };
     let clock = if names[time] == "frame" { TimeUnit::Frames } else { heading.time(time, input) };
     let unit = heading.length(&Layout::lengths(&blocks), input);
-    let layout = Layout {
-        heading,
-        shot: None,
-        time: Some(time),
-        clock: Clock::In(clock),
-        unit,
-        has_all_cells: false,
-        blocks,
-    };
+    let layout = Layout { unit, ..Layout::new(heading, blocks, Some(time), Clock::In(clock)) };
     let message = format!(
         "read as {}, {} between cells, tracks {}{passed}",
         if is_multi || heads.len() > 1 { "Tracker (several tracks)" } else { "Tracker" },
