@@ -201,7 +201,8 @@ fn look(file: &Path) -> Result<Seen, InitError> {
     }
 }
 
-/// Returns whether a table is not of tracks or measurements but tells of shots what `[tracks] shots` may.
+/// Returns whether a table is not of tracks or measurements but tells of shots what `[tracks]
+/// shots` may.
 fn tells_of_shots(file: &Path) -> bool {
     let names = header(file).unwrap_or_default();
     let has = |name: &str| names.iter().any(|own| own == name);
@@ -214,7 +215,8 @@ fn common_folder(files: &[(PathBuf, Seen)]) -> PathBuf {
     above.map(Path::to_path_buf).unwrap_or_default()
 }
 
-/// Returns the names of all tracks in the order of first appearance, with the part of the time at which each begins to move.
+/// Returns the names of all tracks in the order of first appearance, with the part of the time at
+/// which each begins to move.
 fn names<'a>(all: &[(&PathBuf, &'a Survey)]) -> Vec<(&'a str, f64)> {
     let mut names: Vec<(&str, f64)> = Vec::new();
     for (name, begin) in all.iter().flat_map(|(_, survey)| &survey.tracks) {
@@ -225,7 +227,8 @@ fn names<'a>(all: &[(&PathBuf, &'a Survey)]) -> Vec<(&'a str, f64)> {
     names
 }
 
-/// Returns the frames per second that the times follow, and their unit if they cannot be in seconds, as what they are taken for.
+/// Returns the frames per second that the times follow, and their unit if they cannot be in
+/// seconds, as what they are taken for.
 fn times(survey: &Survey) -> (Option<f64>, Option<&'static str>) {
     /// Least frame rate of a film of balls.
     const LEAST_FPS: f64 = 2.0;
@@ -302,7 +305,8 @@ fn describe_tracks(all: &[(&PathBuf, &Survey)], lengths: &Lengths, table: Option
     describe_problems(all, draft);
 }
 
-/// Names both balls; returns whether the columns that were guessed have to be exchanged, since the ball of object_x moves first.
+/// Names both balls; returns whether the columns that were guessed have to be exchanged, since the
+/// ball of object_x moves first.
 fn describe_balls(all: &[(&PathBuf, &Survey)], draft: &mut Draft) -> bool {
     let names = names(all);
     let listed: Vec<String> = names.iter().map(|(name, _)| format!("\"{name}\"")).collect();

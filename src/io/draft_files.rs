@@ -8,7 +8,8 @@ use super::text::decode;
 /// Endings of tables, if a folder is named.
 const TABLES: [&str; 4] = ["csv", "txt", "tsv", "dat"];
 
-/// Endings of files that are looked at if there is no table; ImageJ calls its tables .xls, OpenSim .trc, Tracker its projects .trk and .trz.
+/// Endings of files that are looked at if there is no table; ImageJ calls its tables .xls, OpenSim
+/// .trc, Tracker its projects .trk and .trz.
 const OTHERS: [&str; 5] = ["json", "xls", "trc", "trk", "trz"];
 
 /// Number of folders below the named one in which tables are looked for.
@@ -32,7 +33,8 @@ const JOIN: &str = "awk -v W=1920 -v H=1080 'BEGIN {print \"frame class x_center
                     {n = FILENAME; sub(/\\.[^.]*$/, \"\", n); sub(/.*[^0-9]/, \"\", n); print n+0, $1, $2*W, $3*H, $4*W, $5*H}' \
                     *.txt > ../shot1.dat";
 
-/// Returns the files, and in the place of a folder the tables in it or, if it holds none, those in its folders, or in theirs.
+/// Returns the files, and in the place of a folder the tables in it or, if it holds none, those in
+/// its folders, or in theirs.
 pub(super) fn listed(files: &[PathBuf]) -> Result<Vec<PathBuf>, InitError> {
     let mut all = Vec::new();
     for file in files {
@@ -76,7 +78,8 @@ pub(super) fn listed(files: &[PathBuf]) -> Result<Vec<PathBuf>, InitError> {
     Ok(all)
 }
 
-/// Returns whether a file, whose name ends in a number, holds the boxes of a frame: class, x, y, width, height, and perhaps how sure that is.
+/// Returns whether a file, whose name ends in a number, holds the boxes of a frame: class, x, y,
+/// width, height, and perhaps how sure that is.
 fn is_frame(file: &Path) -> bool {
     let name = file.file_stem().unwrap_or_default().to_string_lossy();
     let Ok(text) = std::fs::read_to_string(file) else { return false };
@@ -104,7 +107,8 @@ fn ending_with(paths: &[PathBuf], endings: &[&str]) -> Vec<PathBuf> {
     paths.iter().filter(is_one).cloned().collect()
 }
 
-/// Returns whether a file that is in no known format is obviously no table: by its name, or because it has no rows of numbers.
+/// Returns whether a file that is in no known format is obviously no table: by its name, or because
+/// it has no rows of numbers.
 pub(super) fn is_no_table(file: &Path) -> bool {
     let name = file.file_name().unwrap_or_default().to_string_lossy().to_lowercase();
     if WORDS.iter().any(|word| name.starts_with(word)) {

@@ -1,4 +1,5 @@
-//! The text of a draft as it grows, and answers to what it leaves blank: the lines that say FILL IN, with what is known put in.
+//! The text of a draft as it grows, and answers to what it leaves blank: the lines that say FILL
+//! IN, with what is known put in.
 
 use std::fmt::Display;
 use std::path::{Path, PathBuf};
@@ -45,7 +46,8 @@ impl InitError {
 /// Marks a line that has to be filled in.
 const BLANK: &str = "FILL IN";
 
-/// What a draft may leave blank, the most important first, and how its line begins. Only the user knows the first four.
+/// What a draft may leave blank, the most important first, and how its line begins. Only the user
+/// knows the first four.
 const BLANKS: [(&str, &str); 8] = [
     ("capture_fps", "# capture_fps = …"),
     ("length_unit", "# length_unit = \"…\""),

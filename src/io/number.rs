@@ -47,8 +47,9 @@ const GAPS: [&str; 16] = [
 /// Largest number of bytes of a number.
 const LONGEST: usize = 64;
 
-/// Reads a cell; `None` if it is empty, an error if it is not a number as a whole: sign (`-`, `+` or U+2212), digits with at most one
-/// decimal mark (point or comma), exponent (after e or, as in Fortran, d).
+/// Reads a cell; `None` if it is empty, an error if it is not a number as a whole: sign (`-`, `+`
+/// or U+2212), digits with at most one decimal mark (point or comma), exponent (after e or, as in
+/// Fortran, d).
 pub(crate) fn parse(cell: &str) -> Result<Option<Number>, &'static str> {
     let cell = cell.trim();
     let is_plain = |byte: u8| byte.is_ascii_digit() || b".+-eE".contains(&byte);
@@ -108,14 +109,16 @@ pub(crate) struct Mark {
 }
 
 impl Mark {
-    /// Returns the number of a cell, `None` if it is empty or wrong; the latter is a problem, located.
+    /// Returns the number of a cell, `None` if it is empty or wrong; the latter is a problem,
+    /// located.
     pub(crate) fn number(&mut self, cell: Place) -> Option<f64> {
         let number = cell.read()?;
         self.see(number.mark, cell);
         Some(number.value)
     }
 
-    /// Returns the number of a cell that stands beside these in a unit of its own: it tells nothing of thousands.
+    /// Returns the number of a cell that stands beside these in a unit of its own: it tells nothing
+    /// of thousands.
     pub(crate) fn beside(&mut self, cell: Place) -> Option<f64> {
         let number = cell.read()?;
         if let Some(mark) = number.mark {

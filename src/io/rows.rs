@@ -1,7 +1,9 @@
-//! Tables of measured shots, one a row: values with standard deviations, spins, observables, labels.
+//! Tables of measured shots, one a row: values with standard deviations, spins, observables,
+//! labels.
 //!
-//! (n_x, n_y) is a unit vector, which can err only across itself: an error σ of its direction (rad) gives its components the
-//! standard deviations `nx_sd` = σ|n_y| and `ny_sd` = σ|n_x|, whose squares add up to σ² again.
+//! (n_x, n_y) is a unit vector, which can err only across itself: an error σ of its direction (rad)
+//! gives its components the standard deviations `nx_sd` = σ|n_y| and `ny_sd` = σ|n_x|, whose
+//! squares add up to σ² again.
 
 use std::collections::BTreeMap;
 use std::f64::consts::FRAC_PI_2;
@@ -16,10 +18,12 @@ use crate::measurement::spin::Spin;
 use crate::measurement::valid::{Fault, POSITIVE, is_unit};
 use crate::physics::ball::Vec3;
 
-/// Values of a column with their standard deviations, SI and radians; `None` where a cell is empty or wrong.
+/// Values of a column with their standard deviations, SI and radians; `None` where a cell is empty
+/// or wrong.
 pub(crate) type Values = Vec<Option<Measured>>;
 
-/// Returns a column of numbers with that of their standard deviations, which must be positive; `None` if it is not there.
+/// Returns a column of numbers with that of their standard deviations, which must be positive;
+/// `None` if it is not there.
 pub(crate) fn values(table: &Table, name: &str, unit_si: f64) -> Option<Values> {
     let values = table.numbers(name)?;
     let sd_name = format!("{name}_sd");
@@ -210,8 +214,8 @@ impl Observables {
     }
 }
 
-/// Returns the spin of every row: a word, three numbers, or what dataset.toml assumes; `None` for rows with problems, nothing if the
-/// columns are wrong.
+/// Returns the spin of every row: a word, three numbers, or what dataset.toml assumes; `None` for
+/// rows with problems, nothing if the columns are wrong.
 fn spins(table: &Table, columns: [&str; 3], assume: Option<Assume>) -> Vec<Option<Spin>> {
     let all = columns.join(", ");
     let present = columns.iter().filter(|column| table.has(column)).count();
@@ -273,7 +277,8 @@ pub(crate) fn measured(components: [Option<Measured>; 3]) -> Option<Spin> {
     Some(Spin::Measured { spin: Vec3::new(x.value, y.value, z.value), sd: [x.sd, y.sd, z.sd] })
 }
 
-/// Returns what the cell of a row says of the cue ball's spin; `Err` if that is no word for it, which is complained about.
+/// Returns what the cell of a row says of the cue ball's spin; `Err` if that is no word for it,
+/// which is complained about.
 pub(crate) fn spin_word(table: &Table, row: usize) -> Result<Option<Assume>, ()> {
     let Some(word) = table.text("cue_spin", row) else { return Ok(None) };
     Assume::of(word).map(Some).ok_or_else(|| {

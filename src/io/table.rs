@@ -11,7 +11,8 @@ use super::number::{Mark, Place, parse};
 use super::text::{Separator, Slip, cells, decode, filled_lines, line_end, without_separator_line};
 use crate::measurement::number::count_of;
 
-/// The rows of a file as a data frame of text, with the line of each, and where what is wrong with them is put.
+/// The rows of a file as a data frame of text, with the line of each, and where what is wrong with
+/// them is put.
 pub(crate) struct Table<'a> {
     pub path: PathBuf,
     pub problems: &'a Problems,
@@ -33,8 +34,8 @@ struct Record<'t> {
 }
 
 impl<'a> Table<'a> {
-    /// Reads a file, without comments (`#`) and lines of nothing but blanks and commas. `None` if it cannot be read; what is wrong is
-    /// then among the problems.
+    /// Reads a file, without comments (`#`) and lines of nothing but blanks and commas. `None` if
+    /// it cannot be read; what is wrong is then among the problems.
     pub(crate) fn read(path: &Path, problems: &'a Problems) -> Option<Self> {
         let text = read_utf8(path, problems)?;
         let (text, told) = without_separator_line(text.into());
@@ -115,8 +116,8 @@ impl<'a> Table<'a> {
         self.column(column)?.get(row)
     }
 
-    /// Returns a column of numbers: `None` where a cell is empty, and a problem for each that is no finite number. `None` if there is no
-    /// such column.
+    /// Returns a column of numbers: `None` where a cell is empty, and a problem for each that is no
+    /// finite number. `None` if there is no such column.
     pub(crate) fn numbers(&self, column: &str) -> Option<Vec<Option<f64>>> {
         let cells = self.column(column)?;
         let mut marks = Mark::default();
@@ -142,7 +143,8 @@ impl<'a> Table<'a> {
         Some(numbers)
     }
 
-    /// Complains unless a column is there and full. `known` are the columns that mean something: a misspelled one is not among them.
+    /// Complains unless a column is there and full. `known` are the columns that mean something: a
+    /// misspelled one is not among them.
     pub(crate) fn require(&self, column: &str, known: &[&str]) {
         if !self.has(column) {
             let near = nearest(column, self.names().filter(|name| !known.contains(name)));
@@ -155,7 +157,8 @@ impl<'a> Table<'a> {
     }
 }
 
-/// Returns a file as text, without byte order mark. `None` if that fails; why is then among the problems.
+/// Returns a file as text, without byte order mark. `None` if that fails; why is then among the
+/// problems.
 pub(crate) fn read_utf8(path: &Path, problems: &Problems) -> Option<String> {
     let wrong = |error| problems.add(path, None, None, format!("cannot be read: {error}"));
     match decode(&fs::read(path).map_err(wrong).ok()?) {
@@ -167,7 +170,8 @@ pub(crate) fn read_utf8(path: &Path, problems: &Problems) -> Option<String> {
     }
 }
 
-/// Returns what most likely stands between the cells of a table: what its line of names has most of.
+/// Returns what most likely stands between the cells of a table: what its line of names has most
+/// of.
 pub(crate) fn separator(text: &str) -> char {
     let names = filled_lines(text).find(|(_, line)| !line.trim_start().starts_with('#'));
     let first = names.map_or("", |(_, line)| line);
@@ -221,8 +225,8 @@ fn has_width(row: &Record, expected: usize, separator: char, path: &Path, proble
     false
 }
 
-/// Splits a text into records, which end at line ends unless these are within quotation marks. The second list says what is wrong in
-/// which line.
+/// Splits a text into records, which end at line ends unless these are within quotation marks. The
+/// second list says what is wrong in which line.
 fn records(text: &str, separator: char) -> (Vec<Record<'_>>, Vec<(usize, &'static str)>) {
     let end = line_end(text);
     let (mut records, mut slips) = (Vec::new(), Vec::new());

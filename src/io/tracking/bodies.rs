@@ -1,4 +1,5 @@
-//! Which of the points that were followed are on the same disc, if it is not stated: those that keep their distances.
+//! Which of the points that were followed are on the same disc, if it is not stated: those that
+//! keep their distances.
 
 use std::collections::HashMap;
 use std::path::PathBuf;
@@ -14,8 +15,9 @@ use super::raw::{NAMES, Notes, RawShot, RawTrack, Row};
 use super::settings::{Names, TrackSettings};
 use crate::measurement::track::{Sample, isolated};
 
-/// Finds out which tracks are on which disc in the shots that do not say it, and by all of them which of these are centres; names them
-/// as the table of shots would. `touching` is how far apart the discs touch, m, if that is known.
+/// Finds out which tracks are on which disc in the shots that do not say it, and by all of them
+/// which of these are centres; names them as the table of shots would. `touching` is how far apart
+/// the discs touch, m, if that is known.
 pub(super) fn group(
     work: &mut [(RawShot, Facts)],
     settings: &TrackSettings,
@@ -164,7 +166,8 @@ fn samples(track: &RawTrack, place: impl Fn(&Row) -> [f64; 2]) -> Vec<Sample> {
     samples
 }
 
-/// Returns the part of the time of all tracks at which one of them is a tenth of its way from where it began; 1 if it stays there.
+/// Returns the part of the time of all tracks at which one of them is a tenth of its way from where
+/// it began; 1 if it stays there.
 pub(super) fn beginning(track: &RawTrack, all: &[RawTrack]) -> Option<f64> {
     const MOVED: f64 = 0.1;
     let times = || all.iter().flat_map(|track| &track.rows).map(|row| row.time);

@@ -20,7 +20,8 @@ const MOST_FRAMES: f64 = 3.5;
 pub(super) struct Wrong {
     pub line: Option<usize>,
     pub message: String,
-    /// Whether camera or tracker damaged this shot only: others can do without it. Else the file or dataset.toml is wrong.
+    /// Whether camera or tracker damaged this shot only: others can do without it. Else the file or
+    /// dataset.toml is wrong.
     pub is_damage: bool,
 }
 
@@ -205,7 +206,8 @@ fn is_coarse(steps: &[f64]) -> bool {
     sizes.len() * 2 < steps.len()
 }
 
-/// Gives both balls their names back if a tracker exchanged them; returns the line of the first time.
+/// Gives both balls their names back if a tracker exchanged them; returns the line of the first
+/// time.
 pub(super) fn unswap(
     cue: &mut RawTrack,
     object: &mut RawTrack,

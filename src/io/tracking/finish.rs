@@ -193,10 +193,11 @@ fn of_balls(
     Err(Wrong::input(shot.line, "a position or time is too large to be converted"))
 }
 
-/// Returns whether the object ball at rest is held in its place: in several frames exactly, though the noise exceeds the step of the
-/// coordinates.
+/// Returns whether the object ball at rest is held in its place: in several frames exactly, though
+/// the noise exceeds the step of the coordinates.
 fn is_held(shot: &TrackShot) -> bool {
-    /// Noise of one step leads to the same number in both coordinates in so many frames by chance about once in 100 000 shots.
+    /// Noise of one step leads to the same number in both coordinates in so many frames by chance
+    /// about once in 100 000 shots.
     const OFTEN: usize = 6;
     let same = |two: &[Sample]| [two[0].x, two[0].y] == [two[1].x, two[1].y];
     let held = 1 + shot.object.windows(2).take_while(|two| same(two)).count();
@@ -328,9 +329,10 @@ const COARSE: f64 = 1.5e-4;
 /// The same of coordinates in pixels if no scale states how long one is.
 const COARSE_PX: f64 = 0.1;
 
-/// Returns the step of the grid that the coordinates of each ball lie on, m, at its first position; 0 if there is none. It is recognised
-/// in the file's own unit, since a calibration by points bends it. A ball that hardly moves has that of the other. With what there is to
-/// say of a coarse one, in pixels if the balls are yet to tell how long one is.
+/// Returns the step of the grid that the coordinates of each ball lie on, m, at its first position;
+/// 0 if there is none. It is recognised in the file's own unit, since a calibration by points bends
+/// it. A ball that hardly moves has that of the other. With what there is to say of a coarse one,
+/// in pixels if the balls are yet to tell how long one is.
 fn resolution(
     centres: &[RawTrack; 2],
     settings: &TrackSettings,
@@ -368,7 +370,8 @@ fn samples(track: &RawTrack, calibration: &Calibration) -> Vec<Sample> {
 /// Distance of a point that stands for the angle of a disc from its centre, m: any will do.
 const ARM: f64 = 0.02;
 
-/// Returns a point that turns with the disc, for angles in the place of positions: they are told from the axes of the file.
+/// Returns a point that turns with the disc, for angles in the place of positions: they are told
+/// from the axes of the file.
 fn turned(angles: &RawTrack, centre: &RawTrack, calibration: &Calibration) -> Vec<Sample> {
     let point = |row: &Row| {
         let middle = centre.at(row.time).filter(|row| !row.is_gap())?;

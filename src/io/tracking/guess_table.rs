@@ -1,4 +1,5 @@
-//! A guess of the section `[tracks]` that fits a table, as values: a draft shows it, and the loader reads by it.
+//! A guess of the section `[tracks]` that fits a table, as values: a draft shows it, and the loader
+//! reads by it.
 
 use super::boxes::{self, Boxed, Rest};
 use super::cells::LIKELY;

@@ -1,4 +1,5 @@
-//! Tables with a row per ball and frame: the canonical one, and those that `[tracks.columns]` describes.
+//! Tables with a row per ball and frame: the canonical one, and those that `[tracks.columns]`
+//! describes.
 
 use super::heading::{Heading, TITLES};
 use super::input::{Input, quoted};
@@ -78,8 +79,9 @@ fn checked(heading: Heading, input: &Input) -> Result<Layout, Refused> {
     Ok(layout)
 }
 
-/// Returns the layout of a table whose columns `at` finds by our names; `None` if it lacks one that must be there. Complains if the
-/// header contradicts itself or dataset.toml about units. Without a column of balls, the balls are told apart by their paths.
+/// Returns the layout of a table whose columns `at` finds by our names; `None` if it lacks one that
+/// must be there. Complains if the header contradicts itself or dataset.toml about units. Without a
+/// column of balls, the balls are told apart by their paths.
 pub(super) fn of_balls(
     at: impl Fn(&str) -> Option<usize>,
     angle: Option<(usize, AngleUnit)>,

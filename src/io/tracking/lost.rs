@@ -2,18 +2,21 @@
 
 use super::raw::{GAPS, Log, RawTrack, Row, sorted};
 
-/// A jump is one away from the path if it is this many times as long as what balls move in the same time.
+/// A jump is one away from the path if it is this many times as long as what balls move in the same
+/// time.
 const FAR: f64 = 5.0;
 
 /// Balls move as fast as this part of all steps, from the slowest on: what is faster may be wrong.
 const USUAL: f64 = 0.9;
 
-/// A place that no program is known to write for a ball that is lost is one if a ball is exactly there in so many rows.
+/// A place that no program is known to write for a ball that is lost is one if a ball is exactly
+/// there in so many rows.
 const OFTEN: usize = 3;
 
 type Place = [f64; 2];
 
-/// A track in the order of time: the indices of its rows that are no gaps, and the places at which the ball may be lost.
+/// A track in the order of time: the indices of its rows that are no gaps, and the places at which
+/// the ball may be lost.
 struct Path {
     rows: Vec<usize>,
     places: Vec<Place>,
@@ -85,7 +88,8 @@ impl Path {
         Self { rows, places }
     }
 
-    /// Returns the stays at places where the ball may be lost; a jump that is faster than `fast` is far.
+    /// Returns the stays at places where the ball may be lost; a jump that is faster than `fast` is
+    /// far.
     fn stays<'a>(&'a self, rows: &[Row], fast: f64) -> Vec<Stay<'a>> {
         let jumps = |a: usize, b: usize| rows[a].distance(rows[b]) > fast * (rows[b].time - rows[a].time);
         let mut stays = Vec::new();

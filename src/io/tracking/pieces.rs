@@ -41,7 +41,8 @@ pub(super) fn join(shot: &mut RawShot, settings: &TrackSettings, notes: &Notes) 
     shot.tracks.retain(|track| !track.rows.is_empty());
 }
 
-/// Returns the indices of the tracks that pieces may be joined to, of tracks in this order of their beginnings.
+/// Returns the indices of the tracks that pieces may be joined to, of tracks in this order of their
+/// beginnings.
 fn heads(tracks: &[RawTrack], order: &[usize], settings: &TrackSettings) -> Option<[usize; 2]> {
     let find = |name: &str| find(tracks, name).ok().flatten();
     if let Some([Some(cue), Some(object)]) = settings.single_names().map(|names| names.map(find)) {
@@ -57,7 +58,8 @@ fn is_in_order(track: &RawTrack) -> bool {
     track.rows.windows(2).all(|two| two[0].time < two[1].time)
 }
 
-/// Returns whether two names are ids of one tracker, which differ in their numbers only: `track_1` and `track_6`.
+/// Returns whether two names are ids of one tracker, which differ in their numbers only: `track_1`
+/// and `track_6`.
 fn are_ids(one: &str, other: &str) -> bool {
     let words = |name: &str| name.replace(|c: char| c.is_ascii_digit(), "");
     words(one) == words(other) && one.ends_with(|c: char| c.is_ascii_digit())

@@ -29,7 +29,8 @@ pub(super) struct Tracked {
     pub unit: Option<Unit>,
 }
 
-/// Returns the shots of a file, clips apart and pieces of tracks joined. `alone`: clips need no name of the file before their number.
+/// Returns the shots of a file, clips apart and pieces of tracks joined. `alone`: clips need no
+/// name of the file before their number.
 pub(super) fn file(file: &Path, context: Context, alone: bool) -> Option<Tracked> {
     let Context { settings, notes, .. } = context;
     let mut tracked = as_written(file, context)?;

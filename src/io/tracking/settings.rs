@@ -313,7 +313,8 @@ fn read_out(
     Some(ReadOut { seconds, rows, up: y_axis? == YAxis::Up })
 }
 
-/// Returns whether the size of the balls is the ruler: for pixels of which nothing else says what they measure, or if it is asked for.
+/// Returns whether the size of the balls is the ruler: for pixels of which nothing else says what
+/// they measure, or if it is asked for.
 fn is_from_balls(scale: &ScaleSection, discs: bool, source: &Source) -> bool {
     let is_px = scale.length_unit == Some(Unit::Px);
     let is_measured = scale.m_per_px.is_some() || !scale.point.is_empty();

@@ -144,7 +144,8 @@ impl<'a> ShotsTable<'a> {
         rows
     }
 
-    /// Gives shots the names that the table has for their files. A file that is one shot need not be called like it.
+    /// Gives shots the names that the table has for their files. A file that is one shot need not
+    /// be called like it.
     pub(super) fn name_by_file(&self, raw: &mut [RawShot]) {
         let mut named: HashMap<usize, usize> = HashMap::new();
         for (name, row) in self.in_order() {
@@ -188,7 +189,8 @@ impl<'a> ShotsTable<'a> {
     }
 }
 
-/// Returns the shots of a file as a cell names it; programs on Windows write backslashes, and drives that are nowhere else.
+/// Returns the shots of a file as a cell names it; programs on Windows write backslashes, and
+/// drives that are nowhere else.
 fn of_file(raw: &[RawShot], cell: &str) -> Vec<usize> {
     let ends = |path: &str| (0..raw.len()).filter(|i| raw[*i].file.ends_with(path)).collect::<Vec<_>>();
     let as_written = ends(cell);
@@ -248,7 +250,8 @@ fn spin(table: &Table, row: usize, omega: [Option<Measured>; 3], assume: Option<
     }
 }
 
-/// Returns the spin of a word: one that is said to be measured, without numbers, is for the markers to tell.
+/// Returns the spin of a word: one that is said to be measured, without numbers, is for the markers
+/// to tell.
 fn of_word(word: Assume) -> Spin {
     word.spin().unwrap_or(Spin::Unknown)
 }

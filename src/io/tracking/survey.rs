@@ -144,9 +144,9 @@ const USUAL: [f64; 24] = [
     600.0, 960.0, 1000.0, 2000.0, 29.97, 59.94, 119.88, 239.76,
 ];
 
-/// The frame rate that the times of a shot follow, in seconds of the file's own clock: the coarsest grid on which all of
-/// them lie. Where rounding leaves several rates possible, one at which cameras record, else a whole number. The times
-/// are left in seconds.
+/// The frame rate that the times of a shot follow, in seconds of the file's own clock: the coarsest
+/// grid on which all of them lie. Where rounding leaves several rates possible, one at which
+/// cameras record, else a whole number. The times are left in seconds.
 fn followed(shot: &mut RawShot) -> Option<f64> {
     let unit = match shot.clock {
         Clock::In(unit) => unit,

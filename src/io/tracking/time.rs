@@ -112,8 +112,8 @@ impl Grid {
         high - low <= 1.02 * self.resolution
     }
 
-    /// Returns the frame number of each time from the first one on; `None` if the steps are no whole frames of `spacing` (within the
-    /// rounding and [`OFF_GRID`] of a frame).
+    /// Returns the frame number of each time from the first one on; `None` if the steps are no
+    /// whole frames of `spacing` (within the rounding and [`OFF_GRID`] of a frame).
     pub(super) fn frames(&self, spacing: f64) -> Option<Vec<f64>> {
         let first = *self.times.first()?;
         let exact = |t: &f64| ((t - first) / spacing).round();

@@ -127,29 +127,25 @@ mod tests {
 
     #[test]
     fn the_last_part_counts_frames_or_hundredths() {
-        let counted = |times: &[f64]| {
+        let counted = |times: Vec<f64>| {
             let mut track = RawTrack::new("a", None);
             track.rows = times.iter().map(|t| Row::new(*t, [0.0; 2], 1)).collect();
-            let rate = count_frames(&mut [&mut track]);
-            (rate, track.rows.last().map_or(0.0, |row| row.time))
+            count_frames(&mut [&mut track]).zip(track.rows.last().map(|row| row.time))
         };
-        let code = |rate: u32, step: u32| -> Vec<f64> {
+        let code = |rate: u32, step: usize, last: u32| -> Vec<f64> {
             let time = |n: u32| f64::from(n / rate) + f64::from(n % rate) / 100.0;
-            (0..100).step_by(step as usize).map(time).collect()
+            (0..last).step_by(step).map(time).collect()
         };
-        for (rate, step) in [(24, 1), (25, 1), (30, 1), (60, 1), (30, 2), (50, 4)] {
-            let last = 100 - step;
-            assert_eq!(
-                counted(&code(rate, step)),
-                (Some(f64::from(rate)), f64::from(last)),
-                "{rate}, {step}"
-            );
+        for (rate, step, last) in
+            [(24, 1, 99), (25, 1, 99), (30, 1, 99), (60, 1, 99), (30, 2, 98), (50, 4, 96)]
+        {
+            let found = counted(code(rate, step, 100));
+            assert_eq!(found, Some((f64::from(rate), f64::from(last))), "{rate}, {step}");
         }
         // hundredths at 25 and at 30 frames per second, and a film that ends before a second is full
-        let hundredths: Vec<f64> = (0..40).map(|n| f64::from(4 * n) / 100.0).collect();
-        assert_eq!(counted(&hundredths).0, None);
-        let rounded: Vec<f64> = (0..40).map(|n| (100.0 * f64::from(n) / 30.0).floor() / 100.0).collect();
-        assert_eq!(counted(&rounded).0, None);
-        assert_eq!(counted(&code(30, 1)[..20]).0, None);
+        assert_eq!(counted((0..40).map(|n| f64::from(4 * n) / 100.0).collect()), None);
+        let rounded = (0..40).map(|n| (100.0 * f64::from(n) / 30.0).floor() / 100.0);
+        assert_eq!(counted(rounded.collect()), None);
+        assert_eq!(counted(code(30, 1, 20)), None);
     }
 }

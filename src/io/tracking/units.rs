@@ -52,7 +52,8 @@ impl Unit {
         Self::ALL.into_iter().find(|unit| unit.name().eq_ignore_ascii_case(word.trim()))
     }
 
-    /// Returns metres in one of it, as two whole numbers to multiply with and divide by, so that 5.6 cm is 0.056 m; `None` for pixels.
+    /// Returns metres in one of it, as two whole numbers to multiply with and divide by, so that
+    /// 5.6 cm is 0.056 m; `None` for pixels.
     pub(super) fn metres(self) -> Option<(f64, f64)> {
         match self {
             Self::M => Some((1.0, 1.0)),
