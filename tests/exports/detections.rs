@@ -199,17 +199,13 @@ fn yolo_writes_a_file_per_frame() {
 /// Short tracks without names are not taken for such files: the number in front of their rows counts up.
 #[test]
 fn short_tracks_are_no_files_of_one_frame() {
-    let folder = tempfile::tempdir().unwrap();
     let row = |n: u32| {
         let [[x, y], [other_x, other_y]] = balls(n + FRAMES / 2 - 9);
         format!("{n} {x} {y} {other_x} {other_y}\n")
     };
-    for shot in 0..12 {
-        let rows: String = (0..18).map(row).collect();
-        fs::write(folder.path().join(format!("shot{shot:02}.txt")), rows).unwrap();
-    }
-    let output =
-        Command::new(env!("CARGO_BIN_EXE_caromfit")).arg("init").arg(folder.path()).output().unwrap();
-    let said = String::from_utf8(output.stdout).unwrap();
-    assert!(output.status.success() && said.contains("12 files of tracks"), "{said}");
+    let names: Vec<String> = (0..12).map(|shot| format!("shot{shot:02}.txt")).collect();
+    let films: Vec<(&str, String)> =
+        names.iter().map(|name| (name.as_str(), (0..18).map(row).collect())).collect();
+    let (_, said) = init(&films);
+    assert!(said.contains("12 files of tracks"), "{said}");
 }

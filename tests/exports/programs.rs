@@ -38,7 +38,7 @@ fn boxed(n: u32, [x, y]: [f64; 2]) -> [f64; 4] {
 
 pub fn check(tracks: &Tracks, what: &str) {
     let shot = &tracks.shots[0];
-    assert_eq!((shot.cue.len(), shot.object.len()), (40, 40), "{what}");
+    assert_eq!((shot.cue.len(), shot.object.len(), shot.markers.len()), (40, 40, 0), "{what}");
     for (samples, ball) in [(&shot.cue, 0), (&shot.object, 1)] {
         for (n, sample) in (0..FRAMES).zip(samples) {
             let [x, y] = balls(n)[ball];
@@ -48,7 +48,7 @@ pub fn check(tracks: &Tracks, what: &str) {
     }
 }
 
-/// A row in which `{n}` stands for the frame, `{ball}` and `{id}` for the ball from 0 and from 1 on, `{name}` for its name, `{x}` and `{y}`
+/// A row in which `{n}` stands for the frame and `{s}` for its time, `{ball}` and `{id}` for the ball from 0 and from 1 on, `{name}` for its name, `{x}` and `{y}`
 /// for its middle, and `{left}`, `{top}`, `{right}`, `{bottom}`, `{width}` and `{height}` for the box about it.
 pub fn filled(row: &str, n: u32, ball: usize) -> String {
     let [x, y] = balls(n)[ball];
@@ -56,13 +56,14 @@ pub fn filled(row: &str, n: u32, ball: usize) -> String {
     let sides = [("left", left), ("top", top), ("right", left + width), ("bottom", top + height)];
     let lengths = sides.into_iter().chain([("x", x), ("y", y), ("width", width), ("height", height)]);
     let names = [("n", n.to_string()), ("ball", ball.to_string()), ("id", (ball + 1).to_string())];
-    let cells = names.into_iter().chain(lengths.map(|(key, length)| (key, length.to_string())));
+    let time = [("s", format!("{:.2}", 0.01 * f64::from(n)))];
+    let cells = names.into_iter().chain(time).chain(lengths.map(|(key, length)| (key, length.to_string())));
     let cells = cells.chain([("name", ["white", "red"][ball].to_string())]);
     cells.fold(row.to_string(), |row, (key, cell)| row.replace(&format!("{{{key}}}"), &cell))
 }
 
 /// What is exported, its header and its rows, and what stands in the draft, where ↵ is the end of a line.
-const BOXES: &str = r##"
+const TABLES: &str = r##"
 MOT ¦ frame,id,bb_left,bb_top,bb_width,bb_height,conf,x,y,z ¦ {n},{id},{left},{top},{width},{height},0.9,-1,-1,-1 ¦ width = "bb_width"
 MOT without names ¦  ¦ {n},{id},{left},{top},{width},{height},1,-1,-1,-1 ¦ width = 5
 track and corners ¦ frame,track_id,x1,y1,x2,y2,conf,class ¦ {n},{ball},{left},{top},{right},{bottom},0.9,32 ¦ x2 = "x2"
@@ -73,13 +74,18 @@ middle and size ¦ frame,track_id,x,y,w,h ¦ {n},{ball},{x},{y},57,58 ¦ # width
 middle and size that changes ¦ frame,track_id,x,y,w,h ¦ {n},{ball},{x},{y},{width},58 ¦ x = "x"
 corner and size, by how smooth the paths are ¦ frame,track_id,x,y,w,h ¦ {n},{ball},{left},{top},{width},{height} ¦ ↵width = "w"
 the same beside the names of balls ¦ frame,ball,x,y,width,height ¦ {n},{name},{left},{top},{width},{height} ¦ ↵height = "height"
+no table of Tracker, whatever balls are called ¦ frame,track_id,x,y ¦ {n},{ball},{x},{y} ¦ ball = "track_id"
+balls before times ¦ id,t,x,y ¦ {ball},{s},{x},{y} ¦ ball = "id"
+an index without a name ¦ ,y,x,mass,frame,particle ¦ {n},{y},{x},3,{n},{ball} ¦ ball = "particle"
+standard deviations ¦ time,ball,x,y,x_sd,y_sd ¦ {s},{ball},{x},{y},0.1,0.1 ¦ x_sd = "x_sd"
+velocities ¦ Frame,ball_id,X,Y,VX,VY ¦ {n},{ball},{x},{y},1,1 ¦ y = "Y"
 nothing says which ball it is ¦ frame,xmin,ymin,xmax,ymax,name ¦ {n},{left},{top},{right},{bottom},sports ball ¦ cue = "cue"                    # it moves first
 "##;
 
-/// Detectors write boxes, whose middle is the ball.
+/// Tables with a row per ball and frame; detectors write boxes, whose middle is the ball.
 #[test]
-fn boxes_about_the_balls() {
-    for line in BOXES.trim().lines() {
+fn rows_of_balls_and_boxes_about_them() {
+    for line in TABLES.trim().lines() {
         let [what, head, row, expected] = line.split(" ¦ ").collect::<Vec<_>>()[..] else {
             panic!("{line}")
         };
