@@ -63,7 +63,7 @@ pub fn filled(row: &str, n: u32, ball: usize) -> String {
 }
 
 /// What is exported, its header and its rows, and what stands in the draft, where ↵ is the end of a line.
-const TABLES: &str = r##"
+const TABLES: &str = r#"
 MOT ¦ frame,id,bb_left,bb_top,bb_width,bb_height,conf,x,y,z ¦ {n},{id},{left},{top},{width},{height},0.9,-1,-1,-1 ¦ width = "bb_width"
 MOT without names ¦  ¦ {n},{id},{left},{top},{width},{height},1,-1,-1,-1 ¦ width = 5
 track and corners ¦ frame,track_id,x1,y1,x2,y2,conf,class ¦ {n},{ball},{left},{top},{right},{bottom},0.9,32 ¦ x2 = "x2"
@@ -80,7 +80,7 @@ an index without a name ¦ ,y,x,mass,frame,particle ¦ {n},{y},{x},3,{n},{ball} 
 standard deviations ¦ time,ball,x,y,x_sd,y_sd ¦ {s},{ball},{x},{y},0.1,0.1 ¦ x_sd = "x_sd"
 velocities ¦ Frame,ball_id,X,Y,VX,VY ¦ {n},{ball},{x},{y},1,1 ¦ y = "Y"
 nothing says which ball it is ¦ frame,xmin,ymin,xmax,ymax,name ¦ {n},{left},{top},{right},{bottom},sports ball ¦ cue = "cue"                    # it moves first
-"##;
+"#;
 
 /// Tables with a row per ball and frame; detectors write boxes, whose middle is the ball.
 #[test]

@@ -34,7 +34,7 @@ fn parts<const N: usize>(table: &str) -> impl Iterator<Item = [String; N]> {
 }
 
 /// What of [`ANGLES`] is replaced, by what, and what is said.
-const DATASETS: &str = r##"
+const DATASETS: &str = r#"
 cloth = ¦ clothe = ¦ dataset.toml:5: column 1: unknown key "clothe" (did you mean "cloth"?); expected one of name, kind, files, cloth, balls, source, ball, object, cue_spin, video, camera, scale, tracks, impacts, fit
 radius_m ¦ radus_m ¦ dataset.toml:9: column 1: unknown key "radus_m" (did you mean "radius_m"?); expected one of shape, radius_m, radius_m_sd, mass_kg, mass_kg_sd, inertia, poisson
 assume ¦ asume ¦ dataset.toml:14: column 1: unknown key "asume" (did you mean "assume"?); expected one of assume, side_sd
@@ -83,7 +83,7 @@ prior_sd = 0.02 ¦ prior_sd = inf ¦ dataset.toml:19: column 53: e.prior_sd is i
 "shots.csv" ¦ "shots.csv", "shot/*.csv" ¦ dataset.toml:4: column 23: "shot/*.csv" names no file in FOLDER; expected at least one
 shots.csv ¦ a** ¦ dataset.toml:4: column 10: "a**" is no pattern: recursive wildcards must form a single path component
 mu = ¦ by = "shots"↵mu = ¦ dataset.toml:17: column 6: by is "shots", but shots.csv has no such column (did you mean "shot"?)
-0.170↵inertia = 0.4 ¦ -1↵inertia = 7 ¦ dataset.toml:10: column 11: ball.mass_kg is -1; expected more than 0↵dataset.toml:11: column 11: ball.inertia is 7; expected more than 0, at most 2/3 (a hollow sphere)"##;
+0.170↵inertia = 0.4 ¦ -1↵inertia = 7 ¦ dataset.toml:10: column 11: ball.mass_kg is -1; expected more than 0↵dataset.toml:11: column 11: ball.inertia is 7; expected more than 0, at most 2/3 (a hollow sphere)"#;
 
 #[test]
 fn dataset_toml() {
@@ -93,7 +93,7 @@ fn dataset_toml() {
 }
 
 /// The last row of a table of angles, and what is said.
-const ROWS: &str = r##"
+const ROWS: &str = r#"
 2,thick,2,3,0.1 ¦ shots.csv:3: column cut_deg: "thick" is not a finite number; expected one such as -1.5 or 2e-3
 2,NaN,2,3,0.1 ¦ shots.csv:3: column cut_deg: "NaN" is not a finite number; expected an empty cell where nothing is known
 2,30,inf,3,0.1 ¦ shots.csv:3: column speed_m_s: "inf" is not a finite number; expected one such as -1.5 or 2e-3
@@ -117,10 +117,10 @@ const ROWS: &str = r##"
 2,30,-2,3,0.1 ¦ shots.csv:3: column speed_m_s: -2 is no speed; expected more than 0
 2,30,2,, ¦ shots.csv:3: nothing observed in this row; expected a value in throw_deg
 2,x,y,z,0 ¦ shots.csv:3: column cut_deg: "x" is not a finite number; expected one such as -1.5 or 2e-3↵shots.csv:3: column speed_m_s: "y" is not a finite number; expected one such as -1.5 or 2e-3↵shots.csv:3: column throw_deg: "z" is not a finite number; expected one such as -1.5 or 2e-3↵shots.csv:3: column throw_deg_sd: 0 is no standard deviation; expected more than 0
-1,30,2,3,0.1 ¦ shots.csv:3: column shot: "1" also names the shot in line 2 of shots.csv; expected a name of its own"##;
+1,30,2,3,0.1 ¦ shots.csv:3: column shot: "1" also names the shot in line 2 of shots.csv; expected a name of its own"#;
 
 /// A table of angles, and what is said.
-const TABLES: &str = r##"
+const TABLES: &str = r#"
 shot,cut_degree,throw_deg↵1,30,3↵ ¦ shots.csv:1: column cut_deg: is missing from the column names; is "cut_degree" meant to be it?
 shot,angle,throw_deg↵1,30,3↵ ¦ shots.csv:1: column cut_deg: is missing from the column names
 shot,cut,throw↵1,30,3↵ ¦ shots.csv:1: column cut_deg: is missing from the column names; is "cut" meant to be it?↵shots.csv:1: no column of anything observed; expected at least one of throw_deg, cue_turn_deg, separation_deg, object_speed_m_s, cue_speed_m_s, object_speed_ratio, object_speed_rolling_m_s, cue_speed_rolling_m_s, cue_turn_rolling_deg, object_angle_rolling_deg; is "throw" meant to be throw_deg?
@@ -141,7 +141,7 @@ cut_deg,throw_deg↵30,2↵3"0,2↵30,"2"2↵ ¦ shots.csv:4: text follows a clo
 # a↵cut_deg,throw_deg↵ ¦ shots.csv:2: no rows below the column names; expected at least one
 cut_deg,throw↵30,3↵ ¦ shots.csv:1: no column of anything observed; expected at least one of throw_deg, cue_turn_deg, separation_deg, object_speed_m_s, cue_speed_m_s, object_speed_ratio, object_speed_rolling_m_s, cue_speed_rolling_m_s, cue_turn_rolling_deg, object_angle_rolling_deg; is "throw" meant to be throw_deg?
 cut_deg,nothing↵30,3↵ ¦ shots.csv:1: no column of anything observed; expected at least one of throw_deg, cue_turn_deg, separation_deg, object_speed_m_s, cue_speed_m_s, object_speed_ratio, object_speed_rolling_m_s, cue_speed_rolling_m_s, cue_turn_rolling_deg, object_angle_rolling_deg
-cut_deg,throw_deg,cue_turn_deg_sd↵30,3,1↵ ¦ shots.csv:1: column cue_turn_deg_sd: there is no column cue_turn_deg that it belongs to"##;
+cut_deg,throw_deg,cue_turn_deg_sd↵30,3,1↵ ¦ shots.csv:1: column cue_turn_deg_sd: there is no column cue_turn_deg that it belongs to"#;
 
 #[test]
 fn tables_of_angles() {
@@ -179,7 +179,7 @@ fn files_that_are_not_there() {
 }
 
 /// Which dataset.toml, a table, and what is said of its spins.
-const SPINS: &str = r##"
+const SPINS: &str = r#"
 ANGLES ¦ cut_deg,cue_spin,throw_deg↵30,stnu,3↵ ¦ shots.csv:2: column cue_spin: "stnu" is no spin (did you mean "stun"?); expected stun, natural-roll, measured, unknown
 ANGLES ¦ cut_deg,cue_spin,throw_deg↵30,77,3↵ ¦ shots.csv:2: column cue_spin: "77" is no spin; expected stun, natural-roll, measured, unknown
 ANGLES ¦ cut_deg,omega_x,omega_z,throw_deg↵30,1,2,3↵ ¦ shots.csv:1: column omega_y: is missing from the column names; expected all three of omega_x, omega_y, omega_z
@@ -191,7 +191,7 @@ UNSAID ¦ cut_deg,cue_spin,throw_deg↵30,stun,3↵40,,3↵ ¦ shots.csv:3: colu
 UNSAID ¦ cut_deg,cue_spin,throw_deg↵30,,3↵40,stun,3↵ ¦ shots.csv:2: column cue_spin: is empty, and dataset.toml has no [cue_spin]; expected a spin
 MEASURED ¦ cut_deg,throw_deg↵30,3↵40,3↵ ¦ shots.csv:1: [cue_spin] says that the spin is measured; expected columns omega_x, omega_y, omega_z
 MEASURED ¦ cut_deg,omega_x,omega_y,omega_z,throw_deg↵30,,,,3↵ ¦ shots.csv:2: column omega_x: the spin is said to be measured; expected values in omega_x, omega_y, omega_z
-ANGLES ¦ cut_deg,cue_spin,throw_deg↵30,measured,3↵ ¦ shots.csv:2: column cue_spin: the spin is said to be measured; expected values in omega_x, omega_y, omega_z"##;
+ANGLES ¦ cut_deg,cue_spin,throw_deg↵30,measured,3↵ ¦ shots.csv:2: column cue_spin: the spin is said to be measured; expected values in omega_x, omega_y, omega_z"#;
 
 #[test]
 fn spins() {
@@ -217,7 +217,7 @@ fn spins() {
 }
 
 /// What of [`HITS`] is replaced, by what, and what is said.
-const HITS_REPLACED: &str = r##"
+const HITS_REPLACED: &str = r#"
 a,1,0 ¦ a,1,1 ¦ shots.csv:2: column nx: the line of centres (nx, ny) = (1, 1) has the length 1.4142135623730951; expected a unit vector
 a,1,0 ¦ a,1e300,1 ¦ shots.csv:2: column nx: the line of centres (nx, ny) = (1e300, 1) has the length 1e300; expected a unit vector
 a,1,0 ¦ a,0,0 ¦ shots.csv:2: column nx: the line of centres (nx, ny) = (0, 0) has the length 0.0; expected a unit vector
@@ -227,7 +227,7 @@ a,1,0 ¦ a,-1,0 ¦ shots.csv:2: column cue_vx: the cue ball's velocity (1.7, 1.0
 a,1,0 ¦ ,1,0 ¦ shots.csv:2: column shot: is empty; expected a value
 cue_vx, ¦ cue_v_x, ¦ shots.csv:1: column cue_v_x: is no known name, but nearly cue_vx; write cue_vx, or give a label that is called so another name↵shots.csv:1: column cue_vx: is missing from the column names; is "cue_v_x" meant to be it?
 obj_vy_after ¦ object_vy_after ¦ shots.csv:1: column obj_vy_after: is missing from the column names; is "object_vy_after" meant to be it?
-shot, ¦ name, ¦ shots.csv:1: column shot: is missing from the column names"##;
+shot, ¦ name, ¦ shots.csv:1: column shot: is missing from the column names"#;
 
 #[test]
 fn tables_of_impacts() {

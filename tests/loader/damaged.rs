@@ -12,20 +12,20 @@ use rand_chacha::ChaCha8Rng;
 use super::hostile::mutate;
 
 /// Settings, with ↵ for the end of a line.
-const SETTINGS: &str = r##"
+const SETTINGS: &str = r#"
 [video]↵capture_fps = 100↵[tracks]↵cue = "A"↵object = "B"
 [tracks]↵cue = "A"↵object = "B"
 [video]↵capture_fps = 30↵[scale]↵length_unit = "px"↵m_per_px = 0.001↵y_axis = "down"↵[tracks]↵cue = "A"↵object = "B"
 [video]↵capture_fps = 240↵playback_fps = 30↵row_readout_s = 0.004↵rows = 720↵[scale]↵length_unit = "px"↵y_axis = "down"↵[[scale.point]]↵px = [0, 0]↵m = [0, 1]↵[[scale.point]]↵px = [100, 0]↵m = [1, 1]↵[[scale.point]]↵px = [100, 100]↵m = [1, 0]↵[[scale.point]]↵px = [0, 100]↵m = [0, 0]↵[tracks]↵cue = "A"↵object = "B"
 [video]↵capture_fps = 60↵[tracks]↵cue = "A"↵object = "B"↵[tracks.columns]↵frame = "frame"↵ball = "disk_id"↵x = "cx"↵y = "cy"↵marker_x = "mx"↵marker_y = "my"
 [tracks]↵cue = "A"↵object = "B"↵[tracks.columns]↵shot = "n"↵t = "t"↵cue_x = "ax"↵cue_y = "ay"↵object_x = "bx"↵object_y = "by"
-[tracks]↵cue = "A"↵object = "B"↵[tracks.columns]↵t = 1↵cue_x = 2↵cue_y = 3↵object_x = 4↵object_y = 5"##;
+[tracks]↵cue = "A"↵object = "B"↵[tracks.columns]↵t = 1↵cue_x = 2↵cue_y = 3↵object_x = 4↵object_y = 5"#;
 
 /// In pixels and by points, lengths are converted.
 const CONVERTED: [usize; 2] = [2, 3];
 
 /// Files of every format, each with the number of settings that it can be read by; ⇥ is a tab, ␍ a carriage return, § a byte order mark.
-const FILES: &str = r##"
+const FILES: &str = r#"
 0 ¦ shot,frame,ball,x,y↵1,0,A,0.001,2↵1,0,B,0.3,0.01↵1,1,A,1.5e-3,2↵1,1,B,,↵2,4,A,1,2↵2,4,B,-3,4↵
 0 ¦ # c↵t;ball;point;x;y;x_sd;y_sd␍↵0,01;A;centre;1,5;2;0,1;0,2␍↵0,01;A;m1;1,6;2;;␍↵0,01;B;;3;4;;␍↵0,02;A;;1,7;2;0,1;0,2␍↵0,02;B;;3;4;;␍↵
 0 ¦ §#multi:↵;mass A;;mass B;;↵t;x;y;x;y;↵0,00E0;−1,55E1;5,5E0;1,95E0;3,2E0↵1,00E−2;−1,49E1;5,6E0;;↵2,0E−2;−1,4E1;5,7E0;1,9E0;3,2E0↵
@@ -40,7 +40,7 @@ const FILES: &str = r##"
 1 ¦ sep=;↵a title↵↵t;ball;x [cm];y↵ms;;;cm↵10;A;1,5;2↵10;B;3;4↵30;A;1,7;2↵20;A;1,6;2↵20;B;3;4↵
 1 ¦ FILE_VERSION⇥2.0.0↵NO_OF_FRAMES⇥2↵FREQUENCY⇥100↵MARKER_NAMES⇥A⇥B↵TRAJECTORY_TYPES⇥Mixed⇥Mixed↵1.5⇥2⇥-1⇥3⇥4⇥5↵1.6⇥2⇥-1⇥3.5⇥4⇥5↵
 1 ¦ [{"name": "1", "fps": 100, "balls": [↵{"name": "A", "samples": [{"frame": 0, "x": 1.5, "y": 2},↵{"frame": 1, "x": null, "y": 2}]},↵{"name": "B", "samples": [{"frame": 0, "x": 3, "y": 4}]}]}]↵
-3 ¦ shot,frame,ball,x,y↵1,0,A,0.001,2↵1,0,B,0.3,0.01↵1,1,A,1.5e-3,2↵1,1,B,,↵2,4,A,1,2↵2,4,B,-3,4↵"##;
+3 ¦ shot,frame,ball,x,y↵1,0,A,0.001,2↵1,0,B,0.3,0.01↵1,1,A,1.5e-3,2↵1,1,B,,↵2,4,A,1,2↵2,4,B,-3,4↵"#;
 
 /// The lines of a table with what its marks stand for.
 fn lines(table: &str) -> Vec<String> {
