@@ -11,14 +11,22 @@ fn caromfit<S: AsRef<std::ffi::OsStr>>(args: impl IntoIterator<Item = S>) -> Out
     Command::new(env!("CARGO_BIN_EXE_caromfit")).args(args).output().unwrap()
 }
 
-fn text(bytes: &[u8]) -> &str {
-    std::str::from_utf8(bytes).unwrap()
+/// What it says on standard output and on standard error, where it ends with this status.
+fn both<S: AsRef<std::ffi::OsStr>>(status: i32, args: impl IntoIterator<Item = S>) -> [String; 2] {
+    let output = caromfit(args);
+    let said = [output.stdout, output.stderr].map(|bytes| String::from_utf8(bytes).unwrap());
+    assert_eq!(output.status.code(), Some(status), "{said:?}");
+    said
 }
 
-fn status(output: &Output, expected: i32) -> (&str, &str) {
-    let (out, err) = (text(&output.stdout), text(&output.stderr));
-    assert_eq!(output.status.code(), Some(expected), "{out}{err}");
-    (out, err)
+fn done<S: AsRef<std::ffi::OsStr>>(args: impl IntoIterator<Item = S>) -> String {
+    let [out, _] = both(0, args);
+    out
+}
+
+fn refused<S: AsRef<std::ffi::OsStr>>(status: i32, args: impl IntoIterator<Item = S>) -> String {
+    let [_, err] = both(status, args);
+    err
 }
 
 fn root() -> &'static Path {
@@ -54,8 +62,7 @@ fn init_drafts_a_dataset_that_needs_only_its_blanks_filled() {
     let folder = tempfile::tempdir().unwrap();
     let csv = folder.path().join("shot-1.csv");
     fs::write(&csv, tracker()).unwrap();
-    let output = caromfit([Path::new("init"), &csv]);
-    let (said, _) = status(&output, 0);
+    let said = done([Path::new("init"), &csv]);
     for fragment in
         ["format tracker", "\"white\" moves first", "Fill in: capture_fps, cue_spin", "follow 1000"]
     {
@@ -67,23 +74,17 @@ fn init_drafts_a_dataset_that_needs_only_its_blanks_filled() {
         assert!(draft.contains(fragment), "{fragment}:\n{draft}");
     }
     // what is left blank is asked for by name
-    let (_, asked) = {
-        let output = caromfit([Path::new("check"), folder.path()]);
-        let (out, err) = status(&output, 2);
-        (out.to_string(), err.to_string())
-    };
+    let asked = refused(2, [Path::new("check"), folder.path()]);
     assert!(asked.contains("cue_spin"), "{asked}");
     let filled = draft
         .replace("# assume = \"…\"", "assume = \"natural-roll\"")
         .replace("# capture_fps = …", "capture_fps = 1000");
     fs::write(&path, filled).unwrap();
-    let output = caromfit([Path::new("check"), folder.path()]);
-    let (found, _) = status(&output, 0);
+    let found = done([Path::new("check"), folder.path()]);
     assert!(found.contains("1 shot can be used, 0 left out"), "{found}");
     assert!(found.contains("too few to tell how noisy"), "{found}");
     // nothing is overwritten
-    let output = caromfit([Path::new("init"), &csv]);
-    assert!(status(&output, 2).1.contains("is there already"));
+    assert!(refused(2, [Path::new("init"), &csv]).contains("is there already"));
 }
 
 #[test]
@@ -97,15 +98,13 @@ fn init_knows_every_shipped_table() {
         ("pucks-qualisys/two-pucks.tsv", &["kind = \"tracks\"", "length_unit = \"mm\"", "capture_fps = "]),
     ] {
         let path = root().join("data").join(file);
-        let output = caromfit(["init", "--stdout", path.to_str().unwrap()]);
-        let (draft, _) = status(&output, 0);
+        let draft = done(["init", "--stdout", path.to_str().unwrap()]);
         for fragment in expected {
             assert!(draft.contains(fragment), "{file}: {fragment}:\n{draft}");
         }
-        toml::from_str::<toml::Table>(draft).unwrap();
+        toml::from_str::<toml::Table>(&draft).unwrap();
     }
-    let output = caromfit(["init", "/nowhere.csv"]);
-    assert!(status(&output, 2).1.contains("/nowhere.csv"));
+    assert!(refused(2, ["init", "/nowhere.csv"]).contains("/nowhere.csv"));
 }
 
 /// Rates are those of the camera, however coarsely the times are rounded and however many rows are missing.
@@ -129,14 +128,12 @@ fn init_finds_the_rate_that_times_follow() {
         (30.0, 2, "30"),
     ] {
         fs::write(&csv, table(rate, decimals, &|_| false)).unwrap();
-        let output = caromfit([Path::new("init"), Path::new("--stdout"), &csv]);
-        let (draft, _) = status(&output, 0);
+        let draft = done([Path::new("init"), Path::new("--stdout"), &csv]);
         assert!(draft.contains(&format!("follow {expected} frames per second")), "{rate}:\n{draft}");
     }
     // mostly every second row, some in between: 50 Hz, not 25
     fs::write(&csv, table(50.0, 2, &|n| n % 2 == 1 && n % 9 != 0)).unwrap();
-    let output = caromfit([Path::new("init"), Path::new("--stdout"), &csv]);
-    assert!(status(&output, 0).0.contains("follow 50 frames per second"));
+    assert!(done([Path::new("init"), Path::new("--stdout"), &csv]).contains("follow 50 frames per second"));
 }
 
 #[test]
@@ -144,15 +141,13 @@ fn init_does_not_paste_what_is_no_table() {
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("shots.csv");
     fs::write(&path, format!("{{\"shots\": [{}0]}}\n", "1, 2, ".repeat(100_000))).unwrap();
-    let output = caromfit([Path::new("init"), &path]);
-    let (_, said) = status(&output, 2);
+    let said = refused(2, [Path::new("init"), &path]);
     assert!(said.contains("shots.csv: is JSON; expected a table") && said.len() < 500, "{}", said.len());
     // a table of very many columns is not listed whole either
     fs::write(&path, format!("{}\n", "a column of a table,".repeat(10_000))).unwrap();
-    let output = caromfit([Path::new("init"), Path::new("--stdout"), &path]);
-    let (draft, _) = status(&output, 0);
+    let draft = done([Path::new("init"), Path::new("--stdout"), &path]);
     assert!(draft.len() < 5_000 && draft.contains("(10001 in all)"), "{}", draft.len());
-    toml::from_str::<toml::Table>(draft).unwrap();
+    toml::from_str::<toml::Table>(&draft).unwrap();
 }
 
 /// What a fresh draft lacks is said all at once, and each thing once for all files.
@@ -164,9 +159,8 @@ fn check_says_at_once_what_a_fresh_draft_lacks() {
         fs::write(folder.path().join(format!("kick-{shot:02}.csv")), format!("frame,ball,x,y\n{rows}"))
             .unwrap();
     }
-    status(&caromfit([Path::new("init"), folder.path()]), 0);
-    let output = caromfit([Path::new("check"), folder.path()]);
-    let (_, said) = status(&output, 2);
+    done([Path::new("init"), folder.path()]);
+    let said = refused(2, [Path::new("check"), folder.path()]);
     for fragment in [
         "expected [cue_spin] assume",
         "no track \"cue\"",
@@ -184,29 +178,26 @@ fn fit_says_where_the_report_is() {
     let folder = tempfile::tempdir().unwrap();
     let out = folder.path().to_str().unwrap();
     let [one, two] = ["data/mathavan-2014", "data/domenech-2023"].map(|data| root().join(data));
-    let output = caromfit(["fit", one.to_str().unwrap(), "--out", out]);
-    let last = status(&output, 0).0.lines().last().unwrap();
+    let said = done(["fit", one.to_str().unwrap(), "--out", out]);
+    let last = said.lines().last().unwrap();
     let report = last.strip_prefix("Report: ").unwrap();
     assert!(Path::new(report).is_file(), "{last}");
-    let output = caromfit(["fit", one.to_str().unwrap(), two.to_str().unwrap(), "--out", out]);
-    let last = status(&output, 0).0.lines().last().unwrap();
+    let said = done(["fit", one.to_str().unwrap(), two.to_str().unwrap(), "--out", out]);
+    let last = said.lines().last().unwrap();
     assert!(last.starts_with(&format!("Reports: {out}/*/report.html (2 data sets")), "{last}");
 }
 
 /// Words, not files, are offered where words are expected.
 #[test]
 fn completions_offer_words() {
-    let output = caromfit(["completions", "bash"]);
-    let (script, _) = status(&output, 0);
+    let script = done(["completions", "bash"]);
     for words in ["\"squares huber cauchy\"", "\"pooltool json toml\"", "films formats results"] {
         assert!(script.contains(words), "{words}");
     }
-    let output = caromfit(["fit", "nowhere", "--loss", "hubert"]);
-    assert!(status(&output, 2).1.contains("huber"));
+    assert!(refused(2, ["fit", "nowhere", "--loss", "hubert"]).contains("huber"));
     // where --effects is, its names are
     for command in ["fit", "collide"] {
-        let output = caromfit([command, "--help"]);
-        let help: String = status(&output, 0).0.split_whitespace().collect::<Vec<_>>().join(" ");
+        let help: String = done([command, "--help"]).split_whitespace().collect::<Vec<_>>().join(" ");
         assert!(help.contains("cloth-on-cue, gravity, falling-friction"), "{help}");
     }
 }
@@ -221,8 +212,7 @@ fn check_says_what_is_suspicious() {
     let manifest = "name = \"odd\"\nkind = \"impacts\"\nfiles = [\"a.csv\"]\n[ball]\nradius_m = 0.1\n\
                     [cue_spin]\nassume = \"stun\"\n";
     fs::write(folder.path().join("dataset.toml"), manifest).unwrap();
-    let output = caromfit([Path::new("check"), folder.path()]);
-    let (found, _) = status(&output, 0);
+    let found = done([Path::new("check"), folder.path()]);
     for fragment in [
         "radius is 0.1 m",
         "3 shots can be used: too few",
@@ -239,9 +229,8 @@ fn check_says_what_is_suspicious() {
 #[test]
 fn export_gives_what_pooltool_reads_and_says_what_is_left_behind() {
     let fit = root().join("fits/synthetic-natural-roll");
-    let output = caromfit(["export", fit.to_str().unwrap(), "--to", "pooltool"]);
-    let (out, err) = status(&output, 0);
-    let value: Value = serde_json::from_str(out).unwrap();
+    let [out, err] = both(0, ["export", fit.to_str().unwrap(), "--to", "pooltool"]);
+    let value: Value = serde_json::from_str(&out).unwrap();
     let stored: Value = serde_json::from_str(&fs::read_to_string(fit.join("fit.json")).unwrap()).unwrap();
     assert_eq!(value["u_b"], stored["parameters"]["mu"]["estimate"]);
     assert_eq!(value["e_b"], stored["parameters"]["e"]["estimate"]);
@@ -252,17 +241,15 @@ fn export_gives_what_pooltool_reads_and_says_what_is_left_behind() {
     for fragment in ["μ_s", "AverageBallBallFriction", "Standard errors"] {
         assert!(err.contains(fragment), "{fragment}:\n{err}");
     }
-    let output = caromfit(["export", fit.join("fit.json").to_str().unwrap(), "--to", "toml"]);
-    let table: toml::Table = toml::from_str(status(&output, 0).0).unwrap();
+    let table: toml::Table =
+        toml::from_str(&done(["export", fit.join("fit.json").to_str().unwrap(), "--to", "toml"])).unwrap();
     assert_eq!(table["mu"]["status"].as_str(), Some("free"));
     // a parameter that nothing told is not exported
     let slow = root().join("fits/alciatore-2006/slow");
-    let output = caromfit(["export", slow.to_str().unwrap(), "--to", "json"]);
-    let (out, err) = status(&output, 0);
+    let [out, err] = both(0, ["export", slow.to_str().unwrap(), "--to", "json"]);
     assert!(!out.contains("mu_s") && err.contains("μ_s: the data do not tell it"), "{out}{err}");
     let several = root().join("fits/alciatore-2006");
-    let output = caromfit(["export", several.to_str().unwrap(), "--to", "json"]);
-    assert!(status(&output, 2).1.contains("holds 3 fits"));
+    assert!(refused(2, ["export", several.to_str().unwrap(), "--to", "json"]).contains("holds 3 fits"));
 }
 
 /// μ(v) = μ + b·exp(−c·v): without b and c, μ is the friction at high slip only.
@@ -272,19 +259,17 @@ fn export_carries_a_falling_friction_over_or_says_that_it_cannot() {
     let out = folder.path().to_str().unwrap();
     let data = root().join("data/alciatore-2014-speed");
     for falling in ["fit", "0.1,1.5"] {
-        status(&caromfit(["fit", data.to_str().unwrap(), "--out", out, "--falling", falling]), 0);
+        done(["fit", data.to_str().unwrap(), "--out", out, "--falling", falling]);
         let path = folder.path().join("alciatore-2014-speed/fit.json");
         let stored: Value = serde_json::from_str(&fs::read_to_string(&path).unwrap()).unwrap();
         let of = |name: &str| stored["parameters"][name]["estimate"].as_f64().unwrap();
         let path = path.to_str().unwrap();
-        let output = caromfit(["export", path, "--to", "toml"]);
-        let table: toml::Table = toml::from_str(status(&output, 0).0).unwrap();
+        let table: toml::Table = toml::from_str(&done(["export", path, "--to", "toml"])).unwrap();
         for name in ["mu", "mu_b", "mu_c"] {
             assert_eq!(table[name]["estimate"].as_float(), Some(of(name)), "{falling}: {name}");
         }
         assert!(table["friction"].as_str().unwrap().contains("mu_b exp(-mu_c v)"), "{table}");
-        let output = caromfit(["export", path, "--to", "pooltool"]);
-        let (out, err) = status(&output, 0);
+        let [out, err] = both(0, ["export", path, "--to", "pooltool"]);
         assert!(!out.contains("u_b"), "{out}");
         let model = format!("AlciatoreBallBallFriction(a={}, b={}, c={})", of("mu"), of("mu_b"), of("mu_c"));
         assert!(err.contains(&model), "{model}:\n{err}");
@@ -301,8 +286,7 @@ fn a_baseline_tolerance_is_a_finite_number_of_standard_errors() {
         let out = folder.path().join("out");
         let path = out.to_str().unwrap();
         let all = ["fit", data, "--out", path, "--baseline", baseline, "--baseline-tolerance", wrong];
-        let output = caromfit(all);
-        let (_, err) = status(&output, 2);
+        let err = refused(2, all);
         assert!(err.contains("--baseline-tolerance") && !out.exists(), "{wrong}: {err}");
     }
 }
@@ -315,8 +299,8 @@ fn a_baseline_that_moved_ends_with_status_1_and_is_kept() {
     let data = data.to_str().unwrap();
     let stored = folder.path().join("mathavan-2014/fit.json");
     let path = stored.to_str().unwrap();
-    status(&caromfit(["fit", data, "--out", out]), 0);
-    status(&caromfit(["fit", data, "--out", out, "--baseline", path]), 0);
+    done(["fit", data, "--out", out]);
+    done(["fit", data, "--out", out, "--baseline", path]);
 
     let mut value: Value = serde_json::from_str(&fs::read_to_string(&stored).unwrap()).unwrap();
     let mu = &mut value["parameters"]["mu"];
@@ -325,29 +309,27 @@ fn a_baseline_that_moved_ends_with_status_1_and_is_kept() {
     value["parameters"]["mu_s"]["status"] = "free".into();
     let changed = value.to_string();
     fs::write(&stored, &changed).unwrap();
-    let output = caromfit(["fit", data, "--out", out, "--baseline", path]);
-    let (_, err) = status(&output, 1);
+    let err = refused(1, ["fit", data, "--out", out, "--baseline", path]);
     for fragment in ["+2.000 standard errors", "mu_s status", "at-lower-bound"] {
         assert!(err.contains(fragment), "{fragment}:\n{err}");
     }
     assert_eq!(fs::read_to_string(&stored).unwrap(), changed, "the baseline was overwritten");
     // a wider tolerance forgives the estimate, nothing forgives the status
-    let output = caromfit(["fit", data, "--out", out, "--baseline", path, "--baseline-tolerance", "3"]);
-    let (_, err) = status(&output, 1);
+    let err = refused(1, ["fit", data, "--out", out, "--baseline", path, "--baseline-tolerance", "3"]);
     assert!(!err.contains("standard errors\n") && err.contains("mu_s status"), "{err}");
 
     let other = root().join("fits/domenech-2023/fit.json");
-    let output = caromfit(["fit", data, "--out", out, "--baseline", other.to_str().unwrap()]);
-    assert!(status(&output, 2).1.contains("holds no fit of mathavan-2014"));
+    assert!(
+        refused(2, ["fit", data, "--out", out, "--baseline", other.to_str().unwrap()])
+            .contains("holds no fit of mathavan-2014")
+    );
     fs::write(&stored, "{\"dataset\": 3}").unwrap();
-    let output = caromfit(["fit", data, "--out", out, "--baseline", path]);
-    assert!(status(&output, 2).1.contains("fit.json:1"));
+    assert!(refused(2, ["fit", data, "--out", out, "--baseline", path]).contains("fit.json:1"));
 }
 
 #[test]
 fn completions_name_every_command() {
-    let output = caromfit(["--help"]);
-    let (help, _) = status(&output, 0);
+    let help = done(["--help"]);
     let commands: Vec<&str> = help
         .lines()
         .skip_while(|line| !line.starts_with("Commands"))
@@ -358,13 +340,11 @@ fn completions_name_every_command() {
         .collect();
     assert!(commands.len() >= 9, "{help}");
     for shell in ["bash", "zsh", "fish"] {
-        let output = caromfit(["completions", shell]);
-        let (script, _) = status(&output, 0);
+        let script = done(["completions", shell]);
         assert!(commands.iter().all(|command| script.contains(command)), "{shell}");
     }
     for command in commands {
-        let output = caromfit([command, "--help"]);
-        let (help, _) = status(&output, 0);
+        let help = done([command, "--help"]);
         assert!(help.contains("Example"), "{command} has no example:\n{help}");
     }
 }
@@ -431,8 +411,7 @@ fn a_folder_of_single_tracks_in_slow_motion() {
             fs::write(file, mass(&format!("mass {letter}"), ball)).unwrap();
         }
     }
-    let output = caromfit([Path::new("init"), folder.path()]);
-    let (said, _) = status(&output, 0);
+    let said = done([Path::new("init"), folder.path()]);
     assert!(said.contains("4 files of tracks") && said.contains("follow 30 frames"), "{said}");
     let path = folder.path().join("dataset.toml");
     let draft = fs::read_to_string(&path).unwrap();
@@ -440,39 +419,33 @@ fn a_folder_of_single_tracks_in_slow_motion() {
         .replace("# assume = \"…\"", "assume = \"natural-roll\"")
         .replace("# capture_fps = …", "capture_fps = 1000");
     fs::write(&path, &filled).unwrap();
-    let output = caromfit([Path::new("check"), folder.path()]);
-    let (_, error) = status(&output, 2);
+    let error = refused(2, [Path::new("check"), folder.path()]);
     assert!(error.contains("write playback_fps = 30"), "{error}");
     assert_eq!(error.matches("times are 0.0333").count(), 1, "{error}");
     assert!(error.contains("the same in "), "{error}");
     fs::write(&path, filled.replace("# playback_fps = 30", "playback_fps = 30")).unwrap();
-    let output = caromfit([Path::new("check"), folder.path()]);
-    let (said, _) = status(&output, 0);
+    let said = done([Path::new("check"), folder.path()]);
     assert!(said.contains("2 shots can be used, 0 left out"), "{said}");
     assert!(said.contains("one-A.txt and 1 more: read as Tracker"), "{said}");
     fs::write(&path, filled.replace("# playback_fps = 30", "playback_fps = 15")).unwrap();
-    let output = caromfit([Path::new("check"), folder.path()]);
-    let (_, error) = status(&output, 2);
+    let error = refused(2, [Path::new("check"), folder.path()]);
     assert!(error.contains("closer than [video] playback_fps = 15 allows"), "{error}");
 }
 
 #[test]
 fn what_init_cannot_take_is_said() {
     let folder = tempfile::tempdir().unwrap();
-    let output = caromfit([Path::new("init"), folder.path()]);
-    let (_, error) = status(&output, 2);
+    let error = refused(2, [Path::new("init"), folder.path()]);
     assert!(error.contains("holds no table (a file that ends in .csv, .txt"), "{error}");
     let film = folder.path().join("clip.mp4");
     fs::write(&film, [0_u8, 0, 0, 0x20, 0x66, 0x74, 0x79, 0x70, 0xff, 0xfe, 0x0a]).unwrap();
-    let output = caromfit([Path::new("init"), &film]);
-    let (_, error) = status(&output, 2);
+    let error = refused(2, [Path::new("init"), &film]);
     assert!(error.contains("not the film itself"), "{error}");
     assert!(!folder.path().join("dataset.toml").exists());
 }
 
 #[test]
 fn a_folder_of_data_sets_is_none_but_says_which_it_holds() {
-    let output = caromfit([Path::new("fit"), &root().join("data")]);
-    let (_, error) = status(&output, 2);
+    let error = refused(2, [Path::new("fit"), &root().join("data")]);
     assert!(error.contains("alciatore-2006") && error.contains("more do"), "{error}");
 }

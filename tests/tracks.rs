@@ -390,12 +390,8 @@ fn table_of_shots() {
 
 #[test]
 fn no_spin_is_an_error() {
-    let folder = tempfile::tempdir().unwrap();
-    fs::write(folder.path().join("a.csv"), "frame,ball,x,y\n0,cue,0,0\n0,object,1,0\n").unwrap();
-    let manifest = "name = \"t\"\nkind = \"tracks\"\nfiles = [\"a.csv\"]\n[video]\ncapture_fps = 10\n";
-    fs::write(folder.path().join("dataset.toml"), manifest).unwrap();
-    let error = io::load(folder.path()).err().unwrap().to_string();
-    assert!(error.contains("nothing says how the cue ball"), "{error}");
+    let text = "frame,ball,x,y\n0,cue,0,0\n0,object,1,0\n";
+    refused("[video]\ncapture_fps = 10\n[cue_spin]", text, &["nothing says how the cue ball"]);
 }
 
 #[test]

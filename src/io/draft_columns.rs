@@ -5,8 +5,10 @@ use std::path::{Path, PathBuf};
 use super::Survey;
 use super::draft_files::numbers;
 use super::draft_scale::describe_y_axis;
-use super::draft_sheet::{OBJECT, Sheet, quoted};
+use super::draft_text::Draft;
+use super::draft_text::{OBJECT, quoted};
 use super::text::decode;
+use super::tracking::Guessed;
 
 /// So many columns of a table are listed, and so many characters of the name of one.
 const MOST_COLUMNS: usize = 30;
@@ -16,34 +18,44 @@ const LONGEST_COLUMN: usize = 40;
 const MOST_PROBLEMS: usize = 3;
 
 /// What `[tracks.columns]` most likely is, with the columns of both balls exchanged or not.
-pub(super) fn describe_guess(survey: &Survey, exchanged: bool, sheet: &mut Sheet) {
+pub(super) fn describe_guess(survey: &Survey, exchanged: bool, draft: &mut Draft) {
     if survey.guess.columns.is_empty() {
         return;
     }
-    sheet.find("In no known format: [tracks.columns] is guessed from the names of columns; check it.");
+    draft.find("In no known format: [tracks.columns] is guessed from the names of columns; check it.");
     if !survey.guess.passed.is_empty() {
-        sheet.find(format!("No positions of balls, and passed over: {}.", survey.guess.passed.join(", ")));
+        draft.find(format!("No positions of balls, and passed over: {}.", survey.guess.passed.join(", ")));
     }
-    sheet.line("\n[tracks.columns]              # guessed: check it");
+    draft.line("\n[tracks.columns]              # guessed: check it");
     if let Some(name) = &survey.guess.perhaps_time {
         let why = "its numbers grow from row to row: frame, if they number the frames, or t and [tracks] time_unit, if they are times; \
                    else each row is taken as one frame";
-        sheet.blank_line("which column is what", &format!("# frame = {}", quoted(name)), why);
+        draft.blank_line("which column is what", &format!("# frame = {}", quoted(name)), why);
     }
-    for (key, value) in &survey.guess.columns {
+    for Guessed { key, column, doubt } in &survey.guess.columns {
         // the same keys in the same order, with the columns of the other ball
-        let (mark, own) = key.strip_prefix("# ").map_or(("", *key), |own| ("# ", own));
-        let other = own.strip_prefix("cue_").map(|rest| [mark, "object_", rest]);
-        let other =
-            other.or(own.strip_prefix("object_").map(|rest| [mark, "cue_", rest])).filter(|_| exchanged);
-        let of = |key: &str| survey.guess.columns.iter().find(|(own, _)| *own == key).map(|(_, value)| value);
-        let value = other.and_then(|key| of(&key.concat())).unwrap_or(value);
-        sheet.line(format!("{key} = {value}"));
+        let other = other_ball(key).filter(|_| exchanged);
+        let column = other.and_then(|key| survey.guess.column(&key)).unwrap_or(column).shown();
+        match doubt.as_deref() {
+            None => draft.line(format!("{key} = {column}")),
+            Some("") => draft.line(format!("# {key} = {column}")),
+            Some(why) => draft.line(format!("# {key} = {column}   # {why}")),
+        }
+    }
+    if let Some(unit) = survey.guess.angle_unit {
+        draft.line(format!("angle_unit = \"{}\"", unit.name()));
     }
 }
 
+/// Returns the key for the other ball.
+fn other_ball(key: &str) -> Option<String> {
+    let object = |rest| format!("object_{rest}");
+    let cue = |rest| format!("cue_{rest}");
+    key.strip_prefix("cue_").map(object).or_else(|| key.strip_prefix("object_").map(cue))
+}
+
 /// What has to be corrected in the files before anything is read from them.
-pub(super) fn describe_problems(all: &[(&PathBuf, &Survey)], sheet: &mut Sheet) {
+pub(super) fn describe_problems(all: &[(&PathBuf, &Survey)], draft: &mut Draft) {
     let problems: Vec<&String> = all.iter().flat_map(|(_, survey)| &survey.problems).collect();
     if problems.is_empty() {
         return;
@@ -52,7 +64,7 @@ pub(super) fn describe_problems(all: &[(&PathBuf, &Survey)], sheet: &mut Sheet) 
     let more = if more > 0 { format!(" (and {more} more)") } else { String::new() };
     let shown: Vec<String> =
         problems.iter().take(MOST_PROBLEMS).map(|problem| format!("\n  {problem}")).collect();
-    sheet.find(format!("To be corrected in the files{more}:{}", shown.concat()));
+    draft.find(format!("To be corrected in the files{more}:{}", shown.concat()));
 }
 
 /// A text, or how a long one begins.
@@ -111,7 +123,7 @@ fn hint(names: &[String], second: &str) -> Option<&'static str> {
 }
 
 /// What is said of a table in no known format.
-pub(super) fn describe_columns(file: &Path, names: &[String], sheet: &mut Sheet) {
+pub(super) fn describe_columns(file: &Path, names: &[String], draft: &mut Draft) {
     let mut listed: Vec<String> =
         names.iter().take(MOST_COLUMNS).map(|name| quoted(&cut(name, LONGEST_COLUMN))).collect();
     if names.len() > MOST_COLUMNS {
@@ -124,25 +136,25 @@ pub(super) fn describe_columns(file: &Path, names: &[String], sheet: &mut Sheet)
     } else {
         format!("its first line is {}", listed.join(", "))
     };
-    sheet.find(format!(
+    draft.find(format!(
         "{}: no known format; {shown}. Say under [tracks.columns] which column is what, by its name or by its number, from 1 on.",
         file.display(),
     ));
     if let Some(hint) = hint(names, &top.second) {
-        sheet.find(hint);
+        draft.find(hint);
     }
-    sheet.line("\n[video]");
-    sheet.blank("capture_fps", "frames per second that the camera recorded at");
-    sheet.line("\n[scale]");
-    sheet.blank("length_unit", "m, cm, mm, in, ft, or px (the balls are then the ruler)");
-    describe_y_axis(sheet);
-    sheet.line("\n[tracks]");
-    sheet.noted("# cue = \"…\"", "only of a table with one row per ball and frame: its name of the cue ball");
-    sheet.noted(OBJECT, "and of the object ball");
+    draft.line("\n[video]");
+    draft.blank("capture_fps", "frames per second that the camera recorded at");
+    draft.line("\n[scale]");
+    draft.blank("length_unit", "m, cm, mm, in, ft, or px (the balls are then the ruler)");
+    describe_y_axis(draft);
+    draft.line("\n[tracks]");
+    draft.noted("# cue = \"…\"", "only of a table with one row per ball and frame: its name of the cue ball");
+    draft.noted(OBJECT, "and of the object ball");
     if is_deep {
-        sheet.line(format!("# Above the first row of numbers:\n#   {}", top.header.join("\n#   ")));
+        draft.line(format!("# Above the first row of numbers:\n#   {}", top.header.join("\n#   ")));
     } else {
-        sheet.line(format!("# The first line of the file:\n#   {}", listed.join(", ")));
+        draft.line(format!("# The first line of the file:\n#   {}", listed.join(", ")));
     }
     if let Some(row) = &top.row {
         let separator = [';', '\t', ','].into_iter().find(|c| row.contains(*c)).unwrap_or(' ');
@@ -150,17 +162,17 @@ pub(super) fn describe_columns(file: &Path, names: &[String], sheet: &mut Sheet)
         let numbered = cells.take(MOST_COLUMNS).enumerate();
         let numbered: Vec<String> =
             numbered.map(|(i, cell)| format!("{}: {}", i + 1, cut(cell.trim(), LONGEST_COLUMN))).collect();
-        sheet.line(format!(
+        draft.line(format!(
             "# The first row of numbers, with the number of each column:\n#   {}",
             numbered.join("  ")
         ));
     }
-    sheet.line("[tracks.columns]              # a column by its name, t = \"time\", or by its number, t = 1");
-    sheet.blank_line(
+    draft.line("[tracks.columns]              # a column by its name, t = \"time\", or by its number, t = 1");
+    draft.blank_line(
         "which column is what",
         "# t = …",
         "time in seconds, or frame = …; without either, each row is a frame",
     );
-    sheet.line("# One row per frame:\n# cue_x = …\n# cue_y = …\n# object_x = …\n# object_y = …");
-    sheet.line("# Or one row per ball and frame:\n# ball = …\n# x = …\n# y = …");
+    draft.line("# One row per frame:\n# cue_x = …\n# cue_y = …\n# object_x = …\n# object_y = …");
+    draft.line("# Or one row per ball and frame:\n# ball = …\n# x = …\n# y = …");
 }

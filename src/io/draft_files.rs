@@ -2,31 +2,39 @@
 
 use std::path::{Path, PathBuf};
 
-use super::draft_error::{InitError, TABLES};
+use super::draft_text::InitError;
 use super::text::decode;
 
-/// Of what is looked at where there is no table; ImageJ calls its tables .xls, OpenSim .trc, Tracker its projects .trk and .trz.
+/// Endings of tables, if a folder is named.
+const TABLES: [&str; 4] = ["csv", "txt", "tsv", "dat"];
+
+/// Endings of files that are looked at if there is no table; ImageJ calls its tables .xls, OpenSim
+/// .trc, Tracker its projects .trk and .trz.
 const OTHERS: [&str; 5] = ["json", "xls", "trc", "trk", "trz"];
 
-/// Tables are looked for so many folders below the one that is named.
+/// Number of folders below the named one in which tables are looked for.
 const DEPTH: usize = 2;
 
-/// So many files of a frame each, with at most so many boxes, are no tables of shots.
+/// Least number of files of one frame each, and most boxes in one, that are not tables of shots.
 const FRAMES: usize = 10;
 const BOXES: usize = 20;
-/// Fewer rows are no track.
+/// Most rows that are not a track.
 const FEW: usize = 5;
 
-/// How the names of files begin that tell of the data and are none.
+/// How the names of files begin that tell of the data and are no tables.
 const WORDS: [&str; 7] = ["readme", "read me", "license", "licence", "notes", "changelog", "copying"];
 
-/// A row of a table of positions or measurements has so many numbers.
+/// Least number of rows of a table, and of numbers in each.
+const ROWS: usize = 2;
 const NUMBERS: usize = 2;
 
-/// So many rows of numbers make a table.
-const ROWS: usize = 2;
+/// Joins files of one frame each, whose names end in its number.
+const JOIN: &str = "awk -v W=1920 -v H=1080 'BEGIN {print \"frame class x_center y_center width height\"} \
+                    {n = FILENAME; sub(/\\.[^.]*$/, \"\", n); sub(/.*[^0-9]/, \"\", n); print n+0, $1, $2*W, $3*H, $4*W, $5*H}' \
+                    *.txt > ../shot1.dat";
 
-/// The files, and in the place of a folder the tables in it or, where it holds none, those in its folders, or in theirs.
+/// Returns the files, and in the place of a folder the tables in it or, if it holds none, those in
+/// its folders, or in theirs.
 pub(super) fn listed(files: &[PathBuf]) -> Result<Vec<PathBuf>, InitError> {
     let mut all = Vec::new();
     for file in files {
@@ -36,31 +44,42 @@ pub(super) fn listed(files: &[PathBuf]) -> Result<Vec<PathBuf>, InitError> {
         }
         let mut levels = vec![entries(file)?];
         for level in 0..DEPTH {
+            let is_hidden =
+                |path: &Path| path.file_name().is_some_and(|name| name.to_string_lossy().starts_with('.'));
             let folders = levels[level].iter().filter(|path| path.is_dir() && !is_hidden(path));
             levels.push(folders.map(|folder| entries(folder)).collect::<Result<Vec<_>, _>>()?.concat());
         }
-        let mut tables = levels
-            .iter()
-            .flat_map(|paths| [&TABLES[..], &OTHERS[..]].map(|endings| ending_with(paths, endings)));
+        let endings = [&TABLES[..], &OTHERS[..]];
+        let mut tables = levels.iter().flat_map(|paths| endings.map(|endings| ending_with(paths, endings)));
         let Some(mut tables) = tables.find(|tables| !tables.is_empty()) else {
-            return Err(InitError::NoTables { path: file.clone() });
+            let message = format!(
+                "holds no table (a file that ends in .{}); name the files, and save a workbook's sheet as CSV",
+                TABLES.join(", .")
+            );
+            return Err(InitError::new(file, message));
         };
         tables.sort();
         all.append(&mut tables);
     }
-    match all.as_slice() {
-        [first, .., last] if all.len() >= FRAMES && [first, last].iter().all(|file| is_frame(file)) => {
-            Err(InitError::Frames {
-                folder: first.parent().map(Path::to_path_buf).unwrap_or_default(),
-                count: all.len(),
-                example: first.file_name().unwrap_or_default().to_string_lossy().into_owned(),
-            })
-        }
-        _ => Ok(all),
+    if let [first, .., last] = all.as_slice()
+        && all.len() >= FRAMES
+        && is_frame(first)
+        && is_frame(last)
+    {
+        let message = format!(
+            "{} files like {} hold one frame each, as YOLO writes them: class, x, y, width, height. Expected one table per \
+             shot, with the frame in each row: join the files of each shot, here of a picture of 1920 by 1080 pixels, in their folder \
+             by\n  {JOIN}\n(x and y in pixels already: W=1 and H=1), then caromfit init on the folder of the tables",
+            all.len(),
+            first.file_name().unwrap_or_default().to_string_lossy()
+        );
+        return Err(InitError::new(first.parent().unwrap_or(first), message));
     }
+    Ok(all)
 }
 
-/// Whether a file, which a number ends the name of, holds the boxes of a frame: class, x, y, width, height, and perhaps how sure that is.
+/// Returns whether a file, whose name ends in a number, holds the boxes of a frame: class, x, y,
+/// width, height, and perhaps how sure that is.
 fn is_frame(file: &Path) -> bool {
     let name = file.file_stem().unwrap_or_default().to_string_lossy();
     let Ok(text) = std::fs::read_to_string(file) else { return false };
@@ -75,15 +94,11 @@ fn is_frame(file: &Path) -> bool {
 }
 
 fn entries(folder: &Path) -> Result<Vec<PathBuf>, InitError> {
-    let read = folder.read_dir().map_err(|source| InitError::Read { path: folder.to_path_buf(), source })?;
+    let read = folder.read_dir().map_err(|error| InitError::unread(folder, &error))?;
     Ok(read.flatten().map(|entry| entry.path()).collect())
 }
 
-fn is_hidden(path: &Path) -> bool {
-    path.file_name().is_some_and(|name| name.to_string_lossy().starts_with('.'))
-}
-
-/// The tables among them, without what only tells of them.
+/// Returns the files among paths that have one of these endings.
 fn ending_with(paths: &[PathBuf], endings: &[&str]) -> Vec<PathBuf> {
     let is_one = |path: &&PathBuf| {
         let ending = path.extension().unwrap_or_default().to_string_lossy().to_lowercase();
@@ -92,7 +107,8 @@ fn ending_with(paths: &[PathBuf], endings: &[&str]) -> Vec<PathBuf> {
     paths.iter().filter(is_one).cloned().collect()
 }
 
-/// Whether a file that is in no known format is obviously no table: by its name, or because it has no rows of numbers.
+/// Returns whether a file that is in no known format is obviously no table: by its name, or because
+/// it has no rows of numbers.
 pub(super) fn is_no_table(file: &Path) -> bool {
     let name = file.file_name().unwrap_or_default().to_string_lossy().to_lowercase();
     if WORDS.iter().any(|word| name.starts_with(word)) {
@@ -103,22 +119,8 @@ pub(super) fn is_no_table(file: &Path) -> bool {
     text.split(['\n', '\r']).filter(|line| numbers(line) >= NUMBERS).take(ROWS).count() < ROWS
 }
 
-/// How many cells of a row are numbers, whatever separates them.
+/// Returns the number of cells of a row that are numbers, whatever separates them.
 pub(super) fn numbers(row: &str) -> usize {
     let cells = row.split([',', ';', '\t', ' ', '|']);
     cells.filter(|cell| cell.trim_matches('"').parse::<f64>().is_ok()).count()
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn rows_of_numbers_are_told_from_prose() {
-        for (row, count) in
-            [("0;1,5;2", 4), ("0\t1.5\tx", 2), ("On 3 May we filmed.", 1), ("\"1\",\"2\"", 2), ("", 0)]
-        {
-            assert_eq!(numbers(row), count, "{row}");
-        }
-    }
 }

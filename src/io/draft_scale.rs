@@ -2,7 +2,7 @@
 
 use std::path::{Path, PathBuf};
 
-use super::draft_sheet::Sheet;
+use super::draft_text::Draft;
 use super::tracking::{metres, strange_unit};
 use super::{Survey, header};
 
@@ -74,7 +74,7 @@ impl Lengths {
     }
 
     /// The radius: at most half of how near the centres come to each other, where the scale is known.
-    pub(super) fn describe_radius(&self, sheet: &mut Sheet) {
+    pub(super) fn describe_radius(&self, draft: &mut Draft) {
         let unit = self.stated.or(self.look_like_metres().then_some("m"));
         let nearest =
             unit.and_then(metres).map(|metres| 1e3 * self.nearest * metres).filter(|mm| mm.is_finite());
@@ -83,42 +83,42 @@ impl Lengths {
             Some((nearest, ball, radius))
         });
         if let Some((nearest, ball, radius)) = ball {
-            sheet.find(format!(
+            draft.find(format!(
                 "The centres come as near as {nearest:.1} mm: radius at most {:.2} mm, as {ball} balls have.",
                 0.5 * nearest
             ));
             let why = format!("a {ball} ball: the centres come as near as {nearest:.1} mm");
-            return sheet.noted(format!("radius_m = {:?}", 1e-3 * radius), why);
+            return draft.noted(format!("radius_m = {:?}", 1e-3 * radius), why);
         }
         if let (Some(nearest), Some(stated)) = (nearest, self.stated) {
-            sheet.find(format!(
+            draft.find(format!(
                 "The centres come no nearer than {nearest:.1} mm, which is not the diameter of a ball: is {stated}, as the file \
                  states, the right unit, and are the two tracks those of the balls?{}",
                 self.other_unit().replacen(';', " Else", 1)
             ));
         }
         let why = "a pool ball; carom 0.03075, snooker 0.02625: correct it if it is another";
-        sheet.noted("radius_m = 0.028575", why);
+        draft.noted("radius_m = 0.028575", why);
     }
 
-    pub(super) fn describe_scale(&self, sheet: &mut Sheet) {
+    pub(super) fn describe_scale(&self, draft: &mut Draft) {
         let (extent, nearest) = (self.extent, self.nearest);
-        sheet.line("\n[scale]");
+        draft.line("\n[scale]");
         if let Some(unit) = self.stated {
-            sheet.noted(format!("length_unit = \"{unit}\""), "as the file states");
+            draft.noted(format!("length_unit = \"{unit}\""), "as the file states");
         } else if self.look_like_metres() {
             let why = format!("the positions span {extent:.3}: metres, if the film was calibrated");
-            sheet.noted("length_unit = \"m\"", why);
+            draft.noted("length_unit = \"m\"", why);
         } else {
             let other = self.other_unit();
             if let Some((file, unit)) = &self.strange {
-                sheet.find(format!(
+                draft.find(format!(
                     "{}: {unit} is no unit that is known here (m, cm, mm, in, ft, px): with length_unit = \"px\" the balls are \
                      the ruler, whatever the unit is.",
                     file.display()
                 ));
             } else if METRES.contains(&extent) {
-                sheet.find(format!(
+                draft.find(format!(
                     "The positions span {extent:.3}, but the centres come no nearer than {nearest:.4}, which is not the diameter \
                      of a ball in metres{other}. Where the unit is not known, write px: the balls are then the ruler."
                 ));
@@ -133,12 +133,12 @@ impl Lengths {
                     format!(", the centres come as near as {nearest:.4}{other}")
                 }
             );
-            sheet.blank("length_unit", &why);
+            draft.blank("length_unit", &why);
         }
-        describe_y_axis(sheet);
+        describe_y_axis(draft);
     }
 }
 
-pub(super) fn describe_y_axis(sheet: &mut Sheet) {
-    sheet.noted("y_axis = \"up\"", "\"down\" where y grows downwards, as in pixels of a picture");
+pub(super) fn describe_y_axis(draft: &mut Draft) {
+    draft.noted("y_axis = \"up\"", "\"down\" where y grows downwards, as in pixels of a picture");
 }

@@ -1,19 +1,15 @@
 //! Files of measured collisions: `dataset.toml`, the tables that it names, and results that are read back.
 
-mod angles;
 pub(crate) mod balls_section;
 pub mod cases;
 pub(crate) mod covariance;
 pub mod draft;
-mod draft_answers;
 mod draft_columns;
-mod draft_error;
 mod draft_files;
 mod draft_scale;
-mod draft_sheet;
+mod draft_text;
 pub(crate) mod error;
 mod fit_section;
-mod impacts;
 mod impacts_section;
 mod manifest;
 mod number;
@@ -63,24 +59,16 @@ fn load_manifest(manifest: Manifest) -> Result<Dataset, DatasetError> {
     let mut shots: Vec<Shot> = Vec::new();
     for table in files.iter().filter(|_| tracks.is_none()) {
         let Some(table) = Table::read(table, &problems) else { continue };
-        let by = by.filter(|by| {
-            if !table.has(by) {
-                let near = did_you_mean(by, table.names());
-                let message =
-                    format!("by is \"{by}\", but {} has no such column{near}", table.path.display());
-                problems.add(&dataset.path, line, position.as_str(), message);
-            }
-            table.has(by)
-        });
-        let read = match kind {
-            Kind::Impacts => impacts::shots,
-            Kind::Angles | Kind::Tracks => angles::shots,
-        };
-        let mut own = read(&table, assume);
+        if let Some(by) = by.filter(|by| !table.has(by)) {
+            let near = did_you_mean(by, table.names());
+            let message = format!("by is \"{by}\", but {} has no such column{near}", table.path.display());
+            problems.add(&dataset.path, line, position.as_str(), message);
+        }
+        let mut own = rows::shots(&table, kind, assume);
         let kept = own.first().into_iter().flat_map(|shot| shot.labels.keys());
         let kept: Vec<&String> = kept.filter(|label| by != Some(label.as_str())).collect();
         dataset.taken.extend(rows::labels_note(&table.path, &kept));
-        if let Some(by) = by {
+        if let Some(by) = by.filter(|by| table.has(by)) {
             for row in (0..table.rows()).filter(|row| table.text(by, *row).is_none()) {
                 table.wrong(row, by, "is empty; expected a label, since [fit] by names this column");
             }

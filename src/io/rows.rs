@@ -1,78 +1,191 @@
-//! What the tables of both kinds share: values with standard deviations, spins, observables.
+//! Tables of measured shots, one a row: values with standard deviations, spins, observables,
+//! labels.
+//!
+//! (n_x, n_y) is a unit vector, which can err only across itself: an error σ of its direction (rad)
+//! gives its components the standard deviations `nx_sd` = σ|n_y| and `ny_sd` = σ|n_x|, whose
+//! squares add up to σ² again.
 
 use std::collections::BTreeMap;
+use std::f64::consts::FRAC_PI_2;
 use std::path::Path;
 
 use super::error::{did_you_mean, nearest, similarity};
-use super::manifest::Assume;
+use super::manifest::{Assume, Kind};
 use super::table::Table;
-use crate::measurement::dataset::{Measured, Measurement};
+use crate::measurement::dataset::{Before, Measured, Measurement, Shot};
 use crate::measurement::observable::Observable;
 use crate::measurement::spin::Spin;
-use crate::measurement::valid::{Fault, POSITIVE};
+use crate::measurement::valid::{Fault, POSITIVE, is_unit};
 use crate::physics::ball::Vec3;
 
-/// A column of numbers and the one of its standard deviations, in the file's units.
-pub(crate) struct Column {
-    values: Vec<Option<f64>>,
-    sds: Option<Vec<Option<f64>>>,
-    unit_si: f64,
+/// Values of a column with their standard deviations, SI and radians; `None` where a cell is empty
+/// or wrong.
+pub(crate) type Values = Vec<Option<Measured>>;
+
+/// Returns a column of numbers with that of their standard deviations, which must be positive;
+/// `None` if it is not there.
+pub(crate) fn values(table: &Table, name: &str, unit_si: f64) -> Option<Values> {
+    let values = table.numbers(name)?;
+    let sd_name = format!("{name}_sd");
+    let sds = table.numbers(&sd_name).unwrap_or_else(|| vec![None; values.len()]);
+    for (row, sd) in sds.iter().enumerate() {
+        // also one that is lost when it becomes radians
+        if sd.is_some_and(|sd| Fault::of_number(&sd_name, sd * unit_si, POSITIVE).is_some()) {
+            let text = table.text(&sd_name, row).unwrap_or_default();
+            let message = format!("{text} is no standard deviation; expected more than 0");
+            table.wrong(row, sd_name.as_str(), message);
+        }
+    }
+    let measured = |(value, sd): (Option<f64>, Option<f64>)| {
+        Some(Measured { value: value? * unit_si, sd: sd.map(|sd| sd * unit_si) })
+    };
+    Some(values.into_iter().zip(sds).map(measured).collect())
 }
 
-impl Column {
-    /// `None` if the column is not there. Checks that standard deviations are positive.
-    pub(crate) fn read(table: &Table, name: &str, unit_si: f64) -> Option<Self> {
-        let values = table.numbers(name)?;
-        let sd_name = format!("{name}_sd");
-        let sds = table.numbers(&sd_name);
-        for (row, sd) in sds.iter().flatten().enumerate() {
-            // also one that is lost when it becomes radians
-            if sd.is_some_and(|sd| Fault::of_number(&sd_name, sd * unit_si, POSITIVE).is_some()) {
-                let text = table.text(&sd_name, row).unwrap_or_default();
-                let message = format!("{text} is no standard deviation; expected more than 0");
-                table.wrong(row, sd_name.as_str(), message);
-            }
-        }
-        Some(Self { values, sds, unit_si })
-    }
+/// What a table of a kind has in its columns.
+struct Layout {
+    /// Columns of the state before the impact, with their units in SI.
+    before: &'static [(&'static str, f64)],
+    /// Columns that must be there and full.
+    required: &'static [&'static str],
+    spin: [&'static str; 3],
+    observables: &'static [Observable],
+}
 
-    /// In SI units and radians.
-    pub(crate) fn measured(&self, row: usize) -> Option<Measured> {
-        let value = self.values[row]? * self.unit_si;
-        let sd = self.sds.as_ref().and_then(|sds| sds[row]).map(|sd| sd * self.unit_si);
-        Some(Measured { value, sd })
+/// Radians in a degree.
+const DEGREE: f64 = std::f64::consts::PI / 180.0;
+
+const ANGLES: Layout = Layout {
+    before: &[("cut_deg", DEGREE), ("speed_m_s", 1.0)],
+    required: &["cut_deg"],
+    spin: ["omega_x", "omega_y", "omega_z"],
+    observables: &Observable::ANGLES,
+};
+
+const IMPACTS: Layout = Layout {
+    before: &[("nx", 1.0), ("ny", 1.0), ("cue_vx", 1.0), ("cue_vy", 1.0)],
+    required: &[
+        "shot",
+        "nx",
+        "ny",
+        "cue_vx",
+        "cue_vy",
+        "cue_vx_after",
+        "cue_vy_after",
+        "obj_vx_after",
+        "obj_vy_after",
+    ],
+    spin: ["cue_wx", "cue_wy", "cue_wz"],
+    observables: &Observable::IMPACTS,
+};
+
+/// Returns the shots of a table, one a row; rows with problems are left out.
+pub(crate) fn shots(table: &Table, kind: Kind, assume: Option<Assume>) -> Vec<Shot> {
+    let is_impacts = kind == Kind::Impacts;
+    let layout = if is_impacts { IMPACTS } else { ANGLES };
+    let mut known = vec!["shot", "cue_spin"];
+    known.extend(layout.before.iter().map(|(name, _)| *name));
+    known.extend(layout.spin);
+    known.extend(layout.observables.iter().map(|observable| observable.column()));
+    check_names(table, &known);
+    for column in layout.required {
+        table.require(column, &known);
     }
+    let inputs: Vec<Option<Values>> =
+        layout.before.iter().map(|(name, unit_si)| values(table, name, *unit_si)).collect();
+    let observables = Observables::read(table, layout.observables);
+    if !is_impacts {
+        observables.require(table, layout.observables, &known);
+    }
+    let spins = spins(table, layout.spin, assume);
+    let mut shots = Vec::with_capacity(table.rows());
+    for row in 0..table.rows() {
+        let inputs: Vec<Option<Measured>> =
+            inputs.iter().map(|values| values.as_ref().and_then(|values| values[row])).collect();
+        let before = if is_impacts { impact(table, row, &inputs) } else { angle(table, row, &inputs) };
+        let after = observables.row(table, row);
+        let spin = spins.get(row).copied().flatten();
+        let (Some(before), Some(spin)) = (before, spin) else { continue };
+        let name = table.text("shot", row).unwrap_or_default();
+        shots.push(Shot {
+            file: table.path.clone(),
+            line: table.line(row),
+            labels: labels(table, &known, row),
+            ..Shot::new(name, before, spin, after)
+        });
+    }
+    shots
+}
+
+/// Returns the cut angle of a row, and the speed if it is stated.
+fn angle(table: &Table, row: usize, inputs: &[Option<Measured>]) -> Option<Before> {
+    let [cut, speed] = *inputs else { return None };
+    let wrong = |column: &str, message: &str| {
+        table.wrong(row, column, format!("{} {message}", table.text(column, row).unwrap_or_default()));
+    };
+    if cut.is_some_and(|cut| cut.value.abs() >= FRAC_PI_2) {
+        wrong("cut_deg", "is no cut angle; expected degrees, more than -90 and less than 90");
+    }
+    if speed.is_some_and(|speed| speed.value <= 0.0) {
+        wrong("speed_m_s", "is no speed; expected more than 0");
+    }
+    Some(Before::Angle { cut: cut?, speed })
+}
+
+/// Returns the line of centres and the velocity of a row.
+fn impact(table: &Table, row: usize, inputs: &[Option<Measured>]) -> Option<Before> {
+    let [Some(nx), Some(ny), Some(vx), Some(vy)] = *inputs else { return None };
+    let length = nx.value.hypot(ny.value);
+    let written = |columns: [&str; 2]| {
+        let [x, y] = columns.map(|column| table.text(column, row).unwrap_or_default());
+        format!("({x}, {y})")
+    };
+    if !is_unit(nx.value, ny.value) {
+        let message = format!(
+            "the line of centres (nx, ny) = {} has the length {length:?}; expected a unit vector",
+            written(["nx", "ny"])
+        );
+        table.wrong(row, "nx", message);
+    } else if nx.value * vx.value + ny.value * vy.value <= 0.0 {
+        let message = format!(
+            "the cue ball's velocity {} takes it away from the object ball; expected one that approaches \
+             along the line of centres (nx, ny) = {}, which points from cue ball to object ball",
+            written(["cue_vx", "cue_vy"]),
+            written(["nx", "ny"])
+        );
+        table.wrong(row, "cue_vx", message);
+    }
+    let unit = |n: Measured| Measured { value: n.value / length, sd: n.sd };
+    Some(Before::Impact { normal: [unit(nx), unit(ny)], velocity: [vx, vy] })
 }
 
 /// The observables that a table has, and their columns.
-pub(crate) struct Observables(Vec<(Observable, Column)>);
+struct Observables(Vec<(Observable, Values)>);
 
 impl Observables {
-    pub(crate) fn read(table: &Table, known: &[Observable]) -> Self {
+    fn read(table: &Table, known: &[Observable]) -> Self {
         let mut found = Vec::new();
         for observable in known {
             let name = observable.column();
-            let Some(column) = Column::read(table, name, observable.unit_si()) else { continue };
-            if column.sds.is_some() {
-                let sd_name = format!("{name}_sd");
-                let mut full = (0..table.rows()).filter(|row| column.values[*row].is_some());
-                let has_sd = |row: &usize| table.text(&sd_name, *row).is_some();
-                let with = full.clone().find(has_sd);
-                if let (Some(with), Some(without)) = (with, full.find(|row| !has_sd(row))) {
-                    let message = format!(
-                        "is empty, but line {} has one; give a standard deviation for every {name} or for none",
-                        table.line(with)
-                    );
-                    table.wrong(without, sd_name.as_str(), message);
-                }
+            let Some(values) = values(table, name, observable.unit_si()) else { continue };
+            let sd_name = format!("{name}_sd");
+            let mut full = (0..table.rows()).filter(|row| values[*row].is_some());
+            let has_sd = |row: &usize| table.text(&sd_name, *row).is_some();
+            let with = full.clone().find(has_sd);
+            if let (Some(with), Some(without)) = (with, full.find(|row| !has_sd(row))) {
+                let message = format!(
+                    "is empty, but line {} has one; give a standard deviation for every {name} or for none",
+                    table.line(with)
+                );
+                table.wrong(without, sd_name.as_str(), message);
             }
-            found.push((*observable, column));
+            found.push((*observable, values));
         }
         Self(found)
     }
 
     /// Complains if there is no column of them. `inputs` are the columns that mean something else.
-    pub(crate) fn require(&self, table: &Table, known: &[Observable], inputs: &[&str]) {
+    fn require(&self, table: &Table, known: &[Observable], inputs: &[&str]) {
         if !self.0.is_empty() {
             return;
         }
@@ -87,29 +200,28 @@ impl Observables {
         table.wrong_name(None, message);
     }
 
-    /// What a row has; complains if that is nothing.
-    pub(crate) fn row(&self, table: &Table, row: usize) -> Vec<Measurement> {
-        let measurement = |(observable, column): &(Observable, Column)| {
-            Some(Measurement { observable: *observable, measured: column.measured(row)? })
+    /// Returns what was observed in a row; complains if that is nothing.
+    fn row(&self, table: &Table, row: usize) -> Vec<Measurement> {
+        let measurement = |(observable, values): &(Observable, Values)| {
+            Some(Measurement { observable: *observable, measured: values[row]? })
         };
-        let found: Vec<_> = self.0.iter().filter_map(measurement).collect();
         let names: Vec<_> = self.0.iter().map(|(observable, _)| observable.column()).collect();
         if !names.is_empty() && names.iter().all(|name| table.text(name, row).is_none()) {
             let message = format!("nothing observed in this row; expected a value in {}", names.join(" or "));
             table.wrong(row, None, message);
         }
-        found
+        self.0.iter().filter_map(measurement).collect()
     }
 }
 
-/// The spin of every row: a word column, three number columns, or what dataset.toml assumes. Rows are
-/// left out if something is wrong with them.
-pub(crate) fn spins(table: &Table, columns: [&str; 3], assume: Option<Assume>) -> Vec<Spin> {
+/// Returns the spin of every row: a word, three numbers, or what dataset.toml assumes; `None` for
+/// rows with problems, nothing if the columns are wrong.
+fn spins(table: &Table, columns: [&str; 3], assume: Option<Assume>) -> Vec<Option<Spin>> {
+    let all = columns.join(", ");
     let present = columns.iter().filter(|column| table.has(column)).count();
     if (1..3).contains(&present) {
         for column in columns.iter().filter(|column| !table.has(column)) {
-            let message =
-                format!("is missing from the column names; expected all three of {}", columns.join(", "));
+            let message = format!("is missing from the column names; expected all three of {all}");
             table.wrong_name(*column, message);
         }
         return Vec::new();
@@ -119,57 +231,54 @@ pub(crate) fn spins(table: &Table, columns: [&str; 3], assume: Option<Assume>) -
         let said = if assume.is_none() {
             "nothing says how the cue ball spins; expected [cue_spin] assume = \"stun\", \"natural-roll\" or \
              \"unknown\" in dataset.toml, a column cue_spin, or"
-                .to_string()
         } else {
-            "[cue_spin] says that the spin is measured; expected".to_string()
+            "[cue_spin] says that the spin is measured; expected"
         };
-        let message = format!("{said} columns {}", columns.join(", "));
-        table.wrong_name(None, message);
+        table.wrong_name(None, format!("{said} columns {all}"));
         return Vec::new();
     }
-    let numbers = columns.map(|column| Column::read(table, column, 1.0));
-    let spins = (0..table.rows()).filter_map(|row| {
-        let components = numbers.each_ref().map(|c| c.as_ref().and_then(|column| column.measured(row)));
+    let numbers = columns.map(|column| values(table, column, 1.0));
+    let spin = |row: usize| {
+        let components = numbers.each_ref().map(|values| values.as_ref().and_then(|values| values[row]));
         let written = columns.map(|column| table.text(column, row).is_some());
-        let wrong = |column: &str, message: String| {
-            table.wrong(row, column, message);
-            None
-        };
         let word = table.text("cue_spin", row);
         let said = spin_word(table, row).ok()?;
-        if let Some(empty) = written.iter().position(|w| !w).filter(|_| written.contains(&true)) {
-            let message = "is empty; expected all three components of the spin or none".to_string();
-            return wrong(columns[empty], message);
-        }
-        if written == [true; 3] {
-            if let (Some(word), false) = (word, matches!(said, None | Some(Assume::Measured))) {
-                let message =
-                    format!("\"{word}\", but {} have values; expected only one", columns.join(", "));
-                return wrong("cue_spin", message);
+        let of_word = if word.is_some() { "cue_spin" } else { columns[0] };
+        let (column, message) = match (written, said, said.or(assume)) {
+            ([true, true, true], None | Some(Assume::Measured), _) => return measured(components),
+            ([true, true, true], ..) => {
+                let word = word.unwrap_or_default();
+                ("cue_spin", format!("\"{word}\", but {all} have values; expected only one"))
             }
-            // a cell that is no number has been complained about
-            return measured(components);
-        }
-        let Some(said) = said.or(assume) else {
-            let message = "is empty, and dataset.toml has no [cue_spin]; expected a spin".to_string();
-            return wrong(if has_words { "cue_spin" } else { columns[0] }, message);
+            ([false, false, false], _, Some(said)) => match said.spin() {
+                Some(spin) => return Some(spin),
+                None => (of_word, format!("the spin is said to be measured; expected values in {all}")),
+            },
+            ([false, false, false], _, None) => {
+                let column = if has_words { "cue_spin" } else { columns[0] };
+                (column, "is empty, and dataset.toml has no [cue_spin]; expected a spin".to_string())
+            }
+            _ => {
+                let empty = written.iter().position(|written| !written).unwrap_or(0);
+                (columns[empty], EMPTY_COMPONENT.to_string())
+            }
         };
-        said.spin().or_else(|| {
-            let message =
-                format!("the spin is said to be measured; expected values in {}", columns.join(", "));
-            wrong(if word.is_some() { "cue_spin" } else { columns[0] }, message)
-        })
-    });
-    spins.collect()
+        table.wrong(row, column, message);
+        None
+    };
+    (0..table.rows()).map(spin).collect()
 }
 
-/// The spin of all three components.
+pub(crate) const EMPTY_COMPONENT: &str = "is empty; expected all three components of the spin or none";
+
+/// Returns the spin of all three components.
 pub(crate) fn measured(components: [Option<Measured>; 3]) -> Option<Spin> {
     let [Some(x), Some(y), Some(z)] = components else { return None };
     Some(Spin::Measured { spin: Vec3::new(x.value, y.value, z.value), sd: [x.sd, y.sd, z.sd] })
 }
 
-/// What the cell of a row says of the cue ball's spin; `Err` where that is no word for it, which is complained about.
+/// Returns what the cell of a row says of the cue ball's spin; `Err` if that is no word for it,
+/// which is complained about.
 pub(crate) fn spin_word(table: &Table, row: usize) -> Result<Option<Assume>, ()> {
     let Some(word) = table.text("cue_spin", row) else { return Ok(None) };
     Assume::of(word).map(Some).ok_or_else(|| {
@@ -179,12 +288,11 @@ pub(crate) fn spin_word(table: &Table, row: usize) -> Result<Option<Assume>, ()>
     })
 }
 
-/// Columns that are neither input nor observable, as text.
+/// Returns columns that are neither input nor observable, as text.
 pub(crate) fn labels(table: &Table, known: &[&str], row: usize) -> BTreeMap<String, String> {
-    let is_known =
-        |name: &str| known.contains(&name) || name.strip_suffix("_sd").is_some_and(|n| known.contains(&n));
+    let is_label = |name: &&str| !known.contains(&name.strip_suffix("_sd").unwrap_or(name));
     let label = |name: &str| (name.to_string(), table.text(name, row).unwrap_or_default().to_string());
-    table.names().filter(|name| !is_known(name)).map(label).collect()
+    table.names().filter(is_label).map(label).collect()
 }
 
 /// Says which columns of a table are kept as labels.
@@ -216,21 +324,7 @@ pub(crate) fn check_names(table: &Table, known: &[&str]) {
 }
 
 /// What people write for standard deviation, behind the name of a column or before it.
-const SPREADS: [&str; 13] = [
-    "std",
-    "sdev",
-    "stdev",
-    "stddev",
-    "std_dev",
-    "err",
-    "error",
-    "sigma",
-    "unc",
-    "uncertainty",
-    "se",
-    "stderr",
-    "std_err",
-];
+const SPREADS: &str = "std sdev stdev stddev std_dev err error sigma unc uncertainty se stderr std_err sd";
 
 /// Longer names may have one slip of the pen, and the longest two, and are not another word then.
 const ONE_SLIP: usize = 5;
@@ -240,27 +334,22 @@ const TWO_SLIPS: usize = 9;
 /// deviation, or one or two slips of the pen in a long name.
 pub(crate) fn near_miss(name: &str, known: &[&str], has: impl Fn(&str) -> bool) -> Option<String> {
     let plain = name.to_lowercase().replace([' ', '-', '.'], "_");
-    let is_known = |name: &str| known.contains(&name.strip_suffix("_sd").unwrap_or(name));
-    if is_known(&plain) {
+    if known.contains(&plain.strip_suffix("_sd").unwrap_or(&plain)) {
         return None;
     }
-    let is_missing = |name: &String| !has(name);
-    let spread_of = |name: &str| {
-        let mut words = SPREADS.into_iter().chain(["sd"]);
-        let bare = |word| {
-            let rest = name.strip_suffix(word).or_else(|| name.strip_prefix(word))?;
-            Some(rest.trim_matches('_')).filter(|rest| known.contains(rest))
-        };
-        words.find_map(bare).map(|of| format!("{of}_sd"))
+    let bare = |word: &str| {
+        let rest = plain.strip_suffix(word).or_else(|| plain.strip_prefix(word))?;
+        Some(rest.trim_matches('_')).filter(|rest| known.contains(rest))
     };
+    let spread_of = SPREADS.split(' ').find_map(bare).map(|of| format!("{of}_sd"));
     let slips = |known: &str| {
-        let most = [ONE_SLIP, TWO_SLIPS].iter().filter(|least| known.len() >= **least).count();
+        let most = usize::from(known.len() >= ONE_SLIP) + usize::from(known.len() >= TWO_SLIPS);
         let slips = strsim::damerau_levenshtein(&plain, known);
         (slips <= most).then_some(slips)
     };
     let all = known.iter().flat_map(|name| [(*name).to_owned(), format!("{name}_sd")]);
-    let nearly = all.filter(is_missing).filter_map(|known| Some((slips(&known)?, known))).min();
-    spread_of(&plain).filter(is_missing).or(nearly.map(|(_, known)| known))
+    let nearly = all.filter(|name| !has(name)).filter_map(|known| Some((slips(&known)?, known))).min();
+    spread_of.filter(|name| !has(name)).or(nearly.map(|(_, known)| known))
 }
 
 #[cfg(test)]
@@ -282,20 +371,7 @@ mod tests {
         ] {
             assert_eq!(near(name).as_deref(), Some(meant), "{name}");
         }
-        for label in [
-            "cloth",
-            "shots",
-            "cue_v",
-            "nz",
-            "obj_vx",
-            "notes",
-            "treatment",
-            "nx_sd",
-            "nx",
-            "throw",
-            "n",
-            "day",
-        ] {
+        for label in "cloth shots cue_v nz obj_vx notes treatment nx_sd nx throw n day".split(' ') {
             assert_eq!(near(label), None, "{label}");
         }
     }

@@ -1,35 +1,41 @@
 //! A table with commas, semicolons or tabs between its cells, with the place of every cell in its file.
 
-use crate::measurement::number::count_of;
 use std::borrow::Cow;
 use std::fs;
 use std::path::{Path, PathBuf};
 
-use super::error::{Problems, nearest};
-use super::number::{Cell, Mark, Place, parse};
-use super::text::{Separator, decode, filled_lines, quoted_cell, without_separator_line};
+use polars::prelude::{Column, DataFrame, StringChunked};
 
-/// The rows of a file, all cells as text without the blanks around them, and where what is wrong with them is put.
+use super::error::{Problems, nearest};
+use super::number::{Mark, Place, parse};
+use super::text::{Separator, Slip, cells, decode, filled_lines, line_end, without_separator_line};
+use crate::measurement::number::count_of;
+
+/// The rows of a file as a data frame of text, with the line of each, and where what is wrong with
+/// them is put.
 pub(crate) struct Table<'a> {
     pub path: PathBuf,
     pub problems: &'a Problems,
-    /// Where it is no comma, decimals may have one.
+    /// If it is not a comma, decimals may have one.
     separator: char,
-    header: Record,
-    /// Each with as many cells as the header.
-    rows: Vec<Record>,
+    /// The line of the names of columns.
+    header: usize,
+    /// The line of each row.
+    lines: Vec<usize>,
+    /// Cells without the blanks around them, null where they are empty.
+    frame: DataFrame,
 }
 
-/// A record of the file: the line where it starts, and its cells without the blanks around them.
+/// A record of the file: the line where it starts, and its cells.
 #[derive(Debug, PartialEq)]
-struct Record {
+struct Record<'t> {
     line: usize,
-    cells: Vec<String>,
+    cells: Vec<Cow<'t, str>>,
 }
 
 impl<'a> Table<'a> {
-    /// Comments (`#`) and lines with nothing but blanks and commas are passed over. `None` if it cannot
-    /// be read; what is wrong is then among the problems.
+    /// Reads a file, without comments (`#`) and lines of nothing but blanks and commas. `None` if
+    /// it cannot be read; what is wrong is then among the problems.
     pub(crate) fn read(path: &Path, problems: &'a Problems) -> Option<Self> {
         let text = read_utf8(path, problems)?;
         let (text, told) = without_separator_line(text.into());
@@ -45,35 +51,22 @@ impl<'a> Table<'a> {
             }
             return None;
         }
-        let header = rows.remove(0);
-        check_header(path, &header, problems)?;
-        let expected = header.cells.len();
-        let all = rows.len();
-        rows.retain(|record| {
-            let found = record.cells.len();
-            let name = Separator::Char(separator).name();
-            let hint = match (found > expected, separator) {
-                _ if found == expected => return true,
-                (true, ',') => {
-                    "write decimals with a point, and text that has commas in quotation marks".to_string()
-                }
-                (true, _) => format!("write text that has {name} in quotation marks"),
-                (false, _) => format!("leave a cell empty, but keep its {}", name.trim_end_matches('s')),
-            };
-            let cells = count_of(found, "cell");
-            let message = format!("{cells}; expected {expected}, as in the header; {hint}");
-            problems.add(path, record.line, None, message);
-            false
-        });
-        if rows.is_empty() {
-            if all == 0 && slips.is_empty() {
-                let hint = if text.contains("\n#") { " (lines that begin with # are comments)" } else { "" };
-                let message = format!("no rows below the column names; expected at least one{hint}");
-                problems.add(path, header.line, None, message);
-            }
-            return None;
+        let Record { line: header, cells: names } = rows.remove(0);
+        check_header(path, header, &names, problems)?;
+        if rows.is_empty() && slips.is_empty() {
+            let hint = if text.contains("\n#") { " (lines that begin with # are comments)" } else { "" };
+            let message = format!("no rows below the column names; expected at least one{hint}");
+            problems.add(path, header, None, message);
         }
-        Some(Self { path: path.to_path_buf(), problems, separator, header, rows })
+        rows.retain(|row| has_width(row, names.len(), separator, path, problems));
+        let column = |(i, name): (usize, &Cow<str>)| {
+            let cells = rows.iter().map(|row| Some(row.cells[i].as_ref()).filter(|cell| !cell.is_empty()));
+            Column::new(name.as_ref().into(), cells.collect::<Vec<Option<&str>>>())
+        };
+        let frame = DataFrame::new(rows.len(), names.iter().enumerate().map(column).collect());
+        let lines = rows.iter().map(|row| row.line).collect();
+        let table = Self { path: path.to_path_buf(), problems, separator, header, lines, frame: frame.ok()? };
+        (table.rows() > 0).then_some(table)
     }
 
     /// Complains about a cell.
@@ -88,54 +81,56 @@ impl<'a> Table<'a> {
 
     /// Complains about the name of a column, or about all of them.
     pub(crate) fn wrong_name<'c>(&self, column: impl Into<Option<&'c str>>, message: impl Into<String>) {
-        self.problems.add(&self.path, self.header.line, column, message);
+        self.problems.add(&self.path, self.header, column, message);
     }
 
     pub(crate) fn rows(&self) -> usize {
-        self.rows.len()
+        self.lines.len()
     }
 
-    /// The row that begins in a line.
+    /// Returns the row that begins in a line.
     pub(crate) fn row(&self, line: usize) -> Option<usize> {
-        self.rows.binary_search_by_key(&line, |row| row.line).ok()
+        self.lines.binary_search(&line).ok()
     }
 
-    /// Line of a row in the file.
+    /// Returns the line of a row in the file.
     pub(crate) fn line(&self, row: usize) -> usize {
-        self.rows[row].line
+        self.lines[row]
     }
 
     pub(crate) fn names(&self) -> impl Iterator<Item = &str> {
-        self.header.cells.iter().map(String::as_str)
+        self.frame.columns().iter().map(|column| column.name().as_str())
     }
 
     pub(crate) fn has(&self, column: &str) -> bool {
-        self.names().any(|name| name == column)
+        self.column(column).is_some()
     }
 
-    /// The cell, `None` if it is empty or there is no such column.
+    fn column(&self, name: &str) -> Option<&StringChunked> {
+        let column = self.frame.get_column_index(name)?;
+        self.frame.columns()[column].str().ok()
+    }
+
+    /// Returns a cell; `None` if it is empty or there is no such column.
     pub(crate) fn text(&self, column: &str, row: usize) -> Option<&str> {
-        let column = self.names().position(|name| name == column)?;
-        Some(self.rows[row].cells[column].as_str()).filter(|text| !text.is_empty())
+        self.column(column)?.get(row)
     }
 
-    /// A column of numbers: `None` where a cell is empty, and a problem for each that is no finite
-    /// number. `None` for the column if it is not there.
+    /// Returns a column of numbers: `None` where a cell is empty, and a problem for each that is no
+    /// finite number. `None` if there is no such column.
     pub(crate) fn numbers(&self, column: &str) -> Option<Vec<Option<f64>>> {
-        if !self.has(column) {
-            return None;
-        }
+        let cells = self.column(column)?;
         let mut marks = Mark::default();
-        let number = |row| {
-            let text = self.text(column, row)?;
+        let number = |(row, text): (usize, Option<&str>)| {
+            let text = text?;
             let cell =
                 Place { file: &self.path, line: self.line(row), column, text, problems: self.problems };
             let mut plain = Cow::Borrowed(text);
             if self.separator != ','
-                && let Ok(Cell::Number(_, mark)) = parse(text)
+                && let Ok(Some(number)) = parse(text)
             {
                 plain = text.replacen(',', ".", 1).into();
-                marks.see(mark, cell);
+                marks.see(number.mark, cell);
             }
             let number = plain.parse().ok().filter(|x: &f64| x.is_finite());
             if number.is_none() {
@@ -143,13 +138,13 @@ impl<'a> Table<'a> {
             }
             number
         };
-        let numbers = (0..self.rows()).map(number).collect();
+        let numbers = cells.iter().enumerate().map(number).collect();
         marks.finish(&self.path, self.problems);
         Some(numbers)
     }
 
-    /// Complains about a column that must be there and full. `known` are the columns that mean
-    /// something: a misspelled one is not among them.
+    /// Complains unless a column is there and full. `known` are the columns that mean something: a
+    /// misspelled one is not among them.
     pub(crate) fn require(&self, column: &str, known: &[&str]) {
         if !self.has(column) {
             let near = nearest(column, self.names().filter(|name| !known.contains(name)));
@@ -162,16 +157,11 @@ impl<'a> Table<'a> {
     }
 }
 
-/// A file as text, without byte order mark. `None` if that fails; why is then among the problems.
+/// Returns a file as text, without byte order mark. `None` if that fails; why is then among the
+/// problems.
 pub(crate) fn read_utf8(path: &Path, problems: &Problems) -> Option<String> {
-    let bytes = match fs::read(path) {
-        Ok(bytes) => bytes,
-        Err(error) => {
-            problems.add(path, None, None, format!("cannot be read: {error}"));
-            return None;
-        }
-    };
-    match decode(&bytes) {
+    let wrong = |error| problems.add(path, None, None, format!("cannot be read: {error}"));
+    match decode(&fs::read(path).map_err(wrong).ok()?) {
         (text, None) => Some(text.into_owned()),
         (_, line) => {
             problems.add(path, line, None, "is not UTF-8 text; save the file as UTF-8");
@@ -180,7 +170,8 @@ pub(crate) fn read_utf8(path: &Path, problems: &Problems) -> Option<String> {
     }
 }
 
-/// What most likely stands between the cells of a table: what its line of names has most of.
+/// Returns what most likely stands between the cells of a table: what its line of names has most
+/// of.
 pub(crate) fn separator(text: &str) -> char {
     let names = filled_lines(text).find(|(_, line)| !line.trim_start().starts_with('#'));
     let first = names.map_or("", |(_, line)| line);
@@ -188,87 +179,86 @@ pub(crate) fn separator(text: &str) -> char {
     ['\t', ';', ','].into_iter().max_by_key(|c| first.matches(*c).count()).unwrap_or(',')
 }
 
-/// What to write instead of a cell that is no number.
+/// Returns what to write instead of a cell that is no number.
 fn remedy(cell: &str) -> String {
+    let is_number = |text: &str| text.parse::<f64>().is_ok();
     let with_point = cell.replacen(',', ".", 1);
     let with_minus = cell.replacen(['−', '–'], "-", 1);
-    if cell.contains(',') && with_point.parse::<f64>().is_ok() {
+    if cell.contains(',') && is_number(&with_point) {
         format!("a decimal point, {with_point}")
-    } else if cell != with_minus && with_minus.parse::<f64>().is_ok() {
+    } else if cell != with_minus && is_number(&with_minus) {
         format!("a plain minus sign, {with_minus}")
-    } else if matches!(
-        cell.to_lowercase().as_str(),
-        "nan" | "na" | "n/a" | "null" | "none" | "-" | "--" | "?"
-    ) {
+    } else if parse(cell) == Ok(None) {
         "an empty cell where nothing is known".to_string()
-    } else if cell.parse().is_ok_and(f64::is_infinite) && cell.contains(|c: char| c.is_ascii_digit()) {
+    } else if is_number(cell) && cell.contains(|c: char| c.is_ascii_digit()) {
         format!("one between {:?} and {:?}", f64::MIN, f64::MAX)
     } else {
         "one such as -1.5 or 2e-3".to_string()
     }
 }
 
-/// `None` if a table with these column names cannot be read.
-fn check_header(path: &Path, header: &Record, problems: &Problems) -> Option<()> {
+/// Complains about names of columns; `None` if a table that has them cannot be read.
+fn check_header(path: &Path, line: usize, names: &[Cow<str>], problems: &Problems) -> Option<()> {
     let before = problems.len();
-    for (i, name) in header.cells.iter().enumerate() {
+    for (i, name) in names.iter().enumerate() {
         if name.is_empty() {
-            problems.add(path, header.line, None, format!("column {} has no name", i + 1));
-        } else if header.cells[..i].contains(name) {
-            problems.add(path, header.line, name.as_str(), "stands twice among the column names");
+            problems.add(path, line, None, format!("column {} has no name", i + 1));
+        } else if names[..i].contains(name) {
+            problems.add(path, line, name.as_ref(), "stands twice among the column names");
         }
     }
     (problems.len() == before).then_some(())
 }
 
-/// Splits into records: cells end at separators, records at line ends, unless within quotation marks,
-/// which a cell begins and ends with and in which a doubled one stands for itself. The second list
-/// says what is wrong in which line.
-fn records(text: &str, separator: char) -> (Vec<Record>, Vec<(usize, &'static str)>) {
-    // the line ends of old spreadsheets
-    let carriage_returns = !text.contains('\n');
-    let is_end = |c: char| c == '\n' || (carriage_returns && c == '\r');
-    let is_blank = |c: char| c.is_whitespace() && !is_end(c) && c != separator;
+/// Returns whether a row has as many cells as the header; complains if it has not.
+fn has_width(row: &Record, expected: usize, separator: char, path: &Path, problems: &Problems) -> bool {
+    let found = row.cells.len();
+    let name = Separator::Char(separator).name();
+    let hint = match (found > expected, separator) {
+        _ if found == expected => return true,
+        (true, ',') => "write decimals with a point, and text that has commas in quotation marks".to_string(),
+        (true, _) => format!("write text that has {name} in quotation marks"),
+        (false, _) => format!("leave a cell empty, but keep its {}", name.trim_end_matches('s')),
+    };
+    let cells = count_of(found, "cell");
+    problems.add(path, row.line, None, format!("{cells}; expected {expected}, as in the header; {hint}"));
+    false
+}
+
+/// Splits a text into records, which end at line ends unless these are within quotation marks. The
+/// second list says what is wrong in which line.
+fn records(text: &str, separator: char) -> (Vec<Record<'_>>, Vec<(usize, &'static str)>) {
+    let end = line_end(text);
     let (mut records, mut slips) = (Vec::new(), Vec::new());
     let (mut rest, mut line) = (text, 1);
     while !rest.is_empty() {
-        let (first_line, mut cells, mut slipped) = (line, Vec::new(), false);
-        let comment = rest.trim_start_matches(is_blank).starts_with('#');
-        loop {
-            let cell = rest.trim_start_matches(is_blank);
-            if let Some(quoted) = cell.strip_prefix('"').filter(|_| !comment) {
-                let Some((inside, after)) = quoted_cell(quoted) else {
-                    slips.push((line, "a quotation mark opens here and is never closed"));
-                    return (records, slips);
-                };
-                let lines = inside.matches(is_end).count();
-                let after = after.trim_start_matches(is_blank);
-                if !(after.is_empty() || after.starts_with(separator) || after.starts_with(is_end)) {
-                    let message = "text follows a closing quotation mark; expected the end of the cell, or \"\" \
-                                   for a quotation mark within the cell";
-                    slips.push((line + lines, message));
-                    slipped = true;
-                }
-                line += lines;
-                cells.push(inside.replace("\"\"", "\"").trim().to_string());
-                let end = after.find(|c| is_end(c) || (c == separator && !slipped)).unwrap_or(after.len());
-                rest = &after[end..];
-            } else {
-                let end = cell.find(|c| is_end(c) || (c == separator && !comment)).unwrap_or(cell.len());
-                cells.push(cell[..end].trim_end().to_string());
-                rest = &cell[end..];
-            }
-            match rest.strip_prefix(separator) {
-                Some(next) => rest = next,
-                None => break,
+        let length = |from: usize| rest[from..].find(end).map_or(rest.len(), |length| from + length);
+        let mut record = &rest[..length(0)];
+        let is_comment = record.trim_start().starts_with('#');
+        let mut found = cells(record, Separator::Char(separator));
+        while let (Err(Slip::Open(_)), false, Some(next)) =
+            (&found, is_comment, rest[record.len()..].find('"'))
+        {
+            // the cell goes on in lines below, at least to that of the next quotation mark
+            record = &rest[..length(record.len() + next)];
+            found = cells(record, Separator::Char(separator));
+        }
+        let line_of = |at: usize| line + record[..at].matches(end).count();
+        match found {
+            _ if is_comment => {}
+            Ok(cells) if cells.iter().all(|cell| cell.is_empty()) => {}
+            Ok(cells) => records.push(Record { line, cells }),
+            Err(Slip::Text(at)) => slips.push((
+                line_of(at),
+                "text follows a closing quotation mark; expected the end of the cell, or \"\" for a quotation mark within the cell",
+            )),
+            Err(Slip::Open(at)) => {
+                slips.push((line_of(at), "a quotation mark opens here and is never closed"));
+                return (records, slips);
             }
         }
-        // past the line end
-        rest = rest.get(1..).unwrap_or_default();
-        line += 1;
-        if !(comment || slipped || cells.iter().all(String::is_empty)) {
-            records.push(Record { line: first_line, cells });
-        }
+        line = line_of(record.len()) + 1;
+        rest = rest.get(record.len() + 1..).unwrap_or_default();
     }
     (records, slips)
 }
@@ -277,27 +267,17 @@ fn records(text: &str, separator: char) -> (Vec<Record>, Vec<(usize, &'static st
 mod tests {
     use super::*;
 
-    fn record(line: usize, cells: &[&str]) -> Record {
-        Record { line, cells: cells.iter().map(ToString::to_string).collect() }
-    }
-
     #[test]
     fn records_know_their_lines() {
+        let read = |text| {
+            let (records, slips) = records(text, ',');
+            let shown = records.iter().map(|r| format!("{}: {}", r.line, r.cells.join("|")));
+            (shown.collect::<Vec<_>>(), slips.iter().map(|(line, _)| *line).collect::<Vec<_>>())
+        };
         let text = "# a \"comment, and\na,b\r\n1,\t2 \r\n\n \"x, \"\"\ny\" ,3\r\n , \n  # more\n4\",5";
-        let expected = [
-            record(2, &["a", "b"]),
-            record(3, &["1", "2"]),
-            record(5, &["x, \"\ny", "3"]),
-            record(9, &["4\"", "5"]),
-        ];
-        assert_eq!(records(text, ','), (expected.into(), vec![]));
-        assert_eq!(records("a,b\r1,\r", ','), (vec![record(1, &["a", "b"]), record(2, &["1", ""])], vec![]));
-    }
-
-    #[test]
-    fn quotation_marks_that_do_not_fit() {
-        let (found, slips) = records("a\n\"b\n\"c,\"d\ne\n\"f,g\n", ',');
-        assert_eq!(found, [record(1, &["a"]), record(4, &["e"])]);
-        assert_eq!(slips.iter().map(|(line, _)| *line).collect::<Vec<_>>(), [3, 5]);
+        assert_eq!(read(text).0, ["2: a|b", "3: 1|2", "5: x, \"\ny|3", "9: 4\"|5"]);
+        assert_eq!(read("a,b\r1,\r").0, ["1: a|b", "2: 1|"]);
+        let (found, slips) = read("a\n\"b\n\"c,\"d\ne\n\"f,g\n");
+        assert_eq!((found, slips), (vec!["1: a".to_string(), "4: e".to_string()], vec![3, 5]));
     }
 }

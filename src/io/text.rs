@@ -24,13 +24,14 @@ impl Separator {
         }
     }
 
-    /// Programs and editors drop such separators at the end of a line.
+    /// Returns whether programs and editors drop it at the end of a line.
     pub(crate) fn is_white(self) -> bool {
         matches!(self, Self::Blanks | Self::Char(' ' | '\t'))
     }
 }
 
-/// The text of a file, without byte order mark, and the line from which on it was read as Latin-1 since it is not UTF-8.
+/// Returns the text of a file without byte order mark, and the line from which on it was read as
+/// Latin-1 since it is not UTF-8.
 pub(crate) fn decode(bytes: &[u8]) -> (Cow<'_, str>, Option<usize>) {
     let utf16 = |rest: &[u8], unit: fn([u8; 2]) -> u16| {
         let units: Vec<u16> = rest.chunks_exact(2).map(|pair| unit([pair[0], pair[1]])).collect();
@@ -45,99 +46,88 @@ pub(crate) fn decode(bytes: &[u8]) -> (Cow<'_, str>, Option<usize>) {
         [0xef, 0xbb, 0xbf, rest @ ..] | rest => match std::str::from_utf8(rest) {
             Ok(text) => (Cow::Borrowed(text), None),
             Err(error) => {
-                let good = &rest[..error.valid_up_to()];
                 let end = if rest.contains(&b'\n') { b'\n' } else { b'\r' };
-                let line = good.iter().filter(|byte| **byte == end).count() + 1;
+                let line = rest[..error.valid_up_to()].iter().filter(|byte| **byte == end).count() + 1;
                 (Cow::Owned(rest.iter().map(|b| char::from(*b)).collect()), Some(line))
             }
         },
     }
 }
 
-/// The text without a first line that only tells a spreadsheet what stands between cells, as `sep=;` does; a blank line is in its
-/// place, so that all others keep their numbers. With the separator that it tells.
+/// Returns the text with a blank line in the place of a first line such as `sep=;`, which only
+/// tells spreadsheets what stands between cells, and the separator that it tells.
 pub(crate) fn without_separator_line(text: Cow<'_, str>) -> (Cow<'_, str>, Option<char>) {
     let first = lines(&text).next().map_or("", |(_, line)| line);
-    let Some(told) = separator_line(first) else { return (text, None) };
-    let rest = text[first.len()..].to_string();
-    (Cow::Owned(rest), told)
+    let bare = first.trim_start().trim_end_matches(['\r', '\n', ' ']).trim_matches('"');
+    if !bare.get(..4).is_some_and(|start| start.eq_ignore_ascii_case("sep=")) || bare[4..].chars().count() > 1
+    {
+        return (text, None);
+    }
+    (Cow::Owned(text[first.len()..].to_string()), bare[4..].chars().next())
 }
 
-/// Whether a line is `sep=;` or like it, and the separator that it tells.
-fn separator_line(line: &str) -> Option<Option<char>> {
-    let bare = line.trim_start().trim_end_matches(['\r', '\n', ' ']).trim_matches('"');
-    bare.get(..4).filter(|start| start.eq_ignore_ascii_case("sep="))?;
-    let mut rest = bare[4..].chars();
-    let told = rest.next();
-    rest.next().is_none().then_some(told)
-}
-
-/// A line of names that programs have marked as a comment, without the mark: `# t x y` (numpy), `% t x y` (MATLAB).
+/// Returns a line of names that programs have marked as a comment without the mark: `# t x y`
+/// (numpy), `% t x y` (MATLAB).
 pub(crate) fn unmarked(line: &str) -> &str {
     let line = line.trim_end_matches(' ');
     line.trim_start().strip_prefix(['#', '%']).map_or(line, |rest| rest.trim_start_matches(' '))
 }
 
-/// Lines with their numbers, from 1. Ends of lines may be LF, CRLF or CR.
-pub(crate) fn lines(text: &str) -> impl Iterator<Item = (usize, &str)> + Clone {
-    lines_by(text, line_end(text))
-}
-
-/// Those that are not blank.
-pub(crate) fn filled_lines(text: &str) -> impl Iterator<Item = (usize, &str)> + Clone {
-    lines(text).filter(|(_, line)| !line.trim().is_empty())
-}
-
-/// The first of them below so many lines.
-pub(crate) fn filled_below(text: &str, above: usize) -> Option<(usize, &str)> {
-    lines(text).skip(above).find(|(_, line)| !line.trim().is_empty())
-}
-
+/// Returns what lines of a text end with, beside a carriage return before it.
 pub(crate) fn line_end(text: &str) -> char {
     if text.contains('\n') { '\n' } else { '\r' }
 }
 
-pub(crate) fn lines_by(text: &str, end: char) -> impl Iterator<Item = (usize, &str)> + Clone {
-    let lines = text.split(end).map(|line| line.strip_suffix('\r').unwrap_or(line));
-    lines.enumerate().map(|(i, line)| (i + 1, line))
+/// Returns lines with their numbers, from 1. Ends of lines may be LF, CRLF or CR.
+pub(crate) fn lines(text: &str) -> impl Iterator<Item = (usize, &str)> + Clone {
+    let lines = text.split(line_end(text)).map(|line| line.strip_suffix('\r').unwrap_or(line));
+    (1..).zip(lines)
 }
 
-/// The cells of a line, without quotation marks around them (`""` inside is one). `None` where a
-/// quotation mark does not close.
-pub(crate) fn cells(line: &str, separator: Separator) -> Option<Vec<Cow<'_, str>>> {
-    let separator = match separator {
-        Separator::Blanks => return Some(line.split_whitespace().map(Cow::Borrowed).collect()),
-        Separator::Char(c) => c,
+/// Returns the lines that are not blank.
+pub(crate) fn filled_lines(text: &str) -> impl Iterator<Item = (usize, &str)> + Clone {
+    lines(text).filter(|(_, line)| !line.trim().is_empty())
+}
+
+/// Why a line has no cells: a byte where a quotation mark opens and does not close, or where text
+/// follows a closing one.
+#[derive(Debug, PartialEq)]
+pub(crate) enum Slip {
+    Open(usize),
+    Text(usize),
+}
+
+/// Returns the cells of a line without the blanks and the quotation marks around them (`""` inside
+/// is one).
+pub(crate) fn cells(line: &str, separator: Separator) -> Result<Vec<Cow<'_, str>>, Slip> {
+    let Separator::Char(separator) = separator else {
+        return Ok(line.split_whitespace().map(Cow::Borrowed).collect());
     };
     if !line.contains('"') {
-        return Some(line.split(separator).map(Cow::Borrowed).collect());
+        return Ok(line.split(separator).map(|cell| Cow::Borrowed(cell.trim())).collect());
     }
-    let mut cells = Vec::new();
-    let mut rest = line;
+    let is_blank = |c: char| c.is_whitespace() && c != separator;
+    let (mut cells, mut rest) = (Vec::new(), line);
     loop {
-        let blanks =
-            rest.len() - rest.trim_start_matches(|c: char| c.is_whitespace() && c != separator).len();
-        let Some(quoted) = rest[blanks..].strip_prefix('"') else {
-            let Some((cell, after)) = rest.split_once(separator) else {
-                cells.push(Cow::Borrowed(rest));
-                return Some(cells);
-            };
-            cells.push(Cow::Borrowed(cell));
-            rest = after;
-            continue;
+        let at = |part: &str| line.len() - part.len();
+        let after = if let Some(quoted) = rest.trim_start_matches(is_blank).strip_prefix('"') {
+            let (inside, after) = quoted_cell(quoted).ok_or(Slip::Open(at(quoted)))?;
+            cells.push(Cow::Owned(inside.replace("\"\"", "\"").trim().to_string()));
+            after.trim_start_matches(is_blank)
+        } else {
+            let end = rest.find(separator).unwrap_or(rest.len());
+            cells.push(Cow::Borrowed(rest[..end].trim()));
+            &rest[end..]
         };
-        let (inside, after) = quoted_cell(quoted)?;
-        cells.push(Cow::Owned(inside.replace("\"\"", "\"")));
-        let after = after.trim_start_matches(|c: char| c.is_whitespace() && c != separator);
         if after.is_empty() {
-            return Some(cells);
+            return Ok(cells);
         }
-        rest = after.strip_prefix(separator)?;
+        rest = after.strip_prefix(separator).ok_or(Slip::Text(at(after)))?;
     }
 }
 
 /// Splits after a quotation mark into what is before the one that closes it and what is after.
-pub(crate) fn quoted_cell(text: &str) -> Option<(&str, &str)> {
+fn quoted_cell(text: &str) -> Option<(&str, &str)> {
     let mut from = 0;
     loop {
         let at = from + text[from..].find('"')?;
@@ -148,9 +138,10 @@ pub(crate) fn quoted_cell(text: &str) -> Option<(&str, &str)> {
     }
 }
 
-/// The cells of a line, trimmed.
+/// Returns the cells of a line as strings; `None` if a quotation mark does not close or text
+/// follows it.
 pub(crate) fn trimmed(line: &str, separator: Separator) -> Option<Vec<String>> {
-    Some(cells(line, separator)?.iter().map(|cell| cell.trim().to_string()).collect())
+    Some(cells(line, separator).ok()?.into_iter().map(Cow::into_owned).collect())
 }
 
 #[cfg(test)]
@@ -160,24 +151,24 @@ mod tests {
     #[test]
     fn cells_with_and_without_quotation_marks() {
         let split = |line, separator| cells(line, Separator::Char(separator)).map(|c| c.join("|"));
-        assert_eq!(split("a,\"b,c\", \"d\"\"e\" ,", ',').unwrap(), "a|b,c|d\"e|");
-        assert_eq!(split("\"a\"", ';').unwrap(), "a");
-        assert_eq!(split("", ';').unwrap(), "");
-        assert_eq!(split("\"a", ';'), None);
-        assert_eq!(split("\"a\"b;c", ';'), None);
+        for (line, separator, expected) in [
+            ("a,\"b,c\", \"d\"\"e\" ,", ',', "a|b,c|d\"e|"),
+            ("\"a\"", ';', "a"),
+            ("", ';', ""),
+            ("\t\"a\"\t\"b\"", '\t', "|a|b"),
+        ] {
+            assert_eq!(split(line, separator).as_deref(), Ok(expected), "{line}");
+        }
+        assert_eq!(split("x;\"a", ';'), Err(Slip::Open(3)));
+        assert_eq!(split("\"a\" b;c", ';'), Err(Slip::Text(4)));
         assert_eq!(cells(" 1  2 ", Separator::Blanks).unwrap(), ["1", "2"]);
-        assert_eq!(split("\t\"a\"\t\"b\"", '\t').unwrap(), "|a|b");
     }
 
     #[test]
-    fn ends_of_lines() {
+    fn ends_of_lines_encodings_and_marks() {
         for text in ["a\nb", "a\r\nb", "a\rb"] {
             assert_eq!(lines(text).collect::<Vec<_>>(), [(1, "a"), (2, "b")]);
         }
-    }
-
-    #[test]
-    fn encodings() {
         for bytes in
             [&b"\xef\xbb\xbft,x"[..], b"\xff\xfet\0,\0x\0", b"\xfe\xff\0t\0,\0x", b"t\0,\0x\0", b"\0t\0,\0x"]
         {
@@ -185,27 +176,26 @@ mod tests {
         }
         assert_eq!(decode(b"m\xe9t"), ("mét".into(), Some(1)));
         assert_eq!(decode(b"a\rm\xe9t"), ("a\rmét".into(), Some(2)));
-    }
-
-    #[test]
-    fn what_a_spreadsheet_is_told_of_separators() {
-        let told = [("sep=;", ';'), ("SEP=,", ','), ("\"sep=;\"", ';'), ("sep=\t", '\t')];
-        for (line, separator) in told {
-            assert_eq!(separator_line(line), Some(Some(separator)), "{line:?}");
-        }
-        assert_eq!(separator_line("sep="), Some(None));
-        for line in ["sep=;;", "t;x;y", "", "ça=;"] {
-            assert_eq!(separator_line(line), None, "{line:?}");
-        }
-        assert_eq!(without_separator_line("sep=;\r\na;b".into()), ("\r\na;b".into(), Some(';')));
-    }
-
-    #[test]
-    fn names_behind_the_mark_of_a_comment() {
-        for line in ["# t x", "#t x", "  % t x ", "t x"] {
-            assert_eq!(unmarked(line), "t x", "{line:?}");
-        }
         // an aligned table keeps its margin
-        assert_eq!(unmarked("  t x"), "  t x");
+        for (line, bare) in [("# t x", "t x"), ("#t x", "t x"), ("  % t x ", "t x"), ("  t x", "  t x")] {
+            assert_eq!(unmarked(line), bare);
+        }
+    }
+
+    #[test]
+    fn spreadsheets_are_told_their_separator() {
+        for (line, separator) in [
+            ("sep=;", Some(';')),
+            ("SEP=,", Some(',')),
+            ("\"sep=;\"", Some(';')),
+            ("sep=\t", Some('\t')),
+            ("sep=", None),
+        ] {
+            let text = format!("{line}\r\na;b");
+            assert_eq!(without_separator_line(text.into()), ("\r\na;b".into(), separator), "{line:?}");
+        }
+        for line in ["sep=;;", "t;x;y", "", "ça=;"] {
+            assert_eq!(without_separator_line(line.into()), (line.into(), None));
+        }
     }
 }

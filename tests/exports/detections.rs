@@ -6,7 +6,7 @@ use std::process::Command;
 
 use super::drafts::{FPS, SPIN, drafted, init};
 use super::noted;
-use super::programs::{FRAMES, MM, balls, boxed, check, long};
+use super::programs::{FRAMES, MM, balls, check, filled, long};
 
 /// A row per frame, with these cells of each ball.
 fn wide(head: &str, cells: impl Fn(u32, usize, [f64; 2]) -> String) -> String {
@@ -16,33 +16,24 @@ fn wide(head: &str, cells: impl Fn(u32, usize, [f64; 2]) -> String) -> String {
 
 #[test]
 fn both_boxes_in_a_row() {
-    let corners = |n: u32, at: [f64; 2]| {
-        let [x, y, width, height] = boxed(n, at);
-        format!("{x},{y},{},{}", x + width, y + height)
-    };
-    let size = |n: u32, at: [f64; 2]| boxed(n, at).map(|side| side.to_string()).join(",");
-    let by_corners = "cue_x1,cue_y1,cue_x2,cue_y2,object_x1,object_y1,object_x2,object_y2";
-    for (head, row, expected) in [
-        (by_corners, wide("", |n, _, at| corners(n, at)), "object_x2 = \"object_x2\""),
-        // the second box is that of the ball that moves first
-        (by_corners, wide("", |n, ball, _| corners(n, balls(n)[1 - ball])), "cue_y2 = \"cue_y2\""),
+    let corners = "cue_x1,cue_y1,cue_x2,cue_y2,object_x1,object_y1,object_x2,object_y2";
+    let (by_corners, by_size) = ("{left},{top},{right},{bottom}", "{left},{top},{width},{height}");
+    // the ball of the first box, too, may be that which does not move first
+    for (head, cells, first, expected) in [
+        (corners, by_corners, 0, "object_x2 = \"object_x2\""),
+        (corners, by_corners, 1, "cue_y2 = \"cue_y2\""),
         (
             "a_left,a_top,a_width,a_height,b_left,b_top,b_width,b_height",
-            wide("", |n, _, at| size(n, at)),
+            by_size,
+            0,
             "cue_width = \"a_width\"",
         ),
-        (
-            "cue_x,cue_y,cue_w,cue_h,obj_x,obj_y,obj_w,obj_h",
-            wide("", |n, _, at| size(n, at)),
-            "object_height = \"obj_h\"",
-        ),
-        (
-            "w_x,w_y,w_w,w_h,r_x,r_y,r_w,r_h",
-            wide("", |n, ball, _| size(n, balls(n)[1 - ball])),
-            "cue_width = \"r_w\"",
-        ),
+        ("cue_x,cue_y,cue_w,cue_h,obj_x,obj_y,obj_w,obj_h", by_size, 0, "object_height = \"obj_h\""),
+        ("w_x,w_y,w_w,w_h,r_x,r_y,r_w,r_h", by_size, 1, "cue_width = \"r_w\""),
     ] {
-        let tracks = drafted(&[("s.csv", format!("frame,{head}{row}"))], &[FPS, SPIN, MM], &[expected]);
+        let text = wide(&format!("frame,{head}"), |n, ball, _| filled(cells, n, ball.abs_diff(first)));
+        let tracks = drafted(&[("s.csv", text)], &[FPS, SPIN, MM], &[expected]);
+        // names that say which ball it is are believed
         if expected != "cue_y2 = \"cue_y2\"" {
             check(&tracks, head);
         }
@@ -94,10 +85,8 @@ fn clips_and_names_that_change() {
         format!("{n},{},{x},{y}", if ball == 1 && n > 25 { 7 } else { ball })
     });
     check(&drafted(&[("s.csv", named)], &[FPS, SPIN, MM], &["cue = \"cue\" "]), "names that change");
-    let detected = long("", |n, _, at| {
-        let [x, y, w, h] = boxed(n, at);
-        format!("{n},-1,{x},{y},{w},{h},0.9,-1,-1,-1")
-    });
+    let mot = "{n},-1,{left},{top},{width},{height},0.9,-1,-1,-1";
+    let detected = long("", |n, ball, _| filled(mot, n, ball));
     check(&drafted(&[("s.txt", detected.trim_start())], &[FPS, SPIN, MM], &["\nwidth = 5"]), "MOT");
     for (text, hint) in [
         ("frame,white,red\n0,\"(1.5, 2)\",\"(3, 4)\"\n1,\"(2.5, 2)\",\"(3, 4)\"\n", "hold x and y together"),
@@ -210,17 +199,13 @@ fn yolo_writes_a_file_per_frame() {
 /// Short tracks without names are not taken for such files: the number in front of their rows counts up.
 #[test]
 fn short_tracks_are_no_files_of_one_frame() {
-    let folder = tempfile::tempdir().unwrap();
     let row = |n: u32| {
         let [[x, y], [other_x, other_y]] = balls(n + FRAMES / 2 - 9);
         format!("{n} {x} {y} {other_x} {other_y}\n")
     };
-    for shot in 0..12 {
-        let rows: String = (0..18).map(row).collect();
-        fs::write(folder.path().join(format!("shot{shot:02}.txt")), rows).unwrap();
-    }
-    let output =
-        Command::new(env!("CARGO_BIN_EXE_caromfit")).arg("init").arg(folder.path()).output().unwrap();
-    let said = String::from_utf8(output.stdout).unwrap();
-    assert!(output.status.success() && said.contains("12 files of tracks"), "{said}");
+    let names: Vec<String> = (0..12).map(|shot| format!("shot{shot:02}.txt")).collect();
+    let films: Vec<(&str, String)> =
+        names.iter().map(|name| (name.as_str(), (0..18).map(row).collect())).collect();
+    let (_, said) = init(&films);
+    assert!(said.contains("12 files of tracks"), "{said}");
 }

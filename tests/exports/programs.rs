@@ -31,14 +31,14 @@ pub fn wide(head: &str, behind: &str) -> String {
 }
 
 /// Corner and size of a box about a ball, which is not quite as large in every frame.
-pub fn boxed(n: u32, [x, y]: [f64; 2]) -> [f64; 4] {
+fn boxed(n: u32, [x, y]: [f64; 2]) -> [f64; 4] {
     let half = 28.0 + f64::from(n % 3);
     [x - half, y - half, 2.0 * half, 2.0 * half]
 }
 
 pub fn check(tracks: &Tracks, what: &str) {
     let shot = &tracks.shots[0];
-    assert_eq!((shot.cue.len(), shot.object.len()), (40, 40), "{what}");
+    assert_eq!((shot.cue.len(), shot.object.len(), shot.markers.len()), (40, 40, 0), "{what}");
     for (samples, ball) in [(&shot.cue, 0), (&shot.object, 1)] {
         for (n, sample) in (0..FRAMES).zip(samples) {
             let [x, y] = balls(n)[ball];
@@ -48,90 +48,50 @@ pub fn check(tracks: &Tracks, what: &str) {
     }
 }
 
-/// Detectors write boxes, whose middle is the ball.
+/// A row in which `{n}` stands for the frame and `{s}` for its time, `{ball}` and `{id}` for the ball from 0 and from 1 on, `{name}` for its name, `{x}` and `{y}`
+/// for its middle, and `{left}`, `{top}`, `{right}`, `{bottom}`, `{width}` and `{height}` for the box about it.
+pub fn filled(row: &str, n: u32, ball: usize) -> String {
+    let [x, y] = balls(n)[ball];
+    let [left, top, width, height] = boxed(n, [x, y]);
+    let sides = [("left", left), ("top", top), ("right", left + width), ("bottom", top + height)];
+    let lengths = sides.into_iter().chain([("x", x), ("y", y), ("width", width), ("height", height)]);
+    let names = [("n", n.to_string()), ("ball", ball.to_string()), ("id", (ball + 1).to_string())];
+    let time = [("s", format!("{:.2}", 0.01 * f64::from(n)))];
+    let cells = names.into_iter().chain(time).chain(lengths.map(|(key, length)| (key, length.to_string())));
+    let cells = cells.chain([("name", ["white", "red"][ball].to_string())]);
+    cells.fold(row.to_string(), |row, (key, cell)| row.replace(&format!("{{{key}}}"), &cell))
+}
+
+/// What is exported, its header and its rows, and what stands in the draft, where ↵ is the end of a line.
+const TABLES: &str = r#"
+MOT ¦ frame,id,bb_left,bb_top,bb_width,bb_height,conf,x,y,z ¦ {n},{id},{left},{top},{width},{height},0.9,-1,-1,-1 ¦ width = "bb_width"
+MOT without names ¦  ¦ {n},{id},{left},{top},{width},{height},1,-1,-1,-1 ¦ width = 5
+track and corners ¦ frame,track_id,x1,y1,x2,y2,conf,class ¦ {n},{ball},{left},{top},{right},{bottom},0.9,32 ¦ x2 = "x2"
+id, corners and centre ¦ frame,id,x1,y1,x2,y2,cx,cy ¦ {n},{ball},{left},{top},{right},{bottom},{x},{y} ¦ ball = "id"
+class and corners ¦ frame,xmin,ymin,xmax,ymax,confidence,class,name ¦ {n},{left},{top},{right},{bottom},0.9,{ball},{name} ball ¦ y2 = "ymax"
+a box in the words of COCO ¦ frame,bbox_x,bbox_y,bbox_w,bbox_h,name ¦ {n},{left},{top},{width},{height},{name} ball ¦ height = "bbox_h"
+middle and size ¦ frame,track_id,x,y,w,h ¦ {n},{ball},{x},{y},57,58 ¦ # width = "w"   # of a box: take the # away
+middle and size that changes ¦ frame,track_id,x,y,w,h ¦ {n},{ball},{x},{y},{width},58 ¦ x = "x"
+corner and size, by how smooth the paths are ¦ frame,track_id,x,y,w,h ¦ {n},{ball},{left},{top},{width},{height} ¦ ↵width = "w"
+the same beside the names of balls ¦ frame,ball,x,y,width,height ¦ {n},{name},{left},{top},{width},{height} ¦ ↵height = "height"
+no table of Tracker, whatever balls are called ¦ frame,track_id,x,y ¦ {n},{ball},{x},{y} ¦ ball = "track_id"
+balls before times ¦ id,t,x,y ¦ {ball},{s},{x},{y} ¦ ball = "id"
+an index without a name ¦ ,y,x,mass,frame,particle ¦ {n},{y},{x},3,{n},{ball} ¦ ball = "particle"
+standard deviations ¦ time,ball,x,y,x_sd,y_sd ¦ {s},{ball},{x},{y},0.1,0.1 ¦ x_sd = "x_sd"
+velocities ¦ Frame,ball_id,X,Y,VX,VY ¦ {n},{ball},{x},{y},1,1 ¦ y = "Y"
+nothing says which ball it is ¦ frame,xmin,ymin,xmax,ymax,name ¦ {n},{left},{top},{right},{bottom},sports ball ¦ cue = "cue"                    # it moves first
+"#;
+
+/// Tables with a row per ball and frame; detectors write boxes, whose middle is the ball.
 #[test]
-fn boxes_about_the_balls() {
-    let corners = |head: &str, row: fn(u32, usize, [f64; 4]) -> String| {
-        long(head, |n, ball, at| {
-            let [x, y, width, height] = boxed(n, at);
-            row(n, ball, [x, y, x + width, y + height])
-        })
-    };
-    let size = |head: &str, row: fn(u32, usize, [f64; 4]) -> String| {
-        long(head, |n, ball, at| row(n, ball, boxed(n, at)))
-    };
-    for (what, text, expected) in [
-        (
-            "MOT",
-            size("frame,id,bb_left,bb_top,bb_width,bb_height,conf,x,y,z", |n, ball, [x, y, w, h]| {
-                format!("{n},{},{x},{y},{w},{h},0.9,-1,-1,-1", ball + 1)
-            }),
-            "width = \"bb_width\"",
-        ),
-        (
-            "MOT without names",
-            size("", |n, ball, [x, y, w, h]| format!("{n},{},{x},{y},{w},{h},1,-1,-1,-1", ball + 1)),
-            "width = 5",
-        ),
-        (
-            "track and corners",
-            corners("frame,track_id,x1,y1,x2,y2,conf,class", |n, ball, [x, y, x2, y2]| {
-                format!("{n},{ball},{x},{y},{x2},{y2},0.9,32")
-            }),
-            "x2 = \"x2\"",
-        ),
-        (
-            "id, corners and centre",
-            corners("frame,id,x1,y1,x2,y2,cx,cy", |n, ball, [x, y, x2, y2]| {
-                format!("{n},{ball},{x},{y},{x2},{y2},{},{}", 0.5 * (x + x2), 0.5 * (y + y2))
-            }),
-            "ball = \"id\"",
-        ),
-        (
-            "class and corners",
-            corners("frame,xmin,ymin,xmax,ymax,confidence,class,name", |n, ball, [x, y, x2, y2]| {
-                format!("{n},{x},{y},{x2},{y2},0.9,{ball},{}", ["white ball", "red ball"][ball])
-            }),
-            "y2 = \"ymax\"",
-        ),
-        (
-            "a box in the words of COCO",
-            size("frame,bbox_x,bbox_y,bbox_w,bbox_h,name", |n, ball, [x, y, w, h]| {
-                format!("{n},{x},{y},{w},{h},{}", ["white ball", "red ball"][ball])
-            }),
-            "height = \"bbox_h\"",
-        ),
-        (
-            "middle and size",
-            long("frame,track_id,x,y,w,h", |n, ball, [x, y]| format!("{n},{ball},{x},{y},57,58")),
-            "# width = \"w\"   # of a box: take the # away",
-        ),
-        (
-            "middle and size that changes",
-            long("frame,track_id,x,y,w,h", |n, ball, [x, y]| format!("{n},{ball},{x},{y},{},58", 57 + n % 3)),
-            "x = \"x\"",
-        ),
-        (
-            "corner and size, by how smooth the paths are",
-            size("frame,track_id,x,y,w,h", |n, ball, [x, y, w, h]| format!("{n},{ball},{x},{y},{w},{h}")),
-            "\nwidth = \"w\"",
-        ),
-        (
-            "the same beside the names of balls",
-            size("frame,ball,x,y,width,height", |n, ball, [x, y, w, h]| {
-                format!("{n},{},{x},{y},{w},{h}", ["white", "red"][ball])
-            }),
-            "\nheight = \"height\"",
-        ),
-        (
-            "nothing says which ball it is",
-            corners("frame,xmin,ymin,xmax,ymax,name", |n, _, [x, y, x2, y2]| {
-                format!("{n},{x},{y},{x2},{y2},sports ball")
-            }),
-            "cue = \"cue\"                    # it moves first",
-        ),
-    ] {
-        check(&drafted(&[("s.csv", text.trim_start())], &[FPS, SPIN, MM], &[expected]), what);
+fn rows_of_balls_and_boxes_about_them() {
+    for line in TABLES.trim().lines() {
+        let [what, head, row, expected] = line.split(" ¦ ").collect::<Vec<_>>()[..] else {
+            panic!("{line}")
+        };
+        let text = long(head, |n, ball, _| filled(row, n, ball));
+        let expected = expected.replace('↵', "\n");
+        check(&drafted(&[("s.csv", text.trim_start())], &[FPS, SPIN, MM], &[&expected]), what);
     }
 }
 

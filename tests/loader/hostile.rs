@@ -24,7 +24,7 @@ const PIECES: [&str; 24] = [
 ];
 
 /// Bytes flipped, deleted, doubled, spliced and inserted.
-fn mutate(rng: &mut ChaCha8Rng, text: &str) -> Vec<u8> {
+pub fn mutate(rng: &mut ChaCha8Rng, text: &str) -> Vec<u8> {
     let mut bytes = text.as_bytes().to_vec();
     for _ in 0..rng.random_range(1..=4) {
         let (a, b) = (rng.random_range(0..=bytes.len()), rng.random_range(0..=bytes.len()));

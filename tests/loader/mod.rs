@@ -1,6 +1,7 @@
 //! Loading data sets: what bad input is told, and what good input becomes.
 
 mod bad;
+mod damaged;
 mod good;
 mod hostile;
 

@@ -1,4 +1,5 @@
-//! Which of the points that were followed are on the same disc, where nobody says it: those that keep their distances.
+//! Which of the points that were followed are on the same disc, if it is not stated: those that
+//! keep their distances.
 
 use std::collections::HashMap;
 use std::path::PathBuf;
@@ -7,28 +8,30 @@ use rayon::prelude::*;
 
 use super::calibration::Calibration;
 use super::disc_centres::{Centre, Seen, centres};
-use super::finish::{Disc, Facts, find, number_twins};
+use super::finish::{Facts, find, number_twins};
 use super::input::quoted;
 use super::isolated;
 use super::marker_groups::rigid_groups;
-use super::raw::{RawShot, RawTrack, Row};
-use super::settings::{Balls, TrackSettings};
+use super::raw::{NAMES, Notes, RawShot, RawTrack, Row};
+use super::settings::{Names, TrackSettings};
 use crate::measurement::track::Sample;
 
-/// Finds out which tracks are on which disc in the shots that do not say it, and by all of them which of these are centres. `touching` is
-/// how far apart the discs touch, m, where that is known.
+/// Finds out which tracks are on which disc in the shots that do not say it, and by all of them
+/// which of these are centres; names them as the table of shots would. `touching` is how far apart
+/// the discs touch, m, if that is known.
 pub(super) fn group(
     work: &mut [(RawShot, Facts)],
     settings: &TrackSettings,
     calibrations: &HashMap<PathBuf, Calibration>,
     touching: Option<f64>,
+    notes: &Notes,
 ) {
     let found = |(raw, facts): &mut (RawShot, Facts)| {
         number_twins(&mut raw.tracks);
         let (tracks, calibration) = (&raw.tracks, calibrations.get(raw.file.as_path())?);
         let named = |name: &str| !matches!(find(tracks, name), Ok(None));
         let is_unsaid = settings.discs
-            && facts.own.settings(settings).balls == Balls::Usual
+            && !facts.own.settings(settings).states_balls
             && !named("cue")
             && !named("object")
             && tracks.len() > 1
@@ -41,17 +44,48 @@ pub(super) fn group(
         match found {
             Some(Ok(found)) => {
                 seen.push(found.seen);
-                told.push((&raw.tracks, &mut facts.discs, found.groups));
+                told.push((raw, facts, found.groups));
             }
-            Some(Err(message)) => facts.discs = Some(Err(message)),
+            Some(Err(message)) => facts.refused = Some(message),
             None => {}
         }
     }
-    for ((tracks, discs, groups), centres) in told.into_iter().zip(centres(&seen, touching)) {
-        let [first, second] = centres;
-        *discs = Some(
-            disc(tracks, &groups[0], first).and_then(|one| Ok([one, disc(tracks, &groups[1], second)?])),
-        );
+    for ((raw, facts, groups), [first, second]) in told.into_iter().zip(centres(&seen, touching)) {
+        let discs = disc(&raw.tracks, &groups[0], first)
+            .and_then(|one| Ok([one, disc(&raw.tracks, &groups[1], second)?]));
+        match discs {
+            Ok([one, other]) => {
+                let message = format!(
+                    "[tracks] cue and object are not given: the disc that moves first, taken as cue, is {}; the other is {}",
+                    one.shown(),
+                    other.shown()
+                );
+                notes.of(&raw.file).add(NAMES, raw.line, message);
+                let names = [one.centre, other.centre, one.markers, other.markers];
+                facts.own.names = names.map(|names| Some(Names(names)));
+            }
+            Err(message) => facts.refused = Some(message),
+        }
+    }
+}
+
+/// The names of the tracks of a disc.
+struct Disc {
+    /// The centre, or points on a circle about it.
+    centre: Vec<String>,
+    /// Further points on the disc.
+    markers: Vec<String>,
+}
+
+impl Disc {
+    /// Returns it as sentences name it.
+    fn shown(&self) -> String {
+        let centre = quoted(&self.centre);
+        match (self.centre.len(), self.markers.len()) {
+            (1, 0) => centre,
+            (1, _) => format!("{centre} (its centre) with {}", quoted(&self.markers)),
+            _ => format!("{centre} (on a circle about its centre)"),
+        }
     }
 }
 
@@ -71,7 +105,7 @@ impl Found {
         let points: Vec<Vec<Sample>> = tracks.iter().map(|track| samples(track, place)).collect();
         let groups = if tracks.len() == 2 { vec![vec![0], vec![1]] } else { groups(&points) };
         let mut groups: [Vec<usize>; 2] = groups.try_into().map_err(|groups: Vec<Vec<usize>>| {
-            let found: Vec<String> = groups.iter().map(|group| names(tracks, group)).collect();
+            let found: Vec<String> = groups.iter().map(|group| quoted(names(tracks, group))).collect();
             let found = if found.is_empty() { "none".to_string() } else { found.join(" and ") };
             format!(
                 "its {} tracks are not two discs: groups of three or more points that keep their distances are {found}. Expected \
@@ -97,48 +131,44 @@ impl Found {
 /// That it is not told which point is the centre.
 fn disc(tracks: &[RawTrack], group: &[usize], centre: Centre) -> Result<Disc, String> {
     let centre = centre.map_err(|like_centre| {
+        let like_centre: Vec<usize> = like_centre.iter().map(|i| group[*i]).collect();
         format!(
             "the points {} are on one disc, but whether {} is its centre or all are on its rim does not show, since the disc hardly turns \
              and no distance at which the discs hit each other tells it; expected [tracks] cue and object, and cue_markers and \
              object_markers for points beside the centre",
-            names(tracks, group),
-            names(tracks, &like_centre.iter().map(|i| group[*i]).collect::<Vec<_>>()).replace(", ", " or ")
+            quoted(names(tracks, group)),
+            quoted(names(tracks, &like_centre)).replace(", ", " or ")
         )
     })?;
-    let Some(centre) = centre else {
-        return Ok(Disc { centre: group.to_vec(), markers: Vec::new() });
-    };
-    let markers = group.iter().copied().filter(|i| *i != group[centre]).collect();
-    Ok(Disc { centre: vec![group[centre]], markers })
+    let mut markers = names(tracks, group);
+    let Some(centre) = centre else { return Ok(Disc { centre: markers, markers: Vec::new() }) };
+    Ok(Disc { centre: vec![markers.remove(centre)], markers })
 }
 
-/// Groups of three and more points that keep their distances.
+/// Returns the groups of three and more points that keep their distances.
 fn groups(points: &[Vec<Sample>]) -> Vec<Vec<usize>> {
     let slices: Vec<&[Sample]> = points.iter().map(Vec::as_slice).collect();
     rigid_groups(&slices).into_iter().filter(|group| group.len() > 2).collect()
 }
 
-/// Whether the tracks are points on two discs.
+/// Returns whether the tracks are points on two discs.
 pub(super) fn are_two(tracks: &[RawTrack]) -> bool {
     let points: Vec<Vec<Sample>> = tracks.iter().map(|track| samples(track, |row| [row.x, row.y])).collect();
     groups(&points).len() == 2
 }
 
-fn names(tracks: &[RawTrack], group: &[usize]) -> String {
-    quoted(group.iter().map(|i| &tracks[*i].name))
+fn names(tracks: &[RawTrack], group: &[usize]) -> Vec<String> {
+    group.iter().map(|i| tracks[*i].name.clone()).collect()
 }
 
 fn samples(track: &RawTrack, place: impl Fn(&Row) -> [f64; 2]) -> Vec<Sample> {
-    let mut rows: Vec<&Row> = track.seen().collect();
-    rows.sort_by(|a, b| a.time.total_cmp(&b.time));
-    let sample = |row: &Row| {
-        let [x, y] = place(row);
-        Sample { t: row.time, x, y, sd: None }
-    };
-    rows.into_iter().map(sample).collect()
+    let mut samples: Vec<Sample> = track.seen().map(|row| Sample::new(row.time, place(row))).collect();
+    samples.sort_by(|a, b| a.t.total_cmp(&b.t));
+    samples
 }
 
-/// The part of the time of all tracks at which one of them is a tenth of its way from where it began; 1 where it stays there.
+/// Returns the part of the time of all tracks at which one of them is a tenth of its way from where
+/// it began; 1 if it stays there.
 pub(super) fn beginning(track: &RawTrack, all: &[RawTrack]) -> Option<f64> {
     const MOVED: f64 = 0.1;
     let times = || all.iter().flat_map(|track| &track.rows).map(|row| row.time);

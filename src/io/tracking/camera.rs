@@ -132,17 +132,18 @@ mod tests {
         let mut wanted = WantedCamera::default();
         wanted[Correction::ShutterY as usize] = Wanted::Auto;
         wanted[Correction::Aspect as usize] = Wanted::Value(1.01);
-        let stated = |is_motion_capture| {
-            let values = stated(&wanted, is_motion_capture);
-            move |which: Correction| values[which as usize]
-        };
-        let (plain, captured) = (stated(false), stated(true));
-        for which in [Correction::PerspectiveX, Correction::Lens, Correction::LensY, Correction::ShutterX] {
-            assert_eq!(plain(which), None);
-            assert_eq!(captured(which), Some(0.0));
+        for (which, plain, captured) in [
+            (Correction::PerspectiveX, None, Some(0.0)),
+            (Correction::Lens, None, Some(0.0)),
+            (Correction::LensY, None, Some(0.0)),
+            (Correction::ShutterX, None, Some(0.0)),
+            (Correction::ShutterY, None, None),
+            (Correction::Scale, None, None),
+            (Correction::Aspect, Some(1.01), Some(1.01)),
+        ] {
+            let found =
+                [false, true].map(|is_motion_capture| stated(&wanted, is_motion_capture)[which as usize]);
+            assert_eq!(found, [plain, captured]);
         }
-        assert_eq!(captured(Correction::ShutterY), None);
-        assert_eq!(captured(Correction::Scale), None);
-        assert_eq!((plain(Correction::Aspect), captured(Correction::Aspect)), (Some(1.01), Some(1.01)));
     }
 }

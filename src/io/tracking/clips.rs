@@ -3,7 +3,7 @@
 use std::sync::Arc;
 
 use super::lost;
-use super::raw::{Clock, NAMES, Notes, RawShot, RawTrack, Row, sorted};
+use super::raw::{Clock, NAMES, Notes, RawShot, RawTrack, Row, middle, sorted};
 
 /// Between clips the time jumps by more than this, s, and by more than so many usual steps.
 const PAUSE: f64 = 1.0;
@@ -56,8 +56,7 @@ fn cuts(shot: &RawShot, fps: Option<f64>) -> Vec<f64> {
         Clock::Unsaid => return Vec::new(),
     };
     let times = shot.times();
-    let steps = sorted(times.windows(2).map(|two| two[1] - two[0]));
-    let Some(usual) = steps.get(steps.len() / 2).copied() else { return Vec::new() };
+    let Some(usual) = middle(times.windows(2).map(|two| two[1] - two[0])) else { return Vec::new() };
     let pause = (PAUSE / second).max(STEPS * usual);
     let jumps = jumps(shot, usual);
     let begins = |two: &[f64]| two[1] - two[0] > pause || jumps.contains(&two[1].to_bits());
@@ -91,15 +90,11 @@ fn jumps(shot: &RawShot, usual: f64) -> Vec<u64> {
 /// The clip of this number, from 0 on.
 fn clip(shot: &RawShot, cuts: &[f64], number: usize, alone: bool) -> RawShot {
     let part = |track: &RawTrack| {
-        let mine: Vec<usize> = (0..track.rows.len())
-            .filter(|row| cuts.partition_point(|cut| *cut <= track.rows[*row].time) == number)
-            .collect();
+        let is_part = |row: &&Row| cuts.partition_point(|cut| *cut <= row.time) == number;
         RawTrack {
-            name: track.name.clone(),
-            point: track.point.clone(),
             is_angle: track.is_angle,
-            rows: mine.iter().map(|row| track.rows[*row]).collect(),
-            sds: mine.iter().filter_map(|row| track.sds.get(*row).copied()).collect(),
+            rows: track.rows.iter().filter(is_part).copied().collect(),
+            ..RawTrack::new(&track.name, track.point.clone())
         }
     };
     let tracks: Vec<RawTrack> = shot.tracks.iter().map(part).filter(|track| !track.rows.is_empty()).collect();

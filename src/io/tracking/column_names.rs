@@ -4,15 +4,25 @@ use std::num::NonZero;
 
 use serde::Deserialize;
 
-use crate::physics::name::worded;
+use super::units::AngleUnit;
 
 /// A column of the file.
 #[derive(Clone, Debug, Deserialize, PartialEq, Eq)]
 #[serde(untagged, expecting = "expected the name of a column, or its number, from 1 on")]
-pub(super) enum Column {
+pub(in crate::io) enum Column {
     Name(String),
     /// From 1; for files without names of columns.
     Number(NonZero<usize>),
+}
+
+impl Column {
+    /// Returns it as it stands in dataset.toml.
+    pub(in crate::io) fn shown(&self) -> String {
+        match self {
+            Self::Name(name) => toml::Value::from(name.as_str()).to_string(),
+            Self::Number(number) => number.to_string(),
+        }
+    }
 }
 
 macro_rules! column_names {
@@ -27,10 +37,18 @@ macro_rules! column_names {
         }
 
         impl ColumnNames {
-            /// The file's columns that are asked for, each with the name of ours.
+            /// Returns the file's columns that are asked for, each with the name of ours.
             pub(super) fn all(&self) -> impl Iterator<Item = (&'static str, &Column)> {
                 let all = [$((stringify!($key), &self.$key)),+];
                 all.into_iter().filter_map(|(key, column)| Some((key, column.as_ref()?)))
+            }
+
+            /// States the file's column for one of ours.
+            pub(super) fn set(&mut self, key: &str, column: Column) {
+                match key {
+                    $(stringify!($key) => self.$key = Some(column),)+
+                    _ => {}
+                }
             }
         }
     };
@@ -43,105 +61,78 @@ column_names! {
     cue_likelihood object_likelihood cue_angle object_angle
 }
 
-worded! {
-    /// What columns of angles are in, where their header does not say it.
-    #[derive(Clone, Copy, Debug, Deserialize, PartialEq, Eq)]
-    #[serde(rename_all = "lowercase")]
-    pub(super) enum AngleUnit {
-        Rad = "rad",
-        Deg = "deg",
-    }
-    /// As dataset.toml names it.
-    pub(super) fn name;
-}
-
-impl AngleUnit {
-    /// Radians in one of it.
-    pub(super) fn radians(self) -> f64 {
-        match self {
-            Self::Rad => 1.0,
-            Self::Deg => 1.0_f64.to_radians(),
-        }
-    }
-}
-
 impl ColumnNames {
-    /// The file's column for one of ours.
+    /// Returns the file's column for one of ours.
     pub(super) fn get(&self, key: &str) -> Option<&Column> {
         self.all().find(|(own, _)| *own == key).map(|(_, column)| column)
     }
 
-    fn has_any(&self, keys: &[&str]) -> bool {
-        keys.iter().any(|key| self.get(key).is_some())
+    fn has(&self, key: &str) -> bool {
+        self.get(key).is_some()
     }
 
-    /// Whether a row holds both balls.
+    /// Returns whether a row holds both balls.
     pub(super) fn is_wide(&self) -> bool {
-        self.cue_x.is_some()
+        self.has("cue_x")
     }
 
-    /// Whether the columns are given by their numbers.
+    /// Returns whether the columns are given by their numbers.
     pub(super) fn is_numbered(&self) -> bool {
         self.all().any(|(_, column)| matches!(column, Column::Number(_)))
     }
 
-    /// Whether a column holds angles.
+    /// Returns whether a column holds angles.
     pub(super) fn has_angles(&self) -> bool {
-        self.has_any(&["angle", "cue_angle", "object_angle"])
+        self.all().any(|(key, _)| key.ends_with("angle"))
     }
 
-    /// Whether the columns make a table, long or wide.
+    /// Complains unless the columns make a table, long or wide.
     pub(super) fn check(&self) -> Result<(), String> {
-        let has_all = |keys: &[&str]| keys.iter().all(|key| self.get(key).is_some());
-        let (wide, long) = (["cue_x", "cue_y", "object_x", "object_y"], ["x", "y"]);
+        let has_all = |keys: &[&str]| keys.iter().all(|key| self.has(key));
+        let has_any = |keys: &[&str]| keys.iter().any(|key| self.has(key));
         let is_wide = |key: &str| key.starts_with("cue_") || key.starts_with("object_");
         let any_wide = self.all().any(|(key, _)| is_wide(key));
-        // of what a ball has beside its position, it must be said which ball
-        let by_ball = ["point", "x_sd", "marker_x", "angle"];
-        let pairs = [["x_sd", "y_sd"], ["marker_x", "marker_y"], ["x2", "y2"], ["width", "height"]];
-        let wide_pairs = [
-            ["cue_x2", "cue_y2"],
-            ["object_x2", "object_y2"],
-            ["cue_width", "cue_height"],
-            ["object_width", "object_height"],
-        ];
-        let half = pairs.into_iter().chain(wide_pairs).find(|pair| self.has_any(pair) && !has_all(pair));
+        let is_beside = |key: &str| !is_wide(key) && !["shot", "frame", "t"].contains(&key);
         let has_name = self.all().any(|(_, column)| matches!(column, Column::Name(_)));
-        let message = if any_wide
-            && self.all().any(|(key, _)| !is_wide(key) && !["shot", "frame", "t"].contains(&key))
-        {
+        let message = if any_wide && self.all().any(|(key, _)| is_beside(key)) {
             "[tracks.columns] mixes a wide table (cue_x, cue_y, object_x, object_y) with a long one (ball, x, y); expected \
              one of them"
-        } else if !has_all(&wide) && !has_all(&long) {
+        } else if !has_all(&["cue_x", "cue_y", "object_x", "object_y"]) && !has_all(&["x", "y"]) {
             "[tracks.columns] needs ball, x and y (a long table: a row per ball and frame) or cue_x, cue_y, object_x and \
              object_y (a wide one: a row per frame)"
-        } else if self.ball.is_none() && self.has_any(&by_ball) {
+        } else if !self.has("ball") && has_any(&["point", "x_sd", "marker_x", "angle"]) {
+            // of what a ball has beside its position, it must be said which ball
             "[tracks.columns] has point, x_sd, marker_x or angle, but not ball; expected ball: only plain positions are told apart \
              by their paths"
-        } else if !any_wide && !self.has_any(&["frame", "t"]) {
+        } else if !any_wide && !has_any(&["frame", "t"]) {
             "[tracks.columns] has neither frame nor t; expected one of them (only a table with a row per frame can do \
              without: its rows are counted)"
-        } else if let Some([one, other]) = half {
-            return Err(format!("[tracks.columns]: {one} and {other} go together"));
-        } else if [
-            (&self.x2, &self.width),
-            (&self.cue_x2, &self.cue_width),
-            (&self.object_x2, &self.object_width),
-        ]
-        .iter()
-        .any(|(corner, size)| corner.is_some() && size.is_some())
-        {
-            "[tracks.columns] has both x2, y2 and width, height; expected the other corner of the box, or its size"
         } else if has_name && self.is_numbered() {
             "[tracks.columns] gives some columns by name and some by number; expected one of them throughout"
         } else {
-            return match self.separator.as_deref() {
-                None | Some("," | ";" | "\t" | " " | "|") => Ok(()),
-                Some(other) => {
-                    Err(format!("separator is {other:?}; expected \",\", \";\", \"\\t\", \"|\" or \" \""))
-                }
-            };
+            return self.check_pairs();
         };
         Err(message.to_string())
+    }
+
+    /// Complains about half of a pair, two ways to state a box, and a separator that is none.
+    fn check_pairs(&self) -> Result<(), String> {
+        for begin in ["", "cue_", "object_"] {
+            let pairs = [["x_sd", "y_sd"], ["marker_x", "marker_y"], ["x2", "y2"], ["width", "height"]];
+            let pairs = pairs.map(|pair| pair.map(|key| format!("{begin}{key}")));
+            if let Some([one, other]) = pairs.iter().find(|[one, other]| self.has(one) != self.has(other)) {
+                return Err(format!("[tracks.columns]: {one} and {other} go together"));
+            }
+            if self.has(&pairs[2][0]) && self.has(&pairs[3][0]) {
+                let message = "[tracks.columns] has both x2, y2 and width, height; expected the other corner of the box, or its size";
+                return Err(message.to_string());
+            }
+        }
+        match self.separator.as_deref() {
+            None | Some("," | ";" | "\t" | " " | "|") => Ok(()),
+            Some(other) => {
+                Err(format!("separator is {other:?}; expected \",\", \";\", \"\\t\", \"|\" or \" \""))
+            }
+        }
     }
 }

@@ -2,14 +2,14 @@
 
 use super::column_names::{Column, ColumnNames};
 use super::heading::{Heading, blanks};
-use super::input::{Input, Shots, quoted};
-use super::link;
-use super::long::{self, Angle, Columns, Gather};
-use super::raw::{CLOCK, FORMAT};
+use super::input::{Input, quoted};
+use super::layout::{At, Block, Body, Layout, Name, Refused};
+use super::long;
+use super::raw::{CLOCK, Clock, FORMAT};
 use super::sample::Rows;
-use super::settings::{Names, TimeUnit};
-use super::sheet::{At, Body, Sheet};
+use super::settings::TimeUnit;
 use super::time::first_contradiction;
+use super::units::AngleUnit;
 use super::words::{Role, find};
 use crate::io::error::did_you_mean;
 use crate::io::number::{shortened, value};
@@ -18,19 +18,19 @@ use crate::io::text::{Separator, filled_lines, trimmed, unmarked};
 /// The names of the columns, or the first row where they have none, are within so many lines.
 const WITHIN: usize = 100;
 
-/// The shots of a file, and the unit of lengths that its header states.
-pub(super) fn read(input: &Input, wanted: &ColumnNames) -> Option<Shots> {
-    let heading = if wanted.is_numbered() { numbered(input, wanted)? } else { header(input, wanted)? };
+/// Returns the layout that `[tracks.columns]` states.
+pub(super) fn layout(input: &Input, wanted: &ColumnNames) -> Result<Layout, Refused> {
+    let heading = if wanted.is_numbered() { numbered(input, wanted) } else { header(input, wanted) };
+    let heading = heading.ok_or(Refused)?;
+    let column = |key: &str| position(&heading, wanted, key);
     let shape = if wanted.is_wide() { "a row per frame" } else { "a row per ball and frame" };
     let place = if wanted.is_numbered() {
         format!("by number, rows from line {} on", heading.above + 1)
     } else {
         format!("names in line {}", heading.line)
     };
-    let mut read: Vec<usize> = wanted.all().filter_map(|(key, _)| position(&heading, wanted, key)).collect();
-    let shot = position(&heading, wanted, "shot");
-    let time = long::time(|key| position(&heading, wanted, key), input)
-        .or_else(|| unnamed_time(&heading, &read, shot, input));
+    let mut read: Vec<usize> = wanted.all().filter_map(|(key, _)| column(key)).collect();
+    let time = long::time(column, input).or_else(|| unnamed_time(&heading, &read, column("shot"), input));
     read.extend(time.map(|(column, _)| column));
     let passed = if wanted.is_numbered() { String::new() } else { passed_over(&heading, &read) };
     let message = format!(
@@ -39,18 +39,13 @@ pub(super) fn read(input: &Input, wanted: &ColumnNames) -> Option<Shots> {
     );
     input.log.add(FORMAT, None, message);
     if wanted.is_wide() {
-        return wide(input, wanted, heading, time);
+        return wide(input, wanted, heading, time).ok_or(Refused);
     }
-    let mut columns = Columns::of(|key| position(&heading, wanted, key), input)?;
-    columns.angle = angle(&heading, wanted, "angle", input);
-    columns.has_trackless = true;
-    let stated = columns.stated(&heading, input);
-    let mut gather = Gather::new(input, stated.clock);
-    long::read(&Sheet::new(input, heading), &columns, &mut gather);
-    if columns.ball.is_none() {
-        link::part(&mut gather.shots, input);
-    }
-    Some((gather.shots, stated.unit))
+    let angle = angle(&heading, wanted, "angle", input);
+    let known: Vec<(&str, Option<usize>)> = wanted.all().map(|(key, _)| (key, column(key))).collect();
+    let at = |key: &str| known.iter().find(|(own, _)| *own == key)?.1;
+    let layout = long::of_balls(at, angle, heading, input).ok_or(Refused)?;
+    Ok(Layout { may_lack_ball: true, ..layout })
 }
 
 /// Lists the columns that have names and are not read, as the end of a sentence.
@@ -76,20 +71,28 @@ fn position(heading: &Heading, wanted: &ColumnNames, key: &str) -> Option<usize>
     }
 }
 
-fn angle(heading: &Heading, wanted: &ColumnNames, key: &str, input: &Input) -> Option<Angle> {
+fn angle(heading: &Heading, wanted: &ColumnNames, key: &str, input: &Input) -> Option<(usize, AngleUnit)> {
     let column = position(heading, wanted, key)?;
-    Some((column, heading.angle(column, wanted.angle_unit, input)?.radians()))
+    Some((column, heading.angle(column, wanted.angle_unit, input)?))
 }
 
-/// Reads a table with both balls in a row. Only if it has no column of times at all, the rows of a shot are its frames.
-fn wide(input: &Input, wanted: &ColumnNames, heading: Heading, time: Option<(usize, bool)>) -> Option<Shots> {
+/// Finds the columns of a table with both balls in a row. Only if it has no column of times at all, the rows of a shot are its frames.
+fn wide(
+    input: &Input,
+    wanted: &ColumnNames,
+    heading: Heading,
+    time: Option<(usize, bool)>,
+) -> Option<Layout> {
     let column = |key: &str| position(&heading, wanted, key);
-    let body =
-        |names: &Names, begin| Some(Body { name: names.0.first()?.clone(), at: At::of(column, begin)? });
-    let bodies = [body(&input.settings.cue, "cue_")?, body(&input.settings.object, "object_")?];
-    let turns = ["cue_angle", "object_angle"].map(|key| angle(&heading, wanted, key, input));
+    let body = |name: &str, begin: &str| {
+        let body = Body::at(Name::Fixed(name.to_string()), At::of(column, begin)?);
+        Some(Body { angle: angle(&heading, wanted, &format!("{begin}angle"), input), ..body })
+    };
+    let [cue, object] = input.settings.first_names();
+    let bodies = vec![body(cue, "cue_")?, body(object, "object_")?];
+    let blocks = vec![Block::below(&heading, bodies)];
     let shot = column("shot");
-    let unit = heading.length(&bodies.iter().flat_map(|body| body.at.lengths()).collect::<Vec<_>>(), input);
+    let unit = heading.length(&Layout::lengths(&blocks), input);
     let clock = match time {
         Some((time, false)) => heading.time(time, input),
         _ => TimeUnit::Frames,
@@ -98,17 +101,8 @@ fn wide(input: &Input, wanted: &ColumnNames, heading: Heading, time: Option<(usi
         let message = "no column of times: every row is taken as one frame after the row above it";
         input.log.add(CLOCK, None, message);
     }
-    let mut gather = Gather::new(input, clock);
-    let sheet = Sheet::new(input, heading);
-    let reader = sheet.frames(shot, time.map(|(time, _)| time), &bodies, |reader, cells, shot, i, row| {
-        let ball = &bodies[i].name;
-        gather.push(shot, ball, "", row, None);
-        if let Some(angle) = turns[i] {
-            gather.push_angle(shot, ball, row, angle, reader.extra(cells.at(angle.0)));
-        }
-    });
-    gather.finish(reader);
-    Some((gather.shots, unit))
+    let time = time.map(|(column, _)| column);
+    Some(Layout { shot, unit, ..Layout::new(heading, blocks, time, Clock::In(clock)) })
 }
 
 /// Returns the column of frame numbers or times that the file has though [tracks.columns] names neither, and whether it is one of

@@ -233,28 +233,9 @@ impl Class<'_> {
     }
 }
 
-/// Which point of a kind all shots say is the centre that tell it alone, if these are enough: a disc that turns tells it of those that do not.
-fn agreed(kinds: &[Kind], known: &[Option<[Known; 2]>], shots: &[Seen]) -> Vec<Option<usize>> {
-    let mut said: Vec<Vec<usize>> = vec![Vec::new(); kinds.len()];
-    for (known, shot) in known.iter().zip(shots) {
-        for ((kind, order), alone) in known.iter().flatten().zip(&shot.alone) {
-            let Ok(centre) = alone else { continue };
-            let point = centre.and_then(|i| order.iter().position(|own| *own == i));
-            said[*kind].push(point.unwrap_or(order.len()));
-        }
-    }
-    let of_kind = |(said, kind): (Vec<usize>, &Kind)| {
-        let first = *said.first()?;
-        let agree = said.len() >= LEAST_SHOTS && said.iter().all(|point| *point == first);
-        (agree && kind.alike[first].len() == 1).then_some(first)
-    };
-    said.into_iter().zip(kinds).map(of_kind).collect()
-}
-
 /// The centres of both discs in all shots of a film; `touching` is how far apart they touch, m, where that is known.
 pub(crate) fn centres(shots: &[Seen], touching: Option<f64>) -> Vec<[Centre; 2]> {
     let (kinds, known) = kinds(shots);
-    let agreed = agreed(&kinds, &known, shots);
     // where the same two discs do not look alike, lengths are not what they seem
     let touching = touching.filter(|_| kinds.len() <= 2);
     let mut found: Vec<[Centre; 2]> = shots.iter().map(|shot| shot.alone.clone()).collect();
@@ -275,19 +256,10 @@ pub(crate) fn centres(shots: &[Seen], touching: Option<f64>) -> Vec<[Centre; 2]>
                 for (k, centre) in class.centres(hit, verdict).into_iter().enumerate() {
                     own[hit.discs[k]] = centre;
                 }
-                continue;
-            }
-            if own.iter().all(Result::is_ok) {
-                continue;
-            }
-            if let Some(centres) = touching.and_then(|touching| hit.seen.by_radii(touching)) {
+            } else if own.iter().any(Result::is_err)
+                && let Some(centres) = touching.and_then(|touching| hit.seen.by_radii(touching))
+            {
                 *own = centres;
-                continue;
-            }
-            for (disc, (kind, order)) in hit.discs.into_iter().zip(hit.known) {
-                if let (Err(_), Some(point)) = (&own[disc], agreed[*kind]) {
-                    own[disc] = Ok(order.get(point).copied());
-                }
             }
         }
     }

@@ -1,9 +1,13 @@
 //! Which column of an unknown table is which, by their names or, where there are none, by their number: for a draft.
 
-use super::boxes::{self, Boxed, Rest};
+use std::num::NonZero;
+
+use super::boxes;
+use super::column_names::Column;
+use super::guess_table::{Guess, Guessed, Table};
 use super::heading::{Heading, TITLES, blanks, suffix};
 use super::sample::Rows;
-use super::sheet::LIKELY;
+use super::units::AngleUnit;
 use super::words::{Kind, Role, find, is_angle, pairs};
 use crate::io::number::value;
 use crate::io::text::{Separator, filled_lines, lines, trimmed, unmarked};
@@ -11,29 +15,7 @@ use crate::io::text::{Separator, filled_lines, lines, trimmed, unmarked};
 /// Radians of a disc seldom grow beyond so many: as many as two turns. Degrees of a whole turn are 360.
 const RADIANS: f64 = 4.0 * std::f64::consts::PI;
 
-/// What of `[tracks]` fits a table, as keys and values of TOML.
-#[derive(Clone, Debug, Default, PartialEq)]
-pub struct Guess {
-    /// Of `[tracks.columns]`.
-    pub columns: Vec<(&'static str, String)>,
-    /// It has angles, which only discs do.
-    pub has_angles: bool,
-    /// `time_unit`, where only the steps of the times tell it.
-    pub time_unit: Option<&'static str>,
-    /// Pairs of columns for x and y that are no positions of balls.
-    pub passed: Vec<String>,
-    /// A column that may be one of times or of numbers of frames.
-    pub perhaps_time: Option<String>,
-}
-
-impl Guess {
-    /// Whether x and y are not those of the ball, but of a box about it.
-    pub(super) fn has_boxes(&self) -> bool {
-        self.columns.iter().any(|(key, _)| [boxes::SIZE[0], boxes::CORNER[0]].contains(key))
-    }
-}
-
-/// `None` where the table is not understood.
+/// Guesses the columns of a table; `None` if it is not understood.
 pub(super) fn columns(text: &str) -> Option<Guess> {
     let top: Vec<(usize, &str)> = filled_lines(text).take(TITLES).collect();
     for (i, (line, content)) in top.iter().enumerate() {
@@ -78,115 +60,12 @@ fn numbered(rows: &Rows, width: usize) -> Option<Guess> {
         5 => &["t", "cue_x", "cue_y", "object_x", "object_y"],
         _ => return None,
     };
-    let keys = keys.iter().enumerate().filter(|(_, key)| !key.is_empty());
-    let columns = keys.map(|(i, key)| (*key, (i + 1).to_string())).collect();
-    Some(Guess { columns, ..Guess::default() })
+    let numbers = (1..).filter_map(NonZero::new);
+    let keys = keys.iter().zip(numbers).filter(|(key, _)| !key.is_empty());
+    let guessed =
+        |(key, number): (&&'static str, _)| Guessed { key, column: Column::Number(number), doubt: None };
+    Some(Guess { columns: keys.map(guessed).collect(), ..Guess::default() })
 }
-
-/// Which columns of a table with names are what; what is guessed grows.
-struct Table<'a> {
-    heading: &'a Heading,
-    small: Vec<String>,
-    rows: Rows,
-    taken: Vec<usize>,
-    guess: Guess,
-}
-
-impl Table<'_> {
-    fn add<const N: usize>(&mut self, keys: [&'static str; N], columns: [usize; N]) {
-        let name = |column: usize| toml::Value::from(self.heading.names[column].as_str()).to_string();
-        self.guess.columns.extend(keys.into_iter().zip(columns.map(name)));
-        self.taken.extend(columns);
-    }
-
-    fn is_free(&self, column: usize) -> bool {
-        !self.taken.contains(&column) && !self.small[column].is_empty()
-    }
-
-    /// The column of times or frames: by its name, else the one whose numbers grow from row to row of each group.
-    fn add_time(&mut self, groups: &[usize], others: &[usize]) {
-        let known = |role| find(&self.small, role).filter(|column| self.is_free(*column));
-        match (known(Role::Frame), known(Role::Time)) {
-            (Some(frame), _) => return self.add(["frame"], [frame]),
-            (None, Some(time)) => return self.add(["t"], [time]),
-            (None, None) => {}
-        }
-        let grows = |column: usize| Some((column, self.rows.least_step(column, groups)?));
-        let mut free =
-            (0..self.small.len()).filter(|column| self.is_free(*column) && !others.contains(column));
-        let Some((column, step)) = free.find_map(grows) else { return };
-        match (self.rows.is_whole(column), step) {
-            (true, 1.0) => self.add(["frame"], [column]),
-            (false, ..0.5) => self.add(["t"], [column]),
-            (false, ..200.0) => {
-                self.add(["t"], [column]);
-                self.guess.time_unit = Some("ms");
-            }
-            _ => self.guess.perhaps_time = Some(self.heading.names[column].clone()),
-        }
-    }
-}
-
-impl Table<'_> {
-    /// What tells the middle of boxes. Where names do not say whether x and y are a corner or the middle, and the paths do not show it,
-    /// the size is added as a comment.
-    fn add_boxes(&mut self, positions: &[[usize; 2]], boxes: &[Boxed], ball: Option<usize>) {
-        for (i, position) in positions.iter().enumerate() {
-            let which = if positions.len() == 1 { 0 } else { i + 1 };
-            if let Some(Boxed { rest, .. }) = boxes.get(i) {
-                let keys = match rest {
-                    Rest::Corner(_) => [["x2", "y2"], ["cue_x2", "cue_y2"], ["object_x2", "object_y2"]],
-                    Rest::Size(_) => WIDTHS,
-                };
-                self.add(keys[which], rest.columns());
-                continue;
-            }
-            let Some(size) = boxes::size(&self.small, position[0]) else { continue };
-            match self.rows.is_corner(*position, size, ball) {
-                Some(true) => self.add(WIDTHS[which], size),
-                Some(false) => {}
-                None => {
-                    let why = "of a box: take the # away, from both, where x and y are its corner, and not its middle";
-                    self.perhaps(PERHAPS_WIDTHS[which][0], size[0], &format!("   # {why}"));
-                    self.perhaps(PERHAPS_WIDTHS[which][1], size[1], "");
-                }
-            }
-        }
-    }
-
-    /// Columns that say how surely a position is one; what detectors call confidence is on no known scale, and so a comment.
-    fn add_likelihoods(&mut self, positions: &[[usize; 2]]) {
-        for (i, [x, _]) in positions.iter().enumerate() {
-            let which = if positions.len() == 1 { 0 } else { i + 1 };
-            let named = |names: &[&str]| names.iter().find_map(|name| boxes::beside(&self.small, *x, name));
-            let alone = |names: &[&str]| {
-                let found = names.iter().find_map(|name| self.small.iter().position(|own| own == name));
-                found.filter(|_| which == 0)
-            };
-            let of =
-                |names: &[&str]| named(names).or_else(|| alone(names)).filter(|column| self.is_free(*column));
-            if let Some(column) = of(&["likelihood"]) {
-                self.add([LIKELIHOODS[which]], [column]);
-            } else if let Some(column) = of(&["confidence", "conf", "score", "probability"]) {
-                let why = format!("   # take the # away to leave out positions below {LIKELY}");
-                self.perhaps(PERHAPS_LIKELIHOODS[which], column, &why);
-            }
-        }
-    }
-
-    /// A key as a comment.
-    fn perhaps(&mut self, key: &'static str, column: usize, why: &str) {
-        let name = toml::Value::from(self.heading.names[column].as_str());
-        self.guess.columns.push((key, format!("{name}{why}")));
-    }
-}
-
-/// Keys of `[tracks.columns]` of a table with a row per ball and frame, of the cue ball and of the object ball; as comments.
-const WIDTHS: [[&str; 2]; 3] = [boxes::SIZE, ["cue_width", "cue_height"], ["object_width", "object_height"]];
-const PERHAPS_WIDTHS: [[&str; 2]; 3] =
-    [["# width", "# height"], ["# cue_width", "# cue_height"], ["# object_width", "# object_height"]];
-const LIKELIHOODS: [&str; 3] = ["likelihood", "cue_likelihood", "object_likelihood"];
-const PERHAPS_LIKELIHOODS: [&str; 3] = ["# likelihood", "# cue_likelihood", "# object_likelihood"];
 
 fn named(text: &str, heading: &Heading) -> Option<Guess> {
     let small = heading.small();
@@ -283,7 +162,7 @@ fn named(text: &str, heading: &Heading) -> Option<Guess> {
     let mut guess = table.guess;
     if turning.iter().any(|column| !heading.has_unit(*column)) {
         let most = most(text, heading, turning);
-        guess.columns.push(("angle_unit", if most > RADIANS { "\"deg\"" } else { "\"rad\"" }.to_string()));
+        guess.angle_unit = Some(if most > RADIANS { AngleUnit::Deg } else { AngleUnit::Rad });
     }
     guess.has_angles = !turning.is_empty();
     let passed = of(Kind::Motion).into_iter().flatten();
@@ -313,129 +192,71 @@ mod tests {
 
     fn guessed(text: &str) -> String {
         let Some(guess) = columns(text) else { return String::new() };
+        let certain = guess.columns.iter().filter(|guessed| guessed.doubt.is_none());
         let mut said: Vec<String> =
-            guess.columns.iter().map(|(key, value)| format!("{key}={value}")).collect();
-        said.extend(guess.time_unit.map(|unit| format!("in {unit}")));
+            certain.map(|guessed| format!("{}={}", guessed.key, guessed.column.shown())).collect();
+        said.extend(guess.angle_unit.map(|unit| format!("angle_unit={}", unit.name())));
+        said.extend(guess.time_unit.map(|unit| format!("in {}", unit.name())));
         said.extend(guess.perhaps_time.map(|name| format!("perhaps {name}")));
         said.join(" ").replace('"', "")
     }
 
+    /// Tables, with ↵ for the end of a line, and what their columns are.
+    const TABLES: &str = "
+c_a_x,c_a_y,ang_a,c_b_x,c_b_y,ang_b↵0.3,0.1,2.9,0.3,0.2,4.1 ¦ cue_x=c_a_x cue_y=c_a_y object_x=c_b_x object_y=c_b_y cue_angle=ang_a object_angle=ang_b angle_unit=rad
+Monday↵Time [s];x1 [cm];y1 [cm];x2 [cm];y2 [cm];v↵0;1;2;3;4;5 ¦ t=Time [s] cue_x=x1 [cm] cue_y=y1 [cm] object_x=x2 [cm] object_y=y2 [cm]
+frame,disk_id,cx_mm,cy_mm,mx_mm,my_mm,r_px↵133,0,8,7,8,2,5 ¦ frame=frame ball=disk_id x=cx_mm y=cy_mm marker_x=mx_mm marker_y=my_mm
+frame;puck;x;y;theta↵1;A;0.1;0.2;270 ¦ frame=frame ball=puck x=x y=y angle=theta angle_unit=deg
+0.0;1;2;3;4 ¦ t=1 cue_x=2 cue_y=3 object_x=4 object_y=5
+a,b,c,d↵1,2,3,4 ¦ 
+t,x,y↵1,2,3 ¦ 
+t,x1,y1,x2,y2,x3,y3 ¦ 
+Zeit;Weiß x;Weiß y;Rot x;Rot y↵0,1;1;2;3;4 ¦ t=Zeit cue_x=Weiß x cue_y=Weiß y object_x=Rot x object_y=Rot y
+time,ball,x,y,x_sd,y_sd↵0,a,1,2,3,4 ¦ t=time ball=ball x=x y=y x_sd=x_sd y_sd=y_sd
+Frame,ball_id,X,Y,VX,VY↵0,a,1,2,3,4 ¦ frame=Frame ball=ball_id x=X y=Y
+t,x1,y1,vx1,vy1,x2,y2,vx2,vy2↵0,1,2,3,4,5,6,7,8 ¦ t=t cue_x=x1 cue_y=y1 object_x=x2 object_y=y2
+frame,track_id,x1,y1,x2,y2↵0,1,2,3,4,5 ¦ frame=frame ball=track_id x=x1 y=y1 x2=x2 y2=y2
+frame,ball_id,x_px,y_px,x_m,y_m↵0,1,2,3,4,5 ¦ frame=frame ball=ball_id x=x_m y=y_m
+1,1,2,3,4↵2,1,2,3,4↵3,1,2,3,4 ¦ frame=1 cue_x=2 cue_y=3 object_x=4 object_y=5
+0,1,2,3,4↵0.1,1,2,3,4↵0.2,1,2,3,4 ¦ t=1 cue_x=2 cue_y=3 object_x=4 object_y=5
+0 1 6.6 3.7↵1 1 6.7 3.7↵2 1 6.8 3.7↵0 2 6.6 3.7↵1 2 6.7 3.7↵2 2 6.8 3.7 ¦ frame=1 ball=2 x=3 y=4
+# t x1 y1 x2 y2↵  0.0   1   2   3   4↵  0.1   1   2   3   4 ¦ t=t cue_x=x1 cue_y=y1 object_x=x2 object_y=y2
+   t    x1   y1   x2   y2↵0.0 1 2 3 4↵0.1 1 2 3 4 ¦ t=t cue_x=x1 cue_y=y1 object_x=x2 object_y=y2
+shot,t,whatever,x,y↵s,0,a,1.5,2.5↵s,1,a,1.5,2.5↵s,0,b,1.5,2.5↵s,1,b,1.5,2.5 ¦ shot=shot t=t ball=whatever x=x y=y
+  0.00e0   1e1   2   3   4 ¦ t=1 cue_x=2 cue_y=3 object_x=4 object_y=5";
+
     #[test]
-    fn columns_are_known_by_their_names() {
-        assert_eq!(
-            guessed("c_a_x,c_a_y,ang_a,c_b_x,c_b_y,ang_b\n0.3,0.1,2.9,0.3,0.2,4.1\n"),
-            "cue_x=c_a_x cue_y=c_a_y object_x=c_b_x object_y=c_b_y cue_angle=ang_a object_angle=ang_b angle_unit=rad"
-        );
-        assert_eq!(
-            guessed("Monday\nTime [s];x1 [cm];y1 [cm];x2 [cm];y2 [cm];v\n0;1;2;3;4;5\n"),
-            "t=Time [s] cue_x=x1 [cm] cue_y=y1 [cm] object_x=x2 [cm] object_y=y2 [cm]"
-        );
-        assert_eq!(
-            guessed("frame,disk_id,cx_mm,cy_mm,mx_mm,my_mm,r_px\n133,0,8,7,8,2,5\n"),
-            "frame=frame ball=disk_id x=cx_mm y=cy_mm marker_x=mx_mm marker_y=my_mm"
-        );
-        assert_eq!(
-            guessed("frame\tpuck\tx\ty\ttheta\n1\tA\t0.1\t0.2\t270\n"),
-            "frame=frame ball=puck x=x y=y angle=theta angle_unit=deg"
-        );
-        assert_eq!(guessed("0.0;1;2;3;4\n"), "t=1 cue_x=2 cue_y=3 object_x=4 object_y=5");
-        for unknown in ["a,b,c,d\n1,2,3,4\n", "t,x,y\n1,2,3\n", "", "t,x1,y1,x2,y2,x3,y3\n"] {
-            assert_eq!(guessed(unknown), "", "{unknown}");
+    fn columns_are_known_by_their_names_and_numbers() {
+        for case in TABLES.lines().skip(1) {
+            let (table, expected) = case.split_once(" ¦ ").unwrap();
+            assert_eq!(guessed(&(table.replace('↵', "\n") + "\n")), expected, "{case}");
         }
-    }
-
-    /// In German, red is rot.
-    #[test]
-    fn a_position_is_no_angle() {
-        assert_eq!(
-            guessed("Zeit;Weiß x;Weiß y;Rot x;Rot y\n0,1;1;2;3;4\n"),
-            "t=Zeit cue_x=Weiß x cue_y=Weiß y object_x=Rot x object_y=Rot y"
-        );
-    }
-
-    #[test]
-    fn errors_and_velocities_are_no_positions() {
-        let sd = "x_sd=x_sd y_sd=y_sd";
-        assert_eq!(
-            guessed("time,ball,x,y,x_sd,y_sd\n0,a,1,2,3,4\n"),
-            format!("t=time ball=ball x=x y=y {sd}")
-        );
-        assert_eq!(guessed("Frame,ball_id,X,Y,VX,VY\n0,a,1,2,3,4\n"), "frame=Frame ball=ball_id x=X y=Y");
-        assert_eq!(
-            guessed("t,x1,y1,vx1,vy1,x2,y2,vx2,vy2\n0,1,2,3,4,5,6,7,8\n"),
-            "t=t cue_x=x1 cue_y=y1 object_x=x2 object_y=y2"
-        );
-        // a box about the ball
-        assert_eq!(
-            guessed("frame,track_id,x1,y1,x2,y2\n0,1,2,3,4,5\n"),
-            "frame=frame ball=track_id x=x1 y=y1 x2=x2 y2=y2"
-        );
-        assert_eq!(
-            guessed("frame,ball_id,x_px,y_px,x_m,y_m\n0,1,2,3,4,5\n"),
-            "frame=frame ball=ball_id x=x_m y=y_m"
-        );
     }
 
     #[test]
     fn a_time_of_any_name_grows_from_row_to_row() {
-        let table = |name: &str, times: [&str; 4]| {
-            let row = |t: &str| format!("{t},1,2,3,4\n");
-            let said = guessed(&format!("{name},x1,y1,x2,y2\n{}", times.map(row).concat()));
-            let (before, rest) = said.split_once("cue_x=").unwrap_or_default();
-            (before.to_string() + rest.split_once("object_y=y2").unwrap_or_default().1)
-                .trim()
-                .replace("  ", " ")
-        };
-        let seconds = ["0.000", "0.004", "0.008", "0.013"];
-        for name in ["t_s", "time_stamp", "Zeit_s", "\"Time (s) Run #1\"", "Data Set 1:Time(s)", "when"] {
-            let name_alone = name.replace('"', "");
-            assert_eq!(table(name, seconds), format!("t={name_alone}"), "{name}");
+        let balls = "cue_x=x1 cue_y=y1 object_x=x2 object_y=y2";
+        let seconds = "0.000 0.004 0.008 0.013";
+        for (name, times, before, behind) in [
+            ("t_s", seconds, "t=t_s ", ""),
+            ("time_stamp", seconds, "t=time_stamp ", ""),
+            ("Zeit_s", seconds, "t=Zeit_s ", ""),
+            ("\"Time (s) Run #1\"", seconds, "t=Time (s) Run #1 ", ""),
+            ("Data Set 1:Time(s)", seconds, "t=Data Set 1:Time(s) ", ""),
+            ("when", seconds, "t=when ", ""),
+            ("frame_idx", "0 1 3 4", "frame=frame_idx ", ""),
+            ("frame_id", "0 1 3 4", "frame=frame_id ", ""),
+            ("Frame No", "0 1 3 4", "frame=Frame No ", ""),
+            ("n", "0 1 3 4", "frame=n ", ""),
+            ("Bildnummer", "0 1 3 4", "frame=Bildnummer ", ""),
+            ("frame_idx", "0 2 4 6", "frame=frame_idx ", ""),
+            ("when", "0.0 4.2 8.3 12.5", "t=when ", " in ms"),
+            ("when", "0 4 8 13", "", " perhaps when"),
+            ("score", "3 1 2 5", "", ""),
+        ] {
+            let rows: String = times.split(' ').map(|t| format!("{t},1,2,3,4\n")).collect();
+            let said = guessed(&format!("{name},x1,y1,x2,y2\n{rows}"));
+            assert_eq!(said, format!("{before}{balls}{behind}"), "{name}");
         }
-        for name in ["frame_idx", "frame_id", "Frame No", "n", "Bildnummer"] {
-            assert_eq!(table(name, ["0", "1", "3", "4"]), format!("frame={name}"), "{name}");
-        }
-        assert_eq!(table("frame_idx", ["0", "2", "4", "6"]), "frame=frame_idx");
-        assert_eq!(table("when", ["0.0", "4.2", "8.3", "12.5"]), "t=when in ms");
-        assert_eq!(table("when", ["0", "4", "8", "13"]), "perhaps when");
-        assert_eq!(table("score", ["3", "1", "2", "5"]), "");
-    }
-
-    #[test]
-    fn numbers_of_frames_without_names() {
-        let columns = "cue_x=2 cue_y=3 object_x=4 object_y=5";
-        assert_eq!(guessed("1,1,2,3,4\n2,1,2,3,4\n3,1,2,3,4\n"), format!("frame=1 {columns}"));
-        assert_eq!(guessed("0,1,2,3,4\n0.1,1,2,3,4\n0.2,1,2,3,4\n"), format!("t=1 {columns}"));
-    }
-
-    #[test]
-    fn a_column_of_balls_of_any_name() {
-        let rows = |separator: &str, order: fn(&str, &str) -> [String; 3]| -> String {
-            let row = |t: &str, ball: &str| {
-                order(t, ball).join(separator) + separator + "1.5" + separator + "2.5\n"
-            };
-            ["a", "b"].iter().flat_map(|ball| ["0", "1", "2"].map(|t| row(t, ball))).collect()
-        };
-        let table = rows(",", |t, ball| ["s".to_string(), t.to_string(), ball.to_string()]);
-        for name in ["color", "id", "whatever"] {
-            assert_eq!(
-                guessed(&format!("shot,t,{name},x,y\n{table}")),
-                format!("shot=shot t=t ball={name} x=x y=y")
-            );
-        }
-        assert_eq!(
-            guessed("0 1 6.6 3.7\n1 1 6.7 3.7\n2 1 6.8 3.7\n0 2 6.6 3.7\n1 2 6.7 3.7\n2 2 6.8 3.7\n"),
-            "frame=1 ball=2 x=3 y=4"
-        );
-    }
-
-    #[test]
-    fn blanks_between_cells() {
-        let expected = "t=t cue_x=x1 cue_y=y1 object_x=x2 object_y=y2";
-        for head in ["# t x1 y1 x2 y2", "% t x1 y1 x2 y2", "t x1 y1 x2 y2", "   t    x1   y1   x2   y2"] {
-            for rows in ["0.0 1 2 3 4\n0.1 1 2 3 4\n", "  0.0   1   2   3   4\n  0.1   1   2   3   4\n"] {
-                assert_eq!(guessed(&format!("{head}\n{rows}")), expected, "{head}: {rows}");
-            }
-        }
-        assert_eq!(guessed("  0.00e0   1e1   2   3   4\n"), "t=1 cue_x=2 cue_y=3 object_x=4 object_y=5");
     }
 }

@@ -2,12 +2,12 @@
 
 use std::collections::HashMap;
 
-use super::column_names::AngleUnit;
 use super::input::Input;
 use super::settings::{TimeUnit, Unit};
 use super::timecode::is_clock;
+use super::units::AngleUnit;
 use crate::io::number::parse;
-use crate::io::text::{Separator, filled_below, lines, trimmed};
+use crate::io::text::{Separator, filled_lines, lines, trimmed};
 
 /// Spreadsheets have a few lines of titles above the names of their columns, at most so many.
 pub(super) const TITLES: usize = 10;
@@ -65,7 +65,8 @@ impl Measure {
 pub(super) fn blanks(text: &str, line: usize, names: &str) -> Separator {
     const SINGLE: Separator = Separator::Char(' ');
     let count = |line: &str| trimmed(line.trim_end(), SINGLE).map_or(0, |cells| cells.len());
-    let fits = filled_below(text, line).is_none_or(|(_, row)| count(row) == count(names));
+    let fits =
+        filled_lines(text).find(|(below, _)| *below > line).is_none_or(|(_, row)| count(row) == count(names));
     if fits && !names.starts_with(' ') { SINGLE } else { Separator::Blanks }
 }
 
@@ -311,7 +312,7 @@ fn further(
     separator: Separator,
     width: usize,
 ) -> Option<(usize, Vec<Option<Measure>>)> {
-    let (line, row) = filled_below(text, header)?;
+    let (line, row) = filled_lines(text).find(|(below, _)| *below > header)?;
     let cells = trimmed(row, separator)?;
     if cells.len() > width + 1 {
         return None;
@@ -337,29 +338,32 @@ mod tests {
 
     #[test]
     fn a_unit_is_split_from_the_name() {
-        assert_eq!(split("x [mm]"), ("x", Some(Measure::Length(Unit::Mm))));
-        assert_eq!(split("x(cm)"), ("x", Some(Measure::Length(Unit::Cm))));
-        assert_eq!(split("t [µs]"), ("t", Some(Measure::Time(TimeUnit::Us))));
-        assert_eq!(split("θ (°)"), ("θ", Some(Measure::Angle(AngleUnit::Deg))));
-        let loosely = split_loosely;
-        assert_eq!(loosely("Time (s) Run #1"), ("Time", Some(Measure::Time(TimeUnit::S))));
-        assert_eq!(loosely("Data Set 1:X2(m)"), ("X2", Some(Measure::Length(Unit::M))));
-        assert_eq!(loosely("t_ms"), ("t", Some(Measure::Time(TimeUnit::Ms))));
-        assert_eq!(loosely("cx_mm"), ("cx", Some(Measure::Length(Unit::Mm))));
-        for plain in ["x_sd", "point_in", "r_s", "m_m", "_mm", "a:", "#1"] {
-            assert_eq!(loosely(plain), (plain, None));
+        use Measure::{Angle, Length, Time};
+        for (name, bare, unit) in [
+            ("x [mm]", "x", Length(Unit::Mm)),
+            ("x(cm)", "x", Length(Unit::Cm)),
+            ("t [µs]", "t", Time(TimeUnit::Us)),
+            ("θ (°)", "θ", Angle(AngleUnit::Deg)),
+        ] {
+            assert_eq!(split(name), (bare, Some(unit)));
         }
-        for plain in ["x", "A (1)", "x [", "(m", "v (m/s)"] {
-            assert_eq!(split(plain), (plain, None));
+        for (name, bare, unit) in [
+            ("Time (s) Run #1", "Time", Time(TimeUnit::S)),
+            ("Data Set 1:X2(m)", "X2", Length(Unit::M)),
+            ("t_ms", "t", Time(TimeUnit::Ms)),
+            ("cx_mm", "cx", Length(Unit::Mm)),
+        ] {
+            assert_eq!(split_loosely(name), (bare, Some(unit)));
         }
-    }
-
-    #[test]
-    fn a_unit_that_is_not_known_is_seen() {
-        assert_eq!(strange_unit("x1 [dm]"), Some("dm"));
-        assert_eq!(strange_unit("Y(yd)"), Some("yd"));
-        for known in ["x [mm]", "x", "t [min]", "x (1)", "vx (m/s)", "x []"] {
-            assert_eq!(strange_unit(known), None, "{known}");
+        for plain in
+            ["x_sd", "point_in", "r_s", "m_m", "_mm", "a:", "#1", "x", "A (1)", "x [", "(m", "v (m/s)"]
+        {
+            assert_eq!([split(plain), split_loosely(plain)], [(plain, None); 2]);
+        }
+        let strange = [("x1 [dm]", Some("dm")), ("Y(yd)", Some("yd")), ("x [mm]", None), ("x", None)];
+        let others = ["t [min]", "x (1)", "vx (m/s)", "x []"].map(|name| (name, None));
+        for (name, unit) in strange.into_iter().chain(others) {
+            assert_eq!(strange_unit(name), unit, "{name}");
         }
     }
 

@@ -1,9 +1,9 @@
 //! A file that is read, and what is said of it on the way.
 
+use std::borrow::Cow;
 use std::path::Path;
-use std::sync::Arc;
 
-use super::raw::{Clock, Log, Notes, RawShot, RawTrack};
+use super::raw::{Log, Notes, RawShot};
 use super::settings::{TrackSettings, Unit};
 use crate::io::error::Problems;
 use crate::io::number::Place;
@@ -32,7 +32,7 @@ pub(super) struct Input<'a> {
     pub log: Log<'a>,
 }
 
-impl<'a> Input<'a> {
+impl Input<'_> {
     pub(super) fn wrong<'c>(
         &self,
         line: impl Into<Option<usize>>,
@@ -42,24 +42,28 @@ impl<'a> Input<'a> {
         self.problems.add(self.file, line, column, message);
     }
 
-    /// A cell of the file.
-    pub(super) fn cell<'c>(&self, line: usize, column: &'c str, text: &'c str) -> Place<'c>
-    where
-        'a: 'c,
-    {
-        Place { file: self.file, line, column, text, problems: self.problems }
-    }
-
     /// Whether times are numbers of frames where a file has both: these cannot follow a wrong rate, but need the right one.
     pub(super) fn is_by_frame(&self) -> bool {
         self.settings.capture_fps.is_some()
     }
+}
 
-    /// A file that is one shot, named after it.
-    pub(super) fn one_shot(&self, clock: Clock, tracks: Vec<RawTrack>) -> Vec<RawShot> {
-        let line = tracks.iter().map(RawTrack::line).min().unwrap_or(1);
-        let file = Arc::new(self.file.to_path_buf());
-        vec![RawShot { name: self.stem.to_string(), file, line, clock, tracks }]
+/// A row of a table.
+pub(super) struct Row<'a> {
+    pub line: usize,
+    pub input: &'a Input<'a>,
+    pub names: &'a [String],
+    pub cells: &'a [Cow<'a, str>],
+}
+
+impl Row<'_> {
+    pub(super) fn at(&self, column: usize) -> Place<'_> {
+        let Input { file, problems, .. } = *self.input;
+        Place { file, line: self.line, column: &self.names[column], text: &self.cells[column], problems }
+    }
+
+    pub(super) fn text(&self, column: usize) -> &str {
+        &self.cells[column]
     }
 }
 

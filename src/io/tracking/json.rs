@@ -133,7 +133,7 @@ impl Reader<'_> {
             self.clock(Clock::Unsaid, sample.line)?;
             let time = self.number(time, "t")?;
             let [x, y] = [self.coordinate(Some(x), "x")?, self.coordinate(Some(y), "y")?];
-            return Some(Row { time, x, y, line });
+            return Some(Row::new(time, [x, y], line));
         }
         let by_frame =
             self.input.is_by_frame() || TIMES[..3].iter().all(|(key, _)| sample.get(&[key]).is_none());
@@ -152,7 +152,7 @@ impl Reader<'_> {
             _ => position.get(keys),
         };
         let [x, y] = [self.coordinate(at(&["x"], 0), "x")?, self.coordinate(at(&["y"], 1), "y")?];
-        Some(Row { time, x, y, line })
+        Some(Row::new(time, [x, y], line))
     }
 
     /// All times of a shot are of one kind.

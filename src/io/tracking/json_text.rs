@@ -1,13 +1,11 @@
 //! JSON with the line of each of its values, for messages.
 
-use std::cell::Cell;
-use std::fmt;
-use std::io::Read;
+use crate::io::number::shortened;
 
-use serde::Deserializer;
-use serde::de::{DeserializeSeed, MapAccess, SeqAccess, Visitor};
+/// Most lists and objects inside each other.
+const DEEPEST: usize = 100;
 
-/// A value and the line where it begins (of a number or a word, where it ends).
+/// A value and the line where it begins.
 #[derive(Clone, Debug, PartialEq)]
 pub(super) struct Node {
     pub line: usize,
@@ -26,7 +24,7 @@ pub(super) enum Value {
 }
 
 impl Node {
-    /// The first of these keys that an object has.
+    /// Returns the value of the first of these keys that an object has.
     pub(super) fn get(&self, keys: &[&str]) -> Option<&Self> {
         let Value::Object(entries) = &self.value else { return None };
         keys.iter().find_map(|key| {
@@ -34,109 +32,114 @@ impl Node {
         })
     }
 
-    /// As messages name it.
+    /// Returns it as messages name it.
     pub(super) fn what(&self) -> String {
         match &self.value {
             Value::Null => "null".to_string(),
             Value::Bool => "true or false".to_string(),
             Value::Number(number) => number.to_string(),
-            Value::Text(text) => format!("\"{}\"", crate::io::number::shortened(text)),
+            Value::Text(text) => format!("\"{}\"", shortened(text)),
             Value::List(list) => format!("an array of {}", list.len()),
             Value::Object(_) => "an object".to_string(),
         }
     }
 }
 
-/// Reads the text of a file; `Err` with the line and what is wrong with it.
-pub(super) fn parse(text: &str) -> Result<Node, (usize, String)> {
-    let line = Cell::new(1);
-    let mut deserializer =
-        serde_json::Deserializer::from_reader(Counted { rest: text.as_bytes(), line: &line });
-    let read = Seed(&line).deserialize(&mut deserializer);
-    read.and_then(|node| deserializer.end().map(|()| node)).map_err(|error| {
-        let message = error.to_string();
-        let bare = message.rsplit_once(" at line ").map_or(message.as_str(), |(bare, _)| bare).to_string();
-        (error.line().max(1), bare)
-    })
+/// A line, and what is wrong there.
+type Wrong = (usize, String);
+
+/// Reads the text of a file.
+pub(super) fn parse(text: &str) -> Result<Node, Wrong> {
+    let mut parser = Parser { rest: text, line: 1, depth: 0 };
+    let node = parser.value()?;
+    parser.skip_blanks();
+    if parser.rest.is_empty() { Ok(node) } else { parser.wrong("trailing characters") }
 }
 
-/// Counts the lines that were read; `serde_json` asks for one byte after the other.
-struct Counted<'a> {
-    rest: &'a [u8],
-    line: &'a Cell<usize>,
+/// The rest of a text, and its line.
+struct Parser<'t> {
+    rest: &'t str,
+    line: usize,
+    depth: usize,
 }
 
-impl Read for Counted<'_> {
-    fn read(&mut self, into: &mut [u8]) -> std::io::Result<usize> {
-        let n = self.rest.read(into)?;
-        let ends = into[..n].iter().filter(|byte| **byte == b'\n').count();
-        self.line.set(self.line.get() + ends);
-        Ok(n)
-    }
-}
-
-/// Makes a node of the value that comes next.
-#[derive(Clone, Copy)]
-struct Seed<'a>(&'a Cell<usize>);
-
-impl Seed<'_> {
-    fn node<E>(self, value: Value) -> Result<Node, E> {
-        Ok(Node { line: self.0.get(), value })
-    }
-}
-
-impl<'de> DeserializeSeed<'de> for Seed<'_> {
-    type Value = Node;
-
-    fn deserialize<D: Deserializer<'de>>(self, deserializer: D) -> Result<Node, D::Error> {
-        deserializer.deserialize_any(self)
-    }
-}
-
-impl<'de> Visitor<'de> for Seed<'_> {
-    type Value = Node;
-
-    fn expecting(&self, f: &mut fmt::Formatter) -> fmt::Result {
-        f.write_str("JSON")
+impl Parser<'_> {
+    fn wrong<T>(&self, message: impl Into<String>) -> Result<T, Wrong> {
+        Err((self.line, message.into()))
     }
 
-    fn visit_unit<E>(self) -> Result<Node, E> {
-        self.node(Value::Null)
+    fn skip(&mut self, bytes: usize) {
+        self.line += self.rest[..bytes].matches('\n').count();
+        self.rest = &self.rest[bytes..];
     }
 
-    fn visit_bool<E>(self, _: bool) -> Result<Node, E> {
-        self.node(Value::Bool)
+    fn skip_blanks(&mut self) {
+        self.skip(self.rest.len() - self.rest.trim_start_matches([' ', '\t', '\r', '\n']).len());
     }
 
-    fn visit_f64<E>(self, number: f64) -> Result<Node, E> {
-        self.node(Value::Number(number))
+    /// Skips a mark; returns whether it comes next.
+    fn take(&mut self, mark: char) -> bool {
+        self.skip_blanks();
+        let is_next = self.rest.starts_with(mark);
+        self.skip(usize::from(is_next));
+        is_next
     }
 
-    fn visit_i64<E>(self, number: i64) -> Result<Node, E> {
-        self.node(Value::Number(number as f64))
+    fn value(&mut self) -> Result<Node, Wrong> {
+        self.skip_blanks();
+        let line = self.line;
+        let value = if self.take('[') {
+            Value::List(self.items(']', Self::value)?)
+        } else if self.take('{') {
+            Value::Object(self.items('}', Self::entry)?)
+        } else {
+            self.scalar()?
+        };
+        Ok(Node { line, value })
     }
 
-    fn visit_u64<E>(self, number: u64) -> Result<Node, E> {
-        self.node(Value::Number(number as f64))
+    fn entry(&mut self) -> Result<(String, Node), Wrong> {
+        let Value::Text(key) = self.scalar()? else { return self.wrong("key must be a string") };
+        if self.take(':') { Ok((key, self.value()?)) } else { self.wrong("expected `:`") }
     }
 
-    fn visit_str<E>(self, text: &str) -> Result<Node, E> {
-        self.node(Value::Text(text.to_string()))
-    }
-
-    fn visit_seq<A: SeqAccess<'de>>(self, mut list: A) -> Result<Node, A::Error> {
-        let line = self.0.get();
-        let nodes = std::iter::from_fn(|| list.next_element_seed(self).transpose());
-        Ok(Node { line, value: Value::List(nodes.collect::<Result<_, _>>()?) })
-    }
-
-    fn visit_map<A: MapAccess<'de>>(self, mut map: A) -> Result<Node, A::Error> {
-        let line = self.0.get();
-        let mut entries = Vec::new();
-        while let Some(key) = map.next_key::<String>()? {
-            entries.push((key, map.next_value_seed(self)?));
+    /// Reads what is between commas until a list or an object ends.
+    fn items<T>(&mut self, end: char, item: impl Fn(&mut Self) -> Result<T, Wrong>) -> Result<Vec<T>, Wrong> {
+        self.depth += 1;
+        if self.depth > DEEPEST {
+            return self.wrong("recursion limit exceeded");
         }
-        Ok(Node { line, value: Value::Object(entries) })
+        let mut items = Vec::new();
+        let mut is_end = self.take(end);
+        while !is_end {
+            items.push(item(self)?);
+            is_end = self.take(end);
+            if !is_end && !self.take(',') {
+                return self.wrong(format!("expected `,` or `{end}`"));
+            }
+        }
+        self.depth -= 1;
+        Ok(items)
+    }
+
+    /// Reads a text, a number or a word.
+    fn scalar(&mut self) -> Result<Value, Wrong> {
+        self.skip_blanks();
+        let mut stream = serde_json::Deserializer::from_str(self.rest).into_iter::<serde_json::Value>();
+        let value = match stream.next() {
+            Some(Ok(serde_json::Value::Null)) => Value::Null,
+            Some(Ok(serde_json::Value::Bool(_))) => Value::Bool,
+            Some(Ok(serde_json::Value::String(text))) => Value::Text(text),
+            Some(Ok(number)) => Value::Number(number.as_f64().unwrap_or(f64::NAN)),
+            Some(Err(error)) => {
+                let message = error.to_string();
+                return self
+                    .wrong(message.rsplit_once(" at line ").map_or(message.as_str(), |(bare, _)| bare));
+            }
+            None => return self.wrong("EOF while parsing a value"),
+        };
+        self.skip(stream.byte_offset());
+        Ok(value)
     }
 }
 
@@ -150,8 +153,9 @@ mod tests {
         let Value::List(list) = &node.value else { panic!("{node:?}") };
         assert_eq!((node.line, list[0].line, list[1].line), (2, 2, 4));
         assert_eq!(list[1].get(&["a", "b"]).unwrap().value, Value::Text("x".to_string()));
-        let (line, message) = parse("[1,\n2,\n]").unwrap_err();
-        assert!(line == 3 && message.contains("trailing comma"), "{line}: {message}");
-        assert!(parse("[1] 2").is_err() && parse("").is_err());
+        assert_eq!(parse("[1,\n2,\n]").unwrap_err().0, 3);
+        for wrong in ["[1] 2", "", "[1 2]", "{\"a\" 1}", "{1: 2}", "[nothing]"] {
+            assert!(parse(wrong).is_err(), "{wrong}");
+        }
     }
 }

@@ -1,134 +1,119 @@
 //! Kinovea: text exports with a section per object, and CSV.
 
 use super::heading::Heading;
-use super::input::{Input, Shots, quoted};
-use super::raw::{Clock, FORMAT, RawTrack, Row};
-use super::sheet::{At, Body, ENOUGH, Reader, Sheet};
-use crate::io::text::{Separator, cells, filled_lines, lines, trimmed};
-
-/// Which of the two.
-pub(super) enum Head {
-    Text,
-    Csv(Heading),
-}
+use super::input::{Input, quoted};
+use super::layout::{Block, Body, Detected, Layout, Refused};
+use super::raw::{Clock, FORMAT};
+use super::timecode::seconds;
+use crate::io::number::value;
+use crate::io::text::{Separator, filled_lines, lines, trimmed};
 
 const FILTERED: &str = "coordinates that come from its kinematics window are filtered, which smears an impact: \
                         export the trajectories themselves";
 
-/// Whether the text is such an export.
-pub(super) fn detect(text: &str) -> Option<Head> {
-    let (line, first) = filled_lines(text).next()?;
-    if is_title(first.trim()) {
-        return Some(Head::Text);
+/// Returns the layout of an export.
+pub(super) fn layout(input: &Input) -> Detected {
+    let (line, first) = filled_lines(input.text).next()?;
+    let is_text = is_title(first.trim());
+    let layout = if is_text {
+        Ok(sections(input))
+    } else {
+        let heading = Separator::ALL.into_iter().find_map(|separator| {
+            let names = trimmed(first, separator)?;
+            let is_coordinate = |name: &String| name.ends_with("/X") || name.ends_with("/Y");
+            let heading = Heading::new("", line, separator, names);
+            let is_time = heading.bare.first().is_some_and(|name| name == "Time");
+            (is_time && heading.names.iter().any(is_coordinate)).then_some(heading)
+        })?;
+        csv(heading, input)
+    };
+    if let Ok(layout) = &layout {
+        let kind = if is_text {
+            "text".to_string()
+        } else {
+            format!("CSV, {} between cells", layout.heading.separator.name())
+        };
+        let tracks = quoted(layout.names());
+        input.log.add(FORMAT, None, format!("read as Kinovea ({kind}), tracks {tracks}; {FILTERED}"));
     }
-    Separator::ALL.into_iter().find_map(|separator| {
-        let names = trimmed(first, separator)?;
-        let is_coordinate = |name: &String| name.ends_with("/X") || name.ends_with("/Y");
-        let heading = Heading::new("", line, separator, names);
-        let is_time = heading.bare.first().is_some_and(|name| name == "Time");
-        (is_time && heading.names.iter().any(is_coordinate)).then_some(Head::Csv(heading))
-    })
+    Some(layout)
 }
 
-/// Whether a line stands above the sections of a text.
+/// Returns whether a line stands above the sections of a text.
 fn is_title(line: &str) -> bool {
     line.starts_with("#Kinovea") || line.eq_ignore_ascii_case("#T X Y")
 }
 
-pub(super) fn read(input: &Input, head: Head) -> Option<Shots> {
-    let mut stated = Clock::Unsaid;
-    let (tracks, clock) = match head {
-        Head::Text => sections(input),
-        Head::Csv(heading) => {
-            if heading.has_unit(0) {
-                stated = Clock::In(heading.time(0, input));
-            }
-            csv(input, heading)?
-        }
+/// Finds the sections: rows of time, x and y below a comment with the object's name or, where old versions name none, below a blank
+/// line.
+fn sections(input: &Input) -> Layout {
+    let mut blocks: Vec<Block> = Vec::new();
+    let section = |header: usize, above: usize, name: &str| Block {
+        header,
+        above,
+        last: usize::MAX,
+        bodies: vec![Body::new(name, 1, 2)],
     };
-    Some((input.one_shot(clock.unwrap_or(stated), tracks), None))
-}
-
-fn say(input: &Input, kind: &str, tracks: &[RawTrack]) {
-    let names = quoted(tracks.iter().map(|track| &track.name));
-    input.log.add(FORMAT, None, format!("read as Kinovea ({kind}), tracks {names}; {FILTERED}"));
-}
-
-type Read = (Vec<RawTrack>, Option<Clock>);
-
-/// Rows of time, x and y below a comment with the object's name or, where old versions name none, below a blank line.
-fn sections(input: &Input) -> Read {
-    let mut tracks: Vec<RawTrack> = Vec::new();
-    let (mut unnamed, mut apart) = (0, true);
-    let mut reader = Reader::new(input);
-    let start = input.problems.len();
+    let (mut title, mut unnamed) = (1, 0);
+    let mut is_apart = true;
+    // of the row above in the same section
+    let mut before: Option<f64> = None;
+    let mut filled = Vec::new();
     for (line, text) in lines(input.text).map(|(line, text)| (line, text.trim())) {
         if text.is_empty() || is_title(text) {
-            apart = true;
-            continue;
-        }
-        if input.problems.len() > start + ENOUGH {
-            break;
-        }
-        if let Some(name) = text.strip_prefix('#') {
-            tracks.push(RawTrack::new(name.trim(), None));
-            apart = false;
-            continue;
-        }
-        let row = cells(text, Separator::Blanks).unwrap_or_default();
-        let [time, x, y] = row.as_slice() else {
-            input.wrong(line, None, format!("{} cells; expected 3, time, x and y", row.len()));
-            continue;
-        };
-        let found = input.problems.len();
-        let Some(time) = reader.time(input.cell(line, "T", time)) else {
-            if input.problems.len() == found {
-                input.wrong(line, "T", format!("\"{time}\" is no time; expected one"));
+            is_apart = true;
+            title = if text.is_empty() { title } else { line };
+        } else if let Some(name) = text.strip_prefix('#') {
+            blocks.push(section(title, line, name.trim()));
+            (is_apart, before) = (false, None);
+        } else {
+            let row: Vec<&str> = text.split_whitespace().collect();
+            let first = row.first().copied().unwrap_or_default();
+            let time = seconds(first).map(|(time, _)| time).or_else(|| value(first));
+            // a blank line inside a section does not begin one
+            let is_earlier = before.zip(time).is_some_and(|(before, time)| before >= time);
+            if blocks.is_empty() || is_apart && is_earlier {
+                unnamed += 1;
+                blocks.push(section(title, line - 1, &unnamed.to_string()));
             }
-            continue;
-        };
-        let [x, y] = reader.position([input.cell(line, "X", x), input.cell(line, "Y", y)]);
-        // a blank line inside a section does not begin one
-        let begins = |track: &RawTrack| track.rows.last().is_some_and(|row| row.time >= time);
-        if std::mem::take(&mut apart) && tracks.last().is_none_or(begins) {
-            unnamed += 1;
-            tracks.push(RawTrack::new(format!("{unnamed}"), None));
-        }
-        if let Some(track) = tracks.last_mut() {
-            track.rows.push(Row { time, x, y, line });
+            if row.len() == 3 && time.is_some() {
+                (is_apart, before) = (false, time);
+            }
+            filled.push(blocks.len() - 1);
         }
     }
-    tracks.retain(|track| !track.rows.is_empty());
-    say(input, "text", &tracks);
-    let clock = reader.finish(tracks.iter_mut());
-    (tracks, clock)
+    for i in 1..blocks.len() {
+        blocks[i - 1].last = blocks[i].above;
+    }
+    filled.dedup();
+    let blocks = filled.into_iter().map(|i| blocks[i].clone()).collect();
+    let names = ["T", "X", "Y"].map(str::to_string).to_vec();
+    let heading = Heading::plain(1, 1, Separator::Blanks, names);
+    Layout { has_all_cells: true, ..Layout::new(heading, blocks, Some(0), Clock::Unsaid) }
 }
 
-/// `Time`, `name/0/X`, `name/0/Y`, ….
-fn csv(input: &Input, heading: Heading) -> Option<Read> {
-    let (names, mut bodies) = (&heading.names, Vec::<Body>::new());
+/// Finds the columns `Time`, `name/0/X`, `name/0/Y`, ….
+fn csv(heading: Heading, input: &Input) -> Result<Layout, Refused> {
+    let names = &heading.names;
+    let mut stems: Vec<(&str, [usize; 2])> = Vec::new();
     for x in 1..names.len() {
         let Some(stem) = names[x].strip_suffix("/X") else { continue };
         let y_name = format!("{stem}/Y");
-        let is_free = |y: &usize| bodies.iter().all(|body| body.at.y != *y);
+        let is_free = |y: &usize| stems.iter().all(|(_, taken)| taken[1] != *y);
         let Some(y) = (1..names.len()).find(|y| names[*y] == y_name && is_free(y)) else {
-            let message = format!("the column {y_name} is missing");
-            input.wrong(heading.line, names[x].as_str(), message);
-            return None;
+            input.wrong(heading.line, names[x].as_str(), format!("the column {y_name} is missing"));
+            return Err(Refused);
         };
-        bodies.push(Body { name: stem.to_string(), at: At::plain(x, y) });
+        stems.push((stem, [x, y]));
     }
     // an object of one point is called by the object's name
-    let object = |name: &str| name.rsplit_once('/').map_or(name, |(object, _)| object).to_string();
-    let full: Vec<String> = bodies.iter().map(|body| body.name.clone()).collect();
-    for body in &mut bodies {
-        let object_of = object(&body.name);
-        if full.iter().all(|other| *other == body.name || object(other) != object_of) {
-            body.name = object_of;
-        }
-    }
-    let kind = format!("CSV, {} between cells", heading.separator.name());
-    let (tracks, clock) = Sheet::new(input, heading).tracks(Some(0), &bodies);
-    say(input, &kind, &tracks);
-    Some((tracks, clock))
+    let object = |stem: &'_ str| stem.rsplit_once('/').map_or(stem, |(object, _)| object).to_string();
+    let is_only = |stem: &str| stems.iter().all(|(other, _)| *other == stem || object(other) != object(stem));
+    let bodies = stems.iter().map(|(stem, [x, y])| {
+        let name = if is_only(stem) { object(stem) } else { (*stem).to_string() };
+        Body::new(name, *x, *y)
+    });
+    let blocks = vec![Block::below(&heading, bodies.collect())];
+    let clock = if heading.has_unit(0) { Clock::In(heading.time(0, input)) } else { Clock::Unsaid };
+    Ok(Layout::new(heading, blocks, Some(0), clock))
 }

@@ -3,19 +3,19 @@
 use super::bodies::beginning;
 use super::clips::STEPS;
 use super::input::Input;
-use super::raw::{GAPS, NAMES, RawShot, RawTrack, Row, sorted};
+use super::raw::{GAPS, NAMES, RawShot, RawTrack, Row, middle};
 
 /// Parts every shot, whose rows are one track without a name, into the tracks of two balls. The one that moves first, in every clip, is
 /// the cue ball.
 pub(super) fn part(shots: &mut [RawShot], input: &Input) {
-    let names =
-        [&input.settings.cue, &input.settings.object].map(|names| names.0.first().map_or("", String::as_str));
+    let names = input.settings.first_names();
     for shot in shots {
         let mut rows: Vec<Row> = shot.tracks.iter().flat_map(|track| track.seen().copied()).collect();
         rows.sort_by(|a, b| a.time.total_cmp(&b.time));
         let new = || names.map(|name| RawTrack::new(name, None));
         let (mut clips, mut left) = (vec![new()], Vec::new());
-        let usual = usual_step(&rows);
+        let steps = rows.windows(2).map(|two| two[1].time - two[0].time).filter(|step| *step > 0.0);
+        let usual = middle(steps).unwrap_or_default();
         for frame in rows.chunk_by(|a, b| a.time == b.time) {
             let last = clips.last().map_or([None; 2], |clip| clip.each_ref().map(|track| track.rows.last()));
             let mut found = nearest(last, frame);
@@ -48,12 +48,6 @@ pub(super) fn part(shots: &mut [RawShot], input: &Input) {
         names[0]
     );
     input.log.add(NAMES, None, message);
-}
-
-/// What is usual between one frame and the next, of rows in the order of time.
-fn usual_step(rows: &[Row]) -> f64 {
-    let steps = sorted(rows.windows(2).map(|two| two[1].time - two[0].time).filter(|step| *step > 0.0));
-    steps.get(steps.len() / 2).copied().unwrap_or_default()
 }
 
 /// Whether another clip begins: after a pause, or where both balls jump further than they are apart.

@@ -54,11 +54,19 @@ pub(crate) fn rigid_groups(points: &[&[Sample]]) -> Vec<Vec<usize>> {
     groups
 }
 
+/// Returns the positions of two points in the frames that have both.
+fn together<'a>(one: &'a [Sample], other: &'a [Sample]) -> impl Iterator<Item = [&'a Sample; 2]> {
+    let at = |t: f64| other.get(other.partition_point(|s| s.t < t)).filter(|s| s.t == t);
+    one.iter().filter_map(move |sample| Some([sample, at(sample.t)?]))
+}
+
+fn distances(one: &[Sample], other: &[Sample]) -> Vec<f64> {
+    together(one, other).map(|[a, b]| (a.x - b.x).hypot(a.y - b.y)).collect()
+}
+
 /// How much the distance of two points changes, over its median; infinite where they are hardly ever seen together.
 fn change(one: &[Sample], other: &[Sample]) -> f64 {
-    let at = |t: f64| other.get(other.partition_point(|s| s.t < t)).filter(|s| s.t == t);
-    let distances: Vec<f64> =
-        one.iter().filter_map(|s| at(s.t).map(|o| (s.x - o.x).hypot(s.y - o.y))).collect();
+    let distances = distances(one, other);
     let mut smooth: Vec<f64> = distances.windows(FRAMES).map(|window| median(window.to_vec())).collect();
     if smooth.is_empty() {
         return f64::INFINITY;
@@ -91,15 +99,13 @@ pub(crate) fn central(points: &[&[Sample]]) -> Result<Option<usize>, Vec<usize>>
 
 /// Median distance of two points.
 fn distance(one: &[Sample], other: &[Sample]) -> f64 {
-    let at = |t: f64| other.get(other.partition_point(|s| s.t < t)).filter(|s| s.t == t);
-    let all: Vec<f64> = one.iter().filter_map(|s| at(s.t).map(|o| (s.x - o.x).hypot(s.y - o.y))).collect();
+    let all = distances(one, other);
     if all.is_empty() { f64::INFINITY } else { median(all) }
 }
 
 /// In how many more frames, as a part of all, the first path is the straighter one.
 fn straighter(one: &[Sample], other: &[Sample]) -> f64 {
-    let at = |t: f64| other.get(other.partition_point(|s| s.t < t)).filter(|s| s.t == t);
-    let both: Vec<[&Sample; 2]> = one.iter().filter_map(|s| at(s.t).map(|o| [s, o])).collect();
+    let both: Vec<[&Sample; 2]> = together(one, other).collect();
     let reach = (both.len() / REACH).clamp(1, MOST);
     let bend = |[a, b, c]: [&Sample; 3]| (0.5 * (a.x + c.x) - b.x).hypot(0.5 * (a.y + c.y) - b.y);
     let (mut more, mut all) = (0.0, 0.0);

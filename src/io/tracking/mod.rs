@@ -4,6 +4,7 @@ mod bodies;
 mod boxes;
 mod calibration;
 pub(crate) mod camera;
+mod cells;
 mod check;
 mod clips;
 mod column_names;
@@ -11,14 +12,14 @@ mod columns;
 mod disc_centres;
 mod disc_contact;
 mod finish;
-#[cfg(test)]
-mod fuzz;
 mod guess;
+mod guess_table;
 mod heading;
 mod input;
 mod json;
 mod json_text;
 mod kinovea;
+mod layout;
 mod link;
 mod long;
 mod lost;
@@ -28,16 +29,15 @@ mod pieces;
 mod qualisys;
 mod raw;
 mod read;
+mod reader;
 mod resolution;
 mod sample;
 pub(crate) mod settings;
-mod sheet;
 pub(crate) mod shots_table;
 mod survey;
 mod time;
 mod timecode;
 mod tracker;
-mod typed;
 mod units;
 mod words;
 
@@ -61,9 +61,10 @@ use crate::measurement::dataset::Tracks;
 use crate::measurement::spin::Spin;
 use crate::measurement::track::TrackShot;
 
+pub(super) use guess_table::Guessed;
 pub(super) use heading::strange_unit;
 pub(super) use read::{TRACKER_PROJECT, is_tracker_project};
-pub use survey::{Survey, survey};
+pub(crate) use survey::{Survey, survey};
 
 /// Metres in one of a unit that dataset.toml knows; `None` for pixels.
 pub(super) fn metres(unit: &str) -> Option<f64> {
@@ -92,13 +93,8 @@ pub(crate) fn load(manifest: &Manifest, settings: &TrackSettings, problems: &Pro
     let mut is_motion_capture = true;
     for file in files {
         let before = problems.len();
-        let Some(read::Tracked { shots, format, unit }) = read::file(file, context) else {
-            continue;
-        };
-        let mut shots = clips::of_file(shots, settings.capture_fps, alone, &notes);
-        for shot in &mut shots {
-            pieces::join(shot, settings, &notes);
-        }
+        let tracked = read::file(file, context, alone);
+        let Some(read::Tracked { mut shots, format, unit }) = tracked else { continue };
         is_motion_capture &= format == Format::Qualisys;
         let calibration = calibration_for(format, unit, file, context);
         // What follows from a row that could not be read need not be said.
@@ -142,7 +138,7 @@ pub(crate) fn load(manifest: &Manifest, settings: &TrackSettings, problems: &Pro
     let mut work = Vec::with_capacity(raw.len());
     for shot in raw {
         // what else is wrong with such shots is to be said, too
-        let facts = table.facts(&shot.name).unwrap_or_else(Facts::unknown);
+        let facts = table.facts(&shot.name).unwrap_or_else(|| Facts::of(Spin::Unknown));
         if manifest.discs.is_some() && !matches!(facts.spin, Spin::Stun | Spin::Unknown) {
             let message = format!(
                 "shot \"{}\" is of discs, which do not roll; expected cue_spin stun (neither disc turns before the impact) or \
@@ -155,7 +151,7 @@ pub(crate) fn load(manifest: &Manifest, settings: &TrackSettings, problems: &Pro
         work.push((shot, facts));
     }
     let radii = manifest.discs.filter(|_| !settings.from_balls).and_then(|discs| discs.radii);
-    bodies::group(&mut work, settings, &calibrations, radii.map(|radii| radii[0] + radii[1]));
+    bodies::group(&mut work, settings, &calibrations, radii.map(|radii| radii[0] + radii[1]), &notes);
     let (shots, damaged) = finish_all(work, &calibrations, context);
     left_out.extend(damaged);
     if manifest.discs.is_none() {

@@ -5,7 +5,7 @@ use std::path::{Path, PathBuf};
 use super::finish::{find, last_word};
 use super::input::stem;
 use super::raw::{NAMES, Notes, RawShot};
-use super::settings::{Names, TrackSettings};
+use super::settings::TrackSettings;
 
 /// A file of one track, and which ball it is.
 struct Single {
@@ -21,8 +21,9 @@ struct Single {
 /// Puts the shots together that are one ball each and whose files differ by the ball's name only, or that are
 /// the only two there are. Others stay as they are, and are told what is missing when they are finished.
 pub(super) fn pair(raw: &mut Vec<RawShot>, settings: &TrackSettings, notes: &Notes) {
+    let Some(names) = settings.single_names() else { return };
     let singles: Vec<Single> =
-        raw.iter().enumerate().filter_map(|(index, shot)| single(index, shot, settings)).collect();
+        raw.iter().enumerate().filter_map(|(index, shot)| single(index, shot, names)).collect();
     let alone = singles.len() == 2 && raw.len() == 2;
     let mut gone = Vec::new();
     for cue in singles.iter().filter(|single| !single.object) {
@@ -35,10 +36,10 @@ pub(super) fn pair(raw: &mut Vec<RawShot>, settings: &TrackSettings, notes: &Not
             continue;
         }
         let mut track = raw[object.index].tracks.remove(0);
-        track.name.clone_from(&settings.object.0[0]);
+        track.name = names[1].to_string();
         let file = raw[object.index].file.clone();
         let shot = &mut raw[cue.index];
-        shot.tracks[0].name.clone_from(&settings.cue.0[0]);
+        shot.tracks[0].name = names[0].to_string();
         shot.tracks.push(track);
         let own = shot.file.clone();
         // what is left of the files' names, or that of the first file where it is nothing or not the same
@@ -56,11 +57,9 @@ pub(super) fn pair(raw: &mut Vec<RawShot>, settings: &TrackSettings, notes: &Not
 }
 
 /// A file that is one ball's track and says whose, by the track's name or its own.
-fn single(index: usize, shot: &RawShot, settings: &TrackSettings) -> Option<Single> {
+fn single(index: usize, shot: &RawShot, [cue, object]: [&str; 2]) -> Option<Single> {
     let stem = stem(&shot.file);
     let ([track], true) = (shot.tracks.as_slice(), shot.name == stem) else { return None };
-    let (Names(cue), Names(object)) = (&settings.cue, &settings.object);
-    let ([cue], [object]) = (cue.as_slice(), object.as_slice()) else { return None };
     if track.point.is_some() {
         return None;
     }

@@ -48,6 +48,12 @@ pub(super) fn sorted(numbers: impl Iterator<Item = f64>) -> Vec<f64> {
     sorted
 }
 
+/// Returns the middle one of numbers, the larger one of two.
+pub(super) fn middle(numbers: impl Iterator<Item = f64>) -> Option<f64> {
+    let sorted = sorted(numbers);
+    sorted.get(sorted.len() / 2).copied()
+}
+
 /// How the times of a shot are to be understood.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) enum Clock {
@@ -65,28 +71,29 @@ pub(super) enum Clock {
 #[derive(Clone, Debug, PartialEq)]
 pub(super) struct RawTrack {
     pub name: String,
+    /// The number of its body in the layout of the file: two may have the same name.
+    pub body: usize,
     /// A marker on the ball `name`.
     pub point: Option<String>,
     /// Not positions, but the angle by which the disc `name` has turned, radians from the x axis to the y axis of the file, in x.
     pub is_angle: bool,
     /// In the order of the file.
     pub rows: Vec<Row>,
-    /// One per row, or none at all; not a number where the file has none.
-    pub sds: Vec<[f64; 2]>,
 }
 
-/// x and y are not numbers in a gap.
+/// x and y are not numbers in a gap, nor are standard deviations that the file does not have.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct Row {
     pub time: f64,
     pub x: f64,
     pub y: f64,
+    pub sd: [f64; 2],
     pub line: usize,
 }
 
 impl RawTrack {
     pub(super) fn new(name: impl Into<String>, point: Option<String>) -> Self {
-        Self { name: name.into(), point, is_angle: false, rows: Vec::new(), sds: Vec::new() }
+        Self { name: name.into(), body: 0, point, is_angle: false, rows: Vec::new() }
     }
 
     /// The rows that are no gaps.
@@ -107,6 +114,14 @@ impl RawTrack {
 }
 
 impl Row {
+    pub(super) fn new(time: f64, [x, y]: [f64; 2], line: usize) -> Self {
+        Self { time, x, y, sd: [f64::NAN; 2], line }
+    }
+
+    pub(super) fn is_at(&self, other: Self) -> bool {
+        self.x == other.x && self.y == other.y
+    }
+
     pub(super) fn distance(&self, other: Self) -> f64 {
         (self.x - other.x).hypot(self.y - other.y)
     }

@@ -2,15 +2,24 @@
 
 use std::fs;
 use std::path::Path;
+use std::sync::Arc;
 
 use super::heading::{Heading, TITLES};
-use super::input::{Context, Input, Shots, stem};
+use super::input::{Context, Input, stem};
+use super::layout::{Detect, Layout, Refused};
 use super::raw::{FORMAT, RawShot};
 use super::settings::{Format, Unit};
-use super::sheet::Sheet;
-use super::{columns, json, kinovea, long, qualisys, tracker, typed};
+use super::{clips, columns, json, kinovea, link, long, pieces, qualisys, reader, tracker};
 use crate::io::number::shortened;
 use crate::io::text::{Separator, decode, filled_lines, trimmed, unmarked, without_separator_line};
+
+/// The formats that are known by what stands in a file.
+const FORMATS: [(Format, Detect); 4] = [
+    (Format::Qualisys, qualisys::layout),
+    (Format::Kinovea, kinovea::layout),
+    (Format::Long, long::layout),
+    (Format::Tracker, tracker::layout),
+];
 
 /// What was read from a file.
 pub(super) struct Tracked {
@@ -20,16 +29,24 @@ pub(super) struct Tracked {
     pub unit: Option<Unit>,
 }
 
-/// The shots of a file.
-pub(super) fn file(file: &Path, context: Context) -> Option<Tracked> {
-    let wrong = |error| context.problems.add(file, None, None, format!("cannot be read: {error}"));
-    bytes(file, &fs::read(file).map_err(wrong).ok()?, context)
+/// Returns the shots of a file, clips apart and pieces of tracks joined. `alone`: clips need no
+/// name of the file before their number.
+pub(super) fn file(file: &Path, context: Context, alone: bool) -> Option<Tracked> {
+    let Context { settings, notes, .. } = context;
+    let mut tracked = as_written(file, context)?;
+    tracked.shots = clips::of_file(tracked.shots, settings.capture_fps, alone, notes);
+    for shot in &mut tracked.shots {
+        pieces::join(shot, settings, notes);
+    }
+    Some(tracked)
 }
 
-/// The same, of a file's content.
-pub(super) fn bytes(file: &Path, bytes: &[u8], context: Context) -> Option<Tracked> {
+/// Returns the shots of a file as they stand there.
+fn as_written(file: &Path, context: Context) -> Option<Tracked> {
+    let wrong = |error| context.problems.add(file, None, None, format!("cannot be read: {error}"));
+    let bytes = fs::read(file).map_err(wrong).ok()?;
     let Context { settings, problems, notes } = context;
-    let (text, latin) = decode(bytes);
+    let (text, latin) = decode(&bytes);
     let log = notes.of(file);
     if let Some(line) = latin {
         log.add(FORMAT, line, "is not UTF-8 text from here on; read as Latin-1, which matters to names only");
@@ -41,38 +58,37 @@ pub(super) fn bytes(file: &Path, bytes: &[u8], context: Context) -> Option<Track
     }
     let stem = stem(file);
     let input = &Input { file, text: &text, stem: &stem, settings, problems, log };
-    let of = |format: Format| move |(shots, unit): Shots| Tracked { shots, format, unit };
-    if let Some(wanted) = &settings.columns {
-        return columns::read(input, wanted).map(of(Format::Columns));
-    }
     let wanted = |format: Format| settings.format == format || settings.format == Format::Auto;
+    if let Some(columns) = &settings.columns {
+        return by_layout(Format::Columns, columns::layout(input, columns), input);
+    }
     if wanted(Format::Json) && json::detect(&text) {
-        return json::read(input).map(of(Format::Json));
+        return json::read(input).map(|(shots, unit)| Tracked { shots, format: Format::Json, unit });
     }
-    if wanted(Format::Qualisys) && qualisys::detect(&text) {
-        return qualisys::read(input).map(of(Format::Qualisys));
-    }
-    if wanted(Format::Kinovea)
-        && let Some(head) = kinovea::detect(&text)
-    {
-        return kinovea::read(input, head).map(of(Format::Kinovea));
-    }
-    if wanted(Format::Long)
-        && let Some(head) = long::detect(input)
-    {
-        let long::Stated { clock, unit } = long::check_head(&head, input)?;
-        long::note_comments(&head, input);
-        let mut gather = long::Gather::new(input, clock);
-        typed::read(&Sheet::new(input, head.heading), &head.columns, &mut gather);
-        return Some((gather.shots, unit)).map(of(Format::Long));
-    }
-    if wanted(Format::Tracker)
-        && let Some(head) = tracker::detect(&text)
-    {
-        return tracker::read(input, head).map(of(Format::Tracker));
+    for (format, layout) in FORMATS.into_iter().filter(|(format, _)| wanted(*format)) {
+        if let Some(layout) = layout(input) {
+            return by_layout(format, layout, input);
+        }
     }
     unknown(input);
     None
+}
+
+/// Reads a file by its layout.
+fn by_layout(format: Format, layout: Result<Layout, Refused>, input: &Input) -> Option<Tracked> {
+    let layout = layout.ok()?;
+    let mut shots = reader::read(input, &layout);
+    if shots.is_empty() && !matches!(format, Format::Long | Format::Columns) {
+        // a file without rows is one shot nevertheless
+        let (name, file) = (input.stem.to_string(), Arc::new(input.file.to_path_buf()));
+        shots.push(RawShot { name, file, line: 1, clock: layout.clock, tracks: Vec::new() });
+    }
+    match format {
+        Format::Qualisys => qualisys::finish(&mut shots, &layout, input),
+        Format::Columns if layout.names().any(str::is_empty) => link::part(&mut shots, input),
+        _ => {}
+    }
+    Some(Tracked { shots, format, unit: layout.unit })
 }
 
 /// What is wrong with a project of Tracker.

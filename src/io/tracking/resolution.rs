@@ -54,41 +54,30 @@ mod tests {
     use super::*;
 
     /// A ball that moves 3.7 mm and 1.3 mm a frame, with a tenth of a millimetre of something like noise.
-    fn track(written: impl Fn(f64) -> f64) -> RawTrack {
+    fn found(written: impl Fn(f64) -> f64) -> Option<f64> {
         let mut track = RawTrack::new("a", None);
         for i in 0..60 {
             let t = i as f64;
             let wobble = 1e-4 * (12.9898 * t).sin();
-            let [x, y] = [0.2 + 0.0037 * t + wobble, 0.5 - 0.0013 * t - wobble].map(&written);
-            track.rows.push(Row { time: t, x, y, line: i + 1 });
+            let place = [0.2 + 0.0037 * t + wobble, 0.5 - 0.0013 * t - wobble].map(&written);
+            track.rows.push(Row::new(t, place, i + 1));
         }
-        track
+        step(&[&track])
     }
 
-    fn decimals(x: f64, digits: usize) -> f64 {
-        format!("{x:.digits$}").parse().unwrap()
+    fn decimals(x: f64) -> f64 {
+        format!("{x:.7}").parse().unwrap()
     }
 
     #[test]
     fn the_step_of_a_grid_is_found_whatever_it_was_scaled_by() {
         for grid in [1e-4, 3.4e-4, 5e-4, 1e-3, 3e-3] {
-            let track = track(|x| decimals((x / grid).round() * grid, 7));
-            let found = step(&[&track]).unwrap();
+            let found = found(|x| decimals((x / grid).round() * grid)).unwrap();
             assert!((found / grid - 1.0).abs() < 1e-3, "{grid}: {found}");
         }
-        let pixels = track(|x| (x / 3.4e-4).round());
-        assert!((step(&[&pixels]).unwrap() - 1.0).abs() < 1e-9);
-    }
-
-    #[test]
-    fn continuous_coordinates_have_no_grid_but_their_decimals() {
-        assert_eq!(step(&[&track(|x| x)]), None);
-        let printed = step(&[&track(|x| decimals(x, 7))]);
-        assert!(printed.is_none_or(|step| step < 1.1e-7), "{printed:?}");
-        // a ball that lies
-        let mut lies = track(|_| 0.3);
-        assert_eq!(step(&[&lies]), None);
-        lies.rows.clear();
-        assert_eq!(step(&[&lies]), None);
+        assert!((found(|x| (x / 3.4e-4).round()).unwrap() - 1.0).abs() < 1e-9);
+        // continuous ones have none but their decimals, nor has a ball that lies, nor one that is never seen
+        assert!(found(decimals).is_none_or(|step| step < 1.1e-7));
+        assert_eq!([found(|x| x), found(|_| 0.3), found(|_| f64::NAN)], [None; 3]);
     }
 }

@@ -17,6 +17,13 @@ const SMOOTHER: f64 = 0.85;
 /// A height changes by less than this part of what a coordinate along the table does.
 const FLAT: f64 = 0.1;
 
+/// Returns the least and the largest of nearly all numbers: without a twentieth at either end.
+fn ends(numbers: impl Iterator<Item = f64>) -> Option<[f64; 2]> {
+    let all = sorted(numbers);
+    let few = all.len() / 20;
+    Some([*all.get(few)?, *all.get(all.len().checked_sub(few + 1)?)?])
+}
+
 /// The first rows of a table.
 pub(super) struct Rows(Vec<Vec<String>>);
 
@@ -95,10 +102,8 @@ impl Rows {
     /// Takes z and x for the positions of balls where y is the height, as OptiTrack calls it: it hardly changes, and z does.
     pub(super) fn lay_flat(&self, names: &[String], positions: &mut [[usize; 2]]) {
         let extent = |column: usize| {
-            let all = sorted(self.0.iter().filter_map(|row| value(&row[column])));
-            let few = all.len() / 20;
-            let ends = all.get(few).zip(all.get(all.len().saturating_sub(few + 1)));
-            ends.map_or(0.0, |(low, high)| high - low)
+            let ends = ends(self.0.iter().filter_map(|row| value(&row[column])));
+            ends.map_or(0.0, |[low, high]| high - low)
         };
         let z: Option<Vec<usize>> = positions.iter().map(|[x, _]| boxes::beside(names, *x, "z")).collect();
         let Some(z) = z else { return };
@@ -128,10 +133,8 @@ impl Rows {
 
     /// Whether a length is that of the side of such a box.
     pub(super) fn is_size(&self, of: impl Fn(&[String]) -> Option<f64>) -> bool {
-        let sides = sorted(self.0.iter().filter_map(|row| of(row)));
-        let few = sides.len() / 20;
-        let ends = sides.get(few).zip(sides.get(sides.len().saturating_sub(few + 1)));
-        ends.is_some_and(|(least, most)| *least > 0.0 && *most < 2.0 * least)
+        let ends = ends(self.0.iter().filter_map(|row| of(row)));
+        ends.is_some_and(|[least, most]| least > 0.0 && most < 2.0 * least)
     }
 
     /// Whether no row has anything in a column.

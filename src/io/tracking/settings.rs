@@ -2,14 +2,16 @@
 
 use std::path::PathBuf;
 
-use serde::{Deserialize, Deserializer};
+use serde::Deserialize;
 
 use super::calibration::{Calibration, ReadOut};
 use super::camera::{CameraSection, WantedCamera};
 use super::column_names::ColumnNames;
-pub(super) use super::units::{TimeUnit, Unit};
+pub(in crate::io) use super::units::TimeUnit;
+pub(super) use super::units::Unit;
 use crate::io::toml_file::Source;
 use crate::measurement::valid::POSITIVE;
+use crate::physics::name::worded;
 
 /// `[video]`.
 #[derive(Default, Deserialize)]
@@ -55,6 +57,13 @@ enum Ruler {
     Balls,
 }
 
+#[derive(Clone, Copy, Debug, Deserialize, PartialEq, Eq)]
+#[serde(rename_all = "lowercase")]
+enum YAxis {
+    Up,
+    Down,
+}
+
 #[derive(Deserialize)]
 #[serde(deny_unknown_fields)]
 struct Point {
@@ -78,47 +87,67 @@ pub(crate) struct TracksSection {
     columns: Option<ColumnNames>,
 }
 
-#[derive(Clone, Copy, Debug, Deserialize, PartialEq, Eq)]
-#[serde(rename_all = "lowercase")]
-pub(super) enum YAxis {
-    Up,
-    Down,
+impl TracksSection {
+    /// Returns the section that states these columns, if any, and this unit of times.
+    pub(super) fn of_columns(columns: Option<ColumnNames>, time_unit: Option<TimeUnit>) -> Self {
+        Self { time_unit, columns, ..Self::default() }
+    }
 }
 
-#[derive(Clone, Copy, Debug, Default, Deserialize, PartialEq, Eq)]
-#[serde(rename_all = "lowercase")]
-pub(super) enum Format {
-    #[default]
-    Auto,
-    Long,
-    Tracker,
-    Kinovea,
-    Qualisys,
-    Json,
-    Columns,
+worded! {
+    #[derive(Clone, Copy, Debug, Default, Deserialize, PartialEq, Eq)]
+    #[serde(rename_all = "lowercase")]
+    pub(super) enum Format {
+        #[default]
+        Auto = "auto",
+        Long = "long",
+        Tracker = "tracker",
+        Kinovea = "kinovea",
+        Qualisys = "qualisys",
+        Json = "json",
+        Columns = "columns",
+    }
+    pub(super) fn name;
 }
 
 /// The tracks of one ball: its centre, or several markers on it.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, Deserialize, PartialEq)]
+#[serde(from = "OneOrSeveral")]
 pub(super) struct Names(pub Vec<String>);
+
+#[derive(Deserialize)]
+#[serde(untagged, expecting = "expected the name of a track, or a list of the names of markers on one ball")]
+enum OneOrSeveral {
+    One(String),
+    Several(Vec<String>),
+}
+
+impl From<OneOrSeveral> for Names {
+    fn from(names: OneOrSeveral) -> Self {
+        match names {
+            OneOrSeveral::One(name) => Self(vec![name]),
+            OneOrSeveral::Several(names) => Self(names),
+        }
+    }
+}
 
 /// Keys of `[tracks]`, and columns of the table of shots, that name tracks.
 pub(super) const NAMED: [&str; 4] = ["cue", "object", "cue_markers", "object_markers"];
 
 impl Names {
-    /// These, without the blanks around them.
+    /// Returns names without the blanks around them.
     pub(super) fn of<'a>(names: impl Iterator<Item = &'a str>) -> Self {
         Self(names.map(|name| name.trim().to_string()).collect())
     }
 
-    /// Whether there is one or more, each but once and none without letters.
+    /// Returns whether there is one or more, each but once and none without letters.
     pub(super) fn are_good(&self) -> bool {
         let Self(names) = self;
-        let twice = |(i, name): (usize, &String)| names[..i].contains(name);
-        !names.is_empty() && !names.iter().any(String::is_empty) && !names.iter().enumerate().any(twice)
+        let is_bad = |(i, name): (usize, &String)| name.is_empty() || names[..i].contains(name);
+        !names.is_empty() && !names.iter().enumerate().any(is_bad)
     }
 
-    /// `"A"`, or `["a1", "a2"]`, as it stands in dataset.toml.
+    /// Returns `"A"`, or `["a1", "a2"]`, as it stands in dataset.toml.
     pub(super) fn shown(&self) -> String {
         match self.0.as_slice() {
             [one] => format!("{one:?}"),
@@ -127,68 +156,56 @@ impl Names {
     }
 }
 
-impl<'de> Deserialize<'de> for Names {
-    fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
-        #[derive(Deserialize)]
-        #[serde(
-            untagged,
-            expecting = "expected the name of a track, or a list of the names of markers on one ball"
-        )]
-        enum Either {
-            One(String),
-            Several(Vec<String>),
-        }
-        Ok(match Either::deserialize(deserializer)? {
-            Either::One(name) => Self(vec![name]),
-            Either::Several(names) => Self(names),
-        })
-    }
-}
-
-/// Whether `cue` or `object` is stated, or the usual names are taken for them.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(super) enum Balls {
-    Stated,
-    Usual,
-}
-
 /// All of it, checked.
 #[derive(Clone, Debug)]
+#[allow(clippy::struct_excessive_bools)]
 pub(crate) struct TrackSettings {
     pub(super) capture_fps: Option<f64>,
-    /// `capture_fps` is said to be unknown and stands for one frame a second (discs).
+    /// Whether `capture_fps` is said to be unknown and stands for one frame a second (discs).
     pub(crate) unknown_rate: bool,
-    /// The tracks are of discs, whose centre may have to be found from points on them.
+    /// Whether the tracks are of discs, whose centre may have to be found from points on them.
     pub(super) discs: bool,
-    /// The rate that the file's times follow, where it is not the camera's.
+    /// The rate that the file's times follow, if it is not the camera's.
     pub(super) playback_fps: Option<f64>,
     pub(super) calibration: Calibration,
     /// `None`: not stated.
     pub(super) unit: Option<Unit>,
-    /// Relative standard deviation of the scale, where it is stated.
+    /// Relative standard deviation of the scale, if it is stated.
     pub(super) scale_sd: Option<f64>,
     pub(super) format: Format,
-    pub(super) cue: Names,
-    pub(super) object: Names,
-    pub(super) balls: Balls,
-    /// Tracks of points on the balls, beside those that are their centres.
-    pub(super) cue_markers: Names,
-    pub(super) object_markers: Names,
+    /// Tracks of both balls, and of points on them, in the order of [`NAMED`].
+    pub(super) names: [Names; 4],
+    /// Whether `cue` or `object` is stated; if not, the usual names are taken for them.
+    pub(super) states_balls: bool,
     pub(super) shots: Option<PathBuf>,
     pub(super) position_sd: Option<f64>,
     pub(super) time_unit: Option<TimeUnit>,
     pub(super) columns: Option<ColumnNames>,
     /// What is wanted of the corrections for the camera.
     pub(super) camera: WantedCamera,
-    /// Nothing but the size of the balls tells the scale.
+    /// Whether only the size of the balls tells the scale.
     pub(super) from_balls: bool,
     /// What was assumed, for the reader.
     pub(crate) notes: Vec<String>,
 }
 
+impl TrackSettings {
+    /// Returns the names of cue and object ball, if each is a single track.
+    pub(super) fn single_names(&self) -> Option<[&str; 2]> {
+        match [&self.names[0], &self.names[1]].map(|names| names.0.as_slice()) {
+            [[cue], [object]] => Some([cue, object]),
+            _ => None,
+        }
+    }
+
+    /// Returns the first name of either ball.
+    pub(super) fn first_names(&self) -> [&str; 2] {
+        [0, 1].map(|ball| self.names[ball].0.first().map_or("", String::as_str))
+    }
+}
+
 /// The sections of dataset.toml, as they stand there.
-#[derive(Default, Deserialize)]
-#[serde(default)]
+#[derive(Default)]
 pub(crate) struct Sections {
     pub video: VideoSection,
     pub camera: CameraSection,
@@ -202,14 +219,14 @@ impl Sections {
         let Self { video, camera, scale, tracks } = self;
         let positive = |key: &str, given| source.number(key, given, POSITIVE);
         let unknown_rate = matches!(video.capture_fps, Some(Rate::Word(_)));
-        let capture_fps = video.capture_fps.and_then(|rate| match rate {
-            Rate::Fps(fps) => positive("video.capture_fps", Some(fps)),
-            Rate::Word(_) => Some(1.0),
-        });
+        let capture_fps = match video.capture_fps {
+            Some(Rate::Fps(fps)) => positive("video.capture_fps", Some(fps)),
+            other => other.map(|_| 1.0),
+        };
         let playback_fps = positive("video.playback_fps", video.playback_fps);
         let readout = positive("video.row_readout_s", video.row_readout_s);
         let rows = positive("video.rows", video.rows);
-        let m_per_px = positive("scale.m_per_px", scale.m_per_px);
+        positive("scale.m_per_px", scale.m_per_px);
         let scale_sd = positive("scale.sd", scale.sd);
         let position_sd = positive("tracks.position_sd_m", tracks.position_sd_m);
         if unknown_rate && !discs {
@@ -224,27 +241,12 @@ impl Sections {
         let readout = read_out(readout, rows, &scale, source);
         let mut notes = Vec::new();
         let from_balls = is_from_balls(&scale, discs, source);
-        let calibration = calibration(&scale, (m_per_px, from_balls), readout, &mut notes, source);
+        let calibration = calibration(&scale, from_balls, readout, &mut notes, source);
         let camera = camera.check(source);
-        let [cue, object, cue_markers, object_markers] = names(&tracks, source);
-        if let Some(columns) = &tracks.columns {
-            let wrong = |message: &str| source.wrong("tracks.columns", message);
-            if !matches!(tracks.format, Format::Auto | Format::Columns) {
-                wrong("[tracks.columns] goes with format = \"columns\" only");
-            }
-            if let Err(message) = columns.check() {
-                wrong(&message);
-            }
-            if columns.has_angles() && !discs {
-                let message = "[tracks.columns] has a column of angles, but an angle does not say how a ball turns; expected it with \
-                               [ball] shape = \"disc\" only";
-                wrong(message);
-            }
-        } else if tracks.format == Format::Columns {
-            let message =
-                "format = \"columns\" needs a section [tracks.columns] that says which column is what";
-            source.wrong("tracks.columns", message);
-        }
+        let states_balls = tracks.cue.is_some() || tracks.object.is_some();
+        let given = [tracks.cue, tracks.object, tracks.cue_markers, tracks.object_markers];
+        let names = names(given, source);
+        check_columns(tracks.columns.as_ref(), tracks.format, discs, source);
         let folder = source.path.parent().map(PathBuf::from).unwrap_or_default();
         TrackSettings {
             capture_fps,
@@ -255,11 +257,8 @@ impl Sections {
             unit: scale.length_unit,
             scale_sd,
             format: tracks.format,
-            cue,
-            object,
-            balls: if tracks.cue.is_some() || tracks.object.is_some() { Balls::Stated } else { Balls::Usual },
-            cue_markers,
-            object_markers,
+            names,
+            states_balls,
             shots: tracks.shots.map(|shots| folder.join(shots)),
             position_sd,
             time_unit: tracks.time_unit,
@@ -268,6 +267,28 @@ impl Sections {
             from_balls,
             notes,
         }
+    }
+}
+
+fn check_columns(columns: Option<&ColumnNames>, format: Format, discs: bool, source: &Source) {
+    let wrong = |message: &str| source.wrong("tracks.columns", message);
+    let Some(columns) = columns else {
+        if format == Format::Columns {
+            wrong("format = \"columns\" needs a section [tracks.columns] that says which column is what");
+        }
+        return;
+    };
+    if !matches!(format, Format::Auto | Format::Columns) {
+        wrong("[tracks.columns] goes with format = \"columns\" only");
+    }
+    if let Err(message) = columns.check() {
+        wrong(&message);
+    }
+    if columns.has_angles() && !discs {
+        wrong(
+            "[tracks.columns] has a column of angles, but an angle does not say how a ball turns; expected it with \
+             [ball] shape = \"disc\" only",
+        );
     }
 }
 
@@ -283,61 +304,52 @@ fn read_out(
         source.wrong_of_first(&keys, message);
     }
     let (seconds, rows) = seconds.zip(rows)?;
-    let Some(y_axis) = scale.y_axis.filter(|_| scale.length_unit == Some(Unit::Px)) else {
+    let y_axis = scale.y_axis.filter(|_| scale.length_unit == Some(Unit::Px));
+    if y_axis.is_none() {
         let message = "row_readout_s needs [scale] length_unit = \"px\" and y_axis: without them nothing says \
                        which row of the picture a ball is in";
         source.wrong_of_first(&keys, message);
-        return None;
-    };
-    Some(ReadOut { seconds, rows, up: y_axis == YAxis::Up })
+    }
+    Some(ReadOut { seconds, rows, up: y_axis? == YAxis::Up })
 }
 
-/// Whether the size of the balls is the ruler: pixels of which nothing else says what they measure, or what is asked for.
+/// Returns whether the size of the balls is the ruler: for pixels of which nothing else says what
+/// they measure, or if it is asked for.
 fn is_from_balls(scale: &ScaleSection, discs: bool, source: &Source) -> bool {
     let is_px = scale.length_unit == Some(Unit::Px);
     let is_measured = scale.m_per_px.is_some() || !scale.point.is_empty();
-    if scale.from.is_some() {
-        if is_measured {
-            let message = "from = \"balls\" stands beside m_per_px or [[scale.point]]; expected one of them";
-            source.wrong("scale.from", message);
-        } else if discs {
-            let message = "from is \"balls\"; discs need a scale: m_per_px, or four or more [[scale.point]]";
-            source.wrong("scale.from", message);
-        }
+    if scale.from.is_some() && is_measured {
+        let message = "from = \"balls\" stands beside m_per_px or [[scale.point]]; expected one of them";
+        source.wrong("scale.from", message);
+    } else if scale.from.is_some() && discs {
+        let message = "from is \"balls\"; discs need a scale: m_per_px, or four or more [[scale.point]]";
+        source.wrong("scale.from", message);
     }
     !discs && !is_measured && (scale.from.is_some() || is_px)
 }
 
 fn calibration(
     scale: &ScaleSection,
-    (m_per_px, from_balls): (Option<f64>, bool),
+    from_balls: bool,
     readout: Option<ReadOut>,
     notes: &mut Vec<String>,
     source: &Source,
 ) -> Calibration {
     let axis_up = scale.y_axis.map(|axis| axis == YAxis::Up);
     let unit = scale.length_unit.unwrap_or(Unit::M);
-    let (factor, divisor) = unit.metres().unwrap_or((m_per_px.unwrap_or(1.0), 1.0));
+    let (factor, divisor) = unit.metres().unwrap_or((scale.m_per_px.unwrap_or(1.0), 1.0));
     let linear = Calibration::linear(factor, divisor, axis_up.unwrap_or(true), readout);
-    let (has_factor, has_points) = (m_per_px.is_some(), !scale.point.is_empty());
-    if unit != Unit::Px {
-        if has_factor || has_points {
-            let message = "m_per_px and [[scale.point]] go with length_unit = \"px\" only";
-            source.wrong_of_first(&["scale.m_per_px", "scale.point.0"], message);
-        }
-        return linear;
-    }
-    match (has_factor, has_points) {
-        (false, false) if !from_balls => {
+    match (unit, scale.m_per_px.is_some(), !scale.point.is_empty()) {
+        (Unit::Px, false, false) if !from_balls => {
             let message = "length_unit is \"px\"; expected m_per_px beside it, or four or more [[scale.point]] \
                            with px = [u, v] and m = [x, y]";
             source.wrong("scale.length_unit", message);
         }
-        (true, true) => {
+        (Unit::Px, true, true) => {
             let message = "both m_per_px and [[scale.point]] are given; expected one of them";
             source.wrong("scale.m_per_px", message);
         }
-        (false, true) => {
+        (Unit::Px, false, true) => {
             let pairs: Vec<_> = scale.point.iter().map(|point| (point.px, point.m)).collect();
             match Calibration::homography(&pairs, axis_up, readout) {
                 Ok((calibration, note)) => {
@@ -347,20 +359,22 @@ fn calibration(
                 Err(message) => source.wrong("scale.point.0", message),
             }
         }
-        _ => {}
+        (Unit::Px, ..) | (_, false, false) => {}
+        _ => {
+            let message = "m_per_px and [[scale.point]] go with length_unit = \"px\" only";
+            source.wrong_of_first(&["scale.m_per_px", "scale.point.0"], message);
+        }
     }
     linear
 }
 
-/// Names of the tracks of cue and object, and of the markers on either.
-fn names(tracks: &TracksSection, source: &Source) -> [Names; 4] {
-    let given = [&tracks.cue, &tracks.object, &tracks.cue_markers, &tracks.object_markers];
+/// Returns the names of the tracks of cue and object, and of the markers on either.
+fn names(mut given: [Option<Names>; 4], source: &Source) -> [Names; 4] {
     let mut used: Vec<(String, &str)> = Vec::new();
-    let mut given = given.into_iter();
-    NAMED.map(|key| {
-        let Some(given) = given.next().and_then(Option::as_ref) else {
-            let default = if key.ends_with("markers") { vec![] } else { vec![key.to_string()] };
-            return Names(default);
+    [0, 1, 2, 3].map(|i| {
+        let key = NAMED[i];
+        let Some(given) = given[i].take() else {
+            return Names(if i < 2 { vec![key.to_string()] } else { Vec::new() });
         };
         let wrong = |message: String| source.wrong(&format!("tracks.{key}"), message);
         let names = Names::of(given.0.iter().map(String::as_str));
@@ -373,20 +387,4 @@ fn names(tracks: &TracksSection, source: &Source) -> [Names; 4] {
         used.extend(names.0.iter().map(|name| (name.clone(), key)));
         names
     })
-}
-
-#[cfg(test)]
-pub(super) mod tests {
-    use super::*;
-    use crate::io::error::Problems;
-
-    /// Checked settings of these sections.
-    pub(crate) fn settings(text: &str) -> TrackSettings {
-        let sections: Sections = toml::from_str(text).unwrap();
-        let problems = Problems::new("");
-        let source = Source { path: std::path::Path::new("dataset.toml"), text, problems: &problems };
-        let settings = sections.check(false, &source);
-        assert!(problems.is_empty(), "{}", problems.into_error());
-        settings
-    }
 }

@@ -48,7 +48,7 @@ struct ShotRow {
     /// The reason, if the shot is to be skipped.
     skip: Option<String>,
     spin: Option<Spin>,
-    /// The spin is said to be measured, and no numbers are given.
+    /// Whether the spin is said to be measured, and no numbers are given.
     by_markers: bool,
     /// The file that holds the shot, as it is written.
     file: Option<String>,
@@ -58,14 +58,13 @@ struct ShotRow {
 
 impl<'a> ShotsTable<'a> {
     pub(super) fn read(path: Option<&Path>, assume: Option<Assume>, problems: &'a Problems) -> Self {
-        let mut all = Self {
-            path: path.map(Path::to_path_buf).unwrap_or_default(),
-            problems,
-            rows: HashMap::new(),
-            assume,
-            labels: Vec::new(),
-        };
-        let Some(table) = path.and_then(|path| Table::read(path, problems)) else { return all };
+        let (rows, labels) = (HashMap::new(), Vec::new());
+        let path = path.unwrap_or(Path::new("")).to_path_buf();
+        let mut all = Self { path, problems, rows, assume, labels };
+        if all.path.as_os_str().is_empty() {
+            return all;
+        }
+        let Some(table) = Table::read(&all.path, problems) else { return all };
         rows::check_names(&table, &KNOWN);
         table.require("shot", &["shot"]);
         let present = OMEGA.iter().filter(|column| table.has(column)).count();
@@ -73,22 +72,26 @@ impl<'a> ShotsTable<'a> {
             let message = format!("expected all three of {}, or none", OMEGA.join(", "));
             problems.add(&table.path, None, None, message);
         }
-        let columns = OMEGA.map(|column| rows::Column::read(&table, column, 1.0));
+        let columns = OMEGA.map(|column| rows::values(&table, column, 1.0));
         let rates = table.numbers("capture_fps");
         let labels = table.names().filter(|name| !KNOWN.contains(name) && !name.ends_with("_sd"));
         all.labels = labels.map(str::to_string).collect();
         for row in 0..table.rows() {
             let Some(name) = table.text("shot", row) else { continue };
             let skip = skip(&table, row);
-            let omega =
-                columns.each_ref().map(|column| column.as_ref().and_then(|column| column.measured(row)));
+            let omega = columns.each_ref().map(|values| values.as_ref().and_then(|values| values[row]));
             let spin = spin(&table, row, omega, assume);
-            let labels = rows::labels(&table, &KNOWN, row);
             let own = own(&table, row, rates.as_ref().and_then(|rates| rates[row]));
-            let file = table.text("file", row).map(str::to_string);
             let stated = table.text("cue_spin", row).map_or(assume, |word| Assume::of(word).or(assume));
-            let by_markers = spin == Some(Spin::Unknown) && stated == Some(Assume::Measured);
-            let found = ShotRow { line: table.line(row), skip, spin, by_markers, file, own, labels };
+            let found = ShotRow {
+                line: table.line(row),
+                skip,
+                spin,
+                by_markers: spin == Some(Spin::Unknown) && stated == Some(Assume::Measured),
+                file: table.text("file", row).map(str::to_string),
+                own,
+                labels: rows::labels(&table, &KNOWN, row),
+            };
             if let Some(first) = all.rows.insert(name.to_string(), found) {
                 let message =
                     format!("\"{name}\" also stands in line {}; expected each shot once", first.line);
@@ -98,7 +101,7 @@ impl<'a> ShotsTable<'a> {
         all
     }
 
-    /// Whether it has this column of labels.
+    /// Returns whether it has this column of labels.
     pub(super) fn has_label(&self, label: &str) -> bool {
         self.labels.iter().any(|own| own == label)
     }
@@ -108,45 +111,52 @@ impl<'a> ShotsTable<'a> {
         labels_note(&self.path, &self.labels)
     }
 
-    /// Why a shot is to be skipped, if it is.
+    /// Returns why a shot is to be skipped, if it is.
     pub(super) fn skip(&self, shot: &str) -> Option<&str> {
         self.rows.get(shot)?.skip.as_deref()
     }
 
-    /// `None` if nothing says how the cue ball spins.
+    /// Returns what is known of a shot; `None` if nothing says how the cue ball spins.
     pub(super) fn facts(&self, shot: &str) -> Option<Facts> {
         let row = self.rows.get(shot);
-        let spin = row.and_then(|row| row.spin).or(self.assume.map(of_word))?;
-        let Some(row) = row else {
-            let labels = self.labels.iter().map(|label| (label.clone(), String::new())).collect();
-            return Some(Facts { spin, labels, own: Own::default(), discs: None });
-        };
-        Some(Facts { spin, labels: row.labels.clone(), own: row.own.clone(), discs: None })
+        let facts = Facts::of(row.and_then(|row| row.spin).or(self.assume.map(of_word))?);
+        let unlabelled = || self.labels.iter().map(|label| (label.clone(), String::new())).collect();
+        Some(match row {
+            Some(row) => Facts { labels: row.labels.clone(), own: row.own.clone(), ..facts },
+            None => Facts { labels: unlabelled(), ..facts },
+        })
     }
 
-    /// Whether only markers can tell the spin, which is said to be measured.
+    /// Returns whether only markers can tell the spin, which is said to be measured.
     pub(super) fn is_by_markers(&self, shot: &str) -> bool {
         self.rows.get(shot).map_or(self.assume == Some(Assume::Measured), |row| row.by_markers)
     }
 
-    /// Whether some shot has a frame rate of its own.
+    /// Returns whether some shot has a frame rate of its own.
     pub(super) fn has_rates(&self) -> bool {
         self.rows.values().any(|row| row.own.capture_fps.is_some())
     }
 
-    /// Gives shots the names that the table has for their files. A file that is one shot need not be called like it.
-    pub(super) fn name_by_file(&self, raw: &mut [RawShot]) {
+    /// Returns the rows with their names, in the order of the file.
+    fn in_order(&self) -> Vec<(&String, &ShotRow)> {
         let mut rows: Vec<_> = self.rows.iter().collect();
         rows.sort_by_key(|(_, row)| row.line);
+        rows
+    }
+
+    /// Gives shots the names that the table has for their files. A file that is one shot need not
+    /// be called like it.
+    pub(super) fn name_by_file(&self, raw: &mut [RawShot]) {
         let mut named: HashMap<usize, usize> = HashMap::new();
-        for (name, row) in rows {
+        for (name, row) in self.in_order() {
             let Some(file) = &row.file else { continue };
             let wrong = |message: String| self.problems.add(&self.path, row.line, "file", message);
             let of_file = of_file(raw, file);
             let own = of_file.iter().copied().find(|i| raw[*i].name == *name);
             match (of_file.as_slice(), own) {
                 ([], _) => {
-                    let known: Vec<String> = raw.iter().map(file_name).collect();
+                    let files = raw.iter().filter_map(|shot| shot.file.file_name());
+                    let known: Vec<String> = files.map(|name| name.to_string_lossy().into_owned()).collect();
                     let near = did_you_mean(file, known.iter().map(String::as_str));
                     wrong(format!(
                         "\"{file}\" is none of the files with shots that dataset.toml names under files{near}"
@@ -170,10 +180,8 @@ impl<'a> ShotsTable<'a> {
 
     /// Complains about rows of shots that are not there.
     pub(super) fn check_names(&self, known: &HashMap<&str, usize>) {
-        let mut strange: Vec<_> =
-            self.rows.iter().filter(|(name, _)| !known.contains_key(name.as_str())).collect();
-        strange.sort_by_key(|(_, row)| row.line);
-        for (name, row) in strange {
+        for (name, row) in self.in_order().into_iter().filter(|(name, _)| !known.contains_key(name.as_str()))
+        {
             let near = did_you_mean(name, known.keys().copied());
             let message = format!("there is no shot \"{name}\" in the data{near}");
             self.problems.add(&self.path, row.line, "shot", message);
@@ -181,7 +189,8 @@ impl<'a> ShotsTable<'a> {
     }
 }
 
-/// The shots of a file as a cell names it; programs on Windows write backslashes, and drives that are nowhere else.
+/// Returns the shots of a file as a cell names it; programs on Windows write backslashes, and
+/// drives that are nowhere else.
 fn of_file(raw: &[RawShot], cell: &str) -> Vec<usize> {
     let ends = |path: &str| (0..raw.len()).filter(|i| raw[*i].file.ends_with(path)).collect::<Vec<_>>();
     let as_written = ends(cell);
@@ -195,11 +204,7 @@ fn of_file(raw: &[RawShot], cell: &str) -> Vec<usize> {
     if found.is_empty() && on_a_drive { ends(path.rsplit('/').next().unwrap_or_default()) } else { found }
 }
 
-fn file_name(shot: &RawShot) -> String {
-    shot.file.file_name().map(|name| name.to_string_lossy().into_owned()).unwrap_or_default()
-}
-
-/// What the cells of a row say of the shot in place of dataset.toml.
+/// Returns what the cells of a row say of the shot in place of dataset.toml.
 fn own(table: &Table, row: usize, rate: Option<f64>) -> Own {
     let names = NAMED.map(|column| {
         let cell = table.text(column, row)?;
@@ -221,16 +226,16 @@ fn skip(table: &Table, row: usize) -> Option<String> {
     let word = table.text("skip", row).unwrap_or("no");
     match word.to_lowercase().as_str() {
         "true" | "1" | "yes" => {
-            return Some(table.text("note", row).unwrap_or("skip in the shots table").to_string());
+            Some(table.text("note", row).unwrap_or("skip in the shots table").to_string())
         }
-        "false" | "0" | "no" => {}
-        _ => table.wrong(
-            row,
-            "skip",
-            format!("\"{word}\" is neither true nor false; expected true, false, 1, 0, yes or no"),
-        ),
+        "false" | "0" | "no" => None,
+        _ => {
+            let message =
+                format!("\"{word}\" is neither true nor false; expected true, false, 1, 0, yes or no");
+            table.wrong(row, "skip", message);
+            None
+        }
     }
-    None
 }
 
 fn spin(table: &Table, row: usize, omega: [Option<Measured>; 3], assume: Option<Assume>) -> Option<Spin> {
@@ -239,13 +244,14 @@ fn spin(table: &Table, row: usize, omega: [Option<Measured>; 3], assume: Option<
         ([Some(_), Some(_), Some(_)] | [None, None, None], word) => word.or(assume).map(of_word),
         (omega, _) => {
             let empty = omega.iter().position(Option::is_none).unwrap_or(0);
-            table.wrong(row, OMEGA[empty], "is empty; expected all three components of the spin or none");
+            table.wrong(row, OMEGA[empty], rows::EMPTY_COMPONENT);
             None
         }
     }
 }
 
-/// A spin that is said to be measured, without numbers, is for the markers to tell.
+/// Returns the spin of a word: one that is said to be measured, without numbers, is for the markers
+/// to tell.
 fn of_word(word: Assume) -> Spin {
     word.spin().unwrap_or(Spin::Unknown)
 }

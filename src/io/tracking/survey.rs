@@ -5,21 +5,20 @@ use std::fs;
 use std::path::Path;
 
 use super::bodies;
-use super::clips;
-use super::guess::{self, Guess};
+use super::guess;
+use super::guess_table::Guess;
 use super::input::Context;
-use super::pieces;
-use super::raw::{Clock, Notes, RawShot, Row, sorted};
+use super::raw::{Clock, Notes, RawShot, Row, middle, sorted};
 use super::read;
-use super::settings::{Format, Sections, TimeUnit, Unit};
-use super::time;
+use super::settings::{Sections, TimeUnit, Unit};
+use super::time::Grid;
 use crate::io::error::{Problem, Problems};
 use crate::io::text::decode;
 use crate::io::toml_file::Source;
 
 /// What was seen in a file of tracks.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Survey {
+pub(crate) struct Survey {
     /// `long`, `tracker`, `kinovea`, `qualisys`, `json` or `columns`.
     pub format: &'static str,
     pub shots: usize,
@@ -37,7 +36,7 @@ pub struct Survey {
     /// They are of discs: points keep their distances in two groups, or angles are told.
     pub are_discs: bool,
     /// What `[tracks]` must say for the file to be read; empty where it need not say anything.
-    pub guess: Guess,
+    pub(in crate::io) guess: Guess,
     /// Cells and rows that cannot be read, as the loader says it.
     pub problems: Vec<String>,
     /// The longer side of the box about all positions, in the unit of the file.
@@ -49,7 +48,7 @@ pub struct Survey {
 
 /// Looks at a file. Of a table in no known format, and of a long one whose balls are in the middle of boxes, the columns are guessed by
 /// their names. `Err` says what is wrong with a file that is in no known format or cannot be read.
-pub fn survey(file: &Path) -> Result<Survey, Vec<Problem>> {
+pub(crate) fn survey(file: &Path) -> Result<Survey, Vec<Problem>> {
     let plain = look(file, Guess::default());
     if plain.as_ref().is_ok_and(|plain| plain.format != "long") {
         return plain;
@@ -61,28 +60,19 @@ pub fn survey(file: &Path) -> Result<Survey, Vec<Problem>> {
 
 /// Looks at a file with these columns, if any.
 fn look(file: &Path, guess: Guess) -> Result<Survey, Vec<Problem>> {
-    let Guess { columns, has_angles, time_unit, .. } = &guess;
-    let mut text = time_unit.map_or(String::new(), |unit| format!("time_unit = \"{unit}\"\n"));
-    if !columns.is_empty() {
-        text.push_str("[columns]\n");
-        text.extend(columns.iter().map(|(key, value)| format!("{key} = {value}\n")));
-    }
-    let Ok(tracks) = toml::from_str(&text) else { return Err(Vec::new()) };
     let problems = Problems::new("");
     let source = Source { path: file, text: "", problems: &problems };
-    let settings = Sections { tracks, ..Sections::default() }.check(*has_angles, &source);
+    let sections = Sections { tracks: guess.section(), ..Sections::default() };
+    let settings = sections.check(guess.has_angles, &source);
     let notes = Notes::default();
-    let read = read::file(file, Context { settings: &settings, problems: &problems, notes: &notes });
+    let context = Context { settings: &settings, problems: &problems, notes: &notes };
+    let read = read::file(file, context, true);
     let problems = problems.into_error().problems().to_vec();
-    let Some(read::Tracked { shots, format, unit }) = read else { return Err(problems) };
-    let mut shots = clips::of_file(shots, None, true, &notes);
-    for shot in &mut shots {
-        pieces::join(shot, &settings, &notes);
-    }
+    let Some(read::Tracked { mut shots, format, unit }) = read else { return Err(problems) };
     // with nothing read, nothing speaks for the guess but names
     let clock = match shots.first() {
         Some(shot) => shot.clock,
-        None if columns.is_empty() => return Err(problems),
+        None if guess.columns.is_empty() => return Err(problems),
         None => Clock::Unsaid,
     };
     let mut tracks: Vec<(String, Vec<f64>)> = Vec::new();
@@ -96,33 +86,22 @@ fn look(file: &Path, guess: Guess) -> Result<Survey, Vec<Problem>> {
             }
         }
     }
-    let median = |all: Vec<f64>| {
-        let middle = all.len() / 2;
-        sorted(all.into_iter())[middle]
-    };
     let (in_frames, stated_fps) = match clock {
         Clock::In(TimeUnit::Frames) => (true, None),
         Clock::FramesAt(fps) => (true, Some(fps)),
         _ => (false, None),
     };
     Ok(Survey {
-        format: match format {
-            Format::Tracker => "tracker",
-            Format::Kinovea => "kinovea",
-            Format::Qualisys => "qualisys",
-            Format::Json => "json",
-            Format::Columns => "columns",
-            Format::Long | Format::Auto => "long",
-        },
+        format: format.name(),
         shots: shots.len(),
-        times_fps: (!in_frames).then(|| shots.iter_mut().find_map(time::followed)).flatten(),
+        times_fps: (!in_frames).then(|| shots.iter_mut().find_map(followed)).flatten(),
         extent: extent(&shots),
         closest: closest(&shots),
-        tracks: tracks.into_iter().map(|(name, all)| (name, median(all))).collect(),
+        tracks: tracks.into_iter().filter_map(|(name, all)| Some((name, middle(all.into_iter())?))).collect(),
         in_frames,
         stated_fps,
         unit: unit.map(Unit::name),
-        are_discs: *has_angles
+        are_discs: guess.has_angles
             || shots.iter().any(|shot| shot.tracks.len() > 5 && bodies::are_two(&shot.tracks)),
         problems: problems.iter().map(ToString::to_string).collect(),
         guess,
@@ -157,4 +136,41 @@ fn extent(shots: &[RawShot]) -> f64 {
         high - low
     };
     side(|row| row.x).max(side(|row| row.y)).max(0.0)
+}
+
+/// Rates at which cameras record.
+const USUAL: [f64; 24] = [
+    24.0, 25.0, 30.0, 48.0, 50.0, 60.0, 90.0, 100.0, 120.0, 200.0, 240.0, 250.0, 300.0, 400.0, 480.0, 500.0,
+    600.0, 960.0, 1000.0, 2000.0, 29.97, 59.94, 119.88, 239.76,
+];
+
+/// The frame rate that the times of a shot follow, in seconds of the file's own clock: the coarsest
+/// grid on which all of them lie. Where rounding leaves several rates possible, one at which
+/// cameras record, else a whole number. The times are left in seconds.
+fn followed(shot: &mut RawShot) -> Option<f64> {
+    let unit = match shot.clock {
+        Clock::In(unit) => unit,
+        Clock::Rounded(_) | Clock::Unsaid => TimeUnit::S,
+        Clock::FramesAt(_) => return None,
+    };
+    let second = unit.seconds()?;
+    for row in shot.rows_mut() {
+        row.time *= second;
+    }
+    let grid = Grid::of(shot, second);
+    let length = grid.times.last()? - grid.times.first()?;
+    let steps = || grid.times.windows(2).map(|two| two[1] - two[0]);
+    // most of the steps may be of several frames
+    let least = steps().fold(f64::INFINITY, f64::min);
+    let near = steps().filter(|step| *step <= least + 1.02 * grid.resolution);
+    let (sum, count) = near.fold((0.0, 0.0), |(sum, count), step| (sum + step, count + 1.0));
+    let frames = [grid.spacing, sum / count].into_iter().find_map(|spacing| grid.frames(spacing));
+    let fps = match frames.and_then(|frames| frames.last().copied()) {
+        Some(number) => number / length,
+        None => 1.0 / grid.spacing,
+    };
+    let slack = (grid.resolution / length).max(1e-6);
+    let possible = |rate: &f64| (rate / fps - 1.0).abs() <= slack;
+    let usual = USUAL.into_iter().find(possible);
+    (fps > 0.0 && fps.is_finite()).then(|| usual.or(Some(fps.round()).filter(possible)).unwrap_or(fps))
 }

@@ -1,6 +1,8 @@
 //! When each row was filmed: the camera's frame rate against the times that a file carries.
 
-use super::raw::{CLOCK, Clock, Notes, RawShot, RawTrack, sorted};
+use std::sync::Arc;
+
+use super::raw::{CLOCK, Clock, Log, Notes, RawShot, RawTrack, sorted};
 use super::settings::{TimeUnit, TrackSettings};
 
 /// Times may be spaced this much off 1/`capture_fps`, relative.
@@ -13,13 +15,13 @@ const EVEN: f64 = 0.01;
 const VARYING: f64 = 0.3;
 
 /// The grid of frames behind the times of a shot.
-struct Grid {
+pub(super) struct Grid {
     /// Different times, ascending, in seconds of the file's own clock.
-    times: Vec<f64>,
+    pub times: Vec<f64>,
     /// What they are rounded to; 0 when they are written in full.
-    resolution: f64,
+    pub resolution: f64,
     /// Between neighbouring frames.
-    spacing: f64,
+    pub spacing: f64,
 }
 
 /// Turns the times of a shot's rows into seconds of the camera's clock and gives its frame rate. `Err`
@@ -63,16 +65,18 @@ pub(super) fn settle(shot: &mut RawShot, settings: &TrackSettings, notes: &Notes
     }
     let rate = settings.playback_fps.or(fps);
     let grid = Grid::of(shot, second);
+    let file = Arc::clone(&shot.file);
+    let log = notes.of(&file);
     if let Some(rate) = rate
         && grid.resolution > 0.3 / rate
         && !grid.tells_frames_apart(rate)
         && shot.tracks.iter().any(|track| track.rows.windows(2).any(|two| two[0].time == two[1].time))
     {
-        return by_row(shot, &grid, rate, fps.unwrap_or(rate), notes);
+        return by_row(shot, &grid, rate, fps.unwrap_or(rate), log);
     }
     match (rate, fps) {
-        (Some(rate), Some(fps)) => with_rate(shot, grid, rate, fps, settings.playback_fps.is_some(), notes),
-        _ => without_rate(shot, grid, notes),
+        (Some(rate), Some(fps)) => with_rate(shot, &grid, rate, fps, settings.playback_fps.is_some(), log),
+        _ => without_rate(shot, &grid, log),
     }
 }
 
@@ -85,7 +89,7 @@ fn from_frames(shot: &mut RawShot, fps: f64) -> f64 {
 
 impl Grid {
     /// `second`: of the file's unit, which its times are rounded in.
-    fn of(shot: &RawShot, second: f64) -> Self {
+    pub(super) fn of(shot: &RawShot, second: f64) -> Self {
         let times = shot.times();
         let resolution = match shot.clock {
             Clock::Rounded(resolution) => resolution,
@@ -108,9 +112,9 @@ impl Grid {
         high - low <= 1.02 * self.resolution
     }
 
-    /// Frame number of each time from the first one on; `None` where the steps are no whole frames of
-    /// `spacing` (within the rounding and `off` of a frame).
-    fn frames(&self, spacing: f64, off: f64) -> Option<Vec<f64>> {
+    /// Returns the frame number of each time from the first one on; `None` if the steps are no
+    /// whole frames of `spacing` (within the rounding and [`OFF_GRID`] of a frame).
+    pub(super) fn frames(&self, spacing: f64) -> Option<Vec<f64>> {
         let first = *self.times.first()?;
         let exact = |t: &f64| ((t - first) / spacing).round();
         let is_exact = |t: &f64| ((t - first) / spacing - exact(t)).abs() < 1e-3;
@@ -126,7 +130,7 @@ impl Grid {
         let next = |t: &f64| {
             let step = (t - before) / spacing;
             let whole = step.round();
-            let is_off = (step - whole).abs() > off * whole.max(1.0) + 1.02 * self.resolution / spacing;
+            let is_off = (step - whole).abs() > OFF_GRID * whole.max(1.0) + 1.02 * self.resolution / spacing;
             frame += whole;
             let stays = whole == 0.0 && *t > before;
             before = *t;
@@ -170,17 +174,18 @@ fn fits(grid: &Grid, rate: f64) -> bool {
     grid.spacing.is_nan() || fits(grid.spacing) || fits(mean)
 }
 
-/// Times as the file's own clock gives them, frame rate known.
+/// Takes times as the file's own clock gives them, if the frame rate is known.
 fn with_rate(
     shot: &mut RawShot,
-    grid: Grid,
+    grid: &Grid,
     rate: f64,
     fps: f64,
     stated: bool,
-    notes: &Notes,
+    log: Log,
 ) -> Result<f64, String> {
-    if !stated && !fits(&grid, rate) {
-        let own = 1.0 / grid.spacing;
+    let fits = fits(grid, rate);
+    let own = 1.0 / grid.spacing;
+    if !stated && !fits {
         return Err(format!(
             "times are {:.6} s apart ({own:.4} fps), but [video] capture_fps is {fps} ({:.6} s). If the camera \
              recorded at {fps} fps and the file's times follow the slower playback, write playback_fps = {own:.4} \
@@ -190,19 +195,20 @@ fn with_rate(
             1.0 / fps
         ));
     }
-    if stated && grid.spacing * rate < 1.0 - MISMATCH && !fits(&grid, rate) {
+    if stated && grid.spacing * rate < 1.0 - MISMATCH && !fits {
         return Err(format!(
             "times are {:.6} s apart, closer than [video] playback_fps = {rate} allows ({:.6} s); expected the rate that \
              the file's times follow, {:.4}, or no playback_fps where they are the camera's",
             grid.spacing,
             1.0 / rate,
-            tidy(1.0 / grid.spacing)
+            tidy(own)
         ));
     }
     // a stated rate may mean frames left out; otherwise the file's own spacing, which is near it
     let spacing = if stated || grid.spacing.is_nan() { 1.0 / rate } else { grid.spacing };
-    let frames = grid.frames(spacing, OFF_GRID).or_else(|| grid.frames(1.0 / rate, OFF_GRID));
+    let frames = grid.frames(spacing).or_else(|| grid.frames(1.0 / rate));
     let rounded = grid.resolution > OFF_GRID * spacing;
+    let line = shot.line;
     let Some(frames) = frames else {
         if rounded {
             return Err(format!(
@@ -215,12 +221,12 @@ fn with_rate(
             "times are not spaced like whole frames at {rate} fps throughout (a camera of variable rate?); \
              taken as they are written"
         );
-        notes.of(&shot.file).add(CLOCK, shot.line, message);
+        log.add(CLOCK, line, message);
         replace(shot, &grid.times, |i| grid.times[i] * rate / fps);
         return Ok(fps);
     };
-    let Some(first) = grid.times.first().copied() else { return Ok(fps) };
-    if !stated && let Some(row) = first_apart(&frames, &grid.times, grid.resolution, rate) {
+    let (Some(first), Some(last)) = (grid.times.first(), grid.times.last()) else { return Ok(fps) };
+    if let Some(row) = first_apart(&frames, &grid.times, grid.resolution, rate).filter(|_| !stated) {
         let message = format!(
             "after {:.0} frames times are {:.6} s from the first, but frames at capture_fps = {fps} {:.6} s: more than half a frame \
              apart (a clock that drifts, or another rate); taken as they are written",
@@ -228,9 +234,9 @@ fn with_rate(
             grid.times[row] - first,
             frames[row] / rate
         );
-        notes.of(&shot.file).add(CLOCK, shot.line, message);
+        log.add(CLOCK, line, message);
         // rounding is averaged out if the clock is steady
-        let mean = (grid.times[grid.times.len() - 1] - first) / frames[frames.len() - 1];
+        let mean = (last - first) / frames[frames.len() - 1];
         if rounded && first_apart(&frames, &grid.times, grid.resolution, mean.recip()).is_none() {
             replace(shot, &grid.times, |i| first + frames[i] * mean);
         }
@@ -238,18 +244,14 @@ fn with_rate(
     }
     let number = (first * rate).round();
     let on_grid = (first - number / rate).abs() <= grid.resolution + 1e-6 / rate;
-    let start = if on_grid { number / fps } else { first * rate / fps };
-    let changed =
-        frames.iter().zip(&grid.times).any(|(frame, t)| (start + frame / fps - t).abs() > 1e-6 / fps);
-    if changed {
+    let time = |i: usize| {
+        if on_grid { (number + frames[i]) / fps } else { first * rate / fps + frames[i] / fps }
+    };
+    if (0..frames.len()).any(|i| (time(i) - grid.times[i]).abs() > 1e-6 / fps) {
         let message = format!("times as written are replaced by frame number / capture_fps ({fps})");
-        notes.of(&shot.file).add(CLOCK, shot.line, message);
+        log.add(CLOCK, line, message);
     }
-    if on_grid {
-        replace(shot, &grid.times, |i| (number + frames[i]) / fps);
-    } else {
-        replace(shot, &grid.times, |i| start + frames[i] / fps);
-    }
+    replace(shot, &grid.times, time);
     Ok(fps)
 }
 
@@ -267,20 +269,20 @@ fn first_apart(frames: &[f64], seconds: &[f64], rounding: f64, rate: f64) -> Opt
     frames.iter().zip(seconds).position(apart)
 }
 
-/// Times are all there is.
-fn without_rate(shot: &mut RawShot, grid: Grid, notes: &Notes) -> Result<f64, String> {
+/// Takes the frame rate from the times, which are all there is.
+fn without_rate(shot: &mut RawShot, grid: &Grid, log: Log) -> Result<f64, String> {
     let help = "expected [video] capture_fps, the frames per second that the camera recorded";
-    let (Some(first), Some(last)) = (grid.times.first().copied(), grid.times.last().copied()) else {
+    let (Some(first), Some(last)) = (grid.times.first(), grid.times.last()) else {
         return Err(format!("no times; {help}"));
     };
     if grid.spacing.is_nan() {
         return Err(format!("one time only, which gives no frame rate; {help}"));
     }
     let rounded = grid.resolution > OFF_GRID * grid.spacing;
-    let Some(frames) = grid.frames(grid.spacing, OFF_GRID) else {
-        let regular =
-            grid.times.windows(2).filter(|two| ((two[1] - two[0]) / grid.spacing - 1.0).abs() < 0.1);
-        if rounded || regular.count() * 4 < 3 * (grid.times.len() - 1) {
+    let Some(frames) = grid.frames(grid.spacing) else {
+        let is_regular = |two: &&[f64]| ((two[1] - two[0]) / grid.spacing - 1.0).abs() < 0.1;
+        let regular = grid.times.windows(2).filter(is_regular).count();
+        if rounded || regular * 4 < 3 * (grid.times.len() - 1) {
             return Err(format!("times are not regularly spaced; {help}"));
         }
         let fps = tidy(1.0 / grid.spacing);
@@ -288,14 +290,13 @@ fn without_rate(shot: &mut RawShot, grid: Grid, notes: &Notes) -> Result<f64, St
             "capture_fps is not given; times, mostly {:.6} s apart ({fps:.4} fps), are taken as they are written",
             grid.spacing
         );
-        notes.of(&shot.file).add(CLOCK, shot.line, message);
+        log.add(CLOCK, shot.line, message);
         return Ok(fps);
     };
-    let number = frames.last().copied().unwrap_or(1.0).max(1.0);
-    let fps = tidy(number / (last - first));
+    let fps = tidy(frames.last().copied().unwrap_or(1.0).max(1.0) / (last - first));
     let how = if rounded { ", and rebuilt from it" } else { "" };
     let message = format!("capture_fps is not given; taken from the spacing of the times, {fps:.4} fps{how}");
-    notes.of(&shot.file).add(CLOCK, shot.line, message);
+    log.add(CLOCK, shot.line, message);
     if rounded {
         replace(shot, &grid.times, |i| first + frames[i] / fps);
     }
@@ -303,72 +304,33 @@ fn without_rate(shot: &mut RawShot, grid: Grid, notes: &Notes) -> Result<f64, St
 }
 
 /// A whole number where it is one but for rounding.
-pub(super) fn tidy(fps: f64) -> f64 {
+fn tidy(fps: f64) -> f64 {
     if (fps - fps.round()).abs() < 1e-6 * fps { fps.round() } else { fps }
 }
 
-/// Rates at which cameras record.
-const USUAL: [f64; 24] = [
-    24.0, 25.0, 30.0, 48.0, 50.0, 60.0, 90.0, 100.0, 120.0, 200.0, 240.0, 250.0, 300.0, 400.0, 480.0, 500.0,
-    600.0, 960.0, 1000.0, 2000.0, 29.97, 59.94, 119.88, 239.76,
-];
-
-/// The frame rate that the times of a shot follow, in seconds of the file's own clock: the coarsest grid on which all of
-/// them lie. Where rounding leaves several rates possible, one at which cameras record, else a whole number. The times
-/// are left in seconds.
-pub(super) fn followed(shot: &mut RawShot) -> Option<f64> {
-    let unit = match shot.clock {
-        Clock::In(unit) => unit,
-        Clock::Rounded(_) | Clock::Unsaid => TimeUnit::S,
-        Clock::FramesAt(_) => return None,
+/// Counts rows, if a clock is so coarse that neighbouring frames show the same time.
+fn by_row(shot: &mut RawShot, grid: &Grid, rate: f64, fps: f64, log: Log) -> Result<f64, String> {
+    let wrong = |why: &str| {
+        Err(format!(
+            "times are rounded to {} s, coarser than frames at {rate} fps; expected frame numbers, or times with more \
+             digits ({why})",
+            grid.resolution
+        ))
     };
-    let second = unit.seconds()?;
-    for row in shot.rows_mut() {
-        row.time *= second;
+    let times = |track: &RawTrack| track.rows.iter().map(|row| row.time).collect::<Vec<f64>>();
+    let Some(first) = shot.tracks.first().map(times) else { return Ok(fps) };
+    if !shot.tracks.iter().all(|track| times(track) == first) {
+        return wrong("the tracks do not have the same times, so rows cannot be counted");
     }
-    let grid = Grid::of(shot, second);
-    let length = grid.times.last()? - grid.times.first()?;
-    let steps = || grid.times.windows(2).map(|two| two[1] - two[0]);
-    // most of the steps may be of several frames
-    let least = steps().fold(f64::INFINITY, f64::min);
-    let near = steps().filter(|step| *step <= least + 1.02 * grid.resolution);
-    let (sum, count) = near.fold((0.0, 0.0), |(sum, count), step| (sum + step, count + 1.0));
-    let frames = [grid.spacing, sum / count].into_iter().find_map(|spacing| grid.frames(spacing, OFF_GRID));
-    let fps = match frames.and_then(|frames| frames.last().copied()) {
-        Some(number) => number / length,
-        None => 1.0 / grid.spacing,
-    };
-    let slack = (grid.resolution / length).max(1e-6);
-    let possible = |rate: &f64| (rate / fps - 1.0).abs() <= slack;
-    let usual = USUAL.into_iter().find(possible);
-    (fps > 0.0 && fps.is_finite()).then(|| usual.or(Some(fps.round()).filter(possible)).unwrap_or(fps))
-}
-
-/// A clock so coarse that neighbouring frames show the same time: rows are counted.
-fn by_row(shot: &mut RawShot, grid: &Grid, rate: f64, fps: f64, notes: &Notes) -> Result<f64, String> {
-    let help = format!(
-        "times are rounded to {} s, coarser than frames at {rate} fps; expected frame numbers, or times with more \
-         digits",
-        grid.resolution
-    );
-    let Some((first, rest)) = shot.tracks.split_first() else { return Ok(fps) };
-    let same = |other: &RawTrack| {
-        other.rows.len() == first.rows.len()
-            && other.rows.iter().zip(&first.rows).all(|(a, b)| a.time == b.time)
-    };
-    if !rest.iter().all(same) {
-        return Err(format!("{help} (the tracks do not have the same times, so rows cannot be counted)"));
-    }
-    let start = first.rows.first().map_or(0.0, |row| row.time);
-    let late = first.rows.iter().enumerate().map(|(i, row)| row.time - start - i as f64 / rate);
-    if !grid.is_rounding(late) {
-        return Err(format!("{help} (their rows do not follow {rate} fps one by one either)"));
+    let start = first.first().copied().unwrap_or(0.0);
+    if !grid.is_rounding(first.iter().enumerate().map(|(i, time)| time - start - i as f64 / rate)) {
+        return wrong(&format!("their rows do not follow {rate} fps one by one either"));
     }
     let message = format!(
         "times are rounded to {} s; rebuilt from the number of the row at {fps} fps",
         grid.resolution
     );
-    notes.of(&shot.file).add(CLOCK, shot.line, message);
+    log.add(CLOCK, shot.line, message);
     for track in &mut shot.tracks {
         for (i, row) in track.rows.iter_mut().enumerate() {
             row.time = start * rate / fps + i as f64 / fps;
@@ -385,42 +347,36 @@ fn replace(shot: &mut RawShot, times: &[f64], new: impl Fn(usize) -> f64) {
     }
 }
 
-/// The unit of a time column that does not say it: the one that goes with the frame rate.
+/// Returns the unit of a time column that does not say it: the one that goes with the frame rate.
 fn guess_unit(shot: &RawShot, settings: &TrackSettings) -> Result<TimeUnit, String> {
     let help = "expected [tracks] time_unit = \"frames\", \"s\", \"ms\" or \"us\"";
-    let grid = Grid::of(shot, 1.0);
-    let whole = grid.resolution >= 1.0;
+    let Grid { times, resolution, spacing } = Grid::of(shot, 1.0);
+    let whole = resolution >= 1.0;
     let Some(rate) = settings.playback_fps.or(settings.capture_fps) else {
-        if !whole && grid.spacing < 0.2 {
+        if !whole && spacing < 0.2 {
             return Ok(TimeUnit::S);
         }
         return Err(format!(
             "the file does not say whether its times are frames, ms or µs; {help}, and [video] capture_fps"
         ));
     };
-    let near = |second: f64| {
-        let grid = Grid {
-            times: grid.times.iter().map(|t| t * second).collect(),
-            resolution: grid.resolution * second,
-            spacing: grid.spacing * second,
-        };
-        fits(&grid, rate)
+    let is_near = |unit: &TimeUnit| {
+        unit.seconds().is_some_and(|second| {
+            let times = times.iter().map(|t| t * second).collect();
+            fits(&Grid { times, resolution: resolution * second, spacing: spacing * second }, rate)
+        })
     };
-    let frames = whole && (grid.spacing - 1.0).abs() < 0.02;
-    let times = [TimeUnit::S, TimeUnit::Ms, TimeUnit::Us];
-    let found: Vec<_> = times.into_iter().filter(|unit| unit.seconds().is_some_and(near)).collect();
+    let frames = whole && (spacing - 1.0).abs() < 0.02;
+    let found: Vec<_> = TimeUnit::ALL.into_iter().filter(is_near).collect();
     match (frames, found.as_slice()) {
         (true, []) => Ok(TimeUnit::Frames),
         (false, [unit]) => Ok(*unit),
         // a frame each millisecond: it makes no difference
         (true, [TimeUnit::Ms]) if rate == 1000.0 => Ok(TimeUnit::Frames),
-        (true, [_, ..]) | (false, [_, _, ..]) => {
-            Err(format!("times may be frames or ms at {rate} fps; {help}"))
-        }
+        (true, _) | (false, [_, _, ..]) => Err(format!("times may be frames or ms at {rate} fps; {help}")),
         (false, []) => Err(format!(
-            "times are {} apart, which at {rate} fps is neither a frame nor its length in s, ms or µs; {help}, the \
-             right capture_fps, or playback_fps where the file follows a slower playback",
-            grid.spacing
+            "times are {spacing} apart, which at {rate} fps is neither a frame nor its length in s, ms or µs; {help}, the \
+             right capture_fps, or playback_fps where the file follows a slower playback"
         )),
     }
 }

@@ -1,6 +1,6 @@
 //! Times as clocks show them: h:mm:ss.fff, dates before them, h:mm:ss:cs, and time codes h:mm:ss:ff, whose last part counts frames.
 
-use super::raw::{RawTrack, sorted};
+use super::raw::{RawTrack, middle, sorted};
 
 /// How a time is written.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -92,8 +92,7 @@ pub(super) fn count_frames(tracks: &mut [&mut RawTrack]) -> Option<f64> {
         return None;
     }
     let within = parts.windows(2).filter(|two| two[1].0 == two[0].0).map(|two| two[1].1 - two[0].1);
-    let steps = sorted(within);
-    let usual = *steps.get(steps.len() / 2)?;
+    let usual = middle(within)?;
     let follows = |rate: f64| full.iter().all(|two| rate + two[1].1 - two[0].1 == usual);
     let rate = RATES.into_iter().find(|rate| *rate > last && follows(*rate))?;
     for row in tracks.iter_mut().flat_map(|track| &mut track.rows) {
@@ -128,29 +127,25 @@ mod tests {
 
     #[test]
     fn the_last_part_counts_frames_or_hundredths() {
-        let counted = |times: &[f64]| {
+        let counted = |times: Vec<f64>| {
             let mut track = RawTrack::new("a", None);
-            track.rows = times.iter().map(|t| Row { time: *t, x: 0.0, y: 0.0, line: 1 }).collect();
-            let rate = count_frames(&mut [&mut track]);
-            (rate, track.rows.last().map_or(0.0, |row| row.time))
+            track.rows = times.iter().map(|t| Row::new(*t, [0.0; 2], 1)).collect();
+            count_frames(&mut [&mut track]).zip(track.rows.last().map(|row| row.time))
         };
-        let code = |rate: u32, step: u32| -> Vec<f64> {
+        let code = |rate: u32, step: usize, last: u32| -> Vec<f64> {
             let time = |n: u32| f64::from(n / rate) + f64::from(n % rate) / 100.0;
-            (0..100).step_by(step as usize).map(time).collect()
+            (0..last).step_by(step).map(time).collect()
         };
-        for (rate, step) in [(24, 1), (25, 1), (30, 1), (60, 1), (30, 2), (50, 4)] {
-            let last = 100 - step;
-            assert_eq!(
-                counted(&code(rate, step)),
-                (Some(f64::from(rate)), f64::from(last)),
-                "{rate}, {step}"
-            );
+        for (rate, step, last) in
+            [(24, 1, 99), (25, 1, 99), (30, 1, 99), (60, 1, 99), (30, 2, 98), (50, 4, 96)]
+        {
+            let found = counted(code(rate, step, 100));
+            assert_eq!(found, Some((f64::from(rate), f64::from(last))), "{rate}, {step}");
         }
         // hundredths at 25 and at 30 frames per second, and a film that ends before a second is full
-        let hundredths: Vec<f64> = (0..40).map(|n| f64::from(4 * n) / 100.0).collect();
-        assert_eq!(counted(&hundredths).0, None);
-        let rounded: Vec<f64> = (0..40).map(|n| (100.0 * f64::from(n) / 30.0).floor() / 100.0).collect();
-        assert_eq!(counted(&rounded).0, None);
-        assert_eq!(counted(&code(30, 1)[..20]).0, None);
+        assert_eq!(counted((0..40).map(|n| f64::from(4 * n) / 100.0).collect()), None);
+        let rounded = (0..40).map(|n| (100.0 * f64::from(n) / 30.0).floor() / 100.0);
+        assert_eq!(counted(rounded.collect()), None);
+        assert_eq!(counted(code(30, 1, 20)), None);
     }
 }

@@ -4,10 +4,10 @@ use std::collections::HashMap;
 
 use super::boxes;
 use super::heading::{Heading, TITLES};
-use super::input::{Input, Shots, quoted};
+use super::input::{Input, quoted};
+use super::layout::{Block, Body, Detected, Layout, Refused};
 use super::raw::{Clock, FORMAT};
 use super::settings::TimeUnit;
-use super::sheet::{At, Body, Sheet};
 use super::words::{Kind, Role, find, pairs};
 use crate::io::number::value;
 use crate::io::text::{Separator, filled_lines, lines, trimmed};
@@ -15,47 +15,45 @@ use crate::io::text::{Separator, filled_lines, lines, trimmed};
 /// Names of the columns of time, the best first.
 const TIMES: [&str; 3] = ["frame", "t", "time"];
 
-/// The parts of an export above its rows.
-pub(super) struct Head {
-    heading: Heading,
-    /// Names of tracks, each in the first of its columns.
-    tracks: Vec<String>,
-    multi: bool,
-}
-
-/// Whether the text is such an export.
-pub(super) fn detect(text: &str) -> Option<Head> {
-    let (mut multi, mut above) = (false, None);
-    for (line, content) in filled_lines(text).take(TITLES) {
+/// Returns the layout of an export.
+pub(super) fn layout(input: &Input) -> Detected {
+    let (mut is_multi, mut above) = (false, None);
+    for (line, content) in filled_lines(input.text).take(TITLES) {
         if content.trim_start().starts_with('#') {
-            multi |= content.trim().trim_end_matches(':').eq_ignore_ascii_case("#multi");
+            is_multi |= content.trim().trim_end_matches(':').eq_ignore_ascii_case("#multi");
             continue;
         }
-        let fits = |separator: &Separator| {
-            let Some(names) = trimmed(content, *separator) else { return false };
-            let is_own = names.iter().any(|name| name.starts_with('x'));
-            let names = Heading::new("", line, *separator, names).small();
-            let has = |name: &str| names.iter().any(|own| own == name);
-            let is_long = || {
-                [Role::Ball, Role::Shot].into_iter().any(|role| find(&names, role).is_some())
-                    || !boxes::named(&names).is_empty()
-            };
-            let is_own = is_own && !["x2", "x 2", "x_2"].iter().any(|second| has(second));
-            has("x") && has("y") && TIMES.iter().any(|t| has(t)) && !is_long()
-                // other programs write both balls beside each other: X, Y, X 2, Y 2
-                && (is_own || pairs(&names).iter().filter(|(_, kind)| *kind == Kind::Position).count() == 1)
-        };
-        if let Some(separator) = Separator::ALL.into_iter().find(fits) {
-            let heading = Heading::new(text, line, separator, trimmed(content, separator)?);
-            if are_several(text, &heading) {
+        let found = Separator::ALL.into_iter().find_map(|separator| {
+            let names = trimmed(content, separator)?;
+            is_header(&names, line, separator).then_some((separator, names))
+        });
+        if let Some((separator, names)) = found {
+            let heading = Heading::new(input.text, line, separator, names);
+            if are_several(input.text, &heading) {
                 return None;
             }
             let tracks = above.and_then(|text| trimmed(text, separator)).unwrap_or_default();
-            return Some(Head { heading, tracks, multi });
+            return Some(columns(heading, tracks, is_multi, input));
         }
         above = Some(content);
     }
     None
+}
+
+/// Returns whether a line holds the names of an export's columns.
+fn is_header(names: &[String], line: usize, separator: Separator) -> bool {
+    let begins_with_x = names.iter().any(|name| name.starts_with('x'));
+    let names = Heading::new("", line, separator, names.to_vec()).small();
+    let has = |name: &str| names.iter().any(|own| own == name);
+    if !(has("x") && has("y") && TIMES.iter().any(|time| has(time))) {
+        return false;
+    }
+    let is_long = [Role::Ball, Role::Shot].into_iter().any(|role| find(&names, role).is_some())
+        || !boxes::named(&names).is_empty();
+    let is_own = begins_with_x && !["x2", "x 2", "x_2"].iter().any(|second| has(second));
+    // other programs write both balls beside each other: X, Y, X 2, Y 2
+    let positions = || pairs(&names).iter().filter(|(_, kind)| *kind == Kind::Position).count();
+    !is_long && (is_own || positions() == 1)
 }
 
 /// Whether one pair of columns is at two places at the same time: several balls, below each other, which no export of Tracker is.
@@ -117,18 +115,21 @@ fn tables(input: &Input, heads: &[usize]) -> Vec<(Vec<String>, usize)> {
     heads.iter().enumerate().map(of).collect()
 }
 
-/// Reads the tracks of an export; one that has no name is named after the file.
-pub(super) fn read(input: &Input, head: Head) -> Option<Shots> {
-    let Head { heading, tracks, multi } = head;
+/// Finds the columns of the tracks; one that has no name is named after the file.
+fn columns(heading: Heading, tracks: Vec<String>, is_multi: bool, input: &Input) -> Result<Layout, Refused> {
     let names = heading.small();
-    let by_frame = input.is_by_frame() || !names.iter().any(|n| n == "t" || n == "time");
-    let mut time = TIMES.iter().filter(|name| by_frame || **name != "frame");
-    let time = time.find_map(|name| names.iter().position(|own| own == name))?;
+    let position = |name: &str| names.iter().position(|own| own == name);
+    let by_frame = input.is_by_frame() || !TIMES[1..].iter().any(|name| position(name).is_some());
+    let times = TIMES.iter().filter(|name| by_frame || **name != "frame");
+    let time = times.into_iter().find_map(|name| position(name)).ok_or(Refused)?;
     let mut heads = vec![heading.line];
     heads.extend(repeated(input.text, &heading));
     let tables = if heads.len() > 1 { tables(input, &heads) } else { vec![(tracks, usize::MAX)] };
-    let bodies: Vec<Vec<Body>> =
-        tables.iter().map(|(tracks, _)| bodies(input, &heading, tracks)).collect::<Option<_>>()?;
+    let mut blocks = Vec::new();
+    for (head, (tracks, last)) in heads.iter().zip(tables) {
+        let bodies = bodies(input, &heading, &tracks)?;
+        blocks.push(Block { header: *head, above: heading.above + head - heading.line, last, bodies });
+    }
     let is_ignored = |name: &&str| !name.is_empty() && !["x", "y"].contains(name) && !TIMES.contains(name);
     let ignored: Vec<&str> = names.iter().map(String::as_str).filter(is_ignored).collect();
     let passed = if ignored.is_empty() {
@@ -136,37 +137,25 @@ pub(super) fn read(input: &Input, head: Head) -> Option<Shots> {
     } else {
         format!("; columns passed over: {}", ignored.join(", "))
     };
+    let clock = if names[time] == "frame" { TimeUnit::Frames } else { heading.time(time, input) };
+    let unit = heading.length(&Layout::lengths(&blocks), input);
+    let layout = Layout { unit, ..Layout::new(heading, blocks, Some(time), Clock::In(clock)) };
     let message = format!(
         "read as {}, {} between cells, tracks {}{passed}",
-        if multi || heads.len() > 1 { "Tracker (several tracks)" } else { "Tracker" },
-        heading.separator.name(),
-        quoted(bodies.iter().flatten().map(|body| &body.name))
+        if is_multi || heads.len() > 1 { "Tracker (several tracks)" } else { "Tracker" },
+        layout.heading.separator.name(),
+        quoted(layout.names())
     );
     input.log.add(FORMAT, None, message);
-    let clock = if names[time] == "frame" { TimeUnit::Frames } else { heading.time(time, input) };
-    let lengths: Vec<usize> = bodies.iter().flatten().flat_map(|body| body.at.lengths()).collect();
-    let unit = heading.length(&lengths, input);
-    let (mut tracks, mut shown) = (Vec::new(), None);
-    for ((head, (_, last)), bodies) in heads.into_iter().zip(tables).zip(&bodies) {
-        let mut own = heading.clone();
-        (own.line, own.above) = (head, heading.above + head - heading.line);
-        let sheet = Sheet { last, ..Sheet::new(input, own) };
-        let (mut own, clock) = sheet.tracks(Some(time), bodies);
-        tracks.append(&mut own);
-        shown = shown.or(clock);
-    }
-    Some((input.one_shot(shown.unwrap_or(Clock::In(clock)), tracks), unit))
+    Ok(layout)
 }
 
-/// Where the tracks of these names stand, each above the first of its columns.
-fn bodies(input: &Input, heading: &Heading, tracks: &[String]) -> Option<Vec<Body>> {
+/// Finds where the tracks of these names stand, each above the first of its columns.
+fn bodies(input: &Input, heading: &Heading, tracks: &[String]) -> Result<Vec<Body>, Refused> {
     let names = heading.small();
-    let named = |column: usize| {
-        let name = tracks.iter().take(column + 1).rev().find(|name| !name.is_empty());
-        name.map_or(input.stem, String::as_str)
-    };
     // each track has its columns side by side, in any order
     let begin = |column: usize| (0..tracks.len().min(column + 1)).rev().find(|i| !tracks[*i].is_empty());
+    let named = |column: usize| begin(column).map_or(input.stem, |i| tracks[i].as_str());
     let beside = |column: usize, axis: &str| -> Vec<usize> {
         (0..names.len()).filter(|i| names[*i] == axis && begin(*i) == begin(column)).collect()
     };
@@ -185,9 +174,9 @@ fn bodies(input: &Input, heading: &Heading, tracks: &[String]) -> Option<Vec<Bod
                 named(x)
             );
             input.wrong(heading.line, None, message);
-            return None;
+            return Err(Refused);
         }
-        bodies.push(Body { name: named(x).to_string(), at: At::plain(x, y) });
+        bodies.push(Body::new(named(x), x, y));
     }
-    (input.problems.len() == before).then_some(bodies)
+    if input.problems.len() == before { Ok(bodies) } else { Err(Refused) }
 }

@@ -1,4 +1,4 @@
-//! Units of lengths and times in files of tracks.
+//! Units of lengths, times and angles in files of tracks.
 
 use serde::Deserialize;
 
@@ -20,13 +20,40 @@ worded! {
     pub(super) fn name;
 }
 
+worded! {
+    /// What the time column of a file is in.
+    #[derive(Clone, Copy, Debug, Deserialize, PartialEq, Eq)]
+    #[serde(rename_all = "lowercase")]
+    pub(in crate::io) enum TimeUnit {
+        Frames = "frames",
+        S = "s",
+        Ms = "ms",
+        Us = "us",
+    }
+    /// As dataset.toml names it.
+    pub(in crate::io) fn name;
+}
+
+worded! {
+    /// What columns of angles are in.
+    #[derive(Clone, Copy, Debug, Deserialize, PartialEq, Eq)]
+    #[serde(rename_all = "lowercase")]
+    pub(in crate::io) enum AngleUnit {
+        Rad = "rad",
+        Deg = "deg",
+    }
+    /// As dataset.toml names it.
+    pub(in crate::io) fn name;
+}
+
 impl Unit {
-    /// The one that dataset.toml names so.
+    /// Returns the unit that dataset.toml names so.
     pub(super) fn of(word: &str) -> Option<Self> {
         Self::ALL.into_iter().find(|unit| unit.name().eq_ignore_ascii_case(word.trim()))
     }
 
-    /// Metres in one of it, as two whole numbers to multiply with and divide by, so that 5.6 cm is 0.056 m; `None` for pixels.
+    /// Returns metres in one of it, as two whole numbers to multiply with and divide by, so that
+    /// 5.6 cm is 0.056 m; `None` for pixels.
     pub(super) fn metres(self) -> Option<(f64, f64)> {
         match self {
             Self::M => Some((1.0, 1.0)),
@@ -40,28 +67,24 @@ impl Unit {
     }
 }
 
-worded! {
-    /// What the time column of a file is in.
-    #[derive(Clone, Copy, Debug, Deserialize, PartialEq, Eq)]
-    #[serde(rename_all = "lowercase")]
-    pub(super) enum TimeUnit {
-        Frames = "frames",
-        S = "s",
-        Ms = "ms",
-        Us = "us",
-    }
-    /// As dataset.toml names it.
-    pub(super) fn name;
-}
-
 impl TimeUnit {
-    /// Seconds in one of it; `None` for frames.
+    /// Returns seconds in one of it; `None` for frames.
     pub(super) fn seconds(self) -> Option<f64> {
         match self {
             Self::Frames => None,
             Self::S => Some(1.0),
             Self::Ms => Some(1e-3),
             Self::Us => Some(1e-6),
+        }
+    }
+}
+
+impl AngleUnit {
+    /// Returns radians in one of it.
+    pub(super) fn radians(self) -> f64 {
+        match self {
+            Self::Rad => 1.0,
+            Self::Deg => 1.0_f64.to_radians(),
         }
     }
 }
