@@ -1,4 +1,4 @@
-//! `caromfit fit --baseline`: what moved since.
+//! `caromfit fit --baseline`: estimates that moved.
 
 use std::path::{Path, PathBuf};
 
@@ -17,11 +17,10 @@ pub struct Baseline {
 
 impl Baseline {
     pub fn read(path: &Path) -> Result<Self, Failure> {
-        let stored = document::read(path)?;
-        Ok(Self { path: path.to_path_buf(), stored })
+        Ok(Self { path: path.to_path_buf(), stored: document::read(path)? })
     }
 
-    /// What moved by more than the tolerance, with the title of the fit.
+    /// Returns what moved by more than the tolerance, with the title of the fit.
     pub fn moved<'a>(
         &self,
         fits: impl Iterator<Item = &'a Fit>,
@@ -31,10 +30,7 @@ impl Baseline {
         for fit in fits {
             let title = report::title(fit);
             let Some(stored) = regression::find(fit, &self.stored) else {
-                return Err(Failure::input(format!(
-                    "{}: holds no fit of {title}; expected one to compare with",
-                    self.path.display()
-                )));
+                refuse!("{}: holds no fit of {title}; expected one to compare with", self.path.display());
             };
             let moved = regression::moved(fit, stored, tolerance);
             all.extend(moved.into_iter().map(|moved| (title.clone(), moved)));
@@ -42,7 +38,7 @@ impl Baseline {
         Ok(all)
     }
 
-    /// Whether it lies in a folder, or holds it.
+    /// Returns whether it is in a folder, or contains it.
     pub fn is_in(&self, folder: &Path) -> bool {
         let (Ok(own), Ok(folder)) = (self.path.canonicalize(), folder.canonicalize()) else { return false };
         own.starts_with(&folder) || folder.starts_with(&own)
@@ -51,8 +47,7 @@ impl Baseline {
 
 /// The value of `--baseline-tolerance`.
 pub fn tolerance(text: &str) -> Result<Tolerance, String> {
-    let number: f64 = text.trim().parse().map_err(|_| format!("\"{text}\" is not a number"))?;
-    Tolerance::of(number)
+    Tolerance::of(super::number(text)?)
 }
 
 pub fn table(moved: &[(String, Moved)]) -> String {

@@ -2,7 +2,7 @@
 
 use std::path::{Path, PathBuf};
 
-use caromfit::fit::{self, Analysis, Falling, Fit, Options};
+use caromfit::fit::{self, Falling, Fit, Options};
 use caromfit::measurement::dataset::Dataset;
 use caromfit::measurement::loss::Loss;
 use caromfit::physics::collision::effects;
@@ -48,7 +48,7 @@ pub struct Args {
     #[arg(long, value_name = "B,C|fit", value_parser = falling, allow_hyphen_values = true)]
     falling: Option<Falling>,
     /// How outlying shots count, instead of what the data set states
-    #[arg(long, value_parser = super::loss())]
+    #[arg(long, value_parser = super::named(Loss::ALL, Loss::name))]
     loss: Option<Loss>,
     /// Number of samples of shots drawn with repetition and fitted, for intervals that trust neither model nor noise
     #[arg(long, default_value_t = 0, value_name = "N")]
@@ -62,13 +62,6 @@ pub struct Args {
     /// What counts as moved, in standard errors (of χ²: in its standard deviation)
     #[arg(long, value_parser = baseline::tolerance, default_value = "0.01", value_name = "N", requires = "baseline", allow_hyphen_values = true)]
     baseline_tolerance: Tolerance,
-    #[command(flatten)]
-    shown: Shown,
-}
-
-/// What is printed.
-#[derive(clap::Args)]
-struct Shown {
     /// Show every label of a data set on a line of its own, χ²/dof, what the marks mean, and all warnings
     #[arg(long)]
     all: bool,
@@ -100,15 +93,15 @@ fn where_reports_are(folders: &[PathBuf], out: &Path) -> String {
     }
 }
 
-/// The data sets, and of tables without a dataset.toml what was assumed.
+/// Returns the data sets, and what was assumed of tables without a dataset.toml.
 fn load(args: &Args) -> Result<(Vec<Dataset>, Vec<String>), Failure> {
     let (tables, folders): (Vec<PathBuf>, Vec<PathBuf>) =
         args.datasets.iter().cloned().partition(|path| is_table(path));
     if tables.is_empty() && !args.told.is_empty() {
-        return Err(Failure::input(
+        refuse!(
             "--fps, --radius, --spin, --cue, --object and --unit are for a table without a dataset.toml; of a data set, its \
-             dataset.toml states them",
-        ));
+             dataset.toml states them"
+        );
     }
     let mut datasets = progress::load_all(&folders)?;
     let mut assumed = Vec::new();
@@ -129,49 +122,42 @@ pub fn run(args: &Args) -> Result<(), Failure> {
     let baseline = args.baseline.as_deref().map(Baseline::read).transpose()?;
     let options = options(args);
     let progress = Progress::over_shots(&datasets, args.bootstrap);
-    let (mut fits, mut failed, mut bad_input) = (Vec::new(), Vec::new(), false);
+    let (mut fits, mut failed, mut is_bad_input) = (Vec::new(), Vec::new(), false);
     for dataset in datasets {
         progress.step(&dataset.name);
-        let Analysis { fits: found, .. } = fit::analyse_watched(&dataset, &options, &|| progress.done());
-        match found {
+        match fit::analyse_watched(&dataset, &options, &|| progress.done()).fits {
             Ok(found) => fits.push(found),
             Err(error) => {
-                bad_input |= error.is_bad_input();
+                is_bad_input |= error.is_bad_input();
                 failed.push(error.to_string());
             }
         }
         progress.done();
     }
-    if bad_input {
+    if is_bad_input {
         return unless_none(&failed, Failure::input);
     }
     let moved = match &baseline {
-        Some(baseline) => {
-            let all = fits.iter().flatten();
-            baseline.moved(all, &args.baseline_tolerance)?
-        }
+        Some(baseline) => baseline.moved(fits.iter().flatten(), &args.baseline_tolerance)?,
         None => Vec::new(),
     };
     let mut reports = Vec::new();
     for found in &fits {
         let folder = report::fit_folder(found, &args.out);
         // what moved is not written over what it moved from
-        if !moved.is_empty() && baseline.as_ref().is_some_and(|baseline| baseline.is_in(&folder)) {
-            continue;
+        if moved.is_empty() || !baseline.as_ref().is_some_and(|baseline| baseline.is_in(&folder)) {
+            report::write_all(found, &args.out)?;
+            reports.push(folder);
         }
-        report::write_all(found, &args.out)?;
-        reports.push(folder);
     }
     progress.finish();
     let fits: Vec<Fit> = fits.into_iter().flatten().collect();
-    if args.shown.json {
+    if args.json {
         print(&report::document::text(&fits)?)?;
     } else {
         print_lines(&assumed)?;
-        if !assumed.is_empty() {
-            print("\n")?;
-        }
-        args.shown.print(&fits)?;
+        print(if assumed.is_empty() { "" } else { "\n" })?;
+        print_tables(args, &fits)?;
         print(&where_reports_are(&reports, &args.out))?;
     }
     if !moved.is_empty() {
@@ -180,18 +166,18 @@ pub fn run(args: &Args) -> Result<(), Failure> {
     unless_none(&failed, Failure::work)
 }
 
-impl Shown {
-    /// Prints the table, and what was asked for below it.
-    fn print(&self, fits: &[Fit]) -> Result<(), Failure> {
-        if self.all {
-            print(&report::table::render(fits))?;
-            print(&report::text::warnings(fits))?;
-        } else {
-            print(&report::overview::render(fits, super::colour()))?;
-        }
-        let verbose = fits.iter().filter(|_| self.verbose);
-        print(&verbose.map(|fit| format!("\n{}", report::text::render(fit))).collect::<String>())
+/// Prints the table, and below it what was asked for.
+fn print_tables(args: &Args, fits: &[Fit]) -> Result<(), Failure> {
+    if args.all {
+        print(&report::table::render(fits))?;
+        print(&report::text::warnings(fits))?;
+    } else {
+        print(&report::overview::render(fits, super::colour()))?;
     }
+    for fit in fits.iter().filter(|_| args.verbose) {
+        print(&format!("\n{}", report::text::render(fit)))?;
+    }
+    Ok(())
 }
 
 fn options(args: &Args) -> Options {

@@ -36,10 +36,6 @@ const MARKED: usize = 96;
 /// The standard error of a spin that markers do not show, rad/s: ten times that of any shot.
 pub(crate) const UNSEEN: f64 = 1e4;
 
-/// An eigenvalue of the information, scaled to a diagonal of 1, that is rounding: the fit's own limit, 1e-5 of
-/// the largest singular value, squared.
-const ROUNDING: f64 = 1e-10;
-
 /// Information of an average shot.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Average {
@@ -260,11 +256,10 @@ pub(crate) fn root(information: &Information) -> DMatrix<f64> {
 /// Returns the information scaled to a diagonal of 1 as eigenvalues and eigenvectors, and the scales; both 0 for an unknown that
 /// is not determined.
 fn scaled(information: &Information) -> ([f64; SHARED], SymmetricEigen<f64, Const<SHARED>>) {
-    /// Coefficients are between 0 and 1: a standard error of a million, if all others were known, is rounding.
-    const LEAST: f64 = 1e-12;
+    // coefficients are between 0 and 1: a standard error of a million, if all others were known, is rounding
     let scale: [f64; SHARED] = std::array::from_fn(|i| {
         let own = information[(i, i)];
-        if own > LEAST { own.sqrt().recip() } else { 0.0 }
+        if own > 1e-12 { own.sqrt().recip() } else { 0.0 }
     });
     let matrix = Information::from_fn(|i, j| scale[i] * information[(i, j)] * scale[j]);
     (scale, matrix.symmetric_eigen())
@@ -273,21 +268,21 @@ fn scaled(information: &Information) -> ([f64; SHARED], SymmetricEigen<f64, Cons
 /// Returns the covariance of the unknowns after shots with this information, with the priors; NaN for unknowns that are not
 /// determined.
 pub(crate) fn covariance(information: &Information) -> Information {
-    /// An unknown that has more than this in an undetermined direction is undetermined.
-    const SHARE: f64 = 1e-6;
     let (scale, eigen) = scaled(&(information + prior()));
     let mut covariance = Information::zeros();
     let mut undetermined = [0.0; SHARED];
     for (k, value) in eigen.eigenvalues.iter().enumerate() {
         let vector = eigen.eigenvectors.column(k);
-        if *value > ROUNDING {
+        // a smaller eigenvalue is rounding: the limit of fits, 1e-5 of the largest singular value, squared
+        if *value > 1e-10 {
             covariance += vector * vector.transpose() / *value;
         } else {
             undetermined.iter_mut().zip(&vector).for_each(|(share, part)| *share += part.powi(2));
         }
     }
     Information::from_fn(|i, j| {
-        let is_determined = undetermined[i] <= SHARE && undetermined[j] <= SHARE;
+        // a larger part in undetermined directions is more than rounding
+        let is_determined = undetermined[i].max(undetermined[j]) <= 1e-6;
         if is_determined { scale[i] * covariance[(i, j)] * scale[j] } else { f64::NAN }
     })
 }
