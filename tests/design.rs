@@ -3,7 +3,7 @@
 
 use std::fs;
 use std::path::Path;
-use std::process::{Command, Output};
+use std::process::Output;
 
 use caromfit::design;
 use caromfit::design::{Design, Expected, PlayedKind, SpinFrom, information};
@@ -16,6 +16,7 @@ use caromfit::measurement::track::TrackShot;
 use caromfit::simulate::{self, Kind, Played, Shots, Spec};
 use serde_json::Value;
 
+use crate::cli::{caromfit, done, refused, stdout};
 use crate::frames::{count, dataset};
 use crate::{options, synthetic};
 
@@ -200,7 +201,7 @@ fn usual_kinds_follow_the_camera() {
     let folder = tempfile::tempdir().unwrap();
     let json = |camera: &str| {
         let output = of_spec(folder.path(), camera, &["--json"]);
-        let json: Value = serde_json::from_str(text(&output.stdout)).unwrap();
+        let json: Value = serde_json::from_str(stdout(&output)).unwrap();
         let side = json["kinds"].as_array().unwrap().iter().find(|kind| kind["name"] == "inside").unwrap();
         [&side["spin_sd_rad_s"][0], &side["std_error"]["mu"]].map(|value| value.as_f64().unwrap())
     };
@@ -328,14 +329,6 @@ fn plans_reach_what_is_wanted_and_not_with_a_shot_less() {
     }
 }
 
-fn caromfit(args: &[&str]) -> Output {
-    Command::new(env!("CARGO_BIN_EXE_caromfit")).args(args).output().unwrap()
-}
-
-fn text(bytes: &[u8]) -> &str {
-    std::str::from_utf8(bytes).unwrap()
-}
-
 const SPEC: &str = r#"
 [expected]
 mu = 0.06
@@ -365,15 +358,14 @@ fn of_spec(folder: &Path, spec: &str, more: &[&str]) -> Output {
     let out = folder.join("out");
     let mut args = vec!["design", path.to_str().unwrap(), "--out", out.to_str().unwrap()];
     args.extend(more);
-    caromfit(&args)
+    caromfit(args)
 }
 
 #[test]
 fn the_command_prints_tables_and_writes_its_files() {
     let folder = tempfile::tempdir().unwrap();
     let output = of_spec(folder.path(), SPEC, &[]);
-    assert_eq!(output.status.code(), Some(0), "{}", text(&output.stderr));
-    let table = text(&output.stdout);
+    let table = done(&output);
     for part in [
         "500 fps, positions ± 0.2 mm",
         "Wanted: μ_s ± 0.01 (",
@@ -411,7 +403,7 @@ fn the_command_prints_tables_and_writes_its_files() {
     let needed = roll["shots_needed"]["mu_s"].as_u64().unwrap();
     let raised = SPEC.replace("shots = 30", &format!("shots = {needed}"));
     let output = of_spec(folder.path(), &raised, &["--json"]);
-    let json: Value = serde_json::from_str(text(&output.stdout)).unwrap();
+    let json: Value = serde_json::from_str(stdout(&output)).unwrap();
     let reached = json["kinds"][0]["std_error"]["mu_s"].as_f64().unwrap();
     assert!(reached <= 0.01 && reached > 0.008, "{reached} with {needed} shots");
     let detectable = json["together"]["detectable_difference"]["mu_s"].as_f64().unwrap();
@@ -419,7 +411,7 @@ fn the_command_prints_tables_and_writes_its_files() {
     assert!((detectable / error - 3.962).abs() < 1e-3);
     // what is wanted on the command line is what counts
     let output = of_spec(folder.path(), SPEC, &["--want", "e=0.0005,mu=1e-3", "--json"]);
-    let json: Value = serde_json::from_str(text(&output.stdout)).unwrap();
+    let json: Value = serde_json::from_str(stdout(&output)).unwrap();
     assert_eq!(json["wanted"], serde_json::json!({"mu": 1e-3, "mu_s": null, "e": 5e-4}));
 }
 
@@ -427,10 +419,9 @@ fn the_command_prints_tables_and_writes_its_files() {
 fn without_a_specification_there_is_a_usual_one() {
     let folder = tempfile::tempdir().unwrap();
     let out = folder.path().join("plan");
-    let output = caromfit(&["design", "--out", out.to_str().unwrap()]);
-    assert_eq!(output.status.code(), Some(0), "{}", text(&output.stderr));
+    let output = caromfit(["design", "--out", out.to_str().unwrap()]);
     for kind in ["roll", "stun", "draw", "outside", "inside"] {
-        assert!(text(&output.stdout).contains(kind));
+        assert!(done(&output).contains(kind));
     }
     assert!(out.join("design.json").is_file());
 }
@@ -439,10 +430,8 @@ fn without_a_specification_there_is_a_usual_one() {
 fn wrong_designs_are_refused_and_nothing_is_written() {
     let folder = tempfile::tempdir().unwrap();
     let refused = |output: Output, part: &str| {
-        let said = text(&output.stderr);
-        assert_eq!(output.status.code(), Some(2), "{said}");
-        assert!(said.contains(part), "{said}");
-        assert!(output.stdout.is_empty() && !folder.path().join("out").exists());
+        let said = refused(&output, 2);
+        assert!(said.contains(part) && !folder.path().join("out").exists(), "{said}");
     };
     for (key, other, part) in [
         ("fps = 500", "fps = 0", "spec.toml:5: column 7: camera.fps is 0"),
@@ -457,5 +446,5 @@ fn wrong_designs_are_refused_and_nothing_is_written() {
     ] {
         refused(of_spec(folder.path(), SPEC, &["--want", want]), part);
     }
-    refused(caromfit(&["design", "no-such-file.toml"]), "no-such-file.toml");
+    refused(caromfit(["design", "no-such-file.toml"]), "no-such-file.toml");
 }

@@ -2,13 +2,12 @@
 
 use caromfit::fit;
 use caromfit::fit::{Fit, Status};
-use caromfit::io;
 use caromfit::measurement::parameter::Parameter;
-use caromfit::simulate;
-use caromfit::simulate::{BallSpec, Kind, Noise, Played, Shots, Spec, Truth};
+use caromfit::simulate::{Kind, Noise, Played, Spec};
 
 use crate::frames::count;
 use crate::options;
+use crate::synthetic::{made, spec};
 
 /// Data sets of each kind; CAROMFIT_SETS may raise it. The mean of that many standardized errors scatters by 1/√200 = 0.07,
 /// their standard deviation by 0.05, coverage by 1.5 %.
@@ -20,41 +19,17 @@ const MEAN: f64 = 0.25;
 const SPREAD: f64 = 0.18;
 const COVERAGE: f64 = 0.055;
 
-fn spec(kind: Kind, cue_spin: &[Played], seed: u64) -> Spec {
-    Spec {
-        name: "synthetic".to_string(),
-        kind,
-        seed,
-        truth: Truth { mu: 0.05, mu_s: 0.3, e: 0.94, ..Truth::default() },
-        shots: Shots {
-            count: 40,
-            speed_m_s: [1.0, 4.0],
-            cut_deg: [-50.0, 50.0],
-            cue_spin: cue_spin.to_vec(),
-        },
-        noise: Noise { velocity_m_s: 0.004, line_of_centres_deg: 0.05, spin_rad_s: 0.5, angle_deg: 0.2 },
-        ball: BallSpec::default(),
-        object: None,
-        camera: simulate::Camera::default(),
-        cloth: simulate::ClothSpec::default(),
-    }
-}
-
 fn fitted(spec: &Spec) -> Fit {
-    let folder = tempfile::tempdir().unwrap();
-    for (name, content) in simulate::generate(spec).unwrap() {
-        std::fs::write(folder.path().join(name), content).unwrap();
-    }
-    let dataset = io::load(folder.path()).unwrap();
-    let mut fits = fit::fit(&dataset, &options::of_fit()).unwrap();
+    let mut fits = fit::fit(&made(spec), &options::of_fit()).unwrap();
     assert_eq!(fits.len(), 1);
     fits.remove(0)
 }
 
 /// Fits many data sets and compares errors with what the fits say of them.
 fn check(kind: Kind, cue_spin: &[Played], parameters: &[Parameter]) {
-    let fits: Vec<Fit> =
-        (0..count("CAROMFIT_SETS", SEEDS) as u64).map(|seed| fitted(&spec(kind, cue_spin, seed))).collect();
+    let fits: Vec<Fit> = (0..count("CAROMFIT_SETS", SEEDS) as u64)
+        .map(|seed| fitted(&spec(kind, cue_spin, 40, seed)))
+        .collect();
     let unsettled = fits.iter().filter(|fit| !fit.converged).count();
     println!("{kind:?} {cue_spin:?}: {unsettled} did not converge");
     assert_eq!(unsettled, 0, "did not converge");
@@ -106,7 +81,7 @@ fn angles_in_natural_roll() {
 #[test]
 fn stun_shots_do_not_tell_the_cloth() {
     check(Kind::Impacts, &[Played::Stun], &[Parameter::Mu, Parameter::E]);
-    let fit = fitted(&spec(Kind::Impacts, &[Played::Stun], 0));
+    let fit = fitted(&spec(Kind::Impacts, &[Played::Stun], 40, 0));
     let mu_s = fit.estimates[Parameter::MuS as usize];
     assert_eq!((mu_s.status, mu_s.value), (Status::NotIdentified, 0.3));
     assert!(mu_s.std_error.is_none() && mu_s.interval_95.is_none());
@@ -118,7 +93,7 @@ fn exact_data_give_the_parameters_back() {
     /// Without noise only the optimiser's tolerance and the 17 digits of the file are left.
     const EXACT: f64 = 1e-9;
     for (kind, spin) in [(Kind::Impacts, Played::NaturalRoll), (Kind::Angles, Played::NaturalRoll)] {
-        let exact = Spec { noise: Noise::default(), ..spec(kind, &[spin], 5) };
+        let exact = Spec { noise: Noise::default(), ..spec(kind, &[spin], 40, 5) };
         for (estimate, truth) in fitted(&exact).estimates.iter().zip([0.05, 0.3, 0.94]) {
             assert!(
                 (estimate.value - truth).abs() < EXACT,

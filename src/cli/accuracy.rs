@@ -66,7 +66,7 @@ pub fn run(args: &Args) -> Result<(), Failure> {
         biases.push(bias::bias(&data, way)?);
         progress.done();
     }
-    progress.finish();
+    drop(progress);
     let figure = report::accuracy::figure(&rows);
     let files = [
         ("accuracy.csv", report::accuracy::csv(&rows).into_bytes()),

@@ -42,7 +42,7 @@ pub fn run(args: &Args) -> Result<(), Failure> {
             unusable.push(format!("{}: no shot can be used", dataset.name));
         }
     }
-    progress.finish();
+    drop(progress);
     if args.json {
         print(&document::text(&documents)?)?;
     }

@@ -63,7 +63,7 @@ pub fn run(args: &Args) -> Result<(), Failure> {
         progress.step(stage);
     };
     let analysis = compare::analyse_watched(&datasets, &options, &|| progress.done(), &stage);
-    progress.finish();
+    drop(progress);
     let comparison = analysis
         .comparison
         .map_err(|error| Failure { bad_input: error.is_bad_input(), message: error.to_string() })?;

@@ -70,7 +70,7 @@ pub fn run(args: &Args) -> Result<(), Failure> {
             print(&format!("  {line}\n"))?;
         }
     }
-    progress.finish();
+    drop(progress);
     if args.json {
         print(&document::text(&documents)?)?;
     }

@@ -9,9 +9,9 @@ use caromfit::physics::collision::effects;
 use caromfit::physics::collision::{Effects, FidelityChoice, Model};
 use caromfit::physics::friction_law::Law;
 use caromfit::report;
-use caromfit::report::regression::Tolerance;
+use caromfit::report::document::{self, FitDocument};
+use caromfit::report::regression::{self, Moved, Tolerance};
 
-use super::baseline::{self, Baseline};
 use super::progress::{self, Progress};
 use super::table_only::{Told, is_table};
 use super::wanted::Wanted;
@@ -60,7 +60,7 @@ pub struct Args {
     #[arg(long, value_name = "FIT.json")]
     baseline: Option<PathBuf>,
     /// What counts as moved, in standard errors (of χ²: in its standard deviation)
-    #[arg(long, value_parser = baseline::tolerance, default_value = "0.01", value_name = "N", requires = "baseline", allow_hyphen_values = true)]
+    #[arg(long, value_parser = tolerance, default_value = "0.01", value_name = "N", requires = "baseline", allow_hyphen_values = true)]
     baseline_tolerance: Tolerance,
     /// Show every label of a data set on a line of its own, χ²/dof, what the marks mean, and all warnings
     #[arg(long)]
@@ -71,6 +71,11 @@ pub struct Args {
     /// Print the fits as a JSON array, and nothing else, on standard output
     #[arg(long)]
     json: bool,
+}
+
+/// The value of `--baseline-tolerance`.
+fn tolerance(text: &str) -> Result<Tolerance, String> {
+    Tolerance::of(super::number(text)?)
 }
 
 /// `fit`, or B,C.
@@ -119,7 +124,8 @@ pub fn run(args: &Args) -> Result<(), Failure> {
     super::simulates(args.fidelity, args.effects)?;
     let (mut datasets, assumed) = load(args)?;
     args.wanted.of(&mut datasets)?;
-    let baseline = args.baseline.as_deref().map(Baseline::read).transpose()?;
+    // read before anything is written
+    let baseline = args.baseline.as_deref().map(document::read).transpose()?;
     let options = options(args);
     let progress = Progress::over_shots(&datasets, args.bootstrap);
     let (mut fits, mut failed, mut is_bad_input) = (Vec::new(), Vec::new(), false);
@@ -137,23 +143,26 @@ pub fn run(args: &Args) -> Result<(), Failure> {
     if is_bad_input {
         return unless_none(&failed, Failure::input);
     }
-    let moved = match &baseline {
-        Some(baseline) => baseline.moved(fits.iter().flatten(), &args.baseline_tolerance)?,
-        None => Vec::new(),
-    };
+    let mut moved = Vec::new();
+    if let Some(stored) = &baseline {
+        for fit in fits.iter().flatten() {
+            moved.extend(moved_since(stored, fit, args)?);
+        }
+    }
     let mut reports = Vec::new();
     for found in &fits {
         let folder = report::fit_folder(found, &args.out);
         // what moved is not written over what it moved from
-        if moved.is_empty() || !baseline.as_ref().is_some_and(|baseline| baseline.is_in(&folder)) {
+        let is_kept = args.baseline.as_ref().is_some_and(|baseline| is_within(baseline, &folder));
+        if moved.is_empty() || !is_kept {
             report::write_all(found, &args.out)?;
             reports.push(folder);
         }
     }
-    progress.finish();
+    drop(progress);
     let fits: Vec<Fit> = fits.into_iter().flatten().collect();
     if args.json {
-        print(&report::document::text(&fits)?)?;
+        print(&document::text(&fits)?)?;
     } else {
         print_lines(&assumed)?;
         print(if assumed.is_empty() { "" } else { "\n" })?;
@@ -161,9 +170,27 @@ pub fn run(args: &Args) -> Result<(), Failure> {
         print(&where_reports_are(&reports, &args.out))?;
     }
     if !moved.is_empty() {
-        failed.push(baseline::table(&moved));
+        let table = regression::table(&moved);
+        failed.push(format!("the fit is no longer that of the baseline:\n{}", table.trim_end()));
     }
     unless_none(&failed, Failure::work)
+}
+
+/// Returns what moved since the stored fits by more than the tolerance, with the title of the fit.
+fn moved_since(stored: &[FitDocument], fit: &Fit, args: &Args) -> Result<Vec<(String, Moved)>, Failure> {
+    let title = report::title(fit);
+    let Some(stored) = regression::find(fit, stored) else {
+        let path = args.baseline.as_deref().unwrap_or(Path::new("")).display();
+        refuse!("{path}: holds no fit of {title}; expected one to compare with");
+    };
+    let moved = regression::moved(fit, stored, &args.baseline_tolerance);
+    Ok(moved.into_iter().map(|moved| (title.clone(), moved)).collect())
+}
+
+/// Returns whether a file is in a folder, or contains it.
+fn is_within(path: &Path, folder: &Path) -> bool {
+    let (Ok(path), Ok(folder)) = (path.canonicalize(), folder.canonicalize()) else { return false };
+    path.starts_with(&folder) || folder.starts_with(&path)
 }
 
 /// Prints the table, and below it what was asked for.

@@ -9,7 +9,6 @@ macro_rules! refuse {
 }
 
 mod accuracy;
-mod baseline;
 mod check;
 mod collide;
 mod compare;
@@ -127,13 +126,13 @@ failures! {
     work: ReportError, NotACollision, FitError, std::io::Error;
 }
 
-/// A failure that names everything that went wrong, if anything did.
+/// Returns a failure that names everything that went wrong, if anything did.
 fn unless_none(wrong: &[impl ToString], failure: fn(String) -> Failure) -> Result<(), Failure> {
     let wrong: Vec<String> = wrong.iter().map(ToString::to_string).collect();
     if wrong.is_empty() { Ok(()) } else { Err(failure(wrong.join("\nerror: "))) }
 }
 
-/// A collision model by its name, or auto.
+/// Returns a parser of collision models, or auto, by name.
 fn fidelity() -> impl TypedValueParser<Value = FidelityChoice> {
     let about =
         "the cheapest that suffices: within --tolerance (collide), or as the data show (fit, compare)";
@@ -143,18 +142,18 @@ fn fidelity() -> impl TypedValueParser<Value = FidelityChoice> {
     names.try_map(|name| name.parse::<FidelityChoice>())
 }
 
-/// A tolerance of the integrated fidelities.
+/// Returns a tolerance of the integrated fidelities.
 fn tolerance(text: &str) -> Result<f64, String> {
     let valid = Some(number(text)?).filter(|value| (MIN_TOLERANCE..=MAX_TOLERANCE).contains(value));
     valid.ok_or_else(|| format!("expected {MIN_TOLERANCE:e} to {MAX_TOLERANCE:e}"))
 }
 
-/// A number.
+/// Returns a number.
 fn number(text: &str) -> Result<f64, String> {
     text.trim().parse().map_err(|_| format!("\"{text}\" is not a number"))
 }
 
-/// B,C of a friction that falls with the slip.
+/// Returns the law of a friction that falls with the slip, from B,C.
 fn law(text: &str) -> Result<Law, String> {
     match text.split(',').collect::<Vec<_>>().as_slice() {
         [b, c] => Ok(Law::Exponential { b: number(b)?, c: number(c)? }),
@@ -165,7 +164,7 @@ fn law(text: &str) -> Result<Law, String> {
     }
 }
 
-/// One of several values by its name: completions offer the names.
+/// Returns a parser of values by their names, which completions offer.
 fn named<T: Copy + Send + Sync + 'static, const N: usize>(
     all: [T; N],
     name: fn(T) -> &'static str,
@@ -175,7 +174,7 @@ fn named<T: Copy + Send + Sync + 'static, const N: usize>(
     names.try_map(move |given| all.into_iter().find(|one| name(*one) == given).ok_or("unknown name"))
 }
 
-/// That a fidelity that is stated has the effects that are; all means all that it has.
+/// Refuses effects that a stated fidelity does not have; all means all that it has.
 fn simulates(fidelity: FidelityChoice, effects: Option<Effects>) -> Result<(), Failure> {
     let (FidelityChoice::Of(fidelity), Some(effects)) = (fidelity, effects) else { return Ok(()) };
     let missing = effects.list().into_iter().zip(fidelity.effects().list());
@@ -190,7 +189,7 @@ fn simulates(fidelity: FidelityChoice, effects: Option<Effects>) -> Result<(), F
     )
 }
 
-/// What --effects takes.
+/// Returns the help of --effects.
 fn effects_help() -> String {
     format!(
         "Simulate only these effects, at the cheapest fidelity that has them if that is auto: all, none, or names with \
@@ -225,7 +224,7 @@ pub fn run() -> ExitCode {
     }
 }
 
-/// Whether standard output is a terminal that shows colours, which <https://no-color.org> and `TERM=dumb` turn off.
+/// Returns whether standard output is a terminal that shows colours, which <https://no-color.org> and `TERM=dumb` turn off.
 fn colour() -> Colour {
     use std::io::IsTerminal;
     let is_set = |name: &str| std::env::var_os(name).is_some_and(|value| !value.is_empty());

@@ -11,7 +11,7 @@ use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
 
 use super::{Failure, unless_none};
 
-/// Can be moved on from several threads.
+/// A bar, which several threads can move, until it is dropped.
 pub struct Progress {
     bar: ProgressBar,
 }
@@ -44,8 +44,7 @@ impl Progress {
         Self { bar }
     }
 
-    /// For work on each shot of data sets: footage counts its shots, and any data set one more than
-    /// `others`, what else is done with it.
+    /// Shows the work on data sets: a step for each filmed shot, and for each data set one more than `others`.
     pub fn over_shots(datasets: &[Dataset], others: usize) -> Self {
         let filmed = |dataset: &Dataset| dataset.tracks.as_ref().map_or(0, |tracks| tracks.shots.len());
         Self::new(datasets.iter().map(|dataset| filmed(dataset) + others + 1).sum())
@@ -65,16 +64,11 @@ impl Progress {
     pub fn expect(&self, steps: usize) {
         self.bar.inc_length(steps as u64);
     }
-
-    /// Removes the bar.
-    pub fn finish(&self) {
-        self.bar.finish_and_clear();
-    }
 }
 
 impl Drop for Progress {
     fn drop(&mut self) {
-        self.finish();
+        self.bar.finish_and_clear();
     }
 }
 
@@ -90,7 +84,6 @@ pub fn load(paths: &[PathBuf]) -> (Vec<Dataset>, Vec<DatasetError>) {
         }
         progress.done();
     }
-    progress.finish();
     (datasets, wrong)
 }
 

@@ -25,14 +25,14 @@ pub use plan::Mixture;
 /// Number of shots from which on standard errors are as they are for many.
 const FEW: u64 = 10;
 
-/// What is expected of an experiment, and what is wanted of it: a SPEC.toml.
+/// A planned experiment and the standard errors that are wanted of it: a SPEC.toml.
 #[derive(Clone, Debug)]
 pub struct Expected {
     /// The coefficients that are expected.
     pub coefficients: Coefficients,
-    /// The cue ball, and the object ball where it does not differ.
+    /// The cue ball, and the object ball unless it differs.
     pub ball: Ball,
-    /// The object ball where something is stated of it, with the errors of what is stated of both; `None`: [`ObjectBall::unweighed`].
+    /// The object ball if it is stated, with the errors of both balls; `None`: [`ObjectBall::unweighed`].
     pub object: Option<ObjectBall>,
     /// The cloth.
     pub cloth: ClothSpec,
@@ -40,7 +40,7 @@ pub struct Expected {
     pub camera: Camera,
     /// The kinds of shot that can be played.
     pub kinds: Vec<PlayedKind>,
-    /// The standard errors of μ, μ_s and e that are wanted; `None` where any will do.
+    /// The standard errors of μ, μ_s and e that are wanted; `None` if any will do.
     pub wanted: [Option<f64>; 3],
 }
 
@@ -155,7 +155,7 @@ impl Default for Expected {
     }
 }
 
-/// What a kind of shot determines.
+/// The parameters that a kind of shot determines, and how well.
 #[derive(Clone, Debug)]
 pub struct OfKind {
     /// The Fisher information of one shot on average.
@@ -170,7 +170,7 @@ pub struct OfKind {
     pub needed: [Option<u64>; 3],
     /// How many shots of this kind alone reach all that is wanted, except for what no kind of the design determines.
     pub needed_all: Option<u64>,
-    /// By what fraction the standard errors of μ, μ_s and e from all planned shots decrease with one more shot of this
+    /// The fraction by which the standard errors of μ, μ_s and e from all planned shots decrease with one more shot of this
     /// kind.
     pub gain: [Option<f64>; 3],
 }
@@ -201,23 +201,23 @@ pub struct Planned {
     pub ratios: [Option<f64>; 2],
 }
 
-/// What an experiment would determine.
+/// A design: how well an experiment would determine the parameters.
 #[derive(Clone, Debug)]
 #[non_exhaustive]
 pub struct Design {
-    /// What was asked for, with the standard errors of spins that markers show.
+    /// The experiment, with the standard errors of spins that markers show.
     pub expected: Expected,
-    /// What each kind determines, in the order of [`Expected::kinds`].
+    /// The kinds, in the order of [`Expected::kinds`].
     pub kinds: Vec<OfKind>,
-    /// What each kind determines at single cut angles and speeds.
+    /// The kinds at single cut angles and speeds.
     pub cells: Vec<Cell>,
-    /// What all planned shots determine together.
+    /// All planned shots together.
     pub planned: Planned,
     /// The fewest shots for each wanted standard error and for all of them, once of whole kinds and once of cells.
     pub mixtures: Vec<Mixture>,
     /// The conclusions, in sentences.
     pub words: Vec<String>,
-    /// What was adjusted or cannot be reached, in sentences.
+    /// Remarks on what was adjusted or cannot be reached, in sentences.
     pub notes: Vec<String>,
 }
 

@@ -19,13 +19,13 @@ use crate::physics::collision::{Coefficients, Effects, Fidelity, Model};
 use crate::physics::friction_law::Law;
 use crate::physics::name::{by_name, worded};
 
-/// What data to make: the content of a SPEC.toml.
+/// A synthetic data set: the content of a SPEC.toml.
 #[derive(Clone, Debug, Deserialize, Serialize)]
 #[serde(deny_unknown_fields)]
 pub struct Spec {
     /// The name of the data set.
     pub name: String,
-    /// What is measured of each shot.
+    /// The kind of measurement of each shot.
     pub kind: Kind,
     /// The seed of the random numbers: the same seed gives the same files.
     pub seed: u64,
@@ -36,10 +36,10 @@ pub struct Spec {
     /// The errors of measurement.
     #[serde(default)]
     pub noise: Noise,
-    /// The cue ball, and the object ball where nothing else is stated.
+    /// The cue ball, and the object ball unless it is stated.
     #[serde(default)]
     pub ball: BallSpec,
-    /// What of the object ball differs from the cue ball.
+    /// The properties of the object ball that differ from the cue ball's.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub object: Option<StatedObject>,
     /// The camera, for kind `tracks`.
@@ -92,7 +92,7 @@ pub struct Shots {
     pub count: usize,
     /// The cue ball's speed before the impact, m/s.
     pub speed_m_s: [f64; 2],
-    /// The cut angle, degrees; negative where the cue ball moves towards −y of the collision frame.
+    /// The cut angle, degrees; negative if the cue ball moves towards −y of the collision frame.
     pub cut_deg: [f64; 2],
     /// The spins that the shots have, one after the other.
     pub cue_spin: Vec<Played>,

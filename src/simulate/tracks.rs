@@ -31,7 +31,7 @@ pub struct TrueImpact {
     pub object_after: BallState,
 }
 
-/// Where, when and in which direction the balls meet.
+/// The place, instant and direction of an impact.
 struct Meeting {
     /// Instant, s.
     time: f64,
