@@ -29,8 +29,6 @@ pub struct Args {
     #[arg(required = true, value_name = "DATASET")]
     datasets: Vec<PathBuf>,
     #[command(flatten)]
-    told: Told,
-    #[command(flatten)]
     wanted: Wanted,
     /// Where the results go, one folder per data set
     #[arg(long, default_value = "fits", value_name = "DIR")]
@@ -71,6 +69,9 @@ pub struct Args {
     /// Print the fits as a JSON array, and nothing else, on standard output
     #[arg(long)]
     json: bool,
+    // its heading holds for all options behind it
+    #[command(flatten)]
+    told: Told,
 }
 
 /// The value of `--baseline-tolerance`.
