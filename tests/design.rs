@@ -3,7 +3,7 @@
 
 use std::fs;
 use std::path::Path;
-use std::process::{Command, Output};
+use std::process::Output;
 
 use caromfit::design;
 use caromfit::design::{Design, Expected, PlayedKind, SpinFrom, information};
@@ -13,12 +13,12 @@ use caromfit::fit::{Depth, Fit, Options};
 use caromfit::measurement::parameter::Parameter;
 use caromfit::measurement::spin::Spin;
 use caromfit::measurement::track::TrackShot;
-use caromfit::simulate;
-use caromfit::simulate::{BallSpec, ClothSpec, Kind, Noise, Played, Shots, Spec, Truth};
+use caromfit::simulate::{self, Kind, Played, Shots, Spec};
 use serde_json::Value;
 
+use crate::cli::{caromfit, done, refused, stdout};
 use crate::frames::{count, dataset};
-use crate::options;
+use crate::{options, synthetic};
 
 /// A kind of shot both as it is planned and as it is simulated.
 struct Both {
@@ -27,17 +27,9 @@ struct Both {
 }
 
 fn both(name: &str, played: Played, speed_m_s: [f64; 2], cut_deg: [f64; 2], shots: usize) -> Both {
-    let topspin = if played == Played::NaturalRoll { 1.0 } else { 0.0 };
-    let planned = PlayedKind {
-        name: name.to_owned(),
-        topspin: [topspin; 2],
-        side: 0.0,
-        from: SpinFrom::Known,
-        speed_m_s,
-        cut_deg,
-        shots,
-    };
-    Both { planned, played }
+    let topspin = if played == Played::NaturalRoll { [1.0; 2] } else { [0.0; 2] };
+    let usual = PlayedKind { name: name.to_owned(), topspin, ..PlayedKind::default() };
+    Both { planned: PlayedKind { speed_m_s, cut_deg, shots, ..usual }, played }
 }
 
 fn planned(kinds: &[Both]) -> Expected {
@@ -46,22 +38,12 @@ fn planned(kinds: &[Both]) -> Expected {
 
 /// Footage of all the kinds of an experiment.
 fn filmed(expected: &Expected, kinds: &[Both], seed: u64) -> Vec<TrackShot> {
-    let truth = expected.coefficients;
     let mut shots = Vec::new();
     for (number, kind) in kinds.iter().enumerate() {
         let PlayedKind { shots: count, speed_m_s, cut_deg, .. } = kind.planned;
-        let spec = Spec {
-            name: kind.planned.name.clone(),
-            kind: Kind::Tracks,
-            seed: 10 * seed + number as u64,
-            truth: Truth { mu: truth.mu, mu_s: truth.mu_s, e: truth.e, ..Truth::default() },
-            shots: Shots { count, speed_m_s, cut_deg, cue_spin: vec![kind.played] },
-            noise: Noise::default(),
-            ball: BallSpec::default(),
-            object: None,
-            camera: expected.camera,
-            cloth: ClothSpec::default(),
-        };
+        let usual = synthetic::spec(Kind::Tracks, &[kind.played], count, 10 * seed + number as u64);
+        let spec =
+            Spec { shots: Shots { speed_m_s, cut_deg, ..usual.shots }, camera: expected.camera, ..usual };
         for (mut shot, _) in simulate::filmed(&spec).unwrap() {
             shot.name = format!("{} {}", kind.planned.name, shot.name);
             shot.position_sd = Some(expected.camera.position_sd_m);
@@ -206,12 +188,9 @@ fn markers_show_spins_as_well_as_extractions_say() {
             information::shown_by_markers(&expected, &expected.kinds[0]).unwrap().unwrap();
         expected.camera.markers = 2;
         let [cue, object] = shown(&filmed(&expected, &kinds, 7));
-        println!(
-            "{fps} fps, {noise} m, {after_ms} ms: predicted {predicted_cue:.3} {predicted_object:.3}, stated {cue:.3} \
-             {object:.3} rad/s"
-        );
         for (predicted, stated) in [(predicted_cue, cue), (predicted_object, object)] {
-            assert!((predicted / stated - 1.0).abs() < OF_CHANCE, "{predicted} {stated}");
+            let is_close = (predicted / stated - 1.0).abs() < OF_CHANCE;
+            assert!(is_close, "{fps} fps, {noise} m, {after_ms} ms: {predicted} {stated} rad/s");
         }
     }
 }
@@ -222,7 +201,7 @@ fn usual_kinds_follow_the_camera() {
     let folder = tempfile::tempdir().unwrap();
     let json = |camera: &str| {
         let output = of_spec(folder.path(), camera, &["--json"]);
-        let json: Value = serde_json::from_str(text(&output.stdout)).unwrap();
+        let json: Value = serde_json::from_str(stdout(&output)).unwrap();
         let side = json["kinds"].as_array().unwrap().iter().find(|kind| kind["name"] == "inside").unwrap();
         [&side["spin_sd_rad_s"][0], &side["std_error"]["mu"]].map(|value| value.as_f64().unwrap())
     };
@@ -259,13 +238,8 @@ fn estimates_scatter_as_predicted() {
     let most = WITHIN.max(SCATTERS / (2.0 * n).sqrt());
     for parameter in Parameter::COEFFICIENTS {
         let predicted = found.planned.std_errors[parameter as usize].unwrap();
-        let realised = (squares[parameter as usize] / n).sqrt();
-        let ratio = realised / predicted;
-        println!(
-            "{}: predicted {predicted:.6}, realised {realised:.6} in {sets} sets, ratio {ratio:.3} ± {:.3}",
-            parameter.symbol(),
-            1.0 / (2.0 * n).sqrt()
-        );
+        let ratio = (squares[parameter as usize] / n).sqrt() / predicted;
+        println!("{}: predicted {predicted:.6}, ratio {ratio:.3} in {sets} sets", parameter.symbol());
         assert!((ratio - 1.0).abs() < most, "{}: {ratio}", parameter.name());
     }
 }
@@ -355,14 +329,6 @@ fn plans_reach_what_is_wanted_and_not_with_a_shot_less() {
     }
 }
 
-fn caromfit(args: &[&str]) -> Output {
-    Command::new(env!("CARGO_BIN_EXE_caromfit")).args(args).output().unwrap()
-}
-
-fn text(bytes: &[u8]) -> &str {
-    std::str::from_utf8(bytes).unwrap()
-}
-
 const SPEC: &str = r#"
 [expected]
 mu = 0.06
@@ -392,15 +358,14 @@ fn of_spec(folder: &Path, spec: &str, more: &[&str]) -> Output {
     let out = folder.join("out");
     let mut args = vec!["design", path.to_str().unwrap(), "--out", out.to_str().unwrap()];
     args.extend(more);
-    caromfit(&args)
+    caromfit(args)
 }
 
 #[test]
 fn the_command_prints_tables_and_writes_its_files() {
     let folder = tempfile::tempdir().unwrap();
     let output = of_spec(folder.path(), SPEC, &[]);
-    assert_eq!(output.status.code(), Some(0), "{}", text(&output.stderr));
-    let table = text(&output.stdout);
+    let table = done(&output);
     for part in [
         "500 fps, positions ± 0.2 mm",
         "Wanted: μ_s ± 0.01 (",
@@ -414,20 +379,15 @@ fn the_command_prints_tables_and_writes_its_files() {
     }
     let out = folder.path().join("out");
     let svg = fs::read_to_string(out.join("design.svg")).unwrap();
-    assert!(
-        svg.starts_with("<svg")
-            && svg.trim_end().ends_with("</svg>")
-            && svg.contains("standard error of μ_s")
-    );
+    assert!(svg.starts_with("<svg") && svg.trim_end().ends_with("</svg>"));
+    assert!(svg.contains("standard error of μ_s"));
     let bytes = fs::read(out.join("design.png")).unwrap();
     let mut png = png::Decoder::new(&bytes[..]).read_info().unwrap();
     let mut pixels = vec![0; png.output_buffer_size()];
     let size = png.next_frame(&mut pixels).unwrap();
     assert_eq!(size.width, 1200);
-    assert!(
-        pixels[..size.buffer_size()].chunks(3).any(|rgb| rgb == [213, 94, 0]),
-        "the second kind's colour"
-    );
+    // the colour of the second kind
+    assert!(pixels[..size.buffer_size()].chunks(3).any(|rgb| rgb == [213, 94, 0]));
     // the head, 2 kinds, 4 cuts at a speed, 7 cuts at 3 speeds
     let csv = fs::read_to_string(out.join("design.csv")).unwrap();
     assert_eq!(csv.lines().count(), 1 + 2 + 4 + 21, "{csv}");
@@ -443,7 +403,7 @@ fn the_command_prints_tables_and_writes_its_files() {
     let needed = roll["shots_needed"]["mu_s"].as_u64().unwrap();
     let raised = SPEC.replace("shots = 30", &format!("shots = {needed}"));
     let output = of_spec(folder.path(), &raised, &["--json"]);
-    let json: Value = serde_json::from_str(text(&output.stdout)).unwrap();
+    let json: Value = serde_json::from_str(stdout(&output)).unwrap();
     let reached = json["kinds"][0]["std_error"]["mu_s"].as_f64().unwrap();
     assert!(reached <= 0.01 && reached > 0.008, "{reached} with {needed} shots");
     let detectable = json["together"]["detectable_difference"]["mu_s"].as_f64().unwrap();
@@ -451,7 +411,7 @@ fn the_command_prints_tables_and_writes_its_files() {
     assert!((detectable / error - 3.962).abs() < 1e-3);
     // what is wanted on the command line is what counts
     let output = of_spec(folder.path(), SPEC, &["--want", "e=0.0005,mu=1e-3", "--json"]);
-    let json: Value = serde_json::from_str(text(&output.stdout)).unwrap();
+    let json: Value = serde_json::from_str(stdout(&output)).unwrap();
     assert_eq!(json["wanted"], serde_json::json!({"mu": 1e-3, "mu_s": null, "e": 5e-4}));
 }
 
@@ -459,10 +419,9 @@ fn the_command_prints_tables_and_writes_its_files() {
 fn without_a_specification_there_is_a_usual_one() {
     let folder = tempfile::tempdir().unwrap();
     let out = folder.path().join("plan");
-    let output = caromfit(&["design", "--out", out.to_str().unwrap()]);
-    assert_eq!(output.status.code(), Some(0), "{}", text(&output.stderr));
+    let output = caromfit(["design", "--out", out.to_str().unwrap()]);
     for kind in ["roll", "stun", "draw", "outside", "inside"] {
-        assert!(text(&output.stdout).contains(kind));
+        assert!(done(&output).contains(kind));
     }
     assert!(out.join("design.json").is_file());
 }
@@ -471,21 +430,21 @@ fn without_a_specification_there_is_a_usual_one() {
 fn wrong_designs_are_refused_and_nothing_is_written() {
     let folder = tempfile::tempdir().unwrap();
     let refused = |output: Output, part: &str| {
-        let said = text(&output.stderr);
-        assert_eq!(output.status.code(), Some(2), "{said}");
-        assert!(said.contains(part), "{said}");
-        assert!(output.stdout.is_empty() && !folder.path().join("out").exists());
+        let said = refused(&output, 2);
+        assert!(said.contains(part) && !folder.path().join("out").exists(), "{said}");
     };
-    refused(
-        of_spec(folder.path(), &SPEC.replace("fps = 500", "fps = 0"), &[]),
-        "spec.toml:5: column 7: camera.fps is 0",
-    );
-    refused(of_spec(folder.path(), &SPEC.replace("topspin", "topsin"), &[]), "did you mean \"topspin\"?");
-    refused(
-        of_spec(folder.path(), SPEC, &["--want", "mu_k=0.1"]),
-        "\"mu_k\" is no parameter; expected one of mu, mu_s, e",
-    );
-    refused(of_spec(folder.path(), SPEC, &["--want", "mu=-1"]), "expected more than 0");
-    refused(of_spec(folder.path(), SPEC, &["--want", "mu=1,mu=2"]), "mu twice");
-    refused(caromfit(&["design", "no-such-file.toml"]), "no-such-file.toml");
+    for (key, other, part) in [
+        ("fps = 500", "fps = 0", "spec.toml:5: column 7: camera.fps is 0"),
+        ("topspin", "topsin", "did you mean \"topspin\"?"),
+    ] {
+        refused(of_spec(folder.path(), &SPEC.replace(key, other), &[]), part);
+    }
+    for (want, part) in [
+        ("mu_k=0.1", "\"mu_k\" is no parameter; expected one of mu, mu_s, e"),
+        ("mu=-1", "expected more than 0"),
+        ("mu=1,mu=2", "mu twice"),
+    ] {
+        refused(of_spec(folder.path(), SPEC, &["--want", want]), part);
+    }
+    refused(caromfit(["design", "no-such-file.toml"]), "no-such-file.toml");
 }

@@ -4,6 +4,7 @@ use std::fs;
 use std::path::Path;
 use std::process::{Command, Output};
 
+use caromfit::design::Expected;
 use caromfit::fit::{Depth, Options};
 use caromfit::guide::TOPICS;
 use caromfit::io;
@@ -149,7 +150,8 @@ fn any_shot_of_the_example_may_be_missing() {
     }
 }
 
-/// Each complete dataset.toml of README.md and of the guide loads with files of the kind that it names.
+/// Each complete dataset.toml of README.md and of the guide loads with files of the kind that it names, and so do the
+/// specifications that the help shows.
 #[test]
 fn every_dataset_toml_that_is_shown_loads() {
     let pages = TOPICS.iter().map(|topic| topic.text.to_owned()).chain([read("README.md")]);
@@ -176,6 +178,8 @@ fn every_dataset_toml_that_is_shown_loads() {
             panic!("{error}\n{manifest}");
         }
     }
+    simulate::read(&root().join("src/cli/synth-spec.toml")).unwrap();
+    Expected::read(&root().join("src/cli/design-spec.toml")).unwrap();
 }
 
 #[test]

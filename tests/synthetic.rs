@@ -7,7 +7,7 @@ use caromfit::measurement::parameter::Parameter;
 use caromfit::physics::ball::Ball;
 use caromfit::physics::collision::Model;
 use caromfit::simulate;
-use caromfit::simulate::{BadSpec, BallSpec, Camera, ClothSpec, Kind, Noise, Played, Shots, Spec, Truth};
+use caromfit::simulate::{BallSpec, Camera, ClothSpec, Kind, Noise, Played, Shots, Spec, Truth};
 
 /// Usual shots with usual values and, unless they are tracks, the noise of footage of 250 fps.
 pub fn spec(kind: Kind, cue_spin: &[Played], count: usize, seed: u64) -> Spec {
@@ -28,22 +28,18 @@ pub fn spec(kind: Kind, cue_spin: &[Played], count: usize, seed: u64) -> Spec {
 
 /// The data set that a specification makes.
 pub fn made(spec: &Spec) -> Dataset {
-    loaded(simulate::generate(spec))
+    simulate::dataset(spec).unwrap()
 }
 
-/// The same, with masses that are known to be equal.
+/// The data set that a specification makes, with masses that are known to be equal.
 pub fn made_of_weighed_balls(spec: &Spec) -> Dataset {
     Dataset { object: Some(ObjectBall::exact(Ball::POOL)), ..made(spec) }
 }
 
-/// With the collisions of a model.
+/// The data set that a specification makes with the collisions of a model.
 pub fn made_with(spec: &Spec, model: &Model) -> Dataset {
-    loaded(simulate::generate_with(spec, model))
-}
-
-fn loaded(files: Result<Vec<(&'static str, String)>, BadSpec>) -> Dataset {
     let folder = tempfile::tempdir().unwrap();
-    for (name, content) in files.unwrap() {
+    for (name, content) in simulate::generate_with(spec, model).unwrap() {
         std::fs::write(folder.path().join(name), content).unwrap();
     }
     io::load(folder.path()).unwrap()

@@ -9,11 +9,11 @@ use caromfit::io;
 use caromfit::measurement::dataset::{Before, Dataset, ObjectBall};
 use caromfit::measurement::spin::Spin;
 use caromfit::physics::ball::Ball;
-use caromfit::simulate;
-use caromfit::simulate::{BallSpec, Camera, ClothSpec, Kind, Noise, Played, Shots, Spec, Truth};
+use caromfit::simulate::{Kind, Noise, Played, Shots, Spec};
 
 use crate::frames::count;
 use crate::options;
+use crate::synthetic::{made_of_weighed_balls, spec};
 
 const TRUTH: [f64; 3] = [0.05, 0.3, 0.94];
 
@@ -33,25 +33,8 @@ const RIGHT: f64 = 0.2;
 const TRUE: f64 = 0.5;
 
 fn made(seed: u64, count: usize, played: &[Played], noise: Noise, cut_deg: [f64; 2]) -> Dataset {
-    let [mu, mu_s, e] = TRUTH;
-    let spec = Spec {
-        name: "synthetic".to_owned(),
-        kind: Kind::Impacts,
-        seed,
-        truth: Truth { mu, mu_s, e, ..Truth::default() },
-        shots: Shots { count, speed_m_s: [1.0, 4.0], cut_deg, cue_spin: played.to_vec() },
-        noise,
-        ball: BallSpec::default(),
-        object: None,
-        camera: Camera::default(),
-        cloth: ClothSpec::default(),
-    };
-    let folder = tempfile::tempdir().unwrap();
-    for (name, content) in simulate::generate(&spec).unwrap() {
-        std::fs::write(folder.path().join(name), content).unwrap();
-    }
-    // masses that are known to be equal
-    Dataset { object: Some(ObjectBall::exact(Ball::POOL)), ..io::load(folder.path()).unwrap() }
+    let usual = spec(Kind::Impacts, played, count, seed);
+    made_of_weighed_balls(&Spec { shots: Shots { cut_deg, ..usual.shots }, noise, ..usual })
 }
 
 /// As if the state before the impact were exact.

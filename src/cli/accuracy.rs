@@ -5,9 +5,9 @@ use std::path::PathBuf;
 use caromfit::fit::with_impacts;
 use caromfit::io;
 use caromfit::measurement::dataset::{self, Dataset};
-use caromfit::measurement::parameter::Parameter;
+use caromfit::measurement::values::Values;
 use caromfit::physics::ball::Ball;
-use caromfit::physics::collision::{Coefficients, Fidelity, MAX_KAPPA, Model};
+use caromfit::physics::collision::{Fidelity, MAX_KAPPA, Model};
 use caromfit::problem::predict;
 use caromfit::report;
 use caromfit::report::document::{self, AccuracyDocument};
@@ -46,10 +46,7 @@ pub struct Args {
 
 pub fn run(args: &Args) -> Result<(), Failure> {
     if !(args.kappa > 0.0 && args.kappa <= MAX_KAPPA) {
-        return Err(Failure::input(format!(
-            "--kappa is {}; expected more than 0 to {MAX_KAPPA}",
-            args.kappa
-        )));
+        refuse!("--kappa is {}; expected more than 0 to {MAX_KAPPA}", args.kappa);
     }
     let (dataset, shots, left_out) = match &args.dataset {
         Some(path) => of_dataset(path)?,
@@ -69,8 +66,7 @@ pub fn run(args: &Args) -> Result<(), Failure> {
         biases.push(bias::bias(&data, way)?);
         progress.done();
     }
-    let biases_table = report::accuracy::bias_table(&biases, data.shots.len());
-    progress.finish();
+    drop(progress);
     let figure = report::accuracy::figure(&rows);
     let files = [
         ("accuracy.csv", report::accuracy::csv(&rows).into_bytes()),
@@ -84,13 +80,14 @@ pub fn run(args: &Args) -> Result<(), Failure> {
         return print(&document::text(&document)?);
     }
     let left_out = if left_out > 0 { format!(", {left_out} left out") } else { String::new() };
-    print(&format!("{} shots{left_out}\n{}\n{biases_table}", shots.len(), report::accuracy::table(&rows)))
+    let table = report::accuracy::table(&rows);
+    let biases = report::accuracy::bias_table(&biases, data.shots.len());
+    print(&format!("{} shots{left_out}\n{table}\n{biases}", shots.len()))
 }
 
 fn of_dataset(path: &std::path::Path) -> Result<(Dataset, Vec<Shot>, usize), Failure> {
     let (dataset, _) = with_impacts(io::load(path)?, &|| {});
-    let [mu, mu_s, e] = Parameter::COEFFICIENTS.map(|parameter| dataset.settings[parameter].initial);
-    let coefficients = Coefficients { mu, mu_s, e };
+    let coefficients = Values::initial(&dataset.settings).coefficients();
     let model = dataset.model(Fidelity::Full);
     let shot = |shot: &dataset::Shot| {
         Some(Shot { cue: predict(shot, &model, &coefficients).ok()?.cue, coefficients })

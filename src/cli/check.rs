@@ -2,8 +2,9 @@
 
 use std::path::PathBuf;
 
-use caromfit::fit::check;
+use caromfit::fit::check::{self, Finding};
 use caromfit::fit::with_impacts;
+use caromfit::measurement::dataset::Dataset;
 use caromfit::report::count_of;
 use caromfit::report::document::{self, CheckDocument};
 
@@ -31,36 +32,17 @@ pub fn run(args: &Args) -> Result<(), Failure> {
         progress.step(&dataset.name);
         let (dataset, _) = with_impacts(dataset, &|| progress.done());
         progress.done();
-        let mut text = format!(
-            "{}: {} can be used, {} left out\n",
-            dataset.name,
-            count_of(dataset.shots.len(), "shot"),
-            dataset.left_out.len()
-        );
-        for note in dataset.notes() {
-            text.push_str(&format!("  note: {note}\n"));
-        }
-        let left_out = dataset.left_out.iter().map(|(shot, reason)| (Some(shot.as_str()), reason.clone()));
-        text.push_str(&said_once("left out", left_out));
         let found = check::check(&dataset);
-        for (what, suspicious) in [("suspicious", true), ("note", false)] {
-            let alike = found.iter().filter(|finding| finding.is_suspicious() == suspicious);
-            let alike = alike.map(|finding| (finding.shot.as_deref(), finding.text.clone()));
-            text.push_str(&said_once(what, alike));
-        }
-        if found.is_empty() && dataset.left_out.is_empty() {
-            text.push_str("  nothing suspicious\n");
-        }
         if args.json {
             documents.push(CheckDocument::new(&dataset, &found));
         } else {
-            print(&text)?;
+            print(&text(&dataset, &found))?;
         }
         if dataset.shots.is_empty() {
             unusable.push(format!("{}: no shot can be used", dataset.name));
         }
     }
-    progress.finish();
+    drop(progress);
     if args.json {
         print(&document::text(&documents)?)?;
     }
@@ -68,25 +50,39 @@ pub fn run(args: &Args) -> Result<(), Failure> {
     unless_none(&unusable, Failure::work)
 }
 
-/// Shots that are named of many with the same finding.
-const NAMED: usize = 5;
+/// Returns what was found about a data set.
+fn text(dataset: &Dataset, found: &[Finding]) -> String {
+    let usable = count_of(dataset.shots.len(), "shot");
+    let mut text = format!("{}: {usable} can be used, {} left out\n", dataset.name, dataset.left_out.len());
+    text.extend(dataset.notes().map(|note| format!("  note: {note}\n")));
+    let left_out = dataset.left_out.iter().map(|(shot, reason)| (Some(shot.as_str()), reason.as_str()));
+    text += &said_once("left out", left_out);
+    for (what, is_suspicious) in [("suspicious", true), ("note", false)] {
+        let own = found.iter().filter(|finding| finding.is_suspicious() == is_suspicious);
+        text += &said_once(what, own.map(|finding| (finding.shot.as_deref(), finding.text.as_str())));
+    }
+    if found.is_empty() && dataset.left_out.is_empty() {
+        text += "  nothing suspicious\n";
+    }
+    text
+}
 
-/// A line for each different sentence, with the shots that it is about.
-fn said_once<'a>(what: &str, found: impl Iterator<Item = (Option<&'a str>, String)>) -> String {
-    let mut sentences: Vec<(String, Vec<&str>)> = Vec::new();
+/// Returns a line for each different sentence, with the first five shots that it is about.
+fn said_once<'a>(what: &str, found: impl Iterator<Item = (Option<&'a str>, &'a str)>) -> String {
+    let mut sentences: Vec<(&str, Vec<&str>)> = Vec::new();
     for (shot, sentence) in found {
         match sentences.iter_mut().find(|(known, _)| *known == sentence) {
             Some((_, shots)) => shots.extend(shot),
             None => sentences.push((sentence, shot.into_iter().collect())),
         }
     }
-    let line = |(sentence, shots): (String, Vec<&str>)| {
-        let named = shots.iter().take(NAMED).copied().collect::<Vec<_>>().join(", ");
+    let line = |(sentence, shots): (&str, Vec<&str>)| {
+        let named = shots.iter().take(5).copied().collect::<Vec<_>>().join(", ");
         let of = match shots.len() {
             0 => String::new(),
             1 => format!("shot {named}: "),
-            count if count > NAMED => format!("shots {named} and {} more: ", count - NAMED),
-            _ => format!("shots {named}: "),
+            2..=5 => format!("shots {named}: "),
+            count => format!("shots {named} and {} more: ", count - 5),
         };
         format!("  {what}: {of}{sentence}\n")
     };

@@ -13,9 +13,6 @@ use caromfit::report::document::{self, CollideDocument};
 
 use super::{Failure, print, unless_none};
 
-/// Tolerance of an integration in parts of what the effects left out may change.
-const INTEGRATION: f64 = 1e-3;
-
 /// The spin of a cue ball that rolls.
 const NATURAL_ROLL: &str = "natural-roll";
 
@@ -97,122 +94,138 @@ fn parse_spin(text: &str) -> Result<Vec3, String> {
     let [x, y, z] = parts.as_slice() else {
         return Err(format!("{} numbers; expected three, x,y,z in rad/s", parts.len()));
     };
-    let number = |part: &str| part.parse::<f64>().map_err(|_| format!("\"{part}\" is not a number"));
-    Ok(Vec3::new(number(x)?, number(y)?, number(z)?))
+    Ok(Vec3::new(super::number(x)?, super::number(y)?, super::number(z)?))
 }
 
-pub fn run(args: &Args) -> Result<(), Failure> {
-    super::simulates(args.fidelity, args.effects)?;
-    let fidelity = match args.fidelity {
-        FidelityChoice::Of(fidelity) => Some(fidelity),
-        _ => args.effects.map(effects::cheapest),
-    };
-    let within = args.tolerance.unwrap_or(effects::NEGLIGIBLE_CHANGE);
-    let given = |case: &Case| -> Result<Model, BadCase> {
+impl Args {
+    /// Returns the fidelity that is stated, or the cheapest that has the effects that are; `None`: that of each case.
+    fn fidelity(&self) -> Option<Fidelity> {
+        match self.fidelity {
+            FidelityChoice::Of(fidelity) => Some(fidelity),
+            _ => self.effects.map(effects::cheapest),
+        }
+    }
+
+    /// Returns how much left out effects may change.
+    fn within(&self) -> f64 {
+        self.tolerance.unwrap_or(effects::NEGLIGIBLE_CHANGE)
+    }
+
+    /// Returns the model of a case; without a fidelity one that has all effects.
+    fn given(&self, case: &Case) -> Result<Model, BadCase> {
+        let fidelity = self.fidelity();
         let ball = Ball { radius: case.radius, ..Ball::POOL };
         let mut model = Model::new(fidelity.unwrap_or(Fidelity::Contact), ball);
-        if let Some(ratio) = case.mass_ratio.or(args.mass_ratio) {
+        if let Some(ratio) = case.mass_ratio.or(self.mass_ratio) {
             if !(ratio > 0.0 && ratio.is_finite()) {
                 return Err(BadCase::MassRatio(ratio));
             }
             model = model.with_mass_ratio(ratio);
         }
-        // integration must not add to what is left out
+        // the integration is a thousand times as close as what the effects left out may change
         let tolerance = match fidelity {
-            Some(_) => args.tolerance.unwrap_or(Model::TOLERANCE),
-            None => (INTEGRATION * within).max(MIN_TOLERANCE),
+            Some(_) => self.tolerance.unwrap_or(Model::TOLERANCE),
+            None => (1e-3 * self.within()).max(MIN_TOLERANCE),
         };
-        let law = args.falling.unwrap_or_default();
-        let effects = args.effects.unwrap_or(model.effects);
-        let model = Model { as_printed: args.as_printed, tolerance, law, effects, ..model };
-        // auto and an effect that is named know what balls are made of
-        let usual =
-            || (fidelity.is_none() || args.effects.is_some_and(|on| on.compliance)).then_some(Model::KAPPA);
-        let stated = case.kappa.or(args.kappa);
-        let Some(kappa) = stated.or_else(usual) else { return Ok(model) };
+        let law = self.falling.unwrap_or_default();
+        let effects = self.effects.unwrap_or(model.effects);
+        let model = Model { as_printed: self.as_printed, tolerance, law, effects, ..model };
+        // auto and a stated compliance have a default
+        let has_default = fidelity.is_none() || self.effects.is_some_and(|on| on.compliance);
+        let stated = case.kappa.or(self.kappa);
+        let Some(kappa) = stated.or(has_default.then_some(Model::KAPPA)) else { return Ok(model) };
         if stated.is_some() && kappa != 0.0 && !model.fidelity.effects().compliance {
             return Err(BadCase::Rigid(kappa, model.fidelity));
         }
         Ok(Model { kappa, effects: Effects { compliance: true, ..effects }, ..model })
-    };
-    let explain = |case: &Case| -> Result<Choice, BadCase> {
+    }
+
+    /// Returns the effects that a case needs.
+    fn choose(&self, case: &Case) -> Result<Choice, BadCase> {
         let (cue, coefficients) = case.before()?;
-        let model = given(case)?;
-        Ok(effects::choose(&model, &cue, &coefficients, within, Compared::Everything)?)
-    };
-    let model = |case: &Case| -> Result<Model, BadCase> {
-        let model = given(case)?;
-        if fidelity.is_some() { Ok(model) } else { Ok(explain(case)?.model(&model)) }
-    };
-    let collided: Vec<Computed> = if let Some(path) = &args.cases {
-        cases::collide_all(path, model)?
-    } else {
+        let model = self.given(case)?;
+        Ok(effects::choose(&model, &cue, &coefficients, self.within(), Compared::Everything)?)
+    }
+
+    /// Returns the model that computes a case.
+    fn model(&self, case: &Case) -> Result<Model, BadCase> {
+        let model = self.given(case)?;
+        if self.fidelity().is_some() { Ok(model) } else { Ok(self.choose(case)?.model(&model)) }
+    }
+
+    /// Returns the case of the options.
+    fn case(&self) -> Case {
         let number = |value: Option<f64>| value.unwrap_or(f64::NAN);
-        let rolls = args.spin.as_deref() == Some(NATURAL_ROLL);
-        let velocity = cue_velocity(number(args.speed), number(args.cut).to_radians());
-        let case = Case {
+        let velocity = cue_velocity(number(self.speed), number(self.cut).to_radians());
+        let is_rolling = self.spin.as_deref() == Some(NATURAL_ROLL);
+        Case {
             name: "collision".to_string(),
-            speed: number(args.speed),
-            cut_deg: number(args.cut),
-            spin: if rolls { BallState::natural_roll(velocity, args.radius).spin } else { args.omega },
-            mu: number(args.mu),
-            mu_s: number(args.mu_s),
-            e: number(args.e),
-            radius: args.radius,
+            speed: number(self.speed),
+            cut_deg: number(self.cut),
+            spin: if is_rolling { BallState::natural_roll(velocity, self.radius).spin } else { self.omega },
+            mu: number(self.mu),
+            mu_s: number(self.mu_s),
+            e: number(self.e),
+            radius: self.radius,
             kappa: None,
             mass_ratio: None,
-        };
-        let model = model(&case)?;
-        let outcome = case.collide(&model)?;
-        vec![Computed { case, line: 1, model, outcome: Ok(outcome) }]
-    };
-    let explained = |computed: &Computed| -> Result<Option<Explained>, Failure> {
+        }
+    }
+
+    /// Returns the effects and the motion afterwards, if they are asked for.
+    fn explain(&self, computed: &Computed) -> Result<Option<Explained>, Failure> {
         let Computed { case, model, outcome: Ok(outcome), .. } = computed else { return Ok(None) };
-        if !args.explain {
+        if !self.explain {
             return Ok(None);
         }
-        let mut effects = explain(case)?.estimates;
+        let mut effects = self.choose(case)?.estimates;
         let on = model.effects.and(model.fidelity.effects()).list();
         for (effect, (_, on)) in effects.iter_mut().zip(on) {
             effect.on = on;
         }
-        let within = if fidelity.is_none() { within } else { effects::NEGLIGIBLE_CHANGE };
+        let within = if self.fidelity().is_none() { self.within() } else { effects::NEGLIGIBLE_CHANGE };
         let cloth = Cloth { sliding: model.mu_k, ..Cloth::default() };
         let (cue, _) = case.before()?;
         let motion = effects::motion(model, &cue, outcome, &cloth, effects::FOLLOWED, within);
         Ok(Some((effects, motion)))
-    };
-    let file = args.cases.as_deref().unwrap_or(Path::new(""));
-    let failed: Vec<String> = collided
-        .iter()
-        .filter_map(|Computed { case, line, outcome, .. }| {
-            let why = outcome.as_ref().err()?;
-            Some(format!("{}:{line}: \"{}\" was not computed: {why}", file.display(), case.name))
-        })
-        .collect();
-    if args.json {
-        let mut objects = Vec::new();
-        for computed in &collided {
-            let explained = explained(computed)?;
-            let explained = explained.as_ref().map(|(effects, motion)| (&effects[..], &motion[..]));
-            objects.push(CollideDocument::new(computed, explained));
-        }
-        match objects.as_slice() {
-            [one] if args.cases.is_none() => print(&document::exact_text(one)?)?,
-            all => print(&document::exact_text(all)?)?,
-        }
+    }
+}
+
+pub fn run(args: &Args) -> Result<(), Failure> {
+    super::simulates(args.fidelity, args.effects)?;
+    let collided: Vec<Computed> = if let Some(path) = &args.cases {
+        cases::collide_all(path, |case| args.model(case))?
     } else {
-        let mut tables = Vec::new();
-        for computed in &collided {
-            let Ok(outcome) = &computed.outcome else { continue };
-            let mut text = table(&computed.case.name, computed.model.fidelity.name(), outcome);
-            if let Some((effects, motion)) = explained(computed)? {
-                text += &effects_table("effect", &effects);
-                text += &effects_table(&format!("in {} s afterwards", effects::FOLLOWED), &motion);
+        let case = args.case();
+        let model = args.model(&case)?;
+        let outcome = Ok(case.collide(&model)?);
+        vec![Computed { case, line: 1, model, outcome }]
+    };
+    let (mut documents, mut tables, mut failed) = (Vec::new(), Vec::new(), Vec::new());
+    for computed in &collided {
+        let Computed { case, line, model, outcome } = computed;
+        let explained = args.explain(computed)?;
+        let parts = explained.as_ref().map(|(effects, motion)| (&effects[..], &motion[..]));
+        documents.push(CollideDocument::new(computed, parts));
+        match outcome {
+            Ok(outcome) => {
+                let mut text = table(&case.name, model.fidelity.name(), outcome);
+                if let Some((effects, motion)) = parts {
+                    text += &effects_table("effect", effects);
+                    text += &effects_table(&format!("in {} s afterwards", effects::FOLLOWED), motion);
+                }
+                tables.push(text);
             }
-            tables.push(text);
+            Err(why) => {
+                let file = args.cases.as_deref().unwrap_or(Path::new("")).display();
+                failed.push(format!("{file}:{line}: \"{}\" was not computed: {why}", case.name));
+            }
         }
-        print(&tables.join("\n"))?;
+    }
+    match documents.as_slice() {
+        _ if !args.json => print(&tables.join("\n"))?,
+        [one] if args.cases.is_none() => print(&document::exact_text(one)?)?,
+        all => print(&document::exact_text(all)?)?,
     }
     unless_none(&failed, Failure::work)
 }
@@ -227,7 +240,7 @@ fn effects_table(of: &str, estimates: &[Estimate]) -> String {
 }
 
 fn table(name: &str, fidelity: &str, outcome: &Outcome) -> String {
-    // what rounds to nothing has no sign
+    // a number that rounds to 0 has no sign
     let number = |value: f64| {
         let text = format!("{value:.9}");
         if text.bytes().any(|digit| (b'1'..=b'9').contains(&digit)) { text } else { text.replace('-', "") }

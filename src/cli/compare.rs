@@ -3,7 +3,7 @@
 use std::cell::Cell;
 use std::path::PathBuf;
 
-use caromfit::compare::{self, CompareError, Options, Quantity};
+use caromfit::compare::{self, Options, Quantity};
 use caromfit::measurement::loss::Loss;
 use caromfit::physics::collision::FidelityChoice;
 use caromfit::report::{compare as report, document, write};
@@ -37,7 +37,7 @@ pub struct Args {
     #[arg(long, value_parser = super::fidelity(), default_value = "auto")]
     fidelity: FidelityChoice,
     /// How outlying shots count, instead of what the data sets state
-    #[arg(long, value_parser = super::loss())]
+    #[arg(long, value_parser = super::named(Loss::ALL, Loss::name))]
     loss: Option<Loss>,
     /// Print compare.json, and nothing else, on standard output
     #[arg(long)]
@@ -63,10 +63,10 @@ pub fn run(args: &Args) -> Result<(), Failure> {
         progress.step(stage);
     };
     let analysis = compare::analyse_watched(&datasets, &options, &|| progress.done(), &stage);
-    progress.finish();
-    let failed =
-        |error: CompareError| if error.is_bad_input() { Failure::input(error) } else { Failure::work(error) };
-    let comparison = analysis.comparison.map_err(failed)?;
+    drop(progress);
+    let comparison = analysis
+        .comparison
+        .map_err(|error| Failure { bad_input: error.is_bad_input(), message: error.to_string() })?;
     write::write_files(&report::files(&comparison)?, &args.out)?;
     if args.json {
         print(&document::text(&comparison)?)

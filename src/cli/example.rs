@@ -29,10 +29,7 @@ const FILES: [(&str, &str, &str); 6] = [
 pub fn run(args: &Args) -> Result<(), Failure> {
     let folders = ["balls", "pucks"].map(|name| (name, args.folder.join(name)));
     if let Some((_, path)) = folders.iter().find(|(_, path)| path.exists()) {
-        return Err(Failure::input(format!(
-            "{}: is there already; expected none, as nothing is overwritten",
-            path.display()
-        )));
+        refuse!("{}: is there already; expected none, as nothing is overwritten", path.display());
     }
     for (name, path) in &folders {
         let own = FILES.iter().filter(|(folder, ..)| folder == name);

@@ -25,11 +25,8 @@ pub struct Args {
 pub fn run(args: &Args) -> Result<(), Failure> {
     let fits = document::read(&args.fit)?;
     let [fit] = fits.as_slice() else {
-        return Err(Failure::input(format!(
-            "{}: holds {} fits; expected one: name the folder of a label",
-            args.fit.display(),
-            fits.len()
-        )));
+        let (path, count) = (args.fit.display(), fits.len());
+        refuse!("{path}: holds {count} fits; expected one: name the folder of a label");
     };
     let exported = export::export(fit, args.to);
     print(&exported.text)?;

@@ -70,7 +70,7 @@ pub fn run(args: &Args) -> Result<(), Failure> {
             print(&format!("  {line}\n"))?;
         }
     }
-    progress.finish();
+    drop(progress);
     if args.json {
         print(&document::text(&documents)?)?;
     }
@@ -82,7 +82,7 @@ struct Done {
     dataset: Dataset,
     /// How many shots can be used; without any nothing is written.
     shots: usize,
-    /// What there is to say.
+    /// Notes on the data set and its shots.
     lines: Vec<String>,
 }
 
@@ -92,11 +92,10 @@ fn extract(
     pictures: bool,
     progress: &Progress,
 ) -> Result<Done, ReportError> {
-    // with what the extraction found
     let notes =
         |dataset: &Dataset| dataset.tracks.as_ref().map_or_else(Vec::new, |tracks| tracks.notes.clone());
-    let save = |drawn: Vec<(String, Vec<u8>)>, files: &[(&str, Vec<u8>)]| {
-        if pictures {
+    let save = |drawn: Option<Vec<(String, Vec<u8>)>>, files: &[(&str, Vec<u8>)]| {
+        if let Some(drawn) = drawn {
             write::write_files(&drawn, &folder.join("shots"))?;
         }
         write::write_files(files, folder)
@@ -104,7 +103,7 @@ fn extract(
     if let Some(facts) = dataset.tracks.as_ref().and_then(|tracks| tracks.discs) {
         let ExtractedDiscs { dataset, shots, .. } = extract_discs(dataset);
         if !shots.is_empty() {
-            let drawn = if pictures { discs::pictures(&facts, &shots)? } else { Vec::new() };
+            let drawn = pictures.then(|| discs::pictures(&facts, &shots)).transpose()?;
             save(drawn, &discs::files(&dataset, &facts, &shots))?;
         }
         let mut lines = notes(&dataset);
@@ -117,7 +116,7 @@ fn extract(
     let (dataset, film) = with_impacts(dataset, &|| progress.done());
     let shots = film.as_ref().map_or_else(Vec::new, FittedFilm::impacts);
     if let Some(film) = film.filter(|_| !shots.is_empty()) {
-        let drawn = if pictures { extracted::pictures(&film, &shots)? } else { Vec::new() };
+        let drawn = pictures.then(|| extracted::pictures(&film, &shots)).transpose()?;
         save(drawn, &extracted::files(&dataset, &shots))?;
     }
     let lines = notes(&dataset);

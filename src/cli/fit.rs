@@ -2,16 +2,16 @@
 
 use std::path::{Path, PathBuf};
 
-use caromfit::fit::{self, Analysis, Falling, Fit, Options};
+use caromfit::fit::{self, Falling, Fit, Options};
 use caromfit::measurement::dataset::Dataset;
 use caromfit::measurement::loss::Loss;
 use caromfit::physics::collision::effects;
 use caromfit::physics::collision::{Effects, FidelityChoice, Model};
 use caromfit::physics::friction_law::Law;
 use caromfit::report;
-use caromfit::report::regression::Tolerance;
+use caromfit::report::document::{self, FitDocument};
+use caromfit::report::regression::{self, Moved, Tolerance};
 
-use super::baseline::{self, Baseline};
 use super::progress::{self, Progress};
 use super::table_only::{Told, is_table};
 use super::wanted::Wanted;
@@ -28,8 +28,6 @@ pub struct Args {
     /// Folders that hold a dataset.toml, or such files; or a table, with what a dataset.toml would say as options
     #[arg(required = true, value_name = "DATASET")]
     datasets: Vec<PathBuf>,
-    #[command(flatten)]
-    told: Told,
     #[command(flatten)]
     wanted: Wanted,
     /// Where the results go, one folder per data set
@@ -48,7 +46,7 @@ pub struct Args {
     #[arg(long, value_name = "B,C|fit", value_parser = falling, allow_hyphen_values = true)]
     falling: Option<Falling>,
     /// How outlying shots count, instead of what the data set states
-    #[arg(long, value_parser = super::loss())]
+    #[arg(long, value_parser = super::named(Loss::ALL, Loss::name))]
     loss: Option<Loss>,
     /// Number of samples of shots drawn with repetition and fitted, for intervals that trust neither model nor noise
     #[arg(long, default_value_t = 0, value_name = "N")]
@@ -60,15 +58,8 @@ pub struct Args {
     #[arg(long, value_name = "FIT.json")]
     baseline: Option<PathBuf>,
     /// What counts as moved, in standard errors (of χ²: in its standard deviation)
-    #[arg(long, value_parser = baseline::tolerance, default_value = "0.01", value_name = "N", requires = "baseline", allow_hyphen_values = true)]
+    #[arg(long, value_parser = tolerance, default_value = "0.01", value_name = "N", requires = "baseline", allow_hyphen_values = true)]
     baseline_tolerance: Tolerance,
-    #[command(flatten)]
-    shown: Shown,
-}
-
-/// What is printed.
-#[derive(clap::Args)]
-struct Shown {
     /// Show every label of a data set on a line of its own, χ²/dof, what the marks mean, and all warnings
     #[arg(long)]
     all: bool,
@@ -78,6 +69,14 @@ struct Shown {
     /// Print the fits as a JSON array, and nothing else, on standard output
     #[arg(long)]
     json: bool,
+    // its heading holds for all options behind it
+    #[command(flatten)]
+    told: Told,
+}
+
+/// The value of `--baseline-tolerance`.
+fn tolerance(text: &str) -> Result<Tolerance, String> {
+    Tolerance::of(super::number(text)?)
 }
 
 /// `fit`, or B,C.
@@ -100,15 +99,15 @@ fn where_reports_are(folders: &[PathBuf], out: &Path) -> String {
     }
 }
 
-/// The data sets, and of tables without a dataset.toml what was assumed.
+/// Returns the data sets, and what was assumed of tables without a dataset.toml.
 fn load(args: &Args) -> Result<(Vec<Dataset>, Vec<String>), Failure> {
     let (tables, folders): (Vec<PathBuf>, Vec<PathBuf>) =
         args.datasets.iter().cloned().partition(|path| is_table(path));
     if tables.is_empty() && !args.told.is_empty() {
-        return Err(Failure::input(
+        refuse!(
             "--fps, --radius, --spin, --cue, --object and --unit are for a table without a dataset.toml; of a data set, its \
-             dataset.toml states them",
-        ));
+             dataset.toml states them"
+        );
     }
     let mut datasets = progress::load_all(&folders)?;
     let mut assumed = Vec::new();
@@ -126,72 +125,87 @@ pub fn run(args: &Args) -> Result<(), Failure> {
     super::simulates(args.fidelity, args.effects)?;
     let (mut datasets, assumed) = load(args)?;
     args.wanted.of(&mut datasets)?;
-    let baseline = args.baseline.as_deref().map(Baseline::read).transpose()?;
+    // read before anything is written
+    let baseline = args.baseline.as_deref().map(document::read).transpose()?;
     let options = options(args);
     let progress = Progress::over_shots(&datasets, args.bootstrap);
-    let (mut fits, mut failed, mut bad_input) = (Vec::new(), Vec::new(), false);
+    let (mut fits, mut failed, mut is_bad_input) = (Vec::new(), Vec::new(), false);
     for dataset in datasets {
         progress.step(&dataset.name);
-        let Analysis { fits: found, .. } = fit::analyse_watched(&dataset, &options, &|| progress.done());
-        match found {
+        match fit::analyse_watched(&dataset, &options, &|| progress.done()).fits {
             Ok(found) => fits.push(found),
             Err(error) => {
-                bad_input |= error.is_bad_input();
+                is_bad_input |= error.is_bad_input();
                 failed.push(error.to_string());
             }
         }
         progress.done();
     }
-    if bad_input {
+    if is_bad_input {
         return unless_none(&failed, Failure::input);
     }
-    let moved = match &baseline {
-        Some(baseline) => {
-            let all = fits.iter().flatten();
-            baseline.moved(all, &args.baseline_tolerance)?
+    let mut moved = Vec::new();
+    if let Some(stored) = &baseline {
+        for fit in fits.iter().flatten() {
+            moved.extend(moved_since(stored, fit, args)?);
         }
-        None => Vec::new(),
-    };
+    }
     let mut reports = Vec::new();
     for found in &fits {
         let folder = report::fit_folder(found, &args.out);
         // what moved is not written over what it moved from
-        if !moved.is_empty() && baseline.as_ref().is_some_and(|baseline| baseline.is_in(&folder)) {
-            continue;
+        let is_kept = args.baseline.as_ref().is_some_and(|baseline| is_within(baseline, &folder));
+        if moved.is_empty() || !is_kept {
+            report::write_all(found, &args.out)?;
+            reports.push(folder);
         }
-        report::write_all(found, &args.out)?;
-        reports.push(folder);
     }
-    progress.finish();
+    drop(progress);
     let fits: Vec<Fit> = fits.into_iter().flatten().collect();
-    if args.shown.json {
-        print(&report::document::text(&fits)?)?;
+    if args.json {
+        print(&document::text(&fits)?)?;
     } else {
         print_lines(&assumed)?;
-        if !assumed.is_empty() {
-            print("\n")?;
-        }
-        args.shown.print(&fits)?;
+        print(if assumed.is_empty() { "" } else { "\n" })?;
+        print_tables(args, &fits)?;
         print(&where_reports_are(&reports, &args.out))?;
     }
     if !moved.is_empty() {
-        failed.push(baseline::table(&moved));
+        let table = regression::table(&moved);
+        failed.push(format!("the fit is no longer that of the baseline:\n{}", table.trim_end()));
     }
     unless_none(&failed, Failure::work)
 }
 
-impl Shown {
-    /// Prints the table, and what was asked for below it.
-    fn print(&self, fits: &[Fit]) -> Result<(), Failure> {
-        if self.all {
-            print(&report::table::render(fits))?;
-            print(&report::text::warnings(fits))?;
-        } else {
-            print(&report::overview::render(fits, super::colour()))?;
-        }
-        let verbose = fits.iter().filter(|_| self.verbose);
-        print(&verbose.map(|fit| format!("\n{}", report::text::render(fit))).collect::<String>())
+/// Returns what moved since the stored fits by more than the tolerance, with the title of the fit.
+fn moved_since(stored: &[FitDocument], fit: &Fit, args: &Args) -> Result<Vec<(String, Moved)>, Failure> {
+    let title = report::title(fit);
+    let Some(stored) = regression::find(fit, stored) else {
+        let path = args.baseline.as_deref().unwrap_or(Path::new("")).display();
+        refuse!("{path}: holds no fit of {title}; expected one to compare with");
+    };
+    let moved = regression::moved(fit, stored, &args.baseline_tolerance);
+    Ok(moved.into_iter().map(|moved| (title.clone(), moved)).collect())
+}
+
+/// Returns whether a file is in a folder, or contains it.
+fn is_within(path: &Path, folder: &Path) -> bool {
+    let (Ok(path), Ok(folder)) = (path.canonicalize(), folder.canonicalize()) else { return false };
+    path.starts_with(&folder) || folder.starts_with(&path)
+}
+
+/// Prints the table, and below it what was asked for.
+fn print_tables(args: &Args, fits: &[Fit]) -> Result<(), Failure> {
+    if args.all {
+        print(&report::table::render(fits))?;
+        print(&report::text::warnings(fits))?;
+    } else {
+        print(&report::overview::render(fits, super::colour()))?;
     }
+    for fit in fits.iter().filter(|_| args.verbose) {
+        print(&format!("\n{}", report::text::render(fit)))?;
+    }
+    Ok(())
 }
 
 fn options(args: &Args) -> Options {

@@ -1,8 +1,10 @@
-//! `caromfit help`: commands, and the pages of the guide.
+//! What the program says of itself: `caromfit help`, `caromfit schema` and `caromfit completions`.
 
 use caromfit::guide::TOPICS;
+use caromfit::report::document::{self, SCHEMAS};
 use clap::CommandFactory;
 use clap::builder::PossibleValuesParser;
+use clap_complete::Shell;
 
 use super::{Cli, Failure, print};
 
@@ -15,29 +17,14 @@ pub struct Args {
     topic: Option<String>,
 }
 
-/// The commands, of which `help` prints the help.
-const COMMANDS: [&str; 14] = [
-    "fit",
-    "compare",
-    "collide",
-    "extract",
-    "accuracy",
-    "design",
-    "synth",
-    "init",
-    "check",
-    "export",
-    "example",
-    "schema",
-    "completions",
-    "help",
-];
-
-fn names() -> Vec<&'static str> {
-    TOPICS.iter().map(|topic| topic.name).chain(COMMANDS).collect()
+/// Returns the pages of the guide, and the commands, of which `help` prints the help.
+fn names() -> impl Iterator<Item = &'static str> {
+    let commands =
+        "fit compare collide extract accuracy design synth init check export example schema completions help";
+    TOPICS.iter().map(|topic| topic.name).chain(commands.split(' '))
 }
 
-/// The pages of the guide, a line each.
+/// Returns the pages of the guide, a line each.
 pub fn topics() -> String {
     let lines = TOPICS.iter().map(|topic| format!("  {:<9} {}\n", topic.name, topic.about));
     format!("Topics of caromfit help TOPIC:\n{}", lines.collect::<String>())
@@ -53,4 +40,37 @@ pub fn run(args: &Args) -> Result<(), Failure> {
     }
     let command = all.find_subcommand_mut(name);
     print(&command.map_or_else(String::new, |command| command.render_long_help().to_string()))
+}
+
+/// Prints the JSON Schema (draft 2020-12) of what a command prints with --json. Of fit it describes fit.json, which is one element of the
+/// array that fit --json prints; check and extract, and collide with --cases, print arrays of what their schemas describe, too. Of
+/// compare and design it describes compare.json and design.json, which their --json prints.
+#[derive(clap::Args)]
+#[command(after_help = "Example: caromfit schema compare > compare.schema.json")]
+pub struct Schema {
+    /// Of which command
+    #[arg(value_parser = PossibleValuesParser::new(SCHEMAS.map(|(command, _)| command)), default_value = "fit")]
+    command: String,
+}
+
+pub fn schema(args: &Schema) -> Result<(), Failure> {
+    // the parser accepts no other name
+    let (_, schema) = SCHEMAS.into_iter().find(|(command, _)| *command == args.command).unwrap_or(SCHEMAS[0]);
+    print(&document::text(&schema())?)
+}
+
+/// Prints what makes a shell complete the words of caromfit.
+#[derive(clap::Args)]
+#[command(
+    after_help = "Example: caromfit completions bash > ~/.local/share/bash-completion/completions/caromfit"
+)]
+pub struct Completions {
+    #[arg(value_enum)]
+    shell: Shell,
+}
+
+pub fn completions(args: &Completions) -> Result<(), Failure> {
+    let mut text = Vec::new();
+    clap_complete::generate(args.shell, &mut Cli::command(), "caromfit", &mut text);
+    print(&String::from_utf8_lossy(&text))
 }

@@ -6,7 +6,7 @@ use std::path::PathBuf;
 use caromfit::io::draft::{self, Draft};
 use caromfit::report::write;
 
-use super::table_only::SLOW_MOTION;
+use super::table_only::set_fps;
 use super::{Failure, print, print_lines};
 
 /// Looks at files of tracks or measurements, detects their format, units and the names of tracks, whether they are of discs, and a
@@ -31,13 +31,12 @@ pub fn run(args: &Args) -> Result<(), Failure> {
     }
     let path = draft.folder.join("dataset.toml");
     if path.exists() {
-        return Err(Failure::input(format!(
+        refuse!(
             "{}: is there already; expected none (remove it, or see what it would be with --stdout)",
             path.display()
-        )));
+        );
     }
-    let talks = std::io::stdin().is_terminal() && std::io::stdout().is_terminal();
-    if talks {
+    if std::io::stdin().is_terminal() && std::io::stdout().is_terminal() {
         print_lines(&std::mem::take(&mut draft.found))?;
         ask(&mut draft)?;
     }
@@ -51,30 +50,25 @@ pub fn run(args: &Args) -> Result<(), Failure> {
     print(&format!("Wrote {}.{open} Then: caromfit check {}\n", path.display(), folder.display()))
 }
 
-/// Asks what nobody but the user knows, and puts the answers in.
+/// Asks for what the files do not determine, and puts the answers in.
 fn ask(draft: &mut Draft) -> Result<(), Failure> {
     if draft.blanks.contains(&"capture_fps") {
         let question = "Frames per second that the camera recorded at (phones in slow motion: 120 or 240)";
         if let Some(fps) = answer(question, number)? {
-            draft.fill("capture_fps", &format!("capture_fps = {fps:?}"));
-            if draft.follows.is_some_and(|follows| fps > SLOW_MOTION * follows) {
-                draft.set_playback();
-            }
+            set_fps(draft, fps);
         }
     }
     if draft.blanks.contains(&"length_unit") {
-        let units = ["m", "cm", "mm", "in", "ft", "px"];
         let question =
             "Unit of the positions: m, cm, mm, in, ft, or px (pixels: the balls are then the ruler)";
-        if let Some(unit) = answer(question, |word| one_of(word, &units))? {
+        if let Some(unit) = answer(question, |word| one_of(word, &["m", "cm", "mm", "in", "ft", "px"]))? {
             draft.set_unit(&unit);
         }
     }
-    let named = draft.blanks.contains(&"which ball is which") && draft.tracks.len() == 2;
-    if let ([one, other], true) = (draft.tracks.clone().as_slice(), named) {
+    let is_unnamed = draft.blanks.contains(&"which ball is which");
+    if let ([one, other], true) = (draft.tracks.clone().as_slice(), is_unnamed) {
         let question = format!("Which is the cue ball: {one} or {other}");
-        let names = [one.as_str(), other.as_str()];
-        if let Some(cue) = answer(&question, |word| one_of(word, &names))? {
+        if let Some(cue) = answer(&question, |word| one_of(word, &[one, other]))? {
             draft.set_balls(&cue, if cue == *one { other } else { one });
         }
     }
@@ -97,7 +91,7 @@ fn ask(draft: &mut Draft) -> Result<(), Failure> {
     Ok(())
 }
 
-/// Asks until the answer can be read; `None` where the line is empty or there is none.
+/// Asks until the answer can be read; `None` if the line is empty, or the input ends.
 fn answer<T>(question: &str, read: impl Fn(&str) -> Result<T, String>) -> Result<Option<T>, Failure> {
     loop {
         print(&format!("{question}: "))?;

@@ -1,8 +1,14 @@
 //! Arguments in, library calls, results out. Exit status: 0 done; 1 understood but could not be
 //! done; 2 bad usage or bad input.
 
+/// Returns bad input with this message.
+macro_rules! refuse {
+    ($($message:tt)*) => {
+        return Err($crate::cli::Failure::input(format!($($message)*)))
+    };
+}
+
 mod accuracy;
-mod baseline;
 mod check;
 mod collide;
 mod compare;
@@ -14,8 +20,6 @@ mod fit;
 mod help;
 mod init;
 mod progress;
-mod schema;
-mod shell;
 mod synth;
 mod table_only;
 mod wanted;
@@ -26,7 +30,6 @@ use caromfit::fit::FitError;
 use caromfit::io::DatasetError;
 use caromfit::io::cases::BadCase;
 use caromfit::io::draft::InitError;
-use caromfit::measurement::loss::Loss;
 use caromfit::physics::collision::{
     Effects, Fidelity, FidelityChoice, MAX_TOLERANCE, MIN_TOLERANCE, NotACollision,
 };
@@ -83,9 +86,9 @@ enum Command {
     /// Copy a small complete example to try everything on
     Example(example::Args),
     /// Print the JSON Schema of fit.json, compare.json, and what other commands print with --json
-    Schema(schema::Args),
+    Schema(help::Schema),
     /// Print completions for a shell
-    Completions(shell::Completions),
+    Completions(help::Completions),
     /// Print the help of a command, or a page of the guide
     Help(help::Args),
 }
@@ -123,13 +126,13 @@ failures! {
     work: ReportError, NotACollision, FitError, std::io::Error;
 }
 
-/// A failure that names everything that went wrong, if anything did.
+/// Returns a failure that names everything that went wrong, if anything did.
 fn unless_none(wrong: &[impl ToString], failure: fn(String) -> Failure) -> Result<(), Failure> {
     let wrong: Vec<String> = wrong.iter().map(ToString::to_string).collect();
     if wrong.is_empty() { Ok(()) } else { Err(failure(wrong.join("\nerror: "))) }
 }
 
-/// A collision model by its name, or auto.
+/// Returns a parser of collision models, or auto, by name.
 fn fidelity() -> impl TypedValueParser<Value = FidelityChoice> {
     let about =
         "the cheapest that suffices: within --tolerance (collide), or as the data show (fit, compare)";
@@ -139,16 +142,19 @@ fn fidelity() -> impl TypedValueParser<Value = FidelityChoice> {
     names.try_map(|name| name.parse::<FidelityChoice>())
 }
 
-/// A tolerance of the integrated fidelities.
+/// Returns a tolerance of the integrated fidelities.
 fn tolerance(text: &str) -> Result<f64, String> {
-    let value: f64 = text.parse().map_err(|_| format!("\"{text}\" is not a number"))?;
-    let valid = (MIN_TOLERANCE..=MAX_TOLERANCE).contains(&value);
-    valid.then_some(value).ok_or_else(|| format!("expected {MIN_TOLERANCE:e} to {MAX_TOLERANCE:e}"))
+    let valid = Some(number(text)?).filter(|value| (MIN_TOLERANCE..=MAX_TOLERANCE).contains(value));
+    valid.ok_or_else(|| format!("expected {MIN_TOLERANCE:e} to {MAX_TOLERANCE:e}"))
 }
 
-/// B,C of a friction that falls with the slip.
+/// Returns a number.
+fn number(text: &str) -> Result<f64, String> {
+    text.trim().parse().map_err(|_| format!("\"{text}\" is not a number"))
+}
+
+/// Returns the law of a friction that falls with the slip, from B,C.
 fn law(text: &str) -> Result<Law, String> {
-    let number = |part: &str| part.trim().parse::<f64>().map_err(|_| format!("\"{part}\" is not a number"));
     match text.split(',').collect::<Vec<_>>().as_slice() {
         [b, c] => Ok(Law::Exponential { b: number(b)?, c: number(c)? }),
         [word] if number(word).is_err() => {
@@ -158,7 +164,7 @@ fn law(text: &str) -> Result<Law, String> {
     }
 }
 
-/// One of several values by its name: completions offer the names.
+/// Returns a parser of values by their names, which completions offer.
 fn named<T: Copy + Send + Sync + 'static, const N: usize>(
     all: [T; N],
     name: fn(T) -> &'static str,
@@ -168,12 +174,7 @@ fn named<T: Copy + Send + Sync + 'static, const N: usize>(
     names.try_map(move |given| all.into_iter().find(|one| name(*one) == given).ok_or("unknown name"))
 }
 
-/// A loss by its name.
-fn loss() -> impl TypedValueParser<Value = Loss> {
-    named(Loss::ALL, Loss::name)
-}
-
-/// That a fidelity that is stated has the effects that are; all means all that it has.
+/// Refuses effects that a stated fidelity does not have; all means all that it has.
 fn simulates(fidelity: FidelityChoice, effects: Option<Effects>) -> Result<(), Failure> {
     let (FidelityChoice::Of(fidelity), Some(effects)) = (fidelity, effects) else { return Ok(()) };
     let missing = effects.list().into_iter().zip(fidelity.effects().list());
@@ -182,14 +183,13 @@ fn simulates(fidelity: FidelityChoice, effects: Option<Effects>) -> Result<(), F
     if missing.is_empty() || effects == Effects::ALL {
         return Ok(());
     }
-    Err(Failure::input(format!(
-        "--effects {}: --fidelity {} does not simulate it; expected --fidelity contact, or auto",
-        missing.join(","),
-        fidelity.name()
-    )))
+    let (missing, fidelity) = (missing.join(","), fidelity.name());
+    refuse!(
+        "--effects {missing}: --fidelity {fidelity} does not simulate it; expected --fidelity contact, or auto"
+    )
 }
 
-/// What --effects takes.
+/// Returns the help of --effects.
 fn effects_help() -> String {
     format!(
         "Simulate only these effects, at the cheapest fidelity that has them if that is auto: all, none, or names with \
@@ -210,9 +210,9 @@ pub fn run() -> ExitCode {
         Command::Init(args) => init::run(&args),
         Command::Check(args) => check::run(&args),
         Command::Export(args) => export::run(&args),
-        Command::Completions(args) => shell::completions(&args),
+        Command::Completions(args) => help::completions(&args),
         Command::Example(args) => example::run(&args),
-        Command::Schema(args) => schema::run(&args),
+        Command::Schema(args) => help::schema(&args),
         Command::Help(args) => help::run(&args),
     };
     match result {
@@ -224,7 +224,7 @@ pub fn run() -> ExitCode {
     }
 }
 
-/// Whether standard output is a terminal that shows colours, which <https://no-color.org> and `TERM=dumb` turn off.
+/// Returns whether standard output is a terminal that shows colours, which <https://no-color.org> and `TERM=dumb` turn off.
 fn colour() -> Colour {
     use std::io::IsTerminal;
     let is_set = |name: &str| std::env::var_os(name).is_some_and(|value| !value.is_empty());

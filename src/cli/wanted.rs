@@ -4,7 +4,7 @@ use caromfit::measurement::dataset::Dataset;
 
 use super::Failure;
 
-/// What a user says of the shots.
+/// The shots that are asked for.
 #[derive(clap::Args)]
 pub struct Wanted {
     /// Use only these shots: names with commas between, or A..B for all from A to B in the order of the files
@@ -16,70 +16,65 @@ pub struct Wanted {
 }
 
 impl Wanted {
-    /// Leaves out what is not wanted. Every name must be that of a shot of some data set.
+    /// Leaves out shots that are not wanted. Every name must be that of a shot of some data set.
     pub fn of(&self, datasets: &mut [Dataset]) -> Result<(), Failure> {
         for word in self.shots.iter().chain(&self.skip) {
             if !datasets.iter().any(|dataset| named(word, &dataset.names()).is_some()) {
-                return Err(Failure::input(format!("\"{word}\" {}", unknown(word, datasets))));
+                refuse!("\"{word}\" {}", unknown(word, datasets));
             }
         }
         for dataset in datasets {
             let names: Vec<String> = dataset.names().into_iter().map(str::to_owned).collect();
             let names: Vec<&str> = names.iter().map(String::as_str).collect();
-            let among = |words: &[String], name: &str| {
+            let is_among = |words: &[String], name: &str| {
                 words.iter().filter_map(|word| named(word, &names)).any(|own| own.contains(&name))
             };
-            dataset
-                .keep(|name| (self.shots.is_empty() || among(&self.shots, name)) && !among(&self.skip, name));
+            let is_asked_for = |name: &str| self.shots.is_empty() || is_among(&self.shots, name);
+            dataset.keep(|name| is_asked_for(name) && !is_among(&self.skip, name));
             if dataset.names().is_empty() && !names.is_empty() {
-                return Err(Failure::input(format!(
-                    "{}: --shots and --skip leave none of its shots: {}",
-                    dataset.name,
-                    listed(&names)
-                )));
+                refuse!("{}: --shots and --skip leave none of its shots: {}", dataset.name, listed(&names));
             }
         }
         Ok(())
     }
 }
 
-/// The shots that a word names: one, or from one to another in their order.
+/// Returns the ends of a range A..B or A..=B.
+fn ends(word: &str) -> Option<[&str; 2]> {
+    let (first, last) = word.split_once("..")?;
+    Some([first.trim(), last.trim_start_matches('=').trim()])
+}
+
+/// Returns the shots that a word names: one, or from one to another in their order.
 fn named<'a>(word: &str, names: &'a [&'a str]) -> Option<&'a [&'a str]> {
     let place = |name: &str| names.iter().position(|known| *known == name.trim());
     if let Some(one) = place(word) {
         return names.get(one..=one);
     }
-    let (first, last) = word.split_once("..")?;
-    names.get(place(first)?..=place(last.trim_start_matches('='))?)
+    let [first, last] = ends(word)?;
+    names.get(place(first)?..=place(last)?)
 }
 
-/// Why a word names no shots: the end of a range that is none, ends the wrong way round, or no name.
+/// Returns why a word names no shots: an end of a range is unknown, its ends are the wrong way round, or it is not a name.
 fn unknown(word: &str, datasets: &[Dataset]) -> String {
     let known: Vec<&str> = datasets.iter().flat_map(|dataset| dataset.names()).collect();
     let expected = format!("expected one of {}", listed(&known));
-    let Some((first, last)) = word.split_once("..") else { return format!("names no shot; {expected}") };
-    let ends = [first.trim(), last.trim_start_matches('=').trim()];
-    match ends.map(|end| known.contains(&end)) {
-        [true, true]
-            if datasets.iter().any(|dataset| ends.iter().all(|end| dataset.names().contains(end))) =>
-        {
-            format!(
-                "is the wrong way round: shot {} comes after shot {}; expected {}..{}",
-                ends[0], ends[1], ends[1], ends[0]
-            )
+    let Some([first, last]) = ends(word) else { return format!("names no shot; {expected}") };
+    let has_both = |dataset: &Dataset| [first, last].iter().all(|end| dataset.names().contains(end));
+    match [first, last].map(|end| known.contains(&end)) {
+        [true, true] if datasets.iter().any(has_both) => {
+            format!("is the wrong way round: shot {first} comes after shot {last}; expected {last}..{first}")
         }
         [true, true] => format!("begins and ends in different data sets; {expected}"),
         [false, false] => {
-            format!("names no shots: there is neither shot {} nor shot {}; {expected}", ends[0], ends[1])
+            format!("names no shots: there is neither shot {first} nor shot {last}; {expected}")
         }
-        [has_first, _] => {
-            let missing = if has_first { ends[1] } else { ends[0] };
-            format!("names no shots: there is no shot {missing}; {expected}")
-        }
+        [true, false] => format!("names no shots: there is no shot {last}; {expected}"),
+        [false, true] => format!("names no shots: there is no shot {first}; {expected}"),
     }
 }
 
-/// The first names.
+/// Returns the first names.
 fn listed(names: &[&str]) -> String {
     const NAMED: usize = 8;
     let more = if names.len() > NAMED { format!(" and {} more", names.len() - NAMED) } else { String::new() };

@@ -1,9 +1,8 @@
 //! The design of an experiment: which cut angles, speeds and spins determine μ, μ_s and e, what standard errors a number of
 //! shots gives, and how many shots a wanted standard error needs.
 //!
-//! A kind of shot is filmed without noise by the forward chain of [`crate::simulate`], and its reduced Fisher information
-//! taken as a fit of frames takes it (`problem::film`). That of N shots is N times the mean, to which
-//! what is known of the cloth is added; the inverse is the Cramér–Rao bound, which such fits reach.
+//! The Fisher information of N shots is N times that of the average one, to which the priors of a fit are added; its inverse is the
+//! Cramér–Rao bound, which fits reach.
 
 pub mod information;
 mod optimal_design;
@@ -17,28 +16,23 @@ use crate::measurement::dataset::ObjectBall;
 use crate::measurement::parameter::Parameter;
 use crate::physics::ball::Ball;
 use crate::physics::collision::{Coefficients, Fidelity, Model, NotACollision};
+use crate::problem::Id;
 use crate::simulate::{Camera, ClothSpec};
 use information::{Average, Information};
 
 pub use plan::Mixture;
 
-/// Cut angles of the cells are about so far apart, degrees.
-const CUT_STEP: f64 = 10.0;
-
-/// Beyond this ratio of speeds one between them is looked at, too.
-const WIDE: f64 = 1.5;
-
-/// From so many shots on, standard errors are as they are for many.
+/// Number of shots from which on standard errors are as they are for many.
 const FEW: u64 = 10;
 
-/// What is expected of an experiment, and what is wanted of it.
+/// A planned experiment and the standard errors that are wanted of it: a SPEC.toml.
 #[derive(Clone, Debug)]
 pub struct Expected {
     /// The coefficients that are expected.
     pub coefficients: Coefficients,
-    /// The cue ball, and the object ball where it does not differ.
+    /// The cue ball, and the object ball unless it differs.
     pub ball: Ball,
-    /// The object ball where something is stated of it, with the errors of what is stated of both; `None`: [`ObjectBall::unweighed`].
+    /// The object ball if it is stated, with the errors of both balls; `None`: [`ObjectBall::unweighed`].
     pub object: Option<ObjectBall>,
     /// The cloth.
     pub cloth: ClothSpec,
@@ -46,17 +40,17 @@ pub struct Expected {
     pub camera: Camera,
     /// The kinds of shot that can be played.
     pub kinds: Vec<PlayedKind>,
-    /// The standard errors of μ, μ_s and e that are wanted; `None` where any will do.
+    /// The standard errors of μ, μ_s and e that are wanted; `None` if any will do.
     pub wanted: [Option<f64>; 3],
 }
 
 impl Expected {
-    /// The model of its collisions.
+    /// Returns the model of the collisions.
     pub(crate) fn model(&self) -> Model {
         Model { object: Some(self.object_ball().ball), ..Model::new(Fidelity::Full, self.ball) }
     }
 
-    /// The standard deviations to which the ratios of masses and of radii are stated; 0 of a ratio that is exact.
+    /// Returns the standard deviations to which the ratios of masses and of radii are stated; 0 of a ratio that is exact.
     pub(crate) fn ratio_sds(&self) -> [f64; 2] {
         let object = self.object_ball();
         [object.mass_ratio_sd(self.ball), object.radius_ratio_sd(self.ball)].map(Option::unwrap_or_default)
@@ -67,7 +61,7 @@ impl Expected {
     }
 }
 
-/// A kind of shot that someone can play, spread evenly over its ranges.
+/// A kind of shot, spread evenly over its ranges.
 #[derive(Clone, Debug, PartialEq)]
 pub struct PlayedKind {
     /// The name of the kind, as reports show it.
@@ -78,7 +72,7 @@ pub struct PlayedKind {
     /// The side spin ω_z over the natural roll's spin. With a positive cut angle a negative one is outside spin,
     /// which reduces the slip between the balls.
     pub side: f64,
-    /// How the spin is known to whoever fits the shots.
+    /// How a fit knows the spin.
     pub from: SpinFrom,
     /// The lowest and the highest speed of the cue ball, m/s.
     pub speed_m_s: [f64; 2],
@@ -88,7 +82,7 @@ pub struct PlayedKind {
     pub shots: usize,
 }
 
-/// How the spin of a shot is known to whoever fits it.
+/// How a fit knows the spin of a shot.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum SpinFrom {
     /// The spin is exactly as played.
@@ -107,14 +101,12 @@ impl PlayedKind {
     /// The topspin of draw shots, as in synthetic data sets.
     const DRAW: [f64; 2] = [-1.0, -0.3];
 
-    /// Roll and stun are played as such; other spins are looked for.
+    /// Returns how a spin is known unless stated: roll and stun are played as such, other spins are measured.
     fn usual(topspin: [f64; 2], side: f64) -> SpinFrom {
-        if side != 0.0 {
-            SpinFrom::Markers { sd: None }
-        } else if topspin == [1.0; 2] || topspin == [0.0; 2] {
-            SpinFrom::Known
-        } else {
-            SpinFrom::Motion
+        match (topspin, side) {
+            ([from, to], 0.0) if from == to && (from == 0.0 || from == 1.0) => SpinFrom::Known,
+            (_, 0.0) => SpinFrom::Motion,
+            _ => SpinFrom::Markers { sd: None },
         }
     }
 }
@@ -163,22 +155,22 @@ impl Default for Expected {
     }
 }
 
-/// What a kind of shot determines.
+/// The parameters that a kind of shot determines, and how well.
 #[derive(Clone, Debug)]
 pub struct OfKind {
     /// The Fisher information of one shot on average.
     pub information: Information,
     /// The fraction of the shots whose frames do not determine their own motion.
     pub unusable: f64,
-    /// The standard errors of μ, μ_s and e from the planned number of shots of this kind alone; `None` where they do
+    /// The standard errors of μ, μ_s and e from the planned number of shots of this kind alone; `None` if they do
     /// not determine one.
     pub std_errors: [Option<f64>; 3],
-    /// How many shots of this kind alone reach the wanted standard error of μ, of μ_s and of e; `None` where no
+    /// How many shots of this kind alone reach the wanted standard error of μ, of μ_s and of e; `None` if no
     /// number does or none is wanted.
     pub needed: [Option<u64>; 3],
     /// How many shots of this kind alone reach all that is wanted, except for what no kind of the design determines.
     pub needed_all: Option<u64>,
-    /// By what fraction the standard errors of μ, μ_s and e from all planned shots fall with one more shot of this
+    /// The fraction by which the standard errors of μ, μ_s and e from all planned shots decrease with one more shot of this
     /// kind.
     pub gain: [Option<f64>; 3],
 }
@@ -209,39 +201,36 @@ pub struct Planned {
     pub ratios: [Option<f64>; 2],
 }
 
-/// What an experiment would determine.
+/// A design: how well an experiment would determine the parameters.
 #[derive(Clone, Debug)]
 #[non_exhaustive]
 pub struct Design {
-    /// What was asked for, with the standard errors of spins that markers show.
+    /// The experiment, with the standard errors of spins that markers show.
     pub expected: Expected,
-    /// What each kind determines, in the order of [`Expected::kinds`].
+    /// The kinds, in the order of [`Expected::kinds`].
     pub kinds: Vec<OfKind>,
-    /// What each kind determines at single cut angles and speeds.
+    /// The kinds at single cut angles and speeds.
     pub cells: Vec<Cell>,
-    /// What all planned shots determine together.
+    /// All planned shots together.
     pub planned: Planned,
     /// The fewest shots for each wanted standard error and for all of them, once of whole kinds and once of cells.
     pub mixtures: Vec<Mixture>,
     /// The conclusions, in sentences.
     pub words: Vec<String>,
-    /// What was adjusted or cannot be reached, in sentences.
+    /// Remarks on what was adjusted or cannot be reached, in sentences.
     pub notes: Vec<String>,
 }
 
 impl Design {
-    /// The speeds at which cells of a kind are, m/s.
+    /// Returns the speeds of the cells of a kind, m/s.
     #[cfg(feature = "report")]
     pub(crate) fn speeds(&self, kind: usize) -> Vec<f64> {
-        let own = self.cells.iter().filter(|cell| cell.kind == kind);
-        let mut speeds: Vec<f64> = own.map(|cell| cell.speed_m_s).collect();
-        speeds.dedup();
-        speeds
+        speeds(self.expected.kinds[kind].speed_m_s)
     }
 }
 
-/// Two such data sets' difference in a parameter is found in 80 % of cases by a two-sided test at 5 % where it is this
-/// many standard errors of one of them: (z_0.975 + z_0.8)√2 = 3.96.
+/// Returns the difference between two such data sets, in standard errors of one of them, that a two-sided test at 5 % finds in 80 %
+/// of cases: (z_0.975 + z_0.8)√2 = 3.96.
 #[must_use]
 pub fn detectable() -> f64 {
     let normal = Normal::standard();
@@ -251,65 +240,42 @@ pub fn detectable() -> f64 {
 /// Computes what an experiment would determine.
 ///
 /// # Errors
-/// A shot of it is no collision.
+/// A shot is not a collision.
 pub fn design(expected: &Expected) -> Result<Design, NotACollision> {
     let mut expected = expected.clone();
-    let mut notes = Vec::new();
-    for index in 0..expected.kinds.len() {
-        let kind = &expected.kinds[index];
-        if kind.from != (SpinFrom::Markers { sd: None }) {
-            continue;
-        }
-        let shown = information::shown_by_markers(&expected, kind)?;
-        if shown.is_none() {
-            notes.push(format!(
-                "{}: no marker is in sight for long enough to show the spin; taken as unknown.",
-                kind.name
-            ));
-        }
-        expected.kinds[index].from =
-            SpinFrom::Markers { sd: Some(shown.unwrap_or([information::UNSEEN; 2])) };
-    }
+    let mut notes = find_marker_errors(&mut expected)?;
     let averages: Vec<Average> =
         expected.kinds.iter().map(|kind| information::of_kind(&expected, kind)).collect::<Result<_, _>>()?;
-    let own = averages.iter().zip(&expected.kinds);
-    let total: Information = own.map(|(average, kind)| average.information * kind.shots as f64).sum();
-    let planned = Planned {
-        shots: expected.kinds.iter().map(|kind| kind.shots).sum(),
-        std_errors: information::std_errors(&total),
-        ratios: information::ratio_errors(&total, expected.ratio_sds()),
-    };
-    let mut told = expected.wanted;
-    for parameter in Parameter::COEFFICIENTS {
-        let i = parameter as usize;
-        if told[i].is_some() && planned.std_errors[i].is_none() {
+    let of_kinds = averages.iter().zip(&expected.kinds);
+    let total: Information = of_kinds.map(|(average, kind)| average.information * kind.shots as f64).sum();
+    let planned = planned(&expected, &total);
+    let mut wanted = expected.wanted;
+    for ((parameter, wanted), error) in
+        Parameter::COEFFICIENTS.into_iter().zip(&mut wanted).zip(planned.std_errors)
+    {
+        if error.is_none() && wanted.take().is_some() {
             notes.push(format!("No kind of shot offered tells {}.", parameter.symbol()));
-            told[i] = None;
         }
     }
-    // a parameter that nothing tells takes no part in the others' errors
+    // a parameter that is not determined takes no part in the errors of the others
     let covariance = information::covariance(&total).map(|value| if value.is_nan() { 0.0 } else { value });
-    let of_kind = |(average, kind): (&Average, &PlayedKind)| {
-        let information = average.information;
+    let mut kinds = Vec::new();
+    let mut cells = Vec::new();
+    for (index, (kind, Average { information, unusable })) in expected.kinds.iter().zip(averages).enumerate()
+    {
         // d ln σ_j/dn = −½ (V I V)_jj/V_jj
         let change = covariance * information * covariance;
-        OfKind {
+        let gain = |j: usize| Some(0.5 * change[(j, j)] / covariance[(j, j)]).filter(|gain| gain.is_finite());
+        let only = |i: usize| std::array::from_fn(|j| expected.wanted[j].filter(|_| i == j));
+        let std_errors = |of_one: Information| information::std_errors(&(of_one * kind.shots as f64));
+        kinds.push(OfKind {
             information,
-            unusable: average.unusable,
-            std_errors: information::std_errors(&(information * kind.shots as f64)),
-            needed: std::array::from_fn(|i| {
-                plan::needed(&information, &std::array::from_fn(|j| expected.wanted[j].filter(|_| i == j)))
-            }),
-            needed_all: plan::needed(&information, &told),
-            gain: std::array::from_fn(|j| {
-                Some(0.5 * change[(j, j)] / covariance[(j, j)]).filter(|gain| gain.is_finite())
-            }),
-        }
-    };
-    let kinds: Vec<OfKind> = averages.iter().zip(&expected.kinds).map(of_kind).collect();
-    let mut cells = Vec::new();
-    for (index, kind) in expected.kinds.iter().enumerate() {
-        let unusable = kinds[index].unusable;
+            unusable,
+            std_errors: std_errors(information),
+            needed: std::array::from_fn(|i| plan::needed(&information, &only(i))),
+            needed_all: plan::needed(&information, &wanted),
+            gain: std::array::from_fn(gain),
+        });
         if unusable > 0.0 {
             notes.push(format!(
                 "{}: {:.0} % of the shots are too short on film to tell even their own motion.",
@@ -320,7 +286,7 @@ pub fn design(expected: &Expected) -> Result<Design, NotACollision> {
         for speed_m_s in speeds(kind.speed_m_s) {
             for cut_deg in cuts(kind) {
                 let information = information::of_cell(&expected, kind, speed_m_s, cut_deg)?.information;
-                let std_errors = information::std_errors(&(information * kind.shots as f64));
+                let std_errors = std_errors(information);
                 cells.push(Cell { kind: index, speed_m_s, cut_deg, information, std_errors });
             }
         }
@@ -332,24 +298,58 @@ pub fn design(expected: &Expected) -> Result<Design, NotACollision> {
              longer stands for the collision, and a single bad track counts for much."
         ));
     }
-    let mut design =
-        Design { expected: expected.clone(), kinds, cells, planned, mixtures, words: Vec::new(), notes };
+    let mut design = Design { expected, kinds, cells, planned, mixtures, words: Vec::new(), notes };
     design.words = words::of(&design);
     Ok(design)
 }
 
-/// The ends of a range of speeds, and between them where it is wide.
+/// Finds the errors of spins that markers show if they are not stated, and returns notes on kinds whose markers show none.
+fn find_marker_errors(expected: &mut Expected) -> Result<Vec<String>, NotACollision> {
+    let mut notes = Vec::new();
+    for index in 0..expected.kinds.len() {
+        let kind = &expected.kinds[index];
+        if kind.from != (SpinFrom::Markers { sd: None }) {
+            continue;
+        }
+        let shown = information::shown_by_markers(expected, kind)?;
+        if shown.is_none() {
+            notes.push(format!(
+                "{}: no marker is in sight for long enough to show the spin; taken as unknown.",
+                kind.name
+            ));
+        }
+        let sd = Some(shown.unwrap_or([information::UNSEEN; 2]));
+        expected.kinds[index].from = SpinFrom::Markers { sd };
+    }
+    Ok(notes)
+}
+
+/// Returns what all planned shots determine, from their information.
+fn planned(expected: &Expected, total: &Information) -> Planned {
+    let covariance = information::covariance(total);
+    let [mass_sd, radius_sd] = expected.ratio_sds();
+    let error = |id: Id, stated: f64| {
+        Some(stated * covariance[(id as usize, id as usize)].sqrt()).filter(|error| *error > 0.0)
+    };
+    Planned {
+        shots: expected.kinds.iter().map(|kind| kind.shots).sum(),
+        std_errors: information::std_errors(total),
+        ratios: [error(Id::MassRatio, mass_sd), error(Id::RadiusRatio, radius_sd)],
+    }
+}
+
+/// Returns the ends of a range of speeds, and their geometric mean if they differ by more than half.
 fn speeds([slow, fast]: [f64; 2]) -> Vec<f64> {
     if slow == fast {
         vec![slow]
-    } else if fast < WIDE * slow {
+    } else if fast < 1.5 * slow {
         vec![slow, fast]
     } else {
         vec![slow, (slow * fast).sqrt(), fast]
     }
 }
 
-/// Cut angles from end to end, degrees. Without side spin either side tells the same.
+/// Returns cut angles from end to end, about 10° apart. Without side spin both sides are the same.
 fn cuts(kind: &PlayedKind) -> Vec<f64> {
     let [mut from, mut to] = kind.cut_deg;
     if kind.side == 0.0 {
@@ -357,10 +357,11 @@ fn cuts(kind: &PlayedKind) -> Vec<f64> {
         let least = if from * to < 0.0 { 0.0 } else { a.min(b) };
         (from, to) = (least, a.max(b));
     }
-    let steps = ((to - from) / CUT_STEP).round().max(if to > from { 1.0 } else { 0.0 }) as usize;
-    (0..=steps)
-        .map(|i| if steps == 0 { from } else { from + (to - from) * i as f64 / steps as f64 })
-        .collect()
+    if from == to {
+        return vec![from];
+    }
+    let steps = (0.1 * (to - from)).round().max(1.0);
+    (0..=steps as usize).map(|i| from + (to - from) * i as f64 / steps).collect()
 }
 
 #[cfg(test)]

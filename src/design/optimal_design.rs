@@ -15,12 +15,9 @@ use clarabel::solver::{
 };
 use nalgebra::DMatrix;
 
-/// A share of all measurements below this is the interior point's distance from 0.
-const NOTHING: f64 = 1e-6;
-
-/// How many measurements of each kind, as real numbers. `roots` are the A_k, all of as many columns as there are
+/// Returns the number of measurements of each kind, as real numbers. `roots` are the A_k, all of as many columns as there are
 /// parameters, and `prior` is P; `wanted` holds parameters with the variances t_j > 0 that are wanted of them.
-/// `None` where no number of measurements suffices, or Clarabel ends without a solution.
+/// `None` if no number of measurements suffices, or Clarabel ends without a solution.
 #[must_use]
 pub fn fewest(roots: &[DMatrix<f64>], prior: &DMatrix<f64>, wanted: &[(usize, f64)]) -> Option<Vec<f64>> {
     let parameters = prior.ncols();
@@ -30,11 +27,11 @@ pub fn fewest(roots: &[DMatrix<f64>], prior: &DMatrix<f64>, wanted: &[(usize, f6
     if wanted.is_empty() || !unit.is_finite() || unit <= 0.0 {
         return None;
     }
-    // every parameter in units of what is wanted of it, or of what so many measurements would tell
+    // every parameter in units of what is wanted of it, or of its error after that number of measurements
     let scale = |j: usize| {
         let target = wanted.iter().find(|(wanted, _)| *wanted == j).map(|(_, t)| t.sqrt());
-        let told = (unit * most(j) + prior.column(j).norm_squared()).sqrt();
-        target.unwrap_or(if told > 0.0 { told.recip() } else { 1.0 })
+        let information = unit * most(j) + prior.column(j).norm_squared();
+        target.unwrap_or(if information > 0.0 { information.sqrt().recip() } else { 1.0 })
     };
     let scales: Vec<f64> = (0..parameters).map(scale).collect();
     let scaled = |a: &DMatrix<f64>, factor: f64| {
@@ -44,111 +41,111 @@ pub fn fewest(roots: &[DMatrix<f64>], prior: &DMatrix<f64>, wanted: &[(usize, f6
     };
     let mut blocks: Vec<DMatrix<f64>> = roots.iter().map(|a| scaled(a, unit.sqrt())).collect();
     blocks.push(scaled(prior, 1.0));
-    let program = Program::new(&blocks, wanted, parameters);
-    let counts = program.solve(roots.len())?;
-    let total: f64 = counts.iter().sum();
-    Some(counts.into_iter().map(|n| if n < NOTHING * total { 0.0 } else { n * unit }).collect())
+    let targets: Vec<usize> = wanted.iter().map(|(j, _)| *j).collect();
+    let counts = Program::new(&blocks, &targets).solve(roots.len())?;
+    // a small share of all measurements is the distance of the interior point from 0
+    let least = 1e-6 * counts.iter().sum::<f64>();
+    Some(counts.into_iter().map(|n| if n < least { 0.0 } else { n * unit }).collect())
 }
 
-/// Variables: n_k of every kind, then for each wanted parameter the h and the s ≥ ‖h‖²/n of every block, of which
-/// the last is the prior with n = 1.
+/// The program in Clarabel's form: A x + slack = b with the slacks in cones. Its variables are n_k of every kind, then for each target
+/// and block h and a bound s ≥ ‖h‖²/n; the last block is the prior with n = 1.
+#[derive(Default)]
 struct Program {
     variables: usize,
-    /// Row, column, value.
-    entries: Vec<(usize, usize, f64)>,
+    /// Rows, columns and values of A.
+    rows: Vec<usize>,
+    columns: Vec<usize>,
+    values: Vec<f64>,
+    /// b.
     right: Vec<f64>,
     cones: Vec<SupportedConeT<f64>>,
 }
 
 impl Program {
-    fn new(blocks: &[DMatrix<f64>], wanted: &[(usize, f64)], parameters: usize) -> Self {
+    /// Returns the program of blocks, the last of which is the prior, and parameters whose variances are to be at most 1.
+    fn new(blocks: &[DMatrix<f64>], targets: &[usize]) -> Self {
         let kinds = blocks.len() - 1;
-        let own: usize = blocks.iter().map(|a| a.nrows() + 1).sum();
-        let mut program = Self {
-            variables: kinds + own * wanted.len(),
-            entries: Vec::new(),
-            right: Vec::new(),
-            cones: Vec::new(),
-        };
+        let mut program = Self { variables: kinds, ..Self::default() };
+        // the first h of each target and block
+        let mut starts: Vec<Vec<usize>> = Vec::new();
+        for _ in targets {
+            let mut own = Vec::new();
+            for a in blocks {
+                own.push(program.variables);
+                program.variables += a.nrows() + 1;
+            }
+            starts.push(own);
+        }
         // Σ A_kᵀh_k + Pᵀh_P = c
-        for (which, (j, _)) in wanted.iter().enumerate() {
-            for i in 0..parameters {
-                let row = program.row(f64::from(u8::from(i == *j)));
-                let mut at = kinds + own * which;
-                for a in blocks {
-                    for h in 0..a.nrows() {
-                        program.put(row, at + h, a[(h, i)]);
-                    }
-                    at += a.nrows() + 1;
+        for (target, starts) in targets.iter().zip(&starts) {
+            for i in 0..blocks[kinds].ncols() {
+                program.add_row(f64::from(u8::from(i == *target)));
+                for (a, start) in blocks.iter().zip(starts) {
+                    (0..a.nrows()).for_each(|h| program.put(start + h, a[(h, i)]));
                 }
             }
         }
-        program.cones.push(ZeroConeT(program.right.len()));
         let equalities = program.right.len();
+        program.cones.push(ZeroConeT(equalities));
         // Σ s ≤ 1, n ≥ 0
-        for which in 0..wanted.len() {
-            let row = program.row(1.0);
-            let mut at = kinds + own * which;
-            for a in blocks {
-                program.put(row, at + a.nrows(), 1.0);
-                at += a.nrows() + 1;
-            }
+        for starts in &starts {
+            program.add_row(1.0);
+            blocks.iter().zip(starts).for_each(|(a, start)| program.put(start + a.nrows(), 1.0));
         }
         for k in 0..kinds {
-            let row = program.row(0.0);
-            program.put(row, k, -1.0);
+            program.add_row(0.0);
+            program.put(k, -1.0);
         }
         program.cones.push(NonnegativeConeT(program.right.len() - equalities));
         // ‖h‖² ≤ n s: ‖(2h, n − s)‖ ≤ n + s
-        for which in 0..wanted.len() {
-            let mut at = kinds + own * which;
-            for (k, a) in blocks.iter().enumerate() {
-                let s = at + a.nrows();
+        for starts in &starts {
+            for (k, (a, start)) in blocks.iter().zip(starts).enumerate() {
                 for sign in [1.0, -1.0] {
-                    // the slack is n ± s, n = 1 of the prior
-                    let row = program.row(if k == kinds { 1.0 } else { 0.0 });
+                    // the slack is n ± s
+                    program.add_row(if k == kinds { 1.0 } else { 0.0 });
                     if k < kinds {
-                        program.put(row, k, -1.0);
+                        program.put(k, -1.0);
                     }
-                    program.put(row, s, -sign);
+                    program.put(start + a.nrows(), -sign);
                 }
                 for h in 0..a.nrows() {
-                    let row = program.row(0.0);
-                    program.put(row, at + h, -2.0);
+                    program.add_row(0.0);
+                    program.put(start + h, -2.0);
                 }
                 program.cones.push(SecondOrderConeT(a.nrows() + 2));
-                at = s + 1;
             }
         }
         program
     }
 
-    fn row(&mut self, right: f64) -> usize {
+    fn add_row(&mut self, right: f64) {
         self.right.push(right);
-        self.right.len() - 1
     }
 
-    fn put(&mut self, row: usize, column: usize, value: f64) {
+    /// Puts a value into the last row.
+    fn put(&mut self, column: usize, value: f64) {
         if value != 0.0 {
-            self.entries.push((row, column, value));
+            self.rows.push(self.right.len() - 1);
+            self.columns.push(column);
+            self.values.push(value);
         }
     }
 
-    /// The n_k.
-    fn solve(&self, kinds: usize) -> Option<Vec<f64>> {
-        let (rows, columns) = self.entries.iter().map(|(row, column, _)| (*row, *column)).unzip();
-        let values = self.entries.iter().map(|(.., value)| *value).collect();
-        let matrix = CscMatrix::new_from_triplets(self.right.len(), self.variables, rows, columns, values);
-        let objective: Vec<f64> = (0..self.variables).map(|i| f64::from(u8::from(i < kinds))).collect();
-        let nothing = CscMatrix::zeros((self.variables, self.variables));
+    /// Returns the n_k.
+    fn solve(self, kinds: usize) -> Option<Vec<f64>> {
+        let Self { variables, rows, columns, values, right, cones } = self;
+        let matrix = CscMatrix::new_from_triplets(right.len(), variables, rows, columns, values);
+        let objective: Vec<f64> = (0..variables).map(|i| f64::from(u8::from(i < kinds))).collect();
+        let quadratic = CscMatrix::zeros((variables, variables));
         let settings =
             DefaultSettings { verbose: false, presolve_enable: false, ..DefaultSettings::default() };
         let mut solver =
-            DefaultSolver::new(&nothing, &objective, &matrix, &self.right, &self.cones, settings).ok()?;
+            DefaultSolver::new(&quadratic, &objective, &matrix, &right, &cones, settings).ok()?;
         solver.solve();
         let solution = &solver.solution;
-        let solved = matches!(solution.status, SolverStatus::Solved | SolverStatus::AlmostSolved);
-        solved.then(|| solution.x[..kinds].iter().map(|n| n.max(0.0)).collect())
+        let is_solved = matches!(solution.status, SolverStatus::Solved | SolverStatus::AlmostSolved);
+        is_solved.then(|| solution.x[..kinds].iter().map(|n| n.max(0.0)).collect())
     }
 }
 

@@ -3,12 +3,12 @@
 use nalgebra::DMatrix;
 
 use super::information::{Information, prior, root, std_errors};
+use super::optimal_design::fewest;
 use super::{Cell, Expected, OfKind};
-use crate::design::optimal_design::fewest;
 use crate::measurement::parameter::Parameter;
 
-/// Beyond so many shots nothing is planned.
-const MOST: u64 = 1_000_000_000;
+/// Largest number of shots of a plan.
+const MAX_SHOTS: u64 = 1_000_000_000;
 
 /// The fewest shots that reach wanted standard errors.
 #[derive(Clone, Debug)]
@@ -24,118 +24,105 @@ pub struct Mixture {
 }
 
 impl Mixture {
-    /// The number of all shots together.
+    /// Returns the number of all shots together.
     #[must_use]
     pub fn total(&self) -> u64 {
         self.shots.iter().map(|(_, shots)| shots).sum()
     }
 }
 
-/// The largest variance over what is wanted; infinite where something wanted is not told.
+/// Returns the largest variance over what is wanted; infinite if something wanted is not determined.
 fn excess(information: &Information, wanted: &[Option<f64>; 3]) -> f64 {
-    let errors = std_errors(information);
-    let of = |(error, wanted): (Option<f64>, f64)| error.map_or(f64::INFINITY, |e| (e / wanted).powi(2));
-    errors.into_iter().zip(wanted).filter_map(|(e, w)| Some((e, (*w)?))).map(of).fold(0.0, f64::max)
+    let both = std_errors(information).into_iter().zip(wanted);
+    let variances =
+        both.filter_map(|(error, wanted)| Some((error.unwrap_or(f64::INFINITY) / (*wanted)?).powi(2)));
+    variances.fold(0.0, f64::max)
 }
 
-/// Shots of one kind that reach all that is wanted; `None` if no number does, or nothing is wanted.
+/// Returns the number of shots of one kind that reach all that is wanted; `None` if no number does, or nothing is wanted.
 pub(super) fn needed(information: &Information, wanted: &[Option<f64>; 3]) -> Option<u64> {
     wanted.iter().flatten().next()?;
-    let enough = |n: u64| excess(&(information * n as f64), wanted) <= 1.0;
+    let is_enough = |n: u64| excess(&(information * n as f64), wanted) <= 1.0;
     let mut high = 1;
-    while !enough(high) {
+    while !is_enough(high) {
         high *= 2;
-        if high > MOST {
+        if high > MAX_SHOTS {
             return None;
         }
     }
     let mut low = high / 2;
-    // at 0 there are no shots
     while high - low > 1 {
         let middle = low + (high - low) / 2;
-        if enough(middle) { high = middle } else { low = middle }
+        if is_enough(middle) { high = middle } else { low = middle }
     }
     Some(high)
 }
 
-/// For each wanted parameter, and for all of them that are told at all, of kinds and of cells.
+/// Returns the mixtures for each wanted parameter, and for all of them that are determined at all, of kinds and of cells.
 pub(super) fn mixtures(expected: &Expected, kinds: &[OfKind], cells: &[Cell]) -> Vec<Mixture> {
     let of_kinds: Vec<Information> = kinds.iter().map(|kind| kind.information).collect();
     let of_cells: Vec<Information> = cells.iter().map(|cell| cell.information).collect();
     let mut found = Vec::new();
-    for (informations, single) in [(of_kinds, false), (of_cells, true)] {
-        let told = std_errors(&informations.iter().sum());
-        let wanted: [Option<f64>; 3] =
-            std::array::from_fn(|i| expected.wanted[i].filter(|_| told[i].is_some()));
-        let each = Parameter::COEFFICIENTS.into_iter().map(|parameter| {
-            let mut own = [None; 3];
-            own[parameter as usize] = wanted[parameter as usize];
-            (Some(parameter), own)
-        });
-        for (parameter, wanted) in each.chain([(None, wanted)]) {
-            let Some((shots, std_errors)) = mixture(&informations, &wanted) else { continue };
-            found.push(Mixture { parameter, of_cells: single, shots, std_errors });
+    for (informations, of_cells) in [(of_kinds, false), (of_cells, true)] {
+        let errors = std_errors(&informations.iter().sum());
+        for parameter in Parameter::COEFFICIENTS.map(Some).into_iter().chain([None]) {
+            let is_meant = |i: usize| errors[i].is_some() && parameter.is_none_or(|p| p as usize == i);
+            let wanted = std::array::from_fn(|i| expected.wanted[i].filter(|_| is_meant(i)));
+            if let Some(shots) = fewest_shots(&informations, &wanted) {
+                let std_errors = std_errors(&sum(&informations, &shots));
+                found.push(Mixture { parameter, of_cells, shots, std_errors });
+            }
         }
     }
     found
 }
 
-/// Shots of each, and the standard errors of all together.
-type Counted = (Vec<(usize, u64)>, [Option<f64>; 3]);
+/// Returns the information of numbers of shots.
+fn sum(informations: &[Information], shots: &[(usize, u64)]) -> Information {
+    shots.iter().map(|(index, n)| informations[*index] * *n as f64).sum()
+}
 
-/// The real-valued optimum, made whole: rounded down, then the most useful shot added until it suffices, then those
-/// taken away that it can do without.
-fn mixture(informations: &[Information], wanted: &[Option<f64>; 3]) -> Option<Counted> {
+/// Returns the index and the number of shots of each that is used, the most first: the real-valued optimum, rounded down, with
+/// the most useful shot added until they suffice, and without those that are then not needed.
+fn fewest_shots(informations: &[Information], wanted: &[Option<f64>; 3]) -> Option<Vec<(usize, u64)>> {
     let roots: Vec<DMatrix<f64>> = informations.iter().map(root).collect();
-    let targets: Vec<(usize, f64)> =
-        wanted.iter().enumerate().filter_map(|(i, wanted)| Some((i, (*wanted)?.powi(2)))).collect();
-    let relaxed = fewest(&roots, &root(&prior()), &targets)?;
-    let used: Vec<usize> = (0..relaxed.len()).filter(|k| relaxed[*k] > 0.0).collect();
-    let mut counts: Vec<u64> = used.iter().map(|k| relaxed[*k].floor() as u64).collect();
-    let with = |counts: &[u64]| {
-        let each = used.iter().zip(counts);
-        each.map(|(k, n)| informations[*k] * *n as f64).sum::<Information>()
-    };
-    if relaxed.iter().sum::<f64>() > MOST as f64 {
+    let targets = wanted.iter().enumerate().filter_map(|(i, wanted)| Some((i, (*wanted)?.powi(2))));
+    let relaxed = fewest(&roots, &root(&prior()), &targets.collect::<Vec<_>>())?;
+    let total: f64 = relaxed.iter().sum();
+    if total > MAX_SHOTS as f64 {
         return None;
     }
-    // what is missing is at most one shot of each, and what the solver's tolerance is worth
-    let mut spare = 2 * used.len() + (1e-4 * relaxed.iter().sum::<f64>()) as usize + 10;
-    while excess(&with(&counts), wanted) > 1.0 {
+    let used = relaxed.iter().enumerate().filter(|(_, n)| **n > 0.0);
+    let mut shots: Vec<(usize, u64)> = used.map(|(index, n)| (index, n.floor() as u64)).collect();
+    let excess = |shots: &[(usize, u64)]| excess(&sum(informations, shots), wanted);
+    // at most one shot of each is missing, and the tolerance of the solver
+    let mut spare = 2 * shots.len() + (1e-4 * total) as usize + 10;
+    while excess(&shots) > 1.0 {
         spare = spare.checked_sub(1)?;
-        let after = |i: usize| {
-            let mut more = counts.clone();
-            more[i] += 1;
-            let information = with(&more);
-            let errors = std_errors(&information);
-            let told = targets.iter().filter(|(j, _)| errors[*j].is_some()).count();
-            (std::cmp::Reverse(told), excess(&information, wanted))
+        let with_one_more = |i: usize| {
+            let mut more = shots.clone();
+            more[i].1 += 1;
+            excess(&more)
         };
-        let better = |a: &usize, b: &usize| {
-            let ((told_a, a), (told_b, b)) = (after(*a), after(*b));
-            told_a.cmp(&told_b).then(a.total_cmp(&b))
-        };
-        // while nothing is told yet, the largest share first
-        let share = |i: &usize| relaxed[used[*i]] - counts[*i] as f64;
-        let best = if excess(&with(&counts), wanted).is_finite() {
-            (0..used.len()).min_by(better)?
+        // while something is not determined, the largest missing share first
+        let share = |i: usize| relaxed[shots[i].0] - shots[i].1 as f64;
+        let best = if excess(&shots).is_finite() {
+            (0..shots.len()).min_by(|a, b| with_one_more(*a).total_cmp(&with_one_more(*b)))?
         } else {
-            (0..used.len()).max_by(|a, b| share(a).total_cmp(&share(b)))?
+            (0..shots.len()).max_by(|a, b| share(*a).total_cmp(&share(*b)))?
         };
-        counts[best] += 1;
+        shots[best].1 += 1;
     }
-    for i in 0..counts.len() {
-        while counts[i] > 0 {
-            let mut fewer = counts.clone();
-            fewer[i] -= 1;
-            if excess(&with(&fewer), wanted) > 1.0 {
+    for i in 0..shots.len() {
+        while shots[i].1 > 0 {
+            shots[i].1 -= 1;
+            if excess(&shots) > 1.0 {
+                shots[i].1 += 1;
                 break;
             }
-            counts = fewer;
         }
     }
-    let errors = std_errors(&with(&counts));
-    let mut shots: Vec<(usize, u64)> = used.into_iter().zip(counts).filter(|(_, n)| *n > 0).collect();
+    shots.retain(|(_, n)| *n > 0);
     shots.sort_by_key(|(_, n)| std::cmp::Reverse(*n));
-    Some((shots, errors))
+    Some(shots)
 }

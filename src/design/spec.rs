@@ -9,15 +9,10 @@ use crate::io::DatasetError;
 use crate::io::balls_section::{BallSection, Shape};
 use crate::io::stated_object::StatedObject;
 use crate::io::toml_file::{self, Source};
-use crate::measurement::dataset::ObjectBall;
 use crate::measurement::number::count_of;
 use crate::measurement::parameter::Parameter;
 use crate::measurement::valid::{Condition, FRACTION, POSITIVE};
-use crate::physics::ball::Ball;
-use crate::simulate::{Camera, ClothSpec, MOST_FRAMES, MOST_SHOTS, faults_of_ranges};
-
-/// Frames that an extraction needs on either side of the impact.
-const LEAST_FRAMES: f64 = 3.0;
+use crate::simulate::{Camera, ClothSpec, MAX_FRAMES, MAX_SHOTS, faults_of_ranges};
 
 #[derive(Deserialize)]
 #[serde(deny_unknown_fields, expecting = "the keys of a design")]
@@ -65,7 +60,7 @@ enum Word {
     Slide,
 }
 
-#[derive(Clone, Copy, Deserialize)]
+#[derive(Clone, Copy, Deserialize, PartialEq)]
 #[serde(rename_all = "kebab-case")]
 enum From {
     Known,
@@ -88,7 +83,7 @@ struct KindSection {
 }
 
 impl Expected {
-    /// Reads a SPEC.toml. What it leaves out is as in [`Expected::default`].
+    /// Reads a SPEC.toml; [`Expected::default`] has the values of keys that are missing.
     ///
     /// # Errors
     /// Everything that is wrong with it, with line and position.
@@ -98,7 +93,7 @@ impl Expected {
 }
 
 impl CoefficientsSection {
-    /// The values that are stated, in the order of [`Parameter::COEFFICIENTS`].
+    /// Returns the values that are stated, in the order of [`Parameter::COEFFICIENTS`].
     fn check(&self, section: &str, condition: Condition, source: &Source) -> [Option<f64>; 3] {
         let given = [self.mu, self.mu_s, self.e];
         Parameter::COEFFICIENTS.map(|parameter| {
@@ -109,21 +104,20 @@ impl CoefficientsSection {
 
 impl Keys {
     fn check(self, source: &Source) -> Expected {
-        let default = Expected::default();
-        let mut coefficients = default.coefficients;
+        let mut expected = Expected { cloth: self.cloth, ..Expected::default() };
+        let coefficients = &mut expected.coefficients;
         let [mu, mu_s, e] = self.expected.check("expected", FRACTION, source);
         coefficients.mu = mu.unwrap_or(coefficients.mu);
         coefficients.mu_s = mu_s.unwrap_or(coefficients.mu_s);
         coefficients.e = e.unwrap_or(coefficients.e);
-        for (key, value) in [
-            ("cloth.mu_k", self.cloth.mu_k),
-            ("cloth.mu_r", self.cloth.mu_r),
-            ("cloth.bounce", self.cloth.bounce),
-        ] {
+        let ClothSpec { mu_k, mu_r, bounce } = self.cloth;
+        for (key, value) in [("cloth.mu_k", mu_k), ("cloth.mu_r", mu_r), ("cloth.bounce", bounce)] {
             source.number(key, Some(value), FRACTION);
         }
         let wanted = self.want.check("want", POSITIVE, source);
-        let wanted = if wanted == [None; 3] { default.wanted } else { wanted };
+        if wanted != [None; 3] {
+            expected.wanted = wanted;
+        }
         let mut kinds: Vec<PlayedKind> = Vec::new();
         for (place, section) in self.kind.iter().enumerate() {
             let kind = section.check(&format!("kind.{place}"), source);
@@ -133,15 +127,10 @@ impl Keys {
             }
             kinds.push(kind);
         }
-        if kinds.is_empty() {
-            kinds = default.kinds;
+        if !kinds.is_empty() {
+            expected.kinds = kinds;
         }
-        let camera = self.camera.check(source);
-        let (ball, object) = self.balls(source);
-        Expected { coefficients, ball, object, cloth: self.cloth, camera, kinds, wanted }
-    }
-
-    fn balls(&self, source: &Source) -> (Ball, Option<ObjectBall>) {
+        expected.camera = self.camera.check(source);
         if self.ball.shape == Shape::Disc {
             source.wrong("ball.shape", "shape is \"disc\"; expected balls, which designs are of");
         }
@@ -150,8 +139,9 @@ impl Keys {
                            its surface";
             source.wrong("ball.poisson", message);
         }
-        let (ball, _) = self.ball.check(self.object.as_ref(), source);
-        (ball, self.object.map(|object| object.ball(&self.ball, &ball, source)))
+        (expected.ball, _) = self.ball.check(self.object.as_ref(), source);
+        expected.object = self.object.map(|object| object.ball(&self.ball, &expected.ball, source));
+        expected
     }
 }
 
@@ -174,14 +164,16 @@ impl CameraSection {
                 default.position_sd_m
             }
         };
+        // an extraction needs three frames on either side of the impact
+        let expected = 3..=MAX_FRAMES;
         let side = |key: &str, given: Option<f64>, default: f64| {
             let ms = positive(key, given).unwrap_or(default);
-            let frames = (1e-3 * ms * fps).round();
-            if ms > 0.0 && fps > 0.0 && !(LEAST_FRAMES..=MOST_FRAMES).contains(&frames) {
-                let message = format!(
-                    "{key} is {ms}, which is {} at {fps} fps; expected {LEAST_FRAMES} to {MOST_FRAMES}",
-                    count_of(frames as usize, "frame")
-                );
+            let frames = (1e-3 * ms * fps).round() as usize;
+            if ms > 0.0 && fps > 0.0 && !expected.contains(&frames) {
+                let count = count_of(frames, "frame");
+                let [least, most] = [expected.start(), expected.end()];
+                let message =
+                    format!("{key} is {ms}, which is {count} at {fps} fps; expected {least} to {most}");
                 source.wrong_of_first(&[key, "camera.fps"], message);
             }
             ms
@@ -193,17 +185,18 @@ impl CameraSection {
 }
 
 impl KindSection {
-    /// The kind of the table at `key`.
-    fn check(&self, key: &str, source: &Source) -> PlayedKind {
+    /// Returns the kind of the table at `key`.
+    fn check(&self, section: &str, source: &Source) -> PlayedKind {
         const SPINS: Condition = (|x| x.abs() <= 2.0, "from -2 to 2, in parts of the natural roll's");
-        let key = |name: &str| format!("{key}.{name}");
+        let key = |name: &str| format!("{section}.{name}");
+        let wrong = |name: &str, message: String| source.wrong(&key(name), message);
         let name = self.name.trim().to_owned();
         if name.is_empty() {
-            source.wrong(&key("name"), "name is empty; expected one that the tables can show");
+            wrong("name", "name is empty; expected one that the tables can show".to_owned());
         }
         let topspin = source.number(&key("topspin"), self.topspin, SPINS);
         if self.cue_spin.is_some() && topspin.is_some() {
-            source.wrong(&key("topspin"), "both cue_spin and topspin; expected one of them");
+            wrong("topspin", "both cue_spin and topspin; expected one of them".to_owned());
         }
         let topspin = match (self.cue_spin, topspin) {
             (Some(Word::Stun), _) => [0.0; 2],
@@ -214,7 +207,7 @@ impl KindSection {
             (None, None) => {
                 let message =
                     format!("kind \"{name}\" has neither cue_spin nor topspin; expected one of them");
-                source.wrong(&key("name"), message);
+                wrong("name", message);
                 [0.0; 2]
             }
         };
@@ -224,25 +217,25 @@ impl KindSection {
             source.number(&key(&format!("spin_sd_rad_s.{which}")), Some(sd), POSITIVE);
         }
         let from = match (self.spin_from, PlayedKind::usual(topspin, side)) {
-            (Some(From::Known), _) | (None, SpinFrom::Known) => SpinFrom::Known,
-            (Some(From::Motion), _) | (None, SpinFrom::Motion) => SpinFrom::Motion,
+            (Some(From::Known), _) => SpinFrom::Known,
+            (Some(From::Motion), _) => SpinFrom::Motion,
             (Some(From::Markers), _) | (None, SpinFrom::Markers { .. }) => SpinFrom::Markers { sd },
+            (None, usual) => usual,
         };
-        if matches!(self.spin_from, Some(From::Motion)) && side != 0.0 {
+        if self.spin_from == Some(From::Motion) && side != 0.0 {
             let message = "spin_from is \"motion\", which does not show side spin; expected known or markers";
-            source.wrong(&key("spin_from"), message);
+            wrong("spin_from", message.to_owned());
         }
         let default = PlayedKind::default();
         let speed_m_s = self.speed_m_s.unwrap_or(default.speed_m_s);
         let cut_deg = self.cut_deg.unwrap_or(default.cut_deg);
-        for fault in faults_of_ranges(key("").trim_end_matches('.'), speed_m_s, cut_deg) {
-            source.add(&fault);
+        faults_of_ranges(section, speed_m_s, cut_deg).iter().for_each(|fault| source.add(fault));
+        let shots = self.shots.map_or(Ok(default.shots), usize::try_from).unwrap_or(0);
+        if !(1..=MAX_SHOTS).contains(&shots) {
+            let shots = self.shots.unwrap_or_default();
+            wrong("shots", format!("shots is {shots}; expected 1 to {MAX_SHOTS}"));
         }
-        let shots = self.shots.unwrap_or(default.shots as i64);
-        if !(1..=MOST_SHOTS as i64).contains(&shots) {
-            source.wrong(&key("shots"), format!("shots is {shots}; expected 1 to {MOST_SHOTS}"));
-        }
-        PlayedKind { name, topspin, side, from, speed_m_s, cut_deg, shots: shots.max(1) as usize }
+        PlayedKind { name, topspin, side, from, speed_m_s, cut_deg, shots }
     }
 }
 
@@ -257,54 +250,53 @@ mod tests {
         Expected::read(&path).map_err(|error| error.to_string())
     }
 
+    /// A kind of this name and with these keys.
+    fn kind(keys: &str) -> String {
+        format!("[[kind]]\nname = \"a\"\n{}", keys.replace(", ", "\n"))
+    }
+
     #[test]
-    fn what_is_left_out_is_the_default() {
+    fn missing_keys_have_their_defaults() {
         let spec = read("[camera]\nposition_sd_px = 0.2\nmm_per_px = 0.5\n[want]\ne = 0.001\n").unwrap();
         assert!((spec.camera.position_sd_m - 1e-4).abs() < 1e-18);
         assert_eq!(spec.kinds.len(), Expected::default().kinds.len());
         assert_eq!(spec.wanted, [None, None, Some(0.001)]);
-        let spec = read("[[kind]]\nname = \"a\"\ncue_spin = \"stun\"\nside = 0.5\n").unwrap();
+        let spec = read(&kind("cue_spin = \"stun\", side = 0.5")).unwrap();
         assert_eq!(spec.kinds[0].from, SpinFrom::Markers { sd: None });
     }
 
     #[test]
-    fn everything_that_is_wrong_is_said_with_its_place() {
+    fn everything_wrong_is_named_with_its_place() {
+        let camera = |keys: &str| format!("[camera]\n{}", keys.replace(", ", "\n"));
+        let motion = kind("topspin = 0, side = 1, spin_from = \"motion\"");
+        let twice = kind("topspin = 0") + "\n" + &kind("topspin = 1");
         for (text, expected) in [
-            ("[expected]\nmu = -1", ":2: column 6: expected.mu is -1; expected a number from 0 to 1"),
             (
-                "[camera]\nfps = 10\nbefore_ms = 40",
-                ":3: column 13: camera.before_ms is 40, which is 0 frames",
+                "[expected]\nmu = -1".to_owned(),
+                ":2: column 6: expected.mu is -1; expected a number from 0 to 1",
             ),
-            ("[camera]\nposition_sd_px = 1", "expected position_sd_mm, or position_sd_px with mm_per_px"),
+            (camera("fps = 10, before_ms = 40"), ":3: column 13: camera.before_ms is 40, which is 0 frames"),
+            (camera("position_sd_px = 1"), "expected position_sd_mm, or position_sd_px with mm_per_px"),
             (
-                "[camera]\nfps = 1000\nafter_ms = 1e12",
+                camera("fps = 1000, after_ms = 1e12"),
                 ":3: column 12: camera.after_ms is 1000000000000, which is 1000000000000 frames",
             ),
-            ("[cloth]\nbounce = 1.5", "cloth.bounce is 1.5; expected a number from 0 to 1"),
-            ("[camera]\nfsp = 1", "unknown key \"fsp\" (did you mean \"fps\"?)"),
-            ("[[kind]]\nname = \"a\"", "neither cue_spin nor topspin"),
-            ("[[kind]]\nname = \"a\"\ncue_spin = \"role\"", "unknown word \"role\""),
-            ("[[kind]]\nname = \"a\"\ntopspin = 3", "topspin is 3; expected from -2 to 2"),
+            (camera("fsp = 1"), "unknown key \"fsp\" (did you mean \"fps\"?)"),
+            ("[cloth]\nbounce = 1.5".to_owned(), "cloth.bounce is 1.5; expected a number from 0 to 1"),
+            ("[want]\nmu = 0".to_owned(), "want.mu is 0; expected more than 0"),
+            (kind(""), "neither cue_spin nor topspin"),
+            (kind("cue_spin = \"role\""), "unknown word \"role\""),
+            (kind("topspin = 3"), "topspin is 3; expected from -2 to 2"),
+            (motion, "does not show side spin"),
             (
-                "[[kind]]\nname = \"a\"\ntopspin = 0\nside = 1\nspin_from = \"motion\"",
-                "does not show side spin",
-            ),
-            (
-                "[[kind]]\nname = \"a\"\ntopspin = 0\nspeed_m_s = [2, 1]",
+                kind("topspin = 0, speed_m_s = [2,1]"),
                 "column 13: kind.speed_m_s is [2, 1]; expected [slowest, fastest]",
             ),
-            (
-                "[[kind]]\nname = \"a\"\ntopspin = 0\ncut_deg = [0, 90]",
-                "kind.cut_deg is [0, 90]; expected [least, most]",
-            ),
-            ("[[kind]]\nname = \"a\"\ntopspin = 0\nshots = 0", "shots is 0; expected 1 to"),
-            ("[want]\nmu = 0", "want.mu is 0; expected more than 0"),
-            (
-                "[[kind]]\nname = \"a\"\ntopspin = 0\n[[kind]]\nname = \"a\"\ntopspin = 1",
-                "a second kind named \"a\"",
-            ),
+            (kind("topspin = 0, cut_deg = [0,90]"), "kind.cut_deg is [0, 90]; expected [least, most]"),
+            (kind("topspin = 0, shots = 0"), "shots is 0; expected 1 to"),
+            (twice, "a second kind named \"a\""),
         ] {
-            let error = read(text).expect_err(text);
+            let error = read(&text).expect_err(&text);
             assert!(error.contains(expected), "{error}\nis not {expected}");
         }
     }

@@ -1,6 +1,6 @@
-//! What a design says, as a player would say it.
+//! The conclusions of a design in sentences.
 
-use super::information::{RATIOS, played, std_errors};
+use super::information::{played, std_errors};
 use super::{Cell, Design, Expected, PlayedKind};
 use crate::measurement::parameter::Parameter;
 use crate::physics::collision::Regime;
@@ -8,25 +8,24 @@ use crate::physics::collision::Regime;
 /// Cut angles are as good as the best that take at most this many times the shots.
 const AS_GOOD: f64 = 2.0;
 
-/// Kinds are compared by this number of shots of each.
+/// Number of shots of each kind that are compared.
 const COMPARED: f64 = 40.0;
 
 pub(super) fn of(design: &Design) -> Vec<String> {
     let mut lines = Vec::new();
     for parameter in Parameter::COEFFICIENTS {
-        let told: Vec<Told> =
-            (0..design.cells.len()).filter_map(|index| Told::of(&design.cells[index], parameter)).collect();
-        let Some(best) = least(&told) else {
-            lines.push(format!(
+        let told: Vec<Told> = design.cells.iter().filter_map(|cell| Told::of(cell, parameter)).collect();
+        match best_of(&told) {
+            Some(best) => {
+                lines.push(best_shots(design, parameter, best, &told));
+                lines.extend(other_kinds(design, parameter, best, &told));
+            }
+            None => lines.push(format!(
                 "{} ({}) is told by none of these shots at one cut angle and speed.",
                 parameter.symbol(),
                 parameter.meaning()
-            ));
-            lines.extend(silence(design, parameter, &told));
-            continue;
-        };
-        lines.push(best_shots(design, parameter, best, &told));
-        lines.extend(other_kinds(design, parameter, best, &told));
+            )),
+        }
         lines.extend(silence(design, parameter, &told));
     }
     lines.extend(all_wanted(design));
@@ -34,23 +33,24 @@ pub(super) fn of(design: &Design) -> Vec<String> {
     lines
 }
 
-/// What the shots add to what scale and calliper tell of the balls.
+/// Returns what the shots determine of the balls, beside what is stated of them.
 fn ratios(design: &Design) -> Option<String> {
-    let of_ratio = |((parameter, stated), found): ((Parameter, f64), Option<f64>)| {
-        let [stated, found] = [stated, found?].map(|error| number(100.0 * error, 2));
-        Some(format!("{}, known to ± {stated} % beforehand, comes out to ± {found} %", parameter.symbol()))
-    };
-    let both = RATIOS.into_iter().zip(design.expected.ratio_sds()).zip(design.planned.ratios);
-    let said: Vec<String> = both.filter_map(of_ratio).collect();
-    (!said.is_empty()).then(|| {
-        format!(
-            "The balls are fitted, too: from all planned shots {}; the errors above include theirs.",
-            said.join(", ")
-        )
-    })
+    let percent = |error: f64| number(100.0 * error, 2);
+    let mut parts = Vec::new();
+    let both = design.expected.ratio_sds().into_iter().zip(design.planned.ratios);
+    for (ratio, (stated, found)) in [Parameter::MassRatio, Parameter::RadiusRatio].iter().zip(both) {
+        parts.extend(found.map(|found| {
+            let (symbol, stated, found) = (ratio.symbol(), percent(stated), percent(found));
+            format!("{symbol}, known to ± {stated} % beforehand, comes out to ± {found} %")
+        }));
+    }
+    let list = parts.join(", ");
+    let text =
+        format!("The balls are fitted, too: from all planned shots {list}; the errors above include theirs.");
+    (!parts.is_empty()).then_some(text)
 }
 
-/// A cell that tells a parameter, with the standard error that [`COMPARED`] shots give.
+/// A cell that determines a parameter, with the standard error that [`COMPARED`] shots give.
 #[derive(Clone, Copy)]
 struct Told<'a> {
     cell: &'a Cell,
@@ -63,26 +63,23 @@ impl<'a> Told<'a> {
         Some(Self { cell, error })
     }
 
-    /// How many times the shots of another it takes.
+    /// Returns how many times the shots of another it takes.
     fn times(&self, other: &Told) -> f64 {
         (self.error / other.error).powi(2)
     }
 }
 
-/// The one with the smallest error.
-fn least<'a, 'b>(told: impl IntoIterator<Item = &'a Told<'b>>) -> Option<&'a Told<'b>>
-where
-    'b: 'a,
-{
-    told.into_iter().min_by(|a, b| a.error.total_cmp(&b.error))
+/// Returns the cell with the smallest error.
+fn best_of<'a>(told: &[Told<'a>]) -> Option<Told<'a>> {
+    told.iter().copied().min_by(|a, b| a.error.total_cmp(&b.error))
 }
 
-/// `30° and 4 m/s`
+/// Returns `30° and 4 m/s`.
 fn place(cell: &Cell) -> String {
     format!("{}° and {} m/s", number(cell.cut_deg, 1), number(cell.speed_m_s, 2))
 }
 
-/// `3`, `1.4`, `120`
+/// Returns `3`, `1.4`, `120`.
 fn times(ratio: f64) -> String {
     match ratio {
         ..9.5 => number(ratio, 1),
@@ -91,35 +88,31 @@ fn times(ratio: f64) -> String {
     }
 }
 
-/// So many decimals, without trailing zeros; more for a small number.
+/// Returns a number with so many decimals, more if it is small, without trailing zeros.
 fn number(value: f64, decimals: usize) -> String {
     let needed = if value == 0.0 { 0.0 } else { (-value.abs().log10()).ceil().clamp(0.0, 12.0) };
     let text = format!("{value:.*}", decimals.max(needed as usize));
     if text.contains('.') { text.trim_end_matches('0').trim_end_matches('.').to_owned() } else { text }
 }
 
-/// A standard error to two digits.
-fn short(error: f64) -> String {
-    let decimals = (1.0 - error.log10().floor()).clamp(0.0, 12.0) as usize;
-    format!("{error:.decimals$}")
-}
-
-fn best_shots(design: &Design, parameter: Parameter, best: &Told, told: &[Told]) -> String {
+fn best_shots(design: &Design, parameter: Parameter, best: Told, told: &[Told]) -> String {
     let Cell { kind, speed_m_s, cut_deg, .. } = *best.cell;
-    let name = &design.expected.kinds[kind].name;
+    // two digits
+    let decimals = (1.0 - best.error.log10().floor()).clamp(0.0, 12.0) as usize;
     let mut line = format!(
-        "{} ({}) is told best by \"{name}\" at a cut of {}: {COMPARED} such shots give ± {}.",
+        "{} ({}) is told best by \"{}\" at a cut of {}: {COMPARED} such shots give ± {:.decimals$}.",
         parameter.symbol(),
         parameter.meaning(),
+        design.expected.kinds[kind].name,
         place(best.cell),
-        short(best.error)
+        best.error
     );
-    let of_speed = |t: &&Told| t.cell.kind == kind && t.cell.speed_m_s == speed_m_s;
-    let row: Vec<&Told> = told.iter().filter(of_speed).collect();
+    let own = || told.iter().filter(|t| t.cell.kind == kind);
+    let row: Vec<&Told> = own().filter(|t| t.cell.speed_m_s == speed_m_s).collect();
     if let Some(at) = row.iter().position(|t| t.cell.cut_deg == cut_deg) {
-        let good = |t: &&&Told| t.times(best) <= AS_GOOD;
-        let above = row[at..].iter().take_while(good).last().map_or(cut_deg, |t| t.cell.cut_deg);
-        let below = row[..=at].iter().rev().take_while(good).last().map_or(cut_deg, |t| t.cell.cut_deg);
+        let is_good = |t: &&&Told| t.times(&best) <= AS_GOOD;
+        let above = row[at..].iter().take_while(is_good).last().map_or(cut_deg, |t| t.cell.cut_deg);
+        let below = row[..=at].iter().rev().take_while(is_good).last().map_or(cut_deg, |t| t.cell.cut_deg);
         if below < above {
             line += &format!(
                 " From {}° to {}° it takes at most {} times as many.",
@@ -129,40 +122,40 @@ fn best_shots(design: &Design, parameter: Parameter, best: &Told, told: &[Told])
             );
         }
     }
-    let of_cut = |t: &&Told| t.cell.kind == kind && t.cell.cut_deg == cut_deg;
-    let worst = told.iter().filter(of_cut).max_by(|a, b| a.error.total_cmp(&b.error));
-    if let Some(worst) = worst.filter(|worst| worst.times(best) > AS_GOOD) {
-        line += &format!(
-            " At {} m/s it takes {} times as many.",
-            number(worst.cell.speed_m_s, 2),
-            times(worst.times(best))
-        );
+    let at_cut = own().filter(|t| t.cell.cut_deg == cut_deg);
+    let worst = at_cut.max_by(|a, b| a.error.total_cmp(&b.error));
+    if let Some(worst) = worst.filter(|worst| worst.times(&best) > AS_GOOD) {
+        let (speed, times) = (number(worst.cell.speed_m_s, 2), times(worst.times(&best)));
+        line += &format!(" At {speed} m/s it takes {times} times as many.");
     }
     line
 }
 
-/// The others at their best, by how many times the shots they take.
-fn other_kinds(design: &Design, parameter: Parameter, best: &Told, told: &[Told]) -> Option<String> {
-    let mut others: Vec<&Told> = (0..design.expected.kinds.len())
-        .filter(|kind| *kind != best.cell.kind)
-        .filter_map(|kind| least(told.iter().filter(|t| t.cell.kind == kind)))
-        .collect();
+/// Returns the other kinds at their best, with how many times the shots they take.
+fn other_kinds(design: &Design, parameter: Parameter, best: Told, told: &[Told]) -> Option<String> {
+    let of_kind = |kind: usize| {
+        let own: Vec<Told> = told.iter().copied().filter(|t| t.cell.kind == kind).collect();
+        best_of(&own).filter(|_| kind != best.cell.kind)
+    };
+    let mut others: Vec<Told> = (0..design.expected.kinds.len()).filter_map(of_kind).collect();
     others.sort_by(|a, b| a.error.total_cmp(&b.error));
-    let name = |t: &Told| design.expected.kinds[t.cell.kind].name.as_str();
-    let one = |t: &&Told| format!("\"{}\" {} (at {})", name(t), times(t.times(best)), place(t.cell));
+    let one = |t: &Told| {
+        let name = &design.expected.kinds[t.cell.kind].name;
+        format!("\"{name}\" {} (at {})", times(t.times(&best)), place(t.cell))
+    };
     let each = others.iter().map(one).collect::<Vec<_>>().join(", ");
     let symbol = parameter.symbol();
     (!each.is_empty()).then(|| format!("  For the same {symbol}, times as many shots at their best: {each}."))
 }
 
-/// Which shots by themselves say nothing of it, and why where that can be seen.
+/// Returns which shots by themselves do not determine a parameter, and why if that is known.
 fn silence(design: &Design, parameter: Parameter, told: &[Told]) -> Option<String> {
     let expected = &design.expected;
     let mut parts: Vec<String> = Vec::new();
     for (index, kind) in expected.kinds.iter().enumerate() {
-        let speaks = |cell: &Cell| told.iter().any(|t| std::ptr::eq(t.cell, cell));
+        let is_told = |cell: &Cell| told.iter().any(|t| std::ptr::eq(t.cell, cell));
         let own = || design.cells.iter().filter(|cell| cell.kind == index);
-        let silent: Vec<&Cell> = own().filter(|cell| !speaks(cell)).collect();
+        let silent: Vec<&Cell> = own().filter(|cell| !is_told(cell)).collect();
         if silent.is_empty() {
             continue;
         }
@@ -197,15 +190,15 @@ fn silence(design: &Design, parameter: Parameter, told: &[Told]) -> Option<Strin
         .then(|| format!("  By themselves say nothing of {}: {}.", parameter.symbol(), parts.join(", ")))
 }
 
-/// Whether the slip between the balls ends before they part.
+/// Returns whether the slip between the balls ends before they part.
 fn sticks(expected: &Expected, kind: &PlayedKind, cell: &Cell) -> bool {
     let topspin = 0.5 * (kind.topspin[0] + kind.topspin[1]);
-    let (cue, model) = played(expected, kind, [cell.speed_m_s, cell.cut_deg.to_radians(), topspin]);
+    let (cue, model) = played(expected, kind, [cell.speed_m_s, cell.cut_deg, topspin]);
     let outcome = model.collide(&cue, &expected.coefficients);
     outcome.is_ok_and(|outcome| outcome.regime == Regime::Stick)
 }
 
-/// The best single kind against the best mixture.
+/// Returns the best mixture, and the best single kind beside it.
 fn all_wanted(design: &Design) -> Option<String> {
     let mixture = design.mixtures.iter().find(|m| m.parameter.is_none() && !m.of_cells)?;
     let name = |kind: usize| design.expected.kinds[kind].name.as_str();

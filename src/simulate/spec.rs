@@ -5,26 +5,27 @@ use std::str::FromStr;
 
 use serde::{Deserialize, Serialize};
 
-use super::{Camera, ClothSpec, Kind};
+use super::Kind;
 use crate::io::DatasetError;
 use crate::io::error::Problems;
 use crate::io::stated_object::StatedObject;
-use crate::io::toml_file::checked;
+use crate::io::toml_file;
 use crate::measurement::dataset::ObjectBall;
 use crate::measurement::parameter::Parameter;
 use crate::measurement::values::Values;
 use crate::physics::ball::Ball;
+use crate::physics::cloth_motion::Cloth;
 use crate::physics::collision::{Coefficients, Effects, Fidelity, Model};
 use crate::physics::friction_law::Law;
 use crate::physics::name::{by_name, worded};
 
-/// What data to make: the content of a SPEC.toml.
+/// A synthetic data set: the content of a SPEC.toml.
 #[derive(Clone, Debug, Deserialize, Serialize)]
 #[serde(deny_unknown_fields)]
 pub struct Spec {
     /// The name of the data set.
     pub name: String,
-    /// What is measured of each shot.
+    /// The kind of measurement of each shot.
     pub kind: Kind,
     /// The seed of the random numbers: the same seed gives the same files.
     pub seed: u64,
@@ -35,10 +36,10 @@ pub struct Spec {
     /// The errors of measurement.
     #[serde(default)]
     pub noise: Noise,
-    /// The cue ball, and the object ball where nothing else is stated.
+    /// The cue ball, and the object ball unless it is stated.
     #[serde(default)]
     pub ball: BallSpec,
-    /// What of the object ball differs from the cue ball.
+    /// The properties of the object ball that differ from the cue ball's.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub object: Option<StatedObject>,
     /// The camera, for kind `tracks`.
@@ -55,7 +56,7 @@ impl FromStr for Spec {
 
     fn from_str(text: &str) -> Result<Self, DatasetError> {
         let problems = Problems::new("the specification cannot be used:");
-        checked(Path::new("SPEC.toml"), Some(text), problems, super::checked)
+        toml_file::checked(Path::new("SPEC.toml"), Some(text), problems, Self::checked)
     }
 }
 
@@ -91,7 +92,7 @@ pub struct Shots {
     pub count: usize,
     /// The cue ball's speed before the impact, m/s.
     pub speed_m_s: [f64; 2],
-    /// The cut angle, degrees; negative where the cue ball moves towards −y of the collision frame.
+    /// The cut angle, degrees; negative if the cue ball moves towards −y of the collision frame.
     pub cut_deg: [f64; 2],
     /// The spins that the shots have, one after the other.
     pub cue_spin: Vec<Played>,
@@ -161,21 +162,74 @@ impl Default for BallSpec {
     }
 }
 
+/// The camera of a synthetic data set of kind `tracks`.
+#[derive(Clone, Copy, Debug, Deserialize, Serialize)]
+#[serde(deny_unknown_fields, default)]
+pub struct Camera {
+    /// Frames per second.
+    pub fps: f64,
+    /// Standard deviation of every coordinate, m.
+    pub position_sd_m: f64,
+    /// How long each shot is filmed before the impact, ms.
+    pub before_ms: f64,
+    /// How long each shot is filmed after the impact, ms.
+    pub after_ms: f64,
+    /// The fraction of the positions that are missing, 0 to 1.
+    pub gaps: f64,
+    /// The fraction of the positions that are wrong, by up to 20 mm.
+    pub outliers: f64,
+    /// How many points on each ball are marked, at random places; they are seen while on its upper side.
+    pub markers: usize,
+}
+
+impl Default for Camera {
+    fn default() -> Self {
+        let (fps, position_sd_m, time) = (1000.0, 1e-4, 40.0);
+        Self { fps, position_sd_m, before_ms: time, after_ms: time, gaps: 0.0, outliers: 0.0, markers: 0 }
+    }
+}
+
+/// The cloth of a synthetic data set of kind `tracks`.
+#[derive(Clone, Copy, Debug, Deserialize, Serialize)]
+#[serde(deny_unknown_fields, default)]
+pub struct ClothSpec {
+    /// Sliding friction μ_k, dimensionless.
+    pub mu_k: f64,
+    /// Rolling resistance μ_r, dimensionless.
+    pub mu_r: f64,
+    /// Restitution e_t of a ball that falls on the bed of the table, dimensionless.
+    pub bounce: f64,
+}
+
+impl Default for ClothSpec {
+    fn default() -> Self {
+        let Cloth { sliding, rolling, bounce } = Cloth::default();
+        Self { mu_k: sliding, mu_r: rolling, bounce }
+    }
+}
+
 impl Spec {
-    /// The cue ball, and the object ball where it differs, as they truly are.
+    /// Returns the one spin that every shot plays, if the data need no spin columns: markers show it, others are measured.
+    pub(super) fn assumed(&self) -> Option<Played> {
+        let first = *self.shots.cue_spin.first()?;
+        let is_known = self.camera.markers == 0 && matches!(first, Played::Stun | Played::NaturalRoll);
+        (is_known && self.shots.cue_spin.iter().all(|played| *played == first)).then_some(first)
+    }
+
+    /// Returns the cue ball, and the object ball if it differs, as they truly are.
     pub(super) fn balls(&self) -> (Ball, Option<ObjectBall>) {
         let BallSpec { radius_m: radius, mass_kg: mass, inertia, radius_m_sd, mass_kg_sd } = self.ball;
         let cue = Ball { radius, mass, inertia };
         (cue, self.object.map(|object| object.beside(cue, [mass_kg_sd, radius_m_sd])))
     }
 
-    /// The true coefficients.
+    /// Returns the true coefficients.
     pub(super) fn coefficients(&self) -> Coefficients {
         let Truth { mu, mu_s, e, .. } = self.truth;
         Coefficients { mu, mu_s, e }
     }
 
-    /// The model with the balls of this specification, and with what is true of their contact besides the coefficients.
+    /// Returns a model with the balls of this specification, and what is true of their contact besides the coefficients.
     pub(super) fn with_truth(&self, model: &Model) -> Model {
         let Truth { kappa, mu_b, mu_c, e_slope, .. } = self.truth;
         let (ball, object) = self.balls();
@@ -192,7 +246,7 @@ impl Spec {
         }
     }
 
-    /// The model by which its shots are computed where none is asked for: `full`, or `ode` for a compliant contact.
+    /// Returns the model by which its shots are computed by default: `full`, or `ode` for a compliant contact.
     #[must_use]
     pub fn usual_model(&self) -> Model {
         let full = Model::new(Fidelity::Full, self.balls().0);
@@ -202,7 +256,7 @@ impl Spec {
         }
     }
 
-    /// Everything that is true of the contact: μ, μ_s and e, and what else this specification states.
+    /// Returns everything that is true of the contact: μ, μ_s and e, and what else this specification states.
     #[must_use]
     pub fn truths(&self) -> Vec<(Parameter, f64)> {
         let Truth { kappa, mu_b, mu_c, e_slope, .. } = self.truth;

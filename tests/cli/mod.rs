@@ -9,27 +9,27 @@ use std::process::{Command, Output};
 
 use serde_json::Value;
 
-fn caromfit<S: AsRef<std::ffi::OsStr>>(args: impl IntoIterator<Item = S>) -> Output {
+pub fn caromfit<S: AsRef<std::ffi::OsStr>>(args: impl IntoIterator<Item = S>) -> Output {
     Command::new(env!("CARGO_BIN_EXE_caromfit")).args(args).output().unwrap()
 }
 
-fn stdout(output: &Output) -> &str {
+pub fn stdout(output: &Output) -> &str {
     std::str::from_utf8(&output.stdout).unwrap()
 }
 
-fn stderr(output: &Output) -> &str {
+pub fn stderr(output: &Output) -> &str {
     std::str::from_utf8(&output.stderr).unwrap()
 }
 
 /// It was done, and nothing was said on standard error.
-fn done(output: &Output) -> &str {
+pub fn done(output: &Output) -> &str {
     assert_eq!(output.status.code(), Some(0), "{}", stderr(output));
     assert_eq!(stderr(output), "");
     stdout(output)
 }
 
 /// It ended with a status, and with nothing on standard output.
-fn refused(output: &Output, status: i32) -> &str {
+pub fn refused(output: &Output, status: i32) -> &str {
     assert_eq!(output.status.code(), Some(status), "{}{}", stdout(output), stderr(output));
     assert_eq!(stdout(output), "");
     stderr(output)

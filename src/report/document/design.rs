@@ -4,11 +4,12 @@ use schemars::JsonSchema;
 use serde::{Deserialize, Serialize, Serializer};
 
 use super::{Body, Made};
-use crate::design::information::{COMMON, Information, RATIOS};
+use crate::design::information::{IN_UNITS, Information};
 use crate::design::{self, Design, Expected, Mixture, OfKind, PlayedKind, SpinFrom};
 use crate::measurement::dataset::ObjectBall;
 use crate::measurement::parameter::Parameter;
 use crate::physics::ball::Ball;
+use crate::problem::Id;
 
 /// design.json of caromfit, which caromfit design --json prints
 ///
@@ -288,10 +289,7 @@ fn shots_of_cell(expected: &Expected, cell: &design::Cell, shots: u64) -> Counte
 }
 
 fn together(design: &Design) -> Together {
-    let [mass_ratio, radius_ratio] = [Parameter::MassRatio, Parameter::RadiusRatio].map(|ratio| {
-        let place = RATIOS.iter().position(|known| *known == ratio)?;
-        design.planned.ratios[place]
-    });
+    let [mass_ratio, radius_ratio] = design.planned.ratios;
     Together {
         shots: design.planned.shots,
         std_error: PlannedErrors { coefficients: design.planned.std_errors.into(), mass_ratio, radius_ratio },
@@ -328,7 +326,9 @@ fn fewest(design: &Design, mixture: &Mixture) -> FewestShots {
 
 /// Returns the rows of the Fisher information of one shot.
 fn information(expected: &Expected, information: &Information) -> Vec<Vec<f64>> {
-    let ratios = (COMMON..).zip(expected.ratio_sds()).filter(|(_, sd)| *sd > 0.0).map(|(place, _)| place);
-    let places: Vec<usize> = (0..COMMON).chain(ratios).collect();
-    places.iter().map(|row| places.iter().map(|column| information[(*row, *column)]).collect()).collect()
+    let ratios = [Id::MassRatio, Id::RadiusRatio].into_iter().zip(expected.ratio_sds());
+    let ratios = ratios.filter(|(_, sd)| *sd > 0.0).map(|(id, _)| id);
+    let ids: Vec<Id> = IN_UNITS.into_iter().map(|(id, _)| id).chain(ratios).collect();
+    let element = |row: Id, column: Id| information[(row as usize, column as usize)];
+    ids.iter().map(|row| ids.iter().map(|column| element(*row, *column)).collect()).collect()
 }
