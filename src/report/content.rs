@@ -3,7 +3,7 @@
 
 use serde::Serialize;
 
-use super::document::Verdict;
+use crate::fit::Verdict;
 
 /// A report: of a fit, or of a comparison.
 #[derive(Clone, Debug, PartialEq, Serialize)]

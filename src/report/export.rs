@@ -138,7 +138,7 @@ fn pooltool(fit: &FitDocument) -> (Value, Vec<String>) {
     );
     let arguments = json!({
         "m": fit.ball.and_then(|ball| ball.mass_kg), "R": fit.ball.map(|ball| ball.radius_m),
-        "u_b": u_b, "e_b": e_b, "u_s": fit.mu_k.map(|mu_k| mu_k.estimate),
+        "u_b": u_b, "e_b": e_b, "u_s": fit.mu_k.map(|mu_k| mu_k.value),
     });
     (stated(arguments), left)
 }
@@ -236,7 +236,7 @@ fn plain(fit: &FitDocument) -> (Value, Vec<String>) {
         // mu alone is the friction at high slip only
         "friction": falls(fit).then_some("mu + mu_b exp(-mu_c v), v: slip in m/s"),
         "restitution": e_falls.then_some("e - e_slope v, v: closing speed in m/s"),
-        "mu_k": fit.mu_k.map(|mu_k| stated(json!({"estimate": mu_k.estimate, "std_error": mu_k.std_error}))),
+        "mu_k": fit.mu_k.map(|mu_k| stated(json!(mu_k))),
     }));
     let mut left = Vec::new();
     let is_told =

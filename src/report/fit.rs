@@ -5,8 +5,8 @@ use super::number::{count_of, interval, plain, with_error};
 use super::shots::{figure, shot_list, tracks};
 use super::table::{self, INTERVAL, chi2_text, estimate, with_unit};
 use super::trust::sections;
-use super::{ReportError, bodies, document, model, noise_estimated, p_text, plot, reduced_chi2, title};
-use crate::fit::{Counted, DOWN_WEIGHTED, Estimate, Fit, Grade, Noise, Status};
+use super::{ReportError, bodies, model, noise_estimated, p_text, plot, reduced_chi2, title};
+use crate::fit::{Counted, DOWN_WEIGHTED, Estimate, Fit, Grade, Noise, Status, Verdict};
 
 /// The figures of a report.
 #[derive(Default)]
@@ -91,7 +91,7 @@ fn content_with(fit: &Fit, figures: Figures) -> Report {
     folded.extend(Section::of_notes(fit.notes.clone()));
     folded.extend(Section::of_shots(shot_list(named(fit)), tested));
     open.extend(folded.into_iter().map(Section::folded));
-    Report { title: title(fit), verdict: fit.verdict().into(), warnings, facts: about(fit), sections: open }
+    Report { title: title(fit), verdict: fit.verdict(), warnings, facts: about(fit), sections: open }
 }
 
 /// Returns the page that leads to the reports of the labels of a data set, each in a folder of its own.
@@ -114,8 +114,8 @@ pub(super) fn of_labels(fits: &[Fit], folders: &[String]) -> Report {
     let alike = verdicts.iter().filter(|verdict| verdict.grade == worst).count();
     Report {
         title: fits.first().map_or_else(String::new, |fit| fit.dataset.clone()),
-        verdict: document::Verdict {
-            grade: worst.name().to_owned(),
+        verdict: Verdict {
+            grade: worst,
             sentence: format!("{alike} of {} labels are {}.", fits.len(), worst.name()),
         },
         warnings: Vec::new(),

@@ -3,6 +3,7 @@
 use std::fmt::Write as _;
 
 use rand::Rng;
+use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 use super::{BadSpec, Maker, Played};
@@ -49,7 +50,7 @@ impl Default for Camera {
 }
 
 /// The cloth of a synthetic data set of kind `tracks`.
-#[derive(Clone, Copy, Debug, Deserialize, Serialize)]
+#[derive(Clone, Copy, Debug, Deserialize, Serialize, JsonSchema)]
 #[serde(deny_unknown_fields, default)]
 pub struct ClothSpec {
     /// Sliding friction μ_k, dimensionless.

@@ -3,10 +3,11 @@
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
-use super::diagnostics::{Alternative, Bound, Computed, Goodness, Identifiability, Joint, Robust};
-use super::intervals::{Bootstrap, Contour, Profile};
-use super::{ByName, Made, ShotReason, Verdict, parameter_names};
-use crate::fit::{Counted, Status};
+use super::{ByName, Made};
+use crate::fit::causes::Explanation;
+use crate::fit::{Counted, Diagnostics, Rejected, Scatter, Status, Verdict};
+use crate::measurement::dataset::Measured;
+use crate::measurement::written::ByParameter;
 
 /// fit.json of caromfit
 ///
@@ -20,6 +21,7 @@ pub struct FitDocument {
     /// The label that was fitted apart; null if the data set was fitted as a whole.
     pub group: Option<Group>,
     /// Whether the numbers can be used.
+    #[serde(skip_deserializing)]
     pub verdict: Option<Verdict>,
     /// Label of the cloth.
     pub cloth: Option<String>,
@@ -31,9 +33,9 @@ pub struct FitDocument {
     #[serde(skip_serializing_if = "Option::is_none")]
     pub object: Option<Body>,
     /// Sliding friction of the cloth, dimensionless.
-    pub mu_k: Option<Estimated>,
+    pub mu_k: Option<Measured>,
     /// Rolling resistance of the cloth, dimensionless.
-    pub mu_r: Option<Estimated>,
+    pub mu_r: Option<Measured>,
     /// What made it.
     #[serde(flatten)]
     pub made: Made,
@@ -51,7 +53,7 @@ pub struct FitDocument {
     /// Estimates by the name of the parameter; mu_b and mu_c if the friction decreases with the slip, kappa if the contact is
     /// compliant, mass_ratio and radius_ratio (cue ball over object ball) if they were fitted, e_slope if the restitution
     /// decreases with the closing speed.
-    #[schemars(extend("propertyNames" = parameter_names()))]
+    #[schemars(with = "ByParameter<FittedParameter>")]
     pub parameters: ByName<FittedParameter>,
     /// Correlation of the errors of the parameters.
     pub correlation: Correlation,
@@ -75,42 +77,26 @@ pub struct FitDocument {
     /// Every unknown that all shots share and that was free: of contact, balls, cloth, time and camera.
     pub unknowns: Vec<Unknown>,
     /// What makes up the standard errors of mu, mu_s and e, the largest part first; empty for those without one.
-    #[schemars(extend("propertyNames" = parameter_names()))]
+    #[schemars(with = "ByParameter<Vec<BudgetPart>>")]
     pub budget: ByName<Vec<BudgetPart>>,
     /// What explains residuals that the equations or the stated numbers leave, the best first.
+    #[serde(skip_deserializing)]
     pub explanations: Vec<Explanation>,
     /// Number of measured values.
     pub observations: usize,
     /// How the noise of each observable is known.
     pub noise: Vec<Noise>,
-    /// How many shots were computed at which fidelity.
-    pub computed: Vec<Computed>,
-    /// Which combinations of parameters the data determine.
-    pub identifiability: Option<Identifiability>,
-    /// Tests of the residuals.
-    pub goodness: Option<Goodness>,
-    /// Shots that count less under a robust loss.
-    pub robust: Option<Robust>,
-    /// Intervals from resampled shots (--bootstrap).
-    pub bootstrap: Option<Bootstrap>,
-    /// Confidence regions of pairs of parameters.
-    pub contours: Vec<Contour>,
-    /// Of tables: how χ² rises as a parameter moves within its 95 % interval and the others follow.
-    pub profiles: Vec<Profile>,
-    /// Of tables: other models on these data.
-    pub model_comparison: Vec<Alternative>,
-    /// Of films of balls: the smallest errors that the frames allow.
-    pub information_bound: Option<Bound>,
-    /// Of films of balls: what the shots share besides contact, balls and camera, by its name in unknowns.
-    pub joint: Option<Joint>,
+    /// How far the fit can be trusted.
+    #[serde(flatten, skip_deserializing)]
+    pub diagnostics: Diagnostics,
     /// Number of shots that were fitted.
     pub shots_used: usize,
     /// Shots that were left out.
-    pub shots_rejected: Vec<ShotReason>,
+    pub shots_rejected: Vec<Rejected>,
     /// Shots that were used though something about them is wrong.
-    pub shots_doubtful: Vec<ShotReason>,
+    pub shots_doubtful: Vec<Rejected>,
     /// Of discs: standard deviations between shots beyond the errors of their frames, which the errors of the parameters include.
-    #[serde(skip_serializing_if = "Option::is_none")]
+    #[serde(skip_serializing_if = "Option::is_none", skip_deserializing)]
     pub scatter: Option<Scatter>,
     /// Whether the search ended at a minimum.
     pub converged: bool,
@@ -146,15 +132,6 @@ pub struct Body {
     /// Standard deviation of the stated mass, kg, if it counts.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub mass_kg_sd: Option<f64>,
-}
-
-/// An estimate with its error.
-#[derive(Clone, Copy, Debug, Serialize, Deserialize, JsonSchema)]
-pub struct Estimated {
-    /// The estimate.
-    pub estimate: f64,
-    /// Its standard error, same unit.
-    pub std_error: Option<f64>,
 }
 
 /// A parameter of the fit.
@@ -234,7 +211,7 @@ pub struct Refuted {
     pub sentence: String,
     /// Standard errors that would hold if the model did, by parameter.
     #[serde(default)]
-    #[schemars(extend("propertyNames" = parameter_names()))]
+    #[schemars(with = "ByParameter<f64>")]
     pub std_errors_if_model_held: ByName<f64>,
     /// Restitution as the ratio of the normal velocities, which needs no model; null if it was not measured.
     pub measured_e: Option<MeasuredE>,
@@ -307,24 +284,6 @@ pub struct BudgetPart {
     pub std_error: Option<f64>,
 }
 
-/// A cause of residuals.
-#[derive(Clone, Debug, Serialize, Deserialize, JsonSchema)]
-pub struct Explanation {
-    /// cue-spin, mass-ratio, compliance, falling-friction, frame-rate, radius, tilt, scale, aspect, shear, perspective, lens,
-    /// rolling-shutter or parallax.
-    pub cause: String,
-    /// The value that explains the residuals best, as the true frame rate over the stated one.
-    pub estimate: Option<f64>,
-    /// Its standard error, same unit.
-    pub std_error: Option<f64>,
-    /// Change of −2 log L with it, below 0; of a contradicted prior minus the square of the conflict in standard deviations.
-    pub delta_2logl: Option<f64>,
-    /// Whether the estimates include it.
-    pub adopted: bool,
-    /// The explanation for a reader, with what to do.
-    pub sentence: String,
-}
-
 /// The noise of one observable.
 #[derive(Clone, Debug, Serialize, Deserialize, JsonSchema)]
 pub struct Noise {
@@ -338,13 +297,4 @@ pub struct Noise {
     pub rms: Option<f64>,
     /// Standard deviation of the noise if it was estimated from the residuals.
     pub estimated_sd: Option<f64>,
-}
-
-/// Standard deviations between shots of discs.
-#[derive(Clone, Copy, Debug, Serialize, Deserialize, JsonSchema)]
-pub struct Scatter {
-    /// Of the restitution, dimensionless.
-    pub e: f64,
-    /// Of J_t/J_n, dimensionless.
-    pub impulse_ratio: f64,
 }

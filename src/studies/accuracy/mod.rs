@@ -13,7 +13,10 @@ use std::time::Instant;
 
 use rand::{Rng, SeedableRng};
 use rand_chacha::ChaCha8Rng;
+use schemars::JsonSchema;
+use serde::Serialize;
 
+use crate::measurement::written::written_by_name;
 use crate::physics::ball::{Ball, BallState, Vec3};
 use crate::physics::collision::{Coefficients, Fidelity, Model, NotACollision, Outcome};
 use crate::physics::contact_frame::cue_velocity;
@@ -40,14 +43,17 @@ pub struct Shot {
     pub coefficients: Coefficients,
 }
 
-/// How an error spreads over the shots.
-#[derive(Clone, Copy, Debug, PartialEq)]
+/// The distribution of an error over the shots.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, JsonSchema)]
 pub struct Spread {
-    /// Its median.
+    /// Half of the shots err by less.
+    #[schemars(with = "Option<f64>")]
     pub median: f64,
-    /// Its 95th percentile.
+    /// 95 % of the shots err by less.
+    #[schemars(with = "Option<f64>")]
     pub p95: f64,
-    /// The largest of all.
+    /// The largest error.
+    #[schemars(with = "Option<f64>")]
     pub worst: f64,
 }
 
@@ -65,6 +71,8 @@ worded! {
     /// The name in accuracy.csv.
     pub fn name;
 }
+
+written_by_name!(Includes);
 
 /// The errors and the time of one way to compute a collision.
 #[derive(Clone, Debug, PartialEq)]
