@@ -64,6 +64,12 @@ impl Comparison {
         self.findings.iter().any(|finding| matches!(finding, Finding::Refuted { .. }))
     }
 
+    /// Returns what reports call the shot of a residual: its sample and its own name.
+    #[must_use]
+    pub fn shot_name(&self, residual: &LabelResidual) -> String {
+        format!("{}, {}", self.samples[residual.sample].title, residual.of_shot.shot)
+    }
+
     /// Returns a quantity if it was compared.
     #[must_use]
     pub fn get(&self, quantity: Quantity) -> Option<&Compared> {

@@ -3,17 +3,11 @@
 use super::aligned::sections;
 use super::content::{Section, Table};
 use super::csv::line;
-use super::plot;
+pub use super::plot::accuracy::figure;
 use super::plot::accuracy::{Pick, name};
 use crate::physics::collision::Fidelity;
 use crate::studies::accuracy::{QUANTITIES, Row, Spread};
 use crate::studies::bias;
-
-/// Returns error against time of every way, as a figure.
-#[must_use]
-pub fn figure(rows: &[Row]) -> plot::Figure {
-    plot::accuracy::figure(rows)
-}
 
 /// Tables for the terminal: median, 95th percentile and worst of the errors, to a digit.
 #[must_use]

@@ -18,7 +18,7 @@ pub mod fit;
 pub mod frame_table;
 pub mod html;
 pub mod overview;
-pub mod plot;
+mod plot;
 pub mod regression;
 pub mod shot_table;
 mod shots;
@@ -29,6 +29,7 @@ pub mod write;
 
 use std::path::PathBuf;
 
+pub use plot::{WIDTH, residuals};
 pub use write::{fit_folder, folder_name, group_folders, write, write_all};
 
 use crate::fit::Fit;

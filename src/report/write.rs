@@ -88,12 +88,7 @@ fn put(files: &[(&'static str, Content)], folder: &Path) -> Result<(), ReportErr
     };
     let written: Vec<_> = files.iter().filter(|file| !stays(file)).collect();
     write_contents(&written, folder)?;
-    remove(folder, |name| files.iter().all(|(written, _)| *written != name))
-}
-
-/// Removes files of a report.
-fn remove(folder: &Path, is_stale: impl Fn(&str) -> bool) -> Result<(), ReportError> {
-    for name in NAMES.into_iter().filter(|name| is_stale(name)) {
+    for name in NAMES.into_iter().filter(|name| files.iter().all(|(written, _)| written != name)) {
         let path = folder.join(name);
         if path.exists() {
             fs::remove_file(&path).map_err(|source| ReportError::Write { path, source })?;
@@ -121,7 +116,7 @@ fn files(fit: &Fit) -> Result<Vec<(&'static str, Content<'_>)>, ReportError> {
     if let Some(frames) = &fit.frames {
         files.push(("frames.csv", Box::new(|to| frame_table::write(frames, to))));
     }
-    files.push((REPORT, bytes(html::render(&super::fit::with_figures(fit)?)?.into_bytes())));
+    files.push((REPORT, bytes(html::render(&super::fit::content(fit))?.into_bytes())));
     // last, so that a program which waits for it finds the others
     files.push((FIT, bytes(document::text(fit)?.into_bytes())));
     Ok(files)

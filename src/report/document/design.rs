@@ -6,9 +6,7 @@ use serde::{Serialize, Serializer};
 use super::{Body, Made};
 use crate::design::information::{COMMON, Information, RATIOS};
 use crate::design::{self, Design, Expected, Mixture, OfKind, PlayedKind, SpinFrom};
-use crate::measurement::dataset::ObjectBall;
 use crate::measurement::parameter::Parameter;
-use crate::physics::ball::Ball;
 use crate::simulate::ClothSpec;
 
 /// design.json of caromfit, which caromfit design --json prints
@@ -193,8 +191,8 @@ impl From<&Design> for DesignDocument {
         Self {
             made: Made::default(),
             expected: [coefficients.mu, coefficients.mu_s, coefficients.e].into(),
-            ball: body(expected, &expected.ball, 0),
-            object: expected.object.map(|object| body(expected, &object.ball, 1)),
+            ball: Body::new(&expected.ball, expected.object.as_ref(), 0),
+            object: expected.object.as_ref().map(|object| Body::new(&object.ball, Some(object), 1)),
             cloth: expected.cloth,
             camera: Camera {
                 fps: camera.fps,
@@ -215,20 +213,6 @@ impl From<&Design> for DesignDocument {
             in_words: design.words.clone(),
             notes: design.notes.clone(),
         }
-    }
-}
-
-/// Returns a ball with the standard deviations of its mass and radius if they count.
-fn body(expected: &Expected, ball: &Ball, which: usize) -> Body {
-    let sd = |of: fn(ObjectBall) -> [f64; 2]| {
-        expected.object.map(|object| of(object)[which]).filter(|sd| *sd > 0.0)
-    };
-    Body {
-        radius_m: ball.radius,
-        mass_kg: Some(ball.mass),
-        inertia: ball.inertia,
-        radius_m_sd: sd(|object| object.radius_sd),
-        mass_kg_sd: sd(|object| object.mass_sd.unwrap_or_default()),
     }
 }
 

@@ -6,8 +6,9 @@ use serde::{Deserialize, Serialize};
 use super::{ByName, Made};
 use crate::fit::causes::Explanation;
 use crate::fit::{Counted, Diagnostics, Rejected, Scatter, Status, Verdict};
-use crate::measurement::dataset::Measured;
+use crate::measurement::dataset::{Measured, ObjectBall};
 use crate::measurement::written::ByParameter;
+use crate::physics::ball::Ball;
 
 /// fit.json of caromfit
 ///
@@ -134,6 +135,20 @@ pub struct Body {
     pub mass_kg_sd: Option<f64>,
 }
 
+impl Body {
+    /// Returns the cue ball or the object ball (0 or 1) with the standard deviations of what is stated of both if they count.
+    pub(super) fn new(ball: &Ball, stated: Option<&ObjectBall>, which: usize) -> Self {
+        let sd = |of: [f64; 2]| Some(of[which]).filter(|sd| *sd > 0.0);
+        Self {
+            radius_m: ball.radius,
+            mass_kg: Some(ball.mass),
+            inertia: ball.inertia,
+            radius_m_sd: stated.and_then(|object| sd(object.radius_sd)),
+            mass_kg_sd: stated.and_then(|object| sd(object.mass_sd?)),
+        }
+    }
+}
+
 /// A parameter of the fit.
 #[derive(Clone, Debug, Serialize, Deserialize, JsonSchema)]
 pub struct FittedParameter {
@@ -162,33 +177,6 @@ pub struct FittedParameter {
     pub status: String,
     /// Every value from the first, which is a bound, to the second fits equally; null if the estimate is a value.
     pub plateau: Option<[f64; 2]>,
-}
-
-/// Why the estimate of a parameter is not a value but a bound.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub enum OnlyBound {
-    /// All values from this one on fit equally.
-    AtLeast(f64),
-    /// All values up to this one fit equally.
-    AtMost(f64),
-    /// The fit ended at the lower end of the range that the parameter may have.
-    LowerEnd(f64),
-    /// The fit ended at the upper end of that range.
-    UpperEnd(f64),
-}
-
-impl FittedParameter {
-    /// Returns the bound that stands instead of an estimate; `None` if the estimate is a value.
-    #[must_use]
-    pub fn only_bound(&self) -> Option<OnlyBound> {
-        match (self.plateau, self.status.as_str()) {
-            (Some([edge, end]), "free") if end >= edge => Some(OnlyBound::AtLeast(edge)),
-            (Some([edge, _]), "free") => Some(OnlyBound::AtMost(edge)),
-            (_, "at-lower-bound") => Some(OnlyBound::LowerEnd(self.estimate)),
-            (_, "at-upper-bound") => Some(OnlyBound::UpperEnd(self.estimate)),
-            _ => None,
-        }
-    }
 }
 
 /// A correlation matrix.

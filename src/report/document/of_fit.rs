@@ -8,7 +8,6 @@ use super::{
     Refuted, Unknown, finite,
 };
 use crate::fit::{self, Fit, FoundCamera, FoundCorrection};
-use crate::measurement::dataset::ObjectBall;
 use crate::problem::{self, Budget};
 use crate::report::{reduced_chi2, unit_name, unit_of};
 
@@ -66,22 +65,17 @@ impl From<&Fit> for FitDocument {
     }
 }
 
-/// Returns the cue ball or the object ball, or one of two discs (0 or 1): of discs with the mass only if it is stated, of balls with
-/// the standard deviations of what is stated if they count.
+/// Returns the cue ball or the object ball, or one of two discs (0 or 1): of discs with the mass only if it is stated.
 fn body(fit: &Fit, which: usize) -> Body {
-    let radii = fit.discs.and_then(|discs| discs.radii);
     let ball = fit.object.filter(|_| which == 1).map_or(fit.ball, |object| object.ball);
-    let sd =
-        |of: fn(ObjectBall) -> [f64; 2]| fit.object.map(|object| of(object)[which]).filter(|sd| *sd > 0.0);
-    Body {
-        radius_m: radii.map_or(ball.radius, |radii| radii[which]),
-        mass_kg: match fit.discs {
-            Some(discs) => discs.masses.map(|masses| masses[which]),
-            None => Some(ball.mass),
+    let body = Body::new(&ball, fit.object.as_ref(), which);
+    match fit.discs {
+        Some(discs) => Body {
+            radius_m: discs.radii.map_or(ball.radius, |radii| radii[which]),
+            mass_kg: discs.masses.map(|masses| masses[which]),
+            ..body
         },
-        inertia: ball.inertia,
-        radius_m_sd: sd(|object| object.radius_sd),
-        mass_kg_sd: sd(|object| object.mass_sd.unwrap_or_default()),
+        None => body,
     }
 }
 

@@ -30,28 +30,7 @@ pub struct CheckDocument {
     /// Shots that cannot be used.
     pub left_out: Vec<Rejected>,
     /// What is suspicious or good to know.
-    pub findings: Vec<CheckFinding>,
-}
-
-/// A finding about a data set.
-#[derive(Clone, Debug, Serialize, JsonSchema)]
-pub struct CheckFinding {
-    /// Name of the shot; null: the whole data set.
-    pub shot: Option<String>,
-    /// Whether it is suspicious; else it is good to know.
-    pub suspicious: bool,
-    /// What was found.
-    pub sentence: String,
-}
-
-impl From<&check::Finding> for CheckFinding {
-    fn from(finding: &check::Finding) -> Self {
-        Self {
-            shot: finding.shot.clone(),
-            suspicious: finding.is_suspicious(),
-            sentence: finding.text.clone(),
-        }
-    }
+    pub findings: Vec<check::Finding>,
 }
 
 impl CheckDocument {
@@ -64,7 +43,7 @@ impl CheckDocument {
             shots: dataset.shots.len(),
             notes: dataset.notes().cloned().collect(),
             left_out: left_out(dataset),
-            findings: findings.iter().map(CheckFinding::from).collect(),
+            findings: findings.to_vec(),
         }
     }
 }
@@ -186,10 +165,10 @@ pub struct CollideDocument {
     pub outcome: Option<CollideOutcome>,
     /// With --explain: every effect.
     #[serde(skip_serializing_if = "Option::is_none")]
-    pub effects: Option<Vec<Effect>>,
+    pub effects: Option<Vec<effects::Estimate>>,
     /// With --explain: what the motion afterwards needs.
     #[serde(skip_serializing_if = "Option::is_none")]
-    pub motion: Option<Vec<Effect>>,
+    pub motion: Option<Vec<effects::Estimate>>,
     /// Why it is no collision, instead of all numbers.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub error: Option<String>,
@@ -223,30 +202,10 @@ impl From<&BallState> for Motion {
     }
 }
 
-/// An effect on a collision.
-#[derive(Clone, Debug, Serialize, JsonSchema)]
-pub struct Effect {
-    /// Its name.
-    pub name: &'static str,
-    /// How much leaving it out changes the velocities, in parts of the closing speed.
-    pub size: f64,
-    /// Whether it was computed.
-    pub on: bool,
-    /// What decides it, in words.
-    pub why: String,
-}
-
-impl From<&effects::Estimate> for Effect {
-    fn from(estimate: &effects::Estimate) -> Self {
-        Self { name: estimate.name, size: estimate.size, on: estimate.on, why: estimate.why.to_string() }
-    }
-}
-
 impl CollideDocument {
     /// Returns what was computed of a case, with all effects and those of the motion afterwards if they are explained.
     #[must_use]
     pub fn new(computed: &Computed, explained: Option<(&[effects::Estimate], &[effects::Estimate])>) -> Self {
-        let all = |effects: &[effects::Estimate]| effects.iter().map(Effect::from).collect();
         let outcome = computed.outcome.as_ref().map(|outcome| CollideOutcome {
             regime: outcome.regime.name(),
             impulse: outcome.impulse,
@@ -259,8 +218,8 @@ impl CollideDocument {
             fidelity: computed.model.fidelity,
             error: outcome.as_ref().err().map(ToString::to_string),
             outcome: outcome.ok(),
-            effects: explained.map(|(effects, _)| all(effects)),
-            motion: explained.map(|(_, motion)| all(motion)),
+            effects: explained.map(|(effects, _)| effects.to_vec()),
+            motion: explained.map(|(_, motion)| motion.to_vec()),
         }
     }
 }

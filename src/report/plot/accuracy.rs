@@ -19,7 +19,6 @@ pub(in crate::report) fn name(row: &Row) -> String {
 }
 
 /// Returns error against time of every way.
-#[must_use]
 pub fn figure(rows: &[Row]) -> Figure {
     let mut figure = Figure::new("Accuracy against time (ode and contact: at tolerances from 10⁻² down)");
     for row in rows {
@@ -56,7 +55,7 @@ fn panel(title: &str, series: &[String], rows: &[Row], pick: Pick) -> Panel {
             [[_, y]] => panel.marks.push(Mark::Horizontal(y)),
             _ => panel.line(points.iter().copied(), color(index), 2),
         }
-        panel.marks.push(Mark::Points(points.into_iter().map(|at| Point::new(at, index)).collect()));
+        panel.points(points.into_iter().map(|at| Point::new(at, index)));
     }
     panel
 }
