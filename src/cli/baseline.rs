@@ -4,7 +4,7 @@ use std::path::{Path, PathBuf};
 
 use caromfit::fit::Fit;
 use caromfit::report::document::{self, FitDocument};
-use caromfit::report::regression::{Moved, Tolerance};
+use caromfit::report::regression::Moved;
 use caromfit::report::{self, regression};
 
 use super::Failure;
@@ -25,7 +25,7 @@ impl Baseline {
     pub fn moved<'a>(
         &self,
         fits: impl Iterator<Item = &'a Fit>,
-        tolerance: &Tolerance,
+        tolerance: f64,
     ) -> Result<Vec<(String, Moved)>, Failure> {
         let mut all = Vec::new();
         for fit in fits {
@@ -49,10 +49,13 @@ impl Baseline {
     }
 }
 
-/// The value of `--baseline-tolerance`.
-pub fn tolerance(text: &str) -> Result<Tolerance, String> {
+/// The value of `--baseline-tolerance`: with NaN everything would count as moved, with infinity nothing.
+pub fn tolerance(text: &str) -> Result<f64, String> {
     let number: f64 = text.trim().parse().map_err(|_| format!("\"{text}\" is not a number"))?;
-    Tolerance::of(number)
+    if number.is_finite() && number >= 0.0 {
+        return Ok(number);
+    }
+    Err(format!("{number} is no number of standard errors; expected a finite number, 0 or more"))
 }
 
 pub fn table(moved: &[(String, Moved)]) -> String {

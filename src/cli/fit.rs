@@ -9,7 +9,7 @@ use caromfit::physics::collision::effects;
 use caromfit::physics::collision::{Effects, FidelityChoice, Model};
 use caromfit::physics::friction_law::Law;
 use caromfit::report;
-use caromfit::report::regression::Tolerance;
+use caromfit::report::regression::TOLERANCE;
 
 use super::baseline::{self, Baseline};
 use super::progress::{self, Progress};
@@ -60,8 +60,8 @@ pub struct Args {
     #[arg(long, value_name = "FIT.json")]
     baseline: Option<PathBuf>,
     /// What counts as moved, in standard errors (of χ²: in its standard deviation)
-    #[arg(long, value_parser = baseline::tolerance, default_value = "0.01", value_name = "N", requires = "baseline", allow_hyphen_values = true)]
-    baseline_tolerance: Tolerance,
+    #[arg(long, value_parser = baseline::tolerance, default_value_t = TOLERANCE, value_name = "N", requires = "baseline", allow_hyphen_values = true)]
+    baseline_tolerance: f64,
     #[command(flatten)]
     shown: Shown,
 }
@@ -148,7 +148,7 @@ pub fn run(args: &Args) -> Result<(), Failure> {
     let moved = match &baseline {
         Some(baseline) => {
             let all = fits.iter().flatten();
-            baseline.moved(all, &args.baseline_tolerance)?
+            baseline.moved(all, args.baseline_tolerance)?
         }
         None => Vec::new(),
     };
@@ -159,7 +159,7 @@ pub fn run(args: &Args) -> Result<(), Failure> {
         if !moved.is_empty() && baseline.as_ref().is_some_and(|baseline| baseline.is_in(&folder)) {
             continue;
         }
-        report::write_all(found, &args.out)?;
+        report::write(found, &args.out)?;
         reports.push(folder);
     }
     progress.finish();

@@ -5,7 +5,7 @@ use super::number::{count_of, interval, plain, with_error};
 use super::shots::{shot_list, tracks};
 use super::table::{self, INTERVAL, chi2_text, estimate, with_unit};
 use super::trust::sections;
-use super::{bodies, model, noise_estimated, p_text, plot, reduced_chi2};
+use super::{bodies, label, model, noise_estimated, p_text, plot, reduced_chi2};
 use crate::fit::{Counted, DOWN_WEIGHTED, Estimate, Fit, FittedFilm, Grade, Noise, Status, Verdict};
 
 /// Returns the report of a fit.
@@ -94,10 +94,6 @@ pub(super) fn of_labels(fits: &[Fit], folders: &[String]) -> Report {
             Section::new("Reports", "", vec![Block::Links(links)]),
         ],
     }
-}
-
-fn label(fit: &Fit) -> String {
-    fit.group.as_ref().map_or_else(String::new, |(_, label)| label.clone())
 }
 
 /// The camera of footage as it was fitted.

@@ -7,7 +7,7 @@ use super::document;
 use super::number::{plain, with_error};
 use super::plot::ends;
 use super::table::{INTERVAL, brief, chi2_text, columns, head, name, parameters, shots, shows};
-use super::{noise_estimated, reduced_chi2, symbol};
+use super::{label, noise_estimated, reduced_chi2, symbol};
 use crate::fit::{Fit, Grade, Status};
 use crate::measurement::parameter::Parameter;
 use crate::problem::{Estimate, Id};
@@ -136,7 +136,7 @@ fn line(fits: &[Fit], known: &[Parameter]) -> Line {
         let counted: Vec<String> =
             counted.map(|grade| format!("{} {}", count(grade), grade.name())).collect();
         let below = first_bad.map(|(fit, verdict)| {
-            let label = fit.group.as_ref().map_or("", |(_, label)| label);
+            let label = label(fit);
             match fits.len() - count(Grade::Good) {
                 1 => format!("{label}: {}", verdict.sentence),
                 others => format!("{label}, the first of {others}: {}", verdict.sentence),

@@ -5,9 +5,8 @@ use serde::Serialize;
 
 use super::{ByName, Made, finite};
 use crate::measurement::written::ByParameter;
-use crate::physics::collision::Fidelity;
 use crate::report::unit_of;
-use crate::studies::accuracy::{self, Includes, QUANTITIES};
+use crate::studies::accuracy::Row;
 use crate::studies::bias;
 
 /// What caromfit accuracy --json prints
@@ -24,7 +23,7 @@ pub struct AccuracyDocument {
     /// Number of shots of the data set that could not be used.
     pub left_out: usize,
     /// Ways to compute a collision.
-    pub ways: Vec<Way>,
+    pub ways: Vec<Row>,
     /// Fits to the shots without noise, computed by contact with all effects.
     pub biases: Vec<Bias>,
 }
@@ -32,63 +31,10 @@ pub struct AccuracyDocument {
 impl AccuracyDocument {
     /// Returns the document of both studies, of `shots` shots; `left_out` could not be used.
     #[must_use]
-    pub fn new(rows: &[accuracy::Row], biases: &[bias::Row], shots: usize, left_out: usize) -> Self {
-        let ways = rows.iter().map(Way::from).collect();
+    pub fn new(rows: &[Row], biases: &[bias::Row], shots: usize, left_out: usize) -> Self {
         let biases = biases.iter().map(Bias::from).collect();
-        Self { made: Made::default(), shots, left_out, ways, biases }
+        Self { made: Made::default(), shots, left_out, ways: rows.to_vec(), biases }
     }
-}
-
-/// A way to compute a collision.
-#[derive(Clone, Debug, Serialize, JsonSchema)]
-pub struct Way {
-    /// Name of the fidelity.
-    pub fidelity: Fidelity,
-    /// Effects that are on: all that the fidelity has, those of full, or those of a compliant contact.
-    pub effects: Includes,
-    /// Tolerance of ode and contact.
-    pub tolerance: Option<f64>,
-    /// Duration of one collision on one core, s.
-    pub seconds: f64,
-    /// Number of shots that it could not compute.
-    pub failed: usize,
-    /// Errors of throw_deg, and of speed, spin times radius and jump (vertical speed) in parts of the cue ball's speed, against
-    /// the same equations solved closely.
-    pub numerical_error: Option<ByName<Spread>>,
-    /// The same errors against contact with all effects.
-    pub model_error: Option<ByName<Spread>>,
-}
-
-impl From<&accuracy::Row> for Way {
-    fn from(row: &accuracy::Row) -> Self {
-        Self {
-            fidelity: row.fidelity,
-            effects: row.includes,
-            tolerance: row.tolerance,
-            seconds: row.seconds,
-            failed: row.failed,
-            numerical_error: row.numerical.map(errors),
-            model_error: Some(errors(row.model)),
-        }
-    }
-}
-
-/// Units of [`QUANTITIES`]: speeds, spins times radius and vertical speeds are in parts of the cue ball's speed.
-const UNITS: [&str; 4] = ["deg", "1", "1", "1"];
-
-fn errors(errors: [accuracy::Spread; 4]) -> ByName<Spread> {
-    let spreads = UNITS.into_iter().zip(errors).map(|(unit, spread)| Spread { unit, spread });
-    QUANTITIES.map(str::to_owned).into_iter().zip(spreads).collect()
-}
-
-/// The distribution of an error over the shots.
-#[derive(Clone, Debug, Serialize, JsonSchema)]
-pub struct Spread {
-    /// Unit of the numbers: deg, or 1 for a ratio.
-    pub unit: &'static str,
-    /// The numbers.
-    #[serde(flatten)]
-    pub spread: accuracy::Spread,
 }
 
 /// A fit to shots without noise.

@@ -11,7 +11,7 @@ mod of_fit;
 mod printed;
 mod stored;
 
-pub use accuracy::{AccuracyDocument, Bias, Spread, Way};
+pub use accuracy::{AccuracyDocument, Bias};
 pub use compare::CompareDocument;
 pub use design::DesignDocument;
 pub(super) use design::detectable;

@@ -31,9 +31,6 @@ pub const REFERENCE: f64 = 1e-12;
 /// Each way is timed for at least so long, seconds.
 const TIMED: f64 = 0.1;
 
-/// What errors are stated of.
-pub(crate) const QUANTITIES: [&str; 4] = ["throw_deg", "speed", "spin", "jump"];
-
 /// One shot of the study, in the collision frame.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Shot {
@@ -46,6 +43,8 @@ pub struct Shot {
 /// The distribution of an error over the shots.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, JsonSchema)]
 pub struct Spread {
+    /// Unit of the numbers: deg, or 1 for a ratio.
+    pub unit: &'static str,
     /// Half of the shots err by less.
     #[schemars(with = "Option<f64>")]
     pub median: f64,
@@ -55,6 +54,27 @@ pub struct Spread {
     /// The largest error.
     #[schemars(with = "Option<f64>")]
     pub worst: f64,
+}
+
+/// Errors of all quantities, in parts of the cue ball's speed but for the first.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, JsonSchema)]
+pub struct Errors {
+    /// Of the throw.
+    pub throw_deg: Spread,
+    /// Of the horizontal velocities.
+    pub speed: Spread,
+    /// Of the spins times the radius.
+    pub spin: Spread,
+    /// Of the vertical velocities.
+    pub jump: Spread,
+}
+
+impl Errors {
+    /// The error of each quantity, with its name.
+    pub(crate) fn each(self) -> [(&'static str, Spread); 4] {
+        let Self { throw_deg, speed, spin, jump } = self;
+        [("throw_deg", throw_deg), ("speed", speed), ("spin", spin), ("jump", jump)]
+    }
 }
 
 worded! {
@@ -74,25 +94,26 @@ worded! {
 
 written_by_name!(Includes);
 
-/// The errors and the time of one way to compute a collision.
-#[derive(Clone, Debug, PartialEq)]
+/// A way to compute a collision.
+#[derive(Clone, Debug, PartialEq, Serialize, JsonSchema)]
 pub struct Row {
-    /// The fidelity.
+    /// Name of the fidelity.
     pub fidelity: Fidelity,
-    /// The tolerance of a fidelity that integrates.
-    pub tolerance: Option<f64>,
-    /// Which effects are included.
+    /// Effects that are on: all that the fidelity has, those of full, or those of a compliant contact.
+    #[serde(rename = "effects")]
     pub includes: Includes,
-    /// Seconds per collision on one core.
+    /// Tolerance of ode and contact.
+    pub tolerance: Option<f64>,
+    /// Duration of one collision on one core, s.
     pub seconds: f64,
-    /// The error against the same equations solved far more exactly, for throw in degrees, and
-    /// speeds, spins times R and vertical speeds as fractions of U. `None` of `contact`, whose
-    /// model error is a numerical one.
-    pub numerical: Option<[Spread; 4]>,
-    /// The same errors against `contact`.
-    pub model: [Spread; 4],
-    /// How many shots could not be computed and are left out of the errors.
+    /// Number of shots that it could not compute, which are left out of the errors.
     pub failed: usize,
+    /// Errors against the same equations solved closely; null of contact, whose model error is a numerical one.
+    #[serde(rename = "numerical_error")]
+    pub numerical: Option<Errors>,
+    /// The same errors against contact with all effects.
+    #[serde(rename = "model_error")]
+    pub model: Errors,
 }
 
 /// Seeded shots as on a table: 0.5 to 5 m/s, cuts up to 70°, natural roll, stun, draw or side spin.
@@ -174,7 +195,7 @@ fn timed(model: &Model, shots: &[Shot]) -> f64 {
     least / shots.len().max(1) as f64
 }
 
-fn spreads(shots: &[Shot], outcomes: &[Option<Outcome>], reference: &[Outcome], radius: f64) -> [Spread; 4] {
+fn spreads(shots: &[Shot], outcomes: &[Option<Outcome>], reference: &[Outcome], radius: f64) -> Errors {
     let mut errors: [Vec<f64>; 4] = Default::default();
     for ((shot, outcome), reference) in shots.iter().zip(outcomes).zip(reference) {
         let Some(outcome) = outcome else { continue };
@@ -194,17 +215,23 @@ fn spreads(shots: &[Shot], outcomes: &[Option<Outcome>], reference: &[Outcome], 
             errors.push(error);
         }
     }
-    errors.map(spread)
+    let [throw_deg, speed, spin, jump] = errors;
+    Errors {
+        throw_deg: spread("deg", throw_deg),
+        speed: spread("1", speed),
+        spin: spread("1", spin),
+        jump: spread("1", jump),
+    }
 }
 
-fn spread(mut errors: Vec<f64>) -> Spread {
+fn spread(unit: &'static str, mut errors: Vec<f64>) -> Spread {
     errors.sort_by(f64::total_cmp);
     let at = |part: f64| {
         let last = errors.len().checked_sub(1)?;
         errors.get((part * last as f64).round() as usize).copied()
     };
     let [median, p95, worst] = [0.5, 0.95, 1.0].map(|part| at(part).unwrap_or(f64::NAN));
-    Spread { median, p95, worst }
+    Spread { unit, median, p95, worst }
 }
 
 #[cfg(test)]
@@ -217,7 +244,7 @@ mod tests {
     #[test]
     fn errors_fall_with_the_tolerance_and_up_the_ladder() {
         let rows = study(&shots(40, 1), Ball::POOL, Model::KAPPA).unwrap();
-        let speed = |row: &Row| row.numerical.map(|errors| errors[1].worst);
+        let speed = |row: &Row| row.numerical.map(|errors| errors.speed.worst);
         for row in rows.iter().filter(|row| row.fidelity == Fidelity::Ode && row.numerical.is_some()) {
             // some dozen steps, each to the tolerance
             assert!(speed(row).unwrap() < 20.0 * row.tolerance.unwrap() + 1e-13, "{row:?}");
@@ -229,13 +256,13 @@ mod tests {
         assert!(closed[3] < ROUNDINGS, "{closed:?}");
         // friction of the cloth and weight are of a thousandth
         let full = rows.iter().find(|row| row.fidelity == Fidelity::Full).unwrap();
-        assert!((1e-5..1e-2).contains(&full.model[1].p95), "{:?}", full.model);
+        assert!((1e-5..1e-2).contains(&full.model.speed.p95), "{:?}", full.model);
     }
 
     #[test]
     fn a_spread_of_nothing_is_no_number() {
-        assert!(spread(Vec::new()).worst.is_nan());
-        let found = spread(vec![3.0, 1.0, 2.0]);
+        assert!(spread("1", Vec::new()).worst.is_nan());
+        let found = spread("1", vec![3.0, 1.0, 2.0]);
         assert_eq!((found.median, found.worst), (2.0, 3.0));
     }
 }
