@@ -80,7 +80,7 @@ pub(in crate::fit) fn identify(
         });
         let (weak, undetermined) = (found.is_weak, found.is_undetermined);
         let words = words(&terms, weak, undetermined, determined.as_ref());
-        Combination { terms, weak, undetermined, determined, words }
+        Combination { words, terms, weak, undetermined, determined }
     });
     Some(Identifiability { parameters: parameters.to_vec(), singular_values, condition, worst, silent })
 }
