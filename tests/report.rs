@@ -336,8 +336,8 @@ fn every_number_says_what_it_counts() {
 #[test]
 fn report_is_written_whole_and_in_place() {
     let out = tempfile::tempdir().unwrap();
-    let folder = write(&normal(), out.path()).unwrap();
-    assert_eq!(folder, out.path().join("lab-a"));
+    write(&[normal()], out.path()).unwrap();
+    let folder = out.path().join("lab-a");
     let mut names: Vec<_> = fs::read_dir(&folder)
         .unwrap()
         .map(|entry| entry.unwrap().file_name().into_string().unwrap())
@@ -351,12 +351,12 @@ fn report_is_written_whole_and_in_place() {
 
     fs::write(folder.join("mine.txt"), "kept").unwrap();
     fs::write(folder.join("fit.json"), "old").unwrap();
-    write(&normal(), out.path()).unwrap();
+    write(&[normal()], out.path()).unwrap();
     assert!(folder.join("mine.txt").exists());
     assert_eq!(fs::read_to_string(folder.join("fit.json")).unwrap(), document::text(&normal()).unwrap());
 
-    let group = write(&restricted(), out.path()).unwrap();
-    assert_eq!(group, out.path().join("lab-a").join("fresh--blue"));
+    write(&[restricted()], out.path()).unwrap();
+    assert!(folder.join("fresh--blue/report.html").exists());
 }
 
 /// What a run that was stopped while it wrote left beside the results is removed by a later one, but not what one is writing.
@@ -373,7 +373,7 @@ fn leftovers_of_stopped_runs_are_removed() {
         }
         fs::File::open(folder).unwrap().set_modified(hour_ago).unwrap();
     }
-    write(&normal(), out.path()).unwrap();
+    write(&[normal()], out.path()).unwrap();
     assert!(!old.exists() && new.exists() && other.exists());
 }
 
@@ -381,7 +381,7 @@ fn leftovers_of_stopped_runs_are_removed() {
 fn a_report_that_cannot_be_written_names_the_file() {
     let out = tempfile::tempdir().unwrap();
     fs::write(out.path().join("lab-a"), "a file where the folder should be").unwrap();
-    let error = write(&normal(), out.path()).unwrap_err().to_string();
+    let error = write(&[normal()], out.path()).unwrap_err().to_string();
     assert!(error.contains("lab-a: cannot be written"), "{error}");
 }
 
@@ -397,5 +397,6 @@ fn folders_of_labels_are_safe_and_differ() {
     let mut odd = normal();
     odd.dataset = "../up".to_owned();
     let out = tempfile::tempdir().unwrap();
-    assert_eq!(write(&odd, out.path()).unwrap(), out.path().join("..-up"));
+    write(&[odd], out.path()).unwrap();
+    assert!(out.path().join("..-up").exists());
 }

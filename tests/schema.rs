@@ -81,6 +81,13 @@ fn check(root: &Value, schema: &Value, value: &Value, at: &str, wrong: &mut Vec<
     }
 }
 
+/// What is wrong with a document of a command.
+fn faults(of: &str, value: &Value) -> Vec<String> {
+    let (schema, mut wrong) = (schema(of), Vec::new());
+    check(&schema, &schema, value, "", &mut wrong);
+    wrong
+}
+
 fn stored(folder: &Path, name: &str, found: &mut Vec<PathBuf>) {
     for entry in fs::read_dir(folder).unwrap() {
         let path = entry.unwrap().path();
@@ -97,14 +104,12 @@ fn stored(folder: &Path, name: &str, found: &mut Vec<PathBuf>) {
 fn stored_results_are_as_the_schema_describes_them() {
     let root = Path::new(env!("CARGO_MANIFEST_DIR")).join("fits");
     for (of, least) in [("fit", 20), ("compare", 2)] {
-        let (schema, mut found) = (schema(of), Vec::new());
+        let mut found = Vec::new();
         stored(&root, &format!("{of}.json"), &mut found);
         assert!(found.len() >= least, "{} of {of}", found.len());
         for path in found {
             let value: Value = serde_json::from_str(&fs::read_to_string(&path).unwrap()).unwrap();
-            let mut wrong = Vec::new();
-            check(&schema, &schema, &value, "", &mut wrong);
-            assert!(wrong.is_empty(), "{}: {wrong:#?}", path.display());
+            assert_eq!(faults(of, &value), [""; 0], "{}", path.display());
         }
     }
 }
@@ -118,10 +123,7 @@ fn a_determined_combination_is_as_the_schema_describes_it() {
     let path = folder.path().join("fits/angles-only-a-product/fit.json");
     let value: Value = serde_json::from_str(&fs::read_to_string(path).unwrap()).unwrap();
     assert!(value["identifiability"]["worst"]["determined"].is_object());
-    let mut wrong = Vec::new();
-    let schema = schema("fit");
-    check(&schema, &schema, &value, "", &mut wrong);
-    assert!(wrong.is_empty(), "{wrong:#?}");
+    assert_eq!(faults("fit", &value), [""; 0]);
 }
 
 /// What `--json` of every other command prints, and nothing else on standard output.
@@ -157,10 +159,7 @@ fn printed_documents_are_as_the_schema_describes_them() {
         let each = value.as_array().cloned().unwrap_or_else(|| vec![value.clone()]);
         assert!(!each.is_empty());
         for value in &each {
-            let mut wrong = Vec::new();
-            let schema = schema(of);
-            check(&schema, &schema, value, "", &mut wrong);
-            assert!(wrong.is_empty(), "{of}: {wrong:#?}");
+            assert_eq!(faults(of, value), [""; 0], "{of}");
             assert_eq!(value["format_version"], 1);
         }
         found.push(value);
@@ -207,15 +206,12 @@ fn every_key_is_described() {
 /// The checker finds what is wrong.
 #[test]
 fn a_wrong_document_is_found() {
-    let schema = schema("fit");
     let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("fits/domenech-2023/fit.json");
     let right: Value = serde_json::from_str(&fs::read_to_string(path).unwrap()).unwrap();
     let found = |change: &dyn Fn(&mut Value)| {
         let mut value = right.clone();
         change(&mut value);
-        let mut wrong = Vec::new();
-        check(&schema, &schema, &value, "", &mut wrong);
-        wrong.concat()
+        faults("fit", &value).concat()
     };
     assert_eq!(found(&|_| {}), "");
     assert!(found(&|fit| fit["verdict"]["grade"] = "fair".into()).contains(".verdict.grade"));

@@ -11,7 +11,7 @@ use caromfit::measurement::parameter::{Compliance, Parameter};
 use caromfit::physics::collision::FidelityChoice;
 use caromfit::report::document;
 use caromfit::report::regression;
-use caromfit::report::regression::Tolerance;
+use caromfit::report::regression::TOLERANCE;
 use rand::{Rng, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 
@@ -153,7 +153,7 @@ fn the_shipped_results_are_those_of_this_version() {
         let dataset = io::load(&folder(name)).unwrap();
         for fit in fit::analyse(&dataset, &options).fits.unwrap() {
             let shipped = regression::find(&fit, &stored).unwrap();
-            let moved = regression::moved(&fit, shipped, &Tolerance::default());
+            let moved = regression::moved(&fit, shipped, TOLERANCE);
             assert_eq!(moved, [], "{name} {:?}", fit.group);
             compared += 1;
         }
@@ -193,8 +193,7 @@ fn stored_results_do_not_depend_on_roundings() {
         }
         let stored = document::read(stored.path()).unwrap();
         for fit in fit::analyse(&other, &options).fits.unwrap() {
-            let moved =
-                regression::moved(&fit, regression::find(&fit, &stored).unwrap(), &Tolerance::default());
+            let moved = regression::moved(&fit, regression::find(&fit, &stored).unwrap(), TOLERANCE);
             assert_eq!(moved, [], "{name} {:?}", fit.group);
         }
     }

@@ -180,13 +180,14 @@ fn a_profile_is_a_curve() {
     for profile in &fit.diagnostics.profiles {
         let estimate = fit.get(profile.parameter).unwrap();
         let [low, high] = estimate.intervals.profile.unwrap();
-        let points = &profile.points;
-        assert!((points[0][0], points[8][0]) == (low, high) && points[4] == [estimate.value, 0.0]);
-        for end in [points[0][1], points[8][1]] {
+        let (value, rise) = (&profile.value, &profile.chi2_rise);
+        assert_eq!([value[0], value[4], value[8]], [low, estimate.value, high]);
+        assert_eq!(rise[4], 0.0);
+        for end in [rise[0], rise[8]] {
             // 1.96², as precisely as ends are found
-            assert!((end / 3.8415 - 1.0).abs() < 0.01, "{points:?}");
+            assert!((end / 3.8415 - 1.0).abs() < 0.01, "{rise:?}");
         }
-        assert!((0..4).all(|i| points[i][1] > points[i + 1][1] && points[8 - i][1] > points[7 - i][1]));
+        assert!((0..4).all(|i| rise[i] > rise[i + 1] && rise[8 - i] > rise[7 - i]));
     }
     let covariance = fit.covariance();
     let error = fit.mu().unwrap().std_error.unwrap();

@@ -10,7 +10,7 @@ use caromfit::physics::collision::{Effects, FidelityChoice, Model};
 use caromfit::physics::friction_law::Law;
 use caromfit::report;
 use caromfit::report::document::{self, FitDocument};
-use caromfit::report::regression::{self, Moved, Tolerance};
+use caromfit::report::regression::{self, Moved, TOLERANCE};
 
 use super::progress::{self, Progress};
 use super::table_only::{Told, is_table};
@@ -58,8 +58,8 @@ pub struct Args {
     #[arg(long, value_name = "FIT.json")]
     baseline: Option<PathBuf>,
     /// What counts as moved, in standard errors (of χ²: in its standard deviation)
-    #[arg(long, value_parser = tolerance, default_value = "0.01", value_name = "N", requires = "baseline", allow_hyphen_values = true)]
-    baseline_tolerance: Tolerance,
+    #[arg(long, value_parser = tolerance, default_value_t = TOLERANCE, value_name = "N", requires = "baseline", allow_hyphen_values = true)]
+    baseline_tolerance: f64,
     /// Show every label of a data set on a line of its own, χ²/dof, what the marks mean, and all warnings
     #[arg(long)]
     all: bool,
@@ -74,9 +74,13 @@ pub struct Args {
     told: Told,
 }
 
-/// The value of `--baseline-tolerance`.
-fn tolerance(text: &str) -> Result<Tolerance, String> {
-    Tolerance::of(super::number(text)?)
+/// The value of `--baseline-tolerance`: with NaN everything would count as moved, with infinity nothing.
+fn tolerance(text: &str) -> Result<f64, String> {
+    let number = super::number(text)?;
+    if number.is_finite() && number >= 0.0 {
+        return Ok(number);
+    }
+    Err(format!("{number} is no number of standard errors; expected a finite number, 0 or more"))
 }
 
 /// `fit`, or B,C.
@@ -156,7 +160,7 @@ pub fn run(args: &Args) -> Result<(), Failure> {
         // what moved is not written over what it moved from
         let is_kept = args.baseline.as_ref().is_some_and(|baseline| is_within(baseline, &folder));
         if moved.is_empty() || !is_kept {
-            report::write_all(found, &args.out)?;
+            report::write(found, &args.out)?;
             reports.push(folder);
         }
     }
@@ -184,7 +188,7 @@ fn moved_since(stored: &[FitDocument], fit: &Fit, args: &Args) -> Result<Vec<(St
         let path = args.baseline.as_deref().unwrap_or(Path::new("")).display();
         refuse!("{path}: holds no fit of {title}; expected one to compare with");
     };
-    let moved = regression::moved(fit, stored, &args.baseline_tolerance);
+    let moved = regression::moved(fit, stored, args.baseline_tolerance);
     Ok(moved.into_iter().map(|moved| (title.clone(), moved)).collect())
 }
 

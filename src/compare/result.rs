@@ -1,9 +1,13 @@
 //! What a comparison gives: a value, which `report` renders.
 
+use schemars::JsonSchema;
+use serde::Serialize;
+
 use super::effect::Effect;
 use super::findings::{Finding, Reason};
 use super::quantity::Quantity;
 use crate::fit::{Computed, Grade, Rejected, Residual};
+use crate::measurement::written::written_by_name;
 use crate::physics::name::worded;
 use crate::problem::Severity;
 
@@ -60,6 +64,12 @@ impl Comparison {
         self.findings.iter().any(|finding| matches!(finding, Finding::Refuted { .. }))
     }
 
+    /// Returns what reports call the shot of a residual: its sample and its own name.
+    #[must_use]
+    pub fn shot_name(&self, residual: &LabelResidual) -> String {
+        format!("{}, {}", self.samples[residual.sample].title, residual.of_shot.shot)
+    }
+
     /// Returns a quantity if it was compared.
     #[must_use]
     pub fn get(&self, quantity: Quantity) -> Option<&Compared> {
@@ -111,21 +121,25 @@ pub struct Compared {
     pub left_out: Vec<(usize, Reason)>,
 }
 
-/// The value of a quantity for one label, or for all.
-#[derive(Clone, Copy, Debug, PartialEq)]
+/// The value of a parameter.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, JsonSchema)]
 #[non_exhaustive]
 pub struct Value {
-    /// The index of the label in [`Comparison::labels`]; `None` where it is the value for all.
+    /// The index of the label in [`Comparison::labels`]; `None` if it is the value for all.
+    #[serde(skip)]
     pub label: Option<usize>,
-    /// The value, in the unit of the quantity.
+    /// The value, in the unit of the parameter.
+    #[serde(rename = "estimate")]
+    #[schemars(with = "Option<f64>")]
     pub value: f64,
-    /// Its standard error, where it has one.
+    /// Its standard error, same unit.
     pub std_error: Option<f64>,
-    /// Its 95 % interval, where it has one.
+    /// Its 95 % interval: lower and upper end.
+    #[schemars(with = "Option<[Option<f64>; 2]>")]
     pub interval_95: Option<[f64; 2]>,
     /// Whether it was fitted; else it was held, or the data do not determine it.
     pub fitted: bool,
-    /// Whether it ended at one of its bounds.
+    /// Whether it ended at a bound.
     pub at_bound: bool,
 }
 
@@ -136,25 +150,34 @@ impl Value {
     }
 }
 
-/// The difference of a quantity between two labels: the second less the first.
-#[derive(Clone, Debug, PartialEq)]
+/// The difference between two labels: the second less the first.
+#[derive(Clone, Debug, PartialEq, Serialize, JsonSchema)]
 #[non_exhaustive]
 pub struct Difference {
     /// The index of the first label in [`Comparison::labels`].
+    #[serde(skip)]
     pub first: usize,
     /// The index of the second label.
+    #[serde(skip)]
     pub second: usize,
-    /// The difference, in the unit of the quantity.
+    /// Value of the second label less that of the first, in the unit of the parameter.
+    #[serde(rename = "difference")]
+    #[schemars(with = "Option<f64>")]
     pub value: f64,
     /// Its standard error.
+    #[schemars(with = "Option<f64>")]
     pub std_error: f64,
-    /// Its 95 % interval.
+    /// Its 95 % interval: lower and upper end.
+    #[schemars(with = "[Option<f64>; 2]")]
     pub interval_95: [f64; 2],
-    /// The two-sided probability of such a difference by chance, for this pair alone.
+    /// Two-sided probability of such a difference by chance, for this pair alone.
+    #[schemars(with = "Option<f64>")]
     pub p_value: f64,
-    /// The same, corrected for all pairs of all quantities that are compared (Holm 1979).
+    /// p_value corrected for all pairs of all parameters (Holm 1979).
+    #[schemars(with = "Option<f64>")]
     pub p_holm: f64,
     /// What a typical shot does otherwise.
+    #[serde(skip)]
     pub effect: Option<Effect>,
 }
 
@@ -184,19 +207,26 @@ worded! {
     pub fn name;
 }
 
-/// The test of one value for all against one for each label.
-#[derive(Clone, Copy, Debug, PartialEq)]
+written_by_name!(TestKind);
+
+/// A test of one value for all against one for each label.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, JsonSchema)]
 #[non_exhaustive]
 pub struct LikelihoodRatio {
-    /// Twice the logarithm of the ratio of likelihoods, or the rise of χ²; or Wald's statistic.
+    /// The statistic: twice the logarithm of the ratio of likelihoods, or the rise of χ²; or Wald's statistic.
+    #[serde(rename = "likelihood_ratio")]
+    #[schemars(with = "Option<f64>")]
     pub statistic: f64,
-    /// The kind of the test.
+    /// Kind of the test.
+    #[serde(rename = "test")]
     pub by: TestKind,
     /// How many more parameters one value for each takes.
     pub extra_parameters: usize,
-    /// The probability of a larger statistic if the value is the same for all.
+    /// Probability of a larger statistic if the value is the same for all.
+    #[schemars(with = "Option<f64>")]
     pub p_value: f64,
-    /// Akaike's criterion of one value for each less that of one for all: negative speaks for a difference.
+    /// Akaike's criterion of one value for each less that of one for all: negative favours a difference.
+    #[schemars(with = "Option<f64>")]
     pub delta_aic: f64,
 }
 

@@ -1,5 +1,8 @@
 //! What explains residuals that the equations or the stated numbers leave.
 
+use schemars::JsonSchema;
+use serde::{Serialize, Serializer};
+
 use crate::measurement::correction::Correction;
 
 /// Why residuals may be larger than their errors.
@@ -47,20 +50,30 @@ impl Cause {
     }
 }
 
-/// A cause of residuals, with the value that explains them best.
-#[derive(Clone, Debug, PartialEq)]
+impl Serialize for Cause {
+    fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
+        serializer.serialize_str(self.name())
+    }
+}
+
+/// A cause of residuals.
+#[derive(Clone, Debug, PartialEq, Serialize, JsonSchema)]
 pub struct Explanation {
-    /// The cause that is named.
+    /// cue-spin, mass-ratio, compliance, falling-friction, frame-rate, radius, tilt, scale, aspect, shear, perspective, lens,
+    /// rolling-shutter or parallax.
+    #[schemars(with = "String")]
     pub cause: Cause,
-    /// The value of the cause, in its own unit.
+    /// The value that explains the residuals best, as the true frame rate over the stated one.
+    #[schemars(with = "Option<f64>")]
     pub estimate: f64,
-    /// The standard error of that value.
+    /// Its standard error, same unit.
+    #[schemars(with = "Option<f64>")]
     pub std_error: f64,
-    /// Change of −2 log L with it, below 0; of a prior that the data contradict the square of the conflict in
-    /// standard deviations, with a minus.
+    /// Change of −2 log L with it, below 0; of a contradicted prior minus the square of the conflict in standard deviations.
+    #[schemars(with = "Option<f64>")]
     pub delta_2logl: f64,
     /// Whether the estimates include it.
     pub adopted: bool,
-    /// The explanation as a sentence.
+    /// The explanation for a reader, with what to do.
     pub sentence: String,
 }

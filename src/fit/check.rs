@@ -1,5 +1,8 @@
 //! What is suspicious about a data set, without fitting it. Plain errors were reported when it was loaded.
 
+use schemars::JsonSchema;
+use serde::{Serialize, Serializer};
+
 use crate::measurement::dataset::{Before, Dataset, Measured, Shot, Tracks};
 use crate::measurement::number::{count_of, plain, with_error};
 use crate::measurement::observable::{Axis, Observable};
@@ -41,14 +44,21 @@ const MOST_RATIO: f64 = 1.05;
 const NAMED: usize = 3;
 
 /// Something suspicious, or good to know, about a shot or a data set.
-#[derive(Clone, Debug, PartialEq, Eq)]
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, JsonSchema)]
 pub struct Finding {
-    /// The name of the shot; `None` where it concerns the whole data set.
+    /// Name of the shot; null: the whole data set.
     pub shot: Option<String>,
-    /// What was found, as a clause without a capital letter and a full stop.
-    pub text: String,
-    /// The kind of the finding.
+    /// Whether it is suspicious; else it is good to know.
+    #[serde(rename = "suspicious", serialize_with = "suspicious_kind")]
+    #[schemars(with = "bool")]
     pub kind: Kind,
+    /// What was found, as a clause without a capital letter and a full stop.
+    #[serde(rename = "sentence")]
+    pub text: String,
+}
+
+fn suspicious_kind<S: Serializer>(kind: &Kind, serializer: S) -> Result<S::Ok, S::Error> {
+    serializer.serialize_bool(*kind != Kind::Advice)
 }
 
 /// The kind of a finding: what it is about.

@@ -2,6 +2,7 @@
 
 use super::Fit;
 use crate::measurement::observable::Observable;
+use crate::measurement::written::written_by_name;
 use crate::physics::name::worded;
 
 worded! {
@@ -23,6 +24,8 @@ worded! {
     /// The name in a sentence.
     pub fn words;
 }
+
+written_by_name!(Counted);
 
 impl Counted {
     /// The kind of some observables.

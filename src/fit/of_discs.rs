@@ -13,8 +13,8 @@ use super::diagnostics::trends::ranked;
 use super::extracted_discs::allow_friction;
 use super::intervals::regions::contours;
 use super::{
-    Computed, Depth, Diagnostics, Estimate, Fit, FitError, FrictionCurve, Goodness, Intervals, Noise,
-    NoiseVerdict, Options, Plateau, Rejected, Residual, Scatter, Status, Trend, Variable, disc_words,
+    Computed, Counted, Depth, Diagnostics, Estimate, Fit, FitError, FrictionCurve, Goodness, Intervals,
+    Noise, NoiseVerdict, Options, Plateau, Rejected, Residual, Scatter, Status, Trend, Variable, disc_words,
     film_words, warnings,
 };
 use crate::measurement::dataset::{Dataset, DiscShot};
@@ -268,6 +268,7 @@ impl Fitted<'_> {
         Diagnostics {
             identifiability: common.identifiability(&parameters, silent),
             goodness: Some(Goodness {
+                counted: Counted::Impulses,
                 chi2,
                 dof: standardized.len().saturating_sub(parameters.len()),
                 noise_is_stated: false,

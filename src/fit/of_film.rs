@@ -10,8 +10,8 @@ use super::diagnostics::trends::ranked;
 use super::film::{FittedFilm, stated_scale_sd};
 use super::intervals::regions::contours;
 use super::{
-    Bound, Computed, Depth, Diagnostics, Estimate, Fit, Goodness, Intervals, JointFit, Noise, NoiseVerdict,
-    Options, Residual, Status, Variable, check, film_words, warnings,
+    Bound, Computed, Counted, Depth, Diagnostics, Estimate, Fit, Goodness, Intervals, JointFit, Noise,
+    NoiseVerdict, Options, Residual, Status, Variable, check, film_words, warnings,
 };
 use crate::measurement::dataset::{Dataset, Measured, Shot};
 use crate::measurement::observable::{Axis, Observable};
@@ -207,6 +207,7 @@ impl Fitted<'_> {
         let standardized: Vec<f64> = self.whitened_offsets();
         let influential_from = self.common().influential_from((4 * solution.names[0].len()) as f64);
         Goodness {
+            counted: Counted::Velocities,
             chi2,
             dof,
             noise_is_stated: is_stated,

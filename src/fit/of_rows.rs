@@ -172,7 +172,7 @@ impl Fitted<'_> {
         let free: Vec<Parameter> = free.into_iter().filter(informed).filter(|p| !p.is_of_balls()).collect();
         let silent = with(&|status| status == Status::NotIdentified);
         let silent = silent.into_iter().filter(|p| !informed(p)).collect();
-        let goodness = self.goodness(fit.dof);
+        let goodness = self.goodness(fit);
         let reduced = goodness.chi2 / goodness.dof.max(1) as f64;
         let is_refuted = goodness.p_value.is_some_and(|p| Refuted::is(p, reduced));
         let everything = *depth >= Depth::Everything && !is_refuted;
@@ -215,7 +215,8 @@ impl Fitted<'_> {
         let of = |estimate: &&Estimate| {
             let ends = estimate.intervals.profile?;
             let points = self.rows.solution.curve(Id::from(estimate.parameter) as usize, ends);
-            Some(Profile { parameter: estimate.parameter, points })
+            let (value, chi2_rise) = points.into_iter().map(|[value, rise]| (value, rise)).unzip();
+            Some(Profile { parameter: estimate.parameter, value, chi2_rise })
         };
         estimates.iter().filter_map(of).collect()
     }
@@ -231,7 +232,8 @@ impl Fitted<'_> {
         fit.estimates.iter().filter_map(of).collect()
     }
 
-    fn goodness(&self, dof: usize) -> Goodness {
+    fn goodness(&self, fit: &Fit) -> Goodness {
+        let dof = fit.dof;
         let RowsFit { solution, noises, .. } = &self.rows;
         let is_stated = noises.is_empty() && solution.weights().is_empty();
         let chi2 = solution.chi2_of_all();
@@ -247,6 +249,7 @@ impl Fitted<'_> {
         let standardized: Vec<f64> = self.deviations.iter().flatten().flat_map(whiten).collect();
         let influential_from = self.common().influential_from(standardized.len() as f64);
         Goodness {
+            counted: fit.tested(),
             chi2,
             dof,
             noise_is_stated: is_stated,

@@ -1,9 +1,12 @@
 //! What a fit gives: a value, which `report` renders.
 
+use std::collections::BTreeMap;
 use std::path::PathBuf;
 use std::sync::Arc;
 
 use nalgebra::DMatrix;
+use schemars::JsonSchema;
+use serde::{Deserialize, Serialize, Serializer};
 
 use super::causes::Explanation;
 use super::check::Finding;
@@ -16,10 +19,11 @@ use crate::measurement::loss::Loss;
 use crate::measurement::number::plain;
 use crate::measurement::observable::Observable;
 use crate::measurement::parameter::Parameter;
+use crate::measurement::written::{self, ByParameter};
 use crate::physics::ball::Ball;
 use crate::physics::collision::{Effects, Fidelity, FidelityChoice};
 use crate::physics::disc::Discs;
-use crate::problem::Solution;
+use crate::problem::{Id, Solution};
 
 /// The result of one fit: a value, which `report` renders.
 ///
@@ -118,46 +122,57 @@ pub struct Fit {
 }
 
 /// How far a fit can be trusted.
-#[derive(Clone, Debug, Default)]
+#[derive(Clone, Debug, Default, Serialize, JsonSchema)]
 #[non_exhaustive]
 pub struct Diagnostics {
-    /// How many shots were computed at which fidelity and with which effects on.
+    /// How many shots were computed at which fidelity.
     pub computed: Vec<Computed>,
-    /// What the data determine of the free parameters; `None` where none is free.
+    /// Which combinations of parameters the data determine.
     pub identifiability: Option<Identifiability>,
-    /// How well model and noise describe the residuals; `None` where nothing was fitted.
+    /// Tests of the residuals.
     pub goodness: Option<Goodness>,
-    /// How a robust loss weighted the shots, where one was asked for.
+    /// Shots that count less under a robust loss.
     pub robust: Option<Robust>,
-    /// What a bootstrap over the shots found, where it was asked for.
+    /// Intervals from resampled shots (--bootstrap).
     pub bootstrap: Option<Bootstrap>,
-    /// The confidence regions of all pairs of free parameters, with [`Depth::Everything`](super::Depth::Everything).
+    /// Confidence regions of pairs of parameters.
     pub contours: Vec<Contour>,
-    /// Of tables: how χ² rises as a free parameter moves, with [`Depth::Everything`](super::Depth::Everything).
+    /// Of tables: how χ² rises as a parameter moves within its 95 % interval and the others follow.
     pub profiles: Vec<Profile>,
-    /// Of tables: the fit and other models compared, with [`Depth::Everything`](super::Depth::Everything).
+    /// Of tables: other models on these data.
+    #[serde(rename = "model_comparison")]
     pub alternatives: Vec<Alternative>,
-    /// Of a film of balls: the smallest standard errors that its frames allow.
+    /// Of films of balls: the smallest errors that the frames allow.
+    #[serde(rename = "information_bound")]
     pub bound: Option<Bound>,
-    /// Of a film of balls: what was found besides the parameters.
+    /// Of films of balls: what the shots share besides contact, balls and camera, by its name in unknowns.
     pub joint: Option<JointFit>,
     /// Parameters that are known only to lie between two values, all of which fit equally well.
+    #[serde(skip)]
     pub plateaus: Vec<Plateau>,
     /// Whether values outside the intervals fit nearly as well.
+    #[serde(skip)]
     pub has_rival: bool,
     /// What is suspicious about the shots, or about the cloth as their paths show it.
+    #[serde(skip)]
     pub suspicious: Vec<Finding>,
 }
 
 /// Shots that were computed with the same fidelity and effects.
-#[derive(Clone, Debug, PartialEq, Eq)]
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, JsonSchema)]
 pub struct Computed {
-    /// The fidelity.
+    /// elastic, inelastic, linear, full, ode or contact.
     pub fidelity: Fidelity,
-    /// The effects that are on.
+    /// Names of the effects that were on.
+    #[serde(serialize_with = "names")]
+    #[schemars(with = "Vec<String>")]
     pub effects: Effects,
-    /// How many shots were computed so.
+    /// Number of shots.
     pub shots: usize,
+}
+
+fn names<S: Serializer>(effects: &Effects, serializer: S) -> Result<S::Ok, S::Error> {
+    serializer.collect_seq(effects.list().into_iter().filter_map(|(name, is_on)| is_on.then_some(name)))
 }
 
 impl Computed {
@@ -191,29 +206,57 @@ impl Computed {
     }
 }
 
-/// What the fit of a film of balls found besides the parameters.
-#[derive(Clone, Debug)]
+/// What the shots of a film share.
+#[derive(Clone, Debug, Serialize, JsonSchema)]
 #[non_exhaustive]
 pub struct JointFit {
-    /// What all shots share.
+    /// Probability of a larger χ² if model and noise are right; null if the noise was estimated from the frames.
+    pub p_value: Option<f64>,
+    /// Number of coordinates, and components of spins that markers show, that were fitted.
+    pub observations: usize,
+    /// Number of unknowns that the shots have of their own, together.
+    #[serde(rename = "shot_unknowns")]
+    pub unknowns: usize,
+    /// The unknowns that all shots share.
+    #[serde(flatten, serialize_with = "shared")]
+    #[schemars(with = "BTreeMap<String, SharedUnknown>")]
     pub shared: Vec<crate::problem::Estimate>,
     /// The covariance of `shared`, in the same order.
+    #[serde(skip)]
     pub covariance: DMatrix<f64>,
-    /// The probability of a larger χ² of the frames if model and noise were right; `None` where the noise was
-    /// estimated from the same frames.
-    pub p_value: Option<f64>,
-    /// How many coordinates, and components of spins that markers show, were fitted.
-    pub observations: usize,
-    /// How many unknowns the shots have of their own, all together.
-    pub unknowns: usize,
 }
 
-/// The Cramér–Rao bound of the frames with all nuisance unknowns free.
-#[derive(Clone, Debug, PartialEq)]
+/// An unknown of cloth, spin or time that all shots share.
+#[derive(Clone, Debug, Serialize, JsonSchema)]
+pub struct SharedUnknown {
+    /// Estimate from all frames, in the unit at the end of its name, else a ratio.
+    pub value: f64,
+    /// Its standard error, same unit.
+    pub std_error: f64,
+    /// 95 % interval: lower and upper end.
+    pub interval_95: [f64; 2],
+}
+
+/// Quantile of the normal distribution that a 95 % interval takes.
+const QUANTILE_95: f64 = 1.96;
+
+/// Writes the unknowns but for the camera's, by their names.
+fn shared<S: Serializer>(all: &[crate::problem::Estimate], serializer: S) -> Result<S::Ok, S::Error> {
+    serializer.collect_map(all.iter().filter(|found| found.id < Id::Scale).filter_map(|found| {
+        let (value, std_error) = (found.value, found.std_error?);
+        let interval_95 = [-QUANTILE_95, QUANTILE_95].map(|times| value + times * std_error);
+        Some((found.id.name(), SharedUnknown { value, std_error, interval_95 }))
+    }))
+}
+
+/// The smallest errors that the frames allow (Cramér–Rao), with all nuisance unknowns free.
+#[derive(Clone, Debug, PartialEq, Serialize, JsonSchema)]
 pub struct Bound {
-    /// The smallest standard errors that an unbiased fit of the frames can have.
+    /// The smallest standard error by parameter, in its unit.
+    #[serde(serialize_with = "written::by_parameter")]
+    #[schemars(with = "ByParameter<f64>")]
     pub std_errors: Vec<(Parameter, f64)>,
-    /// How many shots it was computed from; it holds for all shots.
+    /// Number of shots.
     pub shots: usize,
 }
 
@@ -231,23 +274,59 @@ pub struct Plateau {
 /// Shots of a weight below this are listed in the report.
 pub const DOWN_WEIGHTED: f64 = 0.5;
 
-/// How a robust loss weighted the shots.
-#[derive(Clone, Debug, PartialEq)]
+/// Shots that count less under a robust loss.
+#[derive(Clone, Debug, PartialEq, Serialize, JsonSchema)]
 pub struct Robust {
     /// The loss.
+    #[serde(flatten, serialize_with = "loss")]
+    #[schemars(with = "RobustLoss")]
     pub loss: Loss,
-    /// The name and the weight of each shot whose weight is below 1, the smallest first.
+    /// The shots that count less, the least first.
+    #[serde(rename = "weights_below_1", serialize_with = "weights")]
+    #[schemars(with = "Vec<Weight>")]
     pub weights: Vec<(String, f64)>,
 }
 
-/// By how much shots of discs scatter: standard deviations between shots, beyond the errors of their frames; 0 where they show none.
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
+/// A robust loss.
+#[derive(Serialize, JsonSchema)]
+struct RobustLoss {
+    /// huber or cauchy.
+    loss: Loss,
+    /// Distance from which on an observation counts less, in standard deviations.
+    #[schemars(with = "Option<f64>")]
+    tuning_constant: f64,
+    /// How the errors were found.
+    covariance: &'static str,
+}
+
+fn loss<S: Serializer>(loss: &Loss, serializer: S) -> Result<S::Ok, S::Error> {
+    let (loss, tuning_constant) = (*loss, loss.tuning());
+    RobustLoss { loss, tuning_constant, covariance: "sandwich" }.serialize(serializer)
+}
+
+/// The weight of a shot.
+#[derive(Serialize, JsonSchema)]
+struct Weight<'a> {
+    /// Name of the shot.
+    shot: &'a str,
+    /// Its weight, 0 to 1.
+    weight: f64,
+}
+
+fn weights<S: Serializer>(weights: &[(String, f64)], serializer: S) -> Result<S::Ok, S::Error> {
+    serializer.collect_seq(weights.iter().map(|(shot, weight)| Weight { shot, weight: *weight }))
+}
+
+/// Standard deviations between shots of discs, beyond the errors of their frames; 0 where they show none.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, JsonSchema)]
 pub struct Scatter {
-    /// The standard deviation of e.
+    /// Of the restitution, dimensionless.
+    #[serde(rename = "e")]
     pub restitution: f64,
-    /// The standard deviation of J_t/J_n, besides what follows from that of e.
+    /// Of J_t/J_n, dimensionless, besides what follows from that of the restitution.
     pub impulse_ratio: f64,
     /// Whether there are enough shots to estimate it.
+    #[serde(skip)]
     pub is_estimated: bool,
 }
 
@@ -285,12 +364,12 @@ impl Noise {
     }
 }
 
-/// A shot that was not used, or is doubtful, and why.
-#[derive(Clone, Debug)]
+/// A shot, and what is wrong with it.
+#[derive(Clone, Debug, Serialize, Deserialize, JsonSchema)]
 pub struct Rejected {
-    /// The name of the shot.
+    /// Name of the shot.
     pub shot: String,
-    /// The reason.
+    /// What is wrong with it.
     pub reason: String,
 }
 

@@ -3,6 +3,9 @@
 //! It is a pure function of the [`Fit`]. What rules the numbers out comes first, then what lets doubt them, the most harmful
 //! first; the first that holds is the verdict.
 
+use schemars::JsonSchema;
+use serde::Serialize;
+
 use super::check;
 use super::check::capital;
 use super::diagnostics::goodness::IMPROBABLE;
@@ -13,6 +16,7 @@ use crate::measurement::dataset::{ON_REQUEST, ObjectBall};
 use crate::measurement::number::{self, plain, with_error};
 use crate::measurement::observable::Observable;
 use crate::measurement::parameter::{Parameter, Prior};
+use crate::measurement::written::written_by_name;
 use crate::physics::name::{by_name, worded};
 use crate::problem::Severity;
 
@@ -36,14 +40,15 @@ worded! {
 }
 
 by_name!(Grade, "grade", ALL, name);
+written_by_name!(Grade);
 
-/// A grade and the reason for it.
-#[derive(Clone, Debug, PartialEq, Eq)]
-#[non_exhaustive]
+/// Whether the numbers can be used.
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, JsonSchema)]
 pub struct Verdict {
-    /// The grade.
+    /// good: nothing that was tested contradicts the numbers; doubtful: they stand, with one reservation; unusable: there is no
+    /// number to use.
     pub grade: Grade,
-    /// The reason, for a reader: what is determined, the one reason for doubt, or why there is nothing to use.
+    /// The reason: what is determined, the one reason for doubt, or why there is nothing to use.
     pub sentence: String,
 }
 

@@ -10,3 +10,4 @@ pub mod spin;
 pub mod track;
 pub mod valid;
 pub mod values;
+pub(crate) mod written;

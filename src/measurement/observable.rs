@@ -2,14 +2,19 @@
 
 use std::str::FromStr;
 
+use schemars::JsonSchema;
+use serde::{Deserialize, Serialize};
+
 use crate::physics::name::{UnknownName, named};
 
-/// A value with its standard deviation, where the data give one.
-#[derive(Clone, Copy, Debug, PartialEq)]
+/// A value with its standard deviation, where the data give one; as JSON an estimate with its standard error.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub struct Measured {
     /// The value, in the unit of the quantity.
+    #[serde(rename = "estimate")]
     pub value: f64,
-    /// Its standard deviation in the same unit; `None` where the data give none.
+    /// Its standard deviation in the same unit; null if the data give none.
+    #[serde(rename = "std_error")]
     pub sd: Option<f64>,
 }
 

@@ -3,17 +3,11 @@
 use super::aligned::sections;
 use super::content::{Section, Table};
 use super::csv::line;
-use super::plot;
+pub use super::plot::accuracy::figure;
 use super::plot::accuracy::{Pick, name};
 use crate::physics::collision::Fidelity;
-use crate::studies::accuracy::{QUANTITIES, Row, Spread};
+use crate::studies::accuracy::{Row, Spread};
 use crate::studies::bias;
-
-/// Returns error against time of every way, as a figure.
-#[must_use]
-pub fn figure(rows: &[Row]) -> plot::Figure {
-    plot::accuracy::figure(rows)
-}
 
 /// Tables for the terminal: median, 95th percentile and worst of the errors, to a digit.
 #[must_use]
@@ -28,14 +22,13 @@ pub fn table(rows: &[Row]) -> String {
         ("Model error (median, 95 %, worst) against contact, to 1e-12", |row| Some(row.model)),
     ];
     let section = |(title, pick): (&str, Pick)| {
+        let shown = |(_, Spread { median, p95, worst, .. })| format!("{median:.0e} {p95:.0e} {worst:.0e}");
         let row = |row: &Row| {
             let errors = pick(row)?;
             let tolerance = row.tolerance.map_or(String::new(), |tolerance| format!("{tolerance:.0e}"));
             let mut cells = vec![name(row), tolerance, seconds(row.seconds)];
             cells.push(format!("{:.1}", row.seconds / linear));
-            cells.extend(
-                errors.map(|Spread { median, p95, worst }| format!("{median:.0e} {p95:.0e} {worst:.0e}")),
-            );
+            cells.extend(errors.each().map(shown));
             Some(cells)
         };
         let rows: Vec<_> = rows.iter().filter_map(row).collect();
@@ -59,7 +52,7 @@ pub fn csv(rows: &[Row]) -> String {
         let way = [row.fidelity.name(), row.includes.name(), &tolerance, &seconds, &failed];
         let references = [("exact", row.numerical), ("contact", Some(row.model))];
         for (reference, errors) in references.into_iter().filter_map(|(name, errors)| Some((name, errors?))) {
-            for (quantity, Spread { median, p95, worst }) in QUANTITIES.into_iter().zip(errors) {
+            for (quantity, Spread { median, p95, worst, .. }) in errors.each() {
                 let errors = [median, p95, worst].map(|error| format!("{error:e}"));
                 let errors = errors.iter().map(String::as_str);
                 text += &line(way.into_iter().chain([reference, quantity]).chain(errors));

@@ -1,13 +1,13 @@
 //! A [`Comparison`] → table, compare.json and pictures.
 
 use super::compare_words as words;
-use super::content::{Block, Figure, Report, Section, Table, facts};
+use super::content::{Block, Report, Section, Table, facts};
 use super::number::{count_of, interval, plain, with_error};
 use super::plot::compare::{forest, residuals};
-use super::shots::{figure, shot_list};
+use super::shots::shot_list;
 use super::trust::{computed, down_weighted};
 use super::{LEAST_P, ReportError, csv, document, html, p_text, text};
-use crate::compare::{Compared, Comparison, Difference, LabelResidual, Reason, Value};
+use crate::compare::{Compared, Comparison, Difference, Reason, Value};
 use crate::fit::{Counted, Rejected, Residual};
 
 /// What was compared.
@@ -19,24 +19,14 @@ fn method(comparison: &Comparison) -> &'static str {
     }
 }
 
-/// What the report calls a shot.
-fn shot_name(comparison: &Comparison, residual: &LabelResidual) -> String {
-    format!("{}, {}", comparison.samples[residual.sample].title, residual.of_shot.shot)
-}
-
 /// Returns the files of a comparison: name and content.
 ///
 /// # Errors
 /// A figure or document that cannot be made.
 pub fn files(comparison: &Comparison) -> Result<Vec<(&'static str, Vec<u8>)>, ReportError> {
     let forest = forest(comparison);
-    let residuals = residuals(comparison, |i| shot_name(comparison, &comparison.residuals[i]));
-    let shots = shot_list(named(comparison));
-    let figures = [
-        figure("Estimates with their intervals", &forest, &shots)?,
-        figure("Residuals of all, by colour", &residuals, &shots)?,
-    ];
-    let report = html::render(&content(comparison, Some(figures)))?;
+    let residuals = residuals(comparison);
+    let report = html::render(&content(comparison))?;
     Ok(vec![
         ("forest.svg", forest.svg()?.into_bytes()),
         ("forest.png", forest.png()?),
@@ -51,24 +41,21 @@ pub fn files(comparison: &Comparison) -> Result<Vec<(&'static str, Vec<u8>)>, Re
 /// Returns the text that `caromfit compare` prints.
 #[must_use]
 pub fn table(comparison: &Comparison) -> String {
-    text::walk(&content(comparison, None))
+    text::walk(&content(comparison))
 }
 
-/// Returns what is said of a comparison; with the figures of the estimates and of the residuals.
-fn content(comparison: &Comparison, figures: Option<[Figure; 2]>) -> Report {
-    let mut blocks = vec![Block::Table(estimates(comparison))];
-    let mut residuals = None;
-    if let Some([forest, all]) = figures {
-        blocks.push(Block::Figure(forest));
-        residuals = Some(Section::of_figure("Residuals", "", all));
-    }
+/// Returns what is said of a comparison.
+fn content(comparison: &Comparison) -> Report {
+    let forest = Block::figure("Estimates with their intervals", forest(comparison));
+    let blocks = vec![Block::Table(estimates(comparison)), forest];
     let legend = "±: one standard error; (shared): one value for all; –: not determined";
     let mut sections = vec![Section::new("Estimates", legend, blocks)];
     sections.extend(comparison.quantities.iter().map(|q| {
         let title = format!("{}, {}", q.quantity.symbol(), q.quantity.meaning());
         Section::lines(title, lines(comparison, q))
     }));
-    sections.extend(residuals);
+    let alt = "Residuals of all, by colour";
+    sections.push(Section::of_figure("Residuals", "", alt, residuals(comparison)));
     sections.extend(about(comparison));
     let rejected = comparison.samples.iter().flat_map(|sample| {
         let row = |r: &Rejected| [format!("{}, {}", sample.title, r.shot), r.reason.clone()];
@@ -111,7 +98,7 @@ fn chi2(comparison: &Comparison) -> String {
 }
 
 fn named(comparison: &Comparison) -> impl Iterator<Item = (String, &Residual)> {
-    comparison.residuals.iter().map(|residual| (shot_name(comparison, residual), &residual.of_shot))
+    comparison.residuals.iter().map(|residual| (comparison.shot_name(residual), &residual.of_shot))
 }
 
 /// A row for each label.

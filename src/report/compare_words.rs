@@ -1,9 +1,8 @@
 //! What a comparison found, in words.
 
-use super::document::Verdict;
 use super::number::{plain, with_error};
 use crate::compare::{Compared, Comparison, Difference, Effect, Finding, Quantity, Reason};
-use crate::fit::film_words;
+use crate::fit::{Verdict, film_words};
 use crate::measurement::parameter::Parameter;
 use crate::problem::Severity;
 
@@ -51,7 +50,7 @@ pub(super) fn verdict(comparison: &Comparison) -> Verdict {
         }
         (None, None, false) => format!("{}.", differences.join("; ")),
     };
-    Verdict { grade: comparison.grade().name().to_owned(), sentence }
+    Verdict { grade: comparison.grade(), sentence }
 }
 
 /// Returns whether a quantity differs, if it is compared.

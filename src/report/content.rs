@@ -3,10 +3,11 @@
 
 use serde::Serialize;
 
-use super::document::Verdict;
+use super::plot;
+use crate::fit::Verdict;
 
 /// A report: of a fit, or of a comparison.
-#[derive(Clone, Debug, PartialEq, Serialize)]
+#[derive(Clone, Debug, Serialize)]
 pub struct Report {
     /// The title.
     pub title: String,
@@ -21,7 +22,7 @@ pub struct Report {
 }
 
 /// A short text with its name.
-#[derive(Clone, Debug, PartialEq, Serialize)]
+#[derive(Clone, Debug, Serialize)]
 pub struct Fact {
     /// The name.
     pub name: &'static str,
@@ -36,7 +37,7 @@ pub(super) fn facts<const N: usize>(facts: [(&'static str, String); N]) -> Vec<F
 }
 
 /// A section: what stands under one heading.
-#[derive(Clone, Debug, PartialEq, Serialize)]
+#[derive(Clone, Debug, Serialize)]
 pub struct Section {
     /// The heading.
     pub title: String,
@@ -81,8 +82,8 @@ impl Section {
     }
 
     /// Of a figure alone, which shows what `alt` says.
-    pub(super) fn of_figure(title: &str, about: &str, figure: Figure) -> Self {
-        Self::new(title, about, vec![Block::Figure(figure)])
+    pub(super) fn of_figure(title: &str, about: &str, alt: &'static str, drawing: plot::Figure) -> Self {
+        Self::new(title, about, vec![Block::figure(alt, drawing)])
     }
 
     /// The same section, as a detail.
@@ -92,7 +93,7 @@ impl Section {
 }
 
 /// A part of a section.
-#[derive(Clone, Debug, PartialEq, Serialize)]
+#[derive(Clone, Debug, Serialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Block {
     /// Sentences, each a line.
@@ -109,8 +110,15 @@ pub enum Block {
     Shots(Vec<Shot>),
 }
 
+impl Block {
+    /// A figure that shows what `alt` says.
+    pub(super) fn figure(alt: &'static str, drawing: plot::Figure) -> Self {
+        Self::Figure(Figure { alt, drawing, svg: String::new(), spots: String::new() })
+    }
+}
+
 /// A page that another one leads to.
-#[derive(Clone, Debug, PartialEq, Serialize)]
+#[derive(Clone, Debug, Serialize)]
 pub struct Link {
     /// Its name.
     pub name: String,
@@ -121,7 +129,7 @@ pub struct Link {
 }
 
 /// Rows of cells below a head. A row that is shorter than the head ends with a cell that spans the rest.
-#[derive(Clone, Debug, PartialEq, Serialize)]
+#[derive(Clone, Debug, Serialize)]
 pub struct Table {
     /// The headings of the columns.
     pub head: Vec<String>,
@@ -155,18 +163,21 @@ impl Table {
 }
 
 /// A picture.
-#[derive(Clone, Debug, PartialEq, Serialize)]
+#[derive(Clone, Debug, Serialize)]
 pub struct Figure {
     /// What it shows, in words.
-    pub alt: String,
-    /// The picture as SVG text.
+    pub alt: &'static str,
+    /// What is drawn.
+    #[serde(skip)]
+    pub drawing: plot::Figure,
+    /// The picture as SVG text, once it is drawn.
     pub svg: String,
     /// Its measured points and what they stand for, as JSON; empty without any.
     pub spots: String,
 }
 
 /// One shot's measured values against the model.
-#[derive(Clone, Debug, PartialEq, Serialize)]
+#[derive(Clone, Debug, Serialize)]
 pub struct Shot {
     /// A key that is unique in the report, by which pictures refer to it.
     pub id: String,

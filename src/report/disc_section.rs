@@ -37,10 +37,7 @@ pub(super) fn section(fit: &Fit) -> Option<Section> {
     }
     let used = |shot: &&DiscShot| fit.residuals.iter().any(|residual| residual.shot == shot.name);
     let value = |measured: Option<Measured>| {
-        measured.map_or(String::new(), |found| match found.sd {
-            Some(sd) => with_error(found.value, sd),
-            None => plain(found.value, 4),
-        })
+        measured.map_or(String::new(), |found| with_error(found.value, found.sd.unwrap_or_default()))
     };
     let row = |shot: &DiscShot| {
         let state = match (used(&shot), shot.sticks, shot.doubts.is_empty()) {

@@ -5,7 +5,7 @@
 
 use serde_json::{Value, json};
 
-use super::document::{Body, FitDocument, FittedParameter, OnlyBound};
+use super::document::{Body, FitDocument, FittedParameter};
 use crate::measurement::number;
 use crate::measurement::parameter::Parameter;
 use crate::physics::ball::UNIFORM_SPHERE;
@@ -57,29 +57,42 @@ fn known(fit: &FitDocument, parameter: Parameter) -> Option<&FittedParameter> {
     fit.parameters.get(parameter.name()).filter(|p| p.status != "not-identified")
 }
 
+/// A bound that stands instead of an estimate.
+struct OnlyBound {
+    /// Its key in JSON, and its sign before the value.
+    key: &'static str,
+    sign: &'static str,
+    value: f64,
+    why: &'static str,
+}
+
+/// The bound of a parameter that has no estimate: it is on a plateau of χ², or ended at the end of its range.
+fn only_bound(found: &FittedParameter) -> Option<OnlyBound> {
+    let bound = |key, sign, value, why| Some(OnlyBound { key, sign, value, why });
+    match (found.status.as_str(), found.plateau) {
+        ("free", Some([edge, end])) if end >= edge => {
+            bound("at_least", "≥ ", edge, "every larger value fits equally")
+        }
+        ("free", Some([edge, _])) => bound("at_most", "≤ ", edge, "every smaller value fits equally"),
+        ("at-lower-bound", _) => {
+            bound("bound", "", found.estimate, "the fit ended at the lower end of its range")
+        }
+        ("at-upper-bound", _) => {
+            bound("bound", "", found.estimate, "the fit ended at the upper end of its range")
+        }
+        _ => None,
+    }
+}
+
 /// Says what is known of a parameter of which only a bound is.
-fn of_bound(parameter: Parameter, bound: OnlyBound) -> String {
-    let symbol = parameter.symbol();
-    let (what, value) = match bound {
-        OnlyBound::AtLeast(value) => {
-            ("every larger value fits equally", format!("≥ {}", number::plain(value, 3)))
-        }
-        OnlyBound::AtMost(value) => {
-            ("every smaller value fits equally", format!("≤ {}", number::plain(value, 3)))
-        }
-        OnlyBound::LowerEnd(value) => {
-            ("the fit ended at the lower end of its range", number::plain(value, 3))
-        }
-        OnlyBound::UpperEnd(value) => {
-            ("the fit ended at the upper end of its range", number::plain(value, 3))
-        }
-    };
-    format!("{symbol} {value}: {what}, which is a bound and not a value")
+fn of_bound(parameter: Parameter, OnlyBound { sign, value, why, .. }: &OnlyBound) -> String {
+    let (symbol, value) = (parameter.symbol(), number::plain(*value, 3));
+    format!("{symbol} {sign}{value}: {why}, which is a bound and not a value")
 }
 
 /// The estimate of a parameter that means something and is not only a bound.
 fn value(fit: &FitDocument, parameter: Parameter) -> Option<f64> {
-    known(fit, parameter).filter(|found| found.only_bound().is_none()).map(|found| found.estimate)
+    known(fit, parameter).filter(|found| only_bound(found).is_none()).map(|found| found.estimate)
 }
 
 fn pooltool(fit: &FitDocument) -> (Value, Vec<String>) {
@@ -95,7 +108,6 @@ fn pooltool(fit: &FitDocument) -> (Value, Vec<String>) {
         None => "the data do not determine it",
     };
     let means_something = |value: &&FittedParameter| fit.refuted.is_none() || value.status == "fixed";
-    let only_bound = |p: Parameter| known(fit, p).and_then(FittedParameter::only_bound);
     let fitted = |p: Parameter| known(fit, p).filter(means_something).and_then(|_| value(fit, p));
     let measured_e = fit.refuted.as_ref().and_then(|refuted| refuted.measured_e);
     let falls = falls(fit);
@@ -105,8 +117,8 @@ fn pooltool(fit: &FitDocument) -> (Value, Vec<String>) {
         [(Parameter::Mu, "u_b", u_b.is_some() || falls), (Parameter::E, "e_b", e_b.is_some())]
     {
         if !is_told {
-            let bound = only_bound(parameter).filter(|_| fit.refuted.is_none());
-            let why = bound.map_or(why.to_owned(), |bound| of_bound(parameter, bound));
+            let bound = known(fit, parameter).and_then(only_bound).filter(|_| fit.refuted.is_none());
+            let why = bound.map_or(why.to_owned(), |bound| of_bound(parameter, &bound));
             left.push(format!("{} ({name}): {why}; pooltool's default holds.", parameter.symbol()));
         }
     }
@@ -138,7 +150,7 @@ fn pooltool(fit: &FitDocument) -> (Value, Vec<String>) {
     );
     let arguments = json!({
         "m": fit.ball.and_then(|ball| ball.mass_kg), "R": fit.ball.map(|ball| ball.radius_m),
-        "u_b": u_b, "e_b": e_b, "u_s": fit.mu_k.map(|mu_k| mu_k.estimate),
+        "u_b": u_b, "e_b": e_b, "u_s": fit.mu_k.map(|mu_k| mu_k.value),
     });
     (stated(arguments), left)
 }
@@ -236,23 +248,19 @@ fn plain(fit: &FitDocument) -> (Value, Vec<String>) {
         // mu alone is the friction at high slip only
         "friction": falls(fit).then_some("mu + mu_b exp(-mu_c v), v: slip in m/s"),
         "restitution": e_falls.then_some("e - e_slope v, v: closing speed in m/s"),
-        "mu_k": fit.mu_k.map(|mu_k| stated(json!({"estimate": mu_k.estimate, "std_error": mu_k.std_error}))),
+        "mu_k": fit.mu_k.map(|mu_k| stated(json!(mu_k))),
     }));
     let mut left = Vec::new();
     let is_told =
         |p: &Parameter| Parameter::COEFFICIENTS.contains(p) || fit.parameters.contains_key(p.name());
     for parameter in Parameter::ALL.into_iter().filter(is_told) {
-        let only_bound = known(fit, parameter).and_then(|found| Some((found, found.only_bound()?)));
-        if let Some((found, bound)) = only_bound {
-            let (key, value) = match bound {
-                OnlyBound::AtLeast(value) => ("at_least", value),
-                OnlyBound::AtMost(value) => ("at_most", value),
-                OnlyBound::LowerEnd(value) | OnlyBound::UpperEnd(value) => ("bound", value),
-            };
-            let interval = found.interval_95;
-            document[parameter.name()] =
-                stated(json!({"status": found.status, key: value, "interval_95": interval}));
-            left.push(format!("{}: it has no estimate.", of_bound(parameter, bound)));
+        if let Some((found, bound)) =
+            known(fit, parameter).and_then(|found| Some((found, only_bound(found)?)))
+        {
+            document[parameter.name()] = stated(
+                json!({"status": found.status, bound.key: bound.value, "interval_95": found.interval_95}),
+            );
+            left.push(format!("{}: it has no estimate.", of_bound(parameter, &bound)));
             continue;
         }
         match known(fit, parameter) {

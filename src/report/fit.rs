@@ -1,62 +1,16 @@
 //! A [`Fit`] → [`Report`].
 
-use super::content::{Block, Figure, Link, Report, Section, Table, facts};
+use super::content::{Block, Link, Report, Section, Shot, Table, facts};
 use super::number::{count_of, interval, plain, with_error};
-use super::shots::{figure, shot_list, tracks};
+use super::shots::{shot_list, tracks};
 use super::table::{self, INTERVAL, chi2_text, estimate, with_unit};
 use super::trust::sections;
-use super::{ReportError, bodies, document, model, noise_estimated, p_text, plot, reduced_chi2, title};
-use crate::fit::{Counted, DOWN_WEIGHTED, Estimate, Fit, Grade, Noise, Status};
+use super::{bodies, label, model, noise_estimated, p_text, plot, reduced_chi2};
+use crate::fit::{Counted, DOWN_WEIGHTED, Estimate, Fit, FittedFilm, Grade, Noise, Status, Verdict};
 
-/// The figures of a report.
-#[derive(Default)]
-struct Figures {
-    residuals: Option<Figure>,
-    contours: Option<Figure>,
-    discs: Option<Figure>,
-    camera: Option<Figure>,
-    paths: Option<Figure>,
-    /// The paths of all shots as JSON.
-    tracks: Option<String>,
-}
-
-/// Returns the report of a fit without figures.
+/// Returns the report of a fit.
 #[must_use]
 pub fn content(fit: &Fit) -> Report {
-    content_with(fit, Figures::default())
-}
-
-/// Returns the report of a fit with its figures.
-///
-/// # Errors
-/// A figure that cannot be drawn.
-pub(super) fn with_figures(fit: &Fit) -> Result<Report, ReportError> {
-    let shots = shot_list(named(fit));
-    let drawn =
-        |alt: &str, found: Option<plot::Figure>| found.map(|found| figure(alt, &found, &shots)).transpose();
-    let camera = fit.camera.as_ref().and_then(plot::camera::figure);
-    let residuals = Some(plot::residuals(fit)).filter(|figure| !figure.rows.is_empty());
-    let discs_alt = "e against the closing speed, and the friction against the slip";
-    let figures = Figures {
-        residuals: drawn("Measured against predicted values, and residuals", residuals)?,
-        contours: drawn("68 % and 95 % regions of pairs of parameters", plot::contours::figure(fit))?,
-        discs: drawn(discs_alt, plot::discs::figure(fit))?,
-        camera: drawn("How far positions were moved", camera)?,
-        paths: drawn(
-            "The paths of both balls in all shots, seen from above",
-            fit.frames.as_ref().and_then(|film| plot::paths::figure(&fit.dataset, film)),
-        )?,
-        tracks: fit.frames.as_ref().map(|film| tracks(film, &shots)).transpose()?.flatten(),
-    };
-    Ok(content_with(fit, figures))
-}
-
-/// Returns each residual with the name of its shot.
-fn named(fit: &Fit) -> impl Iterator<Item = (String, &crate::fit::Residual)> {
-    fit.residuals.iter().map(|residual| (residual.shot.clone(), residual))
-}
-
-fn content_with(fit: &Fit, figures: Figures) -> Report {
     let mut warnings = fit.warnings.clone();
     if !fit.converged {
         warnings.insert(0, format!("Not converged: {}", fit.termination));
@@ -65,13 +19,14 @@ fn content_with(fit: &Fit, figures: Figures) -> Report {
         Some(_) => "of the velocities after each impact, against the estimates of the fit",
         None => "",
     };
+    let shots = shot_list(named(fit));
     let mut open = vec![parameters(fit)];
-    open.extend(figures.paths.map(|figure| {
-        let blocks = [Block::Figure(figure)].into_iter().chain(figures.tracks.map(Block::Tracks));
-        Section::new("All shots", "", blocks.collect())
-    }));
-    open.extend(figures.discs.map(|figure| Section::of_figure("All impacts", "", figure)));
-    open.extend(figures.residuals.map(|figure| Section::of_figure("Residual plots", tested, figure)));
+    open.extend(fit.frames.as_ref().and_then(|film| paths(fit, film, &shots)));
+    let alt = "e against the closing speed, and the friction against the slip";
+    open.extend(plot::discs::figure(fit).map(|figure| Section::of_figure("All impacts", "", alt, figure)));
+    let residuals = Some(plot::residuals(fit)).filter(|figure| !figure.rows.is_empty());
+    let alt = "Measured against predicted values, and residuals";
+    open.extend(residuals.map(|figure| Section::of_figure("Residual plots", tested, alt, figure)));
     let mut folded = vec![computation(fit)];
     folded.extend(super::disc_section::section(fit));
     folded.push(Section::lines("χ²", chi2(fit)));
@@ -81,17 +36,31 @@ fn content_with(fit: &Fit, figures: Figures) -> Report {
             Table::new(["", "values", "sd of one value", "rms of the residuals"], rows).with_numbers(1..2);
         folded.push(Section::table("Noise", "rms: root mean square", table));
     }
-    let regions = "Regions of pairs of parameters";
-    folded.extend(figures.contours.map(|figure| Section::of_figure(regions, "", figure)));
+    let (title, alt) = ("Regions of pairs of parameters", "68 % and 95 % regions of pairs of parameters");
+    folded.extend(plot::contours::figure(fit).map(|figure| Section::of_figure(title, "", alt, figure)));
     folded.extend(sections(fit));
-    folded.extend(camera(fit, figures.camera));
+    folded.extend(camera(fit));
     let rejected =
         fit.shots_rejected.iter().map(|rejected| [&rejected.shot, &rejected.reason].map(String::clone));
     folded.extend(Section::of_rejected(rejected));
     folded.extend(Section::of_notes(fit.notes.clone()));
-    folded.extend(Section::of_shots(shot_list(named(fit)), tested));
+    folded.extend(Section::of_shots(shots, tested));
     open.extend(folded.into_iter().map(Section::folded));
-    Report { title: title(fit), verdict: fit.verdict().into(), warnings, facts: about(fit), sections: open }
+    let (title, verdict) = (super::title(fit), fit.verdict());
+    Report { title, verdict, warnings, facts: about(fit), sections: open }
+}
+
+/// The paths of all shots of a film.
+fn paths(fit: &Fit, film: &FittedFilm, shots: &[Shot]) -> Option<Section> {
+    let alt = "The paths of both balls in all shots, seen from above";
+    let figure = Block::figure(alt, plot::paths::figure(&fit.dataset, film)?);
+    let blocks = [figure].into_iter().chain(tracks(film, shots).map(Block::Tracks));
+    Some(Section::new("All shots", "", blocks.collect()))
+}
+
+/// Returns each residual with the name of its shot.
+fn named(fit: &Fit) -> impl Iterator<Item = (String, &crate::fit::Residual)> {
+    fit.residuals.iter().map(|residual| (residual.shot.clone(), residual))
 }
 
 /// Returns the page that leads to the reports of the labels of a data set, each in a folder of its own.
@@ -114,8 +83,8 @@ pub(super) fn of_labels(fits: &[Fit], folders: &[String]) -> Report {
     let alike = verdicts.iter().filter(|verdict| verdict.grade == worst).count();
     Report {
         title: fits.first().map_or_else(String::new, |fit| fit.dataset.clone()),
-        verdict: document::Verdict {
-            grade: worst.name().to_owned(),
+        verdict: Verdict {
+            grade: worst,
             sentence: format!("{alike} of {} labels are {}.", fits.len(), worst.name()),
         },
         warnings: Vec::new(),
@@ -127,12 +96,8 @@ pub(super) fn of_labels(fits: &[Fit], folders: &[String]) -> Report {
     }
 }
 
-fn label(fit: &Fit) -> String {
-    fit.group.as_ref().map_or_else(String::new, |(_, label)| label.clone())
-}
-
 /// The camera of footage as it was fitted.
-fn camera(fit: &Fit, figure: Option<Figure>) -> Option<Section> {
+fn camera(fit: &Fit) -> Option<Section> {
     let found = fit.camera.as_ref().filter(|found| !found.corrections.is_empty())?;
     let rows = found.corrections.iter().map(|correction| {
         let adopted = if correction.adopted { "corrected" } else { "not called for" };
@@ -140,7 +105,8 @@ fn camera(fit: &Fit, figure: Option<Figure>) -> Option<Section> {
         vec![correction.which.words().to_owned(), value, adopted.to_owned()]
     });
     let mut blocks = vec![Block::Table(Table::new(["", "found", ""], rows))];
-    blocks.extend(figure.map(Block::Figure));
+    let alt = "How far positions were moved";
+    blocks.extend(plot::camera::figure(found).map(|figure| Block::figure(alt, figure)));
     Some(Section::new(
         "Camera",
         format!("from the frames of {} shots; ± one standard error", found.shots),

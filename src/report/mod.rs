@@ -18,7 +18,7 @@ pub mod fit;
 pub mod frame_table;
 pub mod html;
 pub mod overview;
-pub mod plot;
+mod plot;
 pub mod regression;
 pub mod shot_table;
 mod shots;
@@ -29,7 +29,8 @@ pub mod write;
 
 use std::path::PathBuf;
 
-pub use write::{fit_folder, folder_name, group_folders, write, write_all};
+pub use plot::{WIDTH, residuals};
+pub use write::{fit_folder, folder_name, group_folders, write};
 
 use crate::fit::Fit;
 use crate::measurement::dataset::ObjectBall;
@@ -71,6 +72,11 @@ pub fn title(fit: &Fit) -> String {
         Some((column, label)) => format!("{}, {column} = {label}", fit.dataset),
         None => fit.dataset.clone(),
     }
+}
+
+/// The label that was fitted apart; empty of a whole data set.
+fn label(fit: &Fit) -> String {
+    fit.group.as_ref().map_or_else(String::new, |(_, label)| label.clone())
 }
 
 /// `full (friction, not flight)`: the collision model and its effects.

@@ -5,8 +5,9 @@ use super::aligned;
 use super::content::Table;
 use super::document;
 use super::number::{plain, with_error};
-use super::table::{INTERVAL, brief, chi2_text, columns, head, name, parameters, shots};
-use super::{noise_estimated, reduced_chi2, symbol};
+use super::plot::ends;
+use super::table::{INTERVAL, brief, chi2_text, columns, head, name, parameters, shots, shows};
+use super::{label, noise_estimated, reduced_chi2, symbol};
 use crate::fit::{Fit, Grade, Status};
 use crate::measurement::parameter::Parameter;
 use crate::problem::{Estimate, Id};
@@ -135,7 +136,7 @@ fn line(fits: &[Fit], known: &[Parameter]) -> Line {
         let counted: Vec<String> =
             counted.map(|grade| format!("{} {}", count(grade), grade.name())).collect();
         let below = first_bad.map(|(fit, verdict)| {
-            let label = fit.group.as_ref().map_or("", |(_, label)| label);
+            let label = label(fit);
             match fits.len() - count(Grade::Good) {
                 1 => format!("{label}: {}", verdict.sentence),
                 others => format!("{label}, the first of {others}: {}", verdict.sentence),
@@ -162,8 +163,7 @@ fn range(fits: &[Fit], parameter: Parameter) -> String {
     let own = |fit: &Fit| fit.estimates.iter().find(|e| e.parameter == parameter).copied();
     let values =
         usable().filter_map(own).filter(|e| !matches!(e.status, Status::NotIdentified)).map(|e| e.value);
-    let (low, high) =
-        values.fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), x| (low.min(x), high.max(x)));
+    let [low, high] = ends(values);
     let [low_text, high_text] = [low, high].map(|end| plain(end, 3));
     match (low > high, low_text == high_text) {
         (true, _) => "–".to_owned(),
@@ -174,12 +174,11 @@ fn range(fits: &[Fit], parameter: Parameter) -> String {
 
 /// What the marks and the symbols of the table mean, as far as it has them.
 fn legend(lines: &[Line], known: &[Parameter]) -> String {
-    let shows = |line: &Line, mark: &str| line.cells.iter().skip(1).any(|cell| cell.contains(mark));
-    let has = |mark: &str| lines.iter().any(|line| shows(line, mark));
-    let dash = |unusable: bool| {
-        lines.iter().any(|line| (line.grade == Grade::Unusable) == unusable && shows(line, "–"))
+    let has = |mark: &str| lines.iter().any(|line| shows(&line.cells, mark));
+    let has_dash = |is_meant: fn(Grade) -> bool| {
+        lines.iter().any(|line| is_meant(line.grade) && shows(&line.cells, "–"))
     };
-    let dash = match (dash(false), dash(true)) {
+    let dash = match (has_dash(|grade| grade < Grade::Unusable), has_dash(|grade| grade == Grade::Unusable)) {
         (true, true) => "–: not determined by these shots; where the verdict is unusable: no number to use",
         (false, true) => "–: no number to use",
         _ => "–: not determined by these shots",

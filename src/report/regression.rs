@@ -6,38 +6,12 @@ use super::content::Table;
 use super::document::FitDocument;
 use crate::fit::Fit;
 
-/// How much a number may change and still count as the same.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Tolerance {
-    /// For an estimate, in standard errors, of which the larger one counts; for χ², in its own standard deviation
-    /// √(2·dof).
-    pub standard_errors: f64,
-    /// For an estimate without a standard error, as a fraction of it.
-    pub relative: f64,
-}
+/// By how much an estimate may move and still count as the same, in standard errors, of which the larger one counts; χ² in its own
+/// standard deviation √(2·dof). Far below what matters in practice, far above the roundings of another machine.
+pub const TOLERANCE: f64 = 0.01;
 
-impl Default for Tolerance {
-    /// Far below what matters in practice, far above the roundings of another machine.
-    fn default() -> Self {
-        Self { standard_errors: 0.01, relative: 1e-6 }
-    }
-}
-
-impl Tolerance {
-    /// The default tolerance with another number of standard errors.
-    ///
-    /// # Errors
-    /// A number that is not finite, or below 0: with NaN everything would count as moved, with infinity nothing.
-    pub fn of(standard_errors: f64) -> Result<Self, String> {
-        if standard_errors.is_finite() && standard_errors >= 0.0 {
-            Ok(Self { standard_errors, ..Self::default() })
-        } else {
-            Err(format!(
-                "{standard_errors} is no number of standard errors; expected a finite number, 0 or more"
-            ))
-        }
-    }
-}
+/// The same of an estimate without a standard error, as a fraction of it.
+const RELATIVE: f64 = 1e-6;
 
 /// A result that changed.
 #[derive(Clone, Debug, PartialEq)]
@@ -61,9 +35,9 @@ pub fn find<'a>(fit: &Fit, stored: &'a [FitDocument]) -> Option<&'a FitDocument>
     })
 }
 
-/// What differs by more than the tolerance; in the order of the parameters, then χ² and the rest.
+/// What differs by more than a tolerance, which is that of [`TOLERANCE`]; in the order of the parameters, then χ² and the rest.
 #[must_use]
-pub fn moved(fit: &Fit, stored: &FitDocument, tolerance: &Tolerance) -> Vec<Moved> {
+pub fn moved(fit: &Fit, stored: &FitDocument, tolerance: f64) -> Vec<Moved> {
     let mut all = Vec::new();
     let mut compare = |what: &str, before: String, now: String, standard_errors| {
         if before != now {
@@ -83,15 +57,15 @@ pub fn moved(fit: &Fit, stored: &FitDocument, tolerance: &Tolerance) -> Vec<Move
         let error = before.std_error.into_iter().chain(estimate.std_error).fold(0.0, f64::max);
         let in_errors = (error > 0.0).then(|| change / error);
         let same = match in_errors {
-            Some(errors) => errors.abs() <= tolerance.standard_errors,
-            None => change.abs() <= tolerance.relative * before.estimate.abs().max(estimate.value.abs()),
+            Some(errors) => errors.abs() <= tolerance,
+            None => change.abs() <= RELATIVE * before.estimate.abs().max(estimate.value.abs()),
         };
         if !same {
             compare(name, before.estimate.to_string(), estimate.value.to_string(), in_errors);
         }
         // an interval that widens is a change even where the estimate stays
         let widened = match (before.std_error, estimate.std_error) {
-            (Some(old), Some(new)) => (new / old - 1.0).abs() > tolerance.standard_errors,
+            (Some(old), Some(new)) => (new / old - 1.0).abs() > tolerance,
             (old, new) => old.is_some() != new.is_some(),
         };
         if widened {
@@ -102,7 +76,7 @@ pub fn moved(fit: &Fit, stored: &FitDocument, tolerance: &Tolerance) -> Vec<Move
     }
     let chi2 = stored.chi2.unwrap_or(f64::NAN);
     let change = (fit.chi2 - chi2) / (2.0 * fit.dof.max(1) as f64).sqrt();
-    if fit.chi2.is_finite() != chi2.is_finite() || change.abs() > tolerance.standard_errors {
+    if fit.chi2.is_finite() != chi2.is_finite() || change.abs() > tolerance {
         let change = Some(change).filter(|change| change.is_finite());
         compare("chi2", chi2.to_string(), fit.chi2.to_string(), change);
     }

@@ -1,14 +1,13 @@
-//! The shots of a report one by one, the points of its figures that lead to them, and their paths.
+//! The shots of a report one by one, and their paths.
 
 use std::collections::HashMap;
 
 use rayon::prelude::*;
 use serde::Serialize;
 
-use super::ReportError;
-use super::content::{Figure, Shot, Table};
+use super::content::{Shot, Table};
+use super::html::for_script;
 use super::number::plain;
-use super::plot;
 use crate::fit::{FittedFilm, Residual};
 use crate::problem::Impact;
 
@@ -65,36 +64,6 @@ fn row(residual: &Residual) -> Vec<String> {
     ]
 }
 
-/// The measured points of a figure, for the script of a page.
-#[derive(Serialize)]
-struct Spots {
-    /// Pixels from the left and from the top, and the index of the label.
-    spots: Vec<(i32, i32, usize)>,
-    /// The key of the shot, and what the point stands for.
-    labels: Vec<(String, String)>,
-}
-
-/// Returns a figure for a page, which shows what `alt` says, with the points that lead to shots.
-pub(super) fn figure(alt: &str, drawn: &plot::Figure, shots: &[Shot]) -> Result<Figure, ReportError> {
-    let (svg, spots) = drawn.svg_with_spots()?;
-    let ids: HashMap<&str, &str> = shots.iter().map(|shot| (shot.name.as_str(), shot.id.as_str())).collect();
-    let label = |label: &plot::Label| {
-        let id = ids.get(label.shot.as_str()).copied().unwrap_or_default();
-        (id.to_owned(), format!("shot {}: {}", label.shot, label.words))
-    };
-    let found = Spots {
-        spots: spots.iter().map(|spot| (spot.x, spot.y, spot.label)).collect(),
-        labels: drawn.labels.iter().map(label).collect(),
-    };
-    let spots = if spots.is_empty() { String::new() } else { for_script(&found)? };
-    Ok(Figure { alt: alt.to_owned(), svg, spots })
-}
-
-/// Returns JSON that may stand inside a script element.
-fn for_script(data: &impl Serialize) -> Result<String, ReportError> {
-    Ok(serde_json::to_string(data)?.replace("</", "<\\/"))
-}
-
 /// The paths of a shot, in whole numbers that a page has room for: lengths in 0.1 mm.
 #[derive(Serialize)]
 struct Track {
@@ -112,14 +81,14 @@ struct Track {
     balls: [Vec<[i64; 5]>; 2],
 }
 
-/// Returns the paths of the shots with the largest residuals as JSON; `None` without any.
-pub(super) fn tracks(film: &FittedFilm, shots: &[Shot]) -> Result<Option<String>, ReportError> {
+/// Returns the paths of the shots with the largest residuals, for the script of a page; `None` without any.
+pub(super) fn tracks(film: &FittedFilm, shots: &[Shot]) -> Option<String> {
     let worst = &shots[..shots.len().min(MOST_DRAWN)];
     let drawn: Vec<Track> = worst
         .par_iter()
         .filter_map(|shot| Some(track(shot, &film.impact(&shot.name)?, film.radius())))
         .collect();
-    if drawn.is_empty() { Ok(None) } else { for_script(&drawn).map(Some) }
+    (!drawn.is_empty()).then(|| for_script(&drawn))
 }
 
 fn track(shot: &Shot, impact: &Impact, radius: f64) -> Track {

@@ -11,9 +11,9 @@ use crate::measurement::parameter::Parameter;
 #[must_use]
 pub fn render(fits: &[Fit]) -> String {
     let parameters = parameters(fits);
-    let rows = fits.iter().map(|fit| row(fit, &parameters));
+    let rows: Vec<Vec<String>> = fits.iter().map(|fit| row(fit, &parameters)).collect();
+    let legend = legend(fits, &rows);
     let mut text = aligned::table(&Table::new(head(&parameters, &["χ²/dof", "verdict"]), rows), "");
-    let legend = legend(fits);
     if !legend.is_empty() {
         text.push('\n');
         text.push_str(&legend);
@@ -134,38 +134,36 @@ pub(super) fn chi2_text(chi2: f64) -> String {
     if (0.01..100.0).contains(&chi2) { format!("{chi2:.2}") } else { plain(chi2, 3) }
 }
 
-/// A line for each mark that some fit carries.
-fn legend(fits: &[Fit]) -> String {
-    let usable = || fits.iter().filter(|fit| fit.verdict().grade != Grade::Unusable);
-    let all = || usable().flat_map(|fit| fit.estimates.iter().map(move |estimate| (fit, estimate)));
-    let has = |status: Status| all().any(|(_, e)| e.status == status);
-    let on_plateau = |fit: &Fit, e: &Estimate| plateau(fit, e.parameter).is_some();
-    let free = || all().filter(|(fit, e)| e.status == Status::Free && !on_plateau(fit, e));
-    let no_error = |(_, estimate): &(&Fit, &Estimate)| !estimate.std_error.is_some_and(f64::is_finite);
+/// Whether a mark stands in some cell of a row behind the data set and its shots.
+pub(super) fn shows(row: &[String], mark: &str) -> bool {
+    row.iter().skip(2).any(|cell| cell.contains(mark))
+}
+
+/// A line for each mark that some usable fit carries.
+fn legend(fits: &[Fit], rows: &[Vec<String>]) -> String {
+    let is_usable = |fit: &Fit| fit.verdict().grade != Grade::Unusable;
+    // but χ²/dof and the verdict
+    let usable = || {
+        fits.iter().zip(rows).filter(|(fit, _)| is_usable(fit)).map(|(fit, row)| (fit, &row[..row.len() - 2]))
+    };
+    let has = |mark: &str| usable().any(|(_, cells)| shows(cells, mark));
+    let has_no_error =
+        |is_free: fn(&Fit) -> bool| usable().any(|(fit, cells)| is_free(fit) && shows(cells, "no error"));
     let lines = [
-        (free().any(|pair| !no_error(&pair) && pair.1.lopsided().is_none()), "±: one standard error"),
-        (free().any(|(_, e)| e.lopsided().is_some()), INTERVAL),
+        (has("±"), "±: one standard error"),
+        (has("["), INTERVAL),
+        (!fits.iter().all(is_usable), "unusable: the numbers of that fit mean nothing; its report says why"),
+        (has("≥") || has("≤"), "≥, ≤: every larger (smaller) value fits equally"),
+        (has("(fixed)"), "fixed: held at this value, not fitted"),
         (
-            usable().count() < fits.len(),
-            "unusable: the numbers of that fit mean nothing; its report says why",
-        ),
-        (all().any(|(fit, e)| on_plateau(fit, e)), "≥, ≤: every larger (smaller) value fits equally"),
-        (has(Status::Fixed), "fixed: held at this value, not fitted"),
-        (
-            has(Status::AtLowerBound) || has(Status::AtUpperBound),
+            has("(bound)"),
             "bound: the best value within the allowed range is at its end; the data pull beyond it or leave it open",
         ),
-        (has(Status::NotIdentified), "–: these shots say nothing about it"),
+        (has("–"), "–: these shots say nothing about it"),
+        (has_no_error(|fit| fit.dof == 0), "no error: no degrees of freedom are left to tell one from"),
+        (has_no_error(|fit| fit.dof > 0), "no error: these data do not determine one; see the warnings"),
         (
-            free().filter(no_error).any(|(fit, _)| fit.dof == 0),
-            "no error: no degrees of freedom are left to tell one from",
-        ),
-        (
-            free().filter(no_error).any(|(fit, _)| fit.dof > 0),
-            "no error: these data do not determine one; see the warnings",
-        ),
-        (
-            fits.iter().any(|fit| noise_estimated(fit) && fit.dof > 0),
+            rows.iter().any(|cells| shows(cells, " *")),
             "*: noise estimated from the residuals of this fit, so that χ²/dof is near 1 whatever the model",
         ),
     ];

@@ -24,7 +24,7 @@ pub fn render(fit: &Fit) -> String {
 #[must_use]
 pub fn walk(report: &Report) -> String {
     let verdict = &report.verdict;
-    let mut text = format!("{}\nVerdict: {}. {}\n", report.title, verdict.grade, verdict.sentence);
+    let mut text = format!("{}\nVerdict: {}. {}\n", report.title, verdict.grade.name(), verdict.sentence);
     for fact in &report.facts {
         text += &format!("  {}: {}\n", fact.name, fact.text);
     }

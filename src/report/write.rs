@@ -7,19 +7,8 @@ use std::io::{self, BufWriter, Write};
 use std::path::{Path, PathBuf};
 use std::time::Duration;
 
-use super::{ReportError, csv, document, frame_table, html, plot, shot_table};
+use super::{ReportError, csv, document, frame_table, html, label, plot, shot_table};
 use crate::fit::Fit;
-
-/// Writes the report of a fit below `out` and returns its folder. The label of a group gives its
-/// folder by [`folder_name`]; where the names of labels may collide, use [`write_all`].
-pub fn write(fit: &Fit, out: &Path) -> Result<PathBuf, ReportError> {
-    let mut folder = out.join(dataset_folder(&fit.dataset));
-    if let Some((_, label)) = &fit.group {
-        folder.push(folder_name(label));
-    }
-    put(&files(fit)?, &folder)?;
-    Ok(folder)
-}
 
 /// The folder of all fits of one data set below `out`.
 #[must_use]
@@ -29,22 +18,21 @@ pub fn fit_folder(fits: &[Fit], out: &Path) -> PathBuf {
 
 /// Writes the fits of one data set below `out`, labels that would share a folder apart, after all
 /// have been rendered.
-pub fn write_all(fits: &[Fit], out: &Path) -> Result<(), ReportError> {
-    let labels: Vec<String> = fits
-        .iter()
-        .map(|fit| fit.group.as_ref().map_or_else(String::new, |(_, label)| label.clone()))
-        .collect();
-    let names = group_folders(&labels);
+pub fn write(fits: &[Fit], out: &Path) -> Result<(), ReportError> {
+    let names = group_folders(&fits.iter().map(label).collect::<Vec<_>>());
+    let folder = fit_folder(fits, out);
     let mut rendered = Vec::new();
     for (fit, name) in fits.iter().zip(&names) {
-        let folder = out.join(dataset_folder(&fit.dataset));
-        rendered.push((if fit.group.is_some() { folder.join(name) } else { folder }, files(fit)?));
+        let own = if fit.group.is_some() { folder.join(name) } else { folder.clone() };
+        rendered.push((own, files(fit)?));
     }
     rendered.iter().try_for_each(|(folder, files)| put(files, folder))?;
-    let Some(fit) = fits.first().filter(|fit| fit.group.is_some()) else { return Ok(()) };
+    if fits.iter().all(|fit| fit.group.is_none()) {
+        return Ok(());
+    }
     // what an earlier fit that was not label by label left there is removed
     let page = html::render(&super::fit::of_labels(fits, &names))?;
-    put(&[(REPORT, bytes(page.into_bytes()))], &out.join(dataset_folder(&fit.dataset)))
+    put(&[(REPORT, bytes(page.into_bytes()))], &folder)
 }
 
 /// What people read of a fit.
@@ -88,12 +76,7 @@ fn put(files: &[(&'static str, Content)], folder: &Path) -> Result<(), ReportErr
     };
     let written: Vec<_> = files.iter().filter(|file| !stays(file)).collect();
     write_contents(&written, folder)?;
-    remove(folder, |name| files.iter().all(|(written, _)| *written != name))
-}
-
-/// Removes files of a report.
-fn remove(folder: &Path, is_stale: impl Fn(&str) -> bool) -> Result<(), ReportError> {
-    for name in NAMES.into_iter().filter(|name| is_stale(name)) {
+    for name in NAMES.into_iter().filter(|name| files.iter().all(|(written, _)| written != name)) {
         let path = folder.join(name);
         if path.exists() {
             fs::remove_file(&path).map_err(|source| ReportError::Write { path, source })?;
@@ -121,7 +104,7 @@ fn files(fit: &Fit) -> Result<Vec<(&'static str, Content<'_>)>, ReportError> {
     if let Some(frames) = &fit.frames {
         files.push(("frames.csv", Box::new(|to| frame_table::write(frames, to))));
     }
-    files.push((REPORT, bytes(html::render(&super::fit::with_figures(fit)?)?.into_bytes())));
+    files.push((REPORT, bytes(html::render(&super::fit::content(fit))?.into_bytes())));
     // last, so that a program which waits for it finds the others
     files.push((FIT, bytes(document::text(fit)?.into_bytes())));
     Ok(files)

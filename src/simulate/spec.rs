@@ -3,6 +3,7 @@
 use std::path::Path;
 use std::str::FromStr;
 
+use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 use super::Kind;
@@ -190,7 +191,7 @@ impl Default for Camera {
 }
 
 /// The cloth of a synthetic data set of kind `tracks`.
-#[derive(Clone, Copy, Debug, Deserialize, Serialize)]
+#[derive(Clone, Copy, Debug, Deserialize, Serialize, JsonSchema)]
 #[serde(deny_unknown_fields, default)]
 pub struct ClothSpec {
     /// Sliding friction μ_k, dimensionless.

@@ -210,6 +210,7 @@ pub fn synthetic(name: &str, observables: &[Observable], shots: usize, seed: u64
             });
         }
     }
+    fit.diagnostics.goodness.as_mut().unwrap().counted = fit.tested();
     fit.shots_used = shots;
     fit.dof = fit.residuals.len().saturating_sub(3);
     fit.chi2 = fit.residuals.iter().map(|residual| residual.standardized.powi(2)).sum();

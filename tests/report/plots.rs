@@ -4,13 +4,13 @@ use std::collections::HashSet;
 
 use caromfit::fit::Fit;
 use caromfit::measurement::observable::{Axis, Observable};
-use caromfit::report::plot;
+use caromfit::report;
 
 use super::fits::{NAN, empty, exact, normal, restricted, synthetic};
 
 /// The SVG of a fit, whose tags were seen to be well-formed.
 fn svg(fit: &Fit) -> String {
-    let svg = plot::residuals(fit).svg().unwrap();
+    let svg = report::residuals(fit).svg().unwrap();
     let mut open = Vec::new();
     for part in svg.split('<').skip(1) {
         let (tag, text) = part.split_once('>').expect("a tag ends");
@@ -58,9 +58,9 @@ fn every_kind_of_fit_is_drawn() {
     }
     for fit in [normal(), restricted(), exact(), empty(), odd, equal] {
         svg(&fit);
-        let (width, height, colors) = decoded(&plot::residuals(&fit).png().unwrap());
+        let (width, height, colors) = decoded(&report::residuals(&fit).png().unwrap());
         // as many rows as there are panels with data
-        assert!(width == plot::WIDTH && (90..1400).contains(&height), "{width} × {height}");
+        assert!(width == report::WIDTH && (90..1400).contains(&height), "{width} × {height}");
         // Text alone has some dozen shades of grey.
         assert!(colors.len() > 20, "{} has {} colours", fit.dataset, colors.len());
     }
@@ -123,7 +123,7 @@ fn many_points_are_thinned_out() {
     let text = svg(&fit);
     assert!(text.contains("2100 of 10000 points drawn, outliers kept"), "outliers");
     assert!(text.len() < 2_000_000, "{} bytes", text.len());
-    assert!(plot::residuals(&fit).png().unwrap().len() < 1_000_000);
+    assert!(report::residuals(&fit).png().unwrap().len() < 1_000_000);
 }
 
 #[test]

@@ -36,6 +36,7 @@ fn trend(fit: &mut Fit) {
         quantity: "throw",
         variable: Variable::Speed,
         slope: -1.0,
+        slope_per: "m/s",
         p_value: 1e-5,
         p_corrected: 1e-4,
         significant: true,

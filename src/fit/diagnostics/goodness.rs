@@ -1,10 +1,14 @@
 //! Do model and noise describe the residuals? χ², normality, and the shots that matter most.
 
+use schemars::JsonSchema;
+use serde::Serialize;
 use statrs::distribution::Normal;
 use statrs::stats_tests::anderson_darling::anderson_darling;
 
 use super::trends::Trend;
+use crate::fit::Counted;
 use crate::measurement::parameter::Parameter;
+use crate::measurement::written::{self, ByParameter, written_by_name};
 use crate::physics::name::worded;
 
 /// A χ² this improbable, at either end, means that the stated noise does not describe the residuals.
@@ -19,45 +23,55 @@ const HOPELESS: f64 = 13.0;
 /// Fewer residuals say nothing of their distribution (D'Agostino and Stephens 1986, Table 4.9).
 const ENOUGH: usize = 8;
 
-/// How well model and noise describe the residuals.
-#[derive(Clone, Debug, PartialEq)]
+/// Tests of the residuals.
+#[derive(Clone, Debug, PartialEq, Serialize, JsonSchema)]
 #[non_exhaustive]
 pub struct Goodness {
-    /// χ² of what is tested, see [`Fit::tested`](crate::fit::Fit::tested). That of the frames, where they agree with the model
-    /// though what was extracted from them does not.
+    /// What is tested: angles, velocities or impulses.
+    pub counted: Counted,
+    /// χ² of the residuals that are tested, without priors.
+    #[schemars(with = "Option<f64>")]
     pub chi2: f64,
-    /// Its degrees of freedom.
+    /// Degrees of freedom of this χ².
     pub dof: usize,
     /// Whether χ² can be tested: the noise is stated, and no shot is down-weighted.
+    #[serde(skip)]
     pub noise_is_stated: bool,
-    /// The probability of a larger χ² if model and stated noise were right; `None` where the noise was estimated from
-    /// these residuals, or shots were down-weighted.
+    /// Probability of a larger χ² if model and noise are right; null if the noise was estimated from the residuals, or shots were
+    /// down-weighted.
     pub p_value: Option<f64>,
-    /// Whether the stated noise explains the residuals.
+    /// Whether the stated noise explains the residuals, in a word.
+    #[serde(rename = "stated_noise")]
     pub noise: NoiseVerdict,
-    /// √(χ²/dof): the factor by which the stated standard deviations are too small; `None` where χ² cannot be tested.
+    /// √(χ²/dof), by which the stated noise would explain the residuals; null if χ² cannot be tested.
     pub noise_factor: Option<f64>,
-    /// All trends that were looked for, the most significant first; none where what was extracted from frames is off.
+    /// Whether residuals change with speed, cut angle or spin, the most significant trend first.
     pub trends: Vec<Trend>,
-    /// Whether the residuals are normally distributed; `None` with fewer than eight residuals.
+    /// Test of whether residuals are normally distributed; null for fewer than eight.
     pub normality: Option<Normality>,
-    /// The most influential shots, in descending order.
+    /// The shots that matter most, the first the most.
     pub influence: Vec<Influence>,
-    /// Cook's distance above which a shot is influential: the median of F(p, n − p).
+    /// Cook's distance from which on a shot is called influential: the median of F(p, n − p).
+    #[serde(rename = "influential_from_cook_distance")]
     pub influential_from: Option<f64>,
 }
 
-/// How much a fit depends on one shot.
-#[derive(Clone, Debug, PartialEq)]
+/// How much a shot matters.
+#[derive(Clone, Debug, PartialEq, Serialize, JsonSchema)]
 pub struct Influence {
-    /// The name of the shot.
+    /// Name of the shot.
     pub shot: String,
-    /// The leverage of all its observations together; over all shots, leverages sum to the number of parameters.
+    /// How much of its own prediction the shot decides, summed over its numbers; over all shots the number of parameters.
+    #[schemars(with = "Option<f64>")]
     pub leverage: f64,
-    /// Cook's distance: how far the estimates move without the shot, in units of their joint error, squared and per
-    /// parameter. Infinite for a shot without which something is not determined.
+    /// Cook's distance: how far all estimates move without the shot, in their joint error, squared and per parameter; null if it is
+    /// infinite, since something is then not determined.
+    #[serde(rename = "cook_distance")]
+    #[schemars(with = "Option<f64>")]
     pub cook: f64,
-    /// How far each parameter would move without the shot, in its standard errors.
+    /// How far each estimate moves without the shot, in standard errors.
+    #[serde(rename = "shift_without_it_in_std_errors", serialize_with = "written::by_parameter")]
+    #[schemars(with = "ByParameter<Option<f64>>")]
     pub shifts: Vec<(Parameter, f64)>,
 }
 
@@ -78,13 +92,17 @@ worded! {
     pub fn name;
 }
 
-/// Anderson and Darling's test of the residuals, each over its own standard deviation, against a normal
-/// distribution of their mean and standard deviation.
-#[derive(Clone, Copy, Debug, PartialEq)]
+written_by_name!(NoiseVerdict);
+
+/// A test of normality: of the residuals, each over its own standard deviation, against a normal distribution of their mean and
+/// standard deviation.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, JsonSchema)]
 pub struct Normality {
-    /// Anderson and Darling's statistic A².
+    /// Statistic A² of Anderson and Darling.
+    #[serde(rename = "anderson_darling")]
     pub statistic: f64,
-    /// The probability of a larger one if the residuals are normally distributed.
+    /// Probability of a larger statistic if the residuals are normally distributed.
+    #[schemars(with = "Option<f64>")]
     pub p_value: f64,
 }
 

@@ -1,39 +1,58 @@
 //! What the data determine: the singular values of the Jacobian, and in words the combination of
 //! parameters that they tell worst.
 
+use schemars::JsonSchema;
+use serde::Serialize;
+
 use crate::measurement::parameter::Parameter;
+use crate::measurement::written::{self, ByParameter};
 use crate::problem::{self, Id, Invariant};
 
-/// What the data determine of the free parameters, at the minimum.
-#[derive(Clone, Debug, PartialEq)]
+/// Which combinations of parameters the data determine, at the minimum.
+#[derive(Clone, Debug, PartialEq, Serialize, JsonSchema)]
 pub struct Identifiability {
-    /// The free parameters that some observation depends on.
+    /// Names of the free parameters that some observation depends on.
     pub parameters: Vec<Parameter>,
-    /// The singular values of the whitened Jacobian, the largest first. Its columns are scaled to length 1 (and made
-    /// orthogonal to errors that the shots share), so that all are 1 where the parameters do not interfere.
+    /// Singular values of the whitened Jacobian, the largest first. Its columns are scaled to length 1 (and made orthogonal to errors
+    /// that the shots share), so that all are 1 if the parameters do not interfere.
     pub singular_values: Vec<f64>,
-    /// Largest over smallest singular value.
+    /// Largest over smallest singular value: large if parameters can hardly be distinguished; null if it is infinite.
+    #[serde(rename = "condition_number")]
+    #[schemars(with = "Option<f64>")]
     pub condition: f64,
-    /// The direction of the smallest singular value. `None` with fewer than two parameters.
+    /// The combination of parameters that is determined worst; null if at most one parameter is free.
     pub worst: Option<Combination>,
-    /// Free parameters that no observation depends on.
+    /// Names of free parameters that change no prediction.
     pub silent: Vec<Parameter>,
 }
 
-/// A direction in which the residuals change least.
-#[derive(Clone, Debug, PartialEq)]
+/// A combination of parameters that is determined badly: the direction in which the residuals change least.
+#[derive(Clone, Debug, PartialEq, Serialize, JsonSchema)]
 pub struct Combination {
-    /// How far each parameter goes for one standard error along it; undetermined: for a step of some
-    /// length.
-    pub terms: Vec<(Parameter, f64)>,
-    /// Whether the condition number is beyond 30, so that the direction is hardly determined.
-    pub weak: bool,
-    /// Whether no residual changes along it at all.
-    pub undetermined: bool,
-    /// What the data do determine of it, where that has a name: name, value, standard error.
-    pub determined: Option<(String, f64, f64)>,
-    /// The direction in words.
+    /// The combination as a sentence.
     pub words: String,
+    /// How each parameter moves along the combination by one standard error, in its unit; undetermined: by a step of some length.
+    #[serde(rename = "one_standard_error_along", serialize_with = "written::by_parameter")]
+    #[schemars(with = "ByParameter<Option<f64>>")]
+    pub terms: Vec<(Parameter, f64)>,
+    /// Whether it is determined, but badly: the condition number is beyond 30.
+    pub weak: bool,
+    /// Whether the data do not determine it.
+    pub undetermined: bool,
+    /// The combination that is determined instead; null if there is none.
+    pub determined: Option<Determined>,
+}
+
+/// A combination of parameters that is determined.
+#[derive(Clone, Debug, PartialEq, Serialize, JsonSchema)]
+pub struct Determined {
+    /// The combination, as in the product μ·μ_s.
+    pub name: String,
+    /// Its value.
+    pub estimate: f64,
+    /// Its standard error.
+    #[schemars(with = "Option<f64>")]
+    pub std_error: f64,
 }
 
 /// Returns what the data determine of some parameters, from their worst determined direction, which there
@@ -57,11 +76,11 @@ pub(in crate::fit) fn identify(
                 Invariant::Product => format!("the product {first}·{second}"),
                 Invariant::Ratio => format!("the ratio {first}/{second}"),
             };
-            (name, remains.value, remains.std_error)
+            Determined { name, estimate: remains.value, std_error: remains.std_error }
         });
         let (weak, undetermined) = (found.is_weak, found.is_undetermined);
         let words = words(&terms, weak, undetermined, determined.as_ref());
-        Combination { terms, weak, undetermined, determined, words }
+        Combination { words, terms, weak, undetermined, determined }
     });
     Some(Identifiability { parameters: parameters.to_vec(), singular_values, condition, worst, silent })
 }
@@ -70,7 +89,7 @@ fn words(
     terms: &[(Parameter, f64)],
     weak: bool,
     undetermined: bool,
-    determined: Option<&(String, f64, f64)>,
+    determined: Option<&Determined>,
 ) -> String {
     let names: Vec<_> = terms.iter().map(|(parameter, _)| parameter.symbol()).collect();
     let names = names.join(" and ");
@@ -83,13 +102,13 @@ fn words(
         .collect();
     let moves = moves.join(" and ");
     match (undetermined, weak, determined) {
-        (true, _, Some((name, ..))) => format!("only {name} is determined by these shots"),
+        (true, _, Some(Determined { name, .. })) => format!("only {name} is determined by these shots"),
         (true, _, None) if terms.len() > 1 => format!(
             "only a combination of {names} is determined by these shots: nothing changes when {moves} in \
              proportion"
         ),
-        (_, true, Some((name, value, error))) => format!(
-            "these shots hardly tell {names} apart: {name} = {value:.4} ± {error:.1e} is known far better than \
+        (_, true, Some(Determined { name, estimate, std_error })) => format!(
+            "these shots hardly tell {names} apart: {name} = {estimate:.4} ± {std_error:.1e} is known far better than \
              either"
         ),
         (_, true, None) if terms.len() > 1 => {

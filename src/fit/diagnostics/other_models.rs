@@ -6,39 +6,50 @@
 //! - Akaike, H. (1974), IEEE Trans. Autom. Control 19, 716–723; Schwarz, G. (1978), Ann. Stat. 6, 461–464.
 //! - Self, S. G. and Liang, K.-Y. (1987), J. Am. Stat. Assoc. 82, 605–610: a likelihood ratio at a bound.
 
+use schemars::JsonSchema;
+use serde::Serialize;
 use statrs::distribution::{ChiSquared, ContinuousCDF};
 
 use crate::fit::request::Request;
 use crate::measurement::dataset::Shot;
 use crate::measurement::parameter::{Parameter, Settings};
+use crate::measurement::written::{self, ByParameter};
 use crate::physics::collision::{Fidelity, FidelityChoice};
 use crate::problem::{Deviations, Id, Policy, RowsChoices, RowsFit, fit_rows};
 
-/// Another model fitted to the data of a fit.
-#[derive(Clone, Debug, PartialEq)]
+/// Another model on the same data.
+#[derive(Clone, Debug, PartialEq, Serialize, JsonSchema)]
 pub struct Alternative {
-    /// How it differs from the fit; the fit itself comes first.
+    /// What is different, in words; the fit itself comes first.
+    #[serde(rename = "model")]
     pub name: &'static str,
-    /// Why it could not be fitted, where it could not.
+    /// Why it could not be fitted; null if it was.
     pub failed: Option<String>,
-    /// The estimates of all parameters that it has.
+    /// Its estimates by parameter, in its unit; empty if the data contradict the fit.
+    #[serde(serialize_with = "written::by_parameter")]
+    #[schemars(with = "ByParameter<Option<f64>>")]
     pub values: Vec<(Parameter, f64)>,
-    /// How many parameters and standard deviations were estimated.
+    /// Number of parameters and noises that were estimated.
+    #[serde(rename = "fitted_parameters")]
     pub parameters: usize,
-    /// Akaike's criterion less that of the fit: negative speaks for this model.
+    /// Akaike's criterion of this model less that of the fit: negative favours this model.
+    #[schemars(with = "Option<f64>")]
     pub delta_aic: f64,
-    /// Schwarz's criterion (BIC) less that of the fit: negative speaks for this model.
+    /// Bayesian criterion (Schwarz) of this model less that of the fit: negative favours this model.
+    #[schemars(with = "Option<f64>")]
     pub delta_bic: f64,
-    /// The test of one model against the other, where one of the two is the other with a parameter held.
+    /// Test of the simpler of two models if one contains the other.
     pub likelihood_ratio: Option<LikelihoodRatio>,
 }
 
-/// A test of two models by the ratio of their likelihoods.
-#[derive(Clone, Copy, Debug, PartialEq)]
+/// A likelihood-ratio test.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, JsonSchema)]
 pub struct LikelihoodRatio {
-    /// Twice the logarithm of the ratio of likelihoods.
+    /// By how much −2 log L of the larger model is lower.
+    #[schemars(with = "Option<f64>")]
     pub statistic: f64,
-    /// The probability of a larger one if the smaller model is right.
+    /// Probability of a larger statistic if the simpler model is right.
+    #[schemars(with = "Option<f64>")]
     pub p_value: f64,
 }
 

@@ -1,27 +1,39 @@
 //! Do residuals change with something that the model should have taken care of?
 
+use schemars::JsonSchema;
+use serde::Serialize;
+
 use crate::measurement::number::plain;
+use crate::measurement::written::written_by_name;
 use crate::physics::name::worded;
 
 /// A trend this improbable, with all the trends that were looked for taken into account, is named.
 const SIGNIFICANT: f64 = 0.05;
 
-/// How residuals change with something that the model should have taken care of.
-#[derive(Clone, Debug, PartialEq)]
+/// A trend of residuals with something that the model should have taken care of.
+#[derive(Clone, Debug, PartialEq, Serialize, JsonSchema)]
 pub struct Trend {
-    /// The quantity whose residuals are looked at.
+    /// What the residuals are of, in words.
+    #[serde(rename = "residuals_of")]
     pub quantity: &'static str,
-    /// The variable with which they may change.
+    /// What the residuals change with.
+    #[serde(rename = "against")]
     pub variable: Variable,
-    /// The change of the residuals, in standard deviations of the quantity, per unit of the variable.
+    /// Change of a residual, in its standard deviations, per unit of what it changes with.
+    #[serde(rename = "slope_sd")]
+    #[schemars(with = "Option<f64>")]
     pub slope: f64,
-    /// The probability of a slope as far from 0 by chance.
+    /// That unit.
+    pub slope_per: &'static str,
+    /// Probability of such a slope by chance.
+    #[schemars(with = "Option<f64>")]
     pub p_value: f64,
-    /// The same, corrected for the number of trends that were looked for (Holm 1979).
+    /// p_value corrected for all trends that were tested (Holm 1979).
+    #[schemars(with = "Option<f64>")]
     pub p_corrected: f64,
-    /// Whether the trend is no chance, with all others taken into account.
+    /// Whether p_corrected is below 0.05.
     pub significant: bool,
-    /// The trend in words, with what it may mean.
+    /// The trend as a sentence, with what it may mean.
     pub words: String,
 }
 
@@ -67,17 +79,21 @@ worded! {
     pub fn unit;
 }
 
+written_by_name!(Variable);
+
 /// Returns the trends of slopes (quantity, variable, slope, probability by chance), the most significant
 /// first, corrected for the number of trends that were looked for (Holm 1979).
 pub(in crate::fit) fn ranked(mut found: Vec<(&'static str, Variable, f64, f64)>) -> Vec<Trend> {
     found.sort_by(|a, b| a.3.total_cmp(&b.3));
     let count = found.len();
     let mut largest = 0.0_f64;
-    let trend = |(rank, (quantity, variable, slope, p_value)): (usize, (_, _, _, f64))| {
+    let trend = |(rank, (quantity, variable, slope, p_value)): (usize, (_, Variable, _, f64))| {
         largest = largest.max(p_value * (count - rank) as f64).min(1.0);
         let significant = largest < SIGNIFICANT;
         let words = String::new();
-        let trend = Trend { quantity, variable, slope, p_value, p_corrected: largest, significant, words };
+        let slope_per = variable.unit();
+        let p_corrected = largest;
+        let trend = Trend { quantity, variable, slope, slope_per, p_value, p_corrected, significant, words };
         Trend { words: words_of(&trend, count), ..trend }
     };
     found.into_iter().enumerate().map(trend).collect()
@@ -92,7 +108,7 @@ fn words_of(trend: &Trend, count: usize) -> String {
         trend.quantity,
         trend.variable.name(),
         trend.slope,
-        trend.variable.unit(),
+        trend.slope_per,
         plain(trend.p_corrected, 2)
     )
 }

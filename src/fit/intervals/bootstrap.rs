@@ -4,36 +4,50 @@
 //! - Efron, B. (1987). Better bootstrap confidence intervals. J. Am. Stat. Assoc. 82, 171–185.
 
 use rayon::prelude::*;
+use schemars::JsonSchema;
+use serde::{Serialize, Serializer};
 use statrs::distribution::{ContinuousCDF, Normal};
 
 use crate::measurement::parameter::Parameter;
+use crate::measurement::written::ByParameter;
 use crate::problem::{Id, ShotInfluence, Solution};
 
-/// The result of a bootstrap over shots.
-#[derive(Clone, Debug, PartialEq)]
+/// Intervals from resampled shots.
+#[derive(Clone, Debug, PartialEq, Serialize, JsonSchema)]
 pub struct Bootstrap {
-    /// How many samples of shots were drawn.
+    /// Number of samples.
     pub replicates: usize,
-    /// The seed of the random numbers.
+    /// Seed of the random numbers.
     pub seed: u64,
-    /// How many samples could not be fitted or do not determine some parameter; they are left out.
+    /// Number of samples that could not be fitted or do not determine a parameter; they are left out.
     pub failed: usize,
-    /// How each parameter scatters.
+    /// By the name of the parameter, in its unit.
+    #[serde(rename = "parameters", serialize_with = "by_parameter")]
+    #[schemars(with = "ByParameter<Resampled>")]
     pub estimates: Vec<Resampled>,
 }
 
-/// How a parameter scatters over the samples.
-#[derive(Clone, Copy, Debug, PartialEq)]
+fn by_parameter<S: Serializer>(estimates: &[Resampled], serializer: S) -> Result<S::Ok, S::Error> {
+    serializer.collect_map(estimates.iter().map(|one| (one.parameter, one)))
+}
+
+/// A parameter over the samples of a bootstrap.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, JsonSchema)]
 pub struct Resampled {
     /// The parameter.
+    #[serde(skip)]
     pub parameter: Parameter,
-    /// The standard deviation over the samples.
+    /// Standard deviation of the estimates.
     pub std_error: f64,
-    /// The mean over the samples less the estimate.
+    /// Mean of the estimates less the estimate of all shots.
     pub bias: f64,
-    /// The 95 % interval from 2.5 % to 97.5 % of the samples.
+    /// 95 % interval between percentiles of the estimates: lower and upper end.
+    #[serde(rename = "interval_95_percentile")]
+    #[schemars(with = "[Option<f64>; 2]")]
     pub percentile: [f64; 2],
-    /// The same interval, corrected for bias and for an error that changes with the value (BCa).
+    /// 95 % interval, bias-corrected and accelerated: lower and upper end.
+    #[serde(rename = "interval_95_bca")]
+    #[schemars(with = "[Option<f64>; 2]")]
     pub bca: [f64; 2],
 }
 

@@ -4,6 +4,8 @@
 use std::f64::consts::TAU;
 
 use nalgebra::{Matrix2, Vector2};
+use schemars::JsonSchema;
+use serde::Serialize;
 use statrs::distribution::{ChiSquared, ContinuousCDF, FisherSnedecor};
 
 use crate::fit::Estimate;
@@ -16,39 +18,43 @@ pub const LEVELS: [f64; 2] = [0.68, 0.95];
 /// Points of an ellipse.
 const POINTS: usize = 48;
 
-/// The confidence regions of two parameters.
-#[derive(Clone, Debug, PartialEq)]
+/// The confidence regions of a pair of parameters.
+#[derive(Clone, Debug, PartialEq, Serialize, JsonSchema)]
 #[non_exhaustive]
 pub struct Contour {
-    /// The parameters.
+    /// Names of both parameters.
     pub parameters: [Parameter; 2],
-    /// The estimates.
+    /// Estimates of both parameters, in their units.
     pub centre: [f64; 2],
-    /// The regions, in the order of [`LEVELS`].
+    /// One region for each probability.
     pub levels: Vec<Level>,
 }
 
-/// One confidence region.
-#[derive(Clone, Debug, PartialEq)]
+/// A confidence region.
+#[derive(Clone, Debug, PartialEq, Serialize, JsonSchema)]
 pub struct Level {
-    /// The probability with which the region holds the true pair.
+    /// Probability that the region holds both true values, as 0.68 or 0.95.
     pub probability: f64,
-    /// How far χ² on the edge is above its minimum.
+    /// Rise of χ² above its minimum at the edge.
+    #[serde(rename = "chi2_rise")]
     pub rise: f64,
-    /// The edge, a closed polygon within the bounds.
+    /// Points of the closed edge, within the bounds: values of the first and of the second parameter.
     pub edge: Vec<[f64; 2]>,
     /// The same region if χ² were the parabola that it is at the minimum.
+    #[serde(skip)]
     pub ellipse: Vec<[f64; 2]>,
 }
 
-/// How χ², least over all other unknowns, rises as one parameter moves.
-#[derive(Clone, Debug, PartialEq)]
+/// The profile of a parameter.
+#[derive(Clone, Debug, PartialEq, Serialize, JsonSchema)]
 #[non_exhaustive]
 pub struct Profile {
-    /// The parameter.
+    /// Name of the parameter.
     pub parameter: Parameter,
-    /// Its value and by how much χ² is above its minimum there, from the lower end of the 95 % interval to the upper one.
-    pub points: Vec<[f64; 2]>,
+    /// Values of the parameter, in its unit, ascending, from end to end of the 95 % interval.
+    pub value: Vec<f64>,
+    /// χ², least over all other parameters, above its minimum, for each value.
+    pub chi2_rise: Vec<f64>,
 }
 
 /// Returns the regions of all pairs of some estimates with this covariance; `dof` are the degrees of freedom

@@ -154,18 +154,17 @@ pub enum Compared {
     Velocities,
 }
 
-/// The size of one effect on one shot.
+/// An effect on a shot.
 #[derive(Clone, Copy, Debug, PartialEq)]
+#[cfg_attr(feature = "fit", derive(serde::Serialize, schemars::JsonSchema))]
 pub struct Estimate {
-    /// The name of the effect, one of [`Effects::NAMES`] or, of the motion on the cloth, one that
-    /// [`motion`] gives.
+    /// Its name.
     pub name: &'static str,
-    /// The largest change of velocities by the effect, as a fraction of the speed of the cue ball
-    /// U.
+    /// How much leaving it out changes the velocities, in parts of the speed of the cue ball.
     pub size: f64,
-    /// Whether the effect is simulated.
+    /// Whether it was computed.
     pub on: bool,
-    /// The reason in words.
+    /// What decides it, in words.
     pub why: &'static str,
 }
 

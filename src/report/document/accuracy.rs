@@ -1,19 +1,19 @@
 //! What `caromfit accuracy --json` prints.
 
 use schemars::JsonSchema;
-use serde::{Deserialize, Serialize};
+use serde::Serialize;
 
-use super::parameter_names;
-use super::{ByName, Made, each, finite};
+use super::{ByName, Made, finite};
+use crate::measurement::written::ByParameter;
 use crate::report::unit_of;
-use crate::studies::accuracy::{self, QUANTITIES, Row};
+use crate::studies::accuracy::Row;
 use crate::studies::bias;
 
 /// What caromfit accuracy --json prints
 ///
 /// Errors against time of every fidelity, and the bias of fits. Keys may be added; none is renamed or dropped. null stands for what
 /// is not known.
-#[derive(Clone, Debug, Serialize, Deserialize, JsonSchema)]
+#[derive(Clone, Debug, Serialize, JsonSchema)]
 pub struct AccuracyDocument {
     /// What made it.
     #[serde(flatten)]
@@ -23,7 +23,7 @@ pub struct AccuracyDocument {
     /// Number of shots of the data set that could not be used.
     pub left_out: usize,
     /// Ways to compute a collision.
-    pub ways: Vec<Way>,
+    pub ways: Vec<Row>,
     /// Fits to the shots without noise, computed by contact with all effects.
     pub biases: Vec<Bias>,
 }
@@ -32,84 +32,20 @@ impl AccuracyDocument {
     /// Returns the document of both studies, of `shots` shots; `left_out` could not be used.
     #[must_use]
     pub fn new(rows: &[Row], biases: &[bias::Row], shots: usize, left_out: usize) -> Self {
-        Self { made: Made::default(), shots, left_out, ways: each(rows), biases: each(biases) }
+        let biases = biases.iter().map(Bias::from).collect();
+        Self { made: Made::default(), shots, left_out, ways: rows.to_vec(), biases }
     }
-}
-
-/// A way to compute a collision.
-#[derive(Clone, Debug, Serialize, Deserialize, JsonSchema)]
-pub struct Way {
-    /// Name of the fidelity.
-    pub fidelity: String,
-    /// Effects that are on: all that the fidelity has, those of full, or those of a compliant contact.
-    #[schemars(extend("enum" = accuracy::Includes::ALL.map(accuracy::Includes::name)))]
-    pub effects: String,
-    /// Tolerance of ode and contact.
-    pub tolerance: Option<f64>,
-    /// Duration of one collision on one core, s.
-    pub seconds: f64,
-    /// Number of shots that it could not compute.
-    pub failed: usize,
-    /// Errors of throw_deg, and of speed, spin times radius and jump (vertical speed) in parts of the cue ball's speed, against
-    /// the same equations solved closely.
-    pub numerical_error: Option<ByName<Spread>>,
-    /// The same errors against contact with all effects.
-    pub model_error: Option<ByName<Spread>>,
-}
-
-impl From<&Row> for Way {
-    fn from(row: &Row) -> Self {
-        Self {
-            fidelity: row.fidelity.name().to_owned(),
-            effects: row.includes.name().to_owned(),
-            tolerance: row.tolerance,
-            seconds: row.seconds,
-            failed: row.failed,
-            numerical_error: row.numerical.map(errors),
-            model_error: Some(errors(row.model)),
-        }
-    }
-}
-
-/// Units of [`QUANTITIES`]: speeds, spins times radius and vertical speeds are in parts of the cue ball's speed.
-const UNITS: [&str; 4] = ["deg", "1", "1", "1"];
-
-fn errors(errors: [accuracy::Spread; 4]) -> ByName<Spread> {
-    let each = QUANTITIES.into_iter().zip(UNITS).zip(errors);
-    let spread = |((name, unit), error): ((&str, &str), accuracy::Spread)| {
-        let spread = Spread {
-            unit: unit.to_owned(),
-            median: finite(error.median),
-            p95: finite(error.p95),
-            worst: finite(error.worst),
-        };
-        (name.to_owned(), spread)
-    };
-    each.map(spread).collect()
-}
-
-/// The distribution of an error over the shots.
-#[derive(Clone, Debug, Serialize, Deserialize, JsonSchema)]
-pub struct Spread {
-    /// Unit of the numbers: deg, or 1 for a ratio.
-    pub unit: String,
-    /// Half of the shots err by less.
-    pub median: Option<f64>,
-    /// 95 % of the shots err by less.
-    pub p95: Option<f64>,
-    /// The largest error.
-    pub worst: Option<f64>,
 }
 
 /// A fit to shots without noise.
-#[derive(Clone, Debug, Serialize, Deserialize, JsonSchema)]
+#[derive(Clone, Debug, Serialize, JsonSchema)]
 pub struct Bias {
     /// The fidelity that was fitted, or auto.
-    pub fidelity: String,
+    pub fidelity: &'static str,
     /// Tangential compliance κ of the contact that computed the shots.
     pub kappa: Option<f64>,
     /// By parameter.
-    #[schemars(extend("propertyNames" = parameter_names()))]
+    #[schemars(with = "ByParameter<BiasedParameter>")]
     pub parameters: ByName<BiasedParameter>,
     /// χ² of data without noise over their number: what the noise would have to hide.
     pub chi2_per_observation: Option<f64>,
@@ -122,7 +58,7 @@ impl From<&bias::Row> for Bias {
         let parameter = |found: &bias::Found| {
             let bias = found.bias();
             let document = BiasedParameter {
-                unit: unit_of(found.parameter).to_owned(),
+                unit: unit_of(found.parameter),
                 truth: found.truth,
                 estimate: bias.map(|_| found.estimate),
                 bias,
@@ -131,7 +67,7 @@ impl From<&bias::Row> for Bias {
             (found.parameter.name().to_owned(), document)
         };
         Self {
-            fidelity: row.way.name().to_owned(),
+            fidelity: row.way.name(),
             kappa: finite(row.kappa),
             parameters: row.found.iter().map(parameter).collect(),
             chi2_per_observation: finite(row.chi2_per_observation),
@@ -141,10 +77,10 @@ impl From<&bias::Row> for Bias {
 }
 
 /// A parameter of such a fit.
-#[derive(Clone, Debug, Serialize, Deserialize, JsonSchema)]
+#[derive(Clone, Debug, Serialize, JsonSchema)]
 pub struct BiasedParameter {
     /// Unit of the numbers: 1 for a ratio, or s/m.
-    pub unit: String,
+    pub unit: &'static str,
     /// The value that the data were made with.
     pub truth: f64,
     /// The estimate.

@@ -1,21 +1,20 @@
 //! design.json: a design for programs.
 
 use schemars::JsonSchema;
-use serde::{Deserialize, Serialize, Serializer};
+use serde::{Serialize, Serializer};
 
 use super::{Body, Made};
 use crate::design::information::{IN_UNITS, Information};
 use crate::design::{self, Design, Expected, Mixture, OfKind, PlayedKind, SpinFrom};
-use crate::measurement::dataset::ObjectBall;
 use crate::measurement::parameter::Parameter;
-use crate::physics::ball::Ball;
 use crate::problem::Id;
+use crate::simulate::ClothSpec;
 
 /// design.json of caromfit, which caromfit design --json prints
 ///
 /// What shots of each kind would determine before they are played. null stands for what is not determined. Keys may be added; none
 /// is renamed or dropped.
-#[derive(Clone, Debug, Serialize, Deserialize, JsonSchema)]
+#[derive(Clone, Debug, Serialize, JsonSchema)]
 pub struct DesignDocument {
     /// What made it.
     #[serde(flatten)]
@@ -28,7 +27,7 @@ pub struct DesignDocument {
     #[serde(skip_serializing_if = "Option::is_none")]
     pub object: Option<Body>,
     /// The cloth, all dimensionless.
-    pub cloth: Cloth,
+    pub cloth: ClothSpec,
     /// The camera.
     pub camera: Camera,
     /// Standard errors that are wanted.
@@ -48,7 +47,7 @@ pub struct DesignDocument {
 }
 
 /// A number for each coefficient.
-#[derive(Clone, Copy, Debug, Serialize, Deserialize, JsonSchema)]
+#[derive(Clone, Copy, Debug, Serialize, JsonSchema)]
 pub struct Coefficients<T> {
     /// Of the friction between the balls.
     pub mu: T,
@@ -64,19 +63,8 @@ impl<T> From<[T; 3]> for Coefficients<T> {
     }
 }
 
-/// The cloth.
-#[derive(Clone, Copy, Debug, Serialize, Deserialize, JsonSchema)]
-pub struct Cloth {
-    /// Friction on a sliding ball.
-    pub mu_k: f64,
-    /// Rolling resistance.
-    pub mu_r: f64,
-    /// Restitution of a ball that lands on it.
-    pub bounce: f64,
-}
-
 /// The camera.
-#[derive(Clone, Copy, Debug, Serialize, Deserialize, JsonSchema)]
+#[derive(Clone, Copy, Debug, Serialize, JsonSchema)]
 pub struct Camera {
     /// Frames per second.
     pub fps: f64,
@@ -89,7 +77,7 @@ pub struct Camera {
 }
 
 /// A kind of shots.
-#[derive(Clone, Debug, Serialize, Deserialize, JsonSchema)]
+#[derive(Clone, Debug, Serialize, JsonSchema)]
 pub struct Kind {
     /// Its name.
     pub name: String,
@@ -98,7 +86,7 @@ pub struct Kind {
     /// Side spin, in parts of natural roll; with positive cuts negative is outside spin.
     pub side: f64,
     /// How the spin is known: known, motion or markers.
-    pub spin_from: String,
+    pub spin_from: &'static str,
     /// Of markers: standard errors of the cue ball's and the object ball's spin, rad/s.
     pub spin_sd_rad_s: Option<[f64; 2]>,
     /// Range of the speed before the impact, m/s.
@@ -123,7 +111,7 @@ pub struct Kind {
 }
 
 /// Shots of a kind.
-#[derive(Clone, Debug, Serialize, Deserialize, JsonSchema)]
+#[derive(Clone, Debug, Serialize, JsonSchema)]
 pub struct CountedShots {
     /// Name of the kind.
     pub kind: String,
@@ -138,7 +126,7 @@ pub struct CountedShots {
 }
 
 /// A small range of speed and cut angle of a kind.
-#[derive(Clone, Debug, Serialize, Deserialize, JsonSchema)]
+#[derive(Clone, Debug, Serialize, JsonSchema)]
 pub struct Cell {
     /// The kind, speed and cut angle, and the number of shots.
     #[serde(flatten)]
@@ -150,7 +138,7 @@ pub struct Cell {
 }
 
 /// All planned shots together.
-#[derive(Clone, Debug, Serialize, Deserialize, JsonSchema)]
+#[derive(Clone, Debug, Serialize, JsonSchema)]
 pub struct Together {
     /// Number of shots.
     pub shots: usize,
@@ -161,7 +149,7 @@ pub struct Together {
 }
 
 /// Standard errors of all planned shots.
-#[derive(Clone, Copy, Debug, Serialize, Deserialize, JsonSchema)]
+#[derive(Clone, Copy, Debug, Serialize, JsonSchema)]
 pub struct PlannedErrors {
     /// Of the coefficients.
     #[serde(flatten)]
@@ -175,12 +163,12 @@ pub struct PlannedErrors {
 }
 
 /// A mixture of shots.
-#[derive(Clone, Debug, Serialize, Deserialize, JsonSchema)]
+#[derive(Clone, Debug, Serialize, JsonSchema)]
 pub struct FewestShots {
     /// The parameter, or all.
-    pub r#for: String,
+    pub r#for: &'static str,
     /// What is mixed: kinds or cells.
-    pub of: String,
+    pub of: &'static str,
     /// Number of shots.
     pub total: u64,
     /// Number of shots of each.
@@ -204,13 +192,9 @@ impl From<&Design> for DesignDocument {
         Self {
             made: Made::default(),
             expected: [coefficients.mu, coefficients.mu_s, coefficients.e].into(),
-            ball: body(expected, &expected.ball, 0),
-            object: expected.object.map(|object| body(expected, &object.ball, 1)),
-            cloth: Cloth {
-                mu_k: expected.cloth.mu_k,
-                mu_r: expected.cloth.mu_r,
-                bounce: expected.cloth.bounce,
-            },
+            ball: Body::new(&expected.ball, expected.object.as_ref(), 0),
+            object: expected.object.as_ref().map(|object| Body::new(&object.ball, Some(object), 1)),
+            cloth: expected.cloth,
             camera: Camera {
                 fps: camera.fps,
                 position_sd_mm: 1e3 * camera.position_sd_m,
@@ -233,20 +217,6 @@ impl From<&Design> for DesignDocument {
     }
 }
 
-/// Returns a ball with the standard deviations of its mass and radius if they count.
-fn body(expected: &Expected, ball: &Ball, which: usize) -> Body {
-    let sd = |of: fn(ObjectBall) -> [f64; 2]| {
-        expected.object.map(|object| of(object)[which]).filter(|sd| *sd > 0.0)
-    };
-    Body {
-        radius_m: ball.radius,
-        mass_kg: Some(ball.mass),
-        inertia: ball.inertia,
-        radius_m_sd: sd(|object| object.radius_sd),
-        mass_kg_sd: sd(|object| object.mass_sd.unwrap_or_default()),
-    }
-}
-
 fn of_kind(expected: &Expected, kind: &PlayedKind, found: &OfKind) -> Kind {
     let (spin_from, spin_sd_rad_s) = match kind.from {
         SpinFrom::Known => ("known", None),
@@ -257,7 +227,7 @@ fn of_kind(expected: &Expected, kind: &PlayedKind, found: &OfKind) -> Kind {
         name: kind.name.clone(),
         topspin: kind.topspin,
         side: kind.side,
-        spin_from: spin_from.to_owned(),
+        spin_from,
         spin_sd_rad_s,
         speed_m_s: kind.speed_m_s,
         cut_deg: kind.cut_deg,
@@ -316,8 +286,8 @@ fn fewest(design: &Design, mixture: &Mixture) -> FewestShots {
         }
     };
     FewestShots {
-        r#for: mixture.parameter.map_or("all", Parameter::name).to_owned(),
-        of: if mixture.of_cells { "cells" } else { "kinds" }.to_owned(),
+        r#for: mixture.parameter.map_or("all", Parameter::name),
+        of: if mixture.of_cells { "cells" } else { "kinds" },
         total: mixture.total(),
         shots: mixture.shots.iter().map(counted).collect(),
         std_error: mixture.std_errors.into(),

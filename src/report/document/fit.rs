@@ -3,10 +3,12 @@
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
-use super::diagnostics::{Alternative, Bound, Computed, Goodness, Identifiability, Joint, Robust};
-use super::intervals::{Bootstrap, Contour, Profile};
-use super::{ByName, Made, ShotReason, Verdict, parameter_names};
-use crate::fit::{Counted, Status};
+use super::{ByName, Made};
+use crate::fit::causes::Explanation;
+use crate::fit::{Counted, Diagnostics, Rejected, Scatter, Status, Verdict};
+use crate::measurement::dataset::{Measured, ObjectBall};
+use crate::measurement::written::ByParameter;
+use crate::physics::ball::Ball;
 
 /// fit.json of caromfit
 ///
@@ -20,6 +22,7 @@ pub struct FitDocument {
     /// The label that was fitted apart; null if the data set was fitted as a whole.
     pub group: Option<Group>,
     /// Whether the numbers can be used.
+    #[serde(skip_deserializing)]
     pub verdict: Option<Verdict>,
     /// Label of the cloth.
     pub cloth: Option<String>,
@@ -31,9 +34,9 @@ pub struct FitDocument {
     #[serde(skip_serializing_if = "Option::is_none")]
     pub object: Option<Body>,
     /// Sliding friction of the cloth, dimensionless.
-    pub mu_k: Option<Estimated>,
+    pub mu_k: Option<Measured>,
     /// Rolling resistance of the cloth, dimensionless.
-    pub mu_r: Option<Estimated>,
+    pub mu_r: Option<Measured>,
     /// What made it.
     #[serde(flatten)]
     pub made: Made,
@@ -51,7 +54,7 @@ pub struct FitDocument {
     /// Estimates by the name of the parameter; mu_b and mu_c if the friction decreases with the slip, kappa if the contact is
     /// compliant, mass_ratio and radius_ratio (cue ball over object ball) if they were fitted, e_slope if the restitution
     /// decreases with the closing speed.
-    #[schemars(extend("propertyNames" = parameter_names()))]
+    #[schemars(with = "ByParameter<FittedParameter>")]
     pub parameters: ByName<FittedParameter>,
     /// Correlation of the errors of the parameters.
     pub correlation: Correlation,
@@ -75,42 +78,26 @@ pub struct FitDocument {
     /// Every unknown that all shots share and that was free: of contact, balls, cloth, time and camera.
     pub unknowns: Vec<Unknown>,
     /// What makes up the standard errors of mu, mu_s and e, the largest part first; empty for those without one.
-    #[schemars(extend("propertyNames" = parameter_names()))]
+    #[schemars(with = "ByParameter<Vec<BudgetPart>>")]
     pub budget: ByName<Vec<BudgetPart>>,
     /// What explains residuals that the equations or the stated numbers leave, the best first.
+    #[serde(skip_deserializing)]
     pub explanations: Vec<Explanation>,
     /// Number of measured values.
     pub observations: usize,
     /// How the noise of each observable is known.
     pub noise: Vec<Noise>,
-    /// How many shots were computed at which fidelity.
-    pub computed: Vec<Computed>,
-    /// Which combinations of parameters the data determine.
-    pub identifiability: Option<Identifiability>,
-    /// Tests of the residuals.
-    pub goodness: Option<Goodness>,
-    /// Shots that count less under a robust loss.
-    pub robust: Option<Robust>,
-    /// Intervals from resampled shots (--bootstrap).
-    pub bootstrap: Option<Bootstrap>,
-    /// Confidence regions of pairs of parameters.
-    pub contours: Vec<Contour>,
-    /// Of tables: how χ² rises as a parameter moves within its 95 % interval and the others follow.
-    pub profiles: Vec<Profile>,
-    /// Of tables: other models on these data.
-    pub model_comparison: Vec<Alternative>,
-    /// Of films of balls: the smallest errors that the frames allow.
-    pub information_bound: Option<Bound>,
-    /// Of films of balls: what the shots share besides contact, balls and camera, by its name in unknowns.
-    pub joint: Option<Joint>,
+    /// How far the fit can be trusted.
+    #[serde(flatten, skip_deserializing)]
+    pub diagnostics: Diagnostics,
     /// Number of shots that were fitted.
     pub shots_used: usize,
     /// Shots that were left out.
-    pub shots_rejected: Vec<ShotReason>,
+    pub shots_rejected: Vec<Rejected>,
     /// Shots that were used though something about them is wrong.
-    pub shots_doubtful: Vec<ShotReason>,
+    pub shots_doubtful: Vec<Rejected>,
     /// Of discs: standard deviations between shots beyond the errors of their frames, which the errors of the parameters include.
-    #[serde(skip_serializing_if = "Option::is_none")]
+    #[serde(skip_serializing_if = "Option::is_none", skip_deserializing)]
     pub scatter: Option<Scatter>,
     /// Whether the search ended at a minimum.
     pub converged: bool,
@@ -148,13 +135,18 @@ pub struct Body {
     pub mass_kg_sd: Option<f64>,
 }
 
-/// An estimate with its error.
-#[derive(Clone, Copy, Debug, Serialize, Deserialize, JsonSchema)]
-pub struct Estimated {
-    /// The estimate.
-    pub estimate: f64,
-    /// Its standard error, same unit.
-    pub std_error: Option<f64>,
+impl Body {
+    /// Returns the cue ball or the object ball (0 or 1) with the standard deviations of what is stated of both if they count.
+    pub(super) fn new(ball: &Ball, stated: Option<&ObjectBall>, which: usize) -> Self {
+        let sd = |of: [f64; 2]| Some(of[which]).filter(|sd| *sd > 0.0);
+        Self {
+            radius_m: ball.radius,
+            mass_kg: Some(ball.mass),
+            inertia: ball.inertia,
+            radius_m_sd: stated.and_then(|object| sd(object.radius_sd)),
+            mass_kg_sd: stated.and_then(|object| sd(object.mass_sd?)),
+        }
+    }
 }
 
 /// A parameter of the fit.
@@ -187,33 +179,6 @@ pub struct FittedParameter {
     pub plateau: Option<[f64; 2]>,
 }
 
-/// Why the estimate of a parameter is not a value but a bound.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub enum OnlyBound {
-    /// All values from this one on fit equally.
-    AtLeast(f64),
-    /// All values up to this one fit equally.
-    AtMost(f64),
-    /// The fit ended at the lower end of the range that the parameter may have.
-    LowerEnd(f64),
-    /// The fit ended at the upper end of that range.
-    UpperEnd(f64),
-}
-
-impl FittedParameter {
-    /// Returns the bound that stands instead of an estimate; `None` if the estimate is a value.
-    #[must_use]
-    pub fn only_bound(&self) -> Option<OnlyBound> {
-        match (self.plateau, self.status.as_str()) {
-            (Some([edge, end]), "free") if end >= edge => Some(OnlyBound::AtLeast(edge)),
-            (Some([edge, _]), "free") => Some(OnlyBound::AtMost(edge)),
-            (_, "at-lower-bound") => Some(OnlyBound::LowerEnd(self.estimate)),
-            (_, "at-upper-bound") => Some(OnlyBound::UpperEnd(self.estimate)),
-            _ => None,
-        }
-    }
-}
-
 /// A correlation matrix.
 #[derive(Clone, Debug, Default, Serialize, Deserialize, JsonSchema)]
 pub struct Correlation {
@@ -234,7 +199,7 @@ pub struct Refuted {
     pub sentence: String,
     /// Standard errors that would hold if the model did, by parameter.
     #[serde(default)]
-    #[schemars(extend("propertyNames" = parameter_names()))]
+    #[schemars(with = "ByParameter<f64>")]
     pub std_errors_if_model_held: ByName<f64>,
     /// Restitution as the ratio of the normal velocities, which needs no model; null if it was not measured.
     pub measured_e: Option<MeasuredE>,
@@ -307,24 +272,6 @@ pub struct BudgetPart {
     pub std_error: Option<f64>,
 }
 
-/// A cause of residuals.
-#[derive(Clone, Debug, Serialize, Deserialize, JsonSchema)]
-pub struct Explanation {
-    /// cue-spin, mass-ratio, compliance, falling-friction, frame-rate, radius, tilt, scale, aspect, shear, perspective, lens,
-    /// rolling-shutter or parallax.
-    pub cause: String,
-    /// The value that explains the residuals best, as the true frame rate over the stated one.
-    pub estimate: Option<f64>,
-    /// Its standard error, same unit.
-    pub std_error: Option<f64>,
-    /// Change of −2 log L with it, below 0; of a contradicted prior minus the square of the conflict in standard deviations.
-    pub delta_2logl: Option<f64>,
-    /// Whether the estimates include it.
-    pub adopted: bool,
-    /// The explanation for a reader, with what to do.
-    pub sentence: String,
-}
-
 /// The noise of one observable.
 #[derive(Clone, Debug, Serialize, Deserialize, JsonSchema)]
 pub struct Noise {
@@ -338,13 +285,4 @@ pub struct Noise {
     pub rms: Option<f64>,
     /// Standard deviation of the noise if it was estimated from the residuals.
     pub estimated_sd: Option<f64>,
-}
-
-/// Standard deviations between shots of discs.
-#[derive(Clone, Copy, Debug, Serialize, Deserialize, JsonSchema)]
-pub struct Scatter {
-    /// Of the restitution, dimensionless.
-    pub e: f64,
-    /// Of J_t/J_n, dimensionless.
-    pub impulse_ratio: f64,
 }

@@ -6,20 +6,16 @@
 mod accuracy;
 mod compare;
 mod design;
-mod diagnostics;
 mod fit;
-mod intervals;
 mod of_fit;
 mod printed;
 mod stored;
 
-pub use accuracy::{AccuracyDocument, Bias, Spread, Way};
+pub use accuracy::{AccuracyDocument, Bias};
 pub use compare::CompareDocument;
 pub use design::DesignDocument;
 pub(super) use design::detectable;
-pub use diagnostics::*;
 pub use fit::*;
-pub use intervals::*;
 pub(super) use of_fit::budget;
 pub use printed::*;
 use schemars::generate::SchemaSettings;
@@ -29,8 +25,6 @@ use serde_json::Value;
 pub use stored::{StoredError, read};
 
 use super::ReportError;
-use crate::fit::{Grade, Rejected};
-use crate::measurement::parameter::Parameter;
 
 /// `format_version` of the documents: raised if a key is renamed or dropped, or changes its meaning.
 pub const FORMAT_VERSION: u32 = 1;
@@ -128,53 +122,6 @@ impl Default for Made {
     fn default() -> Self {
         Self { version: env!("CARGO_PKG_VERSION").to_owned(), format_version: FORMAT_VERSION }
     }
-}
-
-/// Whether the numbers can be used.
-#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
-pub struct Verdict {
-    /// good: nothing that was tested contradicts the numbers; doubtful: they stand, with one reservation; unusable: there is no
-    /// number to use.
-    #[schemars(extend("enum" = Grade::ALL.map(Grade::name)))]
-    pub grade: String,
-    /// The reason.
-    pub sentence: String,
-}
-
-impl From<crate::fit::Verdict> for Verdict {
-    fn from(found: crate::fit::Verdict) -> Self {
-        Self { grade: found.grade.name().to_owned(), sentence: found.sentence }
-    }
-}
-
-/// A shot, and what is wrong with it.
-#[derive(Clone, Debug, Serialize, Deserialize, JsonSchema)]
-pub struct ShotReason {
-    /// Name of the shot.
-    pub shot: String,
-    /// What is wrong with it.
-    pub reason: String,
-}
-
-impl From<&Rejected> for ShotReason {
-    fn from(rejected: &Rejected) -> Self {
-        Self { shot: rejected.shot.clone(), reason: rejected.reason.clone() }
-    }
-}
-
-/// Returns the document of each of several things.
-fn each<'a, T, D: From<&'a T>>(all: &'a [T]) -> Vec<D> {
-    all.iter().map(D::from).collect()
-}
-
-/// Returns the names of parameters.
-fn names(parameters: &[Parameter]) -> Vec<String> {
-    parameters.iter().map(|parameter| parameter.name().to_owned()).collect()
-}
-
-/// Returns the schema of a parameter's name.
-fn parameter_names() -> Value {
-    serde_json::json!({ "enum": Parameter::ALL.map(Parameter::name) })
 }
 
 /// Returns a number, unless it is NaN or infinite.

@@ -2,15 +2,13 @@
 
 use serde::{Serialize, Serializer};
 
-use super::diagnostics::by_parameter;
 use super::fit::Body;
 use super::{
-    BudgetPart, ByName, Correlation, Estimated, Explanation, FilmEntry, FitDocument, FittedParameter,
-    Goodness, Group, Joint, Made, MeasuredE, Noise, Refuted, Scatter, SharedUnknown, Unknown, each, finite,
+    BudgetPart, ByName, Correlation, FilmEntry, FitDocument, FittedParameter, Group, Made, MeasuredE, Noise,
+    Refuted, Unknown, finite,
 };
-use crate::fit::{self, Fit, FoundCamera, FoundCorrection, JointFit};
-use crate::measurement::dataset::{Measured, ObjectBall};
-use crate::problem::{self, Budget, Id};
+use crate::fit::{self, Fit, FoundCamera, FoundCorrection};
+use crate::problem::{self, Budget};
 use crate::report::{reduced_chi2, unit_name, unit_of};
 
 /// As fit.json.
@@ -22,19 +20,18 @@ impl Serialize for Fit {
 
 impl From<&Fit> for FitDocument {
     fn from(fit: &Fit) -> Self {
-        let found = &fit.diagnostics;
+        let joint = fit.diagnostics.joint.as_ref();
         let has_object = fit.discs.is_some() || fit.object.is_some();
-        let scatter = fit.scatter.filter(|scatter| scatter.is_estimated);
         Self {
             dataset: fit.dataset.clone(),
             group: fit.group.clone().map(|(column, label)| Group { column, label }),
-            verdict: Some(fit.verdict().into()),
+            verdict: Some(fit.verdict()),
             cloth: fit.cloth.clone(),
             source: fit.source.clone(),
             ball: Some(body(fit, 0)),
             object: has_object.then(|| body(fit, 1)),
-            mu_k: fit.sliding.map(Estimated::from),
-            mu_r: fit.rolling.map(Estimated::from),
+            mu_k: fit.sliding,
+            mu_r: fit.rolling,
             made: Made::default(),
             fidelity: fit.fidelity.to_owned(),
             method: fit.method_name().to_owned(),
@@ -50,26 +47,16 @@ impl From<&Fit> for FitDocument {
             reduced_chi2: reduced_chi2(fit).and_then(finite),
             refuted: fit.refuted.as_ref().map(Refuted::from),
             film: fit.camera.as_ref().map(film),
-            unknowns: each(&fit.unknowns),
+            unknowns: fit.unknowns.iter().map(Unknown::from).collect(),
             budget: fit.budget.iter().map(|own| (own.id.name().to_owned(), budget(own))).collect(),
-            explanations: each(&fit.explanations),
-            observations: found.joint.as_ref().map_or(fit.residuals.len(), |joint| joint.observations),
-            noise: each(&fit.noise),
-            computed: each(&found.computed),
-            identifiability: found.identifiability.as_ref().map(Into::into),
-            goodness: found.goodness.as_ref().map(|goodness| Goodness::of(goodness, fit.tested())),
-            robust: found.robust.as_ref().map(Into::into),
-            bootstrap: found.bootstrap.as_ref().map(Into::into),
-            contours: each(&found.contours),
-            profiles: each(&found.profiles),
-            model_comparison: each(&found.alternatives),
-            information_bound: found.bound.as_ref().map(Into::into),
-            joint: found.joint.as_ref().map(Joint::from),
+            explanations: fit.explanations.clone(),
+            observations: joint.map_or(fit.residuals.len(), |joint| joint.observations),
+            noise: fit.noise.iter().map(Noise::from).collect(),
+            diagnostics: fit.diagnostics.clone(),
             shots_used: fit.shots_used,
-            shots_rejected: each(&fit.shots_rejected),
-            shots_doubtful: each(&fit.shots_doubtful),
-            scatter: scatter
-                .map(|scatter| Scatter { e: scatter.restitution, impulse_ratio: scatter.impulse_ratio }),
+            shots_rejected: fit.shots_rejected.clone(),
+            shots_doubtful: fit.shots_doubtful.clone(),
+            scatter: fit.scatter.filter(|scatter| scatter.is_estimated),
             converged: fit.converged,
             termination: fit.termination.clone(),
             iterations: fit.iterations,
@@ -78,28 +65,17 @@ impl From<&Fit> for FitDocument {
     }
 }
 
-impl From<Measured> for Estimated {
-    fn from(measured: Measured) -> Self {
-        Self { estimate: measured.value, std_error: measured.sd }
-    }
-}
-
-/// Returns the cue ball or the object ball, or one of two discs (0 or 1): of discs with the mass only if it is stated, of balls with
-/// the standard deviations of what is stated if they count.
+/// Returns the cue ball or the object ball, or one of two discs (0 or 1): of discs with the mass only if it is stated.
 fn body(fit: &Fit, which: usize) -> Body {
-    let radii = fit.discs.and_then(|discs| discs.radii);
     let ball = fit.object.filter(|_| which == 1).map_or(fit.ball, |object| object.ball);
-    let sd =
-        |of: fn(ObjectBall) -> [f64; 2]| fit.object.map(|object| of(object)[which]).filter(|sd| *sd > 0.0);
-    Body {
-        radius_m: radii.map_or(ball.radius, |radii| radii[which]),
-        mass_kg: match fit.discs {
-            Some(discs) => discs.masses.map(|masses| masses[which]),
-            None => Some(ball.mass),
+    let body = Body::new(&ball, fit.object.as_ref(), which);
+    match fit.discs {
+        Some(discs) => Body {
+            radius_m: discs.radii.map_or(ball.radius, |radii| radii[which]),
+            mass_kg: discs.masses.map(|masses| masses[which]),
+            ..body
         },
-        inertia: ball.inertia,
-        radius_m_sd: sd(|object| object.radius_sd),
-        mass_kg_sd: sd(|object| object.mass_sd.unwrap_or_default()),
+        None => body,
     }
 }
 
@@ -134,11 +110,12 @@ fn correlation(fit: &Fit) -> Correlation {
 
 impl From<&fit::Refuted> for Refuted {
     fn from(found: &fit::Refuted) -> Self {
+        let if_held = found.if_model_held.iter();
         Self {
             reduced_chi2: finite(found.reduced_chi2),
             p_value: finite(found.p_value),
             sentence: found.sentence(),
-            std_errors_if_model_held: by_parameter(&found.if_model_held, |error| *error),
+            std_errors_if_model_held: if_held.map(|(p, error)| (p.name().to_owned(), *error)).collect(),
             measured_e: found.restitution.map(|measured| MeasuredE {
                 estimate: measured.value,
                 std_error: finite(measured.std_error),
@@ -200,19 +177,6 @@ pub(in crate::report) fn budget(found: &Budget) -> Vec<BudgetPart> {
     parts.into_iter().map(part).collect()
 }
 
-impl From<&fit::causes::Explanation> for Explanation {
-    fn from(found: &fit::causes::Explanation) -> Self {
-        Self {
-            cause: found.cause.name().to_owned(),
-            estimate: finite(found.estimate),
-            std_error: finite(found.std_error),
-            delta_2logl: finite(found.delta_2logl),
-            adopted: found.adopted,
-            sentence: found.sentence.clone(),
-        }
-    }
-}
-
 impl From<&fit::Noise> for Noise {
     fn from(noise: &fit::Noise) -> Self {
         let unit_si = noise.observable.unit_si();
@@ -222,27 +186,6 @@ impl From<&fit::Noise> for Noise {
             count: noise.count,
             rms: finite(noise.rms / unit_si),
             estimated_sd: noise.estimated_sd.and_then(|sd| finite(sd / unit_si)),
-        }
-    }
-}
-
-/// Quantile of the normal distribution that a 95 % interval takes.
-const QUANTILE_95: f64 = 1.96;
-
-impl From<&JointFit> for Joint {
-    fn from(found: &JointFit) -> Self {
-        // film holds the camera
-        let shared = found.shared.iter().filter(|unknown| unknown.id < Id::Scale).filter_map(|unknown| {
-            let std_error = unknown.std_error?;
-            let interval_95 = [-QUANTILE_95, QUANTILE_95].map(|times| unknown.value + times * std_error);
-            let shared = SharedUnknown { value: unknown.value, std_error, interval_95 };
-            Some((unknown.id.name().to_owned(), shared))
-        });
-        Self {
-            p_value: found.p_value,
-            observations: found.observations,
-            shot_unknowns: found.unknowns,
-            shared: shared.collect(),
         }
     }
 }

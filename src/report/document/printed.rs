@@ -1,12 +1,13 @@
 //! What `check`, `extract`, `synth` and `collide` print with `--json`.
 
 use schemars::JsonSchema;
-use serde::{Deserialize, Serialize};
+use serde::Serialize;
 
-use super::{ByName, Made, ShotReason, each};
-use crate::fit::check;
+use super::{ByName, Made};
+use crate::fit::{Rejected, check};
 use crate::io::cases::Computed;
 use crate::measurement::dataset::Dataset;
+use crate::measurement::written::ByParameter;
 use crate::physics::ball::BallState;
 use crate::physics::collision::{Fidelity, effects};
 use crate::report::unit_of;
@@ -15,7 +16,7 @@ use crate::simulate::Spec;
 /// What caromfit check --json prints, an element
 ///
 /// The findings about one data set: caromfit check --json prints an array of these. Keys may be added; none is renamed or dropped.
-#[derive(Clone, Debug, Serialize, Deserialize, JsonSchema)]
+#[derive(Clone, Debug, Serialize, JsonSchema)]
 pub struct CheckDocument {
     /// What made it.
     #[serde(flatten)]
@@ -27,30 +28,9 @@ pub struct CheckDocument {
     /// What was detected in the files and repaired, and what was assumed, in sentences.
     pub notes: Vec<String>,
     /// Shots that cannot be used.
-    pub left_out: Vec<ShotReason>,
+    pub left_out: Vec<Rejected>,
     /// What is suspicious or good to know.
-    pub findings: Vec<CheckFinding>,
-}
-
-/// A finding about a data set.
-#[derive(Clone, Debug, Serialize, Deserialize, JsonSchema)]
-pub struct CheckFinding {
-    /// Name of the shot; null: the whole data set.
-    pub shot: Option<String>,
-    /// Whether it is suspicious; else it is good to know.
-    pub suspicious: bool,
-    /// What was found.
-    pub sentence: String,
-}
-
-impl From<&check::Finding> for CheckFinding {
-    fn from(finding: &check::Finding) -> Self {
-        Self {
-            shot: finding.shot.clone(),
-            suspicious: finding.is_suspicious(),
-            sentence: finding.text.clone(),
-        }
-    }
+    pub findings: Vec<check::Finding>,
 }
 
 impl CheckDocument {
@@ -63,22 +43,21 @@ impl CheckDocument {
             shots: dataset.shots.len(),
             notes: dataset.notes().cloned().collect(),
             left_out: left_out(dataset),
-            findings: each(findings),
+            findings: findings.to_vec(),
         }
     }
 }
 
 /// Returns the shots of a data set that were left out.
-fn left_out(dataset: &Dataset) -> Vec<ShotReason> {
-    let reason =
-        |(shot, reason): &(String, String)| ShotReason { shot: shot.clone(), reason: reason.clone() };
+fn left_out(dataset: &Dataset) -> Vec<Rejected> {
+    let reason = |(shot, reason): &(String, String)| Rejected { shot: shot.clone(), reason: reason.clone() };
     dataset.left_out.iter().map(reason).collect()
 }
 
 /// What caromfit extract --json prints, an element
 ///
 /// The impacts of one data set: caromfit extract --json prints an array of these. Keys may be added; none is renamed or dropped.
-#[derive(Clone, Debug, Serialize, Deserialize, JsonSchema)]
+#[derive(Clone, Debug, Serialize, JsonSchema)]
 pub struct ExtractDocument {
     /// What made it.
     #[serde(flatten)]
@@ -92,7 +71,7 @@ pub struct ExtractDocument {
     /// What there is to say, in sentences.
     pub notes: Vec<String>,
     /// Shots that cannot be used.
-    pub left_out: Vec<ShotReason>,
+    pub left_out: Vec<Rejected>,
 }
 
 impl ExtractDocument {
@@ -113,7 +92,7 @@ impl ExtractDocument {
 /// What caromfit synth --json prints
 ///
 /// A synthetic data set. Keys may be added; none is renamed or dropped. null stands for what is not known.
-#[derive(Clone, Debug, Serialize, Deserialize, JsonSchema)]
+#[derive(Clone, Debug, Serialize, JsonSchema)]
 pub struct SynthDocument {
     /// What made it.
     #[serde(flatten)]
@@ -121,7 +100,7 @@ pub struct SynthDocument {
     /// Its name.
     pub dataset: String,
     /// What is measured of each shot: tracks, impacts or angles.
-    pub kind: String,
+    pub kind: &'static str,
     /// Where the files are.
     pub folder: String,
     /// Names of the files that were written, in the folder.
@@ -131,19 +110,19 @@ pub struct SynthDocument {
     /// Seed of the random numbers.
     pub seed: u64,
     /// The fidelity by which the collisions were computed.
-    pub fidelity: String,
+    pub fidelity: Fidelity,
     /// What the shots were made with, by parameter.
-    #[schemars(extend("propertyNames" = super::parameter_names()))]
+    #[schemars(with = "ByParameter<Truth>")]
     pub parameters: ByName<Truth>,
 }
 
 /// The true value of a parameter.
-#[derive(Clone, Debug, Serialize, Deserialize, JsonSchema)]
+#[derive(Clone, Debug, Serialize, JsonSchema)]
 pub struct Truth {
     /// The value that the data were made with, in its unit.
     pub truth: f64,
     /// Its unit: 1 for a ratio, or s/m.
-    pub unit: String,
+    pub unit: &'static str,
 }
 
 impl SynthDocument {
@@ -151,17 +130,17 @@ impl SynthDocument {
     #[must_use]
     pub fn new(spec: &Spec, fidelity: Fidelity, folder: &std::path::Path, files: Vec<String>) -> Self {
         let truths = spec.truths().into_iter().map(|(parameter, truth)| {
-            (parameter.name().to_owned(), Truth { truth, unit: unit_of(parameter).to_owned() })
+            (parameter.name().to_owned(), Truth { truth, unit: unit_of(parameter) })
         });
         Self {
             made: Made::default(),
             dataset: spec.name.clone(),
-            kind: spec.kind.name().to_owned(),
+            kind: spec.kind.name(),
             folder: folder.display().to_string(),
             files,
             shots: spec.shots.count,
             seed: spec.seed,
-            fidelity: fidelity.name().to_owned(),
+            fidelity,
             parameters: truths.collect(),
         }
     }
@@ -172,7 +151,7 @@ impl SynthDocument {
 /// One collision; with --cases, caromfit collide --json prints an array of these. The frame is that of the collision: x from the
 /// cue ball to the object ball, y 90° counter-clockwise from it seen from above, z upwards. Keys may be added; none is renamed or
 /// dropped.
-#[derive(Clone, Debug, Serialize, Deserialize, JsonSchema)]
+#[derive(Clone, Debug, Serialize, JsonSchema)]
 pub struct CollideDocument {
     /// What made it.
     #[serde(flatten)]
@@ -180,26 +159,26 @@ pub struct CollideDocument {
     /// Name of the case.
     pub name: String,
     /// Collision model: elastic, inelastic, linear, full, ode or contact.
-    pub fidelity: String,
+    pub fidelity: Fidelity,
     /// The outcome; left out if there is none.
     #[serde(flatten)]
     pub outcome: Option<CollideOutcome>,
     /// With --explain: every effect.
     #[serde(skip_serializing_if = "Option::is_none")]
-    pub effects: Option<Vec<Effect>>,
+    pub effects: Option<Vec<effects::Estimate>>,
     /// With --explain: what the motion afterwards needs.
     #[serde(skip_serializing_if = "Option::is_none")]
-    pub motion: Option<Vec<Effect>>,
+    pub motion: Option<Vec<effects::Estimate>>,
     /// Why it is no collision, instead of all numbers.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub error: Option<String>,
 }
 
 /// The outcome of a collision.
-#[derive(Clone, Debug, Serialize, Deserialize, JsonSchema)]
+#[derive(Clone, Debug, Serialize, JsonSchema)]
 pub struct CollideOutcome {
     /// Whether the contact slips or sticks at its end: slide or stick.
-    pub regime: String,
+    pub regime: &'static str,
     /// Normal impulse over the mass of the cue ball, m/s.
     pub impulse: f64,
     /// The cue ball after the impact.
@@ -209,7 +188,7 @@ pub struct CollideOutcome {
 }
 
 /// The motion of a ball.
-#[derive(Clone, Copy, Debug, Serialize, Deserialize, JsonSchema)]
+#[derive(Clone, Copy, Debug, Serialize, JsonSchema)]
 pub struct Motion {
     /// Velocity x, y and z, m/s.
     pub velocity: [f64; 3],
@@ -223,36 +202,12 @@ impl From<&BallState> for Motion {
     }
 }
 
-/// An effect on a collision.
-#[derive(Clone, Debug, Serialize, Deserialize, JsonSchema)]
-pub struct Effect {
-    /// Its name.
-    pub name: String,
-    /// How much leaving it out changes the velocities, in parts of the closing speed.
-    pub size: f64,
-    /// Whether it was computed.
-    pub on: bool,
-    /// What decides it, in words.
-    pub why: String,
-}
-
-impl From<&effects::Estimate> for Effect {
-    fn from(estimate: &effects::Estimate) -> Self {
-        Self {
-            name: estimate.name.to_owned(),
-            size: estimate.size,
-            on: estimate.on,
-            why: estimate.why.to_string(),
-        }
-    }
-}
-
 impl CollideDocument {
     /// Returns what was computed of a case, with all effects and those of the motion afterwards if they are explained.
     #[must_use]
     pub fn new(computed: &Computed, explained: Option<(&[effects::Estimate], &[effects::Estimate])>) -> Self {
         let outcome = computed.outcome.as_ref().map(|outcome| CollideOutcome {
-            regime: outcome.regime.name().to_owned(),
+            regime: outcome.regime.name(),
             impulse: outcome.impulse,
             cue: Motion::from(&outcome.cue),
             object: Motion::from(&outcome.object),
@@ -260,11 +215,11 @@ impl CollideDocument {
         Self {
             made: Made::default(),
             name: computed.case.name.clone(),
-            fidelity: computed.model.fidelity.name().to_owned(),
+            fidelity: computed.model.fidelity,
             error: outcome.as_ref().err().map(ToString::to_string),
             outcome: outcome.ok(),
-            effects: explained.map(|(effects, _)| each(effects)),
-            motion: explained.map(|(_, motion)| each(motion)),
+            effects: explained.map(|(effects, _)| effects.to_vec()),
+            motion: explained.map(|(_, motion)| motion.to_vec()),
         }
     }
 }

@@ -1,7 +1,7 @@
 //! accuracy.svg and accuracy.png: error against time, both on logarithmic scales.
 
 use super::{Axis, Figure, Mark, Panel, Point, color};
-use crate::studies::accuracy::{Includes, Row, Spread};
+use crate::studies::accuracy::{Errors, Includes, Row};
 
 /// Height of the panels, pixels.
 const ROW: u32 = 520;
@@ -10,7 +10,7 @@ const ROW: u32 = 520;
 const LEAST: f64 = 1e-16;
 
 /// Returns the errors of a row that are meant, if it has them.
-pub(in crate::report) type Pick = fn(&Row) -> Option<[Spread; 4]>;
+pub(in crate::report) type Pick = fn(&Row) -> Option<Errors>;
 
 /// Returns the name of a row.
 pub(in crate::report) fn name(row: &Row) -> String {
@@ -19,7 +19,6 @@ pub(in crate::report) fn name(row: &Row) -> String {
 }
 
 /// Returns error against time of every way.
-#[must_use]
 pub fn figure(rows: &[Row]) -> Figure {
     let mut figure = Figure::new("Accuracy against time (ode and contact: at tolerances from 10⁻² down)");
     for row in rows {
@@ -38,8 +37,6 @@ pub fn figure(rows: &[Row]) -> Figure {
 }
 
 fn panel(title: &str, series: &[String], rows: &[Row], pick: Pick) -> Panel {
-    /// Place of horizontal speeds among the errors.
-    const SPEED: usize = 1;
     let x = Axis::logarithmic("time of a collision (µs)");
     let y = Axis::logarithmic("error of a velocity over U (95 % of the shots)");
     let mut panel = Panel::new(title, "", x, y);
@@ -47,7 +44,7 @@ fn panel(title: &str, series: &[String], rows: &[Row], pick: Pick) -> Panel {
         let own = rows.iter().filter(|row| self::name(row) == *name);
         let points: Vec<[f64; 2]> = own
             .filter_map(|row| {
-                let error = pick(row)?[SPEED].p95;
+                let error = pick(row)?.speed.p95;
                 error.is_finite().then(|| [(1e6 * row.seconds).log10(), error.max(LEAST).log10()])
             })
             .collect();
@@ -56,7 +53,7 @@ fn panel(title: &str, series: &[String], rows: &[Row], pick: Pick) -> Panel {
             [[_, y]] => panel.marks.push(Mark::Horizontal(y)),
             _ => panel.line(points.iter().copied(), color(index), 2),
         }
-        panel.marks.push(Mark::Points(points.into_iter().map(|at| Point::new(at, index)).collect()));
+        panel.points(points.into_iter().map(|at| Point::new(at, index)));
     }
     panel
 }

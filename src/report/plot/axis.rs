@@ -10,6 +10,11 @@ const TOO_LARGE: f64 = 1e150;
 /// Part of the range that is left free at either end.
 const PADDING: f64 = 0.06;
 
+/// Returns the least and the largest of some numbers; infinite, the wrong way round, without any.
+pub(in crate::report) fn ends(values: impl Iterator<Item = f64>) -> [f64; 2] {
+    values.fold([f64::INFINITY, f64::NEG_INFINITY], |[low, high], value| [low.min(value), high.max(value)])
+}
+
 /// Returns whether a number has a place on an axis.
 pub(super) fn is_drawable(value: f64) -> bool {
     value.abs() < TOO_LARGE
@@ -18,7 +23,6 @@ pub(super) fn is_drawable(value: f64) -> bool {
 /// An axis. Its range follows from the marks of the panel.
 #[derive(Clone, Debug)]
 pub struct Axis {
-    /// Quantity and unit.
     pub name: String,
     /// Half of the smallest range about 0, if the axis reaches as far below 0 as above.
     pub symmetric: Option<f64>,
@@ -30,25 +34,21 @@ pub struct Axis {
 
 impl Axis {
     /// Returns a linear axis.
-    #[must_use]
     pub fn new(name: impl Into<String>) -> Self {
         Self { name: name.into(), symmetric: None, is_logarithmic: false, words: Vec::new() }
     }
 
     /// Returns an axis about 0 that reaches at least to ± `least`.
-    #[must_use]
     pub fn symmetric(name: impl Into<String>, least: f64) -> Self {
         Self { symmetric: Some(least), ..Self::new(name) }
     }
 
     /// Returns an axis of decimal logarithms.
-    #[must_use]
     pub fn logarithmic(name: impl Into<String>) -> Self {
         Self { is_logarithmic: true, ..Self::new(name) }
     }
 
     /// Returns an axis of words, one at each whole number.
-    #[must_use]
     pub fn of_words(words: Vec<String>) -> Self {
         Self { words, ..Self::new("") }
     }
@@ -58,9 +58,7 @@ impl Axis {
         if !self.words.is_empty() {
             return -0.5..self.words.len() as f64 - 0.5;
         }
-        let (low, high) = values
-            .filter(|value| is_drawable(*value))
-            .fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), value| (low.min(value), high.max(value)));
+        let [low, high] = ends(values.filter(|value| is_drawable(*value)));
         if let Some(least) = self.symmetric {
             let end = least.max((1.0 + PADDING) * low.abs().max(high.abs()).min(TOO_LARGE));
             return if low > high { -least..least } else { -end..end };

@@ -1,6 +1,7 @@
 //! A figure of a camera: how far its corrections move what the film shows.
 
-use super::{Axis, Figure, Mark, Panel, Point};
+use super::axis::ends;
+use super::{Figure, Mark, Panel, Point, cm};
 use crate::fit::FoundCamera;
 
 /// Height of the panel, pixels.
@@ -18,10 +19,7 @@ pub fn figure(found: &FoundCamera) -> Option<Figure> {
     if !found.corrects() || found.contacts.is_empty() {
         return None;
     }
-    let sides = [0, 1].map(|axis| {
-        let values = found.contacts.iter().map(|place| place[axis]);
-        values.fold([f64::INFINITY, f64::NEG_INFINITY], |[low, high], v| [low.min(v), high.max(v)])
-    });
+    let sides = [0, 1].map(|axis| ends(found.contacts.iter().map(|place| place[axis])));
     let middle = sides.map(|[low, high]| 0.5 * (low + high));
     let half = 0.6 * (sides[0][1] - sides[0][0]).max(sides[1][1] - sides[1][0]).max(0.05);
     let along = |axis: usize, i: usize| middle[axis] + half * (2.0 * i as f64 / (ARROWS - 1) as f64 - 1.0);
@@ -34,17 +32,15 @@ pub fn figure(found: &FoundCamera) -> Option<Figure> {
     let longest = arrows.iter().map(|(_, by)| by[0].hypot(by[1])).fold(0.0, f64::max);
     let fits = |by: &&f64| **by * longest <= LONGEST * 2.0 * half;
     let enlarged = ENLARGED.iter().rev().find(fits).copied().unwrap_or(1.0);
-    let cm = |place: [f64; 2]| place.map(|metres| 100.0 * metres);
     let about = format!(
         "points: where the {} met; arrows: by how much positions were moved, {enlarged} times enlarged (at most {:.2} mm)",
         if found.of_discs { "discs" } else { "balls" },
         1e3 * longest
     );
     let title = "The film, in metres as they are stated";
-    let mut panel = Panel::new(title, about, Axis::new("x (cm)"), Axis::new("y (cm)"));
-    panel.is_square = true;
+    let mut panel = Panel::of_places(title, about);
     let contacts = found.contacts.iter().map(|place| Point { opacity: 0.45, ..Point::new(cm(*place), 0) });
-    panel.marks.push(Mark::Points(contacts.collect()));
+    panel.points(contacts);
     panel.marks.extend(arrows.into_iter().map(|(film, by)| Mark::Arrow {
         from: cm(film),
         to: cm([0, 1].map(|i| film[i] + enlarged * by[i])),

@@ -2,8 +2,8 @@
 
 use super::axis::is_drawable;
 use super::residuals::STANDARDIZED;
-use super::{Axis, Figure, Label, Mark, Panel, Point, color};
-use crate::compare::{Compared, Comparison};
+use super::{Axis, Figure, Label, Panel, Point, color};
+use crate::compare::{Compared, Comparison, LabelResidual};
 use crate::fit::Residual;
 use crate::report::number::count_of;
 
@@ -42,23 +42,20 @@ fn estimates(comparison: &Comparison, compared: &Compared) -> Panel {
             panel.line([[low, y], [high, y]], color(series), 3);
         }
         let opacity = if value.fitted { 1.0 } else { 0.35 };
-        panel.marks.push(Mark::Points(vec![Point { opacity, ..Point::new([value.value, y], series) }]));
+        panel.points([Point { opacity, ..Point::new([value.value, y], series) }]);
     }
     panel
 }
 
 /// Returns the residuals of all labels, each in its colour.
-pub(crate) fn residuals(comparison: &Comparison, name: impl Fn(usize) -> String) -> Figure {
+pub(crate) fn residuals(comparison: &Comparison) -> Figure {
     let mut figure = Figure::new("Residuals of the joint fit");
     figure.series.clone_from(&comparison.labels);
-    figure.labels = comparison
-        .residuals
-        .iter()
-        .enumerate()
-        .map(|(i, residual)| {
-            Label::new(&name(i), residual.of_shot.observable.label(), residual.of_shot.standardized)
-        })
-        .collect();
+    let label = |residual: &LabelResidual| {
+        let Residual { observable, standardized, .. } = residual.of_shot;
+        Label::new(&comparison.shot_name(residual), observable.label(), standardized)
+    };
+    figure.labels = comparison.residuals.iter().map(label).collect();
     let cut = |residual: &Residual| residual.cut.to_degrees();
     let speed = |residual: &Residual| residual.speed.unwrap_or(f64::NAN);
     let x_of: [&dyn Fn(&Residual) -> f64; 2] = [&cut, &speed];
@@ -86,7 +83,7 @@ pub(crate) fn residuals(comparison: &Comparison, name: impl Fn(usize) -> String)
         let about = format!("band: ±2 sd{about}");
         let mut panel = Panel::new(title, about, Axis::new(axis), Axis::symmetric(STANDARDIZED, 2.5));
         panel.two_sd();
-        panel.marks.push(Mark::Points(points));
+        panel.points(points);
         panels.push(panel);
     }
     figure.add_rows(ROW, 2, panels);

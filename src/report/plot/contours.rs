@@ -2,7 +2,8 @@
 
 use plotters::prelude::RGBColor;
 
-use super::{Axis, Figure, GREY, Mark, Panel, Point};
+use super::axis::ends;
+use super::{Axis, Figure, GREY, Panel, Point};
 use crate::fit::{Contour, Fit};
 use crate::report::title;
 
@@ -41,8 +42,7 @@ fn panel(contour: &Contour) -> Panel {
     }
     let reach = [0, 1].map(|axis| {
         let values = levels.iter().flat_map(|level| &level.edge).map(|point| point[axis]);
-        let (low, high) =
-            values.fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), v| (low.min(v), high.max(v)));
+        let [low, high] = ends(values);
         let room = BEYOND * (high - low);
         low - room..=high + room
     });
@@ -53,6 +53,6 @@ fn panel(contour: &Contour) -> Panel {
             panel.line(part.iter().copied(), GREY, 1);
         }
     }
-    panel.marks.push(Mark::Points(vec![Point::new(contour.centre, 4)]));
+    panel.points([Point::new(contour.centre, 4)]);
     panel
 }

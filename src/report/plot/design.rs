@@ -1,6 +1,6 @@
 //! design.svg and design.png: standard errors against the cut angle, a row of panels for each parameter, a column for each speed.
 
-use super::{Axis, Figure, Mark, Panel, Point, color};
+use super::{Axis, Figure, Panel, Point, color};
 use crate::design::{Cell, Design};
 use crate::measurement::parameter::Parameter;
 use crate::report::number::plain;
@@ -61,7 +61,7 @@ fn panel(design: &Design, parameter: Parameter, speeds: &[Option<f64>]) -> Optio
         for part in points.split(Option::is_none).filter(|part| !part.is_empty()) {
             panel.line(part.iter().flatten().copied(), color(kind), 2);
             let points = part.iter().flatten().map(|at| Point::new(*at, kind));
-            panel.marks.push(Mark::Points(points.collect()));
+            panel.points(points);
         }
     }
     (!panel.marks.is_empty()).then_some(panel)

@@ -76,7 +76,7 @@ fn restitution(fit: &Fit, shots: &[&DiscShot], used: &[bool], about: &str) -> Op
         let line = [0.0, 1.05 * fastest].map(|speed| [speed, e.value - slope * speed]);
         add_curve(&mut panel, &line, fit.scatter.map_or(0.0, |scatter| scatter.restitution));
     }
-    panel.marks.push(Mark::Points(points));
+    panel.points(points);
     Some(panel)
 }
 
@@ -108,6 +108,6 @@ fn friction(fit: &Fit, shots: &[&DiscShot], used: &[bool], about: &str) -> Optio
             }
         }
     }
-    panel.marks.push(Mark::Points(points));
+    panel.points(points);
     Some(panel)
 }

@@ -18,7 +18,7 @@ pub(super) mod track;
 use plotters::prelude::RGBColor;
 
 pub use axis::Axis;
-pub use render::Spot;
+pub(super) use axis::ends;
 pub use residuals::residuals;
 
 /// Width of a figure, pixels.
@@ -28,13 +28,10 @@ pub const WIDTH: u32 = 1200;
 const CUT_AXIS: &str = "cut angle φ (°)";
 const SPEED_AXIS: &str = "cue-ball speed before impact (m/s)";
 
-/// Colour of axes and texts.
+/// Colours of axes and texts, of what is less important, of areas behind the data, and of warnings.
 pub const INK: RGBColor = RGBColor(20, 20, 20);
-/// Colour of what is less important.
 pub const GREY: RGBColor = RGBColor(85, 85, 85);
-/// Colour of areas behind the data.
 pub const BAND: RGBColor = RGBColor(228, 233, 240);
-/// Colour of warnings.
 pub const ALARM: RGBColor = RGBColor(176, 0, 32);
 
 /// Colours of series, which colour-blind readers can distinguish (Okabe and Ito 2008).
@@ -49,15 +46,18 @@ const COLORS: [RGBColor; 7] = [
 ];
 
 /// Returns the colour of a series.
-#[must_use]
 pub fn color(series: usize) -> RGBColor {
     COLORS[series % COLORS.len()]
 }
 
+/// Returns a place in centimetres.
+fn cm(place: [f64; 2]) -> [f64; 2] {
+    place.map(|metres| 100.0 * metres)
+}
+
 /// A figure: panels in rows below a title.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, Default)]
 pub struct Figure {
-    /// The title.
     pub title: String,
     /// Lines below the title.
     pub lines: Vec<String>,
@@ -67,33 +67,21 @@ pub struct Figure {
     pub series: Vec<String>,
     /// What points stand for.
     pub labels: Vec<Label>,
-    /// The rows of panels.
     pub rows: Vec<Row>,
 }
 
-/// A row of panels.
+/// A row of panels, which has room for `columns` of them; its height is in pixels.
 #[derive(Clone, Debug)]
 pub struct Row {
-    /// Its height, pixels.
     pub height: u32,
-    /// The number of panels that it has room for.
     pub columns: usize,
-    /// The panels.
     pub panels: Vec<Panel>,
 }
 
 impl Figure {
     /// Returns a figure without panels.
-    #[must_use]
     pub fn new(title: impl Into<String>) -> Self {
-        Self {
-            title: title.into(),
-            lines: Vec::new(),
-            warning: None,
-            series: Vec::new(),
-            labels: Vec::new(),
-            rows: Vec::new(),
-        }
+        Self { title: title.into(), ..Self::default() }
     }
 
     /// Adds panels, at most so many in a row.
@@ -105,50 +93,52 @@ impl Figure {
     }
 }
 
-/// What a measured point stands for.
+/// What a measured point stands for: its shot, the quantity and its residual.
 #[derive(Clone, Debug)]
 pub struct Label {
-    /// Name of the shot.
     pub shot: String,
-    /// The quantity and its residual.
     pub words: String,
 }
 
 impl Label {
     /// Returns the label of a residual of a shot.
-    #[must_use]
     pub fn new(shot: &str, quantity: &str, standardized: f64) -> Self {
         Self { shot: shot.to_owned(), words: format!("{quantity}, {standardized:+.2} standard deviations") }
     }
 }
 
-/// A panel: marks in one coordinate system. The axes reach beyond all of them.
+/// A panel: marks in one coordinate system, the first behind all others. The axes reach beyond all of them.
 #[derive(Clone, Debug)]
 pub struct Panel {
-    /// The title.
     pub title: String,
     /// What its marks mean, below the title.
     pub about: String,
-    /// The axis to the right.
     pub x: Axis,
-    /// The axis upwards.
     pub y: Axis,
     /// Whether a unit is as long along either axis.
     pub is_square: bool,
-    /// What is drawn, the first behind all others.
     pub marks: Vec<Mark>,
 }
 
 impl Panel {
     /// Returns a panel without marks.
-    #[must_use]
     pub fn new(title: impl Into<String>, about: impl Into<String>, x: Axis, y: Axis) -> Self {
         Self { title: title.into(), about: about.into(), x, y, is_square: false, marks: Vec::new() }
     }
 
-    /// Adds a line.
+    /// Returns a panel without marks that shows places, in centimetres.
+    fn of_places(title: &str, about: impl Into<String>) -> Self {
+        Self { is_square: true, ..Self::new(title, about, Axis::new("x (cm)"), Axis::new("y (cm)")) }
+    }
+
+    /// Adds a line; its width is in pixels.
     pub fn line(&mut self, points: impl IntoIterator<Item = [f64; 2]>, color: RGBColor, width: u32) {
         self.marks.push(Mark::Line { points: points.into_iter().collect(), color, width });
+    }
+
+    /// Adds measured points.
+    fn points(&mut self, points: impl IntoIterator<Item = Point>) {
+        self.marks.push(Mark::Points(points.into_iter().collect()));
     }
 
     /// Adds the band of ± 2 standard deviations and the line at 0.
@@ -165,31 +155,20 @@ impl Panel {
 /// What is drawn in a panel, in the units of its axes.
 #[derive(Clone, Debug)]
 pub enum Mark {
-    /// Measured points.
     Points(Vec<Point>),
-    /// A line through points.
     Line {
-        /// The points.
         points: Vec<[f64; 2]>,
-        /// Its colour.
         color: RGBColor,
-        /// Its width, pixels.
         width: u32,
     },
-    /// An area behind the data.
     Area {
-        /// Its outline.
         outline: Vec<[f64; 2]>,
-        /// Its colour.
         color: RGBColor,
     },
     /// A strip across the panel between two values of y.
     Strip([f64; 2]),
-    /// An arrow with a head.
     Arrow {
-        /// Where it begins.
         from: [f64; 2],
-        /// Where it points to.
         to: [f64; 2],
     },
     /// A thin line across the panel at a value of x.
@@ -198,9 +177,7 @@ pub enum Mark {
     Horizontal(f64),
     /// A text, centred.
     Text {
-        /// Where it stands.
         at: [f64; 2],
-        /// The words.
         words: String,
     },
 }
@@ -208,7 +185,6 @@ pub enum Mark {
 /// A measured point.
 #[derive(Clone, Copy, Debug)]
 pub struct Point {
-    /// Its place.
     pub at: [f64; 2],
     /// Its standard deviation along y, drawn as a bar.
     pub sd: Option<f64>,
@@ -222,7 +198,6 @@ pub struct Point {
 
 impl Point {
     /// Returns a point of a series.
-    #[must_use]
     pub fn new(at: [f64; 2], series: usize) -> Self {
         Self { at, sd: None, series, opacity: 1.0, label: None }
     }

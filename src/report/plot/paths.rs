@@ -1,6 +1,6 @@
 //! A figure of a film: the paths of both balls in all shots, seen from above.
 
-use super::{Axis, Figure, INK, Mark, Panel, Point, color};
+use super::{Figure, INK, Panel, Point, cm, color};
 use crate::fit::FittedFilm;
 use crate::problem::Impact;
 use crate::report::number::count_of;
@@ -23,8 +23,7 @@ pub fn figure(name: &str, film: &FittedFilm) -> Option<Figure> {
     if shots.is_empty() {
         return None;
     }
-    let mut panel = Panel::new("", "", Axis::new("x (cm)"), Axis::new("y (cm)"));
-    panel.is_square = true;
+    let mut panel = Panel::of_places("", "");
     for impact in &shots {
         add(&mut panel, impact);
     }
@@ -39,7 +38,6 @@ pub fn figure(name: &str, film: &FittedFilm) -> Option<Figure> {
 
 /// Adds the paths of a shot, in centimetres.
 fn add(panel: &mut Panel, impact: &Impact) {
-    let cm = |place: [f64; 2]| place.map(|metres| 100.0 * metres);
     let place = |ball: usize, time: f64| cm(impact.paths.place(ball, time));
     for (ball, seen) in impact.seen.iter().enumerate() {
         let (Some((first, _)), Some((last, _))) = (seen.first(), seen.last()) else { continue };
@@ -47,7 +45,7 @@ fn add(panel: &mut Panel, impact: &Impact) {
         panel.line(instants.map(|time| place(ball, time)), color(ball), 1);
         let frames = seen.iter().step_by(seen.len().div_ceil(MOST_FRAMES));
         let points = frames.map(|(_, at)| Point { opacity: 0.5, ..Point::new(cm(*at), ball) });
-        panel.marks.push(Mark::Points(points.collect()));
+        panel.points(points);
     }
     panel.line([0, 1].map(|ball| place(ball, impact.time)), INK, 2);
 }

@@ -23,11 +23,8 @@ const GRID: RGBColor = RGBColor(226, 226, 226);
 /// Where a measured point is in a picture: pixels from the left and from the top, and the index of its label.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Spot {
-    /// Pixels from the left.
     pub x: i32,
-    /// Pixels from the top.
     pub y: i32,
-    /// The index of its label in the figure.
     pub label: usize,
 }
 

@@ -2,9 +2,9 @@
 
 use statrs::distribution::{Beta, ContinuousCDF, Normal};
 
-use super::axis::is_drawable;
+use super::axis::{ends, is_drawable};
 use super::observed::{Observed, Value};
-use super::{Axis, BAND, Figure, INK, Mark, Panel, Point, Row, color};
+use super::{Axis, BAND, Figure, INK, Panel, Point, Row, color};
 use crate::fit::Fit;
 use crate::report::document::{self, BudgetPart};
 use crate::report::number::{count_of, plain};
@@ -19,7 +19,6 @@ pub(super) const STANDARDIZED: &str = "(measured − predicted) / sd";
 
 /// Returns the residuals of a fit below its title, estimates, χ², and what the reader must know first. Panels without data are left
 /// out, with the reason.
-#[must_use]
 pub fn residuals(fit: &Fit) -> Figure {
     let observed = Observed::of(fit);
     let mut figure = Figure::new(title(fit));
@@ -29,7 +28,7 @@ pub fn residuals(fit: &Fit) -> Figure {
     figure.labels.clone_from(&observed.labels);
     let groups = observed.groups();
     let mut panels = Vec::new();
-    for found in [observed.against(&CUT), observed.against(&SPEED), observed.against(&ORDER)] {
+    for found in AGAINST.iter().map(|kind| observed.against(kind)) {
         match found {
             Ok(panel) => panels.push(panel),
             Err(reason) if figure.lines.contains(&reason) => {}
@@ -135,17 +134,14 @@ impl Observed {
         ];
         let mut panel =
             Panel::new("Measured against predicted", joined(&about), axis("predicted"), axis("measured"));
-        let ends = seen.iter().flat_map(|value| [value.measured, value.predicted]);
-        let (low, high) =
-            ends.fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), x| (low.min(x), high.max(x)));
+        let both = seen.iter().flat_map(|value| [value.measured, value.predicted]);
+        let [low, high] = ends(both);
         panel.line([[low, low], [high, high]], INK, 1);
         let point = |value: &&&Value| Point {
             sd: longest.map(|longest| value.sd.min(longest)),
             ..self.point(value, [value.predicted, value.measured])
         };
-        panel.marks.push(Mark::Points(
-            seen.iter().filter(|value| value.is_drawn).map(|value| point(&value)).collect(),
-        ));
+        panel.points(seen.iter().filter(|value| value.is_drawn).map(|value| point(&value)));
         panel
     }
 
@@ -185,7 +181,7 @@ impl Observed {
         panel.two_sd();
         let drawn = seen.iter().filter(|value| value.is_drawn);
         let points = drawn.map(|value| self.point(value, [x(value), value.standardized]));
-        panel.marks.push(Mark::Points(points.collect()));
+        panel.points(points);
         for [x, y, error] in means {
             panel.line([[x, y - error], [x, y + error]], INK, 3);
         }
@@ -222,7 +218,7 @@ impl Observed {
         panel.line([[-end, -end], [end, end]], INK, 1);
         let drawn = sorted.iter().enumerate().filter(|(_, value)| value.is_drawn);
         let points = drawn.map(|(i, value)| self.point(value, [quantile(i), value.standardized]));
-        panel.marks.push(Mark::Points(points.collect()));
+        panel.points(points);
         Some(panel)
     }
 }
@@ -236,26 +232,26 @@ struct Against {
     value: fn(&Value) -> f64,
 }
 
-const CUT: Against = Against {
-    title: "Residuals against cut angle",
-    axis: super::CUT_AXIS,
-    unknown: "cut angle",
-    value: |value| value.cut,
-};
-
-const SPEED: Against = Against {
-    title: "Residuals against speed",
-    axis: super::SPEED_AXIS,
-    unknown: "speed",
-    value: |value| value.speed,
-};
-
-const ORDER: Against = Against {
-    title: "Residuals in the order of the shots",
-    axis: "number of the shot",
-    unknown: "order",
-    value: |value| value.order,
-};
+const AGAINST: [Against; 3] = [
+    Against {
+        title: "Residuals against cut angle",
+        axis: super::CUT_AXIS,
+        unknown: "cut angle",
+        value: |value| value.cut,
+    },
+    Against {
+        title: "Residuals against speed",
+        axis: super::SPEED_AXIS,
+        unknown: "speed",
+        value: |value| value.speed,
+    },
+    Against {
+        title: "Residuals in the order of the shots",
+        axis: "number of the shot",
+        unknown: "order",
+        value: |value| value.order,
+    },
+];
 
 /// Returns how long bars are drawn at most, so that a few that are much longer do not shrink the data to a dot; `None` without any.
 fn longest_bar(values: &[&Value]) -> Option<f64> {
@@ -265,9 +261,8 @@ fn longest_bar(values: &[&Value]) -> Option<f64> {
     let mut sds: Vec<f64> = values.iter().map(|value| value.sd).filter(|sd| is_drawable(*sd)).collect();
     sds.sort_by(f64::total_cmp);
     let median = sds.get(sds.len() / 2)?;
-    let measured = || values.iter().map(|value| value.measured);
-    let range = measured().fold(f64::NEG_INFINITY, f64::max) - measured().fold(f64::INFINITY, f64::min);
-    Some((TIMES * median).max(PART * range))
+    let [low, high] = ends(values.iter().map(|value| value.measured));
+    Some((TIMES * median).max(PART * (high - low)))
 }
 
 /// Returns means of a dozen groups of neighbours with their standard errors (x, y, error), if there are so many points that the eye no

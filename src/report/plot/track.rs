@@ -1,6 +1,7 @@
 //! A figure of one shot: both tracks from above with the fitted paths, and what the fit leaves.
 
-use super::{Axis, Figure, INK, Mark, Panel, Point, color};
+use super::axis::ends;
+use super::{Axis, Figure, INK, Mark, Panel, Point, cm, color};
 use crate::fit::FittedFilm;
 use crate::problem::Impact;
 
@@ -36,7 +37,6 @@ pub(crate) struct Tracks<'a> {
 /// Returns the figure of a shot of balls.
 pub fn of_balls(film: &FittedFilm, impact: &Impact) -> Figure {
     let [before, cue, object] = impact.speeds();
-    let times = || impact.seen.iter().flatten().map(|(t, _)| *t);
     let tracks = Tracks {
         name: &impact.shot.name,
         summary: format!(
@@ -46,7 +46,7 @@ pub fn of_balls(film: &FittedFilm, impact: &Impact) -> Figure {
             impact.outliers,
         ),
         names: ["cue ball", "object ball"],
-        window: [times().fold(f64::INFINITY, f64::min), times().fold(f64::NEG_INFINITY, f64::max)],
+        window: ends(impact.seen.iter().flatten().map(|(t, _)| *t)),
         seen: impact.seen.clone(),
         time: impact.time,
         clock: ("time from the impact (ms)", 1e-3),
@@ -70,13 +70,11 @@ impl Tracks<'_> {
 
     /// Returns tracks, fitted paths, and both balls as they touch, with the line of centres, in centimetres.
     fn plan(&self) -> Panel {
-        let cm = |place: [f64; 2]| place.map(|metres| 100.0 * metres);
         let about = "points: tracked; lines: fitted; circles: at the impact";
-        let mut panel = Panel::new("Seen from above", about, Axis::new("x (cm)"), Axis::new("y (cm)"));
-        panel.is_square = true;
+        let mut panel = Panel::of_places("Seen from above", about);
         let contact = [0, 1].map(|ball| (self.place)(ball, self.time));
         let [from, to] = self.window;
-        let mut reach = [[f64::INFINITY, f64::NEG_INFINITY]; 2];
+        let mut paths = Vec::new();
         for ball in [0, 1] {
             let times = (0..=STEPS).map(|step| from + (to - from) * f64::from(step) / f64::from(STEPS));
             let path: Vec<[f64; 2]> = times.map(|time| cm((self.place)(ball, time))).collect();
@@ -84,15 +82,12 @@ impl Tracks<'_> {
                 let (sin, cos) = (std::f64::consts::TAU * f64::from(corner) / f64::from(CORNERS)).sin_cos();
                 cm([contact[ball][0] + self.radii[ball] * cos, contact[ball][1] + self.radii[ball] * sin])
             });
-            for place in &path {
-                for (axis, ends) in reach.iter_mut().enumerate() {
-                    *ends = [ends[0].min(place[axis]), ends[1].max(place[axis])];
-                }
-            }
+            paths.extend(path.iter().copied());
             panel.line(path, color(ball), 2);
             panel.line(outline, color(ball), 1);
         }
         // wrong frames far away would shrink the rest: they stand at the edge
+        let reach = [0, 1].map(|axis| ends(paths.iter().map(|place| place[axis])));
         let room = 0.1 * (reach[0][1] - reach[0][0]).max(reach[1][1] - reach[1][0]);
         for (ball, seen) in self.seen.iter().enumerate() {
             let place = |place: [f64; 2]| {
@@ -100,7 +95,7 @@ impl Tracks<'_> {
                 [0, 1].map(|axis| place[axis].clamp(reach[axis][0] - room, reach[axis][1] + room))
             };
             let points = seen.iter().map(|(_, at)| Point { opacity: 0.45, ..Point::new(place(*at), ball) });
-            panel.marks.push(Mark::Points(points.collect()));
+            panel.points(points);
         }
         panel.line(contact.map(cm), INK, 2);
         panel
@@ -120,7 +115,7 @@ impl Tracks<'_> {
                 let at = [(time - self.time) / self.clock.1, off.clamp(-most, most)];
                 Point { opacity: 0.6, ..Point::new(at, ball) }
             });
-            panel.marks.push(Mark::Points(points.collect()));
+            panel.points(points);
         }
         panel
     }

@@ -10,7 +10,10 @@ use std::time::Instant;
 
 use rand::{Rng, SeedableRng};
 use rand_chacha::ChaCha8Rng;
+use schemars::JsonSchema;
+use serde::Serialize;
 
+use crate::measurement::written::written_by_name;
 use crate::physics::ball::{Ball, BallState, Vec3};
 use crate::physics::collision::{Coefficients, Fidelity, Model, NotACollision, Outcome};
 use crate::physics::contact_frame::cue_velocity;
@@ -19,9 +22,6 @@ use crate::physics::name::worded;
 /// Tolerance of a compliant contact as a reference; only a rigid one is run at it.
 pub const REFERENCE: f64 = 1e-12;
 
-/// Quantities whose errors are stated.
-#[cfg(feature = "report")]
-pub(crate) const QUANTITIES: [&str; 4] = ["throw_deg", "speed", "spin", "jump"];
 
 /// One shot of the study, in the collision frame.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -32,15 +32,41 @@ pub struct Shot {
     pub coefficients: Coefficients,
 }
 
-/// How an error spreads over the shots.
-#[derive(Clone, Copy, Debug, PartialEq)]
+/// The distribution of an error over the shots.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, JsonSchema)]
 pub struct Spread {
-    /// Its median.
+    /// Unit of the numbers: deg, or 1 for a ratio.
+    pub unit: &'static str,
+    /// Half of the shots err by less.
+    #[schemars(with = "Option<f64>")]
     pub median: f64,
-    /// Its 95th percentile.
+    /// 95 % of the shots err by less.
+    #[schemars(with = "Option<f64>")]
     pub p95: f64,
-    /// The largest of all.
+    /// The largest error.
+    #[schemars(with = "Option<f64>")]
     pub worst: f64,
+}
+
+/// Errors of all quantities, in parts of the cue ball's speed but for the first.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, JsonSchema)]
+pub struct Errors {
+    /// Of the throw.
+    pub throw_deg: Spread,
+    /// Of the horizontal velocities.
+    pub speed: Spread,
+    /// Of the spins times the radius.
+    pub spin: Spread,
+    /// Of the vertical velocities.
+    pub jump: Spread,
+}
+
+impl Errors {
+    /// The error of each quantity, with its name.
+    pub(crate) fn each(self) -> [(&'static str, Spread); 4] {
+        let Self { throw_deg, speed, spin, jump } = self;
+        [("throw_deg", throw_deg), ("speed", speed), ("spin", spin), ("jump", jump)]
+    }
 }
 
 worded! {
@@ -58,24 +84,28 @@ worded! {
     pub fn name;
 }
 
-/// The errors and the time of one way to compute a collision.
-#[derive(Clone, Debug, PartialEq)]
+written_by_name!(Includes);
+
+/// A way to compute a collision.
+#[derive(Clone, Debug, PartialEq, Serialize, JsonSchema)]
 pub struct Row {
-    /// The fidelity.
+    /// Name of the fidelity.
     pub fidelity: Fidelity,
-    /// The tolerance of a fidelity that integrates.
-    pub tolerance: Option<f64>,
-    /// Which effects are included.
+    /// Effects that are on: all that the fidelity has, those of full, or those of a compliant contact.
+    #[serde(rename = "effects")]
     pub includes: Includes,
-    /// Seconds per collision on one core.
+    /// Tolerance of ode and contact.
+    pub tolerance: Option<f64>,
+    /// Duration of one collision on one core, s.
     pub seconds: f64,
-    /// The error against the same equations solved far more exactly, for throw in degrees, and speeds, spins times R and vertical
-    /// speeds as fractions of U. `None` of `contact`, whose model error is a numerical one.
-    pub numerical: Option<[Spread; 4]>,
-    /// The same errors against `contact`.
-    pub model: [Spread; 4],
-    /// How many shots could not be computed and are left out of the errors.
+    /// Number of shots that it could not compute, which are left out of the errors.
     pub failed: usize,
+    /// Errors against the same equations solved closely; null of contact, whose model error is a numerical one.
+    #[serde(rename = "numerical_error")]
+    pub numerical: Option<Errors>,
+    /// The same errors against contact with all effects.
+    #[serde(rename = "model_error")]
+    pub model: Errors,
 }
 
 /// Returns seeded shots as on a table: 0.5 to 5 m/s, cuts up to 70°, natural roll, stun, draw or side spin.
@@ -157,7 +187,7 @@ fn timed(model: &Model, shots: &[Shot]) -> f64 {
     least / shots.len().max(1) as f64
 }
 
-fn spreads(shots: &[Shot], outcomes: &[Option<Outcome>], reference: &[Outcome], radius: f64) -> [Spread; 4] {
+fn spreads(shots: &[Shot], outcomes: &[Option<Outcome>], reference: &[Outcome], radius: f64) -> Errors {
     let mut errors: [Vec<f64>; 4] = Default::default();
     for ((shot, outcome), reference) in shots.iter().zip(outcomes).zip(reference) {
         let Some(outcome) = outcome else { continue };
@@ -172,14 +202,20 @@ fn spreads(shots: &[Shot], outcomes: &[Option<Outcome>], reference: &[Outcome], 
         errors[2].push(radius * spin / speed);
         errors[3].push(vertical(&a.cue, &b.cue).max(vertical(&a.object, &b.object)) / speed);
     }
-    errors.map(spread)
+    let [throw_deg, speed, spin, jump] = errors;
+    Errors {
+        throw_deg: spread("deg", throw_deg),
+        speed: spread("1", speed),
+        spin: spread("1", spin),
+        jump: spread("1", jump),
+    }
 }
 
-fn spread(mut errors: Vec<f64>) -> Spread {
+fn spread(unit: &'static str, mut errors: Vec<f64>) -> Spread {
     errors.sort_by(f64::total_cmp);
     let last = errors.len().saturating_sub(1) as f64;
     let at = |part: f64| errors.get((part * last).round() as usize).copied().unwrap_or(f64::NAN);
-    Spread { median: at(0.5), p95: at(0.95), worst: at(1.0) }
+    Spread { unit, median: at(0.5), p95: at(0.95), worst: at(1.0) }
 }
 
 #[cfg(test)]
@@ -189,7 +225,7 @@ mod tests {
     #[test]
     fn errors_decrease_with_the_tolerance_and_from_fidelity_to_fidelity() {
         let rows = study(&shots(40, 1), Ball::POOL, Model::KAPPA).unwrap();
-        let speed = |row: &Row| row.numerical.map(|errors| errors[1].worst);
+        let speed = |row: &Row| row.numerical.map(|errors| errors.speed.worst);
         for row in rows.iter().filter(|row| row.fidelity == Fidelity::Ode && row.numerical.is_some()) {
             // some dozen steps, each to the tolerance
             assert!(speed(row).unwrap() < 20.0 * row.tolerance.unwrap() + 1e-13, "{row:?}");
@@ -201,13 +237,13 @@ mod tests {
         assert!(closed[3] < 3e-15, "{closed:?}");
         // friction of the cloth and weight are of a thousandth
         let full = rows.iter().find(|row| row.fidelity == Fidelity::Full).unwrap();
-        assert!((1e-5..1e-2).contains(&full.model[1].p95), "{:?}", full.model);
+        assert!((1e-5..1e-2).contains(&full.model.speed.p95), "{:?}", full.model);
     }
 
     #[test]
     fn a_spread_of_no_errors_is_not_a_number() {
-        assert!(spread(Vec::new()).worst.is_nan());
-        let found = spread(vec![3.0, 1.0, 2.0]);
+        assert!(spread("1", Vec::new()).worst.is_nan());
+        let found = spread("1", vec![3.0, 1.0, 2.0]);
         assert_eq!((found.median, found.worst), (2.0, 3.0));
     }
 }

@@ -1,0 +1,68 @@
+//! How results are written as JSON, and how their schemas describe them: enums by their names, values by the names of their parameters.
+
+use std::borrow::Cow;
+use std::marker::PhantomData;
+
+use schemars::{JsonSchema, Schema, SchemaGenerator, json_schema};
+use serde::{Serialize, Serializer};
+
+use super::loss::Loss;
+use super::parameter::Parameter;
+use crate::physics::collision::Fidelity;
+
+/// Writes enums by their names, which are all that their schemas allow.
+macro_rules! written_by_name {
+    ($($thing:ty),+) => {$(
+        impl serde::Serialize for $thing {
+            fn serialize<S: serde::Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
+                serializer.serialize_str(self.name())
+            }
+        }
+
+        impl schemars::JsonSchema for $thing {
+            fn inline_schema() -> bool {
+                true
+            }
+
+            fn schema_name() -> std::borrow::Cow<'static, str> {
+                stringify!($thing).into()
+            }
+
+            fn json_schema(_: &mut schemars::SchemaGenerator) -> schemars::Schema {
+                schemars::json_schema!({ "type": "string", "enum": <$thing>::ALL.map(<$thing>::name) })
+            }
+        }
+    )+};
+}
+pub(crate) use written_by_name;
+
+written_by_name!(Parameter, Loss, Fidelity);
+
+/// Writes values by the names of their parameters.
+pub(crate) fn by_parameter<T: Serialize, S: Serializer>(
+    values: &[(Parameter, T)],
+    serializer: S,
+) -> Result<S::Ok, S::Error> {
+    serializer.collect_map(values.iter().map(|(parameter, value)| (parameter.name(), value)))
+}
+
+/// Describes values by the names of their parameters.
+pub(crate) struct ByParameter<T>(PhantomData<T>);
+
+impl<T: JsonSchema> JsonSchema for ByParameter<T> {
+    fn inline_schema() -> bool {
+        true
+    }
+
+    fn schema_name() -> Cow<'static, str> {
+        format!("By_parameter_{}", T::schema_name()).into()
+    }
+
+    fn json_schema(generator: &mut SchemaGenerator) -> Schema {
+        json_schema!({
+            "type": "object",
+            "additionalProperties": generator.subschema_for::<T>(),
+            "propertyNames": { "enum": Parameter::ALL.map(Parameter::name) },
+        })
+    }
+}
