@@ -11,9 +11,7 @@ use super::quantity::Quantity;
 use super::refuted;
 use super::result::{Comparison, LabelResidual, Robust};
 use super::verdict::{self, Tests, holm};
-use crate::fit::of_film::Fitted;
-use crate::fit::of_rows;
-use crate::fit::{Computed, FittedFilm};
+use crate::fit::{Computed, FittedFilm, of_film, of_rows};
 use crate::measurement::loss::Loss;
 use crate::physics::collision::FidelityChoice;
 use crate::problem::{
@@ -135,7 +133,7 @@ impl<'a> Joint<'a> {
         let mut residuals = Vec::new();
         let mut films = Vec::new();
         for (number, alone) in self.samples.fitted.iter().enumerate() {
-            let Alone { label, sample, ref tracks, .. } = *alone;
+            let Alone { label, sample, .. } = *alone;
             let solution = self.solution.of_sample(number);
             let shots = solution.names[0].iter().cloned().zip(solution.weights());
             weights.extend(shots.filter(|(_, weight)| *weight < 1.0).map(|(shot, w)| (sample, shot, w)));
@@ -144,7 +142,7 @@ impl<'a> Joint<'a> {
             let own = if is_table {
                 of_rows::residuals(&solution.names[0], &of_table, |_| true)
             } else {
-                Fitted::residuals(&solution)
+                of_film::residuals(&solution)
             };
             residuals.extend(own.into_iter().map(|of_shot| LabelResidual { label, sample, of_shot }));
             if is_table {
@@ -152,7 +150,7 @@ impl<'a> Joint<'a> {
             }
             let Solution { unit, middle, .. } =
                 *self.sharing.first_film(alone, &self.samples.fitted).solution;
-            films.push((sample, FittedFilm::new(Solution { unit, middle, ..solution }, tracks)));
+            films.push((sample, FittedFilm::new(Solution { unit, middle, ..solution }, &alone.dataset)));
         }
         weights.sort_by(|a, b| a.2.total_cmp(&b.2));
         let mut comparison = Comparison {

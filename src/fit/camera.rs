@@ -2,7 +2,6 @@
 //! everywhere in the picture, and move as the cloth lets them. With it, what else is found of a film:
 //! noise that lasts, frames that were dropped.
 
-use crate::extraction::NoiseCorrelation;
 use crate::measurement::correction::Correction;
 use crate::measurement::number;
 use crate::problem::{Camera, Finding, Id, Solution};
@@ -59,9 +58,7 @@ pub struct FoundCamera {
     /// Whether nothing was left to correct at the end.
     pub converged: bool,
     /// The correlation of the noise of neighbouring frames; `None` where the frames do not determine it.
-    pub noise_correlation: Option<NoiseCorrelation>,
-    /// The coarsest step of the grid to which positions were rounded, m; 0 where they were not.
-    pub resolution: f64,
+    pub noise_correlation: Option<f64>,
     /// The number of shots in which frames were dropped without a sign in their numbers, and the number of such
     /// drops.
     pub drops: [usize; 2],
@@ -95,11 +92,7 @@ impl FoundCamera {
                 .filter_map(|i| solution.contact(i))
                 .map(|[x, y]| [x + middle[0], y + middle[1]])
                 .collect(),
-            noise_correlation: noise.filter(|rho| *rho > 0.0).map(|value| NoiseCorrelation {
-                value,
-                std_error: f64::NAN,
-                adopted: true,
-            }),
+            noise_correlation: noise.filter(|rho| *rho > 0.0),
             drops: solution
                 .findings
                 .iter()
@@ -112,7 +105,6 @@ impl FoundCamera {
                 Finding::Spoiled { before, after } => Some([*before, *after]),
                 _ => None,
             }),
-            resolution: 0.0,
             of_discs: solution.problem.discs().is_some(),
         }
     }

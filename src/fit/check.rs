@@ -59,8 +59,6 @@ pub enum Kind {
     Advice,
     /// The radius is not that of billiard balls.
     Radius,
-    /// The balls contradict the stated scale and radius.
-    Scale,
     /// The sliding friction of the cloth that the paths show is unusual.
     Sliding,
     /// The rolling resistance of the cloth that the paths show is unusual.
@@ -79,8 +77,6 @@ pub enum Kind {
     SpeedRatio,
     /// The throw is larger than friction gives.
     Throw,
-    /// The tracker lags behind the balls after an impact.
-    Lag,
 }
 
 impl Finding {
@@ -176,47 +172,6 @@ pub(super) fn are_mixed_up(shots: &[&Shot]) -> bool {
         kinds.any(|kind| matches!(kind, Kind::Direction | Kind::Energy | Kind::SpeedRatio | Kind::Throw))
     };
     2 * shots.iter().filter(is_mixed_up).count() > shots.len()
-}
-
-/// Diameters of balls, m, with what they are played at (rules of WPA, UMB, WPBSA and of pyramid).
-const DIAMETERS: [(&str, f64); 4] =
-    [("pool", 0.057_15), ("carom", 0.0615), ("snooker", 0.0525), ("pyramid", 0.068)];
-
-/// Largest relative difference of a diameter from that of a game: balls wear, and scales are off, by less.
-const SAME_DIAMETER: f64 = 0.01;
-
-/// That balls of a radius appear so many times as large as stated, with the relative standard deviation of what is stated.
-pub(super) fn scale(factor: f64, radius: f64, sd: f64) -> Finding {
-    let size = if (0.5..2.0).contains(&factor) {
-        let larger = if factor > 1.0 { "larger" } else { "smaller" };
-        format!("{} % {larger} than", plain(100.0 * (factor - 1.0).abs(), 2))
-    } else {
-        format!("{} times as large as", plain(factor, 3))
-    };
-    let diameter = 2.0 * radius * factor;
-    let game = DIAMETERS.iter().find(|(_, other)| (diameter / other - 1.0).abs() < SAME_DIAMETER);
-    let game = game.map_or(String::new(), |(game, other)| {
-        format!(" ({}/{}: {game} balls?)", plain(1e3 * other, 4), plain(2e3 * radius, 4))
-    });
-    Finding::whole(
-        Kind::Scale,
-        format!(
-            "the balls are {size} stated{game}, where {} % is expected: either the radius (radius_m of [ball]) or the scale of the film \
-             ([scale]) is wrong, which the frames cannot tell apart. A scale that is known worse takes its relative standard deviation as \
-             sd under [scale]",
-            plain(100.0 * sd, 2)
-        ),
-    )
-}
-
-/// That the frames show a tracker that lags.
-pub(super) fn lag() -> Finding {
-    Finding::whole(
-        Kind::Lag,
-        "both balls are off their paths in the first frames after the impacts, and not before: the tracker lags, as one does \
-         that smooths or predicts positions; export them as they were measured"
-            .to_owned(),
-    )
 }
 
 /// Findings as warnings, each kind once: sentences.

@@ -1,12 +1,13 @@
 //! The impacts of films of discs, whatever the law of friction.
 
+use super::analysis::leave_out;
 use super::camera::FoundCamera;
-use super::{disc_words, film_words};
+use super::{film_words, notes};
 use crate::measurement::dataset::Dataset;
 use crate::measurement::parameter::{Parameter, Settings};
 use crate::measurement::track::TrackShot;
 use crate::physics::disc::Discs;
-use crate::problem::{DiscImpact, FilmError, MeasuredDiscs, Policy, ball, measure_discs};
+use crate::problem::{DiscImpact, MeasuredDiscs, Policy, ball, measure_discs};
 
 /// Largest friction that fits of discs try: rubber on rubber seldom has more, and what is around discs
 /// may be any material.
@@ -31,14 +32,7 @@ pub fn extract_discs(mut dataset: Dataset) -> ExtractedDiscs {
     let MeasuredDiscs { solution, impacts } = match measure_discs(&dataset, &Policy::default()) {
         Ok(measured) => measured,
         Err(error) => {
-            let reasons = match error {
-                FilmError::NoImpact(reasons) => reasons,
-                other => {
-                    let tracks = dataset.tracks.iter().flat_map(|tracks| &tracks.shots);
-                    tracks.map(|shot| (shot.name.clone(), other.to_string())).collect()
-                }
-            };
-            dataset.left_out.extend(reasons);
+            leave_out(&mut dataset, error);
             return ExtractedDiscs { dataset, shots: Vec::new(), camera: None };
         }
     };
@@ -51,9 +45,9 @@ pub fn extract_discs(mut dataset: Dataset) -> ExtractedDiscs {
             shots.extend(track.cloned().map(|track| (track, impact)));
         }
         let findings = solution.findings.iter();
-        tracks.notes.extend(findings.filter_map(|finding| film_words::sentence(finding, None, 0.0)));
+        tracks.notes.extend(findings.filter_map(|finding| film_words::sentence(finding, None)));
         tracks.notes.extend(camera.sentences());
-        tracks.notes.extend(disc_words::notes(&solution, &shots));
+        tracks.notes.extend(notes::of_discs(&solution, &shots));
     }
     ExtractedDiscs { dataset, shots, camera: Some(camera) }
 }
@@ -82,9 +76,9 @@ pub(super) fn with_equal_discs(dataset: Dataset) -> Dataset {
         unseen += usize::from(shot.after.len() == 1);
         dataset.shots.push(shot);
     }
-    let notes = doubts(&shots).chain(disc_words::rotation(unseen, dataset.shots.len()));
-    let notes: Vec<String> = notes.chain([about_fits(&discs)]).collect();
-    dataset.tracks.iter_mut().for_each(|tracks| tracks.notes.extend(notes.iter().cloned()));
+    let said = doubts(&shots).chain(notes::rotation(unseen, dataset.shots.len()));
+    let said: Vec<String> = said.chain([about_fits(&discs)]).collect();
+    dataset.tracks.iter_mut().for_each(|tracks| tracks.notes.extend(said.iter().cloned()));
     dataset
 }
 

@@ -5,7 +5,6 @@ use std::sync::Arc;
 
 use nalgebra::DMatrix;
 
-use super::causes::Explanation;
 use super::check::Finding;
 use super::{
     Alternative, Bootstrap, Contour, Estimate, FittedFilm, FoundCamera, FrictionCurve, Goodness,
@@ -69,8 +68,6 @@ pub struct Fit {
     pub shots_used: usize,
     /// The shots that were left out, with the reasons.
     pub shots_rejected: Vec<Rejected>,
-    /// Shots that were fitted, though something about them is wrong; with what it is.
-    pub shots_doubtful: Vec<Rejected>,
     /// Of discs: what was measured of every shot.
     pub disc_shots: Vec<DiscShot>,
     /// Of discs: by how much shots differ beyond the errors of their frames. It is part of the errors.
@@ -85,8 +82,6 @@ pub struct Fit {
     pub footage: bool,
     /// What is wrong or worth saying.
     pub findings: Vec<crate::problem::Finding>,
-    /// Of a film of balls: the relative standard deviation of the stated scale.
-    pub stated_scale_sd: f64,
     /// The estimates of all that the shots share.
     pub unknowns: Vec<crate::problem::Estimate>,
     /// The error budgets of μ, μ_s and e.
@@ -141,8 +136,6 @@ pub struct Diagnostics {
     pub bound: Option<Bound>,
     /// Of a film of balls: what was found besides the parameters.
     pub joint: Option<JointFit>,
-    /// Parameters that are known only to lie between two values, all of which fit equally well.
-    pub plateaus: Vec<Plateau>,
     /// Whether values outside the intervals fit nearly as well.
     pub has_rival: bool,
     /// What is suspicious about the shots, or about the cloth as their paths show it.
@@ -191,14 +184,30 @@ impl Computed {
     }
 }
 
+/// A cause of residuals that the equations or the stated numbers leave, with the value that explains them best.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Explanation {
+    /// The name of the cause in fit.json.
+    pub cause: &'static str,
+    /// The value of the cause, in its own unit.
+    pub estimate: f64,
+    /// The standard error of that value.
+    pub std_error: f64,
+    /// Change of −2 log L with it, below 0; of a prior that the data contradict the square of the conflict in
+    /// standard deviations, with a minus.
+    pub delta_2logl: f64,
+    /// Whether the estimates include it.
+    pub adopted: bool,
+    /// The explanation as a sentence.
+    pub sentence: String,
+}
+
 /// What the fit of a film of balls found besides the parameters.
 #[derive(Clone, Debug)]
 #[non_exhaustive]
 pub struct JointFit {
     /// What all shots share.
     pub shared: Vec<crate::problem::Estimate>,
-    /// The covariance of `shared`, in the same order.
-    pub covariance: DMatrix<f64>,
     /// The probability of a larger χ² of the frames if model and noise were right; `None` where the noise was
     /// estimated from the same frames.
     pub p_value: Option<f64>,
@@ -215,17 +224,6 @@ pub struct Bound {
     pub std_errors: Vec<(Parameter, f64)>,
     /// How many shots it was computed from; it holds for all shots.
     pub shots: usize,
-}
-
-/// A range of values of a parameter on which nothing depends, as that of μ once every shot sticks.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Plateau {
-    /// The parameter.
-    pub parameter: Parameter,
-    /// The value from which on nothing depends on it.
-    pub edge: f64,
-    /// The other end of the plateau: a bound, unless the outcomes change again beyond.
-    pub bound: f64,
 }
 
 /// Shots of a weight below this are listed in the report.
@@ -277,6 +275,11 @@ pub struct Noise {
 }
 
 impl Noise {
+    /// Returns whether it was to be estimated, and nothing shows its size.
+    pub(super) fn is_unknown(&self) -> bool {
+        self.estimated_sd.is_some_and(f64::is_nan)
+    }
+
     /// A standard deviation to so many digits, with the unit of its column.
     pub(super) fn in_words(&self, sd: f64, digits: usize) -> String {
         let (number, unit) = (plain(sd / self.observable.unit_si(), digits), self.observable.unit());
@@ -285,7 +288,7 @@ impl Noise {
     }
 }
 
-/// A shot that was not used, or is doubtful, and why.
+/// A shot that was not used, and why.
 #[derive(Clone, Debug)]
 pub struct Rejected {
     /// The name of the shot.

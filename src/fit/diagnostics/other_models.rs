@@ -80,7 +80,7 @@ pub(in crate::fit) fn compare(
     // all models are fitted to the shots of the fit, also those that one of them does not describe
     let policy = Policy { shot_tail: 0.0, ..Policy::default() };
     let is_fitted = |shot: &&Shot| fit.solution.names[0].contains(&shot.name);
-    let fitted: Vec<&Shot> = request.shots.iter().copied().filter(is_fitted).collect();
+    let fitted: Vec<&Shot> = request.dataset.shots.iter().filter(is_fitted).collect();
     for change in changes(request, fit, &settings, shots) {
         let mut dataset = request.dataset.clone();
         dataset.settings = change.settings;

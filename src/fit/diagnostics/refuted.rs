@@ -7,7 +7,7 @@ use statrs::distribution::{ChiSquared, ContinuousCDF};
 
 use crate::fit::{Estimate, Fit, Status};
 use crate::measurement::dataset::{Before, Joint, Measured, Shot};
-use crate::measurement::number::{count_of, plain, with_error};
+use crate::measurement::number::plain;
 use crate::measurement::observable::{Axis, Observable};
 use crate::measurement::parameter::Parameter;
 
@@ -60,24 +60,6 @@ impl Refuted {
              the least χ²; they have no standard errors, since those hold only if the model does.",
             plain(self.reduced_chi2, 3),
             if self.p_value > 0.0 { format!("of {:.1e}", self.p_value) } else { "below 1e-300".to_owned() }
-        )
-    }
-}
-
-impl MeasuredRestitution {
-    /// The restitution and its scatter, as a sentence.
-    #[must_use]
-    pub fn sentence(&self) -> String {
-        let shots = count_of(self.shots, "shot");
-        let scatter = if self.scatter > 0.0 {
-            format!("; between shots it varies by {}", plain(self.scatter, 2))
-        } else {
-            String::new()
-        };
-        format!(
-            "Measured without the model, as the ratio of the normal velocities after and before the impact: e = {} \
-             ({shots}{scatter}).",
-            with_error(self.value, self.std_error)
         )
     }
 }

@@ -1,5 +1,6 @@
 //! Do residuals change with something that the model should have taken care of?
 
+use super::goodness::IMPROBABLE;
 use crate::measurement::number::plain;
 use crate::physics::name::worded;
 
@@ -26,6 +27,11 @@ pub struct Trend {
 }
 
 impl Trend {
+    /// Returns whether it is beyond chance however many trends are looked for.
+    pub(in crate::fit) fn is_improbable(&self) -> bool {
+        self.p_corrected < IMPROBABLE
+    }
+
     /// A likely reason for the trend, in words.
     #[must_use]
     pub fn meaning(&self) -> &'static str {
@@ -67,32 +73,43 @@ worded! {
     pub fn unit;
 }
 
-/// Returns the trends of slopes (quantity, variable, slope, probability by chance), the most significant
-/// first, corrected for the number of trends that were looked for (Holm 1979).
-pub(in crate::fit) fn ranked(mut found: Vec<(&'static str, Variable, f64, f64)>) -> Vec<Trend> {
-    found.sort_by(|a, b| a.3.total_cmp(&b.3));
-    let count = found.len();
-    let mut largest = 0.0_f64;
-    let trend = |(rank, (quantity, variable, slope, p_value)): (usize, (_, _, _, f64))| {
-        largest = largest.max(p_value * (count - rank) as f64).min(1.0);
-        let significant = largest < SIGNIFICANT;
-        let words = String::new();
-        let trend = Trend { quantity, variable, slope, p_value, p_corrected: largest, significant, words };
-        Trend { words: words_of(&trend, count), ..trend }
-    };
-    found.into_iter().enumerate().map(trend).collect()
+/// A slope that was looked for.
+pub(in crate::fit) struct Slope {
+    pub quantity: &'static str,
+    pub variable: Variable,
+    /// Change of the residuals in standard deviations per unit of the variable.
+    pub value: f64,
+    /// Probability of such a slope by chance.
+    pub p_value: f64,
 }
 
-fn words_of(trend: &Trend, count: usize) -> String {
-    let verb = if trend.slope < 0.0 { "fall" } else { "rise" };
-    let meaning = trend.meaning();
-    format!(
-        "{} residuals {verb} with {} ({:+.2} sd per {}; by chance with probability {}, {count} trends looked \
-         for): {meaning}",
-        trend.quantity,
-        trend.variable.name(),
-        trend.slope,
-        trend.variable.unit(),
-        plain(trend.p_corrected, 2)
-    )
+/// Returns the trends of slopes, the most significant first, corrected for the number of trends that were looked for
+/// (Holm 1979).
+pub(in crate::fit) fn ranked(mut slopes: Vec<Slope>) -> Vec<Trend> {
+    slopes.sort_by(|a, b| a.p_value.total_cmp(&b.p_value));
+    let count = slopes.len();
+    let mut largest = 0.0_f64;
+    let trend = |(rank, Slope { quantity, variable, value, p_value }): (usize, Slope)| {
+        largest = largest.max(p_value * (count - rank) as f64).min(1.0);
+        let mut trend = Trend {
+            quantity,
+            variable,
+            slope: value,
+            p_value,
+            p_corrected: largest,
+            significant: largest < SIGNIFICANT,
+            words: String::new(),
+        };
+        trend.words = format!(
+            "{quantity} residuals {} with {} ({value:+.2} sd per {}; by chance with probability {}, {count} trends looked \
+             for): {}",
+            if value < 0.0 { "fall" } else { "rise" },
+            variable.name(),
+            variable.unit(),
+            plain(largest, 2),
+            trend.meaning()
+        );
+        trend
+    };
+    slopes.into_iter().enumerate().map(trend).collect()
 }

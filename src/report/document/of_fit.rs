@@ -67,7 +67,7 @@ impl From<&Fit> for FitDocument {
             joint: found.joint.as_ref().map(Joint::from),
             shots_used: fit.shots_used,
             shots_rejected: each(&fit.shots_rejected),
-            shots_doubtful: each(&fit.shots_doubtful),
+            shots_doubtful: Vec::new(),
             scatter: scatter
                 .map(|scatter| Scatter { e: scatter.restitution, impulse_ratio: scatter.impulse_ratio }),
             converged: fit.converged,
@@ -107,7 +107,6 @@ fn parameter(fit: &Fit, estimate: &fit::Estimate) -> (String, FittedParameter) {
     let interval = |ends: Option<[f64; 2]>| ends.filter(|ends| ends.iter().all(|end| end.is_finite()));
     let interval_95 = interval(estimate.interval_95);
     let method = if estimate.is_profiled() { "profile" } else { "hessian" };
-    let plateau = fit.diagnostics.plateaus.iter().find(|plateau| plateau.parameter == estimate.parameter);
     let document = FittedParameter {
         meaning: estimate.parameter.meaning().to_owned(),
         unit: unit_of(estimate.parameter).to_owned(),
@@ -119,7 +118,7 @@ fn parameter(fit: &Fit, estimate: &fit::Estimate) -> (String, FittedParameter) {
         interval_95_profile: interval(estimate.intervals.profile),
         std_error_at_bound: estimate.std_error_at_bound.and_then(finite),
         status: estimate.status.name().to_owned(),
-        plateau: plateau.map(|plateau| [plateau.edge, plateau.bound]),
+        plateau: fit.plateau(estimate.parameter),
     };
     (estimate.parameter.name().to_owned(), document)
 }
@@ -163,9 +162,9 @@ fn film(found: &FoundCamera) -> ByName<FilmEntry> {
         add(which.name(), correction(*value, *std_error, *adopted));
     }
     if let Some(noise) = found.noise_correlation {
-        add("noise_correlation", correction(noise.value, noise.std_error, noise.adopted));
+        add("noise_correlation", correction(noise, f64::NAN, true));
     }
-    add("resolution_m", FilmEntry { estimate: finite(found.resolution), ..FilmEntry::default() });
+    add("resolution_m", FilmEntry { estimate: Some(0.0), ..FilmEntry::default() });
     let [shots, drops] = found.drops.map(Some);
     add("dropped_frames", FilmEntry { shots, drops, ..FilmEntry::default() });
     if let Some(spoiled) = found.spoiled {
@@ -200,10 +199,10 @@ pub(in crate::report) fn budget(found: &Budget) -> Vec<BudgetPart> {
     parts.into_iter().map(part).collect()
 }
 
-impl From<&fit::causes::Explanation> for Explanation {
-    fn from(found: &fit::causes::Explanation) -> Self {
+impl From<&fit::Explanation> for Explanation {
+    fn from(found: &fit::Explanation) -> Self {
         Self {
-            cause: found.cause.name().to_owned(),
+            cause: found.cause.to_owned(),
             estimate: finite(found.estimate),
             std_error: finite(found.std_error),
             delta_2logl: finite(found.delta_2logl),
