@@ -1,10 +1,9 @@
 //! Comparisons have what fits have: friction that falls, contacts that give way, frames.
 
 use caromfit::compare;
-use caromfit::compare::{Compared, Comparison, Difference, Finding, Options, Quantity, Reason};
-use caromfit::fit;
+use caromfit::compare::{Comparison, Difference, Finding, Options, Quantity, Reason};
 use caromfit::io::stated_object::StatedObject;
-use caromfit::measurement::dataset::{Dataset, Shot};
+use caromfit::measurement::dataset::Dataset;
 use caromfit::measurement::parameter::{Compliance, Parameter, Setting};
 use caromfit::physics::ball::Ball;
 use caromfit::physics::collision::{Effects, Fidelity, FidelityChoice, Model};
@@ -12,6 +11,7 @@ use caromfit::physics::friction_law::Law;
 use caromfit::report::compare_words::{notes, warnings};
 use caromfit::simulate::{BallSpec, Camera, ClothSpec, Kind, Noise, Played, Spec, Truth};
 
+use crate::compare::{Asked, is_the_fit_of_all, of};
 use crate::frames::count;
 use crate::options;
 use crate::synthetic::{made, made_with, spec};
@@ -23,10 +23,6 @@ const KAPPA: Quantity = Quantity::Parameter(Parameter::Kappa);
 
 /// Standard errors by which a difference may be off: one in 2000 is by chance.
 const ERRORS: f64 = 3.5;
-
-fn of(comparison: &Comparison, quantity: Quantity) -> &Compared {
-    comparison.quantities.iter().find(|q| q.quantity == quantity).unwrap()
-}
 
 fn difference(comparison: &Comparison, quantity: Quantity) -> &Difference {
     let compared = of(comparison, quantity);
@@ -78,40 +74,14 @@ fn falling_friction_is_compared() {
     assert!(error.is_bad_input() && error.to_string().contains("mu_b: no data set has it"), "{error}");
 }
 
-/// All parameters shared, the ratio of the masses, too: the fit of all shots of both.
-fn is_the_fit_of_all(both: &[Dataset; 2], auto: bool) -> Comparison {
-    let both = &both.each_ref().map(|dataset| Dataset { balls: Some("same".to_owned()), ..dataset.clone() });
-    let share = vec![MU, MU_S];
-    let with_b = if both[0].settings.falls { vec![MU, MU_S, B] } else { share };
-    let fidelity = if auto { FidelityChoice::Auto } else { Fidelity::Full.into() };
-    let options = Options { share: with_b, fidelity, ..options::of_comparison() };
-    let comparison = compare::compare(both, &options).unwrap();
-    let mut together = both[0].clone();
-    let named = |shot: &Shot| Shot { name: format!("other {}", shot.name), ..shot.clone() };
-    together.shots.extend(both[1].shots.iter().map(named));
-    let fit = fit::fit(&together, &fit::Options { fidelity, ..options::of_fit() }).unwrap().remove(0);
-    for single in fit.estimates.iter().filter(|single| !single.parameter.is_of_balls()) {
-        let own = of(&comparison, Quantity::Parameter(single.parameter)).estimates[0];
-        // as far as weights come to rest, or integrated collisions are precise
-        let error = single.std_error.unwrap_or(1e-9);
-        assert!((own.value - single.value).abs() < 1e-2 * error, "{own:?} {single:?}");
-        assert_eq!(own.std_error.is_some(), single.std_error.is_some(), "{own:?} {single:?}");
-        if let Some(own) = own.std_error {
-            assert!((own / error - 1.0).abs() < 1e-3, "{own} {error}");
-        }
-    }
-    assert_eq!((comparison.dof, &comparison.computed), (fit.dof, &fit.diagnostics.computed));
-    comparison
-}
-
 #[test]
 fn a_joint_fit_with_falling_friction_is_the_fit_of_all_shots() {
     let mut both = [falling("one", 0.1, 43), falling("two", 0.1, 44)];
-    is_the_fit_of_all(&both, false);
+    is_the_fit_of_all(&both, Asked::default());
     for dataset in &mut both {
         dataset.settings[Parameter::C].fixed = false;
     }
-    let comparison = is_the_fit_of_all(&both, false);
+    let comparison = is_the_fit_of_all(&both, Asked::default());
     assert!(of(&comparison, Quantity::Parameter(Parameter::C)).estimates[0].std_error.is_some());
 }
 
@@ -154,7 +124,7 @@ fn a_contact_that_gives_way_is_compared() {
 #[test]
 fn data_sets_call_for_a_contact_that_gives_way_together() {
     let both = [giving("one", 0.05, Model::KAPPA, 47), giving("two", 0.05, Model::KAPPA, 48)];
-    let comparison = is_the_fit_of_all(&both, true);
+    let comparison = is_the_fit_of_all(&both, Asked { auto: true, ..Asked::default() });
     let gives_way = comparison.findings.iter().any(|finding| matches!(finding, Finding::Compliance { .. }));
     assert!(gives_way && notes(&comparison).iter().any(|note| note.contains("gives way")));
 }

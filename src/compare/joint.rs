@@ -11,7 +11,8 @@ use super::quantity::Quantity;
 use super::refuted;
 use super::result::{Comparison, LabelResidual, Robust};
 use super::verdict::{self, Tests, holm};
-use crate::fit::{Computed, FittedFilm, of_film, of_rows};
+use crate::fit::deviations::residuals as residuals_of;
+use crate::fit::{Computed, FittedFilm};
 use crate::measurement::loss::Loss;
 use crate::physics::collision::FidelityChoice;
 use crate::problem::{
@@ -137,15 +138,9 @@ impl<'a> Joint<'a> {
             let solution = self.solution.of_sample(number);
             let shots = solution.names[0].iter().cloned().zip(solution.weights());
             weights.extend(shots.filter(|(_, weight)| *weight < 1.0).map(|(shot, w)| (sample, shot, w)));
-            let of_table = solution.deviations();
-            let is_table = !of_table.is_empty();
-            let own = if is_table {
-                of_rows::residuals(&solution.names[0], &of_table, |_| true)
-            } else {
-                of_film::residuals(&solution)
-            };
+            let own = residuals_of(&solution.names[0], &solution.deviations(), |_| true);
             residuals.extend(own.into_iter().map(|of_shot| LabelResidual { label, sample, of_shot }));
-            if is_table {
+            if !solution.is_film() {
                 continue;
             }
             let Solution { unit, middle, .. } =

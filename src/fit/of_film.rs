@@ -1,26 +1,23 @@
 //! The fit of a film as a [`Fit`].
 
-use nalgebra::Vector4;
-
 use super::camera::FoundCamera;
 use super::common::{Common, Tested, noise_of};
-use super::diagnostics::trends::{Slope, ranked};
+use super::deviations::{residuals, trends, whiten};
 use super::film::FittedFilm;
 use super::intervals::regions::contours;
 use super::request::Request;
 use super::{
-    Bound, Computed, Depth, Diagnostics, Estimate, Fit, FitError, Intervals, JointFit, Residual, Status,
-    Variable, film_words, notes,
+    Bound, Computed, Depth, Diagnostics, Estimate, Fit, FitError, Intervals, JointFit, Status, film_words,
+    notes,
 };
 use crate::measurement::dataset::{Measured, Shot};
-use crate::measurement::observable::{Axis, Observable};
 use crate::measurement::parameter::{Compliance, Parameter, Settings};
 use crate::measurement::spin::Spin;
 use crate::measurement::track::TrackShot;
 use crate::measurement::values::Values;
 use crate::physics::collision::{FidelityChoice, Model};
 use crate::physics::friction_law::Law;
-use crate::problem::{Id, Impact, Modelling, Motion, Offsets, Policy, Solution, fit_film};
+use crate::problem::{Deviations, Id, Impact, Modelling, Policy, RowsError, Solution, fit_film};
 
 /// Normal quantile of 95 % intervals.
 const WIDE: f64 = 1.96;
@@ -30,6 +27,7 @@ struct Fitted<'a> {
     request: Request<'a>,
     settings: Settings,
     film: FittedFilm,
+    deviations: Vec<Option<Deviations>>,
 }
 
 /// Fits all frames of a film; returns the fit with the impacts.
@@ -41,7 +39,11 @@ pub(super) fn fit(request: Request) -> Result<(Fit, Vec<Impact>), FitError> {
     let solution = fit_film(dataset, &modelling, &Policy::default());
     let film = FittedFilm::new(solution.map_err(|error| request.of_film(error))?, dataset);
     let impacts = film.impacts();
-    let mut fit = Fitted { request, settings, film: film.clone() }.fit();
+    let mut deviations = film.solution.deviations();
+    for (found, track) in deviations.iter_mut().zip(film.tracks()) {
+        found.iter_mut().for_each(|found| found.spins[0] = stated_roll(track, found.spins[0]));
+    }
+    let mut fit = Fitted { request, settings, film: film.clone(), deviations }.fit();
     let shots: Vec<&Shot> = impacts.iter().map(|impact| &impact.shot).collect();
     let has_topspin = film.solution.topspins().iter().any(|(_, topspin)| *topspin > 0.1);
     let of_film = notes::of_film(&fit, &film);
@@ -70,7 +72,7 @@ fn fitted_with(request: &Request) -> Result<(Model, Settings), FitError> {
         if let FidelityChoice::Of(fidelity) = options.fidelity
             && !fidelity.effects().compliance
         {
-            return Err(FitError::Rigid { dataset: dataset.name.clone(), fidelity: fidelity.name() });
+            return Err(request.of_rows(RowsError::Rigid(fidelity.name())));
         }
         model.kappa = initial[Parameter::Kappa];
     }
@@ -90,7 +92,7 @@ impl Fitted<'_> {
     fn fit(&self) -> Fit {
         let (solution, common) = (self.solution(), self.common());
         let estimates: Vec<Estimate> = common.parameters().iter().map(|p| self.estimate(*p)).collect();
-        let residuals = residuals(solution);
+        let residuals = residuals(&solution.names[0], &self.deviations, |_| true);
         let measured = |id: Id| self.film.shared(id).map(|(value, sd)| Measured::new(value, sd));
         let computed = Computed::of(solution, self.request.options.fidelity);
         Fit {
@@ -164,8 +166,8 @@ impl Fitted<'_> {
             chi2,
             dof: (observations - unknowns as f64 - solution.data_count()).max(0.0),
             is_stated: solution.states_noise(),
-            standardized: self.whitened_offsets(),
-            trends: self.trends(),
+            standardized: self.deviations.iter().flatten().flat_map(whiten).collect(),
+            trends: trends(solution, &self.deviations, |slope| Some(slope.p_value)),
         });
         // what is known of the contact stands among the parameters
         let shared = solution.estimates().into_iter().filter(|e| e.id > Id::RadiusRatio).collect();
@@ -185,96 +187,15 @@ impl Fitted<'_> {
         }
         diagnostics
     }
-
-    /// Returns the outcome offsets of all shots, whitened.
-    fn whitened_offsets(&self) -> Vec<f64> {
-        let of_shot = |i: usize| {
-            let Offsets { values, covariance } = self.solution().offsets(0, i)?;
-            covariance.cholesky()?.l().solve_lower_triangular(&values)
-        };
-        let shots = 0..self.solution().names[0].len();
-        shots.filter_map(of_shot).flat_map(|white| white.iter().copied().collect::<Vec<_>>()).collect()
-    }
-
-    fn trends(&self) -> Vec<super::Trend> {
-        let solution = self.solution();
-        let motions: Vec<_> = (0..solution.names[0].len()).map(|i| solution.motion(i)).collect();
-        let variables = [
-            (Variable::Speed, motions.iter().map(|m| m.map_or(f64::NAN, |m| m.speed)).collect::<Vec<_>>()),
-            (Variable::Cut, motions.iter().map(|m| m.map_or(f64::NAN, |m| m.cut.abs())).collect()),
-            // of spins that the frames told, topspin is no variable of its own
-            (Variable::Roll, self.film.tracks().iter().zip(&motions).map(stated_roll).collect()),
-        ];
-        // friction has the sign of the cut angle
-        let side = |cut: f64| if cut < 0.0 { -1.0 } else { 1.0 };
-        let quantities = [
-            ("throw", 3, true),
-            ("object-ball velocity along the line of centres", 2, false),
-            ("cue-ball velocity along the line of centres", 0, false),
-            ("cue-ball velocity across the line of centres", 1, true),
-        ];
-        let mut found = Vec::new();
-        for (quantity, component, is_across) in quantities {
-            let direction = |cut: f64| {
-                let mut direction = Vector4::zeros();
-                direction[component] = if is_across { side(cut) } else { 1.0 };
-                direction
-            };
-            let directions: Vec<Vector4<f64>> =
-                motions.iter().map(|m| direction(m.map_or(0.0, |m| m.cut))).collect();
-            for (variable, values) in &variables {
-                if let Some(slope) = solution.slope(values, &directions) {
-                    let (value, p_value) = (slope.value, slope.p_value);
-                    found.push(Slope { quantity, variable: *variable, value, p_value });
-                }
-            }
-        }
-        ranked(found)
-    }
 }
 
-/// Returns the topspin of a shot over natural roll if it is known beforehand, NaN if not.
-fn stated_roll((track, motion): (&TrackShot, &Option<Motion>)) -> f64 {
+/// Returns the topspin of a shot over natural roll if it is known beforehand, NaN if not: of spins that the frames
+/// told, topspin is no variable of its own.
+fn stated_roll(track: &TrackShot, fitted: f64) -> f64 {
     match track.spin {
         Spin::Stun => 0.0,
         Spin::NaturalRoll => 1.0,
-        Spin::Measured { .. } => motion.map_or(f64::NAN, |motion| motion.topspin),
+        Spin::Measured { .. } => fitted,
         Spin::Unknown => f64::NAN,
     }
-}
-
-/// Returns the velocities after the impact of each shot of a film against its fit, in the frame of the
-/// table.
-pub(crate) fn residuals(solution: &Solution) -> Vec<Residual> {
-    let of_shot = |(i, name): (usize, &String)| {
-        let (Some(motion), Some(Offsets { values, covariance })) =
-            (solution.motion(i), solution.offsets(0, i))
-        else {
-            return Vec::new();
-        };
-        let (sin, cos) = motion.direction.sin_cos();
-        let of = |observable: Observable, first: usize, by: [f64; 2]| {
-            let mut direction = Vector4::zeros();
-            (direction[first], direction[first + 1]) = (by[0], by[1]);
-            let predicted = direction.dot(&Vector4::from(motion.after));
-            let off = direction.dot(&values);
-            let sd = direction.dot(&(covariance * direction)).sqrt();
-            Residual {
-                shot: name.clone(),
-                observable,
-                measured: predicted + off,
-                predicted,
-                sd,
-                standardized: off / sd,
-                cut: motion.cut,
-                speed: Some(motion.speed),
-            }
-        };
-        let axes = [(Axis::X, [cos, -sin]), (Axis::Y, [sin, cos])];
-        let balls = [Observable::CueVelocity as fn(Axis) -> Observable, Observable::ObjectVelocity];
-        let both = balls.into_iter().enumerate();
-        both.flat_map(|(ball, observable)| axes.map(|(axis, by)| of(observable(axis), 2 * ball, by)))
-            .collect()
-    };
-    solution.names[0].iter().enumerate().flat_map(of_shot).collect()
 }

@@ -2,27 +2,24 @@
 
 use std::sync::Arc;
 
-use nalgebra::DVector;
 use statrs::distribution::{ContinuousCDF, StudentsT};
 
 use super::common::{Common, Tested, correlation, ids, noise_of};
-use super::diagnostics::trends::{Slope, ranked};
+use super::deviations::{residuals, trends, whiten};
 use super::diagnostics::{other_models, refuted};
 use super::intervals::regions;
 use super::request::Request;
 use super::{
-    Computed, Depth, Diagnostics, Estimate, Fit, FitError, Intervals, Noise, Profile, Refuted, Residual,
-    Status, Trend, Variable, check, notes,
+    Computed, Depth, Diagnostics, Estimate, Fit, FitError, Intervals, Noise, Profile, Refuted, Status, check,
+    notes,
 };
 use crate::measurement::dataset::Shot;
 use crate::measurement::number::plain;
-use crate::measurement::observable::{Axis, Observable};
+use crate::measurement::observable::Observable;
 use crate::measurement::parameter::{Parameter, Settings};
 use crate::physics::collision::{Coefficients, Fidelity, FidelityChoice};
 use crate::physics::friction_law::Law;
-use crate::problem::{
-    self, Determined, Deviations, Id, Policy, RowsChoices, RowsFit, ShiftScore, fit_rows, predict,
-};
+use crate::problem::{self, Determined, Deviations, Id, Policy, RowsChoices, RowsFit, fit_rows, predict};
 
 /// With more shots than this the regions of pairs of parameters and other models, some hundred fits, take
 /// longer than reading, and are parabolas to the eye.
@@ -148,13 +145,13 @@ impl Fitted<'_> {
         let free: Vec<Parameter> = free.map(|e| e.parameter).collect();
         let silent = fit.estimates.iter().filter(is_silent).filter(|e| !is_informed(e));
         let silent = silent.map(|e| e.parameter).collect();
-        let standardized: Vec<f64> = self.deviations.iter().flatten().flat_map(whiten).collect();
+        let standardized = self.deviations.iter().flatten().flat_map(whiten).collect();
         let goodness = common.goodness(Tested {
             chi2: solution.chi2_of_all(),
             dof: fit.dof as f64,
             is_stated: noises.is_empty() && solution.weights().is_empty(),
             standardized,
-            trends: self.trends(),
+            trends: trends(solution, &self.deviations, |slope| self.chance(slope)),
         });
         let reduced = goodness.chi2 / goodness.dof.max(1) as f64;
         let is_refuted = goodness.p_value.is_some_and(|p| Refuted::is(p, reduced));
@@ -188,64 +185,19 @@ impl Fitted<'_> {
         Some(Profile { parameter: estimate.parameter, points })
     }
 
-    fn trends(&self) -> Vec<Trend> {
-        let solution = &self.rows.solution;
-        let variable = |of: &dyn Fn(&Deviations) -> f64| -> Vec<f64> {
-            self.deviations.iter().map(|found| found.as_ref().map_or(f64::NAN, of)).collect()
-        };
-        let variables = [
-            (Variable::Speed, variable(&|found| found.speed.unwrap_or(f64::NAN))),
-            (Variable::Cut, variable(&|found| found.cut.abs())),
-            (Variable::Roll, variable(&|found| found.spins[0])),
-            (Variable::Side, variable(&|found| found.spins[1])),
-        ];
-        let columns = solution.own_columns();
-        let weights = solution.weights();
-        let mut found = Vec::new();
-        for (quantity, direction) in quantities(&self.deviations) {
-            let score = |(i, one): (usize, &Option<Deviations>)| {
-                let one = one.as_ref()?;
-                let direction = direction(one);
-                let square = direction.norm_squared();
-                let unit = &direction * (direction.dot(&(&one.covariance * &direction)).sqrt() / square);
-                let weight = weights.get(i).copied().unwrap_or(1.0);
-                let weighted = one.covariance.clone().cholesky()?.solve(&unit) * weight;
-                let by = one.by.tr_mul(&weighted);
-                (square > 0.0).then(|| ShiftScore {
-                    square: unit.dot(&weighted),
-                    along: -one.values.dot(&weighted),
-                    beside: DVector::from_iterator(
-                        columns.len(),
-                        columns.iter().map(|(_, id)| by.get(*id as usize).copied().unwrap_or(0.0)),
-                    ),
-                })
-            };
-            let scores: Vec<Option<ShiftScore>> = self.deviations.iter().enumerate().map(score).collect();
-            for (variable, values) in &variables {
-                let Some(slope) = solution.slope_of(values, &scores) else { continue };
-                // the noise that is estimated from the same numbers is less without mean and slope
-                let of_t = |dof: f64| {
-                    let all: f64 = self.rows.noises.iter().map(|noise| noise.square).sum();
-                    let square = slope.t * slope.t;
-                    let left = (all - slope.level.unwrap_or(0.0) - square).max(f64::MIN_POSITIVE);
-                    let dof = dof - 1.0 - f64::from(slope.level.is_some());
-                    let t = (square * dof / left).sqrt();
-                    Some(2.0 * StudentsT::new(0.0, 1.0, dof).ok()?.sf(t.min(f64::MAX)))
-                };
-                let p_value = match self.rows.dof {
-                    Some(_) if !self.rows.knows_noise() => None,
-                    Some(dof) => of_t(dof),
-                    None => Some(slope.p_value),
-                };
-                found.extend(p_value.map(|p| Slope {
-                    quantity,
-                    variable: *variable,
-                    value: slope.value,
-                    p_value: p,
-                }));
-            }
+    /// Returns the probability of a slope by chance; the noise that is estimated from the same numbers is less without
+    /// mean and slope.
+    fn chance(&self, slope: &problem::Slope) -> Option<f64> {
+        let Some(dof) = self.rows.dof else { return Some(slope.p_value) };
+        if !self.rows.knows_noise() {
+            return None;
         }
-        ranked(found)
+        let all: f64 = self.rows.noises.iter().map(|noise| noise.square).sum();
+        let square = slope.t * slope.t;
+        let left = (all - slope.level.unwrap_or(0.0) - square).max(f64::MIN_POSITIVE);
+        let dof = dof - 1.0 - f64::from(slope.level.is_some());
+        let t = (square * dof / left).sqrt();
+        Some(2.0 * StudentsT::new(0.0, 1.0, dof).ok()?.sf(t.min(f64::MAX)))
     }
 
     /// Returns what is good to know of the fit of a table.
@@ -280,81 +232,4 @@ fn estimate_of(found: &Determined) -> Estimate {
         includes_other_minimum: !is_own,
         ..Estimate::bare(parameter, found.value, found.status)
     }
-}
-
-/// Returns a row for each number of a table, against its prediction from the measured inputs; numbers
-/// whose noise is not known have no standard deviation.
-pub(crate) fn residuals(
-    names: &[String],
-    shots: &[Option<Deviations>],
-    is_known: impl Fn(Observable) -> bool,
-) -> Vec<Residual> {
-    let of_shot = |(name, found): (&String, &Option<Deviations>)| {
-        let Some(found) = found else { return Vec::new() };
-        let row = |i: usize| {
-            let observable = found.observables[i];
-            let sd = if is_known(observable) { found.covariance[(i, i)].sqrt() } else { f64::NAN };
-            Residual {
-                shot: name.clone(),
-                observable,
-                measured: found.measured[i],
-                predicted: found.measured[i] - found.values[i],
-                sd,
-                standardized: found.values[i] / sd,
-                cut: found.cut,
-                speed: found.speed,
-            }
-        };
-        (0..found.observables.len()).map(row).collect()
-    };
-    names.iter().zip(shots).flat_map(of_shot).collect()
-}
-
-/// Direction of a quantity among the numbers of a shot.
-type Direction = Box<dyn Fn(&Deviations) -> DVector<f64> + Sync>;
-
-/// Returns what may have trends: of impacts the velocities along and across the line of centres, of
-/// angles every observable.
-fn quantities(shots: &[Option<Deviations>]) -> Vec<(&'static str, Direction)> {
-    let velocity = |of: fn(Axis) -> Observable, across: bool| -> Direction {
-        Box::new(move |found| {
-            let [cos, sin] = found.normal;
-            // friction has the sign of the cut angle
-            let side = if found.cut < 0.0 { -1.0 } else { 1.0 };
-            let axes = if across { [-side * sin, side * cos] } else { [cos, sin] };
-            let part = |observable: &Observable| {
-                let axis = [Axis::X, Axis::Y].into_iter().position(|axis| of(axis) == *observable);
-                axis.map_or(0.0, |axis| axes[axis])
-            };
-            DVector::from_iterator(found.observables.len(), found.observables.iter().map(part))
-        })
-    };
-    let mut seen: Vec<Observable> = Vec::new();
-    for observable in shots.iter().flatten().flat_map(|found| &found.observables) {
-        if !seen.contains(observable) {
-            seen.push(*observable);
-        }
-    }
-    if seen.iter().any(|observable| Observable::IMPACTS.contains(observable)) {
-        return vec![
-            ("throw", velocity(Observable::ObjectVelocity, true)),
-            ("object-ball velocity along the line of centres", velocity(Observable::ObjectVelocity, false)),
-            ("cue-ball velocity along the line of centres", velocity(Observable::CueVelocity, false)),
-            ("cue-ball velocity across the line of centres", velocity(Observable::CueVelocity, true)),
-        ];
-    }
-    let only = |which: Observable| -> Direction {
-        Box::new(move |found| {
-            let part = |observable: &Observable| if *observable == which { 1.0 } else { 0.0 };
-            DVector::from_iterator(found.observables.len(), found.observables.iter().map(part))
-        })
-    };
-    seen.into_iter().map(|observable| (observable.label(), only(observable))).collect()
-}
-
-/// Returns the deviations of a shot in units of their errors, independent of each other.
-fn whiten(found: &Deviations) -> Vec<f64> {
-    let factor = found.covariance.clone().cholesky();
-    let white = factor.and_then(|factor| factor.l().solve_lower_triangular(&found.values));
-    white.map_or_else(Vec::new, |white| white.iter().copied().collect())
 }

@@ -24,27 +24,14 @@ impl Request<'_> {
         }
     }
 
-    /// Returns the error of the fit of a table with the names of the data set and its places.
+    /// Returns the error of the fit of a table with the name of the data set.
     pub fn of_rows(&self, error: RowsError) -> FitError {
         let dataset = self.title();
-        let place = |name: String| {
-            let shot = self.dataset.shots.iter().find(|shot| shot.name == name);
-            let place = shot.map(|shot| format!("{}:{}", shot.file.display(), shot.line));
-            Box::new((place.unwrap_or_default(), name))
-        };
         match error {
             RowsError::NoShot { left_out } => {
                 FitError::NoUsableShot { dataset, shots_rejected: rejected(left_out) }
             }
-            RowsError::TooFewNumbers { numbers, unknowns } => {
-                let names: Vec<&str> = unknowns.iter().map(|id| id.name()).collect();
-                FitError::TooFewObservations { dataset, observations: numbers, parameters: names.join(", ") }
-            }
-            RowsError::MixedNoise { column, with, without } => {
-                FitError::MixedNoise { dataset, column, with: place(with), without: place(without) }
-            }
-            RowsError::Rigid(fidelity) => FitError::Rigid { dataset, fidelity },
-            RowsError::NoStart => FitError::NoStart(dataset),
+            other => FitError::Rows(dataset, other),
         }
     }
 

@@ -3,6 +3,7 @@
 //! Standard errors hold if the model does. Where χ² rules the model out they are not given; what needs no model of the
 //! friction, the ratio of the normal velocities, is given in their place.
 
+use nalgebra::DVector;
 use statrs::distribution::{ChiSquared, ContinuousCDF};
 
 use crate::fit::{Estimate, Fit, Status};
@@ -101,16 +102,16 @@ pub(in crate::fit) fn judge(fit: &mut Fit, shots: &[&Shot]) {
     fit.refuted = Some(Refuted { reduced_chi2, p_value, if_model_held, restitution: mean(&measured) });
 }
 
-/// e = −(V' − U')·n / (V − U)·n of one shot, with the error that its joint errors give.
+/// Returns e = −(V' − U')·n / (V − U)·n of one shot, with its standard error.
 fn restitution(shot: &Shot) -> Option<Measured> {
     let Before::Impact { normal, velocity } = shot.before else { return None };
     let place = |observable| shot.after.iter().position(|measurement| measurement.observable == observable);
     if let Some(of_discs) = place(Observable::Restitution) {
         return Some(shot.after[of_discs].measured);
     }
-    let after = |place: [usize; 2]| place.map(|i| shot.after[i].measured);
     let both = |of: fn(Axis) -> Observable| Some([place(of(Axis::X))?, place(of(Axis::Y))?]);
     let (object, cue) = (both(Observable::ObjectVelocity)?, both(Observable::CueVelocity)?);
+    let after = |place: [usize; 2]| place.map(|i| shot.after[i].measured);
     let length = normal[0].value.hypot(normal[1].value);
     let n = normal.map(|m| m.value / length);
     let along = |v: [Measured; 2]| v[0].value * n[0] + v[1].value * n[1];
@@ -118,30 +119,27 @@ fn restitution(shot: &Shot) -> Option<Measured> {
     let (u, v, w) = (velocity, after(object), after(cue));
     let closing = along(u);
     let e = (along(v) - along(w)) / closing;
-    let by_direction = (across(v) - across(w) - e * across(u)) / closing;
-    let by_u = n.map(|n| -n * e / closing);
-    let (by_v, by_w) = (n.map(|n| n / closing), n.map(|n| -n / closing));
-    let sd = if let Some(joint) = &shot.joint {
-        let mut gradient = vec![0.0; joint.covariance.nrows()];
-        gradient[0] = by_direction;
-        for k in 0..2 {
-            gradient[1 + k] = by_u[k];
-            gradient[Joint::BEFORE + object[k]] = by_v[k];
-            gradient[Joint::BEFORE + cue[k]] = by_w[k];
+    // by the direction of n, then by velocities
+    let count = Joint::BEFORE + shot.after.len();
+    let mut gradient = DVector::zeros(count);
+    gradient[0] = (across(v) - across(w) - e * across(u)) / closing;
+    for k in 0..2 {
+        gradient[1 + k] = -n[k] * e / closing;
+        gradient[Joint::BEFORE + object[k]] = n[k] / closing;
+        gradient[Joint::BEFORE + cue[k]] = -n[k] / closing;
+    }
+    let variance = match &shot.joint {
+        Some(joint) => gradient.dot(&(&joint.covariance * &gradient)),
+        None => {
+            let sd = |measured: &Measured| measured.sd.unwrap_or(0.0);
+            let of_direction = (n[1] * sd(&normal[0])).hypot(n[0] * sd(&normal[1]));
+            let of_after = shot.after.iter().map(|after| sd(&after.measured));
+            let before = [of_direction, sd(&u[0]), sd(&u[1]), 0.0, 0.0, 0.0];
+            let sds = before.into_iter().chain(of_after);
+            gradient.iter().zip(sds).map(|(by, sd)| (by * sd).powi(2)).sum()
         }
-        let gradient = nalgebra::DVector::from_vec(gradient);
-        gradient.dot(&(&joint.covariance * &gradient)).max(0.0).sqrt()
-    } else {
-        let mut variance = 0.0;
-        // a change of n by dn turns it by n × dn
-        let turned = [-n[1] * by_direction, n[0] * by_direction];
-        for (measured, by) in [(normal, turned), (u, by_u), (v, by_v), (w, by_w)] {
-            for k in 0..2 {
-                variance += (by[k] * measured[k].sd.unwrap_or(0.0)).powi(2);
-            }
-        }
-        variance.sqrt()
     };
+    let sd = variance.max(0.0).sqrt();
     (e.is_finite() && sd.is_finite() && sd > 0.0).then_some(Measured { value: e, sd: Some(sd) })
 }
 
