@@ -2,9 +2,9 @@
 
 use std::sync::Arc;
 
+use super::analysis::Options;
 use super::error::CompareError;
 use super::findings::Finding;
-use super::options::Options;
 use super::result::SampleSummary;
 use crate::fit::film_words::sentence;
 use crate::fit::{self, Depth, FitError, analyse_watched};

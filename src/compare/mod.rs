@@ -8,12 +8,9 @@
 //!
 //! "Same" is the fit of the problem in which a quantity has a column for each label with the columns made
 //! equal, at the noise of the larger model, so that its rise of χ² is a likelihood ratio.
-//!
-//! - Holm, S. (1979). A simple sequentially rejective multiple test procedure. Scand. J. Stat. 6, 65–70.
 
 mod alone;
 mod analysis;
-mod balls;
 mod columns;
 mod compared;
 mod effect;
@@ -21,17 +18,14 @@ mod error;
 mod findings;
 mod joint;
 mod likelihood_ratio;
-mod options;
 mod quantity;
-mod refuted;
 mod result;
 mod verdict;
 
-pub use analysis::{Analysis, STAGES, analyse, analyse_watched, compare};
+pub use analysis::{Analysis, Options, STAGES, analyse, analyse_watched, compare};
 pub use effect::Effect;
 pub use error::CompareError;
 pub use findings::{Finding, Reason};
-pub use options::Options;
 pub use quantity::Quantity;
 pub use result::{
     Compared, Comparison, Difference, LabelResidual, LikelihoodRatio, Robust, SampleSummary, TestKind, Value,

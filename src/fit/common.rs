@@ -7,7 +7,7 @@ use nalgebra::DMatrix;
 use statrs::distribution::{ChiSquared, ContinuousCDF, FisherSnedecor};
 
 use super::diagnostics::goodness::{IMPROBABLE, normality_of};
-use super::diagnostics::identifiability::{Identifiability, identify};
+use super::diagnostics::identifiability::identify;
 use super::intervals::bootstrap::{self, Bootstrap};
 use super::request::{Request, rejected};
 use super::{
@@ -92,8 +92,27 @@ impl Common<'_> {
         }
     }
 
+    /// Returns what every fit tells of itself; `silent` are parameters that no number depends on.
+    pub fn diagnostics(
+        &self,
+        parameters: &[Parameter],
+        silent: Vec<Parameter>,
+        tested: Tested,
+    ) -> Diagnostics {
+        let unknowns: Vec<(Id, f64)> =
+            parameters.iter().map(|p| (Id::from(*p), self.solution.value(Id::from(*p)))).collect();
+        let combination = self.solution.worst_direction(&unknowns);
+        Diagnostics {
+            identifiability: identify(parameters, combination.as_ref(), silent),
+            goodness: Some(self.goodness(tested)),
+            robust: self.robust(),
+            bootstrap: self.bootstrap(),
+            ..Diagnostics::default()
+        }
+    }
+
     /// Returns whether model and noise describe the residuals.
-    pub fn goodness(&self, tested: Tested) -> Goodness {
+    fn goodness(&self, tested: Tested) -> Goodness {
         let Tested { chi2, dof, is_stated, standardized, trends } = tested;
         let chance = ChiSquared::new(dof).ok().map(|distribution| distribution.sf(chi2));
         let p_value = chance.filter(|_| is_stated);
@@ -148,28 +167,16 @@ impl Common<'_> {
         self.parameters().into_iter().filter_map(error).filter(|(p, _)| !p.is_of_balls()).collect()
     }
 
-    /// Returns what the data determine of some parameters; `silent` are those that no number depends on.
-    pub fn identifiability(
-        &self,
-        parameters: &[Parameter],
-        silent: Vec<Parameter>,
-    ) -> Option<Identifiability> {
-        let unknowns: Vec<(Id, f64)> =
-            parameters.iter().map(|p| (Id::from(*p), self.solution.value(Id::from(*p)))).collect();
-        let combination = self.solution.worst_direction(&unknowns);
-        identify(parameters, combination.as_ref(), silent)
-    }
-
     /// Returns how the estimates scatter in fits of shots that are drawn anew, if that is asked for.
-    pub fn bootstrap(&self, contact: &[(Parameter, f64)]) -> Option<Bootstrap> {
-        let free: Vec<(Parameter, Id)> = contact.iter().map(|(p, _)| (*p, Id::from(*p))).collect();
-        let Options { bootstrap: replicates, seed, .. } = *self.request.options;
-        let asked = replicates > 0 && !free.is_empty();
-        asked.then(|| bootstrap::draw(self.solution, &free, (replicates, seed), self.request.done))
+    fn bootstrap(&self) -> Option<Bootstrap> {
+        let free: Vec<Parameter> = self.contact().into_iter().map(|(p, _)| p).collect();
+        let Request { options: Options { bootstrap: replicates, seed, .. }, done, .. } = self.request;
+        let is_asked = *replicates > 0 && !free.is_empty();
+        is_asked.then(|| bootstrap::draw(self.solution, &free, (*replicates, *seed), done))
     }
 
     /// Returns how a robust loss weighted the shots; `None` by least squares.
-    pub fn robust(&self) -> Option<Robust> {
+    fn robust(&self) -> Option<Robust> {
         let weights = self.solution.weights();
         let names = self.solution.names[0].iter();
         let mut weights: Vec<(String, f64)> =
@@ -181,20 +188,15 @@ impl Common<'_> {
 
     /// Returns Cook's distance above which a shot is influential: the median of F(p, n − p) of `n` numbers.
     fn influential_from(&self, numbers: f64) -> Option<f64> {
-        let wanted = self.wanted().len() as f64;
+        let wanted = self.contact().len() as f64;
         let f = FisherSnedecor::new(wanted, numbers - wanted).ok()?;
         Some(f.inverse_cdf(0.5)).filter(|x| x.is_finite())
-    }
-
-    fn wanted(&self) -> Vec<Id> {
-        let has_error = |id: &Id| self.solution.get(*id).is_some_and(|found| found.std_error.is_some());
-        self.parameters().into_iter().filter(|p| !p.is_of_balls()).map(Id::from).filter(has_error).collect()
     }
 
     /// Returns the shots that move the estimates most.
     fn influence(&self, influential_from: Option<f64>) -> Vec<Influence> {
         let solution = self.solution;
-        let wanted = self.wanted();
+        let wanted: Vec<Id> = self.contact().into_iter().map(|(p, _)| Id::from(p)).collect();
         let Some(information) = solution.information(&wanted) else { return Vec::new() };
         let of_shot = |(name, found): (&String, Option<ShotInfluence>)| {
             let Some(found) = found else {

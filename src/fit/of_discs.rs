@@ -15,7 +15,6 @@ use super::{
     Computed, Depth, Diagnostics, Estimate, Fit, FitError, FrictionCurve, Intervals, Residual, Scatter,
     Status, Trend, Variable, notes,
 };
-use crate::measurement::dataset::DiscShot;
 use crate::measurement::observable::Observable;
 use crate::measurement::parameter::{Parameter, Settings};
 use crate::physics::ball::Ball;
@@ -92,7 +91,7 @@ impl Fitted<'_> {
             discs,
             effects: effects.list().to_vec(),
             noise: noise_of(&residuals),
-            disc_shots: impacts.iter().map(|impact| self.disc_shot(impact)).collect(),
+            disc_shots: impacts.clone(),
             scatter: Some(Scatter {
                 restitution: self.scatter(Component::Restitution),
                 impulse_ratio: self.scatter(Component::Ratio),
@@ -173,24 +172,6 @@ impl Fitted<'_> {
         }
     }
 
-    /// Returns what was measured of a shot, with the reason if it is not fitted.
-    fn disc_shot(&self, impact: &DiscImpact) -> DiscShot {
-        let get = |quantity| impact.get(quantity);
-        let why = self.found.solution.left_out.iter().find(|(name, _)| *name == impact.name);
-        DiscShot {
-            name: impact.name.clone(),
-            restitution: get(Quantity::Restitution),
-            impulse_ratio: get(Quantity::ImpulseRatio),
-            momentum: [Quantity::MomentumAlong, Quantity::MomentumAcross].map(get),
-            angular_momentum: get(Quantity::AngularMomentum),
-            energy_lost: get(Quantity::EnergyLost),
-            closing_speed: get(Quantity::ClosingSpeed),
-            slip_ratio: get(Quantity::SlipRatio),
-            sticks: impact.stuck.is_some(),
-            doubts: why.filter(|_| impact.stuck.is_none()).map_or(String::new(), |(_, why)| why.clone()),
-        }
-    }
-
     /// Returns the shots that were fitted against the law.
     fn points(&self) -> Vec<Point> {
         let DiscFit { solution, impacts, .. } = &self.found;
@@ -234,20 +215,16 @@ impl Fitted<'_> {
         let silent = silent.map(|e| e.parameter).collect();
         let standardized: Vec<f64> =
             points.iter().flat_map(|point| &point.residuals).map(|r| r.standardized).collect();
-        let goodness = common.goodness(Tested {
+        let tested = Tested {
             chi2: standardized.iter().map(|x| x * x).sum(),
             dof: standardized.len().saturating_sub(parameters.len()) as f64,
             is_stated: false,
             standardized,
             trends: self.trends(points),
-        });
-        let mut diagnostics = Diagnostics {
-            identifiability: common.identifiability(&parameters, silent),
-            goodness: Some(goodness),
-            bootstrap: common.bootstrap(&common.contact()),
-            has_rival: !self.found.rivals.is_empty(),
-            ..Diagnostics::default()
         };
+        let has_rival = !self.found.rivals.is_empty();
+        let diagnostics = common.diagnostics(&parameters, silent, tested);
+        let mut diagnostics = Diagnostics { robust: None, has_rival, ..diagnostics };
         if self.request.options.depth >= Depth::Everything {
             let solution = &self.found.solution;
             diagnostics.contours = contours(solution, &solution.covariance, &of_law, Some(self.found.dof));

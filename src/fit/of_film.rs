@@ -162,26 +162,20 @@ impl Fitted<'_> {
         let drawn: Vec<&Estimate> = estimates.iter().filter(|e| parameters.contains(&e.parameter)).collect();
         let (chi2, observations) = solution.chi2_of_data();
         let unknowns = solution.own_count();
-        let goodness = common.goodness(Tested {
+        let tested = Tested {
             chi2,
             dof: (observations - unknowns as f64 - solution.data_count()).max(0.0),
             is_stated: solution.states_noise(),
             standardized: self.deviations.iter().flatten().flat_map(whiten).collect(),
             trends: trends(solution, &self.deviations, |slope| Some(slope.p_value)),
-        });
+        };
+        let mut diagnostics = common.diagnostics(&parameters, silent, tested);
+        diagnostics.bound = Some(Bound { std_errors: contact, shots: solution.names[0].len() });
         // what is known of the contact stands among the parameters
         let shared = solution.estimates().into_iter().filter(|e| e.id > Id::RadiusRatio).collect();
-        let p_value = goodness.p_value;
-        let joint = JointFit { shared, p_value, observations: observations.round() as usize, unknowns };
-        let mut diagnostics = Diagnostics {
-            identifiability: common.identifiability(&parameters, silent),
-            goodness: Some(goodness),
-            robust: common.robust(),
-            bootstrap: common.bootstrap(&contact),
-            bound: Some(Bound { std_errors: contact, shots: solution.names[0].len() }),
-            joint: Some(joint),
-            ..Diagnostics::default()
-        };
+        let p_value = diagnostics.goodness.as_ref().and_then(|goodness| goodness.p_value);
+        let observations = observations.round() as usize;
+        diagnostics.joint = Some(JointFit { shared, p_value, observations, unknowns });
         if self.request.options.depth >= Depth::Everything {
             diagnostics.contours = contours(solution, &solution.covariance, &drawn, None);
         }

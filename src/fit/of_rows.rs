@@ -10,8 +10,7 @@ use super::diagnostics::{other_models, refuted};
 use super::intervals::regions;
 use super::request::Request;
 use super::{
-    Computed, Depth, Diagnostics, Estimate, Fit, FitError, Intervals, Noise, Profile, Refuted, Status, check,
-    notes,
+    Computed, Depth, Diagnostics, Estimate, Fit, FitError, Intervals, Noise, Profile, Status, check, notes,
 };
 use crate::measurement::dataset::Shot;
 use crate::measurement::number::plain;
@@ -145,37 +144,31 @@ impl Fitted<'_> {
         let free: Vec<Parameter> = free.map(|e| e.parameter).collect();
         let silent = fit.estimates.iter().filter(is_silent).filter(|e| !is_informed(e));
         let silent = silent.map(|e| e.parameter).collect();
-        let standardized = self.deviations.iter().flatten().flat_map(whiten).collect();
-        let goodness = common.goodness(Tested {
+        let tested = Tested {
             chi2: solution.chi2_of_all(),
             dof: fit.dof as f64,
             is_stated: noises.is_empty() && solution.weights().is_empty(),
-            standardized,
+            standardized: self.deviations.iter().flatten().flat_map(whiten).collect(),
             trends: trends(solution, &self.deviations, |slope| self.chance(slope)),
-        });
-        let reduced = goodness.chi2 / goodness.dof.max(1) as f64;
-        let is_refuted = goodness.p_value.is_some_and(|p| Refuted::is(p, reduced));
+        };
+        let mut diagnostics = common.diagnostics(&free, silent, tested);
+        diagnostics.has_rival = fit.estimates.iter().any(|estimate| estimate.includes_other_minimum);
+        let refutes =
+            |finding: &problem::Finding| matches!(finding, problem::Finding::Misfit { refutes: true, .. });
+        let is_refuted = solution.findings.iter().any(refutes);
         let everything = *depth >= Depth::Everything && !is_refuted;
-        let robust = common.robust();
         let has_error = |estimate: &&Estimate| estimate.std_error.is_some();
         // also those at bounds, at which their regions end
         let is_drawn = |estimate: &&Estimate| has_error(estimate) || estimate.is_at_bound();
         let drawn: Vec<&Estimate> = of_contact().filter(is_drawn).collect();
-        let mut diagnostics = Diagnostics {
-            identifiability: common.identifiability(&free, silent),
-            goodness: Some(goodness),
-            bootstrap: common.bootstrap(&common.contact()),
-            has_rival: fit.estimates.iter().any(|estimate| estimate.includes_other_minimum),
-            ..Diagnostics::default()
-        };
-        if everything && robust.is_none() && self.rows.knows_noise() {
+        if everything && diagnostics.robust.is_none() && self.rows.knows_noise() {
             diagnostics.contours = regions::contours(solution, as_free, &drawn, *dof);
             diagnostics.profiles = of_contact().filter(has_error).filter_map(|e| self.profile(e)).collect();
         }
         if everything {
             diagnostics.alternatives = other_models::compare(*request, &self.rows, &self.deviations);
         }
-        Diagnostics { robust, ..diagnostics }
+        diagnostics
     }
 
     /// Returns how χ² rises along a parameter.

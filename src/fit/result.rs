@@ -10,7 +10,7 @@ use super::{
     Alternative, Bootstrap, Contour, Estimate, FittedFilm, FoundCamera, FrictionCurve, Goodness,
     Identifiability, Profile, Refuted,
 };
-use crate::measurement::dataset::{DiscShot, Measured, ObjectBall};
+use crate::measurement::dataset::{Measured, ObjectBall};
 use crate::measurement::loss::Loss;
 use crate::measurement::number::plain;
 use crate::measurement::observable::Observable;
@@ -18,7 +18,7 @@ use crate::measurement::parameter::Parameter;
 use crate::physics::ball::Ball;
 use crate::physics::collision::{Effects, Fidelity, FidelityChoice};
 use crate::physics::disc::Discs;
-use crate::problem::Solution;
+use crate::problem::{DiscImpact, Solution};
 
 /// The result of one fit: a value, which `report` renders.
 ///
@@ -69,7 +69,7 @@ pub struct Fit {
     /// The shots that were left out, with the reasons.
     pub shots_rejected: Vec<Rejected>,
     /// Of discs: what was measured of every shot.
-    pub disc_shots: Vec<DiscShot>,
+    pub disc_shots: Vec<DiscImpact>,
     /// Of discs: by how much shots differ beyond the errors of their frames. It is part of the errors.
     pub scatter: Option<Scatter>,
     /// Of discs: the friction that was fitted as a function of the slip, where the shots determine it.

@@ -12,7 +12,7 @@ pub use super::observable::{Measured, Measurement};
 use super::parameter::{Parameter, Settings};
 use super::spin::Spin;
 use super::track::TrackShot;
-pub use super::track::{DiscShot, Tracks};
+pub use super::track::Tracks;
 use crate::physics::ball::{Ball, Vec3};
 use crate::physics::collision::{Fidelity, Model};
 

@@ -11,12 +11,7 @@ use crate::measurement::dataset::{Before, Joint, Measured, Shot};
 use crate::measurement::number::plain;
 use crate::measurement::observable::{Axis, Observable};
 use crate::measurement::parameter::Parameter;
-
-/// A χ² that chance exceeds with less than this probability is no chance: one fit in a million…
-const NO_CHANCE: f64 = 1e-6;
-/// …and where χ²/dof is above this, the residuals are more than twice (√5) what the noise explains. Below it, noise that
-/// is stated too small by half, as trackers often have it, explains them, and errors of twice the size would hold.
-const NO_NOISE: f64 = 5.0;
+use crate::problem::Policy;
 
 /// How the data contradict the model.
 #[derive(Clone, Debug, PartialEq)]
@@ -47,10 +42,14 @@ pub struct MeasuredRestitution {
 }
 
 impl Refuted {
-    /// The criterion: both the probability of χ² and χ²/dof itself.
-    #[must_use]
-    pub fn is(p_value: f64, reduced_chi2: f64) -> bool {
-        p_value < NO_CHANCE && reduced_chi2 > NO_NOISE
+    /// Returns χ² per degree of freedom, and the probability that chance gives a larger χ², if both rule the model out. As
+    /// many parameters as observations should leave nothing; what they leave is judged as one degree of freedom.
+    pub(crate) fn judge(chi2: f64, dof: usize) -> Option<[f64; 2]> {
+        let dof = dof.max(1) as f64;
+        let reduced = chi2 / dof;
+        let p_value = ChiSquared::new(dof).map_or(1.0, |distribution| distribution.sf(chi2));
+        let policy = Policy::default();
+        (p_value < policy.shot_tail && reduced > policy.refuted_rows).then_some([reduced, p_value])
     }
 
     /// How the data contradict the model, as a sentence, without what was measured.
@@ -83,13 +82,7 @@ pub(in crate::fit) fn judge(fit: &mut Fit, shots: &[&Shot]) {
     let Some(goodness) = fit.diagnostics.goodness.as_ref().filter(|goodness| goodness.noise_is_stated) else {
         return;
     };
-    // as many parameters as observations should leave nothing; what they leave is judged as one degree of freedom
-    let dof = goodness.dof.max(1) as f64;
-    let reduced_chi2 = goodness.chi2 / dof;
-    let p_value = ChiSquared::new(dof).map_or(1.0, |distribution| distribution.sf(goodness.chi2));
-    if !Refuted::is(p_value, reduced_chi2) {
-        return;
-    }
+    let Some([reduced_chi2, p_value]) = Refuted::judge(goodness.chi2, goodness.dof) else { return };
     let if_model_held =
         fit.estimates.iter().filter_map(|e| Some((e.parameter, e.std_error?))).collect::<Vec<_>>();
     for estimate in fit.estimates.iter_mut().filter(|e| e.status != Status::Fixed) {
@@ -197,10 +190,10 @@ mod tests {
 
     #[test]
     fn both_the_probability_and_the_size_of_chi2_count() {
-        assert!(Refuted::is(0.0, 3736.0));
+        assert!(Refuted::judge(3736.0, 1).is_some());
         // many shots with noise stated too small by a third
-        assert!(!Refuted::is(1e-80, 1.8));
+        assert!(Refuted::judge(1800.0, 1000).is_none());
         // a single residual of 2.5 standard deviations
-        assert!(!Refuted::is(0.01, 6.3));
+        assert!(Refuted::judge(6.3, 1).is_none());
     }
 }

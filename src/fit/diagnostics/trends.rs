@@ -83,33 +83,51 @@ pub(in crate::fit) struct Slope {
     pub p_value: f64,
 }
 
-/// Returns the trends of slopes, the most significant first, corrected for the number of trends that were looked for
-/// (Holm 1979).
+/// Returns the trends of slopes, the most significant first, corrected for the number of trends that were looked for.
 pub(in crate::fit) fn ranked(mut slopes: Vec<Slope>) -> Vec<Trend> {
     slopes.sort_by(|a, b| a.p_value.total_cmp(&b.p_value));
     let count = slopes.len();
-    let mut largest = 0.0_f64;
-    let trend = |(rank, Slope { quantity, variable, value, p_value }): (usize, Slope)| {
-        largest = largest.max(p_value * (count - rank) as f64).min(1.0);
-        let mut trend = Trend {
-            quantity,
-            variable,
-            slope: value,
-            p_value,
-            p_corrected: largest,
-            significant: largest < SIGNIFICANT,
-            words: String::new(),
-        };
-        trend.words = format!(
+    let mut corrected: Vec<f64> = slopes.iter().map(|slope| slope.p_value).collect();
+    holm(&mut corrected);
+    let trend = |(Slope { quantity, variable, value, p_value }, p_corrected): (Slope, f64)| {
+        let (significant, words) = (p_corrected < SIGNIFICANT, String::new());
+        let trend = Trend { quantity, variable, slope: value, p_value, p_corrected, significant, words };
+        let words = format!(
             "{quantity} residuals {} with {} ({value:+.2} sd per {}; by chance with probability {}, {count} trends looked \
              for): {}",
             if value < 0.0 { "fall" } else { "rise" },
             variable.name(),
             variable.unit(),
-            plain(largest, 2),
+            plain(p_corrected, 2),
             trend.meaning()
         );
-        trend
+        Trend { words, ..trend }
     };
-    slopes.into_iter().enumerate().map(trend).collect()
+    slopes.into_iter().zip(corrected).map(trend).collect()
+}
+
+/// Corrects probabilities for their number, step by step from the smallest.
+///
+/// - Holm, S. (1979). A simple sequentially rejective multiple test procedure. Scand. J. Stat. 6, 65–70.
+pub(crate) fn holm<'a>(probabilities: impl IntoIterator<Item = &'a mut f64>) {
+    let mut all: Vec<&mut f64> = probabilities.into_iter().collect();
+    all.sort_by(|a, b| a.total_cmp(b));
+    let (count, mut last) = (all.len(), 0.0_f64);
+    for (rank, p) in all.into_iter().enumerate() {
+        last = last.max((*p * (count - rank) as f64).min(1.0));
+        *p = last;
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    /// Four tests: 0.01·4, 0.02·3, then 0.03·2 is no less than 0.06, 0.5.
+    #[test]
+    fn holm_steps_down() {
+        let mut p = [0.02, 0.5, 0.01, 0.03];
+        super::holm(&mut p);
+        for (p, expected) in p.iter().zip([0.06, 0.5, 0.04, 0.06]) {
+            assert!((p - expected).abs() < 1e-15, "{p}");
+        }
+    }
 }
