@@ -1,7 +1,9 @@
 //! Comparisons have what fits have: friction that falls, contacts that give way, frames.
 
+use std::path::Path;
+
 use caromfit::compare;
-use caromfit::compare::{Comparison, Difference, Finding, Options, Quantity, Reason};
+use caromfit::compare::{Comparison, Difference, Finding, Options, Quantity};
 use caromfit::io::stated_object::StatedObject;
 use caromfit::measurement::dataset::Dataset;
 use caromfit::measurement::parameter::{Compliance, Parameter, Setting};
@@ -10,8 +12,9 @@ use caromfit::physics::collision::{Effects, Fidelity, FidelityChoice, Model};
 use caromfit::physics::friction_law::Law;
 use caromfit::report::compare_words::{notes, warnings};
 use caromfit::simulate::{BallSpec, Camera, ClothSpec, Kind, Noise, Played, Spec, Truth};
+use serde_json::Value;
 
-use crate::compare::{Asked, is_the_fit_of_all, of};
+use crate::compare::{Asked, done, is_the_fit_of_all, of};
 use crate::frames::count;
 use crate::options;
 use crate::synthetic::{made, made_with, spec};
@@ -142,22 +145,6 @@ fn filmed(name: &str, mu_s: f64, mu_k: f64, seed: u64) -> Dataset {
     }
 }
 
-/// Films of two cloths show the differences that they were made with, by their frames.
-#[test]
-fn frames_of_two_cloths_are_compared() {
-    let both = vec![filmed("slow", 0.2, 0.2, 51), filmed("fast", 0.35, 0.25, 52)];
-    let comparison = compare::compare(&both, &options::of_comparison()).unwrap();
-    assert!(comparison.converged && !comparison.is_refuted() && comparison.is_filmed);
-    assert_eq!(comparison.samples.iter().map(|sample| sample.shots_used).sum::<usize>(), 40);
-    assert!(comparison.dof > 40 * 100, "{}", comparison.dof);
-    for (quantity, truth) in [(MU_S, 0.15), (Quantity::Sliding, 0.05)] {
-        let found = difference(&comparison, quantity);
-        println!("{}: {found:?}", quantity.name());
-        is_right(found, truth);
-        assert!(found.is_real(), "{found:?}");
-    }
-}
-
 /// With CAROMFIT_COMPARISONS=300: tests/reference/studies.md.
 #[test]
 fn errors_of_differences_from_frames_are_true() {
@@ -222,21 +209,37 @@ fn data_that_contradict_what_is_shared_are_named() {
     is_right(difference(&compare::compare(&both, &apart).unwrap(), e), -0.04);
 }
 
-/// Stun shots do not press the object ball into the cloth: their film is left out of μ_s.
+/// A copy of a shipped data set whose dataset.toml says something else.
+fn changed(name: &str, folder: &Path, from: &str, to: &str) -> String {
+    let own = folder.join(name);
+    std::fs::create_dir(&own).unwrap();
+    let shipped = Path::new(env!("CARGO_MANIFEST_DIR")).join("data").join(name);
+    std::fs::copy(shipped.join("tracks.csv"), own.join("tracks.csv")).unwrap();
+    let manifest = std::fs::read_to_string(shipped.join("dataset.toml")).unwrap();
+    assert!(manifest.contains(from));
+    std::fs::write(own.join("dataset.toml"), manifest.replace(from, to)).unwrap();
+    own.to_str().unwrap().to_string()
+}
+
+/// The losses and bounds of each dataset.toml, and --loss in the place of the former.
 #[test]
-fn films_without_topspin_are_left_out_of_mu_s() {
-    let filmed = |name: &str, played, seed| {
-        let usual = spec(Kind::Tracks, &[played], 15, seed);
-        Dataset { cloth: Some(name.to_owned()), ..made(&Spec { name: name.to_owned(), ..usual }) }
+fn what_dataset_toml_says_is_honoured() {
+    let folder = tempfile::tempdir().unwrap();
+    let robust = "[fit]\nloss = \"huber\"\nmu_s = { upper = 0.2 }\n\n[video]";
+    let a = changed("synthetic-cloth-a", folder.path(), "[video]", robust);
+    let out = folder.path().join("out");
+    let with = |more: &[&str]| -> Value {
+        let all = ["compare", &a, "data/synthetic-cloth-b", "--json", "--out", out.to_str().unwrap()];
+        serde_json::from_slice(&done(&[&all, more].concat())).unwrap()
     };
-    let all = [
-        filmed("a", Played::NaturalRoll, 65),
-        filmed("b", Played::Stun, 66),
-        filmed("c", Played::NaturalRoll, 67),
-    ];
-    let comparison = compare::compare(&all, &options::of_comparison()).unwrap();
-    assert_eq!(of(&comparison, MU_S).left_out, [(1, Reason::Independent)]);
-    let found = difference(&comparison, MU_S);
-    assert_eq!((found.first, found.second), (0, 2));
-    assert!(of(&comparison, MU).left_out.is_empty());
+    let value = with(&[]);
+    assert_eq!(value["fidelity"], "auto");
+    assert_eq!(value["robust"]["losses"], serde_json::json!(["huber"]));
+    assert_eq!(value["parameters"][1]["same_or_different"]["test"], "Wald statistic");
+    assert!((value["parameters"][1]["estimates"][0]["estimate"].as_f64().unwrap() - 0.2).abs() < 1e-9);
+    let page = std::fs::read_to_string(out.join("report.html")).unwrap();
+    assert!(page.contains("Shots that count less, huber loss"));
+    let value = with(&["--loss", "squares"]);
+    assert!(value["robust"].is_null());
+    assert_eq!(value["parameters"][1]["same_or_different"]["test"], "likelihood ratio");
 }

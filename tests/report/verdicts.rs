@@ -4,7 +4,6 @@ use caromfit::fit::check::{Finding, Kind};
 use caromfit::fit::{
     Combination, Fit, Grade, Identifiability, NoiseVerdict, Refuted, Rejected, Status, Trend, Variable,
 };
-use caromfit::measurement::parameter::Parameter;
 use caromfit::report::overview::{Colour, render};
 use caromfit::report::{document, text};
 
