@@ -2,9 +2,9 @@
 
 use std::sync::Arc;
 
-use super::analysis::Options;
 use super::error::CompareError;
 use super::findings::Finding;
+use super::options::Options;
 use super::result::SampleSummary;
 use crate::fit::film_words::sentence;
 use crate::fit::{self, Depth, FitError, analyse_watched};
@@ -120,13 +120,8 @@ impl Samples {
             Ok(mut fits) => {
                 let fit = fits.remove(0);
                 for finding in &fit.findings {
-                    let is_of_all = matches!(
-                        finding,
-                        problem::Finding::AtBound { .. }
-                            | problem::Finding::NotConverged
-                            | problem::Finding::Compliance { .. }
-                    );
                     // what all samples determine together is said of their joint fit
+                    let is_of_all = matches!(finding, problem::Finding::Compliance { .. });
                     if let Some(sentence) = sentence(finding, fit.frames.as_ref())
                         && !is_of_all
                     {

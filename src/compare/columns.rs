@@ -3,7 +3,7 @@
 use nalgebra::Vector2;
 
 use super::alone::Alone;
-use super::analysis::Options;
+use super::options::Options;
 use super::quantity::Quantity;
 use crate::measurement::parameter::Compliance;
 use crate::problem::own as place;

@@ -3,10 +3,10 @@
 use nalgebra::{DMatrix, DVector};
 
 use super::alone::{Alone, Samples};
-use super::analysis::Options;
 use super::columns::Sharing;
 use super::error::CompareError;
 use super::findings::Finding;
+use super::options::Options;
 use super::quantity::Quantity;
 use super::result::{Comparison, LabelResidual, Robust};
 use super::verdict::{self, Tests};

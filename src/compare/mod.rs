@@ -18,14 +18,16 @@ mod error;
 mod findings;
 mod joint;
 mod likelihood_ratio;
+mod options;
 mod quantity;
 mod result;
 mod verdict;
 
-pub use analysis::{Analysis, Options, STAGES, analyse, analyse_watched, compare};
+pub use analysis::{Analysis, STAGES, analyse, analyse_watched, compare};
 pub use effect::Effect;
 pub use error::CompareError;
 pub use findings::{Finding, Reason};
+pub use options::Options;
 pub use quantity::Quantity;
 pub use result::{
     Compared, Comparison, Difference, LabelResidual, LikelihoodRatio, Robust, SampleSummary, TestKind, Value,

@@ -34,23 +34,22 @@ impl Tests {
         Self { dof, estimated: is_robust || estimates }
     }
 
-    /// 97.5 % quantile.
-    pub(super) fn quantile(&self) -> f64 {
-        match StudentsT::new(0.0, 1.0, self.dof.max(1) as f64) {
-            Ok(t) if self.estimated => t.inverse_cdf(0.975),
-            _ => Normal::standard().inverse_cdf(0.975),
-        }
+    /// Returns Student's t if the scatter of the data gives the errors.
+    fn student(&self) -> Option<StudentsT> {
+        StudentsT::new(0.0, 1.0, self.dof.max(1) as f64).ok().filter(|_| self.estimated)
     }
 
-    /// Two-sided probability of a difference of so many standard errors; 1 where neither is known.
+    /// Returns the 97.5 % quantile.
+    pub(super) fn quantile(&self) -> f64 {
+        self.student().map_or_else(|| Normal::standard().inverse_cdf(0.975), |t| t.inverse_cdf(0.975))
+    }
+
+    /// Returns the two-sided probability of a difference of so many standard errors; 1 where neither is known.
     fn p_value(&self, errors: f64) -> f64 {
         if errors.is_nan() {
             return 1.0;
         }
-        match StudentsT::new(0.0, 1.0, self.dof.max(1) as f64) {
-            Ok(t) if self.estimated => 2.0 * t.sf(errors.abs()),
-            _ => 2.0 * Normal::standard().sf(errors.abs()),
-        }
+        2.0 * self.student().map_or_else(|| Normal::standard().sf(errors.abs()), |t| t.sf(errors.abs()))
     }
 
     /// Probability of a larger rise of χ² by `extra` parameters.

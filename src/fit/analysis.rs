@@ -3,12 +3,12 @@
 use std::collections::BTreeMap;
 use std::time::Instant;
 
-use super::extracted_discs::with_equal_discs;
+use super::extracted_discs::{leave_out, with_equal_discs};
 use super::film::FittedFilm;
 use super::request::Request;
 use super::{Fit, FitError, Options, film_words, notes, of_discs, of_film, of_rows};
 use crate::measurement::dataset::{Dataset, Measured};
-use crate::problem::{FilmError, Id, Impact, Modelling, Policy, fit_film};
+use crate::problem::{Id, Impact, Modelling, Policy, fit_film};
 
 /// A data set and its fits.
 #[non_exhaustive]
@@ -80,7 +80,8 @@ pub(crate) fn parts(dataset: &Dataset) -> Vec<(Option<String>, Dataset)> {
     let whole = || vec![(None, dataset.clone())];
     let Some(by) = &dataset.by else { return whole() };
     let label = |labels: &BTreeMap<String, String>| labels.get(by).cloned().unwrap_or_default();
-    let filmed = dataset.tracks.iter().flat_map(|tracks| &tracks.shots).map(|shot| &shot.labels);
+    let tracks = dataset.tracks.iter().filter(|_| dataset.shots.is_empty());
+    let filmed = tracks.flat_map(|tracks| &tracks.shots).map(|shot| &shot.labels);
     let mut labels: Vec<String> = Vec::new();
     for own in filmed.chain(dataset.shots.iter().map(|shot| &shot.labels)).map(label) {
         if !labels.contains(&own) {
@@ -140,18 +141,6 @@ pub fn with_impacts(mut dataset: Dataset, done: &(dyn Fn() + Sync)) -> (Dataset,
         done();
     }
     (dataset, Some(film))
-}
-
-/// Leaves out all shots of a film that cannot be fitted.
-pub(super) fn leave_out(dataset: &mut Dataset, error: FilmError) {
-    let reasons = match error {
-        FilmError::NoImpact(reasons) => reasons,
-        other => {
-            let tracks = dataset.tracks.iter().flat_map(|tracks| &tracks.shots);
-            tracks.map(|shot| (shot.name.clone(), other.to_string())).collect()
-        }
-    };
-    dataset.left_out.extend(reasons);
 }
 
 /// Gives a data set the shots of a film, and what it tells of the cloth.

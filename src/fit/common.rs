@@ -6,8 +6,9 @@ use std::sync::Arc;
 use nalgebra::DMatrix;
 use statrs::distribution::{ChiSquared, ContinuousCDF, FisherSnedecor};
 
-use super::diagnostics::goodness::{IMPROBABLE, normality_of};
+use super::diagnostics::goodness::normality_of;
 use super::diagnostics::identifiability::identify;
+use super::diagnostics::trends::IMPROBABLE;
 use super::intervals::bootstrap::{self, Bootstrap};
 use super::request::{Request, rejected};
 use super::{

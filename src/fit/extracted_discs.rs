@@ -1,13 +1,12 @@
 //! The impacts of films of discs, whatever the law of friction.
 
-use super::analysis::leave_out;
 use super::camera::FoundCamera;
 use super::{film_words, notes};
 use crate::measurement::dataset::Dataset;
 use crate::measurement::parameter::{Parameter, Settings};
 use crate::measurement::track::TrackShot;
 use crate::physics::disc::Discs;
-use crate::problem::{DiscImpact, MeasuredDiscs, Policy, ball, measure_discs};
+use crate::problem::{DiscImpact, FilmError, MeasuredDiscs, Policy, ball, measure_discs};
 
 /// Largest friction that fits of discs try: rubber on rubber seldom has more, and what is around discs
 /// may be any material.
@@ -50,6 +49,18 @@ pub fn extract_discs(mut dataset: Dataset) -> ExtractedDiscs {
         tracks.notes.extend(notes::of_discs(&solution, &shots));
     }
     ExtractedDiscs { dataset, shots, camera: Some(camera) }
+}
+
+/// Leaves out all shots of a film that cannot be fitted.
+pub(super) fn leave_out(dataset: &mut Dataset, error: FilmError) {
+    let reasons = match error {
+        FilmError::NoImpact(reasons) => reasons,
+        other => {
+            let tracks = dataset.tracks.iter().flat_map(|tracks| &tracks.shots);
+            tracks.map(|shot| (shot.name.clone(), other.to_string())).collect()
+        }
+    };
+    dataset.left_out.extend(reasons);
 }
 
 /// Returns a film of discs with the shots of equal discs that have the same restitution and friction, as

@@ -1,11 +1,14 @@
 //! What was found of a film, in words.
 
 use super::film::FittedFilm;
-use super::notes::DIFFERS;
 use super::{Explanation, Scatter};
 use crate::measurement::number::{count_of, plain, with_error};
 use crate::measurement::spin::Spin;
 use crate::problem::{Finding, Id, Severity, Solution};
+
+/// Difference of a topspin from the stated one, as a part of natural roll, that counts as another
+/// spin.
+pub(super) const DIFFERS: f64 = 0.2;
 
 /// Part of the shots that have the same spin, so that one word states it.
 const MOST: f64 = 0.75;

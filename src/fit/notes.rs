@@ -1,7 +1,8 @@
 //! What else a reader may want to know of a fit, in sentences.
 
 use super::film::FittedFilm;
-use super::{DOWN_WEIGHTED, Fit, Status, check, film_words};
+use super::film_words::{DIFFERS, sentence};
+use super::{DOWN_WEIGHTED, Fit, Status, check};
 use crate::film::frame_noise::constant_axis;
 use crate::measurement::dataset::{Dataset, ON_REQUEST, Shot};
 use crate::measurement::number::{count_of, plain, with_error};
@@ -15,10 +16,6 @@ const SURELY: f64 = 5.0;
 
 /// Frames between neighbouring positions of a disc beyond which some are missing.
 const GAP: f64 = 2.5;
-
-/// Difference of a topspin from the stated one, as a part of natural roll, that counts as another
-/// spin.
-pub(super) const DIFFERS: f64 = 0.2;
 
 /// Sets what is suspicious about the shots of a fit, its warnings, and its notes, among them those of what was
 /// fitted.
@@ -35,7 +32,7 @@ pub(super) fn comment(
     fit.diagnostics.suspicious = check::suspicious(dataset, shots, cloth);
     fit.warnings = fit.doubts().into_iter().map(|doubt| doubt.sentence).collect();
     let found = fit.findings.iter().filter(|finding| finding.severity() == Severity::Note);
-    let found = found.filter_map(|finding| film_words::sentence(finding, fit.frames.as_ref()));
+    let found = found.filter_map(|finding| sentence(finding, fit.frames.as_ref()));
     let of_fit = of_shots(fit).chain(unidentified(fit, has_topspin)).chain(noise(fit));
     let notes = found.chain(own).chain(of_fit).chain(influential(fit)).chain(robust(fit));
     fit.notes = notes.chain(dataset.notes().cloned()).collect();

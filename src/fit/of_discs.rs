@@ -36,14 +36,6 @@ struct Fitted<'a> {
     found: DiscFit,
 }
 
-/// e and J_t/J_n of a shot, as measured and as the law of the fit has them.
-struct Point {
-    closing: f64,
-    /// Slip over the closing speed; 0 if it is not known.
-    slip: f64,
-    residuals: Vec<Residual>,
-}
-
 /// Fits films of discs.
 pub(super) fn fit(request: Request) -> Result<Fit, FitError> {
     let mut dataset = request.dataset.clone();
@@ -72,8 +64,7 @@ impl Fitted<'_> {
         let (dataset, common) = (self.request.dataset, self.common());
         let parameters = common.parameters().into_iter().filter(|p| *p != Parameter::MuS && !p.is_of_balls());
         let estimates: Vec<Estimate> = parameters.map(|p| self.estimate(p)).collect();
-        let points = self.points();
-        let residuals: Vec<Residual> = points.iter().flat_map(|point| point.residuals.clone()).collect();
+        let residuals = self.residuals();
         let discs = dataset.tracks.as_ref().and_then(|tracks| tracks.discs);
         let radius = discs.and_then(|discs| discs.radii).map_or_else(
             || 0.5 * solution.value(Id::ContactDistance),
@@ -95,11 +86,11 @@ impl Fitted<'_> {
             scatter: Some(Scatter {
                 restitution: self.scatter(Component::Restitution),
                 impulse_ratio: self.scatter(Component::Ratio),
-                is_estimated: points.len() >= LEAST_SHOTS,
+                is_estimated: solution.names[0].len() >= LEAST_SHOTS,
             }),
             camera: Some(FoundCamera::of_film(solution)),
+            diagnostics: self.diagnostics(&estimates, &residuals),
             residuals,
-            diagnostics: self.diagnostics(&estimates, &points),
             ..common.bare(estimates, Arc::new(solution.clone()))
         };
         if let Some(goodness) = &fit.diagnostics.goodness {
@@ -172,10 +163,11 @@ impl Fitted<'_> {
         }
     }
 
-    /// Returns the shots that were fitted against the law.
-    fn points(&self) -> Vec<Point> {
+    /// Returns e and J_t/J_n of the shots that were fitted, against the law; the tangent of a cut angle is the slip over
+    /// the closing speed, 0 if that is not known.
+    fn residuals(&self) -> Vec<Residual> {
         let DiscFit { solution, impacts, .. } = &self.found;
-        let point = |impact: &DiscImpact| {
+        let of_shot = |impact: &DiscImpact| -> Option<Vec<Residual>> {
             let closing = impact.get(Quantity::ClosingSpeed)?.value;
             let slip = impact.get(Quantity::SlipRatio).map(|slip| slip.value);
             let cut = slip.unwrap_or(0.0).atan();
@@ -200,27 +192,25 @@ impl Fitted<'_> {
             let of_ratio = law.and_then(|ratio| {
                 row(Observable::ImpulseRatio, Quantity::ImpulseRatio, ratio, self.scatter(Component::Ratio))
             });
-            let residuals = of_e.into_iter().chain(of_ratio).collect();
-            Some(Point { closing, slip: slip.unwrap_or(0.0), residuals })
+            Some(of_e.into_iter().chain(of_ratio).collect())
         };
         let used = impacts.iter().filter(|impact| solution.names[0].contains(&impact.name));
-        used.filter_map(point).collect()
+        used.filter_map(of_shot).flatten().collect()
     }
 
-    fn diagnostics(&self, estimates: &[Estimate], points: &[Point]) -> Diagnostics {
+    fn diagnostics(&self, estimates: &[Estimate], residuals: &[Residual]) -> Diagnostics {
         let common = self.common();
         let of_law: Vec<&Estimate> = estimates.iter().filter(|e| e.std_error.is_some()).collect();
         let parameters: Vec<Parameter> = of_law.iter().map(|e| e.parameter).collect();
         let silent = estimates.iter().filter(|e| e.status == Status::NotIdentified);
         let silent = silent.map(|e| e.parameter).collect();
-        let standardized: Vec<f64> =
-            points.iter().flat_map(|point| &point.residuals).map(|r| r.standardized).collect();
+        let standardized: Vec<f64> = residuals.iter().map(|residual| residual.standardized).collect();
         let tested = Tested {
             chi2: standardized.iter().map(|x| x * x).sum(),
             dof: standardized.len().saturating_sub(parameters.len()) as f64,
             is_stated: false,
             standardized,
-            trends: self.trends(points),
+            trends: self.trends(residuals),
         };
         let has_rival = !self.found.rivals.is_empty();
         let diagnostics = common.diagnostics(&parameters, silent, tested);
@@ -233,23 +223,25 @@ impl Fitted<'_> {
     }
 
     /// Returns how e and J_t/J_n less the law change with closing speed and slip.
-    fn trends(&self, points: &[Point]) -> Vec<Trend> {
+    fn trends(&self, residuals: &[Residual]) -> Vec<Trend> {
         let solution = &self.found.solution;
         let columns = solution.own_columns().len();
+        let shots: Vec<&[Residual]> = residuals.chunk_by(|one, next| one.shot == next.shot).collect();
+        let closing = |own: &&[Residual]| own[0].speed.unwrap_or(f64::NAN) * own[0].cut.cos();
         let variables = [
-            (Variable::Speed, points.iter().map(|point| point.closing).collect::<Vec<_>>()),
-            (Variable::Slip, points.iter().map(|point| point.slip.abs()).collect()),
+            (Variable::Speed, shots.iter().map(closing).collect::<Vec<_>>()),
+            (Variable::Slip, shots.iter().map(|own| own[0].cut.tan().abs()).collect()),
         ];
         let mut found = Vec::new();
         for observable in [Observable::Restitution, Observable::ImpulseRatio] {
-            let score = |point: &Point| {
-                let residual = point.residuals.iter().find(|residual| residual.observable == observable)?;
+            let score = |own: &&[Residual]| {
+                let residual = own.iter().find(|residual| residual.observable == observable)?;
                 // friction has the sign of the slip
-                let side = if observable == Observable::ImpulseRatio { -point.slip.signum() } else { 1.0 };
+                let side = if observable == Observable::ImpulseRatio { -residual.cut.signum() } else { 1.0 };
                 let along = -side * residual.standardized;
                 Some(ShiftScore { square: 1.0, along, beside: DVector::zeros(columns) })
             };
-            let scores: Vec<Option<ShiftScore>> = points.iter().map(score).collect();
+            let scores: Vec<Option<ShiftScore>> = shots.iter().map(score).collect();
             let along: Vec<f64> = scores.iter().flatten().map(|score| score.along).collect();
             let mean = along.iter().sum::<f64>() / along.len() as f64;
             let square = along.iter().map(|along| (along - mean).powi(2)).sum::<f64>();

@@ -1,8 +1,10 @@
 //! Do residuals change with something that the model should have taken care of?
 
-use super::goodness::IMPROBABLE;
 use crate::measurement::number::plain;
 use crate::physics::name::worded;
+
+/// A χ² or a trend this improbable, a χ² at either end, means that model or noise do not describe the residuals.
+pub(in crate::fit) const IMPROBABLE: f64 = 0.001;
 
 /// A trend this improbable, with all the trends that were looked for taken into account, is named.
 const SIGNIFICANT: f64 = 0.05;
