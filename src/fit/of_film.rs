@@ -2,7 +2,7 @@
 
 use super::camera::FoundCamera;
 use super::common::{Common, Tested, noise_of};
-use super::deviations::{residuals, trends, whiten};
+use super::deviations::{residuals, trends};
 use super::film::FittedFilm;
 use super::intervals::regions::contours;
 use super::request::Request;
@@ -17,7 +17,7 @@ use crate::measurement::track::TrackShot;
 use crate::measurement::values::Values;
 use crate::physics::collision::{FidelityChoice, Model};
 use crate::physics::friction_law::Law;
-use crate::problem::{Deviations, Id, Impact, Modelling, Policy, RowsError, Solution, fit_film};
+use crate::problem::{Deviations, Id, Impact, Modelling, Offsets, Policy, RowsError, Solution, fit_film};
 
 /// Normal quantile of 95 % intervals.
 const WIDE: f64 = 1.96;
@@ -151,6 +151,16 @@ impl Fitted<'_> {
         }
     }
 
+    /// Returns the outcome offsets of all shots, whitened in the frame of their collision.
+    fn whitened_offsets(&self) -> Vec<f64> {
+        let of_shot = |i: usize| {
+            let Offsets { values, covariance } = self.solution().offsets(0, i)?;
+            covariance.cholesky()?.l().solve_lower_triangular(&values)
+        };
+        let shots = 0..self.solution().names[0].len();
+        shots.filter_map(of_shot).flat_map(|white| white.iter().copied().collect::<Vec<_>>()).collect()
+    }
+
     fn diagnostics(&self, estimates: &[Estimate]) -> Diagnostics {
         let (solution, common) = (self.solution(), self.common());
         let contact = common.contact();
@@ -166,7 +176,7 @@ impl Fitted<'_> {
             chi2,
             dof: (observations - unknowns as f64 - solution.data_count()).max(0.0),
             is_stated: solution.states_noise(),
-            standardized: self.deviations.iter().flatten().flat_map(whiten).collect(),
+            standardized: self.whitened_offsets(),
             trends: trends(solution, &self.deviations, |slope| Some(slope.p_value)),
         };
         let mut diagnostics = common.diagnostics(&parameters, silent, tested);
