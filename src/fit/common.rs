@@ -243,7 +243,9 @@ pub(super) fn noise_of(residuals: &[Residual]) -> Vec<Noise> {
             });
         }
     }
-    all.iter_mut().for_each(|noise| noise.rms = (noise.rms / noise.count as f64).sqrt());
+    for noise in &mut all {
+        noise.rms = (noise.rms / noise.count as f64).sqrt();
+    }
     all
 }
 

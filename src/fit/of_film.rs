@@ -41,7 +41,9 @@ pub(super) fn fit(request: Request) -> Result<(Fit, Vec<Impact>), FitError> {
     let impacts = film.impacts();
     let mut deviations = film.solution.deviations();
     for (found, track) in deviations.iter_mut().zip(film.tracks()) {
-        found.iter_mut().for_each(|found| found.spins[0] = stated_roll(track, found.spins[0]));
+        if let Some(found) = found {
+            found.spins[0] = stated_roll(track, found.spins[0]);
+        }
     }
     let mut fit = Fitted { request, settings, film: film.clone(), deviations }.fit();
     let shots: Vec<&Shot> = impacts.iter().map(|impact| &impact.shot).collect();

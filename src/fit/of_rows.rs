@@ -196,9 +196,9 @@ impl Fitted<'_> {
     /// Returns what is good to know of the fit of a table.
     fn notes(&self) -> impl Iterator<Item = String> {
         let has_no_speed = self.deviations.iter().flatten().any(|found| found.speed.is_none());
-        let speed = has_no_speed.then(|| {
-            "Some shots have no speed. Only angles and ratios were asked of them, which do not depend on it."
-        });
+        let speed = has_no_speed.then_some(
+            "Some shots have no speed. Only angles and ratios were asked of them, which do not depend on it.",
+        );
         let regions = (self.depth < self.request.options.depth).then_some(
             "With so many shots the regions of pairs of parameters and other models are left out.",
         );
