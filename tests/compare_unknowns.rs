@@ -1,17 +1,20 @@
 //! Comparisons have what fits have: friction that falls, contacts that give way, frames.
 
+use std::path::Path;
+
 use caromfit::compare;
-use caromfit::compare::{Compared, Comparison, Difference, Finding, Options, Quantity, Reason};
-use caromfit::fit;
+use caromfit::compare::{Comparison, Difference, Finding, Options, Quantity};
 use caromfit::io::stated_object::StatedObject;
-use caromfit::measurement::dataset::{Dataset, Shot};
+use caromfit::measurement::dataset::Dataset;
 use caromfit::measurement::parameter::{Compliance, Parameter, Setting};
 use caromfit::physics::ball::Ball;
 use caromfit::physics::collision::{Effects, Fidelity, FidelityChoice, Model};
 use caromfit::physics::friction_law::Law;
 use caromfit::report::compare_words::{notes, warnings};
 use caromfit::simulate::{BallSpec, Camera, ClothSpec, Kind, Noise, Played, Spec, Truth};
+use serde_json::Value;
 
+use crate::compare::{Asked, done, is_the_fit_of_all, of};
 use crate::frames::count;
 use crate::options;
 use crate::synthetic::{made, made_with, spec};
@@ -23,10 +26,6 @@ const KAPPA: Quantity = Quantity::Parameter(Parameter::Kappa);
 
 /// Standard errors by which a difference may be off: one in 2000 is by chance.
 const ERRORS: f64 = 3.5;
-
-fn of(comparison: &Comparison, quantity: Quantity) -> &Compared {
-    comparison.quantities.iter().find(|q| q.quantity == quantity).unwrap()
-}
 
 fn difference(comparison: &Comparison, quantity: Quantity) -> &Difference {
     let compared = of(comparison, quantity);
@@ -78,40 +77,14 @@ fn falling_friction_is_compared() {
     assert!(error.is_bad_input() && error.to_string().contains("mu_b: no data set has it"), "{error}");
 }
 
-/// All parameters shared, the ratio of the masses, too: the fit of all shots of both.
-fn is_the_fit_of_all(both: &[Dataset; 2], auto: bool) -> Comparison {
-    let both = &both.each_ref().map(|dataset| Dataset { balls: Some("same".to_owned()), ..dataset.clone() });
-    let share = vec![MU, MU_S];
-    let with_b = if both[0].settings.falls { vec![MU, MU_S, B] } else { share };
-    let fidelity = if auto { FidelityChoice::Auto } else { Fidelity::Full.into() };
-    let options = Options { share: with_b, fidelity, ..options::of_comparison() };
-    let comparison = compare::compare(both, &options).unwrap();
-    let mut together = both[0].clone();
-    let named = |shot: &Shot| Shot { name: format!("other {}", shot.name), ..shot.clone() };
-    together.shots.extend(both[1].shots.iter().map(named));
-    let fit = fit::fit(&together, &fit::Options { fidelity, ..options::of_fit() }).unwrap().remove(0);
-    for single in fit.estimates.iter().filter(|single| !single.parameter.is_of_balls()) {
-        let own = of(&comparison, Quantity::Parameter(single.parameter)).estimates[0];
-        // as far as weights come to rest, or integrated collisions are precise
-        let error = single.std_error.unwrap_or(1e-9);
-        assert!((own.value - single.value).abs() < 1e-2 * error, "{own:?} {single:?}");
-        assert_eq!(own.std_error.is_some(), single.std_error.is_some(), "{own:?} {single:?}");
-        if let Some(own) = own.std_error {
-            assert!((own / error - 1.0).abs() < 1e-3, "{own} {error}");
-        }
-    }
-    assert_eq!((comparison.dof, &comparison.computed), (fit.dof, &fit.diagnostics.computed));
-    comparison
-}
-
 #[test]
 fn a_joint_fit_with_falling_friction_is_the_fit_of_all_shots() {
     let mut both = [falling("one", 0.1, 43), falling("two", 0.1, 44)];
-    is_the_fit_of_all(&both, false);
+    is_the_fit_of_all(&both, Asked::default());
     for dataset in &mut both {
         dataset.settings[Parameter::C].fixed = false;
     }
-    let comparison = is_the_fit_of_all(&both, false);
+    let comparison = is_the_fit_of_all(&both, Asked::default());
     assert!(of(&comparison, Quantity::Parameter(Parameter::C)).estimates[0].std_error.is_some());
 }
 
@@ -154,7 +127,7 @@ fn a_contact_that_gives_way_is_compared() {
 #[test]
 fn data_sets_call_for_a_contact_that_gives_way_together() {
     let both = [giving("one", 0.05, Model::KAPPA, 47), giving("two", 0.05, Model::KAPPA, 48)];
-    let comparison = is_the_fit_of_all(&both, true);
+    let comparison = is_the_fit_of_all(&both, Asked { auto: true, ..Asked::default() });
     let gives_way = comparison.findings.iter().any(|finding| matches!(finding, Finding::Compliance { .. }));
     assert!(gives_way && notes(&comparison).iter().any(|note| note.contains("gives way")));
 }
@@ -169,22 +142,6 @@ fn filmed(name: &str, mu_s: f64, mu_k: f64, seed: u64) -> Dataset {
         cloth: Some(name.to_owned()),
         balls: Some("same".to_owned()),
         ..made(&Spec { name: name.to_owned(), truth, camera, cloth, ..usual })
-    }
-}
-
-/// Films of two cloths show the differences that they were made with, by their frames.
-#[test]
-fn frames_of_two_cloths_are_compared() {
-    let both = vec![filmed("slow", 0.2, 0.2, 51), filmed("fast", 0.35, 0.25, 52)];
-    let comparison = compare::compare(&both, &options::of_comparison()).unwrap();
-    assert!(comparison.converged && !comparison.is_refuted() && comparison.is_filmed);
-    assert_eq!(comparison.samples.iter().map(|sample| sample.shots_used).sum::<usize>(), 40);
-    assert!(comparison.dof > 40 * 100, "{}", comparison.dof);
-    for (quantity, truth) in [(MU_S, 0.15), (Quantity::Sliding, 0.05)] {
-        let found = difference(&comparison, quantity);
-        println!("{}: {found:?}", quantity.name());
-        is_right(found, truth);
-        assert!(found.is_real(), "{found:?}");
     }
 }
 
@@ -252,21 +209,37 @@ fn data_that_contradict_what_is_shared_are_named() {
     is_right(difference(&compare::compare(&both, &apart).unwrap(), e), -0.04);
 }
 
-/// Stun shots do not press the object ball into the cloth: their film is left out of μ_s.
+/// A copy of a shipped data set whose dataset.toml says something else.
+fn changed(name: &str, folder: &Path, from: &str, to: &str) -> String {
+    let own = folder.join(name);
+    std::fs::create_dir(&own).unwrap();
+    let shipped = Path::new(env!("CARGO_MANIFEST_DIR")).join("data").join(name);
+    std::fs::copy(shipped.join("tracks.csv"), own.join("tracks.csv")).unwrap();
+    let manifest = std::fs::read_to_string(shipped.join("dataset.toml")).unwrap();
+    assert!(manifest.contains(from));
+    std::fs::write(own.join("dataset.toml"), manifest.replace(from, to)).unwrap();
+    own.to_str().unwrap().to_string()
+}
+
+/// The losses and bounds of each dataset.toml, and --loss in the place of the former.
 #[test]
-fn films_without_topspin_are_left_out_of_mu_s() {
-    let filmed = |name: &str, played, seed| {
-        let usual = spec(Kind::Tracks, &[played], 15, seed);
-        Dataset { cloth: Some(name.to_owned()), ..made(&Spec { name: name.to_owned(), ..usual }) }
+fn what_dataset_toml_says_is_honoured() {
+    let folder = tempfile::tempdir().unwrap();
+    let robust = "[fit]\nloss = \"huber\"\nmu_s = { upper = 0.2 }\n\n[video]";
+    let a = changed("synthetic-cloth-a", folder.path(), "[video]", robust);
+    let out = folder.path().join("out");
+    let with = |more: &[&str]| -> Value {
+        let all = ["compare", &a, "data/synthetic-cloth-b", "--json", "--out", out.to_str().unwrap()];
+        serde_json::from_slice(&done(&[&all, more].concat())).unwrap()
     };
-    let all = [
-        filmed("a", Played::NaturalRoll, 65),
-        filmed("b", Played::Stun, 66),
-        filmed("c", Played::NaturalRoll, 67),
-    ];
-    let comparison = compare::compare(&all, &options::of_comparison()).unwrap();
-    assert_eq!(of(&comparison, MU_S).left_out, [(1, Reason::Independent)]);
-    let found = difference(&comparison, MU_S);
-    assert_eq!((found.first, found.second), (0, 2));
-    assert!(of(&comparison, MU).left_out.is_empty());
+    let value = with(&[]);
+    assert_eq!(value["fidelity"], "auto");
+    assert_eq!(value["robust"]["losses"], serde_json::json!(["huber"]));
+    assert_eq!(value["parameters"][1]["same_or_different"]["test"], "Wald statistic");
+    assert!((value["parameters"][1]["estimates"][0]["estimate"].as_f64().unwrap() - 0.2).abs() < 1e-9);
+    let page = std::fs::read_to_string(out.join("report.html")).unwrap();
+    assert!(page.contains("Shots that count less, huber loss"));
+    let value = with(&["--loss", "squares"]);
+    assert!(value["robust"].is_null());
+    assert_eq!(value["parameters"][1]["same_or_different"]["test"], "likelihood ratio");
 }

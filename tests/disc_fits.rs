@@ -171,7 +171,11 @@ fn an_e_that_falls_with_the_closing_speed_is_found() {
         assert!((found.value - truth).abs() < WITHIN * sd, "{}: {} {sd}", parameter.symbol(), found.value);
     }
     // the slope of points that scatter as these do: σ/√Σ(v − v̄)²
-    let speeds: Vec<f64> = fit.disc_shots.iter().map(|shot| shot.closing_speed.unwrap().value).collect();
+    let speeds: Vec<f64> = fit
+        .disc_shots
+        .iter()
+        .map(|shot| shot.get(caromfit::problem::Quantity::ClosingSpeed).unwrap().value)
+        .collect();
     let mean = speeds.iter().sum::<f64>() / speeds.len() as f64;
     let spread = speeds.iter().map(|v| (v - mean).powi(2)).sum::<f64>().sqrt();
     let expected = fit.scatter.unwrap().restitution / spread;

@@ -137,7 +137,7 @@ fn throws_beyond_sticking_are_said_to_be_so() {
     let sticks = 30_f64.to_radians().tan() / (3.5 * 1.94);
     agrees(mu.value, sticks, 1e-9);
     assert!(
-        mu.std_error.is_none() && fit.warnings[0].contains("the contact then sticks"),
+        mu.std_error.is_none() && fit.warnings[0].contains("the balls stick together where they touch"),
         "{:?}",
         fit.warnings
     );

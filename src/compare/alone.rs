@@ -1,6 +1,5 @@
 //! Every data set, or every label of its `[fit] by`, fitted alone.
 
-use std::collections::BTreeMap;
 use std::sync::Arc;
 
 use super::error::CompareError;
@@ -11,7 +10,6 @@ use crate::fit::film_words::sentence;
 use crate::fit::{self, Depth, FitError, analyse_watched};
 use crate::measurement::dataset::Dataset;
 use crate::measurement::parameter::Settings;
-use crate::measurement::track::TrackShot;
 use crate::problem::{self, Solution};
 
 /// A data set, or the shots of one label of its `[fit] by`, fitted alone.
@@ -21,8 +19,6 @@ pub(super) struct Alone {
     pub settings: Settings,
     /// Its fit.
     pub solution: Arc<Solution>,
-    /// What its shots were read from if they are filmed, in their order.
-    pub tracks: Vec<TrackShot>,
     /// Index of its sample among the summaries, and of its label.
     pub sample: usize,
     pub label: usize,
@@ -90,7 +86,7 @@ impl Samples {
             let is_same = |other: &Dataset| other.balls.is_some() && other.balls == dataset.balls;
             let balls = datasets.iter().position(is_same).unwrap_or(film);
             let cloth = datasets.iter().position(|other| other.cloth == dataset.cloth).unwrap_or(film);
-            for (group, part) in parts(dataset) {
+            for (group, part) in fit::analysis::parts(dataset) {
                 let title = match group {
                     Some(group) if datasets.len() > 1 => format!("{}, {group}", dataset.name),
                     Some(group) => group,
@@ -124,14 +120,9 @@ impl Samples {
             Ok(mut fits) => {
                 let fit = fits.remove(0);
                 for finding in &fit.findings {
-                    let is_of_all = matches!(
-                        finding,
-                        problem::Finding::AtBound { .. }
-                            | problem::Finding::NotConverged
-                            | problem::Finding::Compliance { .. }
-                    );
                     // what all samples determine together is said of their joint fit
-                    if let Some(sentence) = sentence(finding, fit.frames.as_ref(), fit.stated_scale_sd)
+                    let is_of_all = matches!(finding, problem::Finding::Compliance { .. });
+                    if let Some(sentence) = sentence(finding, fit.frames.as_ref())
                         && !is_of_all
                     {
                         let finding = finding.clone();
@@ -142,7 +133,6 @@ impl Samples {
                 self.findings.extend(scatter.map(|scatter| Finding::Scatter { sample, scatter }));
                 self.fitted.push(Alone {
                     settings: dataset.settings_of_balls(),
-                    tracks: fit.frames.as_ref().map_or_else(Vec::new, |film| film.tracks().to_vec()),
                     solution: fit.solution,
                     dataset,
                     sample,
@@ -159,27 +149,4 @@ impl Samples {
         self.summaries.push(SampleSummary { title, dataset: film, label, shots_used, shots_rejected });
         Ok(())
     }
-}
-
-/// Returns the parts of a data set with the label of its `[fit] by` that each has, in the order in which
-/// these first appear.
-fn parts(dataset: &Dataset) -> Vec<(Option<String>, Dataset)> {
-    let Some(by) = &dataset.by else { return vec![(None, dataset.clone())] };
-    let label = |labels: &BTreeMap<String, String>| labels.get(by).cloned().unwrap_or_default();
-    let filmed = dataset.tracks.iter().flat_map(|tracks| &tracks.shots).map(|shot| &shot.labels);
-    let mut labels: Vec<String> = Vec::new();
-    for own in filmed.chain(dataset.shots.iter().map(|shot| &shot.labels)).map(label) {
-        if !labels.contains(&own) {
-            labels.push(own);
-        }
-    }
-    let part = |own: String| {
-        let mut part = dataset.clone();
-        part.shots.retain(|shot| label(&shot.labels) == own);
-        if let Some(tracks) = &mut part.tracks {
-            tracks.shots.retain(|shot| label(&shot.labels) == own);
-        }
-        (Some(own), part)
-    };
-    labels.into_iter().map(part).collect()
 }

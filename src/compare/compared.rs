@@ -7,15 +7,6 @@ use super::quantity::Quantity;
 use super::result::{Compared, Difference, Value};
 use crate::problem::{Estimates, Id, Mode};
 
-/// What the samples of a label say about a quantity.
-enum Says {
-    /// They estimate the unknown of this column.
-    Value(usize),
-    /// They hold it.
-    Held,
-    Nothing(Reason),
-}
-
 impl Joint<'_> {
     /// Returns whether a sample has a quantity.
     pub(super) fn has(&self, quantity: Quantity) -> bool {
@@ -35,16 +26,12 @@ impl Joint<'_> {
         let (id, is_apart) = (quantity.id(), self.sharing.is_apart(quantity));
         let estimates = self.estimates_of(id);
         let labels = 0..self.samples.labels.len();
-        let says: Vec<Says> = labels.map(|label| self.says(label, quantity, estimates.as_ref())).collect();
-        let mut telling = Vec::new();
-        let mut left_out = Vec::new();
-        for (label, says) in says.iter().enumerate() {
-            match says {
-                Says::Value(column) => telling.push((label, *column)),
-                Says::Nothing(reason) => left_out.push((label, *reason)),
-                Says::Held => {}
-            }
-        }
+        let columns: Vec<Result<Option<usize>, Reason>> =
+            labels.map(|label| self.column_of(label, quantity, estimates.as_ref())).collect();
+        let all = || columns.iter().enumerate();
+        let telling: Vec<(usize, usize)> =
+            all().filter_map(|(label, column)| Some((label, (*column).ok()??))).collect();
+        let left_out = all().filter_map(|(label, column)| Some((label, (*column).err()?))).collect();
         let value = |label| self.value(label, id, estimates.as_ref());
         let has_shots = |label: &usize| self.samples.fitted.iter().any(|alone| alone.label == *label);
         let labels: Vec<usize> = telling.iter().map(|(label, _)| *label).collect();
@@ -52,7 +39,7 @@ impl Joint<'_> {
             quantity,
             shared: !is_apart,
             estimates: if is_apart {
-                let all = (0..says.len()).filter(has_shots);
+                let all = (0..columns.len()).filter(has_shots);
                 all.map(|label| Value { label: Some(label), ..value(label) }).collect()
             } else {
                 let first = labels.first().or(self.samples.fitted.first().map(|alone| &alone.label));
@@ -73,28 +60,37 @@ impl Joint<'_> {
         estimate(problem, &self.solution.at, &problem.columns_of(id))
     }
 
-    fn says(&self, label: usize, quantity: Quantity, estimates: Option<&Estimates>) -> Says {
+    /// Returns the column of a quantity that the samples of a label estimate; `None` if they hold it.
+    ///
+    /// # Errors
+    /// Why they do not determine it.
+    fn column_of(
+        &self,
+        label: usize,
+        quantity: Quantity,
+        estimates: Option<&Estimates>,
+    ) -> Result<Option<usize>, Reason> {
         let id = quantity.id();
         let own: Vec<(usize, &Alone)> =
             self.samples.fitted.iter().enumerate().filter(|(_, alone)| alone.label == label).collect();
         if own.is_empty() {
-            return Says::Nothing(Reason::NoShots);
+            return Err(Reason::NoShots);
         }
         if !own.iter().any(|(sample, alone)| self.sample_has(*sample, alone, quantity)) {
-            return Says::Nothing(Reason::Absent);
+            return Err(Reason::Absent);
         }
         let Some(column) = self.column(label, id) else {
             let is_stated = |alone: &Alone| matches!(quantity, Quantity::Parameter(parameter) if alone.settings[parameter].fixed);
             let is_adopted = id == Id::Kappa;
             let is_held = is_adopted || own.iter().all(|(_, alone)| is_stated(alone));
-            return if is_held { Says::Held } else { Says::Nothing(Reason::Independent) };
+            return if is_held { Ok(None) } else { Err(Reason::Independent) };
         };
         if !own.iter().any(|(sample, _)| self.informs(*sample, id)) {
-            return Says::Nothing(if id == Id::Mu { Reason::Sticks } else { Reason::Vanishes });
+            return Err(if id == Id::Mu { Reason::Sticks } else { Reason::Vanishes });
         }
         // without any covariance, estimates stand without errors
         let is_known = estimates.is_none_or(|estimates| self.known_error(column, estimates).is_some());
-        if is_known { Says::Value(column) } else { Says::Nothing(Reason::Uncertain) }
+        if is_known { Ok(Some(column)) } else { Err(Reason::Uncertain) }
     }
 
     /// Returns whether an unknown affects χ² of a sample.
@@ -111,25 +107,23 @@ impl Joint<'_> {
 
     /// Returns the value of an unknown that the samples of a label have.
     fn value(&self, label: usize, id: Id, estimates: Option<&Estimates>) -> Value {
-        let value = &self.solution.at.state.shared.0;
-        let Some(column) = self.column(label, id) else {
-            let sample = self.samples.fitted.iter().position(|alone| alone.label == label);
-            let column = sample.and_then(|sample| self.solution.column(sample, id));
-            return Value::held(None, column.map_or(f64::NAN, |column| value[column]));
-        };
-        let (value, [low, high]) = (value[column], self.solution.problem.unknowns[column].bounds);
-        let std_error = estimates.and_then(|estimates| self.known_error(column, estimates));
-        let within = |end: f64| end.max(low).min(high);
+        let sample = self.samples.fitted.iter().position(|alone| alone.label == label);
+        let fitted = self.column(label, id);
+        let column = fitted.or_else(|| self.solution.column(sample?, id));
+        let value = column.map_or(f64::NAN, |column| self.solution.at.state.shared.0[column]);
+        let [low, high] =
+            fitted.map_or([f64::NAN; 2], |column| self.solution.problem.unknowns[column].bounds);
+        let std_error = fitted.zip(estimates).and_then(|(column, all)| self.known_error(column, all));
         let interval = |error: f64| {
             let half = self.tests.quantile() * error;
-            [within(value - half), within(value + half)]
+            [value - half, value + half].map(|end| end.max(low).min(high))
         };
         Value {
             label: None,
             value,
             std_error,
             interval_95: std_error.map(interval),
-            fitted: true,
+            fitted: fitted.is_some(),
             at_bound: value <= low || value >= high,
         }
     }

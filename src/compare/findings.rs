@@ -66,8 +66,6 @@ pub enum Finding {
     },
     /// One camera filmed all samples: its unknowns, with their values and standard errors.
     OneCamera(Vec<(Id, f64, f64)>),
-    /// A sentence.
-    Said(Severity, String),
 }
 
 impl Finding {
@@ -81,7 +79,6 @@ impl Finding {
                 Severity::Note
             }
             Self::OfSample { finding, .. } => finding.severity(),
-            Self::Said(severity, _) => *severity,
         }
     }
 }

@@ -8,12 +8,11 @@ use super::error::CompareError;
 use super::findings::Finding;
 use super::options::Options;
 use super::quantity::Quantity;
-use super::refuted;
 use super::result::{Comparison, LabelResidual, Robust};
-use super::verdict::{self, Tests, holm};
-use crate::fit::of_film::Fitted;
-use crate::fit::of_rows;
-use crate::fit::{Computed, FittedFilm};
+use super::verdict::{self, Tests};
+use crate::fit::deviations::residuals as residuals_of;
+use crate::fit::diagnostics::trends::holm;
+use crate::fit::{Computed, FittedFilm, Refuted};
 use crate::measurement::loss::Loss;
 use crate::physics::collision::FidelityChoice;
 use crate::problem::{
@@ -119,7 +118,8 @@ impl<'a> Joint<'a> {
             stage(&format!("one {} or several", quantity.symbol()));
             quantities.push(self.quantity(quantity));
         }
-        holm(&mut quantities);
+        let differences = quantities.iter_mut().flat_map(|compared| &mut compared.differences);
+        holm(differences.map(|difference| &mut difference.p_holm));
         self.findings.extend(quantities.iter().filter_map(verdict::contradiction));
         self.findings.extend(quantities.iter().flat_map(verdict::at_bounds));
         self.findings.extend(Quantity::ALL.into_iter().find_map(|quantity| self.limit(quantity)));
@@ -135,24 +135,18 @@ impl<'a> Joint<'a> {
         let mut residuals = Vec::new();
         let mut films = Vec::new();
         for (number, alone) in self.samples.fitted.iter().enumerate() {
-            let Alone { label, sample, ref tracks, .. } = *alone;
+            let Alone { label, sample, .. } = *alone;
             let solution = self.solution.of_sample(number);
             let shots = solution.names[0].iter().cloned().zip(solution.weights());
             weights.extend(shots.filter(|(_, weight)| *weight < 1.0).map(|(shot, w)| (sample, shot, w)));
-            let of_table = solution.deviations();
-            let is_table = !of_table.is_empty();
-            let own = if is_table {
-                of_rows::residuals(&solution.names[0], &of_table, |_| true)
-            } else {
-                Fitted::residuals(&solution)
-            };
+            let own = residuals_of(&solution.names[0], &solution.deviations(), |_| true);
             residuals.extend(own.into_iter().map(|of_shot| LabelResidual { label, sample, of_shot }));
-            if is_table {
+            if !solution.is_film() {
                 continue;
             }
             let Solution { unit, middle, .. } =
                 *self.sharing.first_film(alone, &self.samples.fitted).solution;
-            films.push((sample, FittedFilm::new(Solution { unit, middle, ..solution }, tracks)));
+            films.push((sample, FittedFilm::new(Solution { unit, middle, ..solution }, &alone.dataset)));
         }
         weights.sort_by(|a, b| a.2.total_cmp(&b.2));
         let mut comparison = Comparison {
@@ -171,7 +165,7 @@ impl<'a> Joint<'a> {
             samples: self.samples.summaries,
             findings: self.findings,
         };
-        refuted::judge(&mut comparison);
+        judge(&mut comparison);
         Ok((comparison, films))
     }
 
@@ -274,4 +268,34 @@ fn check_camera(all: &[Alone]) -> Result<(), CompareError> {
         }
     }
     Ok(())
+}
+
+/// Takes errors, differences and tests away if the residuals of a sample or of all refute the model by
+/// the errors that are stated. The sliding friction of the cloth, from the paths after the impacts, stays.
+fn judge(comparison: &mut Comparison) {
+    if comparison.noise_estimated || comparison.robust.is_some() {
+        return;
+    }
+    let reduced_chi2 = comparison.chi2 / comparison.dof.max(1) as f64;
+    let of_sample = |sample: usize| {
+        let own = comparison.residuals.iter().filter(|residual| residual.sample == sample);
+        let squares: Vec<f64> = own.map(|residual| residual.of_shot.standardized.powi(2)).collect();
+        // a sample takes up few of the parameters, of many observations
+        let (chi2, count) = (squares.iter().sum::<f64>(), squares.len());
+        Refuted::judge(chi2, count).map(|[reduced, _]| (sample, reduced))
+    };
+    let samples: Vec<(usize, f64)> = (0..comparison.samples.len()).filter_map(of_sample).collect();
+    if samples.is_empty() && Refuted::judge(comparison.chi2, comparison.dof).is_none() {
+        return;
+    }
+    let rests_on_model = |quantity: Quantity| quantity != Quantity::Sliding;
+    for compared in comparison.quantities.iter_mut().filter(|compared| rests_on_model(compared.quantity)) {
+        for value in &mut compared.estimates {
+            (value.std_error, value.interval_95) = (None, None);
+        }
+        compared.differences.clear();
+        compared.same_or_different = None;
+    }
+    comparison.findings.retain(|finding| !matches!(finding, Finding::MassRatios { .. }));
+    comparison.findings.insert(0, Finding::Refuted { samples, reduced_chi2 });
 }

@@ -8,12 +8,9 @@
 //!
 //! "Same" is the fit of the problem in which a quantity has a column for each label with the columns made
 //! equal, at the noise of the larger model, so that its rise of χ² is a likelihood ratio.
-//!
-//! - Holm, S. (1979). A simple sequentially rejective multiple test procedure. Scand. J. Stat. 6, 65–70.
 
 mod alone;
 mod analysis;
-mod balls;
 mod columns;
 mod compared;
 mod effect;
@@ -23,7 +20,6 @@ mod joint;
 mod likelihood_ratio;
 mod options;
 mod quantity;
-mod refuted;
 mod result;
 mod verdict;
 

@@ -31,21 +31,11 @@ impl Quantity {
     pub(crate) fn id(self) -> Id {
         match self {
             Self::Sliding => Id::MuK,
-            Self::Parameter(parameter) => match parameter {
-                Parameter::Mu => Id::Mu,
-                Parameter::MuS => Id::MuS,
-                Parameter::E => Id::E,
-                Parameter::B => Id::FallB,
-                Parameter::C => Id::FallC,
-                Parameter::Kappa => Id::Kappa,
-                Parameter::ESlope => Id::ESlope,
-                Parameter::MassRatio => Id::MassRatio,
-                Parameter::RadiusRatio => Id::RadiusRatio,
-            },
+            Self::Parameter(parameter) => Id::from(parameter),
         }
     }
 
-    /// The name on the command line and in compare.json.
+    /// Returns the name on the command line and in compare.json.
     #[must_use]
     pub fn name(self) -> &'static str {
         match self {
@@ -54,7 +44,7 @@ impl Quantity {
         }
     }
 
-    /// The symbol in tables and plots.
+    /// Returns the symbol in tables and plots.
     #[must_use]
     pub fn symbol(self) -> &'static str {
         match self {
@@ -63,7 +53,7 @@ impl Quantity {
         }
     }
 
-    /// What it is, in a line.
+    /// Returns what it is, in a line.
     #[must_use]
     pub fn meaning(self) -> &'static str {
         match self {

@@ -143,14 +143,7 @@ pub struct Value {
     pub at_bound: bool,
 }
 
-impl Value {
-    /// One that was not fitted.
-    pub(super) fn held(label: Option<usize>, value: f64) -> Self {
-        Self { label, value, std_error: None, interval_95: None, fitted: false, at_bound: false }
-    }
-}
-
-/// The difference between two labels: the second less the first.
+/// The difference of a quantity between two labels: the second less the first.
 #[derive(Clone, Debug, PartialEq, Serialize, JsonSchema)]
 #[non_exhaustive]
 pub struct Difference {

@@ -34,23 +34,22 @@ impl Tests {
         Self { dof, estimated: is_robust || estimates }
     }
 
-    /// 97.5 % quantile.
-    pub(super) fn quantile(&self) -> f64 {
-        match StudentsT::new(0.0, 1.0, self.dof.max(1) as f64) {
-            Ok(t) if self.estimated => t.inverse_cdf(0.975),
-            _ => Normal::standard().inverse_cdf(0.975),
-        }
+    /// Returns Student's t if the scatter of the data gives the errors.
+    fn student(&self) -> Option<StudentsT> {
+        StudentsT::new(0.0, 1.0, self.dof.max(1) as f64).ok().filter(|_| self.estimated)
     }
 
-    /// Two-sided probability of a difference of so many standard errors; 1 where neither is known.
+    /// Returns the 97.5 % quantile.
+    pub(super) fn quantile(&self) -> f64 {
+        self.student().map_or_else(|| Normal::standard().inverse_cdf(0.975), |t| t.inverse_cdf(0.975))
+    }
+
+    /// Returns the two-sided probability of a difference of so many standard errors; 1 where neither is known.
     fn p_value(&self, errors: f64) -> f64 {
         if errors.is_nan() {
             return 1.0;
         }
-        match StudentsT::new(0.0, 1.0, self.dof.max(1) as f64) {
-            Ok(t) if self.estimated => 2.0 * t.sf(errors.abs()),
-            _ => 2.0 * Normal::standard().sf(errors.abs()),
-        }
+        2.0 * self.student().map_or_else(|| Normal::standard().sf(errors.abs()), |t| t.sf(errors.abs()))
     }
 
     /// Probability of a larger rise of χ² by `extra` parameters.
@@ -94,18 +93,6 @@ pub(super) fn wald(x: &[f64], covariance: &DMatrix<f64>, columns: &[usize], rank
     Some(order.iter().take(rank).map(term).sum())
 }
 
-/// Holm's step-down correction over all pairs of all quantities.
-pub(super) fn holm(quantities: &mut [Compared]) {
-    let mut all: Vec<&mut Difference> = quantities.iter_mut().flat_map(|q| &mut q.differences).collect();
-    all.sort_by(|a, b| a.p_value.total_cmp(&b.p_value));
-    let count = all.len();
-    let mut last = 0.0_f64;
-    for (i, difference) in all.into_iter().enumerate() {
-        last = last.max((difference.p_value * (count - i) as f64).min(1.0));
-        difference.p_holm = last;
-    }
-}
-
 /// Returns that the data contradict a shared quantity at the level at which a fit becomes doubtful.
 pub(super) fn contradiction(compared: &Compared) -> Option<Finding> {
     let p_value = compared.same_or_different.filter(|_| compared.shared)?.p_value;
@@ -143,31 +130,6 @@ pub(super) fn describe(quantities: &mut [Compared], ball: Ball) {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::compare::quantity::Quantity;
-
-    /// Four tests: 0.01·4, 0.02·3, then 0.03·2 is no less than 0.06, 0.5.
-    #[test]
-    fn holm_steps_down() {
-        let pair = Tests { dof: 0, estimated: false }.pair(0, 1, 1.0, 1.0);
-        let difference = |p| Difference { p_value: p, ..pair.clone() };
-        let quantity = |differences| Compared {
-            quantity: Quantity::Sliding,
-            shared: false,
-            estimates: Vec::new(),
-            differences,
-            same_or_different: None,
-            left_out: Vec::new(),
-        };
-        let mut both = [
-            quantity(vec![difference(0.02), difference(0.5)]),
-            quantity(vec![difference(0.01), difference(0.03)]),
-        ];
-        holm(&mut both);
-        let p: Vec<f64> = both.iter().flat_map(|q| &q.differences).map(|d| d.p_holm).collect();
-        for (p, expected) in p.iter().zip([0.06, 0.5, 0.04, 0.06]) {
-            assert!((p - expected).abs() < 1e-15, "{p}");
-        }
-    }
 
     /// Of independent numbers.
     #[test]

@@ -2,7 +2,6 @@
 //! everywhere in the picture, and move as the cloth lets them. With it, what else is found of a film:
 //! noise that lasts, frames that were dropped.
 
-use crate::extraction::NoiseCorrelation;
 use crate::measurement::correction::Correction;
 use crate::measurement::number;
 use crate::problem::{Camera, Finding, Id, Solution};
@@ -22,22 +21,10 @@ pub struct FoundCorrection {
     pub adopted: bool,
 }
 
-/// The unknowns of a camera as corrections.
-const CORRECTIONS: [(Id, Correction); 13] = [
-    (Id::Scale, Correction::Scale),
-    (Id::Aspect, Correction::Aspect),
-    (Id::Shear, Correction::Shear),
-    (Id::PerspectiveX, Correction::PerspectiveX),
-    (Id::PerspectiveY, Correction::PerspectiveY),
-    (Id::Lens, Correction::Lens),
-    (Id::LensX, Correction::LensX),
-    (Id::LensY, Correction::LensY),
-    (Id::ShutterX, Correction::ShutterX),
-    (Id::ShutterY, Correction::ShutterY),
-    (Id::ParallaxX, Correction::ParallaxX),
-    (Id::ParallaxY, Correction::ParallaxY),
-    (Id::Nearness, Correction::Nearness),
-];
+/// Returns the unknown of a correction: both lists have the same order.
+fn unknown_of(which: Correction) -> Id {
+    Id::ALL[Id::Scale as usize + which as usize]
+}
 
 /// The camera as the shots of a film show it.
 #[derive(Clone, Debug, PartialEq)]
@@ -59,9 +46,7 @@ pub struct FoundCamera {
     /// Whether nothing was left to correct at the end.
     pub converged: bool,
     /// The correlation of the noise of neighbouring frames; `None` where the frames do not determine it.
-    pub noise_correlation: Option<NoiseCorrelation>,
-    /// The coarsest step of the grid to which positions were rounded, m; 0 where they were not.
-    pub resolution: f64,
+    pub noise_correlation: Option<f64>,
     /// The number of shots in which frames were dropped without a sign in their numbers, and the number of such
     /// drops.
     pub drops: [usize; 2],
@@ -75,18 +60,18 @@ pub struct FoundCamera {
 impl FoundCamera {
     /// Returns the camera as the fit of a film has it.
     pub(super) fn of_film(solution: &Solution) -> Self {
-        let correction = |(id, which): (Id, Correction)| {
-            let found = solution.get(id)?;
+        let correction = |which: Correction| {
+            let found = solution.get(unknown_of(which))?;
             Some(FoundCorrection { which, value: found.value, std_error: found.std_error?, adopted: true })
         };
-        let corrections: Vec<FoundCorrection> = CORRECTIONS.into_iter().filter_map(correction).collect();
+        let corrections: Vec<FoundCorrection> = Correction::ALL.into_iter().filter_map(correction).collect();
         let middle = solution.middle.map(|x| x * solution.unit);
         let shots = solution.names.first().map_or(0, Vec::len);
         let noise = solution.frame_noise().map(|noises| noises[1].rho);
         Self {
             middle,
             picture: Camera::new(&solution.state().shared),
-            values: CORRECTIONS.map(|(id, _)| solution.value(id)),
+            values: Correction::ALL.map(|which| solution.value(unknown_of(which))),
             corrections,
             unit: solution.unit,
             converged: solution.converged,
@@ -95,11 +80,7 @@ impl FoundCamera {
                 .filter_map(|i| solution.contact(i))
                 .map(|[x, y]| [x + middle[0], y + middle[1]])
                 .collect(),
-            noise_correlation: noise.filter(|rho| *rho > 0.0).map(|value| NoiseCorrelation {
-                value,
-                std_error: f64::NAN,
-                adopted: true,
-            }),
+            noise_correlation: noise.filter(|rho| *rho > 0.0),
             drops: solution
                 .findings
                 .iter()
@@ -112,7 +93,6 @@ impl FoundCamera {
                 Finding::Spoiled { before, after } => Some([*before, *after]),
                 _ => None,
             }),
-            resolution: 0.0,
             of_discs: solution.problem.discs().is_some(),
         }
     }
@@ -129,12 +109,6 @@ impl FoundCamera {
         let from_middle = [0, 1].map(|k| table[k] - self.middle[k]);
         let seen = self.picture.look(from_middle.into(), 0.0).place;
         [0, 1].map(|k| seen[k] + self.middle[k])
-    }
-
-    /// Whether any correction was adopted.
-    #[must_use]
-    pub fn corrects(&self) -> bool {
-        self.corrections.iter().any(|found| found.adopted)
     }
 
     /// Returns what was done to the films, in sentences.
@@ -156,23 +130,19 @@ impl FoundCamera {
         scaled.into_iter().chain(self.sentence()).chain(unfinished).collect()
     }
 
-    /// Which corrections were adopted, as a sentence; `None` where none was.
+    /// Returns the corrections as a sentence; `None` where none was free.
     #[must_use]
     pub fn sentence(&self) -> Option<String> {
-        let adopted: Vec<String> = self
-            .corrections
-            .iter()
-            .filter(|found| found.adopted)
-            .map(|found| {
-                format!("{} {}", found.which.words(), number::with_error(found.value, found.std_error))
-            })
-            .collect();
-        (!adopted.is_empty()).then(|| {
+        let words = |found: &FoundCorrection| {
+            format!("{} {}", found.which.words(), number::with_error(found.value, found.std_error))
+        };
+        let all: Vec<String> = self.corrections.iter().map(words).collect();
+        (!all.is_empty()).then(|| {
             format!(
                 "The estimates include the camera, which the {} themselves calibrate ({}): {}.",
                 if self.of_discs { "discs" } else { "balls" },
                 number::count_of(self.shots, "shot"),
-                adopted.join(", ")
+                all.join(", ")
             )
         })
     }

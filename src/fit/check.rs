@@ -11,7 +11,7 @@ use crate::measurement::spin::Spin;
 use crate::physics::collision::{Coefficients, Fidelity};
 use crate::problem::predict;
 
-/// Fewer shots than this leave the noise to luck.
+/// Number of shots below which the noise is left to luck.
 pub(super) const FEW_SHOTS: usize = 5;
 
 /// Speeds of a cue ball before the impact, m/s: below, gravity during the contact and the cloth take more than
@@ -28,19 +28,16 @@ const MOST_THROW_DEG: f64 = 20.0;
 /// Published sliding frictions of a ball on a cloth lie between 0.15 and 0.4; these limits leave room for others.
 const SLIDING: [f64; 2] = [0.1, 0.5];
 
-/// What is usual.
-const USUAL_SLIDING: f64 = 0.2;
-
 /// No cloth that is published of has a higher rolling resistance, four standard deviations from the mean.
 const MOST_ROLLING: f64 = 0.03;
 
-/// So many standard errors are no chance.
+/// Number of standard errors that is no chance.
 const SURELY: f64 = 3.0;
 
 /// A rolling ball's spin can add a few per cent to the energy of motion, and to a speed.
 const MOST_RATIO: f64 = 1.05;
 
-/// So many shots are named in a warning.
+/// Number of shots that a warning names.
 const NAMED: usize = 3;
 
 /// Something suspicious, or good to know, about a shot or a data set.
@@ -69,8 +66,6 @@ pub enum Kind {
     Advice,
     /// The radius is not that of billiard balls.
     Radius,
-    /// The balls contradict the stated scale and radius.
-    Scale,
     /// The sliding friction of the cloth that the paths show is unusual.
     Sliding,
     /// The rolling resistance of the cloth that the paths show is unusual.
@@ -89,8 +84,6 @@ pub enum Kind {
     SpeedRatio,
     /// The throw is larger than friction gives.
     Throw,
-    /// The tracker lags behind the balls after an impact.
-    Lag,
 }
 
 impl Finding {
@@ -98,34 +91,31 @@ impl Finding {
         Self { shot: None, text, kind }
     }
 
-    /// Whether something may be wrong with the data.
+    /// Returns whether something may be wrong with the data.
     #[must_use]
     pub fn is_suspicious(&self) -> bool {
         self.kind != Kind::Advice
     }
 }
 
-/// Looks for everything suspicious and whatever else is good to know; findings about the whole data set come first. Impacts must have
+/// Returns everything suspicious and whatever else is good to know; findings about the whole data set come first. Impacts must have
 /// been extracted from tracks before.
 #[must_use]
 pub fn check(dataset: &Dataset) -> Vec<Finding> {
     let shots: Vec<&Shot> = dataset.shots.iter().collect();
-    let (whole, mut of_shots): (Vec<_>, Vec<_>) =
-        suspicious(dataset, &shots, [dataset.sliding, dataset.rolling])
-            .into_iter()
-            .partition(|finding| finding.shot.is_none());
+    let mut found = suspicious(dataset, &shots, [dataset.sliding, dataset.rolling]);
+    found.extend(advice(dataset).into_iter().map(|text| Finding::whole(Kind::Advice, text)));
     for shot in shots.iter().filter(|shot| shot.spin == Spin::Unknown) {
         let text = "its spin is unknown: it cannot be fitted".to_string();
-        of_shots.push(Finding { shot: Some(shot.name.clone()), text, kind: Kind::UnknownSpin });
+        found.push(Finding { shot: Some(shot.name.clone()), text, kind: Kind::UnknownSpin });
     }
-    let order =
-        |finding: &Finding| dataset.shots.iter().position(|shot| Some(&shot.name) == finding.shot.as_ref());
-    of_shots.sort_by_key(order);
-    whole.into_iter().chain(advice(dataset)).chain(of_shots).collect()
+    let place = |name: &String| dataset.shots.iter().position(|shot| shot.name == *name);
+    found.sort_by_key(|finding| finding.shot.as_ref().map(place));
+    found
 }
 
-/// What lets doubt some shots of a data set, or the μ_k and μ_r of the cloth that their paths show; findings about the whole come
-/// first. Fits have the same among their warnings.
+/// Returns what lets doubt some shots of a data set, or the μ_k and μ_r of the cloth that their paths show; findings about the whole
+/// come first. Fits have the same among their doubts.
 pub(crate) fn suspicious(
     dataset: &Dataset,
     shots: &[&Shot],
@@ -134,52 +124,40 @@ pub(crate) fn suspicious(
     if dataset.tracks.as_ref().is_some_and(|tracks| tracks.discs.is_some()) {
         return Vec::new();
     }
-    let mut found = Vec::new();
-    let radius = dataset.ball.radius;
-    if !(RADII[0]..=RADII[1]).contains(&radius) {
-        found.push(Finding::whole(
-            Kind::Radius,
-            format!(
-                "the radius is {radius} m: billiard balls have {} to {} m (pool 0.028575, carom 0.03075, snooker 0.02625)",
-                RADII[0], RADII[1]
-            ),
-        ));
-    }
-    if let Some(Measured { value, sd }) = rolling
-        && value > MOST_ROLLING
-    {
-        // none where the model is refuted
+    let (radius, [small, large]) = (dataset.ball.radius, RADII);
+    let is_odd = !(small..=large).contains(&radius);
+    let radius = is_odd.then(|| {
+        format!(
+            "the radius is {radius} m: billiard balls have {small} to {large} m (pool 0.028575, carom 0.03075, snooker 0.02625)"
+        )
+    });
+    let rolling = rolling.filter(|measured| measured.value > MOST_ROLLING).map(|Measured { value, sd }| {
         let known = sd.filter(|sd| sd.is_finite());
         let resistance = known.map_or_else(|| plain(value, 2), |sd| with_error(value, sd));
-        found.push(Finding::whole(
-            Kind::Rolling,
-            format!(
-                "the balls slow down before the impacts as if the cloth's rolling resistance were {resistance}, where 0.01 is \
-                 usual: cue balls that are said to roll may slide (cue_spin), or the times or the scale of the footage are wrong"
-            ),
-        ));
-    }
-    if let Some(Measured { value, sd: Some(sd) }) = sliding
-        && (value + SURELY * sd < SLIDING[0] || value - SURELY * sd > SLIDING[1])
-    {
-        found.push(Finding::whole(
-            Kind::Sliding,
-            format!(
-                "the paths after the impacts show that the cloth's sliding friction is {}, where {USUAL_SLIDING} is \
-                 usual: the spin of the cue balls (cue_spin), the scale or the times may not be as stated",
-                with_error(value, sd)
-            ),
-        ));
-    }
+        format!(
+            "the balls slow down before the impacts as if the cloth's rolling resistance were {resistance}, where 0.01 is \
+             usual: cue balls that are said to roll may slide (cue_spin), or the times or the scale of the footage are wrong"
+        )
+    });
+    let sliding = sliding.and_then(|Measured { value, sd }| {
+        let sd = sd.filter(|sd| value + SURELY * sd < SLIDING[0] || value - SURELY * sd > SLIDING[1])?;
+        Some(format!(
+            "the paths after the impacts show that the cloth's sliding friction is {}, where 0.2 is usual: the spin of the cue \
+             balls (cue_spin), the scale or the times may not be as stated",
+            with_error(value, sd)
+        ))
+    });
+    let whole = [(Kind::Radius, radius), (Kind::Rolling, rolling), (Kind::Sliding, sliding)];
+    let whole = whole.into_iter().filter_map(|(kind, text)| Some(Finding::whole(kind, text?)));
     let fps = dataset.tracks.as_ref().and_then(|tracks| tracks.fps);
-    for shot in shots {
-        let of_shot = of_shot(shot, fps).into_iter();
-        found.extend(of_shot.map(|(kind, text)| Finding { shot: Some(shot.name.clone()), text, kind }));
-    }
-    found
+    let of_shots = shots.iter().flat_map(|shot| {
+        let found = of_shot(shot, fps).into_iter();
+        found.map(|(kind, text)| Finding { shot: Some(shot.name.clone()), text, kind })
+    });
+    whole.chain(of_shots).collect()
 }
 
-/// Whether most shots show that balls or axes are mixed up, which no cause explains.
+/// Returns whether most shots show that balls or axes are mixed up, which no cause explains.
 pub(super) fn are_mixed_up(shots: &[&Shot]) -> bool {
     let is_mixed_up = |shot: &&&Shot| {
         let mut kinds = of_shot(shot, None).into_iter().map(|(kind, _)| kind);
@@ -188,48 +166,7 @@ pub(super) fn are_mixed_up(shots: &[&Shot]) -> bool {
     2 * shots.iter().filter(is_mixed_up).count() > shots.len()
 }
 
-/// Diameters of balls, m, with what they are played at (rules of WPA, UMB, WPBSA and of pyramid).
-const DIAMETERS: [(&str, f64); 4] =
-    [("pool", 0.057_15), ("carom", 0.0615), ("snooker", 0.0525), ("pyramid", 0.068)];
-
-/// Largest relative difference of a diameter from that of a game: balls wear, and scales are off, by less.
-const SAME_DIAMETER: f64 = 0.01;
-
-/// That balls of a radius appear so many times as large as stated, with the relative standard deviation of what is stated.
-pub(super) fn scale(factor: f64, radius: f64, sd: f64) -> Finding {
-    let size = if (0.5..2.0).contains(&factor) {
-        let larger = if factor > 1.0 { "larger" } else { "smaller" };
-        format!("{} % {larger} than", plain(100.0 * (factor - 1.0).abs(), 2))
-    } else {
-        format!("{} times as large as", plain(factor, 3))
-    };
-    let diameter = 2.0 * radius * factor;
-    let game = DIAMETERS.iter().find(|(_, other)| (diameter / other - 1.0).abs() < SAME_DIAMETER);
-    let game = game.map_or(String::new(), |(game, other)| {
-        format!(" ({}/{}: {game} balls?)", plain(1e3 * other, 4), plain(2e3 * radius, 4))
-    });
-    Finding::whole(
-        Kind::Scale,
-        format!(
-            "the balls are {size} stated{game}, where {} % is expected: either the radius (radius_m of [ball]) or the scale of the film \
-             ([scale]) is wrong, which the frames cannot tell apart. A scale that is known worse takes its relative standard deviation as \
-             sd under [scale]",
-            plain(100.0 * sd, 2)
-        ),
-    )
-}
-
-/// That the frames show a tracker that lags.
-pub(super) fn lag() -> Finding {
-    Finding::whole(
-        Kind::Lag,
-        "both balls are off their paths in the first frames after the impacts, and not before: the tracker lags, as one does \
-         that smooths or predicts positions; export them as they were measured"
-            .to_owned(),
-    )
-}
-
-/// Findings as warnings, each kind once: sentences.
+/// Returns findings as warnings, each kind once: sentences.
 #[must_use]
 pub fn warnings(found: &[Finding], shots: usize) -> Vec<String> {
     let mut kinds: Vec<Kind> = Vec::new();
@@ -255,7 +192,7 @@ pub fn warnings(found: &[Finding], shots: usize) -> Vec<String> {
     kinds.into_iter().filter_map(of_kind).collect()
 }
 
-/// With a capital letter. A symbol (e, μ, μ_s) stays as it is: of words, only `a` has one letter.
+/// Returns words with a capital letter. A symbol (e, μ, μ_s) stays as it is: of words, only `a` has one letter.
 pub(crate) fn capital(words: &str) -> String {
     let first = words.split([' ', '_']).next().unwrap_or_default();
     if first != "a" && first.chars().count() == 1 {
@@ -265,70 +202,62 @@ pub(crate) fn capital(words: &str) -> String {
     letters.next().map_or(String::new(), |first| first.to_uppercase().chain(letters).collect())
 }
 
-/// What is good to know before a fit.
-fn advice(dataset: &Dataset) -> Vec<Finding> {
-    let mut found = Vec::new();
-    let mut whole = |text: String| found.push(Finding::whole(Kind::Advice, text));
-    let balls = dataset.tracks.as_ref().is_none_or(|tracks| tracks.discs.is_none());
+/// Returns what is good to know before a fit.
+fn advice(dataset: &Dataset) -> Vec<String> {
     let usable = dataset.shots.len();
-    if (1..FEW_SHOTS).contains(&usable) {
-        whole(format!("{} can be used: too few to tell how noisy they are", count_of(usable, "shot")));
-    }
-    if dataset.tracks.as_ref().is_some_and(|tracks| tracks.shots.is_empty())
-        && dataset.sliding.is_none()
-        && balls
-    {
-        whole(
-            "the paths after the impacts do not tell the cloth's friction μ_k: a published value is used"
-                .into(),
-        );
-    }
-    if dataset.source.is_none() {
-        whole("there is no source: say who measured it, how and when".into());
-    }
-    told(dataset, &mut whole);
-    noise(dataset, &mut whole);
-    found
+    let is_few = (1..FEW_SHOTS).contains(&usable);
+    let few = is_few
+        .then(|| format!("{} can be used: too few to tell how noisy they are", count_of(usable, "shot")));
+    let tracks = dataset.tracks.as_ref();
+    let is_still = tracks.is_some_and(|tracks| tracks.discs.is_none() && tracks.shots.is_empty());
+    let cloth = (is_still && dataset.sliding.is_none()).then(|| {
+        "the paths after the impacts do not tell the cloth's friction μ_k: a published value is used"
+            .to_owned()
+    });
+    let source =
+        dataset.source.is_none().then(|| "there is no source: say who measured it, how and when".to_owned());
+    let before = [few, cloth, source].into_iter().flatten();
+    before.chain(undetermined(dataset)).chain(noise(dataset)).collect()
 }
 
-/// Parameters that no observation depends on.
-fn told(dataset: &Dataset, say: &mut impl FnMut(String)) {
+/// Returns the parameters that no observation depends on.
+fn undetermined(dataset: &Dataset) -> Vec<String> {
     /// Part of a usual value at which something else is predicted if it depends on it.
     const OTHER: f64 = 0.9;
-    let initial = Parameter::COEFFICIENTS.map(|p| dataset.settings[p].initial);
-    let coefficients = Coefficients { mu: initial[0], mu_s: initial[1], e: initial[2] };
+    let [mu, mu_s, e] = Parameter::COEFFICIENTS.map(|p| dataset.settings[p].initial);
+    let coefficients = Coefficients { mu, mu_s, e };
+    let others = [
+        Coefficients { mu: OTHER * mu, ..coefficients },
+        Coefficients { mu_s: OTHER * mu_s, ..coefficients },
+        Coefficients { e: OTHER * e, ..coefficients },
+    ];
     let model = dataset.model(Fidelity::Full);
-    let discs = dataset.tracks.as_ref().is_some_and(|tracks| tracks.discs.is_some());
-    let mut depends = [false; 3];
+    let depends = |shot: &Shot, other: &Coefficients| {
+        let usual = predict(shot, &model, &coefficients);
+        let there = predict(shot, &model, other);
+        usual.is_ok_and(|usual| there.is_ok_and(|there| there.values != usual.values))
+    };
     // what sticks with a usual friction still bounds it from below
-    let mut bounds_mu = false;
-    for shot in &dataset.shots {
-        bounds_mu |= shot.after.iter().any(|after| after.observable == Observable::ImpulseRatio);
-        let Ok(usual) = predict(shot, &model, &coefficients) else { continue };
-        let Coefficients { mu, mu_s, e } = coefficients;
-        let others = [
-            Coefficients { mu: OTHER * mu, ..coefficients },
-            Coefficients { mu_s: OTHER * mu_s, ..coefficients },
-            Coefficients { e: OTHER * e, ..coefficients },
-        ];
-        for (depends, other) in depends.iter_mut().zip(others) {
-            *depends |= predict(shot, &model, &other).is_ok_and(|there| there.values != usual.values);
-        }
-    }
-    for parameter in Parameter::COEFFICIENTS {
-        if depends[parameter as usize] || dataset.settings[parameter].fixed || dataset.shots.is_empty() {
-            continue;
+    let bounds_mu = dataset
+        .shots
+        .iter()
+        .any(|shot| shot.after.iter().any(|after| after.observable == Observable::ImpulseRatio));
+    let is_of_discs = dataset.tracks.as_ref().is_some_and(|tracks| tracks.discs.is_some());
+    let of = |(parameter, other): (Parameter, Coefficients)| {
+        let setting = &dataset.settings[parameter];
+        let is_determined = dataset.shots.iter().any(|shot| depends(shot, &other));
+        if is_determined || setting.fixed || dataset.shots.is_empty() {
+            return None;
         }
         let why = match parameter {
             // no cloth carries discs
-            Parameter::MuS if discs => continue,
+            Parameter::MuS if is_of_discs => return None,
             Parameter::Mu if bounds_mu => {
-                say(
+                return Some(
                     "the discs stick together where they touch, so that these shots tell how large μ is at least, not how large it is: \
                      thinner hits determine it"
                         .to_owned(),
                 );
-                continue;
             }
             Parameter::Mu => {
                 "every shot is without slip between the balls, or only what does not depend on it is measured"
@@ -336,94 +265,101 @@ fn told(dataset: &Dataset, say: &mut impl FnMut(String)) {
             Parameter::MuS => "no shot has topspin, so the cloth never carries the object ball",
             _ => "no speed after the impact is measured",
         };
-        say(format!(
+        Some(format!(
             "nothing here tells {}: {why}; it will be left at {}",
             parameter.symbol(),
-            dataset.settings[parameter].initial
-        ));
-    }
+            setting.initial
+        ))
+    };
+    Parameter::COEFFICIENTS.into_iter().zip(others).filter_map(of).collect()
 }
 
-fn noise(dataset: &Dataset, say: &mut impl FnMut(String)) {
-    let mut without: Vec<Observable> = Vec::new();
+/// Returns the observables whose noise is not stated.
+fn noise(dataset: &Dataset) -> Option<String> {
+    let mut names: Vec<&str> = Vec::new();
     for row in dataset.shots.iter().filter(|shot| shot.joint.is_none()).flat_map(|shot| &shot.after) {
-        if row.measured.sd.is_none() && !without.contains(&row.observable) {
-            without.push(row.observable);
+        let name = row.observable.column();
+        if row.measured.sd.is_none() && !names.contains(&name) {
+            names.push(name);
         }
     }
-    if !without.is_empty() {
-        let names: Vec<_> = without.iter().map(|observable| observable.column()).collect();
-        say(format!(
+    (!names.is_empty()).then(|| {
+        format!(
             "no standard deviations for {}: they will be estimated from the residuals, and nothing can test the fit",
             names.join(", ")
-        ));
+        )
+    })
+}
+
+/// Returns what is suspicious about a shot, of a film with so many frames per second.
+fn of_shot(shot: &Shot, fps: Option<f64>) -> Vec<(Kind, String)> {
+    let value = |observable| shot.after.iter().find(|m| m.observable == observable).map(|m| m.measured.value);
+    let velocity = |ball: fn(Axis) -> Observable| Some([value(ball(Axis::X))?, value(ball(Axis::Y))?]);
+    let size = |[x, y]: [f64; 2]| x.hypot(y);
+    match shot.before {
+        Before::Impact { normal, velocity: before, .. } => {
+            let speed = size(before.map(|v| v.value));
+            let object = velocity(Observable::ObjectVelocity);
+            let direction = object.filter(|object| size(*object) > 0.0).and_then(|[x, y]| {
+                let [nx, ny] = normal.map(|n| n.value);
+                let off = (nx * y - ny * x).atan2(nx * x + ny * y).to_degrees();
+                (off.abs() > MOST_THROW_DEG).then(|| {
+                    format!(
+                        "the object ball leaves {off:.0}° off the line of centres: the balls or the axes may be mixed up"
+                    )
+                })
+            });
+            let energy = object.zip(velocity(Observable::CueVelocity)).and_then(|(object, cue)| {
+                let ratio = (size(object).powi(2) + size(cue).powi(2)) / (speed * speed);
+                (ratio > MOST_RATIO).then(|| {
+                    format!(
+                        "the balls have {ratio:.2} times the cue ball's energy of motion after the impact"
+                    )
+                })
+            });
+            let found =
+                [of_speed(speed, fps), named(Kind::Direction, direction), named(Kind::Energy, energy)];
+            found.into_iter().flatten().collect()
+        }
+        Before::Angle { speed, .. } => {
+            let ratio = value(Observable::ObjectSpeedRatio).filter(|ratio| *ratio > MOST_RATIO);
+            let ratio = ratio
+                .map(|ratio| format!("the object ball leaves {ratio:.2} times as fast as the cue ball came"));
+            let throw = value(Observable::Throw).map(f64::to_degrees);
+            let throw = throw.filter(|throw| throw.abs() > MOST_THROW_DEG);
+            let throw = throw.map(|throw| format!("a throw of {throw:.1}° is more than friction gives"));
+            let speed = speed.and_then(|speed| of_speed(speed.value, fps));
+            let found = [speed, named(Kind::SpeedRatio, ratio), named(Kind::Throw, throw)];
+            found.into_iter().flatten().collect()
+        }
     }
 }
 
-/// What is suspicious about a shot, of a film with so many frames per second.
-fn of_shot(shot: &Shot, fps: Option<f64>) -> Vec<(Kind, String)> {
-    let mut found = Vec::new();
-    let value = |observable| shot.after.iter().find(|m| m.observable == observable).map(|m| m.measured.value);
-    let speed = match shot.before {
-        Before::Impact { velocity, .. } => Some(velocity[0].value.hypot(velocity[1].value)),
-        Before::Angle { speed, .. } => speed.map(|speed| speed.value),
-    };
-    if let Some(speed) = speed {
-        if speed < SPEEDS[0] {
-            let rate = fps.filter(|fps| *fps <= Tracks::MAX_PLAYBACK).map_or(String::new(), |fps| {
-                format!(
-                    ". {fps} frames/s is a rate at which films are played: [video] capture_fps is to be what the camera recorded at, \
-                     in slow motion 120, 240 or more"
-                )
-            });
-            let text = format!(
-                "the cue ball comes at {speed:.2} m/s: below {} m/s the model leaves too much out{rate}",
-                SPEEDS[0]
-            );
-            found.push((Kind::Slow, text));
-        } else if speed > SPEEDS[1] {
-            let text = format!(
-                "the cue ball comes at {speed:.1} m/s, faster than any break: the frame rate or the scale may be wrong"
-            );
-            found.push((Kind::Fast, text));
-        }
+fn named(kind: Kind, text: Option<String>) -> Option<(Kind, String)> {
+    Some((kind, text?))
+}
+
+/// Returns what is suspicious about the speed of a cue ball before the impact, m/s.
+fn of_speed(speed: f64, fps: Option<f64>) -> Option<(Kind, String)> {
+    let [slow, fast] = SPEEDS;
+    if speed > fast {
+        let text = format!(
+            "the cue ball comes at {speed:.1} m/s, faster than any break: the frame rate or the scale may be wrong"
+        );
+        return Some((Kind::Fast, text));
     }
-    match shot.before {
-        Before::Impact { normal, .. } => {
-            let after = |ball: fn(Axis) -> Observable| Some([value(ball(Axis::X))?, value(ball(Axis::Y))?]);
-            let object = after(Observable::ObjectVelocity);
-            if let Some([x, y]) = object.filter(|v| v[0].hypot(v[1]) > 0.0) {
-                let [nx, ny] = normal.map(|n| n.value);
-                let off = (nx * y - ny * x).atan2(nx * x + ny * y).to_degrees();
-                if off.abs() > MOST_THROW_DEG {
-                    let text = format!(
-                        "the object ball leaves {off:.0}° off the line of centres: the balls or the axes may be mixed up"
-                    );
-                    found.push((Kind::Direction, text));
-                }
-            }
-            if let (Some(object), Some(cue), Some(speed)) = (object, after(Observable::CueVelocity), speed) {
-                let ratio =
-                    (object[0].hypot(object[1]).powi(2) + cue[0].hypot(cue[1]).powi(2)) / (speed * speed);
-                if ratio > MOST_RATIO {
-                    let text = format!(
-                        "the balls have {ratio:.2} times the cue ball's energy of motion after the impact"
-                    );
-                    found.push((Kind::Energy, text));
-                }
-            }
-        }
-        Before::Angle { .. } => {
-            if let Some(ratio) = value(Observable::ObjectSpeedRatio).filter(|ratio| *ratio > MOST_RATIO) {
-                let text = format!("the object ball leaves {ratio:.2} times as fast as the cue ball came");
-                found.push((Kind::SpeedRatio, text));
-            }
-            if let Some(throw) = value(Observable::Throw).map(f64::to_degrees)
-                && throw.abs() > MOST_THROW_DEG
-            {
-                found.push((Kind::Throw, format!("a throw of {throw:.1}° is more than friction gives")));
-            }
-        }
-    }
-    found
+    let rate = fps.filter(|fps| *fps <= Tracks::MAX_PLAYBACK).map_or(String::new(), |fps| {
+        format!(
+            ". {fps} frames/s is a rate at which films are played: [video] capture_fps is to be what the camera recorded at, \
+             in slow motion 120, 240 or more"
+        )
+    });
+    (speed < slow).then(|| {
+        (
+            Kind::Slow,
+            format!(
+                "the cue ball comes at {speed:.2} m/s: below {slow} m/s the model leaves too much out{rate}"
+            ),
+        )
+    })
 }

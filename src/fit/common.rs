@@ -4,12 +4,17 @@
 use std::sync::Arc;
 
 use nalgebra::DMatrix;
-use statrs::distribution::{ContinuousCDF, FisherSnedecor};
+use statrs::distribution::{ChiSquared, ContinuousCDF, FisherSnedecor};
 
-use super::diagnostics::identifiability::{Identifiability, identify};
+use super::diagnostics::goodness::normality_of;
+use super::diagnostics::identifiability::identify;
+use super::diagnostics::trends::IMPROBABLE;
 use super::intervals::bootstrap::{self, Bootstrap};
-use super::{Diagnostics, Estimate, Fit, Influence, Options, Rejected, Robust, film_words};
-use crate::measurement::dataset::Dataset;
+use super::request::{Request, rejected};
+use super::{
+    Counted, Diagnostics, Estimate, Fit, Goodness, Influence, Noise, NoiseVerdict, Options, Rejected,
+    Residual, Robust, Trend, film_words,
+};
 use crate::measurement::loss::Loss;
 use crate::measurement::parameter::{Parameter, Settings};
 use crate::problem::{Finding, Id, ShotInfluence, Solution};
@@ -17,26 +22,38 @@ use crate::problem::{Finding, Id, ShotInfluence, Solution};
 /// Shots that are listed by their influence whether they are influential or not, and at most.
 const LISTED: [usize; 2] = [5, 20];
 
+/// Standard deviations that are too large by less than this part do no harm, however many shots show it.
+const HARMLESS: f64 = 0.05;
+
 /// A fit of one sample.
 #[derive(Clone, Copy)]
 pub(super) struct Common<'a> {
-    pub dataset: &'a Dataset,
-    /// Column and label of the shots, if they were fitted apart.
-    pub group: Option<&'a (String, String)>,
-    pub options: &'a Options,
+    pub request: Request<'a>,
     pub settings: &'a Settings,
     pub solution: &'a Solution,
-    /// Called after each sample of the bootstrap.
-    pub done: &'a (dyn Fn() + Sync),
+}
+
+/// What is tested against its noise.
+pub(super) struct Tested {
+    /// What the residuals are of.
+    pub counted: Counted,
+    /// χ² and its degrees of freedom.
+    pub chi2: f64,
+    pub dof: f64,
+    /// Whether the noise is stated.
+    pub is_stated: bool,
+    /// Independent residuals over their standard deviations.
+    pub standardized: Vec<f64>,
+    pub trends: Vec<Trend>,
 }
 
 impl Common<'_> {
     /// Returns the fit as far as data set and minimum tell it, without residuals and diagnostics.
     pub fn bare(&self, estimates: Vec<Estimate>, minimum: Arc<Solution>) -> Fit {
-        let Self { dataset, options, solution, .. } = *self;
+        let Self { request: Request { dataset, group, options, .. }, solution, .. } = *self;
         Fit {
             dataset: dataset.name.clone(),
-            group: self.group.cloned(),
+            group: group.cloned(),
             path: dataset.path.clone(),
             cloth: dataset.cloth.clone(),
             source: dataset.source.clone(),
@@ -56,13 +73,12 @@ impl Common<'_> {
             noise: Vec::new(),
             shots_used: solution.names[0].len(),
             shots_rejected: self.rejected(),
-            shots_doubtful: Vec::new(),
             disc_shots: Vec::new(),
             scatter: None,
             friction_curve: None,
             camera: None,
             refuted: None,
-            explanations: film_words::explanations(solution, None, 0.0),
+            explanations: film_words::explanations(solution, None),
             residuals: Vec::new(),
             frames: None,
             solution: minimum,
@@ -72,11 +88,57 @@ impl Common<'_> {
             seconds: 0.0,
             diagnostics: Diagnostics::default(),
             findings: solution.findings.clone(),
-            stated_scale_sd: 0.0,
             unknowns: solution.estimates(),
             budget: Id::WANTED.into_iter().filter_map(|id| solution.budget(id)).collect(),
             warnings: Vec::new(),
             notes: Vec::new(),
+        }
+    }
+
+    /// Returns what every fit tells of itself; `silent` are parameters that no number depends on.
+    pub fn diagnostics(
+        &self,
+        parameters: &[Parameter],
+        silent: Vec<Parameter>,
+        tested: Tested,
+    ) -> Diagnostics {
+        let unknowns: Vec<(Id, f64)> =
+            parameters.iter().map(|p| (Id::from(*p), self.solution.value(Id::from(*p)))).collect();
+        let combination = self.solution.worst_direction(&unknowns);
+        Diagnostics {
+            identifiability: identify(parameters, combination.as_ref(), silent),
+            goodness: Some(self.goodness(tested)),
+            robust: self.robust(),
+            bootstrap: self.bootstrap(),
+            ..Diagnostics::default()
+        }
+    }
+
+    /// Returns whether model and noise describe the residuals.
+    fn goodness(&self, tested: Tested) -> Goodness {
+        let Tested { counted, chi2, dof, is_stated, standardized, trends } = tested;
+        let chance = ChiSquared::new(dof).ok().map(|distribution| distribution.sf(chi2));
+        let p_value = chance.filter(|_| is_stated);
+        let noise_factor = p_value.map(|_| (chi2 / dof).sqrt());
+        let noise = match p_value {
+            None => NoiseVerdict::NotTested,
+            Some(p) if p < IMPROBABLE => NoiseVerdict::TooSmall,
+            Some(p) if p > 1.0 - IMPROBABLE && noise_factor < Some(1.0 - HARMLESS) => NoiseVerdict::TooLarge,
+            Some(_) => NoiseVerdict::Explains,
+        };
+        let influential_from = self.influential_from(standardized.len() as f64);
+        Goodness {
+            counted,
+            chi2,
+            dof: dof as usize,
+            noise_is_stated: is_stated,
+            p_value,
+            noise,
+            noise_factor,
+            trends,
+            normality: normality_of(&standardized),
+            influence: self.influence(influential_from),
+            influential_from,
         }
     }
 
@@ -91,19 +153,16 @@ impl Common<'_> {
     }
 
     fn rejected(&self) -> Vec<Rejected> {
-        let of = |(shot, reason): &(String, String)| Rejected { shot: shot.clone(), reason: reason.clone() };
-        let what = if self.dataset.tracks.is_some() { "its frames do" } else { "it does" };
+        let stated = &self.request.dataset.left_out;
+        let what = if self.request.dataset.tracks.is_some() { "its frames do" } else { "it does" };
         let lost = self.solution.findings.iter().filter_map(|finding| match finding {
             Finding::LostShots { names } => Some(names),
             _ => None,
         });
-        let lost = lost.flatten().map(|name| Rejected {
-            shot: name.clone(),
-            reason: format!("{what} not fit the collision that the other shots fit"),
-        });
-        let stated = self.dataset.left_out.iter().map(of);
-        let own = self.solution.left_out.iter().filter(|one| !self.dataset.left_out.contains(one));
-        stated.chain(own.map(of)).chain(lost).collect()
+        let reason = format!("{what} not fit the collision that the other shots fit");
+        let lost = lost.flatten().map(|name| (name.clone(), reason.clone()));
+        let own = self.solution.left_out.iter().filter(|one| !stated.contains(one));
+        rejected(stated.iter().chain(own).cloned().chain(lost))
     }
 
     /// Returns the free parameters of the contact with their standard errors.
@@ -112,53 +171,36 @@ impl Common<'_> {
         self.parameters().into_iter().filter_map(error).filter(|(p, _)| !p.is_of_balls()).collect()
     }
 
-    /// Returns what the data determine of some parameters; `silent` are those that no number depends on.
-    pub fn identifiability(
-        &self,
-        parameters: &[Parameter],
-        silent: Vec<Parameter>,
-    ) -> Option<Identifiability> {
-        let unknowns: Vec<(Id, f64)> =
-            parameters.iter().map(|p| (Id::from(*p), self.solution.value(Id::from(*p)))).collect();
-        let combination = self.solution.worst_direction(&unknowns);
-        identify(parameters, combination.as_ref(), silent)
-    }
-
     /// Returns how the estimates scatter in fits of shots that are drawn anew, if that is asked for.
-    pub fn bootstrap(&self, contact: &[(Parameter, f64)]) -> Option<Bootstrap> {
-        let free: Vec<(Parameter, Id)> = contact.iter().map(|(p, _)| (*p, Id::from(*p))).collect();
-        let Options { bootstrap: replicates, seed, .. } = *self.options;
-        let asked = replicates > 0 && !free.is_empty();
-        asked.then(|| bootstrap::draw(self.solution, &free, (replicates, seed), self.done))
+    fn bootstrap(&self) -> Option<Bootstrap> {
+        let free: Vec<Parameter> = self.contact().into_iter().map(|(p, _)| p).collect();
+        let Request { options: Options { bootstrap: replicates, seed, .. }, done, .. } = self.request;
+        let is_asked = *replicates > 0 && !free.is_empty();
+        is_asked.then(|| bootstrap::draw(self.solution, &free, (*replicates, *seed), done))
     }
 
     /// Returns how a robust loss weighted the shots; `None` by least squares.
-    pub fn robust(&self) -> Option<Robust> {
+    fn robust(&self) -> Option<Robust> {
         let weights = self.solution.weights();
         let names = self.solution.names[0].iter();
         let mut weights: Vec<(String, f64)> =
             names.cloned().zip(weights).filter(|(_, weight)| *weight < 1.0).collect();
         weights.sort_by(|a, b| a.1.total_cmp(&b.1));
-        let loss = self.options.loss.unwrap_or(self.dataset.loss);
+        let loss = self.request.options.loss.unwrap_or(self.request.dataset.loss);
         (loss != Loss::Squares).then_some(Robust { loss, weights })
     }
 
     /// Returns Cook's distance above which a shot is influential: the median of F(p, n − p) of `n` numbers.
-    pub fn influential_from(&self, numbers: f64) -> Option<f64> {
-        let wanted = self.wanted().len() as f64;
+    fn influential_from(&self, numbers: f64) -> Option<f64> {
+        let wanted = self.contact().len() as f64;
         let f = FisherSnedecor::new(wanted, numbers - wanted).ok()?;
         Some(f.inverse_cdf(0.5)).filter(|x| x.is_finite())
     }
 
-    fn wanted(&self) -> Vec<Id> {
-        let has_error = |id: &Id| self.solution.get(*id).is_some_and(|found| found.std_error.is_some());
-        self.parameters().into_iter().filter(|p| !p.is_of_balls()).map(Id::from).filter(has_error).collect()
-    }
-
     /// Returns the shots that move the estimates most.
-    pub fn influence(&self, influential_from: Option<f64>) -> Vec<Influence> {
+    fn influence(&self, influential_from: Option<f64>) -> Vec<Influence> {
         let solution = self.solution;
-        let wanted = self.wanted();
+        let wanted: Vec<Id> = self.contact().into_iter().map(|(p, _)| Id::from(p)).collect();
         let Some(information) = solution.information(&wanted) else { return Vec::new() };
         let of_shot = |(name, found): (&String, Option<ShotInfluence>)| {
             let Some(found) = found else {
@@ -184,6 +226,30 @@ impl Common<'_> {
         all.truncate(count);
         all
     }
+}
+
+/// Returns a row for each observable of some residuals, in the order of their first appearance, as of noise that is
+/// stated.
+pub(super) fn noise_of(residuals: &[Residual]) -> Vec<Noise> {
+    let mut all: Vec<Noise> = Vec::new();
+    for Residual { observable, measured, predicted, .. } in residuals {
+        let square = (measured - predicted).powi(2);
+        if let Some(known) = all.iter_mut().find(|known| known.observable == *observable) {
+            (known.count, known.rms) = (known.count + 1, known.rms + square);
+        } else {
+            all.push(Noise {
+                observable: *observable,
+                count: 1,
+                rms: square,
+                estimated_sd: None,
+                rounding: None,
+            });
+        }
+    }
+    for noise in &mut all {
+        noise.rms = (noise.rms / noise.count as f64).sqrt();
+    }
+    all
 }
 
 /// Returns the correlations of estimates from their covariance, NaN for those without an error.

@@ -2,6 +2,7 @@
 
 use super::{Fit, Status};
 use crate::measurement::parameter::Parameter;
+use crate::problem::Quantity;
 
 /// Slips of a curve: its kinks are then within a hundredth of its length.
 const POINTS: usize = 120;
@@ -29,10 +30,9 @@ impl FrictionCurve {
     /// the shots determine the friction.
     pub(super) fn of_fit(fit: &Fit) -> Option<Self> {
         fit.get(Parameter::Mu).filter(|mu| mu.status != Status::NotIdentified)?;
-        let slips = fit.disc_shots.iter().filter_map(|shot| shot.slip_ratio);
-        let largest = slips.map(|slip| slip.value.abs()).fold(0.0, f64::max);
-        let speeds = fit.disc_shots.iter().filter_map(|shot| Some(shot.closing_speed?.value));
-        let speeds: Vec<f64> = speeds.collect();
+        let all = |quantity| fit.disc_shots.iter().filter_map(move |shot| shot.get(quantity));
+        let largest = all(Quantity::SlipRatio).map(|slip| slip.value.abs()).fold(0.0, f64::max);
+        let speeds: Vec<f64> = all(Quantity::ClosingSpeed).map(|speed| speed.value).collect();
         let closing = speeds.iter().sum::<f64>() / speeds.len().max(1) as f64;
         let against = |slip: f64| Some([slip, -fit.solution.impulse_ratio([closing, slip * closing])?]);
         let end = BEYOND * largest;

@@ -2,9 +2,9 @@
 
 use nalgebra::DMatrix;
 
-use super::Fit;
+use super::{Fit, Noise};
 use crate::measurement::parameter::{Parameter, Setting};
-use crate::physics::name::{by_name, worded};
+use crate::problem::{Id, Status};
 
 impl Fit {
     /// The estimate of a parameter; `None` for one that the fit does not have, such as b where the friction is constant.
@@ -34,6 +34,16 @@ impl Fit {
     /// The estimates of what happens at the contact: all but the ratios of the balls.
     pub(super) fn of_contact(&self) -> impl Iterator<Item = &Estimate> {
         self.estimates.iter().filter(|estimate| !estimate.parameter.is_of_balls())
+    }
+
+    /// Returns the range of values of a parameter on which nothing depends, as that of μ if every shot sticks: from the
+    /// estimate to a bound.
+    #[must_use]
+    pub fn plateau(&self, parameter: Parameter) -> Option<[f64; 2]> {
+        let own = self.get(parameter)?;
+        let is_known = self.refuted.is_none() && !self.noise.iter().any(Noise::is_unknown);
+        let is_flat = own.status == Status::Free && own.std_error.is_none() && is_known;
+        is_flat.then(|| [own.value, self.solution.bounds(Id::from(parameter))[1]])
     }
 
     /// The covariance of the estimates, a row and a column for each of [`Fit::estimates`]: NaN for those without a standard
@@ -104,11 +114,15 @@ impl Estimate {
         }
     }
 
+    /// Returns whether it ended at one of its bounds.
+    pub(super) fn is_at_bound(&self) -> bool {
+        matches!(self.status, Status::AtLowerBound | Status::AtUpperBound)
+    }
+
     /// The estimate, or none of a parameter that ends at a bound and may as well be anywhere: the data say nothing about it.
     pub(super) fn unless_uninformed(self, setting: &Setting) -> Self {
-        let ends = matches!(self.status, Status::AtLowerBound | Status::AtUpperBound);
         let all = |[low, high]: [f64; 2]| low <= setting.lower && high >= setting.upper;
-        if !(ends && self.interval_95.is_some_and(all)) {
+        if !(self.is_at_bound() && self.interval_95.is_some_and(all)) {
             return self;
         }
         Self::bare(self.parameter, setting.initial, Status::NotIdentified)
@@ -131,29 +145,6 @@ impl Estimate {
         self.interval_95.is_some() && self.interval_95 == self.intervals.profile
     }
 }
-
-worded! {
-    /// How far a fit determined a parameter.
-    #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-    #[non_exhaustive]
-    pub enum Status {
-        /// It was fitted.
-        Free = "free",
-        /// It was held at a stated value.
-        Fixed = "fixed",
-        /// It was fitted and ended at its lower bound.
-        AtLowerBound = "at-lower-bound",
-        /// It was fitted and ended at its upper bound.
-        AtUpperBound = "at-upper-bound",
-        /// The data do not determine it. It is given at its initial value or, where they determine a combination of
-        /// several parameters, at one of the values that fit equally well.
-        NotIdentified = "not-identified",
-    }
-    /// The name in fit.json.
-    pub fn name;
-}
-
-by_name!(Status, "status", ALL, name);
 
 #[cfg(test)]
 mod tests {

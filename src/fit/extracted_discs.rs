@@ -1,7 +1,7 @@
 //! The impacts of films of discs, whatever the law of friction.
 
 use super::camera::FoundCamera;
-use super::{disc_words, film_words};
+use super::{film_words, notes};
 use crate::measurement::dataset::Dataset;
 use crate::measurement::parameter::{Parameter, Settings};
 use crate::measurement::track::TrackShot;
@@ -31,14 +31,7 @@ pub fn extract_discs(mut dataset: Dataset) -> ExtractedDiscs {
     let MeasuredDiscs { solution, impacts } = match measure_discs(&dataset, &Policy::default()) {
         Ok(measured) => measured,
         Err(error) => {
-            let reasons = match error {
-                FilmError::NoImpact(reasons) => reasons,
-                other => {
-                    let tracks = dataset.tracks.iter().flat_map(|tracks| &tracks.shots);
-                    tracks.map(|shot| (shot.name.clone(), other.to_string())).collect()
-                }
-            };
-            dataset.left_out.extend(reasons);
+            leave_out(&mut dataset, error);
             return ExtractedDiscs { dataset, shots: Vec::new(), camera: None };
         }
     };
@@ -51,11 +44,23 @@ pub fn extract_discs(mut dataset: Dataset) -> ExtractedDiscs {
             shots.extend(track.cloned().map(|track| (track, impact)));
         }
         let findings = solution.findings.iter();
-        tracks.notes.extend(findings.filter_map(|finding| film_words::sentence(finding, None, 0.0)));
+        tracks.notes.extend(findings.filter_map(|finding| film_words::sentence(finding, None)));
         tracks.notes.extend(camera.sentences());
-        tracks.notes.extend(disc_words::notes(&solution, &shots));
+        tracks.notes.extend(notes::of_discs(&solution, &shots));
     }
     ExtractedDiscs { dataset, shots, camera: Some(camera) }
+}
+
+/// Leaves out all shots of a film that cannot be fitted.
+pub(super) fn leave_out(dataset: &mut Dataset, error: FilmError) {
+    let reasons = match error {
+        FilmError::NoImpact(reasons) => reasons,
+        other => {
+            let tracks = dataset.tracks.iter().flat_map(|tracks| &tracks.shots);
+            tracks.map(|shot| (shot.name.clone(), other.to_string())).collect()
+        }
+    };
+    dataset.left_out.extend(reasons);
 }
 
 /// Returns a film of discs with the shots of equal discs that have the same restitution and friction, as
@@ -82,9 +87,9 @@ pub(super) fn with_equal_discs(dataset: Dataset) -> Dataset {
         unseen += usize::from(shot.after.len() == 1);
         dataset.shots.push(shot);
     }
-    let notes = doubts(&shots).chain(disc_words::rotation(unseen, dataset.shots.len()));
-    let notes: Vec<String> = notes.chain([about_fits(&discs)]).collect();
-    dataset.tracks.iter_mut().for_each(|tracks| tracks.notes.extend(notes.iter().cloned()));
+    let said = doubts(&shots).chain(notes::rotation(unseen, dataset.shots.len()));
+    let said: Vec<String> = said.chain([about_fits(&discs)]).collect();
+    dataset.tracks.iter_mut().for_each(|tracks| tracks.notes.extend(said.iter().cloned()));
     dataset
 }
 

@@ -15,6 +15,8 @@ pub struct FittedFilm {
     pub solution: Arc<Solution>,
     /// What the shots of the fit were read from, in its order.
     tracks: Arc<Vec<TrackShot>>,
+    /// Relative standard deviation of the stated scale.
+    pub(crate) scale_sd: f64,
 }
 
 /// The frames of one shot against the fit.
@@ -43,18 +45,15 @@ pub struct OwnEstimate {
     pub sd: f64,
 }
 
-/// Returns the relative standard deviation of the stated scale.
-pub(super) fn stated_scale_sd(dataset: &Dataset) -> f64 {
-    dataset.tracks.as_ref().and_then(|tracks| tracks.scale_sd).unwrap_or(0.0)
-}
-
 impl FittedFilm {
     /// Returns the shots of a fit with what they were read from.
     #[must_use]
-    pub fn new(solution: Solution, tracks: &[TrackShot]) -> Self {
-        let names = solution.names.first().cloned().unwrap_or_default();
-        let of = |name: &String| tracks.iter().find(|track| track.name == *name).cloned();
-        Self { tracks: Arc::new(names.iter().filter_map(of).collect()), solution: Arc::new(solution) }
+    pub fn new(solution: impl Into<Arc<Solution>>, dataset: &Dataset) -> Self {
+        let (solution, read) = (solution.into(), dataset.tracks.as_ref());
+        let of = |name: &String| read?.shots.iter().find(|track| track.name == *name).cloned();
+        let tracks = solution.names.iter().flatten().filter_map(of).collect();
+        let scale_sd = read.and_then(|tracks| tracks.scale_sd).unwrap_or(0.0);
+        Self { solution, tracks: Arc::new(tracks), scale_sd }
     }
 
     /// Returns the names of the shots.

@@ -1,52 +1,21 @@
 //! What was found of a film, in words.
 
-use super::Scatter;
-use super::causes::{Cause, Explanation};
-use super::check;
-use super::check::capital;
 use super::film::FittedFilm;
-use super::{Fit, Status};
-use crate::measurement::correction::Correction;
+use super::{Explanation, Scatter};
 use crate::measurement::number::{count_of, plain, with_error};
-use crate::measurement::parameter::Parameter;
 use crate::measurement::spin::Spin;
-use crate::measurement::track::TrackShot;
 use crate::problem::{Finding, Id, Severity, Solution};
 
 /// Difference of a topspin from the stated one, as a part of natural roll, that counts as another
 /// spin.
-const DIFFERS: f64 = 0.2;
+pub(super) const DIFFERS: f64 = 0.2;
 
 /// Part of the shots that have the same spin, so that one word states it.
 const MOST: f64 = 0.75;
 
-/// Returns the sentence of a finding that a reader must know, the most important first, and of the
-/// others.
-pub(super) fn sentences(fit: &Fit, film: &FittedFilm) -> (Vec<String>, Vec<String>) {
-    let (mut warnings, mut notes) = (Vec::new(), Vec::new());
-    for finding in &fit.findings {
-        let Some(sentence) = sentence(finding, Some(film), fit.stated_scale_sd) else { continue };
-        if finding.severity() == Severity::Note { notes.push(sentence) } else { warnings.push(sentence) }
-    }
-    notes.extend(cloth(&film.solution));
-    notes.extend(unknown_spins(film));
-    notes.extend(no_topspin(fit, film));
-    notes.extend(rate(&film.solution));
-    (warnings, notes)
-}
-
-/// Returns what was found of a film that is not fitted to a law, in sentences.
-pub(super) fn of_findings(film: &FittedFilm, scale_sd: f64) -> Vec<String> {
-    let findings = film.solution.findings.iter();
-    findings
-        .filter_map(|finding| sentence(finding, Some(film), scale_sd))
-        .chain(unknown_spins(film))
-        .collect()
-}
-
 /// Returns a finding as a sentence, of a table if there is no film; `None` for one that stands elsewhere.
-pub(crate) fn sentence(finding: &Finding, film: Option<&FittedFilm>, scale_sd: f64) -> Option<String> {
-    let radius = film.map_or(f64::NAN, FittedFilm::radius);
+pub(crate) fn sentence(finding: &Finding, film: Option<&FittedFilm>) -> Option<String> {
+    let stated = film.map_or((f64::NAN, 0.0), |film| (film.radius(), film.scale_sd));
     Some(match finding {
         // rejected shots and goodness of fit say it
         Finding::Misfit { .. } | Finding::LostShots { .. } if film.is_none() => return None,
@@ -54,9 +23,7 @@ pub(crate) fn sentence(finding: &Finding, film: Option<&FittedFilm>, scale_sd: f
             "The scale is that of the balls, which touch at a distance of 2R: about {:.4} units of the film are 1 m.",
             factor.recip()
         ),
-        Finding::OtherUnit { factor, stated: true } => {
-            format!("{}.", capital(&check::scale(factor.recip(), radius, scale_sd).text))
-        }
+        Finding::OtherUnit { factor, stated: true } => scale(factor.recip(), stated),
         Finding::Playback { fps } => format!(
             "{fps} frames/s is a rate at which films are played: [video] capture_fps is to be what the camera recorded at, in slow \
              motion 120, 240 or more."
@@ -87,12 +54,13 @@ pub(crate) fn sentence(finding: &Finding, film: Option<&FittedFilm>, scale_sd: f
             "Neighbouring frames scatter by {times:.1} times the stated noise (position_sd_m, or the columns of standard \
              deviations): what they scatter by was taken in its place."
         ),
+        Finding::Lags => lag(),
+        Finding::Spoiled { .. } if finding.severity() > Severity::Note => lag(),
         Finding::Spoiled { before, after } => format!(
             "Next to the impacts the positions are off in all shots, as where balls hide each other or an exposure lasts: {} \
              before and {after} after were left out.",
             count_of(*before, "frame")
         ),
-        Finding::Lags => format!("{}.", capital(&check::lag().text)),
         Finding::Compliance { kappa, shots, fall, adopted: true } => format!(
             "The contact between the balls gives way along its surface (κ = {}, as follows from Poisson's ratio), which shows in \
              {}: −2 log L is {fall:.1} lower than with a rigid contact, which kappa = {{ fixed = 0 }} under [fit] asks for.",
@@ -116,8 +84,8 @@ pub(crate) fn sentence(finding: &Finding, film: Option<&FittedFilm>, scale_sd: f
             count_of(*shots, "shot"),
             change(*fall)
         ),
-        Finding::Conflict { id, stated, estimate, sd, size } => {
-            conflict(*id, [*stated, *estimate, *sd, *size], (radius, scale_sd))
+        Finding::Conflict { id, stated: known, estimate, sd, size } => {
+            conflict(*id, [*known, *estimate, *sd, *size], stated)
         }
         Finding::Cause { id, estimate, sd, fall } => cause(*id, [*estimate, *sd, *fall]),
         Finding::Spins { fall, .. } => spins(film?, *fall),
@@ -142,21 +110,54 @@ pub(crate) fn sentence(finding: &Finding, film: Option<&FittedFilm>, scale_sd: f
                 if names.len() == 1 { "it" } else { "them" }
             )
         }
-        Finding::NotConverged => "The search for the best values came to no end.".to_owned(),
-        // the statuses of the estimates say it
-        Finding::Undetermined { .. } | Finding::AtBound { .. } => return None,
+        // the fit and the statuses of its estimates say it
+        Finding::NotConverged | Finding::Undetermined { .. } | Finding::AtBound { .. } => return None,
     })
+}
+
+/// Diameters of balls, m, with what they are played at (rules of WPA, UMB, WPBSA and of pyramid).
+const DIAMETERS: [(&str, f64); 4] =
+    [("pool", 0.057_15), ("carom", 0.0615), ("snooker", 0.0525), ("pyramid", 0.068)];
+
+/// Largest relative difference of a diameter from that of a game: balls wear, and scales are off, by less.
+const SAME_DIAMETER: f64 = 0.01;
+
+/// Returns that balls of a radius appear `factor` times as large as stated, with the relative standard deviation of the
+/// stated scale.
+fn scale(factor: f64, (radius, sd): (f64, f64)) -> String {
+    let size = if (0.5..2.0).contains(&factor) {
+        let larger = if factor > 1.0 { "larger" } else { "smaller" };
+        format!("{} % {larger} than", plain(100.0 * (factor - 1.0).abs(), 2))
+    } else {
+        format!("{} times as large as", plain(factor, 3))
+    };
+    let diameter = 2.0 * radius * factor;
+    let game = DIAMETERS.iter().find(|(_, other)| (diameter / other - 1.0).abs() < SAME_DIAMETER);
+    let game = game.map_or(String::new(), |(game, other)| {
+        format!(" ({}/{}: {game} balls?)", plain(1e3 * other, 4), plain(2e3 * radius, 4))
+    });
+    format!(
+        "The balls are {size} stated{game}, where {} % is expected: either the radius (radius_m of [ball]) or the scale of the film \
+         ([scale]) is wrong, which the frames cannot tell apart. A scale that is known worse takes its relative standard deviation as \
+         sd under [scale].",
+        plain(100.0 * sd, 2)
+    )
+}
+
+/// Returns that the frames show a tracker that lags.
+fn lag() -> String {
+    "Both balls are off their paths in the first frames after the impacts, and not before: the tracker lags, as one does \
+     that smooths or predicts positions; export them as they were measured."
+        .to_owned()
 }
 
 /// Returns what a fit without a prior says of a quantity: stated value, estimate, error, and the
 /// difference in standard deviations.
-fn conflict(id: Id, [stated, estimate, sd, size]: [f64; 4], (radius, scale_sd): (f64, f64)) -> String {
+fn conflict(id: Id, [stated, estimate, sd, size]: [f64; 4], of_film: (f64, f64)) -> String {
     let found = with_error(estimate, sd);
     let times = plain(size.abs(), 2);
     match id {
-        Id::Scale => {
-            format!("{}.", capital(&check::scale(estimate, radius, scale_sd).text))
-        }
+        Id::Scale => scale(estimate, of_film),
         Id::Rate => format!(
             "The frames show a frame rate of {found} times the stated one ({times} standard deviations off): check [video] \
              capture_fps, which is what the camera recorded at, not what it is played at."
@@ -257,77 +258,18 @@ fn spins(film: &FittedFilm, fall: f64) -> String {
     )
 }
 
-/// Returns what the frames tell of the cloth.
-fn cloth(solution: &Solution) -> Option<String> {
-    let told = |id: Id| {
-        let found = solution.get(id)?;
-        Some(with_error(found.value, found.std_error?))
-    };
-    Some(format!(
-        "The cloth's sliding friction is μ_k = {}, its rolling resistance μ_r = {}, its bounce e_t = {} (fitted, with what is \
-         published as priors).",
-        told(Id::MuK)?,
-        told(Id::MuR)?,
-        told(Id::Bounce)?
-    ))
-}
-
-/// Returns what cue balls of unknown spin were found to do, if there are any.
-fn unknown_spins(film: &FittedFilm) -> Option<String> {
-    let topspins = film.solution.topspins();
-    let is_unknown = |track: &TrackShot| track.spin == Spin::Unknown && track.markers.is_empty();
-    let shots = film.tracks().iter().zip(&topspins);
-    let unknown: Vec<f64> =
-        shots.filter(|(track, _)| is_unknown(track)).map(|(_, (_, found))| *found).collect();
-    let rolling = unknown.iter().filter(|topspin| **topspin == 1.0).count();
-    let stun = unknown.iter().filter(|topspin| topspin.abs() < 0.5 * DIFFERS).count();
-    let balls = count_of(unknown.len(), "cue ball");
-    (!unknown.is_empty()).then(|| {
-        format!(
-            "Of {balls} of unknown spin, {rolling} were found to roll naturally before the impact, and {stun} to have next to no \
-             topspin."
-        )
-    })
-}
-
-/// Returns why shots without topspin do not determine μ_s.
-fn no_topspin(fit: &Fit, film: &FittedFilm) -> Option<String> {
-    let is_open = fit.get(Parameter::MuS).is_some_and(|mu_s| mu_s.status == Status::NotIdentified);
-    let is_slow = film.solution.topspins().iter().all(|(_, topspin)| *topspin < DIFFERS);
-    (is_open && is_slow).then(|| {
-        "Only topspin presses the object ball into the cloth, so that these shots do not determine μ_s; some natural-roll shots do."
-            .to_owned()
-    })
-}
-
-/// Returns how well the frames tell the frame rate, on which e rests.
-fn rate(solution: &Solution) -> Option<String> {
-    let found = solution.get(Id::Rate)?;
-    Some(format!(
-        "Frame rate over the stated one: {}, from the frames and what is taken of it beforehand (± {} %).",
-        with_error(found.value, found.std_error?),
-        plain(100.0 * found.prior?.sd, 2)
-    ))
-}
-
 /// Returns causes of residuals that the estimates include, the best first.
-pub(super) fn explanations(
-    solution: &Solution,
-    film: Option<&FittedFilm>,
-    scale_sd: f64,
-) -> Vec<Explanation> {
+pub(super) fn explanations(solution: &Solution, film: Option<&FittedFilm>) -> Vec<Explanation> {
     let of = |finding: &Finding| {
         let (cause, estimate, std_error, fall) = match finding {
             Finding::Conflict { id, estimate, sd, size, .. } => (cause_of(*id)?, *estimate, *sd, size * size),
             Finding::Cause { id, estimate, sd, fall } => (cause_of(*id)?, *estimate, *sd, *fall),
-            Finding::Spins { fall, topspin, .. } => (Cause::CueSpin, *topspin, f64::NAN, *fall),
+            Finding::Spins { fall, topspin, .. } => ("cue-spin", *topspin, f64::NAN, *fall),
             Finding::Compliance { kappa, fall, adopted: true, .. } => {
                 let sd = solution.get(Id::Kappa).and_then(|kappa| kappa.std_error);
-                (Cause::Compliance, *kappa, sd.unwrap_or(f64::NAN), *fall)
+                ("compliance", *kappa, sd.unwrap_or(f64::NAN), *fall)
             }
-            Finding::OtherUnit { factor, stated: true } => {
-                (Cause::Film(Correction::Scale), factor.recip(), f64::NAN, f64::NAN)
-            }
+            Finding::OtherUnit { factor, stated: true } => ("scale", factor.recip(), f64::NAN, f64::NAN),
             _ => return None,
         };
         Some(Explanation {
@@ -336,7 +278,7 @@ pub(super) fn explanations(
             std_error,
             delta_2logl: -fall,
             adopted: true,
-            sentence: sentence(finding, film, scale_sd).unwrap_or_default(),
+            sentence: sentence(finding, film).unwrap_or_default(),
         })
     };
     let mut all: Vec<Explanation> = solution.findings.iter().filter_map(of).collect();
@@ -362,23 +304,22 @@ fn change(fall: f64) -> String {
     if fall < 0.0 { format!("higher by {:.1} with it", -fall) } else { format!("lower by {fall:.1} with it") }
 }
 
-/// Returns what an unknown that explains residuals is called.
-fn cause_of(id: Id) -> Option<Cause> {
+/// Returns the name in fit.json of an unknown that explains residuals.
+fn cause_of(id: Id) -> Option<&'static str> {
     Some(match id {
-        Id::Scale | Id::RadiusRatio => Cause::Radius,
-        Id::Aspect => Cause::Film(Correction::Aspect),
-        Id::Shear => Cause::Film(Correction::Shear),
-        Id::PerspectiveX | Id::PerspectiveY => Cause::Film(Correction::PerspectiveX),
-        Id::Lens | Id::LensX | Id::LensY => Cause::Film(Correction::Lens),
-        Id::ShutterX | Id::ShutterY => Cause::Film(Correction::ShutterY),
-        Id::ParallaxX | Id::ParallaxY | Id::Nearness => Cause::Film(Correction::Nearness),
-        Id::Rate => Cause::FrameRate,
-        Id::Roll | Id::Slide => Cause::CueSpin,
-        Id::MassRatio => Cause::MassRatio,
-        Id::Kappa => Cause::Compliance,
-        Id::FallB | Id::FallC => Cause::FallingFriction,
-        Id::TiltX => Cause::TiltX,
-        Id::TiltY => Cause::TiltY,
+        Id::Scale | Id::RadiusRatio => "radius",
+        Id::Aspect => "aspect",
+        Id::Shear => "shear",
+        Id::PerspectiveX | Id::PerspectiveY => "perspective",
+        Id::Lens | Id::LensX | Id::LensY => "lens",
+        Id::ShutterX | Id::ShutterY => "rolling-shutter",
+        Id::ParallaxX | Id::ParallaxY | Id::Nearness => "parallax",
+        Id::Rate => "frame-rate",
+        Id::Roll | Id::Slide => "cue-spin",
+        Id::MassRatio => "mass-ratio",
+        Id::Kappa => "compliance",
+        Id::FallB | Id::FallC => "falling-friction",
+        Id::TiltX | Id::TiltY => "tilt",
         _ => return None,
     })
 }

@@ -1,30 +1,26 @@
 //! The fit of films of discs as a [`Fit`].
 
 use std::sync::Arc;
-use std::time::Instant;
 
 use nalgebra::DVector;
 use statrs::distribution::{ContinuousCDF, StudentsT};
 
 use super::camera::FoundCamera;
-use super::common::Common;
-use super::diagnostics::goodness::normality_of;
-use super::diagnostics::trends::ranked;
+use super::common::{Common, Tested, noise_of};
+use super::diagnostics::trends::{Slope, ranked};
 use super::extracted_discs::allow_friction;
 use super::intervals::regions::contours;
+use super::request::Request;
 use super::{
-    Computed, Counted, Depth, Diagnostics, Estimate, Fit, FitError, FrictionCurve, Goodness, Intervals,
-    Noise, NoiseVerdict, Options, Plateau, Rejected, Residual, Scatter, Status, Trend, Variable, disc_words,
-    film_words, warnings,
+    Computed, Counted, Depth, Diagnostics, Estimate, Fit, FitError, FrictionCurve, Intervals, Residual,
+    Scatter, Status, Trend, Variable, notes,
 };
-use crate::measurement::dataset::{Dataset, DiscShot};
 use crate::measurement::observable::Observable;
 use crate::measurement::parameter::{Parameter, Settings};
 use crate::physics::ball::Ball;
 use crate::physics::collision::{Effects, Fidelity};
 use crate::problem::{
-    Component, DiscFit, DiscImpact, FilmError, Finding, Id, Policy, Quantity, Rival, Severity, ShiftScore,
-    fit_discs,
+    Component, DiscFit, DiscImpact, Finding, Id, Policy, Quantity, Rival, ShiftScore, fit_discs,
 };
 
 /// Normal quantile of a one-sided interval of 95 %.
@@ -33,74 +29,50 @@ const ONE_SIDED: f64 = 1.645;
 /// Shots that tell how much shots differ.
 const LEAST_SHOTS: usize = 3;
 
-/// Films of discs, and how they are fitted.
-pub(super) struct Request<'a> {
-    pub dataset: &'a Dataset,
-    pub group: Option<&'a (String, String)>,
-    pub options: &'a Options,
-    pub done: &'a (dyn Fn() + Sync),
-}
-
+/// A fit with what it was fitted to.
 struct Fitted<'a> {
     request: Request<'a>,
     settings: Settings,
     found: DiscFit,
 }
 
-/// e and J_t/J_n of a shot, as measured and as the law of the fit has them.
-struct Point {
-    closing: f64,
-    /// Slip over the closing speed; 0 if it is not known.
-    slip: f64,
-    residuals: Vec<Residual>,
-}
-
 /// Fits films of discs.
 pub(super) fn fit(request: Request) -> Result<Fit, FitError> {
-    let begun = Instant::now();
     let mut dataset = request.dataset.clone();
     allow_friction(&mut dataset.settings);
     let request = Request { dataset: &dataset, ..request };
-    let found = fit_discs(&dataset, &Policy::default()).map_err(|error| match error {
-        FilmError::NoImpact(reasons) => FitError::NoUsableShot {
-            dataset: dataset.name.clone(),
-            shots_rejected: reasons.into_iter().map(|(shot, reason)| Rejected { shot, reason }).collect(),
-        },
-        other => FitError::Film(dataset.name.clone(), other),
-    })?;
+    let found = fit_discs(&dataset, &Policy::default()).map_err(|error| request.of_film(error))?;
     let fitted = Fitted { settings: dataset.settings, found, request };
     let mut fit = fitted.fit();
-    fitted.comment(&mut fit);
-    fit.seconds = begun.elapsed().as_secs_f64();
+    notes::comment(&mut fit, &dataset, &[], false, fitted.notes());
     Ok(fit)
 }
 
 impl Fitted<'_> {
     fn common(&self) -> Common<'_> {
-        let Request { dataset, group, options, done } = self.request;
-        let (settings, solution) = (&self.settings, &self.found.solution);
-        Common { dataset, group, options, settings, solution, done }
+        Common { request: self.request, settings: &self.settings, solution: &self.found.solution }
+    }
+
+    /// Returns the scatter of a quantity from shot to shot.
+    fn scatter(&self, component: Component) -> f64 {
+        let mut all = self.found.scatter.iter();
+        all.find(|of| of.component == component).map_or(0.0, |of| of.sd)
     }
 
     fn fit(&self) -> Fit {
-        let DiscFit { solution, impacts, scatter, .. } = &self.found;
+        let DiscFit { solution, impacts, .. } = &self.found;
         let (dataset, common) = (self.request.dataset, self.common());
         let parameters = common.parameters().into_iter().filter(|p| *p != Parameter::MuS && !p.is_of_balls());
         let estimates: Vec<Estimate> = parameters.map(|p| self.estimate(p)).collect();
-        let points = self.points();
-        let residuals: Vec<Residual> = points.iter().flat_map(|point| point.residuals.clone()).collect();
+        let residuals = self.residuals();
         let discs = dataset.tracks.as_ref().and_then(|tracks| tracks.discs);
         let radius = discs.and_then(|discs| discs.radii).map_or_else(
             || 0.5 * solution.value(Id::ContactDistance),
             |[first, second]| 0.5 * (first + second),
         );
         let inertia = discs.map_or(Ball::POOL.inertia, |discs| discs.inertia);
-        let sd = |component: Component| {
-            scatter.iter().find(|of| of.component == component).map_or(0.0, |of| of.sd)
-        };
-        let is_compliant = solution.value(Id::Kappa) > 0.0;
         let effects = Effects {
-            compliance: is_compliant,
+            compliance: solution.value(Id::Kappa) > 0.0,
             falling_friction: self.settings.falls,
             ..Fidelity::Full.effects()
         };
@@ -109,16 +81,16 @@ impl Fitted<'_> {
             object: None,
             discs,
             effects: effects.list().to_vec(),
-            noise: noise(&residuals),
-            disc_shots: impacts.iter().map(|impact| self.disc_shot(impact)).collect(),
+            noise: noise_of(&residuals),
+            disc_shots: impacts.clone(),
             scatter: Some(Scatter {
-                restitution: sd(Component::Restitution),
-                impulse_ratio: sd(Component::Ratio),
-                is_estimated: points.len() >= LEAST_SHOTS,
+                restitution: self.scatter(Component::Restitution),
+                impulse_ratio: self.scatter(Component::Ratio),
+                is_estimated: solution.names[0].len() >= LEAST_SHOTS,
             }),
             camera: Some(FoundCamera::of_film(solution)),
+            diagnostics: self.diagnostics(&estimates, &residuals),
             residuals,
-            diagnostics: self.diagnostics(&estimates, &points),
             ..common.bare(estimates, Arc::new(solution.clone()))
         };
         if let Some(goodness) = &fit.diagnostics.goodness {
@@ -127,14 +99,6 @@ impl Fitted<'_> {
         fit.diagnostics.computed =
             vec![Computed { fidelity: Fidelity::Full, effects, shots: solution.names[0].len() }];
         fit.friction_curve = FrictionCurve::of_fit(&fit);
-        let is_bounded =
-            |estimate: &&Estimate| estimate.status == Status::Free && estimate.std_error.is_none();
-        let bounded = fit.estimates.iter().find(is_bounded).map(|estimate| Plateau {
-            parameter: estimate.parameter,
-            edge: estimate.value,
-            bound: solution.bounds(Id::from(estimate.parameter))[1],
-        });
-        fit.diagnostics.plateaus.extend(bounded);
         fit
     }
 
@@ -199,31 +163,11 @@ impl Fitted<'_> {
         }
     }
 
-    /// Returns what was measured of a shot, with the reason if it is not fitted.
-    fn disc_shot(&self, impact: &DiscImpact) -> DiscShot {
-        let get = |quantity| impact.get(quantity);
-        let why = self.found.solution.left_out.iter().find(|(name, _)| *name == impact.name);
-        DiscShot {
-            name: impact.name.clone(),
-            restitution: get(Quantity::Restitution),
-            impulse_ratio: get(Quantity::ImpulseRatio),
-            momentum: [Quantity::MomentumAlong, Quantity::MomentumAcross].map(get),
-            angular_momentum: get(Quantity::AngularMomentum),
-            energy_lost: get(Quantity::EnergyLost),
-            closing_speed: get(Quantity::ClosingSpeed),
-            slip_ratio: get(Quantity::SlipRatio),
-            sticks: impact.stuck.is_some(),
-            doubts: why.filter(|_| impact.stuck.is_none()).map_or(String::new(), |(_, why)| why.clone()),
-        }
-    }
-
-    /// Returns the shots that were fitted against the law.
-    fn points(&self) -> Vec<Point> {
-        let DiscFit { solution, impacts, scatter, .. } = &self.found;
-        let spread = |component: Component| {
-            scatter.iter().find(|of| of.component == component).map_or(0.0, |of| of.sd)
-        };
-        let point = |impact: &DiscImpact| {
+    /// Returns e and J_t/J_n of the shots that were fitted, against the law; the tangent of a cut angle is the slip over
+    /// the closing speed, 0 if that is not known.
+    fn residuals(&self) -> Vec<Residual> {
+        let DiscFit { solution, impacts, .. } = &self.found;
+        let of_shot = |impact: &DiscImpact| -> Option<Vec<Residual>> {
             let closing = impact.get(Quantity::ClosingSpeed)?.value;
             let slip = impact.get(Quantity::SlipRatio).map(|slip| slip.value);
             let cut = slip.unwrap_or(0.0).atan();
@@ -242,73 +186,63 @@ impl Fitted<'_> {
                 })
             };
             let e = solution.value(Id::E) - solution.value(Id::ESlope) * closing;
-            let of_e = row(Observable::Restitution, Quantity::Restitution, e, spread(Component::Restitution));
+            let of_e =
+                row(Observable::Restitution, Quantity::Restitution, e, self.scatter(Component::Restitution));
             let law = slip.and_then(|slip| solution.impulse_ratio([closing, slip * closing]));
             let of_ratio = law.and_then(|ratio| {
-                row(Observable::ImpulseRatio, Quantity::ImpulseRatio, ratio, spread(Component::Ratio))
+                row(Observable::ImpulseRatio, Quantity::ImpulseRatio, ratio, self.scatter(Component::Ratio))
             });
-            let residuals = of_e.into_iter().chain(of_ratio).collect();
-            Some(Point { closing, slip: slip.unwrap_or(0.0), residuals })
+            Some(of_e.into_iter().chain(of_ratio).collect())
         };
         let used = impacts.iter().filter(|impact| solution.names[0].contains(&impact.name));
-        used.filter_map(point).collect()
+        used.filter_map(of_shot).flatten().collect()
     }
 
-    fn diagnostics(&self, estimates: &[Estimate], points: &[Point]) -> Diagnostics {
+    fn diagnostics(&self, estimates: &[Estimate], residuals: &[Residual]) -> Diagnostics {
         let common = self.common();
         let of_law: Vec<&Estimate> = estimates.iter().filter(|e| e.std_error.is_some()).collect();
         let parameters: Vec<Parameter> = of_law.iter().map(|e| e.parameter).collect();
         let silent = estimates.iter().filter(|e| e.status == Status::NotIdentified);
         let silent = silent.map(|e| e.parameter).collect();
-        let draws = self.request.options.depth >= Depth::Everything;
-        let standardized: Vec<f64> =
-            points.iter().flat_map(|point| &point.residuals).map(|r| r.standardized).collect();
-        let influential_from = common.influential_from(standardized.len() as f64);
-        let chi2 = standardized.iter().map(|x| x * x).sum();
-        Diagnostics {
-            identifiability: common.identifiability(&parameters, silent),
-            goodness: Some(Goodness {
-                counted: Counted::Impulses,
-                chi2,
-                dof: standardized.len().saturating_sub(parameters.len()),
-                noise_is_stated: false,
-                p_value: None,
-                noise: NoiseVerdict::NotTested,
-                noise_factor: None,
-                trends: self.trends(points),
-                normality: normality_of(&standardized),
-                influence: common.influence(influential_from),
-                influential_from,
-            }),
-            bootstrap: common.bootstrap(&common.contact()),
-            contours: if draws {
-                contours(&self.found.solution, &self.found.solution.covariance, &of_law, Some(self.found.dof))
-            } else {
-                Vec::new()
-            },
-            has_rival: !self.found.rivals.is_empty(),
-            ..Diagnostics::default()
+        let standardized: Vec<f64> = residuals.iter().map(|residual| residual.standardized).collect();
+        let tested = Tested {
+            counted: Counted::Impulses,
+            chi2: standardized.iter().map(|x| x * x).sum(),
+            dof: standardized.len().saturating_sub(parameters.len()) as f64,
+            is_stated: false,
+            standardized,
+            trends: self.trends(residuals),
+        };
+        let has_rival = !self.found.rivals.is_empty();
+        let diagnostics = common.diagnostics(&parameters, silent, tested);
+        let mut diagnostics = Diagnostics { robust: None, has_rival, ..diagnostics };
+        if self.request.options.depth >= Depth::Everything {
+            let solution = &self.found.solution;
+            diagnostics.contours = contours(solution, &solution.covariance, &of_law, Some(self.found.dof));
         }
+        diagnostics
     }
 
     /// Returns how e and J_t/J_n less the law change with closing speed and slip.
-    fn trends(&self, points: &[Point]) -> Vec<Trend> {
+    fn trends(&self, residuals: &[Residual]) -> Vec<Trend> {
         let solution = &self.found.solution;
         let columns = solution.own_columns().len();
+        let shots: Vec<&[Residual]> = residuals.chunk_by(|one, next| one.shot == next.shot).collect();
+        let closing = |own: &&[Residual]| own[0].speed.unwrap_or(f64::NAN) * own[0].cut.cos();
         let variables = [
-            (Variable::Speed, points.iter().map(|point| point.closing).collect::<Vec<_>>()),
-            (Variable::Slip, points.iter().map(|point| point.slip.abs()).collect()),
+            (Variable::Speed, shots.iter().map(closing).collect::<Vec<_>>()),
+            (Variable::Slip, shots.iter().map(|own| own[0].cut.tan().abs()).collect()),
         ];
         let mut found = Vec::new();
         for observable in [Observable::Restitution, Observable::ImpulseRatio] {
-            let score = |point: &Point| {
-                let residual = point.residuals.iter().find(|residual| residual.observable == observable)?;
+            let score = |own: &&[Residual]| {
+                let residual = own.iter().find(|residual| residual.observable == observable)?;
                 // friction has the sign of the slip
-                let side = if observable == Observable::ImpulseRatio { -point.slip.signum() } else { 1.0 };
+                let side = if observable == Observable::ImpulseRatio { -residual.cut.signum() } else { 1.0 };
                 let along = -side * residual.standardized;
                 Some(ShiftScore { square: 1.0, along, beside: DVector::zeros(columns) })
             };
-            let scores: Vec<Option<ShiftScore>> = points.iter().map(score).collect();
+            let scores: Vec<Option<ShiftScore>> = shots.iter().map(score).collect();
             let along: Vec<f64> = scores.iter().flatten().map(|score| score.along).collect();
             let mean = along.iter().sum::<f64>() / along.len() as f64;
             let square = along.iter().map(|along| (along - mean).powi(2)).sum::<f64>();
@@ -318,62 +252,36 @@ impl Fitted<'_> {
                 let Ok(t) = StudentsT::new(0.0, 1.0, dof) else { continue };
                 // the scatter that is stated includes a trend, that about the line does not
                 let about_line = ((square - slope.t.powi(2)) / dof).sqrt();
-                let p = 2.0 * t.sf(slope.t.abs() / about_line);
-                found.push((observable.label(), *variable, slope.value, p));
+                let p_value = 2.0 * t.sf(slope.t.abs() / about_line);
+                let quantity = observable.label();
+                found.push(Slope { quantity, variable: *variable, value: slope.value, p_value });
             }
         }
         ranked(found)
     }
 
-    /// Adds what is to be said of the fit.
-    fn comment(&self, fit: &mut Fit) {
+    /// Returns what is good to know of the fit of discs.
+    fn notes(&self) -> Vec<String> {
         let DiscFit { solution, impacts, scatter, .. } = &self.found;
-        let stuck = impacts.iter().filter(|impact| impact.stuck.is_some()).count();
-        let (warned, notes): (Vec<_>, Vec<_>) =
-            solution.findings.iter().partition(|finding| finding.severity() > Severity::Note);
-        let said = |finding: &&Finding| film_words::sentence(finding, None, 0.0);
-        fit.warnings = warned.iter().filter_map(said).collect();
-        fit.notes = notes.iter().filter_map(said).collect();
-        warnings::add(fit, false, true);
-        if stuck > 0 {
-            fit.notes.push(format!(
+        let count = |is: &dyn Fn(&DiscImpact) -> bool| impacts.iter().filter(|impact| is(impact)).count();
+        let stuck = count(&|impact| impact.stuck.is_some());
+        let unseen = count(&|impact| impact.get(Quantity::SlipBefore).is_none());
+        let stuck = (stuck > 0).then(|| {
+            format!(
                 "In {stuck} of {} shots the discs stick together: \"caromfit extract\" gives their motion.",
                 impacts.len()
-            ));
-        }
-        let unseen = impacts.iter().filter(|impact| impact.get(Quantity::SlipBefore).is_none()).count();
-        fit.notes.extend(disc_words::rotation(unseen, impacts.len()));
-        fit.notes.extend(disc_words::slowing(solution));
-        let others = scatter
-            .iter()
-            .filter(|of| !matches!(of.component, Component::Restitution | Component::Ratio) && of.sd > 0.0);
+            )
+        });
+        let is_other = |component| !matches!(component, Component::Restitution | Component::Ratio);
+        let others = scatter.iter().filter(|of| is_other(of.component) && of.sd > 0.0);
         let others: Vec<String> = others.map(|of| format!("{} {:.2e}", of.component.name(), of.sd)).collect();
-        if !others.is_empty() {
-            fit.notes.push(format!(
+        let others = (!others.is_empty()).then(|| {
+            format!(
                 "Beyond the noise of the frames shots differ, too, in {}; errors include it.",
                 others.join(", ")
-            ));
-        }
-        fit.notes.extend(self.request.dataset.notes().cloned());
+            )
+        });
+        let rotation = notes::rotation(unseen, impacts.len());
+        [stuck, rotation, notes::slowing(solution), others].into_iter().flatten().collect()
     }
-}
-
-/// Returns a row for e and one for J_t/J_n.
-fn noise(residuals: &[Residual]) -> Vec<Noise> {
-    let of = |observable: Observable| {
-        let own: Vec<f64> = residuals
-            .iter()
-            .filter(|residual| residual.observable == observable)
-            .map(|residual| residual.measured - residual.predicted)
-            .collect();
-        let rms = (own.iter().map(|off| off * off).sum::<f64>() / own.len() as f64).sqrt();
-        (!own.is_empty()).then_some(Noise {
-            observable,
-            count: own.len(),
-            rms,
-            estimated_sd: None,
-            rounding: None,
-        })
-    };
-    [Observable::Restitution, Observable::ImpulseRatio].into_iter().filter_map(of).collect()
 }

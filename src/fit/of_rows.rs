@@ -1,72 +1,63 @@
 //! The fit of a table as a [`Fit`].
 
 use std::sync::Arc;
-use std::time::Instant;
 
-use nalgebra::{DMatrix, DVector};
-use statrs::distribution::{ChiSquared, ContinuousCDF, StudentsT};
+use statrs::distribution::{ContinuousCDF, StudentsT};
 
-use super::common::{Common, correlation, ids};
-use super::diagnostics::goodness::{IMPROBABLE, normality_of};
-use super::diagnostics::trends::ranked;
+use super::common::{Common, Tested, correlation, ids, noise_of};
+use super::deviations::{residuals, trends, whiten};
 use super::diagnostics::{other_models, refuted};
 use super::intervals::regions;
 use super::request::Request;
 use super::{
-    Computed, Depth, Diagnostics, Estimate, Fit, FitError, Goodness, Intervals, Noise, NoiseVerdict, Plateau,
-    Profile, Refuted, Residual, Status, Trend, Variable, check, film_words, warnings,
+    Computed, Depth, Diagnostics, Estimate, Fit, FitError, Intervals, Noise, Profile, Status, check, notes,
 };
+use crate::measurement::dataset::Shot;
 use crate::measurement::number::plain;
-use crate::measurement::observable::{Axis, Observable};
+use crate::measurement::observable::Observable;
 use crate::measurement::parameter::{Parameter, Settings};
 use crate::physics::collision::{Coefficients, Fidelity, FidelityChoice};
 use crate::physics::friction_law::Law;
-use crate::problem::{
-    self, Determined, Deviations, Id, Policy, RowsChoices, RowsFit, Severity, ShiftScore, Status as Found,
-    fit_rows, predict,
-};
+use crate::problem::{self, Determined, Deviations, Id, Policy, RowsChoices, RowsFit, fit_rows, predict};
 
 /// With more shots than this the regions of pairs of parameters and other models, some hundred fits, take
 /// longer than reading, and are parabolas to the eye.
 const MANY_SHOTS: usize = 5_000;
 
-/// Standard deviations that are too large by less than this part do no harm, however many shots show it.
-const HARMLESS: f64 = 0.05;
-
 /// A fit with what it was fitted to.
 struct Fitted<'a> {
     request: Request<'a>,
+    shots: &'a [&'a Shot],
     settings: Settings,
     depth: Depth,
     rows: RowsFit,
     deviations: Vec<Option<Deviations>>,
 }
 
-/// Fits some shots of a table.
+/// Fits the shots of a table.
 pub(super) fn fit(request: Request) -> Result<Fit, FitError> {
-    let begun = Instant::now();
     let Request { dataset, options, .. } = request;
-    let depth =
-        if request.shots.len() > MANY_SHOTS { options.depth.min(Depth::Intervals) } else { options.depth };
+    let shots: Vec<&Shot> = dataset.shots.iter().collect();
+    let depth = if shots.len() > MANY_SHOTS { options.depth.min(Depth::Intervals) } else { options.depth };
     // what no model describes is not worth more
-    let is_light = options.fidelity == FidelityChoice::Auto && check::are_mixed_up(request.shots);
+    let is_light = options.fidelity == FidelityChoice::Auto && check::are_mixed_up(&shots);
     let fidelity = if is_light { FidelityChoice::Of(Fidelity::Full) } else { options.fidelity };
     let depth = if is_light { Depth::Estimates } else { depth };
     let choices = RowsChoices { fidelity, loss: options.loss, without_profiles: depth < Depth::Intervals };
-    let rows = fit_rows(dataset, request.shots, &choices, &Policy::default());
-    let rows = rows.map_err(|error| request.named(error))?;
+    let rows = fit_rows(dataset, &shots, &choices, &Policy::default());
+    let rows = rows.map_err(|error| request.of_rows(error))?;
     let deviations = rows.solution.deviations();
-    let fitted = Fitted { request, settings: dataset.settings_of_balls(), depth, rows, deviations };
+    let settings = dataset.settings_of_balls();
+    let fitted = Fitted { request, shots: &shots, settings, depth, rows, deviations };
     let mut fit = fitted.fit();
-    fitted.comment(&mut fit);
-    fit.seconds = begun.elapsed().as_secs_f64();
+    let topspin = fitted.deviations.iter().flatten().any(|found| found.spins[0] > 0.0);
+    notes::comment(&mut fit, dataset, &shots, topspin, fitted.notes());
     Ok(fit)
 }
 
 impl Fitted<'_> {
     fn common(&self) -> Common<'_> {
-        let Request { dataset, group, options, done, .. } = self.request;
-        Common { dataset, group, options, settings: &self.settings, solution: &self.rows.solution, done }
+        Common { request: self.request, settings: &self.settings, solution: &self.rows.solution }
     }
 
     /// Returns the fit without what is to be said of it.
@@ -78,36 +69,30 @@ impl Fitted<'_> {
             estimates.push(Estimate::bare(Parameter::Kappa, kappa, Status::Fixed));
             estimates.sort_by_key(|estimate| estimate.parameter as usize);
         }
-        let all = ids(&estimates);
-        let place = |i: usize| as_free.position(all[i] as usize);
-        let covariance = DMatrix::from_fn(all.len(), all.len(), |i, j| match (place(i), place(j)) {
-            (Some(i), Some(j)) => as_free.covariance[(i, j)],
-            _ => f64::NAN,
-        });
-        let common = self.common();
+        let covariance = solution.covariance_in(as_free, &ids(&estimates));
         let correlation = correlation(&estimates, &covariance);
-        let mut fit = Fit { correlation, ..common.bare(estimates, Arc::new(solution.clone())) };
+        let mut fit = Fit { correlation, ..self.common().bare(estimates, Arc::new(solution.clone())) };
         for rejected in &mut fit.shots_rejected {
             let is_lost = |finding: &problem::Finding| matches!(finding, problem::Finding::LostShots { names } if names.contains(&rejected.shot));
-            if let Some(number) = solution.findings.iter().any(is_lost).then(|| self.worst(&rejected.shot)) {
-                rejected.reason.push_str(&number.unwrap_or_default());
+            if solution.findings.iter().any(is_lost) {
+                rejected.reason.push_str(&self.worst(&rejected.shot).unwrap_or_default());
             }
         }
         fit.dof = solution.dof();
         let is_known = |observable| self.noise_of(observable).is_none_or(|noise| noise.is_known);
         fit.residuals = residuals(&solution.names[0], &self.deviations, is_known);
-        fit.noise = self.noise(&fit.residuals);
+        fit.noise = noise_of(&fit.residuals).into_iter().map(|noise| self.estimated(noise)).collect();
         let computed = Computed::of(solution, self.request.options.fidelity);
         fit.effects = Computed::effects(&computed);
         fit.diagnostics = self.diagnostics(&fit);
         fit.diagnostics.computed = computed;
-        refuted::judge(&mut fit, self.request.shots);
+        refuted::judge(&mut fit, self.shots);
         fit
     }
 
     /// Returns which number of a shot is farthest from what the fit of the others predicts.
     fn worst(&self, name: &str) -> Option<String> {
-        let shot = self.request.shots.iter().find(|shot| shot.name == name)?;
+        let shot = self.shots.iter().find(|shot| shot.name == name)?;
         let value = |id: Id| self.rows.solution.value(id);
         let mut model = self.request.dataset.model(Fidelity::Full);
         if self.settings.falls {
@@ -136,213 +121,90 @@ impl Fitted<'_> {
         self.rows.noises.iter().find(|noise| noise.observables.contains(&observable))
     }
 
-    /// Returns a row for each observable.
-    fn noise(&self, residuals: &[Residual]) -> Vec<Noise> {
-        let mut all: Vec<Noise> = Vec::new();
-        for Residual { observable, .. } in residuals {
-            if all.iter().any(|known| known.observable == *observable) {
-                continue;
-            }
-            let own = residuals.iter().filter(|residual| residual.observable == *observable);
-            let (sum, count) =
-                own.fold((0.0, 0), |(sum, count), r| (sum + (r.measured - r.predicted).powi(2), count + 1));
-            let noise = self.noise_of(*observable);
-            let is_rounding =
-                |noise: &&problem::TableNoise| noise.rounding > 0.0 && noise.sd <= noise.rounding;
-            all.push(Noise {
-                observable: *observable,
-                count,
-                rms: (sum / count as f64).sqrt(),
-                estimated_sd: noise.map(|noise| if noise.is_known { noise.sd } else { f64::NAN }),
-                rounding: noise.filter(is_rounding).map(|noise| noise.rounding),
-            });
+    /// Returns the noise of an observable with what was estimated of it.
+    fn estimated(&self, noise: Noise) -> Noise {
+        let Some(found) = self.noise_of(noise.observable) else { return noise };
+        let is_rounding = found.rounding > 0.0 && found.sd <= found.rounding;
+        Noise {
+            estimated_sd: Some(if found.is_known { found.sd } else { f64::NAN }),
+            rounding: is_rounding.then_some(found.rounding),
+            ..noise
         }
-        all
     }
 
     fn diagnostics(&self, fit: &Fit) -> Diagnostics {
-        let Self { rows, depth, request, .. } = self;
+        let Self { rows: RowsFit { solution, as_free, noises, dof, .. }, depth, request, .. } = self;
         let common = self.common();
-        let contact = common.contact();
-        let with = |is: &dyn Fn(Status) -> bool| -> Vec<Parameter> {
-            fit.estimates.iter().filter(|e| is(e.status)).map(|e| e.parameter).collect()
-        };
-        let informed = |p: &Parameter| self.rows.solution.is_informed(Id::from(*p));
-        let free = with(&|status| matches!(status, Status::Free | Status::NotIdentified));
-        let free: Vec<Parameter> = free.into_iter().filter(informed).filter(|p| !p.is_of_balls()).collect();
-        let silent = with(&|status| status == Status::NotIdentified);
-        let silent = silent.into_iter().filter(|p| !informed(p)).collect();
-        let goodness = self.goodness(fit);
-        let reduced = goodness.chi2 / goodness.dof.max(1) as f64;
-        let is_refuted = goodness.p_value.is_some_and(|p| Refuted::is(p, reduced));
-        let everything = *depth >= Depth::Everything && !is_refuted;
-        let robust = common.robust();
-        let is_robust = robust.is_some();
         let is_of_contact = |estimate: &&Estimate| !estimate.parameter.is_of_balls();
-        let estimated = |estimate: &&Estimate| estimate.std_error.is_some();
-        // also those at bounds, at which their regions end
-        let is_drawn = |estimate: &&Estimate| {
-            estimated(estimate) || matches!(estimate.status, Status::AtLowerBound | Status::AtUpperBound)
-        };
         let of_contact = || fit.estimates.iter().filter(is_of_contact);
-        let drawn: Vec<&Estimate> = of_contact().filter(is_drawn).collect();
-        let estimated: Vec<&Estimate> = of_contact().filter(estimated).collect();
-        let shows = everything && !is_robust && rows.knows_noise();
-        Diagnostics {
-            identifiability: common.identifiability(&free, silent),
-            goodness: Some(goodness),
-            robust,
-            bootstrap: common.bootstrap(&contact),
-            contours: if shows {
-                regions::contours(&rows.solution, &rows.as_free, &drawn, rows.dof)
-            } else {
-                Vec::new()
-            },
-            profiles: if shows { self.profiles(&estimated) } else { Vec::new() },
-            alternatives: if everything {
-                other_models::compare(*request, rows, &self.deviations)
-            } else {
-                Vec::new()
-            },
-            plateaus: self.plateaus(fit),
-            has_rival: fit.estimates.iter().any(|estimate| estimate.includes_other_minimum),
-            ..Diagnostics::default()
-        }
-    }
-
-    /// Returns how χ² rises along each parameter.
-    fn profiles(&self, estimates: &[&Estimate]) -> Vec<Profile> {
-        let of = |estimate: &&Estimate| {
-            let ends = estimate.intervals.profile?;
-            let points = self.rows.solution.curve(Id::from(estimate.parameter) as usize, ends);
-            let (value, chi2_rise) = points.into_iter().map(|[value, rise]| (value, rise)).unzip();
-            Some(Profile { parameter: estimate.parameter, value, chi2_rise })
-        };
-        estimates.iter().filter_map(of).collect()
-    }
-
-    /// Returns the parameters that may as well have any value beyond their estimate.
-    fn plateaus(&self, fit: &Fit) -> Vec<Plateau> {
-        let of = |estimate: &Estimate| {
-            let is_flat =
-                estimate.status == Status::Free && estimate.std_error.is_none() && self.rows.knows_noise();
-            let [_, high] = self.rows.solution.bounds(Id::from(estimate.parameter));
-            is_flat.then_some(Plateau { parameter: estimate.parameter, edge: estimate.value, bound: high })
-        };
-        fit.estimates.iter().filter_map(of).collect()
-    }
-
-    fn goodness(&self, fit: &Fit) -> Goodness {
-        let dof = fit.dof;
-        let RowsFit { solution, noises, .. } = &self.rows;
-        let is_stated = noises.is_empty() && solution.weights().is_empty();
-        let chi2 = solution.chi2_of_all();
-        let chance = ChiSquared::new(dof as f64).ok().map(|d| d.sf(chi2));
-        let p_value = chance.filter(|_| is_stated);
-        let noise_factor = p_value.map(|_| (chi2 / dof as f64).sqrt());
-        let noise = match p_value {
-            None => NoiseVerdict::NotTested,
-            Some(p) if p < IMPROBABLE => NoiseVerdict::TooSmall,
-            Some(p) if p > 1.0 - IMPROBABLE && noise_factor < Some(1.0 - HARMLESS) => NoiseVerdict::TooLarge,
-            Some(_) => NoiseVerdict::Explains,
-        };
-        let standardized: Vec<f64> = self.deviations.iter().flatten().flat_map(whiten).collect();
-        let influential_from = self.common().influential_from(standardized.len() as f64);
-        Goodness {
+        let is_informed = |estimate: &Estimate| solution.is_informed(Id::from(estimate.parameter));
+        let is_silent = |estimate: &&Estimate| estimate.status == Status::NotIdentified;
+        let free =
+            of_contact().filter(|e| e.status == Status::Free || is_silent(e)).filter(|e| is_informed(e));
+        let free: Vec<Parameter> = free.map(|e| e.parameter).collect();
+        let silent = fit.estimates.iter().filter(is_silent).filter(|e| !is_informed(e));
+        let silent = silent.map(|e| e.parameter).collect();
+        let tested = Tested {
             counted: fit.tested(),
-            chi2,
-            dof,
-            noise_is_stated: is_stated,
-            p_value,
-            noise,
-            noise_factor,
-            trends: self.trends(),
-            normality: normality_of(&standardized),
-            influence: self.common().influence(influential_from),
-            influential_from,
-        }
-    }
-
-    fn trends(&self) -> Vec<Trend> {
-        let solution = &self.rows.solution;
-        let variable = |of: &dyn Fn(&Deviations) -> f64| -> Vec<f64> {
-            self.deviations.iter().map(|found| found.as_ref().map_or(f64::NAN, of)).collect()
+            chi2: solution.chi2_of_all(),
+            dof: fit.dof as f64,
+            is_stated: noises.is_empty() && solution.weights().is_empty(),
+            standardized: self.deviations.iter().flatten().flat_map(whiten).collect(),
+            trends: trends(solution, &self.deviations, |slope| self.chance(slope)),
         };
-        let variables = [
-            (Variable::Speed, variable(&|found| found.speed.unwrap_or(f64::NAN))),
-            (Variable::Cut, variable(&|found| found.cut.abs())),
-            (Variable::Roll, variable(&|found| found.spins[0])),
-            (Variable::Side, variable(&|found| found.spins[1])),
-        ];
-        let columns = solution.own_columns();
-        let weights = solution.weights();
-        let mut found = Vec::new();
-        for (quantity, direction) in quantities(&self.deviations) {
-            let score = |(i, one): (usize, &Option<Deviations>)| {
-                let one = one.as_ref()?;
-                let direction = direction(one);
-                let square = direction.norm_squared();
-                let unit = &direction * (direction.dot(&(&one.covariance * &direction)).sqrt() / square);
-                let weight = weights.get(i).copied().unwrap_or(1.0);
-                let weighted = one.covariance.clone().cholesky()?.solve(&unit) * weight;
-                let by = one.by.tr_mul(&weighted);
-                (square > 0.0).then(|| ShiftScore {
-                    square: unit.dot(&weighted),
-                    along: -one.values.dot(&weighted),
-                    beside: DVector::from_iterator(
-                        columns.len(),
-                        columns.iter().map(|(_, id)| by.get(*id as usize).copied().unwrap_or(0.0)),
-                    ),
-                })
-            };
-            let scores: Vec<Option<ShiftScore>> = self.deviations.iter().enumerate().map(score).collect();
-            for (variable, values) in &variables {
-                let Some(slope) = solution.slope_of(values, &scores) else { continue };
-                // the noise that is estimated from the same numbers is less without mean and slope
-                let of_t = |dof: f64| {
-                    let all: f64 = self.rows.noises.iter().map(|noise| noise.square).sum();
-                    let square = slope.t * slope.t;
-                    let left = (all - slope.level.unwrap_or(0.0) - square).max(f64::MIN_POSITIVE);
-                    let dof = dof - 1.0 - f64::from(slope.level.is_some());
-                    let t = (square * dof / left).sqrt();
-                    Some(2.0 * StudentsT::new(0.0, 1.0, dof).ok()?.sf(t.min(f64::MAX)))
-                };
-                let p_value = match self.rows.dof {
-                    Some(_) if !self.rows.knows_noise() => None,
-                    Some(dof) => of_t(dof),
-                    None => Some(slope.p_value),
-                };
-                found.extend(p_value.map(|p| (quantity, *variable, slope.value, p)));
-            }
+        let mut diagnostics = common.diagnostics(&free, silent, tested);
+        diagnostics.has_rival = fit.estimates.iter().any(|estimate| estimate.includes_other_minimum);
+        let refutes =
+            |finding: &problem::Finding| matches!(finding, problem::Finding::Misfit { refutes: true, .. });
+        let is_refuted = solution.findings.iter().any(refutes);
+        let everything = *depth >= Depth::Everything && !is_refuted;
+        let has_error = |estimate: &&Estimate| estimate.std_error.is_some();
+        // also those at bounds, at which their regions end
+        let is_drawn = |estimate: &&Estimate| has_error(estimate) || estimate.is_at_bound();
+        let drawn: Vec<&Estimate> = of_contact().filter(is_drawn).collect();
+        if everything && diagnostics.robust.is_none() && self.rows.knows_noise() {
+            diagnostics.contours = regions::contours(solution, as_free, &drawn, *dof);
+            diagnostics.profiles = of_contact().filter(has_error).filter_map(|e| self.profile(e)).collect();
         }
-        ranked(found)
+        if everything {
+            diagnostics.alternatives = other_models::compare(*request, &self.rows, &self.deviations);
+        }
+        diagnostics
     }
 
-    /// Adds what is to be said of the fit.
-    fn comment(&self, fit: &mut Fit) {
-        let Request { dataset, shots, options, .. } = self.request;
-        let topspin = self.deviations.iter().flatten().any(|found| found.spins[0] > 0.0);
-        warnings::add(fit, topspin, self.rows.knows_noise());
-        if self.deviations.iter().flatten().any(|found| found.speed.is_none()) {
-            fit.notes.push(
-                "Some shots have no speed. Only angles and ratios were asked of them, which do not depend on it."
-                    .to_string(),
-            );
+    /// Returns how χ² rises along a parameter.
+    fn profile(&self, estimate: &Estimate) -> Option<Profile> {
+        let ends = estimate.intervals.profile?;
+        let points = self.rows.solution.curve(Id::from(estimate.parameter) as usize, ends);
+        let (value, chi2_rise) = points.into_iter().map(|[value, rise]| (value, rise)).unzip();
+        Some(Profile { parameter: estimate.parameter, value, chi2_rise })
+    }
+
+    /// Returns the probability of a slope by chance; the noise that is estimated from the same numbers is less without
+    /// mean and slope.
+    fn chance(&self, slope: &problem::Slope) -> Option<f64> {
+        let Some(dof) = self.rows.dof else { return Some(slope.p_value) };
+        if !self.rows.knows_noise() {
+            return None;
         }
-        let plateaus = std::mem::take(&mut fit.diagnostics.plateaus);
-        warnings::add_plateaus(fit, &plateaus);
-        warnings::add_tracks(fit, dataset, shots);
-        let sentence = |finding: &problem::Finding| film_words::sentence(finding, None, 0.0);
-        let effects = fit.findings.iter().filter(|finding| finding.adoption().is_some());
-        fit.notes.splice(0..0, effects.filter_map(sentence).collect::<Vec<_>>());
-        let doubts = fit.findings.iter().filter(|finding| finding.severity() > Severity::Note);
-        fit.warnings.splice(0..0, doubts.filter_map(sentence).collect::<Vec<_>>());
-        if self.depth < options.depth {
-            fit.notes.push(
-                "With so many shots the regions of pairs of parameters and other models are left out."
-                    .to_owned(),
-            );
-        }
+        let all: f64 = self.rows.noises.iter().map(|noise| noise.square).sum();
+        let square = slope.t * slope.t;
+        let left = (all - slope.level.unwrap_or(0.0) - square).max(f64::MIN_POSITIVE);
+        let dof = dof - 1.0 - f64::from(slope.level.is_some());
+        let t = (square * dof / left).sqrt();
+        Some(2.0 * StudentsT::new(0.0, 1.0, dof).ok()?.sf(t.min(f64::MAX)))
+    }
+
+    /// Returns what is good to know of the fit of a table.
+    fn notes(&self) -> impl Iterator<Item = String> {
+        let has_no_speed = self.deviations.iter().flatten().any(|found| found.speed.is_none());
+        let speed = has_no_speed.then_some(
+            "Some shots have no speed. Only angles and ratios were asked of them, which do not depend on it.",
+        );
+        let regions = (self.depth < self.request.options.depth).then_some(
+            "With so many shots the regions of pairs of parameters and other models are left out.",
+        );
+        speed.into_iter().chain(regions).map(str::to_owned)
     }
 }
 
@@ -350,13 +212,6 @@ impl Fitted<'_> {
 fn estimate_of(found: &Determined) -> Estimate {
     let Some(parameter) = Parameter::ALL.into_iter().find(|p| Id::from(*p) == found.id) else {
         unreachable!("estimates are of parameters")
-    };
-    let status = match found.status {
-        Found::Free => Status::Free,
-        Found::Fixed => Status::Fixed,
-        Found::AtLower => Status::AtLowerBound,
-        Found::AtUpper => Status::AtUpperBound,
-        Found::NotIdentified => Status::NotIdentified,
     };
     let profile = found.profile.map(|ends| ends.map(|end| end.value));
     let is_own = [found.of_error, profile].contains(&found.interval);
@@ -370,83 +225,6 @@ fn estimate_of(found: &Determined) -> Estimate {
         },
         std_error_at_bound: found.std_error_at_bounds.filter(differs),
         includes_other_minimum: !is_own,
-        ..Estimate::bare(parameter, found.value, status)
+        ..Estimate::bare(parameter, found.value, found.status)
     }
-}
-
-/// Returns a row for each number of a table, against its prediction from the measured inputs; numbers
-/// whose noise is not known have no standard deviation.
-pub(crate) fn residuals(
-    names: &[String],
-    shots: &[Option<Deviations>],
-    is_known: impl Fn(Observable) -> bool,
-) -> Vec<Residual> {
-    let of_shot = |(name, found): (&String, &Option<Deviations>)| {
-        let Some(found) = found else { return Vec::new() };
-        let row = |i: usize| {
-            let observable = found.observables[i];
-            let sd = if is_known(observable) { found.covariance[(i, i)].sqrt() } else { f64::NAN };
-            Residual {
-                shot: name.clone(),
-                observable,
-                measured: found.measured[i],
-                predicted: found.measured[i] - found.values[i],
-                sd,
-                standardized: found.values[i] / sd,
-                cut: found.cut,
-                speed: found.speed,
-            }
-        };
-        (0..found.observables.len()).map(row).collect()
-    };
-    names.iter().zip(shots).flat_map(of_shot).collect()
-}
-
-/// Direction of a quantity among the numbers of a shot.
-type Direction = Box<dyn Fn(&Deviations) -> DVector<f64> + Sync>;
-
-/// Returns what may have trends: of impacts the velocities along and across the line of centres, of
-/// angles every observable.
-fn quantities(shots: &[Option<Deviations>]) -> Vec<(&'static str, Direction)> {
-    let velocity = |of: fn(Axis) -> Observable, across: bool| -> Direction {
-        Box::new(move |found| {
-            let [cos, sin] = found.normal;
-            // friction has the sign of the cut angle
-            let side = if found.cut < 0.0 { -1.0 } else { 1.0 };
-            let axes = if across { [-side * sin, side * cos] } else { [cos, sin] };
-            let part = |observable: &Observable| {
-                let axis = [Axis::X, Axis::Y].into_iter().position(|axis| of(axis) == *observable);
-                axis.map_or(0.0, |axis| axes[axis])
-            };
-            DVector::from_iterator(found.observables.len(), found.observables.iter().map(part))
-        })
-    };
-    let mut seen: Vec<Observable> = Vec::new();
-    for observable in shots.iter().flatten().flat_map(|found| &found.observables) {
-        if !seen.contains(observable) {
-            seen.push(*observable);
-        }
-    }
-    if seen.iter().any(|observable| Observable::IMPACTS.contains(observable)) {
-        return vec![
-            ("throw", velocity(Observable::ObjectVelocity, true)),
-            ("object-ball velocity along the line of centres", velocity(Observable::ObjectVelocity, false)),
-            ("cue-ball velocity along the line of centres", velocity(Observable::CueVelocity, false)),
-            ("cue-ball velocity across the line of centres", velocity(Observable::CueVelocity, true)),
-        ];
-    }
-    let only = |which: Observable| -> Direction {
-        Box::new(move |found| {
-            let part = |observable: &Observable| if *observable == which { 1.0 } else { 0.0 };
-            DVector::from_iterator(found.observables.len(), found.observables.iter().map(part))
-        })
-    };
-    seen.into_iter().map(|observable| (observable.label(), only(observable))).collect()
-}
-
-/// Returns the deviations of a shot in units of their errors, independent of each other.
-fn whiten(found: &Deviations) -> Vec<f64> {
-    let factor = found.covariance.clone().cholesky();
-    let white = factor.and_then(|factor| factor.l().solve_lower_triangular(&found.values));
-    white.map_or_else(Vec::new, |white| white.iter().copied().collect())
 }

@@ -1,15 +1,14 @@
-//! Shots of a table, and how they are fitted.
+//! What is fitted, and how; what an error says of it.
 
 use super::{FitError, Options, Rejected};
-use crate::measurement::dataset::{Dataset, Shot};
-use crate::problem::RowsError;
+use crate::measurement::dataset::Dataset;
+use crate::problem::{FilmError, RowsError};
 
-/// Shots of a table, and how they are fitted.
+/// What is fitted, and how.
 #[derive(Clone, Copy)]
 pub(super) struct Request<'a> {
     pub dataset: &'a Dataset,
-    pub shots: &'a [&'a Shot],
-    /// Column and label.
+    /// Column and label of the shots, if they are fitted apart.
     pub group: Option<&'a (String, String)>,
     pub options: &'a Options,
     /// Called after each sample of the bootstrap.
@@ -25,28 +24,32 @@ impl Request<'_> {
         }
     }
 
-    /// Returns the error of a fit with the names of the data set and its places.
-    pub fn named(&self, error: RowsError) -> FitError {
+    /// Returns the error of the fit of a table with the name of the data set.
+    pub fn of_rows(&self, error: RowsError) -> FitError {
         let dataset = self.title();
-        let place = |name: String| {
-            let shot = self.shots.iter().find(|shot| shot.name == name);
-            let place = shot.map(|shot| format!("{}:{}", shot.file.display(), shot.line));
-            Box::new((place.unwrap_or_default(), name))
-        };
         match error {
             RowsError::NoShot { left_out } => {
-                let of = |(shot, reason)| Rejected { shot, reason };
-                FitError::NoUsableShot { dataset, shots_rejected: left_out.into_iter().map(of).collect() }
+                FitError::NoUsableShot { dataset, shots_rejected: rejected(left_out) }
             }
-            RowsError::TooFewNumbers { numbers, unknowns } => {
-                let names: Vec<&str> = unknowns.iter().map(|id| id.name()).collect();
-                FitError::TooFewObservations { dataset, observations: numbers, parameters: names.join(", ") }
-            }
-            RowsError::MixedNoise { column, with, without } => {
-                FitError::MixedNoise { dataset, column, with: place(with), without: place(without) }
-            }
-            RowsError::Rigid(fidelity) => FitError::Rigid { dataset, fidelity },
-            RowsError::NoStart => FitError::NoStart(dataset),
+            other => FitError::Rows(dataset, other),
         }
     }
+
+    /// Returns the error of the fit of a film with the name of the data set.
+    pub fn of_film(&self, error: FilmError) -> FitError {
+        match error {
+            FilmError::NoImpact(reasons) => {
+                let stated = &self.dataset.left_out;
+                let own = reasons.into_iter().filter(|reason| !stated.contains(reason));
+                let all = stated.iter().cloned().chain(own);
+                FitError::NoUsableShot { dataset: self.title(), shots_rejected: rejected(all) }
+            }
+            other => FitError::Film(self.title(), other),
+        }
+    }
+}
+
+/// Returns shots that were left out, from names and reasons.
+pub(super) fn rejected(all: impl IntoIterator<Item = (String, String)>) -> Vec<Rejected> {
+    all.into_iter().map(|(shot, reason)| Rejected { shot, reason }).collect()
 }

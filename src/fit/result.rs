@@ -8,13 +8,12 @@ use nalgebra::DMatrix;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize, Serializer};
 
-use super::causes::Explanation;
 use super::check::Finding;
 use super::{
     Alternative, Bootstrap, Contour, Estimate, FittedFilm, FoundCamera, FrictionCurve, Goodness,
     Identifiability, Profile, Refuted,
 };
-use crate::measurement::dataset::{DiscShot, Measured, ObjectBall};
+use crate::measurement::dataset::{Measured, ObjectBall};
 use crate::measurement::loss::Loss;
 use crate::measurement::number::plain;
 use crate::measurement::observable::Observable;
@@ -23,7 +22,7 @@ use crate::measurement::written::{self, ByParameter};
 use crate::physics::ball::Ball;
 use crate::physics::collision::{Effects, Fidelity, FidelityChoice};
 use crate::physics::disc::Discs;
-use crate::problem::{Id, Solution};
+use crate::problem::{DiscImpact, Id, Solution};
 
 /// The result of one fit: a value, which `report` renders.
 ///
@@ -73,10 +72,8 @@ pub struct Fit {
     pub shots_used: usize,
     /// The shots that were left out, with the reasons.
     pub shots_rejected: Vec<Rejected>,
-    /// Shots that were fitted, though something about them is wrong; with what it is.
-    pub shots_doubtful: Vec<Rejected>,
     /// Of discs: what was measured of every shot.
-    pub disc_shots: Vec<DiscShot>,
+    pub disc_shots: Vec<DiscImpact>,
     /// Of discs: by how much shots differ beyond the errors of their frames. It is part of the errors.
     pub scatter: Option<Scatter>,
     /// Of discs: the friction that was fitted as a function of the slip, where the shots determine it.
@@ -89,8 +86,6 @@ pub struct Fit {
     pub footage: bool,
     /// What is wrong or worth saying.
     pub findings: Vec<crate::problem::Finding>,
-    /// Of a film of balls: the relative standard deviation of the stated scale.
-    pub stated_scale_sd: f64,
     /// The estimates of all that the shots share.
     pub unknowns: Vec<crate::problem::Estimate>,
     /// The error budgets of μ, μ_s and e.
@@ -147,9 +142,6 @@ pub struct Diagnostics {
     pub bound: Option<Bound>,
     /// Of films of balls: what the shots share besides contact, balls and camera, by its name in unknowns.
     pub joint: Option<JointFit>,
-    /// Parameters that are known only to lie between two values, all of which fit equally well.
-    #[serde(skip)]
-    pub plateaus: Vec<Plateau>,
     /// Whether values outside the intervals fit nearly as well.
     #[serde(skip)]
     pub has_rival: bool,
@@ -206,7 +198,28 @@ impl Computed {
     }
 }
 
-/// What the shots of a film share.
+/// A cause of residuals.
+#[derive(Clone, Debug, PartialEq, Serialize, JsonSchema)]
+pub struct Explanation {
+    /// cue-spin, mass-ratio, compliance, falling-friction, frame-rate, radius, tilt, scale, aspect, shear, perspective, lens,
+    /// rolling-shutter or parallax.
+    pub cause: &'static str,
+    /// The value that explains the residuals best, as the true frame rate over the stated one.
+    #[schemars(with = "Option<f64>")]
+    pub estimate: f64,
+    /// Its standard error, same unit.
+    #[schemars(with = "Option<f64>")]
+    pub std_error: f64,
+    /// Change of −2 log L with it, below 0; of a contradicted prior minus the square of the conflict in standard deviations.
+    #[schemars(with = "Option<f64>")]
+    pub delta_2logl: f64,
+    /// Whether the estimates include it.
+    pub adopted: bool,
+    /// The explanation for a reader, with what to do.
+    pub sentence: String,
+}
+
+/// What the fit of a film of balls found besides the parameters.
 #[derive(Clone, Debug, Serialize, JsonSchema)]
 #[non_exhaustive]
 pub struct JointFit {
@@ -221,9 +234,6 @@ pub struct JointFit {
     #[serde(flatten, serialize_with = "shared")]
     #[schemars(with = "BTreeMap<String, SharedUnknown>")]
     pub shared: Vec<crate::problem::Estimate>,
-    /// The covariance of `shared`, in the same order.
-    #[serde(skip)]
-    pub covariance: DMatrix<f64>,
 }
 
 /// An unknown of cloth, spin or time that all shots share.
@@ -258,17 +268,6 @@ pub struct Bound {
     pub std_errors: Vec<(Parameter, f64)>,
     /// Number of shots.
     pub shots: usize,
-}
-
-/// A range of values of a parameter on which nothing depends, as that of μ once every shot sticks.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Plateau {
-    /// The parameter.
-    pub parameter: Parameter,
-    /// The value from which on nothing depends on it.
-    pub edge: f64,
-    /// The other end of the plateau: a bound, unless the outcomes change again beyond.
-    pub bound: f64,
 }
 
 /// Shots of a weight below this are listed in the report.
@@ -356,6 +355,11 @@ pub struct Noise {
 }
 
 impl Noise {
+    /// Returns whether it was to be estimated, and nothing shows its size.
+    pub(super) fn is_unknown(&self) -> bool {
+        self.estimated_sd.is_some_and(f64::is_nan)
+    }
+
     /// A standard deviation to so many digits, with the unit of its column.
     pub(super) fn in_words(&self, sd: f64, digits: usize) -> String {
         let (number, unit) = (plain(sd / self.observable.unit_si(), digits), self.observable.unit());
@@ -364,7 +368,7 @@ impl Noise {
     }
 }
 
-/// A shot, and what is wrong with it.
+/// A shot that was not used, and why.
 #[derive(Clone, Debug, Serialize, Deserialize, JsonSchema)]
 pub struct Rejected {
     /// Name of the shot.

@@ -12,7 +12,7 @@ pub use super::observable::{Measured, Measurement};
 use super::parameter::{Parameter, Settings};
 use super::spin::Spin;
 use super::track::TrackShot;
-pub use super::track::{DiscShot, Tracks};
+pub use super::track::Tracks;
 use crate::physics::ball::{Ball, Vec3};
 use crate::physics::collision::{Fidelity, Model};
 
@@ -65,24 +65,6 @@ pub struct Dataset {
 }
 
 impl Dataset {
-    /// Returns the places of the shots, those of each label of `[fit] by` together, in the order in
-    /// which the labels first appear; `None` is the label of a data set that is not fitted label by
-    /// label, or has no shots.
-    pub(crate) fn labelled(&self) -> Vec<(Option<String>, Vec<usize>)> {
-        let mut groups: Vec<(Option<String>, Vec<usize>)> = Vec::new();
-        for (place, shot) in self.shots.iter().enumerate() {
-            let own = self.by.as_ref().map(|by| shot.labels.get(by).cloned().unwrap_or_default());
-            match groups.iter_mut().find(|(known, _)| *known == own) {
-                Some((_, places)) => places.push(place),
-                None => groups.push((own, vec![place])),
-            }
-        }
-        if groups.is_empty() {
-            groups.push((None, Vec::new()));
-        }
-        groups
-    }
-
     /// Returns a data set of shots that a program measured, with the default settings of the fit;
     /// see [`Dataset::faults`].
     #[must_use]

@@ -4,7 +4,6 @@ use std::collections::BTreeMap;
 use std::path::PathBuf;
 
 use super::correction::Correction;
-use super::observable::Measured;
 use super::spin::Spin;
 use crate::physics::disc::Discs;
 
@@ -148,34 +147,6 @@ pub struct Tracks {
     pub scale_sd: Option<f64>,
     /// Whether the unit of lengths is stated; metres otherwise.
     pub states_unit: bool,
-}
-
-/// What was measured of one shot of discs; a number is `None` where the tracks do not determine it.
-#[derive(Clone, Debug, PartialEq)]
-pub struct DiscShot {
-    /// The name of the shot.
-    pub name: String,
-    /// The coefficient of restitution e, dimensionless.
-    pub restitution: Option<Measured>,
-    /// J_t/J_n, the tangential over the normal impulse on the second disc, dimensionless; t is 90°
-    /// counter-clockwise from the line of centres.
-    pub impulse_ratio: Option<Measured>,
-    /// The momentum gained along and across the line of centres, over the normal impulse.
-    pub momentum: [Option<Measured>; 2],
-    /// Angular momentum gained about the contact point, over the normal impulse times the distance
-    /// of the centres.
-    pub angular_momentum: Option<Measured>,
-    /// The part of the kinetic energy that was lost.
-    pub energy_lost: Option<Measured>,
-    /// How fast the discs approach along the line of centres, m/s; m per frame where the frame rate
-    /// is not known.
-    pub closing_speed: Option<Measured>,
-    /// The slip of the contact before the impact over the closing speed.
-    pub slip_ratio: Option<Measured>,
-    /// Whether the discs move on as one body.
-    pub sticks: bool,
-    /// What speaks against these numbers; empty for a good shot.
-    pub doubts: String,
 }
 
 impl Tracks {

@@ -7,11 +7,17 @@ use super::unknowns::Id;
 pub enum Severity {
     /// Good to know.
     Note,
+    /// To be looked at; the estimates stand.
+    Warning,
     /// The estimates may be off by more than their errors.
     Doubtful,
     /// The estimates mean nothing.
     Unusable,
 }
+
+/// Number of frames that are off after the impacts, beyond those before them, if a tracker lags: what balls that touch
+/// or an exposure do to positions is alike before and after.
+const LATE: usize = 2;
 
 /// A finding of a fit.
 #[derive(Clone, Debug, PartialEq)]
@@ -172,6 +178,7 @@ impl Finding {
     pub fn severity(&self) -> Severity {
         match self {
             Self::NoiseRefuted { times } if *times > 1.0 => Severity::Note,
+            Self::Spoiled { before, after } if *after >= before + LATE => Severity::Doubtful,
             Self::Undetermined { .. }
             | Self::LostShots { .. }
             | Self::OtherUnit { stated: false, .. }

@@ -9,6 +9,7 @@ use super::profile::End;
 use super::solution::Solution;
 use super::uncertainty::Estimates;
 use super::unknowns::{Id, Mode};
+use crate::physics::name::{by_name, worded};
 
 /// Relative change of χ² within which nothing depends on an unknown, and halvings for the edge of such a
 /// range.
@@ -19,20 +20,28 @@ const HALVINGS: usize = 45;
 /// profile is the interval.
 const DIFFERENT: f64 = 0.1;
 
-/// What is known of an unknown.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub enum Status {
-    /// It was estimated.
-    Free,
-    /// It was held at a stated value.
-    Fixed,
-    /// It ended at its lower bound.
-    AtLower,
-    /// It ended at its upper bound.
-    AtUpper,
-    /// No number depends on it, or only together with others.
-    NotIdentified,
+worded! {
+    /// How far a fit determined a parameter.
+    #[derive(Clone, Copy, Debug, PartialEq, Eq)]
+    #[non_exhaustive]
+    pub enum Status {
+        /// It was fitted.
+        Free = "free",
+        /// It was held at a stated value.
+        Fixed = "fixed",
+        /// It was fitted and ended at its lower bound.
+        AtLowerBound = "at-lower-bound",
+        /// It was fitted and ended at its upper bound.
+        AtUpperBound = "at-upper-bound",
+        /// The data do not determine it. It is given at its initial value or, where they determine a combination of
+        /// several parameters, at one of the values that fit equally well.
+        NotIdentified = "not-identified",
+    }
+    /// The name in fit.json.
+    pub fn name;
 }
+
+by_name!(Status, "status", ALL, name);
 
 /// The estimate of one unknown of the contact.
 #[derive(Clone, Copy, Debug)]
@@ -118,8 +127,8 @@ impl Intervals<'_> {
         }
         let [low, high] = unknown.bounds;
         found.status = match found.value {
-            value if value == low => Status::AtLower,
-            value if value == high => Status::AtUpper,
+            value if value == low => Status::AtLowerBound,
+            value if value == high => Status::AtUpperBound,
             _ => Status::Free,
         };
         let Some(Quantiles { two_sided, one_sided }) = self.quantiles else { return found };
@@ -173,7 +182,7 @@ impl Intervals<'_> {
         for estimate in estimates {
             let [low, high] = self.solution.problem.unknown(estimate.id).bounds;
             let is_anywhere = estimate.interval.is_some_and(|ends| ends[0] <= low && ends[1] >= high);
-            if is_anywhere && matches!(estimate.status, Status::AtLower | Status::AtUpper) {
+            if is_anywhere && matches!(estimate.status, Status::AtLowerBound | Status::AtUpperBound) {
                 estimate.value = self.solution.problem.unknown(estimate.id).start;
                 (estimate.status, estimate.interval, estimate.profile) = (Status::NotIdentified, None, None);
                 estimate.of_error = None;

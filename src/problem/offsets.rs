@@ -2,11 +2,13 @@
 //! what the frames of the shot show. They are the residuals of a fit in the terms of the impact, and
 //! how they change with speed, cut or spin tests the model.
 
-use nalgebra::{DMatrix, DVector, Matrix4, Vector4};
+use nalgebra::{DMatrix, DVector, Matrix4, Vector4, matrix};
 use statrs::distribution::{ContinuousCDF, Normal};
 
+use super::rows::deviations::Deviations;
 use super::solution::Solution;
 use super::unknowns::Id;
+use crate::measurement::observable::{Axis, Observable};
 
 /// Velocities after the impact less the model's: of the cue ball along and across the line of
 /// centres, and of the object ball, m/s.
@@ -56,28 +58,35 @@ impl Solution {
         is_finite.then_some(Offsets { values: Vector4::from_fn(|a, _| values[a]), covariance })
     }
 
-    /// Returns how the offsets of the first sample change with a variable along a direction each, in
-    /// the collision frame of the shot, if neither their mean nor any free unknown takes it up. Shots
-    /// whose variable is not finite do not count. `None` if nothing is left.
-    #[must_use]
-    pub fn slope(&self, variable: &[f64], directions: &[Vector4<f64>]) -> Option<Slope> {
-        let own = self.own_columns();
-        let ids: Vec<Id> = own.iter().map(|(_, id)| *id).chain(Id::OFFSETS).collect();
-        let shared = own.len();
-        let score = |(i, direction): (usize, &Vector4<f64>)| {
-            let (information, slope) = self.at.shots[0][i].reduced(&ids)?;
-            let of_offsets = information.view((shared, shared), (4, 4)).into_owned();
-            let covariance = of_offsets.clone().try_inverse()?;
-            let direction = DVector::from_iterator(4, direction.iter().copied());
-            let unit = &direction * direction.dot(&(covariance * &direction)).sqrt();
-            Some(ShiftScore {
-                square: unit.dot(&(of_offsets * &unit)),
-                along: unit.dot(&slope.rows(shared, 4)),
-                beside: information.view((0, shared), (shared, 4)) * &unit,
-            })
-        };
-        let scores: Vec<Option<ShiftScore>> = directions.iter().enumerate().map(score).collect();
-        self.slope_of(variable, &scores)
+    /// Returns the velocities after the impact of shot `i` of a film, as its frames show them, less the model's, in the
+    /// frame of the table.
+    pub(crate) fn deviations_of_film(&self, i: usize) -> Option<Deviations> {
+        let motion = self.motion(i)?;
+        let Offsets { values, covariance } = self.offsets(0, i)?;
+        let (sin, cos) = motion.direction.sin_cos();
+        let turn = matrix![cos, -sin, 0.0, 0.0; sin, cos, 0.0, 0.0; 0.0, 0.0, cos, -sin; 0.0, 0.0, sin, cos];
+        let ids: Vec<Id> = self.own_columns().iter().map(|(_, id)| *id).chain(Id::OFFSETS).collect();
+        let shared = ids.len() - Id::OFFSETS.len();
+        let (information, _) = self.at.shots[0][i].reduced(&ids)?;
+        let beside = turn * covariance * information.view((shared, 0), (Id::OFFSETS.len(), shared));
+        let mut by = DMatrix::zeros(Id::OFFSETS.len(), Id::ALL.len());
+        for (place, id) in ids[..shared].iter().enumerate() {
+            by.set_column(*id as usize, &beside.column(place));
+        }
+        let values = turn * values;
+        let of_ball = |of: fn(Axis) -> Observable| [of(Axis::X), of(Axis::Y)];
+        let observables = [of_ball(Observable::CueVelocity), of_ball(Observable::ObjectVelocity)].concat();
+        Some(Deviations {
+            observables,
+            measured: (turn * Vector4::from(motion.after) + values).iter().copied().collect(),
+            values: DVector::from_column_slice(values.as_slice()),
+            covariance: DMatrix::from_column_slice(4, 4, (turn * covariance * turn.transpose()).as_slice()),
+            by,
+            normal: [cos, sin],
+            cut: motion.cut,
+            speed: Some(motion.speed),
+            spins: [motion.topspin, f64::NAN],
+        })
     }
 
     /// Returns the free unknowns of the problem that the first sample has: the place of each among the

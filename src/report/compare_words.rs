@@ -139,7 +139,6 @@ fn sentence(comparison: &Comparison, finding: &Finding) -> String {
             });
             format!("One camera filmed all data sets: {}.", all.collect::<Vec<_>>().join(", "))
         }
-        Finding::Said(_, sentence) => sentence.clone(),
     }
 }
 

@@ -3,25 +3,26 @@
 use super::content::{Section, Table};
 use super::number::{plain, with_error};
 use crate::fit::{Fit, mean_of_shots};
-use crate::measurement::dataset::{DiscShot, Measured};
+use crate::measurement::dataset::Measured;
+use crate::problem::{DiscImpact, Quantity};
 
 /// A column of the table.
 struct Column {
     name: &'static str,
-    of: fn(&DiscShot) -> Option<Measured>,
+    quantity: Quantity,
     /// Whether a mean over shots says something.
     has_mean: bool,
 }
 
 const COLUMNS: [Column; 8] = [
-    Column { name: "closing speed", of: |shot| shot.closing_speed, has_mean: false },
-    Column { name: "slip/closing", of: |shot| shot.slip_ratio, has_mean: false },
-    Column { name: "e", of: |shot| shot.restitution, has_mean: true },
-    Column { name: "J_t/J_n", of: |shot| shot.impulse_ratio, has_mean: false },
-    Column { name: "momentum along", of: |shot| shot.momentum[0], has_mean: true },
-    Column { name: "momentum across", of: |shot| shot.momentum[1], has_mean: true },
-    Column { name: "angular momentum", of: |shot| shot.angular_momentum, has_mean: true },
-    Column { name: "energy lost", of: |shot| shot.energy_lost, has_mean: true },
+    Column { name: "closing speed", quantity: Quantity::ClosingSpeed, has_mean: false },
+    Column { name: "slip/closing", quantity: Quantity::SlipRatio, has_mean: false },
+    Column { name: "e", quantity: Quantity::Restitution, has_mean: true },
+    Column { name: "J_t/J_n", quantity: Quantity::ImpulseRatio, has_mean: false },
+    Column { name: "momentum along", quantity: Quantity::MomentumAlong, has_mean: true },
+    Column { name: "momentum across", quantity: Quantity::MomentumAcross, has_mean: true },
+    Column { name: "angular momentum", quantity: Quantity::AngularMomentum, has_mean: true },
+    Column { name: "energy lost", quantity: Quantity::EnergyLost, has_mean: true },
 ];
 
 const ABOUT: &str = "± one standard error of the frames' noise. Momentum: what both discs gain along and across the line of centres, over \
@@ -35,25 +36,25 @@ pub(super) fn section(fit: &Fit) -> Option<Section> {
     if fit.disc_shots.is_empty() {
         return None;
     }
-    let used = |shot: &&DiscShot| fit.residuals.iter().any(|residual| residual.shot == shot.name);
+    let used = |shot: &&DiscImpact| fit.residuals.iter().any(|residual| residual.shot == shot.name);
     let value = |measured: Option<Measured>| {
         measured.map_or(String::new(), |found| with_error(found.value, found.sd.unwrap_or_default()))
     };
-    let row = |shot: &DiscShot| {
-        let state = match (used(&shot), shot.sticks, shot.doubts.is_empty()) {
+    let row = |shot: &DiscImpact| {
+        let is_rejected = fit.shots_rejected.iter().any(|rejected| rejected.shot == shot.name);
+        let state = match (used(&shot), shot.stuck.is_some(), is_rejected) {
             (_, true, _) => "sticks",
-            (true, _, true) => "",
-            (true, _, false) => "doubtful",
-            (false, _, false) => "doubtful, not fitted",
-            (false, _, true) => "not fitted",
+            (true, ..) => "",
+            (false, _, true) => "doubtful, not fitted",
+            (false, ..) => "not fitted",
         };
-        line(&shot.name, COLUMNS.iter().map(|column| value((column.of)(shot))).collect(), state)
+        line(&shot.name, COLUMNS.iter().map(|column| value(shot.get(column.quantity))).collect(), state)
     };
     let mut rows: Vec<Vec<String>> = fit.disc_shots.iter().map(row).collect();
     let means: Vec<_> = COLUMNS
         .iter()
         .map(|column| {
-            let values = fit.disc_shots.iter().filter(used).filter_map(|shot| (column.of)(shot));
+            let values = fit.disc_shots.iter().filter(used).filter_map(|shot| shot.get(column.quantity));
             mean_of_shots(&values.collect::<Vec<_>>()).filter(|_| column.has_mean)
         })
         .collect();

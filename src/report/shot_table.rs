@@ -29,14 +29,13 @@ pub fn render(fit: &Fit) -> String {
     let mut table = line(head);
     for own in fit.residuals.chunk_by(|one, next| one.shot == next.shot) {
         let Some(Residual { shot: name, cut, speed, .. }) = own.first() else { continue };
-        let doubt = fit.shots_doubtful.iter().find(|doubtful| doubtful.shot == *name);
         let standardized = || own.iter().map(|residual| residual.standardized);
         let chi2: f64 = standardized().map(|z| z * z).sum();
         let largest = standardized().fold(0.0, |most: f64, z| if z.abs() > most.abs() { z } else { most });
         let mut row = vec![
             quoted(name).into_owned(),
             "true".to_owned(),
-            doubt.map_or_else(String::new, |doubtful| quoted(&doubtful.reason).into_owned()),
+            String::new(),
             cell(cut.to_degrees()),
             cell(speed.unwrap_or(f64::NAN)),
             own.len().to_string(),

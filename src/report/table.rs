@@ -4,7 +4,7 @@ use super::aligned;
 use super::content::Table;
 use super::number::{plain, with_error, with_interval};
 use super::{noise_estimated, reduced_chi2};
-use crate::fit::{Estimate, Fit, Grade, Plateau, Status};
+use crate::fit::{Estimate, Fit, Grade, Status};
 use crate::measurement::parameter::Parameter;
 
 /// One line per fit, and below the table what its marks mean.
@@ -50,11 +50,6 @@ pub(super) fn with_unit(text: &str, unit: &str, space: &str) -> String {
     if unit.is_empty() { text.to_owned() } else { format!("{text}{space}{unit}") }
 }
 
-/// The plateau of χ² on which a parameter is, if it is on one.
-fn plateau(fit: &Fit, parameter: Parameter) -> Option<&Plateau> {
-    fit.diagnostics.plateaus.iter().find(|found| found.parameter == parameter)
-}
-
 /// A value to so many digits, with its unit.
 pub(super) fn quantity(value: f64, digits: usize, unit: &str) -> String {
     with_unit(&plain(value, digits), unit, " ")
@@ -72,9 +67,9 @@ pub(super) fn estimate(fit: &Fit, estimate: &Estimate) -> String {
             None => format!("{value} (refuted)"),
         };
     }
-    if let Some(plateau) = plateau(fit, estimate.parameter) {
-        let sign = if plateau.bound >= plateau.edge { '≥' } else { '≤' };
-        return format!("{sign} {}", plain(plateau.edge, 3));
+    if let Some([edge, bound]) = fit.plateau(estimate.parameter) {
+        let sign = if bound >= edge { '≥' } else { '≤' };
+        return format!("{sign} {}", plain(edge, 3));
     }
     if let Some(interval) = estimate.lopsided().filter(|_| estimate.status == Status::Free) {
         return with_interval(estimate.value, interval);
@@ -94,7 +89,7 @@ pub(super) fn brief(fit: &Fit, parameter: Parameter) -> String {
     let Some(own) = fit.estimates.iter().find(|e| e.parameter == parameter) else { return "–".to_owned() };
     match own.status {
         _ if fit.verdict().grade == Grade::Unusable => "–".to_owned(),
-        _ if plateau(fit, parameter).is_some() => estimate(fit, own),
+        _ if fit.plateau(parameter).is_some() => estimate(fit, own),
         Status::NotIdentified => "–".to_owned(),
         Status::AtLowerBound | Status::AtUpperBound => format!("{} (bound)", plain(own.value, 4)),
         Status::Free | Status::Fixed => estimate(fit, own),

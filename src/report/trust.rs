@@ -13,12 +13,6 @@ use crate::measurement::parameter::Parameter;
 pub(super) fn sections(fit: &Fit) -> Vec<Section> {
     let found = &fit.diagnostics;
     let mut sections = Vec::new();
-    if !fit.shots_doubtful.is_empty() {
-        let lines = fit.shots_doubtful.iter().map(|shot| format!("shot {}: {}", shot.shot, shot.reason));
-        let about = "they were used, but something about them is wrong";
-        let section = Section::lines("Doubtful shots", lines.collect());
-        sections.push(Section { about: about.to_owned(), ..section });
-    }
     sections.extend(computed(&found.computed));
     sections.extend(found.identifiability.as_ref().map(identifiability));
     sections.extend(found.bound.as_ref().map(|found| bound(fit, found)));

@@ -108,7 +108,6 @@ pub fn normal() -> Fit {
     }];
     fit.shots_used = 10;
     fit.shots_rejected = Vec::new();
-    fit.shots_doubtful = Vec::new();
     fit.disc_shots = Vec::new();
     fit.scatter = None;
     fit.friction_curve = None;

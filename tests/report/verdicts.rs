@@ -2,10 +2,8 @@
 
 use caromfit::fit::check::{Finding, Kind};
 use caromfit::fit::{
-    Combination, Fit, Grade, Identifiability, NoiseVerdict, Plateau, Refuted, Rejected, Status, Trend,
-    Variable,
+    Combination, Fit, Grade, Identifiability, NoiseVerdict, Refuted, Rejected, Status, Trend, Variable,
 };
-use caromfit::measurement::parameter::Parameter;
 use caromfit::report::overview::{Colour, render};
 use caromfit::report::{document, text};
 
@@ -69,7 +67,7 @@ fn suspicious(fit: &mut Fit, shots: usize) {
 }
 
 /// Every kind of doubt, the most harmful first: each is said whatever stands below it.
-const KINDS: [(Grade, &str, Change); 17] = [
+const KINDS: [(Grade, &str, Change); 16] = [
     (Grade::Unusable, "χ²/dof is 25.7, where 1 is expected", refute),
     (Grade::Unusable, "5 shots cannot show whether the camera looks askew", |fit| {
         refute(fit);
@@ -85,14 +83,12 @@ const KINDS: [(Grade, &str, Change); 17] = [
         noise(fit, NoiseVerdict::TooSmall, 1.5);
     }),
     (Grade::Doubtful, "The residuals are only 0.4 times", |fit| noise(fit, NoiseVerdict::TooLarge, 0.4)),
-    (Grade::Doubtful, "2 of the 10 shots that were used are doubtful; the first is shot 3", |fit| {
-        fit.shots_doubtful = vec![rejected("3"), rejected("4")];
-    }),
     (
         Grade::Doubtful,
         "μ is known to be at least 0.085 only: the balls stick together where they touch",
         |fit| {
-            fit.diagnostics.plateaus = vec![Plateau { parameter: Parameter::Mu, edge: 0.085, bound: 0.5 }];
+            let own = &mut fit.estimates[0];
+            (own.value, own.std_error) = (0.085, None);
         },
     ),
     (Grade::Doubtful, "Only the product μ·μ_s is determined.", |fit| weak(fit, true)),
@@ -140,7 +136,6 @@ fn every_doubt_is_said_and_the_most_harmful_first() {
 fn a_single_odd_shot_is_no_doubt_about_all() {
     let mut fit = normal();
     suspicious(&mut fit, 5);
-    fit.shots_doubtful = vec![rejected("3")];
     fit.shots_rejected = vec![rejected("11")];
     let verdict = fit.verdict();
     assert_eq!(verdict.grade, Grade::Good);

@@ -11,9 +11,6 @@ use crate::measurement::parameter::Parameter;
 use crate::measurement::written::{self, ByParameter, written_by_name};
 use crate::physics::name::worded;
 
-/// A χ² this improbable, at either end, means that the stated noise does not describe the residuals.
-pub(in crate::fit) const IMPROBABLE: f64 = 0.001;
-
 /// The mean square of standardized residuals below which they are rounding of the search.
 const ROUNDING: f64 = 1e-12;
 

@@ -11,7 +11,7 @@ use serde::Serialize;
 use statrs::distribution::{ChiSquared, ContinuousCDF};
 
 use crate::fit::request::Request;
-use crate::measurement::dataset::Shot;
+use crate::measurement::dataset::{Dataset, Shot};
 use crate::measurement::parameter::{Parameter, Settings};
 use crate::measurement::written::{self, ByParameter};
 use crate::physics::collision::{Fidelity, FidelityChoice};
@@ -70,61 +70,57 @@ pub(in crate::fit) fn compare(
     shots: &[Option<Deviations>],
 ) -> Vec<Alternative> {
     let settings = request.dataset.settings_of_balls();
-    let values = |fit: &RowsFit| {
-        let parameters = Parameter::ALL.into_iter();
-        parameters.map(|p| (p, fit.solution.value(Id::from(p)))).collect::<Vec<_>>()
-    };
-    let of_settings = |settings: &Settings, values: &[(Parameter, f64)]| -> Vec<(Parameter, f64)> {
-        values.iter().copied().filter(|(p, _)| settings.has(*p)).collect()
-    };
-    let (likelihood, count) = fit.minus_two_log();
-    let mut alternatives = vec![Alternative {
-        name: "as fitted",
-        failed: None,
-        values: of_settings(&settings, &values(fit)),
-        parameters: count,
-        delta_aic: 0.0,
-        delta_bic: 0.0,
-        likelihood_ratio: None,
-    }];
-    let numbers: usize = shots.iter().flatten().map(|shot| shot.values.len()).sum();
+    let mut alternatives = vec![Alternative::failed("as fitted", None).fitted(fit, (fit, shots), &settings)];
     // all models are fitted to the shots of the fit, also those that one of them does not describe
     let policy = Policy { shot_tail: 0.0, ..Policy::default() };
     let is_fitted = |shot: &&Shot| fit.solution.names[0].contains(&shot.name);
-    let fitted: Vec<&Shot> = request.shots.iter().copied().filter(is_fitted).collect();
-    for change in changes(request, fit, &settings, shots) {
-        let mut dataset = request.dataset.clone();
-        dataset.settings = change.settings;
-        let choices =
-            RowsChoices { fidelity: change.fidelity, loss: request.options.loss, without_profiles: true };
-        let mut other = Alternative {
-            name: change.name,
-            failed: None,
-            values: Vec::new(),
-            parameters: 0,
-            delta_aic: f64::NAN,
-            delta_bic: f64::NAN,
-            likelihood_ratio: None,
-        };
-        match fit_rows(&dataset, &fitted, &choices, &policy) {
+    let fitted: Vec<&Shot> = request.dataset.shots.iter().filter(is_fitted).collect();
+    for Change { name, fidelity, settings, nested } in changes(request, fit, &settings, shots) {
+        let dataset = Dataset { settings, ..request.dataset.clone() };
+        let choices = RowsChoices { fidelity, loss: request.options.loss, without_profiles: true };
+        alternatives.push(match fit_rows(&dataset, &fitted, &choices, &policy) {
             Ok(found) if found.solution.names == fit.solution.names => {
-                let (there, parameters) = found.minus_two_log();
-                let (rise, more) = (there - likelihood, parameters as f64 - count as f64);
-                other.values = of_settings(&dataset.settings_of_balls(), &values(&found));
-                other.parameters = parameters;
-                other.delta_aic = rise + 2.0 * more;
-                other.delta_bic = rise + (numbers as f64).ln() * more;
-                other.likelihood_ratio = (change.nested != 0).then(|| {
-                    let statistic = (-f64::from(change.nested) * rise).max(0.0);
-                    LikelihoodRatio { statistic, p_value: at_bound(statistic) }
-                });
+                let other = Alternative::failed(name, None);
+                let other = other.fitted(&found, (fit, shots), &dataset.settings_of_balls());
+                let rise = found.minus_two_log().0 - fit.minus_two_log().0;
+                let statistic = (-f64::from(nested) * rise).max(0.0);
+                let ratio = LikelihoodRatio { statistic, p_value: at_bound(statistic) };
+                Alternative { likelihood_ratio: (nested != 0).then_some(ratio), ..other }
             }
-            Ok(_) => other.failed = Some("it leaves other shots out".to_owned()),
-            Err(error) => other.failed = Some(error.to_string()),
-        }
-        alternatives.push(other);
+            Ok(_) => Alternative::failed(name, Some("it leaves other shots out".to_owned())),
+            Err(error) => Alternative::failed(name, Some(error.to_string())),
+        });
     }
     alternatives
+}
+
+impl Alternative {
+    /// Returns a model without a fit.
+    fn failed(name: &'static str, failed: Option<String>) -> Self {
+        let (values, likelihood_ratio) = (Vec::new(), None);
+        let [delta_aic, delta_bic] = [f64::NAN; 2];
+        Self { name, failed, values, parameters: 0, delta_aic, delta_bic, likelihood_ratio }
+    }
+
+    /// Returns the model with its fit, against the first one.
+    fn fitted(
+        self,
+        found: &RowsFit,
+        (first, shots): (&RowsFit, &[Option<Deviations>]),
+        settings: &Settings,
+    ) -> Self {
+        let numbers: usize = shots.iter().flatten().map(|shot| shot.values.len()).sum();
+        let ((likelihood, count), (there, parameters)) = (first.minus_two_log(), found.minus_two_log());
+        let (rise, more) = (there - likelihood, parameters as f64 - count as f64);
+        let has = Parameter::ALL.into_iter().filter(|p| settings.has(*p));
+        Self {
+            values: has.map(|p| (p, found.solution.value(Id::from(p)))).collect(),
+            parameters,
+            delta_aic: rise + 2.0 * more,
+            delta_bic: rise + (numbers as f64).ln() * more,
+            ..self
+        }
+    }
 }
 
 /// The probability of a statistic as large, where the smaller model holds a parameter at its bound 0: half the time the

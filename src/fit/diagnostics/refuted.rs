@@ -3,19 +3,15 @@
 //! Standard errors hold if the model does. Where χ² rules the model out they are not given; what needs no model of the
 //! friction, the ratio of the normal velocities, is given in their place.
 
+use nalgebra::DVector;
 use statrs::distribution::{ChiSquared, ContinuousCDF};
 
 use crate::fit::{Estimate, Fit, Status};
 use crate::measurement::dataset::{Before, Joint, Measured, Shot};
-use crate::measurement::number::{count_of, plain, with_error};
+use crate::measurement::number::plain;
 use crate::measurement::observable::{Axis, Observable};
 use crate::measurement::parameter::Parameter;
-
-/// A χ² that chance exceeds with less than this probability is no chance: one fit in a million…
-const NO_CHANCE: f64 = 1e-6;
-/// …and where χ²/dof is above this, the residuals are more than twice (√5) what the noise explains. Below it, noise that
-/// is stated too small by half, as trackers often have it, explains them, and errors of twice the size would hold.
-const NO_NOISE: f64 = 5.0;
+use crate::problem::Policy;
 
 /// How the data contradict the model.
 #[derive(Clone, Debug, PartialEq)]
@@ -46,10 +42,14 @@ pub struct MeasuredRestitution {
 }
 
 impl Refuted {
-    /// The criterion: both the probability of χ² and χ²/dof itself.
-    #[must_use]
-    pub fn is(p_value: f64, reduced_chi2: f64) -> bool {
-        p_value < NO_CHANCE && reduced_chi2 > NO_NOISE
+    /// Returns χ² per degree of freedom, and the probability that chance gives a larger χ², if both rule the model out. As
+    /// many parameters as observations should leave nothing; what they leave is judged as one degree of freedom.
+    pub(crate) fn judge(chi2: f64, dof: usize) -> Option<[f64; 2]> {
+        let dof = dof.max(1) as f64;
+        let reduced = chi2 / dof;
+        let p_value = ChiSquared::new(dof).map_or(1.0, |distribution| distribution.sf(chi2));
+        let policy = Policy::default();
+        (p_value < policy.shot_tail && reduced > policy.refuted_rows).then_some([reduced, p_value])
     }
 
     /// How the data contradict the model, as a sentence, without what was measured.
@@ -60,24 +60,6 @@ impl Refuted {
              the least χ²; they have no standard errors, since those hold only if the model does.",
             plain(self.reduced_chi2, 3),
             if self.p_value > 0.0 { format!("of {:.1e}", self.p_value) } else { "below 1e-300".to_owned() }
-        )
-    }
-}
-
-impl MeasuredRestitution {
-    /// The restitution and its scatter, as a sentence.
-    #[must_use]
-    pub fn sentence(&self) -> String {
-        let shots = count_of(self.shots, "shot");
-        let scatter = if self.scatter > 0.0 {
-            format!("; between shots it varies by {}", plain(self.scatter, 2))
-        } else {
-            String::new()
-        };
-        format!(
-            "Measured without the model, as the ratio of the normal velocities after and before the impact: e = {} \
-             ({shots}{scatter}).",
-            with_error(self.value, self.std_error)
         )
     }
 }
@@ -100,13 +82,7 @@ pub(in crate::fit) fn judge(fit: &mut Fit, shots: &[&Shot]) {
     let Some(goodness) = fit.diagnostics.goodness.as_ref().filter(|goodness| goodness.noise_is_stated) else {
         return;
     };
-    // as many parameters as observations should leave nothing; what they leave is judged as one degree of freedom
-    let dof = goodness.dof.max(1) as f64;
-    let reduced_chi2 = goodness.chi2 / dof;
-    let p_value = ChiSquared::new(dof).map_or(1.0, |distribution| distribution.sf(goodness.chi2));
-    if !Refuted::is(p_value, reduced_chi2) {
-        return;
-    }
+    let Some([reduced_chi2, p_value]) = Refuted::judge(goodness.chi2, goodness.dof) else { return };
     let if_model_held =
         fit.estimates.iter().filter_map(|e| Some((e.parameter, e.std_error?))).collect::<Vec<_>>();
     for estimate in fit.estimates.iter_mut().filter(|e| e.status != Status::Fixed) {
@@ -119,16 +95,16 @@ pub(in crate::fit) fn judge(fit: &mut Fit, shots: &[&Shot]) {
     fit.refuted = Some(Refuted { reduced_chi2, p_value, if_model_held, restitution: mean(&measured) });
 }
 
-/// e = −(V' − U')·n / (V − U)·n of one shot, with the error that its joint errors give.
+/// Returns e = −(V' − U')·n / (V − U)·n of one shot, with its standard error.
 fn restitution(shot: &Shot) -> Option<Measured> {
     let Before::Impact { normal, velocity } = shot.before else { return None };
     let place = |observable| shot.after.iter().position(|measurement| measurement.observable == observable);
     if let Some(of_discs) = place(Observable::Restitution) {
         return Some(shot.after[of_discs].measured);
     }
-    let after = |place: [usize; 2]| place.map(|i| shot.after[i].measured);
     let both = |of: fn(Axis) -> Observable| Some([place(of(Axis::X))?, place(of(Axis::Y))?]);
     let (object, cue) = (both(Observable::ObjectVelocity)?, both(Observable::CueVelocity)?);
+    let after = |place: [usize; 2]| place.map(|i| shot.after[i].measured);
     let length = normal[0].value.hypot(normal[1].value);
     let n = normal.map(|m| m.value / length);
     let along = |v: [Measured; 2]| v[0].value * n[0] + v[1].value * n[1];
@@ -136,30 +112,27 @@ fn restitution(shot: &Shot) -> Option<Measured> {
     let (u, v, w) = (velocity, after(object), after(cue));
     let closing = along(u);
     let e = (along(v) - along(w)) / closing;
-    let by_direction = (across(v) - across(w) - e * across(u)) / closing;
-    let by_u = n.map(|n| -n * e / closing);
-    let (by_v, by_w) = (n.map(|n| n / closing), n.map(|n| -n / closing));
-    let sd = if let Some(joint) = &shot.joint {
-        let mut gradient = vec![0.0; joint.covariance.nrows()];
-        gradient[0] = by_direction;
-        for k in 0..2 {
-            gradient[1 + k] = by_u[k];
-            gradient[Joint::BEFORE + object[k]] = by_v[k];
-            gradient[Joint::BEFORE + cue[k]] = by_w[k];
+    // by the direction of n, then by velocities
+    let count = Joint::BEFORE + shot.after.len();
+    let mut gradient = DVector::zeros(count);
+    gradient[0] = (across(v) - across(w) - e * across(u)) / closing;
+    for k in 0..2 {
+        gradient[1 + k] = -n[k] * e / closing;
+        gradient[Joint::BEFORE + object[k]] = n[k] / closing;
+        gradient[Joint::BEFORE + cue[k]] = -n[k] / closing;
+    }
+    let variance = match &shot.joint {
+        Some(joint) => gradient.dot(&(&joint.covariance * &gradient)),
+        None => {
+            let sd = |measured: &Measured| measured.sd.unwrap_or(0.0);
+            let of_direction = (n[1] * sd(&normal[0])).hypot(n[0] * sd(&normal[1]));
+            let of_after = shot.after.iter().map(|after| sd(&after.measured));
+            let before = [of_direction, sd(&u[0]), sd(&u[1]), 0.0, 0.0, 0.0];
+            let sds = before.into_iter().chain(of_after);
+            gradient.iter().zip(sds).map(|(by, sd)| (by * sd).powi(2)).sum()
         }
-        let gradient = nalgebra::DVector::from_vec(gradient);
-        gradient.dot(&(&joint.covariance * &gradient)).max(0.0).sqrt()
-    } else {
-        let mut variance = 0.0;
-        // a change of n by dn turns it by n × dn
-        let turned = [-n[1] * by_direction, n[0] * by_direction];
-        for (measured, by) in [(normal, turned), (u, by_u), (v, by_v), (w, by_w)] {
-            for k in 0..2 {
-                variance += (by[k] * measured[k].sd.unwrap_or(0.0)).powi(2);
-            }
-        }
-        variance.sqrt()
     };
+    let sd = variance.max(0.0).sqrt();
     (e.is_finite() && sd.is_finite() && sd > 0.0).then_some(Measured { value: e, sd: Some(sd) })
 }
 
@@ -217,10 +190,10 @@ mod tests {
 
     #[test]
     fn both_the_probability_and_the_size_of_chi2_count() {
-        assert!(Refuted::is(0.0, 3736.0));
+        assert!(Refuted::judge(3736.0, 1).is_some());
         // many shots with noise stated too small by a third
-        assert!(!Refuted::is(1e-80, 1.8));
+        assert!(Refuted::judge(1800.0, 1000).is_none());
         // a single residual of 2.5 standard deviations
-        assert!(!Refuted::is(0.01, 6.3));
+        assert!(Refuted::judge(6.3, 1).is_none());
     }
 }

@@ -7,6 +7,9 @@ use crate::measurement::number::plain;
 use crate::measurement::written::written_by_name;
 use crate::physics::name::worded;
 
+/// A χ² or a trend this improbable, a χ² at either end, means that model or noise do not describe the residuals.
+pub(in crate::fit) const IMPROBABLE: f64 = 0.001;
+
 /// A trend this improbable, with all the trends that were looked for taken into account, is named.
 const SIGNIFICANT: f64 = 0.05;
 
@@ -38,6 +41,11 @@ pub struct Trend {
 }
 
 impl Trend {
+    /// Returns whether it is beyond chance however many trends are looked for.
+    pub(in crate::fit) fn is_improbable(&self) -> bool {
+        self.p_corrected < IMPROBABLE
+    }
+
     /// A likely reason for the trend, in words.
     #[must_use]
     pub fn meaning(&self) -> &'static str {
@@ -81,34 +89,63 @@ worded! {
 
 written_by_name!(Variable);
 
-/// Returns the trends of slopes (quantity, variable, slope, probability by chance), the most significant
-/// first, corrected for the number of trends that were looked for (Holm 1979).
-pub(in crate::fit) fn ranked(mut found: Vec<(&'static str, Variable, f64, f64)>) -> Vec<Trend> {
-    found.sort_by(|a, b| a.3.total_cmp(&b.3));
-    let count = found.len();
-    let mut largest = 0.0_f64;
-    let trend = |(rank, (quantity, variable, slope, p_value)): (usize, (_, Variable, _, f64))| {
-        largest = largest.max(p_value * (count - rank) as f64).min(1.0);
-        let significant = largest < SIGNIFICANT;
-        let words = String::new();
-        let slope_per = variable.unit();
-        let p_corrected = largest;
-        let trend = Trend { quantity, variable, slope, slope_per, p_value, p_corrected, significant, words };
-        Trend { words: words_of(&trend, count), ..trend }
-    };
-    found.into_iter().enumerate().map(trend).collect()
+/// A slope that was looked for.
+pub(in crate::fit) struct Slope {
+    pub quantity: &'static str,
+    pub variable: Variable,
+    /// Change of the residuals in standard deviations per unit of the variable.
+    pub value: f64,
+    /// Probability of such a slope by chance.
+    pub p_value: f64,
 }
 
-fn words_of(trend: &Trend, count: usize) -> String {
-    let verb = if trend.slope < 0.0 { "fall" } else { "rise" };
-    let meaning = trend.meaning();
-    format!(
-        "{} residuals {verb} with {} ({:+.2} sd per {}; by chance with probability {}, {count} trends looked \
-         for): {meaning}",
-        trend.quantity,
-        trend.variable.name(),
-        trend.slope,
-        trend.slope_per,
-        plain(trend.p_corrected, 2)
-    )
+/// Returns the trends of slopes, the most significant first, corrected for the number of trends that were looked for.
+pub(in crate::fit) fn ranked(mut slopes: Vec<Slope>) -> Vec<Trend> {
+    slopes.sort_by(|a, b| a.p_value.total_cmp(&b.p_value));
+    let count = slopes.len();
+    let mut corrected: Vec<f64> = slopes.iter().map(|slope| slope.p_value).collect();
+    holm(&mut corrected);
+    let trend = |(Slope { quantity, variable, value, p_value }, p_corrected): (Slope, f64)| {
+        let (significant, words) = (p_corrected < SIGNIFICANT, String::new());
+        let slope_per = variable.unit();
+        let trend =
+            Trend { quantity, variable, slope: value, slope_per, p_value, p_corrected, significant, words };
+        let words = format!(
+            "{quantity} residuals {} with {} ({value:+.2} sd per {}; by chance with probability {}, {count} trends looked \
+             for): {}",
+            if value < 0.0 { "fall" } else { "rise" },
+            variable.name(),
+            variable.unit(),
+            plain(p_corrected, 2),
+            trend.meaning()
+        );
+        Trend { words, ..trend }
+    };
+    slopes.into_iter().zip(corrected).map(trend).collect()
+}
+
+/// Corrects probabilities for their number, step by step from the smallest.
+///
+/// - Holm, S. (1979). A simple sequentially rejective multiple test procedure. Scand. J. Stat. 6, 65–70.
+pub(crate) fn holm<'a>(probabilities: impl IntoIterator<Item = &'a mut f64>) {
+    let mut all: Vec<&mut f64> = probabilities.into_iter().collect();
+    all.sort_by(|a, b| a.total_cmp(b));
+    let (count, mut last) = (all.len(), 0.0_f64);
+    for (rank, p) in all.into_iter().enumerate() {
+        last = last.max((*p * (count - rank) as f64).min(1.0));
+        *p = last;
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    /// Four tests: 0.01·4, 0.02·3, then 0.03·2 is no less than 0.06, 0.5.
+    #[test]
+    fn holm_steps_down() {
+        let mut p = [0.02, 0.5, 0.01, 0.03];
+        super::holm(&mut p);
+        for (p, expected) in p.iter().zip([0.06, 0.5, 0.04, 0.06]) {
+            assert!((p - expected).abs() < 1e-15, "{p}");
+        }
+    }
 }

@@ -54,11 +54,11 @@ pub struct Resampled {
 /// Draws and fits `replicates` samples of the shots, in parallel; `done` is called after each.
 pub(in crate::fit) fn draw(
     solution: &Solution,
-    free: &[(Parameter, Id)],
+    free: &[Parameter],
     (replicates, seed): (usize, u64),
     done: &(dyn Fn() + Sync),
 ) -> Bootstrap {
-    let ids: Vec<Id> = free.iter().map(|(_, id)| *id).collect();
+    let ids: Vec<Id> = free.iter().map(|parameter| Id::from(*parameter)).collect();
     let of_replicate = |number: usize| {
         let found = solution.resampled(&ids, (seed, number as u64 + 1));
         done();
@@ -67,7 +67,7 @@ pub(in crate::fit) fn draw(
     let all: Vec<_> = (0..replicates).into_par_iter().map(of_replicate).collect();
     let failed = all.iter().filter(|x| x.is_none()).count();
     let influence = solution.influence();
-    let estimates = free.iter().enumerate().filter_map(|(column, (parameter, id))| {
+    let estimates = free.iter().zip(&ids).enumerate().filter_map(|(column, (parameter, id))| {
         let mut values: Vec<f64> = all.iter().flatten().map(|x| x[column]).collect();
         values.sort_by(f64::total_cmp);
         let change = |shot: &Option<ShotInfluence>| {

@@ -1,6 +1,7 @@
 //! How a table is fitted, and why it cannot be.
 
 use crate::measurement::loss::Loss;
+use crate::measurement::number::count_of;
 use crate::physics::collision::FidelityChoice;
 use crate::problem::unknowns::Id;
 
@@ -25,7 +26,11 @@ pub enum RowsError {
         left_out: Vec<(String, String)>,
     },
     /// There are fewer numbers than free unknowns.
-    #[error("{numbers} observations for the free parameters {}; expected at least as many", .unknowns.iter().map(|id| id.name()).collect::<Vec<_>>().join(", "))]
+    #[error(
+        "{} for the free parameters {}; expected at least as many observations as parameters: add shots, or fix parameters under [fit]",
+        count_of(*.numbers, "observation"),
+        .unknowns.iter().map(|id| id.name()).collect::<Vec<_>>().join(", ")
+    )]
     TooFewNumbers {
         /// Number of observations and priors.
         numbers: usize,
@@ -33,19 +38,24 @@ pub enum RowsError {
         unknowns: Vec<Id>,
     },
     /// Some numbers of a column have a standard deviation and others none.
-    #[error("{column} has a standard deviation in shot {with}, but none in shot {without}; give all or none")]
+    #[error("{column} has a standard deviation in {with}, but none in {without}; give all or none")]
     MixedNoise {
         /// The column.
         column: &'static str,
-        /// Name of the first shot with one.
+        /// Place and name of the first shot with one.
         with: String,
-        /// Name of the first shot without.
+        /// Place and name of the first shot without.
         without: String,
     },
     /// κ is stated, and the fidelity is of a rigid contact.
-    #[error("kappa is stated, but with the fidelity {0} a contact is rigid along its surface")]
+    #[error(
+        "kappa stands in [fit], but with the fidelity {0} a contact is rigid along its surface; expected the fidelity auto, ode or \
+         contact with it"
+    )]
     Rigid(&'static str),
     /// No start of the search describes a collision.
-    #[error("no values of the unknowns describe a collision that is like these shots")]
+    #[error(
+        "no collision is like these shots, so that no search can begin: check the radius, the units and which ball is which"
+    )]
     NoStart,
 }

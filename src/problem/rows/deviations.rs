@@ -21,7 +21,7 @@ pub(crate) struct Deviations {
     pub values: DVector<f64>,
     /// Covariance of `values`, errors of the inputs included.
     pub covariance: DMatrix<f64>,
-    /// Derivatives of the prediction by the unknowns that move the balls, in the order of [`Id`].
+    /// Derivatives of the prediction by the unknowns, of a table those that move the balls, in the order of [`Id`].
     ///
     /// [`Id`]: crate::problem::Id
     pub by: DMatrix<f64>,
@@ -31,15 +31,17 @@ pub(crate) struct Deviations {
     pub cut: f64,
     /// Speed of the cue ball before the impact, m/s; `None` if it is not known.
     pub speed: Option<f64>,
-    /// Topspin and side spin of the cue ball before the impact over those of natural roll.
+    /// Topspin and side spin of the cue ball before the impact over those of natural roll; NaN if not known.
     pub spins: [f64; 2],
 }
 
 impl Solution {
-    /// Returns the deviations of each shot of the only sample, a table; none of other data.
+    /// Returns the deviations of each shot of the only sample, a table or a film of balls.
     pub(crate) fn deviations(&self) -> Vec<Option<Deviations>> {
         let (state, problem) = (self.state(), &self.problem);
-        let Some(rows) = problem.rows() else { return Vec::new() };
+        let Some(rows) = problem.rows() else {
+            return (0..state.own[0].len()).map(|i| self.deviations_of_film(i)).collect();
+        };
         let shared = problem.samples[0].gather(&state.shared);
         state.own[0].iter().enumerate().map(|(i, own)| rows.deviations(i, own, &shared)).collect()
     }

@@ -213,7 +213,10 @@ mod tests {
             Dataset::new("textbook", Ball::POOL, (1..6).map(|i| shot(f64::from(i) + 0.05)).collect());
         let fit = fitted(&textbook, &FULL).unwrap();
         assert_eq!((fit.get(Id::Mu).value, fit.get(Id::E).value), (0.0, 1.0));
-        assert_eq!((fit.get(Id::Mu).status, fit.get(Id::E).status), (Status::AtLower, Status::AtUpper));
+        assert_eq!(
+            (fit.get(Id::Mu).status, fit.get(Id::E).status),
+            (Status::AtLowerBound, Status::AtUpperBound)
+        );
     }
 
     /// A shot that fits no collision that the others fit is left out, or counts little by a robust loss; a

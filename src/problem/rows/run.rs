@@ -258,7 +258,7 @@ fn finish(table: Table, found: Found, choices: &RowsChoices, policy: &Policy) ->
             Status::NotIdentified => {
                 solution.findings.push(Finding::Undetermined { id: estimate.id, sd: f64::INFINITY });
             }
-            Status::AtLower | Status::AtUpper => {
+            Status::AtLowerBound | Status::AtUpperBound => {
                 solution.findings.push(Finding::AtBound { id: estimate.id, bound: estimate.value });
             }
             Status::Free | Status::Fixed => {}

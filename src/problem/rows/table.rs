@@ -60,7 +60,8 @@ impl Table {
         let unknowns = list_unknowns(dataset, &settings);
         let contact = choose_contact(dataset, &unknowns, choices.fidelity)?;
         let usual = Shared(unknowns.iter().map(|unknown| unknown.start).collect());
-        let (mut rows, mut names, mut left_out) = (Vec::new(), Vec::new(), dataset.left_out.clone());
+        let (mut rows, mut names, mut places) = (Vec::new(), Vec::new(), Vec::new());
+        let mut left_out = dataset.left_out.clone();
         for shot in shots {
             let made = RowShot::new(shot, dataset, settings.falls || settings.e_falls).and_then(|made| {
                 made.predict(&Own::zeros(OWN), &usual, &contact)?;
@@ -70,6 +71,7 @@ impl Table {
                 Ok(made) => {
                     rows.push(made);
                     names.push(shot.name.clone());
+                    places.push(format!("{}:{} (shot {})", shot.file.display(), shot.line, shot.name));
                 }
                 Err(why) => left_out.push((shot.name.clone(), why.to_string())),
             }
@@ -77,7 +79,7 @@ impl Table {
         if rows.is_empty() {
             return Err(RowsError::NoShot { left_out });
         }
-        check_noise(&rows, &names)?;
+        check_noise(&rows, &places)?;
         let observables = number_noises(&mut rows);
         let block = RowsBlock {
             shots: Arc::new(rows),
@@ -286,15 +288,15 @@ fn choose_contact(
 }
 
 /// Checks that the errors of each column are stated everywhere or nowhere.
-fn check_noise(shots: &[RowShot], names: &[String]) -> Result<(), RowsError> {
+fn check_noise(shots: &[RowShot], places: &[String]) -> Result<(), RowsError> {
     let mut seen: Vec<(Observable, bool, &String)> = Vec::new();
-    for (shot, name) in shots.iter().zip(names) {
+    for (shot, place) in shots.iter().zip(places) {
         for row in &shot.rows {
             let is_stated = row.noise.is_none();
             match seen.iter().find(|(observable, ..)| *observable == row.observable) {
-                None => seen.push((row.observable, is_stated, name)),
+                None => seen.push((row.observable, is_stated, place)),
                 Some((_, other, first)) if *other != is_stated => {
-                    let (with, without) = if is_stated { (name, *first) } else { (*first, name) };
+                    let (with, without) = if is_stated { (place, *first) } else { (*first, place) };
                     return Err(RowsError::MixedNoise {
                         column: row.observable.column(),
                         with: with.clone(),

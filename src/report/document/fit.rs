@@ -4,7 +4,7 @@ use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 use super::{ByName, Made};
-use crate::fit::causes::Explanation;
+use crate::fit::Explanation;
 use crate::fit::{Counted, Diagnostics, Rejected, Scatter, Status, Verdict};
 use crate::measurement::dataset::{Measured, ObjectBall};
 use crate::measurement::written::ByParameter;

@@ -55,7 +55,7 @@ impl From<&Fit> for FitDocument {
             diagnostics: fit.diagnostics.clone(),
             shots_used: fit.shots_used,
             shots_rejected: fit.shots_rejected.clone(),
-            shots_doubtful: fit.shots_doubtful.clone(),
+            shots_doubtful: Vec::new(),
             scatter: fit.scatter.filter(|scatter| scatter.is_estimated),
             converged: fit.converged,
             termination: fit.termination.clone(),
@@ -83,7 +83,6 @@ fn parameter(fit: &Fit, estimate: &fit::Estimate) -> (String, FittedParameter) {
     let interval = |ends: Option<[f64; 2]>| ends.filter(|ends| ends.iter().all(|end| end.is_finite()));
     let interval_95 = interval(estimate.interval_95);
     let method = if estimate.is_profiled() { "profile" } else { "hessian" };
-    let plateau = fit.diagnostics.plateaus.iter().find(|plateau| plateau.parameter == estimate.parameter);
     let document = FittedParameter {
         meaning: estimate.parameter.meaning().to_owned(),
         unit: unit_of(estimate.parameter).to_owned(),
@@ -95,7 +94,7 @@ fn parameter(fit: &Fit, estimate: &fit::Estimate) -> (String, FittedParameter) {
         interval_95_profile: interval(estimate.intervals.profile),
         std_error_at_bound: estimate.std_error_at_bound.and_then(finite),
         status: estimate.status.name().to_owned(),
-        plateau: plateau.map(|plateau| [plateau.edge, plateau.bound]),
+        plateau: fit.plateau(estimate.parameter),
     };
     (estimate.parameter.name().to_owned(), document)
 }
@@ -140,9 +139,9 @@ fn film(found: &FoundCamera) -> ByName<FilmEntry> {
         add(which.name(), correction(*value, *std_error, *adopted));
     }
     if let Some(noise) = found.noise_correlation {
-        add("noise_correlation", correction(noise.value, noise.std_error, noise.adopted));
+        add("noise_correlation", correction(noise, f64::NAN, true));
     }
-    add("resolution_m", FilmEntry { estimate: finite(found.resolution), ..FilmEntry::default() });
+    add("resolution_m", FilmEntry { estimate: Some(0.0), ..FilmEntry::default() });
     let [shots, drops] = found.drops.map(Some);
     add("dropped_frames", FilmEntry { shots, drops, ..FilmEntry::default() });
     if let Some(spoiled) = found.spoiled {

@@ -16,7 +16,7 @@ const ENLARGED: [f64; 10] = [1.0, 2.0, 5.0, 10.0, 20.0, 50.0, 100.0, 200.0, 500.
 
 /// Returns the figure; `None` if nothing was corrected.
 pub fn figure(found: &FoundCamera) -> Option<Figure> {
-    if !found.corrects() || found.contacts.is_empty() {
+    if found.corrections.is_empty() || found.contacts.is_empty() {
         return None;
     }
     let sides = [0, 1].map(|axis| ends(found.contacts.iter().map(|place| place[axis])));

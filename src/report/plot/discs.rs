@@ -2,8 +2,9 @@
 
 use super::{Axis, BAND, Figure, Label, Mark, Panel, Point, color};
 use crate::fit::{Fit, Status};
-use crate::measurement::dataset::{DiscShot, Measured};
+use crate::measurement::dataset::Measured;
 use crate::measurement::parameter::Parameter;
+use crate::problem::{DiscImpact, Quantity};
 
 /// Height of the panels, pixels.
 const ROW: u32 = 500;
@@ -13,8 +14,8 @@ const SERIES: [(usize, &str); 2] = [(0, "shots"), (1, "shots that were not fitte
 
 /// Returns the figure; `None` of balls, or if no shot has what it shows.
 pub fn figure(fit: &Fit) -> Option<Figure> {
-    let has_parted = |shot: &&DiscShot| !shot.sticks && shot.closing_speed.is_some();
-    let shots: Vec<&DiscShot> = fit.disc_shots.iter().filter(has_parted).collect();
+    let has_parted = |shot: &&DiscImpact| shot.stuck.is_none() && shot.get(Quantity::ClosingSpeed).is_some();
+    let shots: Vec<&DiscImpact> = fit.disc_shots.iter().filter(has_parted).collect();
     let mut figure = Figure::new("All impacts");
     figure.labels =
         shots.iter().map(|shot| Label { shot: shot.name.clone(), words: String::new() }).collect();
@@ -38,11 +39,11 @@ pub fn figure(fit: &Fit) -> Option<Figure> {
 
 /// Returns the points of shots that have a place and a value.
 fn points(
-    shots: &[&DiscShot],
+    shots: &[&DiscImpact],
     used: &[bool],
-    at: impl Fn(&DiscShot) -> Option<(f64, Measured)>,
+    at: impl Fn(&DiscImpact) -> Option<(f64, Measured)>,
 ) -> Vec<Point> {
-    let point = |(label, (shot, used)): (usize, (&&DiscShot, &bool))| {
+    let point = |(label, (shot, used)): (usize, (&&DiscImpact, &bool))| {
         let (x, measured) = at(shot)?;
         let series = if *used { SERIES[0].0 } else { SERIES[1].0 };
         Some(Point { sd: measured.sd, label: Some(label), ..Point::new([x, measured.value], series) })
@@ -60,8 +61,10 @@ fn add_curve(panel: &mut Panel, curve: &[[f64; 2]], scatter: f64) {
     panel.line(curve.iter().copied(), color(5), 3);
 }
 
-fn restitution(fit: &Fit, shots: &[&DiscShot], used: &[bool], about: &str) -> Option<Panel> {
-    let points = points(shots, used, |shot| Some((shot.closing_speed?.value, shot.restitution?)));
+fn restitution(fit: &Fit, shots: &[&DiscImpact], used: &[bool], about: &str) -> Option<Panel> {
+    let points = points(shots, used, |shot| {
+        Some((shot.get(Quantity::ClosingSpeed)?.value, shot.get(Quantity::Restitution)?))
+    });
     if points.is_empty() {
         return None;
     }
@@ -80,9 +83,9 @@ fn restitution(fit: &Fit, shots: &[&DiscShot], used: &[bool], about: &str) -> Op
     Some(panel)
 }
 
-fn friction(fit: &Fit, shots: &[&DiscShot], used: &[bool], about: &str) -> Option<Panel> {
+fn friction(fit: &Fit, shots: &[&DiscImpact], used: &[bool], about: &str) -> Option<Panel> {
     let points = points(shots, used, |shot| {
-        let (slip, ratio) = (shot.slip_ratio?.value, shot.impulse_ratio?);
+        let (slip, ratio) = (shot.get(Quantity::SlipRatio)?.value, shot.get(Quantity::ImpulseRatio)?);
         Some((slip.abs(), Measured { value: -slip.signum() * ratio.value, ..ratio }))
     });
     if points.is_empty() {

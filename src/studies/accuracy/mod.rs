@@ -22,7 +22,6 @@ use crate::physics::name::worded;
 /// Tolerance of a compliant contact as a reference; only a rigid one is run at it.
 pub const REFERENCE: f64 = 1e-12;
 
-
 /// One shot of the study, in the collision frame.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Shot {

@@ -1,0 +1,266 @@
+//! What else a reader may want to know of a fit, in sentences.
+
+use super::film::FittedFilm;
+use super::film_words::{DIFFERS, sentence};
+use super::{DOWN_WEIGHTED, Fit, Status, check};
+use crate::film::frame_noise::constant_axis;
+use crate::measurement::dataset::{Dataset, ON_REQUEST, Shot};
+use crate::measurement::number::{count_of, plain, with_error};
+use crate::measurement::parameter::Parameter;
+use crate::measurement::spin::Spin;
+use crate::measurement::track::TrackShot;
+use crate::problem::{DiscImpact, Id, Quantity, Severity, Solution};
+
+/// Number of standard errors of a slip that turned round.
+const SURELY: f64 = 5.0;
+
+/// Frames between neighbouring positions of a disc beyond which some are missing.
+const GAP: f64 = 2.5;
+
+/// Sets what is suspicious about the shots of a fit, its warnings, and its notes, among them those of what was
+/// fitted.
+pub(super) fn comment(
+    fit: &mut Fit,
+    dataset: &Dataset,
+    shots: &[&Shot],
+    has_topspin: bool,
+    own: impl IntoIterator<Item = String>,
+) {
+    // what a refuted fit found of the cloth means nothing
+    let is_known = fit.refuted.is_none() || fit.frames.is_none();
+    let cloth = [fit.sliding, fit.rolling].map(|measured| measured.filter(|_| is_known));
+    fit.diagnostics.suspicious = check::suspicious(dataset, shots, cloth);
+    fit.warnings = fit.doubts().into_iter().map(|doubt| doubt.sentence).collect();
+    let found = fit.findings.iter().filter(|finding| finding.severity() == Severity::Note);
+    let found = found.filter_map(|finding| sentence(finding, fit.frames.as_ref()));
+    let of_fit = of_shots(fit).chain(unidentified(fit, has_topspin)).chain(noise(fit));
+    let notes = found.chain(own).chain(of_fit).chain(influential(fit)).chain(robust(fit));
+    fit.notes = notes.chain(dataset.notes().cloned()).collect();
+}
+
+/// Returns how many shots were left out on request.
+fn of_shots(fit: &Fit) -> impl Iterator<Item = String> {
+    let on_request = fit.shots_rejected.iter().filter(|shot| shot.reason == ON_REQUEST).count();
+    let of = fit.shots_rejected.len() + fit.shots_used;
+    (on_request > 0).then(|| format!("{on_request} of {of} shots were left out on request.")).into_iter()
+}
+
+/// Returns the parameters that the data do not determine.
+fn unidentified(fit: &Fit, has_topspin: bool) -> impl Iterator<Item = String> {
+    let worst = fit.diagnostics.identifiability.as_ref().and_then(|found| found.worst.as_ref());
+    let is_combination = worst.is_some_and(|worst| worst.undetermined);
+    let open = fit.estimates.iter().filter(|estimate| estimate.status == Status::NotIdentified);
+    open.filter_map(move |estimate| {
+        let why = if estimate.parameter == Parameter::MuS && !has_topspin {
+            "no shot has topspin, so the cloth never carries the object ball"
+        } else if is_combination {
+            return None;
+        } else {
+            "no observation depends on it"
+        };
+        let (symbol, value) = (estimate.parameter.symbol(), plain(estimate.value, 3));
+        Some(format!("{symbol} is not identified: {why}. It was left at {value}."))
+    })
+}
+
+/// Returns the standard deviations that were estimated, and those of rounded readings.
+fn noise(fit: &Fit) -> impl Iterator<Item = String> {
+    let mut estimated: Vec<(String, Vec<&str>)> = Vec::new();
+    let mut rounded: Vec<&str> = Vec::new();
+    for noise in &fit.noise {
+        let Some(sd) = noise.estimated_sd.filter(|sd| sd.is_finite()) else { continue };
+        let sd = noise.in_words(sd, 3);
+        match estimated.iter_mut().find(|(known, _)| *known == sd) {
+            Some((_, labels)) => labels.push(noise.observable.label()),
+            None => estimated.push((sd, vec![noise.observable.label()])),
+        }
+        rounded.extend(noise.rounding.map(|_| noise.observable.label()));
+    }
+    let all: Vec<String> =
+        estimated.into_iter().map(|(sd, labels)| format!("{sd} of {}", labels.join(", "))).collect();
+    let estimated = (!all.is_empty()).then(|| {
+        format!(
+            "The data state no standard deviations: they were estimated from the residuals, one for all observables of a unit unless \
+             these are not equally good ({}). χ² then says nothing about the quality of the fit.",
+            all.join("; ")
+        )
+    });
+    let rounded = (!rounded.is_empty()).then(|| {
+        format!(
+            "The readings of {} are rounded to more than the residuals show: their noise is taken as that of rounding, a step over √12.",
+            rounded.join(", ")
+        )
+    });
+    estimated.into_iter().chain(rounded)
+}
+
+/// Returns the shots on which the estimates depend much.
+fn influential(fit: &Fit) -> Option<String> {
+    let goodness = fit.diagnostics.goodness.as_ref()?;
+    let from = goodness.influential_from?;
+    let mut all = goodness.influence.iter().filter(|shot| shot.cook > from);
+    let first = &all.next()?.shot;
+    Some(match all.count() {
+        0 => format!(
+            "Shot {first} alone moves the estimates much (Cook's distance); look at whether it can be trusted."
+        ),
+        others => format!(
+            "{} shots each move the estimates much (Cook's distance), first shot {first}; look at whether they can be trusted.",
+            others + 1
+        ),
+    })
+}
+
+/// Returns how a robust loss weighted the shots.
+fn robust(fit: &Fit) -> Option<String> {
+    let robust = fit.diagnostics.robust.as_ref()?;
+    Some(format!(
+        "Outlying shots count less ({} loss); {} of {} have a weight below {DOWN_WEIGHTED}. χ² is weighted, and \
+         the errors are honest ones from the scatter of the shots (sandwich), whatever their noise.",
+        robust.loss.name(),
+        robust.weights.iter().filter(|(_, weight)| *weight < DOWN_WEIGHTED).count(),
+        fit.shots_used
+    ))
+}
+
+/// Returns what the frames of a film of balls show besides the parameters.
+pub(super) fn of_film(fit: &Fit, film: &FittedFilm) -> Vec<String> {
+    let solution = &film.solution;
+    let notes = [cloth(solution), unknown_spins(film), no_topspin(fit, film), rate(solution)];
+    notes.into_iter().flatten().collect()
+}
+
+fn cloth(solution: &Solution) -> Option<String> {
+    let estimate = |id: Id| {
+        let found = solution.get(id)?;
+        Some(with_error(found.value, found.std_error?))
+    };
+    Some(format!(
+        "The cloth's sliding friction is μ_k = {}, its rolling resistance μ_r = {}, its bounce e_t = {} (fitted, with what is \
+         published as priors).",
+        estimate(Id::MuK)?,
+        estimate(Id::MuR)?,
+        estimate(Id::Bounce)?
+    ))
+}
+
+/// Returns what cue balls of unknown spin were found to do, if there are any.
+pub(super) fn unknown_spins(film: &FittedFilm) -> Option<String> {
+    let topspins = film.solution.topspins();
+    let is_unknown = |track: &TrackShot| track.spin == Spin::Unknown && track.markers.is_empty();
+    let shots = film.tracks().iter().zip(&topspins);
+    let unknown: Vec<f64> =
+        shots.filter(|(track, _)| is_unknown(track)).map(|(_, (_, found))| *found).collect();
+    let rolling = unknown.iter().filter(|topspin| **topspin == 1.0).count();
+    let stun = unknown.iter().filter(|topspin| topspin.abs() < 0.5 * DIFFERS).count();
+    let balls = count_of(unknown.len(), "cue ball");
+    (!unknown.is_empty()).then(|| {
+        format!(
+            "Of {balls} of unknown spin, {rolling} were found to roll naturally before the impact, and {stun} to have next to no \
+             topspin."
+        )
+    })
+}
+
+fn no_topspin(fit: &Fit, film: &FittedFilm) -> Option<String> {
+    let is_open = fit.get(Parameter::MuS).is_some_and(|mu_s| mu_s.status == Status::NotIdentified);
+    let is_slow = film.solution.topspins().iter().all(|(_, topspin)| *topspin < DIFFERS);
+    (is_open && is_slow).then(|| {
+        "Only topspin presses the object ball into the cloth, so that these shots do not determine μ_s; some natural-roll shots do."
+            .to_owned()
+    })
+}
+
+/// Returns how well the frames determine the frame rate, on which e rests.
+fn rate(solution: &Solution) -> Option<String> {
+    let found = solution.get(Id::Rate)?;
+    Some(format!(
+        "Frame rate over the stated one: {}, from the frames and what is taken of it beforehand (± {} %).",
+        with_error(found.value, found.std_error?),
+        plain(100.0 * found.prior?.sd, 2)
+    ))
+}
+
+/// Returns what was found on the way to the impacts of discs.
+pub(super) fn of_discs(solution: &Solution, shots: &[(TrackShot, DiscImpact)]) -> Vec<String> {
+    let notes = [slowing(solution), touching(shots), missing(shots), flat(shots), turned(shots)];
+    notes.into_iter().flatten().collect()
+}
+
+/// Returns how the discs slow down, if it was estimated.
+pub(super) fn slowing(solution: &Solution) -> Option<String> {
+    let found = solution.get(Id::Slowing)?;
+    Some(format!(
+        "The discs slow down by {} m/s²: velocities are those at the impacts.",
+        with_error(found.value, found.std_error?)
+    ))
+}
+
+/// Returns what helps if in `unseen` of `all` shots the slip is not known; `None` if it is known in all.
+pub(super) fn rotation(unseen: usize, all: usize) -> Option<String> {
+    (unseen > 0).then(|| {
+        format!(
+            "In {unseen} of {all} shots the rotation of the discs was not seen. Their slip is free there, so that they tell e alone. For \
+             the friction, track points on both discs (as [tracks] cue and object, three or more on a circle about the centre of each, \
+             or a marker beside each centre), or, if neither disc turns before the impact, state [cue_spin] assume = \"stun\"."
+        )
+    })
+}
+
+fn touching(shots: &[(TrackShot, DiscImpact)]) -> Option<String> {
+    let longer = shots.iter().map(|(_, impact)| impact.touching).filter(|frames| *frames > 0);
+    let longest = longer.clone().max()?;
+    Some(format!(
+        "In {} of {} shots the discs touch for several frames: up to {longest} on either side of the impact were left out. The paths \
+         before and after give e and J_t/J_n of the whole contact, if nothing else pushes a disc meanwhile.",
+        longer.count(),
+        shots.len()
+    ))
+}
+
+fn missing(shots: &[(TrackShot, DiscImpact)]) -> Option<String> {
+    let misses = |(track, impact): &&(TrackShot, DiscImpact)| {
+        let Some(time) = impact.get(Quantity::Time) else { return false };
+        [&track.cue, &track.object].into_iter().any(|samples| {
+            let after = samples.partition_point(|sample| sample.t < time.value);
+            let before = after.checked_sub(1).and_then(|i| samples.get(i));
+            before.zip(samples.get(after)).is_some_and(|(a, b)| (b.t - a.t) * track.fps > GAP)
+        })
+    };
+    let count = shots.iter().filter(misses).count();
+    (count > 0).then(|| {
+        format!(
+            "In {count} of {} shots the frames about the impact are missing. It is taken to be where the paths before and after cross, \
+             as if both discs changed their velocities at one instant and nothing else pushed them in the gap.",
+            shots.len()
+        )
+    })
+}
+
+fn flat(shots: &[(TrackShot, DiscImpact)]) -> Option<String> {
+    let count = shots.iter().filter(|(track, _)| constant_axis(track).is_some()).count();
+    (count > 0).then(|| {
+        format!(
+            "In {count} of {} shots one coordinate never changes: films of one dimension, in which the line of centres is along the \
+             other. They determine e, but neither J_t/J_n nor μ, which need hits off the centre.",
+            shots.len()
+        )
+    })
+}
+
+fn turned(shots: &[(TrackShot, DiscImpact)]) -> Option<String> {
+    let turned = |(track, impact): &(TrackShot, DiscImpact)| {
+        let (before, after) = (impact.get(Quantity::SlipBefore)?, impact.get(Quantity::SlipAfter)?);
+        let surely = after.value.abs() > SURELY * after.sd.unwrap_or(f64::INFINITY);
+        (impact.stuck.is_none() && before.value * after.value < 0.0 && surely)
+            .then(|| (track.name.clone(), before.value, after.value))
+    };
+    let turned: Vec<_> = shots.iter().filter_map(turned).collect();
+    let (name, before, after) = turned.first()?;
+    Some(format!(
+        "The slip of the contact turns round in the impact in {} of {} shots, first in shot {name}, from {before:.3} to {after:.3}: an \
+         elastic surface (a rubber band) throws back along the surface, too, as a contact does that gives way (kappa).",
+        turned.len(),
+        shots.len()
+    ))
+}
