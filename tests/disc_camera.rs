@@ -333,6 +333,11 @@ fn errors_include_those_of_the_camera() {
         for quantity in Quantity::ALL {
             let own: Vec<f64> =
                 pulls.iter().filter(|(other, _)| *other == quantity).map(|own| own.1).collect();
+            if quantity == Quantity::ContactDistance {
+                // one number that all shots of a film share, so that these pulls are three, not 18
+                assert!(own.iter().all(|pull| pull.abs() < ERRORS), "{own:?}");
+                continue;
+            }
             let rms = (own.iter().map(|p| p * p).sum::<f64>() / own.len().max(1) as f64).sqrt();
             assert!(rms < SPREAD, "{quantity:?} {rms}");
         }
