@@ -229,7 +229,9 @@ impl KindSection {
         let default = PlayedKind::default();
         let speed_m_s = self.speed_m_s.unwrap_or(default.speed_m_s);
         let cut_deg = self.cut_deg.unwrap_or(default.cut_deg);
-        faults_of_ranges(section, speed_m_s, cut_deg).iter().for_each(|fault| source.add(fault));
+        for fault in &faults_of_ranges(section, speed_m_s, cut_deg) {
+            source.add(fault);
+        }
         let shots = self.shots.map_or(Ok(default.shots), usize::try_from).unwrap_or(0);
         if !(1..=MAX_SHOTS).contains(&shots) {
             let shots = self.shots.unwrap_or_default();

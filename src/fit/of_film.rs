@@ -188,7 +188,7 @@ impl Fitted<'_> {
         let shared = solution.estimates().into_iter().filter(|e| e.id > Id::RadiusRatio).collect();
         let p_value = diagnostics.goodness.as_ref().and_then(|goodness| goodness.p_value);
         let observations = observations.round() as usize;
-        diagnostics.joint = Some(JointFit { shared, p_value, observations, unknowns });
+        diagnostics.joint = Some(JointFit { p_value, observations, unknowns, shared });
         if self.request.options.depth >= Depth::Everything {
             diagnostics.contours = contours(solution, &solution.covariance, &drawn, None);
         }

@@ -61,7 +61,8 @@ pub struct Errors {
 }
 
 impl Errors {
-    /// The error of each quantity, with its name.
+    /// Returns the error of each quantity, with its name.
+    #[cfg(feature = "report")]
     pub(crate) fn each(self) -> [(&'static str, Spread); 4] {
         let Self { throw_deg, speed, spin, jump } = self;
         [("throw_deg", throw_deg), ("speed", speed), ("spin", spin), ("jump", jump)]
