@@ -11,7 +11,6 @@ mod compare_unknowns;
 mod contacts;
 mod design;
 mod disc_camera;
-mod disc_centres;
 mod disc_fits;
 mod disc_verdicts;
 mod discs;

@@ -7,23 +7,20 @@ use std::path::PathBuf;
 use rayon::prelude::*;
 
 use super::calibration::Calibration;
-use super::disc_centres::{Centre, Seen, centres};
 use super::finish::{Facts, find, number_twins};
 use super::input::quoted;
 use super::isolated;
-use super::marker_groups::rigid_groups;
+use super::marker_groups::{Centre, central, rigid_groups};
 use super::raw::{NAMES, Notes, RawShot, RawTrack, Row};
 use super::settings::{Names, TrackSettings};
 use crate::measurement::track::Sample;
 
-/// Finds out which tracks are on which disc in the shots that do not say it, and by all of them
-/// which of these are centres; names them as the table of shots would. `touching` is how far apart
-/// the discs touch, m, if that is known.
+/// Finds which tracks are on which disc in the shots that do not state it, and which of these are
+/// centres; names them as the table of shots would.
 pub(super) fn group(
     work: &mut [(RawShot, Facts)],
     settings: &TrackSettings,
     calibrations: &HashMap<PathBuf, Calibration>,
-    touching: Option<f64>,
     notes: &Notes,
 ) {
     let found = |(raw, facts): &mut (RawShot, Facts)| {
@@ -36,25 +33,12 @@ pub(super) fn group(
             && !named("object")
             && tracks.len() > 1
             && tracks.iter().all(|track| track.point.is_none());
-        is_unsaid.then(|| isolated(|| Found::of(tracks, calibration)).and_then(|found| found))
+        is_unsaid.then(|| isolated(|| discs(tracks, calibration)).and_then(|discs| discs))
     };
     let found: Vec<_> = work.par_iter_mut().map(found).collect();
-    let (mut told, mut seen) = (Vec::new(), Vec::new());
     for ((raw, facts), found) in work.iter_mut().zip(found) {
         match found {
-            Some(Ok(found)) => {
-                seen.push(found.seen);
-                told.push((raw, facts, found.groups));
-            }
-            Some(Err(message)) => facts.refused = Some(message),
-            None => {}
-        }
-    }
-    for ((raw, facts, groups), [first, second]) in told.into_iter().zip(centres(&seen, touching)) {
-        let discs = disc(&raw.tracks, &groups[0], first)
-            .and_then(|one| Ok([one, disc(&raw.tracks, &groups[1], second)?]));
-        match discs {
-            Ok([one, other]) => {
+            Some(Ok([one, other])) => {
                 let message = format!(
                     "[tracks] cue and object are not given: the disc that moves first, taken as cue, is {}; the other is {}",
                     one.shown(),
@@ -64,7 +48,8 @@ pub(super) fn group(
                 let names = [one.centre, other.centre, one.markers, other.markers];
                 facts.own.names = names.map(|names| Some(Names(names)));
             }
-            Err(message) => facts.refused = Some(message),
+            Some(Err(message)) => facts.refused = Some(message),
+            None => {}
         }
     }
 }
@@ -89,42 +74,37 @@ impl Disc {
     }
 }
 
-/// Two discs in a shot whose centres are yet to be told: each is one track, or three and more that keep their distances. Tracks that
-/// belong to neither are left over.
-struct Found {
-    /// The tracks on the disc that moves first, and on the other.
-    groups: [Vec<usize>; 2],
-    seen: Seen,
-}
-
-impl Found {
-    /// # Errors
-    /// Why there are not two discs.
-    fn of(tracks: &[RawTrack], calibration: &Calibration) -> Result<Self, String> {
-        let place = |row: &Row| calibration.metres(row.x, row.y);
-        let points: Vec<Vec<Sample>> = tracks.iter().map(|track| samples(track, place)).collect();
-        let groups = if tracks.len() == 2 { vec![vec![0], vec![1]] } else { groups(&points) };
-        let mut groups: [Vec<usize>; 2] = groups.try_into().map_err(|groups: Vec<Vec<usize>>| {
-            let found: Vec<String> = groups.iter().map(|group| quoted(names(tracks, group))).collect();
-            let found = if found.is_empty() { "none".to_string() } else { found.join(" and ") };
-            format!(
-                "its {} tracks are not two discs: groups of three or more points that keep their distances are {found}. Expected \
-                 two such groups, or [tracks] cue and object (for this shot alone, in the table that [tracks] shots names), or the \
-                 shot skipped",
-                tracks.len()
-            )
-        })?;
-        let begin = |group: &Vec<usize>| {
-            let all = group.iter().filter_map(|i| beginning(&tracks[*i], tracks));
-            all.fold(f64::INFINITY, f64::min)
-        };
-        if begin(&groups[1]) < begin(&groups[0]) {
-            groups.swap(0, 1);
-        }
-        let of_discs = groups.each_ref().map(|group| group.iter().map(|i| points[*i].as_slice()).collect());
-        let seen = Seen::of(of_discs.each_ref().map(|points: &Vec<&[Sample]>| points.as_slice()));
-        Ok(Self { groups, seen })
+/// Returns the two discs of a shot, that which moves first in front: each is one track, or three and
+/// more that keep their distances. Tracks that belong to neither are left over.
+///
+/// # Errors
+/// Why there are not two discs, or which points may be a centre.
+fn discs(tracks: &[RawTrack], calibration: &Calibration) -> Result<[Disc; 2], String> {
+    let place = |row: &Row| calibration.metres(row.x, row.y);
+    let points: Vec<Vec<Sample>> = tracks.iter().map(|track| samples(track, place)).collect();
+    let groups = if tracks.len() == 2 { vec![vec![0], vec![1]] } else { groups(&points) };
+    let mut groups: [Vec<usize>; 2] = groups.try_into().map_err(|groups: Vec<Vec<usize>>| {
+        let found: Vec<String> = groups.iter().map(|group| quoted(names(tracks, group))).collect();
+        let found = if found.is_empty() { "none".to_string() } else { found.join(" and ") };
+        format!(
+            "its {} tracks are not two discs: groups of three or more points that keep their distances are {found}. Expected \
+             two such groups, or [tracks] cue and object (for this shot alone, in the table that [tracks] shots names), or the \
+             shot skipped",
+            tracks.len()
+        )
+    })?;
+    let begin = |group: &Vec<usize>| {
+        let all = group.iter().filter_map(|i| beginning(&tracks[*i], tracks));
+        all.fold(f64::INFINITY, f64::min)
+    };
+    if begin(&groups[1]) < begin(&groups[0]) {
+        groups.swap(0, 1);
     }
+    let disc = |group: &[usize]| {
+        let own: Vec<&[Sample]> = group.iter().map(|i| points[*i].as_slice()).collect();
+        disc(tracks, group, central(&own))
+    };
+    Ok([disc(&groups[0])?, disc(&groups[1])?])
 }
 
 /// # Errors
@@ -133,8 +113,8 @@ fn disc(tracks: &[RawTrack], group: &[usize], centre: Centre) -> Result<Disc, St
     let centre = centre.map_err(|like_centre| {
         let like_centre: Vec<usize> = like_centre.iter().map(|i| group[*i]).collect();
         format!(
-            "the points {} are on one disc, but whether {} is its centre or all are on its rim does not show, since the disc hardly turns \
-             and no distance at which the discs hit each other tells it; expected [tracks] cue and object, and cue_markers and \
+            "the points {} are on one disc, but whether {} is its centre or all are on its rim does not show, since the disc hardly turns; \
+             expected [tracks] cue and object, and cue_markers and \
              object_markers for points beside the centre",
             quoted(names(tracks, group)),
             quoted(names(tracks, &like_centre)).replace(", ", " or ")

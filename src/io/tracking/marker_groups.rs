@@ -75,12 +75,12 @@ fn change(one: &[Sample], other: &[Sample]) -> f64 {
     (smooth[smooth.len() - 1] - smooth[0]) / smooth[smooth.len() / 2].max(f64::MIN_POSITIVE)
 }
 
-/// Which of the points on a disc is its centre, `None` where all are on a circle about it. Only a centre moves straight on while the
-/// disc turns.
-///
-/// # Errors
-/// Points of which one may be the centre or not, since the disc does not turn enough to tell.
-pub(crate) fn central(points: &[&[Sample]]) -> Result<Option<usize>, Vec<usize>> {
+/// The point at the centre of a disc, or `None` if all are on a circle about it; as an error the
+/// points of which one may be the centre, since the disc does not turn enough to determine it.
+pub(crate) type Centre = Result<Option<usize>, Vec<usize>>;
+
+/// Returns the centre of the points on a disc: only a centre moves straight on while the disc turns.
+pub(crate) fn central(points: &[&[Sample]]) -> Centre {
     let Ok(circle) = circle_centres(points) else { return Ok(None) };
     let is_like_centre = |i: &usize| {
         let others = (0..points.len()).filter(|j| j != i).map(|j| distance(points[*i], points[j]));

@@ -9,8 +9,6 @@ mod check;
 mod clips;
 mod column_names;
 mod columns;
-mod disc_centres;
-mod disc_contact;
 mod finish;
 mod guess;
 mod guess_table;
@@ -150,8 +148,7 @@ pub(crate) fn load(manifest: &Manifest, settings: &TrackSettings, problems: &Pro
         }
         work.push((shot, facts));
     }
-    let radii = manifest.discs.filter(|_| !settings.from_balls).and_then(|discs| discs.radii);
-    bodies::group(&mut work, settings, &calibrations, radii.map(|radii| radii[0] + radii[1]), &notes);
+    bodies::group(&mut work, settings, &calibrations, &notes);
     let (shots, damaged) = finish_all(work, &calibrations, context);
     left_out.extend(damaged);
     if manifest.discs.is_none() {
