@@ -6,7 +6,6 @@ use std::path::PathBuf;
 use caromfit::io::draft::{self, Draft};
 use caromfit::report::write;
 
-use super::table_only::set_fps;
 use super::{Failure, print, print_lines};
 
 /// Looks at files of tracks or measurements, detects their format, units and the names of tracks, whether they are of discs, and a
@@ -27,7 +26,7 @@ pub struct Args {
 pub fn run(args: &Args) -> Result<(), Failure> {
     let mut draft = draft::draft(&args.files)?;
     if args.stdout {
-        return print(&draft.text);
+        return print(&draft.text());
     }
     let path = draft.folder.join("dataset.toml");
     if path.exists() {
@@ -40,10 +39,10 @@ pub fn run(args: &Args) -> Result<(), Failure> {
         print_lines(&std::mem::take(&mut draft.found))?;
         ask(&mut draft)?;
     }
-    let folder = if draft.folder.as_os_str().is_empty() { PathBuf::from(".") } else { draft.folder };
-    write::write_files(&[("dataset.toml", draft.text.into_bytes())], &folder)?;
+    let folder = if draft.folder.as_os_str().is_empty() { PathBuf::from(".") } else { draft.folder.clone() };
+    write::write_files(&[("dataset.toml", draft.text().into_bytes())], &folder)?;
     print_lines(&draft.found)?;
-    let open = match draft.blanks.as_slice() {
+    let open = match draft.blanks().as_slice() {
         [] => String::new(),
         blanks => format!(" Fill in: {}.", blanks.join(", ")),
     };
@@ -52,40 +51,42 @@ pub fn run(args: &Args) -> Result<(), Failure> {
 
 /// Asks for what the files do not determine, and puts the answers in.
 fn ask(draft: &mut Draft) -> Result<(), Failure> {
-    if draft.blanks.contains(&"capture_fps") {
+    if draft.blanks().contains(&"capture_fps") {
         let question = "Frames per second that the camera recorded at (phones in slow motion: 120 or 240)";
         if let Some(fps) = answer(question, number)? {
-            set_fps(draft, fps);
+            draft.set_fps(fps);
         }
     }
-    if draft.blanks.contains(&"length_unit") {
+    if draft.blanks().contains(&"length_unit") {
         let question =
             "Unit of the positions: m, cm, mm, in, ft, or px (pixels: the balls are then the ruler)";
         if let Some(unit) = answer(question, |word| one_of(word, &["m", "cm", "mm", "in", "ft", "px"]))? {
             draft.set_unit(&unit);
         }
     }
-    let is_unnamed = draft.blanks.contains(&"which ball is which");
+    let is_unnamed = draft.blanks().contains(&"which ball is which");
     if let ([one, other], true) = (draft.tracks.clone().as_slice(), is_unnamed) {
         let question = format!("Which is the cue ball: {one} or {other}");
         if let Some(cue) = answer(&question, |word| one_of(word, &[one, other]))? {
-            draft.set_balls(&cue, if cue == *one { other } else { one });
+            let object = if cue == *one { other } else { one };
+            draft.set("cue", cue);
+            draft.set("object", object.as_str());
         }
     }
-    if let Some(stated) = draft.radius().filter(|_| !draft.are_discs) {
+    if let Some(stated) = draft.value("radius_m").filter(|_| !draft.are_discs) {
         let question = format!(
             "Radius of the balls, m (pool 0.028575, carom 0.03075, snooker 0.02625; Enter: {stated})"
         );
         if let Some(radius) = answer(&question, number)? {
-            draft.set_radius(radius);
+            draft.set("radius_m", radius);
         }
     }
-    if draft.blanks.contains(&"cue_spin") {
+    if draft.blanks().contains(&"cue_spin") {
         let spins = ["natural-roll", "stun", "unknown", "measured"];
         let question =
             "The cue ball before the hit: natural-roll (it rolls), stun (it slides), unknown, measured";
         if let Some(spin) = answer(question, |word| one_of(word, &spins))? {
-            draft.fill("cue_spin", &format!("assume = \"{spin}\""));
+            draft.set("assume", spin);
         }
     }
     Ok(())

@@ -33,17 +33,6 @@ pub struct Told {
     unit: Option<String>,
 }
 
-/// Puts the frame rate into a draft, and returns whether its times are those of slow motion: of a film that was recorded
-/// more than 5 % faster.
-pub fn set_fps(draft: &mut Draft, fps: f64) -> bool {
-    draft.fill("capture_fps", &format!("capture_fps = {fps:?}"));
-    let is_slow = draft.follows.is_some_and(|follows| fps > 1.05 * follows);
-    if is_slow {
-        draft.set_playback();
-    }
-    is_slow
-}
-
 impl Told {
     /// Returns whether nothing was stated.
     pub fn is_empty(&self) -> bool {
@@ -54,34 +43,35 @@ impl Told {
     pub fn load(&self, table: &Path) -> Result<(Dataset, Vec<String>), Failure> {
         let mut draft = draft::draft(&[table.to_path_buf()])?;
         let name = table.file_stem().unwrap_or_default().to_string_lossy().into_owned();
-        draft.set_name(&name);
+        draft.set("name", name.as_str());
         let mut said = draft.found.clone();
         if let Some(fps) = self.fps
-            && set_fps(&mut draft, fps)
+            && draft.set_fps(fps)
         {
             said.push(format!("Its times are those of slow motion, recorded at {fps} frames per second."));
         }
         if let Some(spin) = &self.spin {
-            draft.fill("cue_spin", &format!("assume = \"{spin}\""));
+            draft.set("assume", spin.as_str());
         }
         if let (Some(cue), Some(object)) = (&self.cue, &self.object) {
-            draft.set_balls(cue, object);
+            draft.set("cue", cue.as_str());
+            draft.set("object", object.as_str());
         }
         if let Some(unit) = &self.unit {
             draft.set_unit(unit);
-        } else if draft.blanks.contains(&"length_unit") {
+        } else if draft.blanks().contains(&"length_unit") {
             draft.set_unit("px");
             said.push("Lengths are taken as pixels: the balls are the ruler (else: --unit).".to_owned());
         }
         if let Some(radius) = self.radius {
-            draft.set_radius(radius);
-        } else if let Some(radius) = draft.radius() {
+            draft.set("radius_m", radius);
+        } else if let Some(radius) = draft.value("radius_m") {
             let is_pool = radius.parse() == Ok(Ball::POOL.radius);
             let which = if is_pool { "pool balls, radius" } else { "balls of radius" };
             said.push(format!("The balls are taken as {which} {radius} m (else: --radius)."));
         }
         let missing: Vec<String> =
-            draft.blanks.iter().filter_map(|blank| option_for(blank, &draft)).collect();
+            draft.blanks().into_iter().filter_map(|blank| option_for(blank, &draft)).collect();
         if !missing.is_empty() {
             let (table, missing) = (table.display(), missing.join(", "));
             refuse!("{table}: does not say what a fit needs; expected {missing}, or a dataset.toml");
@@ -89,7 +79,7 @@ impl Told {
         self.check_balls(&draft.tracks)?;
         // messages name the table and the line of the text that replaces its dataset.toml
         let place = table.with_file_name(format!("{name} (assumed dataset.toml)"));
-        let mut dataset = io::load_text(&draft.text, &place)?;
+        let mut dataset = io::load_text(&draft.text(), &place)?;
         dataset.path = table.to_path_buf();
         Ok((dataset, said))
     }

@@ -1,19 +1,18 @@
-//! CSV files → a commented dataset.toml, with what the files do not tell left as marked blanks.
+//! CSV files → a commented dataset.toml, with blanks for what the files do not show.
 
 use std::path::{Path, PathBuf};
 
-use super::draft_columns::{describe_columns, describe_guess, describe_problems};
 use super::draft_files::{is_no_table, listed};
 use super::draft_scale::Lengths;
 pub use super::draft_text::{Draft, InitError};
-use super::draft_text::{OBJECT, quoted};
+use super::draft_text::{NUMBER, TEXT, quoted};
 use super::text::decode;
 use super::tracking::shots_table::KNOWN;
-use super::tracking::{TRACKER_PROJECT, is_tracker_project};
-use super::{Survey, header, survey};
+use super::tracking::{Guessed, TRACKER_PROJECT, is_tracker_project};
+use super::{Survey, draft_unknown, header, survey};
 use crate::measurement::number::count_of;
 
-/// What a file is.
+/// The content of a file.
 enum Seen {
     Tracks(Box<Survey>),
     Impacts,
@@ -40,117 +39,110 @@ impl Seen {
     }
 }
 
-/// The table of what differs from shot to shot.
+/// The name of the table with what differs from shot to shot.
 const SHOTS: &str = "shots.csv";
 
-/// Looks at files, or at the tables in folders, at least one, and drafts the dataset.toml that goes with them.
+/// Least difference of the parts of a film at which two balls begin to move, for the first to be the
+/// cue ball.
+const EARLIER: f64 = 0.05;
+
+/// Drafts the dataset.toml of files, or of the tables in folders; at least one is named.
 ///
 /// # Errors
 /// A file that cannot be read or is empty, or files of different kinds.
 pub fn draft(named: &[PathBuf]) -> Result<Draft, InitError> {
     let mut files = listed(named)?;
     let is_shots = |file: &PathBuf| {
-        file.file_name().is_some_and(|name| name.eq_ignore_ascii_case(SHOTS)) && tells_of_shots(file)
+        file.file_name().is_some_and(|name| name.eq_ignore_ascii_case(SHOTS)) && is_shots_table(file)
     };
     let table = if files.len() > 1 { files.iter().position(is_shots).map(|i| files.remove(i)) } else { None };
-    let Looked { seen, left_out } = look_at(&files)?;
-    let folder = match named {
+    let mut draft = Draft::default();
+    let seen = look_at(&files, &mut draft)?;
+    draft.folder = match named {
         // the tables may all be in one folder of it
         [folder] if folder.is_dir() => folder.clone(),
-        _ => common_folder(&seen),
+        _ => {
+            let holds_all = |folder: &&Path| seen.iter().all(|(file, _)| file.starts_with(folder));
+            let above = seen.first().and_then(|(file, _)| file.ancestors().skip(1).find(holds_all));
+            above.map(Path::to_path_buf).unwrap_or_default()
+        }
     };
     let tracks = seen.iter().filter_map(|(file, seen)| match seen {
         Seen::Tracks(survey) => Some((file, survey.as_ref())),
         _ => None,
     });
     let tracks: Vec<(&PathBuf, &Survey)> = tracks.collect();
-    let first = tracks.first().map(|(_, survey)| *survey);
-    let are_discs = first.is_some_and(|survey| survey.are_discs);
-    let mut draft = Draft {
-        tracks: names(&tracks).into_iter().map(|(name, _)| name.to_owned()).collect(),
-        follows: first.and_then(|survey| times(survey).0),
-        are_discs,
-        ..Draft::default()
-    };
-    for file in left_out {
-        draft.find(format!(
-            "{}: no table of positions or measurements, or one without rows; left out.",
-            file.display()
-        ));
+    if let Some((_, first)) = tracks.first() {
+        draft.tracks = names(&tracks).into_iter().map(|(name, _)| name.to_owned()).collect();
+        draft.follows = times(first).0;
+        draft.are_discs = first.are_discs;
     }
     draft.line("# Drafted by caromfit init. Lines that say FILL IN wait for what the files do not tell.");
-    let here = if folder.as_os_str().is_empty() { Path::new(".") } else { &folder };
-    let name = std::path::absolute(here).unwrap_or_else(|_| folder.clone());
-    let name = name.file_name().map_or("my-data".to_string(), |name| name.to_string_lossy().into_owned());
-    draft.line(format!("name = {}          # also the name of its folder under fits/", quoted(&name)));
+    let here = if draft.folder.as_os_str().is_empty() { Path::new(".") } else { &draft.folder };
+    let name = std::path::absolute(here).unwrap_or_else(|_| here.to_path_buf());
+    let name = name.file_name().map_or("my-data".into(), |name| name.to_string_lossy());
+    draft.state("name", quoted(&name), "also the name of its folder under fits/");
     let kind = seen.first().map_or("tracks", |(_, first)| first.kind().0);
-    draft.line(format!("kind = \"{kind}\""));
-    let within =
-        |file: &PathBuf| file.strip_prefix(&folder).unwrap_or(file).to_string_lossy().replace('\\', "/");
-    let listed: Vec<String> = seen.iter().map(|(file, _)| quoted(&within(file))).collect();
-    draft.line(format!("files = [{}]", listed.join(", ")));
-    draft.blank("cloth", "which cloth: `caromfit compare` tells cloths apart by it; optional");
-    draft.blank("source", "who measured it, how, when; optional");
+    draft.state("kind", quoted(kind), "");
+    let listed = seen.iter().map(|(file, _)| {
+        quoted(&file.strip_prefix(&draft.folder).unwrap_or(file).to_string_lossy().replace('\\', "/"))
+    });
+    let listed = listed.collect::<Vec<_>>().join(", ");
+    draft.state("files", format!("[{listed}]"), "");
+    let why = "which cloth: `caromfit compare` tells cloths apart by it; optional";
+    draft.blank("cloth", "cloth", TEXT, why);
+    draft.blank("source", "source", TEXT, "who measured it, how, when; optional");
     let lengths = Lengths::of(&tracks);
     draft.line("\n[ball]");
-    if are_discs {
+    if draft.are_discs {
         let why = "what was followed are points on two discs, or discs with their angles";
-        draft.noted("shape = \"disc\"", why);
+        draft.state("shape", "\"disc\"", why);
         let why = "of the discs; optional: else the tracks tell how far apart they are when they touch";
-        draft.blank("radius_m", why);
-        draft.blank("mass_kg", "of the first disc, and [object] mass_kg of the second; optional");
+        draft.blank("radius_m", "radius_m", NUMBER, why);
+        let why = "of the first disc, and [object] mass_kg of the second; optional";
+        draft.blank("mass_kg", "mass_kg", NUMBER, why);
     } else {
         lengths.describe_radius(&mut draft);
         let why = "of the cue ball, and [object] mass_kg of the other, weighed to 0.1 g; optional";
-        draft.noted("# mass_kg = …", why);
+        draft.suggest("mass_kg", NUMBER, why);
         if kind == "tracks" {
-            draft.noted("# shape = \"disc\"", "pucks and coins, which slide and do not roll");
+            draft.suggest("shape", "\"disc\"", "pucks and coins, which slide and do not roll");
         }
         if !matches!(seen.first(), Some((_, Seen::Angles(true)))) {
             draft.line("\n[cue_spin]");
             let why = "stun (it slides without turning), natural-roll (it rolls), measured, unknown";
-            draft.blank("cue_spin", why);
+            draft.blank("cue_spin", "assume", TEXT, why);
         }
     }
     if !tracks.is_empty() {
         describe_tracks(&tracks, &lengths, table.as_deref(), &mut draft);
     }
     if let Some((file, Seen::Unknown(names))) = seen.first() {
-        describe_columns(file, names, &mut draft);
+        draft_unknown::describe(file, names, &mut draft);
     }
-    draft.sort_blanks();
-    Ok(Draft { folder, ..draft })
+    Ok(draft)
 }
 
-/// The ball that moves first by this part of the film is the cue ball.
-const EARLIER: f64 = 0.05;
-
-/// What files are.
-struct Looked {
-    /// They are of one kind.
-    seen: Vec<(PathBuf, Seen)>,
-    /// Files that are left out: obviously no tables, or without rows.
-    left_out: Vec<PathBuf>,
-}
-
-fn look_at(files: &[PathBuf]) -> Result<Looked, InitError> {
+/// Returns the files that are of one kind; those that are obviously no tables, or without rows, are
+/// left out, unless there are no others.
+fn look_at(files: &[PathBuf], draft: &mut Draft) -> Result<Vec<(PathBuf, Seen)>, InitError> {
     let (mut seen, mut unclear): (Vec<(PathBuf, Seen)>, Vec<_>) = (Vec::new(), Vec::new());
     for file in files {
-        match look(file) {
-            Ok(now) if now.is_empty() || matches!(now, Seen::Unknown(_)) && is_no_table(file) => {
-                unclear.push((file.clone(), Ok(now)));
-            }
-            Err(error) if is_no_table(file) => unclear.push((file.clone(), Err(error))),
-            now => seen.push((file.clone(), now?)),
-        }
+        let now = look(file);
+        let is_unclear = match &now {
+            Ok(now) => now.is_empty() || matches!(now, Seen::Unknown(_)) && is_no_table(file),
+            Err(_) => is_no_table(file),
+        };
+        if is_unclear { unclear.push((file, now)) } else { seen.push((file.clone(), now?)) }
     }
-    let mut left_out = Vec::new();
     for (file, now) in unclear {
-        // if there are only such files, what they are is to be said
         if seen.iter().all(|(_, seen)| matches!(seen, Seen::Unknown(_))) {
-            seen.push((file, now?));
+            seen.push((file.clone(), now?));
         } else {
-            left_out.push(file);
+            draft.find(format!(
+                "{}: no table of positions or measurements, or one without rows; left out.",
+                file.display()
+            ));
         }
     }
     if let Some((other_path, other)) = seen.first()
@@ -163,7 +155,7 @@ fn look_at(files: &[PathBuf]) -> Result<Looked, InitError> {
         );
         return Err(InitError::new(path, message));
     }
-    Ok(Looked { seen, left_out })
+    Ok(seen)
 }
 
 fn look(file: &Path) -> Result<Seen, InitError> {
@@ -201,18 +193,11 @@ fn look(file: &Path) -> Result<Seen, InitError> {
     }
 }
 
-/// Returns whether a table is not of tracks or measurements but tells of shots what `[tracks]
-/// shots` may.
-fn tells_of_shots(file: &Path) -> bool {
+/// Returns whether a table is one of shots, as `[tracks] shots` names it, and not of measurements.
+fn is_shots_table(file: &Path) -> bool {
     let names = header(file).unwrap_or_default();
     let has = |name: &str| names.iter().any(|own| own == name);
     has("shot") && KNOWN[1..].iter().any(|known| has(known)) && !["cut_deg", "nx", "x"].into_iter().any(has)
-}
-
-fn common_folder(files: &[(PathBuf, Seen)]) -> PathBuf {
-    let holds_all = |folder: &&Path| files.iter().all(|(file, _)| file.starts_with(folder));
-    let above = files.first().and_then(|(file, _)| file.ancestors().skip(1).find(holds_all));
-    above.map(Path::to_path_buf).unwrap_or_default()
 }
 
 /// Returns the names of all tracks in the order of first appearance, with the part of the time at
@@ -227,8 +212,7 @@ fn names<'a>(all: &[(&PathBuf, &'a Survey)]) -> Vec<(&'a str, f64)> {
     names
 }
 
-/// Returns the frames per second that the times follow, and their unit if they cannot be in
-/// seconds, as what they are taken for.
+/// Returns the frames per second that the times follow, and their unit if they cannot be in seconds.
 fn times(survey: &Survey) -> (Option<f64>, Option<&'static str>) {
     /// Least frame rate of a film of balls.
     const LEAST_FPS: f64 = 2.0;
@@ -243,8 +227,9 @@ fn times(survey: &Survey) -> (Option<f64>, Option<&'static str>) {
 fn describe_tracks(all: &[(&PathBuf, &Survey)], lengths: &Lengths, table: Option<&Path>, draft: &mut Draft) {
     let Some((file, first)) = all.first().copied() else { return };
     let shots: usize = all.iter().map(|(_, survey)| survey.shots).sum();
-    let single = all.len() > 1 && all.iter().all(|(_, survey)| survey.tracks.len() == 1 && survey.shots == 1);
-    let what = if single {
+    let are_single =
+        all.len() > 1 && all.iter().all(|(_, survey)| survey.tracks.len() == 1 && survey.shots == 1);
+    let what = if are_single {
         "one ball each: two that are named alike but for the ball (kick-A.txt, kick-B.txt) are a shot"
             .to_owned()
     } else {
@@ -253,64 +238,61 @@ fn describe_tracks(all: &[(&PathBuf, &Survey)], lengths: &Lengths, table: Option
     draft.find(format!("{} of tracks, format {}, {what}.", count_of(all.len(), "file"), first.format));
     draft.line("\n[video]");
     let (follows, time_unit) = times(first);
+    let asked = "frames per second that the camera recorded at, not the playback rate";
     if let Some(fps) = first.stated_fps {
         draft.find(format!("{} states {fps} frames per second.", file.display()));
-        draft.line(format!("capture_fps = {fps:?}         # as the file states"));
-    } else if let Some(fps) = follows {
-        let fps = format!("{fps:.4}");
-        let fps = fps.trim_end_matches('0').trim_end_matches('.');
-        let follow = format!("The times follow {fps} frames per second.");
-        draft.find(follow);
-        let why = format!(
-            "what the camera recorded at, not the playback rate. The times in the files follow {fps} frames per second"
-        );
-        draft.blank("capture_fps", why);
+        draft.state("capture_fps", format!("{fps:?}"), "as the file states");
+    } else if let Some(fps) = follows.map(|fps| (1e4 * fps).round() / 1e4) {
+        draft.find(format!("The times follow {fps} frames per second."));
+        let why = format!("{asked}. The times in the files follow {fps} frames per second");
+        draft.blank("capture_fps", "capture_fps", NUMBER, why);
         let why =
             "take the # away if the camera recorded faster, so that these times are those of slow motion";
-        draft.noted(format!("# playback_fps = {fps}"), why);
+        draft.suggest("playback_fps", fps.to_string(), why);
     } else {
         let in_frames = if first.in_frames { "; times are in frames" } else { "" };
-        let why = format!("frames per second that the camera recorded at, not the playback rate{in_frames}");
-        draft.blank("capture_fps", why);
+        draft.blank("capture_fps", "capture_fps", NUMBER, format!("{asked}{in_frames}"));
     }
     lengths.describe_scale(draft);
-    let mut exchanged = false;
     draft.line("\n[tracks]");
-    draft.line(format!("format = \"{}\"", if first.guess.columns.is_empty() { "auto" } else { "columns" }));
+    let is_known = first.guess.columns.is_empty();
+    draft.state("format", if is_known { "\"auto\"" } else { "\"columns\"" }, "");
     if let Some(unit) = time_unit {
         let are = if unit == "frames" { "numbers of frames" } else { unit };
         draft.find(format!("No film is as slow as the times are in seconds: taken as {are}."));
         let why = "in seconds the times would be those of a film far too slow: check it";
-        draft.noted(format!("time_unit = \"{unit}\""), why);
+        draft.state("time_unit", quoted(unit), why);
     }
-    if first.are_discs && first.guess.columns.is_empty() {
-        draft.find("Points keep their distances in two groups: two discs.".to_string());
+    let mut are_exchanged = false;
+    if first.are_discs && is_known {
+        draft.find("Points keep their distances in two groups: two discs.");
         draft.line("# cue and object are found for every shot: the disc that moves first is cue. Else: cue = [\"…\", \"…\", \"…\"]");
     } else {
-        exchanged = describe_balls(all, draft);
+        are_exchanged = describe_balls(all, draft);
     }
     if let Some(table) = table {
         draft.find(format!("{}: what differs from shot to shot.", table.display()));
-        let name = table.file_name().unwrap_or_default().to_string_lossy();
-        draft.line(format!("shots = {}", quoted(&name)));
+        draft.state("shots", quoted(&table.file_name().unwrap_or_default().to_string_lossy()), "");
     } else {
-        let known = KNOWN[1..].join(", ");
-        draft.line(format!("# shots = \"{SHOTS}\"         # optional: shot, and any of {known}"));
+        let why = format!("optional: shot, and any of {}", KNOWN[1..].join(", "));
+        draft.suggest("shots", quoted(SHOTS), why);
     }
     if let (Some(unit), None) = (first.guess.time_unit, time_unit) {
-        let line = format!("time_unit = \"{}\"", unit.name());
-        draft.noted(line, "as the steps of the times suggest: check it");
+        draft.state("time_unit", quoted(unit.name()), "as the steps of the times suggest: check it");
     }
-    describe_guess(first, exchanged, draft);
+    if !is_known {
+        describe_columns(first, are_exchanged, draft);
+    }
     describe_problems(all, draft);
 }
 
-/// Names both balls; returns whether the columns that were guessed have to be exchanged, since the
-/// ball of object_x moves first.
+/// Names both balls; returns whether the guessed columns have to be exchanged, since the ball of
+/// object_x moves first.
 fn describe_balls(all: &[(&PathBuf, &Survey)], draft: &mut Draft) -> bool {
     let names = names(all);
     let listed: Vec<String> = names.iter().map(|(name, _)| format!("\"{name}\"")).collect();
-    draft.find(format!("Tracks: {}.", listed.join(", ")));
+    let listed = listed.join(", ");
+    draft.find(format!("Tracks: {listed}."));
     let order = match names.as_slice() {
         [a, b] if a.1 + EARLIER < b.1 => Some((a.0, b.0)),
         [a, b] if b.1 + EARLIER < a.1 => Some((b.0, a.0)),
@@ -318,38 +300,80 @@ fn describe_balls(all: &[(&PathBuf, &Survey)], draft: &mut Draft) -> bool {
     };
     // a table with a row per frame names the balls by its columns
     let guess = all.first().map(|(_, survey)| &survey.guess);
-    let wide = guess.is_some_and(|guess| guess.column("cue_x").is_some());
+    let is_wide = guess.is_some_and(|guess| guess.column("cue_x").is_some());
     match order {
-        Some((cue, _)) if wide => {
+        Some((cue, _)) if is_wide => {
             let column = guess.and_then(|guess| guess.column(&format!("{cue}_x")));
-            let column = column.map_or(String::new(), |column| column.shown());
+            let first =
+                format!("he ball of column {}", column.map_or(String::new(), |column| column.shown()));
             // names that say which ball it is are believed
-            if cue != "cue" && column.contains("obj") {
-                let first = format!("he ball of column {column} moves first");
-                draft.find(format!("T{first}: is it the cue ball? Then exchange the columns."));
-                draft.line(format!("# t{first}: exchange cue and object below if it is the cue ball"));
+            if cue != "cue" && first.contains("obj") {
+                draft.find(format!("T{first} moves first: is it the cue ball? Then exchange the columns."));
+                let line = "moves first: exchange cue and object below if it is the cue ball";
+                draft.line(format!("# t{first} {line}"));
                 return false;
             }
-            draft.find(format!("The ball of column {column} moves first: taken as the cue ball."));
-            draft.line(format!("# the ball of column {column} moves first, and so is the cue ball"));
+            draft.find(format!("T{first} moves first: taken as the cue ball."));
+            draft.line(format!("# t{first} moves first, and so is the cue ball"));
             return cue != "cue";
         }
         Some((cue, object)) => {
             draft.find(format!("\"{cue}\" moves first: taken as the cue ball."));
-            draft.line(format!("cue = {:<24} # it moves first", quoted(cue)));
-            draft.line(format!("object = {}", quoted(object)));
+            draft.state("cue", quoted(cue), "it moves first");
+            draft.state("object", quoted(object), "");
         }
-        None if wide => draft.line(
+        None if is_wide => draft.line(
             "# which ball is the cue ball does not show: cue_x and cue_y, below, are to be its columns",
         ),
         None => {
             let why = format!(
-                "which track is the cue ball; the files have {} (where it differs from shot to shot: column cue of {SHOTS})",
-                listed.join(", ")
+                "which track is the cue ball; the files have {listed} (where it differs from shot to shot: column cue of {SHOTS})"
             );
-            draft.blank("which ball is which", why);
-            draft.noted(OBJECT, "and which the object ball");
+            draft.blank("which ball is which", "cue", TEXT, why);
+            draft.suggest("object", TEXT, "and which the object ball");
         }
     }
     false
+}
+
+/// Drafts `[tracks.columns]` as it was guessed, with the columns of both balls exchanged or not.
+fn describe_columns(Survey { guess, .. }: &Survey, are_exchanged: bool, draft: &mut Draft) {
+    draft.find("In no known format: [tracks.columns] is guessed from the names of columns; check it.");
+    if !guess.passed.is_empty() {
+        draft.find(format!("No positions of balls, and passed over: {}.", guess.passed.join(", ")));
+    }
+    draft.line("\n[tracks.columns]              # guessed: check it");
+    if let Some(name) = &guess.perhaps_time {
+        let why = "its numbers grow from row to row: frame, if they number the frames, or t and [tracks] time_unit, if they are times; \
+                   else each row is taken as one frame";
+        draft.blank("which column is what", "frame", &quoted(name), why);
+    }
+    for Guessed { key, column, doubt } in &guess.columns {
+        // the keys in the same order, with the columns of the other ball
+        let other = key.strip_prefix("cue_").map(|rest| format!("object_{rest}"));
+        let other = other.or_else(|| key.strip_prefix("object_").map(|rest| format!("cue_{rest}")));
+        let other = other.filter(|_| are_exchanged).and_then(|key| guess.column(&key));
+        let column = other.unwrap_or(column).shown();
+        match doubt {
+            None => draft.state(key, column, ""),
+            Some(why) => draft.suggest(key, column, why),
+        }
+    }
+    if let Some(unit) = guess.angle_unit {
+        draft.state("angle_unit", quoted(unit.name()), "");
+    }
+}
+
+/// Lists cells and rows that have to be corrected in the files before they can be read.
+fn describe_problems(all: &[(&PathBuf, &Survey)], draft: &mut Draft) {
+    /// Most of them that are shown.
+    const MOST_PROBLEMS: usize = 3;
+    let problems: Vec<&String> = all.iter().flat_map(|(_, survey)| &survey.problems).collect();
+    if problems.is_empty() {
+        return;
+    }
+    let more = problems.len().saturating_sub(MOST_PROBLEMS);
+    let more = if more > 0 { format!(" (and {more} more)") } else { String::new() };
+    let shown: String = problems.iter().take(MOST_PROBLEMS).map(|problem| format!("\n  {problem}")).collect();
+    draft.find(format!("To be corrected in the files{more}:{shown}"));
 }

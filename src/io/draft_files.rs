@@ -28,11 +28,6 @@ const WORDS: [&str; 7] = ["readme", "read me", "license", "licence", "notes", "c
 const ROWS: usize = 2;
 const NUMBERS: usize = 2;
 
-/// Joins files of one frame each, whose names end in its number.
-const JOIN: &str = "awk -v W=1920 -v H=1080 'BEGIN {print \"frame class x_center y_center width height\"} \
-                    {n = FILENAME; sub(/\\.[^.]*$/, \"\", n); sub(/.*[^0-9]/, \"\", n); print n+0, $1, $2*W, $3*H, $4*W, $5*H}' \
-                    *.txt > ../shot1.dat";
-
 /// Returns the files, and in the place of a folder the tables in it or, if it holds none, those in
 /// its folders, or in theirs.
 pub(super) fn listed(files: &[PathBuf]) -> Result<Vec<PathBuf>, InitError> {
@@ -68,8 +63,8 @@ pub(super) fn listed(files: &[PathBuf]) -> Result<Vec<PathBuf>, InitError> {
     {
         let message = format!(
             "{} files like {} hold one frame each, as YOLO writes them: class, x, y, width, height. Expected one table per \
-             shot, with the frame in each row: join the files of each shot, here of a picture of 1920 by 1080 pixels, in their folder \
-             by\n  {JOIN}\n(x and y in pixels already: W=1 and H=1), then caromfit init on the folder of the tables",
+             shot: join the files of each shot below a line frame class x_center y_center width height, with the number of its \
+             frame in each row and lengths times the width and height of the picture in pixels",
             all.len(),
             first.file_name().unwrap_or_default().to_string_lossy()
         );

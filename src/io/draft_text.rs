@@ -1,26 +1,41 @@
-//! The text of a draft as it grows, and answers to what it leaves blank: the lines that say FILL
-//! IN, with what is known put in.
+//! The text of a dataset.toml that is drafted: its keys, and the blanks that only the user can fill.
 
-use std::fmt::Display;
 use std::path::{Path, PathBuf};
+
+use toml::Value;
 
 /// A dataset.toml that was drafted.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Draft {
     /// The folder that the draft belongs in: the one that holds all the files.
     pub folder: PathBuf,
-    /// The text of the dataset.toml.
-    pub text: String,
-    /// What was found out about the files, in sentences.
+    /// Findings about the files, in sentences.
     pub found: Vec<String>,
-    /// The keys that have to be filled in, the most important first.
-    pub blanks: Vec<&'static str>,
     /// The names of the tracks, in the order of first appearance.
     pub tracks: Vec<String>,
     /// Frames per second that the times in the files follow, where they are in seconds.
     pub follows: Option<f64>,
     /// Whether the files show discs, and not balls.
     pub are_discs: bool,
+    lines: Vec<Line>,
+}
+
+#[derive(Clone, Debug, PartialEq)]
+struct Line {
+    /// Empty for a line that is a comment, or a section's title, as a whole.
+    key: String,
+    value: String,
+    comment: String,
+    state: State,
+}
+
+#[derive(Clone, Copy, Debug, PartialEq)]
+enum State {
+    Stated,
+    /// Stands in a comment, for the user to state it.
+    Optional,
+    /// Has to be filled in; with its name in [`Draft::blanks`].
+    Blank(&'static str),
 }
 
 /// Why no dataset.toml can be drafted.
@@ -43,129 +58,114 @@ impl InitError {
     }
 }
 
-/// Marks a line that has to be filled in.
-const BLANK: &str = "FILL IN";
-
-/// What a draft may leave blank, the most important first, and how its line begins. Only the user
-/// knows the first four.
-const BLANKS: [(&str, &str); 8] = [
-    ("capture_fps", "# capture_fps = …"),
-    ("length_unit", "# length_unit = \"…\""),
-    ("which ball is which", "# cue = \"…\""),
-    ("cue_spin", "# assume = \"…\""),
-    ("radius_m", "# radius_m = …"),
-    ("mass_kg", "# mass_kg = …"),
-    ("cloth", "# cloth = \"…\""),
-    ("source", "# source = \"…\""),
+/// The blanks of a draft, the most important first.
+const BLANKS: [&str; 8] = [
+    "capture_fps",
+    "length_unit",
+    "which ball is which",
+    "cue_spin",
+    "radius_m",
+    "mass_kg",
+    "cloth",
+    "source",
 ];
 
-/// The line below that of the cue ball.
-pub(super) const OBJECT: &str = "# object = \"…\"";
+/// The value of a number and of a text that is to be filled in.
+pub(super) const NUMBER: &str = "…";
+pub(super) const TEXT: &str = "\"…\"";
 
 impl Draft {
-    pub(super) fn line(&mut self, line: impl AsRef<str>) {
-        self.text.push_str(line.as_ref());
-        self.text.push('\n');
+    /// Adds a line that is no key: a title of a section, or comments.
+    pub(super) fn line(&mut self, text: impl Into<String>) {
+        self.add("", "", text.into(), State::Stated);
     }
 
-    /// Adds a line with a comment behind it.
-    pub(super) fn noted(&mut self, line: impl AsRef<str>, comment: impl Display) {
-        self.line(format!("{:<28} # {comment}", line.as_ref()));
+    /// Adds a key with its value as TOML writes it, and a comment unless it is empty.
+    pub(super) fn state(&mut self, key: &str, value: impl Into<String>, comment: impl Into<String>) {
+        self.add(key, value, comment, State::Stated);
     }
 
-    /// Adds a line that has to be filled in, one of [`BLANKS`].
-    pub(super) fn blank(&mut self, what: &'static str, why: impl Display) {
-        let line = BLANKS.iter().find(|(known, _)| *known == what).map_or("", |(_, line)| line);
-        self.blank_line(what, line, why);
+    /// Adds a key that the user may state, as a comment.
+    pub(super) fn suggest(&mut self, key: &str, value: impl Into<String>, comment: impl Into<String>) {
+        self.add(key, value, comment, State::Optional);
     }
 
-    /// Adds any line that has to be filled in.
-    pub(super) fn blank_line(&mut self, what: &'static str, line: &str, why: impl Display) {
-        self.noted(line, format!("{BLANK}: {why}"));
-        self.blanks.push(what);
+    /// Adds a key that has to be filled in.
+    pub(super) fn blank(&mut self, name: &'static str, key: &str, value: &str, why: impl AsRef<str>) {
+        self.add(key, value, format!("FILL IN: {}", why.as_ref()), State::Blank(name));
     }
 
-    /// Adds what was found out, in a sentence.
+    fn add(&mut self, key: &str, value: impl Into<String>, comment: impl Into<String>, state: State) {
+        self.lines.push(Line { key: key.to_owned(), value: value.into(), comment: comment.into(), state });
+    }
+
+    /// Adds a finding, in a sentence.
     pub(super) fn find(&mut self, sentence: impl Into<String>) {
         self.found.push(sentence.into());
     }
 
-    pub(super) fn sort_blanks(&mut self) {
-        let rank = |blank: &&str| BLANKS.iter().position(|(known, _)| known == blank);
-        self.blanks.sort_by_key(|blank| rank(blank).unwrap_or(BLANKS.len()));
+    /// Returns the text of the dataset.toml.
+    #[must_use]
+    pub fn text(&self) -> String {
+        let line = |Line { key, value, comment, state }: &Line| {
+            let mark = if *state == State::Stated { "" } else { "# " };
+            match (key.is_empty(), comment.is_empty()) {
+                (true, _) => format!("{comment}\n"),
+                (false, true) => format!("{mark}{key} = {value}\n"),
+                (false, false) => format!("{:<28} # {comment}\n", format!("{mark}{key} = {value}")),
+            }
+        };
+        self.lines.iter().map(line).collect()
     }
 
-    /// Puts lines of TOML in the place of a blank; returns whether there was such a blank.
-    pub fn fill(&mut self, blank: &str, lines: &str) -> bool {
-        let known = BLANKS[..4].iter().find(|(known, _)| *known == blank);
-        let Some((_, place)) = known.filter(|_| self.blanks.contains(&blank)) else { return false };
-        if blank == "which ball is which" {
-            // both balls are one answer
-            let rest = self.text.lines().filter(|line| !line.starts_with(OBJECT));
-            self.text = rest.map(|line| format!("{line}\n")).collect();
+    /// Returns the names of the keys that have to be filled in, the most important first.
+    #[must_use]
+    pub fn blanks(&self) -> Vec<&'static str> {
+        let blank = |line: &Line| if let State::Blank(name) = line.state { Some(name) } else { None };
+        let mut blanks: Vec<&str> = self.lines.iter().filter_map(blank).collect();
+        let rank = |blank: &&str| BLANKS.iter().position(|known| known == blank);
+        blanks.sort_by_key(|blank| rank(blank).unwrap_or(BLANKS.len()));
+        blanks
+    }
+
+    /// States a key that stands in the draft, be it stated, suggested or blank.
+    pub fn set(&mut self, key: &str, value: impl Into<Value>) {
+        if let Some(line) = self.lines.iter_mut().find(|line| line.key == key) {
+            let (value, comment) = (value.into().to_string(), String::new());
+            *line = Line { key: key.to_owned(), value, comment, state: State::Stated };
         }
-        self.replace(place, lines);
-        self.blanks.retain(|known| *known != blank);
-        true
     }
 
-    /// Names the data set.
-    pub fn set_name(&mut self, name: &str) {
-        self.replace("name = ", &format!("name = {}", quoted(name)));
+    /// Returns the value of a key that is stated, as TOML writes it.
+    #[must_use]
+    pub fn value(&self, key: &str) -> Option<&str> {
+        let line = self.lines.iter().find(|line| line.key == key && line.state == State::Stated);
+        line.map(|line| line.value.as_str())
     }
 
-    /// States which track is which ball.
-    pub fn set_balls(&mut self, cue: &str, object: &str) {
-        let [cue, object] = [format!("cue = {}", quoted(cue)), format!("object = {}", quoted(object))];
-        if !self.fill("which ball is which", &format!("{cue}\n{object}")) {
-            self.replace("cue = ", &cue);
-            self.replace("object = ", &object);
+    /// States the camera's frame rate. Returns whether the times in the files are those of slow
+    /// motion, as of a film that was recorded more than 5 % faster than they follow.
+    pub fn set_fps(&mut self, fps: f64) -> bool {
+        self.set("capture_fps", fps);
+        let slow = self.follows.filter(|follows| fps > 1.05 * follows);
+        if let Some(follows) = slow {
+            self.set("playback_fps", (1e4 * follows).round() / 1e4);
         }
+        slow.is_some()
     }
 
     /// States the unit of lengths; in pixels y grows downwards.
     pub fn set_unit(&mut self, unit: &str) {
-        let line = format!("length_unit = {}", quoted(unit));
-        if !self.fill("length_unit", &line) {
-            self.replace("length_unit = ", &line);
-        }
+        self.set("length_unit", unit);
         if unit == "px" {
-            self.replace("y_axis = ", "y_axis = \"down\"");
+            self.set("y_axis", "down");
         }
-    }
-
-    /// States the radius of the balls.
-    pub fn set_radius(&mut self, radius_m: f64) {
-        for place in ["radius_m = ", "# radius_m = …"] {
-            self.replace(place, &format!("radius_m = {radius_m:?}"));
-        }
-    }
-
-    /// Returns the radius of the balls that it states, as it is written.
-    #[must_use]
-    pub fn radius(&self) -> Option<&str> {
-        let stated = self.text.lines().find_map(|line| line.strip_prefix("radius_m = "));
-        stated.and_then(|line| line.split_whitespace().next())
-    }
-
-    /// States that the times in the files are those of slow motion, at the rate that they follow.
-    pub fn set_playback(&mut self) {
-        const PLACE: &str = "# playback_fps = ";
-        let stated = self.text.lines().find_map(|line| line.strip_prefix(PLACE)?.split_whitespace().next());
-        if let Some(line) = stated.map(|rate| format!("playback_fps = {rate}")) {
-            self.replace(PLACE, &line);
-        }
-    }
-
-    fn replace(&mut self, place: &str, line: &str) {
-        let lines = self.text.lines().map(|own| if own.starts_with(place) { line } else { own });
-        self.text = lines.map(|line| format!("{line}\n")).collect();
     }
 }
 
 /// Returns a text as TOML writes it.
 pub(super) fn quoted(text: &str) -> String {
-    toml::Value::from(text).to_string()
+    Value::from(text).to_string()
 }
 
 #[cfg(test)]
@@ -173,23 +173,26 @@ mod tests {
     use super::*;
 
     #[test]
-    fn blanks_are_filled_where_they_are() {
-        let text = "radius_m = 0.028575   # a pool ball\n# capture_fps = …     # FILL IN: times follow 30\n\
-                    # playback_fps = 30   # take the # away\nlength_unit = \"m\"   # as the file states\ny_axis = \"up\"\n\
-                    # cue = \"…\"         # FILL IN: which\n# object = \"…\"      # and which\n";
-        let blanks = vec!["capture_fps", "which ball is which"];
-        let mut draft = Draft { text: text.to_owned(), blanks, ..Draft::default() };
-        assert!(draft.fill("capture_fps", "capture_fps = 240"));
-        assert!(
-            !draft.fill("cue_spin", "assume = \"stun\"") && !draft.fill("capture_fps", "capture_fps = 1")
-        );
-        draft.set_balls("w", "y");
-        draft.set_radius(0.03075);
-        draft.set_playback();
+    fn answers_fill_blanks() {
+        let mut draft = Draft { follows: Some(30.0), ..Draft::default() };
+        draft.state("radius_m", "0.028575", "a pool ball");
+        draft.blank("capture_fps", "capture_fps", NUMBER, "times follow 30");
+        draft.suggest("playback_fps", "30", "take the # away");
+        draft.state("length_unit", "\"m\"", "as the file states");
+        draft.state("y_axis", "\"up\"", "");
+        draft.blank("which ball is which", "cue", TEXT, "which");
+        draft.suggest("object", TEXT, "and which");
+        assert_eq!(draft.blanks(), ["capture_fps", "which ball is which"]);
+        assert!(draft.text().contains("# capture_fps = …            # FILL IN: times follow 30\n"));
+        assert!(draft.set_fps(240.0));
+        draft.set("cue", "w");
+        draft.set("object", "y");
+        draft.set("radius_m", 0.03075);
+        draft.set("no_such_key", 1);
         draft.set_unit("px");
-        assert!(draft.blanks.is_empty());
-        let expected = "radius_m = 0.03075\ncapture_fps = 240\nplayback_fps = 30\nlength_unit = \"px\"\ny_axis = \"down\"\n\
+        assert!(draft.blanks().is_empty());
+        let expected = "radius_m = 0.03075\ncapture_fps = 240.0\nplayback_fps = 30.0\nlength_unit = \"px\"\ny_axis = \"down\"\n\
                         cue = \"w\"\nobject = \"y\"\n";
-        assert_eq!(draft.text, expected);
+        assert_eq!(draft.text(), expected);
     }
 }

@@ -185,10 +185,7 @@ fn yolo_writes_a_file_per_frame() {
         Command::new(env!("CARGO_BIN_EXE_caromfit")).arg("init").arg(folder.path()).output().unwrap();
     let said = String::from_utf8(output.stderr).unwrap();
     assert_eq!(output.status.code(), Some(2), "{said}");
-    assert!(
-        said.contains("40 files like frame_000000.txt hold one frame each") && said.contains("\n  awk "),
-        "{said}"
-    );
+    assert!(said.contains("40 files like frame_000000.txt hold one frame each"), "{said}");
     let row =
         |n: u32, at: [f64; 2]| format!("{n} 32 {} {} {} 54\n", at[0], at[1], 57.6 + 0.2 * f64::from(n % 3));
     let rows: String = (0..FRAMES).flat_map(|n| balls(n).map(|at| row(n, at))).collect();

@@ -3,14 +3,16 @@
 use std::path::PathBuf;
 use std::sync::Arc;
 
+use indexmap::IndexMap;
+use serde_json::value::RawValue;
+
 use super::input::{Input, Shots};
-use super::json_text::{Node, Value, parse};
 use super::raw::{Clock, FORMAT, RawShot, RawTrack, Row};
 use super::settings::{TimeUnit, Unit};
 use crate::io::number::shortened;
 use crate::measurement::number::count_of;
 
-/// Keys that mean the same, the usual one first.
+/// Keys with one meaning, the most common first.
 const SHOTS: [&str; 1] = ["shots"];
 const BALLS: [&str; 3] = ["balls", "tracks", "objects"];
 const SAMPLES: [&str; 5] = ["samples", "points", "positions", "frames", "data"];
@@ -23,43 +25,115 @@ const TIMES: [(&str, TimeUnit); 4] =
 const EXPECTED: &str = "expected an array of shots, each with \"balls\", each with a \"name\" and \"samples\" of t (seconds) or frame, \
                         x and y";
 
-/// Whether the text is JSON.
+/// Returns whether a text is JSON.
 pub(super) fn detect(text: &str) -> bool {
     let text = text.trim_start();
     text.starts_with('{')
         || text.strip_prefix('[').is_some_and(|rest| rest.trim_start().starts_with(['{', ']']))
 }
 
-/// The shots of a file, and the unit of lengths that it states.
+/// Returns the shots of a file, and the unit of lengths that it states.
 pub(super) fn read(input: &Input) -> Option<Shots> {
     let before = input.problems.len();
-    let (shots, unit) = Reader { input, clock: None }.file().filter(|_| input.problems.len() == before)?;
+    let line_ends = input.text.match_indices('\n').map(|(at, _)| at).collect();
+    let mut reader = Reader { input, line_ends, clock: None };
+    let (shots, unit) = reader.file().filter(|_| input.problems.len() == before)?;
     input.log.add(FORMAT, None, format!("read as JSON, {}", count_of(shots.len(), "shot")));
     Some((shots, unit))
 }
 
+/// A value of the text, without those inside it.
+struct Node<'t> {
+    line: usize,
+    value: Value<'t>,
+}
+
+enum Value<'t> {
+    List(Vec<&'t RawValue>),
+    /// In the order of the file.
+    Object(IndexMap<String, &'t RawValue>),
+    Scalar(serde_json::Value),
+}
+
+impl Node<'_> {
+    /// Returns it as messages name it.
+    fn shown(&self) -> String {
+        match &self.value {
+            Value::List(list) => format!("an array of {}", list.len()),
+            Value::Object(_) => "an object".to_string(),
+            Value::Scalar(serde_json::Value::Bool(_)) => "true or false".to_string(),
+            Value::Scalar(serde_json::Value::String(text)) => format!("\"{}\"", shortened(text)),
+            Value::Scalar(other) => other.to_string(),
+        }
+    }
+
+    fn number(&self) -> Option<f64> {
+        if let Value::Scalar(scalar) = &self.value { scalar.as_f64() } else { None }
+    }
+
+    fn text(&self) -> Option<&str> {
+        if let Value::Scalar(scalar) = &self.value { scalar.as_str() } else { None }
+    }
+
+    fn is_null(&self) -> bool {
+        matches!(self.value, Value::Scalar(serde_json::Value::Null))
+    }
+}
+
 struct Reader<'a> {
     input: &'a Input<'a>,
-    /// What the times of the present shot are in.
+    /// The byte at which each line ends.
+    line_ends: Vec<usize>,
+    /// The unit of the times of the present shot.
     clock: Option<Clock>,
 }
 
-impl Reader<'_> {
-    /// Complains, of a key where there is one. Always `None`.
-    fn wrong<T>(&self, line: usize, key: &str, message: String) -> Option<T> {
+impl<'a> Reader<'a> {
+    /// Adds a problem, of a key unless it is empty. Always `None`.
+    fn wrong<T>(&self, line: usize, key: &str, message: impl Into<String>) -> Option<T> {
         self.input.wrong(line, Some(key).filter(|key| !key.is_empty()), message);
         None
     }
 
-    fn file(&mut self) -> Option<Shots> {
-        let root = match parse(self.input.text) {
-            Ok(root) => root,
-            Err((line, message)) => return self.wrong(line, "", format!("is no JSON: {message}")),
+    fn node(&self, raw: &'a RawValue) -> Node<'a> {
+        let text = raw.get();
+        let begin = text.as_ptr() as usize - self.input.text.as_ptr() as usize;
+        let line = self.line_ends.partition_point(|end| *end < begin) + 1;
+        // the text has been checked as a whole
+        let value = match text.as_bytes().first() {
+            Some(b'[') => Value::List(serde_json::from_str(text).unwrap_or_default()),
+            Some(b'{') => Value::Object(serde_json::from_str(text).unwrap_or_default()),
+            _ => Value::Scalar(serde_json::from_str(text).unwrap_or_default()),
         };
-        let shots: &[Node] = match root.get(&SHOTS).map_or(&root.value, |shots| &shots.value) {
-            Value::List(list) => list,
-            _ if root.get(&BALLS).is_some() => std::slice::from_ref(&root),
-            _ => &[],
+        Node { line, value }
+    }
+
+    /// Returns the value of the first of these keys that an object has, in small or capital letters.
+    fn get(&self, node: &Node<'a>, keys: &[&str]) -> Option<Node<'a>> {
+        let Value::Object(entries) = &node.value else { return None };
+        let of_key = |key: &&str| entries.iter().find(|(own, _)| own.eq_ignore_ascii_case(key));
+        keys.iter().find_map(of_key).map(|(_, raw)| self.node(raw))
+    }
+
+    fn name(&self, node: &Node<'a>) -> Option<String> {
+        let name = self.get(node, &NAME)?;
+        name.text().map(|text| text.trim().to_string()).or(name.number().map(|number| number.to_string()))
+    }
+
+    fn file(&mut self) -> Option<Shots> {
+        let whole: &RawValue = match serde_json::from_str(self.input.text) {
+            Ok(whole) => whole,
+            Err(error) => {
+                let message = error.to_string();
+                let bare = message.rsplit_once(" at line ").map_or(message.as_str(), |(bare, _)| bare);
+                return self.wrong(error.line(), "", format!("is no JSON: {bare}"));
+            }
+        };
+        let root = self.node(whole);
+        let shots = match &self.get(&root, &SHOTS).as_ref().unwrap_or(&root).value {
+            Value::List(list) => list.iter().map(|shot| self.node(shot)).collect(),
+            _ if self.get(&root, &BALLS).is_some() => vec![self.node(whole)],
+            _ => Vec::new(),
         };
         if shots.is_empty() {
             return self.wrong(root.line, "", format!("holds no shots; {EXPECTED}"));
@@ -70,122 +144,121 @@ impl Reader<'_> {
             let own = if shots.len() == 1 { stem.to_string() } else { format!("{stem}-{}", i + 1) };
             found.push(self.shot(&root, shot, own, &file)?);
         }
-        let unit = match root.get(&LENGTH).or(shots[0].get(&LENGTH)) {
-            Some(Node { line, value: Value::Text(word) }) => Unit::of(word).or_else(|| {
+        let unit = self.get(&root, &LENGTH).or_else(|| self.get(&shots[0], &LENGTH)).and_then(|unit| {
+            let word = unit.text()?;
+            Unit::of(word).or_else(|| {
                 let message = format!("\"{}\" is no unit; expected m, cm, mm, in, ft or px", shortened(word));
-                self.wrong(*line, "length_unit", message)
-            }),
-            _ => None,
-        };
+                self.wrong(unit.line, "length_unit", message)
+            })
+        });
         Some((found, unit))
     }
 
-    fn shot(&mut self, root: &Node, shot: &Node, own: String, file: &Arc<PathBuf>) -> Option<RawShot> {
-        let shot_name = name(shot).unwrap_or(own);
-        let Some(balls) = shot.get(&BALLS) else {
+    fn shot(
+        &mut self,
+        root: &Node<'a>,
+        shot: &Node<'a>,
+        own: String,
+        file: &Arc<PathBuf>,
+    ) -> Option<RawShot> {
+        let shot_name = self.name(shot).unwrap_or(own);
+        let Some(balls) = self.get(shot, &BALLS) else {
             let message = format!("the shot \"{}\" has no \"balls\"; {EXPECTED}", shortened(&shot_name));
             return self.wrong(shot.line, "", message);
         };
         self.clock = None;
-        let number = |i: usize| (i + 1).to_string();
-        let named: Vec<(String, &Node)> = match &balls.value {
-            Value::List(list) => {
-                let named = |(i, ball)| (name(ball).unwrap_or_else(|| number(i)), ball);
-                list.iter().enumerate().map(named).collect()
-            }
-            Value::Object(entries) => entries.iter().map(|(key, ball)| (key.clone(), ball)).collect(),
-            _ => return self.wrong(balls.line, "balls", format!("{}; {EXPECTED}", balls.what())),
-        };
-        let tracks = named.into_iter().map(|(name, ball)| self.ball(ball, name)).collect::<Option<_>>()?;
-        let fps = match shot.get(&FPS).or(root.get(&FPS)) {
-            None | Some(Node { value: Value::Null, .. }) => None,
-            Some(Node { value: Value::Number(fps), .. }) if *fps > 0.0 => Some(*fps),
-            Some(other) => {
-                let message = format!("{}; expected frames per second", other.what());
-                return self.wrong(other.line, "fps", message);
+        let named: Vec<(Option<String>, &RawValue)> = match &balls.value {
+            Value::List(list) => list.iter().map(|ball| (self.name(&self.node(ball)), *ball)).collect(),
+            Value::Object(entries) => entries.iter().map(|(key, ball)| (Some(key.clone()), *ball)).collect(),
+            Value::Scalar(_) => {
+                return self.wrong(balls.line, "balls", format!("{}; {EXPECTED}", balls.shown()));
             }
         };
-        let clock = match (self.clock.unwrap_or(Clock::In(TimeUnit::Frames)), fps) {
-            (Clock::In(TimeUnit::Frames), Some(fps)) => Clock::FramesAt(fps),
-            (clock, _) => clock,
-        };
+        let mut tracks = Vec::with_capacity(named.len());
+        for (i, (name, ball)) in named.into_iter().enumerate() {
+            let ball = self.node(ball);
+            tracks.push(self.ball(&ball, name.unwrap_or_else(|| (i + 1).to_string()))?);
+        }
+        let fps = self.get(shot, &FPS).or_else(|| self.get(root, &FPS)).filter(|fps| !fps.is_null());
+        if let Some(fps) = fps.as_ref().filter(|fps| fps.number().is_none_or(|fps| fps <= 0.0)) {
+            return self.wrong(fps.line, "fps", format!("{}; expected frames per second", fps.shown()));
+        }
+        let clock =
+            match (self.clock.unwrap_or(Clock::In(TimeUnit::Frames)), fps.and_then(|fps| fps.number())) {
+                (Clock::In(TimeUnit::Frames), Some(fps)) => Clock::FramesAt(fps),
+                (clock, _) => clock,
+            };
         Some(RawShot { name: shot_name, file: file.clone(), line: shot.line, clock, tracks })
     }
 
-    fn ball(&mut self, ball: &Node, name: String) -> Option<RawTrack> {
-        let samples = ball.get(&SAMPLES).unwrap_or(ball);
-        let Value::List(list) = &samples.value else {
+    fn ball(&mut self, ball: &Node<'a>, name: String) -> Option<RawTrack> {
+        let samples = self.get(ball, &SAMPLES);
+        let Value::List(list) = &samples.as_ref().unwrap_or(ball).value else {
             let message = format!("the ball \"{}\" has no \"samples\"; {EXPECTED}", shortened(&name));
             return self.wrong(ball.line, "", message);
         };
-        let rows = list.iter().map(|sample| self.sample(sample)).collect::<Option<_>>()?;
+        let mut rows = Vec::with_capacity(list.len());
+        for sample in list {
+            rows.push(self.sample(&self.node(sample))?);
+        }
         Some(RawTrack { rows, ..RawTrack::new(name, None) })
     }
 
-    /// `{t, x, y}`, with the position perhaps in an object of its own, or `[t, x, y]`.
-    fn sample(&mut self, sample: &Node) -> Option<Row> {
+    /// Reads `{t, x, y}`, with the position perhaps in an object of its own, or `[t, x, y]`.
+    fn sample(&mut self, sample: &Node<'a>) -> Option<Row> {
         let line = sample.line;
         if let Value::List(list) = &sample.value {
-            let [time, x, y] = list.as_slice() else {
-                let message = format!("{} values; expected 3, time, x and y", list.len());
-                return self.wrong(sample.line, "", message);
+            let [time, x, y] = list[..] else {
+                return self.wrong(line, "", format!("{} values; expected 3, time, x and y", list.len()));
             };
-            self.clock(Clock::Unsaid, sample.line)?;
-            let time = self.number(time, "t")?;
-            let [x, y] = [self.coordinate(Some(x), "x")?, self.coordinate(Some(y), "y")?];
-            return Some(Row::new(time, [x, y], line));
+            self.see_clock(Clock::Unsaid, line)?;
+            let time = self.number(&self.node(time), "t")?;
+            let place =
+                [self.coordinate(Some(self.node(x)), "x")?, self.coordinate(Some(self.node(y)), "y")?];
+            return Some(Row::new(time, place, line));
         }
-        let by_frame =
-            self.input.is_by_frame() || TIMES[..3].iter().all(|(key, _)| sample.get(&[key]).is_none());
-        let mut times = TIMES.iter().filter_map(|(key, unit)| Some((*key, *unit, sample.get(&[key])?)));
-        let frame = times.clone().find(|(_, unit, _)| by_frame && *unit == TimeUnit::Frames);
-        let Some((key, unit, time)) = frame.or_else(|| times.next()) else {
+        let times = TIMES.iter().filter_map(|(key, unit)| Some((*key, *unit, self.get(sample, &[key])?)));
+        let mut times: Vec<(&str, TimeUnit, Node)> = times.collect();
+        if self.input.is_by_frame() {
+            times.sort_by_key(|(_, unit, _)| *unit != TimeUnit::Frames);
+        }
+        let Some((key, unit, time)) = times.first() else {
             let message =
-                format!("{} without t or frame; expected t (seconds) or frame, x and y", sample.what());
-            return self.wrong(sample.line, "", message);
+                format!("{} without t or frame; expected t (seconds) or frame, x and y", sample.shown());
+            return self.wrong(line, "", message);
         };
-        self.clock(Clock::In(unit), sample.line)?;
+        self.see_clock(Clock::In(*unit), line)?;
         let time = self.number(time, key)?;
-        let position = sample.get(&["position", "pos", "centre", "center"]).unwrap_or(sample);
-        let at = |keys: &[&str], i: usize| match &position.value {
-            Value::List(list) => list.get(i),
-            _ => position.get(keys),
+        let position = self.get(sample, &["position", "pos", "centre", "center"]);
+        let position = position.as_ref().unwrap_or(sample);
+        let at = |key: &str, i: usize| match &position.value {
+            Value::List(list) => list.get(i).map(|raw| self.node(raw)),
+            _ => self.get(position, &[key]),
         };
-        let [x, y] = [self.coordinate(at(&["x"], 0), "x")?, self.coordinate(at(&["y"], 1), "y")?];
-        Some(Row::new(time, [x, y], line))
+        let place = [self.coordinate(at("x", 0), "x")?, self.coordinate(at("y", 1), "y")?];
+        Some(Row::new(time, place, line))
     }
 
-    /// All times of a shot are of one kind.
-    fn clock(&mut self, clock: Clock, line: usize) -> Option<()> {
+    /// Checks that all times of a shot are of one kind.
+    fn see_clock(&mut self, clock: Clock, line: usize) -> Option<()> {
         if *self.clock.get_or_insert(clock) == clock {
             return Some(());
         }
         let message =
             "has another kind of time than the samples above; expected t or frame throughout a shot";
-        self.wrong(line, "", message.to_string())
+        self.wrong(line, "", message)
     }
 
     fn number(&self, node: &Node, key: &str) -> Option<f64> {
-        if let Value::Number(number) = node.value {
-            return Some(number);
-        }
-        let message = format!("{}; expected a number, without quotation marks", node.what());
-        self.wrong(node.line, key, message)
+        let message = || format!("{}; expected a number, without quotation marks", node.shown());
+        node.number().or_else(|| self.wrong(node.line, key, message()))
     }
 
-    /// Not a number in a gap.
-    fn coordinate(&self, node: Option<&Node>, key: &str) -> Option<f64> {
-        match node {
-            None | Some(Node { value: Value::Null, .. }) => Some(f64::NAN),
-            Some(node) => self.number(node, key),
+    /// Reads a coordinate, not a number in a gap.
+    fn coordinate(&self, node: Option<Node>, key: &str) -> Option<f64> {
+        match node.filter(|node| !node.is_null()) {
+            None => Some(f64::NAN),
+            Some(node) => self.number(&node, key),
         }
-    }
-}
-
-fn name(node: &Node) -> Option<String> {
-    match &node.get(&NAME)?.value {
-        Value::Text(text) => Some(text.trim().to_string()),
-        Value::Number(number) => Some(number.to_string()),
-        _ => None,
     }
 }

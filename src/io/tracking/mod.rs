@@ -15,7 +15,6 @@ mod guess_table;
 mod heading;
 mod input;
 mod json;
-mod json_text;
 mod kinovea;
 mod layout;
 mod link;

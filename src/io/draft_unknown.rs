@@ -1,0 +1,102 @@
+//! The part of a draft about a table in no known format.
+
+use std::path::Path;
+
+use super::draft_files::numbers;
+use super::draft_scale::suggest_y_axis;
+use super::draft_text::{Draft, NUMBER, TEXT, quoted};
+use super::text::decode;
+
+/// Most columns and lines of a header that are listed, and most characters of each.
+const MOST_COLUMNS: usize = 30;
+const LONGEST_COLUMN: usize = 40;
+const MOST_HEADERS: usize = 6;
+const LONGEST_LINE: usize = 160;
+
+/// Lists what the table has, and asks which column is what.
+pub(super) fn describe(file: &Path, names: &[String], draft: &mut Draft) {
+    let cut = |text: &str, longest: usize| {
+        let short: String = text.chars().take(longest).collect();
+        if short.len() < text.len() { short + "…" } else { short }
+    };
+    let mut listed: Vec<String> =
+        names.iter().take(MOST_COLUMNS).map(|name| quoted(&cut(name, LONGEST_COLUMN))).collect();
+    if names.len() > MOST_COLUMNS {
+        listed.push(format!("… ({} in all)", names.len()));
+    }
+    let bytes = std::fs::read(file).unwrap_or_default();
+    let text = decode(&bytes).0;
+    let lines: Vec<&str> = text.lines().map(str::trim_end).filter(|line| !line.is_empty()).collect();
+    // numbers in a header stand alone
+    let is_row = |line: &&str| numbers(line) >= 3 && 2 * numbers(line) > line.split([',', ';', '\t']).count();
+    let row = lines.iter().position(is_row);
+    let header = &lines[..row.unwrap_or(lines.len().min(1))];
+    let is_deep = header.len() > 1;
+    let shown = if is_deep {
+        format!("above its first row of numbers are {} lines", header.len())
+    } else {
+        format!("its first line is {}", listed.join(", "))
+    };
+    draft.find(format!(
+        "{}: no known format; {shown}. Say under [tracks.columns] which column is what, by its name or by its number, from 1 on.",
+        file.display(),
+    ));
+    if let Some(hint) = hint(names, lines.get(1).unwrap_or(&"")) {
+        draft.find(hint);
+    }
+    draft.line("\n[video]");
+    draft.blank("capture_fps", "capture_fps", NUMBER, "frames per second that the camera recorded at");
+    draft.line("\n[scale]");
+    draft.blank(
+        "length_unit",
+        "length_unit",
+        TEXT,
+        "m, cm, mm, in, ft, or px (the balls are then the ruler)",
+    );
+    suggest_y_axis(draft);
+    draft.line("\n[tracks]");
+    draft.suggest("cue", TEXT, "only of a table with one row per ball and frame: its name of the cue ball");
+    draft.suggest("object", TEXT, "and of the object ball");
+    if is_deep {
+        let last = &header[header.len().saturating_sub(MOST_HEADERS)..];
+        let last: Vec<String> = last.iter().map(|line| cut(line.trim_start(), LONGEST_LINE)).collect();
+        draft.line(format!("# Above the first row of numbers:\n#   {}", last.join("\n#   ")));
+    } else {
+        draft.line(format!("# The first line of the file:\n#   {}", listed.join(", ")));
+    }
+    if let Some(row) = row.map(|row| lines[row]) {
+        let separator = [';', '\t', ','].into_iter().find(|c| row.contains(*c)).unwrap_or(' ');
+        let cells = row.split(separator).filter(|cell| separator != ' ' || !cell.is_empty());
+        let numbered = (1..).zip(cells.take(MOST_COLUMNS));
+        let numbered: Vec<String> = numbered
+            .map(|(number, cell)| format!("{number}: {}", cut(cell.trim(), LONGEST_COLUMN)))
+            .collect();
+        draft.line(format!(
+            "# The first row of numbers, with the number of each column:\n#   {}",
+            numbered.join("  ")
+        ));
+    }
+    draft.line("[tracks.columns]              # a column by its name, t = \"time\", or by its number, t = 1");
+    let why = "time in seconds, or frame = …; without either, each row is a frame";
+    draft.blank("which column is what", "t", NUMBER, why);
+    draft.line("# One row per frame:\n# cue_x = …\n# cue_y = …\n# object_x = …\n# object_y = …");
+    draft.line("# Or one row per ball and frame:\n# ball = …\n# x = …\n# y = …");
+}
+
+/// Returns what to do about tables of some programs that no column describes.
+fn hint(names: &[String], second: &str) -> Option<&'static str> {
+    let has = |part: &str| names.iter().any(|name| name.to_lowercase().contains(part));
+    if has("run #2") || has("run 2:") {
+        Some(
+            "Several runs stand beside each other: export a file for each run, or put them below each other with a column shot.",
+        )
+    } else if second.contains(['(', '[']) {
+        Some("Cells in brackets hold x and y together: write each into a column of its own.")
+    } else if has("label") && has("area") {
+        Some(
+            "No column says which frame a row is of: in ImageJ, tick Stack position under Analyze, Set Measurements.",
+        )
+    } else {
+        None
+    }
+}
