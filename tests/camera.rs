@@ -4,7 +4,7 @@
 use caromfit::fit;
 use caromfit::fit::{Depth, Fit, FoundCamera, FoundCorrection, Options};
 use caromfit::measurement::correction::Correction;
-use caromfit::measurement::dataset::Dataset;
+use caromfit::measurement::dataset::{Dataset, Measured};
 use caromfit::measurement::parameter::Parameter;
 use caromfit::measurement::track::{Sample, TrackShot};
 use caromfit::simulate;
@@ -97,7 +97,7 @@ fn the_height_of_the_camera_is_found_from_balls_that_hop() {
     let mut far = dataset(from_near(with_truth(7105), [0.2, 1.3, 1.25]));
     let stated = &mut far.tracks.as_mut().unwrap().camera;
     for which in which {
-        stated[which as usize] = Some(0.0);
+        stated[which as usize] = Some(Measured { value: 0.0, sd: None });
     }
     let (fit, _) = fitted(far);
     let off = (fit.estimates[2].value - TRUTH[2]) / fit.estimates[2].std_error.unwrap();
@@ -392,7 +392,8 @@ fn intervals_hold_with_the_camera_free() {
 fn what_is_stated_of_the_camera_is_taken() {
     let film = shown(clean(7300), |x, y| [1.02 * x, 1.02 * y]);
     let mut stated = dataset(film);
-    stated.tracks.as_mut().unwrap().camera[Correction::Scale as usize] = Some(1.02);
+    stated.tracks.as_mut().unwrap().camera[Correction::Scale as usize] =
+        Some(Measured { value: 1.02, sd: None });
     let (fit, found) = fitted(stated);
     assert!(found.corrections.iter().all(|found| found.which != Correction::Scale));
     let (reference, _) = fitted(dataset(clean(7300)));

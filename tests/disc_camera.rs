@@ -277,7 +277,7 @@ fn what_is_stated_of_the_camera_of_discs_is_taken() {
     let (mut dataset, ratios) =
         film(90, Filmed { show: |[x, y]| [x, 0.99 * y], shutter: [0.0; 2], rim: true, ..FILMED });
     let tracks = dataset.tracks.as_mut().unwrap();
-    tracks.camera[Correction::Aspect as usize] = Some(0.99);
+    tracks.camera[Correction::Aspect as usize] = Some(Measured { value: 0.99, sd: None });
     tracks.discs.as_mut().unwrap().radii = None;
     let extracted = fit::extract_discs(dataset.clone());
     let camera = extracted.camera.as_ref().unwrap();

@@ -5,7 +5,7 @@ use std::time::Instant;
 use caromfit::fit;
 use caromfit::fit::{Depth, Fit, Options, Status, with_impacts};
 use caromfit::measurement::correction::Correction;
-use caromfit::measurement::dataset::{Before, Dataset, ObjectBall};
+use caromfit::measurement::dataset::{Before, Dataset, Measured, ObjectBall};
 use caromfit::measurement::spin::Spin;
 use caromfit::measurement::track::TrackShot;
 use caromfit::physics::ball::Ball;
@@ -251,7 +251,7 @@ fn the_estimates_of_a_shot_are_as_far_off_as_their_errors_say() {
     let mut dataset = dataset(tracks);
     let camera = &mut dataset.tracks.as_mut().unwrap().camera;
     for which in Correction::ALL {
-        camera[which as usize] = Some(which.neutral());
+        camera[which as usize] = Some(Measured { value: which.neutral(), sd: None });
     }
     let fit = fitted(&dataset, Depth::Estimates);
     let table = shot_table::render(&fit);

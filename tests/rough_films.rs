@@ -4,7 +4,7 @@
 use caromfit::fit;
 use caromfit::fit::{Depth, FitError, Grade, Options};
 use caromfit::measurement::correction::Correction;
-use caromfit::measurement::dataset::Dataset;
+use caromfit::measurement::dataset::{Dataset, Measured};
 use caromfit::measurement::parameter::Parameter;
 use caromfit::measurement::track::{Sample, TrackShot};
 use caromfit::simulate;
@@ -158,7 +158,8 @@ fn one_direction_does_not_bend_the_camera() {
         };
         let unstated = error_of_e(&stated);
         for which in [Correction::Aspect, Correction::Shear] {
-            stated.tracks.as_mut().unwrap().camera[which as usize] = Some(which.neutral());
+            stated.tracks.as_mut().unwrap().camera[which as usize] =
+                Some(Measured { value: which.neutral(), sd: None });
         }
         let known = error_of_e(&stated);
         assert!(known < 0.1 * unstated, "{known} {unstated}");

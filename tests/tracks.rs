@@ -3,7 +3,8 @@
 use std::fs;
 
 use caromfit::io;
-use caromfit::measurement::dataset::Tracks;
+use caromfit::measurement::correction::Correction;
+use caromfit::measurement::dataset::{Measured, Tracks};
 use caromfit::measurement::spin::Spin;
 use caromfit::measurement::track::{Sample, TrackedBall};
 
@@ -415,6 +416,14 @@ fn settings_are_checked() {
         ("[video]\nplayback_fps = 30", "needs capture_fps"),
         ("[video]\ncapture_fps = 30\nrow_readout_s = 0.01\nrows = 100", "length_unit = \"px\" and y_axis"),
         ("[video]\ncapture_fps = 30\nrow_readout_s = 0.01", "go together"),
+        ("[video]\ncapture_fps = 30\n[camera]\nshutter = 0.01", "go together"),
+        ("[video]\ncapture_fps_sd = 1", "needs capture_fps beside it"),
+        ("[video]\ncapture_fps = 30\ncapture_fps_sd = 0", "capture_fps_sd is 0; expected more than 0"),
+        ("[table]\ntilt_sd = -1", "tilt_sd is -1; expected more than 0"),
+        ("[camera]\nlense = 0.0", "unknown key \"lense\" (did you mean \"lens\"?)"),
+        ("[camera]\nlens = 4", "camera.lens is 4; expected \"auto\", \"none\" or a part"),
+        ("[camera]\nlens = { mean = 0.0, sd = 0 }", "expected \"auto\", \"none\" or a part"),
+        ("[camera]\nlens = { mean = 0.0 }", "or { mean = …, sd = … }"),
     ] {
         refused(settings, data, &[part]);
     }
@@ -429,6 +438,26 @@ fn settings_are_checked() {
     assert!((tracks.shots[0].cue[0].x - 0.1).abs() < 1e-9 && (tracks.shots[0].cue[0].y - 0.8).abs() < 1e-9);
     noted(&tracks, "homography from 4 points");
     refused(&format!("{video}{}", points.replace("\"down\"", "\"up\"")), data, &["mirror image"]);
+}
+
+/// What is stated with an error is an unknown with this prior.
+#[test]
+fn statements_may_have_errors() {
+    let data = "frame,ball,x,y\n0,cue,10,20\n0,object,30,40\n1,cue,11,20\n1,object,30,40\n";
+    let settings = "[video]\ncapture_fps = 240\ncapture_fps_sd = 1.2\n[table]\ntilt_sd = 2e-4\n\
+                    [camera]\nlabel = \"phone\"\nlens = { mean = 0.01, sd = 0.02 }\nperspective = { mean = [0, 0.1], sd = [0.2, 0.3] }\n\
+                    shear = \"none\"\n[cue_spin]\nassume = \"stun\"\ntopspin_sd = 0.03";
+    let tracks = good(settings, "p.csv", data);
+    assert_eq!((tracks.rate_sd, tracks.tilt_sd, tracks.topspin_sd), (Some(0.005), Some(2e-4), Some(0.03)));
+    for (which, stated) in [
+        (Correction::Lens, Some(Measured::new(0.01, 0.02))),
+        (Correction::LensX, None),
+        (Correction::PerspectiveY, Some(Measured::new(0.1, 0.3))),
+        (Correction::Shear, Some(Measured { value: 0.0, sd: None })),
+        (Correction::Aspect, None),
+    ] {
+        assert_eq!(tracks.camera[which as usize], stated, "{which:?}");
+    }
 }
 
 #[test]

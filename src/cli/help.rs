@@ -44,11 +44,12 @@ pub fn run(args: &Args) -> Result<(), Failure> {
 
 /// Prints the JSON Schema (draft 2020-12) of what a command prints with --json. Of fit it describes fit.json, which is one element of the
 /// array that fit --json prints; check and extract, and collide with --cases, print arrays of what their schemas describe, too. Of
-/// compare and design it describes compare.json and design.json, which their --json prints.
+/// compare and design it describes compare.json and design.json, which their --json prints; of dataset what a dataset.toml may state,
+/// for editors that check it.
 #[derive(clap::Args)]
 #[command(after_help = "Example: caromfit schema compare > compare.schema.json")]
 pub struct Schema {
-    /// Of which command
+    /// Of which command, or dataset
     #[arg(value_parser = PossibleValuesParser::new(SCHEMAS.map(|(command, _)| command)), default_value = "fit")]
     command: String,
 }

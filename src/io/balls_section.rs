@@ -2,6 +2,7 @@
 
 use std::fmt::Write as _;
 
+use schemars::JsonSchema;
 use serde::Deserialize;
 
 use super::stated_object::StatedObject;
@@ -12,7 +13,7 @@ use crate::measurement::valid::{Condition, INERTIA, NOT_NEGATIVE, POSITIVE};
 use crate::physics::ball::{Ball, UNIFORM_SPHERE};
 use crate::physics::collision::{MASS_RATIOS, POISSON};
 
-#[derive(Default, Deserialize)]
+#[derive(Default, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields, default, expecting = "a table, as in [ball] radius_m = 0.028575")]
 pub(crate) struct BallSection {
     pub shape: Shape,
@@ -25,7 +26,7 @@ pub(crate) struct BallSection {
     pub poisson: Option<f64>,
 }
 
-#[derive(Clone, Copy, Debug, Default, Deserialize, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, Default, Deserialize, JsonSchema, PartialEq, Eq)]
 #[serde(rename_all = "lowercase")]
 pub(crate) enum Shape {
     #[default]

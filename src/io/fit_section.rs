@@ -1,5 +1,6 @@
 //! The section [fit] of a dataset.toml: settings of the parameters, the loss.
 
+use schemars::JsonSchema;
 use serde::Deserialize;
 
 use super::error::did_you_mean;
@@ -8,7 +9,7 @@ use crate::measurement::loss::Loss;
 use crate::measurement::parameter::{Compliance, Parameter, Prior, Setting, SettingFault, Settings};
 use crate::physics::name::UnknownName;
 
-#[derive(Default, Deserialize)]
+#[derive(Default, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields, default, expecting = "a table, as in [fit] mu_s = { fixed = 0.3 }")]
 pub(crate) struct FitSection {
     mu: Option<SettingSection>,
@@ -24,7 +25,7 @@ pub(crate) struct FitSection {
 }
 
 /// How the friction between the balls depends on their slip.
-#[derive(Clone, Copy, Debug, Default, Deserialize, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, Default, Deserialize, JsonSchema, PartialEq, Eq)]
 #[serde(rename_all = "lowercase")]
 enum Friction {
     #[default]
@@ -33,7 +34,7 @@ enum Friction {
     Exponential,
 }
 
-#[derive(Default, Deserialize)]
+#[derive(Default, Deserialize, JsonSchema)]
 #[serde(
     deny_unknown_fields,
     expecting = "a table, as in { initial = 0.05, upper = 0.5 } or { fixed = 0.05 }"

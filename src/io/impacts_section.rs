@@ -2,13 +2,14 @@
 
 use std::path::{Path, PathBuf};
 
+use schemars::JsonSchema;
 use serde::Deserialize;
 
 use super::toml_file::Source;
 use crate::measurement::dataset::{Dataset, Measured};
 use crate::measurement::valid::{NOT_NEGATIVE, POSITIVE};
 
-#[derive(Default, Deserialize)]
+#[derive(Default, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields, default, expecting = "a table, as in [impacts] covariance = \"covariance.csv\"")]
 pub(crate) struct ImpactsSection {
     covariance: Option<String>,

@@ -2,6 +2,7 @@
 
 use std::path::{Path, PathBuf};
 
+use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 use super::balls_section::{BallSection, Shape};
@@ -11,7 +12,7 @@ use super::impacts_section::ImpactsSection;
 use super::stated_object::StatedObject;
 use super::table::read_utf8;
 use super::toml_file::{Source, checked};
-use super::tracking::camera::CameraSection;
+use super::tracking::camera::{CameraSection, label_or_section};
 use super::tracking::settings::{ScaleSection, Sections, TrackSettings, TracksSection, VideoSection};
 use crate::measurement::dataset::Dataset;
 use crate::measurement::spin::Spin;
@@ -42,7 +43,7 @@ pub(crate) struct Manifest {
 
 worded! {
     /// What was measured of each shot: the kind of a data set.
-    #[derive(Clone, Copy, Debug, Deserialize, Serialize, PartialEq, Eq)]
+    #[derive(Clone, Copy, Debug, Deserialize, Serialize, JsonSchema, PartialEq, Eq)]
     #[non_exhaustive]
     #[serde(rename_all = "lowercase")]
     pub enum Kind {
@@ -60,7 +61,7 @@ worded! {
 by_name!(Kind, "kind", ALL, name);
 
 worded! {
-    #[derive(Clone, Copy, Debug, Deserialize, PartialEq, Eq)]
+    #[derive(Clone, Copy, Debug, Deserialize, JsonSchema, PartialEq, Eq)]
     #[serde(rename_all = "kebab-case")]
     pub(crate) enum Assume {
         Stun = "stun",
@@ -88,9 +89,9 @@ impl Assume {
     }
 }
 
-#[derive(Deserialize)]
+#[derive(Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields, expecting = "the keys of a data set")]
-struct Keys {
+pub(crate) struct Keys {
     name: String,
     kind: Kind,
     files: Vec<String>,
@@ -103,7 +104,10 @@ struct Keys {
     #[serde(default)]
     cue_spin: SpinSection,
     video: Option<VideoSection>,
+    #[serde(default, deserialize_with = "label_or_section")]
+    #[schemars(with = "Option<LabelOrSection>")]
     camera: Option<CameraSection>,
+    table: Option<TableSection>,
     scale: Option<ScaleSection>,
     tracks: Option<TracksSection>,
     impacts: Option<ImpactsSection>,
@@ -111,13 +115,31 @@ struct Keys {
     fit: FitSection,
 }
 
-#[derive(Default, Deserialize)]
+#[derive(Default, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields, expecting = "a table, as in [cue_spin] assume = \"stun\"")]
 struct SpinSection {
     /// Where it is left out, as in a fresh draft, what is missing is said with all else that is.
     assume: Option<Assume>,
-    /// Standard deviation of side spin that nobody saw, as Rω_z/U.
+    /// Standard deviation of the side spin, as Rω_z/U, where it was not seen.
     side_sd: Option<f64>,
+    /// Standard deviation of the topspin that all shots stated as stun or natural roll share, as Rω/U.
+    topspin_sd: Option<f64>,
+}
+
+#[derive(Default, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields, expecting = "a table, as in [table] tilt_sd = 0.001")]
+struct TableSection {
+    /// Standard deviation of the slope of the table, m/m.
+    tilt_sd: Option<f64>,
+}
+
+/// For the schema only.
+#[derive(JsonSchema)]
+#[serde(untagged)]
+#[allow(dead_code)]
+enum LabelOrSection {
+    Label(String),
+    Section(Box<CameraSection>),
 }
 
 /// The data sets that a folder without a dataset.toml holds, as a hint: `: data/a, data/b and 3 more`.
@@ -182,6 +204,7 @@ impl Keys {
         for (key, is_stated, only) in [
             ("video", self.video.is_some(), Kind::Tracks),
             ("camera", self.camera.is_some(), Kind::Tracks),
+            ("table", self.table.is_some(), Kind::Tracks),
             ("scale", self.scale.is_some(), Kind::Tracks),
             ("tracks", self.tracks.is_some(), Kind::Tracks),
             ("impacts", self.impacts.is_some(), Kind::Impacts),
@@ -207,6 +230,7 @@ impl Keys {
             by: self.fit.by,
             cloth: self.cloth,
             balls: self.balls,
+            camera: self.camera.as_ref().and_then(|camera| camera.label.clone()),
             source: self.source,
             ..Dataset::new(self.name, ball, Vec::new())
         };
@@ -218,7 +242,11 @@ impl Keys {
                 scale: self.scale.unwrap_or_default(),
                 tracks: self.tracks.unwrap_or_default(),
             };
-            sections.check(discs.is_some(), source)
+            let tilt_sd = self.table.and_then(|table| table.tilt_sd);
+            let tilt_sd = source.number("table.tilt_sd", tilt_sd, POSITIVE);
+            let mut settings = sections.check(discs.is_some(), source);
+            (settings.tilt_sd, settings.topspin_sd) = (tilt_sd, self.cue_spin.topspin_sd);
+            settings
         });
         if let (Some(discs), Some(tracks)) = (discs, tracks.as_mut())
             && let Some([first, _]) = discs.masses
@@ -252,6 +280,11 @@ impl Keys {
             "the standard deviation of the side spin times the radius over the speed, from 0 to 1",
         );
         let side_sd = source.number("cue_spin.side_sd", self.cue_spin.side_sd, RATIO);
+        if source.number("cue_spin.topspin_sd", self.cue_spin.topspin_sd, POSITIVE).is_some()
+            && (self.kind != Kind::Tracks || self.ball.shape == Shape::Disc)
+        {
+            source.wrong("cue_spin.topspin_sd", "cue_spin.topspin_sd goes with films of balls only");
+        }
         if side_sd.is_some() && self.ball.shape == Shape::Disc {
             let message = "cue_spin.side_sd goes with balls: points on discs show how they turn";
             source.wrong("cue_spin.side_sd", message);

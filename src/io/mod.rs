@@ -25,6 +25,8 @@ use std::path::{Path, PathBuf};
 
 use error::{Problems, did_you_mean};
 use manifest::Manifest;
+use schemars::Schema;
+use schemars::generate::SchemaSettings;
 use table::Table;
 
 use crate::measurement::dataset::{Dataset, Shot};
@@ -48,6 +50,12 @@ pub fn load(path: &Path) -> Result<Dataset, DatasetError> {
 /// As [`load`].
 pub fn load_text(text: &str, path: &Path) -> Result<Dataset, DatasetError> {
     load_manifest(Manifest::of_text(path, text)?)
+}
+
+/// Returns the JSON Schema (draft 2020-12) of dataset.toml, for editors that check it.
+#[must_use]
+pub fn schema() -> Schema {
+    SchemaSettings::draft2020_12().into_generator().into_root_schema_for::<manifest::Keys>()
 }
 
 fn load_manifest(manifest: Manifest) -> Result<Dataset, DatasetError> {

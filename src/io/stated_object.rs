@@ -1,12 +1,13 @@
 //! The object ball as `[object]` of a dataset.toml and of a SPEC.toml states it.
 
+use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 use crate::measurement::dataset::ObjectBall;
 use crate::physics::ball::Ball;
 
 /// What of the object ball is stated apart from the cue ball: `[object]` of a dataset.toml and of a SPEC.toml.
-#[derive(Clone, Copy, Debug, Default, Deserialize, Serialize, PartialEq)]
+#[derive(Clone, Copy, Debug, Default, Deserialize, JsonSchema, Serialize, PartialEq)]
 #[serde(deny_unknown_fields, default, expecting = "a table, as in [object] mass_kg = 0.165")]
 pub struct StatedObject {
     /// Its radius, m; `None`: that of the cue ball.

@@ -29,6 +29,9 @@ pub struct Dataset {
     /// Which balls were played; in a comparison data sets of the same label have one ratio of the
     /// masses and one of the radii.
     pub balls: Option<String>,
+    /// Which camera filmed it; in a comparison data sets of the same label have one camera, which was
+    /// not moved.
+    pub camera: Option<String>,
     /// Who measured it, how and when.
     pub source: Option<String>,
     /// The cue ball.

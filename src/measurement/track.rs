@@ -4,6 +4,7 @@ use std::collections::BTreeMap;
 use std::path::PathBuf;
 
 use super::correction::Correction;
+use super::observable::Measured;
 use super::spin::Spin;
 use crate::physics::disc::Discs;
 
@@ -137,9 +138,16 @@ pub struct Tracks {
     pub notes: Vec<String>,
     /// What is known of the discs; `None` for balls.
     pub discs: Option<Discs>,
-    /// Corrections for the camera that are stated, in the order of [`Correction::ALL`]; `None`:
-    /// to be found from the balls.
-    pub camera: [Option<f64>; Correction::COUNT],
+    /// Corrections for the camera that are stated, exactly or with an error, in the order of
+    /// [`Correction::ALL`]; `None`: to be found from the balls.
+    pub camera: [Option<Measured>; Correction::COUNT],
+    /// Relative standard deviation of the frame rate, where it is stated.
+    pub rate_sd: Option<f64>,
+    /// Standard deviation of the slope of the table along x and along y, where it is stated.
+    pub tilt_sd: Option<f64>,
+    /// Standard deviation of the mean topspin of shots stated as stun or natural roll, as Rω/U,
+    /// where it is stated.
+    pub topspin_sd: Option<f64>,
     /// Whether lengths are in an unknown unit, so that the size of the balls sets the scale.
     pub from_balls: bool,
     /// Relative standard deviation of the stated scale; `None` where the size of the balls is said

@@ -70,7 +70,7 @@ track and corners ¦ frame,track_id,x1,y1,x2,y2,conf,class ¦ {n},{ball},{left},
 id, corners and centre ¦ frame,id,x1,y1,x2,y2,cx,cy ¦ {n},{ball},{left},{top},{right},{bottom},{x},{y} ¦ ball = "id"
 class and corners ¦ frame,xmin,ymin,xmax,ymax,confidence,class,name ¦ {n},{left},{top},{right},{bottom},0.9,{ball},{name} ball ¦ y2 = "ymax"
 a box in the words of COCO ¦ frame,bbox_x,bbox_y,bbox_w,bbox_h,name ¦ {n},{left},{top},{width},{height},{name} ball ¦ height = "bbox_h"
-middle and size ¦ frame,track_id,x,y,w,h ¦ {n},{ball},{x},{y},57,58 ¦ # width = "w"   # of a box: take the # away
+middle and size ¦ frame,track_id,x,y,w,h ¦ {n},{ball},{x},{y},57,58 ¦ # of a box: take the # away
 middle and size that changes ¦ frame,track_id,x,y,w,h ¦ {n},{ball},{x},{y},{width},58 ¦ x = "x"
 corner and size, by how smooth the paths are ¦ frame,track_id,x,y,w,h ¦ {n},{ball},{left},{top},{width},{height} ¦ ↵width = "w"
 the same beside the names of balls ¦ frame,ball,x,y,width,height ¦ {n},{name},{left},{top},{width},{height} ¦ ↵height = "height"

@@ -35,14 +35,14 @@ fn parts<const N: usize>(table: &str) -> impl Iterator<Item = [String; N]> {
 
 /// What of [`ANGLES`] is replaced, by what, and what is said.
 const DATASETS: &str = r#"
-cloth = ¦ clothe = ¦ dataset.toml:5: column 1: unknown key "clothe" (did you mean "cloth"?); expected one of name, kind, files, cloth, balls, source, ball, object, cue_spin, video, camera, scale, tracks, impacts, fit
+cloth = ¦ clothe = ¦ dataset.toml:5: column 1: unknown key "clothe" (did you mean "cloth"?); expected one of name, kind, files, cloth, balls, source, ball, object, cue_spin, video, camera, table, scale, tracks, impacts, fit
 radius_m ¦ radus_m ¦ dataset.toml:9: column 1: unknown key "radus_m" (did you mean "radius_m"?); expected one of shape, radius_m, radius_m_sd, mass_kg, mass_kg_sd, inertia, poisson
-assume ¦ asume ¦ dataset.toml:14: column 1: unknown key "asume" (did you mean "assume"?); expected one of assume, side_sd
+assume ¦ asume ¦ dataset.toml:14: column 1: unknown key "asume" (did you mean "assume"?); expected one of assume, side_sd, topspin_sd
 mu = ¦ nu = ¦ dataset.toml:17: column 1: unknown key "nu" (did you mean "mu"?); expected one of mu, mu_s, e, mu_b, mu_c, kappa, e_slope, friction, by, loss
 lower ¦ lowr ¦ dataset.toml:17: column 8: unknown key "lowr" (did you mean "lower"?); expected one of initial, lower, upper, fixed, prior_mean, prior_sd
 "angles" ¦ "angle" ¦ dataset.toml:3: column 8: unknown word "angle" (did you mean "angles"?); expected one of tracks, impacts, angles
 natural-roll ¦ natural roll ¦ dataset.toml:14: column 10: unknown word "natural roll" (did you mean "natural-roll"?); expected one of stun, natural-roll, measured, unknown
-cloth = ¦ xyz = ¦ dataset.toml:5: column 1: unknown key "xyz"; expected one of name, kind, files, cloth, balls, source, ball, object, cue_spin, video, camera, scale, tracks, impacts, fit
+cloth = ¦ xyz = ¦ dataset.toml:5: column 1: unknown key "xyz"; expected one of name, kind, files, cloth, balls, source, ball, object, cue_spin, video, camera, table, scale, tracks, impacts, fit
 "lab" ¦ 7 ¦ dataset.toml:2: column 8: 7 is of the wrong type; expected text in quotation marks
 ["shots.csv"] ¦ "shots.csv" ¦ dataset.toml:4: column 9: "shots.csv" is of the wrong type; expected a list, as in ["shots.csv"]
 ["shots.csv"] ¦ [1] ¦ dataset.toml:4: column 10: 1 is of the wrong type; expected text in quotation marks

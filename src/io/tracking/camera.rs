@@ -1,15 +1,22 @@
-//! `[camera]`: what of the camera is found from the balls, stated, or taken as right.
+//! `[camera]`: the corrections for the camera that are stated, exactly or with an error, or free.
 
+use std::fmt;
+
+use schemars::JsonSchema;
 use serde::Deserialize;
+use serde::de::{Deserializer, Error, MapAccess, Visitor, value::MapAccessDeserializer};
 
 use crate::io::toml_file::Source;
 use crate::measurement::correction::Correction;
+use crate::measurement::observable::Measured;
 use crate::measurement::valid::Fault;
 
-/// The section. A key that is left out is `"auto"`.
-#[derive(Default, Deserialize)]
-#[serde(deny_unknown_fields)]
+/// The section, or only a label: `camera = "phone"`. A key that is left out is `"auto"`.
+#[derive(Default, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields, default)]
 pub(crate) struct CameraSection {
+    /// Data sets with one label were filmed by one camera that was not moved.
+    pub label: Option<String>,
     scale: Option<Stated>,
     aspect: Option<Stated>,
     shear: Option<Stated>,
@@ -19,108 +26,206 @@ pub(crate) struct CameraSection {
     parallax: Option<Stated>,
 }
 
-/// What is said of a correction.
-#[derive(Clone, Copy, Debug, Deserialize)]
+/// A statement about a correction.
+#[derive(Clone, Copy, Debug, Deserialize, JsonSchema)]
 #[serde(
     untagged,
-    expecting = "expected \"auto\", \"none\" or a number (for perspective two, along x and along y)"
+    expecting = "expected \"auto\", \"none\", a number (for perspective two, along x and along y) or { mean = …, sd = … }"
 )]
 enum Stated {
     Word(Word),
-    One(f64),
-    /// Along x and along y.
-    Two([f64; 2]),
+    Exact(Values),
+    Prior { mean: Values, sd: Values },
 }
 
-#[derive(Clone, Copy, Debug, Deserialize)]
+#[derive(Clone, Copy, Debug, Deserialize, JsonSchema)]
 #[serde(rename_all = "lowercase")]
 enum Word {
     Auto,
     None,
 }
 
-impl Stated {
-    fn values(&self) -> &[f64] {
+#[derive(Clone, Copy, Debug, Deserialize, JsonSchema)]
+#[serde(untagged)]
+enum Values {
+    One(f64),
+    /// Along x and along y.
+    Two([f64; 2]),
+}
+
+impl Values {
+    fn each(&self) -> &[f64] {
         match self {
-            Self::Word(_) => &[],
             Self::One(value) => std::slice::from_ref(value),
             Self::Two(values) => values,
         }
     }
 }
 
-/// What dataset.toml says of a correction.
+/// A key of the section: its corrections, the range of its numbers, and what is expected beside
+/// `"auto"`.
+struct Key {
+    name: &'static str,
+    corrections: &'static [Correction],
+    range: [f64; 2],
+    expected: &'static str,
+}
+
+const KEYS: [Key; 7] = [
+    Key {
+        name: "scale",
+        corrections: &[Correction::Scale],
+        range: [0.1, 10.0],
+        expected: ", \"none\" or a length of the film over the true one, from 0.1 to 10",
+    },
+    Key {
+        name: "aspect",
+        corrections: &[Correction::Aspect],
+        range: [0.5, 2.0],
+        expected: ", \"none\" or lengths along y over lengths along x, from 0.5 to 2",
+    },
+    Key {
+        name: "shear",
+        corrections: &[Correction::Shear],
+        range: [-0.5, 0.5],
+        expected: ", \"none\" or a number from -0.5 to 0.5",
+    },
+    Key {
+        name: "perspective",
+        corrections: &[Correction::PerspectiveX, Correction::PerspectiveY],
+        range: [-2.0, 2.0],
+        expected: ", \"none\" or [x, y], each from -2 to 2 per metre",
+    },
+    Key {
+        name: "lens",
+        corrections: &[Correction::Lens],
+        range: [-0.3, 0.3],
+        expected: ", \"none\" or a part of lengths at 0.5 m, from -0.3 to 0.3",
+    },
+    Key {
+        name: "shutter",
+        corrections: &[Correction::ShutterX, Correction::ShutterY],
+        range: [f64::NAN; 2],
+        expected: ", \"none\" or the seconds from the first row of the picture to the last",
+    },
+    Key {
+        name: "parallax",
+        corrections: &[Correction::ParallaxX, Correction::ParallaxY, Correction::Nearness],
+        range: [f64::NAN; 2],
+        expected: " or \"none\"",
+    },
+];
+
+/// The statement about one correction.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub(super) enum Wanted {
     #[default]
     LeftOut,
     Auto,
-    Value(f64),
+    Value(Measured),
 }
 
-/// What dataset.toml says of each, in the order of [`Correction::ALL`].
+/// The statement about each correction, in the order of [`Correction::ALL`].
 pub(super) type WantedCamera = [Wanted; Correction::COUNT];
 
-/// The values that are stated; `None`: found from the balls. A motion-capture system has corrected its positions for its cameras, so
-/// that what only a camera does is looked for there if dataset.toml asks for it.
-pub(super) fn stated(wanted: &WantedCamera, is_motion_capture: bool) -> [Option<f64>; Correction::COUNT] {
-    let of = |which: Correction| match wanted[which as usize] {
+fn exact(value: f64) -> Measured {
+    Measured { value, sd: None }
+}
+
+/// Returns the values that are stated, `None` for those to be found from the balls. A motion-capture system has corrected its
+/// positions for its cameras, so that distortions of one camera are looked for there only on request.
+pub(super) fn stated(
+    wanted: &WantedCamera,
+    is_motion_capture: bool,
+) -> [Option<Measured>; Correction::COUNT] {
+    Correction::ALL.map(|which| match wanted[which as usize] {
         Wanted::Value(value) => Some(value),
-        Wanted::LeftOut if is_motion_capture && which.is_of_one_camera() => Some(which.neutral()),
+        Wanted::LeftOut if is_motion_capture && which.is_of_one_camera() => Some(exact(which.neutral())),
         Wanted::LeftOut | Wanted::Auto => None,
-    };
-    Correction::ALL.map(of)
+    })
 }
 
 impl CameraSection {
-    /// What is wanted, of keys that are right.
+    /// Returns the seconds from the first row of the picture to the last, if the section states them.
+    pub(super) fn readout(&self) -> Option<f64> {
+        if let Some(Stated::Exact(Values::One(seconds))) = self.shutter { Some(seconds) } else { None }
+    }
+
+    /// Returns the statements of keys that are right.
     pub(super) fn check(&self, source: &Source) -> WantedCamera {
         let mut wanted = WantedCamera::default();
-        let mut take =
-            |name: &str, given: Option<Stated>, which: &[Correction], limits: &[[f64; 2]], expected: &str| {
-                let Some(stated) = given else { return };
-                let values = stated.values();
-                let is_good = values.len() == limits.len()
-                    && values.iter().zip(limits).all(|(x, [low, high])| (*low..=*high).contains(x));
-                for (i, which) in which.iter().enumerate() {
-                    wanted[*which as usize] = match stated {
-                        Stated::Word(Word::Auto) => Wanted::Auto,
-                        Stated::Word(Word::None) => Wanted::Value(which.neutral()),
-                        _ if is_good => Wanted::Value(values[i]),
-                        _ => Wanted::LeftOut,
-                    };
-                }
-                if !is_good && !matches!(stated, Stated::Word(_)) {
-                    let key = format!("camera.{name}");
-                    let value = source.written(&key).unwrap_or_default();
-                    source.add(&Fault::new(&key, value, format!("\"auto\"{expected}")));
-                }
-            };
-        let expected = ", \"none\" or a length of the film over the true one, from 0.1 to 10";
-        take("scale", self.scale, &[Correction::Scale], &[[0.1, 10.0]], expected);
-        let expected = ", \"none\" or lengths along y over lengths along x, from 0.5 to 2";
-        take("aspect", self.aspect, &[Correction::Aspect], &[[0.5, 2.0]], expected);
-        let expected = ", \"none\" or a number from -0.5 to 0.5";
-        take("shear", self.shear, &[Correction::Shear], &[[-0.5, 0.5]], expected);
-        let expected = ", \"none\" or a part of lengths at 0.5 m, from -0.3 to 0.3";
-        take("lens", self.lens, &[Correction::Lens], &[[-0.3, 0.3]], expected);
-        let both = [Correction::PerspectiveX, Correction::PerspectiveY];
-        let expected = ", \"none\" or [x, y], each from -2 to 2 per metre";
-        take("perspective", self.perspective, &both, &[[-2.0, 2.0]; 2], expected);
-        let both = [Correction::ShutterX, Correction::ShutterY];
-        let expected = " or \"none\": a known read-out time is [video] row_readout_s with rows";
-        take("shutter", self.shutter, &both, &[], expected);
-        let all = [Correction::ParallaxX, Correction::ParallaxY, Correction::Nearness];
-        take("parallax", self.parallax, &all, &[], " or \"none\"");
+        let Self { scale, aspect, shear, perspective, lens, shutter, parallax, .. } = self;
+        let shutter = &shutter.filter(|_| self.readout().is_none());
+        for (key, given) in KEYS.iter().zip([scale, aspect, shear, perspective, lens, shutter, parallax]) {
+            let Some(stated) = given else { continue };
+            if let Some(all) = key.values(stated) {
+                key.corrections.iter().zip(all).for_each(|(which, value)| wanted[*which as usize] = value);
+            } else {
+                let path = format!("camera.{}", key.name);
+                let value = source.written(&path).unwrap_or_default();
+                source.add(&Fault::new(&path, value, format!("\"auto\"{}", key.expected)));
+            }
+        }
         // a lens that is stated is about the middle of the film
-        let middle = match wanted[Correction::Lens as usize] {
-            Wanted::Value(_) => Wanted::Value(0.0),
+        let axis = match wanted[Correction::Lens as usize] {
+            Wanted::Value(Measured { sd: None, .. }) => Wanted::Value(exact(0.0)),
+            Wanted::Value(_) => Wanted::LeftOut,
             other => other,
         };
-        wanted[Correction::LensX as usize] = middle;
-        wanted[Correction::LensY as usize] = middle;
+        wanted[Correction::LensX as usize] = axis;
+        wanted[Correction::LensY as usize] = axis;
         wanted
     }
+}
+
+impl Key {
+    /// Returns the statement for each of its corrections; `None` if it is not as expected.
+    fn values(&self, stated: &Stated) -> Option<Vec<Wanted>> {
+        let [low, high] = self.range;
+        let is_good = |values: &Values| {
+            let values = values.each();
+            values.len() == self.corrections.len() && values.iter().all(|x| (low..=high).contains(x))
+        };
+        let neutral = |which: &Correction| Wanted::Value(exact(which.neutral()));
+        match stated {
+            Stated::Word(Word::Auto) => Some(vec![Wanted::Auto; self.corrections.len()]),
+            Stated::Word(Word::None) => Some(self.corrections.iter().map(neutral).collect()),
+            Stated::Exact(values) => {
+                is_good(values).then(|| values.each().iter().map(|x| Wanted::Value(exact(*x))).collect())
+            }
+            Stated::Prior { mean, sd } => {
+                let (means, sds) = (mean.each(), sd.each());
+                let are_good = sds.len() == means.len() && sds.iter().all(|sd| *sd > 0.0 && sd.is_finite());
+                let each = means.iter().zip(sds).map(|(mean, sd)| Wanted::Value(Measured::new(*mean, *sd)));
+                (is_good(mean) && are_good).then(|| each.collect())
+            }
+        }
+    }
+}
+
+/// Reads a label, or the section.
+pub(crate) fn label_or_section<'de, D: Deserializer<'de>>(
+    deserializer: D,
+) -> Result<Option<CameraSection>, D::Error> {
+    struct Either;
+
+    impl<'de> Visitor<'de> for Either {
+        type Value = Option<CameraSection>;
+
+        fn expecting(&self, f: &mut fmt::Formatter) -> fmt::Result {
+            f.write_str("a label, as in camera = \"phone\", or a table, as in [camera] lens = \"none\"")
+        }
+
+        fn visit_str<E: Error>(self, label: &str) -> Result<Self::Value, E> {
+            Ok(Some(CameraSection { label: Some(label.to_owned()), ..CameraSection::default() }))
+        }
+
+        fn visit_map<A: MapAccess<'de>>(self, map: A) -> Result<Self::Value, A::Error> {
+            CameraSection::deserialize(MapAccessDeserializer::new(map)).map(Some)
+        }
+    }
+
+    deserializer.deserialize_any(Either)
 }
 
 #[cfg(test)]
@@ -131,7 +236,7 @@ mod tests {
     fn motion_capture_is_corrected_for_its_cameras_already() {
         let mut wanted = WantedCamera::default();
         wanted[Correction::ShutterY as usize] = Wanted::Auto;
-        wanted[Correction::Aspect as usize] = Wanted::Value(1.01);
+        wanted[Correction::Aspect as usize] = Wanted::Value(exact(1.01));
         for (which, plain, captured) in [
             (Correction::PerspectiveX, None, Some(0.0)),
             (Correction::Lens, None, Some(0.0)),
@@ -143,7 +248,7 @@ mod tests {
         ] {
             let found =
                 [false, true].map(|is_motion_capture| stated(&wanted, is_motion_capture)[which as usize]);
-            assert_eq!(found, [plain, captured]);
+            assert_eq!(found, [plain, captured].map(|value| value.map(exact)));
         }
     }
 }

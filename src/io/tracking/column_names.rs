@@ -2,12 +2,13 @@
 
 use std::num::NonZero;
 
+use schemars::JsonSchema;
 use serde::Deserialize;
 
 use super::units::AngleUnit;
 
 /// A column of the file.
-#[derive(Clone, Debug, Deserialize, PartialEq, Eq)]
+#[derive(Clone, Debug, Deserialize, JsonSchema, PartialEq, Eq)]
 #[serde(untagged, expecting = "expected the name of a column, or its number, from 1 on")]
 pub(in crate::io) enum Column {
     Name(String),
@@ -28,7 +29,7 @@ impl Column {
 macro_rules! column_names {
     ($($key:ident)+) => {
         /// `[tracks.columns]`: the file's column for each of ours.
-        #[derive(Clone, Debug, Default, Deserialize)]
+        #[derive(Clone, Debug, Default, Deserialize, JsonSchema)]
         #[serde(deny_unknown_fields)]
         pub(super) struct ColumnNames {
             pub separator: Option<String>,

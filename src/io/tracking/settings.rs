@@ -2,6 +2,7 @@
 
 use std::path::PathBuf;
 
+use schemars::JsonSchema;
 use serde::Deserialize;
 
 use super::calibration::{Calibration, ReadOut};
@@ -14,31 +15,33 @@ use crate::measurement::valid::POSITIVE;
 use crate::physics::name::worded;
 
 /// `[video]`.
-#[derive(Default, Deserialize)]
+#[derive(Default, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub(crate) struct VideoSection {
     capture_fps: Option<Rate>,
+    /// Standard deviation of capture_fps, frames/s.
+    capture_fps_sd: Option<f64>,
     playback_fps: Option<f64>,
     row_readout_s: Option<f64>,
     rows: Option<f64>,
 }
 
 /// A frame rate, or `"unknown"`.
-#[derive(Clone, Copy, Debug, Deserialize, PartialEq)]
+#[derive(Clone, Copy, Debug, Deserialize, JsonSchema, PartialEq)]
 #[serde(untagged, expecting = "expected a number, without quotation marks, or for discs \"unknown\"")]
 enum Rate {
     Fps(f64),
     Word(UnknownRate),
 }
 
-#[derive(Clone, Copy, Debug, Deserialize, PartialEq)]
+#[derive(Clone, Copy, Debug, Deserialize, JsonSchema, PartialEq)]
 #[serde(rename_all = "lowercase")]
 enum UnknownRate {
     Unknown,
 }
 
 /// `[scale]`.
-#[derive(Default, Deserialize)]
+#[derive(Default, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub(crate) struct ScaleSection {
     length_unit: Option<Unit>,
@@ -51,20 +54,20 @@ pub(crate) struct ScaleSection {
 }
 
 /// What tells the scale where no number does.
-#[derive(Clone, Copy, Debug, Deserialize, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, Deserialize, JsonSchema, PartialEq, Eq)]
 #[serde(rename_all = "lowercase")]
 enum Ruler {
     Balls,
 }
 
-#[derive(Clone, Copy, Debug, Deserialize, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, Deserialize, JsonSchema, PartialEq, Eq)]
 #[serde(rename_all = "lowercase")]
 enum YAxis {
     Up,
     Down,
 }
 
-#[derive(Deserialize)]
+#[derive(Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 struct Point {
     px: [f64; 2],
@@ -72,7 +75,7 @@ struct Point {
 }
 
 /// `[tracks]`.
-#[derive(Default, Deserialize)]
+#[derive(Default, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub(crate) struct TracksSection {
     #[serde(default)]
@@ -95,7 +98,7 @@ impl TracksSection {
 }
 
 worded! {
-    #[derive(Clone, Copy, Debug, Default, Deserialize, PartialEq, Eq)]
+    #[derive(Clone, Copy, Debug, Default, Deserialize, JsonSchema, PartialEq, Eq)]
     #[serde(rename_all = "lowercase")]
     pub(super) enum Format {
         #[default]
@@ -111,11 +114,11 @@ worded! {
 }
 
 /// The tracks of one ball: its centre, or several markers on it.
-#[derive(Clone, Debug, Deserialize, PartialEq)]
+#[derive(Clone, Debug, Deserialize, JsonSchema, PartialEq)]
 #[serde(from = "OneOrSeveral")]
 pub(super) struct Names(pub Vec<String>);
 
-#[derive(Deserialize)]
+#[derive(Deserialize, JsonSchema)]
 #[serde(untagged, expecting = "expected the name of a track, or a list of the names of markers on one ball")]
 enum OneOrSeveral {
     One(String),
@@ -161,6 +164,12 @@ impl Names {
 #[allow(clippy::struct_excessive_bools)]
 pub(crate) struct TrackSettings {
     pub(super) capture_fps: Option<f64>,
+    /// Relative standard deviation of the frame rate.
+    pub(super) rate_sd: Option<f64>,
+    /// Standard deviation of the slope of the table.
+    pub(in crate::io) tilt_sd: Option<f64>,
+    /// Standard deviation of the topspin that shots share.
+    pub(in crate::io) topspin_sd: Option<f64>,
     /// Whether `capture_fps` is said to be unknown and stands for one frame a second (discs).
     pub(crate) unknown_rate: bool,
     /// Whether the tracks are of discs, whose centre may have to be found from points on them.
@@ -224,7 +233,12 @@ impl Sections {
             other => other.map(|_| 1.0),
         };
         let playback_fps = positive("video.playback_fps", video.playback_fps);
+        let capture_fps_sd = positive("video.capture_fps_sd", video.capture_fps_sd);
+        if video.capture_fps_sd.is_some() && (unknown_rate || capture_fps.is_none()) {
+            source.wrong("video.capture_fps_sd", "capture_fps_sd needs capture_fps beside it, as a number");
+        }
         let readout = positive("video.row_readout_s", video.row_readout_s);
+        let readout = readout.or(positive("camera.shutter", camera.readout()));
         let rows = positive("video.rows", video.rows);
         positive("scale.m_per_px", scale.m_per_px);
         let scale_sd = positive("scale.sd", scale.sd);
@@ -250,6 +264,9 @@ impl Sections {
         let folder = source.path.parent().map(PathBuf::from).unwrap_or_default();
         TrackSettings {
             capture_fps,
+            rate_sd: capture_fps_sd.zip(capture_fps).map(|(sd, fps)| sd / fps),
+            tilt_sd: None,
+            topspin_sd: None,
             unknown_rate,
             discs,
             playback_fps,
@@ -298,7 +315,7 @@ fn read_out(
     scale: &ScaleSection,
     source: &Source,
 ) -> Option<ReadOut> {
-    let keys = ["video.row_readout_s", "video.rows"];
+    let keys = ["video.row_readout_s", "video.rows", "camera.shutter"];
     if seconds.is_some() != rows.is_some() {
         let message = "row_readout_s and rows (the height of the picture in pixels) go together";
         source.wrong_of_first(&keys, message);

@@ -1,12 +1,13 @@
 //! Units of lengths, times and angles in files of tracks.
 
+use schemars::JsonSchema;
 use serde::Deserialize;
 
 use crate::physics::name::worded;
 
 worded! {
     /// What positions are in.
-    #[derive(Clone, Copy, Debug, Deserialize, PartialEq, Eq)]
+    #[derive(Clone, Copy, Debug, Deserialize, JsonSchema, PartialEq, Eq)]
     #[serde(rename_all = "lowercase")]
     pub(super) enum Unit {
         M = "m",
@@ -22,7 +23,7 @@ worded! {
 
 worded! {
     /// What the time column of a file is in.
-    #[derive(Clone, Copy, Debug, Deserialize, PartialEq, Eq)]
+    #[derive(Clone, Copy, Debug, Deserialize, JsonSchema, PartialEq, Eq)]
     #[serde(rename_all = "lowercase")]
     pub(in crate::io) enum TimeUnit {
         Frames = "frames",
@@ -36,7 +37,7 @@ worded! {
 
 worded! {
     /// What columns of angles are in.
-    #[derive(Clone, Copy, Debug, Deserialize, PartialEq, Eq)]
+    #[derive(Clone, Copy, Debug, Deserialize, JsonSchema, PartialEq, Eq)]
     #[serde(rename_all = "lowercase")]
     pub(in crate::io) enum AngleUnit {
         Rad = "rad",

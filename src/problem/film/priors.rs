@@ -6,7 +6,7 @@
 
 use super::spins::{ShotSpin, TOPSPIN_SPREAD};
 use crate::measurement::correction::Correction;
-use crate::measurement::dataset::{Dataset, Tracks};
+use crate::measurement::dataset::{Dataset, Measured, Tracks};
 use crate::measurement::parameter::{Compliance, Parameter, Settings};
 use crate::problem::sums::OwnPrior;
 use crate::problem::unknowns::{Id, Mode, Normal, Unknown};
@@ -50,9 +50,9 @@ pub(super) fn list_unknowns(
     if masses.mode == Mode::Fixed {
         masses.mode = Mode::Tested;
     }
-    list_cloth(&mut all, dataset);
+    list_cloth(&mut all, dataset, tracks);
     list_camera(&mut all, tracks);
-    list_spins(&mut all, settings, spins);
+    list_spins(&mut all, settings, tracks.topspin_sd, spins);
     all
 }
 
@@ -98,10 +98,9 @@ pub(in crate::problem) fn list_contact(all: &mut [Unknown], settings: &Settings)
     }
 }
 
-fn list_cloth(all: &mut [Unknown], dataset: &Dataset) {
-    let stated = |measured: Option<crate::measurement::dataset::Measured>| {
-        measured.and_then(|measured| Some((measured.value, measured.sd?)))
-    };
+fn list_cloth(all: &mut [Unknown], dataset: &Dataset, tracks: &Tracks) {
+    let stated =
+        |measured: Option<Measured>| measured.and_then(|measured| Some((measured.value, measured.sd?)));
     let (mean, sd) = stated(dataset.sliding).unwrap_or((0.2, 1.0));
     known(all, Id::MuK, mean, sd);
     all[Id::MuK as usize].bounds = [0.01, 2.0];
@@ -109,10 +108,11 @@ fn list_cloth(all: &mut [Unknown], dataset: &Dataset) {
     known(all, Id::MuR, mean, sd);
     known(all, Id::Bounce, 0.5, 0.2);
     all[Id::Bounce as usize].bounds = [0.05, 0.9];
-    known(all, Id::Rate, 1.0, RATE_SD);
+    known(all, Id::Rate, 1.0, tracks.rate_sd.unwrap_or(RATE_SD));
     all[Id::Rate as usize].bounds = [0.5, 2.0];
-    known(all, Id::TiltX, 0.0, TILT_SD);
-    known(all, Id::TiltY, 0.0, TILT_SD);
+    for id in [Id::TiltX, Id::TiltY] {
+        known(all, id, 0.0, tracks.tilt_sd.unwrap_or(TILT_SD));
+    }
 }
 
 pub(crate) fn list_camera(all: &mut [Unknown], tracks: &Tracks) {
@@ -130,29 +130,35 @@ pub(crate) fn list_camera(all: &mut [Unknown], tracks: &Tracks) {
         (Id::Nearness, Correction::Nearness),
     ] {
         match tracks.camera[correction as usize] {
-            Some(value) => all[id as usize].start = value,
+            Some(Measured { value, sd: None }) => all[id as usize].start = value,
+            Some(Measured { value, sd: Some(sd) }) => known(all, id, value, sd),
             None => known(all, id, correction.neutral(), correction.usual()),
         }
     }
+    let stated = |which: Correction| tracks.camera[which as usize];
     let scale = &mut all[Id::Scale as usize];
     scale.bounds = [0.1, 10.0];
-    scale.prior = tracks.scale_sd.map(|sd| Normal { mean: 1.0, sd: sd.hypot(RADIUS_SD) });
+    if stated(Correction::Scale).is_none() {
+        scale.prior = tracks.scale_sd.map(|sd| Normal { mean: 1.0, sd: sd.hypot(RADIUS_SD) });
+    }
     let aspect = &mut all[Id::Aspect as usize];
     aspect.bounds = [0.1, 10.0];
-    if let Some(prior) = aspect.prior.as_mut().filter(|_| tracks.from_balls) {
+    if let Some(prior) =
+        aspect.prior.as_mut().filter(|_| tracks.from_balls && stated(Correction::Aspect).is_none())
+    {
         prior.sd = SLANTED_ASPECT_SD;
     }
     // an axis of the lens at c bends the picture as a decentring of −l c
-    let stated = |which: Correction| tracks.camera[which as usize];
+    let held = |which: Correction| stated(which).filter(|stated| stated.sd.is_none()).map(|held| held.value);
     for (id, correction) in [(Id::LensX, Correction::LensX), (Id::LensY, Correction::LensY)] {
-        match (stated(Correction::Lens), stated(correction)) {
+        match (held(Correction::Lens), held(correction)) {
             (Some(lens), Some(axis)) => all[id as usize].start = -lens * axis,
             _ => known(all, id, 0.0, 0.01),
         }
     }
 }
 
-fn list_spins(all: &mut [Unknown], settings: &Settings, spins: &[ShotSpin]) {
+fn list_spins(all: &mut [Unknown], settings: &Settings, topspin_sd: Option<f64>, spins: &[ShotSpin]) {
     let (mut rolls, mut stuns, mut unknown, mut presses) = (false, false, false, false);
     for spin in spins {
         rolls |= spin.stated.mean == Some(Id::Roll) && !spin.is_unknown();
@@ -162,12 +168,12 @@ fn list_spins(all: &mut [Unknown], settings: &Settings, spins: &[ShotSpin]) {
     }
     all[Id::Roll as usize].start = 1.0;
     if rolls {
-        known(all, Id::Roll, 1.0, ROLL_SD);
+        known(all, Id::Roll, 1.0, topspin_sd.unwrap_or(ROLL_SD));
     }
     if unknown {
         known(all, Id::Slide, 0.0, UNKNOWN_SD);
     } else if stuns {
-        known(all, Id::Slide, 0.0, STUN_SD);
+        known(all, Id::Slide, 0.0, topspin_sd.unwrap_or(STUN_SD));
     }
     let mu_s = &mut all[Id::MuS as usize];
     if !presses {

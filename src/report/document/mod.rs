@@ -89,7 +89,7 @@ fn round(value: &mut Value) {
     }
 }
 
-/// A command and the JSON Schema of what it prints with `--json`.
+/// A command and the JSON Schema of what it prints with `--json`; `dataset` stands for dataset.toml.
 pub type CommandSchema = (&'static str, fn() -> Schema);
 
 /// Returns the JSON Schema (draft 2020-12) of a document as it is written.
@@ -97,8 +97,8 @@ fn schema<T: JsonSchema>() -> Schema {
     SchemaSettings::draft2020_12().for_serialize().into_generator().into_root_schema_for::<T>()
 }
 
-/// All commands that print JSON.
-pub const SCHEMAS: [CommandSchema; 8] = [
+/// The schemas of all that is written as JSON, and of dataset.toml.
+pub const SCHEMAS: [CommandSchema; 9] = [
     ("fit", schema::<FitDocument>),
     ("compare", schema::<CompareDocument>),
     ("accuracy", schema::<AccuracyDocument>),
@@ -107,6 +107,7 @@ pub const SCHEMAS: [CommandSchema; 8] = [
     ("design", schema::<DesignDocument>),
     ("extract", schema::<ExtractDocument>),
     ("synth", schema::<SynthDocument>),
+    ("dataset", crate::io::schema),
 ];
 
 /// What made a document.
