@@ -83,9 +83,11 @@ impl Sharing<'_> {
             // labels of one table have its noise
             let number = samples.len();
             let is_of_table = |(other, sample): (&Alone, &Sample)| {
-                let is_table = matches!((&sample.block, &block), (Block::Rows(_), Block::Rows(_)));
-                let counts = [&sample.block, &block].map(|block| block.noise_pools().len());
-                is_table && other.film == alone.film && counts[0] == counts[1]
+                let is_table = match (&sample.block, &block) {
+                    (Block::Rows(of), Block::Rows(own)) => of.noises.len() == own.noises.len(),
+                    _ => false,
+                };
+                is_table && other.film == alone.film
             };
             let noise_of = all.iter().zip(&samples).position(is_of_table).unwrap_or(number);
             if let Some(first) = samples.get_mut(noise_of) {

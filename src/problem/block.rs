@@ -63,6 +63,7 @@ impl Block {
     pub fn estimates_noise(&self) -> bool {
         match self {
             Self::Film(film) => !film.states_noise,
+            // what the law leaves is scatter of the shots
             Self::Discs(discs) => discs.freedom != Freedom::Law,
             Self::Rows(rows) => !rows.noises.is_empty(),
         }
@@ -147,15 +148,11 @@ impl Block {
         }
     }
 
-    /// Returns the noises that have one size, and the least that it can be.
-    pub fn noise_pools(&self) -> Vec<(Vec<usize>, f64)> {
+    /// Returns the least size that a noise can have.
+    pub fn least_noise(&self, which: usize) -> f64 {
         match self {
-            Self::Film(film) if film.states_noise => Vec::new(),
-            Self::Film(_) => vec![(vec![0], 0.0), (vec![1], 0.0)],
-            // what the law leaves is scatter of the shots
-            Self::Discs(discs) if discs.freedom == Freedom::Law => Vec::new(),
-            Self::Discs(discs) => (0..discs.noise.len()).map(|noise| (vec![noise], 0.0)).collect(),
-            Self::Rows(rows) => rows.pools.iter().map(|pool| (pool.members.clone(), pool.least)).collect(),
+            Self::Film(_) | Self::Discs(_) => 0.0,
+            Self::Rows(rows) => rows.pools[which].least,
         }
     }
 

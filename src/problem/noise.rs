@@ -30,46 +30,33 @@ pub(super) fn update(problem: &mut Problem, at: &Evaluation) -> bool {
     let Some(reduced) = at.eliminate(problem, 0.0) else { return true };
     let Some(estimates) = Estimates::of_reduced(problem, &at.state, &reduced) else { return true };
     let sums: Vec<Vec<NoiseSums>> = (0..problem.samples.len()).map(|sample| at.noises(sample)).collect();
-    let count = |sums: &[NoiseSums]| sums.iter().map(|sum| sum.count).sum::<f64>();
-    let total: f64 = sums.iter().map(|sums| count(sums)).sum();
-    let shared = count_shared(problem, &estimates);
+    let spent = count_spent(problem, at, (&reduced, &estimates), &sums);
     let mut settled = true;
-    let all = 0..problem.samples.len();
-    let spent: Vec<Vec<f64>> = all
-        .clone()
-        .map(|sample| leverages(&problem.samples[sample], at, (&reduced, &estimates), sample))
-        .collect();
-    for sample in all.clone() {
-        let of_sample = count(&sums[sample]);
-        let parameters = count_own(&problem.samples[sample].block, &reduced.own[sample])
-            + shared * of_sample / total.max(1.0);
-        // residuals are less correlated than the errors, as each shot's unknowns follow slow errors
-        let likeliest = likeliest_correlation(problem, at, sample, of_sample - parameters);
-        let noise_of = problem.samples[sample].noise_of;
-        let partners: Vec<usize> =
-            all.clone().filter(|other| problem.samples[*other].noise_of == noise_of).collect();
-        let block = &mut problem.samples[sample].block;
-        for (members, least) in block.noise_pools() {
-            let mut sum = NoiseSums::default();
-            let mut own = Some(0.0);
-            for (other, member) in partners.iter().flat_map(|other| members.iter().map(move |m| (*other, *m)))
-            {
-                sum.add(&sums[other][member]);
-                own = own.zip(spent[other].get(member)).map(|(sum, of_member)| sum + of_member);
-            }
-            let dof = sum.count - own.unwrap_or(sum.count * parameters / of_sample);
-            if !(dof > LEAST_DOF && sum.weighted > 0.0) {
-                continue;
-            }
-            let growth = sum.weighted / dof;
-            let of_residuals = if sum.square > 0.0 { sum.lagged / sum.square } else { 0.0 };
-            let rho = likeliest.unwrap_or(of_residuals).clamp(0.0, MAX_RHO);
-            let old = block.noises_mut()[members[0]];
-            let sd = (old.sd * growth.sqrt()).max(least);
-            let changed = (sd / old.sd).powi(2) - 1.0;
-            settled &= changed.abs() < SETTLED && (rho - old.rho).abs() < SETTLED;
-            for member in members.iter().filter(|_| growth.is_finite()) {
-                block.noises_mut()[*member] = Noise { sd, rho };
+    for sample in 0..sums.len() {
+        if problem.samples[sample].block.estimates_noise() {
+            let dof = count(&sums[sample]) - spent[sample].iter().sum::<f64>();
+            // residuals are less correlated than the errors, as each shot's unknowns follow slow errors
+            let likeliest = likeliest_correlation(problem, at, sample, dof);
+            let noise_of = problem.samples[sample].noise_of;
+            let is_partner = |other: &usize| problem.samples[*other].noise_of == noise_of;
+            let partners: Vec<usize> = (0..sums.len()).filter(is_partner).collect();
+            let block = &mut problem.samples[sample].block;
+            for which in 0..sums[sample].len() {
+                let mut sum = NoiseSums::default();
+                partners.iter().for_each(|other| sum.add(&sums[*other][which]));
+                let dof = sum.count - partners.iter().map(|other| spent[*other][which]).sum::<f64>();
+                let growth = sum.weighted / dof;
+                if !(dof > LEAST_DOF && growth > 0.0 && growth.is_finite()) {
+                    continue;
+                }
+                let of_residuals = if sum.square > 0.0 { sum.lagged / sum.square } else { 0.0 };
+                let rho = likeliest.unwrap_or(of_residuals).clamp(0.0, MAX_RHO);
+                let least = block.least_noise(which);
+                let noise = &mut block.noises_mut()[which];
+                let sd = (noise.sd * growth.sqrt()).max(least);
+                let changed = (sd / noise.sd).powi(2) - 1.0;
+                settled &= changed.abs() < SETTLED && (rho - noise.rho).abs() < SETTLED;
+                *noise = Noise { sd, rho };
             }
         }
         for which in 0..problem.samples[sample].block.spreads().len() {
@@ -82,26 +69,33 @@ pub(super) fn update(problem: &mut Problem, at: &Evaluation) -> bool {
     settled
 }
 
-/// Returns the part of each noise of a table that its numbers spend on unknowns; nothing of
-/// films, whose noises spend equal parts.
-fn leverages(
-    sample: &Sample,
+fn count(sums: &[NoiseSums]) -> f64 {
+    sums.iter().map(|sum| sum.count).sum()
+}
+
+/// Returns the part of each noise of each sample that its numbers spend on unknowns: of tables their leverages; the
+/// noises of films spend equal parts.
+fn count_spent(
+    problem: &Problem,
     at: &Evaluation,
     (reduced, estimates): (&Reduced, &Estimates),
-    number: usize,
-) -> Vec<f64> {
-    match &sample.block {
-        Block::Film(_) | Block::Discs(_) => Vec::new(),
+    sums: &[Vec<NoiseSums>],
+) -> Vec<Vec<f64>> {
+    let total: f64 = sums.iter().map(|sums| count(sums)).sum();
+    let shared = count_shared(problem, estimates) / total.max(1.0);
+    let of_sample = |(number, sample): (usize, &Sample)| match &sample.block {
         Block::Rows(rows) => rows.leverages(sample, &at.state, (reduced, estimates), number),
-    }
+        block => {
+            let part = count_own(block, &reduced.own[number]) / count(&sums[number]) + shared;
+            sums[number].iter().map(|sum| sum.count * part).collect()
+        }
+    };
+    problem.samples.iter().enumerate().map(of_sample).collect()
 }
 
 /// Returns the correlation of neighbouring numbers of a sample that restricted likelihood prefers
 /// near the present one; `None` if neighbouring residuals are hardly correlated.
 fn likeliest_correlation(problem: &mut Problem, at: &Evaluation, sample: usize, dof: f64) -> Option<f64> {
-    if !problem.samples[sample].block.estimates_noise() {
-        return None;
-    }
     let sums = at.noises(sample);
     let lagged = sums.iter().map(|sum| sum.lagged).sum::<f64>();
     let square = sums.iter().map(|sum| sum.square).sum::<f64>();

@@ -65,7 +65,7 @@ pub(crate) struct Reduced {
     pub own: Vec<Vec<Eliminated>>,
     /// Logarithm of the determinant of the own unknowns' normal matrices.
     pub own_ln_determinant: f64,
-    columns: Vec<[usize; SHARED]>,
+    pub columns: Vec<[usize; SHARED]>,
 }
 
 impl Sample {

@@ -34,8 +34,7 @@ pub fn fit_film(dataset: &Dataset, modelling: &Modelling, policy: &Policy) -> Re
     let Film { block, unknowns, own, names, left_out, findings, unit, middle } =
         Film::new(dataset, modelling)?;
     let first_noise = block.world.noise;
-    let start =
-        State { own: vec![own], shared: Shared(unknowns.iter().map(|unknown| unknown.start).collect()) };
+    let start = State { own: vec![own], shared: Shared::starts(&unknowns) };
     let problem = Problem::of_one(Block::Film(block), unknowns);
     let mut run = Run { policy, problem, names, findings, left_out, evaluations: 0 };
     let all = (run.problem.clone(), run.names.clone());

@@ -315,22 +315,6 @@ impl Solution {
         shots.map(of_shot).collect()
     }
 
-    /// Returns the fall of −2 log L if spins that differ from those stated explain the frames and
-    /// nothing else is wrong with them.
-    #[must_use]
-    pub fn explained_by_spins(&self) -> Option<f64> {
-        let mut fall = None;
-        for finding in &self.findings {
-            match finding {
-                Finding::Spins { fall: by, .. } => fall = Some(*by),
-                Finding::AtBound { .. } => {}
-                other if other.severity() == Severity::Note => {}
-                _ => return None,
-            }
-        }
-        fall
-    }
-
     /// Returns whether the data hardly determine a wanted unknown: its error is more than half of
     /// what it is known to without them, or a finding says so.
     #[must_use]

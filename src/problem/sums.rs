@@ -97,6 +97,41 @@ pub(crate) struct Contribution {
     pub held: Vec<bool>,
 }
 
+/// Damping at which a shot's own descent begins, and at which it gives up.
+const FIRST_DAMPING: f64 = 1e-4;
+const MAX_DAMPING: f64 = 1e6;
+
+/// Returns where χ² of a shot is least near `x`, its own unknowns and these shared ones at given others, and the sums there: after
+/// some steps, or one that gains less than `stall`. `bounded` returns a place within the bounds of the own unknowns.
+pub(crate) fn settle(
+    mut x: DVector<f64>,
+    ids: &[Id],
+    (steps, stall): (usize, f64),
+    contribute: impl Fn(&DVector<f64>) -> Contribution,
+    bounded: impl Fn(DVector<f64>) -> Option<DVector<f64>>,
+) -> (DVector<f64>, Contribution) {
+    let mut at = contribute(&x);
+    let mut damping = FIRST_DAMPING;
+    for _ in 0..steps {
+        if damping > MAX_DAMPING {
+            break;
+        }
+        let Some(trial) = at.own_step(ids, damping).and_then(|step| bounded(&x - step)) else { break };
+        let there = contribute(&trial);
+        let gain = at.cost - there.cost;
+        if gain > 0.0 {
+            (x, at) = (trial, there);
+            damping *= 0.1;
+        } else {
+            damping *= 30.0;
+        }
+        if gain > 0.0 && gain < stall {
+            break;
+        }
+    }
+    (x, at)
+}
+
 impl Contribution {
     /// Returns sums over nothing, for `own` unknowns of a shot and some noises of its block.
     pub fn empty(own: usize, noises: usize) -> Self {
@@ -112,6 +147,12 @@ impl Contribution {
     /// Returns that of unknowns that describe no collision.
     pub fn impossible(own: usize, noises: usize) -> Self {
         Self { cost: f64::INFINITY, ..Self::empty(own, noises) }
+    }
+
+    /// Returns the sums if all are finite, and those of no collision if not.
+    pub fn or_impossible(self) -> Self {
+        let is_finite = self.cost.is_finite() && self.products.sum().is_finite();
+        if is_finite { self } else { Self::impossible(self.held.len(), self.noises.len()) }
     }
 
     /// Returns half of dχ²/dx of an own unknown.

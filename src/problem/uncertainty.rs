@@ -4,7 +4,7 @@
 use nalgebra::{DMatrix, DVector};
 
 use super::problem::{Evaluation, Problem, Reduced, State};
-use super::unknowns::{Id, Mode};
+use super::unknowns::{Id, Mode, SHARED};
 
 /// Part of its information that an unknown must have from the frames, so that they can contradict
 /// its prior.
@@ -89,6 +89,31 @@ impl Estimates {
 
     pub fn sd(&self, column: usize) -> Option<f64> {
         self.position(column).map(|i| self.covariance[(i, i)].sqrt())
+    }
+
+    /// Returns the covariance of the own unknowns of shot `i` of a sample, which follow the shared ones, and of the
+    /// shared ones behind them.
+    pub fn shot_covariance(
+        &self,
+        reduced: &Reduced,
+        (sample, i): (usize, usize),
+        held: &[bool],
+    ) -> DMatrix<f64> {
+        let own = held.len();
+        let response = reduced.response(sample, i, &self.columns);
+        let by =
+            DMatrix::from_fn(own + SHARED, self.columns.len(), |row, column| match row.checked_sub(own) {
+                None => response[(row, column)],
+                Some(local) => f64::from(reduced.columns[sample][local] == self.columns[column]),
+            });
+        let mut all = &by * &self.covariance * by.transpose();
+        let free: Vec<usize> = (0..own).filter(|place| !held[*place]).collect();
+        for a in &free {
+            for b in &free {
+                all[(*a, *b)] += reduced.own[sample][i].covariance[(*a, *b)];
+            }
+        }
+        all
     }
 
     /// Returns the scores of all tested unknowns, without their priors.

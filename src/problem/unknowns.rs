@@ -186,6 +186,13 @@ impl Unknown {
 #[derive(Clone, Debug)]
 pub struct Shared(pub(crate) Vec<f64>);
 
+impl Shared {
+    /// Returns the values where searches begin.
+    pub(crate) fn starts(unknowns: &[Unknown]) -> Self {
+        Self(unknowns.iter().map(|unknown| unknown.start).collect())
+    }
+}
+
 impl std::ops::Index<Id> for Shared {
     type Output = f64;
 

@@ -3,7 +3,7 @@
 
 use nalgebra::{DMatrix, DVector, SMatrix};
 
-use super::motion::{Dual, INPUTS, InputCovariance, gradient};
+use super::motion::{Dual, INPUTS, InputCovariance};
 use super::quantities::Known;
 use crate::measurement::dataset::{Before, Joint, Measured, Measurement, Shared, Shot};
 use crate::measurement::observable::Observable;
@@ -11,6 +11,7 @@ use crate::measurement::spin::Spin;
 use crate::measurement::track::TrackShot;
 use crate::physics::ball::{Ball, Vec3};
 use crate::physics::disc::Discs;
+use crate::problem::film::dual::gradient;
 
 const PLACES: usize = 6;
 

@@ -111,7 +111,7 @@ impl DiscFilm {
         let is_flat = guessed.iter().any(|guessed| frame_noise::constant_axis(&guessed.shot).is_some());
         let means = [unit * distance, mass_ratio];
         let unknowns = list_unknowns(dataset, tracks, &discs, means, (guessed.len(), is_flat));
-        let shared = Shared(unknowns.iter().map(|unknown| unknown.start).collect());
+        let shared = Shared::starts(&unknowns);
         let mut film = Self {
             block: DiscBlock {
                 shots: Arc::default(),

@@ -1,17 +1,16 @@
-//! The frames of a shot of discs against their paths: residuals and derivatives, whitened for noise
-//! that is correlated from frame to frame, and summed up to normal equations.
+//! The frames of a shot of discs against their paths.
 
-use nalgebra::{Const, DMatrix, Dyn, OMatrix, SMatrix, SVector};
+use nalgebra::SVector;
 
 use super::lines::LEAST;
-use super::motion::{COEFFICIENTS, INPUTS, Impact, MOVING, Paths, Piece, follow_discs};
+use super::motion::{COEFFICIENTS, INPUTS, Impact, MOVING, Paths, follow_discs};
 use super::own::{self, CORE};
 use super::quantities::Known;
 use crate::physics::disc::Discs;
 use crate::problem::film::camera::{Camera, Point};
-use crate::problem::film::frames::{Frame, Whitened, correlation, weigh};
-use crate::problem::sums::{BORDERED, Contribution, Noise, NoiseSums, OwnPrior};
-use crate::problem::unknowns::{CAMERA, Id, Own, PHYSICS, Shared};
+use crate::problem::frames::{Columns, Frame, Sight, add_track, whiten};
+use crate::problem::sums::{Contribution, Noise, OwnPrior};
+use crate::problem::unknowns::{CAMERA, Id, Own, PHYSICS, SHARED, Shared};
 
 /// A point on a disc in the frames of a shot.
 #[derive(Clone, Debug)]
@@ -59,13 +58,10 @@ fn noise_of(disc: usize, is_marker: bool) -> usize {
     4 * disc + 2 * usize::from(is_marker)
 }
 
-/// Numbers in a row of a frame: derivatives by the coefficients of the piece, and by the others, which
-/// are the instant, direction and radius of the marker, and the camera; and the residual.
+/// Numbers in a row behind the derivatives by the coefficients of the piece: those by the instant, by direction and
+/// radius of the marker, and by the camera; and the residual.
 const OTHERS: usize = 3 + CAMERA + 1;
 const ROW: usize = COEFFICIENTS + OTHERS;
-
-/// A row of a frame, in units of the noise.
-type Row = SVector<f64, ROW>;
 
 /// The centre of a disc at an instant.
 pub(super) struct Centre {
@@ -79,7 +75,7 @@ pub(super) struct Centre {
 
 impl Centre {
     /// Returns where it is on a piece `late` seconds after the impact.
-    pub fn on(at: &SVector<f64, COEFFICIENTS>, late: f64) -> Self {
+    pub fn on(at: &[f64], late: f64) -> Self {
         let rate = at[4];
         let stops = rate * late > 1.0;
         let moving = if stops { rate.recip() } else { late };
@@ -104,14 +100,13 @@ fn turned(direction: f64) -> [Point; 2] {
 
 /// Returns the rows of both coordinates of a point in a frame.
 fn see(
-    piece: &Piece,
+    at: &[f64],
     marker: Option<[usize; 2]>,
     frame: &Frame,
     own: &Own,
     camera: &Camera,
-    sd: [f64; 2],
-) -> [Row; 2] {
-    let at = &piece.at;
+    sd: Point,
+) -> [SVector<f64, ROW>; 2] {
     let late = frame.time - own[own::TIME] + camera.delay(frame.seen);
     let Centre { mut place, mut velocity, by: by_piece } = Centre::on(at, late);
     let mut by = [Point::zeros(); COEFFICIENTS + 3];
@@ -131,34 +126,14 @@ fn see(
     let by_time = seen.by_place * velocity;
     seen.by_camera[Id::ShutterX as usize - PHYSICS] = by_time * frame.seen.x;
     seen.by_camera[Id::ShutterY as usize - PHYSICS] = by_time * frame.seen.y;
-    let mut rows = [Row::zeros(); 2];
-    let scale = frame.weight.component_div(&Point::from(sd));
-    let mut set = |i: usize, column: Point| {
-        rows[0][i] = column.x * scale.x;
-        rows[1][i] = column.y * scale.y;
-    };
-    for (i, by) in by.iter().enumerate() {
-        set(i, seen.by_place * by);
+    let columns =
+        by.iter().map(|by| seen.by_place * by).chain(seen.by_camera).chain([seen.place - frame.seen]);
+    let mut rows = [SVector::zeros(); 2];
+    for (i, column) in columns.enumerate() {
+        let scaled = column.component_mul(&frame.weight).component_div(&sd);
+        (rows[0][i], rows[1][i]) = (scaled.x, scaled.y);
     }
-    for (i, by) in seen.by_camera.into_iter().enumerate() {
-        set(COEFFICIENTS + 3 + i, by);
-    }
-    set(ROW - 1, seen.place - frame.seen);
     rows
-}
-
-/// One frame of a point, whitened.
-struct Sight {
-    /// Index of the frame in its track.
-    index: usize,
-    /// s
-    time: f64,
-    /// 0 before and 1 after the impact.
-    side: usize,
-    /// Rows of both coordinates.
-    rows: [Row; 2],
-    /// What the numbers of each coordinate add to the sums of its noise.
-    sums: [NoiseSums; 2],
 }
 
 impl ShotFrames {
@@ -204,33 +179,18 @@ impl ShotFrames {
     fn look(
         &self,
         track: &PointTrack,
-        pieces: &[Piece; 2],
+        paths: &Paths,
         values: &Own,
         camera: &Camera,
         noise: &[Noise],
-    ) -> Vec<Sight> {
-        let sd = [noise[0].sd, noise[1].sd];
-        let mut last: Option<([Row; 2], usize, f64)> = None;
-        let mut sights = Vec::with_capacity(track.frames.len());
-        for (index, frame) in track.frames.iter().enumerate().filter(|(_, frame)| frame.used) {
+    ) -> Vec<Sight<ROW>> {
+        let noise = &noise[track.noise()..];
+        let sd = Point::new(noise[0].sd, noise[1].sd);
+        whiten(&track.frames, ([noise[0].rho, noise[1].rho], self.fps), false, |frame| {
             let side = usize::from(frame.time > values[own::TIME]);
-            let mut rows = see(&pieces[side], track.marker, frame, values, camera, sd);
-            let before = last.replace((rows, side, frame.time)).filter(|before| before.1 == side);
-            let mut sums = [NoiseSums::default(); 2];
-            for axis in 0..2 {
-                sums[axis].count = frame.weight[axis].powi(2).min(1.0);
-                let before = before.as_ref().filter(|_| frame.weight[axis] > 0.0);
-                let Some((before, _, then)) = before else { continue };
-                let kept = correlation(noise[axis].rho, frame.time - then, self.fps);
-                let fresh = (1.0 - kept * kept).sqrt().recip();
-                sums[axis].ln_determinant = -2.0 * fresh.ln();
-                sums[axis].lagged = rows[axis][ROW - 1] * before[axis][ROW - 1];
-                sums[axis].square = rows[axis][ROW - 1].powi(2);
-                rows[axis] = (rows[axis] - before[axis] * kept) * fresh;
-            }
-            sights.push(Sight { index, time: frame.time, side, rows, sums });
-        }
-        sights
+            let piece = &paths.pieces[track.disc][side];
+            (side, see(piece.at.as_slice(), track.marker, frame, values, camera, sd))
+        })
     }
 
     /// Returns the sums of residuals and derivatives, in units of the noises of each disc and axis, of
@@ -249,132 +209,41 @@ impl ShotFrames {
         let mut total = Contribution::empty(own, noise.len());
         total.sticks = self.settling.is_some();
         let camera = Camera::new(shared);
-        for disc in 0..2 {
-            let pieces = &paths.pieces[disc];
-            let mut sides = [SideProducts::new(own), SideProducts::new(own)];
-            for track in self.tracks.iter().filter(|track| track.disc == disc) {
-                let place = first + track.noise();
-                let mut rows = [Vec::new(), Vec::new()];
-                for mut sight in self.look(track, pieces, values, &camera, &noise[place..place + 2]) {
-                    let residuals = sight.residuals();
-                    let (weight, cost) = weigh(residuals.x, residuals.y);
-                    total.cost += cost;
-                    for axis in 0..2 {
-                        sight.sums[axis].weighted = weight * residuals[axis].powi(2);
-                        total.noises[place + axis].add(&sight.sums[axis]);
-                        rows[sight.side].extend_from_slice((sight.rows[axis] * weight.sqrt()).as_slice());
-                    }
-                }
-                for (side, rows) in sides.iter_mut().zip(rows) {
-                    let rows = OMatrix::<f64, Const<ROW>, Dyn>::from_vec(rows);
-                    side.add(&mut total.products, &(&rows * rows.transpose()), track.marker);
-                }
-            }
-            for (side, piece) in sides.iter().zip(pieces) {
-                side.add_inputs(&mut total.products, piece);
-            }
+        let inputs: [usize; INPUTS] = std::array::from_fn(|i| match i.checked_sub(CORE) {
+            None => i,
+            Some(moving) => own + MOVING[moving] as usize,
+        });
+        for track in &self.tracks {
+            let sights = self.look(track, &paths, values, &camera, &noise[first..]);
+            // without a marker its derivatives are 0
+            let [direction, radius] = track.marker.unwrap_or([own::TIME; 2]);
+            let others: [usize; OTHERS] = std::array::from_fn(|i| match i {
+                0 => own::TIME,
+                1 => direction,
+                2 => radius,
+                i if i < OTHERS - 1 => own + PHYSICS + i - 3,
+                _ => own + SHARED,
+            });
+            let columns = Columns { inputs: &inputs, others: &others };
+            let place = first + track.noise();
+            add_track(&mut total, sights, &paths.pieces[track.disc], &columns, [place, place + 1]);
         }
-        if !(total.cost.is_finite() && total.products.sum().is_finite()) {
-            return Contribution::impossible(own, noise.len());
-        }
-        total
+        total.or_impossible()
     }
 
-    /// Returns the whitened residuals of the used frames of each track; empty if the unknowns describe
-    /// no collision. The noises are those of this shot.
-    pub fn residuals(
+    /// Returns the used frames of each track, whitened; none if the unknowns describe no collision. The
+    /// noises are those of this shot.
+    pub fn sights(
         &self,
         values: &Own,
         shared: &Shared,
         discs: &Discs,
         noise: &[Noise],
-    ) -> Vec<Vec<Whitened>> {
+    ) -> Vec<Vec<Sight<ROW>>> {
         let Some(paths) = self.follow(values, shared, discs) else {
-            return vec![Vec::new(); self.tracks.len()];
+            return self.tracks.iter().map(|_| Vec::new()).collect();
         };
         let camera = Camera::new(shared);
-        let of_track = |track: &PointTrack| {
-            let pieces = &paths.pieces[track.disc];
-            let sights = self.look(track, pieces, values, &camera, &noise[track.noise()..]);
-            let whitened = |sight: &Sight| Whitened {
-                index: sight.index,
-                time: sight.time,
-                square: sight.residuals().norm_squared(),
-            };
-            sights.iter().map(whitened).collect()
-        };
-        self.tracks.iter().map(of_track).collect()
-    }
-}
-
-impl Sight {
-    fn residuals(&self) -> Point {
-        Point::new(self.rows[0][ROW - 1], self.rows[1][ROW - 1])
-    }
-}
-
-/// Products of the rows of a disc on one side of the impact that hold derivatives by the coefficients of
-/// its piece.
-struct SideProducts {
-    own: usize,
-    coefficients: SMatrix<f64, COEFFICIENTS, COEFFICIENTS>,
-    /// With the derivatives by the own and shared unknowns, and the residual.
-    beside: OMatrix<f64, Const<COEFFICIENTS>, Dyn>,
-}
-
-impl SideProducts {
-    fn new(own: usize) -> Self {
-        Self {
-            own,
-            coefficients: SMatrix::zeros(),
-            beside: OMatrix::zeros_generic(Const, Dyn(own + BORDERED)),
-        }
-    }
-
-    /// Adds the products of the rows of a point; those of the other columns go to the total.
-    fn add(
-        &mut self,
-        total: &mut DMatrix<f64>,
-        products: &SMatrix<f64, ROW, ROW>,
-        marker: Option<[usize; 2]>,
-    ) {
-        // without a marker its derivatives are 0
-        let [direction, radius] = marker.unwrap_or([own::TIME; 2]);
-        let others: [usize; OTHERS] = std::array::from_fn(|i| match i {
-            0 => own::TIME,
-            1 => direction,
-            2 => radius,
-            i if i < OTHERS - 1 => self.own + PHYSICS + i - 3,
-            _ => self.own + BORDERED - 1,
-        });
-        self.coefficients += products.fixed_view::<COEFFICIENTS, COEFFICIENTS>(0, 0);
-        for (j, column) in others.into_iter().enumerate() {
-            let from = products.column(COEFFICIENTS + j);
-            let mut beside = self.beside.column_mut(column);
-            beside += from.fixed_rows::<COEFFICIENTS>(0);
-            for (i, row) in others.into_iter().enumerate() {
-                total[(row, column)] += from[COEFFICIENTS + i];
-            }
-        }
-    }
-
-    /// Adds them to the total by the inputs of the motion.
-    fn add_inputs(&self, total: &mut DMatrix<f64>, piece: &Piece) {
-        let by = piece.by.transpose();
-        let by_inputs = by * self.coefficients * piece.by;
-        let beside = by * &self.beside;
-        let inputs: [usize; INPUTS] = std::array::from_fn(|i| match i.checked_sub(CORE) {
-            None => i,
-            Some(moving) => self.own + MOVING[moving] as usize,
-        });
-        for (i, row) in inputs.into_iter().enumerate() {
-            for (j, column) in inputs.into_iter().enumerate() {
-                total[(row, column)] += by_inputs[(i, j)];
-            }
-            for j in 0..total.ncols() {
-                total[(row, j)] += beside[(i, j)];
-                total[(j, row)] += beside[(i, j)];
-            }
-        }
+        self.tracks.iter().map(|track| self.look(track, &paths, values, &camera, noise)).collect()
     }
 }

@@ -1,11 +1,8 @@
 //! What was measured of the impact of two discs, and what speaks against it.
 
-use nalgebra::SVector;
 use statrs::distribution::{ContinuousCDF, Normal};
 
 use super::equal::Equal;
-use super::frames::Centre;
-use super::motion::{COEFFICIENTS, Paths};
 use super::quantities::Quantity;
 use super::stick::Stuck;
 use crate::extraction::{Bodies, Unusable};
@@ -15,7 +12,8 @@ use crate::measurement::track::TrackShot;
 use crate::numerics::median;
 use crate::physics::ball::Ball;
 use crate::physics::disc::Discs;
-use crate::problem::film::camera::{Camera, Point};
+use crate::problem::film::camera::Point;
+use crate::problem::frames::PicturePaths;
 use crate::problem::policy::Policy;
 
 /// Part of the distance of the centres by which the frames of a collision are off the paths at most.
@@ -61,6 +59,8 @@ pub struct DiscImpact {
     pub doubts: Vec<Doubt>,
     pub(super) equal: Equal,
     pub(super) paths: PicturePaths,
+    /// Metres in a unit of length of the film, and its middle in that unit.
+    pub(super) film: (f64, Point),
 }
 
 /// What speaks against what was measured of a shot, as a clause.
@@ -131,7 +131,8 @@ impl DiscImpact {
     /// Returns the place of the centre of a disc (0 or 1) in the film at a time (s), in its unit.
     #[must_use]
     pub fn place(&self, disc: usize, time: f64) -> [f64; 2] {
-        self.paths.place(disc, time)
+        let (unit, middle) = self.film;
+        (Point::from(self.paths.place(disc, time)) / unit + middle).into()
     }
 
     /// Returns the shot of equal discs that has the same restitution and friction; `ball` is either.
@@ -208,34 +209,5 @@ pub(super) fn find_doubts(impacts: &mut [DiscImpact], policy: &Policy) {
             impact.find_undetermined_restitution().or_else(|| impact.find_impossible_restitution(policy));
         let doubts = [impact.find_imbalance(policy), bent, of_e, other];
         impact.doubts.extend(doubts.into_iter().flatten());
-    }
-}
-
-/// Paths of the discs of a shot through the picture.
-#[derive(Clone, Debug)]
-pub(super) struct PicturePaths {
-    pieces: [[SVector<f64, COEFFICIENTS>; 2]; 2],
-    instant: f64,
-    camera: Camera,
-    /// Metres in a unit of length of the film, and its middle in that unit.
-    unit: f64,
-    middle: Point,
-}
-
-impl PicturePaths {
-    pub fn new(paths: &Paths, instant: f64, camera: Camera, (unit, middle): (f64, Point)) -> Self {
-        let pieces = paths.pieces.each_ref().map(|sides| sides.each_ref().map(|piece| piece.at));
-        Self { pieces, instant, camera, unit, middle }
-    }
-
-    fn place(&self, disc: usize, time: f64) -> [f64; 2] {
-        let at = |late: f64| {
-            let late = time - self.instant + late;
-            let piece = &self.pieces[disc.min(1)][usize::from(late > 0.0)];
-            self.camera.look(Centre::on(piece, late).place, 0.0).place
-        };
-        // where it is seen says when the shutter reads it
-        let seen = at(self.camera.delay(at(0.0)));
-        (seen / self.unit + self.middle).into()
     }
 }

@@ -4,8 +4,8 @@ use std::sync::Arc;
 
 use super::block::{DiscBlock, Freedom};
 use super::first_guess::DiscFilm;
-use super::frames::NOISES;
-use super::impact::{DiscImpact, PicturePaths, find_doubts};
+use super::frames::{Centre, NOISES};
+use super::impact::{DiscImpact, find_doubts};
 use super::outcome::input_covariance;
 use super::own;
 use super::priors::LEAST_SHOTS;
@@ -15,8 +15,8 @@ use crate::problem::block::Block;
 use crate::problem::descent::{Descent, descend};
 use crate::problem::film::camera::Camera;
 use crate::problem::film::film_data::FilmError;
-use crate::problem::film::frames::Whitened;
 use crate::problem::film::outliers::{outlying, tail};
+use crate::problem::frames::{PicturePaths, Sight};
 use crate::problem::minimise::descend_with_noise;
 use crate::problem::policy::Policy;
 use crate::problem::problem::{Evaluation, Problem, State};
@@ -209,7 +209,7 @@ pub(super) fn measure(film: &DiscFilm, policy: &Policy) -> Result<(Reached, Vec<
         unknowns[id as usize].mode = Mode::Fixed;
     }
     unknowns[Id::Kappa as usize].start = 0.0;
-    let shared = Shared(unknowns.iter().map(|unknown| unknown.start).collect());
+    let shared = Shared::starts(&unknowns);
     let mut state = State { own: vec![film.own.clone()], shared };
     let mut problem = Problem::of_one(Block::Discs(film.block.clone()), unknowns);
     let free = problem.free();
@@ -270,7 +270,7 @@ fn drop_frames(block: &mut DiscBlock, state: &State, frames_of: &mut [Frames], p
     let shared = &state.shared;
     for (i, own) in state.own[0].iter().enumerate() {
         let noise = &block.noise[NOISES * i..NOISES * (i + 1)];
-        let found = block.shots[i].residuals(own, shared, &block.discs, noise);
+        let found = block.shots[i].sights(own, shared, &block.discs, noise);
         let shots = Arc::make_mut(&mut block.shots);
         for (track, frames) in shots[i].tracks.iter_mut().zip(found) {
             let outlying = outlying(&frames, own[own::TIME], policy);
@@ -302,7 +302,7 @@ fn find_touching(block: &DiscBlock, state: &State, frames: &mut [Frames], policy
         let shot = &block.shots[i];
         let noise = &block.noise[NOISES * i..NOISES * (i + 1)];
         let reach = (frames[i].touching as f64 + 1.0) / shot.fps;
-        let residuals = shot.residuals(own, &state.shared, &block.discs, noise);
+        let residuals = shot.sights(own, &state.shared, &block.discs, noise);
         let is_off = are_off(&residuals, own[own::TIME], reach, policy);
         if is_off && frames[i].touching < MAX_TOUCHING {
             frames[i].touching += 1;
@@ -313,9 +313,9 @@ fn find_touching(block: &DiscBlock, state: &State, frames: &mut [Frames], policy
 }
 
 /// Returns whether the frames within `reach` seconds of an instant are off the paths.
-fn are_off(residuals: &[Vec<Whitened>], instant: f64, reach: f64, policy: &Policy) -> bool {
+fn are_off<const R: usize>(residuals: &[Vec<Sight<R>>], instant: f64, reach: f64, policy: &Policy) -> bool {
     let near = residuals.iter().flatten().filter(|frame| (frame.time - instant).abs() <= reach);
-    let squares: Vec<f64> = near.map(|frame| frame.square).collect();
+    let squares: Vec<f64> = near.map(Sight::square).collect();
     tail(squares.iter().sum(), 2.0 * squares.len() as f64) < policy.frame_tail
 }
 
@@ -326,7 +326,7 @@ fn count_touching(block: &DiscBlock, state: &State, (i, frames): (usize, &Frames
     let mut next_to_it = block.shots[i].clone();
     next_to_it.choose_frames(own[own::TIME], 1, 0.0);
     let noise = &block.noise[NOISES * i..NOISES * (i + 1)];
-    let residuals = next_to_it.residuals(own, &state.shared, &block.discs, noise);
+    let residuals = next_to_it.sights(own, &state.shared, &block.discs, noise);
     let is_needed = are_off(&residuals, own[own::TIME], TOUCHING as f64 / block.shots[i].fps, policy);
     if is_needed || frames.touching > TOUCHING { frames.touching } else { 0 }
 }
@@ -385,7 +385,13 @@ pub(super) fn impacts(
             stuck,
             doubts: Vec::new(),
             equal: known.equal(&inputs),
-            paths: PicturePaths::new(&paths, own[own::TIME], camera.clone(), (film.unit, film.middle)),
+            paths: PicturePaths::new(
+                paths.pieces.each_ref().map(|sides| &sides[..]),
+                |at, late| (Centre::on(at, late).place, 0.0),
+                own[own::TIME],
+                camera.clone(),
+            ),
+            film: (film.unit, film.middle),
         })
     };
     (0..block.shots.len()).map(of_shot).collect::<Option<Vec<_>>>().ok_or(FilmError::Undetermined)

@@ -15,7 +15,7 @@
 //! law is that of two equal bodies ([`Model`]); none of it depends on how masses or radii differ.
 //! Discs that stick together move on as one rigid body about their centre of mass.
 
-use nalgebra::{Const, SMatrix, SVector, Vector2};
+use nalgebra::{SMatrix, SVector, Vector2};
 use num_dual::{Derivative, DualNum, DualSVec64};
 
 use super::own::{self, CORE};
@@ -23,6 +23,8 @@ use crate::physics::ball::{Ball, BallState, Vec3};
 use crate::physics::collision::{Coefficients, Fidelity, Input, Model};
 use crate::physics::disc::Discs;
 use crate::physics::friction_law::Law;
+use crate::problem::film::dual::{constant, gradient};
+use crate::problem::frames;
 use crate::problem::unknowns::{Id, Own, Shared};
 
 /// Shared unknowns that move the discs.
@@ -72,11 +74,7 @@ const AT_REST: f64 = 0.02;
 pub(super) const COEFFICIENTS: usize = 10;
 
 /// A disc on one side of the impact.
-#[derive(Clone, Debug)]
-pub(super) struct Piece {
-    pub at: SVector<f64, COEFFICIENTS>,
-    pub by: SMatrix<f64, COEFFICIENTS, INPUTS>,
-}
+pub(super) type Piece = frames::Piece<COEFFICIENTS, INPUTS>;
 
 /// The impact of a shot.
 #[derive(Clone, Debug)]
@@ -95,15 +93,6 @@ pub(super) struct Impact {
 pub(super) struct Paths {
     pub pieces: [[Piece; 2]; 2],
     pub impact: Impact,
-}
-
-/// Returns the derivatives of a number.
-pub(super) fn gradient(value: &Dual) -> Gradient {
-    value.eps.unwrap_generic(Const, Const)
-}
-
-fn constant(value: f64) -> Dual {
-    Dual::from_re(value)
 }
 
 /// Returns J_t/J_n of a contact with its derivatives; `None` if the discs do not approach.
@@ -203,9 +192,10 @@ pub(super) fn follow_discs(
         let (place, velocity) = (centres[disc], before[disc]);
         let rate = slows(disc, 0, &velocity);
         let spin = spins[disc];
-        pieces.push(Piece::new(&[
-            place.x, place.y, velocity.x, velocity.y, rate, zero, zero, zero, spin, zero,
-        ]));
+        pieces.push(Piece::new(
+            f64::NEG_INFINITY,
+            &[place.x, place.y, velocity.x, velocity.y, rate, zero, zero, zero, spin, zero],
+        ));
     }
     let mut after = before;
     let mut spins_after = spins;
@@ -222,9 +212,10 @@ pub(super) fn follow_discs(
         for disc in 0..2 {
             let rate = slows(disc, 1, &drift);
             let direction = own(own::DIRECTION);
-            pieces.push(Piece::new(&[
-                centre.x, centre.y, drift.x, drift.y, rate, arms[disc], direction, turning, turning, zero,
-            ]));
+            pieces.push(Piece::new(
+                0.0,
+                &[centre.x, centre.y, drift.x, drift.y, rate, arms[disc], direction, turning, turning, zero],
+            ));
             after[disc] = drift + t * (arms[disc] * turning);
         }
         spins_after = [turning; 2];
@@ -247,7 +238,7 @@ pub(super) fn follow_discs(
             let rate = slows(disc, 1, &velocity);
             let coefficients =
                 [place.x, place.y, velocity.x, velocity.y, rate, zero, zero, zero, spin, turned];
-            pieces.push(Piece::new(&coefficients));
+            pieces.push(Piece::new(0.0, &coefficients));
         }
     }
     let [first_before, second_before, first_after, second_after] = pieces.try_into().ok()?;
@@ -265,13 +256,4 @@ pub(super) fn follow_discs(
 /// Returns the slip of the second disc's contact point against the first's.
 pub(super) fn slip(across: &Dual, radii: &[Dual; 2], spins: &[Dual; 2]) -> Dual {
     *across - radii[0] * spins[0] - radii[1] * spins[1]
-}
-
-impl Piece {
-    fn new(coefficients: &[Dual; COEFFICIENTS]) -> Self {
-        Self {
-            at: SVector::from_fn(|i, _| coefficients[i].re),
-            by: SMatrix::from_rows(&coefficients.each_ref().map(|c| gradient(c).transpose())),
-        }
-    }
 }

@@ -3,8 +3,9 @@
 use nalgebra::{DMatrix, SMatrix};
 
 use super::block::DiscBlock;
-use super::motion::{Gradient, INPUTS, InputCovariance, MOVING, gradient, law_of};
+use super::motion::{Gradient, INPUTS, InputCovariance, MOVING, law_of};
 use super::own::{self, CORE};
+use crate::problem::film::dual::gradient;
 use crate::problem::problem::{Problem, Reduced};
 use crate::problem::solution::Solution;
 use crate::problem::uncertainty::Estimates;

@@ -3,11 +3,12 @@
 
 use num_dual::DualNum;
 
-use super::motion::{Dual, DualVector, Impact, InputCovariance, gradient, slip};
+use super::motion::{Dual, DualVector, Impact, InputCovariance, slip};
 use super::stick::Stuck;
 use crate::measurement::dataset::Measured;
 use crate::physics::disc::Discs;
 use crate::physics::name::worded;
+use crate::problem::film::dual::gradient;
 
 worded! {
     /// The quantities of a [`super::impact::DiscImpact`], in the order of the columns that report them.

@@ -8,9 +8,10 @@ use super::camera::Point;
 use super::frames::{ShotFrames, World};
 use super::impact::{Contact, Correction};
 use super::motion::{cue_before, own_inputs};
+use super::own::OWN;
 use super::spins::ShotSpin;
 use crate::problem::loss::ShotLoss;
-use crate::problem::sums::{Contribution, Spread};
+use crate::problem::sums::{Contribution, Spread, settle};
 use crate::problem::unknowns::{Id, Own, Shared};
 
 /// Noise of the first descents, m: lines through the frames next to an impact miss the balls by as
@@ -60,6 +61,32 @@ impl FilmBlock {
             sums.cost += loss.cost(distance) - distance * distance;
         }
         sums
+    }
+
+    /// Returns where χ² of shot `i` is least over its own unknowns, if its spin is `spin`, and over some shared ones, which
+    /// it sets, and the sums there.
+    pub fn settle(
+        &self,
+        i: usize,
+        spin: &ShotSpin,
+        own: Own,
+        (shared, ids): (&mut Shared, &[Id]),
+        stop: (usize, f64),
+    ) -> (Own, Contribution) {
+        let with = |x: &Own| {
+            let mut all = shared.clone();
+            for (id, value) in ids.iter().zip(x.iter().skip(OWN)) {
+                all[*id] = *value;
+            }
+            all
+        };
+        let start = own.into_iter().copied().chain(ids.iter().map(|id| shared[*id]));
+        let start = Own::from_iterator(OWN + ids.len(), start);
+        let bounded = |x: Own| Some(spin.bounded(x, shared));
+        let contribute = |x: &Own| self.contribute_as(i, spin, x, &with(x));
+        let (x, sums) = settle(spin.bounded(start, shared), ids, stop, contribute, bounded);
+        *shared = with(&x);
+        (x.rows(0, OWN).into_owned(), sums)
     }
 
     /// Returns the distance of each shot from the law of the impact in standard deviations of its

@@ -291,7 +291,7 @@ pub(crate) fn spin_freely(
     }
     let mut free =
         Problem { unknowns: super::priors::of_unknown_spins(&problem.unknowns), ..problem.clone() };
-    let shared = Shared(free.unknowns.iter().map(|unknown| unknown.start).collect());
+    let shared = Shared::starts(&free.unknowns);
     let start = State { shared, ..first.0.clone() };
     let film = free.film_mut()?;
     film.world.noise = first.1;

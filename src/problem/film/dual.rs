@@ -20,7 +20,7 @@ pub(in crate::problem) type DualVector = Vector2<Dual>;
 pub(in crate::problem) type Gradient = SVector<f64, INPUTS>;
 
 /// Returns the derivatives of `value`.
-pub(in crate::problem) fn gradient(value: &Dual) -> Gradient {
+pub(in crate::problem) fn gradient<const N: usize>(value: &DualSVec64<N>) -> SVector<f64, N> {
     value.eps.unwrap_generic(Const, Const)
 }
 
@@ -30,8 +30,8 @@ pub(in crate::problem) fn with_gradient(value: f64, gradient: Gradient) -> Dual 
 }
 
 /// Returns a number without derivatives.
-pub(in crate::problem) fn constant(value: f64) -> Dual {
-    Dual::from_re(value)
+pub(in crate::problem) fn constant<const N: usize>(value: f64) -> DualSVec64<N> {
+    DualSVec64::from_re(value)
 }
 
 /// Speed below which directions are smoothed, m/s: a ball that slips less moves by 3 nm until it

@@ -5,15 +5,15 @@
 //! Each is one more quadratic piece, so that χ² has neither kinks nor jumps where a frame passes
 //! it.
 
-use nalgebra::{SMatrix, SVector};
 use num_dual::DualNum;
 
-use super::dual::{Dual, DualVector, INPUTS, constant, gradient, norm};
+use super::dual::{Dual, DualVector, INPUTS, constant, norm};
 use super::impact::{Contact, Correction, Side};
 use super::own::{self, OWN};
 use crate::physics::ball::{Ball, Vec3};
 use crate::physics::cloth_motion::{GRAVITY, MAX_FLIGHTS, MIN_REBOUND};
 use crate::physics::collision::NotACollision;
+use crate::problem::frames;
 use crate::problem::unknowns::{Id, Own, Shared};
 
 /// Half of the time that a landing lasts, s. It moves a ball by less than 6 µm.
@@ -47,23 +47,8 @@ pub(crate) struct StatedSpin {
 /// Outcome offsets of the cue ball and of the object ball.
 const OFFSETS: [[Id; 2]; 2] = [[Id::CueAlong, Id::CueAcross], [Id::ObjectAlong, Id::ObjectAcross]];
 
-/// A part of a ball's path, in time since the first guess of the impact.
-pub(super) struct Piece {
-    /// s
-    pub start: f64,
-    /// m, m/s, m/s²
-    pub at: SVector<f64, COEFFICIENTS>,
-    pub by: SMatrix<f64, COEFFICIENTS, INPUTS>,
-}
-
-/// A part of a ball's path without derivatives.
-#[derive(Clone, Debug)]
-pub(super) struct Stretch {
-    /// s
-    pub start: f64,
-    /// m, m/s, m/s²
-    pub at: SVector<f64, COEFFICIENTS>,
-}
+/// A part of a ball's path, in time since the first guess of the impact: x, y and height, quadratic in time (m, m/s, m/s²).
+pub(super) type Piece = frames::Piece<COEFFICIENTS, INPUTS>;
 
 /// Place, velocity and acceleration of a ball on the table, and the same of its height.
 struct Moving {
@@ -80,46 +65,28 @@ impl Moving {
     }
 }
 
-impl Piece {
-    /// Returns the path of a ball that moves so at `start`.
-    fn new(start: Dual, moving: &Moving) -> Self {
-        let Moving { place, velocity, pull, height } = moving;
-        let (mut at, mut by) = (SVector::zeros(), SMatrix::<f64, COEFFICIENTS, INPUTS>::zeros());
-        let axes = [(place.x, velocity.x, pull.x), (place.y, velocity.y, pull.y), (*height).into()];
-        for (i, (x, v, a)) in axes.into_iter().enumerate() {
-            let origin = [x - v * start + a * start * start * 0.5, v - a * start, a];
-            for (j, coefficient) in origin.iter().enumerate() {
-                at[3 * i + j] = coefficient.re;
-                by.set_row(3 * i + j, &gradient(coefficient).transpose());
-            }
-        }
-        Self { start: start.re, at, by }
-    }
+/// Returns the path of a ball that moves so at `start`.
+fn piece(start: Dual, moving: &Moving) -> Piece {
+    let Moving { place, velocity, pull, height: [h, v_h, a_h] } = moving;
+    let origin = |x: Dual, v: Dual, a: Dual| [x - v * start + a * start * start * 0.5, v - a * start, a];
+    let [x0, x1, x2] = origin(place.x, velocity.x, pull.x);
+    let [y0, y1, y2] = origin(place.y, velocity.y, pull.y);
+    let [h0, h1, h2] = origin(*h, *v_h, *a_h);
+    Piece::new(start.re, &[x0, x1, x2, y0, y1, y2, h0, h1, h2])
+}
 
-    /// Returns the path along which the velocity of a ball that moves so at `at` changes by
-    /// `change`, evenly from `half` before to `half` after.
-    fn between(at: Dual, half: f64, moving: &Moving, change: &DualVector) -> Self {
-        let Moving { place, velocity, pull, height } = moving;
-        let half = constant(half);
-        let early = Moving {
-            place: place - velocity * half + pull * (half * half * 0.5),
-            velocity: velocity - pull * half,
-            pull: pull + change / (half * 2.0),
-            height: *height,
-        };
-        Self::new(at - half, &early)
-    }
-
-    /// Returns the path without derivatives.
-    pub fn stretch(&self) -> Stretch {
-        Stretch { start: self.start, at: self.at }
-    }
-
-    /// Returns the same path, followed from `by` s later on.
-    fn later(mut self, by: f64) -> Self {
-        self.start += by;
-        self
-    }
+/// Returns the path along which the velocity of a ball that moves so at `at` changes by `change`, evenly from
+/// `half` before to `half` after.
+fn between(at: Dual, half: f64, moving: &Moving, change: &DualVector) -> Piece {
+    let Moving { place, velocity, pull, height } = moving;
+    let half = constant(half);
+    let early = Moving {
+        place: place - velocity * half + pull * (half * half * 0.5),
+        velocity: velocity - pull * half,
+        pull: pull + change / (half * 2.0),
+        height: *height,
+    };
+    piece(at - half, &early)
 }
 
 /// The cloth's action on a ball.
@@ -167,6 +134,8 @@ impl Cloth {
     ) -> Vec<Piece> {
         let (mut velocity, mut slip, mut rise) = (turn(&ball.velocity), turn(&ball.slip()), ball.rise);
         let zero = constant(0.0);
+        // a path that is followed from a little later on
+        let later = |late: f64, piece: Piece| Piece { start: piece.start + late, ..piece };
         let still = DualVector::new(zero, zero);
         // an impulse on the ball changes its slip by (1 + ν)/ν times as much as its velocity
         let lever = (1.0 + ball.inertia) / ball.inertia;
@@ -175,7 +144,7 @@ impl Cloth {
         while rise.re > MIN_REBOUND && pieces.len() < 2 * MAX_FLIGHTS {
             let flying =
                 Moving { height: [zero, rise, -self.gravity], ..Moving::flat(&place, &velocity, &still) };
-            pieces.push(Piece::new(time, &flying).later(late));
+            pieces.push(later(late, piece(time, &flying)));
             let flight = rise * 2.0 / self.gravity;
             place += velocity * flight;
             time += flight;
@@ -187,7 +156,7 @@ impl Cloth {
                 let height = (rise - self.gravity * (0.5 * HALF_LANDING)) * HALF_LANDING;
                 let height = [height, rise * (self.bounce - 1.0) * 0.5, zero];
                 let landing = Moving { height, ..Moving::flat(&place, &velocity, &still) };
-                pieces.push(Piece::between(time, HALF_LANDING, &landing, &-impulse));
+                pieces.push(between(time, HALF_LANDING, &landing, &-impulse));
                 late = HALF_LANDING;
             }
             velocity -= impulse;
@@ -198,7 +167,7 @@ impl Cloth {
             // all further bounces last 2v_z/g(1 − e_t); their friction is (1 + e_t)/2 of a sliding
             // ball's on average, but later
             let pull = self.pull_sliding(&slip) * ((self.bounce + 1.0) * 0.5);
-            pieces.push(Piece::new(time, &Moving::flat(&place, &velocity, &pull)).later(late));
+            pieces.push(later(late, piece(time, &Moving::flat(&place, &velocity, &pull))));
             let bouncing = rise * 2.0 / (self.gravity * (-self.bounce + 1.0));
             let lateness = self.bounce * 2.0 / (self.bounce + 1.0);
             place += velocity * bouncing + pull * (bouncing * bouncing * 0.5 * lateness);
@@ -208,12 +177,12 @@ impl Cloth {
             late = 0.0;
         }
         let pull = self.pull_sliding(&slip);
-        pieces.push(Piece::new(time, &Moving::flat(&place, &velocity, &pull)).later(late));
+        pieces.push(later(late, piece(time, &Moving::flat(&place, &velocity, &pull))));
         let sliding = norm(&slip) / lever / (self.sliding * self.gravity);
         place += velocity * sliding + pull * (sliding * sliding * 0.5);
         velocity += pull * sliding;
         let pull = self.pull_rolling(&velocity, ball.inertia);
-        pieces.push(Piece::new(time + sliding, &Moving::flat(&place, &velocity, &pull)));
+        pieces.push(piece(time + sliding, &Moving::flat(&place, &velocity, &pull)));
         pieces
     }
 }
@@ -320,11 +289,11 @@ pub(super) fn follow_balls(
     let pulls = [pull, still];
     let pieces = [0, 1].map(|i| {
         let moving = Moving::flat(&places[i], &velocities[i], &pulls[i]);
-        let mut before = Piece::new(instant, &moving);
+        let mut before = piece(instant, &moving);
         before.start = f64::NEG_INFINITY;
         let after = &struck.after[i];
         let change = turn(&after.velocity) - velocities[i];
-        let mut pieces = vec![before, Piece::between(instant, HALF_CONTACT, &moving, &change)];
+        let mut pieces = vec![before, between(instant, HALF_CONTACT, &moving, &change)];
         pieces.extend(cloth.follow(instant, places[i], after, turn));
         // pieces that are over before the contact ends are never followed
         for j in (3..pieces.len()).rev() {

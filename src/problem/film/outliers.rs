@@ -6,9 +6,9 @@ use rayon::prelude::*;
 use statrs::distribution::{ChiSquared, ContinuousCDF};
 
 use super::block::FilmBlock;
-use super::frames::Whitened;
 use super::own::{self, OWN};
 use crate::numerics::median;
+use crate::problem::frames::Sight;
 use crate::problem::policy::Policy;
 use crate::problem::sums::Contribution;
 use crate::problem::unknowns::{Own, Shared};
@@ -33,7 +33,7 @@ pub(crate) fn tail(chi2: f64, dof: f64) -> f64 {
 pub(crate) fn leave_out_frames(film: &mut FilmBlock, own: &[Own], shared: &Shared, policy: &Policy) -> usize {
     let judge = |i: usize| {
         let (shot, spin) = (&film.shots[i], &film.spins[i]);
-        let bodies = shot.residuals(&own[i], shared, &spin.stated, film.world(i));
+        let bodies = shot.sights(&own[i], shared, &spin.stated, film.world(i));
         bodies.map(|frames| outlying(&frames, own[i][own::TIME], policy))
     };
     let found: Vec<[Vec<usize>; 2]> = (0..film.shots.len()).into_par_iter().map(judge).collect();
@@ -52,12 +52,12 @@ pub(crate) fn leave_out_frames(film: &mut FilmBlock, own: &[Own], shared: &Share
 }
 
 /// Returns the indices of the frames of one ball that are left out.
-pub(crate) fn outlying(frames: &[Whitened], instant: f64, policy: &Policy) -> Vec<usize> {
+pub(crate) fn outlying<const R: usize>(frames: &[Sight<R>], instant: f64, policy: &Policy) -> Vec<usize> {
     // by the median, so that wrong frames do not hide each other
-    let scale = (median(frames.iter().map(|frame| frame.square).collect()) / MEDIAN_OF_TWO).max(1.0);
+    let scale = (median(frames.iter().map(Sight::square).collect()) / MEDIAN_OF_TWO).max(1.0);
     let first_after = frames.partition_point(|frame| frame.time < instant);
-    let sum = |frames: &[Whitened]| frames.iter().map(|frame| frame.square.min(1e6)).sum::<f64>() / scale;
-    let is_off = |frames: &[Whitened]| tail(sum(frames), 2.0 * frames.len() as f64) < policy.frame_tail;
+    let sum = |frames: &[Sight<R>]| frames.iter().map(|frame| frame.square().min(1e6)).sum::<f64>() / scale;
+    let is_off = |frames: &[Sight<R>]| tail(sum(frames), 2.0 * frames.len() as f64) < policy.frame_tail;
     let (mut from, mut to) = (0, frames.len());
     while to > first_after + LEAST_FRAMES + BLOCK && is_off(&frames[to - BLOCK..to]) {
         to -= BLOCK;

@@ -6,15 +6,16 @@ use nalgebra::DMatrix;
 
 use super::block::FilmBlock;
 use super::camera::{Camera, Point};
-use super::frames::{Frame, MeasuredSpin, ShotFrames, World, locate};
+use super::frames::{MeasuredSpin, ShotFrames, World, locate};
 use super::impact::{Contact, Correction};
-use super::motion::{Piece, Stretch, Struck, follow_balls};
+use super::motion::{Struck, follow_balls};
 use super::own::{self, OWN};
 use super::priors::list_unknowns;
 use super::spins::{FIRST_SPREADS, LEAST_SPREAD, SIDE_SPREAD, ShotSpin, TOPSPIN_SPREAD};
 use crate::measurement::dataset::{Dataset, Tracks};
 use crate::measurement::spin::Spin;
 use crate::physics::collision::{Model, NotACollision};
+use crate::problem::frames::{Frame, PicturePaths};
 use crate::problem::sums::{Noise, Spread};
 use crate::problem::unknowns::{Id, Own, Shared, Unknown};
 
@@ -92,14 +93,11 @@ pub(crate) fn information(
     let rigid = Correction::zeros();
     let paths = follow_balls(&values, shared, &spin.stated, (&contact, &rigid))?;
     let camera = Camera::new(shared);
-    let stretches: [Vec<Stretch>; 2] =
-        paths.pieces.each_ref().map(|pieces| pieces.iter().map(Piece::stretch).collect());
+    let seen = PicturePaths::new(paths.pieces.each_ref().map(Vec::as_slice), locate, shot.instant, camera);
     let track = |ball: usize| {
         let frame = |n: usize| {
             let time = n as f64 / filming.fps;
-            let (table, height) = locate(&stretches[ball], time - shot.instant);
-            let weight = Point::new(1.0, 1.0);
-            Frame { time, seen: camera.look(table, height).place, weight, used: true }
+            Frame { time, seen: seen.place(ball, time).into(), weight: Point::new(1.0, 1.0), used: true }
         };
         (0..filming.frames).map(frame).collect()
     };

@@ -1,9 +1,9 @@
 //! From tracked positions to frames in metres from the middle of the film.
 
 use super::camera::Point;
-use super::frames::Frame;
 use crate::film::{frame_noise, grid};
 use crate::measurement::track::{Sample, TrackShot};
+use crate::problem::frames::Frame;
 
 /// How the positions of a shot are read.
 pub(crate) struct Reading {

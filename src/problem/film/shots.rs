@@ -4,9 +4,9 @@ use nalgebra::{DMatrix, DVector};
 
 use super::block::FilmBlock;
 use super::camera::Camera;
-use super::dual::{Dual, gradient};
-use super::frames::{Frame, locate};
-use super::motion::{Approach, Piece, Stretch, Struck, follow_balls};
+use super::dual::{Dual, DualVector, INPUTS, gradient};
+use super::frames::locate;
+use super::motion::{Approach, Struck, follow_balls};
 use super::own::{self, OWN};
 use crate::measurement::dataset::{Before, Joint, Measured, Measurement, Shared as SharedError, Shot};
 use crate::measurement::observable::{Axis, Observable};
@@ -14,8 +14,8 @@ use crate::measurement::spin::Spin;
 use crate::measurement::track::{TrackShot, TrackedBall};
 use crate::numerics::median;
 use crate::physics::ball::Vec3;
+use crate::problem::frames::{Frame, PicturePaths};
 use crate::problem::solution::Solution;
-use crate::problem::sums::Contribution;
 use crate::problem::unknowns::{Id, Own, Shared};
 
 /// Observables of an impact.
@@ -83,38 +83,17 @@ pub struct FittedFrame {
     pub used: bool,
 }
 
-/// Paths of the balls of a shot through the picture.
-#[derive(Clone, Debug)]
-pub struct PicturePaths {
-    stretches: [Vec<Stretch>; 2],
-    instant: f64,
-    camera: Camera,
-}
-
-impl PicturePaths {
-    fn new(film: &FilmBlock, i: usize, own: &Own, shared: &Shared) -> Option<Self> {
-        let paths = follow_balls(own, shared, &film.spins[i].stated, film.contact(i)).ok()?;
-        let stretches = paths.pieces.map(|pieces| pieces.iter().map(Piece::stretch).collect());
-        Some(Self { stretches, instant: own[own::TIME], camera: Camera::new(shared) })
-    }
-
-    /// Returns the place of the cue ball (0) or the object ball (1) in the picture at a time, m from
-    /// the middle of the film.
-    #[must_use]
-    pub fn place(&self, ball: usize, time: f64) -> [f64; 2] {
-        let at = |late: f64| {
-            let (table, height) = locate(&self.stretches[ball.min(1)], time - self.instant + late);
-            self.camera.look(table, height).place
-        };
-        // where it is seen says when the shutter reads it
-        at(self.camera.delay(at(0.0))).into()
-    }
-}
-
 impl FilmBlock {
+    /// Returns the paths of the balls of shot `i` through the picture; `None` if they do not collide.
+    fn paths(&self, i: usize, own: &Own, shared: &Shared) -> Option<PicturePaths> {
+        let paths = follow_balls(own, shared, &self.spins[i].stated, self.contact(i)).ok()?;
+        let [cue, object] = &paths.pieces;
+        Some(PicturePaths::new([cue, object], locate, own[own::TIME], Camera::new(shared)))
+    }
+
     /// Returns the frames of shot `i` against its paths.
     pub(crate) fn fitted_frames(&self, i: usize, own: &Own, shared: &Shared) -> Vec<FittedFrame> {
-        let Some(paths) = PicturePaths::new(self, i, own, shared) else { return Vec::new() };
+        let Some(paths) = self.paths(i, own, shared) else { return Vec::new() };
         let of_ball = |(which, ball): (usize, TrackedBall)| {
             let (noise, paths) = (self.world.noise[which], &paths);
             self.shots[i].tracks[which].iter().map(move |frame| FittedFrame {
@@ -163,35 +142,27 @@ impl Solution {
     #[must_use]
     pub fn impact(&self, i: usize, track: &TrackShot) -> Option<Impact> {
         let (film, own, mut shared) = self.film_shot(i)?;
-        let (own, sums) = settle(film, i, own.clone(), &mut shared);
-        let (matrix, _) = sums.system(&Id::OFFSETS, 0.0);
-        let held = |place: usize| sums.held.get(place).copied().unwrap_or(false);
-        let mut covariance = matrix.cholesky()?.inverse();
-        for place in (0..OWN).filter(|place| held(*place)) {
+        let spin = &film.spins[i];
+        let (own, sums) = film.settle(i, spin, own.clone(), (&mut shared, &Id::OFFSETS), (STEPS, STALL));
+        let ids = [&Id::OFFSETS[..], &[Id::MuK, Id::MuR]].concat();
+        let (matrix, _) = sums.system(&ids, 0.0);
+        let free = OWN + Id::OFFSETS.len();
+        let mut covariance = matrix.view((0, 0), (free, free)).into_owned().cholesky()?.inverse();
+        for place in (0..OWN).filter(|place| sums.held[*place]) {
             covariance[(place, place)] = 0.0;
         }
-        let spin = film.spins[i];
         let struck = Struck::new(&own, &shared, &spin.stated, film.contact(i)).ok()?;
-        let quantities = table_quantities(&struck, &own, film.world.contact.object().radius);
-        let offsets = Id::OFFSETS.map(|id| OWN + id as usize);
-        let by_own = DMatrix::from_fn(quantities.len(), OWN + 4, |row, column| {
-            let by = gradient(&quantities[row]);
-            by[if column < OWN { column } else { offsets[column - OWN] }]
+        let quantities = table_quantities(&struck, film.world.contact.object().radius);
+        let by_own = DMatrix::from_fn(quantities.len(), free, |row, column| {
+            let offset = column.checked_sub(OWN).map(|i| OWN + Id::OFFSETS[i] as usize);
+            gradient(&quantities[row])[offset.unwrap_or(column)]
         });
         let shot_covariance = &by_own * &covariance * by_own.transpose();
         // own unknowns and outcome follow what all shots share
-        let by_shared = |id: Id| {
-            let place = |i: usize| if i < OWN { i } else { offsets[i - OWN] };
-            let column = OWN + id as usize;
-            let beside = DVector::from_fn(OWN + 4, |i, _| {
-                let (a, b) = (place(i).min(column), place(i).max(column));
-                if held(i) { 0.0 } else { sums.products[(a, b)] }
-            });
-            -(&by_own * (&covariance * beside))
-        };
+        let by_cloth = -(&by_own * covariance * matrix.view((0, free), (free, 2)));
         let by_shared = SharedError::ALL.map(|error| match error {
-            SharedError::Sliding => by_shared(Id::MuK),
-            SharedError::Rolling => by_shared(Id::MuR),
+            SharedError::Sliding => by_cloth.column(0).into_owned(),
+            SharedError::Rolling => by_cloth.column(1).into_owned(),
             SharedError::Lift => DVector::zeros(quantities.len()),
         });
         let value = |row: usize| quantities[row].re;
@@ -240,7 +211,7 @@ impl Solution {
                 let used = frames[ball].iter().filter(|frame| frame.used);
                 used.map(|frame| (frame.time, frame.seen.into())).collect()
             }),
-            paths: PicturePaths::new(film, i, &own, &shared)?,
+            paths: film.paths(i, &own, &shared)?,
         })
     }
 }
@@ -255,44 +226,13 @@ fn noise_of(film: &FilmBlock, frames: &[Frame], ball: usize) -> f64 {
 
 /// Returns direction of the line of centres, velocity and spin of the cue ball before the impact, and
 /// the velocities of both balls after it, in the table frame.
-fn table_quantities(struck: &Struck, own: &Own, radius: f64) -> Vec<Dual> {
+fn table_quantities(struck: &Struck, radius: f64) -> Vec<Dual> {
     let velocity = struck.turn(&struck.before.velocity);
     let [x, y, z] = struck.before.spin.map(|spin| spin / radius);
-    let turning = struck.turn(&nalgebra::Vector2::new(x, y));
+    let turning = struck.turn(&DualVector::new(x, y));
     let [cue, object] = [0, 1].map(|ball| struck.turn(&struck.after[ball].velocity));
     let direction = struck.inputs[own::DIRECTION];
-    debug_assert!((direction.re - own[own::DIRECTION]).abs() < 1e-12);
     vec![direction, velocity.x, velocity.y, turning.x, turning.y, z, cue.x, cue.y, object.x, object.y]
-}
-
-/// Returns the own unknowns of a shot where χ² is least over them and the outcome offsets, which it
-/// sets in `shared`, and the sums there.
-fn settle(film: &FilmBlock, i: usize, mut own: Own, shared: &mut Shared) -> (Own, Contribution) {
-    let mut at = film.contribute(i, &own, shared);
-    let mut damping = 1e-6;
-    for _ in 0..STEPS {
-        let Some(step) = at.own_step(&Id::OFFSETS, damping) else { break };
-        let mut moved = shared.clone();
-        for (k, id) in Id::OFFSETS.into_iter().enumerate() {
-            moved[id] -= step[OWN + k];
-        }
-        let trial = film.spins[i].bounded(&own - step.rows(0, OWN), &moved);
-        let there = film.contribute(i, &trial, &moved);
-        if there.cost < at.cost {
-            let gain = at.cost - there.cost;
-            (own, *shared, at) = (trial, moved, there);
-            damping *= 0.01;
-            if gain < STALL {
-                break;
-            }
-        } else {
-            damping = (damping * 100.0).max(1e-6);
-            if damping > 1e6 {
-                break;
-            }
-        }
-    }
-    (own, at)
 }
 
 /// How a cue ball meets an object ball.
@@ -345,62 +285,42 @@ impl Solution {
     /// Returns the own unknowns of shot `i` of a film in the frame of the table, from `origin` (m): the
     /// column of each, its value and its standard error, with what all shots share.
     #[must_use]
-    pub fn own_estimates(&self, i: usize, origin: [f64; 2]) -> Vec<(&'static str, f64, f64)> {
-        let own_estimates = || {
-            let (film, own, _) = self.film_shot(i)?;
-            let sums = self.at.shots.first()?.get(i)?;
-            let (matrix, _) = sums.system(&[], 0.0);
-            let reduced = matrix.cholesky()?;
-            let columns = &self.covariance.columns;
-            let sample = self.problem.samples.first()?;
-            let beside = DMatrix::from_fn(OWN, columns.len(), |row, column| {
-                let local = sample.columns.iter().position(|c| *c == columns[column]);
-                let held = sums.held[row];
-                local.filter(|_| !held).map_or(0.0, |local| sums.products[(row, OWN + local)])
-            });
-            let by_shared = -reduced.solve(&beside);
-            let mut covariance =
-                reduced.inverse() + &by_shared * &self.covariance.covariance * by_shared.transpose();
-            for place in (0..OWN).filter(|place| sums.held[*place]) {
-                covariance.row_mut(place).fill(0.0);
-                covariance.column_mut(place).fill(0.0);
-            }
-            let estimate = |column: &'static str, value: f64, by: &[(usize, f64)]| {
-                let variance = by.iter().flat_map(|(i, a)| by.iter().map(move |(j, b)| (i, j, a * b)));
-                let variance: f64 = variance.map(|(i, j, product)| covariance[(*i, *j)] * product).sum();
-                (column, value, variance.max(0.0).sqrt())
-            };
-            // along and across the line of centres, which turns
-            let (sin, cos) = own[own::DIRECTION].sin_cos();
-            let [along, across] = [own[own::ALONG], own[own::ACROSS]];
-            let velocity = [cos * along - sin * across, sin * along + cos * across];
-            let mut all = vec![
-                estimate("impact_t_s", own[own::TIME], &[(own::TIME, 1.0)]),
-                estimate("object_x_m", own[own::X] + origin[0], &[(own::X, 1.0)]),
-                estimate("object_y_m", own[own::Y] + origin[1], &[(own::Y, 1.0)]),
-                estimate(
-                    "normal_deg",
-                    own[own::DIRECTION].to_degrees(),
-                    &[(own::DIRECTION, 1_f64.to_degrees())],
-                ),
-                estimate(
-                    "cue_vx",
-                    velocity[0],
-                    &[(own::DIRECTION, -velocity[1]), (own::ALONG, cos), (own::ACROSS, -sin)],
-                ),
-                estimate(
-                    "cue_vy",
-                    velocity[1],
-                    &[(own::DIRECTION, velocity[0]), (own::ALONG, sin), (own::ACROSS, cos)],
-                ),
+    pub fn own_estimates(&self, i: usize, [x, y]: [f64; 2]) -> Vec<(&'static str, f64, f64)> {
+        let quantities = || {
+            let (film, own, shared) = self.film_shot(i)?;
+            let spin = &film.spins[i].stated;
+            let struck = Struck::new(own, &shared, spin, film.contact(i)).ok()?;
+            let inputs = &struck.inputs;
+            let velocity = struck.turn(&struck.before.velocity);
+            let topspin = self.motion(i)?.topspin - own[own::TOPSPIN];
+            let slides = (spin.approach != Approach::Rolls)
+                .then_some(("cue_topspin_of_roll", inputs[own::TOPSPIN] + topspin));
+            let all = [
+                // time counts from the estimate
+                ("impact_t_s", inputs[own::TIME] + own[own::TIME]),
+                ("object_x_m", inputs[own::X] + x),
+                ("object_y_m", inputs[own::Y] + y),
+                ("normal_deg", inputs[own::DIRECTION] * 1_f64.to_degrees()),
+                ("cue_vx", velocity.x),
+                ("cue_vy", velocity.y),
             ];
-            if film.spins[i].stated.approach != Approach::Rolls {
-                let topspin = self.motion(i)?.topspin;
-                all.push(estimate("cue_topspin_of_roll", topspin, &[(own::TOPSPIN, 1.0)]));
-            }
-            all.push(estimate("cue_side_spin_of_speed", own[own::SIDE], &[(own::SIDE, 1.0)]));
-            Some(all)
+            let side = ("cue_side_spin_of_speed", inputs[own::SIDE]);
+            Some(all.into_iter().chain(slides).chain([side]).collect::<Vec<_>>())
         };
-        own_estimates().unwrap_or_default()
+        let Some((quantities, covariance)) = quantities().zip(self.shot_covariance(i)) else {
+            return Vec::new();
+        };
+        let covariance = covariance.fixed_view::<INPUTS, INPUTS>(0, 0);
+        let estimate = |(column, value): (&'static str, Dual)| {
+            let by = gradient(&value);
+            (column, value.re, by.dot(&(covariance * by)).max(0.0).sqrt())
+        };
+        quantities.into_iter().map(estimate).collect()
+    }
+
+    /// Returns the covariance of the own unknowns of shot `i` of the first sample and of the shared ones.
+    fn shot_covariance(&self, i: usize) -> Option<DMatrix<f64>> {
+        let held = &self.at.shots.first()?.get(i)?.held;
+        Some(self.covariance.shot_covariance(&self.at.eliminate(&self.problem, 0.0)?, (0, i), held))
     }
 }

@@ -21,11 +21,9 @@ const SLIDE_START: f64 = 0.3;
 /// likelihood do not alternate.
 const CHANGE: f64 = 0.1;
 
-/// Steps of a shot's own unknowns until a state is judged.
+/// Steps of a shot's own unknowns until a state is judged, and gain of χ² after which it is.
 const STEPS: usize = 12;
-
-/// Damping at which a shot's own descent gives up.
-const MAX_DAMPING: f64 = 1e6;
+const STALL: f64 = 0.01;
 
 /// Chooses for every shot the likeliest of the states that it may be in given the shared unknowns;
 /// returns whether one has changed.
@@ -43,10 +41,10 @@ pub(crate) fn choose_states(film: &mut FilmBlock, own: &mut [Own], shared: &Shar
                 let topspin = if spin.bounds[0] < 0.0 { -first } else { spin.bounds[0] + first };
                 start[own::TOPSPIN] = topspin - spin.mean(shared);
             }
-            let (values, cost) = settle(film, i, &spin, start, shared);
+            let (values, sums) = film.settle(i, &spin, start, (&mut shared.clone(), &[]), (STEPS, STALL));
             let bonus = if spin.stated.approach == Approach::Rolls { ROLL_BONUS } else { 0.0 };
             let inertia = if is_same { CHANGE } else { 0.0 };
-            (spin, values, cost - bonus - inertia)
+            (spin, values, sums.cost - bonus - inertia)
         });
         let best = judged.min_by(|a, b| a.2.total_cmp(&b.2));
         best.map(|(spin, values, _)| (i, spin, values))
@@ -60,30 +58,4 @@ pub(crate) fn choose_states(film: &mut FilmBlock, own: &mut [Own], shared: &Shar
         own[i] = values;
     }
     changed
-}
-
-/// Returns the least χ² of shot `i` over its own unknowns with a spin, and where it is.
-fn settle(film: &FilmBlock, i: usize, spin: &ShotSpin, start: Own, shared: &Shared) -> (Own, f64) {
-    let mut values = spin.bounded(start, shared);
-    let mut at = film.contribute_as(i, spin, &values, shared);
-    let mut damping = 1e-4;
-    for _ in 0..STEPS {
-        let Some(step) = at.own_step(&[], damping) else { break };
-        let trial = spin.bounded(&values - step, shared);
-        let there = film.contribute_as(i, spin, &trial, shared);
-        if there.cost < at.cost {
-            let gain = at.cost - there.cost;
-            (values, at) = (trial, there);
-            damping *= 0.1;
-            if gain < 0.01 {
-                break;
-            }
-        } else {
-            damping *= 30.0;
-            if damping > MAX_DAMPING {
-                break;
-            }
-        }
-    }
-    (values, at.cost)
 }

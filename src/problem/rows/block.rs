@@ -2,10 +2,9 @@
 
 use std::sync::Arc;
 
-use nalgebra::DVector;
-
 use super::shot::{OWN, Predicted, Residual, RowShot};
 use crate::measurement::loss::Loss;
+use crate::measurement::observable::Observable;
 use crate::problem::film::dual::{Gradient, gradient};
 use crate::problem::film::impact::Contact;
 use crate::problem::film::own;
@@ -25,8 +24,7 @@ const STIFF: f64 = 1e9;
 /// Observables whose numbers have noise of one size.
 #[derive(Clone, Debug)]
 pub(crate) struct Pool {
-    /// Indices of their noises.
-    pub members: Vec<usize>,
+    pub observables: Vec<Observable>,
     /// What the rounding of the columns leaves, SI or radians; 0 if they are not rounded.
     pub rounding: f64,
     /// The least size: the rounding, or so small that residuals vanish.
@@ -38,9 +36,9 @@ pub(crate) struct Pool {
 pub(crate) struct RowsBlock {
     pub shots: Arc<Vec<RowShot>>,
     pub contact: Contact,
-    /// Noises of numbers whose errors are not stated: of each observable.
+    /// Noises of numbers whose errors are not stated: of each pool.
     pub noises: Vec<Noise>,
-    /// Noises of one size: those of all observables of a unit, unless they differ.
+    /// The observables of a unit, unless their noises differ.
     pub pools: Vec<Pool>,
     pub loss: Loss,
     /// The losses of shots of 0, 1, 2, … numbers.
@@ -78,20 +76,7 @@ impl RowsBlock {
         let Some(predicted) = self.predict(i, own, shared) else {
             return Contribution::impossible(OWN, self.noises.len());
         };
-        let mut sums = Contribution::empty(OWN, self.noises.len());
-        sums.sticks = predicted.sticks;
-        for residual in &predicted.residuals {
-            add(&mut sums, residual);
-        }
-        pin_to_kink(&predicted, &mut sums);
-        for (place, prior) in self.shots[i].priors.iter().enumerate() {
-            if let Some(prior) = prior {
-                sums.add_prior(place, prior.normal(&[]), own[place]);
-            }
-        }
-        if !(sums.cost.is_finite() && sums.products.sum().is_finite()) {
-            return Contribution::impossible(OWN, self.noises.len());
-        }
+        let mut sums = self.add_up(i, own, &predicted, true);
         let loss = &self.losses[predicted.residuals.len()];
         let distance = sums.cost.sqrt();
         let weight = loss.weight(distance);
@@ -101,6 +86,29 @@ impl RowsBlock {
             if let Some(noise) = residual.noise {
                 sums.noises[noise].weighted += (weight * residual.value).powi(2) / loss.consistency;
                 sums.noises[noise].count += 1.0;
+            }
+        }
+        sums.or_impossible()
+    }
+
+    /// Returns the sums of a shot by least squares; own unknowns that are at the kink between topspin and
+    /// draw stay on it if they are `pinned`.
+    pub fn add_up(&self, i: usize, own: &Own, predicted: &Predicted, pinned: bool) -> Contribution {
+        let mut sums = Contribution::empty(OWN, self.noises.len());
+        sums.sticks = predicted.sticks;
+        for residual in &predicted.residuals {
+            add(&mut sums, residual);
+        }
+        let by = gradient(&predicted.topspin);
+        let normal = by.fixed_rows::<OWN>(0).into_owned();
+        if pinned && predicted.topspin.re.abs() < AT_KINK && normal.norm() > 0.0 {
+            let stiffness = STIFF * (1.0 + sums.products.view((0, 0), (OWN, OWN)).trace());
+            let mut of_own = sums.products.fixed_view_mut::<OWN, OWN>(0, 0);
+            of_own += normal * normal.transpose() * (stiffness / normal.norm_squared());
+        }
+        for (place, prior) in self.shots[i].priors.iter().enumerate() {
+            if let Some(prior) = prior {
+                sums.add_prior(place, prior.normal(&[]), own[place]);
             }
         }
         sums
@@ -125,25 +133,6 @@ impl RowsBlock {
         let mut keep = keep.iter();
         Arc::make_mut(&mut self.shots).retain(|_| keep.next().copied().unwrap_or(true));
     }
-}
-
-/// Keeps own unknowns that are at the kink between topspin and draw on it.
-fn pin_to_kink(predicted: &Predicted, sums: &mut Contribution) {
-    let Some(normal) = kink_normal(predicted) else { return };
-    let stiffness = STIFF * (1.0 + sums.products.view((0, 0), (OWN, OWN)).trace());
-    for i in 0..OWN {
-        for j in i..OWN {
-            sums.products[(i, j)] += stiffness * normal[i] * normal[j];
-        }
-    }
-}
-
-/// Returns the normal of the kink that own unknowns are at, of length 1.
-pub(super) fn kink_normal(predicted: &Predicted) -> Option<DVector<f64>> {
-    let by = gradient(&predicted.topspin);
-    let normal = DVector::from_fn(OWN, |place, _| by[place]);
-    let length = normal.norm();
-    (predicted.topspin.re.abs() < AT_KINK && length > 0.0).then(|| normal / length)
 }
 
 /// Adds the products of a residual and its derivatives.

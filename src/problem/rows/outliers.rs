@@ -68,11 +68,8 @@ fn candidates(shots: &[(f64, f64)], least: f64, policy: &Policy) -> Vec<bool> {
 /// leaves if not.
 fn least_scale(problem: &Problem) -> f64 {
     let Some(rows) = problem.rows() else { return 1.0 };
-    let least = |noise: usize| {
-        rows.pools.iter().find(|pool| pool.members.contains(&noise)).map_or(0.0, |pool| pool.rounding)
-    };
     let of_row = |row: &super::shot::Row| {
-        row.noise.map_or(1.0, |noise| (least(noise) / rows.noises[noise].sd).powi(2))
+        row.noise.map_or(1.0, |noise| (rows.pools[noise].rounding / rows.noises[noise].sd).powi(2))
     };
     let all: Vec<f64> = rows.shots.iter().flat_map(|shot| shot.rows.iter().map(of_row)).collect();
     all.iter().sum::<f64>() / all.len() as f64

@@ -22,6 +22,7 @@ use crate::problem::policy::Policy;
 use crate::problem::problem::{Evaluation, Problem};
 use crate::problem::robust::robust_covariance;
 use crate::problem::solution::Solution;
+use crate::problem::sums::NoiseSums;
 use crate::problem::uncertainty::Estimates;
 use crate::problem::unknowns::{Id, Mode};
 
@@ -203,10 +204,10 @@ struct Found {
 fn finish(table: Table, found: Found, choices: &RowsChoices, policy: &Policy) -> RowsFit {
     let Found { descent, others, mut findings } = found;
     let numbers = table.numbers();
-    let Table { problem, names, left_out, settings, observables, silent } = table;
+    let Table { problem, names, left_out, settings, silent } = table;
     let at = descent.end;
     let (mut estimates, undetermined) = determine(&problem, &at);
-    let noises = list_noises(&problem, &at, &estimates, &observables);
+    let noises = list_noises(&problem, &at, &estimates);
     let is_robust = problem.rows().is_some_and(|rows| rows.loss != Loss::Squares);
     let mut dof = (!noises.is_empty()).then(|| noises.iter().map(|noise| noise.dof).sum::<f64>());
     if let Some(covariance) = robust_covariance(&problem, &at, &estimates) {
@@ -313,28 +314,22 @@ fn id_of(parameter: Parameter) -> Option<Id> {
 }
 
 /// Returns what is known of the noises that were estimated.
-fn list_noises(
-    problem: &Problem,
-    at: &Evaluation,
-    estimates: &Estimates,
-    observables: &[Observable],
-) -> Vec<TableNoise> {
+fn list_noises(problem: &Problem, at: &Evaluation, estimates: &Estimates) -> Vec<TableNoise> {
     let (Some(rows), Some(reduced)) = (problem.rows(), at.eliminate(problem, 0.0)) else { return Vec::new() };
     let spent = rows.leverages(&problem.samples[0], &at.state, (&reduced, estimates), 0);
     let sums = at.noises(0);
-    let of_pool = |pool: &Pool| {
-        let sum = |of: &dyn Fn(usize) -> f64| pool.members.iter().map(|which| of(*which)).sum::<f64>();
-        let sd = rows.noises[pool.members[0]].sd;
-        let dof = sum(&|which| sums[which].count - spent[which]);
+    let of_pool = |(which, pool): (usize, &Pool)| {
+        let (NoiseSums { count, weighted, .. }, sd) = (sums[which], rows.noises[which].sd);
+        let dof = count - spent[which];
         TableNoise {
-            observables: pool.members.iter().map(|which| observables[*which]).collect(),
+            observables: pool.observables.clone(),
             sd,
             rounding: pool.rounding,
-            count: sum(&|which| sums[which].count),
-            square: sum(&|which| sums[which].weighted),
+            count,
+            square: weighted,
             dof,
             is_known: dof >= LEAST_DOF && (pool.rounding > 0.0 || sd > VANISHES * pool.least),
         }
     };
-    rows.pools.iter().map(of_pool).collect()
+    rows.pools.iter().enumerate().map(of_pool).collect()
 }

@@ -48,8 +48,6 @@ pub(super) struct Table {
     /// Names and reasons of the others.
     pub left_out: Vec<(String, String)>,
     pub settings: Settings,
-    /// The observable of each noise.
-    pub observables: Vec<Observable>,
     /// Unknowns that no number depends on.
     pub silent: Vec<Id>,
 }
@@ -59,7 +57,7 @@ impl Table {
         let settings = dataset.settings_of_balls();
         let unknowns = list_unknowns(dataset, &settings);
         let contact = choose_contact(dataset, &unknowns, choices.fidelity)?;
-        let usual = Shared(unknowns.iter().map(|unknown| unknown.start).collect());
+        let usual = Shared::starts(&unknowns);
         let (mut rows, mut names, mut places) = (Vec::new(), Vec::new(), Vec::new());
         let mut left_out = dataset.left_out.clone();
         for shot in shots {
@@ -80,18 +78,18 @@ impl Table {
             return Err(RowsError::NoShot { left_out });
         }
         check_noise(&rows, &places)?;
-        let observables = number_noises(&mut rows);
-        let block = RowsBlock {
+        let mut block = RowsBlock {
             shots: Arc::new(rows),
             contact,
-            noises: vec![Noise { sd: 1.0, rho: 0.0 }; observables.len()],
+            noises: Vec::new(),
             pools: Vec::new(),
             loss: Loss::Squares,
             losses: Vec::new(),
         };
+        block.set_pools(pool_units(&block.shots));
         let block = block.with_loss(choices.loss.unwrap_or(dataset.loss));
         let problem = Problem::of_one(Block::Rows(block), unknowns);
-        let mut table = Self { problem, names, left_out, settings, observables, silent: Vec::new() };
+        let mut table = Self { problem, names, left_out, settings, silent: Vec::new() };
         table.hold_silent();
         table.count()?;
         table.guess_noise();
@@ -100,8 +98,8 @@ impl Table {
 
     /// Returns the measured inputs and usual values of the unknowns.
     pub fn start(&self) -> State {
-        let shared = self.problem.unknowns.iter().map(|unknown| unknown.start).collect();
-        State { own: vec![vec![Own::zeros(OWN); self.names.len()]], shared: Shared(shared) }
+        let shared = Shared::starts(&self.problem.unknowns);
+        State { own: vec![vec![Own::zeros(OWN); self.names.len()]], shared }
     }
 
     /// Returns the minimum from anywhere.
@@ -178,70 +176,62 @@ impl Table {
         if numbers < unknowns.len() { Err(RowsError::TooFewNumbers { numbers, unknowns }) } else { Ok(()) }
     }
 
-    /// Pools the noises of each unit, and sets them to a part of the first residuals.
+    /// Sets the noises to a part of the first residuals.
     fn guess_noise(&mut self) {
-        let mut units: Vec<Vec<usize>> = Vec::new();
-        for (which, observable) in self.observables.iter().enumerate() {
-            let is_same = |members: &Vec<usize>| self.observables[members[0]].unit() == observable.unit();
-            match units.iter_mut().find(|members| is_same(members)) {
-                Some(members) => members.push(which),
-                None => units.push(vec![which]),
-            }
-        }
         let sums = self.problem.evaluate(self.start()).noises(0);
-        for members in units {
-            let sum = |of: fn(&NoiseSums) -> f64| members.iter().map(|which| of(&sums[*which])).sum::<f64>();
-            let rms = (sum(|noise| noise.weighted) / sum(|noise| noise.count).max(1.0)).sqrt();
-            let first = if rms > EXACT && rms.is_finite() { rms } else { UNKNOWN_NOISE };
-            self.pool(members, FIRST_NOISE * first, EXACT * first);
-        }
-    }
-
-    /// Pools noises, of this size and at least `exact`.
-    fn pool(&mut self, members: Vec<usize>, sd: f64, exact: f64) {
-        let observables = &self.observables;
         let Some(rows) = self.problem.rows_mut() else { return };
-        let of_pool = |row: &&Row| row.noise.is_some_and(|noise| members.contains(&noise));
-        let all = rows.shots.iter().flat_map(|shot| &shot.rows).filter(of_pool);
-        let readings: Vec<f64> = all.map(|row| row.value / row.observable.unit_si()).collect();
-        // of numbers spread evenly over a step
-        let step = find_step(&readings).unwrap_or(0.0) * observables[members[0]].unit_si();
-        let rounding = step / 12.0_f64.sqrt();
-        let least = rounding.max(exact);
-        for which in &members {
-            rows.noises[*which].sd = sd.max(least);
+        for ((sum, pool), noise) in sums.iter().zip(&mut rows.pools).zip(&mut rows.noises) {
+            let rms = (sum.weighted / sum.count.max(1.0)).sqrt();
+            let first = if rms > EXACT && rms.is_finite() { rms } else { UNKNOWN_NOISE };
+            pool.least = pool.rounding.max(EXACT * first);
+            noise.sd = pool.least.max(FIRST_NOISE * first);
         }
-        rows.pools.push(Pool { members, rounding, least });
     }
 
     /// Gives the observables of a unit noises of their own if their variances differ by more than by
     /// chance; returns whether one has changed.
     pub fn split_noise(&mut self, at: &Evaluation, policy: &Policy) -> bool {
-        let sums = at.noises(0);
-        let spent = at.eliminate(&self.problem, 0.0).and_then(|reduced| {
-            let estimates = Estimates::of_reduced(&self.problem, &at.state, &reduced)?;
-            let rows = self.problem.rows()?;
-            Some(rows.leverages(&self.problem.samples[0], &at.state, (&reduced, &estimates), 0))
+        let Some(rows) = self.problem.rows() else { return false };
+        let mut split = rows.clone();
+        let alone = |pool: &Pool| pool.observables.iter().map(|o| vec![*o]).collect::<Vec<_>>();
+        split.set_pools(rows.pools.iter().flat_map(alone).collect());
+        let sizes = rows.pools.iter().zip(&rows.noises);
+        let sizes = sizes.flat_map(|(pool, noise)| pool.observables.iter().map(|_| noise.sd));
+        split.noises.iter_mut().zip(sizes).for_each(|(noise, sd)| noise.sd = sd);
+        let apart = Problem::of_one(Block::Rows(split.clone()), self.problem.unknowns.clone());
+        let at = apart.evaluate(at.state.clone());
+        let spent = at.eliminate(&apart, 0.0).and_then(|reduced| {
+            let estimates = Estimates::of_reduced(&apart, &at.state, &reduced)?;
+            Some(split.leverages(&apart.samples[0], &at.state, (&reduced, &estimates), 0))
         });
-        let (Some(spent), Some(rows)) = (spent, self.problem.rows_mut()) else { return false };
-        let noises = rows.noises.clone();
-        let old = std::mem::take(&mut rows.pools);
-        let count = old.len();
-        for pool in old {
-            let variance = |which: &usize| {
-                let dof = sums[*which].count - spent[*which];
-                // what rounding hides is no smaller noise
-                (sums[*which].weighted.max(dof * (pool.rounding / noises[*which].sd).powi(2)), dof)
-            };
-            let all = pool.members.iter().map(variance).filter(|(_, dof)| *dof >= LEAST_DOF);
-            let (sd, exact) = (noises[pool.members[0]].sd, EXACT * noises[pool.members[0]].sd);
-            if compare_variances(&all.collect::<Vec<_>>()).is_some_and(|p| p < policy.unequal_noise) {
-                pool.members.iter().for_each(|which| self.pool(vec![*which], sd, exact));
+        let Some(spent) = spent else { return false };
+        let variance = |((sum, spent), (pool, noise)): ((&NoiseSums, &f64), (&Pool, &Noise))| {
+            let dof = sum.count - spent;
+            // what rounding hides is no smaller noise
+            (sum.weighted.max(dof * (pool.rounding / noise.sd).powi(2)), dof)
+        };
+        let sums = at.noises(0);
+        let variances = sums.iter().zip(&spent).zip(split.pools.iter().zip(&split.noises));
+        let mut variances = variances.map(variance);
+        let mut pools: Vec<(Vec<Observable>, f64)> = Vec::new();
+        for (pool, noise) in rows.pools.iter().zip(&rows.noises) {
+            let own = variances.by_ref().take(pool.observables.len());
+            let own: Vec<(f64, f64)> = own.filter(|(_, dof)| *dof >= LEAST_DOF).collect();
+            if compare_variances(&own).is_some_and(|p| p < policy.unequal_noise) {
+                pools.extend(pool.observables.iter().map(|observable| (vec![*observable], noise.sd)));
             } else {
-                self.pool(pool.members, sd, exact);
+                pools.push((pool.observables.clone(), noise.sd));
             }
         }
-        self.problem.rows().is_some_and(|rows| rows.pools.len() > count)
+        let has_changed = pools.len() > rows.pools.len();
+        let Some(rows) = self.problem.rows_mut() else { return false };
+        let (observables, sizes): (Vec<_>, Vec<f64>) = pools.into_iter().unzip();
+        rows.set_pools(observables);
+        for ((pool, noise), sd) in rows.pools.iter_mut().zip(&mut rows.noises).zip(sizes) {
+            pool.least = pool.rounding.max(EXACT * sd);
+            noise.sd = pool.least.max(sd);
+        }
+        has_changed
     }
 
     /// Leaves out the shots for which `keep` is false; returns their names.
@@ -310,17 +300,37 @@ fn check_noise(shots: &[RowShot], places: &[String]) -> Result<(), RowsError> {
     Ok(())
 }
 
-/// Gives the numbers of each observable without stated errors a noise; returns the observables.
-fn number_noises(shots: &mut [RowShot]) -> Vec<Observable> {
-    let mut all: Vec<Observable> = Vec::new();
-    for row in shots.iter_mut().flat_map(|shot| &mut shot.rows).filter(|row| row.noise.is_some()) {
-        let place = all.iter().position(|observable| *observable == row.observable);
-        row.noise = Some(place.unwrap_or(all.len()));
-        if place.is_none() {
-            all.push(row.observable);
+/// Returns the observables without stated errors, those of one unit together.
+fn pool_units(shots: &[RowShot]) -> Vec<Vec<Observable>> {
+    let mut units: Vec<Vec<Observable>> = Vec::new();
+    for row in shots.iter().flat_map(|shot| &shot.rows).filter(|row| row.noise.is_some()) {
+        match units.iter_mut().find(|pool| pool[0].unit() == row.observable.unit()) {
+            Some(pool) if pool.contains(&row.observable) => {}
+            Some(pool) => pool.push(row.observable),
+            None => units.push(vec![row.observable]),
         }
     }
-    all
+    units
+}
+
+impl RowsBlock {
+    /// Gives numbers without stated errors the noise of their pool, 1 in their unit at first.
+    fn set_pools(&mut self, pools: Vec<Vec<Observable>>) {
+        for row in Arc::make_mut(&mut self.shots).iter_mut().flat_map(|shot| &mut shot.rows) {
+            row.noise = row.noise.and(pools.iter().position(|pool| pool.contains(&row.observable)));
+        }
+        self.noises = vec![Noise { sd: 1.0, rho: 0.0 }; pools.len()];
+        let pool = |(which, observables): (usize, Vec<Observable>)| {
+            let of_pool = |row: &&Row| row.noise == Some(which);
+            let all = self.shots.iter().flat_map(|shot| &shot.rows).filter(of_pool);
+            let readings: Vec<f64> = all.map(|row| row.value / row.observable.unit_si()).collect();
+            // of numbers spread evenly over a step
+            let step = find_step(&readings).unwrap_or(0.0) * observables[0].unit_si();
+            let rounding = step / 12.0_f64.sqrt();
+            Pool { observables, rounding, least: rounding }
+        };
+        self.pools = pools.into_iter().enumerate().map(pool).collect();
+    }
 }
 
 /// Returns the probability that variances differ as much by chance, from their sums of squares and

@@ -1,0 +1,258 @@
+//! Frames of bodies against their paths, of balls as of discs: residuals and derivatives, whitened for noise that is
+//! correlated from frame to frame, and summed up to normal equations.
+//!
+//! A row has the derivatives of a coordinate by the coefficients of the piece of the path that its body is on, those by
+//! other unknowns, and the residual, in units of the noise.
+
+use nalgebra::{Const, DMatrix, DVector, Dyn, OMatrix, SMatrix, SVector};
+use num_dual::DualSVec64;
+
+use super::film::camera::{Camera, Point};
+use super::film::dual::gradient;
+use super::sums::{Contribution, NoiseSums};
+
+/// Length of a residual, in standard deviations of a coordinate, beyond which it counts linearly
+/// (Huber 1964). A frame exceeds it by chance once in 3000.
+const HUBER: f64 = 4.0;
+
+/// A ball, or a point on a disc, in one frame.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Frame {
+    /// s
+    pub time: f64,
+    /// Place in the picture, m from its middle.
+    pub seen: Point,
+    /// Square root of the part of an observation that each coordinate is, over its standard
+    /// deviation in units of the film's noise.
+    pub weight: Point,
+    /// Whether the frame is used.
+    pub used: bool,
+}
+
+impl Frame {
+    /// Returns whether the ball is seen but the frame is not used.
+    pub fn is_left_out(&self) -> bool {
+        !self.used && self.seen.x.is_finite() && self.seen.y.is_finite()
+    }
+}
+
+/// A part of a body's path: coefficients with their derivatives by the inputs of the motion.
+#[derive(Clone, Debug)]
+pub(crate) struct Piece<const C: usize, const I: usize> {
+    /// s
+    pub start: f64,
+    pub at: SVector<f64, C>,
+    pub by: SMatrix<f64, C, I>,
+}
+
+impl<const C: usize, const I: usize> Piece<C, I> {
+    pub fn new(start: f64, coefficients: &[DualSVec64<I>; C]) -> Self {
+        Self {
+            start,
+            at: SVector::from_fn(|i, _| coefficients[i].re),
+            by: SMatrix::from_rows(&coefficients.each_ref().map(|c| gradient(c).transpose())),
+        }
+    }
+}
+
+/// A frame as the model predicts it, whitened.
+pub(crate) struct Sight<const R: usize> {
+    /// Index of the frame in its track.
+    pub index: usize,
+    /// s
+    pub time: f64,
+    /// Index of the piece that its body is on.
+    pub piece: usize,
+    pub rows: [SVector<f64, R>; 2],
+    /// Derivatives by another piece, which the frame before is on, with its index.
+    carried: Option<(usize, Box<[SVector<f64, R>; 2]>)>,
+    /// What each coordinate adds to the sums of its noise.
+    sums: [NoiseSums; 2],
+}
+
+impl<const R: usize> Sight<R> {
+    /// Returns the whitened residuals of both coordinates, in units of the noise.
+    pub fn residuals(&self) -> Point {
+        Point::new(self.rows[0][R - 1], self.rows[1][R - 1])
+    }
+
+    /// Returns the square of the residuals.
+    pub fn square(&self) -> f64 {
+        self.residuals().norm_squared()
+    }
+}
+
+/// Returns the used frames of a track whitened, each as `see` has it: the index of a piece, and rows. Noise has the
+/// correlations `rho`; errors on other pieces count as independent unless they carry over.
+pub(crate) fn whiten<const R: usize>(
+    frames: &[Frame],
+    (rho, fps): ([f64; 2], f64),
+    carries: bool,
+    see: impl Fn(&Frame) -> (usize, [SVector<f64, R>; 2]),
+) -> Vec<Sight<R>> {
+    let mut last: Option<(usize, [SVector<f64, R>; 2], f64)> = None;
+    let mut sights = Vec::with_capacity(frames.len());
+    for (index, frame) in frames.iter().enumerate().filter(|(_, frame)| frame.used) {
+        let (piece, rows) = see(frame);
+        let before = last.replace((piece, rows, frame.time));
+        let before = before.filter(|(on, ..)| carries || *on == piece);
+        let sums = [NoiseSums::default(); 2];
+        let mut sight = Sight { index, time: frame.time, piece, rows, carried: None, sums };
+        for axis in 0..2 {
+            let sums = &mut sight.sums[axis];
+            sums.count = frame.weight[axis].powi(2).min(1.0);
+            let Some((on, before, then)) = before.as_ref().filter(|_| frame.weight[axis] > 0.0) else {
+                continue;
+            };
+            let frames = ((frame.time - then) * fps).round().clamp(1.0, 1e6);
+            let kept = rho[axis].powi(frames as i32);
+            let fresh = (1.0 - kept * kept).sqrt().recip();
+            sums.ln_determinant = -2.0 * fresh.ln();
+            sums.lagged = rows[axis][R - 1] * before[axis][R - 1];
+            sums.square = rows[axis][R - 1].powi(2);
+            let mut carried = before[axis] * (kept * fresh);
+            sight.rows[axis] *= fresh;
+            if *on == piece || kept == 0.0 {
+                sight.rows[axis] -= carried;
+            } else {
+                sight.rows[axis][R - 1] -= std::mem::take(&mut carried[R - 1]);
+                let both = sight.carried.get_or_insert_with(|| (*on, Box::new([SVector::zeros(); 2])));
+                both.1[axis] = -carried;
+            }
+        }
+        sights.push(sight);
+    }
+    sights
+}
+
+/// Where the columns of rows stand among the unknowns of a shot and the residual: the inputs of the motion, and what
+/// stands behind the coefficients.
+pub(crate) struct Columns<'a> {
+    pub inputs: &'a [usize],
+    pub others: &'a [usize],
+}
+
+impl Columns<'_> {
+    fn all(&self) -> impl Iterator<Item = usize> {
+        self.inputs.iter().chain(self.others).copied()
+    }
+
+    /// Returns a row by all unknowns.
+    fn expand<const R: usize, const C: usize, const I: usize>(
+        &self,
+        row: &SVector<f64, R>,
+        piece: &Piece<C, I>,
+        length: usize,
+    ) -> DVector<f64> {
+        let mut all = DVector::zeros(length);
+        let by_inputs = piece.by.tr_mul(&row.fixed_rows::<C>(0));
+        for (column, by) in self.all().zip(by_inputs.iter().chain(row.rows_range(C..).iter())) {
+            all[column] += by;
+        }
+        all
+    }
+
+    /// Adds products of rows on a piece (upper triangle).
+    fn add<const R: usize, const C: usize, const I: usize>(
+        &self,
+        total: &mut DMatrix<f64>,
+        products: &SMatrix<f64, R, R>,
+        piece: &Piece<C, I>,
+    ) {
+        let by = piece.by.transpose();
+        let of_inputs = by * (products.fixed_view::<C, C>(0, 0) * piece.by);
+        let beside = by * products.view((0, C), (C, R - C));
+        for (j, column) in self.inputs.iter().enumerate() {
+            for (i, row) in self.inputs[..=j].iter().enumerate() {
+                total[(*row.min(column), *row.max(column))] += of_inputs[(i, j)];
+            }
+        }
+        for (j, column) in self.others.iter().enumerate() {
+            for (i, row) in self.inputs.iter().enumerate() {
+                total[(*row.min(column), *row.max(column))] += beside[(i, j)];
+            }
+            for (i, row) in self.others[..=j].iter().enumerate() {
+                total[(*row.min(column), *row.max(column))] += products[(C + i, C + j)];
+            }
+        }
+    }
+}
+
+/// Adds the frames of a track to the sums of a shot, each coordinate to the sums of its noise.
+pub(crate) fn add_track<const R: usize, const C: usize, const I: usize>(
+    total: &mut Contribution,
+    mut sights: Vec<Sight<R>>,
+    pieces: &[Piece<C, I>],
+    columns: &Columns,
+    noises: [usize; 2],
+) {
+    let length = total.products.ncols();
+    for sights in sights.chunk_by_mut(|a, b| a.piece == b.piece) {
+        let piece = &pieces[sights[0].piece];
+        let mut rows = Vec::with_capacity(2 * R * sights.len());
+        for sight in sights {
+            let residuals = sight.residuals();
+            let (weight, cost) = weigh(residuals);
+            total.cost += cost;
+            for axis in 0..2 {
+                sight.sums[axis].weighted = weight * residuals[axis].powi(2);
+                total.noises[noises[axis]].add(&sight.sums[axis]);
+                let row = &sight.rows[axis];
+                match &sight.carried {
+                    None => rows.extend_from_slice((row * weight.sqrt()).as_slice()),
+                    Some((on, carried)) => {
+                        let by = columns.expand(row, piece, length)
+                            + columns.expand(&carried[axis], &pieces[*on], length);
+                        total.products.ger(weight, &by, &by, 1.0);
+                    }
+                }
+            }
+        }
+        let rows = OMatrix::<f64, Const<R>, Dyn>::from_vec(rows);
+        columns.add(&mut total.products, &(&rows * rows.transpose()), piece);
+    }
+}
+
+/// Returns the weight of a frame with these residuals, and its cost.
+fn weigh(residuals: Point) -> (f64, f64) {
+    let length = residuals.norm();
+    if length <= HUBER { (1.0, length * length) } else { (HUBER / length, HUBER * (2.0 * length - HUBER)) }
+}
+
+/// Paths of two bodies through the picture.
+#[derive(Clone, Debug)]
+pub struct PicturePaths {
+    /// Start and coefficients of the pieces of each.
+    pieces: [Vec<(f64, Vec<f64>)>; 2],
+    /// Place on the table and height by the coefficients and the time since the impact.
+    locate: fn(&[f64], f64) -> (Point, f64),
+    instant: f64,
+    camera: Camera,
+}
+
+impl PicturePaths {
+    pub(super) fn new<const C: usize, const I: usize>(
+        pieces: [&[Piece<C, I>]; 2],
+        locate: fn(&[f64], f64) -> (Point, f64),
+        instant: f64,
+        camera: Camera,
+    ) -> Self {
+        let coefficients = |piece: &Piece<C, I>| (piece.start, piece.at.as_slice().to_vec());
+        let pieces = pieces.map(|pieces| pieces.iter().map(coefficients).collect());
+        Self { pieces, locate, instant, camera }
+    }
+
+    /// Returns the place of the first body (0) or the second (1) in the picture at a time, m from the middle of the film.
+    #[must_use]
+    pub fn place(&self, body: usize, time: f64) -> [f64; 2] {
+        let pieces = &self.pieces[body.min(1)];
+        let at = |late: f64| {
+            let late = time - self.instant + late;
+            let index = pieces.partition_point(|(start, _)| *start <= late).saturating_sub(1);
+            let (table, height) = (self.locate)(&pieces[index].1, late);
+            self.camera.look(table, height).place
+        };
+        // where it is seen says when the shutter reads it
+        at(self.camera.delay(at(0.0))).into()
+    }
+}
