@@ -3,7 +3,8 @@
 use super::compare_words as words;
 use super::content::{Block, Report, Section, Table, facts};
 use super::number::{count_of, interval, plain, with_error};
-use super::plot::compare::{forest, residuals};
+use super::plot::compare::forest;
+use super::plot::of_comparison as residuals;
 use super::shots::shot_list;
 use super::trust::{computed, down_weighted};
 use super::{LEAST_P, ReportError, csv, document, html, p_text, text};

@@ -19,6 +19,7 @@ use plotters::prelude::RGBColor;
 
 pub use axis::Axis;
 pub(super) use axis::ends;
+pub(super) use residuals::of_comparison;
 pub use residuals::residuals;
 
 /// Width of a figure, pixels.
@@ -139,11 +140,6 @@ impl Panel {
     /// Adds measured points.
     fn points(&mut self, points: impl IntoIterator<Item = Point>) {
         self.marks.push(Mark::Points(points.into_iter().collect()));
-    }
-
-    /// Adds the band of ± 2 standard deviations and the line at 0.
-    fn two_sd(&mut self) {
-        self.marks.extend([Mark::Strip([-2.0, 2.0]), Mark::Horizontal(0.0)]);
     }
 
     /// Adds an area by its outline.
