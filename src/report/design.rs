@@ -2,11 +2,10 @@
 
 use super::aligned::sections;
 use super::content::{Block, Section, Table};
-use super::csv::{cell, line, quoted};
 use super::number::plain;
 use super::plot;
-use super::{ReportError, document};
-use crate::design::information::{Information, std_errors};
+use super::{ReportError, csv, document};
+use crate::design::information::std_errors;
 use crate::design::{Cell, Design, Mixture, OfKind, PlayedKind, SpinFrom};
 use crate::measurement::parameter::Parameter;
 
@@ -220,24 +219,24 @@ fn mixtures(design: &Design) -> Vec<Section> {
 /// One row per kind (without a cut angle and speed of its own) and per cell.
 #[must_use]
 pub fn csv(design: &Design) -> String {
-    let names = |what: &str| Parameter::COEFFICIENTS.map(|parameter| format!("{}_{what}", parameter.name()));
-    let head = ["kind", "topspin", "side", "speed_m_s", "cut_deg", "shots"].map(str::to_owned);
-    let head = head.into_iter().chain(names("sd")).chain(names("sd_of_one"));
-    let row = |kind: usize, at: Option<&Cell>, information: &Information| {
+    let mut table = csv::Table::default();
+    let kinds = design.kinds.iter().enumerate().map(|(kind, found)| (kind, None, &found.information));
+    let cells = design.cells.iter().map(|cell| (cell.kind, Some(cell), &cell.information));
+    for (kind, cell, information) in kinds.chain(cells) {
         let PlayedKind { name, topspin, side, shots, .. } = &design.expected.kinds[kind];
-        let shown = |value: Option<f64>| value.map_or(String::new(), |v| plain(v, 6));
-        let own = [
-            quoted(name).into_owned(),
-            (0.5 * (topspin[0] + topspin[1])).to_string(),
-            side.to_string(),
-            shown(at.map(|cell| cell.speed_m_s)),
-            shown(at.map(|cell| cell.cut_deg)),
-            shots.to_string(),
-        ];
-        let of = |shots: f64| std_errors(&(information * shots)).map(|e| e.map_or(String::new(), cell));
-        line(own.into_iter().chain(of(*shots as f64)).chain(of(1.0)))
-    };
-    let kinds = design.kinds.iter().enumerate().map(|(index, found)| row(index, None, &found.information));
-    let cells = design.cells.iter().map(|cell| row(cell.kind, Some(cell), &cell.information));
-    std::iter::once(line(head)).chain(kinds).chain(cells).collect()
+        table.begin();
+        table.add("kind", name);
+        table.add("topspin", (0.5 * (topspin[0] + topspin[1])).to_string());
+        table.add("side", side.to_string());
+        table.add("speed_m_s", cell.map_or(String::new(), |cell| plain(cell.speed_m_s, 6)));
+        table.add("cut_deg", cell.map_or(String::new(), |cell| plain(cell.cut_deg, 6)));
+        table.add("shots", shots.to_string());
+        for (of, shots) in [("sd", *shots as f64), ("sd_of_one", 1.0)] {
+            let errors = std_errors(&(information * shots));
+            for (parameter, error) in Parameter::COEFFICIENTS.into_iter().zip(errors) {
+                table.add_number(&format!("{}_{of}", parameter.name()), error.unwrap_or(f64::NAN));
+            }
+        }
+    }
+    table.text()
 }
