@@ -1,10 +1,10 @@
 //! The studies of [`crate::studies::accuracy`] and [`crate::studies::bias`] as tables and as CSV.
 
-use super::aligned::sections;
 use super::content::{Section, Table};
 use super::csv;
 pub use super::plot::accuracy::figure;
 use super::plot::accuracy::{Pick, name};
+use super::text::sections;
 use crate::physics::collision::Fidelity;
 use crate::studies::accuracy::{Row, Spread};
 use crate::studies::bias;
@@ -32,7 +32,7 @@ pub fn table(rows: &[Row]) -> String {
             Some(cells)
         };
         let rows: Vec<_> = rows.iter().filter_map(row).collect();
-        (!rows.is_empty()).then(|| Section::table(title, "", Table::new(heads, rows)))
+        Section::new(title, "", [Table::new(heads, rows).into()])
     };
     sections(&parts.into_iter().filter_map(section).collect::<Vec<_>>())
 }
@@ -87,7 +87,7 @@ pub fn bias_table(rows: &[bias::Row], shots: usize) -> String {
         "Bias of a fit to {shots} shots without noise, computed by contact with κ = {kappa:.3}, ± standard error, and in standard \
          errors"
     );
-    sections(&[Section::table(title, "", Table::new(heads, rows.iter().map(row)))])
+    sections(&Section::new(title, "", [Table::new(heads, rows.iter().map(row)).into()]))
 }
 
 /// So many standard errors.

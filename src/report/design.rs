@@ -1,9 +1,9 @@
 //! A [`Design`] → tables, design.csv, design.json and pictures.
 
-use super::aligned::sections;
 use super::content::{Block, Section, Table};
 use super::number::plain;
 use super::plot;
+use super::text::sections;
 use super::{ReportError, csv, document};
 use crate::design::information::std_errors;
 use crate::design::{Cell, Design, Mixture, OfKind, PlayedKind, SpinFrom};
@@ -62,7 +62,7 @@ pub fn text(design: &Design) -> String {
         Some(_) => format!("; {}", super::two_balls(&expected.ball, expected.object.as_ref())),
         None => String::new(),
     };
-    let words = (!design.words.is_empty()).then(|| Section::lines("In words", design.words.clone()));
+    let words = Section::new("In words", "", [Block::Lines(design.words.clone())]);
     let mut text = format!(
         "Expected μ = {mu}, μ_s = {mu_s}, e = {e}{balls}; filmed at {} fps, positions ± {} mm, {} ms before and {} ms after the \
          impact.\nWanted: {} (standard errors; none of the three has a unit).\n",
@@ -73,7 +73,12 @@ pub fn text(design: &Design) -> String {
         wishes(&expected.wanted)
     );
     text += &sections(
-        [kinds(design), needed(design)].iter().chain(&cells(design)).chain(&mixtures(design)).chain(&words),
+        kinds(design)
+            .iter()
+            .chain(&needed(design))
+            .chain(&cells(design))
+            .chain(&mixtures(design))
+            .chain(&words),
     );
     for note in &design.notes {
         text += &format!("\nNote: {note}\n");
@@ -83,7 +88,7 @@ pub fn text(design: &Design) -> String {
 }
 
 /// What the planned shots of each kind tell, and all of them together.
-fn kinds(design: &Design) -> Section {
+fn kinds(design: &Design) -> Option<Section> {
     let head = ["kind", "topspin", "side", "spin", "m/s", "cut, °", "shots"].map(str::to_owned);
     let head = head.into_iter().chain(Parameter::COEFFICIENTS.map(|p| format!("± {}", p.symbol())));
     let row = |(kind, found): (&PlayedKind, &OfKind)| {
@@ -118,11 +123,11 @@ fn kinds(design: &Design) -> Section {
         ));
     }
     let title = "What so many shots of a kind tell, spread evenly over its speeds and cut angles";
-    Section::new(title, "", vec![Block::Table(Table::new(head, rows)), Block::Lines(lines)])
+    Section::new(title, "", [Table::new(head, rows).into(), Block::Lines(lines)])
 }
 
 /// How many shots of each kind alone are needed.
-fn needed(design: &Design) -> Section {
+fn needed(design: &Design) -> Option<Section> {
     let symbols = Parameter::COEFFICIENTS.map(Parameter::symbol);
     let wanted: Vec<usize> = (0..3).filter(|i| design.expected.wanted[*i].is_some()).collect();
     let mut head = vec!["kind".to_owned()];
@@ -139,7 +144,7 @@ fn needed(design: &Design) -> Section {
     let rows = design.expected.kinds.iter().zip(&design.kinds).map(row);
     let line =
         "one more: by how much one more such shot narrows the standard error of all together".to_owned();
-    let blocks = vec![Block::Table(Table::new(head, rows)), Block::Lines(vec![line])];
+    let blocks = [Table::new(head, rows).into(), Block::Lines(vec![line])];
     Section::new("Shots of one kind alone that reach what is wanted", "", blocks)
 }
 
@@ -173,7 +178,7 @@ fn cells(design: &Design) -> Vec<Section> {
             parameter.symbol(),
             parameter.meaning()
         );
-        (!rows.is_empty()).then(|| Section::table(title, "", Table::new(head, rows)))
+        Section::new(title, "", [Table::new(head, rows).into()])
     };
     Parameter::COEFFICIENTS.into_iter().filter_map(section).collect()
 }
@@ -206,8 +211,7 @@ fn mixtures(design: &Design) -> Vec<Section> {
     let section = |(of_cells, title): (bool, &str)| {
         let own = design.mixtures.iter().filter(|m| m.of_cells == of_cells);
         let row = |m: &Mixture| vec![target(design, m), m.total().to_string(), shots(design, m)];
-        let rows: Vec<Vec<String>> = own.map(row).collect();
-        (!rows.is_empty()).then(|| Section::table(title, "", Table::new(["for", "shots", "of which"], rows)))
+        Section::new(title, "", [Table::new(["for", "shots", "of which"], own.map(row)).into()])
     };
     let both = [
         (false, "Fewest shots, of kinds spread over their speeds and cut angles"),

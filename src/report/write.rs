@@ -88,18 +88,19 @@ fn put(files: &[(&'static str, Content)], folder: &Path) -> Result<(), ReportErr
 /// The files of a report.
 fn files(fit: &Fit) -> Result<Vec<(&'static str, Content<'_>)>, ReportError> {
     let figures = [
-        (Some(plot::residuals(fit)), ["residuals.svg", "residuals.png"]),
+        (plot::residuals(fit), ["residuals.svg", "residuals.png"]),
         (plot::contours::figure(fit), ["contours.svg", "contours.png"]),
     ];
     let mut files: Vec<(&'static str, Content)> = vec![
         ("residuals.csv", Box::new(|to| csv::write(fit, to))),
         ("shots.csv", bytes(shot_table::render(fit).into_bytes())),
     ];
-    for (figure, [svg, png]) in &figures {
-        if let Some(figure) = figure {
-            files.push((svg, bytes(figure.svg()?.into_bytes())));
-            files.push((png, bytes(figure.png()?)));
-        }
+    // without a pair of free parameters there are no contours
+    for (figure, [svg, png]) in
+        figures.iter().filter(|(figure, [svg, _])| !figure.rows.is_empty() || *svg == "residuals.svg")
+    {
+        files.push((svg, bytes(figure.svg()?.into_bytes())));
+        files.push((png, bytes(figure.png()?)));
     }
     if let Some(frames) = &fit.frames {
         files.push(("frames.csv", Box::new(|to| frame_table::write(frames, to))));

@@ -95,7 +95,7 @@ impl Figure {
 }
 
 /// What a measured point stands for: its shot, the quantity and its residual.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, serde::Serialize)]
 pub struct Label {
     pub shot: String,
     pub words: String,

@@ -15,25 +15,25 @@ const MOST_SHOTS: usize = 60;
 const STEPS: u32 = 60;
 const MOST_FRAMES: usize = 20;
 
-/// Returns the figure; `None` if no shot shows an impact.
-pub fn figure(name: &str, film: &FittedFilm) -> Option<Figure> {
+/// Returns the figure, which is empty if no shot shows an impact.
+pub fn figure(name: &str, film: &FittedFilm) -> Figure {
     let names = film.names();
     let each = names.len().div_ceil(MOST_SHOTS).max(1);
     let shots: Vec<Impact> = names.iter().step_by(each).filter_map(|name| film.impact(name)).collect();
+    let mut figure = Figure::new(name);
     if shots.is_empty() {
-        return None;
+        return figure;
     }
     let mut panel = Panel::of_places("", "");
     for impact in &shots {
         add(&mut panel, impact);
     }
-    let mut figure = Figure::new(name);
     let counted = if shots.len() == names.len() { String::new() } else { format!("{} of ", shots.len()) };
     let words = "seen from above; points: tracked; lines: fitted; bars: line of centres at the impact";
     figure.lines = vec![format!("{counted}{}, {words}", count_of(names.len(), "shot"))];
     figure.series = ["cue ball", "object ball"].map(str::to_owned).to_vec();
     figure.add_rows(ROW, 1, vec![panel]);
-    Some(figure)
+    figure
 }
 
 /// Adds the paths of a shot, in centimetres.

@@ -21,12 +21,8 @@ const LINE: i32 = 26;
 const GRID: RGBColor = RGBColor(226, 226, 226);
 
 /// Where a measured point is in a picture: pixels from the left and from the top, and the index of its label.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct Spot {
-    pub x: i32,
-    pub y: i32,
-    pub label: usize,
-}
+#[derive(Clone, Copy, Debug, serde::Serialize)]
+pub struct Spot(i32, i32, usize);
 
 impl Figure {
     /// Returns the figure as SVG text.
@@ -285,7 +281,7 @@ fn draw_mark<DB: DrawingBackend>(
                 marker(area, in_area(point.at), point)?;
                 if let Some(label) = point.label {
                     let (x, y) = pixel(point.at);
-                    spots.push(Spot { x, y, label });
+                    spots.push(Spot(x, y, label));
                 }
             }
             Ok(())
