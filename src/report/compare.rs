@@ -24,19 +24,15 @@ fn method(comparison: &Comparison) -> &'static str {
 ///
 /// # Errors
 /// A figure or document that cannot be made.
-pub fn files(comparison: &Comparison) -> Result<Vec<(&'static str, Vec<u8>)>, ReportError> {
-    let forest = forest(comparison);
-    let residuals = residuals(comparison);
-    let report = html::render(&content(comparison))?;
-    Ok(vec![
-        ("forest.svg", forest.svg()?.into_bytes()),
-        ("forest.png", forest.png()?),
-        ("residuals.csv", csv::of_comparison(comparison).into_bytes()),
-        ("residuals.svg", residuals.svg()?.into_bytes()),
-        ("residuals.png", residuals.png()?),
-        ("report.html", report.into_bytes()),
-        ("compare.json", document::text(comparison)?.into_bytes()),
-    ])
+pub fn files(comparison: &Comparison) -> Result<Vec<(String, Vec<u8>)>, ReportError> {
+    let texts = [
+        ("residuals.csv", csv::of_comparison(comparison)),
+        ("report.html", html::render(&content(comparison))?),
+        ("compare.json", document::text(comparison)?),
+    ];
+    let texts = texts.map(|(name, text)| (name.to_owned(), text.into_bytes()));
+    let pictures = [forest(comparison).files("forest")?, residuals(comparison).files("residuals")?];
+    Ok(pictures.into_iter().flatten().chain(texts).collect())
 }
 
 /// Returns the text that `caromfit compare` prints.

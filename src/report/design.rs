@@ -10,14 +10,13 @@ use crate::design::{Cell, Design, Mixture, OfKind, PlayedKind, SpinFrom};
 use crate::measurement::parameter::Parameter;
 
 /// The files of a design: name and content.
-pub fn files(design: &Design) -> Result<Vec<(&'static str, Vec<u8>)>, ReportError> {
-    let figure = plot::design::figure(design);
-    Ok(vec![
-        ("design.csv", csv(design).into_bytes()),
-        ("design.svg", figure.svg()?.into_bytes()),
-        ("design.png", figure.png()?),
-        ("design.json", document::text(design)?.into_bytes()),
-    ])
+///
+/// # Errors
+/// A figure or document that cannot be made.
+pub fn files(design: &Design) -> Result<Vec<(String, Vec<u8>)>, ReportError> {
+    let texts = [("design.csv", csv(design)), ("design.json", document::text(design)?)];
+    let texts = texts.map(|(name, text)| (name.to_owned(), text.into_bytes()));
+    Ok(plot::design::figure(design).files("design")?.into_iter().chain(texts).collect())
 }
 
 /// A standard error, or – for what is not told.

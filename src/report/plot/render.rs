@@ -55,6 +55,14 @@ impl Figure {
         encoded(&pixels, size).map_err(|error| self.failed(error))
     }
 
+    /// Returns the figure in files of this name, as SVG and as PNG.
+    ///
+    /// # Errors
+    /// The drawing library or the encoder gave up.
+    pub fn files(&self, name: &str) -> Result<[(String, Vec<u8>); 2], ReportError> {
+        Ok([(format!("{name}.svg"), self.svg()?.into_bytes()), (format!("{name}.png"), self.png()?)])
+    }
+
     /// Returns the height of the head and of all rows, pixels.
     fn height(&self) -> u32 {
         self.head().unsigned_abs() + self.rows.iter().map(|row| row.height).sum::<u32>()
