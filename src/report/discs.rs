@@ -92,7 +92,6 @@ pub fn pictures(
                 }),
                 summary: summary(impact),
                 names: ["first disc", "second disc"],
-                window: impact.window,
                 time: impact.get(Quantity::Time).map_or(f64::NAN, |time| time.value),
                 clock: if discs.in_seconds {
                     ("time from the impact (ms)", 1e-3)

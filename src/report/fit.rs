@@ -18,7 +18,7 @@ pub fn content(fit: &Fit) -> Report {
     let shots = shot_list(fit.residuals.iter().map(|residual| (residual.shot.clone(), residual)));
     let paths = fit.frames.iter().flat_map(|film| {
         let alt = "The paths of both balls in all shots, seen from above";
-        let figure = Block::figure(alt, plot::paths::figure(&fit.dataset, film));
+        let figure = Block::figure(alt, plot::track::of_all(&fit.dataset, film));
         [figure].into_iter().chain(tracks(film, &shots).map(Block::Tracks))
     });
     let figure = |title: &str, about: &str, alt: &'static str, figure: plot::Figure| {

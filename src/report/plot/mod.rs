@@ -9,7 +9,6 @@ pub(super) mod contours;
 pub(super) mod design;
 pub(super) mod discs;
 mod observed;
-pub(super) mod paths;
 mod render;
 mod residuals;
 mod text;
@@ -138,7 +137,7 @@ impl Panel {
     }
 
     /// Adds measured points.
-    fn points(&mut self, points: impl IntoIterator<Item = Point>) {
+    pub(super) fn points(&mut self, points: impl IntoIterator<Item = Point>) {
         self.marks.push(Mark::Points(points.into_iter().collect()));
     }
 
