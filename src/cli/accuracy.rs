@@ -67,13 +67,11 @@ pub fn run(args: &Args) -> Result<(), Failure> {
         progress.done();
     }
     drop(progress);
-    let figure = report::accuracy::figure(&rows);
-    let files = [
-        ("accuracy.csv", report::accuracy::csv(&rows).into_bytes()),
-        ("bias.csv", report::accuracy::bias_csv(&biases).into_bytes()),
-        ("accuracy.svg", figure.svg()?.into_bytes()),
-        ("accuracy.png", figure.png()?),
+    let tables = [
+        ("accuracy.csv".to_owned(), report::accuracy::csv(&rows).into_bytes()),
+        ("bias.csv".to_owned(), report::accuracy::bias_csv(&biases).into_bytes()),
     ];
+    let files = [tables, report::accuracy::figure(&rows).files("accuracy")?].concat();
     write::write_files(&files, &args.out)?;
     if args.json {
         let document = AccuracyDocument::new(&rows, &biases, shots.len(), left_out);

@@ -1,10 +1,10 @@
 //! The studies of [`crate::studies::accuracy`] and [`crate::studies::bias`] as tables and as CSV.
 
-use super::aligned::sections;
 use super::content::{Section, Table};
-use super::csv::line;
+use super::csv;
 pub use super::plot::accuracy::figure;
 use super::plot::accuracy::{Pick, name};
+use super::text::sections;
 use crate::physics::collision::Fidelity;
 use crate::studies::accuracy::{Row, Spread};
 use crate::studies::bias;
@@ -32,7 +32,7 @@ pub fn table(rows: &[Row]) -> String {
             Some(cells)
         };
         let rows: Vec<_> = rows.iter().filter_map(row).collect();
-        (!rows.is_empty()).then(|| Section::table(title, "", Table::new(heads, rows)))
+        Section::new(title, "", [Table::new(heads, rows).into()])
     };
     sections(&parts.into_iter().filter_map(section).collect::<Vec<_>>())
 }
@@ -44,22 +44,29 @@ fn seconds(value: f64) -> String {
 /// One row per way, reference and quantity.
 #[must_use]
 pub fn csv(rows: &[Row]) -> String {
-    let mut text =
-        "fidelity,effects,tolerance,seconds,failed,reference,quantity,median,p95,worst\n".to_owned();
+    let mut table = csv::Table::default();
     for row in rows {
-        let tolerance = row.tolerance.map_or(String::new(), |tolerance| format!("{tolerance:e}"));
-        let (seconds, failed) = (format!("{:e}", row.seconds), row.failed.to_string());
-        let way = [row.fidelity.name(), row.includes.name(), &tolerance, &seconds, &failed];
         let references = [("exact", row.numerical), ("contact", Some(row.model))];
         for (reference, errors) in references.into_iter().filter_map(|(name, errors)| Some((name, errors?))) {
             for (quantity, Spread { median, p95, worst, .. }) in errors.each() {
-                let errors = [median, p95, worst].map(|error| format!("{error:e}"));
-                let errors = errors.iter().map(String::as_str);
-                text += &line(way.into_iter().chain([reference, quantity]).chain(errors));
+                table.begin();
+                table.add("fidelity", row.fidelity.name());
+                table.add("effects", row.includes.name());
+                table.add(
+                    "tolerance",
+                    row.tolerance.map_or(String::new(), |tolerance| format!("{tolerance:e}")),
+                );
+                table.add("seconds", format!("{:e}", row.seconds));
+                table.add("failed", row.failed.to_string());
+                table.add("reference", reference);
+                table.add("quantity", quantity);
+                for (column, error) in [("median", median), ("p95", p95), ("worst", worst)] {
+                    table.add(column, format!("{error:e}"));
+                }
             }
         }
     }
-    text
+    table.text()
 }
 
 /// A table for the terminal: bias ± standard error of each parameter, and their ratio.
@@ -80,7 +87,7 @@ pub fn bias_table(rows: &[bias::Row], shots: usize) -> String {
         "Bias of a fit to {shots} shots without noise, computed by contact with κ = {kappa:.3}, ± standard error, and in standard \
          errors"
     );
-    sections(&[Section::table(title, "", Table::new(heads, rows.iter().map(row)))])
+    sections(&Section::new(title, "", [Table::new(heads, rows.iter().map(row)).into()]))
 }
 
 /// So many standard errors.
@@ -91,21 +98,22 @@ fn times(ratio: f64) -> String {
 /// One row per fidelity and parameter.
 #[must_use]
 pub fn bias_csv(rows: &[bias::Row]) -> String {
-    let mut text = "fidelity,kappa,parameter,truth,estimate,bias,std_error,bias_over_std_error\n".to_owned();
-    for row in rows {
-        for found in row.found {
-            let (bias, error) = (found.bias(), found.std_error);
-            let ratio = bias.zip(error).map(|(bias, error)| bias / error);
-            let own = [
-                row.way.name().to_owned(),
-                format!("{:.4}", row.kappa),
-                found.parameter.name().to_owned(),
-                found.truth.to_string(),
-            ];
-            let told = [bias.map(|_| found.estimate), bias, error, ratio];
-            let told = told.map(|x| x.map_or(String::new(), |x| format!("{x:e}")));
-            text += &line(own.iter().chain(&told));
+    let mut table = csv::Table::default();
+    for (row, found) in rows.iter().flat_map(|row| row.found.iter().map(move |found| (row, found))) {
+        let (bias, error) = (found.bias(), found.std_error);
+        table.begin();
+        table.add("fidelity", row.way.name());
+        table.add("kappa", format!("{:.4}", row.kappa));
+        table.add("parameter", found.parameter.name());
+        table.add("truth", found.truth.to_string());
+        for (column, value) in [
+            ("estimate", bias.map(|_| found.estimate)),
+            ("bias", bias),
+            ("std_error", error),
+            ("bias_over_std_error", bias.zip(error).map(|(bias, error)| bias / error)),
+        ] {
+            table.add(column, value.map_or(String::new(), |value| format!("{value:e}")));
         }
     }
-    text
+    table.text()
 }

@@ -3,12 +3,13 @@
 use super::compare_words as words;
 use super::content::{Block, Report, Section, Table, facts};
 use super::number::{count_of, interval, plain, with_error};
-use super::plot::compare::{forest, residuals};
+use super::plot::compare::forest;
+use super::plot::of_comparison as residuals;
 use super::shots::shot_list;
 use super::trust::{computed, down_weighted};
 use super::{LEAST_P, ReportError, csv, document, html, p_text, text};
 use crate::compare::{Compared, Comparison, Difference, Reason, Value};
-use crate::fit::{Counted, Rejected, Residual};
+use crate::fit::{Counted, Rejected};
 
 /// What was compared.
 fn method(comparison: &Comparison) -> &'static str {
@@ -23,19 +24,15 @@ fn method(comparison: &Comparison) -> &'static str {
 ///
 /// # Errors
 /// A figure or document that cannot be made.
-pub fn files(comparison: &Comparison) -> Result<Vec<(&'static str, Vec<u8>)>, ReportError> {
-    let forest = forest(comparison);
-    let residuals = residuals(comparison);
-    let report = html::render(&content(comparison))?;
-    Ok(vec![
-        ("forest.svg", forest.svg()?.into_bytes()),
-        ("forest.png", forest.png()?),
-        ("residuals.csv", csv::of_comparison(comparison).into_bytes()),
-        ("residuals.svg", residuals.svg()?.into_bytes()),
-        ("residuals.png", residuals.png()?),
-        ("report.html", report.into_bytes()),
-        ("compare.json", document::text(comparison)?.into_bytes()),
-    ])
+pub fn files(comparison: &Comparison) -> Result<Vec<(String, Vec<u8>)>, ReportError> {
+    let texts = [
+        ("residuals.csv", csv::of_comparison(comparison)),
+        ("report.html", html::render(&content(comparison))?),
+        ("compare.json", document::text(comparison)?),
+    ];
+    let texts = texts.map(|(name, text)| (name.to_owned(), text.into_bytes()));
+    let pictures = [forest(comparison).files("forest")?, residuals(comparison).files("residuals")?];
+    Ok(pictures.into_iter().flatten().chain(texts).collect())
 }
 
 /// Returns the text that `caromfit compare` prints.
@@ -47,23 +44,32 @@ pub fn table(comparison: &Comparison) -> String {
 /// Returns what is said of a comparison.
 fn content(comparison: &Comparison) -> Report {
     let forest = Block::figure("Estimates with their intervals", forest(comparison));
-    let blocks = vec![Block::Table(estimates(comparison)), forest];
     let legend = "±: one standard error; (shared): one value for all; –: not determined";
-    let mut sections = vec![Section::new("Estimates", legend, blocks)];
-    sections.extend(comparison.quantities.iter().map(|q| {
+    let estimates = Section::new("Estimates", legend, [estimates(comparison).into(), forest]);
+    let quantities = comparison.quantities.iter().map(|q| {
         let title = format!("{}, {}", q.quantity.symbol(), q.quantity.meaning());
-        Section::lines(title, lines(comparison, q))
-    }));
-    let alt = "Residuals of all, by colour";
-    sections.push(Section::of_figure("Residuals", "", alt, residuals(comparison)));
-    sections.extend(about(comparison));
+        Section::new(title, "", [Block::Lines(lines(comparison, q))])
+    });
+    let weights = comparison.robust.as_ref().and_then(|robust| {
+        let named = |(sample, shot, weight): &(usize, String, f64)| {
+            (format!("{}, shot {shot}", comparison.samples[*sample].title), *weight)
+        };
+        down_weighted(&robust.losses.join(" and "), robust.weights.iter().map(named))
+    });
     let rejected = comparison.samples.iter().flat_map(|sample| {
         let row = |r: &Rejected| [format!("{}, {}", sample.title, r.shot), r.reason.clone()];
         sample.shots_rejected.iter().map(row)
     });
-    sections.extend(Section::of_rejected(rejected));
-    sections.extend(Section::of_notes(notes(comparison)));
-    sections.extend(Section::of_shots(shot_list(named(comparison)), ""));
+    let shots = comparison.residuals.iter().map(|one| (comparison.shot_name(one), &one.of_shot));
+    let others = [
+        Section::new("Residuals", "", [Block::figure("Residuals of all, by colour", residuals(comparison))]),
+        computed(&comparison.computed),
+        weights,
+        Section::of_rejected(rejected),
+        Section::new("Notes", "", [Block::Lines(notes(comparison))]),
+        Section::new("Shots, the largest residuals first", "", [Block::Shots(shot_list(shots))]),
+    ];
+    let shots: usize = comparison.samples.iter().map(|sample| sample.shots_used).sum();
     Report {
         title: format!("Comparison by {}", comparison.told_by),
         verdict: words::verdict(comparison),
@@ -71,10 +77,10 @@ fn content(comparison: &Comparison) -> Report {
         facts: facts([
             ("model", comparison.fidelity.to_owned()),
             ("method", method(comparison).to_owned()),
-            ("shots", comparison.samples.iter().map(|s| s.shots_used).sum::<usize>().to_string()),
+            ("shots", shots.to_string()),
             ("χ²", chi2(comparison)),
         ]),
-        sections,
+        sections: [estimates].into_iter().chain(quantities).chain(others).flatten().collect(),
     }
 }
 
@@ -97,10 +103,6 @@ fn chi2(comparison: &Comparison) -> String {
     )
 }
 
-fn named(comparison: &Comparison) -> impl Iterator<Item = (String, &Residual)> {
-    comparison.residuals.iter().map(|residual| (comparison.shot_name(residual), &residual.of_shot))
-}
-
 /// A row for each label.
 fn estimates(comparison: &Comparison) -> Table {
     let symbols = comparison.quantities.iter().map(|q| q.quantity.symbol());
@@ -111,18 +113,6 @@ fn estimates(comparison: &Comparison) -> Table {
         [name.clone(), shots.to_string()].into_iter().chain(cells).collect()
     };
     Table::new(head, comparison.labels.iter().enumerate().map(row))
-}
-
-/// What was done to the shots: what each was computed with, shots that count less.
-fn about(comparison: &Comparison) -> Vec<Section> {
-    let mut about: Vec<Section> = computed(&comparison.computed).into_iter().collect();
-    if let Some(robust) = &comparison.robust {
-        let named = |(sample, shot, weight): &(usize, String, f64)| {
-            (format!("{}, shot {shot}", comparison.samples[*sample].title), *weight)
-        };
-        about.push(down_weighted(&robust.losses.join(" and "), robust.weights.iter().map(named)));
-    }
-    about
 }
 
 /// What a reader may want to know.

@@ -3,7 +3,7 @@
 
 use serde::Serialize;
 
-use super::plot;
+use super::plot::Figure;
 use crate::fit::Verdict;
 
 /// A report: of a fit, or of a comparison.
@@ -15,25 +15,16 @@ pub struct Report {
     pub verdict: Verdict,
     /// Sentences that must not be overlooked, the most important first.
     pub warnings: Vec<String>,
-    /// What was measured, and how it was fitted.
-    pub facts: Vec<Fact>,
+    /// What was measured, and how it was fitted: names and texts.
+    pub facts: Vec<[String; 2]>,
     /// The sections, in the order in which they are read.
     pub sections: Vec<Section>,
 }
 
-/// A short text with its name.
-#[derive(Clone, Debug, Serialize)]
-pub struct Fact {
-    /// The name.
-    pub name: &'static str,
-    /// The text.
-    pub text: String,
-}
-
 /// Facts, without those that have no text.
-pub(super) fn facts<const N: usize>(facts: [(&'static str, String); N]) -> Vec<Fact> {
-    let facts = facts.into_iter().map(|(name, text)| Fact { name, text });
-    facts.filter(|fact| !fact.text.is_empty()).collect()
+pub(super) fn facts<const N: usize>(facts: [(&str, String); N]) -> Vec<[String; 2]> {
+    let facts = facts.into_iter().filter(|(_, text)| !text.is_empty());
+    facts.map(|(name, text)| [name.to_owned(), text]).collect()
 }
 
 /// A section: what stands under one heading.
@@ -50,45 +41,28 @@ pub struct Section {
 }
 
 impl Section {
-    pub(super) fn new(title: impl Into<String>, about: impl Into<String>, blocks: Vec<Block>) -> Self {
-        Self { title: title.into(), about: about.into(), blocks, folded: false }
+    /// Returns a section; `None` if no part holds anything.
+    pub(super) fn new(
+        title: impl Into<String>,
+        about: impl Into<String>,
+        blocks: impl IntoIterator<Item = Block>,
+    ) -> Option<Self> {
+        let holds = |block: &Block| match block {
+            Block::Lines(lines) => !lines.is_empty(),
+            Block::Table(table) => !table.rows.is_empty(),
+            Block::Shots(shots) => !shots.is_empty(),
+            Block::Figure(figure) => !figure.drawing.rows.is_empty(),
+            Block::Tracks(_) => true,
+        };
+        let blocks: Vec<Block> = blocks.into_iter().filter(holds).collect();
+        let is_empty = blocks.is_empty();
+        (!is_empty).then(|| Self { title: title.into(), about: about.into(), blocks, folded: false })
     }
 
-    /// Of sentences alone.
-    pub(super) fn lines(title: impl Into<String>, lines: Vec<String>) -> Self {
-        Self::new(title, "", vec![Block::Lines(lines)])
-    }
-
-    /// Of a table alone.
-    pub(super) fn table(title: impl Into<String>, about: impl Into<String>, table: Table) -> Self {
-        Self::new(title, about, vec![Block::Table(table)])
-    }
-
-    /// Shots that were not used, with the reasons; `None` where there are none.
+    /// Returns the section of shots that were not used, with the reasons.
     pub(super) fn of_rejected(shots: impl IntoIterator<Item = [String; 2]>) -> Option<Self> {
         let table = Table::new(["shot", "why"], shots.into_iter().map(Vec::from));
-        (!table.rows.is_empty()).then(|| Self::table("Shots that were not used", "", table))
-    }
-
-    /// Sentences that a reader may want to know; `None` where there are none.
-    pub(super) fn of_notes(notes: Vec<String>) -> Option<Self> {
-        (!notes.is_empty()).then(|| Self::lines("Notes", notes))
-    }
-
-    /// Shots one by one; `None` where there are none.
-    pub(super) fn of_shots(shots: Vec<Shot>, about: &str) -> Option<Self> {
-        let title = "Shots, the largest residuals first";
-        (!shots.is_empty()).then(|| Self::new(title, about, vec![Block::Shots(shots)]))
-    }
-
-    /// Of a figure alone, which shows what `alt` says.
-    pub(super) fn of_figure(title: &str, about: &str, alt: &'static str, drawing: plot::Figure) -> Self {
-        Self::new(title, about, vec![Block::figure(alt, drawing)])
-    }
-
-    /// The same section, as a detail.
-    pub(super) fn folded(self) -> Self {
-        Self { folded: true, ..self }
+        Self::new("Shots that were not used", "", [table.into()])
     }
 }
 
@@ -101,9 +75,7 @@ pub enum Block {
     /// A table.
     Table(Table),
     /// A picture, for renderers that can show one.
-    Figure(Figure),
-    /// Other pages, for renderers that have them.
-    Links(Vec<Link>),
+    Figure(Picture),
     /// The paths of the shots of a film as JSON, for renderers that can draw them instead of the picture before.
     Tracks(String),
     /// Shots one by one, for renderers that can fold them away.
@@ -111,21 +83,16 @@ pub enum Block {
 }
 
 impl Block {
-    /// A figure that shows what `alt` says.
-    pub(super) fn figure(alt: &'static str, drawing: plot::Figure) -> Self {
-        Self::Figure(Figure { alt, drawing, svg: String::new(), spots: String::new() })
+    /// Returns a figure that shows what `alt` says.
+    pub(super) fn figure(alt: &'static str, drawing: Figure) -> Self {
+        Self::Figure(Picture { alt, drawing, svg: String::new(), spots: String::new() })
     }
 }
 
-/// A page that another one leads to.
-#[derive(Clone, Debug, Serialize)]
-pub struct Link {
-    /// Its name.
-    pub name: String,
-    /// Its place, from the page that leads to it.
-    pub place: String,
-    /// What it says, in a sentence.
-    pub text: String,
+impl From<Table> for Block {
+    fn from(table: Table) -> Self {
+        Self::Table(table)
+    }
 }
 
 /// Rows of cells below a head. A row that is shorter than the head ends with a cell that spans the rest.
@@ -137,22 +104,24 @@ pub struct Table {
     pub right: Vec<bool>,
     /// The rows.
     pub rows: Vec<Vec<String>>,
+    /// The page that the first cell of each row leads to, for renderers that have pages; empty without any.
+    pub links: Vec<String>,
 }
 
 impl Table {
-    /// Of text, aligned to the left.
+    /// Returns a table of text, aligned to the left.
     pub(super) fn new<T: Into<String>>(
         head: impl IntoIterator<Item = T>,
         rows: impl IntoIterator<Item = Vec<String>>,
     ) -> Self {
         let head: Vec<String> = head.into_iter().map(Into::into).collect();
-        Self { right: vec![false; head.len()], head, rows: rows.into_iter().collect() }
+        Self { right: vec![false; head.len()], head, rows: rows.into_iter().collect(), links: Vec::new() }
     }
 
-    /// The same with numbers in these columns, if a row reaches them.
+    /// Returns the table with numbers in these columns, if a row reaches them.
     pub(super) fn with_numbers(mut self, columns: std::ops::Range<usize>) -> Self {
         let reached = self.rows.iter().any(|row| row.len() == self.head.len());
-        self.right.iter_mut().take(columns.end).skip(columns.start).for_each(|right| *right = reached);
+        self.right[columns].fill(reached);
         self
     }
 
@@ -164,12 +133,12 @@ impl Table {
 
 /// A picture.
 #[derive(Clone, Debug, Serialize)]
-pub struct Figure {
+pub struct Picture {
     /// What it shows, in words.
     pub alt: &'static str,
     /// What is drawn.
     #[serde(skip)]
-    pub drawing: plot::Figure,
+    pub drawing: Figure,
     /// The picture as SVG text, once it is drawn.
     pub svg: String,
     /// Its measured points and what they stand for, as JSON; empty without any.

@@ -86,15 +86,57 @@ fn frame(text: &mut String, shot: &str, own: &FittedFrame, [common, model]: [&st
     }
 }
 
-/// Cells in a line.
-pub(super) fn line<T: AsRef<str>>(cells: impl IntoIterator<Item = T>) -> String {
-    let mut line = String::new();
-    for cell in cells {
-        line.push_str(cell.as_ref());
-        line.push(',');
+/// A table whose rows name their cells: a new column stands behind the one before it in the row that first has it.
+#[derive(Default)]
+pub(super) struct Table {
+    columns: Vec<String>,
+    rows: Vec<Vec<String>>,
+    /// The place behind the cell before.
+    next: usize,
+}
+
+impl Table {
+    /// Returns a table that has columns, with commas between, and no rows.
+    pub(super) fn new(columns: &str) -> Self {
+        Self { columns: columns.split(',').map(str::to_owned).collect(), ..Self::default() }
     }
-    line.pop();
-    line + "\n"
+
+    /// Begins a row, whose cells are empty.
+    pub(super) fn begin(&mut self) {
+        self.rows.push(Vec::new());
+        self.next = 0;
+    }
+
+    /// Adds a cell to the row.
+    pub(super) fn add(&mut self, column: &str, cell: impl Into<String>) {
+        let place = self.columns.iter().position(|known| known == column).unwrap_or_else(|| {
+            self.columns.insert(self.next, column.to_owned());
+            let behind = self.rows.iter_mut().filter(|row| row.len() > self.next);
+            behind.for_each(|row| row.insert(self.next, String::new()));
+            self.next
+        });
+        if let Some(row) = self.rows.last_mut() {
+            row.resize(row.len().max(place + 1), String::new());
+            row[place] = cell.into();
+        }
+        self.next = place + 1;
+    }
+
+    /// Adds the cell of a number, which is empty if it is unknown.
+    pub(super) fn add_number(&mut self, column: &str, value: f64) {
+        let mut cell = String::new();
+        push_value(&mut cell, value);
+        self.add(column, cell);
+    }
+
+    /// Returns the table as text.
+    pub(super) fn text(&self) -> String {
+        let line = |row: &Vec<String>| {
+            let cell = |i: usize| row.get(i).map_or("".into(), |cell| quoted(cell));
+            (0..self.columns.len()).map(cell).collect::<Vec<_>>().join(",") + "\n"
+        };
+        std::iter::once(&self.columns).chain(&self.rows).map(line).collect()
+    }
 }
 
 /// A cell as RFC 4180 wants it.

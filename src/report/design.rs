@@ -1,24 +1,22 @@
 //! A [`Design`] → tables, design.csv, design.json and pictures.
 
-use super::aligned::sections;
 use super::content::{Block, Section, Table};
-use super::csv::{cell, line, quoted};
 use super::number::plain;
 use super::plot;
-use super::{ReportError, document};
-use crate::design::information::{Information, std_errors};
+use super::text::sections;
+use super::{ReportError, csv, document};
+use crate::design::information::std_errors;
 use crate::design::{Cell, Design, Mixture, OfKind, PlayedKind, SpinFrom};
 use crate::measurement::parameter::Parameter;
 
 /// The files of a design: name and content.
-pub fn files(design: &Design) -> Result<Vec<(&'static str, Vec<u8>)>, ReportError> {
-    let figure = plot::design::figure(design);
-    Ok(vec![
-        ("design.csv", csv(design).into_bytes()),
-        ("design.svg", figure.svg()?.into_bytes()),
-        ("design.png", figure.png()?),
-        ("design.json", document::text(design)?.into_bytes()),
-    ])
+///
+/// # Errors
+/// A figure or document that cannot be made.
+pub fn files(design: &Design) -> Result<Vec<(String, Vec<u8>)>, ReportError> {
+    let texts = [("design.csv", csv(design)), ("design.json", document::text(design)?)];
+    let texts = texts.map(|(name, text)| (name.to_owned(), text.into_bytes()));
+    Ok(plot::design::figure(design).files("design")?.into_iter().chain(texts).collect())
 }
 
 /// A standard error, or – for what is not told.
@@ -63,7 +61,7 @@ pub fn text(design: &Design) -> String {
         Some(_) => format!("; {}", super::two_balls(&expected.ball, expected.object.as_ref())),
         None => String::new(),
     };
-    let words = (!design.words.is_empty()).then(|| Section::lines("In words", design.words.clone()));
+    let words = Section::new("In words", "", [Block::Lines(design.words.clone())]);
     let mut text = format!(
         "Expected μ = {mu}, μ_s = {mu_s}, e = {e}{balls}; filmed at {} fps, positions ± {} mm, {} ms before and {} ms after the \
          impact.\nWanted: {} (standard errors; none of the three has a unit).\n",
@@ -74,7 +72,12 @@ pub fn text(design: &Design) -> String {
         wishes(&expected.wanted)
     );
     text += &sections(
-        [kinds(design), needed(design)].iter().chain(&cells(design)).chain(&mixtures(design)).chain(&words),
+        kinds(design)
+            .iter()
+            .chain(&needed(design))
+            .chain(&cells(design))
+            .chain(&mixtures(design))
+            .chain(&words),
     );
     for note in &design.notes {
         text += &format!("\nNote: {note}\n");
@@ -84,7 +87,7 @@ pub fn text(design: &Design) -> String {
 }
 
 /// What the planned shots of each kind tell, and all of them together.
-fn kinds(design: &Design) -> Section {
+fn kinds(design: &Design) -> Option<Section> {
     let head = ["kind", "topspin", "side", "spin", "m/s", "cut, °", "shots"].map(str::to_owned);
     let head = head.into_iter().chain(Parameter::COEFFICIENTS.map(|p| format!("± {}", p.symbol())));
     let row = |(kind, found): (&PlayedKind, &OfKind)| {
@@ -119,11 +122,11 @@ fn kinds(design: &Design) -> Section {
         ));
     }
     let title = "What so many shots of a kind tell, spread evenly over its speeds and cut angles";
-    Section::new(title, "", vec![Block::Table(Table::new(head, rows)), Block::Lines(lines)])
+    Section::new(title, "", [Table::new(head, rows).into(), Block::Lines(lines)])
 }
 
 /// How many shots of each kind alone are needed.
-fn needed(design: &Design) -> Section {
+fn needed(design: &Design) -> Option<Section> {
     let symbols = Parameter::COEFFICIENTS.map(Parameter::symbol);
     let wanted: Vec<usize> = (0..3).filter(|i| design.expected.wanted[*i].is_some()).collect();
     let mut head = vec!["kind".to_owned()];
@@ -140,7 +143,7 @@ fn needed(design: &Design) -> Section {
     let rows = design.expected.kinds.iter().zip(&design.kinds).map(row);
     let line =
         "one more: by how much one more such shot narrows the standard error of all together".to_owned();
-    let blocks = vec![Block::Table(Table::new(head, rows)), Block::Lines(vec![line])];
+    let blocks = [Table::new(head, rows).into(), Block::Lines(vec![line])];
     Section::new("Shots of one kind alone that reach what is wanted", "", blocks)
 }
 
@@ -174,7 +177,7 @@ fn cells(design: &Design) -> Vec<Section> {
             parameter.symbol(),
             parameter.meaning()
         );
-        (!rows.is_empty()).then(|| Section::table(title, "", Table::new(head, rows)))
+        Section::new(title, "", [Table::new(head, rows).into()])
     };
     Parameter::COEFFICIENTS.into_iter().filter_map(section).collect()
 }
@@ -207,8 +210,7 @@ fn mixtures(design: &Design) -> Vec<Section> {
     let section = |(of_cells, title): (bool, &str)| {
         let own = design.mixtures.iter().filter(|m| m.of_cells == of_cells);
         let row = |m: &Mixture| vec![target(design, m), m.total().to_string(), shots(design, m)];
-        let rows: Vec<Vec<String>> = own.map(row).collect();
-        (!rows.is_empty()).then(|| Section::table(title, "", Table::new(["for", "shots", "of which"], rows)))
+        Section::new(title, "", [Table::new(["for", "shots", "of which"], own.map(row)).into()])
     };
     let both = [
         (false, "Fewest shots, of kinds spread over their speeds and cut angles"),
@@ -220,24 +222,24 @@ fn mixtures(design: &Design) -> Vec<Section> {
 /// One row per kind (without a cut angle and speed of its own) and per cell.
 #[must_use]
 pub fn csv(design: &Design) -> String {
-    let names = |what: &str| Parameter::COEFFICIENTS.map(|parameter| format!("{}_{what}", parameter.name()));
-    let head = ["kind", "topspin", "side", "speed_m_s", "cut_deg", "shots"].map(str::to_owned);
-    let head = head.into_iter().chain(names("sd")).chain(names("sd_of_one"));
-    let row = |kind: usize, at: Option<&Cell>, information: &Information| {
+    let mut table = csv::Table::default();
+    let kinds = design.kinds.iter().enumerate().map(|(kind, found)| (kind, None, &found.information));
+    let cells = design.cells.iter().map(|cell| (cell.kind, Some(cell), &cell.information));
+    for (kind, cell, information) in kinds.chain(cells) {
         let PlayedKind { name, topspin, side, shots, .. } = &design.expected.kinds[kind];
-        let shown = |value: Option<f64>| value.map_or(String::new(), |v| plain(v, 6));
-        let own = [
-            quoted(name).into_owned(),
-            (0.5 * (topspin[0] + topspin[1])).to_string(),
-            side.to_string(),
-            shown(at.map(|cell| cell.speed_m_s)),
-            shown(at.map(|cell| cell.cut_deg)),
-            shots.to_string(),
-        ];
-        let of = |shots: f64| std_errors(&(information * shots)).map(|e| e.map_or(String::new(), cell));
-        line(own.into_iter().chain(of(*shots as f64)).chain(of(1.0)))
-    };
-    let kinds = design.kinds.iter().enumerate().map(|(index, found)| row(index, None, &found.information));
-    let cells = design.cells.iter().map(|cell| row(cell.kind, Some(cell), &cell.information));
-    std::iter::once(line(head)).chain(kinds).chain(cells).collect()
+        table.begin();
+        table.add("kind", name);
+        table.add("topspin", (0.5 * (topspin[0] + topspin[1])).to_string());
+        table.add("side", side.to_string());
+        table.add("speed_m_s", cell.map_or(String::new(), |cell| plain(cell.speed_m_s, 6)));
+        table.add("cut_deg", cell.map_or(String::new(), |cell| plain(cell.cut_deg, 6)));
+        table.add("shots", shots.to_string());
+        for (of, shots) in [("sd", *shots as f64), ("sd_of_one", 1.0)] {
+            let errors = std_errors(&(information * shots));
+            for (parameter, error) in Parameter::COEFFICIENTS.into_iter().zip(errors) {
+                table.add_number(&format!("{}_{of}", parameter.name()), error.unwrap_or(f64::NAN));
+            }
+        }
+    }
+    table.text()
 }

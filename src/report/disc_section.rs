@@ -50,20 +50,17 @@ pub(super) fn section(fit: &Fit) -> Option<Section> {
         };
         line(&shot.name, COLUMNS.iter().map(|column| value(shot.get(column.quantity))).collect(), state)
     };
-    let mut rows: Vec<Vec<String>> = fit.disc_shots.iter().map(row).collect();
-    let means: Vec<_> = COLUMNS
-        .iter()
-        .map(|column| {
-            let values = fit.disc_shots.iter().filter(used).filter_map(|shot| shot.get(column.quantity));
-            mean_of_shots(&values.collect::<Vec<_>>()).filter(|_| column.has_mean)
-        })
-        .collect();
+    let means = COLUMNS.map(|column| {
+        let values = fit.disc_shots.iter().filter(used).filter_map(|shot| shot.get(column.quantity));
+        mean_of_shots(&values.collect::<Vec<_>>()).filter(|_| column.has_mean)
+    });
     let mean = means.iter().map(|mean| value(mean.map(|mean| Measured::new(mean.value, mean.std_error))));
     let scatter = means.iter().map(|mean| mean.map_or(String::new(), |mean| plain(mean.scatter, 2)));
-    rows.extend([line("mean", mean.collect(), ""), line("scatter", scatter.collect(), "")]);
+    let last = [line("mean", mean.collect(), ""), line("scatter", scatter.collect(), "")];
+    let rows = fit.disc_shots.iter().map(row).chain(last);
     let head = ["shot"].into_iter().chain(COLUMNS.map(|column| column.name)).chain([""]);
     let table = Table::new(head, rows).with_numbers(1..1 + COLUMNS.len());
-    Some(Section::table("What was measured of every shot", ABOUT, table))
+    Section::new("What was measured of every shot", ABOUT, [table.into()])
 }
 
 fn line(name: &str, values: Vec<String>, state: &str) -> Vec<String> {

@@ -1,7 +1,7 @@
 //! Extracted impacts of discs: a table, what was left out, and a picture of each shot.
 
 use super::ReportError;
-use super::csv::{line, quoted};
+use super::csv::Table;
 use super::extracted;
 use super::number::{plain, with_error};
 use super::plot::track::Tracks;
@@ -37,39 +37,42 @@ pub fn files(
 fn table(discs: &Discs, extracted: &[(TrackShot, DiscImpact)]) -> String {
     let name = |quantity: Quantity| {
         let name = quantity.column();
-        let name = if discs.in_seconds { name.to_owned() } else { per_frame(name) };
-        [name.clone(), name + "_sd"]
+        if discs.in_seconds { name.to_owned() } else { per_frame(name) }
     };
-    let fixed =
-        "mass_ratio_from,position_sd_mm,reduced_chi2,frames_used,frames_left_out,outcome,verdict,doubts";
-    let own = Quantity::ALL.into_iter().flat_map(name);
-    let head = ["shot".to_owned()].into_iter().chain(own).chain([fixed.to_owned()]);
-    let row = |(shot, impact): &(TrackShot, DiscImpact)| {
-        let mut row = vec![quoted(&shot.name).into_owned()];
+    let measured: String = Quantity::ALL.map(|quantity| format!("{0},{0}_sd,", name(quantity))).concat();
+    let mut table = Table::new(&format!("shot,{measured}{OTHERS}"));
+    for (shot, impact) in extracted {
+        table.begin();
+        table.add("shot", &shot.name);
         for quantity in Quantity::ALL {
             let unit = if quantity == Quantity::ContactDistance { 1e-3 } else { 1.0 };
-            let text = |si: f64| (si / unit).to_string();
-            let found = impact.get(quantity);
-            // what is stated has no error here
-            row.extend(found.map_or_else(Default::default, |found| {
-                [text(found.value), found.sd.map_or_else(String::new, text)]
-            }));
+            let Some(found) = impact.get(quantity) else { continue };
+            table.add(&name(quantity), (found.value / unit).to_string());
+            if let Some(sd) = found.sd {
+                table.add(&format!("{}_sd", name(quantity)), (sd / unit).to_string());
+            }
         }
         let doubts: Vec<String> = impact.doubts.iter().map(Doubt::to_string).collect();
-        row.extend([
+        let others = [
             if discs.masses.is_some() { "masses" } else { "momentum" }.to_owned(),
             (1e3 * impact.position_sd).to_string(),
             impact.misfit.to_string(),
             impact.frames.iter().sum::<usize>().to_string(),
             impact.outliers.to_string(),
             if impact.stuck.is_some() { "stick" } else { "part" }.to_owned(),
-            if impact.doubts.is_empty() { "good" } else { "doubtful" }.to_owned(),
-            quoted(&doubts.join("; ")).into_owned(),
-        ]);
-        line(row)
-    };
-    std::iter::once(line(head)).chain(extracted.iter().map(row)).collect()
+            if doubts.is_empty() { "good" } else { "doubtful" }.to_owned(),
+            doubts.join("; "),
+        ];
+        for (column, cell) in OTHERS.split(',').zip(others) {
+            table.add(column, cell);
+        }
+    }
+    table.text()
 }
+
+/// The columns behind what was measured, which has no error here if it is stated.
+const OTHERS: &str =
+    "mass_ratio_from,position_sd_mm,reduced_chi2,frames_used,frames_left_out,outcome,verdict,doubts";
 
 /// A picture of each shot: file name and SVG.
 pub fn pictures(
@@ -89,7 +92,6 @@ pub fn pictures(
                 }),
                 summary: summary(impact),
                 names: ["first disc", "second disc"],
-                window: impact.window,
                 time: impact.get(Quantity::Time).map_or(f64::NAN, |time| time.value),
                 clock: if discs.in_seconds {
                     ("time from the impact (ms)", 1e-3)

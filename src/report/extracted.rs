@@ -1,17 +1,15 @@
 //! Extracted impacts as a data set of kind `impacts`, with what was left out and a picture of each shot.
 
-use std::collections::BTreeSet;
 use std::fmt::Write;
 
 use rayon::prelude::*;
 
-use super::csv::{line, quoted};
+use super::csv::Table;
 use super::plot::{Figure, track};
 use super::{ReportError, folder_name};
 use crate::fit::FittedFilm;
 use crate::io::{balls_section, covariance};
-use crate::measurement::dataset::{Before, Dataset, Measured, Shared};
-use crate::measurement::observable::Observable;
+use crate::measurement::dataset::{Before, Dataset, Measured};
 use crate::measurement::spin::Spin;
 use crate::problem::Impact;
 
@@ -99,60 +97,47 @@ fn stated(dataset: &Dataset) -> toml::Table {
 }
 
 fn impacts(dataset: &Dataset, extracted: &[Impact]) -> String {
-    let spins = assumed(dataset).is_none();
-    let after: Vec<Observable> = Observable::IMPACTS
-        .into_iter()
-        .filter(|o| dataset.shots.iter().any(|shot| shot.after.iter().any(|m| m.observable == *o)))
-        .collect();
-    let mut measured = vec!["nx", "ny", "cue_vx", "cue_vy"];
-    measured.extend(after.iter().map(|observable| observable.column()));
-    measured.extend(SPIN.iter().filter(|_| spins));
-    let mut head = vec!["shot".to_owned()];
-    head.extend(measured.iter().flat_map(|name| [(*name).to_owned(), format!("{name}_sd")]));
-    head.extend(spins.then(|| "cue_spin".to_owned()));
-    head.push("impact_time_s,position_sd_mm,reduced_chi2,frames_left_out".to_owned());
-    let labels: BTreeSet<&String> = dataset.shots.iter().flat_map(|shot| shot.labels.keys()).collect();
-    head.extend(labels.iter().map(|label| quoted(label).into_owned()));
-    let mut table = line(head);
+    let is_assumed = assumed(dataset).is_some();
+    let mut table = Table::default();
+    let measured = |table: &mut Table, column: &str, Measured { value, sd }: &Measured| {
+        table.add(column, value.to_string());
+        table.add(&format!("{column}_sd"), sd.unwrap_or(0.0).max(LEAST_SD).to_string());
+    };
     for (shot, impact) in dataset.shots.iter().zip(extracted) {
         let Before::Impact { normal, velocity } = &shot.before else { continue };
-        let mut cells = vec![quoted(&shot.name).into_owned()];
-        let mut add = |m: Option<&Measured>| {
-            let both = |m: &Measured| [m.value, m.sd.unwrap_or(0.0).max(LEAST_SD)].map(|x| x.to_string());
-            cells.extend(m.map(both).unwrap_or_default());
-        };
-        normal.iter().chain(velocity).map(Some).for_each(&mut add);
-        for observable in &after {
-            add(shot.after.iter().find(|m| m.observable == *observable).map(|m| &m.measured));
+        table.begin();
+        table.add("shot", &shot.name);
+        for (column, before) in
+            ["nx", "ny", "cue_vx", "cue_vy"].into_iter().zip(normal.iter().chain(velocity))
+        {
+            measured(&mut table, column, before);
         }
-        if spins {
-            let shown: [Option<Measured>; 3] = match shot.spin {
-                Spin::Measured { spin, sd } => {
-                    [0, 1, 2].map(|i| Some(Measured { value: spin[i], sd: sd[i] }))
-                }
-                _ => [None; 3],
-            };
-            for component in &shown {
-                add(component.as_ref());
+        for after in &shot.after {
+            measured(&mut table, after.observable.column(), &after.measured);
+        }
+        if let Spin::Measured { spin, sd } = shot.spin {
+            for (i, column) in SPIN.into_iter().enumerate().filter(|_| !is_assumed) {
+                measured(&mut table, column, &Measured { value: spin[i], sd: sd[i] });
             }
-            cells.push(
-                match shot.spin {
-                    Spin::Measured { .. } => "measured",
-                    Spin::Stun => "stun",
-                    Spin::NaturalRoll => "natural-roll",
-                    Spin::Unknown => "unknown",
-                }
-                .to_owned(),
-            );
         }
-        let found = [impact.time, 1e3 * impact.position_sd, impact.reduced_chi2];
-        cells.extend(found.map(|value| value.to_string()));
-        cells.push(impact.outliers.to_string());
-        let text = |label: &&String| shot.labels.get(*label).map_or("", String::as_str);
-        cells.extend(labels.iter().map(|label| quoted(text(label)).into_owned()));
-        table += &line(cells);
+        if !is_assumed {
+            let spin = match shot.spin {
+                Spin::Measured { .. } => "measured",
+                Spin::Stun => "stun",
+                Spin::NaturalRoll => "natural-roll",
+                Spin::Unknown => "unknown",
+            };
+            table.add("cue_spin", spin);
+        }
+        table.add("impact_time_s", impact.time.to_string());
+        table.add("position_sd_mm", (1e3 * impact.position_sd).to_string());
+        table.add("reduced_chi2", impact.reduced_chi2.to_string());
+        table.add("frames_left_out", impact.outliers.to_string());
+        for (label, text) in &shot.labels {
+            table.add(label, text);
+        }
     }
-    table
+    table.text()
 }
 
 const SPIN: [&str; 3] = ["cue_wx", "cue_wy", "cue_wz"];
@@ -162,29 +147,31 @@ const LEAST_SD: f64 = 1e-12;
 
 /// The joint errors of every shot: a row for each quantity.
 fn covariance(dataset: &Dataset) -> String {
-    let after: Vec<&str> = Observable::IMPACTS.into_iter().map(Observable::column).collect();
-    let present = |name: &&str| dataset.shots.iter().any(|shot| covariance::quantities(shot).contains(name));
-    let columns: Vec<&str> = covariance::BEFORE.into_iter().chain(after).filter(present).collect();
-    let shared: Vec<Shared> = dataset.shared_errors().into_iter().map(|(shared, _)| shared).collect();
-    let head = ["shot", "quantity"].into_iter().chain(columns.iter().copied());
-    let mut table = line(head.chain(shared.iter().map(|shared| covariance::by(*shared))));
+    let mut table = Table::new("shot,quantity");
     for shot in &dataset.shots {
         let Some(errors) = &shot.joint else { continue };
         let own = covariance::quantities(shot);
         for (i, quantity) in own.iter().enumerate() {
-            let with = |column: &&str| own.iter().position(|name| name == column);
-            let covariances = columns.iter().map(|column| {
-                with(column).map_or_else(String::new, |j| format!("{:e}", errors.covariance[(i, j)]))
-            });
-            let by_shared = shared.iter().map(|shared| format!("{:e}", errors.by_shared[shared.place()][i]));
-            let first = [quoted(&shot.name).into_owned(), (*quantity).to_owned()];
-            table += &line(first.into_iter().chain(covariances).chain(by_shared));
+            table.begin();
+            table.add("shot", &shot.name);
+            table.add("quantity", *quantity);
+            for (j, column) in own.iter().enumerate() {
+                table.add(column, format!("{:e}", errors.covariance[(i, j)]));
+            }
+            for (shared, _) in dataset.shared_errors() {
+                table.add(covariance::by(shared), format!("{:e}", errors.by_shared[shared.place()][i]));
+            }
         }
     }
-    table
+    table.text()
 }
 
 pub(super) fn left_out(dataset: &Dataset) -> String {
-    let rows = dataset.left_out.iter().map(|(shot, reason)| line([quoted(shot), quoted(reason)]));
-    std::iter::once("shot,reason\n".to_owned()).chain(rows).collect()
+    let mut table = Table::new("shot,reason");
+    for (shot, reason) in &dataset.left_out {
+        table.begin();
+        table.add("shot", shot);
+        table.add("reason", reason);
+    }
+    table.text()
 }

@@ -1,84 +1,96 @@
 //! A [`Fit`] → [`Report`].
 
-use super::content::{Block, Link, Report, Section, Shot, Table, facts};
+use super::content::{Block, Report, Section, Table, facts};
 use super::number::{count_of, interval, plain, with_error};
 use super::shots::{shot_list, tracks};
 use super::table::{self, INTERVAL, chi2_text, estimate, with_unit};
-use super::trust::sections;
-use super::{bodies, label, model, noise_estimated, p_text, plot, reduced_chi2};
-use crate::fit::{Counted, DOWN_WEIGHTED, Estimate, Fit, FittedFilm, Grade, Noise, Status, Verdict};
+use super::{bodies, label, model, noise_estimated, p_text, plot, reduced_chi2, trust};
+use crate::fit::{Counted, DOWN_WEIGHTED, Estimate, Fit, Grade, Noise, Status, Verdict};
 
 /// Returns the report of a fit.
 #[must_use]
 pub fn content(fit: &Fit) -> Report {
-    let mut warnings = fit.warnings.clone();
-    if !fit.converged {
-        warnings.insert(0, format!("Not converged: {}", fit.termination));
-    }
+    let stopped = (!fit.converged).then(|| format!("Not converged: {}", fit.termination));
     let tested = match fit.frames {
         Some(_) => "of the velocities after each impact, against the estimates of the fit",
         None => "",
     };
-    let shots = shot_list(named(fit));
-    let mut open = vec![parameters(fit)];
-    open.extend(fit.frames.as_ref().and_then(|film| paths(fit, film, &shots)));
+    let shots = shot_list(fit.residuals.iter().map(|residual| (residual.shot.clone(), residual)));
+    let paths = fit.frames.iter().flat_map(|film| {
+        let alt = "The paths of both balls in all shots, seen from above";
+        let figure = Block::figure(alt, plot::track::of_all(&fit.dataset, film));
+        [figure].into_iter().chain(tracks(film, &shots).map(Block::Tracks))
+    });
+    let figure = |title: &str, about: &str, alt: &'static str, figure: plot::Figure| {
+        Section::new(title, about, [Block::figure(alt, figure)])
+    };
     let alt = "e against the closing speed, and the friction against the slip";
-    open.extend(plot::discs::figure(fit).map(|figure| Section::of_figure("All impacts", "", alt, figure)));
-    let residuals = Some(plot::residuals(fit)).filter(|figure| !figure.rows.is_empty());
-    let alt = "Measured against predicted values, and residuals";
-    open.extend(residuals.map(|figure| Section::of_figure("Residual plots", tested, alt, figure)));
-    let mut folded = vec![computation(fit)];
-    folded.extend(super::disc_section::section(fit));
-    folded.push(Section::lines("χ²", chi2(fit)));
-    if !fit.noise.is_empty() {
-        let rows = fit.noise.iter().map(|one| noise(fit, one));
-        let table =
-            Table::new(["", "values", "sd of one value", "rms of the residuals"], rows).with_numbers(1..2);
-        folded.push(Section::table("Noise", "rms: root mean square", table));
-    }
+    let open = [
+        parameters(fit),
+        Section::new("All shots", "", paths),
+        figure("All impacts", "", alt, plot::discs::figure(fit)),
+        figure(
+            "Residual plots",
+            tested,
+            "Measured against predicted values, and residuals",
+            plot::residuals(fit),
+        ),
+    ];
     let (title, alt) = ("Regions of pairs of parameters", "68 % and 95 % regions of pairs of parameters");
-    folded.extend(plot::contours::figure(fit).map(|figure| Section::of_figure(title, "", alt, figure)));
-    folded.extend(sections(fit));
-    folded.extend(camera(fit));
-    let rejected =
-        fit.shots_rejected.iter().map(|rejected| [&rejected.shot, &rejected.reason].map(String::clone));
-    folded.extend(Section::of_rejected(rejected));
-    folded.extend(Section::of_notes(fit.notes.clone()));
-    folded.extend(Section::of_shots(shots, tested));
-    open.extend(folded.into_iter().map(Section::folded));
-    let (title, verdict) = (super::title(fit), fit.verdict());
-    Report { title, verdict, warnings, facts: about(fit), sections: open }
-}
-
-/// The paths of all shots of a film.
-fn paths(fit: &Fit, film: &FittedFilm, shots: &[Shot]) -> Option<Section> {
-    let alt = "The paths of both balls in all shots, seen from above";
-    let figure = Block::figure(alt, plot::paths::figure(&fit.dataset, film)?);
-    let blocks = [figure].into_iter().chain(tracks(film, shots).map(Block::Tracks));
-    Some(Section::new("All shots", "", blocks.collect()))
-}
-
-/// Returns each residual with the name of its shot.
-fn named(fit: &Fit) -> impl Iterator<Item = (String, &crate::fit::Residual)> {
-    fit.residuals.iter().map(|residual| (residual.shot.clone(), residual))
+    let rejected = fit.shots_rejected.iter().map(|one| [one.shot.clone(), one.reason.clone()]);
+    let search = format!(
+        "the search stopped after {}, {} s: {}",
+        count_of(fit.iterations, "step"),
+        plain(fit.seconds, 2),
+        fit.termination
+    );
+    let computation = [format!("model {}", model(fit)), search];
+    let noise = Table::new(
+        ["", "values", "sd of one value", "rms of the residuals"],
+        fit.noise.iter().map(|one| noise(fit, one)),
+    );
+    let folded = [
+        Section::new("How it was computed", "", [Block::Lines(computation.to_vec())]),
+        super::disc_section::section(fit),
+        Section::new("χ²", "", [Block::Lines(chi2(fit))]),
+        Section::new("Noise", "rms: root mean square", [noise.with_numbers(1..2).into()]),
+        figure(title, "", alt, plot::contours::figure(fit)),
+    ];
+    let folded = folded.into_iter().chain(trust::sections(fit)).chain([
+        camera(fit),
+        Section::of_rejected(rejected),
+        Section::new("Notes", "", [Block::Lines(fit.notes.clone())]),
+        Section::new("Shots, the largest residuals first", tested, [Block::Shots(shots)]),
+    ]);
+    let folded = folded.flatten().map(|section| Section { folded: true, ..section });
+    Report {
+        title: super::title(fit),
+        verdict: fit.verdict(),
+        warnings: stopped.into_iter().chain(fit.warnings.iter().cloned()).collect(),
+        facts: facts([
+            ("source", fit.source.clone().unwrap_or_default()),
+            ("cloth", fit.cloth.clone().unwrap_or_default()),
+            bodies(fit),
+            ("method", fit.method_name().to_owned()),
+            ("shots", format!("{} used, {} not used", fit.shots_used, fit.shots_rejected.len())),
+        ]),
+        sections: open.into_iter().flatten().chain(folded).collect(),
+    }
 }
 
 /// Returns the page that leads to the reports of the labels of a data set, each in a folder of its own.
 pub(super) fn of_labels(fits: &[Fit], folders: &[String]) -> Report {
     let parameters = table::parameters(fits);
-    let row = |fit: &Fit| {
+    let verdicts: Vec<Verdict> = fits.iter().map(Fit::verdict).collect();
+    let row = |(fit, verdict): (&Fit, &Verdict)| {
         let cells = parameters.iter().map(|parameter| table::brief(fit, *parameter));
-        [label(fit), fit.shots_used.to_string()].into_iter().chain(cells).collect()
+        let verdict = format!("{}. {}", verdict.grade.name(), verdict.sentence);
+        [label(fit), fit.shots_used.to_string()].into_iter().chain(cells).chain([verdict]).collect()
     };
     let symbols = parameters.iter().map(|parameter| parameter.symbol());
-    let head = ["label", "shots"].into_iter().chain(symbols);
-    let link = |(fit, folder): (&Fit, &String)| {
-        let verdict = fit.verdict();
-        let text = format!("{}. {}", verdict.grade.name(), verdict.sentence);
-        Link { name: label(fit), place: format!("{folder}/report.html"), text }
-    };
-    let links = fits.iter().zip(folders).map(link).collect();
-    let verdicts: Vec<_> = fits.iter().map(Fit::verdict).collect();
+    let head = ["label", "shots"].into_iter().chain(symbols).chain(["verdict"]);
+    let mut estimates = Table::new(head, fits.iter().zip(&verdicts).map(row));
+    estimates.links = folders.iter().map(|folder| format!("{folder}/report.html")).collect();
     let worst = verdicts.iter().map(|verdict| verdict.grade).max().unwrap_or(Grade::Good);
     let alike = verdicts.iter().filter(|verdict| verdict.grade == worst).count();
     Report {
@@ -89,58 +101,29 @@ pub(super) fn of_labels(fits: &[Fit], folders: &[String]) -> Report {
         },
         warnings: Vec::new(),
         facts: Vec::new(),
-        sections: vec![
-            Section::table("Estimates", "± one standard error", Table::new(head, fits.iter().map(row))),
-            Section::new("Reports", "", vec![Block::Links(links)]),
-        ],
+        sections: Section::new("Estimates", "± one standard error", [estimates.into()]).into_iter().collect(),
     }
 }
 
-/// The camera of footage as it was fitted.
+/// Returns the camera of footage as it was fitted.
 fn camera(fit: &Fit) -> Option<Section> {
-    let found = fit.camera.as_ref().filter(|found| !found.corrections.is_empty())?;
+    let found = fit.camera.as_ref()?;
     let rows = found.corrections.iter().map(|correction| {
         let adopted = if correction.adopted { "corrected" } else { "not called for" };
         let value = with_error(correction.value, correction.std_error);
         vec![correction.which.words().to_owned(), value, adopted.to_owned()]
     });
-    let mut blocks = vec![Block::Table(Table::new(["", "found", ""], rows))];
-    let alt = "How far positions were moved";
-    blocks.extend(plot::camera::figure(found).map(|figure| Block::figure(alt, figure)));
-    Some(Section::new(
-        "Camera",
-        format!("from the frames of {} shots; ± one standard error", found.shots),
-        blocks,
-    ))
-}
-
-/// What was measured, and how it was fitted.
-fn about(fit: &Fit) -> Vec<super::content::Fact> {
-    facts([
-        ("source", fit.source.clone().unwrap_or_default()),
-        ("cloth", fit.cloth.clone().unwrap_or_default()),
-        bodies(fit),
-        ("method", fit.method_name().to_owned()),
-        ("shots", format!("{} used, {} not used", fit.shots_used, fit.shots_rejected.len())),
-    ])
-}
-
-/// What only those want to know who look into the computation.
-fn computation(fit: &Fit) -> Section {
-    let search = format!(
-        "the search stopped after {}, {} s: {}",
-        count_of(fit.iterations, "step"),
-        plain(fit.seconds, 2),
-        fit.termination
-    );
-    Section::lines("How it was computed", vec![format!("model {}", model(fit)), search])
+    let table = Table::new(["", "found", ""], rows);
+    let figure = Block::figure("How far positions were moved", plot::camera::figure(found));
+    let about = format!("from the frames of {} shots; ± one standard error", found.shots);
+    Section::new("Camera", about, [table.into(), figure])
 }
 
 /// Of intervals.
 const PROFILE: &str =
     "profile: both ends from how χ² rises as the parameter moves, which need not be symmetric";
 
-fn parameters(fit: &Fit) -> Section {
+fn parameters(fit: &Fit) -> Option<Section> {
     let profiled = fit.estimates.iter().any(Estimate::is_profiled);
     let lopsided = fit.refuted.is_none() && fit.estimates.iter().any(|own| own.lopsided().is_some());
     let how = match (profiled, lopsided) {
@@ -153,14 +136,9 @@ fn parameters(fit: &Fit) -> Section {
         None => ["", "estimate", "95 % interval", "meaning"],
     };
     let rows = fit.estimates.iter().map(|estimate| parameter(fit, estimate));
-    let mut blocks = vec![Block::Table(Table::new(head, rows))];
-    let mut lines: Vec<String> = fit.estimates.iter().filter_map(at_bound).collect();
-    lines.extend(correlations(fit));
-    if !lines.is_empty() {
-        blocks.push(Block::Lines(lines));
-    }
+    let lines = fit.estimates.iter().filter_map(at_bound).chain(correlations(fit)).collect();
     let errors = if fit.refuted.is_some() { "" } else { "± one standard error" };
-    Section::new("Parameters", format!("{errors}{how}"), blocks)
+    Section::new("Parameters", format!("{errors}{how}"), [Table::new(head, rows).into(), Block::Lines(lines)])
 }
 
 fn parameter(fit: &Fit, parameter: &Estimate) -> Vec<String> {

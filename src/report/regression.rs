@@ -1,9 +1,9 @@
 //! A fit against a stored one: what moved, and by how many standard errors. For regression tests of
 //! simulators, of data that are kept, and of this program.
 
-use super::aligned;
 use super::content::Table;
 use super::document::FitDocument;
+use super::text;
 use crate::fit::Fit;
 
 /// By how much an estimate may move and still count as the same, in standard errors, of which the larger one counts; χ² in its own
@@ -29,59 +29,57 @@ pub struct Moved {
 /// The stored fit that belongs to a fit: of the same data set and label.
 #[must_use]
 pub fn find<'a>(fit: &Fit, stored: &'a [FitDocument]) -> Option<&'a FitDocument> {
-    let label = fit.group.as_ref().map(|(_, label)| label.as_str());
-    stored.iter().find(|stored| {
-        stored.dataset == fit.dataset && stored.group.as_ref().map(|group| group.label.as_str()) == label
-    })
+    let fit = FitDocument::new(fit);
+    let label = |of: &FitDocument| of.group.as_ref().map(|group| group.label.clone());
+    stored.iter().find(|stored| stored.dataset == fit.dataset && label(stored) == label(&fit))
 }
 
 /// What differs by more than a tolerance, which is that of [`TOLERANCE`]; in the order of the parameters, then χ² and the rest.
 #[must_use]
 pub fn moved(fit: &Fit, stored: &FitDocument, tolerance: f64) -> Vec<Moved> {
+    let fit = FitDocument::new(fit);
     let mut all = Vec::new();
-    let mut compare = |what: &str, before: String, now: String, standard_errors| {
+    let mut compare = |what: &str, before: &dyn ToString, now: &dyn ToString, standard_errors| {
+        let (before, now) = (before.to_string(), now.to_string());
         if before != now {
             all.push(Moved { what: what.to_owned(), before, now, standard_errors });
         }
     };
-    compare("fidelity", stored.fidelity.clone(), fit.fidelity.to_owned(), None);
-    for estimate in &fit.estimates {
-        let name = estimate.parameter.name();
+    compare("fidelity", &stored.fidelity, &fit.fidelity, None);
+    for (name, now) in &fit.parameters {
         let Some(before) = stored.parameters.get(name) else {
-            compare(name, "missing".to_owned(), estimate.value.to_string(), None);
+            compare(name, &"missing", &now.estimate, None);
             continue;
         };
-        let status = estimate.status.name().to_owned();
-        compare(&format!("{name} status"), before.status.clone(), status, None);
-        let change = estimate.value - before.estimate;
-        let error = before.std_error.into_iter().chain(estimate.std_error).fold(0.0, f64::max);
+        compare(&format!("{name} status"), &before.status, &now.status, None);
+        let change = now.estimate - before.estimate;
+        let error = before.std_error.into_iter().chain(now.std_error).fold(0.0, f64::max);
         let in_errors = (error > 0.0).then(|| change / error);
         let same = match in_errors {
             Some(errors) => errors.abs() <= tolerance,
-            None => change.abs() <= RELATIVE * before.estimate.abs().max(estimate.value.abs()),
+            None => change.abs() <= RELATIVE * before.estimate.abs().max(now.estimate.abs()),
         };
         if !same {
-            compare(name, before.estimate.to_string(), estimate.value.to_string(), in_errors);
+            compare(name, &before.estimate, &now.estimate, in_errors);
         }
         // an interval that widens is a change even where the estimate stays
-        let widened = match (before.std_error, estimate.std_error) {
-            (Some(old), Some(new)) => (new / old - 1.0).abs() > tolerance,
-            (old, new) => old.is_some() != new.is_some(),
+        let errors = [before.std_error, now.std_error];
+        let widened = match errors {
+            [Some(old), Some(new)] => (new / old - 1.0).abs() > tolerance,
+            [old, new] => old.is_some() != new.is_some(),
         };
         if widened {
-            let [old, new] = [before.std_error, estimate.std_error]
-                .map(|error| error.map_or("none".to_owned(), |error| error.to_string()));
-            compare(&format!("{name} std_error"), old, new, None);
+            let [old, new] = errors.map(|error| error.map_or("none".to_owned(), |error| error.to_string()));
+            compare(&format!("{name} std_error"), &old, &new, None);
         }
     }
-    let chi2 = stored.chi2.unwrap_or(f64::NAN);
-    let change = (fit.chi2 - chi2) / (2.0 * fit.dof.max(1) as f64).sqrt();
-    if fit.chi2.is_finite() != chi2.is_finite() || change.abs() > tolerance {
-        let change = Some(change).filter(|change| change.is_finite());
-        compare("chi2", chi2.to_string(), fit.chi2.to_string(), change);
+    let [before, now] = [stored.chi2, fit.chi2].map(|chi2| chi2.unwrap_or(f64::NAN));
+    let change = (now - before) / (2.0 * fit.dof.max(1) as f64).sqrt();
+    if now.is_finite() != before.is_finite() || change.abs() > tolerance {
+        compare("chi2", &before, &now, Some(change).filter(|change| change.is_finite()));
     }
-    compare("dof", stored.dof.to_string(), fit.dof.to_string(), None);
-    compare("shots_used", stored.shots_used.to_string(), fit.shots_used.to_string(), None);
+    compare("dof", &stored.dof, &fit.dof, None);
+    compare("shots_used", &stored.shots_used, &fit.shots_used, None);
     all
 }
 
@@ -93,5 +91,5 @@ pub fn table(moved: &[(String, Moved)]) -> String {
         vec![title.clone(), moved.what.clone(), moved.before.clone(), moved.now.clone(), by]
     };
     let head = ["data set", "what", "baseline", "now", "moved by"];
-    aligned::table(&Table::new(head, moved.iter().map(row)), "  ")
+    text::table(&Table::new(head, moved.iter().map(row)), "  ")
 }

@@ -20,6 +20,7 @@ const text = (words, x, y, size, parent, anchor = "start") => {
 };
 
 // a picture names the shot of the nearest point, and leads to it
+const named = new Map([...document.querySelectorAll("#shots > details")].map((shot) => [shot.dataset.name, shot.id]));
 for (const data of document.querySelectorAll("script.spots")) {
   const { spots, labels } = JSON.parse(data.textContent);
   const picture = data.parentElement.querySelector("svg");
@@ -37,12 +38,12 @@ for (const data of document.querySelectorAll("script.spots")) {
   picture.addEventListener("pointermove", (event) => {
     const found = nearest(event);
     picture.style.cursor = found ? "pointer" : "";
-    if (found) show(found[1], event); else hide();
+    if (found) show(`shot ${found.shot}: ${found.words}`, event); else hide();
   });
   picture.addEventListener("pointerleave", hide);
   picture.addEventListener("click", (event) => {
-    const found = nearest(event);
-    if (found && document.getElementById(found[0])) location.hash = found[0];
+    const id = named.get(nearest(event)?.shot);
+    if (id) location.hash = id;
   });
 }
 

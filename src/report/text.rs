@@ -1,7 +1,6 @@
-//! A report as text, for the terminal.
+//! A report as text, for the terminal: sentences, and tables in columns of characters.
 
-use super::aligned::sections;
-use super::content::Report;
+use super::content::{Block, Report, Section, Table};
 use super::title;
 use crate::fit::Fit;
 
@@ -25,8 +24,8 @@ pub fn render(fit: &Fit) -> String {
 pub fn walk(report: &Report) -> String {
     let verdict = &report.verdict;
     let mut text = format!("{}\nVerdict: {}. {}\n", report.title, verdict.grade.name(), verdict.sentence);
-    for fact in &report.facts {
-        text += &format!("  {}: {}\n", fact.name, fact.text);
+    for [name, fact] in &report.facts {
+        text += &format!("  {name}: {fact}\n");
     }
     if !report.warnings.is_empty() {
         text.push('\n');
@@ -35,4 +34,46 @@ pub fn walk(report: &Report) -> String {
         text += &format!("Warning: {warning}\n");
     }
     text + &sections(&report.sections)
+}
+
+/// Sections without their pictures, each after an empty line; those of pictures alone are left out.
+pub(super) fn sections<'a>(sections: impl IntoIterator<Item = &'a Section>) -> String {
+    let mut text = String::new();
+    for section in sections {
+        let block = |block: &Block| match block {
+            Block::Lines(lines) => lines.iter().map(|line| format!("  {line}\n")).collect(),
+            Block::Table(own) => table(own, "  "),
+            Block::Figure(_) | Block::Tracks(_) | Block::Shots(_) => String::new(),
+        };
+        let body: String = section.blocks.iter().map(block).collect();
+        if body.is_empty() {
+            continue;
+        }
+        let about = if section.about.is_empty() { String::new() } else { format!(" ({})", section.about) };
+        text += &format!("\n{}{about}\n{body}", section.title);
+    }
+    text
+}
+
+/// Columns padded to the widest cell, two spaces apart, `indent` before each line. The last cell of a short row may reach
+/// beyond its column. A head without words is left out.
+pub(super) fn table(table: &Table, indent: &str) -> String {
+    let has_head = table.head.iter().any(|cell| !cell.is_empty());
+    let rows: Vec<&Vec<String>> = has_head.then_some(&table.head).into_iter().chain(&table.rows).collect();
+    let width = |column: usize| {
+        let own = rows.iter().filter(|row| !table.spans(row, column)).filter_map(|row| row.get(column));
+        own.map(|cell| cell.chars().count()).max().unwrap_or(0)
+    };
+    let widths: Vec<usize> = (0..table.head.len()).map(width).collect();
+    let mut text = String::new();
+    for row in rows {
+        let mut line = indent.to_owned();
+        for (i, (cell, width)) in row.iter().zip(&widths).enumerate() {
+            let to_the_right = table.right[i] && !table.spans(row, i);
+            line += &if to_the_right { format!("{cell:>width$}  ") } else { format!("{cell:<width$}  ") };
+        }
+        text.push_str(line.trim_end());
+        text.push('\n');
+    }
+    text
 }

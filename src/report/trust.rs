@@ -10,33 +10,31 @@ use crate::fit::{
 use crate::measurement::parameter::Parameter;
 
 /// What else was found of a fit, a section each.
-pub(super) fn sections(fit: &Fit) -> Vec<Section> {
+pub(super) fn sections(fit: &Fit) -> Vec<Option<Section>> {
     let found = &fit.diagnostics;
-    let mut sections = Vec::new();
-    sections.extend(computed(&found.computed));
-    sections.extend(found.identifiability.as_ref().map(identifiability));
-    sections.extend(found.bound.as_ref().map(|found| bound(fit, found)));
-    sections.extend(found.goodness.as_ref().map(|goodness| residuals(fit, goodness)));
-    sections.extend(found.goodness.as_ref().filter(|g| !g.influence.is_empty()).map(influence));
-    sections.extend(found.robust.as_ref().map(robust));
-    sections.extend(found.bootstrap.as_ref().map(bootstrap));
-    if !found.alternatives.is_empty() {
-        sections.push(alternatives(&found.alternatives));
-    }
-    sections
+    vec![
+        computed(&found.computed),
+        found.identifiability.as_ref().and_then(identifiability),
+        found.bound.as_ref().and_then(|found| bound(fit, found)),
+        found.goodness.as_ref().and_then(|goodness| residuals(fit, goodness)),
+        found.goodness.as_ref().and_then(influence),
+        found.robust.as_ref().and_then(robust),
+        found.bootstrap.as_ref().and_then(bootstrap),
+        alternatives(&found.alternatives),
+    ]
 }
 
 /// What every shot was computed with; `None` where that is the same.
 pub(super) fn computed(found: &[Computed]) -> Option<Section> {
     let line = |Computed { fidelity, effects, shots }: &Computed| {
         let on: Vec<_> = effects.list().into_iter().filter_map(|(name, on)| on.then_some(name)).collect();
-        let count = count_of(*shots, "shot");
-        format!("{count} at {}: {}", fidelity.name(), on.join(", "))
+        format!("{} at {}: {}", count_of(*shots, "shot"), fidelity.name(), on.join(", "))
     };
-    (found.len() > 1).then(|| Section::lines("What each shot calls for", found.iter().map(line).collect()))
+    let lines = if found.len() > 1 { found.iter().map(line).collect() } else { Vec::new() };
+    Section::new("What each shot calls for", "", [Block::Lines(lines)])
 }
 
-fn bound(fit: &Fit, found: &Bound) -> Section {
+fn bound(fit: &Fit, found: &Bound) -> Option<Section> {
     let line = |(parameter, least): &(Parameter, f64)| {
         let unit = parameter.unit();
         let own = fit.estimates.iter().find(|e| e.parameter == *parameter).and_then(|e| e.std_error);
@@ -49,10 +47,10 @@ fn bound(fit: &Fit, found: &Bound) -> Section {
     let about = "Cramér-Rao bound of the positions, friction of the cloth unknown; beyond 100 %: the fit used more than \
                  positions";
     let lines = found.std_errors.iter().map(line).collect();
-    Section { about: about.to_owned(), ..Section::lines("What the frames could tell at best", lines) }
+    Section::new("What the frames could tell at best", about, [Block::Lines(lines)])
 }
 
-fn bootstrap(found: &Bootstrap) -> Section {
+fn bootstrap(found: &Bootstrap) -> Option<Section> {
     let head = ["", "standard error", "bias", "95 % interval, percentile", "95 % interval, BCa"];
     let rows = found.estimates.iter().map(|one| {
         let unit = one.parameter.unit();
@@ -64,19 +62,17 @@ fn bootstrap(found: &Bootstrap) -> Section {
             with_unit(&interval(one.bca, Some(one.std_error)), unit, " "),
         ]
     });
-    let mut blocks = vec![Block::Table(Table::new(head, rows).with_numbers(1..3))];
-    if found.failed > 0 {
-        let line = format!("{} samples could not be fitted and are left out", found.failed);
-        blocks.push(Block::Lines(vec![line]));
-    }
+    let failed = format!("{} samples could not be fitted and are left out", found.failed);
+    let failed = if found.failed > 0 { vec![failed] } else { Vec::new() };
+    let table = Table::new(head, rows).with_numbers(1..3);
     let about = format!(
         "{} samples of shots drawn anew, seed {}; bias: their mean less the estimate; BCa: corrected for it",
         found.replicates, found.seed
     );
-    Section::new("Bootstrap", about, blocks)
+    Section::new("Bootstrap", about, [table.into(), Block::Lines(failed)])
 }
 
-fn alternatives(found: &[Alternative]) -> Section {
+fn alternatives(found: &[Alternative]) -> Option<Section> {
     let row = |model: &Alternative| {
         if let Some(reason) = &model.failed {
             return vec![model.name.to_owned(), format!("not fitted: {reason}")];
@@ -95,14 +91,11 @@ fn alternatives(found: &[Alternative]) -> Section {
     let head = ["model", "fitted", "ΔAIC", "ΔBIC", "likelihood ratio"];
     let about = "ΔAIC, ΔBIC: no unit, less than −10 speaks clearly for the model, more than 10 clearly against; fitted: \
                  parameters and noises";
-    Section::table(
-        "Other models on these data",
-        about,
-        Table::new(head, found.iter().map(row)).with_numbers(1..4),
-    )
+    let table = Table::new(head, found.iter().map(row)).with_numbers(1..4);
+    Section::new("Other models on these data", about, [table.into()])
 }
 
-fn residuals(fit: &Fit, found: &Goodness) -> Section {
+fn residuals(fit: &Fit, found: &Goodness) -> Option<Section> {
     let mut lines = Vec::new();
     lines.push(match (found.noise, found.noise_factor) {
         (NoiseVerdict::Explains, Some(factor)) => format!(
@@ -144,10 +137,10 @@ fn residuals(fit: &Fit, found: &Goodness) -> Section {
         ),
         None => "normal distribution: fewer than eight residuals do not tell".to_owned(),
     });
-    Section::new("Residuals", format!("of {}", fit.tested().words()), vec![Block::Lines(lines)])
+    Section::new("Residuals", format!("of {}", fit.tested().words()), [Block::Lines(lines)])
 }
 
-fn influence(found: &Goodness) -> Section {
+fn influence(found: &Goodness) -> Option<Section> {
     let row = |shot: &Influence| {
         let shifts: Vec<String> = (shot.shifts.iter())
             .map(|(parameter, shift)| format!("{} {shift:+.2} se", parameter.symbol()))
@@ -165,15 +158,12 @@ fn influence(found: &Goodness) -> Section {
          without it{threshold}; se: standard errors"
     );
     let head = ["shot", "leverage", "Cook's distance", "without it"];
-    Section::table(
-        "Shots that matter most",
-        about,
-        Table::new(head, found.influence.iter().map(row)).with_numbers(1..3),
-    )
+    let table = Table::new(head, found.influence.iter().map(row)).with_numbers(1..3);
+    Section::new("Shots that matter most", about, [table.into()])
 }
 
 /// Shots with a small weight, most of them by name: name and weight.
-pub(super) fn down_weighted(losses: &str, weights: impl Iterator<Item = (String, f64)>) -> Section {
+pub(super) fn down_weighted(losses: &str, weights: impl Iterator<Item = (String, f64)>) -> Option<Section> {
     /// Beyond these the rest is counted.
     const LISTED: usize = 20;
     let clear: Vec<(String, f64)> = weights.filter(|(_, weight)| *weight < DOWN_WEIGHTED).collect();
@@ -185,15 +175,15 @@ pub(super) fn down_weighted(losses: &str, weights: impl Iterator<Item = (String,
     } else if clear.len() > LISTED {
         lines.push(format!("and {} more", clear.len() - LISTED));
     }
-    Section::lines(format!("Shots that count less, {losses} loss"), lines)
+    Section::new(format!("Shots that count less, {losses} loss"), "", [Block::Lines(lines)])
 }
 
-fn robust(found: &Robust) -> Section {
+fn robust(found: &Robust) -> Option<Section> {
     let weights = found.weights.iter().map(|(shot, weight)| (format!("shot {shot}"), *weight));
     down_weighted(found.loss.name(), weights)
 }
 
-fn identifiability(found: &Identifiability) -> Section {
+fn identifiability(found: &Identifiability) -> Option<Section> {
     let values: Vec<String> = found.singular_values.iter().map(|value| plain(*value, 3)).collect();
     let mut lines = vec![format!(
         "singular values {} (no unit; of the Jacobian by parameters, columns scaled to 1), condition number {} (1: \
@@ -206,5 +196,5 @@ fn identifiability(found: &Identifiability) -> Section {
         let names: Vec<_> = found.silent.iter().map(|parameter| parameter.symbol()).collect();
         lines.push(format!("the data are silent on {}", names.join(", ")));
     }
-    Section::lines("What the data determine", lines)
+    Section::new("What the data determine", "", [Block::Lines(lines)])
 }

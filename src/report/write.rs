@@ -1,6 +1,5 @@
 //! A fit on disk: `<out>/<data set>/` or, where labels are fitted apart, `<out>/<data set>/<label>/`.
 
-use std::borrow::Cow;
 use std::collections::HashSet;
 use std::fs::{self, File};
 use std::io::{self, BufWriter, Write};
@@ -18,6 +17,9 @@ pub fn fit_folder(fits: &[Fit], out: &Path) -> PathBuf {
 
 /// Writes the fits of one data set below `out`, labels that would share a folder apart, after all
 /// have been rendered.
+///
+/// # Errors
+/// A picture that cannot be drawn, or a file that cannot be written.
 pub fn write(fits: &[Fit], out: &Path) -> Result<(), ReportError> {
     let names = group_folders(&fits.iter().map(label).collect::<Vec<_>>());
     let folder = fit_folder(fits, out);
@@ -26,13 +28,12 @@ pub fn write(fits: &[Fit], out: &Path) -> Result<(), ReportError> {
         let own = if fit.group.is_some() { folder.join(name) } else { folder.clone() };
         rendered.push((own, files(fit)?));
     }
-    rendered.iter().try_for_each(|(folder, files)| put(files, folder))?;
-    if fits.iter().all(|fit| fit.group.is_none()) {
-        return Ok(());
+    if fits.iter().any(|fit| fit.group.is_some()) {
+        // what an earlier fit that was not label by label left there is removed
+        let page = html::render(&super::fit::of_labels(fits, &names))?;
+        rendered.push((folder, vec![(REPORT.to_owned(), bytes(page))]));
     }
-    // what an earlier fit that was not label by label left there is removed
-    let page = html::render(&super::fit::of_labels(fits, &names))?;
-    put(&[(REPORT, bytes(page.into_bytes()))], &folder)
+    rendered.iter().try_for_each(|(folder, files)| put(files, folder))
 }
 
 /// What people read of a fit.
@@ -57,25 +58,43 @@ const NAMES: [&str; 9] = [
 /// Writes what a file is to hold, which may be more than should be held in memory.
 type Content<'a> = Box<dyn Fn(&mut (dyn Write + Send)) -> io::Result<()> + 'a>;
 
-fn bytes<'a>(bytes: impl Into<Cow<'a, [u8]>>) -> Content<'a> {
-    let bytes = bytes.into();
-    Box::new(move |to| to.write_all(&bytes))
+fn bytes<'a>(bytes: impl AsRef<[u8]> + 'a) -> Content<'a> {
+    Box::new(move |to| to.write_all(bytes.as_ref()))
 }
 
-/// Writes the files of a report, whole or not at all: beside the folder, then moved into place file by file. Those of an earlier report
-/// that this one does not have are removed; other files there stay.
+/// Returns the files of the report of a fit.
+fn files(fit: &Fit) -> Result<Vec<(String, Content<'_>)>, ReportError> {
+    let contours = plot::contours::figure(fit);
+    let mut pictures = plot::residuals(fit).files("residuals")?.to_vec();
+    if !contours.rows.is_empty() {
+        pictures.extend(contours.files("contours")?);
+    }
+    let mut files: Vec<(String, Content)> = vec![
+        ("residuals.csv".to_owned(), Box::new(|to| csv::write(fit, to))),
+        ("shots.csv".to_owned(), bytes(shot_table::render(fit))),
+    ];
+    files.extend(pictures.into_iter().map(|(name, picture)| (name, bytes(picture))));
+    if let Some(frames) = &fit.frames {
+        files.push(("frames.csv".to_owned(), Box::new(|to| frame_table::write(frames, to))));
+    }
+    files.push((REPORT.to_owned(), bytes(html::render(&super::fit::content(fit))?)));
+    // last, so that a program which waits for it finds the others
+    files.push((FIT.to_owned(), bytes(document::text(fit)?)));
+    Ok(files)
+}
+
+/// Writes the files of a report and removes those of an earlier report that this one does not have; other files there stay.
 ///
-/// A fit.json that tells the same result stays, with the time and the steps of the run that found it first: what is kept under version
+/// A fit.json that states the same result stays, with the time and the steps of the run that found it first: what is kept under version
 /// control does not change with every run.
-fn put(files: &[(&'static str, Content)], folder: &Path) -> Result<(), ReportError> {
-    let stays = |(name, content): &&(&'static str, Content)| {
+fn put(files: &[(String, Content)], folder: &Path) -> Result<(), ReportError> {
+    let stays = |(name, content): &&(String, Content)| {
         let (mut text, stored) = (Vec::new(), fs::read_to_string(folder.join(name)));
-        *name == FIT
+        name == FIT
             && content(&mut text).is_ok()
             && stored.is_ok_and(|stored| document::is_same_result(&String::from_utf8_lossy(&text), &stored))
     };
-    let written: Vec<_> = files.iter().filter(|file| !stays(file)).collect();
-    write_contents(&written, folder)?;
+    write_contents(files.iter().filter(|file| !stays(file)).collect(), folder)?;
     for name in NAMES.into_iter().filter(|name| files.iter().all(|(written, _)| written != name)) {
         let path = folder.join(name);
         if path.exists() {
@@ -85,40 +104,19 @@ fn put(files: &[(&'static str, Content)], folder: &Path) -> Result<(), ReportErr
     Ok(())
 }
 
-/// The files of a report.
-fn files(fit: &Fit) -> Result<Vec<(&'static str, Content<'_>)>, ReportError> {
-    let figures = [
-        (Some(plot::residuals(fit)), ["residuals.svg", "residuals.png"]),
-        (plot::contours::figure(fit), ["contours.svg", "contours.png"]),
-    ];
-    let mut files: Vec<(&'static str, Content)> = vec![
-        ("residuals.csv", Box::new(|to| csv::write(fit, to))),
-        ("shots.csv", bytes(shot_table::render(fit).into_bytes())),
-    ];
-    for (figure, [svg, png]) in &figures {
-        if let Some(figure) = figure {
-            files.push((svg, bytes(figure.svg()?.into_bytes())));
-            files.push((png, bytes(figure.png()?)));
-        }
-    }
-    if let Some(frames) = &fit.frames {
-        files.push(("frames.csv", Box::new(|to| frame_table::write(frames, to))));
-    }
-    files.push((REPORT, bytes(html::render(&super::fit::content(fit))?.into_bytes())));
-    // last, so that a program which waits for it finds the others
-    files.push((FIT, bytes(document::text(fit)?.into_bytes())));
-    Ok(files)
-}
-
 /// Puts files into a folder, which is made where it is missing: all are complete on the disk before
 /// the first one replaces what was there.
+///
+/// # Errors
+/// A file that cannot be written.
 pub fn write_files(files: &[(impl AsRef<str>, Vec<u8>)], folder: &Path) -> Result<(), ReportError> {
-    let contents: Vec<(&str, Content)> =
-        files.iter().map(|(name, content)| (name.as_ref(), bytes(content.as_slice()))).collect();
-    write_contents(&contents.iter().collect::<Vec<_>>(), folder)
+    let content =
+        |(name, content): &(_, Vec<u8>)| (AsRef::<str>::as_ref(name).to_owned(), bytes(content.clone()));
+    let contents: Vec<(String, Content)> = files.iter().map(content).collect();
+    write_contents(contents.iter().collect(), folder)
 }
 
-fn write_contents(files: &[&(&str, Content)], folder: &Path) -> Result<(), ReportError> {
+fn write_contents(files: Vec<&(String, Content)>, folder: &Path) -> Result<(), ReportError> {
     let at = |path: &Path| {
         let path = path.to_owned();
         move |source: io::Error| ReportError::Write { path, source }
@@ -131,7 +129,7 @@ fn write_contents(files: &[&(&str, Content)], folder: &Path) -> Result<(), Repor
     // of folders in it, as of the pictures of shots
     remove_leftovers(folder);
     let staging = tempfile::Builder::new().prefix(STAGING).tempdir_in(parent).map_err(at(parent))?;
-    for (name, content) in files {
+    for (name, content) in &files {
         let path = staging.path().join(name);
         let write = |file: File| {
             let mut buffer = BufWriter::new(file);
@@ -140,11 +138,10 @@ fn write_contents(files: &[&(&str, Content)], folder: &Path) -> Result<(), Repor
         };
         File::create(&path).and_then(write).map_err(at(&path))?;
     }
-    for (name, _) in files {
+    files.iter().try_for_each(|(name, _)| {
         let target = folder.join(name);
-        fs::rename(staging.path().join(name), &target).map_err(at(&target))?;
-    }
-    Ok(())
+        fs::rename(staging.path().join(name), &target).map_err(at(&target))
+    })
 }
 
 /// How the names of folders begin in which files are completed.
@@ -155,14 +152,14 @@ const LEFT: Duration = Duration::from_secs(600);
 
 /// Removes what runs that were stopped while they wrote left beside the results. One that cannot be removed does no harm.
 fn remove_leftovers(parent: &Path) {
-    let is_old = |path: &Path| {
-        let age = |path: &Path| fs::metadata(path).ok()?.modified().ok()?.elapsed().ok();
-        let files = fs::read_dir(path).into_iter().flatten().flatten().map(|entry| entry.path());
-        files.chain([path.to_owned()]).all(|path| age(&path).is_some_and(|age| age > LEFT))
-    };
-    for entry in fs::read_dir(parent).into_iter().flatten().flatten() {
-        if entry.file_name().to_string_lossy().starts_with(STAGING) && is_old(&entry.path()) {
-            _ = fs::remove_dir_all(entry.path());
+    let entries =
+        |folder: &Path| fs::read_dir(folder).into_iter().flatten().flatten().map(|entry| entry.path());
+    let age = |path: &Path| fs::metadata(path).ok()?.modified().ok()?.elapsed().ok();
+    for path in entries(parent) {
+        let is_staging = path.file_name().is_some_and(|name| name.to_string_lossy().starts_with(STAGING));
+        let mut all = entries(&path).chain([path.clone()]);
+        if is_staging && all.all(|path| age(&path).is_some_and(|age| age > LEFT)) {
+            _ = fs::remove_dir_all(path);
         }
     }
 }

@@ -1,219 +1,154 @@
 //! compare.json: a comparison for programs.
 
-use schemars::JsonSchema;
 use serde::{Serialize, Serializer};
 
-use super::Made;
-use crate::compare::{Compared, Comparison, Difference, LikelihoodRatio, Reason, SampleSummary, Value};
+use super::{Made, document};
+use crate::compare::{
+    Compared, Comparison, Difference, LikelihoodRatio, Reason, Robust, SampleSummary, Value,
+};
 use crate::fit::{Computed, Counted, Rejected, Verdict};
 use crate::report::compare::counted;
 use crate::report::compare_words as words;
 
-/// compare.json of caromfit
-///
-/// A comparison of data sets. Keys may be added; none is renamed or dropped. Numbers are SI and radians except where a unit stands
-/// beside them; null stands for what is not known.
-#[derive(Clone, Debug, Serialize, JsonSchema)]
-pub struct CompareDocument {
-    /// What made it.
-    #[serde(flatten)]
-    pub made: Made,
-    /// Whether the numbers can be used.
-    pub verdict: Verdict,
-    /// Collision model.
-    pub fidelity: &'static str,
-    /// joint: all frames of films of balls at once; direct: the numbers of tables.
-    #[schemars(extend("enum" = ["joint", "direct"]))]
-    pub method: &'static str,
-    /// How many shots were computed at which fidelity.
-    pub computed: Vec<Computed>,
-    /// Shots that count less under a robust loss.
-    pub robust: Option<ComparedRobust>,
-    /// What else a reader may want to know, in sentences.
-    pub notes: Vec<String>,
-    /// What distinguishes the labels: cloth, data set, or a column.
-    pub told_by: String,
-    /// What is compared.
-    pub labels: Vec<String>,
-    /// What a reader must know, in sentences, the most important first.
-    pub warnings: Vec<String>,
-    /// How the data contradict the model; null if they do not.
-    pub refuted: Option<String>,
-    /// The data sets or labels, with their shots.
-    pub samples: Vec<Sample>,
-    /// The parameters.
-    pub parameters: Vec<ComparedParameter>,
-    /// What chi2 and dof count: angles (and speeds), velocities, coordinates of frames, or impulses of discs.
-    pub counted: Counted,
-    /// Sum of the squared standardized residuals, priors included.
-    #[schemars(with = "Option<f64>")]
-    pub chi2: f64,
-    /// Degrees of freedom.
-    pub dof: usize,
-    /// Whether the noise was estimated from the residuals.
-    pub noise_estimated: bool,
-    /// Whether the search ended at a minimum.
-    pub converged: bool,
-    /// Why the search ended.
-    pub termination: &'static str,
-}
+document! {
+    /// compare.json of caromfit
+    ///
+    /// A comparison of data sets. Keys may be added; none is renamed or dropped. Numbers are SI and radians except where a unit stands
+    /// beside them; null stands for what is not known.
+    CompareDocument(comparison: &Comparison) {
+        /// What made it.
+        #[serde(flatten)]
+        made: Made = Made::default(),
+        /// Whether the numbers can be used.
+        verdict: Verdict = words::verdict(comparison),
+        /// Collision model.
+        fidelity: &'static str = comparison.fidelity,
+        /// joint: all frames of films of balls at once; direct: the numbers of tables.
+        #[schemars(extend("enum" = ["joint", "direct"]))]
+        method: &'static str = if comparison.is_filmed { "joint" } else { "direct" },
+        /// How many shots were computed at which fidelity.
+        computed: Vec<Computed> = comparison.computed.clone(),
+        /// Shots that count less under a robust loss.
+        robust: Option<ComparedRobust> = comparison.robust.as_ref().map(|robust| ComparedRobust::new(comparison, robust)),
+        /// What else a reader may want to know, in sentences.
+        notes: Vec<String> = words::notes(comparison),
+        /// What distinguishes the labels: cloth, data set, or a column.
+        told_by: String = comparison.told_by.clone(),
+        /// What is compared.
+        labels: Vec<String> = comparison.labels.clone(),
+        /// What a reader must know, in sentences, the most important first.
+        warnings: Vec<String> = words::warnings(comparison),
+        /// How the data contradict the model; null if they do not.
+        refuted: Option<String> = words::refuted(comparison),
+        /// The data sets or labels, with their shots.
+        samples: Vec<Sample> = comparison.samples.iter().map(|sample| Sample::new(comparison, sample)).collect(),
+        /// The parameters.
+        parameters: Vec<ComparedParameter> = {
+            comparison.quantities.iter().map(|found| ComparedParameter::new(comparison, found)).collect()
+        },
+        /// What chi2 and dof count: angles (and speeds), velocities, coordinates of frames, or impulses of discs.
+        counted: Counted = counted(comparison),
+        /// Sum of the squared standardized residuals, priors included.
+        #[schemars(with = "Option<f64>")]
+        chi2: f64 = comparison.chi2,
+        /// Degrees of freedom.
+        dof: usize = comparison.dof,
+        /// Whether the noise was estimated from the residuals.
+        noise_estimated: bool = comparison.noise_estimated,
+        /// Whether the search ended at a minimum.
+        converged: bool = comparison.converged,
+        /// Why the search ended.
+        termination: &'static str = words::termination(comparison),
+    }
 
-/// Shots that count less.
-#[derive(Clone, Debug, Serialize, JsonSchema)]
-pub struct ComparedRobust {
-    /// Names of the losses of the data sets.
-    pub losses: Vec<&'static str>,
-    /// The shots that count less, the least first.
-    pub weights: Vec<SampleWeight>,
-}
+    /// Shots that count less.
+    ComparedRobust(comparison: &Comparison, robust: &Robust) {
+        /// Names of the losses of the data sets.
+        losses: Vec<&'static str> = robust.losses.clone(),
+        /// The shots that count less, the least first.
+        weights: Vec<SampleWeight> = robust.weights.iter().map(|own| SampleWeight::new(comparison, own)).collect(),
+    }
 
-/// The weight of a shot.
-#[derive(Clone, Debug, Serialize, JsonSchema)]
-pub struct SampleWeight {
-    /// Title of the sample.
-    pub sample: String,
-    /// Name of the shot.
-    pub shot: String,
-    /// Its weight, 0 to 1.
-    pub weight: f64,
-}
+    /// The weight of a shot.
+    SampleWeight(comparison: &Comparison, found: &(usize, String, f64)) {
+        /// Title of the sample.
+        sample: String = comparison.samples[found.0].title.clone(),
+        /// Name of the shot.
+        shot: String = found.1.clone(),
+        /// Its weight, 0 to 1.
+        weight: f64 = found.2,
+    }
 
-/// A data set, or those of its shots that have one label.
-#[derive(Clone, Debug, Serialize, JsonSchema)]
-pub struct Sample {
-    /// The name for a reader.
-    pub title: String,
-    /// The label that it belongs to.
-    pub label: String,
-    /// Number of shots that were fitted.
-    pub shots_used: usize,
-    /// Shots that were left out.
-    pub shots_rejected: Vec<Rejected>,
-}
+    /// A data set, or those of its shots that have one label.
+    Sample(comparison: &Comparison, sample: &SampleSummary) {
+        /// The name for a reader.
+        title: String = sample.title.clone(),
+        /// The label that it belongs to.
+        label: String = comparison.labels[sample.label].clone(),
+        /// Number of shots that were fitted.
+        shots_used: usize = sample.shots_used,
+        /// Shots that were left out.
+        shots_rejected: Vec<Rejected> = sample.shots_rejected.clone(),
+    }
 
-/// A parameter over all labels.
-#[derive(Clone, Debug, Serialize, JsonSchema)]
-pub struct ComparedParameter {
-    /// Its name.
-    pub parameter: &'static str,
-    /// The meaning in words.
-    pub meaning: &'static str,
-    /// Whether it has one value for all labels.
-    pub shared: bool,
-    /// One value for all, or one for each label.
-    pub estimates: Vec<LabelEstimate>,
-    /// The differences of all pairs of labels that determine it.
-    pub differences: Vec<LabelDifference>,
-    /// Test of one value for all against one for each label; null if fewer than two labels determine it.
-    pub same_or_different: Option<LikelihoodRatio>,
-    /// Labels that do not determine it.
-    pub left_out: Vec<LeftOutLabel>,
-}
+    /// A parameter over all labels.
+    ComparedParameter(comparison: &Comparison, found: &Compared) {
+        /// Its name.
+        parameter: &'static str = found.quantity.name(),
+        /// The meaning in words.
+        meaning: &'static str = found.quantity.meaning(),
+        /// Whether it has one value for all labels.
+        shared: bool = found.shared,
+        /// One value for all, or one for each label.
+        estimates: Vec<LabelEstimate> = found.estimates.iter().map(|own| LabelEstimate::new(comparison, own)).collect(),
+        /// The differences of all pairs of labels that determine it.
+        differences: Vec<LabelDifference> = {
+            found.differences.iter().map(|own| LabelDifference::new(comparison, own)).collect()
+        },
+        /// Test of one value for all against one for each label; null if fewer than two labels determine it.
+        same_or_different: Option<LikelihoodRatio> = found.same_or_different,
+        /// Labels that do not determine it.
+        left_out: Vec<LeftOutLabel> = {
+            found.left_out.iter().map(|own| LeftOutLabel::new(comparison, found, own)).collect()
+        },
+    }
 
-/// The value of a parameter.
-#[derive(Clone, Debug, Serialize, JsonSchema)]
-pub struct LabelEstimate {
-    /// The label whose value it is; null: of all.
-    pub label: Option<String>,
-    /// The value with its error.
-    #[serde(flatten)]
-    pub value: Value,
-}
+    /// The value of a parameter.
+    LabelEstimate(comparison: &Comparison, found: &Value) {
+        /// The label whose value it is; null: of all.
+        label: Option<String> = found.label.map(|label| comparison.labels[label].clone()),
+        /// The value with its error.
+        #[serde(flatten)]
+        value: Value = *found,
+    }
 
-/// The difference between two labels.
-#[derive(Clone, Debug, Serialize, JsonSchema)]
-pub struct LabelDifference {
-    /// The first label.
-    pub first: String,
-    /// The second label.
-    pub second: String,
-    /// The difference with its error.
-    #[serde(flatten)]
-    pub value: Difference,
-    /// Whether p_holm is below 0.05.
-    pub real: bool,
-    /// What the difference means on the table, in words.
-    pub effect: Option<String>,
-}
+    /// The difference between two labels.
+    LabelDifference(comparison: &Comparison, found: &Difference) {
+        /// The first label.
+        first: String = comparison.labels[found.first].clone(),
+        /// The second label.
+        second: String = comparison.labels[found.second].clone(),
+        /// The difference with its error.
+        #[serde(flatten)]
+        value: Difference = found.clone(),
+        /// Whether p_holm is below 0.05.
+        real: bool = found.is_real(),
+        /// What the difference means on the table, in words.
+        effect: Option<String> = words::effect(comparison, found),
+    }
 
-/// A label that does not determine a parameter.
-#[derive(Clone, Debug, Serialize, JsonSchema)]
-pub struct LeftOutLabel {
-    /// The label.
-    pub label: String,
-    /// Why it does not.
-    pub reason: String,
+    /// A label that does not determine a parameter.
+    LeftOutLabel(comparison: &Comparison, compared: &Compared, found: &(usize, Reason)) {
+        /// The label.
+        label: String = comparison.labels[found.0].clone(),
+        /// Why it does not.
+        reason: String = words::reason(found.1, compared.quantity),
+    }
 }
 
 /// As compare.json.
 impl Serialize for Comparison {
     fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
-        CompareDocument::from(self).serialize(serializer)
-    }
-}
-
-impl From<&Comparison> for CompareDocument {
-    fn from(comparison: &Comparison) -> Self {
-        let sample = |sample: &SampleSummary| Sample {
-            title: sample.title.clone(),
-            label: comparison.labels[sample.label].clone(),
-            shots_used: sample.shots_used,
-            shots_rejected: sample.shots_rejected.clone(),
-        };
-        let weight = |(sample, shot, weight): &(usize, String, f64)| SampleWeight {
-            sample: comparison.samples[*sample].title.clone(),
-            shot: shot.clone(),
-            weight: *weight,
-        };
-        let robust = comparison.robust.as_ref().map(|robust| ComparedRobust {
-            losses: robust.losses.clone(),
-            weights: robust.weights.iter().map(weight).collect(),
-        });
-        Self {
-            made: Made::default(),
-            verdict: words::verdict(comparison),
-            fidelity: comparison.fidelity,
-            method: if comparison.is_filmed { "joint" } else { "direct" },
-            computed: comparison.computed.clone(),
-            robust,
-            notes: words::notes(comparison),
-            told_by: comparison.told_by.clone(),
-            labels: comparison.labels.clone(),
-            warnings: words::warnings(comparison),
-            refuted: words::refuted(comparison),
-            samples: comparison.samples.iter().map(sample).collect(),
-            parameters: comparison.quantities.iter().map(|found| parameter(comparison, found)).collect(),
-            counted: counted(comparison),
-            chi2: comparison.chi2,
-            dof: comparison.dof,
-            noise_estimated: comparison.noise_estimated,
-            converged: comparison.converged,
-            termination: words::termination(comparison),
-        }
-    }
-}
-
-fn parameter(comparison: &Comparison, compared: &Compared) -> ComparedParameter {
-    let label = |index: usize| comparison.labels[index].clone();
-    let estimate = |value: &Value| LabelEstimate { label: value.label.map(label), value: *value };
-    let difference = |difference: &Difference| LabelDifference {
-        first: label(difference.first),
-        second: label(difference.second),
-        real: difference.is_real(),
-        effect: words::effect(comparison, difference),
-        value: difference.clone(),
-    };
-    let left_out = |(index, reason): &(usize, Reason)| LeftOutLabel {
-        label: label(*index),
-        reason: words::reason(*reason, compared.quantity),
-    };
-    ComparedParameter {
-        parameter: compared.quantity.name(),
-        meaning: compared.quantity.meaning(),
-        shared: compared.shared,
-        estimates: compared.estimates.iter().map(estimate).collect(),
-        differences: compared.differences.iter().map(difference).collect(),
-        same_or_different: compared.same_or_different,
-        left_out: compared.left_out.iter().map(left_out).collect(),
+        CompareDocument::new(self).serialize(serializer)
     }
 }

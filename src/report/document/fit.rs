@@ -1,288 +1,351 @@
 //! fit.json: a fit for programs.
 
-use schemars::JsonSchema;
-use serde::{Deserialize, Serialize};
+use serde::{Deserialize, Serialize, Serializer};
 
-use super::{ByName, Made};
-use crate::fit::Explanation;
-use crate::fit::{Counted, Diagnostics, Rejected, Scatter, Status, Verdict};
+use super::{ByName, Made, document, finite};
+use crate::fit::{self, Counted, Diagnostics, Explanation, Fit, FoundCamera, Rejected, Scatter, Verdict};
 use crate::measurement::dataset::{Measured, ObjectBall};
 use crate::measurement::written::ByParameter;
 use crate::physics::ball::Ball;
+use crate::problem::{self, Budget, Status};
+use crate::report::{reduced_chi2, unit_name, unit_of};
 
-/// fit.json of caromfit
-///
-/// One fit: fit.json, and each element of the array that caromfit fit --json prints. Keys may be added; none is renamed or dropped.
-/// Numbers are SI and radians except where a unit stands beside them; null stands for what is not known.
-#[derive(Clone, Debug, Default, Serialize, Deserialize, JsonSchema)]
-#[serde(default)]
-pub struct FitDocument {
-    /// Name of the data set.
-    pub dataset: String,
-    /// The label that was fitted apart; null if the data set was fitted as a whole.
-    pub group: Option<Group>,
-    /// Whether the numbers can be used.
-    #[serde(skip_deserializing)]
-    pub verdict: Option<Verdict>,
-    /// Label of the cloth.
-    pub cloth: Option<String>,
-    /// Who measured it, how and when.
-    pub source: Option<String>,
-    /// The cue ball, or the first of two discs.
-    pub ball: Option<Body>,
-    /// The second of two discs, or the object ball if it is stated to differ from the cue ball.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub object: Option<Body>,
-    /// Sliding friction of the cloth, dimensionless.
-    pub mu_k: Option<Measured>,
-    /// Rolling resistance of the cloth, dimensionless.
-    pub mu_r: Option<Measured>,
-    /// What made it.
-    #[serde(flatten)]
-    pub made: Made,
-    /// Collision model.
-    pub fidelity: String,
-    /// joint: all frames of a film at once; direct: tables of impacts and angles.
-    #[schemars(extend("enum" = ["joint", "direct"]))]
-    pub method: String,
-    /// Whether the model contains each effect, by its name.
-    pub effects: ByName<bool>,
-    /// What a reader must know, in sentences, the most important first.
-    pub warnings: Vec<String>,
-    /// What else a reader may want to know, in sentences.
-    pub notes: Vec<String>,
-    /// Estimates by the name of the parameter; mu_b and mu_c if the friction decreases with the slip, kappa if the contact is
-    /// compliant, mass_ratio and radius_ratio (cue ball over object ball) if they were fitted, e_slope if the restitution
-    /// decreases with the closing speed.
-    #[schemars(with = "ByParameter<FittedParameter>")]
-    pub parameters: ByName<FittedParameter>,
-    /// Correlation of the errors of the parameters.
-    pub correlation: Correlation,
-    /// What chi2, dof, observations and residuals.csv count: angles (and speeds), velocities, coordinates of frames, or impulses of
-    /// discs (e and J_t/J_n).
-    #[schemars(extend("enum" = Counted::ALL.map(Counted::name)))]
-    pub counted: String,
-    /// Sum of the squared standardized residuals, priors included.
-    pub chi2: Option<f64>,
-    /// The part of chi2 that priors add.
-    pub chi2_of_priors: Option<f64>,
-    /// Degrees of freedom.
-    pub dof: usize,
-    /// chi2/dof.
-    pub reduced_chi2: Option<f64>,
-    /// How the data contradict the model; null if they do not.
-    pub refuted: Option<Refuted>,
-    /// Of films: the camera as it was fitted, and what else was found of the film. A correction of 0 (of scale and aspect 1)
-    /// changes nothing.
-    pub film: Option<ByName<FilmEntry>>,
-    /// Every unknown that all shots share and that was free: of contact, balls, cloth, time and camera.
-    pub unknowns: Vec<Unknown>,
-    /// What makes up the standard errors of mu, mu_s and e, the largest part first; empty for those without one.
-    #[schemars(with = "ByParameter<Vec<BudgetPart>>")]
-    pub budget: ByName<Vec<BudgetPart>>,
-    /// What explains residuals that the equations or the stated numbers leave, the best first.
-    #[serde(skip_deserializing)]
-    pub explanations: Vec<Explanation>,
-    /// Number of measured values.
-    pub observations: usize,
-    /// How the noise of each observable is known.
-    pub noise: Vec<Noise>,
-    /// How far the fit can be trusted.
-    #[serde(flatten, skip_deserializing)]
-    pub diagnostics: Diagnostics,
-    /// Number of shots that were fitted.
-    pub shots_used: usize,
-    /// Shots that were left out.
-    pub shots_rejected: Vec<Rejected>,
-    /// Shots that were used though something about them is wrong.
-    pub shots_doubtful: Vec<Rejected>,
-    /// Of discs: standard deviations between shots beyond the errors of their frames, which the errors of the parameters include.
-    #[serde(skip_serializing_if = "Option::is_none", skip_deserializing)]
-    pub scatter: Option<Scatter>,
-    /// Whether the search ended at a minimum.
-    pub converged: bool,
-    /// Why the search ended.
-    pub termination: String,
-    /// How many times the search computed all residuals.
-    pub iterations: usize,
-    /// Duration of the fit, s.
-    pub seconds: f64,
-}
+document! {
+    /// fit.json of caromfit
+    ///
+    /// One fit: fit.json, and each element of the array that caromfit fit --json prints. Keys may be added; none is renamed or dropped.
+    /// Numbers are SI and radians except where a unit stands beside them; null stands for what is not known.
+    #[derive(Default, Deserialize)]
+    #[serde(default)]
+    FitDocument(fit: &Fit) {
+        /// Name of the data set.
+        dataset: String = fit.dataset.clone(),
+        /// The label that was fitted apart; null if the data set was fitted as a whole.
+        group: Option<Group> = fit.group.as_ref().map(Group::new),
+        /// Whether the numbers can be used.
+        #[serde(skip_deserializing)]
+        verdict: Option<Verdict> = Some(fit.verdict()),
+        /// Label of the cloth.
+        cloth: Option<String> = fit.cloth.clone(),
+        /// Who measured it, how and when.
+        source: Option<String> = fit.source.clone(),
+        /// The cue ball, or the first of two discs.
+        ball: Option<Body> = Some(body(fit, 0)),
+        /// The second of two discs, or the object ball if it is stated to differ from the cue ball.
+        #[serde(skip_serializing_if = "Option::is_none")]
+        object: Option<Body> = (fit.discs.is_some() || fit.object.is_some()).then(|| body(fit, 1)),
+        /// Sliding friction of the cloth, dimensionless.
+        mu_k: Option<Measured> = fit.sliding,
+        /// Rolling resistance of the cloth, dimensionless.
+        mu_r: Option<Measured> = fit.rolling,
+        /// What made it.
+        #[serde(flatten)]
+        made: Made = Made::default(),
+        /// Collision model.
+        fidelity: String = fit.fidelity.to_owned(),
+        /// joint: all frames of a film at once; direct: tables of impacts and angles.
+        #[schemars(extend("enum" = ["joint", "direct"]))]
+        method: String = fit.method_name().to_owned(),
+        /// Whether the model contains each effect, by its name.
+        effects: ByName<bool> = fit.effects.iter().map(|(name, on)| ((*name).to_owned(), *on)).collect(),
+        /// What a reader must know, in sentences, the most important first.
+        warnings: Vec<String> = fit.warnings.clone(),
+        /// What else a reader may want to know, in sentences.
+        notes: Vec<String> = fit.notes.clone(),
+        /// Estimates by the name of the parameter; mu_b and mu_c if the friction decreases with the slip, kappa if the contact is
+        /// compliant, mass_ratio and radius_ratio (cue ball over object ball) if they were fitted, e_slope if the restitution
+        /// decreases with the closing speed.
+        #[schemars(with = "ByParameter<FittedParameter>")]
+        parameters: ByName<FittedParameter> = named(&fit.estimates, |found| {
+            (found.parameter.name(), FittedParameter::new(fit, found))
+        }),
+        /// Correlation of the errors of the parameters.
+        correlation: Correlation = Correlation::new(fit),
+        /// What chi2, dof, observations and residuals.csv count: angles (and speeds), velocities, coordinates of frames, or impulses of
+        /// discs (e and J_t/J_n).
+        #[schemars(extend("enum" = Counted::ALL.map(Counted::name)))]
+        counted: String = fit.counted().name().to_owned(),
+        /// Sum of the squared standardized residuals, priors included.
+        chi2: Option<f64> = finite(fit.chi2),
+        /// The part of chi2 that priors add.
+        chi2_of_priors: Option<f64> = finite(fit.prior_chi2),
+        /// Degrees of freedom.
+        dof: usize = fit.dof,
+        /// chi2/dof.
+        reduced_chi2: Option<f64> = reduced_chi2(fit).and_then(finite),
+        /// How the data contradict the model; null if they do not.
+        refuted: Option<Refuted> = fit.refuted.as_ref().map(Refuted::new),
+        /// Of films: the camera as it was fitted, and what else was found of the film. A correction of 0 (of scale and aspect 1)
+        /// changes nothing.
+        film: Option<ByName<FilmEntry>> = fit.camera.as_ref().map(film),
+        /// Every unknown that all shots share and that was free: of contact, balls, cloth, time and camera.
+        unknowns: Vec<Unknown> = fit.unknowns.iter().map(Unknown::new).collect(),
+        /// What makes up the standard errors of mu, mu_s and e, the largest part first; empty for those without one.
+        #[schemars(with = "ByParameter<Vec<BudgetPart>>")]
+        budget: ByName<Vec<BudgetPart>> = named(&fit.budget, |own| (own.id.name(), budget(own))),
+        /// What explains residuals that the equations or the stated numbers leave, the best first.
+        #[serde(skip_deserializing)]
+        explanations: Vec<Explanation> = fit.explanations.clone(),
+        /// Number of measured values.
+        observations: usize = match &fit.diagnostics.joint {
+            Some(joint) => joint.observations,
+            None => fit.residuals.len(),
+        },
+        /// How the noise of each observable is known.
+        noise: Vec<Noise> = fit.noise.iter().map(Noise::new).collect(),
+        /// How far the fit can be trusted.
+        #[serde(flatten, skip_deserializing)]
+        diagnostics: Diagnostics = fit.diagnostics.clone(),
+        /// Number of shots that were fitted.
+        shots_used: usize = fit.shots_used,
+        /// Shots that were left out.
+        shots_rejected: Vec<Rejected> = fit.shots_rejected.clone(),
+        /// Shots that were used though something about them is wrong.
+        shots_doubtful: Vec<Rejected> = Vec::new(),
+        /// Of discs: standard deviations between shots beyond the errors of their frames, which the errors of the parameters include.
+        #[serde(skip_serializing_if = "Option::is_none", skip_deserializing)]
+        scatter: Option<Scatter> = fit.scatter.filter(|scatter| scatter.is_estimated),
+        /// Whether the search ended at a minimum.
+        converged: bool = fit.converged,
+        /// Why the search ended.
+        termination: String = fit.termination.clone(),
+        /// How many times the search computed all residuals.
+        iterations: usize = fit.iterations,
+        /// Duration of the fit, s.
+        seconds: f64 = fit.seconds,
+    }
 
-/// A label whose shots were fitted apart.
-#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
-pub struct Group {
-    /// The column that `[fit] by` names.
-    pub column: String,
-    /// The value of that column.
-    pub label: String,
-}
+    /// A label whose shots were fitted apart.
+    #[derive(PartialEq, Eq, Deserialize)]
+    Group(group: &(String, String)) {
+        /// The column that `[fit] by` names.
+        column: String = group.0.clone(),
+        /// The value of that column.
+        label: String = group.1.clone(),
+    }
 
-/// A ball or a disc.
-#[derive(Clone, Copy, Debug, Serialize, Deserialize, JsonSchema)]
-pub struct Body {
-    /// Radius, m.
-    pub radius_m: f64,
-    /// Mass, kg; of discs null if it is not stated.
-    pub mass_kg: Option<f64>,
-    /// Moment of inertia over MR²: 0.4 for a uniform ball, 0.5 for a uniform disc.
-    pub inertia: f64,
-    /// Standard deviation of the stated radius, m, if it counts.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub radius_m_sd: Option<f64>,
-    /// Standard deviation of the stated mass, kg, if it counts.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub mass_kg_sd: Option<f64>,
-}
+    /// A ball or a disc.
+    #[derive(Copy, Deserialize)]
+    Body(ball: &Ball, sds: [Option<f64>; 2]) {
+        /// Radius, m.
+        radius_m: f64 = ball.radius,
+        /// Mass, kg; of discs null if it is not stated.
+        mass_kg: Option<f64> = Some(ball.mass),
+        /// Moment of inertia over MR²: 0.4 for a uniform ball, 0.5 for a uniform disc.
+        inertia: f64 = ball.inertia,
+        /// Standard deviation of the stated radius, m, if it counts.
+        #[serde(skip_serializing_if = "Option::is_none")]
+        radius_m_sd: Option<f64> = sds[0].filter(|sd| *sd > 0.0),
+        /// Standard deviation of the stated mass, kg, if it counts.
+        #[serde(skip_serializing_if = "Option::is_none")]
+        mass_kg_sd: Option<f64> = sds[1].filter(|sd| *sd > 0.0),
+    }
 
-impl Body {
-    /// Returns the cue ball or the object ball (0 or 1) with the standard deviations of what is stated of both if they count.
-    pub(super) fn new(ball: &Ball, stated: Option<&ObjectBall>, which: usize) -> Self {
-        let sd = |of: [f64; 2]| Some(of[which]).filter(|sd| *sd > 0.0);
-        Self {
-            radius_m: ball.radius,
-            mass_kg: Some(ball.mass),
-            inertia: ball.inertia,
-            radius_m_sd: stated.and_then(|object| sd(object.radius_sd)),
-            mass_kg_sd: stated.and_then(|object| sd(object.mass_sd?)),
-        }
+    /// A parameter of the fit.
+    #[derive(Deserialize)]
+    FittedParameter(fit: &Fit, found: &fit::Estimate) {
+        /// The meaning in words.
+        #[serde(default)]
+        meaning: String = found.parameter.meaning().to_owned(),
+        /// Unit: 1 for a ratio, or s/m.
+        #[serde(default)]
+        unit: String = unit_of(found.parameter).to_owned(),
+        /// The best value, or the value at which the parameter was held.
+        estimate: f64 = found.value,
+        /// Standard error from the curvature of χ²; null if it was not fitted or ends at a bound.
+        std_error: Option<f64> = found.std_error.and_then(finite),
+        /// The 95 % interval to quote, within the bounds: lower and upper end.
+        interval_95: Option<[f64; 2]> = interval(found.interval_95),
+        /// How interval_95 was found: hessian or profile.
+        interval_method: Option<String> = interval(found.interval_95).map(|_| {
+            if found.is_profiled() { "profile" } else { "hessian" }.to_owned()
+        }),
+        /// The 95 % interval from the curvature of χ².
+        interval_95_hessian: Option<[f64; 2]> = interval(found.intervals.hessian),
+        /// The 95 % interval from the profile of χ², which need not be symmetric.
+        interval_95_profile: Option<[f64; 2]> = interval(found.intervals.profile),
+        /// Standard error if the parameters that end at their bounds are truly there; null if it is the same.
+        std_error_at_bound: Option<f64> = found.std_error_at_bound.and_then(finite),
+        /// How far the data determine it.
+        #[schemars(extend("enum" = Status::ALL.map(Status::name)))]
+        status: String = found.status.name().to_owned(),
+        /// Every value from the first, which is a bound, to the second fits equally; null if the estimate is a value.
+        plateau: Option<[f64; 2]> = fit.plateau(found.parameter),
+    }
+
+    /// A correlation matrix.
+    #[derive(Default, Deserialize)]
+    Correlation(fit: &Fit) {
+        /// Names of the parameters.
+        order: Vec<String> = fit.estimates.iter().map(|found| found.parameter.name().to_owned()).collect(),
+        /// Rows and columns in this order, −1 to 1; null if a parameter has no standard error.
+        matrix: Vec<Vec<Option<f64>>> = {
+            fit.correlation.row_iter().map(|row| row.iter().map(|value| finite(*value)).collect()).collect()
+        },
+    }
+
+    /// How the data contradict the model.
+    #[derive(Deserialize)]
+    Refuted(found: &fit::Refuted) {
+        /// χ² over degrees of freedom.
+        reduced_chi2: Option<f64> = finite(found.reduced_chi2),
+        /// Probability of a larger χ² if the model is right.
+        p_value: Option<f64> = finite(found.p_value),
+        /// What contradicts the model.
+        sentence: String = found.sentence(),
+        /// Standard errors that would hold if the model did, by parameter.
+        #[serde(default)]
+        #[schemars(with = "ByParameter<f64>")]
+        std_errors_if_model_held: ByName<f64> = named(&found.if_model_held, |(p, error)| (p.name(), *error)),
+        /// Restitution as the ratio of the normal velocities, which needs no model; null if it was not measured.
+        measured_e: Option<MeasuredE> = found.restitution.as_ref().map(MeasuredE::new),
+    }
+
+    /// A restitution that was measured without the model.
+    #[derive(Copy, Deserialize)]
+    MeasuredE(found: &fit::MeasuredRestitution) {
+        /// Mean over the shots.
+        estimate: f64 = found.value,
+        /// Its standard error.
+        std_error: Option<f64> = finite(found.std_error),
+        /// Standard deviation between shots.
+        #[serde(default)]
+        scatter_between_shots: f64 = found.scatter,
+        /// Number of shots that have it.
+        #[serde(default)]
+        shots: usize = found.shots,
+    }
+
+    /// A number that was found of a film.
+    #[derive(Copy, Default, Deserialize)]
+    #[serde(default)]
+    FilmEntry(value: f64, error: f64) {
+        /// Its value.
+        #[serde(skip_serializing_if = "Option::is_none")]
+        estimate: Option<f64> = finite(value),
+        /// Its standard error, same unit.
+        #[serde(skip_serializing_if = "Option::is_none")]
+        std_error: Option<f64> = finite(error),
+        /// Whether it is applied.
+        #[serde(skip_serializing_if = "Option::is_none")]
+        adopted: Option<bool> = None,
+        /// Of dropped_frames: number of shots in which frames were dropped.
+        #[serde(skip_serializing_if = "Option::is_none")]
+        shots: Option<usize> = None,
+        /// Of dropped_frames: number of drops.
+        #[serde(skip_serializing_if = "Option::is_none")]
+        drops: Option<usize> = None,
+        /// Of left_out_at_impacts: number of frames before each impact.
+        #[serde(skip_serializing_if = "Option::is_none")]
+        before: Option<usize> = None,
+        /// Of left_out_at_impacts: number of frames after each impact.
+        #[serde(skip_serializing_if = "Option::is_none")]
+        after: Option<usize> = None,
+    }
+
+    /// An unknown that all shots share.
+    #[derive(Deserialize)]
+    Unknown(found: &problem::Estimate) {
+        /// mu, mu_s, e, mu_b, mu_c, kappa, e_slope, mass_ratio, radius_ratio; topspin over natural roll of balls that roll (roll) and
+        /// slide (topspin); mu_k, mu_r, bounce, frame_rate, tilt_x, tilt_y; and the corrections of the camera.
+        name: String = found.id.name().to_owned(),
+        /// Its value, in the unit at the end of its name; without one a ratio, or lengths in m.
+        estimate: Option<f64> = finite(found.value),
+        /// Its standard error, same unit; null at a bound.
+        std_error: Option<f64> = found.std_error.and_then(finite),
+        /// Mean and standard deviation of what was known before the fit; null without a prior.
+        prior: Option<[f64; 2]> = found.prior.map(|prior| [prior.mean, prior.sd]),
+        /// Estimate less the prior's mean, over the prior's standard deviation; null without a prior.
+        prior_pull: Option<f64> = found.prior.and_then(|prior| finite((found.value - prior.mean) / prior.sd)),
+    }
+
+    /// A part of a standard error: the squares of all add up to its square.
+    #[derive(Deserialize)]
+    BudgetPart(name: &str, variance: f64) {
+        /// Name of another unknown, as in unknowns; or noise: what remains if all others are known.
+        source: String = name.to_owned(),
+        /// Its part of the standard error, in the unit of the parameter.
+        std_error: Option<f64> = finite(variance.max(0.0).sqrt()),
+    }
+
+    /// The noise of one observable.
+    #[derive(Deserialize)]
+    Noise(noise: &fit::Noise) {
+        /// Its column in the data files.
+        observable: String = noise.observable.column().to_owned(),
+        /// Unit of rms and estimated_sd: deg, m/s, rad/s, or 1 for a ratio.
+        unit: String = unit_name(noise.observable).to_owned(),
+        /// Number of values.
+        count: usize = noise.count,
+        /// Root mean square of the residuals.
+        rms: Option<f64> = finite(noise.rms / noise.observable.unit_si()),
+        /// Standard deviation of the noise if it was estimated from the residuals.
+        estimated_sd: Option<f64> = noise.estimated_sd.and_then(|sd| finite(sd / noise.observable.unit_si())),
     }
 }
 
-/// A parameter of the fit.
-#[derive(Clone, Debug, Serialize, Deserialize, JsonSchema)]
-pub struct FittedParameter {
-    /// The meaning in words.
-    #[serde(default)]
-    pub meaning: String,
-    /// Unit: 1 for a ratio, or s/m.
-    #[serde(default)]
-    pub unit: String,
-    /// The best value, or the value at which the parameter was held.
-    pub estimate: f64,
-    /// Standard error from the curvature of χ²; null if it was not fitted or ends at a bound.
-    pub std_error: Option<f64>,
-    /// The 95 % interval to quote, within the bounds: lower and upper end.
-    pub interval_95: Option<[f64; 2]>,
-    /// How interval_95 was found: hessian or profile.
-    pub interval_method: Option<String>,
-    /// The 95 % interval from the curvature of χ².
-    pub interval_95_hessian: Option<[f64; 2]>,
-    /// The 95 % interval from the profile of χ², which need not be symmetric.
-    pub interval_95_profile: Option<[f64; 2]>,
-    /// Standard error if the parameters that end at their bounds are truly there; null if it is the same.
-    pub std_error_at_bound: Option<f64>,
-    /// How far the data determine it.
-    #[schemars(extend("enum" = Status::ALL.map(Status::name)))]
-    pub status: String,
-    /// Every value from the first, which is a bound, to the second fits equally; null if the estimate is a value.
-    pub plateau: Option<[f64; 2]>,
+/// As fit.json.
+impl Serialize for Fit {
+    fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
+        FitDocument::new(self).serialize(serializer)
+    }
 }
 
-/// A correlation matrix.
-#[derive(Clone, Debug, Default, Serialize, Deserialize, JsonSchema)]
-pub struct Correlation {
-    /// Names of the parameters.
-    pub order: Vec<String>,
-    /// Rows and columns in this order, −1 to 1; null if a parameter has no standard error.
-    pub matrix: Vec<Vec<Option<f64>>>,
+/// Returns what is made of each of some things, by its name.
+fn named<T, U>(all: &[T], one: impl Fn(&T) -> (&str, U)) -> ByName<U> {
+    all.iter().map(one).map(|(name, made)| (name.to_owned(), made)).collect()
 }
 
-/// How the data contradict the model.
-#[derive(Clone, Debug, Serialize, Deserialize, JsonSchema)]
-pub struct Refuted {
-    /// χ² over degrees of freedom.
-    pub reduced_chi2: Option<f64>,
-    /// Probability of a larger χ² if the model is right.
-    pub p_value: Option<f64>,
-    /// What contradicts the model.
-    pub sentence: String,
-    /// Standard errors that would hold if the model did, by parameter.
-    #[serde(default)]
-    #[schemars(with = "ByParameter<f64>")]
-    pub std_errors_if_model_held: ByName<f64>,
-    /// Restitution as the ratio of the normal velocities, which needs no model; null if it was not measured.
-    pub measured_e: Option<MeasuredE>,
+impl Body {
+    /// Returns the cue ball or the object ball (0 or 1) with the standard deviations of what is stated of both.
+    pub(super) fn of_balls(cue: &Ball, object: Option<&ObjectBall>, which: usize) -> Self {
+        let ball = object.filter(|_| which == 1).map_or(cue, |object| &object.ball);
+        let sds = |object: &ObjectBall| [Some(object.radius_sd), object.mass_sd].map(|sds| Some(sds?[which]));
+        Self::new(ball, object.map_or([None; 2], sds))
+    }
 }
 
-/// A restitution that was measured without the model.
-#[derive(Clone, Copy, Debug, Serialize, Deserialize, JsonSchema)]
-pub struct MeasuredE {
-    /// Mean over the shots.
-    pub estimate: f64,
-    /// Its standard error.
-    pub std_error: Option<f64>,
-    /// Standard deviation between shots.
-    #[serde(default)]
-    pub scatter_between_shots: f64,
-    /// Number of shots that have it.
-    #[serde(default)]
-    pub shots: usize,
+/// Returns the cue ball or the object ball, or one of two discs (0 or 1): of discs with the mass only if it is stated.
+fn body(fit: &Fit, which: usize) -> Body {
+    let body = Body::of_balls(&fit.ball, fit.object.as_ref(), which);
+    let Some(discs) = fit.discs else { return body };
+    let radius_m = discs.radii.map_or(body.radius_m, |radii| radii[which]);
+    Body { radius_m, mass_kg: discs.masses.map(|masses| masses[which]), ..body }
 }
 
-/// A number that was found of a film.
-#[derive(Clone, Copy, Debug, Default, Serialize, Deserialize, JsonSchema)]
-#[serde(default)]
-pub struct FilmEntry {
-    /// Its value.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub estimate: Option<f64>,
-    /// Its standard error, same unit.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub std_error: Option<f64>,
-    /// Whether it is applied.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub adopted: Option<bool>,
-    /// Of dropped_frames: number of shots in which frames were dropped.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub shots: Option<usize>,
-    /// Of dropped_frames: number of drops.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub drops: Option<usize>,
-    /// Of left_out_at_impacts: number of frames before each impact.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub before: Option<usize>,
-    /// Of left_out_at_impacts: number of frames after each impact.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub after: Option<usize>,
+/// Returns an interval whose ends are finite.
+fn interval(ends: Option<[f64; 2]>) -> Option<[f64; 2]> {
+    ends.filter(|ends| ends.iter().all(|end| end.is_finite()))
 }
 
-/// An unknown that all shots share.
-#[derive(Clone, Debug, Serialize, Deserialize, JsonSchema)]
-pub struct Unknown {
-    /// mu, mu_s, e, mu_b, mu_c, kappa, e_slope, mass_ratio, radius_ratio; topspin over natural roll of balls that roll (roll) and
-    /// slide (topspin); mu_k, mu_r, bounce, frame_rate, tilt_x, tilt_y; and the corrections of the camera.
-    pub name: String,
-    /// Its value, in the unit at the end of its name; without one a ratio, or lengths in m.
-    pub estimate: Option<f64>,
-    /// Its standard error, same unit; null at a bound.
-    pub std_error: Option<f64>,
-    /// Mean and standard deviation of what was known before the fit; null without a prior.
-    pub prior: Option<[f64; 2]>,
-    /// Estimate less the prior's mean, over the prior's standard deviation; null without a prior.
-    pub prior_pull: Option<f64>,
+/// Returns the camera as it was fitted, and what else was found of a film.
+fn film(found: &FoundCamera) -> ByName<FilmEntry> {
+    let correction = |value: f64, error: f64, adopted: bool| FilmEntry {
+        adopted: Some(adopted),
+        ..FilmEntry::new(value, error)
+    };
+    let mut film = named(&found.corrections, |own| {
+        (own.which.name(), correction(own.value, own.std_error, own.adopted))
+    });
+    let mut add = |name: &str, entry: FilmEntry| film.insert(name.to_owned(), entry);
+    if let Some(noise) = found.noise_correlation {
+        add("noise_correlation", correction(noise, f64::NAN, true));
+    }
+    add("resolution_m", FilmEntry::new(0.0, f64::NAN));
+    let [shots, drops] = found.drops.map(Some);
+    add("dropped_frames", FilmEntry { shots, drops, ..FilmEntry::default() });
+    if let Some(spoiled) = found.spoiled {
+        let [before, after] = spoiled.map(Some);
+        add("left_out_at_impacts", FilmEntry { before, after, ..FilmEntry::default() });
+    }
+    film
 }
 
-/// A part of a standard error: the squares of all add up to its square.
-#[derive(Clone, Debug, Serialize, Deserialize, JsonSchema)]
-pub struct BudgetPart {
-    /// Name of another unknown, as in unknowns; or noise: what remains if all others are known.
-    pub source: String,
-    /// Its part of the standard error, in the unit of the parameter.
-    pub std_error: Option<f64>,
-}
-
-/// The noise of one observable.
-#[derive(Clone, Debug, Serialize, Deserialize, JsonSchema)]
-pub struct Noise {
-    /// Its column in the data files.
-    pub observable: String,
-    /// Unit of rms and estimated_sd: deg, m/s, rad/s, or 1 for a ratio.
-    pub unit: String,
-    /// Number of values.
-    pub count: usize,
-    /// Root mean square of the residuals.
-    pub rms: Option<f64>,
-    /// Standard deviation of the noise if it was estimated from the residuals.
-    pub estimated_sd: Option<f64>,
+/// Returns the parts of a standard error, the largest first.
+pub(in crate::report) fn budget(found: &Budget) -> Vec<BudgetPart> {
+    let mut parts: Vec<(&str, f64)> =
+        found.shares.iter().map(|share| (share.nuisance.name(), share.variance)).collect();
+    parts.push(("noise", found.noise));
+    parts.sort_by(|a, b| b.1.total_cmp(&a.1));
+    parts.into_iter().map(|(name, variance)| BudgetPart::new(name, variance)).collect()
 }

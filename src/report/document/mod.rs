@@ -7,7 +7,6 @@ mod accuracy;
 mod compare;
 mod design;
 mod fit;
-mod of_fit;
 mod printed;
 mod stored;
 
@@ -15,8 +14,8 @@ pub use accuracy::{AccuracyDocument, Bias};
 pub use compare::CompareDocument;
 pub use design::DesignDocument;
 pub(super) use design::detectable;
+pub(super) use fit::budget;
 pub use fit::*;
-pub(super) use of_fit::budget;
 pub use printed::*;
 use schemars::generate::SchemaSettings;
 use schemars::{JsonSchema, Schema};
@@ -28,6 +27,32 @@ use super::ReportError;
 
 /// `format_version` of the documents: raised if a key is renamed or dropped, or changes its meaning.
 pub const FORMAT_VERSION: u32 = 1;
+
+/// Defines documents: each key stands once, with its meaning, its type, and its value.
+///
+/// `Name(of: Type) { /// Meaning.\n key: Type = value, }` is a struct with that public field, which is written as JSON and described
+/// by a schema, and a function `new(of)`, which gives each field its value.
+macro_rules! document {
+    ($(
+        $(#[$about:meta])*
+        $name:ident($($of:ident: $type:ty),+) { $($(#[$meaning:meta])* $key:ident: $kind:ty = $value:expr,)+ }
+    )+) => { $(
+        $(#[$about])*
+        #[derive(Clone, Debug, serde::Serialize, schemars::JsonSchema)]
+        pub struct $name {
+            $($(#[$meaning])* pub $key: $kind,)+
+        }
+
+        impl $name {
+            /// Returns the document.
+            #[must_use]
+            pub fn new($($of: $type),+) -> Self {
+                Self { $($key: $value),+ }
+            }
+        }
+    )+ };
+}
+use document;
 
 /// A value for each of several names, in their order.
 pub type ByName<T> = indexmap::IndexMap<String, T>;

@@ -7,30 +7,12 @@ use super::FitDocument;
 
 /// Why stored fits cannot be read.
 #[derive(Debug, thiserror::Error)]
-#[non_exhaustive]
-pub enum StoredError {
-    /// A file or folder cannot be read.
-    #[error("{}: cannot be read: {source}", path.display())]
-    Read {
-        /// The file or folder.
-        path: PathBuf,
-        /// Why it cannot be read.
-        source: std::io::Error,
-    },
-    /// A file is no fit.json.
-    #[error("{}:{}: column {}: {source}; expected a fit.json that caromfit fit wrote", path.display(), source.line(), source.column())]
-    Json {
-        /// The file.
-        path: PathBuf,
-        /// What is wrong with it, and in which line and column.
-        source: serde_json::Error,
-    },
-    /// There is no fit.json at or below the path.
-    #[error("{}: holds no fit.json; expected one, or a folder that caromfit fit wrote", path.display())]
-    None {
-        /// The path.
-        path: PathBuf,
-    },
+#[error("{}{reason}", path.display())]
+pub struct StoredError {
+    /// The file or folder.
+    pub path: PathBuf,
+    /// The line and column if there is one, what is wrong, and what was expected.
+    pub reason: String,
 }
 
 /// Reads a fit.json, an array of them (as `caromfit fit --json` prints it), or all below a folder.
@@ -40,11 +22,16 @@ pub enum StoredError {
 pub fn read(path: &Path) -> Result<Vec<FitDocument>, StoredError> {
     let mut fits = Vec::new();
     gather(path, &mut fits)?;
-    if fits.is_empty() { Err(StoredError::None { path: path.to_path_buf() }) } else { Ok(fits) }
+    if fits.is_empty() {
+        let reason = ": holds no fit.json; expected one, or a folder that caromfit fit wrote".to_owned();
+        return Err(StoredError { path: path.to_path_buf(), reason });
+    }
+    Ok(fits)
 }
 
 fn gather(path: &Path, fits: &mut Vec<FitDocument>) -> Result<(), StoredError> {
-    let failed = |source| StoredError::Read { path: path.to_path_buf(), source };
+    let wrong = |reason: String| StoredError { path: path.to_path_buf(), reason };
+    let failed = |error: std::io::Error| wrong(format!(": cannot be read: {error}"));
     if path.is_dir() {
         let own = path.join("fit.json");
         if own.is_file() {
@@ -57,11 +44,13 @@ fn gather(path: &Path, fits: &mut Vec<FitDocument>) -> Result<(), StoredError> {
         return folders.iter().try_for_each(|folder| gather(folder, fits));
     }
     let text = fs::read_to_string(path).map_err(failed)?;
-    let json = |source| StoredError::Json { path: path.to_path_buf(), source };
-    if text.trim_start().starts_with('[') {
-        fits.append(&mut serde_json::from_str(&text).map_err(json)?);
-    } else {
-        fits.push(serde_json::from_str(&text).map_err(json)?);
-    }
+    let found = match text.trim_start().starts_with('[') {
+        true => serde_json::from_str(&text),
+        false => serde_json::from_str(&text).map(|fit| vec![fit]),
+    };
+    fits.append(&mut found.map_err(|error| {
+        let (line, column) = (error.line(), error.column());
+        wrong(format!(":{line}: column {column}: {error}; expected a fit.json that caromfit fit wrote"))
+    })?);
     Ok(())
 }

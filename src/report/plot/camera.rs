@@ -14,10 +14,11 @@ const ARROWS: usize = 9;
 const LONGEST: f64 = 0.1;
 const ENLARGED: [f64; 10] = [1.0, 2.0, 5.0, 10.0, 20.0, 50.0, 100.0, 200.0, 500.0, 1000.0];
 
-/// Returns the figure; `None` if nothing was corrected.
-pub fn figure(found: &FoundCamera) -> Option<Figure> {
+/// Returns the figure, which is empty if nothing was corrected.
+pub fn figure(found: &FoundCamera) -> Figure {
+    let mut figure = Figure::new("Camera");
     if found.corrections.is_empty() || found.contacts.is_empty() {
-        return None;
+        return figure;
     }
     let sides = [0, 1].map(|axis| ends(found.contacts.iter().map(|place| place[axis])));
     let middle = sides.map(|[low, high]| 0.5 * (low + high));
@@ -45,7 +46,6 @@ pub fn figure(found: &FoundCamera) -> Option<Figure> {
         from: cm(film),
         to: cm([0, 1].map(|i| film[i] + enlarged * by[i])),
     }));
-    let mut figure = Figure::new("Camera");
     figure.add_rows(ROW, 1, vec![panel]);
-    Some(figure)
+    figure
 }

@@ -1,18 +1,11 @@
-//! Figures of a comparison: estimates with their intervals, and the residuals of all labels.
+//! The estimates of a comparison with their intervals.
 
-use super::axis::is_drawable;
-use super::residuals::STANDARDIZED;
-use super::{Axis, Figure, Label, Panel, Point, color};
-use crate::compare::{Compared, Comparison, LabelResidual};
-use crate::fit::Residual;
-use crate::report::number::count_of;
+use super::{Axis, Figure, Panel, Point, color};
+use crate::compare::{Compared, Comparison};
 
 /// Height of an estimate and of what stands about all of a quantity, pixels.
 const LINE: u32 = 34;
 const AROUND: u32 = 128;
-
-/// Height of the panels of residuals, pixels.
-const ROW: u32 = 460;
 
 /// Returns the estimates of each quantity with their intervals, below each other.
 pub(crate) fn forest(comparison: &Comparison) -> Figure {
@@ -30,13 +23,13 @@ pub(crate) fn forest(comparison: &Comparison) -> Figure {
 
 fn estimates(comparison: &Comparison, compared: &Compared) -> Panel {
     let symbol = compared.quantity.symbol();
-    let name =
-        |label: Option<usize>| label.map_or("all", |label| comparison.labels[label].as_str()).to_owned();
-    let words = compared.estimates.iter().rev().map(|value| name(value.label)).collect();
+    let name = |label: usize| comparison.labels[label].clone();
+    let values = || compared.estimates.iter().rev();
+    let words = values().map(|value| value.label.map_or("all".to_owned(), name)).collect();
     let about = if compared.shared { "one value for all" } else { "" };
     let x = Axis::new(format!("{symbol}, {}", compared.quantity.meaning()));
     let mut panel = Panel::new(symbol, about, x, Axis::of_words(words));
-    for (row, value) in compared.estimates.iter().rev().enumerate() {
+    for (row, value) in values().enumerate() {
         let (y, series) = (row as f64, value.label.unwrap_or(0));
         if let Some([low, high]) = value.interval_95 {
             panel.line([[low, y], [high, y]], color(series), 3);
@@ -45,47 +38,4 @@ fn estimates(comparison: &Comparison, compared: &Compared) -> Panel {
         panel.points([Point { opacity, ..Point::new([value.value, y], series) }]);
     }
     panel
-}
-
-/// Returns the residuals of all labels, each in its colour.
-pub(crate) fn residuals(comparison: &Comparison) -> Figure {
-    let mut figure = Figure::new("Residuals of the joint fit");
-    figure.series.clone_from(&comparison.labels);
-    let label = |residual: &LabelResidual| {
-        let Residual { observable, standardized, .. } = residual.of_shot;
-        Label::new(&comparison.shot_name(residual), observable.label(), standardized)
-    };
-    figure.labels = comparison.residuals.iter().map(label).collect();
-    let cut = |residual: &Residual| residual.cut.to_degrees();
-    let speed = |residual: &Residual| residual.speed.unwrap_or(f64::NAN);
-    let x_of: [&dyn Fn(&Residual) -> f64; 2] = [&cut, &speed];
-    let axes = [("against cut angle", super::CUT_AXIS), ("against speed", super::SPEED_AXIS)];
-    let mut panels = Vec::new();
-    for ((title, axis), x) in axes.into_iter().zip(x_of) {
-        let points: Vec<Point> = comparison
-            .residuals
-            .iter()
-            .enumerate()
-            .map(|(i, residual)| Point {
-                opacity: 0.6,
-                label: Some(i),
-                ..Point::new([x(&residual.of_shot), residual.of_shot.standardized], residual.label)
-            })
-            .filter(|point| point.at.iter().all(|x| is_drawable(*x)))
-            .collect();
-        if points.is_empty() {
-            figure.lines.push(format!("Not drawn {title}: unknown for every shot."));
-            continue;
-        }
-        let outside = comparison.residuals.len() - points.len();
-        let about =
-            if outside > 0 { format!("; {} left out", count_of(outside, "point")) } else { String::new() };
-        let about = format!("band: ±2 sd{about}");
-        let mut panel = Panel::new(title, about, Axis::new(axis), Axis::symmetric(STANDARDIZED, 2.5));
-        panel.two_sd();
-        panel.points(points);
-        panels.push(panel);
-    }
-    figure.add_rows(ROW, 2, panels);
-    figure
 }

@@ -16,16 +16,15 @@ const REGIONS: [RGBColor; 2] = [RGBColor(166, 206, 236), RGBColor(112, 170, 214)
 /// Part of a region by which its ellipse is drawn beyond it.
 const BEYOND: f64 = 0.25;
 
-/// Returns the regions of all pairs; `None` without a pair of free parameters.
-pub fn figure(fit: &Fit) -> Option<Figure> {
+/// Returns the regions of all pairs of free parameters.
+pub fn figure(fit: &Fit) -> Figure {
     let contours = &fit.diagnostics.contours;
-    contours.first()?;
     let mut figure = Figure::new(format!("{}: pairs of parameters", title(fit)));
     figure.lines = vec![
         "Dark and light: the true pair lies there with 68 % and 95 % probability. Grey: the ellipses of the covariance.".to_owned(),
     ];
     figure.add_rows(ROW, contours.len().clamp(2, 3), contours.iter().map(panel).collect());
-    Some(figure)
+    figure
 }
 
 fn panel(contour: &Contour) -> Panel {

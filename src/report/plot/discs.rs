@@ -12,8 +12,8 @@ const ROW: u32 = 500;
 /// Series of shots that were fitted, and of those that were not.
 const SERIES: [(usize, &str); 2] = [(0, "shots"), (1, "shots that were not fitted")];
 
-/// Returns the figure; `None` of balls, or if no shot has what it shows.
-pub fn figure(fit: &Fit) -> Option<Figure> {
+/// Returns the figure, which is empty of balls, and if no shot has what it shows.
+pub fn figure(fit: &Fit) -> Figure {
     let has_parted = |shot: &&DiscImpact| shot.stuck.is_none() && shot.get(Quantity::ClosingSpeed).is_some();
     let shots: Vec<&DiscImpact> = fit.disc_shots.iter().filter(has_parted).collect();
     let mut figure = Figure::new("All impacts");
@@ -27,14 +27,11 @@ pub fn figure(fit: &Fit) -> Option<Figure> {
     let about = if scatters { "line: the fit; band: scatter between shots" } else { "line: the fit" };
     let panels = [restitution(fit, &shots, &used, about), friction(fit, &shots, &used, about)];
     let panels: Vec<Panel> = panels.into_iter().flatten().collect();
-    if panels.is_empty() {
-        return None;
-    }
-    if panels.len() == 1 && !shots.is_empty() {
+    if panels.len() == 1 {
         figure.lines.push("No rotation of the discs was seen.".to_owned());
     }
     figure.add_rows(ROW, 2, panels);
-    Some(figure)
+    figure
 }
 
 /// Returns the points of shots that have a place and a value.

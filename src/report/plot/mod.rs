@@ -9,7 +9,6 @@ pub(super) mod contours;
 pub(super) mod design;
 pub(super) mod discs;
 mod observed;
-pub(super) mod paths;
 mod render;
 mod residuals;
 mod text;
@@ -19,6 +18,7 @@ use plotters::prelude::RGBColor;
 
 pub use axis::Axis;
 pub(super) use axis::ends;
+pub(super) use residuals::of_comparison;
 pub use residuals::residuals;
 
 /// Width of a figure, pixels.
@@ -94,7 +94,7 @@ impl Figure {
 }
 
 /// What a measured point stands for: its shot, the quantity and its residual.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, serde::Serialize)]
 pub struct Label {
     pub shot: String,
     pub words: String,
@@ -137,13 +137,8 @@ impl Panel {
     }
 
     /// Adds measured points.
-    fn points(&mut self, points: impl IntoIterator<Item = Point>) {
+    pub(super) fn points(&mut self, points: impl IntoIterator<Item = Point>) {
         self.marks.push(Mark::Points(points.into_iter().collect()));
-    }
-
-    /// Adds the band of ± 2 standard deviations and the line at 0.
-    fn two_sd(&mut self) {
-        self.marks.extend([Mark::Strip([-2.0, 2.0]), Mark::Horizontal(0.0)]);
     }
 
     /// Adds an area by its outline.

@@ -1,35 +1,20 @@
-//! The numbers of a fit that are drawn: of films the velocities after each impact in the frame of the collision, else what was measured,
-//! in the units of their columns.
+//! The numbers that are drawn: of films the velocities after each impact in the frame of the collision, else what was measured, in the
+//! units of their columns.
 
 use super::Label;
 use super::axis::is_drawable;
-use crate::fit::{Fit, FittedFilm};
+use crate::compare::Comparison;
+use crate::fit::{Fit, FittedFilm, Residual};
 use crate::measurement::observable::Observable;
 
-/// A measured quantity.
-#[derive(Clone, Debug)]
+/// A measured quantity, or all numbers of a label.
+#[derive(Clone, Debug, Default)]
 pub(super) struct Series {
-    /// Its name, that of several in one panel, and their unit.
     pub(super) name: String,
+    /// The name of several in one panel, and their unit.
     pub(super) kind: &'static str,
     pub(super) unit: &'static str,
-    pub(super) count: usize,
-}
-
-impl Series {
-    fn of(observable: Observable) -> Self {
-        let kind = match observable {
-            Observable::CueVelocity(_) | Observable::ObjectVelocity(_) => "velocity",
-            Observable::CueSpin(_) | Observable::ObjectSpin(_) => "spin",
-            observable if observable.is_angle() => "angle",
-            _ => "speed",
-        };
-        Self { name: observable.label().to_owned(), kind, unit: observable.unit(), count: 0 }
-    }
-
-    pub(super) fn legend(&self) -> String {
-        format!("{} ({})", self.name, self.count)
-    }
+    pub(super) legend: String,
 }
 
 /// One number against its prediction, angles in degrees.
@@ -51,7 +36,8 @@ pub(super) struct Value {
     pub(super) is_drawn: bool,
 }
 
-/// All numbers of a fit.
+/// All numbers of a fit or of a comparison.
+#[derive(Default)]
 pub(super) struct Observed {
     pub(super) series: Vec<Series>,
     pub(super) values: Vec<Value>,
@@ -71,32 +57,43 @@ const IN_COLLISION_FRAME: [&str; 4] = [
 impl Observed {
     /// Returns all numbers of a fit.
     pub(super) fn of(fit: &Fit) -> Self {
-        let mut observed = Self { series: Vec::new(), values: Vec::new(), labels: Vec::new(), thinned: None };
+        let mut observed = Self::default();
         match &fit.frames {
             Some(film) => observed.add_film(film),
             None => observed.add_table(fit),
         }
-        for value in &observed.values {
-            observed.series[value.series].count += 1;
+        for (i, series) in observed.series.iter_mut().enumerate() {
+            let count = observed.values.iter().filter(|value| value.series == i).count();
+            series.legend = format!("{} ({count})", series.name);
         }
-        observed.thinned = thin(&mut observed.values, observed.series.len());
-        observed
+        observed.thinned()
+    }
+
+    /// Returns all numbers of a comparison, those of each label as a series.
+    pub(super) fn of_comparison(comparison: &Comparison) -> Self {
+        let mut observed = Self::default();
+        let series = |label: &String| Series { legend: label.clone(), ..Series::default() };
+        observed.series = comparison.labels.iter().map(series).collect();
+        for residual in &comparison.residuals {
+            observed.add(&comparison.shot_name(residual), residual.label, 0, &residual.of_shot);
+        }
+        observed.thinned()
     }
 
     /// Adds the velocities after each impact of a film, in the frame of the collision.
     fn add_film(&mut self, film: &FittedFilm) {
-        self.series = IN_COLLISION_FRAME
-            .map(|name| Series { name: name.to_owned(), kind: "velocity", unit: "m/s", count: 0 })
-            .to_vec();
+        let series =
+            |name: &str| Series { name: name.to_owned(), kind: "velocity", unit: "m/s", ..Series::default() };
+        self.series = IN_COLLISION_FRAME.map(series).to_vec();
         for (i, shot) in film.names().into_iter().enumerate() {
             let (Some(motion), Some(offsets)) = (film.solution.motion(i), film.solution.offsets(0, i)) else {
                 continue;
             };
             for (series, name) in IN_COLLISION_FRAME.into_iter().enumerate() {
                 let (off, sd) = (offsets.values[series], offsets.covariance[(series, series)].sqrt());
-                let value = Value {
+                self.values.push(Value {
                     series,
-                    label: 0,
+                    label: self.labels.len(),
                     measured: motion.after[series] + off,
                     predicted: motion.after[series],
                     sd,
@@ -105,71 +102,81 @@ impl Observed {
                     speed: motion.speed,
                     order: i as f64 + 1.0,
                     is_drawn: true,
-                };
-                self.add(shot, name, value);
+                });
+                self.labels.push(Label::new(shot, name, off / sd));
             }
         }
     }
 
+    /// Adds what was measured, each observable as a series.
     fn add_table(&mut self, fit: &Fit) {
         let mut observables: Vec<Observable> = Vec::new();
-        let mut order = 0.0;
-        let mut last = "";
-        for residual in &fit.residuals {
+        let shots = fit.residuals.chunk_by(|one, next| one.shot == next.shot);
+        for (i, residual) in shots.enumerate().flat_map(|(i, own)| own.iter().map(move |one| (i, one))) {
             let observable = residual.observable;
             let known = observables.iter().position(|known| *known == observable);
-            let series = known.unwrap_or_else(|| {
+            let series = known.unwrap_or(observables.len());
+            if known.is_none() {
                 observables.push(observable);
-                self.series.push(Series::of(observable));
-                observables.len() - 1
-            });
-            order += f64::from(u8::from(residual.shot != last));
-            last = &residual.shot;
-            let [measured, predicted, sd] =
-                [residual.measured, residual.predicted, residual.sd].map(|si| si / observable.unit_si());
-            let value = Value {
-                series,
-                label: 0,
-                measured,
-                predicted,
-                sd,
-                standardized: residual.standardized,
-                cut: residual.cut.to_degrees(),
-                speed: residual.speed.unwrap_or(f64::NAN),
-                order,
-                is_drawn: true,
-            };
-            self.add(&residual.shot, observable.label(), value);
+                self.series.push(Series {
+                    name: observable.label().to_owned(),
+                    kind: match observable {
+                        Observable::CueVelocity(_) | Observable::ObjectVelocity(_) => "velocity",
+                        Observable::CueSpin(_) | Observable::ObjectSpin(_) => "spin",
+                        observable if observable.is_angle() => "angle",
+                        _ => "speed",
+                    },
+                    unit: observable.unit(),
+                    ..Series::default()
+                });
+            }
+            self.add(&residual.shot, series, i, residual);
         }
     }
 
-    fn add(&mut self, shot: &str, name: &str, value: Value) {
-        self.values.push(Value { label: self.labels.len(), ..value });
-        self.labels.push(Label::new(shot, name, value.standardized));
+    /// Adds a residual of the shot that comes after `before` others.
+    fn add(&mut self, shot: &str, series: usize, before: usize, residual: &Residual) {
+        let observable = residual.observable;
+        let [measured, predicted, sd] =
+            [residual.measured, residual.predicted, residual.sd].map(|si| si / observable.unit_si());
+        self.values.push(Value {
+            series,
+            label: self.labels.len(),
+            measured,
+            predicted,
+            sd,
+            standardized: residual.standardized,
+            cut: residual.cut.to_degrees(),
+            speed: residual.speed.unwrap_or(f64::NAN),
+            order: before as f64 + 1.0,
+            is_drawn: true,
+        });
+        self.labels.push(Label::new(shot, observable.label(), residual.standardized));
     }
-}
 
-/// Keeps every n-th value of each series, so that rows in a regular order lose none, and the largest residuals; returns what was done.
-fn thin(values: &mut [Value], series: usize) -> Option<String> {
-    /// More points would hide each other, and an SVG grows with each.
-    const MOST: usize = 2000;
-    /// Of the points left out, how many of the largest residuals are drawn nevertheless.
-    const EXTREMES: usize = 100;
-    let total = values.len();
-    if total <= MOST {
-        return None;
+    /// Keeps every n-th value of each series, so that rows in a regular order lose none, and the largest residuals.
+    fn thinned(mut self) -> Self {
+        /// More points would hide each other, and an SVG grows with each.
+        const MOST: usize = 2000;
+        /// Of the points left out, how many of the largest residuals are drawn nevertheless.
+        const EXTREMES: usize = 100;
+        let total = self.values.len();
+        if total <= MOST {
+            return self;
+        }
+        let every = total.div_ceil(MOST);
+        let mut seen = vec![0_usize; self.series.len()];
+        for value in &mut self.values {
+            value.is_drawn = seen[value.series].is_multiple_of(every);
+            seen[value.series] += 1;
+        }
+        let size =
+            |value: &Value| if is_drawable(value.standardized) { value.standardized.abs() } else { 0.0 };
+        let mut hidden: Vec<&mut Value> = self.values.iter_mut().filter(|value| !value.is_drawn).collect();
+        hidden.sort_by(|a, b| size(b).total_cmp(&size(a)));
+        hidden.into_iter().take(EXTREMES).for_each(|value| value.is_drawn = true);
+        let drawn = self.values.iter().filter(|value| value.is_drawn).count();
+        self.thinned = Some(format!("{drawn} of {total} points drawn, outliers kept"));
+        self
     }
-    let every = total.div_ceil(MOST);
-    let mut seen = vec![0_usize; series];
-    for value in values.iter_mut() {
-        value.is_drawn = seen[value.series].is_multiple_of(every);
-        seen[value.series] += 1;
-    }
-    let size =
-        |value: &Value| Some(value.standardized.abs()).filter(|size| is_drawable(*size)).unwrap_or(0.0);
-    let mut hidden: Vec<&mut Value> = values.iter_mut().filter(|value| !value.is_drawn).collect();
-    hidden.sort_by(|a, b| size(b).total_cmp(&size(a)));
-    hidden.into_iter().take(EXTREMES).for_each(|value| value.is_drawn = true);
-    let drawn = values.iter().filter(|value| value.is_drawn).count();
-    Some(format!("{drawn} of {total} points drawn, outliers kept"))
 }

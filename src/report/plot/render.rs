@@ -21,12 +21,8 @@ const LINE: i32 = 26;
 const GRID: RGBColor = RGBColor(226, 226, 226);
 
 /// Where a measured point is in a picture: pixels from the left and from the top, and the index of its label.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct Spot {
-    pub x: i32,
-    pub y: i32,
-    pub label: usize,
-}
+#[derive(Clone, Copy, Debug, serde::Serialize)]
+pub struct Spot(i32, i32, usize);
 
 impl Figure {
     /// Returns the figure as SVG text.
@@ -57,6 +53,14 @@ impl Figure {
         let mut pixels = vec![255; 3 * size.0 as usize * size.1 as usize];
         self.draw(&BitMapBackend::with_buffer(&mut pixels, size).into_drawing_area())?;
         encoded(&pixels, size).map_err(|error| self.failed(error))
+    }
+
+    /// Returns the figure in files of this name, as SVG and as PNG.
+    ///
+    /// # Errors
+    /// The drawing library or the encoder gave up.
+    pub fn files(&self, name: &str) -> Result<[(String, Vec<u8>); 2], ReportError> {
+        Ok([(format!("{name}.svg"), self.svg()?.into_bytes()), (format!("{name}.png"), self.png()?)])
     }
 
     /// Returns the height of the head and of all rows, pixels.
@@ -285,7 +289,7 @@ fn draw_mark<DB: DrawingBackend>(
                 marker(area, in_area(point.at), point)?;
                 if let Some(label) = point.label {
                     let (x, y) = pixel(point.at);
-                    spots.push(Spot { x, y, label });
+                    spots.push(Spot(x, y, label));
                 }
             }
             Ok(())

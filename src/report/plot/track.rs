@@ -1,16 +1,23 @@
-//! A figure of one shot: both tracks from above with the fitted paths, and what the fit leaves.
+//! Figures of paths: of one shot with what the fit leaves, and of all shots of a film, seen from above.
 
 use super::axis::ends;
 use super::{Axis, Figure, INK, Mark, Panel, Point, cm, color};
 use crate::fit::FittedFilm;
 use crate::problem::Impact;
+use crate::report::number::count_of;
 
-/// Height of the panels, pixels.
+/// Height of the panels of a shot and of that of all shots, pixels.
 const ROW: u32 = 600;
+const ALL: u32 = 760;
 
-/// Instants of a fitted path, and corners of the outline of a ball.
+/// Instants of a fitted path of one shot, and of each of several; corners of the outline of a ball.
 const STEPS: u32 = 200;
+const FEW_STEPS: u32 = 60;
 const CORNERS: u32 = 60;
+
+/// Largest number of shots that are drawn together, spread over all, and of frames of a ball of each: more would only cover each other.
+const MOST_SHOTS: usize = 60;
+const MOST_FRAMES: usize = 20;
 
 /// What a figure shows, whatever was fitted.
 pub(crate) struct Tracks<'a> {
@@ -20,8 +27,6 @@ pub(crate) struct Tracks<'a> {
     /// Below the title.
     pub summary: String,
     pub names: [&'static str; 2],
-    /// First and last instant used.
-    pub window: [f64; 2],
     /// Instant of impact.
     pub time: f64,
     /// The axis of times and what one unit of it is in those of the track.
@@ -34,6 +39,9 @@ pub(crate) struct Tracks<'a> {
     pub place: &'a dyn Fn(usize, f64) -> [f64; 2],
 }
 
+/// Names of the balls.
+const BALLS: [&str; 2] = ["cue ball", "object ball"];
+
 /// Returns the figure of a shot of balls.
 pub fn of_balls(film: &FittedFilm, impact: &Impact) -> Figure {
     let [before, cue, object] = impact.speeds();
@@ -45,8 +53,7 @@ pub fn of_balls(film: &FittedFilm, impact: &Impact) -> Figure {
             impact.reduced_chi2,
             impact.outliers,
         ),
-        names: ["cue ball", "object ball"],
-        window: ends(impact.seen.iter().flatten().map(|(t, _)| *t)),
+        names: BALLS,
         seen: impact.seen.clone(),
         time: impact.time,
         clock: ("time from the impact (ms)", 1e-3),
@@ -57,14 +64,45 @@ pub fn of_balls(film: &FittedFilm, impact: &Impact) -> Figure {
     tracks.figure()
 }
 
+/// Returns the paths of both balls in all shots, in a figure that is empty if no shot shows an impact.
+pub fn of_all(name: &str, film: &FittedFilm) -> Figure {
+    let names = film.names();
+    let each = names.len().div_ceil(MOST_SHOTS).max(1);
+    let shots: Vec<Impact> = names.iter().step_by(each).filter_map(|name| film.impact(name)).collect();
+    let mut panel = Panel::of_places("", "");
+    for impact in &shots {
+        let place = |ball: usize, time: f64| cm(impact.paths.place(ball, time));
+        for (ball, seen) in impact.seen.iter().enumerate() {
+            let window = ends(seen.iter().map(|(time, _)| *time));
+            panel.line(path(FEW_STEPS, window, |time| place(ball, time)), color(ball), 1);
+            let frames = seen.iter().step_by(seen.len().div_ceil(MOST_FRAMES).max(1));
+            panel.points(frames.map(|(_, at)| Point { opacity: 0.5, ..Point::new(cm(*at), ball) }));
+        }
+        panel.line([0, 1].map(|ball| place(ball, impact.time)), INK, 2);
+    }
+    let mut figure = Figure::new(name);
+    let counted = if shots.len() == names.len() { String::new() } else { format!("{} of ", shots.len()) };
+    let words = "seen from above; points: tracked; lines: fitted; bars: line of centres at the impact";
+    figure.lines = vec![format!("{counted}{}, {words}", count_of(names.len(), "shot"))];
+    figure.series = BALLS.map(str::to_owned).to_vec();
+    if !shots.is_empty() {
+        figure.add_rows(ALL, 1, vec![panel]);
+    }
+    figure
+}
+
+/// Returns a fitted path from one instant to another.
+fn path(steps: u32, [from, to]: [f64; 2], place: impl Fn(f64) -> [f64; 2]) -> Vec<[f64; 2]> {
+    (0..=steps).map(|step| place(from + (to - from) * f64::from(step) / f64::from(steps))).collect()
+}
+
 impl Tracks<'_> {
     pub(crate) fn figure(&self) -> Figure {
         let mut figure = Figure::new(format!("shot {}", self.name));
         figure.lines = vec![self.summary.clone()];
         figure.series = self.names.map(str::to_owned).to_vec();
-        let [along_x, along_y] = [0, 1].map(|axis| self.residuals(axis));
         figure.add_rows(ROW, 1, vec![self.plan()]);
-        figure.add_rows(ROW / 2, 2, vec![along_x, along_y]);
+        figure.add_rows(ROW / 2, 2, vec![self.residuals(0), self.residuals(1)]);
         figure
     }
 
@@ -73,29 +111,25 @@ impl Tracks<'_> {
         let about = "points: tracked; lines: fitted; circles: at the impact";
         let mut panel = Panel::of_places("Seen from above", about);
         let contact = [0, 1].map(|ball| (self.place)(ball, self.time));
-        let [from, to] = self.window;
-        let mut paths = Vec::new();
+        let window = ends(self.seen.iter().flatten().map(|(time, _)| *time));
+        let paths = [0, 1].map(|ball| path(STEPS, window, |time| cm((self.place)(ball, time))));
         for ball in [0, 1] {
-            let times = (0..=STEPS).map(|step| from + (to - from) * f64::from(step) / f64::from(STEPS));
-            let path: Vec<[f64; 2]> = times.map(|time| cm((self.place)(ball, time))).collect();
             let outline = (0..=CORNERS).map(|corner| {
                 let (sin, cos) = (std::f64::consts::TAU * f64::from(corner) / f64::from(CORNERS)).sin_cos();
                 cm([contact[ball][0] + self.radii[ball] * cos, contact[ball][1] + self.radii[ball] * sin])
             });
-            paths.extend(path.iter().copied());
-            panel.line(path, color(ball), 2);
+            panel.line(paths[ball].iter().copied(), color(ball), 2);
             panel.line(outline, color(ball), 1);
         }
         // wrong frames far away would shrink the rest: they stand at the edge
-        let reach = [0, 1].map(|axis| ends(paths.iter().map(|place| place[axis])));
-        let room = 0.1 * (reach[0][1] - reach[0][0]).max(reach[1][1] - reach[1][0]);
+        let reach = [0, 1].map(|axis| ends(paths.iter().flatten().map(|place| place[axis])));
+        let room = 0.1 * reach.iter().map(|[low, high]| high - low).fold(0.0, f64::max);
         for (ball, seen) in self.seen.iter().enumerate() {
-            let place = |place: [f64; 2]| {
-                let place = cm(place);
-                [0, 1].map(|axis| place[axis].clamp(reach[axis][0] - room, reach[axis][1] + room))
-            };
-            let points = seen.iter().map(|(_, at)| Point { opacity: 0.45, ..Point::new(place(*at), ball) });
-            panel.points(points);
+            panel.points(seen.iter().map(|(_, at)| {
+                let at = cm(*at);
+                let at = [0, 1].map(|axis| at[axis].clamp(reach[axis][0] - room, reach[axis][1] + room));
+                Point { opacity: 0.45, ..Point::new(at, ball) }
+            }));
         }
         panel.line(contact.map(cm), INK, 2);
         panel
@@ -105,17 +139,15 @@ impl Tracks<'_> {
     fn residuals(&self, axis: usize) -> Panel {
         // wrong frames would squeeze the others: they stand at the edge
         let most = 6e3 * self.position_sd;
-        let name = ["x residual (mm)", "y residual (mm)"][axis];
-        let mut panel =
-            Panel::new("Tracked less fitted", "", Axis::new(self.clock.0), Axis::symmetric(name, 1e-6));
+        let y = Axis::symmetric(["x residual (mm)", "y residual (mm)"][axis], 1e-6);
+        let mut panel = Panel::new("Tracked less fitted", "", Axis::new(self.clock.0), y);
         panel.marks.extend([Mark::Horizontal(0.0), Mark::Vertical(0.0)]);
         for (ball, seen) in self.seen.iter().enumerate() {
-            let points = seen.iter().map(|(time, place)| {
+            panel.points(seen.iter().map(|(time, place)| {
                 let off = 1e3 * (place[axis] - (self.place)(ball, *time)[axis]);
                 let at = [(time - self.time) / self.clock.1, off.clamp(-most, most)];
                 Point { opacity: 0.6, ..Point::new(at, ball) }
-            });
-            panel.points(points);
+            }));
         }
         panel
     }
