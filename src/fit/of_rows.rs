@@ -43,7 +43,8 @@ pub(super) fn fit(request: Request) -> Result<Fit, FitError> {
     let is_light = options.fidelity == FidelityChoice::Auto && check::are_mixed_up(&shots);
     let fidelity = if is_light { FidelityChoice::Of(Fidelity::Full) } else { options.fidelity };
     let depth = if is_light { Depth::Estimates } else { depth };
-    let choices = RowsChoices { fidelity, loss: options.loss, without_profiles: depth < Depth::Intervals };
+    let without_profiles = depth < Depth::Intervals;
+    let choices = RowsChoices { fidelity, loss: options.loss, without_profiles, near: None };
     let rows = fit_rows(dataset, &shots, &choices, &Policy::default());
     let rows = rows.map_err(|error| request.of_rows(error))?;
     let deviations = rows.solution.deviations();

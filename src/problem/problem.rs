@@ -8,7 +8,7 @@ use super::block::Block;
 use super::discs::block::DiscBlock;
 use super::film::block::FilmBlock;
 use super::rows::block::RowsBlock;
-use super::sums::{BORDERED, Contribution, NoiseSums};
+use super::sums::{Contribution, NoiseSums};
 use super::unknowns::{Id, Mode, Normal, Own, SHARED, Shared, Unknown};
 use crate::measurement::loss::Loss;
 
@@ -265,14 +265,15 @@ impl Evaluation {
         let mut own_ln_determinant = 0.0;
         let mut all = Vec::with_capacity(self.shots.len());
         for (sample, shots) in problem.samples.iter().zip(&self.shots) {
-            let mut sum = DMatrix::zeros(BORDERED, BORDERED);
+            let shared = shots.iter().map(Contribution::shared).max().unwrap_or(0);
+            let mut sum = DMatrix::zeros(shared + 1, shared + 1);
             let mut of_sample = Vec::with_capacity(shots.len());
             for shot in shots {
                 let own = shot.held.len();
-                sum += shot.products.view((own, own), (BORDERED, BORDERED));
-                squares += shot.products[(own + SHARED, own + SHARED)];
+                sum += shot.products.view((own, own), (shared + 1, shared + 1));
+                squares += shot.products[(own + shared, own + shared)];
                 if shot.held.iter().all(|held| *held) {
-                    of_sample.push(Eliminated::held(own));
+                    of_sample.push(Eliminated::held(own, shared));
                     continue;
                 }
                 let (matrix, beside) = shot.own_system(damping, own);
@@ -282,9 +283,9 @@ impl Evaluation {
                 own_ln_determinant += 2.0 * cholesky.l_dirty().diagonal().iter().map(|l| l.ln()).sum::<f64>();
                 of_sample.push(Eliminated { response, covariance: cholesky.inverse() });
             }
-            let place = |i: usize| if i == SHARED { last } else { sample.columns[i] };
-            for i in 0..BORDERED {
-                for j in i..BORDERED {
+            let place = |i: usize| if i == shared { last } else { sample.columns[i] };
+            for i in 0..=shared {
+                for j in i..=shared {
                     let (a, b) = (place(i).min(place(j)), place(i).max(place(j)));
                     products[(a, b)] += sum[(i, j)];
                 }
@@ -311,8 +312,8 @@ impl Evaluation {
 
 impl Eliminated {
     /// Returns that of a shot whose own unknowns are all held.
-    fn held(own: usize) -> Self {
-        Self { response: DMatrix::zeros(own, BORDERED), covariance: DMatrix::identity(own, own) }
+    fn held(own: usize, shared: usize) -> Self {
+        Self { response: DMatrix::zeros(own, shared + 1), covariance: DMatrix::identity(own, own) }
     }
 }
 
@@ -360,7 +361,7 @@ impl Reduced {
     pub fn response(&self, sample: usize, i: usize, columns: &[usize]) -> DMatrix<f64> {
         let response = &self.own[sample][i].response;
         let mut by = DMatrix::zeros(response.nrows(), columns.len());
-        for (local, column) in self.columns[sample].iter().enumerate() {
+        for (local, column) in self.columns[sample].iter().enumerate().take(response.ncols() - 1) {
             if let Some(j) = columns.iter().position(|other| other == column) {
                 by.column_mut(j).axpy(-1.0, &response.column(local), 1.0);
             }
@@ -376,16 +377,16 @@ impl Reduced {
         }
         for (s, sample) in problem.samples.iter().enumerate() {
             let [before, shared] = [from, &state].map(|state| sample.gather(&state.shared));
-            // the step in the order of the sample's unknowns, and 1 for the residuals
-            let mut step = DVector::zeros(BORDERED);
-            for (local, column) in sample.columns.iter().enumerate() {
-                step[local] = columns.iter().position(|other| other == column).map_or(0.0, |j| by[j]);
-            }
-            step[SHARED] = 1.0;
-            for (i, own) in state.own[s].iter_mut().enumerate() {
-                let moved = &*own - &self.own[s][i].response * &step;
+            // the step in the order of the sample's unknowns
+            let of_column =
+                |column: &usize| columns.iter().position(|other| other == column).map_or(0.0, |j| by[j]);
+            let step = DVector::from_iterator(SHARED, sample.columns.iter().map(of_column));
+            state.own[s].par_iter_mut().enumerate().for_each(|(i, own)| {
+                let response = &self.own[s][i].response;
+                let last = response.ncols() - 1;
+                let moved = &*own - response.columns(0, last) * step.rows(0, last) - response.column(last);
                 *own = sample.block.bounded(i, (own, &before), moved, &shared);
-            }
+            });
         }
         state
     }

@@ -15,8 +15,9 @@ use super::unknowns::Id;
 /// Relative precision of the root of the rise of χ² at an end.
 const PRECISION: f64 = 2e-3;
 
-/// Fall of χ² below which the least χ² at a point is found: 0.01 standard deviations.
-const STALL: f64 = 1e-4;
+/// Fall of χ² below which the least χ² at a point is found: it moves the end of a 95 % interval by
+/// 0.003 standard errors.
+const STALL: f64 = 0.01;
 
 /// Evaluations of a descent at one point, and points for one end; typical are 3 and 3.
 const MAX_STEPS: usize = 60;
@@ -41,10 +42,15 @@ impl Solution {
     /// Returns both ends of the interval of a column of the problem, where χ² is `t²` above its
     /// minimum, or at bounds that are met before; `None` if χ² cannot be minimised there.
     pub(crate) fn profile(&self, column: usize, t: f64) -> Option<[End; 2]> {
+        self.profile_to(PRECISION, column, t)
+    }
+
+    /// Returns both ends to a relative precision of the root of the rise of χ².
+    fn profile_to(&self, precision: f64, column: usize, t: f64) -> Option<[End; 2]> {
         let value = self.at.state.shared.0[column];
         let error = self.covariance.sd(column).map(|sd| t * sd).filter(|sd| *sd > 0.0 && sd.is_finite());
         let first = error.unwrap_or(0.1 * value.abs().max(0.01));
-        let end = |sign: f64| profile_end(&self.problem, &self.at, column, t, sign * first);
+        let end = |sign: f64| profile_end(&self.problem, &self.at, column, (t, precision), sign * first);
         Some([end(-1.0)?, end(1.0)?])
     }
 }
@@ -59,14 +65,14 @@ impl Solution {
         let (value, sd) = (self.at.state.shared.0[column], self.covariance.sd(column)?);
         let [low, high] = self.problem.unknowns[column].bounds;
         let is_parabola = |to: f64| {
-            let rise = follow(&self.problem, &self.at, &[(column, to)])
+            let rise = least_at(&self.problem, &self.at, &[(column, to)])
                 .map_or(f64::INFINITY, |there| (there.cost - self.at.cost).max(0.0).sqrt());
             (low..=high).contains(&to) && (rise / t - 1.0).abs() < PARABOLA
         };
         if is_parabola(value - t * sd) && is_parabola(value + t * sd) {
             return None;
         }
-        let [below, above] = self.profile(column, t)?;
+        let [below, above] = self.profile_to(EDGE, column, t)?;
         Some([below.value, above.value])
     }
 }
@@ -74,7 +80,8 @@ impl Solution {
 /// Directions of the edge of a region.
 const DIRECTIONS: usize = 24;
 
-/// Relative precision of the root of the rise of χ² at the edge of a region, a line's width.
+/// Relative precision of the root of the rise of χ² at the edge of a region, a line's width, and at the
+/// ends of intervals of films, whose χ² is rough by some hundredths.
 const EDGE: f64 = 0.01;
 
 /// Parts of the way to the ends of an interval at which its curve has points.
@@ -130,14 +137,20 @@ impl Solution {
 
 /// Returns the end of the interval of a column in the direction of `first`, which is the distance of
 /// the first point.
-fn profile_end(problem: &Problem, minimum: &Evaluation, column: usize, t: f64, first: f64) -> Option<End> {
+fn profile_end(
+    problem: &Problem,
+    minimum: &Evaluation,
+    column: usize,
+    (t, precision): (f64, f64),
+    first: f64,
+) -> Option<End> {
     let from = minimum.state.shared.0[column];
     let [low, high] = problem.unknowns[column].bounds;
     let (sign, bound) = if first > 0.0 { (1.0, high) } else { (-1.0, low) };
     let limit = (bound - from).abs();
     let value = |distance: f64| if distance >= limit { bound } else { from + sign * distance };
     let place = |distance: f64| [(column, value(distance))];
-    let (distance, rise) = reach(problem, minimum, (t, PRECISION), (first.abs(), limit), place)?;
+    let (distance, rise) = reach(problem, minimum, (t, precision), (first.abs(), limit), place)?;
     Some(End { value: value(distance), rise: rise * rise })
 }
 

@@ -2,10 +2,7 @@
 
 use nalgebra::{DMatrix, DVector};
 
-use super::unknowns::{Id, Normal, SHARED};
-
-/// Shared unknowns of a sample and the residual.
-pub(crate) const BORDERED: usize = SHARED + 1;
+use super::unknowns::{Id, Normal};
 
 /// Errors of measured numbers: each keeps the part `rho` of the error of the number before it.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -85,7 +82,8 @@ impl NoiseSums {
 /// The contribution of a shot to the normal equations.
 #[derive(Clone)]
 pub(crate) struct Contribution {
-    /// JᵀJ by own unknowns, shared unknowns, and the residual as the last column (upper triangle).
+    /// JᵀJ by own unknowns, the shared unknowns that the shot may depend on, which are the first of its
+    /// sample, and the residual as the last column (upper triangle).
     pub products: DMatrix<f64>,
     /// χ² with Huber's loss; infinite if the unknowns describe no collision.
     pub cost: f64,
@@ -133,10 +131,12 @@ pub(crate) fn settle(
 }
 
 impl Contribution {
-    /// Returns sums over nothing, for `own` unknowns of a shot and some noises of its block.
-    pub fn empty(own: usize, noises: usize) -> Self {
+    /// Returns sums over nothing, for `own` unknowns of a shot, the first `shared` ones of its sample and
+    /// some noises of its block.
+    pub fn empty(own: usize, shared: usize, noises: usize) -> Self {
+        let size = own + shared + 1;
         Self {
-            products: DMatrix::zeros(own + BORDERED, own + BORDERED),
+            products: DMatrix::zeros(size, size),
             cost: 0.0,
             noises: vec![NoiseSums::default(); noises],
             sticks: false,
@@ -145,14 +145,19 @@ impl Contribution {
     }
 
     /// Returns that of unknowns that describe no collision.
-    pub fn impossible(own: usize, noises: usize) -> Self {
-        Self { cost: f64::INFINITY, ..Self::empty(own, noises) }
+    pub fn impossible(own: usize, shared: usize, noises: usize) -> Self {
+        Self { cost: f64::INFINITY, ..Self::empty(own, shared, noises) }
     }
 
     /// Returns the sums if all are finite, and those of no collision if not.
     pub fn or_impossible(self) -> Self {
         let is_finite = self.cost.is_finite() && self.products.sum().is_finite();
-        if is_finite { self } else { Self::impossible(self.held.len(), self.noises.len()) }
+        if is_finite { self } else { Self::impossible(self.held.len(), self.shared(), self.noises.len()) }
+    }
+
+    /// Returns the number of shared unknowns that the shot may depend on.
+    pub fn shared(&self) -> usize {
+        self.products.ncols() - 1 - self.held.len()
     }
 
     /// Returns half of dχ²/dx of an own unknown.
@@ -163,7 +168,7 @@ impl Contribution {
     /// Returns whether a number depends on the shared unknown of this column of the sample.
     pub fn slopes_by(&self, column: usize) -> bool {
         let place = self.held.len() + column;
-        self.products[(place, place)] > 0.0
+        column < self.shared() && self.products[(place, place)] > 0.0
     }
 
     /// Adds what is known of the own unknown at `place`.
@@ -223,12 +228,13 @@ impl Contribution {
         let own = self.held.len();
         let (matrix, beside) = self.own_system(0.0, own);
         let response = matrix.cholesky()?.solve(&beside);
-        let products = self.products.view((own, own), (BORDERED, BORDERED)) - beside.tr_mul(&response);
+        let shared = self.shared();
+        let products = self.products.view((own, own), (shared + 1, shared + 1)) - beside.tr_mul(&response);
         let of = |i: usize, j: usize| products[(i.min(j), i.max(j))];
         let place = |i: usize| ids[i] as usize;
         Some((
             DMatrix::from_fn(ids.len(), ids.len(), |i, j| of(place(i), place(j))),
-            DVector::from_fn(ids.len(), |i, _| of(place(i), SHARED)),
+            DVector::from_fn(ids.len(), |i, _| of(place(i), shared)),
         ))
     }
 }

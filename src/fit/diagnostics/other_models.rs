@@ -77,7 +77,8 @@ pub(in crate::fit) fn compare(
     let fitted: Vec<&Shot> = request.dataset.shots.iter().filter(is_fitted).collect();
     for Change { name, fidelity, settings, nested } in changes(request, fit, &settings, shots) {
         let dataset = Dataset { settings, ..request.dataset.clone() };
-        let choices = RowsChoices { fidelity, loss: request.options.loss, without_profiles: true };
+        let (loss, near) = (request.options.loss, Some(fit.solution.value(Id::Mu)));
+        let choices = RowsChoices { fidelity, loss, without_profiles: true, near };
         alternatives.push(match fit_rows(&dataset, &fitted, &choices, &policy) {
             Ok(found) if found.solution.names == fit.solution.names => {
                 let other = Alternative::failed(name, None);

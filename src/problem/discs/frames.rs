@@ -204,9 +204,9 @@ impl ShotFrames {
     ) -> Contribution {
         let own = self.own;
         let Some(paths) = self.follow(values, shared, discs) else {
-            return Contribution::impossible(own, noise.len());
+            return Contribution::impossible(own, SHARED, noise.len());
         };
-        let mut total = Contribution::empty(own, noise.len());
+        let mut total = Contribution::empty(own, SHARED, noise.len());
         total.sticks = self.settling.is_some();
         let camera = Camera::new(shared);
         let inputs: [usize; INPUTS] = std::array::from_fn(|i| match i.checked_sub(CORE) {

@@ -9,7 +9,7 @@ use super::motion::{COEFFICIENTS, Paths, Piece, StatedSpin, Struck, follow_balls
 use super::own::{self, OWN};
 use crate::problem::frames::{Columns, Frame, Sight, add_track, whiten};
 use crate::problem::sums::{Contribution, Noise};
-use crate::problem::unknowns::{CAMERA, Id, Own, PHYSICS, SHARED, Shared};
+use crate::problem::unknowns::{CAMERA, Id, Own, PHYSICS, Shared};
 
 /// Derivatives by the coefficients of a piece and by the camera, and the residual.
 const ROW: usize = COEFFICIENTS + CAMERA + 1;
@@ -56,16 +56,15 @@ impl ShotFrames {
     ) -> Contribution {
         let World { contact, noise } = world;
         let Ok(paths) = follow_balls(values, shared, spin, (contact, correction)) else {
-            return Contribution::impossible(OWN, 2);
+            return Contribution::impossible(OWN, PHYSICS + CAMERA, 2);
         };
-        let mut total = Contribution::empty(OWN, 2);
+        let mut total = Contribution::empty(OWN, PHYSICS + CAMERA, 2);
         total.sticks = paths.struck.sticks;
         for spin in &self.spins {
             add_spin(spin, &paths.struck, contact.object().radius, &mut total);
         }
         let inputs: [usize; INPUTS] = std::array::from_fn(|i| i);
-        let others: [usize; CAMERA + 1] =
-            std::array::from_fn(|i| if i < CAMERA { INPUTS + i } else { OWN + SHARED });
+        let others: [usize; CAMERA + 1] = std::array::from_fn(|i| INPUTS + i);
         let columns = Columns { inputs: &inputs, others: &others };
         for (body, sights) in self.look(values, shared, &paths, noise).into_iter().enumerate() {
             add_track(&mut total, sights, &paths.pieces[body], &columns, [body; 2]);

@@ -10,10 +10,10 @@ use crate::problem::film::impact::Contact;
 use crate::problem::film::own;
 use crate::problem::loss::ShotLoss;
 use crate::problem::sums::{Contribution, Noise, OwnPrior};
-use crate::problem::unknowns::{Own, PHYSICS, SHARED, Shared};
+use crate::problem::unknowns::{Own, PHYSICS, Shared};
 
 /// Place of the residual in the sums of a shot.
-const LAST: usize = OWN + SHARED;
+const LAST: usize = OWN + PHYSICS;
 
 /// Topspin over closing speed within which own unknowns are at the kink of their outcome.
 pub(super) const AT_KINK: f64 = 1e-10;
@@ -74,7 +74,7 @@ impl RowsBlock {
     /// Returns the sums of shot `i`.
     pub fn contribute(&self, i: usize, own: &Own, shared: &Shared) -> Contribution {
         let Some(predicted) = self.predict(i, own, shared) else {
-            return Contribution::impossible(OWN, self.noises.len());
+            return Contribution::impossible(OWN, PHYSICS, self.noises.len());
         };
         let mut sums = self.add_up(i, own, &predicted, true);
         let loss = &self.losses[predicted.residuals.len()];
@@ -94,7 +94,7 @@ impl RowsBlock {
     /// Returns the sums of a shot by least squares; own unknowns that are at the kink between topspin and
     /// draw stay on it if they are `pinned`.
     pub fn add_up(&self, i: usize, own: &Own, predicted: &Predicted, pinned: bool) -> Contribution {
-        let mut sums = Contribution::empty(OWN, self.noises.len());
+        let mut sums = Contribution::empty(OWN, PHYSICS, self.noises.len());
         sums.sticks = predicted.sticks;
         for residual in &predicted.residuals {
             add(&mut sums, residual);
@@ -143,8 +143,7 @@ fn add(sums: &mut Contribution, residual: &Residual) {
         shared if shared >= OWN => by[shared - OWN + own::OWN],
         place => by[place],
     };
-    let columns = (0..OWN + PHYSICS).chain([LAST]);
-    let columns: Vec<(usize, f64)> = columns
+    let columns: Vec<(usize, f64)> = (0..=LAST)
         .map(|column| (column, derivative(&residual.by, column)))
         .filter(|(_, by)| *by != 0.0)
         .collect();

@@ -12,7 +12,7 @@ use crate::physics::collision::FidelityChoice;
 use crate::problem::descent::Descent;
 use crate::problem::film::impact::Correction;
 use crate::problem::findings::Finding;
-use crate::problem::minimise::{descend_weighed, fit};
+use crate::problem::minimise::{descend_weighed, descend_with_noise};
 use crate::problem::policy::Policy;
 use crate::problem::problem::{Evaluation, Problem};
 use crate::problem::unknowns::{Id, Own, Shared};
@@ -54,7 +54,7 @@ fn try_compliance(
     compliant.refresh_contact();
     let mut start = descent.end.state.clone();
     start.shared[Id::Kappa] = kappa;
-    let with = fit(&mut compliant, &start)?;
+    let with = descend_with_noise(&mut compliant, start);
     let kappa = with.end.state.shared[Id::Kappa];
     let (fall, adopted) = adopt((problem, descent), (compliant, with), policy.adopt);
     Some(Finding::Compliance { kappa, shots, fall, adopted })

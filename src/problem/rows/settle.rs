@@ -6,11 +6,11 @@ use super::block::{AT_KINK, RowsBlock};
 use super::shot::OWN;
 use crate::problem::film::dual::gradient;
 use crate::problem::sums::{Contribution, settle};
-use crate::problem::unknowns::{Own, Shared};
+use crate::problem::unknowns::{Own, PHYSICS, Shared};
 
-/// Steps of a shot's own descent, and fall of χ² after which it ends: 1e-4 standard deviations.
+/// Steps of a shot's own descent, and fall of χ² after which it ends: 1e-3 standard deviations.
 const STEPS: usize = 30;
-const STALL: f64 = 1e-8;
+const STALL: f64 = 1e-6;
 
 /// Distance of another side of a kink, in standard errors, beyond which it is not tried.
 const REACH: f64 = 6.0;
@@ -70,7 +70,7 @@ impl RowsBlock {
     fn descend_own(&self, i: usize, own: Own, shared: &Shared, on_kink: bool) -> (Own, Contribution) {
         let contribute = |own: &Own| match self.predict(i, own, shared) {
             Some(predicted) => self.add_up(i, own, &predicted, on_kink),
-            None => Contribution::impossible(OWN, self.noises.len()),
+            None => Contribution::impossible(OWN, PHYSICS, self.noises.len()),
         };
         let bounded = |own: Own| if on_kink { self.onto_kink(i, own, shared) } else { Some(own) };
         settle(own, &[], (STEPS, STALL), contribute, bounded)
