@@ -1,7 +1,7 @@
 //! Balls that come off a cushion, or off another ball, shortly before or after the impact: their path has a corner, and only what is on
 //! this side of it belongs to the shot.
 
-use super::initial_guess::{Line, from_paths, surely_before};
+use super::initial_guess::{Path, from_paths, surely_before};
 use crate::film::frame_noise::noise;
 use crate::measurement::track::{Sample, TrackShot};
 use crate::physics::ball::Ball;
@@ -98,11 +98,12 @@ fn corners(
     let error = ERRORS * noise * (24.0 / (n * (n * n - 1.0))).sqrt();
     let turn = |at: usize| {
         let sides = [&samples[at - side..at], &samples[at..at + side]];
-        let [early, late] = sides.map(|side| Line::through(side, side[0].t));
+        let [early, late] = sides.map(|side| Path::line(side, side[0].t));
         let off = early.largest_residual(sides[0]).max(late.largest_residual(sides[1]));
-        let change = (late.velocity[0] - early.velocity[0]).hypot(late.velocity[1] - early.velocity[1]);
-        let is_corner =
-            change > least(early.speed()) && change * frame > error && off < BENT * change * frame + white;
+        let change = (late.velocity - early.velocity).norm();
+        let is_corner = change > least(early.velocity.norm())
+            && change * frame > error
+            && off < BENT * change * frame + white;
         is_corner.then_some((at, change))
     };
     (side..(samples.len() + 1).saturating_sub(side)).filter_map(turn).collect()

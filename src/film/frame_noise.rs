@@ -12,63 +12,52 @@ const COORDINATES: [fn(&Sample) -> f64; 2] = [|s| s.x, |s| s.y];
 /// No tracker is better than this, m: keeps exact synthetic tracks finite.
 const LEAST_NOISE: f64 = 1e-8;
 
-/// The noise of a coordinate of balls, m, from the second differences of consecutive frames, in which a
-/// smooth motion leaves only its acceleration: median |Δ²x|/0.6745/√(6 − 8ρ + 2ρ²), with ρ the correlation of neighbouring frames.
-/// It is no less than the error of rounding to the grid that
-/// the coordinates lie on. A ball at rest that a program holds in its place does not count.
+/// Returns the noise of a coordinate of balls, m, from the second differences of consecutive frames, in which a
+/// smooth motion leaves only its acceleration: median |Δ²x|/0.6745/√(6 − 8ρ + 2ρ²), with ρ the correlation of
+/// neighbouring frames. It is no less than the error of rounding to the grid that the coordinates lie on. A ball at rest
+/// that a program holds in its place does not count.
 pub(crate) fn noise(shot: &TrackShot) -> f64 {
-    let tracks = [shot.cue.as_slice(), &shot.object];
-    let all = triples(&tracks, shot.fps.recip());
+    let all = triples(&[&shot.cue, &shot.object], shot.fps.recip());
     let free: Vec<&[Sample]> = all.iter().copied().filter(|three| !is_held(three)).collect();
     let is_often_held = (all.len() - free.len()) as f64 > HELD * all.len() as f64;
-    let of_free = estimate(&free, shot.resolution, shot.correlation);
+    let of_free = estimate(&free, shot);
     let step = shot.resolution[0].max(shot.resolution[1]);
-    if !shot.states_noise() && is_often_held && of_free > step {
-        of_free
-    } else {
-        estimate(&all, shot.resolution, shot.correlation)
-    }
+    if !shot.states_noise() && is_often_held && of_free > step { of_free } else { estimate(&all, shot) }
 }
 
-/// The same, of the frames near an instant: further away the noise may be another one.
+/// Returns that of the frames near an instant: further away the noise may be another one.
 pub(crate) fn noise_near(shot: &TrackShot, instant: f64) -> f64 {
     noise_of_near(&[&shot.cue, &shot.object], shot, instant)
 }
 
-/// The same, of any tracks of a shot.
+/// Returns that of any tracks of a shot near an instant.
 pub(crate) fn noise_of_near(tracks: &[&[Sample]], shot: &TrackShot, instant: f64) -> f64 {
-    let reach = NEAR / shot.fps;
-    let near = |samples: &&'_ [Sample]| {
-        let [from, to] = [-reach, reach].map(|late| samples.partition_point(|s| s.t < instant + late));
-        from..to
-    };
+    let until =
+        |samples: &[Sample], frames: f64| samples.partition_point(|s| s.t < instant + frames / shot.fps);
+    let near = |samples: &&'_ [Sample]| until(samples, -NEAR)..until(samples, NEAR);
     let near: Vec<&[Sample]> = tracks.iter().map(|samples| &samples[near(samples)]).collect();
-    noise_of(&near, shot.resolution, (shot.fps, shot.correlation))
+    noise_of(&near, shot)
 }
 
-/// The same, of parts of two tracks.
-pub(crate) fn noise_of(tracks: &[&[Sample]], resolution: [f64; 2], (fps, correlation): (f64, f64)) -> f64 {
-    estimate(&triples(tracks, fps.recip()), resolution, correlation)
+/// Returns that of parts of tracks of a shot.
+pub(crate) fn noise_of(tracks: &[&[Sample]], shot: &TrackShot) -> f64 {
+    estimate(&triples(tracks, shot.fps.recip()), shot)
 }
 
-/// The same, from three positions each.
-fn estimate(triples: &[&[Sample]], resolution: [f64; 2], correlation: f64) -> f64 {
-    let [finer, coarser] = [resolution[0].min(resolution[1]), resolution[0].max(resolution[1])];
+/// Returns that of three positions each.
+fn estimate(triples: &[&[Sample]], shot: &TrackShot) -> f64 {
+    let [finer, coarser] = [f64::min, f64::max].map(|of| of(shot.resolution[0], shot.resolution[1]));
     let least = LEAST_NOISE.max(grid::rounding(finer));
-    let mut differences = Vec::new();
     let constant = constant_axis_of(triples);
-    for three in triples {
-        for (axis, pick) in COORDINATES.into_iter().enumerate() {
-            if constant != Some(axis) {
-                differences.push(bend(three, pick));
-            }
-        }
-    }
+    let moving = (0..2).filter(|axis| constant != Some(*axis));
+    let mut differences: Vec<f64> =
+        moving.flat_map(|axis| triples.iter().map(move |three| bend(three, COORDINATES[axis]))).collect();
     if differences.is_empty() {
         return least;
     }
     differences.sort_by(f64::total_cmp);
-    let differs = (6.0 - 8.0 * correlation + 2.0 * correlation * correlation).sqrt();
+    let rho = shot.correlation;
+    let differs = (6.0 - 8.0 * rho + 2.0 * rho * rho).sqrt();
     (grid::median_of_multiples(&differences, coarser) / NORMAL_MEDIAN / differs).max(least)
 }
 
@@ -132,30 +121,26 @@ fn bend(three: &[Sample], pick: fn(&Sample) -> f64) -> f64 {
 
 #[cfg(test)]
 mod tests {
+    use rand::{Rng, SeedableRng};
+    use rand_chacha::ChaCha8Rng;
+
     use super::*;
+    use crate::measurement::spin::Spin;
 
     #[test]
     fn the_noise_of_tracks_that_have_only_some_frames() {
         const NOISE: f64 = 3e-4;
-        let mut state = 1_u64;
+        let mut rng = ChaCha8Rng::seed_from_u64(1);
         // the sum of twelve uniform numbers has the variance 1
-        let mut normal = || {
-            let mut uniform = || {
-                state = state.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1);
-                (state >> 11) as f64 / (1_u64 << 53) as f64
-            };
-            (0..12).map(|_| uniform()).sum::<f64>() - 6.0
-        };
-        let mut frame = |n: usize| {
-            let t = n as f64 / 500.0;
-            Sample { t, x: 0.4 + 1.5 * t + NOISE * normal(), y: 0.2 + NOISE * normal(), sd: None }
-        };
-        let all: Vec<Sample> = (0..4000).map(&mut frame).collect();
+        let mut normal = || (0..12).map(|_| rng.random::<f64>()).sum::<f64>() - 6.0;
+        let mut place = |t: f64| [0.4 + 1.5 * t + NOISE * normal(), 0.2 + NOISE * normal()];
+        let all: Vec<Sample> =
+            (0..4000).map(|n| f64::from(n) / 500.0).map(|t| Sample::new(t, place(t))).collect();
         for (what, every, kept) in
             [("all", 1, 1), ("half", 2, 1), ("two of three", 3, 2), ("two of four", 4, 2)]
         {
             let some: Vec<Sample> = (0..all.len()).filter(|n| n % every < kept).map(|n| all[n]).collect();
-            let noise = noise_of(&[&some, &some], [0.0; 2], (500.0, 0.0));
+            let noise = noise_of(&[&some, &some], &TrackShot::new("", 500.0, Spin::Stun, [vec![], vec![]]));
             assert!((noise / NOISE - 1.0).abs() < 0.05, "{what}: {noise}");
         }
     }

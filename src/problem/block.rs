@@ -139,15 +139,6 @@ impl Block {
         }
     }
 
-    /// Keeps the shots for which `keep` is true.
-    pub fn retain(&mut self, keep: &[bool]) {
-        match self {
-            Self::Film(film) => film.retain(keep),
-            Self::Discs(discs) => discs.retain(keep),
-            Self::Rows(rows) => rows.retain(keep),
-        }
-    }
-
     /// Returns the least size that a noise can have.
     pub fn least_noise(&self, which: usize) -> f64 {
         match self {

@@ -43,7 +43,9 @@ pub(super) fn update(problem: &mut Problem, at: &Evaluation) -> bool {
             let block = &mut problem.samples[sample].block;
             for which in 0..sums[sample].len() {
                 let mut sum = NoiseSums::default();
-                partners.iter().for_each(|other| sum.add(&sums[*other][which]));
+                for other in &partners {
+                    sum.add(&sums[*other][which]);
+                }
                 let dof = sum.count - partners.iter().map(|other| spent[*other][which]).sum::<f64>();
                 let growth = sum.weighted / dof;
                 if !(dof > LEAST_DOF && growth > 0.0 && growth.is_finite()) {

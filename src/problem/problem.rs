@@ -231,9 +231,9 @@ impl Problem {
 
     /// Keeps the shots of a sample for which `keep` is true, here and in `state`.
     pub fn retain(&mut self, sample: usize, state: &mut State, keep: &[bool]) {
-        let mut of_own = keep.iter();
-        state.own[sample].retain(|_| of_own.next().copied().unwrap_or(true));
-        self.samples[sample].block.retain(keep);
+        let kept: Vec<usize> = (0..keep.len()).filter(|i| keep[*i]).collect();
+        state.own[sample] = kept.iter().map(|i| state.own[sample][*i].clone()).collect();
+        self.samples[sample].block.take(&kept);
     }
 }
 

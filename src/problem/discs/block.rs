@@ -1,14 +1,27 @@
 //! The frames of the discs of some shots as a block.
 
+use std::ops::Range;
 use std::sync::Arc;
 
-use super::frames::{NOISES, ShotFrames};
+use super::frames::{NOISES, ROW, ShotFrames};
 use super::own;
 use super::priors::unit_of_time;
 use crate::physics::disc::Discs;
 use crate::physics::name::worded;
+use crate::problem::frames::Sight;
 use crate::problem::sums::{Contribution, Noise, OwnPrior, Spread};
 use crate::problem::unknowns::{Normal, Own, Shared};
+
+/// How much the four decelerations of a single shot differ before the frames are seen, m/s². It counts as
+/// one shot.
+const EVEN_SLOWING: f64 = 0.002;
+
+/// Fastest common frame rate, frames/s: if the rate is unknown, the least that frames determine is that of
+/// this one.
+const FASTEST_RATE: f64 = 1000.0;
+
+/// An offset of which nothing is known, over the normal impulse or the closing speed.
+pub(super) const ANY: Normal = Normal { mean: 0.0, sd: 3.0 };
 
 worded! {
     /// What differs from shot to shot beyond the noise of the frames.
@@ -33,36 +46,32 @@ worded! {
 
 impl Component {
     /// Returns the places of its own unknowns.
-    pub(super) fn places(self) -> std::ops::Range<usize> {
+    pub(super) fn places(self) -> Range<usize> {
         match self {
             Self::Restitution => own::RESTITUTION..own::RATIO,
             Self::Ratio => own::RATIO..own::MOMENTUM,
             Self::Momentum => own::MOMENTUM..own::SPIN_RATIO,
             Self::SpinRatio => own::SPIN_RATIO..own::SLOWING,
             Self::Distance => own::DISTANCE..own::VELOCITY,
-            Self::Slowing => own::SLOWING..own::CORE,
+            Self::Slowing => own::SLOWING..own::LEAD,
         }
     }
 
     /// Returns its standard deviation from shot to shot before the frames are seen: as large as hands and
-    /// tables make it (data/pucks-chalmers-2023), since estimates decrease faster than they grow.
-    fn first(self) -> f64 {
-        match self {
-            Self::Restitution | Self::Ratio | Self::SpinRatio => 0.05,
-            Self::Momentum => 0.03,
-            Self::Distance => 1e-3,
-            Self::Slowing => 1.0,
+    /// tables make it (data/pucks-chalmers-2023), since estimates decrease faster than they grow; and the
+    /// smallest that frames determine.
+    fn spread(self, discs: &Discs) -> Spread {
+        let [mut first, mut least] = match self {
+            Self::Restitution | Self::Ratio | Self::SpinRatio => [0.05, 2e-4],
+            Self::Momentum => [0.03, 1e-4],
+            Self::Distance => [1e-3, 3e-6],
+            Self::Slowing => [1.0, 5e-4],
+        };
+        if self == Self::Slowing && !discs.in_seconds {
+            first *= unit_of_time(discs).powi(2);
+            least *= FASTEST_RATE.powi(-2);
         }
-    }
-
-    /// Returns the smallest standard deviation that frames determine.
-    fn least(self) -> f64 {
-        match self {
-            Self::Restitution | Self::Ratio | Self::SpinRatio => 2e-4,
-            Self::Momentum => 1e-4,
-            Self::Distance => 3e-6,
-            Self::Slowing => 5e-4,
-        }
+        Spread { weight: 0.0, ..Spread::first(first, least) }
     }
 }
 
@@ -90,19 +99,21 @@ pub(crate) struct DiscBlock {
 }
 
 impl DiscBlock {
-    /// Returns the spreads before the frames are seen.
-    pub fn first_spreads(shots: usize, discs: &Discs) -> Vec<Spread> {
-        let of = |component: Component| {
-            let (mut first, mut least) = (component.first(), component.least());
-            if component == Component::Slowing && !discs.in_seconds {
-                first *= unit_of_time(discs).powi(2);
-                least *= FASTEST_RATE.powi(-2);
-            }
-            Spread { weight: 0.0, ..Spread::first(first, least) }
-        };
-        let mut spreads = Component::ALL.map(of).to_vec();
-        hold_spreads(&mut spreads, shots, discs);
-        spreads
+    pub fn new(shots: Vec<ShotFrames>, discs: Discs, noise: Vec<Noise>) -> Self {
+        let spreads = Component::ALL.map(|component| component.spread(&discs)).to_vec();
+        let mut block = Self { shots: Arc::new(shots), discs, noise, spreads, freedom: Freedom::Outcome };
+        block.hold_spreads();
+        block
+    }
+
+    /// Returns the noises of shot `i`.
+    pub fn noise_of(&self, i: usize) -> &[Noise] {
+        &self.noise[NOISES * i..NOISES * (i + 1)]
+    }
+
+    /// Returns the used frames of each track of shot `i`, whitened; none if the discs do not approach.
+    pub fn sights(&self, i: usize, own: &Own, shared: &Shared) -> Vec<Vec<Sight<ROW>>> {
+        self.shots[i].sights(own, shared, &self.discs, self.noise_of(i))
     }
 
     /// Returns the sums of shot `i`, with what is known of its own unknowns.
@@ -117,7 +128,8 @@ impl DiscBlock {
 
     /// Returns what is known of own unknowns of shot `i`.
     pub fn own_priors(&self, i: usize) -> Vec<(usize, OwnPrior)> {
-        let mut priors = self.shots[i].own_known.clone();
+        let known = &self.shots[i].own_known;
+        let mut priors = known.clone();
         for (which, component) in Component::ALL.into_iter().enumerate() {
             let is_free = match component {
                 Component::Restitution => self.freedom != Freedom::Law,
@@ -127,7 +139,7 @@ impl DiscBlock {
                 Component::Distance | Component::Slowing => false,
             };
             let prior = if is_free { OwnPrior::Stated(ANY) } else { OwnPrior::Spread(which) };
-            let is_open = |place: &usize| !self.shots[i].own_known.iter().any(|(known, _)| known == place);
+            let is_open = |place: &usize| !known.iter().any(|(known, _)| known == place);
             priors.extend(component.places().filter(is_open).map(|place| (place, prior)));
         }
         priors
@@ -135,38 +147,20 @@ impl DiscBlock {
 
     /// Takes shots in the place of all, one may be taken several times.
     pub fn take(&mut self, indices: &[usize]) {
+        self.noise = indices.iter().flat_map(|i| self.noise_of(*i).to_vec()).collect();
         self.shots = Arc::new(indices.iter().map(|i| self.shots[*i].clone()).collect());
-        self.noise =
-            indices.iter().flat_map(|i| &self.noise[NOISES * i..NOISES * (i + 1)]).copied().collect();
-        hold_spreads(&mut self.spreads, indices.len(), &self.discs);
+        self.hold_spreads();
     }
 
-    /// Keeps the shots for which `keep` is true.
-    pub fn retain(&mut self, keep: &[bool]) {
-        let kept = |i: &usize| keep.get(*i).copied().unwrap_or(true);
-        self.take(&(0..self.shots.len()).filter(kept).collect::<Vec<_>>());
-    }
-}
-
-/// Holds the spreads of a single shot, which shows none but that of its four decelerations, and that
-/// poorly: its own values are then those of its discs.
-fn hold_spreads(spreads: &mut [Spread], shots: usize, discs: &Discs) {
-    if shots == 1 {
-        let even = EVEN_SLOWING * unit_of_time(discs).powi(2);
-        for (spread, component) in spreads.iter_mut().zip(Component::ALL) {
-            let first = if component == Component::Slowing { even } else { spread.least };
-            *spread = Spread::first(first, spread.least);
+    /// Holds the spreads of a single shot, which shows none but that of its four decelerations, and that
+    /// poorly: its own values are then those of its discs.
+    fn hold_spreads(&mut self) {
+        let even = EVEN_SLOWING * unit_of_time(&self.discs).powi(2);
+        if self.shots.len() == 1 {
+            for (spread, component) in self.spreads.iter_mut().zip(Component::ALL) {
+                let first = if component == Component::Slowing { even } else { spread.least };
+                *spread = Spread::first(first, spread.least);
+            }
         }
     }
 }
-
-/// How much the four decelerations of a single shot differ before the frames are seen, m/s². It counts as
-/// one shot.
-const EVEN_SLOWING: f64 = 0.002;
-
-/// Fastest common frame rate, frames/s: if the rate is unknown, the least that frames determine is that of
-/// this one.
-const FASTEST_RATE: f64 = 1000.0;
-
-/// An offset of which nothing is known, over the normal impulse or the closing speed.
-pub(super) const ANY: Normal = Normal { mean: 0.0, sd: 3.0 };

@@ -46,7 +46,7 @@ impl Known<'_> {
         let by = SMatrix::<f64, PLACES, INPUTS>::from_fn(|i, j| gradient(&all[i])[j]);
         Equal {
             values: all.map(|dual| dual.re),
-            covariance: inputs.covariance(&by),
+            covariance: by * inputs * by.transpose(),
             turns,
             knows_slip: self.knows_slip,
         }

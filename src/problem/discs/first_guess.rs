@@ -1,12 +1,10 @@
 //! From the tracks of a data set to the block of its frames: in metres from the middle of the impacts,
 //! with first guesses.
 
-use std::sync::Arc;
-
 use rayon::prelude::*;
 
-use super::block::{ANY, DiscBlock, Freedom};
-use super::frames::{NOISES, PointTrack, ShotFrames};
+use super::block::{ANY, DiscBlock};
+use super::frames::{NOISES, PointTrack, ShotFrames, TOUCHING};
 use super::lines::{Line, Meeting};
 use super::own::{self, CORE};
 use super::points::{DISCS, Turning, centre, check_rigidity, is_of_points, points};
@@ -37,19 +35,14 @@ const COARSE: f64 = 0.01;
 /// √(1 + 3x² + 5(3x² − 1)²/4)/√15 at x = 3.
 const EXTRAPOLATED: f64 = 7.6;
 
-/// A film of discs as a block, with its shared unknowns, first guesses and the names of its shots.
+/// A film of discs as a block, with its shared unknowns and first guesses.
 pub(crate) struct DiscFilm {
     pub block: DiscBlock,
     pub unknowns: Vec<Unknown>,
     /// First guesses.
     pub own: Vec<Own>,
-    pub names: Vec<String>,
+    /// Names and reasons of the shots that are not in the block.
     pub left_out: Vec<(String, String)>,
-    /// How the discs of each shot stick together, if they do.
-    pub stuck: Vec<Option<Stuck>>,
-    /// Standard deviations of a coordinate that neighbouring frames show, m: as in the noise of a shot,
-    /// of each disc that of its centre and that of its markers.
-    pub position_sd: Vec<[[f64; 2]; 2]>,
     /// What was repaired.
     pub findings: Vec<Finding>,
     /// Metres in a unit of length of the film.
@@ -112,44 +105,20 @@ impl DiscFilm {
         let means = [unit * distance, mass_ratio];
         let unknowns = list_unknowns(dataset, tracks, &discs, means, (guessed.len(), is_flat));
         let shared = Shared::starts(&unknowns);
-        let mut film = Self {
-            block: DiscBlock {
-                shots: Arc::default(),
-                discs,
-                noise: Vec::new(),
-                spreads: DiscBlock::first_spreads(guessed.len(), &discs),
-                freedom: Freedom::Outcome,
-            },
-            unknowns,
-            own: Vec::new(),
-            names: guessed.iter().map(|guessed| guessed.shot.name.clone()).collect(),
-            left_out,
-            stuck: guessed.iter().map(|guessed| guessed.stuck).collect(),
-            position_sd: Vec::new(),
-            findings: if drops.is_empty() { Vec::new() } else { vec![dropped] },
-            unit,
-            middle,
+        let (shots, mut own): (Vec<ShotFrames>, Vec<Own>) =
+            guessed.iter().map(|guessed| frames_of(guessed, &discs, (middle, unit), &shared)).unzip();
+        let noise = |Guessed { shot, meeting, .. }: &Guessed| {
+            let sd = frame_noise::noise_near(shot, meeting.time);
+            let sd = unit * (COARSE * meeting.distance()).max(EXTRAPOLATED * sd);
+            [Noise { sd, rho: shot.correlation }; NOISES]
         };
-        let mut shots = Vec::new();
-        for guessed in &guessed {
-            let sd = unit * frame_noise::noise_near(&guessed.shot, guessed.meeting.time);
-            let coarse = COARSE * guessed.meeting.distance() * unit;
-            let rho = guessed.shot.correlation;
-            film.block.noise.extend([Noise { sd: coarse.max(EXTRAPOLATED * sd), rho }; NOISES]);
-            film.position_sd.push(DISCS.map(|disc| {
-                let centre = [centre(&guessed.shot, disc)];
-                [&centre[..], &points(&guessed.shot, disc)].map(|tracks| unit * noise_of(guessed, tracks))
-            }));
-            let (frames, own) = frames_of(guessed, &discs, (middle, unit), &shared);
-            shots.push(frames);
-            film.own.push(own);
-        }
-        film.block.shots = Arc::new(shots);
-        for (i, own) in film.own.iter_mut().enumerate() {
+        let block = DiscBlock::new(shots, discs, guessed.iter().flat_map(noise).collect());
+        for (i, own) in own.iter_mut().enumerate() {
             let outcome = [own[own::RESTITUTION], own[own::RATIO]];
-            film.block.set_outcome(i, own, &shared, outcome);
+            block.set_outcome(i, own, &shared, outcome);
         }
-        Ok(film)
+        let findings = if drops.is_empty() { Vec::new() } else { vec![dropped] };
+        Ok(Self { block, unknowns, own, left_out, findings, unit, middle })
     }
 }
 
@@ -253,15 +222,27 @@ fn frames_of(
     if stuck.is_none() && flat.is_none() {
         known.push((own::LEAD, OwnPrior::Stated(Normal { mean: 0.0, sd: shot.fps.recip() })));
     }
+    let position_sd = DISCS.map(|disc| {
+        let centre = [centre(shot, disc)];
+        [&centre[..], &points(shot, disc)]
+            .map(|tracks| unit * frame_noise::noise_of_near(tracks, shot, meeting.time))
+    });
     let frames = ShotFrames {
+        name: shot.name.clone(),
         tracks: tracks.iter().map(track_of).collect(),
         fps: shot.fps,
         turns,
         knows_slip: knows_slip && flat.is_none(),
         flat,
-        settling: stuck.map(|stuck| stuck.settling),
+        stuck: *stuck,
         own: CORE + marks.len(),
         own_known: known,
+        position_sd,
+        reach: 0,
+        touching: TOUCHING,
+        outliers: 0,
+        tried: Vec::new(),
+        is_settled: false,
     };
 
     let mut values = Own::zeros(CORE + marks.len());
@@ -300,9 +281,4 @@ fn frames_of(
         values[own::SPIN_RATIO + disc] = -turned * discs.inertia * radius / normal - ratio;
     }
     (frames, values)
-}
-
-/// Returns the noise of a coordinate of tracks next to the impact.
-fn noise_of(guessed: &Guessed, tracks: &[&[Sample]]) -> f64 {
-    frame_noise::noise_of_near(tracks, &guessed.shot, guessed.meeting.time)
 }

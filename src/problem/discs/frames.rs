@@ -6,6 +6,7 @@ use super::lines::LEAST;
 use super::motion::{COEFFICIENTS, INPUTS, Impact, MOVING, Paths, follow_discs};
 use super::own::{self, CORE};
 use super::quantities::Known;
+use super::stick::Stuck;
 use crate::physics::disc::Discs;
 use crate::problem::film::camera::{Camera, Point};
 use crate::problem::frames::{Columns, Frame, Sight, add_track, whiten};
@@ -33,6 +34,7 @@ impl PointTrack {
 /// The frames of a shot.
 #[derive(Clone, Debug)]
 pub(crate) struct ShotFrames {
+    pub name: String,
     pub tracks: Vec<PointTrack>,
     /// Frames per second.
     pub fps: f64,
@@ -42,13 +44,29 @@ pub(crate) struct ShotFrames {
     pub knows_slip: bool,
     /// The coordinate that never changes in a film of one dimension.
     pub flat: Option<usize>,
-    /// Of discs that stick together after the impact: from when to when they settle, s.
-    pub settling: Option<[f64; 2]>,
+    /// How the discs stick together after the impact, if they do.
+    pub stuck: Option<Stuck>,
     /// Number of own unknowns.
     pub own: usize,
     /// What is known of own unknowns whatever is fitted.
     pub own_known: Vec<(usize, OwnPrior)>,
+    /// Standard deviations of a coordinate that neighbouring frames show, m: of each disc that of its centre
+    /// and that of its markers.
+    pub position_sd: [[f64; 2]; 2],
+    /// Number of frames of each point on either side of the impact that are used at most.
+    pub reach: usize,
+    /// Number of frames on either side of the impact that may be neither before nor after it.
+    pub touching: usize,
+    /// Number of frames that were left out as wrong.
+    pub outliers: usize,
+    /// Numbers of frames that were tried, with their misfit, the largest first.
+    pub tried: Vec<(usize, f64)>,
+    /// Whether the number of frames is the last one.
+    pub is_settled: bool,
 }
+
+/// Number of frames on either side of the impact that are left out.
+pub(super) const TOUCHING: usize = 1;
 
 /// Noise of a shot: of each disc that of its centre along x and along y, and that of its markers.
 pub(super) const NOISES: usize = 8;
@@ -61,7 +79,7 @@ fn noise_of(disc: usize, is_marker: bool) -> usize {
 /// Numbers in a row behind the derivatives by the coefficients of the piece: those by the instant, by direction and
 /// radius of the marker, and by the camera; and the residual.
 const OTHERS: usize = 3 + CAMERA + 1;
-const ROW: usize = COEFFICIENTS + OTHERS;
+pub(super) const ROW: usize = COEFFICIENTS + OTHERS;
 
 /// The centre of a disc at an instant.
 pub(super) struct Centre {
@@ -137,30 +155,27 @@ fn see(
 }
 
 impl ShotFrames {
-    /// Uses the frames that are nearest to the impact, up to `reach` of each track on either side, but
-    /// for those in which the discs may still touch: within `touching` frames of it.
-    pub fn choose_frames(&mut self, instant: f64, reach: usize, touching: f64) {
-        let [from, to] = self.settling.unwrap_or([instant; 2]);
-        let fps = self.fps;
+    /// Uses the frames that are nearest to the impact, within reach of it, but for those in which the discs
+    /// may still touch.
+    pub fn choose_frames(&mut self, instant: f64) {
+        let [from, to] = self.stuck.map_or([instant; 2], |stuck| stuck.settling);
+        let (fps, touching, reach) = (self.fps, self.touching as f64, self.reach);
+        let touches = |frame: &&mut Frame| (from - frame.time).max(frame.time - to) * fps < touching;
         for track in &mut self.tracks {
             track.frames.iter_mut().for_each(|frame| frame.used = false);
             let after = track.frames.partition_point(|frame| frame.time <= instant);
             let (early, late) = track.frames.split_at_mut(after);
-            let mut early: Vec<(f64, &mut Frame)> =
-                early.iter_mut().rev().map(|frame| ((from - frame.time) * fps, frame)).collect();
-            let mut late: Vec<(f64, &mut Frame)> =
-                late.iter_mut().map(|frame| ((frame.time - to) * fps, frame)).collect();
-            for side in [&mut early, &mut late] {
-                let apart = side.partition_point(|(away, _)| *away < touching);
+            for side in [early.iter_mut().rev().collect::<Vec<_>>(), late.iter_mut().collect()] {
+                let apart = side.partition_point(touches);
                 let first = if side.len() - apart < LEAST { 0 } else { apart };
-                side.iter_mut().skip(first).take(reach).for_each(|(_, frame)| frame.used = true);
+                side.into_iter().skip(first).take(reach).for_each(|frame| frame.used = true);
             }
         }
     }
 
     /// Returns the paths of the discs; `None` if they do not approach.
     pub(super) fn follow(&self, values: &Own, shared: &Shared, discs: &Discs) -> Option<Paths> {
-        follow_discs(values, shared, discs, self.turns, self.settling.is_some())
+        follow_discs(values, shared, discs, self.turns, self.stuck.is_some())
     }
 
     /// Returns the place of the noise along x of the points that show the path of a disc.
@@ -207,7 +222,7 @@ impl ShotFrames {
             return Contribution::impossible(own, SHARED, noise.len());
         };
         let mut total = Contribution::empty(own, SHARED, noise.len());
-        total.sticks = self.settling.is_some();
+        total.sticks = self.stuck.is_some();
         let camera = Camera::new(shared);
         let inputs: [usize; INPUTS] = std::array::from_fn(|i| match i.checked_sub(CORE) {
             None => i,

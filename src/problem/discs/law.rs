@@ -41,7 +41,7 @@ impl Run<'_> {
     /// returns the likeliest fit and the others that are nearly as likely.
     pub(super) fn choose_law(&mut self, impacts: &[DiscImpact]) -> Result<(Reached, Vec<Rival>), FilmError> {
         let Settings { compliance, .. } = self.settings;
-        let is_auto = compliance == Compliance::Auto && self.names.len() >= LEAST_SHOTS;
+        let is_auto = compliance == Compliance::Auto && self.free.own().len() >= LEAST_SHOTS;
         let (mut rigid, mut compliant) = (Vec::new(), Vec::new());
         if compliance != Compliance::Stated {
             rigid = self.descend_from(false, impacts)?;
@@ -62,7 +62,7 @@ impl Run<'_> {
             && best.unlikely < of_rigid - self.policy.cause
         {
             let (kappa, fall) = (best.shared()[Id::Kappa], of_rigid - best.unlikely);
-            let shots = self.names.len();
+            let shots = self.free.own().len();
             self.findings.extend(is_auto.then_some(Finding::Compliance {
                 kappa,
                 shots,
@@ -122,7 +122,7 @@ impl Run<'_> {
                 *descent = descend(problem, from, &problem.free(), STEPS);
                 self.evaluations += descent.evaluations;
             }
-            let shots = self.names.len() as f64;
+            let shots = self.free.own().len() as f64;
             let needed = -shots * f64::exp_m1(-self.policy.cause / shots);
             let least = starts.iter().map(|start| start.1.end.cost).fold(f64::INFINITY, f64::min);
             if least > rival.descent.end.cost - needed {
@@ -209,7 +209,8 @@ impl Run<'_> {
                 variance: ratio.sd?.powi(2) + 4e-4,
             })
         };
-        let used = impacts.iter().filter(|impact| self.names.contains(&impact.name));
+        let names = self.free.names();
+        let used = impacts.iter().filter(|impact| names.contains(&impact.name));
         let points: Vec<Point> = used.filter_map(of_impact).collect();
         let [low, high] = [mu.bounds[0].max(MU_RANGE[0]), mu.bounds[1].min(MU_RANGE[1])];
         let frictions: Vec<f64> = match mu.mode {

@@ -50,19 +50,7 @@ pub(super) type DualVector = Vector2<Dual>;
 pub(super) type Gradient = SVector<f64, INPUTS>;
 
 /// Covariance of the inputs of a shot's motion.
-pub(super) struct InputCovariance(pub SMatrix<f64, INPUTS, INPUTS>);
-
-impl InputCovariance {
-    /// Returns the variance of what has this gradient.
-    pub fn variance(&self, by: &Gradient) -> f64 {
-        by.dot(&(self.0 * by)).max(0.0)
-    }
-
-    /// Returns the covariance of what has these gradients, in its rows.
-    pub fn covariance<const N: usize>(&self, by: &SMatrix<f64, N, INPUTS>) -> SMatrix<f64, N, N> {
-        by * self.0 * by.transpose()
-    }
-}
+pub(super) type InputCovariance = SMatrix<f64, INPUTS, INPUTS>;
 
 /// A disc slower than this part of the relative speed counts as at rest: its deceleration goes to 0
 /// with its speed, whose direction is noise.

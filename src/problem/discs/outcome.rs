@@ -1,35 +1,19 @@
 //! e and J_t/J_n of shots and of the law, and the errors of what follows from them.
 
-use nalgebra::{DMatrix, SMatrix};
+use nalgebra::DMatrix;
 
 use super::block::DiscBlock;
-use super::motion::{Gradient, INPUTS, InputCovariance, MOVING, law_of};
+use super::motion::{Gradient, InputCovariance, MOVING, law_of};
 use super::own::{self, CORE};
 use crate::problem::film::dual::gradient;
-use crate::problem::problem::{Problem, Reduced};
 use crate::problem::solution::Solution;
-use crate::problem::uncertainty::Estimates;
-use crate::problem::unknowns::{Id, Own, Shared};
+use crate::problem::unknowns::{Id, Own, SHARED, Shared};
 
-/// Returns the covariance of the inputs of the motion of shot `i`, whose own unknowns follow the shared
-/// ones.
-pub(super) fn input_covariance(
-    (reduced, estimates): (&Reduced, &Estimates),
-    problem: &Problem,
-    (i, held): (usize, &[bool]),
-) -> InputCovariance {
-    let own = &reduced.own[0][i].covariance;
-    let columns = &estimates.columns;
-    let response = reduced.response(0, i, columns);
-    let by_shared = DMatrix::from_fn(INPUTS, columns.len(), |input, column| match input.checked_sub(CORE) {
-        None if held[input] => 0.0,
-        None => response[(input, column)],
-        Some(moving) => f64::from(problem.unknowns[columns[column]].id == MOVING[moving]),
-    });
-    let of_shared = &by_shared * &estimates.covariance * by_shared.transpose();
-    let is_free = |place: usize| place < CORE && !held[place];
-    let covariance = |a, b| of_shared[(a, b)] + if is_free(a) && is_free(b) { own[(a, b)] } else { 0.0 };
-    InputCovariance(SMatrix::from_fn(covariance))
+/// Returns the covariance of the inputs of the motion of a shot in that of its own unknowns and the shared ones.
+pub(super) fn input_covariance(all: &DMatrix<f64>) -> InputCovariance {
+    let own = all.nrows() - SHARED;
+    let place = |input: usize| input.checked_sub(CORE).map_or(input, |moving| own + MOVING[moving] as usize);
+    InputCovariance::from_fn(|a, b| all[(place(a), place(b))])
 }
 
 impl DiscBlock {
@@ -50,7 +34,7 @@ impl DiscBlock {
     ) -> Own {
         let shot = &self.shots[i];
         let paths = shot.follow(own, shared, &self.discs);
-        let Some(paths) = paths.filter(|_| shot.flat.is_none() && shot.settling.is_none()) else {
+        let Some(paths) = paths.filter(|_| shot.flat.is_none() && shot.stuck.is_none()) else {
             return moved;
         };
         let step = Gradient::from_fn(|input, _| match input.checked_sub(CORE) {
@@ -68,7 +52,7 @@ impl DiscBlock {
     pub(super) fn set_outcome(&self, i: usize, own: &mut Own, shared: &Shared, [e, ratio]: [f64; 2]) {
         let shot = &self.shots[i];
         (own[own::RESTITUTION], own[own::RATIO]) = (0.0, 0.0);
-        if shot.settling.is_some() {
+        if shot.stuck.is_some() {
             return;
         }
         let Some([law, _]) = self.outcome(i, own, shared) else { return };

@@ -193,7 +193,7 @@ impl Known<'_> {
             let dual = self.quantity(quantity)?;
             // stated, not measured
             let is_stated = quantity == Quantity::MassRatio && self.discs.masses.is_some();
-            let sd = (!is_stated).then(|| inputs.variance(&gradient(&dual)).sqrt());
+            let sd = (!is_stated).then(|| gradient(&dual).dot(&(inputs * gradient(&dual))).max(0.0).sqrt());
             Some(Measured { value: dual.re, sd })
         })
     }

@@ -103,8 +103,8 @@ impl DiscFit {
 /// See [`FilmError`].
 pub fn fit_discs(dataset: &Dataset, policy: &Policy) -> Result<DiscFit, FilmError> {
     let film = DiscFilm::new(dataset)?;
-    let (measured, frames) = measure(&film, policy)?;
-    let impacts = impacts(&film, &measured, (&frames, policy))?;
+    let measured = measure(&film, policy)?;
+    let impacts = impacts(&film, &measured, policy)?;
     let fault = |impact: &DiscImpact| match impact.stuck {
         Some(_) => Some("the discs stick together".to_owned()),
         None if impact.is_no_collision() => Some("its motion fits no single collision".to_owned()),
@@ -118,14 +118,8 @@ pub fn fit_discs(dataset: &Dataset, policy: &Policy) -> Result<DiscFit, FilmErro
     if !is_usable.contains(&true) {
         return Err(FilmError::NoImpact(left_out));
     }
-    let mut run = Run {
-        policy,
-        settings: dataset.settings,
-        free: measured,
-        names: film.names.clone(),
-        findings: film.findings.clone(),
-        evaluations: 0,
-    };
+    let findings = film.findings.clone();
+    let mut run = Run { policy, settings: dataset.settings, free: measured, findings, evaluations: 0 };
     run.keep(&is_usable);
     run.fit(&film, impacts, left_out)
 }
@@ -135,7 +129,6 @@ pub(super) struct Run<'a> {
     pub settings: Settings,
     /// The problem without a law.
     pub free: Reached,
-    pub names: Vec<String>,
     pub findings: Vec<Finding>,
     pub evaluations: usize,
 }
@@ -146,8 +139,6 @@ impl Run<'_> {
         let mut state = self.free.descent.end.state.clone();
         self.free.problem.retain(0, &mut state, keep);
         self.free.descent.end = self.free.problem.evaluate(state);
-        let mut keep = keep.iter();
-        self.names.retain(|_| keep.next().copied().unwrap_or(true));
     }
 
     /// Fits the law that all shots share, leaving out shots that do not follow it.
@@ -163,9 +154,9 @@ impl Run<'_> {
             if keep.iter().all(|keep| *keep) {
                 break;
             }
-            let lost = self.names.iter().zip(&keep).filter(|(_, keep)| !**keep).map(|(name, _)| name.clone());
-            let lost = lost.collect();
-            self.findings.push(Finding::LostShots { names: lost });
+            let names = self.free.names().into_iter().zip(&keep);
+            let names = names.filter(|(_, keep)| !**keep).map(|(name, _)| name).collect();
+            self.findings.push(Finding::LostShots { names });
             self.keep(&keep);
             (best, rivals) = self.choose_law(&impacts)?;
         }
@@ -184,14 +175,8 @@ impl Run<'_> {
             self.findings.push(Finding::NotConverged);
         }
         let misfit = impacts.iter().map(|impact| impact.misfit).fold(0.0, f64::max);
-        let solution = Solution {
-            findings: self.findings,
-            names: vec![self.names],
-            left_out,
-            misfit,
-            evaluations: self.evaluations,
-            ..best
-        };
+        let solution =
+            Solution { findings: self.findings, left_out, misfit, evaluations: self.evaluations, ..best };
         Ok(DiscFit { solution, impacts, scatter, rivals, dof })
     }
 

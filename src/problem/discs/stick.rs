@@ -68,7 +68,7 @@ pub(super) fn find(shot: &TrackShot) -> Option<Stuck> {
     let middle = |run: &[(f64, f64)]| median(run.iter().map(|(_, d)| *d).collect());
     let nearest = (0..distances.len()).min_by(|i, j| distances[*i].1.total_cmp(&distances[*j].1))?;
     let typical = middle(&distances[nearest..distances.len().min(nearest + MOST_FRAMES)]);
-    let noise = noise_of(&[&shot.cue, &shot.object], shot.resolution, (shot.fps, shot.correlation));
+    let noise = noise_of(&[&shot.cue, &shot.object], shot);
     let most = typical + (TOUCHING * typical).max(NOISES * noise);
     let first = distances.iter().position(|(_, d)| *d <= most)?;
     let together = distances[first..].iter().take_while(|(_, d)| *d <= most).count();

@@ -162,10 +162,4 @@ impl FilmBlock {
             noise.sd *= factor;
         }
     }
-
-    /// Keeps the shots for which `keep` is true.
-    pub fn retain(&mut self, keep: &[bool]) {
-        let kept = |i: &usize| keep.get(*i).copied().unwrap_or(true);
-        self.take(&(0..self.shots.len()).filter(kept).collect::<Vec<_>>());
-    }
 }

@@ -127,12 +127,6 @@ impl RowsBlock {
     pub fn take(&mut self, indices: &[usize]) {
         self.shots = Arc::new(indices.iter().map(|i| self.shots[*i].clone()).collect());
     }
-
-    /// Keeps the shots for which `keep` is true.
-    pub fn retain(&mut self, keep: &[bool]) {
-        let mut keep = keep.iter();
-        Arc::make_mut(&mut self.shots).retain(|_| keep.next().copied().unwrap_or(true));
-    }
 }
 
 /// Adds the products of a residual and its derivatives.

@@ -20,7 +20,7 @@ use crate::problem::film::priors::{known, list_contact};
 use crate::problem::minimise::{descend_with_noise, fit};
 use crate::problem::policy::Policy;
 use crate::problem::problem::{Evaluation, Problem, State};
-use crate::problem::sums::{Noise, NoiseSums};
+use crate::problem::sums::Noise;
 use crate::problem::uncertainty::Estimates;
 use crate::problem::unknowns::{Id, Mode, Own, Shared, Unknown};
 
@@ -210,17 +210,14 @@ impl Table {
             Some(split.leverages(&apart.samples[0], &at.state, (&reduced, &estimates), 0))
         });
         let Some(spent) = spent else { return false };
-        let variance = |((sum, spent), (pool, noise)): ((&NoiseSums, &f64), (&Pool, &Noise))| {
-            let dof = sum.count - spent;
-            // what rounding hides is no smaller noise
-            (sum.weighted.max(dof * (pool.rounding / noise.sd).powi(2)), dof)
-        };
         let sums = at.noises(0);
-        let variances = sums.iter().zip(&spent).zip(split.pools.iter().zip(&split.noises));
-        let mut variances = variances.map(variance);
+        let mut variances = sums.iter().zip(&spent).map(|(sum, spent)| (sum.weighted, sum.count - spent));
         let mut pools: Vec<(Vec<Observable>, f64)> = Vec::new();
         for (pool, noise) in rows.pools.iter().zip(&rows.noises) {
             let own = variances.by_ref().take(pool.observables.len());
+            // what rounding hides is no smaller noise
+            let least = (pool.rounding / noise.sd).powi(2);
+            let own = own.map(|(square, dof)| (square.max(dof * least), dof));
             let own: Vec<(f64, f64)> = own.filter(|(_, dof)| *dof >= LEAST_DOF).collect();
             if compare_variances(&own).is_some_and(|p| p < policy.unequal_noise) {
                 pools.extend(pool.observables.iter().map(|observable| (vec![*observable], noise.sd)));
