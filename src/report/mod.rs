@@ -38,7 +38,6 @@ pub use crate::measurement::number::count_of;
 use crate::measurement::observable::Observable;
 use crate::measurement::parameter::Parameter;
 use crate::physics::ball::Ball;
-use crate::problem::Id;
 
 /// Why a report cannot be made.
 #[derive(Debug, thiserror::Error)]
@@ -166,9 +165,13 @@ fn unit_name(observable: Observable) -> &'static str {
     }
 }
 
-/// Returns the symbol of an unknown that is a parameter, else its name in words.
-fn symbol(id: Id) -> String {
-    let name = id.name();
+/// Returns the symbol of an unknown, by its name; without one the name in words.
+fn symbol(name: &str) -> String {
     let parameter = Parameter::ALL.into_iter().find(|parameter| parameter.name() == name);
-    parameter.map_or(name.replace('_', " "), |parameter| parameter.symbol().to_owned())
+    match (parameter, name) {
+        (Some(parameter), _) => parameter.symbol().to_owned(),
+        (None, "mu_k") => "μ_k".to_owned(),
+        (None, "mu_r") => "μ_r".to_owned(),
+        (None, other) => other.replace('_', " "),
+    }
 }
