@@ -6,6 +6,7 @@ use std::path::PathBuf;
 use caromfit::io::draft::{self, Draft};
 use caromfit::report::write;
 
+use super::table_only::{SPINS, Told, UNITS};
 use super::{Failure, print, print_lines};
 
 /// Looks at files of tracks or measurements, detects their format, units and the names of tracks, whether they are of discs, and a
@@ -51,44 +52,35 @@ pub fn run(args: &Args) -> Result<(), Failure> {
 
 /// Asks for what the files do not determine, and puts the answers in.
 fn ask(draft: &mut Draft) -> Result<(), Failure> {
-    if draft.blanks().contains(&"capture_fps") {
+    let mut told = Told::default();
+    let blanks = draft.blanks();
+    let is_blank = |what: &str| blanks.contains(&what);
+    if is_blank("capture_fps") {
         let question = "Frames per second that the camera recorded at (phones in slow motion: 120 or 240)";
-        if let Some(fps) = answer(question, number)? {
-            draft.set_fps(fps);
-        }
+        told.fps = answer(question, number)?;
     }
-    if draft.blanks().contains(&"length_unit") {
+    if is_blank("length_unit") {
         let question =
             "Unit of the positions: m, cm, mm, in, ft, or px (pixels: the balls are then the ruler)";
-        if let Some(unit) = answer(question, |word| one_of(word, &["m", "cm", "mm", "in", "ft", "px"]))? {
-            draft.set_unit(&unit);
-        }
+        told.unit = answer(question, |word| one_of(word, &UNITS))?;
     }
-    let is_unnamed = draft.blanks().contains(&"which ball is which");
-    if let ([one, other], true) = (draft.tracks.clone().as_slice(), is_unnamed) {
+    if let ([one, other], true) = (draft.tracks.as_slice(), is_blank("which ball is which")) {
         let question = format!("Which is the cue ball: {one} or {other}");
-        if let Some(cue) = answer(&question, |word| one_of(word, &[one, other]))? {
-            let object = if cue == *one { other } else { one };
-            draft.set("cue", cue);
-            draft.set("object", object.as_str());
-        }
+        told.cue = answer(&question, |word| one_of(word, &[one, other]))?;
+        told.object = told.cue.as_ref().map(|cue| if cue == one { other } else { one }.clone());
     }
     if let Some(stated) = draft.value("radius_m").filter(|_| !draft.are_discs) {
         let question = format!(
             "Radius of the balls, m (pool 0.028575, carom 0.03075, snooker 0.02625; Enter: {stated})"
         );
-        if let Some(radius) = answer(&question, number)? {
-            draft.set("radius_m", radius);
-        }
+        told.radius = answer(&question, number)?;
     }
-    if draft.blanks().contains(&"cue_spin") {
-        let spins = ["natural-roll", "stun", "unknown", "measured"];
+    if is_blank("cue_spin") {
         let question =
             "The cue ball before the hit: natural-roll (it rolls), stun (it slides), unknown, measured";
-        if let Some(spin) = answer(question, |word| one_of(word, &spins))? {
-            draft.set("assume", spin);
-        }
+        told.spin = answer(question, |word| one_of(word, &SPINS))?;
     }
+    told.fill(draft);
     Ok(())
 }
 

@@ -15,23 +15,27 @@ use super::Failure;
 pub struct Told {
     /// Camera frame rate, frames/s
     #[arg(long, value_name = "N")]
-    fps: Option<f64>,
+    pub fps: Option<f64>,
     /// Radius of the balls, m; pool balls, 0.028575, unless given
     #[arg(long, value_name = "M")]
-    radius: Option<f64>,
+    pub radius: Option<f64>,
     /// Cue ball's spin before the impact
-    #[arg(long, value_parser = ["stun", "natural-roll", "unknown", "measured"])]
-    spin: Option<String>,
+    #[arg(long, value_parser = SPINS)]
+    pub spin: Option<String>,
     /// Track of the cue ball
     #[arg(long, value_name = "TRACK", requires = "object")]
-    cue: Option<String>,
+    pub cue: Option<String>,
     /// Track of the object ball
     #[arg(long, value_name = "TRACK", requires = "cue")]
-    object: Option<String>,
+    pub object: Option<String>,
     /// Unit of lengths
-    #[arg(long, value_parser = ["m", "cm", "mm", "in", "ft", "px"])]
-    unit: Option<String>,
+    #[arg(long, value_parser = UNITS)]
+    pub unit: Option<String>,
 }
+
+/// Spins before the impact, and units of lengths.
+pub const SPINS: [&str; 4] = ["stun", "natural-roll", "unknown", "measured"];
+pub const UNITS: [&str; 6] = ["m", "cm", "mm", "in", "ft", "px"];
 
 impl Told {
     /// Returns whether nothing was stated.
@@ -45,27 +49,12 @@ impl Told {
         let name = table.file_stem().unwrap_or_default().to_string_lossy().into_owned();
         draft.set("name", name.as_str());
         let mut said = draft.found.clone();
-        if let Some(fps) = self.fps
-            && draft.set_fps(fps)
-        {
-            said.push(format!("Its times are those of slow motion, recorded at {fps} frames per second."));
-        }
-        if let Some(spin) = &self.spin {
-            draft.set("assume", spin.as_str());
-        }
-        if let (Some(cue), Some(object)) = (&self.cue, &self.object) {
-            draft.set("cue", cue.as_str());
-            draft.set("object", object.as_str());
-        }
-        if let Some(unit) = &self.unit {
-            draft.set_unit(unit);
-        } else if draft.blanks().contains(&"length_unit") {
+        said.extend(self.fill(&mut draft));
+        if draft.blanks().contains(&"length_unit") {
             draft.set_unit("px");
             said.push("Lengths are taken as pixels: the balls are the ruler (else: --unit).".to_owned());
         }
-        if let Some(radius) = self.radius {
-            draft.set("radius_m", radius);
-        } else if let Some(radius) = draft.value("radius_m") {
+        if let Some(radius) = draft.value("radius_m").filter(|_| self.radius.is_none()) {
             let is_pool = radius.parse() == Ok(Ball::POOL.radius);
             let which = if is_pool { "pool balls, radius" } else { "balls of radius" };
             said.push(format!("The balls are taken as {which} {radius} m (else: --radius)."));
@@ -82,6 +71,24 @@ impl Told {
         let mut dataset = io::load_text(&draft.text(), &place)?;
         dataset.path = table.to_path_buf();
         Ok((dataset, said))
+    }
+
+    /// Puts what is stated into a draft; returns a sentence if its times are those of slow motion: of a film that was recorded more
+    /// than 5 % faster.
+    pub fn fill(&self, draft: &mut Draft) -> Option<String> {
+        let is_slow = self.fps.is_some_and(|fps| draft.set_fps(fps));
+        let texts = [("assume", &self.spin), ("cue", &self.cue), ("object", &self.object)];
+        for (key, value) in texts.into_iter().filter_map(|(key, value)| Some((key, value.as_deref()?))) {
+            draft.set(key, value);
+        }
+        if let Some(unit) = &self.unit {
+            draft.set_unit(unit);
+        }
+        if let Some(radius) = self.radius {
+            draft.set("radius_m", radius);
+        }
+        let fps = self.fps.filter(|_| is_slow)?;
+        Some(format!("Its times are those of slow motion, recorded at {fps} frames per second."))
     }
 
     /// Refuses --cue and --object that do not name two tracks of the table.

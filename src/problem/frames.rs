@@ -90,33 +90,38 @@ pub(crate) fn whiten<const R: usize>(
     carries: bool,
     see: impl Fn(&Frame) -> (usize, [SVector<f64, R>; 2]),
 ) -> Vec<Sight<R>> {
-    let mut last: Option<(usize, [SVector<f64, R>; 2], f64)> = None;
+    let is_correlated = rho != [0.0; 2];
+    let mut last: Option<(usize, Point, f64)> = None;
+    let mut last_rows: Option<[SVector<f64, R>; 2]> = None;
     let mut sights = Vec::with_capacity(frames.len());
     for (index, frame) in frames.iter().enumerate().filter(|(_, frame)| frame.used) {
         let (piece, rows) = see(frame);
-        let before = last.replace((piece, rows, frame.time));
-        let before = before.filter(|(on, ..)| carries || *on == piece);
+        let rows_before = if is_correlated { last_rows.replace(rows) } else { None };
         let sums = [NoiseSums::default(); 2];
         let mut sight = Sight { index, time: frame.time, piece, rows, carried: None, sums };
+        let residuals = sight.residuals();
+        let before = last.replace((piece, residuals, frame.time));
+        let before = before.filter(|(on, ..)| carries || *on == piece);
         for axis in 0..2 {
             let sums = &mut sight.sums[axis];
             sums.count = frame.weight[axis].powi(2).min(1.0);
-            let Some((on, before, then)) = before.as_ref().filter(|_| frame.weight[axis] > 0.0) else {
+            let Some((on, before, then)) = before.filter(|_| frame.weight[axis] > 0.0) else {
                 continue;
             };
+            sums.lagged = residuals[axis] * before[axis];
+            sums.square = residuals[axis].powi(2);
             let frames = ((frame.time - then) * fps).round().clamp(1.0, 1e6);
             let kept = rho[axis].powi(frames as i32);
+            let Some(rows_before) = rows_before.as_ref().filter(|_| kept > 0.0) else { continue };
             let fresh = (1.0 - kept * kept).sqrt().recip();
             sums.ln_determinant = -2.0 * fresh.ln();
-            sums.lagged = rows[axis][R - 1] * before[axis][R - 1];
-            sums.square = rows[axis][R - 1].powi(2);
-            let mut carried = before[axis] * (kept * fresh);
+            let mut carried = rows_before[axis] * (kept * fresh);
             sight.rows[axis] *= fresh;
-            if *on == piece || kept == 0.0 {
+            if on == piece {
                 sight.rows[axis] -= carried;
             } else {
                 sight.rows[axis][R - 1] -= std::mem::take(&mut carried[R - 1]);
-                let both = sight.carried.get_or_insert_with(|| (*on, Box::new([SVector::zeros(); 2])));
+                let both = sight.carried.get_or_insert_with(|| (on, Box::new([SVector::zeros(); 2])));
                 both.1[axis] = -carried;
             }
         }
@@ -199,6 +204,7 @@ pub(crate) fn add_track<const R: usize, const C: usize, const I: usize>(
                 total.noises[noises[axis]].add(&sight.sums[axis]);
                 let row = &sight.rows[axis];
                 match &sight.carried {
+                    None if weight == 1.0 => rows.extend_from_slice(row.as_slice()),
                     None => rows.extend_from_slice((row * weight.sqrt()).as_slice()),
                     Some((on, carried)) => {
                         let by = columns.expand(row, piece, length)

@@ -86,40 +86,34 @@ fn frame(text: &mut String, shot: &str, own: &FittedFrame, [common, model]: [&st
     }
 }
 
-/// A table whose rows name their cells: a new column stands behind the one before it in the row that first has it.
+/// A table whose rows name their cells: columns stand in the order in which rows first have them.
 #[derive(Default)]
 pub(super) struct Table {
     columns: Vec<String>,
     rows: Vec<Vec<String>>,
-    /// The place behind the cell before.
-    next: usize,
 }
 
 impl Table {
     /// Returns a table that has columns, with commas between, and no rows.
     pub(super) fn new(columns: &str) -> Self {
-        Self { columns: columns.split(',').map(str::to_owned).collect(), ..Self::default() }
+        Self { columns: columns.split(',').map(str::to_owned).collect(), rows: Vec::new() }
     }
 
     /// Begins a row, whose cells are empty.
     pub(super) fn begin(&mut self) {
         self.rows.push(Vec::new());
-        self.next = 0;
     }
 
     /// Adds a cell to the row.
     pub(super) fn add(&mut self, column: &str, cell: impl Into<String>) {
         let place = self.columns.iter().position(|known| known == column).unwrap_or_else(|| {
-            self.columns.insert(self.next, column.to_owned());
-            let behind = self.rows.iter_mut().filter(|row| row.len() > self.next);
-            behind.for_each(|row| row.insert(self.next, String::new()));
-            self.next
+            self.columns.push(column.to_owned());
+            self.columns.len() - 1
         });
         if let Some(row) = self.rows.last_mut() {
             row.resize(row.len().max(place + 1), String::new());
             row[place] = cell.into();
         }
-        self.next = place + 1;
     }
 
     /// Adds the cell of a number, which is empty if it is unknown.

@@ -38,7 +38,6 @@ pub use crate::measurement::number::count_of;
 use crate::measurement::observable::Observable;
 use crate::measurement::parameter::Parameter;
 use crate::physics::ball::Ball;
-use crate::problem::Id;
 
 /// Why a report cannot be made.
 #[derive(Debug, thiserror::Error)]
@@ -94,18 +93,17 @@ fn model(fit: &Fit) -> String {
 
 /// What a reader calls the bodies that collided, and their size and mass.
 fn bodies(fit: &Fit) -> (&'static str, String) {
-    let millimetres = |radius: f64| number::plain(1e3 * radius, 5);
-    let grams = |mass: f64| number::plain(1e3 * mass, 4);
     let Some(discs) = fit.discs else { return ("balls", two_balls(&fit.ball, fit.object.as_ref())) };
+    let milli = |value: f64, digits: usize| number::plain(1e3 * value, digits);
     let radii = match discs.radii {
-        Some([first, second]) => format!("radii {} and {} mm", millimetres(first), millimetres(second)),
+        Some([first, second]) => format!("radii {} and {} mm", milli(first, 5), milli(second, 5)),
         None => format!(
             "radii not stated ({} mm is half the distance of the centres at the impact)",
-            millimetres(fit.ball.radius)
+            milli(fit.ball.radius, 5)
         ),
     };
     let masses = match discs.masses {
-        Some([first, second]) => format!("masses {} and {} g", grams(first), grams(second)),
+        Some([first, second]) => format!("masses {} and {} g", milli(first, 4), milli(second, 4)),
         None => "masses not stated".to_owned(),
     };
     ("discs", format!("{radii}, {masses}"))
@@ -113,31 +111,26 @@ fn bodies(fit: &Fit) -> (&'static str, String) {
 
 /// Both balls in words, with the errors of what is stated of them.
 fn two_balls(cue: &Ball, object: Option<&ObjectBall>) -> String {
-    let with_error = |value: f64, sd: f64, digits: usize| {
-        if sd > 0.0 { number::with_error(value, sd) } else { number::plain(value, digits) }
+    let with_error = |value: f64, sd: f64, digits: usize| match sd {
+        sd if sd > 0.0 => number::with_error(1e3 * value, 1e3 * sd),
+        _ => number::plain(1e3 * value, digits),
     };
-    let one = |ball: &Ball, [mass_sd, radius_sd]: [f64; 2]| {
-        format!(
-            "radius {} mm, mass {} g",
-            with_error(1e3 * ball.radius, 1e3 * radius_sd, 5),
-            with_error(1e3 * ball.mass, 1e3 * mass_sd, 4)
-        )
+    let one = |ball: &Ball, mass_sd: f64, radius_sd: f64| {
+        let (radius, mass) = (with_error(ball.radius, radius_sd, 5), with_error(ball.mass, mass_sd, 4));
+        format!("radius {radius} mm, mass {mass} g")
     };
-    let Some(object) = object else { return one(cue, [0.0; 2]) };
-    let both = [(cue, "cue ball"), (&object.ball, "object ball")].into_iter().enumerate();
-    let inertias_differ = cue.inertia != object.ball.inertia;
-    let said = both.map(|(which, (ball, name))| {
-        let inertia = if inertias_differ {
-            format!(", inertia {} MR²", number::plain(ball.inertia, 4))
-        } else {
+    let Some(object) = object else { return one(cue, 0.0, 0.0) };
+    let [cue, object] = [0, 1].map(|which| {
+        let (name, ball) = [("cue ball", cue), ("object ball", &object.ball)][which];
+        let both = one(ball, object.mass_sd.unwrap_or_default()[which], object.radius_sd[which]);
+        let inertia = if cue.inertia == object.ball.inertia {
             String::new()
+        } else {
+            format!(", inertia {} MR²", number::plain(ball.inertia, 4))
         };
-        format!(
-            "{name}: {}{inertia}",
-            one(ball, [object.mass_sd.unwrap_or_default()[which], object.radius_sd[which]])
-        )
+        format!("{name}: {both}{inertia}")
     });
-    said.collect::<Vec<_>>().join("; ")
+    format!("{cue}; {object}")
 }
 
 /// Smaller probabilities are not told apart.
@@ -173,9 +166,13 @@ fn unit_name(observable: Observable) -> &'static str {
     }
 }
 
-/// Returns the symbol of an unknown that is a parameter, else its name in words.
-fn symbol(id: Id) -> String {
-    let name = id.name();
+/// Returns the symbol of an unknown, by its name; without one the name in words.
+fn symbol(name: &str) -> String {
     let parameter = Parameter::ALL.into_iter().find(|parameter| parameter.name() == name);
-    parameter.map_or(name.replace('_', " "), |parameter| parameter.symbol().to_owned())
+    match (parameter, name) {
+        (Some(parameter), _) => parameter.symbol().to_owned(),
+        (None, "mu_k") => "μ_k".to_owned(),
+        (None, "mu_r") => "μ_r".to_owned(),
+        (None, other) => other.replace('_', " "),
+    }
 }

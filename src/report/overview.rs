@@ -86,13 +86,12 @@ fn details(fit: &Fit) -> String {
         let largest = budget.and_then(|budget| document::budget(budget).into_iter().next());
         let pull = unknown.prior.map(|prior| (unknown.value - prior.mean) / prior.sd);
         Some(vec![
-            symbol(unknown.id),
+            symbol(unknown.id.name()),
             with_error(unknown.value, error),
             format!("{} %", plain(100.0 * (error / unknown.value).abs(), 2)),
             pull.map_or(String::new(), |pull| format!("{pull:+.1}")),
             largest.map_or(String::new(), |part| {
-                let name = part.source.replace('_', " ");
-                format!("{name}, ± {}", plain(part.std_error.unwrap_or(f64::NAN), 2))
+                format!("{}, ± {}", symbol(&part.source), plain(part.std_error.unwrap_or(f64::NAN), 2))
             }),
         ])
     };

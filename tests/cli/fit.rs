@@ -304,7 +304,7 @@ fn results_that_cannot_be_written() {
     fs::write(&lab.out, "a file where the folder should be").unwrap();
     let output = lab.fit(&[]);
     let said = refused(&output, 1);
-    assert!(said.contains("cannot be written"), "{said}");
+    assert!(said.contains("mathavan-2014: cannot be written"), "{said}");
     assert_eq!(lab.written(), ["fits"]);
 }
 

@@ -1,6 +1,5 @@
 //! Fits built by hand, of the kinds that a report must cope with.
 
-use std::path::PathBuf;
 use std::sync::OnceLock;
 
 use caromfit::fit;
@@ -77,18 +76,9 @@ pub fn normal() -> Fit {
     };
     let mut fit = fitted();
     fit.dataset = "lab-a".into();
-    fit.group = None;
-    fit.path = PathBuf::from("data/lab-a/dataset.toml");
     fit.cloth = Some("Simonis 860".to_owned());
     fit.source = Some("measured by \"A\", 2026".to_owned());
-    fit.ball = caromfit::physics::ball::Ball::POOL;
-    fit.object = None;
-    fit.discs = None;
-    fit.sliding = None;
-    fit.rolling = None;
     fit.fidelity = "full";
-    fit.footage = false;
-    fit.explanations = Vec::new();
     fit.effects = vec![("friction", true), ("cloth", true), ("spin_loss", false)];
     fit.estimates = vec![
         estimate(Parameter::Mu, 0.101_37, 0.002_71),
@@ -107,14 +97,7 @@ pub fn normal() -> Fit {
         rounding: None,
     }];
     fit.shots_used = 10;
-    fit.shots_rejected = Vec::new();
-    fit.disc_shots = Vec::new();
-    fit.scatter = None;
-    fit.friction_curve = None;
-    fit.camera = None;
-    fit.refuted = None;
     fit.residuals = (1..=10).map(throw).collect();
-    fit.frames = None;
     fit.termination = "the cost no longer falls".into();
     fit.converged = true;
     fit.iterations = 9;

@@ -85,21 +85,9 @@ pub(super) fn is_same_result(one: &str, other: &str) -> bool {
 /// Significant digits of numbers in files: more than any error leaves, fewer than what differs between processors.
 pub const DIGITS: usize = 8;
 
-/// Largest power of ten that is exact in floating point, with its smaller ones.
-const EXACT_POWER: i32 = 22;
-
 /// Returns a number rounded to [`DIGITS`].
 pub(super) fn rounded(number: f64) -> f64 {
-    if number == 0.0 || !number.is_finite() {
-        return number;
-    }
-    let decimals = DIGITS as i32 - 1 - number.abs().log10().floor() as i32;
-    let power = 10_f64.powi(decimals.abs());
-    match decimals {
-        0..=EXACT_POWER => (number * power).round() / power,
-        ..0 if -decimals <= EXACT_POWER => (number / power).round() * power,
-        _ => number,
-    }
+    format!("{number:.*e}", DIGITS - 1).parse().unwrap_or(number)
 }
 
 /// Rounds all numbers of a document that are not whole.

@@ -98,11 +98,16 @@ impl Axis {
         let raw = (range.end - range.start) / most as f64;
         let power = 10_f64.powf(raw.log10().floor());
         let least = if self.is_logarithmic { 1.0 } else { 0.0 };
-        let steps = [1.0, 2.0, 5.0, 10.0].map(|step| step * power);
-        let Some(step) = steps.into_iter().find(|step| *step >= raw.max(least)) else { return Vec::new() };
+        let steps = [0.5, 1.0, 2.0, 5.0, 10.0].map(|step| step * power);
+        let Some(chosen) = (1..steps.len()).find(|i| steps[*i] >= raw.max(least)) else { return Vec::new() };
         // counted in steps, so that rounding errors do not add up
-        let first = (range.start / step).ceil() as i64;
-        (0..=most as i64).map(|n| (first + n) as f64 * step).filter(inside).collect()
+        let ticks = |step: f64| -> Vec<f64> {
+            let first = (range.start / step).ceil() as i64;
+            (0..=most as i64).map(|n| (first + n) as f64 * step).filter(inside).collect()
+        };
+        // a single tick shows no scale
+        let few = ticks(steps[chosen]);
+        if few.len() < 2 { ticks(steps[chosen - 1]) } else { few }
     }
 
     /// Returns the label of a tick.
@@ -130,6 +135,9 @@ mod tests {
         assert_eq!(labels(&axis, -3.1..3.1), ["−2", "0", "2"]);
         assert_eq!(labels(&axis, 0.0..0.3), ["0", "0.05", "0.1", "0.15", "0.2", "0.25", "0.3"]);
         assert_eq!(labels(&axis, 0.0..90.0), ["0", "20", "40", "60", "80"]);
+        let few: Vec<String> =
+            axis.ticks(&(-0.19..0.19), 3).into_iter().map(|tick| axis.label(tick)).collect();
+        assert_eq!(few, ["−0.1", "0", "0.1"]);
     }
 
     #[test]

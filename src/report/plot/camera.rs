@@ -11,7 +11,7 @@ const ROW: u32 = 900;
 const ARROWS: usize = 9;
 
 /// The longest arrow is at most this part of the figure; arrows are enlarged by a round number for it.
-const LONGEST: f64 = 0.1;
+const LONGEST: f64 = 0.12;
 const ENLARGED: [f64; 10] = [1.0, 2.0, 5.0, 10.0, 20.0, 50.0, 100.0, 200.0, 500.0, 1000.0];
 
 /// Returns the figure, which is empty if nothing was corrected.
@@ -38,7 +38,7 @@ pub fn figure(found: &FoundCamera) -> Figure {
         if found.of_discs { "discs" } else { "balls" },
         1e3 * longest
     );
-    let title = "The film, in metres as they are stated";
+    let title = "Places in the film, at the scale that is stated";
     let mut panel = Panel::of_places(title, about);
     let contacts = found.contacts.iter().map(|place| Point { opacity: 0.45, ..Point::new(cm(*place), 0) });
     panel.points(contacts);

@@ -4,6 +4,7 @@ use super::{Axis, BAND, Figure, Label, Mark, Panel, Point, color};
 use crate::fit::{Fit, Status};
 use crate::measurement::dataset::Measured;
 use crate::measurement::parameter::Parameter;
+use crate::physics::disc::Discs;
 use crate::problem::{DiscImpact, Quantity};
 
 /// Height of the panels, pixels.
@@ -32,6 +33,11 @@ pub fn figure(fit: &Fit) -> Figure {
     }
     figure.add_rows(ROW, 2, panels);
     figure
+}
+
+/// Returns the unit of speeds.
+pub(super) fn speed_unit(discs: &Discs) -> &'static str {
+    if discs.in_seconds { "m/s" } else { "m per frame" }
 }
 
 /// Returns the points of shots that have a place and a value.
@@ -65,7 +71,7 @@ fn restitution(fit: &Fit, shots: &[&DiscImpact], used: &[bool], about: &str) -> 
     if points.is_empty() {
         return None;
     }
-    let unit = if fit.discs.is_some_and(|discs| discs.in_seconds) { "m/s" } else { "m per frame" };
+    let unit = fit.discs.as_ref().map_or("m/s", speed_unit);
     let x = Axis::new(format!("closing speed ({unit})"));
     let mut panel = Panel::new("e against the closing speed", about, x, Axis::new("e"));
     let fitted = |parameter| fit.get(parameter).filter(|found| found.status != Status::NotIdentified);

@@ -1,8 +1,9 @@
 //! The numbers that are drawn: of films the velocities after each impact in the frame of the collision, else what was measured, in the
 //! units of their columns.
 
-use super::Label;
 use super::axis::is_drawable;
+use super::discs::speed_unit;
+use super::{Label, SPEED_AXIS};
 use crate::compare::Comparison;
 use crate::fit::{Fit, FittedFilm, Residual};
 use crate::measurement::observable::Observable;
@@ -44,6 +45,8 @@ pub(super) struct Observed {
     pub(super) labels: Vec<Label>,
     /// How many are drawn, if they are too many.
     pub(super) thinned: Option<String>,
+    /// Name of the axis of speeds.
+    pub(super) speed_axis: String,
 }
 
 /// Names of the velocities after the impact in the frame of the collision.
@@ -57,7 +60,10 @@ const IN_COLLISION_FRAME: [&str; 4] = [
 impl Observed {
     /// Returns all numbers of a fit.
     pub(super) fn of(fit: &Fit) -> Self {
-        let mut observed = Self::default();
+        let mut observed = Self { speed_axis: SPEED_AXIS.to_owned(), ..Self::default() };
+        if let Some(discs) = fit.discs {
+            observed.speed_axis = format!("speed of the first disc before impact ({})", speed_unit(&discs));
+        }
         match &fit.frames {
             Some(film) => observed.add_film(film),
             None => observed.add_table(fit),
@@ -71,7 +77,7 @@ impl Observed {
 
     /// Returns all numbers of a comparison, those of each label as a series.
     pub(super) fn of_comparison(comparison: &Comparison) -> Self {
-        let mut observed = Self::default();
+        let mut observed = Self { speed_axis: SPEED_AXIS.to_owned(), ..Self::default() };
         let series = |label: &String| Series { legend: label.clone(), ..Series::default() };
         observed.series = comparison.labels.iter().map(series).collect();
         for residual in &comparison.residuals {

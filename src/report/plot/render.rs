@@ -337,10 +337,10 @@ fn arrow<DB: DrawingBackend>(
 ) -> Result<(), DrawingAreaErrorKind<DB::ErrorType>> {
     let along = [f64::from(to.0 - from.0), f64::from(to.1 - from.1)];
     let length = along[0].hypot(along[1]);
-    area.draw(&PathElement::new(vec![from, to], color(1).stroke_width(2)))?;
     if length < 1.0 {
-        return Ok(());
+        return area.draw(&Circle::new(to, 2, color(1).filled()));
     }
+    area.draw(&PathElement::new(vec![from, to], color(1).stroke_width(2)))?;
     let unit = along.map(|x| x / length);
     let head = |back: f64, aside: f64| {
         let x = f64::from(to.0) - back * unit[0] - aside * unit[1];

@@ -4,7 +4,7 @@ use statrs::distribution::{Beta, ContinuousCDF, Normal};
 
 use super::axis::{ends, is_drawable};
 use super::observed::{Observed, Value};
-use super::{Axis, BAND, CUT_AXIS, Figure, INK, Mark, Panel, Point, Row, SPEED_AXIS, color};
+use super::{Axis, BAND, CUT_AXIS, Figure, INK, Mark, Panel, Point, Row, color};
 use crate::compare::Comparison;
 use crate::fit::Fit;
 use crate::report::document::{self, BudgetPart};
@@ -77,7 +77,7 @@ fn summary(fit: &Fit) -> Vec<String> {
 /// What standardized residuals are drawn against.
 struct Against {
     title: &'static str,
-    axis: &'static str,
+    axis: fn(&Observed) -> &str,
     /// What a value without it lacks.
     unknown: &'static str,
     value: fn(&Value) -> f64,
@@ -86,19 +86,19 @@ struct Against {
 const AGAINST: [Against; 3] = [
     Against {
         title: "Residuals against cut angle",
-        axis: CUT_AXIS,
+        axis: |_| CUT_AXIS,
         unknown: "cut angle",
         value: |value| value.cut,
     },
     Against {
         title: "Residuals against speed",
-        axis: SPEED_AXIS,
+        axis: |observed| &observed.speed_axis,
         unknown: "speed",
         value: |value| value.speed,
     },
     Against {
         title: "Residuals in the order of the shots",
-        axis: "number of the shot",
+        axis: |_| "number of the shot",
         unknown: "order",
         value: |value| value.order,
     },
@@ -145,9 +145,10 @@ impl Observed {
         figure.labels.clone_from(&self.labels);
         let standardized = self.standardized();
         if standardized.is_empty() {
-            let why = match self.values.is_empty() {
-                true => "No observations.",
-                false => "No standard deviations: the residuals cannot be standardized.",
+            let why = if self.values.is_empty() {
+                "No observations."
+            } else {
+                "No standard deviations: the residuals cannot be standardized."
             };
             figure.lines.push(why.to_owned());
             return Vec::new();
@@ -183,8 +184,8 @@ impl Observed {
                 left_out(standardized - seen.len(), &format!("no {}", kind.unknown)),
             ],
         );
-        let mut panel =
-            Panel::new(kind.title, about, Axis::new(kind.axis), Axis::symmetric(STANDARDIZED, 3.2));
+        let x = Axis::new((kind.axis)(self));
+        let mut panel = Panel::new(kind.title, about, x, Axis::symmetric(STANDARDIZED, 3.2));
         panel.marks.extend([Mark::Strip([-2.0, 2.0]), Mark::Horizontal(0.0)]);
         panel.marks.push(self.points(seen.iter().copied()));
         for bar in means {
@@ -323,7 +324,7 @@ fn budget(fit: &Fit) -> Option<Panel> {
         let variance = |part: &BudgetPart| part.std_error.unwrap_or(0.0).powi(2);
         let total: f64 = parts.iter().map(variance).sum();
         for part in parts.iter().take(SOURCES).filter(|part| variance(part) >= LEAST * total) {
-            let words = format!("{}: {}", symbol(found.id), part.source.replace('_', " "));
+            let words = format!("{}: {}", symbol(found.id.name()), symbol(&part.source));
             bars.push((words, 100.0 * variance(part) / total, series));
         }
     }

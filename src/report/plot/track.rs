@@ -13,7 +13,7 @@ const ALL: u32 = 760;
 /// Instants of a fitted path of one shot, and of each of several; corners of the outline of a ball.
 const STEPS: u32 = 200;
 const FEW_STEPS: u32 = 60;
-const CORNERS: u32 = 60;
+const CORNERS: u32 = 36;
 
 /// Largest number of shots that are drawn together, spread over all, and of frames of a ball of each: more would only cover each other.
 const MOST_SHOTS: usize = 60;
@@ -39,6 +39,11 @@ pub(crate) struct Tracks<'a> {
     pub place: &'a dyn Fn(usize, f64) -> [f64; 2],
 }
 
+/// Returns a place from the origin of the film instead of its middle.
+fn in_film(film: &FittedFilm, place: [f64; 2]) -> [f64; 2] {
+    [0, 1].map(|axis| place[axis] + film.solution.middle[axis] * film.solution.unit)
+}
+
 /// Names of the balls.
 const BALLS: [&str; 2] = ["cue ball", "object ball"];
 
@@ -54,12 +59,15 @@ pub fn of_balls(film: &FittedFilm, impact: &Impact) -> Figure {
             impact.outliers,
         ),
         names: BALLS,
-        seen: impact.seen.clone(),
+        seen: impact
+            .seen
+            .each_ref()
+            .map(|seen| seen.iter().map(|(t, at)| (*t, in_film(film, *at))).collect()),
         time: impact.time,
         clock: ("time from the impact (ms)", 1e-3),
         position_sd: impact.position_sd,
         radii: [film.radius(); 2],
-        place: &|ball, time| impact.paths.place(ball, time),
+        place: &|ball, time| in_film(film, impact.paths.place(ball, time)),
     };
     tracks.figure()
 }
@@ -71,12 +79,14 @@ pub fn of_all(name: &str, film: &FittedFilm) -> Figure {
     let shots: Vec<Impact> = names.iter().step_by(each).filter_map(|name| film.impact(name)).collect();
     let mut panel = Panel::of_places("", "");
     for impact in &shots {
-        let place = |ball: usize, time: f64| cm(impact.paths.place(ball, time));
+        let place = |ball: usize, time: f64| cm(in_film(film, impact.paths.place(ball, time)));
         for (ball, seen) in impact.seen.iter().enumerate() {
             let window = ends(seen.iter().map(|(time, _)| *time));
             panel.line(path(FEW_STEPS, window, |time| place(ball, time)), color(ball), 1);
             let frames = seen.iter().step_by(seen.len().div_ceil(MOST_FRAMES).max(1));
-            panel.points(frames.map(|(_, at)| Point { opacity: 0.5, ..Point::new(cm(*at), ball) }));
+            panel.points(
+                frames.map(|(_, at)| Point { opacity: 0.5, ..Point::new(cm(in_film(film, *at)), ball) }),
+            );
         }
         panel.line([0, 1].map(|ball| place(ball, impact.time)), INK, 2);
     }
