@@ -373,7 +373,7 @@ fn labels_of(spots: &Value) -> Vec<[&str; 2]> {
     let labels = spots["labels"].as_array().unwrap();
     let has_point = |i: usize| spots["spots"].as_array().unwrap().iter().any(|spot| spot[2] == i);
     assert!((0..labels.len()).all(has_point));
-    labels.iter().map(|label| [0, 1].map(|part| label[part].as_str().unwrap())).collect()
+    labels.iter().map(|label| ["shot", "words"].map(|part| label[part].as_str().unwrap())).collect()
 }
 
 /// A point of a comparison names its data set and shot.

@@ -71,7 +71,7 @@ fn check(root: &Value, schema: &Value, value: &Value, at: &str, wrong: &mut Vec<
             check(root, names, &Value::from(key.as_str()), &at, wrong);
         }
         let described = schema.get("properties").and_then(|own| own.get(key));
-        match described.or(schema.get("additionalProperties")) {
+        match described.or(schema.get("additionalProperties").filter(|more| **more != false)) {
             Some(schema) => check(root, schema, inner, &at, wrong),
             None => wrong.push(format!("{at}: is not described")),
         }

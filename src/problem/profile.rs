@@ -19,8 +19,10 @@ const PRECISION: f64 = 2e-3;
 /// 0.003 standard errors.
 const STALL: f64 = 0.01;
 
-/// Evaluations of a descent at one point, and points for one end; typical are 3 and 3.
+/// Evaluations of a descent at one point of a table, and of a film, whose steps gain next to nothing
+/// after the first; and points for one end. Typical are 3 and 3.
 const MAX_STEPS: usize = 60;
+const MAX_STEPS_OF_FILMS: usize = 3;
 const MAX_POINTS: usize = 80;
 
 /// Relative width of a bracket at which a jump of χ² is an end.
@@ -238,6 +240,7 @@ fn least_at(problem: &Problem, from: &Evaluation, held: &[(usize, f64)]) -> Opti
         }
         problem.evaluate(state)
     });
-    let end = descend_until(problem, start, &others, MAX_STEPS, STALL).end;
+    let steps = if problem.rows().is_some() { MAX_STEPS } else { MAX_STEPS_OF_FILMS };
+    let end = descend_until(problem, start, &others, steps, STALL).end;
     end.cost.is_finite().then_some(end)
 }

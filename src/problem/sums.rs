@@ -230,11 +230,14 @@ impl Contribution {
         let response = matrix.cholesky()?.solve(&beside);
         let shared = self.shared();
         let products = self.products.view((own, own), (shared + 1, shared + 1)) - beside.tr_mul(&response);
-        let of = |i: usize, j: usize| products[(i.min(j), i.max(j))];
-        let place = |i: usize| ids[i] as usize;
+        let of = |a: Option<usize>, b: Option<usize>| match (a, b) {
+            (Some(a), Some(b)) => products[(a.min(b), a.max(b))],
+            _ => 0.0,
+        };
+        let place = |i: usize| Some(ids[i] as usize).filter(|place| *place < shared);
         Some((
             DMatrix::from_fn(ids.len(), ids.len(), |i, j| of(place(i), place(j))),
-            DVector::from_fn(ids.len(), |i, _| of(place(i), shared)),
+            DVector::from_fn(ids.len(), |i, _| of(place(i), Some(shared))),
         ))
     }
 }

@@ -79,7 +79,7 @@ balls before times ¦ id,t,x,y ¦ {ball},{s},{x},{y} ¦ ball = "id"
 an index without a name ¦ ,y,x,mass,frame,particle ¦ {n},{y},{x},3,{n},{ball} ¦ ball = "particle"
 standard deviations ¦ time,ball,x,y,x_sd,y_sd ¦ {s},{ball},{x},{y},0.1,0.1 ¦ x_sd = "x_sd"
 velocities ¦ Frame,ball_id,X,Y,VX,VY ¦ {n},{ball},{x},{y},1,1 ¦ y = "Y"
-nothing says which ball it is ¦ frame,xmin,ymin,xmax,ymax,name ¦ {n},{left},{top},{right},{bottom},sports ball ¦ cue = "cue"                    # it moves first
+nothing says which ball it is ¦ frame,xmin,ymin,xmax,ymax,name ¦ {n},{left},{top},{right},{bottom},sports ball ¦ # it moves first
 "#;
 
 /// Tables with a row per ball and frame; detectors write boxes, whose middle is the ball.
