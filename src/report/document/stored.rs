@@ -44,9 +44,10 @@ fn gather(path: &Path, fits: &mut Vec<FitDocument>) -> Result<(), StoredError> {
         return folders.iter().try_for_each(|folder| gather(folder, fits));
     }
     let text = fs::read_to_string(path).map_err(failed)?;
-    let found = match text.trim_start().starts_with('[') {
-        true => serde_json::from_str(&text),
-        false => serde_json::from_str(&text).map(|fit| vec![fit]),
+    let found = if text.trim_start().starts_with('[') {
+        serde_json::from_str(&text)
+    } else {
+        serde_json::from_str(&text).map(|fit| vec![fit])
     };
     fits.append(&mut found.map_err(|error| {
         let (line, column) = (error.line(), error.column());

@@ -145,9 +145,10 @@ impl Observed {
         figure.labels.clone_from(&self.labels);
         let standardized = self.standardized();
         if standardized.is_empty() {
-            let why = match self.values.is_empty() {
-                true => "No observations.",
-                false => "No standard deviations: the residuals cannot be standardized.",
+            let why = if self.values.is_empty() {
+                "No observations."
+            } else {
+                "No standard deviations: the residuals cannot be standardized."
             };
             figure.lines.push(why.to_owned());
             return Vec::new();
