@@ -123,12 +123,9 @@ fn two_balls(cue: &Ball, object: Option<&ObjectBall>) -> String {
     let [cue, object] = [0, 1].map(|which| {
         let (name, ball) = [("cue ball", cue), ("object ball", &object.ball)][which];
         let both = one(ball, object.mass_sd.unwrap_or_default()[which], object.radius_sd[which]);
-        let inertia = if cue.inertia == object.ball.inertia {
-            String::new()
-        } else {
-            format!(", inertia {} MR²", number::plain(ball.inertia, 4))
-        };
-        format!("{name}: {both}{inertia}")
+        let differs = cue.inertia != object.ball.inertia;
+        let inertia = differs.then(|| format!(", inertia {} MR²", number::plain(ball.inertia, 4)));
+        format!("{name}: {both}{}", inertia.unwrap_or_default())
     });
     format!("{cue}; {object}")
 }

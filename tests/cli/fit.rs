@@ -72,34 +72,17 @@ impl Lab {
 const FILES: [&str; 6] =
     ["fit.json", "report.html", "residuals.csv", "residuals.png", "residuals.svg", "shots.csv"];
 
-/// The shape of a fit.json.
+/// The keys of a fit.json that programs rely on, and what belongs together in it; its types are those of its schema.
 fn check_fit(fit: &Value, dataset: &str) {
-    let expected = [
-        "dataset",
-        "version",
-        "fidelity",
-        "effects",
-        "parameters",
-        "correlation",
-        "chi2",
-        "dof",
-        "shots_used",
-        "shots_rejected",
-        "termination",
-        "iterations",
-        "seconds",
-    ];
-    assert!(keys(fit).is_superset(&BTreeSet::from(expected)), "{fit}");
+    let expected = "dataset version fidelity effects parameters correlation chi2 dof shots_used shots_rejected termination iterations seconds";
+    assert!(keys(fit).is_superset(&expected.split(' ').collect()), "{fit}");
     assert_eq!(fit["dataset"], dataset);
     assert_eq!(fit["version"], env!("CARGO_PKG_VERSION"));
     assert!(fit["effects"]["friction"].is_boolean());
     // nothing is stated of the masses, so that their ratio is an unknown
     assert_eq!(keys(&fit["parameters"]), BTreeSet::from(["mu", "mu_s", "e", "mass_ratio"]));
-    for (name, parameter) in fit["parameters"].as_object().unwrap() {
+    for parameter in fit["parameters"].as_object().unwrap().values() {
         let status = parameter["status"].as_str().unwrap();
-        let known = ["free", "fixed", "at-lower-bound", "at-upper-bound", "not-identified"];
-        assert!(known.contains(&status), "{name}: {status}");
-        assert!(parameter["estimate"].is_f64(), "{name}");
         if matches!(status, "fixed" | "not-identified") {
             assert!(parameter["std_error"].is_null() && parameter["interval_95"].is_null(), "{parameter}");
         }
@@ -113,11 +96,7 @@ fn check_fit(fit: &Value, dataset: &str) {
     assert_eq!(fit["correlation"]["order"], serde_json::json!(["mu", "mu_s", "e", "mass_ratio"]));
     let rows = fit["correlation"]["matrix"].as_array().unwrap();
     assert!(rows.len() == 4 && rows.iter().all(|row| row.as_array().unwrap().len() == 4));
-    assert!(fit["chi2"].as_f64().unwrap() >= 0.0 && fit["shots_rejected"].is_array());
-    for count in ["dof", "shots_used", "iterations"] {
-        assert!(fit[count].is_u64(), "{count}");
-    }
-    assert!(fit["seconds"].is_f64() && fit["termination"].is_string());
+    assert!(fit["chi2"].as_f64().unwrap() >= 0.0);
 }
 
 #[test]

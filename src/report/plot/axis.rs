@@ -28,6 +28,8 @@ pub struct Axis {
     pub symmetric: Option<f64>,
     /// Whether values are decimal logarithms; the labels then show the numbers themselves.
     pub is_logarithmic: bool,
+    /// Whether values are whole numbers.
+    pub is_whole: bool,
     /// Words instead of the numbers 0, 1, 2, …
     pub words: Vec<String>,
 }
@@ -35,7 +37,7 @@ pub struct Axis {
 impl Axis {
     /// Returns a linear axis.
     pub fn new(name: impl Into<String>) -> Self {
-        Self { name: name.into(), symmetric: None, is_logarithmic: false, words: Vec::new() }
+        Self { name: name.into(), symmetric: None, is_logarithmic: false, is_whole: false, words: Vec::new() }
     }
 
     /// Returns an axis about 0 that reaches at least to ± `least`.
@@ -97,7 +99,7 @@ impl Axis {
         }
         let raw = (range.end - range.start) / most as f64;
         let power = 10_f64.powf(raw.log10().floor());
-        let least = if self.is_logarithmic { 1.0 } else { 0.0 };
+        let least = if self.is_logarithmic || self.is_whole { 1.0 } else { 0.0 };
         let steps = [0.5, 1.0, 2.0, 5.0, 10.0].map(|step| step * power);
         let Some(chosen) = (1..steps.len()).find(|i| steps[*i] >= raw.max(least)) else { return Vec::new() };
         // counted in steps, so that rounding errors do not add up
@@ -107,7 +109,7 @@ impl Axis {
         };
         // a single tick shows no scale
         let few = ticks(steps[chosen]);
-        if few.len() < 2 { ticks(steps[chosen - 1]) } else { few }
+        if few.len() < 2 && steps[chosen - 1] >= least { ticks(steps[chosen - 1]) } else { few }
     }
 
     /// Returns the label of a tick.

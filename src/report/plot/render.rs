@@ -70,8 +70,22 @@ impl Figure {
 
     /// Returns the height of title, lines and legend, pixels.
     fn head(&self) -> i32 {
-        let lines = self.lines.len() + usize::from(self.warning.is_some()) + self.legend().len();
-        2 * MARGIN + LINE * lines as i32 + 8
+        2 * MARGIN + LINE * (self.head_lines().len() + self.legend().len()) as i32 + 8
+    }
+
+    /// Returns the lines below the title, of which long ones take up to three, with their colours.
+    fn head_lines(&self) -> Vec<(String, RGBColor)> {
+        let room = WIDTH as i32 - 2 * MARGIN;
+        let mut lines = Vec::new();
+        let warning = self.warning.iter().map(|line| (line, ALARM));
+        for (text, color) in self.lines.iter().map(|line| (line, GREY)).chain(warning) {
+            let whole = shortened(text, SMALL, room);
+            let mut parts = if whole == *text { vec![whole] } else { wrapped(text, SMALL, room) };
+            let rest = parts.split_off(parts.len().min(2));
+            parts.extend((!rest.is_empty()).then(|| rest.join(" ")));
+            lines.extend(parts.iter().map(|part| (shortened(part, SMALL, room), color)));
+        }
+        lines
     }
 
     fn failed(&self, reason: impl Display) -> ReportError {
@@ -119,9 +133,8 @@ impl Figure {
             (MARGIN, MARGIN + 4),
         )?;
         let mut y = 2 * MARGIN + LINE / 2;
-        let warning = self.warning.iter().map(|line| (line, ALARM));
-        for (line, color) in self.lines.iter().map(|line| (line, GREY)).chain(warning) {
-            root.draw_text(&shortened(line, SMALL, room), &style(SMALL, color).pos(left), (MARGIN, y))?;
+        for (line, color) in self.head_lines() {
+            root.draw_text(&line, &style(SMALL, color).pos(left), (MARGIN, y))?;
             y += LINE;
         }
         for row in self.legend() {

@@ -53,7 +53,7 @@ pub(crate) fn of_comparison(comparison: &Comparison) -> Figure {
 fn summary(fit: &Fit) -> Vec<String> {
     let estimates = fit.estimates.iter().map(|one| {
         let value = with_unit(&estimate(fit, one), one.parameter.unit(), " ");
-        let equal = if value.starts_with(['≥', '≤']) { "" } else { "= " };
+        let equal = if value.starts_with(['≥', '≤', '–']) { "" } else { "= " };
         format!("{} {equal}{value}", one.parameter.symbol())
     });
     let chi2 = match reduced_chi2(fit) {
@@ -77,7 +77,7 @@ fn summary(fit: &Fit) -> Vec<String> {
 /// What standardized residuals are drawn against.
 struct Against {
     title: &'static str,
-    axis: fn(&Observed) -> &str,
+    axis: fn(&Observed) -> Axis,
     /// What a value without it lacks.
     unknown: &'static str,
     value: fn(&Value) -> f64,
@@ -86,19 +86,19 @@ struct Against {
 const AGAINST: [Against; 3] = [
     Against {
         title: "Residuals against cut angle",
-        axis: |_| CUT_AXIS,
+        axis: |_| Axis::new(CUT_AXIS),
         unknown: "cut angle",
         value: |value| value.cut,
     },
     Against {
         title: "Residuals against speed",
-        axis: |observed| &observed.speed_axis,
+        axis: |observed| Axis::new(observed.speed_axis.as_str()),
         unknown: "speed",
         value: |value| value.speed,
     },
     Against {
         title: "Residuals in the order of the shots",
-        axis: |_| "number of the shot",
+        axis: |_| Axis { is_whole: true, ..Axis::new("number of the shot") },
         unknown: "order",
         value: |value| value.order,
     },
@@ -153,6 +153,10 @@ impl Observed {
             figure.lines.push(why.to_owned());
             return Vec::new();
         }
+        if self.labels.iter().all(|label| label.shot == self.labels[0].shot) {
+            figure.lines.push("There is one shot: its residuals are drawn against nothing.".to_owned());
+            return Vec::new();
+        }
         let mut panels = Vec::new();
         for kind in kinds {
             let seen: Vec<(&Value, [f64; 2])> = standardized
@@ -184,8 +188,7 @@ impl Observed {
                 left_out(standardized - seen.len(), &format!("no {}", kind.unknown)),
             ],
         );
-        let x = Axis::new((kind.axis)(self));
-        let mut panel = Panel::new(kind.title, about, x, Axis::symmetric(STANDARDIZED, 3.2));
+        let mut panel = Panel::new(kind.title, about, (kind.axis)(self), Axis::symmetric(STANDARDIZED, 3.2));
         panel.marks.extend([Mark::Strip([-2.0, 2.0]), Mark::Horizontal(0.0)]);
         panel.marks.push(self.points(seen.iter().copied()));
         for bar in means {
@@ -228,8 +231,6 @@ impl Observed {
             [left_out(own.len() - seen.len(), "number too large to draw")],
         );
         let mut panel = Panel::new("Measured against predicted", about, axis("predicted"), axis("measured"));
-        let [low, high] = ends(seen.iter().flat_map(|value| place(value)));
-        panel.line([[low, low], [high, high]], INK, 1);
         let mut points = self.points(seen.iter().map(|value| (*value, place(value))));
         if let Mark::Points(points) = &mut points {
             let drawn = seen.iter().filter(|value| value.is_drawn);
@@ -237,6 +238,13 @@ impl Observed {
                 point.sd = longest.map(|longest| value.sd.min(longest));
             }
         }
+        // as long on either axis as all bars
+        let bars = seen.iter().map(|value| (value, longest.map_or(0.0, |longest| value.sd.min(longest))));
+        let [low, high] = ends(bars.flat_map(|(value, sd)| {
+            let sd = if is_drawable(sd) { sd } else { 0.0 };
+            [value.predicted, value.measured - sd, value.measured + sd]
+        }));
+        panel.line([[low, low], [high, high]], INK, 1);
         panel.marks.push(points);
         panel
     }
@@ -313,17 +321,19 @@ fn band(n: usize, quantile: impl Fn(usize) -> f64) -> Vec<[f64; 2]> {
     low.into_iter().chain(high.into_iter().rev()).collect()
 }
 
-/// Returns what makes up the variances of μ, μ_s and e, as bars.
+/// Returns what makes up the variances of μ, μ_s and e, as bars; `None` if that is noise alone.
 fn budget(fit: &Fit) -> Option<Panel> {
     /// Sources that are shown of a parameter, and the smallest part of the variance that is.
     const SOURCES: usize = 4;
     const LEAST: f64 = 0.01;
     let mut bars: Vec<(String, f64, usize)> = Vec::new();
+    let mut is_noise_alone = true;
     for (series, found) in fit.budget.iter().enumerate() {
         let parts = document::budget(found);
         let variance = |part: &BudgetPart| part.std_error.unwrap_or(0.0).powi(2);
         let total: f64 = parts.iter().map(variance).sum();
         for part in parts.iter().take(SOURCES).filter(|part| variance(part) >= LEAST * total) {
+            is_noise_alone &= part.source == "noise";
             let words = format!("{}: {}", symbol(found.id.name()), symbol(&part.source));
             bars.push((words, 100.0 * variance(part) / total, series));
         }
@@ -337,5 +347,5 @@ fn budget(fit: &Fit) -> Option<Panel> {
         let [low, high] = [-0.35, 0.35].map(|half| row as f64 + half);
         panel.area([[0.0, low], [*end, low], [*end, high], [0.0, high]], color(*series));
     }
-    (!bars.is_empty()).then_some(panel)
+    (!is_noise_alone).then_some(panel)
 }

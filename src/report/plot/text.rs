@@ -51,8 +51,10 @@ pub(super) fn shortened(text: &str, size: f64, limit: i32) -> String {
 
 /// Returns lines no wider than `limit` pixels, broken between words.
 pub(super) fn wrapped(text: &str, size: f64, limit: i32) -> Vec<String> {
+    /// A text of a megabyte is not measured word by word.
+    const MOST: usize = 200;
     let mut lines: Vec<String> = Vec::new();
-    for word in text.split_whitespace() {
+    for word in text.split_whitespace().take(MOST) {
         match lines.last_mut() {
             Some(line) if width(&format!("{line} {word}"), size) <= limit => {
                 line.push(' ');
