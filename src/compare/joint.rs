@@ -82,7 +82,7 @@ impl<'a> Joint<'a> {
             names: samples.fitted.iter().map(of_fit).collect(),
             left_out: Vec::new(),
             misfit: f64::NAN,
-            evaluations: descent.evaluations,
+            evaluations: problem.count_evaluations(),
             converged: descent.converged,
             unit: 1.0,
             middle: [0.0; 2],

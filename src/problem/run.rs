@@ -36,7 +36,7 @@ pub fn fit_film(dataset: &Dataset, modelling: &Modelling, policy: &Policy) -> Re
     let first_noise = block.world.noise;
     let start = State { own: vec![own], shared: Shared::starts(&unknowns) };
     let problem = Problem::of_one(Block::Film(block), unknowns);
-    let mut run = Run { policy, problem, names, findings, left_out, evaluations: 0 };
+    let mut run = Run { policy, problem, names, findings, left_out };
     let all = (run.problem.clone(), run.names.clone());
     let mut descent = run.minimise(&start)?;
     run.leave_out_false_shots(all, &start, &mut descent);
@@ -133,14 +133,12 @@ struct Run<'a> {
     names: Vec<String>,
     findings: Vec<Finding>,
     left_out: Vec<(String, String)>,
-    evaluations: usize,
 }
 
 impl Run<'_> {
     /// Minimises, leaving out frames and shots that fit no collision.
     fn minimise(&mut self, start: &State) -> Result<Descent, FilmError> {
         let mut descent = fit(&mut self.problem, start).ok_or(FilmError::NoStart)?;
-        self.evaluations += descent.evaluations;
         for round in 0..ROUNDS {
             let mut state = descent.end.state.clone();
             // wrong frames are left out before shots are judged; by a robust loss wrong shots count less
@@ -165,7 +163,6 @@ impl Run<'_> {
                 self.leave_out(&keep, &mut state);
             }
             descent = descend_with_noise(&mut self.problem, state);
-            self.evaluations += descent.evaluations;
         }
         Ok(descent)
     }
@@ -189,7 +186,6 @@ impl Run<'_> {
         let mut others = Run { problem, names, findings: Vec::new(), left_out: Vec::new(), ..*self };
         others.leave_out(&keep, &mut state);
         let Ok(found) = others.minimise(&state) else { return };
-        self.evaluations = others.evaluations;
         if slow_variance(&others.noise(), &first) > self.policy.misfit {
             return;
         }
@@ -218,7 +214,6 @@ impl Run<'_> {
         self.findings.push(if lags { Finding::Lags } else { Finding::Spoiled { before, after } });
         next_to_impact::leave_out(film, &state.own[0], reach);
         *descent = descend_with_noise(&mut self.problem, state);
-        self.evaluations += descent.evaluations;
     }
 
     /// Returns the noise of the frames of each ball.
@@ -227,7 +222,6 @@ impl Run<'_> {
     }
 
     fn adopt(&mut self, problem: Problem, refit: Descent, descent: &mut Descent) {
-        self.evaluations += refit.evaluations;
         self.problem = problem;
         *descent = refit;
     }
@@ -259,6 +253,7 @@ impl Run<'_> {
             estimates.covariance = covariance;
         }
         Solution {
+            evaluations: self.problem.count_evaluations(),
             problem: self.problem,
             converged: descent.converged,
             at: descent.end,
@@ -267,7 +262,6 @@ impl Run<'_> {
             names: vec![self.names],
             left_out: self.left_out,
             misfit,
-            evaluations: self.evaluations,
             unit: 1.0,
             middle: [0.0; 2],
         }

@@ -100,7 +100,6 @@ impl Run<'_> {
         for [mu, kappa] in self.promising(problem.unknown(Id::Mu), &kappas, impacts) {
             let from = problem.evaluate(self.start(&problem, mu, kappa)?);
             let descent = descend(&problem, from, &problem.free(), STEPS);
-            self.evaluations += descent.evaluations;
             descents.push((problem.clone(), descent));
         }
         Ok(descents)
@@ -120,7 +119,6 @@ impl Run<'_> {
                 block.spreads.clone_from(&rival.block()?.spreads);
                 let from = problem.evaluate(descent.end.state.clone());
                 *descent = descend(problem, from, &problem.free(), STEPS);
-                self.evaluations += descent.evaluations;
             }
             let shots = self.free.own().len() as f64;
             let needed = -shots * f64::exp_m1(-self.policy.cause / shots);
@@ -134,7 +132,6 @@ impl Run<'_> {
             for _ in 0..ROUNDS {
                 if !descent.converged {
                     descent = descend(&problem, descent.end, &problem.free(), STEPS);
-                    self.evaluations += descent.evaluations;
                 }
             }
             let is_new = |shared: &Shared, fits: &[Reached]| {
@@ -144,7 +141,6 @@ impl Run<'_> {
             };
             if descent.end.cost.is_finite() && is_new(&descent.end.state.shared, &fits) {
                 let descent = settle(&mut problem, descent.end.state);
-                self.evaluations += descent.evaluations;
                 let fit = Reached::new(problem, descent)?;
                 if is_new(fit.shared(), &fits) {
                     fits.push(fit);
@@ -160,15 +156,9 @@ impl Run<'_> {
         let mut problem = self.free.problem.clone();
         problem.discs_mut().ok_or(FilmError::NoFilm)?.freedom = Freedom::Law;
         let Settings { falls, e_falls, compliance, .. } = self.settings;
-        let parameters = [
-            (Id::Mu, Parameter::Mu),
-            (Id::E, Parameter::E),
-            (Id::FallB, Parameter::B),
-            (Id::FallC, Parameter::C),
-            (Id::Kappa, Parameter::Kappa),
-            (Id::ESlope, Parameter::ESlope),
-        ];
-        for (id, parameter) in parameters {
+        let of_law = |parameter: &Parameter| !parameter.is_of_balls() && *parameter != Parameter::MuS;
+        for parameter in Parameter::ALL.into_iter().filter(of_law) {
+            let id = Id::from(parameter);
             let takes_part = match id {
                 Id::FallB | Id::FallC => falls,
                 Id::ESlope => e_falls,
