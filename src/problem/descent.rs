@@ -16,6 +16,7 @@ const LEAST_DAMPING: f64 = 1e-6;
 const MAX_DAMPING: f64 = 1e6;
 
 /// The end of a descent.
+#[derive(Clone)]
 pub(crate) struct Descent {
     pub end: Evaluation,
     /// Whether it ended because a step promised or gained nothing.

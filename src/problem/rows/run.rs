@@ -13,7 +13,7 @@ use crate::measurement::loss::Loss;
 use crate::measurement::observable::Observable;
 use crate::physics::collision::FidelityChoice;
 use crate::problem::descent::{Descent, descend, descend_until};
-use crate::problem::film::causes::{self, Explained};
+use crate::problem::film::causes::{self, Refit};
 use crate::problem::findings::Finding;
 use crate::problem::intervals::{Determined, Intervals, Quantiles, Status, determine, errors_as_free};
 use crate::problem::minimise::descend_with_noise;
@@ -121,7 +121,7 @@ pub fn fit_rows(
     ));
     let is_auto = choices.fidelity == FidelityChoice::Auto;
     if let Some(explained) = explain(&table, &descent.end, policy).filter(|_| is_auto) {
-        findings.push(explained.finding);
+        findings.extend(explained.finding);
         (table.problem, descent) = (explained.problem, explained.descent);
     }
     let mut others = Vec::new();
@@ -269,7 +269,7 @@ fn finish(table: Table, found: Found, choices: &RowsChoices, policy: &Policy) ->
 
 /// Returns the refit with what explains residuals that the stated errors do not: another ratio of the
 /// masses, or a friction that falls with the slip.
-fn explain(table: &Table, at: &Evaluation, policy: &Policy) -> Option<Explained> {
+fn explain(table: &Table, at: &Evaluation, policy: &Policy) -> Option<Refit> {
     let mut wider = table.problem.clone();
     let rows = wider.rows()?;
     let dof = table.numbers() as f64 - wider.free().len() as f64;
