@@ -12,7 +12,8 @@ use caromfit::measurement::observable::{Axis, Observable};
 use caromfit::measurement::parameter::Parameter;
 use caromfit::report;
 use caromfit::report::content::Block;
-use caromfit::report::{csv, document, folder_name, group_folders, html, shot_table, table, text, write};
+use caromfit::report::fit::as_text;
+use caromfit::report::{csv, document, folder_name, group_folders, html, shot_table, table, write};
 use serde_json::Value;
 
 use fits::{NAN, empty, exact, normal, restricted, synthetic};
@@ -172,13 +173,13 @@ Shots that were not used
   shot  why
   7     no impact found
 ";
-    assert_eq!(text::render(&restricted()), expected);
-    let normal = text::render(&normal());
+    assert_eq!(as_text(&restricted()), expected);
+    let normal = as_text(&normal());
     assert!(normal.contains("  μ    0.1014 ± 0.0027  [0.0961, 0.1067]  sliding friction"), "{normal}");
     assert!(normal.contains("μ and μ_s -0.500, μ and e +0.250, μ_s and e +0.125"), "{normal}");
     assert!(normal.contains("would give a larger χ² with probability 0.43"), "{normal}");
-    assert!(text::render(&exact()).contains("Warning: Not converged: the cost no longer falls"));
-    assert!(text::render(&empty()).contains("shots: 0 used, 0 not used"));
+    assert!(as_text(&exact()).contains("Warning: Not converged: the cost no longer falls"));
+    assert!(as_text(&empty()).contains("shots: 0 used, 0 not used"));
 }
 
 fn page(fit: &Fit) -> String {
@@ -246,7 +247,7 @@ fn names_with_spaces_and_empty_cells_keep_their_columns() {
 #[test]
 fn text_and_html_say_the_same() {
     for fit in [normal(), restricted(), exact(), robust()] {
-        let (text, page) = (text::render(&fit), page(&fit));
+        let (text, page) = (as_text(&fit), page(&fit));
         let escaped = |text: &str| text.replace('&', "&amp;").replace('<', "&lt;").replace('>', "&gt;");
         let escaped =
             |text: &str| escaped(text).replace('"', "&quot;").replace('\'', "&#x27;").replace('/', "&#x2f;");
@@ -278,7 +279,7 @@ fn text_and_html_say_the_same() {
 fn a_robust_fit_states_no_probability_of_its_chi2() {
     let fit = robust();
     assert_eq!(parsed(&fit)["goodness"]["p_value"], Value::Null);
-    for said in [text::render(&fit), page(&fit)] {
+    for said in [as_text(&fit), page(&fit)] {
         assert!(said.contains("not tested, as outlying shots count less"), "{said}");
         assert!(!said.contains("would give a larger χ²"), "{said}");
     }
@@ -299,7 +300,7 @@ fn c_has_its_unit_everywhere() {
     (c.parameter, c.value) = (Parameter::C, 1.088);
     fit.estimates.push(c);
     assert!(table::render(std::slice::from_ref(&fit)).contains("c, s/m"));
-    assert!(text::render(&fit).contains("1.0880 ± 0.0027 s/m"));
+    assert!(as_text(&fit).contains("1.0880 ± 0.0027 s/m"));
     assert!(page(&fit).contains("1.0880 ± 0.0027 s&#x2f;m") && !page(&fit).contains("no unit"));
     assert_eq!(parsed(&fit)["parameters"]["mu_c"]["unit"], "s/m");
     assert_eq!(parsed(&fit)["parameters"]["mu"]["unit"], "1");
@@ -309,7 +310,7 @@ fn c_has_its_unit_everywhere() {
 fn every_number_says_what_it_counts() {
     let angles = normal();
     assert_eq!(parsed(&angles)["counted"], "angles");
-    assert!(text::render(&angles).contains("χ² of the angles and speeds = 7 for 7 degrees"));
+    assert!(as_text(&angles).contains("χ² of the angles and speeds = 7 for 7 degrees"));
     let velocities = synthetic("v", &[Observable::CueVelocity(Axis::X)], 10, 1);
     assert_eq!(parsed(&velocities)["counted"], "velocities");
     assert_eq!(parsed(&velocities)["goodness"]["counted"], "velocities");

@@ -207,7 +207,7 @@ fn print_tables(args: &Args, fits: &[Fit]) -> Result<(), Failure> {
         print(&report::overview::render(fits, super::colour()))?;
     }
     for fit in fits.iter().filter(|_| args.verbose) {
-        print(&format!("\n{}", report::text::render(fit)))?;
+        print(&format!("\n{}", report::fit::as_text(fit)))?;
     }
     Ok(())
 }

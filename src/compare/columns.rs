@@ -1,5 +1,7 @@
 //! The map of columns: which samples share which unknowns.
 
+use std::sync::Arc;
+
 use nalgebra::Vector2;
 
 use super::alone::Alone;
@@ -99,7 +101,7 @@ impl Sharing<'_> {
         }
         let unknowns = columns.iter().map(Column::unknown).collect();
         let shared = Shared(columns.iter().map(Column::start).collect());
-        let mut problem = Problem { samples, unknowns };
+        let mut problem = Problem { samples, unknowns, evaluations: Arc::default() };
         problem.refresh_contact();
         (problem, State { own, shared })
     }

@@ -55,10 +55,10 @@ impl<'a> Joint<'a> {
         let mut findings = std::mem::take(&mut samples.findings);
         let mut compliance = samples.fitted.iter().filter_map(Alone::compliance).reduce(f64::max);
         if options.fidelity == FidelityChoice::Auto
-            && let Some((compliant, refit, fall)) = comply(&problem, &descent.end, &Policy::default())
+            && let Some(refit) = comply(&problem, &descent.end, &Policy::default())
         {
-            compliance = Some(fall);
-            (problem, descent) = (compliant, refit);
+            compliance = Some(refit.fall);
+            (problem, descent) = (refit.problem, refit.descent);
         }
         findings.extend(compliance.map(|fall| Finding::Compliance { fall }));
         if problem.is_weighed() {
@@ -82,7 +82,7 @@ impl<'a> Joint<'a> {
             names: samples.fitted.iter().map(of_fit).collect(),
             left_out: Vec::new(),
             misfit: f64::NAN,
-            evaluations: descent.evaluations,
+            evaluations: problem.count_evaluations(),
             converged: descent.converged,
             unit: 1.0,
             middle: [0.0; 2],

@@ -16,10 +16,9 @@ const LEAST_DAMPING: f64 = 1e-6;
 const MAX_DAMPING: f64 = 1e6;
 
 /// The end of a descent.
+#[derive(Clone)]
 pub(crate) struct Descent {
     pub end: Evaluation,
-    /// Evaluations of the whole problem.
-    pub evaluations: usize,
     /// Whether it ended because a step promised or gained nothing.
     pub converged: bool,
 }
@@ -38,9 +37,9 @@ pub(crate) fn descend_until(
     stall: f64,
 ) -> Descent {
     let mut damping = LEAST_DAMPING;
-    let mut evaluations = 0;
+    let mut count = 0;
     let mut stalls = 0;
-    while evaluations < steps && damping < MAX_DAMPING && at.cost.is_finite() {
+    while count < steps && damping < MAX_DAMPING && at.cost.is_finite() {
         let step = at.eliminate(problem, damping).and_then(|reduced| {
             let moving: Vec<usize> = free.iter().copied().filter(|column| reduced.informs(*column)).collect();
             let step = step_within_bounds(problem, &reduced, &at.state, &moving)?;
@@ -49,7 +48,7 @@ pub(crate) fn descend_until(
         });
         let trial = match step {
             Some((promise, _)) if promise < stall => {
-                return Descent { end: at, evaluations, converged: true };
+                return Descent { end: at, converged: true };
             }
             Some((_, state)) => problem.evaluate(state),
             None => {
@@ -57,7 +56,7 @@ pub(crate) fn descend_until(
                 continue;
             }
         };
-        evaluations += 1;
+        count += 1;
         let rise = trial.cost - at.cost;
         // a step that gains nothing may have crossed a kink: shorter ones may gain
         stalls = if rise < -stall { 0 } else { stalls + usize::from(rise < stall) };
@@ -68,10 +67,10 @@ pub(crate) fn descend_until(
             damping *= 100.0;
         }
         if stalls > MAX_STALLS {
-            return Descent { end: at, evaluations, converged: true };
+            return Descent { end: at, converged: true };
         }
     }
-    Descent { end: at, evaluations, converged: false }
+    Descent { end: at, converged: false }
 }
 
 /// Returns the damped step that is best within the bounds: the first unknown that would leave its

@@ -5,6 +5,7 @@ use nalgebra::{DMatrix, DVector};
 
 use super::problem::{Evaluation, Problem, Reduced};
 use super::solution::Solution;
+use super::uncertainty::Estimates;
 use super::unknowns::{Id, Mode};
 
 /// Eigenvalue of the normal matrix, scaled to a diagonal of 1, below which χ² does not change along its
@@ -82,11 +83,7 @@ impl Solution {
             !wanted.contains(column) && !is_at_bound && reduced.informs(*column)
         };
         let others: Vec<usize> = self.problem.free().into_iter().filter(is_other).collect();
-        let all: Vec<usize> = wanted.iter().chain(&others).copied().collect();
-        let (matrix, n) = (reduced.matrix(&all), wanted.len());
-        let beside = matrix.view((n, 0), (others.len(), n)).into_owned();
-        let of_others = matrix.view((n, n), (others.len(), others.len())).into_owned().cholesky()?;
-        let left = matrix.view((0, 0), (n, n)) - beside.tr_mul(&of_others.solve(&beside));
+        let (left, _) = Estimates::of_columns(&reduced, others)?.condition(&reduced, &wanted);
         combine(unknowns, &left)
     }
 

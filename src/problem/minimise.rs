@@ -32,8 +32,7 @@ const MAX_ROUNDS: usize = 10;
 /// show. `None` if no start describes a collision.
 pub(crate) fn fit(problem: &mut Problem, start: &State) -> Option<Descent> {
     let coarse = descend_with_states(problem, start)?;
-    let end = descend_with_noise(problem, coarse.end.state);
-    Some(Descent { evaluations: coarse.evaluations + end.evaluations, ..end })
+    Some(descend_with_noise(problem, coarse.end.state))
 }
 
 /// Descends coarsely, also from the other discrete states that the shots may all be in, such as
@@ -79,7 +78,6 @@ fn descend_coarsely(problem: &Problem, start: &State) -> Option<Descent> {
     };
     let grid = problem.samples.first().map_or(&[][..], |sample| sample.block.grid_of_mu());
     let mut coarse: Vec<Descent> = grid.iter().map(|mu| from(*mu)).collect();
-    let mut evaluations: usize = coarse.iter().map(|descent| 1 + descent.evaluations).sum();
     coarse.retain(|descent| descent.end.cost.is_finite());
     let mu = |descent: &Descent, column: usize| descent.end.state.shared.0[column];
     // of values that fit equally well the smallest
@@ -90,14 +88,10 @@ fn descend_coarsely(problem: &Problem, start: &State) -> Option<Descent> {
     let is_other = |other: &Descent| {
         of_mu.iter().any(|column| (mu(other, *column) / mu(&best, *column) - 1.0).abs() > SAME_MU)
     };
-    let Some(second) = ranked.find(is_other) else { return Some(Descent { evaluations, ..best }) };
-    let [first, second] = [best, second].map(|coarse| {
-        let descent = descend(problem, problem.evaluate(coarse.end.state), &free, SECOND_STEPS);
-        evaluations += 1 + descent.evaluations;
-        descent
-    });
-    let lower = if second.end.cost < first.end.cost - STALL { second } else { first };
-    Some(Descent { evaluations, ..lower })
+    let Some(second) = ranked.find(is_other) else { return Some(best) };
+    let [first, second] = [best, second]
+        .map(|coarse| descend(problem, problem.evaluate(coarse.end.state), &free, SECOND_STEPS));
+    Some(if second.end.cost < first.end.cost - STALL { second } else { first })
 }
 
 /// Minimises with what weight and cloth do during the contact, which is computed where each descent ends.
@@ -114,17 +108,15 @@ pub(crate) fn descend_weighed(problem: &mut Problem, mut state: State) -> Descen
 /// and the states of unknown spins, until these stay.
 pub(crate) fn descend_with_noise(problem: &mut Problem, mut state: State) -> Descent {
     let free = problem.free();
-    let mut evaluations = 0;
     let mut round = 0;
     loop {
         let changed = round < MAX_STATE_ROUNDS && problem.choose_states(&mut state);
         let descent = descend(problem, problem.evaluate(state), &free, MAX_STEPS);
-        evaluations += 1 + descent.evaluations;
         round += 1;
         // noise and spreads of wrong states mean nothing
         let settled = !changed && noise::update(problem, &descent.end);
         if settled || round == MAX_ROUNDS {
-            return Descent { evaluations, ..descent };
+            return descent;
         }
         state = descent.end.state;
     }

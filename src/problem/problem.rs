@@ -1,6 +1,9 @@
 //! The whole problem: normal equations of all shots, priors, and the elimination of what each shot
 //! has of its own.
 
+use std::sync::Arc;
+use std::sync::atomic::{AtomicUsize, Ordering};
+
 use nalgebra::{DMatrix, DVector};
 use rayon::prelude::*;
 
@@ -27,6 +30,8 @@ pub(crate) struct Sample {
 pub(crate) struct Problem {
     pub samples: Vec<Sample>,
     pub unknowns: Vec<Unknown>,
+    /// Evaluations of this problem and of those made from it.
+    pub evaluations: Arc<AtomicUsize>,
 }
 
 /// Values of all unknowns.
@@ -75,16 +80,38 @@ impl Sample {
     }
 }
 
+/// Defines access to the block of a problem of one sample, if it is of this kind.
+macro_rules! block {
+    ($kind:ident, $block:ty, $get:ident, $get_mut:ident) => {
+        pub fn $get(&self) -> Option<&$block> {
+            if let Block::$kind(block) = &self.samples.first()?.block { Some(block) } else { None }
+        }
+
+        pub fn $get_mut(&mut self) -> Option<&mut $block> {
+            if let Block::$kind(block) = &mut self.samples.first_mut()?.block { Some(block) } else { None }
+        }
+    };
+}
+
 impl Problem {
+    block!(Film, FilmBlock, film, film_mut);
+    block!(Discs, DiscBlock, discs, discs_mut);
+    block!(Rows, RowsBlock, rows, rows_mut);
+
     /// Returns the problem of one sample; its columns are the shared unknowns in the order of
     /// [`Id`].
     pub fn of_one(block: Block, unknowns: Vec<Unknown>) -> Self {
         let sample = Sample { block, columns: std::array::from_fn(|column| column), noise_of: 0 };
-        Self { samples: vec![sample], unknowns }
+        Self { samples: vec![sample], unknowns, evaluations: Arc::default() }
+    }
+
+    pub fn count_evaluations(&self) -> usize {
+        self.evaluations.load(Ordering::Relaxed)
     }
 
     /// Returns χ² and the normal equations at `state`.
     pub fn evaluate(&self, state: State) -> Evaluation {
+        self.evaluations.fetch_add(1, Ordering::Relaxed);
         let of_sample = |(sample, own): (&Sample, &Vec<Own>)| {
             let shared = sample.gather(&state.shared);
             let contribute = |(i, own): (usize, &Own)| sample.block.contribute(i, own, &shared);
@@ -116,51 +143,6 @@ impl Problem {
 
     pub fn unknown_mut(&mut self, id: Id) -> &mut Unknown {
         &mut self.unknowns[id as usize]
-    }
-
-    /// Returns the frames of a problem of one film of balls.
-    pub fn film(&self) -> Option<&FilmBlock> {
-        match &self.samples.first()?.block {
-            Block::Film(film) => Some(film),
-            Block::Discs(_) | Block::Rows(_) => None,
-        }
-    }
-
-    pub fn film_mut(&mut self) -> Option<&mut FilmBlock> {
-        match &mut self.samples.first_mut()?.block {
-            Block::Film(film) => Some(film),
-            Block::Discs(_) | Block::Rows(_) => None,
-        }
-    }
-
-    /// Returns the frames of a problem of one film of discs.
-    pub fn discs(&self) -> Option<&DiscBlock> {
-        match &self.samples.first()?.block {
-            Block::Discs(discs) => Some(discs),
-            Block::Film(_) | Block::Rows(_) => None,
-        }
-    }
-
-    pub fn discs_mut(&mut self) -> Option<&mut DiscBlock> {
-        match &mut self.samples.first_mut()?.block {
-            Block::Discs(discs) => Some(discs),
-            Block::Film(_) | Block::Rows(_) => None,
-        }
-    }
-
-    /// Returns the table of a problem of one.
-    pub fn rows(&self) -> Option<&RowsBlock> {
-        match &self.samples.first()?.block {
-            Block::Rows(rows) => Some(rows),
-            Block::Film(_) | Block::Discs(_) => None,
-        }
-    }
-
-    pub fn rows_mut(&mut self) -> Option<&mut RowsBlock> {
-        match &mut self.samples.first_mut()?.block {
-            Block::Rows(rows) => Some(rows),
-            Block::Film(_) | Block::Discs(_) => None,
-        }
     }
 
     /// Gives the contacts of all samples the effects that the unknowns have.

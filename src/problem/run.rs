@@ -2,7 +2,7 @@
 
 use super::block::Block;
 use super::descent::Descent;
-use super::film::causes;
+use super::film::causes::{self, Refit};
 use super::film::film_data::{Film, FilmError, Modelling};
 use super::film::next_to_impact;
 use super::film::outliers::{judge_shots, leave_out_frames, tail};
@@ -36,54 +36,41 @@ pub fn fit_film(dataset: &Dataset, modelling: &Modelling, policy: &Policy) -> Re
     let first_noise = block.world.noise;
     let start = State { own: vec![own], shared: Shared::starts(&unknowns) };
     let problem = Problem::of_one(Block::Film(block), unknowns);
-    let mut run = Run { policy, problem, names, findings, left_out, evaluations: 0 };
-    let all = (run.problem.clone(), run.names.clone());
-    let mut descent = run.minimise(&start)?;
-    run.leave_out_false_shots(all, &start, &mut descent);
-    run.leave_out_spoiled(&mut descent);
+    let all = (problem.clone(), names.clone());
+    let mut run = Run::minimise(policy, (problem, names), &start)?;
+    run.findings.splice(..0, findings);
+    run.leave_out_false_shots(all, &start, &first_noise);
+    run.leave_out_spoiled();
     // shots that were left out have no first guess any more
-    let start = if start.own[0].len() == run.names.len() { start } else { descent.end.state.clone() };
-    if slow_variance(&run.noise(), &first_noise) > policy.misfit
-        && let Some(explained) =
-            causes::spin_freely(&run.problem, &descent.end, (&start, first_noise), policy)
-    {
-        run.findings.push(explained.finding);
-        run.adopt(explained.problem, explained.descent, &mut descent);
+    let start = if start.own[0].len() == run.names.len() { start } else { run.descent.end.state.clone() };
+    if slow_variance(&run.noise(), &first_noise) > policy.misfit {
+        let freed = causes::spin_freely(&run.problem, &run.descent.end, (&start, first_noise), policy);
+        run.adopt(freed);
     }
     // a rigid contact that is fitted to a compliant one may leave μ undetermined
-    if modelling.is_auto
-        && let Some((problem, refit, fall)) = causes::comply(&run.problem, &descent.end, policy)
-    {
-        let (kappa, shots) = (refit.end.state.shared[Id::Kappa], descent.end.count_sticking());
-        run.findings.push(Finding::Compliance { kappa, shots, fall, adopted: true });
-        run.adopt(problem, refit, &mut descent);
+    if modelling.is_auto {
+        run.adopt(causes::comply(&run.problem, &run.descent.end, policy));
     }
-    let corrected = match modelling.settings.compliance {
-        _ if !modelling.is_auto => causes::correct(&run.problem, &descent.end),
+    run.adopt(match modelling.settings.compliance {
+        _ if !modelling.is_auto => causes::correct(&run.problem, &run.descent.end),
         // the integrated contact is none that is stated to be rigid
         Compliance::Rigid => None,
-        _ => causes::weigh(&run.problem, &descent.end, policy),
-    };
-    if let Some((problem, refit, fall)) = corrected {
-        let shots = problem.samples[0].block.count_corrected();
-        run.findings.extend(modelling.is_auto.then_some(Finding::Weight { shots, fall, adopted: true }));
-        run.adopt(problem, refit, &mut descent);
-    }
-    let mut estimates = run.estimates(&descent)?;
+        _ => causes::weigh(&run.problem, &run.descent.end, policy),
+    });
+    let mut estimates = run.estimates()?;
     for _ in 0..MAX_CAUSES {
-        let Some(explained) = causes::explain(&run.problem, &descent.end, &estimates, policy) else { break };
-        run.findings.push(explained.finding);
-        run.adopt(explained.problem, explained.descent, &mut descent);
-        estimates = run.estimates(&descent)?;
+        if !run.adopt(causes::explain(&run.problem, &run.descent.end, &estimates, policy)) {
+            break;
+        }
+        estimates = run.estimates()?;
     }
-    if let Some((problem, refit)) = causes::widen_rate(&run.problem, &descent.end, &estimates, policy) {
-        run.adopt(problem, refit, &mut descent);
-        estimates = run.estimates(&descent)?;
-        run.findings.extend(causes::contradicted_rate(&run.problem, &descent.end, &estimates, policy));
+    if run.adopt(causes::widen_rate(&run.problem, &run.descent.end, &estimates, policy)) {
+        estimates = run.estimates()?;
+        run.findings.extend(causes::contradicted_rate(&run.problem, &run.descent.end, &estimates, policy));
     }
-    let state = &descent.end.state;
-    let lags =
-        run.problem.film().is_some_and(|film| next_to_impact::lags(film, &state.own[0], &state.shared));
+    let state = &run.descent.end.state;
+    let film = run.problem.film();
+    let lags = film.is_some_and(|film| next_to_impact::lags(film, &state.own[0], &state.shared));
     if lags && !run.findings.contains(&Finding::Lags) {
         run.findings.push(Finding::Lags);
     }
@@ -91,10 +78,10 @@ pub fn fit_film(dataset: &Dataset, modelling: &Modelling, policy: &Policy) -> Re
     if misfit > policy.misfit {
         run.findings.push(Finding::Misfit { ratio: misfit, refutes: misfit > policy.refuted });
     }
-    if !descent.converged {
+    if !run.descent.converged {
         run.findings.push(Finding::NotConverged);
     }
-    let mut solution = Solution { unit, middle: middle.into(), ..run.finish(descent, estimates, misfit) };
+    let mut solution = Solution { unit, middle: middle.into(), misfit, left_out, ..run.finish(estimates) };
     let fps = dataset.tracks.as_ref().and_then(|tracks| tracks.fps);
     if let Some(fps) = fps.filter(|fps| *fps <= Tracks::MAX_PLAYBACK)
         && solution.severity() > Severity::Note
@@ -127,47 +114,46 @@ fn judge_outcomes(problem: &Problem, start: &State, policy: &Policy) -> Option<(
     is_few.then_some((keep, end.state))
 }
 
+/// A fit on its way: the problem and where its last descent ended.
 struct Run<'a> {
     policy: &'a Policy,
     problem: Problem,
+    descent: Descent,
     names: Vec<String>,
     findings: Vec<Finding>,
-    left_out: Vec<(String, String)>,
-    evaluations: usize,
 }
 
-impl Run<'_> {
+impl<'a> Run<'a> {
     /// Minimises, leaving out frames and shots that fit no collision.
-    fn minimise(&mut self, start: &State) -> Result<Descent, FilmError> {
-        let mut descent = fit(&mut self.problem, start).ok_or(FilmError::NoStart)?;
-        self.evaluations += descent.evaluations;
+    fn minimise(
+        policy: &'a Policy,
+        (mut problem, names): (Problem, Vec<String>),
+        start: &State,
+    ) -> Result<Self, FilmError> {
+        let descent = fit(&mut problem, start).ok_or(FilmError::NoStart)?;
+        let mut run = Self { policy, problem, descent, names, findings: Vec::new() };
         for round in 0..ROUNDS {
-            let mut state = descent.end.state.clone();
+            let mut state = run.descent.end.state.clone();
             // wrong frames are left out before shots are judged; by a robust loss wrong shots count less
-            let is_robust = self.problem.film().is_some_and(|film| film.loss.is_some());
+            let is_robust = run.problem.film().is_some_and(|film| film.loss.is_some());
             let keep = if round == 0 || is_robust {
-                vec![true; self.names.len()]
+                vec![true; run.names.len()]
             } else {
-                judge_shots(&descent.end.shots[0], self.policy)
+                judge_shots(&run.descent.end.shots[0], policy)
             };
-            let loses = keep.contains(&false);
-            let frames = match self.problem.film_mut() {
-                Some(film) => leave_out_frames(film, &state.own[0], &state.shared, self.policy),
-                None => 0,
-            };
-            if !loses && frames == 0 && round > 0 {
-                break;
-            }
-            if !loses && frames == 0 {
+            let film = run.problem.film_mut();
+            let frames = film.map_or(0, |film| leave_out_frames(film, &state.own[0], &state.shared, policy));
+            if keep.contains(&false) {
+                run.leave_out(&keep, &mut state);
+            } else if frames == 0 {
+                if round > 0 {
+                    break;
+                }
                 continue;
             }
-            if loses {
-                self.leave_out(&keep, &mut state);
-            }
-            descent = descend_with_noise(&mut self.problem, state);
-            self.evaluations += descent.evaluations;
+            run.descent = descend_with_noise(&mut run.problem, state);
         }
-        Ok(descent)
+        Ok(run)
     }
 
     /// Leaves out shots whose outcome is not that of the others, as a fit with a robust loss of all shots
@@ -176,49 +162,44 @@ impl Run<'_> {
         &mut self,
         (problem, names): (Problem, Vec<String>),
         start: &State,
-        descent: &mut Descent,
+        first: &[Noise; 2],
     ) {
-        let Some(first) = problem.film().filter(|film| film.loss.is_none()).map(|film| film.world.noise)
-        else {
-            return;
-        };
-        if slow_variance(&self.noise(), &first) <= self.policy.misfit {
+        let is_robust = problem.film().is_none_or(|film| film.loss.is_some());
+        if is_robust || slow_variance(&self.noise(), first) <= self.policy.misfit {
             return;
         }
         let Some((keep, mut state)) = judge_outcomes(&problem, start, self.policy) else { return };
-        let mut others = Run { problem, names, findings: Vec::new(), left_out: Vec::new(), ..*self };
+        let descent = self.descent.clone();
+        let mut others = Run { policy: self.policy, problem, descent, names, findings: Vec::new() };
         others.leave_out(&keep, &mut state);
-        let Ok(found) = others.minimise(&state) else { return };
-        self.evaluations = others.evaluations;
-        if slow_variance(&others.noise(), &first) > self.policy.misfit {
-            return;
+        let all = (others.problem, others.names);
+        let Ok(mut found) = Self::minimise(self.policy, all, &state) else { return };
+        if slow_variance(&found.noise(), first) <= self.policy.misfit {
+            self.findings.retain(|finding| !matches!(finding, Finding::LostShots { .. }));
+            self.findings.extend(others.findings.into_iter().chain(std::mem::take(&mut found.findings)));
+            *self = Run { findings: std::mem::take(&mut self.findings), ..found };
         }
-        self.findings.retain(|finding| !matches!(finding, Finding::LostShots { .. }));
-        self.findings.append(&mut others.findings);
-        (self.problem, self.names, *descent) = (others.problem, others.names, found);
     }
 
     /// Leaves out the shots that are not kept, and says so.
     fn leave_out(&mut self, keep: &[bool], state: &mut State) {
-        let is_lost = |(name, keep): (&String, &bool)| (!*keep).then(|| name.clone());
-        let lost = self.names.iter().zip(keep).filter_map(is_lost).collect();
         self.problem.retain(0, state, keep);
-        let mut keep = keep.iter();
-        self.names.retain(|_| keep.next().copied().unwrap_or(true));
-        self.findings.push(Finding::LostShots { names: lost });
+        let (kept, lost): (Vec<_>, Vec<_>) =
+            std::mem::take(&mut self.names).into_iter().zip(keep).partition(|(_, keep)| **keep);
+        self.names = kept.into_iter().map(|(name, _)| name).collect();
+        self.findings.push(Finding::LostShots { names: lost.into_iter().map(|(name, _)| name).collect() });
     }
 
     /// Leaves out the frames next to the impacts if they are off in all shots, and says so.
-    fn leave_out_spoiled(&mut self, descent: &mut Descent) {
-        let state = descent.end.state.clone();
+    fn leave_out_spoiled(&mut self) {
+        let state = self.descent.end.state.clone();
         let Some(film) = self.problem.film_mut() else { return };
         let Some(reach) = next_to_impact::spoiled(film, &state.own[0], &state.shared) else { return };
         let lags = next_to_impact::lags(film, &state.own[0], &state.shared);
         let [before, after] = reach;
         self.findings.push(if lags { Finding::Lags } else { Finding::Spoiled { before, after } });
         next_to_impact::leave_out(film, &state.own[0], reach);
-        *descent = descend_with_noise(&mut self.problem, state);
-        self.evaluations += descent.evaluations;
+        self.descent = descend_with_noise(&mut self.problem, state);
     }
 
     /// Returns the noise of the frames of each ball.
@@ -226,48 +207,45 @@ impl Run<'_> {
         self.problem.film().map_or([Noise { sd: f64::NAN, rho: 0.0 }; 2], |film| film.world.noise)
     }
 
-    fn adopt(&mut self, problem: Problem, refit: Descent, descent: &mut Descent) {
-        self.evaluations += refit.evaluations;
-        self.problem = problem;
-        *descent = refit;
+    /// Goes on from a refit, if there is one; returns whether there is.
+    fn adopt(&mut self, refit: Option<Refit>) -> bool {
+        let Some(Refit { problem, descent, finding, .. }) = refit else { return false };
+        (self.problem, self.descent) = (problem, descent);
+        self.findings.extend(finding);
+        true
     }
 
-    fn estimates(&self, descent: &Descent) -> Result<Estimates, FilmError> {
-        Estimates::new(&self.problem, &descent.end).ok_or(FilmError::Undetermined)
+    fn estimates(&self) -> Result<Estimates, FilmError> {
+        Estimates::new(&self.problem, &self.descent.end).ok_or(FilmError::Undetermined)
     }
 
-    fn finish(mut self, descent: Descent, estimates: Estimates, misfit: f64) -> Solution {
-        let state = &descent.end.state;
+    fn finish(mut self, mut estimates: Estimates) -> Solution {
         for id in Id::WANTED {
-            let (unknown, value) = (self.problem.unknown(id), state.shared[id]);
-            if unknown.mode != Mode::Free {
-                continue;
-            }
-            match estimates.sd(id as usize) {
-                None if !unknown.bounds.contains(&value) => {
-                    self.findings.push(Finding::Undetermined { id, sd: f64::INFINITY });
-                }
-                None => self.findings.push(Finding::AtBound { id, bound: value }),
-                Some(sd) if id == Id::MuS && sd > self.policy.undetermined_mu_s => {
-                    self.findings.push(Finding::Undetermined { id, sd });
-                }
-                Some(_) => {}
+            let (unknown, value) = (self.problem.unknown(id), self.descent.end.state.shared[id]);
+            let sd = estimates.sd(id as usize);
+            let is_determined = sd.is_some_and(|sd| id != Id::MuS || sd <= self.policy.undetermined_mu_s);
+            if unknown.mode == Mode::Free && !is_determined {
+                let is_at_bound = sd.is_none() && unknown.bounds.contains(&value);
+                self.findings.push(if is_at_bound {
+                    Finding::AtBound { id, bound: value }
+                } else {
+                    Finding::Undetermined { id, sd: sd.unwrap_or(f64::INFINITY) }
+                });
             }
         }
-        let mut estimates = estimates;
-        if let Some(covariance) = robust_covariance(&self.problem, &descent.end, &estimates) {
+        if let Some(covariance) = robust_covariance(&self.problem, &self.descent.end, &estimates) {
             estimates.covariance = covariance;
         }
         Solution {
+            evaluations: self.problem.count_evaluations(),
             problem: self.problem,
-            converged: descent.converged,
-            at: descent.end,
+            converged: self.descent.converged,
+            at: self.descent.end,
             covariance: estimates,
             findings: self.findings,
             names: vec![self.names],
-            left_out: self.left_out,
-            misfit,
-            evaluations: self.evaluations,
+            left_out: Vec::new(),
+            misfit: f64::NAN,
             unit: 1.0,
             middle: [0.0; 2],
         }

@@ -196,11 +196,8 @@ impl Solution {
             return None;
         }
         let reduced = self.at.eliminate(&self.problem, 0.0)?;
-        let with: Vec<usize> = self.covariance.columns.iter().copied().chain([column]).collect();
-        let (matrix, n) = (reduced.matrix(&with), with.len() - 1);
-        let beside = matrix.view((0, n), (n, 1)).column(0).into_owned();
-        let bend = matrix[(n, n)] - beside.dot(&(&self.covariance.covariance * &beside));
-        let slope = (inward * reduced.gradient(&with)[n]).max(0.0);
+        let (bend, _) = self.covariance.condition(&reduced, &[column]);
+        let (bend, slope) = (bend[0], (inward * reduced.gradient(&[column])[0]).max(0.0));
         // 2 s d + b d² = rise
         let distance = RISE / (slope + (slope * slope + bend * RISE).sqrt());
         let [low, high] = unknown.bounds;

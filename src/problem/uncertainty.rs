@@ -116,18 +116,24 @@ impl Estimates {
         all
     }
 
+    /// Returns half of d²χ²/dx² and of dχ²/dx of other unknowns if the estimates follow them.
+    pub fn condition(&self, reduced: &Reduced, columns: &[usize]) -> (DMatrix<f64>, DVector<f64>) {
+        let (n, count) = (self.columns.len(), columns.len());
+        let all = [&self.columns[..], columns].concat();
+        let (matrix, gradient) = (reduced.matrix(&all), reduced.gradient(&all));
+        let beside = matrix.view((0, n), (n, count));
+        let answer = &self.covariance * beside;
+        let left = matrix.view((n, n), (count, count)) - beside.tr_mul(&answer);
+        (left, gradient.rows(n, count) - answer.tr_mul(&gradient.rows(0, n)))
+    }
+
     /// Returns the scores of all tested unknowns, without their priors.
     pub fn score_tested(&self, problem: &Problem, at: &Evaluation) -> Vec<Score> {
         let Some(reduced) = at.eliminate(problem, 0.0) else { return Vec::new() };
-        let gradient = reduced.gradient(&self.columns);
         let tested = problem.unknowns.iter().enumerate().filter(|(_, unknown)| unknown.mode == Mode::Tested);
         let scores = tested.map(|(column, unknown)| {
-            let with: Vec<usize> = self.columns.iter().copied().chain([column]).collect();
-            let (matrix, n) = (reduced.matrix(&with), self.columns.len());
-            let beside = matrix.view((0, n), (n, 1)).column(0).into_owned();
-            let answer = &self.covariance * &beside;
-            let information = matrix[(n, n)] - beside.dot(&answer);
-            let slope = reduced.gradient(&with)[n] - answer.dot(&gradient);
+            let (information, slope) = self.condition(&reduced, &[column]);
+            let (information, slope) = (information[0], slope[0]);
             Score {
                 id: unknown.id,
                 fall: slope * slope / information,

@@ -4,8 +4,14 @@ use super::content::{Block, Report, Section, Table, facts};
 use super::number::{count_of, interval, plain, with_error};
 use super::shots::{shot_list, tracks};
 use super::table::{self, INTERVAL, chi2_text, estimate, with_unit};
-use super::{bodies, label, model, noise_estimated, p_text, plot, reduced_chi2, trust};
+use super::{bodies, label, model, noise_estimated, p_text, plot, reduced_chi2, text, trust};
 use crate::fit::{Counted, DOWN_WEIGHTED, Estimate, Fit, Grade, Noise, Status, Verdict};
+
+/// Returns the report of a fit as text, which says what each number means.
+#[must_use]
+pub fn as_text(fit: &Fit) -> String {
+    text::walk(&content(fit))
+}
 
 /// Returns the report of a fit.
 #[must_use]

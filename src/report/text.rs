@@ -13,12 +13,6 @@ pub fn warnings(fits: &[Fit]) -> String {
     if text.is_empty() { text } else { format!("\n{text}") }
 }
 
-/// The report of a fit as text, which says what each number means.
-#[must_use]
-pub fn render(fit: &Fit) -> String {
-    walk(&super::fit::content(fit))
-}
-
 /// A report as text, without its pictures.
 #[must_use]
 pub fn walk(report: &Report) -> String {

@@ -122,23 +122,6 @@ impl DiscFilm {
     }
 }
 
-impl Meeting {
-    fn distance(&self) -> f64 {
-        let [a, b] = self.places;
-        (b[0] - a[0]).hypot(b[1] - a[1])
-    }
-
-    /// Returns m₁/m₂ of which momentum is conserved along the line of centres.
-    fn mass_ratio(&self) -> f64 {
-        let [a, b] = self.places;
-        let change = |disc: usize| {
-            let [before, after] = self.velocities[disc];
-            (0..2).map(|k| (after[k] - before[k]) * (b[k] - a[k])).sum::<f64>()
-        };
-        -change(1) / change(0)
-    }
-}
-
 /// Returns where the discs of a shot meet. Those that stick together have no paths of their own after it.
 fn meeting(shot: &TrackShot, stuck: Option<&Stuck>) -> Result<Meeting, Unusable> {
     let Some(Stuck { settling: [time, _], .. }) = stuck else { return Meeting::find(shot) };
@@ -199,29 +182,25 @@ fn frames_of(
         }
         PointTrack { disc: *disc, marker: *marker, frames }
     };
-    let mut known = Vec::new();
-    let held = |places: &[usize]| places.iter().map(|place| (*place, OwnPrior::Held)).collect::<Vec<_>>();
-    for disc in (0..2).filter(|disc| !turns[*disc]) {
-        known.extend(held(&[own::SPIN + disc, own::SPIN_RATIO + disc]));
-    }
     let knows_slip = turns == [true; 2] || shot.spin == Spin::Stun;
-    match flat {
-        Some(axis) => {
-            let across = [own::X + axis, own::VELOCITY + axis, own::VELOCITY + 2 + axis];
-            known.extend(held(&across));
-            known.extend(held(&[own::DIRECTION, own::RATIO, own::MOMENTUM + 1, own::LEAD]));
-            known.push((own::DISTANCE, OwnPrior::Stated(ANY_DISTANCE)));
-        }
-        None if stuck.is_some() || !knows_slip => known.push((own::RATIO, OwnPrior::Stated(ANY))),
-        None => {}
+    let unseen = (0..2).filter(|disc| !turns[*disc]);
+    let mut held: Vec<usize> = unseen.flat_map(|disc| [own::SPIN + disc, own::SPIN_RATIO + disc]).collect();
+    let mut known = Vec::new();
+    if let Some(axis) = flat {
+        held.extend([own::X + axis, own::VELOCITY + axis, own::VELOCITY + 2 + axis, own::DIRECTION]);
+        held.extend([own::RATIO, own::MOMENTUM + 1, own::LEAD]);
+        known.push((own::DISTANCE, OwnPrior::Stated(ANY_DISTANCE)));
+    } else if stuck.is_some() || !knows_slip {
+        known.push((own::RATIO, OwnPrior::Stated(ANY)));
     }
     if stuck.is_some() {
-        known.extend(held(&[own::RESTITUTION, own::LEAD]));
-        known.extend((0..2).filter(|disc| turns[*disc]).flat_map(|disc| held(&[own::SPIN_RATIO + disc])));
-    }
-    if stuck.is_none() && flat.is_none() {
+        held.extend([own::RESTITUTION, own::LEAD, own::SPIN_RATIO, own::SPIN_RATIO + 1]);
+    } else if flat.is_none() {
         known.push((own::LEAD, OwnPrior::Stated(Normal { mean: 0.0, sd: shot.fps.recip() })));
     }
+    held.sort_unstable();
+    held.dedup();
+    known.extend(held.into_iter().map(|place| (place, OwnPrior::Held)));
     let position_sd = DISCS.map(|disc| {
         let centre = [centre(shot, disc)];
         [&centre[..], &points(shot, disc)]
@@ -247,8 +226,8 @@ fn frames_of(
 
     let mut values = Own::zeros(CORE + marks.len());
     values.rows_mut(CORE, marks.len()).copy_from_slice(&marks);
-    let [first, second] = meeting.places.map(|place| (Point::from(place) - middle) * unit);
-    let velocity = |disc: usize, side: usize| Point::from(meeting.velocities[disc][side]) * unit;
+    let [first, second] = meeting.places.map(|place| (place - middle) * unit);
+    let velocity = |disc: usize, side: usize| meeting.velocities[disc][side] * unit;
     values[own::TIME] = meeting.time;
     values.fixed_rows_mut::<2>(own::X).copy_from(&first);
     let relative = [0, 1].map(|side| velocity(1, side) - velocity(0, side));
@@ -260,10 +239,10 @@ fn frames_of(
         stuck.map_or((second - first).dot(&n), |stuck| unit * stuck.distance) - shared[Id::ContactDistance];
     values.fixed_rows_mut::<2>(own::VELOCITY).copy_from(&velocity(0, 0));
     values.fixed_rows_mut::<2>(own::VELOCITY + 2).copy_from(&velocity(1, 0));
+    for disc in 0..2 {
+        values[own::SPIN + disc] = spins[disc][0];
+    }
     if stuck.is_some() {
-        for disc in 0..2 {
-            values[own::SPIN + disc] = spins[disc][0];
-        }
         return (frames, values);
     }
     let change = relative[1] - relative[0];
@@ -273,7 +252,6 @@ fn frames_of(
     values[own::RESTITUTION] = -relative[1].dot(&n) / relative[0].dot(&n);
     values[own::RATIO] = ratio;
     for disc in (0..2).filter(|disc| turns[*disc]) {
-        values[own::SPIN + disc] = spins[disc][0];
         // Δω = −(J_t/J_n + d_S) (J_n/m)/(ν R)
         let radius = discs.radii.map_or(0.5 * unit * meeting.distance(), |radii| radii[disc]);
         let normal = (velocity(disc, 1) - velocity(disc, 0)).dot(&n).abs();

@@ -13,7 +13,7 @@ use crate::problem::descent::{Descent, descend};
 use crate::problem::film::film_data::FilmError;
 use crate::problem::findings::Finding;
 use crate::problem::problem::{Problem, State};
-use crate::problem::unknowns::{Id, Mode, Shared, Unknown};
+use crate::problem::unknowns::{Id, Mode, Own, Shared, Unknown};
 
 /// Values of μ and κ between which descents begin. A stiffer contact is as good as rigid.
 const MU_RANGE: [f64; 2] = [0.02, 2.0];
@@ -28,6 +28,9 @@ const LEAST_KAPPA: f64 = 0.1;
 const STARTS: usize = 4;
 const APART: f64 = 0.4;
 const MAX_SQUARE: f64 = 25.0;
+
+/// Variance of J_t/J_n from shot to shot with which starts are compared.
+const RATIO_VARIANCE: f64 = 4e-4;
 
 /// χ² by which a start is less likely than the best at most.
 const LESS_LIKELY: f64 = 60.0;
@@ -84,33 +87,23 @@ impl Run<'_> {
 
     /// Descends from the most promising values of μ and κ with the spreads before the frames are seen.
     fn descend_from(
-        &mut self,
+        &self,
         compliant: bool,
         impacts: &[DiscImpact],
     ) -> Result<Vec<(Problem, Descent)>, FilmError> {
         let problem = self.with_law(compliant)?;
-        let kappa = problem.unknown(Id::Kappa);
-        let kappas = match kappa.mode {
-            Mode::Free => {
-                KAPPAS.iter().copied().filter(|k| (kappa.bounds[0]..=kappa.bounds[1]).contains(k)).collect()
-            }
-            _ => vec![kappa.start],
-        };
-        let mut descents = Vec::new();
-        for [mu, kappa] in self.promising(problem.unknown(Id::Mu), &kappas, impacts) {
+        let descend = |[mu, kappa]: [f64; 2]| {
             let from = problem.evaluate(self.start(&problem, mu, kappa)?);
-            let descent = descend(&problem, from, &problem.free(), STEPS);
-            self.evaluations += descent.evaluations;
-            descents.push((problem.clone(), descent));
-        }
-        Ok(descents)
+            Ok((problem.clone(), descend(&problem, from, &problem.free(), STEPS)))
+        };
+        self.promising(&problem, impacts).into_iter().map(descend).collect()
     }
 
     /// Descends to minima with spreads of their own, and returns each once, the likeliest first. Returns
     /// none if with the spreads of a rival χ² is not low enough to be likelier: if it is lower by Δ for n
     /// numbers, −2 log L with their own spread is lower by −n ln(1 − Δ/n).
     fn settle_all(
-        &mut self,
+        &self,
         mut starts: Vec<(Problem, Descent)>,
         rival: Option<&Reached>,
     ) -> Result<Vec<Reached>, FilmError> {
@@ -120,7 +113,6 @@ impl Run<'_> {
                 block.spreads.clone_from(&rival.block()?.spreads);
                 let from = problem.evaluate(descent.end.state.clone());
                 *descent = descend(problem, from, &problem.free(), STEPS);
-                self.evaluations += descent.evaluations;
             }
             let shots = self.free.own().len() as f64;
             let needed = -shots * f64::exp_m1(-self.policy.cause / shots);
@@ -134,7 +126,6 @@ impl Run<'_> {
             for _ in 0..ROUNDS {
                 if !descent.converged {
                     descent = descend(&problem, descent.end, &problem.free(), STEPS);
-                    self.evaluations += descent.evaluations;
                 }
             }
             let is_new = |shared: &Shared, fits: &[Reached]| {
@@ -144,7 +135,6 @@ impl Run<'_> {
             };
             if descent.end.cost.is_finite() && is_new(&descent.end.state.shared, &fits) {
                 let descent = settle(&mut problem, descent.end.state);
-                self.evaluations += descent.evaluations;
                 let fit = Reached::new(problem, descent)?;
                 if is_new(fit.shared(), &fits) {
                     fits.push(fit);
@@ -160,15 +150,9 @@ impl Run<'_> {
         let mut problem = self.free.problem.clone();
         problem.discs_mut().ok_or(FilmError::NoFilm)?.freedom = Freedom::Law;
         let Settings { falls, e_falls, compliance, .. } = self.settings;
-        let parameters = [
-            (Id::Mu, Parameter::Mu),
-            (Id::E, Parameter::E),
-            (Id::FallB, Parameter::B),
-            (Id::FallC, Parameter::C),
-            (Id::Kappa, Parameter::Kappa),
-            (Id::ESlope, Parameter::ESlope),
-        ];
-        for (id, parameter) in parameters {
+        let of_law = |parameter: &Parameter| !parameter.is_of_balls() && *parameter != Parameter::MuS;
+        for parameter in Parameter::ALL.into_iter().filter(of_law) {
+            let id = Id::from(parameter);
             let takes_part = match id {
                 Id::FallB | Id::FallC => falls,
                 Id::ESlope => e_falls,
@@ -188,52 +172,42 @@ impl Run<'_> {
     }
 
     /// Returns μ and κ from which the measured J_t/J_n are likely, the likeliest first.
-    fn promising(&self, mu: &Unknown, kappas: &[f64], impacts: &[DiscImpact]) -> Vec<[f64; 2]> {
-        struct Point {
-            state: [f64; 3],
-            ratio: f64,
-            variance: f64,
-        }
+    fn promising(&self, problem: &Problem, impacts: &[DiscImpact]) -> Vec<[f64; 2]> {
         let inertia = self.free.problem.discs().map_or(0.5, |block| block.discs.inertia);
+        let names = self.free.names();
+        // closing speed, slip and e; J_t/J_n and its variance, with that from shot to shot
         let of_impact = |impact: &DiscImpact| {
             let value = |quantity: Quantity| impact.get(quantity).map(|measured| measured.value);
-            impact.get(Quantity::SlipBefore)?;
+            let of = [Quantity::ClosingSpeed, Quantity::SlipBefore, Quantity::Restitution];
+            let [closing, slip, e] = of.map(value);
             let ratio = impact.get(Quantity::ImpulseRatio)?;
-            Some(Point {
-                state: [
-                    value(Quantity::ClosingSpeed)?,
-                    value(Quantity::SlipBefore)?,
-                    value(Quantity::Restitution)?,
-                ],
-                ratio: ratio.value,
-                variance: ratio.sd?.powi(2) + 4e-4,
-            })
+            Some(([closing?, slip?, e?], [ratio.value, ratio.sd?.powi(2) + RATIO_VARIANCE]))
         };
-        let names = self.free.names();
         let used = impacts.iter().filter(|impact| names.contains(&impact.name));
-        let points: Vec<Point> = used.filter_map(of_impact).collect();
+        let points: Vec<([f64; 3], [f64; 2])> = used.filter_map(of_impact).collect();
+        let (mu, kappa) = (problem.unknown(Id::Mu), problem.unknown(Id::Kappa));
         let [low, high] = [mu.bounds[0].max(MU_RANGE[0]), mu.bounds[1].min(MU_RANGE[1])];
-        let frictions: Vec<f64> = match mu.mode {
-            Mode::Free => {
-                (0..MU_STEPS).map(|i| low * (high / low).powf(i as f64 / (MU_STEPS - 1) as f64)).collect()
-            }
-            _ => vec![mu.start],
+        let step = |i: usize| low * (high / low).powf(i as f64 / (MU_STEPS - 1) as f64);
+        let is_within = |value: &f64| (kappa.bounds[0]..=kappa.bounds[1]).contains(value);
+        let of_unknown = |unknown: &Unknown, grid: Vec<f64>| {
+            if unknown.mode == Mode::Free { grid } else { vec![unknown.start] }
         };
+        let frictions = of_unknown(mu, (0..MU_STEPS).map(step).collect());
+        let kappas = of_unknown(kappa, KAPPAS.into_iter().filter(is_within).collect());
         let pairs: Vec<[f64; 2]> =
             kappas.iter().flat_map(|kappa| frictions.iter().map(|mu| [*mu, *kappa])).collect();
         let unlikely = |[mu, kappa]: &[f64; 2]| {
-            let square = |point: &Point| {
-                let law = law_of(point.state, *mu, *kappa, inertia)?;
-                Some(((point.ratio - law).powi(2) / point.variance).min(MAX_SQUARE))
+            let square = |(state, [ratio, variance]): &([f64; 3], [f64; 2])| {
+                let law = law_of(*state, *mu, *kappa, inertia)?;
+                Some(((ratio - law).powi(2) / variance).min(MAX_SQUARE))
             };
             points.iter().map(|point| square(point).unwrap_or(MAX_SQUARE)).sum::<f64>()
         };
         let mut ranked: Vec<(f64, [f64; 2])> = pairs.par_iter().map(|pair| (unlikely(pair), *pair)).collect();
         ranked.sort_by(|a, b| a.0.total_cmp(&b.0));
-        let least = ranked.first().map_or(0.0, |best| best.0);
-        ranked.retain(|(square, _)| *square <= least + LESS_LIKELY);
+        let most = ranked.first().map_or(0.0, |best| best.0 + LESS_LIKELY);
         let mut starts: Vec<[f64; 2]> = Vec::new();
-        for (_, at) in ranked {
+        for (_, at) in ranked.into_iter().filter(|(square, _)| *square <= most) {
             let is_apart = |start: &[f64; 2]| (0..2).any(|i| (at[i] / start[i]).ln().abs() > APART);
             if starts.len() < STARTS && starts.iter().all(is_apart) {
                 starts.push(at);
@@ -245,23 +219,17 @@ impl Run<'_> {
     /// Returns the state in which each shot has the outcome that was measured and the law is this one.
     fn start(&self, problem: &Problem, mu: f64, kappa: f64) -> Result<State, FilmError> {
         let block = problem.discs().ok_or(FilmError::NoFilm)?;
-        let before = &self.free.descent.end.state;
-        let outcomes: Vec<Option<[f64; 2]>> = self
-            .free
-            .own()
-            .iter()
-            .enumerate()
-            .map(|(i, own)| block.outcome(i, own, &before.shared))
-            .collect();
-        let mut state = before.clone();
+        let mut state = self.free.descent.end.state.clone();
+        let outcome = |(i, own): (usize, &Own)| block.outcome(i, own, self.free.shared());
+        let outcomes: Vec<Option<[f64; 2]>> = self.free.own().iter().enumerate().map(outcome).collect();
         for id in [Id::FallB, Id::FallC, Id::ESlope] {
             state.shared[id] = problem.unknown(id).start;
         }
+        let (sum, count) = outcomes.iter().flatten().fold((0.0, 0.0), |(sum, n), [e, _]| (sum + e, n + 1.0));
         let e = problem.unknown(Id::E);
-        let mean =
-            outcomes.iter().flatten().map(|[e, _]| e).sum::<f64>() / outcomes.iter().flatten().count() as f64;
-        state.shared[Id::E] =
-            if e.mode == Mode::Free { mean.clamp(e.bounds[0] + 1e-3, e.bounds[1] - 1e-3) } else { e.start };
+        let [low, high] = e.bounds;
+        let mean = (sum / count).clamp(low + 1e-3, high - 1e-3);
+        state.shared[Id::E] = if e.mode == Mode::Free { mean } else { e.start };
         (state.shared[Id::Mu], state.shared[Id::Kappa]) = (mu, kappa);
         let State { own, shared } = &mut state;
         for (i, (own, outcome)) in own[0].iter_mut().zip(outcomes).enumerate() {

@@ -4,6 +4,7 @@ use crate::extraction::{Bodies, Unusable};
 use crate::film::frame_noise::constant_axis;
 use crate::measurement::track::{Sample, TrackShot};
 use crate::numerics::median;
+use crate::problem::film::camera::Point;
 
 /// Frames of each disc on either side of the impact that are needed.
 pub(super) const LEAST: usize = 4;
@@ -26,7 +27,7 @@ pub(super) fn distances(shot: &TrackShot) -> Vec<(f64, f64)> {
     for a in &shot.cue {
         // a rolling shutter reads one disc a little earlier than the other
         let i = shot.object.partition_point(|b| b.t < a.t);
-        let around = i.checked_sub(1).into_iter().chain([i]).filter_map(|i| shot.object.get(i));
+        let around = shot.object[i.saturating_sub(1)..].iter().take(2);
         let nearest = around.min_by(|b, c| (b.t - a.t).abs().total_cmp(&(c.t - a.t).abs()));
         if let Some(b) = nearest.filter(|b| (b.t - a.t).abs() * shot.fps < 0.25) {
             distances.push((a.t, (b.x - a.x).hypot(b.y - a.y)));
@@ -36,24 +37,27 @@ pub(super) fn distances(shot: &TrackShot) -> Vec<(f64, f64)> {
     distances.windows(3).map(middle).collect()
 }
 
+/// Returns the median slope of pairs of numbers (Theil and Sen): wrong ones do not count.
+pub(super) fn slope(points: &[(f64, f64)]) -> f64 {
+    let pairs = points.iter().enumerate().flat_map(|(i, a)| points[i + 1..].iter().map(move |b| (a, b)));
+    median(pairs.map(|(a, b)| (b.1 - a.1) / (b.0 - a.0)).collect())
+}
+
 /// A straight path.
 #[derive(Clone, Copy, Default)]
 pub(super) struct Line {
     /// At the instant that the line was asked for.
-    pub position: [f64; 2],
-    pub velocity: [f64; 2],
+    pub position: Point,
+    pub velocity: Point,
 }
 
 impl Line {
-    /// Returns the line by medians (Theil and Sen): wrong frames do not count.
-    pub fn through(samples: &[Sample], at: f64) -> Self {
+    fn through(samples: &[Sample], at: f64) -> Self {
         let mut line = Self::default();
-        for (k, pick) in [(0, (|s: &Sample| s.x) as fn(&Sample) -> f64), (1, |s| s.y)] {
-            let pairs =
-                samples.iter().enumerate().flat_map(|(i, a)| samples[i + 1..].iter().map(move |b| (a, b)));
-            let slope = median(pairs.map(|(a, b)| (pick(b) - pick(a)) / (b.t - a.t)).collect());
-            line.velocity[k] = slope;
-            line.position[k] = median(samples.iter().map(|s| pick(s) - slope * (s.t - at)).collect());
+        for (axis, pick) in [|s: &Sample| s.x, |s: &Sample| s.y].into_iter().enumerate() {
+            let points: Vec<(f64, f64)> = samples.iter().map(|s| (s.t - at, pick(s))).collect();
+            line.velocity[axis] = slope(&points);
+            line.position[axis] = median(points.iter().map(|(t, x)| x - line.velocity[axis] * t).collect());
         }
         line
     }
@@ -68,8 +72,8 @@ impl Line {
         sides.map(|near| if near.len() < LEAST { Err(near.len()) } else { Ok(Self::through(near, at)) })
     }
 
-    fn at(&self, late: f64) -> [f64; 2] {
-        [0, 1].map(|k| self.position[k] + self.velocity[k] * late)
+    fn at(&self, late: f64) -> Point {
+        self.position + self.velocity * late
     }
 }
 
@@ -78,9 +82,9 @@ pub(super) struct Meeting {
     /// Instant, s.
     pub time: f64,
     /// Places of the centres then, m.
-    pub places: [[f64; 2]; 2],
+    pub places: [Point; 2],
     /// Velocities of each disc before and after, m/s.
-    pub velocities: [[[f64; 2]; 2]; 2],
+    pub velocities: [[Point; 2]; 2],
 }
 
 impl Meeting {
@@ -89,14 +93,15 @@ impl Meeting {
     /// # Errors
     /// They do not, or the frames are too few.
     pub fn find(shot: &TrackShot) -> Result<Self, Unusable> {
+        let bodies = Bodies::Discs;
         let discs = [shot.cue.as_slice(), &shot.object];
         if discs.iter().any(|samples| samples.len() < 2 * LEAST) {
             let frames = [shot.cue.len(), shot.object.len()];
-            return Err(Unusable::TooShort { bodies: Bodies::Discs, frames, least: 2 * LEAST });
+            return Err(Unusable::TooShort { bodies, frames, least: 2 * LEAST });
         }
         let distances = distances(shot);
         let nearest = distances.iter().min_by(|a, b| a.1.total_cmp(&b.1));
-        let mut time = nearest.ok_or(Unusable::NoCollision(Bodies::Discs))?.0;
+        let mut time = nearest.ok_or(Unusable::NoCollision(bodies))?.0;
         let frame = 1.0 / shot.fps;
         let steps = discs.iter().flat_map(|samples| samples.windows(2)).map(|two| two[1].t - two[0].t);
         let farthest = steps.fold(FARTHEST * frame, f64::max);
@@ -111,24 +116,30 @@ impl Meeting {
             lines = lines_beside(discs, time, frame)?;
         }
         let late = crossing(&lines).clamp(-FARTHEST * frame, FARTHEST * frame);
-        let difference = |[a, b]: [[f64; 2]; 2]| [b[0] - a[0], b[1] - a[1]];
-        let [g, h] = [0, 1].map(|side| difference(lines.map(|line| line[side].velocity)));
-        let [p, q] = [0, 1].map(|side| difference(lines.map(|line| line[side].at(late))));
-        let dot = |a: [f64; 2], b: [f64; 2]| a[0] * b[0] + a[1] * b[1];
+        let [first, second] = lines;
+        let [g, h] = [0, 1].map(|side| second[side].velocity - first[side].velocity);
+        let [p, q] = [0, 1].map(|side| second[side].at(late) - first[side].at(late));
         let is_met = match constant_axis(shot) {
             // marks on the edges that touch are at no distance
-            Some(_) => dot(g, h) < 0.0,
-            None => dot(p, g) < 0.0 && dot(q, h) > 0.0,
+            Some(_) => g.dot(&h) < 0.0,
+            None => p.dot(&g) < 0.0 && q.dot(&h) > 0.0,
         };
-        let change = (h[0] - g[0]).hypot(h[1] - g[1]);
-        if !(is_met && change > CHANGE * g[0].hypot(g[1])) {
-            return Err(Unusable::NoCollision(Bodies::Discs));
+        if !(is_met && (h - g).norm() > CHANGE * g.norm()) {
+            return Err(Unusable::NoCollision(bodies));
         }
-        Ok(Self {
-            time: time + late,
-            places: lines.map(|line| line[0].at(late)),
-            velocities: lines.map(|line| line.map(|side| side.velocity)),
-        })
+        let velocities = lines.map(|line| line.map(|side| side.velocity));
+        Ok(Self { time: time + late, places: lines.map(|line| line[0].at(late)), velocities })
+    }
+
+    pub fn distance(&self) -> f64 {
+        (self.places[1] - self.places[0]).norm()
+    }
+
+    /// Returns m₁/m₂ of which momentum is conserved along the line of centres.
+    pub fn mass_ratio(&self) -> f64 {
+        let across = self.places[1] - self.places[0];
+        let [first, second] = self.velocities.map(|[before, after]| (after - before).dot(&across));
+        -second / first
     }
 }
 
@@ -146,16 +157,9 @@ fn lines_beside(discs: [&[Sample]; 2], at: f64, frame: f64) -> Result<[[Line; 2]
 
 /// Returns how much later than the instant of the lines the relative paths before and after it are
 /// nearest to each other, s: τ = −Δp·Δg/|Δg|².
-fn crossing(lines: &[[Line; 2]; 2]) -> f64 {
-    let (mut along, mut square) = (0.0, 0.0);
-    for k in 0..2 {
-        let change = |pick: fn(&Line) -> [f64; 2]| {
-            let [first, second] = lines.map(|line| pick(&line[1])[k] - pick(&line[0])[k]);
-            second - first
-        };
-        let (jump, turn) = (change(|line| line.position), change(|line| line.velocity));
-        along += jump * turn;
-        square += turn * turn;
-    }
-    if square > 0.0 { -along / square } else { 0.0 }
+fn crossing([first, second]: &[[Line; 2]; 2]) -> f64 {
+    let change = |of: fn(&Line) -> Point| (of(&second[1]) - of(&first[1])) - (of(&second[0]) - of(&first[0]));
+    let (jump, turn) = (change(|line| line.position), change(|line| line.velocity));
+    let square = turn.norm_squared();
+    if square > 0.0 { -jump.dot(&turn) / square } else { 0.0 }
 }

@@ -88,7 +88,7 @@ impl Reached {
             names,
             left_out: film.left_out.clone(),
             misfit: f64::NAN,
-            evaluations: descent.evaluations,
+            evaluations: problem.count_evaluations(),
             problem,
         })
     }
@@ -193,8 +193,7 @@ pub(super) fn settle(problem: &mut Problem, state: State) -> Descent {
         if descent.converged {
             break;
         }
-        let next = descend_with_noise(problem, descent.end.state);
-        descent = Descent { evaluations: descent.evaluations + next.evaluations, ..next };
+        descent = descend_with_noise(problem, descent.end.state);
     }
     descent
 }

@@ -119,7 +119,7 @@ pub fn fit_discs(dataset: &Dataset, policy: &Policy) -> Result<DiscFit, FilmErro
         return Err(FilmError::NoImpact(left_out));
     }
     let findings = film.findings.clone();
-    let mut run = Run { policy, settings: dataset.settings, free: measured, findings, evaluations: 0 };
+    let mut run = Run { policy, settings: dataset.settings, free: measured, findings };
     run.keep(&is_usable);
     run.fit(&film, impacts, left_out)
 }
@@ -130,7 +130,6 @@ pub(super) struct Run<'a> {
     /// The problem without a law.
     pub free: Reached,
     pub findings: Vec<Finding>,
-    pub evaluations: usize,
 }
 
 impl Run<'_> {
@@ -175,8 +174,7 @@ impl Run<'_> {
             self.findings.push(Finding::NotConverged);
         }
         let misfit = impacts.iter().map(|impact| impact.misfit).fold(0.0, f64::max);
-        let solution =
-            Solution { findings: self.findings, left_out, misfit, evaluations: self.evaluations, ..best };
+        let solution = Solution { findings: self.findings, left_out, misfit, ..best };
         Ok(DiscFit { solution, impacts, scatter, rivals, dof })
     }
 
@@ -226,7 +224,6 @@ impl Run<'_> {
             let mut best: Option<Reached> = None;
             for (mut problem, start) in [(fit.problem.clone(), state), (scattering, there)] {
                 let descent = settle(&mut problem, start);
-                self.evaluations += descent.evaluations;
                 let reached = Reached::new(problem, descent)?;
                 if best.as_ref().is_none_or(|best| reached.unlikely < best.unlikely) {
                     best = Some(reached);

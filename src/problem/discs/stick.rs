@@ -1,6 +1,6 @@
 //! Discs that stick together: after the impact their centres stay as far apart as they then were.
 
-use super::lines::{LEAST, distances};
+use super::lines::{LEAST, distances, slope};
 use crate::film::frame_noise::noise_of;
 use crate::measurement::dataset::Measured;
 use crate::measurement::track::TrackShot;
@@ -76,10 +76,6 @@ pub(super) fn find(shot: &TrackShot) -> Option<Stuck> {
         return None;
     }
     let used = &distances[first + SKIPPED..first + together.min(MOST_FRAMES + SKIPPED)];
-    let slope = |run: &[(f64, f64)]| {
-        let pairs = run.iter().enumerate().flat_map(|(i, a)| run[i + 1..].iter().map(move |b| (a, b)));
-        median(pairs.map(|(a, b)| (b.1 - a.1) / (b.0 - a.0)).collect())
-    };
     let closing = -slope(&distances[first.saturating_sub(NEAR)..first]);
     let third = used.len() / 3;
     let [early, between, late] = [&used[..third], &used[third..2 * third], &used[2 * third..3 * third]];

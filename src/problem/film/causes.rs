@@ -11,7 +11,7 @@ use crate::problem::minimise::{descend_with_noise, descend_with_states};
 use crate::problem::policy::Policy;
 use crate::problem::problem::{Evaluation, Problem, State};
 use crate::problem::sums::Noise;
-use crate::problem::uncertainty::Estimates;
+use crate::problem::uncertainty::{Conflict, Estimates, Score};
 use crate::problem::unknowns::{Id, Mode, Normal, Shared};
 
 /// Parts of the way to the estimate of a score at which a descent with a freed unknown starts:
@@ -39,12 +39,14 @@ const ROUNDS: usize = 2;
 /// Suspects of one round that are refitted: the largest by their score.
 const MAX_SUSPECTS: usize = 3;
 
-/// A refit with a suspect let in.
-pub(crate) struct Explained {
+/// A fit of a problem that was changed.
+pub(crate) struct Refit {
     pub problem: Problem,
     pub descent: Descent,
-    pub finding: Finding,
+    /// Fall of −2 log L at the noise before.
     pub fall: f64,
+    /// What is to be said of it.
+    pub finding: Option<Finding>,
 }
 
 /// Something that may be other than assumed.
@@ -64,24 +66,19 @@ pub(crate) fn explain(
     at: &Evaluation,
     estimates: &Estimates,
     policy: &Policy,
-) -> Option<Explained> {
-    let scores = estimates.score_tested(problem, at).into_iter().map(|score| Suspect {
-        id: score.id,
-        fall: score.fall,
-        estimate: score.estimate,
-        threshold: policy.cause,
-    });
-    let conflicts = estimates.conflicts(problem, at).into_iter().map(|conflict| Suspect {
-        id: conflict.id,
-        fall: conflict.size * conflict.size,
-        estimate: conflict.estimate,
-        threshold: policy.conflict * policy.conflict,
-    });
-    let mut suspects: Vec<Suspect> = scores.chain(conflicts).collect();
-    suspects.retain(|suspect| {
+) -> Option<Refit> {
+    let scores = estimates.score_tested(problem, at).into_iter();
+    let scores = scores.map(|Score { id, fall, estimate, .. }| (id, fall, estimate, policy.cause));
+    let conflicts = estimates.conflicts(problem, at).into_iter();
+    let conflicts = conflicts
+        .map(|Conflict { id, size, estimate, .. }| (id, size.powi(2), estimate, policy.conflict.powi(2)));
+    let all = scores.chain(conflicts);
+    let all = all.map(|(id, fall, estimate, threshold)| Suspect { id, fall, estimate, threshold });
+    let is_likely = |suspect: &Suspect| {
         let [low, high] = problem.unknown(suspect.id).bounds;
         suspect.fall > 0.5 * suspect.threshold && (low..=high).contains(&suspect.estimate)
-    });
+    };
+    let mut suspects: Vec<Suspect> = all.filter(is_likely).collect();
     suspects.sort_by(|a, b| (b.fall / b.threshold).total_cmp(&(a.fall / a.threshold)));
     let refits =
         suspects.into_iter().take(MAX_SUSPECTS).filter_map(|suspect| let_in(problem, at, suspect, policy));
@@ -92,7 +89,7 @@ pub(crate) fn explain(
 }
 
 /// Returns the least χ² with a suspect free and without its prior, if χ² falls by enough.
-fn let_in(problem: &Problem, at: &Evaluation, suspect: Suspect, policy: &Policy) -> Option<Explained> {
+fn let_in(problem: &Problem, at: &Evaluation, suspect: Suspect, policy: &Policy) -> Option<Refit> {
     let id = suspect.id;
     let mut wider = problem.clone();
     let before = *wider.unknown(id);
@@ -132,7 +129,7 @@ fn let_in(problem: &Problem, at: &Evaluation, suspect: Suspect, policy: &Policy)
         }
         None => Finding::Cause { id, estimate, sd, fall },
     };
-    Some(Explained { problem: wider, descent, finding, fall })
+    Some(Refit { problem: wider, descent, finding: Some(finding), fall })
 }
 
 /// Returns the best of the descents that start with unknown `id` at each of some values.
@@ -165,7 +162,7 @@ pub(crate) fn widen_rate(
     at: &Evaluation,
     estimates: &Estimates,
     policy: &Policy,
-) -> Option<(Problem, Descent)> {
+) -> Option<Refit> {
     let prior = problem.unknown(Id::Rate).active_prior().filter(|prior| prior.sd == RATE_SD)?;
     let conflict = estimates.conflicts(problem, at).into_iter().find(|conflict| conflict.id == Id::Rate)?;
     if conflict.size.abs() < policy.rate_conflict {
@@ -174,7 +171,7 @@ pub(crate) fn widen_rate(
     let mut wider = problem.clone();
     wider.unknown_mut(Id::Rate).prior = Some(Normal { mean: prior.mean, sd: policy.doubted_rate_sd });
     let descent = descend_with_noise(&mut wider, at.state.clone());
-    Some((wider, descent))
+    Some(Refit { fall: at.cost - descent.end.cost, problem: wider, descent, finding: None })
 }
 
 /// Returns that the frames contradict the stated frame rate, if the estimate with a wider prior does.
@@ -193,7 +190,7 @@ pub(crate) fn contradicted_rate(
 
 /// Returns the refit with a contact that is compliant along its surface, with the κ of phenolic
 /// resin, if χ² falls by enough.
-pub(crate) fn comply(problem: &Problem, at: &Evaluation, policy: &Policy) -> Option<(Problem, Descent, f64)> {
+pub(crate) fn comply(problem: &Problem, at: &Evaluation, policy: &Policy) -> Option<Refit> {
     let kappa = problem.unknown(Id::Kappa);
     if kappa.mode != Mode::Fixed || kappa.start != 0.0 || at.count_sticking() == 0 {
         return None;
@@ -214,20 +211,24 @@ pub(crate) fn comply(problem: &Problem, at: &Evaluation, policy: &Policy) -> Opt
         return None;
     }
     let descent = descend_with_noise(&mut compliant, descent.end.state);
-    Some((compliant, descent, fall))
+    let (kappa, shots) = (descent.end.state.shared[Id::Kappa], at.count_sticking());
+    let finding = Some(Finding::Compliance { kappa, shots, fall, adopted: true });
+    Some(Refit { problem: compliant, descent, fall, finding })
 }
 
 /// Returns the refit with what weight and cloth do during the contact, if χ² falls by enough.
-pub(crate) fn weigh(problem: &Problem, at: &Evaluation, policy: &Policy) -> Option<(Problem, Descent, f64)> {
+pub(crate) fn weigh(problem: &Problem, at: &Evaluation, policy: &Policy) -> Option<Refit> {
     let mut heavy = problem.clone();
     let film = heavy.film_mut()?;
     film.world.contact = film.world.contact.with_weight();
-    correct(&heavy, at).filter(|(_, _, fall)| *fall > policy.adopt)
+    let refit = correct(&heavy, at).filter(|refit| refit.fall > policy.adopt)?;
+    let shots = refit.problem.samples[0].block.count_corrected();
+    Some(Refit { finding: Some(Finding::Weight { shots, fall: refit.fall, adopted: true }), ..refit })
 }
 
 /// Returns the refit with what the finer model of the contact adds to each shot, computed where the
 /// fit is, and once more after it has moved; `None` without a finer model.
-pub(crate) fn correct(problem: &Problem, at: &Evaluation) -> Option<(Problem, Descent, f64)> {
+pub(crate) fn correct(problem: &Problem, at: &Evaluation) -> Option<Refit> {
     if !problem.film()?.world.contact.is_corrected() {
         return None;
     }
@@ -238,8 +239,8 @@ pub(crate) fn correct(problem: &Problem, at: &Evaluation) -> Option<(Problem, De
         state = descend(&corrected, corrected.evaluate(state), &corrected.free(), 20).end.state;
     }
     let fall = at.cost - corrected.evaluate(state.clone()).cost;
-    let refit = descend_with_noise(&mut corrected, state);
-    Some((corrected, refit, fall))
+    let descent = descend_with_noise(&mut corrected, state);
+    Some(Refit { problem: corrected, descent, fall, finding: None })
 }
 
 /// Returns whether a robust loss lets wrong shots count less: a spin of its own for each shot would
@@ -250,7 +251,7 @@ fn is_robust(problem: &Problem) -> bool {
 
 /// Returns the refit with balls that slide before the impact though natural roll is stated, with a
 /// topspin that the shots share.
-fn slide(problem: &Problem, at: &Evaluation, policy: &Policy) -> Option<Explained> {
+fn slide(problem: &Problem, at: &Evaluation, policy: &Policy) -> Option<Refit> {
     if is_robust(problem) {
         return None;
     }
@@ -275,7 +276,7 @@ fn slide(problem: &Problem, at: &Evaluation, policy: &Policy) -> Option<Explaine
     }
     let descent = descend_with_noise(&mut sliding, best.end.state);
     let finding = Finding::Spins { fall, topspin: descent.end.state.shared[Id::Slide], sliding: count };
-    Some(Explained { problem: sliding, descent, finding, fall })
+    Some(Refit { problem: sliding, descent, finding: Some(finding), fall })
 }
 
 /// Returns the refit with the spins of all shots unknown, from the first guesses, if χ² falls by
@@ -285,7 +286,7 @@ pub(crate) fn spin_freely(
     at: &Evaluation,
     first: (&State, [Noise; 2]),
     policy: &Policy,
-) -> Option<Explained> {
+) -> Option<Refit> {
     if is_robust(problem) {
         return None;
     }
@@ -311,5 +312,5 @@ pub(crate) fn spin_freely(
     let sum = sliding.iter().map(|i| state.own[0][*i][own::TOPSPIN]).sum::<f64>();
     let topspin = if sliding.is_empty() { 1.0 } else { state.shared[Id::Slide] + sum / sliding.len() as f64 };
     let finding = Finding::Spins { fall, topspin, sliding: sliding.len() };
-    Some(Explained { problem: free, descent, finding, fall })
+    Some(Refit { problem: free, descent, finding: Some(finding), fall })
 }

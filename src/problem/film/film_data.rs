@@ -7,25 +7,21 @@ use rayon::prelude::*;
 
 use super::block::FilmBlock;
 use super::camera::Point;
+use super::cleaning::Cleaned;
 use super::frames::{MeasuredSpin, ShotFrames, World};
 use super::impact::{Contact, Correction};
 use super::own::{self, OWN};
 use super::priors::list_unknowns;
 use super::reading::Reading;
 use super::spins::{FIRST_SPREADS, LEAST_SPREAD, SIDE_SPREAD, ShotSpin};
-use super::{resting, stated_noise};
-use crate::extraction::{
-    FirstGuess, Rotation, Rotations, Unusable, from_paths, leave_out_after_cushion, leave_out_before_cushion,
-    noise_correlation,
-};
-use crate::film::{drops, frame_noise};
-use crate::measurement::dataset::{Dataset, Tracks};
+use crate::extraction::{FirstGuess, Rotation, Rotations, Unusable, from_paths};
+use crate::film::frame_noise;
+use crate::measurement::dataset::Dataset;
 use crate::measurement::loss::Loss;
 use crate::measurement::parameter::Settings;
 use crate::measurement::spin::Spin;
 use crate::measurement::track::TrackShot;
 use crate::numerics::median;
-use crate::physics::ball::Ball;
 use crate::physics::collision::{Fidelity, Model};
 use crate::problem::findings::Finding;
 use crate::problem::loss::ShotLoss;
@@ -231,54 +227,6 @@ impl Reasons {
             words.push_str(": are cue and object interchanged ([tracks] cue, object)?");
         }
         words
-    }
-}
-
-/// The shots of a film with their faults repaired as far as single tracks show them.
-struct Cleaned {
-    shots: Vec<TrackShot>,
-    /// Correlation of the noise of neighbouring frames.
-    rho: f64,
-    findings: Vec<Finding>,
-    left_out: Vec<(String, String)>,
-}
-
-impl Cleaned {
-    fn new(tracks: &Tracks, ball: &Ball) -> Self {
-        let mut shots = tracks.shots.clone();
-        let mut findings = Vec::new();
-        let drops: Vec<usize> = shots.par_iter_mut().map(drops::repair).filter(|count| *count > 0).collect();
-        if !drops.is_empty() {
-            findings.push(Finding::Drops { shots: drops.len(), drops: drops.iter().sum() });
-        }
-        let corners = shots.par_iter_mut().filter_map(|s| leave_out_before_cushion(s, ball).then_some(()));
-        let corners = corners.count();
-        if corners > 0 {
-            findings.push(Finding::Corners { shots: corners, of: shots.len() });
-        }
-        let correlation = noise_correlation(&shots, ball);
-        let lasting = correlation.filter(|found| found.adopted);
-        if let Some(found) = lasting {
-            findings.push(Finding::NoiseLasts { rho: found.value, sd: found.std_error });
-        }
-        let rho = lasting.map_or(0.0, |found| found.value);
-        for shot in &mut shots {
-            shot.correlation = rho;
-        }
-        let ends =
-            shots.par_iter_mut().filter_map(|s| leave_out_after_cushion(s, ball).then_some(())).count();
-        if ends > 0 {
-            findings.push(Finding::Ends { shots: ends, of: shots.len() });
-        }
-        let mut left_out = tracks.left_out.clone();
-        resting::leave_out_moving(&mut shots, tracks.from_balls, &mut left_out);
-        if let Some(times) = stated_noise::refuted(&shots) {
-            if times > 1.0 {
-                stated_noise::forget(&mut shots);
-            }
-            findings.push(Finding::NoiseRefuted { times });
-        }
-        Self { shots, rho, findings, left_out }
     }
 }
 

@@ -3,6 +3,7 @@
 pub(crate) mod block;
 pub(crate) mod camera;
 pub(crate) mod causes;
+mod cleaning;
 pub(crate) mod dual;
 pub(crate) mod film_data;
 pub(crate) mod frames;
@@ -15,8 +16,6 @@ pub(crate) mod own;
 pub(crate) mod planned;
 pub(crate) mod priors;
 pub(crate) mod reading;
-mod resting;
 pub(crate) mod shots;
 pub(crate) mod spins;
-mod stated_noise;
 pub(crate) mod states;

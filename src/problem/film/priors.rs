@@ -64,23 +64,13 @@ pub(in crate::problem) fn known(all: &mut [Unknown], id: Id, mean: f64, sd: f64)
 
 /// Sets what is stated of the contact.
 pub(in crate::problem) fn list_contact(all: &mut [Unknown], settings: &Settings) {
-    for (id, parameter) in [
-        (Id::Mu, Parameter::Mu),
-        (Id::MuS, Parameter::MuS),
-        (Id::E, Parameter::E),
-        (Id::FallB, Parameter::B),
-        (Id::FallC, Parameter::C),
-        (Id::Kappa, Parameter::Kappa),
-        (Id::ESlope, Parameter::ESlope),
-        (Id::MassRatio, Parameter::MassRatio),
-        (Id::RadiusRatio, Parameter::RadiusRatio),
-    ] {
+    for parameter in Parameter::ALL {
         let setting = &settings[parameter];
         let is_free = settings.has(parameter) && !setting.fixed;
         // where a search begins does not depend on what is stated
         let is_stated = parameter.is_of_balls() || !is_free;
         let start = if is_stated { setting.initial } else { parameter.default_setting().initial };
-        let unknown = &mut all[id as usize];
+        let unknown = &mut all[Id::from(parameter) as usize];
         unknown.start = start.clamp(setting.lower, setting.upper);
         unknown.bounds = [setting.lower, setting.upper];
         unknown.prior = setting.prior.map(|prior| Normal { mean: prior.mean, sd: prior.sd });

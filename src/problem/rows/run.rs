@@ -11,10 +11,9 @@ use super::table::Table;
 use crate::measurement::dataset::{Dataset, Shot};
 use crate::measurement::loss::Loss;
 use crate::measurement::observable::Observable;
-use crate::measurement::parameter::Parameter;
 use crate::physics::collision::FidelityChoice;
 use crate::problem::descent::{Descent, descend, descend_until};
-use crate::problem::film::causes::{self, Explained};
+use crate::problem::film::causes::{self, Refit};
 use crate::problem::findings::Finding;
 use crate::problem::intervals::{Determined, Intervals, Quantiles, Status, determine, errors_as_free};
 use crate::problem::minimise::descend_with_noise;
@@ -122,7 +121,7 @@ pub fn fit_rows(
     ));
     let is_auto = choices.fidelity == FidelityChoice::Auto;
     if let Some(explained) = explain(&table, &descent.end, policy).filter(|_| is_auto) {
-        findings.push(explained.finding);
+        findings.extend(explained.finding);
         (table.problem, descent) = (explained.problem, explained.descent);
     }
     let mut others = Vec::new();
@@ -228,6 +227,7 @@ fn finish(table: Table, found: Found, choices: &RowsChoices, policy: &Policy) ->
     }
     let names = vec![names];
     let mut solution = Solution {
+        evaluations: problem.count_evaluations(),
         problem,
         at,
         covariance: estimates,
@@ -237,7 +237,6 @@ fn finish(table: Table, found: Found, choices: &RowsChoices, policy: &Policy) ->
         misfit: f64::NAN,
         unit: 1.0,
         middle: [0.0; 2],
-        evaluations: descent.evaluations,
         converged,
     };
     let as_free =
@@ -251,7 +250,7 @@ fn finish(table: Table, found: Found, choices: &RowsChoices, policy: &Policy) ->
         others: &others,
         profiles: !(choices.without_profiles || is_robust),
     };
-    let ids = settings.parameters().into_iter().filter_map(id_of);
+    let ids = settings.parameters().into_iter().map(Id::from);
     let mut estimates: Vec<Determined> = ids.map(|id| known.estimate(id)).collect();
     known.judge_uninformed(&mut estimates);
     for estimate in &estimates {
@@ -270,7 +269,7 @@ fn finish(table: Table, found: Found, choices: &RowsChoices, policy: &Policy) ->
 
 /// Returns the refit with what explains residuals that the stated errors do not: another ratio of the
 /// masses, or a friction that falls with the slip.
-fn explain(table: &Table, at: &Evaluation, policy: &Policy) -> Option<Explained> {
+fn explain(table: &Table, at: &Evaluation, policy: &Policy) -> Option<Refit> {
     let mut wider = table.problem.clone();
     let rows = wider.rows()?;
     let dof = table.numbers() as f64 - wider.free().len() as f64;
@@ -306,11 +305,6 @@ fn find_minima(problem: &Problem, at: &Evaluation) -> Vec<Evaluation> {
         descend(problem, problem.evaluate(state), &free, MAX_STEPS).end
     };
     RowsBlock::GRID.iter().map(from).filter(|end| end.cost.is_finite()).collect()
-}
-
-/// Returns the unknown that stands for a parameter.
-fn id_of(parameter: Parameter) -> Option<Id> {
-    Id::ALL.into_iter().find(|id| id.name() == parameter.name())
 }
 
 /// Returns what is known of the noises that were estimated.

@@ -41,7 +41,7 @@ const KAPPAS: [f64; 4] = [0.5, 1.25, 2.5, 5.0];
 const LEAST_DOF: f64 = 3.0;
 
 /// A table as a problem.
-pub(in crate::problem) struct Table {
+pub(crate) struct Table {
     pub problem: Problem,
     /// Names of the shots that are fitted.
     pub names: Vec<String>,
