@@ -3,7 +3,7 @@
 use std::collections::BTreeMap;
 use std::time::Instant;
 
-use super::extracted_discs::{leave_out, with_equal_discs};
+use super::extracted_discs::{leave_out, with_usable_discs};
 use super::film::FittedFilm;
 use super::request::Request;
 use super::{Fit, FitError, Options, film_words, notes, of_discs, of_film, of_rows};
@@ -29,9 +29,9 @@ pub fn analyse(dataset: &Dataset, options: &Options) -> Analysis {
 /// every replicate of a bootstrap, from several threads.
 #[must_use]
 pub fn analyse_watched(dataset: &Dataset, options: &Options, done: &(dyn Fn() + Sync)) -> Analysis {
-    let mut own = dataset.clone();
-    let fits = fit_parts(&mut own, options, done);
-    Analysis { dataset: own, fits }
+    let mut dataset = dataset.clone();
+    let fits = fit_parts(&mut dataset, options, done);
+    Analysis { dataset, fits }
 }
 
 /// Fits a data set, or each label of its `[fit] by`, and gives it the shots of films.
@@ -40,29 +40,6 @@ fn fit_parts(
     options: &Options,
     done: &(dyn Fn() + Sync),
 ) -> Result<Vec<Fit>, FitError> {
-    check(dataset, options)?;
-    dataset.settings = options.falling.applied(dataset.settings);
-    let mut fits = Vec::new();
-    for (label, part) in parts(dataset) {
-        let begun = Instant::now();
-        let group = dataset.by.clone().zip(label);
-        let request = Request { dataset: &part, group: group.as_ref(), options, done };
-        let fit = if is_film_of_balls(&part) {
-            let (fit, impacts) = of_film::fit(request)?;
-            fit.frames.iter().for_each(|film| take_impacts(dataset, film, &impacts));
-            fit
-        } else if is_film_of_discs(&part) {
-            of_discs::fit(request)?
-        } else {
-            of_rows::fit(request)?
-        };
-        fits.push(Fit { seconds: begun.elapsed().as_secs_f64(), ..fit });
-    }
-    Ok(fits)
-}
-
-/// Checks that a data set can be fitted with these choices.
-fn check(dataset: &Dataset, options: &Options) -> Result<(), FitError> {
     let faults = options.faults();
     if !faults.is_empty() {
         return Err(FitError::Options(faults));
@@ -71,55 +48,82 @@ fn check(dataset: &Dataset, options: &Options) -> Result<(), FitError> {
     if !faults.is_empty() {
         return Err(FitError::Invalid { dataset: dataset.name.clone(), faults });
     }
-    Ok(())
+    dataset.settings = options.falling.applied(dataset.settings);
+    let mut fits = Vec::new();
+    for (label, part) in parts(dataset) {
+        let begun = Instant::now();
+        let group = dataset.by.clone().zip(label);
+        let request = Request { dataset: &part, group: group.as_ref(), options, done };
+        let fit = match film_of(&part) {
+            Some(Film::Balls) => {
+                let (fit, impacts) = of_film::fit(request)?;
+                fit.frames.iter().for_each(|film| take_impacts(dataset, film, &impacts));
+                fit
+            }
+            Some(Film::Discs) => of_discs::fit(request)?,
+            None => of_rows::fit(request)?,
+        };
+        fits.push(Fit { seconds: begun.elapsed().as_secs_f64(), ..fit });
+    }
+    Ok(fits)
 }
 
 /// Returns the parts of a data set with the label of its `[fit] by` that each has, in the order in which
 /// these first appear; `None` is that of a data set that is fitted as a whole, or has no shots.
 pub(crate) fn parts(dataset: &Dataset) -> Vec<(Option<String>, Dataset)> {
-    let whole = || vec![(None, dataset.clone())];
-    let Some(by) = &dataset.by else { return whole() };
-    let label = |labels: &BTreeMap<String, String>| labels.get(by).cloned().unwrap_or_default();
-    let tracks = dataset.tracks.iter().filter(|_| dataset.shots.is_empty());
-    let filmed = tracks.flat_map(|tracks| &tracks.shots).map(|shot| &shot.labels);
     let mut labels: Vec<String> = Vec::new();
-    for own in filmed.chain(dataset.shots.iter().map(|shot| &shot.labels)).map(label) {
-        if !labels.contains(&own) {
-            labels.push(own);
+    if let Some(by) = &dataset.by {
+        let tracks = dataset.tracks.iter().filter(|_| dataset.shots.is_empty());
+        let filmed = tracks.flat_map(|tracks| &tracks.shots).map(|shot| &shot.labels);
+        for own in filmed.chain(dataset.shots.iter().map(|shot| &shot.labels)) {
+            let label = own.get(by).cloned().unwrap_or_default();
+            if !labels.contains(&label) {
+                labels.push(label);
+            }
         }
     }
-    let part = |own: String| {
+    if labels.is_empty() {
+        return vec![(None, dataset.clone())];
+    }
+    let part = |label: String| {
         let mut part = dataset.clone();
-        part.shots.retain(|shot| label(&shot.labels) == own);
+        let has_label = |own: &BTreeMap<String, String>| {
+            let by = dataset.by.as_ref().and_then(|by| own.get(by));
+            by.map_or("", String::as_str) == label
+        };
+        part.shots.retain(|shot| has_label(&shot.labels));
         if let Some(tracks) = &mut part.tracks {
-            tracks.shots.retain(|shot| label(&shot.labels) == own);
+            tracks.shots.retain(|shot| has_label(&shot.labels));
         }
-        (Some(own), part)
+        (Some(label), part)
     };
-    if labels.is_empty() { whole() } else { labels.into_iter().map(part).collect() }
+    labels.into_iter().map(part).collect()
 }
 
-/// Returns whether a data set is a film of discs.
-fn is_film_of_discs(dataset: &Dataset) -> bool {
-    dataset.shots.is_empty() && dataset.tracks.as_ref().is_some_and(|tracks| tracks.discs.is_some())
+/// What a film shows whose impacts are to be found.
+enum Film {
+    Balls,
+    Discs,
 }
 
-/// Returns whether a data set is a film of balls whose impacts are to be found.
-fn is_film_of_balls(dataset: &Dataset) -> bool {
-    dataset.shots.is_empty()
-        && dataset.tracks.as_ref().is_some_and(|tracks| tracks.discs.is_none() && !tracks.shots.is_empty())
+/// Returns what the frames of a data set show; `None` if its impacts are known.
+fn film_of(dataset: &Dataset) -> Option<Film> {
+    let tracks = dataset.tracks.as_ref().filter(|_| dataset.shots.is_empty())?;
+    match tracks.discs {
+        Some(_) => Some(Film::Discs),
+        None => (!tracks.shots.is_empty()).then_some(Film::Balls),
+    }
 }
 
-/// Returns the impacts of a data set: those of footage as its frames show them whatever the law of the
-/// impact, what was found on the way among its notes, and the shots without one left out; other data
-/// as they are. With a film of balls and its fit.
+/// Returns a data set with what its frames show whatever the law of the impact: of a film of balls the impacts, with the fit of the
+/// film; of one of discs the shots that can be used. What was found on the way is among its notes, shots without an impact are left
+/// out. Other data are returned as they are.
 #[must_use]
 pub fn with_impacts(mut dataset: Dataset, done: &(dyn Fn() + Sync)) -> (Dataset, Option<FittedFilm>) {
-    if is_film_of_discs(&dataset) {
-        return (with_equal_discs(dataset), None);
-    }
-    if !is_film_of_balls(&dataset) {
-        return (dataset, None);
+    match film_of(&dataset) {
+        Some(Film::Balls) => {}
+        Some(Film::Discs) => return (with_usable_discs(dataset), None),
+        None => return (dataset, None),
     }
     let modelling = Modelling::of(&dataset);
     let solution = match fit_film(&dataset, &modelling, &Policy::default()) {
@@ -137,9 +141,7 @@ pub fn with_impacts(mut dataset: Dataset, done: &(dyn Fn() + Sync)) -> (Dataset,
     dataset.left_out.extend(film.solution.left_out.iter().cloned());
     take_impacts(&mut dataset, &film, &impacts);
     dataset.tracks.iter_mut().for_each(|tracks| tracks.notes.extend(sentences.iter().cloned()));
-    for _ in &impacts {
-        done();
-    }
+    impacts.iter().for_each(|_| done());
     (dataset, Some(film))
 }
 

@@ -29,13 +29,13 @@ written_by_name!(Counted);
 
 impl Counted {
     /// The kind of some observables.
-    pub(crate) fn of(observables: impl Iterator<Item = Observable>) -> Self {
+    pub(crate) fn of<'a>(observables: impl Iterator<Item = &'a Observable>) -> Self {
         let mut kind = Self::Angles;
         for observable in observables {
-            if Observable::IMPACTS.contains(&observable) {
+            if Observable::IMPACTS.contains(observable) {
                 return Self::Velocities;
             }
-            if Observable::DISCS.contains(&observable) {
+            if Observable::DISCS.contains(observable) {
                 kind = Self::Impulses;
             }
         }
@@ -54,6 +54,6 @@ impl Fit {
     /// The kind of the numbers that `residuals` lists and [`super::Goodness`] tests.
     #[must_use]
     pub fn tested(&self) -> Counted {
-        Counted::of(self.residuals.iter().map(|residual| residual.observable))
+        Counted::of(self.residuals.iter().map(|residual| &residual.observable))
     }
 }

@@ -3,14 +3,8 @@
 use super::camera::FoundCamera;
 use super::{film_words, notes};
 use crate::measurement::dataset::Dataset;
-use crate::measurement::parameter::{Parameter, Settings};
 use crate::measurement::track::TrackShot;
-use crate::physics::disc::Discs;
-use crate::problem::{DiscImpact, FilmError, MeasuredDiscs, Policy, ball, measure_discs};
-
-/// Largest friction that fits of discs try: rubber on rubber seldom has more, and what is around discs
-/// may be any material.
-const MOST_FRICTION: f64 = 2.0;
+use crate::problem::{DiscImpact, FilmError, MeasuredDiscs, Policy, Quantity, measure_discs};
 
 /// A film of discs with what was measured of its shots.
 #[derive(Clone, Debug)]
@@ -63,15 +57,15 @@ pub(super) fn leave_out(dataset: &mut Dataset, error: FilmError) {
     dataset.left_out.extend(reasons);
 }
 
-/// Returns a film of discs with the shots of equal discs that have the same restitution and friction, as
-/// far as fits use them.
-pub(super) fn with_equal_discs(dataset: Dataset) -> Dataset {
+/// Returns a film of discs with the shots that a fit can use.
+pub(super) fn with_usable_discs(dataset: Dataset) -> Dataset {
     let ExtractedDiscs { mut dataset, shots, .. } = extract_discs(dataset);
-    let Some(discs) = dataset.tracks.as_ref().and_then(|tracks| tracks.discs) else { return dataset };
-    allow_friction(&mut dataset.settings);
-    dataset.ball = ball(&discs, shots.first().map(|(_, impact)| impact.radii));
+    let Some(tracks) = &mut dataset.tracks else { return dataset };
+    tracks.shots.clear();
     let mut unseen = 0;
-    for (track, impact) in &shots {
+    for (track, impact) in shots {
+        let doubts = impact.doubts.iter();
+        tracks.notes.extend(doubts.map(|doubt| format!("Shot {} is doubtful: {doubt}.", track.name)));
         let fault = match &impact.stuck {
             Some(stuck) => Some(format!(
                 "{}. What is fitted describes discs that part again; \"caromfit extract\" gives the motion of this shot",
@@ -79,44 +73,20 @@ pub(super) fn with_equal_discs(dataset: Dataset) -> Dataset {
             )),
             None => impact.find_impossible_restitution(&Policy::default()).map(|doubt| doubt.to_string()),
         };
-        if let Some(fault) = fault {
-            dataset.left_out.push((track.name.clone(), fault));
-            continue;
+        match fault {
+            Some(fault) => dataset.left_out.push((track.name, fault)),
+            None => {
+                unseen += usize::from(impact.get(Quantity::SlipBefore).is_none());
+                tracks.shots.push(track);
+            }
         }
-        let shot = impact.shot(track, &dataset.ball);
-        unseen += usize::from(shot.after.len() == 1);
-        dataset.shots.push(shot);
     }
-    let said = doubts(&shots).chain(notes::rotation(unseen, dataset.shots.len()));
-    let said: Vec<String> = said.chain([about_fits(&discs)]).collect();
-    dataset.tracks.iter_mut().for_each(|tracks| tracks.notes.extend(said.iter().cloned()));
-    dataset
-}
-
-/// Lets the friction be that of any material if the data set states no bounds.
-pub(super) fn allow_friction(settings: &mut Settings) {
-    let mu = &mut settings[Parameter::Mu];
-    if *mu == Parameter::Mu.default_setting() {
-        mu.upper = MOST_FRICTION;
-    }
-}
-
-/// Returns a sentence of each thing that speaks against a shot.
-fn doubts(shots: &[(TrackShot, DiscImpact)]) -> impl Iterator<Item = String> {
-    let of_shot = |(track, impact): &(TrackShot, DiscImpact)| {
-        let name = track.name.clone();
-        let doubts: Vec<String> =
-            impact.doubts.iter().map(|doubt| format!("Shot {name} is doubtful: {doubt}.")).collect();
-        doubts
-    };
-    shots.iter().flat_map(of_shot)
-}
-
-fn about_fits(discs: &Discs) -> String {
-    let unit =
-        if discs.in_seconds { "" } else { " The frame rate is unknown: velocities are in m per frame." };
-    format!(
+    tracks.notes.extend(notes::rotation(unseen, tracks.shots.len()));
+    let knows_rate = tracks.discs.is_none_or(|discs| discs.in_seconds);
+    let unit = if knows_rate { "" } else { " The frame rate is unknown: velocities are in m per frame." };
+    tracks.notes.push(format!(
         "Discs: e and J_t/J_n of every shot are fitted, which are those of equal discs with the same slip and closing speed. Their own \
          velocities are in what \"caromfit extract\" writes.{unit}"
-    )
+    ));
+    dataset
 }

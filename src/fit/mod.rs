@@ -35,7 +35,6 @@ pub(crate) use diagnostics::refuted::mean as mean_of_shots;
 pub use diagnostics::refuted::{MeasuredRestitution, Refuted};
 pub use diagnostics::trends::{Trend, Variable};
 pub use disc_curve::FrictionCurve;
-pub use doubts::Doubt;
 pub use error::FitError;
 pub use estimate::{Estimate, Intervals};
 pub use extracted_discs::{ExtractedDiscs, extract_discs};

@@ -94,8 +94,19 @@ impl Dataset {
 
     /// Returns the object ball, with what is known of its mass and radius; `None` for discs.
     fn object_ball(&self) -> Option<ObjectBall> {
-        let is_of_discs = self.tracks.as_ref().is_some_and(|tracks| tracks.discs.is_some());
-        (!is_of_discs).then(|| self.object.unwrap_or(ObjectBall::unweighed(self.ball)))
+        (!self.is_of_discs()).then(|| self.object.unwrap_or(ObjectBall::unweighed(self.ball)))
+    }
+
+    /// Returns whether discs were filmed, and not balls.
+    pub(crate) fn is_of_discs(&self) -> bool {
+        self.tracks.as_ref().is_some_and(|tracks| tracks.discs.is_some())
+    }
+
+    /// Returns the number of shots that a fit can use, once the impacts of films were found.
+    #[must_use]
+    pub fn count_usable(&self) -> usize {
+        let filmed = self.tracks.iter().filter(|tracks| tracks.discs.is_some());
+        filmed.map(|tracks| tracks.shots.len()).next().unwrap_or(self.shots.len())
     }
 
     /// Returns the settings of its fit, with what is known of the masses and radii of both balls.

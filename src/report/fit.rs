@@ -100,11 +100,10 @@ pub(super) fn of_labels(fits: &[Fit], folders: &[String]) -> Report {
 fn camera(fit: &Fit) -> Option<Section> {
     let found = fit.camera.as_ref().filter(|found| !found.corrections.is_empty())?;
     let rows = found.corrections.iter().map(|correction| {
-        let adopted = if correction.adopted { "corrected" } else { "not called for" };
         let value = with_error(correction.value, correction.std_error);
-        vec![correction.which.words().to_owned(), value, adopted.to_owned()]
+        vec![correction.which.words().to_owned(), value]
     });
-    let mut blocks = vec![Block::Table(Table::new(["", "found", ""], rows))];
+    let mut blocks = vec![Block::Table(Table::new(["", "found"], rows))];
     let alt = "How far positions were moved";
     blocks.extend(plot::camera::figure(found).map(|figure| Block::figure(alt, figure)));
     Some(Section::new(

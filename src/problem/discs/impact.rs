@@ -3,17 +3,14 @@
 use nalgebra::SVector;
 use statrs::distribution::{ContinuousCDF, Normal};
 
-use super::equal::Equal;
 use super::frames::Centre;
 use super::motion::{COEFFICIENTS, Paths};
 use super::quantities::Quantity;
 use super::stick::Stuck;
 use crate::extraction::{Bodies, Unusable};
-use crate::measurement::dataset::{Measured, Shot};
+use crate::measurement::dataset::Measured;
 use crate::measurement::number::with_error;
-use crate::measurement::track::TrackShot;
 use crate::numerics::median;
-use crate::physics::ball::Ball;
 use crate::physics::disc::Discs;
 use crate::problem::film::camera::{Camera, Point};
 use crate::problem::policy::Policy;
@@ -59,7 +56,6 @@ pub struct DiscImpact {
     pub stuck: Option<Stuck>,
     /// What speaks against these numbers.
     pub doubts: Vec<Doubt>,
-    pub(super) equal: Equal,
     pub(super) paths: PicturePaths,
 }
 
@@ -132,12 +128,6 @@ impl DiscImpact {
     #[must_use]
     pub fn place(&self, disc: usize, time: f64) -> [f64; 2] {
         self.paths.place(disc, time)
-    }
-
-    /// Returns the shot of equal discs that has the same restitution and friction; `ball` is either.
-    #[must_use]
-    pub fn shot(&self, track: &TrackShot, ball: &Ball) -> Shot {
-        self.equal.shot(track, ball)
     }
 
     /// Returns whether the frames are far off the paths of any single collision.

@@ -384,7 +384,6 @@ pub(super) fn impacts(
             radii: paths.impact.radii.map(|radius| radius.re),
             stuck,
             doubts: Vec::new(),
-            equal: known.equal(&inputs),
             paths: PicturePaths::new(&paths, own[own::TIME], camera.clone(), (film.unit, film.middle)),
         })
     };

@@ -55,11 +55,6 @@ impl InputCovariance {
     pub fn variance(&self, by: &Gradient) -> f64 {
         by.dot(&(self.0 * by)).max(0.0)
     }
-
-    /// Returns the covariance of what has these gradients, in its rows.
-    pub fn covariance<const N: usize>(&self, by: &SMatrix<f64, N, INPUTS>) -> SMatrix<f64, N, N> {
-        by * self.0 * by.transpose()
-    }
 }
 
 /// A disc slower than this part of the relative speed counts as at rest: its deceleration goes to 0

@@ -94,8 +94,6 @@ pub struct FitDocument {
     pub shots_used: usize,
     /// Shots that were left out.
     pub shots_rejected: Vec<Rejected>,
-    /// Shots that were used though something about them is wrong.
-    pub shots_doubtful: Vec<Rejected>,
     /// Of discs: standard deviations between shots beyond the errors of their frames, which the errors of the parameters include.
     #[serde(skip_serializing_if = "Option::is_none", skip_deserializing)]
     pub scatter: Option<Scatter>,
@@ -230,9 +228,6 @@ pub struct FilmEntry {
     /// Its standard error, same unit.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub std_error: Option<f64>,
-    /// Whether it is applied.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub adopted: Option<bool>,
     /// Of dropped_frames: number of shots in which frames were dropped.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub shots: Option<usize>,

@@ -55,7 +55,6 @@ impl From<&Fit> for FitDocument {
             diagnostics: fit.diagnostics.clone(),
             shots_used: fit.shots_used,
             shots_rejected: fit.shots_rejected.clone(),
-            shots_doubtful: Vec::new(),
             scatter: fit.scatter.filter(|scatter| scatter.is_estimated),
             converged: fit.converged,
             termination: fit.termination.clone(),
@@ -127,19 +126,18 @@ impl From<&fit::Refuted> for Refuted {
 
 /// Returns the camera as it was fitted, and what else was found of a film.
 fn film(found: &FoundCamera) -> ByName<FilmEntry> {
-    let correction = |value: f64, std_error: f64, adopted: bool| FilmEntry {
+    let correction = |value: f64, std_error: f64| FilmEntry {
         estimate: finite(value),
         std_error: finite(std_error),
-        adopted: Some(adopted),
         ..FilmEntry::default()
     };
     let mut film = ByName::new();
     let mut add = |name: &str, entry: FilmEntry| film.insert(name.to_owned(), entry);
-    for FoundCorrection { which, value, std_error, adopted } in &found.corrections {
-        add(which.name(), correction(*value, *std_error, *adopted));
+    for FoundCorrection { which, value, std_error, .. } in &found.corrections {
+        add(which.name(), correction(*value, *std_error));
     }
     if let Some(noise) = found.noise_correlation {
-        add("noise_correlation", correction(noise, f64::NAN, true));
+        add("noise_correlation", correction(noise, f64::NAN));
     }
     add("resolution_m", FilmEntry { estimate: Some(0.0), ..FilmEntry::default() });
     let [shots, drops] = found.drops.map(Some);

@@ -40,7 +40,7 @@ impl CheckDocument {
         Self {
             made: Made::default(),
             dataset: dataset.name.clone(),
-            shots: dataset.shots.len(),
+            shots: dataset.count_usable(),
             notes: dataset.notes().cloned().collect(),
             left_out: left_out(dataset),
             findings: findings.to_vec(),
