@@ -287,8 +287,9 @@ fn of_shot(shot: &Shot, fps: Option<f64>) -> Vec<(Kind, String)> {
             }
             if let Some((object, cue)) = object.zip(velocity(Observable::CueVelocity)) {
                 let ratio = (size(object).powi(2) + size(cue).powi(2)) / (speed * speed);
-                let text =
-                    format!("the balls have {ratio:.2} times the cue ball's energy of motion after the impact");
+                let text = format!(
+                    "the balls have {ratio:.2} times the cue ball's energy of motion after the impact"
+                );
                 found.extend((ratio > MOST_RATIO).then_some((Kind::Energy, text)));
             }
         }

@@ -102,8 +102,8 @@ impl Fit {
             .or_else(|| self.wrong_footage());
         // any other is of balls that are confused
         let measured = refuted.restitution.filter(|e| (0.0..=1.0).contains(&e.value));
-        let measured =
-            measured.map(|e| format!(" Measured without the model: e = {}.{see}", with_error(e.value, e.std_error)));
+        let measured = measured
+            .map(|e| format!(" Measured without the model: e = {}.{see}", with_error(e.value, e.std_error)));
         Some(format!(
             "No collision of {what} describes these shots: χ²/dof is {}, where 1 is expected.{}{}",
             plain(refuted.reduced_chi2, 3),
@@ -144,9 +144,7 @@ impl Fit {
                 "Only {used} of {all} shots could be used; the first that was left out is shot {shot}: {reason}."
             ))
         } else {
-            warning(format!(
-                "{left_out} of {all} shots were not used; the first is shot {shot}: {reason}."
-            ))
+            warning(format!("{left_out} of {all} shots were not used; the first is shot {shot}: {reason}."))
         })
     }
 

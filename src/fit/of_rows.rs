@@ -69,8 +69,7 @@ impl OfRows<'_> {
         let is_known = |observable| self.noise_of(observable).is_none_or(|noise| noise.is_known);
         let mut fit = self.common.bare(estimates, as_free, is_known);
         for rejected in &mut fit.shots_rejected {
-            let is_lost =
-                |finding: &Finding| matches!(finding, Finding::LostShots { names } if names.contains(&rejected.shot));
+            let is_lost = |finding: &Finding| matches!(finding, Finding::LostShots { names } if names.contains(&rejected.shot));
             if solution.findings.iter().any(is_lost) {
                 rejected.reason.push_str(&self.worst(&rejected.shot).unwrap_or_default());
             }
