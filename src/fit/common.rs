@@ -10,8 +10,8 @@ use super::deviations::residuals;
 use super::diagnostics::goodness::normality_of;
 use super::diagnostics::identifiability::identify;
 use super::diagnostics::trends::IMPROBABLE;
+use super::error::{Request, rejected};
 use super::intervals::bootstrap::{self, Bootstrap};
-use super::request::{Request, rejected};
 use super::{
     Computed, Counted, Diagnostics, Estimate, Fit, Goodness, Influence, Noise, NoiseVerdict, Options,
     Rejected, Residual, Robust, Trend, film_words,

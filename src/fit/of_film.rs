@@ -3,9 +3,9 @@
 use super::camera::FoundCamera;
 use super::common::{Fitted, Tested};
 use super::deviations::trends;
+use super::error::Request;
 use super::film::FittedFilm;
 use super::intervals::regions::contours;
-use super::request::Request;
 use super::{
     Bound, Depth, Diagnostics, Estimate, Fit, FitError, Intervals, JointFit, Status, film_words, notes,
 };

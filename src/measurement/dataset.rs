@@ -199,16 +199,17 @@ impl Shot {
             value,
             sd: normal_sd.map(|sd| sd * across.abs().max(1e-12)),
         };
-        let of = |observable: fn(Axis) -> Observable, velocity: [Measured; 2]| {
-            [Axis::X, Axis::Y]
-                .into_iter()
-                .zip(velocity)
-                .map(move |(axis, measured)| Measurement { observable: observable(axis), measured })
-        };
         let before = Before::Impact { normal: [component(nx, ny), component(ny, nx)], velocity: before };
-        let after =
-            of(Observable::CueVelocity, cue_after).chain(of(Observable::ObjectVelocity, object_after));
-        Self::new(name, before, spin, after.collect())
+        let mut after = Vec::new();
+        for (i, axis) in [Axis::X, Axis::Y].into_iter().enumerate() {
+            after.push(Measurement { observable: Observable::CueVelocity(axis), measured: cue_after[i] });
+            after.push(Measurement {
+                observable: Observable::ObjectVelocity(axis),
+                measured: object_after[i],
+            });
+        }
+        after.sort_by_key(|row| row.observable);
+        Self::new(name, before, spin, after)
     }
 
     /// Makes the side spin of a shot that is stated as stun or natural roll uncertain: `sd` is the

@@ -10,7 +10,7 @@ use schemars::JsonSchema;
 use serde::Serialize;
 use statrs::distribution::{ChiSquared, ContinuousCDF};
 
-use crate::fit::request::Request;
+use crate::fit::error::Request;
 use crate::measurement::dataset::{Dataset, Shot};
 use crate::measurement::parameter::{Parameter, Settings};
 use crate::measurement::written::{self, ByParameter};
