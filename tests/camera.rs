@@ -106,7 +106,7 @@ fn the_height_of_the_camera_is_found_from_balls_that_hop() {
 
 pub(crate) fn fitted(dataset: Dataset) -> (Fit, FoundCamera) {
     let options = Options { depth: Depth::Estimates, ..options::of_fit() };
-    let fit = fit::analyse(&dataset, &options).fits.unwrap().remove(0);
+    let fit = fit::fit(&dataset, &options).unwrap().remove(0);
     assert_eq!(fit.method_name(), "joint");
     let found = fit.camera.clone().unwrap();
     (fit, found)
@@ -358,7 +358,7 @@ fn intervals_hold_with_the_camera_free() {
     for (what, film) in kinds {
         let one = |seed: u64| {
             let options = Options { depth: Depth::Intervals, ..options::of_fit() };
-            fit::analyse(&film(8000 + seed), &options).fits.unwrap().remove(0)
+            fit::fit(&film(8000 + seed), &options).unwrap().remove(0)
         };
         let fits: Vec<Fit> = (0..sets).into_par_iter().map(one).collect();
         for (parameter, truth) in Parameter::COEFFICIENTS.into_iter().zip(TRUTH) {
@@ -433,6 +433,6 @@ fn an_askew_camera_keeps_its_affine_part() {
     let mut few = askew(5, 0.1);
     let tracks = few.tracks.as_mut().unwrap();
     (tracks.from_balls, tracks.scale_sd) = (true, None);
-    let fit = fit::analyse(&few, &options).fits.unwrap().remove(0);
+    let fit = fit::fit(&few, &options).unwrap().remove(0);
     assert!(fit.explanations.iter().all(|found| found.adopted), "{:?}", fit.explanations);
 }

@@ -32,7 +32,7 @@ fn footage(played: Played, told: Spin, seed: u64) -> Dataset {
 
 fn fitted(dataset: Dataset) -> Fit {
     let options = Options { depth: Depth::Everything, ..options::of_fit() };
-    fit::analyse(&dataset, &options).fits.unwrap().remove(0)
+    fit::fit(&dataset, &options).unwrap().remove(0)
 }
 
 /// What is named first, if anything.
@@ -186,7 +186,7 @@ fn side_spin_that_nobody_saw_does_not_move_the_friction() {
             }
             dataset.side_sd = SPREAD;
             let options = Options { depth: Depth::Estimates, ..options::of_fit() };
-            let fit = fit::analyse(&dataset, &options).fits.unwrap().remove(0);
+            let fit = fit::fit(&dataset, &options).unwrap().remove(0);
             let estimate = fit.estimates[Parameter::Mu as usize];
             (estimate.value - TRUTH[0]) / estimate.std_error.unwrap()
         };

@@ -91,8 +91,7 @@ fn a_mass_that_was_weighed_is_fitted_with_its_error() {
         let mass_sd = Some([0.0, WEIGHED * weighed.mass.powi(2) / Ball::POOL.mass]);
         dataset.object = Some(ObjectBall { mass_sd, ..ObjectBall::exact(weighed) });
         let options = Options { fidelity: FidelityChoice::Auto, ..options::of_fit() };
-        let analysis = caromfit::analyse(&dataset, &options);
-        let fit = analysis.fits.unwrap().remove(0);
+        let fit = fit(&dataset, &options).unwrap().remove(0);
         is_right(&fit, Parameter::MassRatio, RATIO);
         is_right(&fit, Parameter::Mu, TRUTH[0]);
         is_right(&fit, Parameter::E, TRUTH[2]);

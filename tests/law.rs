@@ -87,8 +87,7 @@ fn frames_tell_a_falling_friction() {
     let options = Options { falling: Falling::Fitted, depth: Depth::Estimates, ..options::of_fit() };
     for seed in 0..3 {
         let spec = Spec { kind: Kind::Tracks, ..spec(seed, [0.7, 4.0]) };
-        let fit = fit::analyse(&made(&spec, Fidelity::Full, LAW), &options);
-        let fit = fit.fits.unwrap().remove(0);
+        let fit = fit::fit(&made(&spec, Fidelity::Full, LAW), &options).unwrap().remove(0);
         assert_eq!(fit.method_name(), "joint");
         check_estimates(&fit);
     }

@@ -26,7 +26,7 @@ fn film(truth: Truth, seed: u64) -> Vec<TrackShot> {
 
 fn fitted(film: Vec<TrackShot>, loss: Loss) -> Fit {
     let options = Options { loss: Some(loss), depth: Depth::Estimates, ..options::of_fit() };
-    fit::analyse(&dataset(film), &options).fits.unwrap().remove(0)
+    fit::fit(&dataset(film), &options).unwrap().remove(0)
 }
 
 fn pull(fit: &Fit, parameter: Parameter) -> f64 {

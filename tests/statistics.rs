@@ -267,7 +267,7 @@ fn the_bootstrap_scatters_as_the_errors_say() {
     let done = || {
         count.fetch_add(1, std::sync::atomic::Ordering::Relaxed);
     };
-    let fit = fit::analyse_watched(&dataset, &options, &done).fits.unwrap().remove(0);
+    let fit = fit::fit_watched(&dataset, &options, &done).unwrap().remove(0);
     assert_eq!(count.into_inner(), 300);
     let bootstrap = fit.diagnostics.bootstrap.clone().unwrap();
     assert_eq!((bootstrap.failed, bootstrap.estimates.len()), (0, 3));

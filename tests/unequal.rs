@@ -39,7 +39,7 @@ fn weighed(kind: Kind, seed: u64) -> Spec {
 
 fn analysed(dataset: Dataset) -> Fit {
     let options = Options { fidelity: FidelityChoice::Auto, ..Options::default() };
-    caromfit::analyse(&dataset, &options).fits.unwrap().remove(0)
+    caromfit::fit::fit(&dataset, &options).unwrap().remove(0)
 }
 
 fn is_right(fit: &Fit, parameter: Parameter, truth: f64) {

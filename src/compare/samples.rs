@@ -7,7 +7,7 @@ use super::findings::Finding;
 use super::quantity::{Options, Quantity};
 use super::result::SampleSummary;
 use crate::fit::film_words::sentence;
-use crate::fit::{self, Depth, FitError, analyse_watched};
+use crate::fit::{self, Depth, FitError};
 use crate::measurement::dataset::Dataset;
 use crate::measurement::parameter::Settings;
 use crate::problem::{self, Solution};
@@ -103,7 +103,7 @@ impl<'a> Samples<'a> {
         let sample = self.summaries.len();
         let Options { fidelity, loss, .. } = *self.options;
         let choices = fit::Options { fidelity, loss, depth: Depth::Estimates, ..fit::Options::default() };
-        let (shots_used, shots_rejected) = match analyse_watched(&dataset, &choices, done).fits {
+        let (shots_used, shots_rejected) = match fit::fit_watched(&dataset, &choices, done) {
             Ok(mut fits) => {
                 let fit = fits.remove(0);
                 for finding in &fit.findings {

@@ -10,36 +10,25 @@ use super::{Fit, FitError, Options, film_words, notes, of_discs, of_film, of_row
 use crate::measurement::dataset::{Dataset, Measured};
 use crate::measurement::track::TrackShot;
 use crate::problem::{
-    DiscImpact, FilmError, Id, Impact, MeasuredDiscs, Modelling, Policy, Quantity, fit_film, measure_discs,
+    DiscImpact, FilmError, Id, MeasuredDiscs, Modelling, Policy, Quantity, fit_film, measure_discs,
 };
 
-/// A data set and its fits.
-#[non_exhaustive]
-pub struct Analysis {
-    /// The data set with its impacts; footage of discs as it was corrected.
-    pub dataset: Dataset,
-    /// The fit, or one for each label that is fitted apart.
-    pub fits: Result<Vec<Fit>, FitError>,
+/// Fits a data set of any kind, as `caromfit fit` does, of films all frames at once, with the camera: one fit, or one for each label of
+/// the column that `[fit] by` names, in the order in which the labels first appear.
+///
+/// # Errors
+/// See [`FitError`]; the first label that fails ends it.
+pub fn fit(dataset: &Dataset, options: &Options) -> Result<Vec<Fit>, FitError> {
+    fit_watched(dataset, options, &|| ())
 }
 
-/// Fits a data set of any kind, as `caromfit fit` does: of films all frames at once, with the camera.
-#[must_use]
-pub fn analyse(dataset: &Dataset, options: &Options) -> Analysis {
-    analyse_watched(dataset, options, &|| ())
-}
-
-/// Fits a data set as [`analyse`] does and reports progress: `done` is called after every shot of a film and
+/// Fits a data set as [`fit`] does and reports progress: `done` is called after every shot of a film and
 /// every replicate of a bootstrap, from several threads.
-#[must_use]
-pub fn analyse_watched(dataset: &Dataset, options: &Options, done: &(dyn Fn() + Sync)) -> Analysis {
-    let mut dataset = dataset.clone();
-    let fits = fit_parts(&mut dataset, options, done);
-    Analysis { dataset, fits }
-}
-
-/// Fits a data set, or each label of its `[fit] by`, and gives it the shots of films.
-fn fit_parts(
-    dataset: &mut Dataset,
+///
+/// # Errors
+/// As [`fit`].
+pub fn fit_watched(
+    dataset: &Dataset,
     options: &Options,
     done: &(dyn Fn() + Sync),
 ) -> Result<Vec<Fit>, FitError> {
@@ -51,18 +40,14 @@ fn fit_parts(
     if !faults.is_empty() {
         return Err(FitError::Invalid { dataset: dataset.name.clone(), faults });
     }
-    dataset.settings = options.falling.applied(dataset.settings);
     let mut fits = Vec::new();
-    for (label, part) in parts(dataset) {
+    for (label, mut part) in parts(dataset) {
         let begun = Instant::now();
+        part.settings = options.falling.applied(part.settings);
         let group = dataset.by.clone().zip(label);
         let request = Request { dataset: &part, group: group.as_ref(), options, done };
         let fit = match film_of(&part) {
-            Some(Film::Balls) => {
-                let (fit, impacts) = of_film::fit(request)?;
-                fit.frames.iter().for_each(|film| take_impacts(dataset, film, &impacts));
-                fit
-            }
+            Some(Film::Balls) => of_film::fit(request)?,
             Some(Film::Discs) => of_discs::fit(request)?,
             None => of_rows::fit(request)?,
         };
@@ -142,18 +127,14 @@ pub fn with_impacts(mut dataset: Dataset, done: &(dyn Fn() + Sync)) -> (Dataset,
     let sentences = findings.filter_map(|finding| film_words::sentence(finding, Some(&film)));
     let sentences: Vec<String> = sentences.chain(notes::unknown_spins(&film)).collect();
     dataset.left_out.extend(film.solution.left_out.iter().cloned());
-    take_impacts(&mut dataset, &film, &impacts);
-    dataset.tracks.iter_mut().for_each(|tracks| tracks.notes.extend(sentences.iter().cloned()));
-    impacts.iter().for_each(|_| done());
-    (dataset, Some(film))
-}
-
-/// Gives a data set the shots of a film, and what it tells of the cloth.
-fn take_impacts(dataset: &mut Dataset, film: &FittedFilm, impacts: &[Impact]) {
     let measured = |id| film.shared(id).map(|(value, sd)| Measured::new(value, sd));
-    dataset.sliding = measured(Id::MuK);
-    dataset.rolling = measured(Id::MuR);
+    (dataset.sliding, dataset.rolling) = (measured(Id::MuK), measured(Id::MuR));
     dataset.shots.extend(impacts.iter().map(|impact| impact.shot.clone()));
+    dataset.tracks.iter_mut().for_each(|tracks| tracks.notes.extend(sentences.iter().cloned()));
+    for _ in &impacts {
+        done();
+    }
+    (dataset, Some(film))
 }
 
 /// A film of discs with what was measured of its shots.

@@ -152,7 +152,9 @@ pub(crate) fn suspicious(
     }
     let fps = dataset.tracks.as_ref().and_then(|tracks| tracks.fps);
     for shot in shots {
-        of_shot(shot, fps).into_iter().for_each(|(kind, text)| add(Some(&shot.name), kind, text));
+        for (kind, text) in of_shot(shot, fps) {
+            add(Some(&shot.name), kind, text);
+        }
     }
     all
 }

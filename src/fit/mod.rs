@@ -20,7 +20,7 @@ mod options;
 mod result;
 mod verdict;
 
-pub use analysis::{Analysis, ExtractedDiscs, analyse, analyse_watched, extract_discs, with_impacts};
+pub use analysis::{ExtractedDiscs, extract_discs, fit, fit_watched, with_impacts};
 pub use camera::{FoundCamera, FoundCorrection};
 pub use diagnostics::goodness::{Goodness, Influence, NoiseVerdict, Normality};
 pub use diagnostics::identifiability::{Combination, Identifiability};
@@ -43,14 +43,3 @@ pub use result::{
 pub use verdict::{Grade, Verdict};
 
 pub use crate::problem::Status;
-
-use crate::measurement::dataset::Dataset;
-
-/// Fits a data set of any kind, as [`analyse`] does: one fit, or one for each label of the column that `[fit] by` names, in the
-/// order in which the labels first appear.
-///
-/// # Errors
-/// See [`FitError`]; the first label that fails ends it.
-pub fn fit(dataset: &Dataset, options: &Options) -> Result<Vec<Fit>, FitError> {
-    analyse(dataset, options).fits
-}

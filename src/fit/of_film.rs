@@ -16,7 +16,7 @@ use crate::measurement::track::TrackShot;
 use crate::measurement::values::Values;
 use crate::physics::collision::{FidelityChoice, Model};
 use crate::physics::friction_law::Law;
-use crate::problem::{Id, Impact, Modelling, Offsets, Policy, RowsError, Solution, fit_film};
+use crate::problem::{Id, Modelling, Offsets, Policy, RowsError, Solution, fit_film};
 
 /// Normal quantile of 95 % intervals.
 const WIDE: f64 = 1.96;
@@ -24,8 +24,8 @@ const WIDE: f64 = 1.96;
 /// Topspin over natural roll from which on the cloth carries the object ball enough to be seen.
 const TOPSPIN: f64 = 0.1;
 
-/// Fits all frames of a film; returns the fit with the impacts.
-pub(super) fn fit(request: Request) -> Result<(Fit, Vec<Impact>), FitError> {
+/// Fits all frames of a film.
+pub(super) fn fit(request: Request) -> Result<Fit, FitError> {
     let Request { dataset, options, done, .. } = request;
     let (model, settings) = fitted_with(&request)?;
     let is_auto = options.fidelity == FidelityChoice::Auto;
@@ -45,8 +45,10 @@ pub(super) fn fit(request: Request) -> Result<(Fit, Vec<Impact>), FitError> {
     let has_topspin = film.solution.topspins().iter().any(|(_, topspin)| *topspin > TOPSPIN);
     let of_film = notes::of_film(&fit, &film);
     notes::comment(&mut fit, dataset, &shots, has_topspin, of_film);
-    impacts.iter().for_each(|_| done());
-    Ok((fit, impacts))
+    for _ in &impacts {
+        done();
+    }
+    Ok(fit)
 }
 
 /// Returns the model and the settings that the shots of a data set are fitted with.
