@@ -14,12 +14,7 @@ use rayon::prelude::*;
 
 use crate::frames::count;
 use crate::options;
-use crate::synthetic::{made, made_with, spec};
-
-const TRUTH: [f64; 3] = [0.05, 0.3, 0.94];
-
-/// Standard errors by which a value may be off: one in 370 is by chance, and two dozen are looked at.
-const ERRORS: f64 = 3.5;
+use crate::synthetic::{ERRORS, TRUTH, made, made_with, spec};
 
 /// Footage of shots that are told to have this spin, whatever they had.
 fn footage(played: Played, told: Spin, seed: u64) -> Dataset {

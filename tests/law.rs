@@ -10,7 +10,6 @@ use caromfit::measurement::parameter::Parameter;
 use caromfit::physics::ball::Ball;
 use caromfit::physics::collision::{Fidelity, Model};
 use caromfit::physics::friction_law::Law;
-use caromfit::simulate;
 use caromfit::simulate::{Kind, Noise, Played, Shots, Spec, Truth};
 
 use crate::frames::count;
@@ -194,9 +193,7 @@ fn alciatores_throw_gives_a_falling_friction() {
 fn from_end_to_end() {
     let folder = tempfile::tempdir().unwrap();
     let model = Model { law: LAW, ..Model::new(Fidelity::Full, Ball::POOL) };
-    for (name, content) in simulate::generate_with(&spec(7, [0.5, 5.0]), &model).unwrap() {
-        std::fs::write(folder.path().join(name), content).unwrap();
-    }
+    synthetic::write(&spec(7, [0.5, 5.0]), &model, folder.path());
     let manifest = folder.path().join("dataset.toml");
     let text = std::fs::read_to_string(&manifest).unwrap();
     let run = |fit: &str, more: &[&str]| {

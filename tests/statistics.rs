@@ -204,7 +204,7 @@ fn a_robust_loss_lists_the_wrong_shots_and_keeps_to_the_others() {
         assert!(fit.converged, "{}", fit.termination);
         let robust = fit.diagnostics.robust.as_ref().unwrap();
         let mut listed: Vec<&str> =
-            robust.weights.iter().filter(|(_, w)| *w < 0.4).map(|(shot, _)| shot.as_str()).collect();
+            robust.weights.iter().filter(|one| one.weight < 0.4).map(|one| one.shot.as_str()).collect();
         listed.sort_unstable();
         assert_eq!(listed, ["1", "11", "21", "31"], "{:?}", robust.weights);
         for (estimate, truth) in fit.estimates.iter().zip([0.05, 0.3, 0.94]) {

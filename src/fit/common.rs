@@ -14,7 +14,7 @@ use super::error::{Request, rejected};
 use super::intervals::bootstrap::{self, Bootstrap};
 use super::{
     Computed, Counted, Diagnostics, Estimate, Fit, Goodness, Influence, Noise, NoiseVerdict, Options,
-    Rejected, Residual, Robust, Trend, film_words,
+    Rejected, Residual, Robust, Trend, Weight, film_words,
 };
 use crate::measurement::loss::Loss;
 use crate::measurement::observable::Observable;
@@ -191,12 +191,12 @@ impl Fitted<'_> {
     /// Returns how a robust loss weighted the shots; `None` by least squares.
     fn robust(&self) -> Option<Robust> {
         let weights = self.solution.weights();
-        let names = self.solution.names[0].iter();
-        let mut weights: Vec<(String, f64)> =
-            names.cloned().zip(weights).filter(|(_, weight)| *weight < 1.0).collect();
-        weights.sort_by(|a, b| a.1.total_cmp(&b.1));
+        let weights = self.solution.names[0].iter().cloned().zip(weights);
+        let weights = weights.map(|(shot, weight)| Weight { shot, weight });
+        let mut weights: Vec<Weight> = weights.filter(|shot| shot.weight < 1.0).collect();
+        weights.sort_by(|a, b| a.weight.total_cmp(&b.weight));
         let loss = self.request.options.loss.unwrap_or(self.request.dataset.loss);
-        (loss != Loss::Squares).then_some(Robust { loss, weights })
+        (loss != Loss::Squares).then(|| Robust::new(loss, weights))
     }
 
     /// Returns Cook's distance above which a shot is influential: the median of F(p, n − p) of `n` numbers.

@@ -38,7 +38,7 @@ pub use of_discs::FrictionCurve;
 pub use options::{Depth, Falling, Options};
 pub use result::{
     Bound, Computed, DOWN_WEIGHTED, Diagnostics, Explanation, Fit, JointFit, Noise, Rejected, Residual,
-    Robust, Scatter,
+    Robust, Scatter, Weight,
 };
 pub use verdict::{Grade, Verdict};
 

@@ -120,7 +120,7 @@ fn robust(fit: &Fit) -> Option<String> {
         "Outlying shots count less ({} loss); {} of {} have a weight below {DOWN_WEIGHTED}. χ² is weighted, and \
          the errors are honest ones from the scatter of the shots (sandwich), whatever their noise.",
         robust.loss.name(),
-        robust.weights.iter().filter(|(_, weight)| *weight < DOWN_WEIGHTED).count(),
+        robust.weights.iter().filter(|shot| shot.weight < DOWN_WEIGHTED).count(),
         fit.shots_used
     ))
 }
