@@ -57,12 +57,12 @@
 ```
 use std::path::Path;
 
-use caromfit::fit::{Grade, Options};
-use caromfit::{analyse, io};
+use caromfit::fit::{self, Grade, Options};
+use caromfit::io;
 
 // one entry for every kind of data: films of balls, films of discs, tables
 let dataset = io::load(Path::new("data/domenech-2023"))?;
-for fit in analyse(&dataset, &Options::default()).fits? {
+for fit in fit::fit(&dataset, &Options::default())? {
     let verdict = fit.verdict();
     println!("{}: {}", verdict.grade.name(), verdict.sentence);
     let mu = fit.mu().ok_or("no μ")?;
@@ -71,7 +71,7 @@ for fit in analyse(&dataset, &Options::default()).fits? {
 # Ok::<(), Box<dyn std::error::Error>>(())
 ```
 
-The defaults of [`fit::Options`] and [`compare::Options`] are what the program does. [`analyse_watched`] is for those who show how far
+The defaults of [`fit::Options`] and [`compare::Options`] are what the program does. [`fit::fit_watched`] is for those who show how far
 it is. A film of a program's own is made by [`TrackShot::new`](measurement::track::TrackShot::new) and
 [`Dataset::filmed`](measurement::dataset::Dataset::filmed), measured impacts by
 [`Shot::impact`](measurement::dataset::Shot::impact) and [`Dataset::new`](measurement::dataset::Dataset::new). With the feature
@@ -172,6 +172,3 @@ pub mod report;
 pub mod simulate;
 #[cfg(feature = "io")]
 pub mod studies;
-
-#[cfg(feature = "fit")]
-pub use fit::{analyse, analyse_watched};

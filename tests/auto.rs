@@ -12,10 +12,7 @@ use caromfit::simulate::{Kind, Noise, Played, Spec};
 
 use crate::frames::count;
 use crate::options;
-use crate::synthetic::{made_with, spec};
-
-/// Of the specifications.
-const TRUTH: [f64; 3] = [0.05, 0.3, 0.94];
+use crate::synthetic::{TRUTH, made_with, spec};
 
 /// Data sets of each kind: means of standardized errors scatter by 1/√SETS; four of that.
 const SETS: usize = 24;

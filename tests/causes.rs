@@ -14,12 +14,7 @@ use rayon::prelude::*;
 
 use crate::frames::count;
 use crate::options;
-use crate::synthetic::{made, made_with, spec};
-
-const TRUTH: [f64; 3] = [0.05, 0.3, 0.94];
-
-/// Standard errors by which a value may be off: one in 370 is by chance, and two dozen are looked at.
-const ERRORS: f64 = 3.5;
+use crate::synthetic::{ERRORS, TRUTH, made, made_with, spec};
 
 /// Footage of shots that are told to have this spin, whatever they had.
 fn footage(played: Played, told: Spin, seed: u64) -> Dataset {
@@ -32,7 +27,7 @@ fn footage(played: Played, told: Spin, seed: u64) -> Dataset {
 
 fn fitted(dataset: Dataset) -> Fit {
     let options = Options { depth: Depth::Everything, ..options::of_fit() };
-    fit::analyse(&dataset, &options).fits.unwrap().remove(0)
+    fit::fit(&dataset, &options).unwrap().remove(0)
 }
 
 /// What is named first, if anything.
@@ -186,7 +181,7 @@ fn side_spin_that_nobody_saw_does_not_move_the_friction() {
             }
             dataset.side_sd = SPREAD;
             let options = Options { depth: Depth::Estimates, ..options::of_fit() };
-            let fit = fit::analyse(&dataset, &options).fits.unwrap().remove(0);
+            let fit = fit::fit(&dataset, &options).unwrap().remove(0);
             let estimate = fit.estimates[Parameter::Mu as usize];
             (estimate.value - TRUTH[0]) / estimate.std_error.unwrap()
         };

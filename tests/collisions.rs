@@ -435,25 +435,3 @@ fn outcomes_mirror_and_scale() {
         }
     }
 }
-
-#[test]
-fn stick_sets_in_continuously() {
-    /// Twice the step in μ, times the slope of the outcome with μ, which is at most a few U.
-    const JUMP: f64 = 1e-8;
-    let ball = Ball::POOL;
-    let velocity = cue_velocity(1.0, 5_f64.to_radians());
-    for spin in [Vec3::zeros(), Vec3::new(0.0, 4.0, 0.0), Vec3::new(0.0, -4.0, 0.0)] {
-        let cue = BallState { velocity, spin };
-        let at = |mu: f64| {
-            Model::new(Fidelity::Full, ball).collide(&cue, &Coefficients { mu, mu_s: 0.3, e: 0.9 }).unwrap()
-        };
-        let (mut slides, mut sticks) = (1e-3, 1.0);
-        assert_eq!((at(slides).regime, at(sticks).regime), (Regime::Slide, Regime::Stick));
-        while sticks - slides > 1e-9 {
-            let middle = 0.5 * (slides + sticks);
-            if at(middle).regime == Regime::Slide { slides = middle } else { sticks = middle }
-        }
-        let jump = (at(slides).components() - at(sticks).components()).amax();
-        assert!(jump < JUMP / ball.radius, "{jump:e}");
-    }
-}

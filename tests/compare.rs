@@ -1,7 +1,6 @@
 //! Comparisons: differences that are there are found, and others are not.
 
 use std::path::Path;
-use std::process::{Command, Output};
 
 use caromfit::compare::{Compared, Comparison, Finding, Options, Quantity, Reason, TestKind, compare};
 use caromfit::fit;
@@ -16,6 +15,7 @@ use caromfit::report::compare_words::notes;
 use caromfit::simulate::{Kind, Noise, Played, Spec, Truth};
 use serde_json::Value;
 
+use crate::cli::caromfit;
 use crate::frames::count;
 use crate::options;
 use crate::synthetic::{made, made_with, spec};
@@ -270,14 +270,9 @@ fn with_a_robust_loss_too() {
     rates(count("CAROMFIT_COMPARISONS", 20) as u64, Loss::Huber);
 }
 
-fn run(args: &[&str]) -> Output {
-    let mut command = Command::new(env!("CARGO_BIN_EXE_caromfit"));
-    command.args(args).current_dir(env!("CARGO_MANIFEST_DIR")).output().unwrap()
-}
-
 /// Standard output of a run that was done.
 pub fn done(args: &[&str]) -> Vec<u8> {
-    let output = run(args);
+    let output = caromfit(args);
     assert_eq!(output.status.code(), Some(0), "{}", String::from_utf8_lossy(&output.stderr));
     output.stdout
 }
@@ -332,7 +327,7 @@ fn wrong_use_is_refused() {
         ("synthetic-cloth-a --share nu", "expected one of mu, mu_s, e, mu_k"),
     ] {
         let args = format!("compare data/{args}");
-        let output = run(&args.split(' ').collect::<Vec<_>>());
+        let output = caromfit(args.split(' '));
         assert_eq!(output.status.code(), Some(2), "{args:?}");
         let said = String::from_utf8_lossy(&output.stderr).into_owned();
         assert!(said.contains(expected), "{args:?}: {said}");

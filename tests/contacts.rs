@@ -1,29 +1,14 @@
 //! Contacts and balls as they are: κ of a contact that gives way, and balls of unequal mass, in fits.
 
-use caromfit::fit::{Fit, Options, Status, fit};
+use caromfit::fit::{Status, fit};
 use caromfit::measurement::dataset::{Dataset, ObjectBall};
 use caromfit::measurement::parameter::{Compliance, Parameter, Setting};
 use caromfit::physics::ball::Ball;
-use caromfit::physics::collision::{Effects, Fidelity, FidelityChoice, Model};
+use caromfit::physics::collision::{Effects, Fidelity, Model};
 use caromfit::simulate::{Kind, Played};
 
 use crate::options;
-use crate::synthetic::{made_with, spec};
-
-const TRUTH: [f64; 3] = [0.05, 0.3, 0.94];
-
-/// Standard errors by which an estimate may be off: one in 2000 is by chance.
-const ERRORS: f64 = 3.5;
-
-fn auto(dataset: &Dataset) -> Fit {
-    fit(dataset, &Options { fidelity: FidelityChoice::Auto, ..options::of_fit() }).unwrap().remove(0)
-}
-
-fn is_right(fit: &Fit, parameter: Parameter, truth: f64) {
-    let found = fit.get(parameter).unwrap();
-    let error = found.std_error.unwrap_or_else(|| panic!("{parameter:?} has no error: {:?}", found.status));
-    assert!((found.value - truth).abs() < ERRORS * error, "{parameter:?}: {} ± {error}", found.value);
-}
+use crate::synthetic::{TRUTH, auto, is_right, made_with, spec};
 
 /// Stun shots whose contact gives way by so much.
 fn giving(kappa: f64, seed: u64) -> Dataset {
@@ -90,9 +75,7 @@ fn a_mass_that_was_weighed_is_fitted_with_its_error() {
         // the error of the ratio, put down to the object ball
         let mass_sd = Some([0.0, WEIGHED * weighed.mass.powi(2) / Ball::POOL.mass]);
         dataset.object = Some(ObjectBall { mass_sd, ..ObjectBall::exact(weighed) });
-        let options = Options { fidelity: FidelityChoice::Auto, ..options::of_fit() };
-        let analysis = caromfit::analyse(&dataset, &options);
-        let fit = analysis.fits.unwrap().remove(0);
+        let fit = auto(&dataset);
         is_right(&fit, Parameter::MassRatio, RATIO);
         is_right(&fit, Parameter::Mu, TRUTH[0]);
         is_right(&fit, Parameter::E, TRUTH[2]);

@@ -215,7 +215,7 @@ fn is_calibrated(rim: bool, wanted: &[&str]) {
         let camera = extracted.camera.as_ref().unwrap();
         println!("{name}: {:?}", camera.sentences());
         let found = camera.corrections.iter().find(|found| found.which == which).unwrap();
-        assert!(camera.converged && found.adopted && camera.shots == SHOTS, "{name}: {found:?}");
+        assert!(camera.converged && camera.shots == SHOTS, "{name}: {found:?}");
         // perspective and lens are counted from the middle of the film, which is off the middle of the table by centimetres
         let off = (found.value - truth).abs();
         assert!(off < (ERRORS * found.std_error).max(0.05 * truth.abs().min(0.3)), "{name}: {found:?}");

@@ -4,7 +4,7 @@ use caromfit::physics::ball::{Ball, BallState, Vec3};
 use caromfit::physics::cloth_motion::{Cloth, Launch, Path};
 use caromfit::physics::collision::effects;
 use caromfit::physics::collision::effects::{Compared, FOLLOWED};
-use caromfit::physics::collision::{Coefficients, Effects, Fidelity, Input, Model, NotACollision, Outcome};
+use caromfit::physics::collision::{Coefficients, Effects, Fidelity, Input, Model, Outcome};
 use caromfit::physics::contact_frame::{cloth_slip, cue_velocity, slip};
 use caromfit::physics::friction_law::Law;
 use nalgebra::Vector2;
@@ -195,46 +195,4 @@ fn friction_that_falls_with_the_slip() {
     };
     let compliant = compliant.collide(&cue, &coefficients).unwrap().object.velocity.y;
     assert!((ode - compliant).abs() < 1e-9, "{ode} {compliant}");
-}
-
-/// A friction that is followed through the impact carries on into the derivatives.
-#[test]
-fn derivatives_under_a_falling_friction() {
-    /// Central differences with a step of 1e-6.
-    const DIFFERENCES: f64 = 1e-7;
-    let model = Model { law: Law::Exponential { b: 0.1, c: 1.0 }, ..Model::new(Fidelity::Full, Ball::POOL) };
-    let coefficients = Coefficients { mu: 0.02, mu_s: 0.3, e: 0.94 };
-    let velocity = cue_velocity(2.0, 0.7);
-    let mut cue = BallState::natural_roll(velocity, Ball::POOL.radius);
-    cue.spin.z = 20.0;
-    let (_, jacobian) = model.collide_with_jacobian(&cue, &coefficients).unwrap();
-    for (input, scale) in
-        [(Input::Mu, 1.0), (Input::VelocityY, 1.0), (Input::SpinY, 30.0), (Input::SpinZ, 30.0)]
-    {
-        let at = |by: f64| {
-            let (mut cue, mut coefficients) = (cue, coefficients);
-            match input {
-                Input::Mu => coefficients.mu += by,
-                Input::VelocityY => cue.velocity.y += by,
-                Input::SpinY => cue.spin.y += by,
-                _ => cue.spin.z += by,
-            }
-            model.collide(&cue, &coefficients).unwrap().components()
-        };
-        let step = 1e-6 * scale;
-        let numeric = (at(step) - at(-step)) / (2.0 * step);
-        let off = (numeric - jacobian.column(input as usize)).amax() / numeric.amax();
-        assert!(off < DIFFERENCES, "{input:?}: {off:e}");
-    }
-}
-
-#[test]
-fn a_law_that_makes_friction_negative_is_refused() {
-    let law = Law::Exponential { b: -0.1, c: 1.0 };
-    let model = Model { law, ..Model::new(Fidelity::Full, Ball::POOL) };
-    let coefficients = Coefficients { mu: 0.05, mu_s: 0.3, e: 0.94 };
-    let cue = BallState::stun(cue_velocity(1.0, 0.3));
-    let expected =
-        NotACollision::OutOfRange { name: "mu_b", value: -0.1, expected: "a finite number of -mu or more" };
-    assert_eq!(model.collide(&cue, &coefficients).unwrap_err(), expected);
 }

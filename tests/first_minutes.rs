@@ -139,7 +139,7 @@ fn any_shot_of_the_example_may_be_missing() {
         let mut dataset = io::load(&folder).unwrap();
         dataset.keep(|name| !missing.contains(&name));
         let options = Options { depth: Depth::Estimates, ..options::of_fit() };
-        let fit = caromfit::analyse(&dataset, &options).fits.unwrap().remove(0);
+        let fit = caromfit::fit::fit(&dataset, &options).unwrap().remove(0);
         assert_eq!(fit.shots_used, 10 - missing.len(), "{missing:?}: {:?}", fit.shots_rejected);
         assert!(fit.camera.as_ref().unwrap().converged, "{missing:?}");
         let estimates = [(fit.mu(), 0.06), (fit.mu_s(), 0.25), (fit.e(), 0.95)];

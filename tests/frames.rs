@@ -18,12 +18,10 @@ use rayon::prelude::*;
 use statrs::distribution::{ContinuousCDF, Normal};
 
 use crate::options;
-use crate::synthetic;
+use crate::synthetic::{self, TRUTH};
 
 /// Standard errors from the truth that no estimate is off.
 const FAR: f64 = 5.0;
-
-const TRUTH: [f64; 3] = [0.05, 0.3, 0.94];
 
 /// A count that an environment variable may raise, for the long study.
 pub fn count(variable: &str, default: usize) -> usize {

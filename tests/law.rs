@@ -10,7 +10,6 @@ use caromfit::measurement::parameter::Parameter;
 use caromfit::physics::ball::Ball;
 use caromfit::physics::collision::{Fidelity, Model};
 use caromfit::physics::friction_law::Law;
-use caromfit::simulate;
 use caromfit::simulate::{Kind, Noise, Played, Shots, Spec, Truth};
 
 use crate::frames::count;
@@ -87,8 +86,7 @@ fn frames_tell_a_falling_friction() {
     let options = Options { falling: Falling::Fitted, depth: Depth::Estimates, ..options::of_fit() };
     for seed in 0..3 {
         let spec = Spec { kind: Kind::Tracks, ..spec(seed, [0.7, 4.0]) };
-        let fit = fit::analyse(&made(&spec, Fidelity::Full, LAW), &options);
-        let fit = fit.fits.unwrap().remove(0);
+        let fit = fit::fit(&made(&spec, Fidelity::Full, LAW), &options).unwrap().remove(0);
         assert_eq!(fit.method_name(), "joint");
         check_estimates(&fit);
     }
@@ -195,9 +193,7 @@ fn alciatores_throw_gives_a_falling_friction() {
 fn from_end_to_end() {
     let folder = tempfile::tempdir().unwrap();
     let model = Model { law: LAW, ..Model::new(Fidelity::Full, Ball::POOL) };
-    for (name, content) in simulate::generate_with(&spec(7, [0.5, 5.0]), &model).unwrap() {
-        std::fs::write(folder.path().join(name), content).unwrap();
-    }
+    synthetic::write(&spec(7, [0.5, 5.0]), &model, folder.path());
     let manifest = folder.path().join("dataset.toml");
     let text = std::fs::read_to_string(&manifest).unwrap();
     let run = |fit: &str, more: &[&str]| {

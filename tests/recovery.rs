@@ -7,9 +7,7 @@ use caromfit::simulate::{Kind, Noise, Played, Spec};
 
 use crate::frames::count;
 use crate::options;
-use crate::synthetic::{self, check_errors, made};
-
-const TRUTH: [f64; 3] = [0.05, 0.3, 0.94];
+use crate::synthetic::{self, TRUTH, check_errors, made};
 
 /// Data sets of each kind; CAROMFIT_SETS may raise it. The mean of that many standardized errors scatters by 1/√200 = 0.07,
 /// their standard deviation by 0.05, coverage by 1.5 %.

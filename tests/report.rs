@@ -6,7 +6,9 @@ mod verdicts;
 
 use std::fs;
 
-use caromfit::fit::{Alternative, Bootstrap, Fit, Influence, NoiseVerdict, Resampled, Residual, Robust};
+use caromfit::fit::{
+    Alternative, Bootstrap, Fit, Influence, NoiseVerdict, Resampled, Residual, Robust, Weight,
+};
 use caromfit::measurement::loss::Loss;
 use caromfit::measurement::observable::{Axis, Observable};
 use caromfit::measurement::parameter::Parameter;
@@ -289,7 +291,8 @@ fn robust() -> Fit {
     let mut fit = normal();
     let goodness = fit.diagnostics.goodness.as_mut().unwrap();
     (goodness.p_value, goodness.noise, goodness.noise_factor) = (None, NoiseVerdict::NotTested, None);
-    fit.diagnostics.robust = Some(Robust { loss: Loss::Huber, weights: vec![("9".to_owned(), 0.4)] });
+    fit.diagnostics.robust =
+        Some(Robust::new(Loss::Huber, vec![Weight { shot: "9".to_owned(), weight: 0.4 }]));
     fit
 }
 

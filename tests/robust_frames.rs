@@ -26,7 +26,7 @@ fn film(truth: Truth, seed: u64) -> Vec<TrackShot> {
 
 fn fitted(film: Vec<TrackShot>, loss: Loss) -> Fit {
     let options = Options { loss: Some(loss), depth: Depth::Estimates, ..options::of_fit() };
-    fit::analyse(&dataset(film), &options).fits.unwrap().remove(0)
+    fit::fit(&dataset(film), &options).unwrap().remove(0)
 }
 
 fn pull(fit: &Fit, parameter: Parameter) -> f64 {
@@ -47,7 +47,7 @@ fn shots_with_other_balls_count_less() {
         assert_eq!(fit.method_name(), "joint");
         assert!(fit.converged && fit.shots_used == 40, "{}", fit.termination);
         let robust = fit.diagnostics.robust.as_ref().unwrap();
-        let mut least: Vec<&str> = robust.weights.iter().take(5).map(|(shot, _)| shot.as_str()).collect();
+        let mut least: Vec<&str> = robust.weights.iter().take(5).map(|one| one.shot.as_str()).collect();
         least.sort_unstable();
         let mut wrong = [0, 8, 16, 24, 32].map(|i| shots[i].name.as_str());
         wrong.sort_unstable();

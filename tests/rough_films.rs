@@ -88,7 +88,7 @@ fn object_balls_that_roll_are_named_at_once() {
             sample.x += speed * sample.t;
         }
     });
-    let rejected = match fit::analyse(&rolling, &options::of_fit()).fits {
+    let rejected = match fit::fit(&rolling, &options::of_fit()) {
         Err(FitError::NoUsableShot { shots_rejected, .. }) => shots_rejected,
         Err(other) => panic!("{other}"),
         Ok(fits) => {
@@ -113,7 +113,7 @@ fn noise_that_is_stated_wrongly_is_not_blamed_on_the_model() {
             shot.position_sd = Some(times * 1e-4);
         }
         let options = Options { depth: Depth::Intervals, ..options::of_fit() };
-        fit::analyse(&stated, &options).fits.unwrap().remove(0)
+        fit::fit(&stated, &options).unwrap().remove(0)
     };
     let small = stated(1.0 / 3.0);
     assert!(is_right(&small) && small.verdict().grade == Grade::Good, "{}", small.verdict().sentence);

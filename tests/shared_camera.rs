@@ -28,7 +28,7 @@ fn on_cloth(name: &str, mu_s: f64, shots: usize, seed: u64) -> Dataset {
 
 fn compared(datasets: Vec<Dataset>, same_camera: bool) -> Comparison {
     let options = Options { same_camera, ..options::of_comparison() };
-    compare::analyse(&datasets, &options).comparison.unwrap()
+    compare::compare(&datasets, &options).unwrap()
 }
 
 /// What several films tell of their camera together: few shots on each of two cloths tell more of the balls and the cloths.
@@ -66,6 +66,6 @@ fn films_that_differ_are_not_by_one_camera() {
     }
     let datasets = vec![on_cloth("new", 0.2, 10, 41), moved];
     let options = Options { same_camera: true, ..options::of_comparison() };
-    let error = compare::analyse(&datasets, &options).comparison.unwrap_err();
+    let error = compare::compare(&datasets, &options).unwrap_err();
     assert!(error.to_string().contains("differ by a factor of 1."), "{error}");
 }

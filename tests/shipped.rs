@@ -151,7 +151,7 @@ fn the_shipped_results_are_those_of_this_version() {
         // as "caromfit fit" does
         let options = Options { fidelity: FidelityChoice::Auto, ..options::of_fit() };
         let dataset = io::load(&folder(name)).unwrap();
-        for fit in fit::analyse(&dataset, &options).fits.unwrap() {
+        for fit in fit::fit(&dataset, &options).unwrap() {
             let shipped = regression::find(&fit, &stored).unwrap();
             let moved = regression::moved(&fit, shipped, TOLERANCE);
             assert_eq!(moved, [], "{name} {:?}", fit.group);
@@ -185,14 +185,14 @@ fn stored_results_do_not_depend_on_roundings() {
             }
         }
         let stored = tempfile::tempdir().unwrap();
-        for fit in fit::analyse(&dataset, &options).fits.unwrap() {
+        for fit in fit::fit(&dataset, &options).unwrap() {
             let folder = stored.path().join(compared.to_string());
             std::fs::create_dir(&folder).unwrap();
             std::fs::write(folder.join("fit.json"), document::text(&fit).unwrap()).unwrap();
             compared += 1;
         }
         let stored = document::read(stored.path()).unwrap();
-        for fit in fit::analyse(&other, &options).fits.unwrap() {
+        for fit in fit::fit(&other, &options).unwrap() {
             let moved = regression::moved(&fit, regression::find(&fit, &stored).unwrap(), TOLERANCE);
             assert_eq!(moved, [], "{name} {:?}", fit.group);
         }

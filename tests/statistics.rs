@@ -204,7 +204,7 @@ fn a_robust_loss_lists_the_wrong_shots_and_keeps_to_the_others() {
         assert!(fit.converged, "{}", fit.termination);
         let robust = fit.diagnostics.robust.as_ref().unwrap();
         let mut listed: Vec<&str> =
-            robust.weights.iter().filter(|(_, w)| *w < 0.4).map(|(shot, _)| shot.as_str()).collect();
+            robust.weights.iter().filter(|one| one.weight < 0.4).map(|one| one.shot.as_str()).collect();
         listed.sort_unstable();
         assert_eq!(listed, ["1", "11", "21", "31"], "{:?}", robust.weights);
         for (estimate, truth) in fit.estimates.iter().zip([0.05, 0.3, 0.94]) {
@@ -267,7 +267,7 @@ fn the_bootstrap_scatters_as_the_errors_say() {
     let done = || {
         count.fetch_add(1, std::sync::atomic::Ordering::Relaxed);
     };
-    let fit = fit::analyse_watched(&dataset, &options, &done).fits.unwrap().remove(0);
+    let fit = fit::fit_watched(&dataset, &options, &done).unwrap().remove(0);
     assert_eq!(count.into_inner(), 300);
     let bootstrap = fit.diagnostics.bootstrap.clone().unwrap();
     assert_eq!((bootstrap.failed, bootstrap.estimates.len()), (0, 3));

@@ -1,13 +1,22 @@
 //! Synthetic data sets for other tests.
 
-use caromfit::fit::Fit;
+use std::fs;
+use std::path::Path;
+
+use caromfit::fit::{Fit, Options, fit};
 use caromfit::io;
 use caromfit::measurement::dataset::{Dataset, ObjectBall};
 use caromfit::measurement::parameter::Parameter;
 use caromfit::physics::ball::Ball;
-use caromfit::physics::collision::Model;
+use caromfit::physics::collision::{FidelityChoice, Model};
 use caromfit::simulate;
 use caromfit::simulate::{BallSpec, Camera, ClothSpec, Kind, Noise, Played, Shots, Spec, Truth};
+
+/// μ, μ_s and e of the specifications.
+pub const TRUTH: [f64; 3] = [0.05, 0.3, 0.94];
+
+/// Standard errors by which an estimate may be off: one in 2000 is by chance.
+pub const ERRORS: f64 = 3.5;
 
 /// Usual shots with usual values and, unless they are tracks, the noise of footage of 250 fps.
 pub fn spec(kind: Kind, cue_spin: &[Played], count: usize, seed: u64) -> Spec {
@@ -39,10 +48,29 @@ pub fn made_of_weighed_balls(spec: &Spec) -> Dataset {
 /// The data set that a specification makes with the collisions of a model.
 pub fn made_with(spec: &Spec, model: &Model) -> Dataset {
     let folder = tempfile::tempdir().unwrap();
-    for (name, content) in simulate::generate_with(spec, model).unwrap() {
-        std::fs::write(folder.path().join(name), content).unwrap();
-    }
+    write(spec, model, folder.path());
     io::load(folder.path()).unwrap()
+}
+
+/// Writes the files of a specification with the collisions of a model into a folder, which is made.
+pub fn write(spec: &Spec, model: &Model, folder: &Path) {
+    fs::create_dir_all(folder).unwrap();
+    for (name, content) in simulate::generate_with(spec, model).unwrap() {
+        fs::write(folder.join(name), content).unwrap();
+    }
+}
+
+/// The fit of a data set with the fidelity that its data call for.
+pub fn auto(dataset: &Dataset) -> Fit {
+    let options = Options { fidelity: FidelityChoice::Auto, ..crate::options::of_fit() };
+    fit(dataset, &options).unwrap().remove(0)
+}
+
+/// Asserts that a parameter was found within its error.
+pub fn is_right(fit: &Fit, parameter: Parameter, truth: f64) {
+    let found = fit.get(parameter).unwrap();
+    let error = found.std_error.unwrap_or_else(|| panic!("{parameter:?} has no error: {:?}", found.status));
+    assert!((found.value - truth).abs() < ERRORS * error, "{parameter:?}: {} ± {error}", found.value);
 }
 
 /// Standard deviations that a mean, a standard deviation and a coverage may be off: of a dozen numbers one is farther off once in 200

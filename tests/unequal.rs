@@ -6,20 +6,17 @@ use std::path::Path;
 use std::process::{Command, Output};
 
 use caromfit::design::{Expected, PlayedKind, design};
-use caromfit::fit::{Fit, Options, Status};
+use caromfit::fit::Status;
 use caromfit::io::stated_object::StatedObject;
-use caromfit::measurement::dataset::{Dataset, ObjectBall};
+use caromfit::measurement::dataset::ObjectBall;
 use caromfit::measurement::parameter::{Compliance, Parameter};
 use caromfit::physics::ball::{Ball, BallState, Vec3};
-use caromfit::physics::collision::{Coefficients, Fidelity, FidelityChoice, Model, NotACollision};
+use caromfit::physics::collision::{Coefficients, Fidelity, Model, NotACollision};
 use caromfit::simulate;
 use caromfit::simulate::{BallSpec, Kind, Played, Shots, Spec, Truth};
 use serde_json::Value;
 
-use crate::synthetic;
-
-/// Standard errors by which an estimate may be off: one in 2000 is by chance.
-const ERRORS: f64 = 3.5;
+use crate::synthetic::{self, ERRORS, auto, is_right};
 
 /// What a kitchen scale tells, kg.
 const SCALE: f64 = 0.001;
@@ -35,17 +32,6 @@ fn weighed(kind: Kind, seed: u64) -> Spec {
         }),
         ..synthetic::spec(kind, &[Played::NaturalRoll], 40, seed)
     }
-}
-
-fn analysed(dataset: Dataset) -> Fit {
-    let options = Options { fidelity: FidelityChoice::Auto, ..Options::default() };
-    caromfit::analyse(&dataset, &options).fits.unwrap().remove(0)
-}
-
-fn is_right(fit: &Fit, parameter: Parameter, truth: f64) {
-    let found = fit.get(parameter).unwrap();
-    let error = found.std_error.unwrap_or_else(|| panic!("{parameter:?} has no error: {:?}", found.status));
-    assert!((found.value - truth).abs() < ERRORS * error, "{parameter:?}: {} ± {error}", found.value);
 }
 
 fn caromfit(args: &[&str], folder: &Path) -> Output {
@@ -68,13 +54,6 @@ fn refused(args: &[&str], folder: &Path, words: &[&str]) {
     }
 }
 
-fn write(spec: &Spec, folder: &Path) {
-    fs::create_dir_all(folder).unwrap();
-    for (name, text) in simulate::generate(spec).unwrap() {
-        fs::write(folder.join(name), text).unwrap();
-    }
-}
-
 fn fit_json(folder: &Path, name: &str) -> Value {
     let path = folder.join("fits").join(name).join("fit.json");
     serde_json::from_str(&fs::read_to_string(path).unwrap()).unwrap()
@@ -89,7 +68,7 @@ fn what_is_simulated_is_found_again() {
         // as the scale shows it, which is not the truth
         let off = object.ball.mass - 0.160;
         assert!(off != 0.0 && off.abs() < ERRORS * SCALE, "{off}");
-        let fit = analysed(dataset);
+        let fit = auto(&dataset);
         for (parameter, truth) in weighed(kind, seed).truths() {
             is_right(&fit, parameter, truth);
         }
@@ -110,7 +89,7 @@ fn radii_and_inertias_that_differ_are_simulated_in_every_kind() {
         // no mass of it is stated
         let stated = ObjectBall { mass_sd: None, ..ObjectBall::exact(ball) };
         assert_eq!(dataset.object, Some(stated), "{kind:?}");
-        let fit = analysed(dataset);
+        let fit = auto(&dataset);
         for parameter in Parameter::COEFFICIENTS {
             let truth = spec.truths()[parameter as usize].1;
             is_right(&fit, parameter, truth);
@@ -127,7 +106,7 @@ fn a_contact_that_gives_way_is_simulated() {
     dataset.settings.compliance = Compliance::Stated;
     dataset.settings.e_falls = true;
     dataset.settings[Parameter::ESlope].fixed = false;
-    let fit = analysed(dataset);
+    let fit = auto(&dataset);
     for parameter in [Parameter::Mu, Parameter::E, Parameter::ESlope] {
         let of = spec.truths();
         is_right(&fit, parameter, of.iter().find(|(known, _)| *known == parameter).unwrap().1);
@@ -154,7 +133,8 @@ const ALIKE: f64 = 2.0;
 fn what_is_extracted_keeps_both_balls() {
     let folder = tempfile::tempdir().unwrap();
     let folder = folder.path();
-    write(&weighed(Kind::Tracks, 67), &folder.join("film"));
+    let spec = weighed(Kind::Tracks, 67);
+    synthetic::write(&spec, &spec.usual_model(), &folder.join("film"));
     // Poisson's ratio goes along
     let path = folder.join("film/dataset.toml");
     let stated =
@@ -278,7 +258,7 @@ fn designs_expect_the_errors_that_fits_have() {
     let shots =
         Shots { count: 60, speed_m_s: [2.0; 2], cut_deg: [30.0; 2], cue_spin: vec![Played::NaturalRoll] };
     let spec = Spec { shots, ..weighed(Kind::Tracks, 68) };
-    let fit = analysed(simulate::dataset(&spec).unwrap());
+    let fit = auto(&simulate::dataset(&spec).unwrap());
     let kind = PlayedKind { speed_m_s: [2.0; 2], cut_deg: [30.0; 2], shots: 60, ..PlayedKind::default() };
     let object = spec.object.unwrap().beside(Ball { mass: 0.170, ..Ball::POOL }, [SCALE, 0.0]);
     let of = |object| Expected { object, kinds: vec![kind.clone()], ..Expected::default() };

@@ -13,9 +13,7 @@ use caromfit::simulate::{Kind, Noise, Played, Shots, Spec};
 
 use crate::frames::count;
 use crate::options;
-use crate::synthetic::{made_of_weighed_balls, spec};
-
-const TRUTH: [f64; 3] = [0.05, 0.3, 0.94];
+use crate::synthetic::{TRUTH, made_of_weighed_balls, spec};
 
 /// So many shots a set that a bias stands out of the scatter; errors are told as those of 40 shots.
 const SHOTS: usize = 2000;

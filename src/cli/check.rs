@@ -38,7 +38,7 @@ pub fn run(args: &Args) -> Result<(), Failure> {
         } else {
             print(&text(&dataset, &found))?;
         }
-        if dataset.shots.is_empty() {
+        if dataset.count_usable() == 0 {
             unusable.push(format!("{}: no shot can be used", dataset.name));
         }
     }
@@ -52,7 +52,7 @@ pub fn run(args: &Args) -> Result<(), Failure> {
 
 /// Returns what was found about a data set.
 fn text(dataset: &Dataset, found: &[Finding]) -> String {
-    let usable = count_of(dataset.shots.len(), "shot");
+    let usable = count_of(dataset.count_usable(), "shot");
     let mut text = format!("{}: {usable} can be used, {} left out\n", dataset.name, dataset.left_out.len());
     text.extend(dataset.notes().map(|note| format!("  note: {note}\n")));
     let left_out = dataset.left_out.iter().map(|(shot, reason)| (Some(shot.as_str()), reason.as_str()));

@@ -62,10 +62,9 @@ pub fn run(args: &Args) -> Result<(), Failure> {
         }
         progress.step(stage);
     };
-    let analysis = compare::analyse_watched(&datasets, &options, &|| progress.done(), &stage);
+    let comparison = compare::compare_watched(&datasets, &options, &|| progress.done(), &stage);
     drop(progress);
-    let comparison = analysis
-        .comparison
+    let comparison = comparison
         .map_err(|error| Failure { bad_input: error.is_bad_input(), message: error.to_string() })?;
     write::write_files(&report::files(&comparison)?, &args.out)?;
     if args.json {

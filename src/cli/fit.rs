@@ -136,7 +136,7 @@ pub fn run(args: &Args) -> Result<(), Failure> {
     let (mut fits, mut failed, mut is_bad_input) = (Vec::new(), Vec::new(), false);
     for dataset in datasets {
         progress.step(&dataset.name);
-        match fit::analyse_watched(&dataset, &options, &|| progress.done()).fits {
+        match fit::fit_watched(&dataset, &options, &|| progress.done()) {
             Ok(found) => fits.push(found),
             Err(error) => {
                 is_bad_input |= error.is_bad_input();

@@ -4,20 +4,11 @@ use std::sync::Arc;
 
 use nalgebra::Vector2;
 
-use super::alone::Alone;
-use super::options::Options;
 use super::quantity::Quantity;
+use super::samples::{Alone, Samples};
 use crate::measurement::parameter::Compliance;
 use crate::problem::own as place;
 use crate::problem::{Block, Finding, Id, Mode, Normal, Own, Problem, Sample, Shared, State, Unknown};
-
-/// What samples share.
-#[derive(Clone, Copy)]
-pub(super) struct Sharing<'a> {
-    pub options: &'a Options,
-    /// Whether labels are cloths.
-    pub by_cloth: bool,
-}
 
 /// The data of a sample as another film's camera sees them.
 struct Seen {
@@ -39,12 +30,7 @@ struct Column {
     is_contradicted: bool,
 }
 
-impl Sharing<'_> {
-    /// Returns whether a quantity has a column for each label.
-    pub fn is_apart(&self, quantity: Quantity) -> bool {
-        self.options.is_apart(quantity, self.by_cloth)
-    }
-
+impl Samples<'_> {
     /// Returns what distinguishes the columns of an unknown: samples with the same number share one.
     fn number(&self, id: Id, alone: &Alone) -> usize {
         if let Some(quantity) = Quantity::ALL.into_iter().find(|quantity| quantity.id() == id) {
@@ -60,13 +46,12 @@ impl Sharing<'_> {
 
     /// Returns the problem of all samples with its start: the columns of the first sample come first, in
     /// the order of [`Id`].
-    pub fn join(&self, all: &[Alone]) -> (Problem, State) {
-        let kappa = adopted_kappa(all);
+    pub fn join(&self) -> (Problem, State) {
+        let kappa = self.adopted_kappa();
         let mut columns: Vec<Column> = Vec::new();
-        let mut samples: Vec<Sample> = Vec::with_capacity(all.len());
-        let mut own = Vec::with_capacity(all.len());
-        for alone in all {
-            let Seen { mut block, own: values, factor } = self.seen_alike(alone, all);
+        let (mut samples, mut own): (Vec<Sample>, Vec<Vec<Own>>) = (Vec::new(), Vec::new());
+        for alone in &self.fitted {
+            let Seen { mut block, own: values, factor } = self.seen_alike(alone);
             let of_sample = Id::ALL.map(|id| {
                 let mut column = Column::new(alone, id, self.number(id, alone));
                 if id == Id::Scale {
@@ -91,7 +76,7 @@ impl Sharing<'_> {
                 };
                 is_table && other.film == alone.film
             };
-            let noise_of = all.iter().zip(&samples).position(is_of_table).unwrap_or(number);
+            let noise_of = self.fitted.iter().zip(&samples).position(is_of_table).unwrap_or(number);
             if let Some(first) = samples.get_mut(noise_of) {
                 let noises = first.block.noises_mut().to_vec();
                 block.noises_mut().iter_mut().zip(noises).for_each(|(own, of_table)| *own = of_table);
@@ -106,18 +91,13 @@ impl Sharing<'_> {
         (problem, State { own, shared })
     }
 
-    /// Returns the first sample that the same camera filmed.
-    pub fn first_film<'a>(&self, alone: &'a Alone, all: &'a [Alone]) -> &'a Alone {
-        all.iter().find(|other| self.options.same_camera || other.film == alone.film).unwrap_or(alone)
-    }
-
     /// Returns the data of a sample and its own unknowns, with its picture in the unit and from the middle
     /// of the first film by the same camera.
-    fn seen_alike(&self, alone: &Alone, all: &[Alone]) -> Seen {
+    fn seen_alike(&self, alone: &Alone) -> Seen {
         let solution = &alone.solution;
         let mut block = solution.problem.samples[0].block.clone();
         let mut own = solution.at.state.own[0].clone();
-        let first = &self.first_film(alone, all).solution;
+        let first = &self.first_film(alone).solution;
         let factor = first.unit / solution.unit;
         let middle = |middle: [f64; 2]| Vector2::from(middle);
         let by = (middle(solution.middle) - middle(first.middle)) * first.unit;
@@ -132,16 +112,14 @@ impl Sharing<'_> {
         }
         Seen { block, own, factor }
     }
-}
 
-/// Returns κ of the compliant contact that the fit of a sample adopted. What one sample calls for, all have.
-fn adopted_kappa(all: &[Alone]) -> Option<f64> {
-    let of = |alone: &Alone| {
-        let kappa = alone.solution.problem.unknown(Id::Kappa);
-        let is_adopted = alone.settings.compliance == Compliance::Auto && kappa.start != 0.0;
-        is_adopted.then_some(kappa.start)
-    };
-    all.iter().find_map(of)
+    /// Returns κ of the compliant contact that the fit of a sample adopted. What one sample calls for, all have.
+    fn adopted_kappa(&self) -> Option<f64> {
+        let is_auto = |alone: &&Alone| alone.settings.compliance == Compliance::Auto;
+        let kappas = self.fitted.iter().filter(is_auto);
+        let mut kappas = kappas.map(|alone| alone.solution.problem.unknown(Id::Kappa).start);
+        kappas.find(|kappa| *kappa != 0.0)
+    }
 }
 
 impl Column {
@@ -173,9 +151,10 @@ impl Column {
     /// other holds it at the same value.
     fn is_same(&self, other: &Self) -> bool {
         let (a, b) = (&self.unknown, &other.unknown);
-        let is_held = |unknown: &Unknown| unknown.mode == Mode::Fixed;
-        let agrees =
-            if is_held(a) || is_held(b) { is_held(a) && is_held(b) && a.start == b.start } else { true };
+        let agrees = match (a.mode == Mode::Fixed, b.mode == Mode::Fixed) {
+            (true, true) => a.start == b.start,
+            (held, other) => held == other,
+        };
         a.id == b.id && self.number == other.number && agrees
     }
 

@@ -1,10 +1,10 @@
 //! One quantity of a comparison: estimates, pairs, and "same" against "different".
 
-use super::alone::Alone;
 use super::findings::Reason;
 use super::joint::{Joint, estimate};
 use super::quantity::Quantity;
 use super::result::{Compared, Difference, Value};
+use super::samples::Alone;
 use crate::problem::{Estimates, Id, Mode};
 
 impl Joint<'_> {
@@ -23,7 +23,7 @@ impl Joint<'_> {
 
     /// Returns a quantity's estimates, their differences, and whether one value is enough.
     pub(super) fn quantity(&self, quantity: Quantity) -> Compared {
-        let (id, is_apart) = (quantity.id(), self.sharing.is_apart(quantity));
+        let (id, is_apart) = (quantity.id(), self.samples.is_apart(quantity));
         let estimates = self.estimates_of(id);
         let labels = 0..self.samples.labels.len();
         let columns: Vec<Result<Option<usize>, Reason>> =

@@ -41,53 +41,39 @@ impl Effect {
     /// `None` if no such shot can be computed.
     #[must_use]
     pub fn new(quantity: Quantity, ball: Ball, at: &Coefficients, values: [f64; 2]) -> Option<Self> {
-        let [first, second] = values;
-        let shot = |value, cut_deg, rolls| play(quantity, ball, *at, value, cut_deg, rolls);
+        let velocity = |cut_deg: f64| cue_velocity(SPEED, cut_deg.to_radians());
+        let play =
+            |cue: BallState, at: Coefficients| Model::new(Fidelity::Full, ball).collide(&cue, &at).ok();
+        let both = |cue: BallState, with: fn(Coefficients, f64) -> Coefficients| -> Option<[Outcome; 2]> {
+            let [first, second] = values.map(|value| play(cue, with(*at, value)));
+            Some([first?, second?])
+        };
+        let along = |[first, second]: [BallState; 2]| second.velocity.x - first.velocity.x;
         Some(match quantity {
             Quantity::Parameter(Parameter::Mu) => {
-                let throw = |value| {
-                    let object = shot(value, HALF_BALL_DEG, false)?.object.velocity;
-                    Some(object.y.atan2(object.x))
-                };
-                Self::Throw(throw(second)? - throw(first)?)
+                let cue = BallState::stun(velocity(HALF_BALL_DEG));
+                let outcomes = both(cue, |at, mu| Coefficients { mu, ..at })?;
+                let [first, second] = outcomes.map(|o| o.object.velocity.y.atan2(o.object.velocity.x));
+                Self::Throw(second - first)
             }
             Quantity::Parameter(Parameter::MuS) => {
-                let (a, b) = (shot(first, 0.0, true)?, shot(second, 0.0, true)?);
+                let cue = BallState::natural_roll(velocity(0.0), ball.radius);
+                let outcomes = both(cue, |at, mu_s| Coefficients { mu_s, ..at })?;
                 Self::FullRoll {
-                    object: b.object.velocity.x - a.object.velocity.x,
-                    cue: b.cue.velocity.x - a.cue.velocity.x,
+                    object: along(outcomes.map(|outcome| outcome.object)),
+                    cue: along(outcomes.map(|outcome| outcome.cue)),
                 }
             }
             Quantity::Parameter(Parameter::E) => {
-                let (a, b) = (shot(first, 0.0, false)?, shot(second, 0.0, false)?);
-                Self::FullStun(b.cue.velocity.x - a.cue.velocity.x)
+                let outcomes = both(BallState::stun(velocity(0.0)), |at, e| Coefficients { e, ..at })?;
+                Self::FullStun(along(outcomes.map(|outcome| outcome.cue)))
             }
             Quantity::Sliding => {
                 // a ball that starts without spin slides 12 v²/(49 μ_k g) until it rolls
-                let way = |mu_k: f64| 12.0 * SPEED * SPEED / (49.0 * mu_k * GRAVITY);
-                Self::Slide { further: way(second) - way(first), way: way(second) }
+                let [first, way] = values.map(|mu_k| 12.0 * SPEED * SPEED / (49.0 * mu_k * GRAVITY));
+                Self::Slide { further: way - first, way }
             }
             Quantity::Parameter(_) => return None,
         })
     }
-}
-
-/// Returns the outcome of a shot with one value of a quantity.
-fn play(
-    quantity: Quantity,
-    ball: Ball,
-    mut at: Coefficients,
-    value: f64,
-    cut_deg: f64,
-    rolls: bool,
-) -> Option<Outcome> {
-    match quantity {
-        Quantity::Parameter(Parameter::Mu) => at.mu = value,
-        Quantity::Parameter(Parameter::MuS) => at.mu_s = value,
-        Quantity::Parameter(Parameter::E) => at.e = value,
-        Quantity::Sliding | Quantity::Parameter(_) => {}
-    }
-    let velocity = cue_velocity(SPEED, f64::to_radians(cut_deg));
-    let cue = if rolls { BallState::natural_roll(velocity, ball.radius) } else { BallState::stun(velocity) };
-    Model::new(Fidelity::Full, ball).collide(&cue, &at).ok()
 }

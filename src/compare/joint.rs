@@ -2,21 +2,19 @@
 
 use nalgebra::{DMatrix, DVector};
 
-use super::alone::{Alone, Samples};
-use super::columns::Sharing;
 use super::error::CompareError;
 use super::findings::Finding;
-use super::options::Options;
 use super::quantity::Quantity;
 use super::result::{Comparison, LabelResidual, Robust};
+use super::samples::{Alone, Samples};
 use super::verdict::{self, Tests};
 use crate::fit::deviations::residuals as residuals_of;
 use crate::fit::diagnostics::trends::holm;
-use crate::fit::{Computed, FittedFilm, Refuted};
+use crate::fit::{Computed, Refuted};
 use crate::measurement::loss::Loss;
 use crate::physics::collision::FidelityChoice;
 use crate::problem::{
-    Estimates, Evaluation, Id, Mode, Policy, Problem, Solution, State, comply, descend_until,
+    self, Estimates, Evaluation, Id, Mode, Policy, Problem, Solution, State, comply, descend_until,
     descend_weighed, descend_with_noise, robust_covariance,
 };
 
@@ -32,11 +30,9 @@ const STALL: f64 = 1e-12;
 
 /// All samples in one problem at its minimum.
 pub(super) struct Joint<'a> {
-    pub sharing: Sharing<'a>,
-    pub samples: Samples,
+    pub samples: Samples<'a>,
     pub solution: Solution,
     pub tests: Tests,
-    pub findings: Vec<Finding>,
 }
 
 impl<'a> Joint<'a> {
@@ -44,23 +40,26 @@ impl<'a> Joint<'a> {
     ///
     /// # Errors
     /// Films that are not by one camera though they are said to be.
-    pub fn new(mut samples: Samples, options: &'a Options) -> Result<Self, CompareError> {
-        if options.same_camera {
+    pub fn new(mut samples: Samples<'a>) -> Result<Self, CompareError> {
+        if samples.options.same_camera {
             check_camera(&samples.fitted)?;
         }
-        let sharing = Sharing { options, by_cloth: samples.by_cloth };
-        let (mut problem, start) = sharing.join(&samples.fitted);
+        let (mut problem, start) = samples.join();
         let start = best_start(&problem, start, &samples.fitted);
         let mut descent = descend_with_noise(&mut problem, start);
-        let mut findings = std::mem::take(&mut samples.findings);
-        let mut compliance = samples.fitted.iter().filter_map(Alone::compliance).reduce(f64::max);
-        if options.fidelity == FidelityChoice::Auto
+        let adopted = samples.fitted.iter().flat_map(|alone| &alone.solution.findings);
+        let adopted = adopted.filter_map(|finding| match finding {
+            problem::Finding::Compliance { fall, adopted: true, .. } => Some(*fall),
+            _ => None,
+        });
+        let mut compliance = adopted.reduce(f64::max);
+        if samples.options.fidelity == FidelityChoice::Auto
             && let Some(refit) = comply(&problem, &descent.end, &Policy::default())
         {
             compliance = Some(refit.fall);
             (problem, descent) = (refit.problem, refit.descent);
         }
-        findings.extend(compliance.map(|fall| Finding::Compliance { fall }));
+        samples.findings.extend(compliance.map(|fall| Finding::Compliance { fall }));
         if problem.is_weighed() {
             descent = descend_weighed(&mut problem, descent.end.state);
         }
@@ -68,10 +67,10 @@ impl<'a> Joint<'a> {
         // χ² of likelihood ratios is that of the noise as it was estimated last
         let end = settle(&problem, descent.end.state);
         if !descent.converged {
-            findings.push(Finding::NotConverged);
+            samples.findings.push(Finding::NotConverged);
         }
         let covariance = estimate(&problem, &end, &[]).unwrap_or_else(|| {
-            findings.push(Finding::Undetermined);
+            samples.findings.push(Finding::Undetermined);
             Estimates { columns: Vec::new(), covariance: DMatrix::zeros(0, 0) }
         });
         let of_fit = |alone: &Alone| alone.solution.names.iter().flatten().cloned().collect();
@@ -88,7 +87,7 @@ impl<'a> Joint<'a> {
             middle: [0.0; 2],
             problem,
         };
-        Ok(Self { sharing, samples, tests: Tests::new(&solution), solution, findings })
+        Ok(Self { samples, tests: Tests::new(&solution), solution })
     }
 
     /// Returns the column of an unknown that a label's samples estimate.
@@ -101,15 +100,12 @@ impl<'a> Joint<'a> {
         (0..self.samples.fitted.len()).find_map(own)
     }
 
-    /// Returns what the fit says, and each film with the index of its sample.
+    /// Returns what the fit says.
     ///
     /// # Errors
     /// A quantity is asked for that no sample has.
-    pub fn compared(
-        mut self,
-        stage: &dyn Fn(&str),
-    ) -> Result<(Comparison, Vec<(usize, FittedFilm)>), CompareError> {
-        let options = self.sharing.options;
+    pub fn compared(mut self, stage: &dyn Fn(&str)) -> Result<Comparison, CompareError> {
+        let options = self.samples.options;
         if let Some(absent) = options.share.iter().chain(&options.per_dataset).find(|own| !self.has(**own)) {
             return Err(CompareError::NoSuchParameter(absent.name()));
         }
@@ -120,39 +116,33 @@ impl<'a> Joint<'a> {
         }
         let differences = quantities.iter_mut().flat_map(|compared| &mut compared.differences);
         holm(differences.map(|difference| &mut difference.p_holm));
-        self.findings.extend(quantities.iter().filter_map(verdict::contradiction));
-        self.findings.extend(quantities.iter().flat_map(verdict::at_bounds));
-        self.findings.extend(Quantity::ALL.into_iter().find_map(|quantity| self.limit(quantity)));
-        if options.same_camera {
-            self.findings.push(Finding::OneCamera(self.camera()));
-        }
-        self.findings.sort_by_key(|finding| std::cmp::Reverse(finding.severity()));
         if let Some(alone) = self.samples.fitted.first() {
             verdict::describe(&mut quantities, alone.dataset.ball);
         }
+        let mut findings = std::mem::take(&mut self.samples.findings);
+        findings.extend(quantities.iter().filter_map(verdict::contradiction));
+        findings.extend(quantities.iter().flat_map(verdict::at_bounds));
+        findings.extend(Quantity::ALL.into_iter().find_map(|quantity| self.limit(quantity)));
+        if options.same_camera {
+            findings.push(Finding::OneCamera(self.camera()));
+        }
+        findings.sort_by_key(|finding| std::cmp::Reverse(finding.severity()));
         let chi2 = self.solution.chi2_of_data().0 + self.solution.prior_chi2();
-        let mut weights = Vec::new();
-        let mut residuals = Vec::new();
-        let mut films = Vec::new();
+        let (mut weights, mut residuals, mut is_filmed) = (Vec::new(), Vec::new(), false);
         for (number, alone) in self.samples.fitted.iter().enumerate() {
             let Alone { label, sample, .. } = *alone;
             let solution = self.solution.of_sample(number);
+            is_filmed |= solution.is_film();
             let shots = solution.names[0].iter().cloned().zip(solution.weights());
             weights.extend(shots.filter(|(_, weight)| *weight < 1.0).map(|(shot, w)| (sample, shot, w)));
             let own = residuals_of(&solution.names[0], &solution.deviations(), |_| true);
             residuals.extend(own.into_iter().map(|of_shot| LabelResidual { label, sample, of_shot }));
-            if !solution.is_film() {
-                continue;
-            }
-            let Solution { unit, middle, .. } =
-                *self.sharing.first_film(alone, &self.samples.fitted).solution;
-            films.push((sample, FittedFilm::new(Solution { unit, middle, ..solution }, &alone.dataset)));
         }
         weights.sort_by(|a, b| a.2.total_cmp(&b.2));
         let mut comparison = Comparison {
             told_by: self.samples.told_by.clone(),
             fidelity: options.fidelity.name(),
-            is_filmed: !films.is_empty(),
+            is_filmed,
             computed: Computed::of(&self.solution, options.fidelity),
             quantities,
             chi2,
@@ -163,10 +153,10 @@ impl<'a> Joint<'a> {
             robust: self.solution.problem.is_robust().then(|| Robust { losses: self.losses(), weights }),
             labels: self.samples.labels,
             samples: self.samples.summaries,
-            findings: self.findings,
+            findings,
         };
         judge(&mut comparison);
-        Ok((comparison, films))
+        Ok(comparison)
     }
 
     /// Returns that most of the error of a difference is due to mass ratios that the labels do not share:
@@ -205,7 +195,7 @@ impl<'a> Joint<'a> {
 
     /// Returns the names of the losses other than least squares.
     fn losses(&self) -> Vec<&'static str> {
-        let loss = |alone: &Alone| self.sharing.options.loss.unwrap_or(alone.dataset.loss);
+        let loss = |alone: &Alone| self.samples.options.loss.unwrap_or(alone.dataset.loss);
         let mut names: Vec<&'static str> = Vec::new();
         for loss in self.samples.fitted.iter().map(loss).filter(|loss| *loss != Loss::Squares) {
             if !names.contains(&loss.name()) {

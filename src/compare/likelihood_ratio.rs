@@ -1,6 +1,6 @@
 //! One value of a quantity for all labels against one for each.
 
-use nalgebra::{DMatrix, DVector};
+use nalgebra::DVector;
 
 use super::joint::{Joint, estimate, settle};
 use super::result::{LikelihoodRatio, TestKind};
@@ -102,13 +102,12 @@ fn merged(problem: &Problem, columns: &[usize]) -> Problem {
 /// of the columns x, all unknowns change by C₍·ₓ₎V⁻¹(m − x), m = 1ᵀV⁻¹x/1ᵀV⁻¹1.
 fn equalised(problem: &Problem, at: &Evaluation, estimates: &Estimates, columns: &[usize]) -> Option<State> {
     let places: Vec<usize> = columns.iter().filter_map(|column| estimates.position(*column)).collect();
-    let covariance = &estimates.covariance;
-    let of_columns = covariance.select_rows(&places).select_columns(&places).cholesky()?;
+    let beside = estimates.covariance.select_columns(&places);
+    let of_columns = beside.select_rows(&places).cholesky()?;
     let x = DVector::from_fn(columns.len(), |i, _| at.state.shared.0[columns[i]]);
     let ones = DVector::from_element(columns.len(), 1.0);
     let weights = of_columns.solve(&ones);
     let mean = weights.dot(&x) / weights.sum();
-    let beside: DMatrix<f64> = covariance.select_columns(&places);
     let step = beside * of_columns.solve(&(ones * mean - x));
     let mut state = at.eliminate(problem, 0.0)?.step(problem, &at.state, &estimates.columns, &step);
     for (value, unknown) in state.shared.0.iter_mut().zip(&problem.unknowns) {

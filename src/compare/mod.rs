@@ -9,8 +9,6 @@
 //! "Same" is the fit of the problem in which a quantity has a column for each label with the columns made
 //! equal, at the noise of the larger model, so that its rise of χ² is a likelihood ratio.
 
-mod alone;
-mod analysis;
 mod columns;
 mod compared;
 mod effect;
@@ -18,17 +16,82 @@ mod error;
 mod findings;
 mod joint;
 mod likelihood_ratio;
-mod options;
 mod quantity;
 mod result;
+mod samples;
 mod verdict;
 
-pub use analysis::{Analysis, STAGES, analyse, analyse_watched, compare};
 pub use effect::Effect;
 pub use error::CompareError;
 pub use findings::{Finding, Reason};
-pub use options::Options;
-pub use quantity::Quantity;
+pub use quantity::{Options, Quantity};
 pub use result::{
     Compared, Comparison, Difference, LabelResidual, LikelihoodRatio, Robust, SampleSummary, TestKind, Value,
 };
+
+use crate::measurement::dataset::Dataset;
+use joint::Joint;
+use samples::Samples;
+
+/// Number of stages of a comparison at most: the samples alone, all together, and a test of each quantity.
+pub const STAGES: usize = 2 + Quantity::ALL.len();
+
+/// Compares data sets of any kind, as `caromfit compare` does.
+///
+/// # Errors
+/// See [`CompareError`].
+pub fn compare(datasets: &[Dataset], options: &Options) -> Result<Comparison, CompareError> {
+    compare_watched(datasets, options, &|| (), &|_| ())
+}
+
+/// Compares data sets as [`compare`] does and reports progress: `done` is called after every shot that is
+/// fitted, from several threads; `stage` with the name of each of the [`STAGES`] as it begins.
+///
+/// # Errors
+/// See [`CompareError`].
+pub fn compare_watched(
+    datasets: &[Dataset],
+    options: &Options,
+    done: &(dyn Fn() + Sync),
+    stage: &dyn Fn(&str),
+) -> Result<Comparison, CompareError> {
+    if let Some(both) = options.share.iter().find(|quantity| options.per_dataset.contains(quantity)) {
+        return Err(CompareError::Both(both.name()));
+    }
+    for dataset in datasets {
+        let is_film = dataset.tracks.is_some() && !dataset.is_of_discs();
+        if options.same_camera && !is_film {
+            return Err(CompareError::NoCamera(dataset.name.clone()));
+        }
+        let faults = dataset.faults();
+        if !faults.is_empty() {
+            return Err(CompareError::Invalid { dataset: dataset.name.clone(), faults });
+        }
+    }
+    let datasets = share_balls(datasets)?;
+    stage("each alone");
+    let samples = Samples::fit(&datasets, options, done)?;
+    stage("fitting all together");
+    Joint::new(samples)?.compared(stage)
+}
+
+/// Returns the data sets, those of the same `balls` label with the object ball that one of them states.
+///
+/// # Errors
+/// Data sets of the same label that state different balls.
+fn share_balls(datasets: &[Dataset]) -> Result<Vec<Dataset>, CompareError> {
+    let share = |dataset: &Dataset| {
+        let mut same = datasets.iter().filter(|other| other.balls.is_some() && other.balls == dataset.balls);
+        let first = same.clone().find(|other| other.object.is_some()).or(same.next()).unwrap_or(dataset);
+        let differs = dataset.object.is_some() && dataset.object != first.object;
+        if differs || dataset.ball.radius != first.ball.radius || dataset.ball.inertia != first.ball.inertia {
+            return Err(CompareError::OtherBalls {
+                label: dataset.balls.clone().unwrap_or_default(),
+                first: first.name.clone(),
+                other: dataset.name.clone(),
+            });
+        }
+        Ok(Dataset { ball: first.ball, object: first.object, ..dataset.clone() })
+    };
+    datasets.iter().map(share).collect()
+}

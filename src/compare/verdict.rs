@@ -111,17 +111,16 @@ pub(super) fn at_bounds(compared: &Compared) -> impl Iterator<Item = Finding> {
 pub(super) fn describe(quantities: &mut [Compared], ball: Ball) {
     let typical = |parameter: Parameter| {
         let own = quantities.iter().find(|compared| compared.quantity == Quantity::Parameter(parameter));
-        let known: Vec<f64> =
-            own.into_iter().flat_map(|own| &own.estimates).map(|value| value.value).collect();
+        let known: Vec<f64> = own.iter().flat_map(|own| &own.estimates).map(|value| value.value).collect();
         let mean = known.iter().sum::<f64>() / known.len() as f64;
         if known.is_empty() { parameter.default_setting().initial } else { mean }
     };
     let [mu, mu_s, e] = Parameter::COEFFICIENTS.map(typical);
-    let at = Coefficients { mu, mu_s, e };
     for Compared { quantity, estimates, differences, .. } in quantities {
         let value = |label: usize| estimates.iter().find(|v| v.label == Some(label)).map(|v| v.value);
         for Difference { first, second, effect, .. } in differences {
             let values = value(*first).zip(value(*second));
+            let at = Coefficients { mu, mu_s, e };
             *effect = values.and_then(|(a, b)| Effect::new(*quantity, ball, &at, [a, b]));
         }
     }

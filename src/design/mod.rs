@@ -250,17 +250,15 @@ pub fn design(expected: &Expected) -> Result<Design, NotACollision> {
     let total: Information = of_kinds.map(|(average, kind)| average.information * kind.shots as f64).sum();
     let planned = planned(&expected, &total);
     let mut wanted = expected.wanted;
-    for ((parameter, wanted), error) in
-        Parameter::COEFFICIENTS.into_iter().zip(&mut wanted).zip(planned.std_errors)
-    {
-        if error.is_none() && wanted.take().is_some() {
+    for parameter in Parameter::COEFFICIENTS {
+        let i = parameter as usize;
+        if planned.std_errors[i].is_none() && wanted[i].take().is_some() {
             notes.push(format!("No kind of shot offered tells {}.", parameter.symbol()));
         }
     }
     // a parameter that is not determined takes no part in the errors of the others
     let covariance = information::covariance(&total).map(|value| if value.is_nan() { 0.0 } else { value });
-    let mut kinds = Vec::new();
-    let mut cells = Vec::new();
+    let (mut kinds, mut cells) = (Vec::new(), Vec::new());
     for (index, (kind, Average { information, unusable })) in expected.kinds.iter().zip(averages).enumerate()
     {
         // d ln σ_j/dn = −½ (V I V)_jj/V_jj

@@ -3,66 +3,35 @@
 use std::collections::BTreeMap;
 use std::time::Instant;
 
-use super::extracted_discs::{leave_out, with_equal_discs};
+use super::camera::FoundCamera;
+use super::error::Request;
 use super::film::FittedFilm;
-use super::request::Request;
 use super::{Fit, FitError, Options, film_words, notes, of_discs, of_film, of_rows};
 use crate::measurement::dataset::{Dataset, Measured};
-use crate::problem::{Id, Impact, Modelling, Policy, fit_film};
+use crate::measurement::track::TrackShot;
+use crate::problem::{
+    DiscImpact, FilmError, Id, MeasuredDiscs, Modelling, Policy, Quantity, fit_film, measure_discs,
+};
 
-/// A data set and its fits.
-#[non_exhaustive]
-pub struct Analysis {
-    /// The data set with its impacts; footage of discs as it was corrected.
-    pub dataset: Dataset,
-    /// The fit, or one for each label that is fitted apart.
-    pub fits: Result<Vec<Fit>, FitError>,
+/// Fits a data set of any kind, as `caromfit fit` does, of films all frames at once, with the camera: one fit, or one for each label of
+/// the column that `[fit] by` names, in the order in which the labels first appear.
+///
+/// # Errors
+/// See [`FitError`]; the first label that fails ends it.
+pub fn fit(dataset: &Dataset, options: &Options) -> Result<Vec<Fit>, FitError> {
+    fit_watched(dataset, options, &|| ())
 }
 
-/// Fits a data set of any kind, as `caromfit fit` does: of films all frames at once, with the camera.
-#[must_use]
-pub fn analyse(dataset: &Dataset, options: &Options) -> Analysis {
-    analyse_watched(dataset, options, &|| ())
-}
-
-/// Fits a data set as [`analyse`] does and reports progress: `done` is called after every shot of a film and
+/// Fits a data set as [`fit`] does and reports progress: `done` is called after every shot of a film and
 /// every replicate of a bootstrap, from several threads.
-#[must_use]
-pub fn analyse_watched(dataset: &Dataset, options: &Options, done: &(dyn Fn() + Sync)) -> Analysis {
-    let mut own = dataset.clone();
-    let fits = fit_parts(&mut own, options, done);
-    Analysis { dataset: own, fits }
-}
-
-/// Fits a data set, or each label of its `[fit] by`, and gives it the shots of films.
-fn fit_parts(
-    dataset: &mut Dataset,
+///
+/// # Errors
+/// As [`fit`].
+pub fn fit_watched(
+    dataset: &Dataset,
     options: &Options,
     done: &(dyn Fn() + Sync),
 ) -> Result<Vec<Fit>, FitError> {
-    check(dataset, options)?;
-    dataset.settings = options.falling.applied(dataset.settings);
-    let mut fits = Vec::new();
-    for (label, part) in parts(dataset) {
-        let begun = Instant::now();
-        let group = dataset.by.clone().zip(label);
-        let request = Request { dataset: &part, group: group.as_ref(), options, done };
-        let fit = if is_film_of_balls(&part) {
-            let (fit, impacts) = of_film::fit(request)?;
-            fit.frames.iter().for_each(|film| take_impacts(dataset, film, &impacts));
-            fit
-        } else if is_film_of_discs(&part) {
-            of_discs::fit(request)?
-        } else {
-            of_rows::fit(request)?
-        };
-        fits.push(Fit { seconds: begun.elapsed().as_secs_f64(), ..fit });
-    }
-    Ok(fits)
-}
-
-/// Checks that a data set can be fitted with these choices.
-fn check(dataset: &Dataset, options: &Options) -> Result<(), FitError> {
     let faults = options.faults();
     if !faults.is_empty() {
         return Err(FitError::Options(faults));
@@ -71,55 +40,78 @@ fn check(dataset: &Dataset, options: &Options) -> Result<(), FitError> {
     if !faults.is_empty() {
         return Err(FitError::Invalid { dataset: dataset.name.clone(), faults });
     }
-    Ok(())
+    let mut fits = Vec::new();
+    for (label, mut part) in parts(dataset) {
+        let begun = Instant::now();
+        part.settings = options.falling.applied(part.settings);
+        let group = dataset.by.clone().zip(label);
+        let request = Request { dataset: &part, group: group.as_ref(), options, done };
+        let fit = match film_of(&part) {
+            Some(Film::Balls) => of_film::fit(request)?,
+            Some(Film::Discs) => of_discs::fit(request)?,
+            None => of_rows::fit(request)?,
+        };
+        fits.push(Fit { seconds: begun.elapsed().as_secs_f64(), ..fit });
+    }
+    Ok(fits)
 }
 
 /// Returns the parts of a data set with the label of its `[fit] by` that each has, in the order in which
 /// these first appear; `None` is that of a data set that is fitted as a whole, or has no shots.
 pub(crate) fn parts(dataset: &Dataset) -> Vec<(Option<String>, Dataset)> {
-    let whole = || vec![(None, dataset.clone())];
-    let Some(by) = &dataset.by else { return whole() };
-    let label = |labels: &BTreeMap<String, String>| labels.get(by).cloned().unwrap_or_default();
-    let tracks = dataset.tracks.iter().filter(|_| dataset.shots.is_empty());
-    let filmed = tracks.flat_map(|tracks| &tracks.shots).map(|shot| &shot.labels);
     let mut labels: Vec<String> = Vec::new();
-    for own in filmed.chain(dataset.shots.iter().map(|shot| &shot.labels)).map(label) {
-        if !labels.contains(&own) {
-            labels.push(own);
+    if let Some(by) = &dataset.by {
+        let tracks = dataset.tracks.iter().filter(|_| dataset.shots.is_empty());
+        let filmed = tracks.flat_map(|tracks| &tracks.shots).map(|shot| &shot.labels);
+        for own in filmed.chain(dataset.shots.iter().map(|shot| &shot.labels)) {
+            let label = own.get(by).cloned().unwrap_or_default();
+            if !labels.contains(&label) {
+                labels.push(label);
+            }
         }
     }
-    let part = |own: String| {
+    if labels.is_empty() {
+        return vec![(None, dataset.clone())];
+    }
+    let part = |label: String| {
         let mut part = dataset.clone();
-        part.shots.retain(|shot| label(&shot.labels) == own);
+        let has_label = |own: &BTreeMap<String, String>| {
+            let by = dataset.by.as_ref().and_then(|by| own.get(by));
+            by.map_or("", String::as_str) == label
+        };
+        part.shots.retain(|shot| has_label(&shot.labels));
         if let Some(tracks) = &mut part.tracks {
-            tracks.shots.retain(|shot| label(&shot.labels) == own);
+            tracks.shots.retain(|shot| has_label(&shot.labels));
         }
-        (Some(own), part)
+        (Some(label), part)
     };
-    if labels.is_empty() { whole() } else { labels.into_iter().map(part).collect() }
+    labels.into_iter().map(part).collect()
 }
 
-/// Returns whether a data set is a film of discs.
-fn is_film_of_discs(dataset: &Dataset) -> bool {
-    dataset.shots.is_empty() && dataset.tracks.as_ref().is_some_and(|tracks| tracks.discs.is_some())
+/// What a film shows whose impacts are to be found.
+enum Film {
+    Balls,
+    Discs,
 }
 
-/// Returns whether a data set is a film of balls whose impacts are to be found.
-fn is_film_of_balls(dataset: &Dataset) -> bool {
-    dataset.shots.is_empty()
-        && dataset.tracks.as_ref().is_some_and(|tracks| tracks.discs.is_none() && !tracks.shots.is_empty())
+/// Returns what the frames of a data set show; `None` if its impacts are known.
+fn film_of(dataset: &Dataset) -> Option<Film> {
+    let tracks = dataset.tracks.as_ref().filter(|_| dataset.shots.is_empty())?;
+    match tracks.discs {
+        Some(_) => Some(Film::Discs),
+        None => (!tracks.shots.is_empty()).then_some(Film::Balls),
+    }
 }
 
-/// Returns the impacts of a data set: those of footage as its frames show them whatever the law of the
-/// impact, what was found on the way among its notes, and the shots without one left out; other data
-/// as they are. With a film of balls and its fit.
+/// Returns a data set with what its frames show whatever the law of the impact: of a film of balls the impacts, with the fit of the
+/// film; of one of discs the shots that can be used. What was found on the way is among its notes, shots without an impact are left
+/// out. Other data are returned as they are.
 #[must_use]
 pub fn with_impacts(mut dataset: Dataset, done: &(dyn Fn() + Sync)) -> (Dataset, Option<FittedFilm>) {
-    if is_film_of_discs(&dataset) {
-        return (with_equal_discs(dataset), None);
-    }
-    if !is_film_of_balls(&dataset) {
-        return (dataset, None);
+    match film_of(&dataset) {
+        Some(Film::Balls) => {}
+        Some(Film::Discs) => return (with_usable_discs(dataset), None),
+        None => return (dataset, None),
     }
     let modelling = Modelling::of(&dataset);
     let solution = match fit_film(&dataset, &modelling, &Policy::default()) {
@@ -135,7 +127,9 @@ pub fn with_impacts(mut dataset: Dataset, done: &(dyn Fn() + Sync)) -> (Dataset,
     let sentences = findings.filter_map(|finding| film_words::sentence(finding, Some(&film)));
     let sentences: Vec<String> = sentences.chain(notes::unknown_spins(&film)).collect();
     dataset.left_out.extend(film.solution.left_out.iter().cloned());
-    take_impacts(&mut dataset, &film, &impacts);
+    let measured = |id| film.shared(id).map(|(value, sd)| Measured::new(value, sd));
+    (dataset.sliding, dataset.rolling) = (measured(Id::MuK), measured(Id::MuR));
+    dataset.shots.extend(impacts.iter().map(|impact| impact.shot.clone()));
     dataset.tracks.iter_mut().for_each(|tracks| tracks.notes.extend(sentences.iter().cloned()));
     for _ in &impacts {
         done();
@@ -143,10 +137,87 @@ pub fn with_impacts(mut dataset: Dataset, done: &(dyn Fn() + Sync)) -> (Dataset,
     (dataset, Some(film))
 }
 
-/// Gives a data set the shots of a film, and what it tells of the cloth.
-fn take_impacts(dataset: &mut Dataset, film: &FittedFilm, impacts: &[Impact]) {
-    let measured = |id| film.shared(id).map(|(value, sd)| Measured::new(value, sd));
-    dataset.sliding = measured(Id::MuK);
-    dataset.rolling = measured(Id::MuR);
-    dataset.shots.extend(impacts.iter().map(|impact| impact.shot.clone()));
+/// A film of discs with what was measured of its shots.
+#[derive(Clone, Debug)]
+pub struct ExtractedDiscs {
+    /// The data set, with what was found on the way among its notes, and the shots without an impact left
+    /// out.
+    pub dataset: Dataset,
+    /// The shots with an impact.
+    pub shots: Vec<(TrackShot, DiscImpact)>,
+    /// The camera that the discs calibrate; `None` if there is no impact.
+    pub camera: Option<FoundCamera>,
+}
+
+/// Measures the impacts of a film of discs: e, J_t/J_n, spins and balance of momentum of each shot may be
+/// any, and all shots share the camera. Of any other data set there are none.
+#[must_use]
+pub fn extract_discs(mut dataset: Dataset) -> ExtractedDiscs {
+    let MeasuredDiscs { solution, impacts } = match measure_discs(&dataset, &Policy::default()) {
+        Ok(measured) => measured,
+        Err(error) => {
+            leave_out(&mut dataset, error);
+            return ExtractedDiscs { dataset, shots: Vec::new(), camera: None };
+        }
+    };
+    dataset.left_out.extend(solution.left_out.iter().cloned());
+    let camera = FoundCamera::of_film(&solution);
+    let mut shots = Vec::new();
+    if let Some(tracks) = &mut dataset.tracks {
+        for impact in impacts {
+            let track = tracks.shots.iter().find(|track| track.name == impact.name);
+            shots.extend(track.cloned().map(|track| (track, impact)));
+        }
+        let findings = solution.findings.iter();
+        tracks.notes.extend(findings.filter_map(|finding| film_words::sentence(finding, None)));
+        tracks.notes.extend(camera.sentences());
+        tracks.notes.extend(notes::of_discs(&solution, &shots));
+    }
+    ExtractedDiscs { dataset, shots, camera: Some(camera) }
+}
+
+/// Leaves out all shots of a film that cannot be fitted.
+fn leave_out(dataset: &mut Dataset, error: FilmError) {
+    let reasons = match error {
+        FilmError::NoImpact(reasons) => reasons,
+        other => {
+            let tracks = dataset.tracks.iter().flat_map(|tracks| &tracks.shots);
+            tracks.map(|shot| (shot.name.clone(), other.to_string())).collect()
+        }
+    };
+    dataset.left_out.extend(reasons);
+}
+
+/// Returns a film of discs with the shots that a fit can use.
+fn with_usable_discs(dataset: Dataset) -> Dataset {
+    let ExtractedDiscs { mut dataset, shots, .. } = extract_discs(dataset);
+    let Some(tracks) = &mut dataset.tracks else { return dataset };
+    tracks.shots.clear();
+    let mut unseen = 0;
+    for (track, impact) in shots {
+        let doubts = impact.doubts.iter();
+        tracks.notes.extend(doubts.map(|doubt| format!("Shot {} is doubtful: {doubt}.", track.name)));
+        let fault = match &impact.stuck {
+            Some(stuck) => Some(format!(
+                "{}. What is fitted describes discs that part again; \"caromfit extract\" gives the motion of this shot",
+                stuck.sentence()
+            )),
+            None => impact.find_impossible_restitution(&Policy::default()).map(|doubt| doubt.to_string()),
+        };
+        match fault {
+            Some(fault) => dataset.left_out.push((track.name, fault)),
+            None => {
+                unseen += usize::from(impact.get(Quantity::SlipBefore).is_none());
+                tracks.shots.push(track);
+            }
+        }
+    }
+    tracks.notes.extend(notes::rotation(unseen, tracks.shots.len()));
+    let knows_rate = tracks.discs.is_none_or(|discs| discs.in_seconds);
+    let unit = if knows_rate { "" } else { " The frame rate is unknown: velocities are in m per frame." };
+    tracks.notes.push(format!(
+        "Discs: e and J_t/J_n of every shot are fitted, which are those of equal discs with the same slip and closing speed. Their own \
+         velocities are in what \"caromfit extract\" writes.{unit}"
+    ));
+    dataset
 }

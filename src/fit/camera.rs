@@ -17,13 +17,6 @@ pub struct FoundCorrection {
     pub value: f64,
     /// Its standard error, in the same unit.
     pub std_error: f64,
-    /// Whether it is applied: that of a fit always, that of extracted discs if the frames call for it.
-    pub adopted: bool,
-}
-
-/// Returns the unknown of a correction: both lists have the same order.
-fn unknown_of(which: Correction) -> Id {
-    Id::ALL[Id::Scale as usize + which as usize]
 }
 
 /// The camera as the shots of a film show it.
@@ -60,39 +53,36 @@ pub struct FoundCamera {
 impl FoundCamera {
     /// Returns the camera as the fit of a film has it.
     pub(super) fn of_film(solution: &Solution) -> Self {
+        // both lists have the same order
+        let unknown_of = |which: Correction| Id::ALL[Id::Scale as usize + which as usize];
         let correction = |which: Correction| {
             let found = solution.get(unknown_of(which))?;
-            Some(FoundCorrection { which, value: found.value, std_error: found.std_error?, adopted: true })
+            Some(FoundCorrection { which, value: found.value, std_error: found.std_error? })
         };
-        let corrections: Vec<FoundCorrection> = Correction::ALL.into_iter().filter_map(correction).collect();
         let middle = solution.middle.map(|x| x * solution.unit);
         let shots = solution.names.first().map_or(0, Vec::len);
+        let contacts = (0..shots).filter_map(|i| solution.contact(i));
         let noise = solution.frame_noise().map(|noises| noises[1].rho);
+        let (mut drops, mut spoiled) = ([0; 2], None);
+        for finding in &solution.findings {
+            match finding {
+                Finding::Drops { shots, drops: count } => drops = [*shots, *count],
+                Finding::Spoiled { before, after } => spoiled = Some([*before, *after]),
+                _ => {}
+            }
+        }
         Self {
             middle,
             picture: Camera::new(&solution.state().shared),
             values: Correction::ALL.map(|which| solution.value(unknown_of(which))),
-            corrections,
+            corrections: Correction::ALL.into_iter().filter_map(correction).collect(),
             unit: solution.unit,
-            converged: solution.converged,
             shots,
-            contacts: (0..shots)
-                .filter_map(|i| solution.contact(i))
-                .map(|[x, y]| [x + middle[0], y + middle[1]])
-                .collect(),
+            contacts: contacts.map(|[x, y]| [x + middle[0], y + middle[1]]).collect(),
+            converged: solution.converged,
             noise_correlation: noise.filter(|rho| *rho > 0.0),
-            drops: solution
-                .findings
-                .iter()
-                .find_map(|f| match f {
-                    Finding::Drops { shots, drops } => Some([*shots, *drops]),
-                    _ => None,
-                })
-                .unwrap_or_default(),
-            spoiled: solution.findings.iter().find_map(|f| match f {
-                Finding::Spoiled { before, after } => Some([*before, *after]),
-                _ => None,
-            }),
+            drops,
+            spoiled,
             of_discs: solution.problem.discs().is_some(),
         }
     }
@@ -114,12 +104,7 @@ impl FoundCamera {
     /// Returns what was done to the films, in sentences.
     #[must_use]
     pub fn sentences(&self) -> Vec<String> {
-        let scaled = (self.unit != 1.0).then(|| {
-            format!(
-                "The scale is that of the balls, which touch at a distance of 2R: about {:.4} units of the film are 1 m.",
-                self.unit.recip()
-            )
-        });
+        let scaled = (self.unit != 1.0).then(|| scale_of_balls(self.unit));
         let unfinished = (!self.converged).then(|| {
             format!(
                 "The search for the camera did not converge: what is left to correct may bias the estimates. Check the radius, \
@@ -146,4 +131,12 @@ impl FoundCamera {
             )
         })
     }
+}
+
+/// Returns that the balls set the scale of a film whose unit is `unit` metres.
+pub(super) fn scale_of_balls(unit: f64) -> String {
+    format!(
+        "The scale is that of the balls, which touch at a distance of 2R: about {:.4} units of the film are 1 m.",
+        unit.recip()
+    )
 }

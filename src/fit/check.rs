@@ -8,7 +8,8 @@ use crate::measurement::number::{count_of, plain, with_error};
 use crate::measurement::observable::{Axis, Observable};
 use crate::measurement::parameter::Parameter;
 use crate::measurement::spin::Spin;
-use crate::physics::collision::{Coefficients, Fidelity};
+use crate::measurement::values::Values;
+use crate::physics::collision::Fidelity;
 use crate::problem::predict;
 
 /// Number of shots below which the noise is left to luck.
@@ -31,7 +32,7 @@ const SLIDING: [f64; 2] = [0.1, 0.5];
 /// No cloth that is published of has a higher rolling resistance, four standard deviations from the mean.
 const MOST_ROLLING: f64 = 0.03;
 
-/// Number of standard errors that is no chance.
+/// Number of standard errors beyond which a friction is outside of its limits.
 const SURELY: f64 = 3.0;
 
 /// A rolling ball's spin can add a few per cent to the energy of motion, and to a speed.
@@ -87,10 +88,6 @@ pub enum Kind {
 }
 
 impl Finding {
-    fn whole(kind: Kind, text: String) -> Self {
-        Self { shot: None, text, kind }
-    }
-
     /// Returns whether something may be wrong with the data.
     #[must_use]
     pub fn is_suspicious(&self) -> bool {
@@ -104,10 +101,11 @@ impl Finding {
 pub fn check(dataset: &Dataset) -> Vec<Finding> {
     let shots: Vec<&Shot> = dataset.shots.iter().collect();
     let mut found = suspicious(dataset, &shots, [dataset.sliding, dataset.rolling]);
-    found.extend(advice(dataset).into_iter().map(|text| Finding::whole(Kind::Advice, text)));
+    let advice = advice(dataset).into_iter();
+    found.extend(advice.map(|text| Finding { shot: None, kind: Kind::Advice, text }));
     for shot in shots.iter().filter(|shot| shot.spin == Spin::Unknown) {
-        let text = "its spin is unknown: it cannot be fitted".to_string();
-        found.push(Finding { shot: Some(shot.name.clone()), text, kind: Kind::UnknownSpin });
+        let text = "its spin is unknown: it cannot be fitted".to_owned();
+        found.push(Finding { shot: Some(shot.name.clone()), kind: Kind::UnknownSpin, text });
     }
     let place = |name: &String| dataset.shots.iter().position(|shot| shot.name == *name);
     found.sort_by_key(|finding| finding.shot.as_ref().map(place));
@@ -121,48 +119,50 @@ pub(crate) fn suspicious(
     shots: &[&Shot],
     [sliding, rolling]: [Option<Measured>; 2],
 ) -> Vec<Finding> {
-    if dataset.tracks.as_ref().is_some_and(|tracks| tracks.discs.is_some()) {
+    if dataset.is_of_discs() {
         return Vec::new();
     }
+    let mut all = Vec::new();
+    let mut add = |shot: Option<&String>, kind, text| all.push(Finding { shot: shot.cloned(), kind, text });
     let (radius, [small, large]) = (dataset.ball.radius, RADII);
-    let is_odd = !(small..=large).contains(&radius);
-    let radius = is_odd.then(|| {
-        format!(
+    if !(small..=large).contains(&radius) {
+        let usual = format!(
             "the radius is {radius} m: billiard balls have {small} to {large} m (pool 0.028575, carom 0.03075, snooker 0.02625)"
-        )
-    });
-    let rolling = rolling.filter(|measured| measured.value > MOST_ROLLING).map(|Measured { value, sd }| {
+        );
+        add(None, Kind::Radius, usual);
+    }
+    if let Some(Measured { value, sd }) = rolling.filter(|measured| measured.value > MOST_ROLLING) {
         let known = sd.filter(|sd| sd.is_finite());
         let resistance = known.map_or_else(|| plain(value, 2), |sd| with_error(value, sd));
-        format!(
+        let text = format!(
             "the balls slow down before the impacts as if the cloth's rolling resistance were {resistance}, where 0.01 is \
              usual: cue balls that are said to roll may slide (cue_spin), or the times or the scale of the footage are wrong"
-        )
-    });
-    let sliding = sliding.and_then(|Measured { value, sd }| {
-        let sd = sd.filter(|sd| value + SURELY * sd < SLIDING[0] || value - SURELY * sd > SLIDING[1])?;
-        Some(format!(
+        );
+        add(None, Kind::Rolling, text);
+    }
+    if let Some(Measured { value, sd: Some(sd) }) = sliding
+        && (value + SURELY * sd < SLIDING[0] || value - SURELY * sd > SLIDING[1])
+    {
+        let text = format!(
             "the paths after the impacts show that the cloth's sliding friction is {}, where 0.2 is usual: the spin of the cue \
              balls (cue_spin), the scale or the times may not be as stated",
             with_error(value, sd)
-        ))
-    });
-    let whole = [(Kind::Radius, radius), (Kind::Rolling, rolling), (Kind::Sliding, sliding)];
-    let whole = whole.into_iter().filter_map(|(kind, text)| Some(Finding::whole(kind, text?)));
+        );
+        add(None, Kind::Sliding, text);
+    }
     let fps = dataset.tracks.as_ref().and_then(|tracks| tracks.fps);
-    let of_shots = shots.iter().flat_map(|shot| {
-        let found = of_shot(shot, fps).into_iter();
-        found.map(|(kind, text)| Finding { shot: Some(shot.name.clone()), text, kind })
-    });
-    whole.chain(of_shots).collect()
+    for shot in shots {
+        for (kind, text) in of_shot(shot, fps) {
+            add(Some(&shot.name), kind, text);
+        }
+    }
+    all
 }
 
 /// Returns whether most shots show that balls or axes are mixed up, which no cause explains.
 pub(super) fn are_mixed_up(shots: &[&Shot]) -> bool {
-    let is_mixed_up = |shot: &&&Shot| {
-        let mut kinds = of_shot(shot, None).into_iter().map(|(kind, _)| kind);
-        kinds.any(|kind| matches!(kind, Kind::Direction | Kind::Energy | Kind::SpeedRatio | Kind::Throw))
-    };
+    let mixed_up = [Kind::Direction, Kind::Energy, Kind::SpeedRatio, Kind::Throw];
+    let is_mixed_up = |shot: &&&Shot| of_shot(shot, None).iter().any(|(kind, _)| mixed_up.contains(kind));
     2 * shots.iter().filter(is_mixed_up).count() > shots.len()
 }
 
@@ -170,16 +170,15 @@ pub(super) fn are_mixed_up(shots: &[&Shot]) -> bool {
 #[must_use]
 pub fn warnings(found: &[Finding], shots: usize) -> Vec<String> {
     let mut kinds: Vec<Kind> = Vec::new();
-    for finding in found {
-        if !kinds.contains(&finding.kind) {
-            kinds.push(finding.kind);
+    let mut all = Vec::new();
+    for Finding { kind, text, .. } in found {
+        if kinds.contains(kind) {
+            continue;
         }
-    }
-    let of_kind = |kind: Kind| {
-        let alike: Vec<&Finding> = found.iter().filter(|finding| finding.kind == kind).collect();
-        let names: Vec<&str> = alike.iter().filter_map(|finding| finding.shot.as_deref()).collect();
-        let text = &alike.first()?.text;
-        Some(match names[..] {
+        kinds.push(*kind);
+        let of_kind = found.iter().filter(|finding| finding.kind == *kind);
+        let names: Vec<&str> = of_kind.filter_map(|finding| finding.shot.as_deref()).collect();
+        all.push(match names[..] {
             [] => format!("{}.", capital(text)),
             [name] => format!("Shot {name}: {text}."),
             [first, ..] => {
@@ -187,9 +186,9 @@ pub fn warnings(found: &[Finding], shots: usize) -> Vec<String> {
                 let named = names[..names.len().min(NAMED)].join(", ");
                 format!("{} of {shots} shots ({named}{others}), as shot {first}: {text}.", names.len())
             }
-        })
-    };
-    kinds.into_iter().filter_map(of_kind).collect()
+        });
+    }
+    all
 }
 
 /// Returns words with a capital letter. A symbol (e, μ, μ_s) stays as it is: of words, only `a` has one letter.
@@ -204,74 +203,52 @@ pub(crate) fn capital(words: &str) -> String {
 
 /// Returns what is good to know before a fit.
 fn advice(dataset: &Dataset) -> Vec<String> {
-    let usable = dataset.shots.len();
-    let is_few = (1..FEW_SHOTS).contains(&usable);
-    let few = is_few
-        .then(|| format!("{} can be used: too few to tell how noisy they are", count_of(usable, "shot")));
-    let tracks = dataset.tracks.as_ref();
-    let is_still = tracks.is_some_and(|tracks| tracks.discs.is_none() && tracks.shots.is_empty());
-    let cloth = (is_still && dataset.sliding.is_none()).then(|| {
-        "the paths after the impacts do not tell the cloth's friction μ_k: a published value is used"
-            .to_owned()
-    });
-    let source =
-        dataset.source.is_none().then(|| "there is no source: say who measured it, how and when".to_owned());
-    let before = [few, cloth, source].into_iter().flatten();
-    before.chain(undetermined(dataset)).chain(noise(dataset)).collect()
+    let mut all = Vec::new();
+    let usable = dataset.count_usable();
+    if (1..FEW_SHOTS).contains(&usable) {
+        all.push(format!("{} can be used: too few to tell how noisy they are", count_of(usable, "shot")));
+    }
+    let is_still = dataset.tracks.as_ref().is_some_and(|tracks| tracks.shots.is_empty());
+    if is_still && !dataset.is_of_discs() && dataset.sliding.is_none() {
+        all.push(
+            "the paths after the impacts do not tell the cloth's friction μ_k: a published value is used"
+                .to_owned(),
+        );
+    }
+    if dataset.source.is_none() {
+        all.push("there is no source: say who measured it, how and when".to_owned());
+    }
+    if !dataset.is_of_discs() {
+        all.extend(Parameter::COEFFICIENTS.into_iter().filter_map(|own| undetermined(dataset, own)));
+    }
+    all.extend(noise(dataset));
+    all
 }
 
-/// Returns the parameters that no observation depends on.
-fn undetermined(dataset: &Dataset) -> Vec<String> {
-    /// Part of a usual value at which something else is predicted if it depends on it.
+/// Returns that no observation depends on a parameter.
+fn undetermined(dataset: &Dataset, parameter: Parameter) -> Option<String> {
+    /// Part of the initial value at which something else is predicted if it depends on it.
     const OTHER: f64 = 0.9;
-    let [mu, mu_s, e] = Parameter::COEFFICIENTS.map(|p| dataset.settings[p].initial);
-    let coefficients = Coefficients { mu, mu_s, e };
-    let others = [
-        Coefficients { mu: OTHER * mu, ..coefficients },
-        Coefficients { mu_s: OTHER * mu_s, ..coefficients },
-        Coefficients { e: OTHER * e, ..coefficients },
-    ];
+    let setting = &dataset.settings[parameter];
     let model = dataset.model(Fidelity::Full);
-    let depends = |shot: &Shot, other: &Coefficients| {
-        let usual = predict(shot, &model, &coefficients);
-        let there = predict(shot, &model, other);
-        usual.is_ok_and(|usual| there.is_ok_and(|there| there.values != usual.values))
+    let values = Values::initial(&dataset.settings);
+    let other = values.with(parameter, OTHER * setting.initial);
+    let depends = |shot: &Shot| {
+        let [here, there] = [values, other].map(|values| predict(shot, &model, &values.coefficients()));
+        here.is_ok_and(|here| there.is_ok_and(|there| there.values != here.values))
     };
-    // what sticks with a usual friction still bounds it from below
-    let bounds_mu = dataset
-        .shots
-        .iter()
-        .any(|shot| shot.after.iter().any(|after| after.observable == Observable::ImpulseRatio));
-    let is_of_discs = dataset.tracks.as_ref().is_some_and(|tracks| tracks.discs.is_some());
-    let of = |(parameter, other): (Parameter, Coefficients)| {
-        let setting = &dataset.settings[parameter];
-        let is_determined = dataset.shots.iter().any(|shot| depends(shot, &other));
-        if is_determined || setting.fixed || dataset.shots.is_empty() {
-            return None;
+    if setting.fixed || dataset.shots.is_empty() || dataset.shots.iter().any(depends) {
+        return None;
+    }
+    let why = match parameter {
+        Parameter::Mu => {
+            "every shot is without slip between the balls, or only what does not depend on it is measured"
         }
-        let why = match parameter {
-            // no cloth carries discs
-            Parameter::MuS if is_of_discs => return None,
-            Parameter::Mu if bounds_mu => {
-                return Some(
-                    "the discs stick together where they touch, so that these shots tell how large μ is at least, not how large it is: \
-                     thinner hits determine it"
-                        .to_owned(),
-                );
-            }
-            Parameter::Mu => {
-                "every shot is without slip between the balls, or only what does not depend on it is measured"
-            }
-            Parameter::MuS => "no shot has topspin, so the cloth never carries the object ball",
-            _ => "no speed after the impact is measured",
-        };
-        Some(format!(
-            "nothing here tells {}: {why}; it will be left at {}",
-            parameter.symbol(),
-            setting.initial
-        ))
+        Parameter::MuS => "no shot has topspin, so the cloth never carries the object ball",
+        _ => "no speed after the impact is measured",
     };
-    Parameter::COEFFICIENTS.into_iter().zip(others).filter_map(of).collect()
+    let symbol = parameter.symbol();
+    Some(format!("nothing here tells {symbol}: {why}; it will be left at {}", setting.initial))
 }
 
 /// Returns the observables whose noise is not stated.
@@ -296,47 +273,41 @@ fn of_shot(shot: &Shot, fps: Option<f64>) -> Vec<(Kind, String)> {
     let value = |observable| shot.after.iter().find(|m| m.observable == observable).map(|m| m.measured.value);
     let velocity = |ball: fn(Axis) -> Observable| Some([value(ball(Axis::X))?, value(ball(Axis::Y))?]);
     let size = |[x, y]: [f64; 2]| x.hypot(y);
+    let mut found = Vec::new();
     match shot.before {
         Before::Impact { normal, velocity: before, .. } => {
             let speed = size(before.map(|v| v.value));
+            found.extend(of_speed(speed, fps));
             let object = velocity(Observable::ObjectVelocity);
-            let direction = object.filter(|object| size(*object) > 0.0).and_then(|[x, y]| {
+            if let Some([x, y]) = object.filter(|object| size(*object) > 0.0) {
                 let [nx, ny] = normal.map(|n| n.value);
                 let off = (nx * y - ny * x).atan2(nx * x + ny * y).to_degrees();
-                (off.abs() > MOST_THROW_DEG).then(|| {
-                    format!(
-                        "the object ball leaves {off:.0}° off the line of centres: the balls or the axes may be mixed up"
-                    )
-                })
-            });
-            let energy = object.zip(velocity(Observable::CueVelocity)).and_then(|(object, cue)| {
+                let text = format!(
+                    "the object ball leaves {off:.0}° off the line of centres: the balls or the axes may be mixed up"
+                );
+                found.extend((off.abs() > MOST_THROW_DEG).then_some((Kind::Direction, text)));
+            }
+            if let Some((object, cue)) = object.zip(velocity(Observable::CueVelocity)) {
                 let ratio = (size(object).powi(2) + size(cue).powi(2)) / (speed * speed);
-                (ratio > MOST_RATIO).then(|| {
-                    format!(
-                        "the balls have {ratio:.2} times the cue ball's energy of motion after the impact"
-                    )
-                })
-            });
-            let found =
-                [of_speed(speed, fps), named(Kind::Direction, direction), named(Kind::Energy, energy)];
-            found.into_iter().flatten().collect()
+                let text = format!(
+                    "the balls have {ratio:.2} times the cue ball's energy of motion after the impact"
+                );
+                found.extend((ratio > MOST_RATIO).then_some((Kind::Energy, text)));
+            }
         }
         Before::Angle { speed, .. } => {
-            let ratio = value(Observable::ObjectSpeedRatio).filter(|ratio| *ratio > MOST_RATIO);
-            let ratio = ratio
-                .map(|ratio| format!("the object ball leaves {ratio:.2} times as fast as the cue ball came"));
+            found.extend(speed.and_then(|speed| of_speed(speed.value, fps)));
+            if let Some(ratio) = value(Observable::ObjectSpeedRatio).filter(|ratio| *ratio > MOST_RATIO) {
+                let text = format!("the object ball leaves {ratio:.2} times as fast as the cue ball came");
+                found.push((Kind::SpeedRatio, text));
+            }
             let throw = value(Observable::Throw).map(f64::to_degrees);
-            let throw = throw.filter(|throw| throw.abs() > MOST_THROW_DEG);
-            let throw = throw.map(|throw| format!("a throw of {throw:.1}° is more than friction gives"));
-            let speed = speed.and_then(|speed| of_speed(speed.value, fps));
-            let found = [speed, named(Kind::SpeedRatio, ratio), named(Kind::Throw, throw)];
-            found.into_iter().flatten().collect()
+            if let Some(throw) = throw.filter(|throw| throw.abs() > MOST_THROW_DEG) {
+                found.push((Kind::Throw, format!("a throw of {throw:.1}° is more than friction gives")));
+            }
         }
     }
-}
-
-fn named(kind: Kind, text: Option<String>) -> Option<(Kind, String)> {
-    Some((kind, text?))
+    found
 }
 
 /// Returns what is suspicious about the speed of a cue ball before the impact, m/s.
@@ -354,12 +325,7 @@ fn of_speed(speed: f64, fps: Option<f64>) -> Option<(Kind, String)> {
              in slow motion 120, 240 or more"
         )
     });
-    (speed < slow).then(|| {
-        (
-            Kind::Slow,
-            format!(
-                "the cue ball comes at {speed:.2} m/s: below {slow} m/s the model leaves too much out{rate}"
-            ),
-        )
-    })
+    let text =
+        format!("the cue ball comes at {speed:.2} m/s: below {slow} m/s the model leaves too much out{rate}");
+    (speed < slow).then_some((Kind::Slow, text))
 }

@@ -3,21 +3,23 @@
 
 use std::sync::Arc;
 
-use nalgebra::DMatrix;
+use nalgebra::{DMatrix, DVector};
 use statrs::distribution::{ChiSquared, ContinuousCDF, FisherSnedecor};
 
+use super::deviations::residuals;
 use super::diagnostics::goodness::normality_of;
 use super::diagnostics::identifiability::identify;
 use super::diagnostics::trends::IMPROBABLE;
+use super::error::{Request, rejected};
 use super::intervals::bootstrap::{self, Bootstrap};
-use super::request::{Request, rejected};
 use super::{
-    Counted, Diagnostics, Estimate, Fit, Goodness, Influence, Noise, NoiseVerdict, Options, Rejected,
-    Residual, Robust, Trend, film_words,
+    Computed, Counted, Diagnostics, Estimate, Fit, Goodness, Influence, Noise, NoiseVerdict, Options,
+    Rejected, Residual, Robust, Trend, Weight, film_words,
 };
 use crate::measurement::loss::Loss;
+use crate::measurement::observable::Observable;
 use crate::measurement::parameter::{Parameter, Settings};
-use crate::problem::{Finding, Id, ShotInfluence, Solution};
+use crate::problem::{Deviations, Estimates, Finding, Id, ShotInfluence, Solution};
 
 /// Shots that are listed by their influence whether they are influential or not, and at most.
 const LISTED: [usize; 2] = [5, 20];
@@ -26,17 +28,15 @@ const LISTED: [usize; 2] = [5, 20];
 const HARMLESS: f64 = 0.05;
 
 /// A fit of one sample.
-#[derive(Clone, Copy)]
-pub(super) struct Common<'a> {
+pub(super) struct Fitted<'a> {
     pub request: Request<'a>,
-    pub settings: &'a Settings,
-    pub solution: &'a Solution,
+    pub settings: Settings,
+    pub solution: Arc<Solution>,
+    pub deviations: Vec<Option<Deviations>>,
 }
 
 /// What is tested against its noise.
 pub(super) struct Tested {
-    /// What the residuals are of.
-    pub counted: Counted,
     /// χ² and its degrees of freedom.
     pub chi2: f64,
     pub dof: f64,
@@ -47,10 +47,18 @@ pub(super) struct Tested {
     pub trends: Vec<Trend>,
 }
 
-impl Common<'_> {
-    /// Returns the fit as far as data set and minimum tell it, without residuals and diagnostics.
-    pub fn bare(&self, estimates: Vec<Estimate>, minimum: Arc<Solution>) -> Fit {
-        let Self { request: Request { dataset, group, options, .. }, solution, .. } = *self;
+impl Fitted<'_> {
+    /// Returns the fit as far as data set and minimum tell it, without diagnostics; `errors` are those of the estimates,
+    /// `is_known` whether the noise of an observable is.
+    pub fn bare(
+        &self,
+        estimates: Vec<Estimate>,
+        errors: &Estimates,
+        is_known: impl Fn(Observable) -> bool,
+    ) -> Fit {
+        let Self { request: Request { dataset, group, options, .. }, solution, .. } = self;
+        let ids: Vec<Id> = estimates.iter().map(|estimate| Id::from(estimate.parameter)).collect();
+        let residuals = residuals(&solution.names[0], &self.deviations, is_known);
         Fit {
             dataset: dataset.name.clone(),
             group: group.cloned(),
@@ -64,13 +72,13 @@ impl Common<'_> {
             rolling: dataset.rolling,
             fidelity: options.fidelity.name(),
             footage: dataset.tracks.is_some(),
-            effects: Vec::new(),
-            correlation: correlation(&estimates, &solution.covariance(&ids(&estimates))),
+            effects: Computed::effects(&Computed::of(solution, options.fidelity)),
+            correlation: correlation(&estimates, &solution.covariance_in(errors, &ids)),
             estimates,
             chi2: solution.chi2_of_all(),
             prior_chi2: solution.prior_chi2(),
-            dof: 0,
-            noise: Vec::new(),
+            dof: solution.dof(),
+            noise: noise_of(&residuals),
             shots_used: solution.names[0].len(),
             shots_rejected: self.rejected(),
             disc_shots: Vec::new(),
@@ -79,9 +87,9 @@ impl Common<'_> {
             camera: None,
             refuted: None,
             explanations: film_words::explanations(solution, None),
-            residuals: Vec::new(),
+            residuals,
             frames: None,
-            solution: minimum,
+            solution: Arc::clone(solution),
             termination: if solution.converged { "χ² has settled" } else { "too many steps" }.to_owned(),
             converged: solution.converged,
             iterations: solution.evaluations,
@@ -106,6 +114,7 @@ impl Common<'_> {
             parameters.iter().map(|p| (Id::from(*p), self.solution.value(Id::from(*p)))).collect();
         let combination = self.solution.worst_direction(&unknowns);
         Diagnostics {
+            computed: Computed::of(&self.solution, self.request.options.fidelity),
             identifiability: identify(parameters, combination.as_ref(), silent),
             goodness: Some(self.goodness(tested)),
             robust: self.robust(),
@@ -116,7 +125,7 @@ impl Common<'_> {
 
     /// Returns whether model and noise describe the residuals.
     fn goodness(&self, tested: Tested) -> Goodness {
-        let Tested { counted, chi2, dof, is_stated, standardized, trends } = tested;
+        let Tested { chi2, dof, is_stated, standardized, trends } = tested;
         let chance = ChiSquared::new(dof).ok().map(|distribution| distribution.sf(chi2));
         let p_value = chance.filter(|_| is_stated);
         let noise_factor = p_value.map(|_| (chi2 / dof).sqrt());
@@ -128,7 +137,7 @@ impl Common<'_> {
         };
         let influential_from = self.influential_from(standardized.len() as f64);
         Goodness {
-            counted,
+            counted: Counted::of(self.deviations.iter().flatten().flat_map(|found| &found.observables)),
             chi2,
             dof: dof as usize,
             noise_is_stated: is_stated,
@@ -176,18 +185,18 @@ impl Common<'_> {
         let free: Vec<Parameter> = self.contact().into_iter().map(|(p, _)| p).collect();
         let Request { options: Options { bootstrap: replicates, seed, .. }, done, .. } = self.request;
         let is_asked = *replicates > 0 && !free.is_empty();
-        is_asked.then(|| bootstrap::draw(self.solution, &free, (*replicates, *seed), done))
+        is_asked.then(|| bootstrap::draw(&self.solution, &free, (*replicates, *seed), done))
     }
 
     /// Returns how a robust loss weighted the shots; `None` by least squares.
     fn robust(&self) -> Option<Robust> {
         let weights = self.solution.weights();
-        let names = self.solution.names[0].iter();
-        let mut weights: Vec<(String, f64)> =
-            names.cloned().zip(weights).filter(|(_, weight)| *weight < 1.0).collect();
-        weights.sort_by(|a, b| a.1.total_cmp(&b.1));
+        let weights = self.solution.names[0].iter().cloned().zip(weights);
+        let weights = weights.map(|(shot, weight)| Weight { shot, weight });
+        let mut weights: Vec<Weight> = weights.filter(|shot| shot.weight < 1.0).collect();
+        weights.sort_by(|a, b| a.weight.total_cmp(&b.weight));
         let loss = self.request.options.loss.unwrap_or(self.request.dataset.loss);
-        (loss != Loss::Squares).then_some(Robust { loss, weights })
+        (loss != Loss::Squares).then(|| Robust::new(loss, weights))
     }
 
     /// Returns Cook's distance above which a shot is influential: the median of F(p, n − p) of `n` numbers.
@@ -199,24 +208,23 @@ impl Common<'_> {
 
     /// Returns the shots that move the estimates most.
     fn influence(&self, influential_from: Option<f64>) -> Vec<Influence> {
-        let solution = self.solution;
+        let solution = &self.solution;
         let wanted: Vec<Id> = self.contact().into_iter().map(|(p, _)| Id::from(p)).collect();
         let Some(information) = solution.information(&wanted) else { return Vec::new() };
         let of_shot = |(name, found): (&String, Option<ShotInfluence>)| {
+            let shot = name.clone();
             let Some(found) = found else {
-                let nowhere =
-                    Influence { shot: name.clone(), leverage: 1.0, cook: f64::INFINITY, shifts: Vec::new() };
-                return nowhere;
+                return Influence { shot, leverage: 1.0, cook: f64::INFINITY, shifts: Vec::new() };
             };
             let change = |id: &Id| found.changes.iter().find(|(of, _)| of == id).map_or(0.0, |(_, by)| *by);
-            let changes = nalgebra::DVector::from_iterator(wanted.len(), wanted.iter().map(change));
+            let changes = DVector::from_iterator(wanted.len(), wanted.iter().map(change));
             let cook = changes.dot(&(&information * &changes)) / wanted.len() as f64;
             let shift = |p: Parameter| {
                 let error = solution.get(Id::from(p))?.std_error?;
                 Some((p, change(&Id::from(p)) / error))
             };
             let shifts = self.parameters().into_iter().filter_map(shift).collect();
-            Influence { shot: name.clone(), leverage: found.leverage, cook, shifts }
+            Influence { shot, leverage: found.leverage, cook, shifts }
         };
         let mut all: Vec<Influence> =
             solution.names[0].iter().zip(solution.influence()).map(of_shot).collect();
@@ -230,20 +238,15 @@ impl Common<'_> {
 
 /// Returns a row for each observable of some residuals, in the order of their first appearance, as of noise that is
 /// stated.
-pub(super) fn noise_of(residuals: &[Residual]) -> Vec<Noise> {
+fn noise_of(residuals: &[Residual]) -> Vec<Noise> {
     let mut all: Vec<Noise> = Vec::new();
     for Residual { observable, measured, predicted, .. } in residuals {
         let square = (measured - predicted).powi(2);
         if let Some(known) = all.iter_mut().find(|known| known.observable == *observable) {
             (known.count, known.rms) = (known.count + 1, known.rms + square);
         } else {
-            all.push(Noise {
-                observable: *observable,
-                count: 1,
-                rms: square,
-                estimated_sd: None,
-                rounding: None,
-            });
+            let observable = *observable;
+            all.push(Noise { observable, count: 1, rms: square, estimated_sd: None, rounding: None });
         }
     }
     for noise in &mut all {
@@ -253,15 +256,10 @@ pub(super) fn noise_of(residuals: &[Residual]) -> Vec<Noise> {
 }
 
 /// Returns the correlations of estimates from their covariance, NaN for those without an error.
-pub fn correlation(estimates: &[Estimate], covariance: &DMatrix<f64>) -> DMatrix<f64> {
+fn correlation(estimates: &[Estimate], covariance: &DMatrix<f64>) -> DMatrix<f64> {
     let has = |i: usize| estimates[i].std_error.is_some();
     DMatrix::from_fn(estimates.len(), estimates.len(), |i, j| {
         let scale = (covariance[(i, i)] * covariance[(j, j)]).sqrt();
         if has(i) && has(j) { covariance[(i, j)] / scale } else { f64::NAN }
     })
-}
-
-/// Returns the unknowns of estimates.
-pub(super) fn ids(estimates: &[Estimate]) -> Vec<Id> {
-    estimates.iter().map(|estimate| Id::from(estimate.parameter)).collect()
 }

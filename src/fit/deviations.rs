@@ -1,4 +1,4 @@
-//! Numbers of shots less their predictions: residuals, and how they change with speed, cut and spin.
+//! Numbers of shots less their predictions: residuals, and how they change with speed, cut, spin and slip.
 
 use nalgebra::DVector;
 
@@ -8,27 +8,34 @@ use crate::measurement::observable::{Axis, Observable};
 use crate::problem::{self, Deviations, ShiftScore, Solution};
 
 /// Returns how the deviations change with what the model should have taken care of; `chance` gives the probability of
-/// a slope, if that is known.
+/// a slope from the scores of its shots, if that is known.
 pub(super) fn trends(
     solution: &Solution,
     shots: &[Option<Deviations>],
-    chance: impl Fn(&problem::Slope) -> Option<f64>,
+    chance: impl Fn(&problem::Slope, &[Option<ShiftScore>]) -> Option<f64>,
 ) -> Vec<Trend> {
-    let variable = |of: &dyn Fn(&Deviations) -> f64| -> Vec<f64> {
-        shots.iter().map(|found| found.as_ref().map_or(f64::NAN, of)).collect()
+    let seen = observables(shots);
+    let mut variables = Vec::new();
+    let mut add = |variable, of: &dyn Fn(&Deviations) -> f64| {
+        let values = shots.iter().map(|found| found.as_ref().map_or(f64::NAN, of));
+        variables.push((variable, values.collect::<Vec<f64>>()));
     };
-    let variables = [
-        (Variable::Speed, variable(&|found| found.speed.unwrap_or(f64::NAN))),
-        (Variable::Cut, variable(&|found| found.cut.abs())),
-        (Variable::Roll, variable(&|found| found.spins[0])),
-        (Variable::Side, variable(&|found| found.spins[1])),
-    ];
+    let speed = |found: &Deviations| found.speed.unwrap_or(f64::NAN);
+    if seen.iter().any(|observable| Observable::DISCS.contains(observable)) {
+        add(Variable::Speed, &|found| speed(found) * found.cut.cos());
+        add(Variable::Slip, &|found| found.cut.tan().abs());
+    } else {
+        add(Variable::Speed, &speed);
+        add(Variable::Cut, &|found| found.cut.abs());
+        add(Variable::Roll, &|found| found.spins[0]);
+        add(Variable::Side, &|found| found.spins[1]);
+    }
     let mut slopes = Vec::new();
-    for (quantity, direction) in quantities(shots) {
+    for (quantity, direction) in quantities(&seen) {
         let scores = scores(solution, shots, &direction);
         for (variable, values) in &variables {
             let Some(slope) = solution.slope_of(values, &scores) else { continue };
-            let Some(p_value) = chance(&slope) else { continue };
+            let Some(p_value) = chance(&slope, &scores) else { continue };
             slopes.push(Slope { quantity, variable: *variable, value: slope.value, p_value });
         }
     }
@@ -62,40 +69,52 @@ fn scores(
     shots.iter().enumerate().map(score).collect()
 }
 
-/// Returns a row for each number of a table, and each velocity after the impact of a film, against its prediction;
+/// Returns a row for each number of a table or of discs, and each velocity after the impact of a film, against its prediction;
 /// numbers whose noise is not known have no standard deviation.
 pub(crate) fn residuals(
     names: &[String],
     shots: &[Option<Deviations>],
     is_known: impl Fn(Observable) -> bool,
 ) -> Vec<Residual> {
-    let of_shot = |(name, found): (&String, &Option<Deviations>)| {
-        let Some(found) = found else { return Vec::new() };
-        let row = |i: usize| {
-            let observable = found.observables[i];
-            let sd = if is_known(observable) { found.covariance[(i, i)].sqrt() } else { f64::NAN };
-            Residual {
-                shot: name.clone(),
-                observable,
-                measured: found.measured[i],
-                predicted: found.measured[i] - found.values[i],
-                sd,
-                standardized: found.values[i] / sd,
-                cut: found.cut,
-                speed: found.speed,
-            }
+    let mut all = Vec::new();
+    for (name, found) in names.iter().zip(shots) {
+        let Some(Deviations { observables, measured, values, covariance, cut, speed, .. }) = found else {
+            continue;
         };
-        (0..found.observables.len()).map(row).collect()
-    };
-    names.iter().zip(shots).flat_map(of_shot).collect()
+        for (i, observable) in observables.iter().enumerate() {
+            let sd = if is_known(*observable) { covariance[(i, i)].sqrt() } else { f64::NAN };
+            all.push(Residual {
+                shot: name.clone(),
+                observable: *observable,
+                measured: measured[i],
+                predicted: measured[i] - values[i],
+                sd,
+                standardized: values[i] / sd,
+                cut: *cut,
+                speed: *speed,
+            });
+        }
+    }
+    all
+}
+
+/// Returns what was measured of the shots, in the order of its first appearance.
+fn observables(shots: &[Option<Deviations>]) -> Vec<Observable> {
+    let mut seen = Vec::new();
+    for observable in shots.iter().flatten().flat_map(|found| &found.observables) {
+        if !seen.contains(observable) {
+            seen.push(*observable);
+        }
+    }
+    seen
 }
 
 /// Direction of a quantity among the numbers of a shot.
-type Direction = Box<dyn Fn(&Deviations) -> DVector<f64> + Sync>;
+type Direction = Box<dyn Fn(&Deviations) -> DVector<f64>>;
 
 /// Returns what may have trends: of impacts the velocities along and across the line of centres, of
-/// angles every observable.
-fn quantities(shots: &[Option<Deviations>]) -> Vec<(&'static str, Direction)> {
+/// angles and discs every observable.
+fn quantities(seen: &[Observable]) -> Vec<(&'static str, Direction)> {
     let velocity = |of: fn(Axis) -> Observable, across: bool| -> Direction {
         Box::new(move |found| {
             let [cos, sin] = found.normal;
@@ -109,12 +128,6 @@ fn quantities(shots: &[Option<Deviations>]) -> Vec<(&'static str, Direction)> {
             DVector::from_iterator(found.observables.len(), found.observables.iter().map(part))
         })
     };
-    let mut seen: Vec<Observable> = Vec::new();
-    for observable in shots.iter().flatten().flat_map(|found| &found.observables) {
-        if !seen.contains(observable) {
-            seen.push(*observable);
-        }
-    }
     if seen.iter().any(|observable| Observable::IMPACTS.contains(observable)) {
         return vec![
             ("throw", velocity(Observable::ObjectVelocity, true)),
@@ -125,11 +138,13 @@ fn quantities(shots: &[Option<Deviations>]) -> Vec<(&'static str, Direction)> {
     }
     let only = |which: Observable| -> Direction {
         Box::new(move |found| {
-            let part = |observable: &Observable| if *observable == which { 1.0 } else { 0.0 };
+            // friction is against the slip
+            let size = if which == Observable::ImpulseRatio { -found.cut.signum() } else { 1.0 };
+            let part = |observable: &Observable| if *observable == which { size } else { 0.0 };
             DVector::from_iterator(found.observables.len(), found.observables.iter().map(part))
         })
     };
-    seen.into_iter().map(|observable| (observable.label(), only(observable))).collect()
+    seen.iter().map(|observable| (observable.label(), only(*observable))).collect()
 }
 
 /// Returns the deviations of a shot in units of their errors, independent of each other.

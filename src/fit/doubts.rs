@@ -1,7 +1,10 @@
 //! Everything that lets doubt a fit, as a list: its severities make the verdict, its sentences the warnings.
 
+use std::cmp::Reverse;
+use std::collections::HashSet;
+
 use super::check::{self, Kind, capital};
-use super::{Estimate, Fit, Noise, NoiseVerdict, Rejected, Status, Trend, film_words};
+use super::{Fit, Noise, NoiseVerdict, Rejected, Status, Trend, film_words};
 use crate::measurement::dataset::ON_REQUEST;
 use crate::measurement::number::{count_of, plain, with_error};
 use crate::measurement::observable::Observable;
@@ -23,45 +26,57 @@ const LEAST_SHOTS: usize = 6;
 /// Ratio of a standard error to the one with other parameters exactly at their bounds, from which on it is said.
 const WORTH_SAYING: f64 = 2.0;
 
-/// Something that lets doubt a fit.
-#[derive(Clone, Debug, PartialEq, Eq)]
-pub struct Doubt {
-    /// How far it affects the trust in the fit.
+/// Part of the rounding of the readings; without one, in rad, m/s, rad/s or as a ratio: smaller residuals are rounding of the search.
+const EXACT: f64 = 1e-6;
+
+/// Something that lets doubt a fit: how far it affects the trust in it, and what it is, for a reader.
+#[derive(Debug)]
+pub(super) struct Doubt {
     pub severity: Severity,
-    /// What it is, for a reader.
     pub sentence: String,
+}
+
+fn unusable(sentence: String) -> Doubt {
+    Doubt { severity: Severity::Unusable, sentence }
+}
+
+fn doubtful(sentence: String) -> Doubt {
+    Doubt { severity: Severity::Doubtful, sentence }
+}
+
+fn warning(sentence: String) -> Doubt {
+    Doubt { severity: Severity::Warning, sentence }
 }
 
 impl Fit {
     /// Returns everything that lets doubt the fit, the most harmful first.
-    #[must_use]
-    pub fn doubts(&self) -> Vec<Doubt> {
-        let found = |severity: Severity| {
-            let alike = self.findings.iter().filter(move |finding| finding.severity() == severity);
-            alike.filter_map(|finding| film_words::sentence(finding, self.frames.as_ref()))
-        };
-        let mut all: Vec<Doubt> = Vec::new();
-        let mut add = |severity, sentences: &mut dyn Iterator<Item = String>| {
-            for sentence in sentences {
-                if all.iter().all(|known| known.sentence != sentence) {
-                    all.push(Doubt { severity, sentence });
-                }
-            }
-        };
-        let unusable = [self.refuted_model(), self.unfinished(), self.nothing_determined()];
-        add(Severity::Unusable, &mut found(Severity::Unusable).chain(unusable.into_iter().flatten()));
-        add(Severity::Doubtful, &mut found(Severity::Doubtful));
-        let of_data = [self.few_used(), self.wrong_footage(), self.unexplained(), self.refuted_friction()];
-        add(Severity::Doubtful, &mut of_data.into_iter().chain([self.met_exactly()]).flatten());
-        add(Severity::Doubtful, &mut self.undetermined().into_iter());
-        let of_errors = [self.few_shots(), self.other_values(), self.improbable_trend()];
-        add(Severity::Doubtful, &mut of_errors.into_iter().flatten());
+    pub(super) fn doubts(&self) -> Vec<Doubt> {
+        let mut all = Vec::new();
+        for finding in self.findings.iter().filter(|finding| finding.severity() > Severity::Note) {
+            let sentence = film_words::sentence(finding, self.frames.as_ref());
+            all.extend(sentence.map(|sentence| Doubt { severity: finding.severity(), sentence }));
+        }
+        all.extend(self.refuted_model().map(unusable));
+        all.extend(self.unfinished().map(unusable));
+        all.extend(self.nothing_determined().map(unusable));
         let suspicious = check::warnings(&self.diagnostics.suspicious, self.shots_used);
-        add(Severity::Warning, &mut suspicious.into_iter());
-        let of_shots = [self.not_used(), self.no_errors()];
-        add(Severity::Warning, &mut of_shots.into_iter().flatten());
-        add(Severity::Warning, &mut self.hidden_by_bounds().iter().map(Hidden::sentence));
-        add(Severity::Warning, &mut self.other_trends());
+        all.extend(suspicious.into_iter().map(warning));
+        all.extend(self.not_used());
+        all.extend(self.wrong_footage().map(doubtful));
+        all.extend(self.unexplained().map(doubtful));
+        all.extend(self.refuted_friction().map(doubtful));
+        all.extend(self.unknown_errors());
+        all.extend(self.undetermined().into_iter().map(doubtful));
+        all.extend(self.few_shots().map(doubtful));
+        if self.diagnostics.has_rival {
+            let sentence = "Other values fit nearly as well: more shots, or a prior, decide between them.";
+            all.push(doubtful(sentence.to_owned()));
+        }
+        all.extend(self.hidden_by_bounds().into_iter().map(|(_, sentence)| warning(sentence)));
+        all.extend(self.changing_residuals());
+        all.sort_by_key(|doubt| Reverse(doubt.severity));
+        let mut known = HashSet::new();
+        all.retain(|doubt| known.insert(doubt.sentence.clone()));
         all
     }
 
@@ -79,18 +94,20 @@ impl Fit {
             None => ("two equal balls with constant friction", ""),
         };
         let radius = self.diagnostics.suspicious.iter().find(|finding| finding.kind == Kind::Radius);
-        let why = radius.map(|odd| format!(" {}.", capital(&odd.text))).or_else(|| {
-            Some(format!(" {}", self.few_used().or(self.unseen_tilt()).or(self.wrong_footage())?))
-        });
+        let few = self.not_used().filter(|doubt| doubt.severity == Severity::Doubtful);
+        let why = radius
+            .map(|odd| format!("{}.", capital(&odd.text)))
+            .or(few.map(|doubt| doubt.sentence))
+            .or_else(|| self.unseen_tilt())
+            .or_else(|| self.wrong_footage());
         // any other is of balls that are confused
-        let measured = refuted
-            .restitution
-            .filter(|e| (0.0..=1.0).contains(&e.value))
+        let measured = refuted.restitution.filter(|e| (0.0..=1.0).contains(&e.value));
+        let measured = measured
             .map(|e| format!(" Measured without the model: e = {}.{see}", with_error(e.value, e.std_error)));
         Some(format!(
             "No collision of {what} describes these shots: χ²/dof is {}, where 1 is expected.{}{}",
             plain(refuted.reduced_chi2, 3),
-            why.unwrap_or_default(),
+            why.map_or(String::new(), |why| format!(" {why}")),
             measured.unwrap_or_default()
         ))
     }
@@ -116,26 +133,19 @@ impl Fit {
         self.shots_rejected.iter().filter(|rejected| rejected.reason != ON_REQUEST).collect()
     }
 
-    fn few_used(&self) -> Option<String> {
+    /// Returns the shots that were left out: a doubt if they are so many that they may be the rule.
+    fn not_used(&self) -> Option<Doubt> {
         let rejected = self.unwanted();
-        let (used, all) = (self.shots_used, self.shots_used + rejected.len());
-        let first = rejected.first().filter(|_| (used as f64) < FEW_USED * all as f64)?;
-        Some(format!(
-            "Only {used} of {all} shots could be used; the first that was left out is shot {}: {}.",
-            first.shot, first.reason
-        ))
-    }
-
-    fn not_used(&self) -> Option<String> {
-        let rejected = self.unwanted();
-        let first = rejected.first().filter(|_| self.few_used().is_none())?;
-        Some(format!(
-            "{} of {} shots were not used; the first is shot {}: {}.",
-            rejected.len(),
-            rejected.len() + self.shots_used,
-            first.shot,
-            first.reason
-        ))
+        let Rejected { shot, reason } = rejected.first()?;
+        let (used, left_out) = (self.shots_used, rejected.len());
+        let all = used + left_out;
+        Some(if (used as f64) < FEW_USED * all as f64 {
+            doubtful(format!(
+                "Only {used} of {all} shots could be used; the first that was left out is shot {shot}: {reason}."
+            ))
+        } else {
+            warning(format!("{left_out} of {all} shots were not used; the first is shot {shot}: {reason}."))
+        })
     }
 
     /// Returns that these shots are too few to show whether the camera looks askew, which other causes then seem
@@ -201,48 +211,38 @@ impl Fit {
         ))
     }
 
-    /// Returns whether residuals from which the noise was to be estimated are all 0.
-    fn is_met_exactly(&self) -> bool {
-        /// Part of the rounding of the readings; without one, in rad, m/s, rad/s or as a ratio: smaller residuals are rounding of the search.
-        const EXACT: f64 = 1e-6;
+    /// Returns that residuals from which the noise was to be estimated are all 0, or that there are none.
+    fn unknown_errors(&self) -> Option<Doubt> {
         let mut estimated = self.noise.iter().filter(|noise| noise.estimated_sd.is_some()).peekable();
+        estimated.peek().filter(|_| self.dof > 0)?;
         let is_exact = |noise: &Noise| {
             let size = noise.rounding.or(noise.is_unknown().then_some(1.0));
             size.is_some_and(|size| noise.rms <= EXACT * size)
         };
-        self.dof > 0 && estimated.peek().is_some() && estimated.all(is_exact)
-    }
-
-    fn met_exactly(&self) -> Option<String> {
-        if !self.is_met_exactly() {
-            return None;
-        }
-        let rounding = self.noise.iter().find_map(|noise| Some(noise.in_words(noise.rounding?, 2)));
-        let errors = rounding.map_or_else(
-            || "state the standard deviations of the readings.".to_owned(),
-            |sd| {
-                format!(
+        if estimated.all(is_exact) {
+            let rounding = self.noise.iter().find_map(|noise| Some(noise.in_words(noise.rounding?, 2)));
+            let errors = match rounding {
+                None => "state the standard deviations of the readings.".to_owned(),
+                Some(sd) => format!(
                     "the errors are those of readings that are rounded (± {sd}): read more digits, or state standard deviations."
-                )
-            },
-        );
-        Some(format!(
-            "Every reading is met exactly, so that nothing is left of which an error could be told; {errors}"
-        ))
-    }
-
-    /// Returns that errors cannot be stated, if nothing else says so.
-    fn no_errors(&self) -> Option<String> {
-        let is_unknown = self.noise.iter().any(Noise::is_unknown);
-        (is_unknown && self.dof > 0 && !self.is_met_exactly()).then(|| {
-            "No errors: the data state no standard deviations and leave no degrees of freedom to estimate them.".to_owned()
+                ),
+            };
+            return Some(doubtful(format!(
+                "Every reading is met exactly, so that nothing is left of which an error could be told; {errors}"
+            )));
+        }
+        self.noise.iter().any(Noise::is_unknown).then(|| {
+            warning(
+                "No errors: the data state no standard deviations and leave no degrees of freedom to estimate them.".to_owned(),
+            )
         })
     }
 
     /// Returns the values that these data leave open, and those that end on a bound.
     fn undetermined(&self) -> Vec<String> {
-        let plateaus = self.estimates.iter().filter_map(|estimate| {
-            let [edge, _] = self.plateau(estimate.parameter)?;
+        let mut all = Vec::new();
+        for estimate in &self.estimates {
+            let Some([edge, _]) = self.plateau(estimate.parameter) else { continue };
             let why = match estimate.parameter {
                 Parameter::Mu if self.discs.is_some() => {
                     ": the discs stick together where they touch. Thinner hits determine it"
@@ -252,62 +252,61 @@ impl Fit {
                 }
                 _ => ": beyond, nothing depends on it",
             };
-            Some(format!(
-                "{} is known to be at least {} only{why}.",
-                estimate.parameter.symbol(),
-                plain(edge, 3)
-            ))
-        });
+            let symbol = estimate.parameter.symbol();
+            all.push(format!("{symbol} is known to be at least {} only{why}.", plain(edge, 3)));
+        }
         let worst = self.diagnostics.identifiability.as_ref().and_then(|found| found.worst.as_ref());
-        let open = worst.filter(|worst| worst.undetermined).map(|worst| {
-            format!(
+        if let Some(open) = worst.filter(|worst| worst.undetermined) {
+            all.push(format!(
                 "{}. The values given are some of many that fit equally: fix all but one.",
-                capital(&worst.words)
-            )
-        });
-        let hidden = self.hidden_by_bounds();
-        let hides = hidden.first().map_or(String::new(), |hidden| {
-            format!(", and these shots hardly tell {} from {}", hidden.symbol, hidden.others.join(" and "))
-        });
-        let at_bounds = self.estimates.iter().filter_map(|estimate| {
+                capital(&open.words)
+            ));
+        }
+        let hides = self.hidden_by_bounds().into_iter().next().map_or(String::new(), |(clause, _)| clause);
+        for estimate in &self.estimates {
             let (side, word, end) = match estimate.status {
                 Status::AtLowerBound => ("lower", "at most", 1),
                 Status::AtUpperBound => ("upper", "at least", 0),
-                _ => return None,
+                _ => continue,
             };
             let limit = estimate.interval_95.map(|ends| format!(" ({word} {} at 95 %)", plain(ends[end], 2)));
-            Some(format!(
+            all.push(format!(
                 "{} ends on its {side} bound {}{}{hides}.",
                 estimate.parameter.symbol(),
                 plain(estimate.value, 3),
                 limit.unwrap_or_default()
-            ))
-        });
+            ));
+        }
         let weak = worst.filter(|worst| worst.weak && !worst.undetermined);
-        let weak = weak.map(|worst| format!("{}.", capital(&worst.words)));
-        plateaus.chain(open).chain(at_bounds).chain(weak).collect()
+        all.extend(weak.map(|worst| format!("{}.", capital(&worst.words))));
+        all
     }
 
-    /// Returns the parameters that are known much less if others are not exactly at their bounds.
-    fn hidden_by_bounds(&self) -> Vec<Hidden> {
-        let is_at_bound = |e: &&Estimate| matches!(e.status, Status::AtLowerBound | Status::AtUpperBound);
-        let at_bounds = || self.estimates.iter().filter(is_at_bound);
-        // with μ_s the data determine only its product with μ
-        let name =
-            |e: &Estimate| if e.parameter == Parameter::MuS { "μ·μ_s" } else { e.parameter.symbol() };
-        let hidden = |estimate: &Estimate| {
-            let errors @ [released, conditional] = [estimate.std_error?, estimate.std_error_at_bound?];
-            let hides = released >= WORTH_SAYING * conditional && at_bounds().next().is_some();
-            hides.then(|| Hidden {
-                symbol: estimate.parameter.symbol(),
-                errors,
-                conditions: at_bounds()
-                    .map(|e| format!("{} = {} holds", e.parameter.symbol(), e.value))
-                    .collect(),
-                others: at_bounds().map(name).collect(),
-            })
-        };
-        self.estimates.iter().filter_map(hidden).collect()
+    /// Returns the parameters that are known much less if others are not exactly at their bounds: each as a clause and as
+    /// a sentence.
+    fn hidden_by_bounds(&self) -> Vec<(String, String)> {
+        let (mut others, mut conditions) = (Vec::new(), Vec::new());
+        for bound in self.estimates.iter().filter(|estimate| estimate.is_at_bound()) {
+            let symbol = bound.parameter.symbol();
+            // with μ_s the data determine only its product with μ
+            others.push(if bound.parameter == Parameter::MuS { "μ·μ_s" } else { symbol });
+            conditions.push(format!("{symbol} = {} holds", bound.value));
+        }
+        let (others, conditions) = (others.join(" and "), conditions.join(" and "));
+        let mut all = Vec::new();
+        for estimate in self.estimates.iter().filter(|_| !others.is_empty()) {
+            let errors = estimate.std_error.zip(estimate.std_error_at_bound);
+            let Some((released, conditional)) = errors else { continue };
+            let (symbol, times) = (estimate.parameter.symbol(), released / conditional);
+            if times >= WORTH_SAYING {
+                let sentence = format!(
+                    "These data hardly tell {symbol} from {others}: {symbol} is ± {conditional:.2e} if {conditions} exactly, but \
+                     ± {released:.2e} ({times:.0} times as much) if not."
+                );
+                all.push((format!(", and these shots hardly tell {symbol} from {others}"), sentence));
+            }
+        }
+        all
     }
 
     /// Returns that the shots are too few to believe what they agree on.
@@ -326,58 +325,30 @@ impl Fit {
         (used < check::FEW_SHOTS).then(|| format!("{shots} {verb} not enough to show how much shots differ."))
     }
 
-    fn other_values(&self) -> Option<String> {
-        self.diagnostics.has_rival.then(|| {
-            "Other values fit nearly as well: more shots, or a prior, decide between them.".to_owned()
-        })
-    }
-
     fn trends(&self) -> &[Trend] {
         self.diagnostics.goodness.as_ref().map_or(&[], |goodness| &goodness.trends)
     }
 
-    fn improbable_trend(&self) -> Option<String> {
-        let trend = self.trends().first().filter(|trend| trend.is_improbable())?;
-        self.refuted_friction().is_none().then(|| {
-            format!(
+    /// Returns the trends of residuals: a doubt of the first if chance hardly explains it, and the others that are significant unless
+    /// something explains the residuals, which says more than how they run.
+    fn changing_residuals(&self) -> Vec<Doubt> {
+        let mut trends = self.trends();
+        let mut all = Vec::new();
+        if let Some((trend, others)) = trends.split_first()
+            && trend.is_improbable()
+            && self.refuted_friction().is_none()
+        {
+            all.push(doubtful(format!(
                 "The residuals of {} change with {}, which chance hardly does: {}.",
                 trend.quantity,
                 trend.variable.name(),
                 trend.meaning()
-            )
-        })
-    }
-
-    /// Returns the other trends that are significant; what explains the residuals says more than how they run.
-    fn other_trends(&self) -> impl Iterator<Item = String> {
-        let is_unexplained = self.explanations.is_empty();
-        let said = usize::from(self.improbable_trend().is_some());
-        let others = self.trends().iter().skip(said);
-        let significant = others.filter(move |trend| trend.significant && is_unexplained);
-        significant.map(|trend| format!("{}.", capital(&trend.words)))
-    }
-}
-
-/// A parameter that is known much less where others are not exactly at their bounds.
-struct Hidden {
-    symbol: &'static str,
-    /// Its standard error, and what that would be if the conditions held.
-    errors: [f64; 2],
-    conditions: Vec<String>,
-    /// Symbols of the others that are involved.
-    others: Vec<&'static str>,
-}
-
-impl Hidden {
-    fn sentence(&self) -> String {
-        let Self { symbol, errors: [released, conditional], conditions, others } = self;
-        format!(
-            "These data hardly tell {symbol} from {}: {symbol} is ± {conditional:.2e} if {} exactly, but ± {released:.2e} ({:.0} \
-             times as much) if not.",
-            others.join(" and "),
-            conditions.join(" and "),
-            released / conditional
-        )
+            )));
+            trends = others;
+        }
+        let others = trends.iter().filter(|trend| trend.significant && self.explanations.is_empty());
+        all.extend(others.map(|trend| warning(format!("{}.", capital(&trend.words)))));
+        all
     }
 }
 

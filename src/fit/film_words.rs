@@ -1,5 +1,6 @@
 //! What was found of a film, in words.
 
+use super::camera::scale_of_balls;
 use super::film::FittedFilm;
 use super::{Explanation, Scatter};
 use crate::measurement::number::{count_of, plain, with_error};
@@ -19,10 +20,7 @@ pub(crate) fn sentence(finding: &Finding, film: Option<&FittedFilm>) -> Option<S
     Some(match finding {
         // rejected shots and goodness of fit say it
         Finding::Misfit { .. } | Finding::LostShots { .. } if film.is_none() => return None,
-        Finding::OtherUnit { factor, stated: false } => format!(
-            "The scale is that of the balls, which touch at a distance of 2R: about {:.4} units of the film are 1 m.",
-            factor.recip()
-        ),
+        Finding::OtherUnit { factor, stated: false } => scale_of_balls(*factor),
         Finding::OtherUnit { factor, stated: true } => scale(factor.recip(), stated),
         Finding::Playback { fps } => format!(
             "{fps} frames/s is a rate at which films are played: [video] capture_fps is to be what the camera recorded at, in slow \
@@ -54,13 +52,16 @@ pub(crate) fn sentence(finding: &Finding, film: Option<&FittedFilm>) -> Option<S
             "Neighbouring frames scatter by {times:.1} times the stated noise (position_sd_m, or the columns of standard \
              deviations): what they scatter by was taken in its place."
         ),
-        Finding::Lags => lag(),
-        Finding::Spoiled { .. } if finding.severity() > Severity::Note => lag(),
-        Finding::Spoiled { before, after } => format!(
+        Finding::Spoiled { before, after } if finding.severity() == Severity::Note => format!(
             "Next to the impacts the positions are off in all shots, as where balls hide each other or an exposure lasts: {} \
              before and {after} after were left out.",
             count_of(*before, "frame")
         ),
+        Finding::Lags | Finding::Spoiled { .. } => {
+            "Both balls are off their paths in the first frames after the impacts, and not before: the tracker lags, as one \
+             does that smooths or predicts positions; export them as they were measured."
+                .to_owned()
+        }
         Finding::Compliance { kappa, shots, fall, adopted: true } => format!(
             "The contact between the balls gives way along its surface (κ = {}, as follows from Poisson's ratio), which shows in \
              {}: −2 log L is {fall:.1} lower than with a rigid contact, which kappa = {{ fixed = 0 }} under [fit] asks for.",
@@ -87,7 +88,17 @@ pub(crate) fn sentence(finding: &Finding, film: Option<&FittedFilm>) -> Option<S
         Finding::Conflict { id, stated: known, estimate, sd, size } => {
             conflict(*id, [*known, *estimate, *sd, *size], stated)
         }
-        Finding::Cause { id, estimate, sd, fall } => cause(*id, [*estimate, *sd, *fall]),
+        Finding::Cause { id: Id::FallB, estimate, sd, fall } => format!(
+            "Friction between the balls that falls with their slip, by {} from slow to fast, explains residuals (−2 log L lower \
+             by {fall:.0}), and is in the estimates: μ is then its limit for fast slips. friction = \"exponential\" under [fit] takes \
+             it, or --falling fit.",
+            with_error(*estimate, *sd)
+        ),
+        Finding::Cause { id, estimate, sd, fall } => format!(
+            "{} = {} explains residuals (−2 log L lower by {fall:.0}), and is in the estimates.",
+            id.name(),
+            with_error(*estimate, *sd)
+        ),
         Finding::Spins { fall, .. } => spins(film?, *fall),
         Finding::Misfit { ratio, refutes } => {
             let so_that = if *refutes {
@@ -144,13 +155,6 @@ fn scale(factor: f64, (radius, sd): (f64, f64)) -> String {
     )
 }
 
-/// Returns that the frames show a tracker that lags.
-fn lag() -> String {
-    "Both balls are off their paths in the first frames after the impacts, and not before: the tracker lags, as one does \
-     that smooths or predicts positions; export them as they were measured."
-        .to_owned()
-}
-
 /// Returns what a fit without a prior says of a quantity: stated value, estimate, error, and the
 /// difference in standard deviations.
 fn conflict(id: Id, [stated, estimate, sd, size]: [f64; 4], of_film: (f64, f64)) -> String {
@@ -173,13 +177,10 @@ fn conflict(id: Id, [stated, estimate, sd, size]: [f64; 4], of_film: (f64, f64))
             "The frames show a radius of the cue ball of {found} times the object ball's: measure both; radius_m under [ball] and \
              [object] takes it."
         ),
-        Id::Roll => format!(
-            "The cue balls that are stated to roll have a topspin of {found} of natural roll ({times} standard deviations off): \
-             [cue_spin] assume = \"unknown\" lets every shot tell its own spin."
-        ),
-        Id::Slide => format!(
-            "The cue balls that are stated as stun have a topspin of {found} of natural roll ({times} standard deviations off): \
-             [cue_spin] assume = \"unknown\" lets every shot tell its own spin."
+        Id::Roll | Id::Slide => format!(
+            "The cue balls that are stated {} have a topspin of {found} of natural roll ({times} standard deviations off): \
+             [cue_spin] assume = \"unknown\" lets every shot tell its own spin.",
+            if id == Id::Roll { "to roll" } else { "as stun" }
         ),
         Id::MuK => format!(
             "The paths after the impacts show a sliding friction of the cloth of {found}, where {} is stated: the spin of the cue \
@@ -205,52 +206,31 @@ fn conflict(id: Id, [stated, estimate, sd, size]: [f64; 4], of_film: (f64, f64))
     }
 }
 
-fn cause(id: Id, [estimate, sd, fall]: [f64; 3]) -> String {
-    let found = with_error(estimate, sd);
-    match id {
-        Id::FallB => format!(
-            "Friction between the balls that falls with their slip, by {found} from slow to fast, explains residuals (−2 log L lower \
-             by {fall:.0}), and is in the estimates: μ is then its limit for fast slips. friction = \"exponential\" under [fit] takes \
-             it, or --falling fit."
-        ),
-        other => format!(
-            "{} = {found} explains residuals (−2 log L lower by {fall:.0}), and is in the estimates.",
-            other.name()
-        ),
-    }
-}
-
 /// Returns how the cue balls spin, if not as stated.
 fn spins(film: &FittedFilm, fall: f64) -> String {
-    let stated = |spin: Spin| match spin {
-        Spin::Stun => Some(0.0),
-        Spin::NaturalRoll => Some(1.0),
-        _ => None,
-    };
     let topspins = film.solution.topspins();
-    let all: Vec<(f64, f64)> = film
-        .tracks()
-        .iter()
-        .zip(&topspins)
-        .filter_map(|(track, (_, found))| Some((stated(track.spin)?, *found)))
-        .collect();
-    let count = |is: &dyn Fn(&(f64, f64)) -> bool| all.iter().filter(|one| is(one)).count();
-    let rolling = count(&|(_, found)| (found - 1.0).abs() < DIFFERS);
-    let stun = count(&|(_, found)| found.abs() < DIFFERS);
-    let differ = count(&|(stated, found)| (found - stated).abs() > DIFFERS);
-    let many = |count: usize| count as f64 > MOST * all.len() as f64;
-    let (were, assume) = if many(rolling) {
-        (format!("{rolling} of {} roll naturally", all.len()), "natural-roll")
-    } else if many(stun) {
-        (format!("{stun} of {} have next to no topspin", all.len()), "stun")
-    } else {
-        (format!("the topspin of {differ} of {} differs", all.len()), "unknown")
-    };
-    let (were, assume) = if differ > 0 {
-        (were, assume)
-    } else {
-        let mean = all.iter().map(|(_, found)| found).sum::<f64>() / all.len().max(1) as f64;
+    let mut all = Vec::new();
+    for (track, (_, found)) in film.tracks().iter().zip(&topspins) {
+        match track.spin {
+            Spin::Stun => all.push((0.0, *found)),
+            Spin::NaturalRoll => all.push((1.0, *found)),
+            _ => {}
+        }
+    }
+    let shots = all.len();
+    let near = |spin: f64| all.iter().filter(|(_, found)| (found - spin).abs() < DIFFERS).count();
+    let (rolling, stun) = (near(1.0), near(0.0));
+    let differ = all.iter().filter(|(stated, found)| (found - stated).abs() > DIFFERS).count();
+    let most = MOST * shots as f64;
+    let (were, assume) = if differ == 0 {
+        let mean = all.iter().map(|(_, found)| found).sum::<f64>() / shots.max(1) as f64;
         (format!("on average their topspin is {mean:.2} of natural roll"), "unknown")
+    } else if rolling as f64 > most {
+        (format!("{rolling} of {shots} roll naturally"), "natural-roll")
+    } else if stun as f64 > most {
+        (format!("{stun} of {shots} have next to no topspin"), "stun")
+    } else {
+        (format!("the topspin of {differ} of {shots} differs"), "unknown")
     };
     format!(
         "The cue balls do not spin as stated: {were}, which explains the residuals (−2 log L lower by {fall:.0}); the estimates have \

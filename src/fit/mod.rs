@@ -4,14 +4,11 @@ pub(crate) mod analysis;
 mod camera;
 pub mod check;
 mod common;
-mod counted;
 pub(crate) mod deviations;
 pub(crate) mod diagnostics;
-mod disc_curve;
 mod doubts;
 mod error;
 mod estimate;
-mod extracted_discs;
 pub(crate) mod film;
 pub(crate) mod film_words;
 pub(crate) mod intervals;
@@ -20,13 +17,11 @@ mod of_discs;
 mod of_film;
 mod of_rows;
 mod options;
-mod request;
 mod result;
 mod verdict;
 
-pub use analysis::{Analysis, analyse, analyse_watched, with_impacts};
+pub use analysis::{ExtractedDiscs, extract_discs, fit, fit_watched, with_impacts};
 pub use camera::{FoundCamera, FoundCorrection};
-pub use counted::Counted;
 pub use diagnostics::goodness::{Goodness, Influence, NoiseVerdict, Normality};
 pub use diagnostics::identifiability::{Combination, Identifiability};
 pub use diagnostics::other_models::{Alternative, LikelihoodRatio};
@@ -34,30 +29,17 @@ pub use diagnostics::other_models::{Alternative, LikelihoodRatio};
 pub(crate) use diagnostics::refuted::mean as mean_of_shots;
 pub use diagnostics::refuted::{MeasuredRestitution, Refuted};
 pub use diagnostics::trends::{Trend, Variable};
-pub use disc_curve::FrictionCurve;
-pub use doubts::Doubt;
 pub use error::FitError;
-pub use estimate::{Estimate, Intervals};
-pub use extracted_discs::{ExtractedDiscs, extract_discs};
+pub use estimate::{Counted, Estimate, Intervals};
 pub use film::{FittedFilm, OfShot, OwnEstimate};
 pub use intervals::bootstrap::{Bootstrap, Resampled};
 pub use intervals::regions::{Contour, LEVELS, Level, Profile};
+pub use of_discs::FrictionCurve;
 pub use options::{Depth, Falling, Options};
 pub use result::{
     Bound, Computed, DOWN_WEIGHTED, Diagnostics, Explanation, Fit, JointFit, Noise, Rejected, Residual,
-    Robust, Scatter,
+    Robust, Scatter, Weight,
 };
 pub use verdict::{Grade, Verdict};
 
 pub use crate::problem::Status;
-
-use crate::measurement::dataset::Dataset;
-
-/// Fits a data set of any kind, as [`analyse`] does: one fit, or one for each label of the column that `[fit] by` names, in the
-/// order in which the labels first appear.
-///
-/// # Errors
-/// See [`FitError`]; the first label that fails ends it.
-pub fn fit(dataset: &Dataset, options: &Options) -> Result<Vec<Fit>, FitError> {
-    analyse(dataset, options).fits
-}

@@ -32,17 +32,19 @@ pub(super) fn comment(
     fit.diagnostics.suspicious = check::suspicious(dataset, shots, cloth);
     fit.warnings = fit.doubts().into_iter().map(|doubt| doubt.sentence).collect();
     let found = fit.findings.iter().filter(|finding| finding.severity() == Severity::Note);
-    let found = found.filter_map(|finding| sentence(finding, fit.frames.as_ref()));
-    let of_fit = of_shots(fit).chain(unidentified(fit, has_topspin)).chain(noise(fit));
-    let notes = found.chain(own).chain(of_fit).chain(influential(fit)).chain(robust(fit));
-    fit.notes = notes.chain(dataset.notes().cloned()).collect();
-}
-
-/// Returns how many shots were left out on request.
-fn of_shots(fit: &Fit) -> impl Iterator<Item = String> {
+    let mut notes: Vec<String> =
+        found.filter_map(|finding| sentence(finding, fit.frames.as_ref())).chain(own).collect();
     let on_request = fit.shots_rejected.iter().filter(|shot| shot.reason == ON_REQUEST).count();
-    let of = fit.shots_rejected.len() + fit.shots_used;
-    (on_request > 0).then(|| format!("{on_request} of {of} shots were left out on request.")).into_iter()
+    if on_request > 0 {
+        let all = fit.shots_rejected.len() + fit.shots_used;
+        notes.push(format!("{on_request} of {all} shots were left out on request."));
+    }
+    notes.extend(unidentified(fit, has_topspin));
+    notes.extend(estimated_noise(fit));
+    notes.extend(influential(fit));
+    notes.extend(robust(fit));
+    notes.extend(dataset.notes().cloned());
+    fit.notes = notes;
 }
 
 /// Returns the parameters that the data do not determine.
@@ -64,34 +66,34 @@ fn unidentified(fit: &Fit, has_topspin: bool) -> impl Iterator<Item = String> {
 }
 
 /// Returns the standard deviations that were estimated, and those of rounded readings.
-fn noise(fit: &Fit) -> impl Iterator<Item = String> {
+fn estimated_noise(fit: &Fit) -> Vec<String> {
     let mut estimated: Vec<(String, Vec<&str>)> = Vec::new();
     let mut rounded: Vec<&str> = Vec::new();
     for noise in &fit.noise {
         let Some(sd) = noise.estimated_sd.filter(|sd| sd.is_finite()) else { continue };
-        let sd = noise.in_words(sd, 3);
+        let (sd, label) = (noise.in_words(sd, 3), noise.observable.label());
         match estimated.iter_mut().find(|(known, _)| *known == sd) {
-            Some((_, labels)) => labels.push(noise.observable.label()),
-            None => estimated.push((sd, vec![noise.observable.label()])),
+            Some((_, labels)) => labels.push(label),
+            None => estimated.push((sd, vec![label])),
         }
-        rounded.extend(noise.rounding.map(|_| noise.observable.label()));
+        rounded.extend(noise.rounding.map(|_| label));
     }
-    let all: Vec<String> =
-        estimated.into_iter().map(|(sd, labels)| format!("{sd} of {}", labels.join(", "))).collect();
-    let estimated = (!all.is_empty()).then(|| {
-        format!(
+    let mut notes = Vec::new();
+    if !estimated.is_empty() {
+        let each = estimated.into_iter().map(|(sd, labels)| format!("{sd} of {}", labels.join(", ")));
+        notes.push(format!(
             "The data state no standard deviations: they were estimated from the residuals, one for all observables of a unit unless \
              these are not equally good ({}). χ² then says nothing about the quality of the fit.",
-            all.join("; ")
-        )
-    });
-    let rounded = (!rounded.is_empty()).then(|| {
-        format!(
+            each.collect::<Vec<_>>().join("; ")
+        ));
+    }
+    if !rounded.is_empty() {
+        notes.push(format!(
             "The readings of {} are rounded to more than the residuals show: their noise is taken as that of rounding, a step over √12.",
             rounded.join(", ")
-        )
-    });
-    estimated.into_iter().chain(rounded)
+        ));
+    }
+    notes
 }
 
 /// Returns the shots on which the estimates depend much.
@@ -118,7 +120,7 @@ fn robust(fit: &Fit) -> Option<String> {
         "Outlying shots count less ({} loss); {} of {} have a weight below {DOWN_WEIGHTED}. χ² is weighted, and \
          the errors are honest ones from the scatter of the shots (sandwich), whatever their noise.",
         robust.loss.name(),
-        robust.weights.iter().filter(|(_, weight)| *weight < DOWN_WEIGHTED).count(),
+        robust.weights.iter().filter(|shot| shot.weight < DOWN_WEIGHTED).count(),
         fit.shots_used
     ))
 }
@@ -126,22 +128,33 @@ fn robust(fit: &Fit) -> Option<String> {
 /// Returns what the frames of a film of balls show besides the parameters.
 pub(super) fn of_film(fit: &Fit, film: &FittedFilm) -> Vec<String> {
     let solution = &film.solution;
-    let notes = [cloth(solution), unknown_spins(film), no_topspin(fit, film), rate(solution)];
-    notes.into_iter().flatten().collect()
-}
-
-fn cloth(solution: &Solution) -> Option<String> {
     let estimate = |id: Id| {
         let found = solution.get(id)?;
         Some(with_error(found.value, found.std_error?))
     };
-    Some(format!(
-        "The cloth's sliding friction is μ_k = {}, its rolling resistance μ_r = {}, its bounce e_t = {} (fitted, with what is \
-         published as priors).",
-        estimate(Id::MuK)?,
-        estimate(Id::MuR)?,
-        estimate(Id::Bounce)?
-    ))
+    let mut notes = Vec::new();
+    if let [Some(mu_k), Some(mu_r), Some(bounce)] = [Id::MuK, Id::MuR, Id::Bounce].map(estimate) {
+        notes.push(format!(
+            "The cloth's sliding friction is μ_k = {mu_k}, its rolling resistance μ_r = {mu_r}, its bounce e_t = {bounce} (fitted, with \
+             what is published as priors)."
+        ));
+    }
+    notes.extend(unknown_spins(film));
+    let is_open = fit.get(Parameter::MuS).is_some_and(|mu_s| mu_s.status == Status::NotIdentified);
+    if is_open && solution.topspins().iter().all(|(_, topspin)| *topspin < DIFFERS) {
+        notes.push(
+            "Only topspin presses the object ball into the cloth, so that these shots do not determine μ_s; some natural-roll shots do."
+                .to_owned(),
+        );
+    }
+    let prior = solution.get(Id::Rate).and_then(|rate| rate.prior);
+    if let Some((rate, prior)) = estimate(Id::Rate).zip(prior) {
+        notes.push(format!(
+            "Frame rate over the stated one: {rate}, from the frames and what is taken of it beforehand (± {} %).",
+            plain(100.0 * prior.sd, 2)
+        ));
+    }
+    notes
 }
 
 /// Returns what cue balls of unknown spin were found to do, if there are any.
@@ -160,31 +173,6 @@ pub(super) fn unknown_spins(film: &FittedFilm) -> Option<String> {
              topspin."
         )
     })
-}
-
-fn no_topspin(fit: &Fit, film: &FittedFilm) -> Option<String> {
-    let is_open = fit.get(Parameter::MuS).is_some_and(|mu_s| mu_s.status == Status::NotIdentified);
-    let is_slow = film.solution.topspins().iter().all(|(_, topspin)| *topspin < DIFFERS);
-    (is_open && is_slow).then(|| {
-        "Only topspin presses the object ball into the cloth, so that these shots do not determine μ_s; some natural-roll shots do."
-            .to_owned()
-    })
-}
-
-/// Returns how well the frames determine the frame rate, on which e rests.
-fn rate(solution: &Solution) -> Option<String> {
-    let found = solution.get(Id::Rate)?;
-    Some(format!(
-        "Frame rate over the stated one: {}, from the frames and what is taken of it beforehand (± {} %).",
-        with_error(found.value, found.std_error?),
-        plain(100.0 * found.prior?.sd, 2)
-    ))
-}
-
-/// Returns what was found on the way to the impacts of discs.
-pub(super) fn of_discs(solution: &Solution, shots: &[(TrackShot, DiscImpact)]) -> Vec<String> {
-    let notes = [slowing(solution), touching(shots), missing(shots), flat(shots), turned(shots)];
-    notes.into_iter().flatten().collect()
 }
 
 /// Returns how the discs slow down, if it was estimated.
@@ -207,60 +195,58 @@ pub(super) fn rotation(unseen: usize, all: usize) -> Option<String> {
     })
 }
 
-fn touching(shots: &[(TrackShot, DiscImpact)]) -> Option<String> {
-    let longer = shots.iter().map(|(_, impact)| impact.touching).filter(|frames| *frames > 0);
-    let longest = longer.clone().max()?;
-    Some(format!(
-        "In {} of {} shots the discs touch for several frames: up to {longest} on either side of the impact were left out. The paths \
-         before and after give e and J_t/J_n of the whole contact, if nothing else pushes a disc meanwhile.",
-        longer.count(),
-        shots.len()
-    ))
+/// Returns what was found on the way to the impacts of discs.
+pub(super) fn of_discs(solution: &Solution, shots: &[(TrackShot, DiscImpact)]) -> Vec<String> {
+    let mut notes = Vec::from_iter(slowing(solution));
+    let all = shots.len();
+    let touching = || shots.iter().map(|(_, impact)| impact.touching).filter(|frames| *frames > 0);
+    if let Some(longest) = touching().max() {
+        notes.push(format!(
+            "In {} of {all} shots the discs touch for several frames: up to {longest} on either side of the impact were left out. The \
+             paths before and after give e and J_t/J_n of the whole contact, if nothing else pushes a disc meanwhile.",
+            touching().count()
+        ));
+    }
+    let missing = shots.iter().filter(|(track, impact)| misses_frames(track, impact)).count();
+    if missing > 0 {
+        notes.push(format!(
+            "In {missing} of {all} shots the frames about the impact are missing. It is taken to be where the paths before and after \
+             cross, as if both discs changed their velocities at one instant and nothing else pushed them in the gap."
+        ));
+    }
+    let flat = shots.iter().filter(|(track, _)| constant_axis(track).is_some()).count();
+    if flat > 0 {
+        notes.push(format!(
+            "In {flat} of {all} shots one coordinate never changes: films of one dimension, in which the line of centres is along the \
+             other. They determine e, but neither J_t/J_n nor μ, which need hits off the centre."
+        ));
+    }
+    let turned: Vec<_> = shots.iter().filter_map(|(track, impact)| Some((track, turned(impact)?))).collect();
+    if let Some((first, [before, after])) = turned.first() {
+        notes.push(format!(
+            "The slip of the contact turns round in the impact in {} of {all} shots, first in shot {}, from {before:.3} to {after:.3}: \
+             an elastic surface (a rubber band) throws back along the surface, too, as a contact does that gives way (kappa).",
+            turned.len(),
+            first.name
+        ));
+    }
+    notes
 }
 
-fn missing(shots: &[(TrackShot, DiscImpact)]) -> Option<String> {
-    let misses = |(track, impact): &&(TrackShot, DiscImpact)| {
-        let Some(time) = impact.get(Quantity::Time) else { return false };
-        [&track.cue, &track.object].into_iter().any(|samples| {
-            let after = samples.partition_point(|sample| sample.t < time.value);
-            let before = after.checked_sub(1).and_then(|i| samples.get(i));
-            before.zip(samples.get(after)).is_some_and(|(a, b)| (b.t - a.t) * track.fps > GAP)
-        })
-    };
-    let count = shots.iter().filter(misses).count();
-    (count > 0).then(|| {
-        format!(
-            "In {count} of {} shots the frames about the impact are missing. It is taken to be where the paths before and after cross, \
-             as if both discs changed their velocities at one instant and nothing else pushed them in the gap.",
-            shots.len()
-        )
+/// Returns whether frames about an impact are missing.
+fn misses_frames(track: &TrackShot, impact: &DiscImpact) -> bool {
+    let Some(time) = impact.get(Quantity::Time) else { return false };
+    [&track.cue, &track.object].into_iter().any(|samples| {
+        let after = samples.partition_point(|sample| sample.t < time.value);
+        let before = after.checked_sub(1).and_then(|i| samples.get(i));
+        before.zip(samples.get(after)).is_some_and(|(a, b)| (b.t - a.t) * track.fps > GAP)
     })
 }
 
-fn flat(shots: &[(TrackShot, DiscImpact)]) -> Option<String> {
-    let count = shots.iter().filter(|(track, _)| constant_axis(track).is_some()).count();
-    (count > 0).then(|| {
-        format!(
-            "In {count} of {} shots one coordinate never changes: films of one dimension, in which the line of centres is along the \
-             other. They determine e, but neither J_t/J_n nor μ, which need hits off the centre.",
-            shots.len()
-        )
-    })
-}
-
-fn turned(shots: &[(TrackShot, DiscImpact)]) -> Option<String> {
-    let turned = |(track, impact): &(TrackShot, DiscImpact)| {
-        let (before, after) = (impact.get(Quantity::SlipBefore)?, impact.get(Quantity::SlipAfter)?);
-        let surely = after.value.abs() > SURELY * after.sd.unwrap_or(f64::INFINITY);
-        (impact.stuck.is_none() && before.value * after.value < 0.0 && surely)
-            .then(|| (track.name.clone(), before.value, after.value))
-    };
-    let turned: Vec<_> = shots.iter().filter_map(turned).collect();
-    let (name, before, after) = turned.first()?;
-    Some(format!(
-        "The slip of the contact turns round in the impact in {} of {} shots, first in shot {name}, from {before:.3} to {after:.3}: an \
-         elastic surface (a rubber band) throws back along the surface, too, as a contact does that gives way (kappa).",
-        turned.len(),
-        shots.len()
-    ))
+/// Returns the slip before and after an impact that turned it round, m/s.
+fn turned(impact: &DiscImpact) -> Option<[f64; 2]> {
+    let (before, after) = (impact.get(Quantity::SlipBefore)?, impact.get(Quantity::SlipAfter)?);
+    let surely = after.value.abs() > SURELY * after.sd.unwrap_or(f64::INFINITY);
+    let is_turned = impact.stuck.is_none() && before.value * after.value < 0.0 && surely;
+    is_turned.then_some([before.value, after.value])
 }

@@ -4,34 +4,30 @@ use std::sync::Arc;
 
 use statrs::distribution::{ContinuousCDF, StudentsT};
 
-use super::common::{Common, Tested, correlation, ids, noise_of};
-use super::deviations::{residuals, trends, whiten};
+use super::common::{Fitted, Tested};
+use super::deviations::{trends, whiten};
 use super::diagnostics::{other_models, refuted};
+use super::error::Request;
 use super::intervals::regions;
-use super::request::Request;
-use super::{
-    Computed, Depth, Diagnostics, Estimate, Fit, FitError, Intervals, Noise, Profile, Status, check, notes,
-};
+use super::{Depth, Diagnostics, Estimate, Fit, FitError, Intervals, Profile, Status, check, notes};
 use crate::measurement::dataset::Shot;
 use crate::measurement::number::plain;
 use crate::measurement::observable::Observable;
-use crate::measurement::parameter::{Parameter, Settings};
+use crate::measurement::parameter::Parameter;
 use crate::physics::collision::{Coefficients, Fidelity, FidelityChoice};
 use crate::physics::friction_law::Law;
-use crate::problem::{self, Determined, Deviations, Id, Policy, RowsChoices, RowsFit, fit_rows, predict};
+use crate::problem::{self, Determined, Finding, Id, Policy, RowsChoices, RowsFit, fit_rows, predict};
 
 /// With more shots than this the regions of pairs of parameters and other models, some hundred fits, take
 /// longer than reading, and are parabolas to the eye.
 const MANY_SHOTS: usize = 5_000;
 
 /// A fit with what it was fitted to.
-struct Fitted<'a> {
-    request: Request<'a>,
+struct OfRows<'a> {
+    common: Fitted<'a>,
     shots: &'a [&'a Shot],
-    settings: Settings,
     depth: Depth,
     rows: RowsFit,
-    deviations: Vec<Option<Deviations>>,
 }
 
 /// Fits the shots of a table.
@@ -47,20 +43,21 @@ pub(super) fn fit(request: Request) -> Result<Fit, FitError> {
     let choices = RowsChoices { fidelity, loss: options.loss, without_profiles, near: None };
     let rows = fit_rows(dataset, &shots, &choices, &Policy::default());
     let rows = rows.map_err(|error| request.of_rows(error))?;
-    let deviations = rows.solution.deviations();
-    let settings = dataset.settings_of_balls();
-    let fitted = Fitted { request, shots: &shots, settings, depth, rows, deviations };
+    let common = Fitted {
+        request,
+        settings: dataset.settings_of_balls(),
+        solution: Arc::new(rows.solution.clone()),
+        deviations: rows.solution.deviations(),
+    };
+    let fitted = OfRows { common, shots: &shots, depth, rows };
     let mut fit = fitted.fit();
-    let topspin = fitted.deviations.iter().flatten().any(|found| found.spins[0] > 0.0);
-    notes::comment(&mut fit, dataset, &shots, topspin, fitted.notes());
+    let mut deviations = fitted.common.deviations.iter().flatten();
+    let has_topspin = deviations.any(|found| found.spins[0] > 0.0);
+    notes::comment(&mut fit, dataset, &shots, has_topspin, fitted.notes());
     Ok(fit)
 }
 
-impl Fitted<'_> {
-    fn common(&self) -> Common<'_> {
-        Common { request: self.request, settings: &self.settings, solution: &self.rows.solution }
-    }
-
+impl OfRows<'_> {
     /// Returns the fit without what is to be said of it.
     fn fit(&self) -> Fit {
         let RowsFit { solution, estimates, as_free, .. } = &self.rows;
@@ -70,23 +67,21 @@ impl Fitted<'_> {
             estimates.push(Estimate::bare(Parameter::Kappa, kappa, Status::Fixed));
             estimates.sort_by_key(|estimate| estimate.parameter as usize);
         }
-        let covariance = solution.covariance_in(as_free, &ids(&estimates));
-        let correlation = correlation(&estimates, &covariance);
-        let mut fit = Fit { correlation, ..self.common().bare(estimates, Arc::new(solution.clone())) };
+        let is_known = |observable| self.noise_of(observable).is_none_or(|noise| noise.is_known);
+        let mut fit = self.common.bare(estimates, as_free, is_known);
         for rejected in &mut fit.shots_rejected {
-            let is_lost = |finding: &problem::Finding| matches!(finding, problem::Finding::LostShots { names } if names.contains(&rejected.shot));
+            let is_lost = |finding: &Finding| matches!(finding, Finding::LostShots { names } if names.contains(&rejected.shot));
             if solution.findings.iter().any(is_lost) {
                 rejected.reason.push_str(&self.worst(&rejected.shot).unwrap_or_default());
             }
         }
-        fit.dof = solution.dof();
-        let is_known = |observable| self.noise_of(observable).is_none_or(|noise| noise.is_known);
-        fit.residuals = residuals(&solution.names[0], &self.deviations, is_known);
-        fit.noise = noise_of(&fit.residuals).into_iter().map(|noise| self.estimated(noise)).collect();
-        let computed = Computed::of(solution, self.request.options.fidelity);
-        fit.effects = Computed::effects(&computed);
+        for noise in &mut fit.noise {
+            let Some(found) = self.noise_of(noise.observable) else { continue };
+            let is_rounding = found.rounding > 0.0 && found.sd <= found.rounding;
+            noise.estimated_sd = Some(if found.is_known { found.sd } else { f64::NAN });
+            noise.rounding = is_rounding.then_some(found.rounding);
+        }
         fit.diagnostics = self.diagnostics(&fit);
-        fit.diagnostics.computed = computed;
         refuted::judge(&mut fit, self.shots);
         fit
     }
@@ -95,8 +90,8 @@ impl Fitted<'_> {
     fn worst(&self, name: &str) -> Option<String> {
         let shot = self.shots.iter().find(|shot| shot.name == name)?;
         let value = |id: Id| self.rows.solution.value(id);
-        let mut model = self.request.dataset.model(Fidelity::Full);
-        if self.settings.falls {
+        let mut model = self.common.request.dataset.model(Fidelity::Full);
+        if self.common.settings.falls {
             model.law = Law::Exponential { b: value(Id::FallB), c: value(Id::FallC) };
         }
         let coefficients = Coefficients { mu: value(Id::Mu), mu_s: value(Id::MuS), e: value(Id::E) };
@@ -122,54 +117,37 @@ impl Fitted<'_> {
         self.rows.noises.iter().find(|noise| noise.observables.contains(&observable))
     }
 
-    /// Returns the noise of an observable with what was estimated of it.
-    fn estimated(&self, noise: Noise) -> Noise {
-        let Some(found) = self.noise_of(noise.observable) else { return noise };
-        let is_rounding = found.rounding > 0.0 && found.sd <= found.rounding;
-        Noise {
-            estimated_sd: Some(if found.is_known { found.sd } else { f64::NAN }),
-            rounding: is_rounding.then_some(found.rounding),
-            ..noise
-        }
-    }
-
     fn diagnostics(&self, fit: &Fit) -> Diagnostics {
-        let Self { rows: RowsFit { solution, as_free, noises, dof, .. }, depth, request, .. } = self;
-        let common = self.common();
-        let is_of_contact = |estimate: &&Estimate| !estimate.parameter.is_of_balls();
-        let of_contact = || fit.estimates.iter().filter(is_of_contact);
+        let Self { common, rows: RowsFit { solution, as_free, noises, dof, .. }, depth, .. } = self;
         let is_informed = |estimate: &Estimate| solution.is_informed(Id::from(estimate.parameter));
-        let is_silent = |estimate: &&Estimate| estimate.status == Status::NotIdentified;
-        let free =
-            of_contact().filter(|e| e.status == Status::Free || is_silent(e)).filter(|e| is_informed(e));
-        let free: Vec<Parameter> = free.map(|e| e.parameter).collect();
-        let silent = fit.estimates.iter().filter(is_silent).filter(|e| !is_informed(e));
+        let is_silent = |estimate: &Estimate| estimate.status == Status::NotIdentified;
+        let free = fit.of_contact().filter(|e| e.status == Status::Free || is_silent(e));
+        let free: Vec<Parameter> = free.filter(|e| is_informed(e)).map(|e| e.parameter).collect();
+        let silent = fit.estimates.iter().filter(|e| is_silent(e) && !is_informed(e));
         let silent = silent.map(|e| e.parameter).collect();
         let tested = Tested {
-            counted: fit.tested(),
             chi2: solution.chi2_of_all(),
             dof: fit.dof as f64,
             is_stated: noises.is_empty() && solution.weights().is_empty(),
-            standardized: self.deviations.iter().flatten().flat_map(whiten).collect(),
-            trends: trends(solution, &self.deviations, |slope| self.chance(slope)),
+            standardized: common.deviations.iter().flatten().flat_map(whiten).collect(),
+            trends: trends(solution, &common.deviations, |slope, _| self.chance(slope)),
         };
         let mut diagnostics = common.diagnostics(&free, silent, tested);
         diagnostics.has_rival = fit.estimates.iter().any(|estimate| estimate.includes_other_minimum);
-        let refutes =
-            |finding: &problem::Finding| matches!(finding, problem::Finding::Misfit { refutes: true, .. });
-        let is_refuted = solution.findings.iter().any(refutes);
-        let everything = *depth >= Depth::Everything && !is_refuted;
-        let has_error = |estimate: &&Estimate| estimate.std_error.is_some();
-        // also those at bounds, at which their regions end
-        let is_drawn = |estimate: &&Estimate| has_error(estimate) || estimate.is_at_bound();
-        let drawn: Vec<&Estimate> = of_contact().filter(is_drawn).collect();
-        if everything && diagnostics.robust.is_none() && self.rows.knows_noise() {
+        let refutes = |finding: &Finding| matches!(finding, Finding::Misfit { refutes: true, .. });
+        if *depth < Depth::Everything || solution.findings.iter().any(refutes) {
+            return diagnostics;
+        }
+        if diagnostics.robust.is_none() && self.rows.knows_noise() {
+            let has_error = |estimate: &&Estimate| estimate.std_error.is_some();
+            // also those at bounds, at which their regions end
+            let drawn = fit.of_contact().filter(|estimate| has_error(estimate) || estimate.is_at_bound());
+            let drawn: Vec<&Estimate> = drawn.collect();
             diagnostics.contours = regions::contours(solution, as_free, &drawn, *dof);
-            diagnostics.profiles = of_contact().filter(has_error).filter_map(|e| self.profile(e)).collect();
+            diagnostics.profiles =
+                fit.of_contact().filter(has_error).filter_map(|e| self.profile(e)).collect();
         }
-        if everything {
-            diagnostics.alternatives = other_models::compare(*request, &self.rows, &self.deviations);
-        }
+        diagnostics.alternatives = other_models::compare(common.request, &self.rows, &common.deviations);
         diagnostics
     }
 
@@ -198,11 +176,11 @@ impl Fitted<'_> {
 
     /// Returns what is good to know of the fit of a table.
     fn notes(&self) -> impl Iterator<Item = String> {
-        let has_no_speed = self.deviations.iter().flatten().any(|found| found.speed.is_none());
+        let has_no_speed = self.common.deviations.iter().flatten().any(|found| found.speed.is_none());
         let speed = has_no_speed.then_some(
             "Some shots have no speed. Only angles and ratios were asked of them, which do not depend on it.",
         );
-        let regions = (self.depth < self.request.options.depth).then_some(
+        let regions = (self.depth < self.common.request.options.depth).then_some(
             "With so many shots the regions of pairs of parameters and other models are left out.",
         );
         speed.into_iter().chain(regions).map(str::to_owned)

@@ -276,44 +276,33 @@ pub const DOWN_WEIGHTED: f64 = 0.5;
 /// Shots that count less under a robust loss.
 #[derive(Clone, Debug, PartialEq, Serialize, JsonSchema)]
 pub struct Robust {
-    /// The loss.
-    #[serde(flatten, serialize_with = "loss")]
-    #[schemars(with = "RobustLoss")]
-    pub loss: Loss,
-    /// The shots that count less, the least first.
-    #[serde(rename = "weights_below_1", serialize_with = "weights")]
-    #[schemars(with = "Vec<Weight>")]
-    pub weights: Vec<(String, f64)>,
-}
-
-/// A robust loss.
-#[derive(Serialize, JsonSchema)]
-struct RobustLoss {
     /// huber or cauchy.
-    loss: Loss,
+    pub loss: Loss,
     /// Distance from which on an observation counts less, in standard deviations.
     #[schemars(with = "Option<f64>")]
-    tuning_constant: f64,
+    pub tuning_constant: f64,
     /// How the errors were found.
-    covariance: &'static str,
-}
-
-fn loss<S: Serializer>(loss: &Loss, serializer: S) -> Result<S::Ok, S::Error> {
-    let (loss, tuning_constant) = (*loss, loss.tuning());
-    RobustLoss { loss, tuning_constant, covariance: "sandwich" }.serialize(serializer)
+    pub covariance: &'static str,
+    /// The shots that count less, the least first.
+    #[serde(rename = "weights_below_1")]
+    pub weights: Vec<Weight>,
 }
 
 /// The weight of a shot.
-#[derive(Serialize, JsonSchema)]
-struct Weight<'a> {
+#[derive(Clone, Debug, PartialEq, Serialize, JsonSchema)]
+pub struct Weight {
     /// Name of the shot.
-    shot: &'a str,
+    pub shot: String,
     /// Its weight, 0 to 1.
-    weight: f64,
+    pub weight: f64,
 }
 
-fn weights<S: Serializer>(weights: &[(String, f64)], serializer: S) -> Result<S::Ok, S::Error> {
-    serializer.collect_seq(weights.iter().map(|(shot, weight)| Weight { shot, weight: *weight }))
+impl Robust {
+    /// Returns the weights by a loss, with errors from the scatter of the shots.
+    #[must_use]
+    pub fn new(loss: Loss, weights: Vec<Weight>) -> Self {
+        Self { loss, tuning_constant: loss.tuning(), covariance: "sandwich", weights }
+    }
 }
 
 /// Standard deviations between shots of discs, beyond the errors of their frames; 0 where they show none.

@@ -97,8 +97,19 @@ impl Dataset {
 
     /// Returns the object ball, with what is known of its mass and radius; `None` for discs.
     fn object_ball(&self) -> Option<ObjectBall> {
-        let is_of_discs = self.tracks.as_ref().is_some_and(|tracks| tracks.discs.is_some());
-        (!is_of_discs).then(|| self.object.unwrap_or(ObjectBall::unweighed(self.ball)))
+        (!self.is_of_discs()).then(|| self.object.unwrap_or(ObjectBall::unweighed(self.ball)))
+    }
+
+    /// Returns whether discs were filmed, and not balls.
+    pub(crate) fn is_of_discs(&self) -> bool {
+        self.tracks.as_ref().is_some_and(|tracks| tracks.discs.is_some())
+    }
+
+    /// Returns the number of shots that a fit can use, once the impacts of films were found.
+    #[must_use]
+    pub fn count_usable(&self) -> usize {
+        let filmed = self.tracks.iter().filter(|tracks| tracks.discs.is_some());
+        filmed.map(|tracks| tracks.shots.len()).next().unwrap_or(self.shots.len())
     }
 
     /// Returns the settings of its fit, with what is known of the masses and radii of both balls.
@@ -191,16 +202,17 @@ impl Shot {
             value,
             sd: normal_sd.map(|sd| sd * across.abs().max(1e-12)),
         };
-        let of = |observable: fn(Axis) -> Observable, velocity: [Measured; 2]| {
-            [Axis::X, Axis::Y]
-                .into_iter()
-                .zip(velocity)
-                .map(move |(axis, measured)| Measurement { observable: observable(axis), measured })
-        };
         let before = Before::Impact { normal: [component(nx, ny), component(ny, nx)], velocity: before };
-        let after =
-            of(Observable::CueVelocity, cue_after).chain(of(Observable::ObjectVelocity, object_after));
-        Self::new(name, before, spin, after.collect())
+        let mut after = Vec::new();
+        for (i, axis) in [Axis::X, Axis::Y].into_iter().enumerate() {
+            after.push(Measurement { observable: Observable::CueVelocity(axis), measured: cue_after[i] });
+            after.push(Measurement {
+                observable: Observable::ObjectVelocity(axis),
+                measured: object_after[i],
+            });
+        }
+        after.sort_by_key(|row| row.observable);
+        Self::new(name, before, spin, after)
     }
 
     /// Makes the side spin of a shot that is stated as stun or natural roll uncertain: `sd` is the

@@ -96,68 +96,58 @@ impl Axis {
     }
 }
 
+/// Each observable with its column, label and unit: those of angles, of discs and of impacts.
+const TEXTS: [(Observable, [&str; 3]); 24] = [
+    (Observable::Throw, ["throw_deg", "throw", "°"]),
+    (Observable::CueTurn, ["cue_turn_deg", "cue-ball turn", "°"]),
+    (Observable::Separation, ["separation_deg", "separation angle", "°"]),
+    (Observable::ObjectSpeed, ["object_speed_m_s", "object-ball speed", "m/s"]),
+    (Observable::CueSpeed, ["cue_speed_m_s", "cue-ball speed", "m/s"]),
+    (Observable::ObjectSpeedRatio, ["object_speed_ratio", "object-ball speed ratio", ""]),
+    (Observable::ObjectSpeedRolling, ["object_speed_rolling_m_s", "object-ball speed, rolling", "m/s"]),
+    (Observable::CueSpeedRolling, ["cue_speed_rolling_m_s", "cue-ball speed, rolling", "m/s"]),
+    (Observable::CueTurnRolling, ["cue_turn_rolling_deg", "cue-ball turn, rolling", "°"]),
+    (Observable::ObjectAngleRolling, ["object_angle_rolling_deg", "object-ball angle, rolling", "°"]),
+    (Observable::Restitution, ["e", "e", ""]),
+    (Observable::ImpulseRatio, ["impulse_ratio", "J_t/J_n", ""]),
+    (Observable::CueVelocity(Axis::X), ["cue_vx_after", "cue-ball vx", "m/s"]),
+    (Observable::CueVelocity(Axis::Y), ["cue_vy_after", "cue-ball vy", "m/s"]),
+    (Observable::CueVelocity(Axis::Z), ["cue_vz_after", "cue-ball vz", "m/s"]),
+    (Observable::ObjectVelocity(Axis::X), ["obj_vx_after", "object-ball vx", "m/s"]),
+    (Observable::ObjectVelocity(Axis::Y), ["obj_vy_after", "object-ball vy", "m/s"]),
+    (Observable::ObjectVelocity(Axis::Z), ["obj_vz_after", "object-ball vz", "m/s"]),
+    (Observable::CueSpin(Axis::X), ["cue_wx_after", "cue-ball ωx", "rad/s"]),
+    (Observable::CueSpin(Axis::Y), ["cue_wy_after", "cue-ball ωy", "rad/s"]),
+    (Observable::CueSpin(Axis::Z), ["cue_wz_after", "cue-ball ωz", "rad/s"]),
+    (Observable::ObjectSpin(Axis::X), ["obj_wx_after", "object-ball ωx", "rad/s"]),
+    (Observable::ObjectSpin(Axis::Y), ["obj_wy_after", "object-ball ωy", "rad/s"]),
+    (Observable::ObjectSpin(Axis::Z), ["obj_wz_after", "object-ball ωz", "rad/s"]),
+];
+
+/// Returns N observables of the table, from the one at `first`.
+const fn listed<const N: usize>(first: usize) -> [Observable; N] {
+    let mut all = [Observable::Throw; N];
+    let mut i = 0;
+    while i < N {
+        all[i] = TEXTS[first + i].0;
+        i += 1;
+    }
+    all
+}
+
 impl Observable {
     /// The observables of a data set of kind `angles`.
-    pub const ANGLES: [Self; 10] = [
-        Self::Throw,
-        Self::CueTurn,
-        Self::Separation,
-        Self::ObjectSpeed,
-        Self::CueSpeed,
-        Self::ObjectSpeedRatio,
-        Self::ObjectSpeedRolling,
-        Self::CueSpeedRolling,
-        Self::CueTurnRolling,
-        Self::ObjectAngleRolling,
-    ];
-
-    /// The observables of a data set of kind `impacts`.
-    pub const IMPACTS: [Self; 12] = [
-        Self::CueVelocity(Axis::X),
-        Self::CueVelocity(Axis::Y),
-        Self::CueVelocity(Axis::Z),
-        Self::ObjectVelocity(Axis::X),
-        Self::ObjectVelocity(Axis::Y),
-        Self::ObjectVelocity(Axis::Z),
-        Self::CueSpin(Axis::X),
-        Self::CueSpin(Axis::Y),
-        Self::CueSpin(Axis::Z),
-        Self::ObjectSpin(Axis::X),
-        Self::ObjectSpin(Axis::Y),
-        Self::ObjectSpin(Axis::Z),
-    ];
+    pub const ANGLES: [Self; 10] = listed(0);
 
     /// The observables of discs.
-    pub const DISCS: [Self; 2] = [Self::Restitution, Self::ImpulseRatio];
+    pub const DISCS: [Self; 2] = listed(10);
+
+    /// The observables of a data set of kind `impacts`.
+    pub const IMPACTS: [Self; 12] = listed(12);
 
     /// Returns its column, label and unit.
     fn texts(self) -> [&'static str; 3] {
-        match self {
-            Self::Throw => ["throw_deg", "throw", "°"],
-            Self::CueTurn => ["cue_turn_deg", "cue-ball turn", "°"],
-            Self::Separation => ["separation_deg", "separation angle", "°"],
-            Self::ObjectSpeed => ["object_speed_m_s", "object-ball speed", "m/s"],
-            Self::CueSpeed => ["cue_speed_m_s", "cue-ball speed", "m/s"],
-            Self::ObjectSpeedRatio => ["object_speed_ratio", "object-ball speed ratio", ""],
-            Self::ObjectSpeedRolling => ["object_speed_rolling_m_s", "object-ball speed, rolling", "m/s"],
-            Self::CueSpeedRolling => ["cue_speed_rolling_m_s", "cue-ball speed, rolling", "m/s"],
-            Self::CueTurnRolling => ["cue_turn_rolling_deg", "cue-ball turn, rolling", "°"],
-            Self::ObjectAngleRolling => ["object_angle_rolling_deg", "object-ball angle, rolling", "°"],
-            Self::Restitution => ["e", "e", ""],
-            Self::ImpulseRatio => ["impulse_ratio", "J_t/J_n", ""],
-            Self::CueVelocity(Axis::X) => ["cue_vx_after", "cue-ball vx", "m/s"],
-            Self::CueVelocity(Axis::Y) => ["cue_vy_after", "cue-ball vy", "m/s"],
-            Self::CueVelocity(Axis::Z) => ["cue_vz_after", "cue-ball vz", "m/s"],
-            Self::ObjectVelocity(Axis::X) => ["obj_vx_after", "object-ball vx", "m/s"],
-            Self::ObjectVelocity(Axis::Y) => ["obj_vy_after", "object-ball vy", "m/s"],
-            Self::ObjectVelocity(Axis::Z) => ["obj_vz_after", "object-ball vz", "m/s"],
-            Self::CueSpin(Axis::X) => ["cue_wx_after", "cue-ball ωx", "rad/s"],
-            Self::CueSpin(Axis::Y) => ["cue_wy_after", "cue-ball ωy", "rad/s"],
-            Self::CueSpin(Axis::Z) => ["cue_wz_after", "cue-ball ωz", "rad/s"],
-            Self::ObjectSpin(Axis::X) => ["obj_wx_after", "object-ball ωx", "rad/s"],
-            Self::ObjectSpin(Axis::Y) => ["obj_wy_after", "object-ball ωy", "rad/s"],
-            Self::ObjectSpin(Axis::Z) => ["obj_wz_after", "object-ball ωz", "rad/s"],
-        }
+        TEXTS.iter().find(|(one, _)| *one == self).map_or([""; 3], |(_, texts)| *texts)
     }
 
     /// Returns the column that holds it in a data file, which ends in the unit if that is not SI.
@@ -180,10 +170,7 @@ impl Observable {
 
     /// Returns whether it is an angle: radians inside, degrees in files, tables and plots.
     pub(crate) fn is_angle(self) -> bool {
-        matches!(
-            self,
-            Self::Throw | Self::CueTurn | Self::Separation | Self::CueTurnRolling | Self::ObjectAngleRolling
-        )
+        self.unit() == "°"
     }
 
     /// Returns one unit of the column in SI: π/180 for angles, else 1.
@@ -197,7 +184,7 @@ impl FromStr for Observable {
     type Err = UnknownName;
 
     fn from_str(column: &str) -> Result<Self, UnknownName> {
-        let all = [&Self::ANGLES[..], &Self::IMPACTS, &Self::DISCS].concat();
+        let all: [Self; TEXTS.len()] = listed(0);
         named("observable", &all, |observable| [observable.column()], column)
     }
 }

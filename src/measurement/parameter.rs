@@ -134,11 +134,11 @@ impl Setting {
             Parameter::ESlope => (-1.0..=1.0, "-1 to 1 s/m"),
             _ => (0.0..=f64::MAX, "0 or more"),
         };
-        let mut faults: Vec<SettingFault> = [("lower", lower), ("upper", upper), (value_key, initial)]
-            .into_iter()
-            .filter(|(_, value)| !range.contains(value))
-            .map(|(key, value)| fault(key, value, format!("; expected {allowed}")))
-            .collect();
+        let outside = [("lower", lower), ("upper", upper), (value_key, initial)];
+        let outside = outside.into_iter().filter(|(_, value)| !range.contains(value));
+        let mut faults: Vec<SettingFault> =
+            outside.map(|(key, value)| fault(key, value, format!("; expected {allowed}"))).collect();
+        let bounds_hold = faults.is_empty();
         if let Some(Prior { mean, sd }) = prior {
             for (key, value) in [("prior_mean", mean), ("prior_sd", sd)] {
                 if !value.is_finite() {
@@ -149,13 +149,10 @@ impl Setting {
                 faults.push(fault("prior_sd", sd, "; expected more than 0".to_owned()));
             }
         }
-        if faults.iter().any(|fault| ["lower", "upper", value_key].contains(&fault.key)) {
-            return faults;
-        }
-        if lower > upper {
+        if bounds_hold && lower > upper {
             let rest = format!(", above {}.upper, {upper:?}; expected lower ≤ upper", parameter.name());
             faults.push(fault("lower", lower, rest));
-        } else if !(lower..=upper).contains(&initial) {
+        } else if bounds_hold && !(lower..=upper).contains(&initial) {
             let rest = format!("; expected {lower:?} to {upper:?}, its bounds");
             faults.push(fault(value_key, initial, rest));
         }

@@ -4,11 +4,11 @@
 use std::collections::BTreeMap;
 use std::path::Path;
 
-use super::dataset::{Before, Dataset, Joint, Measured, Shot};
+use super::dataset::{Before, Dataset, Joint, Measured, ObjectBall, Shot};
 use super::parameter::Parameter;
 use super::spin::Spin;
 use super::track::{Sample, TrackShot};
-use crate::physics::ball::HOLLOW_SPHERE;
+use crate::physics::ball::{Ball, HOLLOW_SPHERE};
 
 /// A line of centres is taken for a unit vector, and made one, if its length is within this of 1.
 const UNIT: f64 = 1e-3;
@@ -66,18 +66,22 @@ impl Dataset {
     /// what was expected. Empty for every data set that was read from files.
     #[must_use]
     pub fn faults(&self) -> Vec<String> {
-        let mut numbers = vec![("ball", self.ball)];
-        numbers.extend(self.object.map(|object| ("object", object.ball)));
-        let numbers = numbers.into_iter().flat_map(|(which, ball)| {
-            let each = [("radius", ball.radius), ("mass", ball.mass), ("inertia", ball.inertia)];
-            each.map(|(name, value)| Fault::of_number(&format!("{which}.{name}"), value, POSITIVE))
-        });
-        let sds = self.object.into_iter().flat_map(|object| {
-            let each = [("mass_sd", object.mass_sd.unwrap_or_default()), ("radius_sd", object.radius_sd)];
-            let each = each.map(|(name, sds)| sds.map(|sd| Fault::of_number(name, sd, NOT_NEGATIVE)));
-            each.into_iter().flatten()
-        });
-        let mut faults: Vec<String> = numbers.chain(sds).flatten().map(|fault| fault.to_string()).collect();
+        let mut faults = Vec::new();
+        let mut check = |key: &str, value: f64, condition: Condition| {
+            faults.extend(Fault::of_number(key, value, condition).map(|fault| fault.to_string()));
+        };
+        let object = self.object.map(|object| ("object", object.ball));
+        for (which, Ball { radius, mass, inertia }) in [("ball", self.ball)].into_iter().chain(object) {
+            for (name, value) in [("radius", radius), ("mass", mass), ("inertia", inertia)] {
+                check(&format!("{which}.{name}"), value, POSITIVE);
+            }
+        }
+        if let Some(ObjectBall { mass_sd, radius_sd, .. }) = self.object {
+            for i in 0..2 {
+                check("mass_sd", mass_sd.unwrap_or_default()[i], NOT_NEGATIVE);
+                check("radius_sd", radius_sd[i], NOT_NEGATIVE);
+            }
+        }
         for parameter in Parameter::ALL {
             let of_setting = self.settings[parameter].faults(parameter).into_iter();
             faults.extend(
@@ -101,13 +105,12 @@ impl Dataset {
         let names = self.names();
         let once = if self.shots.is_empty() { names.len() } else { self.shots.len() };
         let mut counts: BTreeMap<&str, usize> = BTreeMap::new();
-        names.iter().rev().take(once).for_each(|name| *counts.entry(name).or_default() += 1);
-        let twice = counts.into_iter().filter(|(_, count)| *count > 1);
-        faults.extend(
-            twice.map(|(name, count)| {
-                format!("{count} shots are named \"{name}\"; expected names that differ")
-            }),
-        );
+        for name in names.iter().rev().take(once) {
+            *counts.entry(name).or_default() += 1;
+        }
+        for (name, count) in counts.into_iter().filter(|(_, count)| *count > 1) {
+            faults.push(format!("{count} shots are named \"{name}\"; expected names that differ"));
+        }
         faults
     }
 }

@@ -44,7 +44,6 @@ mod uncertainty;
 mod unknowns;
 
 pub use discs::block::Component;
-pub(crate) use discs::equal::ball;
 pub use discs::impact::{DiscImpact, Doubt};
 pub use discs::measure::{MeasuredDiscs, measure_discs};
 pub use discs::quantities::Quantity;

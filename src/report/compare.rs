@@ -89,7 +89,7 @@ pub(super) fn counted(comparison: &Comparison) -> Counted {
     if comparison.is_filmed {
         return Counted::Coordinates;
     }
-    Counted::of(comparison.residuals.iter().map(|residual| residual.of_shot.observable))
+    Counted::of(comparison.residuals.iter().map(|residual| &residual.of_shot.observable))
 }
 
 fn chi2(comparison: &Comparison) -> String {

@@ -115,11 +115,10 @@ pub(super) fn of_labels(fits: &[Fit], folders: &[String]) -> Report {
 fn camera(fit: &Fit) -> Option<Section> {
     let found = fit.camera.as_ref()?;
     let rows = found.corrections.iter().map(|correction| {
-        let adopted = if correction.adopted { "corrected" } else { "not called for" };
         let value = with_error(correction.value, correction.std_error);
-        vec![correction.which.words().to_owned(), value, adopted.to_owned()]
+        vec![correction.which.words().to_owned(), value]
     });
-    let table = Table::new(["", "found", ""], rows);
+    let table = Table::new(["", "found"], rows);
     let figure = Block::figure("How far positions were moved", plot::camera::figure(found));
     let about = format!("from the frames of {} shots; ± one standard error", found.shots);
     Section::new("Camera", about, [table.into(), figure])

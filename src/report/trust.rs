@@ -179,7 +179,7 @@ pub(super) fn down_weighted(losses: &str, weights: impl Iterator<Item = (String,
 }
 
 fn robust(found: &Robust) -> Option<Section> {
-    let weights = found.weights.iter().map(|(shot, weight)| (format!("shot {shot}"), *weight));
+    let weights = found.weights.iter().map(|one| (format!("shot {}", one.shot), one.weight));
     down_weighted(found.loss.name(), weights)
 }
 

@@ -28,10 +28,10 @@ pub use spec::{BallSpec, Camera, ClothSpec, Noise, Played, Shots, Spec, Truth};
 pub(crate) use tracks::on_top;
 pub use tracks::{TrueImpact, noise_free};
 
-/// Why a specification cannot be followed.
-#[derive(Clone, Debug, PartialEq, thiserror::Error)]
+/// Why a synthetic data set cannot be made.
+#[derive(Debug, thiserror::Error)]
 #[non_exhaustive]
-pub enum BadSpec {
+pub enum SynthError {
     /// A value of the specification is out of its range.
     #[error(transparent)]
     Value(#[from] Fault),
@@ -41,6 +41,12 @@ pub enum BadSpec {
     /// One of its shots cannot be predicted.
     #[error("a shot of this specification cannot be predicted: {0}")]
     Unpredictable(#[from] Unpredictable),
+    /// The files cannot be written.
+    #[error("the folder of temporary files cannot be written: {0}")]
+    Write(#[from] std::io::Error),
+    /// The files cannot be read back.
+    #[error(transparent)]
+    Load(#[from] DatasetError),
 }
 
 /// Reads a SPEC.toml.
@@ -56,7 +62,7 @@ pub fn read(path: &Path) -> Result<Spec, DatasetError> {
 ///
 /// # Errors
 /// A value out of its range, named with what was expected.
-pub fn generate(spec: &Spec) -> Result<Vec<(&'static str, String)>, BadSpec> {
+pub fn generate(spec: &Spec) -> Result<Vec<(&'static str, String)>, SynthError> {
     generate_with(spec, &spec.usual_model())
 }
 
@@ -65,7 +71,7 @@ pub fn generate(spec: &Spec) -> Result<Vec<(&'static str, String)>, BadSpec> {
 ///
 /// # Errors
 /// As [`generate`]; or the model's contact is rigid along its surface, and the specification's is not.
-pub fn generate_with(spec: &Spec, model: &Model) -> Result<Vec<(&'static str, String)>, BadSpec> {
+pub fn generate_with(spec: &Spec, model: &Model) -> Result<Vec<(&'static str, String)>, SynthError> {
     spec.check()?;
     let kappa = spec.truth.kappa.filter(|kappa| *kappa != 0.0);
     if let Some(kappa) = kappa.filter(|_| !model.fidelity.effects().compliance) {
@@ -105,26 +111,11 @@ pub fn dataset(spec: &Spec) -> Result<Dataset, SynthError> {
     Ok(crate::io::load(folder.path())?)
 }
 
-/// Why a synthetic data set cannot be made.
-#[derive(Debug, thiserror::Error)]
-#[non_exhaustive]
-pub enum SynthError {
-    /// The specification cannot be followed.
-    #[error(transparent)]
-    Spec(#[from] BadSpec),
-    /// The files cannot be written.
-    #[error("the folder of temporary files cannot be written: {0}")]
-    Write(#[from] std::io::Error),
-    /// The files cannot be read back.
-    #[error(transparent)]
-    Load(#[from] DatasetError),
-}
-
 /// Returns the shots of a specification of kind `tracks` as a camera sees them, and what they really were.
 ///
 /// # Errors
 /// As [`generate`].
-pub fn filmed(spec: &Spec) -> Result<Vec<(TrackShot, TrueImpact)>, BadSpec> {
+pub fn filmed(spec: &Spec) -> Result<Vec<(TrackShot, TrueImpact)>, SynthError> {
     spec.check()?;
     Maker::new(spec, &spec.usual_model()).tracks()
 }
@@ -239,7 +230,7 @@ impl<'a> Maker<'a> {
         (speed, cut, BallState { velocity, spin })
     }
 
-    fn impacts(&mut self) -> Result<String, BadSpec> {
+    fn impacts(&mut self) -> Result<String, SynthError> {
         let noise = self.spec.noise;
         let shows_spins = self.spec.assumed().is_none();
         let line_sd = noise.line_of_centres_deg.to_radians();
@@ -279,7 +270,7 @@ impl<'a> Maker<'a> {
         Ok(table)
     }
 
-    fn angles(&mut self) -> Result<String, BadSpec> {
+    fn angles(&mut self) -> Result<String, SynthError> {
         let noise = self.spec.noise;
         let asked = [Observable::Throw, Observable::CueTurn, Observable::ObjectSpeed, Observable::CueSpeed];
         let shows_spins = self.spec.assumed().is_none();

@@ -5,7 +5,7 @@ use std::fmt::Write as _;
 
 use rand::Rng;
 
-use super::{BadSpec, Camera, ClothSpec, Maker, Played, between};
+use super::{Camera, ClothSpec, Maker, Played, SynthError, between};
 use crate::extraction::turn;
 use crate::measurement::spin::Spin;
 use crate::measurement::track::{Marker, Sample, TrackShot, TrackedBall};
@@ -31,16 +31,6 @@ pub struct TrueImpact {
     pub object_after: BallState,
 }
 
-/// The place, instant and direction of an impact.
-struct Meeting {
-    /// Instant, s.
-    time: f64,
-    /// Direction of the line of centres, rad.
-    direction: f64,
-    /// Place of the object ball, m.
-    object: [f64; 2],
-}
-
 /// The motion of both balls of a shot.
 struct Course {
     truth: TrueImpact,
@@ -50,15 +40,17 @@ struct Course {
 }
 
 impl Course {
-    /// Returns the motion of both balls from the cue ball just before the impact, in the collision frame.
+    /// Returns the motion of both balls from the cue ball just before the impact, in the collision frame; the impact is at an
+    /// instant (s), along a direction of the line of centres (rad), with the object ball at a place (m).
     fn new(
         model: &Model,
         coefficients: &Coefficients,
         cloth: &ClothSpec,
         cue: &BallState,
-        meeting: &Meeting,
+        time: f64,
+        direction: f64,
+        object: [f64; 2],
     ) -> Result<Self, NotACollision> {
-        let &Meeting { time, direction, object } = meeting;
         let outcome = model.collide(cue, coefficients)?;
         let frame = CollisionFrame::from_direction(direction);
         let table = |state: &BallState| BallState {
@@ -169,8 +161,7 @@ pub fn noise_free(
     (phase, places): (f64, &[Vec<Vec3>; 2]),
 ) -> Result<(TrackShot, TrueImpact), NotACollision> {
     let time = (camera.frames()[0] as f64 + phase) / camera.fps;
-    let meeting = Meeting { time, direction: 0.0, object: [0.5; 2] };
-    let course = Course::new(model, coefficients, cloth, cue, &meeting)?;
+    let course = Course::new(model, coefficients, cloth, cue, time, 0.0, [0.5; 2])?;
     let sample = |t: f64, [x, y]: [f64; 2]| Sample { t, x, y, sd: Some([camera.position_sd_m; 2]) };
     let centres = |ball| camera.times().map(|t| sample(t, course.centre(ball, t))).collect();
     let marker = |ball: TrackedBall, place: Vec3, number: usize| {
@@ -197,19 +188,19 @@ pub(crate) fn on_top(height: f64, angle: f64) -> Vec3 {
 
 impl Maker<'_> {
     /// Returns every shot as a camera sees it, and what it really was.
-    pub(super) fn tracks(&mut self) -> Result<Vec<(TrackShot, TrueImpact)>, BadSpec> {
+    pub(super) fn tracks(&mut self) -> Result<Vec<(TrackShot, TrueImpact)>, SynthError> {
         (0..self.spec.shots.count).map(|number| self.track(number)).collect()
     }
 
-    fn track(&mut self, number: usize) -> Result<(TrackShot, TrueImpact), BadSpec> {
+    fn track(&mut self, number: usize) -> Result<(TrackShot, TrueImpact), SynthError> {
         let camera = self.spec.camera;
         let sd = camera.position_sd_m;
         let (_, _, cue) = self.shot(number);
         let direction = self.between([-PI, PI]);
         let object = [self.between(Camera::FIELD_M), self.between(Camera::FIELD_M)];
         let time = (camera.frames()[0] as f64 + self.rng.random::<f64>()) / camera.fps;
-        let meeting = Meeting { time, direction, object };
-        let course = Course::new(&self.model, &self.coefficients, &self.spec.cloth, &cue, &meeting)?;
+        let Self { model, coefficients, spec, .. } = self;
+        let course = Course::new(model, coefficients, &spec.cloth, &cue, time, direction, object)?;
         let mut balls = [Vec::new(), Vec::new()];
         for t in camera.times() {
             for (ball, samples) in BALLS.into_iter().zip(&mut balls) {

@@ -10,7 +10,7 @@ use schemars::JsonSchema;
 use serde::Serialize;
 use statrs::distribution::{ChiSquared, ContinuousCDF};
 
-use crate::fit::request::Request;
+use crate::fit::error::Request;
 use crate::measurement::dataset::{Dataset, Shot};
 use crate::measurement::parameter::{Parameter, Settings};
 use crate::measurement::written::{self, ByParameter};
@@ -70,58 +70,51 @@ pub(in crate::fit) fn compare(
     shots: &[Option<Deviations>],
 ) -> Vec<Alternative> {
     let settings = request.dataset.settings_of_balls();
-    let mut alternatives = vec![Alternative::failed("as fitted", None).fitted(fit, (fit, shots), &settings)];
-    // all models are fitted to the shots of the fit, also those that one of them does not describe
-    let policy = Policy { shot_tail: 0.0, ..Policy::default() };
-    let is_fitted = |shot: &&Shot| fit.solution.names[0].contains(&shot.name);
-    let fitted: Vec<&Shot> = request.dataset.shots.iter().filter(is_fitted).collect();
-    for Change { name, fidelity, settings, nested } in changes(request, fit, &settings, shots) {
-        let dataset = Dataset { settings, ..request.dataset.clone() };
-        let (loss, near) = (request.options.loss, Some(fit.solution.value(Id::Mu)));
-        let choices = RowsChoices { fidelity, loss, without_profiles: true, near };
-        alternatives.push(match fit_rows(&dataset, &fitted, &choices, &policy) {
-            Ok(found) if found.solution.names == fit.solution.names => {
-                let other = Alternative::failed(name, None);
-                let other = other.fitted(&found, (fit, shots), &dataset.settings_of_balls());
-                let rise = found.minus_two_log().0 - fit.minus_two_log().0;
-                let statistic = (-f64::from(nested) * rise).max(0.0);
-                let ratio = LikelihoodRatio { statistic, p_value: at_bound(statistic) };
-                Alternative { likelihood_ratio: (nested != 0).then_some(ratio), ..other }
-            }
-            Ok(_) => Alternative::failed(name, Some("it leaves other shots out".to_owned())),
-            Err(error) => Alternative::failed(name, Some(error.to_string())),
-        });
-    }
-    alternatives
-}
-
-impl Alternative {
-    /// Returns a model without a fit.
-    fn failed(name: &'static str, failed: Option<String>) -> Self {
-        let (values, likelihood_ratio) = (Vec::new(), None);
-        let [delta_aic, delta_bic] = [f64::NAN; 2];
-        Self { name, failed, values, parameters: 0, delta_aic, delta_bic, likelihood_ratio }
-    }
-
-    /// Returns the model with its fit, against the first one.
-    fn fitted(
-        self,
-        found: &RowsFit,
-        (first, shots): (&RowsFit, &[Option<Deviations>]),
-        settings: &Settings,
-    ) -> Self {
-        let numbers: usize = shots.iter().flatten().map(|shot| shot.values.len()).sum();
-        let ((likelihood, count), (there, parameters)) = (first.minus_two_log(), found.minus_two_log());
-        let (rise, more) = (there - likelihood, parameters as f64 - count as f64);
+    let numbers: usize = shots.iter().flatten().map(|shot| shot.values.len()).sum();
+    let (here, count) = fit.minus_two_log();
+    let fitted = |name, found: &RowsFit, settings: &Settings, nested: i32| {
+        let (there, parameters) = found.minus_two_log();
+        let (rise, more) = (there - here, parameters as f64 - count as f64);
+        let statistic = (-f64::from(nested) * rise).max(0.0);
+        let ratio = LikelihoodRatio { statistic, p_value: at_bound(statistic) };
         let has = Parameter::ALL.into_iter().filter(|p| settings.has(*p));
-        Self {
+        Alternative {
+            name,
+            failed: None,
             values: has.map(|p| (p, found.solution.value(Id::from(p)))).collect(),
             parameters,
             delta_aic: rise + 2.0 * more,
             delta_bic: rise + (numbers as f64).ln() * more,
-            ..self
+            likelihood_ratio: (nested != 0).then_some(ratio),
         }
+    };
+    let failed = |name, reason: String| Alternative {
+        name,
+        failed: Some(reason),
+        values: Vec::new(),
+        parameters: 0,
+        delta_aic: f64::NAN,
+        delta_bic: f64::NAN,
+        likelihood_ratio: None,
+    };
+    let mut alternatives = vec![fitted("as fitted", fit, &settings, 0)];
+    // all models are fitted to the shots of the fit, also those that one of them does not describe
+    let policy = Policy { shot_tail: 0.0, ..Policy::default() };
+    let is_fitted = |shot: &&Shot| fit.solution.names[0].contains(&shot.name);
+    let used: Vec<&Shot> = request.dataset.shots.iter().filter(is_fitted).collect();
+    for Change { name, fidelity, settings, nested } in changes(request, fit, &settings, shots) {
+        let dataset = Dataset { settings, ..request.dataset.clone() };
+        let (loss, near) = (request.options.loss, Some(fit.solution.value(Id::Mu)));
+        let choices = RowsChoices { fidelity, loss, without_profiles: true, near };
+        alternatives.push(match fit_rows(&dataset, &used, &choices, &policy) {
+            Ok(found) if found.solution.names == fit.solution.names => {
+                fitted(name, &found, &dataset.settings_of_balls(), nested)
+            }
+            Ok(_) => failed(name, "it leaves other shots out".to_owned()),
+            Err(error) => failed(name, error.to_string()),
+        });
     }
+    alternatives
 }
 
 /// The probability of a statistic as large, where the smaller model holds a parameter at its bound 0: half the time the
@@ -140,11 +133,11 @@ fn changes(request: Request, fit: &RowsFit, own: &Settings, shots: &[Option<Devi
     let full = FidelityChoice::Of(Fidelity::Full);
     let fidelity = request.options.fidelity;
     let is_full = matches!(fidelity, FidelityChoice::Auto | FidelityChoice::Of(Fidelity::Full));
-    let as_fitted = Change { name: "as fitted", fidelity, settings: request.dataset.settings, nested: 0 };
     let other = |fidelity: Fidelity| Change {
         name: fidelity.name(),
         fidelity: FidelityChoice::Of(fidelity),
-        ..as_fitted.clone()
+        settings: request.dataset.settings,
+        nested: 0,
     };
     let adopts = fit.solution.findings.iter().any(|finding| finding.adoption() == Some(true));
     let mut all = Vec::new();
@@ -154,11 +147,7 @@ fn changes(request: Request, fit: &RowsFit, own: &Settings, shots: &[Option<Devi
     if is_full {
         all.push(other(Fidelity::Linear));
     }
-    let has_friction = match fidelity {
-        FidelityChoice::Auto => true,
-        FidelityChoice::Of(fidelity) => fidelity.effects().friction,
-    };
-    if !has_friction {
+    if !fidelity.first().effects().friction {
         return all;
     }
     let is_told = |parameter: Parameter| {
@@ -166,30 +155,26 @@ fn changes(request: Request, fit: &RowsFit, own: &Settings, shots: &[Option<Devi
         !setting.fixed && setting.prior.is_none() && fit.solution.is_informed(Id::from(parameter))
     };
     // effects that were adopted stay
-    let fixed = if adopts { fidelity } else { full };
-    let base = Change { fidelity: if is_full { fixed } else { fidelity }, ..as_fitted };
-    let falls = own.falls;
-    let knows_speed = shots.iter().flatten().all(|shot| shot.speed.is_some());
-    let mut other_law = Change { name: "friction falling with the slip", nested: 1, ..base.clone() };
-    other_law.settings.falls = !falls;
-    if falls {
+    let base = Change { fidelity: if is_full && !adopts { full } else { fidelity }, ..other(Fidelity::Full) };
+    let mut law = base.clone();
+    law.settings.falls = !own.falls;
+    if own.falls {
         // without b nothing depends on c: the ratio then has no known distribution
         let has_one = is_told(Parameter::B) && own[Parameter::C].fixed && own[Parameter::B].lower == 0.0;
-        all.push(Change { name: "constant friction", nested: -i32::from(has_one), ..other_law });
-    } else if knows_speed {
+        all.push(Change { name: "constant friction", nested: -i32::from(has_one), ..law });
+    } else if shots.iter().flatten().all(|shot| shot.speed.is_some()) {
         for parameter in [Parameter::B, Parameter::C] {
-            other_law.settings[parameter] = parameter.default_setting();
+            law.settings[parameter] = parameter.default_setting();
         }
-        all.push(other_law);
+        all.push(Change { name: "friction falling with the slip", nested: 1, ..law });
     }
     if shots.iter().flatten().any(|shot| shot.spins[0] > 0.0) {
-        let of_cloth = own[Parameter::MuS];
         let mut cloth = base;
-        if of_cloth.fixed && of_cloth.initial == 0.0 {
-            cloth.settings[Parameter::MuS] = Parameter::MuS.default_setting();
+        let setting = &mut cloth.settings[Parameter::MuS];
+        if own[Parameter::MuS].fixed && own[Parameter::MuS].initial == 0.0 {
+            *setting = Parameter::MuS.default_setting();
             all.push(Change { name: "with friction of the cloth", nested: 1, ..cloth });
         } else {
-            let setting = &mut cloth.settings[Parameter::MuS];
             (setting.initial, setting.lower, setting.fixed, setting.prior) = (0.0, 0.0, true, None);
             let nested = -i32::from(is_told(Parameter::MuS));
             all.push(Change { name: "without friction of the cloth", nested, ..cloth });

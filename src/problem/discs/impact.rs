@@ -2,15 +2,12 @@
 
 use statrs::distribution::{ContinuousCDF, Normal};
 
-use super::equal::Equal;
 use super::quantities::Quantity;
 use super::stick::Stuck;
 use crate::extraction::{Bodies, Unusable};
-use crate::measurement::dataset::{Measured, Shot};
+use crate::measurement::dataset::Measured;
 use crate::measurement::number::with_error;
-use crate::measurement::track::TrackShot;
 use crate::numerics::median;
-use crate::physics::ball::Ball;
 use crate::physics::disc::Discs;
 use crate::problem::film::camera::Point;
 use crate::problem::frames::PicturePaths;
@@ -57,7 +54,6 @@ pub struct DiscImpact {
     pub stuck: Option<Stuck>,
     /// What speaks against these numbers.
     pub doubts: Vec<Doubt>,
-    pub(super) equal: Equal,
     pub(super) paths: PicturePaths,
     /// Metres in a unit of length of the film, and its middle in that unit.
     pub(super) film: (f64, Point),
@@ -133,12 +129,6 @@ impl DiscImpact {
     pub fn place(&self, disc: usize, time: f64) -> [f64; 2] {
         let (unit, middle) = self.film;
         (Point::from(self.paths.place(disc, time)) / unit + middle).into()
-    }
-
-    /// Returns the shot of equal discs that has the same restitution and friction; `ball` is either.
-    #[must_use]
-    pub fn shot(&self, track: &TrackShot, ball: &Ball) -> Shot {
-        self.equal.shot(track, ball)
     }
 
     /// Returns whether the frames are far off the paths of any single collision.

@@ -352,7 +352,6 @@ pub(super) fn impacts(
             radii: paths.impact.radii.map(|radius| radius.re),
             stuck: shot.stuck,
             doubts: Vec::new(),
-            equal: known.equal(&inputs),
             paths: PicturePaths::new(
                 paths.pieces.each_ref().map(|sides| &sides[..]),
                 |at, late| (Centre::on(at, late).place, 0.0),

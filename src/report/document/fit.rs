@@ -100,8 +100,6 @@ document! {
         shots_used: usize = fit.shots_used,
         /// Shots that were left out.
         shots_rejected: Vec<Rejected> = fit.shots_rejected.clone(),
-        /// Shots that were used though something about them is wrong.
-        shots_doubtful: Vec<Rejected> = Vec::new(),
         /// Of discs: standard deviations between shots beyond the errors of their frames, which the errors of the parameters include.
         #[serde(skip_serializing_if = "Option::is_none", skip_deserializing)]
         scatter: Option<Scatter> = fit.scatter.filter(|scatter| scatter.is_estimated),
@@ -226,9 +224,6 @@ document! {
         /// Its standard error, same unit.
         #[serde(skip_serializing_if = "Option::is_none")]
         std_error: Option<f64> = finite(error),
-        /// Whether it is applied.
-        #[serde(skip_serializing_if = "Option::is_none")]
-        adopted: Option<bool> = None,
         /// Of dropped_frames: number of shots in which frames were dropped.
         #[serde(skip_serializing_if = "Option::is_none")]
         shots: Option<usize> = None,
@@ -320,16 +315,11 @@ fn interval(ends: Option<[f64; 2]>) -> Option<[f64; 2]> {
 
 /// Returns the camera as it was fitted, and what else was found of a film.
 fn film(found: &FoundCamera) -> ByName<FilmEntry> {
-    let correction = |value: f64, error: f64, adopted: bool| FilmEntry {
-        adopted: Some(adopted),
-        ..FilmEntry::new(value, error)
-    };
-    let mut film = named(&found.corrections, |own| {
-        (own.which.name(), correction(own.value, own.std_error, own.adopted))
-    });
+    let mut film =
+        named(&found.corrections, |own| (own.which.name(), FilmEntry::new(own.value, own.std_error)));
     let mut add = |name: &str, entry: FilmEntry| film.insert(name.to_owned(), entry);
     if let Some(noise) = found.noise_correlation {
-        add("noise_correlation", correction(noise, f64::NAN, true));
+        add("noise_correlation", FilmEntry::new(noise, f64::NAN));
     }
     add("resolution_m", FilmEntry::new(0.0, f64::NAN));
     let [shots, drops] = found.drops.map(Some);

@@ -23,7 +23,7 @@ document! {
         /// Name of the data set.
         dataset: String = checked.name.clone(),
         /// Number of shots that can be used.
-        shots: usize = checked.shots.len(),
+        shots: usize = checked.count_usable(),
         /// What was detected in the files and repaired, and what was assumed, in sentences.
         notes: Vec<String> = checked.notes().cloned().collect(),
         /// Shots that cannot be used.

@@ -4,10 +4,10 @@ use std::sync::Arc;
 
 use super::error::CompareError;
 use super::findings::Finding;
-use super::options::Options;
+use super::quantity::{Options, Quantity};
 use super::result::SampleSummary;
 use crate::fit::film_words::sentence;
-use crate::fit::{self, Depth, FitError, analyse_watched};
+use crate::fit::{self, Depth, FitError};
 use crate::measurement::dataset::Dataset;
 use crate::measurement::parameter::Settings;
 use crate::problem::{self, Solution};
@@ -28,20 +28,11 @@ pub(super) struct Alone {
     pub cloth: usize,
 }
 
-impl Alone {
-    /// Returns the fall of −2 log L with which its fit adopted a compliant contact.
-    pub fn compliance(&self) -> Option<f64> {
-        let fall = |finding: &problem::Finding| match finding {
-            problem::Finding::Compliance { fall, adopted: true, .. } => Some(*fall),
-            _ => None,
-        };
-        self.solution.findings.iter().find_map(fall)
-    }
-}
-
 /// All samples fitted alone, and what they are compared by.
-pub(super) struct Samples {
+pub(super) struct Samples<'a> {
+    pub options: &'a Options,
     pub told_by: String,
+    /// Whether labels are cloths.
     pub by_cloth: bool,
     pub labels: Vec<String>,
     pub fitted: Vec<Alone>,
@@ -49,7 +40,7 @@ pub(super) struct Samples {
     pub findings: Vec<Finding>,
 }
 
-impl Samples {
+impl<'a> Samples<'a> {
     /// Fits every sample alone: by cloth if all cloths are stated and differ, else by data set and the
     /// labels of `[fit] by`. `done` is called after each shot.
     ///
@@ -57,7 +48,7 @@ impl Samples {
     /// Fewer than two labels with shots that can be fitted, or data that cannot be fitted as asked for.
     pub fn fit(
         datasets: &[Dataset],
-        options: &Options,
+        options: &'a Options,
         done: &(dyn Fn() + Sync),
     ) -> Result<Self, CompareError> {
         let cloths: Vec<&String> = datasets.iter().filter_map(|dataset| dataset.cloth.as_ref()).collect();
@@ -69,18 +60,13 @@ impl Samples {
             _ => "data set",
         };
         let mut all = Self {
+            options,
             told_by: told_by.to_owned(),
             by_cloth,
             labels: Vec::new(),
             fitted: Vec::new(),
             summaries: Vec::new(),
             findings: Vec::new(),
-        };
-        let choices = fit::Options {
-            fidelity: options.fidelity,
-            loss: options.loss,
-            depth: Depth::Estimates,
-            ..fit::Options::default()
         };
         for (film, dataset) in datasets.iter().enumerate() {
             let is_same = |other: &Dataset| other.balls.is_some() && other.balls == dataset.balls;
@@ -92,8 +78,7 @@ impl Samples {
                     Some(group) => group,
                     None => dataset.name.clone(),
                 };
-                let name = dataset.cloth.clone().filter(|_| by_cloth).unwrap_or_else(|| title.clone());
-                all.add(part, [title, name], [film, balls, cloth], &choices, done)?;
+                all.add(part, title, [film, balls, cloth], done)?;
             }
         }
         let mut fitted: Vec<usize> = all.fitted.iter().map(|alone| alone.label).collect();
@@ -106,17 +91,19 @@ impl Samples {
     fn add(
         &mut self,
         dataset: Dataset,
-        [title, name]: [String; 2],
+        title: String,
         [film, balls, cloth]: [usize; 3],
-        choices: &fit::Options,
         done: &(dyn Fn() + Sync),
     ) -> Result<(), CompareError> {
-        let label = self.labels.iter().position(|known| *known == name).unwrap_or(self.labels.len());
+        let name = dataset.cloth.as_ref().filter(|_| self.by_cloth).unwrap_or(&title);
+        let label = self.labels.iter().position(|known| known == name).unwrap_or(self.labels.len());
         if label == self.labels.len() {
-            self.labels.push(name);
+            self.labels.push(name.clone());
         }
         let sample = self.summaries.len();
-        let (shots_used, shots_rejected) = match analyse_watched(&dataset, choices, done).fits {
+        let Options { fidelity, loss, .. } = *self.options;
+        let choices = fit::Options { fidelity, loss, depth: Depth::Estimates, ..fit::Options::default() };
+        let (shots_used, shots_rejected) = match fit::fit_watched(&dataset, &choices, done) {
             Ok(mut fits) => {
                 let fit = fits.remove(0);
                 for finding in &fit.findings {
@@ -131,16 +118,9 @@ impl Samples {
                 }
                 let scatter = fit.scatter.filter(|scatter| scatter.is_estimated);
                 self.findings.extend(scatter.map(|scatter| Finding::Scatter { sample, scatter }));
-                self.fitted.push(Alone {
-                    settings: dataset.settings_of_balls(),
-                    solution: fit.solution,
-                    dataset,
-                    sample,
-                    label,
-                    film,
-                    balls,
-                    cloth,
-                });
+                let (settings, solution) = (dataset.settings_of_balls(), fit.solution);
+                let alone = Alone { dataset, settings, solution, sample, label, film, balls, cloth };
+                self.fitted.push(alone);
                 (fit.shots_used, fit.shots_rejected)
             }
             Err(FitError::NoUsableShot { shots_rejected, .. }) => (0, shots_rejected),
@@ -148,5 +128,16 @@ impl Samples {
         };
         self.summaries.push(SampleSummary { title, dataset: film, label, shots_used, shots_rejected });
         Ok(())
+    }
+
+    /// Returns whether a quantity has a column for each label.
+    pub fn is_apart(&self, quantity: Quantity) -> bool {
+        self.options.is_apart(quantity, self.by_cloth)
+    }
+
+    /// Returns the first sample that the same camera filmed.
+    pub fn first_film(&'a self, alone: &'a Alone) -> &'a Alone {
+        let is_same = |other: &&Alone| self.options.same_camera || other.film == alone.film;
+        self.fitted.iter().find(is_same).unwrap_or(alone)
     }
 }
