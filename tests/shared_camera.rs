@@ -1,7 +1,7 @@
 //! One camera that filmed several data sets, and was not moved: its corrections are the same.
 
 use caromfit::compare;
-use caromfit::compare::{Comparison, Options, Quantity};
+use caromfit::compare::{Comparison, Quantity};
 use caromfit::measurement::dataset::Dataset;
 use caromfit::measurement::parameter::Parameter;
 use caromfit::report::compare_words::notes;
@@ -26,16 +26,18 @@ fn on_cloth(name: &str, mu_s: f64, shots: usize, seed: u64) -> Dataset {
     Dataset { name: name.to_owned(), cloth: Some(name.to_owned()), ..by_phone(film) }
 }
 
-fn compared(datasets: Vec<Dataset>, same_camera: bool) -> Comparison {
-    let options = Options { same_camera, ..options::of_comparison() };
-    compare::compare(&datasets, &options).unwrap()
+fn compared(mut datasets: Vec<Dataset>, camera: Option<&str>) -> Comparison {
+    for dataset in &mut datasets {
+        dataset.camera = camera.map(str::to_owned);
+    }
+    compare::compare(&datasets, &options::of_comparison()).unwrap()
 }
 
 /// What several films tell of their camera together: few shots on each of two cloths tell more of the balls and the cloths.
 #[test]
 fn one_camera_is_calibrated_by_all_films() {
     let both = || vec![on_cloth("new", 0.2, 10, 41), on_cloth("worn", 0.35, 10, 42)];
-    let (apart, same) = (compared(both(), false), compared(both(), true));
+    let (apart, same) = (compared(both(), None), compared(both(), Some("phone")));
     assert!(apart.is_filmed && same.is_filmed && same.converged);
     let of = |comparison: &Comparison, quantity: Quantity| {
         let found = comparison.quantities.iter().find(|own| own.quantity == quantity).unwrap();
@@ -64,8 +66,10 @@ fn films_that_differ_are_not_by_one_camera() {
             (sample.x, sample.y) = (1.5 * sample.x, 1.5 * sample.y);
         }
     }
-    let datasets = vec![on_cloth("new", 0.2, 10, 41), moved];
-    let options = Options { same_camera: true, ..options::of_comparison() };
-    let error = compare::compare(&datasets, &options).unwrap_err();
+    let mut datasets = vec![on_cloth("new", 0.2, 10, 41), moved];
+    for dataset in &mut datasets {
+        dataset.camera = Some("phone".to_owned());
+    }
+    let error = compare::compare(&datasets, &options::of_comparison()).unwrap_err();
     assert!(error.to_string().contains("differ by a factor of 1."), "{error}");
 }

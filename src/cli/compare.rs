@@ -30,9 +30,6 @@ pub struct Args {
     /// Parameters with a value for each label
     #[arg(long, value_delimiter = ',', value_name = "PARAMETERS")]
     per_dataset: Vec<Quantity>,
-    /// One camera, which was not moved, filmed all data sets: its corrections are the same
-    #[arg(long)]
-    same_camera: bool,
     /// Collision model; auto is full, with a contact that gives way and the balls' weight if the data show them
     #[arg(long, value_parser = super::fidelity(), default_value = "auto")]
     fidelity: FidelityChoice,
@@ -53,7 +50,6 @@ pub fn run(args: &Args) -> Result<(), Failure> {
         loss: args.loss,
         share: args.share.clone(),
         per_dataset: args.per_dataset.clone(),
-        same_camera: args.same_camera,
     };
     let begun = Cell::new(false);
     let stage = |stage: &str| {

@@ -39,7 +39,7 @@ impl Samples<'_> {
         match id {
             Id::MassRatio | Id::RadiusRatio => alone.balls,
             Id::MuR | Id::Bounce => alone.cloth,
-            id if self.options.same_camera && id.is_of_camera() => 0,
+            id if id.is_of_camera() => alone.camera,
             _ => alone.film,
         }
     }

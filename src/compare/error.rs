@@ -23,11 +23,13 @@ pub enum CompareError {
     )]
     NoSuchParameter(&'static str),
     /// Data sets, of which one is named, were to share a camera, and it is no film of balls.
-    #[error("{0}: --same-camera is for films of balls, with a camera that their shots calibrate")]
+    #[error(
+        "{0}: camera names that of another data set, too; expected it of films of balls, whose shots calibrate their camera"
+    )]
     NoCamera(String),
     /// The films of two data sets differ too much to be by one camera.
     #[error(
-        "{first} and {other}: lengths in their films differ by a factor of {factor:.2}; --same-camera is for one camera that was not moved"
+        "{first} and {other}: lengths in their films differ by a factor of {factor:.2}, but camera has the same label in both; expected it of one camera that was not moved"
     )]
     OtherCamera {
         /// The first data set.

@@ -41,9 +41,7 @@ impl<'a> Joint<'a> {
     /// # Errors
     /// Films that are not by one camera though they are said to be.
     pub fn new(mut samples: Samples<'a>) -> Result<Self, CompareError> {
-        if samples.options.same_camera {
-            check_camera(&samples.fitted)?;
-        }
+        check_cameras(&samples)?;
         let (mut problem, start) = samples.join();
         let start = best_start(&problem, start, &samples.fitted);
         let mut descent = descend_with_noise(&mut problem, start);
@@ -123,7 +121,7 @@ impl<'a> Joint<'a> {
         findings.extend(quantities.iter().filter_map(verdict::contradiction));
         findings.extend(quantities.iter().flat_map(verdict::at_bounds));
         findings.extend(Quantity::ALL.into_iter().find_map(|quantity| self.limit(quantity)));
-        if options.same_camera {
+        if self.samples.have_one_camera() {
             findings.push(Finding::OneCamera(self.camera()));
         }
         findings.sort_by_key(|finding| std::cmp::Reverse(finding.severity()));
@@ -246,11 +244,11 @@ pub(super) fn estimate(problem: &Problem, at: &Evaluation, columns: &[usize]) ->
     Some(Estimates { covariance: covariance?, ..estimates })
 }
 
-/// Checks that lengths in all films are the same.
-fn check_camera(all: &[Alone]) -> Result<(), CompareError> {
+/// Checks that lengths in all films by one camera are the same.
+fn check_cameras(samples: &Samples) -> Result<(), CompareError> {
     let length = |alone: &Alone| alone.solution.value(Id::Scale) / alone.solution.unit;
-    let Some((first, others)) = all.split_first() else { return Ok(()) };
-    for other in others {
+    for other in &samples.fitted {
+        let first = samples.first_film(other);
         let factor = length(other) / length(first);
         if (factor - 1.0).abs() > OTHER_CAMERA {
             let name = |alone: &Alone| alone.dataset.name.clone();

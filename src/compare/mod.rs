@@ -3,7 +3,7 @@
 //! Each data set, or each label of its `[fit] by`, is first fitted alone: cleaned, with its causes and
 //! spins. All of them are then samples of one problem ([`crate::problem`]) whose shared unknowns have a
 //! column each: quantities that are compared one for each label, the others one for all; ratios of masses
-//! and radii one for each set of balls, the camera one for each film or one for all, the cloth one for
+//! and radii one for each set of balls, the camera one for each `camera` label or film, the cloth one for
 //! each cloth. Priors count once per column.
 //!
 //! "Same" is the fit of the problem in which a quantity has a column for each label with the columns made
@@ -60,7 +60,8 @@ pub fn compare_watched(
     }
     for dataset in datasets {
         let is_film = dataset.tracks.is_some() && !dataset.is_of_discs();
-        if options.same_camera && !is_film {
+        let by_same = datasets.iter().filter(|other| other.camera == dataset.camera).count();
+        if dataset.camera.is_some() && by_same > 1 && !is_film {
             return Err(CompareError::NoCamera(dataset.name.clone()));
         }
         let faults = dataset.faults();

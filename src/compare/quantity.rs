@@ -80,8 +80,6 @@ pub struct Options {
     pub share: Vec<Quantity>,
     /// The quantities that have a value for each label instead of the default.
     pub per_dataset: Vec<Quantity>,
-    /// Whether one camera, which did not move, filmed all data sets: its corrections are then the same. Only with the frames.
-    pub same_camera: bool,
 }
 
 impl Options {

@@ -22,10 +22,12 @@ pub(super) struct Alone {
     /// Index of its sample among the summaries, and of its label.
     pub sample: usize,
     pub label: usize,
-    /// Index of its data set, and of the first one with the same balls and on the same cloth.
+    /// Index of its data set, and of the first one with the same balls, on the same cloth and by the same
+    /// camera.
     pub film: usize,
     pub balls: usize,
     pub cloth: usize,
+    pub camera: usize,
 }
 
 /// All samples fitted alone, and what they are compared by.
@@ -72,13 +74,15 @@ impl<'a> Samples<'a> {
             let is_same = |other: &Dataset| other.balls.is_some() && other.balls == dataset.balls;
             let balls = datasets.iter().position(is_same).unwrap_or(film);
             let cloth = datasets.iter().position(|other| other.cloth == dataset.cloth).unwrap_or(film);
+            let is_same = |other: &Dataset| other.camera.is_some() && other.camera == dataset.camera;
+            let camera = datasets.iter().position(is_same).unwrap_or(film);
             for (group, part) in fit::analysis::parts(dataset) {
                 let title = match group {
                     Some(group) if datasets.len() > 1 => format!("{}, {group}", dataset.name),
                     Some(group) => group,
                     None => dataset.name.clone(),
                 };
-                all.add(part, title, [film, balls, cloth], done)?;
+                all.add(part, title, [film, balls, cloth, camera], done)?;
             }
         }
         let mut fitted: Vec<usize> = all.fitted.iter().map(|alone| alone.label).collect();
@@ -92,7 +96,7 @@ impl<'a> Samples<'a> {
         &mut self,
         dataset: Dataset,
         title: String,
-        [film, balls, cloth]: [usize; 3],
+        [film, balls, cloth, camera]: [usize; 4],
         done: &(dyn Fn() + Sync),
     ) -> Result<(), CompareError> {
         let name = dataset.cloth.as_ref().filter(|_| self.by_cloth).unwrap_or(&title);
@@ -119,7 +123,7 @@ impl<'a> Samples<'a> {
                 let scatter = fit.scatter.filter(|scatter| scatter.is_estimated);
                 self.findings.extend(scatter.map(|scatter| Finding::Scatter { sample, scatter }));
                 let (settings, solution) = (dataset.settings_of_balls(), fit.solution);
-                let alone = Alone { dataset, settings, solution, sample, label, film, balls, cloth };
+                let alone = Alone { dataset, settings, solution, sample, label, film, balls, cloth, camera };
                 self.fitted.push(alone);
                 (fit.shots_used, fit.shots_rejected)
             }
@@ -137,7 +141,12 @@ impl<'a> Samples<'a> {
 
     /// Returns the first sample that the same camera filmed.
     pub fn first_film(&'a self, alone: &'a Alone) -> &'a Alone {
-        let is_same = |other: &&Alone| self.options.same_camera || other.film == alone.film;
-        self.fitted.iter().find(is_same).unwrap_or(alone)
+        self.fitted.iter().find(|other| other.camera == alone.camera).unwrap_or(alone)
+    }
+
+    /// Returns whether one camera filmed all data sets, of which there are several.
+    pub fn have_one_camera(&self) -> bool {
+        let [first, .., last] = self.fitted.as_slice() else { return false };
+        first.film != last.film && self.fitted.iter().all(|alone| alone.camera == first.camera)
     }
 }
