@@ -1,12 +1,12 @@
-//! What the markers on the balls tell of their spins just before and after the impact.
+//! Spins just before and after the impact from the markers on the balls.
 
 use super::marker_rotation::{self, Rotation, Spot};
 use crate::measurement::track::{Marker, Sample, TrackShot, TrackedBall};
 
-/// Frames that straddle the impact show neither spin: this part of a frame is left out on both sides.
+/// Part of a frame that is left out on both sides: frames across the impact show neither spin.
 const CLEAR: f64 = 0.01;
 
-/// Frames on either side of the impact that are used: the cloth changes a spin evenly for so long.
+/// Frames on either side of the impact that are used: over these the cloth changes a spin evenly.
 const NEAR: f64 = 60.0;
 
 /// Angular velocities just before and after the impact, of balls with markers.
@@ -21,8 +21,8 @@ pub struct Rotations {
 }
 
 impl Rotations {
-    /// Measures the rotations of balls of this radius (m) in the unit of the film, from positions with
-    /// this noise where none is stated.
+    /// Measures the rotations of balls of this radius (m) in the unit of the film, from positions
+    /// with this noise unless another is stated.
     #[must_use]
     pub fn of(shot: &TrackShot, impact: f64, radius: f64, noise: f64) -> Self {
         let clear = CLEAR / shot.fps;

@@ -1,14 +1,17 @@
-//! Noise that lasts from frame to frame: trackers that follow a ball err alike in frames next to each other.
+//! Correlation of the noise between frames: trackers err similarly in neighbouring frames.
 //!
-//! The noise of a coordinate is taken as autoregressive of first order, with the correlation ρ^|i−j| between frames i and j. ρ is found from the cue
-//! balls before their impacts, whose paths are cubics in time, by restricted maximum likelihood over all of them:
+//! The noise of a coordinate is modelled as autoregressive of first order, with the correlation
+//! ρ^|i−j| between frames i and j. ρ is estimated from the cue balls before their impacts, whose
+//! paths are cubics in time, by restricted maximum likelihood over all paths:
 //!
 //!   −2 ln L = N ln Σ rᵀR⁻¹r + Σ (ln|R| + ln|XᵀR⁻¹X|)
 //!
-//! with R the correlation matrix, X the powers of time, r what generalised least squares leaves and N the frames less the columns of X.
-//! The number of unknowns does not bias it, as it biases the correlation of residuals.
+//! with R the correlation matrix, X the powers of time, r the generalised least-squares residuals
+//! and N the frames less the columns of X. Unlike the correlation of residuals, this is not biased
+//! by the number of unknowns.
 //!
-//! Sources: Patterson and Thompson (1971), Biometrika 58, 545; Box, Jenkins and Reinsel, Time Series Analysis, § 3.2.
+//! Sources: Patterson and Thompson (1971), Biometrika 58, 545; Box, Jenkins and Reinsel, Time
+//! Series Analysis, § 3.2.
 
 use nalgebra::{DMatrix, DVector};
 use rayon::prelude::*;
@@ -21,24 +24,25 @@ use crate::physics::ball::Ball;
 /// Columns of X: 1, t, t², t³.
 const POWERS: usize = 4;
 
-/// So many shots, spread evenly, tell ρ to a hundredth.
+/// Maximum number of shots used, spread evenly: they determine ρ to a hundredth.
 const MOST_SHOTS: usize = 500;
 
-/// Frames of a path that are used, and how few are too few.
+/// Largest and smallest number of frames of a path that are used.
 const MOST_FRAMES: usize = 48;
 const LEAST_FRAMES: usize = 10;
 
-/// Paths of less tell no correlation.
+/// Least number of coordinates that determines a correlation.
 const LEAST_NUMBERS: usize = 100;
 
-/// Frames are so many times noisier in a path with wrong ones, which is left out.
+/// Noise of a path above which it has wrong frames and is left out, in units of the median.
 const WRONG: f64 = 3.0;
 
-/// ρ is looked for up to this, in steps of this.
+/// Largest ρ tried, and the step.
 const HIGHEST: f64 = 0.96;
 const STEP: f64 = 0.02;
 
-/// It is called for where −2 ln L falls by as much with it; less than this correlation changes no error by a tenth.
+/// Least decrease of −2 ln L at which the correlation is adopted, and least correlation: a smaller
+/// one changes no error by a tenth.
 const CALLED_FOR: f64 = 6.0;
 const LEAST: f64 = 0.1;
 
@@ -49,11 +53,11 @@ pub struct NoiseCorrelation {
     pub value: f64,
     /// Its standard error.
     pub std_error: f64,
-    /// Whether the frames call for it, so that it is taken into account.
+    /// Whether the correlation is significant, so that it is taken into account.
     pub adopted: bool,
 }
 
-/// Finds the correlation of the noise of all shots; `None` where they do not tell.
+/// Estimates the correlation of the noise of all shots; `None` if they do not determine it.
 #[must_use]
 pub fn noise_correlation(shots: &[TrackShot], ball: &Ball) -> Option<NoiseCorrelation> {
     let some = shots.par_iter().step_by(shots.len().div_ceil(MOST_SHOTS).max(1));
@@ -74,8 +78,8 @@ pub fn noise_correlation(shots: &[TrackShot], ball: &Ball) -> Option<NoiseCorrel
     let rhos: Vec<f64> = (0..=(HIGHEST / STEP) as usize).map(|i| i as f64 * STEP).collect();
     let values: Vec<f64> = rhos.iter().map(|rho| minus_two_ln_l(*rho)).collect();
     let least = values.iter().copied().fold(f64::INFINITY, f64::min);
-    // mean and standard deviation by L, every ρ alike beforehand: short paths hardly tell high correlations apart, and
-    // the likeliest may be the highest
+    // mean and standard deviation by L, with a uniform prior of ρ: short paths do not separate high
+    // correlations, and the likeliest may be the highest
     let weights: Vec<f64> = values.iter().map(|value| (-0.5 * (value - least)).exp()).collect();
     let mean = |of: &dyn Fn(f64) -> f64| {
         let weighted = weights.iter().zip(&rhos).map(|(weight, rho)| weight * of(*rho));
@@ -126,8 +130,8 @@ mod tests {
     use super::*;
     use crate::simulate;
 
-    /// The correlation of noise that is added to footage of 40 shots is found within three standard errors, which seldom
-    /// happen in five trials, and adopted if there is one.
+    /// The correlation of noise that is added to footage of 40 shots is estimated within three
+    /// standard errors, which seldom fails in five trials, and adopted if it is not 0.
     #[test]
     fn a_correlation_is_found_as_surely_as_is_said() {
         const SPEC: &str = r#"
