@@ -1,31 +1,31 @@
-//! Several clips in one table that has no column of shots: told apart where the time jumps, or both balls do.
+//! Separation of clips in a table without a column of shots, by jumps of time or of both balls.
 
 use std::sync::Arc;
 
 use super::lost;
 use super::raw::{Clock, NAMES, Notes, RawShot, RawTrack, Row, middle, sorted};
 
-/// Between clips the time jumps by more than this, s, and by more than so many usual steps.
+/// Pause between clips: more than this, s, and more than so many median steps of time.
 const PAUSE: f64 = 1.0;
 pub(super) const STEPS: f64 = 20.0;
 
-/// Frames per second where nothing tells them.
+/// Frame rate if it is not known, frames/s.
 const USUAL_FPS: f64 = 240.0;
 
-/// Or all balls jump, from one frame to the next, by more than so many times what they move in nine of ten steps.
+/// Jump of both balls between clips, in units of the 90th percentile of their steps.
 const JUMP: f64 = 8.0;
 
-/// Each clip has both balls in so many frames: a few stray rows are none.
+/// Least number of frames of both balls in a clip.
 const LEAST: usize = 6;
 
-/// The shots of a file: what stands for a lost ball is left out, and one shot that is several clips is taken apart. `alone`: the clips
-/// need no name of the file before their number.
+/// Returns the shots of a file: positions of lost balls are left out, and one shot that is several
+/// clips is separated. `alone`: the names of clips are their numbers, without the file's name.
 pub(super) fn of_file(shots: Vec<RawShot>, fps: Option<f64>, alone: bool, notes: &Notes) -> Vec<RawShot> {
     let mut shots = shots;
     for RawShot { tracks, file, .. } in &mut shots {
         lost::leave_out(tracks, notes.of(file));
     }
-    // a table that names its shots is believed
+    // names of shots in the table are believed
     let [shot] = shots.as_slice() else { return shots };
     let cuts = cuts(shot, fps);
     if cuts.is_empty() {
@@ -38,7 +38,7 @@ pub(super) fn of_file(shots: Vec<RawShot>, fps: Option<f64>, alone: bool, notes:
     }
     let names: Vec<&str> = clips.iter().map(|clip| clip.name.as_str()).collect();
     let message = format!(
-        "holds {} clips, told apart where time or both balls jump: taken as the shots {}; expected a column shot where that is wrong",
+        "holds {} clips, separated by jumps of the time or of both balls: taken as the shots {}; expected a column shot if that is wrong",
         clips.len(),
         names.join(", ")
     );
@@ -46,13 +46,13 @@ pub(super) fn of_file(shots: Vec<RawShot>, fps: Option<f64>, alone: bool, notes:
     clips
 }
 
-/// The times at which further clips begin.
+/// Returns the times at which further clips begin.
 fn cuts(shot: &RawShot, fps: Option<f64>) -> Vec<f64> {
     let second = match shot.clock {
         Clock::In(unit) => unit.seconds().unwrap_or(fps.unwrap_or(USUAL_FPS).recip()),
         Clock::Rounded(_) => 1.0,
         Clock::FramesAt(fps) => fps.recip(),
-        // ms and frames look alike
+        // ms and frames cannot be distinguished
         Clock::Unsaid => return Vec::new(),
     };
     let times = shot.times();
@@ -63,7 +63,7 @@ fn cuts(shot: &RawShot, fps: Option<f64>) -> Vec<f64> {
     times.windows(2).filter(|two| begins(two)).map(|two| two[1]).collect()
 }
 
-/// The times to which all balls jump that are there before and after, and do not just exchange their names.
+/// Returns the times to which both balls jump, except exchanges of their names.
 fn jumps(shot: &RawShot, usual: f64) -> Vec<u64> {
     let Some([one, other]) = shot.centres() else { return Vec::new() };
     let follows = |two: &[Row]| {
@@ -87,7 +87,6 @@ fn jumps(shot: &RawShot, usual: f64) -> Vec<u64> {
     found
 }
 
-/// The clip of this number, from 0 on.
 fn clip(shot: &RawShot, cuts: &[f64], number: usize, alone: bool) -> RawShot {
     let part = |track: &RawTrack| {
         let is_part = |row: &&Row| cuts.partition_point(|cut| *cut <= row.time) == number;
