@@ -1,38 +1,38 @@
 //! Balls that come off a cushion, or off another ball, shortly before or after the impact: their
 //! path has a corner, and only the part on the impact's side belongs to the shot.
 
-use super::initial_guess::{Path, from_paths, surely_before};
+use super::initial_guess::{Path, from_paths, time_before_impact};
 use crate::film::frame_noise::noise;
 use crate::measurement::track::{Sample, TrackShot};
 use crate::physics::ball::Ball;
 
 /// Frames on either side of a corner with a line each; longer lines show gentler corners.
-const SIDE: usize = 4;
-const LONG_SIDE: usize = 12;
+const SIDE_FRAMES: usize = 4;
+const LONG_SIDE_FRAMES: usize = 12;
 
 /// Least change of velocity at a corner, as a part of the speed before it: the cloth changes the
 /// velocity by less than 2 % in as many frames, at 100 frames per second and 1 m/s.
-const TURN: f64 = 0.2;
+const MIN_TURN: f64 = 0.2;
 
 /// Least change of velocity at a corner, in standard errors of the difference of two slopes.
-const ERRORS: f64 = 8.0;
+const MIN_TURN_ERRORS: f64 = 8.0;
 
 /// Largest distance from the lines, as a part of the change of velocity times a frame: a frame that
 /// was dropped within a side leaves 0.75 or more.
-const BENT: f64 = 0.5;
+const MAX_RESIDUAL: f64 = 0.5;
 
 /// Frames after the impact that are not searched for a corner: a tracker may lag as long.
-const CLEAR: f64 = 8.0;
+const CLEAR_FRAMES: f64 = 8.0;
 
 /// Least change of velocity at a corner after the impact, as a part of the incoming speed: a ball
 /// that lands loses less than 0.015.
-const OF_INCOMING: f64 = 0.03;
+const MIN_TURN_AFTER: f64 = 0.03;
 
 /// Steepest deceleration by a cloth, m/s²: a sliding friction of 0.4.
-const STEEPEST: f64 = 4.0;
+const MAX_DECELERATION: f64 = 4.0;
 
 /// Residual that some of a dozen frames reach, in standard deviations of the noise.
-const WHITE: f64 = 4.0;
+const MAX_NOISE: f64 = 4.0;
 
 /// Removes the cue ball's frames up to the last corner before the impact; returns whether one
 /// exists.
@@ -47,18 +47,18 @@ pub(crate) fn leave_out_after_cushion(shot: &mut TrackShot, ball: &Ball) -> bool
     // correlated noise bends paths more
     let noise = noise(shot) * shot.frames_alike().sqrt();
     let Ok(guess) = from_paths(shot, ball, noise) else { return false };
-    let after = guess.time + CLEAR / shot.fps;
+    let after = guess.time + CLEAR_FRAMES / shot.fps;
     let incoming = guess.before[0].hypot(guess.before[1]);
-    let cloth = STEEPEST * guess.distance / (2.0 * ball.radius);
+    let cloth = MAX_DECELERATION * guess.distance / (2.0 * ball.radius);
     let first = |samples: &[Sample]| {
         let from = samples.partition_point(|sample| sample.t < after);
         let of_side = |side: usize| {
-            let least = (OF_INCOMING * incoming).max(cloth * side as f64 / shot.fps);
+            let least = (MIN_TURN_AFTER * incoming).max(cloth * side as f64 / shot.fps);
             let first = first_corner(&samples[from..], side, (shot.fps, noise), least)?;
             // in the frame before it the ball may touch already
             Some(samples[from + first - 1].t)
         };
-        of_side(SIDE).or_else(|| of_side(LONG_SIDE))
+        of_side(SIDE_FRAMES).or_else(|| of_side(LONG_SIDE_FRAMES))
     };
     let ends = [first(&shot.cue), first(&shot.object)];
     for (samples, end) in [&mut shot.cue, &mut shot.object].into_iter().zip(ends) {
@@ -69,7 +69,7 @@ pub(crate) fn leave_out_after_cushion(shot: &mut TrackShot, ball: &Ball) -> bool
 
 /// Returns the index of the first frame after the first corner.
 fn first_corner(samples: &[Sample], side: usize, (fps, noise): (f64, f64), least: f64) -> Option<usize> {
-    let corners = corners(samples, side, (fps, noise), (|_| least, WHITE * noise));
+    let corners = corners(samples, side, (fps, noise), (|_| least, MAX_NOISE * noise));
     let (first, _) = *corners.first()?;
     largest(corners.iter().filter(|(at, _)| *at < first + side))
 }
@@ -77,12 +77,12 @@ fn first_corner(samples: &[Sample], side: usize, (fps, noise): (f64, f64), least
 /// Returns the time of the first frame after the last corner, s, in which the ball may still touch
 /// the cushion or ball that turned it.
 fn last_corner(shot: &TrackShot, ball: &Ball) -> Option<f64> {
-    let impact = surely_before(shot, ball)?;
+    let impact = time_before_impact(shot, ball)?;
     let count = shot.cue.partition_point(|sample| sample.t < impact - 0.5 / shot.fps);
     let before = &shot.cue[..count];
-    let corners = corners(before, SIDE, (shot.fps, noise(shot)), (|speed| TURN * speed, 0.0));
+    let corners = corners(before, SIDE_FRAMES, (shot.fps, noise(shot)), (|speed| MIN_TURN * speed, 0.0));
     let (last, _) = *corners.last()?;
-    let at = largest(corners.iter().filter(|(at, _)| at + SIDE > last))?;
+    let at = largest(corners.iter().filter(|(at, _)| at + SIDE_FRAMES > last))?;
     before.get(at).map(|sample| sample.t)
 }
 
@@ -98,7 +98,7 @@ fn corners(
     let frame = fps.recip();
     // of a least-squares slope, per frame, and of the difference of two
     let n = side as f64;
-    let error = ERRORS * noise * (24.0 / (n * (n * n - 1.0))).sqrt();
+    let error = MIN_TURN_ERRORS * noise * (24.0 / (n * (n * n - 1.0))).sqrt();
     let turn = |at: usize| {
         let sides = [&samples[at - side..at], &samples[at..at + side]];
         let [early, late] = sides.map(|side| Path::line(side, side[0].t));
@@ -106,7 +106,7 @@ fn corners(
         let change = (late.velocity - early.velocity).norm();
         let is_corner = change > least(early.velocity.norm())
             && change * frame > error
-            && off < BENT * change * frame + white;
+            && off < MAX_RESIDUAL * change * frame + white;
         is_corner.then_some((at, change))
     };
     (side..(samples.len() + 1).saturating_sub(side)).filter_map(turn).collect()

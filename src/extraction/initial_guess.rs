@@ -10,21 +10,21 @@ use crate::numerics::median;
 use crate::physics::ball::Ball;
 
 /// Distance from its place of rest at which the object ball has moved, in standard deviations.
-const MOVED: f64 = 6.0;
+const MIN_MOVED_ERRORS: f64 = 6.0;
 
 /// Minimum number of frames of each ball on either side, for a line and for a parabola.
-const LEAST_FRAMES: usize = 3;
-const LEAST_OF_PARABOLA: usize = 5;
+const MIN_FRAMES: usize = 3;
+const MIN_PARABOLA_FRAMES: usize = 5;
 
 /// Number of frames next to the impact that give the first guess of a velocity.
-const NEAR: usize = 12;
+const NEAR_FRAMES: usize = 12;
 
 /// Root mean square residual of a line above which it is bent, in units of the noise.
-const BENT: f64 = 3.0;
+const MAX_LINE_RESIDUAL: f64 = 3.0;
 
 /// Least speed of a moving object ball, in standard errors and as a part of the cue ball's.
-const MOVING_ERRORS: f64 = 5.0;
-const MOVING_PART: f64 = 0.01;
+const MIN_SPEED_ERRORS: f64 = 5.0;
+const MIN_SPEED_PART: f64 = 0.01;
 
 type Point = Vector2<f64>;
 
@@ -86,14 +86,14 @@ impl Path {
     /// line, or a parabola if the line's residuals exceed the noise.
     fn near(samples: &[Sample], at: f64, noise: f64) -> Self {
         let straight = Self::line(samples, at);
-        if straight.rms(samples) <= BENT * noise || samples.len() < LEAST_OF_PARABOLA {
+        if straight.rms(samples) <= MAX_LINE_RESIDUAL * noise || samples.len() < MIN_PARABOLA_FRAMES {
             return straight;
         }
         // a ball that begins to roll, or lands, does not follow one parabola
         let mut count = samples.len();
         loop {
             let Some(bent) = Self::parabola(&samples[..count], at) else { return straight };
-            if bent.rms(&samples[..count]) <= BENT * noise || count == LEAST_OF_PARABOLA {
+            if bent.rms(&samples[..count]) <= MAX_LINE_RESIDUAL * noise || count == MIN_PARABOLA_FRAMES {
                 return bent;
             }
             count -= 1;
@@ -164,26 +164,27 @@ fn nearest(cue: &[Sample], object: &[Sample]) -> Option<f64> {
 /// Returns the reason for too few frames before the impact: the object ball moves before the balls
 /// touch, as far as frames show both, or a ball is not seen.
 fn without_start(cue: &[Sample], object: &[Sample], until: f64, ball: &Ball, noise: f64) -> Unusable {
-    let is_clear = |s: &Sample| apart(cue, s).is_none_or(|apart| apart > 2.0 * ball.radius + MOVED * noise);
+    let is_clear =
+        |s: &Sample| apart(cue, s).is_none_or(|apart| apart > 2.0 * ball.radius + MIN_MOVED_ERRORS * noise);
     let touch = nearest(cue, object).unwrap_or(f64::NEG_INFINITY);
     let free = object.iter().take_while(|s| s.t < touch && is_clear(s)).count();
-    if free >= LEAST_FRAMES {
+    if free >= MIN_FRAMES {
         let line = Path::line(&object[..free], object[0].t);
         let speed = line.velocity.norm();
-        if speed > MOVING_ERRORS * noise * line.error {
+        if speed > MIN_SPEED_ERRORS * noise * line.error {
             return Unusable::ObjectMoving { speed };
         }
     }
     // its track may begin only at the impact
     match cue.iter().filter(|s| s.t < until).count() {
-        few if few < LEAST_FRAMES => Unusable::too_few(Bodies::Balls, [0, 0], few, LEAST_FRAMES),
+        few if few < MIN_FRAMES => Unusable::too_few(Bodies::Balls, [0, 0], few, MIN_FRAMES),
         _ => Unusable::too_few(Bodies::Balls, [1, 0], 0, 1),
     }
 }
 
 /// Returns a time before which all frames show the balls before the impact, s. It is somewhat
 /// earlier than the time of least distance if the noise hides whether the object ball was at rest.
-pub(crate) fn surely_before(shot: &TrackShot, ball: &Ball) -> Option<f64> {
+pub(crate) fn time_before_impact(shot: &TrackShot, ball: &Ball) -> Option<f64> {
     /// Part of the time from the first frame until the least distance of the balls.
     const FREE: f64 = 0.9;
     let until = || {
@@ -203,14 +204,14 @@ pub(crate) fn object_speed(shot: &TrackShot, most: f64) -> Option<(f64, f64)> {
     let touch = nearest(&cue, &object)?;
     let until = |samples: &[Sample]| (FREE * samples.partition_point(|s| s.t < touch) as f64) as usize;
     let (cue, object) = (&cue[..until(&cue)], &object[..until(&object)]);
-    let speed = surely_moves(shot, object, noise)?;
-    let [of_cue, ..] = (cue.len() >= LEAST_FRAMES).then(|| robust_speed(cue))?;
+    let speed = significant_speed(shot, object, noise)?;
+    let [of_cue, ..] = (cue.len() >= MIN_FRAMES).then(|| robust_speed(cue))?;
     (speed < most * of_cue).then_some((speed, speed / of_cue))
 }
 
 /// Returns the speed of a ball in these frames, m/s, if it is significant.
-fn surely_moves(shot: &TrackShot, samples: &[Sample], noise: f64) -> Option<f64> {
-    if samples.len() < LEAST_FRAMES {
+fn significant_speed(shot: &TrackShot, samples: &[Sample], noise: f64) -> Option<f64> {
+    if samples.len() < MIN_FRAMES {
         return None;
     }
     let [speed, error, seconds] = robust_speed(samples);
@@ -218,7 +219,7 @@ fn surely_moves(shot: &TrackShot, samples: &[Sample], noise: f64) -> Option<f64>
     let rounded = shot.resolution[1] * std::f64::consts::SQRT_2 / seconds;
     // correlated noise has a larger error
     let lasts = shot.frames_alike().sqrt();
-    (speed - rounded > MOVING_ERRORS * noise * lasts * error).then_some(speed)
+    (speed - rounded > MIN_SPEED_ERRORS * noise * lasts * error).then_some(speed)
 }
 
 /// Returns the first guess from lines and parabolas through the frames next to the impact.
@@ -228,25 +229,25 @@ fn surely_moves(shot: &TrackShot, samples: &[Sample], noise: f64) -> Option<f64>
 pub(crate) fn from_paths(shot: &TrackShot, ball: &Ball, noise: f64) -> Result<FirstGuess, Unusable> {
     let bodies = Bodies::Balls;
     let (cue, object) = (steady(&shot.cue, noise), steady(&shot.object, noise));
-    if cue.len() < 2 * LEAST_FRAMES || object.len() < 2 * LEAST_FRAMES {
+    if cue.len() < 2 * MIN_FRAMES || object.len() < 2 * MIN_FRAMES {
         let frames = [shot.cue.len(), shot.object.len()];
-        return Err(Unusable::TooShort { bodies, frames, least: 2 * LEAST_FRAMES });
+        return Err(Unusable::TooShort { bodies, frames, least: 2 * MIN_FRAMES });
     }
-    let lay = middle(&object[..LEAST_FRAMES + 2.min(object.len() - LEAST_FRAMES)]);
+    let lay = middle(&object[..MIN_FRAMES + 2.min(object.len() - MIN_FRAMES)]);
     let away = |s: &Sample| (place(s) - lay).norm();
     // from here on: the next two frames are still further away, or as far on a coarse grid
     let moved = |w: &[Sample]| {
-        away(&w[0]) > MOVED * noise && away(&w[1]) >= away(&w[0]) && away(&w[2]) >= away(&w[1])
+        away(&w[0]) > MIN_MOVED_ERRORS * noise && away(&w[1]) >= away(&w[0]) && away(&w[2]) >= away(&w[1])
     };
     let index = object.windows(3).position(moved).ok_or(Unusable::NoCollision(bodies))?;
-    let after = &object[index..object.len().min(index + NEAR)];
-    if after.len() < LEAST_FRAMES {
-        return Err(Unusable::too_few(bodies, [1, 1], after.len(), LEAST_FRAMES));
+    let after = &object[index..object.len().min(index + NEAR_FRAMES)];
+    if after.len() < MIN_FRAMES {
+        return Err(Unusable::too_few(bodies, [1, 1], after.len(), MIN_FRAMES));
     }
-    let start = Path::line(&object[..LEAST_FRAMES], object[0].t);
+    let start = Path::line(&object[..MIN_FRAMES], object[0].t);
     // correlated noise has a larger error
     let lasts = shot.frames_alike().sqrt();
-    if index < NEAR && start.velocity.norm() > MOVED * noise * lasts * start.error {
+    if index < NEAR_FRAMES && start.velocity.norm() > MIN_MOVED_ERRORS * noise * lasts * start.error {
         return Err(without_start(&cue, &object, object[0].t, ball, noise));
     }
     let time = Path::near(after, after[0].t, noise).passes(lay).ok_or(Unusable::NoCollision(bodies))?;
@@ -254,17 +255,19 @@ pub(crate) fn from_paths(shot: &TrackShot, ball: &Ball, noise: f64) -> Result<Fi
     let half = 0.5 / shot.fps;
     let before = &object[..object.partition_point(|s| s.t < time - half)];
     let cue_before = &cue[..cue.partition_point(|s| s.t < time - half)];
-    let after = cue.iter().filter(|s| s.t > time + half).take(NEAR).count();
-    if before.is_empty() || cue_before.len() < LEAST_FRAMES {
+    let after = cue.iter().filter(|s| s.t > time + half).take(NEAR_FRAMES).count();
+    if before.is_empty() || cue_before.len() < MIN_FRAMES {
         return Err(without_start(&cue, &object, time - half, ball, noise));
     }
-    if after < LEAST_FRAMES {
-        return Err(Unusable::too_few(bodies, [0, 1], after, LEAST_FRAMES));
+    if after < MIN_FRAMES {
+        return Err(Unusable::too_few(bodies, [0, 1], after, MIN_FRAMES));
     }
-    let arriving: Vec<Sample> = cue_before.iter().rev().take(NEAR).copied().collect();
+    let arriving: Vec<Sample> = cue_before.iter().rev().take(NEAR_FRAMES).copied().collect();
     let arriving = Path::near(&arriving, time, noise);
     let speed = arriving.velocity.norm();
-    if let Some(drift) = surely_moves(shot, before, noise).filter(|drift| *drift > MOVING_PART * speed) {
+    if let Some(drift) =
+        significant_speed(shot, before, noise).filter(|drift| *drift > MIN_SPEED_PART * speed)
+    {
         return Err(Unusable::ObjectMoving { speed: drift });
     }
     let lay = middle(before);
@@ -293,9 +296,9 @@ mod tests {
         };
         for (speed, moves) in [(0.0, false), (0.1, true)] {
             let [found, error, _] = robust_speed(&filmed(speed));
-            assert_eq!(found > MOVING_ERRORS * NOISE * error, moves, "{speed}");
+            assert_eq!(found > MIN_SPEED_ERRORS * NOISE * error, moves, "{speed}");
         }
         let straight = Path::line(&filmed(0.0), 0.0);
-        assert!(straight.velocity[0] > MOVING_ERRORS * NOISE * straight.error);
+        assert!(straight.velocity[0] > MIN_SPEED_ERRORS * NOISE * straight.error);
     }
 }

@@ -29,21 +29,21 @@ pub(crate) struct Spot {
     pub seen: Vec<(f64, [f64; 2], f64)>,
 }
 
-/// Height over R below which a marker is too near the rim to start from.
-const RIM: f64 = 0.95;
+/// Largest distance from the centre, over R, at which a marker's height can start the fit.
+const MAX_RADIUS: f64 = 0.95;
 
 /// Residual above which a marker position is wrong, in standard deviations.
 const OUTLIER: f64 = 5.0;
 
 /// Maximum number of rounds that leave out wrong positions.
-const ROUNDS: usize = 6;
+const MAX_ROUNDS: usize = 6;
 
 /// Maximum number of steps of a descent, and relative decrease of the sum of squares that ends it.
-const STEPS: usize = 100;
-const STALL: f64 = 1e-12;
+const MAX_STEPS: usize = 100;
+const MIN_GAIN: f64 = 1e-12;
 
 /// Ratio of the start's smallest to its largest singular value below which an axis is undetermined.
-const OPEN: f64 = 1e-9;
+const MIN_SINGULAR: f64 = 1e-9;
 
 /// Returns a rough angular velocity, rad/s, if the markers' steps from frame to frame determine it.
 pub(crate) fn rough(spots: &[Spot]) -> Option<Vec3> {
@@ -65,13 +65,13 @@ pub(crate) fn rough(spots: &[Spot]) -> Option<Vec3> {
     }
     let svd = matrix.svd(true, true);
     let (most, least) = (svd.singular_values[0], svd.singular_values[2]);
-    (most > 0.0 && least > OPEN * most).then(|| svd.solve(&right, 0.0).ok()).flatten()
+    (most > 0.0 && least > MIN_SINGULAR * most).then(|| svd.solve(&right, 0.0).ok()).flatten()
 }
 
 /// Returns the point of the upper half of the unit sphere that is seen at a place.
 fn lifted([x, y]: [f64; 2]) -> Option<Vec3> {
     let square = x * x + y * y;
-    (square < RIM * RIM).then(|| Vec3::new(x, y, (1.0 - square).sqrt()))
+    (square < MAX_RADIUS * MAX_RADIUS).then(|| Vec3::new(x, y, (1.0 - square).sqrt()))
 }
 
 /// Number of unknowns that all markers of a ball share: its angular velocity at the impact, and the
@@ -86,7 +86,7 @@ type Own = DualSVec64<{ SHARED + 2 }>;
 pub(crate) fn measure(spots: &[Spot], stated: bool) -> Option<Rotation> {
     let start = rough(spots)?;
     let mut markers: Vec<Placed> = spots.iter().filter_map(|spot| Placed::new(spot, &start)).collect();
-    for _ in 0..ROUNDS {
+    for _ in 0..MAX_ROUNDS {
         let positions: usize = markers.iter().map(|marker| marker.seen.len()).sum();
         let mut x = DVector::zeros(SHARED + 2 * markers.len());
         x.rows_mut(0, 3).copy_from(&start);
@@ -118,7 +118,7 @@ pub(crate) fn measure(spots: &[Spot], stated: bool) -> Option<Rotation> {
 fn minimise(markers: &[Placed], mut x: DVector<f64>) -> Option<(DVector<f64>, DVector<f64>, DMatrix<f64>)> {
     let (mut residuals, mut jacobian) = linearise(markers, &x);
     let mut damping = 1e-6;
-    for _ in 0..STEPS {
+    for _ in 0..MAX_STEPS {
         let mut normal = jacobian.tr_mul(&jacobian);
         for i in 0..x.len() {
             normal[(i, i)] *= 1.0 + damping;
@@ -133,7 +133,7 @@ fn minimise(markers: &[Placed], mut x: DVector<f64>) -> Option<(DVector<f64>, DV
         } else {
             damping *= 100.0;
         }
-        if gain.abs() <= STALL * (1.0 + square) {
+        if gain.abs() <= MIN_GAIN * (1.0 + square) {
             break;
         }
     }

@@ -12,23 +12,23 @@ use crate::numerics::median;
 type Point = Vector2<f64>;
 
 /// Number of steps on either side from which the length of a step is predicted.
-const SIDE: usize = 6;
+const NEIGHBOURS: usize = 6;
 /// The same number if the impact is among the others.
-const NEAR_SIDE: usize = 4;
+const NEIGHBOURS_AT_IMPACT: usize = 4;
 /// Minimum number of known steps on either side.
-const LEAST: usize = 3;
+const MIN_NEIGHBOURS: usize = 3;
 
 /// Largest difference between a step and a multiple of the median step, in median steps.
-const OFF: f64 = 0.35;
+const MAX_DEVIATION: f64 = 0.35;
 
 /// Least median step for which steps can be compared, in units of their root mean square deviation.
-const NOISES: f64 = 4.0;
+const MIN_EVEN_NOISES: f64 = 4.0;
 
 /// The same for a dropped frame: half a step more is then 3.5 standard deviations of one axis.
-const CLEAR_NOISES: f64 = 5.0;
+const MIN_DROP_NOISES: f64 = 5.0;
 
 /// Maximum ratio of a step to the median step: longer drops show in the numbers.
-const MOST: f64 = 8.0;
+const MAX_RATIO: f64 = 8.0;
 
 /// Corrects the times of the frames after each drop; returns the number of drops.
 pub fn repair(shot: &mut TrackShot) -> usize {
@@ -87,16 +87,16 @@ impl<'a> Steps<'a> {
     /// Returns a step if it is longer than most on either side; others have lost no frame.
     fn long(&self, i: usize) -> Step {
         /// A step of two frames is at least 1.5 typical ones, and most steps lie within a fifth.
-        const LONGER: f64 = 1.2;
+        const MIN_EXCESS: f64 = 1.2;
         let Some(own) = self.lengths[i] else { return Step::default() };
-        let around = i.saturating_sub(SIDE)..self.lengths.len().min(i + 1 + SIDE);
+        let around = i.saturating_sub(NEIGHBOURS)..self.lengths.len().min(i + 1 + NEIGHBOURS);
         let around: Vec<&Point> = self.lengths[around].iter().flatten().collect();
-        let shorter = around.iter().filter(|other| LONGER * other.norm() < own.norm()).count();
+        let shorter = around.iter().filter(|other| MIN_EXCESS * other.norm() < own.norm()).count();
         if 2 * shorter < around.len() { Step::default() } else { self.at(i) }
     }
 
     fn at(&self, i: usize) -> Step {
-        let steps = [SIDE, NEAR_SIDE].map(|side| self.among(i, side));
+        let steps = [NEIGHBOURS, NEIGHBOURS_AT_IMPACT].map(|side| self.among(i, side));
         steps.into_iter().find(|step| step.is_even).unwrap_or_default()
     }
 
@@ -106,7 +106,7 @@ impl<'a> Steps<'a> {
         let Some(own) = lengths[i] else { return Step::default() };
         let sides = [&lengths[i.saturating_sub(side)..i], &lengths[i + 1..lengths.len().min(i + 1 + side)]];
         let sides = sides.map(|side| side.iter().copied().flatten().collect::<Vec<Point>>());
-        if sides.iter().any(|side| side.len() < LEAST) {
+        if sides.iter().any(|side| side.len() < MIN_NEIGHBOURS) {
             return Step::default();
         }
         let of_side = sides.each_ref().map(|side| middle(side));
@@ -116,13 +116,14 @@ impl<'a> Steps<'a> {
         let noise = (squares.iter().sum::<f64>() / squares.len() as f64).sqrt();
         // even: equal medians on both sides, so that neighbours do not catch up
         let turns = (of_side[0] - of_side[1]).norm();
-        let is_even = usual.norm() > NOISES * noise && turns < OFF * usual.norm();
+        let is_even = usual.norm() > MIN_EVEN_NOISES * noise && turns < MAX_DEVIATION * usual.norm();
         // the number of median steps in this one, and the remainder
         let whole = (own.dot(&usual) / usual.norm_squared()).round();
         let left = (own - usual * whole).norm();
         // at four standard deviations one step in a thousand looks like two
-        let is_clear = usual.norm() > CLEAR_NOISES * noise;
-        let lost = is_even && is_clear && (2.0..=MOST).contains(&whole) && left < OFF * usual.norm();
+        let is_clear = usual.norm() > MIN_DROP_NOISES * noise;
+        let lost =
+            is_even && is_clear && (2.0..=MAX_RATIO).contains(&whole) && left < MAX_DEVIATION * usual.norm();
         Step { is_even, lost: lost.then_some(whole - 1.0) }
     }
 }

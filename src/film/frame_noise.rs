@@ -5,12 +5,12 @@ use crate::measurement::track::{Sample, TrackShot};
 use crate::numerics::{NORMAL_MEDIAN, median};
 
 /// Frames on either side of an instant from which the noise near it is estimated.
-const NEAR: f64 = 30.0;
+const NEAR_FRAMES: f64 = 30.0;
 
 const COORDINATES: [fn(&Sample) -> f64; 2] = [|s| s.x, |s| s.y];
 
 /// Least noise assumed, m: it keeps exact synthetic tracks finite.
-const LEAST_NOISE: f64 = 1e-8;
+const MIN_NOISE_M: f64 = 1e-8;
 
 /// Returns the noise of a coordinate of balls, m, from the second differences of consecutive
 /// frames, in which a smooth motion leaves only its acceleration:
@@ -20,7 +20,7 @@ const LEAST_NOISE: f64 = 1e-8;
 pub(crate) fn noise(shot: &TrackShot) -> f64 {
     let all = triples(&[&shot.cue, &shot.object], shot.fps.recip());
     let free: Vec<&[Sample]> = all.iter().copied().filter(|three| !is_held(three)).collect();
-    let is_often_held = (all.len() - free.len()) as f64 > HELD * all.len() as f64;
+    let is_often_held = (all.len() - free.len()) as f64 > MAX_EQUAL * all.len() as f64;
     let of_free = estimate(&free, shot);
     let step = shot.resolution[0].max(shot.resolution[1]);
     if !shot.states_noise() && is_often_held && of_free > step { of_free } else { estimate(&all, shot) }
@@ -34,7 +34,7 @@ pub(crate) fn noise_near(shot: &TrackShot, instant: f64) -> f64 {
 pub(crate) fn noise_of_near(tracks: &[&[Sample]], shot: &TrackShot, instant: f64) -> f64 {
     let until =
         |samples: &[Sample], frames: f64| samples.partition_point(|s| s.t < instant + frames / shot.fps);
-    let near = |samples: &&'_ [Sample]| until(samples, -NEAR)..until(samples, NEAR);
+    let near = |samples: &&'_ [Sample]| until(samples, -NEAR_FRAMES)..until(samples, NEAR_FRAMES);
     let near: Vec<&[Sample]> = tracks.iter().map(|samples| &samples[near(samples)]).collect();
     noise_of(&near, shot)
 }
@@ -47,7 +47,7 @@ pub(crate) fn noise_of(tracks: &[&[Sample]], shot: &TrackShot) -> f64 {
 /// Returns the noise estimated from triples of positions.
 fn estimate(triples: &[&[Sample]], shot: &TrackShot) -> f64 {
     let [finer, coarser] = [f64::min, f64::max].map(|of| of(shot.resolution[0], shot.resolution[1]));
-    let least = LEAST_NOISE.max(grid::rounding(finer));
+    let least = MIN_NOISE_M.max(grid::rounding(finer));
     let constant = constant_axis_of(triples);
     let moving = (0..2).filter(|axis| constant != Some(*axis));
     let mut differences: Vec<f64> =
@@ -64,7 +64,7 @@ fn estimate(triples: &[&[Sample]], shot: &TrackShot) -> f64 {
 /// Largest fraction of triples of equal positions that noise explains: 0.7 % if the noise is one
 /// step of the coordinates, less if it is more. Others are of balls at rest that a program holds in
 /// place, which show no noise.
-const HELD: f64 = 0.05;
+const MAX_EQUAL: f64 = 0.05;
 
 /// Returns whether three positions are exactly the same.
 fn is_held(three: &[Sample]) -> bool {
@@ -93,13 +93,13 @@ fn constant_axis_of(pieces: &[&[Sample]]) -> Option<usize> {
 /// of three), those that are as close in time as the median.
 fn triples<'a>(tracks: &[&'a [Sample]], frame: f64) -> Vec<&'a [Sample]> {
     /// Least fraction of triples of consecutive frames at which the others are left out.
-    const PART: f64 = 0.25;
+    const MIN_CONSECUTIVE: f64 = 0.25;
     let all: Vec<&[Sample]> = tracks.iter().flat_map(|samples| samples.windows(3)).collect();
     let follows = |a: &Sample, b: &Sample| (b.t - a.t - frame).abs() < 0.1 * frame;
     let consecutive =
         all.iter().copied().filter(|three| follows(&three[0], &three[1]) && follows(&three[1], &three[2]));
     let consecutive: Vec<&[Sample]> = consecutive.collect();
-    if consecutive.len() as f64 > PART * all.len() as f64 {
+    if consecutive.len() as f64 > MIN_CONSECUTIVE * all.len() as f64 {
         return consecutive;
     }
     let span = |three: &[Sample]| three[2].t - three[0].t;
@@ -111,10 +111,10 @@ fn triples<'a>(tracks: &[&'a [Sample]], frame: f64) -> Vec<&'a [Sample]> {
 /// even spacing if their times are uneven.
 fn bend(three: &[Sample], pick: fn(&Sample) -> f64) -> f64 {
     /// Largest deviation from the middle in time that jitter of a clock explains.
-    const EVEN: f64 = 0.06;
+    const MAX_JITTER: f64 = 0.06;
     let [a, b, c] = [pick(&three[0]), pick(&three[1]), pick(&three[2])];
     let part = (three[1].t - three[0].t) / (three[2].t - three[0].t);
-    if (part - 0.5).abs() < EVEN {
+    if (part - 0.5).abs() < MAX_JITTER {
         return (a - 2.0 * b + c).abs();
     }
     let spread = (1.0 + part * part + (1.0 - part) * (1.0 - part)).sqrt();

@@ -9,10 +9,10 @@ use crate::measurement::track::Sample;
 /// Noise above this part of the step, its rounding included, makes rounding errors independent:
 /// with noise σ the mean of many rounded numbers is off by at most h/π exp(−2π²σ²/h²), which is
 /// 0.002 h at σ = h/2, where σ and h/√12 together are 0.58 h.
-const DITHERED: f64 = 0.58;
+const MIN_DITHER: f64 = 0.58;
 
 /// Probability of a run of equal numbers by chance below which the run is not chance.
-const CHANCE: f64 = 1e-6;
+const MAX_CHANCE: f64 = 1e-6;
 
 /// Returns the standard deviation of rounding to steps of this length.
 pub(crate) fn rounding(step: f64) -> f64 {
@@ -34,8 +34,8 @@ pub(crate) fn repeats(samples: &[Sample], noise: f64, step: f64, are_balls: bool
             let length = run.len();
             let by_chance = same.powi(length.min(1000) as i32 - 1);
             let rests = are_balls && run.iter().all(|sample| sample.x == run[0].x && sample.y == run[0].y);
-            if length > 1 && (noise < DITHERED * step || by_chance < CHANCE) {
-                let is_held = rests && noise >= DITHERED * step;
+            if length > 1 && (noise < MIN_DITHER * step || by_chance < MAX_CHANCE) {
+                let is_held = rests && noise >= MIN_DITHER * step;
                 let alike = if is_held { (length as f64).sqrt() } else { length as f64 };
                 repeats[first..first + length].iter_mut().for_each(|repeat| repeat[axis] = alike);
             }

@@ -7,7 +7,7 @@ use crate::numerics;
 const ROUNDS: usize = 8;
 
 /// Ratio of the circle's radius to the spread of the points above which they lie on one line.
-const FLAT: f64 = 100.0;
+const MAX_RADIUS_RATIO: f64 = 100.0;
 
 /// A place, m.
 pub(crate) type Point = [f64; 2];
@@ -127,7 +127,7 @@ pub(crate) fn circle(points: &[Point]) -> Option<Point> {
     let determinant = xx * yy - xy * xy;
     let [x, y] = [0.5 * (xq * yy - yq * xy) / determinant, 0.5 * (yq * xx - xq * xy) / determinant];
     let spread = (q_sum / points.len() as f64).sqrt();
-    let found = x.is_finite() && y.is_finite() && x.hypot(y) < FLAT * spread;
+    let found = x.is_finite() && y.is_finite() && x.hypot(y) < MAX_RADIUS_RATIO * spread;
     found.then_some([m[0] + x, m[1] + y])
 }
 

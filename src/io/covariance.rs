@@ -14,8 +14,8 @@ use crate::measurement::dataset::{Joint, Shared, Shot};
 pub(crate) const BEFORE: [&str; Joint::BEFORE] =
     ["direction_rad", "cue_vx", "cue_vy", "cue_wx", "cue_wy", "cue_wz"];
 
-/// Columns of the derivatives of a quantity by those that all shots share: μ_k or μ_r of the cloth,
-/// or the factor of the lifts.
+/// Returns the column of derivatives by a quantity that shots share: μ_k or μ_r of the cloth, or the
+/// factor of the lifts.
 pub(crate) const fn by(shared: Shared) -> &'static str {
     match shared {
         Shared::Sliding => "by_mu_k",

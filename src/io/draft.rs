@@ -366,13 +366,13 @@ fn describe_columns(Survey { guess, .. }: &Survey, are_exchanged: bool, draft: &
 /// Lists cells and rows that have to be corrected in the files before they can be read.
 fn describe_problems(all: &[(&PathBuf, &Survey)], draft: &mut Draft) {
     /// Maximum number of problems shown.
-    const MOST_PROBLEMS: usize = 3;
+    const MAX_PROBLEMS: usize = 3;
     let problems: Vec<&String> = all.iter().flat_map(|(_, survey)| &survey.problems).collect();
     if problems.is_empty() {
         return;
     }
-    let more = problems.len().saturating_sub(MOST_PROBLEMS);
+    let more = problems.len().saturating_sub(MAX_PROBLEMS);
     let more = if more > 0 { format!(" (and {more} more)") } else { String::new() };
-    let shown: String = problems.iter().take(MOST_PROBLEMS).map(|problem| format!("\n  {problem}")).collect();
+    let shown: String = problems.iter().take(MAX_PROBLEMS).map(|problem| format!("\n  {problem}")).collect();
     draft.find(format!("To be corrected in the files{more}:{shown}"));
 }

@@ -10,26 +10,26 @@ const TABLES: [&str; 4] = ["csv", "txt", "tsv", "dat"];
 
 /// Endings of files considered if there is no table; ImageJ calls its tables .xls, OpenSim .trc,
 /// Tracker its projects .trk and .trz.
-const OTHERS: [&str; 5] = ["json", "xls", "trc", "trk", "trz"];
+const OTHER_ENDINGS: [&str; 5] = ["json", "xls", "trc", "trk", "trz"];
 
 /// Maximum depth below the named folder at which tables are searched for.
-const DEPTH: usize = 2;
+const MAX_DEPTH: usize = 2;
 
 /// Least number of one-frame files that are not tables of shots, and maximum of boxes in each.
 const FRAMES: usize = 10;
 const BOXES: usize = 20;
 /// Maximum number of rows that are not a track.
-const FEW: usize = 5;
+const MAX_UNTRACKED_ROWS: usize = 5;
 
 /// Beginnings of names of files about the data that are not tables.
-const WORDS: [&str; 7] = ["readme", "read me", "license", "licence", "notes", "changelog", "copying"];
+const TEXT_NAMES: [&str; 7] = ["readme", "read me", "license", "licence", "notes", "changelog", "copying"];
 
 /// Least number of rows of a table, and of numbers in each.
 const ROWS: usize = 2;
 const NUMBERS: usize = 2;
 
 /// Returns the files; a folder is replaced by its tables or, if it has none, by those of its
-/// subfolders, down to [`DEPTH`].
+/// subfolders, down to [`MAX_DEPTH`].
 pub(super) fn listed(files: &[PathBuf]) -> Result<Vec<PathBuf>, InitError> {
     let mut all = Vec::new();
     for file in files {
@@ -38,13 +38,13 @@ pub(super) fn listed(files: &[PathBuf]) -> Result<Vec<PathBuf>, InitError> {
             continue;
         }
         let mut levels = vec![entries(file)?];
-        for level in 0..DEPTH {
+        for level in 0..MAX_DEPTH {
             let is_hidden =
                 |path: &Path| path.file_name().is_some_and(|name| name.to_string_lossy().starts_with('.'));
             let folders = levels[level].iter().filter(|path| path.is_dir() && !is_hidden(path));
             levels.push(folders.map(|folder| entries(folder)).collect::<Result<Vec<_>, _>>()?.concat());
         }
-        let endings = [&TABLES[..], &OTHERS[..]];
+        let endings = [&TABLES[..], &OTHER_ENDINGS[..]];
         let mut tables = levels.iter().flat_map(|paths| endings.map(|endings| ending_with(paths, endings)));
         let Some(mut tables) = tables.find(|tables| !tables.is_empty()) else {
             let message = format!(
@@ -84,7 +84,7 @@ fn is_frame(file: &Path) -> bool {
     };
     let Some(classes) = text.lines().map(class).collect::<Option<Vec<u32>>>() else { return false };
     // frame numbers increase through a track, which has more rows than a frame has boxes
-    let counts = classes.len() > FEW && classes.is_sorted_by(|a, b| a < b);
+    let counts = classes.len() > MAX_UNTRACKED_ROWS && classes.is_sorted_by(|a, b| a < b);
     name.ends_with(|c: char| c.is_ascii_digit()) && (1..=BOXES).contains(&classes.len()) && !counts
 }
 
@@ -104,7 +104,7 @@ fn ending_with(paths: &[PathBuf], endings: &[&str]) -> Vec<PathBuf> {
 /// Returns whether a file is obviously not a table, by its name or without rows of numbers.
 pub(super) fn is_no_table(file: &Path) -> bool {
     let name = file.file_name().unwrap_or_default().to_string_lossy().to_lowercase();
-    if WORDS.iter().any(|word| name.starts_with(word)) {
+    if TEXT_NAMES.iter().any(|word| name.starts_with(word)) {
         return true;
     }
     let Ok(bytes) = std::fs::read(file) else { return false };

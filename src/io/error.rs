@@ -9,7 +9,7 @@ use std::path::{Path, PathBuf};
 const LISTED: usize = 20;
 
 /// Maximum number of other places of the same problem that are named.
-const NAMED: usize = 2;
+const MAX_NAMED: usize = 2;
 
 /// A problem and its place.
 #[derive(Clone, Debug, PartialEq)]
@@ -84,12 +84,12 @@ impl fmt::Display for DatasetError {
         }
         for (problem, others) in alike.iter().take(LISTED) {
             write!(f, "\n  {problem}")?;
-            let named: Vec<String> = others.iter().take(NAMED).map(|other| other.place()).collect();
+            let named: Vec<String> = others.iter().take(MAX_NAMED).map(|other| other.place()).collect();
             if !named.is_empty() {
                 write!(f, "\n    the same in {}", named.join(", "))?;
             }
-            if others.len() > NAMED {
-                write!(f, " and {} more", others.len() - NAMED)?;
+            if others.len() > MAX_NAMED {
+                write!(f, " and {} more", others.len() - MAX_NAMED)?;
             }
         }
         let more: usize = alike.iter().skip(LISTED).map(|(_, others)| 1 + others.len()).sum();
@@ -108,7 +108,7 @@ pub(crate) struct Problems {
 }
 
 impl Problems {
-    /// Adds an error of reading or writing; `what` describes the failed action.
+    /// Returns an empty list; `what` names the action that problems prevent.
     pub(crate) fn new(what: impl Into<String>) -> Self {
         Self { what: what.into(), found: RefCell::default() }
     }

@@ -22,7 +22,7 @@ use crate::physics::disc::{Discs, UNIFORM_DISC};
 use crate::physics::name::{by_name, worded};
 
 /// Maximum length of a data set's name, bytes: with suffixes below the 255 of file systems.
-const LONGEST_NAME: usize = 200;
+const MAX_NAME_BYTES: usize = 200;
 
 /// A checked dataset.toml.
 pub(crate) struct Manifest {
@@ -147,7 +147,7 @@ enum LabelOrSection {
 /// `: data/a, data/b and 3 more`.
 fn below(folder: &Path) -> String {
     /// Maximum number of data sets that are named.
-    const NAMED: usize = 3;
+    const MAX_NAMED: usize = 3;
     let Ok(entries) = std::fs::read_dir(folder) else { return String::new() };
     let mut found: Vec<PathBuf> = entries
         .flatten()
@@ -155,10 +155,10 @@ fn below(folder: &Path) -> String {
         .filter(|path| path.join("dataset.toml").is_file())
         .collect();
     found.sort();
-    let named: Vec<String> = found.iter().take(NAMED).map(|path| path.display().to_string()).collect();
+    let named: Vec<String> = found.iter().take(MAX_NAMED).map(|path| path.display().to_string()).collect();
     match found.len() {
         0 => String::new(),
-        count if count > NAMED => format!(", as {} and {} more do", named.join(", "), count - NAMED),
+        count if count > MAX_NAMED => format!(", as {} and {} more do", named.join(", "), count - MAX_NAMED),
         1 => format!(", as {} does", named.join(", ")),
         _ => format!(", as {} do", named.join(", ")),
     }
@@ -199,8 +199,8 @@ impl Keys {
                 source.written("name").unwrap_or_default()
             );
             source.wrong("name", message);
-        } else if name.len() > LONGEST_NAME {
-            source.wrong("name", format!("name has {} bytes; expected at most {LONGEST_NAME}", name.len()));
+        } else if name.len() > MAX_NAME_BYTES {
+            source.wrong("name", format!("name has {} bytes; expected at most {MAX_NAME_BYTES}", name.len()));
         }
         let kind = self.kind;
         for (key, is_stated, only) in [

@@ -111,13 +111,13 @@ pub(crate) fn checked<T: DeserializeOwned, U>(
 }
 
 /// Maximum number of unknown keys that are listed.
-const UNKNOWN_KEYS: usize = 20;
+const MAX_UNKNOWN_KEYS: usize = 20;
 
 /// Parses a text; adds all unknown keys, each found after the line of the last was made a comment,
 /// or else the first error.
 fn parse<T: DeserializeOwned>(source: &Source) -> Option<T> {
     let mut text = source.text.to_string();
-    for found in 0..UNKNOWN_KEYS {
+    for found in 0..MAX_UNKNOWN_KEYS {
         let error = match toml::from_str(&text) {
             Ok(parsed) => return (found == 0).then_some(parsed),
             Err(error) => error,

@@ -5,15 +5,15 @@ use super::raw::{GAPS, Log, ORDER, REPEATED, RawTrack, Row, SWAPPED, middle, sor
 
 /// Least ratio of the step after a frame in which both balls stand still to the step before it at
 /// which the frame is a repeated one: the lost frame's motion is then in the step.
-const CATCHES_UP: f64 = 1.5;
+const MIN_CATCH_UP: f64 = 1.5;
 /// Ratio to the smallest step below which steps may come from coarse coordinates.
-const COARSE: f64 = 4.0;
+const MAX_COARSE: f64 = 4.0;
 /// Ratios of the squared jumps with the names exchanged to those without. One ball's wrong position
 /// can make it 1/2, not less.
-const SURELY_SWAPPED: f64 = 0.1;
-const PERHAPS_SWAPPED: f64 = 0.3;
+const CERTAIN_SWAP: f64 = 0.1;
+const POSSIBLE_SWAP: f64 = 0.3;
 /// Longest step, frames, in which a jump can show that names were exchanged.
-const MOST_FRAMES: f64 = 3.5;
+const MAX_SWAP_FRAMES: f64 = 3.5;
 
 /// A fault of a shot, and its line if there is one.
 #[derive(Clone, Debug, PartialEq)]
@@ -88,9 +88,9 @@ pub(super) fn order(track: &mut RawTrack, log: Log) -> Result<(), Wrong> {
 }
 
 /// Largest step between rows, in ranges of nearly all positions.
-const FAR: f64 = 8.0;
+const MAX_STEP: f64 = 8.0;
 /// Latest time of a frame, in ranges of nearly all times.
-const LATE: f64 = 100.0;
+const MAX_DELAY: f64 = 100.0;
 
 /// Returns the range of the middle nine tenths of values.
 fn range(values: impl Iterator<Item = f64>) -> f64 {
@@ -117,11 +117,11 @@ pub(super) fn remove_outliers(tracks: &mut [RawTrack], log: Log) {
                 _ => [k - 1, k + 1],
             };
             let beside = beside.map(|i| seen[i]);
-            let far = beside.iter().all(|other| other.distance(*row) > FAR * width);
+            let far = beside.iter().all(|other| other.distance(*row) > MAX_STEP * width);
             let [one, other] = beside.map(|other| (other.time - row.time).abs());
             // frame -18 if all others count from 0
             let before = k == 0 && row.time < 0.0 && seen[1].time >= 0.0 && one.min(other) > 3.0 * step;
-            if far || before || one.min(other) > LATE * length {
+            if far || before || one.min(other) > MAX_DELAY * length {
                 let wrong = if far { "place" } else { "time" };
                 let message = format!(
                     "\"{name}\" is by itself at an impossible {wrong} ({:.6} s, {:.6e}, {:.6e} in the file's unit): taken as a gap",
@@ -172,7 +172,7 @@ pub(super) fn remove_repeated_frames(
         }
         // still until the end, or too coarse to decide
         let (Some(after), before) = (steps.get(k), steps[first - 1]) else { break };
-        let coarse = smallest.is_finite() && before.min(*after) < COARSE * smallest;
+        let coarse = smallest.is_finite() && before.min(*after) < MAX_COARSE * smallest;
         let is_grid = coarse && smallest > 1e-6 * before.max(*after) && is_coarse(&steps);
         if before == 0.0 || is_grid || only_coarse {
             continue;
@@ -182,7 +182,7 @@ pub(super) fn remove_repeated_frames(
             ((time(k + 1) - time(k)) * fps).max(1.0)
         };
         let [line, still] = [first + 1, first].map(|k| cue.rows[pairs[k].0].line);
-        if after / length(k) < CATCHES_UP * before / length(first - 1) {
+        if after / length(k) < MIN_CATCH_UP * before / length(first - 1) {
             let message = format!(
                 "both balls are exactly where they were in line {still} while they move before and after, and do not \
                  catch up: a frame was put in here, and all later times may be late. Expected the clip without it, \
@@ -222,15 +222,15 @@ pub(super) fn undo_swaps(
     for two in pairs(cue, object).windows(2) {
         let [(i, j), (p, q)] = [two[0], two[1]];
         let (c, o, c_next, o_next) = (cue.rows[i], object.rows[j], cue.rows[p], object.rows[q]);
-        if (c_next.time - c.time) * fps > MOST_FRAMES {
+        if (c_next.time - c.time) * fps > MAX_SWAP_FRAMES {
             continue;
         }
         let cost = |a: f64, b: f64| a * a + b * b;
         let kept = cost(c.distance(c_next), o.distance(o_next));
         let swapped = cost(c.distance(o_next), o.distance(c_next));
-        if swapped < SURELY_SWAPPED * kept {
+        if swapped < CERTAIN_SWAP * kept {
             swaps.push(c_next);
-        } else if swapped < PERHAPS_SWAPPED * kept {
+        } else if swapped < POSSIBLE_SWAP * kept {
             let message = format!(
                 "cue and object ball may have exchanged their names from here on (\"{}\" jumps by {:.4}, \"{}\" by \
                  {:.4}, in the file's unit); expected them set right, or the shot skipped",

@@ -6,17 +6,17 @@ use super::lost;
 use super::raw::{Clock, NAMES, Notes, RawShot, RawTrack, Row, middle, sorted};
 
 /// Pause between clips: more than this, s, and more than so many median steps of time.
-const PAUSE: f64 = 1.0;
+const MIN_PAUSE_S: f64 = 1.0;
 pub(super) const STEPS: f64 = 20.0;
 
 /// Frame rate if it is not known, frames/s.
-const USUAL_FPS: f64 = 240.0;
+const DEFAULT_FPS: f64 = 240.0;
 
 /// Jump of both balls between clips, in units of the 90th percentile of their steps.
-const JUMP: f64 = 8.0;
+const MIN_JUMP: f64 = 8.0;
 
 /// Least number of frames of both balls in a clip.
-const LEAST: usize = 6;
+const MIN_FRAMES: usize = 6;
 
 /// Returns the shots of a file: positions of lost balls are left out, and one shot that is several
 /// clips is separated. `alone`: the names of clips are their numbers, without the file's name.
@@ -32,7 +32,8 @@ pub(super) fn of_file(shots: Vec<RawShot>, fps: Option<f64>, alone: bool, notes:
         return shots;
     }
     let clips: Vec<RawShot> = (0..=cuts.len()).map(|number| clip(shot, &cuts, number, alone)).collect();
-    let whole = |clip: &RawShot| clip.tracks.iter().filter(|track| track.seen().count() >= LEAST).count() > 1;
+    let whole =
+        |clip: &RawShot| clip.tracks.iter().filter(|track| track.seen().count() >= MIN_FRAMES).count() > 1;
     if !clips.iter().all(whole) {
         return shots;
     }
@@ -49,7 +50,7 @@ pub(super) fn of_file(shots: Vec<RawShot>, fps: Option<f64>, alone: bool, notes:
 /// Returns the times at which further clips begin.
 fn cuts(shot: &RawShot, fps: Option<f64>) -> Vec<f64> {
     let second = match shot.clock {
-        Clock::In(unit) => unit.seconds().unwrap_or(fps.unwrap_or(USUAL_FPS).recip()),
+        Clock::In(unit) => unit.seconds().unwrap_or(fps.unwrap_or(DEFAULT_FPS).recip()),
         Clock::Rounded(_) => 1.0,
         Clock::FramesAt(fps) => fps.recip(),
         // ms and frames cannot be distinguished
@@ -57,7 +58,7 @@ fn cuts(shot: &RawShot, fps: Option<f64>) -> Vec<f64> {
     };
     let times = shot.times();
     let Some(usual) = middle(times.windows(2).map(|two| two[1] - two[0])) else { return Vec::new() };
-    let pause = (PAUSE / second).max(STEPS * usual);
+    let pause = (MIN_PAUSE_S / second).max(STEPS * usual);
     let jumps = jumps(shot, usual);
     let begins = |two: &[f64]| two[1] - two[0] > pause || jumps.contains(&two[1].to_bits());
     times.windows(2).filter(|two| begins(two)).map(|two| two[1]).collect()
@@ -76,11 +77,11 @@ fn jumps(shot: &RawShot, usual: f64) -> Vec<u64> {
     let Some(long) = all.get(all.len() * 9 / 10).filter(|long| **long > 0.0) else { return Vec::new() };
     let mut found = Vec::new();
     let mut behind = other.rows.windows(2).peekable();
-    for two in one.rows.windows(2).filter(|two| follows(two) && moved(two) > JUMP * long) {
+    for two in one.rows.windows(2).filter(|two| follows(two) && moved(two) > MIN_JUMP * long) {
         while behind.next_if(|others| others[1].time < two[1].time).is_some() {}
         let Some(others) = behind.peek().filter(|others| others[1].time == two[1].time) else { continue };
         let crossed = two[0].distance(others[1]);
-        if follows(others) && moved(others) > JUMP * long && crossed > JUMP * long {
+        if follows(others) && moved(others) > MIN_JUMP * long && crossed > MIN_JUMP * long {
             found.push(two[1].time.to_bits());
         }
     }

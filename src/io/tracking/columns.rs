@@ -16,7 +16,7 @@ use crate::io::number::{shortened, value};
 use crate::io::text::{Separator, filled_lines, trimmed, unmarked};
 
 /// Maximum number of lines searched for the names of the columns, or for the first row.
-const WITHIN: usize = 100;
+const MAX_LINES: usize = 100;
 
 pub(super) fn layout(input: &Input, wanted: &ColumnNames) -> Result<Layout, Refused> {
     let heading = if wanted.is_numbered() { numbered(input, wanted) } else { header(input, wanted) };
@@ -50,16 +50,16 @@ pub(super) fn layout(input: &Input, wanted: &ColumnNames) -> Result<Layout, Refu
 /// Lists the named columns that are not read, as the end of a sentence.
 fn passed_over(heading: &Heading, read: &[usize]) -> String {
     /// Maximum number of columns listed.
-    const NAMED: usize = 12;
+    const MAX_NAMED: usize = 12;
     let is_passed = |(i, name): &(usize, &String)| !read.contains(i) && !name.is_empty();
     let passed: Vec<&String> =
         heading.names.iter().enumerate().filter(is_passed).map(|(_, name)| name).collect();
-    let more = passed.len().saturating_sub(NAMED);
+    let more = passed.len().saturating_sub(MAX_NAMED);
     let more = if more > 0 { format!(" and {more} more") } else { String::new() };
     if passed.is_empty() {
         return String::new();
     }
-    format!("; columns passed over: {}{more}", quoted(passed.into_iter().take(NAMED)))
+    format!("; columns passed over: {}{more}", quoted(passed.into_iter().take(MAX_NAMED)))
 }
 
 fn position(heading: &Heading, wanted: &ColumnNames, key: &str) -> Option<usize> {
@@ -161,7 +161,7 @@ fn header(input: &Input, wanted: &ColumnNames) -> Option<Heading> {
     let wanted_names: Vec<&str> = wanted_names.collect();
     let separators = separators(wanted, Separator::Char(' '));
     let mut nearest: Option<(usize, usize, Vec<String>)> = None;
-    for (line, content) in filled_lines(input.text).take(WITHIN) {
+    for (line, content) in filled_lines(input.text).take(MAX_LINES) {
         for separator in &separators {
             let bare = unmarked(content);
             let separator =
@@ -196,7 +196,7 @@ fn header(input: &Input, wanted: &ColumnNames) -> Option<Heading> {
     None
 }
 
-/// Returns the heading of a table without names: the first line with numbers in all columns.
+/// Returns the heading of a table without names, from the first row with the expected numbers.
 fn numbered(input: &Input, wanted: &ColumnNames) -> Option<Heading> {
     let index = |column: &Column| match column {
         Column::Number(number) => number.get() - 1,
@@ -207,7 +207,7 @@ fn numbered(input: &Input, wanted: &ColumnNames) -> Option<Heading> {
     let words = ["shot", "ball", "point"].map(|key| wanted.get(key).map(index));
     let numbers: Vec<usize> = all.into_iter().filter(|column| !words.contains(&Some(*column))).collect();
     let separators = separators(wanted, Separator::Blanks);
-    for (line, content) in filled_lines(input.text).take(WITHIN) {
+    for (line, content) in filled_lines(input.text).take(MAX_LINES) {
         for separator in &separators {
             let Some(cells) = trimmed(content, *separator) else { continue };
             let number = |column: &usize| value(&cells[*column]).is_some();
@@ -218,7 +218,7 @@ fn numbered(input: &Input, wanted: &ColumnNames) -> Option<Heading> {
         }
     }
     let message = format!(
-        "none of the first {WITHIN} lines has numbers in the columns {} that [tracks.columns] gives",
+        "none of the first {MAX_LINES} lines has numbers in the columns {} that [tracks.columns] gives",
         numbers.iter().map(|column| (column + 1).to_string()).collect::<Vec<_>>().join(", ")
     );
     input.wrong(None, None, message);

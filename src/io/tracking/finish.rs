@@ -194,10 +194,10 @@ fn of_balls(
 /// equal although the noise exceeds the step of the coordinates.
 fn is_held(shot: &TrackShot) -> bool {
     /// Number of equal positions that noise of one step gives in one of 100 000 shots.
-    const OFTEN: usize = 6;
+    const MIN_EQUAL: usize = 6;
     let same = |two: &[Sample]| [two[0].x, two[0].y] == [two[1].x, two[1].y];
     let held = 1 + shot.object.windows(2).take_while(|two| same(two)).count();
-    held >= OFTEN && noise(shot) > shot.resolution[0].max(shot.resolution[1])
+    held >= MIN_EQUAL && noise(shot) > shot.resolution[0].max(shot.resolution[1])
 }
 
 /// Removes the tracks that a key of [`NAMED`] names from the list, and the points on them.

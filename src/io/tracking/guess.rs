@@ -13,7 +13,7 @@ use crate::io::number::value;
 use crate::io::text::{Separator, filled_lines, lines, trimmed, unmarked};
 
 /// Largest angle of a disc in radians, two turns; degrees of a whole turn are 360.
-const RADIANS: f64 = 4.0 * std::f64::consts::PI;
+const MAX_RADIANS: f64 = 4.0 * std::f64::consts::PI;
 
 /// Guesses the columns of a table; returns `None` if it is not understood.
 pub(super) fn columns(text: &str) -> Option<Guess> {
@@ -162,7 +162,7 @@ fn named(text: &str, heading: &Heading) -> Option<Guess> {
     let mut guess = table.guess;
     if turning.iter().any(|column| !heading.has_unit(*column)) {
         let most = most(text, heading, turning);
-        guess.angle_unit = Some(if most > RADIANS { AngleUnit::Deg } else { AngleUnit::Rad });
+        guess.angle_unit = Some(if most > MAX_RADIANS { AngleUnit::Deg } else { AngleUnit::Rad });
     }
     guess.has_angles = !turning.is_empty();
     let passed = of(Kind::Motion).into_iter().flatten();

@@ -13,10 +13,10 @@ use crate::io::text::{Separator, filled_lines, lines, trimmed};
 pub(super) const TITLES: usize = 10;
 
 /// Maximum number of further lines of a header, above or below that of the names.
-const FURTHER: usize = 3;
+const MAX_FURTHER_LINES: usize = 3;
 
 /// Least number of names in a header: a row of data that lost its numbers has fewer.
-const LEAST: usize = 3;
+const MIN_NAMES: usize = 3;
 
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) enum Measure {
@@ -116,11 +116,11 @@ fn split(name: &str) -> (&str, Option<Measure>) {
 /// Returns an unknown unit in brackets behind the name of a coordinate: `dm` of `x1 [dm]`.
 pub(in crate::io) fn strange_unit(name: &str) -> Option<&str> {
     /// Maximum length of the word.
-    const LONGEST: usize = 12;
+    const MAX_LENGTH: usize = 12;
     let name = name.trim();
     let (open, close) = if name.ends_with(']') { ('[', ']') } else { ('(', ')') };
     let (bare, word) = name.strip_suffix(close)?.rsplit_once(open)?;
-    let is_word = !word.is_empty() && word.len() <= LONGEST && word.chars().all(char::is_alphabetic);
+    let is_word = !word.is_empty() && word.len() <= MAX_LENGTH && word.chars().all(char::is_alphabetic);
     let bare = bare.trim_end().trim_end_matches(|c: char| c.is_ascii_digit()).to_lowercase();
     let is_coordinate = ["x", "y"].iter().any(|axis| bare.ends_with(axis));
     (is_word && is_coordinate && Measure::of(word).is_none()).then_some(word)
@@ -155,7 +155,7 @@ impl Heading {
             (bare, units) = split_by(split);
         }
         let mut above = line;
-        for _ in 0..FURTHER {
+        for _ in 0..MAX_FURTHER_LINES {
             let Some((below, row)) = further(text, above, separator, names.len()) else { break };
             above = below;
             for (unit, other) in units.iter_mut().zip(row) {
@@ -180,7 +180,7 @@ impl Heading {
         };
         let above: Vec<&str> =
             lines(text).take(line - 1).map(|(_, line)| line).filter(|line| !line.trim().is_empty()).collect();
-        for title in above.into_iter().rev().take(FURTHER) {
+        for title in above.into_iter().rev().take(MAX_FURTHER_LINES) {
             let repeated = twice(&told);
             let Some(title) = trimmed(title, separator) else { break };
             if !repeated.contains(&true) {
@@ -328,7 +328,7 @@ fn further(
     let is_word = |cell: &&String| parse(cell).is_err() && !is_clock(cell);
     let words = cells.iter().filter(is_word).count();
     let is_empty = |cell: &String| cell.is_empty() || is_word(&cell);
-    (words >= LEAST && cells.iter().all(is_empty))
+    (words >= MIN_NAMES && cells.iter().all(is_empty))
         .then(|| (line, cells.iter().map(|cell| unit(cell).flatten()).collect()))
 }
 

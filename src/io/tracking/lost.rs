@@ -3,14 +3,14 @@
 use super::raw::{GAPS, Log, RawTrack, Row, sorted};
 
 /// Ratio of a jump away from the path to the fastest steps of the balls in the same time.
-const FAR: f64 = 5.0;
+const MIN_JUMP: f64 = 5.0;
 
 /// Fraction of the steps, from the slowest on, that give the balls' speed: others may be wrong.
-const USUAL: f64 = 0.9;
+const SPEED_QUANTILE: f64 = 0.9;
 
 /// Least number of rows exactly at one place at which it may be that of a lost ball even if no
 /// program is known to write it.
-const OFTEN: usize = 3;
+const MIN_REPEATS: usize = 3;
 
 type Place = [f64; 2];
 
@@ -33,10 +33,10 @@ pub(super) fn leave_out(tracks: &mut [RawTrack], log: Log) {
         })
     });
     let speeds = sorted(steps.map(|[a, b]| a.distance(b) / (b.time - a.time)));
-    let usual = speeds.get((USUAL * speeds.len() as f64) as usize).filter(|speed| **speed > 0.0);
+    let usual = speeds.get((SPEED_QUANTILE * speeds.len() as f64) as usize).filter(|speed| **speed > 0.0);
     let Some(usual) = usual else { return };
     for (RawTrack { name, rows, .. }, path) in tracks.iter_mut().zip(&paths) {
-        let stays = path.stays(rows, FAR * usual);
+        let stays = path.stays(rows, MIN_JUMP * usual);
         let is_far_always =
             |at: Place| stays.iter().all(|stay| stay.is_far || place(&rows[stay.rows[0]]) != at);
         let is_lost = |stay: &&Stay| {
@@ -80,7 +80,8 @@ impl Path {
         rows.sort_by(|a, b| track.rows[*a].time.total_cmp(&track.rows[*b].time));
         let mut places: Vec<Place> = rows.iter().map(|i| place(&track.rows[*i])).collect();
         places.sort_by(|a, b| a[0].total_cmp(&b[0]).then(a[1].total_cmp(&b[1])));
-        let same = places.chunk_by(|a, b| a == b).filter(|same| same.len() >= OFTEN || is_known(same[0]));
+        let same =
+            places.chunk_by(|a, b| a == b).filter(|same| same.len() >= MIN_REPEATS || is_known(same[0]));
         let places = same.map(|same| same[0]).collect();
         Self { rows, places }
     }

@@ -7,24 +7,24 @@ use crate::numerics::median;
 /// Largest relative change of the distance of two points on one body. Points of one puck change
 /// theirs by up to 0.035 (calibration, and tape that is seen from another side; 0.16 while a hand
 /// holds the puck), points of two by 0.8 and more (30 films of two pucks, Chalmers 2023).
-const RIGID: f64 = 0.25;
+const MAX_CHANGE: f64 = 0.25;
 
 /// Number of frames of a median distance, so that a frame with two mistaken markers does not count.
-const FRAMES: usize = 5;
+const MEDIAN_FRAMES: usize = 5;
 
 /// Time on either side over which a path's bend is measured: the film over this, up to a maximum.
-const REACH: usize = 8;
-const MOST: usize = 60;
+const REACH_PART: usize = 8;
+const MAX_REACH: usize = 60;
 
 /// Ratio of the bends of two points on a turning disc at which the straighter one may be the
 /// centre. Noise alone exceeds it in a twentieth of the frames, either way.
-const STRAIGHTER: f64 = 5.0;
+const MIN_BEND_RATIO: f64 = 5.0;
 
 /// Least excess of frames in which the centre's path is the straighter one, as a part of all.
-const SURE: f64 = 0.25;
+const MIN_EXCESS: f64 = 0.25;
 
 /// Largest relative difference of the centre's distances to markers, which are placed by hand.
-const EQUAL: f64 = 0.1;
+const MAX_INEQUALITY: f64 = 0.1;
 
 /// Returns groups of points of which every two keep their distance, the most rigid joined first.
 pub(crate) fn rigid_groups(points: &[&[Sample]]) -> Vec<Vec<usize>> {
@@ -37,10 +37,10 @@ pub(crate) fn rigid_groups(points: &[&[Sample]]) -> Vec<Vec<usize>> {
     changes.sort_by(|a, b| a.0.total_cmp(&b.0));
     let is_rigid = |i: usize, j: usize| {
         let of_pair = |(_, a, b): &&(f64, usize, usize)| (*a, *b) == (i.max(j), i.min(j));
-        changes.iter().find(of_pair).is_some_and(|(change, ..)| *change <= RIGID)
+        changes.iter().find(of_pair).is_some_and(|(change, ..)| *change <= MAX_CHANGE)
     };
     let mut groups: Vec<Vec<usize>> = (0..points.len()).map(|i| vec![i]).collect();
-    for (_, i, j) in changes.iter().take_while(|(change, ..)| *change <= RIGID) {
+    for (_, i, j) in changes.iter().take_while(|(change, ..)| *change <= MAX_CHANGE) {
         let at = |point: &usize| groups.iter().position(|group| group.contains(point));
         let (Some(a), Some(b)) = (at(i), at(j)) else { continue };
         if a != b && groups[a].iter().all(|p| groups[b].iter().all(|q| is_rigid(*p, *q))) {
@@ -66,7 +66,8 @@ fn distances(one: &[Sample], other: &[Sample]) -> Vec<f64> {
 /// Returns the relative change of the distance of two points; infinite for too few common frames.
 fn change(one: &[Sample], other: &[Sample]) -> f64 {
     let distances = distances(one, other);
-    let mut smooth: Vec<f64> = distances.windows(FRAMES).map(|window| median(window.to_vec())).collect();
+    let mut smooth: Vec<f64> =
+        distances.windows(MEDIAN_FRAMES).map(|window| median(window.to_vec())).collect();
     if smooth.is_empty() {
         return f64::INFINITY;
     }
@@ -84,14 +85,14 @@ pub(crate) fn central(points: &[&[Sample]]) -> Centre {
     let is_like_centre = |i: &usize| {
         let others = (0..points.len()).filter(|j| j != i).map(|j| distance(points[*i], points[j]));
         let (least, most) = others.fold((f64::INFINITY, 0.0_f64), |(a, b), d| (a.min(d), b.max(d)));
-        most <= (1.0 + EQUAL) * least
+        most <= (1.0 + MAX_INEQUALITY) * least
     };
     let like_centre: Vec<usize> = (0..points.len()).filter(is_like_centre).collect();
     let sureness = like_centre.iter().map(|i| (straighter(points[*i], &circle), *i));
     match sureness.max_by(|a, b| a.0.total_cmp(&b.0)) {
-        Some((sure, i)) if sure > SURE => Ok(Some(i)),
+        Some((sure, i)) if sure > MIN_EXCESS => Ok(Some(i)),
         // only one point can be the centre; points on the rim may have equal distances
-        Some((sure, i)) if like_centre.len() == 1 && sure > -SURE => Err(vec![i]),
+        Some((sure, i)) if like_centre.len() == 1 && sure > -MIN_EXCESS => Err(vec![i]),
         _ => Ok(None),
     }
 }
@@ -105,13 +106,13 @@ fn distance(one: &[Sample], other: &[Sample]) -> f64 {
 /// Returns the excess of frames in which the first path is the straighter one, as a part of all.
 fn straighter(one: &[Sample], other: &[Sample]) -> f64 {
     let both: Vec<[&Sample; 2]> = together(one, other).collect();
-    let reach = (both.len() / REACH).clamp(1, MOST);
+    let reach = (both.len() / REACH_PART).clamp(1, MAX_REACH);
     let bend = |[a, b, c]: [&Sample; 3]| (0.5 * (a.x + c.x) - b.x).hypot(0.5 * (a.y + c.y) - b.y);
     let (mut more, mut all) = (0.0, 0.0);
     for window in both.windows(2 * reach + 1) {
         let [one, other] = [0, 1].map(|k| bend([window[0][k], window[reach][k], window[2 * reach][k]]));
         all += 1.0;
-        more += f64::from(i8::from(other > STRAIGHTER * one) - i8::from(one > STRAIGHTER * other));
+        more += f64::from(i8::from(other > MIN_BEND_RATIO * one) - i8::from(one > MIN_BEND_RATIO * other));
     }
     if all > 0.0 { more / all } else { 0.0 }
 }

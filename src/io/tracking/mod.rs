@@ -272,7 +272,7 @@ fn name_shots<'a>(raw: &'a [RawShot], problems: &Problems) -> HashMap<&'a str, u
 }
 
 /// Least number of shots that a core gets at a time.
-const SHOTS_A_CORE: usize = 64;
+const MIN_SHOTS_PER_CORE: usize = 64;
 
 /// Finishes shots on all cores, in order. Damaged shots are left out, with name and reason. A fault
 /// of the file or of dataset.toml is a problem of the data set, as is that no shot remains.
@@ -290,7 +290,7 @@ fn finish_all(
         let shot = done.unwrap_or_else(|panic| Err(vec![Wrong::damaged(None, defect(panic))]));
         Some((name, file, shot, notes))
     };
-    let done: Vec<_> = work.into_par_iter().with_min_len(SHOTS_A_CORE).filter_map(finish).collect();
+    let done: Vec<_> = work.into_par_iter().with_min_len(MIN_SHOTS_PER_CORE).filter_map(finish).collect();
     let (mut shots, mut damaged) = (Vec::with_capacity(done.len()), Vec::new());
     for (name, file, shot, own_notes) in done {
         notes.append(own_notes);

@@ -6,11 +6,11 @@ use super::settings::TrackSettings;
 
 /// Largest ratio of a ball's speed to the fastest one before: after the impact no ball is faster,
 /// and the rest allows for the noise of a short step.
-const FASTER: f64 = 2.0;
+const MAX_SPEED_RATIO: f64 = 2.0;
 
 /// Largest ratio of the distances to the ends of the nearest and of the other track at which a
 /// piece continues the nearest.
-const NEARER: f64 = 0.5;
+const MAX_DISTANCE_RATIO: f64 = 0.5;
 
 /// Joins pieces to both balls' tracks: those that dataset.toml names or, if at most two tracks are
 /// seen at a time, the first two. Pieces that continue neither track are left.
@@ -72,11 +72,12 @@ fn continued(tracks: &[RawTrack], heads: [usize; 2], piece: &RawTrack) -> Option
         heads.into_iter().filter_map(|head| Some((head, end(head)?))).collect();
     ends.sort_by(|a, b| a.1.distance(*first).total_cmp(&b.1.distance(*first)));
     let (head, end) = *ends.first()?;
-    let is_nearer = ends.get(1).is_none_or(|(_, far)| end.distance(*first) < NEARER * far.distance(*first));
+    let is_nearer =
+        ends.get(1).is_none_or(|(_, far)| end.distance(*first) < MAX_DISTANCE_RATIO * far.distance(*first));
     let speed = |two: &[Row]| two[0].distance(two[1]) / (two[1].time - two[0].time);
     let fastest = heads.iter().flat_map(|head| tracks[*head].rows.windows(2)).map(speed);
     // gaps are not numbers, which no maximum is
-    let reach = FASTER * fastest.fold(0.0, f64::max) * (first.time - end.time);
+    let reach = MAX_SPEED_RATIO * fastest.fold(0.0, f64::max) * (first.time - end.time);
     let is_id = are_ids(&tracks[head].name, &piece.name);
     (is_id && is_nearer && end.distance(*first) <= reach).then_some(head)
 }

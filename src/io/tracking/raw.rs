@@ -168,7 +168,7 @@ struct Note {
 }
 
 /// Maximum number of notes of a kind that are listed.
-const OF_A_KIND: usize = 8;
+const MAX_OF_A_KIND: usize = 8;
 
 impl Notes {
     pub(super) fn of<'a>(&'a self, file: &'a Path) -> Log<'a> {
@@ -196,7 +196,7 @@ impl Notes {
     pub(super) fn into_lines(self) -> Vec<String> {
         let mut lines = Vec::new();
         for ((_, kind), notes) in self.kinds.into_inner() {
-            for Note { message, place, places, shots } in notes.iter().take(OF_A_KIND) {
+            for Note { message, place, places, shots } in notes.iter().take(MAX_OF_A_KIND) {
                 let others = match (places, shots) {
                     (1, 0 | 1) => String::new(),
                     (1, shots) => format!(" ({shots} shots)"),
@@ -204,7 +204,7 @@ impl Notes {
                 };
                 lines.push(format!("{place}{others}: {message}"));
             }
-            if let Some(more @ 1..) = notes.len().checked_sub(OF_A_KIND) {
+            if let Some(more @ 1..) = notes.len().checked_sub(MAX_OF_A_KIND) {
                 lines.push(format!("and {more} more like this ({kind})"));
             }
         }

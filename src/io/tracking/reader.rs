@@ -12,7 +12,7 @@ use super::settings::TimeUnit;
 use crate::io::text::{self, Separator, lines};
 
 /// Number of problems of a file after which reading ends.
-const ENOUGH: usize = 100;
+const MAX_PROBLEMS: usize = 100;
 
 pub(super) fn read(input: &Input, layout: &Layout) -> Vec<RawShot> {
     let mut gathered = Gathered {
@@ -42,7 +42,7 @@ fn each_row(input: &Input, layout: &Layout, mut each: impl FnMut(&Row, usize)) {
             number += 1;
         }
         let Some(Block { header, above, .. }) = layout.blocks.get(number) else { return };
-        if input.problems.len() >= before + ENOUGH {
+        if input.problems.len() >= before + MAX_PROBLEMS {
             return;
         }
         let content = text.trim_start();

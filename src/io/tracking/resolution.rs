@@ -3,14 +3,14 @@
 use super::raw::{RawTrack, Row, sorted};
 
 /// Least number of different steps between neighbouring coordinates: fewer fit some grid by chance.
-const LEAST_GAPS: usize = 8;
+const MIN_GAPS: usize = 8;
 
 /// Largest ratio of the smallest step between coordinates to the grid: fast balls skip steps.
-const MOST_SKIPPED: usize = 12;
+const MAX_SKIPPED: usize = 12;
 
 /// Largest deviation of coordinates from the grid, in steps, if they were scaled and printed with
 /// few decimals. Eight random coordinates fit one of the grids tried in 12·0.04⁸ = 8e-11 of tracks.
-const OFF: f64 = 0.02;
+const MAX_DEVIATION: f64 = 0.02;
 
 /// Relative difference below which two coordinates are the same number, computed differently.
 const ROUNDING: f64 = 1e-12;
@@ -25,12 +25,12 @@ pub(super) fn step(tracks: &[&RawTrack]) -> Option<f64> {
         values.dedup_by(|later, earlier| *later - *earlier <= ROUNDING * later.abs());
         gaps.extend(values.windows(2).map(|two| two[1] - two[0]));
     }
-    if gaps.len() < LEAST_GAPS {
+    if gaps.len() < MIN_GAPS {
         return None;
     }
     gaps.sort_unstable_by(f64::total_cmp);
     let smallest = *gaps.first()?;
-    let found = (1..=MOST_SKIPPED).find_map(|parts| fitted(&gaps, smallest / parts as f64))?;
+    let found = (1..=MAX_SKIPPED).find_map(|parts| fitted(&gaps, smallest / parts as f64))?;
     (found > 0.0 && found.is_finite()).then_some(found)
 }
 
@@ -41,7 +41,7 @@ fn fitted(gaps: &[f64], guess: f64) -> Option<f64> {
     for gap in gaps {
         let step: f64 = products / squares;
         let multiple = (gap / step).round();
-        if !((gap / step - multiple).abs() <= OFF && multiple >= 1.0) {
+        if !((gap / step - multiple).abs() <= MAX_DEVIATION && multiple >= 1.0) {
             return None;
         }
         products += multiple * gap;

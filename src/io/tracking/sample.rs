@@ -9,13 +9,13 @@ use crate::io::number::value;
 use crate::io::text::{lines, trimmed};
 
 /// Maximum number of rows examined.
-const ROWS: usize = 20_000;
+const MAX_ROWS: usize = 20_000;
 /// Maximum number of tracks of balls in a file.
-const TRACKS: usize = 20;
+const MAX_TRACKS: usize = 20;
 /// Largest ratio of roughness at which a path is smoother than another one.
-const SMOOTHER: f64 = 0.85;
+const MAX_ROUGHNESS_RATIO: f64 = 0.85;
 /// Largest ratio of the change of a height to that of a coordinate along the table.
-const FLAT: f64 = 0.1;
+const MAX_HEIGHT_RATIO: f64 = 0.1;
 
 /// Returns the 5th and the 95th percentile of numbers.
 fn ends(numbers: impl Iterator<Item = f64>) -> Option<[f64; 2]> {
@@ -30,7 +30,7 @@ impl Rows {
     pub(super) fn of(text: &str, heading: &Heading) -> Self {
         let rows = lines(text).skip(heading.above).filter(|(_, line)| !line.trim().is_empty());
         let cells = rows.filter_map(|(_, line)| trimmed(line, heading.separator));
-        Self(cells.filter(|cells| cells.len() >= heading.names.len()).take(ROWS).collect())
+        Self(cells.filter(|cells| cells.len() >= heading.names.len()).take(MAX_ROWS).collect())
     }
 
     /// Returns the numbers in a column; `None` if a cell is not a number.
@@ -95,8 +95,9 @@ impl Rows {
             bends[..bends.len() * 9 / 10].iter().sum()
         };
         let [as_middle, as_corner] = [0.0, 0.5].map(rough);
-        (as_corner.max(as_middle) > 0.0 && as_corner.min(as_middle) < SMOOTHER * as_corner.max(as_middle))
-            .then_some(as_corner < as_middle)
+        (as_corner.max(as_middle) > 0.0
+            && as_corner.min(as_middle) < MAX_ROUGHNESS_RATIO * as_corner.max(as_middle))
+        .then_some(as_corner < as_middle)
     }
 
     /// Replaces x and y of balls by z and x if y is the height (OptiTrack), which hardly changes.
@@ -109,7 +110,7 @@ impl Rows {
         let Some(z) = z else { return };
         let [high, wide] = [positions.iter().map(|[_, y]| *y).collect(), z.clone()]
             .map(|columns: Vec<usize>| columns.into_iter().map(extent).sum::<f64>());
-        if high < FLAT * wide {
+        if high < MAX_HEIGHT_RATIO * wide {
             // seen from above, z, x and the height are right-handed as x, y and z are
             positions.iter_mut().zip(z).for_each(|(position, z)| *position = [z, position[0]]);
         }
@@ -152,7 +153,7 @@ impl Rows {
             others.iter().chain([&column]).map(|i| row[*i].clone()).collect()
         };
         let keys: HashSet<Vec<String>> = self.0.iter().map(|row| key(row)).collect();
-        (2..=TRACKS).contains(&values) && 2 * values <= self.0.len() && keys.len() == self.0.len()
+        (2..=MAX_TRACKS).contains(&values) && 2 * values <= self.0.len() && keys.len() == self.0.len()
     }
 
     /// Returns the number of different values of a column.

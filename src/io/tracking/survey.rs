@@ -139,7 +139,7 @@ fn extent(shots: &[RawShot]) -> f64 {
 }
 
 /// Frame rates of common cameras.
-const USUAL: [f64; 24] = [
+const CAMERA_RATES: [f64; 24] = [
     24.0, 25.0, 30.0, 48.0, 50.0, 60.0, 90.0, 100.0, 120.0, 200.0, 240.0, 250.0, 300.0, 400.0, 480.0, 500.0,
     600.0, 960.0, 1000.0, 2000.0, 29.97, 59.94, 119.88, 239.76,
 ];
@@ -171,6 +171,6 @@ fn followed(shot: &mut RawShot) -> Option<f64> {
     };
     let slack = (grid.resolution / length).max(1e-6);
     let possible = |rate: &f64| (rate / fps - 1.0).abs() <= slack;
-    let usual = USUAL.into_iter().find(possible);
+    let usual = CAMERA_RATES.into_iter().find(possible);
     (fps > 0.0 && fps.is_finite()).then(|| usual.or(Some(fps.round()).filter(possible)).unwrap_or(fps))
 }

@@ -6,13 +6,13 @@ use super::raw::{CLOCK, Clock, Log, Notes, RawShot, RawTrack, sorted};
 use super::settings::{TimeUnit, TrackSettings};
 
 /// Largest relative deviation of the spacing of times from 1/`capture_fps`.
-const MISMATCH: f64 = 0.02;
+const MAX_MISMATCH: f64 = 0.02;
 /// Largest deviation of a step from a whole number of frames, beyond its rounding.
-const OFF_GRID: f64 = 0.02;
+const MAX_OFF_GRID: f64 = 0.02;
 
 /// Largest relative difference of an even clock's steps beyond rounding, and of a varying one's.
-const EVEN: f64 = 0.01;
-const VARYING: f64 = 0.3;
+const MAX_EVEN: f64 = 0.01;
+const MAX_VARYING: f64 = 0.3;
 
 /// The grid of frames behind the times of a shot.
 pub(super) struct Grid {
@@ -35,7 +35,7 @@ pub(super) fn convert(shot: &mut RawShot, settings: &TrackSettings, notes: &Note
     }
     let unit = match shot.clock {
         Clock::FramesAt(stated) => {
-            if let Some(given) = fps.filter(|fps| (fps / stated - 1.0).abs() > MISMATCH) {
+            if let Some(given) = fps.filter(|fps| (fps / stated - 1.0).abs() > MAX_MISMATCH) {
                 return Err(format!(
                     "the file says that it was recorded at {stated} fps, but [video] capture_fps is {given}; \
                      expected the same, or no capture_fps"
@@ -113,7 +113,7 @@ impl Grid {
     }
 
     /// Returns the frame number of each time from the first one on; `None` if the steps are not
-    /// whole frames of `spacing` (within the rounding and [`OFF_GRID`] of a frame).
+    /// whole frames of `spacing` (within the rounding and [`MAX_OFF_GRID`] of a frame).
     pub(super) fn frames(&self, spacing: f64) -> Option<Vec<f64>> {
         let first = *self.times.first()?;
         let exact = |t: &f64| ((t - first) / spacing).round();
@@ -130,7 +130,8 @@ impl Grid {
         let next = |t: &f64| {
             let step = (t - before) / spacing;
             let whole = step.round();
-            let is_off = (step - whole).abs() > OFF_GRID * whole.max(1.0) + 1.02 * self.resolution / spacing;
+            let is_off =
+                (step - whole).abs() > MAX_OFF_GRID * whole.max(1.0) + 1.02 * self.resolution / spacing;
             frame += whole;
             let stays = whole == 0.0 && *t > before;
             before = *t;
@@ -159,8 +160,8 @@ fn spacing(times: &[f64], resolution: f64) -> f64 {
         let near = steps.iter().filter(|step| (*step - median).abs() <= 1.02 * resolution + off * median);
         near.fold((0.0, 0.0), |(sum, n), step| (sum + step, n + 1.0))
     };
-    let steady = mean_within(EVEN);
-    let (sum, n) = if 2.0 * steady.1 < steps.len() as f64 { mean_within(VARYING) } else { steady };
+    let steady = mean_within(MAX_EVEN);
+    let (sum, n) = if 2.0 * steady.1 < steps.len() as f64 { mean_within(MAX_VARYING) } else { steady };
     sum / n
 }
 
@@ -170,7 +171,7 @@ fn fits(grid: &Grid, rate: f64) -> bool {
     let slack = 2.0 * grid.resolution / (grid.times.len() as f64 * grid.spacing);
     let steps = (grid.times.len() as f64 - 1.0).max(1.0);
     let mean = (grid.times.last().unwrap_or(&0.0) - grid.times.first().unwrap_or(&0.0)) / steps;
-    let fits = |spacing: f64| (spacing * rate - 1.0).abs() <= MISMATCH + slack.min(0.1);
+    let fits = |spacing: f64| (spacing * rate - 1.0).abs() <= MAX_MISMATCH + slack.min(0.1);
     grid.spacing.is_nan() || fits(grid.spacing) || fits(mean)
 }
 
@@ -195,7 +196,7 @@ fn with_rate(
             1.0 / fps
         ));
     }
-    if stated && grid.spacing * rate < 1.0 - MISMATCH && !fits {
+    if stated && grid.spacing * rate < 1.0 - MAX_MISMATCH && !fits {
         return Err(format!(
             "times are {:.6} s apart, closer than [video] playback_fps = {rate} allows ({:.6} s); expected the rate that \
              the file's times follow, {:.4}, or no playback_fps if they are the camera's",
@@ -207,7 +208,7 @@ fn with_rate(
     // a stated rate may mean frames left out; otherwise the file's own spacing, which is near it
     let spacing = if stated || grid.spacing.is_nan() { 1.0 / rate } else { grid.spacing };
     let frames = grid.frames(spacing).or_else(|| grid.frames(1.0 / rate));
-    let rounded = grid.resolution > OFF_GRID * spacing;
+    let rounded = grid.resolution > MAX_OFF_GRID * spacing;
     let line = shot.line;
     let Some(frames) = frames else {
         if rounded {
@@ -278,7 +279,7 @@ fn without_rate(shot: &mut RawShot, grid: &Grid, log: Log) -> Result<f64, String
     if grid.spacing.is_nan() {
         return Err(format!("one time only, which gives no frame rate; {help}"));
     }
-    let rounded = grid.resolution > OFF_GRID * grid.spacing;
+    let rounded = grid.resolution > MAX_OFF_GRID * grid.spacing;
     let Some(frames) = grid.frames(grid.spacing) else {
         let is_regular = |two: &&[f64]| ((two[1] - two[0]) / grid.spacing - 1.0).abs() < 0.1;
         let regular = grid.times.windows(2).filter(is_regular).count();
