@@ -299,7 +299,7 @@ fn what_does_not_go_with_discs_is_refused() {
         ),
         ("radius_m = 0.030\n", "", &["radius_m stands in [object], but not in [ball]"]),
         ("mass_kg = 0.030", "mass_kg = 0", &["object.mass_kg is 0; expected more than 0"]),
-        ("[\"a0\", \"a1\", \"a2\"]", "[\"a0\", \"a1\"]", &["2 points do not tell", "three or more"]),
+        ("[\"a0\", \"a1\", \"a2\"]", "[\"a0\", \"a1\"]", &["2 points do not determine", "three or more"]),
         ("capture_fps = 500", "capture_fps = \"fast\"", &["\"unknown\""]),
     ] {
         assert!(SETTINGS.contains(from));

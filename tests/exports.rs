@@ -201,7 +201,7 @@ fn what_differs_from_shot_to_shot() {
     };
     wrong("kick 1", "kick 3", &["shots.csv:3: column file: \"kick 3.txt\"", "did you mean"]);
     wrong("kick 1", "kick 2", &["shots.csv:4: column file", "also the file of line 3"]);
-    wrong(",50,", ",-5,", &["shots.csv:4: column capture_fps", "-5 is no frame rate"]);
+    wrong(",50,", ",-5,", &["shots.csv:4: column capture_fps", "-5 is not a frame rate"]);
     wrong("m 2,m 1", "m 2;;,m 1", &["shots.csv:4: column cue: \"m 2;;\""]);
     wrong("red,blue", "red,green", &["no track \"green\"", "\"blue\""]);
 }
@@ -267,11 +267,11 @@ fn json_of_shots_with_balls_with_samples() {
     );
     refused(settings, "[{\"name\": \"one\"}]", &["a.txt:1", "\"one\" has no \"balls\""]);
     refused(settings, "{\"shots\": 3}", &["holds no shots"]);
-    refused(settings, "[{\"balls\": [\n,]}]", &["a.txt:2", "is no JSON"]);
+    refused(settings, "[{\"balls\": [\n,]}]", &["a.txt:2", "is not JSON"]);
     refused(
         settings,
         "{\"unit\": \"yard\", \"shots\": [{\"balls\": []}]}",
-        &["length_unit: \"yard\" is no unit"],
+        &["length_unit: \"yard\" is not a unit"],
     );
 }
 
@@ -314,7 +314,11 @@ fn angles_of_discs() {
     );
     near(angle(&by_disc, long, 0), &[(0.0, 0.1), (0.01, 0.3)]);
     let assume = "[cue_spin]\nassume = \"unknown\"\n";
-    refused(&format!("{assume}{discs}{columns}"), &bare, &["a.txt:1: column a: nothing says", "angle_unit"]);
+    refused(
+        &format!("{assume}{discs}{columns}"),
+        &bare,
+        &["a.txt:1: column a: the unit of these angles", "angle_unit"],
+    );
     refused(
         &format!("{assume}{discs}{columns}\nangle_unit = \"deg\""),
         table,
@@ -352,7 +356,7 @@ fn times_of_clocks_gaps_and_thousands() {
     refused(
         &settings,
         &table(["0:0x", "1", "2"]),
-        &["a.txt:2: column t: \"0:0x\" is no time", "h:mm:ss.fff"],
+        &["a.txt:2: column t: \"0:0x\" is not a time", "h:mm:ss.fff"],
     );
     // a time code: frame 29 is followed by the next second
     let code = table(["00:00:01:28", "00:00:01:29", "00:00:02:00"]);
@@ -369,7 +373,7 @@ fn times_of_clocks_gaps_and_thousands() {
     refused(
         &settings,
         &text.replace("2,5D-01", "lost"),
-        &["column ax: \"lost\" is no number", "an empty cell"],
+        &["column ax: \"lost\" is not a number", "an empty cell"],
     );
     let text = "t;ax;ay;bx;by\n0,00;998;200;300;400\n0,01;1,002;200;300;400\n";
     refused(&settings, text, &["a.txt:3: column ax: \"1,002\" beside \"998\"", "thousands"]);

@@ -392,7 +392,7 @@ fn table_of_shots() {
 #[test]
 fn no_spin_is_an_error() {
     let text = "frame,ball,x,y\n0,cue,0,0\n0,object,1,0\n";
-    refused("[video]\ncapture_fps = 10\n[cue_spin]", text, &["nothing says how the cue ball"]);
+    refused("[video]\ncapture_fps = 10\n[cue_spin]", text, &["the cue ball's spin of shot"]);
 }
 
 #[test]
@@ -483,7 +483,7 @@ fn two_files_of_one_ball_each_are_a_shot() {
     assert_eq!((tracks.shots.len(), tracks.shots[0].name.as_str()), (1, "one"));
     // but of three or four it is not certain which go together
     let error = load(settings, &[("1.txt", a.as_bytes()), ("2.txt", b.as_bytes()), ("3.txt", b.as_bytes())]);
-    assert!(error.unwrap_err().contains("named alike but for the ball, as in kick-A.txt and kick-B.txt"));
+    assert!(error.unwrap_err().contains("names differ by the ball only, as in kick-A.txt and kick-B.txt"));
 }
 
 #[test]

@@ -1,63 +1,64 @@
-//! Balls that come off a cushion, or off another ball, shortly before or after the impact: their path has a corner, and only what is on
-//! this side of it belongs to the shot.
+//! Balls that come off a cushion, or off another ball, shortly before or after the impact: their
+//! path has a corner, and only the part on the impact's side belongs to the shot.
 
-use super::initial_guess::{Path, from_paths, surely_before};
+use super::initial_guess::{Path, from_paths, time_before_impact};
 use crate::film::frame_noise::noise;
 use crate::measurement::track::{Sample, TrackShot};
 use crate::physics::ball::Ball;
 
-/// Frames on either side of a corner through which straight lines are laid; more of them show a gentler one.
-const SIDE: usize = 4;
-const LONG_SIDE: usize = 12;
+/// Frames on either side of a corner with a line each; longer lines show gentler corners.
+const SIDE_FRAMES: usize = 4;
+const LONG_SIDE_FRAMES: usize = 12;
 
-/// Least change of velocity at a corner, as a part of the speed before it: the cloth changes the velocity by less than 2 % in as many
-/// frames, at 100 frames per second and 1 m/s.
-const TURN: f64 = 0.2;
+/// Least change of velocity at a corner, as a part of the speed before it: the cloth changes the
+/// velocity by less than 2 % in as many frames, at 100 frames per second and 1 m/s.
+const MIN_TURN: f64 = 0.2;
 
 /// Least change of velocity at a corner, in standard errors of the difference of two slopes.
-const ERRORS: f64 = 8.0;
+const MIN_TURN_ERRORS: f64 = 8.0;
 
-/// Largest distance from the lines, as a part of the change of velocity times a frame: a frame that was dropped within a side leaves 0.75
-/// or more.
-const BENT: f64 = 0.5;
+/// Largest distance from the lines, as a part of the change of velocity times a frame: a frame that
+/// was dropped within a side leaves 0.75 or more.
+const MAX_RESIDUAL: f64 = 0.5;
 
-/// Frames after the impact before which no corner is looked for: a tracker that lags takes as long to follow.
-const CLEAR: f64 = 8.0;
+/// Frames after the impact that are not searched for a corner: a tracker may lag as long.
+const CLEAR_FRAMES: f64 = 8.0;
 
-/// Least change of velocity at a corner after the impact, as a part of the incoming speed: where a ball lands it
-/// loses less than 0.015.
-const OF_INCOMING: f64 = 0.03;
+/// Least change of velocity at a corner after the impact, as a part of the incoming speed: a ball
+/// that lands loses less than 0.015.
+const MIN_TURN_AFTER: f64 = 0.03;
 
 /// Steepest deceleration by a cloth, m/s²: a sliding friction of 0.4.
-const STEEPEST: f64 = 4.0;
+const MAX_DECELERATION: f64 = 4.0;
 
-/// Standard deviations of the noise by which some of a dozen frames are off.
-const WHITE: f64 = 4.0;
+/// Residual that some of a dozen frames reach, in standard deviations of the noise.
+const MAX_NOISE: f64 = 4.0;
 
-/// Leaves out the frames of the cue ball up to the last corner of its path before the impact; returns whether there is one.
+/// Removes the cue ball's frames up to the last corner before the impact; returns whether one
+/// exists.
 pub(crate) fn leave_out_before_cushion(shot: &mut TrackShot, ball: &Ball) -> bool {
     let Some(corner) = last_corner(shot, ball) else { return false };
     shot.cue.retain(|sample| sample.t > corner);
     true
 }
 
-/// Leaves out the frames of either ball from the first corner of its path after the impact on; returns whether there is one.
+/// Removes a ball's frames from the first corner after the impact on; returns whether one exists.
 pub(crate) fn leave_out_after_cushion(shot: &mut TrackShot, ball: &Ball) -> bool {
-    // noise that lasts from frame to frame bends paths more
+    // correlated noise bends paths more
     let noise = noise(shot) * shot.frames_alike().sqrt();
     let Ok(guess) = from_paths(shot, ball, noise) else { return false };
-    let after = guess.time + CLEAR / shot.fps;
+    let after = guess.time + CLEAR_FRAMES / shot.fps;
     let incoming = guess.before[0].hypot(guess.before[1]);
-    let cloth = STEEPEST * guess.distance / (2.0 * ball.radius);
+    let cloth = MAX_DECELERATION * guess.distance / (2.0 * ball.radius);
     let first = |samples: &[Sample]| {
         let from = samples.partition_point(|sample| sample.t < after);
         let of_side = |side: usize| {
-            let least = (OF_INCOMING * incoming).max(cloth * side as f64 / shot.fps);
+            let least = (MIN_TURN_AFTER * incoming).max(cloth * side as f64 / shot.fps);
             let first = first_corner(&samples[from..], side, (shot.fps, noise), least)?;
             // in the frame before it the ball may touch already
             Some(samples[from + first - 1].t)
         };
-        of_side(SIDE).or_else(|| of_side(LONG_SIDE))
+        of_side(SIDE_FRAMES).or_else(|| of_side(LONG_SIDE_FRAMES))
     };
     let ends = [first(&shot.cue), first(&shot.object)];
     for (samples, end) in [&mut shot.cue, &mut shot.object].into_iter().zip(ends) {
@@ -66,26 +67,28 @@ pub(crate) fn leave_out_after_cushion(shot: &mut TrackShot, ball: &Ball) -> bool
     ends.iter().any(Option::is_some)
 }
 
-/// The index of the first frame after the first corner.
+/// Returns the index of the first frame after the first corner.
 fn first_corner(samples: &[Sample], side: usize, (fps, noise): (f64, f64), least: f64) -> Option<usize> {
-    let corners = corners(samples, side, (fps, noise), (|_| least, WHITE * noise));
+    let corners = corners(samples, side, (fps, noise), (|_| least, MAX_NOISE * noise));
     let (first, _) = *corners.first()?;
     largest(corners.iter().filter(|(at, _)| *at < first + side))
 }
 
-/// The time of the first frame after the last corner, s, in which the ball may still touch what turned it.
+/// Returns the time of the first frame after the last corner, s, in which the ball may still touch
+/// the cushion or ball that turned it.
 fn last_corner(shot: &TrackShot, ball: &Ball) -> Option<f64> {
-    let impact = surely_before(shot, ball)?;
+    let impact = time_before_impact(shot, ball)?;
     let count = shot.cue.partition_point(|sample| sample.t < impact - 0.5 / shot.fps);
     let before = &shot.cue[..count];
-    let corners = corners(before, SIDE, (shot.fps, noise(shot)), (|speed| TURN * speed, 0.0));
+    let corners = corners(before, SIDE_FRAMES, (shot.fps, noise(shot)), (|speed| MIN_TURN * speed, 0.0));
     let (last, _) = *corners.last()?;
-    let at = largest(corners.iter().filter(|(at, _)| at + SIDE > last))?;
+    let at = largest(corners.iter().filter(|(at, _)| at + SIDE_FRAMES > last))?;
     before.get(at).map(|sample| sample.t)
 }
 
-/// The corners of a path, where the velocity changes by at least so much at a speed (m/s), and frames are at most so much farther (m) from
-/// the lines beside it than the change explains: the index of the first frame after each, and the change.
+/// Returns the corners of a path: the index of the first frame after each, and the change of
+/// velocity. `least` is the smallest change at a speed (m/s), `white` the largest residual (m) of
+/// the lines beside the corner in excess of the part that the change explains.
 fn corners(
     samples: &[Sample],
     side: usize,
@@ -95,7 +98,7 @@ fn corners(
     let frame = fps.recip();
     // of a least-squares slope, per frame, and of the difference of two
     let n = side as f64;
-    let error = ERRORS * noise * (24.0 / (n * (n * n - 1.0))).sqrt();
+    let error = MIN_TURN_ERRORS * noise * (24.0 / (n * (n * n - 1.0))).sqrt();
     let turn = |at: usize| {
         let sides = [&samples[at - side..at], &samples[at..at + side]];
         let [early, late] = sides.map(|side| Path::line(side, side[0].t));
@@ -103,13 +106,13 @@ fn corners(
         let change = (late.velocity - early.velocity).norm();
         let is_corner = change > least(early.velocity.norm())
             && change * frame > error
-            && off < BENT * change * frame + white;
+            && off < MAX_RESIDUAL * change * frame + white;
         is_corner.then_some((at, change))
     };
     (side..(samples.len() + 1).saturating_sub(side)).filter_map(turn).collect()
 }
 
-/// Neighbouring places see the same corner, the right one the largest change.
+/// Merges neighbouring places that see the same corner: the largest change is the right one.
 fn largest<'a>(near: impl Iterator<Item = &'a (usize, f64)>) -> Option<usize> {
     near.max_by(|a, b| a.1.total_cmp(&b.1)).map(|(at, _)| *at)
 }

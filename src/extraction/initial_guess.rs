@@ -1,4 +1,4 @@
-//! A first guess of how the balls of a shot meet, and the shots that have none.
+//! A first guess of the impact of a shot, or the reason for its absence.
 
 use nalgebra::{Matrix3, Vector2, Vector3};
 
@@ -9,32 +9,31 @@ use crate::measurement::track::{Sample, TrackShot};
 use crate::numerics::median;
 use crate::physics::ball::Ball;
 
-/// The object ball has moved when it is this many standard deviations away from where it lay.
-const MOVED: f64 = 6.0;
+/// Distance from its place of rest at which the object ball has moved, in standard deviations.
+const MIN_MOVED_ERRORS: f64 = 6.0;
 
-/// Frames of each ball before and after the impact, to fit a line with something to spare, and a parabola.
-const LEAST_FRAMES: usize = 3;
-const LEAST_OF_PARABOLA: usize = 5;
+/// Minimum number of frames of each ball on either side, for a line and for a parabola.
+const MIN_FRAMES: usize = 3;
+const MIN_PARABOLA_FRAMES: usize = 5;
 
-/// Frames next to the impact that give the first guess of a velocity.
-const NEAR: usize = 12;
+/// Number of frames next to the impact that give the first guess of a velocity.
+const NEAR_FRAMES: usize = 12;
 
-/// Residuals of a line that are larger than this many times the noise are a bend.
-const BENT: f64 = 3.0;
+/// Root mean square residual of a line above which it is bent, in units of the noise.
+const MAX_LINE_RESIDUAL: f64 = 3.0;
 
-/// The object ball counts as moving before the impact when its speed is this many standard errors
-/// and this part of the cue ball's.
-const MOVING_ERRORS: f64 = 5.0;
-const MOVING_PART: f64 = 0.01;
+/// Least speed of a moving object ball, in standard errors and as a part of the cue ball's.
+const MIN_SPEED_ERRORS: f64 = 5.0;
+const MIN_SPEED_PART: f64 = 0.01;
 
 type Point = Vector2<f64>;
 
-/// How the balls of a shot meet, in the unit of the film.
+/// First guess of an impact, in the unit of the film.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct FirstGuess {
     /// Instant of the impact, s.
     pub time: f64,
-    /// Place where the object ball lies before it.
+    /// Place of the object ball before the impact.
     pub object: [f64; 2],
     /// Direction of the line of centres, rad.
     pub direction: f64,
@@ -46,7 +45,7 @@ pub(crate) struct FirstGuess {
 
 /// A straight line or a parabola through samples by least squares.
 pub(super) struct Path {
-    /// The instant that it was asked for, and place, velocity and acceleration then.
+    /// Time, and place, velocity and acceleration at this time.
     at: f64,
     position: Point,
     pub velocity: Point,
@@ -83,18 +82,18 @@ impl Path {
         Some(Self { at, position, velocity, acceleration, error: f64::NAN })
     }
 
-    /// Returns the path through samples, the nearest to the impact first, as it is at a time: a straight line, or where
-    /// the samples are so far apart in time that it bends by more than their noise, a parabola.
+    /// Returns the path through samples, the nearest to the impact first, about a time: a straight
+    /// line, or a parabola if the line's residuals exceed the noise.
     fn near(samples: &[Sample], at: f64, noise: f64) -> Self {
         let straight = Self::line(samples, at);
-        if straight.rms(samples) <= BENT * noise || samples.len() < LEAST_OF_PARABOLA {
+        if straight.rms(samples) <= MAX_LINE_RESIDUAL * noise || samples.len() < MIN_PARABOLA_FRAMES {
             return straight;
         }
-        // a ball that begins to roll, or lands, is on no one parabola
+        // a ball that begins to roll, or lands, does not follow one parabola
         let mut count = samples.len();
         loop {
             let Some(bent) = Self::parabola(&samples[..count], at) else { return straight };
-            if bent.rms(&samples[..count]) <= BENT * noise || count == LEAST_OF_PARABOLA {
+            if bent.rms(&samples[..count]) <= MAX_LINE_RESIDUAL * noise || count == MIN_PARABOLA_FRAMES {
                 return bent;
             }
             count -= 1;
@@ -116,9 +115,9 @@ impl Path {
         (square / (2 * samples.len()) as f64).sqrt()
     }
 
-    /// Returns when it passes a place: where it is nearest to it.
+    /// Returns the time at which the path is nearest to a place.
     fn passes(&self, place: Point) -> Option<f64> {
-        /// The next correction of a parabola is far below the noise.
+        /// Newton steps after which the correction of a parabola is far below the noise.
         const STEPS: usize = 8;
         let mut t = 0.0;
         for _ in 0..STEPS {
@@ -138,10 +137,10 @@ fn middle(samples: &[Sample]) -> Point {
     Point::new(median(samples.iter().map(|s| s.x).collect()), median(samples.iter().map(|s| s.y).collect()))
 }
 
-/// Returns the speed from the medians of both halves of some samples, which a few wrong frames do not move, its standard
-/// error for unit noise, and the time between the halves.
+/// Returns the speed between the medians of both halves of some samples, which resist a few wrong
+/// frames, its standard error for unit noise, and the time between the halves.
 fn robust_speed(samples: &[Sample]) -> [f64; 3] {
-    // the median of many numbers errs by this times as much as their mean
+    // standard error of a median over that of a mean, for many numbers
     let of_median = std::f64::consts::FRAC_PI_2.sqrt();
     let (early, late) = samples.split_at(samples.len() / 2);
     let time = |half: &[Sample]| median(half.iter().map(|s| s.t).collect());
@@ -150,43 +149,43 @@ fn robust_speed(samples: &[Sample]) -> [f64; 3] {
     [(middle(late) - middle(early)).norm() / seconds, of_median * counts.sqrt() / seconds, seconds]
 }
 
-/// Returns how far the cue ball is from the object ball in this frame.
+/// Returns the distance of the balls in the frame of `object`.
 fn apart(cue: &[Sample], object: &Sample) -> Option<f64> {
     let other = cue.iter().find(|c| (c.t - object.t).abs() < 1e-6)?;
     Some((place(object) - place(other)).norm())
 }
 
-/// Returns when the balls are nearest to each other, s: when they touch, whatever the scale.
+/// Returns the time at which the balls are nearest, s: the time of contact for any scale.
 fn nearest(cue: &[Sample], object: &[Sample]) -> Option<f64> {
     let distances = object.iter().filter_map(|s| Some((s.t, apart(cue, s)?)));
     distances.min_by(|a, b| a.1.total_cmp(&b.1)).map(|(time, _)| time)
 }
 
-/// Returns why frames of both balls before the impact are too few: the object ball moves before the balls touch, as far
-/// as frames show both, or one of them is not seen.
+/// Returns the reason for too few frames before the impact: the object ball moves before the balls
+/// touch, as far as frames show both, or a ball is not seen.
 fn without_start(cue: &[Sample], object: &[Sample], until: f64, ball: &Ball, noise: f64) -> Unusable {
-    let is_clear = |s: &Sample| apart(cue, s).is_none_or(|apart| apart > 2.0 * ball.radius + MOVED * noise);
+    let is_clear =
+        |s: &Sample| apart(cue, s).is_none_or(|apart| apart > 2.0 * ball.radius + MIN_MOVED_ERRORS * noise);
     let touch = nearest(cue, object).unwrap_or(f64::NEG_INFINITY);
     let free = object.iter().take_while(|s| s.t < touch && is_clear(s)).count();
-    if free >= LEAST_FRAMES {
+    if free >= MIN_FRAMES {
         let line = Path::line(&object[..free], object[0].t);
         let speed = line.velocity.norm();
-        if speed > MOVING_ERRORS * noise * line.error {
+        if speed > MIN_SPEED_ERRORS * noise * line.error {
             return Unusable::ObjectMoving { speed };
         }
     }
-    // its track may as well begin at the impact
+    // its track may begin only at the impact
     match cue.iter().filter(|s| s.t < until).count() {
-        few if few < LEAST_FRAMES => Unusable::too_few(Bodies::Balls, [0, 0], few, LEAST_FRAMES),
+        few if few < MIN_FRAMES => Unusable::too_few(Bodies::Balls, [0, 0], few, MIN_FRAMES),
         _ => Unusable::too_few(Bodies::Balls, [1, 0], 0, 1),
     }
 }
 
-/// Returns an instant before which all frames show the balls before the impact, s. Where the noise hides whether the
-/// object ball lay at rest, so that the impact is not found, it is somewhat earlier than when the balls are nearest to
-/// each other.
-pub(crate) fn surely_before(shot: &TrackShot, ball: &Ball) -> Option<f64> {
-    /// Part of the time from the first frame until the balls are nearest to each other.
+/// Returns a time before which all frames show the balls before the impact, s. It is somewhat
+/// earlier than the time of least distance if the noise hides whether the object ball was at rest.
+pub(crate) fn time_before_impact(shot: &TrackShot, ball: &Ball) -> Option<f64> {
+    /// Part of the time from the first frame until the least distance of the balls.
     const FREE: f64 = 0.9;
     let until = || {
         let first = shot.cue.first()?.t;
@@ -195,60 +194,60 @@ pub(crate) fn surely_before(shot: &TrackShot, ball: &Ball) -> Option<f64> {
     from_paths(shot, ball, noise(shot)).ok().map(|guess| guess.time).or_else(until)
 }
 
-/// Returns the speed of the object ball before the balls are nearest to each other, m/s, and as a part of the cue ball's,
-/// where it surely moves and that part is below the most.
+/// Returns the speed of the object ball before the balls are nearest, m/s and as a part of the cue
+/// ball's, if it is significant and that part is below `most`.
 pub(crate) fn object_speed(shot: &TrackShot, most: f64) -> Option<(f64, f64)> {
-    /// Part of the frames until then: in the last ones it may have been hit.
+    /// Part of the earlier frames that is used: in the last ones the ball may have been hit.
     const FREE: f64 = 0.75;
     let noise = noise(shot);
     let (cue, object) = (steady(&shot.cue, noise), steady(&shot.object, noise));
     let touch = nearest(&cue, &object)?;
     let until = |samples: &[Sample]| (FREE * samples.partition_point(|s| s.t < touch) as f64) as usize;
     let (cue, object) = (&cue[..until(&cue)], &object[..until(&object)]);
-    let speed = surely_moves(shot, object, noise)?;
-    let [of_cue, ..] = (cue.len() >= LEAST_FRAMES).then(|| robust_speed(cue))?;
+    let speed = significant_speed(shot, object, noise)?;
+    let [of_cue, ..] = (cue.len() >= MIN_FRAMES).then(|| robust_speed(cue))?;
     (speed < most * of_cue).then_some((speed, speed / of_cue))
 }
 
-/// Returns the speed of a ball in these frames, m/s, if it is no chance.
-fn surely_moves(shot: &TrackShot, samples: &[Sample], noise: f64) -> Option<f64> {
-    if samples.len() < LEAST_FRAMES {
+/// Returns the speed of a ball in these frames, m/s, if it is significant.
+fn significant_speed(shot: &TrackShot, samples: &[Sample], noise: f64) -> Option<f64> {
+    if samples.len() < MIN_FRAMES {
         return None;
     }
     let [speed, error, seconds] = robust_speed(samples);
-    // medians of rounded numbers differ by a whole step where the ball lies between two
+    // medians of rounded numbers differ by a whole step if the ball lies between two
     let rounded = shot.resolution[1] * std::f64::consts::SQRT_2 / seconds;
-    // noise that lasts from frame to frame tells less
+    // correlated noise has a larger error
     let lasts = shot.frames_alike().sqrt();
-    (speed - rounded > MOVING_ERRORS * noise * lasts * error).then_some(speed)
+    (speed - rounded > MIN_SPEED_ERRORS * noise * lasts * error).then_some(speed)
 }
 
-/// Returns how the balls meet by lines and parabolas through the frames next to the impact.
+/// Returns the first guess from lines and parabolas through the frames next to the impact.
 ///
 /// # Errors
-/// They do not, the frames are too few, or the object ball moves before.
+/// The balls do not meet, the frames are too few, or the object ball moves before.
 pub(crate) fn from_paths(shot: &TrackShot, ball: &Ball, noise: f64) -> Result<FirstGuess, Unusable> {
     let bodies = Bodies::Balls;
     let (cue, object) = (steady(&shot.cue, noise), steady(&shot.object, noise));
-    if cue.len() < 2 * LEAST_FRAMES || object.len() < 2 * LEAST_FRAMES {
+    if cue.len() < 2 * MIN_FRAMES || object.len() < 2 * MIN_FRAMES {
         let frames = [shot.cue.len(), shot.object.len()];
-        return Err(Unusable::TooShort { bodies, frames, least: 2 * LEAST_FRAMES });
+        return Err(Unusable::TooShort { bodies, frames, least: 2 * MIN_FRAMES });
     }
-    let lay = middle(&object[..LEAST_FRAMES + 2.min(object.len() - LEAST_FRAMES)]);
+    let lay = middle(&object[..MIN_FRAMES + 2.min(object.len() - MIN_FRAMES)]);
     let away = |s: &Sample| (place(s) - lay).norm();
-    // for good: the next two frames are still further away, or as far on a coarse grid
+    // from here on: the next two frames are still further away, or as far on a coarse grid
     let moved = |w: &[Sample]| {
-        away(&w[0]) > MOVED * noise && away(&w[1]) >= away(&w[0]) && away(&w[2]) >= away(&w[1])
+        away(&w[0]) > MIN_MOVED_ERRORS * noise && away(&w[1]) >= away(&w[0]) && away(&w[2]) >= away(&w[1])
     };
     let index = object.windows(3).position(moved).ok_or(Unusable::NoCollision(bodies))?;
-    let after = &object[index..object.len().min(index + NEAR)];
-    if after.len() < LEAST_FRAMES {
-        return Err(Unusable::too_few(bodies, [1, 1], after.len(), LEAST_FRAMES));
+    let after = &object[index..object.len().min(index + NEAR_FRAMES)];
+    if after.len() < MIN_FRAMES {
+        return Err(Unusable::too_few(bodies, [1, 1], after.len(), MIN_FRAMES));
     }
-    let start = Path::line(&object[..LEAST_FRAMES], object[0].t);
-    // noise that lasts from frame to frame tells less
+    let start = Path::line(&object[..MIN_FRAMES], object[0].t);
+    // correlated noise has a larger error
     let lasts = shot.frames_alike().sqrt();
-    if index < NEAR && start.velocity.norm() > MOVED * noise * lasts * start.error {
+    if index < NEAR_FRAMES && start.velocity.norm() > MIN_MOVED_ERRORS * noise * lasts * start.error {
         return Err(without_start(&cue, &object, object[0].t, ball, noise));
     }
     let time = Path::near(after, after[0].t, noise).passes(lay).ok_or(Unusable::NoCollision(bodies))?;
@@ -256,17 +255,19 @@ pub(crate) fn from_paths(shot: &TrackShot, ball: &Ball, noise: f64) -> Result<Fi
     let half = 0.5 / shot.fps;
     let before = &object[..object.partition_point(|s| s.t < time - half)];
     let cue_before = &cue[..cue.partition_point(|s| s.t < time - half)];
-    let after = cue.iter().filter(|s| s.t > time + half).take(NEAR).count();
-    if before.is_empty() || cue_before.len() < LEAST_FRAMES {
+    let after = cue.iter().filter(|s| s.t > time + half).take(NEAR_FRAMES).count();
+    if before.is_empty() || cue_before.len() < MIN_FRAMES {
         return Err(without_start(&cue, &object, time - half, ball, noise));
     }
-    if after < LEAST_FRAMES {
-        return Err(Unusable::too_few(bodies, [0, 1], after, LEAST_FRAMES));
+    if after < MIN_FRAMES {
+        return Err(Unusable::too_few(bodies, [0, 1], after, MIN_FRAMES));
     }
-    let arriving: Vec<Sample> = cue_before.iter().rev().take(NEAR).copied().collect();
+    let arriving: Vec<Sample> = cue_before.iter().rev().take(NEAR_FRAMES).copied().collect();
     let arriving = Path::near(&arriving, time, noise);
     let speed = arriving.velocity.norm();
-    if let Some(drift) = surely_moves(shot, before, noise).filter(|drift| *drift > MOVING_PART * speed) {
+    if let Some(drift) =
+        significant_speed(shot, before, noise).filter(|drift| *drift > MIN_SPEED_PART * speed)
+    {
         return Err(Unusable::ObjectMoving { speed: drift });
     }
     let lay = middle(before);
@@ -284,7 +285,7 @@ pub(crate) fn from_paths(shot: &TrackShot, ball: &Ball, noise: f64) -> Result<Fi
 mod tests {
     use super::*;
 
-    /// A wrong frame does not move a ball that lies, 20 frames at 500 frames/s of which the last is 5 mm off.
+    /// One wrong frame, 5 mm off, does not move a ball at rest: 20 frames at 500 frames/s.
     #[test]
     fn a_wrong_frame_does_not_move_a_ball_that_lies() {
         const NOISE: f64 = 3e-4;
@@ -295,9 +296,9 @@ mod tests {
         };
         for (speed, moves) in [(0.0, false), (0.1, true)] {
             let [found, error, _] = robust_speed(&filmed(speed));
-            assert_eq!(found > MOVING_ERRORS * NOISE * error, moves, "{speed}");
+            assert_eq!(found > MIN_SPEED_ERRORS * NOISE * error, moves, "{speed}");
         }
         let straight = Path::line(&filmed(0.0), 0.0);
-        assert!(straight.velocity[0] > MOVING_ERRORS * NOISE * straight.error);
+        assert!(straight.velocity[0] > MIN_SPEED_ERRORS * NOISE * straight.error);
     }
 }

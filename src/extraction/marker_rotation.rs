@@ -1,10 +1,10 @@
 //! Markers on a ball → its angular velocity just before or after the impact.
 //!
-//! A marker that is seen from above at (x, y) from the centre lies at d = (x, y, √(R² − x² − y²))/R on the
-//! unit sphere. Between two frames a rotation with the angular velocity ω moves it so that, exactly,
-//! d₂ − d₁ = g × (d₁ + d₂) with g = tan(|ω|Δt/2) ω/|ω|: linear in g, which makes a start from all markers
-//! and frames at once. Then one least-squares fit of all marker positions, with ω at the impact and each
-//! marker's place on the ball as unknowns, gives ω and its covariance.
+//! A marker that is seen from above at (x, y) from the centre lies at d = (x, y, √(R² − x² − y²))/R
+//! on the unit sphere. Between two frames a rotation with the angular velocity ω moves it so that,
+//! exactly, d₂ − d₁ = g × (d₁ + d₂) with g = tan(|ω|Δt/2) ω/|ω|: linear in g, which makes a start
+//! from all markers and frames at once. Then one least-squares fit of all marker positions, with ω
+//! at the impact and each marker's place on the ball as unknowns, gives ω and its covariance.
 
 use nalgebra::{Const, DMatrix, DVector, Matrix3, SVector};
 use num_dual::{DualNum, DualSVec64};
@@ -17,9 +17,9 @@ use crate::physics::ball::Vec3;
 pub struct Rotation {
     /// The angular velocity, rad/s.
     pub spin: Vec3,
-    /// Its covariance, (rad/s)²: from the noise of the markers and of the ball's centre.
+    /// Covariance, (rad/s)²: from the noise of the markers and of the ball's centre.
     pub covariance: Matrix3<f64>,
-    /// How many marker positions it rests on.
+    /// Number of marker positions used.
     pub positions: usize,
 }
 
@@ -29,23 +29,23 @@ pub(crate) struct Spot {
     pub seen: Vec<(f64, [f64; 2], f64)>,
 }
 
-/// Nearer to the rim than this, the height of a marker is too uncertain to start from.
-const RIM: f64 = 0.95;
+/// Largest distance from the centre, over R, at which a marker's height can start the fit.
+const MAX_RADIUS: f64 = 0.95;
 
-/// A marker position this many standard deviations off is wrong.
+/// Residual above which a marker position is wrong, in standard deviations.
 const OUTLIER: f64 = 5.0;
 
-/// Rounds of leaving out wrong positions.
-const ROUNDS: usize = 6;
+/// Maximum number of rounds that leave out wrong positions.
+const MAX_ROUNDS: usize = 6;
 
-/// Steps of a descent, and relative fall of the sum of squares that ends it.
-const STEPS: usize = 100;
-const STALL: f64 = 1e-12;
+/// Maximum number of steps of a descent, and relative decrease of the sum of squares that ends it.
+const MAX_STEPS: usize = 100;
+const MIN_GAIN: f64 = 1e-12;
 
-/// A scalar product of the start's matrix below this part of the largest leaves an axis open.
-const OPEN: f64 = 1e-9;
+/// Ratio of the start's smallest to its largest singular value below which an axis is undetermined.
+const MIN_SINGULAR: f64 = 1e-9;
 
-/// A rough angular velocity, rad/s, if the markers' steps from frame to frame determine it.
+/// Returns a rough angular velocity, rad/s, if the markers' steps from frame to frame determine it.
 pub(crate) fn rough(spots: &[Spot]) -> Option<Vec3> {
     // least squares of d₂ − d₁ = (Δt/2) ω × (d₁ + d₂)
     let mut matrix = Matrix3::zeros();
@@ -65,28 +65,28 @@ pub(crate) fn rough(spots: &[Spot]) -> Option<Vec3> {
     }
     let svd = matrix.svd(true, true);
     let (most, least) = (svd.singular_values[0], svd.singular_values[2]);
-    (most > 0.0 && least > OPEN * most).then(|| svd.solve(&right, 0.0).ok()).flatten()
+    (most > 0.0 && least > MIN_SINGULAR * most).then(|| svd.solve(&right, 0.0).ok()).flatten()
 }
 
-/// On the upper half of the unit sphere.
+/// Returns the point of the upper half of the unit sphere that is seen at a place.
 fn lifted([x, y]: [f64; 2]) -> Option<Vec3> {
     let square = x * x + y * y;
-    (square < RIM * RIM).then(|| Vec3::new(x, y, (1.0 - square).sqrt()))
+    (square < MAX_RADIUS * MAX_RADIUS).then(|| Vec3::new(x, y, (1.0 - square).sqrt()))
 }
 
 /// Number of unknowns that all markers of a ball share: its angular velocity at the impact, and the
-/// change of that with time about x and y. Each marker has two small angles of its own behind them.
+/// time derivatives of ω_x and ω_y. The two angles of each marker follow.
 const SHARED: usize = 5;
 
-/// A number with derivatives by what markers share and a marker's own two angles.
+/// A number with derivatives by the shared unknowns and a marker's two angles.
 type Own = DualSVec64<{ SHARED + 2 }>;
 
-/// Fits the angular velocity at the impact, and its constant change with time about horizontal axes.
-/// `stated` says that the standard deviations are known, not to be estimated.
+/// Fits the angular velocity at the impact, and its constant change with time about horizontal
+/// axes. `stated`: the standard deviations are known, not to be estimated.
 pub(crate) fn measure(spots: &[Spot], stated: bool) -> Option<Rotation> {
     let start = rough(spots)?;
     let mut markers: Vec<Placed> = spots.iter().filter_map(|spot| Placed::new(spot, &start)).collect();
-    for _ in 0..ROUNDS {
+    for _ in 0..MAX_ROUNDS {
         let positions: usize = markers.iter().map(|marker| marker.seen.len()).sum();
         let mut x = DVector::zeros(SHARED + 2 * markers.len());
         x.rows_mut(0, 3).copy_from(&start);
@@ -114,11 +114,11 @@ pub(crate) fn measure(spots: &[Spot], stated: bool) -> Option<Rotation> {
     None
 }
 
-/// Returns the unknowns at which the sum of squares is least near `x`, the residuals there and their derivatives.
+/// Returns the minimum of the sum of squares near `x`, with its residuals and their derivatives.
 fn minimise(markers: &[Placed], mut x: DVector<f64>) -> Option<(DVector<f64>, DVector<f64>, DMatrix<f64>)> {
     let (mut residuals, mut jacobian) = linearise(markers, &x);
     let mut damping = 1e-6;
-    for _ in 0..STEPS {
+    for _ in 0..MAX_STEPS {
         let mut normal = jacobian.tr_mul(&jacobian);
         for i in 0..x.len() {
             normal[(i, i)] *= 1.0 + damping;
@@ -133,14 +133,14 @@ fn minimise(markers: &[Placed], mut x: DVector<f64>) -> Option<(DVector<f64>, DV
         } else {
             damping *= 100.0;
         }
-        if gain.abs() <= STALL * (1.0 + square) {
+        if gain.abs() <= MIN_GAIN * (1.0 + square) {
             break;
         }
     }
     Some((x, residuals, jacobian))
 }
 
-/// Returns predicted less seen places in their standard deviations, with their derivatives.
+/// Returns predicted less seen places in standard deviations, with their derivatives.
 fn linearise(markers: &[Placed], x: &DVector<f64>) -> (DVector<f64>, DMatrix<f64>) {
     let rows = 2 * markers.iter().map(|marker| marker.seen.len()).sum::<usize>();
     let (mut residuals, mut jacobian) = (DVector::zeros(rows), DMatrix::zeros(rows, x.len()));
@@ -166,12 +166,13 @@ fn linearise(markers: &[Placed], x: &DVector<f64>) -> (DVector<f64>, DMatrix<f64
 /// A marker in the fit: its frames in the order of their distance from the impact.
 struct Placed {
     seen: Vec<(f64, [f64; 2], f64)>,
-    /// About where it is at the impact.
+    /// Approximate place on the ball at the impact.
     base: Vec3,
 }
 
 impl Placed {
-    /// Returns a marker with its place in the nearest frame in which its height is known, turned back to the impact.
+    /// Returns a marker with its place in the nearest frame in which its height is known, turned
+    /// back to the impact.
     fn new(spot: &Spot, spin: &Vec3) -> Option<Self> {
         let mut seen = spot.seen.clone();
         seen.sort_by(|a, b| a.0.abs().total_cmp(&b.0.abs()));
@@ -179,8 +180,7 @@ impl Placed {
         Some(Self { base: turn(place, spin * -time), seen })
     }
 
-    /// Returns x, y of all frames, for ω, its change with time, and the two angles by which the marker's place
-    /// differs from `base`.
+    /// Returns x, y of all frames, for ω, its change with time, and two angles from `base`.
     fn predict(&self, [x, y, z, by_x, by_y, first, second]: [Own; SHARED + 2]) -> Vec<[Own; 2]> {
         let [along, across] = across(&self.base);
         let place = std::array::from_fn(|i| first * along[i] + second * across[i] + self.base[i]);
@@ -198,14 +198,14 @@ impl Placed {
     }
 }
 
-/// Two directions across another.
+/// Returns two directions perpendicular to another.
 fn across(direction: &Vec3) -> [Vec3; 2] {
     let other = if direction.z.abs() < 0.9 { Vec3::z() } else { Vec3::x() };
     let first = direction.cross(&other).normalize();
     [first, direction.cross(&first)]
 }
 
-/// A place on the ball after a rotation by a vector of angles (Rodrigues).
+/// Rotates a place on the ball by a vector of angles (Rodrigues).
 pub(crate) fn turn(place: Vec3, angles: Vec3) -> Vec3 {
     turned(&place.into(), &angles.into()).into()
 }
@@ -268,8 +268,8 @@ mod tests {
         Spot { seen: seen.collect() }
     }
 
-    /// One marker gives the whole angular velocity, also beside one of which every position is wrong: within 1 ms the
-    /// ball carries that by 0.052 R, and not by 0.022 R.
+    /// One marker gives the whole angular velocity, also beside one of which every position is
+    /// wrong: within 1 ms the ball carries that by 0.052 R, and not by 0.022 R.
     #[test]
     fn one_marker_gives_the_whole_angular_velocity() {
         let wrong = Spot { seen: vec![(1.4e-3, [0.5, 0.0], 1e-4), (2.4e-3, [0.478, 0.0], 1e-4)] };

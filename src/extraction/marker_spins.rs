@@ -1,13 +1,13 @@
-//! What the markers on the balls tell of their spins just before and after the impact.
+//! Spins just before and after the impact from the markers on the balls.
 
 use super::marker_rotation::{self, Rotation, Spot};
 use crate::measurement::track::{Marker, Sample, TrackShot, TrackedBall};
 
-/// Frames that straddle the impact show neither spin: this part of a frame is left out on both sides.
-const CLEAR: f64 = 0.01;
+/// Part of a frame that is left out on both sides: frames across the impact show neither spin.
+const CLEAR_FRAMES: f64 = 0.01;
 
-/// Frames on either side of the impact that are used: the cloth changes a spin evenly for so long.
-const NEAR: f64 = 60.0;
+/// Frames on either side of the impact that are used: over these the cloth changes a spin evenly.
+const NEAR_FRAMES: f64 = 60.0;
 
 /// Angular velocities just before and after the impact, of balls with markers.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -21,12 +21,12 @@ pub struct Rotations {
 }
 
 impl Rotations {
-    /// Measures the rotations of balls of this radius (m) in the unit of the film, from positions with
-    /// this noise where none is stated.
+    /// Measures the rotations of balls of this radius (m) in the unit of the film, from positions
+    /// with this noise unless another is stated.
     #[must_use]
     pub fn of(shot: &TrackShot, impact: f64, radius: f64, noise: f64) -> Self {
-        let clear = CLEAR / shot.fps;
-        let near = NEAR / shot.fps;
+        let clear = CLEAR_FRAMES / shot.fps;
+        let near = NEAR_FRAMES / shot.fps;
         let of = |ball: TrackedBall, window: [f64; 2]| {
             let centres = if ball == TrackedBall::Cue { &shot.cue } else { &shot.object };
             let own = || shot.markers.iter().filter(|marker| marker.ball == ball);

@@ -1,5 +1,5 @@
-//! Tracks → what a fit of their frames begins with: first guesses, the noise that lasts, corners of paths, spins that markers show.
-//! Why a shot cannot be used is in `unusable`.
+//! Preparation of tracks for a fit of their frames: first guesses, correlation of the noise, corners
+//! of paths, spins from markers; and reasons for which a shot cannot be used.
 
 mod cushion;
 mod initial_guess;

@@ -1,14 +1,17 @@
-//! Noise that lasts from frame to frame: trackers that follow a ball err alike in frames next to each other.
+//! Correlation of the noise between frames: trackers err similarly in neighbouring frames.
 //!
-//! The noise of a coordinate is taken as autoregressive of first order, with the correlation ρ^|i−j| between frames i and j. ρ is found from the cue
-//! balls before their impacts, whose paths are cubics in time, by restricted maximum likelihood over all of them:
+//! The noise of a coordinate is modelled as autoregressive of first order, with the correlation
+//! ρ^|i−j| between frames i and j. ρ is estimated from the cue balls before their impacts, whose
+//! paths are cubics in time, by restricted maximum likelihood over all paths:
 //!
 //!   −2 ln L = N ln Σ rᵀR⁻¹r + Σ (ln|R| + ln|XᵀR⁻¹X|)
 //!
-//! with R the correlation matrix, X the powers of time, r what generalised least squares leaves and N the frames less the columns of X.
-//! The number of unknowns does not bias it, as it biases the correlation of residuals.
+//! with R the correlation matrix, X the powers of time, r the generalised least-squares residuals
+//! and N the frames less the columns of X. Unlike the correlation of residuals, this is not biased
+//! by the number of unknowns.
 //!
-//! Sources: Patterson and Thompson (1971), Biometrika 58, 545; Box, Jenkins and Reinsel, Time Series Analysis, § 3.2.
+//! Sources: Patterson and Thompson (1971), Biometrika 58, 545; Box, Jenkins and Reinsel, Time
+//! Series Analysis, § 3.2.
 
 use nalgebra::{DMatrix, DVector};
 use rayon::prelude::*;
@@ -21,26 +24,27 @@ use crate::physics::ball::Ball;
 /// Columns of X: 1, t, t², t³.
 const POWERS: usize = 4;
 
-/// So many shots, spread evenly, tell ρ to a hundredth.
-const MOST_SHOTS: usize = 500;
+/// Maximum number of shots used, spread evenly: they determine ρ to a hundredth.
+const MAX_SHOTS: usize = 500;
 
-/// Frames of a path that are used, and how few are too few.
-const MOST_FRAMES: usize = 48;
-const LEAST_FRAMES: usize = 10;
+/// Largest and smallest number of frames of a path that are used.
+const MAX_FRAMES: usize = 48;
+const MIN_FRAMES: usize = 10;
 
-/// Paths of less tell no correlation.
-const LEAST_NUMBERS: usize = 100;
+/// Least number of degrees of freedom of the paths that determines a correlation.
+const MIN_FREEDOM: usize = 100;
 
-/// Frames are so many times noisier in a path with wrong ones, which is left out.
-const WRONG: f64 = 3.0;
+/// Noise of a path above which it has wrong frames and is left out, in units of the median.
+const MAX_NOISE_RATIO: f64 = 3.0;
 
-/// ρ is looked for up to this, in steps of this.
-const HIGHEST: f64 = 0.96;
+/// Largest ρ tried, and the step.
+const MAX_RHO: f64 = 0.96;
 const STEP: f64 = 0.02;
 
-/// It is called for where −2 ln L falls by as much with it; less than this correlation changes no error by a tenth.
-const CALLED_FOR: f64 = 6.0;
-const LEAST: f64 = 0.1;
+/// Least decrease of −2 ln L at which the correlation is adopted, and least correlation: a smaller
+/// one changes no error by a tenth.
+const MIN_DECREASE: f64 = 6.0;
+const MIN_RHO: f64 = 0.1;
 
 /// The correlation of the noise of neighbouring frames.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -49,20 +53,20 @@ pub struct NoiseCorrelation {
     pub value: f64,
     /// Its standard error.
     pub std_error: f64,
-    /// Whether the frames call for it, so that it is taken into account.
+    /// Whether the correlation is significant, so that it is taken into account.
     pub adopted: bool,
 }
 
-/// Finds the correlation of the noise of all shots; `None` where they do not tell.
+/// Estimates the correlation of the noise of all shots; `None` if they do not determine it.
 #[must_use]
 pub fn noise_correlation(shots: &[TrackShot], ball: &Ball) -> Option<NoiseCorrelation> {
-    let some = shots.par_iter().step_by(shots.len().div_ceil(MOST_SHOTS).max(1));
+    let some = shots.par_iter().step_by(shots.len().div_ceil(MAX_SHOTS).max(1));
     let mut paths: Vec<DVector<f64>> = some.filter_map(|shot| paths(shot, ball)).flatten_iter().collect();
     let noise = |y: &DVector<f64>| whiten(y, 0.0)[0] / (y.len() - POWERS) as f64;
     let usual = median(paths.iter().map(noise).collect());
-    paths.retain(|path| noise(path) < WRONG * WRONG * usual);
+    paths.retain(|path| noise(path) < MAX_NOISE_RATIO * MAX_NOISE_RATIO * usual);
     let numbers: usize = paths.iter().map(|path| path.len() - POWERS).sum();
-    if numbers < LEAST_NUMBERS || !(usual > 0.0) {
+    if numbers < MIN_FREEDOM || !(usual > 0.0) {
         return None;
     }
     let minus_two_ln_l = |rho: f64| {
@@ -71,11 +75,11 @@ pub fn noise_correlation(shots: &[TrackShot], ball: &Ball) -> Option<NoiseCorrel
         let value = numbers as f64 * square.ln() + of_determinants;
         if value.is_nan() { f64::INFINITY } else { value }
     };
-    let rhos: Vec<f64> = (0..=(HIGHEST / STEP) as usize).map(|i| i as f64 * STEP).collect();
+    let rhos: Vec<f64> = (0..=(MAX_RHO / STEP) as usize).map(|i| i as f64 * STEP).collect();
     let values: Vec<f64> = rhos.iter().map(|rho| minus_two_ln_l(*rho)).collect();
     let least = values.iter().copied().fold(f64::INFINITY, f64::min);
-    // mean and standard deviation by L, every ρ alike beforehand: short paths hardly tell high correlations apart, and
-    // the likeliest may be the highest
+    // mean and standard deviation by L, with a uniform prior of ρ: short paths do not separate high
+    // correlations, and the likeliest may be the highest
     let weights: Vec<f64> = values.iter().map(|value| (-0.5 * (value - least)).exp()).collect();
     let mean = |of: &dyn Fn(f64) -> f64| {
         let weighted = weights.iter().zip(&rhos).map(|(weight, rho)| weight * of(*rho));
@@ -83,22 +87,22 @@ pub fn noise_correlation(shots: &[TrackShot], ball: &Ball) -> Option<NoiseCorrel
     };
     let value = mean(&|rho| rho);
     let std_error = mean(&|rho| (rho - value).powi(2)).sqrt();
-    let adopted = value > LEAST && values[0] - least > CALLED_FOR;
+    let adopted = value > MIN_RHO && values[0] - least > MIN_DECREASE;
     Some(NoiseCorrelation { value, std_error, adopted })
 }
 
 /// Returns x and y of the cue ball in the last even frames before the impact.
 fn paths(shot: &TrackShot, ball: &Ball) -> Option<[DVector<f64>; 2]> {
-    let impact = initial_guess::surely_before(shot, ball)?;
+    let impact = initial_guess::time_before_impact(shot, ball)?;
     let frame = shot.fps.recip();
     let before = &shot.cue[..shot.cue.partition_point(|s| s.t < impact - 0.5 * frame)];
     let is_even = |two: &[Sample]| {
         (two[1].t - two[0].t - frame).abs() < 0.1 * frame && (two[0].x != two[1].x || two[0].y != two[1].y)
     };
     let from = before.windows(2).rposition(|two| !is_even(two)).map_or(0, |i| i + 1);
-    let last = &before[from.max(before.len().saturating_sub(MOST_FRAMES))..];
+    let last = &before[from.max(before.len().saturating_sub(MAX_FRAMES))..];
     let along = |pick: fn(&Sample) -> f64| DVector::from_iterator(last.len(), last.iter().map(pick));
-    (last.len() >= LEAST_FRAMES).then(|| [along(|s| s.x), along(|s| s.y)])
+    (last.len() >= MIN_FRAMES).then(|| [along(|s| s.x), along(|s| s.y)])
 }
 
 /// Returns rᵀR⁻¹r of a path at a correlation, and ln|R| + ln|XᵀR⁻¹X|.
@@ -126,8 +130,8 @@ mod tests {
     use super::*;
     use crate::simulate;
 
-    /// The correlation of noise that is added to footage of 40 shots is found within three standard errors, which seldom
-    /// happen in five trials, and adopted if there is one.
+    /// The correlation of noise that is added to footage of 40 shots is estimated within three
+    /// standard errors, which seldom fails in five trials, and adopted if it is not 0.
     #[test]
     fn a_correlation_is_found_as_surely_as_is_said() {
         const SPEC: &str = r#"

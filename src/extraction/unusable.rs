@@ -1,6 +1,6 @@
-//! Why no impact could be extracted from a shot, in words.
+//! Reasons for which no impact could be extracted from a shot.
 
-/// What moves in a shot.
+/// Bodies of a shot.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Bodies {
     /// Two balls on a cloth, the second at rest before the impact.
@@ -10,7 +10,7 @@ pub enum Bodies {
 }
 
 impl Bodies {
-    /// The two, in the order of everything that is said of both.
+    /// Returns the names of both bodies.
     #[must_use]
     pub const fn names(self) -> [&'static str; 2] {
         match self {
@@ -26,7 +26,7 @@ impl Bodies {
         }
     }
 
-    /// What the distance of the centres is at the impact, and what to check where it is another one.
+    /// Returns the distance of the centres at contact, and the quantities to check if it differs.
     const fn distance(self) -> [&'static str; 2] {
         match self {
             Self::Balls => ["2R", "the scale, the radius and which track is which ball"],
@@ -38,7 +38,7 @@ impl Bodies {
     }
 }
 
-/// Why no impact could be extracted from a shot.
+/// Reason for which no impact could be extracted from a shot.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 #[non_exhaustive]
 pub enum Unusable {
@@ -48,11 +48,11 @@ pub enum Unusable {
         frames[0], bodies.names()[0], frames[1], bodies.names()[1]
     )]
     TooShort {
-        /// What moves.
+        /// Bodies of the shot.
         bodies: Bodies,
-        /// The frames of the first and of the second body.
+        /// Number of frames of the first and of the second body.
         frames: [usize; 2],
-        /// How many are needed.
+        /// Number of frames needed.
         least: usize,
     },
     /// No collision was found.
@@ -65,9 +65,9 @@ pub enum Unusable {
         body: &'static str,
         /// `before` or `after`.
         when: &'static str,
-        /// Its frames there.
+        /// Number of its frames there.
         frames: usize,
-        /// How many are needed.
+        /// Number of frames needed.
         least: usize,
     },
     /// The object ball moves before the impact.
@@ -76,19 +76,19 @@ pub enum Unusable {
         /// Its speed, m/s.
         speed: f64,
     },
-    /// At the impact, the centres are not as far apart as the radii demand.
+    /// The distance of the centres at the impact differs from the sum of the radii.
     #[error(
         "the centres are {:.2}{} mm apart at the impact, not {:.2} mm ({}): check {}",
         1e3 * measured, error_text(*error), 1e3 * expected, bodies.distance()[0], bodies.distance()[1]
     )]
     Separation {
-        /// What moves.
+        /// Bodies of the shot.
         bodies: Bodies,
-        /// The distance that the frames show, m.
+        /// Measured distance, m.
         measured: f64,
-        /// The distance of bodies that touch, m.
+        /// Distance of bodies that touch, m.
         expected: f64,
-        /// The standard error of the measured distance, m; infinite where it is not known.
+        /// Standard error of the measured distance, m; infinite if it is not known.
         error: f64,
     },
     /// Two points that are stated to be on one disc change their distance.
@@ -115,13 +115,13 @@ pub enum Unusable {
     BadFit {
         /// χ² per degree of freedom next to the impact.
         reduced_chi2: f64,
-        /// The root mean square of what the fit leaves there, mm.
+        /// Root mean square of the residuals there, mm.
         rms_mm: f64,
     },
 }
 
 impl Unusable {
-    /// Too few frames of the first (0) or second body before (0) or after (1) the impact.
+    /// Returns the error for too few frames of a body (0, 1) before (0) or after (1) the impact.
     pub(crate) fn too_few(bodies: Bodies, [body, side]: [usize; 2], frames: usize, least: usize) -> Self {
         Self::TooFew { body: bodies.names()[body], when: ["before", "after"][side], frames, least }
     }

@@ -2,7 +2,7 @@
 
 use crate::measurement::track::Sample;
 
-/// Number of standard deviations beyond which a frame stands alone, besides what a ball accelerates by.
+/// Residual of a wrong frame, in standard deviations, in excess of the largest acceleration.
 const ALONE: f64 = 10.0;
 
 /// Largest acceleration of a ball on a cloth, m/s².
@@ -13,8 +13,7 @@ pub(super) fn steady(samples: &[Sample], noise: f64) -> Vec<Sample> {
     (0..samples.len()).filter(|i| is_steady(samples, *i, noise)).map(|i| samples[i]).collect()
 }
 
-/// Returns whether a sample fits the two before it or the two after it: at the impact itself a good one
-/// fits one side.
+/// Returns whether a sample fits the two before or after it, as a good one at the impact does.
 fn is_steady(samples: &[Sample], i: usize, noise: f64) -> bool {
     let fits = |s: &Sample, near: &Sample, far: &Sample| {
         let part = (s.t - near.t) / (near.t - far.t);

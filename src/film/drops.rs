@@ -1,7 +1,8 @@
-//! Frames that a camera dropped and that neither numbers nor times show: from there on everything happens one frame too early.
+//! Dropped frames that neither frame numbers nor times show: all later frames are then one early.
 //!
-//! A ball that moves evenly then goes two or more steps at once, and so does the other ball if it moves. A frame that stands twice, after
-//! which the ball catches up, is none; nor is a step at the impact, where nothing says how far a ball should go.
+//! A ball that moves evenly goes two or more steps at once there, as does the other ball if it
+//! moves. A repeated frame, after which the ball catches up, is not a drop; nor is a long step at
+//! the impact, whose length cannot be predicted.
 
 use nalgebra::Vector2;
 
@@ -10,26 +11,26 @@ use crate::numerics::median;
 
 type Point = Vector2<f64>;
 
-/// Steps on either side that say how far a ball goes in a frame.
-const SIDE: usize = 6;
-/// Fewer of them, where the impact is among the others.
-const NEAR_SIDE: usize = 4;
-/// Of them, so many at least.
-const LEAST: usize = 3;
+/// Number of steps on either side from which the length of a step is predicted.
+const NEIGHBOURS: usize = 6;
+/// The same number if the impact is among the others.
+const NEIGHBOURS_AT_IMPACT: usize = 4;
+/// Minimum number of known steps on either side.
+const MIN_NEIGHBOURS: usize = 3;
 
-/// A step of this many times the usual one, more or less, is one of so many frames.
-const OFF: f64 = 0.35;
+/// Largest difference between a step and a multiple of the median step, in median steps.
+const MAX_DEVIATION: f64 = 0.35;
 
-/// Steps are told apart that are so many times as long as the root mean square by which noise makes them uneven.
-const NOISES: f64 = 4.0;
+/// Least median step for which steps can be compared, in units of their root mean square deviation.
+const MIN_EVEN_NOISES: f64 = 4.0;
 
-/// A frame is lost between steps that are so many times as long: half a step more is 3.5 standard deviations of one axis.
-const CLEAR_NOISES: f64 = 5.0;
+/// The same for a dropped frame: half a step more is then 3.5 standard deviations of one axis.
+const MIN_DROP_NOISES: f64 = 5.0;
 
-/// No more frames are lost at once without a sign in the numbers.
-const MOST: f64 = 8.0;
+/// Maximum ratio of a step to the median step: longer drops show in the numbers.
+const MAX_RATIO: f64 = 8.0;
 
-/// Puts the frames after each drop where they belong in time; how many drops there were.
+/// Corrects the times of the frames after each drop; returns the number of drops.
 pub fn repair(shot: &mut TrackShot) -> usize {
     let frame = shot.fps.recip();
     let mut found: Vec<(f64, f64)> = Vec::new();
@@ -59,16 +60,16 @@ pub fn repair(shot: &mut TrackShot) -> usize {
     found.len()
 }
 
-/// From a sample to the next.
+/// The step from a sample to the next.
 #[derive(Default)]
 struct Step {
-    /// The ball moves by steps that are well above the noise on both sides.
+    /// Whether the ball moves evenly, well above the noise, on both sides.
     is_even: bool,
-    /// How many frames are missing in it.
+    /// Number of frames that are missing in the step.
     lost: Option<f64>,
 }
 
-/// The steps of a ball; `None` where the next frame is missing.
+/// The steps of a ball; `None` if the next frame is missing.
 struct Steps<'a> {
     samples: &'a [Sample],
     lengths: Vec<Option<Point>>,
@@ -83,29 +84,29 @@ impl<'a> Steps<'a> {
         Self { samples, lengths: samples.windows(2).map(step).collect() }
     }
 
-    /// Returns a step, if it is longer than most on either side: others have lost nothing.
+    /// Returns a step if it is longer than most on either side; others have lost no frame.
     fn long(&self, i: usize) -> Step {
-        /// A step of two frames is half as long again as the usual one at least, and most steps are within a fifth of that.
-        const LONGER: f64 = 1.2;
+        /// A step of two frames is at least 1.5 typical ones, and most steps lie within a fifth.
+        const MIN_EXCESS: f64 = 1.2;
         let Some(own) = self.lengths[i] else { return Step::default() };
-        let around = i.saturating_sub(SIDE)..self.lengths.len().min(i + 1 + SIDE);
+        let around = i.saturating_sub(NEIGHBOURS)..self.lengths.len().min(i + 1 + NEIGHBOURS);
         let around: Vec<&Point> = self.lengths[around].iter().flatten().collect();
-        let shorter = around.iter().filter(|other| LONGER * other.norm() < own.norm()).count();
+        let shorter = around.iter().filter(|other| MIN_EXCESS * other.norm() < own.norm()).count();
         if 2 * shorter < around.len() { Step::default() } else { self.at(i) }
     }
 
     fn at(&self, i: usize) -> Step {
-        let steps = [SIDE, NEAR_SIDE].map(|side| self.among(i, side));
+        let steps = [NEIGHBOURS, NEIGHBOURS_AT_IMPACT].map(|side| self.among(i, side));
         steps.into_iter().find(|step| step.is_even).unwrap_or_default()
     }
 
-    /// Returns the step against so many on either side.
+    /// Returns the step compared with `side` steps on either side.
     fn among(&self, i: usize, side: usize) -> Step {
         let lengths = &self.lengths;
         let Some(own) = lengths[i] else { return Step::default() };
         let sides = [&lengths[i.saturating_sub(side)..i], &lengths[i + 1..lengths.len().min(i + 1 + side)]];
         let sides = sides.map(|side| side.iter().copied().flatten().collect::<Vec<Point>>());
-        if sides.iter().any(|side| side.len() < LEAST) {
+        if sides.iter().any(|side| side.len() < MIN_NEIGHBOURS) {
             return Step::default();
         }
         let of_side = sides.each_ref().map(|side| middle(side));
@@ -113,15 +114,16 @@ impl<'a> Steps<'a> {
         let off = sides.iter().zip(of_side).flat_map(|(side, usual)| side.iter().map(move |v| v - usual));
         let squares: Vec<f64> = off.map(|off| off.norm_squared()).collect();
         let noise = (squares.iter().sum::<f64>() / squares.len() as f64).sqrt();
-        // the same on both sides, and neighbours that are no catching up
+        // even: equal medians on both sides, so that neighbours do not catch up
         let turns = (of_side[0] - of_side[1]).norm();
-        let is_even = usual.norm() > NOISES * noise && turns < OFF * usual.norm();
-        // how often the usual step goes into this one, and what is left across it
+        let is_even = usual.norm() > MIN_EVEN_NOISES * noise && turns < MAX_DEVIATION * usual.norm();
+        // the number of median steps in this one, and the remainder
         let whole = (own.dot(&usual) / usual.norm_squared()).round();
         let left = (own - usual * whole).norm();
-        // of steps of four noises one in a thousand looks like two
-        let is_clear = usual.norm() > CLEAR_NOISES * noise;
-        let lost = is_even && is_clear && (2.0..=MOST).contains(&whole) && left < OFF * usual.norm();
+        // at four standard deviations one step in a thousand looks like two
+        let is_clear = usual.norm() > MIN_DROP_NOISES * noise;
+        let lost =
+            is_even && is_clear && (2.0..=MAX_RATIO).contains(&whole) && left < MAX_DEVIATION * usual.norm();
         Step { is_even, lost: lost.then_some(whole - 1.0) }
     }
 }
@@ -139,7 +141,7 @@ mod tests {
 
     const FPS: f64 = 500.0;
 
-    /// Two balls that move evenly; each frame shows them where they are at the instant that `shows` gives.
+    /// Two balls that move evenly; `shows` gives the instant, in frames, that each frame shows.
     fn shot(shows: impl Fn(usize) -> f64) -> TrackShot {
         let sample = |speed: f64, i: usize| {
             let noise = 1e-5 * (1.7 * i as f64).sin();
@@ -163,7 +165,7 @@ mod tests {
     #[test]
     fn what_is_no_drop_stays() {
         assert_eq!(repair(&mut shot(|i| i as f64)), 0);
-        // a frame that stands twice, and the next that catches up
+        // a repeated frame, after which the ball catches up
         assert_eq!(repair(&mut shot(|i| if i == 20 { 19.0 } else { i as f64 })), 0);
         // a wrong frame of one ball
         let mut wrong = shot(|i| i as f64);

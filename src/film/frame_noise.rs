@@ -4,50 +4,50 @@ use super::grid;
 use crate::measurement::track::{Sample, TrackShot};
 use crate::numerics::{NORMAL_MEDIAN, median};
 
-/// So many frames on either side of an instant tell the noise near it.
-const NEAR: f64 = 30.0;
+/// Frames on either side of an instant from which the noise near it is estimated.
+const NEAR_FRAMES: f64 = 30.0;
 
 const COORDINATES: [fn(&Sample) -> f64; 2] = [|s| s.x, |s| s.y];
 
-/// No tracker is better than this, m: keeps exact synthetic tracks finite.
-const LEAST_NOISE: f64 = 1e-8;
+/// Least noise assumed, m: it keeps exact synthetic tracks finite.
+const MIN_NOISE_M: f64 = 1e-8;
 
-/// Returns the noise of a coordinate of balls, m, from the second differences of consecutive frames, in which a
-/// smooth motion leaves only its acceleration: median |Δ²x|/0.6745/√(6 − 8ρ + 2ρ²), with ρ the correlation of
-/// neighbouring frames. It is no less than the error of rounding to the grid that the coordinates lie on. A ball at rest
-/// that a program holds in its place does not count.
+/// Returns the noise of a coordinate of balls, m, from the second differences of consecutive
+/// frames, in which a smooth motion leaves only its acceleration:
+/// median |Δ²x|/0.6745/√(6 − 8ρ + 2ρ²), with ρ the correlation of neighbouring frames. The noise is
+/// at least the rounding error of the coordinates' grid. A ball at rest that a program holds in
+/// place does not count.
 pub(crate) fn noise(shot: &TrackShot) -> f64 {
     let all = triples(&[&shot.cue, &shot.object], shot.fps.recip());
     let free: Vec<&[Sample]> = all.iter().copied().filter(|three| !is_held(three)).collect();
-    let is_often_held = (all.len() - free.len()) as f64 > HELD * all.len() as f64;
+    let is_often_held = (all.len() - free.len()) as f64 > MAX_EQUAL * all.len() as f64;
     let of_free = estimate(&free, shot);
     let step = shot.resolution[0].max(shot.resolution[1]);
     if !shot.states_noise() && is_often_held && of_free > step { of_free } else { estimate(&all, shot) }
 }
 
-/// Returns that of the frames near an instant: further away the noise may be another one.
+/// Returns the noise of the frames near an instant: far from it the noise may differ.
 pub(crate) fn noise_near(shot: &TrackShot, instant: f64) -> f64 {
     noise_of_near(&[&shot.cue, &shot.object], shot, instant)
 }
 
-/// Returns that of any tracks of a shot near an instant.
 pub(crate) fn noise_of_near(tracks: &[&[Sample]], shot: &TrackShot, instant: f64) -> f64 {
     let until =
         |samples: &[Sample], frames: f64| samples.partition_point(|s| s.t < instant + frames / shot.fps);
-    let near = |samples: &&'_ [Sample]| until(samples, -NEAR)..until(samples, NEAR);
+    let near = |samples: &&'_ [Sample]| until(samples, -NEAR_FRAMES)..until(samples, NEAR_FRAMES);
     let near: Vec<&[Sample]> = tracks.iter().map(|samples| &samples[near(samples)]).collect();
     noise_of(&near, shot)
 }
 
-/// Returns that of parts of tracks of a shot.
+/// Returns the noise of parts of tracks of a shot.
 pub(crate) fn noise_of(tracks: &[&[Sample]], shot: &TrackShot) -> f64 {
     estimate(&triples(tracks, shot.fps.recip()), shot)
 }
 
-/// Returns that of three positions each.
+/// Returns the noise estimated from triples of positions.
 fn estimate(triples: &[&[Sample]], shot: &TrackShot) -> f64 {
     let [finer, coarser] = [f64::min, f64::max].map(|of| of(shot.resolution[0], shot.resolution[1]));
-    let least = LEAST_NOISE.max(grid::rounding(finer));
+    let least = MIN_NOISE_M.max(grid::rounding(finer));
     let constant = constant_axis_of(triples);
     let moving = (0..2).filter(|axis| constant != Some(*axis));
     let mut differences: Vec<f64> =
@@ -61,16 +61,18 @@ fn estimate(triples: &[&[Sample]], shot: &TrackShot) -> f64 {
     (grid::median_of_multiples(&differences, coarser) / NORMAL_MEDIAN / differs).max(least)
 }
 
-/// Three positions in a row are exactly the same in 0.7 % of all cases if their noise is one step of the coordinates, and less often if
-/// it is more. A part above this one is of balls at rest that a program holds in their places, which show no noise.
-const HELD: f64 = 0.05;
+/// Largest fraction of triples of equal positions that noise explains: 0.7 % if the noise is one
+/// step of the coordinates, less if it is more. Others are of balls at rest that a program holds in
+/// place, which show no noise.
+const MAX_EQUAL: f64 = 0.05;
 
-/// Whether three positions are exactly the same.
+/// Returns whether three positions are exactly the same.
 fn is_held(three: &[Sample]) -> bool {
     three.iter().all(|sample| sample.x == three[0].x && sample.y == three[0].y)
 }
 
-/// The coordinate (0: x, 1: y) that is the same in all frames of both bodies, as in a film of one dimension: it has no noise.
+/// Returns the coordinate (0: x, 1: y) that is the same in all frames of both bodies, as in a film
+/// of one dimension: it has no noise.
 pub(crate) fn constant_axis(shot: &TrackShot) -> Option<usize> {
     constant_axis_of(&[&shot.cue, &shot.object])
 }
@@ -87,17 +89,17 @@ fn constant_axis_of(pieces: &[&[Sample]]) -> Option<usize> {
     }
 }
 
-/// Three positions in a row that are a frame apart; of tracks that have only some frames (every second, two of three), three that are
-/// as close in time as they usually are.
+/// Returns all triples of consecutive frames or, of tracks with only some frames (every second, two
+/// of three), those that are as close in time as the median.
 fn triples<'a>(tracks: &[&'a [Sample]], frame: f64) -> Vec<&'a [Sample]> {
-    /// Consecutive frames are of use where they are more than this part of all.
-    const PART: f64 = 0.25;
+    /// Least fraction of triples of consecutive frames at which the others are left out.
+    const MIN_CONSECUTIVE: f64 = 0.25;
     let all: Vec<&[Sample]> = tracks.iter().flat_map(|samples| samples.windows(3)).collect();
     let follows = |a: &Sample, b: &Sample| (b.t - a.t - frame).abs() < 0.1 * frame;
     let consecutive =
         all.iter().copied().filter(|three| follows(&three[0], &three[1]) && follows(&three[1], &three[2]));
     let consecutive: Vec<&[Sample]> = consecutive.collect();
-    if consecutive.len() as f64 > PART * all.len() as f64 {
+    if consecutive.len() as f64 > MIN_CONSECUTIVE * all.len() as f64 {
         return consecutive;
     }
     let span = |three: &[Sample]| three[2].t - three[0].t;
@@ -105,14 +107,14 @@ fn triples<'a>(tracks: &[&'a [Sample]], frame: f64) -> Vec<&'a [Sample]> {
     all.into_iter().filter(|three| span(three) < usual + 0.1 * frame).collect()
 }
 
-/// How far the second of three positions is off the line through the others, as a − 2b + c of positions that are evenly spaced in time:
-/// with the standard deviation of that where they are not.
+/// Returns the second difference a − 2b + c of three positions, scaled to the standard deviation of
+/// even spacing if their times are uneven.
 fn bend(three: &[Sample], pick: fn(&Sample) -> f64) -> f64 {
-    /// What the frames of a clock may err by.
-    const EVEN: f64 = 0.06;
+    /// Largest deviation from the middle in time that jitter of a clock explains.
+    const MAX_JITTER: f64 = 0.06;
     let [a, b, c] = [pick(&three[0]), pick(&three[1]), pick(&three[2])];
     let part = (three[1].t - three[0].t) / (three[2].t - three[0].t);
-    if (part - 0.5).abs() < EVEN {
+    if (part - 0.5).abs() < MAX_JITTER {
         return (a - 2.0 * b + c).abs();
     }
     let spread = (1.0 + part * part + (1.0 - part) * (1.0 - part)).sqrt();

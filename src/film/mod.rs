@@ -1,4 +1,4 @@
-//! Positions on the table ↔ what the camera and the tracker made of them.
+//! Effects of camera and tracker on the positions: noise, rounding, dropped frames.
 
 pub(crate) mod drops;
 pub(crate) mod frame_noise;

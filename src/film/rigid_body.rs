@@ -1,4 +1,4 @@
-//! Points fixed on a body that moves in a plane: where the centre of the circle through them is.
+//! The centre of the circle through points fixed on a body that moves in a plane.
 
 use crate::measurement::track::Sample;
 use crate::numerics;
@@ -6,23 +6,24 @@ use crate::numerics;
 /// Rounds of superposing all frames on their mean shape.
 const ROUNDS: usize = 8;
 
-/// Points are on one line where the circle through them is this many times larger than they are spread.
-const FLAT: f64 = 100.0;
+/// Ratio of the circle's radius to the spread of the points above which they lie on one line.
+const MAX_RADIUS_RATIO: f64 = 100.0;
 
 /// A place, m.
 pub(crate) type Point = [f64; 2];
 
-/// The centre, in every frame, of a body whose markers stand on a circle about it.
+/// Returns the centre, in every frame, of a body whose markers stand on a circle about it.
 ///
-/// The shape of the markers is found from all frames at once, each turned and moved onto their mean
-/// (Kabsch, in a plane), and the circle through it by least squares; a frame then needs two markers.
+/// The shape of the markers is determined from all frames at once, each turned and moved onto their
+/// mean (Kabsch, in a plane), and the circle through it by least squares; a frame then needs two
+/// markers.
 ///
 /// # Errors
-/// Why they have no centre.
+/// The markers are fewer than three, or do not determine a centre.
 pub fn circle_centres(markers: &[&[Sample]]) -> Result<Vec<Sample>, String> {
     if markers.len() < 3 {
         return Err(format!(
-            "{} points do not tell where the centre of a disc is; expected one track of the centre itself, or three \
+            "{} points do not determine the centre of a disc; expected one track of the centre itself, or three \
              or more points on a circle about it",
             markers.len()
         ));
@@ -46,7 +47,7 @@ pub fn circle_centres(markers: &[&[Sample]]) -> Result<Vec<Sample>, String> {
     Ok(placed.collect())
 }
 
-/// The shape of a body from frames that have all its points: superposed on each other, their median. `None` without frames.
+/// Returns the shape of a body: the superposed median of all complete frames; `None` without any.
 pub(crate) fn shape(complete: &[Vec<Point>]) -> Option<Vec<Point>> {
     let mut shape = complete.get(complete.len() / 2)?.clone();
     for _ in 0..ROUNDS {
@@ -63,7 +64,7 @@ pub(crate) fn shape(complete: &[Vec<Point>]) -> Option<Vec<Point>> {
     Some(shape)
 }
 
-/// The points of every frame that has any, in the order of time.
+/// Returns the points of every frame that has any, in the order of time.
 pub(crate) fn frames(markers: &[&[Sample]]) -> Vec<(f64, Vec<Option<Point>>)> {
     let mut times: Vec<f64> = markers.iter().flat_map(|samples| samples.iter().map(|s| s.t)).collect();
     times.sort_by(f64::total_cmp);
@@ -75,7 +76,6 @@ pub(crate) fn frames(markers: &[&[Sample]]) -> Vec<(f64, Vec<Option<Point>>)> {
     times.into_iter().map(|t| (t, markers.iter().map(|samples| at(samples, t)).collect())).collect()
 }
 
-/// A rotation and a shift.
 pub(crate) struct Pose {
     pub cos: f64,
     pub sin: f64,
@@ -84,7 +84,7 @@ pub(crate) struct Pose {
 }
 
 impl Pose {
-    /// The one that brings the first points nearest to the second.
+    /// Returns the pose that brings the first points nearest to the second.
     pub(crate) fn of(from: &[Point], to: &[Point]) -> Self {
         let (a, b) = (mean(from), mean(to));
         let (mut along, mut across) = (0.0, 0.0);
@@ -108,13 +108,13 @@ fn mean(points: &[Point]) -> Point {
     [0, 1].map(|k| points.iter().map(|p| p[k]).sum::<f64>() / n)
 }
 
-/// By coordinate: a frame whose markers were mistaken does not count.
+/// Returns the median of each coordinate: a frame with mistaken markers does not count.
 fn median(points: &[Point]) -> Point {
     [0, 1].map(|k| numerics::median(points.iter().map(|p| p[k]).collect()))
 }
 
-/// The centre of the circle nearest to points: |p|² = 2c·p + (R² − |c|²) is linear in its unknowns
-/// (Kåsa 1976), and exact for three points.
+/// Returns the centre of the circle nearest to points: |p|² = 2c·p + (R² − |c|²) is linear in its
+/// unknowns (Kåsa 1976), and exact for three points.
 pub(crate) fn circle(points: &[Point]) -> Option<Point> {
     let m = mean(points);
     let (mut xx, mut xy, mut yy, mut xq, mut yq, mut q_sum) = (0.0, 0.0, 0.0, 0.0, 0.0, 0.0);
@@ -127,7 +127,7 @@ pub(crate) fn circle(points: &[Point]) -> Option<Point> {
     let determinant = xx * yy - xy * xy;
     let [x, y] = [0.5 * (xq * yy - yq * xy) / determinant, 0.5 * (yq * xx - xq * xy) / determinant];
     let spread = (q_sum / points.len() as f64).sqrt();
-    let found = x.is_finite() && y.is_finite() && x.hypot(y) < FLAT * spread;
+    let found = x.is_finite() && y.is_finite() && x.hypot(y) < MAX_RADIUS_RATIO * spread;
     found.then_some([m[0] + x, m[1] + y])
 }
 

@@ -31,12 +31,12 @@ pub(crate) struct BallSection {
 pub(crate) enum Shape {
     #[default]
     Sphere,
-    /// Slides without rolling.
+    /// Disc, which slides without rolling.
     Disc,
 }
 
 impl StatedObject {
-    /// Returns the object ball that `[object]` states beside `[ball]`, where a mass without a standard deviation is from a kitchen scale.
+    /// Returns the object ball of `[object]`; a mass without an error is from a kitchen scale.
     pub(crate) fn ball(&self, own: &BallSection, cue: &Ball, source: &Source) -> ObjectBall {
         for (key, given, condition) in [
             ("object.radius_m", self.radius_m, POSITIVE),
@@ -48,7 +48,7 @@ impl StatedObject {
             source.number(key, given, condition);
         }
         let mass_kg_sd = self.mass_kg_sd.or(self.mass_kg.map(|_| WEIGHED_KG));
-        // one mass alone says nothing of their ratio
+        // one mass alone does not determine the ratio of the masses
         let [mass_kg, mass_kg_sd] =
             [self.mass_kg, mass_kg_sd].map(|given| given.filter(|_| own.mass_kg.is_some()));
         let mass_sd = own.mass_kg_sd.unwrap_or(WEIGHED_KG);
@@ -69,12 +69,12 @@ impl StatedObject {
         object
     }
 
-    /// What of the cue ball was taken for granted that the object ball is compared with.
+    /// Returns notes on the cue ball's properties that were assumed for want of a statement.
     pub(crate) fn taken(&self, own: &BallSection, cue: &Ball) -> Vec<String> {
         let mut said = Vec::new();
         if self.mass_kg.is_some() && own.mass_kg.is_none() {
             said.push(format!(
-                "The cue ball's mass was not stated, so that [object] mass_kg says nothing of the ratio of the masses: 1 ± {UNWEIGHED} was \
+                "The cue ball's mass was not stated, so that [object] mass_kg does not determine the ratio of the masses: 1 ± {UNWEIGHED} was \
                  taken. Weigh the cue ball, too, and give [ball] mass_kg."
             ));
         }
@@ -89,7 +89,7 @@ impl StatedObject {
     }
 }
 
-/// Both balls, as [ball] and [object] of a dataset.toml that states them; with Poisson's ratio where that is stated.
+/// Returns the sections [ball] and [object], with Poisson's ratio if it is stated.
 pub(crate) fn text(cue: &Ball, object: Option<&ObjectBall>, poisson: Option<f64>) -> String {
     let mass_sd = object.and_then(|object| object.mass_sd);
     let radius_sd = object.map_or([0.0; 2], |object| object.radius_sd);
@@ -100,7 +100,7 @@ pub(crate) fn text(cue: &Ball, object: Option<&ObjectBall>, poisson: Option<f64>
         if radius_sd[which] > 0.0 {
             add("radius_m_sd", radius_sd[which]);
         }
-        // one mass alone says nothing of their ratio
+        // one mass alone does not determine the ratio of the masses
         if which == 0 || mass_sd.is_some() {
             add("mass_kg", *mass);
         }
@@ -124,11 +124,11 @@ pub(crate) fn text(cue: &Ball, object: Option<&ObjectBall>, poisson: Option<f64>
 /// The moment of inertia of a disc over MR².
 const DISC_INERTIA: Condition = (|x| x > 0.0 && x <= 1.0, "more than 0, at most 1 (a ring)");
 
-/// What Poisson's ratio can be.
 const ELASTIC: Condition = (|x| (0.0..=0.5).contains(&x), "Poisson's ratio, 0 to 0.5");
 
 impl BallSection {
-    /// The ball, and Poisson's ratio of its material. Where only the mass of the `object` ball is stated, both have this mass.
+    /// Returns the ball, and Poisson's ratio of its material. If only the mass of `object` is
+    /// stated, both balls have this mass.
     pub(crate) fn check(&self, object: Option<&StatedObject>, source: &Source) -> (Ball, f64) {
         let number = |key, given, condition| source.number(key, given, condition);
         let radius = number("ball.radius_m", self.radius_m, POSITIVE).unwrap_or(Ball::POOL.radius);

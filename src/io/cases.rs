@@ -1,4 +1,4 @@
-//! Collisions asked for in a file: `caromfit collide --cases`.
+//! Collisions that a file lists: `caromfit collide --cases`.
 
 use std::path::Path;
 
@@ -16,7 +16,7 @@ pub struct Case {
     pub name: String,
     /// The cue ball's speed, m/s.
     pub speed: f64,
-    /// The cut angle in degrees, between −90 and 90: positive where the cue ball moves towards +y.
+    /// The cut angle in degrees, between −90 and 90: positive if the cue ball moves towards +y.
     pub cut_deg: f64,
     /// The cue ball's spin in the collision frame, rad/s.
     pub spin: Vec3,
@@ -34,7 +34,7 @@ pub struct Case {
     pub mass_ratio: Option<f64>,
 }
 
-/// Why a case is no collision.
+/// Reason for which a case cannot be computed.
 #[derive(Clone, Copy, Debug, PartialEq, thiserror::Error)]
 #[non_exhaustive]
 pub enum BadCase {
@@ -64,7 +64,7 @@ const NUMBERS: [&str; 9] =
 const OPTIONAL: [&str; 2] = ["kappa", "mass_ratio"];
 
 impl BadCase {
-    /// The column that is to blame, where it is one.
+    /// Returns the column of the wrong value, if it is a single one.
     fn column(&self) -> Option<&'static str> {
         match self {
             Self::Speed(_) => Some("speed_m_s"),
@@ -83,16 +83,16 @@ impl BadCase {
 }
 
 impl Case {
-    /// Computes the case with a model that has its radius, its κ and its ratio of masses.
+    /// Computes the case with a model that has its radius, κ and ratio of masses.
     ///
     /// # Errors
-    /// A speed that is not positive, a cut angle of 90° or more, and what [`Model::collide`] refuses.
+    /// Those of [`Case::before`] and of [`Model::collide`].
     pub fn collide(&self, model: &Model) -> Result<Outcome, BadCase> {
         let (cue, coefficients) = self.before()?;
         Ok(model.collide(&cue, &coefficients)?)
     }
 
-    /// The cue ball before the impact, and the coefficients.
+    /// Returns the cue ball before the impact, and the coefficients.
     ///
     /// # Errors
     /// A speed that is not positive, a cut angle of 90° or more.
@@ -121,16 +121,16 @@ pub struct Computed {
     pub line: usize,
     /// The model that computed it.
     pub model: Model,
-    /// What came out; an integration that did not reach the end of the impact gives [`NotACollision::NotIntegrated`].
+    /// The outcome; [`NotACollision::NotIntegrated`] if the integration did not reach the end.
     pub outcome: Result<Outcome, NotACollision>,
 }
 
 /// Reads a CSV with the columns name, speed_m_s, cut_deg, omega_x, omega_y, omega_z, mu, mu_s, e,
-/// radius_m, and optionally kappa and mass_ratio, and computes every row with the model that `model` gives for it. A row whose
-/// integration fails does not keep the others from being computed.
+/// radius_m, and optionally kappa and mass_ratio, and computes every row with the model that
+/// `model` returns for it, also if the integration of other rows fails.
 ///
 /// # Errors
-/// Every cell that is no number and every row that is no collision, with its line.
+/// Every cell that is not a number and every row that is not a collision, with its line.
 pub fn collide_all(
     path: &Path,
     model: impl Fn(&Case) -> Result<Model, BadCase>,
@@ -161,7 +161,7 @@ pub fn collide_all(
         match computed {
             Ok((model, outcome)) => collided.push(Computed { case, line: table.line(row), model, outcome }),
             Err(error) => {
-                let message = format!("\"{}\" is no collision: {error}", case.name);
+                let message = format!("\"{}\" is not a collision: {error}", case.name);
                 table.wrong(row, error.column(), message);
             }
         }

@@ -1,5 +1,5 @@
-//! `[impacts] covariance`: the joint errors of every shot, as `caromfit extract` writes them. A row for each
-//! quantity of each shot, and in it the covariances with all quantities of that shot.
+//! `[impacts] covariance`: the joint errors of every shot, as `caromfit extract` writes them. Each
+//! row is a quantity of a shot, with its covariances with all quantities of the shot.
 
 use std::collections::HashMap;
 use std::path::Path;
@@ -10,11 +10,12 @@ use super::error::Problems;
 use super::table::Table;
 use crate::measurement::dataset::{Joint, Shared, Shot};
 
-/// What stands in front of a shot's observations, in the order of [`Joint`].
+/// Names of a shot's quantities before its observations, in the order of [`Joint`].
 pub(crate) const BEFORE: [&str; Joint::BEFORE] =
     ["direction_rad", "cue_vx", "cue_vy", "cue_wx", "cue_wy", "cue_wz"];
 
-/// The column of how a quantity moves with what the shots share: μ_k or μ_r of the cloth, or the factor of the lifts.
+/// Returns the column of derivatives by a quantity that shots share: μ_k or μ_r of the cloth, or the
+/// factor of the lifts.
 pub(crate) const fn by(shared: Shared) -> &'static str {
     match shared {
         Shared::Sliding => "by_mu_k",
@@ -23,16 +24,16 @@ pub(crate) const fn by(shared: Shared) -> &'static str {
     }
 }
 
-/// Two entries of a symmetric matrix may differ by this part of the standard deviations' product.
+/// Largest difference of symmetric entries, in units of the product of the standard deviations.
 const SYMMETRIC: f64 = 1e-9;
 
-/// The names of the quantities of a shot, in the order of [`Joint`].
+/// Returns the names of the quantities of a shot, in the order of [`Joint`].
 pub(crate) fn quantities(shot: &Shot) -> Vec<&'static str> {
     let after = shot.after.iter().map(|measurement| measurement.observable.column());
     BEFORE.into_iter().chain(after).collect()
 }
 
-/// Gives every shot its joint errors, with what the shots share.
+/// Gives every shot its joint errors, and their derivatives by shared quantities.
 pub(crate) fn read(path: &Path, shots: &mut [Shot], shared: &[Shared], problems: &Problems) {
     let Some(table) = Table::read(path, problems) else { return };
     for column in ["shot", "quantity"] {
@@ -91,7 +92,6 @@ pub(crate) fn read(path: &Path, shots: &mut [Shot], shared: &[Shared], problems:
     }
 }
 
-/// Complains if a matrix is no covariance.
 fn check(path: &Path, shot: &Shot, names: &[&str], covariance: &DMatrix<f64>, problems: &Problems) {
     for (i, name) in names.iter().enumerate() {
         let variance = covariance[(i, i)];

@@ -16,7 +16,7 @@ use crate::measurement::number::count_of;
 enum Seen {
     Tracks(Box<Survey>),
     Impacts,
-    /// Whether spins are among its columns.
+    /// Whether it has columns of spins.
     Angles(bool),
     /// The names of its columns.
     Unknown(Vec<String>),
@@ -33,17 +33,17 @@ impl Seen {
         }
     }
 
-    /// Returns whether it has a header, but nothing below it.
+    /// Returns whether it has a header, but no rows.
     fn is_empty(&self) -> bool {
         matches!(self, Self::Tracks(survey) if survey.tracks.is_empty() && survey.problems.is_empty())
     }
 }
 
-/// The name of the table with what differs from shot to shot.
+/// Name of the table of properties of single shots.
 const SHOTS: &str = "shots.csv";
 
-/// Least difference of the parts of a film at which two balls begin to move, for the first to be the
-/// cue ball.
+/// Least difference of the times at which two balls begin to move, as a part of the film, for the
+/// first to be the cue ball.
 const EARLIER: f64 = 0.05;
 
 /// Drafts the dataset.toml of files, or of the tables in folders; at least one is named.
@@ -59,7 +59,7 @@ pub fn draft(named: &[PathBuf]) -> Result<Draft, InitError> {
     let mut draft = Draft::default();
     let seen = look_at(&files, &mut draft)?;
     draft.folder = match named {
-        // the tables may all be in one folder of it
+        // also if all tables are in one of its subfolders
         [folder] if folder.is_dir() => folder.clone(),
         _ => {
             let holds_all = |folder: &&Path| seen.iter().all(|(file, _)| file.starts_with(folder));
@@ -77,7 +77,7 @@ pub fn draft(named: &[PathBuf]) -> Result<Draft, InitError> {
         draft.follows = times(first).0;
         draft.are_discs = first.are_discs;
     }
-    draft.line("# Drafted by caromfit init. Lines that say FILL IN wait for what the files do not tell.");
+    draft.line("# Drafted by caromfit init. Lines with FILL IN need values that the files do not state.");
     let here = if draft.folder.as_os_str().is_empty() { Path::new(".") } else { &draft.folder };
     let name = std::path::absolute(here).unwrap_or_else(|_| here.to_path_buf());
     let name = name.file_name().map_or("my-data".into(), |name| name.to_string_lossy());
@@ -89,7 +89,7 @@ pub fn draft(named: &[PathBuf]) -> Result<Draft, InitError> {
     });
     let listed = listed.collect::<Vec<_>>().join(", ");
     draft.state("files", format!("[{listed}]"), "");
-    let why = "which cloth: `caromfit compare` tells cloths apart by it; optional";
+    let why = "label of the cloth, for `caromfit compare`; optional";
     draft.blank("cloth", "cloth", TEXT, why);
     draft.blank("source", "source", TEXT, "who measured it, how, when; optional");
     let lengths = Lengths::of(&tracks);
@@ -97,7 +97,7 @@ pub fn draft(named: &[PathBuf]) -> Result<Draft, InitError> {
     if draft.are_discs {
         let why = "what was followed are points on two discs, or discs with their angles";
         draft.state("shape", "\"disc\"", why);
-        let why = "of the discs; optional: else the tracks tell how far apart they are when they touch";
+        let why = "of the discs; optional: otherwise estimated from the tracks at contact";
         draft.blank("radius_m", "radius_m", NUMBER, why);
         let why = "of the first disc, and [object] mass_kg of the second; optional";
         draft.blank("mass_kg", "mass_kg", NUMBER, why);
@@ -123,8 +123,7 @@ pub fn draft(named: &[PathBuf]) -> Result<Draft, InitError> {
     Ok(draft)
 }
 
-/// Returns the files that are of one kind; those that are obviously no tables, or without rows, are
-/// left out, unless there are no others.
+/// Returns the files of one kind; obviously wrong or empty ones are left out if others remain.
 fn look_at(files: &[PathBuf], draft: &mut Draft) -> Result<Vec<(PathBuf, Seen)>, InitError> {
     let (mut seen, mut unclear): (Vec<(PathBuf, Seen)>, Vec<_>) = (Vec::new(), Vec::new());
     for file in files {
@@ -168,7 +167,7 @@ fn look(file: &Path) -> Result<Seen, InitError> {
         return Err(InitError::new(file, "is empty; expected a table of tracks or measurements"));
     }
     if names.iter().any(|name| name.contains(|c: char| c == char::REPLACEMENT_CHARACTER || c.is_control())) {
-        let message = "is no text; expected a table of tracks or measurements, not the film itself, nor a workbook (save its sheet \
+        let message = "is not text; expected a table of tracks or measurements, not the film itself, nor a workbook (save its sheet \
                        as CSV)";
         return Err(InitError::new(file, message));
     }
@@ -212,7 +211,8 @@ fn names<'a>(all: &[(&PathBuf, &'a Survey)]) -> Vec<(&'a str, f64)> {
     names
 }
 
-/// Returns the frames per second that the times follow, and their unit if they cannot be in seconds.
+/// Returns the frames per second that the times follow, and their unit if they cannot be in
+/// seconds.
 fn times(survey: &Survey) -> (Option<f64>, Option<&'static str>) {
     /// Least frame rate of a film of balls.
     const LEAST_FPS: f64 = 2.0;
@@ -230,7 +230,7 @@ fn describe_tracks(all: &[(&PathBuf, &Survey)], lengths: &Lengths, table: Option
     let are_single =
         all.len() > 1 && all.iter().all(|(_, survey)| survey.tracks.len() == 1 && survey.shots == 1);
     let what = if are_single {
-        "one ball each: two that are named alike but for the ball (kick-A.txt, kick-B.txt) are a shot"
+        "one ball each: two whose names differ by the ball only (kick-A.txt, kick-B.txt) are a shot"
             .to_owned()
     } else {
         count_of(shots, "shot")
@@ -286,8 +286,7 @@ fn describe_tracks(all: &[(&PathBuf, &Survey)], lengths: &Lengths, table: Option
     describe_problems(all, draft);
 }
 
-/// Names both balls; returns whether the guessed columns have to be exchanged, since the ball of
-/// object_x moves first.
+/// Names both balls; returns whether their columns must be exchanged, since object_x moves first.
 fn describe_balls(all: &[(&PathBuf, &Survey)], draft: &mut Draft) -> bool {
     let names = names(all);
     let listed: Vec<String> = names.iter().map(|(name, _)| format!("\"{name}\"")).collect();
@@ -306,7 +305,7 @@ fn describe_balls(all: &[(&PathBuf, &Survey)], draft: &mut Draft) -> bool {
             let column = guess.and_then(|guess| guess.column(&format!("{cue}_x")));
             let first =
                 format!("he ball of column {}", column.map_or(String::new(), |column| column.shown()));
-            // names that say which ball it is are believed
+            // names such as cue and object are believed
             if cue != "cue" && first.contains("obj") {
                 draft.find(format!("T{first} moves first: is it the cue ball? Then exchange the columns."));
                 let line = "moves first: exchange cue and object below if it is the cue ball";
@@ -327,7 +326,7 @@ fn describe_balls(all: &[(&PathBuf, &Survey)], draft: &mut Draft) -> bool {
         ),
         None => {
             let why = format!(
-                "which track is the cue ball; the files have {listed} (where it differs from shot to shot: column cue of {SHOTS})"
+                "which track is the cue ball; the files have {listed} (if it differs from shot to shot: column cue of {SHOTS})"
             );
             draft.blank("which ball is which", "cue", TEXT, why);
             draft.suggest("object", TEXT, "and which the object ball");
@@ -366,14 +365,14 @@ fn describe_columns(Survey { guess, .. }: &Survey, are_exchanged: bool, draft: &
 
 /// Lists cells and rows that have to be corrected in the files before they can be read.
 fn describe_problems(all: &[(&PathBuf, &Survey)], draft: &mut Draft) {
-    /// Most of them that are shown.
-    const MOST_PROBLEMS: usize = 3;
+    /// Maximum number of problems shown.
+    const MAX_PROBLEMS: usize = 3;
     let problems: Vec<&String> = all.iter().flat_map(|(_, survey)| &survey.problems).collect();
     if problems.is_empty() {
         return;
     }
-    let more = problems.len().saturating_sub(MOST_PROBLEMS);
+    let more = problems.len().saturating_sub(MAX_PROBLEMS);
     let more = if more > 0 { format!(" (and {more} more)") } else { String::new() };
-    let shown: String = problems.iter().take(MOST_PROBLEMS).map(|problem| format!("\n  {problem}")).collect();
+    let shown: String = problems.iter().take(MAX_PROBLEMS).map(|problem| format!("\n  {problem}")).collect();
     draft.find(format!("To be corrected in the files{more}:{shown}"));
 }

@@ -1,4 +1,4 @@
-//! Which files a draft is about: tables in folders, and what lies beside them and is no table.
+//! The files of a draft: tables in folders, without other files beside them.
 
 use std::path::{Path, PathBuf};
 
@@ -8,28 +8,28 @@ use super::text::decode;
 /// Endings of tables, if a folder is named.
 const TABLES: [&str; 4] = ["csv", "txt", "tsv", "dat"];
 
-/// Endings of files that are looked at if there is no table; ImageJ calls its tables .xls, OpenSim
-/// .trc, Tracker its projects .trk and .trz.
-const OTHERS: [&str; 5] = ["json", "xls", "trc", "trk", "trz"];
+/// Endings of files considered if there is no table; ImageJ calls its tables .xls, OpenSim .trc,
+/// Tracker its projects .trk and .trz.
+const OTHER_ENDINGS: [&str; 5] = ["json", "xls", "trc", "trk", "trz"];
 
-/// Number of folders below the named one in which tables are looked for.
-const DEPTH: usize = 2;
+/// Maximum depth below the named folder at which tables are searched for.
+const MAX_DEPTH: usize = 2;
 
-/// Least number of files of one frame each, and most boxes in one, that are not tables of shots.
+/// Least number of one-frame files that are not tables of shots, and maximum of boxes in each.
 const FRAMES: usize = 10;
 const BOXES: usize = 20;
-/// Most rows that are not a track.
-const FEW: usize = 5;
+/// Maximum number of rows that are not a track.
+const MAX_UNTRACKED_ROWS: usize = 5;
 
-/// How the names of files begin that tell of the data and are no tables.
-const WORDS: [&str; 7] = ["readme", "read me", "license", "licence", "notes", "changelog", "copying"];
+/// Beginnings of names of files about the data that are not tables.
+const TEXT_NAMES: [&str; 7] = ["readme", "read me", "license", "licence", "notes", "changelog", "copying"];
 
 /// Least number of rows of a table, and of numbers in each.
 const ROWS: usize = 2;
 const NUMBERS: usize = 2;
 
-/// Returns the files, and in the place of a folder the tables in it or, if it holds none, those in
-/// its folders, or in theirs.
+/// Returns the files; a folder is replaced by its tables or, if it has none, by those of its
+/// subfolders, down to [`MAX_DEPTH`].
 pub(super) fn listed(files: &[PathBuf]) -> Result<Vec<PathBuf>, InitError> {
     let mut all = Vec::new();
     for file in files {
@@ -38,13 +38,13 @@ pub(super) fn listed(files: &[PathBuf]) -> Result<Vec<PathBuf>, InitError> {
             continue;
         }
         let mut levels = vec![entries(file)?];
-        for level in 0..DEPTH {
+        for level in 0..MAX_DEPTH {
             let is_hidden =
                 |path: &Path| path.file_name().is_some_and(|name| name.to_string_lossy().starts_with('.'));
             let folders = levels[level].iter().filter(|path| path.is_dir() && !is_hidden(path));
             levels.push(folders.map(|folder| entries(folder)).collect::<Result<Vec<_>, _>>()?.concat());
         }
-        let endings = [&TABLES[..], &OTHERS[..]];
+        let endings = [&TABLES[..], &OTHER_ENDINGS[..]];
         let mut tables = levels.iter().flat_map(|paths| endings.map(|endings| ending_with(paths, endings)));
         let Some(mut tables) = tables.find(|tables| !tables.is_empty()) else {
             let message = format!(
@@ -74,7 +74,7 @@ pub(super) fn listed(files: &[PathBuf]) -> Result<Vec<PathBuf>, InitError> {
 }
 
 /// Returns whether a file, whose name ends in a number, holds the boxes of a frame: class, x, y,
-/// width, height, and perhaps how sure that is.
+/// width, height, and perhaps a confidence.
 fn is_frame(file: &Path) -> bool {
     let name = file.file_stem().unwrap_or_default().to_string_lossy();
     let Ok(text) = std::fs::read_to_string(file) else { return false };
@@ -83,8 +83,8 @@ fn is_frame(file: &Path) -> bool {
         (5..=7).contains(&numbers(row)).then_some(first)
     };
     let Some(classes) = text.lines().map(class).collect::<Option<Vec<u32>>>() else { return false };
-    // numbers of frames count up through a track, which is longer than what is in one frame
-    let counts = classes.len() > FEW && classes.is_sorted_by(|a, b| a < b);
+    // frame numbers increase through a track, which has more rows than a frame has boxes
+    let counts = classes.len() > MAX_UNTRACKED_ROWS && classes.is_sorted_by(|a, b| a < b);
     name.ends_with(|c: char| c.is_ascii_digit()) && (1..=BOXES).contains(&classes.len()) && !counts
 }
 
@@ -93,7 +93,6 @@ fn entries(folder: &Path) -> Result<Vec<PathBuf>, InitError> {
     Ok(read.flatten().map(|entry| entry.path()).collect())
 }
 
-/// Returns the files among paths that have one of these endings.
 fn ending_with(paths: &[PathBuf], endings: &[&str]) -> Vec<PathBuf> {
     let is_one = |path: &&PathBuf| {
         let ending = path.extension().unwrap_or_default().to_string_lossy().to_lowercase();
@@ -102,11 +101,10 @@ fn ending_with(paths: &[PathBuf], endings: &[&str]) -> Vec<PathBuf> {
     paths.iter().filter(is_one).cloned().collect()
 }
 
-/// Returns whether a file that is in no known format is obviously no table: by its name, or because
-/// it has no rows of numbers.
+/// Returns whether a file is obviously not a table, by its name or without rows of numbers.
 pub(super) fn is_no_table(file: &Path) -> bool {
     let name = file.file_name().unwrap_or_default().to_string_lossy().to_lowercase();
-    if WORDS.iter().any(|word| name.starts_with(word)) {
+    if TEXT_NAMES.iter().any(|word| name.starts_with(word)) {
         return true;
     }
     let Ok(bytes) = std::fs::read(file) else { return false };
@@ -114,7 +112,7 @@ pub(super) fn is_no_table(file: &Path) -> bool {
     text.split(['\n', '\r']).filter(|line| numbers(line) >= NUMBERS).take(ROWS).count() < ROWS
 }
 
-/// Returns the number of cells of a row that are numbers, whatever separates them.
+/// Returns the number of cells of a row that are numbers, for any separator.
 pub(super) fn numbers(row: &str) -> usize {
     let cells = row.split([',', ';', '\t', ' ', '|']);
     cells.filter(|cell| cell.trim_matches('"').parse::<f64>().is_ok()).count()

@@ -6,30 +6,30 @@ use super::draft_text::{Draft, TEXT};
 use super::tracking::{metres, strange_unit};
 use super::{Survey, header};
 
-/// Extents of positions, m: a table is 2.84 m long, and no shot is filmed on less than a few centimetres.
+/// Plausible extents of positions, m: a table is 2.84 m long; films show a few centimetres.
 const METRES: std::ops::Range<f64> = 0.02..4.0;
 
-/// Diameters of balls, m, with what noise and slow cameras add.
+/// Plausible diameters of balls, m, with allowance for noise and slow cameras.
 const DIAMETERS: std::ops::Range<f64> = 0.045..0.072;
 
-/// Units that tracks may be in without saying so, and their names in sentences.
+/// Units that tracks may have without a statement, and their names in sentences.
 const UNITS: [(&str, &str); 5] =
     [("m", "metres"), ("cm", "centimetres"), ("mm", "millimetres"), ("in", "inches"), ("ft", "feet")];
 
 /// Balls and their radii, mm, the largest first.
 const BALLS: [(&str, f64); 4] = [("pyramid", 34.0), ("carom", 30.75), ("pool", 28.575), ("snooker", 26.25)];
 
-/// Factor by which noise lets centres come nearer than the diameter.
+/// Largest ratio of a diameter to the distance of centres that noise explains.
 const NEARER: f64 = 1.02;
 
 /// The lengths in the files, in their own unit.
 pub(super) struct Lengths {
     extent: f64,
-    /// The least distance of the centres of two balls; infinite if there are none.
+    /// Least distance of the centres of two balls; infinite without balls.
     nearest: f64,
     stated: Option<&'static str>,
     are_discs: bool,
-    /// A unit in brackets that is not known, and its file.
+    /// A unit in brackets that is unknown, and its file.
     strange: Option<(PathBuf, String)>,
 }
 
@@ -110,8 +110,8 @@ impl Lengths {
             let is_metres = METRES.contains(&extent);
             if let Some((file, unit)) = &self.strange {
                 draft.find(format!(
-                    "{}: {unit} is no unit that is known here (m, cm, mm, in, ft, px): with length_unit = \"px\" the balls are \
-                     the ruler, whatever the unit is.",
+                    "{}: {unit} is not a known unit (m, cm, mm, in, ft, px): with length_unit = \"px\" the balls are \
+                     the ruler, in any unit.",
                     file.display()
                 ));
             } else if is_metres {
@@ -137,5 +137,5 @@ impl Lengths {
 }
 
 pub(super) fn suggest_y_axis(draft: &mut Draft) {
-    draft.state("y_axis", "\"up\"", "\"down\" where y grows downwards, as in pixels of a picture");
+    draft.state("y_axis", "\"up\"", "\"down\" if y grows downwards, as in pixels of a picture");
 }

@@ -1,4 +1,4 @@
-//! The text of a dataset.toml that is drafted: its keys, and the blanks that only the user can fill.
+//! The text of a drafted dataset.toml: its keys, and the blanks that only the user can fill in.
 
 use std::path::{Path, PathBuf};
 
@@ -13,7 +13,7 @@ pub struct Draft {
     pub found: Vec<String>,
     /// The names of the tracks, in the order of first appearance.
     pub tracks: Vec<String>,
-    /// Frames per second that the times in the files follow, where they are in seconds.
+    /// Frames per second that the times in the files follow, if they are in seconds.
     pub follows: Option<f64>,
     /// Whether the files show discs, and not balls.
     pub are_discs: bool,
@@ -22,7 +22,7 @@ pub struct Draft {
 
 #[derive(Clone, Debug, PartialEq)]
 struct Line {
-    /// Empty for a line that is a comment, or a section's title, as a whole.
+    /// Empty for a comment and for a section's title.
     key: String,
     value: String,
     comment: String,
@@ -32,19 +32,19 @@ struct Line {
 #[derive(Clone, Copy, Debug, PartialEq)]
 enum State {
     Stated,
-    /// Stands in a comment, for the user to state it.
+    /// Commented out, for the user to state.
     Optional,
-    /// Has to be filled in; with its name in [`Draft::blanks`].
+    /// To be filled in; with its name in [`Draft::blanks`].
     Blank(&'static str),
 }
 
-/// Why no dataset.toml can be drafted.
+/// Reason for which no dataset.toml can be drafted.
 #[derive(Debug, thiserror::Error)]
 #[error("{}: {message}", path.display())]
 pub struct InitError {
     /// The file or the folder.
     pub path: PathBuf,
-    /// What is wrong with it, and what was expected.
+    /// The problem, and what was expected.
     pub message: String,
 }
 
@@ -70,17 +70,17 @@ const BLANKS: [&str; 8] = [
     "source",
 ];
 
-/// The value of a number and of a text that is to be filled in.
+/// Placeholders of a number and of a text to be filled in.
 pub(super) const NUMBER: &str = "…";
 pub(super) const TEXT: &str = "\"…\"";
 
 impl Draft {
-    /// Adds a line that is no key: a title of a section, or comments.
+    /// Adds a title of a section, or comments.
     pub(super) fn line(&mut self, text: impl Into<String>) {
         self.add("", "", text.into(), State::Stated);
     }
 
-    /// Adds a key with its value as TOML writes it, and a comment unless it is empty.
+    /// Adds a key with its value as TOML writes it, and a comment if it is not empty.
     pub(super) fn state(&mut self, key: &str, value: impl Into<String>, comment: impl Into<String>) {
         self.add(key, value, comment, State::Stated);
     }
@@ -90,7 +90,6 @@ impl Draft {
         self.add(key, value, comment, State::Optional);
     }
 
-    /// Adds a key that has to be filled in.
     pub(super) fn blank(&mut self, name: &'static str, key: &str, value: &str, why: impl AsRef<str>) {
         self.add(key, value, format!("FILL IN: {}", why.as_ref()), State::Blank(name));
     }
@@ -99,7 +98,6 @@ impl Draft {
         self.lines.push(Line { key: key.to_owned(), value: value.into(), comment: comment.into(), state });
     }
 
-    /// Adds a finding, in a sentence.
     pub(super) fn find(&mut self, sentence: impl Into<String>) {
         self.found.push(sentence.into());
     }
@@ -128,7 +126,7 @@ impl Draft {
         blanks
     }
 
-    /// States a key that stands in the draft, be it stated, suggested or blank.
+    /// States a key of the draft, whether stated, suggested or blank.
     pub fn set(&mut self, key: &str, value: impl Into<Value>) {
         if let Some(line) = self.lines.iter_mut().find(|line| line.key == key) {
             let (value, comment) = (value.into().to_string(), String::new());
@@ -144,7 +142,7 @@ impl Draft {
     }
 
     /// States the camera's frame rate. Returns whether the times in the files are those of slow
-    /// motion, as of a film that was recorded more than 5 % faster than they follow.
+    /// motion: of a film recorded more than 5 % faster than they follow.
     pub fn set_fps(&mut self, fps: f64) -> bool {
         self.set("capture_fps", fps);
         let slow = self.follows.filter(|follows| fps > 1.05 * follows);

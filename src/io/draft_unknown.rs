@@ -7,13 +7,13 @@ use super::draft_scale::suggest_y_axis;
 use super::draft_text::{Draft, NUMBER, TEXT, quoted};
 use super::text::decode;
 
-/// Most columns and lines of a header that are listed, and most characters of each.
+/// Maximum number of columns and of lines of a header that are listed, and of characters of each.
 const MOST_COLUMNS: usize = 30;
 const LONGEST_COLUMN: usize = 40;
 const MOST_HEADERS: usize = 6;
 const LONGEST_LINE: usize = 160;
 
-/// Lists what the table has, and asks which column is what.
+/// Lists the columns of the table, and asks for their meaning.
 pub(super) fn describe(file: &Path, names: &[String], draft: &mut Draft) {
     let cut = |text: &str, longest: usize| {
         let short: String = text.chars().take(longest).collect();
@@ -83,7 +83,7 @@ pub(super) fn describe(file: &Path, names: &[String], draft: &mut Draft) {
     draft.line("# Or one row per ball and frame:\n# ball = …\n# x = …\n# y = …");
 }
 
-/// Returns what to do about tables of some programs that no column describes.
+/// Returns advice about tables of some programs that no column describes.
 fn hint(names: &[String], second: &str) -> Option<&'static str> {
     let has = |part: &str| names.iter().any(|name| name.to_lowercase().contains(part));
     if has("run #2") || has("run 2:") {

@@ -1,31 +1,31 @@
-//! What is wrong with a data set, all of it at once.
+//! All problems of a data set at once.
 
 use std::borrow::Cow;
 use std::cell::RefCell;
 use std::fmt;
 use std::path::{Path, PathBuf};
 
-/// This many problems are listed; the rest are counted.
+/// Maximum number of problems listed; the rest are counted.
 const LISTED: usize = 20;
 
-/// So many other places that have the same problem are named.
-const NAMED: usize = 2;
+/// Maximum number of other places of the same problem that are named.
+const MAX_NAMED: usize = 2;
 
-/// One thing that is wrong, and where.
+/// A problem and its place.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Problem {
     /// The file that is wrong.
     pub file: PathBuf,
-    /// The line, from 1, with every line of the file counted; `None` where the file as a whole is wrong.
+    /// The line, from 1, with every line of the file counted; `None` for the file as a whole.
     pub line: Option<usize>,
     /// The name of a table's column, or the position in a line of dataset.toml.
     pub column: Option<String>,
-    /// The value that is wrong, and what was expected.
+    /// The wrong value, and what was expected.
     pub message: String,
 }
 
 impl Problem {
-    /// `file:line`.
+    /// Returns `file:line`.
     fn place(&self) -> String {
         let line = self.line.map_or(String::new(), |line| format!(":{line}"));
         format!("{}{line}", self.file.display())
@@ -42,7 +42,7 @@ impl fmt::Display for Problem {
     }
 }
 
-/// A text with the control characters of a file that is no text written out, which would act on a terminal.
+/// Returns a text with its control characters escaped, which would act on a terminal.
 pub(crate) fn harmless(text: &str) -> Cow<'_, str> {
     if !text.contains(char::is_control) {
         return Cow::Borrowed(text);
@@ -73,7 +73,7 @@ impl std::error::Error for DatasetError {}
 impl fmt::Display for DatasetError {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         write!(f, "{}", self.what)?;
-        // what is wrong in the same way in other places is said once
+        // the same problem in other places is listed once
         let mut alike: Vec<(&Problem, Vec<&Problem>)> = Vec::new();
         for problem in &self.problems {
             let same = |first: &Problem| first.message == problem.message && first.column == problem.column;
@@ -84,12 +84,12 @@ impl fmt::Display for DatasetError {
         }
         for (problem, others) in alike.iter().take(LISTED) {
             write!(f, "\n  {problem}")?;
-            let named: Vec<String> = others.iter().take(NAMED).map(|other| other.place()).collect();
+            let named: Vec<String> = others.iter().take(MAX_NAMED).map(|other| other.place()).collect();
             if !named.is_empty() {
                 write!(f, "\n    the same in {}", named.join(", "))?;
             }
-            if others.len() > NAMED {
-                write!(f, " and {} more", others.len() - NAMED)?;
+            if others.len() > MAX_NAMED {
+                write!(f, " and {} more", others.len() - MAX_NAMED)?;
             }
         }
         let more: usize = alike.iter().skip(LISTED).map(|(_, others)| 1 + others.len()).sum();
@@ -100,7 +100,7 @@ impl fmt::Display for DatasetError {
     }
 }
 
-/// Problems as they are found; whoever reads a file adds to them.
+/// Problems as they are found.
 #[derive(Debug)]
 pub(crate) struct Problems {
     what: String,
@@ -108,7 +108,7 @@ pub(crate) struct Problems {
 }
 
 impl Problems {
-    /// `what` says what could not be done.
+    /// Returns an empty list; `what` names the action that problems prevent.
     pub(crate) fn new(what: impl Into<String>) -> Self {
         Self { what: what.into(), found: RefCell::default() }
     }
@@ -137,7 +137,7 @@ impl Problems {
         self.found.borrow().len()
     }
 
-    /// `value` if nothing is wrong.
+    /// Returns `value`, or the problems if there are any.
     pub(crate) fn into_result<T>(self, value: T) -> Result<T, DatasetError> {
         if self.is_empty() { Ok(value) } else { Err(self.into_error()) }
     }
@@ -147,24 +147,24 @@ impl Problems {
     }
 }
 
-/// How alike a word and a name are, whatever their case: Jaro–Winkler similarity, and 1 more where one
-/// slip of the pen makes one of the other.
+/// Returns the similarity of a word and a name in any case: Jaro–Winkler, plus 1 if one slip of the
+/// pen makes one of the other.
 pub(crate) fn similarity(word: &str, name: &str) -> f64 {
     let (word, name) = (word.to_lowercase(), name.to_lowercase());
     let one_slip = name.len() > 1 && strsim::damerau_levenshtein(&word, &name) <= 1;
     strsim::jaro_winkler(&word, &name) + if one_slip { 1.0 } else { 0.0 }
 }
 
-/// The name that a word was probably meant to be.
+/// Returns the name that a word was probably meant to be.
 pub(crate) fn nearest<'a>(word: &str, names: impl IntoIterator<Item = &'a str>) -> Option<&'a str> {
-    /// Two letters swapped in a short word are nearer than this.
+    /// Least similarity: less than that of a short word with two letters swapped.
     const NEAR: f64 = 0.75;
     let near = names.into_iter().map(|name| (similarity(word, name), name));
     let nearest = near.max_by(|a, b| a.0.total_cmp(&b.0)).filter(|(similarity, _)| *similarity > NEAR);
     nearest.map(|(_, name)| name)
 }
 
-/// ` (did you mean "throw_deg"?)`, or nothing when no name is near.
+/// Returns ` (did you mean "throw_deg"?)`, or an empty text if no name is similar.
 pub(crate) fn did_you_mean<'a>(word: &str, names: impl IntoIterator<Item = &'a str>) -> String {
     nearest(word, names).map_or(String::new(), |name| format!(" (did you mean \"{name}\"?)"))
 }

@@ -49,7 +49,8 @@ struct SettingSection {
 }
 
 impl FitSection {
-    /// Returns the setting of each parameter; `kappa` follows from the Poisson's ratio of the balls' material.
+    /// Returns the setting of each parameter; `kappa` follows from the Poisson's ratio of the
+    /// balls' material.
     pub(crate) fn settings(&self, kappa: f64, source: &Source) -> Settings {
         let falls = self.friction == Friction::Exponential;
         let mut settings = Settings { falls, ..Settings::default() };
@@ -95,7 +96,7 @@ impl FitSection {
 impl SettingSection {
     fn check(&self, parameter: Parameter, source: &Source) -> Setting {
         let name = parameter.name();
-        // c is held only where nothing is said of it
+        // c is held by default only
         let default = Setting { fixed: false, ..parameter.default_setting() };
         let lower = self.lower.unwrap_or(default.lower);
         let upper = self.upper.unwrap_or(default.upper.max(lower));
@@ -117,7 +118,7 @@ impl SettingSection {
                 && parameter != Parameter::E;
             let hint =
                 if near { format!(" (give {name}.upper to move the upper one)") } else { String::new() };
-            // a default may be wrong beside what is stated
+            // a default may contradict the stated value
             let keys = [key(own), key("upper"), format!("fit.{name}")];
             let message = format!("{name}.{own} is {written}{rest}{hint}");
             source.wrong_of_first(&keys.each_ref().map(String::as_str), message);
@@ -125,7 +126,7 @@ impl SettingSection {
         let [mean, sd] = [key("prior_mean"), key("prior_sd")];
         if self.fixed.is_some() && self.prior_mean.or(self.prior_sd).is_some() {
             let message =
-                format!("{name} is fixed, so that its prior says nothing; expected only one of them");
+                format!("{name} is fixed, so that its prior has no effect; expected only one of both");
             source.wrong_of_first(&[&mean, &sd], message);
         }
         if self.prior_mean.is_some() != self.prior_sd.is_some() {

@@ -1,4 +1,4 @@
-//! `[impacts]` of dataset.toml: with what impacts were extracted from tracks.
+//! `[impacts]` of dataset.toml: the settings with which impacts were extracted from tracks.
 
 use std::path::{Path, PathBuf};
 
@@ -21,7 +21,7 @@ pub(crate) struct ImpactsSection {
 }
 
 impl ImpactsSection {
-    /// Gives a data set what its shots were extracted with; returns the path of the table of joint errors.
+    /// Adds these settings to a data set; returns the path of the table of joint errors.
     pub(crate) fn check(&self, dataset: &mut Dataset, source: &Source) -> Option<PathBuf> {
         let folder = source.path.parent().unwrap_or(Path::new(""));
         let both = [("mu_k", self.mu_k, self.mu_k_sd), ("mu_r", self.mu_r, self.mu_r_sd)];

@@ -21,8 +21,8 @@ use crate::physics::collision::kappa;
 use crate::physics::disc::{Discs, UNIFORM_DISC};
 use crate::physics::name::{by_name, worded};
 
-/// In bytes: a folder's name may be this long everywhere, and something still be added to it.
-const LONGEST_NAME: usize = 200;
+/// Maximum length of a data set's name, bytes: with suffixes below the 255 of file systems.
+const MAX_NAME_BYTES: usize = 200;
 
 /// A checked dataset.toml.
 pub(crate) struct Manifest {
@@ -30,19 +30,19 @@ pub(crate) struct Manifest {
     pub dataset: Dataset,
     pub kind: Kind,
     pub files: Vec<PathBuf>,
-    /// Where the data are of discs, for kind `tracks`.
+    /// The discs, if the data are of discs (kind `tracks`).
     pub discs: Option<Discs>,
     pub assume: Option<Assume>,
-    /// For kind `tracks`.
+    /// Settings of kind `tracks`.
     pub tracks: Option<TrackSettings>,
     /// The table of joint errors, for impacts that were extracted from tracks.
     pub covariance: Option<PathBuf>,
-    /// Line of `[fit] by`, and position in it.
+    /// Line and position of `[fit] by`.
     pub place_of_by: (usize, String),
 }
 
 worded! {
-    /// What was measured of each shot: the kind of a data set.
+    /// The kind of a data set: the measured quantities.
     #[derive(Clone, Copy, Debug, Deserialize, Serialize, JsonSchema, PartialEq, Eq)]
     #[non_exhaustive]
     #[serde(rename_all = "lowercase")]
@@ -51,7 +51,7 @@ worded! {
         Tracks = "tracks",
         /// Velocities and spins just before and after the impact.
         Impacts = "impacts",
-        /// Cut angles and what follows from them: angles and speeds after the impact.
+        /// Cut angles, and angles and speeds after the impact.
         Angles = "angles",
     }
     /// The name in dataset.toml and in a specification.
@@ -73,7 +73,7 @@ worded! {
 }
 
 impl Assume {
-    /// The spin that it says, where it does not say that it is measured.
+    /// Returns the spin, unless it is measured.
     pub(crate) fn spin(self) -> Option<Spin> {
         match self {
             Self::Stun => Some(Spin::Stun),
@@ -83,7 +83,7 @@ impl Assume {
         }
     }
 
-    /// The one that a cell of a table names, in small or capital letters.
+    /// Returns the value that a cell of a table names, in small or capital letters.
     pub(crate) fn of(word: &str) -> Option<Self> {
         Self::ALL.into_iter().find(|one| one.name().eq_ignore_ascii_case(word))
     }
@@ -118,11 +118,12 @@ pub(crate) struct Keys {
 #[derive(Default, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields, expecting = "a table, as in [cue_spin] assume = \"stun\"")]
 struct SpinSection {
-    /// Where it is left out, as in a fresh draft, what is missing is said with all else that is.
+    /// `None` in a fresh draft; that it is missing is reported with the other problems.
     assume: Option<Assume>,
-    /// Standard deviation of the side spin, as Rω_z/U, where it was not seen.
+    /// Standard deviation of the side spin, as Rω_z/U, if it was not seen.
     side_sd: Option<f64>,
-    /// Standard deviation of the topspin that all shots stated as stun or natural roll share, as Rω/U.
+    /// Standard deviation of the topspin that all shots stated as stun or natural roll share, as
+    /// Rω/U.
     topspin_sd: Option<f64>,
 }
 
@@ -133,7 +134,7 @@ struct TableSection {
     tilt_sd: Option<f64>,
 }
 
-/// For the schema only.
+/// The two forms of a label, for the schema only.
 #[derive(JsonSchema)]
 #[serde(untagged)]
 #[allow(dead_code)]
@@ -142,10 +143,11 @@ enum LabelOrSection {
     Section(Box<CameraSection>),
 }
 
-/// The data sets that a folder without a dataset.toml holds, as a hint: `: data/a, data/b and 3 more`.
+/// Returns a hint at the data sets that a folder without a dataset.toml holds:
+/// `: data/a, data/b and 3 more`.
 fn below(folder: &Path) -> String {
-    /// So many are named.
-    const NAMED: usize = 3;
+    /// Maximum number of data sets that are named.
+    const MAX_NAMED: usize = 3;
     let Ok(entries) = std::fs::read_dir(folder) else { return String::new() };
     let mut found: Vec<PathBuf> = entries
         .flatten()
@@ -153,17 +155,17 @@ fn below(folder: &Path) -> String {
         .filter(|path| path.join("dataset.toml").is_file())
         .collect();
     found.sort();
-    let named: Vec<String> = found.iter().take(NAMED).map(|path| path.display().to_string()).collect();
+    let named: Vec<String> = found.iter().take(MAX_NAMED).map(|path| path.display().to_string()).collect();
     match found.len() {
         0 => String::new(),
-        count if count > NAMED => format!(", as {} and {} more do", named.join(", "), count - NAMED),
+        count if count > MAX_NAMED => format!(", as {} and {} more do", named.join(", "), count - MAX_NAMED),
         1 => format!(", as {} does", named.join(", ")),
         _ => format!(", as {} do", named.join(", ")),
     }
 }
 
 impl Manifest {
-    /// Reads and checks it, all but the tables.
+    /// Reads and checks a dataset.toml without its tables.
     pub(crate) fn read(path: &Path) -> Result<Self, DatasetError> {
         let problems = Problems::of_dataset(path);
         if !path.is_file() {
@@ -180,7 +182,7 @@ impl Manifest {
         checked(path, text.as_deref(), problems, Keys::check)
     }
 
-    /// Checks a text that stands for a dataset.toml at this path.
+    /// Checks the text of a dataset.toml at this path.
     pub(crate) fn of_text(path: &Path, text: &str) -> Result<Self, DatasetError> {
         checked(path, Some(text), Problems::of_dataset(path), Keys::check)
     }
@@ -197,8 +199,8 @@ impl Keys {
                 source.written("name").unwrap_or_default()
             );
             source.wrong("name", message);
-        } else if name.len() > LONGEST_NAME {
-            source.wrong("name", format!("name has {} bytes; expected at most {LONGEST_NAME}", name.len()));
+        } else if name.len() > MAX_NAME_BYTES {
+            source.wrong("name", format!("name has {} bytes; expected at most {MAX_NAME_BYTES}", name.len()));
         }
         let kind = self.kind;
         for (key, is_stated, only) in [
@@ -253,7 +255,7 @@ impl Keys {
             && self.object.is_none_or(|object| object.mass_kg.is_none())
         {
             tracks.notes.push(format!(
-                "Both discs are taken to weigh {first} kg: [ball] mass_kg states the first one's, and nothing states the second one's. \
+                "Both discs are taken to weigh {first} kg: [ball] mass_kg states the first one's, but the second one's is not stated. \
                  If it differs, give [object] mass_kg."
             ));
         }
@@ -264,7 +266,7 @@ impl Keys {
             dataset,
             kind,
             files,
-            // of discs, points on them show how they turn
+            // points on discs show their rotation
             assume: self.cue_spin.assume.or(discs.map(|_| Assume::Unknown)),
             discs,
             tracks,
@@ -273,7 +275,7 @@ impl Keys {
         }
     }
 
-    /// `[cue_spin] side_sd`, checked.
+    /// Returns `[cue_spin] side_sd`, checked.
     fn side_sd(&self, source: &Source) -> f64 {
         const RATIO: Condition = (
             |x| (0.0..=1.0).contains(&x),
@@ -292,7 +294,7 @@ impl Keys {
         side_sd.unwrap_or(0.0)
     }
 
-    /// The discs, where [ball] says that they are.
+    /// Returns the discs if [ball] states them.
     fn discs(&self, source: &Source) -> Option<Discs> {
         if self.ball.shape != Shape::Disc {
             return None;
@@ -332,7 +334,7 @@ impl Keys {
         })
     }
 
-    /// The globs, relative to the file's own folder.
+    /// Returns the files of the globs, which are relative to the dataset.toml's folder.
     fn files(&self, source: &Source) -> Vec<PathBuf> {
         let folder = source.path.parent().unwrap_or(Path::new(""));
         let shown = if folder.as_os_str().is_empty() { Path::new(".") } else { folder };
@@ -368,7 +370,7 @@ impl Keys {
                         }
                     }
                 }
-                Err(error) => wrong(format!("\"{text}\" is no pattern: {}", error.msg)),
+                Err(error) => wrong(format!("\"{text}\" is not a pattern: {}", error.msg)),
             }
         }
         files

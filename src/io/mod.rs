@@ -1,4 +1,5 @@
-//! Files of measured collisions: `dataset.toml`, the tables that it names, and results that are read back.
+//! Files of measured collisions: `dataset.toml`, the tables that it names, and results that are
+//! read back.
 
 pub(crate) mod balls_section;
 pub mod cases;
@@ -38,16 +39,16 @@ pub(crate) use tracking::{Survey, survey};
 /// Loads a data set from a folder that holds a dataset.toml, or from the path of such a file.
 ///
 /// # Errors
-/// Everything that is wrong with it, each with file, line, column, value and what was expected.
+/// Every problem of the data set, with file, line, column, value and what was expected.
 pub fn load(path: &Path) -> Result<Dataset, DatasetError> {
     let file = if path.is_dir() { path.join("dataset.toml") } else { path.to_path_buf() };
     load_manifest(Manifest::read(&file)?)
 }
 
-/// Loads a data set whose dataset.toml is this text, as if it stood in the file `path`.
+/// Loads a data set from the text of a dataset.toml that would stand in the file `path`.
 ///
 /// # Errors
-/// As [`load`].
+/// Those of [`load`].
 pub fn load_text(text: &str, path: &Path) -> Result<Dataset, DatasetError> {
     load_manifest(Manifest::of_text(path, text)?)
 }
@@ -103,7 +104,7 @@ fn load_manifest(manifest: Manifest) -> Result<Dataset, DatasetError> {
     problems.into_result(dataset)
 }
 
-/// The names of the columns in the first line of a table that is neither blank nor a comment.
+/// Returns the names of the columns in the first line that is not blank or a comment.
 ///
 /// # Errors
 /// A file that cannot be read.
@@ -118,7 +119,7 @@ pub(crate) fn header(file: &Path) -> std::io::Result<Vec<String>> {
     Ok(names.unwrap_or_else(|| vec![first.to_string()]))
 }
 
-/// Numbers the shots that have no name, and complains about names given twice.
+/// Numbers the shots that have no name, and complains about duplicate names.
 fn name_shots(shots: &mut [Shot], problems: &Problems) {
     let mut seen: HashMap<String, (PathBuf, usize)> = HashMap::new();
     for shot in shots.iter().filter(|shot| !shot.name.is_empty()) {

@@ -4,7 +4,7 @@ use std::path::Path;
 
 use crate::io::error::Problems;
 
-/// A cell of a table, and where it stands.
+/// A cell of a table, and its place.
 #[derive(Clone, Copy)]
 pub(crate) struct Place<'a> {
     pub file: &'a Path,
@@ -19,13 +19,11 @@ impl Place<'_> {
         self.problems.add(self.file, self.line, self.column, message);
     }
 
-    /// Returns the number; a cell that holds none, and is no gap, is a problem.
+    /// Returns the number; a cell that is neither a number nor a gap is a problem.
     fn read(&self) -> Option<Number> {
         parse(self.text).unwrap_or_else(|why| {
             let text = shortened(self.text.trim());
-            self.wrong(format!(
-                "\"{text}\" {why}; expected a finite number, or an empty cell where there is none"
-            ));
+            self.wrong(format!("\"{text}\" {why}; expected a finite number or an empty cell"));
             None
         })
     }
@@ -38,7 +36,7 @@ pub(crate) struct Number {
     pub mark: Option<char>,
 }
 
-/// What programs write where there is no number, in small letters.
+/// Words that programs write instead of a missing number, in small letters.
 const GAPS: [&str; 16] = [
     "nan", "na", "n/a", "n/d", "#n/a", "#div/0!", "#value!", "null", "none", "nil", "?", "\\n", "-", "--",
     "\u{2013}", "\u{2014}",
@@ -75,7 +73,7 @@ pub(crate) fn parse(cell: &str) -> Result<Option<Number>, &'static str> {
     };
     let plain: String = cell.chars().map(plain).collect();
     if !plain.bytes().all(is_plain) {
-        return Err("is no number");
+        return Err("is not a number");
     }
     let mut marks = cell.chars().filter(|c| ['.', ','].contains(c));
     let mark = marks.next();
@@ -84,8 +82,8 @@ pub(crate) fn parse(cell: &str) -> Result<Option<Number>, &'static str> {
     }
     match plain.parse::<f64>() {
         Ok(value) if value.is_finite() => Ok(Some(Number { value, mark })),
-        Ok(_) => Err("is no finite number"),
-        Err(_) => Err("is no number"),
+        Ok(_) => Err("is not a finite number"),
+        Err(_) => Err("is not a number"),
     }
 }
 
@@ -94,10 +92,10 @@ pub(crate) fn value(cell: &str) -> Option<f64> {
     parse(cell).ok().flatten().map(|number| number.value)
 }
 
-/// The decimal mark of the cells of one kind (times, or coordinates): it must be the same in all, and no mark of thousands.
+/// The decimal mark of one kind of cells (times, or coordinates): the same in all.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct Mark {
-    /// With the line of the first.
+    /// The decimal mark, with the line of the first.
     seen: Option<(char, usize)>,
     complained: bool,
     /// The first cell like 1,874, which may be thousands: line, column and cell.
@@ -109,16 +107,15 @@ pub(crate) struct Mark {
 }
 
 impl Mark {
-    /// Returns the number of a cell, `None` if it is empty or wrong; the latter is a problem,
-    /// located.
+    /// Returns the number of a cell, `None` if it is empty or wrong; the latter is a problem.
     pub(crate) fn number(&mut self, cell: Place) -> Option<f64> {
         let number = cell.read()?;
         self.see(number.mark, cell);
         Some(number.value)
     }
 
-    /// Returns the number of a cell that stands beside these in a unit of its own: it tells nothing
-    /// of thousands.
+    /// Returns the number of a cell that stands beside these in a unit of its own: it does not show
+    /// whether marks are of thousands.
     pub(crate) fn beside(&mut self, cell: Place) -> Option<f64> {
         let number = cell.read()?;
         if let Some(mark) = number.mark {
@@ -127,7 +124,7 @@ impl Mark {
         Some(number.value)
     }
 
-    /// Takes account of a cell that holds a number with this mark, if any.
+    /// Records a cell that holds a number with this mark, if any.
     pub(crate) fn see(&mut self, mark: Option<char>, cell: Place) {
         let text = cell.text.trim();
         let Some(mark) = mark else {
@@ -147,7 +144,7 @@ impl Mark {
         self.check(mark, cell);
     }
 
-    /// Complains if nothing tells whether 1,874 beside 998 is 1.874 or 1874.
+    /// Complains if 1,874 beside 998 may be 1.874 or 1874.
     pub(crate) fn finish(&self, file: &Path, problems: &Problems) {
         if let (Some((line, column, cell)), Some((other, plain)), false) =
             (&self.grouped, &self.hundreds, self.is_decimal)
@@ -183,7 +180,7 @@ fn unsigned(cell: &str) -> &str {
     cell.strip_prefix(['-', '+', '\u{2212}']).unwrap_or(cell)
 }
 
-/// Returns whether a text has so many digits, of which the first is not 0.
+/// Returns whether a text has a number of digits in this range, of which the first is not 0.
 fn is_group(text: &str, lengths: std::ops::RangeInclusive<usize>) -> bool {
     lengths.contains(&text.len()) && !text.starts_with('0') && text.bytes().all(|byte| byte.is_ascii_digit())
 }

@@ -1,5 +1,4 @@
-//! Tables of measured shots, one a row: values with standard deviations, spins, observables,
-//! labels.
+//! Tables of measured shots, one a row: values, standard deviations, spins, observables, labels.
 //!
 //! (n_x, n_y) is a unit vector, which can err only across itself: an error σ of its direction (rad)
 //! gives its components the standard deviations `nx_sd` = σ|n_y| and `ny_sd` = σ|n_x|, whose
@@ -18,21 +17,19 @@ use crate::measurement::spin::Spin;
 use crate::measurement::valid::{Fault, POSITIVE, is_unit};
 use crate::physics::ball::Vec3;
 
-/// Values of a column with their standard deviations, SI and radians; `None` where a cell is empty
-/// or wrong.
+/// Values of a column with standard deviations, SI and radians; `None` for empty and wrong cells.
 pub(crate) type Values = Vec<Option<Measured>>;
 
-/// Returns a column of numbers with that of their standard deviations, which must be positive;
-/// `None` if it is not there.
+/// Returns a column with its standard deviations, which must be positive; `None` if it is missing.
 pub(crate) fn values(table: &Table, name: &str, unit_si: f64) -> Option<Values> {
     let values = table.numbers(name)?;
     let sd_name = format!("{name}_sd");
     let sds = table.numbers(&sd_name).unwrap_or_else(|| vec![None; values.len()]);
     for (row, sd) in sds.iter().enumerate() {
-        // also one that is lost when it becomes radians
+        // also if it becomes 0 in radians
         if sd.is_some_and(|sd| Fault::of_number(&sd_name, sd * unit_si, POSITIVE).is_some()) {
             let text = table.text(&sd_name, row).unwrap_or_default();
-            let message = format!("{text} is no standard deviation; expected more than 0");
+            let message = format!("{text} is not a standard deviation; expected more than 0");
             table.wrong(row, sd_name.as_str(), message);
         }
     }
@@ -42,17 +39,16 @@ pub(crate) fn values(table: &Table, name: &str, unit_si: f64) -> Option<Values> 
     Some(values.into_iter().zip(sds).map(measured).collect())
 }
 
-/// What a table of a kind has in its columns.
+/// The columns of a table of one kind of data.
 struct Layout {
-    /// Columns of the state before the impact, with their units in SI.
+    /// Columns of the state before the impact, with their SI units.
     before: &'static [(&'static str, f64)],
-    /// Columns that must be there and full.
+    /// Columns that must exist and have no empty cells.
     required: &'static [&'static str],
     spin: [&'static str; 3],
     observables: &'static [Observable],
 }
 
-/// Radians in a degree.
 const DEGREE: f64 = std::f64::consts::PI / 180.0;
 
 const ANGLES: Layout = Layout {
@@ -124,10 +120,10 @@ fn angle(table: &Table, row: usize, inputs: &[Option<Measured>]) -> Option<Befor
         table.wrong(row, column, format!("{} {message}", table.text(column, row).unwrap_or_default()));
     };
     if cut.is_some_and(|cut| cut.value.abs() >= FRAC_PI_2) {
-        wrong("cut_deg", "is no cut angle; expected degrees, more than -90 and less than 90");
+        wrong("cut_deg", "is not a cut angle; expected degrees, more than -90 and less than 90");
     }
     if speed.is_some_and(|speed| speed.value <= 0.0) {
-        wrong("speed_m_s", "is no speed; expected more than 0");
+        wrong("speed_m_s", "is not a speed; expected more than 0");
     }
     Some(Before::Angle { cut: cut?, speed })
 }
@@ -159,7 +155,7 @@ fn impact(table: &Table, row: usize, inputs: &[Option<Measured>]) -> Option<Befo
     Some(Before::Impact { normal: [unit(nx), unit(ny)], velocity: [vx, vy] })
 }
 
-/// The observables that a table has, and their columns.
+/// The observables of a table, and their columns.
 struct Observables(Vec<(Observable, Values)>);
 
 impl Observables {
@@ -184,7 +180,7 @@ impl Observables {
         Self(found)
     }
 
-    /// Complains if there is no column of them. `inputs` are the columns that mean something else.
+    /// Complains if the table has no observable. `inputs` are the columns of the state before.
     fn require(&self, table: &Table, known: &[Observable], inputs: &[&str]) {
         if !self.0.is_empty() {
             return;
@@ -200,22 +196,23 @@ impl Observables {
         table.wrong_name(None, message);
     }
 
-    /// Returns what was observed in a row; complains if that is nothing.
+    /// Returns the observations of a row; complains if they are missing.
     fn row(&self, table: &Table, row: usize) -> Vec<Measurement> {
         let measurement = |(observable, values): &(Observable, Values)| {
             Some(Measurement { observable: *observable, measured: values[row]? })
         };
         let names: Vec<_> = self.0.iter().map(|(observable, _)| observable.column()).collect();
         if !names.is_empty() && names.iter().all(|name| table.text(name, row).is_none()) {
-            let message = format!("nothing observed in this row; expected a value in {}", names.join(" or "));
+            let message =
+                format!("no observed value in this row; expected a value in {}", names.join(" or "));
             table.wrong(row, None, message);
         }
         self.0.iter().filter_map(measurement).collect()
     }
 }
 
-/// Returns the spin of every row: a word, three numbers, or what dataset.toml assumes; `None` for
-/// rows with problems, nothing if the columns are wrong.
+/// Returns the spin of every row: a word, three numbers, or the assumption of dataset.toml; `None`
+/// for rows with problems, an empty list if the columns are wrong.
 fn spins(table: &Table, columns: [&str; 3], assume: Option<Assume>) -> Vec<Option<Spin>> {
     let all = columns.join(", ");
     let present = columns.iter().filter(|column| table.has(column)).count();
@@ -229,7 +226,7 @@ fn spins(table: &Table, columns: [&str; 3], assume: Option<Assume>) -> Vec<Optio
     let has_words = table.has("cue_spin");
     if present == 0 && !has_words && matches!(assume, None | Some(Assume::Measured)) {
         let said = if assume.is_none() {
-            "nothing says how the cue ball spins; expected [cue_spin] assume = \"stun\", \"natural-roll\" or \
+            "the cue ball's spin is not stated; expected [cue_spin] assume = \"stun\", \"natural-roll\" or \
              \"unknown\" in dataset.toml, a column cue_spin, or"
         } else {
             "[cue_spin] says that the spin is measured; expected"
@@ -271,31 +268,33 @@ fn spins(table: &Table, columns: [&str; 3], assume: Option<Assume>) -> Vec<Optio
 
 pub(crate) const EMPTY_COMPONENT: &str = "is empty; expected all three components of the spin or none";
 
-/// Returns the spin of all three components.
 pub(crate) fn measured(components: [Option<Measured>; 3]) -> Option<Spin> {
     let [Some(x), Some(y), Some(z)] = components else { return None };
     Some(Spin::Measured { spin: Vec3::new(x.value, y.value, z.value), sd: [x.sd, y.sd, z.sd] })
 }
 
-/// Returns what the cell of a row says of the cue ball's spin; `Err` if that is no word for it,
-/// which is complained about.
+/// Returns the statement of a row about the cue ball's spin; reports an unknown word (`Err`).
 pub(crate) fn spin_word(table: &Table, row: usize) -> Result<Option<Assume>, ()> {
     let Some(word) = table.text("cue_spin", row) else { return Ok(None) };
     Assume::of(word).map(Some).ok_or_else(|| {
         let names = Assume::ALL.map(Assume::name);
         let near = did_you_mean(word, names);
-        table.wrong(row, "cue_spin", format!("\"{word}\" is no spin{near}; expected {}", names.join(", ")));
+        table.wrong(
+            row,
+            "cue_spin",
+            format!("\"{word}\" is not a spin{near}; expected {}", names.join(", ")),
+        );
     })
 }
 
-/// Returns columns that are neither input nor observable, as text.
+/// Returns the columns that are not inputs or observables, as text.
 pub(crate) fn labels(table: &Table, known: &[&str], row: usize) -> BTreeMap<String, String> {
     let is_label = |name: &&str| !known.contains(&name.strip_suffix("_sd").unwrap_or(name));
     let label = |name: &str| (name.to_string(), table.text(name, row).unwrap_or_default().to_string());
     table.names().filter(is_label).map(label).collect()
 }
 
-/// Says which columns of a table are kept as labels.
+/// Notes which columns of a table are kept as labels.
 pub(crate) fn labels_note<S: AsRef<str>>(path: &Path, labels: &[S]) -> Option<String> {
     let named: Vec<String> = labels.iter().map(|label| format!("\"{}\"", label.as_ref())).collect();
     let are = if named.len() == 1 { "column" } else { "columns" };
@@ -304,34 +303,34 @@ pub(crate) fn labels_note<S: AsRef<str>>(path: &Path, labels: &[S]) -> Option<St
     })
 }
 
-/// Complains about columns that are no labels but slips of the pen: a `…_sd` of a known column that is not there, and names that are
-/// nearly those of known columns.
+/// Complains about columns that are slips of the pen instead of labels: a `…_sd` of a known column
+/// that is missing, and names similar to those of known columns.
 pub(crate) fn check_names(table: &Table, known: &[&str]) {
     for name in table.names() {
         let plain = name.to_lowercase().replace([' ', '-'], "_");
         let of = plain.strip_suffix("_sd").filter(|of| known.contains(of));
         if name != plain && (known.contains(&plain.as_str()) || of.is_some()) && !table.has(&plain) {
-            table.wrong_name(name, format!("is no known name; write {plain}"));
+            table.wrong_name(name, format!("is not a known name; write {plain}"));
         } else if let Some(of) = of.filter(|of| !table.has(of)) {
             table.wrong_name(name, format!("there is no column {of} that it belongs to"));
         } else if let Some(meant) = near_miss(name, known, |name| table.has(name)) {
             let message = format!(
-                "is no known name, but nearly {meant}; write {meant}, or give a label that is called so another name"
+                "is not a known name, but nearly {meant}; write {meant}, or give a label that is called so another name"
             );
             table.wrong_name(name, message);
         }
     }
 }
 
-/// What people write for standard deviation, behind the name of a column or before it.
+/// Words for standard deviation, after or before the name of a column.
 const SPREADS: &str = "std sdev stdev stddev std_dev err error sigma unc uncertainty se stderr std_err sd";
 
-/// Longer names may have one slip of the pen, and the longest two, and are not another word then.
+/// Least lengths of a name with one slip of the pen, and with two.
 const ONE_SLIP: usize = 5;
 const TWO_SLIPS: usize = 9;
 
-/// Returns the known name, or the `…_sd` of one, that a name is nearly, if the table has no such column: another word for standard
-/// deviation, or one or two slips of the pen in a long name.
+/// Returns the known name, or the `…_sd` of one, that a name resembles, if the table has no such
+/// column: by another word for standard deviation, or one or two slips of the pen in a long name.
 pub(crate) fn near_miss(name: &str, known: &[&str], has: impl Fn(&str) -> bool) -> Option<String> {
     let plain = name.to_lowercase().replace([' ', '-', '.'], "_");
     if known.contains(&plain.strip_suffix("_sd").unwrap_or(&plain)) {

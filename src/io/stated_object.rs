@@ -1,4 +1,4 @@
-//! The object ball as `[object]` of a dataset.toml and of a SPEC.toml states it.
+//! The object ball of `[object]` in a dataset.toml or a SPEC.toml.
 
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
@@ -6,7 +6,7 @@ use serde::{Deserialize, Serialize};
 use crate::measurement::dataset::ObjectBall;
 use crate::physics::ball::Ball;
 
-/// What of the object ball is stated apart from the cue ball: `[object]` of a dataset.toml and of a SPEC.toml.
+/// Properties of the object ball that differ from the cue ball's: section `[object]`.
 #[derive(Clone, Copy, Debug, Default, Deserialize, JsonSchema, Serialize, PartialEq)]
 #[serde(deny_unknown_fields, default, expecting = "a table, as in [object] mass_kg = 0.165")]
 pub struct StatedObject {
@@ -18,7 +18,8 @@ pub struct StatedObject {
     /// Its mass, kg; `None`: that of the cue ball.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub mass_kg: Option<f64>,
-    /// The standard deviation of its mass, kg. `None`: exact in a SPEC.toml, that of a kitchen scale in a dataset.toml.
+    /// The standard deviation of its mass, kg. `None`: exact in a SPEC.toml, that of a kitchen
+    /// scale in a dataset.toml.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub mass_kg_sd: Option<f64>,
     /// Its moment of inertia over MR², ν; `None`: that of the cue ball.
@@ -27,8 +28,9 @@ pub struct StatedObject {
 }
 
 impl StatedObject {
-    /// The object ball beside a cue ball whose mass and radius have these standard deviations. The radius of a ball for which none is
-    /// stated is the cue ball's, with its error, which then cancels; a mass for which neither value nor error is stated is not known.
+    /// Returns the object ball beside a cue ball whose mass and radius have these standard
+    /// deviations. A radius that is not stated is the cue ball's, with its error, which then
+    /// cancels; a mass without value and error is unknown.
     #[must_use]
     pub fn beside(&self, cue: Ball, [mass_sd, radius_sd]: [f64; 2]) -> ObjectBall {
         let own_sd = self.mass_kg_sd.unwrap_or(0.0);

@@ -1,4 +1,4 @@
-//! A table with commas, semicolons or tabs between its cells, with the place of every cell in its file.
+//! Tables with commas, semicolons or tabs between cells, with the place of every cell in its file.
 
 use std::borrow::Cow;
 use std::fs;
@@ -11,18 +11,16 @@ use super::number::{Mark, Place, parse};
 use super::text::{Separator, Slip, cells, decode, filled_lines, line_end, without_separator_line};
 use crate::measurement::number::count_of;
 
-/// The rows of a file as a data frame of text, with the line of each, and where what is wrong with
-/// them is put.
+/// The rows of a file as a data frame of text, with the line of each.
 pub(crate) struct Table<'a> {
     pub path: PathBuf,
     pub problems: &'a Problems,
-    /// If it is not a comma, decimals may have one.
+    /// The separator of cells; unless it is a comma, decimals may have one.
     separator: char,
     /// The line of the names of columns.
     header: usize,
-    /// The line of each row.
     lines: Vec<usize>,
-    /// Cells without the blanks around them, null where they are empty.
+    /// Cells without the blanks around them, null if they are empty.
     frame: DataFrame,
 }
 
@@ -34,8 +32,8 @@ struct Record<'t> {
 }
 
 impl<'a> Table<'a> {
-    /// Reads a file, without comments (`#`) and lines of nothing but blanks and commas. `None` if
-    /// it cannot be read; what is wrong is then among the problems.
+    /// Reads a file without comments (`#`) and lines of blanks and commas only. `None` if it cannot
+    /// be read; the reason is then among the problems.
     pub(crate) fn read(path: &Path, problems: &'a Problems) -> Option<Self> {
         let text = read_utf8(path, problems)?;
         let (text, told) = without_separator_line(text.into());
@@ -93,7 +91,6 @@ impl<'a> Table<'a> {
         self.lines.binary_search(&line).ok()
     }
 
-    /// Returns the line of a row in the file.
     pub(crate) fn line(&self, row: usize) -> usize {
         self.lines[row]
     }
@@ -111,13 +108,13 @@ impl<'a> Table<'a> {
         self.frame.columns()[column].str().ok()
     }
 
-    /// Returns a cell; `None` if it is empty or there is no such column.
+    /// Returns a cell; `None` if it is empty or the column is missing.
     pub(crate) fn text(&self, column: &str, row: usize) -> Option<&str> {
         self.column(column)?.get(row)
     }
 
-    /// Returns a column of numbers: `None` where a cell is empty, and a problem for each that is no
-    /// finite number. `None` if there is no such column.
+    /// Returns a column of numbers: `None` for an empty cell, and a problem for each that is not a
+    /// finite number. `None` if the column is missing.
     pub(crate) fn numbers(&self, column: &str) -> Option<Vec<Option<f64>>> {
         let cells = self.column(column)?;
         let mut marks = Mark::default();
@@ -143,8 +140,8 @@ impl<'a> Table<'a> {
         Some(numbers)
     }
 
-    /// Complains unless a column is there and full. `known` are the columns that mean something: a
-    /// misspelled one is not among them.
+    /// Complains unless a column exists and is full. `known` are the columns with a meaning,
+    /// which are not misspelled.
     pub(crate) fn require(&self, column: &str, known: &[&str]) {
         if !self.has(column) {
             let near = nearest(column, self.names().filter(|name| !known.contains(name)));
@@ -157,8 +154,7 @@ impl<'a> Table<'a> {
     }
 }
 
-/// Returns a file as text, without byte order mark. `None` if that fails; why is then among the
-/// problems.
+/// Returns a file as text, without byte order mark; `None` if that fails, with a problem.
 pub(crate) fn read_utf8(path: &Path, problems: &Problems) -> Option<String> {
     let wrong = |error| problems.add(path, None, None, format!("cannot be read: {error}"));
     match decode(&fs::read(path).map_err(wrong).ok()?) {
@@ -170,16 +166,15 @@ pub(crate) fn read_utf8(path: &Path, problems: &Problems) -> Option<String> {
     }
 }
 
-/// Returns what most likely stands between the cells of a table: what its line of names has most
-/// of.
+/// Returns the most likely separator: the most frequent one in the line of names.
 pub(crate) fn separator(text: &str) -> char {
     let names = filled_lines(text).find(|(_, line)| !line.trim_start().starts_with('#'));
     let first = names.map_or("", |(_, line)| line);
-    // of equally many the last one
+    // the last one of equally frequent ones
     ['\t', ';', ','].into_iter().max_by_key(|c| first.matches(*c).count()).unwrap_or(',')
 }
 
-/// Returns what to write instead of a cell that is no number.
+/// Returns what to write instead of a cell that is not a number.
 fn remedy(cell: &str) -> String {
     let is_number = |text: &str| text.parse::<f64>().is_ok();
     let with_point = cell.replacen(',', ".", 1);
@@ -189,7 +184,7 @@ fn remedy(cell: &str) -> String {
     } else if cell != with_minus && is_number(&with_minus) {
         format!("a plain minus sign, {with_minus}")
     } else if parse(cell) == Ok(None) {
-        "an empty cell where nothing is known".to_string()
+        "an empty cell if the value is not known".to_string()
     } else if is_number(cell) && cell.contains(|c: char| c.is_ascii_digit()) {
         format!("one between {:?} and {:?}", f64::MIN, f64::MAX)
     } else {
@@ -197,7 +192,7 @@ fn remedy(cell: &str) -> String {
     }
 }
 
-/// Complains about names of columns; `None` if a table that has them cannot be read.
+/// Complains about the names of columns; returns `None` if they prevent reading the table.
 fn check_header(path: &Path, line: usize, names: &[Cow<str>], problems: &Problems) -> Option<()> {
     let before = problems.len();
     for (i, name) in names.iter().enumerate() {
@@ -210,7 +205,7 @@ fn check_header(path: &Path, line: usize, names: &[Cow<str>], problems: &Problem
     (problems.len() == before).then_some(())
 }
 
-/// Returns whether a row has as many cells as the header; complains if it has not.
+/// Returns whether a row has as many cells as the header; complains if not.
 fn has_width(row: &Record, expected: usize, separator: char, path: &Path, problems: &Problems) -> bool {
     let found = row.cells.len();
     let name = Separator::Char(separator).name();
@@ -225,8 +220,8 @@ fn has_width(row: &Record, expected: usize, separator: char, path: &Path, proble
     false
 }
 
-/// Splits a text into records, which end at line ends unless these are within quotation marks. The
-/// second list says what is wrong in which line.
+/// Splits a text into records, which end at line ends outside quotation marks. The second list
+/// holds problems with their lines.
 fn records(text: &str, separator: char) -> (Vec<Record<'_>>, Vec<(usize, &'static str)>) {
     let end = line_end(text);
     let (mut records, mut slips) = (Vec::new(), Vec::new());
@@ -239,7 +234,7 @@ fn records(text: &str, separator: char) -> (Vec<Record<'_>>, Vec<(usize, &'stati
         while let (Err(Slip::Open(_)), false, Some(next)) =
             (&found, is_comment, rest[record.len()..].find('"'))
         {
-            // the cell goes on in lines below, at least to that of the next quotation mark
+            // the cell goes on below, at least to the line of the next quotation mark
             record = &rest[..length(record.len() + next)];
             found = cells(record, Separator::Char(separator));
         }

@@ -2,7 +2,6 @@
 
 use std::borrow::Cow;
 
-/// What stands between cells.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Separator {
     Char(char),
@@ -30,8 +29,8 @@ impl Separator {
     }
 }
 
-/// Returns the text of a file without byte order mark, and the line from which on it was read as
-/// Latin-1 since it is not UTF-8.
+/// Returns the text of a file without byte order mark, and the first line that is not UTF-8: from
+/// it on the file was read as Latin-1.
 pub(crate) fn decode(bytes: &[u8]) -> (Cow<'_, str>, Option<usize>) {
     let utf16 = |rest: &[u8], unit: fn([u8; 2]) -> u16| {
         let units: Vec<u16> = rest.chunks_exact(2).map(|pair| unit([pair[0], pair[1]])).collect();
@@ -54,8 +53,8 @@ pub(crate) fn decode(bytes: &[u8]) -> (Cow<'_, str>, Option<usize>) {
     }
 }
 
-/// Returns the text with a blank line in the place of a first line such as `sep=;`, which only
-/// tells spreadsheets what stands between cells, and the separator that it tells.
+/// Returns the text with a first line such as `sep=;`, which names the separator for spreadsheets,
+/// made blank, and that separator.
 pub(crate) fn without_separator_line(text: Cow<'_, str>) -> (Cow<'_, str>, Option<char>) {
     let first = lines(&text).next().map_or("", |(_, line)| line);
     let bare = first.trim_start().trim_end_matches(['\r', '\n', ' ']).trim_matches('"');
@@ -66,14 +65,13 @@ pub(crate) fn without_separator_line(text: Cow<'_, str>) -> (Cow<'_, str>, Optio
     (Cow::Owned(text[first.len()..].to_string()), bare[4..].chars().next())
 }
 
-/// Returns a line of names that programs have marked as a comment without the mark: `# t x y`
-/// (numpy), `% t x y` (MATLAB).
+/// Returns a line of names without a comment mark: `# t x y` (numpy), `% t x y` (MATLAB).
 pub(crate) fn unmarked(line: &str) -> &str {
     let line = line.trim_end_matches(' ');
     line.trim_start().strip_prefix(['#', '%']).map_or(line, |rest| rest.trim_start_matches(' '))
 }
 
-/// Returns what lines of a text end with, beside a carriage return before it.
+/// Returns the end of lines of a text, apart from a carriage return before it.
 pub(crate) fn line_end(text: &str) -> char {
     if text.contains('\n') { '\n' } else { '\r' }
 }
@@ -84,21 +82,18 @@ pub(crate) fn lines(text: &str) -> impl Iterator<Item = (usize, &str)> + Clone {
     (1..).zip(lines)
 }
 
-/// Returns the lines that are not blank.
 pub(crate) fn filled_lines(text: &str) -> impl Iterator<Item = (usize, &str)> + Clone {
     lines(text).filter(|(_, line)| !line.trim().is_empty())
 }
 
-/// Why a line has no cells: a byte where a quotation mark opens and does not close, or where text
-/// follows a closing one.
+/// A quotation mark that does not close, or text after a closing one, with its byte.
 #[derive(Debug, PartialEq)]
 pub(crate) enum Slip {
     Open(usize),
     Text(usize),
 }
 
-/// Returns the cells of a line without the blanks and the quotation marks around them (`""` inside
-/// is one).
+/// Returns the cells of a line without surrounding blanks and quotation marks (`""` inside is one).
 pub(crate) fn cells(line: &str, separator: Separator) -> Result<Vec<Cow<'_, str>>, Slip> {
     let Separator::Char(separator) = separator else {
         return Ok(line.split_whitespace().map(Cow::Borrowed).collect());
@@ -126,7 +121,7 @@ pub(crate) fn cells(line: &str, separator: Separator) -> Result<Vec<Cow<'_, str>
     }
 }
 
-/// Splits after a quotation mark into what is before the one that closes it and what is after.
+/// Splits after an opening quotation mark into the text before the closing one and the text after.
 fn quoted_cell(text: &str) -> Option<(&str, &str)> {
     let mut from = 0;
     loop {
@@ -138,8 +133,7 @@ fn quoted_cell(text: &str) -> Option<(&str, &str)> {
     }
 }
 
-/// Returns the cells of a line as strings; `None` if a quotation mark does not close or text
-/// follows it.
+/// Returns the cells of a line as strings; `None` if its quotation marks are wrong.
 pub(crate) fn trimmed(line: &str, separator: Separator) -> Option<Vec<String>> {
     Some(cells(line, separator).ok()?.into_iter().map(Cow::into_owned).collect())
 }

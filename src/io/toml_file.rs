@@ -1,4 +1,4 @@
-//! TOML files, and all that is wrong with them in plain words, each with its place.
+//! TOML files, and all their problems in plain words, each with its place.
 
 use std::ops::Range;
 use std::path::Path;
@@ -10,7 +10,7 @@ use super::error::{DatasetError, Problems, did_you_mean};
 use super::table::read_utf8;
 use crate::measurement::valid::{Condition, Fault};
 
-/// A TOML file that is read, and where what is wrong with it is put.
+/// A TOML file that is read, and the list of its problems.
 pub(crate) struct Source<'a> {
     pub path: &'a Path,
     pub text: &'a str,
@@ -18,7 +18,7 @@ pub(crate) struct Source<'a> {
 }
 
 impl Source<'_> {
-    /// Line and position in it, from 1.
+    /// Returns line and position in it, from 1.
     fn place(&self, span: &Range<usize>) -> (usize, String) {
         let before = &self.text.as_bytes()[..span.start.min(self.text.len())];
         let line = before.split(|byte| *byte == b'\n').count();
@@ -27,12 +27,12 @@ impl Source<'_> {
         (line, position.to_string())
     }
 
-    /// Line and position of the value of a key.
+    /// Returns line and position of the value of a key.
     pub(crate) fn place_of(&self, key: &str) -> (usize, String) {
         self.place(&self.span(key).unwrap_or_default())
     }
 
-    /// Where the value of a key stands, such as `fit.mu.lower`, or `kind.2.side` in the third table of a list.
+    /// Returns the range of the value of a key: `fit.mu.lower`, or `kind.2.side` in a list.
     fn span(&self, key: &str) -> Option<Range<usize>> {
         let table = DeTable::parse(self.text).ok()?;
         let mut keys = key.split('.');
@@ -47,7 +47,7 @@ impl Source<'_> {
         Some(value.span())
     }
 
-    /// The value of a key as it is written; `None` if the key is not stated.
+    /// Returns the value of a key as it is written; `None` if the key is not stated.
     pub(crate) fn written(&self, key: &str) -> Option<&str> {
         self.text.get(self.span(key)?)
     }
@@ -67,7 +67,7 @@ impl Source<'_> {
         self.problems.add(self.path, line, position.as_str(), message);
     }
 
-    /// Returns the number that is given, and adds a problem if it does not meet the condition.
+    /// Returns the given number, and adds a problem if it does not meet the condition.
     pub(crate) fn number(&self, key: &str, given: Option<f64>, condition: Condition) -> Option<f64> {
         if let Some(fault) = Fault::of_number(key, given?, condition) {
             let value = self.written(key).map_or(fault.value, str::to_owned);
@@ -76,14 +76,14 @@ impl Source<'_> {
         given
     }
 
-    /// Adds what is wrong with a value. Places in lists stand in no message.
+    /// Adds a faulty value. Places in lists are left out of the message.
     pub(crate) fn add(&self, fault: &Fault) {
         let names: Vec<_> = fault.key.split('.').filter(|name| name.parse::<usize>().is_err()).collect();
         self.wrong(&fault.key, Fault { key: names.join("."), ..fault.clone() }.to_string());
     }
 }
 
-/// Reads a TOML file of another shape; `check` says where what was parsed makes no sense.
+/// Reads a TOML file of another shape; `check` adds problems of the parsed value.
 pub(crate) fn read_checked<T: DeserializeOwned, U>(
     path: &Path,
     check: impl FnOnce(T, &Source) -> U,
@@ -93,14 +93,14 @@ pub(crate) fn read_checked<T: DeserializeOwned, U>(
     checked(path, text.as_deref(), problems, check)
 }
 
-/// What `check` makes of a text that is TOML; `None`: why there is no text is among the problems.
+/// Returns the result of `check` for a TOML text; `None`: the problems say why it is missing.
 pub(crate) fn checked<T: DeserializeOwned, U>(
     path: &Path,
     text: Option<&str>,
     problems: Problems,
     check: impl FnOnce(T, &Source) -> U,
 ) -> Result<U, DatasetError> {
-    // a byte order mark is no part of the first line
+    // a byte order mark is not part of the first line
     let source = text.map(|text| text.strip_prefix('\u{feff}').unwrap_or(text));
     let source = source.map(|text| Source { path, text, problems: &problems });
     let checked = source.and_then(|source| Some(check(parse(&source)?, &source)));
@@ -110,20 +110,20 @@ pub(crate) fn checked<T: DeserializeOwned, U>(
     }
 }
 
-/// So many unknown keys are looked for.
-const UNKNOWN_KEYS: usize = 20;
+/// Maximum number of unknown keys that are listed.
+const MAX_UNKNOWN_KEYS: usize = 20;
 
-/// Says all that is unknown, where each is a line of its own: with that line made a comment, the next one is
-/// found. Of any other errors the first.
+/// Parses a text; adds all unknown keys, each found after the line of the last was made a comment,
+/// or else the first error.
 fn parse<T: DeserializeOwned>(source: &Source) -> Option<T> {
     let mut text = source.text.to_string();
-    for found in 0..UNKNOWN_KEYS {
+    for found in 0..MAX_UNKNOWN_KEYS {
         let error = match toml::from_str(&text) {
             Ok(parsed) => return (found == 0).then_some(parsed),
             Err(error) => error,
         };
         let unknown = error.message().starts_with("unknown field");
-        // what follows from a value of several lines is none of its own
+        // errors in the rest of a value of several lines are consequences
         if found > 0 && !unknown {
             return None;
         }
@@ -137,10 +137,10 @@ fn parse<T: DeserializeOwned>(source: &Source) -> Option<T> {
     None
 }
 
-/// What toml or serde found, for people who write neither.
+/// Adds an error of toml or serde in plain words.
 fn complain(error: &toml::de::Error, source: &Source) {
     let written = |span: &Range<usize>| source.text.get(span.clone()).unwrap_or_default();
-    // that of a key missing at the top says nothing
+    // the span of a key missing at the top is the whole file
     let whole =
         |span: &Range<usize>| error.message().starts_with("missing field") && !written(span).starts_with('[');
     let span = error.span().filter(|span| !whole(span));
@@ -156,7 +156,7 @@ fn complain(error: &toml::de::Error, source: &Source) {
     source.wrong_at(&span, message + hint);
 }
 
-/// The message of toml or serde about what is `written`, for people who write neither.
+/// Returns the message of toml or serde about `written` in plain words.
 fn in_plain_words(message: &str, written: &str) -> String {
     let message = message.trim().replace('\n', " ");
     let quoted: Vec<&str> = message.split('`').skip(1).step_by(2).collect();
@@ -201,7 +201,7 @@ fn in_plain_words(message: &str, written: &str) -> String {
     }
 }
 
-/// Whether the comma between two digits stands just before or at a place.
+/// Returns whether the comma between two digits stands just before or at a place.
 fn is_decimal_comma(text: &str, place: usize) -> bool {
     let text = text.as_bytes();
     let digit = |i: usize| text.get(i).is_some_and(u8::is_ascii_digit);

@@ -4,8 +4,7 @@ pub mod least_squares;
 /// Median absolute deviation of a normal distribution, in units of its standard deviation.
 pub(crate) const NORMAL_MEDIAN: f64 = 0.6745;
 
-/// Returns the median: the upper of both values in the middle if their number is even, NaN if there
-/// are none.
+/// Returns the median: the upper of both middle values if their number is even, NaN without values.
 pub(crate) fn median(mut values: Vec<f64>) -> f64 {
     let middle = values.len() / 2;
     if values.is_empty() { f64::NAN } else { *values.select_nth_unstable_by(middle, f64::total_cmp).1 }

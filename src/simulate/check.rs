@@ -1,4 +1,4 @@
-//! What a specification may ask for.
+//! Checks of the values of a specification.
 
 use super::{Played, Spec};
 use crate::io::toml_file::Source;
@@ -9,7 +9,8 @@ use crate::physics::collision::MASS_RATIOS;
 /// Largest number of shots. More are a slip of the pen.
 pub(crate) const MAX_SHOTS: usize = 1_000_000;
 
-/// Largest number of frames of a shot before or after the impact. More are a slip of the pen, and would fill the memory.
+/// Largest number of frames of a shot before or after the impact. More are a slip of the pen, and
+/// would fill the memory.
 pub(crate) const MAX_FRAMES: usize = 100_000;
 
 /// Returns what is wrong with the speeds and the cut angles of a section.
@@ -114,7 +115,7 @@ mod tests {
     use super::*;
     use crate::io::DatasetError;
 
-    /// A film of one shot, with other sections.
+    /// Returns the specification of a film of one shot, with more sections.
     fn film(sections: &str) -> Result<Spec, String> {
         let usual = "
             name = 'film'

@@ -36,7 +36,7 @@ pub enum SynthError {
     #[error(transparent)]
     Value(#[from] Fault),
     /// One of its shots is not a collision.
-    #[error("a shot of this specification is no collision: {0}")]
+    #[error("a shot of this specification is not a collision: {0}")]
     NotACollision(#[from] NotACollision),
     /// One of its shots cannot be predicted.
     #[error("a shot of this specification cannot be predicted: {0}")]
@@ -52,13 +52,14 @@ pub enum SynthError {
 /// Reads a SPEC.toml.
 ///
 /// # Errors
-/// What is wrong with it, with line and position.
+/// Every problem of the file, with line and position.
 pub fn read(path: &Path) -> Result<Spec, DatasetError> {
     toml_file::read_checked(path, Spec::checked)
 }
 
-/// Makes the files of a synthetic data set with the `full` collision model, or `ode` if the contact is compliant: name and content of
-/// `dataset.toml`, of the tables that it names, and of `truth.json`.
+/// Makes the files of a synthetic data set with the `full` collision model, or `ode` if the contact
+/// is compliant: name and content of `dataset.toml`, of the tables that it names, and of
+/// `truth.json`.
 ///
 /// # Errors
 /// A value out of its range, named with what was expected.
@@ -66,8 +67,8 @@ pub fn generate(spec: &Spec) -> Result<Vec<(&'static str, String)>, SynthError> 
     generate_with(spec, &spec.usual_model())
 }
 
-/// Makes the files as [`generate`] with another collision model, whose balls and contact are replaced by those that the specification
-/// states.
+/// Makes the files as [`generate`] with another collision model, whose balls and contact are
+/// replaced by those of the specification.
 ///
 /// # Errors
 /// As [`generate`]; or the model's contact is rigid along its surface, and the specification's is not.
@@ -102,7 +103,7 @@ pub fn generate_with(spec: &Spec, model: &Model) -> Result<Vec<(&'static str, St
 /// Returns the data set of a specification, as if it had been written to files and loaded.
 ///
 /// # Errors
-/// As [`generate`]; or the files, which go through the folder of temporary files, cannot be written or read.
+/// Those of [`generate`]; or the temporary files cannot be written or read.
 pub fn dataset(spec: &Spec) -> Result<Dataset, SynthError> {
     let folder = tempfile::tempdir()?;
     for (name, text) in generate(spec)? {
@@ -151,7 +152,8 @@ fn manifest_text(spec: &Spec) -> String {
     )
 }
 
-/// Returns both balls as they are weighed and measured: off by the errors of the scale and of the calliper, if these count.
+/// Returns both balls as they are weighed and measured: off by the errors of the scale and of the
+/// calliper, if these count.
 fn stated_balls(spec: &Spec) -> (Ball, Option<ObjectBall>) {
     let (mut cue, mut object) = spec.balls();
     // a stream of its own, so that the shots do not depend on it
@@ -199,8 +201,7 @@ impl<'a> Maker<'a> {
         Self { spec, rng, model: spec.with_truth(model), coefficients: spec.coefficients() }
     }
 
-    /// Returns a draw from a normal distribution; `sd` = 0 uses up a random number, too, so that the shots do not depend on the
-    /// noise.
+    /// Returns a normal draw; `sd` = 0 uses up a random number, too: shots are then the same.
     fn noise(&mut self, sd: f64) -> f64 {
         sd * standard_normal(&mut self.rng)
     }
@@ -244,7 +245,8 @@ impl<'a> Maker<'a> {
             let after = [0; 4].map(|_| self.noise(noise.velocity_m_s));
             let outcome = self.model.collide(&cue, &self.coefficients)?;
             let frame = CollisionFrame::from_direction(direction);
-            // n = (cos α, sin α): dn = (−sin α, cos α) dα; standard deviations in a file are positive
+            // n = (cos α, sin α): dn = (−sin α, cos α) dα; standard deviations in a file are
+            // positive
             let (sin, cos) = (seen.sin(), seen.cos());
             let turned = |across: f64| line_sd * across.abs().max(1e-6);
             // name, value, standard deviation

@@ -1,4 +1,4 @@
-//! What a synthetic data set is to be, as it stands in a specification.
+//! The specification of a synthetic data set.
 
 use std::path::Path;
 use std::str::FromStr;
@@ -71,7 +71,8 @@ pub struct Truth {
     pub mu_s: f64,
     /// Coefficient of restitution e, dimensionless.
     pub e: f64,
-    /// The compliance κ of a contact that gives way along its surface, dimensionless; `None` or 0: rigid.
+    /// The compliance κ of a contact that gives way along its surface, dimensionless; `None` or 0:
+    /// rigid.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub kappa: Option<f64>,
     /// b of a friction that falls with the slip v, μ + b·exp(−c·v), dimensionless.
@@ -115,7 +116,8 @@ worded! {
         Draw = "draw",
         /// Side spin of up to the natural roll's, either way, on a sliding ball.
         Side = "side",
-        /// Natural roll with side spin of up to a tenth of its spin, either way: what a player does not see.
+        /// Natural roll with side spin of up to a tenth of its spin, either way: what a player does
+        /// not see.
         SlightSide = "slight-side",
         /// Topspin or backspin of up to the natural roll's.
         Any = "any",
@@ -140,7 +142,8 @@ pub struct Noise {
     pub angle_deg: f64,
 }
 
-/// The cue ball of a synthetic data set: its true properties, and the errors by which its `[ball]` states them.
+/// The cue ball of a synthetic data set: its true properties, and the errors by which its `[ball]`
+/// states them.
 #[derive(Clone, Copy, Debug, Deserialize, Serialize)]
 #[serde(deny_unknown_fields, default)]
 pub struct BallSpec {
@@ -179,7 +182,8 @@ pub struct Camera {
     pub gaps: f64,
     /// The fraction of the positions that are wrong, by up to 20 mm.
     pub outliers: f64,
-    /// How many points on each ball are marked, at random places; they are seen while on its upper side.
+    /// How many points on each ball are marked, at random places; they are seen while on its upper
+    /// side.
     pub markers: usize,
 }
 
@@ -210,7 +214,8 @@ impl Default for ClothSpec {
 }
 
 impl Spec {
-    /// Returns the one spin that every shot plays, if the data need no spin columns: markers show it, others are measured.
+    /// Returns the one spin that every shot plays, if the data need no spin columns: markers show
+    /// it, others are measured.
     pub(super) fn assumed(&self) -> Option<Played> {
         let first = *self.shots.cue_spin.first()?;
         let is_known = self.camera.markers == 0 && matches!(first, Played::Stun | Played::NaturalRoll);
@@ -224,13 +229,13 @@ impl Spec {
         (cue, self.object.map(|object| object.beside(cue, [mass_kg_sd, radius_m_sd])))
     }
 
-    /// Returns the true coefficients.
     pub(super) fn coefficients(&self) -> Coefficients {
         let Truth { mu, mu_s, e, .. } = self.truth;
         Coefficients { mu, mu_s, e }
     }
 
-    /// Returns a model with the balls of this specification, and what is true of their contact besides the coefficients.
+    /// Returns a model with the balls of this specification, and what is true of their contact
+    /// besides the coefficients.
     pub(super) fn with_truth(&self, model: &Model) -> Model {
         let Truth { kappa, mu_b, mu_c, e_slope, .. } = self.truth;
         let (ball, object) = self.balls();
@@ -247,7 +252,8 @@ impl Spec {
         }
     }
 
-    /// Returns the model by which its shots are computed by default: `full`, or `ode` for a compliant contact.
+    /// Returns the model by which its shots are computed by default: `full`, or `ode` for a
+    /// compliant contact.
     #[must_use]
     pub fn usual_model(&self) -> Model {
         let full = Model::new(Fidelity::Full, self.balls().0);
@@ -257,7 +263,8 @@ impl Spec {
         }
     }
 
-    /// Returns everything that is true of the contact: μ, μ_s and e, and what else this specification states.
+    /// Returns everything that is true of the contact: μ, μ_s and e, and what else this
+    /// specification states.
     #[must_use]
     pub fn truths(&self) -> Vec<(Parameter, f64)> {
         let Truth { kappa, mu_b, mu_c, e_slope, .. } = self.truth;

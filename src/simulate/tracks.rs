@@ -90,7 +90,8 @@ impl Course {
         })
     }
 
-    /// Returns the path and the spin at the impact of a ball that moves before the impact, or after it.
+    /// Returns the path and the spin at the impact of a ball that moves before the impact, or after
+    /// it.
     fn motion(&self, ball: TrackedBall, is_before: bool) -> Option<(&Path, Vec3)> {
         match (ball, is_before) {
             (TrackedBall::Cue, true) => Some((&self.cue_before, self.truth.cue_before.spin)),
@@ -100,14 +101,13 @@ impl Course {
         }
     }
 
-    /// Returns the centre of a ball.
     fn centre(&self, ball: TrackedBall, t: f64) -> [f64; 2] {
         let motion = self.motion(ball, t < self.truth.time);
         motion.map_or(self.truth.object, |(path, _)| path.position(t))
     }
 
-    /// Returns the position of a marker, and whether it is in sight: more than a tenth of the radius above the centre. At the impact
-    /// it is at `place`, a unit vector from the centre.
+    /// Returns the position of a marker, and whether it is in sight: more than a tenth of the
+    /// radius above the centre. At the impact it is at `place`, a unit vector from the centre.
     fn marker(&self, ball: TrackedBall, place: Vec3, t: f64) -> ([f64; 2], bool) {
         let (time, own) = (self.truth.time, &self.balls[ball as usize]);
         let Some((path, spin)) = self.motion(ball, t <= time) else {
@@ -147,9 +147,10 @@ impl Camera {
 
 const BALLS: [TrackedBall; 2] = [TrackedBall::Cue, TrackedBall::Object];
 
-/// Returns the frames of one shot without noise or gaps, and what it really was. The cue ball just before the impact is given in
-/// the collision frame, which here is the table's; the impact is `phase` of a frame after the last frame before it. The markers are at
-/// these places on the cue ball and on the object ball (unit vectors from the centre) at the impact.
+/// Returns the frames of one shot without noise or gaps, and what it really was. The cue ball just
+/// before the impact is given in the collision frame, which here is the table's; the impact is
+/// `phase` of a frame after the last frame before it. The markers are at these places on the cue
+/// ball and on the object ball (unit vectors from the centre) at the impact.
 ///
 /// # Errors
 /// The shot is not a collision.
@@ -178,8 +179,8 @@ pub fn noise_free(
     Ok((shot, course.truth))
 }
 
-/// Returns a place on the upper quarter of a ball, a unit vector from the centre, for two numbers from 0 to 1. A marker there is seen
-/// for some time.
+/// Returns a place on the upper quarter of a ball, a unit vector from its centre, for two numbers
+/// from 0 to 1. A marker there is seen for some time.
 pub(crate) fn on_top(height: f64, angle: f64) -> Vec3 {
     let (height, angle) = (between([0.5, 0.95], height), between([0.0, TAU], angle));
     let across = (1.0 - height * height).sqrt();

@@ -1,5 +1,5 @@
-//! The bias of fits with each fidelity, of data without noise that [`Fidelity::Contact`] computes with all effects: the deviation
-//! of the estimates from the truth, in standard errors, is the cost of the effects that a fidelity leaves out.
+//! The bias of fits with each fidelity, of data without noise that [`Fidelity::Contact`] computes
+//! with all effects: the deviation of the estimates from the truth, in standard errors.
 
 use std::time::Instant;
 
@@ -28,7 +28,8 @@ pub struct Found {
     pub truth: f64,
     /// The estimate.
     pub estimate: f64,
-    /// Its standard error; `None` if the fidelity does not have the parameter, or the data do not determine it.
+    /// Its standard error; `None` if the fidelity does not have the parameter, or the data do not
+    /// determine it.
     pub std_error: Option<f64>,
 }
 
@@ -114,9 +115,10 @@ pub fn velocities(shots: &[accuracy::Shot], ball: Ball) -> Dataset {
     Dataset::new("accuracy", ball, shots.iter().enumerate().map(shot).collect())
 }
 
-/// Returns up to 200 shots of a data set, spread evenly, with what they would have measured without noise if `contact` with all
-/// effects, `kappa` and the initial values of the parameters were true. Standard deviations that are not stated are those of good footage.
-/// Priors and separate labels are dropped, since they would bias the parameters, too.
+/// Returns up to 200 shots of a data set, spread evenly, with the measurements without noise if
+/// `contact` with all effects, `kappa` and the initial values of the parameters were true. Standard
+/// deviations that are not stated are those of good footage. Priors and separate labels are
+/// dropped, since they would bias the parameters, too.
 #[must_use]
 pub fn noise_free(dataset: &Dataset, kappa: f64) -> Dataset {
     let coefficients = Values::initial(&dataset.settings).coefficients();
@@ -159,7 +161,7 @@ pub fn noise_free(dataset: &Dataset, kappa: f64) -> Dataset {
 /// Fits data of [`noise_free`] with one of [`FITTED`].
 ///
 /// # Errors
-/// What no fit can do.
+/// The fit fails.
 pub fn bias(dataset: &Dataset, way: Way) -> Result<Row, FitError> {
     let begun = Instant::now();
     let fidelity = way.fidelity;
@@ -204,7 +206,7 @@ mod tests {
     use super::*;
     use crate::physics::ball::BallState;
 
-    /// The largest bias of a fit in standard errors, of those parameters that it has.
+    /// Returns the largest bias of a fit in standard errors.
     fn worst(row: &Row) -> f64 {
         let found = row.found.iter().filter_map(|found| Some(found.bias()?.abs() / found.std_error?));
         found.fold(0.0, f64::max)

@@ -1,3 +1,3 @@
-//! What accuracy costs in time, and what a simpler model does to the fitted parameters.
+//! Studies of accuracy against time, and of the bias that a simpler model causes.
 pub mod accuracy;
 pub mod bias;

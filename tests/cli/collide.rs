@@ -208,13 +208,13 @@ fn bad_cases_are_named_all_at_once() {
     let output = caromfit(["collide", "--json", "--cases", path.to_str().unwrap()]);
     let said = refused(&output, 2);
     let expected = [
-        "3: column speed_m_s: \"still\" is no collision: ",
-        "4: column cut_deg: \"past\" is no collision: ",
+        "3: column speed_m_s: \"still\" is not a collision: ",
+        "4: column cut_deg: \"past\" is not a collision: ",
         "5: column omega_x: \"x\" is not a finite number",
-        "6: column mu: \"slick\" is no collision: ",
-        "7: column mu_s: \"cloth\" is no collision: ",
-        "8: column e: \"bouncy\" is no collision: ",
-        "10: column radius_m: \"point\" is no collision: ",
+        "6: column mu: \"slick\" is not a collision: ",
+        "7: column mu_s: \"cloth\" is not a collision: ",
+        "8: column e: \"bouncy\" is not a collision: ",
+        "10: column radius_m: \"point\" is not a collision: ",
         "11: column name: is empty; expected a value",
         "12: 3 cells; expected 10",
     ];

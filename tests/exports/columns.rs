@@ -58,7 +58,7 @@ fn a_bad_cell_is_quoted() {
     let table =
         wide("t,x1,y1,x2,y2", ",", |n| format!("{:.2}", 0.01 * f64::from(n))) + "Mean,0.5,0.5,0.5,0.5\n";
     let (folder, said) = init(&[("s.csv", table)]);
-    assert!(said.contains("s.csv:42: column t: \"Mean\" is no number"), "{said}");
+    assert!(said.contains("s.csv:42: column t: \"Mean\" is not a number"), "{said}");
     let draft = fs::read_to_string(folder.path().join("dataset.toml")).unwrap();
     assert!(draft.contains("cue_x = \"x1\""), "{draft}");
 }

@@ -186,7 +186,7 @@ fn a_unit_that_the_balls_speak_against_is_asked_for() {
     );
     assert!(draft.contains("# length_unit = \"…\"") && draft.contains("radius_m = 0.028575"), "{draft}");
     let (found, draft) = said("t,x1 [dm],y1 [dm],x2 [dm],y2 [dm]", 10.0);
-    assert!(found.contains("dm is no unit that is known here"), "{found}");
+    assert!(found.contains("dm is not a known unit"), "{found}");
     assert!(draft.contains("# length_unit = \"…\""), "{draft}");
 }
 

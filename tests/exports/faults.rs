@@ -103,7 +103,7 @@ fn paths_with_backslashes() {
     let elsewhere = "shot,file\nfirst,other\\k.csv\n";
     let error =
         load(&settings, &[("k.csv", film.as_bytes()), ("shots.csv", elsewhere.as_bytes())]).unwrap_err();
-    assert!(error.contains("is none of the files"), "{error}");
+    assert!(error.contains("is not among the files"), "{error}");
     let folder = tempfile::tempdir().unwrap();
     std::fs::create_dir(folder.path().join("films")).unwrap();
     std::fs::write(folder.path().join("films/k.csv"), film).unwrap();

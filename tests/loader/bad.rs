@@ -52,7 +52,7 @@ cloth = ¦ xyz = ¦ dataset.toml:5: column 1: unknown key "xyz"; expected one of
 { lower = 0.0, upper = 0.5 } ¦ 0.05 ¦ dataset.toml:17: column 6: 0.05 is of the wrong type; expected a table, as in { initial = 0.05, upper = 0.5 } or { fixed = 0.05 }
 mu = ¦ by = 3↵mu = ¦ dataset.toml:17: column 6: 3 is of the wrong type; expected text in quotation marks
 kind = "angles"↵ ¦  ¦ dataset.toml: the key kind is missing; expected kind = "tracks", "impacts" or "angles"
-assume = "natural-roll"↵ ¦  ¦ shots.csv:1: nothing says how the cue ball spins; expected [cue_spin] assume = "stun", "natural-roll" or "unknown" in dataset.toml, a column cue_spin, or columns omega_x, omega_y, omega_z
+assume = "natural-roll"↵ ¦  ¦ shots.csv:1: the cue ball's spin is not stated; expected [cue_spin] assume = "stun", "natural-roll" or "unknown" in dataset.toml, a column cue_spin, or columns omega_x, omega_y, omega_z
 "lab" ¦ "lab ¦ dataset.toml:2: column 12: invalid basic string, expected `"`
 kind = ¦ kind ¦ dataset.toml:3: column 6: key with no value, expected `=`
 0.170 ¦ 0,170 ¦ dataset.toml:10: column 12: unexpected key or value, expected newline, `#`; write decimals with a point, not a comma
@@ -81,7 +81,7 @@ prior_sd = 0.02 ¦ prior_sd = inf ¦ dataset.toml:19: column 53: e.prior_sd is i
 [fit] ¦ [tracks]↵[fit] ¦ dataset.toml:16: column 1: [tracks] stands in a data set of kind "angles"; it goes with "tracks" only
 "shots.csv" ¦  ¦ dataset.toml:4: column 9: files is empty; expected at least one, as in ["shots.csv"]
 "shots.csv" ¦ "shots.csv", "shot/*.csv" ¦ dataset.toml:4: column 23: "shot/*.csv" names no file in FOLDER; expected at least one
-shots.csv ¦ a** ¦ dataset.toml:4: column 10: "a**" is no pattern: recursive wildcards must form a single path component
+shots.csv ¦ a** ¦ dataset.toml:4: column 10: "a**" is not a pattern: recursive wildcards must form a single path component
 mu = ¦ by = "shots"↵mu = ¦ dataset.toml:17: column 6: by is "shots", but shots.csv has no such column (did you mean "shot"?)
 0.170↵inertia = 0.4 ¦ -1↵inertia = 7 ¦ dataset.toml:10: column 11: ball.mass_kg is -1; expected more than 0↵dataset.toml:11: column 11: ball.inertia is 7; expected more than 0, at most 2/3 (a hollow sphere)"#;
 
@@ -95,7 +95,7 @@ fn dataset_toml() {
 /// The last row of a table of angles, and what is said.
 const ROWS: &str = r#"
 2,thick,2,3,0.1 ¦ shots.csv:3: column cut_deg: "thick" is not a finite number; expected one such as -1.5 or 2e-3
-2,NaN,2,3,0.1 ¦ shots.csv:3: column cut_deg: "NaN" is not a finite number; expected an empty cell where nothing is known
+2,NaN,2,3,0.1 ¦ shots.csv:3: column cut_deg: "NaN" is not a finite number; expected an empty cell if the value is not known
 2,30,inf,3,0.1 ¦ shots.csv:3: column speed_m_s: "inf" is not a finite number; expected one such as -1.5 or 2e-3
 2,30,2,-1e999,0.1 ¦ shots.csv:3: column throw_deg: "-1e999" is not a finite number; expected one between -1.7976931348623157e308 and 1.7976931348623157e308
 2,30,2,"3,5",0.1 ¦ shots.csv:3: column throw_deg: "3,5" is not a finite number; expected a decimal point, 3.5
@@ -107,16 +107,16 @@ const ROWS: &str = r#"
 2,30,2,3,-infinity ¦ shots.csv:3: column throw_deg_sd: "-infinity" is not a finite number; expected one such as -1.5 or 2e-3
 2,30,2,3,small ¦ shots.csv:3: column throw_deg_sd: "small" is not a finite number; expected one such as -1.5 or 2e-3
 2,,2,3,0.1 ¦ shots.csv:3: column cut_deg: is empty; expected a value
-2,90,2,3,0.1 ¦ shots.csv:3: column cut_deg: 90 is no cut angle; expected degrees, more than -90 and less than 90
-2,-90.5,2,3,0.1 ¦ shots.csv:3: column cut_deg: -90.5 is no cut angle; expected degrees, more than -90 and less than 90
-2,30,2,3,0 ¦ shots.csv:3: column throw_deg_sd: 0 is no standard deviation; expected more than 0
-2,30,2,3,-0.1 ¦ shots.csv:3: column throw_deg_sd: -0.1 is no standard deviation; expected more than 0
-2,30,2,3,5e-324 ¦ shots.csv:3: column throw_deg_sd: 5e-324 is no standard deviation; expected more than 0
+2,90,2,3,0.1 ¦ shots.csv:3: column cut_deg: 90 is not a cut angle; expected degrees, more than -90 and less than 90
+2,-90.5,2,3,0.1 ¦ shots.csv:3: column cut_deg: -90.5 is not a cut angle; expected degrees, more than -90 and less than 90
+2,30,2,3,0 ¦ shots.csv:3: column throw_deg_sd: 0 is not a standard deviation; expected more than 0
+2,30,2,3,-0.1 ¦ shots.csv:3: column throw_deg_sd: -0.1 is not a standard deviation; expected more than 0
+2,30,2,3,5e-324 ¦ shots.csv:3: column throw_deg_sd: 5e-324 is not a standard deviation; expected more than 0
 2,30,2,3, ¦ shots.csv:3: column throw_deg_sd: is empty, but line 2 has one; give a standard deviation for every throw_deg or for none
-2,30,0,3,0.1 ¦ shots.csv:3: column speed_m_s: 0 is no speed; expected more than 0
-2,30,-2,3,0.1 ¦ shots.csv:3: column speed_m_s: -2 is no speed; expected more than 0
-2,30,2,, ¦ shots.csv:3: nothing observed in this row; expected a value in throw_deg
-2,x,y,z,0 ¦ shots.csv:3: column cut_deg: "x" is not a finite number; expected one such as -1.5 or 2e-3↵shots.csv:3: column speed_m_s: "y" is not a finite number; expected one such as -1.5 or 2e-3↵shots.csv:3: column throw_deg: "z" is not a finite number; expected one such as -1.5 or 2e-3↵shots.csv:3: column throw_deg_sd: 0 is no standard deviation; expected more than 0
+2,30,0,3,0.1 ¦ shots.csv:3: column speed_m_s: 0 is not a speed; expected more than 0
+2,30,-2,3,0.1 ¦ shots.csv:3: column speed_m_s: -2 is not a speed; expected more than 0
+2,30,2,, ¦ shots.csv:3: no observed value in this row; expected a value in throw_deg
+2,x,y,z,0 ¦ shots.csv:3: column cut_deg: "x" is not a finite number; expected one such as -1.5 or 2e-3↵shots.csv:3: column speed_m_s: "y" is not a finite number; expected one such as -1.5 or 2e-3↵shots.csv:3: column throw_deg: "z" is not a finite number; expected one such as -1.5 or 2e-3↵shots.csv:3: column throw_deg_sd: 0 is not a standard deviation; expected more than 0
 1,30,2,3,0.1 ¦ shots.csv:3: column shot: "1" also names the shot in line 2 of shots.csv; expected a name of its own"#;
 
 /// A table of angles, and what is said.
@@ -124,13 +124,13 @@ const TABLES: &str = r#"
 shot,cut_degree,throw_deg↵1,30,3↵ ¦ shots.csv:1: column cut_deg: is missing from the column names; is "cut_degree" meant to be it?
 shot,angle,throw_deg↵1,30,3↵ ¦ shots.csv:1: column cut_deg: is missing from the column names
 shot,cut,throw↵1,30,3↵ ¦ shots.csv:1: column cut_deg: is missing from the column names; is "cut" meant to be it?↵shots.csv:1: no column of anything observed; expected at least one of throw_deg, cue_turn_deg, separation_deg, object_speed_m_s, cue_speed_m_s, object_speed_ratio, object_speed_rolling_m_s, cue_speed_rolling_m_s, cue_turn_rolling_deg, object_angle_rolling_deg; is "throw" meant to be throw_deg?
-shot,cut_deg,throw_deg,Speed_m_s↵1,30,3,2↵ ¦ shots.csv:1: column Speed_m_s: is no known name; write speed_m_s
-shot,cut_deg,throw_deg,throw_deg_SD↵1,30,3,2↵ ¦ shots.csv:1: column throw_deg_SD: is no known name; write throw_deg_sd
+shot,cut_deg,throw_deg,Speed_m_s↵1,30,3,2↵ ¦ shots.csv:1: column Speed_m_s: is not a known name; write speed_m_s
+shot,cut_deg,throw_deg,throw_deg_SD↵1,30,3,2↵ ¦ shots.csv:1: column throw_deg_SD: is not a known name; write throw_deg_sd
 shot,cut_deg,throw_deg,cut_deg↵1,30,3,31↵ ¦ shots.csv:1: column cut_deg: stands twice among the column names
 shot,cut_deg,,throw_deg↵1,30,3,31↵ ¦ shots.csv:1: column 3 has no name
 cut_deg,speed_m_s,throw_deg↵30,2↵ ¦ shots.csv:2: 2 cells; expected 3, as in the header; leave a cell empty, but keep its comma
 cut_deg,throw_deg↵30,2↵30,2,7↵30,2↵30↵ ¦ shots.csv:3: 3 cells; expected 2, as in the header; write decimals with a point, and text that has commas in quotation marks↵shots.csv:5: 1 cell; expected 2, as in the header; leave a cell empty, but keep its comma
-cut_deg,throw_deg↵30,2↵30,2,7↵95,2↵ ¦ shots.csv:3: 3 cells; expected 2, as in the header; write decimals with a point, and text that has commas in quotation marks↵shots.csv:4: column cut_deg: 95 is no cut angle; expected degrees, more than -90 and less than 90
+cut_deg,throw_deg↵30,2↵30,2,7↵95,2↵ ¦ shots.csv:3: 3 cells; expected 2, as in the header; write decimals with a point, and text that has commas in quotation marks↵shots.csv:4: column cut_deg: 95 is not a cut angle; expected degrees, more than -90 and less than 90
 cut_deg;throw_deg↵30;2;1↵45↵ ¦ shots.csv:2: 3 cells; expected 2, as in the header; write text that has semicolons in quotation marks↵shots.csv:3: 1 cell; expected 2, as in the header; leave a cell empty, but keep its semicolon
 cut_deg;throw_deg;speed_m_s↵30;2,5;1,874↵30;2,5;998↵ ¦ shots.csv:2: column speed_m_s: "1,874" beside "998" (line 3) may be thousands or have a decimal comma; expected numbers without a mark between thousands, and more digits where it is decimal
 cut_deg;throw_deg;speed_m_s↵30;2,5;1.874,5↵ ¦ shots.csv:2: column speed_m_s: "1.874,5" is not a finite number; expected one such as -1.5 or 2e-3
@@ -180,13 +180,13 @@ fn files_that_are_not_there() {
 
 /// Which dataset.toml, a table, and what is said of its spins.
 const SPINS: &str = r#"
-ANGLES ¦ cut_deg,cue_spin,throw_deg↵30,stnu,3↵ ¦ shots.csv:2: column cue_spin: "stnu" is no spin (did you mean "stun"?); expected stun, natural-roll, measured, unknown
-ANGLES ¦ cut_deg,cue_spin,throw_deg↵30,77,3↵ ¦ shots.csv:2: column cue_spin: "77" is no spin; expected stun, natural-roll, measured, unknown
+ANGLES ¦ cut_deg,cue_spin,throw_deg↵30,stnu,3↵ ¦ shots.csv:2: column cue_spin: "stnu" is not a spin (did you mean "stun"?); expected stun, natural-roll, measured, unknown
+ANGLES ¦ cut_deg,cue_spin,throw_deg↵30,77,3↵ ¦ shots.csv:2: column cue_spin: "77" is not a spin; expected stun, natural-roll, measured, unknown
 ANGLES ¦ cut_deg,omega_x,omega_z,throw_deg↵30,1,2,3↵ ¦ shots.csv:1: column omega_y: is missing from the column names; expected all three of omega_x, omega_y, omega_z
 ANGLES ¦ cut_deg,omega_x,omega_y,omega_z,throw_deg↵30,1,,2,3↵ ¦ shots.csv:2: column omega_y: is empty; expected all three components of the spin or none
 ANGLES ¦ cut_deg,omega_x,omega_y,omega_z,throw_deg↵30,1,x,2,3↵ ¦ shots.csv:2: column omega_y: "x" is not a finite number; expected one such as -1.5 or 2e-3
 ANGLES ¦ cut_deg,cue_spin,omega_x,omega_y,omega_z,throw_deg↵30,stun,1,3,2,3↵ ¦ shots.csv:2: column cue_spin: "stun", but omega_x, omega_y, omega_z have values; expected only one
-UNSAID ¦ cut_deg,throw_deg↵30,3↵40,3↵ ¦ shots.csv:1: nothing says how the cue ball spins; expected [cue_spin] assume = "stun", "natural-roll" or "unknown" in dataset.toml, a column cue_spin, or columns omega_x, omega_y, omega_z
+UNSAID ¦ cut_deg,throw_deg↵30,3↵40,3↵ ¦ shots.csv:1: the cue ball's spin is not stated; expected [cue_spin] assume = "stun", "natural-roll" or "unknown" in dataset.toml, a column cue_spin, or columns omega_x, omega_y, omega_z
 UNSAID ¦ cut_deg,cue_spin,throw_deg↵30,stun,3↵40,,3↵ ¦ shots.csv:3: column cue_spin: is empty, and dataset.toml has no [cue_spin]; expected a spin
 UNSAID ¦ cut_deg,cue_spin,throw_deg↵30,,3↵40,stun,3↵ ¦ shots.csv:2: column cue_spin: is empty, and dataset.toml has no [cue_spin]; expected a spin
 MEASURED ¦ cut_deg,throw_deg↵30,3↵40,3↵ ¦ shots.csv:1: [cue_spin] says that the spin is measured; expected columns omega_x, omega_y, omega_z
@@ -208,7 +208,7 @@ fn spins() {
     }
     let unsaid = without(IMPACTS, "stun");
     let (header, row) = (HITS.lines().next().unwrap(), HITS.lines().nth(1).unwrap());
-    let expected = "shots.csv:1: nothing says how the cue ball spins; expected [cue_spin] assume = \"stun\", \"natural-roll\" or \"unknown\" in dataset.toml, a column cue_spin, or columns cue_wx, cue_wy, cue_wz";
+    let expected = "shots.csv:1: the cue ball's spin is not stated; expected [cue_spin] assume = \"stun\", \"natural-roll\" or \"unknown\" in dataset.toml, a column cue_spin, or columns cue_wx, cue_wy, cue_wz";
     expect(&unsaid, HITS, expected);
     let csv = format!("{header},cue_wx,cue_wy,cue_wz\n{row},1,2,3\n{},,,\n", row.replace("a,", "b,"));
     let expected =
@@ -225,7 +225,7 @@ a,1,0 ¦ a,-1,0 ¦ shots.csv:2: column cue_vx: the cue ball's velocity (1.7, 1.0
 1.7,1.0 ¦ 1.7, ¦ shots.csv:2: column cue_vy: is empty; expected a value
 ,0.1 ¦ , ¦ shots.csv:2: column obj_vy_after: is empty; expected a value
 a,1,0 ¦ ,1,0 ¦ shots.csv:2: column shot: is empty; expected a value
-cue_vx, ¦ cue_v_x, ¦ shots.csv:1: column cue_v_x: is no known name, but nearly cue_vx; write cue_vx, or give a label that is called so another name↵shots.csv:1: column cue_vx: is missing from the column names; is "cue_v_x" meant to be it?
+cue_vx, ¦ cue_v_x, ¦ shots.csv:1: column cue_v_x: is not a known name, but nearly cue_vx; write cue_vx, or give a label that is called so another name↵shots.csv:1: column cue_vx: is missing from the column names; is "cue_v_x" meant to be it?
 obj_vy_after ¦ object_vy_after ¦ shots.csv:1: column obj_vy_after: is missing from the column names; is "object_vy_after" meant to be it?
 shot, ¦ name, ¦ shots.csv:1: column shot: is missing from the column names"#;
 

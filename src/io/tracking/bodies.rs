@@ -1,5 +1,4 @@
-//! Which of the points that were followed are on the same disc, if it is not stated: those that
-//! keep their distances.
+//! Assignment of tracked points to discs by the distances that they keep, if it is not stated.
 
 use std::collections::HashMap;
 use std::path::PathBuf;
@@ -15,8 +14,8 @@ use super::raw::{NAMES, Notes, RawShot, RawTrack, Row};
 use super::settings::{Names, TrackSettings};
 use crate::measurement::track::Sample;
 
-/// Finds which tracks are on which disc in the shots that do not state it, and which of these are
-/// centres; names them as the table of shots would.
+/// Assigns tracks to discs, and determines which are centres, in the shots that do not state it;
+/// the result replaces the names of the table of shots.
 pub(super) fn group(
     work: &mut [(RawShot, Facts)],
     settings: &TrackSettings,
@@ -54,7 +53,6 @@ pub(super) fn group(
     }
 }
 
-/// The names of the tracks of a disc.
 struct Disc {
     /// The centre, or points on a circle about it.
     centre: Vec<String>,
@@ -63,7 +61,7 @@ struct Disc {
 }
 
 impl Disc {
-    /// Returns it as sentences name it.
+    /// Returns the names of its tracks for messages.
     fn shown(&self) -> String {
         let centre = quoted(&self.centre);
         match (self.centre.len(), self.markers.len()) {
@@ -74,11 +72,11 @@ impl Disc {
     }
 }
 
-/// Returns the two discs of a shot, that which moves first in front: each is one track, or three and
-/// more that keep their distances. Tracks that belong to neither are left over.
+/// Returns the two discs of a shot, the first to move first: each is one track, or three or more
+/// that keep their distances. Other tracks are left out.
 ///
 /// # Errors
-/// Why there are not two discs, or which points may be a centre.
+/// There are not two discs, or the centre is ambiguous.
 fn discs(tracks: &[RawTrack], calibration: &Calibration) -> Result<[Disc; 2], String> {
     let place = |row: &Row| calibration.metres(row.x, row.y);
     let points: Vec<Vec<Sample>> = tracks.iter().map(|track| samples(track, place)).collect();
@@ -107,13 +105,15 @@ fn discs(tracks: &[RawTrack], calibration: &Calibration) -> Result<[Disc; 2], St
     Ok([disc(&groups[0])?, disc(&groups[1])?])
 }
 
+/// Returns the tracks of a disc.
+///
 /// # Errors
-/// That it is not told which point is the centre.
+/// It is ambiguous which point is the centre.
 fn disc(tracks: &[RawTrack], group: &[usize], centre: Centre) -> Result<Disc, String> {
     let centre = centre.map_err(|like_centre| {
         let like_centre: Vec<usize> = like_centre.iter().map(|i| group[*i]).collect();
         format!(
-            "the points {} are on one disc, but whether {} is its centre or all are on its rim does not show, since the disc hardly turns; \
+            "the points {} are on one disc, but {} may be its centre or on its rim, since the disc turns too little to decide; \
              expected [tracks] cue and object, and cue_markers and \
              object_markers for points beside the centre",
             quoted(names(tracks, group)),
@@ -125,13 +125,12 @@ fn disc(tracks: &[RawTrack], group: &[usize], centre: Centre) -> Result<Disc, St
     Ok(Disc { centre: vec![markers.remove(centre)], markers })
 }
 
-/// Returns the groups of three and more points that keep their distances.
+/// Returns the groups of three or more points that keep their distances.
 fn groups(points: &[Vec<Sample>]) -> Vec<Vec<usize>> {
     let slices: Vec<&[Sample]> = points.iter().map(Vec::as_slice).collect();
     rigid_groups(&slices).into_iter().filter(|group| group.len() > 2).collect()
 }
 
-/// Returns whether the tracks are points on two discs.
 pub(super) fn are_two(tracks: &[RawTrack]) -> bool {
     let points: Vec<Vec<Sample>> = tracks.iter().map(|track| samples(track, |row| [row.x, row.y])).collect();
     groups(&points).len() == 2
@@ -147,8 +146,8 @@ fn samples(track: &RawTrack, place: impl Fn(&Row) -> [f64; 2]) -> Vec<Sample> {
     samples
 }
 
-/// Returns the part of the time of all tracks at which one of them is a tenth of its way from where
-/// it began; 1 if it stays there.
+/// Returns the time at which a track is a tenth of its way from its start, as a part of the time of
+/// all tracks; 1 if it stays there.
 pub(super) fn beginning(track: &RawTrack, all: &[RawTrack]) -> Option<f64> {
     const MOVED: f64 = 0.1;
     let times = || all.iter().flat_map(|track| &track.rows).map(|row| row.time);

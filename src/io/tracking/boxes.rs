@@ -1,11 +1,11 @@
-//! Boxes about the balls, as detectors write them: by two corners, or by a corner and the size. A ball is in the middle of its box.
+//! Boxes of detectors about the balls: two corners, or a corner and the size.
 
 use super::words::words;
 
-/// What stands before the names of the sides of a box.
+/// Prefixes of the names of the sides of a box.
 const BEFORE: [&str; 4] = ["boundingbox", "bbox", "box", "bb"];
 
-/// Names of the sides; with nothing before them, those of the last rows may be those of balls, or of the middle of a box.
+/// Names of the sides; without a prefix, the last rows may be names of balls or of a middle.
 const CORNERS: [[&str; 4]; 3] =
     [["xmin", "ymin", "xmax", "ymax"], ["left", "top", "right", "bottom"], ["x1", "y1", "x2", "y2"]];
 const SIZES: [[&str; 4]; 5] = [
@@ -16,10 +16,10 @@ const SIZES: [[&str; 4]; 5] = [
     ["x", "y", "w", "h"],
 ];
 
-/// Names of a size beside that of x.
+/// Names of a size beside a column x.
 const SIDES: [[&str; 2]; 2] = [["width", "height"], ["w", "h"]];
 
-/// What tells, beside the place of a corner, where the middle of a box is.
+/// Columns that determine the middle of a box together with those of a corner.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) enum Rest {
     /// The columns of the other corner.
@@ -29,7 +29,7 @@ pub(super) enum Rest {
 }
 
 impl Rest {
-    /// Of the keys of `[tracks.columns]` that begin like this.
+    /// Returns the columns of the keys of `[tracks.columns]` that begin like this.
     pub(super) fn of(at: impl Fn(&str) -> Option<usize>, begin: &str) -> Option<Self> {
         let pair =
             |[one, other]: [&str; 2]| Some([at(&format!("{begin}{one}"))?, at(&format!("{begin}{other}"))?]);
@@ -41,7 +41,7 @@ impl Rest {
         columns
     }
 
-    /// The middle of a box with this corner, and this in those columns.
+    /// Returns the middle of a box from a corner and the values of these columns.
     pub(super) fn middle(self, [x, y]: [f64; 2], [other_x, other_y]: [f64; 2]) -> [f64; 2] {
         match self {
             Self::Corner(_) => [f64::midpoint(x, other_x), f64::midpoint(y, other_y)],
@@ -50,14 +50,13 @@ impl Rest {
     }
 }
 
-/// The columns of a box.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct Boxed {
     pub corner: [usize; 2],
     pub rest: Rest,
 }
 
-/// The box that these names, in small letters, are certainly those of, or both boxes of a table with a row per frame.
+/// Returns the box, or both boxes of a wide table, of these names in small letters, if certain.
 pub(super) fn named(names: &[String]) -> Vec<Boxed> {
     let plain: Vec<String> = names.iter().map(|name| words(name).concat()).collect();
     let find = |sides: &[&str; 4], are_sure: bool, rest: fn([usize; 2]) -> Rest| -> Vec<Boxed> {
@@ -88,12 +87,12 @@ pub(super) fn named(names: &[String]) -> Vec<Boxed> {
 pub(super) const SIZE: [&str; 2] = ["width", "height"];
 pub(super) const CORNER: [&str; 2] = ["x2", "y2"];
 
-/// The columns of a size that go with this column of x.
+/// Returns the columns of a size that belong to this column of x.
 pub(super) fn size(names: &[String], x: usize) -> Option<[usize; 2]> {
     SIDES.into_iter().find_map(|[width, height]| Some([beside(names, x, width)?, beside(names, x, height)?]))
 }
 
-/// The column that is called like one of x, with another word in the place of the x.
+/// Returns the column with the name of this column of x, the x replaced by another word.
 pub(super) fn beside(names: &[String], x: usize, word: &str) -> Option<usize> {
     let name = &names[x];
     name.char_indices().filter(|(_, c)| *c == 'x').find_map(|(at, _)| {

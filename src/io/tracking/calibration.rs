@@ -1,8 +1,8 @@
-//! From a file's lengths to metres on the table, x right and y up as seen from above.
+//! Calibration of a file's lengths: to metres on the table, x right and y up as seen from above.
 
 use nalgebra::{DMatrix, Matrix3, Vector3};
 
-/// What turns a file's coordinates into metres.
+/// Map from a file's coordinates to metres.
 #[derive(Clone, Debug)]
 pub(super) struct Calibration {
     map: Map,
@@ -11,7 +11,7 @@ pub(super) struct Calibration {
 
 #[derive(Clone, Debug)]
 enum Map {
-    /// `up` is 1 or −1. Divided by what is a whole number for every unit, so that 5.6 cm is 0.056 m.
+    /// `up` is 1 or −1. The divisor is a whole number for every unit, so that 5.6 cm is 0.056 m.
     Linear {
         factor: f64,
         divisor: f64,
@@ -20,25 +20,25 @@ enum Map {
     Homography(Matrix3<f64>),
 }
 
-/// A rolling shutter: the rows of a picture are taken one after the other, from the top.
+/// A rolling shutter: the rows of a picture are exposed one after the other, from the top.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct ReadOut {
-    /// From the first row to the last.
+    /// Time from the first row to the last, s.
     pub seconds: f64,
     pub rows: f64,
-    /// The file's y grows from the bottom of the picture upwards.
+    /// Whether the file's y grows from the bottom of the picture upwards.
     pub up: bool,
 }
 
 impl Calibration {
-    /// Metres are `factor / divisor` of the file's unit.
+    /// Returns a calibration by a scale: metres are `factor / divisor` of the file's unit.
     pub(super) fn linear(factor: f64, divisor: f64, up: bool, readout: Option<ReadOut>) -> Self {
         Self { map: Map::Linear { factor, divisor, up: if up { 1.0 } else { -1.0 } }, readout }
     }
 
-    /// Least squares over pairs of pixels and metres (direct linear transform of normalised points).
-    /// `up` is the direction of the pixels' y axis where it is known: the metres must then be seen from
-    /// above. Gives also a note on how well the points fit.
+    /// Returns the calibration by least squares over pairs of pixels and metres (direct linear
+    /// transform of normalised points), and a note on its residuals. `up` is the direction of the
+    /// pixels' y axis if it is known: the metres must then be seen from above.
     pub(super) fn homography(
         pairs: &[([f64; 2], [f64; 2])],
         up: Option<bool>,
@@ -101,12 +101,11 @@ impl Calibration {
             })
             .sum();
         let rms = (squares / pairs.len() as f64).sqrt() * 1e3;
-        let exact = if pairs.len() == 4 { " (four points leave nothing over to check with)" } else { "" };
+        let exact = if pairs.len() == 4 { " (exact through four points: not a check)" } else { "" };
         let note = format!("homography from {} points, residual {rms:.3} mm{exact}", pairs.len());
         Ok((calibration, note))
     }
 
-    /// Metres of a position in the file's unit.
     pub(super) fn metres(&self, x: f64, y: f64) -> [f64; 2] {
         match &self.map {
             Map::Linear { factor, divisor, up } => [factor * x / divisor, factor * up * y / divisor],
@@ -117,7 +116,7 @@ impl Calibration {
         }
     }
 
-    /// Standard deviations in metres at a position, all in the file's unit.
+    /// Returns standard deviations in metres at a position; arguments are in the file's unit.
     pub(super) fn sd(&self, x: f64, y: f64, sd: [f64; 2]) -> [f64; 2] {
         match &self.map {
             Map::Linear { factor, divisor, .. } => sd.map(|sd| factor * sd / divisor),
@@ -132,7 +131,7 @@ impl Calibration {
         }
     }
 
-    /// How much later than its frame's first row a position was taken, seconds.
+    /// Returns the time between the first row of a picture and a position, s.
     pub(super) fn delay(&self, y: f64) -> f64 {
         self.readout.map_or(0.0, |readout| {
             let row = if readout.up { readout.rows - y } else { y };
@@ -140,7 +139,7 @@ impl Calibration {
         })
     }
 
-    /// The same, for a file whose unit has so many metres: `factor / divisor`.
+    /// Returns the calibration of a file with another unit, of `factor / divisor` metres.
     pub(super) fn in_unit(&self, (factor, divisor): (f64, f64)) -> Self {
         match self.map {
             Map::Linear { up, .. } => Self::linear(factor, divisor, up > 0.0, None),
@@ -153,7 +152,7 @@ fn homogeneous([x, y]: &[f64; 2]) -> Vector3<f64> {
     Vector3::new(*x, *y, 1.0)
 }
 
-/// To mean 0 and mean distance √2. `None` where the points lie on a line.
+/// Returns the map of points to mean 0 and mean distance √2; `None` if they lie on a line.
 fn normaliser(points: &[[f64; 2]]) -> Option<Matrix3<f64>> {
     let n = points.len() as f64;
     let mean = [0, 1].map(|k| points.iter().map(|p| p[k]).sum::<f64>() / n);
@@ -174,7 +173,7 @@ fn normaliser(points: &[[f64; 2]]) -> Option<Matrix3<f64>> {
 mod tests {
     use super::*;
 
-    /// A camera that looks at the table askew, rows counted downwards.
+    /// An oblique camera, rows counted downwards.
     fn picture(m: [f64; 2]) -> [f64; 2] {
         let w = 1.0 + 0.1 * m[0] - 0.2 * m[1];
         [(960.0 + 700.0 * m[0] + 30.0 * m[1]) / w, (540.0 - 690.0 * m[1] + 20.0 * m[0]) / w]

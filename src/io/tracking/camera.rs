@@ -1,4 +1,4 @@
-//! `[camera]`: the corrections for the camera that are stated, exactly or with an error, or free.
+//! `[camera]`: corrections for the camera, stated exactly, with an error, or left free.
 
 use std::fmt;
 
@@ -62,8 +62,7 @@ impl Values {
     }
 }
 
-/// A key of the section: its corrections, the range of its numbers, and what is expected beside
-/// `"auto"`.
+/// A key of the section: its corrections, their range, and the values expected beside `"auto"`.
 struct Key {
     name: &'static str,
     corrections: &'static [Correction],
@@ -132,8 +131,9 @@ fn exact(value: f64) -> Measured {
     Measured { value, sd: None }
 }
 
-/// Returns the values that are stated, `None` for those to be found from the balls. A motion-capture system has corrected its
-/// positions for its cameras, so that distortions of one camera are looked for there only on request.
+/// Returns the values that are stated, `None` for those to be estimated from the balls.
+/// Motion-capture systems correct positions for their cameras: distortions of one camera are
+/// estimated there only on request.
 pub(super) fn stated(
     wanted: &WantedCamera,
     is_motion_capture: bool,
@@ -146,7 +146,8 @@ pub(super) fn stated(
 }
 
 impl CameraSection {
-    /// Returns the seconds from the first row of the picture to the last, if the section states them.
+    /// Returns the seconds from the first row of the picture to the last, if the section states
+    /// them.
     pub(super) fn readout(&self) -> Option<f64> {
         if let Some(Stated::Exact(Values::One(seconds))) = self.shutter { Some(seconds) } else { None }
     }
@@ -166,7 +167,7 @@ impl CameraSection {
                 source.add(&Fault::new(&path, value, format!("\"auto\"{}", key.expected)));
             }
         }
-        // a lens that is stated is about the middle of the film
+        // the centre of a stated lens distortion is the middle of the film
         let axis = match wanted[Correction::Lens as usize] {
             Wanted::Value(Measured { sd: None, .. }) => Wanted::Value(exact(0.0)),
             Wanted::Value(_) => Wanted::LeftOut,
@@ -203,7 +204,6 @@ impl Key {
     }
 }
 
-/// Reads a label, or the section.
 pub(crate) fn label_or_section<'de, D: Deserializer<'de>>(
     deserializer: D,
 ) -> Result<Option<CameraSection>, D::Error> {

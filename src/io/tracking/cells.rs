@@ -1,4 +1,4 @@
-//! Cells as numbers: times and positions, with an eye on their decimal marks.
+//! Cells as numbers: times and positions, with a check of their decimal marks.
 
 use super::boxes::Rest;
 use super::input::{Input, Row};
@@ -8,10 +8,10 @@ use super::settings::TimeUnit;
 use super::timecode::{Style, count_frames, is_clock, seconds};
 use crate::io::number::{Mark, Place, shortened};
 
-/// Smallest likelihood of a position. `DeepLabCut` itself leaves out what is less likely, where nothing else is said.
+/// Least likelihood of a position, unless stated: the default of `DeepLabCut`.
 pub(super) const LIKELY: f64 = 0.6;
 
-/// Reads cells, and remembers what holds for all of them.
+/// Reader of cells with the properties that all share.
 pub(super) struct CellReader<'a> {
     input: &'a Input<'a>,
     times: Mark,
@@ -40,7 +40,8 @@ impl<'a> CellReader<'a> {
         }
     }
 
-    /// Returns the seconds of a cell that is a time of a clock; `None` if the cell is to be a number.
+    /// Returns the seconds of a cell that is a time of a clock; `None` if the cell is to be a
+    /// number.
     fn clock_time(&mut self, cell: Place) -> Result<Option<f64>, String> {
         if !is_clock(cell.text) {
             self.is_plain = true;
@@ -52,7 +53,7 @@ impl<'a> CellReader<'a> {
             };
         }
         let Some((time, style)) = seconds(cell.text) else {
-            return Err("is no time; expected h:mm:ss.fff, h:mm:ss:cs or a number".to_string());
+            return Err("is not a time; expected h:mm:ss.fff, h:mm:ss:cs or a number".to_string());
         };
         if self.is_plain {
             return Err("is h:mm:ss, but times above are plain numbers".to_string());
@@ -87,7 +88,7 @@ impl<'a> CellReader<'a> {
         [f64::NAN; 2]
     }
 
-    /// Reads where a ball is: in the middle of a box perhaps, and a gap where a network that guessed it says that this is unlikely.
+    /// Reads the position of a ball: the middle of a box, and a gap if it is too unlikely.
     pub(super) fn place(&mut self, row: &Row, at: At) -> [f64; 2] {
         let corner = self.position(row, [at.x, at.y]);
         let middle = |rest: Rest| rest.middle(corner, self.position(row, rest.columns()));
@@ -101,13 +102,13 @@ impl<'a> CellReader<'a> {
         [f64::NAN; 2]
     }
 
-    /// Reads the standard deviations of a position, not numbers where there are none.
+    /// Reads the standard deviations of a position; NaN if they are missing.
     pub(super) fn deviations(&mut self, row: &Row, columns: [usize; 2]) -> [f64; 2] {
         columns.map(|column| {
             let cell = row.at(column);
             let sd = self.beside(cell);
             if let Some(sd) = sd.filter(|sd| *sd <= 0.0) {
-                cell.wrong(format!("{sd} is no standard deviation; expected more than 0"));
+                cell.wrong(format!("{sd} is not a standard deviation; expected more than 0"));
             }
             sd.unwrap_or(f64::NAN)
         })
@@ -118,8 +119,8 @@ impl<'a> CellReader<'a> {
         self.positions.beside(cell)
     }
 
-    /// Says what is known once all rows are read. Returns the clock, if times are those of one; times that count frames become
-    /// numbers of frames in the tracks.
+    /// Reports problems of all cells. Returns the clock if the times are of a clock; time codes
+    /// become numbers of frames in the tracks.
     pub(super) fn finish<'t>(self, tracks: impl Iterator<Item = &'t mut RawTrack>) -> Option<Clock> {
         let Input { file, problems, log, .. } = *self.input;
         self.times.finish(file, problems);

@@ -1,27 +1,27 @@
-//! What goes wrong between the camera and the file: rows twice, rows out of order, frames that repeat,
-//! balls that change names. Mended if the right repair is certain.
+//! Faults between the camera and the file: duplicate rows, rows out of order, repeated frames,
+//! exchanged names of balls. They are repaired if the repair is certain.
 
 use super::raw::{GAPS, Log, ORDER, REPEATED, RawTrack, Row, SWAPPED, middle, sorted};
 
-/// A frame in which both balls stand still while they move before and after is a repeated one if the
-/// step after it is at least this many times the step before: the lost frame's motion is then in it.
-const CATCHES_UP: f64 = 1.5;
-/// Steps shorter than this many of the smallest ones are those of coarse coordinates.
-const COARSE: f64 = 4.0;
-/// Squared jumps with the names exchanged, over those with the names as they are. One ball's stray
-/// position can make it 1/2, never less.
-const SURELY_SWAPPED: f64 = 0.1;
-const PERHAPS_SWAPPED: f64 = 0.3;
+/// Least ratio of the step after a frame in which both balls stand still to the step before it at
+/// which the frame is a repeated one: the lost frame's motion is then in the step.
+const MIN_CATCH_UP: f64 = 1.5;
+/// Ratio to the smallest step below which steps may come from coarse coordinates.
+const MAX_COARSE: f64 = 4.0;
+/// Ratios of the squared jumps with the names exchanged to those without. One ball's wrong position
+/// can make it 1/2, not less.
+const CERTAIN_SWAP: f64 = 0.1;
+const POSSIBLE_SWAP: f64 = 0.3;
 /// Longest step, frames, in which a jump can show that names were exchanged.
-const MOST_FRAMES: f64 = 3.5;
+const MAX_SWAP_FRAMES: f64 = 3.5;
 
-/// What is wrong with a shot, and the line where there is one.
+/// A fault of a shot, and its line if there is one.
 #[derive(Clone, Debug, PartialEq)]
 pub(super) struct Wrong {
     pub line: Option<usize>,
     pub message: String,
-    /// Whether camera or tracker damaged this shot only: others can do without it. Else the file or
-    /// dataset.toml is wrong.
+    /// Whether the camera or the tracker damaged only this shot, which can be left out; otherwise
+    /// the file or dataset.toml is wrong.
     pub is_damage: bool,
 }
 
@@ -35,14 +35,14 @@ impl Wrong {
     }
 }
 
-/// Puts the rows of a track in the order of time, each time once.
+/// Sorts the rows of a track by time, and merges those of equal times.
 pub(super) fn order(track: &mut RawTrack, log: Log) -> Result<(), Wrong> {
     let RawTrack { name, rows, .. } = track;
     let is_back = |two: &[Row]| two[1].time < two[0].time;
     if let Some(at) = rows.windows(2).position(is_back) {
         let backwards = rows.windows(2).filter(|two| is_back(two)).count();
         let (before, next) = (rows[at], rows[at + 1]);
-        // a clock that begins anew: another clip, or times that were counted only to some number
+        // a clock that starts again: another clip, or times that wrap around
         let is_anew = backwards == 1 && rows.len() > 2 && rows[rows.len() - 1].time < rows[0].time;
         let all_backwards = backwards + 1 == rows.len();
         rows.sort_by(|a, b| a.time.total_cmp(&b.time));
@@ -87,20 +87,20 @@ pub(super) fn order(track: &mut RawTrack, log: Log) -> Result<(), Wrong> {
     Ok(())
 }
 
-/// A ball is not this many times as far away from one row to the next as nearly all positions are from each other.
-const FAR: f64 = 8.0;
-/// Nor is a frame this many times as late as the film is long.
-const LATE: f64 = 100.0;
+/// Largest step between rows, in ranges of nearly all positions.
+const MAX_STEP: f64 = 8.0;
+/// Latest time of a frame, in ranges of nearly all times.
+const MAX_DELAY: f64 = 100.0;
 
-/// Returns the range of nearly all values: of the middle nine tenths.
+/// Returns the range of the middle nine tenths of values.
 fn range(values: impl Iterator<Item = f64>) -> f64 {
     let values = sorted(values);
     let at = |part: f64| values.get((part * values.len() as f64) as usize).copied().unwrap_or(f64::NAN);
     at(0.95) - at(0.05)
 }
 
-/// Turns rows into gaps that are by themselves at an impossible place or time: a lost decimal point, a slip of the pen.
-pub(super) fn stray(tracks: &mut [RawTrack], log: Log) {
+/// Turns single rows at impossible places or times into gaps: lost decimal points, misprints.
+pub(super) fn remove_outliers(tracks: &mut [RawTrack], log: Log) {
     let seen = || tracks.iter().filter(|track| !track.is_angle).flat_map(|track| track.seen());
     let width = range(seen().map(|row| row.x)).max(range(seen().map(|row| row.y)));
     let length = range(seen().map(|row| row.time));
@@ -110,18 +110,18 @@ pub(super) fn stray(tracks: &mut [RawTrack], log: Log) {
         let at: Vec<usize> = (0..rows.len()).filter(|i| !rows[*i].is_gap()).collect();
         let seen: Vec<Row> = at.iter().map(|i| rows[*i]).collect();
         for (k, row) in seen.iter().enumerate().filter(|_| seen.len() >= 5) {
-            // of a row at the end the two next to it, one of which may be the stray one
+            // beside a row at the end its two neighbours, one of which may be the wrong one
             let beside = match k {
                 0 => [1, 2],
                 _ if k + 1 == seen.len() => [k - 1, k - 2],
                 _ => [k - 1, k + 1],
             };
             let beside = beside.map(|i| seen[i]);
-            let far = beside.iter().all(|other| other.distance(*row) > FAR * width);
+            let far = beside.iter().all(|other| other.distance(*row) > MAX_STEP * width);
             let [one, other] = beside.map(|other| (other.time - row.time).abs());
-            // frame -18 where all others count from 0
+            // frame -18 if all others count from 0
             let before = k == 0 && row.time < 0.0 && seen[1].time >= 0.0 && one.min(other) > 3.0 * step;
-            if far || before || one.min(other) > LATE * length {
+            if far || before || one.min(other) > MAX_DELAY * length {
                 let wrong = if far { "place" } else { "time" };
                 let message = format!(
                     "\"{name}\" is by itself at an impossible {wrong} ({:.6} s, {:.6e}, {:.6e} in the file's unit): taken as a gap",
@@ -134,7 +134,7 @@ pub(super) fn stray(tracks: &mut [RawTrack], log: Log) {
     }
 }
 
-/// Returns the rows of both tracks at the same times, neither a gap, by their indices.
+/// Returns the indices of the rows of both tracks at the same times, without gaps.
 fn pairs(cue: &RawTrack, object: &RawTrack) -> Vec<(usize, usize)> {
     let other = |row: &Row| {
         let j = object.rows.partition_point(|other| other.time < row.time);
@@ -145,7 +145,12 @@ fn pairs(cue: &RawTrack, object: &RawTrack) -> Vec<(usize, usize)> {
 }
 
 /// Turns repeated frames into gaps.
-pub(super) fn thaw(cue: &mut RawTrack, object: &mut RawTrack, fps: f64, log: Log) -> Result<(), Wrong> {
+pub(super) fn remove_repeated_frames(
+    cue: &mut RawTrack,
+    object: &mut RawTrack,
+    fps: f64,
+    log: Log,
+) -> Result<(), Wrong> {
     let pairs = pairs(cue, object);
     let step = |two: &[(usize, usize)]| {
         let [(i, j), (p, q)] = [two[0], two[1]];
@@ -165,9 +170,9 @@ pub(super) fn thaw(cue: &mut RawTrack, object: &mut RawTrack, fps: f64, log: Log
             k += 1;
             continue;
         }
-        // still to the end, or too coarse to tell
+        // still until the end, or too coarse to decide
         let (Some(after), before) = (steps.get(k), steps[first - 1]) else { break };
-        let coarse = smallest.is_finite() && before.min(*after) < COARSE * smallest;
+        let coarse = smallest.is_finite() && before.min(*after) < MAX_COARSE * smallest;
         let is_grid = coarse && smallest > 1e-6 * before.max(*after) && is_coarse(&steps);
         if before == 0.0 || is_grid || only_coarse {
             continue;
@@ -177,7 +182,7 @@ pub(super) fn thaw(cue: &mut RawTrack, object: &mut RawTrack, fps: f64, log: Log
             ((time(k + 1) - time(k)) * fps).max(1.0)
         };
         let [line, still] = [first + 1, first].map(|k| cue.rows[pairs[k].0].line);
-        if after / length(k) < CATCHES_UP * before / length(first - 1) {
+        if after / length(k) < MIN_CATCH_UP * before / length(first - 1) {
             let message = format!(
                 "both balls are exactly where they were in line {still} while they move before and after, and do not \
                  catch up: a frame was put in here, and all later times may be late. Expected the clip without it, \
@@ -199,16 +204,15 @@ pub(super) fn thaw(cue: &mut RawTrack, object: &mut RawTrack, fps: f64, log: Log
     Ok(())
 }
 
-/// Returns whether steps come in few sizes only, as those of whole pixels do.
+/// Returns whether steps have few sizes, as those of whole pixels do.
 fn is_coarse(steps: &[f64]) -> bool {
     let mut sizes = sorted(steps.iter().copied());
     sizes.dedup_by(|a, b| (*a - *b).abs() <= 1e-9 * b.abs());
     sizes.len() * 2 < steps.len()
 }
 
-/// Gives both balls their names back if a tracker exchanged them; returns the line of the first
-/// time.
-pub(super) fn unswap(
+/// Undoes identity swaps of a tracker; returns the line of the first one.
+pub(super) fn undo_swaps(
     cue: &mut RawTrack,
     object: &mut RawTrack,
     fps: f64,
@@ -218,15 +222,15 @@ pub(super) fn unswap(
     for two in pairs(cue, object).windows(2) {
         let [(i, j), (p, q)] = [two[0], two[1]];
         let (c, o, c_next, o_next) = (cue.rows[i], object.rows[j], cue.rows[p], object.rows[q]);
-        if (c_next.time - c.time) * fps > MOST_FRAMES {
+        if (c_next.time - c.time) * fps > MAX_SWAP_FRAMES {
             continue;
         }
         let cost = |a: f64, b: f64| a * a + b * b;
         let kept = cost(c.distance(c_next), o.distance(o_next));
         let swapped = cost(c.distance(o_next), o.distance(c_next));
-        if swapped < SURELY_SWAPPED * kept {
+        if swapped < CERTAIN_SWAP * kept {
             swaps.push(c_next);
-        } else if swapped < PERHAPS_SWAPPED * kept {
+        } else if swapped < POSSIBLE_SWAP * kept {
             let message = format!(
                 "cue and object ball may have exchanged their names from here on (\"{}\" jumps by {:.4}, \"{}\" by \
                  {:.4}, in the file's unit); expected them set right, or the shot skipped",

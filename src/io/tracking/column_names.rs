@@ -1,4 +1,4 @@
-//! `[tracks.columns]`: which column of a file is which of ours.
+//! `[tracks.columns]`: the file's column for each key.
 
 use std::num::NonZero;
 
@@ -7,17 +7,16 @@ use serde::Deserialize;
 
 use super::units::AngleUnit;
 
-/// A column of the file.
 #[derive(Clone, Debug, Deserialize, JsonSchema, PartialEq, Eq)]
 #[serde(untagged, expecting = "expected the name of a column, or its number, from 1 on")]
 pub(in crate::io) enum Column {
     Name(String),
-    /// From 1; for files without names of columns.
+    /// Number from 1, for files without names of columns.
     Number(NonZero<usize>),
 }
 
 impl Column {
-    /// Returns it as it stands in dataset.toml.
+    /// Returns it as dataset.toml writes it.
     pub(in crate::io) fn shown(&self) -> String {
         match self {
             Self::Name(name) => toml::Value::from(name.as_str()).to_string(),
@@ -28,7 +27,7 @@ impl Column {
 
 macro_rules! column_names {
     ($($key:ident)+) => {
-        /// `[tracks.columns]`: the file's column for each of ours.
+        /// `[tracks.columns]`: the file's column for each key.
         #[derive(Clone, Debug, Default, Deserialize, JsonSchema)]
         #[serde(deny_unknown_fields)]
         pub(super) struct ColumnNames {
@@ -38,13 +37,13 @@ macro_rules! column_names {
         }
 
         impl ColumnNames {
-            /// Returns the file's columns that are asked for, each with the name of ours.
+            /// Returns all keys that are stated, each with the file's column.
             pub(super) fn all(&self) -> impl Iterator<Item = (&'static str, &Column)> {
                 let all = [$((stringify!($key), &self.$key)),+];
                 all.into_iter().filter_map(|(key, column)| Some((key, column.as_ref()?)))
             }
 
-            /// States the file's column for one of ours.
+            /// States the file's column for a key.
             pub(super) fn set(&mut self, key: &str, column: Column) {
                 match key {
                     $(stringify!($key) => self.$key = Some(column),)+
@@ -55,7 +54,7 @@ macro_rules! column_names {
     };
 }
 
-// A box has its other corner in x2 and y2, or its size in width and height: the ball is in its middle.
+// A box has its other corner in x2 and y2, or its size in width and height.
 column_names! {
     shot frame t ball point x y x2 y2 width height likelihood x_sd y_sd marker_x marker_y angle
     cue_x cue_y object_x object_y cue_x2 cue_y2 object_x2 object_y2 cue_width cue_height object_width object_height
@@ -63,7 +62,6 @@ column_names! {
 }
 
 impl ColumnNames {
-    /// Returns the file's column for one of ours.
     pub(super) fn get(&self, key: &str) -> Option<&Column> {
         self.all().find(|(own, _)| *own == key).map(|(_, column)| column)
     }
@@ -77,12 +75,10 @@ impl ColumnNames {
         self.has("cue_x")
     }
 
-    /// Returns whether the columns are given by their numbers.
     pub(super) fn is_numbered(&self) -> bool {
         self.all().any(|(_, column)| matches!(column, Column::Number(_)))
     }
 
-    /// Returns whether a column holds angles.
     pub(super) fn has_angles(&self) -> bool {
         self.all().any(|(key, _)| key.ends_with("angle"))
     }
@@ -102,9 +98,9 @@ impl ColumnNames {
             "[tracks.columns] needs ball, x and y (a long table: a row per ball and frame) or cue_x, cue_y, object_x and \
              object_y (a wide one: a row per frame)"
         } else if !self.has("ball") && has_any(&["point", "x_sd", "marker_x", "angle"]) {
-            // of what a ball has beside its position, it must be said which ball
-            "[tracks.columns] has point, x_sd, marker_x or angle, but not ball; expected ball: only plain positions are told apart \
-             by their paths"
+            // properties beside the position need the name of the ball
+            "[tracks.columns] has point, x_sd, marker_x or angle, but not ball; expected ball: only plain positions can be \
+             assigned to balls by their paths"
         } else if !any_wide && !has_any(&["frame", "t"]) {
             "[tracks.columns] has neither frame nor t; expected one of them (only a table with a row per frame can do \
              without: its rows are counted)"
@@ -116,7 +112,7 @@ impl ColumnNames {
         Err(message.to_string())
     }
 
-    /// Complains about half of a pair, two ways to state a box, and a separator that is none.
+    /// Complains about half of a pair, a box stated twice, and an unknown separator.
     fn check_pairs(&self) -> Result<(), String> {
         for begin in ["", "cue_", "object_"] {
             let pairs = [["x_sd", "y_sd"], ["marker_x", "marker_y"], ["x2", "y2"], ["width", "height"]];

@@ -1,4 +1,4 @@
-//! Tables of any other shape: `[tracks.columns]` says which column is what.
+//! Tables of any other shape, read by `[tracks.columns]`.
 
 use super::column_names::{Column, ColumnNames};
 use super::heading::{Heading, blanks};
@@ -15,10 +15,9 @@ use crate::io::error::did_you_mean;
 use crate::io::number::{shortened, value};
 use crate::io::text::{Separator, filled_lines, trimmed, unmarked};
 
-/// The names of the columns, or the first row where they have none, are within so many lines.
-const WITHIN: usize = 100;
+/// Maximum number of lines searched for the names of the columns, or for the first row.
+const MAX_LINES: usize = 100;
 
-/// Returns the layout that `[tracks.columns]` states.
 pub(super) fn layout(input: &Input, wanted: &ColumnNames) -> Result<Layout, Refused> {
     let heading = if wanted.is_numbered() { numbered(input, wanted) } else { header(input, wanted) };
     let heading = heading.ok_or(Refused)?;
@@ -48,22 +47,21 @@ pub(super) fn layout(input: &Input, wanted: &ColumnNames) -> Result<Layout, Refu
     Ok(Layout { may_lack_ball: true, ..layout })
 }
 
-/// Lists the columns that have names and are not read, as the end of a sentence.
+/// Lists the named columns that are not read, as the end of a sentence.
 fn passed_over(heading: &Heading, read: &[usize]) -> String {
-    /// So many are named.
-    const NAMED: usize = 12;
+    /// Maximum number of columns listed.
+    const MAX_NAMED: usize = 12;
     let is_passed = |(i, name): &(usize, &String)| !read.contains(i) && !name.is_empty();
     let passed: Vec<&String> =
         heading.names.iter().enumerate().filter(is_passed).map(|(_, name)| name).collect();
-    let more = passed.len().saturating_sub(NAMED);
+    let more = passed.len().saturating_sub(MAX_NAMED);
     let more = if more > 0 { format!(" and {more} more") } else { String::new() };
     if passed.is_empty() {
         return String::new();
     }
-    format!("; columns passed over: {}{more}", quoted(passed.into_iter().take(NAMED)))
+    format!("; columns passed over: {}{more}", quoted(passed.into_iter().take(MAX_NAMED)))
 }
 
-/// The file's column for one of ours.
 fn position(heading: &Heading, wanted: &ColumnNames, key: &str) -> Option<usize> {
     match wanted.get(key)? {
         Column::Name(name) => heading.position(name.trim()),
@@ -76,7 +74,7 @@ fn angle(heading: &Heading, wanted: &ColumnNames, key: &str, input: &Input) -> O
     Some((column, heading.angle(column, wanted.angle_unit, input)?))
 }
 
-/// Finds the columns of a table with both balls in a row. Only if it has no column of times at all, the rows of a shot are its frames.
+/// Returns the layout of a table with both balls in a row. Without times, its rows are frames.
 fn wide(
     input: &Input,
     wanted: &ColumnNames,
@@ -105,8 +103,8 @@ fn wide(
     Some(Layout { shot, unit, ..Layout::new(heading, blocks, time, Clock::In(clock)) })
 }
 
-/// Returns the column of frame numbers or times that the file has though [tracks.columns] names neither, and whether it is one of
-/// frames: the names show it, and its numbers grow from row to row of a shot.
+/// Returns the column of frame numbers or times if [tracks.columns] names neither, and whether it
+/// is of frames: it is recognised by its name, and its numbers grow from row to row of a shot.
 fn unnamed_time(
     heading: &Heading,
     used: &[usize],
@@ -154,7 +152,7 @@ fn separators(wanted: &ColumnNames, blanks: Separator) -> Vec<Separator> {
     }
 }
 
-/// The first line that has all the names.
+/// Returns the heading in the first line that has all the names.
 fn header(input: &Input, wanted: &ColumnNames) -> Option<Heading> {
     let wanted_names = wanted.all().filter_map(|(_, column)| match column {
         Column::Name(name) => Some(name.trim()),
@@ -163,7 +161,7 @@ fn header(input: &Input, wanted: &ColumnNames) -> Option<Heading> {
     let wanted_names: Vec<&str> = wanted_names.collect();
     let separators = separators(wanted, Separator::Char(' '));
     let mut nearest: Option<(usize, usize, Vec<String>)> = None;
-    for (line, content) in filled_lines(input.text).take(WITHIN) {
+    for (line, content) in filled_lines(input.text).take(MAX_LINES) {
         for separator in &separators {
             let bare = unmarked(content);
             let separator =
@@ -198,7 +196,7 @@ fn header(input: &Input, wanted: &ColumnNames) -> Option<Heading> {
     None
 }
 
-/// Where the rows of a table without names begin: at the first line with numbers in all columns that hold numbers.
+/// Returns the heading of a table without names, from the first row with the expected numbers.
 fn numbered(input: &Input, wanted: &ColumnNames) -> Option<Heading> {
     let index = |column: &Column| match column {
         Column::Number(number) => number.get() - 1,
@@ -209,7 +207,7 @@ fn numbered(input: &Input, wanted: &ColumnNames) -> Option<Heading> {
     let words = ["shot", "ball", "point"].map(|key| wanted.get(key).map(index));
     let numbers: Vec<usize> = all.into_iter().filter(|column| !words.contains(&Some(*column))).collect();
     let separators = separators(wanted, Separator::Blanks);
-    for (line, content) in filled_lines(input.text).take(WITHIN) {
+    for (line, content) in filled_lines(input.text).take(MAX_LINES) {
         for separator in &separators {
             let Some(cells) = trimmed(content, *separator) else { continue };
             let number = |column: &usize| value(&cells[*column]).is_some();
@@ -220,7 +218,7 @@ fn numbered(input: &Input, wanted: &ColumnNames) -> Option<Heading> {
         }
     }
     let message = format!(
-        "none of the first {WITHIN} lines has numbers in the columns {} that [tracks.columns] gives",
+        "none of the first {MAX_LINES} lines has numbers in the columns {} that [tracks.columns] gives",
         numbers.iter().map(|column| (column + 1).to_string()).collect::<Vec<_>>().join(", ")
     );
     input.wrong(None, None, message);

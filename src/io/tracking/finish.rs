@@ -1,4 +1,4 @@
-//! From the rows of a file to a shot: which track is which ball, when, and where in metres.
+//! Conversion of a file's rows to a shot: balls, times, and positions in metres.
 
 use std::borrow::Cow;
 use std::collections::BTreeMap;
@@ -14,33 +14,32 @@ use crate::io::number::shortened;
 use crate::measurement::spin::Spin;
 use crate::measurement::track::{Marker, Sample, TrackShot, TrackedBall};
 
-/// What the shots table and `[cue_spin]` say of a shot.
+/// Statements of the table of shots and of `[cue_spin]` about a shot.
 #[derive(Clone, Debug)]
 pub(super) struct Facts {
     pub spin: Spin,
     pub labels: BTreeMap<String, String>,
     pub own: Own,
-    /// Why its discs were not found.
+    /// The reason if its discs were not found.
     pub refused: Option<String>,
 }
 
 impl Facts {
-    /// Returns what is known of a shot of which only the spin is.
+    /// Returns facts with the spin alone.
     pub(super) fn of(spin: Spin) -> Self {
         Self { spin, labels: BTreeMap::new(), own: Own::default(), refused: None }
     }
 }
 
-/// What the shots table says of a shot in place of dataset.toml.
+/// Statements of the table of shots that replace those of dataset.toml.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub(super) struct Own {
-    /// In the order of [`NAMED`].
+    /// Names of tracks, in the order of [`NAMED`].
     pub names: [Option<Names>; 4],
     pub capture_fps: Option<f64>,
 }
 
 impl Own {
-    /// Returns the settings that hold for the shot.
     pub(super) fn settings<'a>(&self, all: &'a TrackSettings) -> Cow<'a, TrackSettings> {
         if *self == Self::default() {
             return Cow::Borrowed(all);
@@ -57,16 +56,14 @@ impl Own {
     }
 }
 
-/// The tracks of one ball.
 struct Ball {
-    /// The ball's centre, or the points whose mean it is.
+    /// Track of the ball's centre, or tracks of the points whose mean is the centre.
     centres: Vec<RawTrack>,
-    /// Points on it.
+    /// Further points on the ball.
     markers: Vec<RawTrack>,
 }
 
-/// Makes a shot of its rows. `Err` says everything that has to be given in dataset.toml first, or the first fault of the
-/// rows.
+/// Returns the shot of a file's rows. `Err`: all missing statements, or else the first fault.
 pub(super) fn shot(
     mut raw: RawShot,
     mut facts: Facts,
@@ -91,12 +88,12 @@ pub(super) fn shot(
     let (cue, object) = match balls {
         [Ok(cue), Ok(object)] => (cue, object),
         balls => {
-            // names that stand in the table of shots are wrong, and not the shot
+            // wrong names in the table of shots are its fault, not the shot's
             let stated = facts.own.names[..2].iter().any(Option::is_some);
             let checked = |wrong: Wrong| Wrong { is_damage: wrong.is_damage && !stated, ..wrong };
             let mut wrong: Vec<Wrong> = balls.into_iter().filter_map(Result::err).map(checked).collect();
             raw.tracks = tracks;
-            if let Err(message) = time::settle(&mut raw, settings, &Notes::default()) {
+            if let Err(message) = time::convert(&mut raw, settings, &Notes::default()) {
                 wrong.push(Wrong::input(raw.line, message));
             }
             return Err(wrong);
@@ -123,22 +120,22 @@ fn of_balls(
     raw.tracks = balls.into_iter().flat_map(|ball| [ball.centres, ball.markers]).flatten().collect();
     let file = raw.file.clone();
     let log = notes.of(&file);
-    let fps = time::settle(&mut raw, settings, notes).map_err(|message| Wrong::input(raw.line, message))?;
+    let fps = time::convert(&mut raw, settings, notes).map_err(|message| Wrong::input(raw.line, message))?;
     for track in &mut raw.tracks {
         check::order(track, log)?;
     }
-    check::stray(&mut raw.tracks, log);
+    check::remove_outliers(&mut raw.tracks, log);
     let mut rest = raw.tracks.into_iter();
     let mut balls = sizes.map(|sizes| {
         let [centres, markers] = sizes.map(|n| rest.by_ref().take(n).collect());
         Ball { centres, markers }
     });
     let [mut cue, mut object] = balls.each_mut().map(Ball::mean);
-    check::thaw(&mut cue, &mut object, fps, log)?;
-    let swapped = check::unswap(&mut cue, &mut object, fps, log)?;
+    check::remove_repeated_frames(&mut cue, &mut object, fps, log)?;
+    let swapped = check::undo_swaps(&mut cue, &mut object, fps, log)?;
     if let Some(line) = swapped.filter(|_| balls.iter().any(|ball| !ball.markers.is_empty())) {
         let message = "cue and object ball have exchanged their names from here on, and with markers on them it is \
-                       not certain which of these did; expected them set right, or the shot skipped";
+                       not certain which of both did; expected them set right, or the shot skipped";
         return Err(Wrong::damaged(line, message));
     }
     let centres = [cue, object];
@@ -193,18 +190,17 @@ fn of_balls(
     Err(Wrong::input(shot.line, "a position or time is too large to be converted"))
 }
 
-/// Returns whether the object ball at rest is held in its place: in several frames exactly, though
-/// the noise exceeds the step of the coordinates.
+/// Returns whether a program holds the object ball at rest in place: several positions are exactly
+/// equal although the noise exceeds the step of the coordinates.
 fn is_held(shot: &TrackShot) -> bool {
-    /// Noise of one step leads to the same number in both coordinates in so many frames by chance
-    /// about once in 100 000 shots.
-    const OFTEN: usize = 6;
+    /// Number of equal positions that noise of one step gives in one of 100 000 shots.
+    const MIN_EQUAL: usize = 6;
     let same = |two: &[Sample]| [two[0].x, two[0].y] == [two[1].x, two[1].y];
     let held = 1 + shot.object.windows(2).take_while(|two| same(two)).count();
-    held >= OFTEN && noise(shot) > shot.resolution[0].max(shot.resolution[1])
+    held >= MIN_EQUAL && noise(shot) > shot.resolution[0].max(shot.resolution[1])
 }
 
-/// Takes the tracks that a key of [`NAMED`] names out of the list, with the points on them.
+/// Removes the tracks that a key of [`NAMED`] names from the list, and the points on them.
 fn assign(
     tracks: &mut Vec<RawTrack>,
     which: usize,
@@ -218,11 +214,11 @@ fn assign(
     for name in &names.0 {
         let Some(i) = find(tracks, name).map_err(|message| Wrong::input(raw.line, message))? else {
             let apart = if tracks.len() + found.centres.len() < 2 {
-                " (one file a ball: named alike but for the ball, as in kick-A.txt and kick-B.txt)"
+                " (one file a ball: their names differ by the ball only, as in kick-A.txt and kick-B.txt)"
             } else {
                 ""
             };
-            let meant = if name == key { ", which is meant where the key is left out" } else { "" };
+            let meant = if name == key { ", the default of the key" } else { "" };
             let message = format!(
                 "there is no track \"{name}\" ([tracks] {key} = {}{meant}); there are: {there}. Expected \
                  both balls in one file or shot{apart}, and their names in [tracks] cue and object",
@@ -264,14 +260,14 @@ pub(super) fn last_word(name: &str) -> &str {
 /// Returns the track that a name of dataset.toml means.
 ///
 /// # Errors
-/// Several tracks that it may mean.
+/// The name is ambiguous.
 pub(super) fn find(tracks: &[RawTrack], wanted: &str) -> Result<Option<usize>, String> {
     let ways: [&dyn Fn(&str) -> bool; 4] = [
         &|name| name == wanted,
         &|name| name.to_lowercase() == wanted.to_lowercase(),
         // Tracker calls them "mass A", or mass_A
         &|name| name.to_lowercase().starts_with("mass") && last_word(name) == wanted,
-        // as twins are numbered
+        // numbers of tracks with equal names
         &|name| {
             let number =
                 name.strip_prefix(wanted).and_then(|rest| rest.strip_prefix(" (")?.strip_suffix(')'));
@@ -288,7 +284,7 @@ pub(super) fn find(tracks: &[RawTrack], wanted: &str) -> Result<Option<usize>, S
             many => {
                 let shown = |i: &usize| format!("\"{}\" (line {})", tracks[*i].name, tracks[*i].line());
                 return Err(format!(
-                    "{} tracks are named \"{wanted}\"; write in [tracks] which of them it is: {}",
+                    "{} tracks are named \"{wanted}\"; write in [tracks] which one it is: {}",
                     many.len(),
                     many.iter().map(shown).collect::<Vec<_>>().join(", ")
                 ));
@@ -299,7 +295,7 @@ pub(super) fn find(tracks: &[RawTrack], wanted: &str) -> Result<Option<usize>, S
 }
 
 impl Ball {
-    /// Takes the centre: the only one, or the mean of several points, which then are markers.
+    /// Removes and returns the centre: the only one, or the mean of several, then markers.
     fn mean(&mut self) -> RawTrack {
         if self.centres.len() < 2 {
             return self.centres.pop().unwrap_or_else(|| RawTrack::new("", None));
@@ -323,16 +319,16 @@ impl Ball {
     }
 }
 
-/// Coarser coordinates than this, m, are worth a note: a ball that is tracked well errs by as much.
+/// Step of the coordinates, m, above which a note is given: good tracking errs by as much.
 const COARSE: f64 = 1.5e-4;
 
-/// The same of coordinates in pixels if no scale states how long one is.
+/// Step of the coordinates above which a note is given, px, if the scale is not known.
 const COARSE_PX: f64 = 0.1;
 
-/// Returns the step of the grid that the coordinates of each ball lie on, m, at its first position;
-/// 0 if there is none. It is recognised in the file's own unit, since a calibration by points bends
-/// it. A ball that hardly moves has that of the other. With what there is to say of a coarse one,
-/// in pixels if the balls are yet to tell how long one is.
+/// Returns the grid step of the coordinates of each ball, m, at its first position (0 without a
+/// grid), and a note if one is coarse, in pixels if the scale is not known. The step is determined
+/// in the file's unit, since a calibration by points bends the grid. A ball that is nearly at rest
+/// has the other ball's step.
 fn resolution(
     centres: &[RawTrack; 2],
     settings: &TrackSettings,
@@ -367,11 +363,10 @@ fn samples(track: &RawTrack, calibration: &Calibration) -> Vec<Sample> {
     track.seen().map(sample).collect()
 }
 
-/// Distance of a point that stands for the angle of a disc from its centre, m: any will do.
+/// Distance of the point that represents the angle of a disc from the centre, m; arbitrary.
 const ARM: f64 = 0.02;
 
-/// Returns a point that turns with the disc, for angles in the place of positions: they are told
-/// from the axes of the file.
+/// Returns a point that turns with the disc, from angles measured from the file's x axis.
 fn turned(angles: &RawTrack, centre: &RawTrack, calibration: &Calibration) -> Vec<Sample> {
     let point = |row: &Row| {
         let middle = centre.at(row.time).filter(|row| !row.is_gap())?;

@@ -1,4 +1,4 @@
-//! Which column of an unknown table is which, by their names or, where there are none, by their number: for a draft.
+//! A guess of the columns of an unknown table, by their names or else their number, for a draft.
 
 use std::num::NonZero;
 
@@ -12,10 +12,10 @@ use super::words::{Kind, Role, find, is_angle, pairs};
 use crate::io::number::value;
 use crate::io::text::{Separator, filled_lines, lines, trimmed, unmarked};
 
-/// Radians of a disc seldom grow beyond so many: as many as two turns. Degrees of a whole turn are 360.
-const RADIANS: f64 = 4.0 * std::f64::consts::PI;
+/// Largest angle of a disc in radians, two turns; degrees of a whole turn are 360.
+const MAX_RADIANS: f64 = 4.0 * std::f64::consts::PI;
 
-/// Guesses the columns of a table; `None` if it is not understood.
+/// Guesses the columns of a table; returns `None` if it is not understood.
 pub(super) fn columns(text: &str) -> Option<Guess> {
     let top: Vec<(usize, &str)> = filled_lines(text).take(TITLES).collect();
     for (i, (line, content)) in top.iter().enumerate() {
@@ -25,7 +25,7 @@ pub(super) fn columns(text: &str) -> Option<Guess> {
                 if separator == Separator::Char(' ') { blanks(text, *line, bare) } else { separator };
             let Some(names) = trimmed(bare, separator).filter(|names| names.len() > 2) else { continue };
             if names.iter().all(|name| value(name).is_some()) {
-                // names of columns that are not understood may stand above the numbers
+                // names that are not understood may stand above the numbers
                 let mut above = top[..i].iter().filter_map(|(_, line)| trimmed(line, separator));
                 let has_names = above.any(|cells| cells.len() == names.len());
                 let heading = Heading::unnamed(*line, separator, names.len());
@@ -39,12 +39,12 @@ pub(super) fn columns(text: &str) -> Option<Guess> {
     None
 }
 
-/// Of a table without names: positions of two balls, with a time in front perhaps; or frame, ball, x and y, and perhaps the size of a box
-/// and more, as benchmarks of trackers write it (MOT).
+/// Guesses the columns of a table without names: positions of two balls, perhaps after a time; or
+/// frame, ball, x and y, and perhaps the size of a box (MOT, a benchmark of trackers).
 fn numbered(rows: &Rows, width: usize) -> Option<Guess> {
-    let is_long = rows.is_whole(0) && rows.is_whole(1) && rows.tells_apart(1, &[0]);
+    let is_long = rows.is_whole(0) && rows.is_whole(1) && rows.distinguishes_rows(1, &[0]);
     let is_size = |column: usize| rows.is_size(|row| value(&row[column]));
-    // rows of two balls that nothing tells apart; MOT has -1 for the ball of detections
+    // rows of two balls without a column that separates them; MOT has -1 as the ball of detections
     let are_pairs = rows.is_whole(0) && rows.are_pairs(0, None);
     let keys: &[&'static str] = match width {
         6.. if is_long && is_size(4) && is_size(5) => &["frame", "ball", "x", "y", "width", "height"],
@@ -85,7 +85,7 @@ fn named(text: &str, heading: &Heading) -> Option<Guess> {
     taken.extend(boxes.iter().flat_map(|boxed| [boxed.corner, boxed.rest.columns()].concat()));
     let mut table = Table { heading, small, rows, taken, guess: Guess::default() };
     let shot = find(&table.small, Role::Shot);
-    // trackers leave the column empty where they only detect
+    // detectors leave the column empty
     let known = find(&table.small, Role::Ball)
         .filter(|column| !table.taken.contains(column) && !table.rows.is_empty(*column));
     if positions.is_empty() {
@@ -112,11 +112,11 @@ fn named(text: &str, heading: &Heading) -> Option<Guess> {
                 && !others.contains(column)
                 && !angles.contains(column)
         };
-        perhaps.filter(free).find(|column| table.rows.tells_apart(*column, &others))
+        perhaps.filter(free).find(|column| table.rows.distinguishes_rows(*column, &others))
     });
     // without a column of balls, numbers that look like one box are those of two balls
     let are_pairs = time.is_some_and(|time| table.rows.are_pairs(time, shot));
-    // numbers that a tracker gave anew where it had lost a ball
+    // ids that a tracker changed after it had lost a ball
     let ball = ball.filter(|ball| !(are_pairs && table.rows.values(*ball) > 2 && table.rows.is_whole(*ball)));
     boxes.retain(|_| are_named || ball.is_some() || are_pairs);
     if !boxes.is_empty() {
@@ -138,7 +138,7 @@ fn named(text: &str, heading: &Heading) -> Option<Guess> {
         ([position], _) if ball.is_some() || are_pairs => {
             table.taken.extend(ball);
             table.add_time(&groups, &angles);
-            // without a column of balls, the paths tell them apart
+            // without a column of balls, the paths separate them
             if let Some(ball) = ball {
                 table.add(["ball"], [ball]);
             }
@@ -162,7 +162,7 @@ fn named(text: &str, heading: &Heading) -> Option<Guess> {
     let mut guess = table.guess;
     if turning.iter().any(|column| !heading.has_unit(*column)) {
         let most = most(text, heading, turning);
-        guess.angle_unit = Some(if most > RADIANS { AngleUnit::Deg } else { AngleUnit::Rad });
+        guess.angle_unit = Some(if most > MAX_RADIANS { AngleUnit::Deg } else { AngleUnit::Rad });
     }
     guess.has_angles = !turning.is_empty();
     let passed = of(Kind::Motion).into_iter().flatten();
@@ -170,14 +170,13 @@ fn named(text: &str, heading: &Heading) -> Option<Guess> {
     Some(guess)
 }
 
-/// Of the same positions in pixels and in another unit, the latter.
+/// Returns the columns in another unit than pixels, of two pairs with the same positions.
 fn in_two_units(names: &[String], one: [usize; 2], other: [usize; 2]) -> Option<[usize; 2]> {
     let split = |pair: [usize; 2]| suffix(&names[pair[0]]);
     let ((bare, unit), (same, _)) = (split(one)?, split(other)?);
     bare.eq_ignore_ascii_case(same).then_some(if unit.is_pixels() { other } else { one })
 }
 
-/// The largest number in these columns.
 fn most(text: &str, heading: &Heading, columns: &[usize]) -> f64 {
     let rows = lines(text).skip(heading.above).filter_map(|(_, line)| trimmed(line, heading.separator));
     let most = |row: Vec<String>| {
@@ -201,7 +200,7 @@ mod tests {
         said.join(" ").replace('"', "")
     }
 
-    /// Tables, with ↵ for the end of a line, and what their columns are.
+    /// Tables, with ↵ for the end of a line, and the expected columns.
     const TABLES: &str = "
 c_a_x,c_a_y,ang_a,c_b_x,c_b_y,ang_b↵0.3,0.1,2.9,0.3,0.2,4.1 ¦ cue_x=c_a_x cue_y=c_a_y object_x=c_b_x object_y=c_b_y cue_angle=ang_a object_angle=ang_b angle_unit=rad
 Monday↵Time [s];x1 [cm];y1 [cm];x2 [cm];y2 [cm];v↵0;1;2;3;4;5 ¦ t=Time [s] cue_x=x1 [cm] cue_y=y1 [cm] object_x=x2 [cm] object_y=y2 [cm]

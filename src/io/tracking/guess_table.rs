@@ -1,5 +1,4 @@
-//! A guess of the section `[tracks]` that fits a table, as values: a draft shows it, and the loader
-//! reads by it.
+//! A guess of the section `[tracks]` for a table, by which a draft is written and files are read.
 
 use super::boxes::{self, Boxed, Rest};
 use super::cells::LIKELY;
@@ -10,7 +9,7 @@ use super::settings::{TimeUnit, TracksSection};
 use super::units::AngleUnit;
 use super::words::{Role, find};
 
-/// What of `[tracks]` fits a table.
+/// Guessed settings of `[tracks]`.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub(in crate::io) struct Guess {
     /// `[tracks.columns]`.
@@ -18,30 +17,29 @@ pub(in crate::io) struct Guess {
     pub angle_unit: Option<AngleUnit>,
     /// Whether the table has angles, which only discs do.
     pub has_angles: bool,
-    /// The unit of times, where only their steps show it.
+    /// The unit of times, if only their steps show it.
     pub time_unit: Option<TimeUnit>,
-    /// Pairs of columns for x and y that are no positions of balls.
+    /// Pairs of columns for x and y that are not positions of balls.
     pub passed: Vec<String>,
     /// A column that may be one of times or of numbers of frames.
     pub perhaps_time: Option<String>,
 }
 
-/// A key of `[tracks.columns]` and the column that it may be.
+/// A key of `[tracks.columns]` and its possible column.
 #[derive(Clone, Debug, PartialEq)]
 pub(in crate::io) struct Guessed {
     pub key: &'static str,
     pub column: Column,
-    /// When the key is right, where that is not certain: it is drafted as a comment.
+    /// The condition under which an uncertain key is right: it is drafted as a comment.
     pub doubt: Option<String>,
 }
 
 impl Guess {
-    /// Returns the column for a key.
     pub(in crate::io) fn column(&self, key: &str) -> Option<&Column> {
         self.columns.iter().find(|guessed| guessed.key == key).map(|guessed| &guessed.column)
     }
 
-    /// Returns what is certain as a section of dataset.toml.
+    /// Returns the certain keys as a section of dataset.toml.
     pub(super) fn section(&self) -> TracksSection {
         let mut names = ColumnNames { angle_unit: self.angle_unit, ..ColumnNames::default() };
         for guessed in self.columns.iter().filter(|guessed| guessed.doubt.is_none()) {
@@ -50,7 +48,7 @@ impl Guess {
         TracksSection::of_columns((!self.columns.is_empty()).then_some(names), self.time_unit)
     }
 
-    /// Returns whether x and y are certainly not those of the ball, but of a box about it.
+    /// Returns whether x and y are certainly those of a box instead of the ball.
     pub(super) fn has_boxes(&self) -> bool {
         let is_certain = |guessed: &Guessed| guessed.doubt.is_none();
         let is_box = |guessed: &Guessed| [boxes::SIZE[0], boxes::CORNER[0]].contains(&guessed.key);
@@ -58,7 +56,7 @@ impl Guess {
     }
 }
 
-/// Which columns of a table with names are what; what is guessed grows.
+/// A table with names of columns, and the growing guess of their meaning.
 pub(super) struct Table<'a> {
     pub heading: &'a Heading,
     pub small: Vec<String>,
@@ -84,7 +82,7 @@ impl Table<'_> {
         !self.taken.contains(&column) && !self.small[column].is_empty()
     }
 
-    /// The column of times or frames: by its name, else the one whose numbers grow from row to row of each group.
+    /// Adds the column of times or frames: by its name, or else the one that grows in each group.
     pub(super) fn add_time(&mut self, groups: &[usize], others: &[usize]) {
         let known = |role| find(&self.small, role).filter(|column| self.is_free(*column));
         match (known(Role::Frame), known(Role::Time)) {
@@ -107,8 +105,8 @@ impl Table<'_> {
         }
     }
 
-    /// What tells the middle of boxes. Where names do not say whether x and y are a corner or the middle, and the paths do not show it,
-    /// the size is added as a comment.
+    /// Adds the columns that determine the middle of boxes. The size is added as a comment if
+    /// neither names nor paths show whether x and y are a corner or the middle.
     pub(super) fn add_boxes(&mut self, positions: &[[usize; 2]], boxes: &[Boxed], ball: Option<usize>) {
         for (i, position) in positions.iter().enumerate() {
             let which = if positions.len() == 1 { 0 } else { i + 1 };
@@ -125,7 +123,8 @@ impl Table<'_> {
                 Some(true) => self.add(WIDTHS[which], size),
                 Some(false) => {}
                 None => {
-                    let why = "of a box: take the # away, from both, where x and y are its corner, and not its middle";
+                    let why =
+                        "of a box: take the # away, from both, if x and y are its corner, and not its middle";
                     self.guess_column(WIDTHS[which][0], size[0], Some(why.to_string()));
                     self.guess_column(WIDTHS[which][1], size[1], Some(String::new()));
                 }
@@ -133,7 +132,7 @@ impl Table<'_> {
         }
     }
 
-    /// Columns that say how surely a position is one; what detectors call confidence is on no known scale, and so a comment.
+    /// Adds the columns of likelihoods, and of confidences as a comment: their scale is unknown.
     pub(super) fn add_likelihoods(&mut self, positions: &[[usize; 2]]) {
         for (i, [x, _]) in positions.iter().enumerate() {
             let which = if positions.len() == 1 { 0 } else { i + 1 };
@@ -154,7 +153,7 @@ impl Table<'_> {
     }
 }
 
-/// Keys of `[tracks.columns]` of a table with a row per ball and frame, of the cue ball and of the object ball.
+/// Keys of `[tracks.columns]` for long tables, for the cue ball and for the object ball.
 const CORNERS: [[&str; 2]; 3] = [boxes::CORNER, ["cue_x2", "cue_y2"], ["object_x2", "object_y2"]];
 const WIDTHS: [[&str; 2]; 3] = [boxes::SIZE, ["cue_width", "cue_height"], ["object_width", "object_height"]];
 const LIKELIHOODS: [&str; 3] = ["likelihood", "cue_likelihood", "object_likelihood"];

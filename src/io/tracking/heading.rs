@@ -1,4 +1,4 @@
-//! The line that names the columns of a table, and their units: beside the names, as in `x [mm]`, or in a row of units below.
+//! Names of the columns of a table, and their units beside them, as in `x [mm]`, or below.
 
 use std::collections::HashMap;
 
@@ -9,16 +9,15 @@ use super::units::AngleUnit;
 use crate::io::number::parse;
 use crate::io::text::{Separator, filled_lines, lines, trimmed};
 
-/// Spreadsheets have a few lines of titles above the names of their columns, at most so many.
+/// Maximum number of lines of titles above the names of columns, as spreadsheets have.
 pub(super) const TITLES: usize = 10;
 
-/// A header has at most so many further lines, above that of the names or below it.
-const FURTHER: usize = 3;
+/// Maximum number of further lines of a header, above or below that of the names.
+const MAX_FURTHER_LINES: usize = 3;
 
-/// One of names has so many at least: a row of data that lost its numbers has fewer.
-const LEAST: usize = 3;
+/// Least number of names in a header: a row of data that lost its numbers has fewer.
+const MIN_NAMES: usize = 3;
 
-/// The unit of a column.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) enum Measure {
     Length(Unit),
@@ -27,7 +26,7 @@ pub(super) enum Measure {
 }
 
 impl Measure {
-    /// Of a word such as `mm`; `None` where the word is no unit.
+    /// Returns the unit of a word such as `mm`; `None` for other words.
     fn of(word: &str) -> Option<Self> {
         Some(match word.trim().to_lowercase().as_str() {
             "m" | "metre" | "metres" | "meter" | "meters" => Self::Length(Unit::M),
@@ -46,7 +45,7 @@ impl Measure {
         })
     }
 
-    /// As messages name it.
+    /// Returns its name for messages.
     fn name(self) -> &'static str {
         match self {
             Self::Length(unit) => unit.name(),
@@ -55,13 +54,13 @@ impl Measure {
         }
     }
 
-    /// Whether it is that of positions in pictures.
+    /// Returns whether it is the unit of positions in pictures.
     pub(super) fn is_pixels(self) -> bool {
         self == Self::Length(Unit::Px)
     }
 }
 
-/// What stands between names of columns that have blanks between them: single ones, where the row below has as many cells.
+/// Returns the separator of names: single blanks if the row below has as many cells.
 pub(super) fn blanks(text: &str, line: usize, names: &str) -> Separator {
     const SINGLE: Separator = Separator::Char(' ');
     let count = |line: &str| trimmed(line.trim_end(), SINGLE).map_or(0, |cells| cells.len());
@@ -70,7 +69,7 @@ pub(super) fn blanks(text: &str, line: usize, names: &str) -> Separator {
     if fits && !names.starts_with(' ') { SINGLE } else { Separator::Blanks }
 }
 
-/// `x_mm` as `x` and mm; `None` where the last word is no unit or does not go with the name.
+/// Splits `x_mm` into `x` and mm; `None` if the last word is not a unit or does not suit the name.
 pub(super) fn suffix(name: &str) -> Option<(&str, Measure)> {
     let (bare, word) = name.rsplit_once('_')?;
     let unit = Measure::of(word).filter(|_| !word.is_empty() && !bare.is_empty())?;
@@ -85,7 +84,7 @@ pub(super) fn suffix(name: &str) -> Option<(&str, Measure)> {
     fits.then_some((bare, unit))
 }
 
-/// A name without what programs put around it: `Time (s) Run #1`, `Data Set 1:Time(s)`, `t_ms`.
+/// Splits a name with the additions of programs: `Time (s) Run #1`, `Data Set 1:Time(s)`, `t_ms`.
 fn split_loosely(name: &str) -> (&str, Option<Measure>) {
     let mut plain = name;
     if let Some((before, number)) = name.rsplit_once('#')
@@ -101,7 +100,7 @@ fn split_loosely(name: &str) -> (&str, Option<Measure>) {
     }
 }
 
-/// `x [mm]` as `x` and mm. A name without a unit is left as it is.
+/// Splits `x [mm]` into `x` and mm. A name without a unit is returned as it is.
 fn split(name: &str) -> (&str, Option<Measure>) {
     for (open, close) in [('[', ']'), ('(', ')')] {
         let inside = name.strip_suffix(close).and_then(|rest| rest.rsplit_once(open));
@@ -114,14 +113,14 @@ fn split(name: &str) -> (&str, Option<Measure>) {
     (name, None)
 }
 
-/// What stands in brackets behind the name of a coordinate and looks like a unit, but is none that is known: `dm` of `x1 [dm]`.
+/// Returns an unknown unit in brackets behind the name of a coordinate: `dm` of `x1 [dm]`.
 pub(in crate::io) fn strange_unit(name: &str) -> Option<&str> {
-    /// So long may it be.
-    const LONGEST: usize = 12;
+    /// Maximum length of the word.
+    const MAX_LENGTH: usize = 12;
     let name = name.trim();
     let (open, close) = if name.ends_with(']') { ('[', ']') } else { ('(', ')') };
     let (bare, word) = name.strip_suffix(close)?.rsplit_once(open)?;
-    let is_word = !word.is_empty() && word.len() <= LONGEST && word.chars().all(char::is_alphabetic);
+    let is_word = !word.is_empty() && word.len() <= MAX_LENGTH && word.chars().all(char::is_alphabetic);
     let bare = bare.trim_end().trim_end_matches(|c: char| c.is_ascii_digit()).to_lowercase();
     let is_coordinate = ["x", "y"].iter().any(|axis| bare.ends_with(axis));
     (is_word && is_coordinate && Measure::of(word).is_none()).then_some(word)
@@ -135,15 +134,15 @@ pub(super) struct Heading {
     /// Rows are below this line: that of the names, or that of the units below it.
     pub above: usize,
     pub separator: Separator,
-    /// As they stand in the file, with their units.
+    /// Names as in the file, with their units.
     pub names: Vec<String>,
-    /// Without the units.
+    /// Names without the units.
     pub bare: Vec<String>,
     units: Vec<Option<Measure>>,
 }
 
 impl Heading {
-    /// Of a line with these names; `text` is that of the file.
+    /// Returns the heading of a file with these names in a line.
     pub(super) fn new(text: &str, line: usize, separator: Separator, names: Vec<String>) -> Self {
         let split_by = |split: fn(&str) -> (&str, Option<Measure>)| -> (Vec<String>, Vec<Option<Measure>>) {
             let each = names.iter().map(|name| split(name));
@@ -156,7 +155,7 @@ impl Heading {
             (bare, units) = split_by(split);
         }
         let mut above = line;
-        for _ in 0..FURTHER {
+        for _ in 0..MAX_FURTHER_LINES {
             let Some((below, row)) = further(text, above, separator, names.len()) else { break };
             above = below;
             for (unit, other) in units.iter_mut().zip(row) {
@@ -166,9 +165,10 @@ impl Heading {
         Self { line, above, separator, names, bare, units }
     }
 
-    /// The same, where a name that stands twice is preceded by what stands above it, and an empty one replaced: `cue x` of `x` below
-    /// `cue`, which may be above several columns. Left as they are where that does not tell them all apart. An empty name before the
-    /// last one is also replaced by the word above it, as in TRC files, where `Frame#` and `Time` stand in the line of the markers.
+    /// Returns the heading of names that may repeat: `x` below `cue` becomes `cue x`, where `cue`
+    /// may stand above several columns. The names are kept if some are still equal. An empty name
+    /// before the last one is replaced by the word above it, as `Frame#` and `Time` of TRC files,
+    /// which stand in the line of the markers.
     pub(super) fn deep(text: &str, line: usize, separator: Separator, names: Vec<String>) -> Self {
         let mut told = names.clone();
         let twice = |names: &[String]| -> Vec<bool> {
@@ -180,7 +180,7 @@ impl Heading {
         };
         let above: Vec<&str> =
             lines(text).take(line - 1).map(|(_, line)| line).filter(|line| !line.trim().is_empty()).collect();
-        for title in above.into_iter().rev().take(FURTHER) {
+        for title in above.into_iter().rev().take(MAX_FURTHER_LINES) {
             let repeated = twice(&told);
             let Some(title) = trimmed(title, separator) else { break };
             if !repeated.contains(&true) {
@@ -202,34 +202,33 @@ impl Heading {
         Self::new(text, line, separator, names)
     }
 
-    /// Of names without units in a line, with the rows below another one.
+    /// Returns the heading of names without units in a line, with the rows below another one.
     pub(super) fn plain(line: usize, above: usize, separator: Separator, names: Vec<String>) -> Self {
         Self { line, above, separator, bare: names.clone(), units: vec![None; names.len()], names }
     }
 
-    /// Of a table without names: rows of so many cells, the first one in this line.
+    /// Returns the heading of a table without names: first row, and number of cells.
     pub(super) fn unnamed(first: usize, separator: Separator, width: usize) -> Self {
         let names = (1..=width).map(|number| format!("column {number}")).collect();
         Self::plain(first, first - 1, separator, names)
     }
 
-    /// The names without units, in small letters.
+    /// Returns the names without the units, in small letters.
     pub(super) fn small(&self) -> Vec<String> {
         self.bare.iter().map(|name| name.to_lowercase()).collect()
     }
 
-    /// The column of this name, with or without its unit.
+    /// Returns the column of this name, with or without its unit.
     pub(super) fn position(&self, name: &str) -> Option<usize> {
         let at = |names: &[String]| names.iter().position(|own| own == name);
         at(&self.names).or_else(|| at(&self.bare))
     }
 
-    /// Whether the header states the unit of a column.
     pub(super) fn has_unit(&self, column: usize) -> bool {
         self.units[column].is_some()
     }
 
-    /// How many columns have this name, with or without their unit.
+    /// Returns the number of columns of this name, with or without their unit.
     pub(super) fn count(&self, name: &str) -> usize {
         let count = |names: &[String]| names.iter().filter(|own| *own == name).count();
         count(&self.names).max(count(&self.bare))
@@ -239,7 +238,7 @@ impl Heading {
         input.wrong(self.line, self.bare[column].as_str(), message);
     }
 
-    /// The unit of length of these columns, which must be the same in all that have one.
+    /// Returns the unit of length of these columns; complains if they state different ones.
     pub(super) fn length(&self, columns: &[usize], input: &Input) -> Option<Unit> {
         let mut first: Option<(usize, Unit)> = None;
         for column in columns {
@@ -258,7 +257,7 @@ impl Heading {
         first.map(|(_, unit)| unit)
     }
 
-    /// The unit of a column of time, which must not differ from the one that dataset.toml states; seconds where none is stated.
+    /// Returns the unit of a column of time, seconds by default; complains of a contradiction.
     pub(super) fn time(&self, column: usize, input: &Input) -> TimeUnit {
         let message = match (self.units[column], input.settings.time_unit) {
             (None, _) => return TimeUnit::S,
@@ -274,7 +273,7 @@ impl Heading {
         TimeUnit::S
     }
 
-    /// The unit of a column of angles: that of the header or, where it says none, of dataset.toml, which must not differ.
+    /// Returns the unit of a column of angles; complains if header and dataset.toml differ.
     pub(super) fn angle(&self, column: usize, stated: Option<AngleUnit>, input: &Input) -> Option<AngleUnit> {
         let message = match (self.units[column], stated) {
             (Some(Measure::Angle(unit)), None) | (None, Some(unit)) => return Some(unit),
@@ -284,7 +283,7 @@ impl Heading {
             }
             (Some(other), _) => format!("is in {}; expected rad or deg", other.name()),
             (None, None) => {
-                "nothing says what these angles are in; expected [tracks.columns] angle_unit = \"rad\" or \"deg\"".to_string()
+                "the unit of these angles is not stated; expected [tracks.columns] angle_unit = \"rad\" or \"deg\"".to_string()
             }
         };
         self.wrong(column, message, input);
@@ -292,7 +291,7 @@ impl Heading {
     }
 }
 
-/// Gives each empty name, except the last one, the word that stands above it in a line of as many cells.
+/// Replaces each empty name, except the last one, by the word above it in a line of as many cells.
 fn fill_empty(names: &mut [String], above: &[String]) {
     if names.len().abs_diff(above.len()) > 1 {
         return;
@@ -305,7 +304,8 @@ fn fill_empty(names: &mut [String], above: &[String]) {
     }
 }
 
-/// A further line of a header below one of its lines: of units, in brackets or not, or of other names, without a number.
+/// Returns a further line of a header below one of its lines, with its units: a line of units, in
+/// brackets or not, or of other names without a number.
 fn further(
     text: &str,
     header: usize,
@@ -328,7 +328,7 @@ fn further(
     let is_word = |cell: &&String| parse(cell).is_err() && !is_clock(cell);
     let words = cells.iter().filter(is_word).count();
     let is_empty = |cell: &String| cell.is_empty() || is_word(&cell);
-    (words >= LEAST && cells.iter().all(is_empty))
+    (words >= MIN_NAMES && cells.iter().all(is_empty))
         .then(|| (line, cells.iter().map(|cell| unit(cell).flatten()).collect()))
 }
 

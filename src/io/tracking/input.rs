@@ -1,4 +1,4 @@
-//! A file that is read, and what is said of it on the way.
+//! A file that is read, and the lists of problems and notes.
 
 use std::borrow::Cow;
 use std::path::Path;
@@ -8,10 +8,10 @@ use super::settings::{TrackSettings, Unit};
 use crate::io::error::Problems;
 use crate::io::number::Place;
 
-/// What a reader makes of a file: its shots, and the unit of its lengths, where the file or its format states it.
+/// The shots of a file, and the unit of its lengths if the file or its format states it.
 pub(super) type Shots = (Vec<RawShot>, Option<Unit>);
 
-/// What dataset.toml says of tracks, and where problems and notes are put.
+/// Settings of dataset.toml for tracks, and the lists of problems and notes.
 #[derive(Clone, Copy)]
 pub(super) struct Context<'a> {
     pub settings: &'a TrackSettings,
@@ -19,16 +19,16 @@ pub(super) struct Context<'a> {
     pub notes: &'a Notes,
 }
 
-/// A file that is read, and where its reader puts problems and notes.
+/// A file for a reader, with the settings and the lists of problems and notes.
 #[derive(Clone, Copy)]
 pub(super) struct Input<'a> {
     pub file: &'a Path,
     pub text: &'a str,
-    /// Its name without what follows the last point: that of its shot, where nothing else names it.
+    /// Name of the file without its ending: the default name of its shot.
     pub stem: &'a str,
     pub settings: &'a TrackSettings,
     pub problems: &'a Problems,
-    /// For notes.
+    /// Notes about the file.
     pub log: Log<'a>,
 }
 
@@ -42,13 +42,13 @@ impl Input<'_> {
         self.problems.add(self.file, line, column, message);
     }
 
-    /// Whether times are numbers of frames where a file has both: these cannot follow a wrong rate, but need the right one.
+    /// Returns whether numbers of frames are preferred to times: they need the right frame rate,
+    /// but cannot follow a wrong one.
     pub(super) fn is_by_frame(&self) -> bool {
         self.settings.capture_fps.is_some()
     }
 }
 
-/// A row of a table.
 pub(super) struct Row<'a> {
     pub line: usize,
     pub input: &'a Input<'a>,
@@ -67,12 +67,12 @@ impl Row<'_> {
     }
 }
 
-/// The name of a file without what follows its last point.
+/// Returns the name of a file without its ending.
 pub(super) fn stem(file: &Path) -> String {
     file.file_stem().map(|stem| stem.to_string_lossy().into_owned()).unwrap_or_default()
 }
 
-/// Names of tracks for sentences: `"A", "B"`.
+/// Returns names of tracks for sentences: `"A", "B"`.
 pub(super) fn quoted<S: AsRef<str>>(names: impl IntoIterator<Item = S>) -> String {
     let quoted: Vec<String> = names.into_iter().map(|name| format!("\"{}\"", name.as_ref())).collect();
     quoted.join(", ")

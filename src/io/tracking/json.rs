@@ -25,7 +25,6 @@ const TIMES: [(&str, TimeUnit); 4] =
 const EXPECTED: &str = "expected an array of shots, each with \"balls\", each with a \"name\" and \"samples\" of t (seconds) or frame, \
                         x and y";
 
-/// Returns whether a text is JSON.
 pub(super) fn detect(text: &str) -> bool {
     let text = text.trim_start();
     text.starts_with('{')
@@ -50,7 +49,7 @@ struct Node<'t> {
 
 enum Value<'t> {
     List(Vec<&'t RawValue>),
-    /// In the order of the file.
+    /// An object, in the order of the file.
     Object(IndexMap<String, &'t RawValue>),
     Scalar(serde_json::Value),
 }
@@ -82,9 +81,8 @@ impl Node<'_> {
 
 struct Reader<'a> {
     input: &'a Input<'a>,
-    /// The byte at which each line ends.
     line_ends: Vec<usize>,
-    /// The unit of the times of the present shot.
+    /// The unit of the times of the current shot.
     clock: Option<Clock>,
 }
 
@@ -108,7 +106,7 @@ impl<'a> Reader<'a> {
         Node { line, value }
     }
 
-    /// Returns the value of the first of these keys that an object has, in small or capital letters.
+    /// Returns the value of the first key that an object has, in small or capital letters.
     fn get(&self, node: &Node<'a>, keys: &[&str]) -> Option<Node<'a>> {
         let Value::Object(entries) = &node.value else { return None };
         let of_key = |key: &&str| entries.iter().find(|(own, _)| own.eq_ignore_ascii_case(key));
@@ -126,7 +124,7 @@ impl<'a> Reader<'a> {
             Err(error) => {
                 let message = error.to_string();
                 let bare = message.rsplit_once(" at line ").map_or(message.as_str(), |(bare, _)| bare);
-                return self.wrong(error.line(), "", format!("is no JSON: {bare}"));
+                return self.wrong(error.line(), "", format!("is not JSON: {bare}"));
             }
         };
         let root = self.node(whole);
@@ -147,7 +145,8 @@ impl<'a> Reader<'a> {
         let unit = self.get(&root, &LENGTH).or_else(|| self.get(&shots[0], &LENGTH)).and_then(|unit| {
             let word = unit.text()?;
             Unit::of(word).or_else(|| {
-                let message = format!("\"{}\" is no unit; expected m, cm, mm, in, ft or px", shortened(word));
+                let message =
+                    format!("\"{}\" is not a unit; expected m, cm, mm, in, ft or px", shortened(word));
                 self.wrong(unit.line, "length_unit", message)
             })
         });

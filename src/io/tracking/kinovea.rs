@@ -11,7 +11,6 @@ use crate::io::text::{Separator, filled_lines, lines, trimmed};
 const FILTERED: &str = "coordinates that come from its kinematics window are filtered, which smears an impact: \
                         export the trajectories themselves";
 
-/// Returns the layout of an export.
 pub(super) fn layout(input: &Input) -> Detected {
     let (line, first) = filled_lines(input.text).next()?;
     let is_text = is_title(first.trim());
@@ -44,8 +43,8 @@ fn is_title(line: &str) -> bool {
     line.starts_with("#Kinovea") || line.eq_ignore_ascii_case("#T X Y")
 }
 
-/// Finds the sections: rows of time, x and y below a comment with the object's name or, where old versions name none, below a blank
-/// line.
+/// Finds the sections: rows of time, x and y below a comment with the object's name or, in old
+/// versions, below a blank line.
 fn sections(input: &Input) -> Layout {
     let mut blocks: Vec<Block> = Vec::new();
     let section = |header: usize, above: usize, name: &str| Block {
@@ -56,7 +55,7 @@ fn sections(input: &Input) -> Layout {
     };
     let (mut title, mut unnamed) = (1, 0);
     let mut is_apart = true;
-    // of the row above in the same section
+    // rows of the same section above
     let mut before: Option<f64> = None;
     let mut filled = Vec::new();
     for (line, text) in lines(input.text).map(|(line, text)| (line, text.trim())) {

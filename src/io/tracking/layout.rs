@@ -1,4 +1,4 @@
-//! Which column of a file is what: each format finds it, and one reader reads all of them by it.
+//! The layout of a file: each format determines it, and one reader reads all files by it.
 
 use super::boxes::Rest;
 use super::heading::Heading;
@@ -7,25 +7,24 @@ use super::raw::Clock;
 use super::settings::Unit;
 use super::units::AngleUnit;
 
-/// What a format says of a file.
 #[derive(Clone, Debug)]
 pub(super) struct Layout {
     pub heading: Heading,
     pub shot: Option<usize>,
-    /// `None`: the rows of a shot are counted.
+    /// The column of times; `None`: the rows of a shot are counted.
     pub time: Option<usize>,
     /// The unit of the times, unless these are written h:mm:ss.
     pub clock: Clock,
-    /// The unit of lengths, where the file or its format states it.
+    /// The unit of lengths, if the file or its format states it.
     pub unit: Option<Unit>,
-    /// Whether a row has all cells: else programs and editors may drop empty ones at the end of a line.
+    /// Whether every row has all cells; otherwise empty ones at its end may be missing.
     pub has_all_cells: bool,
-    /// Whether a row may name no ball: a detection that belongs to no track, and is left out.
+    /// Whether rows may lack a ball: detections that belong to no track are left out.
     pub may_lack_ball: bool,
     pub blocks: Vec<Block>,
 }
 
-/// Why a file that is in a known format has no layout: the reasons are among the problems.
+/// Marker of a file in a known format without a layout; the reasons are among the problems.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct Refused;
 
@@ -40,50 +39,49 @@ pub(super) type Detect = fn(&Input) -> Detected;
 pub(super) struct Block {
     /// The line of the names of columns.
     pub header: usize,
-    /// The rows are below this line,
+    /// The line above the rows.
     pub above: usize,
-    /// and this is the last one.
+    /// The line of the last row.
     pub last: usize,
     pub bodies: Vec<Body>,
 }
 
-/// What was followed, and where a row has its position.
+/// A tracked body, and the columns of its position.
 #[derive(Clone, Debug, PartialEq)]
 pub(super) struct Body {
     pub name: Name,
     /// The column that names the point on the ball.
     pub point: Option<usize>,
     pub at: At,
-    /// Standard deviations of the position.
+    /// The columns of the position's standard deviations.
     pub sd: Option<[usize; 2]>,
-    /// The position of a marker on the ball.
+    /// The columns of a marker on the ball.
     pub marker: Option<[usize; 2]>,
-    /// How far a disc has turned.
+    /// The column of a disc's angle, and its unit.
     pub angle: Option<(usize, AngleUnit)>,
 }
 
-/// Where the name of a body stands.
+/// Source of the name of a body.
 #[derive(Clone, Debug, PartialEq)]
 pub(super) enum Name {
-    /// Above the rows.
+    /// The name stands above the rows.
     Fixed(String),
-    /// In a column of a table with a row per ball and frame.
+    /// The name stands in a column, in a table with a row per ball and frame.
     Column(usize),
 }
 
-/// The columns of a position.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct At {
     pub x: usize,
     pub y: usize,
-    /// Of a box that has a corner in x and y.
+    /// The size or other corner of a box with a corner at x and y.
     pub rest: Option<Rest>,
-    /// How likely the position is one.
+    /// The column of the position's likelihood.
     pub likelihood: Option<usize>,
 }
 
 impl At {
-    /// Returns the columns that the keys of `[tracks.columns]` which begin like this name.
+    /// Returns the columns of the keys of `[tracks.columns]` that begin like this.
     pub(super) fn of(at: impl Fn(&str) -> Option<usize>, begin: &str) -> Option<Self> {
         let of = |key: &str| at(&format!("{begin}{key}"));
         Some(Self { x: of("x")?, y: of("y")?, rest: Rest::of(&at, begin), likelihood: of("likelihood") })
@@ -91,17 +89,16 @@ impl At {
 }
 
 impl Body {
-    /// Returns a body with a plain position.
+    /// Returns a body with a fixed name and a position only.
     pub(super) fn new(name: impl Into<String>, x: usize, y: usize) -> Self {
         Self::at(Name::Fixed(name.into()), At { x, y, rest: None, likelihood: None })
     }
 
-    /// Returns a body with nothing but a position.
+    /// Returns a body with a position only.
     pub(super) fn at(name: Name, at: At) -> Self {
         Self { name, point: None, at, sd: None, marker: None, angle: None }
     }
 
-    /// Returns the columns that hold lengths.
     fn lengths(&self) -> impl Iterator<Item = usize> {
         let rest = self.at.rest.map(Rest::columns);
         let pairs = [rest, self.sd, self.marker].into_iter().flatten();
@@ -110,7 +107,6 @@ impl Body {
 }
 
 impl Block {
-    /// Returns all rows below a heading.
     pub(super) fn below(heading: &Heading, bodies: Vec<Body>) -> Self {
         Self { header: heading.line, above: heading.above, last: usize::MAX, bodies }
     }
@@ -123,7 +119,6 @@ impl Layout {
         Self { heading, shot: None, time, clock, unit: None, has_all_cells, may_lack_ball, blocks }
     }
 
-    /// Returns the columns of all lengths.
     pub(super) fn lengths(blocks: &[Block]) -> Vec<usize> {
         blocks.iter().flat_map(|block| &block.bodies).flat_map(Body::lengths).collect()
     }

@@ -1,12 +1,12 @@
-//! Detections of two balls in rows that do not say which ball they are: each ball is followed from frame to frame.
+//! Tracking of two balls in rows of detections that do not name the ball.
 
 use super::bodies::beginning;
 use super::clips::STEPS;
 use super::input::Input;
 use super::raw::{GAPS, NAMES, RawShot, RawTrack, Row, middle};
 
-/// Parts every shot, whose rows are one track without a name, into the tracks of two balls. The one that moves first, in every clip, is
-/// the cue ball.
+/// Splits the rows of every shot, one track without a name, into the tracks of two balls. In every
+/// clip the first to move is the cue ball.
 pub(super) fn part(shots: &mut [RawShot], input: &Input) {
     let names = input.settings.first_names();
     for shot in shots {
@@ -29,8 +29,7 @@ pub(super) fn part(shots: &mut [RawShot], input: &Input) {
         }
         if let Some(first) = left.first() {
             let are = if left.len() == 1 { "row" } else { "rows" };
-            let message =
-                format!("{} {are} of neither of the two balls that are followed: left out", left.len());
+            let message = format!("{} {are} of other objects than the two balls: left out", left.len());
             input.log.add(GAPS, *first, message);
         }
         let mut tracks = new();
@@ -44,20 +43,20 @@ pub(super) fn part(shots: &mut [RawShot], input: &Input) {
         shot.tracks = tracks.into();
     }
     let message = format!(
-        "nothing says which ball a row is about: both balls are followed from frame to frame, and \"{}\" is the one that moves first",
+        "rows do not name the ball: both balls are followed from frame to frame, and \"{}\" is the one that moves first",
         names[0]
     );
     input.log.add(NAMES, None, message);
 }
 
-/// Whether another clip begins: after a pause, or where both balls jump further than they are apart.
+/// Returns whether another clip begins: after a pause, or if both jump beyond their distance.
 fn begins(last: [Option<&Row>; 2], now: [Option<&Row>; 2], pause: f64) -> bool {
     let ([Some(one), Some(other)], [Some(a), Some(b)]) = (last, now) else { return false };
     let apart = one.distance(*other);
     a.time - one.time.max(other.time) > pause || one.distance(*a) > apart && other.distance(*b) > apart
 }
 
-/// Which rows of a frame are those of two balls that were last seen there: such that both together moved least.
+/// Returns the rows of a frame nearest to two balls: the sum of both steps is least.
 fn nearest(last: [Option<&Row>; 2], frame: &[Row]) -> [Option<usize>; 2] {
     let [Some(one), Some(other)] = last else {
         return if frame.len() == 2 { [Some(0), Some(1)] } else { [None; 2] };
@@ -65,7 +64,7 @@ fn nearest(last: [Option<&Row>; 2], frame: &[Row]) -> [Option<usize>; 2] {
     if let [row] = frame {
         return if one.distance(*row) < other.distance(*row) { [Some(0), None] } else { [None, Some(0)] };
     }
-    // the pair that is best has one of the two nearest rows for each ball
+    // the best pair has one of the two nearest rows for each ball
     let near = |ball: &Row| {
         let mut rows: Vec<usize> = (0..frame.len()).collect();
         rows.sort_by(|i, j| ball.distance(frame[*i]).total_cmp(&ball.distance(frame[*j])));

@@ -1,5 +1,4 @@
-//! Tables with a row per ball and frame: the canonical one, and those that `[tracks.columns]`
-//! describes.
+//! Tables with a row per ball and frame: canonical, or described by `[tracks.columns]`.
 
 use super::heading::{Heading, TITLES};
 use super::input::{Input, quoted};
@@ -13,7 +12,7 @@ use crate::io::text::{Separator, lines, trimmed};
 /// The columns of the canonical table.
 const KNOWN: [&str; 10] = ["shot", "frame", "t", "ball", "x", "y", "z", "point", "x_sd", "y_sd"];
 
-/// Returns the layout of a text that begins like the canonical table, below a title perhaps.
+/// Returns the layout of a text that begins like the canonical table, perhaps below a title.
 pub(super) fn layout(input: &Input) -> Detected {
     let is_comment = |line: &str| line.trim().is_empty() || line.trim_start().starts_with('#');
     let top = lines(input.text).filter(|(_, line)| !is_comment(line)).take(TITLES);
@@ -34,7 +33,7 @@ pub(super) fn layout(input: &Input) -> Detected {
     Some(checked(heading, input))
 }
 
-/// Complains about the header of the canonical table and says what was found.
+/// Complains about the header of the canonical table and notes its columns.
 fn checked(heading: Heading, input: &Input) -> Result<Layout, Refused> {
     let before = input.problems.len();
     let mut strange = Vec::new();
@@ -48,7 +47,7 @@ fn checked(heading: Heading, input: &Input) -> Result<Layout, Refused> {
         }
         if let Some(meant) = near_miss(name, &KNOWN, has) {
             let message = format!(
-                "is no known name, but nearly {meant}; write {meant}, or give the column another name"
+                "is not a known name, but nearly {meant}; write {meant}, or give the column another name"
             );
             input.wrong(heading.line, name.as_str(), message);
         }
@@ -79,9 +78,9 @@ fn checked(heading: Heading, input: &Input) -> Result<Layout, Refused> {
     Ok(layout)
 }
 
-/// Returns the layout of a table whose columns `at` finds by our names; `None` if it lacks one that
-/// must be there. Complains if the header contradicts itself or dataset.toml about units. Without a
-/// column of balls, the balls are told apart by their paths.
+/// Returns the layout of a table whose columns `at` finds by key; `None` if a necessary one is
+/// missing. Complains if the header contradicts itself or dataset.toml about units. Without a
+/// column of balls, the paths separate the balls.
 pub(super) fn of_balls(
     at: impl Fn(&str) -> Option<usize>,
     angle: Option<(usize, AngleUnit)>,
@@ -105,14 +104,14 @@ pub(super) fn of_balls(
     Some(Layout { shot, unit, ..Layout::new(heading, blocks, Some(time), Clock::In(clock)) })
 }
 
-/// Returns the column of times, and whether these are numbers of frames.
+/// Returns the column of times, and whether it holds numbers of frames.
 pub(super) fn time(at: impl Fn(&str) -> Option<usize>, input: &Input) -> Option<(usize, bool)> {
     let (frame, time) = (at("frame"), at("t"));
     let frame = frame.filter(|_| input.is_by_frame() || time.is_none());
     Some((frame.or(time)?, frame.is_some()))
 }
 
-/// Notes rows that are taken for comments since the name of their shot begins with #.
+/// Notes rows that are read as comments since the name of their shot begins with #.
 fn note_comments(layout: &Layout, input: &Input) {
     let Layout { heading, shot, time, blocks, .. } = layout;
     if *shot != Some(0) || !input.text.contains("\n#") {

@@ -1,29 +1,27 @@
-//! Balls that a tracker lost and wrote down at a place where they are not: 0, 0, or −1, −1, or 9999.
+//! Removal of places that trackers write for lost balls: 0, 0, or −1, −1, or 9999.
 
 use super::raw::{GAPS, Log, RawTrack, Row, sorted};
 
-/// A jump is one away from the path if it is this many times as long as what balls move in the same
-/// time.
-const FAR: f64 = 5.0;
+/// Ratio of a jump away from the path to the fastest steps of the balls in the same time.
+const MIN_JUMP: f64 = 5.0;
 
-/// Balls move as fast as this part of all steps, from the slowest on: what is faster may be wrong.
-const USUAL: f64 = 0.9;
+/// Fraction of the steps, from the slowest on, that give the balls' speed: others may be wrong.
+const SPEED_QUANTILE: f64 = 0.9;
 
-/// A place that no program is known to write for a ball that is lost is one if a ball is exactly
-/// there in so many rows.
-const OFTEN: usize = 3;
+/// Least number of rows exactly at one place at which it may be that of a lost ball even if no
+/// program is known to write it.
+const MIN_REPEATS: usize = 3;
 
 type Place = [f64; 2];
 
-/// A track in the order of time: the indices of its rows that are no gaps, and the places at which
-/// the ball may be lost.
+/// The rows of a track without gaps, in the order of time, and possible places of a lost ball.
 struct Path {
     rows: Vec<usize>,
     places: Vec<Place>,
 }
 
-/// Turns positions into gaps that stand for a ball that is lost: exactly the same far from the path, again and again, or one that
-/// programs are known to write.
+/// Turns positions of lost balls into gaps: exactly equal places far from the path, repeated or
+/// such as programs are known to write.
 pub(super) fn leave_out(tracks: &mut [RawTrack], log: Log) {
     let paths: Vec<Path> = tracks.iter().map(Path::of).collect();
     if paths.iter().all(|path| path.places.is_empty()) {
@@ -35,10 +33,10 @@ pub(super) fn leave_out(tracks: &mut [RawTrack], log: Log) {
         })
     });
     let speeds = sorted(steps.map(|[a, b]| a.distance(b) / (b.time - a.time)));
-    let usual = speeds.get((USUAL * speeds.len() as f64) as usize).filter(|speed| **speed > 0.0);
+    let usual = speeds.get((SPEED_QUANTILE * speeds.len() as f64) as usize).filter(|speed| **speed > 0.0);
     let Some(usual) = usual else { return };
     for (RawTrack { name, rows, .. }, path) in tracks.iter_mut().zip(&paths) {
-        let stays = path.stays(rows, FAR * usual);
+        let stays = path.stays(rows, MIN_JUMP * usual);
         let is_far_always =
             |at: Place| stays.iter().all(|stay| stay.is_far || place(&rows[stay.rows[0]]) != at);
         let is_lost = |stay: &&Stay| {
@@ -48,9 +46,8 @@ pub(super) fn leave_out(tracks: &mut [RawTrack], log: Log) {
         let lost: Vec<usize> = stays.iter().filter(is_lost).flat_map(|stay| stay.rows).copied().collect();
         for row in lost {
             let [x, y] = place(&rows[row]);
-            let message = format!(
-                "\"{name}\" is at ({x}, {y}), far from its path, as where it is lost: taken as a gap"
-            );
+            let message =
+                format!("\"{name}\" is at ({x}, {y}), far from its path, as if it was lost: taken as a gap");
             log.add(GAPS, rows[row].line, message);
             rows[row].lose();
         }
@@ -61,7 +58,7 @@ fn place(row: &Row) -> Place {
     [row.x, row.y]
 }
 
-/// Returns whether programs write this place for a ball that is lost.
+/// Returns whether programs write this place for a lost ball.
 fn is_known([x, y]: Place) -> bool {
     let nines = |value: f64| {
         let digits = format!("{:.0}", value.abs());
@@ -70,7 +67,7 @@ fn is_known([x, y]: Place) -> bool {
     x == y && (x == 0.0 || x == -1.0 || nines(x))
 }
 
-/// Rows that follow each other at one place, and whether the track jumps far there and away.
+/// Consecutive rows at one place, and whether the track jumps far there and back.
 struct Stay<'a> {
     rows: &'a [usize],
     is_far: bool,
@@ -83,13 +80,13 @@ impl Path {
         rows.sort_by(|a, b| track.rows[*a].time.total_cmp(&track.rows[*b].time));
         let mut places: Vec<Place> = rows.iter().map(|i| place(&track.rows[*i])).collect();
         places.sort_by(|a, b| a[0].total_cmp(&b[0]).then(a[1].total_cmp(&b[1])));
-        let same = places.chunk_by(|a, b| a == b).filter(|same| same.len() >= OFTEN || is_known(same[0]));
+        let same =
+            places.chunk_by(|a, b| a == b).filter(|same| same.len() >= MIN_REPEATS || is_known(same[0]));
         let places = same.map(|same| same[0]).collect();
         Self { rows, places }
     }
 
-    /// Returns the stays at places where the ball may be lost; a jump that is faster than `fast` is
-    /// far.
+    /// Returns the stays at places of lost balls; a jump faster than `fast` is far.
     fn stays<'a>(&'a self, rows: &[Row], fast: f64) -> Vec<Stay<'a>> {
         let jumps = |a: usize, b: usize| rows[a].distance(rows[b]) > fast * (rows[b].time - rows[a].time);
         let mut stays = Vec::new();

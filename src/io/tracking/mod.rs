@@ -1,4 +1,4 @@
-//! Tracked paths of both balls, as programs that follow them in a film write them.
+//! Tracked paths of both balls in the formats of tracking programs.
 
 mod bodies;
 mod boxes;
@@ -63,12 +63,12 @@ pub(super) use heading::strange_unit;
 pub(super) use read::{TRACKER_PROJECT, is_tracker_project};
 pub(crate) use survey::{Survey, survey};
 
-/// Metres in one of a unit that dataset.toml knows; `None` for pixels.
+/// Returns the metres of a unit of dataset.toml; `None` for pixels.
 pub(super) fn metres(unit: &str) -> Option<f64> {
     Unit::of(unit)?.metres().map(|(times, over)| times / over)
 }
 
-/// Loads every file that the manifest names; what is wrong is added to the problems.
+/// Loads every file of the manifest; adds to the problems.
 pub(crate) fn load(manifest: &Manifest, settings: &TrackSettings, problems: &Problems) -> Tracks {
     let path = manifest.dataset.path.as_path();
     let table = ShotsTable::read(settings.shots.as_deref(), manifest.assume, problems);
@@ -94,7 +94,7 @@ pub(crate) fn load(manifest: &Manifest, settings: &TrackSettings, problems: &Pro
         let Some(read::Tracked { mut shots, format, unit }) = tracked else { continue };
         is_motion_capture &= format == Format::Qualisys;
         let calibration = calibration_for(format, unit, file, context);
-        // What follows from a row that could not be read need not be said.
+        // consequences of unreadable rows are not reported
         if problems.len() > before {
             continue;
         }
@@ -113,7 +113,7 @@ pub(crate) fn load(manifest: &Manifest, settings: &TrackSettings, problems: &Pro
                        shots or for none";
         problems.add(path, None, None, message);
     }
-    tell_apart(&mut raw, &notes);
+    name_by_folder(&mut raw, &notes);
     let known = name_shots(&raw, problems);
     if !broken {
         table.check_names(&known);
@@ -126,7 +126,7 @@ pub(crate) fn load(manifest: &Manifest, settings: &TrackSettings, problems: &Pro
     let mut left_out: Vec<_> = skipped.collect();
     if let Some(shot) = raw.iter().find(|shot| table.facts(&shot.name).is_none()) {
         let message = format!(
-            "nothing says how the cue ball of shot \"{}\" spins; expected [cue_spin] assume = \"stun\", \
+            "the cue ball's spin of shot \"{}\" is not stated; expected [cue_spin] assume = \"stun\", \
              \"natural-roll\" or \"unknown\", or cue_spin in the table that [tracks] shots names",
             shot.name
         );
@@ -134,7 +134,7 @@ pub(crate) fn load(manifest: &Manifest, settings: &TrackSettings, problems: &Pro
     }
     let mut work = Vec::with_capacity(raw.len());
     for shot in raw {
-        // what else is wrong with such shots is to be said, too
+        // report other faults of such shots, too
         let facts = table.facts(&shot.name).unwrap_or_else(|| Facts::of(Spin::Unknown));
         if manifest.discs.is_some() && !matches!(facts.spin, Spin::Stun | Spin::Unknown) {
             let message = format!(
@@ -175,7 +175,7 @@ fn same_file(a: &Path, b: &Path) -> bool {
     a == b || matches!((fs::canonicalize(a), fs::canonicalize(b)), (Ok(a), Ok(b)) if a == b)
 }
 
-/// Lengths are in the unit that the file itself states, else in that of dataset.toml, else in metres.
+/// Returns the calibration in the unit of the file, or else of dataset.toml, or else metres.
 fn calibration_for(format: Format, stated: Option<Unit>, file: &Path, context: Context) -> Calibration {
     let Context { settings, problems, notes } = context;
     let log = notes.of(file);
@@ -210,7 +210,7 @@ fn calibration_for(format: Format, stated: Option<Unit>, file: &Path, context: C
     settings.calibration.clone()
 }
 
-/// Complains about spins that are said to be measured, where neither numbers nor markers tell them.
+/// Complains about spins stated as measured without numbers or markers.
 fn name_unmeasured(shots: &[TrackShot], table: &ShotsTable, path: &Path, problems: &Problems) {
     let unmeasured = |shot: &&TrackShot| shot.markers.is_empty() && table.is_by_markers(&shot.name);
     let mut names = shots.iter().filter(unmeasured).map(|shot| shot.name.as_str());
@@ -218,14 +218,14 @@ fn name_unmeasured(shots: &[TrackShot], table: &ShotsTable, path: &Path, problem
     let others = names.count();
     let others = if others > 0 { format!(" and {others} more") } else { String::new() };
     let message = format!(
-        "[cue_spin] assume is \"measured\", but nothing measures the spin of shot \"{first}\"{others}; expected omega_x, omega_y and \
+        "[cue_spin] assume is \"measured\", but the spin of shot \"{first}\"{others} is not measured; expected omega_x, omega_y and \
          omega_z in a table that [tracks] shots names, markers on the cue ball ([tracks] cue_markers), or assume = \"natural-roll\", \"stun\" or \"unknown\""
     );
     problems.add(path, None, None, message);
 }
 
-/// Puts the folder before the names of shots that files in different folders give, as A/1.csv and B/1.csv do.
-fn tell_apart(raw: &mut [RawShot], notes: &Notes) {
+/// Puts the folder before equal names of shots from different folders, as of A/1.csv and B/1.csv.
+fn name_by_folder(raw: &mut [RawShot], notes: &Notes) {
     let mut of_name: HashMap<String, Vec<usize>> = HashMap::new();
     for (i, shot) in raw.iter().enumerate() {
         of_name.entry(shot.name.clone()).or_default().push(i);
@@ -244,7 +244,7 @@ fn tell_apart(raw: &mut [RawShot], notes: &Notes) {
     }
     named.sort();
     if let Some((first, name)) = named.first() {
-        let message = "files in several folders are called alike: their shots are named with the folder";
+        let message = "files in several folders have equal names: their shots are named with the folder";
         notes.of(&raw[*first].file).add(raw::NAMES, None, format!("{message}, as in \"{name}\""));
     }
     for (i, name) in named {
@@ -252,7 +252,7 @@ fn tell_apart(raw: &mut [RawShot], notes: &Notes) {
     }
 }
 
-/// The shots by name, with complaints about names given twice.
+/// Returns the shots by name, with complaints about duplicate names.
 fn name_shots<'a>(raw: &'a [RawShot], problems: &Problems) -> HashMap<&'a str, usize> {
     let mut known = HashMap::with_capacity(raw.len());
     for (i, shot) in raw.iter().enumerate() {
@@ -271,11 +271,11 @@ fn name_shots<'a>(raw: &'a [RawShot], problems: &Problems) -> HashMap<&'a str, u
     known
 }
 
-/// So many shots are handed to a core at a time, at least.
-const SHOTS_A_CORE: usize = 64;
+/// Least number of shots that a core gets at a time.
+const MIN_SHOTS_PER_CORE: usize = 64;
 
-/// Finishes shots on all cores; the order stays. Damaged shots are left out, with name and reason. Where nothing else is left, and
-/// where a shot is not damaged but the file or dataset.toml is wrong, this is a problem of the data set.
+/// Finishes shots on all cores, in order. Damaged shots are left out, with name and reason. A fault
+/// of the file or of dataset.toml is a problem of the data set, as is that no shot remains.
 fn finish_all(
     work: Vec<(RawShot, Facts)>,
     calibrations: &HashMap<PathBuf, Calibration>,
@@ -290,7 +290,7 @@ fn finish_all(
         let shot = done.unwrap_or_else(|panic| Err(vec![Wrong::damaged(None, defect(panic))]));
         Some((name, file, shot, notes))
     };
-    let done: Vec<_> = work.into_par_iter().with_min_len(SHOTS_A_CORE).filter_map(finish).collect();
+    let done: Vec<_> = work.into_par_iter().with_min_len(MIN_SHOTS_PER_CORE).filter_map(finish).collect();
     let (mut shots, mut damaged) = (Vec::with_capacity(done.len()), Vec::new());
     for (name, file, shot, own_notes) in done {
         notes.append(own_notes);
@@ -315,8 +315,7 @@ fn finish_all(
     (shots, damaged.into_iter().map(reason).collect())
 }
 
-/// Does work on one shot, whose panic must not end the run; no input is known that causes one.
-/// `Err` names the place of its report.
+/// Does work on one shot; `Err` names the report of a panic, which no input is known to cause.
 fn isolated<T>(work: impl FnOnce() -> T) -> Result<T, String> {
     std::panic::catch_unwind(std::panic::AssertUnwindSafe(work))
         .map_err(|_| "a panic, which standard error reports".to_owned())

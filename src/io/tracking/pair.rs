@@ -12,14 +12,14 @@ struct Single {
     /// Index among the shots.
     index: usize,
     object: bool,
-    /// The file's name without the ball's.
+    /// The file's name without the ball's name.
     key: String,
-    /// The folder, or the one above where the folder is named after the ball.
+    /// The folder, or the folder above if the folder is named after the ball.
     folder: Option<PathBuf>,
 }
 
-/// Puts the shots together that are one ball each and whose files differ by the ball's name only, or that are
-/// the only two there are. Others stay as they are, and are told what is missing when they are finished.
+/// Joins the shots of one ball each whose files differ by the ball's name only, or that are the
+/// only two. Others are left, and their missing ball is reported when they are finished.
 pub(super) fn pair(raw: &mut Vec<RawShot>, settings: &TrackSettings, notes: &Notes) {
     let Some(names) = settings.single_names() else { return };
     let singles: Vec<Single> =
@@ -42,7 +42,7 @@ pub(super) fn pair(raw: &mut Vec<RawShot>, settings: &TrackSettings, notes: &Not
         shot.tracks[0].name = names[0].to_string();
         shot.tracks.push(track);
         let own = shot.file.clone();
-        // what is left of the files' names, or that of the first file where it is nothing or not the same
+        // the common rest of the files' names, or else the first file's name
         let is_name = cue.key == object.key && !cue.key.is_empty();
         shot.name = if is_name { cue.key.clone() } else { stem(&own) };
         let message =
@@ -56,7 +56,7 @@ pub(super) fn pair(raw: &mut Vec<RawShot>, settings: &TrackSettings, notes: &Not
     }
 }
 
-/// A file that is one ball's track and says whose, by the track's name or its own.
+/// Returns a file that is one ball's track, if the track's name or its own names the ball.
 fn single(index: usize, shot: &RawShot, [cue, object]: [&str; 2]) -> Option<Single> {
     let stem = stem(&shot.file);
     let ([track], true) = (shot.tracks.as_slice(), shot.name == stem) else { return None };
@@ -64,7 +64,7 @@ fn single(index: usize, shot: &RawShot, [cue, object]: [&str; 2]) -> Option<Sing
         return None;
     }
     let named = |ball: &str| matches!(find(&shot.tracks, ball), Ok(Some(_)));
-    // of what Tracker calls "mass A", files are called A
+    // the files of Tracker's "mass A" are named A
     let words =
         |text: &str| [cue, object].map(|ball| without(text, ball).or_else(|| without(text, last_word(ball))));
     let mut in_stem = words(&stem);
@@ -90,7 +90,7 @@ fn single(index: usize, shot: &RawShot, [cue, object]: [&str; 2]) -> Option<Sing
     Some(Single { index, object, key, folder })
 }
 
-/// The words of a file's name without the one that is the ball's; `None` if none is.
+/// Returns the words of a file's name without the ball's; `None` if the ball is not among them.
 fn without(stem: &str, ball: &str) -> Option<String> {
     let apart = |c: char| c.is_whitespace() || matches!(c, '-' | '_' | '.');
     let words: Vec<&str> = stem.split(apart).filter(|word| !word.is_empty()).collect();

@@ -1,18 +1,19 @@
-//! Tracks whose ids change where a tracker loses a ball, as at the impact: pieces are joined by their paths.
+//! Joining of tracks whose ids change when a tracker loses a ball, as at the impact.
 
 use super::finish::find;
 use super::raw::{NAMES, Notes, RawShot, RawTrack, Row, sorted};
 use super::settings::TrackSettings;
 
-/// A ball moves at most this many times as fast as the fastest one did before: after the impact no ball is faster, and the rest is for
-/// the noise of a short step.
-const FASTER: f64 = 2.0;
+/// Largest ratio of a ball's speed to the fastest one before: after the impact no ball is faster,
+/// and the rest allows for the noise of a short step.
+const MAX_SPEED_RATIO: f64 = 2.0;
 
-/// A piece goes on where the nearest track ends if that is less than this part of the distance to the end of the other one.
-const NEARER: f64 = 0.5;
+/// Largest ratio of the distances to the ends of the nearest and of the other track at which a
+/// piece continues the nearest.
+const MAX_DISTANCE_RATIO: f64 = 0.5;
 
-/// Joins the pieces of both balls' tracks: to those that dataset.toml names, or, if at most two tracks are seen at a time, to the first
-/// two. Pieces that go on where neither track ends stay as they are.
+/// Joins pieces to both balls' tracks: those that dataset.toml names or, if at most two tracks are
+/// seen at a time, the first two. Pieces that continue neither track are left.
 pub(super) fn join(shot: &mut RawShot, settings: &TrackSettings, notes: &Notes) {
     let is_plain = |track: &RawTrack| track.point.is_none() && !track.is_angle && !track.rows.is_empty();
     if shot.tracks.len() < 3 || !shot.tracks.iter().all(is_plain) {
@@ -41,8 +42,7 @@ pub(super) fn join(shot: &mut RawShot, settings: &TrackSettings, notes: &Notes) 
     shot.tracks.retain(|track| !track.rows.is_empty());
 }
 
-/// Returns the indices of the tracks that pieces may be joined to, of tracks in this order of their
-/// beginnings.
+/// Returns the indices of the tracks to which pieces are joined; `order` is that of their starts.
 fn heads(tracks: &[RawTrack], order: &[usize], settings: &TrackSettings) -> Option<[usize; 2]> {
     let find = |name: &str| find(tracks, name).ok().flatten();
     if let Some([Some(cue), Some(object)]) = settings.single_names().map(|names| names.map(find)) {
@@ -58,8 +58,7 @@ fn is_in_order(track: &RawTrack) -> bool {
     track.rows.windows(2).all(|two| two[0].time < two[1].time)
 }
 
-/// Returns whether two names are ids of one tracker, which differ in their numbers only: `track_1`
-/// and `track_6`.
+/// Returns whether two names are ids that differ in numbers only: `track_1` and `track_6`.
 fn are_ids(one: &str, other: &str) -> bool {
     let words = |name: &str| name.replace(|c: char| c.is_ascii_digit(), "");
     words(one) == words(other) && one.ends_with(|c: char| c.is_ascii_digit())
@@ -73,11 +72,12 @@ fn continued(tracks: &[RawTrack], heads: [usize; 2], piece: &RawTrack) -> Option
         heads.into_iter().filter_map(|head| Some((head, end(head)?))).collect();
     ends.sort_by(|a, b| a.1.distance(*first).total_cmp(&b.1.distance(*first)));
     let (head, end) = *ends.first()?;
-    let is_nearer = ends.get(1).is_none_or(|(_, far)| end.distance(*first) < NEARER * far.distance(*first));
+    let is_nearer =
+        ends.get(1).is_none_or(|(_, far)| end.distance(*first) < MAX_DISTANCE_RATIO * far.distance(*first));
     let speed = |two: &[Row]| two[0].distance(two[1]) / (two[1].time - two[0].time);
     let fastest = heads.iter().flat_map(|head| tracks[*head].rows.windows(2)).map(speed);
     // gaps are not numbers, which no maximum is
-    let reach = FASTER * fastest.fold(0.0, f64::max) * (first.time - end.time);
+    let reach = MAX_SPEED_RATIO * fastest.fold(0.0, f64::max) * (first.time - end.time);
     let is_id = are_ids(&tracks[head].name, &piece.name);
     (is_id && is_nearer && end.distance(*first) <= reach).then_some(head)
 }

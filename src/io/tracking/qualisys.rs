@@ -17,12 +17,12 @@ const TAB: Separator = Separator::Char('\t');
 /// The lines above the rows.
 #[derive(Default)]
 struct Head {
-    /// The lines that begin with a key, with the cells behind it.
+    /// The keys above the rows: the line and the cells behind the key.
     keys: HashMap<String, (usize, Vec<String>)>,
     names: Option<(usize, Vec<String>)>,
     /// The last line above the rows.
     above: usize,
-    /// How many cells the first row has.
+    /// Number of cells of the first row.
     width: usize,
 }
 
@@ -46,19 +46,17 @@ impl Head {
         head
     }
 
-    /// Returns the number behind a key, and its line.
     fn number(&self, key: &str, input: &Input) -> Result<Option<(usize, f64)>, Refused> {
         let Some((line, cells)) = self.keys.get(key) else { return Ok(None) };
         let text = cells.first().map_or("", String::as_str);
         let number = value(text).map(|number| (*line, number));
         if number.is_none() {
-            input.wrong(*line, key, format!("\"{text}\" is no number; expected one"));
+            input.wrong(*line, key, format!("\"{text}\" is not a number; expected one"));
         }
         number.map(Some).ok_or(Refused)
     }
 }
 
-/// Returns the layout of an export.
 pub(super) fn layout(input: &Input) -> Detected {
     let (_, first) = filled_lines(input.text).next()?;
     let is_own = ["NO_OF_FRAMES", "FILE_VERSION"].iter().any(|key| first.starts_with(key));
@@ -77,7 +75,7 @@ fn columns(mut head: Head, input: &Input) -> Result<Layout, Refused> {
     markers.retain(|name| !name.is_empty());
     let (_, fps) = fps.filter(|(_, fps)| *fps > 0.0).ok_or_else(|| missing("FREQUENCY"))?;
     let (header, names) = head.names.unwrap_or_else(|| {
-        // without a row of names: those that the format always has
+        // without a row of names: the columns of the format
         let counted = if head.width == 3 * markers.len() + 2 { &["Frame", "Time"][..] } else { &[] };
         let names = markers.iter().flat_map(|name| ["X", "Y", "Z"].map(|axis| format!("{name} {axis}")));
         (line, counted.iter().map(ToString::to_string).chain(names).collect())

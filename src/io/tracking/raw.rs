@@ -1,4 +1,4 @@
-//! What the readers of all formats hand on: positions in the file's own units, with their lines.
+//! Positions as all formats are read: in the file's units, with their lines.
 
 use std::cell::RefCell;
 use std::collections::BTreeMap;
@@ -8,7 +8,6 @@ use std::sync::Arc;
 use super::settings::TimeUnit;
 use crate::io::error::harmless;
 
-/// The rows of one shot.
 #[derive(Clone, Debug, PartialEq)]
 pub(super) struct RawShot {
     pub name: String,
@@ -27,61 +26,61 @@ impl RawShot {
         self.tracks.iter_mut().flat_map(|track| &mut track.rows)
     }
 
-    /// All times, ascending, each once.
+    /// Returns all different times in ascending order.
     pub(super) fn times(&self) -> Vec<f64> {
         let mut times = sorted(self.rows().map(|row| row.time));
         times.dedup();
         times
     }
 
-    /// The tracks of the balls' centres, where there are two.
+    /// Returns the tracks of the balls' centres if there are two.
     pub(super) fn centres(&self) -> Option<[&RawTrack; 2]> {
         let centres = self.tracks.iter().filter(|track| !track.is_angle && track.point.is_none());
         centres.collect::<Vec<_>>().try_into().ok()
     }
 }
 
-/// In ascending order.
 pub(super) fn sorted(numbers: impl Iterator<Item = f64>) -> Vec<f64> {
     let mut sorted: Vec<f64> = numbers.collect();
     sorted.sort_unstable_by(f64::total_cmp);
     sorted
 }
 
-/// Returns the middle one of numbers, the larger one of two.
+/// Returns the median, the larger of both middle numbers.
 pub(super) fn middle(numbers: impl Iterator<Item = f64>) -> Option<f64> {
     let sorted = sorted(numbers);
     sorted.get(sorted.len() / 2).copied()
 }
 
-/// How the times of a shot are to be understood.
+/// Meaning of the times of a shot.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) enum Clock {
-    /// In this unit.
+    /// Times in this unit.
     In(TimeUnit),
-    /// In seconds, from a clock with this resolution.
+    /// Seconds from a clock with this resolution.
     Rounded(f64),
-    /// The file does not say (Kinovea).
+    /// Not stated by the file (Kinovea).
     Unsaid,
-    /// Frames, with the rate that the file states (Qualisys).
+    /// Numbers of frames, with the rate that the file states (Qualisys).
     FramesAt(f64),
 }
 
-/// What was followed: a ball, or a point on it.
+/// A tracked ball, or a point on it.
 #[derive(Clone, Debug, PartialEq)]
 pub(super) struct RawTrack {
     pub name: String,
-    /// The number of its body in the layout of the file: two may have the same name.
+    /// Index of its body in the layout of the file: two may have the same name.
     pub body: usize,
-    /// A marker on the ball `name`.
+    /// Name of a marker on the ball `name`.
     pub point: Option<String>,
-    /// Not positions, but the angle by which the disc `name` has turned, radians from the x axis to the y axis of the file, in x.
+    /// Whether x holds the angle of the disc `name` instead of positions, radians from the x axis
+    /// to the y axis of the file.
     pub is_angle: bool,
     /// In the order of the file.
     pub rows: Vec<Row>,
 }
 
-/// x and y are not numbers in a gap, nor are standard deviations that the file does not have.
+/// A row; x and y are NaN in a gap, as are standard deviations that the file does not have.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct Row {
     pub time: f64,
@@ -96,18 +95,16 @@ impl RawTrack {
         Self { name: name.into(), body: 0, point, is_angle: false, rows: Vec::new() }
     }
 
-    /// The rows that are no gaps.
     pub(super) fn seen(&self) -> impl Iterator<Item = &Row> + Clone {
         self.rows.iter().filter(|row| !row.is_gap())
     }
 
-    /// The row at a time, of rows in the order of time.
+    /// Returns the row at a time; rows are in the order of time.
     pub(super) fn at(&self, time: f64) -> Option<&Row> {
         let i = self.rows.partition_point(|row| row.time < time);
         self.rows.get(i).filter(|row| row.time == time)
     }
 
-    /// Line of its first row.
     pub(super) fn line(&self) -> usize {
         self.rows.first().map_or(1, |row| row.line)
     }
@@ -126,7 +123,6 @@ impl Row {
         (self.x - other.x).hypot(self.y - other.y)
     }
 
-    /// Makes it a gap.
     pub(super) fn lose(&mut self) {
         (self.x, self.y) = (f64::NAN, f64::NAN);
     }
@@ -136,13 +132,13 @@ impl Row {
     }
 }
 
-/// What was detected and repaired: each message once, the first few of each kind, and how many more there were.
+/// Notes about detections and repairs: the first few of each kind, and the number of others.
 #[derive(Debug, Default)]
 pub(super) struct Notes {
     kinds: RefCell<BTreeMap<(u8, &'static str), Vec<Note>>>,
 }
 
-/// For notes about one file.
+/// Notes about one file.
 #[derive(Clone, Copy)]
 pub(super) struct Log<'a> {
     file: &'a Path,
@@ -150,7 +146,7 @@ pub(super) struct Log<'a> {
 }
 
 impl Log<'_> {
-    /// `kind` names what the note is about when there are too many of them.
+    /// Adds a note; `kind` names its subject in the count of further ones.
     pub(super) fn add(self, kind: &'static str, line: impl Into<Option<usize>>, message: impl AsRef<str>) {
         let line = line.into();
         let shots = usize::from(line.is_none());
@@ -161,21 +157,20 @@ impl Log<'_> {
     }
 }
 
-/// A message, where it was first called for, and in how many places.
+/// A message, its first place, and the number of places.
 #[derive(Clone, Debug)]
 struct Note {
     message: String,
     place: String,
     places: usize,
-    /// In how many shots of that file, where no line is named.
+    /// Number of shots of its file, if no line is named.
     shots: usize,
 }
 
-/// This many notes of a kind are given one by one.
-const OF_A_KIND: usize = 8;
+/// Maximum number of notes of a kind that are listed.
+const MAX_OF_A_KIND: usize = 8;
 
 impl Notes {
-    /// For those about a file.
     pub(super) fn of<'a>(&'a self, file: &'a Path) -> Log<'a> {
         Log { file, notes: self }
     }
@@ -201,7 +196,7 @@ impl Notes {
     pub(super) fn into_lines(self) -> Vec<String> {
         let mut lines = Vec::new();
         for ((_, kind), notes) in self.kinds.into_inner() {
-            for Note { message, place, places, shots } in notes.iter().take(OF_A_KIND) {
+            for Note { message, place, places, shots } in notes.iter().take(MAX_OF_A_KIND) {
                 let others = match (places, shots) {
                     (1, 0 | 1) => String::new(),
                     (1, shots) => format!(" ({shots} shots)"),
@@ -209,7 +204,7 @@ impl Notes {
                 };
                 lines.push(format!("{place}{others}: {message}"));
             }
-            if let Some(more @ 1..) = notes.len().checked_sub(OF_A_KIND) {
+            if let Some(more @ 1..) = notes.len().checked_sub(MAX_OF_A_KIND) {
                 lines.push(format!("and {more} more like this ({kind})"));
             }
         }

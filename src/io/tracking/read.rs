@@ -1,4 +1,4 @@
-//! Which format a file is in, by what stands in it.
+//! Recognition of a file's format by its content.
 
 use std::fs;
 use std::path::Path;
@@ -13,7 +13,7 @@ use super::{clips, columns, json, kinovea, link, long, pieces, qualisys, reader,
 use crate::io::number::shortened;
 use crate::io::text::{Separator, decode, filled_lines, trimmed, unmarked, without_separator_line};
 
-/// The formats that are known by what stands in a file.
+/// Formats that are recognised by their content.
 const FORMATS: [(Format, Detect); 4] = [
     (Format::Qualisys, qualisys::layout),
     (Format::Kinovea, kinovea::layout),
@@ -21,16 +21,15 @@ const FORMATS: [(Format, Detect); 4] = [
     (Format::Tracker, tracker::layout),
 ];
 
-/// What was read from a file.
 pub(super) struct Tracked {
     pub shots: Vec<RawShot>,
     pub format: Format,
-    /// Unit of its lengths, where the file or its format states it.
+    /// Unit of its lengths, if the file or its format states it.
     pub unit: Option<Unit>,
 }
 
-/// Returns the shots of a file, clips apart and pieces of tracks joined. `alone`: clips need no
-/// name of the file before their number.
+/// Returns the shots of a file, with clips separated and pieces of tracks joined. `alone`: the
+/// names of clips are their numbers, without the file's name.
 pub(super) fn file(file: &Path, context: Context, alone: bool) -> Option<Tracked> {
     let Context { settings, notes, .. } = context;
     let mut tracked = as_written(file, context)?;
@@ -41,7 +40,6 @@ pub(super) fn file(file: &Path, context: Context, alone: bool) -> Option<Tracked
     Some(tracked)
 }
 
-/// Returns the shots of a file as they stand there.
 fn as_written(file: &Path, context: Context) -> Option<Tracked> {
     let wrong = |error| context.problems.add(file, None, None, format!("cannot be read: {error}"));
     let bytes = fs::read(file).map_err(wrong).ok()?;
@@ -74,7 +72,6 @@ fn as_written(file: &Path, context: Context) -> Option<Tracked> {
     None
 }
 
-/// Reads a file by its layout.
 fn by_layout(format: Format, layout: Result<Layout, Refused>, input: &Input) -> Option<Tracked> {
     let layout = layout.ok()?;
     let mut shots = reader::read(input, &layout);
@@ -91,11 +88,10 @@ fn by_layout(format: Format, layout: Result<Layout, Refused>, input: &Input) -> 
     Some(Tracked { shots, format, unit: layout.unit })
 }
 
-/// What is wrong with a project of Tracker.
 pub(in crate::io) const TRACKER_PROJECT: &str =
     "is a project of the program Tracker; expected its data: export them there (File, Export, Data File)";
 
-/// Whether a file is a project of Tracker: XML, or an archive that holds it.
+/// Returns whether a file is a project of Tracker: XML, or an archive with it.
 pub(in crate::io) fn is_tracker_project(file: &Path, text: &str) -> bool {
     let is_archive = file.extension().is_some_and(|ending| ending.eq_ignore_ascii_case("trz"));
     let is_xml = || text.trim_start().starts_with("<?xml");
@@ -126,7 +122,7 @@ fn unknown(input: &Input) {
     input.wrong(line, None, message);
 }
 
-/// What a header that is nearly that of a long table lacks, as a part of a sentence.
+/// Returns the columns missing from a header like that of a long table, as a part of a sentence.
 fn lacking(text: &str) -> String {
     let header = filled_lines(text).take(TITLES).find_map(|(line, content)| {
         Separator::ALL.into_iter().find_map(|separator| {

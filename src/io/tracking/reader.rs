@@ -1,4 +1,4 @@
-//! The one way from the rows of a file to shots and tracks.
+//! Reading of a file's rows to shots and tracks, for all formats.
 
 use std::borrow::Cow;
 use std::collections::HashMap;
@@ -11,10 +11,9 @@ use super::raw::{self, Clock, GAPS, RawShot, RawTrack};
 use super::settings::TimeUnit;
 use crate::io::text::{self, Separator, lines};
 
-/// After so many problems of a file the rest of it is not read.
-const ENOUGH: usize = 100;
+/// Number of problems of a file after which reading ends.
+const MAX_PROBLEMS: usize = 100;
 
-/// Reads all rows of a file.
 pub(super) fn read(input: &Input, layout: &Layout) -> Vec<RawShot> {
     let mut gathered = Gathered {
         input,
@@ -30,8 +29,8 @@ pub(super) fn read(input: &Input, layout: &Layout) -> Vec<RawShot> {
     gathered.finish()
 }
 
-/// Calls `each` with every row and the number of its block. Comments (`#`) and blank lines are passed over; a wrong number of cells
-/// is a problem.
+/// Calls `each` with every row and the number of its block. Skips comments (`#`) and blank lines;
+/// reports a wrong number of cells.
 fn each_row(input: &Input, layout: &Layout, mut each: impl FnMut(&Row, usize)) {
     let (names, separator) = (layout.heading.names.as_slice(), layout.heading.separator);
     let width = names.len();
@@ -43,7 +42,7 @@ fn each_row(input: &Input, layout: &Layout, mut each: impl FnMut(&Row, usize)) {
             number += 1;
         }
         let Some(Block { header, above, .. }) = layout.blocks.get(number) else { return };
-        if input.problems.len() >= before + ENOUGH {
+        if input.problems.len() >= before + MAX_PROBLEMS {
             return;
         }
         let content = text.trim_start();
@@ -54,7 +53,7 @@ fn each_row(input: &Input, layout: &Layout, mut each: impl FnMut(&Row, usize)) {
             input.wrong(line, None, "a quotation mark does not close in this line, or text follows it");
             continue;
         };
-        // spreadsheets go on with empty cells
+        // spreadsheets continue with empty cells
         while cells.len() > width && cells.last().is_some_and(|cell| cell.is_empty()) {
             cells.pop();
         }
@@ -77,7 +76,7 @@ fn each_row(input: &Input, layout: &Layout, mut each: impl FnMut(&Row, usize)) {
     }
 }
 
-/// The rows so far, sorted into shots and tracks.
+/// Rows already read, sorted into shots and tracks.
 struct Gathered<'a> {
     input: &'a Input<'a>,
     layout: &'a Layout,
@@ -86,14 +85,13 @@ struct Gathered<'a> {
     by_name: HashMap<String, usize>,
     /// The shot of the row above.
     last: usize,
-    /// Rows of that shot since its name stood above another one.
+    /// Number of rows of `last` since its name followed another one.
     count: usize,
     /// Lines of rows that belong to no track.
     trackless: Vec<usize>,
 }
 
 impl Gathered<'_> {
-    /// Adds a row of a block.
     fn add(&mut self, row: &Row, block: usize) {
         let bodies = &self.layout.blocks[block].bodies;
         let first_body: usize = self.layout.blocks[..block].iter().map(|block| block.bodies.len()).sum();
@@ -122,7 +120,7 @@ impl Gathered<'_> {
         }
     }
 
-    /// Returns whether a row is to be left out since it names no ball; complains if it must name one.
+    /// Returns whether a row is left out since it names no ball; complains if it must name one.
     fn names_no_ball(&mut self, row: &Row, bodies: &[Body]) -> bool {
         for body in bodies {
             let Name::Column(column) = body.name else { continue };
@@ -138,7 +136,7 @@ impl Gathered<'_> {
         false
     }
 
-    /// Complains of a row without a time, unless it has no position either, as below the end of a film.
+    /// Complains about a row with a position but without a time.
     fn complain_of_no_time(&self, row: &Row, bodies: &[Body]) {
         let Some(column) = self.layout.time else { return };
         let is_long = bodies.iter().any(|body| matches!(body.name, Name::Column(_)));
@@ -176,7 +174,7 @@ impl Gathered<'_> {
         self.shots.get(self.last).is_some_and(|last| last.name == shot)
     }
 
-    /// Makes the shot of this name the present one.
+    /// Makes the shot of this name the current one.
     fn begin(&mut self, name: &str, line: usize) {
         if self.is_present(name) {
             return;
@@ -191,7 +189,6 @@ impl Gathered<'_> {
         }
     }
 
-    /// Returns a track of the present shot.
     fn track(&mut self, body: usize, name: &str, point: Option<&str>, is_angle: bool) -> &mut RawTrack {
         let tracks = &mut self.shots[self.last].tracks;
         let is_it = |known: &RawTrack| {
@@ -207,7 +204,7 @@ impl Gathered<'_> {
         &mut tracks[i]
     }
 
-    /// Says what is known once all rows are read, and returns the shots.
+    /// Reports problems of all rows, and returns the shots.
     fn finish(self) -> Vec<RawShot> {
         self.say_trackless();
         let mut shots = self.shots;

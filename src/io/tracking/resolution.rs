@@ -1,22 +1,23 @@
-//! The grid that a tracker's coordinates lie on, such as whole pixels or few decimals.
+//! The grid of a tracker's coordinates, such as whole pixels or few decimals.
 
 use super::raw::{RawTrack, Row, sorted};
 
-/// A grid needs so many different steps between neighbouring coordinates: fewer fit some grid by chance.
-const LEAST_GAPS: usize = 8;
+/// Least number of different steps between neighbouring coordinates: fewer fit some grid by chance.
+const MIN_GAPS: usize = 8;
 
-/// The smallest step between neighbouring coordinates is at most so many steps of the grid: balls that move fast skip some.
-const MOST_SKIPPED: usize = 12;
+/// Largest ratio of the smallest step between coordinates to the grid: fast balls skip steps.
+const MAX_SKIPPED: usize = 12;
 
-/// A coordinate may be off the grid by this part of its step, where it was scaled and then printed with few decimals. Eight
-/// random coordinates are all so near to one of the grids that are tried in 12·0.04⁸ = 8e-11 of all tracks.
-const OFF: f64 = 0.02;
+/// Largest deviation of coordinates from the grid, in steps, if they were scaled and printed with
+/// few decimals. Eight random coordinates fit one of the grids tried in 12·0.04⁸ = 8e-11 of tracks.
+const MAX_DEVIATION: f64 = 0.02;
 
-/// Relative to itself, a coordinate that is nearer to another one is the same, computed otherwise.
+/// Relative difference below which two coordinates are the same number, computed differently.
 const ROUNDING: f64 = 1e-12;
 
-/// The step of the grid on which all coordinates of some tracks lie, in the unit of the file. `None` where there is none, or too few
-/// coordinates differ to tell. Whether it matters is for whoever knows the noise to say: seven decimals are a grid, too.
+/// Returns the step of the grid on which all coordinates of some tracks lie, in the unit of the
+/// file. `None` without a grid, or if too few coordinates differ. Its effect depends on the noise:
+/// seven decimals are a grid, too.
 pub(super) fn step(tracks: &[&RawTrack]) -> Option<f64> {
     let mut gaps = Vec::new();
     for pick in [|row: &Row| row.x, |row: &Row| row.y] {
@@ -24,23 +25,23 @@ pub(super) fn step(tracks: &[&RawTrack]) -> Option<f64> {
         values.dedup_by(|later, earlier| *later - *earlier <= ROUNDING * later.abs());
         gaps.extend(values.windows(2).map(|two| two[1] - two[0]));
     }
-    if gaps.len() < LEAST_GAPS {
+    if gaps.len() < MIN_GAPS {
         return None;
     }
     gaps.sort_unstable_by(f64::total_cmp);
     let smallest = *gaps.first()?;
-    let found = (1..=MOST_SKIPPED).find_map(|parts| fitted(&gaps, smallest / parts as f64))?;
+    let found = (1..=MAX_SKIPPED).find_map(|parts| fitted(&gaps, smallest / parts as f64))?;
     (found > 0.0 && found.is_finite()).then_some(found)
 }
 
-/// The step near `guess` of which all these lengths (ascending) are multiples, if there is one.
+/// Returns the step near `guess` of which all these lengths (ascending) are multiples.
 fn fitted(gaps: &[f64], guess: f64) -> Option<f64> {
-    // least squares of d = k·step, a longer length with what all shorter ones say
+    // least squares of d = k·step, each length with the step from all shorter ones
     let (mut products, mut squares) = (guess, 1.0);
     for gap in gaps {
         let step: f64 = products / squares;
         let multiple = (gap / step).round();
-        if !((gap / step - multiple).abs() <= OFF && multiple >= 1.0) {
+        if !((gap / step - multiple).abs() <= MAX_DEVIATION && multiple >= 1.0) {
             return None;
         }
         products += multiple * gap;
@@ -53,7 +54,7 @@ fn fitted(gaps: &[f64], guess: f64) -> Option<f64> {
 mod tests {
     use super::*;
 
-    /// A ball that moves 3.7 mm and 1.3 mm a frame, with a tenth of a millimetre of something like noise.
+    /// A ball that moves 3.7 mm and 1.3 mm a frame, with disturbances of a tenth of a millimetre.
     fn found(written: impl Fn(f64) -> f64) -> Option<f64> {
         let mut track = RawTrack::new("a", None);
         for i in 0..60 {
@@ -76,7 +77,7 @@ mod tests {
             assert!((found / grid - 1.0).abs() < 1e-3, "{grid}: {found}");
         }
         assert!((found(|x| (x / 3.4e-4).round()).unwrap() - 1.0).abs() < 1e-9);
-        // continuous ones have none but their decimals, nor has a ball that lies, nor one that is never seen
+        // continuous coordinates have only their decimals; a ball at rest or never seen has no grid
         assert!(found(decimals).is_none_or(|step| step < 1.1e-7));
         assert_eq!([found(|x| x), found(|_| 0.3), found(|_| f64::NAN)], [None; 3]);
     }

@@ -1,4 +1,4 @@
-//! The sections of dataset.toml that go with kind = "tracks".
+//! The sections of dataset.toml for kind = "tracks".
 
 use std::path::PathBuf;
 
@@ -14,7 +14,6 @@ use crate::io::toml_file::Source;
 use crate::measurement::valid::POSITIVE;
 use crate::physics::name::worded;
 
-/// `[video]`.
 #[derive(Default, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub(crate) struct VideoSection {
@@ -26,7 +25,6 @@ pub(crate) struct VideoSection {
     rows: Option<f64>,
 }
 
-/// A frame rate, or `"unknown"`.
 #[derive(Clone, Copy, Debug, Deserialize, JsonSchema, PartialEq)]
 #[serde(untagged, expecting = "expected a number, without quotation marks, or for discs \"unknown\"")]
 enum Rate {
@@ -40,7 +38,6 @@ enum UnknownRate {
     Unknown,
 }
 
-/// `[scale]`.
 #[derive(Default, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub(crate) struct ScaleSection {
@@ -53,7 +50,7 @@ pub(crate) struct ScaleSection {
     point: Vec<Point>,
 }
 
-/// What tells the scale where no number does.
+/// Source of the scale if no number states it.
 #[derive(Clone, Copy, Debug, Deserialize, JsonSchema, PartialEq, Eq)]
 #[serde(rename_all = "lowercase")]
 enum Ruler {
@@ -74,7 +71,6 @@ struct Point {
     m: [f64; 2],
 }
 
-/// `[tracks]`.
 #[derive(Default, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub(crate) struct TracksSection {
@@ -113,7 +109,7 @@ worded! {
     pub(super) fn name;
 }
 
-/// The tracks of one ball: its centre, or several markers on it.
+/// The names of the tracks of one ball: its centre, or several markers on it.
 #[derive(Clone, Debug, Deserialize, JsonSchema, PartialEq)]
 #[serde(from = "OneOrSeveral")]
 pub(super) struct Names(pub Vec<String>);
@@ -143,14 +139,14 @@ impl Names {
         Self(names.map(|name| name.trim().to_string()).collect())
     }
 
-    /// Returns whether there is one or more, each but once and none without letters.
+    /// Returns whether there is a name, and each is unique and not empty.
     pub(super) fn are_good(&self) -> bool {
         let Self(names) = self;
         let is_bad = |(i, name): (usize, &String)| name.is_empty() || names[..i].contains(name);
         !names.is_empty() && !names.iter().enumerate().any(is_bad)
     }
 
-    /// Returns `"A"`, or `["a1", "a2"]`, as it stands in dataset.toml.
+    /// Returns `"A"`, or `["a1", "a2"]`, as dataset.toml writes it.
     pub(super) fn shown(&self) -> String {
         match self.0.as_slice() {
             [one] => format!("{one:?}"),
@@ -159,7 +155,6 @@ impl Names {
     }
 }
 
-/// All of it, checked.
 #[derive(Clone, Debug)]
 #[allow(clippy::struct_excessive_bools)]
 pub(crate) struct TrackSettings {
@@ -170,31 +165,31 @@ pub(crate) struct TrackSettings {
     pub(in crate::io) tilt_sd: Option<f64>,
     /// Standard deviation of the topspin that shots share.
     pub(in crate::io) topspin_sd: Option<f64>,
-    /// Whether `capture_fps` is said to be unknown and stands for one frame a second (discs).
+    /// Whether `capture_fps` is stated as unknown and means one frame a second (discs).
     pub(crate) unknown_rate: bool,
-    /// Whether the tracks are of discs, whose centre may have to be found from points on them.
+    /// Whether the tracks are of discs, whose centres may follow from points on them.
     pub(super) discs: bool,
     /// The rate that the file's times follow, if it is not the camera's.
     pub(super) playback_fps: Option<f64>,
     pub(super) calibration: Calibration,
-    /// `None`: not stated.
+    /// Unit of lengths; `None`: not stated.
     pub(super) unit: Option<Unit>,
     /// Relative standard deviation of the scale, if it is stated.
     pub(super) scale_sd: Option<f64>,
     pub(super) format: Format,
     /// Tracks of both balls, and of points on them, in the order of [`NAMED`].
     pub(super) names: [Names; 4],
-    /// Whether `cue` or `object` is stated; if not, the usual names are taken for them.
+    /// Whether `cue` or `object` is stated; if not, both have their default names.
     pub(super) states_balls: bool,
     pub(super) shots: Option<PathBuf>,
     pub(super) position_sd: Option<f64>,
     pub(super) time_unit: Option<TimeUnit>,
     pub(super) columns: Option<ColumnNames>,
-    /// What is wanted of the corrections for the camera.
+    /// Statements about the corrections for the camera.
     pub(super) camera: WantedCamera,
-    /// Whether only the size of the balls tells the scale.
+    /// Whether the scale is estimated from the size of the balls.
     pub(super) from_balls: bool,
-    /// What was assumed, for the reader.
+    /// Notes on assumptions, for the reader.
     pub(crate) notes: Vec<String>,
 }
 
@@ -213,7 +208,7 @@ impl TrackSettings {
     }
 }
 
-/// The sections of dataset.toml, as they stand there.
+/// The sections of dataset.toml as written.
 #[derive(Default)]
 pub(crate) struct Sections {
     pub video: VideoSection,
@@ -223,7 +218,7 @@ pub(crate) struct Sections {
 }
 
 impl Sections {
-    /// Checks them; what is wrong is added to the problems of the source.
+    /// Checks the sections; adds to the problems of the source.
     pub(crate) fn check(self, discs: bool, source: &Source) -> TrackSettings {
         let Self { video, camera, scale, tracks } = self;
         let positive = |key: &str, given| source.number(key, given, POSITIVE);
@@ -323,15 +318,14 @@ fn read_out(
     let (seconds, rows) = seconds.zip(rows)?;
     let y_axis = scale.y_axis.filter(|_| scale.length_unit == Some(Unit::Px));
     if y_axis.is_none() {
-        let message = "row_readout_s needs [scale] length_unit = \"px\" and y_axis: without them nothing says \
-                       which row of the picture a ball is in";
+        let message = "row_readout_s needs [scale] length_unit = \"px\" and y_axis: without them the row of \
+                       the picture that shows a ball is not known";
         source.wrong_of_first(&keys, message);
     }
     Some(ReadOut { seconds, rows, up: y_axis? == YAxis::Up })
 }
 
-/// Returns whether the size of the balls is the ruler: for pixels of which nothing else says what
-/// they measure, or if it is asked for.
+/// Returns whether the balls are the ruler: by a statement, or for pixels without another scale.
 fn is_from_balls(scale: &ScaleSection, discs: bool, source: &Source) -> bool {
     let is_px = scale.length_unit == Some(Unit::Px);
     let is_measured = scale.m_per_px.is_some() || !scale.point.is_empty();

@@ -1,4 +1,4 @@
-//! `[tracks] shots`: what no camera sees. A row per shot.
+//! `[tracks] shots`: properties of single shots that no camera sees, a row per shot.
 
 use std::collections::{BTreeMap, HashMap};
 use std::path::{Path, PathBuf};
@@ -15,7 +15,7 @@ use crate::measurement::dataset::Measured;
 use crate::measurement::spin::Spin;
 
 const OMEGA: [&str; 3] = ["omega_x", "omega_y", "omega_z"];
-/// Columns that mean something; all others are labels.
+/// Columns with a meaning; all others are labels.
 pub(crate) const KNOWN: [&str; 13] = [
     "shot",
     "cue_spin",
@@ -31,10 +31,10 @@ pub(crate) const KNOWN: [&str; 13] = [
     "object_markers",
     "capture_fps",
 ];
-/// What stands between several names of tracks in a cell.
+/// Separator of several names of tracks in a cell.
 const BETWEEN: char = ';';
 
-/// The rows of the table by the names of their shots, and what holds for shots that it does not name.
+/// The rows of the table by the names of their shots, and the defaults of shots without a row.
 pub(super) struct ShotsTable<'a> {
     path: PathBuf,
     problems: &'a Problems,
@@ -48,9 +48,9 @@ struct ShotRow {
     /// The reason, if the shot is to be skipped.
     skip: Option<String>,
     spin: Option<Spin>,
-    /// Whether the spin is said to be measured, and no numbers are given.
+    /// Whether the spin is stated as measured without numbers.
     by_markers: bool,
-    /// The file that holds the shot, as it is written.
+    /// The file that holds the shot, as written.
     file: Option<String>,
     own: Own,
     labels: BTreeMap<String, String>,
@@ -101,22 +101,21 @@ impl<'a> ShotsTable<'a> {
         all
     }
 
-    /// Returns whether it has this column of labels.
     pub(super) fn has_label(&self, label: &str) -> bool {
         self.labels.iter().any(|own| own == label)
     }
 
-    /// Says which columns are labels.
+    /// Notes which columns are labels.
     pub(super) fn note(&self) -> Option<String> {
         labels_note(&self.path, &self.labels)
     }
 
-    /// Returns why a shot is to be skipped, if it is.
+    /// Returns the reason if a shot is to be skipped.
     pub(super) fn skip(&self, shot: &str) -> Option<&str> {
         self.rows.get(shot)?.skip.as_deref()
     }
 
-    /// Returns what is known of a shot; `None` if nothing says how the cue ball spins.
+    /// Returns the facts about a shot; `None` if the cue ball's spin is not stated.
     pub(super) fn facts(&self, shot: &str) -> Option<Facts> {
         let row = self.rows.get(shot);
         let facts = Facts::of(row.and_then(|row| row.spin).or(self.assume.map(of_word))?);
@@ -127,7 +126,7 @@ impl<'a> ShotsTable<'a> {
         })
     }
 
-    /// Returns whether only markers can tell the spin, which is said to be measured.
+    /// Returns whether the spin is stated as measured and only markers can show it.
     pub(super) fn is_by_markers(&self, shot: &str) -> bool {
         self.rows.get(shot).map_or(self.assume == Some(Assume::Measured), |row| row.by_markers)
     }
@@ -144,8 +143,7 @@ impl<'a> ShotsTable<'a> {
         rows
     }
 
-    /// Gives shots the names that the table has for their files. A file that is one shot need not
-    /// be called like it.
+    /// Gives shots the names that the table has for their files.
     pub(super) fn name_by_file(&self, raw: &mut [RawShot]) {
         let mut named: HashMap<usize, usize> = HashMap::new();
         for (name, row) in self.in_order() {
@@ -159,7 +157,7 @@ impl<'a> ShotsTable<'a> {
                     let known: Vec<String> = files.map(|name| name.to_string_lossy().into_owned()).collect();
                     let near = did_you_mean(file, known.iter().map(String::as_str));
                     wrong(format!(
-                        "\"{file}\" is none of the files with shots that dataset.toml names under files{near}"
+                        "\"{file}\" is not among the files with shots that dataset.toml names under files{near}"
                     ));
                 }
                 (_, Some(shot)) | (&[shot], None) => {
@@ -178,7 +176,7 @@ impl<'a> ShotsTable<'a> {
         }
     }
 
-    /// Complains about rows of shots that are not there.
+    /// Complains about rows of unknown shots.
     pub(super) fn check_names(&self, known: &HashMap<&str, usize>) {
         for (name, row) in self.in_order().into_iter().filter(|(name, _)| !known.contains_key(name.as_str()))
         {
@@ -189,8 +187,8 @@ impl<'a> ShotsTable<'a> {
     }
 }
 
-/// Returns the shots of a file as a cell names it; programs on Windows write backslashes, and
-/// drives that are nowhere else.
+/// Returns the shots of the file that a cell names; programs on Windows write backslashes, and
+/// drives of another computer.
 fn of_file(raw: &[RawShot], cell: &str) -> Vec<usize> {
     let ends = |path: &str| (0..raw.len()).filter(|i| raw[*i].file.ends_with(path)).collect::<Vec<_>>();
     let as_written = ends(cell);
@@ -204,7 +202,7 @@ fn of_file(raw: &[RawShot], cell: &str) -> Vec<usize> {
     if found.is_empty() && on_a_drive { ends(path.rsplit('/').next().unwrap_or_default()) } else { found }
 }
 
-/// Returns what the cells of a row say of the shot in place of dataset.toml.
+/// Returns the statements of a row that replace those of dataset.toml.
 fn own(table: &Table, row: usize, rate: Option<f64>) -> Own {
     let names = NAMED.map(|column| {
         let cell = table.text(column, row)?;
@@ -217,7 +215,7 @@ fn own(table: &Table, row: usize, rate: Option<f64>) -> Own {
         Some(names)
     });
     if let Some(rate) = rate.filter(|rate| *rate <= 0.0) {
-        table.wrong(row, "capture_fps", format!("{rate} is no frame rate; expected more than 0"));
+        table.wrong(row, "capture_fps", format!("{rate} is not a frame rate; expected more than 0"));
     }
     Own { names, capture_fps: rate }
 }
@@ -250,8 +248,7 @@ fn spin(table: &Table, row: usize, omega: [Option<Measured>; 3], assume: Option<
     }
 }
 
-/// Returns the spin of a word: one that is said to be measured, without numbers, is for the markers
-/// to tell.
+/// Returns the spin of a word; a measured one without numbers is unknown until markers show it.
 fn of_word(word: Assume) -> Spin {
     word.spin().unwrap_or(Spin::Unknown)
 }

@@ -1,4 +1,4 @@
-//! What a file of tracks holds, seen without a dataset.toml: for writing one.
+//! Survey of a file of tracks for the draft of a dataset.toml.
 
 use std::collections::HashMap;
 use std::fs;
@@ -16,38 +16,38 @@ use crate::io::error::{Problem, Problems};
 use crate::io::text::decode;
 use crate::io::toml_file::Source;
 
-/// What was seen in a file of tracks.
+/// The content of a file of tracks.
 #[derive(Clone, Debug, PartialEq)]
 pub(crate) struct Survey {
     /// `long`, `tracker`, `kinovea`, `qualisys`, `json` or `columns`.
     pub format: &'static str,
     pub shots: usize,
-    /// Names of tracks in the order of first appearance, with the part of the file's time at which each one
-    /// begins to move.
+    /// Names of tracks in the order of appearance, and the part of the time at which each moves.
     pub tracks: Vec<(String, f64)>,
-    /// Times are numbers of frames.
+    /// Whether times are numbers of frames.
     pub in_frames: bool,
     /// Frames per second that the file itself states, as the camera's.
     pub stated_fps: Option<f64>,
-    /// Frames per second that the times follow, where they are in seconds.
+    /// Frames per second that the times follow, if they are in seconds.
     pub times_fps: Option<f64>,
     /// Unit of lengths that the file itself states, as dataset.toml names it.
     pub unit: Option<&'static str>,
-    /// They are of discs: points keep their distances in two groups, or angles are told.
+    /// Whether the tracks are of discs: points keep their distances in two groups, or have angles.
     pub are_discs: bool,
-    /// What `[tracks]` must say for the file to be read; empty where it need not say anything.
+    /// Settings of `[tracks]` without which the file cannot be read; perhaps empty.
     pub(in crate::io) guess: Guess,
-    /// Cells and rows that cannot be read, as the loader says it.
+    /// Cells and rows that cannot be read, as the loader reports them.
     pub problems: Vec<String>,
     /// The longer side of the box about all positions, in the unit of the file.
     pub extent: f64,
-    /// How near the centres of two balls come to each other in a frame, likewise: in a quarter of the shots nearer, since frames may be
-    /// wrong, and slow cameras miss the contact. `None` where a file holds one ball only.
+    /// First quartile, over the shots, of the least distance of the centres of two balls in a
+    /// frame, in the unit of the file: frames may be wrong, and slow cameras miss the contact.
+    /// `None` if a file holds one ball only.
     pub closest: Option<f64>,
 }
 
-/// Looks at a file. Of a table in no known format, and of a long one whose balls are in the middle of boxes, the columns are guessed by
-/// their names. `Err` says what is wrong with a file that is in no known format or cannot be read.
+/// Surveys a file. The columns are guessed by their names for a table in no known format, and for a
+/// long one with boxes. `Err`: the problems of a file in no known format, or that cannot be read.
 pub(crate) fn survey(file: &Path) -> Result<Survey, Vec<Problem>> {
     let plain = look(file, Guess::default());
     if plain.as_ref().is_ok_and(|plain| plain.format != "long") {
@@ -58,7 +58,7 @@ pub(crate) fn survey(file: &Path) -> Result<Survey, Vec<Problem>> {
     guess.and_then(|guess| look(file, guess).ok()).map_or(plain, Ok)
 }
 
-/// Looks at a file with these columns, if any.
+/// Surveys a file with these columns, if any.
 fn look(file: &Path, guess: Guess) -> Result<Survey, Vec<Problem>> {
     let problems = Problems::new("");
     let source = Source { path: file, text: "", problems: &problems };
@@ -69,7 +69,7 @@ fn look(file: &Path, guess: Guess) -> Result<Survey, Vec<Problem>> {
     let read = read::file(file, context, true);
     let problems = problems.into_error().problems().to_vec();
     let Some(read::Tracked { mut shots, format, unit }) = read else { return Err(problems) };
-    // with nothing read, nothing speaks for the guess but names
+    // without rows, only names support the guess
     let clock = match shots.first() {
         Some(shot) => shot.clock,
         None if guess.columns.is_empty() => return Err(problems),
@@ -117,7 +117,7 @@ fn closest(shots: &[RawShot]) -> Option<f64> {
             let [x, y] = places.get(&row.time.to_bits())?;
             Some((row.x - x).hypot(row.y - y))
         });
-        // not a number in a gap, which is no minimum
+        // NaN in a gap, which `min` ignores
         let least = apart.fold(f64::INFINITY, f64::min);
         least.is_finite().then_some(least)
     };
@@ -138,15 +138,15 @@ fn extent(shots: &[RawShot]) -> f64 {
     side(|row| row.x).max(side(|row| row.y)).max(0.0)
 }
 
-/// Rates at which cameras record.
-const USUAL: [f64; 24] = [
+/// Frame rates of common cameras.
+const CAMERA_RATES: [f64; 24] = [
     24.0, 25.0, 30.0, 48.0, 50.0, 60.0, 90.0, 100.0, 120.0, 200.0, 240.0, 250.0, 300.0, 400.0, 480.0, 500.0,
     600.0, 960.0, 1000.0, 2000.0, 29.97, 59.94, 119.88, 239.76,
 ];
 
-/// The frame rate that the times of a shot follow, in seconds of the file's own clock: the coarsest
-/// grid on which all of them lie. Where rounding leaves several rates possible, one at which
-/// cameras record, else a whole number. The times are left in seconds.
+/// Returns the frame rate of the times of a shot: the coarsest grid on which all times lie. If
+/// rounding leaves several rates possible, it is a common one, or else a whole number. The times
+/// are converted to seconds.
 fn followed(shot: &mut RawShot) -> Option<f64> {
     let unit = match shot.clock {
         Clock::In(unit) => unit,
@@ -160,7 +160,7 @@ fn followed(shot: &mut RawShot) -> Option<f64> {
     let grid = Grid::of(shot, second);
     let length = grid.times.last()? - grid.times.first()?;
     let steps = || grid.times.windows(2).map(|two| two[1] - two[0]);
-    // most of the steps may be of several frames
+    // most steps may be of several frames
     let least = steps().fold(f64::INFINITY, f64::min);
     let near = steps().filter(|step| *step <= least + 1.02 * grid.resolution);
     let (sum, count) = near.fold((0.0, 0.0), |(sum, count), step| (sum + step, count + 1.0));
@@ -171,6 +171,6 @@ fn followed(shot: &mut RawShot) -> Option<f64> {
     };
     let slack = (grid.resolution / length).max(1e-6);
     let possible = |rate: &f64| (rate / fps - 1.0).abs() <= slack;
-    let usual = USUAL.into_iter().find(possible);
+    let usual = CAMERA_RATES.into_iter().find(possible);
     (fps > 0.0 && fps.is_finite()).then(|| usual.or(Some(fps.round()).filter(possible)).unwrap_or(fps))
 }

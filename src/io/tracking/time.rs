@@ -1,32 +1,32 @@
-//! When each row was filmed: the camera's frame rate against the times that a file carries.
+//! The time of each row, from the camera's frame rate and the times of the file.
 
 use std::sync::Arc;
 
 use super::raw::{CLOCK, Clock, Log, Notes, RawShot, RawTrack, sorted};
 use super::settings::{TimeUnit, TrackSettings};
 
-/// Times may be spaced this much off 1/`capture_fps`, relative.
-const MISMATCH: f64 = 0.02;
-/// A step this far off a whole number of frames, beyond its rounding, is off the grid.
-const OFF_GRID: f64 = 0.02;
+/// Largest relative deviation of the spacing of times from 1/`capture_fps`.
+const MAX_MISMATCH: f64 = 0.02;
+/// Largest deviation of a step from a whole number of frames, beyond its rounding.
+const MAX_OFF_GRID: f64 = 0.02;
 
-/// Steps of an even clock differ by less than this part beyond their rounding, and those of one that varies by less than this one.
-const EVEN: f64 = 0.01;
-const VARYING: f64 = 0.3;
+/// Largest relative difference of an even clock's steps beyond rounding, and of a varying one's.
+const MAX_EVEN: f64 = 0.01;
+const MAX_VARYING: f64 = 0.3;
 
 /// The grid of frames behind the times of a shot.
 pub(super) struct Grid {
     /// Different times, ascending, in seconds of the file's own clock.
     pub times: Vec<f64>,
-    /// What they are rounded to; 0 when they are written in full.
+    /// Rounding of the times; 0 if they are exact.
     pub resolution: f64,
-    /// Between neighbouring frames.
+    /// Time between neighbouring frames.
     pub spacing: f64,
 }
 
-/// Turns the times of a shot's rows into seconds of the camera's clock and gives its frame rate. `Err`
-/// says why that cannot be done and what would help.
-pub(super) fn settle(shot: &mut RawShot, settings: &TrackSettings, notes: &Notes) -> Result<f64, String> {
+/// Converts the times of a shot's rows to seconds of the camera's clock and returns its frame rate.
+/// `Err`: the reason, and the remedy.
+pub(super) fn convert(shot: &mut RawShot, settings: &TrackSettings, notes: &Notes) -> Result<f64, String> {
     let fps = settings.capture_fps;
     if settings.unknown_rate && shot.clock != Clock::In(TimeUnit::Frames) {
         let message = "[video] capture_fps is \"unknown\", which goes with frame numbers, but this file has times; \
@@ -35,7 +35,7 @@ pub(super) fn settle(shot: &mut RawShot, settings: &TrackSettings, notes: &Notes
     }
     let unit = match shot.clock {
         Clock::FramesAt(stated) => {
-            if let Some(given) = fps.filter(|fps| (fps / stated - 1.0).abs() > MISMATCH) {
+            if let Some(given) = fps.filter(|fps| (fps / stated - 1.0).abs() > MAX_MISMATCH) {
                 return Err(format!(
                     "the file says that it was recorded at {stated} fps, but [video] capture_fps is {given}; \
                      expected the same, or no capture_fps"
@@ -54,7 +54,7 @@ pub(super) fn settle(shot: &mut RawShot, settings: &TrackSettings, notes: &Notes
         )?;
         if let Some(row) = shot.rows().find(|row| row.time.fract() != 0.0) {
             return Err(format!(
-                "line {}: frame {} is no whole number; if it is a time, say [tracks] time_unit",
+                "line {}: frame {} is not a whole number; if it is a time, say [tracks] time_unit",
                 row.line, row.time
             ));
         }
@@ -69,7 +69,7 @@ pub(super) fn settle(shot: &mut RawShot, settings: &TrackSettings, notes: &Notes
     let log = notes.of(&file);
     if let Some(rate) = rate
         && grid.resolution > 0.3 / rate
-        && !grid.tells_frames_apart(rate)
+        && !grid.has_time_per_frame(rate)
         && shot.tracks.iter().any(|track| track.rows.windows(2).any(|two| two[0].time == two[1].time))
     {
         return by_row(shot, &grid, rate, fps.unwrap_or(rate), log);
@@ -88,7 +88,7 @@ fn from_frames(shot: &mut RawShot, fps: f64) -> f64 {
 }
 
 impl Grid {
-    /// `second`: of the file's unit, which its times are rounded in.
+    /// Returns the grid of a shot; `second` is the length of the file's unit of time.
     pub(super) fn of(shot: &RawShot, second: f64) -> Self {
         let times = shot.times();
         let resolution = match shot.clock {
@@ -99,21 +99,21 @@ impl Grid {
         Self { times, resolution, spacing }
     }
 
-    /// Whether the clock, though coarse, has a time of its own for each frame: rows with the same time are
-    /// then one frame twice.
-    fn tells_frames_apart(&self, rate: f64) -> bool {
+    /// Returns whether a coarse clock has a time of its own for each frame, so that rows with equal
+    /// times are one frame twice.
+    fn has_time_per_frame(&self, rate: f64) -> bool {
         let whole = |t: &f64| (t * rate - (t * rate).round()).abs() < 1e-3;
         self.resolution * rate < 1.5 && self.times.iter().all(whole)
     }
 
-    /// Whether differences from what times should be, and 0, are within their rounding.
+    /// Returns whether deviations from expected times, and 0, are within the rounding.
     fn is_rounding(&self, late: impl Iterator<Item = f64>) -> bool {
         let (low, high) = late.fold((0.0_f64, 0.0_f64), |(low, high), x| (low.min(x), high.max(x)));
         high - low <= 1.02 * self.resolution
     }
 
-    /// Returns the frame number of each time from the first one on; `None` if the steps are no
-    /// whole frames of `spacing` (within the rounding and [`OFF_GRID`] of a frame).
+    /// Returns the frame number of each time from the first one on; `None` if the steps are not
+    /// whole frames of `spacing` (within the rounding and [`MAX_OFF_GRID`] of a frame).
     pub(super) fn frames(&self, spacing: f64) -> Option<Vec<f64>> {
         let first = *self.times.first()?;
         let exact = |t: &f64| ((t - first) / spacing).round();
@@ -122,7 +122,7 @@ impl Grid {
             return Some(self.times.iter().map(exact).collect());
         }
         if self.resolution > 0.3 * spacing {
-            // Rows tell frames apart where the clock is too coarse to: each must fit its time.
+            // the clock is too coarse: rows are the frames, and each must fit its time
             let late = self.times.iter().enumerate().map(|(i, t)| t - first - i as f64 * spacing);
             return self.is_rounding(late).then(|| (0..self.times.len()).map(|i| i as f64).collect());
         }
@@ -130,7 +130,8 @@ impl Grid {
         let next = |t: &f64| {
             let step = (t - before) / spacing;
             let whole = step.round();
-            let is_off = (step - whole).abs() > OFF_GRID * whole.max(1.0) + 1.02 * self.resolution / spacing;
+            let is_off =
+                (step - whole).abs() > MAX_OFF_GRID * whole.max(1.0) + 1.02 * self.resolution / spacing;
             frame += whole;
             let stays = whole == 0.0 && *t > before;
             before = *t;
@@ -140,15 +141,15 @@ impl Grid {
     }
 }
 
-/// The smallest power of ten that all are whole multiples of, 0 if it is below a millionth.
+/// Returns the largest power of ten of which all times are multiples, 0 if it is below a millionth.
 fn resolution(times: impl Iterator<Item = f64> + Clone) -> f64 {
     let whole = |x: f64| (x - x.round()).abs() < 1e-9 * x.abs().max(1.0) + 1e-7;
     let fits = |scale: &f64| times.clone().all(|t| whole(t * scale));
     [1.0, 1e1, 1e2, 1e3, 1e4, 1e5, 1e6].into_iter().find(fits).map_or(0.0, f64::recip)
 }
 
-/// Mean of the steps that are about as long as the median one, so that rounding cancels and gaps do not count; of a clock that varies
-/// from frame to frame, of all that are no gaps.
+/// Returns the mean of the steps near the median, in which rounding cancels and gaps do not count;
+/// of a clock that varies from frame to frame, the mean of all steps but gaps.
 fn spacing(times: &[f64], resolution: f64) -> f64 {
     let steps = sorted(times.windows(2).map(|two| two[1] - two[0]));
     if steps.is_empty() {
@@ -159,18 +160,18 @@ fn spacing(times: &[f64], resolution: f64) -> f64 {
         let near = steps.iter().filter(|step| (*step - median).abs() <= 1.02 * resolution + off * median);
         near.fold((0.0, 0.0), |(sum, n), step| (sum + step, n + 1.0))
     };
-    let steady = mean_within(EVEN);
-    let (sum, n) = if 2.0 * steady.1 < steps.len() as f64 { mean_within(VARYING) } else { steady };
+    let steady = mean_within(MAX_EVEN);
+    let (sum, n) = if 2.0 * steady.1 < steps.len() as f64 { mean_within(MAX_VARYING) } else { steady };
     sum / n
 }
 
-/// Whether times spaced like these can be of this rate, mostly or, of a clock that varies much, on average. Rounding makes few of them
-/// uncertain.
+/// Returns whether times can be of this rate by their typical spacing or, for a clock that varies
+/// much, by the mean. Rounding makes few times uncertain.
 fn fits(grid: &Grid, rate: f64) -> bool {
     let slack = 2.0 * grid.resolution / (grid.times.len() as f64 * grid.spacing);
     let steps = (grid.times.len() as f64 - 1.0).max(1.0);
     let mean = (grid.times.last().unwrap_or(&0.0) - grid.times.first().unwrap_or(&0.0)) / steps;
-    let fits = |spacing: f64| (spacing * rate - 1.0).abs() <= MISMATCH + slack.min(0.1);
+    let fits = |spacing: f64| (spacing * rate - 1.0).abs() <= MAX_MISMATCH + slack.min(0.1);
     grid.spacing.is_nan() || fits(grid.spacing) || fits(mean)
 }
 
@@ -195,10 +196,10 @@ fn with_rate(
             1.0 / fps
         ));
     }
-    if stated && grid.spacing * rate < 1.0 - MISMATCH && !fits {
+    if stated && grid.spacing * rate < 1.0 - MAX_MISMATCH && !fits {
         return Err(format!(
             "times are {:.6} s apart, closer than [video] playback_fps = {rate} allows ({:.6} s); expected the rate that \
-             the file's times follow, {:.4}, or no playback_fps where they are the camera's",
+             the file's times follow, {:.4}, or no playback_fps if they are the camera's",
             grid.spacing,
             1.0 / rate,
             tidy(own)
@@ -207,7 +208,7 @@ fn with_rate(
     // a stated rate may mean frames left out; otherwise the file's own spacing, which is near it
     let spacing = if stated || grid.spacing.is_nan() { 1.0 / rate } else { grid.spacing };
     let frames = grid.frames(spacing).or_else(|| grid.frames(1.0 / rate));
-    let rounded = grid.resolution > OFF_GRID * spacing;
+    let rounded = grid.resolution > MAX_OFF_GRID * spacing;
     let line = shot.line;
     let Some(frames) = frames else {
         if rounded {
@@ -255,8 +256,8 @@ fn with_rate(
     Ok(fps)
 }
 
-/// Returns the first row whose time and frame number, both counted from the first row, are more than half a frame and the rounding of
-/// the times apart at this rate, frames/s.
+/// Returns the first row whose time and frame number, from the first row, contradict each other at
+/// this rate, frames/s, by more than half a frame and the rounding of the times.
 pub(super) fn first_contradiction(frames: &[f64], seconds: &[f64], rate: f64) -> Option<usize> {
     first_apart(frames, seconds, resolution(seconds.iter().copied()), rate)
 }
@@ -269,7 +270,7 @@ fn first_apart(frames: &[f64], seconds: &[f64], rounding: f64, rate: f64) -> Opt
     frames.iter().zip(seconds).position(apart)
 }
 
-/// Takes the frame rate from the times, which are all there is.
+/// Takes the frame rate from the times, if no other source exists.
 fn without_rate(shot: &mut RawShot, grid: &Grid, log: Log) -> Result<f64, String> {
     let help = "expected [video] capture_fps, the frames per second that the camera recorded";
     let (Some(first), Some(last)) = (grid.times.first(), grid.times.last()) else {
@@ -278,7 +279,7 @@ fn without_rate(shot: &mut RawShot, grid: &Grid, log: Log) -> Result<f64, String
     if grid.spacing.is_nan() {
         return Err(format!("one time only, which gives no frame rate; {help}"));
     }
-    let rounded = grid.resolution > OFF_GRID * grid.spacing;
+    let rounded = grid.resolution > MAX_OFF_GRID * grid.spacing;
     let Some(frames) = grid.frames(grid.spacing) else {
         let is_regular = |two: &&[f64]| ((two[1] - two[0]) / grid.spacing - 1.0).abs() < 0.1;
         let regular = grid.times.windows(2).filter(is_regular).count();
@@ -303,12 +304,12 @@ fn without_rate(shot: &mut RawShot, grid: &Grid, log: Log) -> Result<f64, String
     Ok(fps)
 }
 
-/// A whole number where it is one but for rounding.
+/// Returns the nearest whole number if the difference is rounding.
 fn tidy(fps: f64) -> f64 {
     if (fps - fps.round()).abs() < 1e-6 * fps { fps.round() } else { fps }
 }
 
-/// Counts rows, if a clock is so coarse that neighbouring frames show the same time.
+/// Counts rows if neighbouring frames have the same time on a coarse clock.
 fn by_row(shot: &mut RawShot, grid: &Grid, rate: f64, fps: f64, log: Log) -> Result<f64, String> {
     let wrong = |why: &str| {
         Err(format!(
@@ -347,7 +348,7 @@ fn replace(shot: &mut RawShot, times: &[f64], new: impl Fn(usize) -> f64) {
     }
 }
 
-/// Returns the unit of a time column that does not say it: the one that goes with the frame rate.
+/// Returns the unit of a time column without one: that which agrees with the frame rate.
 fn guess_unit(shot: &RawShot, settings: &TrackSettings) -> Result<TimeUnit, String> {
     let help = "expected [tracks] time_unit = \"frames\", \"s\", \"ms\" or \"us\"";
     let Grid { times, resolution, spacing } = Grid::of(shot, 1.0);
@@ -371,12 +372,12 @@ fn guess_unit(shot: &RawShot, settings: &TrackSettings) -> Result<TimeUnit, Stri
     match (frames, found.as_slice()) {
         (true, []) => Ok(TimeUnit::Frames),
         (false, [unit]) => Ok(*unit),
-        // a frame each millisecond: it makes no difference
+        // a frame each millisecond: both units agree
         (true, [TimeUnit::Ms]) if rate == 1000.0 => Ok(TimeUnit::Frames),
         (true, _) | (false, [_, _, ..]) => Err(format!("times may be frames or ms at {rate} fps; {help}")),
         (false, []) => Err(format!(
             "times are {spacing} apart, which at {rate} fps is neither a frame nor its length in s, ms or µs; {help}, the \
-             right capture_fps, or playback_fps where the file follows a slower playback"
+             right capture_fps, or playback_fps if the file follows a slower playback"
         )),
     }
 }

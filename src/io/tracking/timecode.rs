@@ -1,18 +1,18 @@
-//! Times as clocks show them: h:mm:ss.fff, dates before them, h:mm:ss:cs, and time codes h:mm:ss:ff, whose last part counts frames.
+//! Times of clocks: h:mm:ss.fff, perhaps after a date, h:mm:ss:cs, and time codes h:mm:ss:ff.
 
 use super::raw::{RawTrack, middle, sorted};
 
-/// How a time is written.
+/// Notation of a time.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) enum Style {
-    /// h:mm:ss.fff, with so many digits after the mark.
+    /// h:mm:ss.fff, with the number of digits after the mark.
     Fraction(usize),
-    /// h:mm:ss:cs, with so many digits after the last colon.
+    /// h:mm:ss:cs, with the number of digits after the last colon.
     Colon(usize),
 }
 
 impl Style {
-    /// What the seconds are rounded to.
+    /// Returns the rounding of the seconds.
     pub(super) fn resolution(self) -> f64 {
         let (Self::Fraction(digits) | Self::Colon(digits)) = self;
         1.0 / 10.0_f64.powi(digits as i32)
@@ -22,12 +22,12 @@ impl Style {
 /// Frames per second of time codes.
 const RATES: [f64; 6] = [24.0, 25.0, 30.0, 48.0, 50.0, 60.0];
 
-/// Whether a cell is a time of a clock, right or wrong, and no number.
+/// Returns whether a cell is a time of a clock, valid or not, instead of a number.
 pub(super) fn is_clock(cell: &str) -> bool {
     cell.contains(':')
 }
 
-/// Seconds since midnight (or since the clock began), and how they are written.
+/// Returns the seconds since midnight (or since the clock began), and their notation.
 pub(super) fn seconds(cell: &str) -> Option<(f64, Style)> {
     let (time, dated) = without_date(cell.trim());
     let parts: Vec<&str> = time.split(':').collect();
@@ -65,7 +65,7 @@ pub(super) fn seconds(cell: &str) -> Option<(f64, Style)> {
     Some((sum + part / 10.0_f64.powi(fraction.len() as i32), style))
 }
 
-/// `2024-05-01T12:00:00Z` without the date and the zone, and whether there was a date.
+/// Returns `2024-05-01T12:00:00Z` without the date and the zone, and whether there was a date.
 fn without_date(cell: &str) -> (&str, bool) {
     let Some((date, time)) = cell.split_once(['T', ' ']) else { return (cell, false) };
     let is_date = date.len() == 10 && date.bytes().filter(u8::is_ascii_digit).count() == 8;
@@ -75,8 +75,8 @@ fn without_date(cell: &str) -> (&str, bool) {
     (time.split(['Z', '+', '-']).next().unwrap_or(time).trim(), true)
 }
 
-/// Where h:mm:ss:ff counts frames, which shows when a second is full: its last part then never exceeds that of a film's rate. Turns
-/// the times into numbers of frames and gives that rate; `None`, and nothing changed, where the last part is hundredths.
+/// Converts times h:mm:ss:ff to numbers of frames, and returns the frame rate. `None`, without
+/// changes, for hundredths: frames begin again at a film's rate when a second is full.
 pub(super) fn count_frames(tracks: &mut [&mut RawTrack]) -> Option<f64> {
     let split = |time: f64| {
         let whole = (time + 1e-6).floor();
@@ -142,7 +142,7 @@ mod tests {
             let found = counted(code(rate, step, 100));
             assert_eq!(found, Some((f64::from(rate), f64::from(last))), "{rate}, {step}");
         }
-        // hundredths at 25 and at 30 frames per second, and a film that ends before a second is full
+        // hundredths at 25 and 30 frames per second, and a film that ends before a full second
         assert_eq!(counted((0..40).map(|n| f64::from(4 * n) / 100.0).collect()), None);
         let rounded = (0..40).map(|n| (100.0 * f64::from(n) / 30.0).floor() / 100.0);
         assert_eq!(counted(rounded.collect()), None);

@@ -15,7 +15,6 @@ use crate::io::text::{Separator, filled_lines, lines, trimmed};
 /// Names of the columns of time, the best first.
 const TIMES: [&str; 3] = ["frame", "t", "time"];
 
-/// Returns the layout of an export.
 pub(super) fn layout(input: &Input) -> Detected {
     let (mut is_multi, mut above) = (false, None);
     for (line, content) in filled_lines(input.text).take(TITLES) {
@@ -56,7 +55,8 @@ fn is_header(names: &[String], line: usize, separator: Separator) -> bool {
     !is_long && (is_own || positions() == 1)
 }
 
-/// Whether one pair of columns is at two places at the same time: several balls, below each other, which no export of Tracker is.
+/// Returns whether one pair of columns is at two places at the same time: several balls below each
+/// other, which is not an export of Tracker.
 fn are_several(text: &str, heading: &Heading) -> bool {
     let names = heading.small();
     let of = |name: &str| names.iter().position(|own| own == name);
@@ -80,14 +80,14 @@ fn are_several(text: &str, heading: &Heading) -> bool {
             None => {}
         }
     }
-    // a coarse clock shows a time twice, too: but then a ball is nearer after one row than after two
+    // a coarse clock also repeats times, but then a ball is nearer after one row than after two
     let distance = |i: usize, j: usize| (rows[i].1[0] - rows[j].1[0]).hypot(rows[i].1[1] - rows[j].1[1]);
     let jumps = |i: &&usize| **i > 1 && distance(**i, **i - 1) > distance(**i, **i - 2);
     let alternate = beside.iter().filter(jumps).count();
     3 * (apart + alternate) > rows.len()
 }
 
-/// The lines below in which the names of the columns stand again: each track has been copied below the one before.
+/// Returns the lines that repeat the names of the columns: each track was copied below the last.
 fn repeated(text: &str, heading: &Heading) -> Vec<usize> {
     let first = heading.names[0].as_str();
     let is_one = |line: &str| {
@@ -96,7 +96,8 @@ fn repeated(text: &str, heading: &Heading) -> Vec<usize> {
     lines(text).skip(heading.above).filter(|(_, line)| is_one(line)).map(|(line, _)| line).collect()
 }
 
-/// Of tables below each other, each with its names of columns in one of these lines: the names of the tracks, and the last row.
+/// Returns the names of the tracks and the last row of tables below each other; `heads` are the
+/// lines of their names of columns.
 fn tables(input: &Input, heads: &[usize]) -> Vec<(Vec<String>, usize)> {
     let title = |head: usize| {
         let filled = filled_lines(input.text).take_while(|(line, _)| *line < head).last();
@@ -115,7 +116,7 @@ fn tables(input: &Input, heads: &[usize]) -> Vec<(Vec<String>, usize)> {
     heads.iter().enumerate().map(of).collect()
 }
 
-/// Finds the columns of the tracks; one that has no name is named after the file.
+/// Finds the columns of the tracks; a track without a name is named after the file.
 fn columns(heading: Heading, tracks: Vec<String>, is_multi: bool, input: &Input) -> Result<Layout, Refused> {
     let names = heading.small();
     let position = |name: &str| names.iter().position(|own| own == name);
@@ -150,7 +151,7 @@ fn columns(heading: Heading, tracks: Vec<String>, is_multi: bool, input: &Input)
     Ok(layout)
 }
 
-/// Finds where the tracks of these names stand, each above the first of its columns.
+/// Finds the columns of the tracks by their names, each above its first column.
 fn bodies(input: &Input, heading: &Heading, tracks: &[String]) -> Result<Vec<Body>, Refused> {
     let names = heading.small();
     // each track has its columns side by side, in any order

@@ -6,7 +6,6 @@ use serde::Deserialize;
 use crate::physics::name::worded;
 
 worded! {
-    /// What positions are in.
     #[derive(Clone, Copy, Debug, Deserialize, JsonSchema, PartialEq, Eq)]
     #[serde(rename_all = "lowercase")]
     pub(super) enum Unit {
@@ -17,12 +16,10 @@ worded! {
         Ft = "ft",
         Px = "px",
     }
-    /// As dataset.toml names it.
     pub(super) fn name;
 }
 
 worded! {
-    /// What the time column of a file is in.
     #[derive(Clone, Copy, Debug, Deserialize, JsonSchema, PartialEq, Eq)]
     #[serde(rename_all = "lowercase")]
     pub(in crate::io) enum TimeUnit {
@@ -31,30 +28,26 @@ worded! {
         Ms = "ms",
         Us = "us",
     }
-    /// As dataset.toml names it.
     pub(in crate::io) fn name;
 }
 
 worded! {
-    /// What columns of angles are in.
     #[derive(Clone, Copy, Debug, Deserialize, JsonSchema, PartialEq, Eq)]
     #[serde(rename_all = "lowercase")]
     pub(in crate::io) enum AngleUnit {
         Rad = "rad",
         Deg = "deg",
     }
-    /// As dataset.toml names it.
     pub(in crate::io) fn name;
 }
 
 impl Unit {
-    /// Returns the unit that dataset.toml names so.
+    /// Returns the unit of this name in dataset.toml.
     pub(super) fn of(word: &str) -> Option<Self> {
         Self::ALL.into_iter().find(|unit| unit.name().eq_ignore_ascii_case(word.trim()))
     }
 
-    /// Returns metres in one of it, as two whole numbers to multiply with and divide by, so that
-    /// 5.6 cm is 0.056 m; `None` for pixels.
+    /// Returns metres per unit as whole factor and divisor (5.6 cm is 0.056 m); `None` for pixels.
     pub(super) fn metres(self) -> Option<(f64, f64)> {
         match self {
             Self::M => Some((1.0, 1.0)),
@@ -69,7 +62,7 @@ impl Unit {
 }
 
 impl TimeUnit {
-    /// Returns seconds in one of it; `None` for frames.
+    /// Returns seconds per unit; `None` for frames.
     pub(super) fn seconds(self) -> Option<f64> {
         match self {
             Self::Frames => None,
@@ -81,7 +74,6 @@ impl TimeUnit {
 }
 
 impl AngleUnit {
-    /// Returns radians in one of it.
     pub(super) fn radians(self) -> f64 {
         match self {
             Self::Rad => 1.0,

@@ -1,6 +1,7 @@
-//! What names of columns mean, as programs and people in several countries write them.
+//! Meanings of names of columns, as programs and people in several countries write them.
 
-/// Names of times, of frames, of shots and of balls, in small letters, the surest first; a number or a unit may follow.
+/// Names of times, of frames, of shots and of balls, in small letters, the most certain first; a
+/// number or a unit may follow.
 const TIMES: &str =
     "t time timestamp seconds sec zeit temps tiempo tempo tijd czas aika elapsedtime positiont";
 const FRAMES: &str = "frame frames bild einzelbild image img slice fotogramma fotograma cuadro beeld klatka";
@@ -8,21 +9,20 @@ const SHOTS: &str =
     "shot trial clip run take stoß stoss versuch tir essai coup tiro tacada prova stoot poging uderzenie";
 const BALLS: &str =
     "ball object disk disc puck track particle kugel bille boule balle bola palla biglia bal bila";
-/// Names that may be those of a column of balls, where the rows show it.
+/// Names of columns of balls, if the rows confirm it.
 const PERHAPS_BALLS: &str = "id tid color colour farbe name label who body class";
-/// What may follow such a name.
+/// Words that may follow such a name.
 const NUMBERS: &str = "number numbers no nr num n id idx index nummer name count";
 const UNITS: &str = "s sec ms us stamp seconds stampms stamps";
 
-/// What an angle is called.
 const ANGLES: &str = "angle ang theta θ phi φ rot rotation";
-/// How words of what is no position begin: errors, and motions.
+/// Beginnings of words for errors, and for motions.
 const SPREADS: &str = "sd std stdev err sigma σ unc sem rms fehler var";
 const MOTIONS: &str = "v vel speed geschw vitesse acc beschl disp rotation quaternion feret";
-/// How words for a point on a ball beside its centre begin.
+/// Beginnings of words for a point on a ball beside its centre.
 const MARKERS: &str = "mark rim dot spot edge rand stripe led tip";
 
-/// What a column holds.
+/// Meaning of a column.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) enum Role {
     Time,
@@ -32,31 +32,31 @@ pub(super) enum Role {
     PerhapsBall,
 }
 
-/// What a pair of columns for x and y holds.
+/// Meaning of a pair of columns for x and y.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) enum Kind {
     Position,
     Marker,
     /// Standard deviations of positions.
     Spread,
-    /// Velocities and whatever else is no position.
+    /// Velocities and other quantities than positions.
     Motion,
 }
 
-/// The words of a name in small letters, without punctuation.
+/// Returns the words of a name in small letters, without punctuation.
 pub(super) fn words(name: &str) -> Vec<String> {
     let small = name.to_lowercase();
     let words = small.split(|c: char| !c.is_alphanumeric()).filter(|word| !word.is_empty());
     words.map(str::to_string).collect()
 }
 
-/// How sure a name is one of these, 0 the surest; `None` if it is none.
+/// Returns the rank of a name among the known ones, 0 the most certain; `None` for other names.
 fn rank(name: &str, known: &str, after: &str) -> Option<usize> {
     let follows = |rest: &str| rest.is_empty() || after.split(' ').any(|word| word == rest);
     known.split(' ').position(|word| name.strip_prefix(word).is_some_and(follows))
 }
 
-/// The column among these names that has a role, the surest.
+/// Returns the most certain column of a role among these names.
 pub(super) fn find(names: &[String], role: Role) -> Option<usize> {
     let (known, after) = match role {
         Role::Time => (TIMES, UNITS),
@@ -78,7 +78,6 @@ pub(super) fn find(names: &[String], role: Role) -> Option<usize> {
     })
 }
 
-/// Whether a column is one of angles.
 pub(super) fn is_angle(name: &str) -> bool {
     words(name).first().is_some_and(|first| {
         // rote is red
@@ -87,7 +86,7 @@ pub(super) fn is_angle(name: &str) -> bool {
     })
 }
 
-/// What a pair of columns holds, by the name of that for x with its `x` at this byte.
+/// Returns the meaning of a pair of columns, by the name of the x column, with its `x` at this byte.
 fn kind(names: &[String], column: usize, at: usize) -> Kind {
     let name = &names[column];
     let (before, after) = (words(&name[..at]), words(&name[at + 1..]));
@@ -98,8 +97,9 @@ fn kind(names: &[String], column: usize, at: usize) -> Kind {
             known.split(' ').any(fits)
         })
     };
-    // dx, ax, sx beside x, as vx: what is left without the letter is another column. ImageJ: bx is of the box about what x is the centroid
-    // of, xm weighted by brightness, xstart where its outline begins
+    // dx, ax, sx beside x, as vx: without the letter, the name is that of another column. ImageJ:
+    // bx is of the box about the object with the centroid x, xm is weighted by brightness, xstart
+    // is where its outline begins
     let derived = || {
         let rest = name.strip_prefix(['a', 'b', 'd', 's', 'u']).filter(|_| at > 0);
         let rest = rest.map(|rest| rest.trim_start_matches(['_', ' ', '.']));
@@ -117,7 +117,7 @@ fn kind(names: &[String], column: usize, at: usize) -> Kind {
     }
 }
 
-/// Columns whose names differ by x and y only, in their order, and what they hold.
+/// Returns the columns whose names differ by x and y only, in their order, and their meaning.
 pub(super) fn pairs(names: &[String]) -> Vec<([usize; 2], Kind)> {
     let mut pairs: Vec<([usize; 2], Kind)> = Vec::new();
     for (i, name) in names.iter().enumerate() {

@@ -6,9 +6,9 @@ use super::{OptimiseError, expect_length};
 /// The box lower ≤ x ≤ upper.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Bounds {
-    /// n lower bounds; −∞ for none.
+    /// n lower bounds; −∞ for an unbounded parameter.
     pub lower: DVector<f64>,
-    /// n upper bounds; ∞ for none. A parameter whose bounds are equal is fixed.
+    /// n upper bounds; ∞ for an unbounded parameter. A parameter whose bounds are equal is fixed.
     pub upper: DVector<f64>,
 }
 
@@ -53,7 +53,6 @@ impl Bounds {
         (0..x.len()).map(position).collect()
     }
 
-    /// Returns whether `x` lies in the box.
     pub(super) fn contain(&self, x: &DVector<f64>) -> bool {
         (0..x.len()).all(|j| self.lower[j] <= x[j] && x[j] <= self.upper[j])
     }

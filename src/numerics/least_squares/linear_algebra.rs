@@ -34,7 +34,7 @@ pub struct Reduced {
 /// Returns `None` if an element is not finite or overflows.
 pub fn reduce(jacobian: &DMatrix<f64>, residuals: &DVector<f64>) -> Option<Reduced> {
     let n = jacobian.ncols();
-    // Rows of zeros say nothing: frames that do not depend on a shared unknown have many.
+    // Rows of zeros add nothing; frames that do not depend on a shared unknown have many.
     let is_zero = |i: usize| residuals[i] == 0.0 && jacobian.row(i).iter().all(|value| *value == 0.0);
     let rows: Vec<usize> = (0..jacobian.nrows()).filter(|&i| !is_zero(i)).collect();
     let mut stacked = DMatrix::zeros(rows.len().max(n + 1), n + 1);

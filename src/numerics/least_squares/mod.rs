@@ -71,7 +71,7 @@ pub struct Solution {
 #[derive(Debug, thiserror::Error)]
 pub enum OptimiseError {
     /// The start has no elements.
-    #[error("there is no parameter to fit")]
+    #[error("the problem has no parameters")]
     NoParameters,
     /// The problem has no residuals.
     #[error("there are no residuals to minimise")]
@@ -79,7 +79,7 @@ pub enum OptimiseError {
     /// Two lengths that must agree differ.
     #[error("expected {expected} {what}, found {found}")]
     Length {
-        /// What is counted.
+        /// Name of the length.
         what: &'static str,
         /// The expected number.
         expected: usize,

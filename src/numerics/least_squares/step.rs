@@ -44,7 +44,7 @@ pub struct Step {
 /// Returns the step from `x`, which lies within the bounds. `scale` is the diagonal of D, all
 /// positive; `radius` is Δ > 0, perhaps ∞.
 pub fn step(x: &DVector<f64>, reduced: &Reduced, scale: &DVector<f64>, radius: f64, bounds: &Bounds) -> Step {
-    // A parameter that is fixed, or that the residuals do not depend on here, stays where it is.
+    // A parameter that is fixed, or that the residuals do not depend on here, is kept.
     let moves = |j: &usize| bounds.lower[*j] < bounds.upper[*j] && reduced.column_norms[*j] != 0.0;
     let moving: Vec<usize> = (0..x.len()).filter(moves).collect();
     let mut a = reduced.triangle.select_columns(&moving);

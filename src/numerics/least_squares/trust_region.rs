@@ -24,8 +24,7 @@ const POOR: f64 = 0.25;
 /// Share of the predicted reduction above which the radius grows to twice the step (MINPACK).
 const GOOD: f64 = 0.75;
 
-/// Factor of the radius after a step to a point where the residuals cannot be evaluated: the cost
-/// there is unknown.
+/// Factor of the radius after a step to a point at which the cost cannot be evaluated.
 const SHRINK: f64 = 0.25;
 
 /// Rounding of the cost in units of ε ‖r‖ (‖r‖ + ‖x‖_J), ‖x‖_J² = Σ ‖J_j‖² x_j²: that of the data
@@ -37,13 +36,13 @@ const COST_ROUNDING: f64 = 4.0;
 /// Smaller steps are full ones and judged by their length.
 const SMALL_REDUCTION: f64 = 1e-14;
 
-/// If a full step promises at most this many times the rounding where the radius allows only steps
-/// below it, rounding has shrunk the radius, and full steps are tried. Its root, 30, is how much
-/// shorter than the full step the refused ones may be.
+/// If a full step promises at most this many times the rounding while the radius allows only steps
+/// below it, rounding has shrunk the radius, and full steps are tried. These are at most 30 times
+/// (its root) as long as the refused ones.
 const ROUNDING_GAP: f64 = 1e3;
 
 /// If the radius allows only steps that promise less than this part of the reduction at which a
-/// full step ends the search, the residuals have a kink.
+/// full step ends the search, the residuals are not smooth here.
 const WORTHLESS: f64 = 0.01;
 
 /// Factor by which each refinement must be shorter than the last. Gauss–Newton converges linearly
@@ -62,8 +61,8 @@ pub struct TrustRegion<'a> {
     options: &'a Options,
     /// J and r at the current point; `None` before `init`.
     reduced: Option<Reduced>,
-    /// Largest norm that each column of J has had. It never decreases, so that a parameter that
-    /// mattered once cannot run away where it matters less.
+    /// Largest norm that each column of J has had. It never decreases, so that a parameter cannot
+    /// run away while it has little effect.
     column_norms: DVector<f64>,
     /// Δ.
     radius: f64,

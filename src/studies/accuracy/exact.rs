@@ -1,6 +1,6 @@
-//! The equations of `full` to 30 digits: in numbers of twice the precision, by power series in τ = −ln u
-//! along the whole way of the slip. It shares nothing with [`crate::physics::collision`] but the equations, and takes
-//! thousands of times as long. For μ_s up to 1 and speeds whose squares neither overflow nor vanish.
+//! The equations of `full` to 30 digits: by power series in τ = −ln u over the whole slip, with
+//! numbers of twice the precision. Only the equations are those of [`crate::physics::collision`].
+//! Valid for μ_s up to 1 and speeds whose squares neither overflow nor vanish.
 //!
 //! | symbol | meaning |
 //! | --- | --- |
@@ -10,7 +10,8 @@
 //! | Q, R | ∫ g e^(−τ) dτ, ∫ (1 − e^(−τ)) g e^(−τ) dτ |
 //! | v, w | −K + 2Q − Σ(1 − u), ∫ v dQ = Q² − KQ − ΣR |
 //!
-//! Compression ends at v = 0, restitution at w = (1 − e²)w_c (Kim 2024, Eqs. 14–16 and 37, with 1 − μ_s in Eq. 10).
+//! Compression ends at v = 0, restitution at w = (1 − e²)w_c (Kim 2024, Eqs. 14–16 and 37, with 1 −
+//! μ_s in Eq. 10).
 
 use twofloat::TwoFloat;
 
@@ -18,12 +19,12 @@ use super::Shot;
 use crate::physics::ball::{Ball, BallState, Vec3};
 use crate::physics::collision::{Outcome, Regime};
 
-/// Length of a panel in τ. The nearest singularity is at |τ| = π/p, beyond 2 for all μ_s below 1: the remainder of a series is
-/// (1/16)^TERMS.
+/// Length of a panel in τ. The nearest singularity is at |τ| = π/p, beyond 2 for all μ_s below 1:
+/// the remainder of a series is (1/16)^TERMS.
 const PANEL: f64 = 0.125;
 const TERMS: usize = 26;
 
-/// Number of panels after which the slip that is left is below 1e-31.
+/// Number of panels after which the remaining slip is below 1e-31.
 const PANELS: usize = 576;
 
 type Series = [TwoFloat; TERMS];
@@ -32,7 +33,7 @@ fn number(x: f64) -> TwoFloat {
     TwoFloat::from(x)
 }
 
-/// Returns a/b. The library's own quotient of two of its numbers has 16 digits (0.8.4), that by an `f64` all of them.
+/// Returns a/b to full precision; the library's quotient of two `TwoFloat` has 16 digits (0.8.4).
 fn over(a: TwoFloat, b: TwoFloat) -> TwoFloat {
     let first = a.hi() / b.hi();
     let rest = a - b * first;
@@ -79,7 +80,8 @@ fn at(series: &Series, t: TwoFloat) -> TwoFloat {
     series.iter().rev().fold(number(0.0), |sum, &term| sum * t + term)
 }
 
-/// Returns where a series passes `target` from below, between `low` and the end of a panel, by halving to below 1e-32.
+/// Returns the τ at which a series passes `target` from below, between `low` and the end of a
+/// panel, by halving to below 1e-32.
 fn passes(series: &Series, target: TwoFloat, mut low: TwoFloat) -> TwoFloat {
     let mut high = number(PANEL);
     for _ in 0..110 {
@@ -191,7 +193,8 @@ pub fn collide(shot: &Shot, ball: Ball) -> Outcome {
         j_z = over(-v_z * end.z_gone, 2.0 * beta_z);
         regime = end.regime;
     }
-    // U_f = U_i − (q, J_y, J_z [topspin]), V_f = (q + m_s J_z, J_y, J_z [draw]); spins by the torques of J and cloth
+    // U_f = U_i − (q, J_y, J_z [topspin]), V_f = (q + m_s J_z, J_y, J_z [draw]); spins by the
+    // torques of J and cloth
     let per = over(one, nu * radius);
     let (up, down) = if topspin { (j_z, zero) } else { (zero, j_z) };
     let round = |x: TwoFloat| x.hi();
@@ -246,7 +249,8 @@ mod tests {
             let found = collide(&Shot { cue, coefficients: Coefficients { mu, mu_s, e } }, ball).components();
             for (found, expected) in found.iter().zip(expected) {
                 let expected: f64 = expected.as_str().unwrap().parse().unwrap();
-                // a unit in the last place, since the reference is rounded, too, and e^(−72), which is taken for 0
+                // a unit in the last place, since the reference is rounded, too, and e^(−72), which
+                // is taken for 0
                 let most = 2.3e-16 * expected.abs() + 1e-29 * speed / ball.radius;
                 let name = &case["name"];
                 assert!((found - expected).abs() <= most, "{name}: {found:e} for {expected:e}");

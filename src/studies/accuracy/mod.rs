@@ -1,7 +1,8 @@
-//! The error of every fidelity on a set of shots, and how long a collision takes it.
+//! The error of every fidelity on a set of shots, and the time of a collision.
 //!
-//! The numerical error is against the same equations: those of a rigid contact solved to 30 digits ([`exact`]), those of a compliant
-//! one integrated to [`REFERENCE`]. The model error, by what the equations leave out, is against `contact` to [`REFERENCE`].
+//! The numerical error is against the same equations: for a rigid contact solved to 30 digits
+//! ([`exact`]), for a compliant one integrated to [`REFERENCE`]. The model error, by the effects
+//! that a fidelity leaves out, is against `contact` to [`REFERENCE`].
 
 pub mod exact;
 
@@ -50,13 +51,13 @@ pub struct Spread {
 /// Errors of all quantities, in parts of the cue ball's speed but for the first.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, JsonSchema)]
 pub struct Errors {
-    /// Of the throw.
+    /// Error of the throw.
     pub throw_deg: Spread,
-    /// Of the horizontal velocities.
+    /// Error of the horizontal velocities.
     pub speed: Spread,
-    /// Of the spins times the radius.
+    /// Error of the spins times the radius.
     pub spin: Spread,
-    /// Of the vertical velocities.
+    /// Error of the vertical velocities.
     pub jump: Spread,
 }
 
@@ -91,7 +92,8 @@ written_by_name!(Includes);
 pub struct Row {
     /// Name of the fidelity.
     pub fidelity: Fidelity,
-    /// Effects that are on: all that the fidelity has, those of full, or those of a compliant contact.
+    /// Effects that are on: all that the fidelity has, those of full, or those of a compliant
+    /// contact.
     #[serde(rename = "effects")]
     pub includes: Includes,
     /// Tolerance of ode and contact.
@@ -100,15 +102,17 @@ pub struct Row {
     pub seconds: f64,
     /// Number of shots that it could not compute, which are left out of the errors.
     pub failed: usize,
-    /// Errors against the same equations solved closely; null of contact, whose model error is a numerical one.
+    /// Errors against the same equations solved closely; null of contact, whose model error is a
+    /// numerical one.
     #[serde(rename = "numerical_error")]
     pub numerical: Option<Errors>,
-    /// The same errors against contact with all effects.
+    /// Errors against contact with all effects.
     #[serde(rename = "model_error")]
     pub model: Errors,
 }
 
-/// Returns seeded shots as on a table: 0.5 to 5 m/s, cuts up to 70°, natural roll, stun, draw or side spin.
+/// Returns seeded shots as on a table: 0.5 to 5 m/s, cuts up to 70°, natural roll, stun, draw or
+/// side spin.
 #[must_use]
 pub fn shots(count: usize, seed: u64) -> Vec<Shot> {
     let mut rng = ChaCha8Rng::seed_from_u64(seed);
@@ -128,7 +132,7 @@ pub fn shots(count: usize, seed: u64) -> Vec<Shot> {
     (0..count).map(&mut shot).collect()
 }
 
-/// Runs every fidelity over the shots; `kappa` is the κ of those that are compliant.
+/// Runs every fidelity over the shots; `kappa` is the κ of a compliant contact.
 ///
 /// # Errors
 /// A shot is not a collision.
