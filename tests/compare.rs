@@ -348,7 +348,7 @@ fn the_report_stands_alone() {
     }
     let tracks = embedded(&page, "id=\"tracks\"");
     let tracks: Vec<&str> =
-        tracks.as_array().unwrap().iter().map(|track| track["id"].as_str().unwrap()).collect();
+        tracks.as_array().unwrap().iter().map(|track| track["name"].as_str().unwrap()).collect();
     assert_eq!(tracks.len(), 30);
     let spots = embedded(&page, "class=\"spots\"");
     let labels = labels_of(&spots);
