@@ -57,7 +57,7 @@ fn blocks(text: &str, language: &str) -> Vec<String> {
 #[test]
 fn the_readme_shows_what_its_commands_print() {
     /// Bytes.
-    const SHORT: usize = 12_000;
+    const SHORT: usize = 9_000;
     let readme = read("README.md");
     assert!(readme.len() < SHORT, "{} bytes", readme.len());
     let shown = blocks(&readme, "text");
@@ -70,15 +70,12 @@ fn the_readme_shows_what_its_commands_print() {
     let elements = |svg: &str| ["<circle", "<polyline", "<text"].map(|tag| svg.matches(tag).count());
     assert_eq!(elements(picture), elements(&read("src/example/balls.svg")));
     assert!(elements(picture).iter().all(|count| *count > 10));
-    let both = done(lab.path(), &["fit", "demo/balls", "demo/pucks"]);
     let out = lab.path().join("compare");
     let out = out.to_str().unwrap();
     let cloths = ["compare", "data/synthetic-cloth-a", "data/synthetic-cloth-b", "--out", out];
     let compared = done(root(), &cloths);
-    let design = lab.path().join("design");
-    let designed = done(root(), &["design", "--out", design.to_str().unwrap()]);
-    assert_eq!(shown.len(), 4);
-    for (shown, printed) in shown.iter().zip([balls, both, compared, designed]) {
+    assert_eq!(shown.len(), 2);
+    for (shown, printed) in shown.iter().zip([balls, compared]) {
         let printed: Vec<&str> = printed.lines().map(str::trim_end).collect();
         let missing: Vec<&str> = shown.lines().filter(|line| !printed.contains(line)).collect();
         assert!(missing.is_empty(), "{missing:#?} are not among\n{}", printed.join("\n"));
@@ -157,7 +154,7 @@ fn every_dataset_toml_that_is_shown_loads() {
     let pages = TOPICS.iter().map(|topic| topic.text.to_owned()).chain([read("README.md")]);
     let complete = |block: &String| block.starts_with("name = ");
     let shown: Vec<String> = pages.flat_map(|page| blocks(&page, "toml")).filter(complete).collect();
-    assert!(shown.len() >= 5, "{}", shown.len());
+    assert!(shown.len() >= 3, "{}", shown.len());
     for manifest in shown {
         let folder = tempfile::tempdir().unwrap();
         let at = |name: &str| folder.path().join(name);
