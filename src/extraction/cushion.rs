@@ -1,5 +1,5 @@
-//! Balls that come off a cushion, or off another ball, shortly before or after the impact: their path has a corner, and only what is on
-//! this side of it belongs to the shot.
+//! Balls that come off a cushion, or off another ball, shortly before or after the impact: their path has a
+//! corner, and only what is on this side of it belongs to the shot.
 
 use super::initial_guess::{Path, from_paths, surely_before};
 use crate::film::frame_noise::noise;
@@ -10,22 +10,22 @@ use crate::physics::ball::Ball;
 const SIDE: usize = 4;
 const LONG_SIDE: usize = 12;
 
-/// Least change of velocity at a corner, as a part of the speed before it: the cloth changes the velocity by less than 2 % in as many
-/// frames, at 100 frames per second and 1 m/s.
+/// Least change of velocity at a corner, as a part of the speed before it: the cloth changes the velocity by
+/// less than 2 % in as many frames, at 100 frames per second and 1 m/s.
 const TURN: f64 = 0.2;
 
 /// Least change of velocity at a corner, in standard errors of the difference of two slopes.
 const ERRORS: f64 = 8.0;
 
-/// Largest distance from the lines, as a part of the change of velocity times a frame: a frame that was dropped within a side leaves 0.75
-/// or more.
+/// Largest distance from the lines, as a part of the change of velocity times a frame: a frame that was
+/// dropped within a side leaves 0.75 or more.
 const BENT: f64 = 0.5;
 
 /// Frames after the impact before which no corner is looked for: a tracker that lags takes as long to follow.
 const CLEAR: f64 = 8.0;
 
-/// Least change of velocity at a corner after the impact, as a part of the incoming speed: where a ball lands it
-/// loses less than 0.015.
+/// Least change of velocity at a corner after the impact, as a part of the incoming speed: where a ball lands
+/// it loses less than 0.015.
 const OF_INCOMING: f64 = 0.03;
 
 /// Steepest deceleration by a cloth, m/s²: a sliding friction of 0.4.
@@ -34,14 +34,16 @@ const STEEPEST: f64 = 4.0;
 /// Standard deviations of the noise by which some of a dozen frames are off.
 const WHITE: f64 = 4.0;
 
-/// Leaves out the frames of the cue ball up to the last corner of its path before the impact; returns whether there is one.
+/// Leaves out the frames of the cue ball up to the last corner of its path before the impact; returns whether
+/// there is one.
 pub(crate) fn leave_out_before_cushion(shot: &mut TrackShot, ball: &Ball) -> bool {
     let Some(corner) = last_corner(shot, ball) else { return false };
     shot.cue.retain(|sample| sample.t > corner);
     true
 }
 
-/// Leaves out the frames of either ball from the first corner of its path after the impact on; returns whether there is one.
+/// Leaves out the frames of either ball from the first corner of its path after the impact on; returns
+/// whether there is one.
 pub(crate) fn leave_out_after_cushion(shot: &mut TrackShot, ball: &Ball) -> bool {
     // noise that lasts from frame to frame bends paths more
     let noise = noise(shot) * shot.frames_alike().sqrt();
@@ -84,8 +86,9 @@ fn last_corner(shot: &TrackShot, ball: &Ball) -> Option<f64> {
     before.get(at).map(|sample| sample.t)
 }
 
-/// The corners of a path, where the velocity changes by at least so much at a speed (m/s), and frames are at most so much farther (m) from
-/// the lines beside it than the change explains: the index of the first frame after each, and the change.
+/// The corners of a path, where the velocity changes by at least so much at a speed (m/s), and frames are at
+/// most so much farther (m) from the lines beside it than the change explains: the index of the first frame
+/// after each, and the change.
 fn corners(
     samples: &[Sample],
     side: usize,

@@ -3,7 +3,6 @@
 use nalgebra::{Matrix3, Vector2, Vector3};
 
 use super::unusable::{Bodies, Unusable};
-use super::wrong_frames::steady;
 use crate::film::frame_noise::noise;
 use crate::measurement::track::{Sample, TrackShot};
 use crate::numerics::median;
@@ -26,6 +25,12 @@ const BENT: f64 = 3.0;
 /// and this part of the cue ball's.
 const MOVING_ERRORS: f64 = 5.0;
 const MOVING_PART: f64 = 0.01;
+
+/// Number of standard deviations beyond which a frame stands alone, besides what a ball accelerates by.
+const ALONE: f64 = 10.0;
+
+/// Largest acceleration of a ball on a cloth, m/s².
+const ACCELERATION: f64 = 5.0;
 
 type Point = Vector2<f64>;
 
@@ -83,8 +88,9 @@ impl Path {
         Some(Self { at, position, velocity, acceleration, error: f64::NAN })
     }
 
-    /// Returns the path through samples, the nearest to the impact first, as it is at a time: a straight line, or where
-    /// the samples are so far apart in time that it bends by more than their noise, a parabola.
+    /// Returns the path through samples, the nearest to the impact first, as it is at a time: a straight
+    /// line, or where the samples are so far apart in time that it bends by more than their noise, a
+    /// parabola.
     fn near(samples: &[Sample], at: f64, noise: f64) -> Self {
         let straight = Self::line(samples, at);
         if straight.rms(samples) <= BENT * noise || samples.len() < LEAST_OF_PARABOLA {
@@ -133,13 +139,31 @@ impl Path {
     }
 }
 
+/// Returns the samples without those that stand alone.
+fn steady(samples: &[Sample], noise: f64) -> Vec<Sample> {
+    (0..samples.len()).filter(|i| is_steady(samples, *i, noise)).map(|i| samples[i]).collect()
+}
+
+/// Returns whether a sample fits the two before it or the two after it: at the impact itself a good one
+/// fits one side.
+fn is_steady(samples: &[Sample], i: usize, noise: f64) -> bool {
+    let fits = |s: &Sample, near: &Sample, far: &Sample| {
+        let part = (s.t - near.t) / (near.t - far.t);
+        let off = |s: f64, near: f64, far: f64| (s - near - (near - far) * part).abs();
+        let most = ALONE * noise * (1.0 + part.abs()) + ACCELERATION * (s.t - far.t).powi(2);
+        off(s.x, near.x, far.x) <= most && off(s.y, near.y, far.y) <= most
+    };
+    let before = i >= 2 && fits(&samples[i], &samples[i - 1], &samples[i - 2]);
+    before || i + 2 < samples.len() && fits(&samples[i], &samples[i + 1], &samples[i + 2])
+}
+
 /// Returns the medians of x and of y.
 fn middle(samples: &[Sample]) -> Point {
     Point::new(median(samples.iter().map(|s| s.x).collect()), median(samples.iter().map(|s| s.y).collect()))
 }
 
-/// Returns the speed from the medians of both halves of some samples, which a few wrong frames do not move, its standard
-/// error for unit noise, and the time between the halves.
+/// Returns the speed from the medians of both halves of some samples, which a few wrong frames do not move,
+/// its standard error for unit noise, and the time between the halves.
 fn robust_speed(samples: &[Sample]) -> [f64; 3] {
     // the median of many numbers errs by this times as much as their mean
     let of_median = std::f64::consts::FRAC_PI_2.sqrt();
@@ -162,8 +186,8 @@ fn nearest(cue: &[Sample], object: &[Sample]) -> Option<f64> {
     distances.min_by(|a, b| a.1.total_cmp(&b.1)).map(|(time, _)| time)
 }
 
-/// Returns why frames of both balls before the impact are too few: the object ball moves before the balls touch, as far
-/// as frames show both, or one of them is not seen.
+/// Returns why frames of both balls before the impact are too few: the object ball moves before the balls
+/// touch, as far as frames show both, or one of them is not seen.
 fn without_start(cue: &[Sample], object: &[Sample], until: f64, ball: &Ball, noise: f64) -> Unusable {
     let is_clear = |s: &Sample| apart(cue, s).is_none_or(|apart| apart > 2.0 * ball.radius + MOVED * noise);
     let touch = nearest(cue, object).unwrap_or(f64::NEG_INFINITY);
@@ -182,9 +206,9 @@ fn without_start(cue: &[Sample], object: &[Sample], until: f64, ball: &Ball, noi
     }
 }
 
-/// Returns an instant before which all frames show the balls before the impact, s. Where the noise hides whether the
-/// object ball lay at rest, so that the impact is not found, it is somewhat earlier than when the balls are nearest to
-/// each other.
+/// Returns an instant before which all frames show the balls before the impact, s. Where the noise hides
+/// whether the object ball lay at rest, so that the impact is not found, it is somewhat earlier than when the
+/// balls are nearest to each other.
 pub(crate) fn surely_before(shot: &TrackShot, ball: &Ball) -> Option<f64> {
     /// Part of the time from the first frame until the balls are nearest to each other.
     const FREE: f64 = 0.9;
@@ -195,8 +219,8 @@ pub(crate) fn surely_before(shot: &TrackShot, ball: &Ball) -> Option<f64> {
     from_paths(shot, ball, noise(shot)).ok().map(|guess| guess.time).or_else(until)
 }
 
-/// Returns the speed of the object ball before the balls are nearest to each other, m/s, and as a part of the cue ball's,
-/// where it surely moves and that part is below the most.
+/// Returns the speed of the object ball before the balls are nearest to each other, m/s, and as a part of the
+/// cue ball's, where it surely moves and that part is below the most.
 pub(crate) fn object_speed(shot: &TrackShot, most: f64) -> Option<(f64, f64)> {
     /// Part of the frames until then: in the last ones it may have been hit.
     const FREE: f64 = 0.75;

@@ -9,6 +9,7 @@
 use nalgebra::{Const, DMatrix, DVector, Matrix3, SVector};
 use num_dual::{DualNum, DualSVec64};
 
+use crate::measurement::track::{Marker, Sample, TrackShot, TrackedBall};
 use crate::physics::Number;
 use crate::physics::ball::Vec3;
 
@@ -28,6 +29,12 @@ pub(crate) struct Spot {
     /// Time from the impact (s), x/R and y/R, standard deviation over R.
     pub seen: Vec<(f64, [f64; 2], f64)>,
 }
+
+/// Frames that straddle the impact show neither spin: this part of a frame is left out on both sides.
+const CLEAR: f64 = 0.01;
+
+/// Frames on either side of the impact that are used: the cloth changes a spin evenly for so long.
+const NEAR: f64 = 60.0;
 
 /// Nearer to the rim than this, the height of a marker is too uncertain to start from.
 const RIM: f64 = 0.95;
@@ -114,7 +121,8 @@ pub(crate) fn measure(spots: &[Spot], stated: bool) -> Option<Rotation> {
     None
 }
 
-/// Returns the unknowns at which the sum of squares is least near `x`, the residuals there and their derivatives.
+/// Returns the unknowns at which the sum of squares is least near `x`, the residuals there and their
+/// derivatives.
 fn minimise(markers: &[Placed], mut x: DVector<f64>) -> Option<(DVector<f64>, DVector<f64>, DMatrix<f64>)> {
     let (mut residuals, mut jacobian) = linearise(markers, &x);
     let mut damping = 1e-6;
@@ -171,7 +179,8 @@ struct Placed {
 }
 
 impl Placed {
-    /// Returns a marker with its place in the nearest frame in which its height is known, turned back to the impact.
+    /// Returns a marker with its place in the nearest frame in which its height is known, turned back to the
+    /// impact.
     fn new(spot: &Spot, spin: &Vec3) -> Option<Self> {
         let mut seen = spot.seen.clone();
         seen.sort_by(|a, b| a.0.abs().total_cmp(&b.0.abs()));
@@ -179,8 +188,8 @@ impl Placed {
         Some(Self { base: turn(place, spin * -time), seen })
     }
 
-    /// Returns x, y of all frames, for ω, its change with time, and the two angles by which the marker's place
-    /// differs from `base`.
+    /// Returns x, y of all frames, for ω, its change with time, and the two angles by which the marker's
+    /// place differs from `base`.
     fn predict(&self, [x, y, z, by_x, by_y, first, second]: [Own; SHARED + 2]) -> Vec<[Own; 2]> {
         let [along, across] = across(&self.base);
         let place = std::array::from_fn(|i| first * along[i] + second * across[i] + self.base[i]);
@@ -237,6 +246,61 @@ fn cross<T: Number>(a: &[T; 3], b: &[T; 3]) -> [T; 3] {
     [a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]]
 }
 
+/// Angular velocities just before and after the impact, of balls with markers.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Rotations {
+    /// The cue ball's angular velocity just before the impact.
+    pub cue_before: Option<Rotation>,
+    /// The cue ball's angular velocity just after the impact.
+    pub cue_after: Option<Rotation>,
+    /// The object ball's angular velocity just after the impact.
+    pub object_after: Option<Rotation>,
+}
+
+impl Rotations {
+    /// Measures the rotations of balls of this radius (m) in the unit of the film, from positions with
+    /// this noise where none is stated.
+    #[must_use]
+    pub fn of(shot: &TrackShot, impact: f64, radius: f64, noise: f64) -> Self {
+        let clear = CLEAR / shot.fps;
+        let near = NEAR / shot.fps;
+        let of = |ball: TrackedBall, window: [f64; 2]| {
+            let centres = if ball == TrackedBall::Cue { &shot.cue } else { &shot.object };
+            let own = || shot.markers.iter().filter(|marker| marker.ball == ball);
+            let spot = |marker: &Marker| spot(&marker.samples, centres, (window, impact), (radius, noise));
+            let spots: Vec<Spot> = own().map(spot).collect();
+            let is_known = |marker: &Marker| marker.samples.iter().all(|sample| sample.sd.is_some());
+            let stated = shot.position_sd.is_some() || own().all(is_known);
+            measure(&spots, stated)
+        };
+        let before = [impact - near, impact - clear];
+        let after = [impact + clear, impact + near];
+        Self {
+            cue_before: of(TrackedBall::Cue, before),
+            cue_after: of(TrackedBall::Cue, after),
+            object_after: of(TrackedBall::Object, after),
+        }
+    }
+}
+
+/// Returns a marker's places from the centre of its ball in the frames of a window that show both.
+fn spot(
+    samples: &[Sample],
+    centres: &[Sample],
+    ([from, to], impact): ([f64; 2], f64),
+    (radius, noise): (f64, f64),
+) -> Spot {
+    let sd_of = |sample: &Sample| sample.sd.map_or(noise, |[x, y]| 0.5 * (x + y));
+    let inside = samples.iter().filter(|sample| (from..=to).contains(&sample.t));
+    let seen = inside.filter_map(|sample| {
+        let at = centres.partition_point(|centre| centre.t < sample.t - 1e-9);
+        let centre = centres.get(at).filter(|centre| (centre.t - sample.t).abs() < 1e-9)?;
+        let sd = sd_of(sample).hypot(sd_of(centre)) / radius;
+        Some((sample.t - impact, [(sample.x - centre.x) / radius, (sample.y - centre.y) / radius], sd))
+    });
+    Spot { seen: seen.collect() }
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -268,8 +332,8 @@ mod tests {
         Spot { seen: seen.collect() }
     }
 
-    /// One marker gives the whole angular velocity, also beside one of which every position is wrong: within 1 ms the
-    /// ball carries that by 0.052 R, and not by 0.022 R.
+    /// One marker gives the whole angular velocity, also beside one of which every position is wrong: within
+    /// 1 ms the ball carries that by 0.052 R, and not by 0.022 R.
     #[test]
     fn one_marker_gives_the_whole_angular_velocity() {
         let wrong = Spot { seen: vec![(1.4e-3, [0.5, 0.0], 1e-4), (2.4e-3, [0.478, 0.0], 1e-4)] };

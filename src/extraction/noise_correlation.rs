@@ -1,14 +1,17 @@
 //! Noise that lasts from frame to frame: trackers that follow a ball err alike in frames next to each other.
 //!
 //! The noise of a coordinate is taken as autoregressive of first order, with the correlation ρ^|i−j| between frames i and j. ρ is found from the cue
-//! balls before their impacts, whose paths are cubics in time, by restricted maximum likelihood over all of them:
+//! balls before their impacts, whose paths are cubics in time, by restricted maximum likelihood over all of
+//! them:
 //!
 //!   −2 ln L = N ln Σ rᵀR⁻¹r + Σ (ln|R| + ln|XᵀR⁻¹X|)
 //!
-//! with R the correlation matrix, X the powers of time, r what generalised least squares leaves and N the frames less the columns of X.
-//! The number of unknowns does not bias it, as it biases the correlation of residuals.
+//! with R the correlation matrix, X the powers of time, r what generalised least squares leaves and N the
+//! frames less the columns of X. The number of unknowns does not bias it, as it biases the correlation of
+//! residuals.
 //!
-//! Sources: Patterson and Thompson (1971), Biometrika 58, 545; Box, Jenkins and Reinsel, Time Series Analysis, § 3.2.
+//! Sources: Patterson and Thompson (1971), Biometrika 58, 545; Box, Jenkins and Reinsel, Time Series
+//! Analysis, § 3.2.
 
 use nalgebra::{DMatrix, DVector};
 use rayon::prelude::*;
@@ -38,7 +41,8 @@ const WRONG: f64 = 3.0;
 const HIGHEST: f64 = 0.96;
 const STEP: f64 = 0.02;
 
-/// It is called for where −2 ln L falls by as much with it; less than this correlation changes no error by a tenth.
+/// It is called for where −2 ln L falls by as much with it; less than this correlation changes no error by a
+/// tenth.
 const CALLED_FOR: f64 = 6.0;
 const LEAST: f64 = 0.1;
 
@@ -74,8 +78,8 @@ pub fn noise_correlation(shots: &[TrackShot], ball: &Ball) -> Option<NoiseCorrel
     let rhos: Vec<f64> = (0..=(HIGHEST / STEP) as usize).map(|i| i as f64 * STEP).collect();
     let values: Vec<f64> = rhos.iter().map(|rho| minus_two_ln_l(*rho)).collect();
     let least = values.iter().copied().fold(f64::INFINITY, f64::min);
-    // mean and standard deviation by L, every ρ alike beforehand: short paths hardly tell high correlations apart, and
-    // the likeliest may be the highest
+    // mean and standard deviation by L, every ρ alike beforehand: short paths hardly tell high correlations
+    // apart, and the likeliest may be the highest
     let weights: Vec<f64> = values.iter().map(|value| (-0.5 * (value - least)).exp()).collect();
     let mean = |of: &dyn Fn(f64) -> f64| {
         let weighted = weights.iter().zip(&rhos).map(|(weight, rho)| weight * of(*rho));
@@ -126,8 +130,8 @@ mod tests {
     use super::*;
     use crate::simulate;
 
-    /// The correlation of noise that is added to footage of 40 shots is found within three standard errors, which seldom
-    /// happen in five trials, and adopted if there is one.
+    /// The correlation of noise that is added to footage of 40 shots is found within three standard errors,
+    /// which seldom happen in five trials, and adopted if there is one.
     #[test]
     fn a_correlation_is_found_as_surely_as_is_said() {
         const SPEC: &str = r#"

@@ -1,7 +1,9 @@
-//! Frames that a camera dropped and that neither numbers nor times show: from there on everything happens one frame too early.
+//! Frames that a camera dropped and that neither numbers nor times show: from there on everything happens one
+//! frame too early.
 //!
-//! A ball that moves evenly then goes two or more steps at once, and so does the other ball if it moves. A frame that stands twice, after
-//! which the ball catches up, is none; nor is a step at the impact, where nothing says how far a ball should go.
+//! A ball that moves evenly then goes two or more steps at once, and so does the other ball if it moves. A
+//! frame that stands twice, after which the ball catches up, is none; nor is a step at the impact, where
+//! nothing says how far a ball should go.
 
 use nalgebra::Vector2;
 
@@ -20,10 +22,12 @@ const LEAST: usize = 3;
 /// A step of this many times the usual one, more or less, is one of so many frames.
 const OFF: f64 = 0.35;
 
-/// Steps are told apart that are so many times as long as the root mean square by which noise makes them uneven.
+/// Steps are told apart that are so many times as long as the root mean square by which noise makes them
+/// uneven.
 const NOISES: f64 = 4.0;
 
-/// A frame is lost between steps that are so many times as long: half a step more is 3.5 standard deviations of one axis.
+/// A frame is lost between steps that are so many times as long: half a step more is 3.5 standard deviations
+/// of one axis.
 const CLEAR_NOISES: f64 = 5.0;
 
 /// No more frames are lost at once without a sign in the numbers.
@@ -85,7 +89,8 @@ impl<'a> Steps<'a> {
 
     /// Returns a step, if it is longer than most on either side: others have lost nothing.
     fn long(&self, i: usize) -> Step {
-        /// A step of two frames is half as long again as the usual one at least, and most steps are within a fifth of that.
+        /// A step of two frames is half as long again as the usual one at least, and most steps are within a
+        /// fifth of that.
         const LONGER: f64 = 1.2;
         let Some(own) = self.lengths[i] else { return Step::default() };
         let around = i.saturating_sub(SIDE)..self.lengths.len().min(i + 1 + SIDE);

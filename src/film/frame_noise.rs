@@ -12,10 +12,10 @@ const COORDINATES: [fn(&Sample) -> f64; 2] = [|s| s.x, |s| s.y];
 /// No tracker is better than this, m: keeps exact synthetic tracks finite.
 const LEAST_NOISE: f64 = 1e-8;
 
-/// Returns the noise of a coordinate of balls, m, from the second differences of consecutive frames, in which a
-/// smooth motion leaves only its acceleration: median |Δ²x|/0.6745/√(6 − 8ρ + 2ρ²), with ρ the correlation of
-/// neighbouring frames. It is no less than the error of rounding to the grid that the coordinates lie on. A ball at rest
-/// that a program holds in its place does not count.
+/// Returns the noise of a coordinate of balls, m, from the second differences of consecutive frames, in which
+/// a smooth motion leaves only its acceleration: median |Δ²x|/0.6745/√(6 − 8ρ + 2ρ²), with ρ the correlation
+/// of neighbouring frames. It is no less than the error of rounding to the grid that the coordinates lie on.
+/// A ball at rest that a program holds in its place does not count.
 pub(crate) fn noise(shot: &TrackShot) -> f64 {
     let all = triples(&[&shot.cue, &shot.object], shot.fps.recip());
     let free: Vec<&[Sample]> = all.iter().copied().filter(|three| !is_held(three)).collect();
@@ -61,8 +61,9 @@ fn estimate(triples: &[&[Sample]], shot: &TrackShot) -> f64 {
     (grid::median_of_multiples(&differences, coarser) / NORMAL_MEDIAN / differs).max(least)
 }
 
-/// Three positions in a row are exactly the same in 0.7 % of all cases if their noise is one step of the coordinates, and less often if
-/// it is more. A part above this one is of balls at rest that a program holds in their places, which show no noise.
+/// Three positions in a row are exactly the same in 0.7 % of all cases if their noise is one step of the
+/// coordinates, and less often if it is more. A part above this one is of balls at rest that a program holds
+/// in their places, which show no noise.
 const HELD: f64 = 0.05;
 
 /// Whether three positions are exactly the same.
@@ -70,7 +71,8 @@ fn is_held(three: &[Sample]) -> bool {
     three.iter().all(|sample| sample.x == three[0].x && sample.y == three[0].y)
 }
 
-/// The coordinate (0: x, 1: y) that is the same in all frames of both bodies, as in a film of one dimension: it has no noise.
+/// The coordinate (0: x, 1: y) that is the same in all frames of both bodies, as in a film of one dimension:
+/// it has no noise.
 pub(crate) fn constant_axis(shot: &TrackShot) -> Option<usize> {
     constant_axis_of(&[&shot.cue, &shot.object])
 }
@@ -87,8 +89,8 @@ fn constant_axis_of(pieces: &[&[Sample]]) -> Option<usize> {
     }
 }
 
-/// Three positions in a row that are a frame apart; of tracks that have only some frames (every second, two of three), three that are
-/// as close in time as they usually are.
+/// Three positions in a row that are a frame apart; of tracks that have only some frames (every second, two
+/// of three), three that are as close in time as they usually are.
 fn triples<'a>(tracks: &[&'a [Sample]], frame: f64) -> Vec<&'a [Sample]> {
     /// Consecutive frames are of use where they are more than this part of all.
     const PART: f64 = 0.25;
@@ -105,8 +107,8 @@ fn triples<'a>(tracks: &[&'a [Sample]], frame: f64) -> Vec<&'a [Sample]> {
     all.into_iter().filter(|three| span(three) < usual + 0.1 * frame).collect()
 }
 
-/// How far the second of three positions is off the line through the others, as a − 2b + c of positions that are evenly spaced in time:
-/// with the standard deviation of that where they are not.
+/// How far the second of three positions is off the line through the others, as a − 2b + c of positions that
+/// are evenly spaced in time: with the standard deviation of that where they are not.
 fn bend(three: &[Sample], pick: fn(&Sample) -> f64) -> f64 {
     /// What the frames of a clock may err by.
     const EVEN: f64 = 0.06;

@@ -2,8 +2,7 @@
 
 use statrs::distribution::{ContinuousCDF, Normal};
 
-use super::equal::Equal;
-use super::quantities::Quantity;
+use super::quantities::{Equal, Quantity};
 use super::stick::Stuck;
 use crate::extraction::{Bodies, Unusable};
 use crate::measurement::dataset::{Measured, Shot};

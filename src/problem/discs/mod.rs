@@ -1,7 +1,6 @@
 //! Films of discs as blocks: pucks on ice or on air tables.
 
 pub(crate) mod block;
-pub(crate) mod equal;
 pub(crate) mod first_guess;
 mod frames;
 pub(crate) mod impact;
