@@ -159,7 +159,9 @@ fn balls_whose_throw_no_rigid_contact_gives_refute_it_alike() {
         assert!(text.contains("refuted") && text.contains("measured 0."), "{text}");
         for line in text.lines().filter(|line| line.contains('±')) {
             assert!(
-                ["easured", "model: e = ", "±: one standard error", " sd"].iter().any(|part| line.contains(part)),
+                ["easured", "model: e = ", "±: one standard error", " sd"]
+                    .iter()
+                    .any(|part| line.contains(part)),
                 "{line}"
             );
         }

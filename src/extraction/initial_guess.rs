@@ -3,7 +3,6 @@
 use nalgebra::{Matrix3, Vector2, Vector3};
 
 use super::unusable::{Bodies, Unusable};
-use super::wrong_frames::steady;
 use crate::film::frame_noise::noise;
 use crate::measurement::track::{Sample, TrackShot};
 use crate::numerics::median;
@@ -25,6 +24,12 @@ const MAX_LINE_RESIDUAL: f64 = 3.0;
 /// Least speed of a moving object ball, in standard errors and as a part of the cue ball's.
 const MIN_SPEED_ERRORS: f64 = 5.0;
 const MIN_SPEED_PART: f64 = 0.01;
+
+/// Residual of a wrong frame, in standard deviations, in excess of the largest acceleration.
+const ALONE: f64 = 10.0;
+
+/// Largest acceleration of a ball on a cloth, m/s².
+const ACCELERATION: f64 = 5.0;
 
 type Point = Vector2<f64>;
 
@@ -130,6 +135,23 @@ impl Path {
         }
         t.is_finite().then_some(self.at + t)
     }
+}
+
+/// Returns the samples without those that stand alone.
+fn steady(samples: &[Sample], noise: f64) -> Vec<Sample> {
+    (0..samples.len()).filter(|i| is_steady(samples, *i, noise)).map(|i| samples[i]).collect()
+}
+
+/// Returns whether a sample fits the two before or after it, as a good one at the impact does.
+fn is_steady(samples: &[Sample], i: usize, noise: f64) -> bool {
+    let fits = |s: &Sample, near: &Sample, far: &Sample| {
+        let part = (s.t - near.t) / (near.t - far.t);
+        let off = |s: f64, near: f64, far: f64| (s - near - (near - far) * part).abs();
+        let most = ALONE * noise * (1.0 + part.abs()) + ACCELERATION * (s.t - far.t).powi(2);
+        off(s.x, near.x, far.x) <= most && off(s.y, near.y, far.y) <= most
+    };
+    let before = i >= 2 && fits(&samples[i], &samples[i - 1], &samples[i - 2]);
+    before || i + 2 < samples.len() && fits(&samples[i], &samples[i + 1], &samples[i + 2])
 }
 
 /// Returns the medians of x and of y.

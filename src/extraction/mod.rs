@@ -4,17 +4,14 @@
 mod cushion;
 mod initial_guess;
 mod marker_rotation;
-mod marker_spins;
 mod noise_correlation;
 mod unusable;
-mod wrong_frames;
 
 pub(crate) use cushion::{leave_out_after_cushion, leave_out_before_cushion};
 pub(crate) use initial_guess::{FirstGuess, from_paths, object_speed};
-pub use marker_rotation::Rotation;
 #[cfg(feature = "io")]
 pub(crate) use marker_rotation::turn;
-pub use marker_spins::Rotations;
+pub use marker_rotation::{Rotation, Rotations};
 pub use noise_correlation::NoiseCorrelation;
 pub(crate) use noise_correlation::noise_correlation;
 pub use unusable::{Bodies, Unusable};

@@ -63,7 +63,7 @@ pub use offsets::{Offsets, Slope};
 pub use policy::Policy;
 pub use profile::End;
 pub use rows::choices::{RowsChoices, RowsError};
-pub(crate) use rows::deviations::Deviations;
+pub(crate) use rows::prediction::Deviations;
 pub use rows::prediction::{Prediction, predict};
 pub use rows::run::{RowsFit, TableNoise, fit_rows};
 pub use rows::shot::Unpredictable;
@@ -145,8 +145,8 @@ mod tests {
         *fit.estimates.iter().find(|estimate| estimate.id == id).unwrap()
     }
 
-    /// Checks that the gradient is half of the slope of χ², for these shared unknowns to one tolerance and for every own
-    /// unknown of a shot to the other.
+    /// Checks that the gradient is half of the slope of χ², for these shared unknowns to one tolerance and
+    /// for every own unknown of a shot to the other.
     fn check_gradient(problem: &Problem, state: &State, columns: &[usize], shot: usize, most: [f64; 2]) {
         let at = problem.evaluate(state.clone());
         let check = |name: &str, moved: &dyn Fn(&mut State, f64), (step, slope, most): (f64, f64, f64)| {
@@ -221,8 +221,8 @@ mod tests {
         check_gradient(&problem, &state, &problem.free(), 1, [2e-3; 2]);
     }
 
-    /// Without a shot, the estimates of a film move as its influence says, to first order: the noise is estimated again,
-    /// and χ² is no parabola.
+    /// Without a shot, the estimates of a film move as its influence says, to first order: the noise is
+    /// estimated again, and χ² is no parabola.
     #[test]
     fn influence_is_what_a_shot_changes() {
         let mut dataset = rolls(10, 6);
@@ -272,7 +272,8 @@ mod tests {
         }
     }
 
-    /// Contacts that all stick leave μ at the edge of the range of values that fit equally well, which its interval holds.
+    /// Contacts that all stick leave μ at the edge of the range of values that fit equally well, which its
+    /// interval holds.
     #[test]
     fn contacts_that_all_stick_give_the_edge_of_their_range() {
         let mu = get(&fitted(&made("impacts", 20, r#""stun""#, 0.3, [-8.0, 8.0], 7)), Id::Mu);

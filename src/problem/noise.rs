@@ -75,8 +75,8 @@ fn count(sums: &[NoiseSums]) -> f64 {
     sums.iter().map(|sum| sum.count).sum()
 }
 
-/// Returns the part of each noise of each sample that its numbers spend on unknowns: of tables their leverages; the
-/// noises of films spend equal parts.
+/// Returns the part of each noise of each sample that its numbers spend on unknowns: of tables their
+/// leverages; the noises of films spend equal parts.
 fn count_spent(
     problem: &Problem,
     at: &Evaluation,

@@ -5,7 +5,7 @@
 use nalgebra::{DMatrix, DVector, Matrix4, Vector4, matrix};
 use statrs::distribution::{ContinuousCDF, Normal};
 
-use super::rows::deviations::Deviations;
+use super::rows::prediction::Deviations;
 use super::solution::Solution;
 use super::unknowns::Id;
 use crate::measurement::observable::{Axis, Observable};
@@ -58,8 +58,8 @@ impl Solution {
         is_finite.then_some(Offsets { values: Vector4::from_fn(|a, _| values[a]), covariance })
     }
 
-    /// Returns the velocities after the impact of shot `i` of a film, as its frames show them, less the model's, in the
-    /// frame of the table.
+    /// Returns the velocities after the impact of shot `i` of a film, as its frames show them, less the
+    /// model's, in the frame of the table.
     pub(crate) fn deviations_of_film(&self, i: usize) -> Option<Deviations> {
         let motion = self.motion(i)?;
         let Offsets { values, covariance } = self.offsets(0, i)?;

@@ -99,8 +99,9 @@ pub(crate) struct Contribution {
 const FIRST_DAMPING: f64 = 1e-4;
 const MAX_DAMPING: f64 = 1e6;
 
-/// Returns where χ² of a shot is least near `x`, its own unknowns and these shared ones at given others, and the sums there: after
-/// some steps, or one that gains less than `stall`. `bounded` returns a place within the bounds of the own unknowns.
+/// Returns where χ² of a shot is least near `x`, its own unknowns and these shared ones at given others, and
+/// the sums there: after some steps, or one that gains less than `stall`. `bounded` returns a place within
+/// the bounds of the own unknowns.
 pub(crate) fn settle(
     mut x: DVector<f64>,
     ids: &[Id],

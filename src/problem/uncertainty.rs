@@ -91,8 +91,8 @@ impl Estimates {
         self.position(column).map(|i| self.covariance[(i, i)].sqrt())
     }
 
-    /// Returns the covariance of the own unknowns of shot `i` of a sample, which follow the shared ones, and of the
-    /// shared ones behind them.
+    /// Returns the covariance of the own unknowns of shot `i` of a sample, which follow the shared ones, and
+    /// of the shared ones behind them.
     pub fn shot_covariance(
         &self,
         reduced: &Reduced,

@@ -76,8 +76,8 @@ fn noise_of(disc: usize, is_marker: bool) -> usize {
     4 * disc + 2 * usize::from(is_marker)
 }
 
-/// Numbers in a row behind the derivatives by the coefficients of the piece: those by the instant, by direction and
-/// radius of the marker, and by the camera; and the residual.
+/// Numbers in a row behind the derivatives by the coefficients of the piece: those by the instant, by
+/// direction and radius of the marker, and by the camera; and the residual.
 const OTHERS: usize = 3 + CAMERA + 1;
 pub(super) const ROW: usize = COEFFICIENTS + OTHERS;
 

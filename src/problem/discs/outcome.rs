@@ -9,7 +9,8 @@ use crate::problem::film::dual::gradient;
 use crate::problem::solution::Solution;
 use crate::problem::unknowns::{Id, Own, SHARED, Shared};
 
-/// Returns the covariance of the inputs of the motion of a shot in that of its own unknowns and the shared ones.
+/// Returns the covariance of the inputs of the motion of a shot in that of its own unknowns and the shared
+/// ones.
 pub(super) fn input_covariance(all: &DMatrix<f64>) -> InputCovariance {
     let own = all.nrows() - SHARED;
     let place = |input: usize| input.checked_sub(CORE).map_or(input, |moving| own + MOVING[moving] as usize);

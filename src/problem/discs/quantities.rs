@@ -1,5 +1,4 @@
-//! What follows from the own and shared unknowns of a shot, with errors carried over by exact
-//! derivatives.
+//! Quantities of a shot that follow from its own and shared unknowns, with errors by exact derivatives.
 
 use num_dual::DualNum;
 
@@ -29,7 +28,8 @@ worded! {
         MomentumAlong = "momentum_along",
         /// Momentum gained across the line of centres, over the normal impulse.
         MomentumAcross = "momentum_across",
-        /// Angular momentum gained about the contact point, over the normal impulse times the distance of the centres.
+        /// Angular momentum gained about the contact point, over the normal impulse times the distance of the
+        /// centres.
         AngularMomentum = "angular_momentum",
         /// Kinetic energy, of motion and rotation, that was lost, as a fraction of that before the impact.
         EnergyLost = "energy_lost",

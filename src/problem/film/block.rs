@@ -63,8 +63,8 @@ impl FilmBlock {
         sums
     }
 
-    /// Returns where χ² of shot `i` is least over its own unknowns, if its spin is `spin`, and over some shared ones, which
-    /// it sets, and the sums there.
+    /// Returns where χ² of shot `i` is least over its own unknowns, if its spin is `spin`, and over some
+    /// shared ones, which it sets, and the sums there.
     pub fn settle(
         &self,
         i: usize,

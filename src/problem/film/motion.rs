@@ -47,7 +47,8 @@ pub(crate) struct StatedSpin {
 /// Outcome offsets of the cue ball and of the object ball.
 const OFFSETS: [[Id; 2]; 2] = [[Id::CueAlong, Id::CueAcross], [Id::ObjectAlong, Id::ObjectAcross]];
 
-/// A part of a ball's path, in time since the first guess of the impact: x, y and height, quadratic in time (m, m/s, m/s²).
+/// A part of a ball's path, in time since the first guess of the impact: x, y and height, quadratic in time
+/// (m, m/s, m/s²).
 pub(super) type Piece = frames::Piece<COEFFICIENTS, INPUTS>;
 
 /// Place, velocity and acceleration of a ball on the table, and the same of its height.

@@ -6,7 +6,6 @@
 
 pub(crate) mod block;
 pub(crate) mod choices;
-pub(crate) mod deviations;
 pub(crate) mod fidelity;
 mod leverage;
 mod outliers;
