@@ -2,7 +2,7 @@
 
 use nalgebra::DVector;
 
-use super::diagnostics::trends::{Slope, ranked};
+use super::diagnostics::trends::ranked;
 use super::{Residual, Trend, Variable};
 use crate::measurement::observable::{Axis, Observable};
 use crate::problem::{self, Deviations, ShiftScore, Solution};
@@ -30,16 +30,16 @@ pub(super) fn trends(
         add(Variable::Roll, &|found| found.spins[0]);
         add(Variable::Side, &|found| found.spins[1]);
     }
-    let mut slopes = Vec::new();
+    let mut trends = Vec::new();
     for (quantity, direction) in quantities(&seen) {
         let scores = scores(solution, shots, &direction);
         for (variable, values) in &variables {
             let Some(slope) = solution.slope_of(values, &scores) else { continue };
             let Some(p_value) = chance(&slope, &scores) else { continue };
-            slopes.push(Slope { quantity, variable: *variable, value: slope.value, p_value });
+            trends.push(Trend::new(quantity, *variable, slope.value, p_value));
         }
     }
-    ranked(slopes)
+    ranked(trends)
 }
 
 /// Returns the score of a shift of each shot along a direction.

@@ -79,44 +79,39 @@ pub(in crate::fit) fn identify(
             Determined { name, estimate: remains.value, std_error: remains.std_error }
         });
         let (weak, undetermined) = (found.is_weak, found.is_undetermined);
-        let words = words(&terms, weak, undetermined, determined.as_ref());
-        Combination { words, terms, weak, undetermined, determined }
+        let combination = Combination { words: String::new(), terms, weak, undetermined, determined };
+        Combination { words: combination.in_words(), ..combination }
     });
     Some(Identifiability { parameters: parameters.to_vec(), singular_values, condition, worst, silent })
 }
 
-fn words(
-    terms: &[(Parameter, f64)],
-    weak: bool,
-    undetermined: bool,
-    determined: Option<&Determined>,
-) -> String {
-    let names: Vec<_> = terms.iter().map(|(parameter, _)| parameter.symbol()).collect();
-    let names = names.join(" and ");
-    let moves: Vec<_> = terms
-        .iter()
-        .map(|(parameter, step)| {
+impl Combination {
+    fn in_words(&self) -> String {
+        let names: Vec<&str> = self.terms.iter().map(|(parameter, _)| parameter.symbol()).collect();
+        let names = names.join(" and ");
+        let moves = self.terms.iter().map(|(parameter, step)| {
             let verb = if *step > 0.0 { "rises" } else { "falls" };
             format!("{} {verb} by {:.2e}", parameter.symbol(), step.abs())
-        })
-        .collect();
-    let moves = moves.join(" and ");
-    match (undetermined, weak, determined) {
-        (true, _, Some(Determined { name, .. })) => format!("only {name} is determined by these shots"),
-        (true, _, None) if terms.len() > 1 => format!(
-            "only a combination of {names} is determined by these shots: nothing changes when {moves} in \
-             proportion"
-        ),
-        (_, true, Some(Determined { name, estimate, std_error })) => format!(
-            "these shots hardly tell {names} apart: {name} = {estimate:.4} ± {std_error:.1e} is known far better than \
-             either"
-        ),
-        (_, true, None) if terms.len() > 1 => {
-            format!("these shots hardly tell {names} apart: little changes when {moves}")
+        });
+        let moves = moves.collect::<Vec<_>>().join(" and ");
+        let is_alone = self.terms.len() < 2;
+        match &self.determined {
+            Some(Determined { name, .. }) if self.undetermined => {
+                format!("only {name} is determined by these shots")
+            }
+            Some(Determined { name, estimate, std_error }) if self.weak => format!(
+                "these shots hardly tell {names} apart: {name} = {estimate:.4} ± {std_error:.1e} is known far better than \
+                 either"
+            ),
+            _ if is_alone => format!("worst determined: {names} alone; the others do not depend on it"),
+            _ if self.undetermined => format!(
+                "only a combination of {names} is determined by these shots: nothing changes when {moves} in \
+                 proportion"
+            ),
+            _ if self.weak => {
+                format!("these shots hardly tell {names} apart: little changes when {moves}")
+            }
+            _ => format!("worst determined together: {names}; within one standard error {moves}"),
         }
-        (_, _, _) if terms.len() > 1 => {
-            format!("worst determined together: {names}; within one standard error {moves}")
-        }
-        _ => format!("worst determined: {names} alone; the others do not depend on it"),
     }
 }

@@ -99,9 +99,6 @@ pub(in crate::fit) fn judge(fit: &mut Fit, shots: &[&Shot]) {
 fn restitution(shot: &Shot) -> Option<Measured> {
     let Before::Impact { normal, velocity } = shot.before else { return None };
     let place = |observable| shot.after.iter().position(|measurement| measurement.observable == observable);
-    if let Some(of_discs) = place(Observable::Restitution) {
-        return Some(shot.after[of_discs].measured);
-    }
     let both = |of: fn(Axis) -> Observable| Some([place(of(Axis::X))?, place(of(Axis::Y))?]);
     let (object, cue) = (both(Observable::ObjectVelocity)?, both(Observable::CueVelocity)?);
     let after = |place: [usize; 2]| place.map(|i| shot.after[i].measured);

@@ -41,6 +41,13 @@ pub struct Trend {
 }
 
 impl Trend {
+    /// Returns a trend before it is corrected for the others.
+    pub(in crate::fit) fn new(quantity: &'static str, variable: Variable, slope: f64, p_value: f64) -> Self {
+        let (slope_per, words) = (variable.unit(), String::new());
+        let (p_corrected, significant) = (p_value, false);
+        Self { quantity, variable, slope, slope_per, p_value, p_corrected, significant, words }
+    }
+
     /// Returns whether it is beyond chance however many trends are looked for.
     pub(in crate::fit) fn is_improbable(&self) -> bool {
         self.p_corrected < IMPROBABLE
@@ -89,39 +96,25 @@ worded! {
 
 written_by_name!(Variable);
 
-/// A slope that was looked for.
-pub(in crate::fit) struct Slope {
-    pub quantity: &'static str,
-    pub variable: Variable,
-    /// Change of the residuals in standard deviations per unit of the variable.
-    pub value: f64,
-    /// Probability of such a slope by chance.
-    pub p_value: f64,
-}
-
-/// Returns the trends of slopes, the most significant first, corrected for the number of trends that were looked for.
-pub(in crate::fit) fn ranked(mut slopes: Vec<Slope>) -> Vec<Trend> {
-    slopes.sort_by(|a, b| a.p_value.total_cmp(&b.p_value));
-    let count = slopes.len();
-    let mut corrected: Vec<f64> = slopes.iter().map(|slope| slope.p_value).collect();
-    holm(&mut corrected);
-    let trend = |(Slope { quantity, variable, value, p_value }, p_corrected): (Slope, f64)| {
-        let (significant, words) = (p_corrected < SIGNIFICANT, String::new());
-        let slope_per = variable.unit();
-        let trend =
-            Trend { quantity, variable, slope: value, slope_per, p_value, p_corrected, significant, words };
-        let words = format!(
-            "{quantity} residuals {} with {} ({value:+.2} sd per {}; by chance with probability {}, {count} trends looked \
-             for): {}",
-            if value < 0.0 { "fall" } else { "rise" },
-            variable.name(),
-            variable.unit(),
-            plain(p_corrected, 2),
+/// Returns the trends, the most significant first, corrected for the number of trends that were looked for.
+pub(in crate::fit) fn ranked(mut trends: Vec<Trend>) -> Vec<Trend> {
+    trends.sort_by(|a, b| a.p_value.total_cmp(&b.p_value));
+    holm(trends.iter_mut().map(|trend| &mut trend.p_corrected));
+    let count = trends.len();
+    for trend in &mut trends {
+        trend.significant = trend.p_corrected < SIGNIFICANT;
+        trend.words = format!(
+            "{} residuals {} with {} ({:+.2} sd per {}; by chance with probability {}, {count} trends looked for): {}",
+            trend.quantity,
+            if trend.slope < 0.0 { "fall" } else { "rise" },
+            trend.variable.name(),
+            trend.slope,
+            trend.slope_per,
+            plain(trend.p_corrected, 2),
             trend.meaning()
         );
-        Trend { words, ..trend }
-    };
-    slopes.into_iter().zip(corrected).map(trend).collect()
+    }
+    trends
 }
 
 /// Corrects probabilities for their number, step by step from the smallest.
