@@ -48,10 +48,10 @@ fn the_data_decide_what_they_are_computed_with() {
             mistaken += usize::from(integrated != (by == Fidelity::Contact));
             // what decides against the correction is said
             assert_eq!(
-                fit.notes.iter().any(|note| note.contains("weight") && note.contains("left out")),
+                fit.notes().iter().any(|note| note.contains("weight") && note.contains("left out")),
                 !integrated,
                 "{:?}",
-                fit.notes
+                fit.notes()
             );
             for (i, sum) in pulls.iter_mut().enumerate() {
                 *sum += pull(&fit, i);

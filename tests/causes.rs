@@ -37,11 +37,11 @@ fn named(fit: &Fit) -> Option<&Explanation> {
 
 /// The cause is named with its value, the estimates have it, and are in doubt.
 fn is_named(fit: &Fit, cause: &str, truth: f64, parameters: [f64; 3]) {
-    let found = named(fit).unwrap_or_else(|| panic!("{cause}: {:?}", fit.warnings));
+    let found = named(fit).unwrap_or_else(|| panic!("{cause}: {:?}", fit.warnings()));
     println!("{}", found.sentence);
     assert_eq!(found.cause, cause, "{}", found.sentence);
     assert!((found.estimate - truth).abs() < ERRORS * found.std_error, "{found:?}");
-    assert!(fit.warnings.contains(&found.sentence) && found.adopted);
+    assert!(fit.warnings().contains(&found.sentence.as_str()) && found.adopted);
     assert_eq!(fit.verdict().grade, Grade::Doubtful);
     for (parameter, truth) in Parameter::COEFFICIENTS.into_iter().zip(parameters) {
         let estimate = fit.get(parameter).unwrap();

@@ -146,13 +146,15 @@ fn balls_whose_throw_no_rigid_contact_gives_refute_it_alike() {
     assert!(said.contains("unusable") && said.contains("No collision of two equal balls"), "{said}");
     assert!(said.contains("Measured without the model: e = 0.90000 ± "), "{said}");
     let fit = lab.json();
-    let measured = fit["refuted"]["measured_e"]["estimate"].as_f64().unwrap();
+    let refuted = &fit["findings"][0];
+    assert_eq!(refuted["kind"], "refuted");
+    let measured = refuted["measured_e"]["estimate"].as_f64().unwrap();
     assert!((measured - RESTITUTION).abs() < 1e-9, "{measured}");
     for name in ["mu", "e"] {
         let parameter = &fit["parameters"][name];
         assert!(parameter["std_error"].is_null() && parameter["interval_95"].is_null(), "{parameter}");
     }
-    assert!(fit["refuted"]["std_errors_if_model_held"]["e"].as_f64().unwrap() > 0.0);
+    assert!(refuted["std_errors_if_model_held"]["e"].as_f64().unwrap() > 0.0);
     // wherever ± stands, it belongs to what was measured (in the plot of the residuals, to the observations)
     let report = lab.written("report.html");
     for text in [&said, &report] {
@@ -201,7 +203,7 @@ fn discs_whose_rotation_nobody_saw_are_told_what_helps_and_it_does() {
     // e needs no rotation
     let free = Lab::new(&settings, &centres);
     free.done(&["fit"]);
-    let said = free.json()["notes"].to_string().replace('\\', "");
+    let said = free.json()["findings"].to_string().replace('\\', "");
     for part in ["rotation", "track points on both discs", "[cue_spin] assume = \"stun\"", "tell e alone"] {
         assert!(said.contains(part), "{part} is not in {said}");
     }

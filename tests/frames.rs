@@ -160,7 +160,7 @@ fn stun_shots_of_unknown_spin_leave_mu_s_open() {
     let tracks = unknown(filmed(&spec(&[Played::Stun], 15, 5000)).0);
     let fit = fitted(&dataset(tracks), Depth::Estimates);
     assert_eq!(fit.mu_s().unwrap().status, Status::NotIdentified);
-    assert!(fit.notes.concat().contains("do not determine μ_s"), "{:#?}", fit.notes);
+    assert!(fit.notes().concat().contains("do not determine μ_s"), "{:#?}", fit.notes());
     let error = fit.mu().unwrap().std_error.unwrap();
     assert!((fit.mu().unwrap().value - TRUTH[0]).abs() < FAR * error);
 }
@@ -172,7 +172,7 @@ fn balls_said_to_roll_that_slide_are_told() {
         for shot in &mut tracks {
             shot.spin = Spin::NaturalRoll;
         }
-        !fitted(&dataset(tracks), Depth::Estimates).warnings.is_empty()
+        !fitted(&dataset(tracks), Depth::Estimates).warnings().is_empty()
     };
     assert!(told(Played::AlmostRoll));
     assert!(!told(Played::NaturalRoll));

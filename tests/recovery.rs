@@ -65,7 +65,7 @@ fn stun_shots_do_not_tell_the_cloth() {
     let mu_s = fit.estimates[Parameter::MuS as usize];
     assert_eq!((mu_s.status, mu_s.value), (Status::NotIdentified, 0.3));
     assert!(mu_s.std_error.is_none() && mu_s.interval_95.is_none());
-    assert!(fit.notes.iter().any(|note| note.contains("no shot has topspin")), "{:?}", fit.notes);
+    assert!(fit.notes().iter().any(|note| note.contains("no shot has topspin")), "{:?}", fit.notes());
 }
 
 #[test]

@@ -118,10 +118,10 @@ fn noise_that_is_stated_wrongly_is_not_blamed_on_the_model() {
     let small = stated(1.0 / 3.0);
     assert!(is_right(&small) && small.verdict().grade == Grade::Good, "{}", small.verdict().sentence);
     let told = small
-        .notes
+        .notes()
         .iter()
         .any(|note| note.starts_with("Neighbouring frames scatter by 3.0 times the stated noise"));
-    assert!(told, "{:?}", small.notes);
+    assert!(told, "{:?}", small.notes());
     let large = stated(3.0).verdict();
     assert!(large.grade == Grade::Doubtful && large.sentence.contains("position_sd_m"), "{}", large.sentence);
 }

@@ -43,7 +43,7 @@ fn estimate(fit: &Fit, parameter: Parameter) -> Estimate {
 /// Estimated, with an error, near the truth.
 fn is_recovered(fit: &Fit, parameter: Parameter, truth: f64) {
     let found = estimate(fit, parameter);
-    assert_eq!(found.status, Status::Free, "{found:?} {:?}", fit.warnings);
+    assert_eq!(found.status, Status::Free, "{found:?} {:?}", fit.warnings());
     let off = (found.value - truth) / found.std_error.unwrap();
     assert!(off.abs() < OFF, "{}: {} is off by {off} errors", parameter.name(), found.value);
     assert!(fit.chi2 < 2.0 * fit.dof as f64, "χ² {} with {} degrees of freedom", fit.chi2, fit.dof);

@@ -65,7 +65,7 @@ fn domenech_without_cloth() {
     agrees(e.std_error.unwrap(), 0.0034_f64.hypot(0.5 * 1.968 * 0.00345), 5e-5);
     agrees(rms_deg(fit, Observable::Throw), 0.69, 5e-3);
     agrees(rms_deg(fit, Observable::CueTurn), 1.70, 5e-3);
-    assert!(fit.notes.iter().any(|note| note.contains("no standard deviation")));
+    assert!(fit.notes().iter().any(|note| note.contains("no standard deviation")));
 }
 
 #[test]
@@ -79,7 +79,7 @@ fn domenech_with_cloth_ends_on_the_bound_and_says_what_that_means() {
     // the error of the masses adds to both
     let times = e.std_error.unwrap() / e.std_error_at_bound.unwrap();
     assert!((6.0..13.0).contains(&times), "e is {times} times less certain");
-    let all = fit.warnings.join("\n");
+    let all = fit.warnings().join("\n");
     assert!(
         all.contains("μ_s ends on its lower bound 0") && all.contains("hardly tell e from μ·μ_s"),
         "{all}"
@@ -137,9 +137,9 @@ fn throws_beyond_sticking_are_said_to_be_so() {
     let sticks = 30_f64.to_radians().tan() / (3.5 * 1.94);
     agrees(mu.value, sticks, 1e-9);
     assert!(
-        mu.std_error.is_none() && fit.warnings[0].contains("the balls stick together where they touch"),
+        mu.std_error.is_none() && fit.warnings()[0].contains("the balls stick together where they touch"),
         "{:?}",
-        fit.warnings
+        fit.warnings()
     );
 }
 

@@ -128,9 +128,9 @@ fn only_the_product_is_said_to_be_determined() {
     assert!(worst.undetermined, "{worst:?}");
     assert_eq!(worst.words, "only the product μ·μ_s is determined by these shots");
     assert!(
-        fit.warnings.iter().any(|w| w.contains("Only the product μ·μ_s is determined")),
+        fit.warnings().iter().any(|w| w.contains("Only the product μ·μ_s is determined")),
         "{:?}",
-        fit.warnings
+        fit.warnings()
     );
     assert_eq!(fit.estimates[0].status, Status::NotIdentified);
 }
@@ -143,10 +143,10 @@ fn throw_that_falls_with_speed_is_named() {
     let goodness = fit.diagnostics.goodness.as_ref().unwrap();
     let trend = &goodness.trends[0];
     assert!(trend.significant && trend.slope < 0.0 && trend.variable == fit::Variable::Speed, "{trend:?}");
-    let named = |w: &String| {
+    let named = |w: &&str| {
         w.starts_with("Throw residuals fall with speed") && w.ends_with("friction is not constant.")
     };
-    assert!(fit.warnings.iter().any(named), "{:?}", fit.warnings);
+    assert!(fit.warnings().iter().any(named), "{:?}", fit.warnings());
     assert!((trend.p_value - ALCIATORE_P).abs() < 1e-3 * ALCIATORE_P, "{}", trend.p_value);
 }
 

@@ -214,7 +214,7 @@ fn what_is_stated_wrongly_is_said_with_its_place() {
         "{said}"
     );
     done(&["fit", "s"], folder);
-    let notes = fit_json(folder, "s")["notes"].to_string();
+    let notes = fit_json(folder, "s")["findings"].to_string();
     assert!(notes.contains("mass was not stated"), "{notes}");
     let ratio = &fit_json(folder, "s")["parameters"]["mass_ratio"];
     assert!((ratio["estimate"].as_f64().unwrap() - 1.0).abs() < 0.02, "{ratio}");

@@ -201,7 +201,7 @@ fn notes_quote_no_parameters_that_are_not_identified() {
     };
     let fit = fit::fit(&made(&slow), &options).unwrap().remove(0);
     assert_eq!(fit.estimates[Parameter::MuS as usize].status, Status::NotIdentified);
-    let note = fit.notes.iter().find(|note| note.contains("--fidelity contact")).unwrap();
+    let note = fit.notes().into_iter().find(|note| note.contains("--fidelity contact")).unwrap();
     assert!(!note.contains("μ_s ="), "{note}");
 }
 

@@ -98,8 +98,7 @@ impl Fitted<'_> {
             findings: solution.findings.clone(),
             unknowns: solution.estimates(),
             budget: Id::WANTED.into_iter().filter_map(|id| solution.budget(id)).collect(),
-            warnings: Vec::new(),
-            notes: Vec::new(),
+            remarks: Vec::new(),
         }
     }
 

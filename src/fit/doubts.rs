@@ -1,4 +1,4 @@
-//! Everything that lets doubt a fit, as a list: its severities make the verdict, its sentences the warnings.
+//! Everything that lets doubt a fit, as a list, whose severities make the verdict.
 
 use std::cmp::Reverse;
 use std::collections::HashSet;
@@ -9,7 +9,7 @@ use crate::measurement::dataset::ON_REQUEST;
 use crate::measurement::number::{count_of, plain, with_error};
 use crate::measurement::observable::Observable;
 use crate::measurement::parameter::Parameter;
-use crate::problem::Severity;
+use crate::problem::{Finding, Severity};
 
 /// Part of all shots: with fewer used, those that were left out may be the rule.
 const FEW_USED: f64 = 0.6;
@@ -29,54 +29,91 @@ const WORTH_SAYING: f64 = 2.0;
 /// Part of the rounding of the readings; without one, in rad, m/s, rad/s or as a ratio: smaller residuals are rounding of the search.
 const EXACT: f64 = 1e-6;
 
-/// Something that lets doubt a fit: how far it affects the trust in it, and what it is, for a reader.
-#[derive(Debug)]
-pub(super) struct Doubt {
+/// Something to know of a fit.
+#[derive(Clone, Debug)]
+pub struct Remark {
+    /// What it says.
+    pub about: About,
+    /// How far it affects the trust in the fit.
     pub severity: Severity,
+    /// What it says, for a reader.
     pub sentence: String,
 }
 
-fn unusable(sentence: String) -> Doubt {
-    Doubt { severity: Severity::Unusable, sentence }
+/// What a remark says, as data.
+#[derive(Clone, Debug)]
+pub enum About {
+    /// A finding of the search.
+    Found(Finding),
+    /// The kind of what follows from the results.
+    Kind(&'static str),
 }
 
-fn doubtful(sentence: String) -> Doubt {
-    Doubt { severity: Severity::Doubtful, sentence }
+impl Remark {
+    pub(super) fn new(severity: Severity, kind: &'static str, sentence: String) -> Self {
+        Self { about: About::Kind(kind), severity, sentence }
+    }
 }
 
-fn warning(sentence: String) -> Doubt {
-    Doubt { severity: Severity::Warning, sentence }
+fn unusable(kind: &'static str) -> impl Fn(String) -> Remark {
+    move |sentence| Remark::new(Severity::Unusable, kind, sentence)
+}
+
+fn doubtful(kind: &'static str) -> impl Fn(String) -> Remark {
+    move |sentence| Remark::new(Severity::Doubtful, kind, sentence)
+}
+
+fn warning(kind: &'static str) -> impl Fn(String) -> Remark {
+    move |sentence| Remark::new(Severity::Warning, kind, sentence)
 }
 
 impl Fit {
+    /// Returns what a reader must know, in sentences, the most important first.
+    #[must_use]
+    pub fn warnings(&self) -> Vec<&str> {
+        self.said(|severity| severity > Severity::Note)
+    }
+
+    /// Returns what else a reader may want to know, in sentences.
+    #[must_use]
+    pub fn notes(&self) -> Vec<&str> {
+        self.said(|severity| severity == Severity::Note)
+    }
+
+    fn said(&self, wanted: impl Fn(Severity) -> bool) -> Vec<&str> {
+        let wanted = self.remarks.iter().filter(|remark| wanted(remark.severity));
+        wanted.map(|remark| remark.sentence.as_str()).collect()
+    }
+
     /// Returns everything that lets doubt the fit, the most harmful first.
-    pub(super) fn doubts(&self) -> Vec<Doubt> {
+    pub(super) fn doubts(&self) -> Vec<Remark> {
         let mut all = Vec::new();
         for finding in self.findings.iter().filter(|finding| finding.severity() > Severity::Note) {
-            let sentence = film_words::sentence(finding, self.frames.as_ref());
-            all.extend(sentence.map(|sentence| Doubt { severity: finding.severity(), sentence }));
+            all.extend(film_words::remark(finding, self.frames.as_ref()));
         }
-        all.extend(self.refuted_model().map(unusable));
-        all.extend(self.unfinished().map(unusable));
-        all.extend(self.nothing_determined().map(unusable));
+        all.extend(self.refuted_model().map(unusable("refuted")));
+        all.extend(self.unfinished().map(unusable("not-converged")));
+        all.extend(self.nothing_determined().map(unusable("undetermined")));
         let suspicious = check::warnings(&self.diagnostics.suspicious, self.shots_used);
-        all.extend(suspicious.into_iter().map(warning));
+        all.extend(suspicious.into_iter().map(warning("suspicious-shot")));
         all.extend(self.not_used());
-        all.extend(self.wrong_footage().map(doubtful));
-        all.extend(self.unexplained().map(doubtful));
-        all.extend(self.refuted_friction().map(doubtful));
+        all.extend(self.wrong_footage().map(doubtful("suspicious-footage")));
+        all.extend(self.unexplained().map(doubtful("noise")));
+        all.extend(self.refuted_friction().map(doubtful("refuted-friction")));
         all.extend(self.unknown_errors());
-        all.extend(self.undetermined().into_iter().map(doubtful));
-        all.extend(self.few_shots().map(doubtful));
+        all.extend(self.undetermined().into_iter().map(doubtful("undetermined")));
+        all.extend(self.few_shots().map(doubtful("few-shots")));
         if self.diagnostics.has_rival {
             let sentence = "Other values fit nearly as well: more shots, or a prior, decide between them.";
-            all.push(doubtful(sentence.to_owned()));
+            all.push(doubtful("rival-minimum")(sentence.to_owned()));
         }
-        all.extend(self.hidden_by_bounds().into_iter().map(|(_, sentence)| warning(sentence)));
+        all.extend(
+            self.hidden_by_bounds().into_iter().map(|(_, sentence)| sentence).map(warning("undetermined")),
+        );
         all.extend(self.changing_residuals());
-        all.sort_by_key(|doubt| Reverse(doubt.severity));
+        all.sort_by_key(|remark| Reverse(remark.severity));
         let mut known = HashSet::new();
-        all.retain(|doubt| known.insert(doubt.sentence.clone()));
+        all.retain(|remark| known.insert(remark.sentence.clone()));
         all
     }
 
@@ -134,17 +171,19 @@ impl Fit {
     }
 
     /// Returns the shots that were left out: a doubt if they are so many that they may be the rule.
-    fn not_used(&self) -> Option<Doubt> {
+    fn not_used(&self) -> Option<Remark> {
         let rejected = self.unwanted();
         let Rejected { shot, reason } = rejected.first()?;
         let (used, left_out) = (self.shots_used, rejected.len());
         let all = used + left_out;
         Some(if (used as f64) < FEW_USED * all as f64 {
-            doubtful(format!(
+            doubtful("shots-left-out")(format!(
                 "Only {used} of {all} shots could be used; the first that was left out is shot {shot}: {reason}."
             ))
         } else {
-            warning(format!("{left_out} of {all} shots were not used; the first is shot {shot}: {reason}."))
+            warning("shots-left-out")(format!(
+                "{left_out} of {all} shots were not used; the first is shot {shot}: {reason}."
+            ))
         })
     }
 
@@ -212,7 +251,7 @@ impl Fit {
     }
 
     /// Returns that residuals from which the noise was to be estimated are all 0, or that there are none.
-    fn unknown_errors(&self) -> Option<Doubt> {
+    fn unknown_errors(&self) -> Option<Remark> {
         let mut estimated = self.noise.iter().filter(|noise| noise.estimated_sd.is_some()).peekable();
         estimated.peek().filter(|_| self.dof > 0)?;
         let is_exact = |noise: &Noise| {
@@ -227,12 +266,12 @@ impl Fit {
                     "the errors are those of readings that are rounded (± {sd}): read more digits, or state standard deviations."
                 ),
             };
-            return Some(doubtful(format!(
+            return Some(doubtful("exact")(format!(
                 "Every reading is met exactly, so that nothing is left of which an error could be told; {errors}"
             )));
         }
         self.noise.iter().any(Noise::is_unknown).then(|| {
-            warning(
+            warning("no-errors")(
                 "No errors: the data state no standard deviations and leave no degrees of freedom to estimate them.".to_owned(),
             )
         })
@@ -331,14 +370,14 @@ impl Fit {
 
     /// Returns the trends of residuals: a doubt of the first if chance hardly explains it, and the others that are significant unless
     /// something explains the residuals, which says more than how they run.
-    fn changing_residuals(&self) -> Vec<Doubt> {
+    fn changing_residuals(&self) -> Vec<Remark> {
         let mut trends = self.trends();
         let mut all = Vec::new();
         if let Some((trend, others)) = trends.split_first()
             && trend.is_improbable()
             && self.refuted_friction().is_none()
         {
-            all.push(doubtful(format!(
+            all.push(doubtful("trend")(format!(
                 "The residuals of {} change with {}, which chance hardly does: {}.",
                 trend.quantity,
                 trend.variable.name(),
@@ -347,7 +386,7 @@ impl Fit {
             trends = others;
         }
         let others = trends.iter().filter(|trend| trend.significant && self.explanations.is_empty());
-        all.extend(others.map(|trend| warning(format!("{}.", capital(&trend.words)))));
+        all.extend(others.map(|trend| format!("{}.", capital(&trend.words))).map(warning("trend")));
         all
     }
 }

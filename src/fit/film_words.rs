@@ -1,6 +1,7 @@
 //! What was found of a film, in words.
 
 use super::camera::scale_of_balls;
+use super::doubts::{About, Remark};
 use super::film::FittedFilm;
 use super::{Explanation, Scatter};
 use crate::measurement::number::{count_of, plain, with_error};
@@ -13,6 +14,12 @@ pub(super) const DIFFERS: f64 = 0.2;
 
 /// Part of the shots that have the same spin, so that one word states it.
 const MOST: f64 = 0.75;
+
+/// Returns a finding as a remark, of a table if there is no film; `None` for one that stands elsewhere.
+pub(super) fn remark(finding: &Finding, film: Option<&FittedFilm>) -> Option<Remark> {
+    let sentence = sentence(finding, film)?;
+    Some(Remark { about: About::Found(finding.clone()), severity: finding.severity(), sentence })
+}
 
 /// Returns a finding as a sentence, of a table if there is no film; `None` for one that stands elsewhere.
 pub(crate) fn sentence(finding: &Finding, film: Option<&FittedFilm>) -> Option<String> {

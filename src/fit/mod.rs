@@ -29,6 +29,7 @@ pub use diagnostics::other_models::{Alternative, LikelihoodRatio};
 pub(crate) use diagnostics::refuted::mean as mean_of_shots;
 pub use diagnostics::refuted::{MeasuredRestitution, Refuted};
 pub use diagnostics::trends::{Trend, Variable};
+pub use doubts::{About, Remark};
 pub use error::FitError;
 pub use estimate::{Counted, Estimate, Intervals};
 pub use film::{FittedFilm, OfShot, OwnEstimate};

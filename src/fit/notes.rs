@@ -1,7 +1,8 @@
 //! What else a reader may want to know of a fit, in sentences.
 
+use super::doubts::Remark;
 use super::film::FittedFilm;
-use super::film_words::{DIFFERS, sentence};
+use super::film_words::{DIFFERS, remark};
 use super::{DOWN_WEIGHTED, Fit, Status, check};
 use crate::film::frame_noise::constant_axis;
 use crate::measurement::dataset::{Dataset, ON_REQUEST, Shot};
@@ -30,21 +31,24 @@ pub(super) fn comment(
     let is_known = fit.refuted.is_none() || fit.frames.is_none();
     let cloth = [fit.sliding, fit.rolling].map(|measured| measured.filter(|_| is_known));
     fit.diagnostics.suspicious = check::suspicious(dataset, shots, cloth);
-    fit.warnings = fit.doubts().into_iter().map(|doubt| doubt.sentence).collect();
+    fit.remarks = fit.doubts();
+    let note = |kind: &'static str| move |sentence: String| Remark::new(Severity::Note, kind, sentence);
     let found = fit.findings.iter().filter(|finding| finding.severity() == Severity::Note);
-    let mut notes: Vec<String> =
-        found.filter_map(|finding| sentence(finding, fit.frames.as_ref())).chain(own).collect();
+    let mut notes: Vec<Remark> = found.filter_map(|finding| remark(finding, fit.frames.as_ref())).collect();
+    notes.extend(own.into_iter().map(note("measured")));
     let on_request = fit.shots_rejected.iter().filter(|shot| shot.reason == ON_REQUEST).count();
     if on_request > 0 {
         let all = fit.shots_rejected.len() + fit.shots_used;
-        notes.push(format!("{on_request} of {all} shots were left out on request."));
+        notes.push(note("left-out-on-request")(format!(
+            "{on_request} of {all} shots were left out on request."
+        )));
     }
-    notes.extend(unidentified(fit, has_topspin));
-    notes.extend(estimated_noise(fit));
-    notes.extend(influential(fit));
-    notes.extend(robust(fit));
-    notes.extend(dataset.notes().cloned());
-    fit.notes = notes;
+    notes.extend(unidentified(fit, has_topspin).map(note("undetermined")));
+    notes.extend(estimated_noise(fit).into_iter().map(note("noise-estimated")));
+    notes.extend(influential(fit).map(note("influential-shots")));
+    notes.extend(robust(fit).map(note("robust-loss")));
+    notes.extend(dataset.notes().cloned().map(note("data")));
+    fit.remarks.extend(notes);
 }
 
 /// Returns the parameters that the data do not determine.

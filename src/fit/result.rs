@@ -11,7 +11,7 @@ use serde::{Deserialize, Serialize, Serializer};
 use super::check::Finding;
 use super::{
     Alternative, Bootstrap, Contour, Estimate, FittedFilm, FoundCamera, FrictionCurve, Goodness,
-    Identifiability, Profile, Refuted,
+    Identifiability, Profile, Refuted, Remark,
 };
 use crate::measurement::dataset::{Measured, ObjectBall};
 use crate::measurement::loss::Loss;
@@ -110,10 +110,8 @@ pub struct Fit {
     pub seconds: f64,
     /// How far the fit can be trusted.
     pub diagnostics: Diagnostics,
-    /// What a reader must know, in sentences, the most important first.
-    pub warnings: Vec<String>,
-    /// What else a reader may want to know, in sentences.
-    pub notes: Vec<String>,
+    /// Everything that a reader should know, the most important first.
+    pub remarks: Vec<Remark>,
 }
 
 /// How far a fit can be trusted.

@@ -3,7 +3,7 @@
 use schemars::JsonSchema;
 use serde::Serialize;
 
-use super::doubts::{Doubt, listed};
+use super::doubts::{Remark, listed};
 use super::{Estimate, Fit, Status, film_words};
 use crate::measurement::dataset::ObjectBall;
 use crate::measurement::number::{self, plain};
@@ -46,10 +46,10 @@ impl Fit {
     #[must_use]
     pub fn verdict(&self) -> Verdict {
         match self.doubts().into_iter().next() {
-            Some(Doubt { severity: Severity::Unusable, sentence }) => {
+            Some(Remark { severity: Severity::Unusable, sentence, .. }) => {
                 Verdict { grade: Grade::Unusable, sentence }
             }
-            Some(Doubt { severity: Severity::Doubtful, sentence }) => {
+            Some(Remark { severity: Severity::Doubtful, sentence, .. }) => {
                 Verdict { grade: Grade::Doubtful, sentence }
             }
             _ => Verdict { grade: Grade::Good, sentence: self.what_is_determined() },

@@ -1,5 +1,7 @@
 //! Everything that can be wrong or worth saying of a fit, as data. The verdict is the worst of it.
 
+use serde::Serialize;
+
 use super::unknowns::Id;
 
 /// How far a finding affects the trust in a fit.
@@ -20,7 +22,8 @@ pub enum Severity {
 const LATE: usize = 2;
 
 /// A finding of a fit.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq, Serialize)]
+#[serde(tag = "kind", rename_all = "kebab-case")]
 pub enum Finding {
     /// Lengths are in another unit than metres: the size of the balls sets the scale.
     OtherUnit {

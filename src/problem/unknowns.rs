@@ -1,6 +1,7 @@
 //! Unknowns that the shots of a sample share, with what is known of each before the data are seen.
 
 use nalgebra::DVector;
+use serde::{Serialize, Serializer};
 
 use crate::measurement::parameter::Parameter;
 use crate::physics::name::worded;
@@ -111,6 +112,12 @@ impl Id {
     /// Returns whether it is an unknown of the camera.
     pub(crate) fn is_of_camera(self) -> bool {
         self as usize >= PHYSICS
+    }
+}
+
+impl Serialize for Id {
+    fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
+        serializer.serialize_str(self.name())
     }
 }
 

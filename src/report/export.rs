@@ -46,7 +46,7 @@ pub fn export(fit: &FitDocument, target: Target) -> Exported {
         Target::Toml => toml::to_string(&object).unwrap_or_default(),
         Target::Pooltool | Target::Json => format!("{object:#}\n"),
     };
-    let refuted = fit.refuted.iter().map(|refuted| refuted.sentence.clone());
+    let refuted = fit.refuted().into_iter().map(|found| found.sentence.clone());
     Exported { text, left_behind: refuted.chain(left).collect() }
 }
 
@@ -88,17 +88,17 @@ fn value(fit: &FitDocument, parameter: Parameter) -> Option<f64> {
 fn pooltool(fit: &FitDocument) -> (Value, Vec<String>) {
     let mut left = of_balls(fit);
     let fitted = |parameter: Parameter| {
-        let holds = |found: &&FittedParameter| fit.refuted.is_none() || found.status == "fixed";
+        let holds = |found: &&FittedParameter| fit.refuted().is_none() || found.status == "fixed";
         known(fit, parameter).filter(holds).and_then(|_| value(fit, parameter))
     };
     let falls = falls(fit);
-    let measured_e = fit.refuted.as_ref().and_then(|refuted| refuted.measured_e);
+    let measured_e = fit.measured_e();
     let u_b = fitted(Parameter::Mu).filter(|_| !falls);
     let e_b = measured_e.map(|measured| measured.estimate).or_else(|| fitted(Parameter::E));
     for (parameter, name, is_missing) in
         [(Parameter::Mu, "u_b", u_b.is_none() && !falls), (Parameter::E, "e_b", e_b.is_none())]
     {
-        let why = match (&fit.refuted, only_bound(fit, parameter)) {
+        let why = match (fit.refuted(), only_bound(fit, parameter)) {
             (Some(_), _) => "the data refute the model that it belongs to".to_owned(),
             (None, Some(bound)) => bound.sentence,
             (None, None) => "the data do not determine it".to_owned(),
@@ -203,7 +203,7 @@ fn falls(fit: &FitDocument) -> bool {
 /// Returns what to do about a friction that falls: a ball's `u_b` is one number and cannot hold it.
 fn falling_in_pooltool(fit: &FitDocument) -> String {
     match [Parameter::Mu, Parameter::B, Parameter::C].map(|p| value(fit, p)) {
-        [Some(mu), Some(b), Some(c)] if fit.refuted.is_none() => format!(
+        [Some(mu), Some(b), Some(c)] if fit.refuted().is_none() => format!(
             "u_b: the friction of this fit falls with the slip v as {mu} + {b}·exp(−{c}·v), v in m/s, and u_b is one number: \
              pooltool's default holds. Its model AlciatoreBallBallFriction(a={mu}, b={b}, c={c}) is this friction."
         ),
@@ -215,7 +215,7 @@ fn falling_in_pooltool(fit: &FitDocument) -> String {
 
 /// Returns everything that the fit knows of its parameters.
 fn plain(fit: &FitDocument) -> (Value, Vec<String>) {
-    let measured_e = fit.refuted.as_ref().and_then(|refuted| refuted.measured_e);
+    let measured_e = fit.measured_e();
     let measured_e = measured_e.map(|e| json!({"estimate": e.estimate, "std_error": e.std_error}));
     let e_falls = fit.parameters.contains_key(Parameter::ESlope.name());
     let mut document = stated(json!({
@@ -224,7 +224,7 @@ fn plain(fit: &FitDocument) -> (Value, Vec<String>) {
         "fidelity": fit.fidelity,
         "ball": fit.ball.map(body),
         "object": fit.object.map(body),
-        "refuted": fit.refuted.as_ref().map(|_| true),
+        "refuted": fit.refuted().map(|_| true),
         "measured_e": measured_e,
         // mu alone is the friction at high slip only
         "friction": falls(fit).then_some("mu + mu_b exp(-mu_c v), v: slip in m/s"),

@@ -65,14 +65,14 @@ pub fn content(fit: &Fit) -> Report {
     let folded = folded.into_iter().chain(trust::sections(fit)).chain([
         camera(fit),
         Section::of_rejected(rejected),
-        Section::new("Notes", "", [Block::Lines(fit.notes.clone())]),
+        Section::new("Notes", "", [Block::Lines(fit.notes().into_iter().map(str::to_owned).collect())]),
         Section::new("Shots, the largest residuals first", tested, [Block::Shots(shots)]),
     ]);
     let folded = folded.flatten().map(|section| Section { folded: true, ..section });
     Report {
         title: super::title(fit),
         verdict: fit.verdict(),
-        warnings: stopped.into_iter().chain(fit.warnings.iter().cloned()).collect(),
+        warnings: stopped.into_iter().chain(fit.warnings().into_iter().map(str::to_owned)).collect(),
         facts: facts([
             ("source", fit.source.clone().unwrap_or_default()),
             ("cloth", fit.cloth.clone().unwrap_or_default()),

@@ -109,7 +109,7 @@ fn details(fit: &Fit) -> String {
         text += &format!("χ²/dof = {} ({} dof{estimated})\n", chi2_text(reduced), fit.dof);
     }
     let verdict = fit.verdict().sentence;
-    let others = fit.warnings.iter().filter(|warning| **warning != verdict);
+    let others = fit.warnings().into_iter().filter(|warning| *warning != verdict);
     text + &others.take(MOST_WARNINGS).map(|warning| format!("! {warning}\n")).collect::<String>()
 }
 

@@ -7,8 +7,9 @@ use crate::fit::Fit;
 /// The warnings of several fits, a line each.
 #[must_use]
 pub fn warnings(fits: &[Fit]) -> String {
-    let of =
-        |fit: &Fit| fit.warnings.iter().map(|one| format!("{}: {one}\n", title(fit))).collect::<String>();
+    let of = |fit: &Fit| {
+        fit.warnings().into_iter().map(|one| format!("{}: {one}\n", title(fit))).collect::<String>()
+    };
     let text: String = fits.iter().map(of).collect();
     if text.is_empty() { text } else { format!("\n{text}") }
 }

@@ -340,7 +340,7 @@ fn unknown_spins() {
         let output = lab.fit(&["--json"]);
         let fits: Value = serde_json::from_str(done(&output)).unwrap();
         assert_eq!(fits[0]["method"], "joint");
-        let notes = fits[0]["notes"].to_string();
+        let notes = fits[0]["findings"].to_string();
         assert!(notes.contains(&format!("Of {unknown} cue balls of unknown spin")), "{notes}");
     };
     fitted(8);

@@ -211,19 +211,19 @@ fn a_fit_warns_of_what_check_finds_suspicious() {
     let (dataset, fit) = fitted(240.0, &faults, 1);
     // half the rate makes a quarter of the usual 0.2
     let rate = "The paths after the impacts show that the cloth's sliding friction is 0.05";
-    assert!(fit.warnings.iter().any(|warning| warning.starts_with(rate)), "{:#?}", fit.warnings);
-    assert!(!fit.warnings.iter().any(|warning| warning.contains("Frames 2.0")), "{:#?}", fit.warnings);
+    assert!(fit.warnings().iter().any(|warning| warning.starts_with(rate)), "{:#?}", fit.warnings());
+    assert!(!fit.warnings().iter().any(|warning| warning.contains("Frames 2.0")), "{:#?}", fit.warnings());
     let suspicious: Vec<_> = check::check(&dataset).into_iter().filter(|f| f.is_suspicious()).collect();
     assert!(!suspicious.is_empty());
     let shots: Vec<_> = dataset.shots.iter().collect();
     // a fit with the law of the impact finds slightly other numbers
     let words = |text: &str| text.split(|c: char| c.is_ascii_digit()).next().unwrap_or_default().to_owned();
     for warning in check::warnings(&suspicious, shots.len()) {
-        let is_said = fit.warnings.iter().any(|said| words(said) == words(&warning));
-        assert!(is_said, "{warning} is not in {:#?}", fit.warnings);
+        let is_said = fit.warnings().iter().any(|said| words(said) == words(&warning));
+        assert!(is_said, "{warning} is not in {:#?}", fit.warnings());
     }
     let (_, right) = fitted(240.0, &Faults { rate: 0.0, ..faults }, 1);
-    assert!(right.warnings.is_empty(), "{:#?}", right.warnings);
+    assert!(right.warnings().is_empty(), "{:#?}", right.warnings());
 }
 
 /// A frame that was put in makes all later ones of its shot late: the other shots go on. Where it is the only shot, the file is refused.

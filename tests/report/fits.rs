@@ -4,10 +4,12 @@ use std::sync::OnceLock;
 
 use caromfit::fit;
 use caromfit::fit::{
-    Depth, Diagnostics, Estimate, Fit, Goodness, Intervals, Noise, NoiseVerdict, Rejected, Residual, Status,
+    About, Depth, Diagnostics, Estimate, Fit, Goodness, Intervals, Noise, NoiseVerdict, Rejected, Remark,
+    Residual, Status,
 };
 use caromfit::measurement::observable::Observable;
 use caromfit::measurement::parameter::Parameter;
+use caromfit::problem::Severity;
 use caromfit::simulate::{Kind, Played};
 use nalgebra::DMatrix;
 use rand::{Rng, SeedableRng};
@@ -104,8 +106,7 @@ pub fn normal() -> Fit {
     fit.seconds = 0.0123;
     fit.diagnostics = Diagnostics::default();
     fit.diagnostics.goodness = Some(goodness());
-    fit.warnings = Vec::new();
-    fit.notes = Vec::new();
+    fit.remarks = Vec::new();
     fit
 }
 
@@ -123,7 +124,11 @@ pub fn restricted() -> Fit {
     fit.noise[0].estimated_sd = Some(0.1_f64.to_radians());
     fit.diagnostics.goodness = None;
     fit.shots_rejected = vec![Rejected { shot: "7".to_owned(), reason: "no impact found".to_owned() }];
-    fit.warnings = vec!["μ_s is not identified: no shot has follow or draw.".to_owned()];
+    fit.remarks = vec![Remark {
+        about: About::Kind("undetermined"),
+        severity: Severity::Warning,
+        sentence: "μ_s is not identified: no shot has follow or draw.".to_owned(),
+    }];
     fit
 }
 

@@ -8,7 +8,6 @@ use statrs::distribution::{ChiSquared, ContinuousCDF};
 
 use crate::fit::{Estimate, Fit, Status};
 use crate::measurement::dataset::{Before, Joint, Measured, Shot};
-use crate::measurement::number::plain;
 use crate::measurement::observable::{Axis, Observable};
 use crate::measurement::parameter::Parameter;
 use crate::problem::Policy;
@@ -50,17 +49,6 @@ impl Refuted {
         let p_value = ChiSquared::new(dof).map_or(1.0, |distribution| distribution.sf(chi2));
         let policy = Policy::default();
         (p_value < policy.shot_tail && reduced > policy.refuted_rows).then_some([reduced, p_value])
-    }
-
-    /// How the data contradict the model, as a sentence, without what was measured.
-    #[must_use]
-    pub fn sentence(&self) -> String {
-        format!(
-            "These data refute the model: χ²/dof is {}, which chance gives with a probability {}. The estimates only mark \
-             the least χ²; they have no standard errors, since those hold only if the model does.",
-            plain(self.reduced_chi2, 3),
-            if self.p_value > 0.0 { format!("of {:.1e}", self.p_value) } else { "below 1e-300".to_owned() }
-        )
     }
 }
 

@@ -1,14 +1,20 @@
 //! fit.json: a fit for programs.
 
 use serde::{Deserialize, Serialize, Serializer};
+use serde_json::Value;
 
 use super::{ByName, Made, document, finite};
-use crate::fit::{self, Counted, Diagnostics, Explanation, Fit, FoundCamera, Rejected, Scatter, Verdict};
+use crate::fit::{
+    self, About, Counted, Diagnostics, Explanation, Fit, FoundCamera, Rejected, Scatter, Verdict,
+};
 use crate::measurement::dataset::{Measured, ObjectBall};
 use crate::measurement::written::ByParameter;
 use crate::physics::ball::Ball;
-use crate::problem::{self, Budget, Status};
+use crate::problem::{self, Budget, Severity, Status};
 use crate::report::{reduced_chi2, unit_name, unit_of};
+
+/// Kind of the finding that the data contradict the model.
+const REFUTED: &str = "refuted";
 
 document! {
     /// fit.json of caromfit
@@ -48,10 +54,8 @@ document! {
         method: String = fit.method_name().to_owned(),
         /// Whether the model contains each effect, by its name.
         effects: ByName<bool> = fit.effects.iter().map(|(name, on)| ((*name).to_owned(), *on)).collect(),
-        /// What a reader must know, in sentences, the most important first.
-        warnings: Vec<String> = fit.warnings.clone(),
-        /// What else a reader may want to know, in sentences.
-        notes: Vec<String> = fit.notes.clone(),
+        /// What a reader should know, the most important first. Of kind refuted: the data contradict the model.
+        findings: Vec<Found> = fit.remarks.iter().map(|remark| Found::new(fit, remark)).collect(),
         /// Estimates by the name of the parameter; mu_b and mu_c if the friction decreases with the slip, kappa if the contact is
         /// compliant, mass_ratio and radius_ratio (cue ball over object ball) if they were fitted, e_slope if the restitution
         /// decreases with the closing speed.
@@ -73,8 +77,6 @@ document! {
         dof: usize = fit.dof,
         /// chi2/dof.
         reduced_chi2: Option<f64> = reduced_chi2(fit).and_then(finite),
-        /// How the data contradict the model; null if they do not.
-        refuted: Option<Refuted> = fit.refuted.as_ref().map(Refuted::new),
         /// Of films: the camera as it was fitted, and what else was found of the film. A correction of 0 (of scale and aspect 1)
         /// changes nothing.
         film: Option<ByName<FilmEntry>> = fit.camera.as_ref().map(film),
@@ -182,15 +184,32 @@ document! {
         },
     }
 
-    /// How the data contradict the model.
+    /// Something that a reader should know.
+    #[derive(Deserialize)]
+    Found(fit: &Fit, remark: &fit::Remark) {
+        /// What it is.
+        kind: String = data(fit, remark).0,
+        /// info: good to know; doubt: the estimates may be off by more than their errors; unusable: they mean nothing.
+        #[schemars(extend("enum" = ["info", "doubt", "unusable"]))]
+        severity: String = match remark.severity {
+            Severity::Note | Severity::Warning => "info",
+            Severity::Doubtful => "doubt",
+            Severity::Unusable => "unusable",
+        }.to_owned(),
+        /// What it says, for a reader.
+        sentence: String = remark.sentence.clone(),
+        /// Its numbers, by their names.
+        #[serde(flatten)]
+        values: serde_json::Map<String, Value> = data(fit, remark).1,
+    }
+
+    /// How the data contradict the model: numbers of a finding of kind refuted.
     #[derive(Deserialize)]
     Refuted(found: &fit::Refuted) {
         /// χ² over degrees of freedom.
         reduced_chi2: Option<f64> = finite(found.reduced_chi2),
         /// Probability of a larger χ² if the model is right.
         p_value: Option<f64> = finite(found.p_value),
-        /// What contradicts the model.
-        sentence: String = found.sentence(),
         /// Standard errors that would hold if the model did, by parameter.
         #[serde(default)]
         #[schemars(with = "ByParameter<f64>")]
@@ -276,6 +295,39 @@ document! {
         rms: Option<f64> = finite(noise.rms / noise.observable.unit_si()),
         /// Standard deviation of the noise if it was estimated from the residuals.
         estimated_sd: Option<f64> = noise.estimated_sd.and_then(|sd| finite(sd / noise.observable.unit_si())),
+    }
+}
+
+impl FitDocument {
+    /// Returns how the data contradict the model; `None` if they do not.
+    pub(in crate::report) fn refuted(&self) -> Option<&Found> {
+        self.findings.iter().find(|finding| finding.kind == REFUTED)
+    }
+
+    /// Returns the restitution that was measured without a model that the data refute.
+    pub(in crate::report) fn measured_e(&self) -> Option<MeasuredE> {
+        let refuted = self.refuted()?.values.clone();
+        serde_json::from_value::<Refuted>(refuted.into()).ok()?.measured_e
+    }
+}
+
+/// Returns the kind of a remark, and its numbers.
+fn data(fit: &Fit, remark: &fit::Remark) -> (String, serde_json::Map<String, Value>) {
+    let of = |values: serde_json::Result<Value>| match values {
+        Ok(Value::Object(values)) => values,
+        _ => serde_json::Map::new(),
+    };
+    match &remark.about {
+        About::Kind(kind) => {
+            let refuted = fit.refuted.as_ref().filter(|_| *kind == REFUTED);
+            let values = refuted.map(|refuted| of(serde_json::to_value(Refuted::new(refuted))));
+            ((*kind).to_owned(), values.unwrap_or_default())
+        }
+        About::Found(finding) => {
+            let mut values = of(serde_json::to_value(finding));
+            let kind = values.shift_remove("kind").and_then(|kind| Some(kind.as_str()?.to_owned()));
+            (kind.unwrap_or_default(), values)
+        }
     }
 }
 

@@ -23,11 +23,11 @@ const STANDARDIZED: &str = "(measured − predicted) / sd";
 pub fn residuals(fit: &Fit) -> Figure {
     let observed = Observed::of(fit);
     let stopped = (!fit.converged).then(|| format!("Not converged: {}", fit.termination));
-    let warnings: Vec<&String> = stopped.iter().chain(&fit.warnings).collect();
+    let warnings: Vec<&str> = stopped.iter().map(String::as_str).chain(fit.warnings()).collect();
     let mut figure = Figure::new(title(fit));
     figure.lines = summary(fit);
     figure.warning = warnings.first().map(|first| match warnings.len() - 1 {
-        0 => (*first).clone(),
+        0 => (*first).to_owned(),
         more => format!("(+{more} more) {first}"),
     });
     let mut panels = observed.against(&AGAINST, &mut figure);
