@@ -60,7 +60,7 @@ fn particles_that_nothing_tells_apart() {
         check(&tracks, head);
         noted(&tracks, "both balls are followed from frame to frame");
         if more {
-            noted(&tracks, "1 row of neither");
+            noted(&tracks, "1 row of other objects");
         }
     }
 }
