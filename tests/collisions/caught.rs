@@ -61,32 +61,45 @@ const WAYS: [(Fidelity, f64); 4] = [
 ];
 
 #[test]
-fn the_outcome_is_continuous_where_sliding_sets_in_and_all_ways_agree() {
+fn the_outcome_is_continuous_where_sliding_sets_in() {
     /// The slip differs by dμκ < 1.5d, and the outcome by no more than twice that.
     const SLOPE: f64 = 3.0;
     /// Of an outcome: some dozen steps.
     const STEPS: f64 = 30.0;
-    /// Of the quick way, and of `contact` at its tolerance, parts of the speed.
-    const QUICK: f64 = 1e-6;
     let mut rng = ChaCha8Rng::seed_from_u64(31);
-    for _ in 0..300 {
-        let marginal = Marginal::random(&mut rng);
-        let d = small(&mut rng);
-        let outcomes = WAYS.map(|(fidelity, tolerance)| {
+    for (fidelity, tolerance) in WAYS {
+        for _ in 0..100 {
+            let marginal = Marginal::random(&mut rng);
+            let model = marginal.model(fidelity, tolerance);
             let at = |d: f64| {
                 let (cue, coefficients) = marginal.shot(d);
-                marginal.model(fidelity, tolerance).collide(&cue, &coefficients).unwrap()
+                model.collide(&cue, &coefficients).unwrap()
             };
+            let d = small(&mut rng);
             let (here, beside) = (at(d), at(0.0));
             let apart = apart(&here, &beside);
-            let most = SLOPE * d.abs() + STEPS * tolerance;
-            assert!(apart < most, "{fidelity:?} {tolerance:e} {d:e}: {apart:e}");
-            here
+            assert!(
+                apart < SLOPE * d.abs() + STEPS * tolerance,
+                "{fidelity:?} {tolerance:e} {d:e}: {apart:e}"
+            );
+        }
+    }
+}
+
+#[test]
+fn all_ways_agree_where_sliding_sets_in() {
+    /// Of the quick way, and of `contact` at its tolerance, parts of the speed.
+    const QUICK: f64 = 1e-6;
+    let mut rng = ChaCha8Rng::seed_from_u64(32);
+    for _ in 0..300 {
+        let marginal = Marginal::random(&mut rng);
+        let (cue, coefficients) = marginal.shot(small(&mut rng));
+        let [quick, coarse, fine, contact] = WAYS.map(|(fidelity, tolerance)| {
+            marginal.model(fidelity, tolerance).collide(&cue, &coefficients).unwrap()
         });
-        let [quick, coarse, fine, contact] = outcomes;
         for other in [quick, coarse, contact] {
             let apart = apart(&other, &fine);
-            assert!(apart < QUICK, "{apart:e} {d:e} {}", marginal.kappa);
+            assert!(apart < QUICK, "{apart:e} {cue:?} {coefficients:?} {}", marginal.kappa);
         }
     }
 }
@@ -96,11 +109,13 @@ fn the_outcome_is_continuous_where_sliding_sets_in_and_all_ways_agree() {
 fn an_end_that_slides_a_little_is_caught_again_below_a_kappa_of_three_and_a_half() {
     const LITTLE: f64 = 1e-9;
     for (fidelity, tolerance) in WAYS {
-        for kappa in [0.5, 1.258, 3.0] {
+        for kappa in [0.5, 1.258, 3.0, 4.5] {
             let marginal = Marginal { mu: 0.1, kappa, angle: 0.0, mu_s: 0.0, e: 0.9, mass_ratio: 1.0 };
             let (cue, coefficients) = marginal.shot(LITTLE);
             let found = marginal.model(fidelity, tolerance).collide(&cue, &coefficients).unwrap();
-            assert_eq!(found.regime, Regime::Stick, "{fidelity:?} {tolerance:e} {kappa}");
+            if kappa < 3.5 {
+                assert_eq!(found.regime, Regime::Stick, "{fidelity:?} {tolerance:e} {kappa}");
+            }
         }
     }
 }
