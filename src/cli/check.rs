@@ -7,6 +7,7 @@ use caromfit::fit::with_impacts;
 use caromfit::measurement::dataset::Dataset;
 use caromfit::report::count_of;
 use caromfit::report::document::{self, CheckDocument};
+use indexmap::IndexMap;
 
 use super::progress::{self, Progress};
 use super::{Failure, print, unless_none};
@@ -69,12 +70,9 @@ fn text(dataset: &Dataset, found: &[Finding]) -> String {
 
 /// Returns a line for each different sentence, with the first five shots that it is about.
 fn said_once<'a>(what: &str, found: impl Iterator<Item = (Option<&'a str>, &'a str)>) -> String {
-    let mut sentences: Vec<(&str, Vec<&str>)> = Vec::new();
+    let mut sentences: IndexMap<&str, Vec<&str>> = IndexMap::new();
     for (shot, sentence) in found {
-        match sentences.iter_mut().find(|(known, _)| *known == sentence) {
-            Some((_, shots)) => shots.extend(shot),
-            None => sentences.push((sentence, shot.into_iter().collect())),
-        }
+        sentences.entry(sentence).or_default().extend(shot);
     }
     let line = |(sentence, shots): (&str, Vec<&str>)| {
         let named = shots.iter().take(5).copied().collect::<Vec<_>>().join(", ");

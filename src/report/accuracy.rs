@@ -1,10 +1,10 @@
 //! The studies of [`crate::studies::accuracy`] and [`crate::studies::bias`] as tables and as CSV.
 
+use super::aligned::sections;
 use super::content::{Section, Table};
 use super::csv;
 pub use super::plot::accuracy::figure;
 use super::plot::accuracy::{Pick, name};
-use super::text::sections;
 use crate::physics::collision::Fidelity;
 use crate::studies::accuracy::{Row, Spread};
 use crate::studies::bias;

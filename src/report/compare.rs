@@ -8,7 +8,7 @@ use super::plot::of_comparison as residuals;
 use super::shots::shot_list;
 use super::trust::{computed, down_weighted};
 use super::{LEAST_P, ReportError, csv, document, html, p_text, text};
-use crate::compare::{Compared, Comparison, Difference, Reason, Value};
+use crate::compare::{Compared, Comparison, Difference, Value};
 use crate::fit::{Counted, Rejected};
 
 /// What was compared.
@@ -180,16 +180,12 @@ fn lines(comparison: &Comparison, compared: &Compared) -> Vec<String> {
             line.push_str(&format!(". {effect}"));
         }
     }
-    let mut reasons: Vec<(Reason, Vec<&str>)> = Vec::new();
+    let mut reasons: document::ByName<Vec<&str>> = document::ByName::new();
     for (label, why) in &compared.left_out {
-        match reasons.iter_mut().find(|(known, _)| known == why) {
-            Some((_, labels)) => labels.push(name(*label)),
-            None => reasons.push((*why, vec![name(*label)])),
-        }
+        reasons.entry(words::reason(*why, compared.quantity)).or_default().push(name(*label));
     }
     for (why, labels) in reasons {
         let are = if labels.len() == 1 { "is" } else { "are each" };
-        let why = words::reason(why, compared.quantity);
         lines.push(format!("{} {are} left out: {why}", labels.join(", ")));
     }
     if lines.is_empty() && comparison.is_refuted() {

@@ -1,9 +1,9 @@
 //! A [`Design`] → tables, design.csv, design.json and pictures.
 
+use super::aligned::sections;
 use super::content::{Block, Section, Table};
 use super::number::plain;
 use super::plot;
-use super::text::sections;
 use super::{ReportError, csv, document};
 use crate::design::information::std_errors;
 use crate::design::{Cell, Design, Mixture, OfKind, PlayedKind, SpinFrom};

@@ -3,6 +3,7 @@
 //! [`write`](mod@write) touches the disk.
 
 pub mod accuracy;
+mod aligned;
 pub mod compare;
 pub mod compare_words;
 pub mod content;

@@ -1,12 +1,12 @@
 //! What `caromfit fit` prints in one screen: one line per data set, those that can be used first, each with its verdict; of a single fit
 //! also where its errors come from, and what else to know.
 
+use super::aligned;
 use super::content::Table;
 use super::document;
 use super::number::{plain, with_error};
 use super::plot::ends;
 use super::table::{INTERVAL, brief, chi2_text, columns, head, name, parameters, shots, shows};
-use super::text;
 use super::{label, noise_estimated, reduced_chi2, symbol};
 use crate::fit::{Fit, Grade, Status};
 use crate::measurement::parameter::Parameter;
@@ -60,7 +60,7 @@ pub fn render(fits: &[Fit], colour: Colour) -> String {
         line.below.insert(0, fit.verdict().sentence);
     }
     let rows = lines.iter().map(|line| line.cells.iter().chain([&line.verdict]).cloned().collect());
-    let table = text::table(&Table::new(head(&known, &["verdict"]), rows), "");
+    let table = aligned::table(&Table::new(head(&known, &["verdict"]), rows), "");
     let mut rows = table.lines();
     let mut text = format!("{}\n", rows.next().unwrap_or_default());
     for (row, line) in rows.zip(&lines) {
@@ -102,7 +102,7 @@ fn details(fit: &Fit) -> String {
     let mut text = String::new();
     if !rows.is_empty() {
         let head = ["", "estimate", "error", "prior pull", "largest part of the error"];
-        text += &format!("\n{}", text::table(&Table::new(head, rows).with_numbers(2..4), ""));
+        text += &format!("\n{}", aligned::table(&Table::new(head, rows).with_numbers(2..4), ""));
     }
     if let Some(reduced) = reduced_chi2(fit) {
         let estimated = if noise_estimated(fit) { ", the noise estimated from the residuals" } else { "" };

@@ -1,9 +1,9 @@
 //! A fit against a stored one: what moved, and by how many standard errors. For regression tests of
 //! simulators, of data that are kept, and of this program.
 
+use super::aligned;
 use super::content::Table;
 use super::document::FitDocument;
-use super::text;
 use crate::fit::Fit;
 
 /// By how much an estimate may move and still count as the same, in standard errors, of which the larger one counts; χ² in its own
@@ -91,5 +91,5 @@ pub fn table(moved: &[(String, Moved)]) -> String {
         vec![title.clone(), moved.what.clone(), moved.before.clone(), moved.now.clone(), by]
     };
     let head = ["data set", "what", "baseline", "now", "moved by"];
-    text::table(&Table::new(head, moved.iter().map(row)), "  ")
+    aligned::table(&Table::new(head, moved.iter().map(row)), "  ")
 }

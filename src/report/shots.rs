@@ -1,11 +1,10 @@
 //! The shots of a report one by one, and their paths.
 
-use std::collections::HashMap;
-
 use rayon::prelude::*;
 use serde::Serialize;
 
 use super::content::{Shot, Table};
+use super::document::ByName;
 use super::html::for_script;
 use super::number::plain;
 use crate::fit::{FittedFilm, Residual};
@@ -20,14 +19,9 @@ const MOST_FRAMES: usize = 120;
 
 /// Returns the shots of a report, those with the largest residuals first: each residual with the name of its shot.
 pub(super) fn shot_list<'a>(residuals: impl Iterator<Item = (String, &'a Residual)>) -> Vec<Shot> {
-    let mut all: Vec<(String, Vec<&Residual>)> = Vec::new();
-    let mut known: HashMap<String, usize> = HashMap::new();
+    let mut all: ByName<Vec<&Residual>> = ByName::new();
     for (name, residual) in residuals {
-        let place = *known.entry(name).or_insert_with_key(|name| {
-            all.push((name.clone(), Vec::new()));
-            all.len() - 1
-        });
-        all[place].1.push(residual);
+        all.entry(name).or_default().push(residual);
     }
     let mut shots: Vec<Shot> = all
         .into_iter()

@@ -1,8 +1,8 @@
 //! All fits in one table, a line each, as `caromfit fit --all` prints it.
 
+use super::aligned;
 use super::content::Table;
 use super::number::{plain, with_error, with_interval};
-use super::text;
 use super::{noise_estimated, reduced_chi2};
 use crate::fit::{Estimate, Fit, Grade, Status};
 use crate::measurement::parameter::Parameter;
@@ -13,7 +13,7 @@ pub fn render(fits: &[Fit]) -> String {
     let parameters = parameters(fits);
     let rows: Vec<Vec<String>> = fits.iter().map(|fit| row(fit, &parameters)).collect();
     let legend = legend(fits, &rows);
-    let mut text = text::table(&Table::new(head(&parameters, &["χ²/dof", "verdict"]), rows), "");
+    let mut text = aligned::table(&Table::new(head(&parameters, &["χ²/dof", "verdict"]), rows), "");
     if !legend.is_empty() {
         text.push('\n');
         text.push_str(&legend);
