@@ -353,9 +353,9 @@ fn the_report_stands_alone() {
     let spots = embedded(&page, "class=\"spots\"");
     let labels = labels_of(&spots);
     assert_eq!(labels.len(), 4 * 30);
-    assert!(
-        labels.iter().all(|[shot, words]| tracks.contains(shot) && words.ends_with("standard deviations"))
-    );
+    // the script leads to the shot of this name
+    let is_listed = |shot: &str| page.contains(&format!("data-name=\"{shot}\""));
+    assert!(labels.iter().all(|[shot, words]| tracks.contains(shot) && is_listed(shot) && !words.is_empty()));
 }
 
 /// The data that a page gives its script.
@@ -387,5 +387,6 @@ fn points_of_a_comparison_name_their_shots() {
     assert_eq!((labels.len(), spots["spots"].as_array().unwrap().len()), (4 * 60, 4 * 60 * 2));
     for name in ["synthetic-cloth-a, 1", "synthetic-cloth-b, 30"] {
         assert!(labels.iter().any(|[shot, _]| *shot == name), "{name}");
+        assert!(page.contains(&format!("data-name=\"{name}\"")), "{name}");
     }
 }
