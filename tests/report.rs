@@ -161,7 +161,7 @@ Parameters (± one standard error)
 
 How it was computed
   model full (friction, cloth, not spin_loss)
-  the search stopped after 9 steps, 0.012 s: the cost no longer falls
+  the search stopped: the cost no longer falls
 
 χ²
   χ² of the angles and speeds = 7 for 7 degrees of freedom, χ²/dof = 1.00: near 1 whatever the model, as noise was estimated \

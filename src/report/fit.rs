@@ -1,7 +1,7 @@
 //! A [`Fit`] → [`Report`].
 
 use super::content::{Block, Report, Section, Table, facts};
-use super::number::{count_of, interval, plain, with_error};
+use super::number::{interval, plain, with_error};
 use super::shots::{shot_list, tracks};
 use super::table::{self, INTERVAL, chi2_text, estimate, with_unit};
 use super::{bodies, label, model, noise_estimated, p_text, plot, reduced_chi2, text, trust};
@@ -44,13 +44,7 @@ pub fn content(fit: &Fit) -> Report {
     ];
     let (title, alt) = ("Regions of pairs of parameters", "68 % and 95 % regions of pairs of parameters");
     let rejected = fit.shots_rejected.iter().map(|one| [one.shot.clone(), one.reason.clone()]);
-    let search = format!(
-        "the search stopped after {}, {} s: {}",
-        count_of(fit.iterations, "step"),
-        plain(fit.seconds, 2),
-        fit.termination
-    );
-    let computation = [format!("model {}", model(fit)), search];
+    let computation = [format!("model {}", model(fit)), format!("the search stopped: {}", fit.termination)];
     let noise = Table::new(
         ["", "values", "sd of one value", "rms of the residuals"],
         fit.noise.iter().map(|one| noise(fit, one)),
