@@ -4,12 +4,12 @@ use std::cmp::Reverse;
 use std::collections::HashSet;
 
 use super::check::{self, Kind, capital};
-use super::{Fit, Noise, NoiseVerdict, Rejected, Status, Trend, film_words};
+use super::{Fit, Noise, NoiseVerdict, Rejected, Remark, Status, Trend, film_words};
 use crate::measurement::dataset::ON_REQUEST;
 use crate::measurement::number::{count_of, plain, with_error};
 use crate::measurement::observable::Observable;
 use crate::measurement::parameter::Parameter;
-use crate::problem::{Finding, Severity};
+use crate::problem::Severity;
 
 /// Part of all shots: with fewer used, those that were left out may be the rule.
 const FEW_USED: f64 = 0.6;
@@ -28,32 +28,6 @@ const WORTH_SAYING: f64 = 2.0;
 
 /// Part of the rounding of the readings; without one, in rad, m/s, rad/s or as a ratio: smaller residuals are rounding of the search.
 const EXACT: f64 = 1e-6;
-
-/// Something to know of a fit.
-#[derive(Clone, Debug)]
-pub struct Remark {
-    /// What it says.
-    pub about: About,
-    /// How far it affects the trust in the fit.
-    pub severity: Severity,
-    /// What it says, for a reader.
-    pub sentence: String,
-}
-
-/// What a remark says, as data.
-#[derive(Clone, Debug)]
-pub enum About {
-    /// A finding of the search.
-    Found(Finding),
-    /// The kind of what follows from the results.
-    Kind(&'static str),
-}
-
-impl Remark {
-    pub(super) fn new(severity: Severity, kind: &'static str, sentence: String) -> Self {
-        Self { about: About::Kind(kind), severity, sentence }
-    }
-}
 
 fn unusable(kind: &'static str) -> impl Fn(String) -> Remark {
     move |sentence| Remark::new(Severity::Unusable, kind, sentence)

@@ -1,9 +1,8 @@
 //! What was found of a film, in words.
 
 use super::camera::scale_of_balls;
-use super::doubts::{About, Remark};
 use super::film::FittedFilm;
-use super::{Explanation, Scatter};
+use super::{About, Explanation, Remark, Scatter};
 use crate::measurement::number::{count_of, plain, with_error};
 use crate::measurement::spin::Spin;
 use crate::problem::{Finding, Id, Severity, Solution};

@@ -29,7 +29,6 @@ pub use diagnostics::other_models::{Alternative, LikelihoodRatio};
 pub(crate) use diagnostics::refuted::mean as mean_of_shots;
 pub use diagnostics::refuted::{MeasuredRestitution, Refuted};
 pub use diagnostics::trends::{Trend, Variable};
-pub use doubts::{About, Remark};
 pub use error::FitError;
 pub use estimate::{Counted, Estimate, Intervals};
 pub use film::{FittedFilm, OfShot, OwnEstimate};
@@ -38,8 +37,8 @@ pub use intervals::regions::{Contour, LEVELS, Level, Profile};
 pub use of_discs::FrictionCurve;
 pub use options::{Depth, Falling, Options};
 pub use result::{
-    Bound, Computed, DOWN_WEIGHTED, Diagnostics, Explanation, Fit, JointFit, Noise, Rejected, Residual,
-    Robust, Scatter, Weight,
+    About, Bound, Computed, DOWN_WEIGHTED, Diagnostics, Explanation, Fit, JointFit, Noise, Rejected, Remark,
+    Residual, Robust, Scatter, Weight,
 };
 pub use verdict::{Grade, Verdict};
 

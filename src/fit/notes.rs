@@ -1,9 +1,8 @@
 //! What else a reader may want to know of a fit, in sentences.
 
-use super::doubts::Remark;
 use super::film::FittedFilm;
 use super::film_words::{DIFFERS, remark};
-use super::{DOWN_WEIGHTED, Fit, Status, check};
+use super::{DOWN_WEIGHTED, Fit, Remark, Status, check};
 use crate::film::frame_noise::constant_axis;
 use crate::measurement::dataset::{Dataset, ON_REQUEST, Shot};
 use crate::measurement::number::{count_of, plain, with_error};

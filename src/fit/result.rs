@@ -8,10 +8,10 @@ use nalgebra::DMatrix;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize, Serializer};
 
-use super::check::Finding;
+use super::check;
 use super::{
     Alternative, Bootstrap, Contour, Estimate, FittedFilm, FoundCamera, FrictionCurve, Goodness,
-    Identifiability, Profile, Refuted, Remark,
+    Identifiability, Profile, Refuted,
 };
 use crate::measurement::dataset::{Measured, ObjectBall};
 use crate::measurement::loss::Loss;
@@ -22,7 +22,7 @@ use crate::measurement::written::{self, ByParameter};
 use crate::physics::ball::Ball;
 use crate::physics::collision::{Effects, Fidelity, FidelityChoice};
 use crate::physics::disc::Discs;
-use crate::problem::{DiscImpact, Id, Solution};
+use crate::problem::{DiscImpact, Finding, Id, Severity, Solution};
 
 /// The result of one fit: a value, which `report` renders.
 ///
@@ -85,7 +85,7 @@ pub struct Fit {
     /// Whether the shots were filmed, and not measured as impacts or angles.
     pub footage: bool,
     /// What is wrong or worth saying.
-    pub findings: Vec<crate::problem::Finding>,
+    pub findings: Vec<Finding>,
     /// The estimates of all that the shots share.
     pub unknowns: Vec<crate::problem::Estimate>,
     /// The error budgets of μ, μ_s and e.
@@ -112,6 +112,32 @@ pub struct Fit {
     pub diagnostics: Diagnostics,
     /// Everything that a reader should know, the most important first.
     pub remarks: Vec<Remark>,
+}
+
+/// Something to know of a fit.
+#[derive(Clone, Debug)]
+pub struct Remark {
+    /// What it says.
+    pub about: About,
+    /// How far it affects the trust in the fit.
+    pub severity: Severity,
+    /// What it says, for a reader.
+    pub sentence: String,
+}
+
+/// What a remark says, as data.
+#[derive(Clone, Debug)]
+pub enum About {
+    /// A finding of the search.
+    Found(Finding),
+    /// The kind of what follows from the results.
+    Kind(&'static str),
+}
+
+impl Remark {
+    pub(super) fn new(severity: Severity, kind: &'static str, sentence: String) -> Self {
+        Self { about: About::Kind(kind), severity, sentence }
+    }
 }
 
 /// How far a fit can be trusted.
@@ -145,7 +171,7 @@ pub struct Diagnostics {
     pub has_rival: bool,
     /// What is suspicious about the shots, or about the cloth as their paths show it.
     #[serde(skip)]
-    pub suspicious: Vec<Finding>,
+    pub suspicious: Vec<check::Finding>,
 }
 
 /// Shots that were computed with the same fidelity and effects.

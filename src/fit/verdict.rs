@@ -3,8 +3,8 @@
 use schemars::JsonSchema;
 use serde::Serialize;
 
-use super::doubts::{Remark, listed};
-use super::{Estimate, Fit, Status, film_words};
+use super::doubts::listed;
+use super::{Estimate, Fit, Remark, Status, film_words};
 use crate::measurement::dataset::ObjectBall;
 use crate::measurement::number::{self, plain};
 use crate::measurement::parameter::Parameter;
