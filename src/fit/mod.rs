@@ -17,6 +17,7 @@ mod of_discs;
 mod of_film;
 mod of_rows;
 mod options;
+mod remark;
 mod result;
 mod verdict;
 
@@ -36,9 +37,10 @@ pub use intervals::bootstrap::{Bootstrap, Resampled};
 pub use intervals::regions::{Contour, LEVELS, Level, Profile};
 pub use of_discs::FrictionCurve;
 pub use options::{Depth, Falling, Options};
+pub use remark::{About, Remark};
 pub use result::{
-    About, Bound, Computed, DOWN_WEIGHTED, Diagnostics, Explanation, Fit, JointFit, Noise, Rejected, Remark,
-    Residual, Robust, Scatter, Weight,
+    Bound, Computed, DOWN_WEIGHTED, Diagnostics, Explanation, Fit, JointFit, Noise, Rejected, Residual,
+    Robust, Scatter, Weight,
 };
 pub use verdict::{Grade, Verdict};
 

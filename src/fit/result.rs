@@ -11,7 +11,7 @@ use serde::{Deserialize, Serialize, Serializer};
 use super::check;
 use super::{
     Alternative, Bootstrap, Contour, Estimate, FittedFilm, FoundCamera, FrictionCurve, Goodness,
-    Identifiability, Profile, Refuted,
+    Identifiability, Profile, Refuted, Remark,
 };
 use crate::measurement::dataset::{Measured, ObjectBall};
 use crate::measurement::loss::Loss;
@@ -22,7 +22,7 @@ use crate::measurement::written::{self, ByParameter};
 use crate::physics::ball::Ball;
 use crate::physics::collision::{Effects, Fidelity, FidelityChoice};
 use crate::physics::disc::Discs;
-use crate::problem::{DiscImpact, Finding, Id, Severity, Solution};
+use crate::problem::{DiscImpact, Finding, Id, Solution};
 
 /// The result of one fit: a value, which `report` renders.
 ///
@@ -112,32 +112,6 @@ pub struct Fit {
     pub diagnostics: Diagnostics,
     /// Everything that a reader should know, the most important first.
     pub remarks: Vec<Remark>,
-}
-
-/// Something to know of a fit.
-#[derive(Clone, Debug)]
-pub struct Remark {
-    /// What it says.
-    pub about: About,
-    /// How far it affects the trust in the fit.
-    pub severity: Severity,
-    /// What it says, for a reader.
-    pub sentence: String,
-}
-
-/// What a remark says, as data.
-#[derive(Clone, Debug)]
-pub enum About {
-    /// A finding of the search.
-    Found(Finding),
-    /// The kind of what follows from the results.
-    Kind(&'static str),
-}
-
-impl Remark {
-    pub(super) fn new(severity: Severity, kind: &'static str, sentence: String) -> Self {
-        Self { about: About::Kind(kind), severity, sentence }
-    }
 }
 
 /// How far a fit can be trusted.
