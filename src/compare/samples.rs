@@ -110,7 +110,7 @@ impl<'a> Samples<'a> {
         let (shots_used, shots_rejected) = match fit::fit_watched(&dataset, &choices, done) {
             Ok(mut fits) => {
                 let fit = fits.remove(0);
-                for finding in &fit.findings {
+                for finding in &fit.solution.findings {
                     // what all samples determine together is said of their joint fit
                     let is_of_all = matches!(finding, problem::Finding::Compliance { .. });
                     if let Some(sentence) = sentence(finding, fit.frames.as_ref())

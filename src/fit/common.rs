@@ -95,7 +95,6 @@ impl Fitted<'_> {
             iterations: solution.evaluations,
             seconds: 0.0,
             diagnostics: Diagnostics::default(),
-            findings: solution.findings.clone(),
             unknowns: solution.estimates(),
             budget: Id::WANTED.into_iter().filter_map(|id| solution.budget(id)).collect(),
             remarks: Vec::new(),

@@ -62,7 +62,7 @@ impl Fit {
     /// Returns everything that lets doubt the fit, the most harmful first.
     pub(super) fn doubts(&self) -> Vec<Remark> {
         let mut all = Vec::new();
-        for finding in self.findings.iter().filter(|finding| finding.severity() > Severity::Note) {
+        for finding in self.solution.findings.iter().filter(|finding| finding.severity() > Severity::Note) {
             all.extend(film_words::remark(finding, self.frames.as_ref()));
         }
         all.extend(self.refuted_model().map(unusable("refuted")));

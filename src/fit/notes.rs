@@ -32,7 +32,7 @@ pub(super) fn comment(
     fit.diagnostics.suspicious = check::suspicious(dataset, shots, cloth);
     fit.remarks = fit.doubts();
     let note = |kind: &'static str| move |sentence: String| Remark::new(Severity::Note, kind, sentence);
-    let found = fit.findings.iter().filter(|finding| finding.severity() == Severity::Note);
+    let found = fit.solution.findings.iter().filter(|finding| finding.severity() == Severity::Note);
     let mut notes: Vec<Remark> = found.filter_map(|finding| remark(finding, fit.frames.as_ref())).collect();
     notes.extend(own.into_iter().map(note("measured")));
     let on_request = fit.shots_rejected.iter().filter(|shot| shot.reason == ON_REQUEST).count();

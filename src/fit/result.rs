@@ -22,7 +22,7 @@ use crate::measurement::written::{self, ByParameter};
 use crate::physics::ball::Ball;
 use crate::physics::collision::{Effects, Fidelity, FidelityChoice};
 use crate::physics::disc::Discs;
-use crate::problem::{DiscImpact, Finding, Id, Solution};
+use crate::problem::{DiscImpact, Id, Solution};
 
 /// The result of one fit: a value, which `report` renders.
 ///
@@ -84,8 +84,6 @@ pub struct Fit {
     pub refuted: Option<Refuted>,
     /// Whether the shots were filmed, and not measured as impacts or angles.
     pub footage: bool,
-    /// What is wrong or worth saying.
-    pub findings: Vec<Finding>,
     /// The estimates of all that the shots share.
     pub unknowns: Vec<crate::problem::Estimate>,
     /// The error budgets of μ, μ_s and e.

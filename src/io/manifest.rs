@@ -12,7 +12,7 @@ use super::impacts_section::ImpactsSection;
 use super::stated_object::StatedObject;
 use super::table::read_utf8;
 use super::toml_file::{Source, checked};
-use super::tracking::camera::{CameraSection, label_or_section};
+use super::tracking::camera::{CameraSection, label_or_section, schema_of_camera};
 use super::tracking::settings::{ScaleSection, Sections, TrackSettings, TracksSection, VideoSection};
 use crate::measurement::dataset::Dataset;
 use crate::measurement::spin::Spin;
@@ -105,7 +105,7 @@ pub(crate) struct Keys {
     cue_spin: SpinSection,
     video: Option<VideoSection>,
     #[serde(default, deserialize_with = "label_or_section")]
-    #[schemars(with = "Option<LabelOrSection>")]
+    #[schemars(schema_with = "schema_of_camera")]
     camera: Option<CameraSection>,
     table: Option<TableSection>,
     scale: Option<ScaleSection>,
@@ -132,15 +132,6 @@ struct SpinSection {
 struct TableSection {
     /// Standard deviation of the slope of the table, m/m.
     tilt_sd: Option<f64>,
-}
-
-/// The two forms of a label, for the schema only.
-#[derive(JsonSchema)]
-#[serde(untagged)]
-#[allow(dead_code)]
-enum LabelOrSection {
-    Label(String),
-    Section(Box<CameraSection>),
 }
 
 /// Returns a hint at the data sets that a folder without a dataset.toml holds:

@@ -2,7 +2,7 @@
 
 use std::fmt;
 
-use schemars::JsonSchema;
+use schemars::{JsonSchema, Schema, SchemaGenerator, json_schema};
 use serde::Deserialize;
 use serde::de::{Deserializer, Error, MapAccess, Visitor, value::MapAccessDeserializer};
 
@@ -164,7 +164,9 @@ impl CameraSection {
             } else {
                 let path = format!("camera.{}", key.name);
                 let value = source.written(&path).unwrap_or_default();
-                source.add(&Fault::new(&path, value, format!("\"auto\"{}", key.expected)));
+                let with_sd =
+                    if matches!(stated, Stated::Prior { .. }) { "; sd is to be more than 0" } else { "" };
+                source.add(&Fault::new(&path, value, format!("\"auto\"{}{with_sd}", key.expected)));
             }
         }
         // the centre of a stated lens distortion is the middle of the film
@@ -204,6 +206,13 @@ impl Key {
     }
 }
 
+/// Describes a label or the section.
+pub(crate) fn schema_of_camera(generator: &mut SchemaGenerator) -> Schema {
+    let either = [generator.subschema_for::<String>(), generator.subschema_for::<CameraSection>()];
+    json_schema!({ "anyOf": either })
+}
+
+/// Reads a label or the section.
 pub(crate) fn label_or_section<'de, D: Deserializer<'de>>(
     deserializer: D,
 ) -> Result<Option<CameraSection>, D::Error> {

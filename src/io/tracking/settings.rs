@@ -312,7 +312,7 @@ fn read_out(
 ) -> Option<ReadOut> {
     let keys = ["video.row_readout_s", "video.rows", "camera.shutter"];
     if seconds.is_some() != rows.is_some() {
-        let message = "row_readout_s and rows (the height of the picture in pixels) go together";
+        let message = "[video] row_readout_s (or [camera] shutter in seconds) and [video] rows, the height of the picture in pixels, go together";
         source.wrong_of_first(&keys, message);
     }
     let (seconds, rows) = seconds.zip(rows)?;
