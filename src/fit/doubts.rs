@@ -4,7 +4,7 @@ use std::cmp::Reverse;
 use std::collections::HashSet;
 
 use super::check::{self, Kind, capital};
-use super::{Fit, Noise, NoiseVerdict, Rejected, Remark, Status, Trend, film_words};
+use super::{Fit, Noise, NoiseVerdict, Refuted, Rejected, Remark, Status, Trend, film_words};
 use crate::measurement::dataset::ON_REQUEST;
 use crate::measurement::number::{count_of, plain, with_error};
 use crate::measurement::observable::Observable;
@@ -73,6 +73,7 @@ impl Fit {
         all.extend(self.not_used());
         all.extend(self.wrong_footage().map(doubtful("suspicious-footage")));
         all.extend(self.unexplained().map(doubtful("noise")));
+        all.extend(self.refuted_contact().map(doubtful("refuted-contact")));
         all.extend(self.refuted_friction().map(doubtful("refuted-friction")));
         all.extend(self.unknown_errors());
         all.extend(self.undetermined().into_iter().map(doubtful("undetermined")));
@@ -208,6 +209,17 @@ impl Fit {
             )),
             NoiseVerdict::NotTested | NoiseVerdict::Explains => None,
         }
+    }
+
+    /// Returns, of discs, that e and J_t/J_n together are not those of the contact that is fitted.
+    fn refuted_contact(&self) -> Option<String> {
+        self.discs.as_ref()?;
+        let [reduced_chi2, _] = Refuted::judge(self.chi2, self.dof)?;
+        Some(format!(
+            "χ²/dof of e and J_t/J_n is {}, where 1 is expected: the contact that is fitted does not describe these discs, and e may be \
+             off by more than its error. caromfit extract measures e without a law of friction.",
+            plain(reduced_chi2, 3)
+        ))
     }
 
     /// Returns, of discs, that J_t/J_n does not follow the slip as it should. e is free of it.
