@@ -357,7 +357,7 @@ fn derivatives_by_everything_agree_with_differences() {
             .map(move |case| (model, case))
     }) {
         let shot = Try { model: Model { object: Some(object), ..model }, cue, coefficients };
-        let (_, by) = shot.model.collide_with_all(&cue, &coefficients).unwrap();
+        let (_, by) = shot.model.collide_with_jacobian(&cue, &coefficients).unwrap();
         // `ode` has the derivatives of `full`
         let is_rigid = model.fidelity == Fidelity::Ode && model.kappa == 0.0;
         let model = if is_rigid { shot.model.closed().unwrap() } else { shot.model };

@@ -78,7 +78,7 @@ fn compliant(bencher: Bencher, derivatives: bool) {
     bencher.counter(ItemsCount::new(shots.len())).bench_local(|| {
         for (cue, coefficients) in &shots {
             if derivatives {
-                let _ = black_box(model.collide_with_all(black_box(cue), coefficients));
+                let _ = black_box(model.collide_with_jacobian(black_box(cue), coefficients));
             } else {
                 let _ = black_box(model.collide(black_box(cue), coefficients));
             }

@@ -123,7 +123,7 @@ fn what_a_fit_differentiates_agrees_with_differences() {
             fine = unequal(fine);
         }
         let quick = Model { tolerance: Model::TOLERANCE_OF_FITS, ..fine };
-        let (_, by) = quick.collide_with_all(&cue, &coefficients).unwrap();
+        let (_, by) = quick.collide_with_jacobian(&cue, &coefficients).unwrap();
         let shot = Try { model: fine, cue, coefficients };
         for input in Input::ALL.into_iter().take(8).chain([Input::Kappa]) {
             // topspin and draw are two sides of a kink

@@ -11,15 +11,15 @@
 
 use std::ops::Index;
 
-use nalgebra::{Const, SMatrix};
+use nalgebra::Const;
 use num_dual::DualSVec64;
 
-use super::{Coefficients, Input, Model, Number};
+use super::{Coefficients, Input, Jacobian, Model, Number};
 use crate::physics::ball::BallState;
 use crate::physics::friction_law::Law;
 
-/// A number with its derivatives by the first N inputs.
-pub(super) type Dual<const N: usize> = DualSVec64<N>;
+/// A number with its derivatives by the inputs.
+pub(super) type Dual = DualSVec64<{ Input::COUNT }>;
 
 /// The values of the inputs, in the order of [`Input`].
 #[derive(Clone, Copy, Debug)]
@@ -60,22 +60,22 @@ impl Values<f64> {
         ])
     }
 
-    /// Returns the values with derivatives by the first N; by a coefficient of an effect that is
-    /// off they are 0.
-    pub fn with_derivatives<const N: usize>(&self, model: &Model) -> Values<Dual<N>> {
+    /// Returns the values with derivatives; by a coefficient of an effect that is off they are 0.
+    pub fn with_derivatives(&self, model: &Model) -> Values<Dual> {
         Values(std::array::from_fn(|i| {
             let value = Dual::from(self.0[i]);
-            if i >= N || Self::is_off(Input::ALL[i], model) { value } else { value.derivative(i) }
+            if Self::is_off(Input::ALL[i], model) { value } else { value.derivative(i) }
         }))
     }
 
-    /// Whether an input belongs to an effect that is off.
+    /// Whether an input belongs to an effect that is off, or to unequal balls where they are equal.
     pub fn is_off(input: Input, model: &Model) -> bool {
         let effects = model.effects.and(model.fidelity.effects());
         match input {
             Input::Mu | Input::B | Input::C => !effects.friction,
             Input::MuS => !effects.cloth,
             Input::E | Input::ESlope => !effects.inelasticity,
+            Input::MassRatio | Input::RadiusRatio => model.object.is_none(),
             _ => false,
         }
     }
@@ -199,9 +199,8 @@ pub(super) fn components<D: Number>(values: &Values<D>, model: &Model, impulses:
     ]
 }
 
-/// Returns the derivatives of the components by the first N inputs.
+/// Returns the derivatives of the components by the inputs.
 #[inline(always)]
-pub(super) fn derivatives<const N: usize>(components: &[Dual<N>; 12]) -> SMatrix<f64, 12, N> {
-    let gradients = components.each_ref().map(|c| c.eps.unwrap_generic(Const, Const).transpose());
-    SMatrix::from_rows(&gradients)
+pub(super) fn derivatives(components: &[Dual; 12]) -> Jacobian {
+    Jacobian::from_rows(&components.each_ref().map(|c| c.eps.unwrap_generic(Const, Const).transpose()))
 }

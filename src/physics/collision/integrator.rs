@@ -4,11 +4,11 @@
 //! Derivatives of an outcome come from repeating the recorded steps with inputs changed a little,
 //! each event met where it then is: their differences are smooth (Bock 1981).
 
-use nalgebra::{SMatrix, SVector};
+use nalgebra::SVector;
 
 use super::contact::{EVENTS, Mode, N, Shot, State};
 use super::impact::{Values, components};
-use super::{Fidelity, Input, Model, Outcome, Regime};
+use super::{Fidelity, Input, Jacobian, Model, Outcome, Regime};
 use crate::physics::friction_law::Law;
 
 /// Largest number of steps. Impacts take some dozen to some hundred; stiff contacts shake.
@@ -57,12 +57,9 @@ fn solve(values: &Values<f64>, model: &Model) -> Option<(Outcome, Vec<Step>)> {
     Some((Outcome::new(regime, values, model, &shot.impulses(values, model, &y)), steps))
 }
 
-/// Returns the outcome and its derivatives by the first N inputs: differences of the recorded
-/// integration, followed with each input changed a little.
-pub(super) fn differentiate<const N: usize>(
-    values: &Values<f64>,
-    model: &Model,
-) -> Option<(Outcome, SMatrix<f64, 12, N>)> {
+/// Returns the outcome and its derivatives by the inputs: differences of the recorded integration,
+/// followed with each input changed a little.
+pub(super) fn differentiate(values: &Values<f64>, model: &Model) -> Option<(Outcome, Jacobian)> {
     let (outcome, mut steps) = solve(values, model)?;
     let (mut values, mut here) = (*values, outcome.components());
     let (k, radius) = (values[Input::VelocityX], model.ball.radius);
@@ -92,8 +89,8 @@ pub(super) fn differentiate<const N: usize>(
     // centres
     let plain = model.fidelity == Fidelity::Ode;
     let is_homogeneous = plain && model.law == Law::Constant && model.e_slope.is_none();
-    let mut by = SMatrix::<f64, 12, N>::zeros();
-    for (i, input) in Input::ALL.into_iter().enumerate().take(N) {
+    let mut by = Jacobian::zeros();
+    for (i, input) in Input::ALL.into_iter().enumerate() {
         let found = match input {
             _ if Values::is_off(input, model) => continue,
             Input::SpinX if plain => kept(3),
@@ -104,7 +101,6 @@ pub(super) fn differentiate<const N: usize>(
             // e = e₀ − e₁k
             Input::ESlope => -k * by.column(Input::E as usize),
             Input::B | Input::C if model.law == Law::Constant => continue,
-            Input::MassRatio | Input::RadiusRatio if model.object.is_none() => continue,
             _ => column(input),
         };
         by.set_column(i, &found);

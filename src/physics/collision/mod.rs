@@ -26,7 +26,7 @@ use super::name::worded;
 pub use effects::Effects;
 pub use error::NotACollision;
 pub use fidelity::{Fidelity, FidelityChoice};
-pub use outcome::{ByInputs, Input, Jacobian, Outcome};
+pub use outcome::{Input, Jacobian, Outcome};
 
 /// Friction and restitution of one collision.
 #[derive(Clone, Copy, Debug, PartialEq)]

@@ -1,12 +1,9 @@
 //! The methods of a model.
 
-use nalgebra::SMatrix;
-
-use super::impact::{Dual, Impact, Values, components, derivatives};
+use super::impact::{Impact, Values, components, derivatives};
 use super::{
-    ByInputs, Coefficients, Effects, Fidelity, Input, Jacobian, MASS_RATIOS, MAX_KAPPA, MAX_SPEED,
-    MAX_TOLERANCE, MIN_SPEED, MIN_TOLERANCE, Model, NotACollision, Outcome, POISSON, integrator, kappa,
-    simple,
+    Coefficients, Effects, Fidelity, Input, Jacobian, MASS_RATIOS, MAX_KAPPA, MAX_SPEED, MAX_TOLERANCE,
+    MIN_SPEED, MIN_TOLERANCE, Model, NotACollision, Outcome, POISSON, integrator, kappa, simple,
     sliding::{self, Ways},
 };
 use crate::physics::ball::{Ball, BallState, HOLLOW_SPHERE};
@@ -171,10 +168,11 @@ impl Model {
         })
     }
 
-    /// Returns the outcome and its derivatives by the coefficients and the cue ball's motion: exact
-    /// in closed form and for a rigid contact; of a compliant one to about 1e-6. At a transition
-    /// (stick setting in, topspin turning to draw) it is the derivative of the side that the
-    /// outcome is on.
+    /// Returns the outcome and its derivatives: exact in closed form and for a rigid contact; of a
+    /// compliant one to about 1e-6. At a transition (stick setting in, topspin turning to draw) they
+    /// are those of the side that the outcome is on. Those by b, c, κ, the ratio of the masses, that
+    /// of the radii and e₁ are 0 if friction and e are constant, the contact is rigid and the balls
+    /// are equal.
     ///
     /// # Errors
     /// As [`Model::collide`].
@@ -183,47 +181,11 @@ impl Model {
         cue: &BallState,
         coefficients: &Coefficients,
     ) -> Result<(Outcome, Jacobian), NotACollision> {
-        self.differentiated::<{ Input::FIRST }>(cue, coefficients)
-    }
-
-    /// Returns the outcome with its derivatives by all inputs, of accuracy as in
-    /// [`Model::collide_with_jacobian`]. Those by b, c, κ, the ratio of the masses, that of the
-    /// radii and e₁ are 0 if friction and e are constant, the contact is rigid and the balls are
-    /// equal.
-    ///
-    /// # Errors
-    /// As [`Model::collide`].
-    pub fn collide_with_all(
-        &self,
-        cue: &BallState,
-        coefficients: &Coefficients,
-    ) -> Result<(Outcome, ByInputs), NotACollision> {
-        if self.has_others() {
-            return self.differentiated(cue, coefficients);
-        }
-        let (outcome, jacobian) = self.collide_with_jacobian(cue, coefficients)?;
-        let mut by = ByInputs::zeros();
-        by.fixed_columns_mut(0).copy_from(&jacobian);
-        Ok((outcome, by))
-    }
-
-    /// Returns whether outcomes depend on more than the coefficients.
-    #[inline]
-    pub(crate) fn has_others(&self) -> bool {
-        self.law != Law::Constant || self.object.is_some() || self.e_slope.is_some() || self.is_compliant()
-    }
-
-    /// Returns the outcome and its derivatives by the first N inputs.
-    fn differentiated<const N: usize>(
-        &self,
-        cue: &BallState,
-        coefficients: &Coefficients,
-    ) -> Result<(Outcome, SMatrix<f64, 12, N>), NotACollision> {
         let values = self.validated(cue, coefficients)?;
         if self.fidelity == Fidelity::Contact || self.is_compliant() {
             return integrator::differentiate(&values, self).ok_or(self.not_integrated());
         }
-        let dual: Values<Dual<N>> = values.with_derivatives(self);
+        let dual = values.with_derivatives(self);
         let impact = Impact::new(&dual, self);
         let (closed, ways) = self.solve(&values);
         let impulses = if self.is_linear() {

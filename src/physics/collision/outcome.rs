@@ -38,15 +38,12 @@ impl Outcome {
 }
 
 /// The derivatives of an outcome, in SI units and radians. The rows are the velocity and the spin
-/// of the cue ball, then those of the object ball, x, y and z of each; the columns are the first
-/// eight [`Input`]s.
-pub type Jacobian = SMatrix<f64, 12, 8>;
-
-/// The derivatives of an outcome by every [`Input`]; rows and units as of [`Jacobian`].
-pub type ByInputs = SMatrix<f64, 12, { Input::COUNT }>;
+/// of the cue ball, then those of the object ball, x, y and z of each; the columns are the
+/// [`Input`]s.
+pub type Jacobian = SMatrix<f64, 12, { Input::COUNT }>;
 
 worded! {
-    /// The inputs of an outcome: the columns of [`ByInputs`], the first eight also of [`Jacobian`].
+    /// The inputs of an outcome: the columns of [`Jacobian`].
     #[derive(Clone, Copy, Debug, PartialEq, Eq)]
     pub enum Input {
         /// Friction between the balls μ, dimensionless.
@@ -85,8 +82,6 @@ worded! {
 }
 
 impl Input {
-    /// The number of columns of [`Jacobian`].
-    pub(super) const FIRST: usize = 8;
     /// The number of inputs.
     pub const COUNT: usize = Self::ALL.len();
 }

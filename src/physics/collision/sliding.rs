@@ -54,7 +54,7 @@ pub(super) fn solve(impact: &Impact<f64>) -> ([f64; 3], Regime, Ways) {
 }
 
 /// Returns q, J_y and J_z with their derivatives, from the way to them.
-pub(super) fn differentiate<const N: usize>(impact: &Impact<Dual<N>>, ways: Ways) -> [Dual<N>; 3] {
+pub(super) fn differentiate(impact: &Impact<Dual>, ways: Ways) -> [Dual; 3] {
     let mut ways = ways.into_iter();
     impulses(impact, |slide, phase| match ways.next().flatten() {
         Some(s) => slide.end_near(phase, &slide.differentiate(phase, s)),

@@ -92,7 +92,7 @@ fn impulse_ratio(
     let [mu, b, c, kappa] = [Id::Mu, Id::FallB, Id::FallC, Id::Kappa].map(shared);
     let (model, before) = contact([closing.re, slip.re], [b.re, c.re, kappa.re], inertia);
     let coefficients = Coefficients { mu: mu.re, mu_s: 0.0, e: restitution.re.clamp(0.0, 1.0) };
-    let (outcome, jacobian) = model.collide_with_all(&before, &coefficients).ok()?;
+    let (outcome, jacobian) = model.collide_with_jacobian(&before, &coefficients).ok()?;
     let after = outcome.object.velocity;
     let ratio = after.y / after.x;
     let inputs = [

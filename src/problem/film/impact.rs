@@ -170,8 +170,10 @@ impl Contact {
         let (model, fine) = (self.at(self.model, shared), self.at(fine, shared));
         let before = cue.state(model.ball.radius);
         let coefficients = coefficients(shared);
-        let [(coarse, by), (fine, finely_by)] =
-            [model.collide_with_all(&before, &coefficients)?, fine.collide_with_all(&before, &coefficients)?];
+        let [(coarse, by), (fine, finely_by)] = [
+            model.collide_with_jacobian(&before, &coefficients)?,
+            fine.collide_with_jacobian(&before, &coefficients)?,
+        ];
         let inputs = inputs(cue, shared, model.ball.radius);
         Ok(Correction {
             values: fine.components() - coarse.components(),
@@ -191,7 +193,8 @@ impl Contact {
         let radius = model.ball.radius;
         // derivatives by the ratio of the radii are those at a constant radius of the cue ball
         let object_radius = shared.dual(Id::RadiusRatio).recip() * radius;
-        let (outcome, mut jacobian) = model.collide_with_all(&cue.state(radius), &coefficients(shared))?;
+        let (outcome, mut jacobian) =
+            model.collide_with_jacobian(&cue.state(radius), &coefficients(shared))?;
         let inputs = inputs(cue, shared, radius);
         let mut values = outcome.components();
         if *correction != Correction::zeros() {
