@@ -36,32 +36,32 @@ pub struct Dataset {
     pub source: Option<String>,
     /// The cue ball.
     pub ball: Ball,
-    /// The object ball, where something is stated of it; `None` stands for
+    /// The object ball, if something is stated of it; `None` stands for
     /// [`ObjectBall::unweighed`], or of discs for equal ones.
     pub object: Option<ObjectBall>,
     /// Starting values, bounds and priors of the parameters (`[fit]`).
     pub settings: Settings,
     /// How outlying shots count (`[fit] loss`).
     pub loss: Loss,
-    /// The label column whose values are fitted apart (`[fit] by`).
+    /// The label column whose values are fitted separately (`[fit] by`).
     pub by: Option<String>,
     /// The measured shots; empty for footage whose impacts have not been extracted yet.
     pub shots: Vec<Shot>,
     /// Name and reason of each shot that was left out from the start.
     pub left_out: Vec<(String, String)>,
-    /// The cloth's sliding friction μ_k, dimensionless, where the shots were extracted from tracks,
+    /// The cloth's sliding friction μ_k, dimensionless, if the shots were extracted from tracks,
     /// all with the same one.
     pub sliding: Option<Measured>,
-    /// The cloth's rolling resistance μ_r, dimensionless, where the shots were extracted from
+    /// The cloth's rolling resistance μ_r, dimensionless, if the shots were extracted from
     /// tracks, all with the same one.
     pub rolling: Option<Measured>,
-    /// The relative standard error, shared by all shots, of how high friction lifts a ball, where
-    /// they were extracted with a prior of it.
+    /// The relative standard error, shared by all shots, of how high friction lifts a ball, if
+    /// they were extracted with a prior of this height.
     pub lift_sd: Option<f64>,
     /// The standard deviation of a side spin that was not seen, as Rω_z/U, in shots that are stated
-    /// as stun or natural roll (`[cue_spin] side_sd`); 0 where there is none.
+    /// as stun or natural roll (`[cue_spin] side_sd`); 0 if there is none.
     pub side_sd: f64,
-    /// What was taken for granted where its dataset.toml does not say it, in sentences.
+    /// Assumptions that its dataset.toml does not state, in sentences.
     pub taken: Vec<String>,
     /// The filmed shots of a data set of kind `tracks`.
     pub tracks: Option<Tracks>,
@@ -152,7 +152,7 @@ pub(crate) const ON_REQUEST: &str = "left out on request";
 /// One shot, or the mean of several.
 #[derive(Clone, Debug)]
 pub struct Shot {
-    /// The `shot` column, or where there is none the number, from 1, among all the data set's
+    /// The `shot` column, or without one the number, from 1, among all the data set's
     /// shots.
     pub name: String,
     /// The file that it was read from; empty for a shot that a program made.
@@ -165,13 +165,13 @@ pub struct Shot {
     pub before: Before,
     /// The cue ball's spin before the impact.
     pub spin: Spin,
-    /// What was measured after the impact, at least one observable.
+    /// The observables measured after the impact, at least one.
     pub after: Vec<Measurement>,
-    /// The joint errors of the state before and the observations after the impact, where they were
+    /// The joint errors of the state before and the observations after the impact, if they were
     /// extracted together from a track.
     pub joint: Option<Box<Joint>>,
     /// The standard deviation of side spin that was not seen, rad/s (that of the data set is over
-    /// U/R); 0 where none is reckoned with.
+    /// U/R); 0 without one.
     pub side_sd: f64,
 }
 
@@ -185,8 +185,8 @@ impl Shot {
 
     /// A measured impact in the table's frame: the line of centres from the cue ball to the object
     /// ball, of any length but 0, the cue ball's velocity before, and its own and the object ball's
-    /// after, in m/s, each component with its standard deviation where one is known. The direction
-    /// of the line of centres errs by `normal_sd` radians, where that is known.
+    /// after, in m/s, each component with its standard deviation if one is known. The direction
+    /// of the line of centres errs by `normal_sd` radians, if that is known.
     #[must_use]
     pub fn impact(
         name: impl Into<String>,
@@ -277,7 +277,7 @@ pub enum Shared {
 }
 
 impl Shared {
-    /// All of them.
+    /// All shared errors.
     pub const ALL: [Self; 3] = [Self::Sliding, Self::Lift, Self::Rolling];
 
     /// Returns its place in [`Joint::by_shared`].
@@ -290,19 +290,19 @@ impl Shared {
 /// The cue ball's motion before the impact.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Before {
-    /// Of a data set of kind `impacts`, in the table frame.
+    /// The motion of kind `impacts`, in the table frame.
     Impact {
         /// The line of centres from the cue ball to the object ball, x and y.
         normal: [Measured; 2],
         /// The cue ball's velocity, x and y in m/s.
         velocity: [Measured; 2],
     },
-    /// Of a data set of kind `angles`.
+    /// The motion of kind `angles`.
     Angle {
         /// The cut angle in radians, positive where the cue ball moves towards +y of the collision
         /// frame.
         cut: Measured,
-        /// The speed in m/s, where it is known.
+        /// The speed in m/s, if it is known.
         speed: Option<Measured>,
     },
 }

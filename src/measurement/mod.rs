@@ -1,4 +1,4 @@
-//! What was measured and what is asked of it, as values: shots, tracks, observables, parameters.
+//! Measurements and what is asked of them, as values: shots, tracks, observables, parameters.
 pub mod correction;
 pub mod dataset;
 pub mod loss;

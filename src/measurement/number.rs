@@ -47,7 +47,7 @@ pub fn count_of(count: usize, noun: &str) -> String {
     format!("{count} {noun}{plural}")
 }
 
-/// `[0.0489, 0.0517]`, to the decimals of the standard error where there is one.
+/// `[0.0489, 0.0517]`, to the decimals of the standard error if there is one.
 #[cfg(feature = "report")]
 pub(crate) fn interval([low, high]: [f64; 2], error: Option<f64>) -> String {
     match error.map(decimals_of) {

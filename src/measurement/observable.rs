@@ -1,4 +1,4 @@
-//! What can be measured of a collision: one list for every kind of data set.
+//! The observables of a collision: one list for every kind of data set.
 
 use std::str::FromStr;
 
@@ -7,13 +7,13 @@ use serde::{Deserialize, Serialize};
 
 use crate::physics::name::{UnknownName, named};
 
-/// A value with its standard deviation, where the data give one; as JSON an estimate with its standard error.
+/// A value with its standard deviation, if the data give one; as JSON an estimate with its standard error.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub struct Measured {
     /// The value, in the unit of the quantity.
     #[serde(rename = "estimate")]
     pub value: f64,
-    /// Its standard deviation in the same unit; null if the data give none.
+    /// Its standard deviation in the same unit; null if it is unknown.
     #[serde(rename = "std_error")]
     pub sd: Option<f64>,
 }
@@ -29,7 +29,7 @@ impl Measured {
 /// An observable's measured value, in SI units and radians.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Measurement {
-    /// What was measured.
+    /// The observable.
     pub observable: Observable,
     /// Its value and standard deviation.
     pub measured: Measured,
@@ -60,9 +60,9 @@ pub enum Observable {
     /// Object ball's rolling direction against the cue ball's incoming direction; the cut angle
     /// less the throw.
     ObjectAngleRolling,
-    /// Of discs: e, the ratio of the normal velocities after and before the impact.
+    /// e of discs, the ratio of the normal velocities after and before the impact.
     Restitution,
-    /// Of discs: J_t/J_n on the second, t 90° counter-clockwise from the line of centres.
+    /// J_t/J_n of discs on the second, t 90° counter-clockwise from the line of centres.
     ImpulseRatio,
     /// Component of the cue ball's velocity, table frame.
     CueVelocity(Axis),

@@ -1,6 +1,6 @@
-//! The parameters of a fit: μ, μ_s and e; b and c where friction falls with the slip, κ where the
-//! contact is compliant, e₁ where e falls with the closing speed, and the ratios of masses and radii
-//! of the balls where these have errors. Their names, bounds and starting values.
+//! The parameters of a fit: μ, μ_s and e; b and c if friction falls with the slip, κ if the
+//! contact is compliant, e₁ if e falls with the closing speed, and the ratios of masses and radii
+//! of the balls if these have errors. Their names, bounds and starting values.
 
 use crate::physics::collision::{MAX_KAPPA, Model};
 use crate::physics::name::{by_name, worded};
@@ -10,12 +10,12 @@ worded! {
     #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
     #[non_exhaustive]
     pub enum Parameter {
-        /// μ, sliding friction between the balls; where it falls with the slip v its a in μ(v) = a
+        /// μ, sliding friction between the balls; if it falls with the slip v, its a in μ(v) = a
         /// + b exp(−c v).
         Mu = "mu" | "μ" | "sliding friction between the balls",
         /// μ_s, friction of the cloth on the object ball during the impact.
         MuS = "mu_s" | "μ_s" | "friction of the cloth on the object ball during the impact",
-        /// e, energetic coefficient of restitution; where it falls with the closing speed v its e₀
+        /// e, energetic coefficient of restitution; if it falls with the closing speed v, its e₀
         /// in e(v) = e₀ − e₁v.
         E = "e" | "e" | "coefficient of restitution between the balls",
         /// b, by how much μ is larger where the slip ends than at high speed.
@@ -26,7 +26,7 @@ worded! {
         C = "mu_c" | "c" | "how fast it falls with v, in s/m",
         /// κ, the compliance of the contact along its surface ([`Model::kappa`]).
         Kappa = "kappa" | "κ" | "how far the contact between the balls gives way along its surface",
-        /// m_cue/m_object, of balls; of masses that are exact it is no parameter.
+        /// m_cue/m_object, of balls whose masses are not exact.
         MassRatio = "mass_ratio" | "m_cue/m_object" | "mass of the cue ball over that of the object ball",
         /// R_cue/R_object, of radii that are stated with their errors.
         RadiusRatio =
@@ -89,7 +89,7 @@ by_name!(Parameter, "parameter", ALL, name, symbol);
 /// How one parameter enters a fit. A fit refuses what [`Setting::faults`] finds.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Setting {
-    /// The value of a parameter that is `fixed`, or of which the data say nothing; no search begins
+    /// The value of a parameter that is `fixed`, or that the data do not identify; no search begins
     /// there.
     pub initial: f64,
     /// The lower bound.
@@ -98,7 +98,7 @@ pub struct Setting {
     pub upper: f64,
     /// Whether the parameter is held at `initial`.
     pub fixed: bool,
-    /// What is known of the parameter beforehand.
+    /// The prior of the parameter.
     pub prior: Option<Prior>,
 }
 
@@ -110,7 +110,7 @@ pub struct SettingFault {
     pub key: &'static str,
     /// The value that is wrong.
     pub value: f64,
-    /// What stands behind "mu.lower is 2": a comparison, and what was expected.
+    /// The text behind "mu.lower is 2": a comparison, and what was expected.
     pub rest: String,
 }
 

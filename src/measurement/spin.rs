@@ -26,7 +26,7 @@ pub enum Spin {
 }
 
 impl Spin {
-    /// What can be said of a spin without a number.
+    /// The spins that have no numbers.
     pub const WORDS: [Self; 3] = [Self::Stun, Self::NaturalRoll, Self::Unknown];
 
     /// The name in dataset.toml and in tables.

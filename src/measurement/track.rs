@@ -1,4 +1,4 @@
-//! What a camera saw of a shot, in metres and seconds.
+//! Positions that a camera saw of a shot, in metres and seconds.
 
 use std::collections::BTreeMap;
 use std::path::PathBuf;
@@ -29,12 +29,12 @@ pub struct TrackShot {
     pub object: Vec<Sample>,
     /// Positions of the points on the balls' surfaces that were tracked.
     pub markers: Vec<Marker>,
-    /// The cue ball's spin before the impact, in the table frame where it is measured.
+    /// The cue ball's spin before the impact, in the table frame if it is measured.
     pub spin: Spin,
     /// The standard deviation of a coordinate that dataset.toml states, m.
     pub position_sd: Option<f64>,
     /// The step of the grid to which the coordinates of the cue ball and of the object ball were
-    /// rounded, such as a pixel, m; 0 where they were not. The rounding error has the standard
+    /// rounded, such as a pixel, m; 0 if they were not. The rounding error has the standard
     /// deviation step/√12 of a uniform distribution of this width.
     pub resolution: [f64; 2],
     /// Correlation of the noise of neighbouring frames, from 0 to below 1; it falls by this factor
@@ -51,7 +51,7 @@ impl TrackShot {
     /// A film of two balls that a program tracked at `fps` frames per second: the positions of the
     /// centres of the cue ball and of the object ball, each in the order of time, before, through
     /// and after the hit. Their errors and the grid to which they were rounded are found from the
-    /// frames; what is known of them can be stated in the fields.
+    /// frames; the fields can state them.
     ///
     /// ```
     /// use caromfit::measurement::dataset::Dataset;
@@ -92,7 +92,7 @@ pub struct Sample {
     pub x: f64,
     /// Coordinate y, m.
     pub y: f64,
-    /// Standard deviations of x and y, m, where the data give them.
+    /// Standard deviations of x and y, m, if the data give them.
     pub sd: Option<[f64; 2]>,
 }
 
@@ -134,23 +134,23 @@ pub struct Tracks {
     /// Name and reason of each shot that the shots table says to skip, or that was damaged between
     /// the camera and the file and cannot be repaired.
     pub left_out: Vec<(String, String)>,
-    /// What was detected in the files and repaired, with file and line.
+    /// Faults that were detected in the files and repaired, with file and line.
     pub notes: Vec<String>,
-    /// What is known of the discs; `None` for balls.
+    /// The discs; `None` for balls.
     pub discs: Option<Discs>,
     /// Corrections for the camera that are stated, exactly or with an error, in the order of
     /// [`Correction::ALL`]; `None`: to be found from the balls.
     pub camera: [Option<Measured>; Correction::COUNT],
-    /// Relative standard deviation of the frame rate, where it is stated.
+    /// Relative standard deviation of the frame rate, if it is stated.
     pub rate_sd: Option<f64>,
-    /// Standard deviation of the slope of the table along x and along y, where it is stated.
+    /// Standard deviation of the slope of the table along x and along y, if it is stated.
     pub tilt_sd: Option<f64>,
     /// Standard deviation of the mean topspin of shots stated as stun or natural roll, as Rω/U,
-    /// where it is stated.
+    /// if it is stated.
     pub topspin_sd: Option<f64>,
     /// Whether lengths are in an unknown unit, so that the size of the balls sets the scale.
     pub from_balls: bool,
-    /// Relative standard deviation of the stated scale; `None` where the size of the balls is said
+    /// Relative standard deviation of the stated scale; `None` if the size of the balls is said
     /// to set it.
     pub scale_sd: Option<f64>,
     /// Whether the unit of lengths is stated; metres otherwise.

@@ -1,5 +1,5 @@
-//! What every data set must fulfil that is fitted or compared, whoever made it. Reading a file
-//! applies the same rules, and says where in the file they are broken.
+//! Rules for every data set that is fitted or compared. Reading a file applies the same rules, and
+//! states line and column of each fault.
 
 use std::collections::BTreeMap;
 use std::path::Path;
@@ -28,7 +28,7 @@ pub const NOT_NEGATIVE: Condition = (|x| x >= 0.0, "0 or more");
 pub const INERTIA: Condition =
     (|x| x > 0.0 && x <= HOLLOW_SPHERE, "more than 0, at most 2/3 (a hollow sphere)");
 
-/// From 0 to 1.
+/// A number from 0 to 1.
 pub const FRACTION: Condition = (|x| (0.0..=1.0).contains(&x), "a number from 0 to 1");
 
 /// A value that is wrong.
@@ -39,7 +39,7 @@ pub struct Fault {
     pub key: String,
     /// The value.
     pub value: String,
-    /// What was expected.
+    /// The expectation, in words.
     pub expected: String,
 }
 
@@ -184,7 +184,7 @@ fn faults_of_shot(shot: &Shot) -> Vec<String> {
     }
     if let Spin::Measured { spin, sd } = shot.spin {
         let components = ["spin x", "spin y", "spin z"].into_iter().zip(spin.iter().zip(sd));
-        // an extraction knows that a ball struck without side has none: exactly
+        // extracted shots state a side spin of exactly 0 if the ball was struck without side
         let known = |sd: Option<f64>| sd.filter(|sd| shot.joint.is_none() || *sd != 0.0);
         values
             .extend(components.map(|(name, (value, sd))| (name, Measured { value: *value, sd: known(sd) })));

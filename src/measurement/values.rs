@@ -65,7 +65,7 @@ impl Values {
         Model { object, law, e_slope: model.e_slope.map(|_| e_slope), kappa, ..*model }
     }
 
-    /// Returns the same values with one of them changed.
+    /// Returns the values with one of them changed.
     #[must_use]
     pub fn with(mut self, parameter: Parameter, value: f64) -> Self {
         self[parameter] = value;

@@ -24,7 +24,7 @@ pub const HOLLOW_SPHERE: f64 = 2.0 / 3.0;
 pub struct Ball {
     /// R, the radius, in metres.
     pub radius: f64,
-    /// M, the mass, in kilograms. It cancels from every velocity where the balls are equal.
+    /// M, the mass, in kilograms. It cancels from every velocity if the balls are equal.
     pub mass: f64,
     /// ν, the moment of inertia over MR².
     pub inertia: f64,

@@ -1,6 +1,6 @@
 //! The friction between the balls as a function of their slip.
 
-/// The dependence of the friction between the balls on their slip v, where μ itself is given
+/// The dependence of the friction between the balls on their slip v; μ itself is given
 /// separately, as in [`Coefficients`](super::collision::Coefficients).
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub enum Law {

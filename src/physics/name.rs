@@ -1,6 +1,6 @@
 //! Things by their names in files and on the command line.
 
-/// A name that nothing of its kind has.
+/// A name that is unknown for its kind.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 #[error("\"{name}\" is no {kind}; expected one of {}", known.join(", "))]
 pub struct UnknownName {

@@ -69,7 +69,7 @@ const SMOOTH: f64 = 1e-4;
 /// less, as friction adds no more to the outcome.
 const NEGLIGIBLE: f64 = 0.1;
 
-/// Friction has a direction only if it is more than nothing.
+/// Least friction: it has a direction only if it is more than 0.
 const LEAST_MU: f64 = 1e-15;
 
 /// The numbers of one shot, in units of the closing speed.
@@ -235,7 +235,7 @@ impl Shot {
         [self.gravity / self.per_r + rising, self.gravity - rising]
     }
 
-    /// Friction of the cloth on both balls; where it would pull, as smooth as before.
+    /// Friction of the cloth on both balls; of a cloth that would have to pull, as smooth as before.
     #[inline(always)]
     fn cloth(&self, mode: &Mode, y: &State, rising: f64) -> [Pair; 2] {
         let pressed = self.pressed(rising);
@@ -334,13 +334,13 @@ impl Shot {
             Grip::Slides => self.slides_on(mode, y, v, phi),
             _ => 1.0,
         };
-        // where the balls just touch or part, what matters is the direction of the force
+        // if the balls just touch or part, the direction of the force decides
         let rising = phi.y + self.tilt;
         let weight = self.gravity > 0.0;
         let pressed = if weight { self.pressed(y[R].powi(3) * rising) } else { self.pressed(rising) };
         let ball = |b: usize| match mode.up[b] {
             false => pressed[b],
-            // without weight a ball comes down where it no longer rises
+            // without weight a ball comes down once it no longer rises
             true if !weight => y[UP[b]],
             true if y[UP[b]] > -NO_FALL => 1.0,
             true => y[HEIGHT[b]],

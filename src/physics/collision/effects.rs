@@ -164,7 +164,7 @@ pub struct Estimate {
     pub size: f64,
     /// Whether it was computed.
     pub on: bool,
-    /// What decides it, in words.
+    /// The reason for its size, in words.
     pub why: &'static str,
 }
 

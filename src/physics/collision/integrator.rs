@@ -257,7 +257,7 @@ fn cubic([y, k]: [&State; 2], [y1, k1]: [&State; 2], h: f64, at: f64) -> State {
     })
 }
 
-/// Returns where a function falls through 0 between 0 and `h`, to a millionth of it, by regula
+/// Returns the root of a decreasing function between 0 and `h`, to a millionth of `h`, by regula
 /// falsi (Illinois).
 fn root(f: impl Fn(f64) -> f64, [before, after]: [f64; 2], h: f64) -> f64 {
     let (mut low, mut high, mut at) = ((0.0, before), (h, after), h);

@@ -40,8 +40,8 @@ pub struct Coefficients {
     pub e: f64,
 }
 
-/// The slowest and the fastest cue ball, m/s: squares and their products neither overflow nor
-/// vanish.
+/// The slowest and the fastest cue ball, m/s: squares and their products do not overflow and
+/// do not vanish.
 pub const MIN_SPEED: f64 = 1e-9;
 /// See [`MIN_SPEED`].
 pub const MAX_SPEED: f64 = 1e9;

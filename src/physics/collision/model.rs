@@ -207,7 +207,7 @@ impl Model {
         NotACollision::NotIntegrated { tolerance: self.tolerance, kappa: self.kappa }
     }
 
-    /// Returns the values of a shot, validated: the only place where input is refused.
+    /// Returns the values of a shot, validated: the only validation of input.
     #[inline(always)]
     pub(super) fn validated(
         &self,

@@ -32,7 +32,7 @@ const LAST_STEP: f64 = 1e-5;
 /// The λs after which the slip has decayed: e^(−42) is below the rounding of 1.
 const DECAYED: f64 = 42.0;
 
-/// Stands in for e = 0, where restitution has no length: derivatives are the limit of a short one.
+/// Replaces e = 0, at which restitution has no length: derivatives are the limit of a short one.
 const TINY_E: f64 = 1e-18;
 
 /// The s at the end of both phases, the second of which only topspin has; `None` if the contact
@@ -65,7 +65,7 @@ pub(super) fn differentiate(impact: &Impact<Dual>, ways: Ways) -> [Dual; 3] {
     })
 }
 
-/// Returns q, J_y and J_z, where `end` gives the end of a phase.
+/// Returns q, J_y and J_z; `end` returns the end of a phase.
 #[inline(always)]
 fn impulses<D: Number>(impact: &Impact<D>, mut end: impl FnMut(&Slide<D>, &Phase<D>) -> Place<D>) -> [D; 3] {
     let &Impact { k, n, e, m_s, slip, lever, .. } = impact;
@@ -109,7 +109,7 @@ struct Phase<D> {
     k: D,
     n: D,
     cloth: D,
-    /// W at its end; `None` for a phase that ends where v_x = 0.
+    /// W at its end; `None` for a phase that ends at v_x = 0.
     work: Option<D>,
 }
 

@@ -12,7 +12,7 @@ const STABLE: f64 = 3.0;
 /// Steps of a rigid contact that stop more of the slip are unstable.
 const STABLE_RIGID: f64 = 2.0;
 
-/// Friction can follow a slip of more than this times κμ, where that errs by no more than
+/// Friction can follow a slip of more than this times κμ, if that errs by no more than
 /// [`NEGLIGIBLE`].
 const FOLLOWS: f64 = 10.0;
 
