@@ -1,15 +1,10 @@
-//! Loading data sets: what bad input is told, and what good input becomes.
+//! Loading of damaged and of random input.
 
-mod bad;
 mod damaged;
-mod good;
 mod hostile;
 
 use std::fs;
 use std::path::Path;
-
-use caromfit::io::{DatasetError, load};
-use caromfit::measurement::dataset::Dataset;
 
 /// A valid dataset.toml of kind `angles`.
 pub const ANGLES: &str = r#"# a comment
@@ -56,13 +51,6 @@ pub fn write(folder: &Path, files: &[(&str, &[u8])]) {
         fs::create_dir_all(path.parent().unwrap()).unwrap();
         fs::write(path, content).unwrap();
     }
-}
-
-/// Loads a data set of one dataset.toml and one table, shots.csv.
-pub fn load_one(toml: &str, csv: impl AsRef<[u8]>) -> Result<Dataset, DatasetError> {
-    let folder = tempfile::tempdir().unwrap();
-    write(folder.path(), &[("dataset.toml", toml.as_bytes()), ("shots.csv", csv.as_ref())]);
-    load(folder.path())
 }
 
 /// `text` with one part of it replaced, which must be there.
