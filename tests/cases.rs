@@ -1,6 +1,9 @@
-//! Small inputs from reports of users and other tools: every folder of `tests/cases` holds the input, and a `case.toml` with the
-//! commands that are run in a copy of the folder and what must hold of their answers.
+//! The program end to end, by cases of `tests/cases`: inputs from reports of users and other tools, the commands that are run on them,
+//! and what must hold of their answers. A case is a folder that holds its input and a case.toml, or a file NAME.toml with its input in it.
+//!
+//! `CAROMFIT_CASE=NAME` runs the cases whose name contains NAME only.
 
+use std::collections::BTreeMap;
 use std::fs;
 use std::path::{Path, PathBuf};
 use std::process::Command;
@@ -9,12 +12,23 @@ use rayon::prelude::*;
 use serde::Deserialize;
 use serde_json::Value;
 
-/// A `case.toml`.
+use crate::films_as_text::Content;
+
+/// A case.
 #[derive(Deserialize)]
 #[serde(deny_unknown_fields)]
 struct Case {
     /// Who reported it, what the input is, and what the truth is.
     about: String,
+    /// Files and folders of the repository that are copied: where to, and where from.
+    #[serde(default)]
+    copy: BTreeMap<PathBuf, PathBuf>,
+    /// Files that are written.
+    #[serde(default)]
+    files: BTreeMap<String, Content>,
+    /// Whether commands that succeed write nothing to standard error, and others nothing to standard output.
+    #[serde(default)]
+    clean: bool,
     /// The commands, in order.
     run: Vec<Run>,
 }
@@ -24,19 +38,44 @@ struct Case {
 #[serde(deny_unknown_fields)]
 struct Run {
     /// Arguments of the program, separated by spaces.
+    #[serde(default)]
     command: String,
+    /// Further arguments, which may contain spaces.
+    #[serde(default)]
+    args: Vec<String>,
+    /// Files that are written before, with their text.
+    #[serde(default)]
+    write: BTreeMap<PathBuf, String>,
+    /// File, a text in it and what replaces it everywhere, before.
+    #[serde(default)]
+    replace: Vec<[String; 3]>,
     /// Exit status.
     #[serde(default)]
     exit: i32,
     /// Texts that standard output or standard error contains.
     #[serde(default)]
     says: Vec<String>,
+    /// Those that it contains a number of times.
+    #[serde(default)]
+    times: BTreeMap<String, usize>,
     /// Texts that neither contains.
     #[serde(default)]
     never: Vec<String>,
     /// Values of the JSON on standard output, or of a file that the command wrote.
     #[serde(default)]
     values: Vec<Expected>,
+    /// Files, with texts that they contain.
+    #[serde(default)]
+    contains: BTreeMap<PathBuf, Vec<String>>,
+    /// Folders, with the names of all that they contain.
+    #[serde(default)]
+    lists: BTreeMap<PathBuf, Vec<String>>,
+    /// Paths that are not there afterwards.
+    #[serde(default)]
+    absent: Vec<PathBuf>,
+    /// Files that the command does not change.
+    #[serde(default)]
+    keeps: Vec<PathBuf>,
 }
 
 /// One value of a JSON document.
@@ -54,6 +93,8 @@ struct Expected {
     /// Values that it must not have.
     #[serde(default)]
     is_not: Vec<Value>,
+    /// Number of elements.
+    count: Option<usize>,
 }
 
 impl Expected {
@@ -74,16 +115,66 @@ impl Expected {
             .is_none_or(|[low, high]| value.as_f64().is_some_and(|value| (low..=high).contains(&value)));
         let is_equal = self.is.as_ref().is_none_or(|expected| expected == value || is_null(expected));
         let is_other = !self.is_not.iter().any(|other| other == value || is_null(other));
-        let holds = is_inside && is_equal && is_other;
-        let expected = || format!("between {:?}, is {:?}, is not {:?}", self.between, self.is, self.is_not);
+        let count = value.as_array().map(Vec::len).or(value.as_object().map(serde_json::Map::len));
+        let holds = is_inside && is_equal && is_other && (self.count.is_none() || self.count == count);
+        let expected = || {
+            let count = self.count.map_or(String::new(), |count| format!(", {count} elements"));
+            format!("between {:?}, is {:?}, is not {:?}{count}", self.between, self.is, self.is_not)
+        };
         (!holds).then(|| format!("{} is {value}; expected {}", self.at, expected()))
     }
 }
 
+/// Names of the contents of a folder, in order.
+fn names(folder: &Path) -> Vec<String> {
+    let entries = fs::read_dir(folder).into_iter().flatten();
+    let mut names: Vec<String> =
+        entries.map(|entry| entry.unwrap().file_name().into_string().unwrap()).collect();
+    names.sort();
+    names
+}
+
 impl Run {
-    fn faults(&self, folder: &Path) -> Vec<String> {
+    /// Prepares files as the run says.
+    fn prepare(&self, folder: &Path) {
+        for (name, text) in &self.write {
+            fs::create_dir_all(folder.join(name).parent().unwrap()).unwrap();
+            fs::write(folder.join(name), text).unwrap();
+        }
+        for [name, from, to] in &self.replace {
+            let text = fs::read_to_string(folder.join(name)).unwrap();
+            assert!(text.contains(from.as_str()), "{from:?} is not in {name}");
+            fs::write(folder.join(name), text.replace(from.as_str(), to)).unwrap();
+        }
+    }
+
+    /// What does not hold of the files afterwards.
+    fn faults_of_files(&self, folder: &Path) -> Vec<String> {
+        let mut faults = Vec::new();
+        for (name, parts) in &self.contains {
+            let text = fs::read(folder.join(name)).unwrap_or_default();
+            let text = String::from_utf8_lossy(&text);
+            let missing = parts.iter().filter(|part| !text.contains(part.as_str()));
+            faults.extend(missing.map(|part| format!("{} does not contain {part:?}", name.display())));
+        }
+        for (name, expected) in &self.lists {
+            let found = names(&folder.join(name));
+            if found != *expected {
+                faults.push(format!("{} holds {found:?}; expected {expected:?}", name.display()));
+            }
+        }
+        let present = self.absent.iter().filter(|path| folder.join(path).exists());
+        faults.extend(present.map(|path| format!("there is {}", path.display())));
+        faults
+    }
+
+    fn faults(&self, folder: &Path, is_clean: bool) -> Vec<String> {
+        self.prepare(folder);
+        let kept = || self.keeps.iter().map(|path| fs::read(folder.join(path)).ok()).collect::<Vec<_>>();
+        let before = kept();
         let output = Command::new(env!("CARGO_BIN_EXE_caromfit"))
             .args(self.command.split_whitespace())
+            .args(&self.args)
             .current_dir(folder)
             .output()
             .unwrap();
@@ -94,59 +185,81 @@ impl Run {
         if output.status.code() != Some(self.exit) {
             faults.push(format!("exit status {:?}; expected {}", output.status.code(), self.exit));
         }
+        let other = if self.exit == 0 { &stderr } else { &stdout };
+        if is_clean && !other.is_empty() {
+            faults.push(format!("the other stream says {other}"));
+        }
         let missing = self.says.iter().filter(|text| !answer.contains(text.as_str()));
         faults.extend(missing.map(|text| format!("does not say {text:?}")));
+        let otherwise =
+            self.times.iter().filter(|(text, times)| answer.matches(text.as_str()).count() != **times);
+        faults.extend(otherwise.map(|(text, times)| format!("does not say {times} times {text:?}")));
         let forbidden = self.never.iter().filter(|text| answer.contains(text.as_str()));
         faults.extend(forbidden.map(|text| format!("says {text:?}")));
         faults.extend(self.values.iter().filter_map(|value| value.fault(folder, &stdout)));
+        faults.extend(self.faults_of_files(folder));
+        if before != kept() {
+            faults.push(format!("changes one of {:?}", self.keeps));
+        }
         if !faults.is_empty() {
             const SHOWN: usize = 3000;
             let shown: String = answer.chars().take(SHOWN).collect();
-            faults.insert(0, format!("caromfit {}", self.command));
+            faults.insert(0, format!("caromfit {} {:?}", self.command, self.args));
             faults.push(format!("It answered:\n{shown}"));
         }
         faults
     }
 }
 
-/// Copies the files of a folder, and its folders.
-fn copy_folder(from: &Path, to: &Path) {
+/// Copies a file, or the files of a folder and its folders.
+fn copy(from: &Path, to: &Path) {
+    if from.is_file() {
+        fs::create_dir_all(to.parent().unwrap()).unwrap();
+        fs::copy(from, to).unwrap();
+        return;
+    }
     fs::create_dir_all(to).unwrap();
     for entry in fs::read_dir(from).unwrap().map(|entry| entry.unwrap()) {
-        let there = to.join(entry.file_name());
-        if entry.path().is_dir() {
-            copy_folder(&entry.path(), &there);
-        } else {
-            fs::copy(entry.path(), there).unwrap();
-        }
+        copy(&entry.path(), &to.join(entry.file_name()));
     }
 }
 
-/// Runs the commands of a case in a copy of its folder; returns what does not hold.
-fn faults_of(folder: &Path) -> Vec<String> {
-    let text = fs::read_to_string(folder.join("case.toml")).unwrap();
-    let case: Case = match toml::from_str(&text) {
+/// Runs the commands of a case in a folder of its own; returns what does not hold.
+fn faults_of(path: &Path) -> Vec<String> {
+    let is_folder = path.is_dir();
+    let text = if is_folder { fs::read_to_string(path.join("case.toml")) } else { fs::read_to_string(path) };
+    let case: Case = match toml::from_str(&text.unwrap()) {
         Ok(case) => case,
-        Err(error) => return vec![error.to_string()],
+        Err(error) => return vec![path.display().to_string(), error.to_string()],
     };
-    let copy = tempfile::tempdir().unwrap();
-    copy_folder(folder, copy.path());
-    let mut faults: Vec<String> = case.run.iter().flat_map(|run| run.faults(copy.path())).collect();
+    let folder = tempfile::tempdir().unwrap();
+    if is_folder {
+        copy(path, folder.path());
+    }
+    for (to, from) in &case.copy {
+        copy(&Path::new(env!("CARGO_MANIFEST_DIR")).join(from), &folder.path().join(to));
+    }
+    for (name, text) in case.files.iter().flat_map(|(name, content)| content.files(name)) {
+        let path = folder.path().join(name);
+        fs::create_dir_all(path.parent().unwrap()).unwrap();
+        fs::write(path, text).unwrap();
+    }
+    let mut faults: Vec<String> =
+        case.run.iter().flat_map(|run| run.faults(folder.path(), case.clean)).collect();
     if !faults.is_empty() {
-        faults.insert(0, format!("{}\n{}", folder.file_name().unwrap().display(), case.about));
+        faults.insert(0, format!("{}\n{}", path.file_name().unwrap().display(), case.about));
     }
     faults
 }
 
-/// `CAROMFIT_CASE=NAME` runs the cases whose name contains NAME only.
 #[test]
-fn every_reported_case_is_answered_right() {
+fn every_case_is_answered_as_it_says() {
     let chosen = std::env::var("CAROMFIT_CASE").unwrap_or_default();
-    let folders = fs::read_dir(Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/cases")).unwrap();
-    let mut folders: Vec<PathBuf> = folders.map(|folder| folder.unwrap().path()).collect();
-    folders.retain(|folder| folder.to_string_lossy().contains(&chosen));
-    folders.sort();
-    let faults: Vec<String> = folders.par_iter().flat_map(|folder| faults_of(folder)).collect();
+    let all = fs::read_dir(Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/cases")).unwrap();
+    let mut paths: Vec<PathBuf> = all.map(|path| path.unwrap().path()).collect();
+    paths.retain(|path| path.to_string_lossy().contains(&chosen));
+    paths.sort();
+    let faults: Vec<String> = paths.par_iter().flat_map(|path| faults_of(path)).collect();
     assert!(faults.is_empty(), "{}", faults.join("\n"));
-    assert!(!folders.is_empty(), "no case is named {chosen}");
+    assert!(!paths.is_empty(), "no case is named {chosen}");
 }

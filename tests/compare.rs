@@ -318,22 +318,6 @@ fn the_published_treatments_are_compared_in_mu() {
     );
 }
 
-#[test]
-fn wrong_use_is_refused() {
-    for (args, expected) in [
-        ("domenech-2023", "1 sample with"),
-        ("synthetic-cloth-a data/synthetic-cloth-b --share mu --per-dataset mu", "mu is both"),
-        ("synthetic-cloth-a data/synthetic-cloth-a", "are both named"),
-        ("synthetic-cloth-a --share nu", "expected one of mu, mu_s, e, mu_k"),
-    ] {
-        let args = format!("compare data/{args}");
-        let output = caromfit(args.split(' '));
-        assert_eq!(output.status.code(), Some(2), "{args:?}");
-        let said = String::from_utf8_lossy(&output.stderr).into_owned();
-        assert!(said.contains(expected), "{args:?}: {said}");
-    }
-}
-
 /// Nothing from elsewhere, every link resolves, every point is named, and text that came with the data is text.
 #[test]
 fn the_report_stands_alone() {

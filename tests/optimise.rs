@@ -6,8 +6,7 @@ use caromfit::numerics::least_squares::{
 };
 use nalgebra::{DMatrix, DVector};
 
-use crate::nist::models::{self, MODELS, Model};
-use crate::nist::{Regression, data};
+use crate::nist::{MODELS, Regression, mgh09, saturation};
 
 /// Relative. The reference values are of forty digits; conditioning leaves this much of double precision.
 const EXACT: f64 = 1e-11;
@@ -54,10 +53,9 @@ fn solve(problem: Problem, start: &[f64], bounds: &Bounds) -> Solution {
 }
 
 /// Minimises a certified problem from `start`, moved into the bounds.
-fn regress(name: &'static str, model: Model, start: &DVector<f64>, bounds: &Bounds) -> Solution {
-    let problem = data::read(name);
-    let start = DVector::from_fn(start.len(), |j, _| start[j].clamp(bounds.lower[j], bounds.upper[j]));
-    minimise(Regression { problem: &problem, model }, &start, bounds, &Options::default()).unwrap()
+fn regress(problem: &Regression, start: &[f64], bounds: &Bounds) -> Solution {
+    let moved = |(j, start): (usize, &f64)| start.clamp(bounds.lower[j], bounds.upper[j]);
+    problem.minimise(&start.iter().enumerate().map(moved).collect::<Vec<f64>>(), bounds)
 }
 
 fn assert_close(computed: f64, expected: f64) {
@@ -77,8 +75,9 @@ fn logarithms() -> Problem {
 #[test]
 fn one_active_bound() {
     let bounds = Bounds::new(vector(&[0.0, 0.0]), vector(&[230.0, 1.0]));
-    for start in data::read("Misra1a").starts {
-        let solution = regress("Misra1a", models::saturation, &DVector::from_vec(start), &bounds);
+    let problem = Regression::read("Misra1a", saturation);
+    for start in &problem.starts {
+        let solution = regress(&problem, start, &bounds);
         assert!(solution.termination.converged());
         assert_eq!(solution.x[0], 230.0);
         assert_eq!(solution.active, [Activity::AtUpper, Activity::Free]);
@@ -98,7 +97,7 @@ fn two_active_bounds() {
         vector(&[0.18, infinity, infinity, infinity]),
     );
     for start in [[0.17, 0.19, 0.3, 0.13], [0.1, 0.5, 0.5, 0.5], [0.25, 0.39, 0.415, 0.39]] {
-        let solution = regress("MGH09", models::mgh09, &vector(&start), &bounds);
+        let solution = regress(&Regression::read("MGH09", mgh09), &start, &bounds);
         assert!(solution.termination.converged());
         assert_eq!((solution.x[0], solution.x[2]), (0.18, 0.2));
         assert_eq!(solution.active, [Activity::AtUpper, Activity::Free, Activity::AtLower, Activity::Free]);
@@ -115,16 +114,15 @@ fn the_optimality_conditions_hold_whatever_the_bounds() {
     /// How far from its optimum a parameter is kept, in standard deviations.
     const AWAY: f64 = 0.5;
     for (name, model) in MODELS {
-        let problem = data::read(name);
-        let n = problem.parameters.len();
-        let optimum = vector(&problem.parameters);
+        let problem = Regression::read(name, model);
+        let (n, optimum) = (problem.parameters.len(), &problem.parameters);
         for j in 0..n {
             let mut bounds = Bounds::none(n);
             let away = |k: usize| AWAY * problem.standard_deviations[k];
             bounds.upper[j] = optimum[j] - away(j);
             let k = (j + 1) % n;
             bounds.lower[k] = optimum[k] + if j % 2 == 0 { away(k) } else { -3.0 * away(k) };
-            let solution = regress(name, model, &optimum, &bounds);
+            let solution = regress(&problem, optimum, &bounds);
             assert!(solution.termination.converged(), "{name}, b{}: {}", j + 1, solution.termination);
             let noise = ROUNDING * f64::EPSILON * vector(&problem.y).norm() / solution.residuals.norm();
             let zero = ORTHOGONAL + noise;

@@ -6,10 +6,10 @@ use std::process::Command;
 
 use serde_json::Value;
 
+use crate::cli::{caromfit, done, done_in};
+
 fn schema(of: &str) -> Value {
-    let output = Command::new(env!("CARGO_BIN_EXE_caromfit")).args(["schema", of]).output().unwrap();
-    assert!(output.status.success());
-    serde_json::from_slice(&output.stdout).unwrap()
+    serde_json::from_str(done(&caromfit(["schema", of]))).unwrap()
 }
 
 fn type_of(value: &Value) -> &'static str {
@@ -141,7 +141,7 @@ fn data_sets_are_as_the_schema_describes_them() {
 fn a_determined_combination_is_as_the_schema_describes_it() {
     let folder = tempfile::tempdir().unwrap();
     let case = Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/cases/angles-only-a-product");
-    run(folder.path(), &["fit", case.to_str().unwrap(), "--fidelity", "linear"]);
+    done_in(folder.path(), &["fit", case.to_str().unwrap(), "--fidelity", "linear"]);
     let path = folder.path().join("fits/angles-only-a-product/fit.json");
     let value: Value = serde_json::from_str(&fs::read_to_string(path).unwrap()).unwrap();
     assert!(value["identifiability"]["worst"]["determined"].is_object());
@@ -174,10 +174,8 @@ fn printed_documents_are_as_the_schema_describes_them() {
         ("design", "design --out d --json".to_owned()),
     ] {
         let args: Vec<&str> = args.split(' ').collect();
-        let output = Command::new(env!("CARGO_BIN_EXE_caromfit")).args(&args).current_dir(&folder).output();
-        let output = output.unwrap();
-        let value: Value =
-            serde_json::from_slice(&output.stdout).unwrap_or_else(|_| panic!("{args:?}: {output:?}"));
+        let [said, _] = done_in(folder.path(), &args);
+        let value: Value = serde_json::from_str(&said).unwrap_or_else(|_| panic!("{args:?}: {said}"));
         let each = value.as_array().cloned().unwrap_or_else(|| vec![value.clone()]);
         assert!(!each.is_empty());
         for value in &each {
@@ -247,19 +245,12 @@ fn a_wrong_document_is_found() {
     );
 }
 
-/// Runs the program in a folder.
-fn run(folder: &Path, args: &[&str]) {
-    let output =
-        Command::new(env!("CARGO_BIN_EXE_caromfit")).args(args).current_dir(folder).output().unwrap();
-    assert!(output.status.success(), "{output:?}");
-}
-
 /// The Python of the guide names columns that the tables have, and runs where there is pandas.
 #[test]
 fn the_guide_s_python_reads_the_tables() {
     let folder = tempfile::tempdir().unwrap();
-    run(folder.path(), &["example", "demo"]);
-    run(folder.path(), &["fit", "demo/balls"]);
+    done_in(folder.path(), &["example", "demo"]);
+    done_in(folder.path(), &["fit", "demo/balls"]);
     let page = caromfit::guide::TOPICS.iter().find(|topic| topic.name == "results").unwrap().text;
     let python = page.split("```python\n").nth(1).unwrap().split("```").next().unwrap();
 

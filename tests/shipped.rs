@@ -49,6 +49,27 @@ fn rms_deg(fit: &Fit, observable: Observable) -> f64 {
     fit.noise.iter().find(|noise| noise.observable == observable).unwrap().rms.to_degrees()
 }
 
+#[test]
+fn every_shipped_data_set_loads_whole_under_the_name_of_its_folder() {
+    const SHOTS: [(&str, usize); 5] = [
+        ("alciatore-2006", 39),
+        ("alciatore-2014-speed", 5),
+        ("alciatore-2014-treatments", 19),
+        ("domenech-2023", 99),
+        ("mathavan-2014", 5),
+    ];
+    let data = std::fs::read_dir(Path::new(env!("CARGO_MANIFEST_DIR")).join("data")).unwrap();
+    let names = data.map(|entry| entry.unwrap().file_name().into_string().unwrap());
+    let names: Vec<String> = names.filter(|name| folder(name).join("dataset.toml").is_file()).collect();
+    assert!(names.len() > 10, "{names:?}");
+    for name in names {
+        let dataset = load(&name);
+        assert_eq!(dataset.name, name);
+        let expected = SHOTS.iter().find(|(known, _)| *known == name);
+        assert!(expected.is_none_or(|(_, count)| dataset.shots.len() == *count), "{name}");
+    }
+}
+
 /// Half of the last digit that the independent calculation gives.
 fn agrees(value: f64, expected: f64, half_digit: f64) {
     assert!((value - expected).abs() <= half_digit, "{value}, expected {expected}");

@@ -3,7 +3,6 @@
 
 use std::fs;
 use std::path::Path;
-use std::process::{Command, Output};
 
 use caromfit::design::{Expected, PlayedKind, design};
 use caromfit::fit::Status;
@@ -16,6 +15,7 @@ use caromfit::simulate;
 use caromfit::simulate::{BallSpec, Kind, Played, Shots, Spec, Truth};
 use serde_json::Value;
 
+use crate::cli::done_in;
 use crate::synthetic::{self, ERRORS, auto, is_right};
 
 /// What a kitchen scale tells, kg.
@@ -31,26 +31,6 @@ fn weighed(kind: Kind, seed: u64) -> Spec {
             ..StatedObject::default()
         }),
         ..synthetic::spec(kind, &[Played::NaturalRoll], 40, seed)
-    }
-}
-
-fn caromfit(args: &[&str], folder: &Path) -> Output {
-    Command::new(env!("CARGO_BIN_EXE_caromfit")).args(args).current_dir(folder).output().unwrap()
-}
-
-fn done(args: &[&str], folder: &Path) -> [String; 2] {
-    let output = caromfit(args, folder);
-    assert!(output.status.success(), "{args:?}: {output:?}");
-    [output.stdout, output.stderr].map(|text| String::from_utf8(text).unwrap())
-}
-
-/// Refused with status 2 and all of these words.
-fn refused(args: &[&str], folder: &Path, words: &[&str]) {
-    let output = caromfit(args, folder);
-    assert_eq!(output.status.code(), Some(2), "{args:?}: {output:?}");
-    let error = String::from_utf8(output.stderr).unwrap();
-    for word in words {
-        assert!(error.contains(word), "{args:?}: {error}\nlacks {word}");
     }
 }
 
@@ -140,13 +120,13 @@ fn what_is_extracted_keeps_both_balls() {
     let stated =
         fs::read_to_string(&path).unwrap().replacen("inertia = 0.4\n", "inertia = 0.4\npoisson = 0.3\n", 1);
     fs::write(&path, stated).unwrap();
-    done(&["extract", "film", "--out", "ext", "--no-pictures"], folder);
+    done_in(folder, &["extract", "film", "--out", "ext", "--no-pictures"]);
     let extracted = fs::read_to_string(folder.join("ext/synthetic/dataset.toml")).unwrap();
     for line in ["[object]", "mass_kg_sd = 0.001", "poisson = 0.3"] {
         assert!(extracted.contains(line), "{extracted}\nlacks {line}");
     }
     assert_eq!(extracted.matches("mass_kg_sd = 0.001").count(), 2, "{extracted}");
-    done(&["fit", "film", "ext/synthetic"], folder);
+    done_in(folder, &["fit", "film", "ext/synthetic"]);
     let [film, impacts] = ["synthetic", "synthetic-impacts"].map(|name| fit_json(folder, name));
     for key in ["ball", "object"] {
         assert_eq!(film[key], impacts[key]);
@@ -160,70 +140,12 @@ fn what_is_extracted_keeps_both_balls() {
 
     let report = fs::read_to_string(folder.join("fits/synthetic/report.html")).unwrap();
     assert!(report.contains("object ball: radius 28.575 mm, mass 1"), "both balls");
-    let [toml, _] = done(&["export", "fits/synthetic", "--to", "toml"], folder);
+    let [toml, _] = done_in(folder, &["export", "fits/synthetic", "--to", "toml"]);
     for line in ["[object]", "[mass_ratio]", "mass_kg_sd = 0.001"] {
         assert!(toml.contains(line), "{toml}\nlacks {line}");
     }
-    let [_, said] = done(&["export", "fits/synthetic", "--to", "pooltool"], folder);
+    let [_, said] = done_in(folder, &["export", "fits/synthetic", "--to", "pooltool"]);
     assert!(said.contains("take both balls for equal"), "{said}");
-}
-
-#[test]
-fn what_is_stated_wrongly_is_said_with_its_place() {
-    let folder = tempfile::tempdir().unwrap();
-    let folder = folder.path();
-    let spec = "name = \"s\"\nkind = \"impacts\"\nseed = 1\n[truth]\nmu = 0.05\nmu_s = 0.3\ne = 0.94\n[shots]\ncount = 10\n\
-                speed_m_s = [1.0, 4.0]\ncut_deg = [0.0, 50.0]\ncue_spin = [\"natural-roll\"]\n";
-    let given = |file: &str, text: &str| fs::write(folder.join(file), text).unwrap();
-    given("s.toml", &format!("{spec}[object]\nmass_kg = -1\n"));
-    refused(
-        &["synth", "s.toml", "--out", "s"],
-        folder,
-        &["s.toml:14: column 11: object.mass_kg is -1; expected more than 0"],
-    );
-    given("s.toml", &format!("{spec}[object]\nmas_kg = 1\n"));
-    refused(&["synth", "s.toml", "--out", "s"], folder, &["s.toml:14", "did you mean \"mass_kg\""]);
-    given("s.toml", &format!("{spec}[object]\nmass_kg = 0.16\nmass_kg_sd = 0.1\n"));
-    refused(&["synth", "s.toml", "--out", "s"], folder, &["object.mass_kg_sd is 0.1", "less than a tenth"]);
-    given("s.toml", &spec.replace("e = 0.94\n", "e = 0.94\nkappa = 1.258\n"));
-    refused(
-        &["synth", "s.toml", "--out", "s", "--fidelity", "full"],
-        folder,
-        &["truth.kappa is 1.258", "ode or contact"],
-    );
-    done(&["synth", "s.toml", "--out", "s"], folder);
-    let truth: Value =
-        serde_json::from_str(&fs::read_to_string(folder.join("s/truth.json")).unwrap()).unwrap();
-    assert_eq!(truth["kappa"], 1.258);
-
-    // a design knows the same keys
-    given("d.toml", "[ball]\nshape = \"disc\"\n[object]\ninertia = 1\n");
-    refused(
-        &["design", "d.toml"],
-        folder,
-        &["d.toml:2: column 9: shape is \"disc\"", "object.inertia is 1; expected more than 0, at most 2/3"],
-    );
-
-    // one mass alone says nothing of their ratio, which is said; and no ball is 17 000 times as heavy as another
-    let toml = fs::read_to_string(folder.join("s/dataset.toml")).unwrap();
-    let only = toml.replace("mass_kg = 0.17\n", "") + "[object]\nmass_kg = 0.16\n";
-    given("s/dataset.toml", &only);
-    let [said, _] = done(&["check", "s"], folder);
-    assert!(
-        said.contains("The cue ball's mass was not stated") && said.contains("1 ± 0.02 was taken"),
-        "{said}"
-    );
-    done(&["fit", "s"], folder);
-    let notes = fit_json(folder, "s")["findings"].to_string();
-    assert!(notes.contains("mass was not stated"), "{notes}");
-    let ratio = &fit_json(folder, "s")["parameters"]["mass_ratio"];
-    assert!((ratio["estimate"].as_f64().unwrap() - 1.0).abs() < 0.02, "{ratio}");
-    given("s/dataset.toml", &(toml + "[object]\nmass_kg = 0.00001\n"));
-    refused(
-        &["check", "s"],
-        folder,
-        &["dataset.toml:", "object.mass_kg is 0.00001", "17000 times as heavy", "0.001 to 1000"],
-    );
 }
 
 /// dv_x/dq = 1 + m_object/m_cue + μ_s μ sin θ must stay positive, sin θ from −1 with topspin.

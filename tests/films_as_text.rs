@@ -1,0 +1,135 @@
+//! A film of one shot as tables hold it: the first ball runs into the other in frame 20, at 100 frames per second.
+
+use caromfit::measurement::dataset::Tracks;
+use serde::Deserialize;
+
+/// Text of a file, or a film in rows.
+#[derive(Deserialize)]
+#[serde(untagged)]
+pub enum Content {
+    Text(String),
+    Film(Film),
+}
+
+/// A film as rows of a table.
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Film {
+    #[serde(default)]
+    head: String,
+    /// A row, in which keys in braces stand for what [`filled`] says; with `per = "frame"` they end in the number of the ball.
+    row: String,
+    per: Per,
+    #[serde(default = "usual_frames")]
+    frames: u32,
+    #[serde(default)]
+    tail: String,
+}
+
+/// What has a row of its own.
+#[derive(Clone, Copy, Deserialize, PartialEq)]
+#[serde(rename_all = "lowercase")]
+enum Per {
+    /// Both balls of a frame, one after the other.
+    Ball,
+    Frame,
+    /// The frames of the first ball, and below them those of the other.
+    Track,
+}
+
+fn usual_frames() -> u32 {
+    40
+}
+
+/// Where both balls are in a frame, mm.
+fn balls(n: u32) -> [[f64; 2]; 2] {
+    [[10.0 * f64::from(n.min(20)), 500.0], [260.0 + 9.0 * f64::from(n.max(20) - 20), 520.0]]
+}
+
+/// A number to a ten-thousandth, without zeros at its end.
+fn short(number: f64) -> String {
+    let text = format!("{number:.4}");
+    text.trim_end_matches('0').trim_end_matches('.').to_owned()
+}
+
+/// A row with the place of a ball in a frame: `{n}` is the frame, `{s}` its time in s, `{ball}` and `{id}` count balls from 0 and 1
+/// on; `{x}`, `{y}`, `{left}`, `{top}`, `{right}`, `{bottom}`, `{width}` and `{height}` are its middle and the box about it in mm, `{mx}`
+/// and `{my}` in m, `{cx}` and `{cy}` in cm, `{u}` and `{v}` in parts of a picture of 1920 × 1080.
+fn filled(row: &str, n: u32, ball: usize, suffix: &str) -> String {
+    let [x, y] = balls(n)[ball];
+    // a box is not quite as large in every frame
+    let half = 28.0 + f64::from(n % 3);
+    let lengths = [("x", x), ("y", y), ("mx", 1e-3 * x), ("my", 1e-3 * y), ("cx", 0.1 * x), ("cy", 0.1 * y)];
+    let sides = [("left", x - half), ("top", y - half), ("right", x + half), ("bottom", y + half)];
+    let sizes = [("width", 2.0 * half), ("height", 2.0 * half), ("u", x / 1920.0), ("v", y / 1080.0)];
+    let numbers = lengths.into_iter().chain(sides).chain(sizes).map(|(key, number)| (key, short(number)));
+    let names = [
+        ("ball", ball.to_string()),
+        ("id", (ball + 1).to_string()),
+        ("name", ["white", "red"][ball].to_owned()),
+    ];
+    let cells = numbers.chain(names);
+    cells.fold(row.to_owned(), |row, (key, cell)| row.replace(&format!("{{{key}{suffix}}}"), &cell))
+}
+
+impl Film {
+    fn row(&self, n: u32, ball: Option<usize>) -> String {
+        let time = format!("{:.2}", 0.01 * f64::from(n));
+        let row = self.row.replace("{n}", &n.to_string()).replace("{s}", &time);
+        match ball {
+            Some(ball) => filled(&row, n, ball, "") + "\n",
+            None => filled(&filled(&row, n, 0, "0"), n, 1, "1") + "\n",
+        }
+    }
+
+    fn rows(&self) -> Vec<String> {
+        let frames = 0..self.frames;
+        match self.per {
+            Per::Frame => frames.map(|n| self.row(n, None)).collect(),
+            Per::Ball => frames.map(|n| self.row(n, Some(0)) + &self.row(n, Some(1))).collect(),
+            Per::Track => {
+                [0, 1].iter().flat_map(|ball| frames.clone().map(|n| self.row(n, Some(*ball)))).collect()
+            }
+        }
+    }
+}
+
+impl Content {
+    /// Names and texts: a file for each frame where the name has `{n}`.
+    pub fn files(&self, name: &str) -> Vec<(String, String)> {
+        match self {
+            Self::Text(text) => vec![(name.to_owned(), text.clone())],
+            Self::Film(film) if name.contains("{n}") => {
+                let numbered = (0..).zip(film.rows());
+                numbered.map(|(n, row): (u32, _)| (name.replace("{n}", &format!("{n:06}")), row)).collect()
+            }
+            Self::Film(film) => {
+                let head = if film.head.is_empty() { String::new() } else { format!("{}\n", film.head) };
+                vec![(name.to_owned(), format!("{head}{}{}", film.rows().concat(), film.tail))]
+            }
+        }
+    }
+}
+
+/// What is wrong with tracks that were read of a film in mm.
+pub fn faults(tracks: &Tracks) -> Vec<String> {
+    /// Rounding of lengths written to a micrometre, m.
+    const ROUNDED: f64 = 2e-6;
+    let shot = &tracks.shots[0];
+    let mut faults = Vec::new();
+    for (samples, ball) in [(&shot.cue, 0), (&shot.object, 1)] {
+        if samples.len() != usual_frames() as usize {
+            faults.push(format!("{} frames of ball {ball}", samples.len()));
+        }
+        for (n, sample) in (0..).zip(samples) {
+            let [x, y] = balls(n)[ball];
+            if (sample.x - 1e-3 * x).hypot(sample.y - 1e-3 * y) > ROUNDED {
+                faults.push(format!("ball {ball} is at {}, {} in frame {n}", sample.x, sample.y));
+            }
+        }
+    }
+    if !shot.markers.is_empty() {
+        faults.push(format!("{} markers", shot.markers.len()));
+    }
+    faults
+}
