@@ -47,7 +47,10 @@ pub(super) fn order(track: &mut RawTrack, log: Log) -> Result<(), Wrong> {
         let all_backwards = backwards + 1 == rows.len();
         rows.sort_by(|a, b| a.time.total_cmp(&b.time));
         let is_torn = |two: &[Row]| {
-            two[0].time == two[1].time && !two[0].is_gap() && !two[1].is_gap() && !two[0].is_at(two[1])
+            two[0].time == two[1].time
+                && !two[0].is_gap()
+                && !two[1].is_gap()
+                && two[0].place() != two[1].place()
         };
         if is_anew || rows.windows(2).any(is_torn) {
             let message = format!(
@@ -69,7 +72,7 @@ pub(super) fn order(track: &mut RawTrack, log: Log) -> Result<(), Wrong> {
             kept.push(*row);
             continue;
         };
-        if !(last.is_at(*row) || last.is_gap() || row.is_gap()) {
+        if !(last.place() == row.place() || last.is_gap() || row.is_gap()) {
             let message = format!(
                 "\"{name}\" is at two places at {:.6} s: ({}, {}) here and ({}, {}) in line {}; expected one row per \
                  ball and frame",

@@ -1,17 +1,14 @@
 //! Tracked paths of both balls in the formats of tracking programs.
 
 mod bodies;
-mod boxes;
 mod calibration;
 pub(crate) mod camera;
-mod cells;
 mod check;
 mod clips;
-mod column_names;
+mod clock;
 mod columns;
 mod finish;
 mod guess;
-mod guess_table;
 mod heading;
 mod input;
 mod json;
@@ -33,7 +30,6 @@ pub(crate) mod settings;
 pub(crate) mod shots_table;
 mod survey;
 mod time;
-mod timecode;
 mod tracker;
 mod units;
 mod words;
@@ -49,8 +45,9 @@ use finish::Facts;
 use input::Context;
 use raw::{Notes, RawShot};
 use rayon::prelude::*;
-use settings::{Format, TrackSettings, Unit};
+use settings::{Format, TrackSettings};
 use shots_table::ShotsTable;
+use units::Unit;
 
 use super::error::Problems;
 use super::manifest::Manifest;
@@ -58,7 +55,7 @@ use crate::measurement::dataset::Tracks;
 use crate::measurement::spin::Spin;
 use crate::measurement::track::TrackShot;
 
-pub(super) use guess_table::Guessed;
+pub(super) use guess::Guessed;
 pub(super) use heading::strange_unit;
 pub(super) use read::{TRACKER_PROJECT, is_tracker_project};
 pub(crate) use survey::{Survey, survey};

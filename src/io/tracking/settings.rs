@@ -7,7 +7,7 @@ use serde::Deserialize;
 
 use super::calibration::{Calibration, ReadOut};
 use super::camera::{CameraSection, WantedCamera};
-use super::column_names::ColumnNames;
+use super::columns::ColumnNames;
 pub(in crate::io) use super::units::TimeUnit;
 pub(super) use super::units::Unit;
 use crate::io::toml_file::Source;
