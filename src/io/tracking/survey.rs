@@ -4,7 +4,7 @@ use std::collections::HashMap;
 use std::fs;
 use std::path::Path;
 
-use super::bodies;
+use super::discs;
 use super::guess::{self, Guess};
 use super::input::Context;
 use super::raw::{Clock, Notes, RawShot, middle, sorted, span};
@@ -89,7 +89,7 @@ fn look(file: &Path, guess: Guess) -> Result<Survey, Vec<Problem>> {
     };
     let sides = [span(rows().map(|row| row.x)), span(rows().map(|row| row.y))];
     let closest_of_shots = sorted(shots.iter().filter_map(closest));
-    let are_discs = |shot: &RawShot| shot.tracks.len() > 5 && bodies::are_two(&shot.tracks);
+    let are_discs = |shot: &RawShot| shot.tracks.len() > 5 && discs::are_two(&shot.tracks);
     Ok(Survey {
         format: format.name(),
         shots: shots.len(),
@@ -111,7 +111,7 @@ fn beginnings(shots: &[RawShot]) -> Vec<(String, f64)> {
     let mut tracks: Vec<(String, Vec<f64>)> = Vec::new();
     for shot in shots {
         for track in shot.tracks.iter().filter(|track| !track.is_angle) {
-            let Some(begin) = bodies::beginning(track, &shot.tracks) else { continue };
+            let Some(begin) = discs::beginning(track, &shot.tracks) else { continue };
             match tracks.iter_mut().find(|(known, _)| *known == track.name) {
                 Some((_, all)) => all.push(begin),
                 None => tracks.push((track.name.clone(), vec![begin])),
