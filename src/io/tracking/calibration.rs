@@ -173,14 +173,13 @@ fn normaliser(points: &[[f64; 2]]) -> Option<Matrix3<f64>> {
 mod tests {
     use super::*;
 
-    /// An oblique camera, rows counted downwards.
-    fn picture(m: [f64; 2]) -> [f64; 2] {
-        let w = 1.0 + 0.1 * m[0] - 0.2 * m[1];
-        [(960.0 + 700.0 * m[0] + 30.0 * m[1]) / w, (540.0 - 690.0 * m[1] + 20.0 * m[0]) / w]
-    }
-
     #[test]
     fn homography_is_found_again() {
+        // an oblique camera, rows counted downwards
+        let picture = |m: [f64; 2]| {
+            let w = 1.0 + 0.1 * m[0] - 0.2 * m[1];
+            [(960.0 + 700.0 * m[0] + 30.0 * m[1]) / w, (540.0 - 690.0 * m[1] + 20.0 * m[0]) / w]
+        };
         let metres = [[-1.0, -0.5], [1.0, -0.5], [1.0, 0.5], [-1.0, 0.5], [0.1, 0.2]];
         let pairs: Vec<_> = metres.iter().map(|m| (picture(*m), *m)).collect();
         let (calibration, note) = Calibration::homography(&pairs, Some(false), None).unwrap();
@@ -192,14 +191,7 @@ mod tests {
         let moved = calibration.metres(px[0] + 1e-4, px[1]);
         assert!((sd[0] - (moved[0] - m[0]).abs() * 1e4).abs() < 1e-8);
         assert!(Calibration::homography(&pairs, Some(true), None).unwrap_err().contains("mirror"));
-        assert!(Calibration::homography(&pairs[..3], None, None).is_err());
         let line: Vec<_> = (0..5).map(|i| ([f64::from(i), 2.0], [f64::from(i), 1.0])).collect();
         assert!(Calibration::homography(&line, None, None).unwrap_err().contains("line"));
-        let three: Vec<_> = [0.0, 1.0, 2.0]
-            .map(|i| ([i, 0.0], [i, 0.0]))
-            .into_iter()
-            .chain([([0.0, 1.0], [0.0, 1.0])])
-            .collect();
-        assert!(Calibration::homography(&three, None, None).unwrap_err().contains("line"));
     }
 }

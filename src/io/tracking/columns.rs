@@ -1,15 +1,18 @@
-//! Tables of any other shape, read by `[tracks.columns]`.
+//! `[tracks.columns]`: the file's column for each key, and tables that are read by it.
 
-use super::column_names::{Column, ColumnNames};
+use std::num::NonZero;
+
+use schemars::JsonSchema;
+use serde::Deserialize;
+
 use super::heading::{Heading, blanks};
 use super::input::{Input, quoted};
-use super::layout::{At, Block, Body, Layout, Name, Refused};
+use super::layout::{Body, Layout, Name};
 use super::long;
-use super::raw::{CLOCK, Clock, FORMAT};
+use super::raw::{CLOCK, FORMAT};
 use super::sample::Rows;
-use super::settings::TimeUnit;
 use super::time::first_contradiction;
-use super::units::AngleUnit;
+use super::units::{AngleUnit, TimeUnit};
 use super::words::{Role, find};
 use crate::io::error::did_you_mean;
 use crate::io::number::{shortened, value};
@@ -18,89 +21,195 @@ use crate::io::text::{Separator, filled_lines, trimmed, unmarked};
 /// Maximum number of lines searched for the names of the columns, or for the first row.
 const MAX_LINES: usize = 100;
 
-pub(super) fn layout(input: &Input, wanted: &ColumnNames) -> Result<Layout, Refused> {
-    let heading = if wanted.is_numbered() { numbered(input, wanted) } else { header(input, wanted) };
-    let heading = heading.ok_or(Refused)?;
-    let column = |key: &str| position(&heading, wanted, key);
-    let shape = if wanted.is_wide() { "a row per frame" } else { "a row per ball and frame" };
-    let place = if wanted.is_numbered() {
-        format!("by number, rows from line {} on", heading.above + 1)
-    } else {
-        format!("names in line {}", heading.line)
+#[derive(Clone, Debug, Deserialize, JsonSchema, PartialEq, Eq)]
+#[serde(untagged, expecting = "expected the name of a column, or its number, from 1 on")]
+pub(in crate::io) enum Column {
+    Name(String),
+    /// Number from 1, for files without names of columns.
+    Number(NonZero<usize>),
+}
+
+impl Column {
+    /// Returns it as dataset.toml writes it.
+    pub(in crate::io) fn shown(&self) -> String {
+        match self {
+            Self::Name(name) => toml::Value::from(name.as_str()).to_string(),
+            Self::Number(number) => number.to_string(),
+        }
+    }
+}
+
+macro_rules! column_names {
+    ($($key:ident)+) => {
+        /// `[tracks.columns]`: the file's column for each key.
+        #[derive(Clone, Debug, Default, Deserialize, JsonSchema)]
+        #[serde(deny_unknown_fields)]
+        pub(super) struct ColumnNames {
+            pub separator: Option<String>,
+            $(pub $key: Option<Column>,)+
+            pub angle_unit: Option<AngleUnit>,
+        }
+
+        /// All keys of columns.
+        pub(super) const KEYS: [&str; [$(stringify!($key)),+].len()] = [$(stringify!($key)),+];
+
+        impl ColumnNames {
+            /// Returns all keys that are stated, each with the file's column.
+            fn all(&self) -> impl Iterator<Item = (&'static str, &Column)> {
+                let all = [$((stringify!($key), &self.$key)),+];
+                all.into_iter().filter_map(|(key, column)| Some((key, column.as_ref()?)))
+            }
+
+            /// States the file's column for a key.
+            pub(super) fn set(&mut self, key: &str, column: Column) {
+                match key {
+                    $(stringify!($key) => self.$key = Some(column),)+
+                    _ => {}
+                }
+            }
+        }
     };
-    let mut read: Vec<usize> = wanted.all().filter_map(|(key, _)| column(key)).collect();
-    let time = long::time(column, input).or_else(|| unnamed_time(&heading, &read, column("shot"), input));
-    read.extend(time.map(|(column, _)| column));
-    let passed = if wanted.is_numbered() { String::new() } else { passed_over(&heading, &read) };
-    let message = format!(
-        "read by [tracks.columns], {} between cells, {place}, {shape}{passed}",
-        heading.separator.name()
-    );
-    input.log.add(FORMAT, None, message);
-    if wanted.is_wide() {
-        return wide(input, wanted, heading, time).ok_or(Refused);
-    }
-    let angle = angle(&heading, wanted, "angle", input);
-    let known: Vec<(&str, Option<usize>)> = wanted.all().map(|(key, _)| (key, column(key))).collect();
-    let at = |key: &str| known.iter().find(|(own, _)| *own == key)?.1;
-    let layout = long::of_balls(at, angle, heading, input).ok_or(Refused)?;
-    Ok(Layout { may_lack_ball: true, ..layout })
 }
 
-/// Lists the named columns that are not read, as the end of a sentence.
-fn passed_over(heading: &Heading, read: &[usize]) -> String {
-    /// Maximum number of columns listed.
-    const MAX_NAMED: usize = 12;
-    let is_passed = |(i, name): &(usize, &String)| !read.contains(i) && !name.is_empty();
-    let passed: Vec<&String> =
-        heading.names.iter().enumerate().filter(is_passed).map(|(_, name)| name).collect();
-    let more = passed.len().saturating_sub(MAX_NAMED);
-    let more = if more > 0 { format!(" and {more} more") } else { String::new() };
-    if passed.is_empty() {
-        return String::new();
-    }
-    format!("; columns passed over: {}{more}", quoted(passed.into_iter().take(MAX_NAMED)))
+// A box has its other corner in x2 and y2, or its size in width and height.
+column_names! {
+    shot frame t ball point x y x2 y2 width height likelihood x_sd y_sd marker_x marker_y angle
+    cue_x cue_y object_x object_y cue_x2 cue_y2 object_x2 object_y2 cue_width cue_height object_width object_height
+    cue_likelihood object_likelihood cue_angle object_angle
 }
 
-fn position(heading: &Heading, wanted: &ColumnNames, key: &str) -> Option<usize> {
-    match wanted.get(key)? {
+/// Keys that go together.
+const PAIRS: [[&str; 2]; 4] = [["x_sd", "y_sd"], ["marker_x", "marker_y"], ["x2", "y2"], ["width", "height"]];
+
+impl ColumnNames {
+    fn get(&self, key: &str) -> Option<&Column> {
+        self.all().find(|(own, _)| *own == key).map(|(_, column)| column)
+    }
+
+    fn has(&self, key: &str) -> bool {
+        self.get(key).is_some()
+    }
+
+    fn is_numbered(&self) -> bool {
+        self.all().any(|(_, column)| matches!(column, Column::Number(_)))
+    }
+
+    pub(super) fn has_angles(&self) -> bool {
+        self.all().any(|(key, _)| key.ends_with("angle"))
+    }
+
+    /// Complains unless the columns make a table, long or wide.
+    pub(super) fn check(&self) -> Result<(), String> {
+        let has_all = |keys: &[&str]| keys.iter().all(|key| self.has(key));
+        let has_any = |keys: &[&str]| keys.iter().any(|key| self.has(key));
+        let is_wide = |key: &str| key.starts_with("cue_") || key.starts_with("object_");
+        let any_wide = self.all().any(|(key, _)| is_wide(key));
+        let is_beside = |key: &str| !is_wide(key) && !["shot", "frame", "t"].contains(&key);
+        let has_name = self.all().any(|(_, column)| matches!(column, Column::Name(_)));
+        let message = if any_wide && self.all().any(|(key, _)| is_beside(key)) {
+            "[tracks.columns] mixes a wide table (cue_x, cue_y, object_x, object_y) with a long one (ball, x, y); expected \
+             one of them"
+        } else if !has_all(&["cue_x", "cue_y", "object_x", "object_y"]) && !has_all(&["x", "y"]) {
+            "[tracks.columns] needs ball, x and y (a long table: a row per ball and frame) or cue_x, cue_y, object_x and \
+             object_y (a wide one: a row per frame)"
+        } else if !self.has("ball") && has_any(&["point", "x_sd", "marker_x", "angle"]) {
+            // properties beside the position need the name of the ball
+            "[tracks.columns] has point, x_sd, marker_x or angle, but not ball; expected ball: only plain positions can be \
+             assigned to balls by their paths"
+        } else if !any_wide && !has_any(&["frame", "t"]) {
+            "[tracks.columns] has neither frame nor t; expected one of them (only a table with a row per frame can do \
+             without: its rows are counted)"
+        } else if has_name && self.is_numbered() {
+            "[tracks.columns] gives some columns by name and some by number; expected one of them throughout"
+        } else {
+            return self.check_pairs();
+        };
+        Err(message.to_string())
+    }
+
+    /// Complains about half of a pair, a box stated twice, and an unknown separator.
+    fn check_pairs(&self) -> Result<(), String> {
+        for begin in ["", "cue_", "object_"] {
+            let pairs = PAIRS.map(|pair| pair.map(|key| format!("{begin}{key}")));
+            if let Some([one, other]) = pairs.iter().find(|[one, other]| self.has(one) != self.has(other)) {
+                return Err(format!("[tracks.columns]: {one} and {other} go together"));
+            }
+            if self.has(&pairs[2][0]) && self.has(&pairs[3][0]) {
+                let message = "[tracks.columns] has both x2, y2 and width, height; expected the other corner of the box, or its size";
+                return Err(message.to_string());
+            }
+        }
+        match self.separator.as_deref() {
+            None | Some("," | ";" | "\t" | " " | "|") => Ok(()),
+            Some(other) => {
+                Err(format!("separator is {other:?}; expected \",\", \";\", \"\\t\", \"|\" or \" \""))
+            }
+        }
+    }
+
+    /// Returns the possible separators; `blanks` stands for blanks that are not stated.
+    fn separators(&self, blanks: Separator) -> Vec<Separator> {
+        match self.separator.as_deref().and_then(|separator| separator.chars().next()) {
+            Some(separator) => vec![Separator::Char(separator)],
+            None => Separator::ALL.map(|one| if one == Separator::Char(' ') { blanks } else { one }).to_vec(),
+        }
+    }
+}
+
+/// Returns the layout of a table whose columns are stated. Without a column of balls, the paths
+/// separate the balls; without times, the rows of a wide table are frames.
+pub(super) fn layout(input: &Input, wanted: &ColumnNames) -> Option<Layout> {
+    let heading = if wanted.is_numbered() { numbered(input, wanted) } else { header(input, wanted) }?;
+    let column = |key: &str| match wanted.get(key)? {
         Column::Name(name) => heading.position(name.trim()),
         Column::Number(number) => Some(number.get() - 1),
-    }
-}
-
-fn angle(heading: &Heading, wanted: &ColumnNames, key: &str, input: &Input) -> Option<(usize, AngleUnit)> {
-    let column = position(heading, wanted, key)?;
-    Some((column, heading.angle(column, wanted.angle_unit, input)?))
-}
-
-/// Returns the layout of a table with both balls in a row. Without times, its rows are frames.
-fn wide(
-    input: &Input,
-    wanted: &ColumnNames,
-    heading: Heading,
-    time: Option<(usize, bool)>,
-) -> Option<Layout> {
-    let column = |key: &str| position(&heading, wanted, key);
-    let body = |name: &str, begin: &str| {
-        let body = Body::at(Name::Fixed(name.to_string()), At::of(column, begin)?);
-        Some(Body { angle: angle(&heading, wanted, &format!("{begin}angle"), input), ..body })
     };
-    let [cue, object] = input.settings.first_names();
-    let bodies = vec![body(cue, "cue_")?, body(object, "object_")?];
-    let blocks = vec![Block::below(&heading, bodies)];
     let shot = column("shot");
-    let unit = heading.length(&Layout::lengths(&blocks), input);
-    let clock = match time {
-        Some((time, false)) => heading.time(time, input),
-        _ => TimeUnit::Frames,
+    let read: Vec<usize> = wanted.all().filter_map(|(key, _)| column(key)).collect();
+    let time = long::time(column, input).or_else(|| unnamed_time(&heading, &read, shot, input));
+    note(&heading, wanted, &read, time, input);
+    let angle = |key: &str| {
+        let column = column(key)?;
+        Some((column, heading.angle(column, wanted.angle_unit, input)?))
+    };
+    let bodies = if wanted.has("cue_x") {
+        let [cue, object] = input.settings.first_names().map(|name| Name::Fixed(name.to_string()));
+        let angles = [angle("cue_angle"), angle("object_angle")];
+        let [cue, object] = [Body::of_keys(cue, "cue_", column)?, Body::of_keys(object, "object_", column)?];
+        vec![Body { angle: angles[0], ..cue }, Body { angle: angles[1], ..object }]
+    } else {
+        time?;
+        let name = column("ball").map_or(Name::Fixed(String::new()), Name::Column);
+        vec![Body { angle: angle("angle"), ..Body::of_keys(name, "", column)? }]
     };
     if time.is_none() {
         let message = "no column of times: every row is taken as one frame after the row above it";
         input.log.add(CLOCK, None, message);
     }
-    let time = time.map(|(column, _)| column);
-    Some(Layout { shot, unit, ..Layout::new(heading, blocks, time, Clock::In(clock)) })
+    Some(Layout { shot, may_lack_ball: true, ..Layout::below(heading, bodies, time, input) })
+}
+
+/// Notes how the table is read, and the named columns that are not.
+fn note(heading: &Heading, wanted: &ColumnNames, read: &[usize], time: Option<(usize, bool)>, input: &Input) {
+    /// Maximum number of columns listed.
+    const MAX_NAMED: usize = 12;
+    let is_read = |column: usize| read.contains(&column) || time.is_some_and(|(time, _)| time == column);
+    let named = heading.names.iter().enumerate();
+    let passed = named.filter(|(i, name)| !is_read(*i) && !name.is_empty() && !wanted.is_numbered());
+    let passed: Vec<&String> = passed.map(|(_, name)| name).collect();
+    let more = passed.len().saturating_sub(MAX_NAMED);
+    let more = if more > 0 { format!(" and {more} more") } else { String::new() };
+    let listed = quoted(passed.into_iter().take(MAX_NAMED));
+    let passed = if listed.is_empty() { listed } else { format!("; columns passed over: {listed}{more}") };
+    let place = if wanted.is_numbered() {
+        format!("by number, rows from line {} on", heading.above + 1)
+    } else {
+        format!("names in line {}", heading.line)
+    };
+    let shape = if wanted.has("cue_x") { "a row per frame" } else { "a row per ball and frame" };
+    let separator = heading.separator.name();
+    let message = format!("read by [tracks.columns], {separator} between cells, {place}, {shape}{passed}");
+    input.log.add(FORMAT, None, message);
 }
 
 /// Returns the column of frame numbers or times if [tracks.columns] names neither, and whether it
@@ -145,48 +254,39 @@ fn unnamed_time(
     Some((column, frame.is_some()))
 }
 
-fn separators(wanted: &ColumnNames, blanks: Separator) -> Vec<Separator> {
-    match wanted.separator.as_deref().and_then(|s| s.chars().next()) {
-        Some(separator) => vec![Separator::Char(separator)],
-        None => Separator::ALL.into_iter().filter(|s| *s != Separator::Char(' ')).chain([blanks]).collect(),
-    }
-}
-
 /// Returns the heading in the first line that has all the names.
 fn header(input: &Input, wanted: &ColumnNames) -> Option<Heading> {
-    let wanted_names = wanted.all().filter_map(|(_, column)| match column {
-        Column::Name(name) => Some(name.trim()),
-        Column::Number(_) => None,
-    });
-    let wanted_names: Vec<&str> = wanted_names.collect();
-    let separators = separators(wanted, Separator::Char(' '));
-    let mut nearest: Option<(usize, usize, Vec<String>)> = None;
+    let name = |(_, column): (_, &'_ Column)| match column {
+        Column::Name(name) => name.trim().to_string(),
+        Column::Number(_) => String::new(),
+    };
+    let wanted_names: Vec<String> = wanted.all().map(name).collect();
+    let mut nearest: Option<(usize, Heading)> = None;
     for (line, content) in filled_lines(input.text).take(MAX_LINES) {
-        for separator in &separators {
-            let bare = unmarked(content);
-            let separator =
-                if *separator == Separator::Char(' ') { blanks(input.text, line, bare) } else { *separator };
+        let bare = unmarked(content);
+        for separator in wanted.separators(Separator::Char(' ')) {
+            let is_blank = separator == Separator::Char(' ');
+            let separator = if is_blank { blanks(input.text, line, bare) } else { separator };
             let Some(names) = trimmed(bare, separator) else { continue };
             let heading = Heading::deep(input.text, line, separator, names);
             let here = wanted_names.iter().filter(|name| heading.position(name).is_some()).count();
             if here == wanted_names.len() {
                 if let Some(name) = wanted_names.iter().find(|name| heading.count(name) > 1) {
-                    input.wrong(line, *name, "stands twice in the header; expected it once");
+                    input.wrong(line, name.as_str(), "stands twice in the header; expected it once");
                     return None;
                 }
                 return Some(heading);
             }
-            if nearest.as_ref().is_none_or(|(most, ..)| here > *most) {
-                nearest = Some((here, line, heading.names));
+            if nearest.as_ref().is_none_or(|(most, _)| here > *most) {
+                nearest = Some((here, heading));
             }
         }
     }
-    let Some((_, line, names)) = nearest else {
+    let Some((_, Heading { line, names, .. })) = nearest else {
         input.wrong(None, None, "is empty; expected the columns that [tracks.columns] names");
         return None;
     };
-    let missing = wanted_names.iter().find(|name| !names.iter().any(|n| n == *name));
-    let missing = missing.copied().unwrap_or_default();
+    let missing = wanted_names.iter().find(|name| !names.contains(name)).map_or("", String::as_str);
     let near = did_you_mean(missing, names.iter().map(String::as_str));
     let message = format!(
         "no line has all the columns that [tracks.columns] names; \"{missing}\" is missing here{near}: {}",
@@ -198,22 +298,25 @@ fn header(input: &Input, wanted: &ColumnNames) -> Option<Heading> {
 
 /// Returns the heading of a table without names, from the first row with the expected numbers.
 fn numbered(input: &Input, wanted: &ColumnNames) -> Option<Heading> {
-    let index = |column: &Column| match column {
-        Column::Number(number) => number.get() - 1,
-        Column::Name(_) => 0,
+    let number = |(key, column): (&'static str, &Column)| match column {
+        Column::Number(number) => (key, number.get() - 1),
+        Column::Name(_) => (key, 0),
     };
-    let all: Vec<usize> = wanted.all().map(|(_, column)| index(column)).collect();
-    let last = all.iter().copied().max()?;
-    let words = ["shot", "ball", "point"].map(|key| wanted.get(key).map(index));
-    let numbers: Vec<usize> = all.into_iter().filter(|column| !words.contains(&Some(*column))).collect();
-    let separators = separators(wanted, Separator::Blanks);
+    let all: Vec<(&str, usize)> = wanted.all().map(number).collect();
+    let last = all.iter().map(|(_, column)| *column).max()?;
+    let is_text = |column: usize| {
+        all.iter().any(|(key, own)| ["shot", "ball", "point"].contains(key) && *own == column)
+    };
+    let numbers: Vec<usize> =
+        all.iter().map(|(_, column)| *column).filter(|column| !is_text(*column)).collect();
     for (line, content) in filled_lines(input.text).take(MAX_LINES) {
-        for separator in &separators {
-            let Some(cells) = trimmed(content, *separator) else { continue };
-            let number = |column: &usize| value(&cells[*column]).is_some();
-            if cells.len() > last && numbers.iter().all(number) {
-                let open = cells.len() > last + 1 && cells.last().is_some_and(String::is_empty);
-                return Some(Heading::unnamed(line, *separator, cells.len() - usize::from(open)));
+        for separator in wanted.separators(Separator::Blanks) {
+            let Some(cells) = trimmed(content, separator).filter(|cells| cells.len() > last) else {
+                continue;
+            };
+            if numbers.iter().all(|column| value(&cells[*column]).is_some()) {
+                let is_open = cells.len() > last + 1 && cells.last().is_some_and(String::is_empty);
+                return Some(Heading::unnamed(line, separator, cells.len() - usize::from(is_open)));
             }
         }
     }

@@ -4,9 +4,11 @@ use std::borrow::Cow;
 use std::collections::BTreeMap;
 
 use super::calibration::Calibration;
-use super::check::{self, Wrong};
-use super::raw::{FORMAT, NAMES, Notes, RawShot, RawTrack, Row};
-use super::settings::{NAMED, Names, TrackSettings, Unit};
+use super::input::quoted;
+use super::raw::{FORMAT, Log, NAMES, Notes, RawShot, RawTrack, Row};
+use super::repair::{self, Wrong};
+use super::settings::{NAMED, Names, TrackSettings};
+use super::units::Unit;
 use super::{resolution, time};
 use crate::film::frame_noise::noise;
 use crate::film::rigid_body::circle_centres;
@@ -46,9 +48,7 @@ impl Own {
         }
         let mut own = all.clone();
         for (name, given) in own.names.iter_mut().zip(&self.names) {
-            if let Some(given) = given {
-                name.clone_from(given);
-            }
+            *name = given.as_ref().unwrap_or(name).clone();
         }
         own.states_balls |= self.names[..2].iter().any(Option::is_some);
         own.capture_fps = self.capture_fps.or(own.capture_fps);
@@ -75,36 +75,41 @@ pub(super) fn shot(
         return Err(vec![Wrong::damaged(raw.line, message)]);
     }
     let settings = &*facts.own.settings(settings);
-    let mut tracks = std::mem::take(&mut raw.tracks);
-    let mut names: Vec<_> = tracks.iter().map(|track| format!("\"{}\"", shortened(&track.name))).collect();
-    names.dedup();
-    names.truncate(12);
-    let names = if names.is_empty() { "there are none".to_string() } else { names.join(", ") };
+    let file = raw.file.clone();
+    let log = notes.of(&file);
+    let mut there: Vec<String> = raw.tracks.iter().map(|track| shortened(&track.name)).collect();
+    there.dedup();
+    there.truncate(12);
+    let there = if there.is_empty() { "there are none".to_string() } else { quoted(there) };
+    let line = raw.line;
+    let tracks = &mut raw.tracks;
+    let mut assigned = |which| assign(tracks, which, settings, &there, line, log);
     let balls = [0, 1].map(|ball| {
-        let mut found = assign(&mut tracks, ball, settings, &names, &raw, notes)?;
-        found.markers.append(&mut assign(&mut tracks, ball + 2, settings, &names, &raw, notes)?.centres);
+        let mut found = assigned(ball)?;
+        found.markers.append(&mut assigned(ball + 2)?.centres);
         Ok(found)
     });
-    let (cue, object) = match balls {
-        [Ok(cue), Ok(object)] => (cue, object),
+    let balls = match balls {
+        [Ok(cue), Ok(object)] => [cue, object],
         balls => {
             // wrong names in the table of shots are its fault, not the shot's
-            let stated = facts.own.names[..2].iter().any(Option::is_some);
-            let checked = |wrong: Wrong| Wrong { is_damage: wrong.is_damage && !stated, ..wrong };
-            let mut wrong: Vec<Wrong> = balls.into_iter().filter_map(Result::err).map(checked).collect();
-            raw.tracks = tracks;
+            let are_stated = facts.own.names[..2].iter().any(Option::is_some);
+            let mut wrong: Vec<Wrong> = balls.into_iter().filter_map(Result::err).collect();
+            for wrong in &mut wrong {
+                wrong.is_damage &= !are_stated;
+            }
             if let Err(message) = time::convert(&mut raw, settings, &Notes::default()) {
-                wrong.push(Wrong::input(raw.line, message));
+                wrong.push(Wrong::input(line, message));
             }
             return Err(wrong);
         }
     };
-    for other in &tracks {
+    for other in &raw.tracks {
         let message =
             format!("the track \"{}\" is neither cue nor object; passed over", shortened(&other.name));
-        notes.of(&raw.file).add(NAMES, other.line(), message);
+        log.add(NAMES, other.line(), message);
     }
-    of_balls(raw, [cue, object], facts, settings, calibration, notes).map_err(|wrong| vec![wrong])
+    of_balls(raw, balls, facts, settings, calibration, notes).map_err(|wrong| vec![wrong])
 }
 
 /// Makes a shot of the tracks of its balls.
@@ -122,27 +127,24 @@ fn of_balls(
     let log = notes.of(&file);
     let fps = time::convert(&mut raw, settings, notes).map_err(|message| Wrong::input(raw.line, message))?;
     for track in &mut raw.tracks {
-        check::order(track, log)?;
+        repair::order(track, log)?;
     }
-    check::remove_outliers(&mut raw.tracks, log);
+    repair::remove_outliers(&mut raw.tracks, log);
     let mut rest = raw.tracks.into_iter();
     let mut balls = sizes.map(|sizes| {
         let [centres, markers] = sizes.map(|n| rest.by_ref().take(n).collect());
         Ball { centres, markers }
     });
     let [mut cue, mut object] = balls.each_mut().map(Ball::mean);
-    check::remove_repeated_frames(&mut cue, &mut object, fps, log)?;
-    let swapped = check::undo_swaps(&mut cue, &mut object, fps, log)?;
+    repair::remove_repeated_frames(&mut cue, &mut object, fps, log)?;
+    let swapped = repair::undo_swaps(&mut cue, &mut object, fps, log)?;
     if let Some(line) = swapped.filter(|_| balls.iter().any(|ball| !ball.markers.is_empty())) {
         let message = "cue and object ball have exchanged their names from here on, and with markers on them it is \
                        not certain which of both did; expected them set right, or the shot skipped";
         return Err(Wrong::damaged(line, message));
     }
     let centres = [cue, object];
-    let (resolution, coarse) = resolution(&centres, settings, calibration);
-    if let Some(message) = coarse {
-        log.add(FORMAT, None, message);
-    }
+    let resolution = resolution(&centres, settings, calibration, log);
     let mut paths = centres.each_ref().map(|centre| samples(centre, calibration));
     let mut markers: Vec<Marker> = Vec::new();
     for (i, ball) in [TrackedBall::Cue, TrackedBall::Object].into_iter().enumerate() {
@@ -163,7 +165,7 @@ fn of_balls(
         markers.extend(own);
     }
     let [cue, object] = paths;
-    let shot = TrackShot {
+    let mut shot = TrackShot {
         name: raw.name,
         file: raw.file.to_path_buf(),
         line: raw.line,
@@ -182,9 +184,8 @@ fn of_balls(
                        is not known, and its frames count as many as the square root of their number";
         log.add(FORMAT, None, message);
     }
-    let finite = |s: &Sample| [s.t, s.x, s.y].iter().all(|number| number.is_finite());
-    let mut all = shot.cue.iter().chain(&shot.object).chain(shot.markers.iter().flat_map(|m| &m.samples));
-    if all.all(finite) {
+    let is_finite = |s: &mut Sample| [s.t, s.x, s.y].iter().all(|number| number.is_finite());
+    if shot.samples_mut().all(is_finite) {
         return Ok(shot);
     }
     Err(Wrong::input(shot.line, "a position or time is too large to be converted"))
@@ -195,8 +196,8 @@ fn of_balls(
 fn is_held(shot: &TrackShot) -> bool {
     /// Number of equal positions that noise of one step gives in one of 100 000 shots.
     const MIN_EQUAL: usize = 6;
-    let same = |two: &[Sample]| [two[0].x, two[0].y] == [two[1].x, two[1].y];
-    let held = 1 + shot.object.windows(2).take_while(|two| same(two)).count();
+    let is_same = |two: &&[Sample]| [two[0].x, two[0].y] == [two[1].x, two[1].y];
+    let held = 1 + shot.object.windows(2).take_while(is_same).count();
     held >= MIN_EQUAL && noise(shot) > shot.resolution[0].max(shot.resolution[1])
 }
 
@@ -206,13 +207,13 @@ fn assign(
     which: usize,
     settings: &TrackSettings,
     there: &str,
-    raw: &RawShot,
-    notes: &Notes,
+    line: usize,
+    log: Log,
 ) -> Result<Ball, Wrong> {
     let (key, names) = (NAMED[which], &settings.names[which]);
     let mut found = Ball { centres: Vec::new(), markers: Vec::new() };
     for name in &names.0 {
-        let Some(i) = find(tracks, name).map_err(|message| Wrong::input(raw.line, message))? else {
+        let Some(i) = find(tracks, name).map_err(|message| Wrong::input(line, message))? else {
             let apart = if tracks.len() + found.centres.len() < 2 {
                 " (one file a ball: their names differ by the ball only, as in kick-A.txt and kick-B.txt)"
             } else {
@@ -225,12 +226,12 @@ fn assign(
                 names.shown()
             );
             // other shots may have both balls
-            return Err(Wrong::damaged(raw.line, message));
+            return Err(Wrong::damaged(line, message));
         };
         let track = tracks.remove(i);
         if track.name != *name {
             let message = format!("the track \"{}\" is [tracks] {key} = \"{name}\"", track.name);
-            notes.of(&raw.file).add(NAMES, track.line(), message);
+            log.add(NAMES, track.line(), message);
         }
         let is_on_it = |other: &mut RawTrack| other.point.is_some() && other.name == track.name;
         found.markers.extend(tracks.extract_if(.., is_on_it));
@@ -241,14 +242,12 @@ fn assign(
 
 /// Numbers tracks of the same name, in their order: "A (1)", "A (2)".
 pub(super) fn number_twins(tracks: &mut [RawTrack]) {
-    let names: Vec<String> =
-        tracks.iter().filter(|track| track.point.is_none()).map(|track| track.name.clone()).collect();
-    for name in &names {
-        if names.iter().filter(|other| *other == name).count() > 1 {
-            let twins = tracks.iter_mut().filter(|track| track.point.is_none() && track.name == *name);
-            for (i, track) in twins.enumerate() {
-                track.name = format!("{name} ({})", i + 1);
-            }
+    let mut bodies: Vec<&mut RawTrack> = tracks.iter_mut().filter(|track| track.point.is_none()).collect();
+    let names: Vec<String> = bodies.iter().map(|track| track.name.clone()).collect();
+    for (i, track) in bodies.iter_mut().enumerate() {
+        let before = names[..i].iter().filter(|name| **name == names[i]).count();
+        if before > 0 || names[i + 1..].contains(&names[i]) {
+            track.name = format!("{} ({})", names[i], before + 1);
         }
     }
 }
@@ -262,17 +261,18 @@ pub(super) fn last_word(name: &str) -> &str {
 /// # Errors
 /// The name is ambiguous.
 pub(super) fn find(tracks: &[RawTrack], wanted: &str) -> Result<Option<usize>, String> {
+    let small = wanted.to_lowercase();
+    let is_number = |rest: &str| {
+        let number = rest.strip_prefix(" (").and_then(|rest| rest.strip_suffix(')'));
+        number.is_some_and(|number| number.parse::<usize>().is_ok())
+    };
     let ways: [&dyn Fn(&str) -> bool; 4] = [
         &|name| name == wanted,
-        &|name| name.to_lowercase() == wanted.to_lowercase(),
+        &|name| name.to_lowercase() == small,
         // Tracker calls them "mass A", or mass_A
         &|name| name.to_lowercase().starts_with("mass") && last_word(name) == wanted,
         // numbers of tracks with equal names
-        &|name| {
-            let number =
-                name.strip_prefix(wanted).and_then(|rest| rest.strip_prefix(" (")?.strip_suffix(')'));
-            number.is_some_and(|number| number.parse::<usize>().is_ok())
-        },
+        &|name| name.strip_prefix(wanted).is_some_and(is_number),
     ];
     for (i, way) in ways.into_iter().enumerate() {
         let fits = |i: &usize| tracks[*i].point.is_none() && way(&tracks[*i].name);
@@ -300,16 +300,12 @@ impl Ball {
         if self.centres.len() < 2 {
             return self.centres.pop().unwrap_or_else(|| RawTrack::new("", None));
         }
-        let count = self.centres.len() as f64;
         let mean = |row: &Row| {
-            let points = self.centres.iter().map(|track| track.at(row.time).filter(|row| !row.is_gap()));
-            let points: Option<Vec<&Row>> = points.collect();
-            let sum = |of: fn(&Row) -> f64| {
-                points
-                    .as_ref()
-                    .map_or(f64::NAN, |points| points.iter().map(|row| of(row)).sum::<f64>() / count)
-            };
-            Row { x: sum(|row| row.x), y: sum(|row| row.y), sd: [f64::NAN; 2], ..*row }
+            let points =
+                self.centres.iter().map(|track| track.at(row.time).map_or([f64::NAN; 2], Row::place));
+            let sum = points.fold([0.0; 2], |sum, place| [sum[0] + place[0], sum[1] + place[1]]);
+            let [x, y] = sum.map(|sum| sum / self.centres.len() as f64);
+            Row { x, y, sd: [f64::NAN; 2], ..*row }
         };
         let names: Vec<_> = self.centres.iter().map(|track| track.name.as_str()).collect();
         let rows = self.centres[0].rows.iter().map(mean).collect();
@@ -319,38 +315,38 @@ impl Ball {
     }
 }
 
-/// Step of the coordinates, m, above which a note is given: good tracking errs by as much.
-const COARSE: f64 = 1.5e-4;
-
-/// Step of the coordinates above which a note is given, px, if the scale is not known.
-const COARSE_PX: f64 = 0.1;
-
 /// Returns the grid step of the coordinates of each ball, m, at its first position (0 without a
-/// grid), and a note if one is coarse, in pixels if the scale is not known. The step is determined
+/// grid), and notes if one is coarse, in pixels if the scale is not known. The step is determined
 /// in the file's unit, since a calibration by points bends the grid. A ball that is nearly at rest
 /// has the other ball's step.
 fn resolution(
     centres: &[RawTrack; 2],
     settings: &TrackSettings,
     calibration: &Calibration,
-) -> ([f64; 2], Option<String>) {
-    let steps = centres.each_ref().map(|track| {
+    log: Log,
+) -> [f64; 2] {
+    /// Step of the coordinates, m and px, above which it is noted: good tracking errs by as much.
+    const COARSE: f64 = 1.5e-4;
+    const COARSE_PX: f64 = 0.1;
+    let step = |track: &RawTrack| {
         let step = resolution::step(&[track]).or_else(|| resolution::step(&centres.each_ref()))?;
         let first = track.seen().next()?;
         let [x, y] = calibration.sd(first.x, first.y, [step; 2]);
         Some((0.5 * (x * x + y * y)).sqrt()).filter(|step| step.is_finite())
-    });
-    let steps = steps.map(|step| step.unwrap_or(0.0));
+    };
+    let steps = centres.each_ref().map(|track| step(track).unwrap_or(0.0));
     let coarsest = steps[0].max(steps[1]);
     let (limit, rounded, unit) = match settings.unit {
         Some(Unit::Px) if settings.from_balls => (COARSE_PX, coarsest, "px"),
         _ => (COARSE, 1e3 * coarsest, "mm"),
     };
-    let message = || {
+    if coarsest > limit {
         let least = rounded / 12.0_f64.sqrt();
-        format!("positions are rounded to {rounded:.2} {unit}: each errs by {least:.2} {unit} at least")
-    };
-    (steps, (coarsest > limit).then(message))
+        let message =
+            format!("positions are rounded to {rounded:.2} {unit}: each errs by {least:.2} {unit} at least");
+        log.add(FORMAT, None, message);
+    }
+    steps
 }
 
 fn samples(track: &RawTrack, calibration: &Calibration) -> Vec<Sample> {
@@ -363,11 +359,10 @@ fn samples(track: &RawTrack, calibration: &Calibration) -> Vec<Sample> {
     track.seen().map(sample).collect()
 }
 
-/// Distance of the point that represents the angle of a disc from the centre, m; arbitrary.
-const ARM: f64 = 0.02;
-
 /// Returns a point that turns with the disc, from angles measured from the file's x axis.
 fn turned(angles: &RawTrack, centre: &RawTrack, calibration: &Calibration) -> Vec<Sample> {
+    /// Distance of the point from the centre, m; arbitrary.
+    const ARM: f64 = 0.02;
     let point = |row: &Row| {
         let middle = centre.at(row.time).filter(|row| !row.is_gap())?;
         let (sin, cos) = row.x.sin_cos();

@@ -1,15 +1,10 @@
 //! A file that is read, and the lists of problems and notes.
 
-use std::borrow::Cow;
 use std::path::Path;
 
-use super::raw::{Log, Notes, RawShot};
-use super::settings::{TrackSettings, Unit};
+use super::raw::{Log, Notes};
+use super::settings::TrackSettings;
 use crate::io::error::Problems;
-use crate::io::number::Place;
-
-/// The shots of a file, and the unit of its lengths if the file or its format states it.
-pub(super) type Shots = (Vec<RawShot>, Option<Unit>);
 
 /// Settings of dataset.toml for tracks, and the lists of problems and notes.
 #[derive(Clone, Copy)]
@@ -46,24 +41,6 @@ impl Input<'_> {
     /// but cannot follow a wrong one.
     pub(super) fn is_by_frame(&self) -> bool {
         self.settings.capture_fps.is_some()
-    }
-}
-
-pub(super) struct Row<'a> {
-    pub line: usize,
-    pub input: &'a Input<'a>,
-    pub names: &'a [String],
-    pub cells: &'a [Cow<'a, str>],
-}
-
-impl Row<'_> {
-    pub(super) fn at(&self, column: usize) -> Place<'_> {
-        let Input { file, problems, .. } = *self.input;
-        Place { file, line: self.line, column: &self.names[column], text: &self.cells[column], problems }
-    }
-
-    pub(super) fn text(&self, column: usize) -> &str {
-        &self.cells[column]
     }
 }
 

@@ -1,11 +1,10 @@
 //! The layout of a file: each format determines it, and one reader reads all files by it.
 
-use super::boxes::Rest;
 use super::heading::Heading;
 use super::input::Input;
 use super::raw::Clock;
-use super::settings::Unit;
-use super::units::AngleUnit;
+use super::units::{AngleUnit, TimeUnit, Unit};
+use super::words::Rest;
 
 #[derive(Clone, Debug)]
 pub(super) struct Layout {
@@ -24,15 +23,8 @@ pub(super) struct Layout {
     pub blocks: Vec<Block>,
 }
 
-/// Marker of a file in a known format without a layout; the reasons are among the problems.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub(super) struct Refused;
-
-/// The layout of a file; `None` if the file is not in the format.
-pub(super) type Detected = Option<Result<Layout, Refused>>;
-
-/// Finds the layout of a file, if it is in a format.
-pub(super) type Detect = fn(&Input) -> Detected;
+/// Returns the layout of a file; `None` if it is in another format or, with a problem, faulty.
+pub(super) type Detect = fn(&Input) -> Option<Layout>;
 
 /// Rows that are read by the same columns.
 #[derive(Clone, Debug)]
@@ -52,7 +44,11 @@ pub(super) struct Body {
     pub name: Name,
     /// The column that names the point on the ball.
     pub point: Option<usize>,
-    pub at: At,
+    pub xy: [usize; 2],
+    /// The size or other corner of a box with a corner at x and y.
+    pub rest: Option<Rest>,
+    /// The column of the position's likelihood.
+    pub likelihood: Option<usize>,
     /// The columns of the position's standard deviations.
     pub sd: Option<[usize; 2]>,
     /// The columns of a marker on the ball.
@@ -70,62 +66,79 @@ pub(super) enum Name {
     Column(usize),
 }
 
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub(super) struct At {
-    pub x: usize,
-    pub y: usize,
-    /// The size or other corner of a box with a corner at x and y.
-    pub rest: Option<Rest>,
-    /// The column of the position's likelihood.
-    pub likelihood: Option<usize>,
-}
-
-impl At {
-    /// Returns the columns of the keys of `[tracks.columns]` that begin like this.
-    pub(super) fn of(at: impl Fn(&str) -> Option<usize>, begin: &str) -> Option<Self> {
-        let of = |key: &str| at(&format!("{begin}{key}"));
-        Some(Self { x: of("x")?, y: of("y")?, rest: Rest::of(&at, begin), likelihood: of("likelihood") })
-    }
-}
-
 impl Body {
     /// Returns a body with a fixed name and a position only.
-    pub(super) fn new(name: impl Into<String>, x: usize, y: usize) -> Self {
-        Self::at(Name::Fixed(name.into()), At { x, y, rest: None, likelihood: None })
+    pub(super) fn new(name: impl Into<String>, xy: [usize; 2]) -> Self {
+        let name = Name::Fixed(name.into());
+        Self { name, point: None, xy, rest: None, likelihood: None, sd: None, marker: None, angle: None }
     }
 
-    /// Returns a body with a position only.
-    pub(super) fn at(name: Name, at: At) -> Self {
-        Self { name, point: None, at, sd: None, marker: None, angle: None }
-    }
-
-    fn lengths(&self) -> impl Iterator<Item = usize> {
-        let rest = self.at.rest.map(Rest::columns);
-        let pairs = [rest, self.sd, self.marker].into_iter().flatten();
-        [self.at.x, self.at.y].into_iter().chain(pairs.flatten())
-    }
-}
-
-impl Block {
-    pub(super) fn below(heading: &Heading, bodies: Vec<Body>) -> Self {
-        Self { header: heading.line, above: heading.above, last: usize::MAX, bodies }
+    /// Returns the body with the columns of the keys of `[tracks.columns]` that begin like this.
+    pub(super) fn of_keys(name: Name, begin: &str, at: impl Fn(&str) -> Option<usize>) -> Option<Self> {
+        let of = |key: &str| at(&format!("{begin}{key}"));
+        let pair = |one: &str, other: &str| Some([of(one)?, of(other)?]);
+        let rest = |one: &str, other: &str, is_size| Some(Rest { columns: pair(one, other)?, is_size });
+        Some(Self {
+            name,
+            point: of("point"),
+            xy: pair("x", "y")?,
+            rest: rest("x2", "y2", false).or_else(|| rest("width", "height", true)),
+            likelihood: of("likelihood"),
+            sd: pair("x_sd", "y_sd"),
+            marker: pair("marker_x", "marker_y"),
+            angle: None,
+        })
     }
 }
 
 impl Layout {
-    /// Returns the layout of a table that is one shot, with times in a column if there is one.
-    pub(super) fn new(heading: Heading, blocks: Vec<Block>, time: Option<usize>, clock: Clock) -> Self {
-        let [has_all_cells, may_lack_ball] = [false; 2];
-        Self { heading, shot: None, time, clock, unit: None, has_all_cells, may_lack_ball, blocks }
+    /// Returns the layout of rows below a header, with a column of times or, if the flag is set, of
+    /// numbers of frames. Complains if the header contradicts itself or dataset.toml about units.
+    pub(super) fn below(
+        heading: Heading,
+        bodies: Vec<Body>,
+        time: Option<(usize, bool)>,
+        input: &Input,
+    ) -> Self {
+        let Heading { line: header, above, .. } = heading;
+        Self::of_blocks(heading, vec![Block { header, above, last: usize::MAX, bodies }], time, input)
     }
 
-    pub(super) fn lengths(blocks: &[Block]) -> Vec<usize> {
-        blocks.iter().flat_map(|block| &block.bodies).flat_map(Body::lengths).collect()
+    /// Returns the layout of several blocks of rows, as [`Layout::below`] does.
+    pub(super) fn of_blocks(
+        heading: Heading,
+        blocks: Vec<Block>,
+        time: Option<(usize, bool)>,
+        input: &Input,
+    ) -> Self {
+        let lengths = blocks.iter().flat_map(|block| &block.bodies).flat_map(|body| {
+            let pairs = [Some(body.xy), body.rest.map(|rest| rest.columns), body.sd, body.marker];
+            pairs.into_iter().flatten().flatten()
+        });
+        let unit = heading.length(&lengths.collect::<Vec<_>>(), input);
+        let unit_of_times = match time {
+            Some((time, false)) => heading.time(time, input),
+            _ => TimeUnit::Frames,
+        };
+        Self {
+            heading,
+            shot: None,
+            time: time.map(|(column, _)| column),
+            clock: Clock::In(unit_of_times),
+            unit,
+            has_all_cells: false,
+            may_lack_ball: false,
+            blocks,
+        }
+    }
+
+    pub(super) fn bodies(&self) -> impl Iterator<Item = &Body> {
+        self.blocks.iter().flat_map(|block| &block.bodies)
     }
 
     /// Returns the names that stand above the rows.
     pub(super) fn names(&self) -> impl Iterator<Item = &str> {
-        self.blocks.iter().flat_map(|block| &block.bodies).filter_map(|body| match &body.name {
+        self.bodies().filter_map(|body| match &body.name {
             Name::Fixed(name) => Some(name.as_str()),
             Name::Column(_) => None,
         })

@@ -1,7 +1,7 @@
 //! Tracking of two balls in rows of detections that do not name the ball.
 
-use super::bodies::beginning;
 use super::clips::STEPS;
+use super::discs::beginning;
 use super::input::Input;
 use super::raw::{GAPS, NAMES, RawShot, RawTrack, Row, middle};
 
@@ -9,36 +9,31 @@ use super::raw::{GAPS, NAMES, RawShot, RawTrack, Row, middle};
 /// clip the first to move is the cue ball.
 pub(super) fn part(shots: &mut [RawShot], input: &Input) {
     let names = input.settings.first_names();
+    let new = || names.map(|name| RawTrack::new(name, None));
     for shot in shots {
         let mut rows: Vec<Row> = shot.tracks.iter().flat_map(|track| track.seen().copied()).collect();
         rows.sort_by(|a, b| a.time.total_cmp(&b.time));
-        let new = || names.map(|name| RawTrack::new(name, None));
-        let (mut clips, mut left) = (vec![new()], Vec::new());
+        let (mut tracks, mut clip, mut others) = (new(), new(), Vec::new());
         let steps = rows.windows(2).map(|two| two[1].time - two[0].time).filter(|step| *step > 0.0);
-        let usual = middle(steps).unwrap_or_default();
+        let pause = STEPS * middle(steps).unwrap_or_default();
         for frame in rows.chunk_by(|a, b| a.time == b.time) {
-            let last = clips.last().map_or([None; 2], |clip| clip.each_ref().map(|track| track.rows.last()));
+            let last = clip.each_ref().map(|track| track.rows.last());
             let mut found = nearest(last, frame);
-            if begins(last, found.map(|i| i.map(|i| &frame[i])), STEPS * usual) {
-                clips.push(new());
+            if begins(last, found.map(|i| i.map(|i| &frame[i])), pause) {
+                append(&mut tracks, std::mem::replace(&mut clip, new()));
                 found = nearest([None; 2], frame);
             }
-            left.extend((0..frame.len()).filter(|i| !found.contains(&Some(*i))).map(|i| frame[i].line));
-            let clip = clips.iter_mut().last().into_iter().flatten();
-            clip.zip(found).for_each(|(track, row)| track.rows.extend(row.map(|row| frame[row])));
-        }
-        if let Some(first) = left.first() {
-            let are = if left.len() == 1 { "row" } else { "rows" };
-            let message = format!("{} {are} of other objects than the two balls: left out", left.len());
-            input.log.add(GAPS, *first, message);
-        }
-        let mut tracks = new();
-        for mut clip in clips {
-            let [cue, object] = clip.each_ref().map(|track| beginning(track, &clip));
-            if object.zip(cue).is_some_and(|(object, cue)| object < cue) {
-                clip.reverse();
+            let is_other = |i: &usize| !found.contains(&Some(*i));
+            others.extend((0..frame.len()).filter(is_other).map(|i| frame[i].line));
+            for (track, row) in clip.iter_mut().zip(found) {
+                track.rows.extend(row.map(|row| frame[row]));
             }
-            tracks.iter_mut().zip(clip).for_each(|(track, own)| track.rows.extend(own.rows));
+        }
+        append(&mut tracks, clip);
+        if let Some(first) = others.first() {
+            let are = if others.len() == 1 { "row" } else { "rows" };
+            let message = format!("{} {are} of other objects than the two balls: left out", others.len());
+            input.log.add(GAPS, *first, message);
         }
         shot.tracks = tracks.into();
     }
@@ -47,6 +42,17 @@ pub(super) fn part(shots: &mut [RawShot], input: &Input) {
         names[0]
     );
     input.log.add(NAMES, None, message);
+}
+
+/// Appends the tracks of a clip, that of the ball which moves first to the first track.
+fn append(tracks: &mut [RawTrack; 2], mut clip: [RawTrack; 2]) {
+    let [cue, object] = clip.each_ref().map(|track| beginning(track, &clip));
+    if object.zip(cue).is_some_and(|(object, cue)| object < cue) {
+        clip.reverse();
+    }
+    for (track, part) in tracks.iter_mut().zip(clip) {
+        track.rows.extend(part.rows);
+    }
 }
 
 /// Returns whether another clip begins: after a pause, or if both jump beyond their distance.

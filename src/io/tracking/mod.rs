@@ -1,17 +1,17 @@
 //! Tracked paths of both balls in the formats of tracking programs.
+//!
+//! Bytes become text; a format says which column is what ([`layout`]); one reader makes shots of
+//! tracks of rows of it, in the file's units ([`raw`]); balls are assigned, times converted and
+//! faults of the camera repaired ([`finish`]).
 
-mod bodies;
-mod boxes;
 mod calibration;
 pub(crate) mod camera;
-mod cells;
-mod check;
 mod clips;
-mod column_names;
+mod clock;
 mod columns;
+mod discs;
 mod finish;
 mod guess;
-mod guess_table;
 mod heading;
 mod input;
 mod json;
@@ -20,20 +20,19 @@ mod layout;
 mod link;
 mod long;
 mod lost;
-mod marker_groups;
 mod pair;
 mod pieces;
 mod qualisys;
 mod raw;
 mod read;
 mod reader;
+mod repair;
 mod resolution;
 mod sample;
 pub(crate) mod settings;
 pub(crate) mod shots_table;
 mod survey;
 mod time;
-mod timecode;
 mod tracker;
 mod units;
 mod words;
@@ -41,16 +40,16 @@ mod words;
 use std::collections::HashMap;
 use std::fs;
 use std::path::{Path, PathBuf};
-use std::sync::Arc;
 
 use calibration::Calibration;
-use check::Wrong;
 use finish::Facts;
 use input::Context;
 use raw::{Notes, RawShot};
 use rayon::prelude::*;
-use settings::{Format, TrackSettings, Unit};
+use repair::Wrong;
+use settings::{Format, TrackSettings};
 use shots_table::ShotsTable;
+use units::Unit;
 
 use super::error::Problems;
 use super::manifest::Manifest;
@@ -58,10 +57,13 @@ use crate::measurement::dataset::Tracks;
 use crate::measurement::spin::Spin;
 use crate::measurement::track::TrackShot;
 
-pub(super) use guess_table::Guessed;
+pub(super) use guess::Guessed;
 pub(super) use heading::strange_unit;
 pub(super) use read::{TRACKER_PROJECT, is_tracker_project};
 pub(crate) use survey::{Survey, survey};
+
+/// Least number of shots that a core gets at a time.
+const MIN_SHOTS_PER_CORE: usize = 64;
 
 /// Returns the metres of a unit of dataset.toml; `None` for pixels.
 pub(super) fn metres(unit: &str) -> Option<f64> {
@@ -82,72 +84,29 @@ pub(crate) fn load(manifest: &Manifest, settings: &TrackSettings, problems: &Pro
     }
     let notes = Notes::default();
     let context = Context { settings, problems, notes: &notes };
-    let mut raw: Vec<RawShot> = Vec::new();
-    let mut calibrations = HashMap::new();
-    let is_shots = |file: &&PathBuf| settings.shots.as_ref().is_some_and(|shots| same_file(shots, file));
-    let files: Vec<&PathBuf> = manifest.files.iter().filter(|file| !is_shots(file)).collect();
-    let alone = files.len() == 1;
-    let mut is_motion_capture = true;
-    for file in files {
-        let before = problems.len();
-        let tracked = read::file(file, context, alone);
-        let Some(read::Tracked { mut shots, format, unit }) = tracked else { continue };
-        is_motion_capture &= format == Format::Qualisys;
-        let calibration = calibration_for(format, unit, file, context);
-        // consequences of unreadable rows are not reported
-        if problems.len() > before {
-            continue;
-        }
-        if shots.iter().flat_map(|shot| &shot.tracks).all(|track| track.rows.is_empty()) {
-            problems.add(file, None, None, "has no rows below its header; expected positions");
-            continue;
-        }
-        calibrations.insert(file.clone(), calibration);
-        raw.append(&mut shots);
-    }
-    let broken = !problems.is_empty();
-    pair::pair(&mut raw, settings, &notes);
-    table.name_by_file(&mut raw);
+    let Files { mut shots, calibrations, is_motion_capture } = read_all(&manifest.files, context);
+    let are_whole = problems.is_empty();
+    pair::pair(&mut shots, settings, &notes);
+    table.name_by_file(&mut shots);
     if settings.unknown_rate && table.has_rates() {
         let message = "[video] capture_fps is \"unknown\", but the table of shots states capture_fps; expected it for all \
                        shots or for none";
         problems.add(path, None, None, message);
     }
-    name_by_folder(&mut raw, &notes);
-    let known = name_shots(&raw, problems);
-    if !broken {
+    name_by_folder(&mut shots, &notes);
+    let known = name_shots(&shots, problems);
+    if are_whole {
         table.check_names(&known);
     }
     drop(known);
-    let reason = |shot: &RawShot| table.skip(&shot.name).map(str::to_string);
-    let skipped = raw.extract_if(.., |shot| reason(shot).is_some());
-    let skipped =
-        skipped.filter_map(|shot| Some((shot.name.clone(), format!("skipped: {}", reason(&shot)?))));
-    let mut left_out: Vec<_> = skipped.collect();
-    if let Some(shot) = raw.iter().find(|shot| table.facts(&shot.name).is_none()) {
-        let message = format!(
-            "the cue ball's spin of shot \"{}\" is not stated; expected [cue_spin] assume = \"stun\", \
-             \"natural-roll\" or \"unknown\", or cue_spin in the table that [tracks] shots names",
-            shot.name
-        );
-        problems.add(path, None, None, message);
-    }
-    let mut work = Vec::with_capacity(raw.len());
-    for shot in raw {
-        // report other faults of such shots, too
-        let facts = table.facts(&shot.name).unwrap_or_else(|| Facts::of(Spin::Unknown));
-        if manifest.discs.is_some() && !matches!(facts.spin, Spin::Stun | Spin::Unknown) {
-            let message = format!(
-                "shot \"{}\" is of discs, which do not roll; expected cue_spin stun (neither disc turns before the impact) or \
-                 unknown: points on the discs show how they turn",
-                shot.name
-            );
-            problems.add(settings.shots.as_deref().unwrap_or(path), None, "cue_spin", message);
-            continue;
-        }
-        work.push((shot, facts));
-    }
-    bodies::group(&mut work, settings, &calibrations, &notes);
+    let mut left_out = Vec::new();
+    shots.retain(|shot| {
+        let skip = table.skip(&shot.name);
+        left_out.extend(skip.map(|reason| (shot.name.clone(), format!("skipped: {reason}"))));
+        skip.is_none()
+    });
+    let mut work = with_facts(shots, &table, manifest, context);
+    discs::group(&mut work, settings, &calibrations, &notes);
     let (shots, damaged) = finish_all(work, &calibrations, context);
     left_out.extend(damaged);
     if manifest.discs.is_none() {
@@ -171,7 +130,40 @@ pub(crate) fn load(manifest: &Manifest, settings: &TrackSettings, problems: &Pro
     }
 }
 
-fn same_file(a: &Path, b: &Path) -> bool {
+/// What all files hold.
+struct Files {
+    shots: Vec<RawShot>,
+    calibrations: HashMap<PathBuf, Calibration>,
+    is_motion_capture: bool,
+}
+
+/// Reads all files but the table of shots.
+fn read_all(files: &[PathBuf], context: Context) -> Files {
+    let Context { settings, problems, .. } = context;
+    let is_shots = |file: &&PathBuf| settings.shots.as_ref().is_some_and(|shots| is_same_file(shots, file));
+    let files: Vec<&PathBuf> = files.iter().filter(|file| !is_shots(file)).collect();
+    let mut all = Files { shots: Vec::new(), calibrations: HashMap::new(), is_motion_capture: true };
+    for file in &files {
+        let before = problems.len();
+        let tracked = read::file(file, context, files.len() == 1);
+        let Some(read::Tracked { mut shots, format, unit }) = tracked else { continue };
+        all.is_motion_capture &= format == Format::Qualisys;
+        let calibration = calibration_for(format, unit, file, context);
+        // consequences of unreadable rows are not reported
+        if problems.len() > before {
+            continue;
+        }
+        if shots.iter().all(|shot| shot.rows().next().is_none()) {
+            problems.add(file, None, None, "has no rows below its header; expected positions");
+            continue;
+        }
+        all.calibrations.insert((*file).clone(), calibration);
+        all.shots.append(&mut shots);
+    }
+    all
+}
+
+fn is_same_file(a: &Path, b: &Path) -> bool {
     a == b || matches!((fs::canonicalize(a), fs::canonicalize(b)), (Ok(a), Ok(b)) if a == b)
 }
 
@@ -210,36 +202,22 @@ fn calibration_for(format: Format, stated: Option<Unit>, file: &Path, context: C
     settings.calibration.clone()
 }
 
-/// Complains about spins stated as measured without numbers or markers.
-fn name_unmeasured(shots: &[TrackShot], table: &ShotsTable, path: &Path, problems: &Problems) {
-    let unmeasured = |shot: &&TrackShot| shot.markers.is_empty() && table.is_by_markers(&shot.name);
-    let mut names = shots.iter().filter(unmeasured).map(|shot| shot.name.as_str());
-    let Some(first) = names.next() else { return };
-    let others = names.count();
-    let others = if others > 0 { format!(" and {others} more") } else { String::new() };
-    let message = format!(
-        "[cue_spin] assume is \"measured\", but the spin of shot \"{first}\"{others} is not measured; expected omega_x, omega_y and \
-         omega_z in a table that [tracks] shots names, markers on the cue ball ([tracks] cue_markers), or assume = \"natural-roll\", \"stun\" or \"unknown\""
-    );
-    problems.add(path, None, None, message);
-}
-
 /// Puts the folder before equal names of shots from different folders, as of A/1.csv and B/1.csv.
 fn name_by_folder(raw: &mut [RawShot], notes: &Notes) {
     let mut of_name: HashMap<String, Vec<usize>> = HashMap::new();
     for (i, shot) in raw.iter().enumerate() {
         of_name.entry(shot.name.clone()).or_default().push(i);
     }
-    let with_folder = |shot: &RawShot| {
-        let folder = shot.file.parent()?.file_name()?.to_string_lossy();
-        Some(format!("{folder}/{}", shot.name))
+    let with_folder = |i: &usize| {
+        let folder = raw[*i].file.parent()?.file_name()?.to_string_lossy();
+        Some(format!("{folder}/{}", raw[*i].name))
     };
     let mut named = Vec::new();
     for shots in of_name.into_values().filter(|shots| shots.len() > 1) {
-        let names: Vec<Option<String>> = shots.iter().map(|i| with_folder(&raw[*i])).collect();
-        let is_alone = |name: &Option<String>| names.iter().filter(|other| *other == name).count() == 1;
-        if names.iter().all(|name| name.is_some() && is_alone(name)) {
-            named.extend(shots.into_iter().zip(names.into_iter().flatten()));
+        let Some(names) = shots.iter().map(with_folder).collect::<Option<Vec<String>>>() else { continue };
+        let is_alone = |name: &String| names.iter().filter(|other| *other == name).count() == 1;
+        if names.iter().all(is_alone) {
+            named.extend(shots.into_iter().zip(names));
         }
     }
     named.sort();
@@ -271,8 +249,42 @@ fn name_shots<'a>(raw: &'a [RawShot], problems: &Problems) -> HashMap<&'a str, u
     known
 }
 
-/// Least number of shots that a core gets at a time.
-const MIN_SHOTS_PER_CORE: usize = 64;
+/// Returns the shots with what the table of shots and dataset.toml state; complains about spins.
+fn with_facts(
+    shots: Vec<RawShot>,
+    table: &ShotsTable,
+    manifest: &Manifest,
+    context: Context,
+) -> Vec<(RawShot, Facts)> {
+    let (path, problems) = (manifest.dataset.path.as_path(), context.problems);
+    let mut is_complained = false;
+    let mut work = Vec::with_capacity(shots.len());
+    for shot in shots {
+        let facts = table.facts(&shot.name);
+        if facts.is_none() && !is_complained {
+            let message = format!(
+                "the cue ball's spin of shot \"{}\" is not stated; expected [cue_spin] assume = \"stun\", \
+                 \"natural-roll\" or \"unknown\", or cue_spin in the table that [tracks] shots names",
+                shot.name
+            );
+            problems.add(path, None, None, message);
+            is_complained = true;
+        }
+        // report other faults of such shots, too
+        let facts = facts.unwrap_or_else(|| Facts::of(Spin::Unknown));
+        if manifest.discs.is_some() && !matches!(facts.spin, Spin::Stun | Spin::Unknown) {
+            let message = format!(
+                "shot \"{}\" is of discs, which do not roll; expected cue_spin stun (neither disc turns before the impact) or \
+                 unknown: points on the discs show how they turn",
+                shot.name
+            );
+            problems.add(context.settings.shots.as_deref().unwrap_or(path), None, "cue_spin", message);
+            continue;
+        }
+        work.push((shot, facts));
+    }
+    work
+}
 
 /// Finishes shots on all cores, in order. Damaged shots are left out, with name and reason. A fault
 /// of the file or of dataset.toml is a problem of the data set, as is that no shot remains.
@@ -294,8 +306,7 @@ fn finish_all(
     let (mut shots, mut damaged) = (Vec::with_capacity(done.len()), Vec::new());
     for (name, file, shot, own_notes) in done {
         notes.append(own_notes);
-        let wrong = shot.map(|shot| shots.push(shot)).err().unwrap_or_default();
-        for wrong in wrong {
+        for wrong in shot.map(|shot| shots.push(shot)).err().unwrap_or_default() {
             if wrong.is_damage {
                 damaged.push((name.clone(), file.clone(), wrong));
             } else {
@@ -308,15 +319,29 @@ fn finish_all(
             problems.add(&file, line, None, message);
         }
     }
-    let reason = |(name, file, Wrong { line, message, .. }): (String, Arc<PathBuf>, Wrong)| {
+    let reasons = damaged.into_iter().map(|(name, file, Wrong { line, message, .. })| {
         let line = line.map_or(String::new(), |line| format!(":{line}"));
         (name, format!("{}{line}: {message}", file.display()))
-    };
-    (shots, damaged.into_iter().map(reason).collect())
+    });
+    (shots, reasons.collect())
 }
 
 /// Does work on one shot; `Err` names the report of a panic, which no input is known to cause.
 fn isolated<T>(work: impl FnOnce() -> T) -> Result<T, String> {
     std::panic::catch_unwind(std::panic::AssertUnwindSafe(work))
         .map_err(|_| "a panic, which standard error reports".to_owned())
+}
+
+/// Complains about spins stated as measured without numbers or markers.
+fn name_unmeasured(shots: &[TrackShot], table: &ShotsTable, path: &Path, problems: &Problems) {
+    let is_unmeasured = |shot: &&TrackShot| shot.markers.is_empty() && table.is_by_markers(&shot.name);
+    let mut names = shots.iter().filter(is_unmeasured).map(|shot| shot.name.as_str());
+    let Some(first) = names.next() else { return };
+    let others = names.count();
+    let others = if others > 0 { format!(" and {others} more") } else { String::new() };
+    let message = format!(
+        "[cue_spin] assume is \"measured\", but the spin of shot \"{first}\"{others} is not measured; expected omega_x, omega_y and \
+         omega_z in a table that [tracks] shots names, markers on the cue ball ([tracks] cue_markers), or assume = \"natural-roll\", \"stun\" or \"unknown\""
+    );
+    problems.add(path, None, None, message);
 }

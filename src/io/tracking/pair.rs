@@ -11,7 +11,7 @@ use super::settings::TrackSettings;
 struct Single {
     /// Index among the shots.
     index: usize,
-    object: bool,
+    is_object: bool,
     /// The file's name without the ball's name.
     key: String,
     /// The folder, or the folder above if the folder is named after the ball.
@@ -22,16 +22,14 @@ struct Single {
 /// only two. Others are left, and their missing ball is reported when they are finished.
 pub(super) fn pair(raw: &mut Vec<RawShot>, settings: &TrackSettings, notes: &Notes) {
     let Some(names) = settings.single_names() else { return };
-    let singles: Vec<Single> =
-        raw.iter().enumerate().filter_map(|(index, shot)| single(index, shot, names)).collect();
-    let alone = singles.len() == 2 && raw.len() == 2;
-    let mut gone = Vec::new();
-    for cue in singles.iter().filter(|single| !single.object) {
-        let is_like = |other: &Single| other.key == cue.key && other.folder == cue.folder;
-        let objects: Vec<&Single> =
-            singles.iter().filter(|other| other.object && (alone || is_like(other))).collect();
-        let twins = singles.iter().filter(|other| !other.object && is_like(other)).count();
-        let ([object], 1) = (objects.as_slice(), twins) else { continue };
+    let singles = raw.iter().enumerate().filter_map(|(index, shot)| single(index, shot, names));
+    let (objects, cues): (Vec<Single>, Vec<Single>) = singles.partition(|single| single.is_object);
+    let are_only = cues.len() + objects.len() == 2 && raw.len() == 2;
+    let mut joined = Vec::new();
+    for cue in &cues {
+        let is_like = |other: &&Single| other.key == cue.key && other.folder == cue.folder;
+        let likely: Vec<&Single> = objects.iter().filter(|other| are_only || is_like(other)).collect();
+        let ([object], 1) = (likely.as_slice(), cues.iter().filter(is_like).count()) else { continue };
         if raw[object.index].clock != raw[cue.index].clock {
             continue;
         }
@@ -41,19 +39,16 @@ pub(super) fn pair(raw: &mut Vec<RawShot>, settings: &TrackSettings, notes: &Not
         let shot = &mut raw[cue.index];
         shot.tracks[0].name = names[0].to_string();
         shot.tracks.push(track);
-        let own = shot.file.clone();
         // the common rest of the files' names, or else the first file's name
         let is_name = cue.key == object.key && !cue.key.is_empty();
-        shot.name = if is_name { cue.key.clone() } else { stem(&own) };
+        shot.name = if is_name { cue.key.clone() } else { stem(&shot.file) };
         let message =
             format!("is cue ball of the shot \"{}\", whose object ball is {}", shot.name, file.display());
-        notes.of(&own).add(NAMES, None, message);
-        gone.push(object.index);
+        notes.of(&shot.file).add(NAMES, None, message);
+        joined.push(object.index);
     }
-    gone.sort_unstable();
-    for index in gone.into_iter().rev() {
-        raw.remove(index);
-    }
+    let mut index = 0..;
+    raw.retain(|_| index.next().is_none_or(|index| !joined.contains(&index)));
 }
 
 /// Returns a file that is one ball's track, if the track's name or its own names the ball.
@@ -63,53 +58,37 @@ fn single(index: usize, shot: &RawShot, [cue, object]: [&str; 2]) -> Option<Sing
     if track.point.is_some() {
         return None;
     }
-    let named = |ball: &str| matches!(find(&shot.tracks, ball), Ok(Some(_)));
+    let is_named = |ball: &str| matches!(find(&shot.tracks, ball), Ok(Some(_)));
     // the files of Tracker's "mass A" are named A
     let words =
         |text: &str| [cue, object].map(|ball| without(text, ball).or_else(|| without(text, last_word(ball))));
-    let mut in_stem = words(&stem);
+    let mut in_name = words(&stem);
     let mut folder = shot.file.parent();
-    if in_stem.iter().all(Option::is_none) {
+    if in_name == [None, None] {
         // cue/1.csv and object/1.csv
         let name = folder.and_then(Path::file_name).map(|name| name.to_string_lossy());
-        in_stem = words(&name.unwrap_or_default()).map(|rest| {
+        in_name = words(&name.unwrap_or_default()).map(|rest| {
             let rest = rest?;
             Some(if rest.is_empty() { stem.clone() } else { format!("{rest}-{stem}") })
         });
-        if in_stem.iter().any(Option::is_some) {
+        if in_name != [None, None] {
             folder = folder.and_then(Path::parent);
         }
     }
-    let folder = folder.map(Path::to_path_buf);
-    let object = match (named(cue), named(object), &in_stem) {
+    let is_object = match (is_named(cue), is_named(object), &in_name) {
         (true, false, _) | (false, false, [Some(_), None]) => false,
         (false, true, _) | (false, false, [None, Some(_)]) => true,
         _ => return None,
     };
-    let key = in_stem[usize::from(object)].clone().unwrap_or(stem);
-    Some(Single { index, object, key, folder })
+    let [cue_key, object_key] = in_name;
+    let key = if is_object { object_key } else { cue_key }.unwrap_or(stem);
+    Some(Single { index, is_object, key, folder: folder.map(Path::to_path_buf) })
 }
 
 /// Returns the words of a file's name without the ball's; `None` if the ball is not among them.
 fn without(stem: &str, ball: &str) -> Option<String> {
-    let apart = |c: char| c.is_whitespace() || matches!(c, '-' | '_' | '.');
-    let words: Vec<&str> = stem.split(apart).filter(|word| !word.is_empty()).collect();
-    let is_ball = |word: &&str| word.eq_ignore_ascii_case(ball);
-    let one = words.iter().filter(|word| is_ball(word)).count() == 1;
-    let rest: Vec<&str> = words.iter().copied().filter(|word| !is_ball(word)).collect();
-    one.then(|| rest.join("-"))
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn the_name_of_a_ball_is_a_word_of_its_own() {
-        assert_eq!(without("kick-7_A", "a").as_deref(), Some("kick-7"));
-        assert_eq!(without("A", "A").as_deref(), Some(""));
-        assert_eq!(without("table-7", "A"), None);
-        assert_eq!(without("a-a", "A"), None);
-        assert_eq!(without("shot01-A", last_word("mass A")).as_deref(), Some("shot01"));
-    }
+    let is_between = |c: char| c.is_whitespace() || matches!(c, '-' | '_' | '.');
+    let words = stem.split(is_between).filter(|word| !word.is_empty());
+    let (balls, rest): (Vec<&str>, Vec<&str>) = words.partition(|word| word.eq_ignore_ascii_case(ball));
+    (balls.len() == 1).then(|| rest.join("-"))
 }

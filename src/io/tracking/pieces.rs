@@ -15,31 +15,31 @@ const MAX_DISTANCE_RATIO: f64 = 0.5;
 /// Joins pieces to both balls' tracks: those that dataset.toml names or, if at most two tracks are
 /// seen at a time, the first two. Pieces that continue neither track are left.
 pub(super) fn join(shot: &mut RawShot, settings: &TrackSettings, notes: &Notes) {
+    let RawShot { tracks, file, .. } = shot;
     let is_plain = |track: &RawTrack| track.point.is_none() && !track.is_angle && !track.rows.is_empty();
-    if shot.tracks.len() < 3 || !shot.tracks.iter().all(is_plain) {
+    if tracks.len() < 3 || !tracks.iter().all(is_plain) {
         return;
     }
-    let first = |tracks: &[RawTrack], i: usize| tracks[i].rows[0].time;
-    let mut loose: Vec<usize> = (0..shot.tracks.len()).collect();
-    loose.sort_by(|a, b| first(&shot.tracks, *a).total_cmp(&first(&shot.tracks, *b)));
-    let Some(heads) = heads(&shot.tracks, &loose, settings) else { return };
-    if !heads.iter().all(|head| is_in_order(&shot.tracks[*head])) {
+    let mut order: Vec<usize> = (0..tracks.len()).collect();
+    order.sort_by(|a, b| tracks[*a].rows[0].time.total_cmp(&tracks[*b].rows[0].time));
+    let Some(heads) = heads(tracks, &order, settings) else { return };
+    if !heads.iter().all(|head| is_in_order(&tracks[*head])) {
         return;
     }
-    for piece in loose.into_iter().filter(|i| !heads.contains(i)) {
-        let Some(head) = continued(&shot.tracks, heads, &shot.tracks[piece]) else { continue };
-        let piece = std::mem::replace(&mut shot.tracks[piece], RawTrack::new("", None));
-        let track = &mut shot.tracks[head];
+    for piece in order.into_iter().filter(|i| !heads.contains(i)) {
+        let Some(head) = continued(tracks, heads, &tracks[piece]) else { continue };
+        let piece = std::mem::replace(&mut tracks[piece], RawTrack::new("", None));
+        let track = &mut tracks[head];
         let message = format!(
             "\"{}\" begins where \"{}\" ends, in line {}: taken as the same ball",
             piece.name,
             track.name,
             track.rows.last().map_or(1, |row| row.line)
         );
-        notes.of(&shot.file).add(NAMES, piece.rows[0].line, message);
+        notes.of(file).add(NAMES, piece.rows[0].line, message);
         track.rows.extend(piece.rows);
     }
-    shot.tracks.retain(|track| !track.rows.is_empty());
+    tracks.retain(|track| !track.rows.is_empty());
 }
 
 /// Returns the indices of the tracks to which pieces are joined; `order` is that of their starts.
@@ -66,18 +66,19 @@ fn are_ids(one: &str, other: &str) -> bool {
 
 /// Returns the track that a piece continues: one that has ended, near its beginning.
 fn continued(tracks: &[RawTrack], heads: [usize; 2], piece: &RawTrack) -> Option<usize> {
-    let first = piece.seen().next().filter(|_| is_in_order(piece))?;
-    let end = |head: usize| tracks[head].seen().last().filter(|end| end.time < first.time);
-    let mut ends: Vec<(usize, &Row)> =
-        heads.into_iter().filter_map(|head| Some((head, end(head)?))).collect();
-    ends.sort_by(|a, b| a.1.distance(*first).total_cmp(&b.1.distance(*first)));
-    let (head, end) = *ends.first()?;
-    let is_nearer =
-        ends.get(1).is_none_or(|(_, far)| end.distance(*first) < MAX_DISTANCE_RATIO * far.distance(*first));
+    let first = *piece.seen().next().filter(|_| is_in_order(piece))?;
+    let end = |head: usize| {
+        let end = tracks[head].seen().last().filter(|end| end.time < first.time)?;
+        Some((head, end, end.distance(first)))
+    };
+    let mut ends: Vec<(usize, &Row, f64)> = heads.into_iter().filter_map(end).collect();
+    ends.sort_by(|a, b| a.2.total_cmp(&b.2));
+    let (head, end, distance) = *ends.first()?;
+    let is_nearer = ends.get(1).is_none_or(|(.., far)| distance < MAX_DISTANCE_RATIO * far);
     let speed = |two: &[Row]| two[0].distance(two[1]) / (two[1].time - two[0].time);
     let fastest = heads.iter().flat_map(|head| tracks[*head].rows.windows(2)).map(speed);
     // gaps are not numbers, which no maximum is
     let reach = MAX_SPEED_RATIO * fastest.fold(0.0, f64::max) * (first.time - end.time);
     let is_id = are_ids(&tracks[head].name, &piece.name);
-    (is_id && is_nearer && end.distance(*first) <= reach).then_some(head)
+    (is_id && is_nearer && distance <= reach).then_some(head)
 }

@@ -4,11 +4,11 @@ use std::collections::HashMap;
 
 use super::heading::Heading;
 use super::input::{Input, quoted};
-use super::layout::{Block, Body, Detected, Layout, Refused};
+use super::layout::{Body, Layout};
 use super::raw::{Clock, FORMAT, GAPS, RawShot};
 use super::sample::Rows;
-use super::settings::Unit;
 use super::time::first_contradiction;
+use super::units::Unit;
 use crate::io::number::{parse, value};
 use crate::io::text::{Separator, filled_lines, lines, trimmed};
 
@@ -46,34 +46,36 @@ impl Head {
         head
     }
 
-    fn number(&self, key: &str, input: &Input) -> Result<Option<(usize, f64)>, Refused> {
+    /// Returns the number of a key with its line; `Err` with a problem if it is not a number.
+    fn number(&self, key: &str, input: &Input) -> Result<Option<(usize, f64)>, ()> {
         let Some((line, cells)) = self.keys.get(key) else { return Ok(None) };
         let text = cells.first().map_or("", String::as_str);
-        let number = value(text).map(|number| (*line, number));
-        if number.is_none() {
-            input.wrong(*line, key, format!("\"{text}\" is not a number; expected one"));
-        }
-        number.map(Some).ok_or(Refused)
+        let number = value(text).map(|number| Some((*line, number)));
+        number.ok_or_else(|| input.wrong(*line, key, format!("\"{text}\" is not a number; expected one")))
     }
 }
 
-pub(super) fn layout(input: &Input) -> Detected {
+pub(super) fn layout(input: &Input) -> Option<Layout> {
     let (_, first) = filled_lines(input.text).next()?;
-    let is_own = ["NO_OF_FRAMES", "FILE_VERSION"].iter().any(|key| first.starts_with(key));
-    is_own.then(|| columns(Head::of(input.text), input))
-}
-
-fn columns(mut head: Head, input: &Input) -> Result<Layout, Refused> {
+    if !["NO_OF_FRAMES", "FILE_VERSION"].iter().any(|key| first.starts_with(key)) {
+        return None;
+    }
+    let mut head = Head::of(input.text);
     let missing = |what: &str| {
         let message = format!("{what} is missing above the rows; expected an export of 3D markers");
         input.wrong(None, None, message);
-        Refused
     };
-    let fps = head.number("FREQUENCY", input)?;
-    head.number("NO_OF_FRAMES", input)?;
-    let (line, mut markers) = head.keys.remove("MARKER_NAMES").ok_or_else(|| missing("MARKER_NAMES"))?;
+    let fps = head.number("FREQUENCY", input).ok()?;
+    head.number("NO_OF_FRAMES", input).ok()?;
+    let Some((line, mut markers)) = head.keys.remove("MARKER_NAMES") else {
+        missing("MARKER_NAMES");
+        return None;
+    };
+    let Some((_, fps)) = fps.filter(|(_, fps)| *fps > 0.0) else {
+        missing("FREQUENCY");
+        return None;
+    };
     markers.retain(|name| !name.is_empty());
-    let (_, fps) = fps.filter(|(_, fps)| *fps > 0.0).ok_or_else(|| missing("FREQUENCY"))?;
     let (header, names) = head.names.unwrap_or_else(|| {
         // without a row of names: the columns of the format
         let counted = if head.width == 3 * markers.len() + 2 { &["Frame", "Time"][..] } else { &[] };
@@ -83,19 +85,17 @@ fn columns(mut head: Head, input: &Input) -> Result<Layout, Refused> {
     let column = |name: &str| names.iter().position(|own| own == name);
     let mut bodies = Vec::new();
     for name in &markers {
-        let axis = |axis: &str| column(&format!("{name} {axis}"));
-        let (Some(x), Some(y)) = (axis("X"), axis("Y")) else {
+        let [Some(x), Some(y)] = ["X", "Y"].map(|axis| column(&format!("{name} {axis}"))) else {
             let message = format!("no columns \"{name} X\" and \"{name} Y\" for the marker \"{name}\"");
             input.wrong(header, None, message);
-            return Err(Refused);
+            return None;
         };
-        bodies.push(Body::new(name, x, y));
+        bodies.push(Body::new(name, [x, y]));
     }
     input.log.add(FORMAT, None, format!("read as Qualisys, {fps} fps, markers {}", quoted(&markers)));
-    let time = column("Frame").or(column("Time"));
-    let heading = Heading::plain(header, head.above, TAB, names);
-    let blocks = vec![Block::below(&heading, bodies)];
-    Ok(Layout { unit: Some(Unit::Mm), ..Layout::new(heading, blocks, time, Clock::FramesAt(fps)) })
+    let time = column("Frame").or(column("Time")).map(|column| (column, true));
+    let layout = Layout::below(Heading::plain(header, head.above, TAB, names), bodies, time, input);
+    Some(Layout { unit: Some(Unit::Mm), clock: Clock::FramesAt(fps), ..layout })
 }
 
 /// Counts frames from the first row on, and turns positions at 0, 0 into gaps.
@@ -116,7 +116,7 @@ pub(super) fn finish(shots: &mut [RawShot], layout: &Layout, input: &Input) {
             row.time = if frame.is_none() && time.is_some() { (since * fps).round() } else { since };
         }
         for track in &mut shot.tracks {
-            for row in track.rows.iter_mut().filter(|row| row.x == 0.0 && row.y == 0.0) {
+            for row in track.rows.iter_mut().filter(|row| row.place() == [0.0, 0.0]) {
                 row.lose();
                 input.log.add(GAPS, row.line, format!("\"{}\" is at 0, 0: taken as a gap", track.name));
             }

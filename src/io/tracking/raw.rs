@@ -5,7 +5,7 @@ use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
-use super::settings::TimeUnit;
+use super::units::TimeUnit;
 use crate::io::error::harmless;
 
 #[derive(Clone, Debug, PartialEq)]
@@ -50,6 +50,11 @@ pub(super) fn sorted(numbers: impl Iterator<Item = f64>) -> Vec<f64> {
 pub(super) fn middle(numbers: impl Iterator<Item = f64>) -> Option<f64> {
     let sorted = sorted(numbers);
     sorted.get(sorted.len() / 2).copied()
+}
+
+/// Returns the least and the largest number.
+pub(super) fn span(numbers: impl Iterator<Item = f64>) -> [f64; 2] {
+    numbers.fold([f64::INFINITY, f64::NEG_INFINITY], |[low, high], x| [low.min(x), high.max(x)])
 }
 
 /// Meaning of the times of a shot.
@@ -115,8 +120,8 @@ impl Row {
         Self { time, x, y, sd: [f64::NAN; 2], line }
     }
 
-    pub(super) fn is_at(&self, other: Self) -> bool {
-        self.x == other.x && self.y == other.y
+    pub(super) fn place(&self) -> [f64; 2] {
+        [self.x, self.y]
     }
 
     pub(super) fn distance(&self, other: Self) -> f64 {
@@ -132,30 +137,20 @@ impl Row {
     }
 }
 
-/// Notes about detections and repairs: the first few of each kind, and the number of others.
+/// Subject of a note: the rank in the list, and its name in the count of further notes.
+pub(super) type Subject = (u8, &'static str);
+
+pub(super) const FORMAT: Subject = (0, "format");
+pub(super) const CLOCK: Subject = (1, "clock");
+pub(super) const SWAPPED: Subject = (2, "balls swapped");
+pub(super) const GAPS: Subject = (2, "gaps");
+pub(super) const NAMES: Subject = (2, "names of tracks");
+pub(super) const ORDER: Subject = (2, "order of rows");
+pub(super) const REPEATED: Subject = (2, "repeated rows and frames");
+
+/// Notes about detections and repairs: the first few of each subject, and the number of others.
 #[derive(Debug, Default)]
-pub(super) struct Notes {
-    kinds: RefCell<BTreeMap<(u8, &'static str), Vec<Note>>>,
-}
-
-/// Notes about one file.
-#[derive(Clone, Copy)]
-pub(super) struct Log<'a> {
-    file: &'a Path,
-    notes: &'a Notes,
-}
-
-impl Log<'_> {
-    /// Adds a note; `kind` names its subject in the count of further ones.
-    pub(super) fn add(self, kind: &'static str, line: impl Into<Option<usize>>, message: impl AsRef<str>) {
-        let line = line.into();
-        let shots = usize::from(line.is_none());
-        let line = line.map_or(String::new(), |line| format!(":{line}"));
-        let place = format!("{}{line}", self.file.display());
-        let message = harmless(message.as_ref()).into_owned();
-        self.notes.put((rank(kind), kind), Note { message, place, places: 1, shots });
-    }
-}
+pub(super) struct Notes(RefCell<BTreeMap<Subject, Vec<Note>>>);
 
 /// A message, its first place, and the number of places.
 #[derive(Clone, Debug)]
@@ -167,17 +162,31 @@ struct Note {
     shots: usize,
 }
 
-/// Maximum number of notes of a kind that are listed.
-const MAX_OF_A_KIND: usize = 8;
+/// Notes about one file.
+#[derive(Clone, Copy)]
+pub(super) struct Log<'a> {
+    file: &'a Path,
+    notes: &'a Notes,
+}
+
+impl Log<'_> {
+    pub(super) fn add(self, subject: Subject, line: impl Into<Option<usize>>, message: impl AsRef<str>) {
+        let line: Option<usize> = line.into();
+        let place = line.map_or(String::new(), |line| format!(":{line}"));
+        let place = format!("{}{place}", self.file.display());
+        let message = harmless(message.as_ref()).into_owned();
+        self.notes.put(subject, Note { message, place, places: 1, shots: usize::from(line.is_none()) });
+    }
+}
 
 impl Notes {
     pub(super) fn of<'a>(&'a self, file: &'a Path) -> Log<'a> {
         Log { file, notes: self }
     }
 
-    fn put(&self, kind: (u8, &'static str), note: Note) {
-        let mut kinds = self.kinds.borrow_mut();
-        let notes = kinds.entry(kind).or_default();
+    fn put(&self, subject: Subject, note: Note) {
+        let mut subjects = self.0.borrow_mut();
+        let notes = subjects.entry(subject).or_default();
         match notes.iter_mut().find(|known| known.message == note.message) {
             Some(known) if note.shots > 0 && known.place == note.place => known.shots += note.shots,
             Some(known) => known.places += note.places,
@@ -186,17 +195,19 @@ impl Notes {
     }
 
     pub(super) fn append(&self, other: Self) {
-        for (kind, notes) in other.kinds.into_inner() {
+        for (subject, notes) in other.0.into_inner() {
             for note in notes {
-                self.put(kind, note);
+                self.put(subject, note);
             }
         }
     }
 
     pub(super) fn into_lines(self) -> Vec<String> {
+        /// Maximum number of notes of a subject that are listed.
+        const MAX_LISTED: usize = 8;
         let mut lines = Vec::new();
-        for ((_, kind), notes) in self.kinds.into_inner() {
-            for Note { message, place, places, shots } in notes.iter().take(MAX_OF_A_KIND) {
+        for ((_, subject), notes) in self.0.into_inner() {
+            for Note { message, place, places, shots } in notes.iter().take(MAX_LISTED) {
                 let others = match (places, shots) {
                     (1, 0 | 1) => String::new(),
                     (1, shots) => format!(" ({shots} shots)"),
@@ -204,27 +215,10 @@ impl Notes {
                 };
                 lines.push(format!("{place}{others}: {message}"));
             }
-            if let Some(more @ 1..) = notes.len().checked_sub(MAX_OF_A_KIND) {
-                lines.push(format!("and {more} more like this ({kind})"));
+            if notes.len() > MAX_LISTED {
+                lines.push(format!("and {} more like this ({subject})", notes.len() - MAX_LISTED));
             }
         }
         lines
     }
 }
-
-/// Formats first, then the clock, then repairs.
-fn rank(kind: &str) -> u8 {
-    match kind {
-        FORMAT => 0,
-        CLOCK => 1,
-        _ => 2,
-    }
-}
-
-pub(super) const FORMAT: &str = "format";
-pub(super) const CLOCK: &str = "clock";
-pub(super) const NAMES: &str = "names of tracks";
-pub(super) const GAPS: &str = "gaps";
-pub(super) const REPEATED: &str = "repeated rows and frames";
-pub(super) const ORDER: &str = "order of rows";
-pub(super) const SWAPPED: &str = "balls swapped";

@@ -6,14 +6,15 @@ use std::sync::Arc;
 
 use super::heading::{Heading, TITLES};
 use super::input::{Context, Input, stem};
-use super::layout::{Detect, Layout, Refused};
+use super::layout::{Detect, Layout};
 use super::raw::{FORMAT, RawShot};
-use super::settings::{Format, Unit};
+use super::settings::Format;
+use super::units::Unit;
 use super::{clips, columns, json, kinovea, link, long, pieces, qualisys, reader, tracker};
 use crate::io::number::shortened;
 use crate::io::text::{Separator, decode, filled_lines, trimmed, unmarked, without_separator_line};
 
-/// Formats that are recognised by their content.
+/// Formats of tables that are recognised by their content.
 const FORMATS: [(Format, Detect); 4] = [
     (Format::Qualisys, qualisys::layout),
     (Format::Kinovea, kinovea::layout),
@@ -31,19 +32,9 @@ pub(super) struct Tracked {
 /// Returns the shots of a file, with clips separated and pieces of tracks joined. `alone`: the
 /// names of clips are their numbers, without the file's name.
 pub(super) fn file(file: &Path, context: Context, alone: bool) -> Option<Tracked> {
-    let Context { settings, notes, .. } = context;
-    let mut tracked = as_written(file, context)?;
-    tracked.shots = clips::of_file(tracked.shots, settings.capture_fps, alone, notes);
-    for shot in &mut tracked.shots {
-        pieces::join(shot, settings, notes);
-    }
-    Some(tracked)
-}
-
-fn as_written(file: &Path, context: Context) -> Option<Tracked> {
-    let wrong = |error| context.problems.add(file, None, None, format!("cannot be read: {error}"));
-    let bytes = fs::read(file).map_err(wrong).ok()?;
     let Context { settings, problems, notes } = context;
+    let wrong = |error| problems.add(file, None, None, format!("cannot be read: {error}"));
+    let bytes = fs::read(file).map_err(wrong).ok()?;
     let (text, latin) = decode(&bytes);
     let log = notes.of(file);
     if let Some(line) = latin {
@@ -55,37 +46,49 @@ fn as_written(file: &Path, context: Context) -> Option<Tracked> {
         return None;
     }
     let stem = stem(file);
-    let input = &Input { file, text: &text, stem: &stem, settings, problems, log };
+    let mut tracked = as_written(&Input { file, text: &text, stem: &stem, settings, problems, log })?;
+    tracked.shots = clips::of_file(tracked.shots, settings.capture_fps, alone, notes);
+    for shot in &mut tracked.shots {
+        pieces::join(shot, settings, notes);
+    }
+    Some(tracked)
+}
+
+fn as_written(input: &Input) -> Option<Tracked> {
+    let settings = input.settings;
     let wanted = |format: Format| settings.format == format || settings.format == Format::Auto;
     if let Some(columns) = &settings.columns {
-        return by_layout(Format::Columns, columns::layout(input, columns), input);
+        return Some(by_layout(Format::Columns, &columns::layout(input, columns)?, input));
     }
-    if wanted(Format::Json) && json::detect(&text) {
+    if wanted(Format::Json) && json::detect(input.text) {
         return json::read(input).map(|(shots, unit)| Tracked { shots, format: Format::Json, unit });
     }
+    let before = input.problems.len();
     for (format, layout) in FORMATS.into_iter().filter(|(format, _)| wanted(*format)) {
         if let Some(layout) = layout(input) {
-            return by_layout(format, layout, input);
+            return Some(by_layout(format, &layout, input));
+        }
+        if input.problems.len() > before {
+            return None;
         }
     }
-    unknown(input);
+    complain_of_format(input);
     None
 }
 
-fn by_layout(format: Format, layout: Result<Layout, Refused>, input: &Input) -> Option<Tracked> {
-    let layout = layout.ok()?;
-    let mut shots = reader::read(input, &layout);
+fn by_layout(format: Format, layout: &Layout, input: &Input) -> Tracked {
+    let mut shots = reader::read(input, layout);
     if shots.is_empty() && !matches!(format, Format::Long | Format::Columns) {
         // a file without rows is one shot nevertheless
         let (name, file) = (input.stem.to_string(), Arc::new(input.file.to_path_buf()));
         shots.push(RawShot { name, file, line: 1, clock: layout.clock, tracks: Vec::new() });
     }
     match format {
-        Format::Qualisys => qualisys::finish(&mut shots, &layout, input),
+        Format::Qualisys => qualisys::finish(&mut shots, layout, input),
         Format::Columns if layout.names().any(str::is_empty) => link::part(&mut shots, input),
         _ => {}
     }
-    Some(Tracked { shots, format, unit: layout.unit })
+    Tracked { shots, format, unit: layout.unit }
 }
 
 pub(in crate::io) const TRACKER_PROJECT: &str =
@@ -98,7 +101,7 @@ pub(in crate::io) fn is_tracker_project(file: &Path, text: &str) -> bool {
     is_archive || is_xml() && text.contains("org.opensourcephysics.cabrillo.tracker")
 }
 
-fn unknown(input: &Input) {
+fn complain_of_format(input: &Input) {
     let (text, format) = (input.text, input.settings.format);
     let Some((line, first)) = filled_lines(text).next() else {
         return input.wrong(None, None, "is empty; expected tracked positions");
@@ -117,31 +120,26 @@ fn unknown(input: &Input) {
         Format::Json => "expected JSON: an array of shots, each with balls, each with samples",
         Format::Columns => "expected the columns that [tracks.columns] names",
     };
-    let lacking = if matches!(format, Format::Auto | Format::Long) { lacking(text) } else { String::new() };
+    let lacking = Some(text).filter(|_| matches!(format, Format::Auto | Format::Long)).and_then(lacking);
+    let lacking = lacking.map_or(String::new(), |(line, missing)| {
+        format!(", and what may be the names of columns, in line {line}, are without {missing}")
+    });
     let message = format!("no format begins like this, \"{}\"{lacking}; {expected}", shortened(first.trim()));
     input.wrong(line, None, message);
 }
 
-/// Returns the columns missing from a header like that of a long table, as a part of a sentence.
-fn lacking(text: &str) -> String {
-    let header = filled_lines(text).take(TITLES).find_map(|(line, content)| {
+/// Returns the line of a header like that of a long table, and the columns that it lacks.
+fn lacking(text: &str) -> Option<(usize, String)> {
+    const NEEDED: [(&str, &[&str]); 4] =
+        [("ball", &["ball"]), ("x", &["x"]), ("y", &["y"]), ("frame or t", &["frame", "t"])];
+    filled_lines(text).take(TITLES).find_map(|(line, content)| {
         Separator::ALL.into_iter().find_map(|separator| {
             let names = trimmed(unmarked(content), separator)?;
-            let heading = Heading::new("", line, separator, names);
-            let names = heading.small();
-            let has = |name: &str| names.iter().any(|own| own == name);
-            let parts = [
-                ("ball", has("ball")),
-                ("x", has("x")),
-                ("y", has("y")),
-                ("frame or t", has("frame") || has("t")),
-            ];
-            let missing: Vec<&str> =
-                parts.iter().filter(|(_, there)| !there).map(|(name, _)| *name).collect();
+            let names = Heading::new("", line, separator, names).small();
+            let is_missing =
+                |(_, any): &&(&str, &[&str])| !names.iter().any(|name| any.contains(&name.as_str()));
+            let missing: Vec<&str> = NEEDED.iter().filter(is_missing).map(|(name, _)| *name).collect();
             (1..=2).contains(&missing.len()).then(|| (line, missing.join(" and ")))
         })
-    });
-    header.map_or(String::new(), |(line, missing)| {
-        format!(", and what may be the names of columns, in line {line}, are without {missing}")
     })
 }

@@ -4,83 +4,127 @@ use std::borrow::Cow;
 use std::collections::HashMap;
 use std::sync::Arc;
 
-use super::cells::CellReader;
-use super::input::{Input, Row};
-use super::layout::{Block, Body, Layout, Name};
-use super::raw::{self, Clock, GAPS, RawShot, RawTrack};
-use super::settings::TimeUnit;
+use super::clock::{Style, count_frames, is_clock, seconds};
+use super::input::Input;
+use super::layout::{Body, Layout, Name};
+use super::raw::{CLOCK, Clock, FORMAT, GAPS, RawShot, RawTrack, Row};
+use super::units::TimeUnit;
+use crate::io::number::{Mark, Place, shortened};
 use crate::io::text::{self, Separator, lines};
 
 /// Number of problems of a file after which reading ends.
 const MAX_PROBLEMS: usize = 100;
 
+/// Least likelihood of a position, unless stated: the default of `DeepLabCut`.
+pub(super) const LIKELY: f64 = 0.6;
+
+/// Reads the rows of a file. Skips comments (`#`) and blank lines; reports rows with a wrong number
+/// of cells.
 pub(super) fn read(input: &Input, layout: &Layout) -> Vec<RawShot> {
-    let mut gathered = Gathered {
+    let (names, separator) = (layout.heading.names.as_slice(), layout.heading.separator);
+    let mut reader = Reader {
         input,
         layout,
-        cells: CellReader::new(input),
+        times: Mark::default(),
+        positions: Mark::default(),
+        clock: None,
+        is_plain: false,
         shots: Vec::new(),
         by_name: HashMap::new(),
         last: usize::MAX,
         count: 0,
         trackless: Vec::new(),
     };
-    each_row(input, layout, |row, block| gathered.add(row, block));
-    gathered.finish()
-}
-
-/// Calls `each` with every row and the number of its block. Skips comments (`#`) and blank lines;
-/// reports a wrong number of cells.
-fn each_row(input: &Input, layout: &Layout, mut each: impl FnMut(&Row, usize)) {
-    let (names, separator) = (layout.heading.names.as_slice(), layout.heading.separator);
-    let width = names.len();
-    let is_open = names.last().is_some_and(String::is_empty);
     let before = input.problems.len();
-    let mut number = 0;
+    let mut blocks = layout.blocks.iter();
+    let Some(mut block) = blocks.next() else { return Vec::new() };
+    let mut first_body = 0;
     for (line, text) in lines(input.text) {
-        while layout.blocks.get(number).is_some_and(|block| line > block.last) {
-            number += 1;
+        while line > block.last {
+            first_body += block.bodies.len();
+            let Some(next) = blocks.next() else { return reader.finish() };
+            block = next;
         }
-        let Some(Block { header, above, .. }) = layout.blocks.get(number) else { return };
         if input.problems.len() >= before + MAX_PROBLEMS {
-            return;
+            break;
         }
         let content = text.trim_start();
-        if line <= *above || content.is_empty() || content.starts_with('#') {
+        if line <= block.above || content.is_empty() || content.starts_with('#') {
             continue;
         }
-        let Ok(mut cells) = text::cells(text, separator) else {
+        let Ok(cells) = text::cells(text, separator) else {
             input.wrong(line, None, "a quotation mark does not close in this line, or text follows it");
             continue;
         };
-        // spreadsheets continue with empty cells
-        while cells.len() > width && cells.last().is_some_and(|cell| cell.is_empty()) {
-            cells.pop();
+        match with_width(cells, layout, block.header) {
+            Ok(cells) => {
+                reader.add(&TextRow { line, names, cells: &cells, input }, &block.bodies, first_body);
+            }
+            Err(message) => input.wrong(line, None, message),
         }
-        let may_be_short =
-            !layout.has_all_cells && (separator.is_white() || (is_open && cells.len() + 1 == width));
-        if may_be_short && cells.len() < width {
-            cells.resize(width, Cow::Borrowed(""));
-        }
-        if cells.len() != width {
-            let hint = if separator == Separator::Char(',') && cells.len() > width {
-                "; if they are decimal commas, export with another separator, such as semicolons or tabs"
-            } else {
-                ""
-            };
-            let message = format!("{} cells; expected {width}, as in line {header}{hint}", cells.len());
-            input.wrong(line, None, message);
-            continue;
-        }
-        each(&Row { line, input, names, cells: &cells }, number);
+    }
+    reader.finish()
+}
+
+/// Returns as many cells as there are names; `Err` with a message if there are more or less.
+fn with_width<'a>(
+    mut cells: Vec<Cow<'a, str>>,
+    layout: &Layout,
+    header: usize,
+) -> Result<Vec<Cow<'a, str>>, String> {
+    let (names, separator) = (&layout.heading.names, layout.heading.separator);
+    let width = names.len();
+    // spreadsheets continue with empty cells
+    while cells.len() > width && cells.last().is_some_and(|cell| cell.is_empty()) {
+        cells.pop();
+    }
+    let is_open = names.last().is_some_and(String::is_empty);
+    let may_be_short =
+        !layout.has_all_cells && (separator.is_white() || (is_open && cells.len() + 1 == width));
+    if may_be_short && cells.len() < width {
+        cells.resize(width, Cow::Borrowed(""));
+    }
+    if cells.len() == width {
+        return Ok(cells);
+    }
+    let is_decimal = separator == Separator::Char(',') && cells.len() > width;
+    let hint = if is_decimal {
+        "; if they are decimal commas, export with another separator, such as semicolons or tabs"
+    } else {
+        ""
+    };
+    Err(format!("{} cells; expected {width}, as in line {header}{hint}", cells.len()))
+}
+
+/// The cells of a row.
+struct TextRow<'a> {
+    line: usize,
+    input: &'a Input<'a>,
+    names: &'a [String],
+    cells: &'a [Cow<'a, str>],
+}
+
+impl TextRow<'_> {
+    fn at(&self, column: usize) -> Place<'_> {
+        let Input { file, problems, .. } = *self.input;
+        Place { file, line: self.line, column: &self.names[column], text: &self.cells[column], problems }
+    }
+
+    fn text(&self, column: usize) -> &str {
+        &self.cells[column]
     }
 }
 
-/// Rows already read, sorted into shots and tracks.
-struct Gathered<'a> {
+/// Rows already read, sorted into shots and tracks, and the properties that all cells share.
+struct Reader<'a> {
     input: &'a Input<'a>,
     layout: &'a Layout,
-    cells: CellReader<'a>,
+    times: Mark,
+    positions: Mark,
+    /// If times are those of a clock, how they are written, with the line of the first.
+    clock: Option<(Style, usize)>,
+    /// Whether a time was a plain number.
+    is_plain: bool,
     shots: Vec<RawShot>,
     by_name: HashMap<String, usize>,
     /// The shot of the row above.
@@ -91,24 +135,29 @@ struct Gathered<'a> {
     trackless: Vec<usize>,
 }
 
-impl Gathered<'_> {
-    fn add(&mut self, row: &Row, block: usize) {
-        let bodies = &self.layout.blocks[block].bodies;
-        let first_body: usize = self.layout.blocks[..block].iter().map(|block| block.bodies.len()).sum();
+impl Reader<'_> {
+    fn add(&mut self, row: &TextRow, bodies: &[Body], first_body: usize) {
         let shot = self.layout.shot.map_or(self.input.stem, |column| row.text(column));
         if let Some(column) = self.layout.shot.filter(|_| shot.is_empty()) {
             row.at(column).wrong("is empty; expected the name of a shot");
         }
-        if self.names_no_ball(row, bodies) {
-            return;
+        for body in bodies {
+            let Name::Column(column) = body.name else { continue };
+            if !row.text(column).is_empty() {
+                continue;
+            }
+            if self.layout.may_lack_ball {
+                return self.trackless.push(row.line);
+            }
+            row.at(column).wrong("is empty; expected the name of a ball");
         }
-        let found = self.input.problems.len();
+        let before = self.input.problems.len();
         let time = match self.layout.time {
-            Some(column) => self.cells.time(row.at(column)),
+            Some(column) => self.time(row.at(column)),
             None => Some(if self.is_present(shot) { self.count as f64 } else { 0.0 }),
         };
         let Some(time) = time else {
-            if self.input.problems.len() == found {
+            if self.input.problems.len() == before {
                 self.complain_of_no_time(row, bodies);
             }
             return;
@@ -120,53 +169,39 @@ impl Gathered<'_> {
         }
     }
 
-    /// Returns whether a row is left out since it names no ball; complains if it must name one.
-    fn names_no_ball(&mut self, row: &Row, bodies: &[Body]) -> bool {
-        for body in bodies {
-            let Name::Column(column) = body.name else { continue };
-            if !row.text(column).is_empty() {
-                continue;
-            }
-            if self.layout.may_lack_ball {
-                self.trackless.push(row.line);
-                return true;
-            }
-            row.at(column).wrong("is empty; expected the name of a ball");
-        }
-        false
-    }
-
     /// Complains about a row with a position but without a time.
-    fn complain_of_no_time(&self, row: &Row, bodies: &[Body]) {
+    fn complain_of_no_time(&self, row: &TextRow, bodies: &[Body]) {
         let Some(column) = self.layout.time else { return };
         let is_long = bodies.iter().any(|body| matches!(body.name, Name::Column(_)));
-        if is_long || bodies.iter().any(|body| !row.text(body.at.x).is_empty()) {
+        if is_long || bodies.iter().any(|body| !row.text(body.xy[0]).is_empty()) {
             let is_frame = self.layout.clock == Clock::In(TimeUnit::Frames);
             let expected = if is_frame { "the number of a frame" } else { "a time" };
             row.at(column).wrong(format!("is empty; expected {expected}"));
         }
     }
 
-    fn add_body(&mut self, row: &Row, time: f64, number: usize, body: &Body) {
+    fn add_body(&mut self, row: &TextRow, time: f64, number: usize, body: &Body) {
         let name = match &body.name {
             Name::Fixed(name) => name,
             Name::Column(column) => row.text(*column),
         };
-        let point = body.point.map(|column| row.text(column)).filter(|point| {
-            !(point.is_empty() || ["centre", "center"].iter().any(|word| point.eq_ignore_ascii_case(word)))
+        let is_centre =
+            |point: &&str| ["", "centre", "center"].iter().any(|word| point.eq_ignore_ascii_case(word));
+        let point = body.point.map(|column| row.text(column)).filter(|point| !is_centre(point));
+        let place = self.place(row, body);
+        let marker = body.marker.map(|columns| self.position(row, columns));
+        let sd = body.sd.map_or([f64::NAN; 2], |columns| self.deviations(row, columns));
+        let angle = body.angle.map(|(column, unit)| {
+            let angle = self.positions.beside(row.at(column));
+            angle.map_or(f64::NAN, |angle| unit.radians() * angle)
         });
-        let [x, y] = self.cells.place(row, body.at);
-        let marker = body.marker.map(|columns| self.cells.position(row, columns));
-        let sd = body.sd.map_or([f64::NAN; 2], |columns| self.cells.deviations(row, columns));
-        let angle = body.angle.map(|(column, unit)| (self.cells.beside(row.at(column)), unit));
-        let place = raw::Row::new(time, [x, y], row.line);
-        self.track(number, name, point, false).rows.push(raw::Row { sd, ..place });
-        if let Some([x, y]) = marker {
-            self.track(number, name, Some("marker"), false).rows.push(raw::Row { x, y, ..place });
+        let at = |place| Row::new(time, place, row.line);
+        self.track(number, name, point, false).rows.push(Row { sd, ..at(place) });
+        if let Some(place) = marker {
+            self.track(number, name, Some("marker"), false).rows.push(at(place));
         }
-        if let Some((angle, unit)) = angle {
-            let x = angle.map_or(f64::NAN, |angle| unit.radians() * angle);
-            self.track(number, name, Some("angle"), true).rows.push(raw::Row { x, y: 0.0, ..place });
+        if let Some(angle) = angle {
+            self.track(number, name, Some("angle"), true).rows.push(at([angle, 0.0]));
         }
     }
 
@@ -183,8 +218,9 @@ impl Gathered<'_> {
         self.last = self.by_name.get(name).copied().unwrap_or(self.shots.len());
         if self.last == self.shots.len() {
             self.by_name.insert(name.to_string(), self.last);
-            let (file, clock) = (Arc::new(self.input.file.to_path_buf()), self.layout.clock);
-            let file = self.shots.first().map_or(file, |shot| Arc::clone(&shot.file));
+            let first = self.shots.first().map(|shot| Arc::clone(&shot.file));
+            let file = first.unwrap_or_else(|| Arc::new(self.input.file.to_path_buf()));
+            let clock = self.layout.clock;
             self.shots.push(RawShot { name: name.to_string(), file, line, clock, tracks: Vec::new() });
         }
     }
@@ -204,21 +240,121 @@ impl Gathered<'_> {
         &mut tracks[i]
     }
 
-    /// Reports problems of all rows, and returns the shots.
-    fn finish(self) -> Vec<RawShot> {
-        self.say_trackless();
-        let mut shots = self.shots;
-        if let Some(clock) = self.cells.finish(shots.iter_mut().flat_map(|shot| &mut shot.tracks)) {
-            for shot in &mut shots {
-                shot.clock = clock;
+    /// Reads a time; `None` if the cell is empty or wrong.
+    fn time(&mut self, cell: Place) -> Option<f64> {
+        match self.clock_time(cell) {
+            Ok(Some(time)) => Some(time),
+            Ok(None) => self.times.number(cell),
+            Err(wrong) => {
+                cell.wrong(format!("\"{}\" {wrong}", shortened(cell.text.trim())));
+                None
             }
         }
-        shots
     }
 
-    fn say_trackless(&self) {
-        let bodies = self.layout.blocks.iter().flat_map(|block| &block.bodies);
-        let column = bodies.clone().find_map(|body| match body.name {
+    /// Returns the seconds of a cell that is a time of a clock; `None` if it is to be a number.
+    fn clock_time(&mut self, cell: Place) -> Result<Option<f64>, String> {
+        if !is_clock(cell.text) {
+            self.is_plain = true;
+            return match self.clock {
+                Some((_, at)) if !cell.text.trim().is_empty() => {
+                    Err(format!("is a plain number, but line {at} h:mm:ss"))
+                }
+                _ => Ok(None),
+            };
+        }
+        let (time, style) = seconds(cell.text)
+            .ok_or_else(|| "is not a time; expected h:mm:ss.fff, h:mm:ss:cs or a number".to_string())?;
+        if self.is_plain {
+            return Err("is h:mm:ss, but times above are plain numbers".to_string());
+        }
+        match (self.clock.get_or_insert((style, cell.line)), style) {
+            // as many digits as any has
+            ((Style::Fraction(most), _), Style::Fraction(digits)) => *most = digits.max(*most),
+            ((other, at), _) if *other != style => {
+                return Err(format!("is not written like the time in line {at}"));
+            }
+            _ => {}
+        }
+        Ok(Some(time))
+    }
+
+    /// Reads x and y, not numbers in a gap.
+    fn position(&mut self, row: &TextRow, columns: [usize; 2]) -> [f64; 2] {
+        let before = self.input.problems.len();
+        let cells = columns.map(|column| row.at(column));
+        match cells.map(|cell| self.positions.number(cell)) {
+            [Some(x), Some(y)] => return [x, y],
+            [None, None] => {}
+            _ if self.input.problems.len() == before => {
+                let [x, y] = cells.map(|cell| format!("{} \"{}\"", cell.column, shortened(cell.text.trim())));
+                let message = format!("{x} and {y}: half a position; taken as a gap");
+                self.input.log.add(GAPS, row.line, message);
+            }
+            _ => {}
+        }
+        [f64::NAN; 2]
+    }
+
+    /// Reads the position of a ball: the middle of a box, and a gap if it is too unlikely.
+    fn place(&mut self, row: &TextRow, body: &Body) -> [f64; 2] {
+        let corner = self.position(row, body.xy);
+        let middle = body.rest.map(|rest| rest.middle(corner, self.position(row, rest.columns)));
+        let place = middle.unwrap_or(corner);
+        let likelihood = body.likelihood.and_then(|column| self.positions.beside(row.at(column)));
+        if place[0].is_nan() || likelihood.is_none_or(|likelihood| likelihood >= LIKELY) {
+            return place;
+        }
+        let message = format!("a position of a likelihood below {LIKELY}: taken as a gap");
+        self.input.log.add(GAPS, row.line, message);
+        [f64::NAN; 2]
+    }
+
+    /// Reads the standard deviations of a position; NaN if they are missing.
+    fn deviations(&mut self, row: &TextRow, columns: [usize; 2]) -> [f64; 2] {
+        columns.map(|column| {
+            let cell = row.at(column);
+            let sd = self.positions.beside(cell);
+            if let Some(sd) = sd.filter(|sd| *sd <= 0.0) {
+                cell.wrong(format!("{sd} is not a standard deviation; expected more than 0"));
+            }
+            sd.unwrap_or(f64::NAN)
+        })
+    }
+
+    /// Reports properties of all rows, and returns the shots. Time codes become numbers of frames.
+    fn finish(mut self) -> Vec<RawShot> {
+        self.note_trackless();
+        let Input { file, problems, log, .. } = *self.input;
+        self.times.finish(file, problems);
+        self.positions.finish(file, problems);
+        let comma = match (self.positions.is_comma(), self.times.is_comma()) {
+            (true, true) => "decimal comma",
+            (true, false) => "decimal comma in the coordinates, not in the times",
+            (false, true) => "decimal comma in the times, not in the coordinates",
+            (false, false) => "",
+        };
+        if !comma.is_empty() {
+            log.add(FORMAT, None, comma);
+        }
+        let Some((style, line)) = self.clock else { return self.shots };
+        let mut clock = Clock::Rounded(style.resolution());
+        let mut tracks: Vec<_> = self.shots.iter_mut().flat_map(|shot| &mut shot.tracks).collect();
+        if style == Style::Colon(2)
+            && let Some(rate) = count_frames(&mut tracks)
+        {
+            let message = format!(
+                "times are time codes, h:mm:ss:ff with {rate} frames to a second: read as numbers of frames"
+            );
+            log.add(CLOCK, line, message);
+            clock = Clock::In(TimeUnit::Frames);
+        }
+        self.shots.iter_mut().for_each(|shot| shot.clock = clock);
+        self.shots
+    }
+
+    fn note_trackless(&self) {
+        let column = self.layout.bodies().find_map(|body| match body.name {
             Name::Column(column) => Some(column),
             Name::Fixed(_) => None,
         });

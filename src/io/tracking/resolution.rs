@@ -1,17 +1,14 @@
 //! The grid of a tracker's coordinates, such as whole pixels or few decimals.
 
-use super::raw::{RawTrack, Row, sorted};
+use super::raw::{RawTrack, sorted};
 
 /// Least number of different steps between neighbouring coordinates: fewer fit some grid by chance.
 const MIN_GAPS: usize = 8;
-
 /// Largest ratio of the smallest step between coordinates to the grid: fast balls skip steps.
 const MAX_SKIPPED: usize = 12;
-
 /// Largest deviation of coordinates from the grid, in steps, if they were scaled and printed with
 /// few decimals. Eight random coordinates fit one of the grids tried in 12·0.04⁸ = 8e-11 of tracks.
 const MAX_DEVIATION: f64 = 0.02;
-
 /// Relative difference below which two coordinates are the same number, computed differently.
 const ROUNDING: f64 = 1e-12;
 
@@ -20,8 +17,8 @@ const ROUNDING: f64 = 1e-12;
 /// seven decimals are a grid, too.
 pub(super) fn step(tracks: &[&RawTrack]) -> Option<f64> {
     let mut gaps = Vec::new();
-    for pick in [|row: &Row| row.x, |row: &Row| row.y] {
-        let mut values = sorted(tracks.iter().flat_map(|track| track.seen()).map(pick));
+    for axis in [0, 1] {
+        let mut values = sorted(tracks.iter().flat_map(|track| track.seen()).map(|row| row.place()[axis]));
         values.dedup_by(|later, earlier| *later - *earlier <= ROUNDING * later.abs());
         gaps.extend(values.windows(2).map(|two| two[1] - two[0]));
     }
@@ -30,8 +27,8 @@ pub(super) fn step(tracks: &[&RawTrack]) -> Option<f64> {
     }
     gaps.sort_unstable_by(f64::total_cmp);
     let smallest = *gaps.first()?;
-    let found = (1..=MAX_SKIPPED).find_map(|parts| fitted(&gaps, smallest / parts as f64))?;
-    (found > 0.0 && found.is_finite()).then_some(found)
+    let step = (1..=MAX_SKIPPED).find_map(|parts| fitted(&gaps, smallest / parts as f64))?;
+    (step > 0.0 && step.is_finite()).then_some(step)
 }
 
 /// Returns the step near `guess` of which all these lengths (ascending) are multiples.
@@ -52,33 +49,29 @@ fn fitted(gaps: &[f64], guess: f64) -> Option<f64> {
 
 #[cfg(test)]
 mod tests {
+    use super::super::raw::Row;
     use super::*;
-
-    /// A ball that moves 3.7 mm and 1.3 mm a frame, with disturbances of a tenth of a millimetre.
-    fn found(written: impl Fn(f64) -> f64) -> Option<f64> {
-        let mut track = RawTrack::new("a", None);
-        for i in 0..60 {
-            let t = i as f64;
-            let wobble = 1e-4 * (12.9898 * t).sin();
-            let place = [0.2 + 0.0037 * t + wobble, 0.5 - 0.0013 * t - wobble].map(&written);
-            track.rows.push(Row::new(t, place, i + 1));
-        }
-        step(&[&track])
-    }
-
-    fn decimals(x: f64) -> f64 {
-        format!("{x:.7}").parse().unwrap()
-    }
 
     #[test]
     fn the_step_of_a_grid_is_found_whatever_it_was_scaled_by() {
-        for grid in [1e-4, 3.4e-4, 5e-4, 1e-3, 3e-3] {
-            let found = found(|x| decimals((x / grid).round() * grid)).unwrap();
+        // 3.7 mm and 1.3 mm a frame, with disturbances of a tenth of a millimetre
+        let found = |written: &dyn Fn(f64) -> f64| {
+            let mut track = RawTrack::new("a", None);
+            for i in 0..60 {
+                let t = f64::from(i);
+                let wobble = 1e-4 * (12.9898 * t).sin();
+                let place = [0.2 + 0.0037 * t + wobble, 0.5 - 0.0013 * t - wobble].map(written);
+                track.rows.push(Row::new(t, place, 1));
+            }
+            step(&[&track])
+        };
+        let decimals = |x: f64| -> f64 { format!("{x:.7}").parse().unwrap() };
+        for grid in [1e-4, 3.4e-4, 1e-3, 3e-3] {
+            let found = found(&|x| decimals((x / grid).round() * grid)).unwrap();
             assert!((found / grid - 1.0).abs() < 1e-3, "{grid}: {found}");
         }
-        assert!((found(|x| (x / 3.4e-4).round()).unwrap() - 1.0).abs() < 1e-9);
         // continuous coordinates have only their decimals; a ball at rest or never seen has no grid
-        assert!(found(decimals).is_none_or(|step| step < 1.1e-7));
-        assert_eq!([found(|x| x), found(|_| 0.3), found(|_| f64::NAN)], [None; 3]);
+        assert!(found(&decimals).is_none_or(|step| step < 1.1e-7));
+        assert_eq!([found(&|x| x), found(&|_| 0.3), found(&|_| f64::NAN)], [None; 3]);
     }
 }

@@ -7,9 +7,8 @@ use serde::Deserialize;
 
 use super::calibration::{Calibration, ReadOut};
 use super::camera::{CameraSection, WantedCamera};
-use super::column_names::ColumnNames;
-pub(in crate::io) use super::units::TimeUnit;
-pub(super) use super::units::Unit;
+use super::columns::ColumnNames;
+use super::units::{TimeUnit, Unit};
 use crate::io::toml_file::Source;
 use crate::measurement::valid::POSITIVE;
 use crate::physics::name::worded;

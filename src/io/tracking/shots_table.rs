@@ -34,16 +34,19 @@ pub(crate) const KNOWN: [&str; 13] = [
 /// Separator of several names of tracks in a cell.
 const BETWEEN: char = ';';
 
-/// The rows of the table by the names of their shots, and the defaults of shots without a row.
+/// The rows of the table, and the defaults of shots without a row.
 pub(super) struct ShotsTable<'a> {
     path: PathBuf,
     problems: &'a Problems,
-    rows: HashMap<String, ShotRow>,
+    /// In the order of the file.
+    rows: Vec<ShotRow>,
+    by_name: HashMap<String, usize>,
     assume: Option<Assume>,
     labels: Vec<String>,
 }
 
 struct ShotRow {
+    shot: String,
     line: usize,
     /// The reason, if the shot is to be skipped.
     skip: Option<String>,
@@ -58,13 +61,11 @@ struct ShotRow {
 
 impl<'a> ShotsTable<'a> {
     pub(super) fn read(path: Option<&Path>, assume: Option<Assume>, problems: &'a Problems) -> Self {
-        let (rows, labels) = (HashMap::new(), Vec::new());
+        let (rows, by_name, labels) = (Vec::new(), HashMap::new(), Vec::new());
+        let table = path.and_then(|path| Table::read(path, problems));
         let path = path.unwrap_or(Path::new("")).to_path_buf();
-        let mut all = Self { path, problems, rows, assume, labels };
-        if all.path.as_os_str().is_empty() {
-            return all;
-        }
-        let Some(table) = Table::read(&all.path, problems) else { return all };
+        let mut all = Self { path, problems, rows, by_name, assume, labels };
+        let Some(table) = table else { return all };
         rows::check_names(&table, &KNOWN);
         table.require("shot", &["shot"]);
         let present = OMEGA.iter().filter(|column| table.has(column)).count();
@@ -77,13 +78,22 @@ impl<'a> ShotsTable<'a> {
         let labels = table.names().filter(|name| !KNOWN.contains(name) && !name.ends_with("_sd"));
         all.labels = labels.map(str::to_string).collect();
         for row in 0..table.rows() {
-            let Some(name) = table.text("shot", row) else { continue };
+            let Some(shot) = table.text("shot", row) else { continue };
             let skip = skip(&table, row);
             let omega = columns.each_ref().map(|values| values.as_ref().and_then(|values| values[row]));
             let spin = spin(&table, row, omega, assume);
             let own = own(&table, row, rates.as_ref().and_then(|rates| rates[row]));
             let stated = table.text("cue_spin", row).map_or(assume, |word| Assume::of(word).or(assume));
-            let found = ShotRow {
+            if let Some(first) = all.by_name.insert(shot.to_string(), all.rows.len()) {
+                let line = all.rows[first].line;
+                table.wrong(
+                    row,
+                    "shot",
+                    format!("\"{shot}\" also stands in line {line}; expected each shot once"),
+                );
+            }
+            all.rows.push(ShotRow {
+                shot: shot.to_string(),
                 line: table.line(row),
                 skip,
                 spin,
@@ -91,14 +101,13 @@ impl<'a> ShotsTable<'a> {
                 file: table.text("file", row).map(str::to_string),
                 own,
                 labels: rows::labels(&table, &KNOWN, row),
-            };
-            if let Some(first) = all.rows.insert(name.to_string(), found) {
-                let message =
-                    format!("\"{name}\" also stands in line {}; expected each shot once", first.line);
-                table.wrong(row, "shot", message);
-            }
+            });
         }
         all
+    }
+
+    fn row(&self, shot: &str) -> Option<&ShotRow> {
+        Some(&self.rows[*self.by_name.get(shot)?])
     }
 
     pub(super) fn has_label(&self, label: &str) -> bool {
@@ -112,43 +121,38 @@ impl<'a> ShotsTable<'a> {
 
     /// Returns the reason if a shot is to be skipped.
     pub(super) fn skip(&self, shot: &str) -> Option<&str> {
-        self.rows.get(shot)?.skip.as_deref()
+        self.row(shot)?.skip.as_deref()
     }
 
     /// Returns the facts about a shot; `None` if the cue ball's spin is not stated.
     pub(super) fn facts(&self, shot: &str) -> Option<Facts> {
-        let row = self.rows.get(shot);
+        let row = self.row(shot);
         let facts = Facts::of(row.and_then(|row| row.spin).or(self.assume.map(of_word))?);
-        let unlabelled = || self.labels.iter().map(|label| (label.clone(), String::new())).collect();
         Some(match row {
             Some(row) => Facts { labels: row.labels.clone(), own: row.own.clone(), ..facts },
-            None => Facts { labels: unlabelled(), ..facts },
+            None => {
+                let labels = self.labels.iter().map(|label| (label.clone(), String::new()));
+                Facts { labels: labels.collect(), ..facts }
+            }
         })
     }
 
     /// Returns whether the spin is stated as measured and only markers can show it.
     pub(super) fn is_by_markers(&self, shot: &str) -> bool {
-        self.rows.get(shot).map_or(self.assume == Some(Assume::Measured), |row| row.by_markers)
+        self.row(shot).map_or(self.assume == Some(Assume::Measured), |row| row.by_markers)
     }
 
     /// Returns whether some shot has a frame rate of its own.
     pub(super) fn has_rates(&self) -> bool {
-        self.rows.values().any(|row| row.own.capture_fps.is_some())
-    }
-
-    /// Returns the rows with their names, in the order of the file.
-    fn in_order(&self) -> Vec<(&String, &ShotRow)> {
-        let mut rows: Vec<_> = self.rows.iter().collect();
-        rows.sort_by_key(|(_, row)| row.line);
-        rows
+        self.rows.iter().any(|row| row.own.capture_fps.is_some())
     }
 
     /// Gives shots the names that the table has for their files.
     pub(super) fn name_by_file(&self, raw: &mut [RawShot]) {
         let mut named: HashMap<usize, usize> = HashMap::new();
-        for (name, row) in self.in_order() {
-            let Some(file) = &row.file else { continue };
-            let wrong = |message: String| self.problems.add(&self.path, row.line, "file", message);
+        for ShotRow { shot: name, line, file, .. } in &self.rows {
+            let Some(file) = file else { continue };
+            let wrong = |message: String| self.problems.add(&self.path, *line, "file", message);
             let of_file = of_file(raw, file);
             let own = of_file.iter().copied().find(|i| raw[*i].name == *name);
             match (of_file.as_slice(), own) {
@@ -161,7 +165,7 @@ impl<'a> ShotsTable<'a> {
                     ));
                 }
                 (_, Some(shot)) | (&[shot], None) => {
-                    if let Some(line) = named.insert(shot, row.line) {
+                    if let Some(line) = named.insert(shot, *line) {
                         wrong(format!("\"{file}\" is also the file of line {line}; expected each shot once"));
                     }
                     raw[shot].name.clone_from(name);
@@ -178,10 +182,9 @@ impl<'a> ShotsTable<'a> {
 
     /// Complains about rows of unknown shots.
     pub(super) fn check_names(&self, known: &HashMap<&str, usize>) {
-        for (name, row) in self.in_order().into_iter().filter(|(name, _)| !known.contains_key(name.as_str()))
-        {
-            let near = did_you_mean(name, known.keys().copied());
-            let message = format!("there is no shot \"{name}\" in the data{near}");
+        for row in self.rows.iter().filter(|row| !known.contains_key(row.shot.as_str())) {
+            let near = did_you_mean(&row.shot, known.keys().copied());
+            let message = format!("there is no shot \"{}\" in the data{near}", row.shot);
             self.problems.add(&self.path, row.line, "shot", message);
         }
     }
@@ -198,8 +201,8 @@ fn of_file(raw: &[RawShot], cell: &str) -> Vec<usize> {
     let path = cell.replace('\\', "/");
     let path = path.trim_start_matches("./");
     let found = ends(path);
-    let on_a_drive = path.split('/').next().is_some_and(|first| first.is_empty() || first.ends_with(':'));
-    if found.is_empty() && on_a_drive { ends(path.rsplit('/').next().unwrap_or_default()) } else { found }
+    let is_on_a_drive = path.split('/').next().is_some_and(|first| first.is_empty() || first.ends_with(':'));
+    if found.is_empty() && is_on_a_drive { ends(path.rsplit('/').next().unwrap_or_default()) } else { found }
 }
 
 /// Returns the statements of a row that replace those of dataset.toml.

@@ -4,14 +4,14 @@ use std::collections::HashMap;
 use std::fs;
 use std::path::Path;
 
-use super::bodies;
-use super::guess;
-use super::guess_table::Guess;
+use super::discs;
+use super::guess::{self, Guess};
 use super::input::Context;
-use super::raw::{Clock, Notes, RawShot, Row, middle, sorted};
+use super::raw::{Clock, Notes, RawShot, middle, sorted, span};
 use super::read;
-use super::settings::{Sections, TimeUnit, Unit};
+use super::settings::Sections;
 use super::time::Grid;
+use super::units::{TimeUnit, Unit};
 use crate::io::error::{Problem, Problems};
 use crate::io::text::decode;
 use crate::io::toml_file::Source;
@@ -75,67 +75,63 @@ fn look(file: &Path, guess: Guess) -> Result<Survey, Vec<Problem>> {
         None if guess.columns.is_empty() => return Err(problems),
         None => Clock::Unsaid,
     };
-    let mut tracks: Vec<(String, Vec<f64>)> = Vec::new();
-    for shot in &shots {
-        for track in shot.tracks.iter().filter(|track| !track.is_angle) {
-            let Some(begin) = bodies::beginning(track, &shot.tracks) else { continue };
-            let name = track.name.clone();
-            match tracks.iter_mut().find(|(known, _)| *known == name) {
-                Some((_, all)) => all.push(begin),
-                None => tracks.push((name, vec![begin])),
-            }
-        }
-    }
     let (in_frames, stated_fps) = match clock {
         Clock::In(TimeUnit::Frames) => (true, None),
         Clock::FramesAt(fps) => (true, Some(fps)),
         _ => (false, None),
     };
+    let rows = || {
+        shots
+            .iter()
+            .flat_map(|shot| &shot.tracks)
+            .filter(|track| !track.is_angle)
+            .flat_map(|track| track.seen())
+    };
+    let sides = [span(rows().map(|row| row.x)), span(rows().map(|row| row.y))];
+    let closest_of_shots = sorted(shots.iter().filter_map(closest));
+    let are_discs = |shot: &RawShot| shot.tracks.len() > 5 && discs::are_two(&shot.tracks);
     Ok(Survey {
         format: format.name(),
         shots: shots.len(),
-        times_fps: (!in_frames).then(|| shots.iter_mut().find_map(followed)).flatten(),
-        extent: extent(&shots),
-        closest: closest(&shots),
-        tracks: tracks.into_iter().filter_map(|(name, all)| Some((name, middle(all.into_iter())?))).collect(),
+        extent: sides.map(|[low, high]| high - low).into_iter().fold(0.0, f64::max),
+        closest: closest_of_shots.get(closest_of_shots.len() / 4).copied(),
+        tracks: beginnings(&shots),
         in_frames,
         stated_fps,
         unit: unit.map(Unit::name),
-        are_discs: guess.has_angles
-            || shots.iter().any(|shot| shot.tracks.len() > 5 && bodies::are_two(&shot.tracks)),
+        are_discs: guess.has_angles || shots.iter().any(are_discs),
         problems: problems.iter().map(ToString::to_string).collect(),
         guess,
+        times_fps: shots.iter_mut().filter(|_| !in_frames).find_map(followed),
     })
 }
 
-fn closest(shots: &[RawShot]) -> Option<f64> {
-    let of_shot = |shot: &RawShot| {
-        let [first, second] = shot.centres()?;
-        let places: HashMap<u64, [f64; 2]> =
-            first.rows.iter().map(|row| (row.time.to_bits(), [row.x, row.y])).collect();
-        let apart = second.rows.iter().filter_map(|row| {
-            let [x, y] = places.get(&row.time.to_bits())?;
-            Some((row.x - x).hypot(row.y - y))
-        });
-        // NaN in a gap, which `min` ignores
-        let least = apart.fold(f64::INFINITY, f64::min);
-        least.is_finite().then_some(least)
-    };
-    let all = sorted(shots.iter().filter_map(of_shot));
-    all.get(all.len() / 4).copied()
+/// Returns the names of tracks, and the median of the parts of the time at which each moves.
+fn beginnings(shots: &[RawShot]) -> Vec<(String, f64)> {
+    let mut tracks: Vec<(String, Vec<f64>)> = Vec::new();
+    for shot in shots {
+        for track in shot.tracks.iter().filter(|track| !track.is_angle) {
+            let Some(begin) = discs::beginning(track, &shot.tracks) else { continue };
+            match tracks.iter_mut().find(|(known, _)| *known == track.name) {
+                Some((_, all)) => all.push(begin),
+                None => tracks.push((track.name.clone(), vec![begin])),
+            }
+        }
+    }
+    tracks.into_iter().filter_map(|(name, all)| Some((name, middle(all.into_iter())?))).collect()
 }
 
-fn extent(shots: &[RawShot]) -> f64 {
-    let tracks = shots.iter().flat_map(|shot| &shot.tracks).filter(|track| !track.is_angle);
-    let rows = tracks.flat_map(|track| track.seen());
-    let side = |of: fn(&Row) -> f64| {
-        let (low, high) = (
-            rows.clone().map(of).fold(f64::INFINITY, f64::min),
-            rows.clone().map(of).fold(f64::NEG_INFINITY, f64::max),
-        );
-        high - low
-    };
-    side(|row| row.x).max(side(|row| row.y)).max(0.0)
+/// Returns the least distance of the centres of two balls at one time.
+fn closest(shot: &RawShot) -> Option<f64> {
+    let [first, second] = shot.centres()?;
+    let places: HashMap<u64, [f64; 2]> =
+        first.rows.iter().map(|row| (row.time.to_bits(), row.place())).collect();
+    let distances = second.rows.iter().filter_map(|row| {
+        let [x, y] = places.get(&row.time.to_bits())?;
+        Some((row.x - x).hypot(row.y - y))
+    });
+    // NaN in a gap, which `min` ignores
+    Some(distances.fold(f64::INFINITY, f64::min)).filter(|least| least.is_finite())
 }
 
 /// Frame rates of common cameras.
@@ -148,15 +144,12 @@ const CAMERA_RATES: [f64; 24] = [
 /// rounding leaves several rates possible, it is a common one, or else a whole number. The times
 /// are converted to seconds.
 fn followed(shot: &mut RawShot) -> Option<f64> {
-    let unit = match shot.clock {
-        Clock::In(unit) => unit,
-        Clock::Rounded(_) | Clock::Unsaid => TimeUnit::S,
+    let second = match shot.clock {
+        Clock::In(unit) => unit.seconds()?,
+        Clock::Rounded(_) | Clock::Unsaid => 1.0,
         Clock::FramesAt(_) => return None,
     };
-    let second = unit.seconds()?;
-    for row in shot.rows_mut() {
-        row.time *= second;
-    }
+    shot.rows_mut().for_each(|row| row.time *= second);
     let grid = Grid::of(shot, second);
     let length = grid.times.last()? - grid.times.first()?;
     let steps = || grid.times.windows(2).map(|two| two[1] - two[0]);
@@ -171,6 +164,6 @@ fn followed(shot: &mut RawShot) -> Option<f64> {
     };
     let slack = (grid.resolution / length).max(1e-6);
     let possible = |rate: &f64| (rate / fps - 1.0).abs() <= slack;
-    let usual = CAMERA_RATES.into_iter().find(possible);
-    (fps > 0.0 && fps.is_finite()).then(|| usual.or(Some(fps.round()).filter(possible)).unwrap_or(fps))
+    let common = CAMERA_RATES.into_iter().find(possible);
+    (fps > 0.0 && fps.is_finite()).then(|| common.or(Some(fps.round()).filter(possible)).unwrap_or(fps))
 }

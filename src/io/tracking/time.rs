@@ -2,14 +2,14 @@
 
 use std::sync::Arc;
 
-use super::raw::{CLOCK, Clock, Log, Notes, RawShot, RawTrack, sorted};
-use super::settings::{TimeUnit, TrackSettings};
+use super::raw::{CLOCK, Clock, Log, Notes, RawShot, RawTrack, sorted, span};
+use super::settings::TrackSettings;
+use super::units::TimeUnit;
 
 /// Largest relative deviation of the spacing of times from 1/`capture_fps`.
 const MAX_MISMATCH: f64 = 0.02;
 /// Largest deviation of a step from a whole number of frames, beyond its rounding.
 const MAX_OFF_GRID: f64 = 0.02;
-
 /// Largest relative difference of an even clock's steps beyond rounding, and of a varying one's.
 const MAX_EVEN: f64 = 0.01;
 const MAX_VARYING: f64 = 0.3;
@@ -63,21 +63,18 @@ pub(super) fn convert(shot: &mut RawShot, settings: &TrackSettings, notes: &Note
     for row in shot.rows_mut() {
         row.time *= second;
     }
-    let rate = settings.playback_fps.or(fps);
     let grid = Grid::of(shot, second);
     let file = Arc::clone(&shot.file);
     let log = notes.of(&file);
-    if let Some(rate) = rate
-        && grid.resolution > 0.3 / rate
-        && !grid.has_time_per_frame(rate)
-        && shot.tracks.iter().any(|track| track.rows.windows(2).any(|two| two[0].time == two[1].time))
-    {
-        return by_row(shot, &grid, rate, fps.unwrap_or(rate), log);
+    let Some((rate, fps)) = settings.playback_fps.or(fps).zip(fps) else {
+        return without_rate(shot, &grid, log);
+    };
+    let repeats = |track: &RawTrack| track.rows.windows(2).any(|two| two[0].time == two[1].time);
+    let is_coarse = grid.resolution > 0.3 / rate && !grid.has_time_per_frame(rate);
+    if is_coarse && shot.tracks.iter().any(repeats) {
+        return by_row(shot, &grid, rate, fps, log);
     }
-    match (rate, fps) {
-        (Some(rate), Some(fps)) => with_rate(shot, &grid, rate, fps, settings.playback_fps.is_some(), log),
-        _ => without_rate(shot, &grid, log),
-    }
+    with_rate(shot, &grid, rate, fps, settings.playback_fps.is_some(), log)
 }
 
 fn from_frames(shot: &mut RawShot, fps: f64) -> f64 {
@@ -99,16 +96,21 @@ impl Grid {
         Self { times, resolution, spacing }
     }
 
+    /// Returns the first and the last time.
+    fn ends(&self) -> Option<[f64; 2]> {
+        Some([*self.times.first()?, *self.times.last()?])
+    }
+
     /// Returns whether a coarse clock has a time of its own for each frame, so that rows with equal
     /// times are one frame twice.
     fn has_time_per_frame(&self, rate: f64) -> bool {
-        let whole = |t: &f64| (t * rate - (t * rate).round()).abs() < 1e-3;
-        self.resolution * rate < 1.5 && self.times.iter().all(whole)
+        let is_whole = |t: &f64| (t * rate - (t * rate).round()).abs() < 1e-3;
+        self.resolution * rate < 1.5 && self.times.iter().all(is_whole)
     }
 
     /// Returns whether deviations from expected times, and 0, are within the rounding.
     fn is_rounding(&self, late: impl Iterator<Item = f64>) -> bool {
-        let (low, high) = late.fold((0.0_f64, 0.0_f64), |(low, high), x| (low.min(x), high.max(x)));
+        let [low, high] = span([0.0].into_iter().chain(late));
         high - low <= 1.02 * self.resolution
     }
 
@@ -139,12 +141,22 @@ impl Grid {
         };
         self.times.iter().map(next).collect()
     }
+
+    /// Returns whether times can be of this rate by their typical spacing or, for a clock that
+    /// varies much, by the mean. Rounding makes few times uncertain.
+    fn fits(&self, rate: f64) -> bool {
+        let slack = 2.0 * self.resolution / (self.times.len() as f64 * self.spacing);
+        let steps = (self.times.len() as f64 - 1.0).max(1.0);
+        let mean = self.ends().map_or(0.0, |[first, last]| (last - first) / steps);
+        let fits = |spacing: f64| (spacing * rate - 1.0).abs() <= MAX_MISMATCH + slack.min(0.1);
+        self.spacing.is_nan() || fits(self.spacing) || fits(mean)
+    }
 }
 
 /// Returns the largest power of ten of which all times are multiples, 0 if it is below a millionth.
 fn resolution(times: impl Iterator<Item = f64> + Clone) -> f64 {
-    let whole = |x: f64| (x - x.round()).abs() < 1e-9 * x.abs().max(1.0) + 1e-7;
-    let fits = |scale: &f64| times.clone().all(|t| whole(t * scale));
+    let is_whole = |x: f64| (x - x.round()).abs() < 1e-9 * x.abs().max(1.0) + 1e-7;
+    let fits = |scale: &f64| times.clone().all(|t| is_whole(t * scale));
     [1.0, 1e1, 1e2, 1e3, 1e4, 1e5, 1e6].into_iter().find(fits).map_or(0.0, f64::recip)
 }
 
@@ -165,28 +177,18 @@ fn spacing(times: &[f64], resolution: f64) -> f64 {
     sum / n
 }
 
-/// Returns whether times can be of this rate by their typical spacing or, for a clock that varies
-/// much, by the mean. Rounding makes few times uncertain.
-fn fits(grid: &Grid, rate: f64) -> bool {
-    let slack = 2.0 * grid.resolution / (grid.times.len() as f64 * grid.spacing);
-    let steps = (grid.times.len() as f64 - 1.0).max(1.0);
-    let mean = (grid.times.last().unwrap_or(&0.0) - grid.times.first().unwrap_or(&0.0)) / steps;
-    let fits = |spacing: f64| (spacing * rate - 1.0).abs() <= MAX_MISMATCH + slack.min(0.1);
-    grid.spacing.is_nan() || fits(grid.spacing) || fits(mean)
-}
-
 /// Takes times as the file's own clock gives them, if the frame rate is known.
 fn with_rate(
     shot: &mut RawShot,
     grid: &Grid,
     rate: f64,
     fps: f64,
-    stated: bool,
+    is_stated: bool,
     log: Log,
 ) -> Result<f64, String> {
-    let fits = fits(grid, rate);
+    let fits = grid.fits(rate);
     let own = 1.0 / grid.spacing;
-    if !stated && !fits {
+    if !is_stated && !fits {
         return Err(format!(
             "times are {:.6} s apart ({own:.4} fps), but [video] capture_fps is {fps} ({:.6} s). If the camera \
              recorded at {fps} fps and the file's times follow the slower playback, write playback_fps = {own:.4} \
@@ -196,7 +198,7 @@ fn with_rate(
             1.0 / fps
         ));
     }
-    if stated && grid.spacing * rate < 1.0 - MAX_MISMATCH && !fits {
+    if is_stated && grid.spacing * rate < 1.0 - MAX_MISMATCH && !fits {
         return Err(format!(
             "times are {:.6} s apart, closer than [video] playback_fps = {rate} allows ({:.6} s); expected the rate that \
              the file's times follow, {:.4}, or no playback_fps if they are the camera's",
@@ -206,12 +208,12 @@ fn with_rate(
         ));
     }
     // a stated rate may mean frames left out; otherwise the file's own spacing, which is near it
-    let spacing = if stated || grid.spacing.is_nan() { 1.0 / rate } else { grid.spacing };
+    let spacing = if is_stated || grid.spacing.is_nan() { 1.0 / rate } else { grid.spacing };
     let frames = grid.frames(spacing).or_else(|| grid.frames(1.0 / rate));
-    let rounded = grid.resolution > MAX_OFF_GRID * spacing;
+    let is_rounded = grid.resolution > MAX_OFF_GRID * spacing;
     let line = shot.line;
     let Some(frames) = frames else {
-        if rounded {
+        if is_rounded {
             return Err(format!(
                 "times do not follow frames at {rate} fps, even allowing for their being rounded to {} s; \
                  expected frame numbers, or times with more digits",
@@ -226,8 +228,8 @@ fn with_rate(
         replace(shot, &grid.times, |i| grid.times[i] * rate / fps);
         return Ok(fps);
     };
-    let (Some(first), Some(last)) = (grid.times.first(), grid.times.last()) else { return Ok(fps) };
-    if let Some(row) = first_apart(&frames, &grid.times, grid.resolution, rate).filter(|_| !stated) {
+    let Some([first, last]) = grid.ends() else { return Ok(fps) };
+    if let Some(row) = first_apart(&frames, &grid.times, grid.resolution, rate).filter(|_| !is_stated) {
         let message = format!(
             "after {:.0} frames times are {:.6} s from the first, but frames at capture_fps = {fps} {:.6} s: more than half a frame \
              apart (a clock that drifts, or another rate); taken as they are written",
@@ -238,15 +240,15 @@ fn with_rate(
         log.add(CLOCK, line, message);
         // rounding is averaged out if the clock is steady
         let mean = (last - first) / frames[frames.len() - 1];
-        if rounded && first_apart(&frames, &grid.times, grid.resolution, mean.recip()).is_none() {
+        if is_rounded && first_apart(&frames, &grid.times, grid.resolution, mean.recip()).is_none() {
             replace(shot, &grid.times, |i| first + frames[i] * mean);
         }
         return Ok(fps);
     }
     let number = (first * rate).round();
-    let on_grid = (first - number / rate).abs() <= grid.resolution + 1e-6 / rate;
+    let is_on_grid = (first - number / rate).abs() <= grid.resolution + 1e-6 / rate;
     let time = |i: usize| {
-        if on_grid { (number + frames[i]) / fps } else { first * rate / fps + frames[i] / fps }
+        if is_on_grid { (number + frames[i]) / fps } else { first * rate / fps + frames[i] / fps }
     };
     if (0..frames.len()).any(|i| (time(i) - grid.times[i]).abs() > 1e-6 / fps) {
         let message = format!("times as written are replaced by frame number / capture_fps ({fps})");
@@ -264,26 +266,24 @@ pub(super) fn first_contradiction(frames: &[f64], seconds: &[f64], rate: f64) ->
 
 fn first_apart(frames: &[f64], seconds: &[f64], rounding: f64, rate: f64) -> Option<usize> {
     let (first_frame, first_second) = (*frames.first()?, *seconds.first()?);
-    let apart = |(frame, second): (&f64, &f64)| {
+    let is_apart = |(frame, second): (&f64, &f64)| {
         ((frame - first_frame) / rate - (second - first_second)).abs() > 0.5 / rate + rounding
     };
-    frames.iter().zip(seconds).position(apart)
+    frames.iter().zip(seconds).position(is_apart)
 }
 
 /// Takes the frame rate from the times, if no other source exists.
 fn without_rate(shot: &mut RawShot, grid: &Grid, log: Log) -> Result<f64, String> {
     let help = "expected [video] capture_fps, the frames per second that the camera recorded";
-    let (Some(first), Some(last)) = (grid.times.first(), grid.times.last()) else {
-        return Err(format!("no times; {help}"));
-    };
+    let Some([first, last]) = grid.ends() else { return Err(format!("no times; {help}")) };
     if grid.spacing.is_nan() {
         return Err(format!("one time only, which gives no frame rate; {help}"));
     }
-    let rounded = grid.resolution > MAX_OFF_GRID * grid.spacing;
+    let is_rounded = grid.resolution > MAX_OFF_GRID * grid.spacing;
     let Some(frames) = grid.frames(grid.spacing) else {
         let is_regular = |two: &&[f64]| ((two[1] - two[0]) / grid.spacing - 1.0).abs() < 0.1;
         let regular = grid.times.windows(2).filter(is_regular).count();
-        if rounded || regular * 4 < 3 * (grid.times.len() - 1) {
+        if is_rounded || regular * 4 < 3 * (grid.times.len() - 1) {
             return Err(format!("times are not regularly spaced; {help}"));
         }
         let fps = tidy(1.0 / grid.spacing);
@@ -295,10 +295,10 @@ fn without_rate(shot: &mut RawShot, grid: &Grid, log: Log) -> Result<f64, String
         return Ok(fps);
     };
     let fps = tidy(frames.last().copied().unwrap_or(1.0).max(1.0) / (last - first));
-    let how = if rounded { ", and rebuilt from it" } else { "" };
+    let how = if is_rounded { ", and rebuilt from it" } else { "" };
     let message = format!("capture_fps is not given; taken from the spacing of the times, {fps:.4} fps{how}");
     log.add(CLOCK, shot.line, message);
-    if rounded {
+    if is_rounded {
         replace(shot, &grid.times, |i| first + frames[i] / fps);
     }
     Ok(fps)
@@ -332,10 +332,8 @@ fn by_row(shot: &mut RawShot, grid: &Grid, rate: f64, fps: f64, log: Log) -> Res
         grid.resolution
     );
     log.add(CLOCK, shot.line, message);
-    for track in &mut shot.tracks {
-        for (i, row) in track.rows.iter_mut().enumerate() {
-            row.time = start * rate / fps + i as f64 / fps;
-        }
+    for (i, row) in shot.tracks.iter_mut().flat_map(|track| track.rows.iter_mut().enumerate()) {
+        row.time = start * rate / fps + i as f64 / fps;
     }
     Ok(fps)
 }
@@ -352,9 +350,9 @@ fn replace(shot: &mut RawShot, times: &[f64], new: impl Fn(usize) -> f64) {
 fn guess_unit(shot: &RawShot, settings: &TrackSettings) -> Result<TimeUnit, String> {
     let help = "expected [tracks] time_unit = \"frames\", \"s\", \"ms\" or \"us\"";
     let Grid { times, resolution, spacing } = Grid::of(shot, 1.0);
-    let whole = resolution >= 1.0;
+    let are_whole = resolution >= 1.0;
     let Some(rate) = settings.playback_fps.or(settings.capture_fps) else {
-        if !whole && spacing < 0.2 {
+        if !are_whole && spacing < 0.2 {
             return Ok(TimeUnit::S);
         }
         return Err(format!(
@@ -364,12 +362,12 @@ fn guess_unit(shot: &RawShot, settings: &TrackSettings) -> Result<TimeUnit, Stri
     let is_near = |unit: &TimeUnit| {
         unit.seconds().is_some_and(|second| {
             let times = times.iter().map(|t| t * second).collect();
-            fits(&Grid { times, resolution: resolution * second, spacing: spacing * second }, rate)
+            Grid { times, resolution: resolution * second, spacing: spacing * second }.fits(rate)
         })
     };
-    let frames = whole && (spacing - 1.0).abs() < 0.02;
+    let are_frames = are_whole && (spacing - 1.0).abs() < 0.02;
     let found: Vec<_> = TimeUnit::ALL.into_iter().filter(is_near).collect();
-    match (frames, found.as_slice()) {
+    match (are_frames, found.as_slice()) {
         (true, []) => Ok(TimeUnit::Frames),
         (false, [unit]) => Ok(*unit),
         // a frame each millisecond: both units agree

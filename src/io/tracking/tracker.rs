@@ -2,20 +2,18 @@
 
 use std::collections::HashMap;
 
-use super::boxes;
 use super::heading::{Heading, TITLES};
 use super::input::{Input, quoted};
-use super::layout::{Block, Body, Detected, Layout, Refused};
-use super::raw::{Clock, FORMAT};
-use super::settings::TimeUnit;
-use super::words::{Kind, Role, find, pairs};
+use super::layout::{Block, Body, Layout};
+use super::raw::FORMAT;
+use super::words::{Kind, Role, boxes, find, pairs};
 use crate::io::number::value;
 use crate::io::text::{Separator, filled_lines, lines, trimmed};
 
 /// Names of the columns of time, the best first.
 const TIMES: [&str; 3] = ["frame", "t", "time"];
 
-pub(super) fn layout(input: &Input) -> Detected {
+pub(super) fn layout(input: &Input) -> Option<Layout> {
     let (mut is_multi, mut above) = (false, None);
     for (line, content) in filled_lines(input.text).take(TITLES) {
         if content.trim_start().starts_with('#') {
@@ -28,11 +26,12 @@ pub(super) fn layout(input: &Input) -> Detected {
         });
         if let Some((separator, names)) = found {
             let heading = Heading::new(input.text, line, separator, names);
-            if are_several(input.text, &heading) {
+            let heads = repeated(input.text, &heading);
+            if are_several(input.text, &heading, heads.first().copied()) {
                 return None;
             }
             let tracks = above.and_then(|text| trimmed(text, separator)).unwrap_or_default();
-            return Some(columns(heading, tracks, is_multi, input));
+            return columns(heading, tracks, heads, is_multi, input);
         }
         above = Some(content);
     }
@@ -48,43 +47,39 @@ fn is_header(names: &[String], line: usize, separator: Separator) -> bool {
         return false;
     }
     let is_long = [Role::Ball, Role::Shot].into_iter().any(|role| find(&names, role).is_some())
-        || !boxes::named(&names).is_empty();
-    let is_own = begins_with_x && !["x2", "x 2", "x_2"].iter().any(|second| has(second));
+        || !boxes(&names).is_empty();
     // other programs write both balls beside each other: X, Y, X 2, Y 2
+    let is_single = begins_with_x && !["x2", "x 2", "x_2"].iter().any(|second| has(second));
     let positions = || pairs(&names).iter().filter(|(_, kind)| *kind == Kind::Position).count();
-    !is_long && (is_own || positions() == 1)
+    !is_long && (is_single || positions() == 1)
 }
 
 /// Returns whether one pair of columns is at two places at the same time: several balls below each
-/// other, which is not an export of Tracker.
-fn are_several(text: &str, heading: &Heading) -> bool {
+/// other, which is not an export of Tracker. `next`: the line that repeats the header.
+fn are_several(text: &str, heading: &Heading, next: Option<usize>) -> bool {
     let names = heading.small();
-    let of = |name: &str| names.iter().position(|own| own == name);
+    let at = |name: &str| names.iter().position(|own| own == name);
     let is_one = names.iter().filter(|name| *name == "x").count() == 1;
-    let (Some(x), Some(y)) = (of("x").filter(|_| is_one), of("y")) else { return false };
-    let Some(time) = TIMES.iter().find_map(|time| of(time)) else { return false };
-    let last = repeated(text, heading).first().map_or(usize::MAX, |next| next - 1);
-    let rows = lines(text).take(last).skip(heading.above).filter_map(|(_, line)| {
-        let mut row = trimmed(line, heading.separator).filter(|row| row.len() == names.len())?;
-        let at = [value(&row[x])?, value(&row[y])?];
-        Some((std::mem::take(&mut row[time]), at))
-    });
-    let rows: Vec<(String, [f64; 2])> = rows.collect();
-    let mut last: HashMap<&str, usize> = HashMap::new();
-    let (mut apart, mut beside) = (0, Vec::new());
-    for (i, (time, at)) in rows.iter().enumerate() {
-        match last.insert(time, i) {
-            Some(before) if rows[before].1 == *at => {}
-            Some(before) if before + 1 == i => beside.push(i),
-            Some(_) => apart += 1,
-            None => {}
+    let (Some(x), Some(y)) = (at("x").filter(|_| is_one), at("y")) else { return false };
+    let Some(time) = TIMES.iter().find_map(|time| at(time)) else { return false };
+    let mut rows: Vec<(String, [f64; 2])> = Vec::new();
+    for (_, line) in lines(text).take(next.map_or(usize::MAX, |next| next - 1)).skip(heading.above) {
+        let row = trimmed(line, heading.separator).filter(|row| row.len() == names.len());
+        let Some(mut row) = row else { continue };
+        if let (Some(x), Some(y)) = (value(&row[x]), value(&row[y])) {
+            rows.push((row.swap_remove(time), [x, y]));
         }
     }
     // a coarse clock also repeats times, but then a ball is nearer after one row than after two
     let distance = |i: usize, j: usize| (rows[i].1[0] - rows[j].1[0]).hypot(rows[i].1[1] - rows[j].1[1]);
-    let jumps = |i: &&usize| **i > 1 && distance(**i, **i - 1) > distance(**i, **i - 2);
-    let alternate = beside.iter().filter(jumps).count();
-    3 * (apart + alternate) > rows.len()
+    let mut last: HashMap<&str, usize> = HashMap::new();
+    let mut apart = 0;
+    for (i, (time, place)) in rows.iter().enumerate() {
+        let Some(before) = last.insert(time, i).filter(|before| rows[*before].1 != *place) else { continue };
+        let jumps = || i > 1 && distance(i, i - 1) > distance(i, i - 2);
+        apart += usize::from(before + 1 != i || jumps());
+    }
+    3 * apart > rows.len()
 }
 
 /// Returns the lines that repeat the names of the columns: each track was copied below the last.
@@ -96,51 +91,47 @@ fn repeated(text: &str, heading: &Heading) -> Vec<usize> {
     lines(text).skip(heading.above).filter(|(_, line)| is_one(line)).map(|(line, _)| line).collect()
 }
 
-/// Returns the names of the tracks and the last row of tables below each other; `heads` are the
-/// lines of their names of columns.
-fn tables(input: &Input, heads: &[usize]) -> Vec<(Vec<String>, usize)> {
-    let title = |head: usize| {
-        let filled = filled_lines(input.text).take_while(|(line, _)| *line < head).last();
-        filled.filter(|(_, title)| {
-            !title.split([',', ';', '\t', ' ']).any(|cell| value(cell).is_some_and(|_| !cell.is_empty()))
-        })
-    };
-    let of = |(i, head): (usize, &usize)| {
-        let name = title(*head).map_or(String::new(), |(_, title)| {
-            title.trim_matches(|c: char| c.is_whitespace() || "#,;\"".contains(c)).to_string()
-        });
-        let next = heads.get(i + 1).map(|next| title(*next).map_or(*next, |(line, _)| line));
-        let name = if name.is_empty() { (i + 1).to_string() } else { name };
-        (vec![name], next.map_or(usize::MAX, |next| next - 1))
-    };
-    heads.iter().enumerate().map(of).collect()
+/// Returns the line above a header that names its track.
+fn title(text: &str, head: usize) -> Option<(usize, &str)> {
+    let (line, title) = filled_lines(text).take_while(|(line, _)| *line < head).last()?;
+    let is_number = |cell: &str| !cell.is_empty() && value(cell).is_some();
+    (!title.split([',', ';', '\t', ' ']).any(is_number)).then_some((line, title))
 }
 
 /// Finds the columns of the tracks; a track without a name is named after the file.
-fn columns(heading: Heading, tracks: Vec<String>, is_multi: bool, input: &Input) -> Result<Layout, Refused> {
+fn columns(
+    heading: Heading,
+    tracks: Vec<String>,
+    further: Vec<usize>,
+    is_multi: bool,
+    input: &Input,
+) -> Option<Layout> {
     let names = heading.small();
     let position = |name: &str| names.iter().position(|own| own == name);
     let by_frame = input.is_by_frame() || !TIMES[1..].iter().any(|name| position(name).is_some());
-    let times = TIMES.iter().filter(|name| by_frame || **name != "frame");
-    let time = times.into_iter().find_map(|name| position(name)).ok_or(Refused)?;
-    let mut heads = vec![heading.line];
-    heads.extend(repeated(input.text, &heading));
-    let tables = if heads.len() > 1 { tables(input, &heads) } else { vec![(tracks, usize::MAX)] };
+    let mut times = TIMES.iter().filter(|name| by_frame || **name != "frame");
+    let time = times.find_map(|name| position(name))?;
+    let heads: Vec<usize> = [heading.line].into_iter().chain(further).collect();
     let mut blocks = Vec::new();
-    for (head, (tracks, last)) in heads.iter().zip(tables) {
+    for (i, header) in heads.iter().copied().enumerate() {
+        let (mut tracks, mut last) = (tracks.clone(), usize::MAX);
+        if heads.len() > 1 {
+            let name = title(input.text, header).map_or("", |(_, title)| title);
+            let name = name.trim_matches(|c: char| c.is_whitespace() || "#,;\"".contains(c));
+            tracks = vec![if name.is_empty() { (i + 1).to_string() } else { name.to_string() }];
+            let next = heads.get(i + 1);
+            last =
+                next.map_or(usize::MAX, |next| title(input.text, *next).map_or(*next, |(line, _)| line) - 1);
+        }
         let bodies = bodies(input, &heading, &tracks)?;
-        blocks.push(Block { header: *head, above: heading.above + head - heading.line, last, bodies });
+        blocks.push(Block { header, above: heading.above + header - heading.line, last, bodies });
     }
     let is_ignored = |name: &&str| !name.is_empty() && !["x", "y"].contains(name) && !TIMES.contains(name);
     let ignored: Vec<&str> = names.iter().map(String::as_str).filter(is_ignored).collect();
-    let passed = if ignored.is_empty() {
-        String::new()
-    } else {
-        format!("; columns passed over: {}", ignored.join(", "))
-    };
-    let clock = if names[time] == "frame" { TimeUnit::Frames } else { heading.time(time, input) };
-    let unit = heading.length(&Layout::lengths(&blocks), input);
-    let layout = Layout { unit, ..Layout::new(heading, blocks, Some(time), Clock::In(clock)) };
+    let passed = ignored.join(", ");
+    let passed = if passed.is_empty() { passed } else { format!("; columns passed over: {passed}") };
+    let is_frame = names[time] == "frame";
+    let layout = Layout::of_blocks(heading, blocks, Some((time, is_frame)), input);
     let message = format!(
         "read as {}, {} between cells, tracks {}{passed}",
         if is_multi || heads.len() > 1 { "Tracker (several tracks)" } else { "Tracker" },
@@ -148,11 +139,11 @@ fn columns(heading: Heading, tracks: Vec<String>, is_multi: bool, input: &Input)
         quoted(layout.names())
     );
     input.log.add(FORMAT, None, message);
-    Ok(layout)
+    Some(layout)
 }
 
 /// Finds the columns of the tracks by their names, each above its first column.
-fn bodies(input: &Input, heading: &Heading, tracks: &[String]) -> Result<Vec<Body>, Refused> {
+fn bodies(input: &Input, heading: &Heading, tracks: &[String]) -> Option<Vec<Body>> {
     let names = heading.small();
     // each track has its columns side by side, in any order
     let begin = |column: usize| (0..tracks.len().min(column + 1)).rev().find(|i| !tracks[*i].is_empty());
@@ -175,9 +166,9 @@ fn bodies(input: &Input, heading: &Heading, tracks: &[String]) -> Result<Vec<Bod
                 named(x)
             );
             input.wrong(heading.line, None, message);
-            return Err(Refused);
+            return None;
         }
-        bodies.push(Body::new(named(x), x, y));
+        bodies.push(Body::new(named(x), [x, y]));
     }
-    if input.problems.len() == before { Ok(bodies) } else { Err(Refused) }
+    (input.problems.len() == before).then_some(bodies)
 }

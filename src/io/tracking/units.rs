@@ -75,9 +75,6 @@ impl TimeUnit {
 
 impl AngleUnit {
     pub(super) fn radians(self) -> f64 {
-        match self {
-            Self::Rad => 1.0,
-            Self::Deg => 1.0_f64.to_radians(),
-        }
+        if self == Self::Rad { 1.0 } else { 1.0_f64.to_radians() }
     }
 }

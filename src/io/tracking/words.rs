@@ -14,15 +14,26 @@ const PERHAPS_BALLS: &str = "id tid color colour farbe name label who body class
 /// Words that may follow such a name.
 const NUMBERS: &str = "number numbers no nr num n id idx index nummer name count";
 const UNITS: &str = "s sec ms us stamp seconds stampms stamps";
-
 const ANGLES: &str = "angle ang theta θ phi φ rot rotation";
-/// Beginnings of words for errors, and for motions.
+/// Beginnings of words for errors, for motions, and for a point on a ball beside its centre.
 const SPREADS: &str = "sd std stdev err sigma σ unc sem rms fehler var";
 const MOTIONS: &str = "v vel speed geschw vitesse acc beschl disp rotation quaternion feret";
-/// Beginnings of words for a point on a ball beside its centre.
 const MARKERS: &str = "mark rim dot spot edge rand stripe led tip";
+/// Prefixes of the names of the sides of a box.
+const BOXES: [&str; 4] = ["boundingbox", "bbox", "box", "bb"];
+/// Names of the sides of a box: a corner with the size or the other corner, and whether the names
+/// are certain without a prefix.
+const SIDES: [([&str; 4], bool, bool); 8] = [
+    (["left", "top", "width", "height"], true, true),
+    (["left", "top", "w", "h"], true, true),
+    (["xmin", "ymin", "width", "height"], true, true),
+    (["x", "y", "width", "height"], true, false),
+    (["x", "y", "w", "h"], true, false),
+    (["xmin", "ymin", "xmax", "ymax"], false, true),
+    (["left", "top", "right", "bottom"], false, true),
+    (["x1", "y1", "x2", "y2"], false, false),
+];
 
-/// Meaning of a column.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) enum Role {
     Time,
@@ -43,17 +54,41 @@ pub(super) enum Kind {
     Motion,
 }
 
+/// Columns that determine the middle of a box together with those of a corner.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) struct Rest {
+    pub columns: [usize; 2],
+    /// Whether they are width and height, and not the other corner.
+    pub is_size: bool,
+}
+
+impl Rest {
+    /// Returns the middle of a box from a corner and the values of these columns.
+    pub(super) fn middle(self, [x, y]: [f64; 2], [other_x, other_y]: [f64; 2]) -> [f64; 2] {
+        if self.is_size {
+            [x + 0.5 * other_x, y + 0.5 * other_y]
+        } else {
+            [f64::midpoint(x, other_x), f64::midpoint(y, other_y)]
+        }
+    }
+}
+
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) struct Boxed {
+    pub corner: [usize; 2],
+    pub rest: Rest,
+}
+
+/// Returns whether a list of words has a word.
+fn has(list: &str, word: &str) -> bool {
+    list.split(' ').any(|own| own == word)
+}
+
 /// Returns the words of a name in small letters, without punctuation.
-pub(super) fn words(name: &str) -> Vec<String> {
+fn words(name: &str) -> Vec<String> {
     let small = name.to_lowercase();
     let words = small.split(|c: char| !c.is_alphanumeric()).filter(|word| !word.is_empty());
     words.map(str::to_string).collect()
-}
-
-/// Returns the rank of a name among the known ones, 0 the most certain; `None` for other names.
-fn rank(name: &str, known: &str, after: &str) -> Option<usize> {
-    let follows = |rest: &str| rest.is_empty() || after.split(' ').any(|word| word == rest);
-    known.split(' ').position(|word| name.strip_prefix(word).is_some_and(follows))
 }
 
 /// Returns the most certain column of a role among these names.
@@ -65,25 +100,27 @@ pub(super) fn find(names: &[String], role: Role) -> Option<usize> {
         Role::Ball => (BALLS, NUMBERS),
         Role::PerhapsBall => (PERHAPS_BALLS, NUMBERS),
     };
-    let ranked = names.iter().enumerate().filter_map(|(i, name)| {
+    let rank = |(i, name): (usize, &String)| {
         let words = words(name);
         // N° tir, Nr. Stoß
-        let is_number = words.len() > 1 && NUMBERS.split(' ').any(|number| words[0] == number);
-        Some((rank(&words[usize::from(is_number)..].concat(), known, after)?, i))
-    });
-    ranked.min().map(|(_, i)| i).or_else(|| {
-        // in Scandinavia tid is time
-        let is_tid = |name: &String| name.eq_ignore_ascii_case("tid");
-        names.iter().position(is_tid).filter(|_| role == Role::Time)
-    })
+        let is_number = words.len() > 1 && has(NUMBERS, &words[0]);
+        let word = words[usize::from(is_number)..].concat();
+        let fits =
+            |known: &str| word.strip_prefix(known).is_some_and(|rest| rest.is_empty() || has(after, rest));
+        Some((known.split(' ').position(fits)?, i))
+    };
+    let ranked = names.iter().enumerate().filter_map(rank).min();
+    // in Scandinavia tid is time
+    let is_tid = |name: &String| role == Role::Time && name.eq_ignore_ascii_case("tid");
+    ranked.map(|(_, i)| i).or_else(|| names.iter().position(is_tid))
 }
 
 pub(super) fn is_angle(name: &str) -> bool {
-    words(name).first().is_some_and(|first| {
-        // rote is red
-        let is_end = |rest: &str| rest.is_empty() || (rest.chars().count() == 1 && rest != "e");
-        ANGLES.split(' ').any(|word| first.strip_prefix(word).is_some_and(is_end))
-    })
+    // rote is red
+    let is_end = |rest: &str| rest.is_empty() || (rest.chars().count() == 1 && rest != "e");
+    let is_known =
+        |first: &String| ANGLES.split(' ').any(|word| first.strip_prefix(word).is_some_and(is_end));
+    words(name).first().is_some_and(is_known)
 }
 
 /// Returns the meaning of a pair of columns, by the name of the x column, with its `x` at this byte.
@@ -93,22 +130,19 @@ fn kind(names: &[String], column: usize, at: usize) -> Kind {
     let any = |known: &str| {
         before.iter().chain(&after).any(|word| {
             let letters = word.trim_end_matches(|c: char| c.is_ascii_digit());
-            let fits = |known: &str| letters == known || known.len() > 2 && letters.starts_with(known);
-            known.split(' ').any(fits)
+            known.split(' ').any(|known| letters == known || known.len() > 2 && letters.starts_with(known))
         })
     };
     // dx, ax, sx beside x, as vx: without the letter, the name is that of another column. ImageJ:
     // bx is of the box about the object with the centroid x, xm is weighted by brightness, xstart
     // is where its outline begins
-    let derived = || {
-        let rest = name.strip_prefix(['a', 'b', 'd', 's', 'u']).filter(|_| at > 0);
-        let rest = rest.map(|rest| rest.trim_start_matches(['_', ' ', '.']));
-        let is_other = |rest: &str| names.iter().any(|own| own == rest);
-        rest.is_some_and(is_other) || ["xm", "xstart"].contains(&name.as_str()) && is_other("x")
-    };
+    let is_other = |rest: &str| names.iter().any(|own| own == rest);
+    let rest = name.strip_prefix(['a', 'b', 'd', 's', 'u']).filter(|_| at > 0);
+    let is_derived = rest.is_some_and(|rest| is_other(rest.trim_start_matches(['_', ' ', '.'])))
+        || ["xm", "xstart"].contains(&name.as_str()) && is_other("x");
     if any(SPREADS) {
         Kind::Spread
-    } else if any(MOTIONS) || derived() {
+    } else if any(MOTIONS) || is_derived {
         Kind::Motion
     } else if any(MARKERS) || before.last().is_some_and(|word| word == "m") {
         Kind::Marker
@@ -120,12 +154,8 @@ fn kind(names: &[String], column: usize, at: usize) -> Kind {
 /// Returns the columns whose names differ by x and y only, in their order, and their meaning.
 pub(super) fn pairs(names: &[String]) -> Vec<([usize; 2], Kind)> {
     let mut pairs: Vec<([usize; 2], Kind)> = Vec::new();
-    for (i, name) in names.iter().enumerate() {
-        let with_y = name.char_indices().filter(|(_, c)| *c == 'x').find_map(|(at, _)| {
-            let other = format!("{}y{}", &name[..at], &name[at + 1..]);
-            Some((names.iter().position(|own| *own == other)?, at))
-        });
-        if let Some((y, at)) = with_y
+    for i in 0..names.len() {
+        if let Some((y, at)) = replaced(names, i, "y")
             && pairs.iter().all(|([_, taken], _)| *taken != y)
         {
             pairs.push(([i, y], kind(names, i, at)));
@@ -134,30 +164,73 @@ pub(super) fn pairs(names: &[String]) -> Vec<([usize; 2], Kind)> {
     pairs
 }
 
+/// Returns the column with the name of this one, an x replaced by a word, and the place of the x.
+fn replaced(names: &[String], x: usize, word: &str) -> Option<(usize, usize)> {
+    let name = &names[x];
+    name.match_indices('x').find_map(|(at, _)| {
+        let other = format!("{}{word}{}", &name[..at], &name[at + 1..]);
+        Some((names.iter().position(|own| *own == other)?, at))
+    })
+}
+
+/// Returns the column with the name of this column of x, the x replaced by another word.
+pub(super) fn beside(names: &[String], x: usize, word: &str) -> Option<usize> {
+    replaced(names, x, word).map(|(column, _)| column)
+}
+
+/// Returns the columns of a size that belong to this column of x.
+pub(super) fn size(names: &[String], x: usize) -> Option<[usize; 2]> {
+    let pair = |[width, height]: [&str; 2]| Some([beside(names, x, width)?, beside(names, x, height)?]);
+    [["width", "height"], ["w", "h"]].into_iter().find_map(pair)
+}
+
+/// Returns the box, or both boxes of a wide table, of these names in small letters, if certain.
+pub(super) fn boxes(names: &[String]) -> Vec<Boxed> {
+    let plain: Vec<String> = names.iter().map(|name| words(name).concat()).collect();
+    let find = |(sides, is_size, are_certain): ([&str; 4], bool, bool)| {
+        let mut found = Vec::new();
+        for begin in plain.iter().filter_map(|name| name.strip_suffix(sides[0])) {
+            let at = |side: &str| plain.iter().position(|name| name.strip_prefix(begin) == Some(side));
+            if let [Some(x), Some(y), Some(other_x), Some(other_y)] = sides.map(at) {
+                let rest = Rest { columns: [other_x, other_y], is_size };
+                found.push((begin, Boxed { corner: [x, y], rest }));
+            }
+        }
+        let is_stated = |begin: &str| BOXES.iter().any(|prefix| begin.ends_with(prefix));
+        // x1, y1, x2, y2 of each of two balls
+        let are_two = found.len() == 2 && !is_size && found.iter().all(|(begin, _)| !begin.is_empty());
+        let is_good = are_certain || are_two || found.iter().all(|(begin, _)| is_stated(begin));
+        (is_good && (1..=2).contains(&found.len()))
+            .then(|| found.into_iter().map(|(_, boxed)| boxed).collect::<Vec<_>>())
+    };
+    SIDES.into_iter().find_map(find).unwrap_or_default()
+}
+
 #[cfg(test)]
 mod tests {
-    use super::Kind::{Marker, Motion, Position, Spread};
     use super::*;
+
+    fn split(names: &str, by: char) -> Vec<String> {
+        names.split(by).map(str::to_string).collect()
+    }
 
     #[test]
     fn names_of_times_frames_shots_and_balls() {
-        let found = |name: &str| {
+        let role = |name: &str| {
             let roles = [Role::Time, Role::Frame, Role::Shot, Role::Ball, Role::PerhapsBall];
             roles.into_iter().find(|role| find(&[name.to_string()], *role).is_some())
         };
-        for (role, names) in [
-            (Role::Time, "t|T_s|t_ms|time_stamp|Zeit_s|TimeStamp|tid|POSITION_T"),
-            (Role::Frame, "frame_idx|frame_id|Frame No|Frame #|Bildnummer|Bild Nr.|Slice n°"),
-            (Role::Shot, "shot|Shot_ID|clip|run no|N° tir|Nr. Versuch|Tiro"),
-            (Role::Ball, "ball|track_id|Track n°|particle|disk_id|object"),
-            (Role::PerhapsBall, "id|color|label"),
+        for (expected, names) in [
+            (Some(Role::Time), "t|T_s|t_ms|time_stamp|Zeit_s|TimeStamp|tid|POSITION_T"),
+            (Some(Role::Frame), "frame_idx|frame_id|Frame No|Frame #|Bildnummer|Bild Nr.|Slice n°"),
+            (Some(Role::Shot), "shot|Shot_ID|clip|run no|N° tir|Nr. Versuch|Tiro"),
+            (Some(Role::Ball), "ball|track_id|Track n°|particle|disk_id|object"),
+            (Some(Role::PerhapsBall), "id|color|label"),
+            (None, "x|trial x|mass|n|timing|framework|running||ballast"),
         ] {
             for name in names.split('|') {
-                assert_eq!(found(name), Some(role), "{name}");
+                assert_eq!(role(name), expected, "{name}");
             }
-        }
-        for name in ["x", "trial x", "mass", "n", "timing", "framework", "running", "", "ballast"] {
-            assert_eq!(found(name), None, "{name}");
         }
         for name in ["ang_a", "theta2", "θ", "θr", "rotation"] {
             assert!(is_angle(name), "{name}");
@@ -169,17 +242,39 @@ mod tests {
 
     #[test]
     fn pairs_that_are_no_positions() {
-        let kinds = |names: &[&str]| -> Vec<Kind> {
-            let names: Vec<String> = names.iter().map(ToString::to_string).collect();
-            (0..names.len()).filter_map(|i| Some(kind(&names, i, names[i].find('x')?))).collect()
-        };
-        assert_eq!(
-            kinds(&["x", "x_sd", "sigma_x", "xerr", "vx", "v_x", "x velocity", "ax", "x2"]),
-            [Position, Spread, Spread, Spread, Motion, Motion, Motion, Motion, Position]
-        );
-        assert_eq!(
-            kinds(&["ax", "bx", "cx", "mx", "x_m", "rim_x", "marker x1", "x1", "vx1"]),
-            [Position, Position, Position, Marker, Position, Marker, Marker, Position, Motion]
-        );
+        for (kind_of_all, names) in [
+            (Kind::Position, "x|x2|cx|x_m|x1"),
+            (Kind::Spread, "x_sd|sigma_x|xerr"),
+            (Kind::Motion, "vx|v_x|x velocity|vx1"),
+            (Kind::Marker, "mx|rim_x|marker x1"),
+        ] {
+            let names = split(names, '|');
+            for (i, name) in names.iter().enumerate() {
+                assert_eq!(kind(&names, i, name.find('x').unwrap()), kind_of_all, "{name}");
+            }
+        }
+        // ax is an acceleration beside x only
+        assert_eq!(kind(&split("x|ax", '|'), 1, 1), Kind::Motion);
+        assert_eq!(kind(&split("ax|bx", '|'), 0, 1), Kind::Position);
+    }
+
+    #[test]
+    fn boxes_by_their_names() {
+        for (names, is_size, count) in [
+            ("t xmin ymin xmax ymax", false, 1),
+            ("t bbox_x1 bbox_y1 bbox_x2 bbox_y2", false, 1),
+            ("bb_left bb_top bb_width bb_height x y", true, 1),
+            ("t bbox_x bbox_y bbox_w bbox_h", true, 1),
+            ("t a_x1 a_y1 a_x2 a_y2 b_x1 b_y1 b_x2 b_y2", false, 2),
+            ("t A_left A_top A_w A_h B_left B_top B_w B_h", true, 2),
+            ("t x1 y1 x2 y2", false, 0),
+            ("t x y w h", false, 0),
+            ("t a_x a_y a_w a_h b_x b_y b_w b_h", false, 0),
+            ("t xmin ymin", false, 0),
+        ] {
+            let found = boxes(&split(names, ' '));
+            assert_eq!(found.len(), count, "{names}");
+            assert!(found.iter().all(|boxed| boxed.rest.is_size == is_size), "{names}");
+        }
     }
 }

@@ -14,6 +14,10 @@ const CERTAIN_SWAP: f64 = 0.1;
 const POSSIBLE_SWAP: f64 = 0.3;
 /// Longest step, frames, in which a jump can show that names were exchanged.
 const MAX_SWAP_FRAMES: f64 = 3.5;
+/// Largest step between rows, in ranges of nearly all positions.
+const MAX_STEP: f64 = 8.0;
+/// Latest time of a frame, in ranges of nearly all times.
+const MAX_DELAY: f64 = 100.0;
 
 /// A fault of a shot, and its line if there is one.
 #[derive(Clone, Debug, PartialEq)]
@@ -35,21 +39,24 @@ impl Wrong {
     }
 }
 
+/// Returns whether two rows have one time and different places.
+fn are_torn(one: &Row, other: &Row) -> bool {
+    one.time == other.time && !one.is_gap() && !other.is_gap() && one.place() != other.place()
+}
+
 /// Sorts the rows of a track by time, and merges those of equal times.
 pub(super) fn order(track: &mut RawTrack, log: Log) -> Result<(), Wrong> {
     let RawTrack { name, rows, .. } = track;
-    let is_back = |two: &[Row]| two[1].time < two[0].time;
-    if let Some(at) = rows.windows(2).position(is_back) {
-        let backwards = rows.windows(2).filter(|two| is_back(two)).count();
-        let (before, next) = (rows[at], rows[at + 1]);
+    if rows.windows(2).all(|two| two[0].time < two[1].time) {
+        return Ok(());
+    }
+    let backwards: Vec<usize> = (1..rows.len()).filter(|i| rows[*i].time < rows[*i - 1].time).collect();
+    if let Some(at) = backwards.first() {
+        let (before, next) = (rows[at - 1], rows[*at]);
         // a clock that starts again: another clip, or times that wrap around
-        let is_anew = backwards == 1 && rows.len() > 2 && rows[rows.len() - 1].time < rows[0].time;
-        let all_backwards = backwards + 1 == rows.len();
+        let is_second = backwards.len() == 1 && rows.len() > 2 && rows[rows.len() - 1].time < rows[0].time;
         rows.sort_by(|a, b| a.time.total_cmp(&b.time));
-        let is_torn = |two: &[Row]| {
-            two[0].time == two[1].time && !two[0].is_gap() && !two[1].is_gap() && !two[0].is_at(two[1])
-        };
-        if is_anew || rows.windows(2).any(is_torn) {
+        if is_second || rows.windows(2).any(|two| are_torn(&two[0], &two[1])) {
             let message = format!(
                 "time of \"{name}\" runs backwards, from {:.6} s (line {}) to {:.6} s; expected the rows of one clip, in any \
                  order, and each clip as a shot of its own",
@@ -57,19 +64,17 @@ pub(super) fn order(track: &mut RawTrack, log: Log) -> Result<(), Wrong> {
             );
             return Err(Wrong::input(next.line, message));
         }
-        let how = if all_backwards { "run backwards" } else { "are not in the order of time" };
+        let are_all = backwards.len() + 1 == rows.len();
+        let how = if are_all { "run backwards" } else { "are not in the order of time" };
         log.add(ORDER, next.line, format!("the rows of \"{name}\" {how}; put in the order of time"));
     }
-    if rows.windows(2).all(|two| two[0].time < two[1].time) {
-        return Ok(());
-    }
     let mut kept: Vec<Row> = Vec::with_capacity(rows.len());
-    for row in rows.iter() {
+    for row in rows.drain(..) {
         let Some(last) = kept.last_mut().filter(|last| last.time >= row.time) else {
-            kept.push(*row);
+            kept.push(row);
             continue;
         };
-        if !(last.is_at(*row) || last.is_gap() || row.is_gap()) {
+        if are_torn(last, &row) {
             let message = format!(
                 "\"{name}\" is at two places at {:.6} s: ({}, {}) here and ({}, {}) in line {}; expected one row per \
                  ball and frame",
@@ -80,17 +85,12 @@ pub(super) fn order(track: &mut RawTrack, log: Log) -> Result<(), Wrong> {
         let message = format!("\"{name}\" has its time twice (line {}); one row is passed over", last.line);
         log.add(REPEATED, row.line, message);
         if last.is_gap() {
-            *last = *row;
+            *last = row;
         }
     }
     *rows = kept;
     Ok(())
 }
-
-/// Largest step between rows, in ranges of nearly all positions.
-const MAX_STEP: f64 = 8.0;
-/// Latest time of a frame, in ranges of nearly all times.
-const MAX_DELAY: f64 = 100.0;
 
 /// Returns the range of the middle nine tenths of values.
 fn range(values: impl Iterator<Item = f64>) -> f64 {
@@ -108,8 +108,11 @@ pub(super) fn remove_outliers(tracks: &mut [RawTrack], log: Log) {
     let step = middle(steps.map(|two| two[1].time - two[0].time)).unwrap_or(f64::NAN);
     for RawTrack { name, rows, .. } in tracks.iter_mut().filter(|track| !track.is_angle) {
         let at: Vec<usize> = (0..rows.len()).filter(|i| !rows[*i].is_gap()).collect();
+        if at.len() < 5 {
+            continue;
+        }
         let seen: Vec<Row> = at.iter().map(|i| rows[*i]).collect();
-        for (k, row) in seen.iter().enumerate().filter(|_| seen.len() >= 5) {
+        for (k, row) in seen.iter().enumerate() {
             // beside a row at the end its two neighbours, one of which may be the wrong one
             let beside = match k {
                 0 => [1, 2],
@@ -117,12 +120,12 @@ pub(super) fn remove_outliers(tracks: &mut [RawTrack], log: Log) {
                 _ => [k - 1, k + 1],
             };
             let beside = beside.map(|i| seen[i]);
-            let far = beside.iter().all(|other| other.distance(*row) > MAX_STEP * width);
+            let is_far = beside.iter().all(|other| other.distance(*row) > MAX_STEP * width);
             let [one, other] = beside.map(|other| (other.time - row.time).abs());
             // frame -18 if all others count from 0
-            let before = k == 0 && row.time < 0.0 && seen[1].time >= 0.0 && one.min(other) > 3.0 * step;
-            if far || before || one.min(other) > MAX_DELAY * length {
-                let wrong = if far { "place" } else { "time" };
+            let is_before = k == 0 && row.time < 0.0 && seen[1].time >= 0.0 && one.min(other) > 3.0 * step;
+            if is_far || is_before || one.min(other) > MAX_DELAY * length {
+                let wrong = if is_far { "place" } else { "time" };
                 let message = format!(
                     "\"{name}\" is by itself at an impossible {wrong} ({:.6} s, {:.6e}, {:.6e} in the file's unit): taken as a gap",
                     row.time, row.x, row.y
@@ -136,12 +139,17 @@ pub(super) fn remove_outliers(tracks: &mut [RawTrack], log: Log) {
 
 /// Returns the indices of the rows of both tracks at the same times, without gaps.
 fn pairs(cue: &RawTrack, object: &RawTrack) -> Vec<(usize, usize)> {
-    let other = |row: &Row| {
-        let j = object.rows.partition_point(|other| other.time < row.time);
-        object.rows.get(j).filter(|other| other.time == row.time && !other.is_gap()).map(|_| j)
-    };
-    let seen = cue.rows.iter().enumerate().filter(|(_, row)| !row.is_gap());
-    seen.filter_map(|(i, row)| Some((i, other(row)?))).collect()
+    let mut pairs = Vec::new();
+    let mut j = 0;
+    for (i, row) in cue.rows.iter().enumerate().filter(|(_, row)| !row.is_gap()) {
+        while object.rows.get(j).is_some_and(|other| other.time < row.time) {
+            j += 1;
+        }
+        if object.rows.get(j).is_some_and(|other| other.time == row.time && !other.is_gap()) {
+            pairs.push((i, j));
+        }
+    }
+    pairs
 }
 
 /// Turns repeated frames into gaps.
@@ -158,44 +166,40 @@ pub(super) fn remove_repeated_frames(
     };
     let steps: Vec<f64> = pairs.windows(2).map(step).collect();
     let smallest = steps.iter().copied().filter(|step| *step > 0.0).fold(f64::INFINITY, f64::min);
-    let only_coarse = steps.iter().filter(|step| **step == 0.0).count() * 5 > steps.len();
+    if steps.iter().filter(|step| **step == 0.0).count() * 5 > steps.len() {
+        return Ok(());
+    }
     let mut frozen = Vec::new();
-    let mut k = 1;
-    while k + 1 < steps.len() {
-        let first = k;
-        while k < steps.len() && steps[k] == 0.0 {
-            k += 1;
-        }
-        if k == first {
-            k += 1;
+    let mut end = 0;
+    for still in steps.chunk_by(|a, b| (*a == 0.0) == (*b == 0.0)) {
+        let first = end;
+        end += still.len();
+        if still[0] != 0.0 || first == 0 {
             continue;
         }
         // still until the end, or too coarse to decide
-        let (Some(after), before) = (steps.get(k), steps[first - 1]) else { break };
-        let coarse = smallest.is_finite() && before.min(*after) < MAX_COARSE * smallest;
-        let is_grid = coarse && smallest > 1e-6 * before.max(*after) && is_coarse(&steps);
-        if before == 0.0 || is_grid || only_coarse {
+        let (Some(after), before) = (steps.get(end), steps[first - 1]) else { break };
+        let is_small = smallest.is_finite() && before.min(*after) < MAX_COARSE * smallest;
+        if is_small && smallest > 1e-6 * before.max(*after) && is_coarse(&steps) {
             continue;
         }
-        let length = |k: usize| {
+        let frames = |k: usize| {
             let time = |k: usize| cue.rows[pairs[k].0].time;
             ((time(k + 1) - time(k)) * fps).max(1.0)
         };
-        let [line, still] = [first + 1, first].map(|k| cue.rows[pairs[k].0].line);
-        if after / length(k) < MIN_CATCH_UP * before / length(first - 1) {
+        let [line, known] = [first + 1, first].map(|k| cue.rows[pairs[k].0].line);
+        let both = format!(
+            "both balls are exactly where they were in line {known} while they move before and after"
+        );
+        if after / frames(end) < MIN_CATCH_UP * before / frames(first - 1) {
             let message = format!(
-                "both balls are exactly where they were in line {still} while they move before and after, and do not \
-                 catch up: a frame was put in here, and all later times may be late. Expected the clip without it, \
-                 with the frames after it renumbered; or skip the shot"
+                "{both}, and do not catch up: a frame was put in here, and all later times may be late. Expected the clip \
+                 without it, with the frames after it renumbered; or skip the shot"
             );
             return Err(Wrong::damaged(line, message));
         }
-        frozen.extend(first + 1..=k);
-        let message = format!(
-            "both balls are exactly where they were in line {still} while they move before and after: a repeated frame, \
-             taken as a gap"
-        );
-        log.add(REPEATED, line, message);
+        frozen.extend(first + 1..=end);
+        log.add(REPEATED, line, format!("{both}: a repeated frame, taken as a gap"));
     }
     for (i, j) in frozen.into_iter().map(|k| pairs[k]) {
         cue.rows[i].lose();

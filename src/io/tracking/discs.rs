@@ -1,0 +1,298 @@
+//! Assignment of tracked points to discs by the distances that they keep, if it is not stated.
+
+use std::collections::HashMap;
+use std::path::PathBuf;
+
+use rayon::prelude::*;
+
+use super::calibration::Calibration;
+use super::finish::{Facts, find, number_twins};
+use super::input::quoted;
+use super::isolated;
+use super::raw::{NAMES, Notes, RawShot, RawTrack, Row, span};
+use super::settings::{Names, TrackSettings};
+use crate::film::rigid_body::circle_centres;
+use crate::measurement::track::Sample;
+use crate::numerics::median;
+
+/// Largest relative change of the distance of two points on one body. Points of one puck change
+/// theirs by up to 0.035 (calibration, and tape that is seen from another side; 0.16 while a hand
+/// holds the puck), points of two by 0.8 and more (30 films of two pucks, Chalmers 2023).
+const MAX_CHANGE: f64 = 0.25;
+/// Number of frames of a median distance, so that a frame with two mistaken markers does not count.
+const MEDIAN_FRAMES: usize = 5;
+/// Time on either side over which a path's bend is measured: the film over this, up to a maximum.
+const REACH_PART: usize = 8;
+const MAX_REACH: usize = 60;
+/// Ratio of the bends of two points on a turning disc at which the straighter one may be the
+/// centre. Noise alone exceeds it in a twentieth of the frames, either way.
+const MIN_BEND_RATIO: f64 = 5.0;
+/// Least excess of frames in which the centre's path is the straighter one, as a part of all.
+const MIN_EXCESS: f64 = 0.25;
+/// Largest relative difference of the centre's distances to markers, which are placed by hand.
+const MAX_INEQUALITY: f64 = 0.1;
+
+/// Assigns tracks to discs, and determines which are centres, in the shots that do not state it;
+/// the result replaces the names of the table of shots.
+pub(super) fn group(
+    work: &mut [(RawShot, Facts)],
+    settings: &TrackSettings,
+    calibrations: &HashMap<PathBuf, Calibration>,
+    notes: &Notes,
+) {
+    let found = |(raw, facts): &mut (RawShot, Facts)| {
+        number_twins(&mut raw.tracks);
+        let (tracks, calibration) = (&raw.tracks, calibrations.get(raw.file.as_path())?);
+        let is_named = |name: &str| !matches!(find(tracks, name), Ok(None));
+        let is_unsaid = settings.discs
+            && !facts.own.settings(settings).states_balls
+            && !is_named("cue")
+            && !is_named("object")
+            && tracks.len() > 1
+            && tracks.iter().all(|track| track.point.is_none());
+        is_unsaid.then(|| isolated(|| discs(tracks, calibration)).and_then(|discs| discs))
+    };
+    let found: Vec<_> = work.par_iter_mut().map(found).collect();
+    for ((raw, facts), found) in work.iter_mut().zip(found) {
+        match found {
+            Some(Ok([one, other])) => {
+                let message = format!(
+                    "[tracks] cue and object are not given: the disc that moves first, taken as cue, is {}; the other is {}",
+                    one.shown(),
+                    other.shown()
+                );
+                notes.of(&raw.file).add(NAMES, raw.line, message);
+                let names = [one.centre, other.centre, one.markers, other.markers];
+                facts.own.names = names.map(|names| Some(Names(names)));
+            }
+            Some(Err(message)) => facts.refused = Some(message),
+            None => {}
+        }
+    }
+}
+
+struct Disc {
+    /// The centre, or points on a circle about it.
+    centre: Vec<String>,
+    /// Further points on the disc.
+    markers: Vec<String>,
+}
+
+impl Disc {
+    /// Returns the names of its tracks for messages.
+    fn shown(&self) -> String {
+        let centre = quoted(&self.centre);
+        match (self.centre.len(), self.markers.len()) {
+            (1, 0) => centre,
+            (1, _) => format!("{centre} (its centre) with {}", quoted(&self.markers)),
+            _ => format!("{centre} (on a circle about its centre)"),
+        }
+    }
+}
+
+/// Returns the two discs of a shot, the first to move first: each is one track, or three or more
+/// that keep their distances. Other tracks are left out.
+///
+/// # Errors
+/// There are not two discs, or the centre is ambiguous.
+fn discs(tracks: &[RawTrack], calibration: &Calibration) -> Result<[Disc; 2], String> {
+    let points = samples(tracks, |row| calibration.metres(row.x, row.y));
+    let groups = if tracks.len() == 2 { vec![vec![0], vec![1]] } else { groups(&points) };
+    let mut groups: [Vec<usize>; 2] = groups.try_into().map_err(|groups: Vec<Vec<usize>>| {
+        let found: Vec<String> = groups.iter().map(|group| quoted(names(tracks, group))).collect();
+        let found = if found.is_empty() { "none".to_string() } else { found.join(" and ") };
+        format!(
+            "its {} tracks are not two discs: groups of three or more points that keep their distances are {found}. Expected \
+             two such groups, or [tracks] cue and object (for this shot alone, in the table that [tracks] shots names), or the \
+             shot skipped",
+            tracks.len()
+        )
+    })?;
+    let begin = |group: &Vec<usize>| span(group.iter().filter_map(|i| beginning(&tracks[*i], tracks)))[0];
+    if begin(&groups[1]) < begin(&groups[0]) {
+        groups.swap(0, 1);
+    }
+    let disc = |group: &[usize]| {
+        let own: Vec<&[Sample]> = group.iter().map(|i| points[*i].as_slice()).collect();
+        let mut markers = names(tracks, group);
+        match central(&own) {
+            Ok(Some(centre)) => Ok(Disc { centre: vec![markers.remove(centre)], markers }),
+            Ok(None) => Ok(Disc { centre: markers, markers: Vec::new() }),
+            Err(like_centre) => {
+                let like_centre: Vec<usize> = like_centre.iter().map(|i| group[*i]).collect();
+                Err(format!(
+                    "the points {} are on one disc, but {} may be its centre or on its rim, since the disc turns too little to decide; \
+                     expected [tracks] cue and object, and cue_markers and \
+                     object_markers for points beside the centre",
+                    quoted(markers),
+                    quoted(names(tracks, &like_centre)).replace(", ", " or ")
+                ))
+            }
+        }
+    };
+    Ok([disc(&groups[0])?, disc(&groups[1])?])
+}
+
+pub(super) fn are_two(tracks: &[RawTrack]) -> bool {
+    groups(&samples(tracks, Row::place)).len() == 2
+}
+
+fn names(tracks: &[RawTrack], group: &[usize]) -> Vec<String> {
+    group.iter().map(|i| tracks[*i].name.clone()).collect()
+}
+
+/// Returns the positions of tracks in the order of time.
+fn samples(tracks: &[RawTrack], place: impl Fn(&Row) -> [f64; 2]) -> Vec<Vec<Sample>> {
+    let samples = |track: &RawTrack| {
+        let mut samples: Vec<Sample> = track.seen().map(|row| Sample::new(row.time, place(row))).collect();
+        samples.sort_by(|a, b| a.t.total_cmp(&b.t));
+        samples
+    };
+    tracks.iter().map(samples).collect()
+}
+
+/// Returns the time at which a track is a tenth of its way from its start, as a part of the time of
+/// all tracks; 1 if it stays there.
+pub(super) fn beginning(track: &RawTrack, all: &[RawTrack]) -> Option<f64> {
+    const MOVED: f64 = 0.1;
+    let [first, last] = span(all.iter().flat_map(|track| &track.rows).map(|row| row.time));
+    let origin = track.seen().next()?;
+    let way = |row: &Row| origin.distance(*row);
+    let most = track.seen().map(way).fold(0.0, f64::max);
+    let moving = track.seen().find(|row| way(row) > MOVED * most);
+    Some(moving.map_or(1.0, |row| (row.time - first) / (last - first).max(f64::MIN_POSITIVE)))
+}
+
+/// Returns the groups of three or more points of which every two keep their distance, the most
+/// rigid joined first.
+fn groups(points: &[Vec<Sample>]) -> Vec<Vec<usize>> {
+    let count = points.len();
+    let pairs = (0..count).flat_map(|i| (0..i).map(move |j| (i, j)));
+    let mut rigid: Vec<(f64, usize, usize)> =
+        pairs.map(|(i, j)| (change(&points[i], &points[j]), i, j)).collect();
+    rigid.retain(|(change, ..)| *change <= MAX_CHANGE);
+    rigid.sort_by(|a, b| a.0.total_cmp(&b.0));
+    let is_rigid = |i: usize, j: usize| rigid.iter().any(|(_, a, b)| (*a, *b) == (i.max(j), i.min(j)));
+    let mut groups: Vec<Vec<usize>> = (0..count).map(|i| vec![i]).collect();
+    for (_, i, j) in &rigid {
+        let at = |point: &usize| groups.iter().position(|group| group.contains(point));
+        let (Some(a), Some(b)) = (at(i), at(j)) else { continue };
+        if a != b && groups[a].iter().all(|p| groups[b].iter().all(|q| is_rigid(*p, *q))) {
+            let mut joined = groups.remove(a.max(b));
+            groups[a.min(b)].append(&mut joined);
+            groups[a.min(b)].sort_unstable();
+        }
+    }
+    groups.retain(|group| group.len() > 2);
+    groups
+}
+
+/// Returns the positions of two points in the frames that have both.
+fn together<'a>(one: &'a [Sample], other: &'a [Sample]) -> impl Iterator<Item = [&'a Sample; 2]> {
+    let at = |t: f64| other.get(other.partition_point(|s| s.t < t)).filter(|s| s.t == t);
+    one.iter().filter_map(move |sample| Some([sample, at(sample.t)?]))
+}
+
+fn distances(one: &[Sample], other: &[Sample]) -> Vec<f64> {
+    together(one, other).map(|[a, b]| (a.x - b.x).hypot(a.y - b.y)).collect()
+}
+
+/// Returns the relative change of the distance of two points; infinite for too few common frames.
+fn change(one: &[Sample], other: &[Sample]) -> f64 {
+    let distances = distances(one, other);
+    let mut smooth: Vec<f64> =
+        distances.windows(MEDIAN_FRAMES).map(|window| median(window.to_vec())).collect();
+    smooth.sort_by(f64::total_cmp);
+    let (Some(least), Some(most)) = (smooth.first(), smooth.last()) else { return f64::INFINITY };
+    (most - least) / smooth[smooth.len() / 2].max(f64::MIN_POSITIVE)
+}
+
+/// Returns the centre of the points on a disc, `None` if all are on a circle about it: only the
+/// centre moves straight while the disc turns.
+///
+/// # Errors
+/// The points that may be the centre, if the disc does not turn enough.
+fn central(points: &[&[Sample]]) -> Result<Option<usize>, Vec<usize>> {
+    let Ok(circle) = circle_centres(points) else { return Ok(None) };
+    let distance = |one: &[Sample], other: &[Sample]| {
+        let all = distances(one, other);
+        if all.is_empty() { f64::INFINITY } else { median(all) }
+    };
+    let is_like_centre = |i: &usize| {
+        let others = (0..points.len()).filter(|j| j != i);
+        let [least, most] = span(others.map(|j| distance(points[*i], points[j])));
+        most.max(0.0) <= (1.0 + MAX_INEQUALITY) * least
+    };
+    let like_centre: Vec<usize> = (0..points.len()).filter(is_like_centre).collect();
+    let sureness = like_centre.iter().map(|i| (straighter(points[*i], &circle), *i));
+    match sureness.max_by(|a, b| a.0.total_cmp(&b.0)) {
+        Some((sure, i)) if sure > MIN_EXCESS => Ok(Some(i)),
+        // only one point can be the centre; points on the rim may have equal distances
+        Some((sure, i)) if like_centre.len() == 1 && sure > -MIN_EXCESS => Err(vec![i]),
+        _ => Ok(None),
+    }
+}
+
+/// Returns the excess of frames in which the first path is the straighter one, as a part of all.
+fn straighter(one: &[Sample], other: &[Sample]) -> f64 {
+    let both: Vec<[&Sample; 2]> = together(one, other).collect();
+    let reach = (both.len() / REACH_PART).clamp(1, MAX_REACH);
+    let bend = |[a, b, c]: [&Sample; 3]| (0.5 * (a.x + c.x) - b.x).hypot(0.5 * (a.y + c.y) - b.y);
+    let (mut more, mut all) = (0.0, 0.0);
+    for window in both.windows(2 * reach + 1) {
+        let [one, other] = [0, 1].map(|k| bend([window[0][k], window[reach][k], window[2 * reach][k]]));
+        all += 1.0;
+        more += f64::from(i8::from(other > MIN_BEND_RATIO * one) - i8::from(one > MIN_BEND_RATIO * other));
+    }
+    if all > 0.0 { more / all } else { 0.0 }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Points on two turning discs, alternately on one and the other; the second is hit half-way.
+    fn film(rate: f64, on: &[(f64, f64)]) -> Vec<Vec<Sample>> {
+        let mut points = vec![Vec::new(); 2 * on.len()];
+        for frame in 0..400 {
+            let t = f64::from(frame) * 0.002;
+            let late = (t - 0.4).max(0.0);
+            let centres = [[0.4 * t - 0.25 * late, 0.0], [0.21 + 0.25 * late, 0.05 * late]];
+            for (i, point) in points.iter_mut().enumerate() {
+                let (radius, angle) = on[i / 2];
+                let (sin, cos) = (angle + rate * t * [1.0, -1.5][i % 2]).sin_cos();
+                let [x, y] = centres[i % 2];
+                // in one frame, markers are mistaken for each other
+                let wrong = if frame == 150 && i < 2 { 0.1 } else { 0.0 };
+                point.push(Sample::new(t, [x + radius * cos + wrong, y + radius * sin]));
+            }
+        }
+        points
+    }
+
+    #[test]
+    fn points_are_grouped_by_the_distances_that_they_keep() {
+        for rate in [0.0, 8.0] {
+            let mut points = film(rate, &[(0.023, 0.0), (0.023, 1.7), (0.023, 3.9)]);
+            // a seventh point on neither disc, and one that is never seen
+            points.push((0..400).map(|i| Sample::new(f64::from(i) * 0.002, [0.3, 0.1])).collect());
+            points.push(Vec::new());
+            assert_eq!(groups(&points), [vec![0, 2, 4], vec![1, 3, 5]]);
+        }
+    }
+
+    #[test]
+    fn a_centre_moves_straight_while_the_disc_turns() {
+        // rim only; centre and two on the rim, turning and not; three at equal distances
+        for (rate, on, expected) in [
+            (6.0, vec![(0.023, 0.0), (0.023, 1.7), (0.023, 3.9)], Ok(None)),
+            (6.0, vec![(0.02, 0.0), (0.0, 0.0), (0.02, 1.6)], Ok(Some(1))),
+            (0.0, vec![(0.02, 0.0), (0.0, 0.0), (0.02, 1.6)], Err(vec![1])),
+            (6.0, vec![(0.02, 0.0), (0.02, 2.094_395), (0.02, 4.188_790)], Ok(None)),
+        ] {
+            let points = film(rate, &on);
+            let one: Vec<&[Sample]> = points.iter().step_by(2).map(Vec::as_slice).collect();
+            assert_eq!(central(&one), expected, "{on:?}");
+        }
+    }
+}
