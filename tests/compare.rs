@@ -11,7 +11,7 @@ use caromfit::measurement::observable::Observable;
 use caromfit::measurement::parameter::Parameter;
 use caromfit::physics::ball::Ball;
 use caromfit::physics::collision::{Fidelity, FidelityChoice, Model};
-use caromfit::report::compare_words::notes;
+use caromfit::report::compare::notes;
 use caromfit::simulate::{Kind, Noise, Played, Spec, Truth};
 use serde_json::Value;
 

@@ -10,7 +10,7 @@ use caromfit::measurement::parameter::{Compliance, Parameter, Setting};
 use caromfit::physics::ball::Ball;
 use caromfit::physics::collision::{Effects, Fidelity, FidelityChoice, Model};
 use caromfit::physics::friction_law::Law;
-use caromfit::report::compare_words::{notes, warnings};
+use caromfit::report::compare::{notes, warnings};
 use caromfit::simulate::{BallSpec, Camera, ClothSpec, Kind, Noise, Played, Spec, Truth};
 use serde_json::Value;
 

@@ -233,7 +233,7 @@ fn differences_between_discs_include_the_scatter_of_their_shots() {
         let compared = of(Quantity::Parameter(Parameter::E)).unwrap();
         let found = &compared.differences[0];
         println!("{:.4} ± {:.4}, p {:.3}", found.value, found.std_error, found.p_value);
-        let notes = caromfit::report::compare_words::notes(&comparison);
+        let notes = caromfit::report::compare::notes(&comparison);
         assert!(notes.iter().any(|note| note.contains("scatter by")), "{notes:?}");
         found.p_value
     };

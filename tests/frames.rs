@@ -11,7 +11,7 @@ use caromfit::measurement::track::TrackShot;
 use caromfit::physics::ball::Ball;
 use caromfit::problem::Id;
 use caromfit::report;
-use caromfit::report::{frame_table, shot_table};
+use caromfit::report::csv;
 use caromfit::simulate;
 use caromfit::simulate::{Camera, ClothSpec, Kind, Played, Shots, Spec, TrueImpact};
 use rayon::prelude::*;
@@ -215,8 +215,8 @@ fn the_residuals_of_frames_are_what_chi2_is_of() {
     let (tracks, _) = filmed(&spec(ROLLS, 6, 7));
     let coordinates: usize = tracks.iter().map(|shot| 2 * (shot.cue.len() + shot.object.len())).sum();
     let fit = fitted(&dataset(tracks), Depth::Estimates);
-    let table = report::csv::render(&fit);
-    let column = |name: &str| report::csv::HEADER.split(',').position(|column| column == name).unwrap();
+    let table = csv::residuals(&fit);
+    let column = |name: &str| csv::RESIDUALS.split(',').position(|column| column == name).unwrap();
     let rows: Vec<Vec<&str>> = table.lines().skip(1).map(|line| line.split(',').collect()).collect();
     assert!(rows.len() <= coordinates && rows.len() > coordinates / 2, "{} of {coordinates}", rows.len());
     let squares = rows.iter().map(|row| row[column("standardized")].parse::<f64>().unwrap().powi(2));
@@ -229,7 +229,7 @@ fn the_residuals_of_frames_are_what_chi2_is_of() {
         (&"coordinates".into(), &"velocities".into())
     );
     let mut frames = Vec::new();
-    frame_table::write(fit.frames.as_ref().unwrap(), &mut frames).unwrap();
+    csv::write_frames(fit.frames.as_ref().unwrap(), &mut frames).unwrap();
     assert_eq!(String::from_utf8(frames).unwrap().lines().count() - 1, rows.len() / 2);
 }
 
@@ -252,7 +252,7 @@ fn the_estimates_of_a_shot_are_as_far_off_as_their_errors_say() {
         camera[which as usize] = Some(Measured { value: which.neutral(), sd: None });
     }
     let fit = fitted(&dataset, Depth::Estimates);
-    let table = shot_table::render(&fit);
+    let table = csv::shots(&fit);
     let shots: Vec<usize> = numbers(&table, "shot").iter().map(|name| *name as usize - 1).collect();
     assert!(shots.len() > 25, "{} shots", shots.len());
     let of = |impact: &TrueImpact, column: &str| match column {

@@ -13,9 +13,9 @@ use caromfit::measurement::loss::Loss;
 use caromfit::measurement::observable::{Axis, Observable};
 use caromfit::measurement::parameter::Parameter;
 use caromfit::report;
-use caromfit::report::content::Block;
+use caromfit::report::content::{self, Block};
 use caromfit::report::fit::as_text;
-use caromfit::report::{csv, document, folder_name, group_folders, html, shot_table, table, write};
+use caromfit::report::{csv, document, folder_name, group_folders, terminal, write};
 use serde_json::Value;
 
 use fits::{NAN, empty, exact, normal, restricted, synthetic};
@@ -91,8 +91,8 @@ shot,observable,unit,measured,predicted,sd,standardized,cut_deg,speed_m_s,t_s,ba
 \"a \"\"quoted\"\", shot\",throw_deg,deg,0.53,0.5,,,8,,,,
 3,object_speed_ratio,1,0.33333333,0.5,1e-7,-1,30,2,,,
 ";
-    assert_eq!(csv::render(&fit), expected);
-    assert_eq!(csv::render(&empty()).lines().count(), 1);
+    assert_eq!(csv::residuals(&fit), expected);
+    assert_eq!(csv::residuals(&empty()).lines().count(), 1);
 }
 
 #[test]
@@ -117,7 +117,7 @@ object_speed_ratio_sd,object_speed_ratio_predicted
 2,true,,16,1,2,5.44,2,0.88,0.1,1,0.75,0.125,0.5
 7,false,no impact found,,,,,,,,,,,
 ";
-    assert_eq!(shot_table::render(&fit), expected);
+    assert_eq!(csv::shots(&fit), expected);
 }
 
 #[test]
@@ -129,15 +129,11 @@ lab-a                10        0.1014 ± 0.0027  0.310 ± 0.046  0.9412 ± 0.003
 lab-a / fresh, blue  10 of 11  0 (bound)        –              0.94 (fixed)     1.00 *  doubtful
 one-shot             1         –                –              –                –       unusable
 
-±: one standard error
-unusable: the numbers of that fit mean nothing; its report says why
-fixed: held at this value, not fitted
-bound: the best value within the allowed range is at its end; the data pull beyond it or leave it open
-–: these shots say nothing about it
-*: noise estimated from the residuals of this fit, so that χ²/dof is near 1 whatever the model
+±: one standard error; –: not determined by these shots; where the verdict is unusable: no number to use; (bound): at the end of the \
+allowed range; *: near 1 whatever the model, as noise was estimated from the residuals
 ";
-    assert_eq!(table::render(&fits), expected);
-    assert_eq!(table::render(&[]).lines().count(), 1);
+    assert_eq!(terminal::all(&fits), expected);
+    assert_eq!(terminal::all(&[]).lines().count(), 1);
 }
 
 #[test]
@@ -185,7 +181,7 @@ Shots that were not used
 }
 
 fn page(fit: &Fit) -> String {
-    html::render(&report::fit::content(fit)).unwrap()
+    content::html(&report::fit::content(fit)).unwrap()
 }
 
 /// The cells of each row of the tables of a page, in which a cell that spans several counts as one.
@@ -302,7 +298,7 @@ fn c_has_its_unit_everywhere() {
     let mut c = fit.estimates[0];
     (c.parameter, c.value) = (Parameter::C, 1.088);
     fit.estimates.push(c);
-    assert!(table::render(std::slice::from_ref(&fit)).contains("c, s/m"));
+    assert!(terminal::all(std::slice::from_ref(&fit)).contains("c, s/m"));
     assert!(as_text(&fit).contains("1.0880 ± 0.0027 s/m"));
     assert!(page(&fit).contains("1.0880 ± 0.0027 s&#x2f;m") && !page(&fit).contains("no unit"));
     assert_eq!(parsed(&fit)["parameters"]["mu_c"]["unit"], "s/m");

@@ -4,7 +4,7 @@ use caromfit::compare;
 use caromfit::compare::{Comparison, Quantity};
 use caromfit::measurement::dataset::Dataset;
 use caromfit::measurement::parameter::Parameter;
-use caromfit::report::compare_words::notes;
+use caromfit::report::compare::notes;
 use caromfit::simulate;
 use caromfit::simulate::{Kind, Played, Spec};
 

@@ -7,7 +7,7 @@ use caromfit::measurement::dataset::Dataset;
 use caromfit::measurement::track::TrackShot;
 use caromfit::report::count_of;
 use caromfit::report::document::{self, ExtractDocument};
-use caromfit::report::{ReportError, discs, extracted, write};
+use caromfit::report::{ReportError, extracted, write};
 
 use super::progress::{self, Progress};
 use super::{Failure, print, unless_none};
@@ -94,7 +94,7 @@ fn extract(
 ) -> Result<Done, ReportError> {
     let notes =
         |dataset: &Dataset| dataset.tracks.as_ref().map_or_else(Vec::new, |tracks| tracks.notes.clone());
-    let save = |drawn: Option<Vec<(String, Vec<u8>)>>, files: &[(&str, Vec<u8>)]| {
+    let save = |drawn: Option<Vec<(String, Vec<u8>)>>, files: &[(String, Vec<u8>)]| {
         if let Some(drawn) = drawn {
             write::write_files(&drawn, &folder.join("shots"))?;
         }
@@ -103,13 +103,13 @@ fn extract(
     if let Some(facts) = dataset.tracks.as_ref().and_then(|tracks| tracks.discs) {
         let ExtractedDiscs { dataset, shots, .. } = extract_discs(dataset);
         if !shots.is_empty() {
-            let drawn = pictures.then(|| discs::pictures(&facts, &shots)).transpose()?;
-            save(drawn, &discs::files(&dataset, &facts, &shots))?;
+            let drawn = pictures.then(|| extracted::pictures_of_discs(&facts, &shots)).transpose()?;
+            save(drawn, &extracted::of_disc_shots(&dataset, &facts, &shots))?;
         }
         let mut lines = notes(&dataset);
         for (TrackShot { name, .. }, impact) in &shots {
-            lines.push(format!("shot {name}: {}", discs::summary(impact)));
-            lines.extend(discs::remarks(impact).iter().map(|remark| format!("shot {name}: {remark}")));
+            lines.push(format!("shot {name}: {}", extracted::summary(impact)));
+            lines.extend(extracted::remarks(impact).iter().map(|remark| format!("shot {name}: {remark}")));
         }
         return Ok(Done { dataset, shots: shots.len(), lines });
     }
@@ -117,7 +117,7 @@ fn extract(
     let shots = film.as_ref().map_or_else(Vec::new, FittedFilm::impacts);
     if let Some(film) = film.filter(|_| !shots.is_empty()) {
         let drawn = pictures.then(|| extracted::pictures(&film, &shots)).transpose()?;
-        save(drawn, &extracted::files(&dataset, &shots))?;
+        save(drawn, &extracted::of_balls(&dataset, &shots))?;
     }
     let lines = notes(&dataset);
     Ok(Done { dataset, shots: shots.len(), lines })

@@ -201,10 +201,10 @@ fn is_within(path: &Path, folder: &Path) -> bool {
 /// Prints the table, and below it what was asked for.
 fn print_tables(args: &Args, fits: &[Fit]) -> Result<(), Failure> {
     if args.all {
-        print(&report::table::render(fits))?;
-        print(&report::text::warnings(fits))?;
+        print(&report::terminal::all(fits))?;
+        print(&report::terminal::warnings(fits))?;
     } else {
-        print(&report::overview::render(fits, super::colour()))?;
+        print(&report::terminal::overview(fits, super::colour()))?;
     }
     for fit in fits.iter().filter(|_| args.verbose) {
         print(&format!("\n{}", report::fit::as_text(fit)))?;

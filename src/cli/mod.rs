@@ -37,7 +37,7 @@ use caromfit::physics::friction_law::Law;
 use caromfit::report::ReportError;
 use caromfit::report::count_of;
 use caromfit::report::document::StoredError;
-use caromfit::report::overview::Colour;
+use caromfit::report::terminal::Colour;
 use clap::builder::{PossibleValue, PossibleValuesParser, TypedValueParser};
 use clap::{Parser, Subcommand};
 

@@ -1,15 +1,13 @@
 //! The studies of [`crate::studies::accuracy`] and [`crate::studies::bias`] as tables and as CSV.
 
-use super::aligned::sections;
-use super::content::{Section, Table};
-use super::csv;
-pub use super::plot::accuracy::figure;
-use super::plot::accuracy::{Pick, name};
+use super::content::{self, Section, Table};
+use super::csv::Table as Csv;
+use super::plot::{self, Figure, Pick, way_name};
 use crate::physics::collision::Fidelity;
 use crate::studies::accuracy::{Row, Spread};
 use crate::studies::bias;
 
-/// Tables for the terminal: median, 95th percentile and worst of the errors, to a digit.
+/// Returns tables for the terminal: median, 95th percentile and worst of the errors, to a digit.
 #[must_use]
 pub fn table(rows: &[Row]) -> String {
     let heads = ["", "tolerance", "time", "of linear", "throw, °", "speed/U", "spin R/U", "jump/U"];
@@ -21,41 +19,43 @@ pub fn table(rows: &[Row]) -> String {
         ),
         ("Model error (median, 95 %, worst) against contact, to 1e-12", |row| Some(row.model)),
     ];
-    let section = |(title, pick): (&str, Pick)| {
-        let shown = |(_, Spread { median, p95, worst, .. })| format!("{median:.0e} {p95:.0e} {worst:.0e}");
-        let row = |row: &Row| {
-            let errors = pick(row)?;
+    let sections = parts.map(|(title, pick)| {
+        let rows = rows.iter().filter_map(|row| {
+            let errors = pick(row)?.each();
+            let shown =
+                |(_, Spread { median, p95, worst, .. })| format!("{median:.0e} {p95:.0e} {worst:.0e}");
             let tolerance = row.tolerance.map_or(String::new(), |tolerance| format!("{tolerance:.0e}"));
-            let mut cells = vec![name(row), tolerance, seconds(row.seconds)];
-            cells.push(format!("{:.1}", row.seconds / linear));
-            cells.extend(errors.each().map(shown));
-            Some(cells)
-        };
-        let rows: Vec<_> = rows.iter().filter_map(row).collect();
+            let time = match row.seconds {
+                short if short < 1e-6 => format!("{:.1} ns", 1e9 * short),
+                long => format!("{:.1} µs", 1e6 * long),
+            };
+            let first = [way_name(row), tolerance, time, format!("{:.1}", row.seconds / linear)];
+            Some(first.into_iter().chain(errors.map(shown)).collect())
+        });
         Section::new(title, "", [Table::new(heads, rows).into()])
-    };
-    sections(&parts.into_iter().filter_map(section).collect::<Vec<_>>())
+    });
+    content::sections(&sections)
 }
 
-fn seconds(value: f64) -> String {
-    if value < 1e-6 { format!("{:.1} ns", 1e9 * value) } else { format!("{:.1} µs", 1e6 * value) }
+/// Returns error against time of every way.
+#[must_use]
+pub fn figure(rows: &[Row]) -> Figure {
+    plot::accuracy(rows)
 }
 
-/// One row per way, reference and quantity.
+/// Returns accuracy.csv: a row per way, reference and quantity.
 #[must_use]
 pub fn csv(rows: &[Row]) -> String {
-    let mut table = csv::Table::default();
+    let mut table = Csv::default();
     for row in rows {
         let references = [("exact", row.numerical), ("contact", Some(row.model))];
         for (reference, errors) in references.into_iter().filter_map(|(name, errors)| Some((name, errors?))) {
             for (quantity, Spread { median, p95, worst, .. }) in errors.each() {
+                let tolerance = row.tolerance.map_or(String::new(), |tolerance| format!("{tolerance:e}"));
                 table.begin();
                 table.add("fidelity", row.fidelity.name());
                 table.add("effects", row.includes.name());
-                table.add(
-                    "tolerance",
-                    row.tolerance.map_or(String::new(), |tolerance| format!("{tolerance:e}")),
-                );
+                table.add("tolerance", tolerance);
                 table.add("seconds", format!("{:e}", row.seconds));
                 table.add("failed", row.failed.to_string());
                 table.add("reference", reference);
@@ -69,36 +69,34 @@ pub fn csv(rows: &[Row]) -> String {
     table.text()
 }
 
-/// A table for the terminal: bias ± standard error of each parameter, and their ratio.
+/// Returns a table for the terminal: bias ± standard error of each parameter, and their ratio.
 #[must_use]
 pub fn bias_table(rows: &[bias::Row], shots: usize) -> String {
-    let heads = ["fitted with", "μ", "", "μ_s", "", "e", "", "χ²/n", "time"];
     let row = |row: &bias::Row| {
-        let mut cells = vec![row.way.name().to_owned()];
-        cells.extend(row.found.iter().flat_map(|found| match (found.bias(), found.std_error) {
-            (Some(bias), Some(error)) => [format!("{bias:+.5} ± {error:.5}"), times(bias / error)],
+        let cells = row.found.iter().flat_map(|found| match (found.bias(), found.std_error) {
+            (Some(bias), Some(error)) => {
+                // a ratio that rounds to 0 has no sign
+                let ratio = 0.1 * (10.0 * bias / error).round() + 0.0;
+                [format!("{bias:+.5} ± {error:.5}"), format!("{ratio:+.1} se")]
+            }
             _ => ["–".to_owned(), String::new()],
-        }));
-        cells.extend([format!("{:.2}", row.chi2_per_observation), format!("{:.2} s", row.seconds)]);
-        cells
+        });
+        let last = [format!("{:.2}", row.chi2_per_observation), format!("{:.2} s", row.seconds)];
+        [row.way.name().to_owned()].into_iter().chain(cells).chain(last).collect()
     };
     let kappa = rows.first().map_or(f64::NAN, |row| row.kappa);
     let title = format!(
         "Bias of a fit to {shots} shots without noise, computed by contact with κ = {kappa:.3}, ± standard error, and in standard \
          errors"
     );
-    sections(&Section::new(title, "", [Table::new(heads, rows.iter().map(row)).into()]))
+    let heads = ["fitted with", "μ", "", "μ_s", "", "e", "", "χ²/n", "time"];
+    content::sections(&[Section::new(title, "", [Table::new(heads, rows.iter().map(row)).into()])])
 }
 
-/// So many standard errors.
-fn times(ratio: f64) -> String {
-    if ratio.abs() < 0.05 { "0 se".to_owned() } else { format!("{ratio:+.1} se") }
-}
-
-/// One row per fidelity and parameter.
+/// Returns bias.csv: a row per fidelity and parameter.
 #[must_use]
 pub fn bias_csv(rows: &[bias::Row]) -> String {
-    let mut table = csv::Table::default();
+    let mut table = Csv::default();
     for (row, found) in rows.iter().flat_map(|row| row.found.iter().map(move |found| (row, found))) {
         let (bias, error) = (found.bias(), found.std_error);
         table.begin();

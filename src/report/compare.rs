@@ -1,90 +1,97 @@
-//! A [`Comparison`] → table, compare.json and pictures.
+//! A [`Comparison`] → files, report, and what it found in words.
 
-use super::compare_words as words;
-use super::content::{Block, Report, Section, Table, facts};
-use super::number::{count_of, interval, plain, with_error};
-use super::plot::compare::forest;
-use super::plot::of_comparison as residuals;
+use super::content::{self, Block, Report, Section, Table};
+use super::document::{self, ByName};
+use super::fit::down_weighted;
+use super::plot::{forest, of_comparison};
 use super::shots::shot_list;
-use super::trust::{computed, down_weighted};
-use super::{LEAST_P, ReportError, csv, document, html, p_text, text};
-use crate::compare::{Compared, Comparison, Difference, Value};
-use crate::fit::{Counted, Rejected};
-
-/// What was compared.
-fn method(comparison: &Comparison) -> &'static str {
-    if comparison.is_filmed {
-        "all frames of all data sets at once; residuals are those of the velocities after the impacts"
-    } else {
-        "the measured numbers of all data sets at once"
-    }
-}
+use super::{LEAST_P, ReportError, csv, p_text};
+use crate::compare::{Compared, Comparison, Difference, Effect, Finding, Quantity, Reason, Value};
+use crate::fit::{Counted, Verdict, film_words};
+use crate::measurement::number::{count_of, interval, plain, with_error};
+use crate::measurement::parameter::Parameter;
+use crate::problem::Severity;
 
 /// Returns the files of a comparison: name and content.
-///
-/// # Errors
-/// A figure or document that cannot be made.
 pub fn files(comparison: &Comparison) -> Result<Vec<(String, Vec<u8>)>, ReportError> {
     let texts = [
         ("residuals.csv", csv::of_comparison(comparison)),
-        ("report.html", html::render(&content(comparison))?),
+        ("report.html", content::html(&report(comparison))?),
         ("compare.json", document::text(comparison)?),
     ];
     let texts = texts.map(|(name, text)| (name.to_owned(), text.into_bytes()));
-    let pictures = [forest(comparison).files("forest")?, residuals(comparison).files("residuals")?];
+    let pictures = [forest(comparison).files("forest")?, of_comparison(comparison).files("residuals")?];
     Ok(pictures.into_iter().flatten().chain(texts).collect())
 }
 
 /// Returns the text that `caromfit compare` prints.
 #[must_use]
 pub fn table(comparison: &Comparison) -> String {
-    text::walk(&content(comparison))
+    content::text(&report(comparison))
 }
 
-/// Returns what is said of a comparison.
-fn content(comparison: &Comparison) -> Report {
-    let forest = Block::figure("Estimates with their intervals", forest(comparison));
+fn report(comparison: &Comparison) -> Report {
+    let figure = Block::figure("Estimates with their intervals", forest(comparison));
     let legend = "±: one standard error; (shared): one value for all; –: not determined";
-    let estimates = Section::new("Estimates", legend, [estimates(comparison).into(), forest]);
-    let quantities = comparison.quantities.iter().map(|q| {
-        let title = format!("{}, {}", q.quantity.symbol(), q.quantity.meaning());
-        Section::new(title, "", [Block::Lines(lines(comparison, q))])
-    });
-    let weights = comparison.robust.as_ref().and_then(|robust| {
-        let named = |(sample, shot, weight): &(usize, String, f64)| {
-            (format!("{}, shot {shot}", comparison.samples[*sample].title), *weight)
-        };
-        down_weighted(&robust.losses.join(" and "), robust.weights.iter().map(named))
-    });
+    let mut sections = vec![Section::new("Estimates", legend, [estimates(comparison).into(), figure])];
+    sections.extend(comparison.quantities.iter().map(|compared| {
+        let title = format!("{}, {}", compared.quantity.symbol(), compared.quantity.meaning());
+        Section::of_lines(title, "", lines(comparison, compared))
+    }));
+    let title = |sample: usize| comparison.samples[sample].title.as_str();
+    sections.extend(comparison.robust.iter().map(|robust| {
+        let weights = robust.weights.iter();
+        let weights = weights.map(|(i, shot, weight)| (format!("{}, shot {shot}", title(*i)), *weight));
+        down_weighted(&robust.losses.join(" and "), weights)
+    }));
     let rejected = comparison.samples.iter().flat_map(|sample| {
-        let row = |r: &Rejected| [format!("{}, {}", sample.title, r.shot), r.reason.clone()];
-        sample.shots_rejected.iter().map(row)
+        let rejected = sample.shots_rejected.iter();
+        rejected.map(|one| [format!("{}, {}", sample.title, one.shot), one.reason.clone()])
     });
+    let mut notes = notes(comparison);
+    notes.extend(comparison.robust.iter().map(|_| {
+        "Outlying shots count less: χ² is weighted and tests nothing; errors and p-values are from the scatter of the shots \
+         (sandwich); ΔAIC is by the Wald statistic."
+            .to_owned()
+    }));
     let shots = comparison.residuals.iter().map(|one| (comparison.shot_name(one), &one.of_shot));
-    let others = [
-        Section::new("Residuals", "", [Block::figure("Residuals of all, by colour", residuals(comparison))]),
-        computed(&comparison.computed),
-        weights,
+    let residuals = ["Residuals", "", "Residuals of all, by colour"];
+    sections.extend([
+        Section::of_figure(residuals[0], residuals[1], residuals[2], of_comparison(comparison)),
         Section::of_rejected(rejected),
-        Section::new("Notes", "", [Block::Lines(notes(comparison))]),
+        Section::of_lines("Notes", "", notes),
         Section::new("Shots, the largest residuals first", "", [Block::Shots(shot_list(shots))]),
+    ]);
+    let method = if comparison.is_filmed {
+        "all frames of all data sets at once; residuals are those of the velocities after the impacts"
+    } else {
+        "the measured numbers of all data sets at once"
+    };
+    let used: usize = comparison.samples.iter().map(|sample| sample.shots_used).sum();
+    let noise = if comparison.noise_estimated { "; noise estimated from the residuals" } else { "" };
+    let chi2 = format!(
+        "{} of {} for {} degrees of freedom, χ²/dof = {}{noise}",
+        plain(comparison.chi2, 4),
+        counted(comparison).words(),
+        comparison.dof,
+        plain(comparison.chi2 / comparison.dof.max(1) as f64, 3)
+    );
+    let facts = [
+        ("model", comparison.fidelity.to_owned()),
+        ("method", method.to_owned()),
+        ("shots", used.to_string()),
+        ("χ²", chi2),
     ];
-    let shots: usize = comparison.samples.iter().map(|sample| sample.shots_used).sum();
     Report {
         title: format!("Comparison by {}", comparison.told_by),
-        verdict: words::verdict(comparison),
-        warnings: words::warnings(comparison),
-        facts: facts([
-            ("model", comparison.fidelity.to_owned()),
-            ("method", method(comparison).to_owned()),
-            ("shots", shots.to_string()),
-            ("χ²", chi2(comparison)),
-        ]),
-        sections: [estimates].into_iter().chain(quantities).chain(others).flatten().collect(),
+        verdict: verdict(comparison),
+        warnings: warnings(comparison),
+        facts: facts.map(|(name, text)| [name.to_owned(), text]).to_vec(),
+        sections,
     }
 }
 
-/// What the sum of squares counts.
+/// Returns what the sum of squares counts.
 pub(super) fn counted(comparison: &Comparison) -> Counted {
     if comparison.is_filmed {
         return Counted::Coordinates;
@@ -92,70 +99,47 @@ pub(super) fn counted(comparison: &Comparison) -> Counted {
     Counted::of(comparison.residuals.iter().map(|residual| &residual.of_shot.observable))
 }
 
-fn chi2(comparison: &Comparison) -> String {
-    let noise = if comparison.noise_estimated { "; noise estimated from the residuals" } else { "" };
-    format!(
-        "{} of {} for {} degrees of freedom, χ²/dof = {}{noise}",
-        plain(comparison.chi2, 4),
-        counted(comparison).words(),
-        comparison.dof,
-        plain(comparison.chi2 / comparison.dof.max(1) as f64, 3)
-    )
-}
-
-/// A row for each label.
+/// Returns the estimates, a row for each label.
 fn estimates(comparison: &Comparison) -> Table {
-    let symbols = comparison.quantities.iter().map(|q| q.quantity.symbol());
+    let symbols = comparison.quantities.iter().map(|compared| compared.quantity.symbol());
     let head = [comparison.told_by.as_str(), "shots"].into_iter().chain(symbols);
     let row = |(label, name): (usize, &String)| {
-        let shots: usize = comparison.samples.iter().filter(|s| s.label == label).map(|s| s.shots_used).sum();
-        let cells = comparison.quantities.iter().map(|q| cell(comparison, q, label));
+        let own = comparison.samples.iter().filter(|sample| sample.label == label);
+        let shots: usize = own.map(|sample| sample.shots_used).sum();
+        let cells = comparison.quantities.iter().map(|compared| cell(comparison, compared, label));
         [name.clone(), shots.to_string()].into_iter().chain(cells).collect()
     };
     Table::new(head, comparison.labels.iter().enumerate().map(row))
 }
 
-/// What a reader may want to know.
-fn notes(comparison: &Comparison) -> Vec<String> {
-    let mut notes = words::notes(comparison);
-    if comparison.robust.is_some() {
-        notes.push(
-            "Outlying shots count less. χ² is weighted and tests nothing; errors, p-values and Wald statistics are from the \
-             scatter of the shots (sandwich), whatever their noise; ΔAIC is by the Wald statistic."
-                .to_owned(),
-        );
-    }
-    notes
-}
-
-/// An estimate of a label.
 fn cell(comparison: &Comparison, compared: &Compared, label: usize) -> String {
-    if compared.left_out.iter().any(|(out, _)| *out == label) {
+    let is_left_out = compared.left_out.iter().any(|(out, _)| *out == label);
+    let is_own = |value: &&Value| value.label.is_none_or(|own| own == label);
+    let Some(value) = compared.estimates.iter().find(is_own).filter(|_| !is_left_out) else {
         return "–".to_owned();
+    };
+    let number = plain(value.value, 4);
+    if !value.fitted {
+        return format!("{number} (fixed)");
     }
-    let own = |value: &&Value| value.label.is_none_or(|own| own == label);
-    compared.estimates.iter().find(own).map_or("–".to_owned(), |value| {
-        let number = match value.std_error {
-            Some(error) if value.fitted => with_error(value.value, error),
-            _ if value.fitted && comparison.is_refuted() => {
-                format!("{} (refuted)", plain(value.value, 4))
-            }
-            _ if value.fitted => plain(value.value, 4),
-            _ => format!("{} (fixed)", plain(value.value, 4)),
-        };
-        if compared.shared && value.fitted { format!("{number} (shared)") } else { number }
-    })
+    let number = match value.std_error {
+        Some(error) => with_error(value.value, error),
+        None if comparison.is_refuted() => format!("{number} (refuted)"),
+        None => number,
+    };
+    if compared.shared { format!("{number} (shared)") } else { number }
 }
 
-/// Everything that is said of one quantity, most important first.
+/// Returns everything that is said of one quantity, the most important first.
 fn lines(comparison: &Comparison, compared: &Compared) -> Vec<String> {
     let name = |label: usize| comparison.labels[label].as_str();
+    let p_is = |p: f64| if p < LEAST_P { format!("p < {LEAST_P}") } else { format!("p = {}", plain(p, 2)) };
     let mut lines = Vec::new();
     if let Some(test) = compared.same_or_different {
-        let verdict = if test.p_value < Difference::LEVEL { "different" } else { "no difference is seen" };
+        let is_seen = test.p_value < Difference::LEVEL;
         lines.push(format!(
-            "same or different: {verdict} ({}, {} {} for {}, ΔAIC {:+.1} for \
-             \"different\")",
+            "same or different: {} ({}, {} {} for {}, ΔAIC {:+.1} for \"different\")",
+            if is_seen { "different" } else { "no difference is seen" },
             p_is(test.p_value),
             test.by.name(),
             plain(test.statistic, 3),
@@ -163,40 +147,228 @@ fn lines(comparison: &Comparison, compared: &Compared) -> Vec<String> {
             test.delta_aic
         ));
     }
-    for d in &compared.differences {
-        let verdict = if d.is_real() { "real" } else { "may be chance" };
+    for own in &compared.differences {
+        let effect = effect(comparison, own).filter(|_| own.is_real());
         lines.push(format!(
-            "{} − {}: {} {}, {}, corrected {}: {verdict}",
-            name(d.second),
-            name(d.first),
-            with_error(d.value, d.std_error),
-            interval(d.interval_95, Some(d.std_error)),
-            p_is(d.p_value),
-            p_text(d.p_holm)
+            "{} − {}: {} {}, {}, corrected {}: {}{}",
+            name(own.second),
+            name(own.first),
+            with_error(own.value, own.std_error),
+            interval(own.interval_95, Some(own.std_error)),
+            p_is(own.p_value),
+            p_text(own.p_holm),
+            if own.is_real() { "real" } else { "may be chance" },
+            effect.map_or(String::new(), |effect| format!(". {effect}"))
         ));
-        if let (Some(effect), Some(line)) =
-            (words::effect(comparison, d).filter(|_| d.is_real()), lines.last_mut())
-        {
-            line.push_str(&format!(". {effect}"));
-        }
     }
-    let mut reasons: document::ByName<Vec<&str>> = document::ByName::new();
+    let mut reasons: ByName<Vec<&str>> = ByName::new();
     for (label, why) in &compared.left_out {
-        reasons.entry(words::reason(*why, compared.quantity)).or_default().push(name(*label));
+        reasons.entry(reason(*why, compared.quantity)).or_default().push(name(*label));
     }
     for (why, labels) in reasons {
         let are = if labels.len() == 1 { "is" } else { "are each" };
         lines.push(format!("{} {are} left out: {why}", labels.join(", ")));
     }
-    if lines.is_empty() && comparison.is_refuted() {
-        lines.push("not compared: the data refute the model".to_owned());
-    }
     if lines.is_empty() {
-        lines.push("nothing to compare: it is held, or only one label determines it".to_owned());
+        let why = if comparison.is_refuted() {
+            "not compared: the data refute the model"
+        } else {
+            "nothing to compare: it is held, or only one label determines it"
+        };
+        lines.push(why.to_owned());
     }
     lines
 }
 
-fn p_is(p: f64) -> String {
-    if p < LEAST_P { format!("p < {LEAST_P}") } else { format!("p = {}", plain(p, 2)) }
+/// Returns the sentences of findings of some severities.
+fn sentences(comparison: &Comparison, wanted: impl Fn(Severity) -> bool) -> Vec<String> {
+    let findings = comparison.findings.iter().filter(|finding| wanted(finding.severity()));
+    findings.map(|finding| sentence(comparison, finding)).collect()
+}
+
+/// Returns what a reader must know, the most important first.
+pub fn warnings(comparison: &Comparison) -> Vec<String> {
+    sentences(comparison, |severity| severity > Severity::Note)
+}
+
+/// Returns what else a reader may want to know.
+pub fn notes(comparison: &Comparison) -> Vec<String> {
+    sentences(comparison, |severity| severity == Severity::Note)
+}
+
+/// Returns how the data rule the model out, if they do.
+pub(super) fn refuted(comparison: &Comparison) -> Option<String> {
+    let is_refuted = |finding: &&Finding| matches!(finding, Finding::Refuted { .. });
+    comparison.findings.iter().find(is_refuted).map(|finding| sentence(comparison, finding))
+}
+
+/// Returns why the search ended.
+pub(super) fn termination(comparison: &Comparison) -> &'static str {
+    if comparison.converged {
+        "converged: no step promises a smaller χ²"
+    } else {
+        "no step lowered χ² though one was promised to, or there were too many steps"
+    }
+}
+
+/// Returns whether the comparison can be used: what differs, the first reason for doubt, or why it cannot.
+pub(super) fn verdict(comparison: &Comparison) -> Verdict {
+    let unusable = sentences(comparison, |severity| severity == Severity::Unusable).into_iter().next();
+    let outcomes = comparison.quantities.iter().filter_map(|compared| outcome(comparison, compared));
+    let outcomes = outcomes.collect::<Vec<_>>().join("; ");
+    let sentence = match (unusable, warnings(comparison).into_iter().next()) {
+        (Some(first), _) => first,
+        (None, Some(first)) if outcomes.is_empty() => first,
+        (None, Some(first)) => format!("{outcomes}. But: {first}"),
+        (None, None) if outcomes.is_empty() => {
+            "There is nothing to compare: no quantity is determined by two of them.".to_owned()
+        }
+        (None, None) => format!("{outcomes}."),
+    };
+    Verdict { grade: comparison.grade(), sentence }
+}
+
+/// Returns whether a quantity differs, if it is compared.
+fn outcome(comparison: &Comparison, compared: &Compared) -> Option<String> {
+    let symbol = compared.quantity.symbol();
+    let real = compared.differences.iter().filter(|difference| difference.is_real()).count();
+    Some(match compared.differences.as_slice() {
+        [] => return None,
+        [only] => {
+            let [first, second] = [only.first, only.second].map(|label| comparison.labels[label].as_str());
+            let size = with_error(only.value, only.std_error);
+            if only.is_real() {
+                format!("{symbol} differs: {second} − {first} = {size}")
+            } else {
+                format!("no difference in {symbol} is seen ({second} − {first} = {size})")
+            }
+        }
+        pairs if real == 0 => format!("no difference in {symbol} is seen in any of {} pairs", pairs.len()),
+        pairs => format!("{symbol} differs in {real} of {} pairs", pairs.len()),
+    })
+}
+
+fn sentence(comparison: &Comparison, finding: &Finding) -> String {
+    let title = |sample: usize| comparison.samples[sample].title.as_str();
+    match finding {
+        Finding::Refuted { samples, reduced_chi2 } => {
+            let named = samples.iter();
+            let named = named.map(|(i, reduced)| format!("{} (χ²/dof {})", title(*i), plain(*reduced, 3)));
+            let named: Vec<String> = named.collect();
+            let whose = if named.is_empty() {
+                format!("together (χ²/dof {})", plain(*reduced_chi2, 3))
+            } else {
+                format!("of {}", named.join(" and "))
+            };
+            format!(
+                "The data {whose} refute the model. The estimates only mark the least χ²; they have no standard errors, and \
+                 differences between them are not judged, since both hold only if the model does. Fit each data set alone: if each \
+                 fits, they differ in what is shared here, and --per-dataset lets that differ; else something is wrong with the one \
+                 that does not."
+            )
+        }
+        Finding::NotConverged => {
+            format!("The search for the best values did not converge: {}.", termination(comparison))
+        }
+        Finding::Undetermined => {
+            "The data do not determine all of this together: there are no errors. Share more parameters, or \
+                                  fix some under [fit]."
+                .to_owned()
+        }
+        Finding::OfSample { sample, sentence, .. } => format!("{}: {sentence}", title(*sample)),
+        Finding::NotShared { quantity, p_value } => {
+            let (symbol, name, p) = (quantity.symbol(), quantity.name(), plain(*p_value, 2));
+            format!(
+                "{symbol} is shared, and the data contradict that it is the same for all (p = {p}): other differences may be off. \
+                 --per-dataset {name} lets it differ."
+            )
+        }
+        Finding::AtBound { quantity, label, bound } => {
+            let of = label.map_or(String::new(), |label| format!(" of {}", comparison.labels[label]));
+            let symbol = quantity.symbol();
+            format!(
+                "{symbol}{of} ends on a bound, {bound}: its differences are those of the curvature there, which is cautious."
+            )
+        }
+        Finding::Compliance { fall } => format!(
+            "The contact between the balls gives way along its surface: with it −2 log L is lower by {}. To state it, set kappa \
+             under [fit] of each data set.",
+            plain(*fall, 2)
+        ),
+        Finding::Scatter { sample, scatter } => {
+            format!("{}: {}.", title(*sample), film_words::scatter(scatter))
+        }
+        Finding::MassRatios { quantity, std_error, part } => {
+            let [error, part] = [std_error, part].map(|value| plain(*value, 2));
+            format!(
+                "Of the error of a difference in {}, ± {error}, {part} is the mass ratio of the balls, one for each data set. If the \
+                 same balls were played, balls = \"LABEL\" in each dataset.toml says so; if not, weigh them to 0.1 g.",
+                quantity.symbol()
+            )
+        }
+        Finding::OneCamera(unknowns) => {
+            let all = unknowns.iter().map(|(id, value, error)| {
+                format!("{} {}", id.name().replace('_', " "), with_error(*value, *error))
+            });
+            format!("One camera filmed all data sets: {}.", all.collect::<Vec<_>>().join(", "))
+        }
+    }
+}
+
+/// Returns why a label does not determine a quantity.
+pub(super) fn reason(reason: Reason, quantity: Quantity) -> String {
+    let words = match (reason, quantity) {
+        (Reason::NoShots, _) => "it has no shot that can be used",
+        (Reason::Absent, _) => return format!("its data set has no {}", quantity.symbol()),
+        (Reason::Sticks, _) => "its contacts stick at the best fit: the data show only that it is large",
+        (Reason::Vanishes, _) => "nothing depends on it at the best fit",
+        (Reason::Uncertain, _) => {
+            "its observations hardly depend on it at the best fit: its error is larger than its bounds are apart"
+        }
+        (Reason::Independent, Quantity::Sliding) => {
+            "it has no paths after the impacts, which only footage shows"
+        }
+        (Reason::Independent, Quantity::Parameter(Parameter::MuS)) => {
+            "none of its shots has topspin, so the cloth never carries the object ball"
+        }
+        (Reason::Independent, _) => {
+            return format!("none of its observations depends on the {}", quantity.meaning());
+        }
+    };
+    words.to_owned()
+}
+
+/// Returns what the second label of a difference does otherwise, as a player understands it.
+pub(super) fn effect(comparison: &Comparison, difference: &Difference) -> Option<String> {
+    let name = comparison.labels.get(difference.second)?;
+    let way = |difference: f64, more: &'static str, less: &'static str| {
+        if difference > 0.0 { more } else { less }
+    };
+    let speed = |difference: f64| 1e3 * difference.abs();
+    Some(match difference.effect? {
+        Effect::Throw(angle) => format!(
+            "with {name} the object ball is thrown {:.2}° {} on a half-ball stun shot at 2 m/s: {:.0} mm per metre",
+            angle.abs().to_degrees(),
+            way(angle, "more", "less"),
+            1e3 * angle.abs().tan()
+        ),
+        Effect::FullRoll { object, cue } => format!(
+            "with {name}, on a full natural-roll hit at 2 m/s, the object ball leaves {:.1} mm/s {} and the cue ball {:.1} mm/s {}",
+            speed(object),
+            way(object, "faster", "slower"),
+            speed(cue),
+            way(cue, "faster", "slower")
+        ),
+        Effect::FullStun(cue) => format!(
+            "with {name} the cue ball keeps {:.1} mm/s {} on a full stun hit at 2 m/s, and the object ball leaves as much {}",
+            speed(cue),
+            way(cue, "more", "less"),
+            way(cue, "slower", "faster")
+        ),
+        Effect::Slide { further, way: distance } => format!(
+            "with {name} a ball shot without spin at 2 m/s slides {:.0} mm {} before it rolls ({distance:.2} m)",
+            speed(further),
+            way(further, "further", "less far")
+        ),
+    })
 }

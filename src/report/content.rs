@@ -1,8 +1,11 @@
-//! What a report says, as a value: made once, walked by every renderer ([`super::text`], [`super::html`]), so that they cannot
-//! disagree. It holds no markup and no layout.
+//! What a report says, as a value: made once and rendered as text and as HTML, so that they cannot disagree.
 
+use minijinja::value::Serde;
+use minijinja::{AutoEscape, Environment, context};
 use serde::Serialize;
+use serde_json::json;
 
+use super::ReportError;
 use super::plot::Figure;
 use crate::fit::Verdict;
 
@@ -15,20 +18,14 @@ pub struct Report {
     pub verdict: Verdict,
     /// Sentences that must not be overlooked, the most important first.
     pub warnings: Vec<String>,
-    /// What was measured, and how it was fitted: names and texts.
+    /// What was measured, and how it was fitted: names and texts; those without a text are not shown.
     pub facts: Vec<[String; 2]>,
-    /// The sections, in the order in which they are read.
+    /// The sections, in the order in which they are read; those without content are not shown.
     pub sections: Vec<Section>,
 }
 
-/// Facts, without those that have no text.
-pub(super) fn facts<const N: usize>(facts: [(&str, String); N]) -> Vec<[String; 2]> {
-    let facts = facts.into_iter().filter(|(_, text)| !text.is_empty());
-    facts.map(|(name, text)| [name.to_owned(), text]).collect()
-}
-
-/// A section: what stands under one heading.
-#[derive(Clone, Debug, Serialize)]
+/// What stands under one heading.
+#[derive(Clone, Debug, Default, Serialize)]
 pub struct Section {
     /// The heading.
     pub title: String,
@@ -41,27 +38,36 @@ pub struct Section {
 }
 
 impl Section {
-    /// Returns a section; `None` if no part holds anything.
+    /// Returns a section of those parts that hold anything.
     pub(super) fn new(
         title: impl Into<String>,
         about: impl Into<String>,
         blocks: impl IntoIterator<Item = Block>,
-    ) -> Option<Self> {
+    ) -> Self {
         let holds = |block: &Block| match block {
             Block::Lines(lines) => !lines.is_empty(),
             Block::Table(table) => !table.rows.is_empty(),
             Block::Shots(shots) => !shots.is_empty(),
-            Block::Figure(figure) => !figure.drawing.rows.is_empty(),
+            Block::Figure(picture) => !picture.drawing.rows.is_empty(),
             Block::Tracks(_) => true,
         };
-        let blocks: Vec<Block> = blocks.into_iter().filter(holds).collect();
-        let is_empty = blocks.is_empty();
-        (!is_empty).then(|| Self { title: title.into(), about: about.into(), blocks, folded: false })
+        let blocks = blocks.into_iter().filter(holds).collect();
+        Self { title: title.into(), about: about.into(), blocks, folded: false }
+    }
+
+    /// Returns a section of sentences.
+    pub(super) fn of_lines(title: impl Into<String>, about: impl Into<String>, lines: Vec<String>) -> Self {
+        Self::new(title, about, [Block::Lines(lines)])
+    }
+
+    /// Returns a section of a figure that shows what `alt` says.
+    pub(super) fn of_figure(title: &str, about: &str, alt: &'static str, drawing: Figure) -> Self {
+        Self::new(title, about, [Block::figure(alt, drawing)])
     }
 
     /// Returns the section of shots that were not used, with the reasons.
-    pub(super) fn of_rejected(shots: impl IntoIterator<Item = [String; 2]>) -> Option<Self> {
-        let table = Table::new(["shot", "why"], shots.into_iter().map(Vec::from));
+    pub(super) fn of_rejected(shots: impl Iterator<Item = [String; 2]>) -> Self {
+        let table = Table::new(["shot", "why"], shots.map(Vec::from));
         Self::new("Shots that were not used", "", [table.into()])
     }
 }
@@ -74,11 +80,11 @@ pub enum Block {
     Lines(Vec<String>),
     /// A table.
     Table(Table),
-    /// A picture, for renderers that can show one.
+    /// A picture; not in texts.
     Figure(Picture),
-    /// The paths of the shots of a film as JSON, for renderers that can draw them instead of the picture before.
+    /// The paths of the shots of a film as JSON, for pages that can draw them instead of the picture before.
     Tracks(String),
-    /// Shots one by one, for renderers that can fold them away.
+    /// Shots one by one; not in texts.
     Shots(Vec<Shot>),
 }
 
@@ -125,9 +131,28 @@ impl Table {
         self
     }
 
-    /// Whether a cell of a row spans the rest of the columns.
-    pub(super) fn spans(&self, row: &[String], column: usize) -> bool {
-        row.len() < self.head.len() && column + 1 == row.len()
+    /// Returns the table as text: columns padded to the widest cell, two spaces apart. The last cell of a short row may reach beyond its
+    /// column. A head without words is left out.
+    pub(super) fn text(&self, indent: &str) -> String {
+        let has_head = self.head.iter().any(|cell| !cell.is_empty());
+        let rows: Vec<&Vec<String>> = has_head.then_some(&self.head).into_iter().chain(&self.rows).collect();
+        let spans = |row: &[String], column: usize| row.len() < self.head.len() && column + 1 == row.len();
+        let width = |column: usize| {
+            let own = rows.iter().filter(|row| !spans(row, column)).filter_map(|row| row.get(column));
+            own.map(|cell| cell.chars().count()).max().unwrap_or(0)
+        };
+        let widths: Vec<usize> = (0..self.head.len()).map(width).collect();
+        let mut text = String::new();
+        for row in rows {
+            let mut line = indent.to_owned();
+            for (i, (cell, width)) in row.iter().zip(&widths).enumerate() {
+                let is_right = self.right[i] && !spans(row, i);
+                line += &if is_right { format!("{cell:>width$}  ") } else { format!("{cell:<width$}  ") };
+            }
+            text += line.trim_end();
+            text.push('\n');
+        }
+        text
     }
 }
 
@@ -136,13 +161,12 @@ impl Table {
 pub struct Picture {
     /// What it shows, in words.
     pub alt: &'static str,
-    /// What is drawn.
     #[serde(skip)]
-    pub drawing: Figure,
+    drawing: Figure,
     /// The picture as SVG text, once it is drawn.
-    pub svg: String,
+    svg: String,
     /// Its measured points and what they stand for, as JSON; empty without any.
-    pub spots: String,
+    spots: String,
 }
 
 /// One shot's measured values against the model.
@@ -160,4 +184,69 @@ pub struct Shot {
     pub largest: f64,
     /// The sum of its squared standardized residuals.
     pub chi2: f64,
+}
+
+/// Returns a report as text, without its pictures.
+#[must_use]
+pub fn text(report: &Report) -> String {
+    let verdict = &report.verdict;
+    let mut text = format!("{}\nVerdict: {}. {}\n", report.title, verdict.grade.name(), verdict.sentence);
+    for [name, fact] in report.facts.iter().filter(|[_, fact]| !fact.is_empty()) {
+        text += &format!("  {name}: {fact}\n");
+    }
+    text += if report.warnings.is_empty() { "" } else { "\n" };
+    text.extend(report.warnings.iter().map(|warning| format!("Warning: {warning}\n")));
+    text + &sections(&report.sections)
+}
+
+/// Returns sections as text, each after an empty line; those without text are left out.
+pub(super) fn sections(sections: &[Section]) -> String {
+    let mut text = String::new();
+    for section in sections {
+        let body = section.blocks.iter().map(|block| match block {
+            Block::Lines(lines) => lines.iter().map(|line| format!("  {line}\n")).collect(),
+            Block::Table(own) => own.text("  "),
+            Block::Figure(_) | Block::Tracks(_) | Block::Shots(_) => String::new(),
+        });
+        let body: String = body.collect();
+        if !body.is_empty() {
+            let about =
+                if section.about.is_empty() { String::new() } else { format!(" ({})", section.about) };
+            text += &format!("\n{}{about}\n{body}", section.title);
+        }
+    }
+    text
+}
+
+/// Returns a report as one file that a lab attaches to its notebook: it needs no network and no other file.
+///
+/// # Errors
+/// A figure that cannot be drawn, or the template engine gave up.
+pub fn html(report: &Report) -> Result<String, ReportError> {
+    let mut report = report.clone();
+    report.facts.retain(|[_, fact]| !fact.is_empty());
+    report.sections.retain(|section| !section.blocks.is_empty());
+    for block in report.sections.iter_mut().flat_map(|section| &mut section.blocks) {
+        let Block::Figure(picture) = block else { continue };
+        let (svg, spots) = picture.drawing.svg_with_spots()?;
+        picture.svg = svg;
+        if !spots.is_empty() {
+            picture.spots = for_script(&json!({ "spots": spots, "labels": picture.drawing.labels }));
+        }
+    }
+    let failed = |error: minijinja::Error| ReportError::Draw {
+        dataset: report.title.clone(),
+        reason: format!("report.html: {error}"),
+    };
+    let mut environment = Environment::new();
+    environment.set_auto_escape_callback(|_| AutoEscape::Html);
+    environment.add_template("report.html", include_str!("report.html.jinja")).map_err(failed)?;
+    let template = environment.get_template("report.html").map_err(failed)?;
+    let (version, script) = (env!("CARGO_PKG_VERSION"), include_str!("report.js"));
+    template.render(context! { report => Serde(&report), version, script }).map_err(failed)
+}
+
+/// Returns JSON that may stand inside a script element. Numbers and texts can always be written.
+pub(super) fn for_script(data: &impl Serialize) -> String {
+    serde_json::to_string(data).unwrap_or_default().replace("</", "<\\/")
 }

@@ -1,58 +1,100 @@
-//! residuals.csv: one row per measured number that χ² counts, in the unit of its column.
+//! residuals.csv, shots.csv and frames.csv of a fit, and tables as CSV.
 
 use std::borrow::Cow;
+use std::collections::HashMap;
 use std::fmt::Write as _;
 use std::io::{self, Write};
 
 use super::document::rounded;
 use super::unit_name;
 use crate::compare::Comparison;
-use crate::fit::{Fit, Residual};
+use crate::fit::{Fit, FittedFilm, OwnEstimate, Residual};
 use crate::measurement::track::TrackedBall;
 use crate::problem::FittedFrame;
 
-/// The columns: `measured`, `predicted` and `sd` are in `unit`, `cut_deg` in degrees, `speed_m_s`
-/// in m/s, `standardized` has none. `model` is `refuted` where the data rule the model out, else empty. `t_s` (s) and `ball`
-/// (cue or object) are those of a frame's coordinate; other observables leave them empty.
-pub const HEADER: &str =
+/// The columns of residuals.csv, a row per measured number that χ² counts: `measured`, `predicted` and `sd` are in `unit`, `cut_deg` in
+/// degrees, `speed_m_s` in m/s, `standardized` has none. `model` is `refuted` where the data rule the model out, else empty. `t_s` (s)
+/// and `ball` (cue or object) are those of a frame's coordinate; other observables leave them empty.
+pub const RESIDUALS: &str =
     "shot,observable,unit,measured,predicted,sd,standardized,cut_deg,speed_m_s,t_s,ball,model";
 
-/// residuals.csv as text. A cell whose number is unknown is empty.
+/// The columns of frames.csv of films of balls, a row per ball and frame that was fitted: lengths in m, as the film shows them at its
+/// stated scale; `ball` is cue or object; `…_standardized` is (measured − predicted) / sd.
+pub const FRAMES: &str =
+    "shot,ball,t_s,x_m,y_m,x_predicted_m,y_predicted_m,x_sd_m,y_sd_m,x_standardized,y_standardized";
+
+/// The first columns of shots.csv, a row per shot: `used` is true or false, with the `reason` where a shot was left out or is doubtful;
+/// `chi2` is the sum of the squares of `values` standardized residuals, `largest` the largest of them in size. For each observable its
+/// column, `…_sd` and `…_predicted` follow, in the unit of its name (velocities m/s, spins rad/s); then, of films of balls, what the fit
+/// estimates of each shot, each with its `…_sd`, which is empty where the data rule the model out.
+pub const SHOTS: &str = "shot,used,reason,cut_deg,speed_m_s,values,chi2,largest";
+
+/// Returns residuals.csv as text. A cell whose number is unknown is empty.
 #[must_use]
-pub fn render(fit: &Fit) -> String {
+pub fn residuals(fit: &Fit) -> String {
     let mut bytes = Vec::new();
     // Writing into a vector cannot fail.
-    let _ = write(fit, &mut bytes);
+    let _ = write_residuals(fit, &mut bytes);
     String::from_utf8(bytes).unwrap_or_default()
 }
 
 /// Writes residuals.csv row by row: of a film of balls every coordinate of every frame, else every observable of every shot.
-///
-/// # Errors
-/// Those of `to`.
-pub fn write(fit: &Fit, to: &mut (dyn Write + Send)) -> io::Result<()> {
-    writeln!(to, "{HEADER}")?;
+pub(super) fn write_residuals(fit: &Fit, to: &mut (dyn Write + Send)) -> io::Result<()> {
+    writeln!(to, "{RESIDUALS}")?;
     let model = if fit.refuted.is_some() { "refuted" } else { "" };
-    match &fit.frames {
-        Some(frames) => frames.write(to, |of_shot, text| {
-            let shot = quoted(&of_shot.shot);
-            let [cut, speed] = [of_shot.cut.to_degrees(), of_shot.speed].map(cell);
-            let common = format!("{cut},{speed}");
-            let used = of_shot.frames.iter().filter(|frame| frame.used);
-            used.for_each(|own| frame(text, &shot, own, [&common, model]));
-        }),
-        None => fit.residuals.iter().try_for_each(|residual| to.write_all(row(residual, model).as_bytes())),
+    let Some(film) = &fit.frames else {
+        return fit.residuals.iter().try_for_each(|own| to.write_all(row(own, model).as_bytes()));
+    };
+    film.write(to, |of_shot, text| {
+        let shot = quoted(&of_shot.shot);
+        let common = [of_shot.cut.to_degrees(), of_shot.speed].map(cell).join(",");
+        for frame in of_shot.frames.iter().filter(|frame| frame.used) {
+            let (prefix, ball) = names(frame);
+            let standardized = frame.standardized();
+            for (axis, name) in ["x", "y"].into_iter().enumerate() {
+                push(text, [&shot, ",", prefix, "_", name, ",m"]);
+                for value in [frame.seen[axis], frame.predicted[axis], frame.sd[axis], standardized[axis]] {
+                    push_number(text, value);
+                }
+                push(text, [",", &common]);
+                push_number(text, frame.time);
+                push(text, [",", ball, ",", model, "\n"]);
+            }
+        }
+    })
+}
+
+/// Writes frames.csv shot by shot: there may be more frames than should be held in memory.
+pub fn write_frames(film: &FittedFilm, to: &mut (dyn Write + Send)) -> io::Result<()> {
+    writeln!(to, "{FRAMES}")?;
+    film.write(to, |of_shot, text| {
+        let shot = quoted(&of_shot.shot);
+        for frame in of_shot.frames.iter().filter(|frame| frame.used) {
+            push(text, [&shot, ",", names(frame).1]);
+            push_number(text, frame.time);
+            let cells = [frame.seen, frame.predicted, frame.sd, frame.standardized()];
+            cells.into_iter().flatten().for_each(|cell| push_number(text, cell));
+            push(text, ["\n"]);
+        }
+    })
+}
+
+/// Returns the beginning of the names of a ball's coordinates, and the name of the ball.
+fn names(frame: &FittedFrame) -> (&'static str, &'static str) {
+    match frame.ball {
+        TrackedBall::Cue => ("cue", "cue"),
+        TrackedBall::Object => ("obj", "object"),
     }
 }
 
-/// residuals.csv of a comparison: that of a fit with the sample before each row, a data set or a label of one.
+/// Returns residuals.csv of a comparison: that of a fit with the sample before each row, a data set or a label of one.
 pub(super) fn of_comparison(comparison: &Comparison) -> String {
     let model = if comparison.is_refuted() { "refuted" } else { "" };
     let rows = comparison.residuals.iter().map(|residual| {
         let sample = &comparison.samples[residual.sample].title;
         format!("{},{}", quoted(sample), row(&residual.of_shot, model))
     });
-    std::iter::once(format!("sample,{HEADER}\n")).chain(rows).collect()
+    std::iter::once(format!("sample,{RESIDUALS}\n")).chain(rows).collect()
 }
 
 fn row(residual: &Residual, model: &str) -> String {
@@ -68,22 +110,42 @@ fn row(residual: &Residual, model: &str) -> String {
     )
 }
 
-/// There may be millions of these: no cell is a text of its own.
-fn frame(text: &mut String, shot: &str, own: &FittedFrame, [common, model]: [&str; 2]) {
-    let (prefix, ball) = match own.ball {
-        TrackedBall::Cue => ("cue", "cue"),
-        TrackedBall::Object => ("obj", "object"),
-    };
-    let standardized = own.standardized();
-    for (axis, name) in ["x", "y"].into_iter().enumerate() {
-        push(text, [shot, ",", prefix, "_", name, ",m"]);
-        for value in [own.seen[axis], own.predicted[axis], own.sd[axis], standardized[axis]] {
-            push_number(text, value);
+/// Returns shots.csv as text. A cell whose number is unknown is empty.
+#[must_use]
+pub fn shots(fit: &Fit) -> String {
+    let estimates: HashMap<&str, Vec<OwnEstimate>> =
+        fit.frames.iter().flat_map(FittedFilm::estimates).collect();
+    let mut table = Table::new(SHOTS);
+    for own in fit.residuals.chunk_by(|one, next| one.shot == next.shot) {
+        let standardized = || own.iter().map(|residual| residual.standardized);
+        table.begin();
+        table.add("shot", &own[0].shot);
+        table.add("used", "true");
+        table.add_number("cut_deg", own[0].cut.to_degrees());
+        table.add_number("speed_m_s", own[0].speed.unwrap_or(f64::NAN));
+        table.add("values", own.len().to_string());
+        table.add_number("chi2", standardized().map(|z| z * z).sum());
+        let largest = |most: f64, z: f64| if z.abs() > most.abs() { z } else { most };
+        table.add_number("largest", standardized().fold(0.0, largest));
+        for residual in own {
+            let (name, unit_si) = (residual.observable.column(), residual.observable.unit_si());
+            table.add_number(name, residual.measured / unit_si);
+            table.add_number(&format!("{name}_sd"), residual.sd / unit_si);
+            table.add_number(&format!("{name}_predicted"), residual.predicted / unit_si);
         }
-        push(text, [",", common]);
-        push_number(text, own.time);
-        push(text, [",", ball, ",", model, "\n"]);
+        for estimate in estimates.get(own[0].shot.as_str()).into_iter().flatten() {
+            table.add_number(estimate.column, estimate.value);
+            let sd = if fit.refuted.is_some() { f64::NAN } else { estimate.sd };
+            table.add_number(&format!("{}_sd", estimate.column), sd);
+        }
     }
+    for rejected in &fit.shots_rejected {
+        table.begin();
+        table.add("shot", &rejected.shot);
+        table.add("used", "false");
+        table.add("reason", &rejected.reason);
+    }
+    table.text()
 }
 
 /// A table whose rows name their cells: columns stand in the order in which rows first have them.
@@ -118,9 +180,7 @@ impl Table {
 
     /// Adds the cell of a number, which is empty if it is unknown.
     pub(super) fn add_number(&mut self, column: &str, value: f64) {
-        let mut cell = String::new();
-        push_value(&mut cell, value);
-        self.add(column, cell);
+        self.add(column, cell(value));
     }
 
     /// Returns the table as text.
@@ -133,8 +193,8 @@ impl Table {
     }
 }
 
-/// A cell as RFC 4180 wants it.
-pub(super) fn quoted(cell: &str) -> Cow<'_, str> {
+/// Returns a cell as RFC 4180 wants it.
+fn quoted(cell: &str) -> Cow<'_, str> {
     let special = |c: char| matches!(c, ',' | '"' | '\n' | '\r' | '#');
     if cell.contains(special) || cell.trim() != cell {
         Cow::Owned(format!("\"{}\"", cell.replace('"', "\"\"")))
@@ -143,22 +203,22 @@ pub(super) fn quoted(cell: &str) -> Cow<'_, str> {
     }
 }
 
-/// Empty where it is no number.
-pub(super) fn cell(value: f64) -> String {
+/// Returns the cell of a number, which is empty where it is none.
+fn cell(value: f64) -> String {
     let mut text = String::new();
     push_value(&mut text, value);
     text
 }
 
-/// Parts of a line, one after the other.
-pub(super) fn push<const N: usize>(text: &mut String, parts: [&str; N]) {
+/// Adds parts of a line: there may be millions of lines, so that no cell is a text of its own.
+fn push<const N: usize>(text: &mut String, parts: [&str; N]) {
     for part in parts {
         text.push_str(part);
     }
 }
 
-/// A comma and a number, which is empty where it is none.
-pub(super) fn push_number(text: &mut String, value: f64) {
+/// Adds a comma and a number.
+fn push_number(text: &mut String, value: f64) {
     text.push(',');
     push_value(text, value);
 }

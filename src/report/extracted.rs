@@ -1,50 +1,93 @@
-//! Extracted impacts as a data set of kind `impacts`, with what was left out and a picture of each shot.
+//! What was measured of every shot, as `caromfit extract` writes it: impacts of balls as a data set of kind `impacts`, those of discs as
+//! a table, with what was left out and a picture of each shot; and of discs as a section of a report.
 
 use std::fmt::Write;
 
 use rayon::prelude::*;
 
+use super::content::{self, Section};
 use super::csv::Table;
-use super::plot::{Figure, track};
-use super::{ReportError, folder_name};
-use crate::fit::FittedFilm;
+use super::plot::{Figure, Tracks, of_shot};
+use super::{ReportError, folder_name, group_folders};
+use crate::fit::{Fit, FittedFilm, mean_of_shots};
 use crate::io::{balls_section, covariance};
 use crate::measurement::dataset::{Before, Dataset, Measured};
+use crate::measurement::number::{plain, with_error};
 use crate::measurement::spin::Spin;
-use crate::problem::Impact;
+use crate::measurement::track::TrackShot;
+use crate::physics::disc::Discs;
+use crate::problem::{DiscImpact, Doubt, Impact, Quantity};
 
-/// dataset.toml, impacts.csv, covariance.csv and left-out.csv.
+/// Names and contents of files.
+pub type Files = Vec<(String, Vec<u8>)>;
+
+fn named<const N: usize>(files: [(&str, String); N]) -> Files {
+    files.map(|(name, text)| (name.to_owned(), text.into_bytes())).to_vec()
+}
+
+/// Returns dataset.toml, impacts.csv, covariance.csv and left-out.csv.
 #[must_use]
-pub fn files(dataset: &Dataset, extracted: &[Impact]) -> Vec<(&'static str, Vec<u8>)> {
-    vec![
-        ("impacts.csv", impacts(dataset, extracted).into_bytes()),
-        ("covariance.csv", covariance(dataset).into_bytes()),
-        ("left-out.csv", left_out(dataset).into_bytes()),
-        ("dataset.toml", manifest(dataset).into_bytes()),
-    ]
+pub fn of_balls(dataset: &Dataset, extracted: &[Impact]) -> Files {
+    named([
+        ("impacts.csv", impacts(dataset, extracted)),
+        ("covariance.csv", covariance(dataset)),
+        ("left-out.csv", left_out(dataset)),
+        ("dataset.toml", manifest(dataset)),
+    ])
+}
+
+/// Returns discs.csv and left-out.csv.
+#[must_use]
+pub fn of_disc_shots(dataset: &Dataset, discs: &Discs, extracted: &[(TrackShot, DiscImpact)]) -> Files {
+    named([("left-out.csv", left_out(dataset)), ("discs.csv", discs_table(discs, extracted))])
 }
 
 /// Returns the picture of each shot of balls: file name and SVG.
-///
-/// # Errors
-/// A picture that cannot be drawn.
-pub fn pictures(film: &FittedFilm, extracted: &[Impact]) -> Result<Vec<(String, Vec<u8>)>, ReportError> {
-    drawn(extracted, |impact| &impact.shot.name, |impact| track::of_balls(film, impact))
+pub fn pictures(film: &FittedFilm, extracted: &[Impact]) -> Result<Files, ReportError> {
+    drawn(extracted, |impact| &impact.shot.name, |impact| of_shot(film, impact))
+}
+
+/// Returns the picture of each shot of discs: file name and SVG.
+pub fn pictures_of_discs(discs: &Discs, extracted: &[(TrackShot, DiscImpact)]) -> Result<Files, ReportError> {
+    let figure = |(shot, impact): &(TrackShot, DiscImpact)| {
+        let [from, to] = impact.window;
+        let used = |samples: &[crate::measurement::track::Sample]| {
+            let used = samples.iter().filter(|sample| (from..=to).contains(&sample.t));
+            used.map(|sample| (sample.t, [sample.x, sample.y])).collect()
+        };
+        let tracks = Tracks {
+            name: &shot.name,
+            seen: [used(&shot.cue), used(&shot.object)],
+            summary: summary(impact),
+            names: ["first disc", "second disc"],
+            time: impact.get(Quantity::Time).map_or(f64::NAN, |time| time.value),
+            clock: if discs.in_seconds {
+                ("time from the impact (ms)", 1e-3)
+            } else {
+                ("frames from the impact", 1.0)
+            },
+            position_sd: impact.position_sd,
+            radii: impact.radii,
+            place: &|disc, time| impact.place(disc, time),
+        };
+        tracks.figure()
+    };
+    drawn(extracted, |(shot, _)| &shot.name, figure)
 }
 
 /// Returns each shot drawn, in a file that is named after it.
-pub(super) fn drawn<T: Sync>(
+fn drawn<T: Sync>(
     extracted: &[T],
     name: fn(&T) -> &String,
     draw: impl Fn(&T) -> Figure + Sync,
-) -> Result<Vec<(String, Vec<u8>)>, ReportError> {
+) -> Result<Files, ReportError> {
     let names: Vec<String> = extracted.iter().map(|shot| name(shot).clone()).collect();
-    let files = super::group_folders(&names);
+    let files = group_folders(&names);
     let file = |(shot, name): (&T, &String)| Ok((format!("{name}.svg"), draw(shot).svg()?.into_bytes()));
     extracted.par_iter().zip(&files).map(file).collect()
 }
 
-/// The one spin that all shots have, if that is stun or natural roll.
+/// Returns the one spin that all shots have, if that is stun or natural roll.
 fn assumed(dataset: &Dataset) -> Option<&'static str> {
     let all = |spin: Spin| dataset.shots.iter().all(|shot| shot.spin == spin);
     let words = [(Spin::NaturalRoll, "natural-roll"), (Spin::Stun, "stun")];
@@ -73,30 +116,24 @@ fn manifest(dataset: &Dataset) -> String {
     if let Some(sd) = dataset.lift_sd {
         _ = writeln!(manifest, "lift_sd = {sd:?}");
     }
-    let mut of_tracks = stated(dataset);
-    let poisson = of_tracks.get("ball").and_then(|ball| ball.get("poisson")).and_then(number);
+    // the dataset.toml of the tracks; empty for a data set that a program made
+    let stated = std::fs::read_to_string(&dataset.path).unwrap_or_default();
+    let mut stated: toml::Table = stated.trim_start_matches('\u{feff}').parse().unwrap_or_default();
+    let number = |value: &toml::Value| value.as_float().or_else(|| Some(value.as_integer()? as f64));
+    let poisson = stated.get("ball").and_then(|ball| ball.get("poisson")).and_then(number);
     manifest += "\n";
     manifest += &balls_section::text(&dataset.ball, dataset.object.as_ref(), poisson);
     _ = write!(manifest, "\n[cue_spin]\nassume = \"{}\"\n", assumed(dataset).unwrap_or("measured"));
     // so that the impacts are fitted the same way
-    if let Some(fit) = of_tracks.remove("fit") {
+    if let Some(fit) = stated.remove("fit") {
         _ = write!(manifest, "\n{}", toml::Table::from_iter([("fit".to_string(), fit)]));
     }
     manifest
 }
 
-/// A number that may be written as an integer.
-fn number(value: &toml::Value) -> Option<f64> {
-    value.as_float().or_else(|| Some(value.as_integer()? as f64))
-}
-
-/// The dataset.toml of the tracks; empty for a data set that a program made.
-fn stated(dataset: &Dataset) -> toml::Table {
-    let text = std::fs::read_to_string(&dataset.path).unwrap_or_default();
-    text.trim_start_matches('\u{feff}').parse().unwrap_or_default()
-}
-
 fn impacts(dataset: &Dataset, extracted: &[Impact]) -> String {
+    /// Standard deviations in a file are positive.
+    const LEAST_SD: f64 = 1e-12;
     let is_assumed = assumed(dataset).is_some();
     let mut table = Table::default();
     let measured = |table: &mut Table, column: &str, Measured { value, sd }: &Measured| {
@@ -107,27 +144,26 @@ fn impacts(dataset: &Dataset, extracted: &[Impact]) -> String {
         let Before::Impact { normal, velocity } = &shot.before else { continue };
         table.begin();
         table.add("shot", &shot.name);
-        for (column, before) in
-            ["nx", "ny", "cue_vx", "cue_vy"].into_iter().zip(normal.iter().chain(velocity))
-        {
+        let before = normal.iter().chain(velocity);
+        for (column, before) in ["nx", "ny", "cue_vx", "cue_vy"].into_iter().zip(before) {
             measured(&mut table, column, before);
         }
         for after in &shot.after {
             measured(&mut table, after.observable.column(), &after.measured);
         }
-        if let Spin::Measured { spin, sd } = shot.spin {
-            for (i, column) in SPIN.into_iter().enumerate().filter(|_| !is_assumed) {
-                measured(&mut table, column, &Measured { value: spin[i], sd: sd[i] });
-            }
-        }
         if !is_assumed {
-            let spin = match shot.spin {
-                Spin::Measured { .. } => "measured",
+            let word = match shot.spin {
+                Spin::Measured { spin, sd } => {
+                    for (i, column) in ["cue_wx", "cue_wy", "cue_wz"].into_iter().enumerate() {
+                        measured(&mut table, column, &Measured { value: spin[i], sd: sd[i] });
+                    }
+                    "measured"
+                }
                 Spin::Stun => "stun",
                 Spin::NaturalRoll => "natural-roll",
                 Spin::Unknown => "unknown",
             };
-            table.add("cue_spin", spin);
+            table.add("cue_spin", word);
         }
         table.add("impact_time_s", impact.time.to_string());
         table.add("position_sd_mm", (1e3 * impact.position_sd).to_string());
@@ -140,12 +176,7 @@ fn impacts(dataset: &Dataset, extracted: &[Impact]) -> String {
     table.text()
 }
 
-const SPIN: [&str; 3] = ["cue_wx", "cue_wy", "cue_wz"];
-
-/// Standard deviations in a file are positive.
-const LEAST_SD: f64 = 1e-12;
-
-/// The joint errors of every shot: a row for each quantity.
+/// Returns the joint errors of every shot: a row for each quantity.
 fn covariance(dataset: &Dataset) -> String {
     let mut table = Table::new("shot,quantity");
     for shot in &dataset.shots {
@@ -166,7 +197,7 @@ fn covariance(dataset: &Dataset) -> String {
     table.text()
 }
 
-pub(super) fn left_out(dataset: &Dataset) -> String {
+fn left_out(dataset: &Dataset) -> String {
     let mut table = Table::new("shot,reason");
     for (shot, reason) in &dataset.left_out {
         table.begin();
@@ -174,4 +205,125 @@ pub(super) fn left_out(dataset: &Dataset) -> String {
         table.add("reason", reason);
     }
     table.text()
+}
+
+/// Returns the name of a column of discs where frames stand for seconds.
+fn per_frame(name: &str) -> String {
+    let moves =
+        ["slip", "slip_after", "closing_speed"].contains(&name) || name.contains("_v") || name.contains("_w");
+    match name {
+        "impact_time_s" => "impact_frame".to_string(),
+        _ if moves => format!("{name}_per_frame"),
+        _ => name.to_string(),
+    }
+}
+
+fn discs_table(discs: &Discs, extracted: &[(TrackShot, DiscImpact)]) -> String {
+    let name = |quantity: Quantity| {
+        let name = quantity.column();
+        if discs.in_seconds { name.to_owned() } else { per_frame(name) }
+    };
+    // what is stated has no error here
+    let measured: String = Quantity::ALL.map(|quantity| format!(",{0},{0}_sd", name(quantity))).concat();
+    let mut table = Table::new(&format!("shot{measured}"));
+    for (shot, impact) in extracted {
+        table.begin();
+        table.add("shot", &shot.name);
+        for quantity in Quantity::ALL {
+            let unit = if quantity == Quantity::ContactDistance { 1e-3 } else { 1.0 };
+            let Some(found) = impact.get(quantity) else { continue };
+            table.add(&name(quantity), (found.value / unit).to_string());
+            if let Some(sd) = found.sd {
+                table.add(&format!("{}_sd", name(quantity)), (sd / unit).to_string());
+            }
+        }
+        let doubts: Vec<String> = impact.doubts.iter().map(Doubt::to_string).collect();
+        table.add("mass_ratio_from", if discs.masses.is_some() { "masses" } else { "momentum" });
+        table.add("position_sd_mm", (1e3 * impact.position_sd).to_string());
+        table.add("reduced_chi2", impact.misfit.to_string());
+        table.add("frames_used", impact.frames.iter().sum::<usize>().to_string());
+        table.add("frames_left_out", impact.outliers.to_string());
+        table.add("outcome", if impact.stuck.is_some() { "stick" } else { "part" });
+        table.add("verdict", if doubts.is_empty() { "good" } else { "doubtful" });
+        table.add("doubts", doubts.join("; "));
+    }
+    table.text()
+}
+
+/// Returns the main numbers of an impact of discs, in a line.
+#[must_use]
+pub fn summary(impact: &DiscImpact) -> String {
+    let text = |name: &str, quantity: Quantity| {
+        let measured = impact.get(quantity)?;
+        Some(match measured.sd {
+            Some(sd) => format!("{name} {}", with_error(measured.value, sd)),
+            None => format!("{name} {} (stated)", plain(measured.value, 4)),
+        })
+    };
+    let parts = [
+        // of discs that stick, the remark says it
+        text("e", Quantity::Restitution).filter(|_| impact.stuck.is_none()),
+        text("J_t/J_n", Quantity::ImpulseRatio),
+        text("mass ratio", Quantity::MassRatio),
+        Some(format!("noise {:.3} mm", 1e3 * impact.position_sd)),
+    ];
+    parts.into_iter().flatten().collect::<Vec<_>>().join(", ")
+}
+
+/// Returns remarks on a shot, a line each: that its discs stick together, and what makes it doubtful.
+#[must_use]
+pub fn remarks(impact: &DiscImpact) -> Vec<String> {
+    let stuck = impact.stuck.iter().map(|stuck| format!("{}.", stuck.sentence()));
+    stuck.chain(impact.doubts.iter().map(|doubt| format!("doubtful: {doubt}."))).collect()
+}
+
+/// The columns of the section on discs: the heading, the quantity, and whether a mean over shots says something.
+const COLUMNS: [(&str, Quantity, bool); 8] = [
+    ("closing speed", Quantity::ClosingSpeed, false),
+    ("slip/closing", Quantity::SlipRatio, false),
+    ("e", Quantity::Restitution, true),
+    ("J_t/J_n", Quantity::ImpulseRatio, false),
+    ("momentum along", Quantity::MomentumAlong, true),
+    ("momentum across", Quantity::MomentumAcross, true),
+    ("angular momentum", Quantity::AngularMomentum, true),
+    ("energy lost", Quantity::EnergyLost, true),
+];
+
+const ABOUT: &str = "momentum along, across: what both discs gain along and across the line of centres, over the normal impulse; angular \
+                     momentum: what they gain about the contact point, over the normal impulse times the distance of the centres; \
+                     energy lost: part of the energy of motion and rotation. J_t/J_n and slip: on the second disc, 90° \
+                     counter-clockwise from the line of centres. Scatter: standard deviation between the shots that were fitted, \
+                     beyond their own errors.";
+
+/// Returns what was measured of every shot of discs, without content of balls.
+pub(super) fn of_discs(fit: &Fit) -> Section {
+    let used = |shot: &&DiscImpact| fit.residuals.iter().any(|residual| residual.shot == shot.name);
+    let value = |value: f64, sd: Option<f64>| with_error(value, sd.unwrap_or_default());
+    let mut rows: Vec<Vec<String>> = Vec::new();
+    for shot in &fit.disc_shots {
+        let is_rejected = fit.shots_rejected.iter().any(|rejected| rejected.shot == shot.name);
+        let state = match (used(&shot), shot.stuck.is_some(), is_rejected) {
+            (_, true, _) => "sticks",
+            (true, ..) => "",
+            (false, _, true) => "doubtful, not fitted",
+            (false, ..) => "not fitted",
+        };
+        let cells = COLUMNS.map(|(_, quantity, _)| {
+            shot.get(quantity).map_or(String::new(), |found| value(found.value, found.sd))
+        });
+        rows.push([shot.name.clone()].into_iter().chain(cells).chain([state.to_owned()]).collect());
+    }
+    if !rows.is_empty() {
+        let [mut mean, mut scatter] = ["mean", "scatter"].map(|name| vec![name.to_owned()]);
+        for (_, quantity, has_mean) in COLUMNS {
+            let values = fit.disc_shots.iter().filter(used).filter_map(|shot| shot.get(quantity));
+            let found = mean_of_shots(&values.collect::<Vec<_>>()).filter(|_| has_mean);
+            mean.push(found.map_or(String::new(), |found| value(found.value, Some(found.std_error))));
+            scatter.push(found.map_or(String::new(), |found| plain(found.scatter, 2)));
+        }
+        rows.extend([mean, scatter].map(|row| row.into_iter().chain([String::new()]).collect()));
+    }
+    let head = ["shot"].into_iter().chain(COLUMNS.map(|(name, ..)| name)).chain([""]);
+    let table = content::Table::new(head, rows).with_numbers(1..1 + COLUMNS.len());
+    Section::new("What was measured of every shot", ABOUT, [table.into()])
 }

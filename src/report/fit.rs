@@ -1,22 +1,23 @@
 //! A [`Fit`] → [`Report`].
 
-use super::content::{Block, Report, Section, Table, facts};
-use super::number::{interval, plain, with_error};
+use super::content::{self, Block, Report, Section, Table};
+use super::plot;
 use super::shots::{shot_list, tracks};
-use super::table::{self, INTERVAL, chi2_text, estimate, with_unit};
-use super::{bodies, label, model, noise_estimated, p_text, plot, reduced_chi2, text, trust};
-use crate::fit::{Counted, DOWN_WEIGHTED, Estimate, Fit, Grade, Noise, Status, Verdict};
+use super::terminal::{INTERVAL, brief, chi2_text, estimate, parameters, with_unit};
+use super::{bodies, label, model, noise_estimated, p_text, reduced_chi2};
+use crate::fit::{Counted, DOWN_WEIGHTED, Estimate, Fit, Grade, Noise, NoiseVerdict, Status, Verdict};
+use crate::measurement::number::{interval, plain, with_error};
+use crate::measurement::parameter::Parameter;
 
 /// Returns the report of a fit as text, which says what each number means.
 #[must_use]
 pub fn as_text(fit: &Fit) -> String {
-    text::walk(&content(fit))
+    content::text(&content(fit))
 }
 
 /// Returns the report of a fit.
 #[must_use]
 pub fn content(fit: &Fit) -> Report {
-    let stopped = (!fit.converged).then(|| format!("Not converged: {}", fit.termination));
     let tested = match fit.frames {
         Some(_) => "of the velocities after each impact, against the estimates of the fit",
         None => "",
@@ -24,153 +25,128 @@ pub fn content(fit: &Fit) -> Report {
     let shots = shot_list(fit.residuals.iter().map(|residual| (residual.shot.clone(), residual)));
     let paths = fit.frames.iter().flat_map(|film| {
         let alt = "The paths of both balls in all shots, seen from above";
-        let figure = Block::figure(alt, plot::track::of_all(&fit.dataset, film));
+        let figure = Block::figure(alt, plot::all_shots(&fit.dataset, film));
         [figure].into_iter().chain(tracks(film, &shots).map(Block::Tracks))
     });
-    let figure = |title: &str, about: &str, alt: &'static str, figure: plot::Figure| {
-        Section::new(title, about, [Block::figure(alt, figure)])
-    };
-    let alt = "e against the closing speed, and the friction against the slip";
-    let open = [
-        parameters(fit),
+    let impacts = "e against the closing speed, and the friction against the slip";
+    let residuals = "Measured against predicted values, and residuals";
+    let mut sections = vec![
+        parameter_section(fit),
         Section::new("All shots", "", paths),
-        figure("All impacts", "", alt, plot::discs::figure(fit)),
-        figure(
-            "Residual plots",
-            tested,
-            "Measured against predicted values, and residuals",
-            plot::residuals(fit),
-        ),
+        Section::of_figure("All impacts", "", impacts, plot::discs(fit)),
+        Section::of_figure("Residual plots", tested, residuals, plot::residuals(fit)),
     ];
-    let (title, alt) = ("Regions of pairs of parameters", "68 % and 95 % regions of pairs of parameters");
     let rejected = fit.shots_rejected.iter().map(|one| [one.shot.clone(), one.reason.clone()]);
     let computation = [format!("model {}", model(fit)), format!("the search stopped: {}", fit.termination)];
     let noise = Table::new(
         ["", "values", "sd of one value", "rms of the residuals"],
         fit.noise.iter().map(|one| noise(fit, one)),
     );
+    let regions = "68 % and 95 % regions of pairs of parameters";
     let folded = [
-        Section::new("How it was computed", "", [Block::Lines(computation.to_vec())]),
-        super::disc_section::section(fit),
-        Section::new("χ²", "", [Block::Lines(chi2(fit))]),
+        Section::of_lines("How it was computed", "", computation.to_vec()),
+        super::extracted::of_discs(fit),
+        Section::of_lines("χ²", "", chi2(fit)),
         Section::new("Noise", "rms: root mean square", [noise.with_numbers(1..2).into()]),
-        figure(title, "", alt, plot::contours::figure(fit)),
-    ];
-    let folded = folded.into_iter().chain(trust::sections(fit)).chain([
+        Section::of_figure("Regions of pairs of parameters", "", regions, plot::contours(fit)),
+        identifiability(fit),
+        residual_tests(fit),
+        influence(fit),
+        weights(fit),
+        bootstrap(fit),
+        alternatives(fit),
         camera(fit),
         Section::of_rejected(rejected),
-        Section::new("Notes", "", [Block::Lines(fit.notes().into_iter().map(str::to_owned).collect())]),
+        Section::of_lines("Notes", "", fit.notes().into_iter().map(str::to_owned).collect()),
         Section::new("Shots, the largest residuals first", tested, [Block::Shots(shots)]),
-    ]);
-    let folded = folded.flatten().map(|section| Section { folded: true, ..section });
+    ];
+    sections.extend(folded.map(|section| Section { folded: true, ..section }));
+    let stopped = (!fit.converged).then(|| format!("Not converged: {}", fit.termination));
+    let (kind, sizes) = bodies(fit);
+    let facts = [
+        ("source", fit.source.clone().unwrap_or_default()),
+        ("cloth", fit.cloth.clone().unwrap_or_default()),
+        (kind, sizes),
+        ("method", fit.method_name().to_owned()),
+        ("shots", format!("{} used, {} not used", fit.shots_used, fit.shots_rejected.len())),
+    ];
     Report {
         title: super::title(fit),
         verdict: fit.verdict(),
         warnings: stopped.into_iter().chain(fit.warnings().into_iter().map(str::to_owned)).collect(),
-        facts: facts([
-            ("source", fit.source.clone().unwrap_or_default()),
-            ("cloth", fit.cloth.clone().unwrap_or_default()),
-            bodies(fit),
-            ("method", fit.method_name().to_owned()),
-            ("shots", format!("{} used, {} not used", fit.shots_used, fit.shots_rejected.len())),
-        ]),
-        sections: open.into_iter().flatten().chain(folded).collect(),
+        facts: facts.map(|(name, text)| [name.to_owned(), text]).to_vec(),
+        sections,
     }
 }
 
 /// Returns the page that leads to the reports of the labels of a data set, each in a folder of its own.
 pub(super) fn of_labels(fits: &[Fit], folders: &[String]) -> Report {
-    let parameters = table::parameters(fits);
+    let parameters = parameters(fits);
     let verdicts: Vec<Verdict> = fits.iter().map(Fit::verdict).collect();
     let row = |(fit, verdict): (&Fit, &Verdict)| {
-        let cells = parameters.iter().map(|parameter| table::brief(fit, *parameter));
-        let verdict = format!("{}. {}", verdict.grade.name(), verdict.sentence);
-        [label(fit), fit.shots_used.to_string()].into_iter().chain(cells).chain([verdict]).collect()
+        let is_usable = verdict.grade != Grade::Unusable;
+        let cell = |parameter: &Parameter| if is_usable { brief(fit, *parameter) } else { "–".to_owned() };
+        let mut row = vec![label(fit), fit.shots_used.to_string()];
+        row.extend(parameters.iter().map(cell));
+        row.push(format!("{}. {}", verdict.grade.name(), verdict.sentence));
+        row
     };
     let symbols = parameters.iter().map(|parameter| parameter.symbol());
     let head = ["label", "shots"].into_iter().chain(symbols).chain(["verdict"]);
     let mut estimates = Table::new(head, fits.iter().zip(&verdicts).map(row));
     estimates.links = folders.iter().map(|folder| format!("{folder}/report.html")).collect();
-    let worst = verdicts.iter().map(|verdict| verdict.grade).max().unwrap_or(Grade::Good);
-    let alike = verdicts.iter().filter(|verdict| verdict.grade == worst).count();
+    let grade = verdicts.iter().map(|verdict| verdict.grade).max().unwrap_or(Grade::Good);
+    let count = verdicts.iter().filter(|verdict| verdict.grade == grade).count();
     Report {
         title: fits.first().map_or_else(String::new, |fit| fit.dataset.clone()),
         verdict: Verdict {
-            grade: worst,
-            sentence: format!("{alike} of {} labels are {}.", fits.len(), worst.name()),
+            grade,
+            sentence: format!("{count} of {} labels are {}.", fits.len(), grade.name()),
         },
         warnings: Vec::new(),
         facts: Vec::new(),
-        sections: Section::new("Estimates", "± one standard error", [estimates.into()]).into_iter().collect(),
+        sections: vec![Section::new("Estimates", "± one standard error", [estimates.into()])],
     }
 }
 
-/// Returns the camera of footage as it was fitted.
-fn camera(fit: &Fit) -> Option<Section> {
-    let found = fit.camera.as_ref()?;
-    let rows = found.corrections.iter().map(|correction| {
-        let value = with_error(correction.value, correction.std_error);
-        vec![correction.which.words().to_owned(), value]
-    });
-    let table = Table::new(["", "found"], rows);
-    let figure = Block::figure("How far positions were moved", plot::camera::figure(found));
-    let about = format!("from the frames of {} shots; ± one standard error", found.shots);
-    Section::new("Camera", about, [table.into(), figure])
-}
-
-/// Of intervals.
-const PROFILE: &str =
-    "profile: both ends from how χ² rises as the parameter moves, which need not be symmetric";
-
-fn parameters(fit: &Fit) -> Option<Section> {
+fn parameter_section(fit: &Fit) -> Section {
     let profiled = fit.estimates.iter().any(Estimate::is_profiled);
     let lopsided = fit.refuted.is_none() && fit.estimates.iter().any(|own| own.lopsided().is_some());
-    let how = match (profiled, lopsided) {
-        (false, _) => String::new(),
-        (true, false) => format!("; {PROFILE}"),
-        (true, true) => format!("; {INTERVAL}; {PROFILE}"),
-    };
-    let head = match fit.refuted {
-        Some(_) => ["", "estimate", "", "meaning"],
-        None => ["", "estimate", "95 % interval", "meaning"],
-    };
-    let rows = fit.estimates.iter().map(|estimate| parameter(fit, estimate));
+    let mut about = String::from(if fit.refuted.is_some() { "" } else { "± one standard error" });
+    if lopsided {
+        about += &format!("; {INTERVAL}");
+    }
+    if profiled {
+        about += "; profile: both ends from how χ² rises as the parameter moves, which need not be symmetric";
+    }
+    let interval_head = if fit.refuted.is_some() { "" } else { "95 % interval" };
+    let rows = fit.estimates.iter().map(|estimate| parameter_row(fit, estimate));
+    let table = Table::new(["", "estimate", interval_head, "meaning"], rows);
     let lines = fit.estimates.iter().filter_map(at_bound).chain(correlations(fit)).collect();
-    let errors = if fit.refuted.is_some() { "" } else { "± one standard error" };
-    Section::new("Parameters", format!("{errors}{how}"), [Table::new(head, rows).into(), Block::Lines(lines)])
+    Section::new("Parameters", about, [table.into(), Block::Lines(lines)])
 }
 
-fn parameter(fit: &Fit, parameter: &Estimate) -> Vec<String> {
-    let unit = parameter.parameter.unit();
-    let interval = match parameter.interval_95 {
-        Some(ends) if ends.iter().all(|end| end.is_finite()) => {
-            let how = if parameter.is_profiled() { " profile" } else { "" };
-            with_unit(&interval(ends, parameter.std_error), unit, " ") + how
-        }
-        _ => String::new(),
-    };
-    let value = match parameter.status {
-        Status::NotIdentified => {
-            format!("{}, left at {}", estimate(fit, parameter), plain(parameter.value, 4))
-        }
-        _ => estimate(fit, parameter),
-    };
-    let value = with_unit(&value, unit, " ");
-    [parameter.parameter.symbol(), &value, &interval, parameter.parameter.meaning()]
-        .map(str::to_owned)
-        .to_vec()
+fn parameter_row(fit: &Fit, own: &Estimate) -> Vec<String> {
+    let (symbol, unit) = (own.parameter.symbol(), own.parameter.unit());
+    let ends = own.interval_95.filter(|ends| ends.iter().all(|end| end.is_finite()));
+    let how = if own.is_profiled() { " profile" } else { "" };
+    let ends = ends.map(|ends| with_unit(&interval(ends, own.std_error), unit) + how);
+    let mut value = estimate(fit, own);
+    if own.status == Status::NotIdentified {
+        value += &format!(", left at {}", plain(own.value, 4));
+    }
+    let meaning = own.parameter.meaning().to_owned();
+    vec![symbol.to_owned(), with_unit(&value, unit), ends.unwrap_or_default(), meaning]
 }
 
-fn at_bound(estimate: &Estimate) -> Option<String> {
-    let error = estimate.std_error_at_bound.filter(|error| error.is_finite())?;
-    let value = with_unit(&with_error(estimate.value, error), estimate.parameter.unit(), " ");
-    Some(format!(
-        "{}: {value} if the parameters at their bounds are truly there",
-        estimate.parameter.symbol()
-    ))
+fn at_bound(own: &Estimate) -> Option<String> {
+    let error = own.std_error_at_bound.filter(|error| error.is_finite())?;
+    let value = with_unit(&with_error(own.value, error), own.parameter.unit());
+    let symbol = own.parameter.symbol();
+    Some(format!("{symbol}: {value} if the parameters at their bounds are truly there"))
 }
 
-/// One line, of the pairs that have a correlation.
+/// Returns one line, of the pairs that have a correlation.
 fn correlations(fit: &Fit) -> Option<String> {
     let mut pairs = Vec::new();
     for (row, first) in fit.estimates.iter().enumerate() {
@@ -184,76 +160,199 @@ fn correlations(fit: &Fit) -> Option<String> {
     (!pairs.is_empty()).then(|| format!("correlation of the errors, −1 to 1: {}", pairs.join(", ")))
 }
 
-/// χ², what it counts, and what it says about model and noise; of a film of balls first of the frames, then of the velocities.
+/// Returns χ², what it counts, and what it says about model and noise; of a film of balls first of the frames, then of the velocities.
 fn chi2(fit: &Fit) -> Vec<String> {
+    /// Smaller parts of χ² are not worth a line.
+    const LEAST_SHOWN: f64 = 0.005;
     let Some(reduced) = reduced_chi2(fit) else {
-        return vec![
-            "no degrees of freedom: the fit passes through the data and cannot be tested".to_owned(),
-        ];
+        let why = "no degrees of freedom: the fit passes through the data and cannot be tested";
+        return vec![why.to_owned()];
+    };
+    let line = |counted: Counted, chi2: f64, dof: usize, reduced: f64| {
+        let (counted, reduced) = (counted.words(), chi2_text(reduced));
+        format!("χ² of {counted} = {} for {dof} degrees of freedom, χ²/dof = {reduced}", plain(chi2, 4))
+    };
+    let chance = |p: f64| {
+        format!("; were model and noise right, chance would give a larger χ² with probability {}", p_text(p))
     };
     let goodness = fit.diagnostics.goodness.as_ref();
-    let mut lines = vec![of(fit.counted(), fit.chi2, fit.dof, reduced)];
-    match &fit.diagnostics.joint {
-        Some(joint) => {
-            lines[0] += &joint.p_value.map_or(
-                ": not tested, as the noise of the positions was estimated from the same frames".to_owned(),
-                by_chance,
-            );
-            if let Some(found) = goodness.filter(|found| found.dof > 0) {
-                let line = of(fit.tested(), found.chi2, found.dof, found.chi2 / found.dof as f64);
-                lines.push(line + &found.p_value.map_or(": not tested".to_owned(), by_chance));
-            }
+    let p = goodness.and_then(|goodness| goodness.p_value);
+    let all = line(fit.counted(), fit.chi2, fit.dof, reduced);
+    let mut lines = Vec::new();
+    if let Some(joint) = &fit.diagnostics.joint {
+        let untested = ": not tested, as the noise of the positions was estimated from the same frames";
+        lines.push(all + &joint.p_value.map_or(untested.to_owned(), chance));
+        if let Some(found) = goodness.filter(|found| found.dof > 0) {
+            let line = line(fit.tested(), found.chi2, found.dof, found.chi2 / found.dof as f64);
+            lines.push(line + &p.map_or(": not tested".to_owned(), chance));
         }
-        None => lines[0] += &tested(fit),
+    } else if noise_estimated(fit) {
+        lines.push(all + ": near 1 whatever the model, as noise was estimated from these residuals");
+    } else if fit.diagnostics.robust.is_some() {
+        let why = "not tested, as outlying shots count less";
+        lines.push(format!("{all}: {why} (weights below {DOWN_WEIGHTED} are listed)"));
+    } else {
+        lines.push(all + &p.map_or(String::new(), chance));
     }
     if fit.prior_chi2 >= LEAST_SHOWN * fit.chi2 {
-        lines.push(format!(
-            "{} of this χ² is what priors and errors that all shots share add",
-            plain(fit.prior_chi2, 2)
-        ));
+        let part = plain(fit.prior_chi2, 2);
+        lines.push(format!("{part} of this χ² is what priors and errors that all shots share add"));
     }
     lines
 }
 
-/// A smaller part of χ² is not worth a line.
-const LEAST_SHOWN: f64 = 0.005;
-
-fn of(counted: Counted, chi2: f64, dof: usize, reduced: f64) -> String {
-    format!(
-        "χ² of {} = {} for {dof} degrees of freedom, χ²/dof = {}",
-        counted.words(),
-        plain(chi2, 4),
-        chi2_text(reduced)
-    )
-}
-
-/// Whether χ² tells model from noise, and what it says.
-fn tested(fit: &Fit) -> String {
-    let p = fit.diagnostics.goodness.as_ref().and_then(|goodness| goodness.p_value);
-    if noise_estimated(fit) {
-        ": near 1 whatever the model, as noise was estimated from these residuals".to_owned()
-    } else if fit.diagnostics.robust.is_some() {
-        format!(": not tested, as outlying shots count less (weights below {DOWN_WEIGHTED} are listed)")
-    } else {
-        p.map_or(String::new(), by_chance)
-    }
-}
-
-fn by_chance(p: f64) -> String {
-    format!("; were model and noise right, chance would give a larger χ² with probability {}", p_text(p))
-}
-
 fn noise(fit: &Fit, noise: &Noise) -> Vec<String> {
     let observable = noise.observable;
-    let unit = observable.unit();
-    let quantity = |si: f64| {
-        let space = if unit == "°" { "" } else { " " };
-        with_unit(&plain(si / observable.unit_si(), 3), unit, space)
-    };
+    let quantity = |si: f64| with_unit(&plain(si / observable.unit_si(), 3), observable.unit());
     let sd = match noise.estimated_sd {
         Some(sd) => format!("{}, estimated from the residuals", quantity(sd)),
         None if fit.footage => "as the frames of each shot tell".to_owned(),
         None => "given with the data".to_owned(),
     };
     vec![observable.label().to_owned(), noise.count.to_string(), sd, quantity(noise.rms)]
+}
+
+fn identifiability(fit: &Fit) -> Section {
+    let lines = fit.diagnostics.identifiability.iter().flat_map(|found| {
+        let values: Vec<String> = found.singular_values.iter().map(|value| plain(*value, 3)).collect();
+        let first = format!(
+            "singular values {} (no unit; of the Jacobian by parameters, columns scaled to 1), condition number {} (1: the \
+             parameters do not interfere; above 30: hardly told apart)",
+            values.join(", "),
+            plain(found.condition, 3)
+        );
+        let names: Vec<_> = found.silent.iter().map(|parameter| parameter.symbol()).collect();
+        let silent = (!names.is_empty()).then(|| format!("nothing depends on {}", names.join(", ")));
+        [first].into_iter().chain(found.worst.as_ref().map(|worst| worst.words.clone())).chain(silent)
+    });
+    Section::of_lines("What the data determine", "", lines.collect())
+}
+
+/// Returns what tests say of the residuals: their size, trends, and their distribution.
+fn residual_tests(fit: &Fit) -> Section {
+    let about = format!("of {}", fit.tested().words());
+    let Some(found) = &fit.diagnostics.goodness else { return Section::default() };
+    let noise = match (found.noise, found.noise_factor.map(|factor| plain(factor, 3))) {
+        (NoiseVerdict::Explains, Some(factor)) => {
+            format!("the stated noise explains the residuals, which are {factor} times as large")
+        }
+        (NoiseVerdict::TooSmall | NoiseVerdict::TooLarge, Some(factor)) => {
+            format!("the stated noise does not explain the residuals, which are {factor} times as large")
+        }
+        _ if found.dof == 0 => "no degree of freedom is left to test the noise with".to_owned(),
+        _ if fit.diagnostics.robust.is_some() => {
+            "the noise is not tested: outlying shots count less".to_owned()
+        }
+        _ => "the noise is not tested: it was estimated from the residuals".to_owned(),
+    };
+    let mut lines = vec![noise];
+    lines.extend(found.trends.iter().filter(|trend| trend.significant).map(|trend| trend.words.clone()));
+    if lines.len() == 1 {
+        lines.push(match found.trends.first() {
+            Some(first) => format!(
+                "no trend with speed, cut angle or spin; the most significant: {} with {}, p = {}, corrected for {} tests",
+                first.quantity,
+                first.variable.name(),
+                plain(first.p_corrected, 2),
+                found.trends.len()
+            ),
+            None => "no trend could be tested: speed, cut angle and spin do not vary".to_owned(),
+        });
+    }
+    lines.push(match found.normality {
+        Some(tested) => format!(
+            "normal distribution: Anderson-Darling A² = {}, p = {}",
+            plain(tested.statistic, 3),
+            plain(tested.p_value, 2)
+        ),
+        None => "normal distribution: not tested with fewer than eight residuals".to_owned(),
+    });
+    Section::of_lines("Residuals", about, lines)
+}
+
+fn influence(fit: &Fit) -> Section {
+    let goodness = fit.diagnostics.goodness.as_ref();
+    let rows = goodness.iter().flat_map(|found| &found.influence).map(|shot| {
+        let shifts = shot.shifts.iter();
+        let shifts: Vec<String> = shifts.map(|(p, shift)| format!("{} {shift:+.2} se", p.symbol())).collect();
+        let without = if shifts.is_empty() { "not determined".to_owned() } else { shifts.join(", ") };
+        let cook = if shot.cook.is_finite() { plain(shot.cook, 2) } else { "∞".to_owned() };
+        vec![shot.shot.clone(), plain(shot.leverage, 2), cook, without]
+    });
+    let threshold = goodness.and_then(|found| found.influential_from);
+    let threshold = threshold.map_or(String::new(), |from| format!(", influential from {}", plain(from, 2)));
+    let about = format!(
+        "leverage: its share in the fit, of as many as there are parameters; Cook's distance: how far the estimates move without \
+         it{threshold}; se: standard errors"
+    );
+    let table = Table::new(["shot", "leverage", "Cook's distance", "without it"], rows).with_numbers(1..3);
+    Section::new("Shots that matter most", about, [table.into()])
+}
+
+/// Returns the weights of shots under a robust loss.
+fn weights(fit: &Fit) -> Section {
+    let Some(robust) = &fit.diagnostics.robust else { return Section::default() };
+    let weights = robust.weights.iter().map(|one| (format!("shot {}", one.shot), one.weight));
+    down_weighted(robust.loss.name(), weights)
+}
+
+/// Returns shots with a small weight, by name and weight.
+pub(super) fn down_weighted(losses: &str, weights: impl Iterator<Item = (String, f64)>) -> Section {
+    let clear = weights.filter(|(_, weight)| *weight < DOWN_WEIGHTED);
+    let mut lines: Vec<String> = clear
+        .map(|(shot, weight)| format!("{shot}: weight {} (1: counts fully)", plain(weight, 2)))
+        .collect();
+    if lines.is_empty() {
+        lines.push(format!("no shot has a weight below {DOWN_WEIGHTED} (1: counts fully)"));
+    }
+    Section::of_lines(format!("Shots that count less, {losses} loss"), "", lines)
+}
+
+fn bootstrap(fit: &Fit) -> Section {
+    let Some(found) = &fit.diagnostics.bootstrap else { return Section::default() };
+    let rows = found.estimates.iter().map(|one| {
+        let unit = one.parameter.unit();
+        let number = |value: f64| with_unit(&plain(value, 2), unit);
+        let ends = |ends| with_unit(&interval(ends, Some(one.std_error)), unit);
+        let symbol = one.parameter.symbol().to_owned();
+        vec![symbol, number(one.std_error), number(one.bias), ends(one.percentile), ends(one.bca)]
+    });
+    let head = ["", "standard error", "bias", "95 % interval, percentile", "95 % interval, BCa"];
+    let table = Table::new(head, rows).with_numbers(1..3);
+    let failed = (found.failed > 0).then(|| format!("{} samples could not be fitted", found.failed));
+    let about = format!(
+        "{} samples of shots drawn again, seed {}; bias: their mean less the estimate; BCa: corrected for it",
+        found.replicates, found.seed
+    );
+    Section::new("Bootstrap", about, [table.into(), Block::Lines(failed.into_iter().collect())])
+}
+
+fn alternatives(fit: &Fit) -> Section {
+    let rows = fit.diagnostics.alternatives.iter().map(|model| {
+        if let Some(reason) = &model.failed {
+            return vec![model.name.to_owned(), format!("not fitted: {reason}")];
+        }
+        let ratio = model.likelihood_ratio.map_or(String::new(), |ratio| {
+            format!("{}, p = {}", plain(ratio.statistic, 3), plain(ratio.p_value, 2))
+        });
+        let [aic, bic] = [model.delta_aic, model.delta_bic].map(|delta| format!("{delta:+.2}"));
+        vec![model.name.to_owned(), model.parameters.to_string(), aic, bic, ratio]
+    });
+    let about = "ΔAIC, ΔBIC: no unit, less than −10 speaks clearly for the model, more than 10 clearly against; fitted: parameters \
+                 and noises";
+    let table = Table::new(["model", "fitted", "ΔAIC", "ΔBIC", "likelihood ratio"], rows).with_numbers(1..4);
+    Section::new("Other models on these data", about, [table.into()])
+}
+
+/// Returns the camera of footage as it was fitted.
+fn camera(fit: &Fit) -> Section {
+    let Some(found) = &fit.camera else { return Section::default() };
+    let rows = found.corrections.iter().map(|correction| {
+        let value = with_error(correction.value, correction.std_error);
+        vec![correction.which.words().to_owned(), value]
+    });
+    let table = Table::new(["", "found"], rows);
+    let figure = Block::figure("How far positions were moved", plot::camera(found));
+    let about = format!("from the frames of {} shots; ± one standard error", found.shots);
+    Section::new("Camera", about, [table.into(), figure])
 }

@@ -1,30 +1,19 @@
-//! A [`Fit`] → what people and programs read of it. What people read is made once, as a value ([`content`]), and walked by
-//! [`text`] and [`html`]; programs read [`document`] and [`csv`]. All are pure: a fit goes in, text or bytes come out. Only
-//! [`write`](mod@write) touches the disk.
+//! A [`Fit`] → what people and programs read of it. What people read is made once, as a value ([`content`]), and rendered as text and
+//! HTML; programs read [`document`] and [`csv`]. Only [`write`](mod@write) touches the disk.
 
 pub mod accuracy;
-mod aligned;
 pub mod compare;
-pub mod compare_words;
 pub mod content;
 pub mod csv;
 pub mod design;
-mod disc_section;
-pub mod discs;
 pub mod document;
 pub mod export;
 pub mod extracted;
 pub mod fit;
-pub mod frame_table;
-pub mod html;
-pub mod overview;
 mod plot;
 pub mod regression;
-pub mod shot_table;
 mod shots;
-pub mod table;
-pub mod text;
-mod trust;
+pub mod terminal;
 pub mod write;
 
 use std::path::PathBuf;
@@ -34,11 +23,12 @@ pub use write::{fit_folder, folder_name, group_folders, write};
 
 use crate::fit::Fit;
 use crate::measurement::dataset::ObjectBall;
-use crate::measurement::number;
 pub use crate::measurement::number::count_of;
+use crate::measurement::number::{plain, with_error};
 use crate::measurement::observable::Observable;
 use crate::measurement::parameter::Parameter;
 use crate::physics::ball::Ball;
+use crate::physics::disc::Discs;
 
 /// Why a report cannot be made.
 #[derive(Debug, thiserror::Error)]
@@ -54,8 +44,8 @@ pub enum ReportError {
     /// A result cannot be written as JSON.
     #[error("the result cannot be written as JSON: {0}")]
     Json(#[from] serde_json::Error),
-    /// The drawing library or the PNG encoder failed.
-    #[error("the residual plot of {dataset} cannot be drawn: {reason}")]
+    /// The drawing library, the PNG encoder or the template engine failed.
+    #[error("the report of {dataset} cannot be drawn: {reason}")]
     Draw {
         /// The name of the data set.
         dataset: String,
@@ -64,7 +54,7 @@ pub enum ReportError {
     },
 }
 
-/// What a reader calls the fit: the data set and, where labels are fitted apart, the label.
+/// Returns what a reader calls the fit: the data set and, where labels are fitted apart, the label.
 #[must_use]
 pub fn title(fit: &Fit) -> String {
     match &fit.group {
@@ -73,18 +63,17 @@ pub fn title(fit: &Fit) -> String {
     }
 }
 
-/// The label that was fitted apart; empty of a whole data set.
+/// Returns the label that was fitted apart; empty of a whole data set.
 fn label(fit: &Fit) -> String {
     fit.group.as_ref().map_or_else(String::new, |(_, label)| label.clone())
 }
 
-/// `full (friction, not flight)`: the collision model and its effects.
+/// Returns the collision model and its effects: `full (friction, not flight)`.
 fn model(fit: &Fit) -> String {
-    let effects: Vec<String> = fit
-        .effects
-        .iter()
-        .map(|(effect, used)| if *used { (*effect).to_owned() } else { format!("not {effect}") })
-        .collect();
+    let name = |(effect, on): &(&'static str, bool)| {
+        if *on { (*effect).to_owned() } else { format!("not {effect}") }
+    };
+    let effects: Vec<String> = fit.effects.iter().map(name).collect();
     if effects.is_empty() {
         fit.fidelity.to_owned()
     } else {
@@ -92,10 +81,10 @@ fn model(fit: &Fit) -> String {
     }
 }
 
-/// What a reader calls the bodies that collided, and their size and mass.
+/// Returns what a reader calls the bodies that collided, and their size and mass.
 fn bodies(fit: &Fit) -> (&'static str, String) {
     let Some(discs) = fit.discs else { return ("balls", two_balls(&fit.ball, fit.object.as_ref())) };
-    let milli = |value: f64, digits: usize| number::plain(1e3 * value, digits);
+    let milli = |value: f64, digits: usize| plain(1e3 * value, digits);
     let radii = match discs.radii {
         Some([first, second]) => format!("radii {} and {} mm", milli(first, 5), milli(second, 5)),
         None => format!(
@@ -110,58 +99,62 @@ fn bodies(fit: &Fit) -> (&'static str, String) {
     ("discs", format!("{radii}, {masses}"))
 }
 
-/// Both balls in words, with the errors of what is stated of them.
+/// Returns both balls in words, with the errors of what is stated of them.
 fn two_balls(cue: &Ball, object: Option<&ObjectBall>) -> String {
-    let with_error = |value: f64, sd: f64, digits: usize| match sd {
-        sd if sd > 0.0 => number::with_error(1e3 * value, 1e3 * sd),
-        _ => number::plain(1e3 * value, digits),
+    let number = |value: f64, sd: f64, digits: usize| {
+        if sd > 0.0 { with_error(1e3 * value, 1e3 * sd) } else { plain(1e3 * value, digits) }
     };
     let one = |ball: &Ball, mass_sd: f64, radius_sd: f64| {
-        let (radius, mass) = (with_error(ball.radius, radius_sd, 5), with_error(ball.mass, mass_sd, 4));
+        let (radius, mass) = (number(ball.radius, radius_sd, 5), number(ball.mass, mass_sd, 4));
         format!("radius {radius} mm, mass {mass} g")
     };
     let Some(object) = object else { return one(cue, 0.0, 0.0) };
-    let [cue, object] = [0, 1].map(|which| {
-        let (name, ball) = [("cue ball", cue), ("object ball", &object.ball)][which];
-        let both = one(ball, object.mass_sd.unwrap_or_default()[which], object.radius_sd[which]);
-        let differs = cue.inertia != object.ball.inertia;
-        let inertia = differs.then(|| format!(", inertia {} MR²", number::plain(ball.inertia, 4)));
-        format!("{name}: {both}{}", inertia.unwrap_or_default())
+    let both = [("cue ball", cue), ("object ball", &object.ball)];
+    let both = both.into_iter().enumerate().map(|(which, (name, ball))| {
+        let sizes = one(ball, object.mass_sd.unwrap_or_default()[which], object.radius_sd[which]);
+        let inertia = format!(", inertia {} MR²", plain(ball.inertia, 4));
+        let inertia = if cue.inertia == object.ball.inertia { "" } else { &inertia };
+        format!("{name}: {sizes}{inertia}")
     });
-    format!("{cue}; {object}")
+    both.collect::<Vec<_>>().join("; ")
 }
 
-/// Smaller probabilities are not told apart.
+/// Smaller probabilities are not distinguished.
 const LEAST_P: f64 = 1e-4;
 
-/// A probability in words.
+/// Returns a probability in words.
 fn p_text(p: f64) -> String {
-    if p < LEAST_P { format!("below {LEAST_P}") } else { number::plain(p, 2) }
+    if p < LEAST_P { format!("below {LEAST_P}") } else { plain(p, 2) }
 }
 
-/// χ² per degree of freedom, where there is one.
+/// Returns χ² per degree of freedom, where there is one.
 fn reduced_chi2(fit: &Fit) -> Option<f64> {
     (fit.dof > 0).then(|| fit.chi2 / fit.dof as f64)
 }
 
-/// Whether the noise of some observable was estimated from the residuals of this very fit, which
-/// draws χ²/dof towards 1 whatever the model.
+/// Returns whether the noise of some observable was estimated from the residuals of this very fit, which draws χ²/dof towards 1 whatever
+/// the model.
 fn noise_estimated(fit: &Fit) -> bool {
     fit.noise.iter().any(|noise| noise.estimated_sd.is_some())
 }
 
-/// The unit of a parameter in files for programs: `1` where it has none.
-pub fn unit_of(parameter: Parameter) -> &'static str {
+/// Returns the unit of a parameter in files for programs: `1` where it has none.
+fn unit_of(parameter: Parameter) -> &'static str {
     if parameter.unit().is_empty() { "1" } else { parameter.unit() }
 }
 
-/// The unit of an observable's column in files for programs: plain ASCII, `1` for a ratio.
+/// Returns the unit of an observable's column in files for programs: plain ASCII, `1` for a ratio.
 fn unit_name(observable: Observable) -> &'static str {
     match observable.unit() {
         "°" => "deg",
         "" => "1",
         unit => unit,
     }
+}
+
+/// Returns the unit of the speeds of discs.
+fn speed_unit(discs: &Discs) -> &'static str {
+    if discs.in_seconds { "m/s" } else { "m per frame" }
 }
 
 /// Returns the symbol of an unknown, by its name; without one the name in words.

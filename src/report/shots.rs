@@ -3,11 +3,10 @@
 use rayon::prelude::*;
 use serde::Serialize;
 
-use super::content::{Shot, Table};
+use super::content::{Shot, Table, for_script};
 use super::document::ByName;
-use super::html::for_script;
-use super::number::plain;
 use crate::fit::{FittedFilm, Residual};
+use crate::measurement::number::plain;
 use crate::problem::Impact;
 
 /// Largest number of shots that are listed, and of those whose paths are drawn: more would make the file too large for a phone.
@@ -23,27 +22,17 @@ pub(super) fn shot_list<'a>(residuals: impl Iterator<Item = (String, &'a Residua
     for (name, residual) in residuals {
         all.entry(name).or_default().push(residual);
     }
-    let mut shots: Vec<Shot> = all
-        .into_iter()
-        .enumerate()
-        .map(|(place, (name, own))| {
-            let head = ["", "measured", "predicted", "sd", "residual/sd"];
-            let table =
-                Table::new(head, own.iter().map(|residual| row(residual))).with_numbers(1..head.len());
-            let sizes = || own.iter().map(|residual| size(residual));
-            let chi2 = sizes().map(|size| size * size).sum();
-            let id = format!("shot-{}", place + 1);
-            Shot { id, name, table, place, largest: sizes().fold(0.0, f64::max), chi2 }
-        })
-        .collect();
+    let shot = |(place, (name, own)): (usize, (String, Vec<&Residual>))| {
+        let head = ["", "measured", "predicted", "sd", "residual/sd"];
+        let table = Table::new(head, own.iter().map(|residual| row(residual))).with_numbers(1..head.len());
+        let known = own.iter().map(|residual| residual.standardized.abs()).filter(|z| z.is_finite());
+        let (largest, chi2) = known.fold((0.0_f64, 0.0), |(most, sum), z| (most.max(z), sum + z * z));
+        Shot { id: format!("shot-{}", place + 1), name, table, place, largest, chi2 }
+    };
+    let mut shots: Vec<Shot> = all.into_iter().enumerate().map(shot).collect();
     shots.sort_by(|a, b| b.largest.total_cmp(&a.largest));
     shots.truncate(MOST_LISTED);
     shots
-}
-
-/// Returns how far a residual is off, in standard deviations; 0 if that is not known.
-fn size(residual: &Residual) -> f64 {
-    if residual.standardized.is_finite() { residual.standardized.abs() } else { 0.0 }
 }
 
 fn row(residual: &Residual) -> Vec<String> {
@@ -78,10 +67,8 @@ struct Track {
 /// Returns the paths of the shots with the largest residuals, for the script of a page; `None` without any.
 pub(super) fn tracks(film: &FittedFilm, shots: &[Shot]) -> Option<String> {
     let worst = &shots[..shots.len().min(MOST_DRAWN)];
-    let drawn: Vec<Track> = worst
-        .par_iter()
-        .filter_map(|shot| Some(track(shot, &film.impact(&shot.name)?, film.radius())))
-        .collect();
+    let draw = |shot: &Shot| Some(track(shot, &film.impact(&shot.name)?, film.radius()));
+    let drawn: Vec<Track> = worst.par_iter().filter_map(draw).collect();
     (!drawn.is_empty()).then(|| for_script(&drawn))
 }
 

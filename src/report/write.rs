@@ -6,20 +6,16 @@ use std::io::{self, BufWriter, Write};
 use std::path::{Path, PathBuf};
 use std::time::Duration;
 
-use super::{ReportError, csv, document, frame_table, html, label, plot, shot_table};
+use super::{ReportError, content, csv, document, fit, label, plot};
 use crate::fit::Fit;
 
-/// The folder of all fits of one data set below `out`.
+/// Returns the folder of all fits of one data set below `out`.
 #[must_use]
 pub fn fit_folder(fits: &[Fit], out: &Path) -> PathBuf {
     fits.first().map_or_else(|| out.to_path_buf(), |fit| out.join(dataset_folder(&fit.dataset)))
 }
 
-/// Writes the fits of one data set below `out`, labels that would share a folder apart, after all
-/// have been rendered.
-///
-/// # Errors
-/// A picture that cannot be drawn, or a file that cannot be written.
+/// Writes the fits of one data set below `out`, each label into a folder of its own, after all have been rendered.
 pub fn write(fits: &[Fit], out: &Path) -> Result<(), ReportError> {
     let names = group_folders(&fits.iter().map(label).collect::<Vec<_>>());
     let folder = fit_folder(fits, out);
@@ -30,19 +26,15 @@ pub fn write(fits: &[Fit], out: &Path) -> Result<(), ReportError> {
     }
     if fits.iter().any(|fit| fit.group.is_some()) {
         // what an earlier fit that was not label by label left there is removed
-        let page = html::render(&super::fit::of_labels(fits, &names))?;
+        let page = content::html(&fit::of_labels(fits, &names))?;
         rendered.push((folder, vec![(REPORT.to_owned(), bytes(page))]));
     }
     rendered.iter().try_for_each(|(folder, files)| put(files, folder))
 }
 
-/// What people read of a fit.
+/// What people and what programs read of a fit, and all files that a report may have.
 const REPORT: &str = "report.html";
-
-/// What programs read of a fit.
 const FIT: &str = "fit.json";
-
-/// All files that a report may have.
 const NAMES: [&str; 9] = [
     REPORT,
     FIT,
@@ -64,20 +56,19 @@ fn bytes<'a>(bytes: impl AsRef<[u8]> + 'a) -> Content<'a> {
 
 /// Returns the files of the report of a fit.
 fn files(fit: &Fit) -> Result<Vec<(String, Content<'_>)>, ReportError> {
-    let contours = plot::contours::figure(fit);
-    let mut pictures = plot::residuals(fit).files("residuals")?.to_vec();
-    if !contours.rows.is_empty() {
-        pictures.extend(contours.files("contours")?);
-    }
     let mut files: Vec<(String, Content)> = vec![
-        ("residuals.csv".to_owned(), Box::new(|to| csv::write(fit, to))),
-        ("shots.csv".to_owned(), bytes(shot_table::render(fit))),
+        ("residuals.csv".to_owned(), Box::new(|to| csv::write_residuals(fit, to))),
+        ("shots.csv".to_owned(), bytes(csv::shots(fit))),
     ];
-    files.extend(pictures.into_iter().map(|(name, picture)| (name, bytes(picture))));
-    if let Some(frames) = &fit.frames {
-        files.push(("frames.csv".to_owned(), Box::new(|to| frame_table::write(frames, to))));
+    for (name, figure) in [("residuals", plot::residuals(fit)), ("contours", plot::contours(fit))] {
+        if name == "residuals" || !figure.rows.is_empty() {
+            files.extend(figure.files(name)?.map(|(name, picture)| (name, bytes(picture))));
+        }
     }
-    files.push((REPORT.to_owned(), bytes(html::render(&super::fit::content(fit))?)));
+    if let Some(film) = &fit.frames {
+        files.push(("frames.csv".to_owned(), Box::new(|to| csv::write_frames(film, to))));
+    }
+    files.push((REPORT.to_owned(), bytes(content::html(&fit::content(fit))?)));
     // last, so that a program which waits for it finds the others
     files.push((FIT.to_owned(), bytes(document::text(fit)?)));
     Ok(files)
@@ -95,20 +86,15 @@ fn put(files: &[(String, Content)], folder: &Path) -> Result<(), ReportError> {
             && stored.is_ok_and(|stored| document::is_same_result(&String::from_utf8_lossy(&text), &stored))
     };
     write_contents(files.iter().filter(|file| !stays(file)).collect(), folder)?;
-    for name in NAMES.into_iter().filter(|name| files.iter().all(|(written, _)| written != name)) {
-        let path = folder.join(name);
-        if path.exists() {
-            fs::remove_file(&path).map_err(|source| ReportError::Write { path, source })?;
-        }
+    let is_old = |name: &&str| files.iter().all(|(written, _)| written != name);
+    for path in NAMES.into_iter().filter(is_old).map(|name| folder.join(name)).filter(|path| path.exists()) {
+        fs::remove_file(&path).map_err(|source| ReportError::Write { path, source })?;
     }
     Ok(())
 }
 
 /// Puts files into a folder, which is made where it is missing: all are complete on the disk before
 /// the first one replaces what was there.
-///
-/// # Errors
-/// A file that cannot be written.
 pub fn write_files(files: &[(impl AsRef<str>, Vec<u8>)], folder: &Path) -> Result<(), ReportError> {
     let content =
         |(name, content): &(_, Vec<u8>)| (AsRef::<str>::as_ref(name).to_owned(), bytes(content.clone()));
@@ -147,11 +133,10 @@ fn write_contents(files: Vec<&(String, Content)>, folder: &Path) -> Result<(), R
 /// How the names of folders begin in which files are completed.
 const STAGING: &str = ".caromfit-";
 
-/// A folder of that kind in which nothing has been written for so long is that of a run that was stopped.
-const LEFT: Duration = Duration::from_secs(600);
-
 /// Removes what runs that were stopped while they wrote left beside the results. One that cannot be removed does no harm.
 fn remove_leftovers(parent: &Path) {
+    /// A folder in which nothing has been written for so long is that of a run that was stopped.
+    const LEFT: Duration = Duration::from_secs(600);
     let entries =
         |folder: &Path| fs::read_dir(folder).into_iter().flatten().flatten().map(|entry| entry.path());
     let age = |path: &Path| fs::metadata(path).ok()?.modified().ok()?.elapsed().ok();
@@ -164,21 +149,21 @@ fn remove_leftovers(parent: &Path) {
     }
 }
 
-/// The folder of a data set: its name, with path separators and control characters replaced.
+/// Returns the folder of a data set: its name, with path separators and control characters replaced.
 #[must_use]
 pub fn dataset_folder(name: &str) -> String {
     let separator = |c: char| matches!(c, '/' | '\\' | ':') || c.is_control();
     not_special(name.replace(separator, "-").trim().to_owned())
 }
 
-/// The folder of a label: letters, digits, `.`, `_` and `-`, anything else replaced by `-`.
+/// Returns the folder of a label: letters, digits, `.`, `_` and `-`, anything else replaced by `-`.
 #[must_use]
 pub fn folder_name(label: &str) -> String {
     let allowed = |c: char| c.is_ascii_alphanumeric() || matches!(c, '.' | '_' | '-');
     not_special(label.chars().map(|c| if allowed(c) { c } else { '-' }).collect())
 }
 
-/// One folder for each label, all different, also where upper and lower case are the same: labels
+/// Returns one folder for each label, all different, also where upper and lower case are the same: labels
 /// whose names collide get `-2`, `-3` … in their order.
 #[must_use]
 pub fn group_folders(labels: &[String]) -> Vec<String> {
@@ -198,7 +183,7 @@ pub fn group_folders(labels: &[String]) -> Vec<String> {
     labels.iter().map(folder).collect()
 }
 
-/// Never empty, `.` or `..`.
+/// Returns a name that is not empty, `.` or `..`.
 fn not_special(name: String) -> String {
     if name.chars().all(|c| c == '.') { format!("-{name}") } else { name }
 }

@@ -6,7 +6,7 @@ use caromfit::fit::{
 };
 use caromfit::report::document;
 use caromfit::report::fit::as_text;
-use caromfit::report::overview::{Colour, render};
+use caromfit::report::terminal::{Colour, overview};
 
 use super::fits::{exact, normal, restricted};
 
@@ -185,15 +185,15 @@ one-shot          1      –                –              –                
 
 ±: one standard error; –: no number to use
 ";
-    assert_eq!(render(&fits, Colour::Off), expected);
-    let coloured = render(&fits, Colour::On);
+    assert_eq!(overview(&fits, Colour::Off), expected);
+    let coloured = overview(&fits, Colour::On);
     for painted in
         ["\u{1b}[32m2 good, 1 doubtful\u{1b}[0m", "\u{1b}[32mgood\u{1b}[0m", "\u{1b}[31munusable\u{1b}[0m"]
     {
         assert!(coloured.contains(painted), "{coloured}");
     }
     // alone, a good one says why
-    let alone = render(&[normal()], Colour::Off);
+    let alone = overview(&[normal()], Colour::Off);
     assert!(alone.contains("\n    10 shots determine μ, μ_s and e;"), "{alone}");
-    assert_eq!(render(&[], Colour::Off), "");
+    assert_eq!(overview(&[], Colour::Off), "");
 }

@@ -7,8 +7,7 @@ use crate::compare::{
     Compared, Comparison, Difference, LikelihoodRatio, Reason, Robust, SampleSummary, Value,
 };
 use crate::fit::{Computed, Counted, Rejected, Verdict};
-use crate::report::compare::counted;
-use crate::report::compare_words as words;
+use crate::report::compare as words;
 
 document! {
     /// compare.json of caromfit
@@ -47,7 +46,7 @@ document! {
             comparison.quantities.iter().map(|found| ComparedParameter::new(comparison, found)).collect()
         },
         /// What chi2 and dof count: angles (and speeds), velocities, coordinates of frames, or impulses of discs.
-        counted: Counted = counted(comparison),
+        counted: Counted = words::counted(comparison),
         /// Sum of the squared standardized residuals, priors included.
         #[schemars(with = "Option<f64>")]
         chi2: f64 = comparison.chi2,

@@ -1,23 +1,17 @@
-//! Figures: what each shows is data ([`Figure`], [`Panel`], [`Mark`]), which one renderer draws as SVG and as PNG. Neither needs a font
-//! of the machine for its layout, and the PNG none at all.
+//! Figures: what each shows is data ([`Figure`], [`Panel`], [`Mark`]), which one renderer draws as SVG and as PNG with a font of its own.
 
-pub(super) mod accuracy;
 mod axis;
-pub(super) mod camera;
-pub(super) mod compare;
-pub(super) mod contours;
-pub(super) mod design;
-pub(super) mod discs;
-mod observed;
+mod films;
+mod others;
 mod render;
 mod residuals;
-mod text;
-pub(super) mod track;
 
 use plotters::prelude::RGBColor;
 
 pub use axis::Axis;
 pub(super) use axis::ends;
+pub(super) use films::{Tracks, all_shots, camera, of_shot};
+pub(super) use others::{Pick, accuracy, contours, design, discs, forest, way_name};
 pub(super) use residuals::of_comparison;
 pub use residuals::residuals;
 
@@ -29,10 +23,10 @@ const CUT_AXIS: &str = "cut angle φ (°)";
 const SPEED_AXIS: &str = "cue-ball speed before impact (m/s)";
 
 /// Colours of axes and texts, of what is less important, of areas behind the data, and of warnings.
-pub const INK: RGBColor = RGBColor(20, 20, 20);
-pub const GREY: RGBColor = RGBColor(85, 85, 85);
-pub const BAND: RGBColor = RGBColor(228, 233, 240);
-pub const ALARM: RGBColor = RGBColor(176, 0, 32);
+const INK: RGBColor = RGBColor(20, 20, 20);
+const GREY: RGBColor = RGBColor(85, 85, 85);
+const BAND: RGBColor = RGBColor(228, 233, 240);
+const ALARM: RGBColor = RGBColor(176, 0, 32);
 
 /// Colours of series, which colour-blind readers can distinguish (Okabe and Ito 2008).
 const COLORS: [RGBColor; 7] = [
@@ -46,18 +40,14 @@ const COLORS: [RGBColor; 7] = [
 ];
 
 /// Returns the colour of a series.
-pub fn color(series: usize) -> RGBColor {
+fn color(series: usize) -> RGBColor {
     COLORS[series % COLORS.len()]
-}
-
-/// Returns a place in centimetres.
-fn cm(place: [f64; 2]) -> [f64; 2] {
-    place.map(|metres| 100.0 * metres)
 }
 
 /// A figure: panels in rows below a title.
 #[derive(Clone, Debug, Default)]
 pub struct Figure {
+    /// The title.
     pub title: String,
     /// Lines below the title.
     pub lines: Vec<String>,
@@ -67,25 +57,26 @@ pub struct Figure {
     pub series: Vec<String>,
     /// What points stand for.
     pub labels: Vec<Label>,
+    /// The panels.
     pub rows: Vec<Row>,
 }
 
 /// A row of panels, which has room for `columns` of them; its height is in pixels.
 #[derive(Clone, Debug)]
 pub struct Row {
-    pub height: u32,
-    pub columns: usize,
-    pub panels: Vec<Panel>,
+    height: u32,
+    columns: usize,
+    panels: Vec<Panel>,
 }
 
 impl Figure {
     /// Returns a figure without panels.
-    pub fn new(title: impl Into<String>) -> Self {
+    fn new(title: impl Into<String>) -> Self {
         Self { title: title.into(), ..Self::default() }
     }
 
     /// Adds panels, at most so many in a row.
-    pub fn add_rows(&mut self, height: u32, columns: usize, panels: Vec<Panel>) {
+    fn add_rows(&mut self, height: u32, columns: usize, panels: Vec<Panel>) {
         let mut panels = panels.into_iter().peekable();
         while panels.peek().is_some() {
             self.rows.push(Row { height, columns, panels: panels.by_ref().take(columns).collect() });
@@ -96,60 +87,65 @@ impl Figure {
 /// What a measured point stands for: its shot, the quantity and its residual.
 #[derive(Clone, Debug, serde::Serialize)]
 pub struct Label {
-    pub shot: String,
-    pub words: String,
-}
-
-impl Label {
-    /// Returns the label of a residual of a shot.
-    pub fn new(shot: &str, quantity: &str, standardized: f64) -> Self {
-        Self { shot: shot.to_owned(), words: format!("{quantity}, {standardized:+.2} standard deviations") }
-    }
+    shot: String,
+    words: String,
 }
 
 /// A panel: marks in one coordinate system, the first behind all others. The axes reach beyond all of them.
 #[derive(Clone, Debug)]
 pub struct Panel {
-    pub title: String,
+    title: String,
     /// What its marks mean, below the title.
-    pub about: String,
-    pub x: Axis,
-    pub y: Axis,
+    about: String,
+    x: Axis,
+    y: Axis,
     /// Whether a unit is as long along either axis.
-    pub is_square: bool,
-    pub marks: Vec<Mark>,
+    is_square: bool,
+    marks: Vec<Mark>,
 }
 
+/// Beyond every axis: a mark up to here ends at the frame, and does not widen the axis.
+const BEYOND: f64 = 1e200;
+
 impl Panel {
-    /// Returns a panel without marks.
-    pub fn new(title: impl Into<String>, about: impl Into<String>, x: Axis, y: Axis) -> Self {
+    fn new(title: impl Into<String>, about: impl Into<String>, x: Axis, y: Axis) -> Self {
         Self { title: title.into(), about: about.into(), x, y, is_square: false, marks: Vec::new() }
     }
 
-    /// Returns a panel without marks that shows places, in centimetres.
+    /// Returns a panel that shows places, in centimetres.
     fn of_places(title: &str, about: impl Into<String>) -> Self {
         Self { is_square: true, ..Self::new(title, about, Axis::new("x (cm)"), Axis::new("y (cm)")) }
     }
 
     /// Adds a line; its width is in pixels.
-    pub fn line(&mut self, points: impl IntoIterator<Item = [f64; 2]>, color: RGBColor, width: u32) {
+    fn line(&mut self, points: impl IntoIterator<Item = [f64; 2]>, color: RGBColor, width: u32) {
         self.marks.push(Mark::Line { points: points.into_iter().collect(), color, width });
     }
 
+    /// Adds a thin line across the panel at a value of y.
+    fn horizontal(&mut self, y: f64, color: RGBColor) {
+        self.line([[-BEYOND, y], [BEYOND, y]], color, 1);
+    }
+
+    /// Adds a thin line across the panel at a value of x.
+    fn vertical(&mut self, x: f64, color: RGBColor) {
+        self.line([[x, -BEYOND], [x, BEYOND]], color, 1);
+    }
+
     /// Adds measured points.
-    pub(super) fn points(&mut self, points: impl IntoIterator<Item = Point>) {
+    fn points(&mut self, points: impl IntoIterator<Item = Point>) {
         self.marks.push(Mark::Points(points.into_iter().collect()));
     }
 
     /// Adds an area by its outline.
-    pub fn area(&mut self, outline: impl IntoIterator<Item = [f64; 2]>, color: RGBColor) {
+    fn area(&mut self, outline: impl IntoIterator<Item = [f64; 2]>, color: RGBColor) {
         self.marks.push(Mark::Area { outline: outline.into_iter().collect(), color });
     }
 }
 
 /// What is drawn in a panel, in the units of its axes.
 #[derive(Clone, Debug)]
-pub enum Mark {
+enum Mark {
     Points(Vec<Point>),
     Line {
         points: Vec<[f64; 2]>,
@@ -160,40 +156,33 @@ pub enum Mark {
         outline: Vec<[f64; 2]>,
         color: RGBColor,
     },
-    /// A strip across the panel between two values of y.
-    Strip([f64; 2]),
     Arrow {
         from: [f64; 2],
         to: [f64; 2],
     },
-    /// A thin line across the panel at a value of x.
-    Vertical(f64),
-    /// A thin line across the panel at a value of y.
-    Horizontal(f64),
     /// A text, centred.
     Text {
         at: [f64; 2],
-        words: String,
+        words: &'static str,
     },
 }
 
 /// A measured point.
 #[derive(Clone, Copy, Debug)]
-pub struct Point {
-    pub at: [f64; 2],
+struct Point {
+    at: [f64; 2],
     /// Its standard deviation along y, drawn as a bar.
-    pub sd: Option<f64>,
+    sd: Option<f64>,
     /// Its series, which gives colour and shape.
-    pub series: usize,
+    series: usize,
     /// How opaque it is, 0 to 1.
-    pub opacity: f64,
+    opacity: f64,
     /// The index of its label in the figure.
-    pub label: Option<usize>,
+    label: Option<usize>,
 }
 
 impl Point {
-    /// Returns a point of a series.
-    pub fn new(at: [f64; 2], series: usize) -> Self {
+    fn new(at: [f64; 2], series: usize) -> Self {
         Self { at, sd: None, series, opacity: 1.0, label: None }
     }
 

@@ -1,66 +1,74 @@
-//! Draws a [`Figure`] as SVG or as PNG.
+//! Draws a [`Figure`] as SVG or as PNG. Texts are measured and drawn with a font that is in the program.
 
 use std::fmt::Display;
 use std::ops::Range;
+use std::sync::OnceLock;
 
 use plotters::coord::Shift;
 use plotters::coord::ranged1d::{DefaultFormatting, KeyPointHint};
 use plotters::prelude::*;
+use plotters::style::register_font;
 use plotters::style::text_anchor::{HPos, Pos, VPos};
 
 use super::axis::is_drawable;
-use super::text::{LARGE, MEDIUM, SMALL, has_font, shortened, style, width, wrapped};
-use super::{ALARM, BAND, Figure, GREY, INK, Mark, Panel, Point, WIDTH, color};
+use super::{ALARM, Figure, GREY, INK, Mark, Panel, Point, WIDTH, color};
 use crate::report::ReportError;
 
-/// Free space at the edges, and height of a line of text, pixels.
+/// Free space at the edges, height of a line of text, sizes of texts, pixels.
 const MARGIN: i32 = 22;
 const LINE: i32 = 26;
+const SMALL: f64 = 18.0;
+const MEDIUM: f64 = 20.0;
+const LARGE: f64 = 28.0;
 
 /// Colour of the grid.
 const GRID: RGBColor = RGBColor(226, 226, 226);
+
+const LEFT: Pos = Pos { h_pos: HPos::Left, v_pos: VPos::Center };
+const MIDDLE: Pos = Pos { h_pos: HPos::Center, v_pos: VPos::Center };
+
+/// The font as an SVG names it; the first family is in the program.
+const FONT: &str = "DejaVu Sans, Verdana, Arial, sans-serif";
 
 /// Where a measured point is in a picture: pixels from the left and from the top, and the index of its label.
 #[derive(Clone, Copy, Debug, serde::Serialize)]
 pub struct Spot(i32, i32, usize);
 
+type Area<'a, DB> = DrawingArea<DB, Shift>;
+type Drawn<DB> = Result<(), DrawingAreaErrorKind<<DB as DrawingBackend>::ErrorType>>;
+
 impl Figure {
     /// Returns the figure as SVG text.
-    ///
-    /// # Errors
-    /// The drawing library gave up.
     pub fn svg(&self) -> Result<String, ReportError> {
         Ok(self.svg_with_spots()?.0)
     }
 
     /// Returns the figure as SVG text, with the places of the measured points.
-    ///
-    /// # Errors
-    /// The drawing library gave up.
     pub fn svg_with_spots(&self) -> Result<(String, Vec<Spot>), ReportError> {
-        let mut text = String::new();
-        let size = (WIDTH, self.height());
-        let spots = self.draw(&SVGBackend::with_string(&mut text, size).into_drawing_area())?;
+        let (mut text, mut spots) = (String::new(), Vec::new());
+        let area = SVGBackend::with_string(&mut text, (WIDTH, self.height())).into_drawing_area();
+        self.draw(&area, &mut spots).map_err(|error| self.failed(error))?;
+        drop(area);
         Ok((text, spots))
     }
 
     /// Returns the figure as PNG bytes.
-    ///
-    /// # Errors
-    /// The drawing library or the encoder gave up.
     pub fn png(&self) -> Result<Vec<u8>, ReportError> {
         let size = (WIDTH, self.height());
         let mut pixels = vec![255; 3 * size.0 as usize * size.1 as usize];
-        self.draw(&BitMapBackend::with_buffer(&mut pixels, size).into_drawing_area())?;
+        let area = BitMapBackend::with_buffer(&mut pixels, size).into_drawing_area();
+        self.draw(&area, &mut Vec::new()).map_err(|error| self.failed(error))?;
+        drop(area);
         encoded(&pixels, size).map_err(|error| self.failed(error))
     }
 
     /// Returns the figure in files of this name, as SVG and as PNG.
-    ///
-    /// # Errors
-    /// The drawing library or the encoder gave up.
     pub fn files(&self, name: &str) -> Result<[(String, Vec<u8>); 2], ReportError> {
         Ok([(format!("{name}.svg"), self.svg()?.into_bytes()), (format!("{name}.png"), self.png()?)])
+    }
+
+    fn failed(&self, reason: impl Display) -> ReportError {
+        ReportError::Draw { dataset: self.title.clone(), reason: reason.to_string() }
     }
 
     /// Returns the height of the head and of all rows, pixels.
@@ -75,21 +83,13 @@ impl Figure {
 
     /// Returns the lines below the title, of which long ones take up to three, with their colours.
     fn head_lines(&self) -> Vec<(String, RGBColor)> {
-        let room = WIDTH as i32 - 2 * MARGIN;
-        let mut lines = Vec::new();
-        let warning = self.warning.iter().map(|line| (line, ALARM));
-        for (text, color) in self.lines.iter().map(|line| (line, GREY)).chain(warning) {
-            let whole = shortened(text, SMALL, room);
-            let mut parts = if whole == *text { vec![whole] } else { wrapped(text, SMALL, room) };
-            let rest = parts.split_off(parts.len().min(2));
-            parts.extend((!rest.is_empty()).then(|| rest.join(" ")));
-            lines.extend(parts.iter().map(|part| (shortened(part, SMALL, room), color)));
-        }
-        lines
-    }
-
-    fn failed(&self, reason: impl Display) -> ReportError {
-        ReportError::Draw { dataset: self.title.clone(), reason: reason.to_string() }
+        let lines = self.lines.iter().map(|line| (line, GREY));
+        let lines = lines.chain(self.warning.iter().map(|line| (line, ALARM)));
+        let wrap = |(line, color): (&String, RGBColor)| {
+            let parts = wrapped(line, SMALL, WIDTH as i32 - 2 * MARGIN, 3).into_iter();
+            parts.map(move |part| (part, color)).collect::<Vec<_>>()
+        };
+        lines.flat_map(wrap).collect()
     }
 
     /// Returns the rows of the legend: the series with their places from the left.
@@ -110,49 +110,30 @@ impl Figure {
         rows
     }
 
-    fn draw<DB: DrawingBackend>(&self, root: &DrawingArea<DB, Shift>) -> Result<Vec<Spot>, ReportError> {
-        if !has_font() {
-            return Err(self.failed("its font cannot be read"));
-        }
-        let mut spots = Vec::new();
-        self.try_draw(root, &mut spots).map_err(|error| self.failed(error))?;
-        Ok(spots)
-    }
-
-    fn try_draw<DB: DrawingBackend>(
-        &self,
-        root: &DrawingArea<DB, Shift>,
-        spots: &mut Vec<Spot>,
-    ) -> Result<(), DrawingAreaErrorKind<DB::ErrorType>> {
+    fn draw<DB: DrawingBackend>(&self, root: &Area<DB>, spots: &mut Vec<Spot>) -> Drawn<DB> {
         root.fill(&WHITE)?;
         let room = WIDTH as i32 - 2 * MARGIN;
-        let left = Pos::new(HPos::Left, VPos::Center);
-        root.draw_text(
-            &shortened(&self.title, LARGE, room),
-            &style(LARGE, INK).pos(left),
-            (MARGIN, MARGIN + 4),
-        )?;
+        let title = shortened(&self.title, LARGE, room);
+        root.draw_text(&title, &style(LARGE, INK).pos(LEFT), (MARGIN, MARGIN + 4))?;
         let mut y = 2 * MARGIN + LINE / 2;
         for (line, color) in self.head_lines() {
-            root.draw_text(&line, &style(SMALL, color).pos(left), (MARGIN, y))?;
+            root.draw_text(&line, &style(SMALL, color).pos(LEFT), (MARGIN, y))?;
             y += LINE;
         }
         for row in self.legend() {
             for (series, x) in row {
                 marker(root, (x + 7, y), &Point::new([0.0; 2], series))?;
                 let name = shortened(&self.series[series], SMALL, room - 30);
-                root.draw_text(&name, &style(SMALL, INK).pos(left), (x + 22, y))?;
+                root.draw_text(&name, &style(SMALL, INK).pos(LEFT), (x + 22, y))?;
             }
             y += LINE;
         }
         let mut top = self.head();
         for row in &self.rows {
+            let edge = |column: usize| 6 + (WIDTH as i32 - 12) * column as i32 / row.columns as i32;
             for (column, panel) in row.panels.iter().enumerate() {
-                let edge = |column: usize| 6 + (WIDTH as i32 - 12) * column as i32 / row.columns as i32;
-                let area = root
-                    .clone()
-                    .shrink((edge(column), top), (edge(column + 1) - edge(column), row.height as i32 - 8));
-                panel.draw(&area, spots)?;
+                let size = (edge(column + 1) - edge(column), row.height as i32 - 8);
+                panel.draw(&root.clone().shrink((edge(column), top), size), spots)?;
             }
             top += row.height as i32;
         }
@@ -194,50 +175,40 @@ impl Panel {
                 let bars = points.iter().filter_map(Point::bar).flatten();
                 points.iter().map(|point| point.at).chain(bars).collect()
             }
-            Mark::Line { points, .. } => points.clone(),
-            Mark::Area { outline, .. } => outline.clone(),
+            Mark::Line { points, .. } | Mark::Area { outline: points, .. } => points.clone(),
             Mark::Arrow { from, to } => vec![*from, *to],
-            Mark::Strip(_) | Mark::Vertical(_) | Mark::Horizontal(_) | Mark::Text { .. } => Vec::new(),
+            Mark::Text { .. } => Vec::new(),
         };
         self.marks.iter().flat_map(of_mark).filter(|place| place.iter().all(|x| is_drawable(*x))).collect()
     }
 
-    fn draw<DB: DrawingBackend>(
-        &self,
-        area: &DrawingArea<DB, Shift>,
-        spots: &mut Vec<Spot>,
-    ) -> Result<(), DrawingAreaErrorKind<DB::ErrorType>> {
+    fn draw<DB: DrawingBackend>(&self, area: &Area<DB>, spots: &mut Vec<Spot>) -> Drawn<DB> {
         let (wide, high) = area.dim_in_pixel();
         let (wide, high) = (wide as i32, high as i32);
-        let middle = Pos::new(HPos::Center, VPos::Center);
         let mut top = 16;
-        area.draw_text(
-            &shortened(&self.title, MEDIUM, wide - 8),
-            &style(MEDIUM, INK).pos(middle),
-            (wide / 2, top),
-        )?;
-        for line in wrapped(&self.about, SMALL, wide - 20) {
+        let title = shortened(&self.title, MEDIUM, wide - 8);
+        area.draw_text(&title, &style(MEDIUM, INK).pos(MIDDLE), (wide / 2, top))?;
+        for line in wrapped(&self.about, SMALL, wide - 20, usize::MAX) {
             top += LINE - 2;
-            area.draw_text(&line, &style(SMALL, GREY).pos(middle), (wide / 2, top))?;
+            area.draw_text(&line, &style(SMALL, GREY).pos(MIDDLE), (wide / 2, top))?;
         }
         let extent = self.extent();
         let mut x = self.x.range(extent.iter().map(|place| place[0]));
         let mut y = self.y.range(extent.iter().map(|place| place[1]));
         let bottom = 58;
-        let y_ticks = self.y.ticks(&y, usize::try_from((high - top - bottom) / 52).unwrap_or(2).clamp(3, 8));
-        let words = if self.y.words.is_empty() { MARGIN + 12 } else { 12 };
-        let left =
-            words + y_ticks.iter().map(|tick| width(&self.y.label(*tick), SMALL)).max().unwrap_or(0) + 12;
+        let rows = usize::try_from((high - top - bottom) / 52).unwrap_or(2).clamp(3, 8);
+        let widest = |axis: &super::Axis, ticks: &[f64]| {
+            ticks.iter().map(|tick| width(&axis.label(*tick), SMALL)).max().unwrap_or(0)
+        };
+        let name = if self.y.name.is_empty() { 0 } else { MARGIN };
+        let left = 24 + name + widest(&self.y, &self.y.ticks(&y, rows));
         let inner = [wide - left - 18, high - top - bottom - 18];
         if self.is_square {
             make_square([&mut x, &mut y], inner);
         }
-        let fits = |ticks: &Vec<f64>| {
-            let widest = ticks.iter().map(|tick| width(&self.x.label(*tick), SMALL)).max().unwrap_or(0);
-            (widest + 14) * ticks.len() as i32 <= inner[0]
-        };
+        let fits = |ticks: &Vec<f64>| (widest(&self.x, ticks) + 14) * ticks.len() as i32 <= inner[0];
         let x_ticks = (2..=8).rev().map(|most| self.x.ticks(&x, most)).find(fits).unwrap_or_default();
-        let y_ticks = if self.is_square { self.y.ticks(&y, y_ticks.len().max(4)) } else { y_ticks };
+        let y_ticks = self.y.ticks(&y, if self.is_square { rows.max(4) } else { rows });
         let mut chart = ChartBuilder::on(area)
             .margin_top(top + 16)
             .margin_right(18)
@@ -247,8 +218,6 @@ impl Panel {
                 Ticked { range: x.clone(), ticks: x_ticks },
                 Ticked { range: y.clone(), ticks: y_ticks },
             )?;
-        let x_name = shortened(&self.x.name, SMALL, wide - left);
-        let y_name = shortened(&self.y.name, SMALL, inner[1] + 60);
         chart
             .configure_mesh()
             .bold_line_style(GRID)
@@ -258,20 +227,20 @@ impl Panel {
             .axis_desc_style(style(SMALL, INK))
             .x_label_formatter(&|tick| self.x.label(*tick))
             .y_label_formatter(&|tick| self.y.label(*tick))
-            .x_desc(x_name)
-            .y_desc(y_name)
+            .x_desc(shortened(&self.x.name, SMALL, wide - left))
+            .y_desc(shortened(&self.y.name, SMALL, inner[1] + 60))
             .draw()?;
         let plane = chart.plotting_area();
         for mark in &self.marks {
-            draw_mark(mark, plane, area, [&x, &y], spots)?;
+            draw_mark(mark, plane, area, spots)?;
         }
         plane.draw(&Rectangle::new([(x.start, y.start), (x.end, y.end)], INK))
     }
 }
 
 /// Widens the shorter of two ranges until a unit is as long along either.
-fn make_square([x, y]: [&mut Range<f64>; 2], [wide, high]: [i32; 2]) {
-    let [wide, high] = [wide, high].map(|pixels| f64::from(pixels.max(1)));
+fn make_square([x, y]: [&mut Range<f64>; 2], pixels: [i32; 2]) {
+    let [wide, high] = pixels.map(|pixels| f64::from(pixels.max(1)));
     let unit = ((x.end - x.start) / wide).max((y.end - y.start) / high);
     for (range, pixels) in [(x, wide), (y, high)] {
         let middle = 0.5 * (range.start + range.end);
@@ -282,58 +251,40 @@ fn make_square([x, y]: [&mut Range<f64>; 2], [wide, high]: [i32; 2]) {
 fn draw_mark<DB: DrawingBackend>(
     mark: &Mark,
     plane: &DrawingArea<DB, Cartesian2d<Ticked, Ticked>>,
-    area: &DrawingArea<DB, Shift>,
-    [x, y]: [&Range<f64>; 2],
+    area: &Area<DB>,
     spots: &mut Vec<Spot>,
-) -> Result<(), DrawingAreaErrorKind<DB::ErrorType>> {
+) -> Drawn<DB> {
     let corner = area.get_base_pixel();
     let pixel = |[x, y]: [f64; 2]| plane.map_coordinate(&(x, y));
     let in_area = |place: [f64; 2]| {
         let (x, y) = pixel(place);
         (x - corner.0, y - corner.1)
     };
+    let pairs = |points: &[[f64; 2]]| points.iter().map(|point| (*point).into()).collect::<Vec<_>>();
     match mark {
         Mark::Points(points) => {
             for point in points.iter().filter(|point| point.at.iter().all(|x| is_drawable(*x))) {
-                if let Some([low, high]) = point.bar() {
+                if let Some(bar) = point.bar() {
                     let color = color(point.series).mix(0.8 * point.opacity);
-                    plane.draw(&PathElement::new(vec![low.into(), high.into()], color))?;
+                    plane.draw(&PathElement::new(pairs(&bar), color))?;
                 }
                 marker(area, in_area(point.at), point)?;
-                if let Some(label) = point.label {
-                    let (x, y) = pixel(point.at);
-                    spots.push(Spot(x, y, label));
-                }
+                let (x, y) = pixel(point.at);
+                spots.extend(point.label.map(|label| Spot(x, y, label)));
             }
             Ok(())
         }
         Mark::Line { points, color, width } => {
-            let points: Vec<(f64, f64)> = points.iter().map(|point| (*point).into()).collect();
-            plane.draw(&PathElement::new(points, color.stroke_width(*width)))
+            plane.draw(&PathElement::new(pairs(points), color.stroke_width(*width)))
         }
-        Mark::Area { outline, color } => {
-            let outline: Vec<(f64, f64)> = outline.iter().map(|point| (*point).into()).collect();
-            plane.draw(&Polygon::new(outline, color.filled()))
-        }
-        Mark::Strip([low, high]) => {
-            plane.draw(&Rectangle::new([(x.start, *low), (x.end, *high)], BAND.filled()))
-        }
+        Mark::Area { outline, color } => plane.draw(&Polygon::new(pairs(outline), color.filled())),
         Mark::Arrow { from, to } => arrow(area, [in_area(*from), in_area(*to)]),
-        Mark::Vertical(at) => plane.draw(&PathElement::new(vec![(*at, y.start), (*at, y.end)], GREY)),
-        Mark::Horizontal(at) => plane.draw(&PathElement::new(vec![(x.start, *at), (x.end, *at)], INK)),
-        Mark::Text { at, words } => {
-            let style = style(SMALL, GREY).pos(Pos::new(HPos::Center, VPos::Center));
-            area.draw_text(words, &style, in_area(*at))
-        }
+        Mark::Text { at, words } => area.draw_text(words, &style(SMALL, GREY).pos(MIDDLE), in_area(*at)),
     }
 }
 
 /// Draws the marker of a series.
-fn marker<DB: DrawingBackend>(
-    area: &DrawingArea<DB, Shift>,
-    (x, y): (i32, i32),
-    point: &Point,
-) -> Result<(), DrawingAreaErrorKind<DB::ErrorType>> {
+fn marker<DB: DrawingBackend>(area: &Area<DB>, (x, y): (i32, i32), point: &Point) -> Drawn<DB> {
     let style = color(point.series).mix(point.opacity).filled();
     match point.series % 4 {
         0 => area.draw(&Circle::new((x, y), 4, style)),
@@ -344,23 +295,65 @@ fn marker<DB: DrawingBackend>(
 }
 
 /// Draws an arrow whose head is visible on a short one, too.
-fn arrow<DB: DrawingBackend>(
-    area: &DrawingArea<DB, Shift>,
-    [from, to]: [(i32, i32); 2],
-) -> Result<(), DrawingAreaErrorKind<DB::ErrorType>> {
+fn arrow<DB: DrawingBackend>(area: &Area<DB>, [from, to]: [(i32, i32); 2]) -> Drawn<DB> {
     let along = [f64::from(to.0 - from.0), f64::from(to.1 - from.1)];
     let length = along[0].hypot(along[1]);
     if length < 1.0 {
         return area.draw(&Circle::new(to, 2, color(1).filled()));
     }
     area.draw(&PathElement::new(vec![from, to], color(1).stroke_width(2)))?;
-    let unit = along.map(|x| x / length);
-    let head = |back: f64, aside: f64| {
-        let x = f64::from(to.0) - back * unit[0] - aside * unit[1];
-        let y = f64::from(to.1) - back * unit[1] + aside * unit[0];
-        (x.round() as i32, y.round() as i32)
+    let [x, y] = along.map(|x| x / length);
+    let corner = |back: f64, aside: f64| {
+        let off = [-back * x - aside * y, -back * y + aside * x].map(|off| off.round() as i32);
+        (to.0 + off[0], to.1 + off[1])
     };
-    area.draw(&Polygon::new(vec![head(-2.0, 0.0), head(8.0, 5.0), head(8.0, -5.0)], color(1).filled()))
+    area.draw(&Polygon::new(vec![corner(-2.0, 0.0), corner(8.0, 5.0), corner(8.0, -5.0)], color(1).filled()))
+}
+
+fn font(size: f64) -> FontDesc<'static> {
+    static REGISTERED: OnceLock<bool> = OnceLock::new();
+    let bytes = include_bytes!("../DejaVuSans-subset.ttf");
+    REGISTERED.get_or_init(|| register_font(FONT, FontStyle::Normal, bytes).is_ok());
+    FontDesc::new(FontFamily::Name(FONT), size, FontStyle::Normal)
+}
+
+/// Returns the style of a text of a size and colour.
+fn style(size: f64, color: RGBColor) -> TextStyle<'static> {
+    TextStyle { color: color.to_backend_color(), ..TextStyle::from(font(size)) }
+}
+
+/// Returns the width of a text, pixels; 0 if the font cannot be read.
+fn width(text: &str, size: f64) -> i32 {
+    font(size).box_size(text).map_or(0, |(width, _)| i32::try_from(width).unwrap_or(i32::MAX / 4))
+}
+
+/// Returns the text in one line no wider than `limit` pixels, without characters that an SVG cannot hold.
+fn shortened(text: &str, size: f64, limit: i32) -> String {
+    let is_allowed = |c: char| !c.is_control() && !matches!(c, '\u{fffe}' | '\u{ffff}');
+    // a name of a megabyte is not measured letter by letter
+    let mut short: String = text.chars().take(300).map(|c| if is_allowed(c) { c } else { ' ' }).collect();
+    if short.len() >= text.len() && width(&short, size) <= limit {
+        return short;
+    }
+    while !short.is_empty() && width(&format!("{short}…"), size) > limit {
+        short.pop();
+    }
+    format!("{}…", short.trim_end())
+}
+
+/// Returns at most so many lines no wider than `limit` pixels, broken between words. Spaces within a line stay.
+fn wrapped(text: &str, size: f64, limit: i32, most: usize) -> Vec<String> {
+    let mut lines = Vec::new();
+    let mut rest = text;
+    while !rest.is_empty() && lines.len() + 1 < most && width(rest, size) > limit {
+        let breaks = rest.match_indices(' ').map(|(place, _)| place).take(300);
+        let fitting = breaks.take_while(|place| width(&rest[..*place], size) <= limit).last();
+        let Some(place) = fitting else { break };
+        lines.push(shortened(&rest[..place], size, limit));
+        rest = rest[place..].trim_start();
+    }
+    lines.extend((!rest.is_empty()).then(|| shortened(rest, size, limit)));
+    lines
 }
 
 fn encoded(pixels: &[u8], (width, height): (u32, u32)) -> Result<Vec<u8>, png::EncodingError> {

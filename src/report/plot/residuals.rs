@@ -3,14 +3,13 @@
 use statrs::distribution::{Beta, ContinuousCDF, Normal};
 
 use super::axis::{ends, is_drawable};
-use super::observed::{Observed, Value};
-use super::{Axis, BAND, CUT_AXIS, Figure, INK, Mark, Panel, Point, Row, color};
+use super::{Axis, BAND, BEYOND, CUT_AXIS, Figure, INK, Label, Panel, Point, Row, SPEED_AXIS};
 use crate::compare::Comparison;
-use crate::fit::Fit;
-use crate::report::document::{self, BudgetPart};
-use crate::report::number::{count_of, plain};
-use crate::report::table::{chi2_text, estimate, with_unit};
-use crate::report::{noise_estimated, reduced_chi2, symbol, title};
+use crate::fit::{Fit, FittedFilm, Residual};
+use crate::measurement::number::{count_of, plain};
+use crate::measurement::observable::Observable;
+use crate::report::terminal::{chi2_text, estimate, with_unit};
+use crate::report::{noise_estimated, reduced_chi2, speed_unit, title};
 
 /// Height of a row of panels, pixels.
 const ROW: u32 = 400;
@@ -20,6 +19,7 @@ const STANDARDIZED: &str = "(measured − predicted) / sd";
 
 /// Returns the residuals of a fit below its title, estimates, χ², and what the reader must know first. Panels without data are left
 /// out, with the reason.
+#[must_use]
 pub fn residuals(fit: &Fit) -> Figure {
     let observed = Observed::of(fit);
     let stopped = (!fit.converged).then(|| format!("Not converged: {}", fit.termination));
@@ -30,10 +30,13 @@ pub fn residuals(fit: &Fit) -> Figure {
         0 => (*first).to_owned(),
         more => format!("(+{more} more) {first}"),
     });
-    let mut panels = observed.against(&AGAINST, &mut figure);
-    panels.extend(observed.groups().iter().map(|group| observed.measured(group)));
+    let mut panels = observed.against(3, &mut figure);
+    let mut units: Vec<&str> = observed.series.iter().map(|series| series.unit).collect();
+    units.sort_unstable();
+    units.dedup();
+    panels.extend(units.into_iter().map(|unit| observed.measured(unit)));
     panels.extend(observed.quantiles());
-    panels.extend(budget(fit));
+    panels.extend(super::others::budget(fit));
     while !panels.is_empty() {
         let columns = if panels.len() == 3 { 3 } else { panels.len().min(2) };
         figure.rows.push(Row { height: ROW, columns, panels: panels.drain(..columns).collect() });
@@ -43,8 +46,16 @@ pub fn residuals(fit: &Fit) -> Figure {
 
 /// Returns the residuals of all labels of a comparison, each in its colour.
 pub(crate) fn of_comparison(comparison: &Comparison) -> Figure {
+    let mut observed = Observed { speed_axis: SPEED_AXIS.to_owned(), ..Observed::default() };
+    let series = |label: &String| Series { name: label.clone(), ..Series::default() };
+    observed.series = comparison.labels.iter().map(series).collect();
+    for residual in &comparison.residuals {
+        let shot = comparison.shot_name(residual);
+        observed.add(&shot, residual.label, f64::NAN, &residual.of_shot);
+    }
+    observed.thin();
     let mut figure = Figure::new("Residuals of the joint fit");
-    let panels = Observed::of_comparison(comparison).against(&AGAINST[..2], &mut figure);
+    let panels = observed.against(2, &mut figure);
     figure.add_rows(ROW, 2, panels);
     figure
 }
@@ -52,19 +63,16 @@ pub(crate) fn of_comparison(comparison: &Comparison) -> Figure {
 /// Returns the estimates, and the model with χ².
 fn summary(fit: &Fit) -> Vec<String> {
     let estimates = fit.estimates.iter().map(|one| {
-        let value = with_unit(&estimate(fit, one), one.parameter.unit(), " ");
+        let value = with_unit(&estimate(fit, one), one.parameter.unit());
         let equal = if value.starts_with(['≥', '≤', '–']) { "" } else { "= " };
         format!("{} {equal}{value}", one.parameter.symbol())
     });
     let chi2 = match reduced_chi2(fit) {
         Some(reduced) => {
             let how = if noise_estimated(fit) { "; noise estimated from these residuals" } else { "" };
-            let counted = match fit.frames {
-                Some(_) => format!(" of {}", fit.counted().words()),
-                None => String::new(),
-            };
+            let of = if fit.frames.is_some() { " of the coordinates" } else { "" };
             let chi2 = plain(fit.chi2, 4);
-            format!("χ²/dof{counted} = {} (χ² = {chi2}, {} dof{how})", chi2_text(reduced), fit.dof)
+            format!("χ²/dof{of} = {} (χ² = {chi2}, {} dof{how})", chi2_text(reduced), fit.dof)
         }
         None => "no degrees of freedom".to_owned(),
     };
@@ -74,74 +82,189 @@ fn summary(fit: &Fit) -> Vec<String> {
     ]
 }
 
-/// What standardized residuals are drawn against.
-struct Against {
-    title: &'static str,
-    axis: fn(&Observed) -> Axis,
-    /// What a value without it lacks.
-    unknown: &'static str,
-    value: fn(&Value) -> f64,
+/// A measured quantity, or all numbers of a label.
+#[derive(Clone, Debug, Default)]
+struct Series {
+    name: String,
+    /// The name of several in one panel, and their unit.
+    kind: &'static str,
+    unit: &'static str,
 }
 
-const AGAINST: [Against; 3] = [
-    Against {
-        title: "Residuals against cut angle",
-        axis: |_| Axis::new(CUT_AXIS),
-        unknown: "cut angle",
-        value: |value| value.cut,
-    },
-    Against {
-        title: "Residuals against speed",
-        axis: |observed| Axis::new(observed.speed_axis.as_str()),
-        unknown: "speed",
-        value: |value| value.speed,
-    },
-    Against {
-        title: "Residuals in the order of the shots",
-        axis: |_| Axis { is_whole: true, ..Axis::new("number of the shot") },
-        unknown: "order",
-        value: |value| value.order,
-    },
+/// One number against its prediction, in the unit of its series.
+#[derive(Clone, Copy, Debug)]
+struct Value {
+    series: usize,
+    measured: f64,
+    predicted: f64,
+    sd: f64,
+    standardized: f64,
+    /// Cut angle (degrees), speed, and number of the shot; NaN if unknown.
+    against: [f64; 3],
+    /// Whether it is among those drawn.
+    is_drawn: bool,
+}
+
+/// All numbers of a fit or of a comparison, a label for each.
+#[derive(Default)]
+struct Observed {
+    series: Vec<Series>,
+    values: Vec<Value>,
+    labels: Vec<Label>,
+    /// How many are drawn, if they are too many.
+    thinned: Option<String>,
+    speed_axis: String,
+}
+
+/// Names of the velocities after the impact in the frame of the collision.
+const IN_COLLISION_FRAME: [&str; 4] = [
+    "cue ball along the line of centres",
+    "cue ball across it",
+    "object ball along it",
+    "object ball across it",
 ];
 
-/// The remark about points that are not in a panel.
-fn left_out(count: usize, why: &str) -> Option<String> {
-    (count > 0).then(|| format!("{} left out: {why}", count_of(count, "point")))
-}
+/// What standardized residuals are drawn against: the quantity, and what stands in the title.
+const AGAINST: [(&str, &str); 3] =
+    [("cut angle", "against cut angle"), ("speed", "against speed"), ("order", "in the order of the shots")];
 
 impl Observed {
-    /// Returns the remarks on a panel, with the number of points drawn if not all are.
-    fn about<const N: usize>(&self, first: &str, others: [Option<String>; N]) -> String {
-        let all = [Some(first.to_owned()), self.thinned.clone()].into_iter().chain(others);
-        all.flatten().collect::<Vec<_>>().join("; ")
+    /// Returns all numbers of a fit.
+    fn of(fit: &Fit) -> Self {
+        let speed_axis = match fit.discs {
+            Some(discs) => format!("speed of the first disc before impact ({})", speed_unit(&discs)),
+            None => SPEED_AXIS.to_owned(),
+        };
+        let mut observed = Self { speed_axis, ..Self::default() };
+        match &fit.frames {
+            Some(film) => observed.add_film(film),
+            None => observed.add_table(fit),
+        }
+        observed.thin();
+        observed
+    }
+
+    /// Adds the velocities after each impact of a film, in the frame of the collision.
+    fn add_film(&mut self, film: &FittedFilm) {
+        let series = |name: &str| Series { name: name.to_owned(), kind: "velocity", unit: "m/s" };
+        self.series = IN_COLLISION_FRAME.map(series).to_vec();
+        for (i, shot) in film.names().into_iter().enumerate() {
+            let (Some(motion), Some(offsets)) = (film.solution.motion(i), film.solution.offsets(0, i)) else {
+                continue;
+            };
+            for (series, name) in IN_COLLISION_FRAME.into_iter().enumerate() {
+                let (off, sd) = (offsets.values[series], offsets.covariance[(series, series)].sqrt());
+                let value = Value {
+                    series,
+                    measured: motion.after[series] + off,
+                    predicted: motion.after[series],
+                    sd,
+                    standardized: off / sd,
+                    against: [motion.cut.to_degrees(), motion.speed, i as f64 + 1.0],
+                    is_drawn: true,
+                };
+                self.push(shot, name, value);
+            }
+        }
+    }
+
+    /// Adds what was measured, each observable as a series.
+    fn add_table(&mut self, fit: &Fit) {
+        let mut observables: Vec<Observable> = Vec::new();
+        let shots = fit.residuals.chunk_by(|one, next| one.shot == next.shot);
+        for (i, residual) in shots.enumerate().flat_map(|(i, own)| own.iter().map(move |one| (i, one))) {
+            let observable = residual.observable;
+            if !observables.contains(&observable) {
+                observables.push(observable);
+                let kind = match observable {
+                    Observable::CueVelocity(_) | Observable::ObjectVelocity(_) => "velocity",
+                    Observable::CueSpin(_) | Observable::ObjectSpin(_) => "spin",
+                    observable if observable.is_angle() => "angle",
+                    _ => "speed",
+                };
+                let (name, unit) = (observable.label().to_owned(), observable.unit());
+                self.series.push(Series { name, kind, unit });
+            }
+            let series = observables.iter().position(|known| *known == observable).unwrap_or_default();
+            self.add(&residual.shot, series, i as f64 + 1.0, residual);
+        }
+    }
+
+    fn add(&mut self, shot: &str, series: usize, order: f64, residual: &Residual) {
+        let Residual { observable, standardized, .. } = *residual;
+        let [measured, predicted, sd] =
+            [residual.measured, residual.predicted, residual.sd].map(|si| si / observable.unit_si());
+        let against = [residual.cut.to_degrees(), residual.speed.unwrap_or(f64::NAN), order];
+        let value = Value { series, measured, predicted, sd, standardized, against, is_drawn: true };
+        self.push(shot, observable.label(), value);
+    }
+
+    fn push(&mut self, shot: &str, quantity: &str, value: Value) {
+        let words = format!("{quantity}, {:+.2} standard deviations", value.standardized);
+        self.labels.push(Label { shot: shot.to_owned(), words });
+        self.values.push(value);
+    }
+
+    /// Draws every n-th value of each series, so that rows in a regular order lose none, and the largest residuals.
+    fn thin(&mut self) {
+        /// More points would hide each other, and an SVG grows with each.
+        const MOST: usize = 2000;
+        /// Of the points left out, how many of the largest residuals are drawn nevertheless.
+        const EXTREMES: usize = 100;
+        let total = self.values.len();
+        if total <= MOST {
+            return;
+        }
+        let every = total.div_ceil(MOST);
+        let mut seen = vec![0_usize; self.series.len()];
+        for value in &mut self.values {
+            value.is_drawn = seen[value.series].is_multiple_of(every);
+            seen[value.series] += 1;
+        }
+        let mut hidden: Vec<&mut Value> = self.values.iter_mut().filter(|value| !value.is_drawn).collect();
+        let size = |z: f64| if is_drawable(z) { z.abs() } else { 0.0 };
+        hidden.sort_by(|a, b| size(b.standardized).total_cmp(&size(a.standardized)));
+        hidden.into_iter().take(EXTREMES).for_each(|value| value.is_drawn = true);
+        let drawn = self.values.iter().filter(|value| value.is_drawn).count();
+        self.thinned = Some(format!("{drawn} of {total} points drawn, outliers kept"));
+    }
+
+    /// Returns the remarks on a panel, with how many points are drawn, and how many are left out for which reason.
+    fn about(&self, first: &str, left_out: &[(usize, String)]) -> String {
+        let left_out = left_out.iter().filter(|(count, _)| *count > 0);
+        let left_out = left_out.map(|(count, why)| format!("{} left out: {why}", count_of(*count, "point")));
+        let all = [first.to_owned()].into_iter().chain(self.thinned.clone()).chain(left_out);
+        all.collect::<Vec<_>>().join("; ")
     }
 
     /// Returns the points of those values that are drawn, at an opacity at which overlapping ones can still be distinguished.
-    fn points<'a>(&self, values: impl Iterator<Item = (&'a Value, [f64; 2])>) -> Mark {
+    fn points(&self, places: &[(usize, [f64; 2])]) -> Vec<Point> {
         let opacity = match self.values.len() {
             0..=60 => 0.85,
             61..=400 => 0.6,
             401..=1500 => 0.4,
             _ => 0.25,
         };
-        let drawn = values.filter(|(value, _)| value.is_drawn);
-        let points = drawn.map(|(value, at)| Point {
+        let drawn = places.iter().filter(|(value, _)| self.values[*value].is_drawn);
+        let point = |(value, at): &(usize, [f64; 2])| Point {
             opacity,
-            label: Some(value.label),
-            ..Point::new(at, value.series)
-        });
-        Mark::Points(points.collect())
+            label: Some(*value),
+            ..Point::new(*at, self.values[*value].series)
+        };
+        drawn.map(point).collect()
     }
 
-    /// Returns the values that have a standardized residual.
-    fn standardized(&self) -> Vec<&Value> {
-        self.values.iter().filter(|value| is_drawable(value.standardized)).collect()
+    /// Returns the values that have a standardized residual, by their places.
+    fn standardized(&self) -> Vec<usize> {
+        (0..self.values.len()).filter(|i| is_drawable(self.values[*i].standardized)).collect()
     }
 
     /// Returns a panel of standardized residuals against each quantity that is known and differs; says in the figure, to which it adds
     /// series and labels, why others are left out.
-    fn against(&self, kinds: &[Against], figure: &mut Figure) -> Vec<Panel> {
-        figure.series = self.series.iter().map(|series| series.legend.clone()).collect();
+    fn against(&self, kinds: usize, figure: &mut Figure) -> Vec<Panel> {
+        let count = |series: usize| self.values.iter().filter(|value| value.series == series).count();
+        let names = self.series.iter().enumerate();
+        figure.series = names.map(|(i, series)| format!("{} ({})", series.name, count(i))).collect();
         figure.labels.clone_from(&self.labels);
         let standardized = self.standardized();
         if standardized.is_empty() {
@@ -153,199 +276,120 @@ impl Observed {
             figure.lines.push(why.to_owned());
             return Vec::new();
         }
-        if self.labels.iter().all(|label| label.shot == self.labels[0].shot) {
-            figure.lines.push("There is one shot: its residuals are drawn against nothing.".to_owned());
-            return Vec::new();
-        }
         let mut panels = Vec::new();
-        for kind in kinds {
-            let seen: Vec<(&Value, [f64; 2])> = standardized
-                .iter()
-                .map(|value| (*value, [(kind.value)(value), value.standardized]))
-                .filter(|(_, at)| is_drawable(at[0]))
-                .collect();
+        for (kind, (quantity, words)) in AGAINST.into_iter().enumerate().take(kinds) {
+            let places = standardized.iter().map(|i| (*i, &self.values[*i]));
+            let places = places.map(|(i, value)| (i, [value.against[kind], value.standardized]));
+            let seen: Vec<(usize, [f64; 2])> = places.filter(|(_, at)| is_drawable(at[0])).collect();
             let [least, most] = ends(seen.iter().map(|(_, at)| at[0]));
-            match seen.len() {
-                0 => figure.lines.push(format!("The {} is not known for any observation.", kind.unknown)),
-                2.. if least == most => {
-                    figure.lines.push(format!("The {} is the same for all observations.", kind.unknown));
-                }
-                _ => panels.push(self.residuals(kind, &seen, standardized.len())),
+            if seen.is_empty() {
+                figure.lines.push(format!("The {quantity} is not known for any observation."));
+                continue;
             }
+            if least == most {
+                figure.lines.push(format!("The {quantity} is the same for all observations."));
+                continue;
+            }
+            let x = match kind {
+                0 => Axis::new(CUT_AXIS),
+                1 => Axis::new(self.speed_axis.as_str()),
+                _ => Axis { is_whole: true, ..Axis::new("number of the shot") },
+            };
+            let left_out = [
+                (self.values.len() - standardized.len(), "no sd".to_owned()),
+                (standardized.len() - seen.len(), format!("no {quantity}")),
+            ];
+            let about = self.about("band: ±2 sd", &left_out);
+            let y = Axis::symmetric(STANDARDIZED, 3.2);
+            let mut panel = Panel::new(format!("Residuals {words}"), about, x, y);
+            panel.area([[-BEYOND, -2.0], [BEYOND, -2.0], [BEYOND, 2.0], [-BEYOND, 2.0]], BAND);
+            panel.horizontal(0.0, INK);
+            panel.points(self.points(&seen));
+            panels.push(panel);
         }
         panels
     }
 
-    /// Returns a panel of some of the standardized residuals against a quantity.
-    fn residuals(&self, kind: &Against, seen: &[(&Value, [f64; 2])], standardized: usize) -> Panel {
-        // residuals of different quantities may go opposite ways: their mean would hide it
-        let is_one = self.series.len() == 1;
-        let means = if is_one { means(seen.iter().map(|(_, at)| *at).collect()) } else { Vec::new() };
-        let about = self.about(
-            if means.is_empty() { "band: ±2 sd" } else { "band: ±2 sd; black: local mean ± its error" },
-            [
-                left_out(self.values.len() - standardized, "no sd"),
-                left_out(standardized - seen.len(), &format!("no {}", kind.unknown)),
-            ],
-        );
-        let mut panel = Panel::new(kind.title, about, (kind.axis)(self), Axis::symmetric(STANDARDIZED, 3.2));
-        panel.marks.extend([Mark::Strip([-2.0, 2.0]), Mark::Horizontal(0.0)]);
-        panel.marks.push(self.points(seen.iter().copied()));
-        for bar in means {
-            panel.line(bar, INK, 3);
-        }
-        panel
-    }
-
-    /// Returns the series that share a panel of measured against predicted: each by itself while they are few, else those of a unit.
-    fn groups(&self) -> Vec<Vec<usize>> {
-        const FEW: usize = 3;
-        let mut groups: Vec<Vec<usize>> = Vec::new();
-        for (index, series) in self.series.iter().enumerate() {
-            let is_shared = |group: &&mut Vec<usize>| {
-                self.series.len() > FEW && self.series[group[0]].unit == series.unit
-            };
-            match groups.iter_mut().find(is_shared) {
-                Some(group) => group.push(index),
-                None => groups.push(vec![index]),
-            }
-        }
-        groups
-    }
-
-    /// Returns measured against predicted values, with the line on which they are equal.
-    fn measured(&self, group: &[usize]) -> Panel {
-        let first = &self.series[group[0]];
-        let name = if group.len() > 1 { first.kind } else { &first.name };
-        let axis = |what: &str| match first.unit {
-            "" => Axis::new(format!("{what} {name}")),
-            unit => Axis::new(format!("{what} {name} ({unit})")),
+    /// Returns measured against predicted values of all series of a unit, with the line on which they are equal.
+    fn measured(&self, unit: &str) -> Panel {
+        let group: Vec<&Series> = self.series.iter().filter(|series| series.unit == unit).collect();
+        let name = match group[..] {
+            [one] => &one.name,
+            [first, ..] => first.kind,
+            [] => "",
         };
-        let own: Vec<&Value> = self.values.iter().filter(|value| group.contains(&value.series)).collect();
-        let place = |value: &Value| [value.predicted, value.measured];
-        let has_place = |value: &&&Value| place(value).into_iter().all(is_drawable);
-        let seen: Vec<&Value> = own.iter().filter(has_place).copied().collect();
-        let longest = longest_bar(&seen);
+        let unit_of_axis = if unit.is_empty() { String::new() } else { format!(" ({unit})") };
+        let [x, y] = ["predicted", "measured"].map(|what| Axis::new(format!("{what} {name}{unit_of_axis}")));
+        let is_own = |i: &usize| self.series[self.values[*i].series].unit == unit;
+        let own: Vec<usize> = (0..self.values.len()).filter(is_own).collect();
+        let places = own.iter().map(|i| (*i, [self.values[*i].predicted, self.values[*i].measured]));
+        let seen: Vec<(usize, [f64; 2])> =
+            places.filter(|(_, at)| at.iter().all(|x| is_drawable(*x))).collect();
+        let longest = self.longest_bar(&seen);
         let about = self.about(
             if longest.is_some() { "bars: ± sd" } else { "no sd known" },
-            [left_out(own.len() - seen.len(), "number too large to draw")],
+            &[(own.len() - seen.len(), "number too large to draw".to_owned())],
         );
-        let mut panel = Panel::new("Measured against predicted", about, axis("predicted"), axis("measured"));
-        let mut points = self.points(seen.iter().map(|value| (*value, place(value))));
-        if let Mark::Points(points) = &mut points {
-            let drawn = seen.iter().filter(|value| value.is_drawn);
-            for (point, value) in points.iter_mut().zip(drawn) {
-                point.sd = longest.map(|longest| value.sd.min(longest));
-            }
+        let mut points = self.points(&seen);
+        for point in &mut points {
+            let sd = point.label.map_or(f64::NAN, |value| self.values[value].sd);
+            point.sd = longest.filter(|_| is_drawable(sd)).map(|longest| sd.min(longest));
         }
         // as long on either axis as all bars
-        let bars = seen.iter().map(|value| (value, longest.map_or(0.0, |longest| value.sd.min(longest))));
-        let [low, high] = ends(bars.flat_map(|(value, sd)| {
-            let sd = if is_drawable(sd) { sd } else { 0.0 };
-            [value.predicted, value.measured - sd, value.measured + sd]
+        let [low, high] = ends(points.iter().flat_map(|point| {
+            let sd = point.sd.unwrap_or(0.0);
+            [point.at[0], point.at[1] - sd, point.at[1] + sd]
         }));
+        let mut panel = Panel::new("Measured against predicted", about, x, y);
         panel.line([[low, low], [high, high]], INK, 1);
-        panel.marks.push(points);
+        panel.points(points);
         panel
+    }
+
+    /// Returns how long bars are drawn at most, so that a few that are much longer do not shrink the data to a dot; `None` without any.
+    fn longest_bar(&self, seen: &[(usize, [f64; 2])]) -> Option<f64> {
+        /// Times the median of the bars, and part of the range of the values.
+        const TIMES: f64 = 3.0;
+        const PART: f64 = 0.35;
+        let mut sds: Vec<f64> = seen.iter().map(|(value, _)| self.values[*value].sd).collect();
+        sds.retain(|sd| is_drawable(*sd));
+        sds.sort_by(f64::total_cmp);
+        let [low, high] = ends(seen.iter().map(|(_, at)| at[1]));
+        Some((TIMES * sds.get(sds.len() / 2)?).max(PART * (high - low)))
     }
 
     /// Returns the sorted residuals against the quantiles of a normal distribution, with the band that holds 95 % of samples at each
     /// place.
     fn quantiles(&self) -> Option<Panel> {
+        /// Number of corners of either side of the band.
+        const PLACES: usize = 60;
         let mut sorted = self.standardized();
-        sorted.sort_by(|a, b| a.standardized.total_cmp(&b.standardized));
+        sorted.sort_by(|a, b| self.values[*a].standardized.total_cmp(&self.values[*b].standardized));
         let n = sorted.len();
-        let quantile = |i: usize| Normal::standard().inverse_cdf((i as f64 + 0.5) / n as f64);
+        let normal = Normal::standard();
+        let quantile = |i: usize| normal.inverse_cdf((i as f64 + 0.5) / n as f64);
         let end = quantile(n.checked_sub(1)?).max(1.0);
+        // even in quantiles, since the ends matter
+        let even = (0..=PLACES).map(|k| end * (2.0 * k as f64 / PLACES as f64 - 1.0));
+        let mut places: Vec<usize> = even.map(|z| ((normal.cdf(z) * n as f64) as usize).min(n - 1)).collect();
+        places.dedup();
+        // the i-th smallest of n uniform numbers has the distribution Beta(i, n + 1 − i)
+        let edge = |i: usize, p: f64| {
+            let beta = Beta::new((i + 1) as f64, (n - i) as f64).ok()?;
+            Some([quantile(i), normal.inverse_cdf(beta.inverse_cdf(p))])
+        };
+        let low = places.iter().filter_map(|i| edge(*i, 0.025));
+        let high = places.iter().rev().filter_map(|i| edge(*i, 0.975));
         let mut panel = Panel::new(
             "Are the residuals normal?",
-            self.about("line: normal; band: 95 % of samples", [left_out(self.values.len() - n, "no sd")]),
+            self.about("line: normal; band: 95 % of samples", &[(self.values.len() - n, "no sd".to_owned())]),
             Axis::symmetric("quantile of the normal distribution", 1.5),
             Axis::symmetric(STANDARDIZED, 2.5),
         );
-        panel.area(band(n, quantile), BAND);
+        panel.area(low.chain(high), BAND);
         panel.line([[-end, -end], [end, end]], INK, 1);
-        let places = sorted.iter().enumerate().map(|(i, value)| (*value, [quantile(i), value.standardized]));
-        panel.marks.push(self.points(places));
+        let at = |(i, value): (usize, &usize)| (*value, [quantile(i), self.values[*value].standardized]);
+        panel.points(self.points(&sorted.iter().enumerate().map(at).collect::<Vec<_>>()));
         Some(panel)
     }
-}
-
-/// Returns how long bars are drawn at most, so that a few that are much longer do not shrink the data to a dot; `None` without any.
-fn longest_bar(values: &[&Value]) -> Option<f64> {
-    /// Times the median of the bars, and part of the range of the values.
-    const TIMES: f64 = 3.0;
-    const PART: f64 = 0.35;
-    let mut sds: Vec<f64> = values.iter().map(|value| value.sd).filter(|sd| is_drawable(*sd)).collect();
-    sds.sort_by(f64::total_cmp);
-    let [low, high] = ends(values.iter().map(|value| value.measured));
-    Some((TIMES * sds.get(sds.len() / 2)?).max(PART * (high - low)))
-}
-
-/// Returns means of a dozen groups of neighbours ± their standard errors, as bars, if there are so many points that the eye no longer
-/// averages them.
-fn means(mut points: Vec<[f64; 2]>) -> Vec<[[f64; 2]; 2]> {
-    const MANY: usize = 200;
-    const GROUPS: usize = 12;
-    if points.len() < MANY {
-        return Vec::new();
-    }
-    points.sort_by(|a, b| a[0].total_cmp(&b[0]));
-    let mean = |group: &[[f64; 2]]| {
-        let n = group.len() as f64;
-        let [x, y] = [0, 1].map(|i| group.iter().map(|point| point[i]).sum::<f64>() / n);
-        let variance = group.iter().map(|point| (point[1] - y).powi(2)).sum::<f64>() / (n - 1.0);
-        let error = (variance / n).sqrt();
-        [[x, y - error], [x, y + error]]
-    };
-    points.chunks(points.len().div_ceil(GROUPS)).filter(|group| group.len() > 1).map(mean).collect()
-}
-
-/// Returns the outline of the band at some 60 places: the i-th smallest of n uniform numbers has the distribution
-/// Beta(i, n + 1 − i).
-fn band(n: usize, quantile: impl Fn(usize) -> f64) -> Vec<[f64; 2]> {
-    const PLACES: usize = 60;
-    let normal = Normal::standard();
-    let extreme = normal.inverse_cdf(0.5 / n as f64);
-    let mut indices: Vec<usize> = (0..=PLACES)
-        .map(|k| extreme * (1.0 - 2.0 * k as f64 / PLACES as f64))
-        .map(|z| ((normal.cdf(z) * n as f64) as usize).min(n - 1))
-        .collect();
-    indices.dedup();
-    let (mut low, mut high) = (Vec::new(), Vec::new());
-    for i in indices {
-        let Ok(beta) = Beta::new((i + 1) as f64, (n - i) as f64) else { continue };
-        low.push([quantile(i), normal.inverse_cdf(beta.inverse_cdf(0.025))]);
-        high.push([quantile(i), normal.inverse_cdf(beta.inverse_cdf(0.975))]);
-    }
-    low.into_iter().chain(high.into_iter().rev()).collect()
-}
-
-/// Returns what makes up the variances of μ, μ_s and e, as bars; `None` if that is noise alone.
-fn budget(fit: &Fit) -> Option<Panel> {
-    /// Sources that are shown of a parameter, and the smallest part of the variance that is.
-    const SOURCES: usize = 4;
-    const LEAST: f64 = 0.01;
-    let mut bars: Vec<(String, f64, usize)> = Vec::new();
-    let mut is_noise_alone = true;
-    for (series, found) in fit.budget.iter().enumerate() {
-        let parts = document::budget(found);
-        let variance = |part: &BudgetPart| part.std_error.unwrap_or(0.0).powi(2);
-        let total: f64 = parts.iter().map(variance).sum();
-        for part in parts.iter().take(SOURCES).filter(|part| variance(part) >= LEAST * total) {
-            is_noise_alone &= part.source == "noise";
-            let words = format!("{}: {}", symbol(found.id.name()), symbol(&part.source));
-            bars.push((words, 100.0 * variance(part) / total, series));
-        }
-    }
-    bars.reverse();
-    let words: Vec<String> = bars.iter().map(|(words, ..)| words.clone()).collect();
-    let about = "what it would take away to know each source exactly";
-    let mut panel =
-        Panel::new("Error budget", about, Axis::new("part of the variance (%)"), Axis::of_words(words));
-    for (row, (_, end, series)) in bars.iter().enumerate() {
-        let [low, high] = [-0.35, 0.35].map(|half| row as f64 + half);
-        panel.area([[0.0, low], [*end, low], [*end, high], [0.0, high]], color(*series));
-    }
-    (!is_noise_alone).then_some(panel)
 }

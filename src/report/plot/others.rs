@@ -1,0 +1,305 @@
+//! Figures of discs, of pairs of parameters, of comparisons, of designs and of the accuracy of collisions.
+
+use plotters::prelude::RGBColor;
+
+use super::axis::ends;
+use super::{Axis, BAND, CUT_AXIS, Figure, GREY, Label, Mark, Panel, Point, color};
+use crate::compare::{Compared, Comparison};
+use crate::design::{Cell, Design};
+use crate::fit::{Contour, Fit, Status};
+use crate::measurement::dataset::Measured;
+use crate::measurement::number::plain;
+use crate::measurement::parameter::Parameter;
+use crate::problem::{DiscImpact, Quantity};
+use crate::report::document::{self, BudgetPart};
+use crate::report::{speed_unit, symbol, title};
+use crate::studies::accuracy::{Errors, Includes, Row};
+
+/// Returns e of discs against the closing speed, and J_t/J_n against the slip, each with what was fitted; an empty figure of balls, and
+/// if no shot has what it shows.
+pub(crate) fn discs(fit: &Fit) -> Figure {
+    let has_parted = |shot: &&DiscImpact| shot.stuck.is_none() && shot.get(Quantity::ClosingSpeed).is_some();
+    let shots: Vec<&DiscImpact> = fit.disc_shots.iter().filter(has_parted).collect();
+    let is_used = |shot: &DiscImpact| fit.residuals.iter().any(|residual| residual.shot == shot.name);
+    let mut figure = Figure::new("All impacts");
+    let label = |shot: &&DiscImpact| Label { shot: shot.name.clone(), words: String::new() };
+    figure.labels = shots.iter().map(label).collect();
+    figure.series = vec!["shots".to_owned()];
+    if !shots.iter().all(|shot| is_used(shot)) {
+        figure.series.push("shots that were not fitted".to_owned());
+    }
+    let points = |at: fn(&DiscImpact) -> Option<(f64, Measured)>| -> Vec<Point> {
+        let point = |(label, shot): (usize, &&DiscImpact)| {
+            let (x, Measured { value, sd }) = at(shot)?;
+            let series = usize::from(!is_used(shot));
+            Some(Point { sd, label: Some(label), ..Point::new([x, value], series) })
+        };
+        shots.iter().enumerate().filter_map(point).collect()
+    };
+    let restitutions =
+        points(|shot| Some((shot.get(Quantity::ClosingSpeed)?.value, shot.get(Quantity::Restitution)?)));
+    let frictions = points(|shot| {
+        let (slip, ratio) = (shot.get(Quantity::SlipRatio)?.value, shot.get(Quantity::ImpulseRatio)?);
+        Some((slip.abs(), Measured { value: -slip.signum() * ratio.value, ..ratio }))
+    });
+    let panels = [(restitution as fn(&Fit, &[Point]) -> Panel, restitutions), (friction, frictions)];
+    let panels = panels.into_iter().filter(|(_, points)| !points.is_empty()).map(|(panel, points)| {
+        let mut panel = panel(fit, &points);
+        panel.points(points);
+        panel
+    });
+    let panels: Vec<Panel> = panels.collect();
+    if panels.len() == 1 {
+        figure.lines.push("No rotation of the discs was seen.".to_owned());
+    }
+    figure.add_rows(500, 2, panels);
+    figure
+}
+
+/// Returns a panel that shows a fit with a scatter above and below.
+fn with_curve(fit: &Fit, title: &str, x: Axis, y: &str, curve: &[[f64; 2]], scatter: f64) -> Panel {
+    let scatters = fit.scatter.is_some_and(|scatter| !scatter.is_none());
+    let about = if scatters { "line: the fit; band: scatter between shots" } else { "line: the fit" };
+    let mut panel = Panel::new(title, about, x, Axis::new(y));
+    if scatter > 0.0 {
+        let above = curve.iter().map(|[x, y]| [*x, y + scatter]);
+        let below = curve.iter().rev().map(|[x, y]| [*x, y - scatter]);
+        panel.area(above.chain(below), BAND);
+    }
+    panel.line(curve.iter().copied(), color(5), 3);
+    panel
+}
+
+fn restitution(fit: &Fit, points: &[Point]) -> Panel {
+    let unit = fit.discs.as_ref().map_or("m/s", speed_unit);
+    let fitted = |parameter| fit.get(parameter).filter(|found| found.status != Status::NotIdentified);
+    let slope = fitted(Parameter::ESlope).map_or(0.0, |slope| slope.value);
+    let [_, fastest] = ends(points.iter().map(|point| point.at[0]));
+    // e(v) = e₀ − e₁v
+    let line = |e: f64| [0.0, 1.05 * fastest].map(|speed| [speed, e - slope * speed]);
+    let line = fitted(Parameter::E).map_or(Vec::new(), |e| line(e.value).to_vec());
+    let x = Axis::new(format!("closing speed ({unit})"));
+    let scatter = fit.scatter.map_or(0.0, |scatter| scatter.restitution);
+    with_curve(fit, "e against the closing speed", x, "e", &line, scatter)
+}
+
+fn friction(fit: &Fit, _: &[Point]) -> Panel {
+    let scatter = fit.scatter.map_or(0.0, |scatter| scatter.impulse_ratio);
+    let curve = fit.friction_curve.as_ref();
+    let points = curve.map_or(&[][..], |curve| &curve.points);
+    let x = Axis::new("slip before the impact / closing speed");
+    let mut panel =
+        with_curve(fit, "Friction against the slip", x, "J_t/J_n against the slip", points, scatter);
+    let Some(curve) = curve else { return panel };
+    let [_, end] = ends(points.iter().map(|point| point[0]));
+    let [lowest, _] = ends(points.iter().map(|point| point[1] - scatter));
+    let sticks = curve.sticks_below.min(end);
+    let slides = curve.slides_from.unwrap_or(end).min(end);
+    for (from, to, words) in [(0.0, sticks, "stick"), (sticks, slides, "micro-slip"), (slides, end, "slip")] {
+        if to - from > 0.12 * end {
+            panel.marks.push(Mark::Text { at: [0.5 * (from + to), lowest], words });
+        }
+        if (1e-9..end).contains(&to) {
+            panel.vertical(to, GREY);
+        }
+    }
+    panel
+}
+
+/// Returns what makes up the variances of μ, μ_s and e, as bars; `None` if that is noise alone.
+pub(super) fn budget(fit: &Fit) -> Option<Panel> {
+    /// Sources that are shown of a parameter, and the smallest part of the variance that is.
+    const SOURCES: usize = 4;
+    const LEAST: f64 = 0.01;
+    let mut bars: Vec<(String, f64, usize)> = Vec::new();
+    let mut is_noise_alone = true;
+    for (series, found) in fit.budget.iter().enumerate() {
+        let parts = document::budget(found);
+        let variance = |part: &BudgetPart| part.std_error.unwrap_or(0.0).powi(2);
+        let total: f64 = parts.iter().map(variance).sum();
+        for part in parts.iter().take(SOURCES).filter(|part| variance(part) >= LEAST * total) {
+            is_noise_alone &= part.source == "noise";
+            let words = format!("{}: {}", symbol(found.id.name()), symbol(&part.source));
+            bars.push((words, 100.0 * variance(part) / total, series));
+        }
+    }
+    bars.reverse();
+    let words = Axis::of_words(bars.iter().map(|(words, ..)| words.clone()).collect());
+    let about = "what it would take away to know each source exactly";
+    let mut panel = Panel::new("Error budget", about, Axis::new("part of the variance (%)"), words);
+    for (row, (_, end, series)) in bars.iter().enumerate() {
+        let [low, high] = [-0.35, 0.35].map(|half| row as f64 + half);
+        panel.area([[0.0, low], [*end, low], [*end, high], [0.0, high]], color(*series));
+    }
+    (!is_noise_alone).then_some(panel)
+}
+
+/// Returns the regions of all pairs of free parameters.
+pub(crate) fn contours(fit: &Fit) -> Figure {
+    let contours = &fit.diagnostics.contours;
+    let mut figure = Figure::new(format!("{}: pairs of parameters", title(fit)));
+    figure.lines = vec![
+        "Dark and light: the true pair lies there with 68 % and 95 % probability. Grey: the ellipses of the covariance.".to_owned(),
+    ];
+    figure.add_rows(420, contours.len().clamp(2, 3), contours.iter().map(contour).collect());
+    figure
+}
+
+fn contour(contour: &Contour) -> Panel {
+    /// Colours of the regions, the likeliest last.
+    const REGIONS: [RGBColor; 2] = [RGBColor(166, 206, 236), RGBColor(112, 170, 214)];
+    /// Part of a region by which its ellipse is drawn beyond it.
+    const BEYOND: f64 = 0.25;
+    let [first, second] = contour.parameters.map(Parameter::symbol);
+    let [x, y] = contour.parameters.map(|parameter| match parameter.unit() {
+        "" => Axis::new(parameter.symbol()),
+        unit => Axis::new(format!("{} ({unit})", parameter.symbol())),
+    });
+    let mut panel = Panel::new(format!("{second} against {first}"), "", x, y);
+    let mut levels: Vec<_> = contour.levels.iter().collect();
+    levels.sort_by(|a, b| b.probability.total_cmp(&a.probability));
+    for (level, color) in levels.iter().zip(REGIONS) {
+        panel.area(level.edge.iter().copied(), color);
+    }
+    let reach = [0, 1].map(|axis| {
+        let [low, high] = ends(levels.iter().flat_map(|level| &level.edge).map(|point| point[axis]));
+        let room = BEYOND * (high - low);
+        low - room..=high + room
+    });
+    let is_within = |point: &[f64; 2]| reach.iter().zip(point).all(|(range, value)| range.contains(value));
+    for level in &levels {
+        let closed: Vec<[f64; 2]> = level.ellipse.iter().chain(level.ellipse.first()).copied().collect();
+        for part in closed.split(|point| !is_within(point)).filter(|part| part.len() > 1) {
+            panel.line(part.iter().copied(), GREY, 1);
+        }
+    }
+    panel.points([Point::new(contour.centre, 4)]);
+    panel
+}
+
+/// Returns the estimates of each quantity of a comparison with their intervals, below each other.
+pub(crate) fn forest(comparison: &Comparison) -> Figure {
+    let mut figure = Figure::new(format!("Estimates and 95 % intervals by {}", comparison.told_by));
+    let has_interval = |q: &&Compared| q.estimates.iter().any(|value| value.interval_95.is_some());
+    for compared in comparison.quantities.iter().filter(has_interval) {
+        let values = || compared.estimates.iter().rev();
+        let label = |label: Option<usize>| label.map_or("all".to_owned(), |i| comparison.labels[i].clone());
+        let words = Axis::of_words(values().map(|value| label(value.label)).collect());
+        let about = if compared.shared { "one value for all" } else { "" };
+        let symbol = compared.quantity.symbol();
+        let x = Axis::new(format!("{symbol}, {}", compared.quantity.meaning()));
+        let mut panel = Panel::new(symbol, about, x, words);
+        for (row, value) in values().enumerate() {
+            let (y, series) = (row as f64, value.label.unwrap_or(0));
+            let interval = value.interval_95.map(|ends| ends.map(|end| [end, y]));
+            panel.line(interval.into_iter().flatten(), color(series), 3);
+            let opacity = if value.fitted { 1.0 } else { 0.35 };
+            panel.points([Point { opacity, ..Point::new([value.value, y], series) }]);
+        }
+        let lines = u32::try_from(compared.estimates.len()).unwrap_or(1);
+        figure.add_rows(128 + 34 * lines, 1, vec![panel]);
+    }
+    if figure.rows.is_empty() {
+        figure.lines.push("Nothing here has an interval.".to_owned());
+    }
+    figure
+}
+
+/// Returns the standard errors of all cells of a design against the cut angle: a row for each parameter, a column for each speed.
+pub(crate) fn design(design: &Design) -> Figure {
+    /// Largest number of speeds that are drawn.
+    const COLUMNS: usize = 3;
+    let kinds = &design.expected.kinds;
+    let mut figure = Figure::new("Standard errors that shots of one cut angle and speed give");
+    figure.lines = vec!["Without a point: such shots by themselves do not determine it.".to_owned()];
+    figure.series = kinds.iter().map(|kind| format!("{} ({} shots)", kind.name, kind.shots)).collect();
+    let speeds: Vec<Vec<f64>> = (0..kinds.len()).map(|kind| design.speeds(kind)).collect();
+    let columns = speeds.iter().map(Vec::len).max().unwrap_or(1).clamp(1, COLUMNS);
+    for parameter in Parameter::COEFFICIENTS {
+        let row = (0..columns).filter_map(|column| {
+            let own: Vec<Option<f64>> = speeds.iter().map(|speeds| speeds.get(column).copied()).collect();
+            errors(design, parameter, &own)
+        });
+        figure.add_rows(380, columns, row.collect());
+    }
+    if figure.rows.is_empty() {
+        let line = "No shot at a single cut angle and speed determines a parameter by itself.";
+        figure.lines = vec![line.to_owned()];
+    }
+    figure
+}
+
+/// Returns the standard errors of a parameter of each kind at its own speed; `None` if no kind determines it.
+fn errors(design: &Design, parameter: Parameter, speeds: &[Option<f64>]) -> Option<Panel> {
+    /// Largest standard errors that are drawn, times the smallest of the parameter.
+    const WORST: f64 = 1e3;
+    let symbol = parameter.symbol();
+    let own = |cell: &Cell| cell.std_errors[parameter as usize].filter(|error| *error > 0.0);
+    let [least, _] = ends(design.cells.iter().filter_map(own));
+    let place = |cell: &Cell| {
+        let error = own(cell).filter(|error| *error <= WORST * least)?;
+        Some([cell.cut_deg, error.log10()])
+    };
+    let [slowest, fastest] = ends(speeds.iter().flatten().copied());
+    let [from, to] = [slowest, fastest].map(|speed| plain(speed, 3));
+    let range = if slowest < fastest { format!("{from} to {to}") } else { from };
+    let y = Axis::logarithmic(format!("standard error of {symbol}"));
+    let mut panel = Panel::new(format!("{symbol}, {range} m/s"), "", Axis::new(CUT_AXIS), y);
+    for (kind, speed) in speeds.iter().enumerate() {
+        let cells = design.cells.iter().filter(|cell| cell.kind == kind && Some(cell.speed_m_s) == *speed);
+        let places: Vec<Option<[f64; 2]>> = cells.map(place).collect();
+        // a gap where it is not determined
+        for part in places.split(Option::is_none).filter(|part| !part.is_empty()) {
+            panel.line(part.iter().flatten().copied(), color(kind), 2);
+            panel.points(part.iter().flatten().map(|at| Point::new(*at, kind)));
+        }
+    }
+    (!panel.marks.is_empty()).then_some(panel)
+}
+
+/// Returns the errors of a row that are meant, if it has them.
+pub(crate) type Pick = fn(&Row) -> Option<Errors>;
+
+/// Returns the name of a way to compute collisions.
+pub(crate) fn way_name(row: &Row) -> String {
+    let compliant = if row.includes == Includes::Compliant { ", compliant" } else { "" };
+    format!("{}{compliant}", row.fidelity.name())
+}
+
+/// Returns error against time of every way to compute collisions, both on logarithmic scales.
+pub(crate) fn accuracy(rows: &[Row]) -> Figure {
+    /// Errors below are roundings.
+    const LEAST: f64 = 1e-16;
+    let mut figure = Figure::new("Accuracy against time (ode and contact: at tolerances from 10⁻² down)");
+    for name in rows.iter().map(way_name) {
+        if !figure.series.contains(&name) {
+            figure.series.push(name);
+        }
+    }
+    let kinds: [(&str, Pick); 2] = [
+        ("Numerical error: against the same equations, solved closely", |row| row.numerical),
+        ("Model error: against contact, integrated closely", |row| Some(row.model)),
+    ];
+    let panels = kinds.map(|(title, pick)| {
+        let x = Axis::logarithmic("time of a collision (µs)");
+        let y = Axis::logarithmic("error of a velocity over U (95 % of the shots)");
+        let mut panel = Panel::new(title, "", x, y);
+        for (index, name) in figure.series.iter().enumerate() {
+            let place = |row: &Row| {
+                let error = pick(row)?.speed.p95;
+                error.is_finite().then(|| [(1e6 * row.seconds).log10(), error.max(LEAST).log10()])
+            };
+            let places: Vec<[f64; 2]> =
+                rows.iter().filter(|row| way_name(row) == *name).filter_map(place).collect();
+            match places[..] {
+                // how far its accuracy reaches
+                [[_, y]] => panel.horizontal(y, super::INK),
+                _ => panel.line(places.iter().copied(), color(index), 2),
+            }
+            panel.points(places.into_iter().map(|at| Point::new(at, index)));
+        }
+        panel
+    });
+    figure.add_rows(520, 2, panels.into());
+    figure
+}
