@@ -12,16 +12,10 @@ use caromfit::problem::Quantity;
 use rand::{Rng, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 
-use crate::discs::load;
+use crate::discs::{E, FPS, Motion, NOISE, RADII, SETTINGS, load, normal, part, turned};
 use crate::frames::count;
 use crate::options;
 
-const E: f64 = 0.8;
-const RADII: [f64; 2] = [0.030, 0.020];
-const MASSES: [f64; 2] = [0.050, 0.030];
-const FPS: f64 = 500.0;
-/// Standard deviation of a coordinate, m.
-const NOISE: f64 = 1e-4;
 /// Frames before and after the impact.
 const FRAMES: i32 = 80;
 const SHOTS: usize = 20;
@@ -54,31 +48,16 @@ struct Filmed {
 const FILMED: Filmed =
     Filmed { show: as_it_is, shutter: [0.0; 2], rim: true, shots: SHOTS, mu: None, slowing: 0.0 };
 
-fn normal(rng: &mut ChaCha8Rng) -> f64 {
-    let (u, v): (f64, f64) = (rng.random_range(1e-12..1.0), rng.random());
-    (-2.0 * u.ln()).sqrt() * (TAU * v).cos()
-}
-
-/// Place and velocity at the impact, angle and angular velocity.
-#[derive(Clone, Copy)]
-struct Motion {
-    place: [f64; 2],
-    velocity: [f64; 2],
-    angle: f64,
-    spin: f64,
-}
-
 /// Both discs before and after an impact, and J_t/J_n.
 fn collision(rng: &mut ChaCha8Rng, mu: Option<f64>) -> ([[Motion; 2]; 2], f64) {
-    let (sin, cos) = rng.random_range(0.0..TAU).sin_cos();
-    let turn = |n: f64, t: f64| [n * cos - t * sin, n * sin + t * cos];
+    let direction = rng.random_range(0.0..TAU);
     let ratio = rng.random_range(-0.2..0.2);
     let closing = rng.random_range(0.4..0.8);
-    let own = turn(rng.random_range(-0.2..0.2), rng.random_range(-0.2..0.2));
+    let own = turned(direction, [rng.random_range(-0.2..0.2), rng.random_range(-0.2..0.2)]);
     let across = rng.random_range(-0.6..0.6);
-    let towards = turn(-closing, across);
+    let towards = turned(direction, [-closing, across]);
     let place: [f64; 2] = [rng.random_range(-0.3..0.3), rng.random_range(-0.3..0.3)];
-    let apart = turn(RADII[0] + RADII[1], 0.0);
+    let apart = turned(direction, [RADII[0] + RADII[1], 0.0]);
     let mut disc = |place: [f64; 2], velocity: [f64; 2]| Motion {
         place,
         velocity,
@@ -90,14 +69,7 @@ fn collision(rng: &mut ChaCha8Rng, mu: Option<f64>) -> ([[Motion; 2]; 2], f64) {
     // friction stops the slip, or is as large as it can be
     let slip = across - RADII[0] * first.spin - RADII[1] * second.spin;
     let ratio = mu.map_or(ratio, |mu| (-slip / (3.0 * (1.0 + E) * closing)).clamp(-mu, mu));
-    let impulse = (1.0 + E) * closing / (1.0 / MASSES[0] + 1.0 / MASSES[1]);
-    let after = |i: usize, motion: Motion| {
-        let sign = if i == 0 { -1.0 } else { 1.0 };
-        let change = turn(sign * impulse / MASSES[i], sign * ratio * impulse / MASSES[i]);
-        let velocity = [motion.velocity[0] + change[0], motion.velocity[1] + change[1]];
-        Motion { velocity, spin: motion.spin - ratio * impulse / (0.5 * MASSES[i] * RADII[i]), ..motion }
-    };
-    ([[first, second], [after(0, first), after(1, second)]], ratio)
+    (part([first, second], direction, closing, [E, ratio]), ratio)
 }
 
 /// The film as a table of frames, and J_t/J_n of its shots.
@@ -138,15 +110,13 @@ fn film(seed: u64, filmed: Filmed) -> (Dataset, Vec<f64>) {
         }
         ratios.push(ratio);
     }
-    let names = |disc: &str| {
-        if filmed.rim { format!("[\"{disc}0\", \"{disc}1\", \"{disc}2\"]") } else { format!("\"{disc}0\"") }
-    };
-    let settings = format!(
-        "name = \"pucks\"\nkind = \"tracks\"\nfiles = [\"pucks.csv\"]\n[ball]\nshape = \"disc\"\nradius_m = 0.030\nmass_kg = 0.050\n\
-         [object]\nradius_m = 0.020\nmass_kg = 0.030\n[video]\ncapture_fps = 500\n[tracks]\ncue = {}\nobject = {}\n",
-        names("a"),
-        names("b")
-    );
+    let mut settings = SETTINGS.to_owned();
+    if !filmed.rim {
+        for disc in ["a", "b"] {
+            let points = format!("[\"{disc}0\", \"{disc}1\", \"{disc}2\"]");
+            settings = settings.replace(&points, &format!("\"{disc}0\""));
+        }
+    }
     (load(&settings, &table).unwrap(), ratios)
 }
 

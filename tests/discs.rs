@@ -21,11 +21,11 @@ use crate::options;
 
 const MU: f64 = 0.08;
 pub const E: f64 = 0.8;
-const RADII: [f64; 2] = [0.030, 0.020];
-const MASSES: [f64; 2] = [0.050, 0.030];
-const FPS: f64 = 500.0;
+pub const RADII: [f64; 2] = [0.030, 0.020];
+pub const MASSES: [f64; 2] = [0.050, 0.030];
+pub const FPS: f64 = 500.0;
 /// Standard deviation of a coordinate of a marker, m.
-const NOISE: f64 = 1e-4;
+pub const NOISE: f64 = 1e-4;
 
 /// The tangential impulse on the second disc over the normal one, of the slip and the closing speed.
 pub type Friction = fn(f64, f64) -> f64;
@@ -39,9 +39,10 @@ const RIM: [[f64; 2]; 3] = [[0.9, 0.0], [0.9, 2.0], [0.9, 4.0]];
 /// A disc in free motion: place and velocity at the impact, angle and angular velocity.
 #[derive(Clone, Copy, Debug)]
 pub struct Motion {
-    place: [f64; 2],
-    velocity: [f64; 2],
-    spin: f64,
+    pub place: [f64; 2],
+    pub velocity: [f64; 2],
+    pub angle: f64,
+    pub spin: f64,
 }
 
 /// Before and after, of both discs, and the truth about them.
@@ -59,42 +60,50 @@ fn sliding(slip: f64, closing: f64) -> f64 {
     -MU * slip.signum()
 }
 
+/// A vector by its components along the line of centres, which has this direction, and across it.
+pub fn turned(direction: f64, [n, t]: [f64; 2]) -> [f64; 2] {
+    let (sin, cos) = direction.sin_cos();
+    [n * cos - t * sin, n * sin + t * cos]
+}
+
+/// Both discs before and after an impact with this e and J_t/J_n; they close with this speed.
+pub fn part(before: [Motion; 2], direction: f64, closing: f64, [e, ratio]: [f64; 2]) -> [[Motion; 2]; 2] {
+    let normal = (1.0 + e) * closing / (1.0 / MASSES[0] + 1.0 / MASSES[1]);
+    let after = [0, 1].map(|disc| {
+        let motion = before[disc];
+        let gained = [-normal, normal][disc] / MASSES[disc];
+        let [x, y] = turned(direction, [gained, ratio * gained]);
+        let velocity = [motion.velocity[0] + x, motion.velocity[1] + y];
+        Motion { velocity, spin: motion.spin - ratio * normal / (0.5 * MASSES[disc] * RADII[disc]), ..motion }
+    });
+    [before, after]
+}
+
 /// Two discs that part with Newton's restitution.
 fn collision(rng: &mut ChaCha8Rng, law: Law) -> Collision {
     let direction = rng.random_range(0.0..TAU);
-    let (sin, cos) = f64::sin_cos(direction);
-    let turn = |n: f64, t: f64| [n * cos - t * sin, n * sin + t * cos];
-    let along = |[x, y]: [f64; 2]| [x * cos + y * sin, y * cos - x * sin];
     let side = if rng.random::<bool>() { 1.0 } else { -1.0 };
-    let own = turn(rng.random_range(-0.2..0.2), rng.random_range(-0.2..0.2));
-    let towards = turn(rng.random_range(-0.8..-0.4), side * rng.random_range(0.5..0.8));
-    let first = Motion { place: [0.3, 0.4], velocity: own, spin: rng.random_range(-2.0..2.0) };
-    let distance = RADII[0] + RADII[1];
-    let second = Motion {
-        place: [0.3 + distance * cos, 0.4 + distance * sin],
-        velocity: [own[0] + towards[0], own[1] + towards[1]],
+    let own = turned(direction, [rng.random_range(-0.2..0.2), rng.random_range(-0.2..0.2)]);
+    let [g_n, g_t] = [rng.random_range(-0.8..-0.4), side * rng.random_range(0.5..0.8)];
+    let towards = turned(direction, [g_n, g_t]);
+    let apart = turned(direction, [RADII[0] + RADII[1], 0.0]);
+    let mut disc = |place: [f64; 2], velocity: [f64; 2]| Motion {
+        place,
+        velocity,
+        angle: 0.0,
         spin: rng.random_range(-2.0..2.0),
     };
-    let [g_n, g_t] = along(towards);
+    let first = disc([0.3, 0.4], own);
+    let second = disc([0.3 + apart[0], 0.4 + apart[1]], [own[0] + towards[0], own[1] + towards[1]]);
     let slip = g_t - RADII[0] * first.spin - RADII[1] * second.spin;
-    let [e, ratio] = law(slip, g_n.abs());
-    let normal = -(1.0 + e) * g_n / (1.0 / MASSES[0] + 1.0 / MASSES[1]);
-    let after = |disc: usize, motion: Motion| {
-        let sign = if disc == 0 { -1.0 } else { 1.0 };
-        let change = turn(sign * normal / MASSES[disc], sign * ratio * normal / MASSES[disc]);
-        let velocity = [motion.velocity[0] + change[0], motion.velocity[1] + change[1]];
-        Motion { velocity, spin: motion.spin - ratio * normal / (0.5 * MASSES[disc] * RADII[disc]), ..motion }
-    };
+    let [e, ratio] = law(slip, -g_n);
+    let sides = part([first, second], direction, -g_n, [e, ratio]);
     let time = (40.0 + rng.random::<f64>()) / FPS;
-    Collision {
-        time,
-        sides: [[first, second], [after(0, first), after(1, second)]],
-        normal: [cos, sin],
-        ratio,
-    }
+    Collision { time, sides, normal: turned(direction, [1.0, 0.0]), ratio }
 }
 
-fn normal(rng: &mut ChaCha8Rng) -> f64 {
+/// A standard normal deviate.
+pub fn normal(rng: &mut ChaCha8Rng) -> f64 {
     let (u, v): (f64, f64) = (rng.random_range(1e-12..1.0), rng.random());
     (-2.0 * u.ln()).sqrt() * (TAU * v).cos()
 }
@@ -134,7 +143,7 @@ fn film_by_law(shots: usize, seed: u64, law: Law, points: [[f64; 2]; 3]) -> (Str
         for frame in 0..=80 {
             let late = f64::from(frame) / FPS - truth.time;
             for disc in 0..2 {
-                let Motion { place, velocity, spin } = truth.sides[usize::from(late >= 0.0)][disc];
+                let Motion { place, velocity, spin, .. } = truth.sides[usize::from(late >= 0.0)][disc];
                 for (point, [arm, angle]) in points.into_iter().enumerate() {
                     let (sin, cos) = (start + angle + spin * late).sin_cos();
                     let radius = arm * RADII[disc];

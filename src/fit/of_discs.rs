@@ -16,8 +16,7 @@ use crate::measurement::parameter::Parameter;
 use crate::physics::ball::Ball;
 use crate::physics::collision::{Effects, Fidelity};
 use crate::problem::{
-    Component, Deviations, DiscFit, DiscImpact, Finding, Id, Policy, Quantity, Rival, ShiftScore, Slope,
-    fit_discs,
+    Component, Deviations, DiscFit, Finding, Id, Policy, Quantity, Rival, ShiftScore, Slope, fit_discs,
 };
 
 /// Normal quantile of a one-sided interval of 95 %.
@@ -30,20 +29,13 @@ const LEAST_SHOTS: usize = 3;
 /// may be any material.
 const MOST_FRICTION: f64 = 2.0;
 
-/// Slips of a curve: its kinks are then within a hundredth of its length.
+/// Slips of a curve, whose kinks are then within a hundredth of its length, and the part by which it goes on
+/// beyond the largest slip.
 const POINTS: usize = 120;
-
-/// The curve goes on beyond the largest slip by this part.
 const BEYOND: f64 = 1.08;
 
 /// A contact whose J_t/J_n is μ but for this part slides throughout.
 const SLIDES: f64 = 1e-4;
-
-/// A fit with what it was fitted to.
-struct OfDiscs<'a> {
-    common: Fitted<'a>,
-    found: &'a DiscFit,
-}
 
 /// Fits films of discs.
 pub(super) fn fit(request: Request) -> Result<Fit, FitError> {
@@ -53,26 +45,57 @@ pub(super) fn fit(request: Request) -> Result<Fit, FitError> {
         mu.upper = MOST_FRICTION;
     }
     let found = fit_discs(&dataset, &Policy::default()).map_err(|error| request.of_film(error))?;
+    let DiscFit { solution, impacts, .. } = &found;
     let common = Fitted {
         request: Request { dataset: &dataset, ..request },
         settings: dataset.settings,
-        solution: Arc::new(found.solution.clone()),
+        solution: Arc::new(solution.clone()),
         deviations: deviations(&found),
     };
-    let mut fit = OfDiscs { common, found: &found }.fit();
+    let shots = solution.names[0].len();
+    let parameters = common.parameters().into_iter();
+    let parameters = parameters.filter(|p| *p != Parameter::MuS && !p.is_of_balls());
+    let estimates: Vec<Estimate> = parameters.map(|p| estimate(&common, &found, p)).collect();
+    let diagnostics = diagnostics(&common, &found, &estimates);
+    let discs = dataset.tracks.as_ref().and_then(|tracks| tracks.discs);
+    let distance = discs.and_then(|discs| discs.radii).map(|[first, second]| first + second);
+    let effects = Effects {
+        compliance: solution.value(Id::Kappa) > 0.0,
+        falling_friction: dataset.settings.falls,
+        ..Fidelity::Full.effects()
+    };
+    let computed = vec![Computed { fidelity: Fidelity::Full, effects, shots }];
+    let mut fit = Fit {
+        ball: Ball {
+            radius: 0.5 * distance.unwrap_or_else(|| solution.value(Id::ContactDistance)),
+            mass: 1.0,
+            inertia: discs.map_or(Ball::POOL.inertia, |discs| discs.inertia),
+        },
+        object: None,
+        discs,
+        effects: effects.list().to_vec(),
+        disc_shots: impacts.clone(),
+        scatter: Some(Scatter {
+            restitution: found.scatter[Component::Restitution as usize],
+            impulse_ratio: found.scatter[Component::Ratio as usize],
+            is_estimated: shots >= LEAST_SHOTS,
+        }),
+        camera: Some(FoundCamera::of_film(solution)),
+        ..common.bare(estimates, &solution.covariance, |_| true)
+    };
+    if let Some(goodness) = &diagnostics.goodness {
+        (fit.chi2, fit.dof, fit.prior_chi2) = (goodness.chi2, goodness.dof, 0.0);
+    }
+    fit.diagnostics = Diagnostics { computed, ..diagnostics };
+    fit.friction_curve = FrictionCurve::of_fit(&fit);
     notes::comment(&mut fit, &dataset, &[], false, notes(&found));
     Ok(fit)
-}
-
-/// Returns the scatter of a quantity from shot to shot.
-fn scatter(found: &DiscFit, component: Component) -> f64 {
-    found.scatter.iter().find(|of| of.component == component).map_or(0.0, |of| of.sd)
 }
 
 /// Returns e and J_t/J_n of the shots that were fitted, less the law; the tangent of a cut angle is the slip over
 /// the closing speed, 0 if that is not known.
 fn deviations(found: &DiscFit) -> Vec<Option<Deviations>> {
-    let DiscFit { solution, impacts, .. } = found;
+    let DiscFit { solution, impacts, scatter, .. } = found;
     let of_shot = |name: &String| {
         let impact = impacts.iter().find(|impact| impact.name == *name)?;
         let closing = impact.get(Quantity::ClosingSpeed)?.value;
@@ -89,7 +112,7 @@ fn deviations(found: &DiscFit) -> Vec<Option<Deviations>> {
             observables.push(observable);
             measured.push(found_here.value);
             values.push(found_here.value - law);
-            variances.push(sd.hypot(scatter(found, component)).powi(2));
+            variances.push(sd.hypot(scatter[component as usize]).powi(2));
         }
         let cut = slip.unwrap_or(0.0).atan();
         Some(Deviations {
@@ -107,123 +130,78 @@ fn deviations(found: &DiscFit) -> Vec<Option<Deviations>> {
     solution.names[0].iter().map(of_shot).collect()
 }
 
-impl OfDiscs<'_> {
-    fn fit(&self) -> Fit {
-        let DiscFit { impacts, solution, .. } = self.found;
-        let Fitted { request, settings, .. } = &self.common;
-        let shots = solution.names[0].len();
-        let parameters = self.common.parameters().into_iter();
-        let parameters = parameters.filter(|p| *p != Parameter::MuS && !p.is_of_balls());
-        let estimates: Vec<Estimate> = parameters.map(|p| self.estimate(p)).collect();
-        let diagnostics = self.diagnostics(&estimates);
-        let discs = request.dataset.tracks.as_ref().and_then(|tracks| tracks.discs);
-        let radius = discs.and_then(|discs| discs.radii).map_or_else(
-            || 0.5 * solution.value(Id::ContactDistance),
-            |[first, second]| 0.5 * (first + second),
-        );
-        let inertia = discs.map_or(Ball::POOL.inertia, |discs| discs.inertia);
-        let effects = Effects {
-            compliance: solution.value(Id::Kappa) > 0.0,
-            falling_friction: settings.falls,
-            ..Fidelity::Full.effects()
+fn estimate(common: &Fitted, found: &DiscFit, parameter: Parameter) -> Estimate {
+    let (solution, id) = (&found.solution, Id::from(parameter));
+    let (value, setting) = (solution.value(id), &common.settings[parameter]);
+    let is_open = |finding: &Finding| matches!(finding, Finding::Undetermined { id: of, .. } if *of == id);
+    let is_undetermined = solution.findings.iter().any(is_open);
+    let [low, high] = solution.bounds(id);
+    let bare = |value: f64, status: Status| Estimate::bare(parameter, value, status);
+    let Some(determined) = solution.get(id).filter(|_| !is_undetermined) else {
+        return match parameter {
+            _ if setting.fixed => bare(value, Status::Fixed),
+            Parameter::Mu => bounded_friction(found, setting.initial, high),
+            _ => bare(value, Status::NotIdentified),
         };
-        let mut fit = Fit {
-            ball: Ball { radius, mass: 1.0, inertia },
-            object: None,
-            discs,
-            effects: effects.list().to_vec(),
-            disc_shots: impacts.clone(),
-            scatter: Some(Scatter {
-                restitution: scatter(self.found, Component::Restitution),
-                impulse_ratio: scatter(self.found, Component::Ratio),
-                is_estimated: shots >= LEAST_SHOTS,
-            }),
-            camera: Some(FoundCamera::of_film(solution)),
-            ..self.common.bare(estimates, &solution.covariance, |_| true)
+    };
+    let Some(error) = determined.std_error else {
+        return match value {
+            x if x == low => bare(x, Status::AtLowerBound),
+            x if x == high => bare(x, Status::AtUpperBound),
+            _ => bare(setting.initial, Status::NotIdentified),
         };
-        if let Some(goodness) = &diagnostics.goodness {
-            (fit.chi2, fit.dof, fit.prior_chi2) = (goodness.chi2, goodness.dof, 0.0);
-        }
-        let computed = vec![Computed { fidelity: Fidelity::Full, effects, shots }];
-        fit.diagnostics = Diagnostics { computed, ..diagnostics };
-        fit.friction_curve = FrictionCurve::of_fit(&fit);
-        fit
+    };
+    let interval = found.interval_95(id);
+    let of_contact = matches!(id, Id::Mu | Id::Kappa);
+    let includes_other_minimum = of_contact && found.rivals.iter().any(Rival::is_within_95);
+    Estimate {
+        std_error: Some(error),
+        interval_95: interval,
+        intervals: Intervals { hessian: interval, profile: interval.filter(|_| includes_other_minimum) },
+        includes_other_minimum,
+        ..bare(value, Status::Free)
     }
+}
 
-    fn estimate(&self, parameter: Parameter) -> Estimate {
-        let (solution, id) = (&self.found.solution, Id::from(parameter));
-        let (value, setting) = (solution.value(id), &self.common.settings[parameter]);
-        let is_undetermined =
-            |finding: &Finding| matches!(finding, Finding::Undetermined { id: open, .. } if *open == id);
-        let is_determined = !solution.findings.iter().any(is_undetermined);
-        let [low, high] = solution.bounds(id);
-        let Some(found) = solution.get(id).filter(|_| is_determined) else {
-            return match parameter {
-                _ if setting.fixed => Estimate::bare(parameter, value, Status::Fixed),
-                Parameter::Mu => self.bounded_friction(high),
-                _ => Estimate::bare(parameter, value, Status::NotIdentified),
-            };
-        };
-        let Some(error) = found.std_error else {
-            return match value {
-                x if x == low => Estimate::bare(parameter, x, Status::AtLowerBound),
-                x if x == high => Estimate::bare(parameter, x, Status::AtUpperBound),
-                _ => Estimate::bare(parameter, setting.initial, Status::NotIdentified),
-            };
-        };
-        let interval = self.found.interval_95(id);
-        let of_contact = matches!(id, Id::Mu | Id::Kappa);
-        let includes_other_minimum = of_contact && self.found.rivals.iter().any(Rival::is_within_95);
-        Estimate {
-            std_error: Some(error),
-            interval_95: interval,
-            intervals: Intervals { hessian: interval, profile: interval.filter(|_| includes_other_minimum) },
-            includes_other_minimum,
-            ..Estimate::bare(parameter, value, Status::Free)
-        }
+/// Returns the estimate of a friction on which nothing depends since all discs stick together where they
+/// touch: it is at least the largest J_t/J_n.
+fn bounded_friction(DiscFit { solution, impacts, .. }: &DiscFit, initial: f64, upper: f64) -> Estimate {
+    let used = impacts.iter().filter(|impact| solution.names[0].contains(&impact.name));
+    let known = used.filter(|impact| impact.get(Quantity::SlipBefore).is_some());
+    let ratios: Vec<_> = known.filter_map(|impact| impact.get(Quantity::ImpulseRatio)).collect();
+    let largest = ratios.iter().max_by(|a, b| a.value.abs().total_cmp(&b.value.abs()));
+    // of a single shot it is not known whether the discs stick together
+    let Some(ratio) = largest.filter(|_| ratios.len() > 1) else {
+        return Estimate::bare(Parameter::Mu, initial, Status::NotIdentified);
+    };
+    let low = ratio.value.abs() - ONE_SIDED * ratio.sd.unwrap_or(0.0);
+    Estimate {
+        interval_95: Some([low.max(0.0), upper]),
+        ..Estimate::bare(Parameter::Mu, ratio.value.abs(), Status::Free)
     }
+}
 
-    /// Returns the estimate of a friction on which nothing depends since all discs stick together where they
-    /// touch: it is at least the largest J_t/J_n.
-    fn bounded_friction(&self, upper: f64) -> Estimate {
-        let DiscFit { solution, impacts, .. } = self.found;
-        let used = impacts.iter().filter(|impact| solution.names[0].contains(&impact.name));
-        let known = used.filter(|impact| impact.get(Quantity::SlipBefore).is_some());
-        let ratios: Vec<_> = known.filter_map(|impact| impact.get(Quantity::ImpulseRatio)).collect();
-        let largest = ratios.iter().max_by(|a, b| a.value.abs().total_cmp(&b.value.abs()));
-        // of a single shot it is not known whether the discs stick together
-        let Some(ratio) = largest.filter(|_| ratios.len() > 1) else {
-            let initial = self.common.settings[Parameter::Mu].initial;
-            return Estimate::bare(Parameter::Mu, initial, Status::NotIdentified);
-        };
-        let low = ratio.value.abs() - ONE_SIDED * ratio.sd.unwrap_or(0.0);
-        Estimate {
-            interval_95: Some([low.max(0.0), upper]),
-            ..Estimate::bare(Parameter::Mu, ratio.value.abs(), Status::Free)
-        }
-    }
-
-    fn diagnostics(&self, estimates: &[Estimate]) -> Diagnostics {
-        let Fitted { request, solution, deviations, .. } = &self.common;
-        let of_law: Vec<&Estimate> = estimates.iter().filter(|e| e.std_error.is_some()).collect();
-        let parameters: Vec<Parameter> = of_law.iter().map(|e| e.parameter).collect();
-        let silent = estimates.iter().filter(|e| e.status == Status::NotIdentified);
-        let silent = silent.map(|e| e.parameter).collect();
-        let standardized: Vec<f64> = deviations.iter().flatten().flat_map(whiten).collect();
-        let tested = Tested {
-            chi2: standardized.iter().map(|x| x * x).sum(),
-            dof: standardized.len().saturating_sub(parameters.len()) as f64,
-            is_stated: false,
-            standardized,
-            trends: trends(solution, deviations, chance),
-        };
-        let has_rival = !self.found.rivals.is_empty();
-        let diagnostics = self.common.diagnostics(&parameters, silent, tested);
-        let mut diagnostics = Diagnostics { robust: None, has_rival, ..diagnostics };
-        if request.options.depth >= Depth::Everything {
-            diagnostics.contours = contours(solution, &solution.covariance, &of_law, Some(self.found.dof));
-        }
-        diagnostics
+fn diagnostics(common: &Fitted, found: &DiscFit, estimates: &[Estimate]) -> Diagnostics {
+    let of_law: Vec<&Estimate> = estimates.iter().filter(|e| e.std_error.is_some()).collect();
+    let parameters: Vec<Parameter> = of_law.iter().map(|e| e.parameter).collect();
+    let undetermined = estimates.iter().filter(|e| e.status == Status::NotIdentified);
+    let undetermined = undetermined.map(|e| e.parameter).collect();
+    let standardized: Vec<f64> = common.deviations.iter().flatten().flat_map(whiten).collect();
+    let tested = Tested {
+        chi2: standardized.iter().map(|x| x * x).sum(),
+        dof: standardized.len().saturating_sub(parameters.len()) as f64,
+        is_stated: false,
+        standardized,
+        trends: trends(&common.solution, &common.deviations, chance),
+    };
+    let is_wanted = common.request.options.depth >= Depth::Everything;
+    let contours =
+        is_wanted.then(|| contours(&common.solution, &common.solution.covariance, &of_law, Some(found.dof)));
+    Diagnostics {
+        robust: None,
+        has_rival: !found.rivals.is_empty(),
+        contours: contours.unwrap_or_default(),
+        ..common.diagnostics(&parameters, undetermined, tested)
     }
 }
 
@@ -238,8 +216,7 @@ fn chance(slope: &Slope, scores: &[Option<ShiftScore>]) -> Option<f64> {
 }
 
 /// Returns what is good to know of the fit of discs.
-fn notes(found: &DiscFit) -> Vec<String> {
-    let DiscFit { solution, impacts, scatter, .. } = found;
+fn notes(DiscFit { solution, impacts, scatter, .. }: &DiscFit) -> Vec<String> {
     let mut notes = Vec::new();
     let stuck = impacts.iter().filter(|impact| impact.stuck.is_some()).count();
     if stuck > 0 {
@@ -248,12 +225,12 @@ fn notes(found: &DiscFit) -> Vec<String> {
             impacts.len()
         ));
     }
-    let is_unseen = |impact: &&DiscImpact| impact.get(Quantity::SlipBefore).is_none();
-    notes.extend(notes::rotation(impacts.iter().filter(is_unseen).count(), impacts.len()));
+    let unseen = impacts.iter().filter(|impact| impact.get(Quantity::SlipBefore).is_none()).count();
+    notes.extend(notes::rotation(unseen, impacts.len()));
     notes.extend(notes::slowing(solution));
-    let is_other = |component| !matches!(component, Component::Restitution | Component::Ratio);
-    let others = scatter.iter().filter(|of| is_other(of.component) && of.sd > 0.0);
-    let others: Vec<String> = others.map(|of| format!("{} {:.2e}", of.component.name(), of.sd)).collect();
+    let others = Component::ALL.into_iter().zip(scatter).skip(Component::Momentum as usize);
+    let others = others.filter(|(_, sd)| **sd > 0.0);
+    let others: Vec<String> = others.map(|(of, sd)| format!("{} {sd:.2e}", of.name())).collect();
     if !others.is_empty() {
         notes.push(format!(
             "Beyond the noise of the frames shots differ, too, in {}; errors include it.",
@@ -276,17 +253,16 @@ pub struct FrictionCurve {
 }
 
 impl FrictionCurve {
-    /// Returns that of a fit up to the largest slip over the closing speed, at a usual closing speed, where
+    /// Returns that of a fit up to the largest slip over the closing speed, at a typical closing speed, if
     /// the shots determine the friction.
     pub(super) fn of_fit(fit: &Fit) -> Option<Self> {
         fit.get(Parameter::Mu).filter(|mu| mu.status != Status::NotIdentified)?;
         let all = |quantity| fit.disc_shots.iter().filter_map(move |shot| shot.get(quantity));
         let largest = all(Quantity::SlipRatio).map(|slip| slip.value.abs()).fold(0.0, f64::max);
-        let speeds: Vec<f64> = all(Quantity::ClosingSpeed).map(|speed| speed.value).collect();
-        let closing = speeds.iter().sum::<f64>() / speeds.len().max(1) as f64;
+        let closing = all(Quantity::ClosingSpeed).map(|speed| speed.value).sum::<f64>()
+            / fit.disc_shots.len().max(1) as f64;
         let against = |slip: f64| Some([slip, -fit.solution.impulse_ratio([closing, slip * closing])?]);
-        let end = BEYOND * largest;
-        let points = (0..=POINTS).map(|i| against(end * i as f64 / POINTS as f64));
+        let points = (0..=POINTS).map(|i| against(BEYOND * largest * i as f64 / POINTS as f64));
         let points = points.collect::<Option<Vec<_>>>().filter(|_| largest > 0.0)?;
         let value = |parameter| fit.get(parameter).map_or(0.0, |estimate| estimate.value);
         let mu = value(Parameter::Mu) + value(Parameter::B);

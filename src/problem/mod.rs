@@ -43,11 +43,11 @@ mod sums;
 mod uncertainty;
 mod unknowns;
 
-pub use discs::block::Component;
 pub use discs::impact::{DiscImpact, Doubt};
 pub use discs::measure::{MeasuredDiscs, measure_discs};
+pub use discs::own::Component;
 pub use discs::quantities::Quantity;
-pub use discs::run::{DiscFit, Rival, Scatter, fit_discs};
+pub use discs::run::{DiscFit, Rival, fit_discs};
 pub use discs::stick::Stuck;
 pub(crate) use film::camera::Camera;
 pub use film::film_data::{FilmError, Modelling};

@@ -1,79 +1,35 @@
-//! The frames of the discs of some shots as a block.
+//! The frames of some shots of discs as a block.
 
-use std::ops::Range;
 use std::sync::Arc;
 
-use super::frames::{NOISES, ROW, ShotFrames};
-use super::own;
-use super::priors::unit_of_time;
+use nalgebra::SVector;
+use num_dual::DualSVec64;
+
+use super::lines::LEAST;
+use super::motion::{COEFFICIENTS, INPUTS, MOVING, Paths, locate};
+use super::own::{self, CORE, Component, spreads};
+use super::stick::Stuck;
 use crate::physics::disc::Discs;
-use crate::physics::name::worded;
-use crate::problem::frames::Sight;
+use crate::problem::film::camera::{Camera, Point};
+use crate::problem::film::dual::{constant, gradient};
+use crate::problem::frames::{Columns, Frame, Sight, add_track, whiten};
 use crate::problem::sums::{Contribution, Noise, OwnPrior, Spread};
-use crate::problem::unknowns::{Normal, Own, Shared};
+use crate::problem::unknowns::{CAMERA, Id, Normal, Own, PHYSICS, SHARED, Shared};
 
-/// How much the four decelerations of a single shot differ before the frames are seen, m/s². It counts as
-/// one shot.
-const EVEN_SLOWING: f64 = 0.002;
-
-/// Fastest common frame rate, frames/s: if the rate is unknown, the least that frames determine is that of
-/// this one.
-const FASTEST_RATE: f64 = 1000.0;
+/// Number of frames on either side of the impact that are left out at least.
+pub(super) const TOUCHING: usize = 1;
 
 /// An offset of which nothing is known, over the normal impulse or the closing speed.
-pub(super) const ANY: Normal = Normal { mean: 0.0, sd: 3.0 };
+pub(super) const ANY: OwnPrior = OwnPrior::Stated(Normal { mean: 0.0, sd: 3.0 });
 
-worded! {
-    /// What differs from shot to shot beyond the noise of the frames.
-    #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-    pub enum Component {
-        /// e.
-        Restitution = "e",
-        /// J_t/J_n.
-        Ratio = "impulse_ratio",
-        /// Momentum gained along and across the line of centres, over the normal impulse.
-        Momentum = "momentum",
-        /// J_t/J_n by the spins of the discs less that by their paths.
-        SpinRatio = "spin_ratio",
-        /// Distance of the centres at the impact, m.
-        Distance = "contact_distance_m",
-        /// Deceleration of a disc on one side of the impact, m/s².
-        Slowing = "slowing_m_s2",
-    }
-    /// The name in output.
-    pub fn name;
-}
+/// Number of noises of a shot: of each disc that of its centre along x and along y, and that of its markers.
+pub(super) const NOISES: usize = 8;
 
-impl Component {
-    /// Returns the places of its own unknowns.
-    pub(super) fn places(self) -> Range<usize> {
-        match self {
-            Self::Restitution => own::RESTITUTION..own::RATIO,
-            Self::Ratio => own::RATIO..own::MOMENTUM,
-            Self::Momentum => own::MOMENTUM..own::SPIN_RATIO,
-            Self::SpinRatio => own::SPIN_RATIO..own::SLOWING,
-            Self::Distance => own::DISTANCE..own::VELOCITY,
-            Self::Slowing => own::SLOWING..own::LEAD,
-        }
-    }
-
-    /// Returns its standard deviation from shot to shot before the frames are seen: as large as hands and
-    /// tables make it (data/pucks-chalmers-2023), since estimates decrease faster than they grow; and the
-    /// smallest that frames determine.
-    fn spread(self, discs: &Discs) -> Spread {
-        let [mut first, mut least] = match self {
-            Self::Restitution | Self::Ratio | Self::SpinRatio => [0.05, 2e-4],
-            Self::Momentum => [0.03, 1e-4],
-            Self::Distance => [1e-3, 3e-6],
-            Self::Slowing => [1.0, 5e-4],
-        };
-        if self == Self::Slowing && !discs.in_seconds {
-            first *= unit_of_time(discs).powi(2);
-            least *= FASTEST_RATE.powi(-2);
-        }
-        Spread { weight: 0.0, ..Spread::first(first, least) }
-    }
-}
+/// Numbers that the place of a point depends on: the coefficients of the piece, the instant, and direction and
+/// radius of a marker. In a row, derivatives by the camera and the residual follow.
+const POINT: usize = COEFFICIENTS + 3;
+const OTHERS: usize = 3 + CAMERA + 1;
+const ROW: usize = COEFFICIENTS + OTHERS;
 
 /// Which outcome of an impact each shot may have besides that of the law.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -86,24 +42,144 @@ pub(crate) enum Freedom {
     Everything,
 }
 
+/// A point on a disc in the frames of a shot.
+#[derive(Clone, Debug)]
+pub(crate) struct PointTrack {
+    /// Which disc it is on.
+    pub disc: usize,
+    /// Places of its direction and of its distance from the centre among the own unknowns; `None` for
+    /// the centre.
+    pub marker: Option<[usize; 2]>,
+    pub frames: Vec<Frame>,
+}
+
+/// The frames of a shot.
+#[derive(Clone, Debug)]
+pub(crate) struct ShotFrames {
+    pub name: String,
+    pub tracks: Vec<PointTrack>,
+    /// Frames per second.
+    pub fps: f64,
+    /// Whether the rotation of each disc is seen.
+    pub turns: [bool; 2],
+    /// Whether both spins before the impact are known.
+    pub knows_slip: bool,
+    /// The coordinate that never changes in a film of one dimension.
+    pub flat: Option<usize>,
+    /// How the discs stick together after the impact, if they do.
+    pub stuck: Option<Stuck>,
+    /// What is known of own unknowns whatever is fitted.
+    pub known: Vec<(usize, OwnPrior)>,
+    /// Standard deviations that neighbouring frames show, m: of each disc of its centre and of its markers.
+    pub position_sd: [[f64; 2]; 2],
+    /// Number of frames of each point on either side of the impact that are used at most.
+    pub reach: usize,
+    /// Number of frames on either side of the impact that may be neither before nor after it.
+    pub touching: usize,
+    /// Number of frames that were left out as wrong.
+    pub outliers: usize,
+    /// Numbers of frames that were tried, with their misfit, the largest first; `None` if the last is chosen.
+    pub tried: Option<Vec<(usize, f64)>>,
+}
+
 /// Frames of discs.
 #[derive(Clone)]
 pub(crate) struct DiscBlock {
     pub shots: Arc<Vec<ShotFrames>>,
     pub discs: Discs,
-    /// Of each shot: of each disc along x and along y.
-    pub noise: Vec<Noise>,
-    /// Of each [`Component`].
-    pub spreads: Vec<Spread>,
     pub freedom: Freedom,
+    /// The noises of each shot one after the other.
+    pub noise: Vec<Noise>,
+    /// Spreads of each [`Component`].
+    pub spreads: Vec<Spread>,
+}
+
+/// Returns the place of the noise along x of the centre of a disc, or of its markers, among those of a shot.
+fn noise_of(disc: usize, is_marker: bool) -> usize {
+    4 * disc + 2 * usize::from(is_marker)
+}
+
+impl ShotFrames {
+    /// Returns the place of the noise along x of the points that show the path of a disc.
+    pub fn noise_of_path(&self, disc: usize) -> usize {
+        let mut tracks = self.tracks.iter().filter(|track| track.disc == disc);
+        noise_of(disc, tracks.all(|track| track.marker.is_some()))
+    }
+
+    /// Uses the frames that are nearest to the impact, within reach of it, but for those in which the discs
+    /// may still touch.
+    pub fn choose_frames(&mut self, instant: f64) {
+        let [from, to] = self.stuck.map_or([instant; 2], |stuck| stuck.settling);
+        let (fps, touching, reach) = (self.fps, self.touching as f64, self.reach);
+        let touches = |frame: &&mut Frame| (from - frame.time).max(frame.time - to) * fps < touching;
+        for track in &mut self.tracks {
+            track.frames.iter_mut().for_each(|frame| frame.used = false);
+            let after = track.frames.partition_point(|frame| frame.time <= instant);
+            let (early, late) = track.frames.split_at_mut(after);
+            for side in [early.iter_mut().rev().collect::<Vec<_>>(), late.iter_mut().collect()] {
+                let apart = side.partition_point(touches);
+                let first = if side.len() - apart < LEAST { 0 } else { apart };
+                side.into_iter().skip(first).take(reach).for_each(|frame| frame.used = true);
+            }
+        }
+    }
+
+    /// Returns the used frames of a track, whitened with the noises of the shot. Errors before the impact and
+    /// after it count as independent: the frames between are left out.
+    fn look(
+        &self,
+        track: &PointTrack,
+        paths: &Paths,
+        own: &Own,
+        camera: &Camera,
+        noise: &[Noise],
+    ) -> Vec<Sight<ROW>> {
+        let of = |i: usize, value: f64| constant::<POINT>(value).derivative(i);
+        let time = of(COEFFICIENTS, own[own::TIME]);
+        let marker = track.marker.map(|[direction, radius]| {
+            [of(COEFFICIENTS + 1, own[direction]), of(COEFFICIENTS + 2, own[radius])]
+        });
+        let pieces = paths.pieces[track.disc].each_ref().map(|piece| -> [DualSVec64<POINT>; COEFFICIENTS] {
+            std::array::from_fn(|i| of(i, piece.at[i]))
+        });
+        let noise = &noise[noise_of(track.disc, track.marker.is_some())..];
+        let sd = Point::new(noise[0].sd, noise[1].sd);
+        whiten(&track.frames, ([noise[0].rho, noise[1].rho], self.fps), false, |frame| {
+            let side = usize::from(frame.time > own[own::TIME]);
+            let late = -time + frame.time + camera.delay(frame.seen);
+            let place = locate(&pieces[side], late, marker);
+            let (by_x, by_y) = (gradient(&place.x), gradient(&place.y));
+            let mut seen = camera.look(Point::new(place.x.re, place.y.re), 0.0);
+            // a later reading sees the point further along its path
+            let by_time = seen.by_place * -Point::new(by_x[COEFFICIENTS], by_y[COEFFICIENTS]);
+            seen.by_camera[Id::ShutterX as usize - PHYSICS] = by_time * frame.seen.x;
+            seen.by_camera[Id::ShutterY as usize - PHYSICS] = by_time * frame.seen.y;
+            let by_point = (0..POINT).map(|i| seen.by_place * Point::new(by_x[i], by_y[i]));
+            let columns = by_point.chain(seen.by_camera).chain([seen.place - frame.seen]);
+            let mut rows = [SVector::zeros(); 2];
+            for (i, column) in columns.enumerate() {
+                let scaled = column.component_mul(&frame.weight).component_div(&sd);
+                (rows[0][i], rows[1][i]) = (scaled.x, scaled.y);
+            }
+            (side, rows)
+        })
+    }
+
+    /// Returns the used frames of each track, whitened with the noises of this shot; none if the unknowns
+    /// describe no collision.
+    pub fn sights(&self, own: &Own, shared: &Shared, discs: &Discs, noise: &[Noise]) -> Vec<Vec<Sight<ROW>>> {
+        let Some(paths) = self.follow(own, shared, discs) else {
+            return self.tracks.iter().map(|_| Vec::new()).collect();
+        };
+        let camera = Camera::new(shared);
+        self.tracks.iter().map(|track| self.look(track, &paths, own, &camera, noise)).collect()
+    }
 }
 
 impl DiscBlock {
     pub fn new(shots: Vec<ShotFrames>, discs: Discs, noise: Vec<Noise>) -> Self {
-        let spreads = Component::ALL.map(|component| component.spread(&discs)).to_vec();
-        let mut block = Self { shots: Arc::new(shots), discs, noise, spreads, freedom: Freedom::Outcome };
-        block.hold_spreads();
-        block
+        let spreads = spreads(&discs, shots.len());
+        Self { shots: Arc::new(shots), discs, freedom: Freedom::Outcome, noise, spreads }
     }
 
     /// Returns the noises of shot `i`.
@@ -118,17 +194,37 @@ impl DiscBlock {
 
     /// Returns the sums of shot `i`, with what is known of its own unknowns.
     pub fn contribute(&self, i: usize, own: &Own, shared: &Shared) -> Contribution {
-        let noise = (self.noise.as_slice(), NOISES * i);
-        let mut sums = self.shots[i].contribute(own, shared, &self.discs, noise);
-        for (place, prior) in self.own_priors(i) {
-            sums.add_prior(place, prior.normal(&self.spreads), own[place]);
+        let (shot, count) = (&self.shots[i], own.len());
+        let Some(paths) = shot.follow(own, shared, &self.discs) else {
+            return Contribution::impossible(count, SHARED, self.noise.len());
+        };
+        let mut total = Contribution::empty(count, SHARED, self.noise.len());
+        total.sticks = shot.stuck.is_some();
+        let camera = Camera::new(shared);
+        let inputs: [usize; INPUTS] = std::array::from_fn(|i| match i.checked_sub(CORE) {
+            None => i,
+            Some(moving) => count + MOVING[moving] as usize,
+        });
+        for track in &shot.tracks {
+            let sights = shot.look(track, &paths, own, &camera, self.noise_of(i));
+            // without a marker its derivatives are 0
+            let [direction, radius] = track.marker.unwrap_or([own::TIME; 2]);
+            let of_camera = (0..CAMERA).map(|i| count + PHYSICS + i);
+            let others = [own::TIME, direction, radius].into_iter().chain(of_camera).chain([count + SHARED]);
+            let columns = Columns { inputs: &inputs, others: &others.collect::<Vec<_>>() };
+            let noise = NOISES * i + noise_of(track.disc, track.marker.is_some());
+            add_track(&mut total, sights, &paths.pieces[track.disc], &columns, [noise, noise + 1]);
         }
-        sums
+        let mut total = total.or_impossible();
+        for (place, prior) in self.own_priors(i) {
+            total.add_prior(place, prior.normal(&self.spreads), own[place]);
+        }
+        total
     }
 
     /// Returns what is known of own unknowns of shot `i`.
     pub fn own_priors(&self, i: usize) -> Vec<(usize, OwnPrior)> {
-        let known = &self.shots[i].own_known;
+        let known = &self.shots[i].known;
         let mut priors = known.clone();
         for (which, component) in Component::ALL.into_iter().enumerate() {
             let is_free = match component {
@@ -138,9 +234,9 @@ impl DiscBlock {
                 Component::Momentum | Component::SpinRatio => self.freedom == Freedom::Everything,
                 Component::Distance | Component::Slowing => false,
             };
-            let prior = if is_free { OwnPrior::Stated(ANY) } else { OwnPrior::Spread(which) };
+            let prior = if is_free { ANY } else { OwnPrior::Spread(which) };
             let is_open = |place: &usize| !known.iter().any(|(known, _)| known == place);
-            priors.extend(component.places().filter(is_open).map(|place| (place, prior)));
+            priors.extend(component.describe().0.filter(is_open).map(|place| (place, prior)));
         }
         priors
     }
@@ -149,18 +245,48 @@ impl DiscBlock {
     pub fn take(&mut self, indices: &[usize]) {
         self.noise = indices.iter().flat_map(|i| self.noise_of(*i).to_vec()).collect();
         self.shots = Arc::new(indices.iter().map(|i| self.shots[*i].clone()).collect());
-        self.hold_spreads();
+        if self.shots.len() == 1 {
+            self.spreads = spreads(&self.discs, 1);
+        }
     }
 
-    /// Holds the spreads of a single shot, which shows none but that of its four decelerations, and that
-    /// poorly: its own values are then those of its discs.
-    fn hold_spreads(&mut self) {
-        let even = EVEN_SLOWING * unit_of_time(&self.discs).powi(2);
-        if self.shots.len() == 1 {
-            for (spread, component) in self.spreads.iter_mut().zip(Component::ALL) {
-                let first = if component == Component::Slowing { even } else { spread.least };
-                *spread = Spread::first(first, spread.least);
-            }
+    /// Returns e and J_t/J_n of shot `i` with their derivatives; `None` if its discs do not approach.
+    pub fn outcome(&self, i: usize, own: &Own, shared: &Shared) -> Option<[super::motion::Dual; 2]> {
+        Some(self.shots[i].follow(own, shared, &self.discs)?.outcome())
+    }
+
+    /// Returns the own unknowns of shot `i` after a step with the e and J_t/J_n that derivatives predict:
+    /// the law has corners, which else would throw the discs off their paths.
+    pub fn with_even_outcome(
+        &self,
+        i: usize,
+        (own, shared): (&Own, &Shared),
+        mut moved: Own,
+        shared_after: &Shared,
+    ) -> Own {
+        let is_free = self.shots[i].flat.is_none() && self.shots[i].stuck.is_none();
+        let outcome = self.outcome(i, own, shared).filter(|_| is_free);
+        if let Some(outcome) = outcome {
+            let step = SVector::from_fn(|input, _| match input.checked_sub(CORE) {
+                None => moved[input] - own[input],
+                Some(moving) => shared_after[MOVING[moving]] - shared[MOVING[moving]],
+            });
+            let predicted = outcome.map(|value| value.re + gradient(&value).dot(&step));
+            self.set_outcome(i, &mut moved, shared_after, predicted);
         }
+        moved
+    }
+
+    /// Sets the offsets of shot `i` so that its discs part with this e and J_t/J_n, as far as they are
+    /// unknowns.
+    pub fn set_outcome(&self, i: usize, own: &mut Own, shared: &Shared, [e, ratio]: [f64; 2]) {
+        (own[own::RESTITUTION], own[own::RATIO]) = (0.0, 0.0);
+        if self.shots[i].stuck.is_some() {
+            return;
+        }
+        let Some([law, _]) = self.outcome(i, own, shared) else { return };
+        own[own::RESTITUTION] = e - law.re;
+        let Some([_, law]) = self.outcome(i, own, shared) else { return };
+        own[own::RATIO] = if self.shots[i].flat.is_some() { 0.0 } else { ratio - law.re };
     }
 }

@@ -3,18 +3,16 @@
 
 use rayon::prelude::*;
 
-use super::block::{ANY, DiscBlock};
-use super::frames::{NOISES, PointTrack, ShotFrames, TOUCHING};
-use super::lines::{Line, Meeting};
-use super::own::{self, CORE};
-use super::points::{DISCS, Turning, centre, check_rigidity, is_of_points, points};
-use super::priors::list_unknowns;
-use super::stick::{self, Stuck};
-use crate::extraction::Unusable;
+use super::block::{ANY, DiscBlock, NOISES, PointTrack, ShotFrames, TOUCHING};
+use super::lines::{Meeting, Turning};
+use super::own::{self, CORE, list_unknowns};
+use super::stick::Stuck;
+use crate::extraction::{Bodies, Unusable};
+use crate::film::rigid_body::circle_centres;
 use crate::film::{drops, frame_noise};
 use crate::measurement::dataset::Dataset;
 use crate::measurement::spin::Spin;
-use crate::measurement::track::{Sample, TrackShot};
+use crate::measurement::track::{Marker, Sample, TrackShot, TrackedBall};
 use crate::numerics::median;
 use crate::physics::disc::Discs;
 use crate::problem::film::camera::Point;
@@ -34,6 +32,19 @@ const COARSE: f64 = 0.01;
 /// Standard error of a parabola through 15 frames at twice their reach, over the noise of a frame:
 /// √(1 + 3x² + 5(3x² − 1)²/4)/√15 at x = 3.
 const EXTRAPOLATED: f64 = 7.6;
+
+/// Positions that differ by less are the same, m.
+const SAME: f64 = 1e-9;
+
+/// Part by which distances between points of one disc change at most: a camera that leans by 25° shortens
+/// them by as much in one direction.
+const NOT_RIGID: f64 = 0.1;
+
+/// Frames on either side of the impact in which these are looked at, frames with both points that are needed,
+/// and the part of the distances at either end that is not counted, for mistaken points.
+const NEAR: f64 = 60.0;
+const LEAST_FRAMES: usize = 8;
+const TAIL: f64 = 0.1;
 
 /// A film of discs as a block, with its shared unknowns and first guesses.
 pub(crate) struct DiscFilm {
@@ -74,19 +85,8 @@ impl DiscFilm {
         }
         let drops: Vec<usize> = shots.par_iter_mut().map(drops::repair).filter(|count| *count > 0).collect();
         let dropped = Finding::Drops { shots: drops.len(), drops: drops.iter().sum() };
-        let guess = |shot: TrackShot| -> Result<Guessed, (String, Unusable)> {
-            let stuck = stick::find(&shot);
-            let meeting = meeting(&shot, stuck.as_ref());
-            // points that are not on one disc explain whatever else is wrong
-            let rigid = check_rigidity(&shot, meeting.as_ref().ok().map(|meeting| meeting.time));
-            match rigid.and(meeting) {
-                Ok(meeting) => Ok(Guessed { shot, meeting, stuck }),
-                Err(why) => Err((shot.name, why)),
-            }
-        };
-        let mut guessed = Vec::new();
-        let mut left_out = tracks.left_out.clone();
-        for guess in shots.into_par_iter().map(guess).collect::<Vec<_>>() {
+        let (mut guessed, mut left_out) = (Vec::new(), tracks.left_out.clone());
+        for guess in shots.into_par_iter().map(Guessed::new).collect::<Vec<_>>() {
             match guess {
                 Ok(guess) => guessed.push(guess),
                 Err((name, why)) => left_out.push((name, why.to_string())),
@@ -95,18 +95,18 @@ impl DiscFilm {
         if guessed.is_empty() {
             return Err(FilmError::NoImpact(left_out));
         }
-        let middle_of = |axis: usize| median(guessed.iter().map(|g| g.meeting.places[0][axis]).collect());
-        let middle = Point::new(middle_of(0), middle_of(1));
-        let distance = median(guessed.iter().map(|guessed| guessed.meeting.distance()).collect());
+        let typical = |of: &dyn Fn(&Meeting) -> f64| median(guessed.iter().map(|g| of(&g.meeting)).collect());
+        let middle = Point::from([0, 1].map(|axis| typical(&|meeting| meeting.places[0][axis])));
+        let distance = typical(&Meeting::distance);
         let stated = discs.radii.map(|[first, second]| first + second);
         let unit = stated.filter(|_| tracks.from_balls).map_or(1.0, |stated| stated / distance);
-        let mass_ratio = median(guessed.iter().map(|guessed| guessed.meeting.mass_ratio()).collect());
+        let means = [unit * distance, typical(&Meeting::mass_ratio)];
         let is_flat = guessed.iter().any(|guessed| frame_noise::constant_axis(&guessed.shot).is_some());
-        let means = [unit * distance, mass_ratio];
         let unknowns = list_unknowns(dataset, tracks, &discs, means, (guessed.len(), is_flat));
         let shared = Shared::starts(&unknowns);
-        let (shots, mut own): (Vec<ShotFrames>, Vec<Own>) =
-            guessed.iter().map(|guessed| frames_of(guessed, &discs, (middle, unit), &shared)).unzip();
+        let reading = Reading { middle, unit, states_noise: false, may_be_held: false };
+        let frames = guessed.iter().map(|guessed| guessed.frames(&discs, &reading, &shared));
+        let (shots, mut own): (Vec<ShotFrames>, Vec<Own>) = frames.unzip();
         let noise = |Guessed { shot, meeting, .. }: &Guessed| {
             let sd = frame_noise::noise_near(shot, meeting.time);
             let sd = unit * (COARSE * meeting.distance()).max(EXTRAPOLATED * sd);
@@ -122,141 +122,183 @@ impl DiscFilm {
     }
 }
 
-/// Returns where the discs of a shot meet. Those that stick together have no paths of their own after it.
-fn meeting(shot: &TrackShot, stuck: Option<&Stuck>) -> Result<Meeting, Unusable> {
-    let Some(Stuck { settling: [time, _], .. }) = stuck else { return Meeting::find(shot) };
-    let lines = [&shot.cue, &shot.object].map(|samples| Line::beside(samples, *time, shot.fps.recip()));
-    let line = |disc: usize, side: usize| lines[disc][side].unwrap_or_default();
-    Ok(Meeting {
-        time: *time,
-        places: [0, 1].map(|disc| line(disc, 0).position),
-        velocities: [0, 1].map(|disc| [line(disc, 0).velocity, line(disc, 1).velocity]),
+impl Guessed {
+    fn new(shot: TrackShot) -> Result<Self, (String, Unusable)> {
+        let stuck = Stuck::find(&shot);
+        let meeting = Meeting::find(&shot, stuck.as_ref());
+        // points that are not on one disc explain whatever else is wrong
+        let rigid = check_rigidity(&shot, meeting.as_ref().ok().map(|meeting| meeting.time));
+        match rigid.and(meeting) {
+            Ok(meeting) => Ok(Self { shot, meeting, stuck }),
+            Err(why) => Err((shot.name, why)),
+        }
+    }
+
+    /// Returns the frames of the shot and a first guess of its own unknowns, of which e and J_t/J_n are those
+    /// of the impact instead of offsets from the law.
+    fn frames(&self, discs: &Discs, reading: &Reading, shared: &Shared) -> (ShotFrames, Own) {
+        let Self { shot, meeting, stuck } = self;
+        let Reading { middle, unit, .. } = *reading;
+        let flat = frame_noise::constant_axis(shot);
+        let read = |disc: usize, marker: Option<[usize; 2]>, samples: &[Sample]| {
+            let mut frames = reading.frames(shot, samples, shot.resolution[disc]);
+            frames.retain(|frame| frame.used);
+            if let Some(axis) = flat {
+                for frame in &mut frames {
+                    frame.weight[axis] = 0.0;
+                }
+            }
+            PointTrack { disc, marker, frames }
+        };
+        let (mut marks, mut tracks) = (Vec::new(), Vec::new());
+        let (mut spins, mut turns) = ([[0.0; 2]; 2], [false; 2]);
+        let mut position_sd = [[0.0; 2]; 2];
+        for (disc, (centre, points)) in bodies(shot).into_iter().enumerate() {
+            position_sd[disc] = [&[centre][..], &points]
+                .map(|tracks| unit * frame_noise::noise_of_near(tracks, shot, meeting.time));
+            let turning = |point: &&[Sample]| Turning::of(point, centre, meeting.time, shot.fps);
+            let seen = points.iter().filter(|_| flat.is_none());
+            let seen: Vec<_> = seen.filter_map(|point| Some((*point, turning(point)?))).collect();
+            turns[disc] = !seen.is_empty();
+            let is_circle = is_of_points(centre, &points);
+            if !is_circle || seen.is_empty() {
+                tracks.push(read(disc, None, centre));
+            }
+            // directions, then the radius of all or those of each
+            let first = CORE + marks.len();
+            for (i, (point, _)) in seen.iter().enumerate() {
+                let radius = first + seen.len() + if is_circle { 0 } else { i };
+                tracks.push(read(disc, Some([first + i, radius]), point));
+            }
+            let radii: Vec<f64> = seen.iter().map(|(_, turning)| unit * turning.radius).collect();
+            marks.extend(seen.iter().map(|(_, turning)| turning.direction));
+            if turns[disc] {
+                spins[disc] = [0, 1].map(|side| median(seen.iter().map(|(_, of)| of.rates[side]).collect()));
+                if is_circle { marks.push(median(radii)) } else { marks.extend(radii) }
+            }
+        }
+        let knows_slip = (turns == [true; 2] || shot.spin == Spin::Stun) && flat.is_none();
+        let frames = ShotFrames {
+            name: shot.name.clone(),
+            tracks,
+            fps: shot.fps,
+            turns,
+            knows_slip,
+            flat,
+            stuck: *stuck,
+            known: self.known(turns, knows_slip, flat),
+            position_sd,
+            reach: 0,
+            touching: TOUCHING,
+            outliers: 0,
+            tried: Some(Vec::new()),
+        };
+        let mut own = Own::zeros(CORE + marks.len());
+        own.rows_mut(CORE, marks.len()).copy_from_slice(&marks);
+        let [first, second] = meeting.places.map(|place| (place - middle) * unit);
+        let velocities = meeting.velocities.map(|sides| sides.map(|velocity| velocity * unit));
+        let relative = [0, 1].map(|side| velocities[1][side] - velocities[0][side]);
+        // marks on the edges that touch are at no distance
+        let across = if flat.is_some() { -relative[0] } else { second - first };
+        let n = across.normalize();
+        let distance = stuck.map_or((second - first).dot(&n), |stuck| unit * stuck.distance);
+        own[own::TIME] = meeting.time;
+        own.fixed_rows_mut::<2>(own::X).copy_from(&first);
+        own[own::DIRECTION] = across.y.atan2(across.x);
+        own[own::DISTANCE] = distance - shared[Id::ContactDistance];
+        for disc in 0..2 {
+            own.fixed_rows_mut::<2>(own::VELOCITY + 2 * disc).copy_from(&velocities[disc][0]);
+            own[own::SPIN + disc] = spins[disc][0];
+        }
+        if stuck.is_some() {
+            return (frames, own);
+        }
+        let change = relative[1] - relative[0];
+        own[own::RESTITUTION] = -relative[1].dot(&n) / relative[0].dot(&n);
+        own[own::RATIO] = change.dot(&Point::new(-n.y, n.x)) / change.dot(&n);
+        for disc in (0..2).filter(|disc| turns[*disc]) {
+            // Δω = −(J_t/J_n + d_S) (J_n/m)/(ν R)
+            let radius = discs.radii.map_or(0.5 * unit * meeting.distance(), |radii| radii[disc]);
+            let normal = (velocities[disc][1] - velocities[disc][0]).dot(&n).abs();
+            let turned = spins[disc][1] - spins[disc][0];
+            own[own::SPIN_RATIO + disc] = -turned * discs.inertia * radius / normal - own[own::RATIO];
+        }
+        (frames, own)
+    }
+
+    /// Returns what is known of own unknowns whatever is fitted.
+    fn known(&self, turns: [bool; 2], knows_slip: bool, flat: Option<usize>) -> Vec<(usize, OwnPrior)> {
+        let unseen = (0..2).filter(|disc| !turns[*disc]);
+        let mut held: Vec<usize> =
+            unseen.flat_map(|disc| [own::SPIN + disc, own::SPIN_RATIO + disc]).collect();
+        let mut known = Vec::new();
+        if let Some(axis) = flat {
+            held.extend([own::X + axis, own::VELOCITY + axis, own::VELOCITY + 2 + axis, own::DIRECTION]);
+            held.extend([own::RATIO, own::MOMENTUM + 1, own::LEAD]);
+            known.push((own::DISTANCE, OwnPrior::Stated(ANY_DISTANCE)));
+        } else if self.stuck.is_some() || !knows_slip {
+            known.push((own::RATIO, ANY));
+        }
+        if self.stuck.is_some() {
+            held.extend([own::RESTITUTION, own::LEAD, own::SPIN_RATIO, own::SPIN_RATIO + 1]);
+        } else if flat.is_none() {
+            let frame = Normal { mean: 0.0, sd: self.shot.fps.recip() };
+            known.push((own::LEAD, OwnPrior::Stated(frame)));
+        }
+        held.sort_unstable();
+        held.dedup();
+        known.extend(held.into_iter().map(|place| (place, OwnPrior::Held)));
+        known
+    }
+}
+
+/// Returns the positions of each disc's centre and of the points on it.
+fn bodies(shot: &TrackShot) -> [(&[Sample], Vec<&[Sample]>); 2] {
+    [(TrackedBall::Cue, &shot.cue), (TrackedBall::Object, &shot.object)].map(|(ball, centre)| {
+        let own = shot.markers.iter().filter(|marker| marker.ball == ball);
+        (&centre[..], own.map(|marker| &marker.samples[..]).collect())
     })
 }
 
-/// Returns the frames of a shot and a first guess of its own unknowns.
-fn frames_of(
-    guessed: &Guessed,
-    discs: &Discs,
-    (middle, unit): (Point, f64),
-    shared: &Shared,
-) -> (ShotFrames, Own) {
-    let Guessed { shot, meeting, stuck } = guessed;
-    let flat = frame_noise::constant_axis(shot);
-    let mut marks = Vec::new();
-    let mut tracks = Vec::new();
-    let mut spins = [[0.0; 2]; 2];
-    let mut turns = [false; 2];
-    for (disc, which) in DISCS.into_iter().enumerate() {
-        let own = if flat.is_some() { Vec::new() } else { points(shot, which) };
-        let turnings =
-            own.iter().map(|marker| Turning::of(marker, centre(shot, which), meeting.time, shot.fps));
-        let seen: Vec<(&[Sample], Turning)> =
-            own.iter().copied().zip(turnings).filter_map(|(own, turning)| Some((own, turning?))).collect();
-        let is_circle = is_of_points(shot, which);
-        if !is_circle || seen.is_empty() {
-            tracks.push((disc, None, centre(shot, which)));
+/// Returns whether the centre of a disc was computed from the points on it, as films are loaded if three
+/// or more points are on a circle about it.
+fn is_of_points(centre: &[Sample], points: &[&[Sample]]) -> bool {
+    let Ok(circle) = circle_centres(points) else { return false };
+    circle.len() == centre.len()
+        && circle.iter().zip(centre).all(|(a, b)| (a.x - b.x).hypot(a.y - b.y) < SAME && a.t == b.t)
+}
+
+/// Checks that the points of either disc move as one rigid body near the impact, or else in all frames.
+///
+/// # Errors
+/// They do not.
+fn check_rigidity(shot: &TrackShot, impact: Option<f64>) -> Result<(), Unusable> {
+    let is_near = |time: f64| impact.is_none_or(|impact| (time - impact).abs() <= NEAR / shot.fps);
+    // the least and the largest distance of two points, without the tails
+    let extent = |a: &Marker, b: &Marker| {
+        let mut distances = Vec::new();
+        for sample in a.samples.iter().filter(|sample| is_near(sample.t)) {
+            let i = b.samples.partition_point(|other| other.t < sample.t);
+            let other = b.samples.get(i).filter(|other| other.t == sample.t);
+            distances.extend(other.map(|other| (other.x - sample.x).hypot(other.y - sample.y)));
         }
-        let first = CORE + marks.len();
-        for (i, (marker, _)) in seen.iter().enumerate() {
-            let radius = if is_circle { first + seen.len() } else { first + seen.len() + i };
-            tracks.push((disc, Some([first + i, radius]), marker));
-        }
-        turns[disc] = !seen.is_empty();
-        if turns[disc] {
-            spins[disc] =
-                [0, 1].map(|side| median(seen.iter().map(|(_, turning)| turning.rates[side]).collect()));
-            marks.extend(seen.iter().map(|(_, turning)| turning.direction));
-            let radii: Vec<f64> = seen.iter().map(|(_, turning)| unit * turning.radius).collect();
-            if is_circle { marks.push(median(radii)) } else { marks.extend(radii) }
-        }
-    }
-    let reading = Reading { middle, unit, states_noise: false, may_be_held: false };
-    let track_of = |(disc, marker, samples): &(usize, Option<[usize; 2]>, &[Sample])| {
-        let mut frames = reading.frames(shot, samples, shot.resolution[*disc]);
-        frames.retain(|frame| frame.used);
-        if let Some(axis) = flat {
-            for frame in &mut frames {
-                frame.weight[axis] = 0.0;
+        distances.sort_by(f64::total_cmp);
+        let tail = (TAIL * distances.len() as f64) as usize;
+        (distances.len() >= LEAST_FRAMES).then(|| [distances[tail], distances[distances.len() - 1 - tail]])
+    };
+    for (i, a) in shot.markers.iter().enumerate() {
+        for b in shot.markers[i + 1..].iter().filter(|b| b.ball == a.ball) {
+            let Some([least, most]) = extent(a, b) else { continue };
+            if 2.0 * (most - least) / (most + least) > NOT_RIGID {
+                return Err(Unusable::NotRigid {
+                    disc: Bodies::Discs.names()[usize::from(a.ball == TrackedBall::Object)],
+                    first: a.name.clone(),
+                    second: b.name.clone(),
+                    least_mm: 1e3 * least,
+                    most_mm: 1e3 * most,
+                });
             }
         }
-        PointTrack { disc: *disc, marker: *marker, frames }
-    };
-    let knows_slip = turns == [true; 2] || shot.spin == Spin::Stun;
-    let unseen = (0..2).filter(|disc| !turns[*disc]);
-    let mut held: Vec<usize> = unseen.flat_map(|disc| [own::SPIN + disc, own::SPIN_RATIO + disc]).collect();
-    let mut known = Vec::new();
-    if let Some(axis) = flat {
-        held.extend([own::X + axis, own::VELOCITY + axis, own::VELOCITY + 2 + axis, own::DIRECTION]);
-        held.extend([own::RATIO, own::MOMENTUM + 1, own::LEAD]);
-        known.push((own::DISTANCE, OwnPrior::Stated(ANY_DISTANCE)));
-    } else if stuck.is_some() || !knows_slip {
-        known.push((own::RATIO, OwnPrior::Stated(ANY)));
     }
-    if stuck.is_some() {
-        held.extend([own::RESTITUTION, own::LEAD, own::SPIN_RATIO, own::SPIN_RATIO + 1]);
-    } else if flat.is_none() {
-        known.push((own::LEAD, OwnPrior::Stated(Normal { mean: 0.0, sd: shot.fps.recip() })));
-    }
-    held.sort_unstable();
-    held.dedup();
-    known.extend(held.into_iter().map(|place| (place, OwnPrior::Held)));
-    let position_sd = DISCS.map(|disc| {
-        let centre = [centre(shot, disc)];
-        [&centre[..], &points(shot, disc)]
-            .map(|tracks| unit * frame_noise::noise_of_near(tracks, shot, meeting.time))
-    });
-    let frames = ShotFrames {
-        name: shot.name.clone(),
-        tracks: tracks.iter().map(track_of).collect(),
-        fps: shot.fps,
-        turns,
-        knows_slip: knows_slip && flat.is_none(),
-        flat,
-        stuck: *stuck,
-        own: CORE + marks.len(),
-        own_known: known,
-        position_sd,
-        reach: 0,
-        touching: TOUCHING,
-        outliers: 0,
-        tried: Vec::new(),
-        is_settled: false,
-    };
-
-    let mut values = Own::zeros(CORE + marks.len());
-    values.rows_mut(CORE, marks.len()).copy_from_slice(&marks);
-    let [first, second] = meeting.places.map(|place| (place - middle) * unit);
-    let velocity = |disc: usize, side: usize| meeting.velocities[disc][side] * unit;
-    values[own::TIME] = meeting.time;
-    values.fixed_rows_mut::<2>(own::X).copy_from(&first);
-    let relative = [0, 1].map(|side| velocity(1, side) - velocity(0, side));
-    // marks on the edges that touch are at no distance
-    let across = if flat.is_some() { -relative[0] } else { second - first };
-    values[own::DIRECTION] = across.y.atan2(across.x);
-    let n = across.normalize();
-    values[own::DISTANCE] =
-        stuck.map_or((second - first).dot(&n), |stuck| unit * stuck.distance) - shared[Id::ContactDistance];
-    values.fixed_rows_mut::<2>(own::VELOCITY).copy_from(&velocity(0, 0));
-    values.fixed_rows_mut::<2>(own::VELOCITY + 2).copy_from(&velocity(1, 0));
-    for disc in 0..2 {
-        values[own::SPIN + disc] = spins[disc][0];
-    }
-    if stuck.is_some() {
-        return (frames, values);
-    }
-    let change = relative[1] - relative[0];
-    let t = Point::new(-n.y, n.x);
-    let ratio = change.dot(&t) / change.dot(&n);
-    // the outcome, of which the law's part is taken later
-    values[own::RESTITUTION] = -relative[1].dot(&n) / relative[0].dot(&n);
-    values[own::RATIO] = ratio;
-    for disc in (0..2).filter(|disc| turns[*disc]) {
-        // Δω = −(J_t/J_n + d_S) (J_n/m)/(ν R)
-        let radius = discs.radii.map_or(0.5 * unit * meeting.distance(), |radii| radii[disc]);
-        let normal = (velocity(disc, 1) - velocity(disc, 0)).dot(&n).abs();
-        let turned = spins[disc][1] - spins[disc][0];
-        values[own::SPIN_RATIO + disc] = -turned * discs.inertia * radius / normal - ratio;
-    }
-    (frames, values)
+    Ok(())
 }

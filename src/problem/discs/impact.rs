@@ -2,6 +2,10 @@
 
 use statrs::distribution::{ContinuousCDF, Normal};
 
+use super::first_guess::DiscFilm;
+use super::measure::Reached;
+use super::motion::{INPUTS, MOVING, locate};
+use super::own::{self, CORE, LEAST_SHOTS};
 use super::quantities::Quantity;
 use super::stick::Stuck;
 use crate::extraction::{Bodies, Unusable};
@@ -9,9 +13,13 @@ use crate::measurement::dataset::Measured;
 use crate::measurement::number::with_error;
 use crate::numerics::median;
 use crate::physics::disc::Discs;
-use crate::problem::film::camera::Point;
+use crate::problem::film::camera::{Camera, Point};
+use crate::problem::film::dual::gradient;
+use crate::problem::film::film_data::FilmError;
 use crate::problem::frames::PicturePaths;
 use crate::problem::policy::Policy;
+use crate::problem::uncertainty::Estimates;
+use crate::problem::unknowns::SHARED;
 
 /// Part of the distance of the centres by which the frames of a collision are off the paths at most.
 const HOPELESS: f64 = 0.02;
@@ -19,9 +27,6 @@ const HOPELESS: f64 = 0.02;
 /// Part by which distances at the contact differ: that of a camera's scale over the table, rubber bands
 /// and the give of rims.
 const DISTANCE_SD: f64 = 0.01;
-
-/// Number of shots that show which distance is the outlying one.
-const LEAST_SHOTS: usize = 3;
 
 /// Standard error of e that leaves no more than a quarter of its range, 0 to 1, on either side.
 const UNDETERMINED: f64 = 0.25;
@@ -77,33 +82,20 @@ pub enum Doubt {
         /// Its standard error.
         sd: f64,
     },
-    /// The frames are off the paths.
+    /// The frames are off the paths: the variance about them is this multiple of that of their noise.
     #[error(
         "its paths are not straight before and after one instant: they are off by {:.0} times the noise of the frames (χ²/dof is \
-         {misfit:.0}); the contact lasts for several frames, or points were mistaken", misfit.sqrt()
+         {:.0}); the contact lasts for several frames, or points were mistaken", .0.sqrt(), .0
     )]
-    Bent {
-        /// Variance of the frames about the paths over that of their noise.
-        misfit: f64,
-    },
-    /// The frames hardly determine e.
+    Bent(f64),
+    /// The frames hardly determine e, which has this standard error.
     #[error(
-        "its e of {e:.1} ± {sd:.1} is not determined: the discs hardly come nearer before the impact, or it is none"
+        "its e of {:.1} ± {:.1} is not determined: the discs hardly come nearer before the impact, or it is none", .0, .1
     )]
-    Undetermined {
-        /// e.
-        e: f64,
-        /// Its standard error.
-        sd: f64,
-    },
-    /// e is not that of an impact.
-    #[error("its e of {} is not between 0 and 1, as that of any passive impact is", with_error(*e, *sd))]
-    Impossible {
-        /// e.
-        e: f64,
-        /// Its standard error.
-        sd: f64,
-    },
+    Undetermined(f64, f64),
+    /// e, with this standard error, is not that of an impact.
+    #[error("its e of {} is not between 0 and 1, as that of any passive impact is", with_error(*.0, *.1))]
+    Impossible(f64, f64),
     /// The distance at the contact is not that of the other shots.
     #[error(
         "its discs are {:.1} mm apart at the contact, where the median of all shots is {:.1} mm: the same discs touch at the same \
@@ -144,36 +136,34 @@ impl DiscImpact {
             return Some(Unusable::BadFit { reduced_chi2: self.misfit, rms_mm: 1e3 * self.position_sd });
         }
         let expected = discs.radii.map(|[first, second]| first + second)?;
-        let Measured { value, sd } = self.get(Quantity::ContactDistance)?;
+        let Measured { value: measured, sd } = self.get(Quantity::ContactDistance)?;
         let error = sd.filter(|_| self.get(Quantity::ImpulseRatio).is_some())?;
-        let differs = is_significant(value - expected, error.hypot(DISTANCE_SD * expected), policy);
-        let bodies = Bodies::Discs;
-        differs.then_some(Unusable::Separation { bodies, measured: value, expected, error })
+        let differs = is_significant(measured - expected, error.hypot(DISTANCE_SD * expected), policy);
+        differs.then_some(Unusable::Separation { bodies: Bodies::Discs, measured, expected, error })
     }
 
     /// Returns the doubt of an e that is not that of an impact.
     pub(crate) fn find_impossible_restitution(&self, policy: &Policy) -> Option<Doubt> {
         let Measured { value: e, sd } = self.get(Quantity::Restitution)?;
         let (outside, sd) = ((e - 1.0).max(-e), sd?);
-        (outside > 0.0 && is_significant(outside, sd, policy)).then_some(Doubt::Impossible { e, sd })
+        (outside > 0.0 && is_significant(outside, sd, policy)).then_some(Doubt::Impossible(e, sd))
     }
 
     fn find_imbalance(&self, policy: &Policy) -> Option<Doubt> {
-        let sides = [(false, Quantity::MomentumAlong), (true, Quantity::MomentumAcross)];
-        let mut gains: Vec<(bool, f64, f64)> = Vec::new();
-        for (across, quantity) in sides {
-            if let Some(Measured { value, sd: Some(sd) }) = self.get(quantity) {
-                gains.push((across, value, sd));
-            }
-        }
-        let worst = gains.into_iter().max_by(|a, b| (a.1.abs() / a.2).total_cmp(&(b.1.abs() / b.2)));
+        let gain = |across: bool, quantity: Quantity| {
+            let Measured { value: gained, sd } = self.get(quantity)?;
+            Some((across, gained, sd?))
+        };
+        let gains = [gain(false, Quantity::MomentumAlong), gain(true, Quantity::MomentumAcross)];
+        let size = |(_, gained, sd): &(bool, f64, f64)| gained.abs() / sd;
+        let worst = gains.into_iter().flatten().max_by(|a, b| size(a).total_cmp(&size(b)));
         let (across, gained, sd) = worst.filter(|(_, gained, sd)| is_significant(*gained, *sd, policy))?;
         Some(Doubt::Momentum { across, gained, sd })
     }
 
     fn find_undetermined_restitution(&self) -> Option<Doubt> {
         let Measured { value: e, sd } = self.get(Quantity::Restitution)?;
-        sd.filter(|sd| *sd > UNDETERMINED).map(|sd| Doubt::Undetermined { e, sd })
+        sd.filter(|sd| *sd > UNDETERMINED).map(|sd| Doubt::Undetermined(e, sd))
     }
 }
 
@@ -188,16 +178,90 @@ pub(super) fn find_doubts(impacts: &mut [DiscImpact], policy: &Policy) {
     let all: Vec<f64> = impacts.iter().filter_map(|impact| Some(distance(impact)?.value)).collect();
     let typical = (all.len() >= LEAST_SHOTS).then(|| median(all));
     for impact in impacts {
-        let bent = (impact.misfit > policy.refuted).then_some(Doubt::Bent { misfit: impact.misfit });
-        let is_other = |found: Measured, typical: f64| {
+        let other = distance(impact).zip(typical).filter(|(found, typical)| {
             let sd = found.sd.unwrap_or(0.0).hypot(DISTANCE_SD * typical);
             is_significant(found.value - typical, sd, policy)
-        };
-        let other = distance(impact).zip(typical).filter(|(found, typical)| is_other(*found, *typical));
-        let other = other.map(|(found, typical)| Doubt::Distance { distance: found.value, typical });
-        let of_e =
-            impact.find_undetermined_restitution().or_else(|| impact.find_impossible_restitution(policy));
-        let doubts = [impact.find_imbalance(policy), bent, of_e, other];
+        });
+        let doubts = [
+            impact.find_imbalance(policy),
+            (impact.misfit > policy.refuted).then_some(Doubt::Bent(impact.misfit)),
+            impact.find_undetermined_restitution().or_else(|| impact.find_impossible_restitution(policy)),
+            other.map(|(found, typical)| Doubt::Distance { distance: found.value, typical }),
+        ];
         impact.doubts.extend(doubts.into_iter().flatten());
+    }
+}
+
+impl Reached {
+    /// Returns the table of what was measured.
+    pub fn impacts(&self, film: &DiscFilm, policy: &Policy) -> Result<Vec<DiscImpact>, FilmError> {
+        let (block, end) = (self.block()?, &self.descent.end);
+        let reduced = end.eliminate(&self.problem, 0.0).ok_or(FilmError::Undetermined)?;
+        let estimates =
+            Estimates::of_reduced(&self.problem, &end.state, &reduced).ok_or(FilmError::Undetermined)?;
+        let of_shot = |i: usize| {
+            let (shot, own) = (&block.shots[i], &end.state.own[0][i]);
+            let paths = shot.follow(own, &end.state.shared, &block.discs)?;
+            // the covariance of the inputs of the motion
+            let all = estimates.shot_covariance(&reduced, (0, i), &end.shots[0][i].held);
+            let shared = all.nrows() - SHARED;
+            let moving = MOVING.iter().map(|id| shared + *id as usize);
+            let places: Vec<usize> = (0..CORE).chain(moving).collect();
+            let inputs = all
+                .select_rows(&places)
+                .select_columns(&places)
+                .fixed_view::<INPUTS, INPUTS>(0, 0)
+                .clone_owned();
+            let mut values = paths.quantities(shot, &block.discs).map(|quantity| {
+                let (value, by) = (quantity?.re, gradient(&quantity?));
+                Some(Measured { value, sd: Some(by.dot(&(inputs * by)).max(0.0).sqrt()) })
+            });
+            if let (Some(ratio), Some(_)) = (&mut values[Quantity::MassRatio as usize], block.discs.masses) {
+                // stated, not measured
+                ratio.sd = None;
+            }
+            if let Some(stuck) = &shot.stuck {
+                values[Quantity::Restitution as usize] = Some(stuck.restitution);
+            }
+            let position_sd = [0, 1].map(|disc| {
+                let first = shot.noise_of_path(disc);
+                let [x, y] = [first, first + 1].map(|noise| block.noise_of(i)[noise].sd);
+                shot.flat.map_or(x.hypot(y) / 2.0_f64.sqrt(), |flat| [y, x][flat])
+            });
+            let used = [[0, 0], [0, 1], [1, 0], [1, 1]].map(|[disc, side]| {
+                let tracks = shot.tracks.iter().filter(|track| track.disc == disc);
+                let frames = tracks.flat_map(|track| &track.frames).filter(|frame| frame.used);
+                let times = frames.map(|frame| frame.time);
+                let mut times: Vec<f64> =
+                    times.filter(|time| usize::from(*time > own[own::TIME]) == side).collect();
+                times.sort_by(f64::total_cmp);
+                times.dedup();
+                times
+            });
+            let times = || used.iter().flatten().copied();
+            Some(DiscImpact {
+                name: shot.name.clone(),
+                values,
+                position_sd: position_sd[0].max(position_sd[1]),
+                misfit: block.misfit(i),
+                frames: used.each_ref().map(Vec::len),
+                window: [times().fold(f64::INFINITY, f64::min), times().fold(f64::NEG_INFINITY, f64::max)],
+                touching: block.count_touching(i, &end.state, policy),
+                outliers: shot.outliers,
+                radii: paths.radii.map(|radius| radius.re),
+                stuck: shot.stuck,
+                doubts: Vec::new(),
+                paths: PicturePaths::new(
+                    paths.pieces.each_ref().map(|sides| &sides[..]),
+                    |at, late| {
+                        (at.try_into().map_or(Point::zeros(), |at| locate::<f64>(at, late, None)), 0.0)
+                    },
+                    own[own::TIME],
+                    Camera::new(&end.state.shared),
+                ),
+                film: (film.unit, film.middle),
+            })
+        };
+        (0..block.shots.len()).map(of_shot).collect::<Option<Vec<_>>>().ok_or(FilmError::Undetermined)
     }
 }

@@ -1,18 +1,20 @@
-//! The law of friction that shots of discs share.
+//! The law of friction that shots of discs share: several starts, a rigid contact and a compliant one.
 
 use rayon::prelude::*;
 
 use super::block::Freedom;
 use super::impact::DiscImpact;
-use super::measure::{ROUNDS, Reached, STEPS, settle};
-use super::motion::law_of;
+use super::measure::{ROUNDS, Reached, STEPS};
+use super::motion::friction;
 use super::quantities::Quantity;
-use super::run::{Rival, Run};
+use super::run::Rival;
 use crate::measurement::parameter::{Compliance, Parameter, Settings};
-use crate::problem::descent::{Descent, descend};
+use crate::problem::descent::descend;
 use crate::problem::film::film_data::FilmError;
 use crate::problem::findings::Finding;
+use crate::problem::policy::Policy;
 use crate::problem::problem::{Problem, State};
+use crate::problem::solution::Solution;
 use crate::problem::unknowns::{Id, Mode, Own, Shared, Unknown};
 
 /// Values of μ and κ between which descents begin. A stiffer contact is as good as rigid.
@@ -39,40 +41,39 @@ const LESS_LIKELY: f64 = 60.0;
 /// 17 of 20 shots of rigid pucks that scatter it was let in in 4, 2, 1 and 0.
 const LEAST_SHOTS: usize = 6;
 
-impl Run<'_> {
-    /// Fits a rigid contact and a compliant one, as far as they are possible, each from several starts;
-    /// returns the likeliest fit and the others that are nearly as likely.
-    pub(super) fn choose_law(&mut self, impacts: &[DiscImpact]) -> Result<(Reached, Vec<Rival>), FilmError> {
-        let Settings { compliance, .. } = self.settings;
-        let is_auto = compliance == Compliance::Auto && self.free.own().len() >= LEAST_SHOTS;
-        let (mut rigid, mut compliant) = (Vec::new(), Vec::new());
-        if compliance != Compliance::Stated {
-            rigid = self.descend_from(false, impacts)?;
-        }
-        if compliance == Compliance::Stated || is_auto {
-            compliant = self.descend_from(true, impacts)?;
-        }
-        let costs = rigid.iter().chain(&compliant).map(|(_, descent)| descent.end.cost);
-        let most = costs.fold(f64::INFINITY, f64::min) + LESS_LIKELY;
-        for starts in [&mut rigid, &mut compliant] {
-            starts.retain(|(_, descent)| descent.end.cost <= most);
-        }
-        let mut fits = self.settle_all(rigid, None)?;
-        let compliant = self.settle_all(compliant, fits.first())?;
+/// What the law is fitted to.
+pub(super) struct Shots<'a> {
+    pub policy: &'a Policy,
+    pub settings: Settings,
+    /// The problem without a law.
+    pub free: Reached,
+    pub impacts: &'a [DiscImpact],
+}
+
+/// The likeliest fit, others that are nearly as likely, and what is to be said of the choice.
+pub(super) struct Chosen {
+    pub best: Reached,
+    pub rivals: Vec<Rival>,
+    pub finding: Option<Finding>,
+}
+
+impl Shots<'_> {
+    /// Fits a rigid contact and a compliant one, as far as they are possible, each from several starts.
+    pub fn choose_law(&self) -> Result<Chosen, FilmError> {
+        let stated = self.settings.compliance == Compliance::Stated;
+        let shots = self.free.own().len();
+        let is_auto = self.settings.compliance == Compliance::Auto && shots >= LEAST_SHOTS;
+        let mut fits = if stated { Vec::new() } else { self.fit_law(false, None)? };
         let of_rigid = fits.first().map_or(f64::INFINITY, |best| best.unlikely);
-        // beyond the equations that define the parameters only if the shots show it
-        if let Some(best) = compliant.first()
-            && best.unlikely < of_rigid - self.policy.cause
-        {
-            let (kappa, fall) = (best.shared()[Id::Kappa], of_rigid - best.unlikely);
-            let shots = self.free.own().len();
-            self.findings.extend(is_auto.then_some(Finding::Compliance {
-                kappa,
-                shots,
-                fall,
-                adopted: true,
-            }));
-            fits = compliant;
+        let mut finding = None;
+        if stated || is_auto {
+            let compliant = self.fit_law(true, fits.first())?;
+            let best = compliant.first().map(|best| (best.shared()[Id::Kappa], of_rigid - best.unlikely));
+            // beyond the equations that define the parameters only if the shots show it
+            if let Some((kappa, fall)) = best.filter(|(_, fall)| *fall > self.policy.cause) {
+                finding = is_auto.then_some(Finding::Compliance { kappa, shots, fall, adopted: true });
+                fits = compliant;
+            }
         }
         let mut ranked = fits.into_iter();
         let best = ranked.next().ok_or(FilmError::NoStart)?;
@@ -82,60 +83,38 @@ impl Run<'_> {
             rise: other.unlikely - best.unlikely,
         };
         let rivals = ranked.map(rival).filter(|rival| rival.rise < self.policy.cause).collect();
-        Ok((best, rivals))
+        Ok(Chosen { best, rivals, finding })
     }
 
-    /// Descends from the most promising values of μ and κ with the spreads before the frames are seen.
-    fn descend_from(
-        &self,
-        compliant: bool,
-        impacts: &[DiscImpact],
-    ) -> Result<Vec<(Problem, Descent)>, FilmError> {
-        let problem = self.with_law(compliant)?;
-        let descend = |[mu, kappa]: [f64; 2]| {
-            let from = problem.evaluate(self.start(&problem, mu, kappa)?);
-            Ok((problem.clone(), descend(&problem, from, &problem.free(), STEPS)))
-        };
-        self.promising(&problem, impacts).into_iter().map(descend).collect()
-    }
-
-    /// Descends to minima with spreads of their own, and returns each once, the likeliest first. Returns
-    /// none if with the spreads of a rival χ² is not low enough to be likelier: if it is lower by Δ for n
-    /// numbers, −2 log L with their own spread is lower by −n ln(1 − Δ/n).
-    fn settle_all(
-        &self,
-        mut starts: Vec<(Problem, Descent)>,
-        rival: Option<&Reached>,
-    ) -> Result<Vec<Reached>, FilmError> {
+    /// Descends from the most promising values of μ and κ, first with the spreads before the frames are seen
+    /// or those of a rival, then with spreads of their own; returns each minimum once, the likeliest first.
+    /// Returns none if with the spreads of the rival χ² is not low enough to be likelier: if it is lower by Δ
+    /// for n numbers, −2 log L with their own spread is lower by −n ln(1 − Δ/n).
+    fn fit_law(&self, compliant: bool, rival: Option<&Reached>) -> Result<Vec<Reached>, FilmError> {
+        let mut problem = self.with_law(compliant)?;
         if let Some(rival) = rival {
-            for (problem, descent) in &mut starts {
-                let block = problem.discs_mut().ok_or(FilmError::NoFilm)?;
-                block.spreads.clone_from(&rival.block()?.spreads);
-                let from = problem.evaluate(descent.end.state.clone());
-                *descent = descend(problem, from, &problem.free(), STEPS);
-            }
-            let shots = self.free.own().len() as f64;
-            let needed = -shots * f64::exp_m1(-self.policy.cause / shots);
-            let least = starts.iter().map(|start| start.1.end.cost).fold(f64::INFINITY, f64::min);
-            if least > rival.descent.end.cost - needed {
-                return Ok(Vec::new());
-            }
+            problem.discs_mut().ok_or(FilmError::NoFilm)?.spreads.clone_from(&rival.block()?.spreads);
+        }
+        let from = |[mu, kappa]: [f64; 2]| {
+            let start = problem.evaluate(self.start(&problem, mu, kappa)?);
+            Ok(descend(&problem, start, &problem.free(), STEPS).end)
+        };
+        let starts = self.promising(&problem).into_iter().map(from).collect::<Result<Vec<_>, FilmError>>()?;
+        let least = starts.iter().map(|start| start.cost).fold(f64::INFINITY, f64::min);
+        let shots = self.free.own().len() as f64;
+        let needed = -shots * f64::exp_m1(-self.policy.cause / shots);
+        if rival.is_some_and(|rival| least > rival.descent.end.cost - needed) {
+            return Ok(Vec::new());
         }
         let mut fits: Vec<Reached> = Vec::new();
-        for (mut problem, mut descent) in starts {
-            for _ in 0..ROUNDS {
-                if !descent.converged {
-                    descent = descend(&problem, descent.end, &problem.free(), STEPS);
-                }
-            }
-            let is_new = |shared: &Shared, fits: &[Reached]| {
-                let differs =
-                    |id: Id, fit: &Reached| (shared[id] / fit.shared()[id]).ln().abs() > 0.5 * APART;
-                fits.iter().all(|fit| differs(Id::Mu, fit) || differs(Id::Kappa, fit))
-            };
-            if descent.end.cost.is_finite() && is_new(&descent.end.state.shared, &fits) {
-                let descent = settle(&mut problem, descent.end.state);
-                let fit = Reached::new(problem, descent)?;
+        let is_new = |shared: &Shared, fits: &[Reached]| {
+            let differs = |id: Id, fit: &Reached| (shared[id] / fit.shared()[id]).ln().abs() > 0.5 * APART;
+            fits.iter().all(|fit| differs(Id::Mu, fit) || differs(Id::Kappa, fit))
+        };
+        for start in starts.into_iter().filter(|start| start.cost <= least + LESS_LIKELY) {
+            let end = descend(&problem, start, &problem.free(), ROUNDS * STEPS).end;
+            if end.cost.is_finite() && is_new(&end.state.shared, &fits) {
+                let fit = Reached::settle(problem.clone(), end.state)?;
                 if is_new(fit.shared(), &fits) {
                     fits.push(fit);
                 }
@@ -150,30 +129,30 @@ impl Run<'_> {
         let mut problem = self.free.problem.clone();
         problem.discs_mut().ok_or(FilmError::NoFilm)?.freedom = Freedom::Law;
         let Settings { falls, e_falls, compliance, .. } = self.settings;
-        let of_law = |parameter: &Parameter| !parameter.is_of_balls() && *parameter != Parameter::MuS;
-        for parameter in Parameter::ALL.into_iter().filter(of_law) {
-            let id = Id::from(parameter);
-            let takes_part = match id {
-                Id::FallB | Id::FallC => falls,
-                Id::ESlope => e_falls,
-                Id::Kappa => compliant,
-                _ => true,
-            };
-            let is_fixed =
-                self.settings[parameter].fixed && !(id == Id::Kappa && compliance == Compliance::Auto);
-            let unknown = problem.unknown_mut(id);
-            unknown.mode = if takes_part && !is_fixed { Mode::Free } else { Mode::Fixed };
-            unknown.start = if takes_part { self.settings[parameter].initial } else { 0.0 };
-            if id == Id::Kappa {
+        for (parameter, takes_part) in [
+            (Parameter::Mu, true),
+            (Parameter::E, true),
+            (Parameter::B, falls),
+            (Parameter::C, falls),
+            (Parameter::Kappa, compliant),
+            (Parameter::ESlope, e_falls),
+        ] {
+            let setting = self.settings[parameter];
+            let unknown = problem.unknown_mut(Id::from(parameter));
+            let mut is_fixed = setting.fixed;
+            if parameter == Parameter::Kappa {
                 unknown.bounds[0] = unknown.bounds[0].max(LEAST_KAPPA);
+                is_fixed &= compliance != Compliance::Auto;
             }
+            unknown.mode = if takes_part && !is_fixed { Mode::Free } else { Mode::Fixed };
+            unknown.start = if takes_part { setting.initial } else { 0.0 };
         }
         Ok(problem)
     }
 
     /// Returns μ and κ from which the measured J_t/J_n are likely, the likeliest first.
-    fn promising(&self, problem: &Problem, impacts: &[DiscImpact]) -> Vec<[f64; 2]> {
-        let inertia = self.free.problem.discs().map_or(0.5, |block| block.discs.inertia);
+    fn promising(&self, problem: &Problem) -> Vec<[f64; 2]> {
+        let inertia = problem.discs().map_or(0.5, |block| block.discs.inertia);
         let names = self.free.names();
         // closing speed, slip and e; J_t/J_n and its variance, with that from shot to shot
         let of_impact = |impact: &DiscImpact| {
@@ -183,7 +162,7 @@ impl Run<'_> {
             let ratio = impact.get(Quantity::ImpulseRatio)?;
             Some(([closing?, slip?, e?], [ratio.value, ratio.sd?.powi(2) + RATIO_VARIANCE]))
         };
-        let used = impacts.iter().filter(|impact| names.contains(&impact.name));
+        let used = self.impacts.iter().filter(|impact| names.contains(&impact.name));
         let points: Vec<([f64; 3], [f64; 2])> = used.filter_map(of_impact).collect();
         let (mu, kappa) = (problem.unknown(Id::Mu), problem.unknown(Id::Kappa));
         let [low, high] = [mu.bounds[0].max(MU_RANGE[0]), mu.bounds[1].min(MU_RANGE[1])];
@@ -198,10 +177,10 @@ impl Run<'_> {
             kappas.iter().flat_map(|kappa| frictions.iter().map(|mu| [*mu, *kappa])).collect();
         let unlikely = |[mu, kappa]: &[f64; 2]| {
             let square = |(state, [ratio, variance]): &([f64; 3], [f64; 2])| {
-                let law = law_of(*state, *mu, *kappa, inertia)?;
-                Some(((ratio - law).powi(2) / variance).min(MAX_SQUARE))
+                let law = friction(*state, [*mu, 0.0, 1.0, *kappa], inertia);
+                law.map_or(MAX_SQUARE, |(law, _)| ((ratio - law).powi(2) / variance).min(MAX_SQUARE))
             };
-            points.iter().map(|point| square(point).unwrap_or(MAX_SQUARE)).sum::<f64>()
+            points.iter().map(square).sum::<f64>()
         };
         let mut ranked: Vec<(f64, [f64; 2])> = pairs.par_iter().map(|pair| (unlikely(pair), *pair)).collect();
         ranked.sort_by(|a, b| a.0.total_cmp(&b.0));
@@ -220,23 +199,34 @@ impl Run<'_> {
     fn start(&self, problem: &Problem, mu: f64, kappa: f64) -> Result<State, FilmError> {
         let block = problem.discs().ok_or(FilmError::NoFilm)?;
         let mut state = self.free.descent.end.state.clone();
-        let outcome = |(i, own): (usize, &Own)| block.outcome(i, own, self.free.shared());
+        let outcome =
+            |(i, own): (usize, &Own)| Some(block.outcome(i, own, self.free.shared())?.map(|value| value.re));
         let outcomes: Vec<Option<[f64; 2]>> = self.free.own().iter().enumerate().map(outcome).collect();
         for id in [Id::FallB, Id::FallC, Id::ESlope] {
             state.shared[id] = problem.unknown(id).start;
         }
-        let (sum, count) = outcomes.iter().flatten().fold((0.0, 0.0), |(sum, n), [e, _]| (sum + e, n + 1.0));
+        let all: Vec<f64> = outcomes.iter().flatten().map(|[e, _]| *e).collect();
         let e = problem.unknown(Id::E);
-        let [low, high] = e.bounds;
-        let mean = (sum / count).clamp(low + 1e-3, high - 1e-3);
+        let mean = all.iter().sum::<f64>() / all.len() as f64;
+        let mean = mean.clamp(e.bounds[0] + 1e-3, e.bounds[1] - 1e-3);
         state.shared[Id::E] = if e.mode == Mode::Free { mean } else { e.start };
         (state.shared[Id::Mu], state.shared[Id::Kappa]) = (mu, kappa);
-        let State { own, shared } = &mut state;
-        for (i, (own, outcome)) in own[0].iter_mut().zip(outcomes).enumerate() {
+        for (i, (own, outcome)) in state.own[0].iter_mut().zip(outcomes).enumerate() {
             if let Some(outcome) = outcome {
-                block.set_outcome(i, own, shared, outcome);
+                block.set_outcome(i, own, &state.shared, outcome);
             }
         }
         Ok(state)
+    }
+}
+
+impl Solution {
+    /// Returns J_t/J_n on the second of two discs of a fit of discs that close and slip with these
+    /// velocities, m/s.
+    pub(crate) fn impulse_ratio(&self, [closing, slip]: [f64; 2]) -> Option<f64> {
+        let inertia = self.problem.discs()?.discs.inertia;
+        let e = self.value(Id::E) - self.value(Id::ESlope) * closing;
+        let of_law = [Id::Mu, Id::FallB, Id::FallC, Id::Kappa].map(|id| self.value(id));
+        friction([closing, slip, e], of_law, inertia).map(|(ratio, _)| ratio)
     }
 }

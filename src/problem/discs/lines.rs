@@ -1,5 +1,8 @@
 //! Straight lines through the frames of discs on both sides of where they are nearest: first guesses.
 
+use std::f64::consts::{PI, TAU};
+
+use super::stick::Stuck;
 use crate::extraction::{Bodies, Unusable};
 use crate::film::frame_noise::constant_axis;
 use crate::measurement::track::{Sample, TrackShot};
@@ -38,7 +41,7 @@ pub(super) fn distances(shot: &TrackShot) -> Vec<(f64, f64)> {
 }
 
 /// Returns the median slope of pairs of numbers (Theil and Sen): wrong ones do not count.
-pub(super) fn slope(points: &[(f64, f64)]) -> f64 {
+pub(super) fn median_slope(points: &[(f64, f64)]) -> f64 {
     let pairs = points.iter().enumerate().flat_map(|(i, a)| points[i + 1..].iter().map(move |b| (a, b)));
     median(pairs.map(|(a, b)| (b.1 - a.1) / (b.0 - a.0)).collect())
 }
@@ -56,7 +59,7 @@ impl Line {
         let mut line = Self::default();
         for (axis, pick) in [|s: &Sample| s.x, |s: &Sample| s.y].into_iter().enumerate() {
             let points: Vec<(f64, f64)> = samples.iter().map(|s| (s.t - at, pick(s))).collect();
-            line.velocity[axis] = slope(&points);
+            line.velocity[axis] = median_slope(&points);
             line.position[axis] = median(points.iter().map(|(t, x)| x - line.velocity[axis] * t).collect());
         }
         line
@@ -64,7 +67,7 @@ impl Line {
 
     /// Returns the lines through the frames next to an instant, before and after it, or else the number
     /// of these frames, which is too small.
-    pub fn beside(samples: &[Sample], at: f64, frame: f64) -> [Result<Self, usize>; 2] {
+    fn beside(samples: &[Sample], at: f64, frame: f64) -> [Result<Self, usize>; 2] {
         let before = samples.partition_point(|s| s.t < at - 0.5 * frame);
         let after = samples.partition_point(|s| s.t < at + 0.5 * frame);
         let sides =
@@ -88,24 +91,31 @@ pub(super) struct Meeting {
 }
 
 impl Meeting {
-    /// Returns where the discs of a shot meet and part again.
+    /// Returns where the discs of a shot meet, and part again unless they stick together.
     ///
     /// # Errors
     /// They do not, or the frames are too few.
-    pub fn find(shot: &TrackShot) -> Result<Self, Unusable> {
+    pub fn find(shot: &TrackShot, stuck: Option<&Stuck>) -> Result<Self, Unusable> {
         let bodies = Bodies::Discs;
         let discs = [shot.cue.as_slice(), &shot.object];
+        let frame = shot.fps.recip();
         if discs.iter().any(|samples| samples.len() < 2 * LEAST) {
-            let frames = [shot.cue.len(), shot.object.len()];
-            return Err(Unusable::TooShort { bodies, frames, least: 2 * LEAST });
+            return Err(Unusable::TooShort { bodies, frames: discs.map(<[_]>::len), least: 2 * LEAST });
         }
-        let distances = distances(shot);
-        let nearest = distances.iter().min_by(|a, b| a.1.total_cmp(&b.1));
-        let mut time = nearest.ok_or(Unusable::NoCollision(bodies))?.0;
-        let frame = 1.0 / shot.fps;
+        let mut time = match stuck {
+            Some(stuck) => stuck.settling[0],
+            None => {
+                let nearest = distances(shot).into_iter().min_by(|a, b| a.1.total_cmp(&b.1));
+                nearest.ok_or(Unusable::NoCollision(bodies))?.0
+            }
+        };
+        let mut lines = lines_beside(discs, time, frame)?;
+        if stuck.is_some() {
+            // the lines after it are those of no disc
+            return Ok(Self::of(time, 0.0, &lines));
+        }
         let steps = discs.iter().flat_map(|samples| samples.windows(2)).map(|two| two[1].t - two[0].t);
         let farthest = steps.fold(FARTHEST * frame, f64::max);
-        let mut lines = lines_beside(discs, time, frame)?;
         for _ in 0..ROUNDS {
             let late = crossing(&lines);
             if late.abs() <= FARTHEST * frame {
@@ -127,8 +137,12 @@ impl Meeting {
         if !(is_met && (h - g).norm() > CHANGE * g.norm()) {
             return Err(Unusable::NoCollision(bodies));
         }
+        Ok(Self::of(time, late, &lines))
+    }
+
+    fn of(time: f64, late: f64, lines: &[[Line; 2]; 2]) -> Self {
         let velocities = lines.map(|line| line.map(|side| side.velocity));
-        Ok(Self { time: time + late, places: lines.map(|line| line[0].at(late)), velocities })
+        Self { time: time + late, places: lines.map(|line| line[0].at(late)), velocities }
     }
 
     pub fn distance(&self) -> f64 {
@@ -162,4 +176,39 @@ fn crossing([first, second]: &[[Line; 2]; 2]) -> f64 {
     let (jump, turn) = (change(|line| line.position), change(|line| line.velocity));
     let square = turn.norm_squared();
     if square > 0.0 { -jump.dot(&turn) / square } else { 0.0 }
+}
+
+/// How a marker goes round its disc.
+pub(super) struct Turning {
+    /// Angular velocities before and after the impact, rad/s.
+    pub rates: [f64; 2],
+    /// Direction from the centre at the impact, rad.
+    pub direction: f64,
+    /// Distance from the centre, m.
+    pub radius: f64,
+}
+
+impl Turning {
+    /// Returns how a marker turns about the centre of its disc, less than half a turn a frame; `None` if
+    /// it was seen in too few frames.
+    pub fn of(marker: &[Sample], centre: &[Sample], time: f64, fps: f64) -> Option<Self> {
+        // angle and length of the arm as coordinates of a path
+        let mut arms: Vec<Sample> = Vec::new();
+        for seen in marker {
+            let i = centre.partition_point(|centre| centre.t < seen.t);
+            let Some(middle) = centre.get(i).filter(|centre| centre.t == seen.t) else { continue };
+            let [x, y] = [seen.x - middle.x, seen.y - middle.y];
+            let last = arms.last().map_or(0.0, |last| last.x);
+            let turn = (y.atan2(x) - last).rem_euclid(TAU);
+            let turn = if turn > PI { turn - TAU } else { turn };
+            arms.push(Sample::new(seen.t, [last + turn, x.hypot(y)]));
+        }
+        let [before, after] = Line::beside(&arms, time, fps.recip());
+        let (before, after) = (before.ok()?, after.ok()?);
+        Some(Self {
+            rates: [before.velocity[0], after.velocity[0]],
+            direction: before.position[0],
+            radius: median(arms.iter().map(|arm| arm.y).collect()),
+        })
+    }
 }

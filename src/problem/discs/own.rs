@@ -1,4 +1,14 @@
-//! Places of the own unknowns of a shot of discs, in SI units and the frame of the table.
+//! Unknowns of films of discs: what each shot has of its own, in SI units and the frame of the table, what
+//! scatters from shot to shot, and what is known beforehand of those that all shots share.
+
+use std::ops::Range;
+
+use crate::measurement::dataset::{Dataset, Tracks};
+use crate::physics::disc::Discs;
+use crate::physics::name::worded;
+use crate::problem::film::priors::{known, list_camera, list_contact};
+use crate::problem::sums::Spread;
+use crate::problem::unknowns::{Id, Mode, Unknown};
 
 /// Instant of the impact, s.
 pub const TIME: usize = 0;
@@ -27,3 +37,138 @@ pub const LEAD: usize = 21;
 /// Number of own unknowns besides those of markers: direction and distance from the centre of each
 /// marker at the impact.
 pub const CORE: usize = 22;
+
+/// How much the four decelerations of a single shot differ before the frames are seen, m/s². It counts as
+/// one shot.
+const EVEN_SLOWING: f64 = 0.002;
+
+/// Slowest and fastest common frame rate, frames/s: if the rate is unknown, priors are those of the slowest,
+/// so that they are not narrower than of others, and the least that frames determine that of the fastest.
+const RATES: [f64; 2] = [30.0, 1000.0];
+
+/// Relative standard deviations of the sum of stated radii, rubber bands and the give of rims included, and of
+/// the ratio of stated masses.
+const RADII_SD: f64 = 0.01;
+const MASS_SD: f64 = 0.01;
+
+/// Standard deviation of the deceleration at any speed, m/s²: a hundredth of gravity, what pucks on ice
+/// or on a poor air table have; and of that over the speed, 1/s.
+const SLOWING_SD: f64 = 0.1;
+const DRAG_SD: f64 = 1.0;
+
+/// Number of shots that determine a camera, or how a deceleration depends on speed, at least.
+pub(super) const LEAST_SHOTS: usize = 3;
+
+worded! {
+    /// What differs from shot to shot beyond the noise of the frames.
+    #[derive(Clone, Copy, Debug, PartialEq, Eq)]
+    pub enum Component {
+        /// e.
+        Restitution = "e",
+        /// J_t/J_n.
+        Ratio = "impulse_ratio",
+        /// Momentum gained along and across the line of centres, over the normal impulse.
+        Momentum = "momentum",
+        /// J_t/J_n by the spins of the discs less that by their paths.
+        SpinRatio = "spin_ratio",
+        /// Distance of the centres at the impact, m.
+        Distance = "contact_distance_m",
+        /// Deceleration of a disc on one side of the impact, m/s².
+        Slowing = "slowing_m_s2",
+    }
+    /// The name in output.
+    pub fn name;
+}
+
+impl Component {
+    /// Returns the places of its own unknowns, and its standard deviations: that from shot to shot before the
+    /// frames are seen, as large as hands and tables make it (data/pucks-chalmers-2023), since estimates
+    /// decrease faster than they grow; and the smallest that frames determine.
+    pub(super) fn describe(self) -> (Range<usize>, [f64; 2]) {
+        match self {
+            Self::Restitution => (RESTITUTION..RATIO, [0.05, 2e-4]),
+            Self::Ratio => (RATIO..MOMENTUM, [0.05, 2e-4]),
+            Self::Momentum => (MOMENTUM..SPIN_RATIO, [0.03, 1e-4]),
+            Self::SpinRatio => (SPIN_RATIO..SLOWING, [0.05, 2e-4]),
+            Self::Distance => (DISTANCE..VELOCITY, [1e-3, 3e-6]),
+            Self::Slowing => (SLOWING..LEAD, [1.0, 5e-4]),
+        }
+    }
+}
+
+/// Returns the unit of time of a film in seconds: a frame if its rate is unknown.
+fn unit_of_time(discs: &Discs) -> f64 {
+    if discs.in_seconds { 1.0 } else { RATES[0].recip() }
+}
+
+/// Returns how much each [`Component`] differs before the frames are seen. A single shot shows it of its four
+/// decelerations alone, and poorly: its own values are then those of its discs.
+pub(super) fn spreads(discs: &Discs, shots: usize) -> Vec<Spread> {
+    let of_component = |component: Component| {
+        let (_, [mut first, mut least]) = component.describe();
+        let is_slowing = component == Component::Slowing;
+        if is_slowing && !discs.in_seconds {
+            first *= unit_of_time(discs).powi(2);
+            least *= RATES[1].powi(-2);
+        }
+        match shots {
+            1 if is_slowing => Spread::first(EVEN_SLOWING * unit_of_time(discs).powi(2), least),
+            1 => Spread::first(least, least),
+            _ => Spread { weight: 0.0, ..Spread::first(first, least) },
+        }
+    };
+    Component::ALL.into_iter().map(of_component).collect()
+}
+
+/// Returns every shared unknown in the order of [`Id`]. `guessed`: the median distance of the centres at
+/// the impacts, m, and the median mass ratio that momentum gives.
+pub(super) fn list_unknowns(
+    dataset: &Dataset,
+    tracks: &Tracks,
+    discs: &Discs,
+    [distance, mass_ratio]: [f64; 2],
+    (shots, is_flat): (usize, bool),
+) -> Vec<Unknown> {
+    let mut all = Unknown::list();
+    list_contact(&mut all, &dataset.settings);
+    for id in [Id::MuS, Id::RadiusRatio] {
+        all[id as usize].mode = Mode::Fixed;
+    }
+    let mut guess = |id: Id, start: f64, mode: Mode| {
+        all[id as usize] = Unknown { start, mode, prior: None, ..all[id as usize] };
+    };
+    guess(Id::MassRatio, mass_ratio, Mode::Free);
+    guess(Id::ContactDistance, distance, if is_flat { Mode::Fixed } else { Mode::Free });
+    if let Some([first, second]) = discs.masses {
+        known(&mut all, Id::MassRatio, first / second, MASS_SD * first / second);
+    }
+    if let Some([first, second]) = discs.radii {
+        known(&mut all, Id::ContactDistance, first + second, RADII_SD * (first + second));
+    }
+    let second = unit_of_time(discs);
+    known(&mut all, Id::Slowing, 0.0, SLOWING_SD * second * second);
+    // few shots do not tell it from a deceleration at any speed
+    if shots >= LEAST_SHOTS {
+        known(&mut all, Id::Drag, 0.0, DRAG_SD * second);
+    }
+    // a table slows discs down
+    for id in [Id::Slowing, Id::Drag] {
+        all[id as usize].bounds[0] = 0.0;
+    }
+    list_camera(&mut all, tracks);
+    for unknown in &mut all[Id::Scale as usize..=Id::Nearness as usize] {
+        let is_shown = match unknown.id {
+            _ if is_flat || shots < LEAST_SHOTS => false,
+            Id::Scale => discs.radii.is_some(),
+            // a delay means nothing without a unit of time
+            Id::ShutterX | Id::ShutterY => discs.in_seconds,
+            // discs do not hop
+            Id::ParallaxX | Id::ParallaxY | Id::Nearness => false,
+            _ => true,
+        };
+        if !is_shown {
+            unknown.mode = Mode::Fixed;
+        }
+    }
+    all
+}

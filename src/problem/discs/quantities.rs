@@ -1,13 +1,11 @@
-//! Quantities of a shot that follow from its own and shared unknowns, with errors by exact derivatives.
+//! Quantities of a shot that follow from its own and shared unknowns, with exact derivatives.
 
 use num_dual::DualNum;
 
-use super::motion::{Dual, DualVector, Impact, InputCovariance, slip};
-use super::stick::Stuck;
-use crate::measurement::dataset::Measured;
+use super::block::ShotFrames;
+use super::motion::{Dual, DualVector, Paths, slip};
 use crate::physics::disc::Discs;
 use crate::physics::name::worded;
-use crate::problem::film::dual::gradient;
 
 worded! {
     /// The quantities of a [`super::impact::DiscImpact`], in the order of the columns that report them.
@@ -83,118 +81,75 @@ impl Quantity {
     pub const COUNT: usize = Self::ALL.len();
 }
 
-/// An impact of which something follows.
-pub(super) struct Known<'a> {
-    pub impact: &'a Impact,
-    pub discs: &'a Discs,
-    /// Whether the rotation of each disc was seen.
-    pub turns: [bool; 2],
-    /// Whether both coordinates were measured.
-    pub is_seen_across: bool,
-    /// Whether both spins before the impact are known.
-    pub knows_slip: bool,
-}
-
-impl Known<'_> {
+impl Paths {
     /// Returns the components of a vector along n and t.
     fn along(&self, vector: &DualVector) -> [Dual; 2] {
-        let (sin, cos) = self.impact.direction.sin_cos();
+        let (sin, cos) = self.direction.sin_cos();
         [vector.x * cos + vector.y * sin, vector.y * cos - vector.x * sin]
     }
 
     /// Returns g before (0) and after (1) the impact, along n and t.
     fn relative(&self, side: usize) -> [Dual; 2] {
-        let [first, second] = self.impact.velocities;
+        let [first, second] = self.velocities;
         self.along(&(second[side] - first[side]))
     }
 
-    /// Returns e and J_t/J_n of the paths.
+    /// Returns e and J_t/J_n.
     pub fn outcome(&self) -> [Dual; 2] {
         let ([g_n, g_t], [h_n, h_t]) = (self.relative(0), self.relative(1));
         [-h_n / g_n, (h_t - g_t) / (h_n - g_n)]
     }
 
-    fn quantity(&self, quantity: Quantity) -> Option<Dual> {
-        let ([g_n, g_t], [_, h_t]) = (self.relative(0), self.relative(1));
-        let Impact { velocities, spins, radii, .. } = self.impact;
+    /// Returns each [`Quantity`] in its order if the frames of the shot show it.
+    pub(super) fn quantities(&self, shot: &ShotFrames, discs: &Discs) -> [Option<Dual>; Quantity::COUNT] {
+        let Self { velocities, spins, radii, .. } = self;
+        let [[g_n, g_t], [_, h_t]] = [0, 1].map(|side| self.relative(side));
         let change = |disc: usize| self.along(&(velocities[disc][1] - velocities[disc][0]));
         let ([u_n, u_t], [v_n, v_t]) = (change(0), change(1));
-        // m₂/m₁, if it is stated
-        let stated = self.discs.masses.map(|[first, second]| Dual::from_re(second / first));
+        let stated = discs.masses.map(|[first, second]| Dual::from_re(second / first));
         let mass_ratio = stated.unwrap_or(-u_n / v_n);
-        let inertia = self.discs.inertia;
         let turned = |disc: usize| spins[disc][1] - spins[disc][0];
         // Δω = −R J_t/(νMR²); J_n/m₁ = −Δu_n, J_n/m₂ = Δv_n
-        let by_spin = |disc: usize, normal: Dual| {
-            self.turns[disc].then(|| -turned(disc) * radii[disc] * inertia / normal)
+        let by_spin = |disc: usize, normal: Dual| -turned(disc) * radii[disc] * discs.inertia / normal;
+        // of either disc about the contact point: R (t × v) and νR²ω, per unit of m₁
+        let moment = |disc: usize, change: Dual, side: f64| {
+            change * radii[disc] * side + turned(disc) * radii[disc] * radii[disc] * discs.inertia
         };
-        let spin = |disc: usize, side: usize| self.turns[disc].then(|| spins[disc][side]);
-        let both_turn = self.turns == [true; 2];
+        let angular = moment(0, u_t, -1.0) + mass_ratio * moment(1, v_t, 1.0);
+        let energy = |side: usize| {
+            let of = |disc: usize| {
+                let rim = spins[disc][side] * radii[disc];
+                velocities[disc][side].norm_squared() + rim * rim * discs.inertia
+            };
+            of(0) + mass_ratio * of(1)
+        };
         let slip_on = |side: usize| slip(&[g_t, h_t][side], radii, &[spins[0][side], spins[1][side]]);
-        match quantity {
-            Quantity::Restitution => Some(self.outcome()[0]),
-            Quantity::ImpulseRatio => self.is_seen_across.then(|| self.outcome()[1]),
-            Quantity::ImpulseRatioByFirstSpin => by_spin(0, -u_n),
-            Quantity::ImpulseRatioBySecondSpin => by_spin(1, v_n),
-            Quantity::MassRatio => Some(mass_ratio),
-            Quantity::MomentumAlong => stated.map(|ratio| (u_n + ratio * v_n) / -u_n),
-            Quantity::MomentumAcross => self.is_seen_across.then(|| (u_t + mass_ratio * v_t) / -u_n),
-            Quantity::AngularMomentum => {
-                // of either disc about the contact point: R (t × v) and νR²ω, per unit of m₁
-                let of = |disc: usize, change: Dual, side: f64| {
-                    change * radii[disc] * side + turned(disc) * radii[disc] * radii[disc] * inertia
-                };
-                let gained = of(0, u_t, -1.0) + mass_ratio * of(1, v_t, 1.0);
-                both_turn.then(|| gained / (-u_n * (radii[0] + radii[1])))
-            }
-            Quantity::EnergyLost => {
-                let energy = |side: usize| {
-                    let of = |disc: usize| {
-                        let rim = spins[disc][side] * radii[disc];
-                        velocities[disc][side].dot(&velocities[disc][side]) + rim * rim * inertia
-                    };
-                    of(0) + mass_ratio * of(1)
-                };
-                both_turn.then(|| -energy(1) / energy(0) + 1.0)
-            }
-            Quantity::ClosingSpeed => Some(-g_n),
-            Quantity::SlipRatio => self.knows_slip.then(|| slip_on(0) / -g_n),
-            Quantity::SlipBefore => self.knows_slip.then(|| slip_on(0)),
-            Quantity::SlipAfter => both_turn.then(|| slip_on(1)),
-            Quantity::NormalX => Some(self.impact.direction.cos()),
-            Quantity::NormalY => Some(self.impact.direction.sin()),
-            Quantity::ContactDistance => Some(self.impact.distance),
-            Quantity::FirstVxBefore => Some(velocities[0][0].x),
-            Quantity::FirstVyBefore => Some(velocities[0][0].y),
-            Quantity::SecondVxBefore => Some(velocities[1][0].x),
-            Quantity::SecondVyBefore => Some(velocities[1][0].y),
-            Quantity::FirstVxAfter => Some(velocities[0][1].x),
-            Quantity::FirstVyAfter => Some(velocities[0][1].y),
-            Quantity::SecondVxAfter => Some(velocities[1][1].x),
-            Quantity::SecondVyAfter => Some(velocities[1][1].y),
-            Quantity::FirstSpinBefore => spin(0, 0),
-            Quantity::FirstSpinAfter => spin(0, 1),
-            Quantity::SecondSpinBefore => spin(1, 0),
-            Quantity::SecondSpinAfter => spin(1, 1),
-            Quantity::Time => Some(self.impact.time),
-        }
-    }
-
-    /// Returns the value of each quantity with its standard error.
-    pub fn values(
-        &self,
-        stuck: Option<&Stuck>,
-        inputs: &InputCovariance,
-    ) -> [Option<Measured>; Quantity::COUNT] {
-        Quantity::ALL.map(|quantity| {
-            if let (Quantity::Restitution, Some(stuck)) = (quantity, stuck) {
-                return Some(stuck.restitution);
-            }
-            let dual = self.quantity(quantity)?;
-            // stated, not measured
-            let is_stated = quantity == Quantity::MassRatio && self.discs.masses.is_some();
-            let sd = (!is_stated).then(|| gradient(&dual).dot(&(inputs * gradient(&dual))).max(0.0).sqrt());
-            Some(Measured { value: dual.re, sd })
-        })
+        let if_both = |value: Dual| (shot.turns == [true; 2]).then_some(value);
+        let if_across = |value: Dual| shot.flat.is_none().then_some(value);
+        let if_slip = |value: Dual| shot.knows_slip.then_some(value);
+        let [outcome_e, outcome_ratio] = self.outcome();
+        let head = [
+            Some(outcome_e),
+            if_across(outcome_ratio),
+            shot.turns[0].then(|| by_spin(0, -u_n)),
+            shot.turns[1].then(|| by_spin(1, v_n)),
+            Some(mass_ratio),
+            stated.map(|ratio| (u_n + ratio * v_n) / -u_n),
+            if_across((u_t + mass_ratio * v_t) / -u_n),
+            if_both(angular / (-u_n * (radii[0] + radii[1]))),
+            if_both(-energy(1) / energy(0) + 1.0),
+            Some(-g_n),
+            if_slip(slip_on(0) / -g_n),
+            if_slip(slip_on(0)),
+            if_both(slip_on(1)),
+            Some(self.direction.cos()),
+            Some(self.direction.sin()),
+            Some(self.distance),
+        ];
+        let velocity = [0, 1].map(|side| velocities.map(|of| [Some(of[side].x), Some(of[side].y)]));
+        let spin = [0, 1].map(|disc| spins[disc].map(|spin| shot.turns[disc].then_some(spin)));
+        let tail = velocity.into_iter().flatten().chain(spin).flatten().chain([Some(self.time)]);
+        let mut all = head.into_iter().chain(tail);
+        std::array::from_fn(|_| all.next().flatten())
     }
 }
