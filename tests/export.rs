@@ -35,7 +35,10 @@ fn export_gives_what_pooltool_reads_and_says_what_is_left_behind() {
     let [out, err] = done_in(root(), &["export", slow.to_str().unwrap(), "--to", "json"]);
     assert!(!out.contains("mu_s") && err.contains("μ_s: the data do not tell it"), "{out}{err}");
     let several = root().join("fits/alciatore-2006");
-    assert!(refused_in(root(), 2, &["export", several.to_str().unwrap(), "--to", "json"]).contains("holds 3 fits"));
+    assert!(
+        refused_in(root(), 2, &["export", several.to_str().unwrap(), "--to", "json"])
+            .contains("holds 3 fits")
+    );
 }
 
 /// μ(v) = μ + b·exp(−c·v): without b and c, μ is the friction at high slip only.

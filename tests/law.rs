@@ -180,4 +180,3 @@ fn alciatores_throw_gives_a_falling_friction() {
     let b = fit.estimates[Parameter::B as usize];
     assert!(b.value > 0.03 && b.interval_95.unwrap()[0] > 0.0, "{b:?}");
 }
-

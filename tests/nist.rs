@@ -133,8 +133,7 @@ fn all_problems_are_solved_from_both_starts() {
             let solution = problem.minimise(start, &Bounds::none(start.len()));
             assert!(solution.termination.converged(), "{name}: {}", solution.termination);
             let parameters = worst_digits(solution.x.as_slice(), &problem.parameters);
-            let deviations =
-                worst_digits(&problem.found_deviations(&solution), &problem.standard_deviations);
+            let deviations = worst_digits(&problem.found_deviations(&solution), &problem.standard_deviations);
             let sum = worst_digits(&[2.0 * solution.cost], &[problem.residual_sum]);
             let is_exact = problem.residual_sum < SMALLEST_SUM || sum >= LEAST_DIGITS;
             let found = format!("{name}: {parameters} digits, {deviations} of deviations, {sum} of the sum");

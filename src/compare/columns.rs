@@ -8,21 +8,22 @@ use super::quantity::Quantity;
 use super::samples::{Alone, Samples};
 use crate::measurement::parameter::Compliance;
 use crate::problem::own as place;
-use crate::problem::{Block, Finding, Id, Mode, Normal, Own, Problem, Sample, Shared, State, Unknown};
+use crate::problem::{Block, Finding, Id, Mode, Own, Problem, Sample, Shared, State, Unknown};
 
-/// The data of a sample as another film's camera sees them.
-struct Seen {
-    block: Block,
-    own: Vec<Own>,
-    /// Lengths in its picture over those that it was fitted with.
-    factor: f64,
+/// What distinguishes the columns of samples.
+#[derive(Clone, Copy, PartialEq)]
+struct Key {
+    id: Id,
+    /// Samples with the same number share the unknown.
+    number: usize,
+    /// Value of an unknown that is held: it is shared by samples that hold the same value.
+    held: Option<f64>,
 }
 
 /// A column under construction.
 struct Column {
+    key: Key,
     unknown: Unknown,
-    /// Distinguishes columns of the same unknown.
-    number: usize,
     /// Sums of estimates by their information, and of the information.
     weighted: f64,
     information: f64,
@@ -31,6 +32,38 @@ struct Column {
 }
 
 impl Samples<'_> {
+    /// Returns the problem of all samples with its start: the columns of the first sample come first, in
+    /// the order of [`Id`].
+    pub fn join(&self) -> (Problem, State) {
+        let mut columns: Vec<Column> = Vec::new();
+        let (mut samples, mut own): (Vec<Sample>, Vec<Vec<Own>>) = (Vec::new(), Vec::new());
+        for alone in &self.fitted {
+            let (mut block, values, factor) = self.see_alike(alone);
+            let of_sample = Id::ALL.map(|id| {
+                let column = self.column(alone, id, factor);
+                let place = columns.iter().position(|other| other.key == column.key);
+                if let Some(place) = place {
+                    columns[place].merge(&column);
+                    return place;
+                }
+                columns.push(column);
+                columns.len() - 1
+            });
+            let noise_of = self.find_table(alone, &block, &samples).unwrap_or(samples.len());
+            if let Some(first) = samples.get_mut(noise_of) {
+                let noises = first.block.noises_mut().to_vec();
+                block.noises_mut().copy_from_slice(&noises);
+            }
+            samples.push(Sample { block, columns: of_sample, noise_of });
+            own.push(values);
+        }
+        let shared = Shared(columns.iter().map(Column::start).collect());
+        let unknowns = columns.iter().map(Column::unknown).collect();
+        let mut problem = Problem { samples, unknowns, evaluations: Arc::default() };
+        problem.refresh_contact();
+        (problem, State { own, shared })
+    }
+
     /// Returns what distinguishes the columns of an unknown: samples with the same number share one.
     fn number(&self, id: Id, alone: &Alone) -> usize {
         if let Some(quantity) = Quantity::ALL.into_iter().find(|quantity| quantity.id() == id) {
@@ -44,63 +77,52 @@ impl Samples<'_> {
         }
     }
 
-    /// Returns the problem of all samples with its start: the columns of the first sample come first, in
-    /// the order of [`Id`].
-    pub fn join(&self) -> (Problem, State) {
-        let kappa = self.adopted_kappa();
-        let mut columns: Vec<Column> = Vec::new();
-        let (mut samples, mut own): (Vec<Sample>, Vec<Vec<Own>>) = (Vec::new(), Vec::new());
-        for alone in &self.fitted {
-            let Seen { mut block, own: values, factor } = self.seen_alike(alone);
-            let of_sample = Id::ALL.map(|id| {
-                let mut column = Column::new(alone, id, self.number(id, alone));
-                if id == Id::Scale {
-                    column.weighted *= factor;
-                }
-                if id == Id::Kappa && alone.settings.compliance == Compliance::Auto {
-                    column.adopt(kappa);
-                }
-                let place = columns.iter().position(|other| other.is_same(&column)).unwrap_or(columns.len());
-                match columns.get_mut(place) {
-                    Some(known) => known.merge(&column),
-                    None => columns.push(column),
-                }
-                place
-            });
-            // labels of one table have its noise
-            let number = samples.len();
-            let is_of_table = |(other, sample): (&Alone, &Sample)| {
-                let is_table = match (&sample.block, &block) {
-                    (Block::Rows(of), Block::Rows(own)) => of.noises.len() == own.noises.len(),
-                    _ => false,
-                };
-                is_table && other.film == alone.film
-            };
-            let noise_of = self.fitted.iter().zip(&samples).position(is_of_table).unwrap_or(number);
-            if let Some(first) = samples.get_mut(noise_of) {
-                let noises = first.block.noises_mut().to_vec();
-                block.noises_mut().iter_mut().zip(noises).for_each(|(own, of_table)| *own = of_table);
-            }
-            samples.push(Sample { block, columns: of_sample, noise_of });
-            own.push(values);
+    /// Returns what a sample knows of an unknown, a scale times `factor`.
+    fn column(&self, alone: &Alone, id: Id, factor: f64) -> Column {
+        let solution = &alone.solution;
+        let mut unknown = *solution.problem.unknown(id);
+        let mut value = solution.value(id) * if id == Id::Scale { factor } else { 1.0 };
+        let is_adoptable = id == Id::Kappa && unknown.mode == Mode::Fixed;
+        if let Some(kappa) = self.adopted_kappa().filter(|_| is_adoptable && is_auto(alone)) {
+            (unknown.start, value) = (kappa, kappa);
         }
-        let unknowns = columns.iter().map(Column::unknown).collect();
-        let shared = Shared(columns.iter().map(Column::start).collect());
-        let mut problem = Problem { samples, unknowns, evaluations: Arc::default() };
-        problem.refresh_contact();
-        (problem, State { own, shared })
+        let is_conflict =
+            |finding: &Finding| matches!(finding, Finding::Conflict { id: of, .. } if *of == id);
+        let is_contradicted = solution.findings.iter().any(is_conflict);
+        let sd = solution.get(id).and_then(|estimate| estimate.std_error);
+        let information = sd.map_or(f64::MIN_POSITIVE, |sd| sd.powi(-2));
+        let held = (unknown.mode == Mode::Fixed).then_some(unknown.start);
+        let key = Key { id, number: self.number(id, alone), held };
+        Column { key, unknown, weighted: information * value, information, is_contradicted }
+    }
+
+    /// Returns κ of the compliant contact that the fit of a sample adopted. What one sample needs, all have.
+    fn adopted_kappa(&self) -> Option<f64> {
+        let all = self.fitted.iter().filter(|alone| is_auto(alone));
+        let mut kappas = all.map(|alone| alone.solution.problem.unknown(Id::Kappa).start);
+        kappas.find(|kappa| *kappa != 0.0)
+    }
+
+    /// Returns the first sample of the table that a sample is of: labels of one table have its noise.
+    fn find_table(&self, alone: &Alone, block: &Block, samples: &[Sample]) -> Option<usize> {
+        let is_of_table = |(other, sample): (&Alone, &Sample)| match (&sample.block, block) {
+            (Block::Rows(of), Block::Rows(own)) => {
+                other.film == alone.film && of.noises.len() == own.noises.len()
+            }
+            _ => false,
+        };
+        self.fitted.iter().zip(samples).position(is_of_table)
     }
 
     /// Returns the data of a sample and its own unknowns, with its picture in the unit and from the middle
-    /// of the first film by the same camera.
-    fn seen_alike(&self, alone: &Alone) -> Seen {
+    /// of the first film by the same camera, and lengths in that picture over those before.
+    fn see_alike(&self, alone: &Alone) -> (Block, Vec<Own>, f64) {
         let solution = &alone.solution;
         let mut block = solution.problem.samples[0].block.clone();
         let mut own = solution.at.state.own[0].clone();
         let first = &self.first_film(alone).solution;
         let factor = first.unit / solution.unit;
-        let middle = |middle: [f64; 2]| Vector2::from(middle);
-        let by = (middle(solution.middle) - middle(first.middle)) * first.unit;
+        let by = (Vector2::from(solution.middle) - Vector2::from(first.middle)) * first.unit;
         if let Block::Film(film) = &mut block {
             film.move_picture(factor, by);
             // places on the table are from the middle, too
@@ -110,54 +132,15 @@ impl Samples<'_> {
                 values[place::Y] += on_table.y;
             }
         }
-        Seen { block, own, factor }
-    }
-
-    /// Returns κ of the compliant contact that the fit of a sample adopted. What one sample calls for, all have.
-    fn adopted_kappa(&self) -> Option<f64> {
-        let is_auto = |alone: &&Alone| alone.settings.compliance == Compliance::Auto;
-        let kappas = self.fitted.iter().filter(is_auto);
-        let mut kappas = kappas.map(|alone| alone.solution.problem.unknown(Id::Kappa).start);
-        kappas.find(|kappa| *kappa != 0.0)
+        (block, own, factor)
     }
 }
 
+fn is_auto(alone: &Alone) -> bool {
+    alone.settings.compliance == Compliance::Auto
+}
+
 impl Column {
-    fn new(alone: &Alone, id: Id, number: usize) -> Self {
-        let solution = &alone.solution;
-        let unknown = *solution.problem.unknown(id);
-        let sd = solution.get(id).and_then(|estimate| estimate.std_error);
-        let information = sd.map_or(f64::MIN_POSITIVE, |sd| sd.powi(-2));
-        let is_conflict =
-            |finding: &Finding| matches!(finding, Finding::Conflict { id: of, .. } if *of == id);
-        Self {
-            unknown,
-            number,
-            weighted: information * solution.value(id),
-            information,
-            is_contradicted: solution.findings.iter().any(is_conflict),
-        }
-    }
-
-    /// Holds κ at the value that another sample's fit adopted.
-    fn adopt(&mut self, kappa: Option<f64>) {
-        if let Some(kappa) = kappa.filter(|_| self.unknown.mode == Mode::Fixed) {
-            self.unknown.start = kappa;
-            self.weighted = kappa * self.information;
-        }
-    }
-
-    /// Returns whether two samples have one unknown in common. What one of them holds is its own, unless the
-    /// other holds it at the same value.
-    fn is_same(&self, other: &Self) -> bool {
-        let (a, b) = (&self.unknown, &other.unknown);
-        let agrees = match (a.mode == Mode::Fixed, b.mode == Mode::Fixed) {
-            (true, true) => a.start == b.start,
-            (held, other) => held == other,
-        };
-        a.id == b.id && self.number == other.number && agrees
-    }
-
     /// Combines what two samples know of their common unknown: the narrower prior, and bounds of both.
     fn merge(&mut self, other: &Self) {
         let (mine, others) = (&mut self.unknown, &other.unknown);
@@ -166,10 +149,10 @@ impl Column {
         }
         mine.bounds = [mine.bounds[0].max(others.bounds[0]), mine.bounds[1].min(others.bounds[1])];
         let priors = mine.prior.into_iter().chain(others.prior);
-        mine.prior = priors.min_by(|a: &Normal, b: &Normal| a.sd.total_cmp(&b.sd));
+        mine.prior = priors.min_by(|a, b| a.sd.total_cmp(&b.sd));
+        self.is_contradicted |= other.is_contradicted;
         self.weighted += other.weighted;
         self.information += other.information;
-        self.is_contradicted |= other.is_contradicted;
     }
 
     fn unknown(&self) -> Unknown {

@@ -1,50 +1,69 @@
 //! One quantity of a comparison: estimates, pairs, and "same" against "different".
 
-use super::findings::Reason;
+use statrs::distribution::{ContinuousCDF, Normal};
+
+use super::effect::Effect;
+use super::findings::{Finding, Reason};
 use super::joint::{Joint, estimate};
 use super::quantity::Quantity;
 use super::result::{Compared, Difference, Value};
 use super::samples::Alone;
-use crate::problem::{Estimates, Id, Mode};
+use super::significance::known_error;
+use crate::measurement::parameter::Parameter;
+use crate::physics::ball::Ball;
+use crate::physics::collision::Coefficients;
+use crate::problem::{Estimates, Id, Mode, Policy};
 
 impl Joint<'_> {
     /// Returns whether a sample has a quantity.
     pub(super) fn has(&self, quantity: Quantity) -> bool {
-        self.samples.fitted.iter().enumerate().any(|(sample, alone)| self.sample_has(sample, alone, quantity))
+        (0..self.samples.fitted.len()).any(|sample| self.sample_has(sample, quantity))
     }
 
-    fn sample_has(&self, sample: usize, alone: &Alone, quantity: Quantity) -> bool {
+    fn sample_has(&self, sample: usize, quantity: Quantity) -> bool {
         let id = quantity.id();
         let Some(column) = self.solution.column(sample, id) else { return false };
         let unknown = &self.solution.problem.unknowns[column];
         let is_adopted = unknown.mode == Mode::Free || id == Id::Kappa && unknown.start != 0.0;
-        is_adopted || matches!(quantity, Quantity::Parameter(own) if alone.settings.has(own))
+        let settings = &self.samples.fitted[sample].settings;
+        is_adopted || matches!(quantity, Quantity::Parameter(own) if settings.has(own))
+    }
+
+    /// Returns the samples of a label.
+    fn of_label(&self, label: usize) -> Vec<usize> {
+        let all = self.samples.fitted.iter().enumerate();
+        all.filter(|(_, alone)| alone.label == label).map(|(sample, _)| sample).collect()
     }
 
     /// Returns a quantity's estimates, their differences, and whether one value is enough.
     pub(super) fn quantity(&self, quantity: Quantity) -> Compared {
         let (id, is_apart) = (quantity.id(), self.samples.is_apart(quantity));
-        let estimates = self.estimates_of(id);
-        let labels = 0..self.samples.labels.len();
-        let columns: Vec<Result<Option<usize>, Reason>> =
-            labels.map(|label| self.column_of(label, quantity, estimates.as_ref())).collect();
-        let all = || columns.iter().enumerate();
-        let telling: Vec<(usize, usize)> =
-            all().filter_map(|(label, column)| Some((label, (*column).ok()??))).collect();
-        let left_out = all().filter_map(|(label, column)| Some((label, (*column).err()?))).collect();
-        let value = |label| self.value(label, id, estimates.as_ref());
-        let has_shots = |label: &usize| self.samples.fitted.iter().any(|alone| alone.label == *label);
+        let problem = &self.solution.problem;
+        // with all columns of the unknown, even at a bound
+        let estimates = estimate(problem, &self.solution.at, &problem.columns_of(id));
+        let (mut telling, mut left_out) = (Vec::new(), Vec::new());
+        for label in 0..self.samples.labels.len() {
+            match self.column_of(label, quantity, estimates.as_ref()) {
+                Ok(Some(column)) => telling.push((label, column)),
+                Ok(None) => {}
+                Err(reason) => left_out.push((label, reason)),
+            }
+        }
         let labels: Vec<usize> = telling.iter().map(|(label, _)| *label).collect();
+        let shown: Vec<usize> = if is_apart {
+            (0..self.samples.labels.len()).filter(|label| !self.of_label(*label).is_empty()).collect()
+        } else {
+            let first = self.samples.fitted.first().map(|alone| alone.label);
+            labels.first().copied().or(first).into_iter().collect()
+        };
+        let value = |label: usize| {
+            let label_of_value = is_apart.then_some(label);
+            Value { label: label_of_value, ..self.value(label, id, estimates.as_ref()) }
+        };
         Compared {
             quantity,
             shared: !is_apart,
-            estimates: if is_apart {
-                let all = (0..columns.len()).filter(has_shots);
-                all.map(|label| Value { label: Some(label), ..value(label) }).collect()
-            } else {
-                let first = labels.first().or(self.samples.fitted.first().map(|alone| &alone.label));
-                first.map(|label| value(*label)).into_iter().collect()
-            },
+            estimates: shown.into_iter().map(value).collect(),
             differences: match &estimates {
                 Some(estimates) if is_apart => self.differences(&telling, estimates),
                 _ => Vec::new(),
@@ -52,12 +71,6 @@ impl Joint<'_> {
             same_or_different: self.test(id, &labels),
             left_out,
         }
-    }
-
-    /// Returns the estimates with all columns of an unknown, even at a bound.
-    fn estimates_of(&self, id: Id) -> Option<Estimates> {
-        let problem = &self.solution.problem;
-        estimate(problem, &self.solution.at, &problem.columns_of(id))
     }
 
     /// Returns the column of a quantity that the samples of a label estimate; `None` if they hold it.
@@ -70,50 +83,39 @@ impl Joint<'_> {
         quantity: Quantity,
         estimates: Option<&Estimates>,
     ) -> Result<Option<usize>, Reason> {
-        let id = quantity.id();
-        let own: Vec<(usize, &Alone)> =
-            self.samples.fitted.iter().enumerate().filter(|(_, alone)| alone.label == label).collect();
+        let (id, own) = (quantity.id(), self.of_label(label));
         if own.is_empty() {
             return Err(Reason::NoShots);
         }
-        if !own.iter().any(|(sample, alone)| self.sample_has(*sample, alone, quantity)) {
+        if !own.iter().any(|sample| self.sample_has(*sample, quantity)) {
             return Err(Reason::Absent);
         }
         let Some(column) = self.column(label, id) else {
             let is_stated = |alone: &Alone| matches!(quantity, Quantity::Parameter(parameter) if alone.settings[parameter].fixed);
-            let is_adopted = id == Id::Kappa;
-            let is_held = is_adopted || own.iter().all(|(_, alone)| is_stated(alone));
+            let is_held =
+                id == Id::Kappa || own.iter().all(|sample| is_stated(&self.samples.fitted[*sample]));
             return if is_held { Ok(None) } else { Err(Reason::Independent) };
         };
-        if !own.iter().any(|(sample, _)| self.informs(*sample, id)) {
+        let informs = |sample: &usize| {
+            let mut shots = self.solution.at.shots[*sample].iter().filter_map(|shot| shot.reduced(&[id]));
+            shots.any(|(information, _)| information[(0, 0)] > 0.0)
+        };
+        if !own.iter().any(informs) {
             return Err(if id == Id::Mu { Reason::Sticks } else { Reason::Vanishes });
         }
         // without any covariance, estimates stand without errors
-        let is_known = estimates.is_none_or(|estimates| self.known_error(column, estimates).is_some());
-        if is_known { Ok(Some(column)) } else { Err(Reason::Uncertain) }
-    }
-
-    /// Returns whether an unknown affects χ² of a sample.
-    fn informs(&self, sample: usize, id: Id) -> bool {
-        let shots = self.solution.at.shots[sample].iter();
-        shots.filter_map(|shot| shot.reduced(&[id])).any(|(information, _)| information[(0, 0)] > 0.0)
-    }
-
-    /// Returns the standard error of a column if it is less than its bounds leave open.
-    fn known_error(&self, column: usize, estimates: &Estimates) -> Option<f64> {
-        let [low, high] = self.solution.problem.unknowns[column].bounds;
-        estimates.sd(column).filter(|sd| *sd < high - low)
+        let has_error = |all: &Estimates| known_error(&self.solution.problem, all, column).is_some();
+        if estimates.is_none_or(has_error) { Ok(Some(column)) } else { Err(Reason::Uncertain) }
     }
 
     /// Returns the value of an unknown that the samples of a label have.
     fn value(&self, label: usize, id: Id, estimates: Option<&Estimates>) -> Value {
-        let sample = self.samples.fitted.iter().position(|alone| alone.label == label);
+        let problem = &self.solution.problem;
         let fitted = self.column(label, id);
-        let column = fitted.or_else(|| self.solution.column(sample?, id));
-        let value = column.map_or(f64::NAN, |column| self.solution.at.state.shared.0[column]);
-        let [low, high] =
-            fitted.map_or([f64::NAN; 2], |column| self.solution.problem.unknowns[column].bounds);
-        let std_error = fitted.zip(estimates).and_then(|(column, all)| self.known_error(column, all));
+        let held = || self.solution.column(*self.of_label(label).first()?, id);
+        let value = fitted.or_else(held).map_or(f64::NAN, |column| self.solution.at.state.shared.0[column]);
+        let [low, high] = fitted.map_or([f64::NAN; 2], |column| problem.unknowns[column].bounds);
+        let std_error = fitted.zip(estimates).and_then(|(column, all)| known_error(problem, all, column));
         let interval = |error: f64| {
             let half = self.tests.quantile() * error;
             [value - half, value + half].map(|end| end.max(low).min(high))
@@ -141,5 +143,38 @@ impl Joint<'_> {
             }
         }
         all
+    }
+}
+
+/// Returns that the data contradict a shared quantity at the level at which a fit becomes doubtful, and
+/// the estimates that are at a bound.
+pub(super) fn findings(compared: &Compared) -> impl Iterator<Item = Finding> {
+    let quantity = compared.quantity;
+    let level = 2.0 * Normal::standard().sf(Policy::default().conflict);
+    let shared = compared.same_or_different.filter(|_| compared.shared);
+    let contradicted = shared.map(|test| test.p_value).filter(|p_value| *p_value < level);
+    let contradicted = contradicted.map(|p_value| Finding::NotShared { quantity, p_value });
+    let at_bound = compared.estimates.iter().filter(|value| value.at_bound);
+    let at_bound =
+        at_bound.map(move |value| Finding::AtBound { quantity, label: value.label, bound: value.value });
+    contradicted.into_iter().chain(at_bound)
+}
+
+/// Sets the effect of every difference.
+pub(super) fn describe(quantities: &mut [Compared], ball: Ball) {
+    let typical = |parameter: Parameter| {
+        let own = quantities.iter().find(|compared| compared.quantity == Quantity::Parameter(parameter));
+        let known: Vec<f64> = own.iter().flat_map(|own| &own.estimates).map(|value| value.value).collect();
+        let mean = known.iter().sum::<f64>() / known.len() as f64;
+        if known.is_empty() { parameter.default_setting().initial } else { mean }
+    };
+    let [mu, mu_s, e] = Parameter::COEFFICIENTS.map(typical);
+    for Compared { quantity, estimates, differences, .. } in quantities {
+        let value = |label: usize| estimates.iter().find(|v| v.label == Some(label)).map(|v| v.value);
+        for Difference { first, second, effect, .. } in differences {
+            let values = value(*first).zip(value(*second));
+            let at = Coefficients { mu, mu_s, e };
+            *effect = values.and_then(|(a, b)| Effect::new(*quantity, ball, &at, [a, b]));
+        }
     }
 }

@@ -39,7 +39,6 @@ pub enum Effect {
 impl Effect {
     /// Returns the effect of the `second` value of a quantity against the first, all else as in `at`;
     /// `None` if no such shot can be computed.
-    #[must_use]
     pub fn new(quantity: Quantity, ball: Ball, at: &Coefficients, values: [f64; 2]) -> Option<Self> {
         let velocity = |cut_deg: f64| cue_velocity(SPEED, cut_deg.to_radians());
         let play =

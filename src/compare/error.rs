@@ -66,7 +66,6 @@ pub enum CompareError {
 
 impl CompareError {
     /// Whether the input was wrong, rather than that it could not be compared.
-    #[must_use]
     pub fn is_bad_input(&self) -> bool {
         !matches!(self, Self::Fit(error) if !error.is_bad_input())
     }

@@ -70,7 +70,6 @@ pub enum Finding {
 
 impl Finding {
     /// Returns how far it affects the trust in a comparison.
-    #[must_use]
     pub fn severity(&self) -> Severity {
         match self {
             Self::Refuted { .. } | Self::NotConverged => Severity::Unusable,

@@ -2,19 +2,20 @@
 
 use nalgebra::{DMatrix, DVector};
 
+use super::compared;
 use super::error::CompareError;
 use super::findings::Finding;
 use super::quantity::Quantity;
 use super::result::{Comparison, LabelResidual, Robust};
 use super::samples::{Alone, Samples};
-use super::verdict::{self, Tests};
+use super::significance::Tests;
 use crate::fit::deviations::residuals as residuals_of;
 use crate::fit::diagnostics::trends::holm;
 use crate::fit::{Computed, Refuted};
 use crate::measurement::loss::Loss;
 use crate::physics::collision::FidelityChoice;
 use crate::problem::{
-    self, Estimates, Evaluation, Id, Mode, Policy, Problem, Solution, State, comply, descend_until,
+    self, Descent, Estimates, Evaluation, Id, Mode, Policy, Problem, Solution, State, comply, descend_until,
     descend_weighed, descend_with_noise, robust_covariance,
 };
 
@@ -72,19 +73,8 @@ impl<'a> Joint<'a> {
             Estimates { columns: Vec::new(), covariance: DMatrix::zeros(0, 0) }
         });
         let of_fit = |alone: &Alone| alone.solution.names.iter().flatten().cloned().collect();
-        let solution = Solution {
-            at: end,
-            covariance,
-            findings: Vec::new(),
-            names: samples.fitted.iter().map(of_fit).collect(),
-            left_out: Vec::new(),
-            misfit: f64::NAN,
-            evaluations: problem.count_evaluations(),
-            converged: descent.converged,
-            unit: 1.0,
-            middle: [0.0; 2],
-            problem,
-        };
+        let names = samples.fitted.iter().map(of_fit).collect();
+        let solution = Solution::new(problem, Descent { end, ..descent }, covariance, names);
         Ok(Self { samples, tests: Tests::new(&solution), solution })
     }
 
@@ -115,11 +105,10 @@ impl<'a> Joint<'a> {
         let differences = quantities.iter_mut().flat_map(|compared| &mut compared.differences);
         holm(differences.map(|difference| &mut difference.p_holm));
         if let Some(alone) = self.samples.fitted.first() {
-            verdict::describe(&mut quantities, alone.dataset.ball);
+            compared::describe(&mut quantities, alone.dataset.ball);
         }
         let mut findings = std::mem::take(&mut self.samples.findings);
-        findings.extend(quantities.iter().filter_map(verdict::contradiction));
-        findings.extend(quantities.iter().flat_map(verdict::at_bounds));
+        findings.extend(quantities.iter().flat_map(compared::findings));
         findings.extend(Quantity::ALL.into_iter().find_map(|quantity| self.limit(quantity)));
         if self.samples.have_one_camera() {
             findings.push(Finding::OneCamera(self.camera()));

@@ -15,11 +15,10 @@ mod effect;
 mod error;
 mod findings;
 mod joint;
-mod likelihood_ratio;
 mod quantity;
 mod result;
 mod samples;
-mod verdict;
+mod significance;
 
 pub use effect::Effect;
 pub use error::CompareError;

@@ -38,7 +38,6 @@ impl Quantity {
     }
 
     /// Returns the name on the command line and in compare.json.
-    #[must_use]
     pub fn name(self) -> &'static str {
         match self {
             Self::Parameter(parameter) => parameter.name(),
@@ -47,7 +46,6 @@ impl Quantity {
     }
 
     /// Returns the symbol in tables and plots.
-    #[must_use]
     pub fn symbol(self) -> &'static str {
         match self {
             Self::Parameter(parameter) => parameter.symbol(),
@@ -56,7 +54,6 @@ impl Quantity {
     }
 
     /// Returns what it is, in a line.
-    #[must_use]
     pub fn meaning(self) -> &'static str {
         match self {
             Self::Parameter(parameter) => parameter.meaning(),
@@ -85,7 +82,6 @@ pub struct Options {
 impl Options {
     /// Returns whether a quantity has a value for each label: as asked for, else by what the labels can
     /// differ in, which are cloths or not. A cloth has no part in what happens between the balls.
-    #[must_use]
     pub fn is_apart(&self, quantity: Quantity, by_cloth: bool) -> bool {
         let by_default = match quantity {
             Quantity::Parameter(Parameter::MuS) | Quantity::Sliding => by_cloth,

@@ -47,7 +47,6 @@ pub struct Comparison {
 
 impl Comparison {
     /// Returns whether the numbers can be used, with a reservation or without.
-    #[must_use]
     pub fn grade(&self) -> Grade {
         let compares = self.quantities.iter().any(|quantity| !quantity.differences.is_empty());
         match self.findings.iter().map(Finding::severity).max() {
@@ -59,19 +58,16 @@ impl Comparison {
     }
 
     /// Returns whether the data rule out the model, so that only what does not rest on it has errors.
-    #[must_use]
     pub fn is_refuted(&self) -> bool {
         self.findings.iter().any(|finding| matches!(finding, Finding::Refuted { .. }))
     }
 
     /// Returns what reports call the shot of a residual: its sample and its own name.
-    #[must_use]
     pub fn shot_name(&self, residual: &LabelResidual) -> String {
         format!("{}, {}", self.samples[residual.sample].title, residual.of_shot.shot)
     }
 
     /// Returns a quantity if it was compared.
-    #[must_use]
     pub fn get(&self, quantity: Quantity) -> Option<&Compared> {
         self.quantities.iter().find(|compared| compared.quantity == quantity)
     }
@@ -179,7 +175,6 @@ impl Difference {
     pub const LEVEL: f64 = 0.05;
 
     /// Whether the difference is no chance: `p_holm` is below [`Difference::LEVEL`].
-    #[must_use]
     pub fn is_real(&self) -> bool {
         self.p_holm < Self::LEVEL
     }

@@ -89,7 +89,6 @@ pub enum Kind {
 
 impl Finding {
     /// Returns whether something may be wrong with the data.
-    #[must_use]
     pub fn is_suspicious(&self) -> bool {
         self.kind != Kind::Advice
     }
@@ -97,7 +96,6 @@ impl Finding {
 
 /// Returns everything suspicious and whatever else is good to know; findings about the whole data set come first. Impacts must have
 /// been extracted from tracks before.
-#[must_use]
 pub fn check(dataset: &Dataset) -> Vec<Finding> {
     let shots: Vec<&Shot> = dataset.shots.iter().collect();
     let mut found = suspicious(dataset, &shots, [dataset.sliding, dataset.rolling]);
@@ -167,7 +165,6 @@ pub(super) fn are_mixed_up(shots: &[&Shot]) -> bool {
 }
 
 /// Returns findings as warnings, each kind once: sentences.
-#[must_use]
 pub fn warnings(found: &[Finding], shots: usize) -> Vec<String> {
     let mut kinds: Vec<Kind> = Vec::new();
     let mut all = Vec::new();

@@ -43,13 +43,11 @@ fn warning(kind: &'static str) -> impl Fn(String) -> Remark {
 
 impl Fit {
     /// Returns what a reader must know, in sentences, the most important first.
-    #[must_use]
     pub fn warnings(&self) -> Vec<&str> {
         self.said(|severity| severity > Severity::Note)
     }
 
     /// Returns what else a reader may want to know, in sentences.
-    #[must_use]
     pub fn notes(&self) -> Vec<&str> {
         self.said(|severity| severity == Severity::Note)
     }

@@ -40,7 +40,6 @@ pub enum FitError {
 
 impl FitError {
     /// Whether the input was wrong, rather than that it could not be fitted.
-    #[must_use]
     pub fn is_bad_input(&self) -> bool {
         match self {
             Self::Invalid { .. } | Self::Options(_) => true,

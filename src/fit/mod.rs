@@ -31,7 +31,7 @@ pub(crate) use diagnostics::refuted::mean as mean_of_shots;
 pub use diagnostics::refuted::{MeasuredRestitution, Refuted};
 pub use diagnostics::trends::{Trend, Variable};
 pub use error::FitError;
-pub use estimate::{Counted, Estimate, Intervals};
+pub use estimate::Counted;
 pub use film::{FittedFilm, OfShot, OwnEstimate};
 pub use intervals::bootstrap::{Bootstrap, Resampled};
 pub use intervals::regions::{Contour, LEVELS, Level, Profile};
@@ -44,4 +44,4 @@ pub use result::{
 };
 pub use verdict::{Grade, Verdict};
 
-pub use crate::problem::Status;
+pub use crate::problem::{IntervalPair as Intervals, ParameterEstimate as Estimate, Status};

@@ -9,14 +9,14 @@ use super::deviations::{trends, whiten};
 use super::diagnostics::{other_models, refuted};
 use super::error::Request;
 use super::intervals::regions;
-use super::{Depth, Diagnostics, Estimate, Fit, FitError, Intervals, Profile, Status, check, notes};
+use super::{Depth, Diagnostics, Estimate, Fit, FitError, Profile, Status, check, notes};
 use crate::measurement::dataset::Shot;
 use crate::measurement::number::plain;
 use crate::measurement::observable::Observable;
 use crate::measurement::parameter::Parameter;
 use crate::physics::collision::{Coefficients, Fidelity, FidelityChoice};
 use crate::physics::friction_law::Law;
-use crate::problem::{self, Determined, Finding, Id, Policy, RowsChoices, RowsFit, fit_rows, predict};
+use crate::problem::{self, Finding, Id, Policy, RowsChoices, RowsFit, fit_rows, predict};
 
 /// With more shots than this the regions of pairs of parameters and other models, some hundred fits, take
 /// longer than reading, and are parabolas to the eye.
@@ -60,8 +60,8 @@ pub(super) fn fit(request: Request) -> Result<Fit, FitError> {
 impl OfRows<'_> {
     /// Returns the fit without what is to be said of it.
     fn fit(&self) -> Fit {
-        let RowsFit { solution, estimates, as_free, .. } = &self.rows;
-        let mut estimates: Vec<Estimate> = estimates.iter().map(estimate_of).collect();
+        let RowsFit { solution, as_free, .. } = &self.rows;
+        let mut estimates = self.rows.estimates.clone();
         let kappa = solution.value(Id::Kappa);
         if kappa != 0.0 && estimates.iter().all(|estimate| estimate.parameter != Parameter::Kappa) {
             estimates.push(Estimate::bare(Parameter::Kappa, kappa, Status::Fixed));
@@ -184,26 +184,5 @@ impl OfRows<'_> {
             "With so many shots the regions of pairs of parameters and other models are left out.",
         );
         speed.into_iter().chain(regions).map(str::to_owned)
-    }
-}
-
-/// Returns the estimate of a parameter as fits state it.
-fn estimate_of(found: &Determined) -> Estimate {
-    let Some(parameter) = Parameter::ALL.into_iter().find(|p| Id::from(*p) == found.id) else {
-        unreachable!("estimates are of parameters")
-    };
-    let profile = found.profile.map(|ends| ends.map(|end| end.value));
-    let is_own = [found.of_error, profile].contains(&found.interval);
-    let differs = |of_bounds: &f64| found.std_error.is_some_and(|error| error != *of_bounds);
-    Estimate {
-        std_error: found.std_error,
-        interval_95: found.interval,
-        intervals: Intervals {
-            hessian: found.of_error,
-            profile: if is_own { profile } else { found.interval },
-        },
-        std_error_at_bound: found.std_error_at_bounds.filter(differs),
-        includes_other_minimum: !is_own,
-        ..Estimate::bare(parameter, found.value, found.status)
     }
 }

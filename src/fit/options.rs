@@ -57,7 +57,6 @@ pub enum Falling {
 
 impl Falling {
     /// The settings of a data set, with this in the place of what they state of b and c.
-    #[must_use]
     pub fn applied(self, mut settings: Settings) -> Settings {
         settings.falls |= self != Self::AsStated;
         if let Self::Held { b, c } = self {
@@ -82,7 +81,6 @@ pub enum Depth {
 
 impl Options {
     /// What is wrong with these choices, each with its name, its value and what was expected. A fit refuses them.
-    #[must_use]
     pub fn faults(&self) -> Vec<String> {
         let mut faults = Vec::new();
         if !(MIN_TOLERANCE..=MAX_TOLERANCE).contains(&self.tolerance) {

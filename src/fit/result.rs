@@ -295,7 +295,6 @@ pub struct Weight {
 
 impl Robust {
     /// Returns the weights by a loss, with errors from the scatter of the shots.
-    #[must_use]
     pub fn new(loss: Loss, weights: Vec<Weight>) -> Self {
         Self { loss, tuning_constant: loss.tuning(), covariance: "sandwich", weights }
     }
@@ -316,7 +315,6 @@ pub struct Scatter {
 
 impl Scatter {
     /// Whether the errors of the frames alone explain the residuals, so that χ² tests the model.
-    #[must_use]
     pub fn is_none(&self) -> bool {
         self.restitution == 0.0 && self.impulse_ratio == 0.0
     }

@@ -43,7 +43,6 @@ pub struct Verdict {
 
 impl Fit {
     /// Returns whether the numbers can be used, and the one thing to know about them.
-    #[must_use]
     pub fn verdict(&self) -> Verdict {
         match self.doubts().into_iter().next() {
             Some(Remark { severity: Severity::Unusable, sentence, .. }) => {

@@ -59,6 +59,15 @@ impl Block {
         }
     }
 
+    /// Returns the noises, in the order of the sums of a contribution.
+    pub fn noises(&self) -> &[Noise] {
+        match self {
+            Self::Film(film) => &film.world.noise,
+            Self::Discs(discs) => &discs.noise,
+            Self::Rows(rows) => &rows.noises,
+        }
+    }
+
     /// Returns whether noises are estimated from the residuals.
     pub fn estimates_noise(&self) -> bool {
         match self {
@@ -80,7 +89,7 @@ impl Block {
 
     /// Returns how many shots have what weight and cloth do during the contact.
     pub fn count_corrected(&self) -> usize {
-        let is_corrected = |correction: &&Correction| **correction != Correction::zeros();
+        let is_corrected = |correction: &&Correction| !correction.is_zero();
         match self {
             Self::Film(film) => film.corrections.iter().filter(is_corrected).count(),
             Self::Discs(_) => 0,
@@ -143,7 +152,7 @@ impl Block {
     pub fn least_noise(&self, which: usize) -> f64 {
         match self {
             Self::Film(_) | Self::Discs(_) => 0.0,
-            Self::Rows(rows) => rows.pools[which].least,
+            Self::Rows(rows) => rows.pools[which].least(),
         }
     }
 

@@ -168,7 +168,6 @@ pub enum Finding {
 impl Finding {
     /// Returns whether an effect beyond those of the chosen fidelity was tried, and whether it was
     /// adopted.
-    #[must_use]
     pub fn adoption(&self) -> Option<bool> {
         match self {
             Self::Compliance { adopted, .. } | Self::Weight { adopted, .. } => Some(*adopted),
@@ -177,7 +176,6 @@ impl Finding {
     }
 
     /// Returns how far it affects the trust in a fit.
-    #[must_use]
     pub fn severity(&self) -> Severity {
         match self {
             Self::NoiseRefuted { times } if *times > 1.0 => Severity::Note,
@@ -207,7 +205,6 @@ impl Finding {
 }
 
 /// Returns the worst severity of some findings.
-#[must_use]
 pub fn worst(findings: &[Finding]) -> Severity {
     findings.iter().map(Finding::severity).max().unwrap_or(Severity::Note)
 }

@@ -250,7 +250,6 @@ impl PicturePaths {
 
     /// Returns the place of the first body (0) or the second (1) in the picture at a time, m from the middle
     /// of the film.
-    #[must_use]
     pub fn place(&self, body: usize, time: f64) -> [f64; 2] {
         let pieces = &self.pieces[body.min(1)];
         let at = |late: f64| {

@@ -1,14 +1,14 @@
-//! Estimates with their errors and 95 % intervals: what is determined, and how.
+//! Estimates of parameters with their errors and 95 % intervals: what is determined, and how.
 
 use nalgebra::DMatrix;
 use statrs::distribution::{ContinuousCDF, Normal as Gauss, StudentsT};
 
 use super::identifiability::worst_direction;
 use super::problem::{Evaluation, Problem};
-use super::profile::End;
 use super::solution::Solution;
 use super::uncertainty::Estimates;
 use super::unknowns::{Id, Mode};
+use crate::measurement::parameter::{Parameter, Setting, Settings};
 use crate::physics::name::{by_name, worded};
 
 /// Relative change of χ² within which nothing depends on an unknown, and halvings for the edge of such a
@@ -43,26 +43,88 @@ worded! {
 
 by_name!(Status, "status", ALL, name);
 
-/// The estimate of one unknown of the contact.
+/// One fitted parameter.
 #[derive(Clone, Copy, Debug)]
-pub struct Determined {
-    /// The unknown.
-    pub id: Id,
-    /// Its value; at the edge of a range of values between which nothing changes.
+#[non_exhaustive]
+pub struct ParameterEstimate {
+    /// The parameter.
+    pub parameter: Parameter,
+    /// The estimate, in the parameter's unit: if it is fixed or not identified, the value that it was held
+    /// at; on a range of values between which nothing changes, its edge.
     pub value: f64,
-    /// Its standard error with unknowns at bounds taken for free; `None` at a bound, on such a range, or
-    /// if the noise is not known.
+    /// The standard error with parameters at bounds taken for free; `None` if there is none, as of a
+    /// parameter that is fixed.
     pub std_error: Option<f64>,
-    /// Its standard error if unknowns at bounds are known to be there.
-    pub std_error_at_bounds: Option<f64>,
-    /// Value ± t·error within its bounds.
-    pub of_error: Option<[f64; 2]>,
-    /// Its 95 % interval: of the profile if that differs from value ± t·error by a tenth.
-    pub interval: Option<[f64; 2]>,
-    /// The ends of its profile.
-    pub profile: Option<[End; 2]>,
-    /// What is known of it.
+    /// The 95 % interval within the bounds; at an active bound it is one-sided. It is that of the profile if
+    /// the two of `intervals` differ by more than a tenth, else that of the Hessian.
+    pub interval_95: Option<[f64; 2]>,
+    /// Both intervals.
+    pub intervals: IntervalPair,
+    /// The standard error if the parameters at their bounds were known to be there, if it differs from
+    /// `std_error`.
+    pub std_error_at_bound: Option<f64>,
+    /// Whether `interval_95` was extended to another minimum that is nearly as likely; `std_error` is the
+    /// curvature at the best one.
+    pub includes_other_minimum: bool,
+    /// How far the fit determined the parameter.
     pub status: Status,
+}
+
+/// A parameter's 95 % interval, found in two ways.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+#[non_exhaustive]
+pub struct IntervalPair {
+    /// From the curvature of χ² at its minimum: value ± t·error, as far as the bounds allow.
+    pub hessian: Option<[f64; 2]>,
+    /// From the lowest to the highest value at which χ², least over all other parameters, is t² above its
+    /// minimum, other minima included.
+    pub profile: Option<[f64; 2]>,
+}
+
+impl ParameterEstimate {
+    /// Returns a value without an error.
+    pub(crate) fn bare(parameter: Parameter, value: f64, status: Status) -> Self {
+        Self {
+            parameter,
+            value,
+            std_error: None,
+            interval_95: None,
+            intervals: IntervalPair::default(),
+            std_error_at_bound: None,
+            includes_other_minimum: false,
+            status,
+        }
+    }
+
+    /// Returns whether it ended at one of its bounds.
+    pub(crate) fn is_at_bound(&self) -> bool {
+        matches!(self.status, Status::AtLowerBound | Status::AtUpperBound)
+    }
+
+    /// Returns the estimate, or none of a parameter that ends at a bound and may as well be anywhere: the
+    /// data do not determine it.
+    pub(crate) fn unless_uninformed(self, setting: &Setting) -> Self {
+        let is_anywhere = |[low, high]: [f64; 2]| low <= setting.lower && high >= setting.upper;
+        if self.is_at_bound() && self.interval_95.is_some_and(is_anywhere) {
+            return Self::bare(self.parameter, setting.initial, Status::NotIdentified);
+        }
+        self
+    }
+
+    /// Returns the 95 % interval of the profile if a standard error would mislead: if it is less than half, or
+    /// more than twice, as wide as ± two standard errors, or extends to another minimum.
+    pub fn lopsided(&self) -> Option<[f64; 2]> {
+        const DIFFERENT: f64 = 2.0;
+        let [low, high] = self.interval_95.filter(|_| self.is_profiled())?;
+        let wide = (high - low) / (4.0 * self.std_error?);
+        let differs = self.includes_other_minimum || !(1.0 / DIFFERENT..=DIFFERENT).contains(&wide);
+        (wide.is_finite() && differs).then_some([low, high])
+    }
+
+    /// Returns whether `interval_95` is the one of the profile.
+    pub fn is_profiled(&self) -> bool {
+        self.interval_95.is_some() && self.interval_95 == self.intervals.profile
+    }
 }
 
 /// Quantiles of the deviations of estimates in their standard errors.
@@ -86,8 +148,8 @@ impl Quantiles {
     }
 }
 
-/// What estimates follow from.
-pub(crate) struct Intervals<'a> {
+/// What estimates of a table follow from.
+pub(crate) struct Known<'a> {
     pub solution: &'a Solution,
     /// Covariance with unknowns at bounds taken for free.
     pub as_free: &'a Estimates,
@@ -101,58 +163,74 @@ pub(crate) struct Intervals<'a> {
     pub profiles: bool,
 }
 
-impl Intervals<'_> {
-    /// Returns the estimate of an unknown with its intervals.
-    pub fn estimate(&self, id: Id) -> Determined {
-        let solution = self.solution;
-        let (column, unknown) = (id as usize, solution.problem.unknown(id));
-        let mut found = Determined {
-            id,
-            value: solution.value(id),
-            std_error: None,
-            std_error_at_bounds: None,
-            of_error: None,
-            interval: None,
-            profile: None,
-            status: Status::Fixed,
+impl Known<'_> {
+    /// Returns the estimates of some parameters; one at a bound that may as well be anywhere is not
+    /// identified, unless others depend on it.
+    pub fn estimates(&self, settings: &Settings) -> Vec<ParameterEstimate> {
+        let all: Vec<ParameterEstimate> =
+            settings.parameters().into_iter().map(|parameter| self.estimate(parameter)).collect();
+        let hangs = |estimate: &ParameterEstimate| {
+            let errors = estimate.std_error.zip(estimate.std_error_at_bound);
+            errors.is_some_and(|(free, held)| (free - held).abs() > DIFFERENT * held)
         };
+        if all.iter().any(hangs) {
+            return all;
+        }
+        all.into_iter().map(|estimate| estimate.unless_uninformed(&settings[estimate.parameter])).collect()
+    }
+
+    /// Returns the estimate of a parameter with its intervals.
+    fn estimate(&self, parameter: Parameter) -> ParameterEstimate {
+        let (solution, id) = (self.solution, Id::from(parameter));
+        let (column, unknown) = (id as usize, solution.problem.unknown(id));
+        let bare = |status: Status| ParameterEstimate::bare(parameter, solution.value(id), status);
         if self.undetermined.contains(&id) {
-            return Determined { status: Status::NotIdentified, ..found };
+            return bare(Status::NotIdentified);
         }
         if unknown.mode != Mode::Free {
-            return found;
+            return bare(Status::Fixed);
         }
-        if let Some(edge) = edge_of_saturation(&solution.problem, &solution.at, column) {
-            found.value = edge;
-        }
+        let edge = edge_of_saturation(&solution.problem, &solution.at, column);
+        let value = edge.unwrap_or_else(|| solution.value(id));
         let [low, high] = unknown.bounds;
-        found.status = match found.value {
+        let status = match value {
             value if value == low => Status::AtLowerBound,
             value if value == high => Status::AtUpperBound,
             _ => Status::Free,
         };
+        let found = ParameterEstimate::bare(parameter, value, status);
         let Some(Quantiles { two_sided, one_sided }) = self.quantiles else { return found };
-        found.std_error_at_bounds = solution.covariance.sd(column);
-        found.std_error = found.std_error_at_bounds.and(self.as_free.sd(column));
-        let t = if found.std_error.is_some() { two_sided } else { one_sided };
-        let ends = |sd: f64| [found.value - t * sd, found.value + t * sd].map(|end| end.clamp(low, high));
-        found.of_error = found.std_error.map(ends);
+        let at_bounds = solution.covariance.sd(column);
+        let std_error = at_bounds.and(self.as_free.sd(column));
+        let t = if std_error.is_some() { two_sided } else { one_sided };
+        let ends = |sd: f64| [value - t * sd, value + t * sd].map(|end| end.clamp(low, high));
+        let hessian = std_error.map(ends);
         // along a ratio of the balls χ² is a parabola
-        let is_profiled = self.profiles && !matches!(id, Id::MassRatio | Id::RadiusRatio);
-        found.profile = if is_profiled { solution.profile(column, t) } else { None };
-        let of_profile = found.profile.map(|ends| ends.map(|end| end.value));
-        found.interval = match (found.of_error, of_profile) {
-            (Some(of_error), Some(of_profile)) => {
-                let half = 0.5 * (of_error[1] - of_error[0]);
-                let differs = (0..2).any(|side| (of_error[side] - of_profile[side]).abs() > DIFFERENT * half);
-                Some(if differs { of_profile } else { of_error })
+        let is_profiled = self.profiles && !parameter.is_of_balls();
+        let profile = if is_profiled { solution.profile(column, t) } else { None };
+        let own = match (hessian, profile) {
+            (Some(hessian), Some(profile)) => {
+                let half = 0.5 * (hessian[1] - hessian[0]);
+                let differs = (0..2).any(|side| (hessian[side] - profile[side]).abs() > DIFFERENT * half);
+                Some(if differs { profile } else { hessian })
             }
-            (of_error, of_profile) => of_profile.or(of_error),
+            (hessian, profile) => profile.or(hessian),
         };
-        for other in self.others {
-            found.interval = found.interval.map(|ends| self.extend(ends, other, column, t));
+        let interval_95 =
+            own.map(|own| self.others.iter().fold(own, |ends, other| self.extend(ends, other, column, t)));
+        let includes_other_minimum = interval_95 != own;
+        ParameterEstimate {
+            std_error,
+            interval_95,
+            intervals: IntervalPair {
+                hessian,
+                profile: if includes_other_minimum { interval_95 } else { profile },
+            },
+            std_error_at_bound: at_bounds
+                .filter(|of_bounds| std_error.is_some_and(|error| error != *of_bounds)),
+            includes_other_minimum,
+            ..found
         }
-        found
     }
 
     /// Returns an interval extended to that about another minimum which is nearly as likely.
@@ -167,27 +245,6 @@ impl Intervals<'_> {
         let [low, high] = problem.unknowns[column].bounds;
         let reach = left.sqrt() * sd;
         [from.min((value - reach).max(low)), to.max((value + reach).min(high))]
-    }
-
-    /// Makes unknowns at bounds that may as well be anywhere not identified, unless others depend on
-    /// them.
-    pub fn judge_uninformed(&self, estimates: &mut [Determined]) {
-        let hangs = |estimate: &Determined| {
-            let errors = estimate.std_error.zip(estimate.std_error_at_bounds);
-            errors.is_some_and(|(free, held)| (free - held).abs() > DIFFERENT * held)
-        };
-        if estimates.iter().any(hangs) {
-            return;
-        }
-        for estimate in estimates {
-            let [low, high] = self.solution.problem.unknown(estimate.id).bounds;
-            let is_anywhere = estimate.interval.is_some_and(|ends| ends[0] <= low && ends[1] >= high);
-            if is_anywhere && matches!(estimate.status, Status::AtLowerBound | Status::AtUpperBound) {
-                estimate.value = self.solution.problem.unknown(estimate.id).start;
-                (estimate.status, estimate.interval, estimate.profile) = (Status::NotIdentified, None, None);
-                estimate.of_error = None;
-            }
-        }
     }
 }
 
@@ -238,4 +295,22 @@ pub(crate) fn determine(problem: &Problem, at: &Evaluation) -> (Estimates, Vec<I
     }
     let none = Estimates { columns: Vec::new(), covariance: DMatrix::zeros(0, 0) };
     (Estimates::new(&held, at).unwrap_or(none), undetermined)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn what_ends_at_a_bound_and_may_be_anywhere_is_not_identified() {
+        let setting = Parameter::MuS.default_setting();
+        let at_bound = |interval| ParameterEstimate {
+            interval_95: Some(interval),
+            ..ParameterEstimate::bare(Parameter::MuS, 0.0, Status::AtLowerBound)
+        };
+        let anywhere = at_bound([0.0, 1.0]).unless_uninformed(&setting);
+        assert_eq!((anywhere.status, anywhere.value), (Status::NotIdentified, setting.initial));
+        assert_eq!(anywhere.interval_95, None);
+        assert_eq!(at_bound([0.0, 0.7]).unless_uninformed(&setting).status, Status::AtLowerBound);
+    }
 }

@@ -16,6 +16,9 @@ const MAX_STEPS: usize = 40;
 const COARSE_STEPS: [usize; 2] = [10, 3];
 const SECOND_STEPS: usize = 12;
 
+/// Number of shots of a table that show where χ² has its minima.
+const ENOUGH_SHOTS: usize = 250;
+
 /// Relative difference within which two descents end at the same μ.
 const SAME_MU: f64 = 0.3;
 
@@ -55,10 +58,10 @@ pub(crate) fn descend_with_states(problem: &mut Problem, start: &State) -> Optio
 }
 
 /// Descends a few steps over places, scale, μ and e from each μ of a grid, with a noise as large as
-/// the first guesses are wrong. Where the best two end at different μ, both go on over everything
-/// free; returns the lower one.
+/// the first guesses are wrong, of large tables with some of the shots. From the best two, if they are at
+/// different μ, goes on over everything free; returns the lower one.
 fn descend_coarsely(problem: &Problem, start: &State) -> Option<Descent> {
-    let mut coarser = problem.clone();
+    let Thinned { problem: mut coarser, state: coarse_start, .. } = thin(problem, start);
     for sample in &mut coarser.samples {
         sample.block.coarsen();
     }
@@ -68,8 +71,8 @@ fn descend_coarsely(problem: &Problem, start: &State) -> Option<Descent> {
     let coarse_columns: Vec<usize> = free.iter().copied().filter(is_coarse).collect();
     let of_mu: Vec<usize> =
         free.iter().copied().filter(|column| problem.unknowns[*column].id == Id::Mu).collect();
-    let from = |mu: f64| {
-        let mut state = start.clone();
+    let from = |mu: &f64| {
+        let mut state = coarse_start.clone();
         for column in &of_mu {
             let [low, high] = problem.unknowns[*column].bounds;
             state.shared.0[*column] = mu.clamp(low, high);
@@ -77,7 +80,7 @@ fn descend_coarsely(problem: &Problem, start: &State) -> Option<Descent> {
         descend(&coarser, coarser.evaluate(state), &coarse_columns, COARSE_STEPS[usize::from(is_table)])
     };
     let grid = problem.samples.first().map_or(&[][..], |sample| sample.block.grid_of_mu());
-    let mut coarse: Vec<Descent> = grid.iter().map(|mu| from(*mu)).collect();
+    let mut coarse: Vec<Descent> = grid.iter().map(from).collect();
     coarse.retain(|descent| descent.end.cost.is_finite());
     let mu = |descent: &Descent, column: usize| descent.end.state.shared.0[column];
     // of values that fit equally well the smallest
@@ -88,10 +91,37 @@ fn descend_coarsely(problem: &Problem, start: &State) -> Option<Descent> {
     let is_other = |other: &Descent| {
         of_mu.iter().any(|column| (mu(other, *column) / mu(&best, *column) - 1.0).abs() > SAME_MU)
     };
-    let Some(second) = ranked.find(is_other) else { return Some(best) };
-    let [first, second] = [best, second]
-        .map(|coarse| descend(problem, problem.evaluate(coarse.end.state), &free, SECOND_STEPS));
+    let second = ranked.find(is_other);
+    let is_whole = coarse_start.own.iter().map(Vec::len).eq(start.own.iter().map(Vec::len));
+    let go_on = |coarse: Descent| {
+        let own = if is_whole { coarse.end.state.own } else { start.own.clone() };
+        let state = State { own, shared: coarse.end.state.shared };
+        descend(problem, problem.evaluate(state), &free, SECOND_STEPS)
+    };
+    let Some(second) = second else { return Some(if is_whole { best } else { go_on(best) }) };
+    let [first, second] = [best, second].map(go_on);
     Some(if second.end.cost < first.end.cost - STALL { second } else { first })
+}
+
+/// A problem with some of its shots.
+pub(crate) struct Thinned {
+    pub problem: Problem,
+    pub state: State,
+    /// Number of shots over the number of those that were taken.
+    pub factor: f64,
+}
+
+/// Returns a table with more than [`ENOUGH_SHOTS`] with that many of them, spread evenly; films as they are.
+pub(crate) fn thin(problem: &Problem, state: &State) -> Thinned {
+    let (mut problem, mut state) = (problem.clone(), state.clone());
+    let count = state.own.first().map_or(0, Vec::len);
+    if problem.rows().is_none() || problem.samples.len() > 1 || count <= ENOUGH_SHOTS {
+        return Thinned { problem, state, factor: 1.0 };
+    }
+    let keep: Vec<bool> =
+        (0..count).map(|i| (i + 1) * ENOUGH_SHOTS / count > i * ENOUGH_SHOTS / count).collect();
+    problem.retain(0, &mut state, &keep);
+    Thinned { problem, state, factor: count as f64 / ENOUGH_SHOTS as f64 }
 }
 
 /// Minimises with what weight and cloth do during the contact, which is computed where each descent ends.

@@ -57,16 +57,14 @@ pub use film::shots::{FittedFrame, Impact, Motion};
 pub use findings::{Finding, Severity};
 pub use frames::PicturePaths;
 pub use identifiability::{Combination, Invariant, Remains};
-pub use intervals::{Determined, Status};
+pub use intervals::{IntervalPair, ParameterEstimate, Status};
 pub(crate) use offsets::ShiftScore;
 pub use offsets::{Offsets, Slope};
 pub use policy::Policy;
-pub use profile::End;
-pub use rows::choices::{RowsChoices, RowsError};
+pub use rows::choices::{RowsChoices, RowsError, Unpredictable};
 pub(crate) use rows::prediction::Deviations;
 pub use rows::prediction::{Prediction, predict};
 pub use rows::run::{RowsFit, TableNoise, fit_rows};
-pub use rows::shot::Unpredictable;
 pub use run::fit_film;
 pub use solution::{Budget, Estimate, ShotInfluence, Solution};
 pub use sums::Noise;
@@ -74,7 +72,7 @@ pub use uncertainty::{Conflict, Score, Share};
 pub use unknowns::{Id, Normal};
 pub(crate) use {
     block::Block,
-    descent::descend_until,
+    descent::{Descent, descend_until},
     film::{causes::comply, own},
     minimise::{descend_weighed, descend_with_noise},
     problem::{Evaluation, Problem, Sample, State},
@@ -100,7 +98,9 @@ mod tests {
     use super::rows::shot::OWN;
     use super::rows::table::Table;
     use super::unknowns::{Own, Shared};
-    use super::{Determined, Id, Modelling, Noise, Policy, RowsChoices, RowsFit, Status, fit_film, fit_rows};
+    use super::{
+        Id, Modelling, Noise, ParameterEstimate, Policy, RowsChoices, RowsFit, Status, fit_film, fit_rows,
+    };
     use crate::io;
     use crate::measurement::dataset::{Before, Dataset, Joint, Measured, Shared as Common, Shot};
     use crate::measurement::loss::Loss;
@@ -141,8 +141,8 @@ mod tests {
         fit_rows(dataset, &dataset.shots.iter().collect::<Vec<_>>(), &FULL, &Policy::default()).unwrap()
     }
 
-    fn get(fit: &RowsFit, id: Id) -> Determined {
-        *fit.estimates.iter().find(|estimate| estimate.id == id).unwrap()
+    fn get(fit: &RowsFit, id: Id) -> ParameterEstimate {
+        *fit.estimates.iter().find(|estimate| Id::from(estimate.parameter) == id).unwrap()
     }
 
     /// Checks that the gradient is half of the slope of χ², for these shared unknowns to one tolerance and
@@ -277,7 +277,7 @@ mod tests {
     #[test]
     fn contacts_that_all_stick_give_the_edge_of_their_range() {
         let mu = get(&fitted(&made("impacts", 20, r#""stun""#, 0.3, [-8.0, 8.0], 7)), Id::Mu);
-        let [low, high] = mu.interval.unwrap();
+        let [low, high] = mu.interval_95.unwrap();
         assert!(mu.std_error.is_none() && mu.value < 0.2 && low < mu.value && high == 0.5, "{mu:?}");
         assert_ne!(mu.status, Status::NotIdentified);
     }

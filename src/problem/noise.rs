@@ -71,6 +71,25 @@ pub(super) fn update(problem: &mut Problem, at: &Evaluation) -> bool {
     settled
 }
 
+/// Returns −2 log L up to a constant, greatest over the sizes of the noises that are estimated.
+pub(super) fn minus_two_log(problem: &Problem, at: &Evaluation) -> f64 {
+    let of_noise = |(sum, noise): (&NoiseSums, &Noise)| {
+        let variance = sum.weighted * noise.sd * noise.sd / sum.count;
+        sum.count * variance.ln() - sum.weighted + sum.ln_determinant
+    };
+    let of_sample = |(number, sample): (usize, &Sample)| {
+        let block = &sample.block;
+        let noises = if block.estimates_noise() { block.noises() } else { &[] };
+        let of_spread = |(_, prior): (usize, OwnPrior)| match prior {
+            OwnPrior::Spread(which) => 2.0 * block.spreads()[which].sd.ln(),
+            OwnPrior::Held | OwnPrior::Stated(_) => 0.0,
+        };
+        let of_spreads = (0..at.shots[number].len()).flat_map(|i| block.own_priors(i)).map(of_spread);
+        at.noises(number).iter().zip(noises).map(of_noise).sum::<f64>() + of_spreads.sum::<f64>()
+    };
+    at.cost + problem.samples.iter().enumerate().map(of_sample).sum::<f64>()
+}
+
 fn count(sums: &[NoiseSums]) -> f64 {
     sums.iter().map(|sum| sum.count).sum()
 }

@@ -48,7 +48,6 @@ const OWN_PART: f64 = 1e-6;
 
 impl Solution {
     /// Returns the outcome offsets of shot `i` of a sample; `None` if its frames do not tell them.
-    #[must_use]
     pub fn offsets(&self, sample: usize, i: usize) -> Option<Offsets> {
         let (information, gradient) = self.at.shots.get(sample)?.get(i)?.reduced(&Id::OFFSETS)?;
         let covariance = information.cholesky()?.inverse();

@@ -150,12 +150,11 @@ impl Problem {
         let unknowns = &self.unknowns;
         for sample in &mut self.samples {
             let own: Vec<Unknown> = sample.columns.iter().map(|column| unknowns[*column]).collect();
-            let contact = match &mut sample.block {
-                Block::Discs(_) => continue,
-                Block::Film(film) => &mut film.world.contact,
-                Block::Rows(rows) => &mut rows.contact,
-            };
-            *contact = contact.with(&own);
+            match &mut sample.block {
+                Block::Discs(_) => {}
+                Block::Film(film) => film.world.contact = film.world.contact.with(&own),
+                Block::Rows(rows) => *rows = rows.clone().with_unknowns(&own),
+            }
         }
     }
 

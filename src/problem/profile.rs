@@ -31,24 +31,15 @@ const JUMP: f64 = 1e-6;
 /// Part of t that the rise is taken to be at least, so that a flat χ² is left in bounded steps.
 const FLAT: f64 = 1e-3;
 
-/// One end of an interval.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct End {
-    /// Value of the unknown.
-    pub value: f64,
-    /// Rise of χ² there: below t² at a bound.
-    pub rise: f64,
-}
-
 impl Solution {
     /// Returns both ends of the interval of a column of the problem, where χ² is `t²` above its
     /// minimum, or at bounds that are met before; `None` if χ² cannot be minimised there.
-    pub(crate) fn profile(&self, column: usize, t: f64) -> Option<[End; 2]> {
+    pub(crate) fn profile(&self, column: usize, t: f64) -> Option<[f64; 2]> {
         self.profile_to(PRECISION, column, t)
     }
 
     /// Returns both ends to a relative precision of the root of the rise of χ².
-    fn profile_to(&self, precision: f64, column: usize, t: f64) -> Option<[End; 2]> {
+    fn profile_to(&self, precision: f64, column: usize, t: f64) -> Option<[f64; 2]> {
         let value = self.at.state.shared.0[column];
         let error = self.covariance.sd(column).map(|sd| t * sd).filter(|sd| *sd > 0.0 && sd.is_finite());
         let first = error.unwrap_or(0.1 * value.abs().max(0.01));
@@ -74,8 +65,7 @@ impl Solution {
         if is_parabola(value - t * sd) && is_parabola(value + t * sd) {
             return None;
         }
-        let [below, above] = self.profile_to(EDGE, column, t)?;
-        Some([below.value, above.value])
+        self.profile_to(EDGE, column, t)
     }
 }
 
@@ -145,15 +135,15 @@ fn profile_end(
     column: usize,
     (t, precision): (f64, f64),
     first: f64,
-) -> Option<End> {
+) -> Option<f64> {
     let from = minimum.state.shared.0[column];
     let [low, high] = problem.unknowns[column].bounds;
     let (sign, bound) = if first > 0.0 { (1.0, high) } else { (-1.0, low) };
     let limit = (bound - from).abs();
     let value = |distance: f64| if distance >= limit { bound } else { from + sign * distance };
     let place = |distance: f64| [(column, value(distance))];
-    let (distance, rise) = reach(problem, minimum, (t, precision), (first.abs(), limit), place)?;
-    Some(End { value: value(distance), rise: rise * rise })
+    let (distance, _) = reach(problem, minimum, (t, precision), (first.abs(), limit), place)?;
+    Some(value(distance))
 }
 
 /// Returns the distance along a way from the minimum at which the root of the rise of χ² is `t`, to a

@@ -236,18 +236,7 @@ impl<'a> Run<'a> {
         if let Some(covariance) = robust_covariance(&self.problem, &self.descent.end, &estimates) {
             estimates.covariance = covariance;
         }
-        Solution {
-            evaluations: self.problem.count_evaluations(),
-            problem: self.problem,
-            converged: self.descent.converged,
-            at: self.descent.end,
-            covariance: estimates,
-            findings: self.findings,
-            names: vec![self.names],
-            left_out: Vec::new(),
-            misfit: f64::NAN,
-            unit: 1.0,
-            middle: [0.0; 2],
-        }
+        let names = vec![self.names];
+        Solution { findings: self.findings, ..Solution::new(self.problem, self.descent, estimates, names) }
     }
 }

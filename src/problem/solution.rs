@@ -4,11 +4,12 @@ use nalgebra::DMatrix;
 use rayon::prelude::*;
 
 use super::block::Block;
+use super::descent::Descent;
 use super::film::motion::Approach;
 use super::film::own;
 use super::film::spins::ShotSpin;
 use super::findings::{Finding, Severity, worst};
-use super::noise::count_shared;
+use super::noise::{count_shared, minus_two_log};
 use super::problem::{Evaluation, Problem, Sample, State};
 use super::robust::losses;
 use super::rows::shot::RowShot;
@@ -82,6 +83,29 @@ impl std::fmt::Debug for Solution {
 }
 
 impl Solution {
+    /// Returns the end of a descent of a table as a solution, with the covariance there and the names of
+    /// the shots of each sample.
+    pub(crate) fn new(
+        problem: Problem,
+        descent: Descent,
+        covariance: Estimates,
+        names: Vec<Vec<String>>,
+    ) -> Self {
+        Self {
+            evaluations: problem.count_evaluations(),
+            problem,
+            at: descent.end,
+            covariance,
+            findings: Vec::new(),
+            names,
+            left_out: Vec::new(),
+            misfit: f64::NAN,
+            converged: descent.converged,
+            unit: 1.0,
+            middle: [0.0; 2],
+        }
+    }
+
     /// Returns the values of all unknowns.
     pub(crate) fn state(&self) -> &State {
         &self.at.state
@@ -105,7 +129,6 @@ impl Solution {
     }
 
     /// Returns the estimates of all shared unknowns that were free, in the order of the columns.
-    #[must_use]
     pub fn estimates(&self) -> Vec<Estimate> {
         self.problem.free().into_iter().map(|column| self.estimate(column)).collect()
     }
@@ -121,14 +144,12 @@ impl Solution {
     }
 
     /// Returns the estimate of an unknown of the first sample if it was free.
-    #[must_use]
     pub fn get(&self, id: Id) -> Option<Estimate> {
         let column = self.column(0, id)?;
         (self.problem.unknowns[column].mode == Mode::Free).then(|| self.estimate(column))
     }
 
     /// Returns the value of an unknown of the first sample, free or held.
-    #[must_use]
     pub fn value(&self, id: Id) -> f64 {
         self.column(0, id).map_or(f64::NAN, |column| self.at.state.shared.0[column])
     }
@@ -140,7 +161,6 @@ impl Solution {
 
     /// Returns the covariance of unknowns of the first sample: a row and a column each, NaN for those
     /// without a standard error.
-    #[must_use]
     pub fn covariance(&self, ids: &[Id]) -> DMatrix<f64> {
         self.covariance_in(&self.covariance, ids)
     }
@@ -157,7 +177,6 @@ impl Solution {
     }
 
     /// Returns the error budget of an unknown of the first sample; `None` if it has no standard error.
-    #[must_use]
     pub fn budget(&self, id: Id) -> Option<Budget> {
         let column = self.column(0, id)?;
         let (shares, noise) = self.covariance.budget(&self.problem, column, &Id::WANTED)?;
@@ -166,7 +185,6 @@ impl Solution {
 
     /// Returns how much the fit depends on each shot of the first sample, in the order of the shots;
     /// `None` for a shot without which something is not determined.
-    #[must_use]
     pub fn influence(&self) -> Vec<Option<ShotInfluence>> {
         let shots = self.at.shots.first().map_or(0, Vec::len);
         let of_shot = |i: usize| {
@@ -179,14 +197,12 @@ impl Solution {
 
     /// Returns the information on these unknowns of the first sample, all other free ones eliminated:
     /// the inverse of their covariance.
-    #[must_use]
     pub(crate) fn information(&self, ids: &[Id]) -> Option<DMatrix<f64>> {
         Some(self.covariance(ids).cholesky()?.inverse())
     }
 
     /// Returns how far an unknown at a bound may be from it at 95 % confidence, one-sided: where χ² has
     /// risen by 1.645² as the others follow, to second order. `None` for one that is not at a bound.
-    #[must_use]
     pub fn limit_at_bound(&self, id: Id) -> Option<f64> {
         const RISE: f64 = 1.645 * 1.645;
         let column = self.column(0, id)?;
@@ -205,13 +221,20 @@ impl Solution {
     }
 
     /// Returns χ² of everything: data, own unknowns and priors.
-    #[must_use]
     pub fn chi2_of_all(&self) -> f64 {
         self.at.cost
     }
 
+    /// Returns −2 log L up to a constant, greatest over the noises that are not stated, and the number of
+    /// unknowns and noises that were estimated.
+    pub fn minus_two_log(&self) -> (f64, usize) {
+        let is_estimated = |sample: &&Sample| sample.block.estimates_noise();
+        let noises =
+            self.problem.samples.iter().filter(is_estimated).map(|sample| sample.block.noises().len());
+        (minus_two_log(&self.problem, &self.at), self.problem.free().len() + noises.sum::<usize>())
+    }
+
     /// Returns χ² of the data alone, and the number of measured numbers in it.
-    #[must_use]
     pub fn chi2_of_data(&self) -> (f64, f64) {
         let of_sample = |(number, sample): (usize, &Sample)| match &sample.block {
             Block::Rows(rows) => {
@@ -228,14 +251,12 @@ impl Solution {
     }
 
     /// Returns what the priors of shared unknowns add to χ².
-    #[must_use]
     pub fn prior_chi2(&self) -> f64 {
         let pulls = self.problem.unknowns.iter().zip(&self.at.state.shared.0);
         pulls.filter_map(|(unknown, x)| Some(unknown.active_prior()?.pull(*x).powi(2))).sum()
     }
 
     /// Returns the number of unknowns that the shots have of their own, without those that are held.
-    #[must_use]
     pub fn own_count(&self) -> usize {
         let free = |shot: &Contribution| shot.held.iter().filter(|held| !**held).count();
         let of_sample = |(number, sample): (usize, &Sample)| match &sample.block {
@@ -248,7 +269,6 @@ impl Solution {
 
     /// Returns the degrees of freedom of χ² of everything: numbers less unknowns, where what is known of an
     /// unknown beforehand is a number, too.
-    #[must_use]
     pub fn dof(&self) -> usize {
         let numbers = self.chi2_of_data().1.round() as usize;
         let has_prior = |column: &&usize| self.problem.unknowns[**column].active_prior().is_some();
@@ -258,19 +278,16 @@ impl Solution {
 
     /// Returns the number of shared unknowns that the data determine: each counts by the part of its
     /// information that is not its prior's.
-    #[must_use]
     pub fn data_count(&self) -> f64 {
         count_shared(&self.problem, &self.covariance)
     }
 
     /// Returns whether the noise of all data is stated.
-    #[must_use]
     pub fn states_noise(&self) -> bool {
         self.problem.film().is_some_and(|film| film.states_noise)
     }
 
     /// Returns the weight of each shot of the first sample by a robust loss; none by least squares.
-    #[must_use]
     pub fn weights(&self) -> Vec<f64> {
         if !self.problem.is_robust() {
             return Vec::new();
@@ -280,26 +297,22 @@ impl Solution {
     }
 
     /// Returns whether the data are a film of balls or of discs.
-    #[must_use]
     pub fn is_film(&self) -> bool {
         self.problem.rows().is_none()
     }
 
     /// Returns the bounds of an unknown of the first sample.
-    #[must_use]
     pub fn bounds(&self, id: Id) -> [f64; 2] {
         self.column(0, id).map_or([f64::NAN; 2], |column| self.problem.unknowns[column].bounds)
     }
 
     /// Returns the noise of the frames of the cue balls and of the object balls of a film.
-    #[must_use]
     pub fn frame_noise(&self) -> Option<[Noise; 2]> {
         Some(self.problem.film()?.world.noise)
     }
 
     /// Returns the topspin of each shot of a film over natural roll, with its name; 1 for a ball that
     /// rolls.
-    #[must_use]
     pub fn topspins(&self) -> Vec<(String, f64)> {
         let Some(film) = self.problem.film() else { return Vec::new() };
         let State { own, shared } = self.state();
@@ -314,7 +327,6 @@ impl Solution {
 
     /// Returns whether the data hardly determine a wanted unknown: its error is more than half of
     /// what it is known to without them, or a finding says so.
-    #[must_use]
     pub fn is_undetermined(&self, id: Id) -> bool {
         let is_of = |finding: &Finding| matches!(finding, Finding::Undetermined { id: of, .. } if *of == id);
         let is_prior = |estimate: Estimate| {
@@ -324,7 +336,6 @@ impl Solution {
     }
 
     /// Returns the worst severity of the findings.
-    #[must_use]
     pub fn severity(&self) -> Severity {
         worst(&self.findings)
     }

@@ -71,9 +71,9 @@ pub(in crate::fit) fn compare(
 ) -> Vec<Alternative> {
     let settings = request.dataset.settings_of_balls();
     let numbers: usize = shots.iter().flatten().map(|shot| shot.values.len()).sum();
-    let (here, count) = fit.minus_two_log();
+    let (here, count) = fit.solution.minus_two_log();
     let fitted = |name, found: &RowsFit, settings: &Settings, nested: i32| {
-        let (there, parameters) = found.minus_two_log();
+        let (there, parameters) = found.solution.minus_two_log();
         let (rise, more) = (there - here, parameters as f64 - count as f64);
         let statistic = (-f64::from(nested) * rise).max(0.0);
         let ratio = LikelihoodRatio { statistic, p_value: at_bound(statistic) };

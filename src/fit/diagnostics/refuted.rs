@@ -55,7 +55,6 @@ impl Refuted {
 impl Fit {
     /// The standard error of a parameter as if the model held: what is stated, or where the data refute the model what would
     /// have been.
-    #[must_use]
     pub fn std_error_if_model_held(&self, parameter: Parameter) -> Option<f64> {
         let stated = self.estimates.iter().find(|e| e.parameter == parameter).and_then(|e| e.std_error);
         stated.or_else(|| {

@@ -54,7 +54,6 @@ impl Trend {
     }
 
     /// A likely reason for the trend, in words.
-    #[must_use]
     pub fn meaning(&self) -> &'static str {
         match (self.quantity, self.variable) {
             ("throw", Variable::Speed) => "friction is not constant",

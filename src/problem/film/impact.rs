@@ -41,6 +41,18 @@ impl Correction {
     pub fn zeros() -> Self {
         Self { values: SVector::zeros(), by: SMatrix::zeros(), about: SVector::zeros() }
     }
+
+    pub fn is_zero(&self) -> bool {
+        self.values.iter().all(|value| *value == 0.0)
+    }
+}
+
+/// An outcome in the order of [`Outcome::components`], with its derivatives.
+pub(crate) struct Response {
+    pub after: SVector<f64, 12>,
+    pub by: SMatrix<f64, 12, { Input::COUNT }>,
+    /// Whether the contact stuck.
+    pub sticks: bool,
 }
 
 /// A ball just before or after the impact, in the collision frame.
@@ -76,23 +88,46 @@ fn coefficients(shared: &Shared) -> Coefficients {
     Coefficients { mu: shared[Id::Mu], mu_s: shared[Id::MuS], e: shared[Id::E] }
 }
 
+/// Returns the values of the inputs of a collision.
+fn input_values(before: &BallState, shared: &Shared) -> SVector<f64, { Input::COUNT }> {
+    let (velocity, spin) = (before.velocity, before.spin);
+    SVector::from(Input::ALL.map(|input| match (input, input.shared()) {
+        (_, Some(id)) => shared[id],
+        (Input::VelocityX, _) => velocity.x,
+        (Input::VelocityY, _) => velocity.y,
+        (Input::SpinX, _) => spin.x,
+        (Input::SpinY, _) => spin.y,
+        _ => spin.z,
+    }))
+}
+
+impl Input {
+    /// Returns the shared unknown that an input is; `None` of the motion of the cue ball.
+    pub(in crate::problem) fn shared(self) -> Option<Id> {
+        Some(match self {
+            Self::Mu => Id::Mu,
+            Self::MuS => Id::MuS,
+            Self::E => Id::E,
+            Self::B => Id::FallB,
+            Self::C => Id::FallC,
+            Self::Kappa => Id::Kappa,
+            Self::MassRatio => Id::MassRatio,
+            Self::RadiusRatio => Id::RadiusRatio,
+            Self::ESlope => Id::ESlope,
+            Self::VelocityX | Self::VelocityY | Self::SpinX | Self::SpinY | Self::SpinZ => return None,
+        })
+    }
+}
+
 /// Returns the inputs of a collision, with their derivatives.
 fn inputs(cue: &Side, shared: &Shared, radius: f64) -> [Dual; Input::COUNT] {
-    Input::ALL.map(|input| match input {
-        Input::Mu => shared.dual(Id::Mu),
-        Input::MuS => shared.dual(Id::MuS),
-        Input::E => shared.dual(Id::E),
-        Input::VelocityX => cue.velocity.x,
-        Input::VelocityY => cue.velocity.y,
-        Input::SpinX => cue.spin[0] / radius,
-        Input::SpinY => cue.spin[1] / radius,
-        Input::SpinZ => cue.spin[2] / radius,
-        Input::B => shared.dual(Id::FallB),
-        Input::C => shared.dual(Id::FallC),
-        Input::Kappa => shared.dual(Id::Kappa),
-        Input::MassRatio => shared.dual(Id::MassRatio),
-        Input::RadiusRatio => shared.dual(Id::RadiusRatio),
-        Input::ESlope => shared.dual(Id::ESlope),
+    Input::ALL.map(|input| match (input, input.shared()) {
+        (_, Some(id)) => shared.dual(id),
+        (Input::VelocityX, _) => cue.velocity.x,
+        (Input::VelocityY, _) => cue.velocity.y,
+        (Input::SpinX, _) => cue.spin[0] / radius,
+        (Input::SpinY, _) => cue.spin[1] / radius,
+        _ => cue.spin[2] / radius,
     })
 }
 
@@ -166,20 +201,41 @@ impl Contact {
 
     /// Returns by how much the outcome of the finer model differs for one cue ball; 0 without one.
     pub fn correct(&self, cue: &Side, shared: &Shared) -> Result<Correction, NotACollision> {
+        self.correct_at(&cue.state(self.object.radius * shared[Id::RadiusRatio]), shared)
+    }
+
+    /// Returns by how much the outcome of the finer model differs for a cue ball in this state; 0 without one.
+    pub fn correct_at(&self, before: &BallState, shared: &Shared) -> Result<Correction, NotACollision> {
         let Some(fine) = self.fine else { return Ok(Correction::zeros()) };
         let (model, fine) = (self.at(self.model, shared), self.at(fine, shared));
-        let before = cue.state(model.ball.radius);
         let coefficients = coefficients(shared);
         let [(coarse, by), (fine, finely_by)] = [
-            model.collide_with_jacobian(&before, &coefficients)?,
-            fine.collide_with_jacobian(&before, &coefficients)?,
+            model.collide_with_jacobian(before, &coefficients)?,
+            fine.collide_with_jacobian(before, &coefficients)?,
         ];
-        let inputs = inputs(cue, shared, model.ball.radius);
         Ok(Correction {
             values: fine.components() - coarse.components(),
             by: finely_by - by,
-            about: SVector::from(inputs.each_ref().map(|input| input.re)),
+            about: input_values(before, shared),
         })
+    }
+
+    /// Returns the outcome for a cue ball in this state, with its derivatives by the inputs.
+    pub fn respond(
+        &self,
+        before: &BallState,
+        shared: &Shared,
+        correction: &Correction,
+    ) -> Result<Response, NotACollision> {
+        let model = self.at(self.model, shared);
+        let (outcome, mut by) = model.collide_with_jacobian(before, &coefficients(shared))?;
+        let mut after = outcome.components();
+        if !correction.is_zero() {
+            let moved = input_values(before, shared) - correction.about;
+            after += correction.values + correction.by * moved;
+            by += correction.by;
+        }
+        Ok(Response { after, by, sticks: outcome.regime == Regime::Stick })
     }
 
     /// Returns the balls after the impact, and whether the contact stuck.
@@ -189,19 +245,12 @@ impl Contact {
         shared: &Shared,
         correction: &Correction,
     ) -> Result<([Side; 2], bool), NotACollision> {
-        let model = self.at(self.model, shared);
-        let radius = model.ball.radius;
+        let radius = self.object.radius * shared[Id::RadiusRatio];
         // derivatives by the ratio of the radii are those at a constant radius of the cue ball
         let object_radius = shared.dual(Id::RadiusRatio).recip() * radius;
-        let (outcome, mut jacobian) =
-            model.collide_with_jacobian(&cue.state(radius), &coefficients(shared))?;
+        let Response { after: values, by: jacobian, sticks } =
+            self.respond(&cue.state(radius), shared, correction)?;
         let inputs = inputs(cue, shared, radius);
-        let mut values = outcome.components();
-        if *correction != Correction::zeros() {
-            let moved = SVector::from(inputs.each_ref().map(|input| input.re)) - correction.about;
-            values += correction.values + correction.by * moved;
-            jacobian += correction.by;
-        }
         let mut by = [SVector::zeros(); 12];
         for (input, derivatives) in inputs.iter().zip(jacobian.column_iter()) {
             let slope = gradient(input);
@@ -217,6 +266,6 @@ impl Contact {
             inertia: self.object.inertia,
         };
         let sides = [side(0, constant(radius)), side(6, object_radius)];
-        Ok((sides, outcome.regime == Regime::Stick))
+        Ok((sides, sticks))
     }
 }

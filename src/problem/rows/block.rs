@@ -2,24 +2,32 @@
 
 use std::sync::Arc;
 
-use super::shot::{OWN, Predicted, Residual, RowShot};
+use nalgebra::DVector;
+use rayon::prelude::*;
+
+use super::prediction::{Approach, Residual, Residuals};
+use super::shot::{Gradient, OWN, RowShot};
 use crate::measurement::loss::Loss;
 use crate::measurement::observable::Observable;
-use crate::problem::film::dual::{Gradient, gradient};
-use crate::problem::film::impact::Contact;
-use crate::problem::film::own;
+use crate::problem::film::impact::{Contact, Correction};
 use crate::problem::loss::ShotLoss;
-use crate::problem::sums::{Contribution, Noise, OwnPrior};
-use crate::problem::unknowns::{Own, PHYSICS, Shared};
-
-/// Place of the residual in the sums of a shot.
-const LAST: usize = OWN + PHYSICS;
+use crate::problem::problem::{Reduced, Sample, State};
+use crate::problem::sums::{Contribution, Noise, OwnPrior, settle};
+use crate::problem::uncertainty::Estimates;
+use crate::problem::unknowns::{Mode, Own, PHYSICS, Shared, Unknown};
 
 /// Topspin over closing speed within which own unknowns are at the kink of their outcome.
-pub(super) const AT_KINK: f64 = 1e-10;
+const AT_KINK: f64 = 1e-10;
 
 /// Stiffness against leaving a kink, over that of the residuals.
 const STIFF: f64 = 1e9;
+
+/// Steps of a shot's own descent, and fall of χ² after which it ends: 1e-3 standard deviations.
+const STEPS: usize = 30;
+const STALL: f64 = 1e-6;
+
+/// Distance of another side of a kink, in standard errors, beyond which it is not tried.
+const REACH: f64 = 6.0;
 
 /// Observables whose numbers have noise of one size.
 #[derive(Clone, Debug)]
@@ -27,8 +35,15 @@ pub(crate) struct Pool {
     pub observables: Vec<Observable>,
     /// What the rounding of the columns leaves, SI or radians; 0 if they are not rounded.
     pub rounding: f64,
-    /// The least size: the rounding, or so small that residuals vanish.
-    pub least: f64,
+    /// Size so small that residuals vanish.
+    pub exact: f64,
+}
+
+impl Pool {
+    /// Returns the least size of the noise.
+    pub fn least(&self) -> f64 {
+        self.rounding.max(self.exact)
+    }
 }
 
 /// Shots of a table.
@@ -36,6 +51,8 @@ pub(crate) struct Pool {
 pub(crate) struct RowsBlock {
     pub shots: Arc<Vec<RowShot>>,
     pub contact: Contact,
+    /// Number of shared unknowns that normal equations hold: the last that is not held, and those before it.
+    width: usize,
     /// Noises of numbers whose errors are not stated: of each pool.
     pub noises: Vec<Noise>,
     /// The observables of a unit, unless their noises differ.
@@ -50,6 +67,26 @@ impl RowsBlock {
     /// shots of slippery balls have minima between small values.
     pub const GRID: [f64; 9] = [0.002, 0.005, 0.01, 0.02, 0.04, 0.08, 0.15, 0.25, 0.4];
 
+    /// Returns a block of shots by least squares, without noises.
+    pub fn new(shots: Vec<RowShot>, contact: &Contact, unknowns: &[Unknown]) -> Self {
+        let block = Self {
+            shots: Arc::new(shots),
+            contact: *contact,
+            width: 0,
+            noises: Vec::new(),
+            pools: Vec::new(),
+            loss: Loss::Squares,
+            losses: Vec::new(),
+        };
+        block.with_unknowns(unknowns)
+    }
+
+    /// Returns the same shots with the effects that the unknowns of the sample have.
+    pub fn with_unknowns(self, unknowns: &[Unknown]) -> Self {
+        let last = unknowns[..PHYSICS].iter().rposition(|unknown| unknown.mode != Mode::Fixed);
+        Self { contact: self.contact.with(unknowns), width: last.map_or(0, |last| last + 1), ..self }
+    }
+
     /// Returns the same shots with a loss.
     pub fn with_loss(mut self, loss: Loss) -> Self {
         let most = self.shots.iter().map(|shot| shot.rows.len()).max().unwrap_or(0);
@@ -58,32 +95,67 @@ impl RowsBlock {
         self
     }
 
-    /// Returns the prediction of shot `i` with residuals in units of their errors.
-    pub fn predict(&self, i: usize, own: &Own, shared: &Shared) -> Option<Predicted> {
-        let mut predicted = self.shots[i].predict(own, shared, &self.contact).ok()?;
-        for residual in &mut predicted.residuals {
-            if let Some(noise) = residual.noise {
-                let sd = self.noises[noise].sd;
-                residual.value /= sd;
-                residual.by /= sd;
+    /// Takes shots in the place of all, one may be taken several times.
+    pub fn take(&mut self, indices: &[usize]) {
+        self.shots = Arc::new(indices.iter().map(|i| self.shots[*i].clone()).collect());
+    }
+
+    /// Gives the shots whose speed is known the difference of the outcome with the balls' weight as their
+    /// offset.
+    pub fn weigh(&mut self, own: &[Own], shared: &Shared) {
+        let heavy = if self.contact.is_corrected() { self.contact } else { self.contact.with_weight() };
+        let offset = |(shot, own): (&mut RowShot, &Own)| {
+            let cue = shot.approach(own, shared).state(shot.radius);
+            let offset = heavy.correct_at(&cue, shared).ok().filter(|_| shot.knows_speed);
+            shot.offset = offset.unwrap_or_else(Correction::zeros);
+        };
+        Arc::make_mut(&mut self.shots).par_iter_mut().zip(own).for_each(offset);
+    }
+
+    /// Returns the residuals of shot `i`, independent of each other and in units of their errors.
+    pub fn predict(&self, i: usize, own: &Own, shared: &Shared) -> Option<Residuals> {
+        let shot = &self.shots[i];
+        let mut residuals = shot.differences(own, shared, &self.contact).ok()?;
+        let whiten = |(i, row): (usize, &super::shot::Row)| {
+            let sd = row.noise.map_or(1.0, |noise| self.noises[noise].sd);
+            let mut white = Residual { value: 0.0, by: Gradient::zeros() };
+            for (j, difference) in residuals.rows[..=i].iter().enumerate() {
+                let weight = shot.rest[(i, j)] / sd;
+                if weight != 0.0 {
+                    white.value += difference.value * weight;
+                    white.by.axpy(weight, &difference.by, 1.0);
+                }
             }
-        }
-        Some(predicted)
+            white
+        };
+        residuals.rows = shot.rows.iter().enumerate().map(whiten).collect();
+        Some(residuals)
+    }
+
+    /// Returns the distance of shot `i` from its prediction: the length of its residuals and of the
+    /// errors of its inputs in units of their standard deviations.
+    pub fn distance(&self, i: usize, own: &Own, predicted: &Residuals) -> f64 {
+        let residuals = predicted.rows.iter().map(|residual| residual.value.powi(2)).sum::<f64>();
+        let is_stated = |place: &usize| matches!(self.shots[i].priors[*place], Some(OwnPrior::Stated(_)));
+        let errors = (0..OWN).filter(is_stated).map(|place| own[place].powi(2)).sum::<f64>();
+        (residuals + errors).sqrt()
     }
 
     /// Returns the sums of shot `i`.
     pub fn contribute(&self, i: usize, own: &Own, shared: &Shared) -> Contribution {
         let Some(predicted) = self.predict(i, own, shared) else {
-            return Contribution::impossible(OWN, PHYSICS, self.noises.len());
+            return Contribution::impossible(OWN, self.width, self.noises.len());
         };
-        let mut sums = self.add_up(i, own, &predicted, true);
-        let loss = &self.losses[predicted.residuals.len()];
+        let mut sums = self.add_up(i, own, &predicted, self.width, true);
+        let loss = &self.losses[predicted.rows.len()];
         let distance = sums.cost.sqrt();
         let weight = loss.weight(distance);
-        sums.products *= weight;
+        if weight != 1.0 {
+            sums.products *= weight;
+        }
         sums.cost = loss.cost(distance);
-        for residual in &predicted.residuals {
-            if let Some(noise) = residual.noise {
+        for (residual, row) in predicted.rows.iter().zip(&self.shots[i].rows) {
+            if let Some(noise) = row.noise {
                 sums.noises[noise].weighted += (weight * residual.value).powi(2) / loss.consistency;
                 sums.noises[noise].count += 1.0;
             }
@@ -91,20 +163,28 @@ impl RowsBlock {
         sums.or_impossible()
     }
 
-    /// Returns the sums of a shot by least squares; own unknowns that are at the kink between topspin and
-    /// draw stay on it if they are `pinned`.
-    pub fn add_up(&self, i: usize, own: &Own, predicted: &Predicted, pinned: bool) -> Contribution {
-        let mut sums = Contribution::empty(OWN, PHYSICS, self.noises.len());
+    /// Returns the sums of a shot by least squares over its own unknowns and the first `width` shared ones;
+    /// own unknowns that are at the kink between topspin and draw stay on it if they are `pinned`.
+    fn add_up(&self, i: usize, own: &Own, predicted: &Residuals, width: usize, pinned: bool) -> Contribution {
+        let mut sums = Contribution::empty(OWN, width, self.noises.len());
         sums.sticks = predicted.sticks;
-        for residual in &predicted.residuals {
-            add(&mut sums, residual);
+        let last = OWN + width;
+        for Residual { value, by } in &predicted.rows {
+            let by = &by.as_slice()[..last];
+            for (column, factor) in by.iter().enumerate().filter(|(_, factor)| **factor != 0.0) {
+                for (row, other) in by[..=column].iter().enumerate() {
+                    sums.products[(row, column)] += other * factor;
+                }
+                sums.products[(column, last)] += factor * value;
+            }
+            sums.products[(last, last)] += value * value;
+            sums.cost += value * value;
         }
-        let by = gradient(&predicted.topspin);
-        let normal = by.fixed_rows::<OWN>(0).into_owned();
-        if pinned && predicted.topspin.re.abs() < AT_KINK && normal.norm() > 0.0 {
+        let (topspin, normal) = self.topspin(i, &predicted.approach);
+        if pinned && topspin.abs() < AT_KINK && normal.norm() > 0.0 {
             let stiffness = STIFF * (1.0 + sums.products.view((0, 0), (OWN, OWN)).trace());
-            let mut of_own = sums.products.fixed_view_mut::<OWN, OWN>(0, 0);
-            of_own += normal * normal.transpose() * (stiffness / normal.norm_squared());
+            let mut of_own = sums.products.view_mut((0, 0), (OWN, OWN));
+            of_own += &normal * normal.transpose() * (stiffness / normal.norm_squared());
         }
         for (place, prior) in self.shots[i].priors.iter().enumerate() {
             if let Some(prior) = prior {
@@ -114,37 +194,120 @@ impl RowsBlock {
         sums
     }
 
-    /// Returns the distance of shot `i` from its prediction: the length of its residuals and of the
-    /// errors of its inputs in units of their standard deviations.
-    pub fn distance(&self, i: usize, own: &Own, predicted: &Predicted) -> f64 {
-        let residuals = predicted.residuals.iter().map(|residual| residual.value.powi(2)).sum::<f64>();
-        let stated = |place: &usize| matches!(self.shots[i].priors[*place], Some(OwnPrior::Stated(_)));
-        let errors = (0..OWN).filter(stated).map(|place| own[place].powi(2)).sum::<f64>();
-        (residuals + errors).sqrt()
+    /// Returns topspin over closing speed of shot `i` and its derivatives by the own unknowns.
+    fn topspin(&self, i: usize, approach: &Approach) -> (f64, Own) {
+        let (topspin, by_inputs) = approach.topspin();
+        let by = self.shots[i].by.fixed_columns::<OWN>(0).tr_mul(&by_inputs);
+        (topspin, DVector::from_column_slice(by.as_slice()))
     }
 
-    /// Takes shots in the place of all, one may be taken several times.
-    pub fn take(&mut self, indices: &[usize]) {
-        self.shots = Arc::new(indices.iter().map(|i| self.shots[*i].clone()).collect());
+    /// Returns the own unknowns of shot `i` that fit best near `start`, on either side of the kink
+    /// between topspin and draw or on it. Those far from the kink, which the steps of all unknowns find,
+    /// stay, unless a speed is unknown: a speed afterwards determines it too well for linear steps.
+    pub fn settle(&self, i: usize, start: Own, shared: &Shared) -> Own {
+        let shot = &self.shots[i];
+        let has_speed = shot.own_unknowns_without_prior() == 0;
+        if shot.is_exact() || has_speed && self.way_to_kink(i, &start, shared).is_none() {
+            return start;
+        }
+        let here = self.descend_own(i, start, shared, false);
+        let Some(way) = self.way_to_kink(i, &here.0, shared) else { return here.0 };
+        let mut best = here.clone();
+        let mut keep = |other: (Own, Contribution)| {
+            if other.1.cost < best.1.cost {
+                best = other;
+            }
+        };
+        // the other side is tried if its parabola is lower
+        let across = &here.0 + &way * 2.0;
+        let there = self.sum_own(i, &across, shared, false);
+        if there.cost - promise(&there) < here.1.cost {
+            keep(self.descend_own(i, across, shared, false));
+        }
+        // a descent that came to no minimum of its side is held up by the kink
+        if promise(&here.1) > STALL
+            && let Some(onto) = self.onto_kink(i, &here.0 + way, shared)
+        {
+            keep(self.descend_own(i, onto, shared, true));
+        }
+        best.0
+    }
+
+    /// Returns the shortest way to the kink; `None` if it is beyond the reach of the errors.
+    fn way_to_kink(&self, i: usize, own: &Own, shared: &Shared) -> Option<Own> {
+        let (topspin, normal) = self.topspin(i, &self.shots[i].approach(own, shared));
+        let is_near = topspin.abs() < REACH * normal.norm();
+        is_near.then(|| &normal * (-topspin / normal.norm_squared()))
+    }
+
+    /// Returns own unknowns moved on to the kink.
+    fn onto_kink(&self, i: usize, mut own: Own, shared: &Shared) -> Option<Own> {
+        for _ in 0..4 {
+            let (topspin, normal) = self.topspin(i, &self.shots[i].approach(&own, shared));
+            if topspin.abs() < 0.01 * AT_KINK {
+                return Some(own);
+            }
+            own -= &normal * (topspin / normal.norm_squared());
+        }
+        None
+    }
+
+    /// Descends in the own unknowns of shot `i`, along the kink if they are on it.
+    fn descend_own(&self, i: usize, own: Own, shared: &Shared, on_kink: bool) -> (Own, Contribution) {
+        let at = self.sum_own(i, &own, shared, on_kink);
+        if promise(&at) < STALL {
+            return (own, at);
+        }
+        let contribute = |own: &Own| self.sum_own(i, own, shared, on_kink);
+        let bounded = |own: Own| if on_kink { self.onto_kink(i, own, shared) } else { Some(own) };
+        settle(own, &[], (STEPS, STALL), contribute, bounded)
+    }
+
+    /// Returns the sums of shot `i` over its own unknowns alone.
+    fn sum_own(&self, i: usize, own: &Own, shared: &Shared, on_kink: bool) -> Contribution {
+        match self.predict(i, own, shared) {
+            Some(predicted) => self.add_up(i, own, &predicted, 0, on_kink),
+            None => Contribution::impossible(OWN, 0, self.noises.len()),
+        }
+    }
+
+    /// Returns the part of each noise that its numbers spend on unknowns: the sum of their leverages.
+    pub fn leverages(
+        &self,
+        sample: &Sample,
+        state: &State,
+        (reduced, estimates): (&Reduced, &Estimates),
+        number: usize,
+    ) -> Vec<f64> {
+        let mut sums = vec![0.0; self.noises.len()];
+        if sums.is_empty() {
+            return sums;
+        }
+        let shared = sample.gather(&state.shared);
+        let place = |id: usize| Some((id, estimates.position(sample.columns[id])?));
+        let places: Vec<(usize, usize)> = (0..PHYSICS).filter_map(place).collect();
+        for (i, own) in state.own[number].iter().enumerate() {
+            let Some(predicted) = self.predict(i, own, &shared) else { continue };
+            let weight = self.losses[predicted.rows.len()].weight(self.distance(i, own, &predicted));
+            let response = reduced.response(number, i, &estimates.columns);
+            let of_own = &reduced.own[number][i].covariance;
+            for (residual, row) in predicted.rows.iter().zip(&self.shots[i].rows) {
+                let Some(noise) = row.noise else { continue };
+                let by_own = residual.by.rows(0, OWN);
+                let mut by = response.tr_mul(&by_own);
+                for (id, place) in &places {
+                    by[*place] += residual.by[OWN + id];
+                }
+                let variance = by.dot(&(&estimates.covariance * &by)) + by_own.dot(&(of_own * by_own));
+                sums[noise] += weight * variance;
+            }
+        }
+        sums
     }
 }
 
-/// Adds the products of a residual and its derivatives.
-fn add(sums: &mut Contribution, residual: &Residual) {
-    let derivative = |by: &Gradient, column: usize| match column {
-        LAST => residual.value,
-        // the inputs of a film have more own unknowns
-        shared if shared >= OWN => by[shared - OWN + own::OWN],
-        place => by[place],
-    };
-    let columns: Vec<(usize, f64)> = (0..=LAST)
-        .map(|column| (column, derivative(&residual.by, column)))
-        .filter(|(_, by)| *by != 0.0)
-        .collect();
-    for (place, (i, by)) in columns.iter().enumerate() {
-        for (j, other) in &columns[place..] {
-            sums.products[(*i, *j)] += by * other;
-        }
-    }
-    sums.cost += residual.value * residual.value;
+/// Returns the fall of χ² that its parabola at a place has to its minimum.
+fn promise(at: &Contribution) -> f64 {
+    let step = at.own_step(&[], 0.0);
+    step.map_or(f64::INFINITY, |step| (0..OWN).map(|place| step[place] * at.slope(place)).sum())
 }

@@ -1,8 +1,8 @@
-//! How a table is fitted, and why it cannot be.
+//! How a table is fitted, and why a shot or all of it cannot be.
 
 use crate::measurement::loss::Loss;
 use crate::measurement::number::count_of;
-use crate::physics::collision::FidelityChoice;
+use crate::physics::collision::{FidelityChoice, NotACollision};
 use crate::problem::unknowns::Id;
 
 /// Choices of the fit of a table that its data set does not state.
@@ -60,4 +60,30 @@ pub enum RowsError {
         "no collision is like these shots, so that no search can begin: check the radius, the units and which ball is which"
     )]
     NoStart,
+}
+
+/// Reason why a shot cannot be fitted.
+#[derive(Clone, Debug, PartialEq, thiserror::Error)]
+pub enum Unpredictable {
+    /// The state before the impact is no collision.
+    #[error(transparent)]
+    NotACollision(#[from] NotACollision),
+    /// The spin is unknown.
+    #[error("its spin is unknown; give spin columns, or cue_spin stun or natural-roll")]
+    UnknownSpin,
+    /// The spin is stated in rad/s and no speed is.
+    #[error("its spin is given in rad/s but no speed is: give speed_m_s or a speed after the impact")]
+    SpinWithoutSpeed,
+    /// Friction or restitution depends on the speed, which is not known.
+    #[error(
+        "the friction or e depends on the speed, but the shot has none: give speed_m_s or a speed after the \
+         impact"
+    )]
+    FallsWithoutSpeed,
+    /// The only observable determines the speed before the impact.
+    #[error("its only observable, {0}, serves to find the incoming speed: nothing is left to fit")]
+    NothingLeft(&'static str),
+    /// A covariance is not positive definite.
+    #[error("its covariance is not positive definite")]
+    NoWeights,
 }

@@ -6,12 +6,9 @@
 
 pub(crate) mod block;
 pub(crate) mod choices;
-pub(crate) mod fidelity;
-mod leverage;
+mod effects;
 mod outliers;
 pub(crate) mod prediction;
 pub(crate) mod run;
-mod settle;
 pub(crate) mod shot;
 pub(crate) mod table;
-mod view;

@@ -16,7 +16,7 @@ pub(super) fn judge_rows(problem: &Problem, state: &State, policy: &Policy) -> V
         let (rows, shared) = (problem.rows()?, problem.samples[0].gather(&state.shared));
         let of_shot = |(i, own): (usize, &_)| {
             let predicted = rows.predict(i, own, &shared)?;
-            Some((rows.distance(i, own, &predicted).powi(2), predicted.residuals.len() as f64))
+            Some((rows.distance(i, own, &predicted).powi(2), predicted.rows.len() as f64))
         };
         state.own[0].iter().enumerate().map(of_shot).collect()
     };
@@ -69,7 +69,7 @@ fn candidates(shots: &[(f64, f64)], least: f64, policy: &Policy) -> Vec<bool> {
 fn least_scale(problem: &Problem) -> f64 {
     let Some(rows) = problem.rows() else { return 1.0 };
     let of_row = |row: &super::shot::Row| {
-        row.noise.map_or(1.0, |noise| (rows.pools[noise].rounding / rows.noises[noise].sd).powi(2))
+        row.noise.map_or(1.0, |noise| (rows.pools[noise].least() / rows.noises[noise].sd).powi(2))
     };
     let all: Vec<f64> = rows.shots.iter().flat_map(|shot| shot.rows.iter().map(of_row)).collect();
     all.iter().sum::<f64>() / all.len() as f64

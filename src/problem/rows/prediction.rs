@@ -1,19 +1,19 @@
-//! What a collision model says of the numbers of one shot, and what is measured of it less what a fit
-//! predicts.
+//! From the unknowns of a shot to its numbers, and what is measured of it less what a fit predicts.
 
-use nalgebra::{DMatrix, DVector, SVector};
+use nalgebra::{DMatrix, DVector, SMatrix, SVector, Vector2};
+use num_dual::{DualNum, DualSVec64};
 
 use super::block::RowsBlock;
-use super::shot::{OWN, RowShot, SPEEDS, Unpredictable};
-use super::view::View;
+use super::choices::Unpredictable;
+use super::shot::{Gradient, OWN, RowShot, SPEED};
 use crate::measurement::dataset::{Dataset, Shot};
-use crate::measurement::observable::Observable;
-use crate::physics::ball::BallState;
-use crate::physics::collision::{Coefficients, Model};
+use crate::measurement::observable::{Axis, Observable};
+use crate::numerics::wrap;
+use crate::physics::ball::{BallState, Vec3};
+use crate::physics::collision::{Coefficients, Input, Model, NotACollision};
 use crate::physics::friction_law::Law;
-use crate::problem::film::dual::{DualVector, constant, gradient};
-use crate::problem::film::impact::Side;
-use crate::problem::film::own;
+use crate::problem::film::dual::{constant, gradient};
+use crate::problem::film::impact::Contact;
 use crate::problem::solution::Solution;
 use crate::problem::sums::OwnPrior;
 use crate::problem::unknowns::{Id, Own, PHYSICS, SHARED, Shared};
@@ -22,6 +22,229 @@ use crate::problem::unknowns::{Id, Own, PHYSICS, SHARED, Shared};
 /// difference at which they end.
 const STEPS: usize = 20;
 const SAME: f64 = 1e-14;
+
+/// Speed below which directions are smoothed, m/s, as in films.
+const SMOOTH_SPEED: f64 = 1e-4;
+
+/// Number of components of an outcome.
+const AFTER: usize = 12;
+
+/// Number of quantities that an observation depends on: the inputs, the outcome, and the ratio of the radii.
+const SEEN: usize = OWN + AFTER + 1;
+
+/// A number with its derivatives by these quantities.
+type Seen = DualSVec64<SEEN>;
+
+/// The cue ball before the impact in the collision frame, and where that is on the table.
+pub(super) struct Approach {
+    /// m/s
+    velocity: [Seen; 2],
+    /// Rω, m/s.
+    spin: [Seen; 3],
+    /// Direction of the line of centres on the table; (1, 0) of angles.
+    cos: Seen,
+    sin: Seen,
+    /// Cut angle, rad, and speed, m/s.
+    cut: Seen,
+    speed: Seen,
+}
+
+impl Approach {
+    pub fn state(&self, radius: f64) -> BallState {
+        let [v_x, v_y] = self.velocity.map(|v| v.re);
+        let [w_x, w_y, w_z] = self.spin.map(|spin| spin.re / radius);
+        BallState { velocity: Vec3::new(v_x, v_y, 0.0), spin: Vec3::new(w_x, w_y, w_z) }
+    }
+
+    /// Returns the topspin about the line of centres over the closing speed, with its derivatives by the
+    /// inputs: the outcome has a kink at 0.
+    pub fn topspin(&self) -> (f64, SVector<f64, OWN>) {
+        let topspin = self.spin[1] / self.velocity[0];
+        (topspin.re, by_inputs(&topspin))
+    }
+
+    /// Returns the derivatives of velocity and spin, as inputs of a collision, by those of the shot.
+    fn motion_by_inputs(&self, radius: f64) -> SMatrix<f64, 5, OWN> {
+        let [v_x, v_y] = self.velocity;
+        let [w_x, w_y, w_z] = self.spin.map(|spin| spin / radius);
+        SMatrix::from_rows(&[v_x, v_y, w_x, w_y, w_z].map(|number| by_inputs(&number).transpose()))
+    }
+}
+
+/// Returns the derivatives of a number by the inputs.
+fn by_inputs(number: &Seen) -> SVector<f64, OWN> {
+    gradient(number).fixed_rows::<OWN>(0).into_owned()
+}
+
+/// Both balls after an impact, as an observer on the table sees them.
+struct View<'a> {
+    approach: &'a Approach,
+    /// Velocity and angular velocity of the cue ball, then of the object ball.
+    after: [Seen; AFTER],
+    /// Sign of the measured cut angle.
+    side: f64,
+    /// m
+    radii: [Seen; 2],
+    inertia: f64,
+}
+
+impl<'a> View<'a> {
+    fn new(shot: &RowShot, approach: &'a Approach, after: &SVector<f64, AFTER>, radius_ratio: f64) -> Self {
+        let ratio = constant::<SEEN>(radius_ratio).derivative(OWN + AFTER);
+        Self {
+            approach,
+            after: std::array::from_fn(|i| constant::<SEEN>(after[i]).derivative(OWN + i)),
+            side: shot.side,
+            radii: [constant(shot.radius), ratio.recip() * shot.radius],
+            inertia: shot.inertia,
+        }
+    }
+
+    /// Returns what is measured of the balls after the impact, rad, m/s or rad/s.
+    fn observe(&self, observable: Observable) -> Seen {
+        let [cue, object] = [0, 1].map(|ball| self.velocity(ball));
+        let against_incoming =
+            |velocity: &Vector2<Seen>| turn((direction(velocity) - self.approach.cut) * self.side);
+        match observable {
+            Observable::Throw => direction(&object) * self.side,
+            Observable::CueTurn => against_incoming(&cue),
+            Observable::CueTurnRolling => against_incoming(&self.rolling(0)),
+            Observable::ObjectAngleRolling => -against_incoming(&self.rolling(1)),
+            Observable::Separation => {
+                let angle = turn(direction(&cue) - direction(&object));
+                if angle.re < 0.0 { -angle } else { angle }
+            }
+            Observable::ObjectSpeed => length(&object),
+            Observable::CueSpeed => length(&cue),
+            Observable::ObjectSpeedRolling => length(&self.rolling(1)),
+            Observable::CueSpeedRolling => length(&self.rolling(0)),
+            Observable::ObjectSpeedRatio => length(&object) / self.approach.speed,
+            Observable::CueVelocity(axis) => self.on_table(0, axis),
+            Observable::CueSpin(axis) => self.on_table(3, axis),
+            Observable::ObjectVelocity(axis) => self.on_table(6, axis),
+            Observable::ObjectSpin(axis) => self.on_table(9, axis),
+            // of discs, which are another kind of data
+            Observable::Restitution | Observable::ImpulseRatio => constant(f64::NAN),
+        }
+    }
+
+    fn velocity(&self, ball: usize) -> Vector2<Seen> {
+        Vector2::new(self.after[6 * ball], self.after[6 * ball + 1])
+    }
+
+    /// Returns the velocity of a ball once it rolls: V − s ν/(1 + ν) with its slip s on the cloth, whether
+    /// or not it flies first.
+    fn rolling(&self, ball: usize) -> Vector2<Seen> {
+        let velocity = self.velocity(ball);
+        let [w_x, w_y] = [3, 4].map(|i| self.after[6 * ball + i] * self.radii[ball]);
+        let part = self.inertia / (1.0 + self.inertia);
+        Vector2::new(velocity.x - (velocity.x - w_y) * part, velocity.y - (velocity.y + w_x) * part)
+    }
+
+    /// Returns a component on the table of the vector whose components begin at `first`.
+    fn on_table(&self, first: usize, axis: Axis) -> Seen {
+        let [x, y, z] = [0, 1, 2].map(|i| self.after[first + i]);
+        let Approach { cos, sin, .. } = self.approach;
+        match axis {
+            Axis::X => x * cos - y * sin,
+            Axis::Y => x * sin + y * cos,
+            Axis::Z => z,
+        }
+    }
+}
+
+fn length(v: &Vector2<Seen>) -> Seen {
+    (v.x * v.x + v.y * v.y + SMOOTH_SPEED * SMOOTH_SPEED).sqrt()
+}
+
+fn direction(v: &Vector2<Seen>) -> Seen {
+    v.y.atan2(v.x)
+}
+
+/// Returns the same angle within (−π, π].
+fn turn(angle: Seen) -> Seen {
+    angle + (wrap(angle.re) - angle.re)
+}
+
+/// A predicted number less the measured one, with its derivatives.
+#[derive(Clone, Copy)]
+pub(crate) struct Residual {
+    pub value: f64,
+    pub by: Gradient,
+}
+
+/// Residuals of a shot.
+pub(crate) struct Residuals {
+    pub rows: Vec<Residual>,
+    pub sticks: bool,
+    pub(super) approach: Approach,
+}
+
+impl RowShot {
+    /// Returns the cue ball before the impact.
+    pub(super) fn approach(&self, own: &Own, shared: &Shared) -> Approach {
+        self.approach_at(&self.deviations(own, shared))
+    }
+
+    fn approach_at(&self, deviations: &Gradient) -> Approach {
+        let values = self.inputs + self.by * deviations;
+        let inputs: [Seen; OWN] = std::array::from_fn(|i| constant::<SEEN>(values[i]).derivative(i));
+        let [first, second, third, w_x, w_y, w_z] = inputs;
+        let (sin, cos) = if self.is_cut { (constant(0.0), constant(1.0)) } else { first.sin_cos() };
+        let turn = |x: Seen, y: Seen| [x * cos + y * sin, y * cos - x * sin];
+        let velocity =
+            if self.is_cut { [second * first.cos(), second * first.sin()] } else { turn(second, third) };
+        let [w_x, w_y] = turn(w_x, w_y);
+        // ω = (−U_y, U_x, 0)/R of natural roll
+        let spin = [
+            w_x * self.radius - velocity[1] * self.roll,
+            w_y * self.radius + velocity[0] * self.roll,
+            w_z * self.radius,
+        ];
+        let vector = Vector2::from(velocity);
+        Approach {
+            velocity,
+            spin,
+            cos,
+            sin,
+            cut: if self.is_cut { first } else { direction(&vector) },
+            speed: if self.is_cut { second } else { length(&vector) },
+        }
+    }
+
+    /// Returns the predicted numbers less the measured ones.
+    pub(super) fn differences(
+        &self,
+        own: &Own,
+        shared: &Shared,
+        contact: &Contact,
+    ) -> Result<Residuals, NotACollision> {
+        let deviations = self.deviations(own, shared);
+        let approach = self.approach_at(&deviations);
+        let response = contact.respond(&approach.state(self.radius), shared, &self.offset)?;
+        let view = View::new(self, &approach, &response.after, shared[Id::RadiusRatio]);
+        let motion_by_inputs = approach.motion_by_inputs(self.radius);
+        let difference = |row: &super::shot::Row| {
+            let seen = view.observe(row.observable);
+            let slope = gradient(&seen);
+            let by_collision = response.by.tr_mul(&slope.fixed_rows::<AFTER>(OWN));
+            let by_motion = by_collision.fixed_rows::<5>(Input::VelocityX as usize);
+            let by_inputs = slope.fixed_rows::<OWN>(0) + motion_by_inputs.tr_mul(&by_motion);
+            let mut by = self.by.tr_mul(&by_inputs) - row.by;
+            for input in Input::ALL {
+                if let Some(id) = input.shared() {
+                    by[OWN + id as usize] += by_collision[input as usize];
+                }
+            }
+            by[OWN + Id::RadiusRatio as usize] += slope[OWN + AFTER];
+            let value = seen.re - row.value;
+            let value = if row.observable.is_angle() { wrap(value) } else { value };
+            Residual { value: value - row.by.dot(&deviations), by }
+        };
+        let rows = self.rows.iter().map(difference).collect();
+        Ok(Residuals { rows, sticks: response.sticks, approach })
+    }
+}
 
 /// The numbers of a shot as a model has them.
 #[derive(Clone, Debug)]
@@ -41,48 +264,30 @@ pub struct Prediction {
 pub fn predict(shot: &Shot, model: &Model, coefficients: &Coefficients) -> Result<Prediction, Unpredictable> {
     let bare = Dataset::new("", model.ball, Vec::new());
     let made = RowShot::new(shot, &bare, model.law != Law::Constant || model.e_slope.is_some())?;
-    let mut shared = Shared(vec![0.0; SHARED]);
-    shared[Id::RadiusRatio] = model.ball.radius / model.object_ball().radius;
+    let spent = made.spent_row();
+    let shared = Shared(vec![0.0; SHARED]);
     let mut own = Own::zeros(OWN);
-    let determined = (made.own_unknowns_without_prior() > 0)
-        .then(|| SPEEDS.iter().find_map(|speed| made.rows.iter().position(|row| row.observable == *speed)));
     let mut steps = 0;
     loop {
-        let (cue, view) = made.approach(&own, &shared);
-        let cue = cue.state(model.ball.radius);
+        let approach = made.approach(&own, &shared);
+        let cue = approach.state(model.ball.radius);
         let after = model.collide(&cue, coefficients)?.components();
-        let all = made.rows.iter().map(|row| view.observe(row.observable, &sides(&after, &view, model)).re);
-        let values: Vec<f64> = all.collect();
-        if let Some(row) = determined.flatten()
-            && steps < STEPS
-        {
-            // speeds afterwards are nearly in proportion to the one before
-            let part = made.rows[row].value / values[row];
-            if (part - 1.0).abs() > SAME {
-                own[1] = (1.0 + own[1]) * part - 1.0;
-                steps += 1;
-                continue;
-            }
+        let view = View::new(&made, &approach, &after, model.ball.radius / model.object_ball().radius);
+        let values: Vec<f64> = made.rows.iter().map(|row| view.observe(row.observable).re).collect();
+        // speeds afterwards are nearly in proportion to the one before
+        let part = spent.map_or(1.0, |row| made.rows[row].value / values[row]);
+        if (part - 1.0).abs() > SAME && steps < STEPS {
+            own[SPEED] = (1.0 + own[SPEED]) * part - 1.0;
+            steps += 1;
+            continue;
         }
-        let is_kept = |row: &usize| determined.flatten() != Some(*row);
-        let kept: Vec<usize> = (0..values.len()).filter(is_kept).collect();
+        let kept: Vec<usize> = (0..values.len()).filter(|row| spent != Some(*row)).collect();
         return Ok(Prediction {
             cue,
             observables: kept.iter().map(|row| made.rows[*row].observable).collect(),
             values: kept.iter().map(|row| values[*row]).collect(),
         });
     }
-}
-
-/// Returns both balls after the impact.
-fn sides(after: &SVector<f64, 12>, view: &View, model: &Model) -> [Side; 2] {
-    let side = |first: usize, radius: f64| Side {
-        velocity: DualVector::new(constant(after[first]), constant(after[first + 1])),
-        rise: constant(after[first + 2]),
-        spin: [3, 4, 5].map(|i| constant(after[first + i] * radius)),
-        inertia: model.object_ball().inertia,
-    };
-    [side(0, view.radii[0].re), side(6, view.radii[1].re)]
 }
 
 /// Numbers of one shot less their prediction from its measured inputs.
@@ -97,8 +302,6 @@ pub(crate) struct Deviations {
     pub covariance: DMatrix<f64>,
     /// Derivatives of the prediction by the unknowns, of a table those that move the balls, in the order of
     /// [`Id`].
-    ///
-    /// [`Id`]: crate::problem::Id
     pub by: DMatrix<f64>,
     /// Direction of the line of centres: cosine and sine.
     pub normal: [f64; 2],
@@ -130,45 +333,36 @@ impl RowsBlock {
         for (place, _) in shot.own_priors() {
             measured[place] = 0.0;
         }
-        let found = shot.differences(&measured, shared, &self.contact).ok()?;
-        let sds: Vec<f64> =
-            shot.rows.iter().map(|row| row.noise.map_or(1.0, |noise| self.noises[noise].sd)).collect();
-        let count = shot.rows.len();
-        let mut errors = shot.own_errors()?;
-        for (row, sd) in sds.iter().enumerate() {
-            errors.row_mut(row).scale_mut(*sd);
+        let Residuals { rows, approach, .. } = shot.differences(&measured, shared, &self.contact).ok()?;
+        // errors of the rows that no error before the impact causes
+        let mut errors = shot.rest.clone().try_inverse()?;
+        for (row, mut errors) in shot.rows.iter().zip(errors.row_iter_mut()) {
+            errors *= row.noise.map_or(1.0, |noise| self.noises[noise].sd);
         }
-        let all: Vec<_> = found.values.iter().map(gradient).collect();
-        // the speed that determined the unknown one before tells nothing else
-        let spent = SPEEDS.iter().find_map(|speed| {
-            let place = shot.rows.iter().position(|row| row.observable == *speed)?;
-            (shot.own_unknowns_without_prior() > 0).then_some(place)
-        });
-        let mut inputs = DMatrix::zeros(count, OWN);
-        for (place, prior) in shot.priors.iter().enumerate() {
-            let sd = match (prior, spent) {
-                (Some(OwnPrior::Held), _) => 0.0,
-                // of the logarithm of the speed
-                (None, Some(row)) => errors.row(row).norm() / shot.rows[row].value.abs(),
-                _ => 1.0,
-            };
-            for (row, by) in all.iter().enumerate() {
-                inputs[(row, place)] = sd * by[place];
-            }
-        }
+        // the speed that determined the unknown one before shows nothing else
+        let spent = shot.spent_row();
+        let sd = |place: usize| match (shot.priors[place], spent) {
+            (Some(OwnPrior::Held), _) => 0.0,
+            // of the logarithm of the speed
+            (None, Some(row)) => errors.row(row).norm() / shot.rows[row].value.abs(),
+            _ => 1.0,
+        };
+        let inputs = DMatrix::from_fn(rows.len(), OWN, |row, place| sd(place) * rows[row].by[place]);
         let covariance = &errors * errors.transpose() + &inputs * inputs.transpose();
-        let kept: Vec<usize> = (0..count).filter(|row| Some(*row) != spent).collect();
-        let (cut, speed) = (found.view.cut.re, found.view.speed.re);
+        let kept: Vec<usize> = (0..rows.len()).filter(|row| Some(*row) != spent).collect();
+        let Approach { cut, speed, spin, cos, sin, .. } = approach;
+        let (cut, speed) = (cut.re, speed.re);
+        let topspin = spin[1].re * cut.cos() - spin[0].re * cut.sin();
         Some(Deviations {
             observables: kept.iter().map(|row| shot.rows[*row].observable).collect(),
             measured: kept.iter().map(|row| shot.rows[*row].value).collect(),
-            values: DVector::from_iterator(kept.len(), kept.iter().map(|row| -found.values[*row].re)),
+            values: DVector::from_iterator(kept.len(), kept.iter().map(|row| -rows[*row].value)),
             covariance: covariance.select_rows(&kept).select_columns(&kept),
-            by: DMatrix::from_fn(kept.len(), PHYSICS, |row, id| all[kept[row]][own::OWN + id]),
-            normal: [found.view.cos.re, found.view.sin.re],
+            by: DMatrix::from_fn(kept.len(), PHYSICS, |row, id| rows[kept[row]].by[OWN + id]),
+            normal: [cos.re, sin.re],
             cut,
             speed: shot.knows_speed.then_some(speed),
-            spins: [(found.spin[1] * cut.cos() - found.spin[0] * cut.sin()) / speed, found.spin[2] / speed],
+            spins: [topspin / speed, spin[2].re / speed],
         })
     }
 }

@@ -5,7 +5,7 @@ use statrs::distribution::{ChiSquared, ContinuousCDF};
 
 use super::block::{Pool, RowsBlock};
 use super::choices::{RowsChoices, RowsError};
-use super::fidelity::{choose_effects, minus_two_log};
+use super::effects::choose_effects;
 use super::outliers::judge_rows;
 use super::table::Table;
 use crate::measurement::dataset::{Dataset, Shot};
@@ -15,10 +15,10 @@ use crate::physics::collision::FidelityChoice;
 use crate::problem::descent::{Descent, descend, descend_until};
 use crate::problem::film::causes::{self, Refit};
 use crate::problem::findings::Finding;
-use crate::problem::intervals::{Determined, Intervals, Quantiles, Status, determine, errors_as_free};
-use crate::problem::minimise::descend_with_noise;
+use crate::problem::intervals::{Known, ParameterEstimate, Quantiles, Status, determine, errors_as_free};
+use crate::problem::minimise::{descend_with_noise, thin};
 use crate::problem::policy::Policy;
-use crate::problem::problem::{Evaluation, Problem};
+use crate::problem::problem::{Evaluation, Problem, State};
 use crate::problem::robust::robust_covariance;
 use crate::problem::solution::Solution;
 use crate::problem::sums::NoiseSums;
@@ -65,8 +65,8 @@ pub struct TableNoise {
 pub struct RowsFit {
     /// The minimum.
     pub solution: Solution,
-    /// Estimates of the unknowns of the contact.
-    pub estimates: Vec<Determined>,
+    /// Estimates of the parameters.
+    pub estimates: Vec<ParameterEstimate>,
     /// Noises that were estimated.
     pub noises: Vec<TableNoise>,
     /// Degrees of freedom of Student's t; `None` if all errors are stated.
@@ -77,17 +77,8 @@ pub struct RowsFit {
 
 impl RowsFit {
     /// Returns whether the noise is stated or could be estimated.
-    #[must_use]
     pub fn knows_noise(&self) -> bool {
         self.noises.iter().all(|noise| noise.is_known)
-    }
-
-    /// Returns −2 log L up to a constant, greatest over the noises that are not stated, and the number of
-    /// unknowns and noises that were estimated.
-    #[must_use]
-    pub fn minus_two_log(&self) -> (f64, usize) {
-        let Solution { problem, at, .. } = &self.solution;
-        (minus_two_log(problem, at), problem.free().len() + self.noises.len())
     }
 }
 
@@ -204,67 +195,51 @@ fn finish(table: Table, found: Found, choices: &RowsChoices, policy: &Policy) ->
     let Found { descent, others, mut findings } = found;
     let numbers = table.numbers();
     let Table { problem, names, left_out, settings, silent } = table;
-    let at = descent.end;
-    let (mut estimates, undetermined) = determine(&problem, &at);
-    let noises = list_noises(&problem, &at, &estimates);
-    let is_robust = problem.rows().is_some_and(|rows| rows.loss != Loss::Squares);
+    let (mut covariance, undetermined) = determine(&problem, &descent.end);
+    let noises = list_noises(&problem, &descent.end, &covariance);
+    let is_robust = problem.is_robust();
     let mut dof = (!noises.is_empty()).then(|| noises.iter().map(|noise| noise.dof).sum::<f64>());
-    if let Some(covariance) = robust_covariance(&problem, &at, &estimates) {
-        estimates.covariance = covariance;
-        dof = Some((names.len() as f64 - estimates.columns.len() as f64).max(1.0));
+    if let Some(scattered) = robust_covariance(&problem, &descent.end, &covariance) {
+        covariance.covariance = scattered;
+        dof = Some((names.len() as f64 - covariance.columns.len() as f64).max(1.0));
     }
-    let knows_noise = noises.iter().all(|noise| noise.is_known);
-    let quantiles = Quantiles::new(dof).filter(|_| knows_noise);
     let chi2_dof = numbers as f64 - problem.free().len() as f64;
-    let chance = ChiSquared::new(chi2_dof).map_or(1.0, |chi2| chi2.sf(at.cost));
-    if noises.is_empty() && !is_robust && chance < policy.shot_tail && at.cost > policy.misfit * chi2_dof {
-        let ratio = at.cost / chi2_dof;
+    let is_misfit =
+        chance(descent.end.cost, chi2_dof) < policy.shot_tail && descent.end.cost > policy.misfit * chi2_dof;
+    if noises.is_empty() && !is_robust && is_misfit {
+        let ratio = descent.end.cost / chi2_dof;
         findings.push(Finding::Misfit { ratio, refutes: ratio > policy.refuted_rows });
     }
-    let converged = descent.converged;
-    if !converged {
+    if !descent.converged {
         findings.push(Finding::NotConverged);
     }
-    let names = vec![names];
-    let mut solution = Solution {
-        evaluations: problem.count_evaluations(),
-        problem,
-        at,
-        covariance: estimates,
-        findings,
-        names,
-        left_out,
-        misfit: f64::NAN,
-        unit: 1.0,
-        middle: [0.0; 2],
-        converged,
-    };
-    let as_free =
-        if is_robust { None } else { errors_as_free(&solution.problem, &solution.at, &undetermined) };
+    let mut solution =
+        Solution { findings, left_out, ..Solution::new(problem, descent, covariance, vec![names]) };
+    let as_free = errors_as_free(&solution.problem, &solution.at, &undetermined).filter(|_| !is_robust);
     let as_free = as_free.unwrap_or_else(|| solution.covariance.clone());
-    let known = Intervals {
+    let knows_noise = noises.iter().all(|noise| noise.is_known);
+    let known = Known {
         as_free: &as_free,
         solution: &solution,
         undetermined: undetermined.into_iter().chain(silent).collect(),
-        quantiles,
+        quantiles: Quantiles::new(dof).filter(|_| knows_noise),
         others: &others,
         profiles: !(choices.without_profiles || is_robust),
     };
-    let ids = settings.parameters().into_iter().map(Id::from);
-    let mut estimates: Vec<Determined> = ids.map(|id| known.estimate(id)).collect();
-    known.judge_uninformed(&mut estimates);
-    for estimate in &estimates {
+    let estimates = known.estimates(&settings);
+    solution.findings.extend(estimates.iter().filter_map(|estimate| {
+        let id = Id::from(estimate.parameter);
         match estimate.status {
-            Status::NotIdentified => {
-                solution.findings.push(Finding::Undetermined { id: estimate.id, sd: f64::INFINITY });
-            }
-            Status::AtLowerBound | Status::AtUpperBound => {
-                solution.findings.push(Finding::AtBound { id: estimate.id, bound: estimate.value });
-            }
-            Status::Free | Status::Fixed => {}
+            Status::NotIdentified => Some(Finding::Undetermined { id, sd: f64::INFINITY }),
+            _ => estimate.is_at_bound().then_some(Finding::AtBound { id, bound: estimate.value }),
         }
-    }
+    }));
     RowsFit { solution, estimates, noises, dof, as_free }
+}
+
+/// Returns the probability of a larger χ².
+fn chance(chi2: f64, dof: f64) -> f64 {
+    ChiSquared::new(dof).map_or(1.0, |distribution| distribution.sf(chi2))
 }
 
 /// Returns the refit with what explains residuals that the stated errors do not: another ratio of the
@@ -272,8 +247,7 @@ fn finish(table: Table, found: Found, choices: &RowsChoices, policy: &Policy) ->
 fn explain(table: &Table, at: &Evaluation, policy: &Policy) -> Option<Refit> {
     let mut wider = table.problem.clone();
     let rows = wider.rows()?;
-    let dof = table.numbers() as f64 - wider.free().len() as f64;
-    let chance = ChiSquared::new(dof).map_or(1.0, |chi2| chi2.sf(at.cost));
+    let chance = chance(at.cost, table.numbers() as f64 - wider.free().len() as f64);
     let is_stated = rows.noises.is_empty() && rows.loss == Loss::Squares;
     let conflicts = Estimates::new(&wider, at)?.conflicts(&wider, at);
     let is_contradicted = conflicts.iter().any(|conflict| conflict.size.abs() > policy.conflict);
@@ -292,19 +266,33 @@ fn explain(table: &Table, at: &Evaluation, policy: &Policy) -> Option<Refit> {
     causes::explain(&wider, &at, &Estimates::new(&wider, &at)?, policy)
 }
 
-/// Returns where descents from a grid in μ end.
+/// Returns where descents from a grid in μ end, of large tables those that may matter.
 fn find_minima(problem: &Problem, at: &Evaluation) -> Vec<Evaluation> {
+    /// Rise of χ² beyond which another minimum is of no interest: five standard errors.
+    const FAR: f64 = 25.0;
     let free = problem.free();
     let [low, high] = problem.unknown(Id::Mu).bounds;
     if !free.contains(&(Id::Mu as usize)) {
         return Vec::new();
     }
+    let fewer = thin(problem, &at.state);
     let from = |mu: &f64| {
-        let mut state = at.state.clone();
+        let mut state = fewer.state.clone();
         state.shared[Id::Mu] = mu.clamp(low, high);
-        descend(problem, problem.evaluate(state), &free, MAX_STEPS).end
+        descend(&fewer.problem, fewer.problem.evaluate(state), &free, MAX_STEPS).end
     };
-    RowsBlock::GRID.iter().map(from).filter(|end| end.cost.is_finite()).collect()
+    let mut ends: Vec<Evaluation> = RowsBlock::GRID.iter().map(from).collect();
+    if fewer.factor > 1.0 {
+        let least = ends.iter().map(|end| end.cost).fold(f64::INFINITY, f64::min);
+        ends.retain(|end| fewer.factor * (end.cost - least) < FAR);
+        ends.dedup_by(|b, a| (b.cost - a.cost).abs() < LOWER);
+        for end in &mut ends {
+            let state = State { own: at.state.own.clone(), shared: end.state.shared.clone() };
+            *end = descend(problem, problem.evaluate(state), &free, MAX_STEPS).end;
+        }
+    }
+    ends.retain(|end| end.cost.is_finite());
+    ends
 }
 
 /// Returns what is known of the noises that were estimated.
@@ -322,7 +310,7 @@ fn list_noises(problem: &Problem, at: &Evaluation, estimates: &Estimates) -> Vec
             count,
             square: weighted,
             dof,
-            is_known: dof >= LEAST_DOF && (pool.rounding > 0.0 || sd > VANISHES * pool.least),
+            is_known: dof >= LEAST_DOF && (pool.rounding > 0.0 || sd > VANISHES * pool.least()),
         }
     };
     rows.pools.iter().enumerate().map(of_pool).collect()

@@ -1,26 +1,29 @@
-//! A shot of a table: its measured numbers, their errors, and the prediction.
+//! A shot of a table: its measured numbers and their errors.
 
-use nalgebra::{DMatrix, DVector};
-use num_dual::DualNum;
+use nalgebra::{DMatrix, DVector, SMatrix, SVector};
 
-use super::view::View;
+use super::choices::Unpredictable;
 use crate::measurement::dataset::{Before, Dataset, Joint, Measured, Measurement, Shared as Common, Shot};
 use crate::measurement::observable::Observable;
 use crate::measurement::spin::Spin;
-use crate::numerics::wrap;
-use crate::physics::collision::NotACollision;
-use crate::problem::film::dual::{Dual, DualVector, Gradient, constant, gradient, norm};
-use crate::problem::film::impact::{Contact, Correction, Side};
+use crate::problem::film::impact::Correction;
 use crate::problem::sums::OwnPrior;
-use crate::problem::unknowns::{Id, Normal, Own, Shared};
+use crate::problem::unknowns::{Id, Normal, Own, PHYSICS, Shared};
 
 /// Number of own unknowns: of a measured impact the errors of the direction of the line of centres
 /// (rad), v_x, v_y, ω_x, ω_y and ω_z in the table frame; of angles those of cut angle and speed, one
 /// that is not used, and those of ω_x, ω_y and ω_z in the collision frame.
 pub(crate) const OWN: usize = Joint::BEFORE;
 
+/// Number of unknowns that the numbers of a shot depend on: its own, then shared ones in the order of
+/// [`Id`].
+pub(super) const UNKNOWNS: usize = OWN + PHYSICS;
+
+/// Values of these unknowns, or derivatives by them.
+pub(super) type Gradient = SVector<f64, UNKNOWNS>;
+
 /// Place of the speed of a shot of angles.
-const SPEED: usize = 1;
+pub(super) const SPEED: usize = 1;
 
 /// Variance that is left of a number given the numbers before it, as a part of its variance, below
 /// which it follows from them.
@@ -31,38 +34,12 @@ const DEPENDENT: f64 = 1e-12;
 const EXACT: f64 = 1e-5;
 
 /// Speeds afterwards that determine an unknown speed before, the best first.
-pub(super) const SPEEDS: [Observable; 4] = [
+const SPEEDS: [Observable; 4] = [
     Observable::ObjectSpeed,
     Observable::ObjectSpeedRolling,
     Observable::CueSpeed,
     Observable::CueSpeedRolling,
 ];
-
-/// Reason why a shot cannot be fitted.
-#[derive(Clone, Debug, PartialEq, thiserror::Error)]
-pub enum Unpredictable {
-    /// The state before the impact is no collision.
-    #[error(transparent)]
-    NotACollision(#[from] NotACollision),
-    /// The spin is unknown.
-    #[error("its spin is unknown; give spin columns, or cue_spin stun or natural-roll")]
-    UnknownSpin,
-    /// The spin is stated in rad/s and no speed is.
-    #[error("its spin is given in rad/s but no speed is: give speed_m_s or a speed after the impact")]
-    SpinWithoutSpeed,
-    /// Friction or restitution depends on the speed, which is not known.
-    #[error(
-        "the friction or e depends on the speed, but the shot has none: give speed_m_s or a speed after the \
-         impact"
-    )]
-    FallsWithoutSpeed,
-    /// The only observable determines the speed before the impact.
-    #[error("its only observable, {0}, serves to find the incoming speed: nothing is left to fit")]
-    NothingLeft(&'static str),
-    /// A covariance is not positive definite.
-    #[error("its covariance is not positive definite")]
-    NoWeights,
-}
 
 /// A number after the impact.
 #[derive(Clone, Copy, Debug)]
@@ -71,104 +48,97 @@ pub(crate) struct Row {
     pub value: f64,
     /// Index of its noise among those of the block; `None` if its error is stated.
     pub noise: Option<usize>,
+    /// Change of the true number with the unknowns at given measured ones.
+    pub by: Gradient,
 }
 
-/// How the inputs and rows of a shot move with an unknown that all shots share.
-#[derive(Clone, Debug)]
-struct SharedShift {
-    id: Id,
-    mean: f64,
-    by: DVector<f64>,
-}
-
-/// A shot of a table.
+/// A shot of a table. Its own unknowns are the errors of its inputs, in units in which they are
+/// independent with variance 1, so that the true numbers are linear in the unknowns.
 #[derive(Clone, Debug)]
 pub(crate) struct RowShot {
     /// Whether it is of angles, in the collision frame.
-    is_cut: bool,
+    pub(super) is_cut: bool,
     /// Measured inputs, in the order of the own unknowns.
-    inputs: [f64; OWN],
-    /// Errors of inputs and rows by the own unknowns.
-    factor: DMatrix<f64>,
+    pub(super) inputs: SVector<f64, OWN>,
+    /// Change of the true inputs with the unknowns.
+    pub(super) by: SMatrix<f64, OWN, UNKNOWNS>,
+    /// Values of the unknowns at which the true numbers are the measured ones.
+    means: Gradient,
     /// Inverse of the lower Cholesky factor of the covariance that is left to the rows.
-    rest: DMatrix<f64>,
+    pub(super) rest: DMatrix<f64>,
     /// Of each own unknown; `None` of an unknown speed that a speed afterwards determines.
     pub priors: [Option<OwnPrior>; OWN],
-    shifts: Vec<SharedShift>,
     /// Whether the speed before the impact is measured or follows from a speed afterwards.
     pub knows_speed: bool,
-    /// Radius of the cue ball, m, and its moment of inertia over MR².
-    radius: f64,
-    inertia: f64,
+    /// Radius of the cue ball, m.
+    pub(super) radius: f64,
+    /// Moment of inertia of the balls over MR².
+    pub(super) inertia: f64,
     /// Spin that follows from the velocity, as a part of that of natural roll.
-    roll: f64,
+    pub(super) roll: f64,
     /// Sign of the measured cut angle, from which angles are counted.
-    side: f64,
+    pub(super) side: f64,
     pub rows: Vec<Row>,
     /// Held outcome offset.
     pub offset: Correction,
-}
-
-/// A residual in units of its error, with its derivatives.
-pub(crate) struct Residual {
-    pub value: f64,
-    pub by: Gradient,
-    pub noise: Option<usize>,
-}
-
-/// The prediction of a shot.
-pub(crate) struct Predicted {
-    pub residuals: Vec<Residual>,
-    pub sticks: bool,
-    /// Topspin about the line of centres over the closing speed: the outcome has a kink at 0.
-    pub topspin: Dual,
 }
 
 impl RowShot {
     /// Returns a shot whose unstated errors all have the noise of index 0. `needs_speed`: friction or
     /// restitution depends on the speed.
     pub fn new(shot: &Shot, dataset: &Dataset, needs_speed: bool) -> Result<Self, Unpredictable> {
-        let mut rows = shot.after.clone();
+        let mut measured = shot.after.clone();
         let is_cut = matches!(shot.before, Before::Angle { .. });
-        let determined = match shot.before {
-            Before::Angle { speed: None, .. } => determine_speed(shot, &mut rows, needs_speed)?,
-            _ => None,
-        };
+        let knows_speed = !matches!(shot.before, Before::Angle { speed: None, .. });
+        let determined = if knows_speed { None } else { determine_speed(shot, &mut measured, needs_speed)? };
         let (inputs, sds) = read_inputs(shot, determined)?;
-        let variances = sds.into_iter().chain(rows.iter().map(|row| row.measured.sd.or(Some(1.0))));
-        let variances = variances.map(|sd| sd.map_or(0.0, |sd| sd * sd)).collect();
+        let sds = sds.into_iter().chain(measured.iter().map(|row| row.measured.sd.or(Some(1.0))));
         let covariance = match &shot.joint {
             Some(joint) => joint.covariance.clone(),
-            None => DMatrix::from_diagonal(&DVector::from_vec(variances)),
+            None => {
+                DMatrix::from_diagonal(&DVector::from_vec(sds.map(|sd| sd.unwrap_or(0.0).powi(2)).collect()))
+            }
         };
         let (mut factor, rest) = factorise(&covariance).ok_or(Unpredictable::NoWeights)?;
-        let is_exact = |place: usize| factor.column(place).amax() == 0.0;
-        let prior = |exact: bool| {
-            Some(if exact { OwnPrior::Held } else { OwnPrior::Stated(Normal { mean: 0.0, sd: 1.0 }) })
+        let prior = |place: usize| match factor.column(place).amax() {
+            0.0 => Some(OwnPrior::Held),
+            _ => Some(OwnPrior::Stated(Normal { mean: 0.0, sd: 1.0 })),
         };
-        let mut priors = std::array::from_fn(|place| prior(is_exact(place)));
+        let mut priors: [_; OWN] = std::array::from_fn(prior);
         if determined.is_some() {
             (factor[(SPEED, SPEED)], priors[SPEED]) = (inputs[SPEED], None);
         }
-        let cut = if is_cut { inputs[0] } else { inputs[2].atan2(inputs[1]) - inputs[0] };
-        let row = |row: &Measurement| Row {
-            observable: row.observable,
-            value: row.measured.value,
-            noise: row.measured.sd.is_none().then_some(0),
+        let mut all = DMatrix::zeros(factor.nrows(), UNKNOWNS);
+        all.columns_mut(0, OWN).copy_from(&factor);
+        let mut means = Gradient::zeros();
+        for (common, _) in dataset.shared_errors() {
+            let Some((id, mean)) = shared_unknown(common, dataset) else { continue };
+            let by = shot.joint.as_ref().and_then(|joint| joint.by_shared.get(common.place()));
+            if let Some(by) = by {
+                all.set_column(OWN + id as usize, by);
+                means[OWN + id as usize] = mean;
+            }
+        }
+        let row = |(i, Measurement { observable, measured }): (usize, &Measurement)| Row {
+            observable: *observable,
+            value: measured.value,
+            noise: measured.sd.is_none().then_some(0),
+            by: Gradient::from_fn(|column, _| all[(OWN + i, column)]),
         };
+        let cut = if is_cut { inputs[0] } else { inputs[2].atan2(inputs[1]) - inputs[0] };
         Ok(Self {
             is_cut,
-            inputs,
-            factor,
+            inputs: SVector::from(inputs),
+            by: SMatrix::from_fn(|input, column| all[(input, column)]),
+            means,
             rest,
             priors,
-            shifts: list_shifts(shot, dataset),
-            knows_speed: determined.is_some() || !matches!(shot.before, Before::Angle { speed: None, .. }),
+            knows_speed: knows_speed || determined.is_some(),
             radius: dataset.ball.radius,
             inertia: dataset.ball.inertia,
             roll: if shot.spin == Spin::NaturalRoll { 1.0 } else { 0.0 },
             side: if cut.sin() < 0.0 { -1.0 } else { 1.0 },
-            rows: rows.iter().map(row).collect(),
+            rows: measured.iter().enumerate().map(row).collect(),
             offset: Correction::zeros(),
         })
     }
@@ -188,119 +158,17 @@ impl RowShot {
         self.priors.iter().all(|prior| *prior == Some(OwnPrior::Held))
     }
 
-    /// Returns the own unknowns with derivatives by those that are not held.
-    fn units(&self, own: &Own) -> [Dual; OWN] {
-        std::array::from_fn(|place| {
-            let unit = constant(own[place]);
-            if self.priors[place] == Some(OwnPrior::Held) { unit } else { unit.derivative(place) }
-        })
+    /// Returns the row that determines an unknown speed before the impact.
+    pub(super) fn spent_row(&self) -> Option<usize> {
+        let place = |speed: &Observable| self.rows.iter().position(|row| row.observable == *speed);
+        self.priors[SPEED].is_none().then(|| SPEEDS.iter().find_map(place)).flatten()
     }
 
-    /// Returns the cue ball before the impact in the collision frame, with what the view of the balls
-    /// afterwards takes.
-    pub fn approach(&self, own: &Own, shared: &Shared) -> (Side, View) {
-        let mut inputs = self.inputs.map(constant);
-        let units = self.units(own);
-        for (i, input) in inputs.iter_mut().enumerate() {
-            for j in 0..OWN {
-                if self.factor[(i, j)] != 0.0 {
-                    *input += units[j] * self.factor[(i, j)];
-                }
-            }
-            for shift in &self.shifts {
-                *input += (shared.dual(shift.id) - shift.mean) * shift.by[i];
-            }
-        }
-        let [first, second, third, w_x, w_y, w_z] = inputs;
-        let (sin, cos) = if self.is_cut { (constant(0.0), constant(1.0)) } else { first.sin_cos() };
-        let turn = |x: Dual, y: Dual| DualVector::new(x * cos + y * sin, y * cos - x * sin);
-        let velocity = if self.is_cut {
-            DualVector::new(second * first.cos(), second * first.sin())
-        } else {
-            turn(second, third)
-        };
-        let radius = self.radius;
-        let spin = turn(w_x, w_y) * constant(radius);
-        // ω = (−U_y, U_x, 0)/R of natural roll
-        let spin = [spin.x - velocity.y * self.roll, spin.y + velocity.x * self.roll, w_z * radius];
-        let cue = Side { velocity, rise: constant(0.0), spin, inertia: self.inertia };
-        let view = View {
-            cos,
-            sin,
-            cut: if self.is_cut { first } else { velocity.y.atan2(velocity.x) },
-            speed: if self.is_cut { second } else { norm(&velocity) },
-            side: self.side,
-            radii: [constant(radius), shared.dual(Id::RadiusRatio).recip() * radius],
-        };
-        (cue, view)
+    /// Returns the unknowns less their values at which the true numbers are the measured ones.
+    pub(super) fn deviations(&self, own: &Own, shared: &Shared) -> Gradient {
+        let value = |i: usize| if i < OWN { own[i] } else { shared.0[i - OWN] };
+        Gradient::from_fn(|i, _| value(i) - self.means[i])
     }
-
-    /// Returns the residuals, those of unstated errors not yet divided by their noise.
-    pub fn predict(&self, own: &Own, shared: &Shared, contact: &Contact) -> Result<Predicted, NotACollision> {
-        let Differences { values: differences, sticks, topspin, .. } =
-            self.differences(own, shared, contact)?;
-        let residual = |(i, row): (usize, &Row)| {
-            let mut whitened = differences[i] * self.rest[(i, i)];
-            for j in (0..i).filter(|j| self.rest[(i, *j)] != 0.0) {
-                whitened += differences[j] * self.rest[(i, j)];
-            }
-            Residual { value: whitened.re, by: gradient(&whitened), noise: row.noise }
-        };
-        let residuals = self.rows.iter().enumerate().map(residual).collect();
-        Ok(Predicted { residuals, sticks, topspin })
-    }
-
-    /// Returns the predicted numbers less the measured ones.
-    pub(super) fn differences(
-        &self,
-        own: &Own,
-        shared: &Shared,
-        contact: &Contact,
-    ) -> Result<Differences, NotACollision> {
-        let (cue, view) = self.approach(own, shared);
-        let (sides, sticks) = contact.collide(&cue, shared, &self.offset)?;
-        let units = self.units(own);
-        let difference = |(i, row): (usize, &Row)| {
-            let mut difference = view.observe(row.observable, &sides) - row.value;
-            if row.observable.is_angle() {
-                difference += wrap(difference.re) - difference.re;
-            }
-            for j in 0..OWN {
-                let carried = self.factor[(OWN + i, j)];
-                if carried != 0.0 {
-                    difference -= units[j] * carried;
-                }
-            }
-            for shift in &self.shifts {
-                difference -= (shared.dual(shift.id) - shift.mean) * shift.by[OWN + i];
-            }
-            difference
-        };
-        Ok(Differences {
-            values: self.rows.iter().enumerate().map(difference).collect(),
-            sticks,
-            topspin: cue.spin[1] / cue.velocity.x,
-            view,
-            spin: cue.spin.map(|spin| spin.re),
-        })
-    }
-
-    /// Returns the errors of the rows that no error before the impact causes, those of unstated errors in
-    /// units of their noise: the lower Cholesky factor of their covariance.
-    pub(super) fn own_errors(&self) -> Option<DMatrix<f64>> {
-        self.rest.clone().try_inverse()
-    }
-}
-
-/// Predicted numbers less measured ones.
-pub(super) struct Differences {
-    pub values: Vec<Dual>,
-    pub sticks: bool,
-    /// Topspin about the line of centres over the closing speed.
-    pub topspin: Dual,
-    pub view: View,
-    /// R ω of the cue ball before the impact in the collision frame, m/s.
-    pub spin: [f64; 3],
 }
 
 /// Returns the first guess of an unknown speed from the best speed afterwards, which is made exact if
@@ -373,16 +241,6 @@ fn factorise(covariance: &DMatrix<f64>) -> Option<(DMatrix<f64>, DMatrix<f64>)> 
     let rest = covariance.view((OWN, OWN), (count, count)) - carried * carried.transpose();
     let rest = rest.cholesky()?.l().solve_lower_triangular(&DMatrix::identity(count, count))?;
     Some((factor, rest))
-}
-
-/// Returns how the numbers of a shot that was extracted from a film move with what its shots share.
-fn list_shifts(shot: &Shot, dataset: &Dataset) -> Vec<SharedShift> {
-    let Some(joint) = &shot.joint else { return Vec::new() };
-    let shift = |(common, _): (Common, f64)| {
-        let (id, mean) = shared_unknown(common, dataset)?;
-        Some(SharedShift { id, mean, by: joint.by_shared.get(common.place())?.clone() })
-    };
-    dataset.shared_errors().into_iter().filter_map(shift).collect()
 }
 
 /// Returns the unknown that stands for an error that all extracted shots share, and its mean.

@@ -6,10 +6,8 @@ use statrs::distribution::{ChiSquared, ContinuousCDF};
 
 use super::block::{Pool, RowsBlock};
 use super::choices::{RowsChoices, RowsError};
-use super::fidelity::minus_two_log;
 use super::shot::{OWN, Row, RowShot, shared_unknown};
 use crate::measurement::dataset::{Dataset, Shot};
-use crate::measurement::loss::Loss;
 use crate::measurement::observable::Observable;
 use crate::measurement::parameter::{Compliance, Parameter, Settings};
 use crate::physics::collision::{Fidelity, FidelityChoice};
@@ -18,6 +16,7 @@ use crate::problem::descent::Descent;
 use crate::problem::film::impact::Contact;
 use crate::problem::film::priors::{known, list_contact};
 use crate::problem::minimise::{descend_with_noise, fit};
+use crate::problem::noise::minus_two_log;
 use crate::problem::policy::Policy;
 use crate::problem::problem::{Evaluation, Problem, State};
 use crate::problem::sums::Noise;
@@ -58,18 +57,17 @@ impl Table {
         let unknowns = list_unknowns(dataset, &settings);
         let contact = choose_contact(dataset, &unknowns, choices.fidelity)?;
         let usual = Shared::starts(&unknowns);
-        let (mut rows, mut names, mut places) = (Vec::new(), Vec::new(), Vec::new());
+        let (mut rows, mut used) = (Vec::new(), Vec::new());
         let mut left_out = dataset.left_out.clone();
         for shot in shots {
             let made = RowShot::new(shot, dataset, settings.falls || settings.e_falls).and_then(|made| {
-                made.predict(&Own::zeros(OWN), &usual, &contact)?;
+                made.differences(&Own::zeros(OWN), &usual, &contact)?;
                 Ok(made)
             });
             match made {
                 Ok(made) => {
                     rows.push(made);
-                    names.push(shot.name.clone());
-                    places.push(format!("{}:{} (shot {})", shot.file.display(), shot.line, shot.name));
+                    used.push(*shot);
                 }
                 Err(why) => left_out.push((shot.name.clone(), why.to_string())),
             }
@@ -77,18 +75,13 @@ impl Table {
         if rows.is_empty() {
             return Err(RowsError::NoShot { left_out });
         }
-        check_noise(&rows, &places)?;
-        let mut block = RowsBlock {
-            shots: Arc::new(rows),
-            contact,
-            noises: Vec::new(),
-            pools: Vec::new(),
-            loss: Loss::Squares,
-            losses: Vec::new(),
-        };
-        block.set_pools(pool_units(&block.shots));
+        check_noise(&rows, &used)?;
+        let units = pool_units(&rows);
+        let mut block = RowsBlock::new(rows, &contact, &unknowns);
+        block.set_noises(units.into_iter().map(|pool| (pool, 1.0)).collect());
         let block = block.with_loss(choices.loss.unwrap_or(dataset.loss));
         let problem = Problem::of_one(Block::Rows(block), unknowns);
+        let names = used.iter().map(|shot| shot.name.clone()).collect();
         let mut table = Self { problem, names, left_out, settings, silent: Vec::new() };
         table.hold_silent();
         table.count()?;
@@ -115,18 +108,14 @@ impl Table {
             return fit(&mut self.problem, &start).ok_or(RowsError::NoStart);
         }
         let [low, high] = kappa.bounds;
-        let mut best: Option<(Problem, Descent)> = None;
-        for kappa in KAPPAS.into_iter().map(|kappa| kappa.clamp(low, high)) {
+        let from = |kappa: f64| {
             let (mut problem, mut start) = (self.problem.clone(), start.clone());
-            start.shared[Id::Kappa] = kappa;
-            let Some(descent) = fit(&mut problem, &start) else { continue };
-            let likelihood = minus_two_log(&problem, &descent.end);
-            let is_better = |(other, best): &(Problem, Descent)| likelihood < minus_two_log(other, &best.end);
-            if best.as_ref().is_none_or(is_better) {
-                best = Some((problem, descent));
-            }
-        }
-        let (problem, descent) = best.ok_or(RowsError::NoStart)?;
+            start.shared[Id::Kappa] = kappa.clamp(low, high);
+            let descent = fit(&mut problem, &start)?;
+            Some((minus_two_log(&problem, &descent.end), problem, descent))
+        };
+        let ends = KAPPAS.into_iter().filter_map(from);
+        let (_, problem, descent) = ends.min_by(|a, b| a.0.total_cmp(&b.0)).ok_or(RowsError::NoStart)?;
         self.problem = problem;
         Ok(descent)
     }
@@ -136,11 +125,11 @@ impl Table {
     fn hold_silent(&mut self) {
         const LITTLE: f64 = 1e-3;
         let mut informed = vec![false; self.problem.unknowns.len()];
-        for part in [LITTLE, f64::NAN, 1.0] {
+        for part in [Some(LITTLE), None, Some(1.0)] {
             let mut state = self.start();
             for id in [Id::Mu, Id::FallB] {
                 let unknown = self.problem.unknown(id);
-                if part.is_finite() && unknown.mode == Mode::Free {
+                if let Some(part) = part.filter(|_| unknown.mode == Mode::Free) {
                     let [low, high] = unknown.bounds;
                     state.shared[id] = low + part * (high - low);
                 }
@@ -154,8 +143,8 @@ impl Table {
         for (unknown, informed) in self.problem.unknowns.iter_mut().zip(informed) {
             if unknown.mode == Mode::Free && unknown.prior.is_none() && !informed {
                 unknown.mode = Mode::Fixed;
-                let of_id = |parameter: &Parameter| parameter.name() == unknown.id.name();
-                if let Some(parameter) = Parameter::ALL.into_iter().find(of_id) {
+                let mut parameters = Parameter::ALL.into_iter();
+                if let Some(parameter) = parameters.find(|parameter| Id::from(*parameter) == unknown.id) {
                     unknown.start = self.settings[parameter].initial;
                 }
                 self.silent.push(unknown.id);
@@ -176,8 +165,7 @@ impl Table {
         let unknowns = self.problem.unknowns.iter();
         let free = unknowns.filter(|unknown| unknown.mode == Mode::Free && unknown.prior.is_none());
         let unknowns: Vec<Id> = free.map(|unknown| unknown.id).collect();
-        let priors = self.problem.free().len() - unknowns.len();
-        let numbers = self.numbers() - priors;
+        let numbers = self.numbers() + unknowns.len() - self.problem.free().len();
         if numbers < unknowns.len() { Err(RowsError::TooFewNumbers { numbers, unknowns }) } else { Ok(()) }
     }
 
@@ -188,8 +176,8 @@ impl Table {
         for ((sum, pool), noise) in sums.iter().zip(&mut rows.pools).zip(&mut rows.noises) {
             let rms = (sum.weighted / sum.count.max(1.0)).sqrt();
             let first = if rms > EXACT && rms.is_finite() { rms } else { UNKNOWN_NOISE };
-            pool.least = pool.rounding.max(EXACT * first);
-            noise.sd = pool.least.max(FIRST_NOISE * first);
+            pool.exact = EXACT * first;
+            noise.sd = pool.least().max(FIRST_NOISE * first);
         }
     }
 
@@ -197,41 +185,35 @@ impl Table {
     /// chance; returns whether one has changed.
     pub fn split_noise(&mut self, at: &Evaluation, policy: &Policy) -> bool {
         let Some(rows) = self.problem.rows() else { return false };
+        let pools: Vec<(Pool, f64)> =
+            rows.pools.iter().zip(&rows.noises).map(|(pool, noise)| (pool.clone(), noise.sd)).collect();
+        let alone = |(pool, sd): &(Pool, f64)| {
+            let pool_of = |observable: &Observable| Pool { observables: vec![*observable], ..*pool };
+            pool.observables.iter().map(|observable| (pool_of(observable), *sd)).collect::<Vec<_>>()
+        };
         let mut split = rows.clone();
-        let alone = |pool: &Pool| pool.observables.iter().map(|o| vec![*o]).collect::<Vec<_>>();
-        split.set_pools(rows.pools.iter().flat_map(alone).collect());
-        let sizes = rows.pools.iter().zip(&rows.noises);
-        let sizes = sizes.flat_map(|(pool, noise)| pool.observables.iter().map(|_| noise.sd));
-        split.noises.iter_mut().zip(sizes).for_each(|(noise, sd)| noise.sd = sd);
-        let apart = Problem::of_one(Block::Rows(split.clone()), self.problem.unknowns.clone());
-        let at = apart.evaluate(at.state.clone());
-        let spent = at.eliminate(&apart, 0.0).and_then(|reduced| {
-            let estimates = Estimates::of_reduced(&apart, &at.state, &reduced)?;
-            Some(split.leverages(&apart.samples[0], &at.state, (&reduced, &estimates), 0))
-        });
-        let Some(spent) = spent else { return false };
-        let sums = at.noises(0);
-        let mut variances = sums.iter().zip(&spent).map(|(sum, spent)| (sum.weighted, sum.count - spent));
-        let mut pools: Vec<(Vec<Observable>, f64)> = Vec::new();
-        for (pool, noise) in rows.pools.iter().zip(&rows.noises) {
+        split.set_noises(pools.iter().flat_map(alone).collect());
+        let Some(variances) = list_variances(split, &self.problem.unknowns, at) else { return false };
+        let mut variances = variances.into_iter();
+        let mut noises = Vec::new();
+        for (pool, sd) in &pools {
             let own = variances.by_ref().take(pool.observables.len());
             // what rounding hides is no smaller noise
-            let least = (pool.rounding / noise.sd).powi(2);
+            let least = (pool.rounding / sd).powi(2);
             let own = own.map(|(square, dof)| (square.max(dof * least), dof));
             let own: Vec<(f64, f64)> = own.filter(|(_, dof)| *dof >= LEAST_DOF).collect();
             if compare_variances(&own).is_some_and(|p| p < policy.unequal_noise) {
-                pools.extend(pool.observables.iter().map(|observable| (vec![*observable], noise.sd)));
+                noises.extend(alone(&(pool.clone(), *sd)));
             } else {
-                pools.push((pool.observables.clone(), noise.sd));
+                noises.push((pool.clone(), *sd));
             }
         }
-        let has_changed = pools.len() > rows.pools.len();
-        let Some(rows) = self.problem.rows_mut() else { return false };
-        let (observables, sizes): (Vec<_>, Vec<f64>) = pools.into_iter().unzip();
-        rows.set_pools(observables);
-        for ((pool, noise), sd) in rows.pools.iter_mut().zip(&mut rows.noises).zip(sizes) {
-            pool.least = pool.rounding.max(EXACT * sd);
-            noise.sd = pool.least.max(sd);
+        let has_changed = noises.len() > pools.len();
+        if let Some(rows) = self.problem.rows_mut() {
+            rows.set_noises(noises);
+            for (pool, noise) in rows.pools.iter().zip(&mut rows.noises) {
+                noise.sd = noise.sd.max(pool.least());
+            }
         }
         has_changed
     }
@@ -240,11 +222,22 @@ impl Table {
     pub fn leave_out(&mut self, keep: &[bool]) -> Vec<String> {
         let mut state = self.start();
         self.problem.retain(0, &mut state, keep);
-        let (kept, lost) =
-            std::mem::take(&mut self.names).into_iter().zip(keep).partition::<Vec<_>, _>(|(_, keep)| **keep);
+        let all = std::mem::take(&mut self.names).into_iter().zip(keep);
+        let (kept, lost): (Vec<_>, Vec<_>) = all.partition(|(_, keep)| **keep);
         self.names = kept.into_iter().map(|(name, _)| name).collect();
         lost.into_iter().map(|(name, _)| name).collect()
     }
+}
+
+/// Returns the sum of squares and the degrees of freedom of each noise of a block.
+fn list_variances(block: RowsBlock, unknowns: &[Unknown], at: &Evaluation) -> Option<Vec<(f64, f64)>> {
+    let problem = Problem::of_one(Block::Rows(block), unknowns.to_vec());
+    let at = problem.evaluate(at.state.clone());
+    let reduced = at.eliminate(&problem, 0.0)?;
+    let estimates = Estimates::of_reduced(&problem, &at.state, &reduced)?;
+    let spent = problem.rows()?.leverages(&problem.samples[0], &at.state, (&reduced, &estimates), 0);
+    let sums = at.noises(0);
+    Some(sums.iter().zip(spent).map(|(sum, spent)| (sum.weighted, sum.count - spent)).collect())
 }
 
 /// Returns the unknowns of a table: those of the contact, and what its shots were extracted with.
@@ -271,67 +264,67 @@ fn choose_contact(
     let FidelityChoice::Of(fidelity) = fidelity else {
         return Ok(Contact::new(&dataset.model(Fidelity::Full), unknowns));
     };
-    let contact = Contact::new(&dataset.model(fidelity), unknowns);
     let is_stated = dataset.settings_of_balls().compliance == Compliance::Stated;
     if !fidelity.effects().compliance && is_stated && unknowns[Id::Kappa as usize].start != 0.0 {
         return Err(RowsError::Rigid(fidelity.name()));
     }
-    Ok(contact)
+    Ok(Contact::new(&dataset.model(fidelity), unknowns))
 }
 
 /// Checks that the errors of each column are stated everywhere or nowhere.
-fn check_noise(shots: &[RowShot], places: &[String]) -> Result<(), RowsError> {
-    let mut seen: Vec<(Observable, bool, &String)> = Vec::new();
-    for (shot, place) in shots.iter().zip(places) {
-        for row in &shot.rows {
-            let is_stated = row.noise.is_none();
-            match seen.iter().find(|(observable, ..)| *observable == row.observable) {
-                None => seen.push((row.observable, is_stated, place)),
-                Some((_, other, first)) if *other != is_stated => {
-                    let (with, without) = if is_stated { (place, *first) } else { (*first, place) };
-                    return Err(RowsError::MixedNoise {
-                        column: row.observable.column(),
-                        with: with.clone(),
-                        without: without.clone(),
-                    });
-                }
-                Some(_) => {}
+fn check_noise(rows: &[RowShot], shots: &[&Shot]) -> Result<(), RowsError> {
+    let mut seen: Vec<(Observable, bool, &Shot)> = Vec::new();
+    let place = |shot: &Shot| format!("{}:{} (shot {})", shot.file.display(), shot.line, shot.name);
+    let all = rows.iter().zip(shots);
+    for (row, shot) in all.flat_map(|(made, shot)| made.rows.iter().map(move |row| (row, *shot))) {
+        let is_stated = row.noise.is_none();
+        match seen.iter().find(|(observable, ..)| *observable == row.observable) {
+            None => seen.push((row.observable, is_stated, shot)),
+            Some((_, other, first)) if *other != is_stated => {
+                let (with, without) = if is_stated { (shot, *first) } else { (*first, shot) };
+                return Err(RowsError::MixedNoise {
+                    column: row.observable.column(),
+                    with: place(with),
+                    without: place(without),
+                });
             }
+            Some(_) => {}
         }
     }
     Ok(())
 }
 
 /// Returns the observables without stated errors, those of one unit together.
-fn pool_units(shots: &[RowShot]) -> Vec<Vec<Observable>> {
-    let mut units: Vec<Vec<Observable>> = Vec::new();
+fn pool_units(shots: &[RowShot]) -> Vec<Pool> {
+    let mut units: Vec<Pool> = Vec::new();
     for row in shots.iter().flat_map(|shot| &shot.rows).filter(|row| row.noise.is_some()) {
-        match units.iter_mut().find(|pool| pool[0].unit() == row.observable.unit()) {
-            Some(pool) if pool.contains(&row.observable) => {}
-            Some(pool) => pool.push(row.observable),
-            None => units.push(vec![row.observable]),
+        let observable = row.observable;
+        match units.iter_mut().find(|pool| pool.observables[0].unit() == observable.unit()) {
+            Some(pool) if pool.observables.contains(&observable) => {}
+            Some(pool) => pool.observables.push(observable),
+            None => units.push(Pool { observables: vec![observable], rounding: 0.0, exact: 0.0 }),
         }
     }
     units
 }
 
 impl RowsBlock {
-    /// Gives numbers without stated errors the noise of their pool, 1 in their unit at first.
-    fn set_pools(&mut self, pools: Vec<Vec<Observable>>) {
+    /// Gives the numbers without stated errors, of the observables of each pool, noises of these sizes.
+    fn set_noises(&mut self, noises: Vec<(Pool, f64)>) {
         for row in Arc::make_mut(&mut self.shots).iter_mut().flat_map(|shot| &mut shot.rows) {
-            row.noise = row.noise.and(pools.iter().position(|pool| pool.contains(&row.observable)));
+            let is_of = |(pool, _): &(Pool, f64)| pool.observables.contains(&row.observable);
+            row.noise = row.noise.and(noises.iter().position(is_of));
         }
-        self.noises = vec![Noise { sd: 1.0, rho: 0.0 }; pools.len()];
-        let pool = |(which, observables): (usize, Vec<Observable>)| {
+        self.noises = noises.iter().map(|(_, sd)| Noise { sd: *sd, rho: 0.0 }).collect();
+        let with_rounding = |(which, (pool, _)): (usize, (Pool, f64))| {
             let of_pool = |row: &&Row| row.noise == Some(which);
             let all = self.shots.iter().flat_map(|shot| &shot.rows).filter(of_pool);
             let readings: Vec<f64> = all.map(|row| row.value / row.observable.unit_si()).collect();
             // of numbers spread evenly over a step
-            let step = find_step(&readings).unwrap_or(0.0) * observables[0].unit_si();
-            let rounding = step / 12.0_f64.sqrt();
-            Pool { observables, rounding, least: rounding }
+            let step = find_step(&readings).unwrap_or(0.0) * pool.observables[0].unit_si();
+            Pool { rounding: step / 12.0_f64.sqrt(), ..pool }
         };
-        self.pools = pools.into_iter().enumerate().map(pool).collect();
+        self.pools = noises.into_iter().enumerate().map(with_rounding).collect();
     }
 }
 

@@ -1,0 +1,213 @@
+//! Tests of differences: of pairs, and of one value for all labels against one for each.
+
+use nalgebra::{DMatrix, DVector};
+use statrs::distribution::{ChiSquared, ContinuousCDF, FisherSnedecor, Normal, StudentsT};
+
+use super::joint::{Joint, estimate, settle};
+use super::result::{Difference, LikelihoodRatio, TestKind};
+use crate::problem::{self, Estimates, Evaluation, Id, Problem, Solution, State};
+
+/// How sums of squares are judged.
+#[derive(Clone, Copy)]
+pub(super) struct Tests {
+    pub dof: usize,
+    /// Whether the noise was estimated from the residuals, or the errors from the scatter of the shots.
+    pub estimated: bool,
+}
+
+impl Tests {
+    /// Returns those of a fit. By a robust loss the scatter of the shots gives the errors.
+    pub fn new(solution: &Solution) -> Self {
+        let is_robust = solution.problem.is_robust();
+        let count = if is_robust {
+            solution.names.iter().map(Vec::len).sum::<usize>() as f64
+        } else {
+            solution.chi2_of_data().1 - solution.own_count() as f64
+        };
+        let dof = (count - solution.data_count()).max(0.0) as usize;
+        let estimates = solution.problem.samples.iter().any(|sample| sample.block.estimates_noise());
+        Self { dof, estimated: is_robust || estimates }
+    }
+
+    /// Returns Student's t if the scatter of the data gives the errors.
+    fn student(&self) -> Option<StudentsT> {
+        StudentsT::new(0.0, 1.0, self.dof.max(1) as f64).ok().filter(|_| self.estimated)
+    }
+
+    /// Returns the 97.5 % quantile.
+    pub fn quantile(&self) -> f64 {
+        self.student().map_or_else(|| Normal::standard().inverse_cdf(0.975), |t| t.inverse_cdf(0.975))
+    }
+
+    /// Returns the two-sided probability of a difference of so many standard errors; 1 if both are 0.
+    fn p_value(&self, errors: f64) -> f64 {
+        if errors.is_nan() {
+            return 1.0;
+        }
+        2.0 * self.student().map_or_else(|| Normal::standard().sf(errors.abs()), |t| t.sf(errors.abs()))
+    }
+
+    /// Returns the probability of a larger rise of χ² by `extra` parameters.
+    fn of_rise(&self, rise: f64, extra: usize) -> f64 {
+        let extra = extra as f64;
+        if self.estimated {
+            FisherSnedecor::new(extra, self.dof.max(1) as f64).map_or(f64::NAN, |f| f.sf(rise / extra))
+        } else {
+            ChiSquared::new(extra).map_or(f64::NAN, |d| d.sf(rise))
+        }
+    }
+
+    /// Returns the difference of two labels, `value` the second less the first.
+    pub fn pair(&self, first: usize, second: usize, value: f64, std_error: f64) -> Difference {
+        let t = self.quantile();
+        let p_value = self.p_value(value / std_error);
+        let interval_95 = [value - t * std_error, value + t * std_error];
+        Difference { first, second, value, std_error, interval_95, p_value, p_holm: p_value, effect: None }
+    }
+}
+
+impl Joint<'_> {
+    /// Returns the test of one value of an unknown for all of some labels against one for each; `None` if
+    /// the data determine fewer than two of the values.
+    pub(super) fn test(&self, id: Id, labels: &[usize]) -> Option<LikelihoodRatio> {
+        let shared = self.column(*labels.first()?, id)?;
+        let (problem, at) = match self.column(*labels.get(1)?, id) {
+            Some(other) if other != shared => (self.solution.problem.clone(), self.solution.at.clone()),
+            _ => self.freed(id, shared, labels),
+        };
+        let mut columns = problem.columns_of(id);
+        let estimates = estimate(&problem, &at, &columns)?;
+        columns.retain(|column| known_error(&problem, &estimates, *column).is_some());
+        let extra = columns.len().checked_sub(1).filter(|extra| *extra > 0)?;
+        let judged = |statistic: f64, rise: f64, by: TestKind| LikelihoodRatio {
+            statistic,
+            by,
+            extra_parameters: extra,
+            p_value: self.tests.of_rise(rise, extra),
+            delta_aic: 2.0 * extra as f64 - statistic,
+        };
+        let places: Vec<usize> = columns.iter().filter_map(|column| estimates.position(*column)).collect();
+        if problem.is_robust() {
+            let values: Vec<f64> = columns.iter().map(|column| at.state.shared.0[*column]).collect();
+            let covariance = estimates.covariance.select_rows(&places).select_columns(&places);
+            let statistic = wald(&values, &covariance)?;
+            return Some(judged(statistic, statistic, TestKind::Wald));
+        }
+        let same = merged(&problem, &columns);
+        // where contacts stick χ² is no parabola: from the value of each label, too
+        let of_labels = columns.iter().map(|column| {
+            let mut state = at.state.clone();
+            state.shared.0[columns[0]] = at.state.shared.0[*column];
+            state
+        });
+        let starts = equalised(&problem, &at, &estimates, &places).into_iter().chain(of_labels);
+        let least = starts.map(|start| settle(&same, start).cost).min_by(f64::total_cmp)?;
+        let rise = (least - at.cost).max(0.0);
+        let (chi2, count) = self.solution.chi2_of_data();
+        // Gaussian noise of unknown size: n ln of the ratio of the sums of squares
+        let statistic = if self.tests.estimated { count * (rise / chi2).ln_1p() } else { rise };
+        rise.is_finite().then(|| judged(statistic, rise, TestKind::LikelihoodRatio))
+    }
+
+    /// Returns the least χ² with a column of its own for each label, at the present noise.
+    fn freed(&self, id: Id, shared: usize, labels: &[usize]) -> (Problem, Evaluation) {
+        let mut problem = self.solution.problem.clone();
+        let mut state = self.solution.at.state.clone();
+        for label in &labels[1..] {
+            let own = problem.unknowns.len();
+            problem.unknowns.push(problem.unknowns[shared]);
+            state.shared.0.push(state.shared.0[shared]);
+            for (sample, alone) in problem.samples.iter_mut().zip(&self.samples.fitted) {
+                let column = &mut sample.columns[id as usize];
+                if alone.label == *label && *column == shared {
+                    *column = own;
+                }
+            }
+        }
+        let end = settle(&problem, state);
+        (problem, end)
+    }
+}
+
+/// Returns the standard error of a column if it is less than its bounds leave open.
+pub(super) fn known_error(problem: &Problem, estimates: &Estimates, column: usize) -> Option<f64> {
+    let [low, high] = problem.unknowns[column].bounds;
+    estimates.sd(column).filter(|sd| *sd < high - low)
+}
+
+/// Returns the problem with one column instead of several, whose priors all count.
+fn merged(problem: &Problem, columns: &[usize]) -> Problem {
+    let mut same = problem.clone();
+    let first = columns[0];
+    for column in same.samples.iter_mut().flat_map(|sample| &mut sample.columns) {
+        if columns.contains(column) {
+            *column = first;
+        }
+    }
+    let priors = columns.iter().filter_map(|column| problem.unknowns[*column].prior);
+    same.unknowns[first].prior = priors.reduce(|a, b| {
+        let [p, q] = [a, b].map(|prior| prior.sd.powi(-2));
+        problem::Normal { mean: (p * a.mean + q * b.mean) / (p + q), sd: (p + q).sqrt().recip() }
+    });
+    for column in columns {
+        let [low, high] = problem.unknowns[*column].bounds;
+        let bounds = &mut same.unknowns[first].bounds;
+        *bounds = [bounds[0].max(low), bounds[1].min(high)];
+    }
+    same
+}
+
+/// Returns the least of a quadratic χ² at which the estimates at some places are equal: with C the covariance
+/// and V that of these x, all unknowns change by C₍·ₓ₎V⁻¹(m − x), m = 1ᵀV⁻¹x/1ᵀV⁻¹1.
+fn equalised(problem: &Problem, at: &Evaluation, estimates: &Estimates, places: &[usize]) -> Option<State> {
+    let beside = estimates.covariance.select_columns(places);
+    let of_columns = beside.select_rows(places).cholesky()?;
+    let x = DVector::from_fn(places.len(), |i, _| at.state.shared.0[estimates.columns[places[i]]]);
+    let ones = DVector::from_element(places.len(), 1.0);
+    let weights = of_columns.solve(&ones);
+    let mean = weights.dot(&x) / weights.sum();
+    let step = beside * of_columns.solve(&(ones * mean - x));
+    let mut state = at.eliminate(problem, 0.0)?.step(problem, &at.state, &estimates.columns, &step);
+    for (value, unknown) in state.shared.0.iter_mut().zip(&problem.unknowns) {
+        *value = value.max(unknown.bounds[0]).min(unknown.bounds[1]);
+    }
+    Some(state)
+}
+
+/// Returns Wald's statistic dᵀV⁻¹d of the differences d of some values from the first of them, with V the
+/// covariance of d; `None` of fewer than two, or if an error is missing.
+fn wald(x: &[f64], covariance: &DMatrix<f64>) -> Option<f64> {
+    let count = x.len().checked_sub(1).filter(|count| *count > 0)?;
+    let by = DMatrix::from_fn(count, x.len(), |i, j| f64::from(j == i + 1) - f64::from(j == 0));
+    let d = &by * DVector::from_column_slice(x);
+    let solved = (&by * covariance * by.transpose()).cholesky()?.solve(&d);
+    Some(d.dot(&solved))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Of independent numbers.
+    #[test]
+    fn wald_is_the_scatter_about_the_weighted_mean() {
+        let (x, sd) = ([0.0_f64, 1.0, 2.0 / 3.0], [1.0_f64, 1.0, 2.0]);
+        let covariance = DMatrix::from_fn(3, 3, |i, j| if i == j { sd[i] * sd[i] } else { 0.0 });
+        let weight: f64 = sd.iter().map(|s| s.powi(-2)).sum();
+        let mean = x.iter().zip(sd).map(|(x, s)| x * s.powi(-2)).sum::<f64>() / weight;
+        let scatter: f64 = x.iter().zip(sd).map(|(x, s)| ((x - mean) / s).powi(2)).sum();
+        let found = wald(&x, &covariance).unwrap();
+        assert!((found - scatter).abs() < 1e-12, "{found} {scatter}");
+    }
+
+    /// One shot a label leaves no error: such labels are not told apart, and nothing panics.
+    #[test]
+    fn labels_without_errors_are_not_told_apart() {
+        for estimated in [true, false] {
+            let tests = Tests { dof: 0, estimated };
+            for (value, std_error) in [(0.0, 0.0), (0.1, f64::NAN)] {
+                assert!(tests.pair(0, 1, value, std_error).p_value >= 1.0);
+            }
+        }
+    }
+}
