@@ -113,10 +113,10 @@ fn estimate(fitted: &Fitted, parameter: Parameter) -> Estimate {
         let status = if is_held { Status::Fixed } else { Status::NotIdentified };
         return Estimate::bare(parameter, value, status);
     };
-    let Some(error) = found.std_error else { return at_bound(solution, parameter, &setting) };
     if parameter == Parameter::MuS && solution.is_undetermined(id) {
         return Estimate::bare(parameter, value, Status::NotIdentified);
     }
+    let Some(error) = found.std_error else { return at_bound(solution, parameter, &setting) };
     let [low, high] = solution.bounds(id);
     let interval = Some([(value - WIDE * error).max(low), (value + WIDE * error).min(high)]);
     let looks = fitted.request.options.depth >= Depth::Intervals && !parameter.is_of_balls();

@@ -220,16 +220,20 @@ impl<'a> Run<'a> {
     }
 
     fn finish(mut self, mut estimates: Estimates) -> Solution {
+        let reduced = self.descent.end.eliminate(&self.problem, 0.0);
+        let as_free = reduced.and_then(|reduced| Estimates::of_columns(&reduced, self.problem.free()));
         for id in Id::WANTED {
             let (unknown, value) = (self.problem.unknown(id), self.descent.end.state.shared[id]);
             let sd = estimates.sd(id as usize);
-            let is_determined = sd.is_some_and(|sd| id != Id::MuS || sd <= self.policy.undetermined_mu_s);
-            if unknown.mode == Mode::Free && !is_determined {
-                let is_at_bound = sd.is_none() && unknown.bounds.contains(&value);
+            // at a bound the error that it would have without one
+            let as_free = as_free.as_ref().and_then(|all| all.sd(id as usize)).or(sd);
+            let is_vague = id == Id::MuS && as_free.is_some_and(|sd| sd > self.policy.undetermined_mu_s);
+            if unknown.mode == Mode::Free && (sd.is_none() || is_vague) {
+                let is_at_bound = !is_vague && unknown.bounds.contains(&value);
                 self.findings.push(if is_at_bound {
                     Finding::AtBound { id, bound: value }
                 } else {
-                    Finding::Undetermined { id, sd: sd.unwrap_or(f64::INFINITY) }
+                    Finding::Undetermined { id, sd: as_free.unwrap_or(f64::INFINITY) }
                 });
             }
         }

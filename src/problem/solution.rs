@@ -2,6 +2,7 @@
 
 use nalgebra::DMatrix;
 use rayon::prelude::*;
+use statrs::distribution::ContinuousCDF;
 
 use super::block::Block;
 use super::descent::Descent;
@@ -201,10 +202,10 @@ impl Solution {
         Some(self.covariance(ids).cholesky()?.inverse())
     }
 
-    /// Returns how far an unknown at a bound may be from it at 95 % confidence, one-sided: where χ² has
-    /// risen by 1.645² as the others follow, to second order. `None` for one that is not at a bound.
+    /// Returns the limit of an unknown at a bound that leaves 5 % of its likelihood, to second order a
+    /// normal distribution cut off at the bound. (A rise of χ² by 1.645² from the bound leaves 24 % in
+    /// films whose χ² falls beyond it.) `None` for one that is not at a bound.
     pub fn limit_at_bound(&self, id: Id) -> Option<f64> {
-        const RISE: f64 = 1.645 * 1.645;
         let column = self.column(0, id)?;
         let (unknown, x) = (&self.problem.unknowns[column], self.at.state.shared.0[column]);
         let inward = if x == unknown.bounds[0] { 1.0 } else { -1.0 };
@@ -214,8 +215,11 @@ impl Solution {
         let reduced = self.at.eliminate(&self.problem, 0.0)?;
         let (bend, _) = self.covariance.condition(&reduced, &[column]);
         let (bend, slope) = (bend[0], (inward * reduced.gradient(&[column])[0]).max(0.0));
-        // 2 s d + b d² = rise
-        let distance = RISE / (slope + (slope * slope + bend * RISE).sqrt());
+        // the minimum of χ² lies s/√b standard errors beyond the bound
+        let sd = bend.sqrt().recip();
+        let beyond = slope * sd;
+        let normal = statrs::distribution::Normal::standard();
+        let distance = -sd * (normal.inverse_cdf(0.05 * normal.sf(beyond)) + beyond);
         let [low, high] = unknown.bounds;
         distance.is_finite().then(|| (x + inward * distance).clamp(low, high))
     }
