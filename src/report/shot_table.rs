@@ -3,7 +3,8 @@
 use std::collections::HashMap;
 
 use super::csv::Table;
-use crate::fit::{Fit, FittedFilm, OwnEstimate};
+use crate::fit::{Fit, FittedFilm};
+use crate::problem::OwnEstimate;
 
 /// The first columns: `used` is true or false, with the `reason` where a shot was left out or is doubtful; `chi2` is the sum of
 /// the squares of `values` standardized residuals, `largest` the largest of them in size. For each observable its column, `…_sd` and

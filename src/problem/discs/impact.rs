@@ -4,7 +4,7 @@ use statrs::distribution::{ContinuousCDF, Normal};
 
 use super::quantities::Quantity;
 use super::stick::Stuck;
-use crate::extraction::{Bodies, Unusable};
+use crate::extraction::Unusable;
 use crate::measurement::dataset::Measured;
 use crate::measurement::number::with_error;
 use crate::numerics::median;
@@ -147,8 +147,7 @@ impl DiscImpact {
         let Measured { value, sd } = self.get(Quantity::ContactDistance)?;
         let error = sd.filter(|_| self.get(Quantity::ImpulseRatio).is_some())?;
         let differs = is_significant(value - expected, error.hypot(DISTANCE_SD * expected), policy);
-        let bodies = Bodies::Discs;
-        differs.then_some(Unusable::Separation { bodies, measured: value, expected, error })
+        differs.then_some(Unusable::Separation { measured: value, expected, error })
     }
 
     /// Returns the doubt of an e that is not that of an impact.
