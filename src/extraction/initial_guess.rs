@@ -1,6 +1,6 @@
 //! A first guess of the impact of a shot, or the reason for its absence.
 
-use nalgebra::{Matrix3, Vector2, Vector3};
+use nalgebra::{Matrix3, Matrix3x2, Vector2, Vector3};
 
 use super::unusable::{Bodies, Unusable};
 use crate::film::frame_noise::noise;
@@ -77,13 +77,10 @@ impl Path {
 
     fn parabola(samples: &[Sample], at: f64) -> Option<Self> {
         let powers = |s: &Sample| Vector3::new(1.0, s.t - at, 0.5 * (s.t - at).powi(2));
-        let normal = samples.iter().map(|s| powers(s) * powers(s).transpose()).sum::<Matrix3<f64>>().lu();
-        let solve = |axis: usize| {
-            let moments = samples.iter().map(|s| powers(s) * place(s)[axis]).sum::<Vector3<f64>>();
-            normal.solve(&moments).filter(|found| found.iter().all(|c| c.is_finite()))
-        };
-        let (x, y) = (solve(0)?, solve(1)?);
-        let [position, velocity, acceleration] = [0, 1, 2].map(|i| Point::new(x[i], y[i]));
+        let normal = samples.iter().map(|s| powers(s) * powers(s).transpose()).sum::<Matrix3<f64>>();
+        let moments = samples.iter().map(|s| powers(s) * place(s).transpose()).sum::<Matrix3x2<f64>>();
+        let found = normal.lu().solve(&moments).filter(|found| found.iter().all(|c| c.is_finite()))?;
+        let [position, velocity, acceleration] = [0, 1, 2].map(|i| found.row(i).transpose());
         Some(Self { at, position, velocity, acceleration, error: f64::NAN })
     }
 
@@ -91,18 +88,21 @@ impl Path {
     /// line, or a parabola if the line's residuals exceed the noise.
     fn near(samples: &[Sample], at: f64, noise: f64) -> Self {
         let straight = Self::line(samples, at);
-        if straight.rms(samples) <= MAX_LINE_RESIDUAL * noise || samples.len() < MIN_PARABOLA_FRAMES {
+        let fits = |path: &Self, samples: &[Sample]| {
+            let square = samples.iter().map(|sample| path.off(sample).powi(2)).sum::<f64>();
+            (square / (2 * samples.len()) as f64).sqrt() <= MAX_LINE_RESIDUAL * noise
+        };
+        if fits(&straight, samples) {
             return straight;
         }
         // a ball that begins to roll, or lands, does not follow one parabola
-        let mut count = samples.len();
-        loop {
-            let Some(bent) = Self::parabola(&samples[..count], at) else { return straight };
-            if bent.rms(&samples[..count]) <= MAX_LINE_RESIDUAL * noise || count == MIN_PARABOLA_FRAMES {
+        for count in (MIN_PARABOLA_FRAMES..=samples.len()).rev() {
+            let Some(bent) = Self::parabola(&samples[..count], at) else { break };
+            if count == MIN_PARABOLA_FRAMES || fits(&bent, &samples[..count]) {
                 return bent;
             }
-            count -= 1;
         }
+        straight
     }
 
     fn off(&self, sample: &Sample) -> f64 {
@@ -115,11 +115,6 @@ impl Path {
         samples.iter().map(|sample| self.off(sample)).fold(0.0, f64::max)
     }
 
-    fn rms(&self, samples: &[Sample]) -> f64 {
-        let square = samples.iter().map(|sample| self.off(sample).powi(2)).sum::<f64>();
-        (square / (2 * samples.len()) as f64).sqrt()
-    }
-
     /// Returns the time at which the path is nearest to a place.
     fn passes(&self, place: Point) -> Option<f64> {
         /// Newton steps after which the correction of a parabola is far below the noise.
@@ -128,9 +123,6 @@ impl Path {
         for _ in 0..STEPS {
             let velocity = self.velocity + self.acceleration * t;
             let position = self.position + (self.velocity + self.acceleration * (0.5 * t)) * t;
-            if !(velocity.norm_squared() > 0.0) {
-                return None;
-            }
             t -= (position - place).dot(&velocity) / velocity.norm_squared();
         }
         t.is_finite().then_some(self.at + t)

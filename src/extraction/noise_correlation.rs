@@ -62,11 +62,11 @@ pub struct NoiseCorrelation {
 pub fn noise_correlation(shots: &[TrackShot], ball: &Ball) -> Option<NoiseCorrelation> {
     let some = shots.par_iter().step_by(shots.len().div_ceil(MAX_SHOTS).max(1));
     let mut paths: Vec<DVector<f64>> = some.filter_map(|shot| paths(shot, ball)).flatten_iter().collect();
-    let noise = |y: &DVector<f64>| whiten(y, 0.0)[0] / (y.len() - POWERS) as f64;
-    let usual = median(paths.iter().map(noise).collect());
-    paths.retain(|path| noise(path) < MAX_NOISE_RATIO * MAX_NOISE_RATIO * usual);
+    let variance = |y: &DVector<f64>| whiten(y, 0.0)[0] / (y.len() - POWERS) as f64;
+    let typical = median(paths.iter().map(variance).collect());
+    paths.retain(|path| variance(path) < MAX_NOISE_RATIO * MAX_NOISE_RATIO * typical);
     let numbers: usize = paths.iter().map(|path| path.len() - POWERS).sum();
-    if numbers < MIN_FREEDOM || !(usual > 0.0) {
+    if numbers < MIN_FREEDOM || !(typical > 0.0) {
         return None;
     }
     let minus_two_ln_l = |rho: f64| {
@@ -80,13 +80,15 @@ pub fn noise_correlation(shots: &[TrackShot], ball: &Ball) -> Option<NoiseCorrel
     let least = values.iter().copied().fold(f64::INFINITY, f64::min);
     // mean and standard deviation by L, with a uniform prior of ρ: short paths do not separate high
     // correlations, and the likeliest may be the highest
-    let weights: Vec<f64> = values.iter().map(|value| (-0.5 * (value - least)).exp()).collect();
-    let mean = |of: &dyn Fn(f64) -> f64| {
-        let weighted = weights.iter().zip(&rhos).map(|(weight, rho)| weight * of(*rho));
-        weighted.sum::<f64>() / weights.iter().sum::<f64>()
-    };
-    let value = mean(&|rho| rho);
-    let std_error = mean(&|rho| (rho - value).powi(2)).sqrt();
+    let [mut total, mut sum, mut squares] = [0.0; 3];
+    for (rho, value) in rhos.iter().zip(&values) {
+        let weight = (-0.5 * (value - least)).exp();
+        total += weight;
+        sum += weight * rho;
+        squares += weight * rho * rho;
+    }
+    let value = sum / total;
+    let std_error = (squares / total - value * value).max(0.0).sqrt();
     let adopted = value > MIN_RHO && values[0] - least > MIN_DECREASE;
     Some(NoiseCorrelation { value, std_error, adopted })
 }
@@ -109,17 +111,16 @@ fn paths(shot: &TrackShot, ball: &Ball) -> Option<[DVector<f64>; 2]> {
 fn whiten(y: &DVector<f64>, rho: f64) -> [f64; 2] {
     let n = y.len();
     let rest = (1.0 - rho * rho).sqrt();
-    // L⁻¹ with LLᵀ = R: the first as it is, then (y_i − ρ y_(i−1))/√(1 − ρ²)
-    let whiten = |value: &dyn Fn(usize) -> f64, i: usize| {
-        if i == 0 { value(0) } else { (value(i) - rho * value(i - 1)) / rest }
-    };
+    // (1, t, t², t³, y), and L⁻¹ of it with LLᵀ = R: the first row as it is, then (r_i − ρ r_(i−1))/√(1 − ρ²)
     let time = |i: usize| 2.0 * i as f64 / (n - 1) as f64 - 1.0;
-    let qr = DMatrix::from_fn(n, POWERS, |i, k| whiten(&|i| time(i).powi(k as i32), i)).qr();
-    let mut y = DVector::from_fn(n, |i, _| whiten(&|i| y[i] - y[0], i));
-    qr.q_tr_mul(&mut y);
-    let ln_x: f64 = qr.r().diagonal().iter().map(|r| 2.0 * r.abs().ln()).sum();
+    let raw = |i: usize, k: usize| if k < POWERS { time(i).powi(k as i32) } else { y[i] - y[0] };
+    let white = |i: usize, k: usize| {
+        if i == 0 { raw(0, k) } else { (raw(i, k) - rho * raw(i - 1, k)) / rest }
+    };
+    let r = DMatrix::from_fn(n, POWERS + 1, white).qr().r();
+    let ln_x: f64 = (0..POWERS).map(|k| 2.0 * r[(k, k)].abs().ln()).sum();
     // |R| = (1 − ρ²)^(n−1)
-    [y.rows(POWERS, n - POWERS).norm_squared(), 2.0 * (n - 1) as f64 * rest.ln() + ln_x]
+    [r[(POWERS, POWERS)].powi(2), 2.0 * (n - 1) as f64 * rest.ln() + ln_x]
 }
 
 #[cfg(test)]

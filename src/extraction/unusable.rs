@@ -25,17 +25,6 @@ impl Bodies {
             Self::Discs => "the discs do not come near each other and part again with other velocities",
         }
     }
-
-    /// Returns the distance of the centres at contact, and the quantities to check if it differs.
-    const fn distance(self) -> [&'static str; 2] {
-        match self {
-            Self::Balls => ["2R", "the scale, the radius and which track is which ball"],
-            Self::Discs => [
-                "the sum of the radii",
-                "the scale, the radii and which track is which disc; without radius_m the tracks decide",
-            ],
-        }
-    }
 }
 
 /// Reason for which no impact could be extracted from a shot.
@@ -76,19 +65,18 @@ pub enum Unusable {
         /// Its speed, m/s.
         speed: f64,
     },
-    /// The distance of the centres at the impact differs from the sum of the radii.
+    /// The distance of the centres of discs at the impact differs from the sum of the radii.
     #[error(
-        "the centres are {:.2}{} mm apart at the impact, not {:.2} mm ({}): check {}",
-        1e3 * measured, error_text(*error), 1e3 * expected, bodies.distance()[0], bodies.distance()[1]
+        "the centres are {:.2} ± {:.2} mm apart at the impact, not {:.2} mm (the sum of the radii): check the scale, \
+         the radii and which track is which disc; without radius_m the tracks decide",
+        1e3 * measured, 1e3 * error, 1e3 * expected
     )]
     Separation {
-        /// Bodies of the shot.
-        bodies: Bodies,
         /// Measured distance, m.
         measured: f64,
-        /// Distance of bodies that touch, m.
+        /// Distance of discs that touch, m.
         expected: f64,
-        /// Standard error of the measured distance, m; infinite if it is not known.
+        /// Standard error of the measured distance, m.
         error: f64,
     },
     /// Two points that are stated to be on one disc change their distance.
@@ -125,8 +113,4 @@ impl Unusable {
     pub(crate) fn too_few(bodies: Bodies, [body, side]: [usize; 2], frames: usize, least: usize) -> Self {
         Self::TooFew { body: bodies.names()[body], when: ["before", "after"][side], frames, least }
     }
-}
-
-fn error_text(error: f64) -> String {
-    if error.is_finite() { format!(" ± {:.2}", 1e3 * error) } else { String::new() }
 }

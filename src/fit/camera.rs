@@ -26,7 +26,6 @@ pub struct FoundCamera {
     /// The middle of the film, x and y in m, from which the camera counts.
     pub middle: [f64; 2],
     picture: Camera,
-    values: [f64; Correction::COUNT],
     /// Its corrections that were free.
     pub corrections: Vec<FoundCorrection>,
     /// The factor by which all lengths were multiplied beforehand, the unit of the film in m; 1 where the stated one
@@ -74,7 +73,6 @@ impl FoundCamera {
         Self {
             middle,
             picture: Camera::new(&solution.state().shared),
-            values: Correction::ALL.map(|which| solution.value(unknown_of(which))),
             corrections: Correction::ALL.into_iter().filter_map(correction).collect(),
             unit: solution.unit,
             shots,
@@ -90,7 +88,7 @@ impl FoundCamera {
     /// Returns the value of a correction, stated or found; of the axis of a lens that of its decentring.
     #[must_use]
     pub fn get(&self, correction: Correction) -> f64 {
-        self.values[correction as usize]
+        self.picture.get(correction as usize)
     }
 
     /// Returns where the film shows a place on the table, m.
@@ -109,7 +107,7 @@ impl FoundCamera {
             format!(
                 "The search for the camera did not converge: what is left to correct may bias the estimates. Check the radius, \
                  the frame rate and which track is which {}, or state what is known under [camera].",
-                if self.of_discs { "disc" } else { "ball" }
+                self.body()
             )
         });
         scaled.into_iter().chain(self.sentence()).chain(unfinished).collect()
@@ -124,12 +122,16 @@ impl FoundCamera {
         let all: Vec<String> = self.corrections.iter().map(words).collect();
         (!all.is_empty()).then(|| {
             format!(
-                "The estimates include the camera, which the {} themselves calibrate ({}): {}.",
-                if self.of_discs { "discs" } else { "balls" },
+                "The estimates include the camera, which the {}s themselves calibrate ({}): {}.",
+                self.body(),
                 number::count_of(self.shots, "shot"),
                 all.join(", ")
             )
         })
+    }
+
+    fn body(&self) -> &'static str {
+        if self.of_discs { "disc" } else { "ball" }
     }
 }
 

@@ -6,7 +6,7 @@ use rayon::prelude::*;
 
 use crate::measurement::dataset::Dataset;
 use crate::measurement::track::TrackShot;
-use crate::problem::{FittedFrame, Id, Impact, Solution};
+use crate::problem::{FittedFrame, Id, Impact, OwnEstimate, Solution};
 
 /// The shots of a film with the fit of their frames.
 #[derive(Clone, Debug)]
@@ -32,17 +32,6 @@ pub struct OfShot {
     pub instant: f64,
     /// The frames of both balls, m in the film at its stated scale.
     pub frames: Vec<FittedFrame>,
-}
-
-/// An estimate that a shot has of its own.
-#[derive(Clone, Copy, Debug)]
-pub struct OwnEstimate {
-    /// Its column in tables, in the unit of its name; velocities m/s.
-    pub column: &'static str,
-    /// The estimate.
-    pub value: f64,
-    /// Standard error.
-    pub sd: f64,
 }
 
 impl FittedFilm {
@@ -113,11 +102,8 @@ impl FittedFilm {
     #[must_use]
     pub fn estimates(&self) -> Vec<(&str, Vec<OwnEstimate>)> {
         let origin = self.solution.middle.map(|x| x * self.solution.unit);
-        let of_shot = |i: usize| -> Vec<OwnEstimate> {
-            let own = self.solution.own_estimates(i, origin).into_iter();
-            own.map(|(column, value, sd)| OwnEstimate { column, value, sd }).collect()
-        };
-        let all: Vec<Vec<OwnEstimate>> = (0..self.tracks.len()).into_par_iter().map(of_shot).collect();
+        let all: Vec<Vec<OwnEstimate>> =
+            (0..self.tracks.len()).into_par_iter().map(|i| self.solution.own_estimates(i, origin)).collect();
         self.names().into_iter().zip(all).collect()
     }
 
@@ -137,16 +123,14 @@ impl FittedFilm {
         text: impl Fn(&OfShot, &mut String) + Sync,
     ) -> std::io::Result<()> {
         const AT_A_TIME: usize = 512;
-        let all: Vec<usize> = (0..self.tracks.len()).collect();
-        for some in all.chunks(AT_A_TIME) {
-            let of_shot = |i: &usize| {
+        for first in (0..self.tracks.len()).step_by(AT_A_TIME) {
+            let of_shot = |i: usize| {
                 let mut own = String::new();
-                if let Some(shot) = self.shot(*i) {
-                    text(&shot, &mut own);
-                }
+                self.shot(i).inspect(|shot| text(shot, &mut own));
                 own
             };
-            let texts: Vec<String> = some.par_iter().map(of_shot).collect();
+            let last = self.tracks.len().min(first + AT_A_TIME);
+            let texts: Vec<String> = (first..last).into_par_iter().map(of_shot).collect();
             texts.iter().try_for_each(|text| to.write_all(text.as_bytes()))?;
         }
         Ok(())

@@ -32,7 +32,7 @@ pub use diagnostics::refuted::{MeasuredRestitution, Refuted};
 pub use diagnostics::trends::{Trend, Variable};
 pub use error::FitError;
 pub use estimate::Counted;
-pub use film::{FittedFilm, OfShot, OwnEstimate};
+pub use film::{FittedFilm, OfShot};
 pub use intervals::bootstrap::{Bootstrap, Resampled};
 pub use intervals::regions::{Contour, LEVELS, Level, Profile};
 pub use of_discs::FrictionCurve;

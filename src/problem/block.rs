@@ -4,7 +4,6 @@
 use super::discs::block::{DiscBlock, Freedom};
 use super::film::block::FilmBlock;
 use super::film::impact::Correction;
-use super::film::states::choose_states;
 use super::rows::block::RowsBlock;
 use super::sums::{Contribution, Noise, OwnPrior, Spread};
 use super::unknowns::{Own, Shared};
@@ -134,7 +133,7 @@ impl Block {
     /// unknowns; returns whether one has changed.
     pub fn choose_states(&mut self, own: &mut [Own], shared: &Shared) -> bool {
         match self {
-            Self::Film(film) => choose_states(film, own, shared),
+            Self::Film(film) => film.choose_states(own, shared),
             Self::Discs(_) | Self::Rows(_) => false,
         }
     }

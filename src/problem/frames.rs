@@ -93,12 +93,13 @@ pub(crate) fn whiten<const R: usize>(
     let is_correlated = rho != [0.0; 2];
     let mut last: Option<(usize, Point, f64)> = None;
     let mut last_rows: Option<[SVector<f64, R>; 2]> = None;
-    let mut sights = Vec::with_capacity(frames.len());
+    let mut sights: Vec<Sight<R>> = Vec::with_capacity(frames.len());
     for (index, frame) in frames.iter().enumerate().filter(|(_, frame)| frame.used) {
         let (piece, rows) = see(frame);
-        let rows_before = if is_correlated { last_rows.replace(rows) } else { None };
         let sums = [NoiseSums::default(); 2];
-        let mut sight = Sight { index, time: frame.time, piece, rows, carried: None, sums };
+        sights.push(Sight { index, time: frame.time, piece, rows, carried: None, sums });
+        let Some(sight) = sights.last_mut() else { continue };
+        let rows_before = if is_correlated { last_rows.replace(sight.rows) } else { None };
         let residuals = sight.residuals();
         let before = last.replace((piece, residuals, frame.time));
         let before = before.filter(|(on, ..)| carries || *on == piece);
@@ -110,9 +111,12 @@ pub(crate) fn whiten<const R: usize>(
             };
             sums.lagged = residuals[axis] * before[axis];
             sums.square = residuals[axis].powi(2);
+            let Some(rows_before) = rows_before.as_ref() else { continue };
             let frames = ((frame.time - then) * fps).round().clamp(1.0, 1e6);
             let kept = rho[axis].powi(frames as i32);
-            let Some(rows_before) = rows_before.as_ref().filter(|_| kept > 0.0) else { continue };
+            if !(kept > 0.0) {
+                continue;
+            }
             let fresh = (1.0 - kept * kept).sqrt().recip();
             sums.ln_determinant = -2.0 * fresh.ln();
             let mut carried = rows_before[axis] * (kept * fresh);
@@ -125,7 +129,6 @@ pub(crate) fn whiten<const R: usize>(
                 both.1[axis] = -carried;
             }
         }
-        sights.push(sight);
     }
     sights
 }

@@ -53,7 +53,7 @@ pub(crate) use film::camera::Camera;
 pub use film::film_data::{FilmError, Modelling};
 #[cfg(feature = "io")]
 pub(crate) use film::planned::{Filming, PlannedShot, information, unknowns_of};
-pub use film::shots::{FittedFrame, Impact, Motion};
+pub use film::shots::{FittedFrame, Impact, Motion, OwnEstimate};
 pub use findings::{Finding, Severity};
 pub use frames::PicturePaths;
 pub use identifiability::{Combination, Invariant, Remains};

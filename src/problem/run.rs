@@ -4,8 +4,7 @@ use super::block::Block;
 use super::descent::Descent;
 use super::film::causes::{self, Refit};
 use super::film::film_data::{Film, FilmError, Modelling};
-use super::film::next_to_impact;
-use super::film::outliers::{judge_shots, leave_out_frames, tail};
+use super::film::outliers::{self, judge_shots, leave_out_frames, tail};
 use super::findings::{Finding, Severity};
 use super::loss::ShotLoss;
 use super::minimise::{descend_with_noise, fit};
@@ -66,11 +65,10 @@ pub fn fit_film(dataset: &Dataset, modelling: &Modelling, policy: &Policy) -> Re
     }
     if run.adopt(causes::widen_rate(&run.problem, &run.descent.end, &estimates, policy)) {
         estimates = run.estimates()?;
-        run.findings.extend(causes::contradicted_rate(&run.problem, &run.descent.end, &estimates, policy));
     }
     let state = &run.descent.end.state;
     let film = run.problem.film();
-    let lags = film.is_some_and(|film| next_to_impact::lags(film, &state.own[0], &state.shared));
+    let lags = film.is_some_and(|film| outliers::lags(film, &state.own[0], &state.shared));
     if lags && !run.findings.contains(&Finding::Lags) {
         run.findings.push(Finding::Lags);
     }
@@ -194,11 +192,11 @@ impl<'a> Run<'a> {
     fn leave_out_spoiled(&mut self) {
         let state = self.descent.end.state.clone();
         let Some(film) = self.problem.film_mut() else { return };
-        let Some(reach) = next_to_impact::spoiled(film, &state.own[0], &state.shared) else { return };
-        let lags = next_to_impact::lags(film, &state.own[0], &state.shared);
+        let Some(reach) = outliers::spoiled(film, &state.own[0], &state.shared) else { return };
+        let lags = outliers::lags(film, &state.own[0], &state.shared);
         let [before, after] = reach;
         self.findings.push(if lags { Finding::Lags } else { Finding::Spoiled { before, after } });
-        next_to_impact::leave_out(film, &state.own[0], reach);
+        outliers::leave_out_spoiled(film, &state.own[0], reach);
         self.descent = descend_with_noise(&mut self.problem, state);
     }
 

@@ -6,8 +6,6 @@ use statrs::distribution::ContinuousCDF;
 
 use super::block::Block;
 use super::descent::Descent;
-use super::film::motion::Approach;
-use super::film::own;
 use super::film::spins::ShotSpin;
 use super::findings::{Finding, Severity, worst};
 use super::noise::{count_shared, minus_two_log};
@@ -321,11 +319,8 @@ impl Solution {
         let Some(film) = self.problem.film() else { return Vec::new() };
         let State { own, shared } = self.state();
         let shots = film.spins.iter().zip(&own[0]).zip(&self.names[0]);
-        let of_shot = |((spin, own), name): ((&ShotSpin, &Own), &String)| {
-            let rolls = spin.stated.approach == Approach::Rolls;
-            let topspin = if rolls { 1.0 } else { spin.mean(shared) + own[own::TOPSPIN] };
-            (name.clone(), topspin)
-        };
+        let of_shot =
+            |((spin, own), name): ((&ShotSpin, &Own), &String)| (name.clone(), spin.topspin_of(own, shared));
         shots.map(of_shot).collect()
     }
 

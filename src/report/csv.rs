@@ -8,9 +8,10 @@ use std::io::{self, Write};
 use super::document::rounded;
 use super::unit_name;
 use crate::compare::Comparison;
-use crate::fit::{Fit, FittedFilm, OwnEstimate, Residual};
+use crate::fit::{Fit, FittedFilm, Residual};
 use crate::measurement::track::TrackedBall;
 use crate::problem::FittedFrame;
+use crate::problem::OwnEstimate;
 
 /// The columns of residuals.csv, a row per measured number that χ² counts: `measured`, `predicted` and `sd` are in `unit`, `cut_deg` in
 /// degrees, `speed_m_s` in m/s, `standardized` has none. `model` is `refuted` where the data rule the model out, else empty. `t_s` (s)

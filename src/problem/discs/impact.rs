@@ -8,7 +8,7 @@ use super::motion::{INPUTS, MOVING, locate};
 use super::own::{self, CORE, LEAST_SHOTS};
 use super::quantities::Quantity;
 use super::stick::Stuck;
-use crate::extraction::{Bodies, Unusable};
+use crate::extraction::Unusable;
 use crate::measurement::dataset::Measured;
 use crate::measurement::number::with_error;
 use crate::numerics::median;
@@ -139,7 +139,7 @@ impl DiscImpact {
         let Measured { value: measured, sd } = self.get(Quantity::ContactDistance)?;
         let error = sd.filter(|_| self.get(Quantity::ImpulseRatio).is_some())?;
         let differs = is_significant(measured - expected, error.hypot(DISTANCE_SD * expected), policy);
-        differs.then_some(Unusable::Separation { bodies: Bodies::Discs, measured, expected, error })
+        differs.then_some(Unusable::Separation { measured, expected, error })
     }
 
     /// Returns the doubt of an e that is not that of an impact.

@@ -1,18 +1,21 @@
-//! The frames of the balls of some shots as a block.
+//! The frames of the balls of some shots as a block: each shot against the paths of its balls.
 
 use std::sync::Arc;
 
+use nalgebra::SVector;
 use rayon::prelude::*;
 
-use super::camera::Point;
-use super::frames::{ShotFrames, World};
+use super::camera::{Camera, Point};
+use super::dual::{INPUTS, gradient};
 use super::impact::{Contact, Correction};
-use super::motion::{cue_before, own_inputs};
-use super::own::OWN;
+use super::motion::{COEFFICIENTS, Piece, Struck, cue_before, own_inputs};
+use super::own::{self, OWN};
 use super::spins::ShotSpin;
+use crate::physics::collision::NotACollision;
+use crate::problem::frames::{Columns, Frame, Sight, add_track, whiten};
 use crate::problem::loss::ShotLoss;
-use crate::problem::sums::{Contribution, Spread, settle};
-use crate::problem::unknowns::{Id, Own, Shared};
+use crate::problem::sums::{Contribution, Noise, Spread, settle};
+use crate::problem::unknowns::{CAMERA, Id, Own, PHYSICS, Shared};
 
 /// Noise of the first descents, m: lines through the frames next to an impact miss the balls by as
 /// much.
@@ -21,12 +24,38 @@ const COARSE_SD: f64 = 1e-3;
 /// Rounds in which a distance is found from the weighted one.
 const DISTANCE_STEPS: usize = 60;
 
-/// Returns how far outcome offsets are from 0 in their standard deviations; `None` if the frames do
-/// not tell them.
-fn distance(sums: &Contribution) -> Option<f64> {
-    let (information, gradient) = sums.reduced(&Id::OFFSETS)?;
-    let square = gradient.dot(&information.cholesky()?.solve(&gradient));
-    square.is_finite().then(|| square.max(0.0).sqrt())
+/// Derivatives by the coefficients of a piece and by the camera, and the residual.
+const ROW: usize = COEFFICIENTS + CAMERA + 1;
+
+/// The frames of a shot.
+#[derive(Clone, Debug)]
+pub(crate) struct ShotFrames {
+    /// Of the cue ball and of the object ball.
+    pub tracks: [Vec<Frame>; 2],
+    /// Frames per second.
+    pub fps: f64,
+    /// Side spins of the balls just after the impact that markers show.
+    pub spins: Vec<MeasuredSpin>,
+}
+
+/// The side spin of a ball just after the impact. Spins about horizontal axes change unevenly: the cloth does
+/// not touch a ball that hops.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct MeasuredSpin {
+    /// 0 for the cue ball, 1 for the object ball.
+    pub ball: usize,
+    /// rad/s.
+    pub spin: f64,
+    /// Its standard error, rad/s.
+    pub sd: f64,
+}
+
+/// What the shots of a film have in common besides unknowns: the collision model, and the noise of
+/// each ball.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct World {
+    pub contact: Contact,
+    pub noise: [Noise; 2],
 }
 
 /// Frames of balls.
@@ -54,13 +83,69 @@ impl FilmBlock {
 
     /// Returns the sums of shot `i` if its spin is `spin`.
     pub fn contribute_as(&self, i: usize, spin: &ShotSpin, own: &Own, shared: &Shared) -> Contribution {
-        let mut sums = self.shots[i].contribute(own, shared, &spin.stated, self.world(i));
+        let mut sums = self.add_frames(i, spin, own, shared);
         spin.constrain(own, shared, &self.spreads, &mut sums);
         if let Some((loss, distance)) = self.loss.zip(distance(&sums)) {
             sums.products *= loss.weight(distance);
             sums.cost += loss.cost(distance) - distance * distance;
         }
         sums
+    }
+
+    /// Returns the sums of residuals and derivatives, in units of the noise of each ball.
+    fn add_frames(&self, i: usize, spin: &ShotSpin, own: &Own, shared: &Shared) -> Contribution {
+        let Ok(struck) = self.struck(i, spin, own, shared) else {
+            return Contribution::impossible(OWN, PHYSICS + CAMERA, 2);
+        };
+        let object = self.world.contact.object();
+        let mut total = Contribution::empty(OWN, PHYSICS + CAMERA, 2);
+        total.sticks = struck.sticks;
+        for spin in &self.shots[i].spins {
+            spin.add_to(&mut total, &struck, object.radius);
+        }
+        let pieces = struck.paths(shared, spin.stated.approach, &object);
+        let inputs: [usize; INPUTS] = std::array::from_fn(|i| i);
+        let others: [usize; CAMERA + 1] = std::array::from_fn(|i| INPUTS + i);
+        let columns = Columns { inputs: &inputs, others: &others };
+        for (ball, pieces) in pieces.iter().enumerate() {
+            let sights = self.look(i, ball, pieces, own, shared);
+            add_track(&mut total, sights, pieces, &columns, [ball; 2]);
+        }
+        total.or_impossible()
+    }
+
+    /// Returns the impact of shot `i` if its spin is `spin`.
+    pub(super) fn struck(
+        &self,
+        i: usize,
+        spin: &ShotSpin,
+        own: &Own,
+        shared: &Shared,
+    ) -> Result<Struck, NotACollision> {
+        Struck::new(own, shared, &spin.stated, (&self.world.contact, &self.corrections[i]))
+    }
+
+    /// Returns the paths of the balls of shot `i`; `None` if its unknowns describe no collision.
+    pub(super) fn pieces(&self, i: usize, own: &Own, shared: &Shared) -> Option<[Vec<Piece>; 2]> {
+        let spin = &self.spins[i];
+        let struck = self.struck(i, spin, own, shared).ok()?;
+        Some(struck.paths(shared, spin.stated.approach, &self.world.contact.object()))
+    }
+
+    /// Returns the used frames of each ball, whitened; none if the unknowns describe no collision.
+    pub(super) fn sights(&self, i: usize, own: &Own, shared: &Shared) -> [Vec<Sight<ROW>>; 2] {
+        let pieces = self.pieces(i, own, shared);
+        [0, 1]
+            .map(|ball| pieces.as_ref().map_or_else(Vec::new, |p| self.look(i, ball, &p[ball], own, shared)))
+    }
+
+    fn look(&self, i: usize, ball: usize, pieces: &[Piece], own: &Own, shared: &Shared) -> Vec<Sight<ROW>> {
+        let camera = Camera::new(shared);
+        let Noise { sd, rho } = self.world.noise[ball];
+        let shot = &self.shots[i];
+        whiten(&shot.tracks[ball], ([rho; 2], shot.fps), true, |frame| {
+            see(frame, own[own::TIME], pieces, &camera, sd)
+        })
     }
 
     /// Returns where χ² of shot `i` is least over its own unknowns, if its spin is `spin`, and over some
@@ -80,7 +165,7 @@ impl FilmBlock {
             }
             all
         };
-        let start = own.into_iter().copied().chain(ids.iter().map(|id| shared[*id]));
+        let start = own.iter().copied().chain(ids.iter().map(|id| shared[*id]));
         let start = Own::from_iterator(OWN + ids.len(), start);
         let bounded = |x: Own| Some(spin.bounded(x, shared));
         let contribute = |x: &Own| self.contribute_as(i, spin, x, &with(x));
@@ -96,11 +181,7 @@ impl FilmBlock {
         // the weighted sums have the weighted distance, which grows with the distance
         let of_shot = |sums: &Contribution| {
             let weighted = distance(sums).unwrap_or(f64::INFINITY);
-            let mut found = weighted;
-            for _ in 0..DISTANCE_STEPS {
-                found = weighted / loss.weight(found).sqrt();
-            }
-            found
+            (0..DISTANCE_STEPS).fold(weighted, |distance, _| weighted / loss.weight(distance).sqrt())
         };
         shots.iter().map(of_shot).collect()
     }
@@ -115,22 +196,9 @@ impl FilmBlock {
     /// Returns the film with all balls of unknown spin sliding, if there are any.
     pub fn all_sliding(&self) -> Option<Self> {
         let mut sliding = self.clone();
-        let mut count = 0;
-        for spin in sliding.spins.iter_mut().filter(|spin| spin.is_unknown()) {
-            *spin = ShotSpin::unknown_sliding();
-            count += 1;
-        }
+        let unknown = sliding.spins.iter_mut().filter(|spin| spin.is_unknown());
+        let count = unknown.map(|spin| *spin = ShotSpin::unknown_sliding()).count();
         (count > 0).then_some(sliding)
-    }
-
-    /// Returns the collision model, and what a finer one adds to the outcome of shot `i`.
-    pub fn contact(&self, i: usize) -> (&Contact, &Correction) {
-        (&self.world.contact, &self.corrections[i])
-    }
-
-    /// Returns what the shots have in common, and what a finer model adds to the outcome of shot `i`.
-    pub fn world(&self, i: usize) -> (&World, &Correction) {
-        (&self.world, &self.corrections[i])
     }
 
     /// Computes what the finer model of the impact adds to the outcome of each shot; nothing where it
@@ -162,4 +230,70 @@ impl FilmBlock {
             noise.sd *= factor;
         }
     }
+}
+
+/// Returns how far outcome offsets are from 0 in their standard deviations; `None` if the frames do
+/// not tell them.
+fn distance(sums: &Contribution) -> Option<f64> {
+    let (information, gradient) = sums.reduced(&Id::OFFSETS)?;
+    let square = gradient.dot(&information.cholesky()?.solve(&gradient));
+    square.is_finite().then(|| square.max(0.0).sqrt())
+}
+
+impl MeasuredSpin {
+    /// Adds what markers show of a side spin after the impact.
+    fn add_to(&self, total: &mut Contribution, struck: &Struck, radius: f64) {
+        let predicted = struck.after[self.ball].spin[2] / radius;
+        let last = total.products.ncols() - 1;
+        let by = gradient(&predicted) / self.sd;
+        let off = (predicted.re - self.spin) / self.sd;
+        let mut block = total.products.fixed_view_mut::<INPUTS, INPUTS>(0, 0);
+        block += by * by.transpose();
+        let mut beside = total.products.fixed_view_mut::<INPUTS, 1>(0, last);
+        beside += by * off;
+        total.products[(last, last)] += off * off;
+        total.cost += off * off;
+    }
+}
+
+/// Returns where on the table a ball is on a piece so long after the first guess of the impact, and how high.
+pub(super) fn locate(at: &[f64], time: f64) -> (Point, f64) {
+    let of = |i: usize| at[3 * i] + at[3 * i + 1] * time + at[3 * i + 2] * (0.5 * time * time);
+    (Point::new(of(0), of(1)), of(2))
+}
+
+/// Returns the index of the piece that a ball is on in a frame, and the rows of both coordinates.
+fn see(
+    frame: &Frame,
+    instant: f64,
+    pieces: &[Piece],
+    camera: &Camera,
+    sd: f64,
+) -> (usize, [SVector<f64, ROW>; 2]) {
+    let time = frame.time - instant + camera.delay(frame.seen);
+    let index = pieces.partition_point(|piece| piece.start <= time).saturating_sub(1);
+    let at = &pieces[index].at;
+    let powers = [1.0, time, 0.5 * time * time];
+    let (place, height) = locate(at.as_slice(), time);
+    let [v_x, v_y, v_h] = [0, 1, 2].map(|i| at[3 * i + 1] + at[3 * i + 2] * time);
+    let mut seen = camera.look(place, height);
+    // a later reading sees the ball further along its path
+    let by_time = seen.by_place * Point::new(v_x, v_y) + seen.by_height * v_h;
+    seen.by_camera[Id::ShutterX as usize - PHYSICS] = by_time * frame.seen.x;
+    seen.by_camera[Id::ShutterY as usize - PHYSICS] = by_time * frame.seen.y;
+    let mut rows = [SVector::<f64, ROW>::zeros(); 2];
+    for (axis, row) in rows.iter_mut().enumerate() {
+        let scale = frame.weight[axis] / sd;
+        let by = [seen.by_place[(axis, 0)], seen.by_place[(axis, 1)], seen.by_height[axis]];
+        for (coordinate, by) in by.into_iter().enumerate() {
+            for (power, factor) in powers.into_iter().enumerate() {
+                row[3 * coordinate + power] = by * factor * scale;
+            }
+        }
+        for (place, by) in seen.by_camera.iter().enumerate() {
+            row[COEFFICIENTS + place] = by[axis] * scale;
+        }
+        row[ROW - 1] = (seen.place[axis] - frame.seen[axis]) * scale;
+    }
+    (index, rows)
 }

@@ -17,7 +17,7 @@
 
 use nalgebra::{Matrix2, Vector2};
 
-use crate::problem::unknowns::{CAMERA, Id, PHYSICS, Shared};
+use crate::problem::unknowns::{CAMERA, PHYSICS, Shared};
 
 /// Square of the distance r₀ = 0.5 m from the middle at which the lens is stated, m².
 const LENS_SQUARE: f64 = 0.25;
@@ -33,50 +33,36 @@ pub(crate) struct Seen {
     pub by_place: Matrix2<f64>,
     /// Derivative by the height above the table.
     pub by_height: Point,
-    /// Derivatives by the unknowns of the camera in the order of [`Id`]; those by the shutter are
+    /// Derivatives by the unknowns of the camera in their order; those by the shutter are
     /// 0, as they follow from the motion.
     pub by_camera: [Point; CAMERA],
 }
 
-/// The map from table to picture.
+/// The map from table to picture: the unknowns from `Scale` to `Nearness`.
 #[derive(Clone, Debug, PartialEq)]
-pub(crate) struct Camera {
-    scale: f64,
-    aspect: f64,
-    shear: f64,
-    perspective: Point,
-    lens: f64,
-    decentring: Point,
-    shutter: Point,
-    parallax: Point,
-    nearness: f64,
-}
+pub(crate) struct Camera([f64; CAMERA]);
 
 impl Camera {
     pub fn new(shared: &Shared) -> Self {
-        let pair = |x, y| Point::new(shared[x], shared[y]);
-        Self {
-            scale: shared[Id::Scale],
-            aspect: shared[Id::Aspect],
-            shear: shared[Id::Shear],
-            perspective: pair(Id::PerspectiveX, Id::PerspectiveY),
-            lens: shared[Id::Lens],
-            decentring: pair(Id::LensX, Id::LensY),
-            shutter: pair(Id::ShutterX, Id::ShutterY),
-            parallax: pair(Id::ParallaxX, Id::ParallaxY),
-            nearness: shared[Id::Nearness],
-        }
+        Self(std::array::from_fn(|i| shared.0[PHYSICS + i]))
+    }
+
+    /// Returns the unknown of this place in their order.
+    pub fn get(&self, place: usize) -> f64 {
+        self.0[place]
     }
 
     /// Returns how much later than the frame a rolling shutter reads this place of the picture, s.
     pub fn delay(&self, picture: Point) -> f64 {
-        self.shutter.dot(&picture)
+        let [.., x, y, _, _, _] = self.0;
+        x * picture.x + y * picture.y
     }
 
     /// Returns the picture of a ball at `table`, m from the middle of the film, `height` m above
     /// where it rests.
     pub fn look(&self, table: Point, height: f64) -> Seen {
-        let &Self { scale, aspect, shear, perspective, lens, decentring, parallax, nearness, .. } = self;
+        let [scale, aspect, shear, k_x, k_y, lens, d_x, d_y, _, _, a_x, a_y, nearness] = self.0;
+        let [perspective, decentring, parallax] = [[k_x, k_y], [d_x, d_y], [a_x, a_y]].map(Point::from);
         // l = p + h (a + n p)
         let lifted = table + (parallax + table * nearness) * height;
         // f = s (l_x + g r l_y, r l_y)
@@ -96,19 +82,21 @@ impl Camera {
         let by_flat = by_askew * (Matrix2::identity() - askew * perspective.transpose()) / depth;
         let by_lifted = by_flat * affine;
         let by_depth = by_askew * askew / -depth;
-        let mut by_camera = [Point::zeros(); CAMERA];
-        let mut set = |id: Id, by: Point| by_camera[id as usize - PHYSICS] = by;
-        set(Id::Scale, by_flat * flat / scale);
-        set(Id::Aspect, by_flat * Point::new(shear, 1.0) * (scale * lifted.y));
-        set(Id::Shear, by_flat.column(0) * (scale * aspect * lifted.y));
-        set(Id::PerspectiveX, by_depth * flat.x);
-        set(Id::PerspectiveY, by_depth * flat.y);
-        set(Id::Lens, askew * square);
-        set(Id::LensX, askew * (2.0 * askew.x / LENS_SQUARE) + Point::x() * square);
-        set(Id::LensY, askew * (2.0 * askew.y / LENS_SQUARE) + Point::y() * square);
-        set(Id::ParallaxX, by_lifted.column(0) * height);
-        set(Id::ParallaxY, by_lifted.column(1) * height);
-        set(Id::Nearness, by_lifted * table * height);
+        let by_camera = [
+            by_flat * flat / scale,
+            by_flat * Point::new(shear, 1.0) * (scale * lifted.y),
+            by_flat.column(0) * (scale * aspect * lifted.y),
+            by_depth * flat.x,
+            by_depth * flat.y,
+            askew * square,
+            askew * (2.0 * askew.x / LENS_SQUARE) + Point::x() * square,
+            askew * (2.0 * askew.y / LENS_SQUARE) + Point::y() * square,
+            Point::zeros(),
+            Point::zeros(),
+            by_lifted.column(0) * height,
+            by_lifted.column(1) * height,
+            by_lifted * table * height,
+        ];
         Seen {
             place,
             by_place: by_lifted * (1.0 + nearness * height),

@@ -1,8 +1,8 @@
 //! Causes of residuals: effects that the model leaves out, and stated quantities that the frames
-//! contradict.
+//! contradict. Each is a changed problem, refitted, that is adopted if χ² decreases by enough.
 
 use super::own;
-use super::priors::RATE_SD;
+use super::priors::{RATE_SD, of_unknown_spins};
 use super::spins::ShotSpin;
 use crate::physics::collision::Model;
 use crate::problem::descent::{Descent, descend};
@@ -11,21 +11,21 @@ use crate::problem::minimise::{descend_with_noise, descend_with_states};
 use crate::problem::policy::Policy;
 use crate::problem::problem::{Evaluation, Problem, State};
 use crate::problem::sums::Noise;
-use crate::problem::uncertainty::{Conflict, Estimates, Score};
+use crate::problem::uncertainty::Estimates;
 use crate::problem::unknowns::{Id, Mode, Normal, Shared};
 
 /// Parts of the way to the estimate of a score at which a descent with a freed unknown starts:
 /// flights between bounces give the frame rate several minima.
 const PLACES: [f64; 3] = [1.0, 2.0, 3.0];
 
-/// Part of the fall that a score promises with which a refit is taken to have ended where it
+/// Part of the decrease that a score promises with which a refit is taken to have ended where it
 /// pointed.
 const PROMISED: f64 = 0.8;
 
 /// Frame rates over the stated one at which descents start.
 const RATES: [f64; 5] = [0.8, 0.9, 1.0, 1.1, 1.25];
 
-/// Part of the fall of another suspect with which balls that slide are the likelier explanation: it
+/// Part of the decrease of another suspect with which balls that slide are the likelier explanation: it
 /// contradicts no prior of the cloth.
 const SLIDES_RATHER: f64 = 0.9;
 
@@ -36,6 +36,10 @@ const SLIDES: [f64; 4] = [0.1, 0.8, 0.95, 1.05];
 /// Rounds of computing what a finer model adds, and refitting.
 const ROUNDS: usize = 2;
 
+/// Steps of a refit from where the fit is, and of one with a freed unknown.
+const STEPS: usize = 20;
+const FREED_STEPS: usize = 40;
+
 /// Suspects of one round that are refitted: the largest by their score.
 const MAX_SUSPECTS: usize = 3;
 
@@ -43,52 +47,72 @@ const MAX_SUSPECTS: usize = 3;
 pub(crate) struct Refit {
     pub problem: Problem,
     pub descent: Descent,
-    /// Fall of −2 log L at the noise before.
+    /// Decrease of −2 log L at the noise before.
     pub fall: f64,
     /// What is to be said of it.
     pub finding: Option<Finding>,
+}
+
+impl Refit {
+    /// Returns the fit of a changed problem from a state near its end, the noise estimated again; `fall` is
+    /// the decrease at the noise before.
+    fn from(mut problem: Problem, state: State, fall: f64) -> Self {
+        let descent = descend_with_noise(&mut problem, state);
+        Self { problem, descent, fall, finding: None }
+    }
+
+    fn saying(self, finding: Finding) -> Self {
+        Self { finding: Some(finding), ..self }
+    }
+
+    fn shared(&self, id: Id) -> f64 {
+        self.descent.end.state.shared[id]
+    }
+
+    /// Returns the standard error of a shared unknown.
+    fn sd(&self, id: Id) -> Option<f64> {
+        Estimates::new(&self.problem, &self.descent.end)?.sd(id as usize)
+    }
 }
 
 /// Something that may be other than assumed.
 #[derive(Clone, Copy, Debug)]
 struct Suspect {
     id: Id,
-    /// Fall of χ² to first order.
+    /// Decrease of χ² to first order.
     fall: f64,
     estimate: f64,
-    /// Fall that names it.
+    /// Decrease that names it.
     threshold: f64,
 }
 
-/// Returns the refit with the suspect that lowers χ² most, if the fall is significant.
+/// Returns the refit with the suspect that lowers χ² most, if the decrease is significant.
 pub(crate) fn explain(
     problem: &Problem,
     at: &Evaluation,
     estimates: &Estimates,
     policy: &Policy,
 ) -> Option<Refit> {
+    let suspect = |id, fall, estimate, threshold| Suspect { id, fall, estimate, threshold };
     let scores = estimates.score_tested(problem, at).into_iter();
-    let scores = scores.map(|Score { id, fall, estimate, .. }| (id, fall, estimate, policy.cause));
+    let scores = scores.map(|score| suspect(score.id, score.fall, score.estimate, policy.cause));
     let conflicts = estimates.conflicts(problem, at).into_iter();
-    let conflicts = conflicts
-        .map(|Conflict { id, size, estimate, .. }| (id, size.powi(2), estimate, policy.conflict.powi(2)));
-    let all = scores.chain(conflicts);
-    let all = all.map(|(id, fall, estimate, threshold)| Suspect { id, fall, estimate, threshold });
+    let conflicts = conflicts.map(|c| suspect(c.id, c.size.powi(2), c.estimate, policy.conflict.powi(2)));
     let is_likely = |suspect: &Suspect| {
         let [low, high] = problem.unknown(suspect.id).bounds;
         suspect.fall > 0.5 * suspect.threshold && (low..=high).contains(&suspect.estimate)
     };
-    let mut suspects: Vec<Suspect> = all.filter(is_likely).collect();
+    let mut suspects: Vec<Suspect> = scores.chain(conflicts).filter(is_likely).collect();
     suspects.sort_by(|a, b| (b.fall / b.threshold).total_cmp(&(a.fall / a.threshold)));
-    let refits =
-        suspects.into_iter().take(MAX_SUSPECTS).filter_map(|suspect| let_in(problem, at, suspect, policy));
+    let suspects = suspects.into_iter().take(MAX_SUSPECTS);
+    let refits = suspects.filter_map(|suspect| let_in(problem, at, suspect, policy));
     let best = refits.max_by(|a, b| a.fall.total_cmp(&b.fall))?;
     // sliding explains a deceleration that no cloth has
     let sliding = slide(problem, at, policy).filter(|sliding| sliding.fall > SLIDES_RATHER * best.fall);
     Some(sliding.unwrap_or(best))
 }
 
-/// Returns the least χ² with a suspect free and without its prior, if χ² falls by enough.
+/// Returns the least χ² with a suspect free and without its prior, if χ² decreases by enough.
 fn let_in(problem: &Problem, at: &Evaluation, suspect: Suspect, policy: &Policy) -> Option<Refit> {
     let id = suspect.id;
     let mut wider = problem.clone();
@@ -97,11 +121,11 @@ fn let_in(problem: &Problem, at: &Evaluation, suspect: Suspect, policy: &Policy)
     (unknown.mode, unknown.prior) = (Mode::Free, None);
     wider.refresh_contact();
     let from = at.state.shared[id];
-    let mut values: Vec<f64> = PLACES.iter().map(|part| from + part * (suspect.estimate - from)).collect();
+    let mut values = PLACES.map(|part| from + part * (suspect.estimate - from)).to_vec();
     if id == Id::Rate {
         values.extend(RATES);
     }
-    // the first start serves if χ² falls as its score promises
+    // the first start serves if χ² decreases as its score promises
     let mut best = descend_from(&wider, &at.state, id, &values[..1])?;
     if id == Id::Rate || at.cost - best.end.cost < PROMISED * suspect.fall {
         let other = descend_from(&wider, &at.state, id, &values[1..])?;
@@ -111,33 +135,23 @@ fn let_in(problem: &Problem, at: &Evaluation, suspect: Suspect, policy: &Policy)
     if !(fall > suspect.threshold) {
         return None;
     }
-    let descent = descend_with_noise(&mut wider, best.end.state);
-    let estimates = Estimates::new(&wider, &descent.end)?;
-    let (estimate, sd) = (descent.end.state.shared[id], estimates.sd(id as usize)?);
-    let finding = match before.prior {
-        Some(Normal { mean, sd: prior_sd }) => {
-            let size = (estimate - mean) / sd.hypot(prior_sd);
-            if size.abs() < policy.conflict {
-                return None;
-            }
-            Finding::Conflict { id, stated: mean, estimate, sd, size }
-        }
+    let refit = Refit::from(wider, best.end.state, fall);
+    let (estimate, sd) = (refit.shared(id), refit.sd(id)?);
+    let (stated, size) = match before.prior {
+        Some(Normal { mean, sd: of_prior }) => (mean, (estimate - mean) / sd.hypot(of_prior)),
         // masses that are stated as exact
-        None if id == Id::MassRatio => {
-            let (stated, size) = (before.start, fall.sqrt().copysign(estimate - before.start));
-            Finding::Conflict { id, stated, estimate, sd, size }
-        }
-        None => Finding::Cause { id, estimate, sd, fall },
+        None if id == Id::MassRatio => (before.start, fall.sqrt().copysign(estimate - before.start)),
+        None => return Some(refit.saying(Finding::Cause { id, estimate, sd, fall })),
     };
-    Some(Refit { problem: wider, descent, finding: Some(finding), fall })
+    let conflict = Finding::Conflict { id, stated, estimate, sd, size };
+    (before.prior.is_none() || size.abs() >= policy.conflict).then(|| refit.saying(conflict))
 }
 
 /// Returns the best of the descents that start with unknown `id` at each of some values.
 fn descend_from(problem: &Problem, state: &State, id: Id, values: &[f64]) -> Option<Descent> {
     let free = problem.free();
     let [low, high] = problem.unknown(id).bounds;
-    let mut best: Option<Descent> = None;
-    for value in values {
+    let descend_at = |value: &f64| {
         let mut start = state.clone();
         let value = value.clamp(low, high);
         if id == Id::Rate {
@@ -147,12 +161,10 @@ fn descend_from(problem: &Problem, state: &State, id: Id, values: &[f64]) -> Opt
             start.shared[Id::MuK] = sliding.clamp(least, most);
         }
         start.shared[id] = value;
-        let descent = descend(problem, problem.evaluate(start), &free, 40);
-        if descent.end.cost.is_finite() && best.as_ref().is_none_or(|best| descent.end.cost < best.end.cost) {
-            best = Some(descent);
-        }
-    }
-    best
+        descend(problem, problem.evaluate(start), &free, FREED_STEPS)
+    };
+    let all = values.iter().map(descend_at).filter(|descent| descent.end.cost.is_finite());
+    all.min_by(|a, b| a.end.cost.total_cmp(&b.end.cost))
 }
 
 /// Returns the refit with a wider prior of the frame rate if the frames disagree with the stated
@@ -163,67 +175,59 @@ pub(crate) fn widen_rate(
     estimates: &Estimates,
     policy: &Policy,
 ) -> Option<Refit> {
-    let prior = problem.unknown(Id::Rate).active_prior().filter(|prior| prior.sd == RATE_SD)?;
-    let conflict = estimates.conflicts(problem, at).into_iter().find(|conflict| conflict.id == Id::Rate)?;
+    let id = Id::Rate;
+    let stated = problem.unknown(id).active_prior().filter(|prior| prior.sd == RATE_SD)?.mean;
+    let conflict = estimates.conflicts(problem, at).into_iter().find(|conflict| conflict.id == id)?;
     if conflict.size.abs() < policy.rate_conflict {
         return None;
     }
     let mut wider = problem.clone();
-    wider.unknown_mut(Id::Rate).prior = Some(Normal { mean: prior.mean, sd: policy.doubted_rate_sd });
-    let descent = descend_with_noise(&mut wider, at.state.clone());
-    Some(Refit { fall: at.cost - descent.end.cost, problem: wider, descent, finding: None })
-}
-
-/// Returns that the frames contradict the stated frame rate, if the estimate with a wider prior does.
-pub(crate) fn contradicted_rate(
-    problem: &Problem,
-    at: &Evaluation,
-    estimates: &Estimates,
-    policy: &Policy,
-) -> Option<Finding> {
-    let stated = problem.unknown(Id::Rate).active_prior()?.mean;
-    let (estimate, sd) = (at.state.shared[Id::Rate], estimates.sd(Id::Rate as usize)?);
-    let size = (estimate - stated) / sd;
-    let is_contradicted = size.abs() > policy.conflict;
-    is_contradicted.then_some(Finding::Conflict { id: Id::Rate, stated, estimate, sd, size })
+    wider.unknown_mut(id).prior = Some(Normal { mean: stated, sd: policy.doubted_rate_sd });
+    let mut refit = Refit::from(wider, at.state.clone(), 0.0);
+    if let Some(sd) = refit.sd(id) {
+        let (estimate, size) = (refit.shared(id), (refit.shared(id) - stated) / sd);
+        let conflict = Finding::Conflict { id, stated, estimate, sd, size };
+        refit.finding = (size.abs() > policy.conflict).then_some(conflict);
+    }
+    Some(refit)
 }
 
 /// Returns the refit with a contact that is compliant along its surface, with the κ of phenolic
-/// resin, if χ² falls by enough.
+/// resin, if χ² decreases by enough.
 pub(crate) fn comply(problem: &Problem, at: &Evaluation, policy: &Policy) -> Option<Refit> {
-    let kappa = problem.unknown(Id::Kappa);
-    if kappa.mode != Mode::Fixed || kappa.start != 0.0 || at.count_sticking() == 0 {
+    let is_rigid = |column: &usize| {
+        let kappa = &problem.unknowns[*column];
+        kappa.mode == Mode::Fixed && kappa.start == 0.0
+    };
+    let shots = at.count_sticking();
+    if !is_rigid(&(Id::Kappa as usize)) || shots == 0 {
         return None;
     }
     let mut compliant = problem.clone();
     let mut start = at.state.clone();
-    for column in problem.columns_of(Id::Kappa) {
-        let kappa = &mut compliant.unknowns[column];
-        if kappa.mode == Mode::Fixed && kappa.start == 0.0 {
-            kappa.start = Model::KAPPA;
-            start.shared.0[column] = Model::KAPPA;
-        }
+    for column in problem.columns_of(Id::Kappa).into_iter().filter(is_rigid) {
+        compliant.unknowns[column].start = Model::KAPPA;
+        start.shared.0[column] = Model::KAPPA;
     }
     compliant.refresh_contact();
-    let descent = descend(&compliant, compliant.evaluate(start), &compliant.free(), 20);
+    let descent = descend(&compliant, compliant.evaluate(start), &compliant.free(), STEPS);
     let fall = at.cost - descent.end.cost;
     if !(fall > policy.cause) {
         return None;
     }
-    let descent = descend_with_noise(&mut compliant, descent.end.state);
-    let (kappa, shots) = (descent.end.state.shared[Id::Kappa], at.count_sticking());
-    let finding = Some(Finding::Compliance { kappa, shots, fall, adopted: true });
-    Some(Refit { problem: compliant, descent, fall, finding })
+    let refit = Refit::from(compliant, descent.end.state, fall);
+    let kappa = refit.shared(Id::Kappa);
+    Some(refit.saying(Finding::Compliance { kappa, shots, fall, adopted: true }))
 }
 
-/// Returns the refit with what weight and cloth do during the contact, if χ² falls by enough.
+/// Returns the refit with what weight and cloth do during the contact, if χ² decreases by enough.
 pub(crate) fn weigh(problem: &Problem, at: &Evaluation, policy: &Policy) -> Option<Refit> {
     let mut heavy = problem.clone();
     let film = heavy.film_mut()?;
     film.world.contact = film.world.contact.with_weight();
     let refit = correct(&heavy, at).filter(|refit| refit.fall > policy.adopt)?;
-    let shots = refit.problem.samples[0].block.count_corrected();
-    Some(Refit { finding: Some(Finding::Weight { shots, fall: refit.fall, adopted: true }), ..refit })
+    let (shots, fall) = (refit.problem.samples[0].block.count_corrected(), refit.fall);
+    Some(refit.saying(Finding::Weight { shots, fall, adopted: true }))
 }
 
 /// Returns the refit with what the finer model of the contact adds to each shot, computed where the
@@ -236,11 +240,10 @@ pub(crate) fn correct(problem: &Problem, at: &Evaluation) -> Option<Refit> {
     let mut state = at.state.clone();
     for _ in 0..ROUNDS {
         corrected.film_mut()?.correct(&state.own[0], &state.shared);
-        state = descend(&corrected, corrected.evaluate(state), &corrected.free(), 20).end.state;
+        state = descend(&corrected, corrected.evaluate(state), &corrected.free(), STEPS).end.state;
     }
     let fall = at.cost - corrected.evaluate(state.clone()).cost;
-    let descent = descend_with_noise(&mut corrected, state);
-    Some(Refit { problem: corrected, descent, fall, finding: None })
+    Some(Refit::from(corrected, state, fall))
 }
 
 /// Returns whether a robust loss lets wrong shots count less: a spin of its own for each shot would
@@ -252,65 +255,64 @@ fn is_robust(problem: &Problem) -> bool {
 /// Returns the refit with balls that slide before the impact though natural roll is stated, with a
 /// topspin that the shots share.
 fn slide(problem: &Problem, at: &Evaluation, policy: &Policy) -> Option<Refit> {
-    if is_robust(problem) {
-        return None;
-    }
     let rolls = |spin: &ShotSpin| spin.stated.mean == Some(Id::Roll) && !spin.is_unknown();
-    if !problem.film()?.spins.iter().any(rolls) || problem.unknown(Id::Slide).mode == Mode::Free {
+    let has_rolls = problem.film()?.spins.iter().any(rolls);
+    if is_robust(problem) || !has_rolls || problem.unknown(Id::Slide).mode == Mode::Free {
         return None;
     }
-    let mut sliding = problem.clone();
-    let spins = &mut sliding.film_mut()?.spins;
-    let count = spins.len();
+    let mut wider = problem.clone();
+    let spins = &mut wider.film_mut()?.spins;
+    let sliding = spins.len();
     spins.iter_mut().filter(|spin| rolls(spin)).for_each(|spin| *spin = ShotSpin::slides());
-    sliding.unknown_mut(Id::Roll).mode = Mode::Fixed;
-    sliding.unknown_mut(Id::Slide).mode = Mode::Free;
+    wider.unknown_mut(Id::Roll).mode = Mode::Fixed;
+    wider.unknown_mut(Id::Slide).mode = Mode::Free;
     let mut start = at.state.clone();
     for id in [Id::Roll, Id::MuK, Id::MuR] {
-        start.shared[id] = sliding.unknown(id).start;
+        start.shared[id] = wider.unknown(id).start;
     }
-    let best = descend_from(&sliding, &start, Id::Slide, &SLIDES)?;
+    let best = descend_from(&wider, &start, Id::Slide, &SLIDES)?;
     let fall = at.cost - best.end.cost;
     if !(fall > policy.cause) {
         return None;
     }
-    let descent = descend_with_noise(&mut sliding, best.end.state);
-    let finding = Finding::Spins { fall, topspin: descent.end.state.shared[Id::Slide], sliding: count };
-    Some(Refit { problem: sliding, descent, finding: Some(finding), fall })
+    let refit = Refit::from(wider, best.end.state, fall);
+    let topspin = refit.shared(Id::Slide);
+    Some(refit.saying(Finding::Spins { fall, topspin, sliding }))
 }
 
-/// Returns the refit with the spins of all shots unknown, from the first guesses, if χ² falls by
+/// Returns the refit with the spins of all shots unknown, from the first guesses, if χ² decreases by
 /// enough for one more unknown per shot.
 pub(crate) fn spin_freely(
     problem: &Problem,
     at: &Evaluation,
-    first: (&State, [Noise; 2]),
+    (first, noise): (&State, [Noise; 2]),
     policy: &Policy,
 ) -> Option<Refit> {
     if is_robust(problem) {
         return None;
     }
-    let mut free =
-        Problem { unknowns: super::priors::of_unknown_spins(&problem.unknowns), ..problem.clone() };
-    let shared = Shared::starts(&free.unknowns);
-    let start = State { shared, ..first.0.clone() };
+    let mut free = Problem { unknowns: of_unknown_spins(&problem.unknowns), ..problem.clone() };
+    let start = State { shared: Shared::starts(&free.unknowns), ..first.clone() };
     let film = free.film_mut()?;
-    film.world.noise = first.1;
-    film.spins.iter_mut().for_each(|spin| *spin = ShotSpin::unknown());
+    film.world.noise = noise;
+    film.spins.fill(ShotSpin::unknown());
     let coarse = descend_with_states(&mut free, &start)?;
-    let descent = descend_with_noise(&mut free, coarse.end.state);
+    let mut refit = Refit::from(free, coarse.end.state, 0.0);
+    let state = &refit.descent.end.state;
     // at the noise of the first fit
-    let mut same = free.clone();
+    let mut same = refit.problem.clone();
     same.film_mut()?.world.noise = problem.film()?.world.noise;
-    let fall = at.cost - same.evaluate(descent.end.state.clone()).cost;
-    let spins = &free.film()?.spins;
-    if !(fall > policy.cause + 2.0 * spins.len() as f64) {
+    let fall = at.cost - same.evaluate(state.clone()).cost;
+    let shots = &refit.problem.film()?.spins;
+    if !(fall > policy.cause + 2.0 * shots.len() as f64) {
         return None;
     }
-    let state = &descent.end.state;
-    let sliding: Vec<usize> = (0..spins.len()).filter(|i| spins[*i].stated.mean == Some(Id::Slide)).collect();
-    let sum = sliding.iter().map(|i| state.own[0][*i][own::TOPSPIN]).sum::<f64>();
-    let topspin = if sliding.is_empty() { 1.0 } else { state.shared[Id::Slide] + sum / sliding.len() as f64 };
-    let finding = Finding::Spins { fall, topspin, sliding: sliding.len() };
-    Some(Refit { problem: free, descent, finding: Some(finding), fall })
+    let slides = |(spin, _): &(&ShotSpin, _)| spin.stated.mean == Some(Id::Slide);
+    let sliding = shots.iter().zip(&state.own[0]).filter(slides);
+    let topspins: Vec<f64> =
+        sliding.map(|(spin, own)| spin.mean(&state.shared) + own[own::TOPSPIN]).collect();
+    let sliding = topspins.len();
+    let topspin = if sliding == 0 { 1.0 } else { topspins.iter().sum::<f64>() / sliding as f64 };
+    refit.fall = fall;
+    Some(refit.saying(Finding::Spins { fall, topspin, sliding }))
 }

@@ -11,15 +11,14 @@ use crate::numerics::median;
 use crate::physics::ball::Ball;
 use crate::problem::findings::Finding;
 
-/// Part of the shots from which on moving object balls are no accident of one.
+/// Number of shots below which each is judged alone, and part of the shots from which on moving object
+/// balls are not an accident of one.
+const MIN_SHOTS: usize = 6;
 const MANY: f64 = 0.5;
 
-/// Number of shots below which each is judged alone.
-const LEAST_SHOTS: usize = 6;
-
 /// Parts of the cue ball's speed: less hardly matters, and a ball that is faster is the cue ball.
-const LEAST: f64 = 0.003;
-const MOST: f64 = 0.2;
+const MIN_SPEED_PART: f64 = 0.003;
+const MAX_SPEED_PART: f64 = 0.2;
 
 /// Scatter of neighbouring frames, in units of the stated noise, that does not refute it.
 const AS_STATED: std::ops::Range<f64> = 0.7..1.5;
@@ -36,29 +35,28 @@ pub(super) struct Cleaned {
 impl Cleaned {
     pub fn new(tracks: &Tracks, ball: &Ball) -> Self {
         let mut shots = tracks.shots.clone();
+        let of = shots.len();
         let mut findings = Vec::new();
         let drops: Vec<usize> = shots.par_iter_mut().map(drops::repair).filter(|count| *count > 0).collect();
         if !drops.is_empty() {
             findings.push(Finding::Drops { shots: drops.len(), drops: drops.iter().sum() });
         }
-        let corners = shots.par_iter_mut().filter_map(|s| leave_out_before_cushion(s, ball).then_some(()));
-        let corners = corners.count();
+        let count = |shots: &mut [TrackShot], repair: fn(&mut TrackShot, &Ball) -> bool| {
+            shots.par_iter_mut().map(|shot| usize::from(repair(shot, ball))).sum::<usize>()
+        };
+        let corners = count(&mut shots, leave_out_before_cushion);
         if corners > 0 {
-            findings.push(Finding::Corners { shots: corners, of: shots.len() });
+            findings.push(Finding::Corners { shots: corners, of });
         }
-        let correlation = noise_correlation(&shots, ball);
-        let lasting = correlation.filter(|found| found.adopted);
-        if let Some(found) = lasting {
-            findings.push(Finding::NoiseLasts { rho: found.value, sd: found.std_error });
-        }
+        let lasting = noise_correlation(&shots, ball).filter(|found| found.adopted);
+        findings.extend(lasting.map(|found| Finding::NoiseLasts { rho: found.value, sd: found.std_error }));
         let rho = lasting.map_or(0.0, |found| found.value);
         for shot in &mut shots {
             shot.correlation = rho;
         }
-        let ends =
-            shots.par_iter_mut().filter_map(|s| leave_out_after_cushion(s, ball).then_some(())).count();
+        let ends = count(&mut shots, leave_out_after_cushion);
         if ends > 0 {
-            findings.push(Finding::Ends { shots: ends, of: shots.len() });
+            findings.push(Finding::Ends { shots: ends, of });
         }
         let mut left_out = tracks.left_out.clone();
         leave_out_moving(&mut shots, tracks.from_balls, &mut left_out);
@@ -75,21 +73,19 @@ impl Cleaned {
     }
 }
 
-/// Leaves out all shots if the object balls of most surely move before the impact, as those of the others
-/// then do, too; adds their names and reasons to `left_out`.
+/// Leaves out all shots if the object balls of most move significantly before the impact, as those of the
+/// others then do, too; adds their names and reasons to `left_out`.
 fn leave_out_moving(shots: &mut Vec<TrackShot>, from_balls: bool, left_out: &mut Vec<(String, String)>) {
     let count = shots.len();
-    if count < LEAST_SHOTS {
+    let speeds: Vec<Option<(f64, f64)>> =
+        shots.par_iter().map(|shot| object_speed(shot, MAX_SPEED_PART)).collect();
+    let matter = speeds.iter().flatten().filter(|(_, part)| *part > MIN_SPEED_PART).count();
+    if count < MIN_SHOTS || matter as f64 <= MANY * count as f64 {
         return;
     }
-    let found: Vec<Option<(f64, f64)>> = shots.par_iter().map(|shot| object_speed(shot, MOST)).collect();
-    let matter = found.iter().flatten().filter(|(_, part)| *part > LEAST).count();
-    if matter as f64 <= MANY * count as f64 {
-        return;
-    }
-    let moving = found.iter().flatten().count();
-    for (shot, found) in shots.drain(..).zip(found) {
-        let was = match found {
+    let moving = speeds.iter().flatten().count();
+    for (shot, speed) in shots.drain(..).zip(speeds) {
+        let was = match speed {
             Some((speed, _)) if !from_balls => format!("was moving before the impact, with {speed:.3} m/s"),
             Some(_) => "was moving before the impact".to_owned(),
             None => "may have been moving before the impact".to_owned(),
@@ -110,6 +106,6 @@ fn refute_noise(shots: &[TrackShot]) -> Option<f64> {
         let stated = shot.position_sd.unwrap_or_else(of_samples);
         (stated > 0.0).then(|| noise(shot) / stated)
     };
-    let found: Vec<f64> = shots.par_iter().filter_map(of_shot).collect();
-    (!found.is_empty()).then(|| median(found)).filter(|times| !AS_STATED.contains(times))
+    let times: Vec<f64> = shots.par_iter().filter_map(of_shot).collect();
+    (!times.is_empty()).then(|| median(times)).filter(|times| !AS_STATED.contains(times))
 }

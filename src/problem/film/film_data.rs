@@ -5,10 +5,9 @@ use std::sync::Arc;
 
 use rayon::prelude::*;
 
-use super::block::FilmBlock;
+use super::block::{FilmBlock, MeasuredSpin, ShotFrames, World};
 use super::camera::Point;
 use super::cleaning::Cleaned;
-use super::frames::{MeasuredSpin, ShotFrames, World};
 use super::impact::{Contact, Correction};
 use super::own::{self, OWN};
 use super::priors::list_unknowns;
@@ -22,6 +21,7 @@ use crate::measurement::parameter::Settings;
 use crate::measurement::spin::Spin;
 use crate::measurement::track::TrackShot;
 use crate::numerics::median;
+use crate::physics::ball::Ball;
 use crate::physics::collision::{Fidelity, Model};
 use crate::problem::findings::Finding;
 use crate::problem::loss::ShotLoss;
@@ -76,33 +76,6 @@ pub(crate) struct Film {
     pub middle: Point,
 }
 
-/// A shot that can be fitted.
-struct Guessed {
-    shot: TrackShot,
-    guess: FirstGuess,
-}
-
-impl Guessed {
-    /// Takes the spin before the impact from the markers of the cue ball; returns those after it. The
-    /// radius is in the unit of the film.
-    fn read_markers(&mut self, radius: f64) -> Vec<MeasuredSpin> {
-        if self.shot.markers.is_empty() {
-            return Vec::new();
-        }
-        let noise = self.shot.position_sd.unwrap_or_else(|| frame_noise::noise(&self.shot));
-        let found = Rotations::of(&self.shot, self.guess.time, radius, noise);
-        if let Some(before) = found.cue_before {
-            let sd = [0, 1, 2].map(|axis| Some(before.covariance[(axis, axis)].sqrt()));
-            self.shot.spin = Spin::Measured { spin: before.spin, sd };
-        }
-        let after = |(ball, rotation): (usize, Option<Rotation>)| {
-            let Rotation { spin, covariance, .. } = rotation?;
-            Some(MeasuredSpin { ball, spin: spin.z, sd: covariance[(2, 2)].sqrt() })
-        };
-        [found.cue_after, found.object_after].into_iter().enumerate().filter_map(after).collect()
-    }
-}
-
 /// Why a film cannot be fitted.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 pub enum FilmError {
@@ -131,67 +104,45 @@ impl Film {
         let model = dataset.model(Fidelity::Full);
         let ball = model.ball;
         let Cleaned { shots, rho, mut findings, mut left_out } = Cleaned::new(tracks, &ball);
-        let guess = |shot: TrackShot| match from_paths(&shot, &ball, frame_noise::noise(&shot)) {
-            Ok(guess) => Ok(Guessed { shot, guess }),
-            Err(why) => Err((shot.name, why)),
-        };
-        let guesses: Vec<Result<Guessed, (String, Unusable)>> = shots.into_par_iter().map(guess).collect();
-        let moves = |guess: &Result<_, (String, _)>| matches!(guess, Err((_, Unusable::ObjectMoving { .. })));
-        let reasons = Reasons {
-            has_scale: !tracks.from_balls || guesses.iter().any(Result::is_ok),
-            interchanged: if guesses.iter().all(moves) { guesses.len() } else { 0 },
-        };
-        let mut guessed = Vec::with_capacity(guesses.len());
-        for guess in guesses {
-            match guess {
-                Ok(guess) => guessed.push(guess),
-                Err((name, why)) => left_out.push((name, reasons.in_words(&why))),
-            }
-        }
-        if guessed.is_empty() {
+        let shots = guess_all(shots, &ball, tracks.from_balls, &mut left_out);
+        if shots.is_empty() {
             return Err(FilmError::NoImpact(left_out));
         }
         let distance = ball.contact_distance(&model.object_ball());
-        let ratio = distance / median(guessed.iter().map(|g| g.guess.distance).collect());
+        let ratio = distance / median(shots.iter().map(|shot| shot.guess.distance).collect());
         let is_other = (ratio - 1.0).abs() > OTHER_UNIT;
         let unit = if tracks.from_balls || is_other { ratio } else { 1.0 };
         if unit != 1.0 {
             findings.push(Finding::OtherUnit { factor: unit, stated: !tracks.from_balls });
         }
-        let middle = guessed.iter().map(contact_middle).sum::<Point>() / guessed.len() as f64;
-        let states_noise = guessed.iter().all(|g| g.shot.states_noise());
-        let frames_of = |Guessed { shot, .. }: &Guessed| {
-            let reading = Reading { middle, unit, states_noise, may_be_held: !shot.states_noise() };
-            let [of_cue, of_object] = shot.resolution;
-            let tracks =
-                [reading.frames(shot, &shot.cue, of_cue), reading.frames(shot, &shot.object, of_object)];
-            ShotFrames { tracks, fps: shot.fps, spins: Vec::new() }
-        };
-        let mut frames: Vec<ShotFrames> = guessed.iter().map(frames_of).collect();
-        for (frames, guessed) in frames.iter_mut().zip(&mut guessed) {
-            frames.spins = guessed.read_markers(ball.radius / unit);
-        }
-        let own = guessed.iter().map(|g| own_of(&g.guess, middle, unit)).collect();
-        let spins: Vec<ShotSpin> = guessed.iter().map(|g| spin_of(g, ball.radius, unit)).collect();
-        let sd = unit * median(guessed.iter().map(|g| frame_noise::noise(&g.shot)).collect());
+        let middle = shots.iter().map(Guessed::contact_middle).sum::<Point>() / shots.len() as f64;
+        let states_noise = shots.iter().all(|shot| shot.track.states_noise());
+        let sd = unit * median(shots.iter().map(|shot| frame_noise::noise(&shot.track)).collect());
         let noise = Noise { sd: if states_noise { 1.0 } else { sd.max(LEAST_NOISE) }, rho };
+        let own = shots.iter().map(|shot| shot.own(middle, unit)).collect();
+        let names = shots.iter().map(|shot| shot.track.name.clone()).collect();
+        let mut frames = Vec::with_capacity(shots.len());
+        let mut spins = Vec::with_capacity(shots.len());
+        for shot in shots {
+            let (of_shot, spin) = shot.read(middle, unit, states_noise, ball.radius);
+            frames.push(of_shot);
+            spins.push(spin);
+        }
         let mut unknowns = list_unknowns(dataset, &modelling.settings, tracks, &spins);
         if unit != 1.0 {
             unknowns[Id::Scale as usize].prior = None;
         }
         let contact = Contact::new(&modelling.model, &unknowns);
-        let world = World { contact, noise: [noise; 2] };
         let mut spreads = FIRST_SPREADS.map(|first| Spread::first(first, LEAST_SPREAD));
         if dataset.side_sd > 0.0 {
             spreads[SIDE_SPREAD] = Spread::first(dataset.side_sd, LEAST_SPREAD);
         }
-        let names = guessed.iter().map(|g| g.shot.name.clone()).collect();
         let block = FilmBlock {
             shots: Arc::new(frames),
             corrections: vec![Correction::zeros(); spins.len()],
             spins,
             spreads,
-            world,
+            world: World { contact, noise: [noise; 2] },
             states_noise,
             loss: (modelling.loss != Loss::Squares).then(|| ShotLoss::new(modelling.loss, Id::OFFSETS.len())),
         };
@@ -199,53 +150,102 @@ impl Film {
     }
 }
 
-/// Returns the middle between the centres of both balls at the impact, in the unit of the film.
-fn contact_middle(guessed: &Guessed) -> Point {
-    let FirstGuess { object, direction, distance, .. } = guessed.guess;
-    let (sin, cos) = direction.sin_cos();
-    Point::from(object) - Point::new(cos, sin) * (0.5 * distance)
+/// A shot that can be fitted.
+struct Guessed {
+    track: TrackShot,
+    guess: FirstGuess,
 }
 
-/// How to say why shots cannot be used.
-struct Reasons {
-    /// Metres mean something.
-    has_scale: bool,
-    /// In so many shots, all that there are, the object ball moves first; else 0.
-    interchanged: usize,
-}
-
-impl Reasons {
-    fn in_words(&self, why: &Unusable) -> String {
-        let mut words = match why {
-            Unusable::ObjectMoving { .. } if !self.has_scale => {
-                "the object ball was moving before the impact".to_owned()
-            }
-            why => why.to_string(),
+/// Returns the shots that show an impact, with first guesses; adds names and reasons of the others to
+/// `left_out`.
+fn guess_all(
+    shots: Vec<TrackShot>,
+    ball: &Ball,
+    from_balls: bool,
+    left_out: &mut Vec<(String, String)>,
+) -> Vec<Guessed> {
+    let guess = |track: TrackShot| match from_paths(&track, ball, frame_noise::noise(&track)) {
+        Ok(guess) => Ok(Guessed { track, guess }),
+        Err(why) => Err((track.name, why)),
+    };
+    let (guessed, refused): (Vec<_>, Vec<_>) =
+        shots.into_par_iter().map(guess).partition_map(|guess| match guess {
+            Ok(guessed) => rayon::iter::Either::Left(guessed),
+            Err(refused) => rayon::iter::Either::Right(refused),
+        });
+    let is_moving = |why: &Unusable| matches!(why, Unusable::ObjectMoving { .. });
+    // metres mean something
+    let has_scale = !from_balls || !guessed.is_empty();
+    let are_interchanged = guessed.is_empty() && refused.iter().all(|(_, why)| is_moving(why));
+    let suffix = match (are_interchanged, refused.len()) {
+        (false, _) => "",
+        (true, 1) => ": are cue and object interchanged ([tracks] cue, object)?",
+        (true, _) => ", as in all shots: are cue and object interchanged ([tracks] cue, object)?",
+    };
+    left_out.extend(refused.into_iter().map(|(name, why)| {
+        let why = if is_moving(&why) && !has_scale {
+            "the object ball was moving before the impact".to_owned()
+        } else {
+            why.to_string()
         };
-        if self.interchanged > 0 {
-            words.push_str(if self.interchanged > 1 { ", as in all shots" } else { "" });
-            words.push_str(": are cue and object interchanged ([tracks] cue, object)?");
-        }
-        words
+        (name, why + suffix)
+    }));
+    guessed
+}
+
+impl Guessed {
+    /// Returns the middle between the centres of both balls at the impact, in the unit of the film.
+    fn contact_middle(&self) -> Point {
+        let FirstGuess { object, direction, distance, .. } = self.guess;
+        let (sin, cos) = direction.sin_cos();
+        Point::from(object) - Point::new(cos, sin) * (0.5 * distance)
     }
-}
 
-/// Returns the own unknowns of a first guess, in metres from the middle.
-fn own_of(guess: &FirstGuess, middle: Point, unit: f64) -> Own {
-    let mut values = Own::zeros(OWN);
-    values[own::TIME] = guess.time;
-    values[own::X] = (guess.object[0] - middle.x) * unit;
-    values[own::Y] = (guess.object[1] - middle.y) * unit;
-    values[own::DIRECTION] = guess.direction;
-    values[own::ALONG] = guess.before[0] * unit;
-    values[own::ACROSS] = guess.before[1] * unit;
-    values
-}
+    /// Returns the own unknowns of the first guess, in metres from the middle.
+    fn own(&self, middle: Point, unit: f64) -> Own {
+        let FirstGuess { time, object, direction, before, .. } = self.guess;
+        let mut values = Own::zeros(OWN);
+        values[own::TIME] = time;
+        values[own::X] = (object[0] - middle.x) * unit;
+        values[own::Y] = (object[1] - middle.y) * unit;
+        values[own::DIRECTION] = direction;
+        values[own::ALONG] = before[0] * unit;
+        values[own::ACROSS] = before[1] * unit;
+        values
+    }
 
-/// Returns what is stated of the spin of a shot.
-fn spin_of(guessed: &Guessed, radius: f64, unit: f64) -> ShotSpin {
-    let (sin, cos) = guessed.guess.direction.sin_cos();
-    let [along, across] = guessed.guess.before.map(|speed| speed * unit);
-    let velocity = Point::new(along * cos - across * sin, along * sin + across * cos);
-    ShotSpin::stated(guessed.shot.spin, velocity, radius)
+    /// Returns the frames in metres from the middle, and what is stated of the spin, or what markers on the
+    /// cue ball show of it. The radius is in metres.
+    fn read(mut self, middle: Point, unit: f64, states_noise: bool, radius: f64) -> (ShotFrames, ShotSpin) {
+        let track = &self.track;
+        let reading = Reading { middle, unit, states_noise, may_be_held: !track.states_noise() };
+        let [of_cue, of_object] = track.resolution;
+        let tracks =
+            [reading.frames(track, &track.cue, of_cue), reading.frames(track, &track.object, of_object)];
+        let spins = self.read_markers(radius / unit);
+        let (sin, cos) = self.guess.direction.sin_cos();
+        let [along, across] = self.guess.before.map(|speed| speed * unit);
+        let velocity = Point::new(along * cos - across * sin, along * sin + across * cos);
+        let spin = ShotSpin::stated(self.track.spin, velocity, radius);
+        (ShotFrames { tracks, fps: self.track.fps, spins }, spin)
+    }
+
+    /// Takes the spin before the impact from the markers of the cue ball; returns those after it. The
+    /// radius is in the unit of the film.
+    fn read_markers(&mut self, radius: f64) -> Vec<MeasuredSpin> {
+        if self.track.markers.is_empty() {
+            return Vec::new();
+        }
+        let noise = self.track.position_sd.unwrap_or_else(|| frame_noise::noise(&self.track));
+        let shown = Rotations::of(&self.track, self.guess.time, radius, noise);
+        if let Some(Rotation { spin, covariance, .. }) = shown.cue_before {
+            let sd = [0, 1, 2].map(|axis| Some(covariance[(axis, axis)].sqrt()));
+            self.track.spin = Spin::Measured { spin, sd };
+        }
+        let after = |(ball, rotation): (usize, Option<Rotation>)| {
+            let Rotation { spin, covariance, .. } = rotation?;
+            Some(MeasuredSpin { ball, spin: spin.z, sd: covariance[(2, 2)].sqrt() })
+        };
+        [shown.cue_after, shown.object_after].into_iter().enumerate().filter_map(after).collect()
+    }
 }

@@ -134,15 +134,11 @@ fn inputs(cue: &Side, shared: &Shared, radius: f64) -> [Dual; Input::COUNT] {
 impl Contact {
     /// Returns a model with the effects that the unknowns have.
     pub fn new(model: &Model, unknowns: &[Unknown]) -> Self {
-        let object = model.object_ball();
-        let base = if model.is_compliant() && model.fidelity != Fidelity::Contact {
-            *model
-        } else {
-            model.closed().unwrap_or(*model)
-        };
+        let is_integrated = model.is_compliant() && model.fidelity != Fidelity::Contact;
+        let base = if is_integrated { *model } else { model.closed().unwrap_or(*model) };
         let fine = (base != *model).then_some(*model);
-        let contact = Self { model: base, fine, object, falls: false, e_falls: false };
-        contact.with(unknowns)
+        let object = model.object_ball();
+        Self { model: base, fine, object, falls: false, e_falls: false }.with(unknowns)
     }
 
     /// Returns the same model with the effects that the unknowns have.
@@ -151,20 +147,19 @@ impl Contact {
             let unknown = &unknowns[id as usize];
             unknown.mode != Mode::Fixed || unknown.start != 0.0
         };
-        let model = if takes_part(Id::Kappa) {
-            self.model.giving_way(unknowns[Id::Kappa as usize].start)
-        } else {
-            self.model
-        };
-        Self { model, falls: takes_part(Id::FallB), e_falls: takes_part(Id::ESlope), ..*self }
+        let mut contact = Self { falls: takes_part(Id::FallB), e_falls: takes_part(Id::ESlope), ..*self };
+        if takes_part(Id::Kappa) {
+            contact.model = self.model.giving_way(unknowns[Id::Kappa as usize].start);
+        }
+        contact
     }
 
     /// Returns the same model whose shots add the difference of the contact with gravity and the cloth.
     pub fn with_weight(&self) -> Self {
-        let effects = Effects { compliance: self.is_compliant(), ..Effects::ALL };
-        let effects = Effects { falling_friction: self.model.effects.falling_friction, ..effects };
-        let fine =
-            Model { fidelity: Fidelity::Contact, effects, tolerance: Model::TOLERANCE_OF_FITS, ..self.model };
+        let falling_friction = self.model.effects.falling_friction;
+        let effects = Effects { compliance: self.is_compliant(), falling_friction, ..Effects::ALL };
+        let tolerance = Model::TOLERANCE_OF_FITS;
+        let fine = Model { fidelity: Fidelity::Contact, effects, tolerance, ..self.model };
         Self { fine: Some(fine.with_some_compliance()), ..*self }
     }
 

@@ -6,10 +6,8 @@ pub(crate) mod causes;
 mod cleaning;
 pub(crate) mod dual;
 pub(crate) mod film_data;
-pub(crate) mod frames;
 pub(crate) mod impact;
 pub(crate) mod motion;
-pub(crate) mod next_to_impact;
 pub(crate) mod outliers;
 pub(crate) mod own;
 #[cfg(feature = "io")]
@@ -18,4 +16,3 @@ pub(crate) mod priors;
 pub(crate) mod reading;
 pub(crate) mod shots;
 pub(crate) mod spins;
-pub(crate) mod states;

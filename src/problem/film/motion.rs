@@ -5,9 +5,10 @@
 //! Each is one more quadratic piece, so that χ² has neither kinks nor jumps where a frame passes
 //! it.
 
+use nalgebra::{SMatrix, SVector};
 use num_dual::DualNum;
 
-use super::dual::{Dual, DualVector, INPUTS, constant, norm};
+use super::dual::{Dual, DualVector, INPUTS, constant, gradient, norm};
 use super::impact::{Contact, Correction, Side};
 use super::own::{self, OWN};
 use crate::physics::ball::{Ball, Vec3};
@@ -44,50 +45,53 @@ pub(crate) struct StatedSpin {
     pub measured: Option<Vec3>,
 }
 
-/// Outcome offsets of the cue ball and of the object ball.
-const OFFSETS: [[Id; 2]; 2] = [[Id::CueAlong, Id::CueAcross], [Id::ObjectAlong, Id::ObjectAcross]];
-
 /// A part of a ball's path, in time since the first guess of the impact: x, y and height, quadratic in time
 /// (m, m/s, m/s²).
 pub(super) type Piece = frames::Piece<COEFFICIENTS, INPUTS>;
 
-/// Place, velocity and acceleration of a ball on the table, and the same of its height.
-struct Moving {
-    place: DualVector,
-    velocity: DualVector,
-    pull: DualVector,
-    height: [Dual; 3],
-}
+/// Place, velocity and acceleration of a ball at an instant: along x, along y, and upward.
+struct Moving([[Dual; 3]; 3]);
 
 impl Moving {
-    /// A ball on the cloth.
+    /// Returns a ball on the cloth.
     fn flat(place: &DualVector, velocity: &DualVector, pull: &DualVector) -> Self {
-        Self { place: *place, velocity: *velocity, pull: *pull, height: [constant(0.0); 3] }
+        let still = [constant(0.0); 3];
+        Self([[place.x, velocity.x, pull.x], [place.y, velocity.y, pull.y], still])
     }
-}
 
-/// Returns the path of a ball that moves so at `start`.
-fn piece(start: Dual, moving: &Moving) -> Piece {
-    let Moving { place, velocity, pull, height: [h, v_h, a_h] } = moving;
-    let origin = |x: Dual, v: Dual, a: Dual| [x - v * start + a * start * start * 0.5, v - a * start, a];
-    let [x0, x1, x2] = origin(place.x, velocity.x, pull.x);
-    let [y0, y1, y2] = origin(place.y, velocity.y, pull.y);
-    let [h0, h1, h2] = origin(*h, *v_h, *a_h);
-    Piece::new(start.re, &[x0, x1, x2, y0, y1, y2, h0, h1, h2])
-}
+    /// Returns the path of a ball that moves so at `start`.
+    fn piece(&self, start: Dual) -> Piece {
+        let (s, by_start) = (start.re, gradient(&start));
+        let mut piece = Piece { start: s, at: SVector::zeros(), by: SMatrix::zeros() };
+        for (axis, [x, v, a]) in self.0.iter().enumerate() {
+            let [by_x, by_v, by_a] = [x, v, a].map(gradient);
+            let [x, v, a] = [x, v, a].map(|number| number.re);
+            // x − v s + a s²/2, v − a s, a
+            let coefficients = [
+                (
+                    x - v * s + a * s * s * 0.5,
+                    by_x - by_v * s + by_a * (0.5 * s * s) + by_start * (a * s - v),
+                ),
+                (v - a * s, by_v - by_a * s - by_start * a),
+                (a, by_a),
+            ];
+            for (place, (value, by)) in coefficients.into_iter().enumerate() {
+                piece.at[3 * axis + place] = value;
+                piece.by.set_row(3 * axis + place, &by.transpose());
+            }
+        }
+        piece
+    }
 
-/// Returns the path along which the velocity of a ball that moves so at `at` changes by `change`, evenly from
-/// `half` before to `half` after.
-fn between(at: Dual, half: f64, moving: &Moving, change: &DualVector) -> Piece {
-    let Moving { place, velocity, pull, height } = moving;
-    let half = constant(half);
-    let early = Moving {
-        place: place - velocity * half + pull * (half * half * 0.5),
-        velocity: velocity - pull * half,
-        pull: pull + change / (half * 2.0),
-        height: *height,
-    };
-    piece(at - half, &early)
+    /// Returns the path along which the velocity of a ball that moves so at `at` changes by `change`, evenly
+    /// from `half` before to `half` after.
+    fn turning(&self, at: Dual, half: f64, change: &DualVector) -> Piece {
+        let early = |[x, v, a]: [Dual; 3], change: Dual| {
+            [x - v * half + a * (half * half * 0.5), v - a * half, a + change / (half * 2.0)]
+        };
+        let [x, y, height] = self.0;
+        Self([early(x, change.x), early(y, change.y), height]).piece(at - half)
+    }
 }
 
 /// The cloth's action on a ball.
@@ -124,28 +128,28 @@ impl Cloth {
             - velocity * (self.rolling * self.gravity / norm(velocity))
     }
 
-    /// Returns the path of a ball that leaves `place` at `time`: flights, landings, sliding,
+    /// Appends the path of a ball that leaves `place` at `time`: flights, landings, sliding,
     /// rolling. Its velocity is turned from the collision frame to the table.
     fn follow(
         &self,
         mut time: Dual,
         mut place: DualVector,
-        ball: &Side,
-        turn: impl Fn(&DualVector) -> DualVector,
-    ) -> Vec<Piece> {
+        (ball, turn): (&Side, impl Fn(&DualVector) -> DualVector),
+        pieces: &mut Vec<Piece>,
+    ) {
         let (mut velocity, mut slip, mut rise) = (turn(&ball.velocity), turn(&ball.slip()), ball.rise);
-        let zero = constant(0.0);
-        // a path that is followed from a little later on
-        let later = |late: f64, piece: Piece| Piece { start: piece.start + late, ..piece };
-        let still = DualVector::new(zero, zero);
+        let still = DualVector::new(constant(0.0), constant(0.0));
         // an impulse on the ball changes its slip by (1 + ν)/ν times as much as its velocity
         let lever = (1.0 + ball.inertia) / ball.inertia;
-        let mut pieces = Vec::with_capacity(16);
         let mut late = HALF_CONTACT;
-        while rise.re > MIN_REBOUND && pieces.len() < 2 * MAX_FLIGHTS {
-            let flying =
-                Moving { height: [zero, rise, -self.gravity], ..Moving::flat(&place, &velocity, &still) };
-            pieces.push(later(late, piece(time, &flying)));
+        // a path that is followed from a little later on
+        let mut add = |late: f64, piece: Piece| pieces.push(Piece { start: piece.start + late, ..piece });
+        let mut flights = 0;
+        while rise.re > MIN_REBOUND && flights < MAX_FLIGHTS {
+            flights += 1;
+            let mut flying = Moving::flat(&place, &velocity, &still);
+            flying.0[2] = [constant(0.0), rise, -self.gravity];
+            add(late, flying.piece(time));
             let flight = rise * 2.0 / self.gravity;
             place += velocity * flight;
             time += flight;
@@ -154,10 +158,10 @@ impl Cloth {
             let impulse = slip * (if grip.re < stop.re { grip } else { stop } / speed);
             late = 0.0;
             if (flight * self.bounce).re > 2.0 * HALF_LANDING {
+                let mut landing = Moving::flat(&place, &velocity, &still);
                 let height = (rise - self.gravity * (0.5 * HALF_LANDING)) * HALF_LANDING;
-                let height = [height, rise * (self.bounce - 1.0) * 0.5, zero];
-                let landing = Moving { height, ..Moving::flat(&place, &velocity, &still) };
-                pieces.push(between(time, HALF_LANDING, &landing, &-impulse));
+                landing.0[2] = [height, rise * (self.bounce - 1.0) * 0.5, constant(0.0)];
+                add(0.0, landing.turning(time, HALF_LANDING, &-impulse));
                 late = HALF_LANDING;
             }
             velocity -= impulse;
@@ -168,7 +172,7 @@ impl Cloth {
             // all further bounces last 2v_z/g(1 − e_t); their friction is (1 + e_t)/2 of a sliding
             // ball's on average, but later
             let pull = self.pull_sliding(&slip) * ((self.bounce + 1.0) * 0.5);
-            pieces.push(later(late, piece(time, &Moving::flat(&place, &velocity, &pull))));
+            add(late, Moving::flat(&place, &velocity, &pull).piece(time));
             let bouncing = rise * 2.0 / (self.gravity * (-self.bounce + 1.0));
             let lateness = self.bounce * 2.0 / (self.bounce + 1.0);
             place += velocity * bouncing + pull * (bouncing * bouncing * 0.5 * lateness);
@@ -178,13 +182,12 @@ impl Cloth {
             late = 0.0;
         }
         let pull = self.pull_sliding(&slip);
-        pieces.push(later(late, piece(time, &Moving::flat(&place, &velocity, &pull))));
+        add(late, Moving::flat(&place, &velocity, &pull).piece(time));
         let sliding = norm(&slip) / lever / (self.sliding * self.gravity);
         place += velocity * sliding + pull * (sliding * sliding * 0.5);
         velocity += pull * sliding;
         let pull = self.pull_rolling(&velocity, ball.inertia);
-        pieces.push(piece(time + sliding, &Moving::flat(&place, &velocity, &pull)));
-        pieces
+        add(0.0, Moving::flat(&place, &velocity, &pull).piece(time + sliding));
     }
 }
 
@@ -198,6 +201,9 @@ pub(super) struct Struck {
     sin: Dual,
     cos: Dual,
 }
+
+/// Outcome offsets of the cue ball and of the object ball.
+const OFFSETS: [[Id; 2]; 2] = [[Id::CueAlong, Id::CueAcross], [Id::ObjectAlong, Id::ObjectAcross]];
 
 impl Struck {
     /// Returns the impact of a shot, its instant counted from the present guess.
@@ -224,13 +230,42 @@ impl Struck {
     pub fn turn(&self, v: &DualVector) -> DualVector {
         DualVector::new(v.x * self.cos - v.y * self.sin, v.x * self.sin + v.y * self.cos)
     }
-}
 
-/// Paths of the cue ball and of the object ball of one shot.
-pub(super) struct Paths {
-    /// Pieces of each ball, the first before the impact.
-    pub pieces: [Vec<Piece>; 2],
-    pub struck: Struck,
+    /// Returns the paths of the cue ball and of the object ball, each with its first piece before the
+    /// impact; how the cue ball approaches is stated.
+    pub fn paths(&self, shared: &Shared, approach: Approach, object: &Ball) -> [Vec<Piece>; 2] {
+        let turn = |v: &DualVector| self.turn(v);
+        let instant = self.inputs[own::TIME];
+        let cloth = Cloth::new(shared);
+        let object_place = DualVector::new(self.inputs[own::X], self.inputs[own::Y]);
+        // centres of touching balls are 2√(R_c R_o) apart on the table
+        let distance = shared.dual(Id::RadiusRatio).sqrt() * (2.0 * object.radius);
+        let cue_place = object_place - DualVector::new(self.cos, self.sin) * distance;
+        let (velocity, slip) = (turn(&self.before.velocity), turn(&self.before.slip()));
+        let pull = match approach {
+            Approach::Rolls => cloth.pull_rolling(&velocity, object.inertia),
+            Approach::Slides => cloth.pull_sliding(&slip),
+        };
+        let still = DualVector::new(constant(0.0), constant(0.0));
+        let balls = [(cue_place, velocity, pull), (object_place, still, still)];
+        [0, 1].map(|i| {
+            let ((place, velocity, pull), after) = (&balls[i], &self.after[i]);
+            let moving = Moving::flat(place, velocity, pull);
+            let change = turn(&after.velocity) - velocity;
+            let mut pieces = Vec::with_capacity(16);
+            pieces.push(Piece { start: f64::NEG_INFINITY, ..moving.piece(instant) });
+            pieces.push(moving.turning(instant, HALF_CONTACT, &change));
+            cloth.follow(instant, *place, (after, turn), &mut pieces);
+            // pieces that are over before the contact ends are never followed
+            for j in (3..pieces.len()).rev() {
+                pieces[j - 1].start = pieces[j - 1].start.min(pieces[j].start);
+            }
+            for piece in &mut pieces[2..] {
+                piece.start = piece.start.max(HALF_CONTACT);
+            }
+            pieces
+        })
+    }
 }
 
 /// Returns a shot's own unknowns with derivatives; time counts from the present guess of the impact.
@@ -257,53 +292,4 @@ pub(super) fn cue_before(spin: &StatedSpin, shared: &Shared, inputs: &[Dual; OWN
         turning[2] += z;
     }
     Side { velocity, rise: constant(0.0), spin: turning, inertia: ball.inertia }
-}
-
-/// Returns the paths of both balls of a shot.
-///
-/// # Errors
-/// Why its unknowns describe no collision.
-pub(super) fn follow_balls(
-    values: &Own,
-    shared: &Shared,
-    spin: &StatedSpin,
-    (contact, correction): (&Contact, &Correction),
-) -> Result<Paths, NotACollision> {
-    let struck = Struck::new(values, shared, spin, (contact, correction))?;
-    let turn = |v: &DualVector| struck.turn(v);
-    let instant = struck.inputs[own::TIME];
-    let zero = constant(0.0);
-    let object = contact.object();
-    let cloth = Cloth::new(shared);
-    let object_place = DualVector::new(struck.inputs[own::X], struck.inputs[own::Y]);
-    // centres of touching balls are 2√(R_c R_o) apart on the table
-    let distance = shared.dual(Id::RadiusRatio).sqrt() * (2.0 * object.radius);
-    let cue_place = object_place - DualVector::new(struck.cos, struck.sin) * distance;
-    let (velocity, slip) = (turn(&struck.before.velocity), turn(&struck.before.slip()));
-    let pull = match spin.approach {
-        Approach::Rolls => cloth.pull_rolling(&velocity, object.inertia),
-        Approach::Slides => cloth.pull_sliding(&slip),
-    };
-    let still = DualVector::new(zero, zero);
-    let places = [cue_place, object_place];
-    let velocities = [velocity, still];
-    let pulls = [pull, still];
-    let pieces = [0, 1].map(|i| {
-        let moving = Moving::flat(&places[i], &velocities[i], &pulls[i]);
-        let mut before = piece(instant, &moving);
-        before.start = f64::NEG_INFINITY;
-        let after = &struck.after[i];
-        let change = turn(&after.velocity) - velocities[i];
-        let mut pieces = vec![before, between(instant, HALF_CONTACT, &moving, &change)];
-        pieces.extend(cloth.follow(instant, places[i], after, turn));
-        // pieces that are over before the contact ends are never followed
-        for j in (3..pieces.len()).rev() {
-            pieces[j - 1].start = pieces[j - 1].start.min(pieces[j].start);
-        }
-        for piece in &mut pieces[2..] {
-            piece.start = piece.start.max(HALF_CONTACT);
-        }
-        pieces
-    });
-    Ok(Paths { pieces, struck })
 }

@@ -1,4 +1,7 @@
-//! Frames and shots that fit no collision, by the tail probability of their whitened residuals.
+//! Frames and shots that fit no collision, by the tail probability of their whitened residuals, and frames
+//! next to the impacts that are off in all shots: balls that touch hide each other, or seem one to a
+//! tracker; an exposure that lasts over the impact shows a ball on neither of its paths; and a tracker that
+//! predicts each position from those before, or averages over them, takes some frames to notice an impact.
 
 use std::sync::Arc;
 
@@ -7,6 +10,8 @@ use statrs::distribution::{ChiSquared, ContinuousCDF};
 
 use super::block::FilmBlock;
 use super::own::{self, OWN};
+use super::shots::FittedFrame;
+use crate::measurement::track::TrackedBall;
 use crate::numerics::median;
 use crate::problem::frames::Sight;
 use crate::problem::policy::Policy;
@@ -23,6 +28,31 @@ const LEAST_FRAMES: usize = 4;
 /// Median of χ² with 2 degrees of freedom.
 const MEDIAN_OF_TWO: f64 = 1.386;
 
+/// Frames on either side of the impact that may be off in all shots; if all of them are, it is something
+/// else.
+const MOST_NEAR: usize = 16;
+
+/// Residuals next to the impacts exceed the mean square by this part and by this number of standard
+/// deviations, if they are off; or by the second number, if those nearer to the impact are off.
+const MIN_EXCESS: f64 = 0.5;
+const MIN_EXCESS_ERRORS: f64 = 5.0;
+const MIN_EXCESS_BESIDE: f64 = 2.5;
+
+/// Numbers of shots that determine what is off next to all impacts: at least, and that are looked at.
+const MIN_SHOTS: usize = 8;
+const MAX_SHOTS: usize = 200;
+
+/// Frames after the impact that may show a lag, and how many determine the velocity on each side.
+const AFTER: usize = 3;
+const BESIDE: usize = 4;
+
+/// Standard errors of a lag that are not chance, if both balls show them.
+const MIN_LAG_ERRORS: f64 = 4.0;
+
+/// Part of a lag by which a ball is off before the impact at most: an exposure that lasts blurs both
+/// sides similarly, and a wrong model shows on both.
+const MAX_BEFORE: f64 = 0.4;
+
 /// Returns the probability that χ² of `dof` degrees of freedom exceeds `chi2`.
 pub(crate) fn tail(chi2: f64, dof: f64) -> f64 {
     ChiSquared::new(dof).map_or(1.0, |distribution| distribution.sf(chi2))
@@ -31,20 +61,15 @@ pub(crate) fn tail(chi2: f64, dof: f64) -> f64 {
 /// Leaves out frames that stand out alone, and those at the ends of tracks from where on the ball
 /// is not on its path any more; returns how many.
 pub(crate) fn leave_out_frames(film: &mut FilmBlock, own: &[Own], shared: &Shared, policy: &Policy) -> usize {
-    let judge = |i: usize| {
-        let (shot, spin) = (&film.shots[i], &film.spins[i]);
-        let bodies = shot.sights(&own[i], shared, &spin.stated, film.world(i));
-        bodies.map(|frames| outlying(&frames, own[i][own::TIME], policy))
-    };
-    let found: Vec<[Vec<usize>; 2]> = (0..film.shots.len()).into_par_iter().map(judge).collect();
-    let count = found.iter().flatten().map(Vec::len).sum();
+    let judge =
+        |i: usize| film.sights(i, &own[i], shared).map(|sights| outlying(&sights, own[i][own::TIME], policy));
+    let all: Vec<[Vec<usize>; 2]> = (0..film.shots.len()).into_par_iter().map(judge).collect();
+    let count = all.iter().flatten().map(Vec::len).sum();
     if count > 0 {
-        let shots = Arc::make_mut(&mut film.shots);
-        for (shot, found) in shots.iter_mut().zip(found) {
-            for (track, indices) in shot.tracks.iter_mut().zip(found) {
-                for index in indices {
-                    track[index].used = false;
-                }
+        let tracks = Arc::make_mut(&mut film.shots).iter_mut().flat_map(|shot| &mut shot.tracks);
+        for (track, indices) in tracks.zip(all.into_iter().flatten()) {
+            for index in indices {
+                track[index].used = false;
             }
         }
     }
@@ -65,26 +90,139 @@ pub(crate) fn outlying<const R: usize>(frames: &[Sight<R>], instant: f64, policy
     while from + LEAST_FRAMES + BLOCK < first_after && is_off(&frames[from..from + BLOCK]) {
         from += BLOCK;
     }
-    let ends = frames[..from].iter().chain(&frames[to..]);
-    let alone = frames[from..to].iter().filter(|frame| is_off(std::slice::from_ref(frame)));
-    ends.chain(alone).map(|frame| frame.index).collect()
+    let is_left_out = |i: &usize| !(from..to).contains(i) || is_off(&frames[*i..=*i]);
+    (0..frames.len()).filter(is_left_out).map(|i| frames[i].index).collect()
 }
 
 /// Returns whether each shot is kept: its residuals are not larger than chance makes them in units
 /// of what is typical of the shots.
 pub(crate) fn judge_shots(shots: &[Contribution], policy: &Policy) -> Vec<bool> {
-    let reduced = |shot: &Contribution| {
+    let sum_and_dof = |shot: &Contribution| {
         let count: f64 = shot.noises.iter().map(|noise| noise.count).sum();
-        let dof = (count - OWN as f64).max(1.0);
         let square: f64 = shot.noises.iter().map(|noise| noise.weighted).sum();
-        (square, dof)
+        (square, (count - OWN as f64).max(1.0))
     };
-    let all: Vec<(f64, f64)> = shots.iter().map(reduced).collect();
-    let typical = median(all.iter().map(|(square, dof)| square / dof).collect());
-    let keep: Vec<bool> = all
-        .iter()
-        .map(|(square, dof)| tail(square / typical.max(f64::MIN_POSITIVE), *dof) > policy.shot_tail)
-        .collect();
+    let all: Vec<(f64, f64)> = shots.iter().map(sum_and_dof).collect();
+    let typical = median(all.iter().map(|(square, dof)| square / dof).collect()).max(f64::MIN_POSITIVE);
+    let is_kept = |(square, dof): &(f64, f64)| tail(square / typical, *dof) > policy.shot_tail;
+    let keep: Vec<bool> = all.iter().map(is_kept).collect();
     let lost = keep.iter().filter(|keep| !**keep).count();
     if lost as f64 > policy.max_lost * keep.len() as f64 { vec![true; keep.len()] } else { keep }
+}
+
+/// Squares of residuals of some frames.
+#[derive(Clone, Copy, Default)]
+struct Squares {
+    sum: f64,
+    count: f64,
+}
+
+impl Squares {
+    fn add(&mut self, [x, y]: [f64; 2]) {
+        self.sum += x * x + y * y;
+        self.count += 2.0;
+    }
+
+    fn mean(&self) -> f64 {
+        self.sum / self.count
+    }
+
+    /// Returns by which part the mean exceeds the typical one, and by how many standard deviations.
+    fn excess(&self, typical: f64) -> [f64; 2] {
+        let part = self.mean() / typical - 1.0;
+        [part, part / (2.0 / self.count).sqrt()]
+    }
+}
+
+/// Returns how many frames before and after the impacts are off, the first of which is less than half
+/// a frame away; `None` if none is.
+pub(crate) fn spoiled(film: &FilmBlock, own: &[Own], shared: &Shared) -> Option<[usize; 2]> {
+    if film.shots.len() < MIN_SHOTS {
+        return None;
+    }
+    // before and after the impact, by distance in frames; and of all
+    let mut near = [[Squares::default(); MOST_NEAR]; 2];
+    let mut all = Squares::default();
+    for (i, own) in own.iter().enumerate().take(MAX_SHOTS) {
+        for frame in film.fitted_frames(i, own, shared).iter().filter(|frame| frame.used) {
+            let away = (frame.time - own[own::TIME]) * film.shots[i].fps;
+            all.add(frame.standardized());
+            if let Some(near) = near[usize::from(away > 0.0)].get_mut(away.abs().round() as usize) {
+                near.add(frame.standardized());
+            }
+        }
+    }
+    let typical = all.mean();
+    if !(typical > 0.0) {
+        return None;
+    }
+    let reach = near
+        .each_ref()
+        .map(|side| side.iter().take_while(|near| near.excess(typical)[1] > MIN_EXCESS_BESIDE).count());
+    let is_off = |near: &Squares| {
+        let [part, errors] = near.excess(typical);
+        part > MIN_EXCESS && errors > MIN_EXCESS_ERRORS
+    };
+    let is_spoiled = near.iter().zip(reach).any(|(side, reach)| side[..reach].iter().any(is_off));
+    (is_spoiled && reach.into_iter().all(|frames| frames < MOST_NEAR)).then_some(reach)
+}
+
+/// Leaves out the frames of all shots that are so near to their impacts.
+pub(crate) fn leave_out_spoiled(film: &mut FilmBlock, own: &[Own], reach: [usize; 2]) {
+    for (shot, own) in Arc::make_mut(&mut film.shots).iter_mut().zip(own) {
+        let [before, after] = reach.map(|frames| (frames as f64 - 0.5).max(0.0) / shot.fps);
+        let instant = own[own::TIME];
+        for frame in shot.tracks.iter_mut().flatten() {
+            frame.used &= frame.time < instant - before || frame.time > instant + after;
+        }
+    }
+}
+
+/// Returns whether the tracker lags: with u the direction in which the impact changes a ball's
+/// velocity, and r the standardized residuals of a frame, u·r is averaged over the shots for the last
+/// frame before the impact and the first ones after it.
+pub(crate) fn lags(film: &FilmBlock, own: &[Own], shared: &Shared) -> bool {
+    let shots: Vec<Vec<FittedFrame>> =
+        own.iter().enumerate().take(MAX_SHOTS).map(|(i, own)| film.fitted_frames(i, own, shared)).collect();
+    // mean and its standard error of u·r
+    let [cue, object] = [TrackedBall::Cue, TrackedBall::Object].map(|ball| {
+        let shots = shots.iter().zip(own);
+        let all: Vec<_> =
+            shots.filter_map(|(frames, own)| residuals_along(frames, own[own::TIME], ball)).collect();
+        let count = all.len() as f64;
+        std::array::from_fn::<_, { AFTER + 1 }, _>(|frame| {
+            let mean = all.iter().map(|shot| shot[frame]).sum::<f64>() / count;
+            let variance = all.iter().map(|shot| (shot[frame] - mean).powi(2)).sum::<f64>() / (count - 1.0);
+            [mean, (variance / count).sqrt()]
+        })
+    });
+    let is_late = |ball: &[[f64; 2]], frame: usize| {
+        let [mean, error] = ball[frame];
+        (mean / error).abs() > MIN_LAG_ERRORS && ball[0][0].abs() < MAX_BEFORE * mean.abs()
+    };
+    let is_same_sign = |frame: usize| cue[frame][0] * object[frame][0] > 0.0;
+    (1..=AFTER).any(|frame| is_late(&cue, frame) && is_late(&object, frame) && is_same_sign(frame))
+}
+
+/// Returns u·r in the last frame before the impact and the first ones after it; `None` for too few
+/// frames.
+fn residuals_along(frames: &[FittedFrame], instant: f64, ball: TrackedBall) -> Option<[f64; AFTER + 1]> {
+    // also those that were left out as wrong
+    let own: Vec<&FittedFrame> = frames.iter().filter(|frame| frame.ball == ball).collect();
+    let first = own.iter().position(|frame| frame.time >= instant)?;
+    if first < BESIDE || own.len() < first + BESIDE {
+        return None;
+    }
+    let velocity = |i: usize, j: usize| {
+        let seconds = own[j].time - own[i].time;
+        [0, 1].map(|axis| (own[j].predicted[axis] - own[i].predicted[axis]) / seconds)
+    };
+    let (before, after) = (velocity(first - BESIDE, first - 1), velocity(first, first + BESIDE - 1));
+    let change = [after[0] - before[0], after[1] - before[1]];
+    let along = |i: usize| {
+        let [x, y] = own[first - 1 + i].standardized();
+        (change[0] * x + change[1] * y) / change[0].hypot(change[1])
+    };
+    let all = std::array::from_fn(along);
+    all.iter().all(|r| r.is_finite()).then_some(all)
 }

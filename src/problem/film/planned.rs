@@ -4,18 +4,16 @@ use std::sync::Arc;
 
 use nalgebra::DMatrix;
 
-use super::block::FilmBlock;
-use super::camera::{Camera, Point};
-use super::frames::{MeasuredSpin, ShotFrames, World, locate};
+use super::block::{FilmBlock, MeasuredSpin, ShotFrames, World};
+use super::camera::Point;
 use super::impact::{Contact, Correction};
-use super::motion::{Struck, follow_balls};
 use super::own::{self, OWN};
 use super::priors::list_unknowns;
 use super::spins::{FIRST_SPREADS, LEAST_SPREAD, SIDE_SPREAD, ShotSpin, TOPSPIN_SPREAD};
 use crate::measurement::dataset::{Dataset, Tracks};
 use crate::measurement::spin::Spin;
 use crate::physics::collision::{Model, NotACollision};
-use crate::problem::frames::{Frame, PicturePaths};
+use crate::problem::frames::Frame;
 use crate::problem::sums::{Noise, Spread};
 use crate::problem::unknowns::{Id, Own, Shared, Unknown};
 
@@ -58,8 +56,7 @@ pub struct Filming {
 /// The unknowns of a film that is planned: of balls as a data set states them, with these spins.
 pub(crate) fn unknowns_of(dataset: &Dataset, spins: &[Spin]) -> Vec<Unknown> {
     let radius = dataset.ball.radius;
-    let spins: Vec<ShotSpin> =
-        spins.iter().map(|spin| ShotSpin::stated(*spin, Point::new(1.0, 0.0), radius)).collect();
+    let spins: Vec<ShotSpin> = spins.iter().map(|spin| ShotSpin::stated(*spin, Point::x(), radius)).collect();
     list_unknowns(dataset, &dataset.settings_of_balls(), &Tracks::new(Vec::new()), &spins)
 }
 
@@ -90,36 +87,38 @@ pub(crate) fn information(
     if spin.stated.mean.is_some() {
         values[own::TOPSPIN] = shot.topspin - spin.mean(shared);
     }
-    let rigid = Correction::zeros();
-    let paths = follow_balls(&values, shared, &spin.stated, (&contact, &rigid))?;
-    let camera = Camera::new(shared);
-    let seen = PicturePaths::new(paths.pieces.each_ref().map(Vec::as_slice), locate, shot.instant, camera);
-    let track = |ball: usize| {
-        let frame = |n: usize| {
-            let time = n as f64 / filming.fps;
-            Frame { time, seen: seen.place(ball, time).into(), weight: Point::new(1.0, 1.0), used: true }
-        };
-        (0..filming.frames).map(frame).collect()
-    };
-    let spins = shown(&paths.struck, radius, shot.after_sd);
-    let frames = ShotFrames { tracks: [track(0), track(1)], fps: filming.fps, spins };
-    let noise = Noise { sd: filming.sd, rho: 0.0 };
+    let unseen = ShotFrames { tracks: [Vec::new(), Vec::new()], fps: filming.fps, spins: Vec::new() };
     let mut film = FilmBlock {
-        shots: Arc::new(vec![frames]),
+        shots: Arc::new(vec![unseen.clone()]),
         spins: vec![spin],
         spreads: FIRST_SPREADS.map(|first| Spread::first(first, LEAST_SPREAD)),
-        world: World { contact, noise: [noise; 2] },
+        world: World { contact, noise: [Noise { sd: filming.sd, rho: 0.0 }; 2] },
         states_noise: true,
-        corrections: vec![rigid],
+        corrections: vec![Correction::zeros()],
         loss: None,
     };
+    let struck = film.struck(0, &spin, &values, shared)?;
+    let Some(seen) = film.paths(0, &values, shared) else { return Ok(None) };
+    let tracks = [0, 1].map(|ball| {
+        let frame = |n: usize| {
+            let time = n as f64 / filming.fps;
+            Frame { time, seen: seen.place(ball, time).into(), weight: Point::repeat(1.0), used: true }
+        };
+        (0..filming.frames).map(frame).collect()
+    });
+    let after = shot.after_sd.into_iter().flatten().enumerate();
+    let after = after.map(|(ball, sd)| {
+        let spin = struck.after[ball].spin[2].re / radius;
+        MeasuredSpin { ball, spin, sd }
+    });
+    film.shots = Arc::new(vec![ShotFrames { tracks, spins: after.collect(), ..unseen }]);
     let (products, _) = film.contribute(0, &values, shared).own_system(0.0, OWN);
     let Some(own) = products.cholesky() else { return Ok(None) };
     let variances = own.inverse().diagonal();
-    for (which, place, truth) in
-        [(TOPSPIN_SPREAD, own::TOPSPIN, shot.topspin_sd), (SIDE_SPREAD, own::SIDE, 0.0)]
-    {
-        film.spreads[which].sd = found(&film.spreads[which], variances[place], truth, shot.shots as f64);
+    let spreads = [(TOPSPIN_SPREAD, own::TOPSPIN, shot.topspin_sd), (SIDE_SPREAD, own::SIDE, 0.0)];
+    for (which, place, truth) in spreads {
+        let spread = &mut film.spreads[which];
+        spread.sd = expected_spread(spread, variances[place], truth, shot.shots as f64);
     }
     let sums = film.contribute(0, &values, shared);
     Ok(sums.reduced(&Id::ALL).map(|(information, _)| information))
@@ -128,7 +127,7 @@ pub(crate) fn information(
 /// Returns the spread that n shots with the spread t show on average. With v the variance of the value of a
 /// shot, σ² = 1/(1/v − 1/s²) that by its frames alone, and w = s²/(s² + σ²), restricted likelihood ends at
 /// s² = [n w²(σ² + t²) + s₀²]/(n w + 1).
-fn found(spread: &Spread, variance: f64, truth: f64, shots: f64) -> f64 {
+fn expected_spread(spread: &Spread, variance: f64, truth: f64, shots: f64) -> f64 {
     let by_frames = (variance.recip() - spread.sd.powi(-2)).max(f64::MIN_POSITIVE).recip();
     let mut square = spread.first * spread.first;
     for _ in 0..SPREAD_STEPS {
@@ -137,11 +136,4 @@ fn found(spread: &Spread, variance: f64, truth: f64, shots: f64) -> f64 {
         square = (seen + spread.first * spread.first) / (shots * part + 1.0);
     }
     square.sqrt().max(spread.least)
-}
-
-/// Returns the side spins after the impact as markers show them.
-fn shown(struck: &Struck, radius: f64, sd: Option<[f64; 2]>) -> Vec<MeasuredSpin> {
-    let of_ball =
-        |(ball, sd): (usize, f64)| MeasuredSpin { ball, spin: struck.after[ball].spin[2].re / radius, sd };
-    sd.into_iter().flat_map(|both| both.into_iter().enumerate().map(of_ball)).collect()
 }

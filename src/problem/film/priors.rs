@@ -27,11 +27,10 @@ const SLANTED_ASPECT_SD: f64 = 0.3;
 /// Standard deviation of the slope of a table, 1 mm/m.
 const TILT_SD: f64 = 1e-3;
 
-/// Standard deviation of the mean topspin of shots stated as natural roll, over natural roll…
+/// Standard deviations of the mean topspin over natural roll: of shots stated as natural roll, of shots
+/// stated as stun, and of shots of unknown spin that slide.
 const ROLL_SD: f64 = 0.01;
-/// …of shots stated as stun…
 const STUN_SD: f64 = 0.02;
-/// …and of shots of unknown spin that slide.
 const UNKNOWN_SD: f64 = 1.0;
 
 /// What is known of μ_s in films of unknown spin, which hardly determine it (Kim 2024: 0.2 to 0.4).
@@ -89,86 +88,75 @@ pub(in crate::problem) fn list_contact(all: &mut [Unknown], settings: &Settings)
 }
 
 fn list_cloth(all: &mut [Unknown], dataset: &Dataset, tracks: &Tracks) {
-    let stated =
-        |measured: Option<Measured>| measured.and_then(|measured| Some((measured.value, measured.sd?)));
-    let (mean, sd) = stated(dataset.sliding).unwrap_or((0.2, 1.0));
-    known(all, Id::MuK, mean, sd);
-    all[Id::MuK as usize].bounds = [0.01, 2.0];
-    let (mean, sd) = stated(dataset.rolling).unwrap_or((0.01, 0.005));
-    known(all, Id::MuR, mean, sd);
-    known(all, Id::Bounce, 0.5, 0.2);
-    all[Id::Bounce as usize].bounds = [0.05, 0.9];
-    known(all, Id::Rate, 1.0, tracks.rate_sd.unwrap_or(RATE_SD));
-    all[Id::Rate as usize].bounds = [0.5, 2.0];
-    for id in [Id::TiltX, Id::TiltY] {
-        known(all, id, 0.0, tracks.tilt_sd.unwrap_or(TILT_SD));
+    let [sliding, rolling] = [dataset.sliding, dataset.rolling]
+        .map(|measured| measured.and_then(|measured| Some([measured.value, measured.sd?])));
+    let tilt = [0.0, tracks.tilt_sd.unwrap_or(TILT_SD)];
+    let unbounded = [f64::NEG_INFINITY, f64::INFINITY];
+    for (id, [mean, sd], bounds) in [
+        (Id::MuK, sliding.unwrap_or([0.2, 1.0]), [0.01, 2.0]),
+        (Id::MuR, rolling.unwrap_or([0.01, 0.005]), unbounded),
+        (Id::Bounce, [0.5, 0.2], [0.05, 0.9]),
+        (Id::Rate, [1.0, tracks.rate_sd.unwrap_or(RATE_SD)], [0.5, 2.0]),
+        (Id::TiltX, tilt, unbounded),
+        (Id::TiltY, tilt, unbounded),
+    ] {
+        known(all, id, mean, sd);
+        all[id as usize].bounds = bounds;
     }
 }
 
 pub(crate) fn list_camera(all: &mut [Unknown], tracks: &Tracks) {
-    for (id, correction) in [
-        (Id::Scale, Correction::Scale),
-        (Id::Aspect, Correction::Aspect),
-        (Id::Shear, Correction::Shear),
-        (Id::PerspectiveX, Correction::PerspectiveX),
-        (Id::PerspectiveY, Correction::PerspectiveY),
-        (Id::Lens, Correction::Lens),
-        (Id::ShutterX, Correction::ShutterX),
-        (Id::ShutterY, Correction::ShutterY),
-        (Id::ParallaxX, Correction::ParallaxX),
-        (Id::ParallaxY, Correction::ParallaxY),
-        (Id::Nearness, Correction::Nearness),
-    ] {
-        match tracks.camera[correction as usize] {
+    let stated = |which: Correction| tracks.camera[which as usize];
+    // both lists have the same order
+    for correction in Correction::ALL {
+        let id = Id::ALL[Id::Scale as usize + correction as usize];
+        match stated(correction) {
             Some(Measured { value, sd: None }) => all[id as usize].start = value,
             Some(Measured { value, sd: Some(sd) }) => known(all, id, value, sd),
             None => known(all, id, correction.neutral(), correction.usual()),
         }
     }
-    let stated = |which: Correction| tracks.camera[which as usize];
-    let scale = &mut all[Id::Scale as usize];
-    scale.bounds = [0.1, 10.0];
-    if stated(Correction::Scale).is_none() {
-        scale.prior = tracks.scale_sd.map(|sd| Normal { mean: 1.0, sd: sd.hypot(RADIUS_SD) });
+    for id in [Id::Scale, Id::Aspect] {
+        all[id as usize].bounds = [0.1, 10.0];
     }
-    let aspect = &mut all[Id::Aspect as usize];
-    aspect.bounds = [0.1, 10.0];
-    if let Some(prior) =
-        aspect.prior.as_mut().filter(|_| tracks.from_balls && stated(Correction::Aspect).is_none())
-    {
-        prior.sd = SLANTED_ASPECT_SD;
+    if stated(Correction::Scale).is_none() {
+        let prior = tracks.scale_sd.map(|sd| Normal { mean: 1.0, sd: sd.hypot(RADIUS_SD) });
+        all[Id::Scale as usize].prior = prior;
+    }
+    if tracks.from_balls && stated(Correction::Aspect).is_none() {
+        known(all, Id::Aspect, 1.0, SLANTED_ASPECT_SD);
     }
     // an axis of the lens at c bends the picture as a decentring of −l c
     let held = |which: Correction| stated(which).filter(|stated| stated.sd.is_none()).map(|held| held.value);
     for (id, correction) in [(Id::LensX, Correction::LensX), (Id::LensY, Correction::LensY)] {
         match (held(Correction::Lens), held(correction)) {
-            (Some(lens), Some(axis)) => all[id as usize].start = -lens * axis,
+            (Some(lens), Some(axis)) => {
+                let unknown = &mut all[id as usize];
+                (unknown.start, unknown.prior, unknown.mode) = (-lens * axis, None, Mode::Fixed);
+            }
             _ => known(all, id, 0.0, 0.01),
         }
     }
 }
 
 fn list_spins(all: &mut [Unknown], settings: &Settings, topspin_sd: Option<f64>, spins: &[ShotSpin]) {
-    let (mut rolls, mut stuns, mut unknown, mut presses) = (false, false, false, false);
-    for spin in spins {
-        rolls |= spin.stated.mean == Some(Id::Roll) && !spin.is_unknown();
-        stuns |= spin.topspin == OwnPrior::Spread(TOPSPIN_SPREAD);
-        unknown |= spin.is_unknown();
-        presses |= spin.stated.mean != Some(Id::Slide);
-    }
+    let rolls = spins.iter().any(|spin| spin.stated.mean == Some(Id::Roll) && !spin.is_unknown());
+    let slides = spins.iter().any(|spin| spin.topspin == OwnPrior::Spread(TOPSPIN_SPREAD));
+    let is_unknown = spins.iter().any(ShotSpin::is_unknown);
+    let presses = spins.iter().any(|spin| spin.stated.mean != Some(Id::Slide));
     all[Id::Roll as usize].start = 1.0;
     if rolls {
         known(all, Id::Roll, 1.0, topspin_sd.unwrap_or(ROLL_SD));
     }
-    if unknown {
+    if is_unknown {
         known(all, Id::Slide, 0.0, UNKNOWN_SD);
-    } else if stuns {
+    } else if slides {
         known(all, Id::Slide, 0.0, topspin_sd.unwrap_or(STUN_SD));
     }
     let mu_s = &mut all[Id::MuS as usize];
     if !presses {
         (mu_s.mode, mu_s.start) = (Mode::Fixed, settings[Parameter::MuS].initial);
-    } else if unknown && mu_s.mode == Mode::Free && mu_s.prior.is_none() {
+    } else if is_unknown && mu_s.mode == Mode::Free && mu_s.prior.is_none() {
         mu_s.prior = Some(UNKNOWN_MU_S);
     }
 }

@@ -1,13 +1,13 @@
-//! What a fit of a film says of each shot: its impact, its frames, its paths through the picture.
+//! The shots of a fitted film: their impacts, their frames, their paths through the picture.
 
 use nalgebra::{DMatrix, DVector};
 
-use super::block::FilmBlock;
+use super::block::{FilmBlock, locate};
 use super::camera::Camera;
 use super::dual::{Dual, DualVector, INPUTS, gradient};
-use super::frames::locate;
-use super::motion::{Approach, Struck, follow_balls};
+use super::motion::{Approach, Struck};
 use super::own::{self, OWN};
+use super::spins::ShotSpin;
 use crate::measurement::dataset::{Before, Joint, Measured, Measurement, Shared as SharedError, Shot};
 use crate::measurement::observable::{Axis, Observable};
 use crate::measurement::spin::Spin;
@@ -26,11 +26,8 @@ const OBSERVED: [Observable; 4] = [
     Observable::ObjectVelocity(Axis::Y),
 ];
 
-/// Steps until the outcome of a shot is found.
-const STEPS: usize = 30;
-
-/// Fall of χ² below which a step ends the search.
-const STALL: f64 = 1e-6;
+/// Steps until the outcome of a shot is found, and decrease of χ² below which a step ends the search.
+const STOP: (usize, f64) = (30, 1e-6);
 
 /// The impact of a shot with a free outcome, and how well its frames show it.
 #[derive(Clone, Debug)]
@@ -83,32 +80,6 @@ pub struct FittedFrame {
     pub used: bool,
 }
 
-impl FilmBlock {
-    /// Returns the paths of the balls of shot `i` through the picture; `None` if they do not collide.
-    fn paths(&self, i: usize, own: &Own, shared: &Shared) -> Option<PicturePaths> {
-        let paths = follow_balls(own, shared, &self.spins[i].stated, self.contact(i)).ok()?;
-        let [cue, object] = &paths.pieces;
-        Some(PicturePaths::new([cue, object], locate, own[own::TIME], Camera::new(shared)))
-    }
-
-    /// Returns the frames of shot `i` against its paths.
-    pub(crate) fn fitted_frames(&self, i: usize, own: &Own, shared: &Shared) -> Vec<FittedFrame> {
-        let Some(paths) = self.paths(i, own, shared) else { return Vec::new() };
-        let of_ball = |(which, ball): (usize, TrackedBall)| {
-            let (noise, paths) = (self.world.noise[which], &paths);
-            self.shots[i].tracks[which].iter().map(move |frame| FittedFrame {
-                ball,
-                time: frame.time,
-                seen: frame.seen.into(),
-                predicted: paths.place(which, frame.time),
-                sd: frame.weight.map(|weight| noise.sd / weight).into(),
-                used: frame.used,
-            })
-        };
-        [TrackedBall::Cue, TrackedBall::Object].into_iter().enumerate().flat_map(of_ball).collect()
-    }
-}
-
 impl FittedFrame {
     /// Returns measured less predicted, in standard deviations.
     #[must_use]
@@ -117,12 +88,80 @@ impl FittedFrame {
     }
 }
 
+impl FilmBlock {
+    /// Returns the paths of the balls of shot `i` through the picture; `None` if they do not collide.
+    pub(super) fn paths(&self, i: usize, own: &Own, shared: &Shared) -> Option<PicturePaths> {
+        let [cue, object] = &self.pieces(i, own, shared)?;
+        Some(PicturePaths::new([cue, object], locate, own[own::TIME], Camera::new(shared)))
+    }
+
+    /// Returns the frames of shot `i` against its paths.
+    pub(crate) fn fitted_frames(&self, i: usize, own: &Own, shared: &Shared) -> Vec<FittedFrame> {
+        let Some(paths) = self.paths(i, own, shared) else { return Vec::new() };
+        let mut all = Vec::new();
+        for (which, ball) in [TrackedBall::Cue, TrackedBall::Object].into_iter().enumerate() {
+            let noise = self.world.noise[which].sd;
+            all.extend(self.shots[i].tracks[which].iter().map(|frame| FittedFrame {
+                ball,
+                time: frame.time,
+                seen: frame.seen.into(),
+                predicted: paths.place(which, frame.time),
+                sd: frame.weight.map(|weight| noise / weight).into(),
+                used: frame.used,
+            }));
+        }
+        all
+    }
+}
+
+/// How a cue ball meets an object ball.
+#[derive(Clone, Copy, Debug)]
+pub struct Motion {
+    /// Instant of the impact, s.
+    pub instant: f64,
+    /// Cut angle, rad: positive if the cue ball moves towards +y of the collision frame.
+    pub cut: f64,
+    /// Speed of the cue ball before the impact, m/s.
+    pub speed: f64,
+    /// Direction of the line of centres, rad.
+    pub direction: f64,
+    /// Velocities of both balls after the impact in the collision frame, along and across, m/s.
+    pub after: [f64; 4],
+    /// Topspin over natural roll.
+    pub topspin: f64,
+}
+
+/// An estimate that a shot has of its own.
+#[derive(Clone, Copy, Debug)]
+pub struct OwnEstimate {
+    /// Its column in tables, in the unit of its name; velocities m/s.
+    pub column: &'static str,
+    /// The estimate.
+    pub value: f64,
+    /// Standard error.
+    pub sd: f64,
+}
+
+/// A shot of a fitted film.
+struct FilmShot<'a> {
+    film: &'a FilmBlock,
+    own: &'a Own,
+    shared: Shared,
+    spin: &'a ShotSpin,
+}
+
 impl Solution {
+    fn film_shot(&self, i: usize) -> Option<FilmShot<'_>> {
+        let film = self.problem.film()?;
+        let shared = self.problem.samples.first()?.gather(&self.state().shared);
+        Some(FilmShot { film, own: self.state().own.first()?.get(i)?, shared, spin: &film.spins[i] })
+    }
+
     /// Returns the frames of shot `i` of a film against the fit.
     #[must_use]
     pub fn fitted_frames(&self, i: usize) -> Vec<FittedFrame> {
         let shot = self.film_shot(i);
-        shot.map_or_else(Vec::new, |(film, own, shared)| film.fitted_frames(i, own, &shared))
+        shot.map_or_else(Vec::new, |FilmShot { film, own, shared, .. }| film.fitted_frames(i, own, &shared))
     }
 
     /// Returns the radius of the object ball of a film, m.
@@ -131,9 +170,67 @@ impl Solution {
         self.problem.film().map_or(f64::NAN, |film| film.world.contact.object().radius)
     }
 
-    fn film_shot(&self, i: usize) -> Option<(&FilmBlock, &Own, Shared)> {
-        let shared = self.problem.samples.first()?.gather(&self.state().shared);
-        Some((self.problem.film()?, self.state().own.first()?.get(i)?, shared))
+    /// Returns how shot `i` of a film goes by the fit.
+    #[must_use]
+    pub fn motion(&self, i: usize) -> Option<Motion> {
+        let FilmShot { film, own, shared, spin } = self.film_shot(i)?;
+        let [cue, object] = film.struck(i, spin, own, &shared).ok()?.after;
+        let [along, across] = [own[own::ALONG], own[own::ACROSS]];
+        Some(Motion {
+            instant: own[own::TIME],
+            cut: across.atan2(along),
+            speed: along.hypot(across),
+            direction: own[own::DIRECTION],
+            after: [cue.velocity.x.re, cue.velocity.y.re, object.velocity.x.re, object.velocity.y.re],
+            topspin: spin.topspin_of(own, &shared),
+        })
+    }
+
+    /// Returns the middle between the balls of shot `i` of a film as they touch, m from the middle of the
+    /// film.
+    #[must_use]
+    pub fn contact(&self, i: usize) -> Option<[f64; 2]> {
+        let FilmShot { film, own, .. } = self.film_shot(i)?;
+        let (sin, cos) = own[own::DIRECTION].sin_cos();
+        let radius = film.world.contact.object().radius;
+        Some([own[own::X] - radius * cos, own[own::Y] - radius * sin])
+    }
+
+    /// Returns the own unknowns of shot `i` of a film in the frame of the table, from `origin` (m); their
+    /// errors include those of what all shots share.
+    #[must_use]
+    pub fn own_estimates(&self, i: usize, origin: [f64; 2]) -> Vec<OwnEstimate> {
+        self.try_own_estimates(i, origin).unwrap_or_default()
+    }
+
+    fn try_own_estimates(&self, i: usize, [x, y]: [f64; 2]) -> Option<Vec<OwnEstimate>> {
+        let FilmShot { film, own, shared, spin } = self.film_shot(i)?;
+        let struck = film.struck(i, spin, own, &shared).ok()?;
+        let held = &self.at.shots.first()?.get(i)?.held;
+        let reduced = self.at.eliminate(&self.problem, 0.0)?;
+        let covariance = self.covariance.shot_covariance(&reduced, (0, i), held);
+        let covariance = covariance.fixed_view::<INPUTS, INPUTS>(0, 0);
+        let inputs = &struck.inputs;
+        let velocity = struck.turn(&struck.before.velocity);
+        let mut all = vec![
+            // time counts from the estimate
+            ("impact_t_s", inputs[own::TIME] + own[own::TIME]),
+            ("object_x_m", inputs[own::X] + x),
+            ("object_y_m", inputs[own::Y] + y),
+            ("normal_deg", inputs[own::DIRECTION] * 1_f64.to_degrees()),
+            ("cue_vx", velocity.x),
+            ("cue_vy", velocity.y),
+        ];
+        if spin.stated.approach != Approach::Rolls {
+            all.push(("cue_topspin_of_roll", inputs[own::TOPSPIN] + spin.mean(&shared)));
+        }
+        all.push(("cue_side_spin_of_speed", inputs[own::SIDE]));
+        let estimate = |(column, value): (&'static str, Dual)| {
+            let by = gradient(&value);
+            let sd = by.dot(&(covariance * by)).max(0.0).sqrt();
+            OwnEstimate { column, value: value.re, sd }
+        };
+        Some(all.into_iter().map(estimate).collect())
     }
 
     /// Returns the impact of shot `i` of a film as its frames show it whatever the law of the impact,
@@ -141,9 +238,8 @@ impl Solution {
     /// frames do not show it.
     #[must_use]
     pub fn impact(&self, i: usize, track: &TrackShot) -> Option<Impact> {
-        let (film, own, mut shared) = self.film_shot(i)?;
-        let spin = &film.spins[i];
-        let (own, sums) = film.settle(i, spin, own.clone(), (&mut shared, &Id::OFFSETS), (STEPS, STALL));
+        let FilmShot { film, own, mut shared, spin } = self.film_shot(i)?;
+        let (own, sums) = film.settle(i, spin, own.clone(), (&mut shared, &Id::OFFSETS), STOP);
         let ids = [&Id::OFFSETS[..], &[Id::MuK, Id::MuR]].concat();
         let (matrix, _) = sums.system(&ids, 0.0);
         let free = OWN + Id::OFFSETS.len();
@@ -151,8 +247,8 @@ impl Solution {
         for place in (0..OWN).filter(|place| sums.held[*place]) {
             covariance[(place, place)] = 0.0;
         }
-        let struck = Struck::new(&own, &shared, &spin.stated, film.contact(i)).ok()?;
-        let quantities = table_quantities(&struck, film.world.contact.object().radius);
+        let struck = film.struck(i, spin, &own, &shared).ok()?;
+        let quantities = table_quantities(&struck, self.radius());
         let by_own = DMatrix::from_fn(quantities.len(), free, |row, column| {
             let offset = column.checked_sub(OWN).map(|i| OWN + Id::OFFSETS[i] as usize);
             gradient(&quantities[row])[offset.unwrap_or(column)]
@@ -178,50 +274,45 @@ impl Solution {
                 sd: [3, 4, 5].map(|row| Some(sd(row))),
             },
         };
-        let after = OBSERVED.iter().enumerate();
-        let after = after.map(|(k, observable)| Measurement {
-            observable: *observable,
-            measured: measured(Joint::BEFORE + k),
-        });
-        let frames = &film.shots[i].tracks;
+        let after = (Joint::BEFORE..).zip(OBSERVED);
+        let after = after.map(|(row, observable)| Measurement { observable, measured: measured(row) });
+        let shot = Shot {
+            name: track.name.clone(),
+            file: track.file.clone(),
+            line: track.line,
+            labels: track.labels.clone(),
+            before: Before::Impact { normal, velocity: [measured(1), measured(2)] },
+            spin: stated,
+            after: after.collect(),
+            joint: Some(Box::new(Joint { covariance: shot_covariance, by_shared: by_shared.to_vec() })),
+            side_sd: 0.0,
+        };
+        let tracks = &film.shots[i].tracks;
+        let used = [0, 1].map(|ball| tracks[ball].iter().filter(|frame| frame.used).collect::<Vec<_>>());
         let time = own[own::TIME];
         let count = |ball: usize, is_after: bool| {
-            frames[ball].iter().filter(|frame| frame.used && (frame.time > time) == is_after).count()
+            used[ball].iter().filter(|frame| (frame.time > time) == is_after).count()
         };
         let all: f64 = sums.noises.iter().map(|noise| noise.count).sum();
         let weighted: f64 = sums.noises.iter().map(|noise| noise.weighted).sum();
         Some(Impact {
-            shot: Shot {
-                name: track.name.clone(),
-                file: track.file.clone(),
-                line: track.line,
-                labels: track.labels.clone(),
-                before: Before::Impact { normal, velocity: [measured(1), measured(2)] },
-                spin: stated,
-                after: after.collect(),
-                joint: Some(Box::new(Joint { covariance: shot_covariance, by_shared: by_shared.to_vec() })),
-                side_sd: 0.0,
-            },
+            shot,
             time,
-            position_sd: noise_of(film, &frames[1], 1),
+            position_sd: film.world.noise[1].sd * typical_sd(&used[1]),
             reduced_chi2: weighted / (all - (OWN + 4) as f64).max(1.0),
             frames: [count(0, false), count(0, true), count(1, true)],
-            outliers: frames.iter().flatten().filter(|frame| frame.is_left_out()).count(),
-            seen: [0, 1].map(|ball| {
-                let used = frames[ball].iter().filter(|frame| frame.used);
-                used.map(|frame| (frame.time, frame.seen.into())).collect()
-            }),
+            outliers: tracks.iter().flatten().filter(|frame| frame.is_left_out()).count(),
+            seen: used.map(|used| used.iter().map(|frame| (frame.time, frame.seen.into())).collect()),
             paths: film.paths(i, &own, &shared)?,
         })
     }
 }
 
-/// Returns the usual standard deviation of a coordinate of a ball in these frames, m: the noise of the
-/// film is in units of what is stated of each frame.
-fn noise_of(film: &FilmBlock, frames: &[Frame], ball: usize) -> f64 {
-    let used = frames.iter().filter(|frame| frame.used);
-    let sds: Vec<f64> = used.flat_map(|frame| [frame.weight.x.recip(), frame.weight.y.recip()]).collect();
-    film.world.noise[ball].sd * if sds.is_empty() { 1.0 } else { median(sds) }
+/// Returns the typical standard deviation of a coordinate in these frames in units of the film's noise.
+fn typical_sd(frames: &[&Frame]) -> f64 {
+    let sds = frames.iter().flat_map(|frame| [frame.weight.x.recip(), frame.weight.y.recip()]);
+    let sds: Vec<f64> = sds.collect();
+    if sds.is_empty() { 1.0 } else { median(sds) }
 }
 
 /// Returns direction of the line of centres, velocity and spin of the cue ball before the impact, and
@@ -233,94 +324,4 @@ fn table_quantities(struck: &Struck, radius: f64) -> Vec<Dual> {
     let [cue, object] = [0, 1].map(|ball| struck.turn(&struck.after[ball].velocity));
     let direction = struck.inputs[own::DIRECTION];
     vec![direction, velocity.x, velocity.y, turning.x, turning.y, z, cue.x, cue.y, object.x, object.y]
-}
-
-/// How a cue ball meets an object ball.
-#[derive(Clone, Copy, Debug)]
-pub struct Motion {
-    /// Instant of the impact, s.
-    pub instant: f64,
-    /// Cut angle, rad: positive if the cue ball moves towards +y of the collision frame.
-    pub cut: f64,
-    /// Speed of the cue ball before the impact, m/s.
-    pub speed: f64,
-    /// Direction of the line of centres, rad.
-    pub direction: f64,
-    /// Velocities of both balls after the impact in the collision frame, along and across, m/s.
-    pub after: [f64; 4],
-    /// Topspin over natural roll.
-    pub topspin: f64,
-}
-
-impl Solution {
-    /// Returns how shot `i` of a film goes by the fit.
-    #[must_use]
-    pub fn motion(&self, i: usize) -> Option<Motion> {
-        let (film, own, shared) = self.film_shot(i)?;
-        let spin = &film.spins[i];
-        let struck = Struck::new(own, &shared, &spin.stated, film.contact(i)).ok()?;
-        let [along, across] = [own[own::ALONG], own[own::ACROSS]];
-        let rolls = spin.stated.approach == Approach::Rolls;
-        let [cue, object] = &struck.after;
-        Some(Motion {
-            instant: own[own::TIME],
-            cut: across.atan2(along),
-            speed: along.hypot(across),
-            direction: own[own::DIRECTION],
-            after: [cue.velocity.x.re, cue.velocity.y.re, object.velocity.x.re, object.velocity.y.re],
-            topspin: if rolls { 1.0 } else { spin.mean(&shared) + own[own::TOPSPIN] },
-        })
-    }
-
-    /// Returns the middle between the balls of shot `i` of a film as they touch, m from the middle of the
-    /// film.
-    #[must_use]
-    pub fn contact(&self, i: usize) -> Option<[f64; 2]> {
-        let (film, own, _) = self.film_shot(i)?;
-        let (sin, cos) = own[own::DIRECTION].sin_cos();
-        let radius = film.world.contact.object().radius;
-        Some([own[own::X] - radius * cos, own[own::Y] - radius * sin])
-    }
-
-    /// Returns the own unknowns of shot `i` of a film in the frame of the table, from `origin` (m): the
-    /// column of each, its value and its standard error, with what all shots share.
-    #[must_use]
-    pub fn own_estimates(&self, i: usize, [x, y]: [f64; 2]) -> Vec<(&'static str, f64, f64)> {
-        let quantities = || {
-            let (film, own, shared) = self.film_shot(i)?;
-            let spin = &film.spins[i].stated;
-            let struck = Struck::new(own, &shared, spin, film.contact(i)).ok()?;
-            let inputs = &struck.inputs;
-            let velocity = struck.turn(&struck.before.velocity);
-            let topspin = self.motion(i)?.topspin - own[own::TOPSPIN];
-            let slides = (spin.approach != Approach::Rolls)
-                .then_some(("cue_topspin_of_roll", inputs[own::TOPSPIN] + topspin));
-            let all = [
-                // time counts from the estimate
-                ("impact_t_s", inputs[own::TIME] + own[own::TIME]),
-                ("object_x_m", inputs[own::X] + x),
-                ("object_y_m", inputs[own::Y] + y),
-                ("normal_deg", inputs[own::DIRECTION] * 1_f64.to_degrees()),
-                ("cue_vx", velocity.x),
-                ("cue_vy", velocity.y),
-            ];
-            let side = ("cue_side_spin_of_speed", inputs[own::SIDE]);
-            Some(all.into_iter().chain(slides).chain([side]).collect::<Vec<_>>())
-        };
-        let Some((quantities, covariance)) = quantities().zip(self.shot_covariance(i)) else {
-            return Vec::new();
-        };
-        let covariance = covariance.fixed_view::<INPUTS, INPUTS>(0, 0);
-        let estimate = |(column, value): (&'static str, Dual)| {
-            let by = gradient(&value);
-            (column, value.re, by.dot(&(covariance * by)).max(0.0).sqrt())
-        };
-        quantities.into_iter().map(estimate).collect()
-    }
-
-    /// Returns the covariance of the own unknowns of shot `i` of the first sample and of the shared ones.
-    fn shot_covariance(&self, i: usize) -> Option<DMatrix<f64>> {
-        let held = &self.at.shots.first()?.get(i)?.held;
-        Some(self.covariance.shot_covariance(&self.at.eliminate(&self.problem, 0.0)?, (0, i), held))
-    }
 }
