@@ -1,11 +1,7 @@
 //! `caromfit export`: what other programs read, and what is left behind.
 
-use std::fs;
-use std::path::Path;
-
-use serde_json::Value;
-
 use crate::cli::{done_in, refused_in};
+use crate::prelude::*;
 
 fn root() -> &'static Path {
     Path::new(env!("CARGO_MANIFEST_DIR"))
@@ -35,7 +31,10 @@ fn export_gives_what_pooltool_reads_and_says_what_is_left_behind() {
     let [out, err] = done_in(root(), &["export", slow.to_str().unwrap(), "--to", "json"]);
     assert!(!out.contains("mu_s") && err.contains("μ_s: the data do not tell it"), "{out}{err}");
     let several = root().join("fits/alciatore-2006");
-    assert!(refused_in(root(), 2, &["export", several.to_str().unwrap(), "--to", "json"]).contains("holds 3 fits"));
+    assert!(
+        refused_in(root(), 2, &["export", several.to_str().unwrap(), "--to", "json"])
+            .contains("holds 3 fits")
+    );
 }
 
 /// μ(v) = μ + b·exp(−c·v): without b and c, μ is the friction at high slip only.

@@ -1,12 +1,7 @@
 //! The program beside its commands: baselines, completions, interruptions, and what is not pasted into messages.
 
-use std::fs;
-use std::path::Path;
-use std::process::Command;
-
-use serde_json::Value;
-
 use crate::cli::{done_in, refused_in};
+use crate::prelude::*;
 
 fn root() -> &'static Path {
     Path::new(env!("CARGO_MANIFEST_DIR"))
@@ -50,7 +45,8 @@ fn a_baseline_that_moved_ends_with_status_1_and_is_kept() {
     }
     assert_eq!(fs::read_to_string(&stored).unwrap(), changed, "the baseline was overwritten");
     // a wider tolerance forgives the estimate, nothing forgives the status
-    let err = refused_in(root(), 1, &["fit", data, "--out", out, "--baseline", path, "--baseline-tolerance", "3"]);
+    let err =
+        refused_in(root(), 1, &["fit", data, "--out", out, "--baseline", path, "--baseline-tolerance", "3"]);
     assert!(!err.contains("standard errors\n") && err.contains("mu_s status"), "{err}");
 
     let other = root().join("fits/domenech-2023/fit.json");
