@@ -1,20 +1,10 @@
 //! `fit --fidelity auto`: data that show what the integrated fidelities add are computed with it, others are not.
 
-use caromfit::fit;
-use caromfit::fit::{Fit, Options};
-use caromfit::measurement::dataset::{Before, Measurement};
-use caromfit::measurement::dataset::{Dataset, ObjectBall, Shot};
-use caromfit::measurement::spin::Spin;
-use caromfit::physics::ball::Ball;
-use caromfit::physics::collision::{Coefficients, Fidelity, FidelityChoice, Model};
-use caromfit::problem::predict;
-use caromfit::simulate::{Kind, Noise, Played, Spec};
+use caromfit::measurement::dataset::Measurement;
 
-use crate::frames::count;
-use crate::options;
-use crate::synthetic::{TRUTH, made_with, spec};
+use crate::prelude::*;
 
-/// Data sets of each kind: means of standardized errors scatter by 1/√SETS; four of that.
+/// Data sets of each kind.
 const SETS: usize = 24;
 
 /// Of the data sets so many may be taken for the other kind.
@@ -39,29 +29,21 @@ fn pull(fit: &Fit, parameter: usize) -> f64 {
 #[test]
 fn the_data_decide_what_they_are_computed_with() {
     let sets = count("CAROMFIT_SETS", SETS);
+    let options = Options { fidelity: FidelityChoice::Auto, ..options::of_fit() };
     for by in [Fidelity::Full, Fidelity::Contact] {
-        let (mut pulls, mut mistaken) = ([0.0; 3], 0);
+        let (mut pulls, mut mistaken) = ([const { Vec::new() }; 3], 0);
         for seed in 0..sets as u64 {
-            let options = Options { fidelity: FidelityChoice::Auto, ..options::of_fit() };
             let fit = fit::fit(&made(by, seed), &options).unwrap().remove(0);
             let integrated = fit.diagnostics.computed.iter().any(|c| c.fidelity == Fidelity::Contact);
             mistaken += usize::from(integrated != (by == Fidelity::Contact));
             // what decides against the correction is said
-            assert_eq!(
-                fit.notes().iter().any(|note| note.contains("weight") && note.contains("left out")),
-                !integrated,
-                "{:?}",
-                fit.notes()
-            );
-            for (i, sum) in pulls.iter_mut().enumerate() {
-                *sum += pull(&fit, i);
-            }
+            let is_said = fit.notes().iter().any(|note| note.contains("weight") && note.contains("left out"));
+            assert_eq!(is_said, !integrated, "{:?}", fit.notes());
+            pulls.iter_mut().enumerate().for_each(|(i, all)| all.push(pull(&fit, i)));
         }
-        let n = sets as f64;
-        println!("{}: pulls {:?}, {mistaken} mistaken", by.name(), pulls.map(|sum| sum / n));
-        assert!(mistaken as f64 <= MISTAKEN * n, "{mistaken}");
-        for sum in pulls {
-            assert!((sum / n).abs() < 0.1 + 4.0 / n.sqrt(), "{}", sum / n);
+        assert!(mistaken as f64 <= MISTAKEN * sets as f64, "{mistaken}");
+        for pulls in pulls {
+            pulls.into_iter().collect::<Pulls>().check_mean(by.name());
         }
     }
 }
@@ -76,15 +58,8 @@ const CORRECTED: f64 = 0.01;
 #[test]
 fn corrections_do_what_the_integrated_fidelity_does() {
     let mut dataset = made(Fidelity::Contact, 7);
-    for shot in &mut dataset.shots {
-        // χ² below is that of shots whose state before the impact is exact
-        if let Before::Impact { normal, velocity } = &mut shot.before {
-            normal.iter_mut().chain(velocity).for_each(|measured| measured.sd = None);
-        }
-        if let Spin::Measured { sd, .. } = &mut shot.spin {
-            *sd = [None; 3];
-        }
-    }
+    // χ² below is that of shots whose state before the impact is exact
+    take_inputs_for_exact(&mut dataset);
     let of = |fidelity: Fidelity| {
         fit::fit(&dataset, &Options { fidelity: fidelity.into(), ..options::of_fit() }).unwrap().remove(0)
     };
@@ -113,7 +88,6 @@ fn corrections_do_what_the_integrated_fidelity_does() {
         };
         let (low, middle, high) = (at(-1.0), at(0.0), at(1.0));
         let off = 0.5 * (high - low) / (high - 2.0 * middle + low);
-        println!("parameter {i}: {off:.5} standard errors from the minimum");
         assert!(off.abs() < CORRECTED, "{i}: {off}");
     }
 }

@@ -1,19 +1,10 @@
 //! Films with faults of the camera and of the tracker: the balls calibrate the camera. The faults are made here, by formulas written
 //! apart from the crate's.
 
-use caromfit::fit;
-use caromfit::fit::{Depth, Fit, FoundCamera, FoundCorrection, Options};
-use caromfit::measurement::correction::Correction;
-use caromfit::measurement::dataset::{Dataset, Measured};
-use caromfit::measurement::parameter::Parameter;
-use caromfit::measurement::track::{Sample, TrackShot};
-use caromfit::simulate;
-use caromfit::simulate::{Kind, Played, Spec, TrueImpact};
-use rayon::prelude::*;
+use caromfit::fit::{FoundCamera, FoundCorrection};
 
-use crate::frames::{count, of_weighed_balls as dataset};
-use crate::options;
-use crate::synthetic::spec;
+use crate::frames::of_weighed_balls as dataset;
+use crate::prelude::*;
 
 pub(crate) const TRUTH: [f64; 3] = [0.05, 0.25, 0.94];
 
@@ -30,7 +21,7 @@ fn clean(seed: u64) -> Vec<TrackShot> {
 pub(crate) fn with_truth(seed: u64) -> Vec<(TrackShot, TrueImpact)> {
     let usual = spec(Kind::Tracks, &[Played::NaturalRoll], 40, seed);
     let [mu, mu_s, e] = TRUTH;
-    let spec = Spec { truth: simulate::Truth { mu, mu_s, e, ..simulate::Truth::default() }, ..usual };
+    let spec = Spec { truth: Truth { mu, mu_s, e, ..Truth::default() }, ..usual };
     simulate::filmed(&spec).unwrap()
 }
 
@@ -105,8 +96,7 @@ fn the_height_of_the_camera_is_found_from_balls_that_hop() {
 }
 
 pub(crate) fn fitted(dataset: Dataset) -> (Fit, FoundCamera) {
-    let options = Options { depth: Depth::Estimates, ..options::of_fit() };
-    let fit = fit::fit(&dataset, &options).unwrap().remove(0);
+    let fit = options::fitted(&dataset, Depth::Estimates);
     assert_eq!(fit.method_name(), "joint");
     let found = fit.camera.clone().unwrap();
     (fit, found)
@@ -200,10 +190,10 @@ fn the_balls_calibrate_the_camera() {
 }
 
 /// Films of a camera that sees as the specification says, and which states no noise.
-fn filmed(seed: u64, camera: simulate::Camera) -> Vec<TrackShot> {
+fn filmed(seed: u64, camera: Camera) -> Vec<TrackShot> {
     let [mu, mu_s, e] = TRUTH;
     let usual = spec(Kind::Tracks, &[Played::NaturalRoll], 40, seed);
-    let spec = Spec { truth: simulate::Truth { mu, mu_s, e, ..simulate::Truth::default() }, camera, ..usual };
+    let spec = Spec { truth: Truth { mu, mu_s, e, ..Truth::default() }, camera, ..usual };
     shown(simulate::filmed(&spec).unwrap().into_iter().map(|(shot, _)| shot).collect(), |x, y| [x, y])
 }
 
@@ -212,11 +202,10 @@ fn filmed(seed: u64, camera: simulate::Camera) -> Vec<TrackShot> {
 #[test]
 fn rough_noise_does_not_shrink_the_film() {
     for seed in 7200..7200 + count("CAROMFIT_SETS", 2) as u64 {
-        let camera = simulate::Camera { position_sd_m: 1e-3, ..simulate::Camera::default() };
+        let camera = Camera { position_sd_m: 1e-3, ..Camera::default() };
         let (fit, found) = fitted(dataset(filmed(seed, camera)));
         is_recovered("rough", &fit, &fit);
         let scale = of(&found, Correction::Scale);
-        println!("{scale:?}");
         assert!((scale.value - 1.0).abs() < ERRORS * scale.std_error, "{scale:?}");
     }
 }
@@ -226,13 +215,8 @@ fn rough_noise_does_not_shrink_the_film() {
 #[test]
 fn paths_bend_between_slow_frames() {
     for position_sd_m in [1e-4, 5e-4] {
-        let camera = simulate::Camera {
-            fps: 50.0,
-            position_sd_m,
-            before_ms: 100.0,
-            after_ms: 400.0,
-            ..simulate::Camera::default()
-        };
+        let camera =
+            Camera { fps: 50.0, position_sd_m, before_ms: 100.0, after_ms: 400.0, ..Camera::default() };
         let (fit, found) = fitted(dataset(filmed(7300, camera)));
         is_recovered("slow", &fit, &fit);
         assert!(found.converged && found.unit == 1.0, "{found:?}");
@@ -248,77 +232,62 @@ pub(crate) fn by_phone(film: Vec<TrackShot>) -> Dataset {
 fn by_tilted_phone(film: Vec<TrackShot>, tilt: f64) -> Dataset {
     let (height, focal) = (1.6, 1500.0);
     let (sin, cos) = tilt.sin_cos();
-    let film = shown(film, |x, y| {
+    without_ruler(shown(film, |x, y| {
         let y = y + height * tilt.tan();
         let depth = y * sin + height * cos;
         [960.0 + focal * x / depth, 540.0 + focal * (y * cos - height * sin) / depth]
-    });
-    let mut pixels = dataset(film);
-    let tracks = pixels.tracks.as_mut().unwrap();
-    (tracks.from_balls, tracks.scale_sd) = (true, None);
-    pixels
+    }))
 }
 
+/// A film whose unit of length nothing states.
+fn without_ruler(film: Vec<TrackShot>) -> Dataset {
+    let mut film = dataset(film);
+    let tracks = film.tracks.as_mut().unwrap();
+    (tracks.from_balls, tracks.scale_sd) = (true, None);
+    film
+}
+
+/// Positions of a film as they are seen, changed.
+fn seen(mut film: Dataset, change: impl Fn(&mut Sample)) -> Dataset {
+    let shots = &mut film.tracks.as_mut().unwrap().shots;
+    shots.iter_mut().flat_map(|shot| shot.cue.iter_mut().chain(&mut shot.object)).for_each(change);
+    film
+}
+
+/// Pixels of a tilted phone, also with a shutter that reads rows of the picture and with a lens that distorts it; and positions that
+/// detectors state in parts of the width and the height of the picture.
 #[test]
-fn a_phone_needs_no_ruler() {
-    let (fit, found) = fitted(by_phone(clean(7200)));
+fn the_balls_are_the_ruler_of_any_picture() {
     let (reference, _) = fitted(dataset(clean(7200)));
-    is_recovered("phone", &fit, &reference);
+    let recovered = |name: &str, film: Dataset, clean: &Fit| {
+        let (fit, found) = fitted(film);
+        is_recovered(name, &fit, clean);
+        (fit, found)
+    };
+    let (plain, found) = recovered("phone", by_phone(clean(7200)), &reference);
     of(&found, Correction::PerspectiveY);
     // 1500 px over the 1.7 m to the middle of the picture
     let scale = of(&found, Correction::Scale).value / found.unit;
     assert!((700.0..1000.0).contains(&scale), "{scale}");
-}
-
-/// Detectors state positions in parts of the width and the height of the picture.
-#[test]
-fn positions_may_be_parts_of_the_picture() {
-    let mut parts = dataset(shown(clean(7200), |x, y| [x / 1.92, y / 1.08]));
-    let tracks = parts.tracks.as_mut().unwrap();
-    (tracks.from_balls, tracks.scale_sd) = (true, None);
-    let (fit, found) = fitted(parts);
-    let (reference, _) = fitted(dataset(clean(7200)));
-    is_recovered("parts", &fit, &reference);
+    // about 1000 rows to the metre, of which the first are the farthest from the camera
+    let by_rows = seen(by_phone(clean(7200)), |sample| sample.t += 1e-5 * sample.y);
+    let (_, found) = recovered("shutter", by_rows, &plain);
+    let shutter = of(&found, Correction::ShutterY);
+    assert!(shutter.value.abs() > 10.0 * shutter.std_error, "{shutter:?}");
+    let by_lens = seen(by_phone(clean(7200)), |sample| {
+        // about the middle of the picture, 540 px from its lower edge
+        let (x, y) = (sample.x - 960.0, sample.y - 540.0);
+        let stretched = 1.0 - 0.1 * (x * x + y * y) / (1500.0 * 1500.0);
+        (sample.x, sample.y) = (960.0 + x * stretched, 540.0 + y * stretched);
+    });
+    let (_, found) = recovered("lens", by_lens, &plain);
+    let lens = of(&found, Correction::Lens);
+    assert!(lens.value < -10.0 * lens.std_error, "{lens:?}");
+    let parts = without_ruler(shown(clean(7200), |x, y| [x / 1.92, y / 1.08]));
+    let (_, found) = recovered("parts", parts, &reference);
     let aspect = of(&found, Correction::Aspect);
     let off = (aspect.value - 1.92 / 1.08).abs();
     assert!(found.converged && off < ERRORS * aspect.std_error, "{aspect:?}");
-}
-
-/// A shutter that reads rows of the picture.
-#[test]
-fn a_tilted_phone_may_have_a_rolling_shutter() {
-    let (reference, _) = fitted(by_phone(clean(7200)));
-    let mut film = by_phone(clean(7200));
-    for shot in &mut film.tracks.as_mut().unwrap().shots {
-        for sample in shot.cue.iter_mut().chain(&mut shot.object) {
-            // about 1000 rows to the metre, of which the first are the farthest from the camera
-            sample.t += 1e-5 * sample.y;
-        }
-    }
-    let (fit, found) = fitted(film);
-    is_recovered("shutter", &fit, &reference);
-    let shutter = of(&found, Correction::ShutterY);
-    assert!(shutter.value.abs() > 10.0 * shutter.std_error, "{shutter:?}");
-    assert!(fit.shots_rejected.is_empty(), "{}", fit.verdict().sentence);
-}
-
-/// A lens distorts the picture.
-#[test]
-fn a_tilted_phone_may_have_a_lens() {
-    let (reference, _) = fitted(by_phone(clean(7200)));
-    let mut film = by_phone(clean(7200));
-    for shot in &mut film.tracks.as_mut().unwrap().shots {
-        for sample in shot.cue.iter_mut().chain(&mut shot.object) {
-            // about the middle of the picture, 540 px from its lower edge
-            let (x, y) = (sample.x - 960.0, sample.y - 540.0);
-            let stretched = 1.0 - 0.1 * (x * x + y * y) / (1500.0 * 1500.0);
-            (sample.x, sample.y) = (960.0 + x * stretched, 540.0 + y * stretched);
-        }
-    }
-    let (fit, found) = fitted(film);
-    is_recovered("lens", &fit, &reference);
-    let lens = of(&found, Correction::Lens);
-    assert!(lens.value < -10.0 * lens.std_error, "{lens:?}");
 }
 
 /// What is usual of a camera must not hold back the start of the search where few contacts speak against it.
@@ -330,11 +299,7 @@ fn six_shots_calibrate_a_phone() {
             let (fit, found) = fitted(by_tilted_phone(six.clone(), tilt));
             assert!(found.converged && fit.shots_used == 6, "{seed} {tilt}: {:?}", fit.shots_rejected);
             assert!(fit.refuted.is_none(), "{seed} {tilt}: {}", fit.verdict().sentence);
-            for (parameter, truth) in Parameter::COEFFICIENTS.into_iter().zip(TRUTH) {
-                let estimate = fit.estimates[parameter as usize];
-                let off = (estimate.value - truth) / estimate.std_error.unwrap();
-                assert!(off.abs() < ERRORS, "{seed} {tilt}: {estimate:?}");
-            }
+            assert!(is_right(&fit), "{seed} {tilt}: {:?}", fit.estimates);
         }
     }
 }
@@ -345,43 +310,18 @@ fn intervals_hold_with_the_camera_free() {
     let sets = count("CAROMFIT_SETS", 4) as u64;
     let of_clean = |seed: u64| dataset(shown(clean(seed), |x, y| [x, y]));
     let of_phone = |seed: u64| by_phone(clean(seed));
-    let rough = simulate::Camera {
-        fps: 240.0,
-        position_sd_m: 5e-4,
-        before_ms: 120.0,
-        after_ms: 120.0,
-        ..simulate::Camera::default()
-    };
+    let rough =
+        Camera { fps: 240.0, position_sd_m: 5e-4, before_ms: 120.0, after_ms: 120.0, ..Camera::default() };
     let of_rough = |seed: u64| dataset(filmed(seed, rough));
     let kinds: [(&str, &(dyn Fn(u64) -> Dataset + Sync)); 3] =
         [("clean", &of_clean), ("by a phone", &of_phone), ("240 fps, 0.5 mm", &of_rough)];
     for (what, film) in kinds {
-        let one = |seed: u64| {
-            let options = Options { depth: Depth::Intervals, ..options::of_fit() };
-            fit::fit(&film(8000 + seed), &options).unwrap().remove(0)
-        };
+        let one = |seed: u64| options::fitted(&film(8000 + seed), Depth::Intervals);
         let fits: Vec<Fit> = (0..sets).into_par_iter().map(one).collect();
         for (parameter, truth) in Parameter::COEFFICIENTS.into_iter().zip(TRUTH) {
-            let of = |fit: &Fit| fit.get(parameter).copied().filter(|estimate| estimate.std_error.is_some());
-            let found: Vec<_> = fits.iter().filter_map(of).collect();
-            let n = found.len() as f64;
-            let pulls: Vec<f64> =
-                found.iter().map(|estimate| (estimate.value - truth) / estimate.std_error.unwrap()).collect();
-            let errors = found.iter().filter_map(|estimate| estimate.std_error).sum::<f64>() / n;
-            let holds = found.iter().filter(|estimate| {
-                let [low, high] = estimate.interval_95.unwrap();
-                (low..=high).contains(&truth)
-            });
-            let (covered, mean) = (holds.count() as f64 / n, pulls.iter().sum::<f64>() / n);
-            let rms = (pulls.iter().map(|pull| pull * pull).sum::<f64>() / n).sqrt();
-            println!(
-                "{what}: {}: error {errors:.5}, mean {mean:+.3}, rms {rms:.3}, covered {covered:.3} of {n}",
-                parameter.symbol()
-            );
-            assert!(n >= 0.99 * sets as f64, "{what}: {n} of {sets}");
-            // four standard deviations of a binomial of 0.95 and of a mean, beside what is allowed
-            assert!((covered - 0.95).abs() < 0.02 + 4.0 * (0.95 * 0.05 / n).sqrt(), "{what}: {covered}");
-            assert!(mean.abs() < 0.1 + 4.0 / n.sqrt(), "{what}: {mean}");
+            let pulls = Pulls::of(&fits, parameter, truth);
+            assert!(pulls.all.len() as f64 >= 0.99 * sets as f64, "{what}: {}", pulls.all.len());
+            pulls.check(&format!("{what}: {}", parameter.name()), [0.93, 0.97]);
         }
     }
 }
@@ -423,17 +363,13 @@ fn dropped_frames_are_found() {
 fn an_askew_camera_keeps_its_affine_part() {
     let askew = |count: usize, by: f64| {
         let shots: Vec<TrackShot> = clean(7190).into_iter().take(count).collect();
-        dataset(shown(shots, |x, y| [x / (1.0 + by * y), y / (1.0 + by * y)]))
+        shown(shots, |x, y| [x / (1.0 + by * y), y / (1.0 + by * y)])
     };
-    let (_, found) = fitted(askew(10, 0.2));
+    let (_, found) = fitted(dataset(askew(10, 0.2)));
     for which in [Correction::PerspectiveY, Correction::Aspect, Correction::Shear] {
         of(&found, which);
     }
     // fewer shots cannot show it, and nothing else is blamed for it
-    let options = Options { depth: Depth::Everything, ..options::of_fit() };
-    let mut few = askew(5, 0.1);
-    let tracks = few.tracks.as_mut().unwrap();
-    (tracks.from_balls, tracks.scale_sd) = (true, None);
-    let fit = fit::fit(&few, &options).unwrap().remove(0);
+    let fit = options::fitted(&without_ruler(askew(5, 0.1)), Depth::Everything);
     assert!(fit.explanations.iter().all(|found| found.adopted), "{:?}", fit.explanations);
 }

@@ -3,16 +3,10 @@
 //!
 //! `CAROMFIT_CASE=NAME` runs the cases whose name contains NAME only.
 
-use std::collections::BTreeMap;
-use std::fs;
-use std::path::{Path, PathBuf};
-use std::process::Command;
-
-use rayon::prelude::*;
 use serde::Deserialize;
-use serde_json::Value;
 
-use crate::films_as_text::Content;
+use crate::films_as_text::{Content, lacking, write_all};
+use crate::prelude::*;
 
 /// A case.
 #[derive(Deserialize)]
@@ -45,7 +39,7 @@ struct Run {
     args: Vec<String>,
     /// Files that are written before, with their text.
     #[serde(default)]
-    write: BTreeMap<PathBuf, String>,
+    write: BTreeMap<String, String>,
     /// File, a text in it and what replaces it everywhere, before.
     #[serde(default)]
     replace: Vec<[String; 3]>,
@@ -137,10 +131,7 @@ fn names(folder: &Path) -> Vec<String> {
 impl Run {
     /// Prepares files as the run says.
     fn prepare(&self, folder: &Path) {
-        for (name, text) in &self.write {
-            fs::create_dir_all(folder.join(name).parent().unwrap()).unwrap();
-            fs::write(folder.join(name), text).unwrap();
-        }
+        write_all(folder, self.write.clone());
         for [name, from, to] in &self.replace {
             let text = fs::read_to_string(folder.join(name)).unwrap();
             assert!(text.contains(from.as_str()), "{from:?} is not in {name}");
@@ -154,8 +145,7 @@ impl Run {
         for (name, parts) in &self.contains {
             let text = fs::read(folder.join(name)).unwrap_or_default();
             let text = String::from_utf8_lossy(&text);
-            let missing = parts.iter().filter(|part| !text.contains(part.as_str()));
-            faults.extend(missing.map(|part| format!("{} does not contain {part:?}", name.display())));
+            faults.extend(lacking(&name.to_string_lossy(), &text, parts));
         }
         for (name, expected) in &self.lists {
             let found = names(&folder.join(name));
@@ -189,8 +179,7 @@ impl Run {
         if is_clean && !other.is_empty() {
             faults.push(format!("the other stream says {other}"));
         }
-        let missing = self.says.iter().filter(|text| !answer.contains(text.as_str()));
-        faults.extend(missing.map(|text| format!("does not say {text:?}")));
+        faults.extend(lacking("the answer", &answer, &self.says));
         let otherwise =
             self.times.iter().filter(|(text, times)| answer.matches(text.as_str()).count() != **times);
         faults.extend(otherwise.map(|(text, times)| format!("does not say {times} times {text:?}")));
@@ -202,10 +191,7 @@ impl Run {
             faults.push(format!("changes one of {:?}", self.keeps));
         }
         if !faults.is_empty() {
-            const SHOWN: usize = 3000;
-            let shown: String = answer.chars().take(SHOWN).collect();
-            faults.insert(0, format!("caromfit {} {:?}", self.command, self.args));
-            faults.push(format!("It answered:\n{shown}"));
+            faults.insert(0, format!("caromfit {} {:?}: {stderr}", self.command, self.args));
         }
         faults
     }
@@ -239,11 +225,7 @@ fn faults_of(path: &Path) -> Vec<String> {
     for (to, from) in &case.copy {
         copy(&Path::new(env!("CARGO_MANIFEST_DIR")).join(from), &folder.path().join(to));
     }
-    for (name, text) in case.files.iter().flat_map(|(name, content)| content.files(name)) {
-        let path = folder.path().join(name);
-        fs::create_dir_all(path.parent().unwrap()).unwrap();
-        fs::write(path, text).unwrap();
-    }
+    write_all(folder.path(), case.files.iter().flat_map(|(name, content)| content.files(name)));
     let mut faults: Vec<String> =
         case.run.iter().flat_map(|run| run.faults(folder.path(), case.clean)).collect();
     if !faults.is_empty() {

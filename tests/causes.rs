@@ -1,20 +1,8 @@
 //! The cause of residuals that the model leaves is named, with its value; nothing is named where nothing is amiss.
 
-use caromfit::fit;
-use caromfit::fit::{Depth, Explanation, Fit, Grade, Options};
-use caromfit::measurement::dataset::{Dataset, ObjectBall};
-use caromfit::measurement::parameter::Parameter;
-use caromfit::measurement::spin::Spin;
-use caromfit::measurement::track::Sample;
-use caromfit::physics::ball::Ball;
-use caromfit::physics::collision::{Fidelity, Model};
-use caromfit::physics::friction_law::Law;
-use caromfit::simulate::{Kind, Played};
-use rayon::prelude::*;
+use caromfit::fit::Explanation;
 
-use crate::frames::count;
-use crate::options;
-use crate::synthetic::{ERRORS, TRUTH, made, made_with, spec};
+use crate::prelude::*;
 
 /// Footage of shots that are told to have this spin, whatever they had.
 fn footage(played: Played, told: Spin, seed: u64) -> Dataset {
@@ -26,8 +14,7 @@ fn footage(played: Played, told: Spin, seed: u64) -> Dataset {
 }
 
 fn fitted(dataset: Dataset) -> Fit {
-    let options = Options { depth: Depth::Everything, ..options::of_fit() };
-    fit::fit(&dataset, &options).unwrap().remove(0)
+    options::fitted(&dataset, Depth::Everything)
 }
 
 /// What is named first, if anything.
@@ -38,7 +25,6 @@ fn named(fit: &Fit) -> Option<&Explanation> {
 /// The cause is named with its value, the estimates have it, and are in doubt.
 fn is_named(fit: &Fit, cause: &str, truth: f64, parameters: [f64; 3]) {
     let found = named(fit).unwrap_or_else(|| panic!("{cause}: {:?}", fit.warnings()));
-    println!("{}", found.sentence);
     assert_eq!(found.cause, cause, "{}", found.sentence);
     assert!((found.estimate - truth).abs() < ERRORS * found.std_error, "{found:?}");
     assert!(fit.warnings().contains(&found.sentence.as_str()) && found.adopted);
@@ -154,9 +140,7 @@ fn side_spin_that_nobody_saw_is_taken() {
         let fit = fitted(dataset);
         assert!(named(&fit).is_none(), "{:?}", fit.explanations);
         for (parameter, truth) in [(Parameter::Mu, TRUTH[0]), (Parameter::E, TRUTH[2])] {
-            let estimate = fit.estimates[parameter as usize];
-            let off = (estimate.value - truth) / estimate.std_error.unwrap();
-            assert!(off.abs() < ERRORS, "{parameter:?}: {off}");
+            is_right(&fit, parameter, truth);
         }
     }
 }
@@ -180,15 +164,13 @@ fn side_spin_that_nobody_saw_does_not_move_the_friction() {
                 shot.spin = Spin::NaturalRoll;
             }
             dataset.side_sd = SPREAD;
-            let options = Options { depth: Depth::Estimates, ..options::of_fit() };
-            let fit = fit::fit(&dataset, &options).unwrap().remove(0);
+            let fit = options::fitted(&dataset, Depth::Estimates);
             let estimate = fit.estimates[Parameter::Mu as usize];
             (estimate.value - TRUTH[0]) / estimate.std_error.unwrap()
         };
-        let pulls: Vec<f64> = (0..sets).into_par_iter().map(pull).collect();
-        let mean = pulls.iter().sum::<f64>() / sets as f64;
-        println!("{kind:?}: {mean:+.2} {pulls:.2?}");
+        let pulls: Pulls = (0..sets).into_par_iter().map(pull).collect::<Vec<f64>>().into_iter().collect();
+        figure(format!("{kind:?}: {:+.2}", pulls.mean()));
         // three standard deviations of a mean of independent numbers of variance 1
-        assert!(mean.abs() < 3.0 / (sets as f64).sqrt(), "{kind:?}: {pulls:?}");
+        assert!(pulls.mean().abs() < 3.0 / (sets as f64).sqrt(), "{kind:?}: {:?}", pulls.all);
     }
 }

@@ -1,8 +1,9 @@
 //! Runs of the program.
 
 use std::ffi::OsStr;
-use std::path::Path;
-use std::process::{Command, Output};
+use std::process::Output;
+
+use crate::prelude::*;
 
 pub fn caromfit<S: AsRef<OsStr>>(args: impl IntoIterator<Item = S>) -> Output {
     Command::new(env!("CARGO_BIN_EXE_caromfit")).args(args).output().unwrap()

@@ -1,5 +1,6 @@
 //! Comparisons: differences that are there are found, and others are not.
 
+<<<<<<< HEAD
 use std::path::Path;
 
 use caromfit::compare::{Compared, Comparison, Finding, Options, Quantity, Reason, TestKind, compare};
@@ -14,11 +15,13 @@ use caromfit::physics::collision::{Fidelity, FidelityChoice, Model};
 use caromfit::report::compare::notes;
 use caromfit::simulate::{Kind, Noise, Played, Spec, Truth};
 use serde_json::Value;
+=======
+use caromfit::compare::{Compared, Options, Reason, TestKind, compare};
+use caromfit::report::compare_words::notes;
+>>>>>>> d7eb3c5637bd7a99aa3fae2cd14e8599dfaf4918
 
-use crate::cli::caromfit;
-use crate::frames::count;
-use crate::options;
-use crate::synthetic::{made, made_with, spec};
+use crate::cli::done_in;
+use crate::prelude::*;
 
 const MU_S: Quantity = Quantity::Parameter(Parameter::MuS);
 
@@ -244,10 +247,10 @@ fn rates(count: u64, loss: Loss) {
         let comparison = compare(&[a, b], &options).unwrap();
         found += u64::from(of(&comparison, MU_S).differences[0].is_real());
     }
-    println!(
-        "{}, of {count}: {chance} false by the difference, {ratio} by \"same or different\"; {found} found",
-        loss.name()
-    );
+    let name = loss.name();
+    figure(format!(
+        "{name}, of {count}: {chance} false by the difference, {ratio} by the ratio; {found} found"
+    ));
     // four standard deviations of a count
     let within = |seen: u64, expected: f64| {
         let n = count as f64;
@@ -271,51 +274,9 @@ fn with_a_robust_loss_too() {
 }
 
 /// Standard output of a run that was done.
-pub fn done(args: &[&str]) -> Vec<u8> {
-    let output = caromfit(args);
-    assert_eq!(output.status.code(), Some(0), "{}", String::from_utf8_lossy(&output.stderr));
-    output.stdout
-}
-
-#[test]
-fn the_published_treatments_are_compared_in_mu() {
-    let folder = tempfile::tempdir().unwrap();
-    let out = folder.path().join("compare");
-    let json = |command: &str| -> Value {
-        let args = [command, "data/alciatore-2014-treatments", "--out", out.to_str().unwrap(), "--json"];
-        serde_json::from_slice(&done(&args)).unwrap()
-    };
-    let value = json("compare");
-    assert_eq!(value["told_by"], "treatment");
-    let mu = &value["parameters"][0];
-    assert_eq!((mu["parameter"].as_str(), mu["shared"].as_bool()), (Some("mu"), Some(false)));
-    let of = |label: &str| {
-        let all = mu["estimates"].as_array().unwrap();
-        all.iter().find(|e| e["label"] == label).unwrap()["estimate"].as_f64().unwrap()
-    };
-    // as printed: 0.2° of throw with silicone, 2.7° with Turtle wax, at 30°: μ = tan(throw)
-    assert!((of("Silicone") - 0.2_f64.to_radians().tan()).abs() < 1e-4, "{}", of("Silicone"));
-    assert!((of("Turtle wax") - 2.7_f64.to_radians().tan()).abs() < 1e-4, "{}", of("Turtle wax"));
-    let left: Vec<&str> =
-        mu["left_out"].as_array().unwrap().iter().map(|l| l["label"].as_str().unwrap()).collect();
-    // a contact that gives way, as dataset.toml states it, throws at most as far as that of dishwash: there μ hardly matters
-    assert_eq!(left, ["dishwash"]);
-    for fit in json("fit").as_array().unwrap() {
-        let alone = fit["parameters"]["mu"]["estimate"].as_f64().unwrap();
-        let label = fit["group"]["label"].as_str().unwrap();
-        assert!((of(label) - alone).abs() < 1e-3 * alone, "{label}: {} {alone}", of(label));
-    }
-    for file in ["compare.json", "forest.svg", "forest.png", "residuals.svg", "residuals.png", "report.html"]
-    {
-        assert!(out.join(file).metadata().unwrap().len() > 500, "{file}");
-    }
-    let residuals = std::fs::read_to_string(out.join("residuals.csv")).unwrap();
-    let mut lines = residuals.lines();
-    assert!(lines.next().unwrap().starts_with("sample,shot,observable,unit,measured,predicted,sd,"));
-    assert!(
-        lines.all(|line| line.split(',').count() == 13) && residuals.contains("\nTurtle wax,"),
-        "{residuals}"
-    );
+pub fn done(args: &[&str]) -> String {
+    let [said, _] = done_in(Path::new(env!("CARGO_MANIFEST_DIR")), args);
+    said
 }
 
 /// Nothing from elsewhere, every link resolves, every point is named, and text that came with the data is text.
@@ -325,7 +286,7 @@ fn the_report_stands_alone() {
     let out = folder.path().to_str().unwrap();
     done(&["fit", "data/synthetic-natural-roll", "--out", out]);
     let path = folder.path().join("synthetic-natural-roll/report.html");
-    let page = std::fs::read_to_string(path).unwrap();
+    let page = fs::read_to_string(path).unwrap();
     let outside = page.replace("http://www.w3.org/2000/svg", "");
     for forbidden in ["http:", "https:", "src=", "@import", "url("] {
         assert!(!outside.contains(forbidden), "{forbidden}");
@@ -363,7 +324,7 @@ fn points_of_a_comparison_name_their_shots() {
     let folder = tempfile::tempdir().unwrap();
     let out = folder.path().to_str().unwrap();
     done(&["compare", "data/synthetic-cloth-a", "data/synthetic-cloth-b", "--out", out]);
-    let page = std::fs::read_to_string(folder.path().join("report.html")).unwrap();
+    let page = fs::read_to_string(folder.path().join("report.html")).unwrap();
     assert!(page.contains("all frames of all data sets at once"));
     let spots = embedded(&page, "class=\"spots\"");
     let labels = labels_of(&spots);

@@ -1,14 +1,8 @@
 //! Contacts and balls as they are: κ of a contact that gives way, and balls of unequal mass, in fits.
 
-use caromfit::fit::{Status, fit};
-use caromfit::measurement::dataset::{Dataset, ObjectBall};
-use caromfit::measurement::parameter::{Compliance, Parameter, Setting};
-use caromfit::physics::ball::Ball;
-use caromfit::physics::collision::{Effects, Fidelity, Model};
-use caromfit::simulate::{Kind, Played};
+use caromfit::fit::fit;
 
-use crate::options;
-use crate::synthetic::{TRUTH, auto, is_right, made_with, spec};
+use crate::prelude::*;
 
 /// Stun shots whose contact gives way by so much.
 fn giving(kappa: f64, seed: u64) -> Dataset {

@@ -1,15 +1,11 @@
 //! The sizes of effects are true: what `auto` leaves out changes an outcome by no more than its tolerance.
 
-use caromfit::physics::ball::{Ball, BallState, Vec3};
-use caromfit::physics::cloth_motion::{Cloth, Launch, Path};
+use caromfit::physics::cloth_motion::Path;
 use caromfit::physics::collision::effects;
-use caromfit::physics::collision::effects::{Compared, FOLLOWED};
-use caromfit::physics::collision::{Coefficients, Effects, Fidelity, Input, Model, Outcome};
-use caromfit::physics::contact_frame::{cloth_slip, cue_velocity, slip};
-use caromfit::physics::friction_law::Law;
+use caromfit::physics::collision::effects::FOLLOWED;
 use nalgebra::Vector2;
-use rand::{Rng, SeedableRng};
-use rand_chacha::ChaCha8Rng;
+
+use crate::prelude::*;
 
 /// A shot as on a table: 3 cm/s to 10 m/s, any spin up to the natural roll's and side spin.
 fn shot(rng: &mut ChaCha8Rng) -> (BallState, Coefficients) {
@@ -42,8 +38,7 @@ fn off(a: &Outcome, b: &Outcome, compared: Compared, radius: f64) -> f64 {
 fn what_is_left_out_stays_within_the_tolerance() {
     /// The part of shots that may be further off.
     const EXCEPTIONS: f64 = 1e-3;
-    const SHOTS: usize = 3_000;
-    let shots: usize = std::env::var("CAROMFIT_EFFECTS").map_or(SHOTS, |n| n.parse().unwrap());
+    let shots = count("CAROMFIT_EFFECTS", 3_000);
     let laws = [Law::Constant, Law::Exponential { b: 0.1, c: 1.088 }];
     let mut rng = ChaCha8Rng::seed_from_u64(21);
     // integrated far below every tolerance
@@ -67,10 +62,9 @@ fn what_is_left_out_stays_within_the_tolerance() {
                 worst = worst.max(off / tolerance);
                 beyond += usize::from(off > tolerance);
             }
-            let said = format!(
-                "{compared:?} {tolerance:e}: {beyond} of {shots} shots are off by up to {worst} of it"
-            );
-            println!("{said}");
+            let said =
+                format!("{compared:?} {tolerance:e}: {beyond} of {shots} are off, by up to {worst} of it");
+            figure(&said);
             assert!(beyond as f64 <= EXCEPTIONS * shots as f64, "{said}");
         }
     }

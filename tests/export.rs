@@ -1,11 +1,7 @@
 //! `caromfit export`: what other programs read, and what is left behind.
 
-use std::fs;
-use std::path::Path;
-
-use serde_json::Value;
-
 use crate::cli::{done_in, refused_in};
+use crate::prelude::*;
 
 fn root() -> &'static Path {
     Path::new(env!("CARGO_MANIFEST_DIR"))

@@ -1,12 +1,9 @@
 //! Shots that are not what the data set says, among good ones: double hits, kisses, a hand in the way. They are left out, and the film
 //! is as good as its other shots.
 
-use caromfit::fit::Grade;
-use caromfit::measurement::track::TrackShot;
-use caromfit::simulate::TrueImpact;
-
 use crate::camera::{by_phone, fitted, is_right, with_truth};
 use crate::frames::dataset;
+use crate::prelude::*;
 
 const SHOTS: usize = 40;
 

@@ -1,7 +1,8 @@
 //! A film of one shot as tables hold it: the first ball runs into the other in frame 20, at 100 frames per second.
 
-use caromfit::measurement::dataset::Tracks;
 use serde::Deserialize;
+
+use crate::prelude::*;
 
 /// Text of a file, or a film in rows.
 #[derive(Deserialize)]
@@ -109,6 +110,24 @@ impl Content {
             }
         }
     }
+}
+
+/// Writes files of these names, in folders that are made.
+pub fn write_all<T: AsRef<[u8]>>(folder: &Path, files: impl IntoIterator<Item = (String, T)>) {
+    for (name, content) in files {
+        let path = folder.join(name);
+        fs::create_dir_all(path.parent().unwrap()).unwrap();
+        fs::write(path, content).unwrap();
+    }
+}
+
+/// The parts that a text lacks, and the text.
+pub fn lacking(what: &str, text: &str, parts: &[String]) -> Vec<String> {
+    /// Characters of the text that are shown.
+    const SHOWN: usize = 3000;
+    let missing: Vec<&String> = parts.iter().filter(|part| !text.contains(part.as_str())).collect();
+    let shown: String = text.chars().take(SHOWN).collect();
+    if missing.is_empty() { Vec::new() } else { vec![format!("{missing:?} are not in {what}:\n{shown}")] }
 }
 
 /// What is wrong with tracks that were read of a film in mm.

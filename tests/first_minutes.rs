@@ -1,20 +1,10 @@
 //! The first ten minutes: the example, help, and what README.md and the guide show.
 
-use std::fs;
-use std::path::Path;
-
-use caromfit::design::Expected;
-use caromfit::fit::{Depth, Options};
 use caromfit::guide::TOPICS;
-use caromfit::io;
-use caromfit::physics::ball::Ball;
-use caromfit::physics::collision::{Fidelity, Model};
-use caromfit::simulate;
-use serde_json::Value;
 use tempfile::TempDir;
 
 use crate::cli::{done_in, refused_in};
-use crate::options;
+use crate::prelude::*;
 
 fn root() -> &'static Path {
     Path::new(env!("CARGO_MANIFEST_DIR"))
@@ -90,27 +80,6 @@ fn the_example_is_what_its_spec_makes() {
     assert!(read("README.md").contains(&stated), "{stated}");
 }
 
-#[test]
-fn the_example_is_complete_and_overwrites_nothing() {
-    /// Standard errors.
-    const FAR: f64 = 4.0;
-    let lab = example();
-    let [said, _] = done_in(lab.path(), &["fit", "demo/balls", "demo/pucks", "--json"]);
-    let fits: Value = serde_json::from_str(&said).unwrap();
-    assert_eq!(fits[0]["verdict"]["grade"], "good");
-    assert_eq!(fits[1]["verdict"]["grade"], "doubtful");
-    for (name, truth) in [("mu", 0.06), ("mu_s", 0.25), ("e", 0.95)] {
-        let own = &fits[0]["parameters"][name];
-        let [value, error] = ["estimate", "std_error"].map(|key| own[key].as_f64().unwrap());
-        assert!((value - truth).abs() < FAR * error, "{name} = {value} ± {error}");
-    }
-    for folder in ["balls", "pucks"] {
-        let [checked, _] = done_in(lab.path(), &["check", &format!("demo/{folder}")]);
-        assert!(checked.contains("0 left out"), "{checked}");
-    }
-    assert!(refused_in(lab.path(), 2, &["example", "demo"]).contains("is there already"));
-}
-
 /// Pixels of a slow camera need no shot in particular: the balls give the unit also where paths bend between frames.
 #[test]
 fn any_shot_of_the_example_may_be_missing() {
@@ -120,8 +89,7 @@ fn any_shot_of_the_example_may_be_missing() {
     for missing in [&["1"][..], &["5"], &["8"], &["10"], &["9", "10"]] {
         let mut dataset = io::load(&folder).unwrap();
         dataset.keep(|name| !missing.contains(&name));
-        let options = Options { depth: Depth::Estimates, ..options::of_fit() };
-        let fit = caromfit::fit::fit(&dataset, &options).unwrap().remove(0);
+        let fit = options::fitted(&dataset, Depth::Estimates);
         assert_eq!(fit.shots_used, 10 - missing.len(), "{missing:?}: {:?}", fit.shots_rejected);
         assert!(fit.camera.as_ref().unwrap().converged, "{missing:?}");
         let estimates = [(fit.mu(), 0.06), (fit.mu_s(), 0.25), (fit.e(), 0.95)];

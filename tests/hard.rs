@@ -1,26 +1,15 @@
 //! Hard collisions: at every switch of the model and at the ends of every range.
 
-use std::fs;
-
-use caromfit::physics::ball::{Ball, BallState, Vec3};
-use caromfit::physics::collision::{
-    Coefficients, Fidelity, MAX_SPEED, MIN_SPEED, MIN_TOLERANCE, Model, NotACollision, Outcome, Regime,
-};
-use caromfit::physics::contact_frame::{cue_velocity, slip};
-use rand::{Rng, SeedableRng};
-use rand_chacha::ChaCha8Rng;
-use rayon::prelude::*;
-
+use crate::collisions::Try;
 use crate::plain;
+use crate::prelude::*;
+use crate::references::Reference;
 
 /// R of the table: products with a power of 2 are exact.
 const BALL: Ball = Ball { radius: 1.0 / 32.0, ..Ball::POOL };
 
 /// Some fifty roundings of the larger of |U| and R|ω|.
 const ROUNDINGS: f64 = 1e-14;
-
-/// Steps of the subnormal numbers that a few operations lose.
-const SUBNORMAL: f64 = 64.0 * 5e-324;
 
 /// Errors of some steps, each within the tolerance, add up to so many of it.
 const STEPS: f64 = 10.0;
@@ -35,80 +24,12 @@ fn integrated() -> impl Iterator<Item = Model> {
     tolerances.map(|tolerance| Model { tolerance, ..Model::new(Fidelity::Ode, BALL) })
 }
 
-struct Case {
-    name: String,
-    cue: BallState,
-    coefficients: Coefficients,
-    outcome: serde_json::Value,
-}
-
-impl Case {
-    fn scale(&self) -> f64 {
-        self.cue.velocity.amax().max(BALL.radius * self.cue.spin.amax())
-    }
-}
-
-fn cases() -> Vec<Case> {
-    let path = concat!(env!("CARGO_MANIFEST_DIR"), "/tests/reference/hard_cases.json");
-    let all: Vec<serde_json::Value> = serde_json::from_str(&fs::read_to_string(path).unwrap()).unwrap();
-    let ordinary = |case: &serde_json::Value| {
-        let speed = case["velocity"][0].as_f64().unwrap().max(case["velocity"][1].as_f64().unwrap().abs());
-        (MIN_SPEED..MAX_SPEED).contains(&speed)
-    };
-    let cases = all.into_iter().filter(ordinary).map(|mut case| {
-        let number = |value: &serde_json::Value| value.as_f64().unwrap();
-        let [x, y] = [0, 1].map(|i| number(&case["velocity"][i]));
-        let spin = [0, 1, 2].map(|i| number(&case["spin"][i]));
-        let [mu, mu_s, e] = ["mu", "mu_s", "e"].map(|key| number(&case[key]));
-        Case {
-            name: case["name"].as_str().unwrap().to_owned(),
-            cue: BallState { velocity: Vec3::new(x, y, 0.0), spin: Vec3::from(spin) },
-            coefficients: Coefficients { mu, mu_s, e },
-            outcome: case["outcome"].take(),
-        }
-    });
-    cases.collect()
-}
-
 /// Spins count as speeds of the surface.
 fn as_speed(row: usize) -> f64 {
     if (row / 3).is_multiple_of(2) { 1.0 } else { BALL.radius }
 }
 
 const CLOSED: [Fidelity; 4] = [Fidelity::Elastic, Fidelity::Inelastic, Fidelity::Linear, Fidelity::Full];
-
-/// In closed form to rounding, with finite derivatives; what integrates the same equations as `full` is off by a few of its
-/// tolerances, which are of the closing speed.
-#[test]
-fn hard_cases_agree_with_25_digits() {
-    let cases = cases();
-    assert!(cases.len() > 150, "{}", cases.len());
-    let mut wrong = Vec::new();
-    for case in &cases {
-        let mut check = |model: &Model, expected: Fidelity, allowed: f64| {
-            let outcome = model.collide(&case.cue, &case.coefficients).unwrap();
-            for (row, found) in outcome.components().iter().enumerate() {
-                let expected = case.outcome[expected.name()][row].as_str().unwrap();
-                let off = as_speed(row) * (found - expected.parse::<f64>().unwrap()).abs();
-                if !(off <= allowed + ROUNDINGS * case.scale() + SUBNORMAL) {
-                    wrong.push(format!("{}, {} row {row}: {off:e}", case.name, model.fidelity.name()));
-                }
-            }
-            outcome
-        };
-        for fidelity in CLOSED {
-            let model = Model::new(fidelity, BALL);
-            let outcome = check(&model, fidelity, 0.0);
-            let (same, jacobian) = model.collide_with_jacobian(&case.cue, &case.coefficients).unwrap();
-            assert_eq!(outcome, same, "{}", case.name);
-            assert!(jacobian.iter().all(|x| x.is_finite()), "{}, {}: {jacobian}", case.name, fidelity.name());
-        }
-        for model in integrated() {
-            check(&model, Fidelity::Full, STEPS * model.tolerance * case.cue.velocity.x);
-        }
-    }
-    assert!(wrong.is_empty(), "{}", wrong.join("\n"));
-}
 
 /// At speeds whose squares overflow or vanish nothing is computed.
 #[test]
@@ -186,41 +107,54 @@ fn every_fidelity_computes_what_is_hard() {
     }
 }
 
-#[test]
-fn hard_cases_mirror_and_scale_exactly() {
-    let mirror = |s: &BallState| BallState {
+/// y → −y: velocities are vectors, spins axial vectors.
+fn mirror(s: &BallState) -> BallState {
+    BallState {
         velocity: s.velocity.component_mul(&Vec3::new(1.0, -1.0, 1.0)),
         spin: s.spin.component_mul(&Vec3::new(-1.0, 1.0, -1.0)),
+    }
+}
+
+/// Asserts that an outcome mirrors, and scales with U by 4 and with R by 8: powers of 2 change no digit, as everything is computed in units of
+/// the closing speed, or scales.
+fn mirrors_and_scales(name: &str, Try { model, cue, coefficients }: &Try, scales: &[(f64, f64)]) {
+    let run = |model: &Model, cue: &BallState| {
+        let outcome = model.collide(cue, coefficients).unwrap();
+        (outcome.cue, outcome.object, outcome.regime)
     };
-    for case in cases() {
+    let (cue_after, object_after, regime) = run(model, cue);
+    let fidelity = model.fidelity.name();
+    let expected = (mirror(&cue_after), mirror(&object_after), regime);
+    assert_eq!(run(model, &mirror(cue)), expected, "{name}, {fidelity}");
+    for &(by_u, by_r) in scales {
+        let scaled = |s: &BallState| BallState { velocity: by_u * s.velocity, spin: by_u / by_r * s.spin };
+        let ball = Ball { radius: by_r * model.ball.radius, ..model.ball };
+        let expected = (scaled(&cue_after), scaled(&object_after), regime);
+        assert_eq!(run(&Model { ball, ..*model }, &scaled(cue)), expected, "{name}, {fidelity}");
+    }
+}
+
+/// Without weight.
+#[test]
+fn outcomes_mirror_and_scale_exactly() {
+    for case in Reference::hard() {
+        // where nothing is subnormal
+        let is_usual = case.scale >= 1e-290 && !case.name.contains("1e-300");
+        let scales = if is_usual { &[(4.0, 1.0), (1.0, 8.0)][..] } else { &[] };
         for model in CLOSED.map(|fidelity| Model::new(fidelity, BALL)).into_iter().chain(integrated()) {
-            let outcome = model.collide(&case.cue, &case.coefficients).unwrap();
-            let run = |model: &Model, cue: &BallState| {
-                let outcome = model.collide(cue, &case.coefficients).unwrap();
-                (outcome.cue, outcome.object, outcome.regime)
-            };
-            // y → −y: velocities are vectors, spins axial vectors
-            let expected = (mirror(&outcome.cue), mirror(&outcome.object), outcome.regime);
-            assert_eq!(run(&model, &mirror(&case.cue)), expected, "{}", case.name);
-            // U by 4, then R by 8, where nothing is subnormal
-            if case.scale() < 1e-290 || case.name.contains("1e-300") {
-                continue;
+            let shot = Try { model, cue: case.cue, coefficients: case.coefficients };
+            mirrors_and_scales(&case.name, &shot, scales);
+        }
+    }
+    let mut rng = ChaCha8Rng::seed_from_u64(3);
+    for fidelity in Fidelity::ALL {
+        for i in 0..if fidelity.is_integrated() { 150 } else { 500 } {
+            let mut shot = Try::random(&mut rng, fidelity);
+            shot.model.effects.gravity = false;
+            if fidelity == Fidelity::Ode && i % 3 == 0 {
+                shot.model = Model { kappa: Model::KAPPA, ..shot.model }.with_mass_ratio(1.04);
             }
-            let scaled = |by_u: f64, by_r: f64| {
-                move |s: &BallState| BallState { velocity: by_u * s.velocity, spin: by_u / by_r * s.spin }
-            };
-            for (by_u, by_r) in [(4.0, 1.0), (1.0, 8.0)] {
-                let scaled = scaled(by_u, by_r);
-                let ball = Ball { radius: by_r * BALL.radius, ..BALL };
-                let expected = (scaled(&outcome.cue), scaled(&outcome.object), outcome.regime);
-                assert_eq!(
-                    run(&Model { ball, ..model }, &scaled(&case.cue)),
-                    expected,
-                    "{}, {}",
-                    case.name,
-                    model.fidelity.name()
-                );
-            }
+            mirrors_and_scales(&format!("random {i}"), &shot, &[(4.0, 1.0)]);
         }
     }
 }
@@ -317,8 +251,9 @@ fn impulse_of_the_paper(before: Vec3, after: Vec3, mu: f64, m_s: f64) -> f64 {
     v_bar * (f(before) - f(after)) * nu / (2.0 * mu * (1.0 + nu))
 }
 
+/// The paper's form has poles at μ_s = 0.3 and 1/15 (a_y = −2, −3), where ours is as beside them, and no value without topspin or of a straight shot.
 #[test]
-fn the_form_of_the_paper_fails_where_ours_does_not() {
+fn the_form_of_the_paper_agrees_where_it_has_a_value() {
     /// 40 terms in tan²θ < 1/4 leave less than rounding, which powers of the slip amplify.
     const AWAY_FROM_POLES: f64 = 1e-11;
     let (mu, e) = (0.0625, 0.94);
@@ -329,27 +264,14 @@ fn the_form_of_the_paper_fails_where_ours_does_not() {
         let after = slip(&outcome.cue, &outcome.object, BALL.radius);
         (outcome.impulse, impulse_of_the_paper(before, after, mu, if z > 0.0 { mu_s } else { 0.0 }))
     };
-    // where it works, both are the same solution
     for mu_s in [0.1, 0.2, 0.25, 0.35, 0.45] {
         let (ours, paper) = shot(2.0, 0.8, mu_s);
         assert!((ours - paper).abs() < AWAY_FROM_POLES, "{mu_s}: {ours} {paper}");
     }
-    // a_y = −2 at μ_s = 0.3: the closer, the worse. At μ_s = 1/15, a_y = −3
-    for (pole, steps) in [(0.3, [1e-6, 1e-9, 1e-12]), (1.0 / 15.0, [1e-6, 1e-9, 1e-12])] {
-        let (at_pole, of_paper) = shot(2.0, 0.8, pole);
-        assert!(
-            !((of_paper - at_pole).abs() < 1e-4),
-            "the pole at {pole} does no harm: {of_paper} {at_pole}"
-        );
-        let errors = steps.map(|step| {
-            let (ours, paper) = shot(2.0, 0.8, pole + step);
-            // ours passes the pole without notice
-            assert!((ours - at_pole).abs() < step, "{ours} {at_pole}");
-            (ours - paper).abs()
-        });
-        assert!(errors[2] > 1e3 * errors[0] && errors[2] > 1e-8, "{errors:?}");
+    for (pole, step) in [(0.3, 1e-9), (1.0 / 15.0, 1e-9)] {
+        let [(at, of_paper), (beside, _)] = [pole, pole + step].map(|mu_s| shot(2.0, 0.8, mu_s));
+        assert!((beside - at).abs() < step && !((of_paper - at).abs() < 1e-4), "{pole}: {at} {of_paper}");
     }
-    // v̄ = 0 (no topspin, no draw) and v̄ = ∞ (a straight shot)
     for (y, z) in [(2.0, 0.0), (0.0, 0.8)] {
         let (ours, paper) = shot(y, z, 0.25);
         assert!(ours.is_finite() && !paper.is_finite(), "{ours} {paper}");
@@ -418,7 +340,6 @@ fn with_everything_on_shots_end_or_say_why_not() {
                 }
             }
         }
-        println!("{tolerance:e}: {refused} of {SHOTS} refused");
         assert!(refused <= MOST_REFUSED, "{refused} refused at {tolerance:e}");
     }
     // e = 0 ends with compression. Near it restitution would last for days: the cue ball, rolling, pushes the
@@ -431,61 +352,58 @@ fn with_everything_on_shots_end_or_say_why_not() {
     assert!(little.object.velocity.x > little.cue.velocity.x && little.impulse > none.impulse);
 }
 
+/// The largest error of some shots, and the shot.
+type Worst = (f64, String);
+
+fn worse(a: Worst, b: Worst) -> Worst {
+    if b.0 > a.0 || b.0.is_nan() { b } else { a }
+}
+
 /// At length: `CAROMFIT_RANDOM=10000000 cargo test --release -- --nocapture random_shots`.
 #[test]
 fn random_shots_agree_with_the_plain_solution() {
     const CHUNK: usize = 10_000;
     /// One shot in so many is integrated too.
     const INTEGRATED: usize = 50;
-    let shots: usize = std::env::var("CAROMFIT_RANDOM").map_or(50_000, |n| n.parse().unwrap());
+    let shots = count("CAROMFIT_RANDOM", 50_000);
+    // error of `full`, that of `ode` in its tolerances, and how many stick and are beyond STEPS tolerances
     let chunk = |seed: usize| {
         let mut rng = ChaCha8Rng::seed_from_u64(seed as u64);
-        let mut worst = (0.0, String::new());
-        let mut worst_integrated = (0.0, String::new());
+        let (mut worst, mut integrated_worst) = (Worst::default(), Worst::default());
         let (mut stuck, mut beyond) = (0, 0);
         for number in 0..CHUNK {
             let (cue, coefficients) = random(&mut rng);
-            let fast = Model::new(Fidelity::Full, BALL).collide(&cue, &coefficients).unwrap();
-            let plain = plain::collide(&BALL, &cue, &coefficients);
+            let shot = format!("{cue:?} {coefficients:?}");
+            let ball = Ball { inertia: rng.random_range(0.35..0.6), ..BALL };
+            let plain = plain::collide(&ball, &cue, &coefficients);
             let scale = cue.velocity.norm().max(BALL.radius * cue.spin.norm());
-            let off = plain::difference(&fast, &plain, BALL.radius) / scale;
-            stuck += usize::from(fast.regime == Regime::Stick);
-            let [u, w] = [cue.velocity, cue.spin].map(|v| [v.x, v.y, v.z]);
-            let shot = || format!("{u:?} {w:?} {coefficients:?}");
-            if off > worst.0 || off.is_nan() {
-                worst = (off, format!("{}, {} and {}", shot(), fast.impulse, plain.impulse));
-            }
-            if number % INTEGRATED == 0 {
-                for model in integrated() {
-                    let slow = model
-                        .collide(&cue, &coefficients)
-                        .unwrap_or_else(|e| panic!("{e} {} {}", shot(), model.tolerance));
-                    let allowed = model.tolerance * cue.velocity.x + ROUNDINGS * scale;
-                    let off = plain::difference(&slow, &plain, BALL.radius) / allowed;
-                    beyond += usize::from(!(off < STEPS));
-                    if off > worst_integrated.0 || off.is_nan() {
-                        worst_integrated = (off, format!("{}, {model:?}", shot()));
-                    }
-                }
+            let off = |model: &Model| {
+                let model = Model { ball, ..*model };
+                let found =
+                    model.collide(&cue, &coefficients).unwrap_or_else(|error| panic!("{error} {shot}"));
+                (plain::difference(&found, &plain, BALL.radius), found.regime)
+            };
+            let (error, regime) = off(&Model::new(Fidelity::Full, BALL));
+            worst = worse(worst, (error / scale, shot.clone()));
+            stuck += usize::from(regime == Regime::Stick);
+            for model in integrated().filter(|_| number % INTEGRATED == 0) {
+                let tolerances = off(&model).0 / (model.tolerance * cue.velocity.x + ROUNDINGS * scale);
+                beyond += usize::from(!(tolerances < STEPS));
+                integrated_worst =
+                    worse(integrated_worst, (tolerances, format!("{shot} {}", model.tolerance)));
             }
         }
-        (worst, worst_integrated, stuck, beyond)
+        (worst, integrated_worst, stuck, beyond)
     };
-    let all: Vec<_> = (0..shots.div_ceil(CHUNK)).into_par_iter().map(chunk).collect();
-    let stuck: usize = all.iter().map(|(_, _, stuck, _)| stuck).sum();
-    let beyond: usize = all.iter().map(|(.., beyond)| beyond).sum();
-    let count = all.len() * CHUNK;
-    let largest =
-        |errors: Vec<&(f64, String)>| errors.into_iter().max_by(|a, b| a.0.total_cmp(&b.0)).unwrap().clone();
-    let (off, worst) = largest(all.iter().map(|(worst, ..)| worst).collect());
-    let (tolerances, integrated) = largest(all.iter().map(|(_, worst, ..)| worst).collect());
-    println!(
-        "{count} shots, of which {stuck} stick: off by at most {off:e} of the larger of U and Rω: {worst}"
-    );
-    println!(
-        "integrated, {} of them: off by at most {tolerances:.1} tolerances: {integrated}",
-        count / INTEGRATED
-    );
+    let chunks = shots.div_ceil(CHUNK);
+    let ((off, worst), (tolerances, integrated), stuck, beyond) =
+        (0..chunks).into_par_iter().map(chunk).reduce(
+            || (Worst::default(), Worst::default(), 0, 0),
+            |a, b| (worse(a.0, b.0), worse(a.1, b.1), a.2 + b.2, a.3 + b.3),
+        );
+    let count = chunks * CHUNK;
+    figure(format!("{count} shots, of which {stuck} stick: off by at most {off:e}: {worst}"));
+    figure(format!("integrated: off by at most {tolerances:.1} tolerances: {integrated}"));
     assert!(off < ROUNDINGS, "{off:e}: {worst}");
     assert!(tolerances < LUCKY_STEP, "{tolerances}: {integrated}");
     assert!(beyond <= count / INTEGRATED / 1000, "{beyond} beyond {STEPS} tolerances");

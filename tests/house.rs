@@ -1,8 +1,7 @@
 //! The house of `src/lib.rs`: which module uses which. Arrows lead from a room to those before it in the list, and no file uses
 //! another in a circle.
 
-use std::collections::{BTreeMap, BTreeSet};
-use std::path::{Path, PathBuf};
+use crate::prelude::*;
 
 /// The rooms in their order; each uses only what stands before it, and itself.
 const ROOMS: [&str; 15] = [
@@ -24,7 +23,7 @@ const ROOMS: [&str; 15] = [
 ];
 
 fn sources(folder: &Path, found: &mut Vec<PathBuf>) {
-    let mut entries: Vec<_> = std::fs::read_dir(folder).unwrap().map(|entry| entry.unwrap().path()).collect();
+    let mut entries: Vec<_> = fs::read_dir(folder).unwrap().map(|entry| entry.unwrap().path()).collect();
     entries.sort();
     for path in entries {
         if path.is_dir() {
@@ -52,67 +51,41 @@ fn code(text: &str) -> String {
     lines.collect::<Vec<_>>().join("\n")
 }
 
-/// Splits the list inside braces at its own commas.
-fn branches(list: &str) -> Vec<&str> {
-    let (mut depth, mut start, mut found) = (0, 0, Vec::new());
-    for (i, c) in list.char_indices() {
-        match c {
-            '{' => depth += 1,
-            '}' => depth -= 1,
-            ',' if depth == 0 => {
-                found.push(list[start..i].trim());
-                start = i + 1;
-            }
-            _ => {}
-        }
+/// A statement in which each list in braces is a list of whole paths.
+fn expanded(statement: &str) -> String {
+    let mut text = statement.to_owned();
+    while let Some(open) = text.rfind('{') {
+        let Some(length) = text[open..].find('}') else { break };
+        let start = text[..open].rfind([',', '{', ' ', '\n']).map_or(0, |at| at + 1);
+        let inner = text[open + 1..open + length].split(',').map(str::trim).filter(|path| !path.is_empty());
+        let paths: Vec<String> = inner.map(|path| format!("{}{path}", &text[start..open])).collect();
+        text.replace_range(start..=open + length, &paths.join(", "));
     }
-    found.push(list[start..].trim());
-    found.into_iter().filter(|branch| !branch.is_empty()).collect()
-}
-
-/// Every path of a tree of imports.
-fn leaves(tree: &str, prefix: &[String], found: &mut Vec<Vec<String>>) {
-    let (path, list) = match tree.split_once('{') {
-        Some((path, list)) => (path, Some(list.rsplit_once('}').map_or(list, |(list, _)| list))),
-        None => (tree, None),
-    };
-    let path = path.split(" as ").next().unwrap_or(path);
-    let mut full = prefix.to_vec();
-    full.extend(path.split("::").map(str::trim).filter(|part| !part.is_empty()).map(str::to_string));
-    match list {
-        Some(list) => branches(list).into_iter().for_each(|branch| leaves(branch, &full, found)),
-        None => found.push(full),
-    }
+    text
 }
 
 /// The paths that a file uses, in its `use` lines and within its code, from the root of the crate.
 fn uses(text: &str, own: &[String]) -> Vec<Vec<String>> {
-    let code = code(text);
     let mut found = Vec::new();
-    for statement in code.split(';') {
-        let Some(at) = statement.rfind("use ") else { continue };
-        if statement[..at].chars().last().is_none_or(|before| before == '\n' || before == ' ') {
-            leaves(&statement[at + 4..], &[], &mut found);
-        }
-    }
-    for start in ["crate::", "caromfit::", "super::"] {
-        for (at, _) in code.match_indices(start) {
-            let path: String =
-                code[at..].chars().take_while(|c| c.is_alphanumeric() || "_:".contains(*c)).collect();
-            found.push(path.split("::").filter(|part| !part.is_empty()).map(str::to_string).collect());
-        }
-    }
-    let absolute = |path: Vec<String>| match path.first().map(String::as_str) {
-        Some("crate" | "caromfit") => Some(path[1..].to_vec()),
-        Some("self") => Some(own.iter().cloned().chain(path[1..].iter().cloned()).collect()),
-        Some("super") => {
+    for statement in code(text).split(';') {
+        // the last of what stands between two statements is the import
+        let (before, import) = statement.split_at(statement.rfind("use ").unwrap_or(statement.len()));
+        let all = format!("{before}\n{}", expanded(import));
+        for path in all.split(|c: char| !c.is_alphanumeric() && !"_:".contains(c)) {
+            let path: Vec<String> =
+                path.split("::").filter(|part| !part.is_empty()).map(str::to_owned).collect();
             let up = path.iter().take_while(|part| *part == "super").count();
-            let kept = own.len().checked_sub(up)?;
-            Some(own[..kept].iter().cloned().chain(path[up..].iter().cloned()).collect())
+            match path.first().map(String::as_str) {
+                Some("crate" | "caromfit") => found.push(path[1..].to_vec()),
+                Some("self") => found.push([own, &path[1..]].concat()),
+                Some("super") if up <= own.len() => {
+                    found.push([&own[..own.len() - up], &path[up..]].concat());
+                }
+                _ => (),
+            }
         }
-        _ => None,
-    };
-    found.into_iter().filter_map(absolute).collect()
+    }
+    found
 }
 
 /// Each module with the modules that it uses, those inside it and around it left out.
@@ -124,7 +97,7 @@ fn arrows() -> BTreeMap<Vec<String>, BTreeSet<Vec<String>>> {
     let mut arrows = BTreeMap::new();
     for file in &files {
         let own = module(file, &src);
-        let text = std::fs::read_to_string(file).unwrap();
+        let text = fs::read_to_string(file).unwrap();
         let mut used = BTreeSet::new();
         for path in uses(&text, &own) {
             // the longest part of the path that is a module

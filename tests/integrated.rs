@@ -1,72 +1,17 @@
 //! The integrated fidelities `ode` and `contact` against the reference values, `full`, and what physics asks of them.
 
-use caromfit::fit;
-use caromfit::fit::{Depth, Options};
-use caromfit::physics::ball::{Ball, BallState, Vec3};
-use caromfit::physics::collision::Effects;
-use caromfit::physics::collision::{Coefficients, Fidelity, Model, NotACollision, Outcome, Regime};
-use caromfit::physics::contact_frame::{cloth_slip, cue_velocity};
-use caromfit::physics::friction_law::Law;
-use caromfit::simulate::{Kind, Played};
-use rand::SeedableRng;
-use rand_chacha::ChaCha8Rng;
-
-use super::collisions::{self, Try, reference_cases};
+use super::collisions::{self, Try};
 use super::plain::difference;
 use super::synthetic::{made_with, spec};
 
-use crate::options;
+use crate::prelude::*;
 
 /// The tolerance is for each step, and relative to the closing speed: an outcome sums up some dozen steps.
 const STEPS: f64 = 20.0;
 
-/// Below, roundings of a sum of that many terms show.
-const ROUNDING: f64 = 1e-12;
-
-/// `ode` at a tolerance: the equations of `full`.
-fn ode(ball: Ball, tolerance: f64) -> Model {
-    Model { tolerance, ..Model::new(Fidelity::Ode, ball) }
-}
-
 /// The largest difference of velocities, and spins times R, relative to the closing speed.
 fn off(a: &Outcome, b: &Outcome, radius: f64, k: f64) -> f64 {
     difference(a, b, radius) / k
-}
-
-#[test]
-fn ode_agrees_with_the_25_digit_reference() {
-    /// Rounding of spins of a fast cue ball, over the closing speed of a grazing hit.
-    const SLACK: f64 = 1e-12;
-    for tolerance in [1e-6, 1e-10, 1e-12] {
-        for case in reference_cases() {
-            let model = Model { as_printed: case.model.as_printed, ..ode(case.model.ball, tolerance) };
-            let outcome = model.collide(&case.cue, &case.coefficients).unwrap();
-            assert_eq!(outcome.regime, case.outcome.regime, "{}", case.name);
-            let off = off(&outcome, &case.outcome, model.ball.radius, case.cue.velocity.x);
-            assert!(off < STEPS * tolerance + SLACK, "{tolerance:e} {}: {off:e}", case.name);
-        }
-    }
-}
-
-#[test]
-fn ode_agrees_with_full() {
-    let mut rng = ChaCha8Rng::seed_from_u64(11);
-    let mut stuck = 0;
-    for _ in 0..2_000 {
-        let Try { model, cue, coefficients } = Try::random(&mut rng, Fidelity::Full);
-        let full = model.collide(&cue, &coefficients).unwrap();
-        stuck += usize::from(full.regime == Regime::Stick);
-        for tolerance in [1e-8, 1e-12] {
-            let outcome = ode(model.ball, tolerance).collide(&cue, &coefficients).unwrap();
-            let off = off(&outcome, &full, model.ball.radius, cue.velocity.x);
-            assert!(
-                off < STEPS * tolerance + ROUNDING,
-                "{tolerance:e}: {off:e} {cue:?} {coefficients:?} {:?}",
-                full.regime
-            );
-        }
-    }
-    assert!(stuck > 200, "only {stuck} shots stuck");
 }
 
 /// Kinetic energy of both balls per unit mass.

@@ -2,11 +2,10 @@
 //!
 //! `CAROMFIT_LARGE=100000 cargo test --release -- --nocapture large_footage` makes and fits 555 MB.
 
-use std::process::{Command, Stdio};
-use std::time::{Duration, Instant};
+use std::process::Stdio;
+use std::time::Duration;
 
-use caromfit::simulate;
-use caromfit::simulate::Spec;
+use crate::prelude::*;
 
 const SPEC: &str = r#"
 name = "large"
@@ -28,21 +27,21 @@ const SYSTEMATIC: [f64; 3] = [2e-5, 5e-4, 2e-5];
 
 /// Peak resident memory of a process in MiB, where the system tells.
 fn peak_mib(id: u32) -> Option<f64> {
-    let status = std::fs::read_to_string(format!("/proc/{id}/status")).ok()?;
+    let status = fs::read_to_string(format!("/proc/{id}/status")).ok()?;
     let line = status.lines().find_map(|line| line.strip_prefix("VmHWM:"))?;
     Some(line.trim().strip_suffix("kB")?.trim().parse::<f64>().ok()? / 1024.0)
 }
 
 #[test]
 fn large_footage() {
-    let count = std::env::var("CAROMFIT_LARGE").ok().and_then(|n| n.parse().ok()).unwrap_or(100);
+    let count = count("CAROMFIT_LARGE", 100);
     let mut spec: Spec = toml::from_str(SPEC).unwrap();
     spec.shots.count = count;
     let folder = tempfile::tempdir().unwrap();
     let mut bytes = 0;
     for (name, content) in simulate::generate(&spec).unwrap() {
         bytes += content.len();
-        std::fs::write(folder.path().join(name), content).unwrap();
+        fs::write(folder.path().join(name), content).unwrap();
     }
     let begun = Instant::now();
     let mut child = Command::new(env!("CARGO_BIN_EXE_caromfit"))
@@ -63,16 +62,15 @@ fn large_footage() {
     };
     let seconds = begun.elapsed().as_secs_f64();
     assert!(status.success());
-    println!("{count} shots, {} MB: {seconds:.1} s, at most {peak:.0} MiB", bytes / 1_000_000);
-    let json = std::fs::read_to_string(folder.path().join("fits/large/fit.json")).unwrap();
-    let fit: serde_json::Value = serde_json::from_str(&json).unwrap();
+    figure(format!("{count} shots, {} MB: {seconds:.1} s, at most {peak:.0} MiB", bytes / 1_000_000));
+    let json = fs::read_to_string(folder.path().join("fits/large/fit.json")).unwrap();
+    let fit: Value = serde_json::from_str(&json).unwrap();
     assert_eq!(fit["shots_used"], count);
     for ((name, truth), systematic) in [("mu", 0.06), ("mu_s", 0.25), ("e", 0.95)].into_iter().zip(SYSTEMATIC)
     {
         let parameter = &fit["parameters"][name];
         let (value, error) =
             (parameter["estimate"].as_f64().unwrap(), parameter["std_error"].as_f64().unwrap());
-        println!("{name}: {value:.6} ± {error:.6}, made with {truth}");
         assert!((value - truth).abs() < ERRORS * error + systematic, "{name}: {value} ± {error}");
     }
 }

@@ -1,18 +1,7 @@
 //! Friction that falls with the slip, fitted: a, b and c of μ(v) = a + b exp(−c v).
 
-use caromfit::fit;
-use caromfit::fit::{Depth, Falling, Fit, Options, Status};
-use caromfit::io;
-use caromfit::measurement::dataset::Dataset;
-use caromfit::measurement::parameter::Parameter;
-use caromfit::physics::ball::Ball;
-use caromfit::physics::collision::{Fidelity, Model};
-use caromfit::physics::friction_law::Law;
-use caromfit::simulate::{Kind, Noise, Played, Shots, Spec, Truth};
-
-use crate::frames::count;
-use crate::options;
-use crate::synthetic::{self, OFF, check_errors, made_with};
+use crate::prelude::*;
+use crate::synthetic::check_errors;
 
 const B: f64 = 0.09;
 const C: f64 = 1.088;
@@ -48,9 +37,7 @@ const TRUTH: [f64; 5] = [0.02, 0.3, 0.94, B, C];
 /// Asserts that μ, μ_s, e and b are right within their errors.
 fn check_estimates(fit: &Fit) {
     for parameter in [Parameter::Mu, Parameter::MuS, Parameter::E, Parameter::B] {
-        let estimate = fit.estimates[parameter as usize];
-        let off = (estimate.value - TRUTH[parameter as usize]) / estimate.std_error.unwrap();
-        assert!(off.abs() < OFF, "{}: {off}", parameter.name());
+        is_right(fit, parameter, TRUTH[parameter as usize]);
     }
 }
 
@@ -173,7 +160,7 @@ fn the_other_law_is_among_the_models() {
 /// The throw of stun shots at three speeds falls along a curve like the published one.
 #[test]
 fn alciatores_throw_gives_a_falling_friction() {
-    let path = std::path::Path::new(env!("CARGO_MANIFEST_DIR")).join("data").join("alciatore-2006");
+    let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("data").join("alciatore-2006");
     let mut dataset = io::load(&path).unwrap();
     dataset.by = None;
     let fit = fitted(dataset, false, &options::of_fit());

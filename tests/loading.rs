@@ -5,17 +5,10 @@
 
 mod described;
 
-use std::collections::BTreeMap;
-use std::fs;
-use std::path::Path;
-use std::process::Command;
-
-use caromfit::io;
-use caromfit::measurement::dataset::Dataset;
-use rayon::prelude::*;
 use serde::Deserialize;
 
-use crate::films_as_text::Content;
+use crate::films_as_text::{Content, lacking, write_all};
+use crate::prelude::*;
 use described::{described, differences};
 
 /// A file of cases.
@@ -168,9 +161,7 @@ impl Case {
                 Some("crlf") => text.replace('\n', "\r\n").into_bytes(),
                 Some(other) => panic!("{other} is not an encoding"),
             };
-            let path = folder.join(name);
-            fs::create_dir_all(path.parent().unwrap()).unwrap();
-            fs::write(path, bytes).unwrap();
+            write_all(folder, [(name, bytes)]);
         }
     }
 
@@ -223,12 +214,6 @@ impl Case {
         }
         faults
     }
-}
-
-/// The parts that a text lacks.
-fn lacking(what: &str, text: &str, parts: &[String]) -> Vec<String> {
-    let missing = parts.iter().filter(|part| !text.contains(part.as_str()));
-    missing.map(|part| format!("{part:?} is not in {what}:\n{text}")).collect()
 }
 
 /// The cases of a file of `tests/loading`.

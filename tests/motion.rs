@@ -1,9 +1,9 @@
 //! Motion on the cloth, and collisions in the frame of the table.
 
-use caromfit::physics::ball::{Ball, BallState, Vec3};
-use caromfit::physics::cloth_motion::{Cloth, GRAVITY, Launch, Path};
-use caromfit::physics::collision::{Coefficients, Effects, Fidelity, FidelityChoice, Model, NotACollision};
-use caromfit::physics::contact_frame::{CollisionFrame, cloth_slip, cue_velocity, slip};
+use caromfit::physics::cloth_motion::{GRAVITY, Path};
+use caromfit::physics::contact_frame::CollisionFrame;
+
+use crate::prelude::*;
 
 /// Sums of a few terms.
 const ROUNDING: f64 = 1e-13;

@@ -2,14 +2,13 @@
 
 mod models;
 
-use std::path::{Path, PathBuf};
-
 use argmin::core::{Error, Jacobian, Operator};
 use caromfit::numerics::least_squares::{Bounds, Options, Solution, minimise};
-use nalgebra::{DMatrix, DVector};
 use num_dual::Dual64;
 
 pub use models::{MODELS, Model, mgh09, saturation};
+
+use crate::prelude::*;
 
 /// The certified values have this many digits: no agreement beyond means anything.
 const CERTIFIED_DIGITS: f64 = 11.0;
@@ -44,7 +43,7 @@ fn file(name: &str) -> PathBuf {
 impl Regression {
     /// Reads `name`.dat. Panics on a file that is not as NIST wrote it.
     pub fn read(name: &'static str, model: Model) -> Self {
-        let text = std::fs::read_to_string(file(&format!("{name}.dat"))).unwrap();
+        let text = fs::read_to_string(file(&format!("{name}.dat"))).unwrap();
         let numbers = |line: &str| -> Vec<f64> {
             line.split_whitespace().filter_map(|word| word.parse().ok()).collect()
         };
@@ -145,7 +144,7 @@ fn all_problems_are_solved_from_both_starts() {
     assert!(sum_of_digits / runs >= MEAN_DIGITS, "mean {} digits", sum_of_digits / runs);
     let path = file("iterations.txt");
     if std::env::var_os("UPDATE_NIST_ITERATIONS").is_some() {
-        std::fs::write(&path, &iterations).unwrap();
+        fs::write(&path, &iterations).unwrap();
     }
-    assert_eq!(iterations, std::fs::read_to_string(&path).unwrap());
+    assert_eq!(iterations, fs::read_to_string(&path).unwrap());
 }

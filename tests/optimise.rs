@@ -4,9 +4,9 @@ use argmin::core::{Error, Jacobian, Operator};
 use caromfit::numerics::least_squares::{
     Activity, Bounds, OptimiseError, Options, Solution, Termination, minimise,
 };
-use nalgebra::{DMatrix, DVector};
 
 use crate::nist::{MODELS, Regression, mgh09, saturation};
+use crate::prelude::*;
 
 /// Relative. The reference values are of forty digits; conditioning leaves this much of double precision.
 const EXACT: f64 = 1e-11;
@@ -70,40 +70,40 @@ fn logarithms() -> Problem {
     }
 }
 
-/// On b1 = 230 the sum of squares of Misra1a is one of b2 alone. Its root was found with mpmath at 40 digits:
-/// b2 = 5.75225772150151590824006e-4, sum 0.247621969906334608035856, ∂sum/∂b1 = −0.0287 < 0.
-#[test]
-fn one_active_bound() {
-    let bounds = Bounds::new(vector(&[0.0, 0.0]), vector(&[230.0, 1.0]));
-    let problem = Regression::read("Misra1a", saturation);
-    for start in &problem.starts {
-        let solution = regress(&problem, start, &bounds);
-        assert!(solution.termination.converged());
-        assert_eq!(solution.x[0], 230.0);
-        assert_eq!(solution.active, [Activity::AtUpper, Activity::Free]);
-        assert_close(solution.x[1], 5.752_257_721_501_516e-4);
-        assert_close(2.0 * solution.cost, 0.247_621_969_906_334_6);
-    }
-}
-
-/// MGH09 on b1 = 0.18, b3 = 0.2, by mpmath at 40 digits: b2 = 0.497198395389635872795173,
-/// b4 = 0.259636924077753296240109, sum 3.83394441302464446344e-4, its gradient −0.00713 in b1 and
+/// Minima on bounds, found with mpmath at 40 digits. On b1 = 230 the sum of squares of Misra1a is one of b2 alone: b2 =
+/// 5.75225772150151590824006e-4, sum 0.247621969906334608035856, ∂sum/∂b1 = −0.0287 < 0. MGH09 on b1 = 0.18, b3 = 0.2: b2 =
+/// 0.497198395389635872795173, b4 = 0.259636924077753296240109, sum 3.83394441302464446344e-4, its gradient −0.00713 in b1 and
 /// +0.000294 in b3.
 #[test]
-fn two_active_bounds() {
+fn active_bounds_are_met_exactly() {
+    use Activity::{AtLower, AtUpper, Free};
     let infinity = f64::INFINITY;
-    let bounds = Bounds::new(
-        vector(&[-infinity, -infinity, 0.2, -infinity]),
-        vector(&[0.18, infinity, infinity, infinity]),
-    );
-    for start in [[0.17, 0.19, 0.3, 0.13], [0.1, 0.5, 0.5, 0.5], [0.25, 0.39, 0.415, 0.39]] {
-        let solution = regress(&Regression::read("MGH09", mgh09), &start, &bounds);
-        assert!(solution.termination.converged());
-        assert_eq!((solution.x[0], solution.x[2]), (0.18, 0.2));
-        assert_eq!(solution.active, [Activity::AtUpper, Activity::Free, Activity::AtLower, Activity::Free]);
-        assert_close(solution.x[1], 0.497_198_395_389_635_9);
-        assert_close(solution.x[3], 0.259_636_924_077_753_3);
-        assert_close(2.0 * solution.cost, 3.833_944_413_024_644_5e-4);
+    let misra = Regression::read("Misra1a", saturation);
+    let starts = misra.starts.to_vec();
+    let mgh = Regression::read("MGH09", mgh09);
+    let of_mgh = [[0.17, 0.19, 0.3, 0.13], [0.1, 0.5, 0.5, 0.5], [0.25, 0.39, 0.415, 0.39]];
+    let of_mgh: Vec<Vec<f64>> = of_mgh.iter().map(|start| start.to_vec()).collect();
+    let b_misra = Bounds::new(vector(&[0.0, 0.0]), vector(&[230.0, 1.0]));
+    let lower = vector(&[-infinity, -infinity, 0.2, -infinity]);
+    let b_mgh = Bounds::new(lower, vector(&[0.18, infinity, infinity, infinity]));
+    let [x_misra, x_mgh] = [
+        vec![230.0, 5.752_257_721_501_516e-4],
+        vec![0.18, 0.497_198_395_389_635_9, 0.2, 0.259_636_924_077_753_3],
+    ];
+    for (problem, starts, bounds, minimum, active, sum) in [
+        (&misra, starts, &b_misra, x_misra, vec![AtUpper, Free], 0.247_621_969_906_334_6),
+        (&mgh, of_mgh, &b_mgh, x_mgh, vec![AtUpper, Free, AtLower, Free], 3.833_944_413_024_644_5e-4),
+    ] {
+        for start in starts {
+            let solution = regress(problem, &start, bounds);
+            assert!(solution.termination.converged());
+            assert_eq!(solution.active, active);
+            for ((found, expected), activity) in solution.x.iter().zip(&minimum).zip(&active) {
+                assert!(*activity == Free || found == expected, "{found} for {expected}");
+                assert_close(*found, *expected);
+            }
+            assert_close(2.0 * solution.cost, sum);
+        }
     }
 }
 

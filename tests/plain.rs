@@ -6,9 +6,7 @@
 
 use std::sync::LazyLock;
 
-use caromfit::physics::ball::{Ball, BallState, Vec3};
-use caromfit::physics::collision::{Coefficients, Outcome, Regime};
-use caromfit::physics::contact_frame::slip;
+use crate::prelude::*;
 
 /// Positive half of the 8-point Gauss–Legendre rule (Abramowitz & Stegun, Table 25.4).
 const GAUSS: [(f64, f64); 4] = [

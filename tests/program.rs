@@ -1,12 +1,7 @@
 //! The program beside its commands: baselines, completions, interruptions, and what is not pasted into messages.
 
-use std::fs;
-use std::path::Path;
-use std::process::Command;
-
-use serde_json::Value;
-
 use crate::cli::{done_in, refused_in};
+use crate::prelude::*;
 
 fn root() -> &'static Path {
     Path::new(env!("CARGO_MANIFEST_DIR"))

@@ -1,8 +1,6 @@
 //! The paper's own numbers (Kim 2024, arXiv:2402.13258, §§ 4–5).
 
-use caromfit::physics::ball::{Ball, BallState, Vec3};
-use caromfit::physics::collision::{Coefficients, Fidelity, Model, Outcome};
-use caromfit::physics::contact_frame::cue_velocity;
+use crate::prelude::*;
 
 /// The paper rounds to two digits; half a unit of the second.
 const TWO_DIGITS: f64 = 0.05;

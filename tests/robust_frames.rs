@@ -1,20 +1,29 @@
 //! Robust losses of frames: a shot that was wrong counts less, and errors are from the scatter of the shots.
 
-use caromfit::fit;
-use caromfit::fit::{Depth, Fit, Options};
-use caromfit::measurement::loss::Loss;
-use caromfit::measurement::parameter::Parameter;
-use caromfit::measurement::track::TrackShot;
-use caromfit::simulate;
-use caromfit::simulate::{Kind, Played, Spec, Truth};
-use rayon::prelude::*;
-
-use crate::frames::{count, dataset};
-use crate::options;
-use crate::synthetic::spec;
+use crate::frames::dataset;
+use crate::prelude::*;
 
 const TRUTH: Truth =
     Truth { mu: 0.05, mu_s: 0.25, e: 0.94, kappa: None, mu_b: None, mu_c: None, e_slope: None };
+
+/// The shots that a fit leaves out, in the order of their names.
+fn left_out(fit: &Fit) -> Vec<String> {
+    let mut names: Vec<String> = fit.shots_rejected.iter().map(|shot| shot.shot.clone()).collect();
+    names.sort_unstable();
+    names
+}
+
+/// A film in which some shots were played with other balls, and their names in order.
+fn with_other_balls(seed: u64, wrong: &[usize]) -> (Vec<TrackShot>, Vec<String>) {
+    let mut shots = film(TRUTH, seed);
+    let others = film(Truth { mu: 0.09, e: 0.90, ..TRUTH }, seed);
+    for i in wrong {
+        shots[*i] = others[*i].clone();
+    }
+    let mut names: Vec<String> = wrong.iter().map(|i| shots[*i].name.clone()).collect();
+    names.sort_unstable();
+    (shots, names)
+}
 
 /// Standard errors by which a value may be off.
 const ERRORS: f64 = 3.5;
@@ -38,10 +47,7 @@ fn pull(fit: &Fit, parameter: Parameter) -> f64 {
 /// Every eighth shot was played with other balls. No frame of it is wrong: what is wrong is seen only against the other shots.
 #[test]
 fn shots_with_other_balls_count_less() {
-    let (mut shots, others) = (film(TRUTH, 51), film(Truth { mu: 0.09, e: 0.90, ..TRUTH }, 51));
-    for i in (0..40).step_by(8) {
-        shots[i] = others[i].clone();
-    }
+    let (shots, wrong) = with_other_balls(51, &[0, 8, 16, 24, 32]);
     for loss in [Loss::Huber, Loss::Cauchy] {
         let fit = fitted(shots.clone(), loss);
         assert_eq!(fit.method_name(), "joint");
@@ -49,8 +55,6 @@ fn shots_with_other_balls_count_less() {
         let robust = fit.diagnostics.robust.as_ref().unwrap();
         let mut least: Vec<&str> = robust.weights.iter().take(5).map(|one| one.shot.as_str()).collect();
         least.sort_unstable();
-        let mut wrong = [0, 8, 16, 24, 32].map(|i| shots[i].name.as_str());
-        wrong.sort_unstable();
         assert_eq!(least, wrong, "{:?}", robust.weights);
         for parameter in Parameter::COEFFICIENTS {
             // Huber's loss bounds what a wrong shot does, and does not undo it
@@ -59,12 +63,8 @@ fn shots_with_other_balls_count_less() {
         }
     }
     // least squares count no shot less: they leave such shots out
-    let squares = fitted(shots.clone(), Loss::Squares);
-    let mut left_out: Vec<&str> = squares.shots_rejected.iter().map(|shot| shot.shot.as_str()).collect();
-    left_out.sort_unstable();
-    let mut wrong = [0, 8, 16, 24, 32].map(|i| shots[i].name.as_str());
-    wrong.sort_unstable();
-    assert_eq!(left_out, wrong);
+    let squares = fitted(shots, Loss::Squares);
+    assert_eq!(left_out(&squares), wrong);
     for parameter in Parameter::COEFFICIENTS {
         assert!(pull(&squares, parameter).abs() < ERRORS, "{parameter:?}");
     }
@@ -73,18 +73,9 @@ fn shots_with_other_balls_count_less() {
 /// Few such shots are left out by least squares: the noise that they estimate from their own residuals hides no misfit.
 #[test]
 fn few_shots_with_other_balls_are_left_out() {
-    let (mut shots, others) = (film(TRUTH, 52), film(Truth { mu: 0.09, e: 0.90, ..TRUTH }, 52));
-    let wrong = [7, 19, 31];
-    for i in wrong {
-        shots[i] = others[i].clone();
-    }
-    let names = wrong.map(|i| shots[i].name.clone());
+    let (shots, wrong) = with_other_balls(52, &[7, 19, 31]);
     let fit = fitted(shots, Loss::Squares);
-    let mut left_out: Vec<&str> = fit.shots_rejected.iter().map(|shot| shot.shot.as_str()).collect();
-    left_out.sort_unstable();
-    let mut names = names.each_ref().map(String::as_str);
-    names.sort_unstable();
-    assert_eq!(left_out, names, "{:?}", fit.shots_rejected);
+    assert_eq!(left_out(&fit), wrong, "{:?}", fit.shots_rejected);
     for shot in &fit.shots_rejected {
         assert!(
             shot.reason.starts_with("its frames do not fit the collision that the other shots fit"),
@@ -109,7 +100,7 @@ fn errors_are_as_large_as_the_scatter() {
         let rms = (both.iter().map(|[huber, _]| pull(huber, parameter).powi(2)).sum::<f64>() / n).sqrt();
         let error = |fit: &Fit| fit.get(parameter).unwrap().std_error.unwrap();
         let larger = both.iter().map(|[huber, squares]| error(huber) / error(squares)).sum::<f64>() / n;
-        println!("{}: rms {rms:.3}, errors {larger:.3} times those of least squares", parameter.symbol());
+        figure(format!("{}: rms {rms:.3}, errors {larger:.3} times", parameter.name()));
         // four standard deviations of a root mean square, beside what the sandwich of 40 shots is off by
         assert!((rms - 1.0).abs() < 0.1 + 4.0 / (2.0 * n).sqrt(), "{parameter:?} {rms}");
         assert!((0.8..1.25).contains(&larger), "{parameter:?} {larger}");

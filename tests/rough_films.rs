@@ -1,19 +1,9 @@
 //! Films that are not quite what the model takes them for: positions that are off where the balls touch, an object ball that does not lie
 //! still, noise that is stated wrongly, all shots in one direction.
 
-use caromfit::fit;
-use caromfit::fit::{Depth, FitError, Grade, Options};
-use caromfit::measurement::correction::Correction;
-use caromfit::measurement::dataset::{Dataset, Measured};
-use caromfit::measurement::parameter::Parameter;
-use caromfit::measurement::track::{Sample, TrackShot};
-use caromfit::simulate;
-use caromfit::simulate::{Kind, Played, Spec, TrueImpact};
-
 use crate::camera::{TRUTH, fitted, is_recovered, is_right, shown, with_truth};
 use crate::frames::dataset;
-use crate::options;
-use crate::synthetic::spec;
+use crate::prelude::*;
 
 const FPS: f64 = 1000.0;
 
@@ -112,8 +102,7 @@ fn noise_that_is_stated_wrongly_is_not_blamed_on_the_model() {
         for shot in &mut stated.tracks.as_mut().unwrap().shots {
             shot.position_sd = Some(times * 1e-4);
         }
-        let options = Options { depth: Depth::Intervals, ..options::of_fit() };
-        fit::fit(&stated, &options).unwrap().remove(0)
+        options::fitted(&stated, Depth::Intervals)
     };
     let small = stated(1.0 / 3.0);
     assert!(is_right(&small) && small.verdict().grade == Grade::Good, "{}", small.verdict().sentence);
@@ -134,8 +123,8 @@ fn one_direction_does_not_bend_the_camera() {
         let usual = spec(Kind::Tracks, &[Played::NaturalRoll], 40, seed);
         let [mu, mu_s, e] = TRUTH;
         let ramp = Spec {
-            truth: simulate::Truth { mu, mu_s, e, ..simulate::Truth::default() },
-            shots: simulate::Shots { cut_deg: [30.0, 30.0], ..usual.shots },
+            truth: Truth { mu, mu_s, e, ..Truth::default() },
+            shots: Shots { cut_deg: [30.0, 30.0], ..usual.shots },
             ..usual
         };
         let turned = |(mut shot, truth): (TrackShot, TrueImpact)| {

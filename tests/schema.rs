@@ -1,12 +1,7 @@
 //! `caromfit schema` against what is really written, and the page that reads it with pandas.
 
-use std::fs;
-use std::path::{Path, PathBuf};
-use std::process::Command;
-
-use serde_json::Value;
-
 use crate::cli::{caromfit, done, done_in};
+use crate::prelude::*;
 
 fn schema(of: &str) -> Value {
     serde_json::from_str(done(&caromfit(["schema", of]))).unwrap()
@@ -282,7 +277,6 @@ fn the_guide_s_python_reads_the_tables() {
 
     let has_pandas = Command::new("python3").args(["-c", "import pandas"]).output();
     if !has_pandas.is_ok_and(|output| output.status.success()) {
-        eprintln!("no python3 with pandas here: the Python was not run");
         return;
     }
     let output = Command::new("python3").args(["-c", python]).current_dir(&folder).output().unwrap();

@@ -1,16 +1,9 @@
 //! One camera that filmed several data sets, and was not moved: its corrections are the same.
 
-use caromfit::compare;
-use caromfit::compare::{Comparison, Quantity};
-use caromfit::measurement::dataset::Dataset;
-use caromfit::measurement::parameter::Parameter;
-use caromfit::report::compare::notes;
-use caromfit::simulate;
-use caromfit::simulate::{Kind, Played, Spec};
+use caromfit::report::compare_words::notes;
 
 use crate::camera::by_phone;
-use crate::options;
-use crate::synthetic::spec;
+use crate::prelude::*;
 
 /// Standard errors by which a value may be off.
 const ERRORS: f64 = 3.5;
@@ -20,8 +13,7 @@ const MU_S: Quantity = Quantity::Parameter(Parameter::MuS);
 /// Shots on a cloth, filmed by a phone.
 fn on_cloth(name: &str, mu_s: f64, shots: usize, seed: u64) -> Dataset {
     let usual = spec(Kind::Tracks, &[Played::NaturalRoll], shots, seed);
-    let spec =
-        Spec { truth: simulate::Truth { mu: 0.05, mu_s, e: 0.94, ..simulate::Truth::default() }, ..usual };
+    let spec = Spec { truth: Truth { mu: 0.05, mu_s, e: 0.94, ..Truth::default() }, ..usual };
     let film = simulate::filmed(&spec).unwrap().into_iter().map(|(shot, _)| shot).collect();
     Dataset { name: name.to_owned(), cloth: Some(name.to_owned()), ..by_phone(film) }
 }

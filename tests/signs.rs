@@ -1,13 +1,6 @@
 //! What the documentation says of columns of data: signs of angles.
 
-use std::fs;
-
-use caromfit::io;
-use caromfit::measurement::observable::Observable;
-use caromfit::physics::ball::{Ball, BallState};
-use caromfit::physics::collision::{Coefficients, Fidelity, Model};
-use caromfit::physics::contact_frame::{cloth_slip, cue_velocity};
-use caromfit::problem::predict;
+use crate::prelude::*;
 
 const COEFFICIENTS: Coefficients = Coefficients { mu: 0.06, mu_s: 0.3, e: 0.94 };
 

@@ -1,32 +1,18 @@
 //! What a fit says of its own trustworthiness, against brute force and against data made to fool it.
 
-use std::path::Path;
-
-use caromfit::fit;
-use caromfit::fit::{Depth, Fit, Options, Status};
-use caromfit::io;
-use caromfit::measurement::dataset::{Before, Dataset};
-use caromfit::measurement::loss::Loss;
-use caromfit::measurement::parameter::{Compliance, Parameter};
-use caromfit::simulate::{Kind, Played};
-
-use crate::options;
-use crate::synthetic::{made_of_weighed_balls as made, spec};
+use crate::prelude::*;
+use crate::synthetic::made_of_weighed_balls as made;
 
 fn shipped(name: &str) -> Dataset {
     io::load(&Path::new(env!("CARGO_MANIFEST_DIR")).join("data").join(name)).unwrap()
 }
 
-fn fitted_with(dataset: &Dataset, options: &Options) -> Fit {
-    fit::fit(dataset, options).unwrap().remove(0)
-}
-
 fn fitted(dataset: &Dataset) -> Fit {
-    fitted_with(dataset, &options::of_fit())
+    options::fitted_with(dataset, &options::of_fit())
 }
 
 fn thorough(dataset: &Dataset) -> Fit {
-    fitted_with(dataset, &Options { depth: Depth::Everything, ..options::of_fit() })
+    options::fitted(dataset, Depth::Everything)
 }
 
 /// Impacts of balls in natural roll.
@@ -41,7 +27,7 @@ fn held(dataset: &Dataset, at: &[(Parameter, f64)]) -> f64 {
         let setting = &mut dataset.settings[*parameter];
         (setting.initial, setting.fixed) = (*value, true);
     }
-    fitted_with(&dataset, &Options { depth: Depth::Estimates, ..options::of_fit() }).chi2
+    options::fitted(&dataset, Depth::Estimates).chi2
 }
 
 /// The profile ends where χ² of a new fit is that of the interval above its minimum, and rises all the way.
@@ -119,11 +105,10 @@ fn only_the_product_is_said_to_be_determined() {
             cut.value = 0.0;
             cut.sd = None;
         }
-        shot.after.retain(|row| row.observable == caromfit::measurement::observable::Observable::ObjectSpeed);
+        shot.after.retain(|row| row.observable == Observable::ObjectSpeed);
     }
-    let options =
-        Options { fidelity: caromfit::physics::collision::Fidelity::Linear.into(), ..options::of_fit() };
-    let fit = fitted_with(&dataset, &options);
+    let options = Options { fidelity: Fidelity::Linear.into(), ..options::of_fit() };
+    let fit = options::fitted_with(&dataset, &options);
     let worst = fit.diagnostics.identifiability.as_ref().unwrap().worst.clone().unwrap();
     assert!(worst.undetermined, "{worst:?}");
     assert_eq!(worst.words, "only the product μ·μ_s is determined by these shots");
@@ -165,11 +150,10 @@ fn trends_are_found_no_more_often_than_chance_has_it() {
         let goodness = fit.diagnostics.goodness.unwrap();
         named += usize::from(goodness.trends.iter().any(|trend| trend.significant));
         normal += usize::from(goodness.normality.unwrap().p_value > 0.05);
-        explained += usize::from(goodness.noise == fit::NoiseVerdict::Explains);
+        explained += usize::from(goodness.noise == NoiseVerdict::Explains);
         let leverage: f64 = goodness.influence.iter().map(|shot| shot.leverage).sum();
         assert!(leverage < 3.0);
     }
-    println!("trends {named}, normal {normal}, explained {explained} of {seeds}");
     assert!(named <= MOST, "{named} of {seeds} data sets have a trend by chance");
     assert!(normal >= 180 && explained >= 195, "{normal} {explained}");
 }
@@ -200,7 +184,7 @@ fn a_robust_loss_lists_the_wrong_shots_and_keeps_to_the_others() {
     }
     for loss in [Loss::Huber, Loss::Cauchy] {
         let options = Options { loss: Some(loss), ..options::of_fit() };
-        let fit = fitted_with(&spoilt, &options);
+        let fit = options::fitted_with(&spoilt, &options);
         assert!(fit.converged, "{}", fit.termination);
         let robust = fit.diagnostics.robust.as_ref().unwrap();
         let mut listed: Vec<&str> =
@@ -222,14 +206,13 @@ fn honest_errors_are_as_large_as_the_scatter() {
     let fits: Vec<Fit> = (0..150)
         .map(|seed| {
             let options = Options { loss: Some(Loss::Huber), ..options::of_fit() };
-            fitted_with(&rolls(40, 400 + seed), &options)
+            options::fitted_with(&rolls(40, 400 + seed), &options)
         })
         .collect();
     for (i, truth) in [0.05, 0.3, 0.94].into_iter().enumerate() {
         let n = fits.len() as f64;
         let rms = (fits.iter().map(|f| (f.estimates[i].value - truth).powi(2)).sum::<f64>() / n).sqrt();
         let error = fits.iter().map(|f| f.estimates[i].std_error.unwrap()).sum::<f64>() / n;
-        println!("{}: rms error {rms:.2e}, said {error:.2e}", fits[0].estimates[i].parameter.name());
         assert!((error / rms - 1.0).abs() < SAME, "{error} {rms}");
     }
 }
@@ -263,9 +246,9 @@ fn the_bootstrap_scatters_as_the_errors_say() {
     const SAME: f64 = 0.4;
     let dataset = rolls(40, 31);
     let options = Options { bootstrap: 300, seed: 7, ..options::of_fit() };
-    let count = std::sync::atomic::AtomicUsize::new(0);
+    let count = AtomicUsize::new(0);
     let done = || {
-        count.fetch_add(1, std::sync::atomic::Ordering::Relaxed);
+        count.fetch_add(1, Ordering::Relaxed);
     };
     let fit = fit::fit_watched(&dataset, &options, &done).unwrap().remove(0);
     assert_eq!(count.into_inner(), 300);
@@ -280,7 +263,7 @@ fn the_bootstrap_scatters_as_the_errors_say() {
         }
     }
     // the same seed, the same samples, whatever thread they ran on
-    let again = fitted_with(&dataset, &options);
+    let again = options::fitted_with(&dataset, &options);
     assert_eq!(again.diagnostics.bootstrap.unwrap(), bootstrap);
 }
 
@@ -317,6 +300,5 @@ fn a_model_with_one_parameter_too_many_is_seldom_preferred() {
         let ratio = without.likelihood_ratio.unwrap_or_else(|| panic!("{without:?}"));
         preferred += usize::from(ratio.p_value < 0.05);
     }
-    println!("{preferred} of 100");
     assert!((1..=MOST).contains(&preferred), "{preferred}");
 }

@@ -1,16 +1,6 @@
 //! Tables that state no standard deviations: the noise is estimated, and intervals know from how few numbers.
 
-use caromfit::fit;
-use caromfit::measurement::dataset::{Before, Dataset};
-use caromfit::measurement::parameter::Parameter;
-use caromfit::simulate::{Kind, Noise, Played, Spec};
-use rand::{Rng, SeedableRng};
-use rand_chacha::ChaCha8Rng;
-use statrs::distribution::{ContinuousCDF, Normal};
-
-use crate::frames::count;
-use crate::options;
-use crate::synthetic::{made, spec};
+use crate::prelude::*;
 
 /// Tables of each size; CAROMFIT_SETS may raise it.
 const SETS: usize = 100;
@@ -73,7 +63,7 @@ fn coverage(name: &str, shots: usize, make: impl Fn(usize, u64) -> Dataset) -> f
     let [mu, e] = covered.map(|covered| covered as f64 / sets as f64);
     let errors = squares.map(|sum| (sum / sets as f64).sqrt());
     let left_out = shots * sets - used;
-    println!("| {name} | {shots} | {mu:.3} | {e:.3} | {:.2} | {:.2} | {left_out} |", errors[0], errors[1]);
+    figure(format!("| {name} | {shots} | {mu:.3} | {e:.3} | {errors:.2?} | {left_out} |"));
     0.5 * (mu + e)
 }
 
@@ -85,10 +75,11 @@ fn intervals_of_tables_without_deviations_hold() {
     }
 }
 
-/// For the long study.
+/// The long study also takes other tables.
 #[test]
+#[ignore = "a study without a promise: see studies.md"]
 fn intervals_of_other_tables_without_deviations_hold() {
-    for shots in [5, 6, 8, 10, 20].into_iter().filter(|_| count("CAROMFIT_SETS", 0) > 0) {
+    for shots in [5, 6, 8, 10, 20] {
         coverage("roll", shots, |shots, seed| impacts(shots, seed, (Played::NaturalRoll, Errs::After)));
         coverage("stun, before too", shots, |n, seed| impacts(n, seed, (Played::Stun, Errs::BeforeToo)));
         coverage("angles, speeds", shots, angles);

@@ -1,22 +1,9 @@
 //! Balls that are not equal, from the specification of shots to what other programs are given: `synth`, `extract`, `fit`, `design` and
 //! `export`.
 
-use std::fs;
-use std::path::Path;
+use caromfit::design::{PlayedKind, design};
 
-use caromfit::design::{Expected, PlayedKind, design};
-use caromfit::fit::Status;
-use caromfit::io::stated_object::StatedObject;
-use caromfit::measurement::dataset::ObjectBall;
-use caromfit::measurement::parameter::{Compliance, Parameter};
-use caromfit::physics::ball::{Ball, BallState, Vec3};
-use caromfit::physics::collision::{Coefficients, Fidelity, Model, NotACollision};
-use caromfit::simulate;
-use caromfit::simulate::{BallSpec, Kind, Played, Shots, Spec, Truth};
-use serde_json::Value;
-
-use crate::cli::done_in;
-use crate::synthetic::{self, ERRORS, auto, is_right};
+use crate::prelude::*;
 
 /// What a kitchen scale tells, kg.
 const SCALE: f64 = 0.001;
@@ -30,13 +17,8 @@ fn weighed(kind: Kind, seed: u64) -> Spec {
             mass_kg_sd: Some(SCALE),
             ..StatedObject::default()
         }),
-        ..synthetic::spec(kind, &[Played::NaturalRoll], 40, seed)
+        ..spec(kind, &[Played::NaturalRoll], 40, seed)
     }
-}
-
-fn fit_json(folder: &Path, name: &str) -> Value {
-    let path = folder.join("fits").join(name).join("fit.json");
-    serde_json::from_str(&fs::read_to_string(path).unwrap()).unwrap()
 }
 
 #[test]
@@ -60,10 +42,8 @@ fn what_is_simulated_is_found_again() {
 fn radii_and_inertias_that_differ_are_simulated_in_every_kind() {
     let object = StatedObject { radius_m: Some(0.0280), inertia: Some(0.39), ..StatedObject::default() };
     for (kind, seed) in [(Kind::Impacts, 63), (Kind::Tracks, 64), (Kind::Angles, 65)] {
-        let spec = Spec {
-            object: Some(object),
-            ..synthetic::spec(kind, &[Played::NaturalRoll, Played::Stun], 40, seed)
-        };
+        let spec =
+            Spec { object: Some(object), ..spec(kind, &[Played::NaturalRoll, Played::Stun], 40, seed) };
         let dataset = simulate::dataset(&spec).unwrap();
         let ball = Ball { radius: 0.0280, inertia: 0.39, ..Ball::POOL };
         // no mass of it is stated
@@ -79,7 +59,7 @@ fn radii_and_inertias_that_differ_are_simulated_in_every_kind() {
 
 #[test]
 fn a_contact_that_gives_way_is_simulated() {
-    let usual = synthetic::spec(Kind::Impacts, &[Played::Stun], 40, 66);
+    let usual = spec(Kind::Impacts, &[Played::Stun], 40, 66);
     let truth = Truth { kappa: Some(Model::KAPPA), e_slope: Some(0.01), ..usual.truth };
     let spec = Spec { truth, ..usual };
     let mut dataset = simulate::dataset(&spec).unwrap();
@@ -97,55 +77,6 @@ fn a_contact_that_gives_way_is_simulated() {
     // nor half a law of friction
     let half = Spec { truth: Truth { mu_b: Some(0.1), ..spec.truth }, ..spec };
     assert!(simulate::generate(&half).unwrap_err().to_string().contains("truth.mu_c is missing"));
-}
-
-/// The parameters of a fit.json, value and error.
-fn parameter(fit: &Value, name: &str) -> (f64, f64) {
-    let of = |key: &str| fit["parameters"][name][key].as_f64().unwrap_or(f64::NAN);
-    (of("estimate"), of("std_error"))
-}
-
-/// Two stages weigh the frames a little differently than one fit of all: by so many standard errors an estimate may move.
-const ALIKE: f64 = 2.0;
-
-/// From a film to its extracted impacts, and to what is told of both.
-#[test]
-fn what_is_extracted_keeps_both_balls() {
-    let folder = tempfile::tempdir().unwrap();
-    let folder = folder.path();
-    let spec = weighed(Kind::Tracks, 67);
-    synthetic::write(&spec, &spec.usual_model(), &folder.join("film"));
-    // Poisson's ratio goes along
-    let path = folder.join("film/dataset.toml");
-    let stated =
-        fs::read_to_string(&path).unwrap().replacen("inertia = 0.4\n", "inertia = 0.4\npoisson = 0.3\n", 1);
-    fs::write(&path, stated).unwrap();
-    done_in(folder, &["extract", "film", "--out", "ext", "--no-pictures"]);
-    let extracted = fs::read_to_string(folder.join("ext/synthetic/dataset.toml")).unwrap();
-    for line in ["[object]", "mass_kg_sd = 0.001", "poisson = 0.3"] {
-        assert!(extracted.contains(line), "{extracted}\nlacks {line}");
-    }
-    assert_eq!(extracted.matches("mass_kg_sd = 0.001").count(), 2, "{extracted}");
-    done_in(folder, &["fit", "film", "ext/synthetic"]);
-    let [film, impacts] = ["synthetic", "synthetic-impacts"].map(|name| fit_json(folder, name));
-    for key in ["ball", "object"] {
-        assert_eq!(film[key], impacts[key]);
-    }
-    assert_eq!(film["object"]["mass_kg_sd"], SCALE);
-    for name in ["mu", "mu_s", "e", "mass_ratio"] {
-        let ((joint, error), (two_stage, _)) = (parameter(&film, name), parameter(&impacts, name));
-        assert!((joint - two_stage).abs() < ALIKE * error, "{name}: {joint} ± {error}, {two_stage}");
-    }
-    assert!(impacts["reduced_chi2"].as_f64().unwrap() < 1.5, "{impacts}");
-
-    let report = fs::read_to_string(folder.join("fits/synthetic/report.html")).unwrap();
-    assert!(report.contains("object ball: radius 28.575 mm, mass 1"), "both balls");
-    let [toml, _] = done_in(folder, &["export", "fits/synthetic", "--to", "toml"]);
-    for line in ["[object]", "[mass_ratio]", "mass_kg_sd = 0.001"] {
-        assert!(toml.contains(line), "{toml}\nlacks {line}");
-    }
-    let [_, said] = done_in(folder, &["export", "fits/synthetic", "--to", "pooltool"]);
-    assert!(said.contains("take both balls for equal"), "{said}");
 }
 
 /// dv_x/dq = 1 + m_object/m_cue + μ_s μ sin θ must stay positive, sin θ from −1 with topspin.

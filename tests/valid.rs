@@ -4,23 +4,11 @@
 use std::fmt::Debug;
 use std::str::FromStr;
 
-use caromfit::compare;
 use caromfit::compare::CompareError;
-use caromfit::fit;
-use caromfit::fit::{Depth, Falling, FitError, Grade, Options, Status};
-use caromfit::measurement::dataset::{Before, Dataset, Measured, Shot};
-use caromfit::measurement::loss::Loss;
-use caromfit::measurement::observable::Observable;
-use caromfit::measurement::parameter::{Parameter, Prior};
-use caromfit::measurement::spin::Spin;
-use caromfit::measurement::track::{Sample, TrackShot};
-use caromfit::physics::ball::{Ball, BallState};
-use caromfit::physics::collision::{Coefficients, Fidelity, FidelityChoice, Model};
+use caromfit::measurement::parameter::Prior;
 use caromfit::physics::name::UnknownName;
-use caromfit::simulate::{Kind, Played, Shots, Spec};
 
-use crate::options;
-use crate::synthetic::{made, spec};
+use crate::prelude::*;
 
 fn good() -> Dataset {
     made(&spec(Kind::Impacts, &[Played::NaturalRoll], 10, 1))
@@ -147,13 +135,13 @@ fn options_that_are_none_are_refused() {
 /// The defaults of the library are those of the program: these throws need both to be fitted at all.
 #[test]
 fn the_defaults_are_those_of_the_program() {
-    let root = std::path::Path::new(env!("CARGO_MANIFEST_DIR"));
+    let root = Path::new(env!("CARGO_MANIFEST_DIR"));
     for name in ["alciatore-2006", "pucks-chalmers-2023"] {
-        let dataset = caromfit::io::load(&root.join("data").join(name)).unwrap();
+        let dataset = io::load(&root.join("data").join(name)).unwrap();
         for fit in fit::fit(&dataset, &Options::default()).unwrap() {
             let folder = root.join("fits").join(name).join(fit.group.as_ref().map_or("", |group| &group.1));
-            let stored = std::fs::read_to_string(folder.join("fit.json")).unwrap();
-            let stored: serde_json::Value = serde_json::from_str(&stored).unwrap();
+            let stored = fs::read_to_string(folder.join("fit.json")).unwrap();
+            let stored: Value = serde_json::from_str(&stored).unwrap();
             for own in &fit.estimates {
                 let stored = &stored["parameters"][own.parameter.name()];
                 assert_eq!(stored["status"], own.status.name(), "{name}");

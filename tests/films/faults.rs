@@ -2,11 +2,7 @@
 
 use std::fmt::Write as _;
 
-use caromfit::measurement::track::{Sample, TrackShot};
-use caromfit::simulate;
-use caromfit::simulate::{Camera, Spec};
-use rand::Rng;
-use rand_chacha::ChaCha8Rng;
+use crate::prelude::*;
 
 /// Paths are known at so many instants a frame, straight lines between them.
 const FINE: usize = 8;

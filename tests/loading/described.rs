@@ -1,11 +1,9 @@
 //! A data set as JSON, and what of it is not as expected.
 
-use caromfit::measurement::correction::Correction;
-use caromfit::measurement::dataset::{Before, Dataset, Measured, Shot, Tracks};
-use caromfit::measurement::parameter::Parameter;
-use caromfit::measurement::spin::Spin;
-use caromfit::measurement::track::{Marker, Sample, TrackShot};
-use serde_json::{Map, Value, json};
+use caromfit::measurement::track::Marker;
+use serde_json::Map;
+
+use crate::prelude::*;
 
 fn measured(measured: &Measured) -> Value {
     json!([measured.value, measured.sd])

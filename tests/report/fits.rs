@@ -2,21 +2,10 @@
 
 use std::sync::OnceLock;
 
-use caromfit::fit;
-use caromfit::fit::{
-    About, Depth, Diagnostics, Estimate, Fit, Goodness, Intervals, Noise, NoiseVerdict, Rejected, Remark,
-    Residual, Status,
-};
-use caromfit::measurement::observable::Observable;
-use caromfit::measurement::parameter::Parameter;
+use caromfit::fit::{About, Diagnostics, Goodness, Intervals, Noise, Remark};
 use caromfit::problem::Severity;
-use caromfit::simulate::{Kind, Played};
-use nalgebra::DMatrix;
-use rand::{Rng, SeedableRng};
-use rand_chacha::ChaCha8Rng;
 
-use crate::options;
-use crate::synthetic::{made, spec};
+use crate::prelude::*;
 
 pub const NAN: f64 = f64::NAN;
 
@@ -24,7 +13,7 @@ pub const NAN: f64 = f64::NAN;
 fn fitted() -> Fit {
     static FITTED: OnceLock<Fit> = OnceLock::new();
     let fit = FITTED.get_or_init(|| {
-        let options = fit::Options { depth: Depth::Estimates, ..options::of_fit() };
+        let options = Options { depth: Depth::Estimates, ..options::of_fit() };
         let dataset = made(&spec(Kind::Angles, &[Played::Stun], 10, 1));
         fit::fit(&dataset, &options).unwrap().remove(0)
     });

@@ -2,11 +2,11 @@
 
 use std::collections::HashSet;
 
-use caromfit::fit::Fit;
-use caromfit::measurement::observable::{Axis, Observable};
 use caromfit::report;
 
 use super::fits::{NAN, empty, exact, normal, restricted, synthetic};
+
+use crate::prelude::*;
 
 /// The SVG of a fit, whose tags were seen to be well-formed.
 fn svg(fit: &Fit) -> String {

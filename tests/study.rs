@@ -1,0 +1,104 @@
+//! Studies: how many sets they take, their figures, and errors of estimates over their standard errors.
+
+use std::fmt::Display;
+
+use crate::prelude::*;
+
+/// Standard deviations of its scatter that a mean or a coverage may be off: of a dozen numbers one is farther off once in 200 runs, and
+/// the seeds are fixed.
+const OFF: f64 = 3.5;
+
+/// A count that an environment variable may raise, for the long study.
+pub fn count(variable: &str, default: usize) -> usize {
+    std::env::var(variable).ok().and_then(|n| n.parse().ok()).unwrap_or(default)
+}
+
+/// Shows a figure of a long study, with `--nocapture`.
+pub fn figure(text: impl Display) {
+    eprintln!("{text}");
+}
+
+/// Takes the state of each shot before the impact for exact.
+pub fn take_inputs_for_exact(dataset: &mut Dataset) {
+    for shot in &mut dataset.shots {
+        if let Before::Impact { normal, velocity } = &mut shot.before {
+            normal.iter_mut().chain(velocity).for_each(|measured| measured.sd = None);
+        }
+        if let Spin::Measured { sd, .. } = &mut shot.spin {
+            *sd = [None; 3];
+        }
+    }
+}
+
+/// Errors of estimates of one parameter over their standard errors, and how many intervals hold the truth.
+#[derive(Default)]
+pub struct Pulls {
+    pub all: Vec<f64>,
+    errors: f64,
+    held: usize,
+    intervals: usize,
+}
+
+impl FromIterator<f64> for Pulls {
+    fn from_iter<T: IntoIterator<Item = f64>>(pulls: T) -> Self {
+        Self { all: pulls.into_iter().collect(), ..Self::default() }
+    }
+}
+
+impl Pulls {
+    /// The pulls of the estimates that have an error.
+    pub fn of<'a>(fits: impl IntoIterator<Item = &'a Fit>, parameter: Parameter, truth: f64) -> Self {
+        let mut found = Self::default();
+        for estimate in fits.into_iter().filter_map(|fit| fit.get(parameter)) {
+            let Some(error) = estimate.std_error else { continue };
+            found.all.push((estimate.value - truth) / error);
+            found.errors += error;
+            if let Some([low, high]) = estimate.interval_95 {
+                found.intervals += 1;
+                found.held += usize::from((low..=high).contains(&truth));
+            }
+        }
+        found
+    }
+
+    fn n(&self) -> f64 {
+        self.all.len() as f64
+    }
+
+    pub fn mean(&self) -> f64 {
+        self.all.iter().sum::<f64>() / self.n()
+    }
+
+    /// The root mean square.
+    pub fn rms(&self) -> f64 {
+        (self.all.iter().map(|pull| pull * pull).sum::<f64>() / self.n()).sqrt()
+    }
+
+    /// The mean of the standard errors.
+    pub fn error(&self) -> f64 {
+        self.errors / self.n()
+    }
+
+    /// The part of the intervals that hold the truth.
+    pub fn coverage(&self) -> f64 {
+        self.held as f64 / self.intervals as f64
+    }
+
+    /// Asserts that the bias is below a tenth of a standard error, as far as so many sets tell.
+    pub fn check_mean(&self, what: &str) {
+        let (mean, n) = (self.mean(), self.n());
+        let [error, rms, covered] = [self.error(), self.rms(), self.coverage()];
+        figure(format!(
+            "{what}: error {error:.5}, mean {mean:+.3}, rms {rms:.3}, covered {covered:.3} of {n}"
+        ));
+        assert!(mean.abs() < 0.1 + OFF / n.sqrt(), "{what}: mean {mean} of {:.2?}", self.all);
+    }
+
+    /// The same, and that the part of the 95 % intervals that hold is in this range.
+    pub fn check(&self, what: &str, [low, high]: [f64; 2]) {
+        self.check_mean(what);
+        let covered = self.coverage();
+        let off = OFF * (0.95 * 0.05 / self.intervals as f64).sqrt();
+        assert!((low - off..=high + off).contains(&covered), "{what}: {covered} of the intervals hold");
+    }
+}
