@@ -1,24 +1,7 @@
 //! Comparisons: differences that are there are found, and others are not.
 
-<<<<<<< HEAD
-use std::path::Path;
-
-use caromfit::compare::{Compared, Comparison, Finding, Options, Quantity, Reason, TestKind, compare};
-use caromfit::fit;
-use caromfit::io;
-use caromfit::measurement::dataset::{Before, Dataset, Shot};
-use caromfit::measurement::loss::Loss;
-use caromfit::measurement::observable::Observable;
-use caromfit::measurement::parameter::Parameter;
-use caromfit::physics::ball::Ball;
-use caromfit::physics::collision::{Fidelity, FidelityChoice, Model};
-use caromfit::report::compare::notes;
-use caromfit::simulate::{Kind, Noise, Played, Spec, Truth};
-use serde_json::Value;
-=======
 use caromfit::compare::{Compared, Options, Reason, TestKind, compare};
-use caromfit::report::compare_words::notes;
->>>>>>> d7eb3c5637bd7a99aa3fae2cd14e8599dfaf4918
+use caromfit::report::compare::notes;
 
 use crate::cli::done_in;
 use crate::prelude::*;

@@ -1,23 +1,7 @@
 //! Comparisons have what fits have: friction that falls, contacts that give way, frames.
 
-<<<<<<< HEAD
-use std::path::Path;
-
-use caromfit::compare;
-use caromfit::compare::{Comparison, Difference, Finding, Options, Quantity};
-use caromfit::io::stated_object::StatedObject;
-use caromfit::measurement::dataset::Dataset;
-use caromfit::measurement::parameter::{Compliance, Parameter, Setting};
-use caromfit::physics::ball::Ball;
-use caromfit::physics::collision::{Effects, Fidelity, FidelityChoice, Model};
-use caromfit::physics::friction_law::Law;
-use caromfit::report::compare::{notes, warnings};
-use caromfit::simulate::{BallSpec, Camera, ClothSpec, Kind, Noise, Played, Spec, Truth};
-use serde_json::Value;
-=======
 use caromfit::compare::{Difference, Options};
-use caromfit::report::compare_words::{notes, warnings};
->>>>>>> d7eb3c5637bd7a99aa3fae2cd14e8599dfaf4918
+use caromfit::report::compare::{notes, warnings};
 
 use crate::compare::{Asked, is_the_fit_of_all, of};
 use crate::prelude::*;

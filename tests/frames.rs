@@ -2,16 +2,7 @@
 
 use caromfit::fit::with_impacts;
 use caromfit::problem::Id;
-<<<<<<< HEAD
 use caromfit::report::csv;
-use caromfit::simulate;
-use caromfit::simulate::{Camera, ClothSpec, Kind, Played, Shots, Spec, TrueImpact};
-use rayon::prelude::*;
-use statrs::distribution::{ContinuousCDF, Normal};
-=======
-use caromfit::report;
-use caromfit::report::{frame_table, shot_table};
->>>>>>> d7eb3c5637bd7a99aa3fae2cd14e8599dfaf4918
 
 pub use crate::study::count;
 

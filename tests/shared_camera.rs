@@ -1,6 +1,6 @@
 //! One camera that filmed several data sets, and was not moved: its corrections are the same.
 
-use caromfit::report::compare_words::notes;
+use caromfit::report::compare::notes;
 
 use crate::camera::by_phone;
 use crate::prelude::*;

@@ -1,15 +1,15 @@
-//! The design of an experiment: which cut angles, speeds and spins determine μ, μ_s and e, what standard errors a number of
-//! shots gives, and how many shots a wanted standard error needs.
+//! The design of an experiment: which cut angles, speeds and spins determine μ, μ_s and e, what
+//! standard errors a number of shots gives, and how many shots a wanted standard error needs.
 //!
-//! The Fisher information of N shots is N times that of the average one, to which the priors of a fit are added; its inverse is the
-//! Cramér–Rao bound, which fits reach.
+//! The Fisher information of N shots is N times that of the average one, to which the priors of a
+//! fit are added; its inverse is the Cramér–Rao bound, which fits reach.
 
 pub mod information;
-mod optimal_design;
 mod plan;
 mod spec;
 mod words;
 
+use serde::Deserialize;
 use statrs::distribution::{ContinuousCDF, Normal};
 
 use crate::measurement::dataset::ObjectBall;
@@ -32,7 +32,8 @@ pub struct Expected {
     pub coefficients: Coefficients,
     /// The cue ball, and the object ball unless it differs.
     pub ball: Ball,
-    /// The object ball if it is stated, with the errors of both balls; `None`: [`ObjectBall::unweighed`].
+    /// The object ball if it is stated, with the errors of both balls; `None`:
+    /// [`ObjectBall::unweighed`].
     pub object: Option<ObjectBall>,
     /// The cloth.
     pub cloth: ClothSpec,
@@ -50,7 +51,8 @@ impl Expected {
         Model { object: Some(self.object_ball().ball), ..Model::new(Fidelity::Full, self.ball) }
     }
 
-    /// Returns the standard deviations to which the ratios of masses and of radii are stated; 0 of a ratio that is exact.
+    /// Returns the standard deviations to which the ratios of masses and of radii are stated; 0 of
+    /// a ratio that is exact.
     pub(crate) fn ratio_sds(&self) -> [f64; 2] {
         let object = self.object_ball();
         [object.mass_ratio_sd(self.ball), object.radius_ratio_sd(self.ball)].map(Option::unwrap_or_default)
@@ -62,15 +64,16 @@ impl Expected {
 }
 
 /// A kind of shot, spread evenly over its ranges.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, Deserialize, PartialEq)]
+#[serde(try_from = "spec::KindSection")]
 pub struct PlayedKind {
     /// The name of the kind, as reports show it.
     pub name: String,
-    /// The lowest and the highest topspin over that of natural roll: 1 is natural roll, 0 is stun, and below 0 is
-    /// draw.
+    /// The lowest and the highest topspin over that of natural roll: 1 is natural roll, 0 is stun,
+    /// and below 0 is draw.
     pub topspin: [f64; 2],
-    /// The side spin ω_z over the natural roll's spin. With a positive cut angle a negative one is outside spin,
-    /// which reduces the slip between the balls.
+    /// The side spin ω_z over the natural roll's spin. With a positive cut angle a negative one is
+    /// outside spin, which reduces the slip between the balls.
     pub side: f64,
     /// How a fit knows the spin.
     pub from: SpinFrom,
@@ -91,17 +94,16 @@ pub enum SpinFrom {
     Motion,
     /// Markers show the spins before and after the impact.
     Markers {
-        /// The standard error of each component of the cue ball's and of the object ball's spin, rad/s. `None`: those
-        /// that an extraction states for two markers on each ball with this camera, which [`design()`] finds.
+        /// The standard error of each component of the cue ball's and of the object ball's spin,
+        /// rad/s. `None`: those that an extraction states for two markers on each ball with this
+        /// camera, which [`design()`] finds.
         sd: Option<[f64; 2]>,
     },
 }
 
 impl PlayedKind {
-    /// The topspin of draw shots, as in synthetic data sets.
-    const DRAW: [f64; 2] = [-1.0, -0.3];
-
-    /// Returns how a spin is known unless stated: roll and stun are played as such, other spins are measured.
+    /// Returns how a spin is known unless stated: roll and stun are played as such, other spins are
+    /// measured.
     fn usual(topspin: [f64; 2], side: f64) -> SpinFrom {
         match (topspin, side) {
             ([from, to], 0.0) if from == to && (from == 0.0 || from == 1.0) => SpinFrom::Known,
@@ -127,8 +129,8 @@ impl Default for PlayedKind {
 }
 
 impl Default for Expected {
-    /// Pool balls on a usual cloth, 1000 fps, 0.1 mm, 40 ms before and after; 40 shots each of roll, stun, draw and side
-    /// spin either way.
+    /// Pool balls on a usual cloth, 1000 fps, 0.1 mm, 40 ms before and after; 40 shots each of
+    /// roll, stun, draw and side spin either way.
     fn default() -> Self {
         let kind = |name: &str, topspin: [f64; 2], side: f64| PlayedKind {
             name: name.to_owned(),
@@ -146,7 +148,7 @@ impl Default for Expected {
             kinds: vec![
                 kind("roll", [1.0; 2], 0.0),
                 kind("stun", [0.0; 2], 0.0),
-                kind("draw", PlayedKind::DRAW, 0.0),
+                kind("draw", [-1.0, -0.3], 0.0),
                 kind("outside", [0.0; 2], -0.5),
                 kind("inside", [0.0; 2], 0.5),
             ],
@@ -162,16 +164,17 @@ pub struct OfKind {
     pub information: Information,
     /// The fraction of the shots whose frames do not determine their own motion.
     pub unusable: f64,
-    /// The standard errors of μ, μ_s and e from the planned number of shots of this kind alone; `None` if they do
-    /// not determine one.
+    /// The standard errors of μ, μ_s and e from the planned number of shots of this kind alone;
+    /// `None` if they do not determine one.
     pub std_errors: [Option<f64>; 3],
-    /// How many shots of this kind alone reach the wanted standard error of μ, of μ_s and of e; `None` if no
-    /// number does or none is wanted.
+    /// How many shots of this kind alone reach the wanted standard error of μ, of μ_s and of e;
+    /// `None` if no number does or none is wanted.
     pub needed: [Option<u64>; 3],
-    /// How many shots of this kind alone reach all that is wanted, except for what no kind of the design determines.
+    /// How many shots of this kind alone reach all that is wanted, except for what no kind of the
+    /// design determines.
     pub needed_all: Option<u64>,
-    /// The fraction by which the standard errors of μ, μ_s and e from all planned shots decrease with one more shot of this
-    /// kind.
+    /// The fraction by which the standard errors of μ, μ_s and e from all planned shots decrease
+    /// with one more shot of this kind.
     pub gain: [Option<f64>; 3],
 }
 
@@ -197,7 +200,8 @@ pub struct Planned {
     pub shots: usize,
     /// The standard errors of μ, μ_s and e; `None` for what the shots do not determine.
     pub std_errors: [Option<f64>; 3],
-    /// The standard errors of m_cue/m_object and of R_cue/R_object; `None` of a ratio that is exact.
+    /// The standard errors of m_cue/m_object and of R_cue/R_object; `None` of a ratio that is
+    /// exact.
     pub ratios: [Option<f64>; 2],
 }
 
@@ -213,7 +217,8 @@ pub struct Design {
     pub cells: Vec<Cell>,
     /// All planned shots together.
     pub planned: Planned,
-    /// The fewest shots for each wanted standard error and for all of them, once of whole kinds and once of cells.
+    /// The fewest shots for each wanted standard error and for all of them, once of whole kinds and
+    /// once of cells.
     pub mixtures: Vec<Mixture>,
     /// The conclusions, in sentences.
     pub words: Vec<String>,
@@ -229,8 +234,8 @@ impl Design {
     }
 }
 
-/// Returns the difference between two such data sets, in standard errors of one of them, that a two-sided test at 5 % finds in 80 %
-/// of cases: (z_0.975 + z_0.8)√2 = 3.96.
+/// Returns the difference between two such data sets, in standard errors of one of them, that a
+/// two-sided test at 5 % finds in 80 % of cases: (z_0.975 + z_0.8)√2 = 3.96.
 #[must_use]
 pub fn detectable() -> f64 {
     let normal = Normal::standard();
@@ -244,8 +249,11 @@ pub fn detectable() -> f64 {
 pub fn design(expected: &Expected) -> Result<Design, NotACollision> {
     let mut expected = expected.clone();
     let mut notes = find_marker_errors(&mut expected)?;
-    let averages: Vec<Average> =
-        expected.kinds.iter().map(|kind| information::of_kind(&expected, kind)).collect::<Result<_, _>>()?;
+    let averages: Vec<Average> = expected
+        .kinds
+        .iter()
+        .map(|kind| information::average(&expected, kind, None))
+        .collect::<Result<_, _>>()?;
     let of_kinds = averages.iter().zip(&expected.kinds);
     let total: Information = of_kinds.map(|(average, kind)| average.information * kind.shots as f64).sum();
     let planned = planned(&expected, &total);
@@ -283,7 +291,8 @@ pub fn design(expected: &Expected) -> Result<Design, NotACollision> {
         }
         for speed_m_s in speeds(kind.speed_m_s) {
             for cut_deg in cuts(kind) {
-                let information = information::of_cell(&expected, kind, speed_m_s, cut_deg)?.information;
+                let at = Some([speed_m_s, cut_deg]);
+                let information = information::average(&expected, kind, at)?.information;
                 let std_errors = std_errors(information);
                 cells.push(Cell { kind: index, speed_m_s, cut_deg, information, std_errors });
             }
@@ -301,7 +310,8 @@ pub fn design(expected: &Expected) -> Result<Design, NotACollision> {
     Ok(design)
 }
 
-/// Finds the errors of spins that markers show if they are not stated, and returns notes on kinds whose markers show none.
+/// Finds the errors of spins that markers show if they are not stated, and returns notes on kinds
+/// whose markers show none.
 fn find_marker_errors(expected: &mut Expected) -> Result<Vec<String>, NotACollision> {
     let mut notes = Vec::new();
     for index in 0..expected.kinds.len() {
@@ -311,9 +321,9 @@ fn find_marker_errors(expected: &mut Expected) -> Result<Vec<String>, NotACollis
         }
         let shown = information::shown_by_markers(expected, kind)?;
         if shown.is_none() {
+            let name = &kind.name;
             notes.push(format!(
-                "{}: no marker is in sight for long enough to show the spin; taken as unknown.",
-                kind.name
+                "{name}: no marker is in sight for long enough to show the spin; taken as unknown."
             ));
         }
         let sd = Some(shown.unwrap_or([information::UNSEEN; 2]));
@@ -336,7 +346,8 @@ fn planned(expected: &Expected, total: &Information) -> Planned {
     }
 }
 
-/// Returns the ends of a range of speeds, and their geometric mean if they differ by more than half.
+/// Returns the ends of a range of speeds, and their geometric mean if they differ by more than
+/// half.
 fn speeds([slow, fast]: [f64; 2]) -> Vec<f64> {
     if slow == fast {
         vec![slow]

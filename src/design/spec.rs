@@ -9,55 +9,34 @@ use crate::io::DatasetError;
 use crate::io::balls_section::{BallSection, Shape};
 use crate::io::stated_object::StatedObject;
 use crate::io::toml_file::{self, Source};
-use crate::measurement::number::count_of;
 use crate::measurement::parameter::Parameter;
-use crate::measurement::valid::{Condition, FRACTION, POSITIVE};
-use crate::simulate::{Camera, ClothSpec, MAX_FRAMES, MAX_SHOTS, faults_of_ranges};
+use crate::measurement::valid::{Condition, FRACTION, Fault, Faults, POSITIVE};
+use crate::physics::collision::Coefficients;
+use crate::simulate::{Camera, ClothSpec, Played, checked, faults_of, faults_of_shots};
 
-#[derive(Deserialize)]
-#[serde(deny_unknown_fields, expecting = "the keys of a design")]
+/// Number of frames on either side of the impact that an extraction needs.
+const LEAST_FRAMES: usize = 3;
+
+const SPINS: Condition = (|x| x.abs() <= 2.0, "from -2 to 2, in parts of the natural roll's");
+
+#[derive(Default, Deserialize)]
+#[serde(deny_unknown_fields, default, expecting = "the keys of a design")]
 struct Keys {
-    #[serde(default)]
     expected: CoefficientsSection,
-    #[serde(default)]
     ball: BallSection,
     object: Option<StatedObject>,
-    #[serde(default)]
     cloth: ClothSpec,
-    #[serde(default)]
-    camera: CameraSection,
-    #[serde(default)]
+    camera: Camera,
     want: CoefficientsSection,
-    #[serde(default)]
-    kind: Vec<KindSection>,
+    kind: Vec<PlayedKind>,
 }
 
 #[derive(Default, Deserialize)]
-#[serde(deny_unknown_fields, expecting = "a table, as in [expected] mu = 0.05")]
+#[serde(deny_unknown_fields, default, expecting = "a table, as in [expected] mu = 0.05")]
 struct CoefficientsSection {
     mu: Option<f64>,
     mu_s: Option<f64>,
     e: Option<f64>,
-}
-
-#[derive(Default, Deserialize)]
-#[serde(deny_unknown_fields, expecting = "a table, as in [camera] fps = 1000")]
-struct CameraSection {
-    fps: Option<f64>,
-    position_sd_mm: Option<f64>,
-    position_sd_px: Option<f64>,
-    mm_per_px: Option<f64>,
-    before_ms: Option<f64>,
-    after_ms: Option<f64>,
-}
-
-#[derive(Clone, Copy, Deserialize)]
-#[serde(rename_all = "kebab-case")]
-enum Word {
-    Stun,
-    NaturalRoll,
-    Draw,
-    Slide,
 }
 
 #[derive(Clone, Copy, Deserialize, PartialEq)]
@@ -70,16 +49,16 @@ enum From {
 
 #[derive(Deserialize)]
 #[serde(deny_unknown_fields, expecting = "a table, as in [[kind]] name = \"thin rolls\"")]
-struct KindSection {
+pub(super) struct KindSection {
     name: String,
-    cue_spin: Option<Word>,
+    cue_spin: Option<Played>,
     topspin: Option<f64>,
     side: Option<f64>,
     spin_from: Option<From>,
     spin_sd_rad_s: Option<[f64; 2]>,
     speed_m_s: Option<[f64; 2]>,
     cut_deg: Option<[f64; 2]>,
-    shots: Option<i64>,
+    shots: Option<usize>,
 }
 
 impl Expected {
@@ -88,156 +67,112 @@ impl Expected {
     /// # Errors
     /// Everything that is wrong with it, with line and position.
     pub fn read(path: &Path) -> Result<Self, DatasetError> {
-        toml_file::read_checked(path, Keys::check)
-    }
-}
-
-impl CoefficientsSection {
-    /// Returns the values that are stated, in the order of [`Parameter::COEFFICIENTS`].
-    fn check(&self, section: &str, condition: Condition, source: &Source) -> [Option<f64>; 3] {
-        let given = [self.mu, self.mu_s, self.e];
-        Parameter::COEFFICIENTS.map(|parameter| {
-            source.number(&format!("{section}.{}", parameter.name()), given[parameter as usize], condition)
-        })
+        toml_file::read_checked(path, |keys: Keys, source| checked(keys.expected(source), source))
     }
 }
 
 impl Keys {
-    fn check(self, source: &Source) -> Expected {
-        let mut expected = Expected { cloth: self.cloth, ..Expected::default() };
-        let coefficients = &mut expected.coefficients;
-        let [mu, mu_s, e] = self.expected.check("expected", FRACTION, source);
-        coefficients.mu = mu.unwrap_or(coefficients.mu);
-        coefficients.mu_s = mu_s.unwrap_or(coefficients.mu_s);
-        coefficients.e = e.unwrap_or(coefficients.e);
-        let ClothSpec { mu_k, mu_r, bounce } = self.cloth;
-        for (key, value) in [("cloth.mu_k", mu_k), ("cloth.mu_r", mu_r), ("cloth.bounce", bounce)] {
-            source.number(key, Some(value), FRACTION);
+    fn expected(self, source: &Source) -> Expected {
+        let Self { expected, ball, object, cloth, camera, want, kind } = self;
+        if ball.shape == Shape::Disc || ball.poisson.is_some() {
+            let message = "expected neither shape nor poisson: designs are of balls whose contact is rigid";
+            source.wrong_of_first(&["ball.shape", "ball.poisson"], message);
         }
-        let wanted = self.want.check("want", POSITIVE, source);
-        if wanted != [None; 3] {
-            expected.wanted = wanted;
+        let default = Expected::default();
+        let usual = default.coefficients;
+        let (cue, _) = ball.check(object.as_ref(), source);
+        let wanted = [want.mu, want.mu_s, want.e];
+        Expected {
+            coefficients: Coefficients {
+                mu: expected.mu.unwrap_or(usual.mu),
+                mu_s: expected.mu_s.unwrap_or(usual.mu_s),
+                e: expected.e.unwrap_or(usual.e),
+            },
+            ball: cue,
+            object: object.map(|object| object.ball(&ball, &cue, source)),
+            cloth,
+            camera,
+            kinds: if kind.is_empty() { default.kinds } else { kind },
+            wanted: if wanted == [None; 3] { default.wanted } else { wanted },
         }
-        let mut kinds: Vec<PlayedKind> = Vec::new();
-        for (place, section) in self.kind.iter().enumerate() {
-            let kind = section.check(&format!("kind.{place}"), source);
-            if kinds.iter().any(|known| known.name == kind.name) {
-                let message = format!("a second kind named \"{}\"; expected another name", kind.name);
-                source.wrong(&format!("kind.{place}.name"), message);
-            }
-            kinds.push(kind);
-        }
-        if !kinds.is_empty() {
-            expected.kinds = kinds;
-        }
-        expected.camera = self.camera.check(source);
-        if self.ball.shape == Shape::Disc {
-            source.wrong("ball.shape", "shape is \"disc\"; expected balls, which designs are of");
-        }
-        if self.ball.poisson.is_some() {
-            let message = "poisson determines how compliant a contact is; expected none, as designs are of a contact that is rigid along \
-                           its surface";
-            source.wrong("ball.poisson", message);
-        }
-        (expected.ball, _) = self.ball.check(self.object.as_ref(), source);
-        expected.object = self.object.map(|object| object.ball(&self.ball, &expected.ball, source));
-        expected
     }
 }
 
-impl CameraSection {
-    fn check(&self, source: &Source) -> Camera {
-        let default = Camera::default();
-        let positive = |key: &str, given| source.number(key, given, POSITIVE);
-        let fps = positive("camera.fps", self.fps).unwrap_or(default.fps);
-        let mm = positive("camera.position_sd_mm", self.position_sd_mm);
-        let px = positive("camera.position_sd_px", self.position_sd_px);
-        let mm_per_px = positive("camera.mm_per_px", self.mm_per_px);
-        let position_sd_m = match (mm, px, mm_per_px) {
-            (Some(mm), None, None) => 1e-3 * mm,
-            (None, Some(px), Some(mm_per_px)) => 1e-3 * px * mm_per_px,
-            (None, None, None) => default.position_sd_m,
-            _ => {
-                let message = "the noise is stated in part or twice; expected position_sd_mm, or position_sd_px with mm_per_px";
-                let keys = ["camera.position_sd_px", "camera.mm_per_px", "camera.position_sd_mm"];
-                source.wrong_of_first(&keys, message);
-                default.position_sd_m
-            }
-        };
-        // an extraction needs three frames on either side of the impact
-        let expected = 3..=MAX_FRAMES;
-        let side = |key: &str, given: Option<f64>, default: f64| {
-            let ms = positive(key, given).unwrap_or(default);
-            let frames = (1e-3 * ms * fps).round() as usize;
-            if ms > 0.0 && fps > 0.0 && !expected.contains(&frames) {
-                let count = count_of(frames, "frame");
-                let [least, most] = [expected.start(), expected.end()];
-                let message =
-                    format!("{key} is {ms}, which is {count} at {fps} fps; expected {least} to {most}");
-                source.wrong_of_first(&[key, "camera.fps"], message);
-            }
-            ms
-        };
-        let before_ms = side("camera.before_ms", self.before_ms, default.before_ms);
-        let after_ms = side("camera.after_ms", self.after_ms, default.after_ms);
-        Camera { fps, position_sd_m, before_ms, after_ms, ..default }
-    }
-}
+impl TryFrom<KindSection> for PlayedKind {
+    type Error = String;
 
-impl KindSection {
-    /// Returns the kind of the table at `key`.
-    fn check(&self, section: &str, source: &Source) -> PlayedKind {
-        const SPINS: Condition = (|x| x.abs() <= 2.0, "from -2 to 2, in parts of the natural roll's");
-        let key = |name: &str| format!("{section}.{name}");
-        let wrong = |name: &str, message: String| source.wrong(&key(name), message);
-        let name = self.name.trim().to_owned();
-        if name.is_empty() {
-            wrong("name", "name is empty; expected one that the tables can show".to_owned());
-        }
-        let topspin = source.number(&key("topspin"), self.topspin, SPINS);
-        if self.cue_spin.is_some() && topspin.is_some() {
-            wrong("topspin", "both cue_spin and topspin; expected one of them".to_owned());
-        }
-        let topspin = match (self.cue_spin, topspin) {
-            (Some(Word::Stun), _) => [0.0; 2],
-            (Some(Word::NaturalRoll), _) => [1.0; 2],
-            (Some(Word::Draw), _) => PlayedKind::DRAW,
-            (Some(Word::Slide), _) => [0.5; 2],
+    fn try_from(section: KindSection) -> Result<Self, String> {
+        let topspin = match (section.cue_spin, section.topspin) {
+            (Some(played), None) if played.side() == 0.0 => {
+                let [a, b] = played.topspin();
+                [a.min(b), a.max(b)]
+            }
             (None, Some(topspin)) => [topspin; 2],
-            (None, None) => {
-                let message =
-                    format!("kind \"{name}\" has neither cue_spin nor topspin; expected one of them");
-                wrong("name", message);
-                [0.0; 2]
+            _ => {
+                let name = section.name;
+                return Err(format!(
+                    "kind \"{name}\" needs either cue_spin, of a word without side spin, or topspin; expected one of them"
+                ));
             }
         };
-        let side = source.number(&key("side"), self.side, SPINS).unwrap_or(0.0);
-        let sd = self.spin_sd_rad_s;
-        for (which, sd) in sd.into_iter().flatten().enumerate() {
-            source.number(&key(&format!("spin_sd_rad_s.{which}")), Some(sd), POSITIVE);
-        }
-        let from = match (self.spin_from, PlayedKind::usual(topspin, side)) {
-            (Some(From::Known), _) => SpinFrom::Known,
-            (Some(From::Motion), _) => SpinFrom::Motion,
-            (Some(From::Markers), _) | (None, SpinFrom::Markers { .. }) => SpinFrom::Markers { sd },
-            (None, usual) => usual,
+        let default = Self::default();
+        let side = section.side.unwrap_or(0.0);
+        let sd = section.spin_sd_rad_s;
+        let from = match section.spin_from {
+            Some(From::Known) => SpinFrom::Known,
+            Some(From::Motion) => SpinFrom::Motion,
+            Some(From::Markers) => SpinFrom::Markers { sd },
+            None => match Self::usual(topspin, side) {
+                SpinFrom::Markers { .. } => SpinFrom::Markers { sd },
+                usual => usual,
+            },
         };
-        if self.spin_from == Some(From::Motion) && side != 0.0 {
-            let message = "spin_from is \"motion\", which does not show side spin; expected known or markers";
-            wrong("spin_from", message.to_owned());
+        Ok(Self {
+            name: section.name.trim().to_owned(),
+            topspin,
+            side,
+            from,
+            speed_m_s: section.speed_m_s.unwrap_or(default.speed_m_s),
+            cut_deg: section.cut_deg.unwrap_or(default.cut_deg),
+            shots: section.shots.unwrap_or(default.shots),
+        })
+    }
+}
+
+impl Faults for Expected {
+    fn faults(&self) -> Vec<Fault> {
+        let Self { coefficients, cloth, camera, kinds, wanted, .. } = self;
+        let mut faults = Vec::new();
+        let values = [coefficients.mu, coefficients.mu_s, coefficients.e];
+        for (parameter, value) in Parameter::COEFFICIENTS.into_iter().zip(values) {
+            let name = parameter.name();
+            let wanted = wanted[parameter as usize].unwrap_or(1.0);
+            let [expected, want] = ["expected", "want"].map(|section| format!("{section}.{name}"));
+            faults.extend(faults_of(&[(&expected, value, FRACTION), (&want, wanted, POSITIVE)]));
         }
-        let default = PlayedKind::default();
-        let speed_m_s = self.speed_m_s.unwrap_or(default.speed_m_s);
-        let cut_deg = self.cut_deg.unwrap_or(default.cut_deg);
-        for fault in &faults_of_ranges(section, speed_m_s, cut_deg) {
-            source.add(fault);
+        faults.extend(cloth.faults());
+        faults.extend(camera.faults(LEAST_FRAMES, POSITIVE));
+        for (place, kind) in kinds.iter().enumerate() {
+            let section = format!("kind.{place}");
+            let key = |name: &str| format!("{section}.{name}");
+            let is_repeated = kinds[..place].iter().any(|other| other.name == kind.name);
+            if kind.name.is_empty() || is_repeated {
+                let value = format!("\"{}\"", kind.name);
+                faults.push(Fault::new(&key("name"), value, "a name that no other kind has"));
+            }
+            if kind.from == SpinFrom::Motion && kind.side != 0.0 {
+                let value = "\"motion\", which does not show side spin";
+                faults.push(Fault::new(&key("spin_from"), value, "known or markers"));
+            }
+            if let SpinFrom::Markers { sd: Some([cue, object]) } = kind.from {
+                let keys = [key("spin_sd_rad_s.0"), key("spin_sd_rad_s.1")];
+                faults.extend(faults_of(&[(&keys[0], cue, POSITIVE), (&keys[1], object, POSITIVE)]));
+            }
+            let spins = [key("topspin"), key("side")];
+            faults.extend(faults_of(&[(&spins[0], kind.topspin[0], SPINS), (&spins[1], kind.side, SPINS)]));
+            faults.extend(faults_of_shots(&section, ("shots", kind.shots), kind.speed_m_s, kind.cut_deg));
         }
-        let shots = self.shots.map_or(Ok(default.shots), usize::try_from).unwrap_or(0);
-        if !(1..=MAX_SHOTS).contains(&shots) {
-            let shots = self.shots.unwrap_or_default();
-            wrong("shots", format!("shots is {shots}; expected 1 to {MAX_SHOTS}"));
-        }
-        PlayedKind { name, topspin, side, from, speed_m_s, cut_deg, shots }
+        faults
     }
 }
 
@@ -254,7 +189,7 @@ mod tests {
 
     /// A kind of this name and with these keys.
     fn kind(keys: &str) -> String {
-        format!("[[kind]]\nname = \"a\"\n{}", keys.replace(", ", "\n"))
+        format!("[[kind]]\nname = \"a\"\n{}\n", keys.replace(", ", "\n"))
     }
 
     #[test]
@@ -271,7 +206,7 @@ mod tests {
     fn everything_wrong_is_named_with_its_place() {
         let camera = |keys: &str| format!("[camera]\n{}", keys.replace(", ", "\n"));
         let motion = kind("topspin = 0, side = 1, spin_from = \"motion\"");
-        let twice = kind("topspin = 0") + "\n" + &kind("topspin = 1");
+        let twice = kind("topspin = 0") + &kind("topspin = 1");
         for (text, expected) in [
             (
                 "[expected]\nmu = -1".to_owned(),
@@ -280,23 +215,28 @@ mod tests {
             (camera("fps = 10, before_ms = 40"), ":3: column 13: camera.before_ms is 40, which is 0 frames"),
             (camera("position_sd_px = 1"), "expected position_sd_mm, or position_sd_px with mm_per_px"),
             (
+                camera("position_sd_mm = -1"),
+                ":1: column 1: camera.position_sd_m is -0.001; expected more than 0",
+            ),
+            (
                 camera("fps = 1000, after_ms = 1e12"),
                 ":3: column 12: camera.after_ms is 1000000000000, which is 1000000000000 frames",
             ),
             (camera("fsp = 1"), "unknown key \"fsp\" (did you mean \"fps\"?)"),
             ("[cloth]\nbounce = 1.5".to_owned(), "cloth.bounce is 1.5; expected a number from 0 to 1"),
             ("[want]\nmu = 0".to_owned(), "want.mu is 0; expected more than 0"),
-            (kind(""), "neither cue_spin nor topspin"),
+            (kind(""), ":1: column 1: kind \"a\" needs either cue_spin"),
             (kind("cue_spin = \"role\""), "unknown word \"role\""),
-            (kind("topspin = 3"), "topspin is 3; expected from -2 to 2"),
+            (kind("cue_spin = \"side\""), "of a word without side spin"),
+            (kind("topspin = 3"), ":3: column 11: kind.topspin is 3; expected from -2 to 2"),
             (motion, "does not show side spin"),
             (
                 kind("topspin = 0, speed_m_s = [2,1]"),
                 "column 13: kind.speed_m_s is [2, 1]; expected [slowest, fastest]",
             ),
             (kind("topspin = 0, cut_deg = [0,90]"), "kind.cut_deg is [0, 90]; expected [least, most]"),
-            (kind("topspin = 0, shots = 0"), "shots is 0; expected 1 to"),
-            (twice, "a second kind named \"a\""),
+            (kind("topspin = 0, shots = 0"), "kind.shots is 0; expected 1 to"),
+            (twice, ":5: column 8: kind.name is \"a\"; expected a name that no other kind has"),
         ] {
             let error = read(&text).expect_err(&text);
             assert!(error.contains(expected), "{error}\nis not {expected}");

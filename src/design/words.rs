@@ -1,7 +1,8 @@
 //! The conclusions of a design in sentences.
 
-use super::information::{played, std_errors};
-use super::{Cell, Design, Expected, PlayedKind};
+use super::information::{cue_before, std_errors};
+use super::{Cell, Design};
+use crate::measurement::number::plain;
 use crate::measurement::parameter::Parameter;
 use crate::physics::collision::Regime;
 
@@ -14,188 +15,110 @@ const COMPARED: f64 = 40.0;
 pub(super) fn of(design: &Design) -> Vec<String> {
     let mut lines = Vec::new();
     for parameter in Parameter::COEFFICIENTS {
-        let told: Vec<Told> = design.cells.iter().filter_map(|cell| Told::of(cell, parameter)).collect();
-        match best_of(&told) {
-            Some(best) => {
-                lines.push(best_shots(design, parameter, best, &told));
-                lines.extend(other_kinds(design, parameter, best, &told));
-            }
-            None => lines.push(format!(
-                "{} ({}) is told by none of these shots at one cut angle and speed.",
-                parameter.symbol(),
-                parameter.meaning()
-            )),
-        }
-        lines.extend(silence(design, parameter, &told));
+        lines.extend(best_shots(design, parameter));
+        lines.extend(silent_shots(design, parameter));
     }
     lines.extend(all_wanted(design));
     lines.extend(ratios(design));
     lines
 }
 
-/// Returns what the shots determine of the balls, beside what is stated of them.
-fn ratios(design: &Design) -> Option<String> {
-    let percent = |error: f64| number(100.0 * error, 2);
-    let mut parts = Vec::new();
-    let both = design.expected.ratio_sds().into_iter().zip(design.planned.ratios);
-    for (ratio, (stated, found)) in [Parameter::MassRatio, Parameter::RadiusRatio].iter().zip(both) {
-        parts.extend(found.map(|found| {
-            let (symbol, stated, found) = (ratio.symbol(), percent(stated), percent(found));
-            format!("{symbol}, known to ± {stated} % beforehand, comes out to ± {found} %")
-        }));
-    }
-    let list = parts.join(", ");
-    let text =
-        format!("The balls are fitted, too: from all planned shots {list}; the errors above include theirs.");
-    (!parts.is_empty()).then_some(text)
+/// Returns the variance of a parameter that [`COMPARED`] shots of a cell give, if they determine
+/// it.
+fn variance(cell: &Cell, parameter: Parameter) -> Option<f64> {
+    std_errors(&(cell.information * COMPARED))[parameter as usize].map(|error| error * error)
 }
 
-/// A cell that determines a parameter, with the standard error that [`COMPARED`] shots give.
-#[derive(Clone, Copy)]
-struct Told<'a> {
-    cell: &'a Cell,
-    error: f64,
-}
-
-impl<'a> Told<'a> {
-    fn of(cell: &'a Cell, parameter: Parameter) -> Option<Self> {
-        let error = std_errors(&(cell.information * COMPARED))[parameter as usize]?;
-        Some(Self { cell, error })
-    }
-
-    /// Returns how many times the shots of another it takes.
-    fn times(&self, other: &Told) -> f64 {
-        (self.error / other.error).powi(2)
-    }
-}
-
-/// Returns the cell with the smallest error.
-fn best_of<'a>(told: &[Told<'a>]) -> Option<Told<'a>> {
-    told.iter().copied().min_by(|a, b| a.error.total_cmp(&b.error))
-}
-
-/// Returns `30° and 4 m/s`.
-fn place(cell: &Cell) -> String {
-    format!("{}° and {} m/s", number(cell.cut_deg, 1), number(cell.speed_m_s, 2))
-}
-
-/// Returns `3`, `1.4`, `120`.
-fn times(ratio: f64) -> String {
-    match ratio {
-        ..9.5 => number(ratio, 1),
-        ..1e4 => format!("{ratio:.0}"),
-        _ => "more than 10 000".to_owned(),
-    }
-}
-
-/// Returns a number with so many decimals, more if it is small, without trailing zeros.
-fn number(value: f64, decimals: usize) -> String {
-    let needed = if value == 0.0 { 0.0 } else { (-value.abs().log10()).ceil().clamp(0.0, 12.0) };
-    let text = format!("{value:.*}", decimals.max(needed as usize));
-    if text.contains('.') { text.trim_end_matches('0').trim_end_matches('.').to_owned() } else { text }
-}
-
-fn best_shots(design: &Design, parameter: Parameter, best: Told, told: &[Told]) -> String {
-    let Cell { kind, speed_m_s, cut_deg, .. } = *best.cell;
-    // two digits
-    let decimals = (1.0 - best.error.log10().floor()).clamp(0.0, 12.0) as usize;
+/// Returns the best cell for a parameter, how far its cut angle may be off, and the other kinds at
+/// their best.
+fn best_shots(design: &Design, parameter: Parameter) -> Vec<String> {
+    let (symbol, meaning) = (parameter.symbol(), parameter.meaning());
+    let with_variance = |cell| variance(cell, parameter).map(|variance| (cell, variance));
+    let mut cells: Vec<(&Cell, f64)> = design.cells.iter().filter_map(with_variance).collect();
+    cells.sort_by(|a, b| a.1.total_cmp(&b.1));
+    let Some(&(best, least)) = cells.first() else {
+        return vec![format!(
+            "{symbol} ({meaning}) is told by none of these shots at one cut angle and speed."
+        )];
+    };
+    let name = |kind: usize| &design.expected.kinds[kind].name;
+    let place = |cell: &Cell| format!("{}° and {} m/s", plain(cell.cut_deg, 3), plain(cell.speed_m_s, 3));
     let mut line = format!(
-        "{} ({}) is told best by \"{}\" at a cut of {}: {COMPARED} such shots give ± {:.decimals$}.",
-        parameter.symbol(),
-        parameter.meaning(),
-        design.expected.kinds[kind].name,
-        place(best.cell),
-        best.error
+        "{symbol} ({meaning}) is told best by \"{}\" at a cut of {}: {COMPARED} such shots give ± {}.",
+        name(best.kind),
+        place(best),
+        plain(least.sqrt(), 2)
     );
-    let own = || told.iter().filter(|t| t.cell.kind == kind);
-    let row: Vec<&Told> = own().filter(|t| t.cell.speed_m_s == speed_m_s).collect();
-    if let Some(at) = row.iter().position(|t| t.cell.cut_deg == cut_deg) {
-        let is_good = |t: &&&Told| t.times(&best) <= AS_GOOD;
-        let above = row[at..].iter().take_while(is_good).last().map_or(cut_deg, |t| t.cell.cut_deg);
-        let below = row[..=at].iter().rev().take_while(is_good).last().map_or(cut_deg, |t| t.cell.cut_deg);
-        if below < above {
-            line += &format!(
-                " From {}° to {}° it takes at most {} times as many.",
-                number(below, 1),
-                number(above, 1),
-                times(AS_GOOD)
-            );
+    // the cuts around the best that are as good
+    let row = || design.cells.iter().filter(|c| c.kind == best.kind && c.speed_m_s == best.speed_m_s);
+    let is_poor = |c: &&Cell| variance(c, parameter).is_none_or(|variance| variance > AS_GOOD * least);
+    let poor: Vec<f64> = row().filter(is_poor).map(|cell| cell.cut_deg).collect();
+    let is_near = |cut: f64| {
+        let [low, high] = [cut.min(best.cut_deg), cut.max(best.cut_deg)];
+        !poor.iter().any(|poor| (low..=high).contains(poor))
+    };
+    let near: Vec<f64> = row().map(|cell| cell.cut_deg).filter(|cut| is_near(*cut)).collect();
+    if let [from, .., to] = near[..] {
+        let (from, to) = (plain(from, 3), plain(to, 3));
+        line += &format!(" From {from}° to {to}° it takes at most {AS_GOOD} times as many.");
+    }
+    let mut kinds = vec![best.kind];
+    let mut others = Vec::new();
+    for (cell, variance) in cells {
+        if !kinds.contains(&cell.kind) {
+            kinds.push(cell.kind);
+            others.push(format!(
+                "\"{}\" {} (at {})",
+                name(cell.kind),
+                plain(variance / least, 2),
+                place(cell)
+            ));
         }
     }
-    let at_cut = own().filter(|t| t.cell.cut_deg == cut_deg);
-    let worst = at_cut.max_by(|a, b| a.error.total_cmp(&b.error));
-    if let Some(worst) = worst.filter(|worst| worst.times(&best) > AS_GOOD) {
-        let (speed, times) = (number(worst.cell.speed_m_s, 2), times(worst.times(&best)));
-        line += &format!(" At {speed} m/s it takes {times} times as many.");
-    }
-    line
-}
-
-/// Returns the other kinds at their best, with how many times the shots they take.
-fn other_kinds(design: &Design, parameter: Parameter, best: Told, told: &[Told]) -> Option<String> {
-    let of_kind = |kind: usize| {
-        let own: Vec<Told> = told.iter().copied().filter(|t| t.cell.kind == kind).collect();
-        best_of(&own).filter(|_| kind != best.cell.kind)
-    };
-    let mut others: Vec<Told> = (0..design.expected.kinds.len()).filter_map(of_kind).collect();
-    others.sort_by(|a, b| a.error.total_cmp(&b.error));
-    let one = |t: &Told| {
-        let name = &design.expected.kinds[t.cell.kind].name;
-        format!("\"{name}\" {} (at {})", times(t.times(&best)), place(t.cell))
-    };
-    let each = others.iter().map(one).collect::<Vec<_>>().join(", ");
-    let symbol = parameter.symbol();
-    (!each.is_empty()).then(|| format!("  For the same {symbol}, times as many shots at their best: {each}."))
+    let others = others.join(", ");
+    let of_others = format!("  For the same {symbol}, times as many shots at their best: {others}.");
+    [line].into_iter().chain((!others.is_empty()).then_some(of_others)).collect()
 }
 
 /// Returns which shots by themselves do not determine a parameter, and why if that is known.
-fn silence(design: &Design, parameter: Parameter, told: &[Told]) -> Option<String> {
+fn silent_shots(design: &Design, parameter: Parameter) -> Option<String> {
     let expected = &design.expected;
-    let mut parts: Vec<String> = Vec::new();
+    // a reason that several kinds share is given once, behind the last
+    let mut parts: Vec<(String, &str)> = Vec::new();
     for (index, kind) in expected.kinds.iter().enumerate() {
-        let is_told = |cell: &Cell| told.iter().any(|t| std::ptr::eq(t.cell, cell));
-        let own = || design.cells.iter().filter(|cell| cell.kind == index);
-        let silent: Vec<&Cell> = own().filter(|cell| !is_told(cell)).collect();
-        if silent.is_empty() {
-            continue;
-        }
-        let mut cuts: Vec<f64> = silent.iter().map(|cell| cell.cut_deg).collect();
-        cuts.sort_by(f64::total_cmp);
-        cuts.dedup();
-        let all = silent.len() == own().count();
-        let which = match cuts[..] {
-            _ if all => String::new(),
-            [one] => format!(" at {}°", number(one, 1)),
-            [first, .., last] => format!(" at {}° to {}°", number(first, 1), number(last, 1)),
-            [] => continue,
+        let own: Vec<&Cell> = design.cells.iter().filter(|cell| cell.kind == index).collect();
+        let is_silent = |cell: &&Cell| variance(cell, parameter).is_none();
+        let silent: Vec<&Cell> = own.iter().copied().filter(is_silent).collect();
+        let cuts = || silent.iter().map(|cell| cell.cut_deg);
+        let (least, most) = (cuts().fold(90.0, f64::min), cuts().fold(-90.0, f64::max));
+        let at = match (own.len() - silent.len(), least == most) {
+            (0, _) => String::new(),
+            (_, true) => format!(" at {}°", plain(least, 3)),
+            (_, false) => format!(" at {}° to {}°", plain(least, 3), plain(most, 3)),
         };
-        let why = if parameter == Parameter::MuS && kind.topspin[1] <= 0.0 {
-            " (without topspin nothing presses the object ball into the cloth)"
-        } else if parameter == Parameter::Mu && silent.iter().all(|cell| sticks(expected, kind, cell)) {
-            " (the balls stick together before they part)"
-        } else {
-            ""
+        let sticks = |cell: &&Cell| {
+            let topspin = 0.5 * (kind.topspin[0] + kind.topspin[1]);
+            let cue = cue_before(expected, kind, [cell.speed_m_s, cell.cut_deg, topspin]);
+            let outcome = expected.model().collide(&cue, &expected.coefficients);
+            outcome.is_ok_and(|outcome| outcome.regime == Regime::Stick)
         };
-        let name = format!("\"{}\"{which}", kind.name);
-        // a reason that several share is given once, behind the last
-        match parts.last_mut().filter(|last| !why.is_empty() && last.ends_with(why)) {
-            Some(last) => {
-                last.truncate(last.len() - why.len());
-                *last += &format!(", {name}{why}");
+        let why = match parameter {
+            Parameter::MuS if kind.topspin[1] <= 0.0 => {
+                " (without topspin nothing presses the object ball into the cloth)"
             }
-            None => parts.push(format!("{name}{why}")),
+            Parameter::Mu if silent.iter().all(sticks) => " (the balls stick together before they part)",
+            _ => "",
+        };
+        let name = format!("\"{}\"{at}", kind.name);
+        match parts.last_mut() {
+            _ if silent.is_empty() => {}
+            Some((names, last)) if *last == why => *names += &format!(", {name}"),
+            _ => parts.push((name, why)),
         }
     }
-    (!parts.is_empty())
-        .then(|| format!("  By themselves say nothing of {}: {}.", parameter.symbol(), parts.join(", ")))
-}
-
-/// Returns whether the slip between the balls ends before they part.
-fn sticks(expected: &Expected, kind: &PlayedKind, cell: &Cell) -> bool {
-    let topspin = 0.5 * (kind.topspin[0] + kind.topspin[1]);
-    let (cue, model) = played(expected, kind, [cell.speed_m_s, cell.cut_deg, topspin]);
-    let outcome = model.collide(&cue, &expected.coefficients);
-    outcome.is_ok_and(|outcome| outcome.regime == Regime::Stick)
+    let symbol = parameter.symbol();
+    let list = parts.into_iter().map(|(names, why)| names + why).collect::<Vec<_>>().join(", ");
+    (!list.is_empty()).then(|| format!("  By themselves say nothing of {symbol}: {list}."))
 }
 
 /// Returns the best mixture, and the best single kind beside it.
@@ -204,9 +127,9 @@ fn all_wanted(design: &Design) -> Option<String> {
     let name = |kind: usize| design.expected.kinds[kind].name.as_str();
     let of: Vec<String> =
         mixture.shots.iter().map(|(kind, shots)| format!("{shots} of \"{}\"", name(*kind))).collect();
-    let untold = design.expected.wanted.iter().zip(&design.planned.std_errors);
-    let untold = untold.filter(|(wanted, error)| wanted.is_some() && error.is_none()).count();
-    let what = if untold == 0 { "All that is wanted" } else { "What they tell of what is wanted" };
+    let mut wanted = design.expected.wanted.iter().zip(&design.planned.std_errors);
+    let is_untold = wanted.any(|(wanted, error)| wanted.is_some() && error.is_none());
+    let what = if is_untold { "What they tell of what is wanted" } else { "All that is wanted" };
     let mut line = format!("{what} takes {} shots at the least: {}.", mixture.total(), of.join(", "));
     let single = design.kinds.iter().enumerate().filter_map(|(i, kind)| Some((kind.needed_all?, i)));
     match single.min() {
@@ -217,4 +140,19 @@ fn all_wanted(design: &Design) -> Option<String> {
         Some(_) => {}
     }
     Some(line)
+}
+
+/// Returns what the shots determine of the balls, beside what is stated of them.
+fn ratios(design: &Design) -> Option<String> {
+    let ratios = [Parameter::MassRatio, Parameter::RadiusRatio].into_iter();
+    let errors = design.expected.ratio_sds().into_iter().zip(design.planned.ratios);
+    let in_words = |(ratio, (stated, found)): (Parameter, (f64, Option<f64>))| {
+        let [stated, found] = [stated, found?].map(|error| plain(100.0 * error, 2));
+        Some(format!("{}, known to ± {stated} % beforehand, comes out to ± {found} %", ratio.symbol()))
+    };
+    let parts: Vec<String> = ratios.zip(errors).filter_map(in_words).collect();
+    let list = parts.join(", ");
+    let text =
+        format!("The balls are fitted, too: from all planned shots {list}; the errors above include theirs.");
+    (!parts.is_empty()).then_some(text)
 }

@@ -52,9 +52,10 @@ impl Source<'_> {
         self.text.get(self.span(key)?)
     }
 
-    /// Adds a problem at the value of a key.
+    /// Adds a problem at the value of a key, or at its table if the key is not stated.
     pub(crate) fn wrong(&self, key: &str, message: impl Into<String>) {
-        self.wrong_at(&self.span(key).unwrap_or_default(), message);
+        let table = key.rsplit_once('.').map_or(key, |(table, _)| table);
+        self.wrong_of_first(&[key, table], message);
     }
 
     /// Adds a problem at the value of the first of some keys that is stated.

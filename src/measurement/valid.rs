@@ -56,6 +56,12 @@ impl Fault {
     }
 }
 
+/// Values that are checked before they are used.
+pub trait Faults {
+    /// Returns what is wrong, each value with the path of its key.
+    fn faults(&self) -> Vec<Fault>;
+}
+
 /// Returns whether a vector is meant to have the length 1.
 pub(crate) fn is_unit(x: f64, y: f64) -> bool {
     (x.hypot(y) - 1.0).abs() <= UNIT

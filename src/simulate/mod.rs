@@ -1,6 +1,6 @@
 //! Synthetic data sets from known parameters and noise: what a fit must recover.
 
-mod check;
+mod scene;
 mod spec;
 mod tracks;
 
@@ -16,15 +16,16 @@ use crate::measurement::dataset::{Before, Dataset, Measured, Measurement, Object
 use crate::measurement::observable::Observable;
 use crate::measurement::spin::Spin;
 use crate::measurement::track::TrackShot;
-use crate::measurement::valid::Fault;
-use crate::physics::ball::{Ball, BallState, Vec3};
+use crate::measurement::valid::{Fault, Faults};
+use crate::physics::ball::{Ball, BallState};
 use crate::physics::collision::{Coefficients, Model, NotACollision};
-use crate::physics::contact_frame::{CollisionFrame, cue_velocity};
+use crate::physics::contact_frame::CollisionFrame;
 use crate::problem::{Unpredictable, predict};
 
 pub use crate::io::Kind;
-pub(crate) use check::{MAX_FRAMES, MAX_SHOTS, faults_of_ranges};
-pub use spec::{BallSpec, Camera, ClothSpec, Noise, Played, Shots, Spec, Truth};
+pub use scene::{Camera, ClothSpec, Played};
+pub(crate) use scene::{between, checked, cue_ball, faults_of, faults_of_shots};
+pub use spec::{BallSpec, Noise, Shots, Spec, Truth};
 pub(crate) use tracks::on_top;
 pub use tracks::{TrueImpact, noise_free};
 
@@ -54,7 +55,7 @@ pub enum SynthError {
 /// # Errors
 /// Every problem of the file, with line and position.
 pub fn read(path: &Path) -> Result<Spec, DatasetError> {
-    toml_file::read_checked(path, Spec::checked)
+    toml_file::read_checked(path, checked::<Spec>)
 }
 
 /// Makes the files of a synthetic data set with the `full` collision model, or `ode` if the contact
@@ -71,17 +72,18 @@ pub fn generate(spec: &Spec) -> Result<Vec<(&'static str, String)>, SynthError> 
 /// replaced by those of the specification.
 ///
 /// # Errors
-/// As [`generate`]; or the model's contact is rigid along its surface, and the specification's is not.
+/// As [`generate`]; or the model's contact is rigid along its surface, and the specification's is
+/// not.
 pub fn generate_with(spec: &Spec, model: &Model) -> Result<Vec<(&'static str, String)>, SynthError> {
-    spec.check()?;
-    let kappa = spec.truth.kappa.filter(|kappa| *kappa != 0.0);
-    if let Some(kappa) = kappa.filter(|_| !model.fidelity.effects().compliance) {
+    let mut maker = Maker::new(spec, model)?;
+    if let Some(kappa) = spec.truth.kappa.filter(|kappa| *kappa != 0.0)
+        && !model.fidelity.effects().compliance
+    {
         let value = format!("{kappa}, with the fidelity {}", model.fidelity.name());
         let expected =
             "the fidelity ode or contact with it, or none (ode), as all others are rigid along the surface";
         return Err(Fault::new("truth.kappa", value, expected).into());
     }
-    let mut maker = Maker::new(spec, model);
     let mut files = vec![("dataset.toml", manifest_text(spec))];
     match spec.kind {
         Kind::Impacts => files.push(("shots.csv", maker.impacts()?)),
@@ -112,44 +114,44 @@ pub fn dataset(spec: &Spec) -> Result<Dataset, SynthError> {
     Ok(crate::io::load(folder.path())?)
 }
 
-/// Returns the shots of a specification of kind `tracks` as a camera sees them, and what they really were.
+/// Returns the shots of a specification of kind `tracks` as a camera sees them, and what they
+/// really were.
 ///
 /// # Errors
 /// As [`generate`].
 pub fn filmed(spec: &Spec) -> Result<Vec<(TrackShot, TrueImpact)>, SynthError> {
-    spec.check()?;
-    Maker::new(spec, &spec.usual_model()).tracks()
+    Maker::new(spec, &spec.usual_model())?.tracks()
 }
 
 /// Returns `dataset.toml` of the made data.
 fn manifest_text(spec: &Spec) -> String {
     let (cue, object) = stated_balls(spec);
-    let files = if spec.kind == Kind::Tracks { "tracks.csv" } else { "shots.csv" };
-    let assume = match spec.assumed() {
-        Some(Played::Stun) => "stun",
-        Some(_) => "natural-roll",
-        None => "measured",
-    };
+    let is_filmed = spec.kind == Kind::Tracks;
+    let assumed = spec.assumed();
     let truths =
         spec.truths().into_iter().map(|(parameter, value)| format!("{} = {value}", parameter.name()));
-    let text = format!(
-        "# Synthetic: {}, seed {}.\nname = {}\nkind = \"{}\"\nfiles = [\"{files}\"]\n\
-         source = \"synthetic, caromfit {}\"\n\n{}\n[cue_spin]\nassume = \"{assume}\"\n",
+    let mut text = format!(
+        "# Synthetic: {}, seed {}.\nname = {}\nkind = \"{}\"\nfiles = [\"{}\"]\n\
+         source = \"synthetic, caromfit {}\"\n\n{}\n[cue_spin]\nassume = \"{}\"\n",
         truths.collect::<Vec<_>>().join(", "),
         spec.seed,
         toml::Value::from(spec.name.as_str()),
         spec.kind.name(),
+        if is_filmed { "tracks.csv" } else { "shots.csv" },
         env!("CARGO_PKG_VERSION"),
         balls_section::text(&cue, object.as_ref(), None),
+        assumed.map_or("measured", Played::name),
     );
-    if spec.kind != Kind::Tracks {
-        return text;
+    if is_filmed {
+        text += &format!(
+            "\n[video]\ncapture_fps = {:?}\n\n[scale]\nlength_unit = \"m\"\n\n[tracks]\ncue = \"cue\"\nobject = \"object\"\n",
+            spec.camera.fps
+        );
+        if assumed.is_none() {
+            text += "shots = \"shots.csv\"\n";
+        }
     }
-    let table = if spec.assumed().is_none() { "shots = \"shots.csv\"\n" } else { "" };
-    text + &format!(
-        "\n[video]\ncapture_fps = {:?}\n\n[scale]\nlength_unit = \"m\"\n\n[tracks]\ncue = \"cue\"\nobject = \"object\"\n{table}",
-        spec.camera.fps
-    )
+    text
 }
 
 /// Returns both balls as they are weighed and measured: off by the errors of the scale and of the
@@ -173,19 +175,21 @@ fn standard_normal(rng: &mut ChaCha8Rng) -> f64 {
     Normal::standard().inverse_cdf(rng.random_range(f64::EPSILON..1.0))
 }
 
-/// Returns the number at this part of the way between two.
-pub(crate) fn between([from, to]: [f64; 2], part: f64) -> f64 {
-    from + (to - from) * part
-}
-
 /// Adds a row for a shot to a table, before the first one the names of its columns.
-fn add_row(table: &mut String, number: usize, columns: &[(String, f64)]) {
+fn add_row(table: &mut String, number: usize, cells: &[(String, f64)]) {
     if number == 0 {
-        let names = columns.iter().map(|(name, _)| format!(",{name}"));
+        let names = cells.iter().map(|(name, _)| format!(",{name}"));
         *table += &format!("shot{}\n", names.collect::<String>());
     }
-    let values = columns.iter().map(|(_, value)| format!(",{value}"));
+    let values = cells.iter().map(|(_, value)| format!(",{value}"));
     *table += &format!("{}{}\n", number + 1, values.collect::<String>());
+}
+
+/// A shot before it is measured, in the collision frame.
+struct PlayedShot {
+    speed: f64,
+    cut: f64,
+    cue: BallState,
 }
 
 struct Maker<'a> {
@@ -196,9 +200,11 @@ struct Maker<'a> {
 }
 
 impl<'a> Maker<'a> {
-    fn new(spec: &'a Spec, model: &Model) -> Self {
+    /// Returns a maker of the shots of a specification, or its first fault.
+    fn new(spec: &'a Spec, model: &Model) -> Result<Self, Fault> {
         let rng = ChaCha8Rng::seed_from_u64(spec.seed);
-        Self { spec, rng, model: spec.with_truth(model), coefficients: spec.coefficients() }
+        let maker = Self { spec, rng, model: spec.with_truth(model), coefficients: spec.coefficients() };
+        spec.faults().into_iter().next().map_or(Ok(maker), Err)
     }
 
     /// Returns a normal draw; `sd` = 0 uses up a random number, too: shots are then the same.
@@ -210,34 +216,22 @@ impl<'a> Maker<'a> {
         between(range, self.rng.random())
     }
 
-    /// Returns speed, cut angle (rad), and the cue ball in the collision frame.
-    fn shot(&mut self, number: usize) -> (f64, f64, BallState) {
-        let spec = self.spec;
-        let speed = self.between(spec.shots.speed_m_s);
-        let cut = self.between(spec.shots.cut_deg).to_radians();
+    fn shot(&mut self, number: usize) -> PlayedShot {
+        let Shots { speed_m_s, cut_deg, ref cue_spin, .. } = self.spec.shots;
+        let played = cue_spin[number % cue_spin.len()];
+        let speed = self.between(speed_m_s);
+        let cut = self.between(cut_deg).to_radians();
         let share = self.rng.random::<f64>();
-        let velocity = cue_velocity(speed, cut);
-        let roll = BallState::natural_roll(velocity, self.model.ball.radius).spin;
-        let side = |most: f64| Vec3::z() * (most * (2.0 * share - 1.0) * roll.norm());
-        let spin = match spec.shots.cue_spin[number % spec.shots.cue_spin.len()] {
-            Played::Stun => Vec3::zeros(),
-            Played::NaturalRoll => roll,
-            Played::AlmostRoll => 0.9 * roll,
-            Played::Draw => -(0.3 + 0.7 * share) * roll,
-            Played::Any => (2.0 * share - 1.0) * roll,
-            Played::Side => side(1.0),
-            Played::SlightSide => roll + side(0.1),
-        };
-        (speed, cut, BallState { velocity, spin })
+        let spins = [between(played.topspin(), share), played.side() * (2.0 * share - 1.0)];
+        PlayedShot { speed, cut, cue: cue_ball(speed, cut, spins, self.model.ball.radius) }
     }
 
     fn impacts(&mut self) -> Result<String, SynthError> {
         let noise = self.spec.noise;
-        let shows_spins = self.spec.assumed().is_none();
         let line_sd = noise.line_of_centres_deg.to_radians();
         let mut table = String::new();
         for number in 0..self.spec.shots.count {
-            let (_, _, cue) = self.shot(number);
+            let PlayedShot { cue, .. } = self.shot(number);
             let direction = self.between([-PI, PI]);
             let seen = direction + self.noise(line_sd);
             let before = [0; 2].map(|_| self.noise(noise.velocity_m_s));
@@ -249,25 +243,29 @@ impl<'a> Maker<'a> {
             // positive
             let (sin, cos) = (seen.sin(), seen.cos());
             let turned = |across: f64| line_sd * across.abs().max(1e-6);
-            // name, value, standard deviation
-            let mut columns = vec![("nx", cos, turned(sin)), ("ny", sin, turned(cos))];
-            let mut add = |names: &[&'static str], exact: &[f64], noise: &[f64], sd: f64| {
-                let values = exact.iter().zip(noise).map(|(exact, noise)| exact + noise);
-                columns.extend(names.iter().zip(values).map(|(name, value)| (*name, value, sd)));
+            let (mut cells, mut sds) = (Vec::new(), Vec::new());
+            let mut add = |name: &str, exact: f64, noise: f64, sd: f64| {
+                cells.push((name.to_owned(), exact + noise));
+                sds.extend((sd > 0.0).then(|| (format!("{name}_sd"), sd)));
             };
+            add("nx", cos, 0.0, turned(sin));
+            add("ny", sin, 0.0, turned(cos));
             let velocity = frame.to_table(cue.velocity);
-            add(&["cue_vx", "cue_vy"], &velocity.as_slice()[..2], &before, noise.velocity_m_s);
-            if shows_spins {
+            add("cue_vx", velocity.x, before[0], noise.velocity_m_s);
+            add("cue_vy", velocity.y, before[1], noise.velocity_m_s);
+            if self.spec.assumed().is_none() {
                 let exact = frame.to_table(cue.spin);
-                add(&["cue_wx", "cue_wy", "cue_wz"], exact.as_slice(), &spin, noise.spin_rad_s);
+                add("cue_wx", exact.x, spin[0], noise.spin_rad_s);
+                add("cue_wy", exact.y, spin[1], noise.spin_rad_s);
+                add("cue_wz", exact.z, spin[2], noise.spin_rad_s);
             }
             let [cue, object] = [outcome.cue, outcome.object].map(|ball| frame.to_table(ball.velocity));
-            let names = ["cue_vx_after", "cue_vy_after", "obj_vx_after", "obj_vy_after"];
-            add(&names, &[cue.x, cue.y, object.x, object.y], &after, noise.velocity_m_s);
-            let values = columns.iter().map(|(name, value, _)| ((*name).to_owned(), *value));
-            let noisy = columns.iter().filter(|(.., sd)| *sd > 0.0);
-            let sds = noisy.map(|(name, _, sd)| (format!("{name}_sd"), *sd));
-            add_row(&mut table, number, &values.chain(sds).collect::<Vec<_>>());
+            add("cue_vx_after", cue.x, after[0], noise.velocity_m_s);
+            add("cue_vy_after", cue.y, after[1], noise.velocity_m_s);
+            add("obj_vx_after", object.x, after[2], noise.velocity_m_s);
+            add("obj_vy_after", object.y, after[3], noise.velocity_m_s);
+            cells.extend(sds);
+            add_row(&mut table, number, &cells);
         }
         Ok(table)
     }
@@ -275,30 +273,27 @@ impl<'a> Maker<'a> {
     fn angles(&mut self) -> Result<String, SynthError> {
         let noise = self.spec.noise;
         let asked = [Observable::Throw, Observable::CueTurn, Observable::ObjectSpeed, Observable::CueSpeed];
-        let shows_spins = self.spec.assumed().is_none();
         let exact = |value| Measured { value, sd: None };
         let mut table = String::new();
         for number in 0..self.spec.shots.count {
-            let (speed, cut, cue) = self.shot(number);
+            let PlayedShot { speed, cut, cue } = self.shot(number);
             let before = Before::Angle { cut: exact(cut), speed: Some(exact(speed)) };
             let spin = Spin::Measured { spin: cue.spin, sd: [None; 3] };
             let after = asked.map(|observable| Measurement { observable, measured: exact(0.0) });
             let shot = Shot::new("", before, spin, after.to_vec());
             let prediction = predict(&shot, &self.model, &self.coefficients)?;
-            let mut columns = vec![("speed_m_s".to_owned(), speed), ("cut_deg".to_owned(), cut.to_degrees())];
-            if shows_spins {
+            let mut cells = vec![("speed_m_s".to_owned(), speed), ("cut_deg".to_owned(), cut.to_degrees())];
+            if self.spec.assumed().is_none() {
                 let names = ["omega_x", "omega_y", "omega_z"].map(str::to_owned);
-                columns.extend(names.into_iter().zip(cue.spin.iter().copied()));
+                cells.extend(names.into_iter().zip(cue.spin.iter().copied()));
             }
             for (observable, value) in asked.into_iter().zip(&prediction.values) {
                 let sd = if observable.is_angle() { noise.angle_deg } else { noise.velocity_m_s };
-                let value = value / observable.unit_si() + self.noise(sd);
-                columns.push((observable.column().to_owned(), value));
-                if sd > 0.0 {
-                    columns.push((format!("{}_sd", observable.column()), sd));
-                }
+                let name = observable.column();
+                cells.push((name.to_owned(), value / observable.unit_si() + self.noise(sd)));
+                cells.extend((sd > 0.0).then(|| (format!("{name}_sd"), sd)));
             }
-            add_row(&mut table, number, &columns);
+            add_row(&mut table, number, &cells);
         }
         Ok(table)
     }

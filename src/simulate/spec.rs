@@ -3,22 +3,20 @@
 use std::path::Path;
 use std::str::FromStr;
 
-use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 use super::Kind;
+use super::scene::{Camera, ClothSpec, Played, checked, faults_of, faults_of_shots};
 use crate::io::DatasetError;
 use crate::io::error::Problems;
 use crate::io::stated_object::StatedObject;
 use crate::io::toml_file;
 use crate::measurement::dataset::ObjectBall;
 use crate::measurement::parameter::Parameter;
-use crate::measurement::values::Values;
+use crate::measurement::valid::{Fault, Faults, INERTIA, NOT_NEGATIVE, POSITIVE};
 use crate::physics::ball::Ball;
-use crate::physics::cloth_motion::Cloth;
-use crate::physics::collision::{Coefficients, Effects, Fidelity, Model};
+use crate::physics::collision::{Coefficients, Effects, Fidelity, MASS_RATIOS, Model};
 use crate::physics::friction_law::Law;
-use crate::physics::name::{by_name, worded};
 
 /// A synthetic data set: the content of a SPEC.toml.
 #[derive(Clone, Debug, Deserialize, Serialize)]
@@ -51,16 +49,6 @@ pub struct Spec {
     pub cloth: ClothSpec,
 }
 
-/// The text of a SPEC.toml.
-impl FromStr for Spec {
-    type Err = DatasetError;
-
-    fn from_str(text: &str) -> Result<Self, DatasetError> {
-        let problems = Problems::new("the specification cannot be used:");
-        toml_file::checked(Path::new("SPEC.toml"), Some(text), problems, Self::checked)
-    }
-}
-
 /// The true parameters, which a fit should find again.
 #[derive(Clone, Copy, Debug, Default, Deserialize, Serialize)]
 #[serde(deny_unknown_fields)]
@@ -71,8 +59,7 @@ pub struct Truth {
     pub mu_s: f64,
     /// Coefficient of restitution e, dimensionless.
     pub e: f64,
-    /// The compliance κ of a contact that gives way along its surface, dimensionless; `None` or 0:
-    /// rigid.
+    /// The tangential compliance κ of the contact, dimensionless; `None` or 0: rigid.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub kappa: Option<f64>,
     /// b of a friction that falls with the slip v, μ + b·exp(−c·v), dimensionless.
@@ -99,34 +86,6 @@ pub struct Shots {
     /// The spins that the shots have, one after the other.
     pub cue_spin: Vec<Played>,
 }
-
-worded! {
-    /// How the cue ball is spinning before the impact.
-    #[derive(Clone, Copy, Debug, Deserialize, Serialize, PartialEq, Eq)]
-    #[non_exhaustive]
-    #[serde(rename_all = "kebab-case")]
-    pub enum Played {
-        /// It slides without any spin.
-        Stun = "stun",
-        /// It rolls on the cloth without slip.
-        NaturalRoll = "natural-roll",
-        /// Topspin of 90 % of the natural roll's: a ball that still slides a little.
-        AlmostRoll = "almost-roll",
-        /// Backspin of 30 to 100 % of the natural roll's.
-        Draw = "draw",
-        /// Side spin of up to the natural roll's, either way, on a sliding ball.
-        Side = "side",
-        /// Natural roll with side spin of up to a tenth of its spin, either way: what a player does
-        /// not see.
-        SlightSide = "slight-side",
-        /// Topspin or backspin of up to the natural roll's.
-        Any = "any",
-    }
-    /// The name in a specification.
-    pub fn name;
-}
-
-by_name!(Played, "spin", ALL, name);
 
 /// The standard deviations of the errors of measurement; 0 leaves a quantity exact.
 #[derive(Clone, Copy, Debug, Default, Deserialize, Serialize)]
@@ -166,50 +125,13 @@ impl Default for BallSpec {
     }
 }
 
-/// The camera of a synthetic data set of kind `tracks`.
-#[derive(Clone, Copy, Debug, Deserialize, Serialize)]
-#[serde(deny_unknown_fields, default)]
-pub struct Camera {
-    /// Frames per second.
-    pub fps: f64,
-    /// Standard deviation of every coordinate, m.
-    pub position_sd_m: f64,
-    /// How long each shot is filmed before the impact, ms.
-    pub before_ms: f64,
-    /// How long each shot is filmed after the impact, ms.
-    pub after_ms: f64,
-    /// The fraction of the positions that are missing, 0 to 1.
-    pub gaps: f64,
-    /// The fraction of the positions that are wrong, by up to 20 mm.
-    pub outliers: f64,
-    /// How many points on each ball are marked, at random places; they are seen while on its upper
-    /// side.
-    pub markers: usize,
-}
+/// The text of a SPEC.toml.
+impl FromStr for Spec {
+    type Err = DatasetError;
 
-impl Default for Camera {
-    fn default() -> Self {
-        let (fps, position_sd_m, time) = (1000.0, 1e-4, 40.0);
-        Self { fps, position_sd_m, before_ms: time, after_ms: time, gaps: 0.0, outliers: 0.0, markers: 0 }
-    }
-}
-
-/// The cloth of a synthetic data set of kind `tracks`.
-#[derive(Clone, Copy, Debug, Deserialize, Serialize, JsonSchema)]
-#[serde(deny_unknown_fields, default)]
-pub struct ClothSpec {
-    /// Sliding friction μ_k, dimensionless.
-    pub mu_k: f64,
-    /// Rolling resistance μ_r, dimensionless.
-    pub mu_r: f64,
-    /// Restitution e_t of a ball that falls on the bed of the table, dimensionless.
-    pub bounce: f64,
-}
-
-impl Default for ClothSpec {
-    fn default() -> Self {
-        let Cloth { sliding, rolling, bounce } = Cloth::default();
-        Self { mu_k: sliding, mu_r: rolling, bounce }
+    fn from_str(text: &str) -> Result<Self, DatasetError> {
+        let problems = Problems::new("the specification cannot be used:");
+        toml_file::checked(Path::new("SPEC.toml"), Some(text), problems, checked::<Self>)
     }
 }
 
@@ -239,13 +161,11 @@ impl Spec {
     pub(super) fn with_truth(&self, model: &Model) -> Model {
         let Truth { kappa, mu_b, mu_c, e_slope, .. } = self.truth;
         let (ball, object) = self.balls();
-        let law = mu_b.zip(mu_c).map_or(model.law, |(b, c)| Law::Exponential { b, c });
-        let effects = Effects { compliance: kappa.is_some() || model.effects.compliance, ..model.effects };
         Model {
             ball,
-            effects,
+            effects: Effects { compliance: kappa.is_some() || model.effects.compliance, ..model.effects },
             object: object.map(|object| object.ball).or(model.object),
-            law,
+            law: mu_b.zip(mu_c).map_or(model.law, |(b, c)| Law::Exponential { b, c }),
             e_slope: e_slope.or(model.e_slope),
             kappa: kappa.unwrap_or(model.kappa),
             ..*model
@@ -267,19 +187,124 @@ impl Spec {
     /// specification states.
     #[must_use]
     pub fn truths(&self) -> Vec<(Parameter, f64)> {
-        let Truth { kappa, mu_b, mu_c, e_slope, .. } = self.truth;
-        let values = Values::of(&self.with_truth(&self.usual_model()), self.coefficients());
+        let Truth { mu, mu_s, e, kappa, mu_b, mu_c, e_slope } = self.truth;
         let (cue, object) = self.balls();
-        let differs = |of: fn(Ball) -> f64| object.is_some_and(|object| of(object.ball) != of(cue));
-        let stated = |parameter: &Parameter| match parameter {
-            Parameter::B => mu_b.is_some(),
-            Parameter::C => mu_c.is_some(),
-            Parameter::Kappa => kappa.is_some(),
-            Parameter::ESlope => e_slope.is_some(),
-            Parameter::MassRatio => differs(|ball| ball.mass),
-            Parameter::RadiusRatio => differs(|ball| ball.radius),
-            Parameter::Mu | Parameter::MuS | Parameter::E => true,
+        let object = object.map_or(cue, |object| object.ball);
+        let ratio = |cue: f64, object: f64| (cue != object).then_some(cue / object);
+        let all = Parameter::ALL.map(|parameter| {
+            let value = match parameter {
+                Parameter::Mu => Some(mu),
+                Parameter::MuS => Some(mu_s),
+                Parameter::E => Some(e),
+                Parameter::B => mu_b,
+                Parameter::C => mu_c,
+                Parameter::Kappa => kappa,
+                Parameter::ESlope => e_slope,
+                Parameter::MassRatio => ratio(cue.mass, object.mass),
+                Parameter::RadiusRatio => ratio(cue.radius, object.radius),
+            };
+            value.map(|value| (parameter, value))
+        });
+        all.into_iter().flatten().collect()
+    }
+}
+
+impl Faults for Spec {
+    fn faults(&self) -> Vec<Fault> {
+        let Self { name, truth, shots, noise, ball, .. } = self;
+        let stated = self.object.unwrap_or_default();
+        let object = self.balls().1.map_or(Ball::POOL, |object| object.ball);
+        let mut faults = Vec::new();
+        let mut expect = |is_good: bool, key: &str, value: String, expected: &str| {
+            faults.extend((!is_good).then(|| Fault::new(key, value, expected)));
         };
-        Parameter::ALL.into_iter().filter(stated).map(|parameter| (parameter, values[parameter])).collect()
+        let is_name = !name.is_empty() && !name.contains(['/', '\\']) && !name.starts_with('.');
+        expect(is_name, "name", format!("\"{name}\""), "a name that can name a folder");
+        let spins = format!("at least one of {}", Played::ALL.map(Played::name).join(", "));
+        expect(!shots.cue_spin.is_empty(), "shots.cue_spin", "[]".to_owned(), &spins);
+        let both = "both of mu + mu_b·exp(−mu_c·v), or neither";
+        let [b, c] = [truth.mu_b.is_some(), truth.mu_c.is_some()];
+        expect(b || !c, "truth.mu_b", "missing".to_owned(), both);
+        expect(c || !b, "truth.mu_c", "missing".to_owned(), both);
+        // what is stated remains above 0
+        for (key, sd, value) in [
+            ("ball.radius_m_sd", ball.radius_m_sd, ball.radius_m),
+            ("ball.mass_kg_sd", ball.mass_kg_sd, ball.mass_kg),
+            ("object.radius_m_sd", stated.radius_m_sd, object.radius),
+            ("object.mass_kg_sd", stated.mass_kg_sd.unwrap_or(0.0), object.mass),
+        ] {
+            let is_small = !(value > 0.0) || (0.0..0.1 * value).contains(&sd);
+            expect(is_small, key, sd.to_string(), "0 or more, less than a tenth of what it is the error of");
+        }
+        // a mass that is not positive is named below
+        let ratio = self.object.map_or(1.0, |_| ball.mass_kg / object.mass);
+        let is_possible = !(ratio > 0.0 && ratio.is_finite()) || MASS_RATIOS.contains(&ratio);
+        let masses = "0.001 to 1000 times the cue ball's mass";
+        expect(is_possible, "object.mass_kg", object.mass.to_string(), masses);
+        faults.extend(faults_of_shots("shots", ("count", shots.count), shots.speed_m_s, shots.cut_deg));
+        faults.extend(self.camera.faults(0, NOT_NEGATIVE));
+        faults.extend(self.cloth.faults());
+        faults.extend(faults_of(&[
+            ("noise.velocity_m_s", noise.velocity_m_s, NOT_NEGATIVE),
+            ("noise.line_of_centres_deg", noise.line_of_centres_deg, NOT_NEGATIVE),
+            ("noise.spin_rad_s", noise.spin_rad_s, NOT_NEGATIVE),
+            ("noise.angle_deg", noise.angle_deg, NOT_NEGATIVE),
+            ("ball.radius_m", ball.radius_m, POSITIVE),
+            ("ball.mass_kg", ball.mass_kg, POSITIVE),
+            ("ball.inertia", ball.inertia, INERTIA),
+            ("object.radius_m", object.radius, POSITIVE),
+            ("object.mass_kg", object.mass, POSITIVE),
+            ("object.inertia", object.inertia, INERTIA),
+        ]));
+        faults
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Returns the specification of a film of one shot, with more sections.
+    fn film(sections: &str) -> Result<Spec, String> {
+        let usual = "
+            name = 'film'
+            kind = 'tracks'
+            seed = 1
+            truth = { mu = 0.05, mu_s = 0.3, e = 0.94 }
+            shots = { count = 1, speed_m_s = [1, 2], cut_deg = [0, 30], cue_spin = ['natural-roll'] }
+            ";
+        (usual.to_owned() + sections).parse().map_err(|error: DatasetError| error.to_string())
+    }
+
+    #[test]
+    fn what_cannot_be_made_is_named() {
+        assert!(film("").unwrap().faults().is_empty());
+        for (sections, expected) in [
+            ("ball = { radius_m = 0 }", "SPEC.toml:7: column 33: ball.radius_m is 0; expected more than 0"),
+            ("ball = { inertia = nan }", "ball.inertia is NaN; expected more than 0"),
+            ("camera = { fps = inf }", "camera.fps is inf; expected more than 0"),
+            ("camera = { position_sd_m = -1 }", "camera.position_sd_m is -1; expected 0 or more"),
+            ("camera = { before_ms = nan }", "camera.before_ms is NaN; expected 0 or more"),
+            ("camera = { after_ms = 1e9 }", "camera.after_ms is 1000000000, which is 1000000000 frames"),
+            ("camera = { gaps = 1.5 }", "camera.gaps is 1.5; expected a number from 0 to 1"),
+            ("camera = { outliers = -0.5 }", "camera.outliers is -0.5; expected a number from 0 to 1"),
+            ("camera = { markers = 101 }", "camera.markers is 101; expected 0 to 100"),
+            ("cloth = { mu_k = nan }", "cloth.mu_k is NaN; expected 0 or more"),
+            ("cloth = { mu_r = -0.01 }", "cloth.mu_r is -0.01; expected 0 or more"),
+            ("cloth = { bounce = 1.01 }", "cloth.bounce is 1.01; expected a number from 0 to 1"),
+        ] {
+            let error = film(sections).unwrap_err();
+            assert!(error.contains(expected), "{error}\nlacks {expected}");
+        }
+        let mut many = film("").unwrap();
+        many.shots.count = 2_000_000;
+        assert_eq!(many.faults()[0].to_string(), "shots.count is 2000000; expected 1 to 1000000");
+    }
+
+    #[test]
+    fn a_ball_that_bounces_for_ever_can_be_filmed() {
+        let films = crate::simulate::filmed(&film("cloth = { bounce = 1.0 }").unwrap()).unwrap();
+        let (shot, _) = &films[0];
+        assert!(shot.cue.iter().chain(&shot.object).all(|s| s.x.is_finite() && s.y.is_finite()));
     }
 }

@@ -40,8 +40,9 @@ struct Course {
 }
 
 impl Course {
-    /// Returns the motion of both balls from the cue ball just before the impact, in the collision frame; the impact is at an
-    /// instant (s), along a direction of the line of centres (rad), with the object ball at a place (m).
+    /// Returns the motion of both balls from the cue ball just before the impact, in the collision
+    /// frame; the impact is at an instant (s), along a direction of the line of centres (rad), with
+    /// the object ball at a place (m).
     fn new(
         model: &Model,
         coefficients: &Coefficients,
@@ -53,18 +54,9 @@ impl Course {
     ) -> Result<Self, NotACollision> {
         let outcome = model.collide(cue, coefficients)?;
         let frame = CollisionFrame::from_direction(direction);
-        let table = |state: &BallState| BallState {
-            velocity: frame.to_table(state.velocity),
-            spin: frame.to_table(state.spin),
-        };
-        let truth = TrueImpact {
-            time,
-            object,
-            direction,
-            cue_before: table(cue),
-            cue_after: table(&outcome.cue),
-            object_after: table(&outcome.object),
-        };
+        let [cue_before, cue_after, object_after] = [cue, &outcome.cue, &outcome.object].map(|state| {
+            BallState { velocity: frame.to_table(state.velocity), spin: frame.to_table(state.spin) }
+        });
         let balls = [model.ball, model.object_ball()];
         let apart = balls[0].contact_distance(&balls[1]);
         let contact = [object[0] - apart * direction.cos(), object[1] - apart * direction.sin()];
@@ -80,12 +72,13 @@ impl Course {
             }
         };
         let cloth = Cloth { sliding: cloth.mu_k, rolling: cloth.mu_r, bounce: cloth.bounce };
-        let cue_after = launch(balls[0], contact, &truth.cue_after);
-        let object_after = launch(balls[1], object, &truth.object_after);
         Ok(Self {
-            cue_before: Path::before(&launch(balls[0], contact, &truth.cue_before), &cloth),
-            after: [&cue_after, &object_after].map(|launch| Path::after(launch, &cloth)),
-            truth,
+            cue_before: Path::before(&launch(balls[0], contact, &cue_before), &cloth),
+            after: [
+                Path::after(&launch(balls[0], contact, &cue_after), &cloth),
+                Path::after(&launch(balls[1], object, &object_after), &cloth),
+            ],
+            truth: TrueImpact { time, object, direction, cue_before, cue_after, object_after },
             balls,
         })
     }
@@ -110,47 +103,45 @@ impl Course {
     /// radius above the centre. At the impact it is at `place`, a unit vector from the centre.
     fn marker(&self, ball: TrackedBall, place: Vec3, t: f64) -> ([f64; 2], bool) {
         let (time, own) = (self.truth.time, &self.balls[ball as usize]);
-        let Some((path, spin)) = self.motion(ball, t <= time) else {
-            return (seen_at(self.truth.object, own.radius, place), place.z > 0.1);
-        };
-        // the rotation in steps of 0.1 ms, each about the axis of its middle
-        let steps = ((t - time).abs() / 1e-4).ceil().max(1.0);
-        let step = (t - time) / steps;
-        let mut at = place;
-        for n in 0..steps as usize {
-            let [x, y] = path.spin_change(time + (n as f64 + 0.5) * step, own);
-            at = turn(at, (spin + Vec3::new(x, y, 0.0)) * step);
+        let (mut at, mut centre) = (place, self.truth.object);
+        if let Some((path, spin)) = self.motion(ball, t <= time) {
+            // the rotation in steps of 0.1 ms, each about the axis of its middle
+            let steps = ((t - time).abs() / 1e-4).ceil().max(1.0);
+            let step = (t - time) / steps;
+            for n in 0..steps as usize {
+                let [x, y] = path.spin_change(time + (n as f64 + 0.5) * step, own);
+                at = turn(at, (spin + Vec3::new(x, y, 0.0)) * step);
+            }
+            centre = path.position(t);
         }
-        (seen_at(path.position(t), own.radius, at), at.z > 0.1)
-    }
-}
-
-fn seen_at(centre: [f64; 2], radius: f64, place: Vec3) -> [f64; 2] {
-    [centre[0] + radius * place.x, centre[1] + radius * place.y]
-}
-
-impl Camera {
-    /// Range of the places of impacts along x and along y, m.
-    pub(crate) const FIELD_M: [f64; 2] = [0.3, 1.0];
-
-    /// Returns the numbers of frames before and after the impact.
-    pub(crate) fn frames(&self) -> [usize; 2] {
-        [self.before_ms, self.after_ms].map(|ms| (1e-3 * ms * self.fps).round() as usize)
+        ([centre[0] + own.radius * at.x, centre[1] + own.radius * at.y], at.z > 0.1)
     }
 
-    /// Returns the instants of all frames, s.
-    fn times(self) -> impl Iterator<Item = f64> {
-        let [before, after] = self.frames();
-        (0..=before + after).map(move |n| n as f64 / self.fps)
+    /// Returns the marker of a number (from 0) on a ball, in the frames in which it is in sight, as
+    /// `see` sees each position.
+    fn seen_marker(
+        &self,
+        camera: &Camera,
+        (ball, number): (TrackedBall, usize),
+        place: Vec3,
+        mut see: impl FnMut(f64, [f64; 2]) -> Sample,
+    ) -> Marker {
+        let mut samples = Vec::new();
+        for t in camera.times() {
+            let (at, is_in_sight) = self.marker(ball, place, t);
+            let sample = see(t, at);
+            samples.extend(is_in_sight.then_some(sample));
+        }
+        Marker { ball, name: format!("m{}", number + 1), samples }
     }
 }
 
 const BALLS: [TrackedBall; 2] = [TrackedBall::Cue, TrackedBall::Object];
 
 /// Returns the frames of one shot without noise or gaps, and what it really was. The cue ball just
-/// before the impact is given in the collision frame, which here is the table's; the impact is
-/// `phase` of a frame after the last frame before it. The markers are at these places on the cue
-/// ball and on the object ball (unit vectors from the centre) at the impact.
+/// before the impact is given in the collision frame, which here is the table's; the impact is at
+/// an instant (s). The markers are at these places on the cue ball and on the object ball (unit
+/// vectors from the centre) at the impact.
 ///
 /// # Errors
 /// The shot is not a collision.
@@ -159,22 +150,16 @@ pub fn noise_free(
     coefficients: &Coefficients,
     (camera, cloth): (&Camera, &ClothSpec),
     cue: &BallState,
-    (phase, places): (f64, &[Vec<Vec3>; 2]),
+    (time, places): (f64, &[Vec<Vec3>; 2]),
 ) -> Result<(TrackShot, TrueImpact), NotACollision> {
-    let time = (camera.frames()[0] as f64 + phase) / camera.fps;
     let course = Course::new(model, coefficients, cloth, cue, time, 0.0, [0.5; 2])?;
     let sample = |t: f64, [x, y]: [f64; 2]| Sample { t, x, y, sd: Some([camera.position_sd_m; 2]) };
     let centres = |ball| camera.times().map(|t| sample(t, course.centre(ball, t))).collect();
-    let marker = |ball: TrackedBall, place: Vec3, number: usize| {
-        let seen = camera.times().map(|t| (t, course.marker(ball, place, t)));
-        let in_sight = seen.filter(|(_, (_, in_sight))| *in_sight);
-        let samples = in_sight.map(|(t, (at, _))| sample(t, at)).collect();
-        Marker { ball, name: format!("m{}", number + 1), samples }
-    };
     let mut shot = TrackShot::new("", camera.fps, Spin::Unknown, BALLS.map(centres));
     for ball in BALLS {
-        let places = places[ball as usize].iter().enumerate();
-        shot.markers.extend(places.map(|(number, place)| marker(ball, *place, number)));
+        for (number, place) in places[ball as usize].iter().enumerate() {
+            shot.markers.push(course.seen_marker(camera, (ball, number), *place, sample));
+        }
     }
     Ok((shot, course.truth))
 }
@@ -196,7 +181,7 @@ impl Maker<'_> {
     fn track(&mut self, number: usize) -> Result<(TrackShot, TrueImpact), SynthError> {
         let camera = self.spec.camera;
         let sd = camera.position_sd_m;
-        let (_, _, cue) = self.shot(number);
+        let cue = self.shot(number).cue;
         let direction = self.between([-PI, PI]);
         let object = [self.between(Camera::FIELD_M), self.between(Camera::FIELD_M)];
         let time = (camera.frames()[0] as f64 + self.rng.random::<f64>()) / camera.fps;
@@ -228,13 +213,8 @@ impl Maker<'_> {
         for ball in BALLS {
             for number in 0..camera.markers {
                 let place = on_top(self.rng.random(), self.rng.random());
-                let mut samples = Vec::new();
-                for t in camera.times() {
-                    let (at, is_in_sight) = course.marker(ball, place, t);
-                    let seen = at.map(|at| at + self.noise(sd));
-                    samples.extend(is_in_sight.then(|| Sample::new(t, seen)));
-                }
-                shot.markers.push(Marker { ball, name: format!("m{}", number + 1), samples });
+                let see = |t: f64, at: [f64; 2]| Sample::new(t, at.map(|at| at + self.noise(sd)));
+                shot.markers.push(course.seen_marker(&camera, (ball, number), place, see));
             }
         }
         Ok((shot, course.truth))

@@ -44,29 +44,18 @@ impl Found {
 /// The model with which shots are fitted.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Way {
+    name: &'static str,
     /// The fidelity; `None`: that of `fit --fidelity auto`.
-    pub fidelity: Option<Fidelity>,
-    /// Whether the contact is compliant, as that of the data is.
-    pub gives_way: bool,
+    fidelity: Option<Fidelity>,
+    /// How compliant the contact is taken to be, that of the data if stated.
+    compliance: Compliance,
 }
 
 impl Way {
-    const fn rigid(fidelity: Fidelity) -> Self {
-        Self { fidelity: Some(fidelity), gives_way: false }
-    }
-
-    const fn compliant(fidelity: Fidelity) -> Self {
-        Self { fidelity: Some(fidelity), gives_way: true }
-    }
-
     /// Returns the name in bias.csv.
     #[must_use]
     pub fn name(self) -> &'static str {
-        match self.fidelity {
-            Some(Fidelity::Ode) if self.gives_way => "ode compliant",
-            Some(fidelity) => fidelity.name(),
-            None => "auto",
-        }
+        self.name
     }
 }
 
@@ -86,15 +75,19 @@ pub struct Row {
 }
 
 /// The models that have parameters, in the order in which they are fitted.
-pub const FITTED: [Way; 7] = [
-    Way::rigid(Fidelity::Inelastic),
-    Way::rigid(Fidelity::Linear),
-    Way::rigid(Fidelity::Full),
-    Way::rigid(Fidelity::Ode),
-    Way::compliant(Fidelity::Ode),
-    Way::compliant(Fidelity::Contact),
-    Way { fidelity: None, gives_way: false },
-];
+pub const FITTED: [Way; 7] = {
+    use Compliance::{Auto, Rigid, Stated};
+    use Fidelity::{Contact, Full, Inelastic, Linear, Ode};
+    [
+        Way { name: "inelastic", fidelity: Some(Inelastic), compliance: Rigid },
+        Way { name: "linear", fidelity: Some(Linear), compliance: Rigid },
+        Way { name: "full", fidelity: Some(Full), compliance: Rigid },
+        Way { name: "ode", fidelity: Some(Ode), compliance: Rigid },
+        Way { name: "ode compliant", fidelity: Some(Ode), compliance: Stated },
+        Way { name: "contact", fidelity: Some(Contact), compliance: Stated },
+        Way { name: "auto", fidelity: None, compliance: Auto },
+    ]
+};
 
 /// Returns a data set of the velocities after the impact of these shots, to be filled in.
 #[must_use]
@@ -164,24 +157,16 @@ pub fn noise_free(dataset: &Dataset, kappa: f64) -> Dataset {
 /// The fit fails.
 pub fn bias(dataset: &Dataset, way: Way) -> Result<Row, FitError> {
     let begun = Instant::now();
-    let fidelity = way.fidelity;
+    let is_contact = way.fidelity == Some(Fidelity::Contact);
     let options = Options {
-        fidelity: fidelity.map_or(FidelityChoice::Auto, FidelityChoice::Of),
-        effects: fidelity.map(Fidelity::effects),
-        tolerance: if fidelity == Some(Fidelity::Contact) {
-            CONTACT_TOLERANCE
-        } else {
-            Model::TOLERANCE_OF_FITS
-        },
+        fidelity: way.fidelity.map_or(FidelityChoice::Auto, FidelityChoice::Of),
+        effects: way.fidelity.map(Fidelity::effects),
+        tolerance: if is_contact { CONTACT_TOLERANCE } else { Model::TOLERANCE_OF_FITS },
         depth: Depth::Estimates,
         ..Options::default()
     };
     let mut dataset = dataset.clone();
-    if way.gives_way {
-        dataset.settings.compliance = Compliance::Stated;
-    } else if fidelity.is_some() {
-        dataset.settings.compliance = Compliance::Rigid;
-    }
+    dataset.settings.compliance = way.compliance;
     let fitted = fit::fit(&dataset, &options)?.remove(0);
     let truth = Values::initial(&dataset.settings);
     let found = Parameter::COEFFICIENTS.map(|parameter| Found {

@@ -38,42 +38,6 @@ fn a_fit_computes_impacts_that_end_as_a_ball_leaves_the_cloth() {
     }
 }
 
-<<<<<<< HEAD
-#[test]
-fn what_a_fit_differentiates_agrees_with_differences() {
-    /// Of a difference over STEP: its square, the tolerance over it, and the sides of a switch that differ.
-    const STEP: f64 = 1e-4;
-    const ERROR: f64 = 2e-3;
-    let mut rng = ChaCha8Rng::seed_from_u64(21);
-    let mut compared = 0;
-    for round in 0..60 {
-        let (cue, coefficients) = shot(&mut rng);
-        let mut fine = Model { tolerance: 1e-11, ..compliant(Fidelity::Ode, Ball::POOL) };
-        if round % 2 == 1 {
-            fine = unequal(fine);
-        }
-        let quick = Model { tolerance: Model::TOLERANCE_OF_FITS, ..fine };
-        let (_, by) = quick.collide_with_jacobian(&cue, &coefficients).unwrap();
-        let shot = Try { model: fine, cue, coefficients };
-        for input in Input::ALL.into_iter().take(8).chain([Input::Kappa]) {
-            // topspin and draw are two sides of a kink
-            if input == Input::SpinY && cue.spin.y.abs() * Ball::POOL.radius < 2.0 * STEP {
-                continue;
-            }
-            let unit = if is_spin(input) { 1.0 / Ball::POOL.radius } else { 1.0 };
-            let moved = |by: f64| shot.moved(input, by * unit).outcome().components();
-            let found = by.column(input as usize) * unit;
-            let expected = (moved(STEP) - moved(-STEP)) / (2.0 * STEP);
-            let off = (found - expected).amax() / (1.0 + expected.amax());
-            assert!(off < ERROR, "{round} {}: {off:e} {cue:?} {coefficients:?}", input.name());
-            compared += 1;
-        }
-    }
-    assert!(compared > 400, "{compared}");
-}
-
-=======
->>>>>>> d7eb3c5637bd7a99aa3fae2cd14e8599dfaf4918
 /// A shot of any kind.
 fn shot(rng: &mut ChaCha8Rng) -> (BallState, Coefficients) {
     let velocity = cue_velocity(rng.random_range(0.5..5.0), rng.random_range(-60_f64..60.0).to_radians());

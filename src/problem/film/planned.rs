@@ -3,6 +3,7 @@
 use std::sync::Arc;
 
 use nalgebra::DMatrix;
+use rayon::prelude::*;
 
 use super::block::{FilmBlock, MeasuredSpin, ShotFrames, World};
 use super::camera::Point;
@@ -28,11 +29,8 @@ pub struct PlannedShot {
     pub place: [f64; 2],
     /// Instant of the impact, s.
     pub instant: f64,
-    /// Topspin over natural roll, and its standard deviation from shot to shot.
+    /// Topspin over natural roll.
     pub topspin: f64,
-    pub topspin_sd: f64,
-    /// Number of such shots, of which the spread of spins is estimated.
-    pub shots: usize,
     /// What is known of the spin.
     pub spin: Spin,
     /// Standard errors of the side spins of both balls after the impact, rad/s, if markers show them.
@@ -42,9 +40,13 @@ pub struct PlannedShot {
 /// Steps towards a spread, as many as fits take at most.
 const SPREAD_STEPS: usize = 10;
 
-/// How planned shots are filmed.
+/// How many shots are planned, and how they are filmed.
 #[derive(Clone, Copy, Debug)]
 pub struct Filming {
+    /// Number of shots, which have the spreads of spins in common.
+    pub shots: usize,
+    /// Standard deviation of their topspin over natural roll.
+    pub topspin_sd: f64,
     /// Frames per second.
     pub fps: f64,
     /// Number of frames.
@@ -60,80 +62,122 @@ pub(crate) fn unknowns_of(dataset: &Dataset, spins: &[Spin]) -> Vec<Unknown> {
     list_unknowns(dataset, &dataset.settings_of_balls(), &Tracks::new(Vec::new()), &spins)
 }
 
-/// Returns the information of a shot about all shared unknowns in the order of [`Id`], its own
-/// eliminated; `None` if its frames do not tell these.
+/// Returns the information of each of some samples of the shots about all shared unknowns in the order of
+/// [`Id`], its own eliminated; `None` if its frames do not tell these. The spreads of spins are those that
+/// a fit of all shots finds.
 ///
 /// # Errors
-/// The shot is no collision.
+/// A shot is no collision.
 pub(crate) fn information(
-    shot: &PlannedShot,
+    samples: &[PlannedShot],
     filming: &Filming,
     (model, unknowns, shared): (&Model, &[Unknown], &Shared),
-) -> Result<Option<DMatrix<f64>>, NotACollision> {
+) -> Result<Vec<Option<DMatrix<f64>>>, NotACollision> {
     let contact = Contact::new(model, unknowns);
-    let radius = contact.object().radius;
-    let [along, across] = shot.velocity;
-    let (sin, cos) = shot.direction.sin_cos();
-    let velocity = Point::new(along * cos - across * sin, along * sin + across * cos);
-    let spin = match shot.spin {
-        Spin::Unknown if shot.topspin != 1.0 => ShotSpin::slides(),
-        stated => ShotSpin::stated(stated, velocity, radius),
-    };
-    let mut values = Own::zeros(OWN);
-    values[own::TIME] = shot.instant;
-    (values[own::X], values[own::Y]) = (shot.place[0], shot.place[1]);
-    values[own::DIRECTION] = shot.direction;
-    (values[own::ALONG], values[own::ACROSS]) = (along, across);
-    if spin.stated.mean.is_some() {
-        values[own::TOPSPIN] = shot.topspin - spin.mean(shared);
+    let film = |shot: &PlannedShot| Filmed::new(shot, filming, &contact, shared);
+    let mut films: Vec<Filmed> = samples.par_iter().map(film).collect::<Result<_, _>>()?;
+    let variances = films.par_iter().map(|film| film.own_variances(shared)).collect::<Vec<_>>();
+    for (which, place, truth) in
+        [(TOPSPIN_SPREAD, own::TOPSPIN, filming.topspin_sd), (SIDE_SPREAD, own::SIDE, 0.0)]
+    {
+        let variances: Vec<f64> = variances.iter().flatten().map(|variances| variances[place]).collect();
+        let spread = Spread::first(FIRST_SPREADS[which], LEAST_SPREAD);
+        let sd = found(&spread, &variances, truth, filming.shots as f64);
+        for film in &mut films {
+            film.block.spreads[which].sd = sd;
+        }
     }
-    let unseen = ShotFrames { tracks: [Vec::new(), Vec::new()], fps: filming.fps, spins: Vec::new() };
-    let mut film = FilmBlock {
-        shots: Arc::new(vec![unseen.clone()]),
-        spins: vec![spin],
-        spreads: FIRST_SPREADS.map(|first| Spread::first(first, LEAST_SPREAD)),
-        world: World { contact, noise: [Noise { sd: filming.sd, rho: 0.0 }; 2] },
-        states_noise: true,
-        corrections: vec![Correction::zeros()],
-        loss: None,
+    let tell = |(film, variances): (&Filmed, &Option<Own>)| {
+        variances.as_ref()?;
+        let sums = film.block.contribute(0, &film.values, shared);
+        sums.reduced(&Id::ALL).map(|(information, _)| information)
     };
-    let struck = film.struck(0, &spin, &values, shared)?;
-    let Some(seen) = film.paths(0, &values, shared) else { return Ok(None) };
-    let tracks = [0, 1].map(|ball| {
-        let frame = |n: usize| {
-            let time = n as f64 / filming.fps;
-            Frame { time, seen: seen.place(ball, time).into(), weight: Point::repeat(1.0), used: true }
+    Ok(films.par_iter().zip(&variances).map(tell).collect())
+}
+
+/// The film of one shot, and its own unknowns.
+struct Filmed {
+    block: FilmBlock,
+    values: Own,
+}
+
+impl Filmed {
+    fn new(
+        shot: &PlannedShot,
+        filming: &Filming,
+        contact: &Contact,
+        shared: &Shared,
+    ) -> Result<Self, NotACollision> {
+        let radius = contact.object().radius;
+        let [along, across] = shot.velocity;
+        let (sin, cos) = shot.direction.sin_cos();
+        let velocity = Point::new(along * cos - across * sin, along * sin + across * cos);
+        let spin = match shot.spin {
+            Spin::Unknown if shot.topspin != 1.0 => ShotSpin::slides(),
+            stated => ShotSpin::stated(stated, velocity, radius),
         };
-        (0..filming.frames).map(frame).collect()
-    });
-    let after = shot.after_sd.into_iter().flatten().enumerate();
-    let after = after.map(|(ball, sd)| {
-        let spin = struck.after[ball].spin[2].re / radius;
-        MeasuredSpin { ball, spin, sd }
-    });
-    film.shots = Arc::new(vec![ShotFrames { tracks, spins: after.collect(), ..unseen }]);
-    let (products, _) = film.contribute(0, &values, shared).own_system(0.0, OWN);
-    let Some(own) = products.cholesky() else { return Ok(None) };
-    let variances = own.inverse().diagonal();
-    let spreads = [(TOPSPIN_SPREAD, own::TOPSPIN, shot.topspin_sd), (SIDE_SPREAD, own::SIDE, 0.0)];
-    for (which, place, truth) in spreads {
-        let spread = &mut film.spreads[which];
-        spread.sd = expected_spread(spread, variances[place], truth, shot.shots as f64);
+        let mut values = Own::zeros(OWN);
+        values[own::TIME] = shot.instant;
+        (values[own::X], values[own::Y]) = (shot.place[0], shot.place[1]);
+        values[own::DIRECTION] = shot.direction;
+        (values[own::ALONG], values[own::ACROSS]) = (along, across);
+        if spin.stated.mean.is_some() {
+            values[own::TOPSPIN] = shot.topspin - spin.mean(shared);
+        }
+        let unseen = ShotFrames { tracks: [Vec::new(), Vec::new()], fps: filming.fps, spins: Vec::new() };
+        let mut block = FilmBlock {
+            shots: Arc::new(vec![unseen.clone()]),
+            spins: vec![spin],
+            spreads: FIRST_SPREADS.map(|first| Spread::first(first, LEAST_SPREAD)),
+            world: World { contact: *contact, noise: [Noise { sd: filming.sd, rho: 0.0 }; 2] },
+            states_noise: true,
+            corrections: vec![Correction::zeros()],
+            loss: None,
+        };
+        let struck = block.struck(0, &spin, &values, shared)?;
+        let seen = block.paths(0, &values, shared);
+        let tracks = [0, 1].map(|ball| {
+            let frame = |n: usize| {
+                let time = n as f64 / filming.fps;
+                let seen = seen.as_ref()?.place(ball, time).into();
+                Some(Frame { time, seen, weight: Point::repeat(1.0), used: true })
+            };
+            (0..filming.frames).filter_map(frame).collect()
+        });
+        let after = shot.after_sd.into_iter().flatten().enumerate();
+        let spins = after.map(|(ball, sd)| {
+            let spin = struck.after[ball].spin[2].re / radius;
+            MeasuredSpin { ball, spin, sd }
+        });
+        block.shots = Arc::new(vec![ShotFrames { tracks, spins: spins.collect(), ..unseen }]);
+        Ok(Self { block, values })
     }
-    let sums = film.contribute(0, &values, shared);
-    Ok(sums.reduced(&Id::ALL).map(|(information, _)| information))
+
+    /// Returns the variances of the own unknowns if all others are known; `None` if the frames do not
+    /// tell them.
+    fn own_variances(&self, shared: &Shared) -> Option<Own> {
+        let (products, _) = self.block.contribute(0, &self.values, shared).own_system(0.0, OWN);
+        Some(products.cholesky()?.inverse().diagonal())
+    }
 }
 
 /// Returns the spread that n shots with the spread t show on average. With v the variance of the value of a
 /// shot, σ² = 1/(1/v − 1/s²) that by its frames alone, and w = s²/(s² + σ²), restricted likelihood ends at
-/// s² = [n w²(σ² + t²) + s₀²]/(n w + 1).
-fn expected_spread(spread: &Spread, variance: f64, truth: f64, shots: f64) -> f64 {
-    let by_frames = (variance.recip() - spread.sd.powi(-2)).max(f64::MIN_POSITIVE).recip();
-    let mut square = spread.first * spread.first;
+/// s² = [Σ w²(σ² + t²) + s₀²]/(Σ w + 1). The sums are n times the means over the variances of some shots.
+fn found(spread: &Spread, variances: &[f64], truth: f64, shots: f64) -> f64 {
+    let by_frames = |variance: &f64| (variance.recip() - spread.sd.powi(-2)).max(f64::MIN_POSITIVE).recip();
+    let by_frames: Vec<f64> = variances.iter().map(by_frames).collect();
+    let each = shots / by_frames.len().max(1) as f64;
+    let first = spread.first * spread.first;
+    let mut square = first;
     for _ in 0..SPREAD_STEPS {
-        let part = square / (square + by_frames);
-        let seen = shots * part * part * (by_frames + truth * truth);
-        square = (seen + spread.first * spread.first) / (shots * part + 1.0);
+        let (mut seen, mut count) = (first, 1.0);
+        for by_frames in &by_frames {
+            let part = square / (square + by_frames);
+            seen += each * part * part * (by_frames + truth * truth);
+            count += each * part;
+        }
+        square = seen / count;
     }
     square.sqrt().max(spread.least)
 }

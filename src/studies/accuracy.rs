@@ -1,10 +1,8 @@
 //! The error of every fidelity on a set of shots, and the time of a collision.
 //!
-//! The numerical error is against the same equations: for a rigid contact solved to 30 digits
-//! ([`exact`]), for a compliant one integrated to [`REFERENCE`]. The model error, by the effects
-//! that a fidelity leaves out, is against `contact` to [`REFERENCE`].
-
-pub mod exact;
+//! The numerical error is against the same equations: of a rigid contact against `full`, whose own
+//! error is against a table of 25 digits; of a compliant one against itself at [`REFERENCE`]. The
+//! model error, by the effects that a fidelity leaves out, is against `contact` at [`REFERENCE`].
 
 use std::hint::black_box;
 use std::time::Instant;
@@ -13,15 +11,20 @@ use rand::{Rng, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 use schemars::JsonSchema;
 use serde::Serialize;
+use serde_json::Value;
 
 use crate::measurement::written::written_by_name;
 use crate::physics::ball::{Ball, BallState, Vec3};
 use crate::physics::collision::{Coefficients, Fidelity, Model, NotACollision, Outcome};
 use crate::physics::contact_frame::cue_velocity;
 use crate::physics::name::worded;
+use crate::simulate::cue_ball;
 
 /// Tolerance of a compliant contact as a reference; only a rigid one is run at it.
 pub const REFERENCE: f64 = 1e-12;
+
+/// Collisions of rigid balls to 25 digits, made independently (tests/reference/SOURCE.md).
+const TABLE: &str = include_str!("../../tests/reference/collisions.json");
 
 /// One shot of the study, in the collision frame.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -102,8 +105,8 @@ pub struct Row {
     pub seconds: f64,
     /// Number of shots that it could not compute, which are left out of the errors.
     pub failed: usize,
-    /// Errors against the same equations solved closely; null of contact, whose model error is a
-    /// numerical one.
+    /// Errors against the same equations solved closely, of full against a table of 25 digits; null
+    /// of contact, whose model error is a numerical one.
     #[serde(rename = "numerical_error")]
     pub numerical: Option<Errors>,
     /// Errors against contact with all effects.
@@ -117,19 +120,40 @@ pub struct Row {
 pub fn shots(count: usize, seed: u64) -> Vec<Shot> {
     let mut rng = ChaCha8Rng::seed_from_u64(seed);
     let coefficients = Coefficients { mu: 0.05, mu_s: 0.3, e: 0.94 };
-    let mut shot = |number: usize| {
-        let velocity = cue_velocity(rng.random_range(0.5..5.0), rng.random_range(-70_f64..70.0).to_radians());
-        let roll = BallState::natural_roll(velocity, Ball::POOL.radius).spin;
+    let shot = |number: usize| {
+        let (speed, cut) = (rng.random_range(0.5..5.0), rng.random_range(-70_f64..70.0).to_radians());
         let share: f64 = rng.random();
-        let spin = match number % 4 {
-            0 => roll,
-            1 => Vec3::zeros(),
-            2 => -share * roll,
-            _ => share * roll + Vec3::z() * (rng.random_range(-1.0..1.0) * roll.norm()),
+        let spins = match number % 4 {
+            0 => [1.0, 0.0],
+            1 => [0.0, 0.0],
+            2 => [-share, 0.0],
+            _ => [share, rng.random_range(-1.0..1.0)],
         };
-        Shot { cue: BallState { velocity, spin }, coefficients }
+        Shot { cue: cue_ball(speed, cut, spins, Ball::POOL.radius), coefficients }
     };
-    (0..count).map(&mut shot).collect()
+    (0..count).map(shot).collect()
+}
+
+/// Returns the errors of `full` on the collisions of pool balls in the reference table.
+fn errors_of_full() -> Errors {
+    let cases: Vec<Value> = serde_json::from_str(TABLE).unwrap_or_default();
+    // digits are strings
+    let number = |value: &Value| value.as_f64().or_else(|| value.as_str()?.parse().ok()).unwrap_or(f64::NAN);
+    let vector = |value: &Value| Vec3::from([0, 1, 2].map(|i| number(&value[i])));
+    let ball =
+        |value: &Value| BallState { velocity: vector(&value["velocity"]), spin: vector(&value["spin"]) };
+    let model = Model::new(Fidelity::Full, Ball::POOL);
+    let mut errors = Vec::new();
+    for case in cases.iter().filter(|case| case["as_printed"] == false) {
+        let [speed, cut_deg, mu, mu_s, e] =
+            ["speed", "cut_deg", "mu", "mu_s", "e"].map(|key| number(&case[key]));
+        let velocity = cue_velocity(speed, cut_deg.to_radians());
+        let cue = BallState { velocity, spin: vector(&case["omega"]) };
+        let Ok(outcome) = model.collide(&cue, &Coefficients { mu, mu_s, e }) else { continue };
+        let reference = Outcome { cue: ball(&case["cue"]), object: ball(&case["object"]), ..outcome };
+        errors.push(errors_of(speed, Ball::POOL.radius, &outcome, &reference));
+    }
+    spreads(&errors)
 }
 
 /// Runs every fidelity over the shots; `kappa` is the κ of a compliant contact.
@@ -143,18 +167,26 @@ pub fn study(shots: &[Shot], ball: Ball, kappa: f64) -> Result<Vec<Row>, NotACol
     };
     let contact = Model { kappa, ..Model::new(Fidelity::Contact, ball) };
     let compliant = Model { kappa, ..Model::new(Fidelity::Ode, ball) };
-    let exact: Vec<_> = shots.iter().map(|shot| exact::collide(shot, ball)).collect();
+    let rigid = Model::new(Fidelity::Ode, ball);
+    let exact = all(&Model::new(Fidelity::Full, ball))?;
     let (with_compliance, with_everything) = (all(&compliant)?, all(&contact)?);
     let row = |model: Model, includes: Includes| {
-        let outcomes: Vec<_> =
+        let outcomes: Vec<Option<Outcome>> =
             shots.iter().map(|shot| model.collide(&shot.cue, &shot.coefficients).ok()).collect();
-        let against = |reference: &[Outcome]| spreads(shots, &outcomes, reference, ball.radius);
+        let against = |reference: &[Outcome]| {
+            let each = shots.iter().zip(&outcomes).zip(reference);
+            let errors = each.filter_map(|((shot, outcome), reference)| {
+                Some(errors_of(shot.cue.velocity.norm(), ball.radius, outcome.as_ref()?, reference))
+            });
+            spreads(&errors.collect::<Vec<_>>())
+        };
         Row {
             fidelity: model.fidelity,
             tolerance: model.fidelity.is_integrated().then_some(model.tolerance),
             includes,
             seconds: timed(&model, shots),
             numerical: match includes {
+                Includes::AsFull if model.fidelity == Fidelity::Full => Some(errors_of_full()),
                 Includes::AsFull => Some(against(&exact)),
                 Includes::Compliant => Some(against(&with_compliance)),
                 Includes::All => None,
@@ -165,7 +197,6 @@ pub fn study(shots: &[Shot], ball: Ball, kappa: f64) -> Result<Vec<Row>, NotACol
     };
     let closed = [Fidelity::Elastic, Fidelity::Inelastic, Fidelity::Linear, Fidelity::Full];
     let mut rows = closed.map(|fidelity| row(Model::new(fidelity, ball), Includes::AsFull)).to_vec();
-    let rigid = Model::new(Fidelity::Ode, ball);
     let ways = [(rigid, Includes::AsFull), (compliant, Includes::Compliant), (contact, Includes::All)];
     for (model, includes) in ways {
         // the reference has no error against itself
@@ -191,27 +222,28 @@ fn timed(model: &Model, shots: &[Shot]) -> f64 {
     least / shots.len().max(1) as f64
 }
 
-fn spreads(shots: &[Shot], outcomes: &[Option<Outcome>], reference: &[Outcome], radius: f64) -> Errors {
-    let mut errors: [Vec<f64>; 4] = Default::default();
-    for ((shot, outcome), reference) in shots.iter().zip(outcomes).zip(reference) {
-        let Some(outcome) = outcome else { continue };
-        let speed = shot.cue.velocity.norm();
-        let throw = |o: &Outcome| o.object.velocity.y.atan2(o.object.velocity.x).to_degrees();
-        let horizontal = |a: &BallState, b: &BallState| (a.velocity - b.velocity).xy().norm();
-        let vertical = |a: &BallState, b: &BallState| (a.velocity.z - b.velocity.z).abs();
-        let (a, b) = (outcome, reference);
-        let spin = (a.cue.spin - b.cue.spin).norm().max((a.object.spin - b.object.spin).norm());
-        errors[0].push((throw(a) - throw(b)).abs());
-        errors[1].push(horizontal(&a.cue, &b.cue).max(horizontal(&a.object, &b.object)) / speed);
-        errors[2].push(radius * spin / speed);
-        errors[3].push(vertical(&a.cue, &b.cue).max(vertical(&a.object, &b.object)) / speed);
-    }
-    let [throw_deg, speed, spin, jump] = errors;
+/// Returns the errors of throw, speed, spin and jump of the outcome of a shot of this speed.
+fn errors_of(speed: f64, radius: f64, outcome: &Outcome, reference: &Outcome) -> [f64; 4] {
+    let throw = |o: &Outcome| o.object.velocity.y.atan2(o.object.velocity.x).to_degrees();
+    let worst = |error: fn(&BallState, &BallState) -> f64| {
+        error(&outcome.cue, &reference.cue).max(error(&outcome.object, &reference.object)) / speed
+    };
+    [
+        (throw(outcome) - throw(reference)).abs(),
+        worst(|a, b| (a.velocity - b.velocity).xy().norm()),
+        radius * worst(|a, b| (a.spin - b.spin).norm()),
+        worst(|a, b| (a.velocity.z - b.velocity.z).abs()),
+    ]
+}
+
+/// Returns the distributions of the errors of all shots.
+fn spreads(errors: &[[f64; 4]]) -> Errors {
+    let quantity = |unit, i: usize| spread(unit, errors.iter().map(|of_shot| of_shot[i]).collect());
     Errors {
-        throw_deg: spread("deg", throw_deg),
-        speed: spread("1", speed),
-        spin: spread("1", spin),
-        jump: spread("1", jump),
+        throw_deg: quantity("deg", 0),
+        speed: quantity("1", 1),
+        spin: quantity("1", 2),
+        jump: quantity("1", 3),
     }
 }
 
@@ -242,12 +274,6 @@ mod tests {
         // friction of the cloth and weight are of a thousandth
         let full = rows.iter().find(|row| row.fidelity == Fidelity::Full).unwrap();
         assert!((1e-5..1e-2).contains(&full.model.speed.p95), "{:?}", full.model);
-    }
-
-    #[test]
-    fn a_spread_of_no_errors_is_not_a_number() {
         assert!(spread("1", Vec::new()).worst.is_nan());
-        let found = spread("1", vec![3.0, 1.0, 2.0]);
-        assert_eq!((found.median, found.worst), (2.0, 3.0));
     }
 }

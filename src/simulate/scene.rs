@@ -1,0 +1,274 @@
+//! What specifications of synthetic data sets and of designs have in common: the camera, the cloth,
+//! how the cue ball is played, and the ranges of speeds and cut angles.
+
+use schemars::JsonSchema;
+use serde::{Deserialize, Serialize};
+
+use crate::io::toml_file::Source;
+use crate::measurement::valid::{Condition, FRACTION, Fault, Faults, NOT_NEGATIVE, POSITIVE};
+use crate::physics::ball::{BallState, Vec3};
+use crate::physics::cloth_motion::Cloth;
+use crate::physics::contact_frame::cue_velocity;
+use crate::physics::name::{by_name, worded};
+
+/// Largest number of shots. More are a slip of the pen.
+const MAX_SHOTS: usize = 1_000_000;
+
+/// Largest number of frames of a shot before or after the impact. More are a slip of the pen, and
+/// would fill the memory.
+const MAX_FRAMES: usize = 100_000;
+
+/// Largest number of markers on a ball.
+const MAX_MARKERS: usize = 100;
+
+/// The camera that films shots.
+#[derive(Clone, Copy, Debug, Deserialize, Serialize)]
+#[serde(try_from = "CameraSection")]
+pub struct Camera {
+    /// Frames per second.
+    pub fps: f64,
+    /// Standard deviation of every coordinate, m.
+    pub position_sd_m: f64,
+    /// How long each shot is filmed before the impact, ms.
+    pub before_ms: f64,
+    /// How long each shot is filmed after the impact, ms.
+    pub after_ms: f64,
+    /// The fraction of the positions that are missing, 0 to 1.
+    pub gaps: f64,
+    /// The fraction of the positions that are wrong, by up to 20 mm.
+    pub outliers: f64,
+    /// How many points on each ball are marked, at random places; they are seen while on its upper
+    /// side.
+    pub markers: usize,
+}
+
+impl Default for Camera {
+    fn default() -> Self {
+        let (fps, position_sd_m, time) = (1000.0, 1e-4, 40.0);
+        Self { fps, position_sd_m, before_ms: time, after_ms: time, gaps: 0.0, outliers: 0.0, markers: 0 }
+    }
+}
+
+/// The section `[camera]`, which states the noise in m, in mm, or in pixels of a known size.
+#[derive(Default, Deserialize)]
+#[serde(deny_unknown_fields, default, expecting = "a table, as in [camera] fps = 1000")]
+struct CameraSection {
+    fps: Option<f64>,
+    position_sd_m: Option<f64>,
+    position_sd_mm: Option<f64>,
+    position_sd_px: Option<f64>,
+    mm_per_px: Option<f64>,
+    before_ms: Option<f64>,
+    after_ms: Option<f64>,
+    gaps: f64,
+    outliers: f64,
+    markers: usize,
+}
+
+impl TryFrom<CameraSection> for Camera {
+    type Error = &'static str;
+
+    fn try_from(section: CameraSection) -> Result<Self, Self::Error> {
+        let CameraSection { position_sd_m, position_sd_mm, position_sd_px, mm_per_px, .. } = section;
+        let default = Self::default();
+        let position_sd_m = match (position_sd_m, position_sd_mm, position_sd_px, mm_per_px) {
+            (None, None, None, None) => default.position_sd_m,
+            (Some(m), None, None, None) => m,
+            (None, Some(mm), None, None) => 1e-3 * mm,
+            (None, None, Some(px), Some(mm_per_px)) => 1e-3 * px * mm_per_px,
+            _ => {
+                return Err(
+                    "the noise is stated in part or twice; expected position_sd_mm, or position_sd_px with \
+                            mm_per_px, or position_sd_m",
+                );
+            }
+        };
+        Ok(Self {
+            fps: section.fps.unwrap_or(default.fps),
+            position_sd_m,
+            before_ms: section.before_ms.unwrap_or(default.before_ms),
+            after_ms: section.after_ms.unwrap_or(default.after_ms),
+            gaps: section.gaps,
+            outliers: section.outliers,
+            markers: section.markers,
+        })
+    }
+}
+
+impl Camera {
+    /// Range of the places of impacts along x and along y, m.
+    pub(crate) const FIELD_M: [f64; 2] = [0.3, 1.0];
+
+    /// Returns the numbers of frames before and after the impact.
+    pub(crate) fn frames(&self) -> [usize; 2] {
+        [self.before_ms, self.after_ms].map(|ms| (1e-3 * ms * self.fps).round() as usize)
+    }
+
+    /// Returns the instants of all frames, s.
+    pub(super) fn times(self) -> impl Iterator<Item = f64> {
+        let [before, after] = self.frames();
+        (0..=before + after).map(move |n| n as f64 / self.fps)
+    }
+
+    /// Returns what is wrong with it if a shot needs a number of frames on either side of its
+    /// impact, and positions meet a condition on their noise.
+    pub(crate) fn faults(&self, least_frames: usize, noise: Condition) -> Vec<Fault> {
+        let mut faults = faults_of(&[
+            ("camera.fps", self.fps, POSITIVE),
+            ("camera.position_sd_m", self.position_sd_m, noise),
+            ("camera.before_ms", self.before_ms, NOT_NEGATIVE),
+            ("camera.after_ms", self.after_ms, NOT_NEGATIVE),
+            ("camera.gaps", self.gaps, FRACTION),
+            ("camera.outliers", self.outliers, FRACTION),
+        ]);
+        for (key, ms) in [("camera.before_ms", self.before_ms), ("camera.after_ms", self.after_ms)] {
+            let frames = (1e-3 * ms * self.fps).round();
+            let is_possible = (least_frames as f64..=MAX_FRAMES as f64).contains(&frames);
+            if !is_possible && frames >= 0.0 && frames.is_finite() {
+                let value = format!("{ms}, which is {frames:.0} frames");
+                faults.push(Fault::new(key, value, format!("{least_frames} to {MAX_FRAMES} frames")));
+            }
+        }
+        faults.extend(fault_of_count("camera.markers", self.markers, [0, MAX_MARKERS]));
+        faults
+    }
+}
+
+/// The cloth that balls slide and roll on.
+#[derive(Clone, Copy, Debug, Deserialize, Serialize, JsonSchema)]
+#[serde(deny_unknown_fields, default)]
+pub struct ClothSpec {
+    /// Sliding friction μ_k, dimensionless.
+    pub mu_k: f64,
+    /// Rolling resistance μ_r, dimensionless.
+    pub mu_r: f64,
+    /// Restitution e_t of a ball that falls on the bed of the table, dimensionless.
+    pub bounce: f64,
+}
+
+impl Default for ClothSpec {
+    fn default() -> Self {
+        let Cloth { sliding, rolling, bounce } = Cloth::default();
+        Self { mu_k: sliding, mu_r: rolling, bounce }
+    }
+}
+
+impl Faults for ClothSpec {
+    fn faults(&self) -> Vec<Fault> {
+        faults_of(&[
+            ("cloth.mu_k", self.mu_k, NOT_NEGATIVE),
+            ("cloth.mu_r", self.mu_r, NOT_NEGATIVE),
+            ("cloth.bounce", self.bounce, FRACTION),
+        ])
+    }
+}
+
+worded! {
+    /// How the cue ball is spinning before the impact.
+    #[derive(Clone, Copy, Debug, Deserialize, Serialize, PartialEq, Eq)]
+    #[non_exhaustive]
+    #[serde(rename_all = "kebab-case")]
+    pub enum Played {
+        /// It slides without any spin.
+        Stun = "stun",
+        /// It rolls on the cloth without slip.
+        NaturalRoll = "natural-roll",
+        /// Topspin of 90 % of the natural roll's: a ball that still slides a little.
+        AlmostRoll = "almost-roll",
+        /// Topspin of half of the natural roll's.
+        Slide = "slide",
+        /// Backspin of 30 to 100 % of the natural roll's.
+        Draw = "draw",
+        /// Side spin of up to the natural roll's, either way, on a sliding ball.
+        Side = "side",
+        /// Natural roll with side spin of up to a tenth of its spin, either way: what a player does
+        /// not see.
+        SlightSide = "slight-side",
+        /// Topspin or backspin of up to the natural roll's.
+        Any = "any",
+    }
+    /// The name in a specification.
+    pub fn name;
+}
+
+by_name!(Played, "spin", ALL, name);
+
+impl Played {
+    /// Returns the ends of the range of its topspin, over natural roll.
+    pub(crate) fn topspin(self) -> [f64; 2] {
+        match self {
+            Self::Stun | Self::Side => [0.0; 2],
+            Self::NaturalRoll | Self::SlightSide => [1.0; 2],
+            Self::AlmostRoll => [0.9; 2],
+            Self::Slide => [0.5; 2],
+            Self::Draw => [-0.3, -1.0],
+            Self::Any => [-1.0, 1.0],
+        }
+    }
+
+    /// Returns its largest side spin either way, over the natural roll's spin.
+    pub(crate) fn side(self) -> f64 {
+        match self {
+            Self::Side => 1.0,
+            Self::SlightSide => 0.1,
+            _ => 0.0,
+        }
+    }
+}
+
+/// Returns the cue ball in the collision frame, with topspin and side spin over natural roll.
+pub(crate) fn cue_ball(speed: f64, cut_rad: f64, [topspin, side]: [f64; 2], radius: f64) -> BallState {
+    let velocity = cue_velocity(speed, cut_rad);
+    let roll = BallState::natural_roll(velocity, radius).spin;
+    let sideways = Vec3::z() * (side * roll.norm());
+    // a part that is 0 is left out: its zeros have signs, which files show
+    let spin = match (topspin == 0.0, side == 0.0) {
+        (true, true) => Vec3::zeros(),
+        (true, false) => sideways,
+        (false, true) => topspin * roll,
+        (false, false) => topspin * roll + sideways,
+    };
+    BallState { velocity, spin }
+}
+
+/// Returns the number at this part of the way between two.
+pub(crate) fn between([from, to]: [f64; 2], part: f64) -> f64 {
+    from + (to - from) * part
+}
+
+/// Adds what is wrong with a specification to the problems of its file.
+pub(crate) fn checked<T: Faults>(spec: T, source: &Source) -> T {
+    spec.faults().iter().for_each(|fault| source.add(fault));
+    spec
+}
+
+/// Returns the numbers that do not meet their conditions.
+pub(crate) fn faults_of(numbers: &[(&str, f64, Condition)]) -> Vec<Fault> {
+    numbers.iter().filter_map(|(key, number, condition)| Fault::of_number(key, *number, *condition)).collect()
+}
+
+fn fault_of_count(key: &str, count: usize, [least, most]: [usize; 2]) -> Option<Fault> {
+    let is_good = (least..=most).contains(&count);
+    (!is_good).then(|| Fault::new(key, count, format!("{least} to {most}")))
+}
+
+/// Returns what is wrong with the number of shots of a section, their speeds and their cut angles.
+pub(crate) fn faults_of_shots(
+    section: &str,
+    count: (&str, usize),
+    speed_m_s: [f64; 2],
+    cut_deg: [f64; 2],
+) -> Vec<Fault> {
+    let ([slow, fast], [thick, thin]) = (speed_m_s, cut_deg);
+    let (name, count) = count;
+    let mut faults = Vec::from_iter(fault_of_count(&format!("{section}.{name}"), count, [1, MAX_SHOTS]));
+    if !(slow > 0.0 && slow <= fast && fast.is_finite()) {
+        let (key, value) = (format!("{section}.speed_m_s"), format!("[{slow}, {fast}]"));
+        faults.push(Fault::new(&key, value, "[slowest, fastest], above 0"));
+    }
+    if !(-90.0 < thick && thick <= thin && thin < 90.0) {
+        let (key, value) = (format!("{section}.cut_deg"), format!("[{thick}, {thin}]"));
+        faults.push(Fault::new(&key, value, "[least, most], between -90 and 90"));
+    }
+    faults
+}
