@@ -10,7 +10,6 @@ use caromfit::measurement::spin::Spin;
 use caromfit::measurement::track::TrackShot;
 use caromfit::physics::ball::Ball;
 use caromfit::problem::Id;
-use caromfit::report;
 use caromfit::report::csv;
 use caromfit::simulate;
 use caromfit::simulate::{Camera, ClothSpec, Kind, Played, Shots, Spec, TrueImpact};
