@@ -33,36 +33,24 @@ pub struct Topic {
     pub text: &'static str,
 }
 
+const fn topic(name: &'static str, about: &'static str, text: &'static str) -> Topic {
+    Topic { name, about, text }
+}
+
 /// All pages, in the order in which they are best read.
 pub const TOPICS: [Topic; 6] = [
-    Topic {
-        name: "films",
-        about: "what to film, how to describe it, the camera, discs",
-        text: include_str!("guide/films.md"),
-    },
-    Topic {
-        name: "formats",
-        about: "files and dataset.toml, with every key and column",
-        text: include_str!("guide/formats.md"),
-    },
-    Topic {
-        name: "results",
-        about: "the report, the verdicts, fit.json, the tables, Python",
-        text: include_str!("guide/results.md"),
-    },
-    Topic {
-        name: "model",
-        about: "the physics, what it leaves out, accuracy against time",
-        text: include_str!("guide/model.md"),
-    },
-    Topic {
-        name: "methods",
-        about: "how fits, comparisons and designs are made, and how they were tried",
-        text: include_str!("guide/methods.md"),
-    },
-    Topic {
-        name: "glossary",
-        about: "the words, from cut angle to profile",
-        text: include_str!("guide/glossary.md"),
-    },
+    topic("films", "what to film, how to describe it, the camera, discs", include_str!("guide/films.md")),
+    topic("formats", "files and dataset.toml, with every key and column", include_str!("guide/formats.md")),
+    topic(
+        "results",
+        "the report, the verdicts, fit.json, the tables, Python",
+        include_str!("guide/results.md"),
+    ),
+    topic("model", "the physics, what it leaves out, accuracy against time", include_str!("guide/model.md")),
+    topic(
+        "methods",
+        "how fits, comparisons and designs are made, and how they were tried",
+        include_str!("guide/methods.md"),
+    ),
+    topic("glossary", "the words, from cut angle to profile", include_str!("guide/glossary.md")),
 ];

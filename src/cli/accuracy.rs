@@ -92,7 +92,7 @@ fn of_dataset(path: &std::path::Path) -> Result<(Dataset, Vec<Shot>, usize), Fai
     };
     let shots: Vec<Shot> = dataset.shots.iter().filter_map(shot).collect();
     if shots.is_empty() {
-        return Err(Failure::work(format!("{}: no shot can be used", dataset.name)));
+        return Err(Failure { status: 1, message: format!("{}: no shot can be used", dataset.name) });
     }
     let left_out = dataset.shots.len() - shots.len() + dataset.left_out.len();
     Ok((dataset, shots, left_out))

@@ -47,8 +47,8 @@ pub fn run(args: &Args) -> Result<(), Failure> {
     if args.json {
         print(&document::text(&documents)?)?;
     }
-    unless_none(&wrong, Failure::input)?;
-    unless_none(&unusable, Failure::work)
+    unless_none(&wrong, 2)?;
+    unless_none(&unusable, 1)
 }
 
 /// Returns what was found about a data set.

@@ -227,7 +227,7 @@ pub fn run(args: &Args) -> Result<(), Failure> {
         [one] if args.cases.is_none() => print(&document::exact_text(one)?)?,
         all => print(&document::exact_text(all)?)?,
     }
-    unless_none(&failed, Failure::work)
+    unless_none(&failed, 1)
 }
 
 fn effects_table(of: &str, estimates: &[Estimate]) -> String {

@@ -60,8 +60,7 @@ pub fn run(args: &Args) -> Result<(), Failure> {
     };
     let comparison = compare::compare_watched(&datasets, &options, &|| progress.done(), &stage);
     drop(progress);
-    let comparison = comparison
-        .map_err(|error| Failure { bad_input: error.is_bad_input(), message: error.to_string() })?;
+    let comparison = comparison?;
     write::write_files(&report::files(&comparison)?, &args.out)?;
     if args.json {
         print(&document::text(&comparison)?)

@@ -4,13 +4,13 @@ use std::path::{Path, PathBuf};
 
 use caromfit::fit::{ExtractedDiscs, FittedFilm, extract_discs, with_impacts};
 use caromfit::measurement::dataset::Dataset;
-use caromfit::measurement::track::TrackShot;
 use caromfit::report::count_of;
 use caromfit::report::document::{self, ExtractDocument};
-use caromfit::report::{ReportError, extracted, write};
+use caromfit::report::extracted::{self, Files};
+use caromfit::report::{ReportError, write};
 
 use super::progress::{self, Progress};
-use super::{Failure, print, unless_none};
+use super::{Failure, print, print_lines, unless_none};
 
 /// Finds the impact of every shot and writes OUT/NAME/: a data set of kind "impacts" with uncertainties
 /// (dataset.toml, impacts.csv), what was left out and why (left-out.csv), and a picture of each shot (shots/).
@@ -38,52 +38,42 @@ pub fn run(args: &Args) -> Result<(), Failure> {
     wrong.extend(datasets.iter().filter(|dataset| dataset.tracks.is_none()).map(|dataset| {
         format!("{}: its kind is not \"tracks\": there is nothing to extract", dataset.path.display())
     }));
-    unless_none(&wrong, Failure::input)?;
+    unless_none(&wrong, 2)?;
     let progress = Progress::over_shots(&datasets, 0);
-    let mut empty = Vec::new();
-    let mut documents = Vec::new();
+    let (mut empty, mut documents) = (Vec::new(), Vec::new());
     for dataset in datasets {
         progress.step(&dataset.name);
         let folder = args.out.join(write::dataset_folder(&dataset.name));
-        let done = extract(dataset, &folder, !args.no_pictures, &progress)?;
+        let Done { dataset, shots, notes } = extract(dataset, &folder, !args.no_pictures, &progress)?;
         progress.done();
-        let Done { dataset, shots, lines } = done;
+        let left_out: Vec<String> =
+            dataset.left_out.iter().map(|(shot, why)| format!("shot {shot}: {why}")).collect();
         if shots == 0 {
-            let reason =
-                dataset.left_out.first().map_or(String::new(), |(shot, why)| format!(": shot {shot}: {why}"));
+            let reason = left_out.first().map_or(String::new(), |first| format!(": {first}"));
             empty.push(format!("{}: no shot can be used{reason}", dataset.name));
-            continue;
-        }
-        if args.json {
-            documents.push(ExtractDocument::new(&dataset, &folder, shots, lines));
-            continue;
-        }
-        print(&format!(
-            "{}: {} extracted, {} left out; see {}\n",
-            dataset.name,
-            count_of(shots, "shot"),
-            dataset.left_out.len(),
-            folder.display()
-        ))?;
-        let left_out = dataset.left_out.iter().map(|(shot, why)| format!("left out: shot {shot}: {why}"));
-        for line in lines.into_iter().chain(left_out) {
-            print(&format!("  {line}\n"))?;
+        } else if args.json {
+            documents.push(ExtractDocument::new(&dataset, &folder, shots, notes));
+        } else {
+            let (name, shots, count) = (&dataset.name, count_of(shots, "shot"), left_out.len());
+            print(&format!("{name}: {shots} extracted, {count} left out; see {}\n", folder.display()))?;
+            let left_out = left_out.iter().map(|line| format!("left out: {line}"));
+            let lines: Vec<String> =
+                notes.into_iter().chain(left_out).map(|line| format!("  {line}")).collect();
+            print_lines(&lines)?;
         }
     }
     drop(progress);
     if args.json {
         print(&document::text(&documents)?)?;
     }
-    unless_none(&empty, Failure::work)
+    unless_none(&empty, 1)
 }
 
-/// What was extracted of a data set.
+/// What was extracted of a data set: without a shot that can be used nothing is written.
 struct Done {
     dataset: Dataset,
-    /// How many shots can be used; without any nothing is written.
     shots: usize,
-    /// Notes on the data set and its shots.
-    lines: Vec<String>,
+    notes: Vec<String>,
 }
 
 fn extract(
@@ -92,33 +82,34 @@ fn extract(
     pictures: bool,
     progress: &Progress,
 ) -> Result<Done, ReportError> {
-    let notes =
-        |dataset: &Dataset| dataset.tracks.as_ref().map_or_else(Vec::new, |tracks| tracks.notes.clone());
-    let save = |drawn: Option<Vec<(String, Vec<u8>)>>, files: &[(String, Vec<u8>)]| {
+    let save = |drawn: Option<Files>, files: &Files| {
         if let Some(drawn) = drawn {
             write::write_files(&drawn, &folder.join("shots"))?;
         }
         write::write_files(files, folder)
     };
-    if let Some(facts) = dataset.tracks.as_ref().and_then(|tracks| tracks.discs) {
+    let discs = dataset.tracks.as_ref().and_then(|tracks| tracks.discs);
+    let (dataset, count, lines) = if let Some(facts) = discs {
         let ExtractedDiscs { dataset, shots, .. } = extract_discs(dataset);
         if !shots.is_empty() {
             let drawn = pictures.then(|| extracted::pictures_of_discs(&facts, &shots)).transpose()?;
             save(drawn, &extracted::of_disc_shots(&dataset, &facts, &shots))?;
         }
-        let mut lines = notes(&dataset);
-        for (TrackShot { name, .. }, impact) in &shots {
-            lines.push(format!("shot {name}: {}", extracted::summary(impact)));
-            lines.extend(extracted::remarks(impact).iter().map(|remark| format!("shot {name}: {remark}")));
+        let lines = shots.iter().flat_map(|(shot, impact)| {
+            let lines = [extracted::summary(impact)].into_iter().chain(extracted::remarks(impact));
+            lines.map(|line| format!("shot {}: {line}", shot.name)).collect::<Vec<_>>()
+        });
+        (dataset, shots.len(), lines.collect())
+    } else {
+        let (dataset, film) = with_impacts(dataset, &|| progress.done());
+        let shots = film.as_ref().map_or_else(Vec::new, FittedFilm::impacts);
+        if let Some(film) = film.filter(|_| !shots.is_empty()) {
+            let drawn = pictures.then(|| extracted::pictures(&film, &shots)).transpose()?;
+            save(drawn, &extracted::of_balls(&dataset, &shots))?;
         }
-        return Ok(Done { dataset, shots: shots.len(), lines });
-    }
-    let (dataset, film) = with_impacts(dataset, &|| progress.done());
-    let shots = film.as_ref().map_or_else(Vec::new, FittedFilm::impacts);
-    if let Some(film) = film.filter(|_| !shots.is_empty()) {
-        let drawn = pictures.then(|| extracted::pictures(&film, &shots)).transpose()?;
-        save(drawn, &extracted::of_balls(&dataset, &shots))?;
-    }
-    let lines = notes(&dataset);
-    Ok(Done { dataset, shots: shots.len(), lines })
+        (dataset, shots.len(), Vec::new())
+    };
+    let mut notes = dataset.tracks.as_ref().map_or_else(Vec::new, |tracks| tracks.notes.clone());
+    notes.extend(lines);
+    Ok(Done { dataset, shots: count, notes })
 }

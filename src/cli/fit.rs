@@ -11,6 +11,7 @@ use caromfit::physics::friction_law::Law;
 use caromfit::report;
 use caromfit::report::document::{self, FitDocument};
 use caromfit::report::regression::{self, Moved, TOLERANCE};
+use caromfit::report::terminal;
 
 use super::progress::{self, Progress};
 use super::table_only::{Told, is_table};
@@ -76,11 +77,8 @@ pub struct Args {
 
 /// The value of `--baseline-tolerance`: with NaN everything would count as moved, with infinity nothing.
 fn tolerance(text: &str) -> Result<f64, String> {
-    let number = super::number(text)?;
-    if number.is_finite() && number >= 0.0 {
-        return Ok(number);
-    }
-    Err(format!("{number} is no number of standard errors; expected a finite number, 0 or more"))
+    let valid = Some(super::number(text)?).filter(|number| number.is_finite() && *number >= 0.0);
+    valid.ok_or_else(|| "expected a finite number, 0 or more".to_owned())
 }
 
 /// `fit`, or B,C.
@@ -94,20 +92,11 @@ fn falling(text: &str) -> Result<Falling, String> {
     }
 }
 
-/// Returns a sentence that names the report, or the folder that holds all of them.
-fn where_reports_are(folders: &[PathBuf], out: &Path) -> String {
-    match folders {
-        [] => String::new(),
-        [one] => format!("\nReport: {}\n", one.join(REPORT).display()),
-        all => format!("\nReports: {} ({} data sets)\n", out.join("*").join(REPORT).display(), all.len()),
-    }
-}
-
 /// Returns the data sets, and what was assumed of tables without a dataset.toml.
 fn load(args: &Args) -> Result<(Vec<Dataset>, Vec<String>), Failure> {
     let (tables, folders): (Vec<PathBuf>, Vec<PathBuf>) =
         args.datasets.iter().cloned().partition(|path| is_table(path));
-    if tables.is_empty() && !args.told.is_empty() {
+    if tables.is_empty() && args.told != Told::default() {
         refuse!(
             "--fps, --radius, --spin, --cue, --object and --unit are for a table without a dataset.toml; of a data set, its \
              dataset.toml states them"
@@ -121,47 +110,43 @@ fn load(args: &Args) -> Result<(Vec<Dataset>, Vec<String>), Failure> {
         datasets.push(dataset);
     }
     progress::named_apart(&datasets)?;
+    args.wanted.of(&mut datasets)?;
     Ok((datasets, assumed))
 }
 
 pub fn run(args: &Args) -> Result<(), Failure> {
-    // All input is checked before anything is written.
+    // all input is checked before anything is written
     super::simulates(args.fidelity, args.effects)?;
-    let (mut datasets, assumed) = load(args)?;
-    args.wanted.of(&mut datasets)?;
-    // read before anything is written
+    let (datasets, assumed) = load(args)?;
     let baseline = args.baseline.as_deref().map(document::read).transpose()?;
-    let options = options(args);
     let progress = Progress::over_shots(&datasets, args.bootstrap);
-    let (mut fits, mut failed, mut is_bad_input) = (Vec::new(), Vec::new(), false);
+    let (options, mut fits, mut failed, mut status) = (options(args), Vec::new(), Vec::new(), 1);
     for dataset in datasets {
         progress.step(&dataset.name);
         match fit::fit_watched(&dataset, &options, &|| progress.done()) {
             Ok(found) => fits.push(found),
             Err(error) => {
-                is_bad_input |= error.is_bad_input();
+                status = if error.is_bad_input() { 2 } else { status };
                 failed.push(error.to_string());
             }
         }
         progress.done();
     }
-    if is_bad_input {
-        return unless_none(&failed, Failure::input);
+    if status == 2 {
+        return unless_none(&failed, status);
     }
     let mut moved = Vec::new();
-    if let Some(stored) = &baseline {
-        for fit in fits.iter().flatten() {
-            moved.extend(moved_since(stored, fit, args)?);
-        }
+    for fit in fits.iter().flatten() {
+        moved.extend(moved_since(baseline.as_deref(), fit, args)?);
     }
-    let mut reports = Vec::new();
+    let mut written = Vec::new();
     for found in &fits {
         let folder = report::fit_folder(found, &args.out);
         // what moved is not written over what it moved from
         let is_kept = args.baseline.as_ref().is_some_and(|baseline| is_within(baseline, &folder));
         if moved.is_empty() || !is_kept {
             report::write(found, &args.out)?;
-            reports.push(folder);
+            written.push(folder);
         }
     }
     drop(progress);
@@ -172,21 +157,35 @@ pub fn run(args: &Args) -> Result<(), Failure> {
         print_lines(&assumed)?;
         print(if assumed.is_empty() { "" } else { "\n" })?;
         print_tables(args, &fits)?;
-        print(&where_reports_are(&reports, &args.out))?;
+        print(&match written.as_slice() {
+            [] => String::new(),
+            [one] => format!("\nReport: {}\n", one.join(REPORT).display()),
+            all => {
+                format!(
+                    "\nReports: {} ({} data sets)\n",
+                    args.out.join("*").join(REPORT).display(),
+                    all.len()
+                )
+            }
+        })?;
     }
     if !moved.is_empty() {
         let table = regression::table(&moved);
         failed.push(format!("the fit is no longer that of the baseline:\n{}", table.trim_end()));
     }
-    unless_none(&failed, Failure::work)
+    unless_none(&failed, 1)
 }
 
 /// Returns what moved since the stored fits by more than the tolerance, with the title of the fit.
-fn moved_since(stored: &[FitDocument], fit: &Fit, args: &Args) -> Result<Vec<(String, Moved)>, Failure> {
+fn moved_since(
+    baseline: Option<&[FitDocument]>,
+    fit: &Fit,
+    args: &Args,
+) -> Result<Vec<(String, Moved)>, Failure> {
+    let (Some(stored), Some(path)) = (baseline, &args.baseline) else { return Ok(Vec::new()) };
     let title = report::title(fit);
     let Some(stored) = regression::find(fit, stored) else {
-        let path = args.baseline.as_deref().unwrap_or(Path::new("")).display();
-        refuse!("{path}: holds no fit of {title}; expected one to compare with");
+        refuse!("{}: holds no fit of {title}; expected one to compare with", path.display());
     };
     let moved = regression::moved(fit, stored, args.baseline_tolerance);
     Ok(moved.into_iter().map(|moved| (title.clone(), moved)).collect())
@@ -201,15 +200,13 @@ fn is_within(path: &Path, folder: &Path) -> bool {
 /// Prints the table, and below it what was asked for.
 fn print_tables(args: &Args, fits: &[Fit]) -> Result<(), Failure> {
     if args.all {
-        print(&report::terminal::all(fits))?;
-        print(&report::terminal::warnings(fits))?;
+        print(&terminal::all(fits))?;
+        print(&terminal::warnings(fits))?;
     } else {
-        print(&report::terminal::overview(fits, super::colour()))?;
+        print(&terminal::overview(fits, super::colour()))?;
     }
-    for fit in fits.iter().filter(|_| args.verbose) {
-        print(&format!("\n{}", report::fit::as_text(fit)))?;
-    }
-    Ok(())
+    let verbose = fits.iter().filter(|_| args.verbose);
+    verbose.into_iter().try_for_each(|fit| print(&format!("\n{}", report::fit::as_text(fit))))
 }
 
 fn options(args: &Args) -> Options {

@@ -4,7 +4,7 @@
 /// Returns bad input with this message.
 macro_rules! refuse {
     ($($message:tt)*) => {
-        return Err($crate::cli::Failure::input(format!($($message)*)))
+        return Err($crate::cli::Failure { status: 2, message: format!($($message)*) })
     };
 }
 
@@ -24,19 +24,18 @@ mod synth;
 mod table_only;
 mod wanted;
 
+use std::error::Error;
+use std::io::{ErrorKind, IsTerminal, Write};
 use std::process::ExitCode;
 
+use caromfit::compare::CompareError;
 use caromfit::fit::FitError;
-use caromfit::io::DatasetError;
-use caromfit::io::cases::BadCase;
-use caromfit::io::draft::InitError;
 use caromfit::physics::collision::{
     Effects, Fidelity, FidelityChoice, MAX_TOLERANCE, MIN_TOLERANCE, NotACollision,
 };
 use caromfit::physics::friction_law::Law;
 use caromfit::report::ReportError;
 use caromfit::report::count_of;
-use caromfit::report::document::StoredError;
 use caromfit::report::terminal::Colour;
 use clap::builder::{PossibleValue, PossibleValuesParser, TypedValueParser};
 use clap::{Parser, Subcommand};
@@ -93,43 +92,30 @@ enum Command {
     Help(help::Args),
 }
 
-/// Why a command ended without its result.
+/// Why a command ended without its result: the exit status, and what went wrong.
 struct Failure {
-    /// Bad input (2) rather than work that could not be done (1).
-    bad_input: bool,
+    status: u8,
     message: String,
 }
 
-impl Failure {
-    fn input(message: impl ToString) -> Self {
-        Self { bad_input: true, message: message.to_string() }
+/// Errors of work that was understood have status 1, all others are bad input.
+impl<E: Error + 'static> From<E> for Failure {
+    fn from(error: E) -> Self {
+        let known: &(dyn Error + 'static) = &error;
+        let is_of_work = known.is::<ReportError>()
+            || known.is::<NotACollision>()
+            || known.is::<std::io::Error>()
+            || known.downcast_ref::<CompareError>().is_some_and(|error| !error.is_bad_input())
+            || known.downcast_ref::<FitError>().is_some_and(|error| !error.is_bad_input());
+        Self { status: if is_of_work { 1 } else { 2 }, message: error.to_string() }
     }
-
-    fn work(message: impl ToString) -> Self {
-        Self { bad_input: false, message: message.to_string() }
-    }
-}
-
-/// Errors of the library, and which kind of failure they are.
-macro_rules! failures {
-    ($($kind:ident: $($error:ty),*;)*) => { $($(
-        impl From<$error> for Failure {
-            fn from(error: $error) -> Self {
-                Self::$kind(error)
-            }
-        }
-    )*)* };
-}
-
-failures! {
-    input: DatasetError, StoredError, InitError, BadCase;
-    work: ReportError, NotACollision, FitError, std::io::Error;
 }
 
 /// Returns a failure that names everything that went wrong, if anything did.
-fn unless_none(wrong: &[impl ToString], failure: fn(String) -> Failure) -> Result<(), Failure> {
+fn unless_none(wrong: &[impl ToString], status: u8) -> Result<(), Failure> {
     let wrong: Vec<String> = wrong.iter().map(ToString::to_string).collect();
-    if wrong.is_empty() { Ok(()) } else { Err(failure(wrong.join("\nerror: "))) }
+    let message = wrong.join("\nerror: ");
+    if wrong.is_empty() { Ok(()) } else { Err(Failure { status, message }) }
 }
 
 /// Returns a parser of collision models, or auto, by name.
@@ -219,14 +205,13 @@ pub fn run() -> ExitCode {
         Ok(()) => ExitCode::SUCCESS,
         Err(failure) => {
             eprintln!("error: {}", failure.message);
-            ExitCode::from(if failure.bad_input { 2 } else { 1 })
+            ExitCode::from(failure.status)
         }
     }
 }
 
 /// Returns whether standard output is a terminal that shows colours, which <https://no-color.org> and `TERM=dumb` turn off.
 fn colour() -> Colour {
-    use std::io::IsTerminal;
     let is_set = |name: &str| std::env::var_os(name).is_some_and(|value| !value.is_empty());
     let is_dumb = std::env::var_os("TERM").is_some_and(|value| value == "dumb");
     if std::io::stdout().is_terminal() && !is_set("NO_COLOR") && !is_dumb { Colour::On } else { Colour::Off }
@@ -239,10 +224,9 @@ fn print_lines(lines: &[String]) -> Result<(), Failure> {
 
 /// Prints to standard output; a closed pipe (`caromfit … | head`) is no error.
 fn print(text: &str) -> Result<(), Failure> {
-    use std::io::{ErrorKind, Write};
     match std::io::stdout().write_all(text.as_bytes()) {
         Err(error) if error.kind() != ErrorKind::BrokenPipe => {
-            Err(Failure::work(format!("standard output: {error}")))
+            Err(Failure { status: 1, message: format!("standard output: {error}") })
         }
         _ => Ok(()),
     }

@@ -90,7 +90,7 @@ pub fn load(paths: &[PathBuf]) -> (Vec<Dataset>, Vec<DatasetError>) {
 /// Loads data sets, all of which must be right and have different names.
 pub fn load_all(paths: &[PathBuf]) -> Result<Vec<Dataset>, Failure> {
     let (datasets, wrong) = load(paths);
-    unless_none(&wrong, Failure::input)?;
+    unless_none(&wrong, 2)?;
     named_apart(&datasets)?;
     Ok(datasets)
 }

@@ -56,8 +56,10 @@ pub fn run(args: &Args) -> Result<(), Failure> {
     };
     let model = Model { tolerance: args.tolerance, ..model };
     let fidelity = model.fidelity;
-    let files = simulate::generate_with(&spec, &model)
-        .map_err(|error| Failure::input(format!("{}: {error}", args.spec.display())))?;
+    let files = match simulate::generate_with(&spec, &model) {
+        Ok(files) => files,
+        Err(error) => refuse!("{}: {error}", args.spec.display()),
+    };
     // another's data set is not replaced
     let there = args.out.join("dataset.toml");
     if std::fs::read_to_string(&there).is_ok_and(|text| !text.starts_with("# Synthetic:")) {

@@ -38,11 +38,6 @@ pub const SPINS: [&str; 4] = ["stun", "natural-roll", "unknown", "measured"];
 pub const UNITS: [&str; 6] = ["m", "cm", "mm", "in", "ft", "px"];
 
 impl Told {
-    /// Returns whether nothing was stated.
-    pub fn is_empty(&self) -> bool {
-        *self == Self::default()
-    }
-
     /// Returns the data set of a table, and sentences that name what was assumed.
     pub fn load(&self, table: &Path) -> Result<(Dataset, Vec<String>), Failure> {
         let mut draft = draft::draft(&[table.to_path_buf()])?;

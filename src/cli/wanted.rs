@@ -60,18 +60,17 @@ fn unknown(word: &str, datasets: &[Dataset]) -> String {
     let known: Vec<&str> = datasets.iter().flat_map(|dataset| dataset.names()).collect();
     let expected = format!("expected one of {}", listed(&known));
     let Some([first, last]) = ends(word) else { return format!("names no shot; {expected}") };
-    let has_both = |dataset: &Dataset| [first, last].iter().all(|end| dataset.names().contains(end));
-    match [first, last].map(|end| known.contains(&end)) {
-        [true, true] if datasets.iter().any(has_both) => {
-            format!("is the wrong way round: shot {first} comes after shot {last}; expected {last}..{first}")
+    let why = match [first, last].map(|end| known.contains(&end)) {
+        [true, true] => {
+            return format!(
+                "is the wrong way round: shot {first} comes after shot {last}; expected {last}..{first}"
+            );
         }
-        [true, true] => format!("begins and ends in different data sets; {expected}"),
-        [false, false] => {
-            format!("names no shots: there is neither shot {first} nor shot {last}; {expected}")
-        }
-        [true, false] => format!("names no shots: there is no shot {last}; {expected}"),
-        [false, true] => format!("names no shots: there is no shot {first}; {expected}"),
-    }
+        [false, false] => format!("there is neither shot {first} nor shot {last}"),
+        [true, false] => format!("there is no shot {last}"),
+        [false, true] => format!("there is no shot {first}"),
+    };
+    format!("names no shots: {why}; {expected}")
 }
 
 /// Returns the first names.

@@ -1,12 +1,12 @@
 //! Fitted parameters for other programs: the simulator pooltool, JSON, TOML.
 //!
-//! pooltool's balls (`pooltool.objects.ball.params.BallParams`) have m, R (kg, m), u_b and e_b (ball–ball
-//! friction and restitution), u_s, u_r, u_sp_proportionality (cloth), e_c, f_c (cushions) and g.
+//! pooltool's balls (`pooltool.objects.ball.params.BallParams`) have m, R (kg, m), u_b and e_b (ball–ball friction and restitution), u_s,
+//! u_r, u_sp_proportionality (cloth), e_c, f_c (cushions) and g.
 
 use serde_json::{Value, json};
 
 use super::document::{Body, FitDocument, FittedParameter};
-use crate::measurement::number;
+use crate::measurement::number::plain;
 use crate::measurement::parameter::Parameter;
 use crate::physics::ball::UNIFORM_SPHERE;
 use crate::physics::name::worded;
@@ -38,10 +38,7 @@ pub struct Exported {
 /// Renders a fit for another program. A parameter that the data do not determine is left out.
 #[must_use]
 pub fn export(fit: &FitDocument, target: Target) -> Exported {
-    let (object, left) = match target {
-        Target::Pooltool => pooltool(fit),
-        Target::Json | Target::Toml => plain(fit),
-    };
+    let (object, left) = if target == Target::Pooltool { pooltool(fit) } else { all(fit) };
     let text = match target {
         Target::Toml => toml::to_string(&object).unwrap_or_default(),
         Target::Pooltool | Target::Json => format!("{object:#}\n"),
@@ -50,22 +47,16 @@ pub fn export(fit: &FitDocument, target: Target) -> Exported {
     Exported { text, left_behind: refuted.chain(left).collect() }
 }
 
-/// Returns a parameter that means something: fitted, or fixed by who knew it.
-fn known(fit: &FitDocument, parameter: Parameter) -> Option<&FittedParameter> {
-    fit.parameters.get(parameter.name()).filter(|p| p.status != "not-identified")
+/// What is known of a parameter.
+enum Known<'a> {
+    Value(&'a FittedParameter),
+    /// A bound instead of an estimate: the key in JSON, the value, and why.
+    Bound(&'static str, f64, String),
 }
 
-/// A bound that stands instead of an estimate.
-struct OnlyBound {
-    /// Its key in JSON.
-    key: &'static str,
-    value: f64,
-    sentence: String,
-}
-
-/// Returns the bound of a parameter that has no estimate: it is on a plateau of χ², or ended at the end of its range.
-fn only_bound(fit: &FitDocument, parameter: Parameter) -> Option<OnlyBound> {
-    let found = known(fit, parameter)?;
+/// Returns what is known of a parameter: it was fitted, or fixed by who knew it; `None` if the data do not determine it.
+fn known(fit: &FitDocument, parameter: Parameter) -> Option<Known<'_>> {
+    let found = fit.parameters.get(parameter.name()).filter(|found| found.status != "not-identified")?;
     let (key, sign, value, why) = match (found.status.as_str(), found.plateau) {
         ("free", Some([edge, end])) if end >= edge => {
             ("at_least", "≥ ", edge, "every larger value fits equally")
@@ -73,74 +64,86 @@ fn only_bound(fit: &FitDocument, parameter: Parameter) -> Option<OnlyBound> {
         ("free", Some([edge, _])) => ("at_most", "≤ ", edge, "every smaller value fits equally"),
         ("at-lower-bound", _) => ("bound", "", found.estimate, "the fit ended at the lower end of its range"),
         ("at-upper-bound", _) => ("bound", "", found.estimate, "the fit ended at the upper end of its range"),
-        _ => return None,
+        _ => return Some(Known::Value(found)),
     };
-    let (symbol, number) = (parameter.symbol(), number::plain(value, 3));
+    let (symbol, number) = (parameter.symbol(), plain(value, 3));
     let sentence = format!("{symbol} {sign}{number}: {why}, which is a bound and not a value");
-    Some(OnlyBound { key, value, sentence })
+    Some(Known::Bound(key, value, sentence))
 }
 
-/// Returns the estimate of a parameter that means something and is not only a bound.
+/// Returns the estimate of a parameter that is known and not only by a bound.
 fn value(fit: &FitDocument, parameter: Parameter) -> Option<f64> {
-    known(fit, parameter).filter(|_| only_bound(fit, parameter).is_none()).map(|found| found.estimate)
+    match known(fit, parameter)? {
+        Known::Value(found) => Some(found.estimate),
+        Known::Bound(..) => None,
+    }
+}
+
+/// Returns whether the friction between the balls falls with their slip v, as μ + b·exp(−c·v).
+fn falls(fit: &FitDocument) -> bool {
+    [Parameter::B, Parameter::C].iter().any(|p| fit.parameters.contains_key(p.name()))
 }
 
 fn pooltool(fit: &FitDocument) -> (Value, Vec<String>) {
     let mut left = of_balls(fit);
-    let fitted = |parameter: Parameter| {
-        let holds = |found: &&FittedParameter| fit.refuted().is_none() || found.status == "fixed";
-        known(fit, parameter).filter(holds).and_then(|_| value(fit, parameter))
+    let fitted = |parameter: Parameter| match known(fit, parameter)? {
+        Known::Value(found) if fit.refuted().is_none() || found.status == "fixed" => Some(found.estimate),
+        _ => None,
     };
     let falls = falls(fit);
-    let measured_e = fit.measured_e();
     let u_b = fitted(Parameter::Mu).filter(|_| !falls);
-    let e_b = measured_e.map(|measured| measured.estimate).or_else(|| fitted(Parameter::E));
+    let e_b = fit.measured_e().map(|[estimate, _]| estimate).or_else(|| fitted(Parameter::E));
     for (parameter, name, is_missing) in
         [(Parameter::Mu, "u_b", u_b.is_none() && !falls), (Parameter::E, "e_b", e_b.is_none())]
     {
-        let why = match (fit.refuted(), only_bound(fit, parameter)) {
+        let why = match (fit.refuted(), known(fit, parameter)) {
             (Some(_), _) => "the data refute the model that it belongs to".to_owned(),
-            (None, Some(bound)) => bound.sentence,
-            (None, None) => "the data do not determine it".to_owned(),
+            (None, Some(Known::Bound(.., sentence))) => sentence,
+            (None, _) => "the data do not determine it".to_owned(),
         };
         let sentence = format!("{} ({name}): {why}; pooltool's default holds.", parameter.symbol());
         left.extend(is_missing.then_some(sentence));
     }
     if falls {
-        left.push(falling_in_pooltool(fit));
+        let all = [Parameter::Mu, Parameter::B, Parameter::C].map(fitted);
+        left.push(match all {
+            [Some(mu), Some(b), Some(c)] => format!(
+                "u_b: the friction of this fit falls with the slip v as {mu} + {b}·exp(−{c}·v), v in m/s, and u_b is one number: \
+                 pooltool's default holds. Its model AlciatoreBallBallFriction(a={mu}, b={b}, c={c}) is this friction."
+            ),
+            _ => "u_b: the friction of this fit falls with the slip, but the data do not determine μ, b and c, or refute the model: \
+                  pooltool's default holds."
+                .to_owned(),
+        });
     } else if u_b.is_some() {
         left.push(
-            "u_b is used by pooltool's AverageBallBallFriction only: its default for balls, \
-             AlciatoreBallBallFriction, is a curve of its own over the slip speed and ignores u_b."
-                .into(),
+            "u_b is used by pooltool's AverageBallBallFriction only: its default for balls, AlciatoreBallBallFriction, is a curve \
+             of its own over the slip speed and ignores u_b."
+                .to_owned(),
         );
     }
     // what one number for friction and one for restitution do not hold
     let above_0 = |parameter: Parameter| value(fit, parameter).filter(|value| *value > 0.0);
     left.extend(above_0(Parameter::Kappa).map(|kappa| {
-        format!(
-            "κ = {kappa}: the contact of this fit gives way along its surface and springs back; pooltool's is rigid there, and throws \
-             stun shots less with the same friction."
-        )
+        format!("κ = {kappa}: the contact of this fit gives way along its surface and springs back; pooltool's is rigid there.")
     }));
     left.extend(above_0(Parameter::ESlope).map(|slope| {
-        format!("e₁ = {slope} s/m: e falls with the closing speed v as e − e₁·v; e_b is one number, its value at v = 0.")
+        format!("e₁ = {slope} s/m: e falls with the closing speed v as e − e₁·v; e_b is its value at v = 0.")
     }));
     if fit.mu_k.is_none() {
-        left.push("u_s (cloth, sliding): only footage tells it; pooltool's default holds.".into());
+        left.push("u_s (cloth, sliding): only footage tells it; pooltool's default holds.".to_owned());
     }
     left.extend(value(fit, Parameter::MuS).map(|mu_s| {
         format!(
-            "μ_s = {mu_s}: the friction of the cloth on the object ball during the impact has no counterpart in pooltool, \
-             whose balls collide as if the table were not there. It is not u_s, the cloth's sliding friction \
-             after the impact."
+            "μ_s = {mu_s}: the friction of the cloth on the object ball during the impact has no counterpart in pooltool. It is not \
+             u_s, the cloth's sliding friction after the impact."
         )
     }));
-    left.push("Standard errors and intervals: pooltool has no place for them.".into());
+    left.push("Standard errors and intervals: pooltool has no place for them.".to_owned());
     left.push(
-        "u_r, u_sp_proportionality (rolling and spinning on the cloth), e_c, f_c (cushions) and g are not fitted: \
-         pooltool's defaults hold."
-            .into(),
+        "u_r, u_sp_proportionality (rolling and spinning on the cloth), e_c, f_c (cushions) and g are not fitted: pooltool's \
+         defaults hold."
+            .to_owned(),
     );
     let arguments = json!({
         "m": fit.ball.and_then(|ball| ball.mass_kg), "R": fit.ball.map(|ball| ball.radius_m),
@@ -152,28 +155,28 @@ fn pooltool(fit: &FitDocument) -> (Value, Vec<String>) {
 /// Returns what of the balls pooltool's arguments, which are of one ball, do not hold.
 fn of_balls(fit: &FitDocument) -> Vec<String> {
     let Some(ball) = fit.ball else {
-        let missing =
-            "Mass and radius: this fit.json does not say them; pooltool's defaults hold. Fit again.";
-        return vec![missing.to_owned()];
+        return vec![
+            "Mass and radius: this fit.json does not state them; pooltool's defaults hold.".to_owned(),
+        ];
     };
     let mut left = Vec::new();
     if ball.mass_kg.is_none() {
-        left.push("m: the data set does not state the masses; pooltool's default holds.".into());
+        left.push("m: the data set does not state the masses; pooltool's default holds.".to_owned());
     }
     let numbers = |body: Body| (body.radius_m, body.mass_kg, body.inertia);
     if let Some(second) = fit.object.filter(|second| numbers(*second) != numbers(ball)) {
-        let mass = second.mass_kg.map(|mass| format!(", {} g", number::plain(1e3 * mass, 4)));
+        let mass = second.mass_kg.map(|mass| format!(", {} g", plain(1e3 * mass, 4)));
         left.push(format!(
             "The object ball (the second disc) by itself ({} mm{}): these arguments are of one ball, here the cue ball (the first \
              disc), and pooltool's friction and restitution take both balls for equal.",
-            number::plain(1e3 * second.radius_m, 5),
+            plain(1e3 * second.radius_m, 5),
             mass.unwrap_or_default()
         ));
     }
     if (ball.inertia - UNIFORM_SPHERE).abs() > 1e-9 {
+        let inertia = ball.inertia;
         left.push(format!(
-            "The moment of inertia {} MR²: pooltool takes every ball for a uniform sphere, 0.4 MR².",
-            ball.inertia
+            "The moment of inertia {inertia} MR²: pooltool takes every ball for a uniform sphere, 0.4 MR²."
         ));
     }
     left
@@ -183,72 +186,47 @@ fn of_balls(fit: &FitDocument) -> Vec<String> {
 fn stated(mut document: Value) -> Value {
     if let Some(entries) = document.as_object_mut() {
         entries.retain(|_, value| !value.is_null());
+        entries.values_mut().for_each(|value| *value = stated(value.take()));
     }
     document
 }
 
-fn body(body: Body) -> Value {
-    let Body { radius_m, radius_m_sd, mass_kg, mass_kg_sd, inertia } = body;
-    stated(json!({
-        "radius_m": radius_m, "radius_m_sd": radius_m_sd, "mass_kg": mass_kg, "mass_kg_sd": mass_kg_sd,
-        "inertia": inertia,
-    }))
-}
-
-/// Returns whether the friction between the balls falls with their slip v, as μ + b·exp(−c·v).
-fn falls(fit: &FitDocument) -> bool {
-    [Parameter::B, Parameter::C].iter().any(|p| fit.parameters.contains_key(p.name()))
-}
-
-/// Returns what to do about a friction that falls: a ball's `u_b` is one number and cannot hold it.
-fn falling_in_pooltool(fit: &FitDocument) -> String {
-    match [Parameter::Mu, Parameter::B, Parameter::C].map(|p| value(fit, p)) {
-        [Some(mu), Some(b), Some(c)] if fit.refuted().is_none() => format!(
-            "u_b: the friction of this fit falls with the slip v as {mu} + {b}·exp(−{c}·v), v in m/s, and u_b is one number: \
-             pooltool's default holds. Its model AlciatoreBallBallFriction(a={mu}, b={b}, c={c}) is this friction."
-        ),
-        _ => "u_b: the friction of this fit falls with the slip, but the data do not determine μ, b and c, or refute the \
-              model: pooltool's default holds."
-            .to_string(),
-    }
-}
-
 /// Returns everything that the fit knows of its parameters.
-fn plain(fit: &FitDocument) -> (Value, Vec<String>) {
+fn all(fit: &FitDocument) -> (Value, Vec<String>) {
     let measured_e = fit.measured_e();
-    let measured_e = measured_e.map(|e| json!({"estimate": e.estimate, "std_error": e.std_error}));
     let e_falls = fit.parameters.contains_key(Parameter::ESlope.name());
-    let mut document = stated(json!({
+    let mut document = json!({
         "dataset": fit.dataset,
         "group": fit.group,
         "fidelity": fit.fidelity,
-        "ball": fit.ball.map(body),
-        "object": fit.object.map(body),
+        "ball": fit.ball,
+        "object": fit.object,
         "refuted": fit.refuted().map(|_| true),
-        "measured_e": measured_e,
+        "measured_e": measured_e.map(|[estimate, std_error]| json!({"estimate": estimate, "std_error": std_error})),
         // mu alone is the friction at high slip only
         "friction": falls(fit).then_some("mu + mu_b exp(-mu_c v), v: slip in m/s"),
         "restitution": e_falls.then_some("e - e_slope v, v: closing speed in m/s"),
-        "mu_k": fit.mu_k.map(|mu_k| stated(json!(mu_k))),
-    }));
+        "mu_k": fit.mu_k,
+    });
     let mut left = Vec::new();
-    let is_told =
-        |p: &Parameter| Parameter::COEFFICIENTS.contains(p) || fit.parameters.contains_key(p.name());
-    for parameter in Parameter::ALL.into_iter().filter(is_told) {
-        let Some(found) = known(fit, parameter) else {
-            left.push(format!("{}: the data do not tell it.", parameter.symbol()));
+    for parameter in Parameter::ALL {
+        let is_fitted = fit.parameters.contains_key(parameter.name());
+        let Some(found) = fit.parameters.get(parameter.name()).zip(known(fit, parameter)) else {
+            if is_fitted || Parameter::COEFFICIENTS.contains(&parameter) {
+                left.push(format!("{}: the data do not tell it.", parameter.symbol()));
+            }
             continue;
         };
-        let (status, interval_95) = (&found.status, found.interval_95);
-        document[parameter.name()] = stated(match only_bound(fit, parameter) {
-            Some(OnlyBound { key, value, sentence }) => {
+        let (FittedParameter { status, interval_95, std_error, .. }, known) = found;
+        document[parameter.name()] = match known {
+            Known::Bound(key, value, sentence) => {
                 left.push(format!("{sentence}: it has no estimate."));
                 json!({"status": status, key: value, "interval_95": interval_95})
             }
-            None => json!({
-                "estimate": found.estimate, "status": status, "std_error": found.std_error, "interval_95": interval_95,
+            Known::Value(found) => json!({
+                "estimate": found.estimate, "status": status, "std_error": std_error, "interval_95": interval_95,
             }),
-        });
+        };
     }
-    (document, left)
+    (stated(document), left)
 }

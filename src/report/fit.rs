@@ -321,7 +321,7 @@ fn bootstrap(fit: &Fit) -> Section {
     let table = Table::new(head, rows).with_numbers(1..3);
     let failed = (found.failed > 0).then(|| format!("{} samples could not be fitted", found.failed));
     let about = format!(
-        "{} samples of shots drawn again, seed {}; bias: their mean less the estimate; BCa: corrected for it",
+        "{} samples of shots drawn anew, seed {}; bias: their mean less the estimate; BCa: corrected for it",
         found.replicates, found.seed
     );
     Section::new("Bootstrap", about, [table.into(), Block::Lines(failed.into_iter().collect())])

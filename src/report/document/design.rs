@@ -1,13 +1,10 @@
-//! design.json: a design for programs.
+//! design.json: a design for programs. Its cells, one by one, are in design.csv.
 
 use serde::{Serialize, Serializer};
 
 use super::{Body, Made, document};
-use crate::design::information::{IN_UNITS, Information};
 use crate::design::{self, Design, Expected, Mixture, OfKind, Planned, PlayedKind, SpinFrom};
 use crate::measurement::parameter::Parameter;
-use crate::problem::Id;
-use crate::simulate::{self, ClothSpec};
 
 document! {
     /// design.json of caromfit, which caromfit design --json prints
@@ -30,19 +27,13 @@ document! {
         object: Option<Body> = {
             design.expected.object.as_ref().map(|object| Body::of_balls(&design.expected.ball, Some(object), 1))
         },
-        /// The cloth, all dimensionless.
-        cloth: ClothSpec = design.expected.cloth,
-        /// The camera.
-        camera: Camera = Camera::new(&design.expected.camera),
         /// Standard errors that are wanted.
         wanted: Coefficients<Option<f64>> = design.expected.wanted.into(),
         /// The kinds of shots.
         kinds: Vec<Kind> = {
             let kinds = design.expected.kinds.iter().zip(&design.kinds);
-            kinds.map(|(kind, found)| Kind::new(&design.expected, kind, found)).collect()
+            kinds.map(|(kind, found)| Kind::new(kind, found)).collect()
         },
-        /// Small ranges of speed and cut angle, one by one.
-        cells: Vec<Cell> = design.cells.iter().map(|cell| Cell::new(&design.expected, cell)).collect(),
         /// All planned shots.
         together: Together = Together::new(design),
         /// Mixtures with the fewest shots that reach what is wanted.
@@ -55,20 +46,8 @@ document! {
         notes: Vec<String> = design.notes.clone(),
     }
 
-    /// The camera.
-    Camera(camera: &simulate::Camera) {
-        /// Frames per second.
-        fps: f64 = camera.fps,
-        /// Standard deviation of a coordinate, mm.
-        position_sd_mm: f64 = 1e3 * camera.position_sd_m,
-        /// Filmed before the impact, ms.
-        before_ms: f64 = camera.before_ms,
-        /// Filmed after the impact, ms.
-        after_ms: f64 = camera.after_ms,
-    }
-
     /// A kind of shots.
-    Kind(expected: &Expected, kind: &PlayedKind, found: &OfKind) {
+    Kind(kind: &PlayedKind, found: &OfKind) {
         /// Its name.
         name: String = kind.name.clone(),
         /// Range of the topspin, in parts of natural roll; draw is negative.
@@ -102,36 +81,6 @@ document! {
         gain_of_one_more: Coefficients<Option<f64>> = found.gain.into(),
         /// Part of the shots that determine nothing, 0 to 1.
         unusable: f64 = found.unusable,
-        /// Fisher information of one shot, by mu, mu_s, e, mu_k, mu_r, row by row, and by those ratios of the balls that are stated
-        /// with an error, which is their unit.
-        information_of_one: Vec<Vec<f64>> = information(expected, &found.information),
-    }
-
-    /// Shots of a kind.
-    CountedShots(expected: &Expected, kind: usize, cell: Option<&design::Cell>, count: u64) {
-        /// Name of the kind.
-        kind: String = expected.kinds[kind].name.clone(),
-        /// Of cells: speed, m/s.
-        #[serde(skip_serializing_if = "Option::is_none")]
-        speed_m_s: Option<f64> = cell.map(|cell| cell.speed_m_s),
-        /// Of cells: cut angle, degrees.
-        #[serde(skip_serializing_if = "Option::is_none")]
-        cut_deg: Option<f64> = cell.map(|cell| cell.cut_deg),
-        /// Number of shots.
-        shots: u64 = count,
-    }
-
-    /// A small range of speed and cut angle of a kind.
-    Cell(expected: &Expected, cell: &design::Cell) {
-        /// The kind, speed and cut angle, and the number of shots.
-        #[serde(flatten)]
-        shots: CountedShots = {
-            CountedShots::new(expected, cell.kind, Some(cell), expected.kinds[cell.kind].shots as u64)
-        },
-        /// Standard errors if all shots of the kind were like this.
-        std_error: Coefficients<Option<f64>> = cell.std_errors.into(),
-        /// Fisher information of one shot, as that of the kinds.
-        information_of_one: Vec<Vec<f64>> = information(expected, &cell.information),
     }
 
     /// All planned shots together.
@@ -161,7 +110,7 @@ document! {
     FewestShots(design: &Design, mixture: &Mixture) {
         /// The parameter, or all.
         r#for: &'static str = mixture.parameter.map_or("all", Parameter::name),
-        /// What is mixed: kinds or cells.
+        /// What is mixed: kinds, or cells of one speed and cut angle.
         of: &'static str = if mixture.of_cells { "cells" } else { "kinds" },
         /// Number of shots.
         total: u64 = mixture.total(),
@@ -175,6 +124,20 @@ document! {
         },
         /// Standard errors of the mixture.
         std_error: Coefficients<Option<f64>> = mixture.std_errors.into(),
+    }
+
+    /// Shots of a kind.
+    CountedShots(expected: &Expected, kind: usize, cell: Option<&design::Cell>, count: u64) {
+        /// Name of the kind.
+        kind: String = expected.kinds[kind].name.clone(),
+        /// Of cells: speed, m/s.
+        #[serde(skip_serializing_if = "Option::is_none")]
+        speed_m_s: Option<f64> = cell.map(|cell| cell.speed_m_s),
+        /// Of cells: cut angle, degrees.
+        #[serde(skip_serializing_if = "Option::is_none")]
+        cut_deg: Option<f64> = cell.map(|cell| cell.cut_deg),
+        /// Number of shots.
+        shots: u64 = count,
     }
 }
 
@@ -205,13 +168,4 @@ impl<T> From<[T; 3]> for Coefficients<T> {
 /// Returns the differences between two such data sets that are found in 80 of 100 cases.
 pub(in crate::report) fn detectable(design: &Design) -> [Option<f64>; 3] {
     design.planned.std_errors.map(|error| error.map(|error| design::detectable() * error))
-}
-
-/// Returns the rows of the Fisher information of one shot.
-fn information(expected: &Expected, information: &Information) -> Vec<Vec<f64>> {
-    let ratios = [Id::MassRatio, Id::RadiusRatio].into_iter().zip(expected.ratio_sds());
-    let ratios = ratios.filter(|(_, sd)| *sd > 0.0).map(|(id, _)| id);
-    let ids: Vec<Id> = IN_UNITS.into_iter().map(|(id, _)| id).chain(ratios).collect();
-    let element = |row: Id, column: Id| information[(row as usize, column as usize)];
-    ids.iter().map(|row| ids.iter().map(|column| element(*row, *column)).collect()).collect()
 }

@@ -1,7 +1,7 @@
 //! fit.json: a fit for programs.
 
 use serde::{Deserialize, Serialize, Serializer};
-use serde_json::Value;
+use serde_json::{Number, Value, json};
 
 use super::{ByName, Made, document, finite};
 use crate::fit::{
@@ -12,6 +12,9 @@ use crate::measurement::written::ByParameter;
 use crate::physics::ball::Ball;
 use crate::problem::{self, Budget, Severity, Status};
 use crate::report::{reduced_chi2, unit_name, unit_of};
+
+/// Numbers that were found of a film, by their names.
+pub type FilmEntry = ByName<Number>;
 
 /// Kind of the finding that the data contradict the model.
 const REFUTED: &str = "refuted";
@@ -78,7 +81,8 @@ document! {
         /// chi2/dof.
         reduced_chi2: Option<f64> = reduced_chi2(fit).and_then(finite),
         /// Of films: the camera as it was fitted, and what else was found of the film. A correction of 0 (of scale and aspect 1)
-        /// changes nothing.
+        /// changes nothing. estimate and std_error; of dropped_frames the number of shots with drops and of drops; of
+        /// left_out_at_impacts the number of frames before and after each impact.
         film: Option<ByName<FilmEntry>> = fit.camera.as_ref().map(film),
         /// Every unknown that all shots share and that was free: of contact, balls, cloth, time and camera.
         unknowns: Vec<Unknown> = fit.unknowns.iter().map(Unknown::new).collect(),
@@ -203,60 +207,6 @@ document! {
         values: serde_json::Map<String, Value> = data(fit, remark).1,
     }
 
-    /// How the data contradict the model: numbers of a finding of kind refuted.
-    #[derive(Deserialize)]
-    Refuted(found: &fit::Refuted) {
-        /// χ² over degrees of freedom.
-        reduced_chi2: Option<f64> = finite(found.reduced_chi2),
-        /// Probability of a larger χ² if the model is right.
-        p_value: Option<f64> = finite(found.p_value),
-        /// Standard errors that would hold if the model did, by parameter.
-        #[serde(default)]
-        #[schemars(with = "ByParameter<f64>")]
-        std_errors_if_model_held: ByName<f64> = named(&found.if_model_held, |(p, error)| (p.name(), *error)),
-        /// Restitution as the ratio of the normal velocities, which needs no model; null if it was not measured.
-        measured_e: Option<MeasuredE> = found.restitution.as_ref().map(MeasuredE::new),
-    }
-
-    /// A restitution that was measured without the model.
-    #[derive(Copy, Deserialize)]
-    MeasuredE(found: &fit::MeasuredRestitution) {
-        /// Mean over the shots.
-        estimate: f64 = found.value,
-        /// Its standard error.
-        std_error: Option<f64> = finite(found.std_error),
-        /// Standard deviation between shots.
-        #[serde(default)]
-        scatter_between_shots: f64 = found.scatter,
-        /// Number of shots that have it.
-        #[serde(default)]
-        shots: usize = found.shots,
-    }
-
-    /// A number that was found of a film.
-    #[derive(Copy, Default, Deserialize)]
-    #[serde(default)]
-    FilmEntry(value: f64, error: f64) {
-        /// Its value.
-        #[serde(skip_serializing_if = "Option::is_none")]
-        estimate: Option<f64> = finite(value),
-        /// Its standard error, same unit.
-        #[serde(skip_serializing_if = "Option::is_none")]
-        std_error: Option<f64> = finite(error),
-        /// Of dropped_frames: number of shots in which frames were dropped.
-        #[serde(skip_serializing_if = "Option::is_none")]
-        shots: Option<usize> = None,
-        /// Of dropped_frames: number of drops.
-        #[serde(skip_serializing_if = "Option::is_none")]
-        drops: Option<usize> = None,
-        /// Of left_out_at_impacts: number of frames before each impact.
-        #[serde(skip_serializing_if = "Option::is_none")]
-        before: Option<usize> = None,
-        /// Of left_out_at_impacts: number of frames after each impact.
-        #[serde(skip_serializing_if = "Option::is_none")]
-        after: Option<usize> = None,
-    }
-
     /// An unknown that all shots share.
     #[derive(Deserialize)]
     Unknown(found: &problem::Estimate) {
@@ -304,31 +254,44 @@ impl FitDocument {
         self.findings.iter().find(|finding| finding.kind == REFUTED)
     }
 
-    /// Returns the restitution that was measured without a model that the data refute.
-    pub(in crate::report) fn measured_e(&self) -> Option<MeasuredE> {
-        let refuted = self.refuted()?.values.clone();
-        serde_json::from_value::<Refuted>(refuted.into()).ok()?.measured_e
+    /// Returns the restitution that was measured without a model that the data refute, and its standard error.
+    pub(in crate::report) fn measured_e(&self) -> Option<[f64; 2]> {
+        let measured = self.refuted()?.values.get("measured_e")?;
+        let number = |key: &str| measured.get(key)?.as_f64();
+        Some([number("estimate")?, number("std_error").unwrap_or(f64::NAN)])
     }
 }
 
 /// Returns the kind of a remark, and its numbers.
 fn data(fit: &Fit, remark: &fit::Remark) -> (String, serde_json::Map<String, Value>) {
-    let of = |values: serde_json::Result<Value>| match values {
-        Ok(Value::Object(values)) => values,
-        _ => serde_json::Map::new(),
-    };
-    match &remark.about {
+    let (kind, values) = match &remark.about {
         About::Kind(kind) => {
             let refuted = fit.refuted.as_ref().filter(|_| *kind == REFUTED);
-            let values = refuted.map(|refuted| of(serde_json::to_value(Refuted::new(refuted))));
-            ((*kind).to_owned(), values.unwrap_or_default())
+            (Some((*kind).to_owned()), refuted.map(refuted_values).unwrap_or_default())
         }
         About::Found(finding) => {
-            let mut values = of(serde_json::to_value(finding));
-            let kind = values.shift_remove("kind").and_then(|kind| Some(kind.as_str()?.to_owned()));
-            (kind.unwrap_or_default(), values)
+            let mut values = serde_json::to_value(finding).unwrap_or_default();
+            let kind = values.as_object_mut().and_then(|values| values.shift_remove("kind"));
+            (kind.and_then(|kind| Some(kind.as_str()?.to_owned())), values)
         }
-    }
+    };
+    let values = if let Value::Object(values) = values { values } else { serde_json::Map::new() };
+    (kind.unwrap_or_default(), values)
+}
+
+/// Returns the numbers of a finding of kind refuted: χ² over degrees of freedom, the probability of a larger χ² if the model is right,
+/// the standard errors that would hold if it did, and the restitution as the ratio of the normal velocities, which needs no model.
+fn refuted_values(found: &fit::Refuted) -> Value {
+    let errors: ByName<f64> = named(&found.if_model_held, |(parameter, error)| (parameter.name(), *error));
+    let measured_e = found.restitution.map(|own| {
+        json!({
+            "estimate": own.value, "std_error": own.std_error, "scatter_between_shots": own.scatter, "shots": own.shots,
+        })
+    });
+    json!({
+        "reduced_chi2": found.reduced_chi2, "p_value": found.p_value, "std_errors_if_model_held": errors,
+        "measured_e": measured_e,
+    })
 }
 
 /// As fit.json.
@@ -367,18 +330,27 @@ fn interval(ends: Option<[f64; 2]>) -> Option<[f64; 2]> {
 
 /// Returns the camera as it was fitted, and what else was found of a film.
 fn film(found: &FoundCamera) -> ByName<FilmEntry> {
-    let mut film =
-        named(&found.corrections, |own| (own.which.name(), FilmEntry::new(own.value, own.std_error)));
-    let mut add = |name: &str, entry: FilmEntry| film.insert(name.to_owned(), entry);
-    if let Some(noise) = found.noise_correlation {
-        add("noise_correlation", FilmEntry::new(noise, f64::NAN));
+    let entry = |numbers: &[(&str, Option<Number>)]| -> FilmEntry {
+        let known = numbers.iter().filter_map(|(name, number)| Some(((*name).to_owned(), number.clone()?)));
+        known.collect()
+    };
+    let float = Number::from_f64;
+    let mut film = named(&found.corrections, |own| {
+        let numbers = [("estimate", float(own.value)), ("std_error", float(own.std_error))];
+        (own.which.name(), entry(&numbers))
+    });
+    let mut add = |name: &str, numbers: &[(&str, Option<Number>)]| {
+        film.insert(name.to_owned(), entry(numbers));
+    };
+    if let Some(correlation) = found.noise_correlation {
+        add("noise_correlation", &[("estimate", float(correlation))]);
     }
-    add("resolution_m", FilmEntry::new(0.0, f64::NAN));
-    let [shots, drops] = found.drops.map(Some);
-    add("dropped_frames", FilmEntry { shots, drops, ..FilmEntry::default() });
+    add("resolution_m", &[("estimate", float(0.0))]);
+    let [shots, drops] = found.drops.map(|count| Some(count.into()));
+    add("dropped_frames", &[("shots", shots), ("drops", drops)]);
     if let Some(spoiled) = found.spoiled {
-        let [before, after] = spoiled.map(Some);
-        add("left_out_at_impacts", FilmEntry { before, after, ..FilmEntry::default() });
+        let [before, after] = spoiled.map(|count| Some(count.into()));
+        add("left_out_at_impacts", &[("before", before), ("after", after)]);
     }
     film
 }

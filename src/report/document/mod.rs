@@ -3,14 +3,12 @@
 //! Numbers are SI and radians, except where a unit stands beside them or in the key; `null` stands for what is not known. Keys may be
 //! added; none is renamed or dropped while [`FORMAT_VERSION`] stays.
 
-mod accuracy;
 mod compare;
 mod design;
 mod fit;
 mod printed;
 mod stored;
 
-pub use accuracy::{AccuracyDocument, Bias};
 pub use compare::CompareDocument;
 pub use design::DesignDocument;
 pub(super) use design::detectable;

@@ -31,9 +31,12 @@ pub fn residuals(fit: &Fit) -> Figure {
         more => format!("(+{more} more) {first}"),
     });
     let mut panels = observed.against(3, &mut figure);
-    let mut units: Vec<&str> = observed.series.iter().map(|series| series.unit).collect();
-    units.sort_unstable();
-    units.dedup();
+    let mut units: Vec<&str> = Vec::new();
+    for unit in observed.series.iter().map(|series| series.unit) {
+        if !units.contains(&unit) {
+            units.push(unit);
+        }
+    }
     panels.extend(units.into_iter().map(|unit| observed.measured(unit)));
     panels.extend(observed.quantiles());
     panels.extend(super::others::budget(fit));
@@ -70,7 +73,8 @@ fn summary(fit: &Fit) -> Vec<String> {
     let chi2 = match reduced_chi2(fit) {
         Some(reduced) => {
             let how = if noise_estimated(fit) { "; noise estimated from these residuals" } else { "" };
-            let of = if fit.frames.is_some() { " of the coordinates" } else { "" };
+            let of_film = format!(" of {}", fit.counted().words());
+            let of = if fit.frames.is_some() { of_film.as_str() } else { "" };
             let chi2 = plain(fit.chi2, 4);
             format!("χ²/dof{of} = {} (χ² = {chi2}, {} dof{how})", chi2_text(reduced), fit.dof)
         }
