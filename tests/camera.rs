@@ -34,6 +34,13 @@ pub(crate) fn shown(mut shots: Vec<TrackShot>, show: impl Fn(f64, f64) -> [f64; 
     shots
 }
 
+/// Where a lens shows a place that draws lengths together by so much at 0.5 m from its axis.
+fn stretched([x, y]: [f64; 2], axis: [f64; 2], by: f64) -> [f64; 2] {
+    let (x, y) = (x - axis[0], y - axis[1]);
+    let stretched = 1.0 - by * (x * x + y * y) / 0.25;
+    [x * stretched, y * stretched]
+}
+
 /// What is a metre further along x and y is read `delays` seconds later: what stands in a frame is where the ball was so much later than
 /// the frame says.
 fn rolling_shutter(mut shots: Vec<TrackShot>, delays: [f64; 2]) -> Vec<TrackShot> {
@@ -154,23 +161,15 @@ fn the_balls_calibrate_the_camera() {
             ),
             (
                 "lens",
-                shown(films(), |x, y| {
-                    // about the middle of where the shots are played
-                    let (x, y) = (x - 0.65, y - 0.65);
-                    let stretched = 1.0 - 0.02 * (x * x + y * y) / 0.25;
-                    [x * stretched, y * stretched]
-                }),
+                // about the middle of where the shots are played
+                shown(films(), |x, y| stretched([x, y], [0.65, 0.65], 0.02)),
                 Correction::Lens,
                 -0.02,
             ),
             ("shutter", rolling_shutter(films(), [0.0, 0.003]), Correction::ShutterY, 0.003),
             (
                 "lens off the middle",
-                shown(films(), |x, y| {
-                    let (x, y) = (x - 0.5, y - 0.9);
-                    let stretched = 1.0 - 0.03 * (x * x + y * y) / 0.25;
-                    [x * stretched, y * stretched]
-                }),
+                shown(films(), |x, y| stretched([x, y], [0.5, 0.9], 0.03)),
                 // counted in the lengths at the middle of the film, 0.29 m from the axis: 2 % shorter
                 Correction::Lens,
                 -0.03 / 0.98_f64.powi(3),

@@ -223,7 +223,7 @@ fn faults_of(path: &Path) -> Vec<String> {
         copy(path, folder.path());
     }
     for (to, from) in &case.copy {
-        copy(&Path::new(env!("CARGO_MANIFEST_DIR")).join(from), &folder.path().join(to));
+        copy(&root().join(from), &folder.path().join(to));
     }
     write_all(folder.path(), case.files.iter().flat_map(|(name, content)| content.files(name)));
     let mut faults: Vec<String> =
@@ -237,7 +237,7 @@ fn faults_of(path: &Path) -> Vec<String> {
 #[test]
 fn every_case_is_answered_as_it_says() {
     let chosen = std::env::var("CAROMFIT_CASE").unwrap_or_default();
-    let all = fs::read_dir(Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/cases")).unwrap();
+    let all = fs::read_dir(root().join("tests/cases")).unwrap();
     let mut paths: Vec<PathBuf> = all.map(|path| path.unwrap().path()).collect();
     paths.retain(|path| path.to_string_lossy().contains(&chosen));
     paths.sort();

@@ -274,31 +274,3 @@ fn derivatives_by_everything_agree_with_differences() {
         }
     }
 }
-
-#[test]
-fn the_linear_error_falls_as_mu_squared() {
-    // physics: U = 2 m/s, φ = 30°, ω = (0, U/R, 0), e = 0.94, μ_s = 0.3
-    let ball = Ball::POOL;
-    let cue = BallState {
-        velocity: cue_velocity(2.0, 30_f64.to_radians()),
-        spin: Vec3::new(0.0, 2.0 / ball.radius, 0.0),
-    };
-    let error = |mu: f64| {
-        let coefficients = Coefficients { mu, mu_s: 0.3, e: 0.94 };
-        let [linear, full] = [Fidelity::Linear, Fidelity::Full]
-            .map(|fidelity| Model::new(fidelity, ball).collide(&cue, &coefficients).unwrap());
-        // the largest component
-        (linear.cue.velocity - full.cue.velocity)
-            .amax()
-            .max((linear.object.velocity - full.object.velocity).amax())
-    };
-    let errors = [0.05, 0.005, 0.0005].map(error);
-    // Independently: 1.0e-3, 1.0e-5, 1.0e-7 m/s, to the two digits given.
-    for (error, expected) in errors.iter().zip([1.0e-3, 1.0e-5, 1.0e-7]) {
-        assert!((error / expected - 1.0).abs() < 0.05, "{error:e} {expected:e}");
-    }
-    for pair in errors.windows(2) {
-        let order = (pair[0] / pair[1]).log10();
-        assert!((order - 2.0).abs() < 0.02, "order {order}");
-    }
-}

@@ -8,10 +8,6 @@ use crate::prelude::*;
 
 const MU_S: Quantity = Quantity::Parameter(Parameter::MuS);
 
-fn shipped(name: &str) -> Dataset {
-    io::load(&Path::new(env!("CARGO_MANIFEST_DIR")).join("data").join(name)).unwrap()
-}
-
 /// Impacts on one of two cloths.
 fn cloth(name: &str, mu_s: f64, seed: u64, count: usize, played: Played) -> Dataset {
     let usual = spec(Kind::Impacts, &[played], count, seed);
@@ -258,32 +254,8 @@ fn with_a_robust_loss_too() {
 
 /// Standard output of a run that was done.
 pub fn done(args: &[&str]) -> String {
-    let [said, _] = done_in(Path::new(env!("CARGO_MANIFEST_DIR")), args);
+    let [said, _] = done_in(root(), args);
     said
-}
-
-/// Nothing from elsewhere, every link resolves, every point is named, and text that came with the data is text.
-#[test]
-fn the_report_stands_alone() {
-    let folder = tempfile::tempdir().unwrap();
-    let out = folder.path().to_str().unwrap();
-    done(&["fit", "data/synthetic-natural-roll", "--out", out]);
-    let path = folder.path().join("synthetic-natural-roll/report.html");
-    let page = fs::read_to_string(path).unwrap();
-    let outside = page.replace("http://www.w3.org/2000/svg", "");
-    for forbidden in ["http:", "https:", "src=", "@import", "url("] {
-        assert!(!outside.contains(forbidden), "{forbidden}");
-    }
-    let tracks = embedded(&page, "id=\"tracks\"");
-    let tracks: Vec<&str> =
-        tracks.as_array().unwrap().iter().map(|track| track["name"].as_str().unwrap()).collect();
-    assert_eq!(tracks.len(), 30);
-    let spots = embedded(&page, "class=\"spots\"");
-    let labels = labels_of(&spots);
-    assert_eq!(labels.len(), 4 * 30);
-    // the script leads to the shot of this name
-    let is_listed = |shot: &str| page.contains(&format!("data-name=\"{shot}\""));
-    assert!(labels.iter().all(|[shot, words]| tracks.contains(shot) && is_listed(shot) && !words.is_empty()));
 }
 
 /// The data that a page gives its script.
@@ -301,20 +273,37 @@ fn labels_of(spots: &Value) -> Vec<[&str; 2]> {
     labels.iter().map(|label| ["shot", "words"].map(|part| label[part].as_str().unwrap())).collect()
 }
 
-/// A point of a comparison names its data set and shot.
+/// Nothing from elsewhere, every link resolves, every point names its shot, and of a comparison its data set.
 #[test]
-fn points_of_a_comparison_name_their_shots() {
+fn reports_stand_alone_and_name_their_points() {
     let folder = tempfile::tempdir().unwrap();
     let out = folder.path().to_str().unwrap();
+    done(&["fit", "data/synthetic-natural-roll", "--out", out]);
     done(&["compare", "data/synthetic-cloth-a", "data/synthetic-cloth-b", "--out", out]);
-    let page = fs::read_to_string(folder.path().join("report.html")).unwrap();
-    assert!(page.contains("all frames of all data sets at once"));
-    let spots = embedded(&page, "class=\"spots\"");
+    let pages = ["synthetic-natural-roll/report.html", "report.html"];
+    let [fit, compared] = pages.map(|page| fs::read_to_string(folder.path().join(page)).unwrap());
+    for page in [&fit, &compared] {
+        let outside = page.replace("http://www.w3.org/2000/svg", "");
+        for forbidden in ["http:", "https:", "src=", "@import", "url("] {
+            assert!(!outside.contains(forbidden), "{forbidden}");
+        }
+        // the script leads to the shot of this name
+        let spots = embedded(page, "class=\"spots\"");
+        let is_listed = |shot: &str| page.contains(&format!("data-name=\"{shot}\""));
+        assert!(labels_of(&spots).iter().all(|[shot, words]| is_listed(shot) && !words.is_empty()));
+    }
+    let tracks = embedded(&fit, "id=\"tracks\"");
+    let names: Vec<&Value> = tracks.as_array().unwrap().iter().map(|track| &track["name"]).collect();
+    let spots = embedded(&fit, "class=\"spots\"");
     let labels = labels_of(&spots);
+    assert_eq!((names.len(), labels.len()), (30, 4 * 30));
+    assert!(labels.iter().all(|[shot, _]| names.contains(&&Value::from(*shot))));
     // four velocities of each of 60 shots, in two panels
+    assert!(compared.contains("all frames of all data sets at once"));
+    let spots = embedded(&compared, "class=\"spots\"");
+    let labels = labels_of(&spots);
     assert_eq!((labels.len(), spots["spots"].as_array().unwrap().len()), (4 * 60, 4 * 60 * 2));
     for name in ["synthetic-cloth-a, 1", "synthetic-cloth-b, 30"] {
         assert!(labels.iter().any(|[shot, _]| *shot == name), "{name}");
-        assert!(page.contains(&format!("data-name=\"{name}\"")), "{name}");
     }
 }

@@ -3,10 +3,6 @@
 use crate::cli::{done_in, refused_in};
 use crate::prelude::*;
 
-fn root() -> &'static Path {
-    Path::new(env!("CARGO_MANIFEST_DIR"))
-}
-
 #[test]
 fn export_gives_what_pooltool_reads_and_says_what_is_left_behind() {
     let fit = root().join("fits/synthetic-natural-roll");

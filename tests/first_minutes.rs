@@ -6,10 +6,6 @@ use tempfile::TempDir;
 use crate::cli::{done_in, refused_in};
 use crate::prelude::*;
 
-fn root() -> &'static Path {
-    Path::new(env!("CARGO_MANIFEST_DIR"))
-}
-
 fn read(file: &str) -> String {
     fs::read_to_string(root().join(file)).unwrap()
 }

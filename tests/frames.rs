@@ -304,14 +304,3 @@ fn spins_that_markers_show_are_those_of_the_shots() {
     let played = truth.iter().filter(|truth| truth.cue_before.spin.z.abs() > 1.0).count();
     assert!(played > 5, "{played}");
 }
-
-#[test]
-fn many_shots_are_fitted_at_once() {
-    let shots = count("CAROMFIT_SHOTS", 200);
-    let (tracks, _) = filmed(&spec(ROLLS, shots, 3));
-    let dataset = of_weighed_balls(tracks);
-    let fit = fitted(&dataset, Depth::Estimates);
-    figure(format!("{shots} shots: {:.1} s", fit.seconds));
-    assert!(fit.converged && fit.shots_used as f64 > 0.98 * shots as f64);
-    check_estimates(&fit);
-}

@@ -1,6 +1,6 @@
 //! Hard collisions: at every switch of the model and at the ends of every range.
 
-use crate::collisions::Try;
+use crate::collisions::{Try, energy};
 use crate::plain;
 use crate::prelude::*;
 use crate::references::Reference;
@@ -92,11 +92,8 @@ fn every_fidelity_computes_what_is_hard() {
             let (outcome, by) = found;
             assert_eq!(outcome, model.collide(cue, coefficients).unwrap(), "{name}");
             assert!(by.iter().all(|x| x.is_finite()), "{name}");
-            let energy = |ball: &BallState| {
-                ball.velocity.norm_squared() + BALL.inertia * (BALL.radius * ball.spin).norm_squared()
-            };
-            let before = ratio * energy(cue);
-            let after = ratio * energy(&outcome.cue) + energy(&outcome.object);
+            let before = ratio * energy(&BALL, cue);
+            let after = ratio * energy(&BALL, &outcome.cue) + energy(&BALL, &outcome.object);
             // to first order friction goes on where the contact would stick
             let is_linear = model.fidelity == Fidelity::Linear;
             assert!(is_linear || after <= before * (1.0 + MADE), "{name}: {before} {after}");

@@ -90,7 +90,7 @@ fn uses(text: &str, own: &[String]) -> Vec<Vec<String>> {
 
 /// Each module with the modules that it uses, those inside it and around it left out.
 fn arrows() -> BTreeMap<Vec<String>, BTreeSet<Vec<String>>> {
-    let src = Path::new(env!("CARGO_MANIFEST_DIR")).join("src");
+    let src = root().join("src");
     let mut files = Vec::new();
     sources(&src, &mut files);
     let modules: BTreeSet<Vec<String>> = files.iter().map(|file| module(file, &src)).collect();

@@ -1,6 +1,6 @@
 //! The integrated fidelities `ode` and `contact` against the reference values, `full`, and what physics asks of them.
 
-use super::collisions::{self, Try};
+use super::collisions;
 use super::plain::difference;
 use super::synthetic::{made_with, spec};
 
@@ -62,21 +62,6 @@ fn the_true_slip_direction_turns_the_cloths_friction() {
     assert!((a - b).norm() < 0.06 * 0.3 * straight.impulse * a.y.abs(), "{a} {b}");
     // and gives the object ball a little of the roll about x
     assert!(straight.object.spin.x == 0.0 && turning.object.spin.x != 0.0);
-}
-
-/// Without weight and friction of the cloth on the cue ball, `contact` solves the equations of the compliant `ode`.
-#[test]
-fn without_weight_and_cloth_contact_is_ode() {
-    let mut rng = ChaCha8Rng::seed_from_u64(13);
-    let effects = Effects { compliance: true, ..Fidelity::Full.effects() };
-    for _ in 0..200 {
-        let Try { model, cue, coefficients } = Try::random(&mut rng, Fidelity::Full);
-        let [a, b] = [Fidelity::Ode, Fidelity::Contact].map(|fidelity| {
-            let model = Model { effects, kappa: Model::KAPPA, ..Model::new(fidelity, model.ball) };
-            model.collide(&cue, &coefficients).unwrap()
-        });
-        assert_eq!(a, b);
-    }
 }
 
 #[test]

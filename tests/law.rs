@@ -156,14 +156,3 @@ fn the_other_law_is_among_the_models() {
         assert!((other.statistic - ratio.statistic).abs() < 1e-6 * ratio.statistic.max(1.0));
     }
 }
-
-/// The throw of stun shots at three speeds falls along a curve like the published one.
-#[test]
-fn alciatores_throw_gives_a_falling_friction() {
-    let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("data").join("alciatore-2006");
-    let mut dataset = io::load(&path).unwrap();
-    dataset.by = None;
-    let fit = fitted(dataset, false, &options::of_fit());
-    let b = fit.estimates[Parameter::B as usize];
-    assert!(b.value > 0.03 && b.interval_95.unwrap()[0] > 0.0, "{b:?}");
-}

@@ -177,32 +177,3 @@ fn a_rolling_ball_does_not_slip_on_the_cloth_but_does_on_the_object_ball() {
     // v_z0 = Rω_y > 0 for topspin.
     assert!(slip(&cue, &BallState::default(), radius).z > 0.0);
 }
-
-#[test]
-fn what_has_a_name_is_found_by_it() {
-    assert_eq!("full".parse(), Ok(FidelityChoice::Of(Fidelity::Full)));
-    assert_eq!("auto".parse(), Ok(FidelityChoice::Auto));
-    let error = "fulll".parse::<FidelityChoice>().unwrap_err().to_string();
-    assert_eq!(
-        error,
-        "\"fulll\" is no fidelity; expected one of elastic, inelastic, linear, full, ode, contact, auto"
-    );
-    let some = Effects { friction: true, cloth: true, ..Effects::NONE };
-    assert_eq!("friction, cloth".parse(), Ok(some));
-    assert_eq!("all".parse(), Ok(Effects::ALL));
-    assert_eq!("none".parse(), Ok(Effects::NONE));
-    assert!("friction,".parse::<Effects>().is_err());
-}
-
-#[test]
-fn every_effect_has_a_name_and_a_switch() {
-    for name in Effects::NAMES {
-        let mut one = Effects::NONE;
-        *one.switch(name).unwrap() = true;
-        let on: Vec<_> = one.list().into_iter().filter(|(_, on)| *on).collect();
-        assert_eq!(on, [(name, true)]);
-    }
-    assert!(Effects::ALL.list().iter().all(|(_, on)| *on));
-    assert_eq!(Effects::ALL.and(Effects::NONE), Effects::NONE);
-    assert!(Effects::ALL.clone().switch("frictoin").is_none());
-}

@@ -37,7 +37,7 @@ pub struct Regression {
 }
 
 fn file(name: &str) -> PathBuf {
-    Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/reference/nist").join(name)
+    root().join("tests/reference/nist").join(name)
 }
 
 impl Regression {

@@ -41,6 +41,7 @@ pub use rayon::prelude::*;
 pub use serde_json::{Value, json};
 pub use statrs::distribution::{ContinuousCDF, Normal};
 
+pub use crate::shipped::{root, shipped};
 pub use crate::study::{Pulls, count, figure, take_inputs_for_exact};
 pub use crate::synthetic::{ERRORS, TRUTH, auto, is_right, made, made_with, spec};
 pub(crate) use crate::{options, synthetic};

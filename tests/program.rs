@@ -1,25 +1,7 @@
-//! The program beside its commands: baselines, completions, interruptions, and what is not pasted into messages.
+//! Runs of the program whose results stay: baselines that moved, interruptions.
 
 use crate::cli::{done_in, refused_in};
 use crate::prelude::*;
-
-fn root() -> &'static Path {
-    Path::new(env!("CARGO_MANIFEST_DIR"))
-}
-
-#[test]
-fn init_does_not_paste_what_is_no_table() {
-    let folder = tempfile::tempdir().unwrap();
-    let path = folder.path().join("shots.csv");
-    fs::write(&path, format!("{{\"shots\": [{}0]}}\n", "1, 2, ".repeat(100_000))).unwrap();
-    let said = refused_in(folder.path(), 2, &["init", "shots.csv"]);
-    assert!(said.contains("shots.csv: is JSON; expected a table") && said.len() < 500, "{}", said.len());
-    // a table of very many columns is not listed whole either
-    fs::write(&path, format!("{}\n", "a column of a table,".repeat(10_000))).unwrap();
-    let [draft, _] = done_in(folder.path(), &["init", "--stdout", "shots.csv"]);
-    assert!(draft.len() < 5_000 && draft.contains("(10001 in all)"), "{}", draft.len());
-    toml::from_str::<toml::Table>(&draft).unwrap();
-}
 
 #[test]
 fn a_baseline_that_moved_ends_with_status_1_and_is_kept() {
@@ -56,28 +38,6 @@ fn a_baseline_that_moved_ends_with_status_1_and_is_kept() {
     );
     fs::write(&stored, "{\"dataset\": 3}").unwrap();
     assert!(refused_in(root(), 2, &["fit", data, "--out", out, "--baseline", path]).contains("fit.json:1"));
-}
-
-#[test]
-fn completions_name_every_command() {
-    let [help, _] = done_in(root(), &["--help"]);
-    let commands: Vec<&str> = help
-        .lines()
-        .skip_while(|line| !line.starts_with("Commands"))
-        .skip(1)
-        .take_while(|line| !line.is_empty())
-        .filter_map(|line| line.split_whitespace().next())
-        .filter(|word| *word != "help")
-        .collect();
-    assert!(commands.len() >= 9, "{help}");
-    for shell in ["bash", "zsh", "fish"] {
-        let [script, _] = done_in(root(), &["completions", shell]);
-        assert!(commands.iter().all(|command| script.contains(command)), "{shell}");
-    }
-    for command in commands {
-        let [help, _] = done_in(root(), &[command, "--help"]);
-        assert!(help.contains("Example"), "{command} has no example:\n{help}");
-    }
 }
 
 /// Ended while it fits (as Ctrl-C does; a test run may ignore that signal), nothing of what stands in the folder has changed and nothing is half written.

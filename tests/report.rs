@@ -20,7 +20,7 @@ fn parsed(fit: &Fit) -> Value {
 
 /// What stands in a file of tests/report.
 fn stored(name: &str) -> String {
-    fs::read_to_string(Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/report").join(name)).unwrap()
+    fs::read_to_string(root().join("tests/report").join(name)).unwrap()
 }
 
 /// Names, shapes and units are those of the contract, and what is not known is null.

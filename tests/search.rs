@@ -3,6 +3,7 @@
 use caromfit::measurement::parameter::Settings;
 
 use crate::prelude::*;
+use crate::study::in_threads;
 
 /// Standard errors: a right fit is off by more once in 60 000 times.
 const OFF: f64 = 4.3;
@@ -189,7 +190,7 @@ fn faults(seed: u64, scans_films: bool) -> Vec<String> {
     /// Of −2 log L, where the noise is estimated without bias and not by the greatest likelihood.
     const SAME_LIKELIHOOD: f64 = 0.2;
     /// Points of the fine scan.
-    const POINTS: usize = 120;
+    const POINTS: usize = 80;
     let mut rng = ChaCha8Rng::seed_from_u64(seed);
     let (dataset, words) = random(&mut rng, seed);
     let is_film = dataset.tracks.is_some();
@@ -260,20 +261,7 @@ fn check(scans_films: bool) {
         Ok(named) => named.split(',').map(|seed| seed.trim().parse().unwrap()).collect(),
         Err(_) => (0..count("CAROMFIT_SETS", 10) as u64).collect(),
     };
-    // threads of its own: a set that waits for its shots must not begin another on top of itself
-    let next = AtomicUsize::new(0);
-    let work = || {
-        let mut found = Vec::new();
-        loop {
-            let number = next.fetch_add(1, Ordering::Relaxed);
-            let Some(seed) = seeds.get(number) else { return found };
-            found.extend(faults(*seed, scans_films));
-        }
-    };
-    let faults: Vec<String> = std::thread::scope(|scope| {
-        let threads: Vec<_> = (0..rayon::current_num_threads()).map(|_| scope.spawn(work)).collect();
-        threads.into_iter().flat_map(|thread| thread.join().unwrap()).collect()
-    });
+    let faults = in_threads(&seeds, |seed| faults(seed, scans_films));
     assert!(faults.is_empty(), "{}", faults.join("\n"));
 }
 

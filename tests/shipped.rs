@@ -22,12 +22,37 @@ const SHIPPED: [&str; 12] = [
     "synthetic-natural-roll",
 ];
 
-fn folder(name: &str) -> PathBuf {
-    Path::new(env!("CARGO_MANIFEST_DIR")).join("data").join(name)
+/// The folder of the repository.
+pub fn root() -> &'static Path {
+    Path::new(env!("CARGO_MANIFEST_DIR"))
 }
 
-fn load(name: &str) -> Dataset {
+fn folder(name: &str) -> PathBuf {
+    root().join("data").join(name)
+}
+
+/// A data set that ships.
+pub fn shipped(name: &str) -> Dataset {
     io::load(&folder(name)).unwrap()
+}
+
+/// Asserts that the fits of a data set are those that are stored, to a hundredth of an error; how many they are.
+fn are_the_stored(name: &str, dataset: &Dataset, options: &Options) -> usize {
+    let stored = document::read(&root().join("fits")).unwrap();
+    let fits = fit::fit(dataset, options).unwrap();
+    for fit in &fits {
+        let moved = regression::moved(fit, regression::find(fit, &stored).unwrap(), TOLERANCE);
+        assert_eq!(moved, [], "{name} {:?}", fit.group);
+    }
+    fits.len()
+}
+
+/// These throws need the defaults of the program to be fitted at all.
+#[test]
+fn the_defaults_of_the_library_are_those_of_the_program() {
+    for name in ["alciatore-2006", "pucks-chalmers-2023"] {
+        are_the_stored(name, &shipped(name), &Options::default());
+    }
 }
 
 fn estimate(fit: &Fit, parameter: Parameter) -> Estimate {
@@ -52,7 +77,7 @@ fn every_shipped_data_set_loads_whole_under_the_name_of_its_folder() {
     let names: Vec<String> = names.filter(|name| folder(name).join("dataset.toml").is_file()).collect();
     assert!(names.len() > 10, "{names:?}");
     for name in names {
-        let dataset = load(&name);
+        let dataset = shipped(&name);
         assert_eq!(dataset.name, name);
         let expected = SHOTS.iter().find(|(known, _)| *known == name);
         assert!(expected.is_none_or(|(_, count)| dataset.shots.len() == *count), "{name}");
@@ -66,7 +91,7 @@ fn agrees(value: f64, expected: f64, half_digit: f64) {
 
 #[test]
 fn domenech_without_cloth() {
-    let fit = &fit::fit(&load("domenech-2023"), &options::of_fit()).unwrap()[0];
+    let fit = &fit::fit(&shipped("domenech-2023"), &options::of_fit()).unwrap()[0];
     let (mu, e) = (estimate(fit, Parameter::Mu), estimate(fit, Parameter::E));
     agrees(mu.value, 0.1014, 5e-5);
     agrees(mu.std_error.unwrap(), 0.0027, 5e-5);
@@ -80,7 +105,7 @@ fn domenech_without_cloth() {
 
 #[test]
 fn domenech_with_cloth_ends_on_the_bound_and_says_what_that_means() {
-    let mut dataset = load("domenech-2023");
+    let mut dataset = shipped("domenech-2023");
     dataset.settings[Parameter::MuS] = Parameter::MuS.default_setting();
     let fit = &fit::fit(&dataset, &options::of_fit()).unwrap()[0];
     let (mu_s, e) = (estimate(fit, Parameter::MuS), estimate(fit, Parameter::E));
@@ -98,7 +123,7 @@ fn domenech_with_cloth_ends_on_the_bound_and_says_what_that_means() {
 
 #[test]
 fn alciatore_throw_falls_with_speed() {
-    let fits = fit::fit(&load("alciatore-2006"), &options::of_fit()).unwrap();
+    let fits = fit::fit(&shipped("alciatore-2006"), &options::of_fit()).unwrap();
     for (fit, (label, mu)) in fits.iter().zip([("slow", 0.095), ("medium", 0.070), ("fast", 0.049)]) {
         assert_eq!(fit.group.as_ref().unwrap().1, label);
         agrees(estimate(fit, Parameter::Mu).value, mu, 5e-4);
@@ -114,7 +139,7 @@ fn alciatore_s_throws_by_one_law() {
     const NEAR: f64 = 0.1;
     const ERROR: f64 = 0.008;
     let fit = &fit::fit(
-        &load("alciatore-one-law"),
+        &shipped("alciatore-one-law"),
         &Options { fidelity: FidelityChoice::Auto, ..options::of_fit() },
     )
     .unwrap()[0];
@@ -138,7 +163,7 @@ fn alciatore_s_throws_by_one_law() {
 
 #[test]
 fn throws_beyond_sticking_are_said_to_be_so() {
-    let mut dataset = load("alciatore-2014-treatments");
+    let mut dataset = shipped("alciatore-2014-treatments");
     dataset.settings.compliance = Compliance::Rigid;
     let fits = fit::fit(&dataset, &options::of_fit()).unwrap();
     let fit = fits.iter().find(|fit| fit.group.as_ref().is_some_and(|(_, label)| label == "new")).unwrap();
@@ -162,12 +187,11 @@ fn jogged(value: &mut f64, random: &mut ChaCha8Rng) {
 #[test]
 fn the_shipped_results_are_those_of_this_version_on_any_computer() {
     let mut random = ChaCha8Rng::seed_from_u64(19);
-    let stored = document::read(&Path::new(env!("CARGO_MANIFEST_DIR")).join("fits")).unwrap();
     // as "caromfit fit" does
     let options = Options { fidelity: FidelityChoice::Auto, ..options::of_fit() };
     let mut compared = 0;
     for name in SHIPPED {
-        let mut dataset = load(name);
+        let mut dataset = shipped(name);
         for shot in &mut dataset.shots {
             shot.after.iter_mut().for_each(|m| jogged(&mut m.measured.value, &mut random));
         }
@@ -177,18 +201,14 @@ fn the_shipped_results_are_those_of_this_version_on_any_computer() {
                 jogged(&mut sample.y, &mut random);
             }
         }
-        for fit in fit::fit(&dataset, &options).unwrap() {
-            let moved = regression::moved(&fit, regression::find(&fit, &stored).unwrap(), TOLERANCE);
-            assert_eq!(moved, [], "{name} {:?}", fit.group);
-            compared += 1;
-        }
+        compared += are_the_stored(name, &dataset, &options);
     }
     assert_eq!(compared, 29);
 }
 
 #[test]
 fn synthetic_tracks_give_what_they_were_made_of() {
-    let dataset = load("synthetic-natural-roll");
+    let dataset = shipped("synthetic-natural-roll");
     assert_eq!((dataset.names().len(), dataset.left_out.len()), (30, 0));
     let fit = &fit::fit(&dataset, &options::of_fit()).unwrap()[0];
     let truth = fs::read_to_string(folder("synthetic-natural-roll").join("truth.json")).unwrap();

@@ -3,10 +3,6 @@
 use crate::prelude::*;
 use crate::synthetic::made_of_weighed_balls as made;
 
-fn shipped(name: &str) -> Dataset {
-    io::load(&Path::new(env!("CARGO_MANIFEST_DIR")).join("data").join(name)).unwrap()
-}
-
 fn fitted(dataset: &Dataset) -> Fit {
     options::fitted_with(dataset, &options::of_fit())
 }

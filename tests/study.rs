@@ -1,6 +1,7 @@
 //! Studies: how many sets they take, their figures, and errors of estimates over their standard errors.
 
 use std::fmt::Display;
+use std::sync::atomic::{AtomicUsize, Ordering};
 
 use crate::prelude::*;
 
@@ -16,6 +17,23 @@ pub fn count(variable: &str, default: usize) -> usize {
 /// Shows a figure of a long study, with `--nocapture`.
 pub fn figure(text: impl Display) {
     eprintln!("{text}");
+}
+
+/// What is found with each seed, in threads of their own: a worker of the pool that fits shots would take up one set within another, ever
+/// deeper.
+pub fn in_threads<T: Send>(seeds: &[u64], find: impl Fn(u64) -> Vec<T> + Sync) -> Vec<T> {
+    let next = AtomicUsize::new(0);
+    let work = || {
+        let mut found = Vec::new();
+        while let Some(seed) = seeds.get(next.fetch_add(1, Ordering::Relaxed)) {
+            found.extend(find(*seed));
+        }
+        found
+    };
+    std::thread::scope(|scope| {
+        let threads: Vec<_> = (0..rayon::current_num_threads()).map(|_| scope.spawn(work)).collect();
+        threads.into_iter().flat_map(|thread| thread.join().unwrap()).collect()
+    })
 }
 
 /// Takes the state of each shot before the impact for exact.

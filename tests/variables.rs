@@ -77,7 +77,7 @@ const SAME: f64 = 1e-6;
 
 #[test]
 fn the_minimum_is_that_of_all_inputs_and_parameters_at_once() {
-    let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/reference/odr");
+    let folder = root().join("tests/reference/odr");
     let expected = fs::read_to_string(folder.join("minimum.json")).unwrap();
     let expected: Value = serde_json::from_str(&expected).unwrap();
     // the independent minimum takes the masses for equal

@@ -6,7 +6,6 @@
 mod faults;
 
 use std::panic::{AssertUnwindSafe, catch_unwind};
-use std::sync::atomic::AtomicU64;
 
 use caromfit::fit::check;
 use caromfit::io::DatasetError;
@@ -14,20 +13,10 @@ use caromfit::io::DatasetError;
 use faults::{Faults, manifest, table};
 
 use crate::prelude::*;
-use crate::study::count as count_of;
+use crate::study::in_threads;
 
 /// What a shot that was left out because caromfit itself failed says.
 const DEFECT: &str = "defect of caromfit";
-
-/// What became of films.
-#[derive(Debug, Default)]
-struct Tally {
-    films: AtomicUsize,
-    refused: AtomicUsize,
-    used: AtomicUsize,
-    left_out: AtomicUsize,
-    fitted: AtomicUsize,
-}
 
 /// A film as it is loaded.
 fn loaded(table: &str, manifest: &str) -> Result<Dataset, DatasetError> {
@@ -37,8 +26,8 @@ fn loaded(table: &str, manifest: &str) -> Result<Dataset, DatasetError> {
     io::load(folder.path())
 }
 
-/// Makes a film and takes it through everything that a fit does.
-fn film(seed: u64, tally: &Tally) {
+/// Makes a film and takes it through everything that a fit does; returns the number of its shots that are used.
+fn film(seed: u64) -> usize {
     let random = &mut ChaCha8Rng::seed_from_u64(seed);
     let faults = Faults::draw(random);
     let fps = [50.0, 120.0, 240.0, 500.0, 1000.0][random.random_range(0..5)];
@@ -56,13 +45,11 @@ fn film(seed: u64, tally: &Tally) {
     let spin = ["stun", "natural-roll", "unknown"][random.random_range(0..3)];
     let more = if random.random_bool(0.2) { "position_sd_m = 1e-4\n" } else { "" };
     let table = table(&spec, &faults, random);
-    tally.films.fetch_add(1, Ordering::Relaxed);
     let dataset = match loaded(&table, &manifest(fps, &faults, (!discs).then_some(spin), more)) {
         Ok(dataset) => dataset,
         Err(error) => {
             assert!(!error.to_string().contains(DEFECT), "{error}");
-            tally.refused.fetch_add(1, Ordering::Relaxed);
-            return;
+            return 0;
         }
     };
     let tracks = dataset.clone();
@@ -76,54 +63,38 @@ fn film(seed: u64, tally: &Tally) {
     for errors in dataset.shots.iter().filter_map(|shot| shot.joint.as_ref()) {
         assert!(errors.covariance.iter().all(|entry| entry.is_finite()), "{}", errors.covariance);
     }
-    tally.used.fetch_add(dataset.shots.len(), Ordering::Relaxed);
-    tally.left_out.fetch_add(dataset.left_out.len(), Ordering::Relaxed);
     for finding in check::check(&dataset) {
         assert!(!finding.text.contains("NaN"), "{}", finding.text);
     }
     let options = Options { depth: Depth::Estimates, fidelity: FidelityChoice::Auto, ..options::of_fit() };
     for fit in fit::fit(&tracks, &options).into_iter().flatten() {
         assert!(fit.estimates.iter().all(|estimate| estimate.value.is_finite()));
-        tally.fitted.fetch_add(1, Ordering::Relaxed);
     }
+    dataset.shots.len()
 }
 
 #[test]
 fn films_of_every_kind_neither_panic_nor_hang() {
-    let count = count_of("CAROMFIT_FILMS", 80) as u64;
-    let first = count_of("CAROMFIT_FIRST_FILM", 0) as u64;
-    let tally = Tally::default();
+    let films = count("CAROMFIT_FILMS", 80);
+    let first = count("CAROMFIT_FIRST_FILM", 0);
     let begun = Instant::now();
-    // threads of their own: a worker of the pool that extracts shots would take up one film within another, ever deeper
-    let next = AtomicU64::new(first);
-    let work = || {
-        let mut failed = Vec::new();
-        loop {
-            let seed = next.fetch_add(1, Ordering::Relaxed);
-            if seed >= first + count {
-                return failed;
-            }
-            if catch_unwind(AssertUnwindSafe(|| film(seed, &tally))).is_err() {
-                failed.push(seed);
-            }
-        }
-    };
-    let failed: Vec<u64> = std::thread::scope(|scope| {
-        let threads = std::thread::available_parallelism().map_or(1, usize::from);
-        let all: Vec<_> = (0..threads).map(|_| scope.spawn(work)).collect();
-        all.into_iter().flat_map(|thread| thread.join().unwrap()).collect()
-    });
-    figure(format!("{tally:?}; {:.0} s", begun.elapsed().as_secs_f64()));
+    let seeds: Vec<u64> = (first as u64..(first + films) as u64).collect();
+    let of_films =
+        in_threads(&seeds, |seed| vec![(seed, catch_unwind(AssertUnwindSafe(|| film(seed))).ok())]);
+    let used: usize = of_films.iter().filter_map(|(_, used)| *used).sum();
+    figure(format!("{used} shots of {films} films are used; {:.0} s", begun.elapsed().as_secs_f64()));
+    let failed: Vec<u64> =
+        of_films.iter().filter(|(_, used)| used.is_none()).map(|(seed, _)| *seed).collect();
     assert!(failed.is_empty(), "films {failed:?}");
     // they are not all beyond use
-    assert!(tally.used.into_inner() > tally.films.into_inner() / 2);
+    assert!(used > films / 2);
 }
 
 /// Of a film of few frames as many numbers as unknowns were left; of another a collision stuck just after compression.
 #[test]
 fn films_that_once_failed() {
     for seed in [25568, 64290] {
-        film(seed, &Tally::default());
+        film(seed);
     }
 }
 
@@ -145,7 +116,7 @@ fn rounded_positions_are_fitted() {
     const MOST: f64 = 1.6;
     /// Rounding errors that repeat are taken for as large as they can be.
     const LEAST: f64 = 0.4;
-    let sets = count_of("CAROMFIT_SETS", 2) as u64;
+    let sets = count("CAROMFIT_SETS", 2) as u64;
     for (fps, grid, noise) in [
         (1000.0, 5e-4, 1e-4),
         (240.0, 1e-3, 1e-4),
