@@ -356,7 +356,10 @@ fn samples(track: &RawTrack, calibration: &Calibration) -> Vec<Sample> {
         let sd = is_stated.then(|| calibration.sd(row.x, row.y, row.sd));
         Sample { t: row.time + calibration.delay(row.y), x, y, sd }
     };
-    track.seen().map(sample).collect()
+    // exactly as many as are needed, since all shots stay in memory
+    let mut samples = Vec::with_capacity(track.seen().count());
+    samples.extend(track.seen().map(sample));
+    samples
 }
 
 /// Returns a point that turns with the disc, from angles measured from the file's x axis.

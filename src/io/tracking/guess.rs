@@ -2,7 +2,7 @@
 
 use std::num::NonZero;
 
-use super::columns::{Column, ColumnNames, KEYS};
+use super::column_names::{Column, ColumnNames, KEYS};
 use super::heading::{Heading, TITLES, blanks, suffix};
 use super::reader::LIKELY;
 use super::sample::Rows;

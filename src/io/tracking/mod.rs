@@ -8,6 +8,7 @@ mod calibration;
 pub(crate) mod camera;
 mod clips;
 mod clock;
+mod column_names;
 mod columns;
 mod discs;
 mod finish;

@@ -337,6 +337,9 @@ impl Reader<'_> {
         if !comma.is_empty() {
             log.add(FORMAT, None, comma);
         }
+        for track in self.shots.iter_mut().flat_map(|shot| &mut shot.tracks) {
+            track.rows.shrink_to_fit();
+        }
         let Some((style, line)) = self.clock else { return self.shots };
         let mut clock = Clock::Rounded(style.resolution());
         let mut tracks: Vec<_> = self.shots.iter_mut().flat_map(|shot| &mut shot.tracks).collect();

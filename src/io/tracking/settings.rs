@@ -7,7 +7,7 @@ use serde::Deserialize;
 
 use super::calibration::{Calibration, ReadOut};
 use super::camera::{CameraSection, WantedCamera};
-use super::columns::ColumnNames;
+use super::column_names::ColumnNames;
 use super::units::{TimeUnit, Unit};
 use crate::io::toml_file::Source;
 use crate::measurement::valid::POSITIVE;
