@@ -16,3 +16,4 @@ pub(crate) mod priors;
 pub(crate) mod reading;
 pub(crate) mod shots;
 pub(crate) mod spins;
+mod states;

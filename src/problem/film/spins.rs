@@ -6,9 +6,6 @@
 //! A shot whose state is not stated is in the likeliest of several, each with bounds of its own,
 //! within which χ² is smooth.
 
-use rayon::prelude::*;
-
-use super::block::FilmBlock;
 use super::camera::Point;
 use super::motion::{Approach, StatedSpin};
 use super::own;
@@ -30,21 +27,6 @@ const ROLLS_WITHIN: f64 = 0.01;
 
 /// Standard errors of a measured spin beyond those that it may still be that of a rolling ball.
 const MAY_ROLL: f64 = 4.0;
-
-/// Decrease of χ² by which a sliding ball must be likelier than a rolling one: most cue balls roll.
-const ROLL_BONUS: f64 = 9.0;
-
-/// Topspin at which a shot's descent starts in another state, over natural roll: of shots stated as
-/// stun, and of others.
-const STUN_START: f64 = 0.03;
-const SLIDE_START: f64 = 0.3;
-
-/// Decrease of χ² by which another state must be likelier than the present one, so that states of equal
-/// likelihood do not alternate.
-const CHANGE: f64 = 0.1;
-
-/// Steps of a shot's own unknowns until a state is judged, and gain of χ² after which it is.
-const JUDGED: (usize, f64) = (12, 0.01);
 
 /// Indices of the spreads from shot to shot: of the topspin of balls that slide, and of side spin.
 pub(super) const TOPSPIN_SPREAD: usize = 0;
@@ -149,7 +131,7 @@ impl ShotSpin {
     }
 
     /// Returns the states that the shot may be in.
-    fn candidates(&self) -> Vec<Self> {
+    pub fn candidates(&self) -> Vec<Self> {
         let slides = |bounds| Self { bounds, states: self.states, ..Self::slides() };
         let signs = [slides([LEAST_TOPSPIN, 1.0]), slides([-MAX_TOPSPIN, -LEAST_TOPSPIN])];
         match self.states {
@@ -162,11 +144,11 @@ impl ShotSpin {
         }
     }
 
-    fn rolls_now(&self) -> bool {
+    pub fn rolls_now(&self) -> bool {
         self.stated.approach == Approach::Rolls
     }
 
-    fn is_same_state(&self, other: &Self) -> bool {
+    pub fn is_same_state(&self, other: &Self) -> bool {
         self.bounds == other.bounds && self.stated.approach == other.stated.approach
     }
 
@@ -204,53 +186,5 @@ impl ShotSpin {
         let is_at = |bound: f64| (value - bound).abs() < AT_BOUND;
         let presses = is_at(self.bounds[0]) && slope > 0.0 || is_at(self.bounds[1]) && slope < 0.0;
         sums.held[own::TOPSPIN] |= presses;
-    }
-}
-
-/// A state of a shot with the values of its own unknowns there, and its χ².
-struct Judged {
-    spin: ShotSpin,
-    own: Own,
-    cost: f64,
-}
-
-impl FilmBlock {
-    /// Chooses for every shot the likeliest of the states that it may be in given the shared
-    /// unknowns; returns whether one has changed.
-    pub fn choose_states(&mut self, own: &mut [Own], shared: &Shared) -> bool {
-        let film = &*self;
-        let judge = |(i, own): (usize, &Own)| {
-            let candidates = film.spins[i].candidates();
-            if candidates.len() == 1 {
-                return None;
-            }
-            let judged = candidates.into_iter().map(|spin| film.judge_state(i, spin, own, shared));
-            judged.min_by(|a, b| a.cost.total_cmp(&b.cost))
-        };
-        let best: Vec<Option<Judged>> = own.par_iter().enumerate().map(judge).collect();
-        let mut changed = false;
-        for (i, best) in best.into_iter().enumerate() {
-            let Some(Judged { spin, own: values, .. }) = best else { continue };
-            changed |= !spin.is_same_state(&self.spins[i]);
-            self.spins[i] = spin;
-            own[i] = values;
-        }
-        changed
-    }
-
-    fn judge_state(&self, i: usize, spin: ShotSpin, own: &Own, shared: &Shared) -> Judged {
-        let is_same = spin.is_same_state(&self.spins[i]);
-        let mut start = own.clone();
-        if spin.states == States::Measured || spin.rolls_now() {
-            start[own::TOPSPIN] = 0.0;
-        } else if !is_same {
-            let first = if spin.states == States::Signs { STUN_START } else { SLIDE_START };
-            let topspin = if spin.bounds[0] < 0.0 { -first } else { spin.bounds[0] + first };
-            start[own::TOPSPIN] = topspin - spin.mean(shared);
-        }
-        let (own, sums) = self.settle(i, &spin, start, (&mut shared.clone(), &[]), JUDGED);
-        let bonus = if spin.rolls_now() { ROLL_BONUS } else { 0.0 };
-        let inertia = if is_same { CHANGE } else { 0.0 };
-        Judged { spin, own, cost: sums.cost - bonus - inertia }
     }
 }
