@@ -74,9 +74,12 @@ impl Expected {
 impl Keys {
     fn expected(self, source: &Source) -> Expected {
         let Self { expected, ball, object, cloth, camera, want, kind } = self;
-        if ball.shape == Shape::Disc || ball.poisson.is_some() {
-            let message = "expected neither shape nor poisson: designs are of balls whose contact is rigid";
-            source.wrong_of_first(&["ball.shape", "ball.poisson"], message);
+        if ball.shape == Shape::Disc {
+            source.wrong("ball.shape", "shape is \"disc\"; expected balls, which designs are of");
+        }
+        if ball.poisson.is_some() {
+            let message = "poisson is of a compliant contact; expected none, as that of designs is rigid";
+            source.wrong("ball.poisson", message);
         }
         let default = Expected::default();
         let usual = default.coefficients;

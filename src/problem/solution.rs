@@ -216,10 +216,13 @@ impl Solution {
         // the minimum of χ² lies s/√b standard errors beyond the bound
         let sd = bend.sqrt().recip();
         let beyond = slope * sd;
+        if !(sd + beyond).is_finite() {
+            return None;
+        }
         let normal = statrs::distribution::Normal::standard();
         let distance = -sd * (normal.inverse_cdf(0.05 * normal.sf(beyond)) + beyond);
         let [low, high] = unknown.bounds;
-        distance.is_finite().then(|| (x + inward * distance).clamp(low, high))
+        Some((x + inward * distance).clamp(low, high))
     }
 
     /// Returns χ² of everything: data, own unknowns and priors.

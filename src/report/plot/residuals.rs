@@ -184,6 +184,7 @@ impl Observed {
                     Observable::CueVelocity(_) | Observable::ObjectVelocity(_) => "velocity",
                     Observable::CueSpin(_) | Observable::ObjectSpin(_) => "spin",
                     observable if observable.is_angle() => "angle",
+                    observable if observable.unit().is_empty() => "ratio",
                     _ => "speed",
                 };
                 let (name, unit) = (observable.label().to_owned(), observable.unit());
