@@ -3,18 +3,80 @@
 use statrs::distribution::{ContinuousCDF, Normal};
 
 use super::effect::Effect;
+use super::error::CompareError;
 use super::findings::{Finding, Reason};
 use super::joint::{Joint, estimate};
 use super::quantity::Quantity;
-use super::result::{Compared, Difference, Value};
+use super::result::{Compared, Comparison, Difference, LabelResidual, Robust, Value};
 use super::samples::Alone;
 use super::significance::known_error;
+use crate::fit::deviations::residuals as residuals_of;
+use crate::fit::diagnostics::trends::holm;
+use crate::fit::{Computed, Refuted};
 use crate::measurement::parameter::Parameter;
 use crate::physics::ball::Ball;
 use crate::physics::collision::Coefficients;
 use crate::problem::{Estimates, Id, Mode, Policy};
 
 impl Joint<'_> {
+    /// Returns what the fit says.
+    ///
+    /// # Errors
+    /// A quantity is asked for that no sample has.
+    pub fn compared(mut self, stage: &dyn Fn(&str)) -> Result<Comparison, CompareError> {
+        let options = self.samples.options;
+        if let Some(absent) = options.share.iter().chain(&options.per_dataset).find(|own| !self.has(**own)) {
+            return Err(CompareError::NoSuchParameter(absent.name()));
+        }
+        let mut quantities = Vec::new();
+        for quantity in Quantity::ALL.into_iter().filter(|quantity| self.has(*quantity)) {
+            stage(&format!("one {} or several", quantity.symbol()));
+            quantities.push(self.quantity(quantity));
+        }
+        let differences = quantities.iter_mut().flat_map(|compared| &mut compared.differences);
+        holm(differences.map(|difference| &mut difference.p_holm));
+        if let Some(alone) = self.samples.fitted.first() {
+            describe(&mut quantities, alone.dataset.ball);
+        }
+        let mut findings = std::mem::take(&mut self.samples.findings);
+        findings.extend(quantities.iter().flat_map(find_doubts));
+        findings.extend(Quantity::ALL.into_iter().find_map(|quantity| self.limit(quantity)));
+        if self.samples.have_one_camera() {
+            findings.push(Finding::OneCamera(self.camera()));
+        }
+        findings.sort_by_key(|finding| std::cmp::Reverse(finding.severity()));
+        let chi2 = self.solution.chi2_of_data().0 + self.solution.prior_chi2();
+        let (mut weights, mut residuals, mut is_filmed) = (Vec::new(), Vec::new(), false);
+        for (number, alone) in self.samples.fitted.iter().enumerate() {
+            let Alone { label, sample, .. } = *alone;
+            let solution = self.solution.of_sample(number);
+            is_filmed |= solution.is_film();
+            let shots = solution.names[0].iter().cloned().zip(solution.weights());
+            weights.extend(shots.filter(|(_, weight)| *weight < 1.0).map(|(shot, w)| (sample, shot, w)));
+            let own = residuals_of(&solution.names[0], &solution.deviations(), |_| true);
+            residuals.extend(own.into_iter().map(|of_shot| LabelResidual { label, sample, of_shot }));
+        }
+        weights.sort_by(|a, b| a.2.total_cmp(&b.2));
+        let mut comparison = Comparison {
+            told_by: self.samples.told_by.clone(),
+            fidelity: options.fidelity.name(),
+            is_filmed,
+            computed: Computed::of(&self.solution, options.fidelity),
+            quantities,
+            chi2,
+            dof: self.solution.dof(),
+            noise_estimated: self.tests.estimated,
+            converged: self.solution.converged,
+            residuals,
+            robust: self.solution.problem.is_robust().then(|| Robust { losses: self.losses(), weights }),
+            labels: self.samples.labels,
+            samples: self.samples.summaries,
+            findings,
+        };
+        judge(&mut comparison);
+        Ok(comparison)
+    }
+
     /// Returns whether a sample has a quantity.
     pub(super) fn has(&self, quantity: Quantity) -> bool {
         (0..self.samples.fitted.len()).any(|sample| self.sample_has(sample, quantity))
@@ -148,7 +210,7 @@ impl Joint<'_> {
 
 /// Returns that the data contradict a shared quantity at the level at which a fit becomes doubtful, and
 /// the estimates that are at a bound.
-pub(super) fn findings(compared: &Compared) -> impl Iterator<Item = Finding> {
+fn find_doubts(compared: &Compared) -> impl Iterator<Item = Finding> {
     let quantity = compared.quantity;
     let level = 2.0 * Normal::standard().sf(Policy::default().conflict);
     let shared = compared.same_or_different.filter(|_| compared.shared);
@@ -161,7 +223,7 @@ pub(super) fn findings(compared: &Compared) -> impl Iterator<Item = Finding> {
 }
 
 /// Sets the effect of every difference.
-pub(super) fn describe(quantities: &mut [Compared], ball: Ball) {
+fn describe(quantities: &mut [Compared], ball: Ball) {
     let typical = |parameter: Parameter| {
         let own = quantities.iter().find(|compared| compared.quantity == Quantity::Parameter(parameter));
         let known: Vec<f64> = own.iter().flat_map(|own| &own.estimates).map(|value| value.value).collect();
@@ -177,4 +239,34 @@ pub(super) fn describe(quantities: &mut [Compared], ball: Ball) {
             *effect = values.and_then(|(a, b)| Effect::new(*quantity, ball, &at, [a, b]));
         }
     }
+}
+
+/// Takes errors, differences and tests away if the residuals of a sample or of all refute the model by
+/// the errors that are stated. The sliding friction of the cloth, from the paths after the impacts, stays.
+fn judge(comparison: &mut Comparison) {
+    if comparison.noise_estimated || comparison.robust.is_some() {
+        return;
+    }
+    let reduced_chi2 = comparison.chi2 / comparison.dof.max(1) as f64;
+    let of_sample = |sample: usize| {
+        let own = comparison.residuals.iter().filter(|residual| residual.sample == sample);
+        let squares: Vec<f64> = own.map(|residual| residual.of_shot.standardized.powi(2)).collect();
+        // a sample takes up few of the parameters, of many observations
+        let (chi2, count) = (squares.iter().sum::<f64>(), squares.len());
+        Refuted::judge(chi2, count).map(|[reduced, _]| (sample, reduced))
+    };
+    let samples: Vec<(usize, f64)> = (0..comparison.samples.len()).filter_map(of_sample).collect();
+    if samples.is_empty() && Refuted::judge(comparison.chi2, comparison.dof).is_none() {
+        return;
+    }
+    let rests_on_model = |quantity: Quantity| quantity != Quantity::Sliding;
+    for compared in comparison.quantities.iter_mut().filter(|compared| rests_on_model(compared.quantity)) {
+        for value in &mut compared.estimates {
+            (value.std_error, value.interval_95) = (None, None);
+        }
+        compared.differences.clear();
+        compared.same_or_different = None;
+    }
+    comparison.findings.retain(|finding| !matches!(finding, Finding::MassRatios { .. }));
+    comparison.findings.insert(0, Finding::Refuted { samples, reduced_chi2 });
 }

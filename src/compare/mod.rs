@@ -15,6 +15,7 @@ mod effect;
 mod error;
 mod findings;
 mod joint;
+mod probability;
 mod quantity;
 mod result;
 mod samples;

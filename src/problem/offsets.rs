@@ -5,7 +5,7 @@
 use nalgebra::{DMatrix, DVector, Matrix4, Vector4, matrix};
 use statrs::distribution::{ContinuousCDF, Normal};
 
-use super::rows::prediction::Deviations;
+use super::rows::deviations::Deviations;
 use super::solution::Solution;
 use super::unknowns::Id;
 use crate::measurement::observable::{Axis, Observable};

@@ -6,7 +6,7 @@ use nalgebra::SVector;
 use num_dual::DualSVec64;
 
 use super::lines::LEAST;
-use super::motion::{COEFFICIENTS, INPUTS, MOVING, Paths, locate};
+use super::motion::{COEFFICIENTS, INPUTS, MOVING, Paths, follow, locate};
 use super::own::{self, CORE, Component, spreads};
 use super::stick::Stuck;
 use crate::physics::disc::Discs;
@@ -100,6 +100,11 @@ fn noise_of(disc: usize, is_marker: bool) -> usize {
 }
 
 impl ShotFrames {
+    /// Follows both discs through the impact; `None` if they do not approach.
+    pub(super) fn follow(&self, own: &Own, shared: &Shared, discs: &Discs) -> Option<Paths> {
+        follow((self.stuck.is_some(), self.turns), own, shared, discs)
+    }
+
     /// Returns the place of the noise along x of the points that show the path of a disc.
     pub fn noise_of_path(&self, disc: usize) -> usize {
         let mut tracks = self.tracks.iter().filter(|track| track.disc == disc);

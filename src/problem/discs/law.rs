@@ -7,7 +7,6 @@ use super::impact::DiscImpact;
 use super::measure::{ROUNDS, Reached, STEPS};
 use super::motion::friction;
 use super::quantities::Quantity;
-use super::run::Rival;
 use crate::measurement::parameter::{Compliance, Parameter, Settings};
 use crate::problem::descent::descend;
 use crate::problem::film::film_data::FilmError;
@@ -16,6 +15,9 @@ use crate::problem::policy::Policy;
 use crate::problem::problem::{Problem, State};
 use crate::problem::solution::Solution;
 use crate::problem::unknowns::{Id, Mode, Own, Shared, Unknown};
+
+/// Rise of −2 log L at the ends of an interval of 95 %.
+const RISE_95: f64 = 3.84;
 
 /// Values of μ and κ between which descents begin. A stiffer contact is as good as rigid.
 const MU_RANGE: [f64; 2] = [0.02, 2.0];
@@ -228,5 +230,24 @@ impl Solution {
         let e = self.value(Id::E) - self.value(Id::ESlope) * closing;
         let of_law = [Id::Mu, Id::FallB, Id::FallC, Id::Kappa].map(|id| self.value(id));
         friction([closing, slip, e], of_law, inertia).map(|(ratio, _)| ratio)
+    }
+}
+
+/// Another minimum that is nearly as likely.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Rival {
+    /// Friction between the discs there.
+    pub mu: f64,
+    /// Tangential compliance there.
+    pub kappa: f64,
+    /// By how much −2 log L is higher.
+    pub rise: f64,
+}
+
+impl Rival {
+    /// Returns whether it is as likely as the values of an interval of 95 %.
+    #[must_use]
+    pub fn is_within_95(&self) -> bool {
+        self.rise < RISE_95
     }
 }

@@ -2,9 +2,9 @@
 
 use std::f64::consts::{PI, TAU};
 
-use super::stick::Stuck;
 use crate::extraction::{Bodies, Unusable};
 use crate::film::frame_noise::constant_axis;
+use crate::measurement::dataset::Measured;
 use crate::measurement::track::{Sample, TrackShot};
 use crate::numerics::median;
 use crate::problem::film::camera::Point;
@@ -211,4 +211,19 @@ impl Turning {
             radius: median(arms.iter().map(|arm| arm.y).collect()),
         })
     }
+}
+
+/// How two discs stick together.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Stuck {
+    /// Distance of the centres while they stick together, m.
+    pub distance: f64,
+    /// Number of frames after the impact in which they stay so.
+    pub frames: usize,
+    /// Whether these frames reach to the end of the tracks.
+    pub to_the_end: bool,
+    /// Growth of that distance over the closing speed, which takes the place of e.
+    pub restitution: Measured,
+    /// Instants at which they touch and from which on they are one rigid body, s.
+    pub settling: [f64; 2],
 }

@@ -5,19 +5,23 @@ use std::sync::Arc;
 use super::block::{DiscBlock, Freedom, TOUCHING};
 use super::first_guess::DiscFilm;
 use super::impact::{DiscImpact, find_doubts};
-use super::own::{self, LEAST_SHOTS};
-use crate::measurement::dataset::Dataset;
+use super::motion::{INPUTS, MOVING, locate};
+use super::own::{self, CORE, LEAST_SHOTS};
+use super::quantities::Quantity;
+use crate::measurement::dataset::{Dataset, Measured};
 use crate::problem::block::Block;
 use crate::problem::descent::{Descent, descend};
+use crate::problem::film::camera::{Camera, Point};
+use crate::problem::film::dual::gradient;
 use crate::problem::film::film_data::FilmError;
 use crate::problem::film::outliers::{outlying, tail};
-use crate::problem::frames::Sight;
+use crate::problem::frames::{PicturePaths, Sight};
 use crate::problem::minimise::descend_with_noise;
 use crate::problem::policy::Policy;
 use crate::problem::problem::{Problem, State};
 use crate::problem::solution::Solution;
 use crate::problem::uncertainty::Estimates;
-use crate::problem::unknowns::{Id, Mode, Own, Shared};
+use crate::problem::unknowns::{Id, Mode, Own, SHARED, Shared};
 
 /// Steps of a descent with frames that may change.
 pub(super) const STEPS: usize = 10;
@@ -293,4 +297,78 @@ fn are_off<const R: usize>(sights: &[Vec<Sight<R>>], instant: f64, reach: f64, p
     let near = sights.iter().flatten().filter(|frame| (frame.time - instant).abs() <= reach);
     let squares: Vec<f64> = near.map(Sight::square).collect();
     tail(squares.iter().sum(), 2.0 * squares.len() as f64) < policy.frame_tail
+}
+
+impl Reached {
+    /// Returns the table of what was measured.
+    pub fn impacts(&self, film: &DiscFilm, policy: &Policy) -> Result<Vec<DiscImpact>, FilmError> {
+        let (block, end) = (self.block()?, &self.descent.end);
+        let reduced = end.eliminate(&self.problem, 0.0).ok_or(FilmError::Undetermined)?;
+        let estimates =
+            Estimates::of_reduced(&self.problem, &end.state, &reduced).ok_or(FilmError::Undetermined)?;
+        let of_shot = |i: usize| {
+            let (shot, own) = (&block.shots[i], &end.state.own[0][i]);
+            let paths = shot.follow(own, &end.state.shared, &block.discs)?;
+            // the covariance of the inputs of the motion
+            let all = estimates.shot_covariance(&reduced, (0, i), &end.shots[0][i].held);
+            let shared = all.nrows() - SHARED;
+            let moving = MOVING.iter().map(|id| shared + *id as usize);
+            let places: Vec<usize> = (0..CORE).chain(moving).collect();
+            let inputs = all
+                .select_rows(&places)
+                .select_columns(&places)
+                .fixed_view::<INPUTS, INPUTS>(0, 0)
+                .clone_owned();
+            let mut values = paths.quantities(shot, &block.discs).map(|quantity| {
+                let (value, by) = (quantity?.re, gradient(&quantity?));
+                Some(Measured { value, sd: Some(by.dot(&(inputs * by)).max(0.0).sqrt()) })
+            });
+            if let (Some(ratio), Some(_)) = (&mut values[Quantity::MassRatio as usize], block.discs.masses) {
+                // stated, not measured
+                ratio.sd = None;
+            }
+            if let Some(stuck) = &shot.stuck {
+                values[Quantity::Restitution as usize] = Some(stuck.restitution);
+            }
+            let position_sd = [0, 1].map(|disc| {
+                let first = shot.noise_of_path(disc);
+                let [x, y] = [first, first + 1].map(|noise| block.noise_of(i)[noise].sd);
+                shot.flat.map_or(x.hypot(y) / 2.0_f64.sqrt(), |flat| [y, x][flat])
+            });
+            let used = [[0, 0], [0, 1], [1, 0], [1, 1]].map(|[disc, side]| {
+                let tracks = shot.tracks.iter().filter(|track| track.disc == disc);
+                let frames = tracks.flat_map(|track| &track.frames).filter(|frame| frame.used);
+                let times = frames.map(|frame| frame.time);
+                let mut times: Vec<f64> =
+                    times.filter(|time| usize::from(*time > own[own::TIME]) == side).collect();
+                times.sort_by(f64::total_cmp);
+                times.dedup();
+                times
+            });
+            let times = || used.iter().flatten().copied();
+            Some(DiscImpact {
+                name: shot.name.clone(),
+                values,
+                position_sd: position_sd[0].max(position_sd[1]),
+                misfit: block.misfit(i),
+                frames: used.each_ref().map(Vec::len),
+                window: [times().fold(f64::INFINITY, f64::min), times().fold(f64::NEG_INFINITY, f64::max)],
+                touching: block.count_touching(i, &end.state, policy),
+                outliers: shot.outliers,
+                radii: paths.radii.map(|radius| radius.re),
+                stuck: shot.stuck,
+                doubts: Vec::new(),
+                paths: PicturePaths::new(
+                    paths.pieces.each_ref().map(|sides| &sides[..]),
+                    |at, late| {
+                        (at.try_into().map_or(Point::zeros(), |at| locate::<f64>(at, late, None)), 0.0)
+                    },
+                    own[own::TIME],
+                    Camera::new(&end.state.shared),
+                ),
+                film: (film.unit, film.middle),
+            })
+        };
+        (0..block.shots.len()).map(of_shot).collect::<Option<Vec<_>>>().ok_or(FilmError::Undetermined)
+    }
 }

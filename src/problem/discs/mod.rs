@@ -3,7 +3,7 @@
 pub(crate) mod block;
 pub(crate) mod first_guess;
 pub(crate) mod impact;
-mod law;
+pub(crate) mod law;
 mod lines;
 pub(crate) mod measure;
 mod motion;

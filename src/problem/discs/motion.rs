@@ -18,7 +18,6 @@
 use nalgebra::{SVector, Vector2};
 use num_dual::{Derivative, DualNum, DualSVec64};
 
-use super::block::ShotFrames;
 use super::own::{self, CORE};
 use crate::physics::Number;
 use crate::physics::ball::{Ball, BallState, Vec3};
@@ -115,92 +114,95 @@ pub(super) fn locate<T: Number>(at: &[T; COEFFICIENTS], late: T, marker: Option<
     Vector2::new(centre.x + radius * cos, centre.y + radius * sin)
 }
 
-impl ShotFrames {
-    /// Follows both discs through the impact; `None` if they do not approach.
-    pub(super) fn follow(&self, values: &Own, shared: &Shared, discs: &Discs) -> Option<Paths> {
-        let own = |i: usize| constant::<INPUTS>(values[i]).derivative(i);
-        let all = |id: Id| {
-            let place = MOVING.iter().position(|moving| *moving == id);
-            place.map_or(constant(shared[id]), |i| constant(shared[id]).derivative(CORE + i))
-        };
-        let pair = |i: usize| DualVector::new(own(i), own(i + 1));
-        let (sin, cos) = own(own::DIRECTION).sin_cos();
-        let (n, t) = (DualVector::new(cos, sin), DualVector::new(-sin, cos));
-        let distance = all(Id::ContactDistance) + own(own::DISTANCE);
-        let radii = discs.radii.map_or([distance * 0.5; 2], |radii| radii.map(constant));
-        let centres = [pair(own::X), pair(own::X) + n * distance];
-        let before = [pair(own::VELOCITY), pair(own::VELOCITY + 2)];
-        let spins = [own(own::SPIN), own(own::SPIN + 1)];
+/// Follows both discs through the impact, if they stick together as one body; the rotations that are not
+/// seen stay. `None` if they do not approach.
+pub(super) fn follow(
+    (is_stuck, turns): (bool, [bool; 2]),
+    values: &Own,
+    shared: &Shared,
+    discs: &Discs,
+) -> Option<Paths> {
+    let own = |i: usize| constant::<INPUTS>(values[i]).derivative(i);
+    let all = |id: Id| {
+        let place = MOVING.iter().position(|moving| *moving == id);
+        place.map_or(constant(shared[id]), |i| constant(shared[id]).derivative(CORE + i))
+    };
+    let pair = |i: usize| DualVector::new(own(i), own(i + 1));
+    let (sin, cos) = own(own::DIRECTION).sin_cos();
+    let (n, t) = (DualVector::new(cos, sin), DualVector::new(-sin, cos));
+    let distance = all(Id::ContactDistance) + own(own::DISTANCE);
+    let radii = discs.radii.map_or([distance * 0.5; 2], |radii| radii.map(constant));
+    let centres = [pair(own::X), pair(own::X) + n * distance];
+    let before = [pair(own::VELOCITY), pair(own::VELOCITY + 2)];
+    let spins = [own(own::SPIN), own(own::SPIN + 1)];
 
-        let relative = before[1] - before[0];
-        let (closing, across) = (-relative.dot(&n), relative.dot(&t));
-        if !(closing.re > 0.0) {
-            return None;
-        }
-        // J_n/m₁ = f₁ J_n, J_n/m₂ = f₂ J_n per reduced mass
-        let mass_ratio = all(Id::MassRatio);
-        let parts = [(mass_ratio + 1.0).recip(), mass_ratio / (mass_ratio + 1.0)];
-        let restitution = all(Id::E) - all(Id::ESlope) * closing + own(own::RESTITUTION);
-        let normal = (restitution + 1.0) * closing;
-        let gained = (n * own(own::MOMENTUM) + t * own(own::MOMENTUM + 1)) * (normal * parts[0] * parts[1]);
-        let least = relative.norm_squared() * (AT_REST * AT_REST);
-        // place, velocity, and what turns
-        let piece = |[disc, side]: [usize; 2], p: DualVector, v: DualVector, turns: [Dual; 5]| {
-            let slowing = all(Id::Slowing) + own(own::SLOWING + 2 * disc + side);
-            let rate = slowing * (v.dot(&v) + least).sqrt().recip() + all(Id::Drag);
-            let [arm, direction, turning, spin, turned] = turns;
-            let start = if side == 0 { f64::NEG_INFINITY } else { 0.0 };
-            Piece::new(start, &[p.x, p.y, v.x, v.y, rate, arm, direction, turning, spin, turned])
-        };
-        let zero = constant(0.0);
-        let ratio = match self.stuck {
-            Some(_) => zero,
-            None => {
-                let contact = [closing, slip(&across, &radii, &spins), restitution];
-                impulse_ratio(&contact, all, discs)? + own(own::RATIO)
-            }
-        };
-        let mut of_discs = Vec::with_capacity(2);
-        let (mut after, mut spins_after) = (before, spins);
-        for disc in 0..2 {
-            let early = piece([disc, 0], centres[disc], before[disc], [zero, zero, zero, spins[disc], zero]);
-            let late = if self.stuck.is_some() {
-                // angular momentum about the centre of mass, over m₁; spins of both discs about their own
-                let inertia = [radii[0].powi(2), radii[1].powi(2) / mass_ratio].map(|of| of * discs.inertia);
-                let moment = parts[0] * distance * distance + inertia[0] + inertia[1];
-                let momentum = parts[0] * distance * across + inertia[0] * spins[0] + inertia[1] * spins[1];
-                let turning = momentum / moment + own(own::RATIO) * closing / distance;
-                let mean = |of: [DualVector; 2]| of[0] * parts[1] + of[1] * parts[0];
-                let (centre, drift) = (mean(centres), mean(before) + gained);
-                let arm = [-parts[0], parts[1]][disc] * distance;
-                (after[disc], spins_after[disc]) = (drift + t * (arm * turning), turning);
-                piece([disc, 1], centre, drift, [arm, own(own::DIRECTION), turning, turning, zero])
-            } else {
-                let change = normal * parts[disc] * if disc == 0 { -1.0 } else { 1.0 };
-                let across = t * (ratio * change);
-                after[disc] += n * change + across + gained;
-                if self.turns[disc] {
-                    let of_disc = ratio + own(own::SPIN_RATIO + disc);
-                    spins_after[disc] -= parts[disc] * normal * of_disc / (radii[disc] * discs.inertia);
-                }
-                // what friction changes, it has changed for a while
-                let lead = own(own::LEAD);
-                let turned = (spins_after[disc] - spins[disc]) * lead;
-                let turns = [zero, zero, zero, spins_after[disc], turned];
-                piece([disc, 1], centres[disc] + across * lead, after[disc], turns)
-            };
-            of_discs.push([early, late]);
-        }
-        Some(Paths {
-            pieces: of_discs.try_into().ok()?,
-            time: own(own::TIME),
-            direction: own(own::DIRECTION),
-            distance,
-            radii,
-            velocities: [0, 1].map(|disc| [before[disc], after[disc]]),
-            spins: [0, 1].map(|disc| [spins[disc], spins_after[disc]]),
-        })
+    let relative = before[1] - before[0];
+    let (closing, across) = (-relative.dot(&n), relative.dot(&t));
+    if !(closing.re > 0.0) {
+        return None;
     }
+    // J_n/m₁ = f₁ J_n, J_n/m₂ = f₂ J_n per reduced mass
+    let mass_ratio = all(Id::MassRatio);
+    let parts = [(mass_ratio + 1.0).recip(), mass_ratio / (mass_ratio + 1.0)];
+    let restitution = all(Id::E) - all(Id::ESlope) * closing + own(own::RESTITUTION);
+    let normal = (restitution + 1.0) * closing;
+    let gained = (n * own(own::MOMENTUM) + t * own(own::MOMENTUM + 1)) * (normal * parts[0] * parts[1]);
+    let least = relative.norm_squared() * (AT_REST * AT_REST);
+    // place, velocity, and what turns
+    let piece = |[disc, side]: [usize; 2], p: DualVector, v: DualVector, turns: [Dual; 5]| {
+        let slowing = all(Id::Slowing) + own(own::SLOWING + 2 * disc + side);
+        let rate = slowing * (v.dot(&v) + least).sqrt().recip() + all(Id::Drag);
+        let [arm, direction, turning, spin, turned] = turns;
+        let start = if side == 0 { f64::NEG_INFINITY } else { 0.0 };
+        Piece::new(start, &[p.x, p.y, v.x, v.y, rate, arm, direction, turning, spin, turned])
+    };
+    let zero = constant(0.0);
+    let ratio = if is_stuck {
+        zero
+    } else {
+        let contact = [closing, slip(&across, &radii, &spins), restitution];
+        impulse_ratio(&contact, all, discs)? + own(own::RATIO)
+    };
+    let mut of_discs = Vec::with_capacity(2);
+    let (mut after, mut spins_after) = (before, spins);
+    for disc in 0..2 {
+        let early = piece([disc, 0], centres[disc], before[disc], [zero, zero, zero, spins[disc], zero]);
+        let late = if is_stuck {
+            // angular momentum about the centre of mass, over m₁; spins of both discs about their own
+            let inertia = [radii[0].powi(2), radii[1].powi(2) / mass_ratio].map(|of| of * discs.inertia);
+            let moment = parts[0] * distance * distance + inertia[0] + inertia[1];
+            let momentum = parts[0] * distance * across + inertia[0] * spins[0] + inertia[1] * spins[1];
+            let turning = momentum / moment + own(own::RATIO) * closing / distance;
+            let mean = |of: [DualVector; 2]| of[0] * parts[1] + of[1] * parts[0];
+            let (centre, drift) = (mean(centres), mean(before) + gained);
+            let arm = [-parts[0], parts[1]][disc] * distance;
+            (after[disc], spins_after[disc]) = (drift + t * (arm * turning), turning);
+            piece([disc, 1], centre, drift, [arm, own(own::DIRECTION), turning, turning, zero])
+        } else {
+            let change = normal * parts[disc] * if disc == 0 { -1.0 } else { 1.0 };
+            let across = t * (ratio * change);
+            after[disc] += n * change + across + gained;
+            if turns[disc] {
+                let of_disc = ratio + own(own::SPIN_RATIO + disc);
+                spins_after[disc] -= parts[disc] * normal * of_disc / (radii[disc] * discs.inertia);
+            }
+            // what friction changes, it has changed for a while
+            let lead = own(own::LEAD);
+            let turned = (spins_after[disc] - spins[disc]) * lead;
+            let turning = [zero, zero, zero, spins_after[disc], turned];
+            piece([disc, 1], centres[disc] + across * lead, after[disc], turning)
+        };
+        of_discs.push([early, late]);
+    }
+    Some(Paths {
+        pieces: of_discs.try_into().ok()?,
+        time: own(own::TIME),
+        direction: own(own::DIRECTION),
+        distance,
+        radii,
+        velocities: [0, 1].map(|disc| [before[disc], after[disc]]),
+        spins: [0, 1].map(|disc| [spins[disc], spins_after[disc]]),
+    })
 }
 
 /// Returns J_t/J_n of the law with its derivatives.

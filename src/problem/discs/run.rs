@@ -5,7 +5,7 @@ use statrs::distribution::{ChiSquared, ContinuousCDF, StudentsT};
 
 use super::first_guess::DiscFilm;
 use super::impact::DiscImpact;
-use super::law::Shots;
+use super::law::{Rival, Shots};
 use super::measure::{ROUNDS, Reached, measure};
 use super::own::Component;
 use crate::measurement::dataset::Dataset;
@@ -16,30 +16,8 @@ use crate::problem::solution::Solution;
 use crate::problem::sums::OwnPrior;
 use crate::problem::unknowns::{Id, Mode};
 
-/// Rise of −2 log L at the ends of an interval of 95 %.
-const RISE_95: f64 = 3.84;
-
 /// Degrees of freedom of a normal distribution.
 const NORMAL: f64 = 1e6;
-
-/// Another minimum that is nearly as likely.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Rival {
-    /// Friction between the discs there.
-    pub mu: f64,
-    /// Tangential compliance there.
-    pub kappa: f64,
-    /// By how much −2 log L is higher.
-    pub rise: f64,
-}
-
-impl Rival {
-    /// Returns whether it is as likely as the values of an interval of 95 %.
-    #[must_use]
-    pub fn is_within_95(&self) -> bool {
-        self.rise < RISE_95
-    }
-}
 
 /// The fit of films of discs.
 #[derive(Clone)]

@@ -1,5 +1,6 @@
 //! Discs that stick together: after the impact their centres stay as far apart as they then were.
 
+pub use super::lines::Stuck;
 use super::lines::{LEAST, distances, median_slope};
 use crate::film::frame_noise::noise_of;
 use crate::measurement::dataset::Measured;
@@ -26,21 +27,6 @@ const NEAR: usize = 12;
 
 /// Standard error of a median over that of a mean, of normal errors.
 const MEDIAN_ERROR: f64 = 1.2533;
-
-/// How two discs stick together.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Stuck {
-    /// Distance of the centres while they stick together, m.
-    pub distance: f64,
-    /// Number of frames after the impact in which they stay so.
-    pub frames: usize,
-    /// Whether these frames reach to the end of the tracks.
-    pub to_the_end: bool,
-    /// Growth of that distance over the closing speed, which takes the place of e.
-    pub restitution: Measured,
-    /// Instants at which they touch and from which on they are one rigid body, s.
-    pub settling: [f64; 2],
-}
 
 impl Stuck {
     /// Returns how the discs stick together, as a clause.

@@ -6,7 +6,9 @@
 
 pub(crate) mod block;
 pub(crate) mod choices;
+pub(crate) mod deviations;
 mod effects;
+mod leverage;
 mod outliers;
 pub(crate) mod prediction;
 pub(crate) mod run;

@@ -1,9 +1,8 @@
-//! From the unknowns of a shot to its numbers, and what is measured of it less what a fit predicts.
+//! From the unknowns of a shot to its numbers.
 
-use nalgebra::{DMatrix, DVector, SMatrix, SVector, Vector2};
+use nalgebra::{SMatrix, SVector, Vector2};
 use num_dual::{DualNum, DualSVec64};
 
-use super::block::RowsBlock;
 use super::choices::Unpredictable;
 use super::shot::{Gradient, OWN, RowShot, SPEED};
 use crate::measurement::dataset::{Dataset, Shot};
@@ -14,9 +13,7 @@ use crate::physics::collision::{Coefficients, Input, Model, NotACollision};
 use crate::physics::friction_law::Law;
 use crate::problem::film::dual::{constant, gradient};
 use crate::problem::film::impact::Contact;
-use crate::problem::solution::Solution;
-use crate::problem::sums::OwnPrior;
-use crate::problem::unknowns::{Id, Own, PHYSICS, SHARED, Shared};
+use crate::problem::unknowns::{Id, Own, SHARED, Shared};
 
 /// Steps until an unknown speed before the impact gives the measured one afterwards, and the relative
 /// difference at which they end.
@@ -38,15 +35,15 @@ type Seen = DualSVec64<SEEN>;
 /// The cue ball before the impact in the collision frame, and where that is on the table.
 pub(super) struct Approach {
     /// m/s
-    velocity: [Seen; 2],
+    pub velocity: [Seen; 2],
     /// Rω, m/s.
-    spin: [Seen; 3],
+    pub spin: [Seen; 3],
     /// Direction of the line of centres on the table; (1, 0) of angles.
-    cos: Seen,
-    sin: Seen,
+    pub cos: Seen,
+    pub sin: Seen,
     /// Cut angle, rad, and speed, m/s.
-    cut: Seen,
-    speed: Seen,
+    pub cut: Seen,
+    pub speed: Seen,
 }
 
 impl Approach {
@@ -287,82 +284,5 @@ pub fn predict(shot: &Shot, model: &Model, coefficients: &Coefficients) -> Resul
             observables: kept.iter().map(|row| made.rows[*row].observable).collect(),
             values: kept.iter().map(|row| values[*row]).collect(),
         });
-    }
-}
-
-/// Numbers of one shot less their prediction from its measured inputs.
-pub(crate) struct Deviations {
-    /// What is measured.
-    pub observables: Vec<Observable>,
-    /// Measured numbers, SI and radians.
-    pub measured: Vec<f64>,
-    /// Measured less predicted.
-    pub values: DVector<f64>,
-    /// Covariance of `values`, errors of the inputs included.
-    pub covariance: DMatrix<f64>,
-    /// Derivatives of the prediction by the unknowns, of a table those that move the balls, in the order of
-    /// [`Id`].
-    pub by: DMatrix<f64>,
-    /// Direction of the line of centres: cosine and sine.
-    pub normal: [f64; 2],
-    /// Cut angle, rad.
-    pub cut: f64,
-    /// Speed of the cue ball before the impact, m/s; `None` if it is not known.
-    pub speed: Option<f64>,
-    /// Topspin and side spin of the cue ball before the impact over those of natural roll; NaN if not known.
-    pub spins: [f64; 2],
-}
-
-impl Solution {
-    /// Returns the deviations of each shot of the only sample, a table or a film of balls.
-    pub(crate) fn deviations(&self) -> Vec<Option<Deviations>> {
-        let (state, problem) = (self.state(), &self.problem);
-        let Some(rows) = problem.rows() else {
-            return (0..state.own[0].len()).map(|i| self.deviations_of_film(i)).collect();
-        };
-        let shared = problem.samples[0].gather(&state.shared);
-        state.own[0].iter().enumerate().map(|(i, own)| rows.deviations(i, own, &shared)).collect()
-    }
-}
-
-impl RowsBlock {
-    fn deviations(&self, i: usize, own: &Own, shared: &Shared) -> Option<Deviations> {
-        let shot = &self.shots[i];
-        // at the measured inputs; an unknown speed is as the fit has it
-        let mut measured = own.clone();
-        for (place, _) in shot.own_priors() {
-            measured[place] = 0.0;
-        }
-        let Residuals { rows, approach, .. } = shot.differences(&measured, shared, &self.contact).ok()?;
-        // errors of the rows that no error before the impact causes
-        let mut errors = shot.rest.clone().try_inverse()?;
-        for (row, mut errors) in shot.rows.iter().zip(errors.row_iter_mut()) {
-            errors *= row.noise.map_or(1.0, |noise| self.noises[noise].sd);
-        }
-        // the speed that determined the unknown one before shows nothing else
-        let spent = shot.spent_row();
-        let sd = |place: usize| match (shot.priors[place], spent) {
-            (Some(OwnPrior::Held), _) => 0.0,
-            // of the logarithm of the speed
-            (None, Some(row)) => errors.row(row).norm() / shot.rows[row].value.abs(),
-            _ => 1.0,
-        };
-        let inputs = DMatrix::from_fn(rows.len(), OWN, |row, place| sd(place) * rows[row].by[place]);
-        let covariance = &errors * errors.transpose() + &inputs * inputs.transpose();
-        let kept: Vec<usize> = (0..rows.len()).filter(|row| Some(*row) != spent).collect();
-        let Approach { cut, speed, spin, cos, sin, .. } = approach;
-        let (cut, speed) = (cut.re, speed.re);
-        let topspin = spin[1].re * cut.cos() - spin[0].re * cut.sin();
-        Some(Deviations {
-            observables: kept.iter().map(|row| shot.rows[*row].observable).collect(),
-            measured: kept.iter().map(|row| shot.rows[*row].value).collect(),
-            values: DVector::from_iterator(kept.len(), kept.iter().map(|row| -rows[*row].value)),
-            covariance: covariance.select_rows(&kept).select_columns(&kept),
-            by: DMatrix::from_fn(kept.len(), PHYSICS, |row, id| rows[kept[row]].by[OWN + id]),
-            normal: [cos.re, sin.re],
-            cut,
-            speed: shot.knows_speed.then_some(speed),
-            spins: [topspin / speed, spin[2].re / speed],
-        })
     }
 }
