@@ -27,7 +27,7 @@ pub mod glossary {}
 pub struct Topic {
     /// The name by which `caromfit help` finds it.
     pub name: &'static str,
-    /// What it is about, in a line.
+    /// Its subject, in a line.
     pub about: &'static str,
     /// The text, in Markdown.
     pub text: &'static str,

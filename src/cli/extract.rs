@@ -69,7 +69,7 @@ pub fn run(args: &Args) -> Result<(), Failure> {
     unless_none(&empty, 1)
 }
 
-/// What was extracted of a data set: without a shot that can be used nothing is written.
+/// The impacts extracted from a data set: without a shot that can be used nothing is written.
 struct Done {
     dataset: Dataset,
     shots: usize,

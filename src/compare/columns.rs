@@ -10,7 +10,7 @@ use crate::measurement::parameter::Compliance;
 use crate::problem::own as place;
 use crate::problem::{Block, Finding, Id, Mode, Own, Problem, Sample, Shared, State, Unknown};
 
-/// What distinguishes the columns of samples.
+/// The labels or samples that have columns of their own.
 #[derive(Clone, Copy, PartialEq)]
 struct Key {
     id: Id,

@@ -1,4 +1,4 @@
-//! What a difference of a quantity means on the table: what a typical shot does otherwise.
+//! The effect of a difference on the table, by a typical shot.
 
 use super::quantity::Quantity;
 use crate::measurement::parameter::Parameter;
@@ -13,7 +13,7 @@ const SPEED: f64 = 2.0;
 /// Cut angle of a half-ball hit, degrees.
 const HALF_BALL_DEG: f64 = 30.0;
 
-/// What a shot of 2 m/s does otherwise with the second of two values than with the first.
+/// The change of a shot of 2 m/s by the second of two values instead of the first.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Effect {
     /// The throw of the object ball on a half-ball stun shot is larger by this angle, rad.

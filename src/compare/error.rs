@@ -56,7 +56,7 @@ pub enum CompareError {
     Invalid {
         /// The name of the data set.
         dataset: String,
-        /// What is wrong, in sentences.
+        /// The faults, in sentences.
         faults: Vec<String>,
     },
     /// The fit of a data set failed.

@@ -1,4 +1,4 @@
-//! What is compared, and the choices of a comparison.
+//! The quantities of a comparison, and its choices.
 
 use crate::measurement::loss::Loss;
 use crate::measurement::parameter::Parameter;

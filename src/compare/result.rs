@@ -1,4 +1,4 @@
-//! What a comparison gives: a value, which `report` renders.
+//! The result of a comparison: a value, which `report` renders.
 
 use schemars::JsonSchema;
 use serde::Serialize;
@@ -41,7 +41,7 @@ pub struct Comparison {
     pub residuals: Vec<LabelResidual>,
     /// How robust losses weighted the shots, if data sets have any.
     pub robust: Option<Robust>,
-    /// What is wrong or worth saying, the most important first.
+    /// The findings, the most important first.
     pub findings: Vec<Finding>,
 }
 
@@ -165,7 +165,7 @@ pub struct Difference {
     /// p_value corrected for all pairs of all parameters (Holm 1979).
     #[schemars(with = "Option<f64>")]
     pub p_holm: f64,
-    /// What a typical shot does otherwise.
+    /// The change of a typical shot.
     #[serde(skip)]
     pub effect: Option<Effect>,
 }

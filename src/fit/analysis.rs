@@ -88,7 +88,7 @@ pub(crate) fn parts(dataset: &Dataset) -> Vec<(Option<String>, Dataset)> {
     labels.into_iter().map(part).collect()
 }
 
-/// What a film shows whose impacts are to be found.
+/// The contents of a film whose impacts are to be found.
 enum Film {
     Balls,
     Discs,

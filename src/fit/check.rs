@@ -1,4 +1,4 @@
-//! What is suspicious about a data set, without fitting it. Plain errors were reported when it was loaded.
+//! Suspicions about a data set, without a fit. Plain errors were reported when it was loaded.
 
 use schemars::JsonSchema;
 use serde::{Serialize, Serializer};
@@ -50,7 +50,7 @@ pub struct Finding {
     #[serde(rename = "suspicious", serialize_with = "suspicious_kind")]
     #[schemars(with = "bool")]
     pub kind: Kind,
-    /// What was found, as a clause without a capital letter and a full stop.
+    /// The finding, as a clause without a capital letter and a full stop.
     #[serde(rename = "sentence")]
     pub text: String,
 }

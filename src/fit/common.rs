@@ -35,7 +35,7 @@ pub(super) struct Fitted<'a> {
     pub deviations: Vec<Option<Deviations>>,
 }
 
-/// What is tested against its noise.
+/// The numbers that are tested against their noise.
 pub(super) struct Tested {
     /// χ² and its degrees of freedom.
     pub chi2: f64,

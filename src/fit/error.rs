@@ -24,7 +24,7 @@ pub enum FitError {
     Invalid {
         /// The name of the data set.
         dataset: String,
-        /// What is wrong, in sentences.
+        /// The faults, in sentences.
         faults: Vec<String>,
     },
     /// A choice of the fit is wrong, as [`Options::faults`](super::Options::faults) states it.

@@ -13,7 +13,7 @@ use crate::problem::{FittedFrame, Id, Impact, OwnEstimate, Solution};
 pub struct FittedFilm {
     /// The fit.
     pub solution: Arc<Solution>,
-    /// What the shots of the fit were read from, in its order.
+    /// The sources of the shots of the fit, in its order.
     tracks: Arc<Vec<TrackShot>>,
     /// Relative standard deviation of the stated scale.
     pub(crate) scale_sd: f64,

@@ -1,4 +1,4 @@
-//! What was found of a film, in words.
+//! Findings of a film, in words.
 
 use super::camera::scale_of_balls;
 use super::film::FittedFilm;

@@ -1,4 +1,4 @@
-//! What else a reader may want to know of a fit, in sentences.
+//! Notes on a fit, in sentences.
 
 use super::film::FittedFilm;
 use super::film_words::{DIFFERS, remark};

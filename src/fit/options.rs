@@ -80,7 +80,7 @@ pub enum Depth {
 }
 
 impl Options {
-    /// What is wrong with these choices, each with its name, its value and what was expected. A fit refuses them.
+    /// Returns the faults of these choices, each with its name, its value and what was expected. A fit refuses them.
     pub fn faults(&self) -> Vec<String> {
         let mut faults = Vec::new();
         if !(MIN_TOLERANCE..=MAX_TOLERANCE).contains(&self.tolerance) {

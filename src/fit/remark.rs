@@ -5,15 +5,15 @@ use crate::problem::{Finding, Severity};
 /// Something to know of a fit.
 #[derive(Clone, Debug)]
 pub struct Remark {
-    /// What it says.
+    /// Its subject.
     pub about: About,
     /// How far it affects the trust in the fit.
     pub severity: Severity,
-    /// What it says, for a reader.
+    /// Its sentence, for a reader.
     pub sentence: String,
 }
 
-/// What a remark says, as data.
+/// The subject of a remark, as data.
 #[derive(Clone, Debug)]
 pub enum About {
     /// A finding of the search.

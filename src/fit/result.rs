@@ -1,4 +1,4 @@
-//! What a fit gives: a value, which `report` renders.
+//! The result of a fit: a value, which `report` renders.
 
 use std::collections::BTreeMap;
 use std::path::PathBuf;
@@ -141,7 +141,7 @@ pub struct Diagnostics {
     /// Whether values outside the intervals fit nearly as well.
     #[serde(skip)]
     pub has_rival: bool,
-    /// What is suspicious about the shots, or about the cloth as their paths show it.
+    /// Suspicions about the shots, or about the cloth as their paths show it.
     #[serde(skip)]
     pub suspicious: Vec<check::Finding>,
 }
@@ -215,7 +215,7 @@ pub struct Explanation {
     pub sentence: String,
 }
 
-/// What the fit of a film of balls found besides the parameters.
+/// The results of a fit of a film of balls besides the parameters.
 #[derive(Clone, Debug, Serialize, JsonSchema)]
 #[non_exhaustive]
 pub struct JointFit {

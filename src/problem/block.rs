@@ -1,4 +1,4 @@
-//! What was measured: each kind predicts the numbers of its shots from unknowns of their own and
+//! Measurements as blocks: each kind predicts the numbers of its shots from unknowns of their own and
 //! those that they share.
 
 use super::discs::block::{DiscBlock, Freedom};

@@ -66,7 +66,7 @@ pub(crate) struct Sight<const R: usize> {
     pub rows: [SVector<f64, R>; 2],
     /// Derivatives by another piece, which the frame before is on, with its index.
     carried: Option<(usize, Box<[SVector<f64, R>; 2]>)>,
-    /// What each coordinate adds to the sums of its noise.
+    /// The contribution of each coordinate to the sums of its noise.
     sums: [NoiseSums; 2],
 }
 

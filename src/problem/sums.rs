@@ -1,4 +1,4 @@
-//! What one shot adds to the normal equations of its problem.
+//! The contribution of one shot to the normal equations of its problem.
 
 use nalgebra::{DMatrix, DVector};
 
@@ -33,7 +33,7 @@ impl Spread {
     }
 }
 
-/// What is known of an own unknown of a shot before the data are seen.
+/// The prior of an own unknown of a shot.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) enum OwnPrior {
     /// It keeps its value.

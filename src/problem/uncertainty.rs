@@ -1,4 +1,4 @@
-//! What a fit determines: covariance, intervals, scores of held unknowns, conflicts with priors,
+//! The uncertainty of a fit: covariance, intervals, scores of held unknowns, conflicts with priors,
 //! and the error budget.
 
 use nalgebra::{DMatrix, DVector};

@@ -1,4 +1,4 @@
-//! What a report says, as a value: made once and rendered as text and as HTML, so that they cannot disagree.
+//! The content of a report, as a value: made once and rendered as text and as HTML, so that they cannot disagree.
 
 use minijinja::value::Serde;
 use minijinja::{AutoEscape, Environment, context};
@@ -18,18 +18,18 @@ pub struct Report {
     pub verdict: Verdict,
     /// Sentences that must not be overlooked, the most important first.
     pub warnings: Vec<String>,
-    /// What was measured, and how it was fitted: names and texts; those without a text are not shown.
+    /// The data and the fit: names and texts; those without a text are not shown.
     pub facts: Vec<[String; 2]>,
     /// The sections, in the order in which they are read; those without content are not shown.
     pub sections: Vec<Section>,
 }
 
-/// What stands under one heading.
+/// The content under one heading.
 #[derive(Clone, Debug, Default, Serialize)]
 pub struct Section {
     /// The heading.
     pub title: String,
-    /// What its numbers mean; empty where the heading says it.
+    /// The meaning of its numbers; empty if the heading states it.
     pub about: String,
     /// Its parts.
     pub blocks: Vec<Block>,
@@ -159,7 +159,7 @@ impl Table {
 /// A picture.
 #[derive(Clone, Debug, Serialize)]
 pub struct Picture {
-    /// What it shows, in words.
+    /// A description, in words.
     pub alt: &'static str,
     #[serde(skip)]
     drawing: Figure,

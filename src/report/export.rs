@@ -31,7 +31,7 @@ worded! {
 pub struct Exported {
     /// The text, with a newline at its end.
     pub text: String,
-    /// What could not be carried over, and why, in sentences.
+    /// The values that could not be carried over, and why, in sentences.
     pub left_behind: Vec<String>,
 }
 
@@ -47,7 +47,7 @@ pub fn export(fit: &FitDocument, target: Target) -> Exported {
     Exported { text, left_behind: refuted.chain(left).collect() }
 }
 
-/// What is known of a parameter.
+/// A parameter as far as it is determined.
 enum Known<'a> {
     Value(&'a FittedParameter),
     /// A bound instead of an estimate: the key in JSON, the value, and why.

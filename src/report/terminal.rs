@@ -117,7 +117,7 @@ fn table(lines: &[Line], known: &[Parameter], last: &[&str], colour: Colour) -> 
     text + &legend(lines, known)
 }
 
-/// What stands instead of ±.
+/// The text instead of ±.
 pub(super) const INTERVAL: &str = "[…]: the 95 % interval, where it is far from ± two standard errors";
 
 /// Returns what the marks and the symbols of the table mean, as far as it has them.

@@ -32,7 +32,7 @@ pub fn write(fits: &[Fit], out: &Path) -> Result<(), ReportError> {
     rendered.iter().try_for_each(|(folder, files)| put(files, folder))
 }
 
-/// What people and what programs read of a fit, and all files that a report may have.
+/// The files of a fit for people and for programs, and all files that a report may have.
 const REPORT: &str = "report.html";
 const FIT: &str = "fit.json";
 const NAMES: [&str; 9] = [

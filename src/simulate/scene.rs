@@ -1,4 +1,4 @@
-//! What specifications of synthetic data sets and of designs have in common: the camera, the cloth,
+//! The scene that specifications of synthetic data sets and of designs share: the camera, the cloth,
 //! how the cue ball is played, and the ranges of speeds and cut angles.
 
 use schemars::JsonSchema;

@@ -20,7 +20,7 @@ use crate::problem::{Deviations, Id, Policy, RowsChoices, RowsFit, fit_rows};
 /// Another model on the same data.
 #[derive(Clone, Debug, PartialEq, Serialize, JsonSchema)]
 pub struct Alternative {
-    /// What is different, in words; the fit itself comes first.
+    /// The difference in words; the fit itself comes first.
     #[serde(rename = "model")]
     pub name: &'static str,
     /// Why it could not be fitted; null if it was.
@@ -53,7 +53,7 @@ pub struct LikelihoodRatio {
     pub p_value: f64,
 }
 
-/// What differs from the fit.
+/// The difference from the fit.
 #[derive(Clone)]
 struct Change {
     name: &'static str,

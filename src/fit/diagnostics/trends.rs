@@ -16,10 +16,10 @@ const SIGNIFICANT: f64 = 0.05;
 /// A trend of residuals with something that the model should have taken care of.
 #[derive(Clone, Debug, PartialEq, Serialize, JsonSchema)]
 pub struct Trend {
-    /// What the residuals are of, in words.
+    /// The quantity of the residuals, in words.
     #[serde(rename = "residuals_of")]
     pub quantity: &'static str,
-    /// What the residuals change with.
+    /// The variable that the residuals change with.
     #[serde(rename = "against")]
     pub variable: Variable,
     /// Change of a residual, in its standard deviations, per unit of what it changes with.

@@ -68,7 +68,7 @@ pub(crate) struct ShotFrames {
     pub flat: Option<usize>,
     /// How the discs stick together after the impact, if they do.
     pub stuck: Option<Stuck>,
-    /// What is known of own unknowns whatever is fitted.
+    /// Priors of own unknowns in every fit.
     pub known: Vec<(usize, OwnPrior)>,
     /// Standard deviations that neighbouring frames show, m: of each disc of its centre and of its markers.
     pub position_sd: [[f64; 2]; 2],

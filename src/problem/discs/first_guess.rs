@@ -54,7 +54,7 @@ pub(crate) struct DiscFilm {
     pub own: Vec<Own>,
     /// Names and reasons of the shots that are not in the block.
     pub left_out: Vec<(String, String)>,
-    /// What was repaired.
+    /// The repairs.
     pub findings: Vec<Finding>,
     /// Metres in a unit of length of the film.
     pub unit: f64,

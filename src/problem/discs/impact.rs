@@ -1,4 +1,4 @@
-//! What was measured of the impact of two discs, and what speaks against it.
+//! The measured impact of two discs, and doubts of it.
 
 use statrs::distribution::{ContinuousCDF, Normal};
 
@@ -24,7 +24,7 @@ const DISTANCE_SD: f64 = 0.01;
 /// Standard error of e that leaves no more than a quarter of its range, 0 to 1, on either side.
 const UNDETERMINED: f64 = 0.25;
 
-/// What was measured of the impact of a shot, whatever the law of friction. Velocities are in m/s and
+/// The measured impact of a shot, without a law of friction. Velocities are in m/s and
 /// spins in rad/s in the frame of the table; if the frame rate is not known, per frame.
 #[derive(Clone, Debug)]
 pub struct DiscImpact {
@@ -50,14 +50,14 @@ pub struct DiscImpact {
     pub radii: [f64; 2],
     /// How the discs stick together after the impact, if they do.
     pub stuck: Option<Stuck>,
-    /// What speaks against these numbers.
+    /// Doubts of these numbers.
     pub doubts: Vec<Doubt>,
     pub(super) paths: PicturePaths,
     /// Metres in a unit of length of the film, and its middle in that unit.
     pub(super) film: (f64, Point),
 }
 
-/// What speaks against what was measured of a shot, as a clause.
+/// A doubt of the measurements of a shot, as a clause.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 #[non_exhaustive]
 pub enum Doubt {

@@ -43,7 +43,7 @@ const LESS_LIKELY: f64 = 60.0;
 /// 17 of 20 shots of rigid pucks that scatter it was let in in 4, 2, 1 and 0.
 const LEAST_SHOTS: usize = 6;
 
-/// What the law is fitted to.
+/// The shots that the law is fitted to.
 pub(super) struct Shots<'a> {
     pub policy: &'a Policy,
     pub settings: Settings,

@@ -1,4 +1,4 @@
-//! What was measured of each shot of discs, whatever the law of friction.
+//! Measurements of each shot of discs without a law of friction.
 
 use std::sync::Arc;
 
@@ -118,11 +118,11 @@ impl Reached {
     }
 }
 
-/// What was measured of films of discs, whatever the law of friction.
+/// Measurements of films of discs without a law of friction.
 pub struct MeasuredDiscs {
     /// The minimum: camera, decelerations, and the motion of the discs.
     pub solution: Solution,
-    /// What was measured of each shot.
+    /// The measurements of each shot.
     pub impacts: Vec<DiscImpact>,
 }
 

@@ -24,7 +24,7 @@ const NORMAL: f64 = 1e6;
 pub struct DiscFit {
     /// The minimum. Its first sample is of the shots that determine the law.
     pub solution: Solution,
-    /// What was measured of each shot, whatever the law.
+    /// The measurements of each shot without a law.
     pub impacts: Vec<DiscImpact>,
     /// Standard deviation from shot to shot of each [`Component`], 0 where the frames do not show it.
     pub scatter: [f64; Component::ALL.len()],

@@ -50,7 +50,7 @@ pub(crate) struct MeasuredSpin {
     pub sd: f64,
 }
 
-/// What the shots of a film have in common besides unknowns: the collision model, and the noise of
+/// The properties that the shots of a film share besides unknowns: the collision model, and the noise of
 /// each ball.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct World {
@@ -69,7 +69,7 @@ pub(crate) struct FilmBlock {
     pub world: World,
     /// Whether the noise of every frame is stated.
     pub states_noise: bool,
-    /// What a finer model of the impact adds to the outcome of each shot.
+    /// The correction of the outcome of each shot by a finer model of the impact.
     pub corrections: Vec<Correction>,
     /// How outlying shots count; `None`: by least squares.
     pub loss: Option<ShotLoss>,

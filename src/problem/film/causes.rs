@@ -49,7 +49,7 @@ pub(crate) struct Refit {
     pub descent: Descent,
     /// Decrease of −2 log L at the noise before.
     pub fall: f64,
-    /// What is to be said of it.
+    /// The finding about it.
     pub finding: Option<Finding>,
 }
 

@@ -31,7 +31,7 @@ pub struct PlannedShot {
     pub instant: f64,
     /// Topspin over natural roll.
     pub topspin: f64,
-    /// What is known of the spin.
+    /// The spin, as far as it is known.
     pub spin: Spin,
     /// Standard errors of the side spins of both balls after the impact, rad/s, if markers show them.
     pub after_sd: Option<[f64; 2]>,

@@ -1,4 +1,4 @@
-//! What is known of the shared unknowns of a film before its frames are seen.
+//! The priors of the shared unknowns of a film.
 //!
 //! Every quantity that the data set does not state exactly is an unknown with a prior: the largest
 //! errors of real films are not noise. The widths were chosen by Cramér–Rao bounds of ten kinds of
@@ -33,7 +33,7 @@ const ROLL_SD: f64 = 0.01;
 const STUN_SD: f64 = 0.02;
 const UNKNOWN_SD: f64 = 1.0;
 
-/// What is known of μ_s in films of unknown spin, which hardly determine it (Kim 2024: 0.2 to 0.4).
+/// The prior of μ_s in films of unknown spin, which hardly determine it (Kim 2024: 0.2 to 0.4).
 const UNKNOWN_MU_S: Normal = Normal { mean: 0.3, sd: 0.1 };
 
 /// Returns every shared unknown in the order of [`Id`].

@@ -12,7 +12,7 @@ use crate::problem::unknowns::{Own, PHYSICS, Shared};
 
 /// Numbers of one shot less their prediction from its measured inputs.
 pub(crate) struct Deviations {
-    /// What is measured.
+    /// The observables.
     pub observables: Vec<Observable>,
     /// Measured numbers, SI and radians.
     pub measured: Vec<f64>,

@@ -248,7 +248,7 @@ impl RowShot {
 pub struct Prediction {
     /// The cue ball before the impact in the collision frame.
     pub cue: BallState,
-    /// What is measured of the shot; a speed that determines an unknown one before is not among it.
+    /// The observables of the shot; a speed that determines an unknown one before is not among it.
     pub observables: Vec<Observable>,
     /// Predicted numbers, SI and radians.
     pub values: Vec<f64>,

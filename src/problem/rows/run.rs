@@ -182,7 +182,7 @@ fn meet_bounds(problem: &Problem, descent: Descent) -> Descent {
     Descent { end: problem.evaluate(state), ..descent }
 }
 
-/// What a search found.
+/// The result of a search.
 struct Found {
     descent: Descent,
     /// Ends of descents from elsewhere.

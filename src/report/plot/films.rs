@@ -11,7 +11,7 @@ use crate::problem::Impact;
 /// Names of the balls.
 const BALLS: [&str; 2] = ["cue ball", "object ball"];
 
-/// What the figure of a shot shows, whatever was fitted.
+/// The content of the figure of a shot, of balls or discs.
 pub(crate) struct Tracks<'a> {
     pub name: &'a str,
     /// Where either was seen, and when (s).

@@ -51,11 +51,11 @@ pub struct Figure {
     pub title: String,
     /// Lines below the title.
     pub lines: Vec<String>,
-    /// What a reader must know first, below these lines.
+    /// The first caution for a reader, below these lines.
     pub warning: Option<String>,
     /// The name of each series.
     pub series: Vec<String>,
-    /// What points stand for.
+    /// The meaning of the points.
     pub labels: Vec<Label>,
     /// The panels.
     pub rows: Vec<Row>,
@@ -84,7 +84,7 @@ impl Figure {
     }
 }
 
-/// What a measured point stands for: its shot, the quantity and its residual.
+/// The meaning of a measured point: its shot, the quantity and its residual.
 #[derive(Clone, Debug, serde::Serialize)]
 pub struct Label {
     shot: String,
@@ -95,7 +95,7 @@ pub struct Label {
 #[derive(Clone, Debug)]
 pub struct Panel {
     title: String,
-    /// What its marks mean, below the title.
+    /// The meaning of its marks, below the title.
     about: String,
     x: Axis,
     y: Axis,
@@ -143,7 +143,7 @@ impl Panel {
     }
 }
 
-/// What is drawn in a panel, in the units of its axes.
+/// A mark in a panel, in the units of its axes.
 #[derive(Clone, Debug)]
 enum Mark {
     Points(Vec<Point>),

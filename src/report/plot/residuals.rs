@@ -128,7 +128,7 @@ const IN_COLLISION_FRAME: [&str; 4] = [
     "object ball across it",
 ];
 
-/// What standardized residuals are drawn against: the quantity, and what stands in the title.
+/// The axes that standardized residuals are drawn against: the quantity, and what stands in the title.
 const AGAINST: [(&str, &str); 3] =
     [("cut angle", "against cut angle"), ("speed", "against speed"), ("order", "in the order of the shots")];
 
