@@ -1,4 +1,5 @@
 //! Numerical methods that know no balls.
+pub mod bounded_step;
 pub mod least_squares;
 
 /// Median absolute deviation of a normal distribution, in units of its standard deviation.

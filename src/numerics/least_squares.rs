@@ -1,0 +1,216 @@
+//! Least squares by Levenberg and Marquardt's descent, as a solver of argmin's.
+//!
+//! - Moré, J. J. (1978). The Levenberg–Marquardt algorithm: implementation and theory. Lecture Notes
+//!   in Mathematics 630, 105–116.
+//! - Nielsen, H. B. (1999). Damping parameter in Marquardt's method. Technical University of Denmark,
+//!   report IMM-REP-1999-05.
+
+use std::sync::Arc;
+
+use argmin::core::{
+    Error, Executor, IterState, KV, OptimizationResult, Problem, Solver, State, TerminationReason,
+    TerminationStatus,
+};
+
+/// Damping at which a descent gives up.
+const MAX_DAMPING: f64 = 1e16;
+
+/// Least share of its promise that a step gains if it is made (MINPACK).
+const ACCEPTED: f64 = 1e-4;
+
+/// Least factor of the damping after a step that was made, and the factor after one that was not,
+/// which doubles each time: with these all certified problems of NIST are solved, and films take the
+/// fewest steps.
+const AFTER_GAIN: f64 = 0.03;
+const AFTER_LOSS: f64 = 10.0;
+
+/// Factor of the damping where the normal equations cannot be solved.
+const UNSOLVABLE: f64 = 10.0;
+
+/// Factor of the damping where the gain of a step would be lost in rounding.
+const RELAXED: f64 = 1e-6;
+
+/// Number of steps in a row that gain next to nothing, though they were promised to, after which a
+/// descent ends.
+const MAX_STALLS: usize = 2;
+
+/// Factor by which the promises of steps fall that refine a minimum. At the minimum they are rounding.
+const CONTRACTION: f64 = 0.9;
+
+/// A sum of squares, and damped steps towards its minimum.
+pub trait SumOfSquares {
+    /// Values of all unknowns.
+    type State;
+    /// The sum at a state, with what a step from there needs.
+    type Evaluation: Clone;
+
+    /// Evaluates the sum and its derivatives at a state.
+    fn evaluate(&self, state: Self::State) -> Self::Evaluation;
+
+    /// Returns the sum; infinite at a state that has none.
+    fn sum(&self, at: &Self::Evaluation) -> f64;
+
+    /// Returns how much of the sum is rounding.
+    fn rounding(&self, at: &Self::Evaluation) -> f64;
+
+    /// Returns the step to the least value of the quadratic approximation within the bounds, where
+    /// `damping` adds to the diagonal of its normal equations; `None` if they cannot be solved.
+    fn step(&self, at: &Self::Evaluation, damping: f64) -> Option<Step<Self::State>>;
+}
+
+/// A step.
+pub struct Step<S> {
+    /// The state at its end.
+    pub end: S,
+    /// The fall of the sum if it is quadratic.
+    pub promise: f64,
+}
+
+/// A descent that has ended.
+#[derive(Clone)]
+pub struct Descent<E> {
+    /// The lowest point met.
+    pub end: E,
+    /// Whether it ended because a step promised or gained nothing.
+    pub converged: bool,
+    /// Number of steps tried.
+    pub steps: u64,
+}
+
+/// When a descent begins and ends.
+#[derive(Clone, Copy)]
+pub struct Descending {
+    /// The damping of the first step.
+    pub damping: f64,
+    /// Maximum number of steps tried.
+    pub steps: usize,
+    /// A step that promises, or several steps in a row that gain, less than this are the end. With 0,
+    /// the minimum is refined until steps no longer become shorter.
+    pub stall: f64,
+}
+
+/// Descends from `at` to a minimum.
+pub fn descend<S: SumOfSquares>(squares: &S, at: S::Evaluation, how: Descending) -> Descent<S::Evaluation> {
+    let Descending { damping, steps, stall } = how;
+    let cost = squares.sum(&at);
+    let start = Arc::new(at);
+    let state = Iterate::new().param(Arc::clone(&start)).cost(cost).max_iters(steps as u64);
+    let solver = Marquardt {
+        damping,
+        growth: AFTER_LOSS,
+        stall,
+        may_relax: true,
+        stalls: 0,
+        last_refinement: f64::INFINITY,
+        converged: None,
+    };
+    let run = Executor::new(squares, solver).configure(|_| state).timer(false).run();
+    let (end, converged, steps) = match run {
+        Ok(OptimizationResult { solver, mut state, .. }) => {
+            (state.take_param(), solver.converged == Some(true), state.iter)
+        }
+        Err(_) => (None, false, 0),
+    };
+    Descent { end: Arc::unwrap_or_clone(end.unwrap_or(start)), converged, steps }
+}
+
+/// The state that argmin passes between iterations.
+type Iterate<E> = IterState<Arc<E>, (), (), (), (), f64>;
+
+/// The solver and its memory.
+struct Marquardt {
+    damping: f64,
+    /// Factor of the damping after the next step that is not made.
+    growth: f64,
+    stall: f64,
+    /// Whether the damping has not been relaxed since a step was made.
+    may_relax: bool,
+    /// Number of steps in a row that gained next to nothing.
+    stalls: usize,
+    /// The promise of the last step whose gain was lost in rounding.
+    last_refinement: f64,
+    /// Whether it has converged, once it has ended.
+    converged: Option<bool>,
+}
+
+impl Marquardt {
+    /// Returns the next step; `None` with `converged` if none is left. Where the
+    /// gain of a step would be lost in rounding, one with less damping takes its place.
+    fn propose<S: SumOfSquares>(&mut self, squares: &S, at: &S::Evaluation) -> Option<Step<S::State>> {
+        let (sum, rounding) = (squares.sum(at), squares.rounding(at));
+        while self.damping < MAX_DAMPING && sum.is_finite() {
+            let Some(step) = squares.step(at, self.damping) else {
+                self.damping *= UNSOLVABLE;
+                continue;
+            };
+            if step.promise <= rounding && self.may_relax {
+                self.may_relax = false;
+                self.damping = (RELAXED * self.damping).max(f64::MIN_POSITIVE);
+                continue;
+            }
+            let is_over = step.promise <= rounding && step.promise >= CONTRACTION * self.last_refinement;
+            if step.promise > 0.0 && step.promise >= self.stall && !is_over {
+                return Some(step);
+            }
+            self.converged = Some(true);
+            return None;
+        }
+        self.converged = Some(false);
+        None
+    }
+
+    /// Changes the damping by the share of its promise that a step gained (Nielsen 1999); returns
+    /// whether the step is made.
+    fn judge(&mut self, share: f64) -> bool {
+        let is_made = share > ACCEPTED;
+        if is_made {
+            let factor = (1.0 - (2.0 * share - 1.0).powi(3)).max(AFTER_GAIN);
+            self.damping = (factor * self.damping).max(f64::MIN_POSITIVE);
+            self.growth = AFTER_LOSS;
+        } else {
+            self.damping *= self.growth;
+            self.growth *= 2.0;
+        }
+        is_made
+    }
+}
+
+impl<S: SumOfSquares> Solver<&S, Iterate<S::Evaluation>> for Marquardt {
+    fn name(&self) -> &'static str {
+        "Levenberg–Marquardt"
+    }
+
+    fn next_iter(
+        &mut self,
+        problem: &mut Problem<&S>,
+        state: Iterate<S::Evaluation>,
+    ) -> Result<(Iterate<S::Evaluation>, Option<KV>), Error> {
+        let (Some(squares), Some(at)) = (problem.problem, state.param.as_deref()) else {
+            return Ok((state, None));
+        };
+        let Some(step) = self.propose(squares, at) else { return Ok((state, None)) };
+        let trial = squares.evaluate(step.end);
+        let sum = squares.sum(&trial);
+        let gain = state.cost - sum;
+        let rounding = squares.rounding(at);
+        let is_made = if step.promise <= rounding {
+            self.last_refinement = step.promise;
+            self.converged = (gain < -rounding).then_some(true);
+            self.converged.is_none()
+        } else {
+            // a step that gains nothing may have crossed a kink: shorter ones may gain
+            self.stalls = if gain > self.stall { 0 } else { self.stalls + usize::from(gain > -self.stall) };
+            self.converged = (self.stalls > MAX_STALLS).then_some(true);
+            self.judge(gain / step.promise)
+        };
+        self.may_relax |= is_made;
+        Ok((if is_made { state.param(Arc::new(trial)).cost(sum) } else { state }, None))
+    }
+
+    fn terminate(&mut self, _: &Iterate<S::Evaluation>) -> TerminationStatus {
+        match self.converged {
+            None => TerminationStatus::NotTerminated,
+            Some(_) => TerminationStatus::Terminated(TerminationReason::SolverConverged),
+        }
+    }
+}
