@@ -195,7 +195,7 @@ impl<S: SumOfSquares> Solver<&S, Iterate<S::Evaluation>> for Marquardt {
         let rounding = squares.rounding(at);
         let is_made = if step.promise <= rounding {
             self.last_refinement = step.promise;
-            self.converged = (gain < -rounding).then_some(true);
+            self.converged = (gain < -rounding).then_some(sum.is_finite());
             self.converged.is_none()
         } else {
             // a step that gains nothing may have crossed a kink: shorter ones may gain
