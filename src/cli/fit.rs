@@ -201,9 +201,8 @@ fn is_within(path: &Path, folder: &Path) -> bool {
 fn print_tables(args: &Args, fits: &[Fit]) -> Result<(), Failure> {
     if args.all {
         print(&terminal::all(fits))?;
-        print(&terminal::warnings(fits))?;
     } else {
-        print(&terminal::overview(fits, super::colour()))?;
+        print(&terminal::overview(fits))?;
     }
     let verbose = fits.iter().filter(|_| args.verbose);
     verbose.into_iter().try_for_each(|fit| print(&format!("\n{}", report::fit::as_text(fit))))

@@ -25,7 +25,7 @@ mod table_only;
 mod wanted;
 
 use std::error::Error;
-use std::io::{ErrorKind, IsTerminal, Write};
+use std::io::{ErrorKind, Write};
 use std::process::ExitCode;
 
 use caromfit::compare::CompareError;
@@ -36,7 +36,6 @@ use caromfit::physics::collision::{
 use caromfit::physics::friction_law::Law;
 use caromfit::report::ReportError;
 use caromfit::report::count_of;
-use caromfit::report::terminal::Colour;
 use clap::builder::{PossibleValue, PossibleValuesParser, TypedValueParser};
 use clap::{Parser, Subcommand};
 
@@ -208,13 +207,6 @@ pub fn run() -> ExitCode {
             ExitCode::from(failure.status)
         }
     }
-}
-
-/// Returns whether standard output is a terminal that shows colours, which <https://no-color.org> and `TERM=dumb` turn off.
-fn colour() -> Colour {
-    let is_set = |name: &str| std::env::var_os(name).is_some_and(|value| !value.is_empty());
-    let is_dumb = std::env::var_os("TERM").is_some_and(|value| value == "dumb");
-    if std::io::stdout().is_terminal() && !is_set("NO_COLOR") && !is_dumb { Colour::On } else { Colour::Off }
 }
 
 /// Prints lines.

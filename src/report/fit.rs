@@ -45,7 +45,6 @@ pub fn content(fit: &Fit) -> Report {
     let regions = "68 % and 95 % regions of pairs of parameters";
     let folded = [
         Section::of_lines("How it was computed", "", computation.to_vec()),
-        super::extracted::of_discs(fit),
         Section::of_lines("χ²", "", chi2(fit)),
         Section::new("Noise", "rms: root mean square", [noise.with_numbers(1..2).into()]),
         Section::of_figure("Regions of pairs of parameters", "", regions, plot::contours(fit)),
