@@ -398,7 +398,6 @@ fn the_command_prints_tables_and_writes_its_files() {
         "Wanted: μ_s ± 0.01 (",
         "thick rolls",
         "markers, ± ",
-        "Standard error of μ_s",
         "Fewest shots",
         "In words",
     ] {

@@ -263,24 +263,6 @@ fn every_number_says_what_it_counts() {
     assert!(page(&velocities).contains("χ² of the velocities"));
 }
 
-/// What a run that was stopped while it wrote left beside the results is removed by a later one, but not what one is writing.
-#[test]
-fn leftovers_of_stopped_runs_are_removed() {
-    let out = tempfile::tempdir().unwrap();
-    let [old, new, other] = [".caromfit-old", ".caromfit-new", ".other"].map(|name| out.path().join(name));
-    let hour_ago = std::time::SystemTime::now() - std::time::Duration::from_secs(3600);
-    for folder in [&old, &new, &other] {
-        fs::create_dir(folder).unwrap();
-        let file = fs::File::create(folder.join("fit.json")).unwrap();
-        if folder != &new {
-            file.set_modified(hour_ago).unwrap();
-        }
-        fs::File::open(folder).unwrap().set_modified(hour_ago).unwrap();
-    }
-    write(&[normal()], out.path()).unwrap();
-    assert!(!old.exists() && new.exists() && other.exists());
-}
-
 #[test]
 fn folders_of_labels_are_safe_and_differ() {
     assert_eq!(folder_name("15 °/s"), "15---s");
