@@ -30,12 +30,9 @@ use std::process::ExitCode;
 
 use caromfit::compare::CompareError;
 use caromfit::fit::FitError;
-use caromfit::physics::collision::{
-    Effects, Fidelity, FidelityChoice, MAX_TOLERANCE, MIN_TOLERANCE, NotACollision,
-};
+use caromfit::physics::collision::{Fidelity, FidelityChoice, MAX_TOLERANCE, MIN_TOLERANCE, NotACollision};
 use caromfit::physics::friction_law::Law;
 use caromfit::report::ReportError;
-use caromfit::report::count_of;
 use clap::builder::{PossibleValue, PossibleValuesParser, TypedValueParser};
 use clap::{Parser, Subcommand};
 
@@ -140,12 +137,9 @@ fn number(text: &str) -> Result<f64, String> {
 
 /// Returns the law of a friction that falls with the slip, from B,C.
 fn law(text: &str) -> Result<Law, String> {
-    match text.split(',').collect::<Vec<_>>().as_slice() {
-        [b, c] => Ok(Law::Exponential { b: number(b)?, c: number(c)? }),
-        [word] if number(word).is_err() => {
-            Err(format!("\"{}\" is no number; expected two, b,c with c in s/m", word.trim()))
-        }
-        parts => Err(format!("{}; expected two, b,c with c in s/m", count_of(parts.len(), "number"))),
+    match text.split(',').map(number).collect::<Result<Vec<_>, _>>()?[..] {
+        [b, c] => Ok(Law::Exponential { b, c }),
+        _ => Err(format!("\"{text}\"; expected two numbers, b,c with c in s/m")),
     }
 }
 
@@ -157,30 +151,6 @@ fn named<T: Copy + Send + Sync + 'static, const N: usize>(
     let names = PossibleValuesParser::new(all.map(name));
     // the parser lets no other name through
     names.try_map(move |given| all.into_iter().find(|one| name(*one) == given).ok_or("unknown name"))
-}
-
-/// Refuses effects that a stated fidelity does not have; all means all that it has.
-fn simulates(fidelity: FidelityChoice, effects: Option<Effects>) -> Result<(), Failure> {
-    let (FidelityChoice::Of(fidelity), Some(effects)) = (fidelity, effects) else { return Ok(()) };
-    let missing = effects.list().into_iter().zip(fidelity.effects().list());
-    let missing: Vec<&str> =
-        missing.filter(|((_, on), (_, has))| *on && !has).map(|((name, _), _)| name).collect();
-    if missing.is_empty() || effects == Effects::ALL {
-        return Ok(());
-    }
-    let (missing, fidelity) = (missing.join(","), fidelity.name());
-    refuse!(
-        "--effects {missing}: --fidelity {fidelity} does not simulate it; expected --fidelity contact, or auto"
-    )
-}
-
-/// Returns the help of --effects.
-fn effects_help() -> String {
-    format!(
-        "Simulate only these effects, at the cheapest fidelity that has them if that is auto: all, none, or names with \
-         commas between, of {}",
-        Effects::NAMES.join(", ")
-    )
 }
 
 pub fn run() -> ExitCode {

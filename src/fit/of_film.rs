@@ -57,7 +57,6 @@ fn fitted_with(request: &Request) -> Result<(Model, Settings), FitError> {
     let Request { dataset, options, .. } = *request;
     let mut model = dataset.model(options.fidelity.first());
     model.tolerance = options.tolerance;
-    model.effects = options.effects.unwrap_or(model.effects);
     let settings = options.falling.applied(dataset.settings_of_balls());
     let initial = Values::usual(&settings);
     if settings.falls {

@@ -88,7 +88,8 @@ impl Axis {
             [&[1.0, 2.0, 3.0, 4.0, 5.0, 6.0, 7.0, 8.0, 9.0], &[1.0, 2.0, 5.0], &[1.0, 3.0], &[1.0]];
         for factors in of_decades.into_iter().filter(|_| self.is_logarithmic) {
             let decades = range.start.floor() as i32..=range.end.ceil() as i32;
-            let places = decades.flat_map(|decade| factors.iter().map(move |f| f64::from(decade) + f.log10()));
+            let places =
+                decades.flat_map(|decade| factors.iter().map(move |f| f64::from(decade) + f.log10()));
             let inside: Vec<f64> = places.filter(|place| range.contains(place)).collect();
             if inside.len() <= most {
                 return inside;
