@@ -131,20 +131,17 @@ impl Args {
         Ok(Model { kappa, effects: Effects { compliance: true, ..model.effects }, ..model })
     }
 
-    /// Returns the effects that a case needs.
     fn choose(&self, case: &Case) -> Result<Choice, BadCase> {
         let (cue, coefficients) = case.before()?;
         let model = self.given(case)?;
         Ok(effects::choose(&model, &cue, &coefficients, self.within(), Compared::Everything)?)
     }
 
-    /// Returns the model that computes a case.
     fn model(&self, case: &Case) -> Result<Model, BadCase> {
         let model = self.given(case)?;
         if self.fidelity().is_some() { Ok(model) } else { Ok(self.choose(case)?.model(&model)) }
     }
 
-    /// Returns the case of the options.
     fn case(&self) -> Case {
         let number = |value: Option<f64>| value.unwrap_or(f64::NAN);
         let velocity = cue_velocity(number(self.speed), number(self.cut).to_radians());

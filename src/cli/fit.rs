@@ -187,7 +187,6 @@ fn is_within(path: &Path, folder: &Path) -> bool {
     path.starts_with(&folder) || folder.starts_with(&path)
 }
 
-/// Prints the table, and below it what was asked for.
 fn print_tables(args: &Args, fits: &[Fit]) -> Result<(), Failure> {
     if args.all {
         print(&terminal::all(fits))?;

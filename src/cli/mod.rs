@@ -124,13 +124,11 @@ fn fidelity() -> impl TypedValueParser<Value = FidelityChoice> {
     names.try_map(|name| name.parse::<FidelityChoice>())
 }
 
-/// Returns a tolerance of the integrated fidelities.
 fn tolerance(text: &str) -> Result<f64, String> {
     let valid = Some(number(text)?).filter(|value| (MIN_TOLERANCE..=MAX_TOLERANCE).contains(value));
     valid.ok_or_else(|| format!("expected {MIN_TOLERANCE:e} to {MAX_TOLERANCE:e}"))
 }
 
-/// Returns a number.
 fn number(text: &str) -> Result<f64, String> {
     text.trim().parse().map_err(|_| format!("\"{text}\" is not a number"))
 }
@@ -179,7 +177,6 @@ pub fn run() -> ExitCode {
     }
 }
 
-/// Prints lines.
 fn print_lines(lines: &[String]) -> Result<(), Failure> {
     print(&lines.iter().map(|line| format!("{line}\n")).collect::<String>())
 }

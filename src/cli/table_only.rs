@@ -117,7 +117,6 @@ fn option_for(blank: &str, draft: &Draft) -> Option<String> {
     Some(option.to_owned())
 }
 
-/// Returns whether a path names a table, and not a data set.
 pub fn is_table(path: &Path) -> bool {
     path.is_file() && path.extension().is_none_or(|extension| !extension.eq_ignore_ascii_case("toml"))
 }

@@ -55,7 +55,6 @@ fn named<'a>(word: &str, names: &'a [&'a str]) -> Option<&'a [&'a str]> {
     names.get(place(first)?..=place(last)?)
 }
 
-/// Returns why a word names no shots.
 fn unknown(word: &str, datasets: &[Dataset]) -> String {
     let known: Vec<&str> = datasets.iter().flat_map(|dataset| dataset.names()).collect();
     let missing = ends(word).unwrap_or([word; 2]).into_iter().find(|end| !known.contains(end));
@@ -67,7 +66,6 @@ fn unknown(word: &str, datasets: &[Dataset]) -> String {
     format!("names no shots{why}; expected one of {}", listed(&known))
 }
 
-/// Returns the first names.
 fn listed(names: &[&str]) -> String {
     const NAMED: usize = 8;
     let more = if names.len() > NAMED { format!(" and {} more", names.len() - NAMED) } else { String::new() };

@@ -83,7 +83,7 @@ impl Fitted<'_> {
             shots_rejected: self.rejected(),
             disc_shots: Vec::new(),
             scatter: None,
-            friction_curve: None,
+            friction_curve: Vec::new(),
             camera: None,
             refuted: None,
             explanations: film_words::explanations(solution, None),

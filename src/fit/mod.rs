@@ -34,7 +34,6 @@ pub use estimate::Counted;
 pub use film::{FittedFilm, OfShot};
 pub use intervals::bootstrap::{Bootstrap, Resampled};
 pub use intervals::regions::{Contour, LEVELS, Level, Profile};
-pub use of_discs::FrictionCurve;
 pub use options::{Depth, Falling, Options};
 pub use remark::{About, Remark};
 pub use result::{

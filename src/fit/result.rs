@@ -9,8 +9,8 @@ use serde::{Deserialize, Serialize, Serializer};
 
 use super::check;
 use super::{
-    Alternative, Bootstrap, Contour, Estimate, FittedFilm, FoundCamera, FrictionCurve, Goodness,
-    Identifiability, Profile, Refuted, Remark,
+    Alternative, Bootstrap, Contour, Estimate, FittedFilm, FoundCamera, Goodness, Identifiability, Profile,
+    Refuted, Remark,
 };
 use crate::measurement::dataset::{Measured, ObjectBall};
 use crate::measurement::loss::Loss;
@@ -73,8 +73,8 @@ pub struct Fit {
     pub disc_shots: Vec<DiscImpact>,
     /// Of discs: by how much shots differ beyond the errors of their frames. It is part of the errors.
     pub scatter: Option<Scatter>,
-    /// Of discs: the friction that was fitted as a function of the slip, where the shots determine it.
-    pub friction_curve: Option<FrictionCurve>,
+    /// Of discs: points of J_t/J_n against the slip over the closing speed, as fitted; empty if the shots do not determine it.
+    pub friction_curve: Vec<[f64; 2]>,
     /// Of footage: the camera as it was fitted, and what else was found of the film.
     pub camera: Option<FoundCamera>,
     /// Where the data contradict the model, how; no estimate has an error then.

@@ -160,7 +160,6 @@ impl Table {
         self.rows.push(Vec::new());
     }
 
-    /// Adds a cell to the row.
     pub(super) fn add(&mut self, column: &str, cell: impl Into<String>) {
         let place = self.columns.iter().position(|known| known == column).unwrap_or_else(|| {
             self.columns.push(column.to_owned());
@@ -177,7 +176,6 @@ impl Table {
         self.add(column, cell(value));
     }
 
-    /// Returns the table as text.
     pub(super) fn text(&self) -> String {
         let line = |row: &Vec<String>| {
             let cell = |i: usize| row.get(i).map_or("".into(), |cell| quoted(cell));

@@ -59,7 +59,6 @@ pub fn text(design: &Design) -> String {
             the shots.\n"
 }
 
-/// Returns what the planned shots of each kind determine, and all of them together.
 fn kinds(design: &Design) -> Section {
     let row = |(kind, found): (&PlayedKind, &OfKind)| {
         let spin = match kind.from {
@@ -109,7 +108,7 @@ fn mixtures(design: &Design) -> Section {
         let each = mixture.shots.iter().map(|(kind, n)| format!("{n} {}", design.expected.kinds[*kind].name));
         vec![wishes(&wanted), mixture.total().to_string(), each.collect::<Vec<_>>().join(", ")]
     };
-    let rows = design.mixtures.iter().filter(|mixture| !mixture.of_cells).map(row);
+    let rows = design.mixtures.iter().map(row);
     Section::new("Fewest shots", "", [Table::new(["for", "shots", "of which"], rows).into()])
 }
 

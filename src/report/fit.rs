@@ -29,7 +29,7 @@ pub fn content(fit: &Fit) -> Report {
         [figure].into_iter().chain(tracks(film, &shots).map(Block::Tracks))
     });
     let impacts = "e against the closing speed, and the friction against the slip";
-    let residuals = "Measured against predicted values, and residuals";
+    let residuals = "Residuals against cut angle, speed and order, and their quantiles";
     let mut sections = vec![
         parameter_section(fit),
         Section::new("All shots", "", paths),
@@ -60,7 +60,6 @@ pub fn content(fit: &Fit) -> Report {
         Section::new("Shots, the largest residuals first", tested, [Block::Shots(shots)]),
     ];
     sections.extend(folded.map(|section| Section { folded: true, ..section }));
-    let stopped = (!fit.converged).then(|| format!("Not converged: {}", fit.termination));
     let (kind, sizes) = bodies(fit);
     let facts = [
         ("source", fit.source.clone().unwrap_or_default()),
@@ -72,7 +71,7 @@ pub fn content(fit: &Fit) -> Report {
     Report {
         title: super::title(fit),
         verdict: fit.verdict(),
-        warnings: stopped.into_iter().chain(fit.warnings().into_iter().map(str::to_owned)).collect(),
+        warnings: fit.warnings().into_iter().map(str::to_owned).collect(),
         facts: facts.map(|(name, text)| [name.to_owned(), text]).to_vec(),
         sections,
     }
@@ -145,7 +144,6 @@ fn at_bound(own: &Estimate) -> Option<String> {
     Some(format!("{symbol}: {value} if the parameters at their bounds are truly there"))
 }
 
-/// Returns one line, of the pairs that have a correlation.
 fn correlations(fit: &Fit) -> Option<String> {
     let mut pairs = Vec::new();
     for (row, first) in fit.estimates.iter().enumerate() {
@@ -288,7 +286,6 @@ fn influence(fit: &Fit) -> Section {
     Section::new("Shots that matter most", about, [table.into()])
 }
 
-/// Returns the weights of shots under a robust loss.
 fn weights(fit: &Fit) -> Section {
     let Some(robust) = &fit.diagnostics.robust else { return Section::default() };
     let weights = robust.weights.iter().map(|one| (format!("shot {}", one.shot), one.weight));
@@ -343,7 +340,6 @@ fn alternatives(fit: &Fit) -> Section {
     Section::new("Other models on these data", about, [table.into()])
 }
 
-/// Returns the camera of footage as it was fitted.
 fn camera(fit: &Fit) -> Section {
     let Some(found) = &fit.camera else { return Section::default() };
     let rows = found.corrections.iter().map(|correction| {

@@ -203,7 +203,6 @@ pub(super) fn parameters(fits: &[Fit]) -> Vec<Parameter> {
     Parameter::ALL.into_iter().filter(is_shown).collect()
 }
 
-/// Returns a text with its unit, if it has one.
 pub(super) fn with_unit(text: &str, unit: &str) -> String {
     let space = if unit.is_empty() || unit == "°" { "" } else { " " };
     format!("{text}{space}{unit}")

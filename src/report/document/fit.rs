@@ -304,7 +304,6 @@ fn body(fit: &Fit, which: usize) -> Body {
     Body { radius_m, mass_kg: discs.masses.map(|masses| masses[which]), ..body }
 }
 
-/// Returns an interval whose ends are finite.
 fn interval(ends: Option<[f64; 2]>) -> Option<[f64; 2]> {
     ends.filter(|ends| ends.iter().all(|end| end.is_finite()))
 }

@@ -100,7 +100,6 @@ impl Axis {
         ticks
     }
 
-    /// Returns the label of a tick.
     pub(super) fn label(&self, tick: f64) -> String {
         if let Some(word) = self.words.get(tick.max(0.0).round() as usize) {
             return word.clone();

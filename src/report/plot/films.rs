@@ -31,7 +31,6 @@ pub(crate) struct Tracks<'a> {
     pub place: &'a dyn Fn(usize, f64) -> [f64; 2],
 }
 
-/// Returns a place in centimetres.
 fn cm(place: [f64; 2]) -> [f64; 2] {
     place.map(|metres| 100.0 * metres)
 }

@@ -71,7 +71,6 @@ impl Figure {
         ReportError::Draw { dataset: self.title.clone(), reason: reason.to_string() }
     }
 
-    /// Returns the height of the head and of all rows, pixels.
     fn height(&self) -> u32 {
         self.head().unsigned_abs() + self.rows.iter().map(|row| row.height).sum::<u32>()
     }
@@ -177,7 +176,6 @@ impl Panel {
             }
             Mark::Line { points, .. } | Mark::Area { outline: points, .. } => points.clone(),
             Mark::Arrow { from, to } => vec![*from, *to],
-            Mark::Text { .. } => Vec::new(),
         };
         self.marks.iter().flat_map(of_mark).filter(|place| place.iter().all(|x| is_drawable(*x))).collect()
     }
@@ -279,11 +277,9 @@ fn draw_mark<DB: DrawingBackend>(
         }
         Mark::Area { outline, color } => plane.draw(&Polygon::new(pairs(outline), color.filled())),
         Mark::Arrow { from, to } => arrow(area, [in_area(*from), in_area(*to)]),
-        Mark::Text { at, words } => area.draw_text(words, &style(SMALL, GREY).pos(MIDDLE), in_area(*at)),
     }
 }
 
-/// Draws the marker of a series.
 fn marker<DB: DrawingBackend>(area: &Area<DB>, (x, y): (i32, i32), point: &Point) -> Drawn<DB> {
     let style = color(point.series).mix(point.opacity).filled();
     match point.series % 4 {
@@ -317,7 +313,6 @@ fn font(size: f64) -> FontDesc<'static> {
     FontDesc::new(FontFamily::Name(FONT), size, FontStyle::Normal)
 }
 
-/// Returns the style of a text of a size and colour.
 fn style(size: f64, color: RGBColor) -> TextStyle<'static> {
     TextStyle { color: color.to_backend_color(), ..TextStyle::from(font(size)) }
 }
