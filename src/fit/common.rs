@@ -76,7 +76,6 @@ impl Fitted<'_> {
             correlation: correlation(&estimates, &solution.covariance_in(errors, &ids)),
             estimates,
             chi2: solution.chi2_of_all(),
-            prior_chi2: solution.prior_chi2(),
             dof: solution.dof(),
             noise: noise_of(&residuals),
             shots_used: solution.names[0].len(),

@@ -81,7 +81,7 @@ pub(super) fn fit(request: Request) -> Result<Fit, FitError> {
         ..common.bare(estimates, &solution.covariance, |_| true)
     };
     if let Some(goodness) = &diagnostics.goodness {
-        (fit.chi2, fit.dof, fit.prior_chi2) = (goodness.chi2, goodness.dof, 0.0);
+        (fit.chi2, fit.dof) = (goodness.chi2, goodness.dof);
     }
     fit.diagnostics = Diagnostics { computed, ..diagnostics };
     fit.friction_curve = friction_curve(&fit);

@@ -59,8 +59,6 @@ pub struct Fit {
     pub correlation: DMatrix<f64>,
     /// χ²: the sum of squared standardized residuals of what [`Fit::counted`] names, priors included.
     pub chi2: f64,
-    /// The part of χ² that priors, and errors that all shots share, add.
-    pub prior_chi2: f64,
     /// Degrees of freedom: measured numbers less all unknowns that they determine, those of single shots included.
     pub dof: usize,
     /// How the noise of each observable was known, in the order of first appearance.

@@ -5,6 +5,7 @@ use super::document::{self, ByName};
 use super::fit::down_weighted;
 use super::plot::{forest, of_comparison};
 use super::shots::shot_list;
+use super::write::{Files, texts};
 use super::{LEAST_P, ReportError, csv, p_text};
 use crate::compare::{Compared, Comparison, Difference, Finding, Quantity, Reason, Value};
 use crate::fit::{Counted, Verdict, film_words};
@@ -13,15 +14,15 @@ use crate::measurement::parameter::Parameter;
 use crate::problem::Severity;
 
 /// Returns the files of a comparison: name and content.
-pub fn files(comparison: &Comparison) -> Result<Vec<(String, Vec<u8>)>, ReportError> {
-    let texts = [
+pub fn files(comparison: &Comparison) -> Result<Files, ReportError> {
+    let texts = texts([
         ("residuals.csv", csv::of_comparison(comparison)),
         ("report.html", content::html(&report(comparison))?),
         ("compare.json", document::text(comparison)?),
-    ];
-    let texts = texts.map(|(name, text)| (name.to_owned(), text.into_bytes()));
-    let pictures = [forest(comparison).files("forest")?, of_comparison(comparison).files("residuals")?];
-    Ok(pictures.into_iter().flatten().chain(texts).collect())
+    ]);
+    let [forest, residuals] =
+        [forest(comparison).files("forest")?, of_comparison(comparison).files("residuals")?];
+    Ok([&forest[..], &residuals, &texts].concat())
 }
 
 /// Returns the text that `caromfit compare` prints.

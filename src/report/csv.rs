@@ -33,8 +33,8 @@ pub const SHOTS: &str = "shot,used,reason,cut_deg,speed_m_s,values,chi2,largest"
 #[must_use]
 pub fn residuals(fit: &Fit) -> String {
     let mut bytes = Vec::new();
-    // Writing into a vector cannot fail.
-    let _ = write_residuals(fit, &mut bytes);
+    // writing into a vector cannot fail
+    _ = write_residuals(fit, &mut bytes);
     String::from_utf8(bytes).unwrap_or_default()
 }
 

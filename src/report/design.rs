@@ -2,6 +2,7 @@
 
 use super::content::{self, Block, Section, Table};
 use super::csv::Table as Csv;
+use super::write::{Files, texts};
 use super::{ReportError, document, plot};
 use crate::design::information::std_errors;
 use crate::design::{Design, Mixture, OfKind, PlayedKind, SpinFrom};
@@ -9,10 +10,9 @@ use crate::measurement::number::plain;
 use crate::measurement::parameter::Parameter;
 
 /// Returns the files of a design: name and content.
-pub fn files(design: &Design) -> Result<Vec<(String, Vec<u8>)>, ReportError> {
-    let texts = [("design.csv", csv(design)), ("design.json", document::text(design)?)];
-    let texts = texts.map(|(name, text)| (name.to_owned(), text.into_bytes()));
-    Ok(plot::design(design).files("design")?.into_iter().chain(texts).collect())
+pub fn files(design: &Design) -> Result<Files, ReportError> {
+    let texts = texts([("design.csv", csv(design)), ("design.json", document::text(design)?)]);
+    Ok([&plot::design(design).files("design")?[..], &texts].concat())
 }
 
 /// Returns a standard error, or – for what is not determined.

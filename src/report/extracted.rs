@@ -7,6 +7,7 @@ use rayon::prelude::*;
 
 use super::csv::Table;
 use super::plot::{Figure, Tracks, of_shot};
+use super::write::{Files, texts};
 use super::{ReportError, folder_name, group_folders};
 use crate::fit::FittedFilm;
 use crate::io::{balls_section, covariance};
@@ -17,17 +18,10 @@ use crate::measurement::track::TrackShot;
 use crate::physics::disc::Discs;
 use crate::problem::{DiscImpact, Doubt, Impact, Quantity};
 
-/// Names and contents of files.
-pub type Files = Vec<(String, Vec<u8>)>;
-
-fn named<const N: usize>(files: [(&str, String); N]) -> Files {
-    files.map(|(name, text)| (name.to_owned(), text.into_bytes())).to_vec()
-}
-
 /// Returns dataset.toml, impacts.csv, covariance.csv and left-out.csv.
 #[must_use]
 pub fn of_balls(dataset: &Dataset, extracted: &[Impact]) -> Files {
-    named([
+    texts([
         ("impacts.csv", impacts(dataset, extracted)),
         ("covariance.csv", covariance(dataset)),
         ("left-out.csv", left_out(dataset)),
@@ -38,7 +32,7 @@ pub fn of_balls(dataset: &Dataset, extracted: &[Impact]) -> Files {
 /// Returns discs.csv and left-out.csv.
 #[must_use]
 pub fn of_disc_shots(dataset: &Dataset, discs: &Discs, extracted: &[(TrackShot, DiscImpact)]) -> Files {
-    named([("left-out.csv", left_out(dataset)), ("discs.csv", discs_table(discs, extracted))])
+    texts([("left-out.csv", left_out(dataset)), ("discs.csv", discs_table(discs, extracted))])
 }
 
 /// Returns the picture of each shot of balls: file name and SVG.

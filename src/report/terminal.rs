@@ -107,7 +107,7 @@ fn legend(lines: &[Line], known: &[Parameter]) -> String {
 
 /// Returns the line of a data set: of one fit, or of those of all its labels.
 fn line(fits: &[Fit], known: &[Parameter]) -> Line {
-    let mut verdicts: Vec<(&Fit, Verdict)> = fits.iter().map(|fit| (fit, fit.verdict())).collect();
+    let verdicts: Vec<(&Fit, Verdict)> = fits.iter().map(|fit| (fit, fit.verdict())).collect();
     let cells = known.iter().map(|parameter| range(&verdicts, *parameter)).collect::<Vec<_>>();
     let first_bad = verdicts.iter().find(|(_, verdict)| verdict.grade != Grade::Good);
     let (title, used, verdict, below) = if let [fit] = fits {
@@ -125,17 +125,13 @@ fn line(fits: &[Fit], known: &[Parameter]) -> Line {
         let counted = Grade::ALL.into_iter().zip(counts).filter(|(_, count)| *count > 0);
         let counted: Vec<String> =
             counted.map(|(grade, count)| format!("{count} {}", grade.name())).collect();
-        let below = first_bad.map(|(fit, verdict)| match fits.len() - counts[0] {
-            1 => format!("{}: {}", label(fit), verdict.sentence),
-            others => format!("{}, the first of {others}: {}", label(fit), verdict.sentence),
-        });
+        let below = first_bad.map(|(fit, verdict)| format!("{}: {}", label(fit), verdict.sentence));
         let used: usize = fits.iter().map(|fit| fit.shots_used).sum();
         let name = fits.first().map_or("", |fit| fit.dataset.as_str());
         (format!("{name} ({} labels)", fits.len()), used.to_string(), counted.join(", "), below)
     };
-    // as good as the better half of its labels
-    verdicts.sort_by_key(|(_, verdict)| verdict.grade);
-    let grade = verdicts.get(fits.len() / 2).map_or(Grade::Good, |(_, verdict)| verdict.grade);
+    let best = verdicts.iter().map(|(_, verdict)| verdict.grade).min();
+    let grade = best.unwrap_or(Grade::Good);
     Line { grade, cells: [title, used].into_iter().chain(cells).collect(), verdict, below }
 }
 

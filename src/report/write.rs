@@ -46,6 +46,13 @@ const NAMES: [&str; 9] = [
     "contours.png",
 ];
 
+/// Names and contents of files.
+pub type Files = Vec<(String, Vec<u8>)>;
+
+pub(super) fn texts<const N: usize>(files: [(&str, String); N]) -> Files {
+    files.map(|(name, text)| (name.to_owned(), text.into_bytes())).to_vec()
+}
+
 /// Writes what a file is to hold, which may be more than should be held in memory.
 type Content<'a> = Box<dyn Fn(&mut (dyn Write + Send)) -> io::Result<()> + 'a>;
 

@@ -52,7 +52,7 @@ pub struct Way {
 }
 
 impl Way {
-    /// Returns the name in bias.csv.
+    /// Returns the name in reports.
     #[must_use]
     pub fn name(self) -> &'static str {
         self.name

@@ -74,8 +74,6 @@ document! {
         counted: String = fit.counted().name().to_owned(),
         /// Sum of the squared standardized residuals, priors included.
         chi2: Option<f64> = finite(fit.chi2),
-        /// The part of chi2 that priors add.
-        chi2_of_priors: Option<f64> = finite(fit.prior_chi2),
         /// Degrees of freedom.
         dof: usize = fit.dof,
         /// chi2/dof.

@@ -10,7 +10,7 @@ use plotters::prelude::RGBColor;
 
 pub use axis::Axis;
 pub(super) use axis::ends;
-pub(super) use films::{Tracks, all_shots, camera, of_shot};
+pub(super) use films::{Tracks, all_shots, of_shot};
 pub(super) use others::{Pick, accuracy, contours, design, discs, forest, way_name};
 pub(super) use residuals::of_comparison;
 pub use residuals::residuals;
@@ -144,7 +144,6 @@ enum Mark {
     Points(Vec<Point>),
     Line { points: Vec<[f64; 2]>, color: RGBColor, width: u32 },
     Area { outline: Vec<[f64; 2]>, color: RGBColor },
-    Arrow { from: [f64; 2], to: [f64; 2] },
 }
 
 /// A measured point.

@@ -175,7 +175,6 @@ impl Panel {
                 points.iter().map(|point| point.at).chain(bars).collect()
             }
             Mark::Line { points, .. } | Mark::Area { outline: points, .. } => points.clone(),
-            Mark::Arrow { from, to } => vec![*from, *to],
         };
         self.marks.iter().flat_map(of_mark).filter(|place| place.iter().all(|x| is_drawable(*x))).collect()
     }
@@ -276,7 +275,6 @@ fn draw_mark<DB: DrawingBackend>(
             plane.draw(&PathElement::new(pairs(points), color.stroke_width(*width)))
         }
         Mark::Area { outline, color } => plane.draw(&Polygon::new(pairs(outline), color.filled())),
-        Mark::Arrow { from, to } => arrow(area, [in_area(*from), in_area(*to)]),
     }
 }
 
@@ -288,22 +286,6 @@ fn marker<DB: DrawingBackend>(area: &Area<DB>, (x, y): (i32, i32), point: &Point
         2 => area.draw(&Polygon::new(vec![(x - 5, y + 4), (x + 5, y + 4), (x, y - 6)], style)),
         _ => area.draw(&Polygon::new(vec![(x - 6, y), (x, y + 6), (x + 6, y), (x, y - 6)], style)),
     }
-}
-
-/// Draws an arrow whose head is visible on a short one, too.
-fn arrow<DB: DrawingBackend>(area: &Area<DB>, [from, to]: [(i32, i32); 2]) -> Drawn<DB> {
-    let along = [f64::from(to.0 - from.0), f64::from(to.1 - from.1)];
-    let length = along[0].hypot(along[1]);
-    if length < 1.0 {
-        return area.draw(&Circle::new(to, 2, color(1).filled()));
-    }
-    area.draw(&PathElement::new(vec![from, to], color(1).stroke_width(2)))?;
-    let [x, y] = along.map(|x| x / length);
-    let corner = |back: f64, aside: f64| {
-        let off = [-back * x - aside * y, -back * y + aside * x].map(|off| off.round() as i32);
-        (to.0 + off[0], to.1 + off[1])
-    };
-    area.draw(&Polygon::new(vec![corner(-2.0, 0.0), corner(8.0, 5.0), corner(8.0, -5.0)], color(1).filled()))
 }
 
 fn font(size: f64) -> FontDesc<'static> {
