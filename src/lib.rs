@@ -51,7 +51,7 @@
 //! After the impact, [`cloth_motion::Path`](physics::cloth_motion::Path) follows each ball: flight, bounces, sliding, rolling.
 #![cfg_attr(
     feature = "report",
-    doc = r##"
+    doc = r#"
 # Fit a folder
 
 ```
@@ -76,60 +76,13 @@ it is. A film of a program's own is made by [`TrackShot::new`](measurement::trac
 [`Dataset::filmed`](measurement::dataset::Dataset::filmed), measured impacts by
 [`Shot::impact`](measurement::dataset::Shot::impact) and [`Dataset::new`](measurement::dataset::Dataset::new). With the feature
 `report`, [`Fit`](fit::Fit) is `serde::Serialize`: `serde_json::to_string(&fit)` is fit.json.
-
-# Compare two cloths
-
-```
-use caromfit::compare::{self, Quantity};
-use caromfit::measurement::parameter::Parameter;
-use caromfit::simulate::{self, Spec};
-
-// measured data come from `io::load`, or from `Dataset::new` with `Shot::impact` for each shot
-let mut cloths = Vec::new();
-for (name, mu_s) in [("new", 0.2), ("worn", 0.4)] {
-    let spec: Spec = format!(
-        r#"
-        name = "{name}"
-        kind = "impacts"
-        seed = 1
-        truth = {{ mu = 0.05, mu_s = {mu_s}, e = 0.94 }}
-        shots = {{ count = 40, speed_m_s = [1, 4], cut_deg = [-50, 50], cue_spin = ["natural-roll"] }}
-        noise = {{ velocity_m_s = 0.002, line_of_centres_deg = 0.05 }}
-        "#
-    )
-    .parse()?;
-    let mut dataset = simulate::dataset(&spec)?;
-    dataset.cloth = Some(name.to_owned());
-    cloths.push(dataset);
-}
-let comparison = compare::compare(&cloths, &compare::Options::default())?;
-let mu_s = Quantity::Parameter(Parameter::MuS);
-let compared = comparison.quantities.iter().find(|own| own.quantity == mu_s).ok_or("no μ_s")?;
-assert!(compared.differences[0].is_real());
-# Ok::<(), Box<dyn std::error::Error>>(())
-```
-"##
+"#
 )]
 //!
 //! The [`guide`] has the pages of `caromfit help`.
 //!
-//! The modules in the order of the house: each uses only those above it. A Cargo feature that a program does not need can be left
-//! out: `cli`, the program itself, builds on `report`, that on `io`, that on `fit`, and all are there by default.
-//!
-//! | module | what it holds | feature |
-//! | --- | --- | --- |
-//! | [`physics`] | balls, discs, friction, motion on the cloth, the collision models | – |
-//! | [`numerics`] | least squares within bounds: knows no balls | `fit` |
-//! | [`measurement`] | what was measured, as values: data set, shot, track, observable, parameter | `fit` |
-//! | [`film`] | what trackers make of a film: noise, rounding, dropped frames | `fit` |
-//! | [`io`] | files to measurements and back | `io` |
-//! | [`extraction`] | tracks to first guesses of motion | `fit` |
-//! | [`problem`] | films and tables as one least-squares problem | `fit` |
-//! | [`fit`] | data set to estimates with their uncertainties | `fit` |
-//! | [`compare`] | several data sets at once: which parameters differ | `fit` |
-//! | [`design`], [`simulate`], [`studies`] | what else is built on fits | `io` |
-//! | [`report`] | results as text, HTML, JSON, CSV and plots | `report` |
-//! | [`guide`] | what a user of the program reads | `report` |
+//! A Cargo feature that a program does not need can be left out: `cli`, the program itself, builds on `report`, that on `io`, that on
+//! `fit`, and all are there by default. Without any, [`physics`] is left.
 
 // the library answers with values, never with a panic or a line on the terminal
 #![cfg_attr(

@@ -40,7 +40,6 @@ fn the_two_synthetic_cloths_differ_in_what_they_were_made_to() {
         let test = compared.same_or_different.unwrap();
         assert_eq!(difference.is_real(), real, "{}: {difference:?}", quantity.name());
         assert_eq!(test.delta_aic < 0.0, real, "{}: {test:?}", quantity.name());
-        assert!(difference.effect.is_some());
     }
 }
 

@@ -114,12 +114,6 @@ fn where_the_friction_is_refuted_e_does_not_rest_on_it() {
         column(&lab.written("discs.csv"), "e").iter().map(|e| e.parse().unwrap()).collect();
     let mean = of_shots.iter().sum::<f64>() / of_shots.len() as f64;
     assert!((mean - e).abs() < FAR * error, "{mean} {e} {extracted}");
-    let report = lab.written("report.html");
-    for part in
-        ["What was measured of every shot", "momentum along", "angular momentum", "energy lost", "scatter"]
-    {
-        assert!(report.contains(part), "{part}");
-    }
 }
 
 /// The same code serves balls: throws of 7° at 30° are beyond a contact that is stated to be rigid.

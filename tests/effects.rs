@@ -113,16 +113,6 @@ fn the_motion_afterwards_is_estimated_truly() {
     assert!(least.iter().all(|over| *over < 3.0), "{least:?}");
 }
 
-#[test]
-fn a_set_of_effects_finds_its_fidelity() {
-    for fidelity in Fidelity::ALL {
-        assert_eq!(effects::cheapest(fidelity.effects()), fidelity);
-    }
-    assert_eq!(effects::cheapest(Effects { friction: true, ..Effects::NONE }), Fidelity::Linear);
-    assert_eq!(effects::cheapest(Effects { falling_friction: true, ..Effects::NONE }), Fidelity::Full);
-    assert_eq!(effects::cheapest(Effects { cloth_on_cue: true, ..Effects::NONE }), Fidelity::Contact);
-}
-
 /// An effect that is off is that of a coefficient of 0 (of 1 for e), at every fidelity.
 #[test]
 fn an_effect_that_is_off_does_nothing() {

@@ -149,7 +149,7 @@ fn printed_documents_are_as_the_schema_describes_them() {
     let mut found = Vec::new();
     for (of, args) in [
         ("accuracy", "accuracy --shots 5 --out a --json".to_owned()),
-        ("synth", format!("synth {spec} --out s --falling 0.1,1 --json")),
+        ("synth", format!("synth {spec} --out s --json")),
         ("check", format!("check {film} {pucks} --json")),
         ("extract", format!("extract {pucks} --out x --no-pictures --json")),
         ("collide", one.to_owned()),

@@ -20,7 +20,7 @@ use super::{Failure, print};
 
 /// Runs every fidelity over seeded shots, or over those of a data set, and compares error with time. Writes
 /// OUT/{accuracy.csv, accuracy.svg, accuracy.png} and prints a table. Fits the shots, without noise, with every
-/// fidelity, and says in the table and in OUT/bias.csv how far each is off, against its standard errors.
+/// fidelity, and says how far each is off, against its standard errors.
 #[derive(clap::Args)]
 #[command(after_help = "Example: caromfit accuracy --dataset data/mathavan-2014 --out accuracy")]
 pub struct Args {
@@ -67,12 +67,7 @@ pub fn run(args: &Args) -> Result<(), Failure> {
         progress.done();
     }
     drop(progress);
-    let tables = [
-        ("accuracy.csv".to_owned(), report::accuracy::csv(&rows).into_bytes()),
-        ("bias.csv".to_owned(), report::accuracy::bias_csv(&biases).into_bytes()),
-    ];
-    let files = [tables, report::accuracy::figure(&rows).files("accuracy")?].concat();
-    write::write_files(&files, &args.out)?;
+    write::write_files(&report::accuracy::files(&rows)?, &args.out)?;
     if args.json {
         let document = AccuracyDocument::new(&rows, &biases, shots.len(), left_out);
         return print(&document::text(&document)?);

@@ -51,7 +51,6 @@ pub fn run(args: &Args) -> Result<(), Failure> {
     unless_none(&unusable, 1)
 }
 
-/// Returns what was found about a data set.
 fn text(dataset: &Dataset, found: &[Finding]) -> String {
     let usable = count_of(dataset.count_usable(), "shot");
     let mut text = format!("{}: {usable} can be used, {} left out\n", dataset.name, dataset.left_out.len());

@@ -61,8 +61,6 @@ pub struct Args {
     /// what the effects left out may change together, in parts of the cue ball's speed [default: 1e-3]
     #[arg(long, value_name = "PART", value_parser = super::tolerance)]
     tolerance: Option<f64>,
-    #[arg(long, value_name = "NAMES", help = super::effects_help())]
-    effects: Option<Effects>,
     /// Say of each effect how large it is, whether it is on, and why
     #[arg(long)]
     explain: bool,
@@ -70,8 +68,7 @@ pub struct Args {
     #[arg(long, value_name = "B,C", value_parser = super::law, allow_hyphen_values = true)]
     falling: Option<Law>,
     /// How far the contact between the balls gives way along the surface, 0 (rigid) or more: (2 − s)/(2 − 2s) with
-    /// Poisson's ratio s. Of ode and contact [default: 0, or 1.258 (phenolic resin) where --effects has compliance] and of
-    /// auto [default: 1.258]
+    /// Poisson's ratio s. Of ode and contact [default: 0] and of auto [default: 1.258, phenolic resin]
     #[arg(long, value_name = "K", allow_hyphen_values = true)]
     kappa: Option<f64>,
     /// The cue ball's mass over the object ball's
@@ -98,12 +95,9 @@ fn parse_spin(text: &str) -> Result<Vec3, String> {
 }
 
 impl Args {
-    /// Returns the fidelity that is stated, or the cheapest that has the effects that are; `None`: that of each case.
+    /// Returns the fidelity that is stated; `None`: the cheapest that suffices for each case.
     fn fidelity(&self) -> Option<Fidelity> {
-        match self.fidelity {
-            FidelityChoice::Of(fidelity) => Some(fidelity),
-            _ => self.effects.map(effects::cheapest),
-        }
+        if let FidelityChoice::Of(fidelity) = self.fidelity { Some(fidelity) } else { None }
     }
 
     /// Returns how much left out effects may change.
@@ -128,32 +122,26 @@ impl Args {
             None => (1e-3 * self.within()).max(MIN_TOLERANCE),
         };
         let law = self.falling.unwrap_or_default();
-        let effects = self.effects.unwrap_or(model.effects);
-        let model = Model { as_printed: self.as_printed, tolerance, law, effects, ..model };
-        // auto and a stated compliance have a default
-        let has_default = fidelity.is_none() || self.effects.is_some_and(|on| on.compliance);
+        let model = Model { as_printed: self.as_printed, tolerance, law, ..model };
         let stated = case.kappa.or(self.kappa);
-        let Some(kappa) = stated.or(has_default.then_some(Model::KAPPA)) else { return Ok(model) };
+        let Some(kappa) = stated.or(fidelity.is_none().then_some(Model::KAPPA)) else { return Ok(model) };
         if stated.is_some() && kappa != 0.0 && !model.fidelity.effects().compliance {
             return Err(BadCase::Rigid(kappa, model.fidelity));
         }
-        Ok(Model { kappa, effects: Effects { compliance: true, ..effects }, ..model })
+        Ok(Model { kappa, effects: Effects { compliance: true, ..model.effects }, ..model })
     }
 
-    /// Returns the effects that a case needs.
     fn choose(&self, case: &Case) -> Result<Choice, BadCase> {
         let (cue, coefficients) = case.before()?;
         let model = self.given(case)?;
         Ok(effects::choose(&model, &cue, &coefficients, self.within(), Compared::Everything)?)
     }
 
-    /// Returns the model that computes a case.
     fn model(&self, case: &Case) -> Result<Model, BadCase> {
         let model = self.given(case)?;
         if self.fidelity().is_some() { Ok(model) } else { Ok(self.choose(case)?.model(&model)) }
     }
 
-    /// Returns the case of the options.
     fn case(&self) -> Case {
         let number = |value: Option<f64>| value.unwrap_or(f64::NAN);
         let velocity = cue_velocity(number(self.speed), number(self.cut).to_radians());
@@ -192,7 +180,6 @@ impl Args {
 }
 
 pub fn run(args: &Args) -> Result<(), Failure> {
-    super::simulates(args.fidelity, args.effects)?;
     let collided: Vec<Computed> = if let Some(path) = &args.cases {
         cases::collide_all(path, |case| args.model(case))?
     } else {
@@ -241,28 +228,22 @@ fn effects_table(of: &str, estimates: &[Estimate]) -> String {
 
 fn table(name: &str, fidelity: &str, outcome: &Outcome) -> String {
     // a number that rounds to 0 has no sign
-    let number = |value: f64| {
-        let text = format!("{value:.9}");
-        if text.bytes().any(|digit| (b'1'..=b'9').contains(&digit)) { text } else { text.replace('-', "") }
-    };
-    let row = |what: &str, v: &Vec3| {
-        format!("  {what:<28}{:>14}{:>14}{:>14}\n", number(v.x), number(v.y), number(v.z))
-    };
-    let object = outcome.object.velocity;
-    format!(
-        "{name} ({fidelity}): the contact {}s\n  {:<28}{:>14}{:>14}{:>14}\n{}{}{}{}  {:<28}{:>14}\n  {:<28}{:>14}\n",
-        outcome.regime.name(),
-        "collision frame",
-        "x",
-        "y",
-        "z",
-        row("cue ball velocity, m/s", &outcome.cue.velocity),
-        row("cue ball spin, rad/s", &outcome.cue.spin),
-        row("object ball velocity, m/s", &object),
-        row("object ball spin, rad/s", &outcome.object.spin),
-        "normal impulse/mass, m/s",
-        number(outcome.impulse),
-        "throw, degrees",
-        number(object.y.atan2(object.x).to_degrees()),
-    )
+    let number = |value: f64| format!("{:>14.9}", (1e9 * value).round() / 1e9 + 0.0);
+    let Outcome { cue, object, .. } = outcome;
+    let vectors = [
+        ("cue ball velocity, m/s", cue.velocity),
+        ("cue ball spin, rad/s", cue.spin),
+        ("object ball velocity, m/s", object.velocity),
+        ("object ball spin, rad/s", object.spin),
+    ];
+    let throw = object.velocity.y.atan2(object.velocity.x).to_degrees();
+    let mut text = format!("{name} ({fidelity}): the contact {}s\n", outcome.regime.name());
+    text += &format!("  {:<28}{:>14}{:>14}{:>14}\n", "collision frame", "x", "y", "z");
+    for (what, v) in vectors {
+        text += &format!("  {what:<28}{}{}{}\n", number(v.x), number(v.y), number(v.z));
+    }
+    for (what, value) in [("normal impulse/mass, m/s", outcome.impulse), ("throw, degrees", throw)] {
+        text += &format!("  {what:<28}{}\n", number(value));
+    }
+    text
 }

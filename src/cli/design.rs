@@ -34,16 +34,13 @@ pub struct Args {
 }
 
 fn wish(text: &str) -> Result<(Parameter, f64), String> {
-    let (name, value) = text
-        .split_once('=')
-        .ok_or_else(|| format!("\"{text}\"; expected PARAMETER=ERROR, as in mu=0.001"))?;
+    let (name, value) = text.split_once('=').unwrap_or((text, ""));
     let parameter = Parameter::COEFFICIENTS.into_iter().find(|parameter| parameter.name() == name.trim());
     let known = Parameter::COEFFICIENTS.map(Parameter::name).join(", ");
     let parameter =
         parameter.ok_or_else(|| format!("\"{}\" is no parameter; expected one of {known}", name.trim()))?;
-    let error = super::number(value)?;
-    let is_good = error > 0.0 && error.is_finite();
-    is_good.then_some((parameter, error)).ok_or_else(|| format!("{error}; expected more than 0"))
+    let error = Some(super::number(value)?).filter(|error| *error > 0.0 && error.is_finite());
+    error.map(|error| (parameter, error)).ok_or_else(|| format!("{value}; expected more than 0"))
 }
 
 pub fn run(args: &Args) -> Result<(), Failure> {

@@ -4,10 +4,11 @@ use std::path::{Path, PathBuf};
 
 use caromfit::fit::{ExtractedDiscs, FittedFilm, extract_discs, with_impacts};
 use caromfit::measurement::dataset::Dataset;
+use caromfit::report::ReportError;
 use caromfit::report::count_of;
 use caromfit::report::document::{self, ExtractDocument};
-use caromfit::report::extracted::{self, Files};
-use caromfit::report::{ReportError, write};
+use caromfit::report::extracted;
+use caromfit::report::write::{self, Files};
 
 use super::progress::{self, Progress};
 use super::{Failure, print, print_lines, unless_none};

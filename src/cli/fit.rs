@@ -5,8 +5,7 @@ use std::path::{Path, PathBuf};
 use caromfit::fit::{self, Falling, Fit, Options};
 use caromfit::measurement::dataset::Dataset;
 use caromfit::measurement::loss::Loss;
-use caromfit::physics::collision::effects;
-use caromfit::physics::collision::{Effects, FidelityChoice, Model};
+use caromfit::physics::collision::FidelityChoice;
 use caromfit::physics::friction_law::Law;
 use caromfit::report;
 use caromfit::report::document::{self, FitDocument};
@@ -37,11 +36,6 @@ pub struct Args {
     /// Collision model; auto is full, with a contact that gives way and the balls' weight if the data show them
     #[arg(long, value_parser = super::fidelity(), default_value = "auto")]
     fidelity: FidelityChoice,
-    /// Error of each step of ode and contact, in parts of the closing speed
-    #[arg(long, value_name = "PART", value_parser = super::tolerance, default_value_t = Model::TOLERANCE)]
-    tolerance: f64,
-    #[arg(long, value_name = "NAMES", help = super::effects_help())]
-    effects: Option<Effects>,
     /// Friction between the balls that falls with their slip v, m/s, as μ + B·exp(−C·v), with this B and C or with both
     /// as [fit] mu_b and mu_c of the data set state (fit); linear takes it at the first slip
     #[arg(long, value_name = "B,C|fit", value_parser = falling, allow_hyphen_values = true)]
@@ -116,7 +110,6 @@ fn load(args: &Args) -> Result<(Vec<Dataset>, Vec<String>), Failure> {
 
 pub fn run(args: &Args) -> Result<(), Failure> {
     // all input is checked before anything is written
-    super::simulates(args.fidelity, args.effects)?;
     let (datasets, assumed) = load(args)?;
     let baseline = args.baseline.as_deref().map(document::read).transpose()?;
     let progress = Progress::over_shots(&datasets, args.bootstrap);
@@ -161,11 +154,8 @@ pub fn run(args: &Args) -> Result<(), Failure> {
             [] => String::new(),
             [one] => format!("\nReport: {}\n", one.join(REPORT).display()),
             all => {
-                format!(
-                    "\nReports: {} ({} data sets)\n",
-                    args.out.join("*").join(REPORT).display(),
-                    all.len()
-                )
+                let path = args.out.join("*").join(REPORT);
+                format!("\nReports: {} ({} data sets)\n", path.display(), all.len())
             }
         })?;
     }
@@ -197,28 +187,20 @@ fn is_within(path: &Path, folder: &Path) -> bool {
     path.starts_with(&folder) || folder.starts_with(&path)
 }
 
-/// Prints the table, and below it what was asked for.
 fn print_tables(args: &Args, fits: &[Fit]) -> Result<(), Failure> {
     if args.all {
         print(&terminal::all(fits))?;
-        print(&terminal::warnings(fits))?;
     } else {
-        print(&terminal::overview(fits, super::colour()))?;
+        print(&terminal::overview(fits))?;
     }
     let verbose = fits.iter().filter(|_| args.verbose);
     verbose.into_iter().try_for_each(|fit| print(&format!("\n{}", report::fit::as_text(fit))))
 }
 
 fn options(args: &Args) -> Options {
-    let fidelity = match (args.fidelity, args.effects) {
-        (FidelityChoice::Auto, Some(effects)) => FidelityChoice::Of(effects::cheapest(effects)),
-        (given, _) => given,
-    };
     Options {
-        fidelity,
-        effects: args.effects,
+        fidelity: args.fidelity,
         falling: args.falling.unwrap_or_default(),
-        tolerance: args.tolerance,
         loss: args.loss,
         bootstrap: args.bootstrap,
         seed: args.seed,

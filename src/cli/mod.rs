@@ -25,18 +25,14 @@ mod table_only;
 mod wanted;
 
 use std::error::Error;
-use std::io::{ErrorKind, IsTerminal, Write};
+use std::io::{ErrorKind, Write};
 use std::process::ExitCode;
 
 use caromfit::compare::CompareError;
 use caromfit::fit::FitError;
-use caromfit::physics::collision::{
-    Effects, Fidelity, FidelityChoice, MAX_TOLERANCE, MIN_TOLERANCE, NotACollision,
-};
+use caromfit::physics::collision::{Fidelity, FidelityChoice, MAX_TOLERANCE, MIN_TOLERANCE, NotACollision};
 use caromfit::physics::friction_law::Law;
 use caromfit::report::ReportError;
-use caromfit::report::count_of;
-use caromfit::report::terminal::Colour;
 use clap::builder::{PossibleValue, PossibleValuesParser, TypedValueParser};
 use clap::{Parser, Subcommand};
 
@@ -128,25 +124,20 @@ fn fidelity() -> impl TypedValueParser<Value = FidelityChoice> {
     names.try_map(|name| name.parse::<FidelityChoice>())
 }
 
-/// Returns a tolerance of the integrated fidelities.
 fn tolerance(text: &str) -> Result<f64, String> {
     let valid = Some(number(text)?).filter(|value| (MIN_TOLERANCE..=MAX_TOLERANCE).contains(value));
     valid.ok_or_else(|| format!("expected {MIN_TOLERANCE:e} to {MAX_TOLERANCE:e}"))
 }
 
-/// Returns a number.
 fn number(text: &str) -> Result<f64, String> {
     text.trim().parse().map_err(|_| format!("\"{text}\" is not a number"))
 }
 
 /// Returns the law of a friction that falls with the slip, from B,C.
 fn law(text: &str) -> Result<Law, String> {
-    match text.split(',').collect::<Vec<_>>().as_slice() {
-        [b, c] => Ok(Law::Exponential { b: number(b)?, c: number(c)? }),
-        [word] if number(word).is_err() => {
-            Err(format!("\"{}\" is no number; expected two, b,c with c in s/m", word.trim()))
-        }
-        parts => Err(format!("{}; expected two, b,c with c in s/m", count_of(parts.len(), "number"))),
+    match text.split(',').map(number).collect::<Result<Vec<_>, _>>()?[..] {
+        [b, c] => Ok(Law::Exponential { b, c }),
+        _ => Err(format!("\"{text}\"; expected two numbers, b,c with c in s/m")),
     }
 }
 
@@ -158,30 +149,6 @@ fn named<T: Copy + Send + Sync + 'static, const N: usize>(
     let names = PossibleValuesParser::new(all.map(name));
     // the parser lets no other name through
     names.try_map(move |given| all.into_iter().find(|one| name(*one) == given).ok_or("unknown name"))
-}
-
-/// Refuses effects that a stated fidelity does not have; all means all that it has.
-fn simulates(fidelity: FidelityChoice, effects: Option<Effects>) -> Result<(), Failure> {
-    let (FidelityChoice::Of(fidelity), Some(effects)) = (fidelity, effects) else { return Ok(()) };
-    let missing = effects.list().into_iter().zip(fidelity.effects().list());
-    let missing: Vec<&str> =
-        missing.filter(|((_, on), (_, has))| *on && !has).map(|((name, _), _)| name).collect();
-    if missing.is_empty() || effects == Effects::ALL {
-        return Ok(());
-    }
-    let (missing, fidelity) = (missing.join(","), fidelity.name());
-    refuse!(
-        "--effects {missing}: --fidelity {fidelity} does not simulate it; expected --fidelity contact, or auto"
-    )
-}
-
-/// Returns the help of --effects.
-fn effects_help() -> String {
-    format!(
-        "Simulate only these effects, at the cheapest fidelity that has them if that is auto: all, none, or names with \
-         commas between, of {}",
-        Effects::NAMES.join(", ")
-    )
 }
 
 pub fn run() -> ExitCode {
@@ -210,14 +177,6 @@ pub fn run() -> ExitCode {
     }
 }
 
-/// Returns whether standard output is a terminal that shows colours, which <https://no-color.org> and `TERM=dumb` turn off.
-fn colour() -> Colour {
-    let is_set = |name: &str| std::env::var_os(name).is_some_and(|value| !value.is_empty());
-    let is_dumb = std::env::var_os("TERM").is_some_and(|value| value == "dumb");
-    if std::io::stdout().is_terminal() && !is_set("NO_COLOR") && !is_dumb { Colour::On } else { Colour::Off }
-}
-
-/// Prints lines.
 fn print_lines(lines: &[String]) -> Result<(), Failure> {
     print(&lines.iter().map(|line| format!("{line}\n")).collect::<String>())
 }

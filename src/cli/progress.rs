@@ -50,12 +50,10 @@ impl Progress {
         Self::new(datasets.iter().map(|dataset| filmed(dataset) + others + 1).sum())
     }
 
-    /// Shows the name of the step that begins.
     pub fn step(&self, name: &str) {
         self.bar.set_message(name.to_string());
     }
 
-    /// Counts a step as done.
     pub fn done(&self) {
         self.bar.inc(1);
     }

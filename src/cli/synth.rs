@@ -4,7 +4,6 @@ use std::path::PathBuf;
 
 use caromfit::physics::ball::Ball;
 use caromfit::physics::collision::{FidelityChoice, Model};
-use caromfit::physics::friction_law::Law;
 use caromfit::report::document::{self, SynthDocument};
 use caromfit::report::write;
 use caromfit::simulate;
@@ -28,33 +27,18 @@ pub struct Args {
     /// Collision model; full, or ode if the contact gives way, unless given
     #[arg(long, value_parser = super::fidelity())]
     fidelity: Option<FidelityChoice>,
-    /// Error of each step of ode and contact, in parts of the closing speed
-    #[arg(long, value_name = "PART", value_parser = super::tolerance, default_value_t = Model::TOLERANCE)]
-    tolerance: f64,
-    /// Friction between the balls that falls with their slip v, m/s, as mu + B·exp(−C·v), instead of mu_b and mu_c under [truth];
-    /// linear takes it at the first slip
-    #[arg(long, value_name = "B,C", value_parser = super::law, allow_hyphen_values = true)]
-    falling: Option<Law>,
     /// Print what was made as JSON, and nothing else, on standard output
     #[arg(long)]
     json: bool,
 }
 
 pub fn run(args: &Args) -> Result<(), Failure> {
-    let mut spec = simulate::read(&args.spec)?;
-    if let Some(Law::Exponential { b, c }) = args.falling {
-        if spec.truth.mu_b.or(spec.truth.mu_c).is_some() {
-            let path = args.spec.display();
-            refuse!("{path}: --falling, and mu_b or mu_c under [truth]; expected one of them");
-        }
-        (spec.truth.mu_b, spec.truth.mu_c) = (Some(b), Some(c));
-    }
+    let spec = simulate::read(&args.spec)?;
     let model = match args.fidelity {
         Some(FidelityChoice::Of(fidelity)) => Model::new(fidelity, Ball::POOL),
         Some(_) => refuse!("--fidelity auto: expected one for all shots"),
         None => spec.usual_model(),
     };
-    let model = Model { tolerance: args.tolerance, ..model };
     let fidelity = model.fidelity;
     let files = match simulate::generate_with(&spec, &model) {
         Ok(files) => files,

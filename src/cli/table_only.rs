@@ -54,8 +54,8 @@ impl Told {
             let which = if is_pool { "pool balls, radius" } else { "balls of radius" };
             said.push(format!("The balls are taken as {which} {radius} m (else: --radius)."));
         }
-        let missing: Vec<String> =
-            draft.blanks().into_iter().filter_map(|blank| option_for(blank, &draft)).collect();
+        let missing = OPTIONS.into_iter().filter(|(blank, _)| draft.blanks().contains(blank));
+        let missing: Vec<&str> = missing.map(|(_, option)| option).collect();
         if !missing.is_empty() {
             let (table, missing) = (table.display(), missing.join(", "));
             refuse!("{table}: does not say what a fit needs; expected {missing}, or a dataset.toml");
@@ -102,22 +102,14 @@ impl Told {
     }
 }
 
-/// Returns the option that fills a blank of a draft, if a fit needs it.
-fn option_for(blank: &str, draft: &Draft) -> Option<String> {
-    let option = match blank {
-        "capture_fps" => "--fps (what the camera recorded at)",
-        "cue_spin" => "--spin (natural-roll, stun, unknown or measured)",
-        "which ball is which" => {
-            let tracks = draft.tracks.iter().map(|name| format!("\"{name}\"")).collect::<Vec<_>>();
-            return Some(format!("--cue and --object (of the tracks {})", tracks.join(", ")));
-        }
-        "which column is what" => "a dataset.toml (caromfit init writes a first version)",
-        _ => return None,
-    };
-    Some(option.to_owned())
-}
+/// Options that fill blanks of a draft which a fit needs.
+const OPTIONS: [(&str, &str); 4] = [
+    ("capture_fps", "--fps (what the camera recorded at)"),
+    ("cue_spin", "--spin (natural-roll, stun, unknown or measured)"),
+    ("which ball is which", "--cue and --object (two of its tracks)"),
+    ("which column is what", "a dataset.toml (caromfit init writes a first version)"),
+];
 
-/// Returns whether a path names a table, and not a data set.
 pub fn is_table(path: &Path) -> bool {
     path.is_file() && path.extension().is_none_or(|extension| !extension.eq_ignore_ascii_case("toml"))
 }

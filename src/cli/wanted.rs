@@ -55,25 +55,17 @@ fn named<'a>(word: &str, names: &'a [&'a str]) -> Option<&'a [&'a str]> {
     names.get(place(first)?..=place(last)?)
 }
 
-/// Returns why a word names no shots: an end of a range is unknown, its ends are the wrong way round, or it is not a name.
 fn unknown(word: &str, datasets: &[Dataset]) -> String {
     let known: Vec<&str> = datasets.iter().flat_map(|dataset| dataset.names()).collect();
-    let expected = format!("expected one of {}", listed(&known));
-    let Some([first, last]) = ends(word) else { return format!("names no shot; {expected}") };
-    let why = match [first, last].map(|end| known.contains(&end)) {
-        [true, true] => {
-            return format!(
-                "is the wrong way round: shot {first} comes after shot {last}; expected {last}..{first}"
-            );
-        }
-        [false, false] => format!("there is neither shot {first} nor shot {last}"),
-        [true, false] => format!("there is no shot {last}"),
-        [false, true] => format!("there is no shot {first}"),
+    let missing = ends(word).unwrap_or([word; 2]).into_iter().find(|end| !known.contains(end));
+    let why = match missing {
+        Some(shot) if shot != word => format!(": there is no shot {shot}"),
+        Some(_) => String::new(),
+        None => ": it is the wrong way round".to_owned(),
     };
-    format!("names no shots: {why}; {expected}")
+    format!("names no shots{why}; expected one of {}", listed(&known))
 }
 
-/// Returns the first names.
 fn listed(names: &[&str]) -> String {
     const NAMED: usize = 8;
     let more = if names.len() > NAMED { format!(" and {} more", names.len() - NAMED) } else { String::new() };

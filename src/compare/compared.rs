@@ -2,7 +2,6 @@
 
 use statrs::distribution::{ContinuousCDF, Normal};
 
-use super::effect::Effect;
 use super::error::CompareError;
 use super::findings::{Finding, Reason};
 use super::joint::{Joint, estimate};
@@ -13,9 +12,6 @@ use super::significance::known_error;
 use crate::fit::deviations::residuals as residuals_of;
 use crate::fit::diagnostics::trends::holm;
 use crate::fit::{Computed, Refuted};
-use crate::measurement::parameter::Parameter;
-use crate::physics::ball::Ball;
-use crate::physics::collision::Coefficients;
 use crate::problem::{Estimates, Id, Mode, Policy};
 
 impl Joint<'_> {
@@ -35,9 +31,6 @@ impl Joint<'_> {
         }
         let differences = quantities.iter_mut().flat_map(|compared| &mut compared.differences);
         holm(differences.map(|difference| &mut difference.p_holm));
-        if let Some(alone) = self.samples.fitted.first() {
-            describe(&mut quantities, alone.dataset.ball);
-        }
         let mut findings = std::mem::take(&mut self.samples.findings);
         findings.extend(quantities.iter().flat_map(find_doubts));
         findings.extend(Quantity::ALL.into_iter().find_map(|quantity| self.limit(quantity)));
@@ -220,25 +213,6 @@ fn find_doubts(compared: &Compared) -> impl Iterator<Item = Finding> {
     let at_bound =
         at_bound.map(move |value| Finding::AtBound { quantity, label: value.label, bound: value.value });
     contradicted.into_iter().chain(at_bound)
-}
-
-/// Sets the effect of every difference.
-fn describe(quantities: &mut [Compared], ball: Ball) {
-    let typical = |parameter: Parameter| {
-        let own = quantities.iter().find(|compared| compared.quantity == Quantity::Parameter(parameter));
-        let known: Vec<f64> = own.iter().flat_map(|own| &own.estimates).map(|value| value.value).collect();
-        let mean = known.iter().sum::<f64>() / known.len() as f64;
-        if known.is_empty() { parameter.default_setting().initial } else { mean }
-    };
-    let [mu, mu_s, e] = Parameter::COEFFICIENTS.map(typical);
-    for Compared { quantity, estimates, differences, .. } in quantities {
-        let value = |label: usize| estimates.iter().find(|v| v.label == Some(label)).map(|v| v.value);
-        for Difference { first, second, effect, .. } in differences {
-            let values = value(*first).zip(value(*second));
-            let at = Coefficients { mu, mu_s, e };
-            *effect = values.and_then(|(a, b)| Effect::new(*quantity, ball, &at, [a, b]));
-        }
-    }
 }
 
 /// Takes errors, differences and tests away if the residuals of a sample or of all refute the model by

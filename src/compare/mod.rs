@@ -11,7 +11,6 @@
 
 mod columns;
 mod compared;
-mod effect;
 mod error;
 mod findings;
 mod joint;
@@ -21,7 +20,6 @@ mod result;
 mod samples;
 mod significance;
 
-pub use effect::Effect;
 pub use error::CompareError;
 pub use findings::{Finding, Reason};
 pub use quantity::{Options, Quantity};

@@ -60,7 +60,7 @@ impl Tests {
         let t = self.quantile();
         let p_value = self.p_value(value / std_error);
         let interval_95 = [value - t * std_error, value + t * std_error];
-        Difference { first, second, value, std_error, interval_95, p_value, p_holm: p_value, effect: None }
+        Difference { first, second, value, std_error, interval_95, p_value, p_holm: p_value }
     }
 }
 

@@ -3,7 +3,6 @@
 use schemars::JsonSchema;
 use serde::Serialize;
 
-use super::effect::Effect;
 use super::findings::{Finding, Reason};
 use super::quantity::Quantity;
 use crate::fit::{Computed, Grade, Rejected, Residual};
@@ -165,9 +164,6 @@ pub struct Difference {
     /// p_value corrected for all pairs of all parameters (Holm 1979).
     #[schemars(with = "Option<f64>")]
     pub p_holm: f64,
-    /// The change of a typical shot.
-    #[serde(skip)]
-    pub effect: Option<Effect>,
 }
 
 impl Difference {

@@ -173,9 +173,6 @@ pub struct OfKind {
     /// How many shots of this kind alone reach all that is wanted, except for what no kind of the
     /// design determines.
     pub needed_all: Option<u64>,
-    /// The fraction by which the standard errors of μ, μ_s and e from all planned shots decrease
-    /// with one more shot of this kind.
-    pub gain: [Option<f64>; 3],
 }
 
 /// A kind of shot at one cut angle and one speed.
@@ -264,14 +261,9 @@ pub fn design(expected: &Expected) -> Result<Design, NotACollision> {
             notes.push(format!("No kind of shot offered tells {}.", parameter.symbol()));
         }
     }
-    // a parameter that is not determined takes no part in the errors of the others
-    let covariance = information::covariance(&total).map(|value| if value.is_nan() { 0.0 } else { value });
     let (mut kinds, mut cells) = (Vec::new(), Vec::new());
     for (index, (kind, Average { information, unusable })) in expected.kinds.iter().zip(averages).enumerate()
     {
-        // d ln σ_j/dn = −½ (V I V)_jj/V_jj
-        let change = covariance * information * covariance;
-        let gain = |j: usize| Some(0.5 * change[(j, j)] / covariance[(j, j)]).filter(|gain| gain.is_finite());
         let only = |i: usize| std::array::from_fn(|j| expected.wanted[j].filter(|_| i == j));
         let std_errors = |of_one: Information| information::std_errors(&(of_one * kind.shots as f64));
         kinds.push(OfKind {
@@ -280,7 +272,6 @@ pub fn design(expected: &Expected) -> Result<Design, NotACollision> {
             std_errors: std_errors(information),
             needed: std::array::from_fn(|i| plan::needed(&information, &only(i))),
             needed_all: plan::needed(&information, &wanted),
-            gain: std::array::from_fn(gain),
         });
         if unusable > 0.0 {
             notes.push(format!(
@@ -298,7 +289,7 @@ pub fn design(expected: &Expected) -> Result<Design, NotACollision> {
             }
         }
     }
-    let mixtures = plan::mixtures(&expected, &kinds, &cells);
+    let mixtures = plan::mixtures(&expected, &kinds);
     if mixtures.iter().any(|mixture| mixture.total() < FEW) {
         notes.push(format!(
             "With fewer than some {FEW} shots the standard errors are a rough guide: a straight line in the parameters no \

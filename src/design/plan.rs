@@ -1,14 +1,13 @@
 //! How many shots, and of which kinds.
 
 use super::information::{Information, covariance, std_errors};
-use super::{Cell, Expected, OfKind};
+use super::{Expected, OfKind};
 use crate::measurement::parameter::Parameter;
 
 /// Largest number of shots of a plan.
 const MAX_SHOTS: u64 = 1_000_000_000;
 
-/// Rounds after which the sum of all shots is within 0.1 % of the least (four designs, of kinds and
-/// cells).
+/// Rounds after which the sum of all shots is within 0.1 % of the least (four designs).
 const ROUNDS: usize = 300;
 
 /// Part of all shots below which a kind of shot is left out.
@@ -19,9 +18,7 @@ const LEAST_SHARE: f64 = 1e-3;
 pub struct Mixture {
     /// The parameter whose standard error they reach; `None` for all that is wanted.
     pub parameter: Option<Parameter>,
-    /// Whether they are of single cut angles and speeds, and not of kinds over their whole ranges.
-    pub of_cells: bool,
-    /// The index of each kind or cell, with its number of shots, the most first.
+    /// The index of each kind, with its number of shots, the most first.
     pub shots: Vec<(usize, u64)>,
     /// The standard errors of μ, μ_s and e that they give.
     pub std_errors: [Option<f64>; 3],
@@ -64,24 +61,18 @@ pub(super) fn needed(information: &Information, wanted: &[Option<f64>; 3]) -> Op
     Some(high)
 }
 
-/// Returns the mixtures for each wanted parameter, and for all of them that are determined at all,
-/// of kinds and of cells.
-pub(super) fn mixtures(expected: &Expected, kinds: &[OfKind], cells: &[Cell]) -> Vec<Mixture> {
-    let of_kinds: Vec<Information> = kinds.iter().map(|kind| kind.information).collect();
-    let of_cells: Vec<Information> = cells.iter().map(|cell| cell.information).collect();
-    let mut found = Vec::new();
-    for (informations, of_cells) in [(of_kinds, false), (of_cells, true)] {
-        let errors = std_errors(&informations.iter().sum());
-        for parameter in Parameter::COEFFICIENTS.map(Some).into_iter().chain([None]) {
-            let is_meant = |i: usize| errors[i].is_some() && parameter.is_none_or(|p| p as usize == i);
-            let wanted = std::array::from_fn(|i| expected.wanted[i].filter(|_| is_meant(i)));
-            if let Some(shots) = fewest_shots(&informations, &wanted) {
-                let std_errors = std_errors(&sum(&informations, &shots));
-                found.push(Mixture { parameter, of_cells, shots, std_errors });
-            }
-        }
-    }
-    found
+/// Returns the mixtures for each wanted parameter, and for all of them that are determined at all.
+pub(super) fn mixtures(expected: &Expected, kinds: &[OfKind]) -> Vec<Mixture> {
+    let informations: Vec<Information> = kinds.iter().map(|kind| kind.information).collect();
+    let errors = std_errors(&informations.iter().sum());
+    let mixture = |parameter: Option<Parameter>| {
+        let is_meant = |i: usize| errors[i].is_some() && parameter.is_none_or(|p| p as usize == i);
+        let wanted = std::array::from_fn(|i| expected.wanted[i].filter(|_| is_meant(i)));
+        let shots = fewest_shots(&informations, &wanted)?;
+        let std_errors = std_errors(&sum(&informations, &shots));
+        Some(Mixture { parameter, shots, std_errors })
+    };
+    Parameter::COEFFICIENTS.map(Some).into_iter().chain([None]).filter_map(mixture).collect()
 }
 
 /// Returns the information of numbers of shots.

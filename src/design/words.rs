@@ -123,7 +123,7 @@ fn silent_shots(design: &Design, parameter: Parameter) -> Option<String> {
 
 /// Returns the best mixture, and the best single kind beside it.
 fn all_wanted(design: &Design) -> Option<String> {
-    let mixture = design.mixtures.iter().find(|m| m.parameter.is_none() && !m.of_cells)?;
+    let mixture = design.mixtures.iter().find(|m| m.parameter.is_none())?;
     let name = |kind: usize| design.expected.kinds[kind].name.as_str();
     let of: Vec<String> =
         mixture.shots.iter().map(|(kind, shots)| format!("{shots} of \"{}\"", name(*kind))).collect();

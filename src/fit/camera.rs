@@ -33,8 +33,6 @@ pub struct FoundCamera {
     pub unit: f64,
     /// How many shots it was found from.
     pub shots: usize,
-    /// The positions in the films where the balls of these shots touched, m.
-    pub contacts: Vec<[f64; 2]>,
     /// Whether nothing was left to correct at the end.
     pub converged: bool,
     /// The correlation of the noise of neighbouring frames; `None` where the frames do not determine it.
@@ -58,9 +56,7 @@ impl FoundCamera {
             let found = solution.get(unknown_of(which))?;
             Some(FoundCorrection { which, value: found.value, std_error: found.std_error? })
         };
-        let middle = solution.middle.map(|x| x * solution.unit);
         let shots = solution.names.first().map_or(0, Vec::len);
-        let contacts = (0..shots).filter_map(|i| solution.contact(i));
         let noise = solution.frame_noise().map(|noises| noises[1].rho);
         let (mut drops, mut spoiled) = ([0; 2], None);
         for finding in &solution.findings {
@@ -71,12 +67,11 @@ impl FoundCamera {
             }
         }
         Self {
-            middle,
+            middle: solution.middle.map(|x| x * solution.unit),
             picture: Camera::new(&solution.state().shared),
             corrections: Correction::ALL.into_iter().filter_map(correction).collect(),
             unit: solution.unit,
             shots,
-            contacts: contacts.map(|[x, y]| [x + middle[0], y + middle[1]]).collect(),
             converged: solution.converged,
             noise_correlation: noise.filter(|rho| *rho > 0.0),
             drops,
@@ -89,14 +84,6 @@ impl FoundCamera {
     #[must_use]
     pub fn get(&self, correction: Correction) -> f64 {
         self.picture.get(correction as usize)
-    }
-
-    /// Returns where the film shows a place on the table, m.
-    #[must_use]
-    pub fn film(&self, table: [f64; 2]) -> [f64; 2] {
-        let from_middle = [0, 1].map(|k| table[k] - self.middle[k]);
-        let seen = self.picture.look(from_middle.into(), 0.0).place;
-        [0, 1].map(|k| seen[k] + self.middle[k])
     }
 
     /// Returns what was done to the films, in sentences.

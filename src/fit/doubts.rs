@@ -80,9 +80,7 @@ impl Fit {
             let sentence = "Other values fit nearly as well: more shots, or a prior, decide between them.";
             all.push(doubtful("rival-minimum")(sentence.to_owned()));
         }
-        all.extend(
-            self.hidden_by_bounds().into_iter().map(|(_, sentence)| sentence).map(warning("undetermined")),
-        );
+        all.extend(self.hidden_by_bounds().into_iter().map(warning("undetermined")));
         all.extend(self.changing_residuals());
         all.sort_by_key(|remark| Reverse(remark.severity));
         let mut known = HashSet::new();
@@ -93,15 +91,10 @@ impl Fit {
     /// Returns how the data contradict the model, and what else is wrong, as that is why.
     fn refuted_model(&self) -> Option<String> {
         let refuted = self.refuted.as_ref()?;
-        let (what, see) = match self.discs {
-            Some(_) => (
-                "two rigid discs with constant friction",
-                " caromfit extract lists what was measured in every shot.",
-            ),
-            None if self.object.is_some() => {
-                ("two balls of the stated masses and sizes with constant friction", "")
-            }
-            None => ("two equal balls with constant friction", ""),
+        let what = match (self.discs, self.object) {
+            (Some(_), _) => "two rigid discs",
+            (None, Some(_)) => "two balls of the stated masses and sizes",
+            (None, None) => "two equal balls",
         };
         let radius = self.diagnostics.suspicious.iter().find(|finding| finding.kind == Kind::Radius);
         let few = self.not_used().filter(|doubt| doubt.severity == Severity::Doubtful);
@@ -113,9 +106,9 @@ impl Fit {
         // any other is of balls that are confused
         let measured = refuted.restitution.filter(|e| (0.0..=1.0).contains(&e.value));
         let measured = measured
-            .map(|e| format!(" Measured without the model: e = {}.{see}", with_error(e.value, e.std_error)));
+            .map(|e| format!(" Measured without the model: e = {}.", with_error(e.value, e.std_error)));
         Some(format!(
-            "No collision of {what} describes these shots: χ²/dof is {}, where 1 is expected.{}{}",
+            "No collision of {what} with constant friction describes these shots: χ²/dof is {}, where 1 is expected.{}{}",
             plain(refuted.reduced_chi2, 3),
             why.map_or(String::new(), |why| format!(" {why}")),
             measured.unwrap_or_default()
@@ -285,7 +278,6 @@ impl Fit {
                 capital(&open.words)
             ));
         }
-        let hides = self.hidden_by_bounds().into_iter().next().map_or(String::new(), |(clause, _)| clause);
         for estimate in &self.estimates {
             let (side, word, end) = match estimate.status {
                 Status::AtLowerBound => ("lower", "at most", 1),
@@ -294,7 +286,7 @@ impl Fit {
             };
             let limit = estimate.interval_95.map(|ends| format!(" ({word} {} at 95 %)", plain(ends[end], 2)));
             all.push(format!(
-                "{} ends on its {side} bound {}{}{hides}.",
+                "{} ends on its {side} bound {}{}.",
                 estimate.parameter.symbol(),
                 plain(estimate.value, 3),
                 limit.unwrap_or_default()
@@ -305,9 +297,8 @@ impl Fit {
         all
     }
 
-    /// Returns the parameters that are known much less if others are not exactly at their bounds: each as a clause and as
-    /// a sentence.
-    fn hidden_by_bounds(&self) -> Vec<(String, String)> {
+    /// Returns the parameters that are known much less if others are not exactly at their bounds.
+    fn hidden_by_bounds(&self) -> Vec<String> {
         let (mut others, mut conditions) = (Vec::new(), Vec::new());
         for bound in self.estimates.iter().filter(|estimate| estimate.is_at_bound()) {
             let symbol = bound.parameter.symbol();
@@ -322,11 +313,10 @@ impl Fit {
             let Some((released, conditional)) = errors else { continue };
             let (symbol, times) = (estimate.parameter.symbol(), released / conditional);
             if times >= WORTH_SAYING {
-                let sentence = format!(
+                all.push(format!(
                     "These data hardly tell {symbol} from {others}: {symbol} is ± {conditional:.2e} if {conditions} exactly, but \
                      ± {released:.2e} ({times:.0} times as much) if not."
-                );
-                all.push((format!(", and these shots hardly tell {symbol} from {others}"), sentence));
+                ));
             }
         }
         all

@@ -22,19 +22,19 @@ pub(super) fn remark(finding: &Finding, film: Option<&FittedFilm>) -> Option<Rem
 
 /// Returns a finding as a sentence, of a table if there is no film; `None` for one that stands elsewhere.
 pub(crate) fn sentence(finding: &Finding, film: Option<&FittedFilm>) -> Option<String> {
-    let stated = film.map_or((f64::NAN, 0.0), |film| (film.radius(), film.scale_sd));
+    let radius_and_sd = film.map_or([f64::NAN, 0.0], |film| [film.radius(), film.scale_sd]);
     Some(match finding {
         // rejected shots and goodness of fit say it
         Finding::Misfit { .. } | Finding::LostShots { .. } if film.is_none() => return None,
         Finding::OtherUnit { factor, stated: false } => scale_of_balls(*factor),
-        Finding::OtherUnit { factor, stated: true } => scale(factor.recip(), stated),
+        Finding::OtherUnit { factor, stated: true } => scale(factor.recip(), radius_and_sd),
         Finding::Playback { fps } => format!(
             "{fps} frames/s is a rate at which films are played: [video] capture_fps is to be what the camera recorded at, in slow \
              motion 120, 240 or more."
         ),
         Finding::Drops { shots, drops } => format!(
-            "The camera dropped frames that the frame numbers do not show ({drops} times, in {}): the tracks go several \
-             steps at once there. The frames after them were moved in time.",
+            "The camera dropped frames that the frame numbers do not show ({drops} times, in {}): the frames after them were moved \
+             in time.",
             count_of(*shots, "shot")
         ),
         Finding::Corners { shots, of } => format!(
@@ -45,18 +45,13 @@ pub(crate) fn sentence(finding: &Finding, film: Option<&FittedFilm>) -> Option<S
             "In {shots} of {of} shots a ball comes off a cushion or another ball after the impact: its frames from there on are left out."
         ),
         Finding::NoiseLasts { rho, sd } => format!(
-            "The noise of the positions lasts from frame to frame: neighbouring frames are correlated by {}. Errors take it into \
-             account.",
+            "Neighbouring frames have errors that are correlated by {}; the errors of the estimates include it.",
             with_error(*rho, *sd)
-        ),
-        Finding::NoiseRefuted { times } if *times < 1.0 => format!(
-            "The stated noise of the positions (position_sd_m, or the columns of standard deviations) is too large, and the errors \
-             with it: neighbouring frames scatter by {} times that.",
-            plain(*times, 2)
         ),
         Finding::NoiseRefuted { times } => format!(
             "Neighbouring frames scatter by {times:.1} times the stated noise (position_sd_m, or the columns of standard \
-             deviations): what they scatter by was taken in its place."
+             deviations): {}.",
+            if *times < 1.0 { "the errors are too large" } else { "what they scatter by was taken in its place" }
         ),
         Finding::Spoiled { before, after } if finding.severity() == Severity::Note => format!(
             "Next to the impacts the positions are off in all shots, as where balls hide each other or an exposure lasts: {} \
@@ -68,43 +63,34 @@ pub(crate) fn sentence(finding: &Finding, film: Option<&FittedFilm>) -> Option<S
              does that smooths or predicts positions; export them as they were measured."
                 .to_owned()
         }
-        Finding::Compliance { kappa, shots, fall, adopted: true } => format!(
-            "The contact between the balls gives way along its surface (κ = {}, as follows from Poisson's ratio), which shows in \
-             {}: −2 log L is {fall:.1} lower than with a rigid contact, which kappa = {{ fixed = 0 }} under [fit] asks for.",
-            plain(*kappa, 4),
-            count_of(*shots, "shot")
+        Finding::Compliance { kappa, shots, fall, adopted } => effect(
+            &format!(
+                "A contact between the balls that gives way along its surface (κ = {}, as follows from Poisson's ratio; kappa = {{ fixed \
+                 = 0 }} under [fit] takes a rigid one)",
+                plain(*kappa, 4)
+            ),
+            (*shots, *fall, *adopted),
         ),
-        Finding::Compliance { shots, fall, .. } => format!(
-            "A contact that gives way along its surface would show in {}, but they do not tell whether it does (−2 log L {}): \
-             left out.",
-            count_of(*shots, "shot"),
-            change(*fall)
+        Finding::Weight { shots, fall, adopted } => effect(
+            "What the balls' weight and the cloth do during the impact (--fidelity contact)",
+            (*shots, *fall, *adopted),
         ),
-        Finding::Weight { shots, fall, adopted: true } => format!(
-            "The balls' weight and what the cloth does during the impact are simulated in {} (--fidelity contact): −2 log L is \
-             {fall:.1} lower with them.",
-            count_of(*shots, "shot")
-        ),
-        Finding::Weight { shots, fall, .. } => format!(
-            "The balls' weight and what the cloth does during the impact (--fidelity contact) act on {}, but these do not tell \
-             whether they do (−2 log L {}): left out.",
-            count_of(*shots, "shot"),
-            change(*fall)
-        ),
-        Finding::Conflict { id, stated: known, estimate, sd, size } => {
-            conflict(*id, [*known, *estimate, *sd, *size], stated)
+        Finding::Conflict { id, stated, estimate, sd, size } => {
+            conflict(*id, [*stated, *estimate, *sd, *size], radius_and_sd)
         }
-        Finding::Cause { id: Id::FallB, estimate, sd, fall } => format!(
-            "Friction between the balls that falls with their slip, by {} from slow to fast, explains residuals (−2 log L lower \
-             by {fall:.0}), and is in the estimates: μ is then its limit for fast slips. friction = \"exponential\" under [fit] takes \
-             it, or --falling fit.",
-            with_error(*estimate, *sd)
-        ),
-        Finding::Cause { id, estimate, sd, fall } => format!(
-            "{} = {} explains residuals (−2 log L lower by {fall:.0}), and is in the estimates.",
-            id.name(),
-            with_error(*estimate, *sd)
-        ),
+        Finding::Cause { id, estimate, sd, fall } => {
+            let (name, note) = match id {
+                Id::FallB => (
+                    "The decrease, from slow to fast, of friction between the balls that falls with their slip",
+                    ": μ is its limit for fast slips. --falling fit takes it",
+                ),
+                id => (id.name(), ""),
+            };
+            let found = with_error(*estimate, *sd);
+            format!(
+                "{name} = {found} explains residuals (−2 log L lower by {fall:.0}), and is in the estimates{note}."
+            )
+        }
         Finding::Spins { fall, .. } => spins(film?, *fall),
         Finding::Misfit { ratio, refutes } => {
             let so_that = if *refutes {
@@ -118,18 +104,24 @@ pub(crate) fn sentence(finding: &Finding, film: Option<&FittedFilm>) -> Option<S
                 plain(ratio.sqrt(), 2)
             )
         }
-        Finding::LostShots { names } => {
-            let first = names.first()?;
-            format!(
-                "{} {} left out, since no collision like that of the others describes {}: the first is {first}.",
-                count_of(names.len(), "shot"),
-                if names.len() == 1 { "was" } else { "were" },
-                if names.len() == 1 { "it" } else { "them" }
-            )
-        }
+        Finding::LostShots { names } => format!(
+            "Left out, since no collision like that of the others describes them: {}, the first {}.",
+            count_of(names.len(), "shot"),
+            names.first()?
+        ),
         // the fit and the statuses of its estimates say it
         Finding::NotConverged | Finding::Undetermined { .. } | Finding::AtBound { .. } => return None,
     })
+}
+
+/// Returns on how many shots an effect acts, the fall of −2 log L with it, and whether it was adopted.
+fn effect(what: &str, (shots, fall, adopted): (usize, f64, bool)) -> String {
+    let (way, size) = if fall < 0.0 { ("higher", -fall) } else { ("lower", fall) };
+    format!(
+        "{what} acts on {}: {} (−2 log L {way} by {size:.1} with it).",
+        count_of(shots, "shot"),
+        if adopted { "the estimates include it" } else { "the shots do not decide, and it is left out" }
+    )
 }
 
 /// Diameters of balls, m, with what they are played at (rules of WPA, UMB, WPBSA and of pyramid).
@@ -141,102 +133,104 @@ const SAME_DIAMETER: f64 = 0.01;
 
 /// Returns that balls of a radius appear `factor` times as large as stated, with the relative standard deviation of the
 /// stated scale.
-fn scale(factor: f64, (radius, sd): (f64, f64)) -> String {
-    let size = if (0.5..2.0).contains(&factor) {
-        let larger = if factor > 1.0 { "larger" } else { "smaller" };
-        format!("{} % {larger} than", plain(100.0 * (factor - 1.0).abs(), 2))
-    } else {
-        format!("{} times as large as", plain(factor, 3))
-    };
+fn scale(factor: f64, [radius, sd]: [f64; 2]) -> String {
     let diameter = 2.0 * radius * factor;
     let game = DIAMETERS.iter().find(|(_, other)| (diameter / other - 1.0).abs() < SAME_DIAMETER);
     let game = game.map_or(String::new(), |(game, other)| {
         format!(" ({}/{}: {game} balls?)", plain(1e3 * other, 4), plain(2e3 * radius, 4))
     });
     format!(
-        "The balls are {size} stated{game}, where {} % is expected: either the radius (radius_m of [ball]) or the scale of the film \
-         ([scale]) is wrong, which the frames cannot tell apart. A scale that is known worse takes its relative standard deviation as \
-         sd under [scale].",
+        "The balls are {} % {} than stated{game}, where {} % is expected: either the radius (radius_m of [ball]) or the scale of the \
+         film ([scale]) is wrong, which the frames cannot tell apart. A scale that is known worse takes its relative standard \
+         deviation as sd under [scale].",
+        plain(100.0 * (factor - 1.0).abs(), 2),
+        if factor > 1.0 { "larger" } else { "smaller" },
         plain(100.0 * sd, 2)
     )
 }
 
 /// Returns what a fit without a prior says of a quantity: stated value, estimate, error, and the
 /// difference in standard deviations.
-fn conflict(id: Id, [stated, estimate, sd, size]: [f64; 4], of_film: (f64, f64)) -> String {
-    let found = with_error(estimate, sd);
-    let times = plain(size.abs(), 2);
-    match id {
-        Id::Scale => scale(estimate, of_film),
-        Id::Rate => format!(
-            "The frames show a frame rate of {found} times the stated one ({times} standard deviations off): check [video] \
-             capture_fps, which is what the camera recorded at, not what it is played at."
+fn conflict(id: Id, [stated, estimate, sd, size]: [f64; 4], radius_and_sd: [f64; 2]) -> String {
+    let (name, unit, advice) = match id {
+        Id::Scale => return scale(estimate, radius_and_sd),
+        Id::MassRatio => {
+            return format!(
+                "The shots show a cue ball {} % {} than the object ball, where {} is stated or usual: weigh both; mass_kg under [ball] \
+                 and [object] takes it.",
+                with_error(100.0 * (estimate - 1.0).abs(), 100.0 * sd),
+                if estimate > 1.0 { "heavier" } else { "lighter" },
+                plain(stated, 4)
+            );
+        }
+        Id::TiltX | Id::TiltY => {
+            return format!(
+                "The table falls by {} mm/m along {} of the film: level it, unless the nap of the cloth does it.",
+                with_error(1e3 * estimate, 1e3 * sd),
+                if id == Id::TiltX { "x" } else { "y" }
+            );
+        }
+        Id::Rate => (
+            "a frame rate",
+            " times the stated one",
+            "check [video] capture_fps, which is what the camera recorded at, not what it is played at",
         ),
-        Id::MassRatio => format!(
-            "The shots show a cue ball {} % {} than the object ball, where {} is stated or usual: weigh both; mass_kg under [ball] \
-             and [object] takes it.",
-            with_error(100.0 * (estimate - 1.0).abs(), 100.0 * sd),
-            if estimate > 1.0 { "heavier" } else { "lighter" },
-            plain(stated, 4)
+        Id::RadiusRatio => (
+            "a radius of the cue ball",
+            " times the object ball's",
+            "measure both; radius_m under [ball] and [object] takes it",
         ),
-        Id::RadiusRatio => format!(
-            "The frames show a radius of the cue ball of {found} times the object ball's: measure both; radius_m under [ball] and \
-             [object] takes it."
+        Id::Roll | Id::Slide => (
+            if id == Id::Roll {
+                "a topspin of cue balls that are stated to roll"
+            } else {
+                "a topspin of stun shots"
+            },
+            " of natural roll",
+            "[cue_spin] assume = \"unknown\" lets every shot tell its own spin",
         ),
-        Id::Roll | Id::Slide => format!(
-            "The cue balls that are stated {} have a topspin of {found} of natural roll ({times} standard deviations off): \
-             [cue_spin] assume = \"unknown\" lets every shot tell its own spin.",
-            if id == Id::Roll { "to roll" } else { "as stun" }
+        Id::MuK => (
+            "a sliding friction of the cloth",
+            "",
+            "the spin of the cue balls, the scale or the times may not be as stated",
         ),
-        Id::MuK => format!(
-            "The paths after the impacts show a sliding friction of the cloth of {found}, where {} is stated: the spin of the cue \
-             balls, the scale or the times may not be as stated.",
-            plain(stated, 3)
+        Id::MuR => (
+            "a rolling resistance of the cloth",
+            "",
+            "cue balls that are said to roll may slide (cue_spin), or the times or the scale of the film are wrong",
         ),
-        Id::MuR => format!(
-            "The balls slow down before the impacts as if the cloth's rolling resistance were {found}, where {} is usual or stated: \
-             cue balls that are said to roll may slide (cue_spin), or the times or the scale of the film are wrong.",
-            plain(stated, 3)
-        ),
-        Id::TiltX | Id::TiltY => format!(
-            "The table falls by {} mm/m along {} of the film: level it, unless the nap of the cloth does it.",
-            with_error(1e3 * estimate, 1e3 * sd),
-            if id == Id::TiltX { "x" } else { "y" }
-        ),
-        other => format!(
-            "The frames show {} = {found}, where {} is stated or usual ({times} standard deviations off): check what is stated of the \
-             camera and the cloth.",
-            other.name(),
-            plain(stated, 4)
-        ),
-    }
+        other => (other.name(), "", "check what is stated of the camera and the cloth"),
+    };
+    format!(
+        "The frames show {name} of {}{unit}, where {} is stated or usual ({} standard deviations off): {advice}.",
+        with_error(estimate, sd),
+        plain(stated, 4),
+        plain(size.abs(), 2)
+    )
 }
 
 /// Returns how the cue balls spin, if not as stated.
 fn spins(film: &FittedFilm, fall: f64) -> String {
-    let topspins = film.solution.topspins();
-    let mut all = Vec::new();
-    for (track, (_, found)) in film.tracks().iter().zip(&topspins) {
-        match track.spin {
-            Spin::Stun => all.push((0.0, *found)),
-            Spin::NaturalRoll => all.push((1.0, *found)),
-            _ => {}
-        }
-    }
+    let stated = |spin: Spin| match spin {
+        Spin::Stun => Some(0.0),
+        Spin::NaturalRoll => Some(1.0),
+        _ => None,
+    };
+    let tracks = film.tracks().iter().zip(film.solution.topspins());
+    let all: Vec<(f64, f64)> =
+        tracks.filter_map(|(track, (_, found))| Some((stated(track.spin)?, found))).collect();
     let shots = all.len();
     let near = |spin: f64| all.iter().filter(|(_, found)| (found - spin).abs() < DIFFERS).count();
+    let are_most = |count: usize| count as f64 > MOST * shots as f64;
     let (rolling, stun) = (near(1.0), near(0.0));
-    let differ = all.iter().filter(|(stated, found)| (found - stated).abs() > DIFFERS).count();
-    let most = MOST * shots as f64;
-    let (were, assume) = if differ == 0 {
-        let mean = all.iter().map(|(_, found)| found).sum::<f64>() / shots.max(1) as f64;
-        (format!("on average their topspin is {mean:.2} of natural roll"), "unknown")
-    } else if rolling as f64 > most {
+    let differ = all.iter().any(|(stated, found)| (found - stated).abs() > DIFFERS);
+    let (were, assume) = if differ && are_most(rolling) {
         (format!("{rolling} of {shots} roll naturally"), "natural-roll")
-    } else if stun as f64 > most {
+    } else if differ && are_most(stun) {
         (format!("{stun} of {shots} have next to no topspin"), "stun")
     } else {
-        (format!("the topspin of {differ} of {shots} differs"), "unknown")
+        let mean = all.iter().map(|(_, found)| found).sum::<f64>() / shots.max(1) as f64;
+        (format!("their mean topspin is {mean:.2} of natural roll"), "unknown")
     };
     format!(
         "The cue balls do not spin as stated: {were}, which explains the residuals (−2 log L lower by {fall:.0}); the estimates have \
@@ -283,11 +277,6 @@ pub(crate) fn scatter(found: &Scatter) -> String {
         "beyond the errors of their frames shots scatter by {} in e{of_ratio}, which the errors include",
         plain(found.restitution, 2)
     )
-}
-
-/// Returns a change of −2 log L in words.
-fn change(fall: f64) -> String {
-    if fall < 0.0 { format!("higher by {:.1} with it", -fall) } else { format!("lower by {fall:.1} with it") }
 }
 
 /// Returns the name in fit.json of an unknown that explains residuals.

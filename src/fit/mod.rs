@@ -27,7 +27,6 @@ pub use diagnostics::goodness::{Goodness, Influence, NoiseVerdict, Normality};
 pub use diagnostics::identifiability::{Combination, Identifiability};
 pub use diagnostics::other_models::{Alternative, LikelihoodRatio};
 #[cfg(feature = "report")]
-pub(crate) use diagnostics::refuted::mean as mean_of_shots;
 pub use diagnostics::refuted::{MeasuredRestitution, Refuted};
 pub use diagnostics::trends::{Trend, Variable};
 pub use error::FitError;
@@ -35,12 +34,11 @@ pub use estimate::Counted;
 pub use film::{FittedFilm, OfShot};
 pub use intervals::bootstrap::{Bootstrap, Resampled};
 pub use intervals::regions::{Contour, LEVELS, Level, Profile};
-pub use of_discs::FrictionCurve;
 pub use options::{Depth, Falling, Options};
 pub use remark::{About, Remark};
 pub use result::{
-    Bound, Computed, DOWN_WEIGHTED, Diagnostics, Explanation, Fit, JointFit, Noise, Rejected, Residual,
-    Robust, Scatter, Weight,
+    Computed, DOWN_WEIGHTED, Diagnostics, Explanation, Fit, JointFit, Noise, Rejected, Residual, Robust,
+    Scatter, Weight,
 };
 pub use verdict::{Grade, Verdict};
 

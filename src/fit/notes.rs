@@ -2,7 +2,7 @@
 
 use super::film::FittedFilm;
 use super::film_words::{DIFFERS, remark};
-use super::{DOWN_WEIGHTED, Fit, Remark, Status, check};
+use super::{DOWN_WEIGHTED, Fit, Noise, Remark, Status, check};
 use crate::film::frame_noise::constant_axis;
 use crate::measurement::dataset::{Dataset, ON_REQUEST, Shot};
 use crate::measurement::number::{count_of, plain, with_error};
@@ -70,50 +70,40 @@ fn unidentified(fit: &Fit, has_topspin: bool) -> impl Iterator<Item = String> {
 
 /// Returns the standard deviations that were estimated, and those of rounded readings.
 fn estimated_noise(fit: &Fit) -> Vec<String> {
-    let mut estimated: Vec<(String, Vec<&str>)> = Vec::new();
-    let mut rounded: Vec<&str> = Vec::new();
-    for noise in &fit.noise {
-        let Some(sd) = noise.estimated_sd.filter(|sd| sd.is_finite()) else { continue };
-        let (sd, label) = (noise.in_words(sd, 3), noise.observable.label());
-        match estimated.iter_mut().find(|(known, _)| *known == sd) {
-            Some((_, labels)) => labels.push(label),
-            None => estimated.push((sd, vec![label])),
-        }
-        rounded.extend(noise.rounding.map(|_| label));
-    }
-    let mut notes = Vec::new();
-    if !estimated.is_empty() {
-        let each = estimated.into_iter().map(|(sd, labels)| format!("{sd} of {}", labels.join(", ")));
-        notes.push(format!(
+    let known = |noise: &&Noise| noise.estimated_sd.is_some_and(f64::is_finite);
+    let estimated: Vec<&Noise> = fit.noise.iter().filter(known).collect();
+    let sd = |noise: &&Noise| {
+        Some(format!("{} {}", noise.observable.label(), noise.in_words(noise.estimated_sd?, 3)))
+    };
+    let sds: Vec<String> = estimated.iter().filter_map(sd).collect();
+    let rounded = estimated.iter().filter(|noise| noise.rounding.is_some());
+    let rounded: Vec<&str> = rounded.map(|noise| noise.observable.label()).collect();
+    let estimated = (!sds.is_empty()).then(|| {
+        format!(
             "The data state no standard deviations: they were estimated from the residuals, one for all observables of a unit unless \
              these are not equally good ({}). χ² then says nothing about the quality of the fit.",
-            each.collect::<Vec<_>>().join("; ")
-        ));
-    }
-    if !rounded.is_empty() {
-        notes.push(format!(
+            sds.join(", ")
+        )
+    });
+    let rounded = (!rounded.is_empty()).then(|| {
+        format!(
             "The readings of {} are rounded to more than the residuals show: their noise is taken as that of rounding, a step over √12.",
             rounded.join(", ")
-        ));
-    }
-    notes
+        )
+    });
+    estimated.into_iter().chain(rounded).collect()
 }
 
 /// Returns the shots on which the estimates depend much.
 fn influential(fit: &Fit) -> Option<String> {
     let goodness = fit.diagnostics.goodness.as_ref()?;
     let from = goodness.influential_from?;
-    let mut all = goodness.influence.iter().filter(|shot| shot.cook > from);
-    let first = &all.next()?.shot;
-    Some(match all.count() {
-        0 => format!(
-            "Shot {first} alone moves the estimates much (Cook's distance); look at whether it can be trusted."
-        ),
-        others => format!(
-            "{} shots each move the estimates much (Cook's distance), first shot {first}; look at whether they can be trusted.",
-            others + 1
-        ),
-    })
+    let all: Vec<_> = goodness.influence.iter().filter(|shot| shot.cook > from).collect();
+    Some(format!(
+        "{} by themselves move the estimates much (Cook's distance), first of all shot {}: look at whether they can be trusted.",
+        count_of(all.len(), "shot"),
+        all.first()?.shot
+    ))
 }
 
 /// Returns how a robust loss weighted the shots.

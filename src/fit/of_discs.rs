@@ -34,9 +34,6 @@ const MOST_FRICTION: f64 = 2.0;
 const POINTS: usize = 120;
 const BEYOND: f64 = 1.08;
 
-/// A contact whose J_t/J_n is μ but for this part slides throughout.
-const SLIDES: f64 = 1e-4;
-
 /// Fits films of discs.
 pub(super) fn fit(request: Request) -> Result<Fit, FitError> {
     let mut dataset = request.dataset.clone();
@@ -84,10 +81,10 @@ pub(super) fn fit(request: Request) -> Result<Fit, FitError> {
         ..common.bare(estimates, &solution.covariance, |_| true)
     };
     if let Some(goodness) = &diagnostics.goodness {
-        (fit.chi2, fit.dof, fit.prior_chi2) = (goodness.chi2, goodness.dof, 0.0);
+        (fit.chi2, fit.dof) = (goodness.chi2, goodness.dof);
     }
     fit.diagnostics = Diagnostics { computed, ..diagnostics };
-    fit.friction_curve = FrictionCurve::of_fit(&fit);
+    fit.friction_curve = friction_curve(&fit);
     notes::comment(&mut fit, &dataset, &[], false, notes(&found));
     Ok(fit)
 }
@@ -240,34 +237,15 @@ fn notes(DiscFit { solution, impacts, scatter, .. }: &DiscFit) -> Vec<String> {
     notes
 }
 
-/// How J_t/J_n of two discs depends on the slip over the closing speed.
-#[derive(Clone, Debug, PartialEq)]
-pub struct FrictionCurve {
-    /// Points of the curve: the slip over the closing speed, from 0 on, and J_t/J_n against the slip.
-    pub points: Vec<[f64; 2]>,
-    /// The slip over the closing speed below which the contact sticks from the first touch; 0 for a rigid contact.
-    pub sticks_below: f64,
-    /// The slip over the closing speed from which on the contact slides throughout; `None` where it is beyond the
-    /// points.
-    pub slides_from: Option<f64>,
-}
-
-impl FrictionCurve {
-    /// Returns that of a fit up to the largest slip over the closing speed, at a typical closing speed, if
-    /// the shots determine the friction.
-    pub(super) fn of_fit(fit: &Fit) -> Option<Self> {
-        fit.get(Parameter::Mu).filter(|mu| mu.status != Status::NotIdentified)?;
-        let all = |quantity| fit.disc_shots.iter().filter_map(move |shot| shot.get(quantity));
-        let largest = all(Quantity::SlipRatio).map(|slip| slip.value.abs()).fold(0.0, f64::max);
-        let closing = all(Quantity::ClosingSpeed).map(|speed| speed.value).sum::<f64>()
-            / fit.disc_shots.len().max(1) as f64;
-        let against = |slip: f64| Some([slip, -fit.solution.impulse_ratio([closing, slip * closing])?]);
-        let points = (0..=POINTS).map(|i| against(BEYOND * largest * i as f64 / POINTS as f64));
-        let points = points.collect::<Option<Vec<_>>>().filter(|_| largest > 0.0)?;
-        let value = |parameter| fit.get(parameter).map_or(0.0, |estimate| estimate.value);
-        let mu = value(Parameter::Mu) + value(Parameter::B);
-        let slides = |[_, ratio]: &&[f64; 2]| *ratio >= mu * (1.0 - SLIDES);
-        let slides_from = points.iter().find(slides).map(|[slip, _]| *slip);
-        Some(Self { points, sticks_below: mu * value(Parameter::Kappa), slides_from })
-    }
+/// Returns points of J_t/J_n of a fit against the slip over the closing speed, from 0 on, at a typical closing speed; empty if the
+/// shots do not determine the friction.
+fn friction_curve(fit: &Fit) -> Vec<[f64; 2]> {
+    let is_determined = fit.get(Parameter::Mu).is_some_and(|mu| mu.status != Status::NotIdentified);
+    let all = |quantity| fit.disc_shots.iter().filter_map(move |shot| shot.get(quantity));
+    let largest = all(Quantity::SlipRatio).map(|slip| slip.value.abs()).fold(0.0, f64::max);
+    let closing = all(Quantity::ClosingSpeed).map(|speed| speed.value).sum::<f64>()
+        / fit.disc_shots.len().max(1) as f64;
+    let against = |slip: f64| Some([slip, -fit.solution.impulse_ratio([closing, slip * closing])?]);
+    let points = (0..=POINTS).map(|i| against(BEYOND * largest * i as f64 / POINTS as f64));
+    points.collect::<Option<Vec<_>>>().filter(|_| is_determined && largest > 0.0).unwrap_or_default()
 }

@@ -6,9 +6,7 @@ use super::deviations::trends;
 use super::error::Request;
 use super::film::FittedFilm;
 use super::intervals::regions::contours;
-use super::{
-    Bound, Depth, Diagnostics, Estimate, Fit, FitError, Intervals, JointFit, Status, film_words, notes,
-};
+use super::{Depth, Diagnostics, Estimate, Fit, FitError, Intervals, JointFit, Status, film_words, notes};
 use crate::measurement::dataset::{Measured, Shot};
 use crate::measurement::parameter::{Compliance, Parameter, Setting, Settings};
 use crate::measurement::spin::Spin;
@@ -59,7 +57,6 @@ fn fitted_with(request: &Request) -> Result<(Model, Settings), FitError> {
     let Request { dataset, options, .. } = *request;
     let mut model = dataset.model(options.fidelity.first());
     model.tolerance = options.tolerance;
-    model.effects = options.effects.unwrap_or(model.effects);
     let settings = options.falling.applied(dataset.settings_of_balls());
     let initial = Values::usual(&settings);
     if settings.falls {
@@ -161,8 +158,8 @@ fn whitened_offsets(solution: &Solution) -> Vec<f64> {
 }
 
 fn diagnostics(fitted: &Fitted, estimates: &[Estimate]) -> Diagnostics {
-    let (solution, contact) = (&fitted.solution, fitted.contact());
-    let parameters: Vec<Parameter> = contact.iter().map(|(p, _)| *p).collect();
+    let solution = &fitted.solution;
+    let parameters: Vec<Parameter> = fitted.contact().iter().map(|(p, _)| *p).collect();
     let is_silent =
         |e: &&Estimate| e.status == Status::NotIdentified && solution.get(Id::from(e.parameter)).is_none();
     let silent = estimates.iter().filter(is_silent).map(|e| e.parameter).collect();
@@ -177,12 +174,9 @@ fn diagnostics(fitted: &Fitted, estimates: &[Estimate]) -> Diagnostics {
         trends: trends(solution, &fitted.deviations, |slope, _| Some(slope.p_value)),
     };
     let mut diagnostics = fitted.diagnostics(&parameters, silent, tested);
-    diagnostics.bound = Some(Bound { std_errors: contact, shots: solution.names[0].len() });
-    // what is known of the contact stands among the parameters
-    let shared = solution.estimates().into_iter().filter(|e| e.id > Id::RadiusRatio).collect();
     let p_value = diagnostics.goodness.as_ref().and_then(|goodness| goodness.p_value);
     let observations = observations.round() as usize;
-    diagnostics.joint = Some(JointFit { p_value, observations, unknowns, shared });
+    diagnostics.joint = Some(JointFit { p_value, observations, unknowns });
     if fitted.request.options.depth >= Depth::Everything {
         diagnostics.contours = contours(solution, &solution.covariance, &drawn, None);
     }

@@ -2,7 +2,7 @@
 
 use crate::measurement::loss::Loss;
 use crate::measurement::parameter::{Parameter, Setting, Settings};
-use crate::physics::collision::{Effects, FidelityChoice, MAX_TOLERANCE, MIN_TOLERANCE, Model};
+use crate::physics::collision::{FidelityChoice, MAX_TOLERANCE, MIN_TOLERANCE, Model};
 
 /// Choices of a fit that are not part of the data set. The default is what `caromfit fit` does.
 ///
@@ -20,8 +20,6 @@ use crate::physics::collision::{Effects, FidelityChoice, MAX_TOLERANCE, MIN_TOLE
 pub struct Options {
     /// How closely collisions are modelled.
     pub fidelity: FidelityChoice,
-    /// Which effects are simulated, as far as the fidelity can; `None`: those that it contains by default.
-    pub effects: Option<Effects>,
     /// How the friction between the balls falls with the slip.
     pub falling: Falling,
     /// The tolerance of the fidelities that integrate ([`Model::tolerance`]): in parts of the closing speed, from [`MIN_TOLERANCE`] to
@@ -105,7 +103,6 @@ impl Default for Options {
     fn default() -> Self {
         Self {
             fidelity: FidelityChoice::Auto,
-            effects: None,
             falling: Falling::AsStated,
             tolerance: Model::TOLERANCE,
             depth: Depth::Everything,

@@ -1,6 +1,5 @@
 //! The result of a fit: a value, which `report` renders.
 
-use std::collections::BTreeMap;
 use std::path::PathBuf;
 use std::sync::Arc;
 
@@ -10,19 +9,17 @@ use serde::{Deserialize, Serialize, Serializer};
 
 use super::check;
 use super::{
-    Alternative, Bootstrap, Contour, Estimate, FittedFilm, FoundCamera, FrictionCurve, Goodness,
-    Identifiability, Profile, Refuted, Remark,
+    Alternative, Bootstrap, Contour, Estimate, FittedFilm, FoundCamera, Goodness, Identifiability, Profile,
+    Refuted, Remark,
 };
 use crate::measurement::dataset::{Measured, ObjectBall};
 use crate::measurement::loss::Loss;
 use crate::measurement::number::plain;
 use crate::measurement::observable::Observable;
-use crate::measurement::parameter::Parameter;
-use crate::measurement::written::{self, ByParameter};
 use crate::physics::ball::Ball;
 use crate::physics::collision::{Effects, Fidelity, FidelityChoice};
 use crate::physics::disc::Discs;
-use crate::problem::{DiscImpact, Id, Solution};
+use crate::problem::{DiscImpact, Solution};
 
 /// The result of one fit: a value, which `report` renders.
 ///
@@ -55,15 +52,13 @@ pub struct Fit {
     pub fidelity: &'static str,
     /// The name of each effect, and whether the model contains it.
     pub effects: Vec<(&'static str, bool)>,
-    /// The estimates of the parameters that the fit has, in the order of [`Parameter::ALL`].
+    /// The estimates of the parameters that the fit has, in the order of [`Parameter::ALL`](crate::measurement::parameter::Parameter::ALL).
     pub estimates: Vec<Estimate>,
     /// The correlation matrix, with a row and a column for each of the estimates; NaN for those without a standard
     /// error.
     pub correlation: DMatrix<f64>,
     /// χ²: the sum of squared standardized residuals of what [`Fit::counted`] names, priors included.
     pub chi2: f64,
-    /// The part of χ² that priors, and errors that all shots share, add.
-    pub prior_chi2: f64,
     /// Degrees of freedom: measured numbers less all unknowns that they determine, those of single shots included.
     pub dof: usize,
     /// How the noise of each observable was known, in the order of first appearance.
@@ -76,8 +71,8 @@ pub struct Fit {
     pub disc_shots: Vec<DiscImpact>,
     /// Of discs: by how much shots differ beyond the errors of their frames. It is part of the errors.
     pub scatter: Option<Scatter>,
-    /// Of discs: the friction that was fitted as a function of the slip, where the shots determine it.
-    pub friction_curve: Option<FrictionCurve>,
+    /// Of discs: points of J_t/J_n against the slip over the closing speed, as fitted; empty if the shots do not determine it.
+    pub friction_curve: Vec<[f64; 2]>,
     /// Of footage: the camera as it was fitted, and what else was found of the film.
     pub camera: Option<FoundCamera>,
     /// Where the data contradict the model, how; no estimate has an error then.
@@ -133,10 +128,7 @@ pub struct Diagnostics {
     /// Of tables: other models on these data.
     #[serde(rename = "model_comparison")]
     pub alternatives: Vec<Alternative>,
-    /// Of films of balls: the smallest errors that the frames allow.
-    #[serde(rename = "information_bound")]
-    pub bound: Option<Bound>,
-    /// Of films of balls: what the shots share besides contact, balls and camera, by its name in unknowns.
+    /// Of films of balls: how the frames were fitted.
     pub joint: Option<JointFit>,
     /// Whether values outside the intervals fit nearly as well.
     #[serde(skip)]
@@ -226,44 +218,6 @@ pub struct JointFit {
     /// Number of unknowns that the shots have of their own, together.
     #[serde(rename = "shot_unknowns")]
     pub unknowns: usize,
-    /// The unknowns that all shots share.
-    #[serde(flatten, serialize_with = "shared")]
-    #[schemars(with = "BTreeMap<String, SharedUnknown>")]
-    pub shared: Vec<crate::problem::Estimate>,
-}
-
-/// An unknown of cloth, spin or time that all shots share.
-#[derive(Clone, Debug, Serialize, JsonSchema)]
-pub struct SharedUnknown {
-    /// Estimate from all frames, in the unit at the end of its name, else a ratio.
-    pub value: f64,
-    /// Its standard error, same unit.
-    pub std_error: f64,
-    /// 95 % interval: lower and upper end.
-    pub interval_95: [f64; 2],
-}
-
-/// Quantile of the normal distribution that a 95 % interval takes.
-const QUANTILE_95: f64 = 1.96;
-
-/// Writes the unknowns but for the camera's, by their names.
-fn shared<S: Serializer>(all: &[crate::problem::Estimate], serializer: S) -> Result<S::Ok, S::Error> {
-    serializer.collect_map(all.iter().filter(|found| found.id < Id::Scale).filter_map(|found| {
-        let (value, std_error) = (found.value, found.std_error?);
-        let interval_95 = [-QUANTILE_95, QUANTILE_95].map(|times| value + times * std_error);
-        Some((found.id.name(), SharedUnknown { value, std_error, interval_95 }))
-    }))
-}
-
-/// The smallest errors that the frames allow (Cramér–Rao), with all nuisance unknowns free.
-#[derive(Clone, Debug, PartialEq, Serialize, JsonSchema)]
-pub struct Bound {
-    /// The smallest standard error by parameter, in its unit.
-    #[serde(serialize_with = "written::by_parameter")]
-    #[schemars(with = "ByParameter<f64>")]
-    pub std_errors: Vec<(Parameter, f64)>,
-    /// Number of shots.
-    pub shots: usize,
 }
 
 /// Shots of a weight below this are listed in the report.

@@ -1,8 +1,10 @@
 //! The studies of [`crate::studies::accuracy`] and [`crate::studies::bias`] as tables and as CSV.
 
+use super::ReportError;
 use super::content::{self, Section, Table};
 use super::csv::Table as Csv;
-use super::plot::{self, Figure, Pick, way_name};
+use super::plot::{self, Pick, way_name};
+use super::write::{Files, texts};
 use crate::physics::collision::Fidelity;
 use crate::studies::accuracy::{Row, Spread};
 use crate::studies::bias;
@@ -37,15 +39,13 @@ pub fn table(rows: &[Row]) -> String {
     content::sections(&sections)
 }
 
-/// Returns error against time of every way.
-#[must_use]
-pub fn figure(rows: &[Row]) -> Figure {
-    plot::accuracy(rows)
+/// Returns the files of the study: name and content.
+pub fn files(rows: &[Row]) -> Result<Files, ReportError> {
+    Ok([&plot::accuracy(rows).files("accuracy")?[..], &texts([("accuracy.csv", csv(rows))])].concat())
 }
 
 /// Returns accuracy.csv: a row per way, reference and quantity.
-#[must_use]
-pub fn csv(rows: &[Row]) -> String {
+fn csv(rows: &[Row]) -> String {
     let mut table = Csv::default();
     for row in rows {
         let references = [("exact", row.numerical), ("contact", Some(row.model))];
@@ -91,27 +91,4 @@ pub fn bias_table(rows: &[bias::Row], shots: usize) -> String {
     );
     let heads = ["fitted with", "μ", "", "μ_s", "", "e", "", "χ²/n", "time"];
     content::sections(&[Section::new(title, "", [Table::new(heads, rows.iter().map(row)).into()])])
-}
-
-/// Returns bias.csv: a row per fidelity and parameter.
-#[must_use]
-pub fn bias_csv(rows: &[bias::Row]) -> String {
-    let mut table = Csv::default();
-    for (row, found) in rows.iter().flat_map(|row| row.found.iter().map(move |found| (row, found))) {
-        let (bias, error) = (found.bias(), found.std_error);
-        table.begin();
-        table.add("fidelity", row.way.name());
-        table.add("kappa", format!("{:.4}", row.kappa));
-        table.add("parameter", found.parameter.name());
-        table.add("truth", found.truth.to_string());
-        for (column, value) in [
-            ("estimate", bias.map(|_| found.estimate)),
-            ("bias", bias),
-            ("std_error", error),
-            ("bias_over_std_error", bias.zip(error).map(|(bias, error)| bias / error)),
-        ] {
-            table.add(column, value.map_or(String::new(), |value| format!("{value:e}")));
-        }
-    }
-    table.text()
 }

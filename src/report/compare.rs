@@ -5,23 +5,24 @@ use super::document::{self, ByName};
 use super::fit::down_weighted;
 use super::plot::{forest, of_comparison};
 use super::shots::shot_list;
+use super::write::{Files, texts};
 use super::{LEAST_P, ReportError, csv, p_text};
-use crate::compare::{Compared, Comparison, Difference, Effect, Finding, Quantity, Reason, Value};
+use crate::compare::{Compared, Comparison, Difference, Finding, Quantity, Reason, Value};
 use crate::fit::{Counted, Verdict, film_words};
 use crate::measurement::number::{count_of, interval, plain, with_error};
 use crate::measurement::parameter::Parameter;
 use crate::problem::Severity;
 
 /// Returns the files of a comparison: name and content.
-pub fn files(comparison: &Comparison) -> Result<Vec<(String, Vec<u8>)>, ReportError> {
-    let texts = [
+pub fn files(comparison: &Comparison) -> Result<Files, ReportError> {
+    let texts = texts([
         ("residuals.csv", csv::of_comparison(comparison)),
         ("report.html", content::html(&report(comparison))?),
         ("compare.json", document::text(comparison)?),
-    ];
-    let texts = texts.map(|(name, text)| (name.to_owned(), text.into_bytes()));
-    let pictures = [forest(comparison).files("forest")?, of_comparison(comparison).files("residuals")?];
-    Ok(pictures.into_iter().flatten().chain(texts).collect())
+    ]);
+    let [forest, residuals] =
+        [forest(comparison).files("forest")?, of_comparison(comparison).files("residuals")?];
+    Ok([&forest[..], &residuals, &texts].concat())
 }
 
 /// Returns the text that `caromfit compare` prints.
@@ -91,7 +92,6 @@ fn report(comparison: &Comparison) -> Report {
     }
 }
 
-/// Returns what the sum of squares counts.
 pub(super) fn counted(comparison: &Comparison) -> Counted {
     if comparison.is_filmed {
         return Counted::Coordinates;
@@ -99,7 +99,6 @@ pub(super) fn counted(comparison: &Comparison) -> Counted {
     Counted::of(comparison.residuals.iter().map(|residual| &residual.of_shot.observable))
 }
 
-/// Returns the estimates, a row for each label.
 fn estimates(comparison: &Comparison) -> Table {
     let symbols = comparison.quantities.iter().map(|compared| compared.quantity.symbol());
     let head = [comparison.told_by.as_str(), "shots"].into_iter().chain(symbols);
@@ -148,17 +147,15 @@ fn lines(comparison: &Comparison, compared: &Compared) -> Vec<String> {
         ));
     }
     for own in &compared.differences {
-        let effect = effect(comparison, own).filter(|_| own.is_real());
         lines.push(format!(
-            "{} − {}: {} {}, {}, corrected {}: {}{}",
+            "{} − {}: {} {}, {}, corrected {}: {}",
             name(own.second),
             name(own.first),
             with_error(own.value, own.std_error),
             interval(own.interval_95, Some(own.std_error)),
             p_is(own.p_value),
             p_text(own.p_holm),
-            if own.is_real() { "real" } else { "may be chance" },
-            effect.map_or(String::new(), |effect| format!(". {effect}"))
+            if own.is_real() { "real" } else { "may be chance" }
         ));
     }
     let mut reasons: ByName<Vec<&str>> = ByName::new();
@@ -202,7 +199,6 @@ pub(super) fn refuted(comparison: &Comparison) -> Option<String> {
     comparison.findings.iter().find(is_refuted).map(|finding| sentence(comparison, finding))
 }
 
-/// Returns why the search ended.
 pub(super) fn termination(comparison: &Comparison) -> &'static str {
     if comparison.converged {
         "converged: no step promises a smaller χ²"
@@ -336,39 +332,4 @@ pub(super) fn reason(reason: Reason, quantity: Quantity) -> String {
         }
     };
     words.to_owned()
-}
-
-/// Returns what the second label of a difference does otherwise, as a player understands it.
-pub(super) fn effect(comparison: &Comparison, difference: &Difference) -> Option<String> {
-    let name = comparison.labels.get(difference.second)?;
-    let way = |difference: f64, more: &'static str, less: &'static str| {
-        if difference > 0.0 { more } else { less }
-    };
-    let speed = |difference: f64| 1e3 * difference.abs();
-    Some(match difference.effect? {
-        Effect::Throw(angle) => format!(
-            "with {name} the object ball is thrown {:.2}° {} on a half-ball stun shot at 2 m/s: {:.0} mm per metre",
-            angle.abs().to_degrees(),
-            way(angle, "more", "less"),
-            1e3 * angle.abs().tan()
-        ),
-        Effect::FullRoll { object, cue } => format!(
-            "with {name}, on a full natural-roll hit at 2 m/s, the object ball leaves {:.1} mm/s {} and the cue ball {:.1} mm/s {}",
-            speed(object),
-            way(object, "faster", "slower"),
-            speed(cue),
-            way(cue, "faster", "slower")
-        ),
-        Effect::FullStun(cue) => format!(
-            "with {name} the cue ball keeps {:.1} mm/s {} on a full stun hit at 2 m/s, and the object ball leaves as much {}",
-            speed(cue),
-            way(cue, "more", "less"),
-            way(cue, "slower", "faster")
-        ),
-        Effect::Slide { further, way: distance } => format!(
-            "with {name} a ball shot without spin at 2 m/s slides {:.0} mm {} before it rolls ({distance:.2} m)",
-            speed(further),
-            way(further, "further", "less far")
-        ),
-    })
 }

@@ -55,12 +55,10 @@ impl Section {
         Self { title: title.into(), about: about.into(), blocks, folded: false }
     }
 
-    /// Returns a section of sentences.
     pub(super) fn of_lines(title: impl Into<String>, about: impl Into<String>, lines: Vec<String>) -> Self {
         Self::new(title, about, [Block::Lines(lines)])
     }
 
-    /// Returns a section of a figure that shows what `alt` says.
     pub(super) fn of_figure(title: &str, about: &str, alt: &'static str, drawing: Figure) -> Self {
         Self::new(title, about, [Block::figure(alt, drawing)])
     }
@@ -89,7 +87,6 @@ pub enum Block {
 }
 
 impl Block {
-    /// Returns a figure that shows what `alt` says.
     pub(super) fn figure(alt: &'static str, drawing: Figure) -> Self {
         Self::Figure(Picture { alt, drawing, svg: String::new(), spots: String::new() })
     }

@@ -2,7 +2,6 @@
 
 use std::borrow::Cow;
 use std::collections::HashMap;
-use std::fmt::Write as _;
 use std::io::{self, Write};
 
 use super::document::rounded;
@@ -34,8 +33,8 @@ pub const SHOTS: &str = "shot,used,reason,cut_deg,speed_m_s,values,chi2,largest"
 #[must_use]
 pub fn residuals(fit: &Fit) -> String {
     let mut bytes = Vec::new();
-    // Writing into a vector cannot fail.
-    let _ = write_residuals(fit, &mut bytes);
+    // writing into a vector cannot fail
+    _ = write_residuals(fit, &mut bytes);
     String::from_utf8(bytes).unwrap_or_default()
 }
 
@@ -48,18 +47,14 @@ pub(super) fn write_residuals(fit: &Fit, to: &mut (dyn Write + Send)) -> io::Res
     };
     film.write(to, |of_shot, text| {
         let shot = quoted(&of_shot.shot);
-        let common = [of_shot.cut.to_degrees(), of_shot.speed].map(cell).join(",");
+        let common = cells([of_shot.cut.to_degrees(), of_shot.speed]);
         for frame in of_shot.frames.iter().filter(|frame| frame.used) {
             let (prefix, ball) = names(frame);
             let standardized = frame.standardized();
             for (axis, name) in ["x", "y"].into_iter().enumerate() {
-                push(text, [&shot, ",", prefix, "_", name, ",m"]);
-                for value in [frame.seen[axis], frame.predicted[axis], frame.sd[axis], standardized[axis]] {
-                    push_number(text, value);
-                }
-                push(text, [",", &common]);
-                push_number(text, frame.time);
-                push(text, [",", ball, ",", model, "\n"]);
+                let numbers = [frame.seen[axis], frame.predicted[axis], frame.sd[axis], standardized[axis]];
+                let (numbers, time) = (cells(numbers), cell(frame.time));
+                *text += &format!("{shot},{prefix}_{name},m,{numbers},{common},{time},{ball},{model}\n");
             }
         }
     })
@@ -71,11 +66,9 @@ pub fn write_frames(film: &FittedFilm, to: &mut (dyn Write + Send)) -> io::Resul
     film.write(to, |of_shot, text| {
         let shot = quoted(&of_shot.shot);
         for frame in of_shot.frames.iter().filter(|frame| frame.used) {
-            push(text, [&shot, ",", names(frame).1]);
-            push_number(text, frame.time);
-            let cells = [frame.seen, frame.predicted, frame.sd, frame.standardized()];
-            cells.into_iter().flatten().for_each(|cell| push_number(text, cell));
-            push(text, ["\n"]);
+            let [seen, predicted, sd] = [frame.seen, frame.predicted, frame.sd].map(cells);
+            let (ball, time, standardized) = (names(frame).1, cell(frame.time), cells(frame.standardized()));
+            *text += &format!("{shot},{ball},{time},{seen},{predicted},{sd},{standardized}\n");
         }
     })
 }
@@ -105,9 +98,9 @@ fn row(residual: &Residual, model: &str) -> String {
         quoted(&residual.shot),
         residual.observable.column(),
         unit_name(residual.observable),
-        [residual.measured, residual.predicted, residual.sd].map(|si| cell(si / unit_si)).join(","),
+        cells([residual.measured, residual.predicted, residual.sd].map(|si| si / unit_si)),
         cell(residual.standardized),
-        [residual.cut.to_degrees(), residual.speed.unwrap_or(f64::NAN)].map(cell).join(","),
+        cells([residual.cut.to_degrees(), residual.speed.unwrap_or(f64::NAN)]),
     )
 }
 
@@ -167,7 +160,6 @@ impl Table {
         self.rows.push(Vec::new());
     }
 
-    /// Adds a cell to the row.
     pub(super) fn add(&mut self, column: &str, cell: impl Into<String>) {
         let place = self.columns.iter().position(|known| known == column).unwrap_or_else(|| {
             self.columns.push(column.to_owned());
@@ -184,7 +176,6 @@ impl Table {
         self.add(column, cell(value));
     }
 
-    /// Returns the table as text.
     pub(super) fn text(&self) -> String {
         let line = |row: &Vec<String>| {
             let cell = |i: usize| row.get(i).map_or("".into(), |cell| quoted(cell));
@@ -206,32 +197,17 @@ fn quoted(cell: &str) -> Cow<'_, str> {
 
 /// Returns the cell of a number, which is empty where it is none.
 fn cell(value: f64) -> String {
-    let mut text = String::new();
-    push_value(&mut text, value);
-    text
-}
-
-/// Adds parts of a line: there may be millions of lines, so that no cell is a text of its own.
-fn push<const N: usize>(text: &mut String, parts: [&str; N]) {
-    for part in parts {
-        text.push_str(part);
-    }
-}
-
-/// Adds a comma and a number.
-fn push_number(text: &mut String, value: f64) {
-    text.push(',');
-    push_value(text, value);
-}
-
-fn push_value(text: &mut String, value: f64) {
     /// Numbers from here to there are short without an exponent.
     const PLAIN: std::ops::Range<f64> = 1e-6..1e15;
     let number = rounded(value);
-    // writing into a string cannot fail
-    _ = match number.abs() {
-        size if size == 0.0 || PLAIN.contains(&size) => write!(text, "{number}"),
-        size if size.is_finite() => write!(text, "{number:e}"),
-        _ => Ok(()),
-    };
+    match number.abs() {
+        size if size == 0.0 || PLAIN.contains(&size) => number.to_string(),
+        size if size.is_finite() => format!("{number:e}"),
+        _ => String::new(),
+    }
+}
+
+/// Returns the cells of numbers, with commas between.
+fn cells<const N: usize>(values: [f64; N]) -> String {
+    values.map(cell).join(",")
 }

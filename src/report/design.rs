@@ -2,17 +2,17 @@
 
 use super::content::{self, Block, Section, Table};
 use super::csv::Table as Csv;
+use super::write::{Files, texts};
 use super::{ReportError, document, plot};
 use crate::design::information::std_errors;
-use crate::design::{Cell, Design, Mixture, OfKind, PlayedKind, SpinFrom};
+use crate::design::{Design, Mixture, OfKind, PlayedKind, SpinFrom};
 use crate::measurement::number::plain;
 use crate::measurement::parameter::Parameter;
 
 /// Returns the files of a design: name and content.
-pub fn files(design: &Design) -> Result<Vec<(String, Vec<u8>)>, ReportError> {
-    let texts = [("design.csv", csv(design)), ("design.json", document::text(design)?)];
-    let texts = texts.map(|(name, text)| (name.to_owned(), text.into_bytes()));
-    Ok(plot::design(design).files("design")?.into_iter().chain(texts).collect())
+pub fn files(design: &Design) -> Result<Files, ReportError> {
+    let texts = texts([("design.csv", csv(design)), ("design.json", document::text(design)?)]);
+    Ok([&plot::design(design).files("design")?[..], &texts].concat())
 }
 
 /// Returns a standard error, or – for what is not determined.
@@ -51,18 +51,14 @@ pub fn text(design: &Design) -> String {
         plain(camera.after_ms, 3),
         wishes(&expected.wanted)
     );
-    let mut sections = vec![kinds(design), needed(design)];
-    sections.extend(Parameter::COEFFICIENTS.map(|parameter| cells(design, parameter)));
-    sections.push(mixtures(design, false, "Fewest shots, of kinds spread over their speeds and cut angles"));
-    sections.push(mixtures(design, true, "Fewest shots, of the best cut angles and speeds alone"));
-    sections.push(Section::of_lines("In words", "", design.words.clone()));
+    let words = Section::of_lines("In words", "", design.words.clone());
+    let sections = [kinds(design), mixtures(design), words];
     text += &content::sections(&sections);
     text.extend(design.notes.iter().map(|note| format!("\nNote: {note}\n")));
     text + "\nNote: these are errors of chance. A scale, a radius, a frame rate or a spin that is wrong adds its own, however many \
             the shots.\n"
 }
 
-/// Returns what the planned shots of each kind determine, and all of them together.
 fn kinds(design: &Design) -> Section {
     let row = |(kind, found): (&PlayedKind, &OfKind)| {
         let spin = match kind.from {
@@ -101,78 +97,19 @@ fn kinds(design: &Design) -> Section {
     Section::new(title, "", [Table::new(head, rows).into(), Block::Lines(lines)])
 }
 
-/// Returns how many shots of each kind alone are needed.
-fn needed(design: &Design) -> Section {
-    let symbols = Parameter::COEFFICIENTS.map(Parameter::symbol);
-    let wanted: Vec<usize> = (0..3).filter(|i| design.expected.wanted[*i].is_some()).collect();
-    let mut head = vec!["kind".to_owned()];
-    head.extend(wanted.iter().map(|i| format!("for {}", symbols[*i])));
-    head.push("for all".to_owned());
-    head.extend(symbols.map(|symbol| format!("one more: {symbol}")));
-    let row = |(kind, found): (&PlayedKind, &OfKind)| {
-        let counts = wanted.iter().map(|i| found.needed[*i]).chain([found.needed_all]);
-        let counts = counts.map(|count| count.map_or("–".to_owned(), |count| count.to_string()));
-        let gains =
-            found.gain.map(|gain| gain.map_or("–".to_owned(), |gain| format!("{:.2} %", 100.0 * gain)));
-        [kind.name.clone()].into_iter().chain(counts).chain(gains).collect()
-    };
-    let rows = design.expected.kinds.iter().zip(&design.kinds).map(row);
-    let line = "one more: by how much one more such shot narrows the standard error of all together";
-    let blocks = [Table::new(head, rows).into(), Block::Lines(vec![line.to_owned()])];
-    Section::new("Shots of one kind alone that reach what is wanted", "", blocks)
-}
-
-/// Returns the standard errors of a parameter: rows are kinds and speeds, columns cut angles.
-fn cells(design: &Design, parameter: Parameter) -> Section {
-    let near = |a: f64, b: f64| (a - b).abs() < 0.05;
-    let own = |cell: &Cell| cell.std_errors[parameter as usize];
-    let mut cuts: Vec<f64> = design.cells.iter().map(|cell| cell.cut_deg).collect();
-    cuts.sort_by(f64::total_cmp);
-    cuts.dedup_by(|a, b| near(*a, *b));
-    let mut rows = Vec::new();
-    for (index, kind) in design.expected.kinds.iter().enumerate() {
-        let cells: Vec<&Cell> = design.cells.iter().filter(|cell| cell.kind == index).collect();
-        let speeds =
-            if cells.iter().any(|cell| own(cell).is_some()) { design.speeds(index) } else { Vec::new() };
-        for speed in speeds {
-            let at = |cut: &f64| {
-                let cell = cells.iter().find(|cell| cell.speed_m_s == speed && near(cell.cut_deg, *cut));
-                cell.map_or(String::new(), |cell| error(own(cell)))
-            };
-            let row = [kind.name.clone(), plain(speed, 3), kind.shots.to_string()];
-            rows.push(row.into_iter().chain(cuts.iter().map(at)).collect());
-        }
-    }
-    let head = ["kind", "m/s", "shots"].map(str::to_owned).into_iter();
-    let head = head.chain(cuts.iter().map(|cut| format!("{}°", plain(*cut, 3))));
-    let title = format!(
-        "Standard error of {} ({}) by cut angle, from so many shots of one cut and speed alone",
-        parameter.symbol(),
-        parameter.meaning()
-    );
-    Section::new(title, "", [Table::new(head, rows).into()])
-}
-
-/// Returns the mixtures of kinds, or of cells, that need the fewest shots.
-fn mixtures(design: &Design, of_cells: bool, title: &str) -> Section {
-    let name = |kind: usize| design.expected.kinds[kind].name.as_str();
+/// Returns the mixtures of kinds, spread over their speeds and cut angles, that need the fewest shots.
+fn mixtures(design: &Design) -> Section {
     let row = |mixture: &Mixture| {
         let mut wanted = design.expected.wanted;
         for (i, wanted) in wanted.iter_mut().enumerate() {
             let is_meant = mixture.parameter.is_none_or(|p| p as usize == i);
             *wanted = wanted.filter(|_| is_meant && mixture.std_errors[i].is_some());
         }
-        let each = mixture.shots.iter().map(|(index, shots)| {
-            if !of_cells {
-                return format!("{shots} {}", name(*index));
-            }
-            let Cell { kind, speed_m_s, cut_deg, .. } = design.cells[*index];
-            format!("{shots} {} at {}° and {} m/s", name(kind), plain(cut_deg, 3), plain(speed_m_s, 3))
-        });
+        let each = mixture.shots.iter().map(|(kind, n)| format!("{n} {}", design.expected.kinds[*kind].name));
         vec![wishes(&wanted), mixture.total().to_string(), each.collect::<Vec<_>>().join(", ")]
     };
-    let rows = design.mixtures.iter().filter(|mixture| mixture.of_cells == of_cells).map(row);
-    Section::new(title, "", [Table::new(["for", "shots", "of which"], rows).into()])
+    let rows = design.mixtures.iter().map(row);
+    Section::new("Fewest shots", "", [Table::new(["for", "shots", "of which"], rows).into()])
 }
 
 /// Returns design.csv: a row per kind (without a cut angle and speed of its own) and per cell.

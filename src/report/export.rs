@@ -48,47 +48,46 @@ pub fn export(fit: &FitDocument, target: Target) -> Exported {
 }
 
 /// A parameter as far as it is determined.
-enum Known<'a> {
-    Value(&'a FittedParameter),
-    /// A bound instead of an estimate: the key in JSON, the value, and why.
-    Bound(&'static str, f64, String),
+struct Known<'a> {
+    found: &'a FittedParameter,
+    /// If it has a bound instead of an estimate: the key in JSON, the bound, and why.
+    bound: Option<(&'static str, f64, String)>,
 }
 
 /// Returns what is known of a parameter: it was fitted, or fixed by who knew it; `None` if the data do not determine it.
 fn known(fit: &FitDocument, parameter: Parameter) -> Option<Known<'_>> {
     let found = fit.parameters.get(parameter.name()).filter(|found| found.status != "not-identified")?;
-    let (key, sign, value, why) = match (found.status.as_str(), found.plateau) {
+    let bound = match (found.status.as_str(), found.plateau) {
         ("free", Some([edge, end])) if end >= edge => {
-            ("at_least", "≥ ", edge, "every larger value fits equally")
+            Some(("at_least", "≥ ", edge, "every larger value fits equally"))
         }
-        ("free", Some([edge, _])) => ("at_most", "≤ ", edge, "every smaller value fits equally"),
-        ("at-lower-bound", _) => ("bound", "", found.estimate, "the fit ended at the lower end of its range"),
-        ("at-upper-bound", _) => ("bound", "", found.estimate, "the fit ended at the upper end of its range"),
-        _ => return Some(Known::Value(found)),
+        ("free", Some([edge, _])) => Some(("at_most", "≤ ", edge, "every smaller value fits equally")),
+        ("at-lower-bound" | "at-upper-bound", _) => {
+            Some(("bound", "", found.estimate, "the fit ended at an end of its range"))
+        }
+        _ => None,
     };
-    let (symbol, number) = (parameter.symbol(), plain(value, 3));
-    let sentence = format!("{symbol} {sign}{number}: {why}, which is a bound and not a value");
-    Some(Known::Bound(key, value, sentence))
+    let bound = bound.map(|(key, sign, bound, why)| {
+        let (symbol, number) = (parameter.symbol(), plain(bound, 3));
+        (key, bound, format!("{symbol} {sign}{number}: {why}, which is a bound and not a value"))
+    });
+    Some(Known { found, bound })
 }
 
 /// Returns the estimate of a parameter that is known and not only by a bound.
 fn value(fit: &FitDocument, parameter: Parameter) -> Option<f64> {
-    match known(fit, parameter)? {
-        Known::Value(found) => Some(found.estimate),
-        Known::Bound(..) => None,
-    }
+    known(fit, parameter).filter(|known| known.bound.is_none()).map(|known| known.found.estimate)
 }
 
-/// Returns whether the friction between the balls falls with their slip v, as μ + b·exp(−c·v).
 fn falls(fit: &FitDocument) -> bool {
     [Parameter::B, Parameter::C].iter().any(|p| fit.parameters.contains_key(p.name()))
 }
 
 fn pooltool(fit: &FitDocument) -> (Value, Vec<String>) {
     let mut left = of_balls(fit);
-    let fitted = |parameter: Parameter| match known(fit, parameter)? {
-        Known::Value(found) if fit.refuted().is_none() || found.status == "fixed" => Some(found.estimate),
-        _ => None,
+    let fitted = |parameter: Parameter| {
+        let is_fixed = known(fit, parameter).is_some_and(|known| known.found.status == "fixed");
+        value(fit, parameter).filter(|_| fit.refuted().is_none() || is_fixed)
     };
     let falls = falls(fit);
     let u_b = fitted(Parameter::Mu).filter(|_| !falls);
@@ -96,10 +95,11 @@ fn pooltool(fit: &FitDocument) -> (Value, Vec<String>) {
     for (parameter, name, is_missing) in
         [(Parameter::Mu, "u_b", u_b.is_none() && !falls), (Parameter::E, "e_b", e_b.is_none())]
     {
-        let why = match (fit.refuted(), known(fit, parameter)) {
+        let bound = known(fit, parameter).and_then(|known| known.bound);
+        let why = match (fit.refuted(), bound) {
             (Some(_), _) => "the data refute the model that it belongs to".to_owned(),
-            (None, Some(Known::Bound(.., sentence))) => sentence,
-            (None, _) => "the data do not determine it".to_owned(),
+            (None, Some((.., sentence))) => sentence,
+            (None, None) => "the data do not determine it".to_owned(),
         };
         let sentence = format!("{} ({name}): {why}; pooltool's default holds.", parameter.symbol());
         left.extend(is_missing.then_some(sentence));
@@ -191,7 +191,6 @@ fn stated(mut document: Value) -> Value {
     document
 }
 
-/// Returns everything that the fit knows of its parameters.
 fn all(fit: &FitDocument) -> (Value, Vec<String>) {
     let measured_e = fit.measured_e();
     let e_falls = fit.parameters.contains_key(Parameter::ESlope.name());
@@ -210,23 +209,21 @@ fn all(fit: &FitDocument) -> (Value, Vec<String>) {
     });
     let mut left = Vec::new();
     for parameter in Parameter::ALL {
-        let is_fitted = fit.parameters.contains_key(parameter.name());
-        let Some(found) = fit.parameters.get(parameter.name()).zip(known(fit, parameter)) else {
+        let Some(Known { found, bound }) = known(fit, parameter) else {
+            let is_fitted = fit.parameters.contains_key(parameter.name());
             if is_fitted || Parameter::COEFFICIENTS.contains(&parameter) {
                 left.push(format!("{}: the data do not tell it.", parameter.symbol()));
             }
             continue;
         };
-        let (FittedParameter { status, interval_95, std_error, .. }, known) = found;
-        document[parameter.name()] = match known {
-            Known::Bound(key, value, sentence) => {
-                left.push(format!("{sentence}: it has no estimate."));
-                json!({"status": status, key: value, "interval_95": interval_95})
-            }
-            Known::Value(found) => json!({
-                "estimate": found.estimate, "status": status, "std_error": std_error, "interval_95": interval_95,
-            }),
-        };
+        let mut entry = json!({"status": found.status, "interval_95": found.interval_95});
+        if let Some((key, value, sentence)) = bound {
+            entry[key] = value.into();
+            left.push(format!("{sentence}: it has no estimate."));
+        } else {
+            (entry["estimate"], entry["std_error"]) = (found.estimate.into(), found.std_error.into());
+        }
+        document[parameter.name()] = entry;
     }
     (stated(document), left)
 }

@@ -1,15 +1,15 @@
 //! What was measured of every shot, as `caromfit extract` writes it: impacts of balls as a data set of kind `impacts`, those of discs as
-//! a table, with what was left out and a picture of each shot; and of discs as a section of a report.
+//! a table, with what was left out and a picture of each shot.
 
 use std::fmt::Write;
 
 use rayon::prelude::*;
 
-use super::content::{self, Section};
 use super::csv::Table;
 use super::plot::{Figure, Tracks, of_shot};
+use super::write::{Files, texts};
 use super::{ReportError, folder_name, group_folders};
-use crate::fit::{Fit, FittedFilm, mean_of_shots};
+use crate::fit::FittedFilm;
 use crate::io::{balls_section, covariance};
 use crate::measurement::dataset::{Before, Dataset, Measured};
 use crate::measurement::number::{plain, with_error};
@@ -18,17 +18,10 @@ use crate::measurement::track::TrackShot;
 use crate::physics::disc::Discs;
 use crate::problem::{DiscImpact, Doubt, Impact, Quantity};
 
-/// Names and contents of files.
-pub type Files = Vec<(String, Vec<u8>)>;
-
-fn named<const N: usize>(files: [(&str, String); N]) -> Files {
-    files.map(|(name, text)| (name.to_owned(), text.into_bytes())).to_vec()
-}
-
 /// Returns dataset.toml, impacts.csv, covariance.csv and left-out.csv.
 #[must_use]
 pub fn of_balls(dataset: &Dataset, extracted: &[Impact]) -> Files {
-    named([
+    texts([
         ("impacts.csv", impacts(dataset, extracted)),
         ("covariance.csv", covariance(dataset)),
         ("left-out.csv", left_out(dataset)),
@@ -39,7 +32,7 @@ pub fn of_balls(dataset: &Dataset, extracted: &[Impact]) -> Files {
 /// Returns discs.csv and left-out.csv.
 #[must_use]
 pub fn of_disc_shots(dataset: &Dataset, discs: &Discs, extracted: &[(TrackShot, DiscImpact)]) -> Files {
-    named([("left-out.csv", left_out(dataset)), ("discs.csv", discs_table(discs, extracted))])
+    texts([("left-out.csv", left_out(dataset)), ("discs.csv", discs_table(discs, extracted))])
 }
 
 /// Returns the picture of each shot of balls: file name and SVG.
@@ -275,55 +268,4 @@ pub fn summary(impact: &DiscImpact) -> String {
 pub fn remarks(impact: &DiscImpact) -> Vec<String> {
     let stuck = impact.stuck.iter().map(|stuck| format!("{}.", stuck.sentence()));
     stuck.chain(impact.doubts.iter().map(|doubt| format!("doubtful: {doubt}."))).collect()
-}
-
-/// The columns of the section on discs: the heading, the quantity, and whether a mean over shots says something.
-const COLUMNS: [(&str, Quantity, bool); 8] = [
-    ("closing speed", Quantity::ClosingSpeed, false),
-    ("slip/closing", Quantity::SlipRatio, false),
-    ("e", Quantity::Restitution, true),
-    ("J_t/J_n", Quantity::ImpulseRatio, false),
-    ("momentum along", Quantity::MomentumAlong, true),
-    ("momentum across", Quantity::MomentumAcross, true),
-    ("angular momentum", Quantity::AngularMomentum, true),
-    ("energy lost", Quantity::EnergyLost, true),
-];
-
-const ABOUT: &str = "momentum along, across: what both discs gain along and across the line of centres, over the normal impulse; angular \
-                     momentum: what they gain about the contact point, over the normal impulse times the distance of the centres; \
-                     energy lost: part of the energy of motion and rotation. J_t/J_n and slip: on the second disc, 90° \
-                     counter-clockwise from the line of centres. Scatter: standard deviation between the shots that were fitted, \
-                     beyond their own errors.";
-
-/// Returns what was measured of every shot of discs, without content of balls.
-pub(super) fn of_discs(fit: &Fit) -> Section {
-    let used = |shot: &&DiscImpact| fit.residuals.iter().any(|residual| residual.shot == shot.name);
-    let value = |value: f64, sd: Option<f64>| with_error(value, sd.unwrap_or_default());
-    let mut rows: Vec<Vec<String>> = Vec::new();
-    for shot in &fit.disc_shots {
-        let is_rejected = fit.shots_rejected.iter().any(|rejected| rejected.shot == shot.name);
-        let state = match (used(&shot), shot.stuck.is_some(), is_rejected) {
-            (_, true, _) => "sticks",
-            (true, ..) => "",
-            (false, _, true) => "doubtful, not fitted",
-            (false, ..) => "not fitted",
-        };
-        let cells = COLUMNS.map(|(_, quantity, _)| {
-            shot.get(quantity).map_or(String::new(), |found| value(found.value, found.sd))
-        });
-        rows.push([shot.name.clone()].into_iter().chain(cells).chain([state.to_owned()]).collect());
-    }
-    if !rows.is_empty() {
-        let [mut mean, mut scatter] = ["mean", "scatter"].map(|name| vec![name.to_owned()]);
-        for (_, quantity, has_mean) in COLUMNS {
-            let values = fit.disc_shots.iter().filter(used).filter_map(|shot| shot.get(quantity));
-            let found = mean_of_shots(&values.collect::<Vec<_>>()).filter(|_| has_mean);
-            mean.push(found.map_or(String::new(), |found| value(found.value, Some(found.std_error))));
-            scatter.push(found.map_or(String::new(), |found| plain(found.scatter, 2)));
-        }
-        rows.extend([mean, scatter].map(|row| row.into_iter().chain([String::new()]).collect()));
-    }
-    let head = ["shot"].into_iter().chain(COLUMNS.map(|(name, ..)| name)).chain([""]);
-    let table = content::Table::new(head, rows).with_numbers(1..1 + COLUMNS.len());
-    Section::new("What was measured of every shot", ABOUT, [table.into()])
 }

@@ -5,7 +5,7 @@ use super::plot;
 use super::shots::{shot_list, tracks};
 use super::terminal::{INTERVAL, brief, chi2_text, estimate, parameters, with_unit};
 use super::{bodies, label, model, noise_estimated, p_text, reduced_chi2};
-use crate::fit::{Counted, DOWN_WEIGHTED, Estimate, Fit, Grade, Noise, NoiseVerdict, Status, Verdict};
+use crate::fit::{Counted, DOWN_WEIGHTED, Estimate, Fit, Grade, Noise, Status, Verdict};
 use crate::measurement::number::{interval, plain, with_error};
 use crate::measurement::parameter::Parameter;
 
@@ -29,7 +29,7 @@ pub fn content(fit: &Fit) -> Report {
         [figure].into_iter().chain(tracks(film, &shots).map(Block::Tracks))
     });
     let impacts = "e against the closing speed, and the friction against the slip";
-    let residuals = "Measured against predicted values, and residuals";
+    let residuals = "Residuals against cut angle, speed and order, and their quantiles";
     let mut sections = vec![
         parameter_section(fit),
         Section::new("All shots", "", paths),
@@ -38,19 +38,12 @@ pub fn content(fit: &Fit) -> Report {
     ];
     let rejected = fit.shots_rejected.iter().map(|one| [one.shot.clone(), one.reason.clone()]);
     let computation = [format!("model {}", model(fit)), format!("the search stopped: {}", fit.termination)];
-    let noise = Table::new(
-        ["", "values", "sd of one value", "rms of the residuals"],
-        fit.noise.iter().map(|one| noise(fit, one)),
-    );
     let regions = "68 % and 95 % regions of pairs of parameters";
     let folded = [
         Section::of_lines("How it was computed", "", computation.to_vec()),
-        super::extracted::of_discs(fit),
-        Section::of_lines("χ²", "", chi2(fit)),
-        Section::new("Noise", "rms: root mean square", [noise.with_numbers(1..2).into()]),
+        residual_tests(fit),
         Section::of_figure("Regions of pairs of parameters", "", regions, plot::contours(fit)),
         identifiability(fit),
-        residual_tests(fit),
         influence(fit),
         weights(fit),
         bootstrap(fit),
@@ -61,7 +54,6 @@ pub fn content(fit: &Fit) -> Report {
         Section::new("Shots, the largest residuals first", tested, [Block::Shots(shots)]),
     ];
     sections.extend(folded.map(|section| Section { folded: true, ..section }));
-    let stopped = (!fit.converged).then(|| format!("Not converged: {}", fit.termination));
     let (kind, sizes) = bodies(fit);
     let facts = [
         ("source", fit.source.clone().unwrap_or_default()),
@@ -73,7 +65,7 @@ pub fn content(fit: &Fit) -> Report {
     Report {
         title: super::title(fit),
         verdict: fit.verdict(),
-        warnings: stopped.into_iter().chain(fit.warnings().into_iter().map(str::to_owned)).collect(),
+        warnings: fit.warnings().into_iter().map(str::to_owned).collect(),
         facts: facts.map(|(name, text)| [name.to_owned(), text]).to_vec(),
         sections,
     }
@@ -146,7 +138,6 @@ fn at_bound(own: &Estimate) -> Option<String> {
     Some(format!("{symbol}: {value} if the parameters at their bounds are truly there"))
 }
 
-/// Returns one line, of the pairs that have a correlation.
 fn correlations(fit: &Fit) -> Option<String> {
     let mut pairs = Vec::new();
     for (row, first) in fit.estimates.iter().enumerate() {
@@ -162,41 +153,36 @@ fn correlations(fit: &Fit) -> Option<String> {
 
 /// Returns χ², what it counts, and what it says about model and noise; of a film of balls first of the frames, then of the velocities.
 fn chi2(fit: &Fit) -> Vec<String> {
-    /// Smaller parts of χ² are not worth a line.
-    const LEAST_SHOWN: f64 = 0.005;
     let Some(reduced) = reduced_chi2(fit) else {
         let why = "no degrees of freedom: the fit passes through the data and cannot be tested";
         return vec![why.to_owned()];
     };
-    let line = |counted: Counted, chi2: f64, dof: usize, reduced: f64| {
+    let line = |counted: Counted, chi2: f64, dof: usize, reduced: f64, p: Option<f64>| {
+        let test = match p.map(p_text) {
+            Some(p) => {
+                format!("were model and noise right, chance would give a larger χ² with probability {p}")
+            }
+            None if noise_estimated(fit) => {
+                "near 1 whatever the model, as noise was estimated from these residuals".to_owned()
+            }
+            None if fit.diagnostics.robust.is_some() => {
+                format!("not tested, as outlying shots count less (weights below {DOWN_WEIGHTED} are listed)")
+            }
+            None => "not tested, as the noise was estimated from the same data".to_owned(),
+        };
         let (counted, reduced) = (counted.words(), chi2_text(reduced));
-        format!("χ² of {counted} = {} for {dof} degrees of freedom, χ²/dof = {reduced}", plain(chi2, 4))
-    };
-    let chance = |p: f64| {
-        format!("; were model and noise right, chance would give a larger χ² with probability {}", p_text(p))
+        format!(
+            "χ² of {counted} = {} for {dof} degrees of freedom, χ²/dof = {reduced}: {test}",
+            plain(chi2, 4)
+        )
     };
     let goodness = fit.diagnostics.goodness.as_ref();
-    let p = goodness.and_then(|goodness| goodness.p_value);
-    let all = line(fit.counted(), fit.chi2, fit.dof, reduced);
-    let mut lines = Vec::new();
-    if let Some(joint) = &fit.diagnostics.joint {
-        let untested = ": not tested, as the noise of the positions was estimated from the same frames";
-        lines.push(all + &joint.p_value.map_or(untested.to_owned(), chance));
-        if let Some(found) = goodness.filter(|found| found.dof > 0) {
-            let line = line(fit.tested(), found.chi2, found.dof, found.chi2 / found.dof as f64);
-            lines.push(line + &p.map_or(": not tested".to_owned(), chance));
-        }
-    } else if noise_estimated(fit) {
-        lines.push(all + ": near 1 whatever the model, as noise was estimated from these residuals");
-    } else if fit.diagnostics.robust.is_some() {
-        let why = "not tested, as outlying shots count less";
-        lines.push(format!("{all}: {why} (weights below {DOWN_WEIGHTED} are listed)"));
-    } else {
-        lines.push(all + &p.map_or(String::new(), chance));
-    }
-    if fit.prior_chi2 >= LEAST_SHOWN * fit.chi2 {
-        let part = plain(fit.prior_chi2, 2);
-        lines.push(format!("{part} of this χ² is what priors and errors that all shots share add"));
+    let tested = goodness.and_then(|found| found.p_value);
+    let joint = fit.diagnostics.joint.as_ref();
+    let p = joint.map_or(tested, |joint| joint.p_value);
+    let mut lines = vec![line(fit.counted(), fit.chi2, fit.dof, reduced, p)];
+    if let Some(found) = goodness.filter(|found| joint.is_some() && found.dof > 0) {
+        lines.push(line(fit.tested(), found.chi2, found.dof, found.chi2 / found.dof as f64, tested));
     }
     lines
 }
@@ -230,44 +216,29 @@ fn identifiability(fit: &Fit) -> Section {
 
 /// Returns what tests say of the residuals: their size, trends, and their distribution.
 fn residual_tests(fit: &Fit) -> Section {
-    let about = format!("of {}", fit.tested().words());
-    let Some(found) = &fit.diagnostics.goodness else { return Section::default() };
-    let noise = match (found.noise, found.noise_factor.map(|factor| plain(factor, 3))) {
-        (NoiseVerdict::Explains, Some(factor)) => {
-            format!("the stated noise explains the residuals, which are {factor} times as large")
-        }
-        (NoiseVerdict::TooSmall | NoiseVerdict::TooLarge, Some(factor)) => {
-            format!("the stated noise does not explain the residuals, which are {factor} times as large")
-        }
-        _ if found.dof == 0 => "no degree of freedom is left to test the noise with".to_owned(),
-        _ if fit.diagnostics.robust.is_some() => {
-            "the noise is not tested: outlying shots count less".to_owned()
-        }
-        _ => "the noise is not tested: it was estimated from the residuals".to_owned(),
-    };
-    let mut lines = vec![noise];
-    lines.extend(found.trends.iter().filter(|trend| trend.significant).map(|trend| trend.words.clone()));
-    if lines.len() == 1 {
-        lines.push(match found.trends.first() {
-            Some(first) => format!(
+    let mut lines = chi2(fit);
+    if let Some(found) = &fit.diagnostics.goodness {
+        let significant = found.trends.iter().filter(|trend| trend.significant);
+        let significant: Vec<String> = significant.map(|trend| trend.words.clone()).collect();
+        let most = found.trends.first().filter(|_| significant.is_empty());
+        lines.extend(significant);
+        lines.extend(most.map(|first| {
+            format!(
                 "no trend with speed, cut angle or spin; the most significant: {} with {}, p = {}, corrected for {} tests",
                 first.quantity,
                 first.variable.name(),
                 plain(first.p_corrected, 2),
                 found.trends.len()
-            ),
-            None => "no trend could be tested: speed, cut angle and spin do not vary".to_owned(),
-        });
+            )
+        }));
+        lines.extend(found.normality.map(|tested| {
+            let [statistic, p] = [plain(tested.statistic, 3), plain(tested.p_value, 2)];
+            format!("normal distribution: Anderson-Darling A² = {statistic}, p = {p}")
+        }));
     }
-    lines.push(match found.normality {
-        Some(tested) => format!(
-            "normal distribution: Anderson-Darling A² = {}, p = {}",
-            plain(tested.statistic, 3),
-            plain(tested.p_value, 2)
-        ),
-        None => "normal distribution: not tested with fewer than eight residuals".to_owned(),
-    });
-    Section::of_lines("Residuals", about, lines)
+    let head = ["", "values", "sd of one value", "rms (root mean square)"];
+    let noise = Table::new(head, fit.noise.iter().map(|one| noise(fit, one))).with_numbers(1..2);
+    Section::new("Residuals", "", [Block::Lines(lines), noise.into()])
 }
 
 fn influence(fit: &Fit) -> Section {
@@ -289,7 +260,6 @@ fn influence(fit: &Fit) -> Section {
     Section::new("Shots that matter most", about, [table.into()])
 }
 
-/// Returns the weights of shots under a robust loss.
 fn weights(fit: &Fit) -> Section {
     let Some(robust) = &fit.diagnostics.robust else { return Section::default() };
     let weights = robust.weights.iter().map(|one| (format!("shot {}", one.shot), one.weight));
@@ -344,7 +314,6 @@ fn alternatives(fit: &Fit) -> Section {
     Section::new("Other models on these data", about, [table.into()])
 }
 
-/// Returns the camera of footage as it was fitted.
 fn camera(fit: &Fit) -> Section {
     let Some(found) = &fit.camera else { return Section::default() };
     let rows = found.corrections.iter().map(|correction| {
@@ -352,7 +321,6 @@ fn camera(fit: &Fit) -> Section {
         vec![correction.which.words().to_owned(), value]
     });
     let table = Table::new(["", "found"], rows);
-    let figure = Block::figure("How far positions were moved", plot::camera(found));
     let about = format!("from the frames of {} shots; ± one standard error", found.shots);
-    Section::new("Camera", about, [table.into(), figure])
+    Section::new("Camera", about, [table.into()])
 }

@@ -122,7 +122,6 @@ fn two_balls(cue: &Ball, object: Option<&ObjectBall>) -> String {
 /// Smaller probabilities are not distinguished.
 const LEAST_P: f64 = 1e-4;
 
-/// Returns a probability in words.
 fn p_text(p: f64) -> String {
     if p < LEAST_P { format!("below {LEAST_P}") } else { plain(p, 2) }
 }
@@ -152,7 +151,6 @@ fn unit_name(observable: Observable) -> &'static str {
     }
 }
 
-/// Returns the unit of the speeds of discs.
 fn speed_unit(discs: &Discs) -> &'static str {
     if discs.in_seconds { "m/s" } else { "m per frame" }
 }

@@ -10,27 +10,6 @@ use crate::measurement::number::{plain, with_error, with_interval};
 use crate::measurement::parameter::Parameter;
 use crate::problem::{self, Id};
 
-/// Whether the words of verdicts have colours, as terminals show them.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Colour {
-    /// With colours.
-    On,
-    /// Without colours.
-    Off,
-}
-
-impl Colour {
-    /// Returns a word in the colour of a grade (ECMA-48, SGR).
-    fn paint(self, text: &str, grade: Grade) -> String {
-        let code = match grade {
-            Grade::Good => 32,
-            Grade::Doubtful => 33,
-            Grade::Unusable => 31,
-        };
-        if self == Self::Off { text.to_owned() } else { format!("\u{1b}[{code}m{text}\u{1b}[0m") }
-    }
-}
-
 /// A line of the table and what is said below it.
 struct Line {
     grade: Grade,
@@ -42,7 +21,7 @@ struct Line {
 /// Returns one line per data set, whose labels are folded into it, the best verdict first; below a line the sentence of its verdict
 /// where it is not good, or where it is the only one.
 #[must_use]
-pub fn overview(fits: &[Fit], colour: Colour) -> String {
+pub fn overview(fits: &[Fit]) -> String {
     if fits.is_empty() {
         return String::new();
     }
@@ -54,51 +33,36 @@ pub fn overview(fits: &[Fit], colour: Colour) -> String {
     if let ([line], [fit]) = (lines.as_mut_slice(), fits) {
         line.below.get_or_insert(fit.verdict().sentence);
     }
-    let mut text = table(&lines, &known, &[], colour);
+    let mut text = table(&lines, &known, &[]);
     if let [fit] = fits {
         text += &details(fit);
     }
     text
 }
 
-/// Returns one line per fit, with χ²/dof.
+/// Returns one line per fit, with χ²/dof, and the warnings of each.
 #[must_use]
 pub fn all(fits: &[Fit]) -> String {
     let known = parameters(fits);
-    let lines: Vec<Line> = fits
-        .iter()
-        .map(|fit| {
-            let mut line = line(std::slice::from_ref(fit), &known);
-            line.below = None;
-            line.cells.push(match reduced_chi2(fit) {
-                Some(chi2) if noise_estimated(fit) => format!("{} *", chi2_text(chi2)),
-                Some(chi2) => chi2_text(chi2),
-                None => "–".to_owned(),
-            });
-            line
-        })
-        .collect();
-    let mut text = table(&lines, &known, &["χ²/dof"], Colour::Off);
-    for fit in fits {
-        if let Some(sentence) = fit.camera.as_ref().and_then(|camera| camera.sentence()) {
-            text += &format!("{}: {sentence}\n", title(fit));
-        }
-    }
-    text
-}
-
-/// Returns the warnings of several fits, a line each.
-#[must_use]
-pub fn warnings(fits: &[Fit]) -> String {
-    let of = |fit: &Fit| {
-        fit.warnings().into_iter().map(|one| format!("{}: {one}\n", title(fit))).collect::<String>()
+    let of_fit = |fit| {
+        let mut line = line(std::slice::from_ref(fit), &known);
+        line.below = None;
+        line.cells.push(match reduced_chi2(fit) {
+            Some(chi2) if noise_estimated(fit) => format!("{} *", chi2_text(chi2)),
+            Some(chi2) => chi2_text(chi2),
+            None => "–".to_owned(),
+        });
+        line
     };
-    let text: String = fits.iter().map(of).collect();
-    if text.is_empty() { text } else { format!("\n{text}") }
+    let lines: Vec<Line> = fits.iter().map(of_fit).collect();
+    let warnings = fits.iter().flat_map(|fit| fit.warnings().into_iter().map(move |one| (title(fit), one)));
+    let warnings: String = warnings.map(|(title, warning)| format!("\n{title}: {warning}")).collect();
+    let end = if warnings.is_empty() { "" } else { "\n" };
+    table(&lines, &known, &["χ²/dof"]) + &warnings + end
 }
 
 /// Returns the table, and what its marks and symbols mean.
-fn table(lines: &[Line], known: &[Parameter], last: &[&str], colour: Colour) -> String {
+fn table(lines: &[Line], known: &[Parameter], last: &[&str]) -> String {
     let head = ["data set", "shots"].into_iter().map(str::to_owned);
     let head = head.chain(known.iter().map(|parameter| match parameter.unit() {
         "" => parameter.symbol().to_owned(),
@@ -107,12 +71,12 @@ fn table(lines: &[Line], known: &[Parameter], last: &[&str], colour: Colour) -> 
     let head = head.chain(last.iter().chain(&["verdict"]).map(|word| (*word).to_owned()));
     let rows = lines.iter().map(|line| line.cells.iter().chain([&line.verdict]).cloned().collect());
     let table = Table::new(head, rows).text("");
-    let mut rows = table.lines();
-    let mut text = format!("{}\n", rows.next().unwrap_or_default());
-    for (row, line) in rows.zip(lines) {
-        let numbers = row.strip_suffix(line.verdict.as_str()).unwrap_or(row);
-        text += &format!("{numbers}{}\n", colour.paint(&line.verdict, line.grade));
-        text.extend(line.below.iter().map(|sentence| format!("    {sentence}\n")));
+    // the head has none
+    let below = std::iter::once(&None).chain(lines.iter().map(|line| &line.below));
+    let mut text = String::new();
+    for (row, below) in table.lines().zip(below) {
+        text += &format!("{row}\n");
+        text.extend(below.iter().map(|sentence| format!("    {sentence}\n")));
     }
     text + &legend(lines, known)
 }
@@ -124,19 +88,12 @@ pub(super) const INTERVAL: &str = "[…]: the 95 % interval, where it is far fro
 fn legend(lines: &[Line], known: &[Parameter]) -> String {
     let shows = |line: &Line, mark: &str| line.cells.iter().skip(2).any(|cell| cell.contains(mark));
     let has = |mark: &str| lines.iter().any(|line| shows(line, mark));
-    let is_unusable = |line: &&Line| line.grade == Grade::Unusable;
-    let dashed = || lines.iter().filter(|line| shows(line, "–"));
-    let dash = match (dashed().any(|line| !is_unusable(&line)), dashed().any(|line| is_unusable(&line))) {
-        (true, true) => "–: not determined by these shots; where the verdict is unusable: no number to use",
-        (false, true) => "–: no number to use",
-        _ => "–: not determined by these shots",
-    };
     let marks = [
         ("±", "±: one standard error"),
         ("[", INTERVAL),
         ("≥", "≥: every larger value fits equally"),
         ("≤", "≤: every smaller value fits equally"),
-        ("–", dash),
+        ("–", "–: not determined by these shots, or, where the verdict is unusable, no number to use"),
         ("(bound)", "(bound): at the end of the allowed range"),
         ("no error", "no error: nothing to tell it from"),
         (" *", "*: near 1 whatever the model, as noise was estimated from the residuals"),
@@ -150,7 +107,7 @@ fn legend(lines: &[Line], known: &[Parameter]) -> String {
 
 /// Returns the line of a data set: of one fit, or of those of all its labels.
 fn line(fits: &[Fit], known: &[Parameter]) -> Line {
-    let mut verdicts: Vec<(&Fit, Verdict)> = fits.iter().map(|fit| (fit, fit.verdict())).collect();
+    let verdicts: Vec<(&Fit, Verdict)> = fits.iter().map(|fit| (fit, fit.verdict())).collect();
     let cells = known.iter().map(|parameter| range(&verdicts, *parameter)).collect::<Vec<_>>();
     let first_bad = verdicts.iter().find(|(_, verdict)| verdict.grade != Grade::Good);
     let (title, used, verdict, below) = if let [fit] = fits {
@@ -168,17 +125,13 @@ fn line(fits: &[Fit], known: &[Parameter]) -> Line {
         let counted = Grade::ALL.into_iter().zip(counts).filter(|(_, count)| *count > 0);
         let counted: Vec<String> =
             counted.map(|(grade, count)| format!("{count} {}", grade.name())).collect();
-        let below = first_bad.map(|(fit, verdict)| match fits.len() - counts[0] {
-            1 => format!("{}: {}", label(fit), verdict.sentence),
-            others => format!("{}, the first of {others}: {}", label(fit), verdict.sentence),
-        });
+        let below = first_bad.map(|(fit, verdict)| format!("{}: {}", label(fit), verdict.sentence));
         let used: usize = fits.iter().map(|fit| fit.shots_used).sum();
         let name = fits.first().map_or("", |fit| fit.dataset.as_str());
         (format!("{name} ({} labels)", fits.len()), used.to_string(), counted.join(", "), below)
     };
-    // as good as the better half of its labels
-    verdicts.sort_by_key(|(_, verdict)| verdict.grade);
-    let grade = verdicts.get(fits.len() / 2).map_or(Grade::Good, |(_, verdict)| verdict.grade);
+    let best = verdicts.iter().map(|(_, verdict)| verdict.grade).min();
+    let grade = best.unwrap_or(Grade::Good);
     Line { grade, cells: [title, used].into_iter().chain(cells).collect(), verdict, below }
 }
 
@@ -246,7 +199,6 @@ pub(super) fn parameters(fits: &[Fit]) -> Vec<Parameter> {
     Parameter::ALL.into_iter().filter(is_shown).collect()
 }
 
-/// Returns a text with its unit, if it has one.
 pub(super) fn with_unit(text: &str, unit: &str) -> String {
     let space = if unit.is_empty() || unit == "°" { "" } else { " " };
     format!("{text}{space}{unit}")

@@ -4,7 +4,6 @@ use std::collections::HashSet;
 use std::fs::{self, File};
 use std::io::{self, BufWriter, Write};
 use std::path::{Path, PathBuf};
-use std::time::Duration;
 
 use super::{ReportError, content, csv, document, fit, label, plot};
 use crate::fit::Fit;
@@ -46,6 +45,13 @@ const NAMES: [&str; 9] = [
     "contours.svg",
     "contours.png",
 ];
+
+/// Names and contents of files.
+pub type Files = Vec<(String, Vec<u8>)>;
+
+pub(super) fn texts<const N: usize>(files: [(&str, String); N]) -> Files {
+    files.map(|(name, text)| (name.to_owned(), text.into_bytes())).to_vec()
+}
 
 /// Writes what a file is to hold, which may be more than should be held in memory.
 type Content<'a> = Box<dyn Fn(&mut (dyn Write + Send)) -> io::Result<()> + 'a>;
@@ -111,10 +117,7 @@ fn write_contents(files: Vec<&(String, Content)>, folder: &Path) -> Result<(), R
     // On the same file system as the folder, so that moving is atomic; inside it would be, too, but
     // what a killed run leaves behind would then sit among the results.
     let parent = folder.parent().filter(|parent| !parent.as_os_str().is_empty()).unwrap_or(Path::new("."));
-    remove_leftovers(parent);
-    // of folders in it, as of the pictures of shots
-    remove_leftovers(folder);
-    let staging = tempfile::Builder::new().prefix(STAGING).tempdir_in(parent).map_err(at(parent))?;
+    let staging = tempfile::Builder::new().prefix(".caromfit-").tempdir_in(parent).map_err(at(parent))?;
     for (name, content) in &files {
         let path = staging.path().join(name);
         let write = |file: File| {
@@ -128,25 +131,6 @@ fn write_contents(files: Vec<&(String, Content)>, folder: &Path) -> Result<(), R
         let target = folder.join(name);
         fs::rename(staging.path().join(name), &target).map_err(at(&target))
     })
-}
-
-/// How the names of folders begin in which files are completed.
-const STAGING: &str = ".caromfit-";
-
-/// Removes what runs that were stopped while they wrote left beside the results. One that cannot be removed does no harm.
-fn remove_leftovers(parent: &Path) {
-    /// A folder in which nothing has been written for so long is that of a run that was stopped.
-    const LEFT: Duration = Duration::from_secs(600);
-    let entries =
-        |folder: &Path| fs::read_dir(folder).into_iter().flatten().flatten().map(|entry| entry.path());
-    let age = |path: &Path| fs::metadata(path).ok()?.modified().ok()?.elapsed().ok();
-    for path in entries(parent) {
-        let is_staging = path.file_name().is_some_and(|name| name.to_string_lossy().starts_with(STAGING));
-        let mut all = entries(&path).chain([path.clone()]);
-        if is_staging && all.all(|path| age(&path).is_some_and(|age| age > LEFT)) {
-            _ = fs::remove_dir_all(path);
-        }
-    }
 }
 
 /// Returns the folder of a data set: its name, with path separators and control characters replaced.

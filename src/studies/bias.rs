@@ -52,7 +52,7 @@ pub struct Way {
 }
 
 impl Way {
-    /// Returns the name in bias.csv.
+    /// Returns the name in reports.
     #[must_use]
     pub fn name(self) -> &'static str {
         self.name
@@ -160,7 +160,6 @@ pub fn bias(dataset: &Dataset, way: Way) -> Result<Row, FitError> {
     let is_contact = way.fidelity == Some(Fidelity::Contact);
     let options = Options {
         fidelity: way.fidelity.map_or(FidelityChoice::Auto, FidelityChoice::Of),
-        effects: way.fidelity.map(Fidelity::effects),
         tolerance: if is_contact { CONTACT_TOLERANCE } else { Model::TOLERANCE_OF_FITS },
         depth: Depth::Estimates,
         ..Options::default()

@@ -78,7 +78,6 @@ pub fn normal() -> Fit {
     ];
     fit.correlation = DMatrix::from_row_slice(3, 3, &[1.0, -0.5, 0.25, -0.5, 1.0, 0.125, 0.25, 0.125, 1.0]);
     fit.chi2 = 7.0;
-    fit.prior_chi2 = 0.0;
     fit.dof = 7;
     fit.noise = vec![Noise {
         observable: Observable::Throw,

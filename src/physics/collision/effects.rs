@@ -29,14 +29,11 @@
 //! | sliding | sν/(1 + ν), at most μ_k(gT + (1 + e_t)V_z) | a ball slips on the cloth |
 //! | rolling | μ_r g T | a ball moves |
 
-use std::str::FromStr;
-
 use super::impact::Impact;
 use super::{Coefficients, Fidelity, Input, Model, NotACollision, Outcome};
 use crate::physics::ball::BallState;
 use crate::physics::cloth_motion::{Cloth, GRAVITY};
 use crate::physics::contact_frame::cloth_slip;
-use crate::physics::name::UnknownName;
 
 /// The table of effects: switch, name on the command line and in fit.json, the reason for its size
 /// and that for a size of 0.
@@ -112,28 +109,6 @@ effects! {
         "the contact slides in one direction throughout",
 }
 
-/// `all`, `none`, or names of [`Effects::NAMES`] with commas between.
-impl FromStr for Effects {
-    type Err = UnknownName;
-
-    fn from_str(text: &str) -> Result<Self, UnknownName> {
-        match text {
-            "all" => return Ok(Self::ALL),
-            "none" => return Ok(Self::NONE),
-            _ => {}
-        }
-        let mut effects = Self::NONE;
-        for name in text.split(',').map(str::trim) {
-            let Some(switch) = effects.switch(name) else {
-                let known = ["all", "none"].into_iter().chain(Self::NAMES).collect();
-                return Err(UnknownName { kind: "effect", name: name.to_owned(), known });
-            };
-            *switch = true;
-        }
-        Ok(effects)
-    }
-}
-
 /// The default tolerance of [`choose`], as a fraction of the cue ball's speed U. It is below what
 /// the best footage resolves.
 pub const NEGLIGIBLE_CHANGE: f64 = 1e-3;
@@ -188,13 +163,6 @@ impl Choice {
     pub fn model(&self, model: &Model) -> Model {
         Model { fidelity: self.fidelity, effects: self.effects, ..*model }.with_some_compliance()
     }
-}
-
-/// Returns the cheapest fidelity that can simulate all the given effects.
-#[must_use]
-pub fn cheapest(effects: Effects) -> Fidelity {
-    let contains = |fidelity: &Fidelity| effects.and(fidelity.effects()) == effects;
-    Fidelity::ALL.into_iter().find(contains).unwrap_or(Fidelity::Contact)
 }
 
 /// Chooses the cheapest fidelity and the effects for one shot; `tolerance` as a fraction of U.

@@ -186,16 +186,6 @@ impl Solution {
         })
     }
 
-    /// Returns the middle between the balls of shot `i` of a film as they touch, m from the middle of the
-    /// film.
-    #[must_use]
-    pub fn contact(&self, i: usize) -> Option<[f64; 2]> {
-        let FilmShot { film, own, .. } = self.film_shot(i)?;
-        let (sin, cos) = own[own::DIRECTION].sin_cos();
-        let radius = film.world.contact.object().radius;
-        Some([own[own::X] - radius * cos, own[own::Y] - radius * sin])
-    }
-
     /// Returns the own unknowns of shot `i` of a film in the frame of the table, from `origin` (m); their
     /// errors include those of what all shots share.
     #[must_use]

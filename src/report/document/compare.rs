@@ -132,8 +132,6 @@ document! {
         value: Difference = found.clone(),
         /// Whether p_holm is below 0.05.
         real: bool = found.is_real(),
-        /// What the difference means on the table, in words.
-        effect: Option<String> = words::effect(comparison, found),
     }
 
     /// A label that does not determine a parameter.

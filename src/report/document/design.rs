@@ -3,7 +3,7 @@
 use serde::{Serialize, Serializer};
 
 use super::{Body, Made, document};
-use crate::design::{self, Design, Expected, Mixture, OfKind, Planned, PlayedKind, SpinFrom};
+use crate::design::{self, Design, Mixture, OfKind, Planned, PlayedKind, SpinFrom};
 use crate::measurement::parameter::Parameter;
 
 document! {
@@ -77,8 +77,6 @@ document! {
         shots_needed: Coefficients<Option<u64>> = found.needed.into(),
         /// Number of shots that all of them need.
         shots_needed_for_all: Option<u64> = found.needed_all,
-        /// Part by which one more shot reduces the standard error.
-        gain_of_one_more: Coefficients<Option<f64>> = found.gain.into(),
         /// Part of the shots that determine nothing, 0 to 1.
         unusable: f64 = found.unusable,
     }
@@ -110,32 +108,21 @@ document! {
     FewestShots(design: &Design, mixture: &Mixture) {
         /// The parameter, or all.
         r#for: &'static str = mixture.parameter.map_or("all", Parameter::name),
-        /// What is mixed: kinds, or cells of one speed and cut angle.
-        of: &'static str = if mixture.of_cells { "cells" } else { "kinds" },
         /// Number of shots.
         total: u64 = mixture.total(),
         /// Number of shots of each.
         shots: Vec<CountedShots> = {
-            let counted = |(index, shots): &(usize, u64)| {
-                let cell = mixture.of_cells.then(|| &design.cells[*index]);
-                CountedShots::new(&design.expected, cell.map_or(*index, |cell| cell.kind), cell, *shots)
-            };
-            mixture.shots.iter().map(counted).collect()
+            let shots = mixture.shots.iter();
+            shots.map(|(kind, shots)| CountedShots::new(&design.expected.kinds[*kind], *shots)).collect()
         },
         /// Standard errors of the mixture.
         std_error: Coefficients<Option<f64>> = mixture.std_errors.into(),
     }
 
     /// Shots of a kind.
-    CountedShots(expected: &Expected, kind: usize, cell: Option<&design::Cell>, count: u64) {
+    CountedShots(of: &PlayedKind, count: u64) {
         /// Name of the kind.
-        kind: String = expected.kinds[kind].name.clone(),
-        /// Of cells: speed, m/s.
-        #[serde(skip_serializing_if = "Option::is_none")]
-        speed_m_s: Option<f64> = cell.map(|cell| cell.speed_m_s),
-        /// Of cells: cut angle, degrees.
-        #[serde(skip_serializing_if = "Option::is_none")]
-        cut_deg: Option<f64> = cell.map(|cell| cell.cut_deg),
+        kind: String = of.name.clone(),
         /// Number of shots.
         shots: u64 = count,
     }

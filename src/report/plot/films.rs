@@ -3,8 +3,8 @@
 use std::f64::consts::TAU;
 
 use super::axis::ends;
-use super::{Axis, Figure, INK, Mark, Panel, Point, color};
-use crate::fit::{FittedFilm, FoundCamera};
+use super::{Axis, Figure, INK, Panel, Point, color};
+use crate::fit::FittedFilm;
 use crate::measurement::number::count_of;
 use crate::problem::Impact;
 
@@ -31,7 +31,6 @@ pub(crate) struct Tracks<'a> {
     pub place: &'a dyn Fn(usize, f64) -> [f64; 2],
 }
 
-/// Returns a place in centimetres.
 fn cm(place: [f64; 2]) -> [f64; 2] {
     place.map(|metres| 100.0 * metres)
 }
@@ -156,42 +155,4 @@ impl Tracks<'_> {
         }
         panel
     }
-}
-
-/// Returns how far the corrections of the camera move what the film shows, in a figure that is empty if nothing was corrected.
-pub(crate) fn camera(found: &FoundCamera) -> Figure {
-    /// Arrows along either side, and the longest as a part of the figure; they are enlarged by a round number for it.
-    const ARROWS: i32 = 9;
-    const LONGEST: f64 = 0.12;
-    const ENLARGED: [f64; 10] = [1000.0, 500.0, 200.0, 100.0, 50.0, 20.0, 10.0, 5.0, 2.0, 1.0];
-    let mut figure = Figure::new("Camera");
-    if found.corrections.is_empty() || found.contacts.is_empty() {
-        return figure;
-    }
-    let sides = [0, 1].map(|axis| ends(found.contacts.iter().map(|place| place[axis])));
-    let half = 0.6 * (sides[0][1] - sides[0][0]).max(sides[1][1] - sides[1][0]).max(0.05);
-    let along = |axis: usize, i: i32| {
-        let [low, high] = sides[axis];
-        0.5 * (low + high) + half * (2.0 * f64::from(i) / f64::from(ARROWS - 1) - 1.0)
-    };
-    let table = (0..ARROWS * ARROWS).map(|n| [along(0, n / ARROWS), along(1, n % ARROWS)]);
-    let moved = table.map(|table| (found.film(table), table));
-    let moved: Vec<_> = moved.filter(|(film, _)| film.iter().all(|x| x.is_finite())).collect();
-    let lengths = moved.iter().map(|(film, table)| (table[0] - film[0]).hypot(table[1] - film[1]));
-    let longest = lengths.fold(0.0, f64::max);
-    let enlarged = ENLARGED.into_iter().find(|by| by * longest <= LONGEST * 2.0 * half).unwrap_or(1.0);
-    let about = format!(
-        "points: where the {} met; arrows: by how much positions were moved, {enlarged} times enlarged (at most {:.2} mm)",
-        if found.of_discs { "discs" } else { "balls" },
-        1e3 * longest
-    );
-    let mut panel = Panel::of_places("Places in the film, at the scale that is stated", about);
-    let contacts = found.contacts.iter();
-    panel.points(contacts.map(|place| Point { opacity: 0.45, ..Point::new(cm(*place), 0) }));
-    panel.marks.extend(moved.into_iter().map(|(film, table)| {
-        let to = [0, 1].map(|i| film[i] + enlarged * (table[i] - film[i]));
-        Mark::Arrow { from: cm(film), to: cm(to) }
-    }));
-    figure.add_rows(900, 1, vec![panel]);
-    figure
 }

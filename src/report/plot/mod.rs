@@ -10,7 +10,7 @@ use plotters::prelude::RGBColor;
 
 pub use axis::Axis;
 pub(super) use axis::ends;
-pub(super) use films::{Tracks, all_shots, camera, of_shot};
+pub(super) use films::{Tracks, all_shots, of_shot};
 pub(super) use others::{Pick, accuracy, contours, design, discs, forest, way_name};
 pub(super) use residuals::of_comparison;
 pub use residuals::residuals;
@@ -39,7 +39,6 @@ const COLORS: [RGBColor; 7] = [
     RGBColor(230, 159, 0),
 ];
 
-/// Returns the colour of a series.
 fn color(series: usize) -> RGBColor {
     COLORS[series % COLORS.len()]
 }
@@ -70,7 +69,6 @@ pub struct Row {
 }
 
 impl Figure {
-    /// Returns a figure without panels.
     fn new(title: impl Into<String>) -> Self {
         Self { title: title.into(), ..Self::default() }
     }
@@ -117,7 +115,6 @@ impl Panel {
         Self { is_square: true, ..Self::new(title, about, Axis::new("x (cm)"), Axis::new("y (cm)")) }
     }
 
-    /// Adds a line; its width is in pixels.
     fn line(&mut self, points: impl IntoIterator<Item = [f64; 2]>, color: RGBColor, width: u32) {
         self.marks.push(Mark::Line { points: points.into_iter().collect(), color, width });
     }
@@ -132,12 +129,10 @@ impl Panel {
         self.line([[x, -BEYOND], [x, BEYOND]], color, 1);
     }
 
-    /// Adds measured points.
     fn points(&mut self, points: impl IntoIterator<Item = Point>) {
         self.marks.push(Mark::Points(points.into_iter().collect()));
     }
 
-    /// Adds an area by its outline.
     fn area(&mut self, outline: impl IntoIterator<Item = [f64; 2]>, color: RGBColor) {
         self.marks.push(Mark::Area { outline: outline.into_iter().collect(), color });
     }
@@ -147,24 +142,8 @@ impl Panel {
 #[derive(Clone, Debug)]
 enum Mark {
     Points(Vec<Point>),
-    Line {
-        points: Vec<[f64; 2]>,
-        color: RGBColor,
-        width: u32,
-    },
-    Area {
-        outline: Vec<[f64; 2]>,
-        color: RGBColor,
-    },
-    Arrow {
-        from: [f64; 2],
-        to: [f64; 2],
-    },
-    /// A text, centred.
-    Text {
-        at: [f64; 2],
-        words: &'static str,
-    },
+    Line { points: Vec<[f64; 2]>, color: RGBColor, width: u32 },
+    Area { outline: Vec<[f64; 2]>, color: RGBColor },
 }
 
 /// A measured point.
@@ -186,7 +165,6 @@ impl Point {
         Self { at, sd: None, series, opacity: 1.0, label: None }
     }
 
-    /// Returns the ends of its bar.
     fn bar(&self) -> Option<[[f64; 2]; 2]> {
         let [x, y] = self.at;
         self.sd.filter(|sd| axis::is_drawable(*sd)).map(|sd| [[x, y - sd], [x, y + sd]])

@@ -3,7 +3,7 @@
 use plotters::prelude::RGBColor;
 
 use super::axis::ends;
-use super::{Axis, BAND, CUT_AXIS, Figure, GREY, Label, Mark, Panel, Point, color};
+use super::{Axis, BAND, CUT_AXIS, Figure, Label, Panel, Point, color};
 use crate::compare::{Compared, Comparison};
 use crate::design::{Cell, Design};
 use crate::fit::{Contour, Fit, Status};
@@ -42,13 +42,8 @@ pub(crate) fn discs(fit: &Fit) -> Figure {
         let (slip, ratio) = (shot.get(Quantity::SlipRatio)?.value, shot.get(Quantity::ImpulseRatio)?);
         Some((slip.abs(), Measured { value: -slip.signum() * ratio.value, ..ratio }))
     });
-    let panels = [(restitution as fn(&Fit, &[Point]) -> Panel, restitutions), (friction, frictions)];
-    let panels = panels.into_iter().filter(|(_, points)| !points.is_empty()).map(|(panel, points)| {
-        let mut panel = panel(fit, &points);
-        panel.points(points);
-        panel
-    });
-    let panels: Vec<Panel> = panels.collect();
+    let panels = [restitution(fit, restitutions), friction(fit, frictions)];
+    let panels: Vec<Panel> = panels.into_iter().flatten().collect();
     if panels.len() == 1 {
         figure.lines.push("No rotation of the discs was seen.".to_owned());
     }
@@ -56,21 +51,29 @@ pub(crate) fn discs(fit: &Fit) -> Figure {
     figure
 }
 
-/// Returns a panel that shows a fit with a scatter above and below.
-fn with_curve(fit: &Fit, title: &str, x: Axis, y: &str, curve: &[[f64; 2]], scatter: f64) -> Panel {
+/// Returns a panel of points with a fit and a scatter above and below it; `None` without points.
+fn with_curve(
+    fit: &Fit,
+    mut panel: Panel,
+    points: Vec<Point>,
+    curve: &[[f64; 2]],
+    scatter: f64,
+) -> Option<Panel> {
     let scatters = fit.scatter.is_some_and(|scatter| !scatter.is_none());
     let about = if scatters { "line: the fit; band: scatter between shots" } else { "line: the fit" };
-    let mut panel = Panel::new(title, about, x, Axis::new(y));
+    about.clone_into(&mut panel.about);
     if scatter > 0.0 {
         let above = curve.iter().map(|[x, y]| [*x, y + scatter]);
         let below = curve.iter().rev().map(|[x, y]| [*x, y - scatter]);
         panel.area(above.chain(below), BAND);
     }
     panel.line(curve.iter().copied(), color(5), 3);
-    panel
+    let has_points = !points.is_empty();
+    panel.points(points);
+    has_points.then_some(panel)
 }
 
-fn restitution(fit: &Fit, points: &[Point]) -> Panel {
+fn restitution(fit: &Fit, points: Vec<Point>) -> Option<Panel> {
     let unit = fit.discs.as_ref().map_or("m/s", speed_unit);
     let fitted = |parameter| fit.get(parameter).filter(|found| found.status != Status::NotIdentified);
     let slope = fitted(Parameter::ESlope).map_or(0.0, |slope| slope.value);
@@ -79,31 +82,20 @@ fn restitution(fit: &Fit, points: &[Point]) -> Panel {
     let line = |e: f64| [0.0, 1.05 * fastest].map(|speed| [speed, e - slope * speed]);
     let line = fitted(Parameter::E).map_or(Vec::new(), |e| line(e.value).to_vec());
     let x = Axis::new(format!("closing speed ({unit})"));
-    let scatter = fit.scatter.map_or(0.0, |scatter| scatter.restitution);
-    with_curve(fit, "e against the closing speed", x, "e", &line, scatter)
+    let panel = Panel::new("e against the closing speed", "", x, Axis::new("e"));
+    with_curve(fit, panel, points, &line, fit.scatter.map_or(0.0, |scatter| scatter.restitution))
 }
 
-fn friction(fit: &Fit, _: &[Point]) -> Panel {
-    let scatter = fit.scatter.map_or(0.0, |scatter| scatter.impulse_ratio);
-    let curve = fit.friction_curve.as_ref();
-    let points = curve.map_or(&[][..], |curve| &curve.points);
+fn friction(fit: &Fit, points: Vec<Point>) -> Option<Panel> {
     let x = Axis::new("slip before the impact / closing speed");
-    let mut panel =
-        with_curve(fit, "Friction against the slip", x, "J_t/J_n against the slip", points, scatter);
-    let Some(curve) = curve else { return panel };
-    let [_, end] = ends(points.iter().map(|point| point[0]));
-    let [lowest, _] = ends(points.iter().map(|point| point[1] - scatter));
-    let sticks = curve.sticks_below.min(end);
-    let slides = curve.slides_from.unwrap_or(end).min(end);
-    for (from, to, words) in [(0.0, sticks, "stick"), (sticks, slides, "micro-slip"), (slides, end, "slip")] {
-        if to - from > 0.12 * end {
-            panel.marks.push(Mark::Text { at: [0.5 * (from + to), lowest], words });
-        }
-        if (1e-9..end).contains(&to) {
-            panel.vertical(to, GREY);
-        }
-    }
-    panel
+    let panel = Panel::new("Friction against the slip", "", x, Axis::new("J_t/J_n against the slip"));
+    with_curve(
+        fit,
+        panel,
+        points,
+        &fit.friction_curve,
+        fit.scatter.map_or(0.0, |scatter| scatter.impulse_ratio),
+    )
 }
 
 /// Returns what makes up the variances of μ, μ_s and e, as bars; `None` if that is noise alone.
@@ -138,9 +130,8 @@ pub(super) fn budget(fit: &Fit) -> Option<Panel> {
 pub(crate) fn contours(fit: &Fit) -> Figure {
     let contours = &fit.diagnostics.contours;
     let mut figure = Figure::new(format!("{}: pairs of parameters", title(fit)));
-    figure.lines = vec![
-        "Dark and light: the true pair lies there with 68 % and 95 % probability. Grey: the ellipses of the covariance.".to_owned(),
-    ];
+    figure.lines =
+        vec!["Dark and light: the true pair lies there with 68 % and 95 % probability.".to_owned()];
     figure.add_rows(420, contours.len().clamp(2, 3), contours.iter().map(contour).collect());
     figure
 }
@@ -148,8 +139,6 @@ pub(crate) fn contours(fit: &Fit) -> Figure {
 fn contour(contour: &Contour) -> Panel {
     /// Colours of the regions, the likeliest last.
     const REGIONS: [RGBColor; 2] = [RGBColor(166, 206, 236), RGBColor(112, 170, 214)];
-    /// Part of a region by which its ellipse is drawn beyond it.
-    const BEYOND: f64 = 0.25;
     let [first, second] = contour.parameters.map(Parameter::symbol);
     let [x, y] = contour.parameters.map(|parameter| match parameter.unit() {
         "" => Axis::new(parameter.symbol()),
@@ -160,18 +149,6 @@ fn contour(contour: &Contour) -> Panel {
     levels.sort_by(|a, b| b.probability.total_cmp(&a.probability));
     for (level, color) in levels.iter().zip(REGIONS) {
         panel.area(level.edge.iter().copied(), color);
-    }
-    let reach = [0, 1].map(|axis| {
-        let [low, high] = ends(levels.iter().flat_map(|level| &level.edge).map(|point| point[axis]));
-        let room = BEYOND * (high - low);
-        low - room..=high + room
-    });
-    let is_within = |point: &[f64; 2]| reach.iter().zip(point).all(|(range, value)| range.contains(value));
-    for level in &levels {
-        let closed: Vec<[f64; 2]> = level.ellipse.iter().chain(level.ellipse.first()).copied().collect();
-        for part in closed.split(|point| !is_within(point)).filter(|part| part.len() > 1) {
-            panel.line(part.iter().copied(), GREY, 1);
-        }
     }
     panel.points([Point::new(contour.centre, 4)]);
     panel

@@ -71,7 +71,6 @@ impl Figure {
         ReportError::Draw { dataset: self.title.clone(), reason: reason.to_string() }
     }
 
-    /// Returns the height of the head and of all rows, pixels.
     fn height(&self) -> u32 {
         self.head().unsigned_abs() + self.rows.iter().map(|row| row.height).sum::<u32>()
     }
@@ -176,8 +175,6 @@ impl Panel {
                 points.iter().map(|point| point.at).chain(bars).collect()
             }
             Mark::Line { points, .. } | Mark::Area { outline: points, .. } => points.clone(),
-            Mark::Arrow { from, to } => vec![*from, *to],
-            Mark::Text { .. } => Vec::new(),
         };
         self.marks.iter().flat_map(of_mark).filter(|place| place.iter().all(|x| is_drawable(*x))).collect()
     }
@@ -278,12 +275,9 @@ fn draw_mark<DB: DrawingBackend>(
             plane.draw(&PathElement::new(pairs(points), color.stroke_width(*width)))
         }
         Mark::Area { outline, color } => plane.draw(&Polygon::new(pairs(outline), color.filled())),
-        Mark::Arrow { from, to } => arrow(area, [in_area(*from), in_area(*to)]),
-        Mark::Text { at, words } => area.draw_text(words, &style(SMALL, GREY).pos(MIDDLE), in_area(*at)),
     }
 }
 
-/// Draws the marker of a series.
 fn marker<DB: DrawingBackend>(area: &Area<DB>, (x, y): (i32, i32), point: &Point) -> Drawn<DB> {
     let style = color(point.series).mix(point.opacity).filled();
     match point.series % 4 {
@@ -294,22 +288,6 @@ fn marker<DB: DrawingBackend>(area: &Area<DB>, (x, y): (i32, i32), point: &Point
     }
 }
 
-/// Draws an arrow whose head is visible on a short one, too.
-fn arrow<DB: DrawingBackend>(area: &Area<DB>, [from, to]: [(i32, i32); 2]) -> Drawn<DB> {
-    let along = [f64::from(to.0 - from.0), f64::from(to.1 - from.1)];
-    let length = along[0].hypot(along[1]);
-    if length < 1.0 {
-        return area.draw(&Circle::new(to, 2, color(1).filled()));
-    }
-    area.draw(&PathElement::new(vec![from, to], color(1).stroke_width(2)))?;
-    let [x, y] = along.map(|x| x / length);
-    let corner = |back: f64, aside: f64| {
-        let off = [-back * x - aside * y, -back * y + aside * x].map(|off| off.round() as i32);
-        (to.0 + off[0], to.1 + off[1])
-    };
-    area.draw(&Polygon::new(vec![corner(-2.0, 0.0), corner(8.0, 5.0), corner(8.0, -5.0)], color(1).filled()))
-}
-
 fn font(size: f64) -> FontDesc<'static> {
     static REGISTERED: OnceLock<bool> = OnceLock::new();
     let bytes = include_bytes!("../DejaVuSans-subset.ttf");
@@ -317,7 +295,6 @@ fn font(size: f64) -> FontDesc<'static> {
     FontDesc::new(FontFamily::Name(FONT), size, FontStyle::Normal)
 }
 
-/// Returns the style of a text of a size and colour.
 fn style(size: f64, color: RGBColor) -> TextStyle<'static> {
     TextStyle { color: color.to_backend_color(), ..TextStyle::from(font(size)) }
 }

@@ -3,11 +3,10 @@
 use statrs::distribution::{Beta, ContinuousCDF, Normal};
 
 use super::axis::{ends, is_drawable};
-use super::{Axis, BAND, BEYOND, CUT_AXIS, Figure, INK, Label, Panel, Point, Row, SPEED_AXIS};
+use super::{Axis, BAND, BEYOND, CUT_AXIS, Figure, INK, Label, Panel, Point, SPEED_AXIS};
 use crate::compare::Comparison;
 use crate::fit::{Fit, FittedFilm, Residual};
 use crate::measurement::number::{count_of, plain};
-use crate::measurement::observable::Observable;
 use crate::report::terminal::{chi2_text, estimate, with_unit};
 use crate::report::{noise_estimated, reduced_chi2, speed_unit, title};
 
@@ -22,8 +21,7 @@ const STANDARDIZED: &str = "(measured − predicted) / sd";
 #[must_use]
 pub fn residuals(fit: &Fit) -> Figure {
     let observed = Observed::of(fit);
-    let stopped = (!fit.converged).then(|| format!("Not converged: {}", fit.termination));
-    let warnings: Vec<&str> = stopped.iter().map(String::as_str).chain(fit.warnings()).collect();
+    let warnings = fit.warnings();
     let mut figure = Figure::new(title(fit));
     figure.lines = summary(fit);
     figure.warning = warnings.first().map(|first| match warnings.len() - 1 {
@@ -31,30 +29,19 @@ pub fn residuals(fit: &Fit) -> Figure {
         more => format!("(+{more} more) {first}"),
     });
     let mut panels = observed.against(3, &mut figure);
-    let mut units: Vec<&str> = Vec::new();
-    for unit in observed.series.iter().map(|series| series.unit) {
-        if !units.contains(&unit) {
-            units.push(unit);
-        }
-    }
-    panels.extend(units.into_iter().map(|unit| observed.measured(unit)));
     panels.extend(observed.quantiles());
     panels.extend(super::others::budget(fit));
-    while !panels.is_empty() {
-        let columns = if panels.len() == 3 { 3 } else { panels.len().min(2) };
-        figure.rows.push(Row { height: ROW, columns, panels: panels.drain(..columns).collect() });
-    }
+    figure.add_rows(ROW, 2, panels);
     figure
 }
 
 /// Returns the residuals of all labels of a comparison, each in its colour.
 pub(crate) fn of_comparison(comparison: &Comparison) -> Figure {
     let mut observed = Observed { speed_axis: SPEED_AXIS.to_owned(), ..Observed::default() };
-    let series = |label: &String| Series { name: label.clone(), ..Series::default() };
-    observed.series = comparison.labels.iter().map(series).collect();
+    observed.series.clone_from(&comparison.labels);
     for residual in &comparison.residuals {
         let shot = comparison.shot_name(residual);
-        observed.add(&shot, residual.label, f64::NAN, &residual.of_shot);
+        observed.add_residual(&shot, residual.label, f64::NAN, &residual.of_shot);
     }
     observed.thin();
     let mut figure = Figure::new("Residuals of the joint fit");
@@ -63,7 +50,6 @@ pub(crate) fn of_comparison(comparison: &Comparison) -> Figure {
     figure
 }
 
-/// Returns the estimates, and the model with χ².
 fn summary(fit: &Fit) -> Vec<String> {
     let estimates = fit.estimates.iter().map(|one| {
         let value = with_unit(&estimate(fit, one), one.parameter.unit());
@@ -86,22 +72,10 @@ fn summary(fit: &Fit) -> Vec<String> {
     ]
 }
 
-/// A measured quantity, or all numbers of a label.
-#[derive(Clone, Debug, Default)]
-struct Series {
-    name: String,
-    /// The name of several in one panel, and their unit.
-    kind: &'static str,
-    unit: &'static str,
-}
-
-/// One number against its prediction, in the unit of its series.
+/// A standardized residual.
 #[derive(Clone, Copy, Debug)]
 struct Value {
     series: usize,
-    measured: f64,
-    predicted: f64,
-    sd: f64,
     standardized: f64,
     /// Cut angle (degrees), speed, and number of the shot; NaN if unknown.
     against: [f64; 3],
@@ -112,7 +86,8 @@ struct Value {
 /// All numbers of a fit or of a comparison, a label for each.
 #[derive(Default)]
 struct Observed {
-    series: Vec<Series>,
+    /// The name of each measured quantity, or of each label.
+    series: Vec<String>,
     values: Vec<Value>,
     labels: Vec<Label>,
     /// How many are drawn, if they are too many.
@@ -133,7 +108,6 @@ const AGAINST: [(&str, &str); 3] =
     [("cut angle", "against cut angle"), ("speed", "against speed"), ("order", "in the order of the shots")];
 
 impl Observed {
-    /// Returns all numbers of a fit.
     fn of(fit: &Fit) -> Self {
         let speed_axis = match fit.discs {
             Some(discs) => format!("speed of the first disc before impact ({})", speed_unit(&discs)),
@@ -150,61 +124,38 @@ impl Observed {
 
     /// Adds the velocities after each impact of a film, in the frame of the collision.
     fn add_film(&mut self, film: &FittedFilm) {
-        let series = |name: &str| Series { name: name.to_owned(), kind: "velocity", unit: "m/s" };
-        self.series = IN_COLLISION_FRAME.map(series).to_vec();
+        self.series = IN_COLLISION_FRAME.map(str::to_owned).to_vec();
         for (i, shot) in film.names().into_iter().enumerate() {
             let (Some(motion), Some(offsets)) = (film.solution.motion(i), film.solution.offsets(0, i)) else {
                 continue;
             };
+            let against = [motion.cut.to_degrees(), motion.speed, i as f64 + 1.0];
             for (series, name) in IN_COLLISION_FRAME.into_iter().enumerate() {
                 let (off, sd) = (offsets.values[series], offsets.covariance[(series, series)].sqrt());
-                let value = Value {
-                    series,
-                    measured: motion.after[series] + off,
-                    predicted: motion.after[series],
-                    sd,
-                    standardized: off / sd,
-                    against: [motion.cut.to_degrees(), motion.speed, i as f64 + 1.0],
-                    is_drawn: true,
-                };
-                self.push(shot, name, value);
+                self.add(shot, name, Value { series, standardized: off / sd, against, is_drawn: true });
             }
         }
     }
 
-    /// Adds what was measured, each observable as a series.
     fn add_table(&mut self, fit: &Fit) {
-        let mut observables: Vec<Observable> = Vec::new();
         let shots = fit.residuals.chunk_by(|one, next| one.shot == next.shot);
         for (i, residual) in shots.enumerate().flat_map(|(i, own)| own.iter().map(move |one| (i, one))) {
-            let observable = residual.observable;
-            if !observables.contains(&observable) {
-                observables.push(observable);
-                let kind = match observable {
-                    Observable::CueVelocity(_) | Observable::ObjectVelocity(_) => "velocity",
-                    Observable::CueSpin(_) | Observable::ObjectSpin(_) => "spin",
-                    observable if observable.is_angle() => "angle",
-                    observable if observable.unit().is_empty() => "ratio",
-                    _ => "speed",
-                };
-                let (name, unit) = (observable.label().to_owned(), observable.unit());
-                self.series.push(Series { name, kind, unit });
+            let name = residual.observable.label();
+            let series = self.series.iter().position(|known| known == name).unwrap_or(self.series.len());
+            if series == self.series.len() {
+                self.series.push(name.to_owned());
             }
-            let series = observables.iter().position(|known| *known == observable).unwrap_or_default();
-            self.add(&residual.shot, series, i as f64 + 1.0, residual);
+            self.add_residual(&residual.shot, series, i as f64 + 1.0, residual);
         }
     }
 
-    fn add(&mut self, shot: &str, series: usize, order: f64, residual: &Residual) {
-        let Residual { observable, standardized, .. } = *residual;
-        let [measured, predicted, sd] =
-            [residual.measured, residual.predicted, residual.sd].map(|si| si / observable.unit_si());
-        let against = [residual.cut.to_degrees(), residual.speed.unwrap_or(f64::NAN), order];
-        let value = Value { series, measured, predicted, sd, standardized, against, is_drawn: true };
-        self.push(shot, observable.label(), value);
+    fn add_residual(&mut self, shot: &str, series: usize, order: f64, residual: &Residual) {
+        let Residual { observable, standardized, cut, speed, .. } = *residual;
+        let against = [cut.to_degrees(), speed.unwrap_or(f64::NAN), order];
+        self.add(shot, observable.label(), Value { series, standardized, against, is_drawn: true });
     }
 
-    fn push(&mut self, shot: &str, quantity: &str, value: Value) {
+    fn add(&mut self, shot: &str, quantity: &str, value: Value) {
         let words = format!("{quantity}, {:+.2} standard deviations", value.standardized);
         self.labels.push(Label { shot: shot.to_owned(), words });
         self.values.push(value);
@@ -259,7 +210,6 @@ impl Observed {
         drawn.map(point).collect()
     }
 
-    /// Returns the values that have a standardized residual, by their places.
     fn standardized(&self) -> Vec<usize> {
         (0..self.values.len()).filter(|i| is_drawable(self.values[*i].standardized)).collect()
     }
@@ -269,7 +219,7 @@ impl Observed {
     fn against(&self, kinds: usize, figure: &mut Figure) -> Vec<Panel> {
         let count = |series: usize| self.values.iter().filter(|value| value.series == series).count();
         let names = self.series.iter().enumerate();
-        figure.series = names.map(|(i, series)| format!("{} ({})", series.name, count(i))).collect();
+        figure.series = names.map(|(i, name)| format!("{name} ({})", count(i))).collect();
         figure.labels.clone_from(&self.labels);
         let standardized = self.standardized();
         if standardized.is_empty() {
@@ -313,54 +263,6 @@ impl Observed {
             panels.push(panel);
         }
         panels
-    }
-
-    /// Returns measured against predicted values of all series of a unit, with the line on which they are equal.
-    fn measured(&self, unit: &str) -> Panel {
-        let group: Vec<&Series> = self.series.iter().filter(|series| series.unit == unit).collect();
-        let name = match group[..] {
-            [one] => &one.name,
-            [first, ..] => first.kind,
-            [] => "",
-        };
-        let unit_of_axis = if unit.is_empty() { String::new() } else { format!(" ({unit})") };
-        let [x, y] = ["predicted", "measured"].map(|what| Axis::new(format!("{what} {name}{unit_of_axis}")));
-        let is_own = |i: &usize| self.series[self.values[*i].series].unit == unit;
-        let own: Vec<usize> = (0..self.values.len()).filter(is_own).collect();
-        let places = own.iter().map(|i| (*i, [self.values[*i].predicted, self.values[*i].measured]));
-        let seen: Vec<(usize, [f64; 2])> =
-            places.filter(|(_, at)| at.iter().all(|x| is_drawable(*x))).collect();
-        let longest = self.longest_bar(&seen);
-        let about = self.about(
-            if longest.is_some() { "bars: ± sd" } else { "no sd known" },
-            &[(own.len() - seen.len(), "number too large to draw".to_owned())],
-        );
-        let mut points = self.points(&seen);
-        for point in &mut points {
-            let sd = point.label.map_or(f64::NAN, |value| self.values[value].sd);
-            point.sd = longest.filter(|_| is_drawable(sd)).map(|longest| sd.min(longest));
-        }
-        // as long on either axis as all bars
-        let [low, high] = ends(points.iter().flat_map(|point| {
-            let sd = point.sd.unwrap_or(0.0);
-            [point.at[0], point.at[1] - sd, point.at[1] + sd]
-        }));
-        let mut panel = Panel::new("Measured against predicted", about, x, y);
-        panel.line([[low, low], [high, high]], INK, 1);
-        panel.points(points);
-        panel
-    }
-
-    /// Returns how long bars are drawn at most, so that a few that are much longer do not shrink the data to a dot; `None` without any.
-    fn longest_bar(&self, seen: &[(usize, [f64; 2])]) -> Option<f64> {
-        /// Times the median of the bars, and part of the range of the values.
-        const TIMES: f64 = 3.0;
-        const PART: f64 = 0.35;
-        let mut sds: Vec<f64> = seen.iter().map(|(value, _)| self.values[*value].sd).collect();
-        sds.retain(|sd| is_drawable(*sd));
-        sds.sort_by(f64::total_cmp);
-        let [low, high] = ends(seen.iter().map(|(_, at)| at[1]));
-        Some((TIMES * sds.get(sds.len() / 2)?).max(PART * (high - low)))
     }
 
     /// Returns the sorted residuals against the quantiles of a normal distribution, with the band that holds 95 % of samples at each
