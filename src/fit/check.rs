@@ -251,7 +251,7 @@ fn undetermined(dataset: &Dataset, parameter: Parameter) -> Option<String> {
 /// Returns the observables whose noise is not stated.
 fn noise(dataset: &Dataset) -> Option<String> {
     let mut names: Vec<&str> = Vec::new();
-    for row in dataset.shots.iter().filter(|shot| shot.joint.is_none()).flat_map(|shot| &shot.after) {
+    for row in dataset.shots.iter().flat_map(|shot| &shot.after) {
         let name = row.observable.column();
         if row.measured.sd.is_none() && !names.contains(&name) {
             names.push(name);

@@ -70,7 +70,7 @@ impl Fit {
         all.extend(suspicious.into_iter().map(warning("suspicious-shot")));
         all.extend(self.not_used());
         all.extend(self.wrong_footage().map(doubtful("suspicious-footage")));
-        all.extend(self.unexplained().map(doubtful("noise")));
+        all.extend(self.unexplained());
         all.extend(self.refuted_contact().map(doubtful("refuted-contact")));
         all.extend(self.refuted_friction().map(doubtful("refuted-friction")));
         all.extend(self.unknown_errors());
@@ -186,18 +186,19 @@ impl Fit {
     }
 
     /// Returns how residuals differ from the stated noise.
-    fn unexplained(&self) -> Option<String> {
+    fn unexplained(&self) -> Option<Remark> {
         let goodness = self.diagnostics.goodness.as_ref().filter(|_| self.refuted.is_none())?;
         let times = plain(goodness.noise_factor?, 2);
         let noise = if self.footage { "the noise of the frames" } else { "the stated noise" };
         match goodness.noise {
-            NoiseVerdict::TooSmall => Some(format!(
+            NoiseVerdict::TooSmall => Some(doubtful("noise")(format!(
                 "The residuals are {times} times as large as {noise}: the model leaves something out, or the noise and with it the \
                  errors are larger."
-            )),
-            NoiseVerdict::TooLarge => Some(format!(
+            ))),
+            // nothing is claimed that does not hold
+            NoiseVerdict::TooLarge => Some(warning("noise")(format!(
                 "The residuals are only {times} times as large as {noise}: the stated errors are too large."
-            )),
+            ))),
             NoiseVerdict::NotTested | NoiseVerdict::Explains => None,
         }
     }

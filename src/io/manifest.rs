@@ -8,7 +8,6 @@ use serde::{Deserialize, Serialize};
 use super::balls_section::{BallSection, Shape};
 use super::error::{DatasetError, Problems};
 use super::fit_section::FitSection;
-use super::impacts_section::ImpactsSection;
 use super::stated_object::StatedObject;
 use super::table::read_utf8;
 use super::toml_file::{Source, checked};
@@ -35,8 +34,6 @@ pub(crate) struct Manifest {
     pub assume: Option<Assume>,
     /// Settings of kind `tracks`.
     pub tracks: Option<TrackSettings>,
-    /// The table of joint errors, for impacts that were extracted from tracks.
-    pub covariance: Option<PathBuf>,
     /// Line and position of `[fit] by`.
     pub place_of_by: (usize, String),
 }
@@ -110,7 +107,6 @@ pub(crate) struct Keys {
     table: Option<TableSection>,
     scale: Option<ScaleSection>,
     tracks: Option<TracksSection>,
-    impacts: Option<ImpactsSection>,
     #[serde(default)]
     fit: FitSection,
 }
@@ -194,16 +190,15 @@ impl Keys {
             source.wrong("name", format!("name has {} bytes; expected at most {MAX_NAME_BYTES}", name.len()));
         }
         let kind = self.kind;
-        for (key, is_stated, only) in [
-            ("video", self.video.is_some(), Kind::Tracks),
-            ("camera", self.camera.is_some(), Kind::Tracks),
-            ("table", self.table.is_some(), Kind::Tracks),
-            ("scale", self.scale.is_some(), Kind::Tracks),
-            ("tracks", self.tracks.is_some(), Kind::Tracks),
-            ("impacts", self.impacts.is_some(), Kind::Impacts),
+        for (key, is_stated) in [
+            ("video", self.video.is_some()),
+            ("camera", self.camera.is_some()),
+            ("table", self.table.is_some()),
+            ("scale", self.scale.is_some()),
+            ("tracks", self.tracks.is_some()),
         ] {
-            if is_stated && kind != only {
-                let [kind, only] = [kind, only].map(Kind::name);
+            if is_stated && kind != Kind::Tracks {
+                let [kind, only] = [kind, Kind::Tracks].map(Kind::name);
                 let message =
                     format!("[{key}] stands in a data set of kind \"{kind}\"; it goes with \"{only}\" only");
                 source.wrong(key, message);
@@ -213,7 +208,7 @@ impl Keys {
         let (ball, poisson) = self.ball.check(self.object.as_ref(), source);
         let discs = self.discs(source);
         let object = self.object.as_ref().filter(|_| discs.is_none());
-        let mut dataset = Dataset {
+        let dataset = Dataset {
             path: source.path.to_path_buf(),
             taken: object.map(|object| object.taken(&self.ball, &ball)).unwrap_or_default(),
             object: object.map(|object| object.ball(&self.ball, &ball, source)),
@@ -227,7 +222,6 @@ impl Keys {
             source: self.source,
             ..Dataset::new(self.name, ball, Vec::new())
         };
-        let covariance = self.impacts.unwrap_or_default().check(&mut dataset, source);
         let mut tracks = (kind == Kind::Tracks).then(|| {
             let sections = Sections {
                 video: self.video.unwrap_or_default(),
@@ -261,7 +255,6 @@ impl Keys {
             assume: self.cue_spin.assume.or(discs.map(|_| Assume::Unknown)),
             discs,
             tracks,
-            covariance,
             place_of_by: source.place_of("fit.by"),
         }
     }

@@ -3,7 +3,6 @@
 
 pub(crate) mod balls_section;
 pub mod cases;
-pub(crate) mod covariance;
 pub mod draft;
 mod draft_files;
 mod draft_scale;
@@ -11,7 +10,6 @@ mod draft_text;
 mod draft_unknown;
 pub(crate) mod error;
 mod fit_section;
-mod impacts_section;
 mod manifest;
 mod number;
 mod rows;
@@ -62,8 +60,7 @@ pub fn schema() -> Schema {
 fn load_manifest(manifest: Manifest) -> Result<Dataset, DatasetError> {
     let problems = Problems::of_dataset(&manifest.dataset.path);
     let tracks = manifest.tracks.as_ref().map(|settings| tracking::load(&manifest, settings, &problems));
-    let Manifest { mut dataset, kind, files, assume, covariance, place_of_by: (line, position), .. } =
-        manifest;
+    let Manifest { mut dataset, kind, files, assume, place_of_by: (line, position), .. } = manifest;
     let by = dataset.by.as_deref();
     let mut shots: Vec<Shot> = Vec::new();
     for table in files.iter().filter(|_| tracks.is_none()) {
@@ -95,10 +92,6 @@ fn load_manifest(manifest: Manifest) -> Result<Dataset, DatasetError> {
                 "is missing; expected a speed in every row, since [cue_spin] side_sd is a part of it";
             problems.add(&shot.file, shot.line, "speed_m_s", message);
         }
-    }
-    if let Some(path) = covariance {
-        let shared: Vec<_> = dataset.shared_errors().into_iter().map(|(shared, _)| shared).collect();
-        covariance::read(&path, &mut shots, &shared, &problems);
     }
     (dataset.shots, dataset.tracks) = (shots, tracks);
     problems.into_result(dataset)

@@ -3,8 +3,6 @@
 use std::collections::BTreeMap;
 use std::path::PathBuf;
 
-use nalgebra::{DMatrix, DVector};
-
 use super::loss::Loss;
 pub use super::object_ball::{ObjectBall, UNWEIGHED, WEIGHED_KG};
 use super::observable::{Axis, Observable};
@@ -55,9 +53,6 @@ pub struct Dataset {
     /// The cloth's rolling resistance μ_r, dimensionless, if the shots were extracted from
     /// tracks, all with the same one.
     pub rolling: Option<Measured>,
-    /// The relative standard error, shared by all shots, of how high friction lifts a ball, if
-    /// they were extracted with a prior of this height.
-    pub lift_sd: Option<f64>,
     /// The standard deviation of a side spin that was not seen, as Rω_z/U, in shots that are stated
     /// as stun or natural roll (`[cue_spin] side_sd`); 0 if there is none.
     pub side_sd: f64,
@@ -134,16 +129,6 @@ impl Dataset {
         }
         self.left_out.extend(unwanted.into_iter().map(|name| (name, ON_REQUEST.to_owned())));
     }
-
-    /// Returns the standard errors that all shots share.
-    pub(crate) fn shared_errors(&self) -> Vec<(Shared, f64)> {
-        let sd = |shared| match shared {
-            Shared::Sliding => self.sliding.and_then(|sliding| sliding.sd),
-            Shared::Lift => self.lift_sd,
-            Shared::Rolling => self.rolling.and_then(|rolling| rolling.sd),
-        };
-        Shared::ALL.into_iter().filter_map(|shared| Some((shared, sd(shared)?))).collect()
-    }
 }
 
 /// The reason why shots are left out that a user did not want.
@@ -167,20 +152,17 @@ pub struct Shot {
     pub spin: Spin,
     /// The observables measured after the impact, at least one.
     pub after: Vec<Measurement>,
-    /// The joint errors of the state before and the observations after the impact, if they were
-    /// extracted together from a track.
-    pub joint: Option<Box<Joint>>,
     /// The standard deviation of side spin that was not seen, rad/s (that of the data set is over
     /// U/R); 0 without one.
     pub side_sd: f64,
 }
 
 impl Shot {
-    /// Returns a shot of no file, without labels and joint errors.
+    /// Returns a shot of no file, without labels.
     #[must_use]
     pub fn new(name: impl Into<String>, before: Before, spin: Spin, after: Vec<Measurement>) -> Self {
         let (file, labels) = (PathBuf::new(), BTreeMap::new());
-        Self { name: name.into(), file, line: 0, labels, before, spin, after, joint: None, side_sd: 0.0 }
+        Self { name: name.into(), file, line: 0, labels, before, spin, after, side_sd: 0.0 }
     }
 
     /// A measured impact in the table's frame: the line of centres from the cue ball to the object
@@ -236,54 +218,7 @@ impl Shot {
         let side = sd * velocity[0].hypot(velocity[1]) / radius;
         self.spin = Spin::Measured { spin, sd: [None, None, Some(side)] };
         self.side_sd = side;
-        if let Some(joint) = &mut self.joint {
-            // the spin that rolls goes with the velocity, and its error with that of the velocity
-            let mut with = DMatrix::identity(joint.covariance.nrows(), joint.covariance.ncols());
-            with[(3, 2)] = -rolls / radius;
-            with[(4, 1)] = rolls / radius;
-            joint.covariance = &with * &joint.covariance * with.transpose();
-            joint.covariance[(5, 5)] += side * side;
-            joint.by_shared.iter_mut().for_each(|by| *by = &with * &*by);
-        }
         true
-    }
-}
-
-/// Errors of what was extracted from one track, table frame: direction of the line of centres
-/// (rad), the cue ball's v_x, v_y (m/s), ω_x, ω_y, ω_z (rad/s) before the impact, then the shot's
-/// observations in their order.
-#[derive(Clone, Debug, PartialEq)]
-pub struct Joint {
-    /// Their covariance without the errors that all shots share.
-    pub covariance: DMatrix<f64>,
-    /// How they change with each error that all shots share, in the order of [`Shared::ALL`].
-    pub by_shared: Vec<DVector<f64>>,
-}
-
-impl Joint {
-    /// The number of quantities before the impact, which stand in front of the observations.
-    pub const BEFORE: usize = 6;
-}
-
-/// A number that all shots of footage were extracted with, so that they share its error.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Shared {
-    /// The cloth's sliding friction μ_k.
-    Sliding,
-    /// How high friction lifts a ball, as a factor.
-    Lift,
-    /// The cloth's rolling resistance μ_r.
-    Rolling,
-}
-
-impl Shared {
-    /// All shared errors.
-    pub const ALL: [Self; 3] = [Self::Sliding, Self::Lift, Self::Rolling];
-
-    /// Returns its place in [`Joint::by_shared`].
-    #[must_use]
-    pub fn place(self) -> usize {
-        self as usize
     }
 }
 

@@ -4,7 +4,7 @@
 use std::collections::BTreeMap;
 use std::path::Path;
 
-use super::dataset::{Before, Dataset, Joint, Measured, ObjectBall, Shot};
+use super::dataset::{Before, Dataset, Measured, ObjectBall, Shot};
 use super::parameter::Parameter;
 use super::spin::Spin;
 use super::track::{Sample, TrackShot};
@@ -190,24 +190,12 @@ fn faults_of_shot(shot: &Shot) -> Vec<String> {
     }
     if let Spin::Measured { spin, sd } = shot.spin {
         let components = ["spin x", "spin y", "spin z"].into_iter().zip(spin.iter().zip(sd));
-        // extracted shots state a side spin of exactly 0 if the ball was struck without side
-        let known = |sd: Option<f64>| sd.filter(|sd| shot.joint.is_none() || *sd != 0.0);
-        values
-            .extend(components.map(|(name, (value, sd))| (name, Measured { value: *value, sd: known(sd) })));
+        values.extend(components.map(|(name, (value, sd))| (name, Measured { value: *value, sd })));
     }
     values.extend(shot.after.iter().map(|row| (row.observable.column(), row.measured)));
     faults.extend(values.iter().flat_map(|(name, measured)| faults_of(name, measured)));
     if shot.after.is_empty() {
         faults.push("nothing is observed; expected at least one observation".to_owned());
-    }
-    if let Some(joint) = &shot.joint {
-        let size = Joint::BEFORE + shot.after.len();
-        if joint.covariance.shape() != (size, size) || joint.by_shared.iter().any(|by| by.len() != size) {
-            faults
-                .push(format!("its joint errors do not have {size} rows and columns, one for each quantity"));
-        } else if !joint.covariance.iter().all(|c| c.is_finite()) {
-            faults.push("its joint errors are not finite".to_owned());
-        }
     }
     named(&shot.name, (&shot.file, shot.line), faults)
 }

@@ -146,7 +146,8 @@ pub(crate) fn descend_with_noise(problem: &mut Problem, mut state: State) -> Des
         // noise and spreads of wrong states mean nothing
         let settled = !changed && noise::update(problem, &descent.end);
         if settled || round == MAX_ROUNDS {
-            return descent;
+            // χ² with the last noise, which −2 log L takes
+            return Descent { end: problem.evaluate(descent.end.state), ..descent };
         }
         state = descent.end.state;
     }

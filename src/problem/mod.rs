@@ -88,8 +88,6 @@ mod tests {
 
     use std::path::Path;
 
-    use nalgebra::{DMatrix, DVector};
-
     use super::block::Block;
     use super::discs::block::Freedom;
     use super::discs::first_guess::DiscFilm;
@@ -103,7 +101,7 @@ mod tests {
         Id, Modelling, Noise, ParameterEstimate, Policy, RowsChoices, RowsFit, Status, fit_film, fit_rows,
     };
     use crate::io;
-    use crate::measurement::dataset::{Before, Dataset, Joint, Measured, Shared as Common, Shot};
+    use crate::measurement::dataset::{Before, Dataset, Shot};
     use crate::measurement::loss::Loss;
     use crate::measurement::spin::Spin;
     use crate::measurement::track::{Sample, TrackShot};
@@ -281,32 +279,5 @@ mod tests {
         let [low, high] = mu.interval_95.unwrap();
         assert!(mu.std_error.is_none() && mu.value < 0.2 && low < mu.value && high == 0.5, "{mu:?}");
         assert_ne!(mu.status, Status::NotIdentified);
-    }
-
-    /// Joint errors that are not correlated change nothing; an error that all shots share widens the errors.
-    #[test]
-    fn joint_errors_are_those_of_each_number() {
-        let mut dataset = made("impacts", 20, r#""stun", "side""#, 0.05, [-50.0, 50.0], 9);
-        let plain = fitted(&dataset);
-        for shot in &mut dataset.shots {
-            let Before::Impact { normal: [x, y], velocity } = shot.before else {
-                panic!("{:?}", shot.before)
-            };
-            let Spin::Measured { sd, .. } = shot.spin else { panic!("{:?}", shot.spin) };
-            let direction = x.sd.unwrap().hypot(y.sd.unwrap());
-            let inputs = [Some(direction), velocity[0].sd, velocity[1].sd, sd[0], sd[1], sd[2]];
-            let all = inputs.into_iter().chain(shot.after.iter().map(|row| row.measured.sd));
-            let variances: Vec<f64> = all.map(|sd| sd.unwrap_or(0.0).powi(2)).collect();
-            let by = DVector::from_fn(variances.len(), |row, _| f64::from(row == Joint::BEFORE + 2));
-            let covariance = DMatrix::from_diagonal(&DVector::from_vec(variances));
-            shot.joint =
-                Some(Box::new(Joint { covariance, by_shared: Common::ALL.map(|_| by.clone()).to_vec() }));
-        }
-        let joint = fitted(&dataset);
-        for (a, b) in plain.estimates.iter().zip(&joint.estimates) {
-            assert!((a.value - b.value).abs() < 1e-6, "{a:?} {b:?}");
-        }
-        dataset.sliding = Some(Measured::new(0.2, 0.02));
-        assert!(get(&fitted(&dataset), Id::E).std_error > get(&joint, Id::E).std_error);
     }
 }

@@ -10,7 +10,7 @@ use super::plot::{Figure, Tracks, of_shot};
 use super::write::{Files, texts};
 use super::{ReportError, folder_name, group_folders};
 use crate::fit::FittedFilm;
-use crate::io::{balls_section, covariance};
+use crate::io::balls_section;
 use crate::measurement::dataset::{Before, Dataset, Measured};
 use crate::measurement::number::{plain, with_error};
 use crate::measurement::spin::Spin;
@@ -18,12 +18,11 @@ use crate::measurement::track::TrackShot;
 use crate::physics::disc::Discs;
 use crate::problem::{DiscImpact, Doubt, Impact, Quantity};
 
-/// Returns dataset.toml, impacts.csv, covariance.csv and left-out.csv.
+/// Returns dataset.toml, impacts.csv and left-out.csv.
 #[must_use]
 pub fn of_balls(dataset: &Dataset, extracted: &[Impact]) -> Files {
     texts([
         ("impacts.csv", impacts(dataset, extracted)),
-        ("covariance.csv", covariance(dataset)),
         ("left-out.csv", left_out(dataset)),
         ("dataset.toml", manifest(dataset)),
     ])
@@ -87,10 +86,15 @@ fn assumed(dataset: &Dataset) -> Option<&'static str> {
     words.into_iter().find_map(|(spin, word)| all(spin).then_some(word))
 }
 
+/// A comment on the standard deviations of extracted impacts.
+const ABOUT_ERRORS: &str = "Errors of the columns of one shot, and of all shots by the cloth that they
+# share, are correlated, which this table does not hold. Its standard deviations are wide enough for
+# means of all shots: fit the film for errors of parameters.";
+
 fn manifest(dataset: &Dataset) -> String {
     let text = |text: &str| toml::Value::from(text).to_string();
     let mut manifest = format!(
-        "# Extracted from {} by caromfit {}.\nname = {}\nkind = \"impacts\"\nfiles = [\"impacts.csv\"]\n",
+        "# Extracted from {} by caromfit {}. {ABOUT_ERRORS}\nname = {}\nkind = \"impacts\"\nfiles = [\"impacts.csv\"]\n",
         folder_name(&dataset.path.file_name().unwrap_or_default().to_string_lossy()),
         env!("CARGO_PKG_VERSION"),
         text(&format!("{}-impacts", dataset.name)),
@@ -99,15 +103,6 @@ fn manifest(dataset: &Dataset) -> String {
         if let Some(value) = value {
             _ = writeln!(manifest, "{key} = {}", text(value));
         }
-    }
-    manifest.push_str("\n[impacts]\ncovariance = \"covariance.csv\"\n");
-    for (key, friction) in [("mu_k", dataset.sliding), ("mu_r", dataset.rolling)] {
-        if let Some(Measured { value, sd: Some(sd) }) = friction {
-            _ = writeln!(manifest, "{key} = {value:?}\n{key}_sd = {sd:?}");
-        }
-    }
-    if let Some(sd) = dataset.lift_sd {
-        _ = writeln!(manifest, "lift_sd = {sd:?}");
     }
     // the dataset.toml of the tracks; empty for a data set that a program made
     let stated = std::fs::read_to_string(&dataset.path).unwrap_or_default();
@@ -129,11 +124,16 @@ fn impacts(dataset: &Dataset, extracted: &[Impact]) -> String {
     const LEAST_SD: f64 = 1e-12;
     let is_assumed = assumed(dataset).is_some();
     let mut table = Table::default();
+    // a mean of all shots has the whole error of what they share
+    let shared_part = extracted.iter().map(|impact| impact.shared_part).sum::<f64>();
+    let widening = (1.0 + shared_part).sqrt();
     let measured = |table: &mut Table, column: &str, Measured { value, sd }: &Measured| {
         table.add(column, value.to_string());
-        table.add(&format!("{column}_sd"), sd.unwrap_or(0.0).max(LEAST_SD).to_string());
+        let sd = widening * sd.unwrap_or(0.0);
+        table.add(&format!("{column}_sd"), sd.max(LEAST_SD).to_string());
     };
-    for (shot, impact) in dataset.shots.iter().zip(extracted) {
+    for impact in extracted {
+        let shot = &impact.shot;
         let Before::Impact { normal, velocity } = &shot.before else { continue };
         table.begin();
         table.add("shot", &shot.name);
@@ -164,27 +164,6 @@ fn impacts(dataset: &Dataset, extracted: &[Impact]) -> String {
         table.add("frames_left_out", impact.outliers.to_string());
         for (label, text) in &shot.labels {
             table.add(label, text);
-        }
-    }
-    table.text()
-}
-
-/// Returns the joint errors of every shot: a row for each quantity.
-fn covariance(dataset: &Dataset) -> String {
-    let mut table = Table::new("shot,quantity");
-    for shot in &dataset.shots {
-        let Some(errors) = &shot.joint else { continue };
-        let own = covariance::quantities(shot);
-        for (i, quantity) in own.iter().enumerate() {
-            table.begin();
-            table.add("shot", &shot.name);
-            table.add("quantity", *quantity);
-            for (j, column) in own.iter().enumerate() {
-                table.add(column, format!("{:e}", errors.covariance[(i, j)]));
-            }
-            for (shared, _) in dataset.shared_errors() {
-                table.add(covariance::by(shared), format!("{:e}", errors.by_shared[shared.place()][i]));
-            }
         }
     }
     table.text()

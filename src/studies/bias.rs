@@ -137,9 +137,7 @@ pub fn noise_free(dataset: &Dataset, kappa: f64) -> Dataset {
             if let Some(row) = prediction.observables.iter().position(|own| own == observable) {
                 measured.value = prediction.values[row];
             }
-            if shot.joint.is_none() {
-                measured.sd.get_or_insert(typical(*observable));
-            }
+            measured.sd.get_or_insert(typical(*observable));
         }
         shots.push(shot);
     }

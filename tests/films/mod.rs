@@ -60,8 +60,8 @@ fn film(seed: u64) -> usize {
     for (shot, reason) in &dataset.left_out {
         assert!(!reason.contains(DEFECT), "shot {shot}: {reason}");
     }
-    for errors in dataset.shots.iter().filter_map(|shot| shot.joint.as_ref()) {
-        assert!(errors.covariance.iter().all(|entry| entry.is_finite()), "{}", errors.covariance);
+    for after in dataset.shots.iter().flat_map(|shot| &shot.after) {
+        assert!(after.measured.sd.is_none_or(f64::is_finite), "{after:?}");
     }
     for finding in check::check(&dataset) {
         assert!(!finding.text.contains("NaN"), "{}", finding.text);

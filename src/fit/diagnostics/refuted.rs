@@ -3,12 +3,11 @@
 //! Standard errors hold if the model does. Where χ² rules the model out they are not given; what needs no model of the
 //! friction, the ratio of the normal velocities, is given in their place.
 
-use nalgebra::DVector;
 use serde::Serialize;
 use statrs::distribution::{ChiSquared, ContinuousCDF};
 
 use crate::fit::{Estimate, Fit, Status};
-use crate::measurement::dataset::{Before, Joint, Measured, Shot};
+use crate::measurement::dataset::{Before, Measured, Shot};
 use crate::measurement::observable::{Axis, Observable};
 use crate::measurement::parameter::Parameter;
 use crate::measurement::written::by_parameter;
@@ -91,38 +90,25 @@ pub(in crate::fit) fn judge(fit: &mut Fit, shots: &[&Shot]) {
 /// Returns e = −(V' − U')·n / (V − U)·n of one shot, with its standard error.
 fn restitution(shot: &Shot) -> Option<Measured> {
     let Before::Impact { normal, velocity } = shot.before else { return None };
-    let place = |observable| shot.after.iter().position(|measurement| measurement.observable == observable);
-    let both = |of: fn(Axis) -> Observable| Some([place(of(Axis::X))?, place(of(Axis::Y))?]);
-    let (object, cue) = (both(Observable::ObjectVelocity)?, both(Observable::CueVelocity)?);
-    let after = |place: [usize; 2]| place.map(|i| shot.after[i].measured);
+    let after =
+        |observable| shot.after.iter().find(|row| row.observable == observable).map(|row| row.measured);
+    let both = |of: fn(Axis) -> Observable| Some([after(of(Axis::X))?, after(of(Axis::Y))?]);
     let length = normal[0].value.hypot(normal[1].value);
     let n = normal.map(|m| m.value / length);
     let along = |v: [Measured; 2]| v[0].value * n[0] + v[1].value * n[1];
     let across = |v: [Measured; 2]| v[1].value * n[0] - v[0].value * n[1];
-    let (u, v, w) = (velocity, after(object), after(cue));
+    let (u, v, w) = (velocity, both(Observable::ObjectVelocity)?, both(Observable::CueVelocity)?);
     let closing = along(u);
     let e = (along(v) - along(w)) / closing;
-    // by the direction of n, then by velocities
-    let count = Joint::BEFORE + shot.after.len();
-    let mut gradient = DVector::zeros(count);
-    gradient[0] = (across(v) - across(w) - e * across(u)) / closing;
+    let sd = |measured: &Measured| measured.sd.unwrap_or(0.0);
+    let of_direction = (n[1] * sd(&normal[0])).hypot(n[0] * sd(&normal[1]));
+    // (∂e/∂α σ_α)² + Σ (∂e/∂v σ_v)², with the direction α of n and the velocities along it
+    let by_direction = across(v) - across(w) - e * across(u);
+    let mut variance = (by_direction * of_direction).powi(2);
     for k in 0..2 {
-        gradient[1 + k] = -n[k] * e / closing;
-        gradient[Joint::BEFORE + object[k]] = n[k] / closing;
-        gradient[Joint::BEFORE + cue[k]] = -n[k] / closing;
+        variance += (n[k] * n[k]) * ((e * sd(&u[k])).powi(2) + sd(&v[k]).powi(2) + sd(&w[k]).powi(2));
     }
-    let variance = match &shot.joint {
-        Some(joint) => gradient.dot(&(&joint.covariance * &gradient)),
-        None => {
-            let sd = |measured: &Measured| measured.sd.unwrap_or(0.0);
-            let of_direction = (n[1] * sd(&normal[0])).hypot(n[0] * sd(&normal[1]));
-            let of_after = shot.after.iter().map(|after| sd(&after.measured));
-            let before = [of_direction, sd(&u[0]), sd(&u[1]), 0.0, 0.0, 0.0];
-            let sds = before.into_iter().chain(of_after);
-            gradient.iter().zip(sds).map(|(by, sd)| (by * sd).powi(2)).sum()
-        }
-    };
-    let sd = variance.max(0.0).sqrt();
+    let sd = variance.sqrt() / closing.abs();
     (e.is_finite() && sd.is_finite() && sd > 0.0).then_some(Measured { value: e, sd: Some(sd) })
 }
 

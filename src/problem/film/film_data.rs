@@ -128,7 +128,7 @@ impl Film {
             frames.push(of_shot);
             spins.push(spin);
         }
-        let mut unknowns = list_unknowns(dataset, &modelling.settings, tracks, &spins);
+        let mut unknowns = list_unknowns(&modelling.settings, tracks, &spins);
         if unit != 1.0 {
             unknowns[Id::Scale as usize].prior = None;
         }

@@ -59,7 +59,7 @@ pub struct Filming {
 pub(crate) fn unknowns_of(dataset: &Dataset, spins: &[Spin]) -> Vec<Unknown> {
     let radius = dataset.ball.radius;
     let spins: Vec<ShotSpin> = spins.iter().map(|spin| ShotSpin::stated(*spin, Point::x(), radius)).collect();
-    list_unknowns(dataset, &dataset.settings_of_balls(), &Tracks::new(Vec::new()), &spins)
+    list_unknowns(&dataset.settings_of_balls(), &Tracks::new(Vec::new()), &spins)
 }
 
 /// Returns the information of each of some samples of the shots about all shared unknowns in the order of

@@ -6,7 +6,7 @@
 
 use super::spins::{ShotSpin, TOPSPIN_SPREAD};
 use crate::measurement::correction::Correction;
-use crate::measurement::dataset::{Dataset, Measured, Tracks};
+use crate::measurement::dataset::{Measured, Tracks};
 use crate::measurement::parameter::{Compliance, Parameter, Settings};
 use crate::problem::sums::OwnPrior;
 use crate::problem::unknowns::{Id, Mode, Normal, Unknown};
@@ -37,19 +37,14 @@ const UNKNOWN_SD: f64 = 1.0;
 const UNKNOWN_MU_S: Normal = Normal { mean: 0.3, sd: 0.1 };
 
 /// Returns every shared unknown in the order of [`Id`].
-pub(super) fn list_unknowns(
-    dataset: &Dataset,
-    settings: &Settings,
-    tracks: &Tracks,
-    spins: &[ShotSpin],
-) -> Vec<Unknown> {
+pub(super) fn list_unknowns(settings: &Settings, tracks: &Tracks, spins: &[ShotSpin]) -> Vec<Unknown> {
     let mut all = Unknown::list();
     list_contact(&mut all, settings);
     let masses = &mut all[Id::MassRatio as usize];
     if masses.mode == Mode::Fixed {
         masses.mode = Mode::Tested;
     }
-    list_cloth(&mut all, dataset, tracks);
+    list_cloth(&mut all, tracks);
     list_camera(&mut all, tracks);
     list_spins(&mut all, settings, tracks.topspin_sd, spins);
     all
@@ -87,14 +82,12 @@ pub(in crate::problem) fn list_contact(all: &mut [Unknown], settings: &Settings)
     }
 }
 
-fn list_cloth(all: &mut [Unknown], dataset: &Dataset, tracks: &Tracks) {
-    let [sliding, rolling] = [dataset.sliding, dataset.rolling]
-        .map(|measured| measured.and_then(|measured| Some([measured.value, measured.sd?])));
+fn list_cloth(all: &mut [Unknown], tracks: &Tracks) {
     let tilt = [0.0, tracks.tilt_sd.unwrap_or(TILT_SD)];
     let unbounded = [f64::NEG_INFINITY, f64::INFINITY];
     for (id, [mean, sd], bounds) in [
-        (Id::MuK, sliding.unwrap_or([0.2, 1.0]), [0.01, 2.0]),
-        (Id::MuR, rolling.unwrap_or([0.01, 0.005]), unbounded),
+        (Id::MuK, [0.2, 1.0], [0.01, 2.0]),
+        (Id::MuR, [0.01, 0.005], unbounded),
         (Id::Bounce, [0.5, 0.2], [0.05, 0.9]),
         (Id::Rate, [1.0, tracks.rate_sd.unwrap_or(RATE_SD)], [0.5, 2.0]),
         (Id::TiltX, tilt, unbounded),

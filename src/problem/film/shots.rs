@@ -1,6 +1,6 @@
 //! The shots of a fitted film: their impacts, their frames, their paths through the picture.
 
-use nalgebra::{DMatrix, DVector};
+use nalgebra::DMatrix;
 
 use super::block::{FilmBlock, locate};
 use super::camera::Camera;
@@ -8,7 +8,7 @@ use super::dual::{Dual, DualVector, INPUTS, gradient};
 use super::motion::{Approach, Struck};
 use super::own::{self, OWN};
 use super::spins::ShotSpin;
-use crate::measurement::dataset::{Before, Joint, Measured, Measurement, Shared as SharedError, Shot};
+use crate::measurement::dataset::{Before, Measured, Measurement, Shot};
 use crate::measurement::observable::{Axis, Observable};
 use crate::measurement::spin::Spin;
 use crate::measurement::track::{TrackShot, TrackedBall};
@@ -26,14 +26,23 @@ const OBSERVED: [Observable; 4] = [
     Observable::ObjectVelocity(Axis::Y),
 ];
 
+/// Number of quantities of an impact before its observables: direction, velocity, spin.
+const BEFORE: usize = 6;
+
+/// What shots are extracted with, all with the same.
+const CLOTH: [Id; 2] = [Id::MuK, Id::MuR];
+
 /// Steps until the outcome of a shot is found, and decrease of χ² below which a step ends the search.
 const STOP: (usize, f64) = (30, 1e-6);
 
 /// The impact of a shot with a free outcome, and how well its frames show it.
 #[derive(Clone, Debug)]
 pub struct Impact {
-    /// The shot as measured, in the table frame.
+    /// The shot as measured, in the table frame, with the errors that are its own.
     pub shot: Shot,
+    /// Variance that its numbers have of what all shots share, friction and rolling resistance of the
+    /// cloth, over their own: the mean of direction and velocities.
+    pub shared_part: f64,
     /// Instant of the impact, s.
     pub time: f64,
     /// Standard deviation of a coordinate of the object ball, m.
@@ -230,7 +239,7 @@ impl Solution {
     pub fn impact(&self, i: usize, track: &TrackShot) -> Option<Impact> {
         let FilmShot { film, own, mut shared, spin } = self.film_shot(i)?;
         let (own, sums) = film.settle(i, spin, own.clone(), (&mut shared, &Id::OFFSETS), STOP);
-        let ids = [&Id::OFFSETS[..], &[Id::MuK, Id::MuR]].concat();
+        let ids = [&Id::OFFSETS[..], &CLOTH].concat();
         let (matrix, _) = sums.system(&ids, 0.0);
         let free = OWN + Id::OFFSETS.len();
         let mut covariance = matrix.view((0, 0), (free, free)).into_owned().cholesky()?.inverse();
@@ -246,11 +255,14 @@ impl Solution {
         let shot_covariance = &by_own * &covariance * by_own.transpose();
         // own unknowns and outcome follow what all shots share
         let by_cloth = -(&by_own * covariance * matrix.view((0, free), (free, 2)));
-        let by_shared = SharedError::ALL.map(|error| match error {
-            SharedError::Sliding => by_cloth.column(0).into_owned(),
-            SharedError::Rolling => by_cloth.column(1).into_owned(),
-            SharedError::Lift => DVector::zeros(quantities.len()),
-        });
+        let of_cloth = self.covariance_in(&self.covariance, &CLOTH).map(|c| if c.is_nan() { 0.0 } else { c });
+        let shared_covariance = &by_cloth * of_cloth * by_cloth.transpose();
+        // the spin may follow from the velocity, without an error of its own
+        let parts: Vec<f64> = [0, 1, 2, 6, 7, 8, 9]
+            .into_iter()
+            .map(|row| shared_covariance[(row, row)] / shot_covariance[(row, row)])
+            .filter(|part| part.is_finite())
+            .collect();
         let value = |row: usize| quantities[row].re;
         let sd = |row: usize| shot_covariance[(row, row)].max(0.0).sqrt();
         let measured = |row: usize| Measured::new(value(row), sd(row));
@@ -261,10 +273,10 @@ impl Solution {
             (_, Spin::NaturalRoll) | (Approach::Rolls, Spin::Unknown) => Spin::NaturalRoll,
             _ => Spin::Measured {
                 spin: Vec3::new(value(3), value(4), value(5)),
-                sd: [3, 4, 5].map(|row| Some(sd(row))),
+                sd: [3, 4, 5].map(|row| Some(sd(row)).filter(|sd| *sd > 0.0)),
             },
         };
-        let after = (Joint::BEFORE..).zip(OBSERVED);
+        let after = (BEFORE..).zip(OBSERVED);
         let after = after.map(|(row, observable)| Measurement { observable, measured: measured(row) });
         let shot = Shot {
             name: track.name.clone(),
@@ -274,7 +286,6 @@ impl Solution {
             before: Before::Impact { normal, velocity: [measured(1), measured(2)] },
             spin: stated,
             after: after.collect(),
-            joint: Some(Box::new(Joint { covariance: shot_covariance, by_shared: by_shared.to_vec() })),
             side_sd: 0.0,
         };
         let tracks = &film.shots[i].tracks;
@@ -287,6 +298,7 @@ impl Solution {
         let weighted: f64 = sums.noises.iter().map(|noise| noise.weighted).sum();
         Some(Impact {
             shot,
+            shared_part: parts.iter().sum::<f64>() / parts.len() as f64,
             time,
             position_sd: film.world.noise[1].sd * typical_sd(&used[1]),
             reduced_chi2: weighted / (all - (OWN + 4) as f64).max(1.0),

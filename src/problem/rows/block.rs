@@ -6,7 +6,7 @@ use nalgebra::DVector;
 use rayon::prelude::*;
 
 use super::prediction::{Approach, Residual, Residuals};
-use super::shot::{Gradient, OWN, RowShot};
+use super::shot::{OWN, Row, RowShot};
 use crate::measurement::loss::Loss;
 use crate::measurement::observable::Observable;
 use crate::problem::film::impact::{Contact, Correction};
@@ -103,30 +103,27 @@ impl RowsBlock {
     pub fn weigh(&mut self, own: &[Own], shared: &Shared) {
         let heavy = if self.contact.is_corrected() { self.contact } else { self.contact.with_weight() };
         let offset = |(shot, own): (&mut RowShot, &Own)| {
-            let cue = shot.approach(own, shared).state(shot.radius);
+            let cue = shot.approach(own).state(shot.radius);
             let offset = heavy.correct_at(&cue, shared).ok().filter(|_| shot.knows_speed);
             shot.offset = offset.unwrap_or_else(Correction::zeros);
         };
         Arc::make_mut(&mut self.shots).par_iter_mut().zip(own).for_each(offset);
     }
 
+    /// Returns the standard deviation of a number.
+    pub fn sd(&self, row: &Row) -> f64 {
+        row.noise.map_or(row.sd, |noise| self.noises[noise].sd)
+    }
+
     /// Returns the residuals of shot `i`, independent of each other and in units of their errors.
     pub fn predict(&self, i: usize, own: &Own, shared: &Shared) -> Option<Residuals> {
         let shot = &self.shots[i];
         let mut residuals = shot.differences(own, shared, &self.contact).ok()?;
-        let whiten = |(i, row): (usize, &super::shot::Row)| {
-            let sd = row.noise.map_or(1.0, |noise| self.noises[noise].sd);
-            let mut white = Residual { value: 0.0, by: Gradient::zeros() };
-            for (j, difference) in residuals.rows[..=i].iter().enumerate() {
-                let weight = shot.rest[(i, j)] / sd;
-                if weight != 0.0 {
-                    white.value += difference.value * weight;
-                    white.by.axpy(weight, &difference.by, 1.0);
-                }
-            }
-            white
-        };
-        residuals.rows = shot.rows.iter().enumerate().map(whiten).collect();
+        for (Residual { value, by }, row) in residuals.rows.iter_mut().zip(&shot.rows) {
+            let weight = 1.0 / self.sd(row);
+            *value *= weight;
+            *by *= weight;
+        }
         Some(residuals)
     }
 
@@ -195,7 +192,7 @@ impl RowsBlock {
     /// Returns topspin over closing speed of shot `i` and its derivatives by the own unknowns.
     fn topspin(&self, i: usize, approach: &Approach) -> (f64, Own) {
         let (topspin, by_inputs) = approach.topspin();
-        let by = self.shots[i].by.fixed_columns::<OWN>(0).tr_mul(&by_inputs);
+        let by = self.shots[i].sds.component_mul(&by_inputs);
         (topspin, DVector::from_column_slice(by.as_slice()))
     }
 
@@ -205,11 +202,11 @@ impl RowsBlock {
     pub fn settle(&self, i: usize, start: Own, shared: &Shared) -> Own {
         let shot = &self.shots[i];
         let has_speed = shot.own_unknowns_without_prior() == 0;
-        if shot.is_exact() || has_speed && self.way_to_kink(i, &start, shared).is_none() {
+        if shot.is_exact() || has_speed && self.way_to_kink(i, &start).is_none() {
             return start;
         }
         let here = self.descend_own(i, start, shared, false);
-        let Some(way) = self.way_to_kink(i, &here.0, shared) else { return here.0 };
+        let Some(way) = self.way_to_kink(i, &here.0) else { return here.0 };
         let mut best = here.clone();
         let mut keep = |other: (Own, Contribution)| {
             if other.1.cost < best.1.cost {
@@ -224,7 +221,7 @@ impl RowsBlock {
         }
         // a descent that came to no minimum of its side is held up by the kink
         if promise(&here.1) > STALL
-            && let Some(onto) = self.onto_kink(i, &here.0 + way, shared)
+            && let Some(onto) = self.onto_kink(i, &here.0 + way)
         {
             keep(self.descend_own(i, onto, shared, true));
         }
@@ -232,16 +229,16 @@ impl RowsBlock {
     }
 
     /// Returns the shortest way to the kink; `None` if it is beyond the reach of the errors.
-    fn way_to_kink(&self, i: usize, own: &Own, shared: &Shared) -> Option<Own> {
-        let (topspin, normal) = self.topspin(i, &self.shots[i].approach(own, shared));
+    fn way_to_kink(&self, i: usize, own: &Own) -> Option<Own> {
+        let (topspin, normal) = self.topspin(i, &self.shots[i].approach(own));
         let is_near = topspin.abs() < REACH * normal.norm();
         is_near.then(|| &normal * (-topspin / normal.norm_squared()))
     }
 
     /// Returns own unknowns moved on to the kink.
-    fn onto_kink(&self, i: usize, mut own: Own, shared: &Shared) -> Option<Own> {
+    fn onto_kink(&self, i: usize, mut own: Own) -> Option<Own> {
         for _ in 0..4 {
-            let (topspin, normal) = self.topspin(i, &self.shots[i].approach(&own, shared));
+            let (topspin, normal) = self.topspin(i, &self.shots[i].approach(&own));
             if topspin.abs() < 0.01 * AT_KINK {
                 return Some(own);
             }
@@ -257,7 +254,7 @@ impl RowsBlock {
             return (own, at);
         }
         let contribute = |own: &Own| self.sum_own(i, own, shared, on_kink);
-        let bounded = |own: Own| if on_kink { self.onto_kink(i, own, shared) } else { Some(own) };
+        let bounded = |own: Own| if on_kink { self.onto_kink(i, own) } else { Some(own) };
         settle(own, &[], (STEPS, STALL), contribute, bounded)
     }
 

@@ -83,7 +83,4 @@ pub enum Unpredictable {
     /// The only observable determines the speed before the impact.
     #[error("its only observable, {0}, serves to find the incoming speed: nothing is left to fit")]
     NothingLeft(&'static str),
-    /// A covariance is not positive definite.
-    #[error("its covariance is not positive definite")]
-    NoWeights,
 }

@@ -54,21 +54,19 @@ impl RowsBlock {
             measured[place] = 0.0;
         }
         let Residuals { rows, approach, .. } = shot.differences(&measured, shared, &self.contact).ok()?;
-        // errors of the rows that no error before the impact causes
-        let mut errors = shot.rest.clone().try_inverse()?;
-        for (row, mut errors) in shot.rows.iter().zip(errors.row_iter_mut()) {
-            errors *= row.noise.map_or(1.0, |noise| self.noises[noise].sd);
-        }
         // the speed that determined the unknown one before shows nothing else
         let spent = shot.spent_row();
         let sd = |place: usize| match (shot.priors[place], spent) {
             (Some(OwnPrior::Held), _) => 0.0,
             // of the logarithm of the speed
-            (None, Some(row)) => errors.row(row).norm() / shot.rows[row].value.abs(),
+            (None, Some(row)) => self.sd(&shot.rows[row]) / shot.rows[row].value.abs(),
             _ => 1.0,
         };
         let inputs = DMatrix::from_fn(rows.len(), OWN, |row, place| sd(place) * rows[row].by[place]);
-        let covariance = &errors * errors.transpose() + &inputs * inputs.transpose();
+        let mut covariance = &inputs * inputs.transpose();
+        for (i, row) in shot.rows.iter().enumerate() {
+            covariance[(i, i)] += self.sd(row).powi(2);
+        }
         let kept: Vec<usize> = (0..rows.len()).filter(|row| Some(*row) != spent).collect();
         let Approach { cut, speed, spin, cos, sin, .. } = approach;
         let (cut, speed) = (cut.re, speed.re);

@@ -13,7 +13,7 @@ use crate::physics::collision::{Coefficients, Input, Model, NotACollision};
 use crate::physics::friction_law::Law;
 use crate::problem::film::dual::{constant, gradient};
 use crate::problem::film::impact::Contact;
-use crate::problem::unknowns::{Id, Own, SHARED, Shared};
+use crate::problem::unknowns::{Id, Own, Shared};
 
 /// Steps until an unknown speed before the impact gives the measured one afterwards, and the relative
 /// difference at which they end.
@@ -179,12 +179,8 @@ pub(crate) struct Residuals {
 
 impl RowShot {
     /// Returns the cue ball before the impact.
-    pub(super) fn approach(&self, own: &Own, shared: &Shared) -> Approach {
-        self.approach_at(&self.deviations(own, shared))
-    }
-
-    fn approach_at(&self, deviations: &Gradient) -> Approach {
-        let values = self.inputs + self.by * deviations;
+    pub(super) fn approach(&self, own: &Own) -> Approach {
+        let values = self.inputs + self.sds.component_mul(&own.fixed_rows::<OWN>(0));
         let inputs: [Seen; OWN] = std::array::from_fn(|i| constant::<SEEN>(values[i]).derivative(i));
         let [first, second, third, w_x, w_y, w_z] = inputs;
         let (sin, cos) = if self.is_cut { (constant(0.0), constant(1.0)) } else { first.sin_cos() };
@@ -216,8 +212,7 @@ impl RowShot {
         shared: &Shared,
         contact: &Contact,
     ) -> Result<Residuals, NotACollision> {
-        let deviations = self.deviations(own, shared);
-        let approach = self.approach_at(&deviations);
+        let approach = self.approach(own);
         let response = contact.respond(&approach.state(self.radius), shared, &self.offset)?;
         let view = View::new(self, &approach, &response.after, shared[Id::RadiusRatio]);
         let motion_by_inputs = approach.motion_by_inputs(self.radius);
@@ -227,7 +222,8 @@ impl RowShot {
             let by_collision = response.by.tr_mul(&slope.fixed_rows::<AFTER>(OWN));
             let by_motion = by_collision.fixed_rows::<5>(Input::VelocityX as usize);
             let by_inputs = slope.fixed_rows::<OWN>(0) + motion_by_inputs.tr_mul(&by_motion);
-            let mut by = self.by.tr_mul(&by_inputs) - row.by;
+            let mut by = Gradient::zeros();
+            by.fixed_rows_mut::<OWN>(0).copy_from(&self.sds.component_mul(&by_inputs));
             for input in Input::ALL {
                 if let Some(id) = input.shared() {
                     by[OWN + id as usize] += by_collision[input as usize];
@@ -235,8 +231,7 @@ impl RowShot {
             }
             by[OWN + Id::RadiusRatio as usize] += slope[OWN + AFTER];
             let value = seen.re - row.value;
-            let value = if row.observable.is_angle() { wrap(value) } else { value };
-            Residual { value: value - row.by.dot(&deviations), by }
+            Residual { value: if row.observable.is_angle() { wrap(value) } else { value }, by }
         };
         let rows = self.rows.iter().map(difference).collect();
         Ok(Residuals { rows, sticks: response.sticks, approach })
@@ -262,11 +257,10 @@ pub fn predict(shot: &Shot, model: &Model, coefficients: &Coefficients) -> Resul
     let bare = Dataset::new("", model.ball, Vec::new());
     let made = RowShot::new(shot, &bare, model.law != Law::Constant || model.e_slope.is_some())?;
     let spent = made.spent_row();
-    let shared = Shared(vec![0.0; SHARED]);
     let mut own = Own::zeros(OWN);
     let mut steps = 0;
     loop {
-        let approach = made.approach(&own, &shared);
+        let approach = made.approach(&own);
         let cue = approach.state(model.ball.radius);
         let after = model.collide(&cue, coefficients)?.components();
         let view = View::new(&made, &approach, &after, model.ball.radius / model.object_ball().radius);

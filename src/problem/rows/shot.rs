@@ -1,33 +1,29 @@
 //! A shot of a table: its measured numbers and their errors.
 
-use nalgebra::{DMatrix, DVector, SMatrix, SVector};
+use nalgebra::SVector;
 
 use super::choices::Unpredictable;
-use crate::measurement::dataset::{Before, Dataset, Joint, Measured, Measurement, Shared as Common, Shot};
+use crate::measurement::dataset::{Before, Dataset, Measured, Measurement, Shot};
 use crate::measurement::observable::Observable;
 use crate::measurement::spin::Spin;
 use crate::problem::film::impact::Correction;
 use crate::problem::sums::OwnPrior;
-use crate::problem::unknowns::{Id, Normal, Own, PHYSICS, Shared};
+use crate::problem::unknowns::{Normal, PHYSICS};
 
 /// Number of own unknowns: of a measured impact the errors of the direction of the line of centres
 /// (rad), v_x, v_y, ω_x, ω_y and ω_z in the table frame; of angles those of cut angle and speed, one
 /// that is not used, and those of ω_x, ω_y and ω_z in the collision frame.
-pub(crate) const OWN: usize = Joint::BEFORE;
+pub(crate) const OWN: usize = 6;
 
 /// Number of unknowns that the numbers of a shot depend on: its own, then shared ones in the order of
 /// [`Id`].
 pub(super) const UNKNOWNS: usize = OWN + PHYSICS;
 
-/// Values of these unknowns, or derivatives by them.
+/// Derivatives by these unknowns.
 pub(super) type Gradient = SVector<f64, UNKNOWNS>;
 
 /// Place of the speed of a shot of angles.
 pub(super) const SPEED: usize = 1;
-
-/// Variance that is left of a number given the numbers before it, as a part of its variance, below
-/// which it follows from them.
-const DEPENDENT: f64 = 1e-12;
 
 /// Relative error of a speed afterwards that is stated without one and from which the speed before
 /// follows: far below what any instrument reads.
@@ -48,24 +44,20 @@ pub(crate) struct Row {
     pub value: f64,
     /// Index of its noise among those of the block; `None` if its error is stated.
     pub noise: Option<usize>,
-    /// Change of the true number with the unknowns at given measured ones.
-    pub by: Gradient,
+    /// Stated standard deviation; 1 if it is not stated.
+    pub sd: f64,
 }
 
-/// A shot of a table. Its own unknowns are the errors of its inputs, in units in which they are
-/// independent with variance 1, so that the true numbers are linear in the unknowns.
+/// A shot of a table. Its own unknowns are the errors of its inputs in units of their standard
+/// deviations.
 #[derive(Clone, Debug)]
 pub(crate) struct RowShot {
     /// Whether it is of angles, in the collision frame.
     pub(super) is_cut: bool,
     /// Measured inputs, in the order of the own unknowns.
     pub(super) inputs: SVector<f64, OWN>,
-    /// Change of the true inputs with the unknowns.
-    pub(super) by: SMatrix<f64, OWN, UNKNOWNS>,
-    /// Values of the unknowns at which the true numbers are the measured ones.
-    means: Gradient,
-    /// Inverse of the lower Cholesky factor of the covariance that is left to the rows.
-    pub(super) rest: DMatrix<f64>,
+    /// Standard deviations of the inputs; of a speed that is not known, its first guess.
+    pub(super) sds: SVector<f64, OWN>,
     /// Of each own unknown; `None` of an unknown speed that a speed afterwards determines.
     pub priors: [Option<OwnPrior>; OWN],
     /// Whether the speed before the impact is measured or follows from a speed afterwards.
@@ -91,54 +83,33 @@ impl RowShot {
         let is_cut = matches!(shot.before, Before::Angle { .. });
         let knows_speed = !matches!(shot.before, Before::Angle { speed: None, .. });
         let determined = if knows_speed { None } else { determine_speed(shot, &mut measured, needs_speed)? };
-        let (inputs, sds) = read_inputs(shot, determined)?;
-        let sds = sds.into_iter().chain(measured.iter().map(|row| row.measured.sd.or(Some(1.0))));
-        let covariance = match &shot.joint {
-            Some(joint) => joint.covariance.clone(),
-            None => {
-                DMatrix::from_diagonal(&DVector::from_vec(sds.map(|sd| sd.unwrap_or(0.0).powi(2)).collect()))
-            }
-        };
-        let (mut factor, rest) = factorise(&covariance).ok_or(Unpredictable::NoWeights)?;
-        let prior = |place: usize| match factor.column(place).amax() {
+        let (inputs, mut sds) = read_inputs(shot, determined)?;
+        let prior = |sd: f64| match sd {
             0.0 => Some(OwnPrior::Held),
             _ => Some(OwnPrior::Stated(Normal { mean: 0.0, sd: 1.0 })),
         };
-        let mut priors: [_; OWN] = std::array::from_fn(prior);
+        let mut priors = sds.map(prior);
         if determined.is_some() {
-            (factor[(SPEED, SPEED)], priors[SPEED]) = (inputs[SPEED], None);
+            (sds[SPEED], priors[SPEED]) = (inputs[SPEED], None);
         }
-        let mut all = DMatrix::zeros(factor.nrows(), UNKNOWNS);
-        all.columns_mut(0, OWN).copy_from(&factor);
-        let mut means = Gradient::zeros();
-        for (common, _) in dataset.shared_errors() {
-            let Some((id, mean)) = shared_unknown(common, dataset) else { continue };
-            let by = shot.joint.as_ref().and_then(|joint| joint.by_shared.get(common.place()));
-            if let Some(by) = by {
-                all.set_column(OWN + id as usize, by);
-                means[OWN + id as usize] = mean;
-            }
-        }
-        let row = |(i, Measurement { observable, measured }): (usize, &Measurement)| Row {
+        let row = |Measurement { observable, measured }: &Measurement| Row {
             observable: *observable,
             value: measured.value,
             noise: measured.sd.is_none().then_some(0),
-            by: Gradient::from_fn(|column, _| all[(OWN + i, column)]),
+            sd: measured.sd.unwrap_or(1.0),
         };
         let cut = if is_cut { inputs[0] } else { inputs[2].atan2(inputs[1]) - inputs[0] };
         Ok(Self {
             is_cut,
             inputs: SVector::from(inputs),
-            by: SMatrix::from_fn(|input, column| all[(input, column)]),
-            means,
-            rest,
+            sds: SVector::from(sds),
             priors,
             knows_speed: knows_speed || determined.is_some(),
             radius: dataset.ball.radius,
             inertia: dataset.ball.inertia,
             roll: if shot.spin == Spin::NaturalRoll { 1.0 } else { 0.0 },
             side: if cut.sin() < 0.0 { -1.0 } else { 1.0 },
-            rows: measured.iter().enumerate().map(row).collect(),
+            rows: measured.iter().map(row).collect(),
             offset: Correction::zeros(),
         })
     }
@@ -162,12 +133,6 @@ impl RowShot {
     pub(super) fn spent_row(&self) -> Option<usize> {
         let place = |speed: &Observable| self.rows.iter().position(|row| row.observable == *speed);
         self.priors[SPEED].is_none().then(|| SPEEDS.iter().find_map(place)).flatten()
-    }
-
-    /// Returns the unknowns less their values at which the true numbers are the measured ones.
-    pub(super) fn deviations(&self, own: &Own, shared: &Shared) -> Gradient {
-        let value = |i: usize| if i < OWN { own[i] } else { shared.0[i - OWN] };
-        Gradient::from_fn(|i, _| value(i) - self.means[i])
     }
 }
 
@@ -195,11 +160,8 @@ fn determine_speed(
     Ok(Some(measured.value))
 }
 
-/// Returns the measured inputs and their standard deviations.
-fn read_inputs(
-    shot: &Shot,
-    determined: Option<f64>,
-) -> Result<([f64; OWN], [Option<f64>; OWN]), Unpredictable> {
+/// Returns the measured inputs and their standard deviations, 0 of exact ones.
+fn read_inputs(shot: &Shot, determined: Option<f64>) -> Result<([f64; OWN], [f64; OWN]), Unpredictable> {
     let exact = Measured { value: 0.0, sd: None };
     let [first, second, third] = match shot.before {
         Before::Impact { normal: [x, y], velocity } => {
@@ -218,36 +180,5 @@ fn read_inputs(
         Spin::Stun | Spin::NaturalRoll => [exact; 3],
     };
     let all = [first, second, third, w_x, w_y, w_z];
-    Ok((all.map(|measured| measured.value), all.map(|measured| measured.sd)))
-}
-
-/// Returns the partial Cholesky factor of a covariance by its first columns, 0 where a number follows
-/// from those before it, and the inverse factor of what is left to the rows.
-fn factorise(covariance: &DMatrix<f64>) -> Option<(DMatrix<f64>, DMatrix<f64>)> {
-    let all = covariance.nrows();
-    let mut factor = DMatrix::<f64>::zeros(all, OWN);
-    for column in 0..OWN {
-        let variance = covariance[(column, column)];
-        let left = variance - factor.row(column).norm_squared();
-        if left > DEPENDENT * variance {
-            for row in column..all {
-                let known = factor.row(row).dot(&factor.row(column));
-                factor[(row, column)] = (covariance[(row, column)] - known) / left.sqrt();
-            }
-        }
-    }
-    let count = all - OWN;
-    let carried = factor.rows(OWN, count);
-    let rest = covariance.view((OWN, OWN), (count, count)) - carried * carried.transpose();
-    let rest = rest.cholesky()?.l().solve_lower_triangular(&DMatrix::identity(count, count))?;
-    Some((factor, rest))
-}
-
-/// Returns the unknown that stands for an error that all extracted shots share, and its mean.
-pub(super) fn shared_unknown(common: Common, dataset: &Dataset) -> Option<(Id, f64)> {
-    match common {
-        Common::Sliding => Some((Id::MuK, dataset.sliding?.value)),
-        Common::Rolling => Some((Id::MuR, dataset.rolling?.value)),
-        Common::Lift => Some((Id::Bounce, 1.0)),
-    }
+    Ok((all.map(|measured| measured.value), all.map(|measured| measured.sd.unwrap_or(0.0))))
 }

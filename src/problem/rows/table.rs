@@ -6,7 +6,7 @@ use statrs::distribution::{ChiSquared, ContinuousCDF};
 
 use super::block::{Pool, RowsBlock};
 use super::choices::{RowsChoices, RowsError};
-use super::shot::{OWN, Row, RowShot, shared_unknown};
+use super::shot::{OWN, Row, RowShot};
 use crate::measurement::dataset::{Dataset, Shot};
 use crate::measurement::observable::Observable;
 use crate::measurement::parameter::{Compliance, Parameter, Settings};
@@ -14,7 +14,7 @@ use crate::physics::collision::{Fidelity, FidelityChoice};
 use crate::problem::block::Block;
 use crate::problem::descent::Descent;
 use crate::problem::film::impact::Contact;
-use crate::problem::film::priors::{known, list_contact};
+use crate::problem::film::priors::list_contact;
 use crate::problem::minimise::{descend_with_noise, fit};
 use crate::problem::noise::minus_two_log;
 use crate::problem::policy::Policy;
@@ -54,7 +54,7 @@ pub(crate) struct Table {
 impl Table {
     pub fn new(dataset: &Dataset, shots: &[&Shot], choices: &RowsChoices) -> Result<Self, RowsError> {
         let settings = dataset.settings_of_balls();
-        let unknowns = list_unknowns(dataset, &settings);
+        let unknowns = list_unknowns(&settings);
         let contact = choose_contact(dataset, &unknowns, choices.fidelity)?;
         let usual = Shared::starts(&unknowns);
         let (mut rows, mut used) = (Vec::new(), Vec::new());
@@ -240,17 +240,12 @@ fn list_variances(block: RowsBlock, unknowns: &[Unknown], at: &Evaluation) -> Op
     Some(sums.iter().zip(spent).map(|(sum, spent)| (sum.weighted, sum.count - spent)).collect())
 }
 
-/// Returns the unknowns of a table: those of the contact, and what its shots were extracted with.
-fn list_unknowns(dataset: &Dataset, settings: &Settings) -> Vec<Unknown> {
+/// Returns the unknowns of a table: those of the contact.
+fn list_unknowns(settings: &Settings) -> Vec<Unknown> {
     let mut all = Unknown::list();
     list_contact(&mut all, settings);
     if !settings.falls {
         all[Id::FallB as usize].mode = Mode::Fixed;
-    }
-    for (common, sd) in dataset.shared_errors() {
-        if let Some((id, mean)) = shared_unknown(common, dataset) {
-            known(&mut all, id, mean, sd);
-        }
     }
     all
 }
