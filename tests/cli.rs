@@ -29,13 +29,6 @@ pub fn done(output: &Output) -> &str {
     stdout(output)
 }
 
-/// It ended with a status, and with nothing on standard output.
-pub fn refused(output: &Output, status: i32) -> &str {
-    assert_eq!(output.status.code(), Some(status), "{}{}", stdout(output), stderr(output));
-    assert_eq!(stdout(output), "");
-    stderr(output)
-}
-
 /// Standard output and standard error of a run in a folder that was done.
 pub fn done_in(folder: &Path, args: &[&str]) -> [String; 2] {
     let output = caromfit_in(folder, args);

@@ -1,7 +1,5 @@
 //! Contacts and balls as they are: κ of a contact that gives way, and balls of unequal mass, in fits.
 
-use caromfit::fit::fit;
-
 use crate::prelude::*;
 
 /// Stun shots whose contact gives way by so much.
@@ -46,33 +44,4 @@ fn kappa_is_fitted_within_bounds() {
     let [low, high] = kappa.interval_95.unwrap();
     assert!(low < 2.5 && 2.5 < high && low > 1.0, "{kappa:?}");
     is_right(&fit, Parameter::Mu, TRUTH[0]);
-}
-
-#[test]
-fn kappa_needs_a_fidelity_that_knows_it() {
-    let mut dataset = giving(2.5, 33);
-    dataset.settings.compliance = Compliance::Stated;
-    let error = fit(&dataset, &options::of_fit()).unwrap_err();
-    assert!(error.is_bad_input() && error.to_string().contains("rigid"), "{error}");
-}
-
-#[test]
-fn a_mass_that_was_weighed_is_fitted_with_its_error() {
-    const RATIO: f64 = 1.04;
-    /// What a kitchen scale tells, which is off by two of these.
-    const WEIGHED: f64 = 0.008;
-    let object = Ball { mass: Ball::POOL.mass / RATIO, ..Ball::POOL };
-    let model = Model { object: Some(object), ..Model::new(Fidelity::Full, Ball::POOL) };
-    for kind in [Kind::Impacts, Kind::Tracks] {
-        let mut dataset = made_with(&spec(kind, &[Played::NaturalRoll], 40, 34), &model);
-        let weighed = Ball { mass: Ball::POOL.mass / (RATIO + 2.0 * WEIGHED), ..object };
-        // the error of the ratio, put down to the object ball
-        let mass_sd = Some([0.0, WEIGHED * weighed.mass.powi(2) / Ball::POOL.mass]);
-        dataset.object = Some(ObjectBall { mass_sd, ..ObjectBall::exact(weighed) });
-        let fit = auto(&dataset);
-        is_right(&fit, Parameter::MassRatio, RATIO);
-        is_right(&fit, Parameter::Mu, TRUTH[0]);
-        is_right(&fit, Parameter::E, TRUTH[2]);
-        assert!(fit.get(Parameter::MassRatio).unwrap().std_error.unwrap() < 0.5 * WEIGHED, "{kind:?}");
-    }
 }

@@ -4,7 +4,6 @@
 use caromfit::io::{load, load_text};
 use rand::seq::IndexedRandom;
 
-use crate::frames::count;
 use crate::loading::accepted;
 use crate::prelude::*;
 

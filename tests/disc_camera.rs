@@ -3,18 +3,11 @@
 use std::f64::consts::TAU;
 use std::fmt::Write as _;
 
-use caromfit::fit;
 use caromfit::fit::ExtractedDiscs;
-use caromfit::measurement::correction::Correction;
-use caromfit::measurement::dataset::{Dataset, Measured};
-use caromfit::measurement::parameter::Parameter;
 use caromfit::problem::Quantity;
-use rand::{Rng, SeedableRng};
-use rand_chacha::ChaCha8Rng;
 
 use crate::discs::{E, FPS, Motion, NOISE, RADII, SETTINGS, load, normal, part, turned};
-use crate::frames::count;
-use crate::options;
+use crate::prelude::*;
 
 /// Frames before and after the impact.
 const FRAMES: i32 = 80;
@@ -136,7 +129,6 @@ fn is_right(name: &str, extracted: &ExtractedDiscs, ratios: &[f64]) {
         let n = pulls.len() as f64;
         let mean = pulls.iter().sum::<f64>() / n;
         let rms = (pulls.iter().map(|p| p * p).sum::<f64>() / n).sqrt();
-        println!("{name}: {what}: mean {mean:.2}, rms {rms:.2}");
         // the χ² of 20 shots exceeds 2.25 times its mean once in 2000
         assert!(mean.abs() < ERRORS / n.sqrt() && rms < 1.5, "{name}: {what}: {mean} {rms}");
     }
@@ -183,7 +175,6 @@ fn is_calibrated(rim: bool, wanted: &[&str]) {
         let (dataset, ratios) = film(71, Filmed { show, shutter, rim, ..FILMED });
         let extracted = fit::extract_discs(dataset);
         let camera = extracted.camera.as_ref().unwrap();
-        println!("{name}: {:?}", camera.sentences());
         let found = camera.corrections.iter().find(|found| found.which == which).unwrap();
         assert!(camera.converged && camera.shots == SHOTS, "{name}: {found:?}");
         // perspective and lens are counted from the middle of the film, which is off the middle of the table by centimetres
@@ -311,7 +302,6 @@ fn errors_include_those_of_the_camera() {
             let rms = (own.iter().map(|p| p * p).sum::<f64>() / own.len().max(1) as f64).sqrt();
             assert!(rms < SPREAD, "{quantity:?} {rms}");
         }
-        println!("{of_fits:?}");
         assert!(of_fits.iter().all(|pull| pull.abs() < ERRORS), "{of_fits:?}");
     }
 }

@@ -3,21 +3,11 @@
 
 use std::f64::consts::TAU;
 use std::fmt::Write as _;
-use std::fs;
-use std::path::Path;
 
-use caromfit::fit;
-use caromfit::fit::ExtractedDiscs;
-use caromfit::fit::with_impacts;
-use caromfit::io;
-use caromfit::measurement::dataset::Dataset;
-use caromfit::measurement::parameter::Parameter;
-use caromfit::measurement::track::TrackShot;
+use caromfit::fit::{ExtractedDiscs, with_impacts};
 use caromfit::problem::{DiscImpact, Quantity};
-use rand::{Rng, SeedableRng};
-use rand_chacha::ChaCha8Rng;
 
-use crate::options;
+use crate::prelude::*;
 
 const MU: f64 = 0.08;
 pub const E: f64 = 0.8;
@@ -248,7 +238,6 @@ fn errors_of_discs_are_what_they_are_stated_to_be() {
         let n = pulls.len() as f64;
         let mean = pulls.iter().sum::<f64>() / n;
         let spread = (pulls.iter().map(|p| (p - mean).powi(2)).sum::<f64>() / (n - 1.0)).sqrt();
-        println!("{quantity:?}: {mean:.3} ± {spread:.3}");
         assert!(mean.abs() < MEAN && (spread - 1.0).abs() < SPREAD, "{quantity:?}: {mean} ± {spread}");
     }
 }
@@ -285,39 +274,14 @@ fn masses_radii_and_frame_rate_need_not_be_known() {
 fn a_fit_of_discs_finds_friction_and_restitution() {
     let (table, _) = film(40, 7);
     let dataset = load(SETTINGS, &table).unwrap();
-    let fit = fit::fit(&dataset, &options::of_fit()).unwrap().remove(0);
+    let fit = options::fitted(&dataset, Depth::Intervals);
     for (parameter, truth) in [(Parameter::Mu, MU), (Parameter::E, E)] {
         let estimate = fit.get(parameter).unwrap();
         let pull = (estimate.value - truth) / estimate.std_error.unwrap();
-        println!("{} ± {}", estimate.value, estimate.std_error.unwrap());
         assert!(pull.abs() < 4.0 && estimate.std_error.unwrap() < 0.005, "{parameter:?}: {pull}");
     }
     assert!(fit.refuted.is_none());
     assert!(fit.chi2 / (fit.dof as f64) < 1.5, "{}", fit.chi2 / fit.dof as f64);
-}
-
-#[test]
-fn what_does_not_go_with_discs_is_refused() {
-    let (table, _) = film(1, 8);
-    for (from, to, parts) in [
-        ("shape = \"disc\"", "shape = \"cube\"", &["\"cube\"", "sphere, disc"][..]),
-        (
-            "[video]",
-            "[cue_spin]\nassume = \"natural-roll\"\n[video]",
-            &["discs do not roll; expected \"stun\""],
-        ),
-        ("radius_m = 0.030\n", "", &["radius_m stands in [object], but not in [ball]"]),
-        ("mass_kg = 0.030", "mass_kg = 0", &["object.mass_kg is 0; expected more than 0"]),
-        ("[\"a0\", \"a1\", \"a2\"]", "[\"a0\", \"a1\"]", &["2 points do not determine", "three or more"]),
-        ("capture_fps = 500", "capture_fps = \"fast\"", &["\"unknown\""]),
-    ] {
-        assert!(SETTINGS.contains(from));
-        let error = load(&SETTINGS.replace(from, to), &table).unwrap_err();
-        assert!(parts.iter().all(|part| error.contains(part)), "{parts:?} is not in {error}");
-    }
-    let balls = "name = \"b\"\nkind = \"tracks\"\nfiles = [\"pucks.csv\"]\n[cue_spin]\nassume = \"stun\"\n\
-                 [video]\ncapture_fps = \"unknown\"\n[tracks]\ncue = \"a0\"\nobject = \"b0\"\n";
-    assert!(load(balls, &table).unwrap_err().contains("gravity and the cloth act in seconds"));
 }
 
 #[test]
@@ -349,9 +313,8 @@ fn shots_of_discs_that_cannot_be_used_say_why() {
     assert!(larger.contains("mm apart at the impact, not 55.00 mm"), "{larger}");
 }
 
-fn shipped(name: &str) -> (Dataset, DiscImpact) {
-    let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("data").join(name);
-    let (dataset, mut extracted) = with_discs(io::load(&folder).unwrap());
+fn of_shipped(name: &str) -> (Dataset, DiscImpact) {
+    let (dataset, mut extracted) = with_discs(shipped(name));
     assert_eq!((extracted.len(), dataset.left_out.len()), (1, 0));
     (dataset, extracted.remove(0).1)
 }
@@ -361,7 +324,7 @@ fn shipped(name: &str) -> (Dataset, DiscImpact) {
 #[test]
 #[ignore = "the second spin is 10.32 ± 0.05 rad/s, where 10.45 ± 0.1 was found by hand"]
 fn the_qualisys_pucks() {
-    let (_, impact) = shipped("pucks-qualisys");
+    let (_, impact) = of_shipped("pucks-qualisys");
     let value = |quantity: Quantity| impact.get(quantity).unwrap().value;
     for (quantity, expected, window) in [
         (Quantity::Restitution, 0.718, 0.006),
@@ -386,7 +349,7 @@ fn the_qualisys_pucks() {
 
 #[test]
 fn the_opencv_disks() {
-    let (dataset, impact) = shipped("pucks-opencv");
+    let (dataset, impact) = of_shipped("pucks-opencv");
     let value = |quantity: Quantity| impact.get(quantity).unwrap().value;
     // the same independent calculation; errors of 0.01 each, and windows that differ
     assert!((value(Quantity::Restitution) - 0.931).abs() < 0.02, "{}", value(Quantity::Restitution));
@@ -428,8 +391,7 @@ fn the_pucks_of_chalmers_2023() {
         ("196", 0.779, 0.035),
         ("202", 0.684, 0.055),
     ];
-    let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("data/pucks-chalmers-2023");
-    let (dataset, extracted) = with_discs(io::load(&folder).unwrap());
+    let (dataset, extracted) = with_discs(shipped("pucks-chalmers-2023"));
     assert_eq!((extracted.len(), dataset.left_out.len()), (SHOTS.len(), 0));
     for (shot, e, ratio) in SHOTS {
         let name = format!("Measurement{shot}");

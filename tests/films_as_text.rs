@@ -4,12 +4,13 @@ use serde::Deserialize;
 
 use crate::prelude::*;
 
-/// Text of a file, or a film in rows.
+/// Text of a file, or a film in rows, which may be in pieces.
 #[derive(Deserialize)]
 #[serde(untagged)]
 pub enum Content {
     Text(String),
     Film(Film),
+    Pieces(Vec<Film>),
 }
 
 /// A film as rows of a table.
@@ -18,9 +19,13 @@ pub enum Content {
 pub struct Film {
     #[serde(default)]
     head: String,
-    /// A row, in which keys in braces stand for what [`filled`] says; with `per = "frame"` they end in the number of the ball.
+    /// A row, in which keys in braces stand for what [`filled`] says, with `per = "frame"` ending in the number of the ball, or for a
+    /// [`formula`].
     row: String,
+    #[serde(default)]
     per: Per,
+    /// The first frame; of a piece, that after the piece before.
+    first: Option<u32>,
     #[serde(default = "usual_frames")]
     frames: u32,
     #[serde(default)]
@@ -28,11 +33,12 @@ pub struct Film {
 }
 
 /// What has a row of its own.
-#[derive(Clone, Copy, Deserialize, PartialEq)]
+#[derive(Clone, Copy, Default, Deserialize)]
 #[serde(rename_all = "lowercase")]
 enum Per {
     /// Both balls of a frame, one after the other.
     Ball,
+    #[default]
     Frame,
     /// The frames of the first ball, and below them those of the other.
     Track,
@@ -73,18 +79,61 @@ fn filled(row: &str, n: u32, ball: usize, suffix: &str) -> String {
     cells.fold(row.to_owned(), |row, (key, cell)| row.replace(&format!("{{{key}{suffix}}}"), &cell))
 }
 
+/// The value in a frame of `17n+400`, of `n/120:3` with 3 decimals, and of `0.1n%3`, where % is the remainder.
+fn formula(text: &str, n: u32) -> Option<String> {
+    let (text, decimals) = match text.split_once(':') {
+        Some((text, decimals)) => (text, Some(decimals.parse::<usize>().ok()?)),
+        None => (text, None),
+    };
+    let (step, rest) = text.split_once('n')?;
+    let step = match step {
+        "" => 1.0,
+        "-" => -1.0,
+        number => number.parse().ok()?,
+    };
+    let (operation, offset) = rest.split_at(rest.find(['+', '-']).unwrap_or(rest.len()));
+    let offset = if offset.is_empty() { 0.0 } else { offset.parse().ok()? };
+    let n = f64::from(n);
+    let n = match operation.split_at_checked(1) {
+        None => n,
+        Some(("%", by)) => n % by.parse::<f64>().ok()?,
+        Some(("/", by)) => n / by.parse::<f64>().ok()?,
+        Some(_) => return None,
+    };
+    let number = step * n + offset;
+    Some(decimals.map_or_else(|| short(number), |decimals| format!("{number:.decimals$}")))
+}
+
+/// A row with the values of its formulas.
+fn evaluated(row: &str, n: u32) -> String {
+    let (mut text, mut rest) = (String::new(), row);
+    while let Some(open) = rest.find('{') {
+        text += &rest[..open];
+        let inner = rest[open + 1..].split('}').next().unwrap_or_default();
+        if let Some(value) = formula(inner, n) {
+            text += &value;
+            rest = &rest[open + inner.len() + 2..];
+        } else {
+            text.push('{');
+            rest = &rest[open + 1..];
+        }
+    }
+    text + rest
+}
+
 impl Film {
     fn row(&self, n: u32, ball: Option<usize>) -> String {
         let time = format!("{:.2}", 0.01 * f64::from(n));
         let row = self.row.replace("{n}", &n.to_string()).replace("{s}", &time);
-        match ball {
-            Some(ball) => filled(&row, n, ball, "") + "\n",
-            None => filled(&filled(&row, n, 0, "0"), n, 1, "1") + "\n",
-        }
+        let row = match ball {
+            Some(ball) => filled(&row, n, ball, ""),
+            None => filled(&filled(&row, n, 0, "0"), n, 1, "1"),
+        };
+        evaluated(&row, n) + "\n"
     }
 
-    fn rows(&self) -> Vec<String> {
-        let frames = 0..self.frames;
+    fn rows(&self, first: u32) -> Vec<String> {
+        let frames = first..first + self.frames;
         match self.per {
             Per::Frame => frames.map(|n| self.row(n, None)).collect(),
             Per::Ball => frames.map(|n| self.row(n, Some(0)) + &self.row(n, Some(1))).collect(),
@@ -93,22 +142,36 @@ impl Film {
             }
         }
     }
+
+    fn text(&self, first: u32) -> String {
+        let head = if self.head.is_empty() { String::new() } else { format!("{}\n", self.head) };
+        format!("{head}{}{}", self.rows(first).concat(), self.tail)
+    }
 }
 
 impl Content {
     /// Names and texts: a file for each frame where the name has `{n}`.
     pub fn files(&self, name: &str) -> Vec<(String, String)> {
-        match self {
-            Self::Text(text) => vec![(name.to_owned(), text.clone())],
+        let text = match self {
+            Self::Text(text) => text.clone(),
             Self::Film(film) if name.contains("{n}") => {
-                let numbered = (0..).zip(film.rows());
-                numbered.map(|(n, row): (u32, _)| (name.replace("{n}", &format!("{n:06}")), row)).collect()
+                let numbered = (0..).zip(film.rows(0));
+                return numbered
+                    .map(|(n, row): (u32, _)| (name.replace("{n}", &format!("{n:06}")), row))
+                    .collect();
             }
-            Self::Film(film) => {
-                let head = if film.head.is_empty() { String::new() } else { format!("{}\n", film.head) };
-                vec![(name.to_owned(), format!("{head}{}{}", film.rows().concat(), film.tail))]
+            Self::Film(film) => film.text(film.first.unwrap_or(0)),
+            Self::Pieces(films) => {
+                let mut next = 0;
+                let piece = |film: &Film| {
+                    let first = film.first.unwrap_or(next);
+                    next = first + film.frames;
+                    film.text(first)
+                };
+                films.iter().map(piece).collect()
             }
-        }
+        };
+        vec![(name.to_owned(), text)]
     }
 }
 

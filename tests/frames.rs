@@ -99,19 +99,6 @@ fn stun_shots_of_unknown_spin_leave_mu_s_open() {
 }
 
 #[test]
-fn balls_said_to_roll_that_slide_are_told() {
-    let told = |played: Played| {
-        let (mut tracks, _) = filmed(&spec(&[played], 40, 7000));
-        for shot in &mut tracks {
-            shot.spin = Spin::NaturalRoll;
-        }
-        !fitted(&dataset(tracks), Depth::Estimates).warnings().is_empty()
-    };
-    assert!(told(Played::AlmostRoll));
-    assert!(!told(Played::NaturalRoll));
-}
-
-#[test]
 fn the_bounce_of_the_cloth_is_estimated() {
     const BOUNCE: f64 = 0.25;
     let usual = spec(&[Played::Stun, Played::NaturalRoll], 40, 61);

@@ -226,55 +226,6 @@ fn outcomes_are_continuous_across_every_switch() {
     }
 }
 
-/// Kim 2024, Eqs. 24–30, sign of the cloth's torque corrected: q from what is left of the slip,
-/// 2μβ_y q = v̄ [F(x_y0) − F(x_y)], F(x) = x ₂F₁(−½, a_y; 1 + a_y; −x^(1/a_y)), x_y = |v_y|/v̄,
-/// v̄ = |v_z0| |v_z0/v_y0|^(2a_z).
-fn impulse_of_the_paper(before: Vec3, after: Vec3, mu: f64, m_s: f64) -> f64 {
-    let nu = BALL.inertia;
-    let (a_y, a_z) = (-(1.0 + nu) / (nu + m_s), (2.0 + nu - m_s) / (2.0 * (nu + m_s)));
-    let v_bar = before.z.abs() * (before.z / before.y).abs().powf(2.0 * a_z);
-    let f = |v: Vec3| {
-        let x = v.y.abs() / v_bar;
-        // x^(1/a_y) = tan²θ, here below 1/4: the series Σ (−½)_n/n! a/(a + n) (−tan²θ)^n
-        let tan2 = x.powf(1.0 / a_y);
-        let (mut binomial, mut sum) = (1.0, 0.0);
-        for n in 0..40 {
-            let n = f64::from(n);
-            sum += binomial * a_y / (a_y + n);
-            binomial *= (0.5 - n) / (n + 1.0) * tan2;
-        }
-        x * sum
-    };
-    v_bar * (f(before) - f(after)) * nu / (2.0 * mu * (1.0 + nu))
-}
-
-/// The paper's form has poles at μ_s = 0.3 and 1/15 (a_y = −2, −3), where ours is as beside them, and no value without topspin or of a straight shot.
-#[test]
-fn the_form_of_the_paper_agrees_where_it_has_a_value() {
-    /// 40 terms in tan²θ < 1/4 leave less than rounding, which powers of the slip amplify.
-    const AWAY_FROM_POLES: f64 = 1e-11;
-    let (mu, e) = (0.0625, 0.94);
-    let shot = |y: f64, z: f64, mu_s: f64| {
-        let cue = BallState { velocity: Vec3::new(1.0, y, 0.0), spin: Vec3::new(0.0, 32.0 * z, 0.0) };
-        let outcome = full(&cue, mu, mu_s, e);
-        let before = slip(&cue, &BallState::default(), BALL.radius);
-        let after = slip(&outcome.cue, &outcome.object, BALL.radius);
-        (outcome.impulse, impulse_of_the_paper(before, after, mu, if z > 0.0 { mu_s } else { 0.0 }))
-    };
-    for mu_s in [0.1, 0.2, 0.25, 0.35, 0.45] {
-        let (ours, paper) = shot(2.0, 0.8, mu_s);
-        assert!((ours - paper).abs() < AWAY_FROM_POLES, "{mu_s}: {ours} {paper}");
-    }
-    for (pole, step) in [(0.3, 1e-9), (1.0 / 15.0, 1e-9)] {
-        let [(at, of_paper), (beside, _)] = [pole, pole + step].map(|mu_s| shot(2.0, 0.8, mu_s));
-        assert!((beside - at).abs() < step && !((of_paper - at).abs() < 1e-4), "{pole}: {at} {of_paper}");
-    }
-    for (y, z) in [(2.0, 0.0), (0.0, 0.8)] {
-        let (ours, paper) = shot(y, z, 0.25);
-        assert!(ours.is_finite() && !paper.is_finite(), "{ours} {paper}");
-    }
-}
-
 /// A shot from the whole of the ranges, with what is hard about it more often than not.
 fn random(rng: &mut ChaCha8Rng) -> (BallState, Coefficients) {
     let log = |rng: &mut ChaCha8Rng, from: f64, to: f64| rng.random_range(from.ln()..to.ln()).exp();
@@ -322,7 +273,7 @@ fn with_everything_on_shots_end_or_say_why_not() {
     const SHOTS: usize = 1_000;
     const MOST_REFUSED: usize = SHOTS / 100;
     const PUSHED: f64 = 1e-3;
-    for tolerance in [1e-3, 1e-6, 1e-10] {
+    for tolerance in [1e-3, 1e-10] {
         let model = Model { tolerance, ..Model::new(Fidelity::Contact, BALL) };
         let mut rng = ChaCha8Rng::seed_from_u64(1);
         let mut refused = 0;

@@ -2,7 +2,6 @@
 
 use super::collisions;
 use super::plain::difference;
-use super::synthetic::{made_with, spec};
 
 use crate::prelude::*;
 
@@ -146,31 +145,6 @@ fn ordinary_shots_are_integrated() {
     }
     errors.sort_by(f64::total_cmp);
     assert!(errors[errors.len() * 9 / 10] < TOLERANCES, "{}", errors[errors.len() * 9 / 10]);
-}
-
-/// Differences for a Jacobian, and whatever `contact` has that `ode` lacks, change a fit by little.
-#[test]
-fn a_fit_by_integration_is_the_fit_of_the_full_solution() {
-    /// Of a standard error: the optimiser stops where the gradient vanishes, to the differences' error.
-    const SAME: f64 = 1e-3;
-    let spec = spec(Kind::Impacts, &[Played::NaturalRoll, Played::Draw], 12, 5);
-    let ode = Model::new(Fidelity::Ode, Ball::POOL);
-    let fit = |by: &Model, fidelity: Fidelity| {
-        let dataset = made_with(&spec, by);
-        let options = Options { fidelity: fidelity.into(), depth: Depth::Estimates, ..options::of_fit() };
-        fit::fit(&dataset, &options).unwrap().remove(0)
-    };
-    let [full, by_ode] = [Fidelity::Full, Fidelity::Ode].map(|fidelity| fit(&ode, fidelity));
-    // made and fitted with everything
-    let contact = fit(&Model::new(Fidelity::Contact, Ball::POOL), Fidelity::Contact);
-    assert!(full.converged && by_ode.converged && contact.converged, "{}", contact.termination);
-    for (parameter, truth) in [0.05, 0.3, 0.94].into_iter().enumerate() {
-        let [a, b] = [&full, &by_ode].map(|fit| fit.estimates[parameter]);
-        let error = a.std_error.unwrap();
-        assert!((a.value - b.value).abs() < SAME * error, "{a:?} {b:?}");
-        let c = contact.estimates[parameter];
-        assert!((c.value - truth).abs() < 3.5 * c.std_error.unwrap(), "{c:?}");
-    }
 }
 
 /// Shots whose three contacts stick and slide by turns: rough balls and cloths, slow and fast, without slip between the balls

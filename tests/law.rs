@@ -1,7 +1,7 @@
 //! Friction that falls with the slip, fitted: a, b and c of μ(v) = a + b exp(−c v).
 
 use crate::prelude::*;
-use crate::synthetic::check_errors;
+use crate::study::check_errors;
 
 const B: f64 = 0.09;
 const C: f64 = 1.088;
@@ -62,18 +62,6 @@ fn c_is_recovered_too_from_a_wide_range_of_slips() {
     // where a shot begins to stick the weights may turn in circles, and the fit says so
     assert!(fits.len() + sets.div_ceil(20) >= sets, "{}", fits.len());
     check_errors(&fits, &[Parameter::Mu, Parameter::B, Parameter::C], &TRUTH);
-}
-
-/// The frames of footage tell a and b in one fit with everything else.
-#[test]
-fn frames_tell_a_falling_friction() {
-    let options = Options { falling: Falling::Fitted, depth: Depth::Estimates, ..options::of_fit() };
-    for seed in 0..3 {
-        let spec = Spec { kind: Kind::Tracks, ..spec(seed, [0.7, 4.0]) };
-        let fit = fit::fit(&made(&spec, Fidelity::Full, LAW), &options).unwrap().remove(0);
-        assert_eq!(fit.method_name(), "joint");
-        check_estimates(&fit);
-    }
 }
 
 /// What `full` takes at the first slip `ode` follows: the correction brings it back.

@@ -6,6 +6,7 @@
 mod described;
 
 use serde::Deserialize;
+use toml::Table;
 
 use crate::films_as_text::{Content, lacking, write_all};
 use crate::prelude::*;
@@ -26,7 +27,36 @@ struct Book {
     /// Blanks in drafts of `init` by a name: the text of the blank and what is filled in.
     #[serde(default)]
     blanks: BTreeMap<String, [String; 2]>,
-    case: Vec<Case>,
+    /// What every case has that does not state it otherwise.
+    #[serde(default)]
+    each: Table,
+    /// Cases; one with `but` stands for several, each with what the case and its entry of `but` state.
+    case: Vec<Table>,
+}
+
+/// A table with the entries of another, which replace its own.
+fn merged(base: &Table, own: &Table) -> Table {
+    let mut all = base.clone();
+    for (key, value) in own {
+        match (all.get_mut(key), value) {
+            (Some(toml::Value::Table(inner)), toml::Value::Table(own)) => *inner = merged(inner, own),
+            _ => _ = all.insert(key.clone(), value.clone()),
+        }
+    }
+    all
+}
+
+impl Book {
+    fn cases(&self) -> Vec<Case> {
+        let of_entry = |entry: &Table| {
+            let mut case = merged(&self.each, entry);
+            let Some(but) = case.remove("but") else { return vec![case] };
+            let variants = but.as_array().unwrap().iter();
+            variants.map(|variant| merged(&case, variant.as_table().unwrap())).collect()
+        };
+        let parsed = |case: Table| case.clone().try_into().unwrap_or_else(|error| panic!("{error}\n{case}"));
+        self.case.iter().flat_map(of_entry).map(parsed).collect()
+    }
 }
 
 /// An input and what must hold of it.
@@ -225,8 +255,8 @@ fn book(name: &str) -> Book {
 /// The files of every case of a book that is read.
 pub fn accepted(name: &str) -> Vec<BTreeMap<String, String>> {
     let book = book(name);
-    let is_read = |case: &&Case| case.problems.is_none() && case.refused.is_empty() && case.init.is_none();
-    book.case.iter().filter(is_read).map(|case| case.texts(&book)).collect()
+    let is_read = |case: &Case| case.problems.is_none() && case.refused.is_empty() && case.init.is_none();
+    book.cases().into_iter().filter(is_read).map(|case| case.texts(&book)).collect()
 }
 
 /// The promise of each file of cases is kept.
@@ -239,10 +269,10 @@ fn every_case_is_read_as_it_says() {
     assert!(names.len() > 10, "{names:?}");
     let of_file = |name: &String| -> Vec<String> {
         let book = book(name);
-        let is_chosen = |case: &&Case| name.contains(&chosen) || case.about.contains(&chosen);
-        let numbered: Vec<(usize, &Case)> =
-            (1..).zip(&book.case).filter(|(_, case)| is_chosen(case)).collect();
-        let of_case = |(number, case): &(usize, &Case)| {
+        let is_chosen = |case: &Case| name.contains(&chosen) || case.about.contains(&chosen);
+        let numbered: Vec<(usize, Case)> =
+            (1..).zip(book.cases()).filter(|(_, case)| is_chosen(case)).collect();
+        let of_case = |(number, case): &(usize, Case)| {
             let faults = case.faults(&book);
             let place = format!("{name}, case {number}: {} {:?}", case.about, case.replace);
             (!faults.is_empty()).then(|| format!("{}\n{place}\n{}", book.about, faults.join("\n")))

@@ -52,4 +52,3 @@ mod synthetic;
 mod tables;
 mod unequal;
 mod valid;
-mod variables;

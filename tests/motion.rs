@@ -36,18 +36,6 @@ fn sliding_lasts_two_sevenths_of_the_slip_over_mu_g() {
 }
 
 #[test]
-fn friction_takes_mu_times_what_the_cloth_pushes() {
-    // a ball that flies up first is pushed by the cloth as much as one that never left it, less MV_z
-    for up in [0.0, 0.001, 0.003, 0.05, 0.3] {
-        let path = Path::after(&launch([5.0, 0.0], up), &Cloth::default());
-        let seconds = 0.15;
-        let velocity = path.velocity(0.5 + seconds);
-        let expected = 1.5 - 0.2 * (GRAVITY * seconds - up);
-        assert!((velocity[0] - expected).abs() < ROUNDING, "{up}: {velocity:?}");
-    }
-}
-
-#[test]
 fn a_bounce_that_becomes_a_flight_does_not_move_the_path() {
     /// μ_k(1 + e_t)V_z²/g of the least rebound is 0.12 µm.
     const SAME: f64 = 2e-7;
@@ -167,13 +155,4 @@ fn frames_are_inverse_and_x_is_the_line_of_centres_of_any_length() {
     for (nx, ny) in [(0.0, 0.0), (f64::NAN, 1.0), (1.0, f64::INFINITY)] {
         assert!(CollisionFrame::from_normal(nx, ny).is_none());
     }
-}
-
-#[test]
-fn a_rolling_ball_does_not_slip_on_the_cloth_but_does_on_the_object_ball() {
-    let radius = 0.03;
-    let cue = BallState::natural_roll(cue_velocity(2.0, 0.5), radius);
-    assert!(cloth_slip(&cue, radius).norm() < ROTATION);
-    // v_z0 = Rω_y > 0 for topspin.
-    assert!(slip(&cue, &BallState::default(), radius).z > 0.0);
 }

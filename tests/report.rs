@@ -4,13 +4,13 @@ mod fits;
 mod plots;
 mod verdicts;
 
-use caromfit::fit::{Alternative, Bootstrap, Influence, Resampled, Robust, Weight};
+use caromfit::fit::{Robust, Weight};
 use caromfit::report;
 use caromfit::report::content::{self, Block};
 use caromfit::report::fit::as_text;
 use caromfit::report::{csv, document, folder_name, group_folders, terminal, write};
 
-use fits::{NAN, empty, exact, normal, restricted, synthetic};
+use fits::{empty, exact, normal, restricted, synthetic};
 
 use crate::prelude::*;
 
@@ -129,63 +129,6 @@ fn text_puts_warnings_first_and_units_beside_numbers() {
 
 fn page(fit: &Fit) -> String {
     content::html(&report::fit::content(fit)).unwrap()
-}
-
-/// The cells of each row of the tables of a page, in which a cell that spans several counts as one.
-fn rows(page: &str) -> Vec<Vec<String>> {
-    let cells = |row: &str| {
-        let mut cells: Vec<_> =
-            row.split("</t").map(|cell| cell.rsplit_once('>').unwrap().1.to_owned()).collect();
-        // behind the last cell
-        cells.pop();
-        cells
-    };
-    page.split("<tr>").skip(1).map(|rest| cells(rest.split("</tr>").next().unwrap())).collect()
-}
-
-#[test]
-fn names_with_spaces_and_empty_cells_keep_their_columns() {
-    let mut fit = normal();
-    let influence = |shot: &str| Influence {
-        shot: shot.to_owned(),
-        leverage: 0.25,
-        cook: 1.5,
-        shifts: vec![(Parameter::Mu, -0.5)],
-    };
-    let goodness = fit.diagnostics.goodness.as_mut().unwrap();
-    goodness.influence = vec![influence("thin  cut  3"), influence("<b>")];
-    let resampled = |parameter| Resampled {
-        parameter,
-        std_error: 0.01,
-        bias: 0.001,
-        percentile: [0.03, 0.07],
-        bca: [0.031, 0.071],
-    };
-    let estimates = vec![resampled(Parameter::Mu), resampled(Parameter::C)];
-    fit.diagnostics.bootstrap = Some(Bootstrap { replicates: 20, seed: 5, failed: 1, estimates });
-    let failed = Alternative {
-        name: "linear",
-        failed: Some("too  few".to_owned()),
-        values: Vec::new(),
-        parameters: 0,
-        delta_aic: NAN,
-        delta_bic: NAN,
-        likelihood_ratio: None,
-    };
-    fit.diagnostics.alternatives = vec![failed];
-    let rows = rows(&page(&fit));
-    let row = |cells: &[&str]| {
-        let found = rows.iter().any(|row| row.iter().map(String::as_str).eq(cells.iter().copied()));
-        assert!(found, "{cells:?} is not among {rows:?}");
-    };
-    row(&["shot", "leverage", "Cook&#x27;s distance", "without it"]);
-    row(&["thin  cut  3", "0.25", "1.5", "μ -0.50 se"]);
-    row(&["&lt;b&gt;", "0.25", "1.5", "μ -0.50 se"]);
-    row(&["", "standard error", "bias", "95 % interval, percentile", "95 % interval, BCa"]);
-    row(&["μ", "0.01", "0.001", "[0.030, 0.070]", "[0.031, 0.071]"]);
-    row(&["c", "0.01 s&#x2f;m", "0.001 s&#x2f;m", "[0.030, 0.070] s&#x2f;m", "[0.031, 0.071] s&#x2f;m"]);
-    row(&["linear", "not fitted: too  few"]);
-    assert!(page(&fit).contains("colspan=\"4\">not fitted"));
 }
 
 /// Both renderers walk the same value: what one says, the other says.

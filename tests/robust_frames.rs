@@ -70,23 +70,6 @@ fn shots_with_other_balls_count_less() {
     }
 }
 
-/// Few such shots are left out by least squares: the noise that they estimate from their own residuals hides no misfit.
-#[test]
-fn few_shots_with_other_balls_are_left_out() {
-    let (shots, wrong) = with_other_balls(52, &[7, 19, 31]);
-    let fit = fitted(shots, Loss::Squares);
-    assert_eq!(left_out(&fit), wrong, "{:?}", fit.shots_rejected);
-    for shot in &fit.shots_rejected {
-        assert!(
-            shot.reason.starts_with("its frames do not fit the collision that the other shots fit"),
-            "{shot:?}"
-        );
-    }
-    for parameter in Parameter::COEFFICIENTS {
-        assert!(pull(&fit, parameter).abs() < ERRORS, "{parameter:?}");
-    }
-}
-
 /// On clean films the errors of a robust loss are true, and little larger than those of least squares.
 #[test]
 fn errors_are_as_large_as_the_scatter() {

@@ -39,35 +39,11 @@ fn stun(kind: Kind, cut_deg: [f64; 2], mu: f64) -> Spec {
 }
 
 #[test]
-fn thick_stun_shots_on_film_tell_a_small_friction() {
-    let dataset = made(&Spec {
-        camera: Camera { position_sd_m: 1e-4, fps: 1000.0, ..Camera::default() },
-        ..stun(Kind::Tracks, [-16.0, 16.0], 0.03)
-    });
-    is_recovered(&quick(&dataset), Parameter::Mu, 0.03);
-}
-
-#[test]
 fn contacts_that_all_stick_at_the_initial_value_are_fitted() {
     is_recovered(&quick(&made(&stun(Kind::Impacts, [-17.0, 17.0], 0.01))), Parameter::Mu, 0.01);
     is_recovered(&quick(&made(&stun(Kind::Angles, [9.0, 18.0], 0.02))), Parameter::Mu, 0.02);
     let ordinary = made(&spec(Kind::Impacts, &[Played::Stun], 40, 4));
     is_recovered(&quick(&with_initial(&ordinary, &[(Parameter::Mu, 0.3)])), Parameter::Mu, 0.05);
-}
-
-#[test]
-fn sets_that_stick_at_the_initial_value_are_compared() {
-    let named = |name: &str, mu: f64| Dataset {
-        name: name.to_owned(),
-        ..made(&stun(Kind::Impacts, [-17.0, 17.0], mu))
-    };
-    let both = [named("waxed", 0.01), named("clean", 0.03)];
-    let comparison = compare::compare(&both, &options::of_comparison()).unwrap();
-    let mu = comparison.quantities.iter().find(|q| q.quantity == Quantity::Parameter(Parameter::Mu)).unwrap();
-    assert!(mu.left_out.is_empty(), "{:?}", mu.left_out);
-    assert!(mu.differences[0].is_real(), "{mu:?}");
-    let [low, high] = mu.differences[0].interval_95;
-    assert!(low < 0.02 && 0.02 < high, "{low} to {high}");
 }
 
 #[test]

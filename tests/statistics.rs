@@ -196,24 +196,6 @@ fn a_robust_loss_lists_the_wrong_shots_and_keeps_to_the_others() {
 }
 
 #[test]
-fn honest_errors_are_as_large_as_the_scatter() {
-    /// 150 data sets tell a standard deviation to 6 %; the sandwich of 40 shots is itself some 10 % off.
-    const SAME: f64 = 0.25;
-    let fits: Vec<Fit> = (0..150)
-        .map(|seed| {
-            let options = Options { loss: Some(Loss::Huber), ..options::of_fit() };
-            options::fitted_with(&rolls(40, 400 + seed), &options)
-        })
-        .collect();
-    for (i, truth) in [0.05, 0.3, 0.94].into_iter().enumerate() {
-        let n = fits.len() as f64;
-        let rms = (fits.iter().map(|f| (f.estimates[i].value - truth).powi(2)).sum::<f64>() / n).sqrt();
-        let error = fits.iter().map(|f| f.estimates[i].std_error.unwrap()).sum::<f64>() / n;
-        assert!((error / rms - 1.0).abs() < SAME, "{error} {rms}");
-    }
-}
-
-#[test]
 fn on_the_edge_of_a_region_chi2_has_risen_by_its_quantile() {
     /// As for the profiles: the weights of the minimum against those of a new fit.
     const SAME: f64 = 0.03;

@@ -1,7 +1,6 @@
 //! Studies: how many sets they take, their figures, and errors of estimates over their standard errors.
 
 use std::fmt::Display;
-use std::sync::atomic::{AtomicUsize, Ordering};
 
 use crate::prelude::*;
 
@@ -36,6 +35,23 @@ pub fn in_threads<T: Send>(seeds: &[u64], find: impl Fn(u64) -> Vec<T> + Sync) -
     })
 }
 
+/// Asserts that the fits converged and that the errors of their estimates, over their standard errors, have the mean 0 and the standard
+/// deviation 1, and that 95 % of the intervals hold the truth.
+pub fn check_errors(fits: &[Fit], parameters: &[Parameter], truth: &[f64]) {
+    assert!(fits.iter().all(|fit| fit.converged));
+    for parameter in parameters {
+        let pulls = Pulls::of(fits, *parameter, truth[*parameter as usize]);
+        let (name, mean, n) = (parameter.name(), pulls.mean(), pulls.n());
+        assert_eq!(pulls.intervals, fits.len(), "{name}");
+        let sd = (pulls.all.iter().map(|pull| (pull - mean).powi(2)).sum::<f64>() / (n - 1.0)).sqrt();
+        figure(format!("{name}: mean {mean:.3}, sd {sd:.3}, coverage {:.3} of {n}", pulls.coverage()));
+        assert!(mean.abs() < OFF / n.sqrt(), "{name}: mean {mean}");
+        assert!((sd - 1.0).abs() < OFF / (2.0 * n).sqrt(), "{name}: standard deviation {sd}");
+        let of_coverage = (0.95 * 0.05 / fits.len() as f64).sqrt();
+        assert!((pulls.coverage() - 0.95).abs() < OFF * of_coverage, "{name}: {}", pulls.coverage());
+    }
+}
+
 /// Takes the state of each shot before the impact for exact.
 pub fn take_inputs_for_exact(dataset: &mut Dataset) {
     for shot in &mut dataset.shots {
@@ -68,12 +84,13 @@ impl Pulls {
     pub fn of<'a>(fits: impl IntoIterator<Item = &'a Fit>, parameter: Parameter, truth: f64) -> Self {
         let mut found = Self::default();
         for estimate in fits.into_iter().filter_map(|fit| fit.get(parameter)) {
-            let Some(error) = estimate.std_error else { continue };
-            found.all.push((estimate.value - truth) / error);
-            found.errors += error;
             if let Some([low, high]) = estimate.interval_95 {
                 found.intervals += 1;
                 found.held += usize::from((low..=high).contains(&truth));
+            }
+            if let Some(error) = estimate.std_error {
+                found.all.push((estimate.value - truth) / error);
+                found.errors += error;
             }
         }
         found

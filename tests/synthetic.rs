@@ -1,16 +1,6 @@
 //! Synthetic data sets for other tests.
 
-use std::fs;
-use std::path::Path;
-
-use caromfit::fit::{Fit, Options, fit};
-use caromfit::io;
-use caromfit::measurement::dataset::{Dataset, ObjectBall};
-use caromfit::measurement::parameter::Parameter;
-use caromfit::physics::ball::Ball;
-use caromfit::physics::collision::{FidelityChoice, Model};
-use caromfit::simulate;
-use caromfit::simulate::{BallSpec, Camera, ClothSpec, Kind, Noise, Played, Shots, Spec, Truth};
+use crate::prelude::*;
 
 /// μ, μ_s and e of the specifications.
 pub const TRUTH: [f64; 3] = [0.05, 0.3, 0.94];
@@ -62,8 +52,7 @@ pub fn write(spec: &Spec, model: &Model, folder: &Path) {
 
 /// The fit of a data set with the fidelity that its data call for.
 pub fn auto(dataset: &Dataset) -> Fit {
-    let options = Options { fidelity: FidelityChoice::Auto, ..crate::options::of_fit() };
-    fit(dataset, &options).unwrap().remove(0)
+    options::fitted_with(dataset, &Options { fidelity: FidelityChoice::Auto, ..options::of_fit() })
 }
 
 /// Asserts that a parameter was found within its error.
@@ -71,37 +60,4 @@ pub fn is_right(fit: &Fit, parameter: Parameter, truth: f64) {
     let found = fit.get(parameter).unwrap();
     let error = found.std_error.unwrap_or_else(|| panic!("{parameter:?} has no error: {:?}", found.status));
     assert!((found.value - truth).abs() < ERRORS * error, "{parameter:?}: {} ± {error}", found.value);
-}
-
-/// Standard deviations that a mean, a standard deviation and a coverage may be off: of a dozen numbers one is farther off once in 200
-/// runs, and the seeds are fixed.
-pub const OFF: f64 = 3.5;
-
-/// Asserts that the fits converged and that the errors of their estimates, over their standard errors, have the mean 0 and the standard
-/// deviation 1, and that 95 % of the intervals hold the truth.
-pub fn check_errors(fits: &[Fit], parameters: &[Parameter], truth: &[f64]) {
-    for parameter in parameters {
-        let truth = truth[*parameter as usize];
-        let (mut pulls, mut covered) = (Vec::new(), 0);
-        for fit in fits {
-            assert!(fit.converged, "{}", fit.termination);
-            let estimate = fit.estimates[*parameter as usize];
-            let [low, high] = estimate.interval_95.unwrap();
-            covered += u32::from((low..=high).contains(&truth));
-            pulls.extend(estimate.std_error.map(|error| (estimate.value - truth) / error));
-        }
-        let n = pulls.len() as f64;
-        let mean = pulls.iter().sum::<f64>() / n;
-        let sd = (pulls.iter().map(|p| (p - mean).powi(2)).sum::<f64>() / (n - 1.0)).sqrt();
-        let coverage = f64::from(covered) / fits.len() as f64;
-        let name = parameter.name();
-        println!("{name}: mean {mean:.3}, sd {sd:.3}, coverage {coverage:.3}, {n} with an error");
-        // of n standardized errors the mean scatters by 1/√n, the standard deviation by 1/√2n
-        assert!(
-            mean.abs() < OFF / n.sqrt() && (sd - 1.0).abs() < OFF / (2.0 * n).sqrt(),
-            "{name}: {mean} {sd}"
-        );
-        let of_coverage = (0.95 * 0.05 / fits.len() as f64).sqrt();
-        assert!((coverage - 0.95).abs() < OFF * of_coverage, "{name}: coverage {coverage}");
-    }
 }

@@ -1,8 +1,6 @@
 //! Balls that are not equal, from the specification of shots to what other programs are given: `synth`, `extract`, `fit`, `design` and
 //! `export`.
 
-use caromfit::design::{PlayedKind, design};
-
 use crate::prelude::*;
 
 /// What a kitchen scale tells, kg.
@@ -57,28 +55,6 @@ fn radii_and_inertias_that_differ_are_simulated_in_every_kind() {
     }
 }
 
-#[test]
-fn a_contact_that_gives_way_is_simulated() {
-    let usual = spec(Kind::Impacts, &[Played::Stun], 40, 66);
-    let truth = Truth { kappa: Some(Model::KAPPA), e_slope: Some(0.01), ..usual.truth };
-    let spec = Spec { truth, ..usual };
-    let mut dataset = simulate::dataset(&spec).unwrap();
-    dataset.settings.compliance = Compliance::Stated;
-    dataset.settings.e_falls = true;
-    dataset.settings[Parameter::ESlope].fixed = false;
-    let fit = auto(&dataset);
-    for parameter in [Parameter::Mu, Parameter::E, Parameter::ESlope] {
-        let of = spec.truths();
-        is_right(&fit, parameter, of.iter().find(|(known, _)| *known == parameter).unwrap().1);
-    }
-    // a fidelity that is rigid cannot
-    let rigid = simulate::generate_with(&spec, &Model::new(Fidelity::Full, Ball::POOL));
-    assert!(rigid.unwrap_err().to_string().contains("truth.kappa is 1.257"));
-    // nor half a law of friction
-    let half = Spec { truth: Truth { mu_b: Some(0.1), ..spec.truth }, ..spec };
-    assert!(simulate::generate(&half).unwrap_err().to_string().contains("truth.mu_c is missing"));
-}
-
 /// dv_x/dq = 1 + m_object/m_cue + μ_s μ sin θ must stay positive, sin θ from −1 with topspin.
 #[test]
 fn balls_jam_by_their_masses() {
@@ -101,31 +77,4 @@ fn balls_jam_by_their_masses() {
     let heavy = Model::new(Fidelity::Full, Ball::POOL).with_mass_ratio(5.0);
     let over = heavy.collide(&roll, &Coefficients { mu: 0.1, mu_s: 1.3, e: 0.9 }).unwrap_err();
     assert!(matches!(over, NotACollision::MuSOutOfRange(_, most) if (most - 1.28).abs() < 1e-12), "{over}");
-}
-
-/// The bound is taken where the fit ended, a standard error from the truth, and the shutter's instants are not spread quite evenly.
-const SAME_BOUND: f64 = 0.06;
-
-#[test]
-fn designs_expect_the_errors_that_fits_have() {
-    let shots =
-        Shots { count: 60, speed_m_s: [2.0; 2], cut_deg: [30.0; 2], cue_spin: vec![Played::NaturalRoll] };
-    let spec = Spec { shots, ..weighed(Kind::Tracks, 68) };
-    let fit = auto(&simulate::dataset(&spec).unwrap());
-    let kind = PlayedKind { speed_m_s: [2.0; 2], cut_deg: [30.0; 2], shots: 60, ..PlayedKind::default() };
-    let object = spec.object.unwrap().beside(Ball { mass: 0.170, ..Ball::POOL }, [SCALE, 0.0]);
-    let of = |object| Expected { object, kinds: vec![kind.clone()], ..Expected::default() };
-    let planned = design(&of(Some(object))).unwrap().planned;
-    let expected = planned.std_errors.into_iter().chain([planned.ratios[0]]);
-    for (parameter, expected) in
-        Parameter::COEFFICIENTS.into_iter().chain([Parameter::MassRatio]).zip(expected)
-    {
-        let (expected, found) = (expected.unwrap(), fit.get(parameter).unwrap().std_error.unwrap());
-        assert!((expected / found - 1.0).abs() < SAME_BOUND, "{parameter:?}: {expected}, {found}");
-    }
-    // what is weighed exactly costs nothing
-    let exact = design(&of(Some(ObjectBall::exact(object.ball)))).unwrap().planned;
-    assert_eq!(exact.ratios, [None; 2]);
-    let [exact, planned] = [exact, planned].map(|all| all.std_errors.map(Option::unwrap));
-    assert!(exact[1] < 0.9 * planned[1], "{exact:?} {planned:?}");
 }
