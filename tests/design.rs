@@ -142,6 +142,10 @@ fn predictions_hold_for_spins_that_are_found_from_the_paths() {
             shot.spin = Spin::Unknown;
         }
         let fit = fitted(shots, Depth::Estimates);
+        // one film in fifty has, by chance, residuals that another cause explains, which is then an unknown
+        if !fit.explanations.is_empty() {
+            continue;
+        }
         let bounds = bounds(&fit);
         // what only its prior tells is no estimate
         let is_told = |(parameter, _): &&(Parameter, f64)| fit.get(*parameter).unwrap().std_error.is_some();
@@ -156,6 +160,7 @@ fn predictions_hold_for_spins_that_are_found_from_the_paths() {
         if variances.is_empty() {
             continue;
         }
+        assert!(variances.len() as u64 > FILMS - 3, "{} films", variances.len());
         let mean = variances.iter().sum::<f64>() / variances.len() as f64;
         let ratio = expected_error(&found, parameter) / mean.sqrt();
         assert!((ratio - 1.0).abs() < SAME, "{}: {ratio}", parameter.name());
