@@ -159,8 +159,8 @@ fn objective(fit: &Fit) -> f64 {
     if estimated.count() > 0 { of_noise } else { fit.chi2 }
 }
 
-/// What is wrong with the search on one data set; `scans_films`: χ² of films is scanned along μ, too.
-fn faults(seed: u64, scans_films: bool) -> Vec<String> {
+/// What is wrong with the search on one data set.
+fn faults(seed: u64) -> Vec<String> {
     /// Of χ², a tenth of a standard error: weights taken on this side or that of a kink.
     const SAME: f64 = 0.01;
     /// Of −2 log L, where the noise is estimated without bias and not by the greatest likelihood.
@@ -198,9 +198,6 @@ fn faults(seed: u64, scans_films: bool) -> Vec<String> {
             }
         }
     }
-    if is_film && !scans_films {
-        return faults;
-    }
     let least = objective(&first);
     let is_estimated = is_film || first.noise.iter().any(|noise| noise.estimated_sd.is_some());
     let same = if is_estimated { SAME_LIKELIHOOD } else { SAME };
@@ -232,21 +229,12 @@ fn rejected(fit: &Fit) -> BTreeSet<String> {
 }
 
 /// CAROMFIT_SETS may raise the number of data sets, CAROMFIT_SEEDS names some ("74,180").
-fn check(scans_films: bool) {
+#[test]
+fn no_minimum_is_above_that_of_a_fine_scan_and_none_depends_on_the_start() {
     let seeds: Vec<u64> = match std::env::var("CAROMFIT_SEEDS") {
         Ok(named) => named.split(',').map(|seed| seed.trim().parse().unwrap()).collect(),
         Err(_) => (0..count("CAROMFIT_SETS", 10) as u64).collect(),
     };
-    let faults = in_threads(&seeds, |seed| faults(seed, scans_films));
+    let faults = in_threads(&seeds, faults);
     assert!(faults.is_empty(), "{}", faults.join("\n"));
-}
-
-#[test]
-fn no_minimum_is_above_that_of_a_fine_scan_and_none_depends_on_the_start() {
-    check(false);
-}
-
-#[test]
-fn no_minimum_of_films_is_above_that_of_a_scan() {
-    check(true);
 }
