@@ -8,7 +8,6 @@ use crate::fit::{
     self, About, Counted, Diagnostics, Explanation, Fit, FoundCamera, Rejected, Scatter, Verdict,
 };
 use crate::measurement::dataset::{Measured, ObjectBall};
-use crate::measurement::written::ByParameter;
 use crate::physics::ball::Ball;
 use crate::problem::{self, Budget, Severity, Status};
 use crate::report::{reduced_chi2, unit_name, unit_of};
@@ -62,7 +61,6 @@ document! {
         /// Estimates by the name of the parameter; mu_b and mu_c if the friction decreases with the slip, kappa if the contact is
         /// compliant, mass_ratio and radius_ratio (cue ball over object ball) if they were fitted, e_slope if the restitution
         /// decreases with the closing speed.
-        #[schemars(with = "ByParameter<FittedParameter>")]
         parameters: ByName<FittedParameter> = named(&fit.estimates, |found| {
             (found.parameter.name(), FittedParameter::new(fit, found))
         }),
@@ -85,7 +83,6 @@ document! {
         /// Every unknown that all shots share and that was free: of contact, balls, cloth, time and camera.
         unknowns: Vec<Unknown> = fit.unknowns.iter().map(Unknown::new).collect(),
         /// What makes up the standard errors of mu, mu_s and e, the largest part first; empty for those without one.
-        #[schemars(with = "ByParameter<Vec<BudgetPart>>")]
         budget: ByName<Vec<BudgetPart>> = named(&fit.budget, |own| (own.id.name(), budget(own))),
         /// What explains residuals that the equations or the stated numbers leave, the best first.
         #[serde(skip_deserializing)]

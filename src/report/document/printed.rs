@@ -6,7 +6,6 @@ use super::{ByName, Made, document, finite};
 use crate::fit::{Rejected, check};
 use crate::io::cases::Computed;
 use crate::measurement::dataset::Dataset;
-use crate::measurement::written::ByParameter;
 use crate::physics::ball::BallState;
 use crate::physics::collision::{Fidelity, Outcome, effects};
 use crate::report::unit_of;
@@ -75,7 +74,6 @@ document! {
         /// The fidelity by which the collisions were computed.
         fidelity: Fidelity = by,
         /// What the shots were made with, by parameter.
-        #[schemars(with = "ByParameter<Truth>")]
         parameters: ByName<Truth> = {
             let truths = spec.truths().into_iter();
             truths.map(|(p, truth)| (p.name().to_owned(), Truth::new(truth, unit_of(p)))).collect()
@@ -162,7 +160,6 @@ document! {
         /// Tangential compliance κ of the contact that computed the shots.
         kappa: Option<f64> = finite(row.kappa),
         /// By parameter.
-        #[schemars(with = "ByParameter<BiasedParameter>")]
         parameters: ByName<BiasedParameter> = {
             row.found.iter().map(|found| (found.parameter.name().to_owned(), BiasedParameter::new(found))).collect()
         },
