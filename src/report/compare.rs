@@ -186,12 +186,6 @@ pub fn notes(comparison: &Comparison) -> Vec<String> {
     sentences(comparison, |severity| severity == Severity::Note)
 }
 
-/// Returns how the data rule the model out, if they do.
-pub(super) fn refuted(comparison: &Comparison) -> Option<String> {
-    let is_refuted = |finding: &&Finding| matches!(finding, Finding::Refuted { .. });
-    comparison.findings.iter().find(is_refuted).map(|finding| sentence(comparison, finding))
-}
-
 pub(super) fn termination(comparison: &Comparison) -> &'static str {
     if comparison.converged {
         "converged: no step promises a smaller χ²"

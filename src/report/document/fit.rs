@@ -21,11 +21,11 @@ const REFUTED: &str = "refuted";
 document! {
     /// fit.json of caromfit
     ///
-    /// One fit: fit.json, and each element of the array that caromfit fit --json prints. Keys may be added; none is renamed or dropped.
+    /// One fit: fit.json, and each element of the array that caromfit fit --json prints.
     /// Numbers are SI and radians except where a unit stands beside them; null stands for what is not known.
     #[derive(Default, Deserialize)]
     #[serde(default)]
-    FitDocument(fit: &Fit) {
+    FitDocument(fit: &Fit) [made: Made] {
         /// Name of the data set.
         dataset: String = fit.dataset.clone(),
         /// The label that was fitted apart; null if the data set was fitted as a whole.
@@ -46,9 +46,6 @@ document! {
         mu_k: Option<Measured> = fit.sliding,
         /// Rolling resistance of the cloth, dimensionless.
         mu_r: Option<Measured> = fit.rolling,
-        /// What made it.
-        #[serde(flatten)]
-        made: Made = Made::default(),
         /// Collision model.
         fidelity: String = fit.fidelity.to_owned(),
         /// joint: all frames of a film at once; direct: tables of impacts and angles.
