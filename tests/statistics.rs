@@ -125,7 +125,8 @@ fn throw_that_falls_with_speed_is_named() {
     let trend = &goodness.trends[0];
     assert!(trend.significant && trend.slope < 0.0 && trend.variable == fit::Variable::Speed, "{trend:?}");
     let named = |w: &&str| {
-        w.starts_with("Throw residuals fall with speed") && w.ends_with("friction is not constant.")
+        w.starts_with("The residuals of throw change with speed (-")
+            && w.ends_with("friction is not constant.")
     };
     assert!(fit.warnings().iter().any(named), "{:?}", fit.warnings());
     assert!((trend.p_value - ALCIATORE_P).abs() < 1e-3 * ALCIATORE_P, "{}", trend.p_value);

@@ -346,23 +346,14 @@ impl Fit {
     /// Returns the trends of residuals: a doubt of the first if chance hardly explains it, and the others that are significant unless
     /// something explains the residuals, which says more than how they run.
     fn changing_residuals(&self) -> Vec<Remark> {
-        let mut trends = self.trends();
-        let mut all = Vec::new();
-        if let Some((trend, others)) = trends.split_first()
-            && trend.is_improbable()
-            && self.refuted_friction().is_none()
-        {
-            all.push(doubtful("trend")(format!(
-                "The residuals of {} change with {}, which chance hardly does: {}.",
-                trend.quantity,
-                trend.variable.name(),
-                trend.meaning()
-            )));
-            trends = others;
-        }
-        let others = trends.iter().filter(|trend| trend.significant && self.explanations.is_empty());
-        all.extend(others.map(|trend| format!("{}.", capital(&trend.words))).map(warning("trend")));
-        all
+        let is_refuted = self.refuted_friction().is_some();
+        let remark = |(place, trend): (usize, &Trend)| {
+            let is_doubt = place == 0 && trend.is_improbable() && !is_refuted;
+            let severity = if is_doubt { Severity::Doubtful } else { Severity::Warning };
+            let is_wanted = is_doubt || trend.significant && self.explanations.is_empty();
+            is_wanted.then(|| Remark::new(severity, "trend", format!("{}.", capital(&trend.words))))
+        };
+        self.trends().iter().enumerate().filter_map(remark).collect()
     }
 }
 

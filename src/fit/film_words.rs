@@ -230,7 +230,7 @@ fn spins(film: &FittedFilm, fall: f64) -> String {
         (format!("{stun} of {shots} have next to no topspin"), "stun")
     } else {
         let mean = all.iter().map(|(_, found)| found).sum::<f64>() / shots.max(1) as f64;
-        (format!("their mean topspin is {mean:.2} of natural roll"), "unknown")
+        (format!("on average their topspin is {mean:.2} of natural roll"), "unknown")
     };
     format!(
         "The cue balls do not spin as stated: {were}, which explains the residuals (−2 log L lower by {fall:.0}); the estimates have \

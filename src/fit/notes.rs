@@ -100,7 +100,7 @@ fn influential(fit: &Fit) -> Option<String> {
     let from = goodness.influential_from?;
     let all: Vec<_> = goodness.influence.iter().filter(|shot| shot.cook > from).collect();
     Some(format!(
-        "{} by themselves move the estimates much (Cook's distance), first of all shot {}: look at whether they can be trusted.",
+        "The estimates depend much on {} (Cook's distance), most of all on shot {}: look at whether its data can be trusted.",
         count_of(all.len(), "shot"),
         all.first()?.shot
     ))

@@ -1,9 +1,5 @@
 //! How results are written as JSON, and how their schemas describe them: enums by their names, values by the names of their parameters.
 
-use std::borrow::Cow;
-use std::marker::PhantomData;
-
-use schemars::{JsonSchema, Schema, SchemaGenerator, json_schema};
 use serde::{Serialize, Serializer};
 
 use super::loss::Loss;
@@ -44,25 +40,4 @@ pub(crate) fn by_parameter<T: Serialize, S: Serializer>(
     serializer: S,
 ) -> Result<S::Ok, S::Error> {
     serializer.collect_map(values.iter().map(|(parameter, value)| (parameter.name(), value)))
-}
-
-/// Describes values by the names of their parameters.
-pub(crate) struct ByParameter<T>(PhantomData<T>);
-
-impl<T: JsonSchema> JsonSchema for ByParameter<T> {
-    fn inline_schema() -> bool {
-        true
-    }
-
-    fn schema_name() -> Cow<'static, str> {
-        format!("By_parameter_{}", T::schema_name()).into()
-    }
-
-    fn json_schema(generator: &mut SchemaGenerator) -> Schema {
-        json_schema!({
-            "type": "object",
-            "additionalProperties": generator.subschema_for::<T>(),
-            "propertyNames": { "enum": Parameter::ALL.map(Parameter::name) },
-        })
-    }
 }

@@ -49,18 +49,11 @@ fn report(comparison: &Comparison) -> Report {
         let rejected = sample.shots_rejected.iter();
         rejected.map(|one| [format!("{}, {}", sample.title, one.shot), one.reason.clone()])
     });
-    let mut notes = notes(comparison);
-    notes.extend(comparison.robust.iter().map(|_| {
-        "Outlying shots count less: χ² is weighted and tests nothing; errors and p-values are from the scatter of the shots \
-         (sandwich); ΔAIC is by the Wald statistic."
-            .to_owned()
-    }));
     let shots = comparison.residuals.iter().map(|one| (comparison.shot_name(one), &one.of_shot));
-    let residuals = ["Residuals", "", "Residuals of all, by colour"];
     sections.extend([
-        Section::of_figure(residuals[0], residuals[1], residuals[2], of_comparison(comparison)),
+        Section::of_figure("Residuals", "", "Residuals of all, by colour", of_comparison(comparison)),
         Section::of_rejected(rejected),
-        Section::of_lines("Notes", "", notes),
+        Section::of_lines("Notes", "", notes(comparison)),
         Section::new("Shots, the largest residuals first", "", [Block::Shots(shot_list(shots))]),
     ]);
     let method = if comparison.is_filmed {
@@ -191,12 +184,6 @@ pub fn warnings(comparison: &Comparison) -> Vec<String> {
 /// Returns what else a reader may want to know.
 pub fn notes(comparison: &Comparison) -> Vec<String> {
     sentences(comparison, |severity| severity == Severity::Note)
-}
-
-/// Returns how the data rule the model out, if they do.
-pub(super) fn refuted(comparison: &Comparison) -> Option<String> {
-    let is_refuted = |finding: &&Finding| matches!(finding, Finding::Refuted { .. });
-    comparison.findings.iter().find(is_refuted).map(|finding| sentence(comparison, finding))
 }
 
 pub(super) fn termination(comparison: &Comparison) -> &'static str {

@@ -12,21 +12,16 @@ use crate::measurement::track::TrackedBall;
 use crate::problem::FittedFrame;
 use crate::problem::OwnEstimate;
 
-/// The columns of residuals.csv, a row per measured number that χ² counts: `measured`, `predicted` and `sd` are in `unit`, `cut_deg` in
-/// degrees, `speed_m_s` in m/s, `standardized` has none. `model` is `refuted` where the data rule the model out, else empty. `t_s` (s)
-/// and `ball` (cue or object) are those of a frame's coordinate; other observables leave them empty.
+/// The columns of residuals.csv, a row per measured number that χ² counts (`caromfit help results`).
 pub const RESIDUALS: &str =
     "shot,observable,unit,measured,predicted,sd,standardized,cut_deg,speed_m_s,t_s,ball,model";
 
-/// The columns of frames.csv of films of balls, a row per ball and frame that was fitted: lengths in m, as the film shows them at its
-/// stated scale; `ball` is cue or object; `…_standardized` is (measured − predicted) / sd.
+/// The columns of frames.csv of films of balls, a row per ball and frame that was fitted.
 pub const FRAMES: &str =
     "shot,ball,t_s,x_m,y_m,x_predicted_m,y_predicted_m,x_sd_m,y_sd_m,x_standardized,y_standardized";
 
-/// The first columns of shots.csv, a row per shot: `used` is true or false, with the `reason` where a shot was left out or is doubtful;
-/// `chi2` is the sum of the squares of `values` standardized residuals, `largest` the largest of them in size. For each observable its
-/// column, `…_sd` and `…_predicted` follow, in the unit of its name (velocities m/s, spins rad/s); then, of films of balls, what the fit
-/// estimates of each shot, each with its `…_sd`, which is empty where the data rule the model out.
+/// The first columns of shots.csv, a row per shot. Those of each observable follow, and of films of balls what the fit estimates of each
+/// shot.
 pub const SHOTS: &str = "shot,used,reason,cut_deg,speed_m_s,values,chi2,largest";
 
 /// Returns residuals.csv as text. A cell whose number is unknown is empty.

@@ -111,9 +111,7 @@ fn pooltool(fit: &FitDocument) -> (Value, Vec<String>) {
                 "u_b: the friction of this fit falls with the slip v as {mu} + {b}·exp(−{c}·v), v in m/s, and u_b is one number: \
                  pooltool's default holds. Its model AlciatoreBallBallFriction(a={mu}, b={b}, c={c}) is this friction."
             ),
-            _ => "u_b: the friction of this fit falls with the slip, but the data do not determine μ, b and c, or refute the model: \
-                  pooltool's default holds."
-                .to_owned(),
+            _ => "u_b: the friction of this fit falls with the slip, and is not known: pooltool's default holds.".to_owned(),
         });
     } else if u_b.is_some() {
         left.push(

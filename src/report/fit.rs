@@ -3,7 +3,7 @@
 use super::content::{self, Block, Report, Section, Table};
 use super::plot;
 use super::shots::{shot_list, tracks};
-use super::terminal::{INTERVAL, brief, chi2_text, estimate, parameters, with_unit};
+use super::terminal::{brief, chi2_text, estimate, parameters, with_unit};
 use super::{bodies, label, model, noise_estimated, p_text, reduced_chi2};
 use crate::fit::{Counted, DOWN_WEIGHTED, Estimate, Fit, Grade, Noise, Status, Verdict};
 use crate::measurement::number::{interval, plain, with_error};
@@ -102,18 +102,9 @@ pub(super) fn of_labels(fits: &[Fit], folders: &[String]) -> Report {
 }
 
 fn parameter_section(fit: &Fit) -> Section {
-    let profiled = fit.estimates.iter().any(Estimate::is_profiled);
-    let lopsided = fit.refuted.is_none() && fit.estimates.iter().any(|own| own.lopsided().is_some());
-    let mut about = String::from(if fit.refuted.is_some() { "" } else { "± one standard error" });
-    if lopsided {
-        about += &format!("; {INTERVAL}");
-    }
-    if profiled {
-        about += "; profile: both ends from how χ² rises as the parameter moves, which need not be symmetric";
-    }
-    let interval_head = if fit.refuted.is_some() { "" } else { "95 % interval" };
+    let about = "±: one standard error; profile: both ends from how χ² rises as the parameter moves";
     let rows = fit.estimates.iter().map(|estimate| parameter_row(fit, estimate));
-    let table = Table::new(["", "estimate", interval_head, "meaning"], rows);
+    let table = Table::new(["", "estimate", "95 % interval", "meaning"], rows);
     let lines = fit.estimates.iter().filter_map(at_bound).chain(correlations(fit)).collect();
     Section::new("Parameters", about, [table.into(), Block::Lines(lines)])
 }

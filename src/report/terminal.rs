@@ -81,16 +81,13 @@ fn table(lines: &[Line], known: &[Parameter], last: &[&str]) -> String {
     text + &legend(lines, known)
 }
 
-/// The text instead of ±.
-pub(super) const INTERVAL: &str = "[…]: the 95 % interval, where it is far from ± two standard errors";
-
 /// Returns what the marks and the symbols of the table mean, as far as it has them.
 fn legend(lines: &[Line], known: &[Parameter]) -> String {
     let shows = |line: &Line, mark: &str| line.cells.iter().skip(2).any(|cell| cell.contains(mark));
     let has = |mark: &str| lines.iter().any(|line| shows(line, mark));
     let marks = [
         ("±", "±: one standard error"),
-        ("[", INTERVAL),
+        ("[", "[…]: the 95 % interval, where it is far from ± two standard errors"),
         ("≥", "≥: every larger value fits equally"),
         ("≤", "≤: every smaller value fits equally"),
         ("–", "–: not determined by these shots, or, where the verdict is unusable, no number to use"),

@@ -39,7 +39,7 @@ fn trend(fit: &mut Fit) {
         p_value: 1e-5,
         p_corrected: 1e-4,
         significant: true,
-        words: "throw residuals fall with speed".to_owned(),
+        words: "the residuals of throw change with speed: friction is not constant".to_owned(),
     };
     fit.diagnostics.goodness.as_mut().unwrap().trends = vec![found];
 }
@@ -101,11 +101,7 @@ const KINDS: [(Grade, &str, Change); 15] = [
     (Grade::Doubtful, "as many unknown values as measured ones (10 shots)", |fit| fit.dof = 0),
     (Grade::Doubtful, "4 shots are not enough", |fit| fit.shots_used = 4),
     (Grade::Doubtful, "Other values fit nearly as well", |fit| fit.diagnostics.has_rival = true),
-    (
-        Grade::Doubtful,
-        "residuals of throw change with speed, which chance hardly does: friction is not",
-        trend,
-    ),
+    (Grade::Doubtful, "residuals of throw change with speed: friction is not constant", trend),
 ];
 
 #[test]

@@ -8,7 +8,7 @@ use statrs::stats_tests::anderson_darling::anderson_darling;
 use super::trends::Trend;
 use crate::fit::Counted;
 use crate::measurement::parameter::Parameter;
-use crate::measurement::written::{self, ByParameter, written_by_name};
+use crate::measurement::written::{self, written_by_name};
 use crate::physics::name::worded;
 
 /// The mean square of standardized residuals below which they are rounding of the search.
@@ -68,7 +68,7 @@ pub struct Influence {
     pub cook: f64,
     /// How far each estimate moves without the shot, in standard errors.
     #[serde(rename = "shift_without_it_in_std_errors", serialize_with = "written::by_parameter")]
-    #[schemars(with = "ByParameter<Option<f64>>")]
+    #[schemars(with = "std::collections::BTreeMap<String, Option<f64>>")]
     pub shifts: Vec<(Parameter, f64)>,
 }
 

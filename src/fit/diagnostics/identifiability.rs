@@ -5,7 +5,7 @@ use schemars::JsonSchema;
 use serde::Serialize;
 
 use crate::measurement::parameter::Parameter;
-use crate::measurement::written::{self, ByParameter};
+use crate::measurement::written;
 use crate::problem::{self, Id, Invariant};
 
 /// Which combinations of parameters the data determine, at the minimum.
@@ -33,7 +33,7 @@ pub struct Combination {
     pub words: String,
     /// How each parameter moves along the combination by one standard error, in its unit; undetermined: by a step of some length.
     #[serde(rename = "one_standard_error_along", serialize_with = "written::by_parameter")]
-    #[schemars(with = "ByParameter<Option<f64>>")]
+    #[schemars(with = "std::collections::BTreeMap<String, Option<f64>>")]
     pub terms: Vec<(Parameter, f64)>,
     /// Whether it is determined, but badly: the condition number is beyond 30.
     pub weak: bool,

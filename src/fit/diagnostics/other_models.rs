@@ -13,7 +13,7 @@ use statrs::distribution::{ChiSquared, ContinuousCDF};
 use crate::fit::error::Request;
 use crate::measurement::dataset::{Dataset, Shot};
 use crate::measurement::parameter::{Parameter, Settings};
-use crate::measurement::written::{self, ByParameter};
+use crate::measurement::written;
 use crate::physics::collision::{Fidelity, FidelityChoice};
 use crate::problem::{Deviations, Id, Policy, RowsChoices, RowsFit, fit_rows};
 
@@ -27,7 +27,7 @@ pub struct Alternative {
     pub failed: Option<String>,
     /// Its estimates by parameter, in its unit; empty if the data contradict the fit.
     #[serde(serialize_with = "written::by_parameter")]
-    #[schemars(with = "ByParameter<Option<f64>>")]
+    #[schemars(with = "std::collections::BTreeMap<String, Option<f64>>")]
     pub values: Vec<(Parameter, f64)>,
     /// Number of parameters and noises that were estimated.
     #[serde(rename = "fitted_parameters")]

@@ -3,7 +3,7 @@
 use schemars::JsonSchema;
 use serde::Serialize;
 
-use crate::measurement::number::plain;
+use crate::measurement::number::{count_of, plain};
 use crate::measurement::written::written_by_name;
 use crate::physics::name::worded;
 
@@ -103,13 +103,13 @@ pub(in crate::fit) fn ranked(mut trends: Vec<Trend>) -> Vec<Trend> {
     for trend in &mut trends {
         trend.significant = trend.p_corrected < SIGNIFICANT;
         trend.words = format!(
-            "{} residuals {} with {} ({:+.2} sd per {}; by chance with probability {}, {count} trends looked for): {}",
+            "the residuals of {} change with {} ({:+.2} sd per {}; p = {}, corrected for {}): {}",
             trend.quantity,
-            if trend.slope < 0.0 { "fall" } else { "rise" },
             trend.variable.name(),
             trend.slope,
             trend.slope_per,
             plain(trend.p_corrected, 2),
+            count_of(count, "test"),
             trend.meaning()
         );
     }

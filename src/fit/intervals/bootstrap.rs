@@ -9,7 +9,6 @@ use serde::{Serialize, Serializer};
 use statrs::distribution::{ContinuousCDF, Normal};
 
 use crate::measurement::parameter::Parameter;
-use crate::measurement::written::ByParameter;
 use crate::problem::{Id, ShotInfluence, Solution};
 
 /// Intervals from resampled shots.
@@ -23,7 +22,7 @@ pub struct Bootstrap {
     pub failed: usize,
     /// By the name of the parameter, in its unit.
     #[serde(rename = "parameters", serialize_with = "by_parameter")]
-    #[schemars(with = "ByParameter<Resampled>")]
+    #[schemars(with = "std::collections::BTreeMap<String, Resampled>")]
     pub estimates: Vec<Resampled>,
 }
 

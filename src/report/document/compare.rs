@@ -12,12 +12,8 @@ use crate::report::compare as words;
 document! {
     /// compare.json of caromfit
     ///
-    /// A comparison of data sets. Keys may be added; none is renamed or dropped. Numbers are SI and radians except where a unit stands
-    /// beside them; null stands for what is not known.
-    CompareDocument(comparison: &Comparison) {
-        /// What made it.
-        #[serde(flatten)]
-        made: Made = Made::default(),
+    /// A comparison of data sets. Numbers are SI and radians except where a unit stands beside them; null stands for what is not known.
+    CompareDocument(comparison: &Comparison) [made: Made] {
         /// Whether the numbers can be used.
         verdict: Verdict = words::verdict(comparison),
         /// Collision model.
@@ -37,8 +33,6 @@ document! {
         labels: Vec<String> = comparison.labels.clone(),
         /// What a reader must know, in sentences, the most important first.
         warnings: Vec<String> = words::warnings(comparison),
-        /// How the data contradict the model; null if they do not.
-        refuted: Option<String> = words::refuted(comparison),
         /// The data sets or labels, with their shots.
         samples: Vec<Sample> = comparison.samples.iter().map(|sample| Sample::new(comparison, sample)).collect(),
         /// The parameters.

@@ -9,12 +9,8 @@ use crate::measurement::parameter::Parameter;
 document! {
     /// design.json of caromfit, which caromfit design --json prints
     ///
-    /// What shots of each kind would determine before they are played. null stands for what is not determined. Keys may be added; none
-    /// is renamed or dropped.
-    DesignDocument(design: &Design) {
-        /// What made it.
-        #[serde(flatten)]
-        made: Made = Made::default(),
+    /// What shots of each kind would determine before they are played. null stands for what is not determined.
+    DesignDocument(design: &Design) [made: Made] {
         /// What is expected, dimensionless.
         expected: Coefficients<f64> = {
             let expected = design.expected.coefficients;

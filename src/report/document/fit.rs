@@ -8,7 +8,6 @@ use crate::fit::{
     self, About, Counted, Diagnostics, Explanation, Fit, FoundCamera, Rejected, Scatter, Verdict,
 };
 use crate::measurement::dataset::{Measured, ObjectBall};
-use crate::measurement::written::ByParameter;
 use crate::physics::ball::Ball;
 use crate::problem::{self, Budget, Severity, Status};
 use crate::report::{reduced_chi2, unit_name, unit_of};
@@ -22,11 +21,11 @@ const REFUTED: &str = "refuted";
 document! {
     /// fit.json of caromfit
     ///
-    /// One fit: fit.json, and each element of the array that caromfit fit --json prints. Keys may be added; none is renamed or dropped.
+    /// One fit: fit.json, and each element of the array that caromfit fit --json prints.
     /// Numbers are SI and radians except where a unit stands beside them; null stands for what is not known.
     #[derive(Default, Deserialize)]
     #[serde(default)]
-    FitDocument(fit: &Fit) {
+    FitDocument(fit: &Fit) [made: Made] {
         /// Name of the data set.
         dataset: String = fit.dataset.clone(),
         /// The label that was fitted apart; null if the data set was fitted as a whole.
@@ -47,9 +46,6 @@ document! {
         mu_k: Option<Measured> = fit.sliding,
         /// Rolling resistance of the cloth, dimensionless.
         mu_r: Option<Measured> = fit.rolling,
-        /// What made it.
-        #[serde(flatten)]
-        made: Made = Made::default(),
         /// Collision model.
         fidelity: String = fit.fidelity.to_owned(),
         /// joint: all frames of a film at once; direct: tables of impacts and angles.
@@ -62,7 +58,6 @@ document! {
         /// Estimates by the name of the parameter; mu_b and mu_c if the friction decreases with the slip, kappa if the contact is
         /// compliant, mass_ratio and radius_ratio (cue ball over object ball) if they were fitted, e_slope if the restitution
         /// decreases with the closing speed.
-        #[schemars(with = "ByParameter<FittedParameter>")]
         parameters: ByName<FittedParameter> = named(&fit.estimates, |found| {
             (found.parameter.name(), FittedParameter::new(fit, found))
         }),
@@ -85,7 +80,6 @@ document! {
         /// Every unknown that all shots share and that was free: of contact, balls, cloth, time and camera.
         unknowns: Vec<Unknown> = fit.unknowns.iter().map(Unknown::new).collect(),
         /// What makes up the standard errors of mu, mu_s and e, the largest part first; empty for those without one.
-        #[schemars(with = "ByParameter<Vec<BudgetPart>>")]
         budget: ByName<Vec<BudgetPart>> = named(&fit.budget, |own| (own.id.name(), budget(own))),
         /// What explains residuals that the equations or the stated numbers leave, the best first.
         #[serde(skip_deserializing)]

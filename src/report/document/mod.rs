@@ -29,23 +29,30 @@ pub const FORMAT_VERSION: u32 = 1;
 /// Defines documents: each key stands once, with its meaning, its type, and its value.
 ///
 /// `Name(of: Type) { /// Meaning.\n key: Type = value, }` is a struct with that public field, which is written as JSON and described
-/// by a schema, and a function `new(of)`, which gives each field its value.
+/// by a schema, and a function `new(of)`, which gives each field its value. `[made: Made]` stands for a document of its own.
 macro_rules! document {
     ($(
         $(#[$about:meta])*
-        $name:ident($($of:ident: $type:ty),+) { $($(#[$meaning:meta])* $key:ident: $kind:ty = $value:expr,)+ }
+        $name:ident($($of:ident: $type:ty),+) $([$made:ident: $maker:ty])? {
+            $($(#[$meaning:meta])* $key:ident: $kind:ty = $value:expr,)+
+        }
     )+) => { $(
         $(#[$about])*
         #[derive(Clone, Debug, serde::Serialize, schemars::JsonSchema)]
         pub struct $name {
             $($(#[$meaning])* pub $key: $kind,)+
+            $(
+                /// What made it.
+                #[serde(flatten)]
+                pub $made: $maker,
+            )?
         }
 
         impl $name {
             /// Returns the document.
             #[must_use]
             pub fn new($($of: $type),+) -> Self {
-                Self { $($key: $value),+ }
+                Self { $($key: $value,)+ $($made: <$maker>::default(),)? }
             }
         }
     )+ };

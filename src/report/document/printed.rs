@@ -6,7 +6,6 @@ use super::{ByName, Made, document, finite};
 use crate::fit::{Rejected, check};
 use crate::io::cases::Computed;
 use crate::measurement::dataset::Dataset;
-use crate::measurement::written::ByParameter;
 use crate::physics::ball::BallState;
 use crate::physics::collision::{Fidelity, Outcome, effects};
 use crate::report::unit_of;
@@ -17,11 +16,8 @@ use crate::studies::bias;
 document! {
     /// What caromfit check --json prints, an element
     ///
-    /// The findings about one data set: caromfit check --json prints an array of these. Keys may be added; none is renamed or dropped.
-    CheckDocument(checked: &Dataset, found: &[check::Finding]) {
-        /// What made it.
-        #[serde(flatten)]
-        made: Made = Made::default(),
+    /// The findings about one data set: caromfit check --json prints an array of these.
+    CheckDocument(checked: &Dataset, found: &[check::Finding]) [made: Made] {
         /// Name of the data set.
         dataset: String = checked.name.clone(),
         /// Number of shots that can be used.
@@ -36,11 +32,8 @@ document! {
 
     /// What caromfit extract --json prints, an element
     ///
-    /// The impacts of one data set: caromfit extract --json prints an array of these. Keys may be added; none is renamed or dropped.
-    ExtractDocument(extracted: &Dataset, place: &Path, count: usize, lines: Vec<String>) {
-        /// What made it.
-        #[serde(flatten)]
-        made: Made = Made::default(),
+    /// The impacts of one data set: caromfit extract --json prints an array of these.
+    ExtractDocument(extracted: &Dataset, place: &Path, count: usize, lines: Vec<String>) [made: Made] {
         /// Name of the data set.
         dataset: String = extracted.name.clone(),
         /// Where its files are.
@@ -55,11 +48,8 @@ document! {
 
     /// What caromfit synth --json prints
     ///
-    /// A synthetic data set. Keys may be added; none is renamed or dropped. null stands for what is not known.
-    SynthDocument(spec: &Spec, by: Fidelity, place: &Path, written: Vec<String>) {
-        /// What made it.
-        #[serde(flatten)]
-        made: Made = Made::default(),
+    /// A synthetic data set. null stands for what is not known.
+    SynthDocument(spec: &Spec, by: Fidelity, place: &Path, written: Vec<String>) [made: Made] {
         /// Its name.
         dataset: String = spec.name.clone(),
         /// What is measured of each shot: tracks, impacts or angles.
@@ -75,7 +65,6 @@ document! {
         /// The fidelity by which the collisions were computed.
         fidelity: Fidelity = by,
         /// What the shots were made with, by parameter.
-        #[schemars(with = "ByParameter<Truth>")]
         parameters: ByName<Truth> = {
             let truths = spec.truths().into_iter();
             truths.map(|(p, truth)| (p.name().to_owned(), Truth::new(truth, unit_of(p)))).collect()
@@ -93,12 +82,8 @@ document! {
     /// What caromfit collide --json prints
     ///
     /// One collision; with --cases, caromfit collide --json prints an array of these. The frame is that of the collision: x from the
-    /// cue ball to the object ball, y 90° counter-clockwise from it seen from above, z upwards. Keys may be added; none is renamed or
-    /// dropped.
-    CollideDocument(computed: &Computed, explained: Option<(&[effects::Estimate], &[effects::Estimate])>) {
-        /// What made it.
-        #[serde(flatten)]
-        made: Made = Made::default(),
+    /// cue ball to the object ball, y 90° counter-clockwise from it seen from above, z upwards.
+    CollideDocument(computed: &Computed, explained: Option<(&[effects::Estimate], &[effects::Estimate])>) [made: Made] {
         /// Name of the case.
         name: String = computed.case.name.clone(),
         /// Collision model: elastic, inelastic, linear, full, ode or contact.
@@ -139,12 +124,8 @@ document! {
 
     /// What caromfit accuracy --json prints
     ///
-    /// Errors against time of every fidelity, and the bias of fits. Keys may be added; none is renamed or dropped. null stands for what
-    /// is not known.
-    AccuracyDocument(rows: &[Row], found: &[bias::Row], computed: usize, unusable: usize) {
-        /// What made it.
-        #[serde(flatten)]
-        made: Made = Made::default(),
+    /// Errors against time of every fidelity, and the bias of fits. null stands for what is not known.
+    AccuracyDocument(rows: &[Row], found: &[bias::Row], computed: usize, unusable: usize) [made: Made] {
         /// Number of shots that were computed.
         shots: usize = computed,
         /// Number of shots of the data set that could not be used.
@@ -162,7 +143,6 @@ document! {
         /// Tangential compliance κ of the contact that computed the shots.
         kappa: Option<f64> = finite(row.kappa),
         /// By parameter.
-        #[schemars(with = "ByParameter<BiasedParameter>")]
         parameters: ByName<BiasedParameter> = {
             row.found.iter().map(|found| (found.parameter.name().to_owned(), BiasedParameter::new(found))).collect()
         },

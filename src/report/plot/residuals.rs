@@ -31,7 +31,14 @@ pub fn residuals(fit: &Fit) -> Figure {
     let mut panels = observed.against(3, &mut figure);
     panels.extend(observed.quantiles());
     panels.extend(super::others::budget(fit));
+    // the last three side by side, so that none stands alone
+    let three = if panels.len().is_multiple_of(2) {
+        Vec::new()
+    } else {
+        panels.split_off(panels.len().saturating_sub(3))
+    };
     figure.add_rows(ROW, 2, panels);
+    figure.add_rows(ROW, three.len().max(1), three);
     figure
 }
 
