@@ -89,10 +89,11 @@ impl Options {
         }
         let law = self.falling.applied(Settings::default());
         for parameter in [Parameter::B, Parameter::C] {
-            let of_setting =
-                law[parameter].faults(parameter).into_iter().filter(|fault| fault.key == "fixed");
-            faults.extend(of_setting.map(|f| {
-                format!("{} of a friction that falls is {:?}{}", parameter.name(), f.value, f.rest)
+            let name = parameter.name();
+            let of_setting = law[parameter].faults(parameter);
+            let fixed = of_setting.into_iter().filter(|fault| fault.key == format!("{name}.fixed"));
+            faults.extend(fixed.map(|fault| {
+                format!("{name} of a friction that falls is {}; expected {}", fault.value, fault.expected)
             }));
         }
         faults

@@ -92,7 +92,8 @@ pub fn draft(named: &[PathBuf]) -> Result<Draft, InitError> {
     let why = "label of the cloth, for `caromfit compare`; optional";
     draft.blank("cloth", "cloth", TEXT, why);
     draft.blank("source", "source", TEXT, "who measured it, how, when; optional");
-    let lengths = Lengths::of(&tracks);
+    let surveys: Vec<&Survey> = tracks.iter().map(|(_, survey)| *survey).collect();
+    let lengths = Lengths::of(&surveys);
     draft.line("\n[ball]");
     if draft.are_discs {
         let why = "what was followed are points on two discs, or discs with their angles";
@@ -277,9 +278,6 @@ fn describe_tracks(all: &[(&PathBuf, &Survey)], lengths: &Lengths, table: Option
         let why = format!("optional: shot, and any of {}", KNOWN[1..].join(", "));
         draft.suggest("shots", quoted(SHOTS), why);
     }
-    if let (Some(unit), None) = (first.guess.time_unit, time_unit) {
-        draft.state("time_unit", quoted(unit.name()), "as the steps of the times suggest: check it");
-    }
     if !is_known {
         describe_columns(first, are_exchanged, draft);
     }
@@ -306,15 +304,16 @@ fn describe_balls(all: &[(&PathBuf, &Survey)], draft: &mut Draft) -> bool {
             let first =
                 format!("he ball of column {}", column.map_or(String::new(), |column| column.shown()));
             // names such as cue and object are believed
-            if cue != "cue" && first.contains("obj") {
-                draft.find(format!("T{first} moves first: is it the cue ball? Then exchange the columns."));
-                let line = "moves first: exchange cue and object below if it is the cue ball";
-                draft.line(format!("# t{first} {line}"));
-                return false;
-            }
-            draft.find(format!("T{first} moves first: taken as the cue ball."));
-            draft.line(format!("# t{first} moves first, and so is the cue ball"));
-            return cue != "cue";
+            let is_believed = cue != "cue" && first.contains("obj");
+            let so = if is_believed {
+                "exchange the columns if it is the cue ball"
+            } else {
+                "taken as the cue ball"
+            };
+            draft.find(format!("T{first} moves first: {so}."));
+            let so = if is_believed { "exchange cue and object below if it is" } else { "and so is" };
+            draft.line(format!("# t{first} moves first, {so} the cue ball"));
+            return cue != "cue" && !is_believed;
         }
         Some((cue, object)) => {
             draft.find(format!("\"{cue}\" moves first: taken as the cue ball."));
@@ -342,11 +341,6 @@ fn describe_columns(Survey { guess, .. }: &Survey, are_exchanged: bool, draft: &
         draft.find(format!("No positions of balls, and passed over: {}.", guess.passed.join(", ")));
     }
     draft.line("\n[tracks.columns]              # guessed: check it");
-    if let Some(name) = &guess.perhaps_time {
-        let why = "its numbers grow from row to row: frame, if they number the frames, or t and [tracks] time_unit, if they are times; \
-                   else each row is taken as one frame";
-        draft.blank("which column is what", "frame", &quoted(name), why);
-    }
     for Guessed { key, column, doubt } in &guess.columns {
         // the keys in the same order, with the columns of the other ball
         let other = key.strip_prefix("cue_").map(|rest| format!("object_{rest}"));

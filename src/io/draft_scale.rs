@@ -1,20 +1,14 @@
 //! The part of a draft about lengths: the unit of the positions, and the radius of the balls.
 
-use std::path::PathBuf;
-
+use super::Survey;
 use super::draft_text::{Draft, TEXT};
-use super::tracking::{metres, strange_unit};
-use super::{Survey, header};
+use super::tracking::metres;
 
 /// Plausible extents of positions, m: a table is 2.84 m long; films show a few centimetres.
 const METRES: std::ops::Range<f64> = 0.02..4.0;
 
 /// Plausible diameters of balls, m, with allowance for noise and slow cameras.
 const DIAMETERS: std::ops::Range<f64> = 0.045..0.072;
-
-/// Units that tracks may have without a statement, and their names in sentences.
-const UNITS: [(&str, &str); 5] =
-    [("m", "metres"), ("cm", "centimetres"), ("mm", "millimetres"), ("in", "inches"), ("ft", "feet")];
 
 /// Balls and their radii, mm, the largest first.
 const BALLS: [(&str, f64); 4] = [("pyramid", 34.0), ("carom", 30.75), ("pool", 28.575), ("snooker", 26.25)];
@@ -29,46 +23,23 @@ pub(super) struct Lengths {
     nearest: f64,
     stated: Option<&'static str>,
     are_discs: bool,
-    /// A unit in brackets that is unknown, and its file.
-    strange: Option<(PathBuf, String)>,
 }
 
 impl Lengths {
-    pub(super) fn of(all: &[(&PathBuf, &Survey)]) -> Self {
-        let surveys = || all.iter().map(|(_, survey)| survey);
-        let strange = all.first().and_then(|(file, _)| {
-            let names = header(file).ok()?;
-            Some(((*file).clone(), names.iter().find_map(|name| strange_unit(name))?.to_owned()))
-        });
+    pub(super) fn of(surveys: &[&Survey]) -> Self {
+        let surveys = || surveys.iter();
         Self {
             extent: surveys().map(|survey| survey.extent).fold(0.0, f64::max),
             nearest: surveys().filter_map(|survey| survey.closest).fold(f64::INFINITY, f64::min),
             stated: surveys().next().and_then(|survey| survey.unit),
             are_discs: surveys().any(|survey| survey.are_discs),
-            strange,
         }
     }
 
-    /// Returns whether the balls may touch at the least distance of their centres, in this unit.
-    fn could_be(&self, unit: &str) -> bool {
-        let touch = |metres: f64| DIAMETERS.contains(&(self.nearest * metres));
-        self.are_discs || self.nearest.is_infinite() || metres(unit).is_some_and(touch)
-    }
-
-    /// Returns whether the positions are taken as metres without a statement.
+    /// Returns whether the positions are taken as metres without a statement: balls then touch.
     fn look_like_metres(&self) -> bool {
-        self.strange.is_none() && METRES.contains(&self.extent) && self.could_be("m")
-    }
-
-    /// Names other units in which the balls touch: `; in feet they would come as near as 57.5 mm`.
-    fn other_units(&self) -> String {
-        let shown = |(unit, name): &(&str, &str)| {
-            let millimetres = 1e3 * self.nearest * metres(unit).filter(|_| self.could_be(unit))?;
-            Some(format!("in {name} they would come as near as {millimetres:.1} mm, as balls that touch"))
-        };
-        let found: Vec<String> = UNITS.iter().filter_map(shown).collect();
-        let is_shown = !self.are_discs && self.nearest.is_finite() && !found.is_empty();
-        if is_shown { format!("; {}", found.join(", ")) } else { String::new() }
+        let may_touch = self.are_discs || self.nearest.is_infinite() || DIAMETERS.contains(&self.nearest);
+        METRES.contains(&self.extent) && may_touch
     }
 
     /// Drafts the radius: at most half of the least distance of the centres, if the scale is known.
@@ -87,8 +58,7 @@ impl Lengths {
             if let Some(stated) = self.stated {
                 draft.find(format!(
                     "The centres come no nearer than {nearest:.1} mm, which is not the diameter of a ball: is {stated}, as the file \
-                     states, the right unit, and are the two tracks those of the balls?{}",
-                    self.other_units().replacen(';', " Else", 1)
+                     states, the right unit, and are the two tracks those of the balls?"
                 ));
             }
         }
@@ -106,29 +76,16 @@ impl Lengths {
             let why = format!("the positions span {extent:.3}: metres, if the film was calibrated");
             draft.state("length_unit", "\"m\"", why);
         } else {
-            let other = self.other_units();
-            let is_metres = METRES.contains(&extent);
-            if let Some((file, unit)) = &self.strange {
+            if METRES.contains(&extent) {
                 draft.find(format!(
-                    "{}: {unit} is not a known unit (m, cm, mm, in, ft, px): with length_unit = \"px\" the balls are \
-                     the ruler, in any unit.",
-                    file.display()
-                ));
-            } else if is_metres {
-                draft.find(format!(
-                    "The positions span {extent:.3}, but the centres come no nearer than {nearest:.4}, which is not the diameter \
-                     of a ball in metres{other}. Where the unit is not known, write px: the balls are then the ruler."
+                    "The positions span {extent:.3}, but the centres come no nearer than {nearest:.4}, which is not the diameter of a \
+                     ball in metres. Where the unit is not known, write px: the balls are then the ruler."
                 ));
             }
-            let near = if other.is_empty() {
-                other
-            } else {
-                format!(", the centres come as near as {nearest:.4}{other}")
-            };
             let why = format!(
                 "m, cm, mm, in, ft, or px (the balls are then the ruler, unless m_per_px = … or four [[scale.point]] are given); the \
-                 positions span {extent:.*}{near}",
-                if is_metres { 3 } else { 0 }
+                 positions span {extent:.*}",
+                if METRES.contains(&extent) { 3 } else { 0 }
             );
             draft.blank("length_unit", "length_unit", TEXT, why);
         }

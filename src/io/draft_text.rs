@@ -165,32 +165,3 @@ impl Draft {
 pub(super) fn quoted(text: &str) -> String {
     Value::from(text).to_string()
 }
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn answers_fill_blanks() {
-        let mut draft = Draft { follows: Some(30.0), ..Draft::default() };
-        draft.state("radius_m", "0.028575", "a pool ball");
-        draft.blank("capture_fps", "capture_fps", NUMBER, "times follow 30");
-        draft.suggest("playback_fps", "30", "take the # away");
-        draft.state("length_unit", "\"m\"", "as the file states");
-        draft.state("y_axis", "\"up\"", "");
-        draft.blank("which ball is which", "cue", TEXT, "which");
-        draft.suggest("object", TEXT, "and which");
-        assert_eq!(draft.blanks(), ["capture_fps", "which ball is which"]);
-        assert!(draft.text().contains("# capture_fps = …            # FILL IN: times follow 30\n"));
-        assert!(draft.set_fps(240.0));
-        draft.set("cue", "w");
-        draft.set("object", "y");
-        draft.set("radius_m", 0.03075);
-        draft.set("no_such_key", 1);
-        draft.set_unit("px");
-        assert!(draft.blanks().is_empty());
-        let expected = "radius_m = 0.03075\ncapture_fps = 240.0\nplayback_fps = 30.0\nlength_unit = \"px\"\ny_axis = \"down\"\n\
-                        cue = \"w\"\nobject = \"y\"\n";
-        assert_eq!(draft.text(), expected);
-    }
-}

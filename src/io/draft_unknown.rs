@@ -4,41 +4,29 @@ use std::path::Path;
 
 use super::draft_files::numbers;
 use super::draft_scale::suggest_y_axis;
-use super::draft_text::{Draft, NUMBER, TEXT, quoted};
+use super::draft_text::{Draft, NUMBER, TEXT};
 use super::text::decode;
 
-/// Maximum number of columns and of lines of a header that are listed, and of characters of each.
-const MOST_COLUMNS: usize = 30;
-const LONGEST_COLUMN: usize = 40;
+/// Maximum number of lines of a header that are shown, and of characters of each and of a cell.
 const MOST_HEADERS: usize = 6;
 const LONGEST_LINE: usize = 160;
+const LONGEST_CELL: usize = 40;
 
-/// Lists the columns of the table, and asks for their meaning.
+/// Shows the first lines of the table, and asks for the meaning of its columns.
 pub(super) fn describe(file: &Path, names: &[String], draft: &mut Draft) {
     let cut = |text: &str, longest: usize| {
-        let short: String = text.chars().take(longest).collect();
-        if short.len() < text.len() { short + "…" } else { short }
+        let short: String = text.trim().chars().take(longest).collect();
+        if short.len() < text.trim().len() { short + "…" } else { short }
     };
-    let mut listed: Vec<String> =
-        names.iter().take(MOST_COLUMNS).map(|name| quoted(&cut(name, LONGEST_COLUMN))).collect();
-    if names.len() > MOST_COLUMNS {
-        listed.push(format!("… ({} in all)", names.len()));
-    }
     let bytes = std::fs::read(file).unwrap_or_default();
     let text = decode(&bytes).0;
-    let lines: Vec<&str> = text.lines().map(str::trim_end).filter(|line| !line.is_empty()).collect();
+    let lines: Vec<&str> = text.lines().filter(|line| !line.trim().is_empty()).collect();
     // numbers in a header stand alone
     let is_row = |line: &&str| numbers(line) >= 3 && 2 * numbers(line) > line.split([',', ';', '\t']).count();
     let row = lines.iter().position(is_row);
     let header = &lines[..row.unwrap_or(lines.len().min(1))];
-    let is_deep = header.len() > 1;
-    let shown = if is_deep {
-        format!("above its first row of numbers are {} lines", header.len())
-    } else {
-        format!("its first line is {}", listed.join(", "))
-    };
     draft.find(format!(
-        "{}: no known format; {shown}. Say under [tracks.columns] which column is what, by its name or by its number, from 1 on.",
+        "{}: no known format. Say under [tracks.columns] which column is what, by its name or by its number, from 1 on.",
         file.display(),
     ));
     if let Some(hint) = hint(names, lines.get(1).unwrap_or(&"")) {
@@ -47,34 +35,22 @@ pub(super) fn describe(file: &Path, names: &[String], draft: &mut Draft) {
     draft.line("\n[video]");
     draft.blank("capture_fps", "capture_fps", NUMBER, "frames per second that the camera recorded at");
     draft.line("\n[scale]");
-    draft.blank(
-        "length_unit",
-        "length_unit",
-        TEXT,
-        "m, cm, mm, in, ft, or px (the balls are then the ruler)",
-    );
+    let units = "m, cm, mm, in, ft, or px (the balls are then the ruler)";
+    draft.blank("length_unit", "length_unit", TEXT, units);
     suggest_y_axis(draft);
     draft.line("\n[tracks]");
     draft.suggest("cue", TEXT, "only of a table with one row per ball and frame: its name of the cue ball");
     draft.suggest("object", TEXT, "and of the object ball");
-    if is_deep {
-        let last = &header[header.len().saturating_sub(MOST_HEADERS)..];
-        let last: Vec<String> = last.iter().map(|line| cut(line.trim_start(), LONGEST_LINE)).collect();
-        draft.line(format!("# Above the first row of numbers:\n#   {}", last.join("\n#   ")));
-    } else {
-        draft.line(format!("# The first line of the file:\n#   {}", listed.join(", ")));
-    }
+    let shown = header[header.len().saturating_sub(MOST_HEADERS)..].iter();
+    let shown: Vec<String> = shown.map(|line| cut(line, LONGEST_LINE)).collect();
+    draft.line(format!("# The names of the columns:\n#   {}", shown.join("\n#   ")));
     if let Some(row) = row.map(|row| lines[row]) {
         let separator = [';', '\t', ','].into_iter().find(|c| row.contains(*c)).unwrap_or(' ');
         let cells = row.split(separator).filter(|cell| separator != ' ' || !cell.is_empty());
-        let numbered = (1..).zip(cells.take(MOST_COLUMNS));
-        let numbered: Vec<String> = numbered
-            .map(|(number, cell)| format!("{number}: {}", cut(cell.trim(), LONGEST_COLUMN)))
-            .collect();
-        draft.line(format!(
-            "# The first row of numbers, with the number of each column:\n#   {}",
-            numbered.join("  ")
-        ));
+        let numbered =
+            (1..).zip(cells).map(|(i, cell): (usize, &str)| format!("{i}: {}", cut(cell, LONGEST_CELL)));
+        let numbered = numbered.collect::<Vec<_>>().join("  ");
+        draft.line(format!("# The first row of numbers, with the number of each column:\n#   {numbered}"));
     }
     draft.line("[tracks.columns]              # a column by its name, t = \"time\", or by its number, t = 1");
     let why = "time in seconds, or frame = …; without either, each row is a frame";

@@ -6,7 +6,8 @@ use serde::Deserialize;
 use super::error::did_you_mean;
 use super::toml_file::Source;
 use crate::measurement::loss::Loss;
-use crate::measurement::parameter::{Compliance, Parameter, Prior, Setting, SettingFault, Settings};
+use crate::measurement::parameter::{Compliance, Parameter, Prior, Setting, Settings};
+use crate::measurement::valid::Fault;
 use crate::physics::name::UnknownName;
 
 #[derive(Default, Deserialize, JsonSchema)]
@@ -110,17 +111,12 @@ impl SettingSection {
         };
         let faults = setting.faults(parameter);
         let key = |key: &str| format!("fit.{name}.{key}");
-        for SettingFault { key: own, value, rest } in &faults {
-            let written = source.written(&key(own)).map_or(format!("{value:?}"), str::to_owned);
-            let near = matches!(*own, "initial" | "fixed")
-                && self.upper.is_none()
-                && rest.ends_with("its bounds")
-                && parameter != Parameter::E;
-            let hint =
-                if near { format!(" (give {name}.upper to move the upper one)") } else { String::new() };
+        for fault in &faults {
+            let own = format!("fit.{}", fault.key);
+            let value = source.written(&own).map_or_else(|| fault.value.clone(), str::to_owned);
             // a default may contradict the stated value
-            let keys = [key(own), key("upper"), format!("fit.{name}")];
-            let message = format!("{name}.{own} is {written}{rest}{hint}");
+            let keys = [own, key("upper"), format!("fit.{name}")];
+            let message = Fault { value, ..fault.clone() }.to_string();
             source.wrong_of_first(&keys.each_ref().map(String::as_str), message);
         }
         let [mean, sd] = [key("prior_mean"), key("prior_sd")];

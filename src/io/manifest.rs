@@ -130,35 +130,13 @@ struct TableSection {
     tilt_sd: Option<f64>,
 }
 
-/// Returns a hint at the data sets that a folder without a dataset.toml holds:
-/// `: data/a, data/b and 3 more`.
-fn below(folder: &Path) -> String {
-    /// Maximum number of data sets that are named.
-    const MAX_NAMED: usize = 3;
-    let Ok(entries) = std::fs::read_dir(folder) else { return String::new() };
-    let mut found: Vec<PathBuf> = entries
-        .flatten()
-        .map(|entry| entry.path())
-        .filter(|path| path.join("dataset.toml").is_file())
-        .collect();
-    found.sort();
-    let named: Vec<String> = found.iter().take(MAX_NAMED).map(|path| path.display().to_string()).collect();
-    match found.len() {
-        0 => String::new(),
-        count if count > MAX_NAMED => format!(", as {} and {} more do", named.join(", "), count - MAX_NAMED),
-        1 => format!(", as {} does", named.join(", ")),
-        _ => format!(", as {} do", named.join(", ")),
-    }
-}
-
 impl Manifest {
     /// Reads and checks a dataset.toml without its tables.
     pub(crate) fn read(path: &Path) -> Result<Self, DatasetError> {
         let problems = Problems::of_dataset(path);
         if !path.is_file() {
-            let below = path.parent().map(below).unwrap_or_default();
             let message = "there is no such file; expected a dataset.toml, or a folder that holds one";
-            problems.add(path, None, None, format!("{message}{below}"));
+            problems.add(path, None, None, message);
             return Err(problems.into_error());
         }
         if path.extension().is_some_and(|extension| extension.eq_ignore_ascii_case("csv")) {

@@ -350,28 +350,3 @@ pub(crate) fn near_miss(name: &str, known: &[&str], has: impl Fn(&str) -> bool) 
     let nearly = all.filter(|name| !has(name)).filter_map(|known| Some((slips(&known)?, known))).min();
     spread_of.filter(|name| !has(name)).or(nearly.map(|(_, known)| known))
 }
-
-#[cfg(test)]
-mod tests {
-    use super::near_miss;
-
-    #[test]
-    fn misspelt_columns_are_told_from_labels() {
-        let known = ["shot", "nx", "ny", "cue_vx", "obj_vx_after", "throw_deg", "cue_spin", "note"];
-        let near = |name: &str| near_miss(name, &known, |name| ["shot", "cue_vx"].contains(&name));
-        for (name, meant) in [
-            ("nx_err", "nx_sd"),
-            ("obj_vx_after_std", "obj_vx_after_sd"),
-            ("sigma_throw_deg", "throw_deg_sd"),
-            ("nxsd", "nx_sd"),
-            ("obj_vx_aftr", "obj_vx_after"),
-            ("thow_deg_sd", "throw_deg_sd"),
-            ("Cue-Spn", "cue_spin"),
-        ] {
-            assert_eq!(near(name).as_deref(), Some(meant), "{name}");
-        }
-        for label in "cloth shots cue_v nz obj_vx notes treatment nx_sd nx throw n day".split(' ') {
-            assert_eq!(near(label), None, "{label}");
-        }
-    }
-}

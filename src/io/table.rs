@@ -257,22 +257,3 @@ fn records(text: &str, separator: char) -> (Vec<Record<'_>>, Vec<(usize, &'stati
     }
     (records, slips)
 }
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn records_know_their_lines() {
-        let read = |text| {
-            let (records, slips) = records(text, ',');
-            let shown = records.iter().map(|r| format!("{}: {}", r.line, r.cells.join("|")));
-            (shown.collect::<Vec<_>>(), slips.iter().map(|(line, _)| *line).collect::<Vec<_>>())
-        };
-        let text = "# a \"comment, and\na,b\r\n1,\t2 \r\n\n \"x, \"\"\ny\" ,3\r\n , \n  # more\n4\",5";
-        assert_eq!(read(text).0, ["2: a|b", "3: 1|2", "5: x, \"\ny|3", "9: 4\"|5"]);
-        assert_eq!(read("a,b\r1,\r").0, ["1: a|b", "2: 1|"]);
-        let (found, slips) = read("a\n\"b\n\"c,\"d\ne\n\"f,g\n");
-        assert_eq!((found, slips), (vec!["1: a".to_string(), "4: e".to_string()], vec![3, 5]));
-    }
-}

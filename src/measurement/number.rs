@@ -74,34 +74,3 @@ fn exponent(value: f64, digits: usize) -> i32 {
 fn trimmed(number: &str) -> &str {
     if number.contains('.') { number.trim_end_matches('0').trim_end_matches('.') } else { number }
 }
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn error_sets_the_decimals() {
-        assert_eq!(with_error(0.10137, 0.002_71), "0.1014 ± 0.0027");
-        assert_eq!(with_error(0.10137, 0.009_96), "0.101 ± 0.010");
-        assert_eq!(with_error(0.3, 1.26), "0.3 ± 1.3");
-        assert_eq!(with_error(0.3, 34.6), "0 ± 35");
-        assert_eq!(with_error(0.3, 345.6), "0 ± 346");
-        assert_eq!(with_error(0.05, 1.23e-13), "0.050000000 ± 1.2e-13");
-        assert_eq!(with_error(0.05, 0.0), "0.05");
-        assert_eq!(interval([0.048_87, 0.051_7], Some(0.000_7)), "[0.04887, 0.05170]");
-        assert_eq!(interval([0.0, 0.012_87], None), "[0, 0.0129]");
-    }
-
-    #[test]
-    fn plain_numbers_are_short() {
-        assert_eq!(plain(0.3, 4), "0.3");
-        assert_eq!(plain(0.051_437, 3), "0.0514");
-        assert_eq!(plain(-12.345, 3), "-12.3");
-        assert_eq!(plain(0.999_9, 3), "1");
-        assert_eq!(plain(1234.4, 3), "1234");
-        assert_eq!(plain(1.2e-9, 3), "1.2e-9");
-        assert_eq!(plain(3e200, 3), "3e200");
-        assert_eq!(plain(0.0, 3), "0");
-        assert_eq!(plain(f64::NAN, 3), "–");
-    }
-}

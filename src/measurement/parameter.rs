@@ -2,6 +2,7 @@
 //! contact is compliant, e₁ if e falls with the closing speed, and the ratios of masses and radii
 //! of the balls if these have errors. Their names, bounds and starting values.
 
+use super::fault::{FINITE, Fault, POSITIVE};
 use crate::physics::collision::{MAX_KAPPA, Model};
 use crate::physics::name::{by_name, worded};
 
@@ -102,18 +103,6 @@ pub struct Setting {
     pub prior: Option<Prior>,
 }
 
-/// A fault that keeps a fit from using a setting.
-#[derive(Clone, Debug, PartialEq)]
-pub struct SettingFault {
-    /// Which of its values: `lower`, `upper`, `initial`, `fixed`, `prior_mean` or `prior_sd`, as in
-    /// dataset.toml.
-    pub key: &'static str,
-    /// The value that is wrong.
-    pub value: f64,
-    /// The text behind "mu.lower is 2": a comparison, and what was expected.
-    pub rest: String,
-}
-
 impl Setting {
     /// Returns the setting of a parameter that is held at `value`.
     #[must_use]
@@ -124,9 +113,12 @@ impl Setting {
     /// Returns what keeps a fit from using it: numbers that are not finite or out of range, bounds
     /// that leave no value, an initial value outside them. Empty for a good one.
     #[must_use]
-    pub fn faults(&self, parameter: Parameter) -> Vec<SettingFault> {
+    pub fn faults(&self, parameter: Parameter) -> Vec<Fault> {
         let Self { initial, lower, upper, fixed, prior } = *self;
-        let fault = |key, value, rest: String| SettingFault { key, value, rest };
+        let name = parameter.name();
+        let fault = |key: &str, value: f64, expected: String| {
+            Fault::new(&format!("{name}.{key}"), format!("{value:?}"), expected)
+        };
         let value_key = if fixed { "fixed" } else { "initial" };
         let (range, allowed) = match parameter {
             Parameter::E => (0.0..=1.0, "0 to 1"),
@@ -134,27 +126,20 @@ impl Setting {
             Parameter::ESlope => (-1.0..=1.0, "-1 to 1 s/m"),
             _ => (0.0..=f64::MAX, "0 or more"),
         };
-        let outside = [("lower", lower), ("upper", upper), (value_key, initial)];
-        let outside = outside.into_iter().filter(|(_, value)| !range.contains(value));
-        let mut faults: Vec<SettingFault> =
-            outside.map(|(key, value)| fault(key, value, format!("; expected {allowed}"))).collect();
-        let bounds_hold = faults.is_empty();
-        if let Some(Prior { mean, sd }) = prior {
-            for (key, value) in [("prior_mean", mean), ("prior_sd", sd)] {
-                if !value.is_finite() {
-                    faults.push(fault(key, value, "; expected a finite number".to_owned()));
-                }
-            }
-            if sd <= 0.0 {
-                faults.push(fault("prior_sd", sd, "; expected more than 0".to_owned()));
-            }
+        let outside = [("lower", lower), ("upper", upper), (value_key, initial)].into_iter();
+        let outside = outside.filter(|(_, value)| !range.contains(value));
+        let mut faults: Vec<Fault> =
+            outside.map(|(key, value)| fault(key, value, allowed.to_owned())).collect();
+        if faults.is_empty() && lower > upper {
+            faults.push(fault("lower", lower, format!("at most {name}.upper, {upper:?}")));
+        } else if faults.is_empty() && !(lower..=upper).contains(&initial) {
+            faults.push(fault(value_key, initial, format!("{lower:?} to {upper:?}, its bounds")));
         }
-        if bounds_hold && lower > upper {
-            let rest = format!(", above {}.upper, {upper:?}; expected lower ≤ upper", parameter.name());
-            faults.push(fault("lower", lower, rest));
-        } else if bounds_hold && !(lower..=upper).contains(&initial) {
-            let rest = format!("; expected {lower:?} to {upper:?}, its bounds");
-            faults.push(fault(value_key, initial, rest));
+        if let Some(Prior { mean, sd }) = prior {
+            let numbers = [("prior_mean", mean, FINITE), ("prior_sd", sd, POSITIVE)];
+            let of_number =
+                |(key, value, condition)| Fault::of_number(&format!("{name}.{key}"), value, condition);
+            faults.extend(numbers.into_iter().filter_map(of_number));
         }
         faults
     }

@@ -153,8 +153,6 @@ pub struct Tracks {
     /// Relative standard deviation of the stated scale; `None` if the size of the balls is said
     /// to set it.
     pub scale_sd: Option<f64>,
-    /// Whether the unit of lengths is stated; metres otherwise.
-    pub states_unit: bool,
 }
 
 impl Tracks {
@@ -173,7 +171,6 @@ impl Tracks {
             fps: shots.first().map(|shot| shot.fps),
             shots,
             scale_sd: Some(Self::SCALE_SD),
-            states_unit: true,
             ..Self::default()
         }
     }

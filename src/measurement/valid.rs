@@ -5,62 +5,15 @@ use std::collections::BTreeMap;
 use std::path::Path;
 
 use super::dataset::{Before, Dataset, Measured, ObjectBall, Shot};
+use super::fault::FINITE;
+pub use super::fault::{Condition, FRACTION, Fault, Faults, INERTIA, NOT_NEGATIVE, POSITIVE};
 use super::parameter::Parameter;
 use super::spin::Spin;
 use super::track::{Sample, TrackShot};
-use crate::physics::ball::{Ball, HOLLOW_SPHERE};
+use crate::physics::ball::Ball;
 
 /// A line of centres is taken for a unit vector, and made one, if its length is within this of 1.
 const UNIT: f64 = 1e-3;
-
-/// A condition on a finite number, and its words.
-pub type Condition = (fn(f64) -> bool, &'static str);
-
-const FINITE: Condition = (|_| true, "a finite number");
-
-/// More than 0.
-pub const POSITIVE: Condition = (|x| x > 0.0, "more than 0");
-
-/// 0 or more.
-pub const NOT_NEGATIVE: Condition = (|x| x >= 0.0, "0 or more");
-
-/// The moment of inertia of a ball over MR².
-pub const INERTIA: Condition =
-    (|x| x > 0.0 && x <= HOLLOW_SPHERE, "more than 0, at most 2/3 (a hollow sphere)");
-
-/// A number from 0 to 1.
-pub const FRACTION: Condition = (|x| (0.0..=1.0).contains(&x), "a number from 0 to 1");
-
-/// A value that is wrong.
-#[derive(Clone, Debug, PartialEq, thiserror::Error)]
-#[error("{key} is {value}; expected {expected}")]
-pub struct Fault {
-    /// The path of its key, such as `camera.fps`.
-    pub key: String,
-    /// The value.
-    pub value: String,
-    /// The expectation, in words.
-    pub expected: String,
-}
-
-impl Fault {
-    /// Returns a value that is not as expected.
-    pub(crate) fn new(key: &str, value: impl ToString, expected: impl Into<String>) -> Self {
-        Self { key: key.to_owned(), value: value.to_string(), expected: expected.into() }
-    }
-
-    /// Returns a fault unless a number is finite and meets the condition.
-    pub(crate) fn of_number(key: &str, number: f64, (is_met, expected): Condition) -> Option<Self> {
-        let is_good = number.is_finite() && is_met(number);
-        (!is_good).then(|| Self::new(key, number, expected))
-    }
-}
-
-/// Values that are checked before they are used.
-pub trait Faults {
-    /// Returns what is wrong, each value with the path of its key.
-    fn faults(&self) -> Vec<Fault>;
-}
 
 /// Returns whether a vector is meant to have the length 1.
 pub(crate) fn is_unit(x: f64, y: f64) -> bool {
@@ -89,10 +42,7 @@ impl Dataset {
             }
         }
         for parameter in Parameter::ALL {
-            let of_setting = self.settings[parameter].faults(parameter).into_iter();
-            faults.extend(
-                of_setting.map(|f| format!("{}.{} is {:?}{}", parameter.name(), f.key, f.value, f.rest)),
-            );
+            faults.extend(self.settings[parameter].faults(parameter).iter().map(Fault::to_string));
         }
         if let Some(by) = &self.by
             && !self.shots.is_empty()

@@ -31,14 +31,6 @@ impl Values {
         }))
     }
 
-    /// Returns the values of a model with these coefficients.
-    #[must_use]
-    pub fn of(model: &Model, Coefficients { mu, mu_s, e }: Coefficients) -> Self {
-        let [b, c] = model.law.numbers();
-        let (mass_ratio, radius_ratio) = (model.mass_ratio(), model.radius_ratio());
-        Self([mu, mu_s, e, b, c, model.kappa, mass_ratio, radius_ratio, model.e_slope.unwrap_or(0.0)])
-    }
-
     /// Returns μ, μ_s and e.
     #[must_use]
     pub fn coefficients(&self) -> Coefficients {

@@ -236,28 +236,3 @@ pub(crate) fn label_or_section<'de, D: Deserializer<'de>>(
 
     deserializer.deserialize_any(Either)
 }
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn motion_capture_is_corrected_for_its_cameras_already() {
-        let mut wanted = WantedCamera::default();
-        wanted[Correction::ShutterY as usize] = Wanted::Auto;
-        wanted[Correction::Aspect as usize] = Wanted::Value(exact(1.01));
-        for (which, plain, captured) in [
-            (Correction::PerspectiveX, None, Some(0.0)),
-            (Correction::Lens, None, Some(0.0)),
-            (Correction::LensY, None, Some(0.0)),
-            (Correction::ShutterX, None, Some(0.0)),
-            (Correction::ShutterY, None, None),
-            (Correction::Scale, None, None),
-            (Correction::Aspect, Some(1.01), Some(1.01)),
-        ] {
-            let found =
-                [false, true].map(|is_motion_capture| stated(&wanted, is_motion_capture)[which as usize]);
-            assert_eq!(found, [plain, captured].map(|value| value.map(exact)));
-        }
-    }
-}

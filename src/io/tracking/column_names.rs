@@ -6,7 +6,6 @@ use schemars::JsonSchema;
 use serde::Deserialize;
 
 use super::units::AngleUnit;
-use crate::io::text::Separator;
 
 #[derive(Clone, Debug, Deserialize, JsonSchema, PartialEq, Eq)]
 #[serde(untagged, expecting = "expected the name of a column, or its number, from 1 on")]
@@ -32,7 +31,6 @@ macro_rules! column_names {
         #[derive(Clone, Debug, Default, Deserialize, JsonSchema)]
         #[serde(deny_unknown_fields)]
         pub(super) struct ColumnNames {
-            pub separator: Option<String>,
             $(pub $key: Option<Column>,)+
             pub angle_unit: Option<AngleUnit>,
         }
@@ -114,7 +112,7 @@ impl ColumnNames {
         Err(message.to_string())
     }
 
-    /// Complains about half of a pair, a box stated twice, and an unknown separator.
+    /// Complains about half of a pair, and a box stated twice.
     fn check_pairs(&self) -> Result<(), String> {
         for begin in ["", "cue_", "object_"] {
             let pairs = PAIRS.map(|pair| pair.map(|key| format!("{begin}{key}")));
@@ -126,19 +124,6 @@ impl ColumnNames {
                 return Err(message.to_string());
             }
         }
-        match self.separator.as_deref() {
-            None | Some("," | ";" | "\t" | " " | "|") => Ok(()),
-            Some(other) => {
-                Err(format!("separator is {other:?}; expected \",\", \";\", \"\\t\", \"|\" or \" \""))
-            }
-        }
-    }
-
-    /// Returns the possible separators; `blanks` stands for blanks that are not stated.
-    pub(super) fn separators(&self, blanks: Separator) -> Vec<Separator> {
-        match self.separator.as_deref().and_then(|separator| separator.chars().next()) {
-            Some(separator) => vec![Separator::Char(separator)],
-            None => Separator::ALL.map(|one| if one == Separator::Char(' ') { blanks } else { one }).to_vec(),
-        }
+        Ok(())
     }
 }

@@ -125,7 +125,7 @@ fn header(input: &Input, wanted: &ColumnNames) -> Option<Heading> {
     let mut nearest: Option<(usize, Heading)> = None;
     for (line, content) in filled_lines(input.text).take(MAX_LINES) {
         let bare = unmarked(content);
-        for separator in wanted.separators(Separator::Char(' ')) {
+        for separator in Separator::ALL {
             let is_blank = separator == Separator::Char(' ');
             let separator = if is_blank { blanks(input.text, line, bare) } else { separator };
             let Some(names) = trimmed(bare, separator) else { continue };
@@ -171,7 +171,9 @@ fn numbered(input: &Input, wanted: &ColumnNames) -> Option<Heading> {
     let numbers: Vec<usize> =
         all.iter().map(|(_, column)| *column).filter(|column| !is_text(*column)).collect();
     for (line, content) in filled_lines(input.text).take(MAX_LINES) {
-        for separator in wanted.separators(Separator::Blanks) {
+        for separator in Separator::ALL {
+            let is_blank = separator == Separator::Char(' ');
+            let separator = if is_blank { Separator::Blanks } else { separator };
             let Some(cells) = trimmed(content, separator).filter(|cells| cells.len() > last) else {
                 continue;
             };

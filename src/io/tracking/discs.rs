@@ -8,7 +8,6 @@ use rayon::prelude::*;
 use super::calibration::Calibration;
 use super::finish::{Facts, find, number_twins};
 use super::input::quoted;
-use super::isolated;
 use super::raw::{NAMES, Notes, RawShot, RawTrack, Row, span};
 use super::settings::{Names, TrackSettings};
 use crate::film::rigid_body::circle_centres;
@@ -50,7 +49,7 @@ pub(super) fn group(
             && !is_named("object")
             && tracks.len() > 1
             && tracks.iter().all(|track| track.point.is_none());
-        is_unsaid.then(|| isolated(|| discs(tracks, calibration)).and_then(|discs| discs))
+        is_unsaid.then(|| discs(tracks, calibration))
     };
     let found: Vec<_> = work.par_iter_mut().map(found).collect();
     for ((raw, facts), found) in work.iter_mut().zip(found) {
@@ -245,54 +244,4 @@ fn straighter(one: &[Sample], other: &[Sample]) -> f64 {
         more += f64::from(i8::from(other > MIN_BEND_RATIO * one) - i8::from(one > MIN_BEND_RATIO * other));
     }
     if all > 0.0 { more / all } else { 0.0 }
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    /// Points on two turning discs, alternately on one and the other; the second is hit half-way.
-    fn film(rate: f64, on: &[(f64, f64)]) -> Vec<Vec<Sample>> {
-        let mut points = vec![Vec::new(); 2 * on.len()];
-        for frame in 0..400 {
-            let t = f64::from(frame) * 0.002;
-            let late = (t - 0.4).max(0.0);
-            let centres = [[0.4 * t - 0.25 * late, 0.0], [0.21 + 0.25 * late, 0.05 * late]];
-            for (i, point) in points.iter_mut().enumerate() {
-                let (radius, angle) = on[i / 2];
-                let (sin, cos) = (angle + rate * t * [1.0, -1.5][i % 2]).sin_cos();
-                let [x, y] = centres[i % 2];
-                // in one frame, markers are mistaken for each other
-                let wrong = if frame == 150 && i < 2 { 0.1 } else { 0.0 };
-                point.push(Sample::new(t, [x + radius * cos + wrong, y + radius * sin]));
-            }
-        }
-        points
-    }
-
-    #[test]
-    fn points_are_grouped_by_the_distances_that_they_keep() {
-        for rate in [0.0, 8.0] {
-            let mut points = film(rate, &[(0.023, 0.0), (0.023, 1.7), (0.023, 3.9)]);
-            // a seventh point on neither disc, and one that is never seen
-            points.push((0..400).map(|i| Sample::new(f64::from(i) * 0.002, [0.3, 0.1])).collect());
-            points.push(Vec::new());
-            assert_eq!(groups(&points), [vec![0, 2, 4], vec![1, 3, 5]]);
-        }
-    }
-
-    #[test]
-    fn a_centre_moves_straight_while_the_disc_turns() {
-        // rim only; centre and two on the rim, turning and not; three at equal distances
-        for (rate, on, expected) in [
-            (6.0, vec![(0.023, 0.0), (0.023, 1.7), (0.023, 3.9)], Ok(None)),
-            (6.0, vec![(0.02, 0.0), (0.0, 0.0), (0.02, 1.6)], Ok(Some(1))),
-            (0.0, vec![(0.02, 0.0), (0.0, 0.0), (0.02, 1.6)], Err(vec![1])),
-            (6.0, vec![(0.02, 0.0), (0.02, 2.094_395), (0.02, 4.188_790)], Ok(None)),
-        ] {
-            let points = film(rate, &on);
-            let one: Vec<&[Sample]> = points.iter().step_by(2).map(Vec::as_slice).collect();
-            assert_eq!(central(&one), expected, "{on:?}");
-        }
-    }
 }

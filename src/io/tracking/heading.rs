@@ -102,28 +102,12 @@ fn split_loosely(name: &str) -> (&str, Option<Measure>) {
     }
 }
 
-/// Splits `x [mm]` into `x` and the word in brackets.
-fn bracketed(name: &str) -> Option<(&str, &str)> {
-    let (open, close) = if name.ends_with(']') { ('[', ']') } else { ('(', ')') };
-    let (bare, word) = name.strip_suffix(close)?.rsplit_once(open)?;
-    Some((bare.trim_end(), word))
-}
-
 /// Splits `x [mm]` into `x` and mm. A name without a unit is returned as it is.
 fn split(name: &str) -> (&str, Option<Measure>) {
-    let found = bracketed(name).and_then(|(bare, word)| Some((bare, Some(Measure::of(word)?))));
+    let (open, close) = if name.ends_with(']') { ('[', ']') } else { ('(', ')') };
+    let parts = name.strip_suffix(close).and_then(|rest| rest.rsplit_once(open));
+    let found = parts.and_then(|(bare, word)| Some((bare.trim_end(), Some(Measure::of(word)?))));
     found.unwrap_or((name, None))
-}
-
-/// Returns an unknown unit in brackets behind the name of a coordinate: `dm` of `x1 [dm]`.
-pub(in crate::io) fn strange_unit(name: &str) -> Option<&str> {
-    /// Maximum length of the word.
-    const MAX_LENGTH: usize = 12;
-    let (bare, word) = bracketed(name.trim())?;
-    let is_word = !word.is_empty() && word.len() <= MAX_LENGTH && word.chars().all(char::is_alphabetic);
-    let bare = bare.trim_end_matches(|c: char| c.is_ascii_digit()).to_lowercase();
-    let is_coordinate = bare.ends_with(['x', 'y']);
-    (is_word && is_coordinate && Measure::of(word).is_none()).then_some(word)
 }
 
 /// Names and units of columns.
@@ -329,44 +313,4 @@ fn further(
     let is_empty = |cell: &String| cell.is_empty() || is_word(&cell);
     (words >= MIN_NAMES && cells.iter().all(is_empty))
         .then(|| (line, cells.iter().map(|cell| unit(cell).flatten()).collect()))
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn a_unit_is_split_from_the_name() {
-        use Measure::{Angle, Length, Time};
-        for (name, bare, unit) in [
-            ("x [mm]", "x", Length(Unit::Mm)),
-            ("t [µs]", "t", Time(TimeUnit::Us)),
-            ("θ (°)", "θ", Angle(AngleUnit::Deg)),
-            ("Time (s) Run #1", "Time", Time(TimeUnit::S)),
-            ("Data Set 1:X2(m)", "X2", Length(Unit::M)),
-            ("cx_mm", "cx", Length(Unit::Mm)),
-        ] {
-            assert_eq!(split_loosely(name), (bare, Some(unit)));
-        }
-        for plain in
-            ["x_sd", "point_in", "r_s", "m_m", "_mm", "a:", "#1", "x", "A (1)", "x [", "(m", "v (m/s)"]
-        {
-            assert_eq!([split(plain), split_loosely(plain)], [(plain, None); 2]);
-        }
-        let strange = [("x1 [dm]", Some("dm")), ("Y(yd)", Some("yd")), ("x [mm]", None), ("x", None)];
-        let others = ["t [min]", "x (1)", "vx (m/s)", "x []"].map(|name| (name, None));
-        for (name, unit) in strange.into_iter().chain(others) {
-            assert_eq!(strange_unit(name), unit, "{name}");
-        }
-    }
-
-    #[test]
-    fn a_row_of_units_is_not_a_row_of_numbers() {
-        let units = |text| further(text, 1, Separator::Char(','), 3).map(|(line, _)| line);
-        assert_eq!(units("t,x,y\n\ns,m,m\n0,1,2\n"), Some(3));
-        assert_eq!(units("t,x,y\n[s],,(m)\n"), Some(2));
-        for text in ["t,x,y\n0,1,2\n", "t,x,y\n,,\n1,,\n", "t,x,y\n1,,\n", "t,x,y\ns,m,m,m,m\n", "t,x,y"] {
-            assert_eq!(units(text), None, "{text}");
-        }
-    }
 }

@@ -59,7 +59,6 @@ use crate::measurement::spin::Spin;
 use crate::measurement::track::TrackShot;
 
 pub(super) use guess::Guessed;
-pub(super) use heading::strange_unit;
 pub(super) use read::{TRACKER_PROJECT, is_tracker_project};
 pub(crate) use survey::{Survey, survey};
 
@@ -126,7 +125,6 @@ pub(crate) fn load(manifest: &Manifest, settings: &TrackSettings, problems: &Pro
         topspin_sd: settings.topspin_sd,
         from_balls: settings.from_balls,
         scale_sd: (!settings.from_balls).then(|| settings.scale_sd.unwrap_or(Tracks::SCALE_SD)),
-        states_unit: settings.unit.is_some(),
         ..Tracks::new(shots)
     }
 }
@@ -298,9 +296,7 @@ fn finish_all(
     let finish = |(raw, facts): (RawShot, Facts)| {
         let (name, file, notes) = (raw.name.clone(), raw.file.clone(), Notes::default());
         let calibration = calibrations.get(file.as_path())?;
-        let done = isolated(|| finish::shot(raw, facts, settings, calibration, &notes));
-        let defect = |panic| format!("it could not be processed ({panic}), which is a defect of caromfit");
-        let shot = done.unwrap_or_else(|panic| Err(vec![Wrong::damaged(None, defect(panic))]));
+        let shot = finish::shot(raw, facts, settings, calibration, &notes);
         Some((name, file, shot, notes))
     };
     let done: Vec<_> = work.into_par_iter().with_min_len(MIN_SHOTS_PER_CORE).filter_map(finish).collect();
@@ -325,12 +321,6 @@ fn finish_all(
         (name, format!("{}{line}: {message}", file.display()))
     });
     (shots, reasons.collect())
-}
-
-/// Does work on one shot; `Err` names the report of a panic, which no input is known to cause.
-fn isolated<T>(work: impl FnOnce() -> T) -> Result<T, String> {
-    std::panic::catch_unwind(std::panic::AssertUnwindSafe(work))
-        .map_err(|_| "a panic, which standard error reports".to_owned())
 }
 
 /// Complains about spins stated as measured without numbers or markers.

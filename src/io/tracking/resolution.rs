@@ -46,32 +46,3 @@ fn fitted(gaps: &[f64], guess: f64) -> Option<f64> {
     }
     Some(products / squares)
 }
-
-#[cfg(test)]
-mod tests {
-    use super::super::raw::Row;
-    use super::*;
-
-    #[test]
-    fn the_step_of_a_grid_is_found_whatever_it_was_scaled_by() {
-        // 3.7 mm and 1.3 mm a frame, with disturbances of a tenth of a millimetre
-        let found = |written: &dyn Fn(f64) -> f64| {
-            let mut track = RawTrack::new("a", None);
-            for i in 0..60 {
-                let t = f64::from(i);
-                let wobble = 1e-4 * (12.9898 * t).sin();
-                let place = [0.2 + 0.0037 * t + wobble, 0.5 - 0.0013 * t - wobble].map(written);
-                track.rows.push(Row::new(t, place, 1));
-            }
-            step(&[&track])
-        };
-        let decimals = |x: f64| -> f64 { format!("{x:.7}").parse().unwrap() };
-        for grid in [1e-4, 3.4e-4, 1e-3, 3e-3] {
-            let found = found(&|x| decimals((x / grid).round() * grid)).unwrap();
-            assert!((found / grid - 1.0).abs() < 1e-3, "{grid}: {found}");
-        }
-        // continuous coordinates have only their decimals; a ball at rest or never seen has no grid
-        assert!(found(&decimals).is_none_or(|step| step < 1.1e-7));
-        assert_eq!([found(&|x| x), found(&|_| 0.3), found(&|_| f64::NAN)], [None; 3]);
-    }
-}

@@ -1,10 +1,8 @@
-//! The first rows of an unknown table, and tests of the numbers in its columns.
+//! The first rows of an unknown table, and tests of its columns.
 
 use std::collections::{HashMap, HashSet};
 
 use super::heading::Heading;
-use super::raw::sorted;
-use super::words::{self, Boxed, Rest};
 use crate::io::number::value;
 use crate::io::text::{lines, trimmed};
 
@@ -12,17 +10,6 @@ use crate::io::text::{lines, trimmed};
 const MAX_ROWS: usize = 20_000;
 /// Maximum number of tracks of balls in a file.
 const MAX_TRACKS: usize = 20;
-/// Largest ratio of roughness at which a path is smoother than another one.
-const MAX_ROUGHNESS_RATIO: f64 = 0.85;
-/// Largest ratio of the change of a height to that of a coordinate along the table.
-const MAX_HEIGHT_RATIO: f64 = 0.1;
-
-/// Returns the 5th and the 95th percentile of numbers.
-fn ends(numbers: impl Iterator<Item = f64>) -> Option<[f64; 2]> {
-    let all = sorted(numbers);
-    let few = all.len() / 20;
-    Some([*all.get(few)?, *all.get(all.len().checked_sub(few + 1)?)?])
-}
 
 pub(super) struct Rows(Vec<Vec<String>>);
 
@@ -59,74 +46,6 @@ impl Rows {
             }
         }
         (least > 0.0 && least.is_finite()).then_some(least)
-    }
-
-    /// Returns the boxes with corners in these pairs of columns: two boxes from four pairs in a
-    /// row, or one from any two pairs.
-    pub(super) fn boxes(&self, pairs: &[[usize; 2]]) -> Vec<Boxed> {
-        let boxed = |corner: [usize; 2], other: [usize; 2]| {
-            let rest = Rest { columns: other, is_size: false };
-            self.is_box(corner, other).then_some(Boxed { corner, rest })
-        };
-        if let [a, b, c, d] = *pairs
-            && let (Some(one), Some(other)) = (boxed(a, b), boxed(c, d))
-        {
-            return vec![one, other];
-        }
-        let later = |i: usize| pairs[i + 1..].iter().map(move |other| (i, *other));
-        let mut all = (0..pairs.len()).flat_map(later);
-        all.find_map(|(i, other)| boxed(pairs[i], other)).into_iter().collect()
-    }
-
-    /// Returns whether columns are corners of boxes of nearly constant width and height.
-    fn is_box(&self, corner: [usize; 2], other: [usize; 2]) -> bool {
-        (0..2).all(|axis| self.is_size(|row| Some(value(&row[other[axis]])? - value(&row[corner[axis]])?)))
-    }
-
-    /// Returns whether a length is that of a side of such boxes.
-    pub(super) fn is_size(&self, length: impl Fn(&[String]) -> Option<f64>) -> bool {
-        let ends = ends(self.0.iter().filter_map(|row| length(row)));
-        ends.is_some_and(|[least, most]| least > 0.0 && most < 2.0 * least)
-    }
-
-    /// Returns whether x and y are the corner of boxes of this size instead of the middle, which
-    /// moves more smoothly since each side errs independently. `None` if the paths do not decide.
-    pub(super) fn is_corner(&self, xy: [usize; 2], size: [usize; 2], ball: Option<usize>) -> Option<bool> {
-        let mut balls: HashMap<&str, Vec<&[String]>> = HashMap::new();
-        for row in &self.0 {
-            balls.entry(ball.map_or("", |ball| row[ball].as_str())).or_default().push(row);
-        }
-        let [as_middle, as_corner] = [0.0, 0.5].map(|part: f64| -> f64 {
-            let coordinate =
-                |row: &[String], axis: usize| Some(value(&row[xy[axis]])? + part * value(&row[size[axis]])?);
-            let bends = balls.values().flat_map(|rows| rows.windows(3)).flat_map(|three| {
-                [0, 1].map(|axis| {
-                    let [a, b, c] = [0, 1, 2].map(|i| coordinate(three[i], axis));
-                    Some((a? - 2.0 * b? + c?).abs())
-                })
-            });
-            // without the impacts and jumps of the tracker
-            let bends = sorted(bends.flatten());
-            bends[..bends.len() * 9 / 10].iter().sum()
-        });
-        let [less, more] = [as_corner.min(as_middle), as_corner.max(as_middle)];
-        (more > 0.0 && less < MAX_ROUGHNESS_RATIO * more).then_some(as_corner < as_middle)
-    }
-
-    /// Replaces x and y of balls by z and x if y is the height (OptiTrack), which hardly changes.
-    pub(super) fn lay_flat(&self, names: &[String], positions: &mut [[usize; 2]]) {
-        let extent = |column: usize| {
-            let ends = ends(self.column(column).filter_map(value));
-            ends.map_or(0.0, |[low, high]| high - low)
-        };
-        let z: Option<Vec<usize>> = positions.iter().map(|[x, _]| words::beside(names, *x, "z")).collect();
-        let Some(z) = z else { return };
-        let high: f64 = positions.iter().map(|[_, y]| extent(*y)).sum();
-        let wide: f64 = z.iter().map(|z| extent(*z)).sum();
-        if high < MAX_HEIGHT_RATIO * wide {
-            // seen from above, z, x and the height are right-handed as x, y and z are
-            positions.iter_mut().zip(z).for_each(|(position, z)| *position = [z, position[0]]);
-        }
     }
 
     /// Returns whether most values of a column stand in two rows of their group.

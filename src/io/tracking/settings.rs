@@ -86,9 +86,9 @@ pub(crate) struct TracksSection {
 }
 
 impl TracksSection {
-    /// Returns the section that states these columns, if any, and this unit of times.
-    pub(super) fn of_columns(columns: Option<ColumnNames>, time_unit: Option<TimeUnit>) -> Self {
-        Self { time_unit, columns, ..Self::default() }
+    /// Returns the section that states these columns, if any.
+    pub(super) fn of_columns(columns: Option<ColumnNames>) -> Self {
+        Self { columns, ..Self::default() }
     }
 }
 

@@ -47,7 +47,7 @@ fn is_header(names: &[String], line: usize, separator: Separator) -> bool {
         return false;
     }
     let is_long = [Role::Ball, Role::Shot].into_iter().any(|role| find(&names, role).is_some())
-        || !boxes(&names).is_empty();
+        || !boxes(&names, false).is_empty();
     // other programs write both balls beside each other: X, Y, X 2, Y 2
     let is_single = begins_with_x && !["x2", "x 2", "x_2"].iter().any(|second| has(second));
     let positions = || pairs(&names).iter().filter(|(_, kind)| *kind == Kind::Position).count();

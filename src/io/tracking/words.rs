@@ -184,8 +184,9 @@ pub(super) fn size(names: &[String], x: usize) -> Option<[usize; 2]> {
     [["width", "height"], ["w", "h"]].into_iter().find_map(pair)
 }
 
-/// Returns the box, or both boxes of a wide table, of these names in small letters, if certain.
-pub(super) fn boxes(names: &[String]) -> Vec<Boxed> {
+/// Returns the box, or both boxes of a wide table, of these names in small letters, if certain: two
+/// corners are those of a box if a column names the ball of the row.
+pub(super) fn boxes(names: &[String], names_ball: bool) -> Vec<Boxed> {
     let plain: Vec<String> = names.iter().map(|name| words(name).concat()).collect();
     let find = |(sides, is_size, are_certain): ([&str; 4], bool, bool)| {
         let mut found = Vec::new();
@@ -199,82 +200,12 @@ pub(super) fn boxes(names: &[String]) -> Vec<Boxed> {
         let is_stated = |begin: &str| BOXES.iter().any(|prefix| begin.ends_with(prefix));
         // x1, y1, x2, y2 of each of two balls
         let are_two = found.len() == 2 && !is_size && found.iter().all(|(begin, _)| !begin.is_empty());
-        let is_good = are_certain || are_two || found.iter().all(|(begin, _)| is_stated(begin));
+        let is_good = are_certain
+            || are_two
+            || names_ball && !is_size
+            || found.iter().all(|(begin, _)| is_stated(begin));
         (is_good && (1..=2).contains(&found.len()))
             .then(|| found.into_iter().map(|(_, boxed)| boxed).collect::<Vec<_>>())
     };
     SIDES.into_iter().find_map(find).unwrap_or_default()
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    fn split(names: &str, by: char) -> Vec<String> {
-        names.split(by).map(str::to_string).collect()
-    }
-
-    #[test]
-    fn names_of_times_frames_shots_and_balls() {
-        let role = |name: &str| {
-            let roles = [Role::Time, Role::Frame, Role::Shot, Role::Ball, Role::PerhapsBall];
-            roles.into_iter().find(|role| find(&[name.to_string()], *role).is_some())
-        };
-        for (expected, names) in [
-            (Some(Role::Time), "t|T_s|t_ms|time_stamp|Zeit_s|TimeStamp|tid|POSITION_T"),
-            (Some(Role::Frame), "frame_idx|frame_id|Frame No|Frame #|Bildnummer|Bild Nr.|Slice n°"),
-            (Some(Role::Shot), "shot|Shot_ID|clip|run no|N° tir|Nr. Versuch|Tiro"),
-            (Some(Role::Ball), "ball|track_id|Track n°|particle|disk_id|object"),
-            (Some(Role::PerhapsBall), "id|color|label"),
-            (None, "x|trial x|mass|n|timing|framework|running||ballast"),
-        ] {
-            for name in names.split('|') {
-                assert_eq!(role(name), expected, "{name}");
-            }
-        }
-        for name in ["ang_a", "theta2", "θ", "θr", "rotation"] {
-            assert!(is_angle(name), "{name}");
-        }
-        for name in ["rote", "angular velocity", "phillip", "rotten"] {
-            assert!(!is_angle(name), "{name}");
-        }
-    }
-
-    #[test]
-    fn pairs_that_are_no_positions() {
-        for (kind_of_all, names) in [
-            (Kind::Position, "x|x2|cx|x_m|x1"),
-            (Kind::Spread, "x_sd|sigma_x|xerr"),
-            (Kind::Motion, "vx|v_x|x velocity|vx1"),
-            (Kind::Marker, "mx|rim_x|marker x1"),
-        ] {
-            let names = split(names, '|');
-            for (i, name) in names.iter().enumerate() {
-                assert_eq!(kind(&names, i, name.find('x').unwrap()), kind_of_all, "{name}");
-            }
-        }
-        // ax is an acceleration beside x only
-        assert_eq!(kind(&split("x|ax", '|'), 1, 1), Kind::Motion);
-        assert_eq!(kind(&split("ax|bx", '|'), 0, 1), Kind::Position);
-    }
-
-    #[test]
-    fn boxes_by_their_names() {
-        for (names, is_size, count) in [
-            ("t xmin ymin xmax ymax", false, 1),
-            ("t bbox_x1 bbox_y1 bbox_x2 bbox_y2", false, 1),
-            ("bb_left bb_top bb_width bb_height x y", true, 1),
-            ("t bbox_x bbox_y bbox_w bbox_h", true, 1),
-            ("t a_x1 a_y1 a_x2 a_y2 b_x1 b_y1 b_x2 b_y2", false, 2),
-            ("t A_left A_top A_w A_h B_left B_top B_w B_h", true, 2),
-            ("t x1 y1 x2 y2", false, 0),
-            ("t x y w h", false, 0),
-            ("t a_x a_y a_w a_h b_x b_y b_w b_h", false, 0),
-            ("t xmin ymin", false, 0),
-        ] {
-            let found = boxes(&split(names, ' '));
-            assert_eq!(found.len(), count, "{names}");
-            assert!(found.iter().all(|boxed| boxed.rest.is_size == is_size), "{names}");
-        }
-    }
 }
