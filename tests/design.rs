@@ -44,6 +44,11 @@ fn fitted(shots: Vec<TrackShot>, depth: Depth) -> Fit {
     options::fitted(&dataset(shots), depth)
 }
 
+/// The smallest errors of the coefficients that the frames allow.
+fn bounds(fit: &Fit) -> Vec<(Parameter, f64)> {
+    fit.diagnostics.bound.as_ref().unwrap().std_errors.clone()
+}
+
 fn designed(kinds: &[Both]) -> Design {
     design::design(&planned(kinds)).unwrap()
 }
@@ -80,12 +85,11 @@ fn predictions_are_the_bounds_of_fits_of_such_shots() {
     ] {
         let found = designed(&kinds);
         let fit = fitted(filmed(&found.expected, &kinds, 40), Depth::Everything);
-        let bound = fit.diagnostics.bound.as_ref().unwrap();
         let told = found.planned.std_errors.iter().chain(&found.planned.ratios).flatten().count();
         // the bound is of the coefficients; what the fit knows of the masses is among its estimates
         let of_masses = fit.get(Parameter::MassRatio).and_then(|ratio| ratio.std_error);
         let masses = of_masses.map(|error| (Parameter::MassRatio, error));
-        let stated: Vec<(Parameter, f64)> = bound.std_errors.iter().copied().chain(masses).collect();
+        let stated: Vec<(Parameter, f64)> = bounds(&fit).into_iter().chain(masses).collect();
         assert_eq!(told, stated.len(), "{what}");
         for (parameter, bound) in &stated {
             let predicted = expected_error(&found, *parameter);
@@ -136,10 +140,9 @@ fn predictions_hold_for_spins_that_are_found_from_the_paths() {
             shot.spin = Spin::Unknown;
         }
         let fit = fitted(shots, Depth::Estimates);
-        let bound = fit.diagnostics.bound.as_ref().unwrap();
         // what only its prior tells is no estimate
         let is_told = |(parameter, _): &&(Parameter, f64)| fit.get(*parameter).unwrap().std_error.is_some();
-        for (parameter, bound) in bound.std_errors.iter().filter(is_told) {
+        for (parameter, bound) in bounds(&fit).iter().filter(is_told) {
             variances[*parameter as usize].push(bound * bound);
         }
     }

@@ -183,48 +183,6 @@ fn robust() -> Fit {
 }
 
 #[test]
-fn c_has_its_unit_everywhere() {
-    let mut fit = normal();
-    let mut c = fit.estimates[0];
-    (c.parameter, c.value) = (Parameter::C, 1.088);
-    fit.estimates.push(c);
-    assert!(terminal::all(std::slice::from_ref(&fit)).contains("c, s/m"));
-    assert!(as_text(&fit).contains("1.0880 ± 0.0027 s/m"));
-    assert!(page(&fit).contains("1.0880 ± 0.0027 s&#x2f;m") && !page(&fit).contains("no unit"));
-    assert_eq!(parsed(&fit)["parameters"]["mu_c"]["unit"], "s/m");
-    assert_eq!(parsed(&fit)["parameters"]["mu"]["unit"], "1");
-}
-
-#[test]
-fn every_number_says_what_it_counts() {
-    let angles = normal();
-    assert_eq!(parsed(&angles)["counted"], "angles");
-    assert!(as_text(&angles).contains("χ² of the angles and speeds = 7 for 7 degrees"));
-    let velocities = synthetic("v", &[Observable::CueVelocity(Axis::X)], 10, 1);
-    assert_eq!(parsed(&velocities)["counted"], "velocities");
-    assert_eq!(parsed(&velocities)["goodness"]["counted"], "velocities");
-    assert!(page(&velocities).contains("χ² of the velocities"));
-}
-
-/// What a run that was stopped while it wrote left beside the results is removed by a later one, but not what one is writing.
-#[test]
-fn leftovers_of_stopped_runs_are_removed() {
-    let out = tempfile::tempdir().unwrap();
-    let [old, new, other] = [".caromfit-old", ".caromfit-new", ".other"].map(|name| out.path().join(name));
-    let hour_ago = std::time::SystemTime::now() - std::time::Duration::from_secs(3600);
-    for folder in [&old, &new, &other] {
-        fs::create_dir(folder).unwrap();
-        let file = fs::File::create(folder.join("fit.json")).unwrap();
-        if folder != &new {
-            file.set_modified(hour_ago).unwrap();
-        }
-        fs::File::open(folder).unwrap().set_modified(hour_ago).unwrap();
-    }
-    write(&[normal()], out.path()).unwrap();
-    assert!(!old.exists() && new.exists() && other.exists());
-}
-
-#[test]
 fn folders_of_labels_are_safe_and_differ() {
     assert_eq!(folder_name("15 °/s"), "15---s");
     assert_eq!(folder_name("plain_A-1.5"), "plain_A-1.5");

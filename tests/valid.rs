@@ -132,43 +132,6 @@ fn options_that_are_none_are_refused() {
     );
 }
 
-/// Replicates without the one shot that slides say nothing of μ: they used to count as ending at the estimate.
-#[test]
-fn replicates_that_say_nothing_of_a_parameter_are_left_out() {
-    let stun = |count, cut_deg| {
-        let usual = spec(Kind::Impacts, &[Played::Stun], count, 6);
-        made(&Spec { shots: Shots { cut_deg, ..usual.shots.clone() }, ..usual })
-    };
-    let mut dataset = stun(12, [2.0, 6.0]);
-    dataset.shots.extend(stun(1, [40.0, 41.0]).shots);
-    dataset.shots[12].name = "13".to_owned();
-    dataset.settings[Parameter::Mu].lower = 0.03;
-    let options = Options { bootstrap: 100, depth: Depth::Estimates, ..options::of_fit() };
-    let fit = fit::fit(&dataset, &options).unwrap().remove(0);
-    assert_eq!(fit.estimates[0].status, Status::Free);
-    let bootstrap = fit.diagnostics.bootstrap.unwrap();
-    // (1 − 1/13)¹³ = 0.353, scattering by 0.048
-    assert!((20..=50).contains(&bootstrap.failed), "{}", bootstrap.failed);
-}
-
-/// A note on what was left out quotes what the data tell, not where a parameter that they do not tell ended.
-#[test]
-fn notes_quote_no_parameters_that_are_not_identified() {
-    let usual = spec(Kind::Impacts, &[Played::Stun], 40, 3);
-    let mut slow = Spec { shots: Shots { speed_m_s: [0.5, 1.5], ..usual.shots.clone() }, ..usual };
-    slow.noise.velocity_m_s = 0.002;
-    let options = Options {
-        fidelity: FidelityChoice::Auto,
-        depth: Depth::Estimates,
-        loss: Some(Loss::Squares),
-        ..options::of_fit()
-    };
-    let fit = fit::fit(&made(&slow), &options).unwrap().remove(0);
-    assert_eq!(fit.estimates[Parameter::MuS as usize].status, Status::NotIdentified);
-    let note = fit.notes().into_iter().find(|note| note.contains("--fidelity contact")).unwrap();
-    assert!(!note.contains("μ_s ="), "{note}");
-}
-
 /// A film that a program made is looked at as one that was read.
 #[test]
 fn films_from_vectors_that_are_none_are_refused() {
@@ -219,15 +182,6 @@ fn names_are_read_back() {
         error.ends_with("expected one of elastic, inelastic, linear, full, ode, contact, auto"),
         "{error}"
     );
-    for name in Effects::NAMES {
-        let one: Effects = name.parse().unwrap();
-        assert!(one.list().into_iter().all(|(known, on)| on == (known == name)), "{name}");
-    }
-    let some = Effects { friction: true, cloth: true, ..Effects::NONE };
-    assert_eq!("friction, cloth".parse(), Ok(some));
-    assert_eq!(["all", "none"].map(str::parse), [Ok(Effects::ALL), Ok(Effects::NONE)]);
-    assert!("friction,".parse::<Effects>().is_err() && Effects::ALL.and(Effects::NONE) == Effects::NONE);
-    assert!("measured".parse::<Spin>().unwrap_err().to_string().contains("stun, natural-roll, unknown"));
     // as they stand in a specification
     for played in Played::ALL {
         let text = toml::to_string(&Spec {
