@@ -1,7 +1,6 @@
 //! Comparisons: differences that are there are found, and others are not.
 
 use caromfit::compare::{Compared, Options, Reason, TestKind, compare};
-use caromfit::report::compare::notes;
 
 use crate::cli::done_in;
 use crate::prelude::*;

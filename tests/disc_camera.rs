@@ -150,8 +150,7 @@ fn discs_that_slow_down_are_followed() {
 /// What is stated of the camera is taken, and not found; a scale is told by stated radii alone.
 #[test]
 fn what_is_stated_of_the_camera_of_discs_is_taken() {
-    let (mut dataset, ratios) =
-        film(90, &Filmed { show: |[x, y]| [x, 0.99 * y], ..FILMED }, None);
+    let (mut dataset, ratios) = film(90, &Filmed { show: |[x, y]| [x, 0.99 * y], ..FILMED }, None);
     let tracks = dataset.tracks.as_mut().unwrap();
     tracks.camera[Correction::Aspect as usize] = Some(Measured { value: 0.99, sd: None });
     tracks.discs.as_mut().unwrap().radii = None;

@@ -78,7 +78,9 @@ fn sorted(names: impl Iterator<Item = String>) -> Vec<String> {
 fn shots_with_other_balls_count_less_or_are_left_out() {
     let (mut shots, others) = (with(TRUTH[0], TRUTH[2], 51), with(0.09, 0.90, 51));
     let wrong = [0, 8, 16, 24, 32];
-    wrong.iter().for_each(|i| shots[*i] = others[*i].clone());
+    for i in wrong {
+        shots[i] = others[i].clone();
+    }
     let wrong = sorted(wrong.iter().map(|i| shots[*i].name.clone()));
     for loss in [Loss::Huber, Loss::Cauchy, Loss::Squares] {
         let fit = by_loss(shots.clone(), loss);
@@ -103,7 +105,8 @@ fn shots_with_other_balls_count_less_or_are_left_out() {
 fn errors_of_a_robust_loss_are_as_large_as_the_scatter() {
     let sets = count("CAROMFIT_SETS", 6) as u64;
     let film = |seed: u64| with(TRUTH[0], TRUTH[2], 5300 + seed);
-    let fits = |loss| -> Vec<Fit> { (0..sets).into_par_iter().map(|seed| by_loss(film(seed), loss)).collect() };
+    let fits =
+        |loss| -> Vec<Fit> { (0..sets).into_par_iter().map(|seed| by_loss(film(seed), loss)).collect() };
     let [huber, squares] = [Loss::Huber, Loss::Squares].map(fits);
     for parameter in Parameter::COEFFICIENTS {
         let of = |fits: &[Fit]| Pulls::of(fits, parameter, TRUTH[parameter as usize]);

@@ -27,7 +27,8 @@ fn large_footage() {
     }
     let begun = Instant::now();
     let mut fit = Command::new(env!("CARGO_BIN_EXE_caromfit"));
-    let mut child = fit.args(["fit", ".", "--out", "fits"]).current_dir(&folder).stdout(Stdio::null()).spawn().unwrap();
+    let mut child =
+        fit.args(["fit", ".", "--out", "fits"]).current_dir(&folder).stdout(Stdio::null()).spawn().unwrap();
     let mut peak = 0.0_f64;
     let status = loop {
         peak = peak.max(peak_mib(child.id()).unwrap_or(0.0));

@@ -10,7 +10,7 @@ use caromfit::report::content::{self, Block};
 use caromfit::report::fit::as_text;
 use caromfit::report::{csv, document, folder_name, group_folders, terminal, write};
 
-use fits::{empty, exact, normal, restricted, synthetic};
+use fits::{empty, exact, normal, restricted};
 
 use crate::prelude::*;
 

@@ -227,7 +227,8 @@ fn the_guide_s_python_reads_the_tables() {
         let header: Vec<&str> = text.lines().next().unwrap().split(',').collect();
         // what stands in quotation marks until the next table is read, but for how it is read
         let own = after.split("read_csv").next().unwrap().split_once(')').unwrap().1;
-        let unknown: Vec<&str> = own.split('"').skip(1).step_by(2).filter(|name| !header.contains(name)).collect();
+        let unknown: Vec<&str> =
+            own.split('"').skip(1).step_by(2).filter(|name| !header.contains(name)).collect();
         assert!(unknown.is_empty(), "{table}.csv has no {unknown:?}: {header:?}");
     }
     let has_pandas = Command::new("python3").args(["-c", "import pandas"]).output();
