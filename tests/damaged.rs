@@ -115,7 +115,8 @@ fn numbers(line: &str) -> Vec<f64> {
 
 /// Checks that both coordinates of every position stand in one line, in metres, centimetres or millimetres.
 fn assert_faithful(tracks: &Tracks, text: &str) {
-    let lines: Vec<Vec<f64>> = text.split(['\n', '\r']).map(numbers).collect();
+    // a carriage return ends a line, or is a blank in it
+    let lines: Vec<Vec<f64>> = text.split(['\n', '\r']).chain(text.split('\n')).map(numbers).collect();
     for shot in &tracks.shots {
         assert!(shot.fps > 0.0);
         for sample in shot.cue.iter().chain(&shot.object) {

@@ -120,30 +120,6 @@ fn discs_whose_rotation_nobody_saw_are_told_what_helps_and_it_does() {
 }
 
 #[test]
-fn masses_of_discs_are_those_that_are_stated_or_none() {
-    let (table, _) = film_of(23, 3, gentle);
-    let lab = Lab::new(SETTINGS, &table);
-    lab.done("fit");
-    let fit = lab.json();
-    let mass = |of: &str| fit[of]["mass_kg"].clone();
-    assert_eq!((mass("ball"), mass("object")), (0.05.into(), 0.03.into()));
-    assert_eq!(fit["object"]["radius_m"], 0.02);
-    assert!(lab.written("report.html").contains("radii 30 and 20 mm, masses 50 and 30 g"));
-    let said = lab.done("extract --no-pictures");
-    assert!(said.contains("mass ratio 0.6 (stated)") && !said.contains("± 0.0000"), "{said}");
-    assert!(column(&lab.written("discs.csv"), "mass_ratio_sd").iter().all(String::is_empty));
-    let bare = SETTINGS.replace("mass_kg = 0.050\n", "").replace("mass_kg = 0.030\n", "");
-    let lab = Lab::new(&bare, &table);
-    lab.done("fit");
-    assert!(lab.json()["ball"]["mass_kg"].is_null());
-    assert!(lab.written("report.html").contains("masses not stated"));
-    // one mass alone stands for both, which is said
-    let one = SETTINGS.replace("mass_kg = 0.030\n", "");
-    let said = Lab::new(&one, &table).done("extract --no-pictures");
-    assert!(said.contains("Both discs are taken to weigh 0.05 kg"), "{said}");
-}
-
-#[test]
 fn shots_that_cannot_be_true_are_doubtful_or_left_out() {
     let (table, _) = film_of(24, 4, gentle);
     // masses the wrong way round
