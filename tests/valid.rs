@@ -14,13 +14,6 @@ fn good() -> Dataset {
     made(&spec(Kind::Impacts, &[Played::NaturalRoll], 10, 1))
 }
 
-#[test]
-fn a_good_data_set_has_no_faults() {
-    for kind in [Kind::Impacts, Kind::Angles, Kind::Tracks] {
-        assert_eq!(made(&spec(kind, &[Played::Draw], 5, 1)).faults(), Vec::<String>::new());
-    }
-}
-
 /// A program's own measurements, without files: exact ones give the parameters that they were made with.
 #[test]
 fn a_data_set_from_vectors_is_fitted() {

@@ -244,20 +244,3 @@ fn the_outcome_is_continuous_where_sliding_sets_in() {
         }
     }
 }
-
-#[test]
-fn stiff_contacts_come_to_an_end_at_every_tolerance() {
-    /// The shaking changes the outcome by so much, over √κ and the speed.
-    const SHAKES: f64 = 0.3;
-    let velocity = cue_velocity(2.0, 3_f64.to_radians());
-    let cue = BallState { velocity, spin: Vec3::zeros() };
-    let coefficients = Coefficients { mu: 0.3, mu_s: 0.3, e: 0.94 };
-    let rigid = Model::new(Fidelity::Full, Ball::POOL).collide(&cue, &coefficients).unwrap();
-    for fidelity in [Fidelity::Ode, Fidelity::Contact] {
-        for (kappa, tolerance) in [(1e-5, 1e-12), (1e-6, 1e-6), (1e-6, 1e-4)] {
-            let model = Model { kappa, tolerance, ..compliant(fidelity, Ball::POOL) };
-            let apart = apart(&model.collide(&cue, &coefficients).unwrap(), &rigid);
-            assert!(apart < 2.0 * SHAKES * kappa.sqrt() + 30.0 * tolerance, "{kappa:e} {apart:e}");
-        }
-    }
-}
