@@ -180,5 +180,5 @@ fn damaged_files_are_refused_with_a_reason_or_read_as_they_are() {
         read += u64::from(tried.unwrap_or_else(|_| panic!("input {number}, {name}: {shown:?}")));
     }
     // the mutations are neither all fatal nor all harmless
-    assert!((count / 20..count).contains(&read), "{read}");
+    assert!((count / 50..count / 2).contains(&read), "{read}");
 }
