@@ -325,19 +325,6 @@ fn intervals_hold_with_the_camera_free() {
     }
 }
 
-/// What dataset.toml states is taken, and not found.
-#[test]
-fn what_is_stated_of_the_camera_is_taken() {
-    let film = shown(clean(7300), |x, y| [1.02 * x, 1.02 * y]);
-    let mut stated = dataset(film);
-    stated.tracks.as_mut().unwrap().camera[Correction::Scale as usize] =
-        Some(Measured { value: 1.02, sd: None });
-    let (fit, found) = fitted(stated);
-    assert!(found.corrections.iter().all(|found| found.which != Correction::Scale));
-    let (reference, _) = fitted(dataset(clean(7300)));
-    is_recovered("stated", &fit, &reference);
-}
-
 /// Frames that the camera dropped without a sign.
 #[test]
 fn dropped_frames_are_found() {
@@ -355,20 +342,4 @@ fn dropped_frames_are_found() {
     assert_eq!(found.drops, [10, 10]);
     let (reference, _) = fitted(dataset(clean(7400)));
     is_recovered("drops", &fit, &reference);
-}
-
-/// Where the camera looks askew, aspect and shear belong to it, whether these shots call for them or not: cuts to one side bend μ else.
-#[test]
-fn an_askew_camera_keeps_its_affine_part() {
-    let askew = |count: usize, by: f64| {
-        let shots: Vec<TrackShot> = clean(7190).into_iter().take(count).collect();
-        shown(shots, |x, y| [x / (1.0 + by * y), y / (1.0 + by * y)])
-    };
-    let (_, found) = fitted(dataset(askew(10, 0.2)));
-    for which in [Correction::PerspectiveY, Correction::Aspect, Correction::Shear] {
-        of(&found, which);
-    }
-    // fewer shots cannot show it, and nothing else is blamed for it
-    let fit = options::fitted(&without_ruler(askew(5, 0.1)), Depth::Everything);
-    assert!(fit.explanations.iter().all(|found| found.adopted), "{:?}", fit.explanations);
 }

@@ -45,18 +45,6 @@ fn nothing_is_named_where_nothing_is_amiss() {
     }
 }
 
-/// Masses that are stated wrongly are named with their ratio.
-#[test]
-fn a_mass_that_is_stated_wrongly_is_named() {
-    let mut dataset = footage(Played::NaturalRoll, Spin::NaturalRoll, 9150);
-    let ball = Ball { mass: dataset.ball.mass / 1.03, ..dataset.ball };
-    dataset.object = Some(ObjectBall::exact(ball));
-    let fit = fitted(dataset);
-    is_named(&fit, "mass-ratio", 1.0, TRUTH);
-    let sentence = &named(&fit).unwrap().sentence;
-    assert!(sentence.contains("where 1.03 is stated"), "{sentence}");
-}
-
 /// A frame rate that is 5 % too high hides in the noise that each film tells by itself, and moves μ_s: a score test finds it.
 #[test]
 fn a_frame_rate_that_the_noise_hides_is_named() {
@@ -106,17 +94,6 @@ fn tracks_that_were_smoothed_are_named() {
     assert!(verdict.grade != Grade::Good && verdict.sentence.contains("the tracker lags"), "{verdict:?}");
     let verdict = smoothed(&averaged);
     assert!(verdict.grade == Grade::Doubtful && verdict.sentence.contains("were smoothed"), "{verdict:?}");
-}
-
-#[test]
-fn topspin_that_is_stated_wrongly_is_named() {
-    let fit = fitted(footage(Played::AlmostRoll, Spin::NaturalRoll, 9200));
-    let found = named(&fit).unwrap();
-    assert_eq!((found.cause, fit.verdict().grade), ("cue-spin", Grade::Doubtful));
-    assert!(
-        (found.estimate - 0.9).abs() < 0.05 && found.sentence.contains("their topspin is 0.9"),
-        "{found:?}"
-    );
 }
 
 #[test]

@@ -1,6 +1,5 @@
 //! The collision solver: reference values, energy, limits, derivatives, symmetries.
 
-mod caught;
 pub mod compliant;
 
 use nalgebra::SVector;

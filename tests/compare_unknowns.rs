@@ -1,8 +1,9 @@
-//! Comparisons have what fits have: friction that falls, contacts that give way, frames.
+//! Comparisons have what fits have: friction that falls, contacts that give way, frames, cameras.
 
 use caromfit::compare::{Difference, Options};
 use caromfit::report::compare::{notes, warnings};
 
+use crate::camera::by_phone;
 use crate::compare::{Asked, is_the_fit_of_all, of};
 use crate::prelude::*;
 
@@ -119,42 +120,6 @@ fn data_sets_call_for_a_contact_that_gives_way_together() {
     assert!(gives_way && notes(&comparison).iter().any(|note| note.contains("gives way")));
 }
 
-/// Footage of shots on one of two cloths, at 500 frames/s.
-fn filmed(name: &str, mu_s: f64, mu_k: f64, seed: u64) -> Dataset {
-    let usual = spec(Kind::Tracks, &[Played::NaturalRoll], 20, seed);
-    let cloth = ClothSpec { mu_k, ..usual.cloth };
-    let camera = Camera { fps: 500.0, position_sd_m: 2e-4, ..usual.camera };
-    let truth = Truth { mu_s, ..usual.truth };
-    Dataset {
-        cloth: Some(name.to_owned()),
-        balls: Some("same".to_owned()),
-        ..made(&Spec { name: name.to_owned(), truth, camera, cloth, ..usual })
-    }
-}
-
-/// With CAROMFIT_COMPARISONS=300: tests/reference/studies.md.
-#[test]
-fn errors_of_differences_from_frames_are_true() {
-    let count = count("CAROMFIT_COMPARISONS", 4);
-    let mut pulls = [Vec::new(), Vec::new()];
-    for seed in 0..count as u64 {
-        let both = [filmed("a", 0.3, 0.2, 1000 + 2 * seed), filmed("b", 0.3, 0.2, 1001 + 2 * seed)];
-        let options = Options { ..options::of_comparison() };
-        let comparison = compare::compare(&both, &options).unwrap();
-        for (pulls, quantity) in pulls.iter_mut().zip([MU_S, Quantity::Sliding]) {
-            let Difference { value, std_error, .. } = *difference(&comparison, quantity);
-            pulls.push(value / std_error);
-        }
-    }
-    for (pulls, name) in pulls.into_iter().zip(["μ_s", "μ_k"]) {
-        let pulls: Pulls = pulls.into_iter().collect();
-        let (rms, n) = (pulls.rms(), pulls.all.len() as f64);
-        figure(format!("{name}, of {count}: rms of the difference over its error {rms:.3}"));
-        // four standard deviations of the mean of χ²
-        assert!((rms * rms - 1.0).abs() < 4.0 * (2.0 / n).sqrt(), "{name}: {rms}");
-    }
-}
-
 /// Cue balls that differ by 1 % in mass, of which no data set says anything, are no difference of the cloth.
 #[test]
 fn unequal_balls_are_no_difference_of_the_cloth() {
@@ -190,4 +155,56 @@ fn data_that_contradict_what_is_shared_are_named() {
     assert!(of(&comparison, e).same_or_different.unwrap().p_value < 1e-6);
     let apart = Options { per_dataset: vec![e], ..options::of_comparison() };
     is_right(difference(&compare::compare(&both, &apart).unwrap(), e), -0.04);
+}
+
+/// Shots on a cloth, filmed by a phone.
+fn on_cloth(name: &str, mu_s: f64, shots: usize, seed: u64) -> Dataset {
+    let usual = spec(Kind::Tracks, &[Played::NaturalRoll], shots, seed);
+    let spec = Spec { truth: Truth { mu: 0.05, mu_s, e: 0.94, ..Truth::default() }, ..usual };
+    let film = simulate::filmed(&spec).unwrap().into_iter().map(|(shot, _)| shot).collect();
+    Dataset { name: name.to_owned(), cloth: Some(name.to_owned()), ..by_phone(film) }
+}
+
+fn compared(mut datasets: Vec<Dataset>, camera: Option<&str>) -> Comparison {
+    for dataset in &mut datasets {
+        dataset.camera = camera.map(str::to_owned);
+    }
+    compare::compare(&datasets, &options::of_comparison()).unwrap()
+}
+
+/// What several films tell of their camera together: few shots on each of two cloths tell more of the balls and the cloths.
+#[test]
+fn one_camera_is_calibrated_by_all_films() {
+    let both = || vec![on_cloth("new", 0.2, 10, 41), on_cloth("worn", 0.35, 10, 42)];
+    let (apart, same) = (compared(both(), None), compared(both(), Some("phone")));
+    assert!(apart.is_filmed && same.is_filmed && same.converged);
+    let of = |comparison: &Comparison, quantity: Quantity| -> Vec<(f64, f64)> {
+        of(comparison, quantity).estimates.iter().map(|own| (own.value, own.std_error.unwrap())).collect()
+    };
+    for (i, truth) in [0.2, 0.35].into_iter().enumerate() {
+        let ((_, alone), (value, error)) = (of(&apart, MU_S)[i], of(&same, MU_S)[i]);
+        assert!((value - truth).abs() < ERRORS * error, "{value} ± {error}");
+        assert!(error < 1.02 * alone, "{error} {alone}");
+    }
+    let e = Quantity::Parameter(Parameter::E);
+    let ((_, alone), (value, error)) = (of(&apart, e)[0], of(&same, e)[0]);
+    assert!((value - 0.94).abs() < ERRORS * error && error < alone, "{value} ± {error}, alone {alone}");
+    assert!(notes(&same).iter().any(|note| note.starts_with("One camera filmed all data sets: scale")));
+    assert!(notes(&apart).iter().all(|note| !note.starts_with("One camera")));
+}
+
+#[test]
+fn films_that_differ_are_not_by_one_camera() {
+    let mut moved = on_cloth("worn", 0.35, 10, 42);
+    for shot in &mut moved.tracks.as_mut().unwrap().shots {
+        for sample in shot.cue.iter_mut().chain(&mut shot.object) {
+            (sample.x, sample.y) = (1.5 * sample.x, 1.5 * sample.y);
+        }
+    }
+    let mut datasets = vec![on_cloth("new", 0.2, 10, 41), moved];
+    for dataset in &mut datasets {
+        dataset.camera = Some("phone".to_owned());
+    }
+    let error = compare::compare(&datasets, &options::of_comparison()).unwrap_err();
+    assert!(error.to_string().contains("differ by a factor of 1."), "{error}");
 }

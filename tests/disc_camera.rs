@@ -1,108 +1,24 @@
-//! Discs calibrate their camera. Pucks and the faults of their films are made here, by formulas written apart from the crate's.
+//! Discs calibrate their camera.
 
 use std::f64::consts::TAU;
-use std::fmt::Write as _;
 
 use caromfit::fit::ExtractedDiscs;
 use caromfit::problem::Quantity;
 
-use crate::discs::{E, FPS, Motion, NOISE, RADII, SETTINGS, load, normal, part, turned};
+use crate::films::pucks::{self, E, FILMED, Filmed, RADII, SETTINGS, Show, as_it_is, load};
 use crate::prelude::*;
 
-/// Frames before and after the impact.
-const FRAMES: i32 = 80;
-const SHOTS: usize = 20;
+const SHOTS: usize = FILMED.shots;
 
 /// Standard errors by which a value may be off: one in 16 000 is by chance.
 const ERRORS: f64 = 4.0;
 
-/// Table to film, m.
-type Show = fn([f64; 2]) -> [f64; 2];
-
-fn as_it_is(place: [f64; 2]) -> [f64; 2] {
-    place
-}
-
-/// What the camera does to a film, and what is followed in it.
-#[derive(Clone, Copy)]
-struct Filmed {
-    show: Show,
-    /// By how much later what is a metre further along x and y is read, s/m.
-    shutter: [f64; 2],
-    /// Three points on the rim, or else the centre alone.
-    rim: bool,
-    shots: usize,
-    /// The friction of the contact; without one, each shot's is at random.
-    mu: Option<f64>,
-    /// What slows the discs down evenly, m/s².
-    slowing: f64,
-}
-
-const FILMED: Filmed =
-    Filmed { show: as_it_is, shutter: [0.0; 2], rim: true, shots: SHOTS, mu: None, slowing: 0.0 };
-
-/// Both discs before and after an impact, and J_t/J_n.
-fn collision(rng: &mut ChaCha8Rng, mu: Option<f64>) -> ([[Motion; 2]; 2], f64) {
-    let direction = rng.random_range(0.0..TAU);
-    let ratio = rng.random_range(-0.2..0.2);
-    let closing = rng.random_range(0.4..0.8);
-    let own = turned(direction, [rng.random_range(-0.2..0.2), rng.random_range(-0.2..0.2)]);
-    let across = rng.random_range(-0.6..0.6);
-    let towards = turned(direction, [-closing, across]);
-    let place: [f64; 2] = [rng.random_range(-0.3..0.3), rng.random_range(-0.3..0.3)];
-    let apart = turned(direction, [RADII[0] + RADII[1], 0.0]);
-    let mut disc = |place: [f64; 2], velocity: [f64; 2]| Motion {
-        place,
-        velocity,
-        angle: rng.random_range(0.0..TAU),
-        spin: rng.random_range(-4.0..4.0),
-    };
-    let first = disc(place, own);
-    let second = disc([place[0] + apart[0], place[1] + apart[1]], [own[0] + towards[0], own[1] + towards[1]]);
-    // friction stops the slip, or is as large as it can be
-    let slip = across - RADII[0] * first.spin - RADII[1] * second.spin;
-    let ratio = mu.map_or(ratio, |mu| (-slip / (3.0 * (1.0 + E) * closing)).clamp(-mu, mu));
-    (part([first, second], direction, closing, [E, ratio]), ratio)
-}
-
-/// The film as a table of frames, and J_t/J_n of its shots.
-fn film(seed: u64, filmed: Filmed) -> (Dataset, Vec<f64>) {
-    let mut rng = ChaCha8Rng::seed_from_u64(seed);
-    let mut table = String::from("shot,frame,ball,x,y\n");
-    let mut ratios = Vec::new();
-    for shot in 0..filmed.shots {
-        let (sides, ratio) = collision(&mut rng, filmed.mu);
-        let impact = (f64::from(FRAMES) + rng.random::<f64>()) / FPS;
-        let shown = |disc: usize, point: i32, t: f64| {
-            let late = t - impact;
-            let motion = sides[usize::from(late >= 0.0)][disc];
-            let (sin, cos) = (motion.angle + 2.0 * f64::from(point) + motion.spin * late).sin_cos();
-            let arm = if filmed.rim { 0.9 * RADII[disc] } else { 0.0 };
-            // faster before, slower after
-            let speed = motion.velocity[0].hypot(motion.velocity[1]);
-            let way = late - 0.5 * filmed.slowing * late * late / speed;
-            let centre = [0, 1].map(|k| motion.place[k] + motion.velocity[k] * way);
-            (filmed.show)([centre[0] + arm * cos, centre[1] + arm * sin])
-        };
-        for frame in 0..=2 * FRAMES {
-            let t = f64::from(frame) / FPS;
-            for disc in 0..2 {
-                for point in 0..if filmed.rim { 3 } else { 1 } {
-                    let mut place = shown(disc, point, t);
-                    for _ in 0..3 {
-                        let late = filmed.shutter[0] * place[0] + filmed.shutter[1] * place[1];
-                        place = shown(disc, point, t + late);
-                    }
-                    let [x, y] = place.map(|x| x + NOISE * normal(&mut rng));
-                    if rng.random::<f64>() > 0.02 {
-                        let name = ["a", "b"][disc];
-                        _ = writeln!(table, "{shot},{frame},{name}{point},{x:.7},{y:.7}");
-                    }
-                }
-            }
-        }
-        ratios.push(ratio);
-    }
+/// A film, and J_t/J_n of its shots: at random, or friction that stops the slip, or is as large as it can be.
+fn film(seed: u64, filmed: &Filmed, mu: Option<f64>) -> (Dataset, Vec<f64>) {
+    let (table, made) = pucks::film(seed, filmed, &mut |contact| {
+        let stops = -contact.slip / (3.0 * (1.0 + E) * contact.closing);
+        [E, mu.map_or(contact.chance, |mu| stops.clamp(-mu, mu))]
+    });
     let mut settings = SETTINGS.to_owned();
     if !filmed.rim {
         for disc in ["a", "b"] {
@@ -110,7 +26,7 @@ fn film(seed: u64, filmed: Filmed) -> (Dataset, Vec<f64>) {
             settings = settings.replace(&points, &format!("\"{disc}0\""));
         }
     }
-    (load(&settings, &table).unwrap(), ratios)
+    (load(&settings, &table).unwrap(), made.iter().map(|collision| collision.ratio).collect())
 }
 
 /// e and J_t/J_n of all shots are within their errors.
@@ -172,7 +88,7 @@ fn faults() -> Vec<(&'static str, Show, [f64; 2], Correction, f64)> {
 fn is_calibrated(rim: bool, wanted: &[&str]) {
     for (name, show, shutter, which, truth) in faults().into_iter().filter(|fault| wanted.contains(&fault.0))
     {
-        let (dataset, ratios) = film(71, Filmed { show, shutter, rim, ..FILMED });
+        let (dataset, ratios) = film(71, &Filmed { show, shutter, rim, ..FILMED }, None);
         let extracted = fit::extract_discs(dataset);
         let camera = extracted.camera.as_ref().unwrap();
         let found = camera.corrections.iter().find(|found| found.which == which).unwrap();
@@ -202,8 +118,7 @@ fn centres_of_discs_calibrate_the_camera() {
 fn a_clean_film_of_discs_stays_as_it_is() {
     for seed in 0..count("CAROMFIT_SETS", 3) as u64 {
         for rim in [true, false] {
-            let (dataset, ratios) =
-                film(80 + seed, Filmed { show: as_it_is, shutter: [0.0; 2], rim, ..FILMED });
+            let (dataset, ratios) = film(80 + seed, &Filmed { rim, ..FILMED }, None);
             let extracted = fit::extract_discs(dataset);
             let camera = extracted.camera.as_ref().unwrap();
             assert!(camera.converged, "{:?}", camera.sentences());
@@ -223,7 +138,7 @@ fn a_clean_film_of_discs_stays_as_it_is() {
 fn discs_that_slow_down_are_followed() {
     for slowing in [0.01, 0.05] {
         for (rim, show) in [(true, as_it_is as Show), (true, faults()[1].1), (false, as_it_is)] {
-            let (dataset, ratios) = film(95, Filmed { show, rim, slowing, ..FILMED });
+            let (dataset, ratios) = film(95, &Filmed { show, rim, slowing, ..FILMED }, None);
             let extracted = fit::extract_discs(dataset);
             is_right("slowing", &extracted, &ratios);
             let notes = &extracted.dataset.tracks.as_ref().unwrap().notes;
@@ -235,8 +150,7 @@ fn discs_that_slow_down_are_followed() {
 /// What is stated of the camera is taken, and not found; a scale is told by stated radii alone.
 #[test]
 fn what_is_stated_of_the_camera_of_discs_is_taken() {
-    let (mut dataset, ratios) =
-        film(90, Filmed { show: |[x, y]| [x, 0.99 * y], shutter: [0.0; 2], rim: true, ..FILMED });
+    let (mut dataset, ratios) = film(90, &Filmed { show: |[x, y]| [x, 0.99 * y], ..FILMED }, None);
     let tracks = dataset.tracks.as_mut().unwrap();
     tracks.camera[Correction::Aspect as usize] = Some(Measured { value: 0.99, sd: None });
     tracks.discs.as_mut().unwrap().radii = None;
@@ -265,11 +179,11 @@ fn errors_include_those_of_the_camera() {
     const MU: f64 = 0.15;
     let (shots, films) = (6, count("CAROMFIT_SETS", 3));
     for rim in [true, false] {
-        let filmed = Filmed { show: faults()[5].1, rim, shots, mu: Some(MU), ..FILMED };
+        let filmed = Filmed { show: faults()[5].1, rim, shots, ..FILMED };
         let mut pulls: Vec<(Quantity, f64)> = Vec::new();
         let mut of_fits = Vec::new();
         for seed in 0..films as u64 {
-            let (dataset, ratios) = film(1000 + seed, filmed);
+            let (dataset, ratios) = film(1000 + seed, &filmed, Some(MU));
             let extracted = fit::extract_discs(dataset.clone());
             assert_eq!(extracted.shots.len(), shots, "{:?}", extracted.dataset.left_out);
             for (track, impact) in &extracted.shots {

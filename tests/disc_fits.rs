@@ -2,7 +2,7 @@
 
 use caromfit::problem;
 
-use crate::discs::{SETTINGS, film_of_law, load};
+use crate::films::pucks::{Contact, Filmed, SETTINGS, SLIDING, film, load};
 use crate::prelude::*;
 
 /// As the program fits.
@@ -84,7 +84,7 @@ fn filmed(seed: u64, shots: usize, [mean, slope]: [f64; 2]) -> Dataset {
     let model = Model::new(Fidelity::Ode, disc).giving_way(TRUE_KAPPA);
     let mut random = ChaCha8Rng::seed_from_u64(seed);
     let mut normal = || (0..12).map(|_| random.random::<f64>()).sum::<f64>() - 6.0;
-    let mut law = |slip: f64, closing: f64| {
+    let mut law = |&Contact { slip, closing, .. }: &Contact| {
         let e = mean + SCATTER_OF_E * normal() - slope * closing;
         let spin = Vec3::new(0.0, 0.0, -slip);
         let before = BallState { velocity: Vec3::new(closing, 0.0, 0.0), spin };
@@ -92,7 +92,7 @@ fn filmed(seed: u64, shots: usize, [mean, slope]: [f64; 2]) -> Dataset {
         let after = model.collide(&before, &coefficients).unwrap().object.velocity;
         [e, after.y / after.x + SCATTER_OF_J * normal()]
     };
-    load(SETTINGS, &film_of_law(shots, seed, &mut law)).unwrap()
+    load(SETTINGS, &film(seed, &Filmed { shots, ..SLIDING }, &mut law).0).unwrap()
 }
 
 #[test]
@@ -156,25 +156,6 @@ fn an_e_that_falls_with_the_closing_speed_is_found() {
     assert!((sd / expected - 1.0).abs() < ABOUT, "{sd} {expected}");
     let [falls, constant] = [&fit, &constant].map(|fit| fit.scatter.unwrap().restitution);
     assert!(falls < constant && constant < 1.5 * falls, "{falls} {constant}");
-}
-
-/// Where pucks call for a contact that gives way, κ is fitted, and found, in comparisons as in fits.
-#[test]
-fn discs_that_are_compared_call_for_a_contact_that_gives_way() {
-    const SHOTS: usize = 20;
-    /// Standard errors: one of the two is off by more once in 180 such tests.
-    const WITHIN: f64 = 3.0;
-    let pair = [("one", 35), ("other", 36)]
-        .map(|(name, seed)| Dataset { name: name.to_owned(), ..filmed(seed, SHOTS, [TRUE_E, 0.0]) });
-    let options = compare::Options { fidelity: FidelityChoice::Auto, ..options::of_comparison() };
-    let comparison = compare::compare(&pair, &options).unwrap();
-    let gives_way = |finding: &Finding| matches!(finding, Finding::Compliance { .. });
-    assert!(comparison.findings.iter().any(gives_way), "{:?}", comparison.findings);
-    let of = |p| comparison.quantities.iter().find(|own| own.quantity == Quantity::Parameter(p)).unwrap();
-    for (parameter, truth) in [(Parameter::Kappa, TRUE_KAPPA), (Parameter::E, TRUE_E)] {
-        let found = &of(parameter).estimates[0];
-        assert!((found.value - truth).abs() < WITHIN * found.std_error.unwrap(), "{found:?}");
-    }
 }
 
 /// Of pucks that scatter alike no difference is imagined, and one that is real is found.

@@ -1,14 +1,12 @@
 //! What is said of discs that stick, whose friction no model describes, whose masses or rotation are not known, and of shots that
 //! cannot be true. Through the program, as a reader sees it.
 
-use std::fs;
-use std::path::Path;
-use std::process::{Command, Output};
-
 use caromfit::problem::{Doubt, Quantity};
-use serde_json::Value;
 
-use crate::discs::{E, SETTINGS, film_with, load, with_discs};
+use crate::cli::{done_in, refused_in};
+use crate::discs::with_discs;
+use crate::films::pucks::{E, SETTINGS, film_of, load};
+use crate::prelude::*;
 
 /// Beyond 4 standard errors is one in 16 000.
 const FAR: f64 = 4.0;
@@ -35,23 +33,19 @@ impl Lab {
         Self(folder)
     }
 
-    fn run(&self, args: &[&str]) -> Output {
-        let mut command = Command::new(env!("CARGO_BIN_EXE_caromfit"));
-        command.args(args).arg(self.0.path()).arg("--out").arg(self.0.path().join("out")).output().unwrap()
+    /// Standard output of a command that was done.
+    fn done(&self, command: &str) -> String {
+        let [said, _] = done_in(self.0.path(), &Self::arguments(command));
+        said
     }
 
-    /// Standard output of a run that was done.
-    fn done(&self, args: &[&str]) -> String {
-        let output = self.run(args);
-        assert_eq!(output.status.code(), Some(0), "{output:?}");
-        String::from_utf8(output.stdout).unwrap()
+    /// Standard error of a command that could not be done.
+    fn failed(&self, command: &str) -> String {
+        refused_in(self.0.path(), 1, &Self::arguments(command))
     }
 
-    /// Standard error of a run that could not be done.
-    fn failed(&self, args: &[&str]) -> String {
-        let output = self.run(args);
-        assert_eq!(output.status.code(), Some(1), "{output:?}");
-        String::from_utf8(output.stderr).unwrap()
+    fn arguments(command: &str) -> Vec<&str> {
+        command.split(' ').chain([".", "--out", "out"]).collect()
     }
 
     fn written(&self, file: &str) -> String {
@@ -70,38 +64,13 @@ fn column(table: &str, name: &str) -> Vec<String> {
     lines.map(|line| line.split(',').nth(place).unwrap().to_owned()).collect()
 }
 
-/// The pucks stay 64.15 mm apart; before, "e = 0.40 ± 0.03" was said of how the velcro gives way.
-#[test]
-fn discs_that_stick_together_are_said_to_stick() {
-    let table = Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/reference/pucks-velcro/two-pucks.tsv");
-    let settings = "name = \"pucks\"\nkind = \"tracks\"\nfiles = [\"pucks.csv\"]\n[ball]\nshape = \"disc\"\nmass_kg = 0.0821\n\
-                    [object]\nmass_kg = 0.0824\n[tracks]\ncue = \"v82_1g\"\nobject = \"h82_4g\"\n";
-    let lab = Lab::new(settings, &fs::read_to_string(table).unwrap());
-    let said = lab.done(&["extract"]);
-    assert!(said.contains("the discs stick together") && said.contains("to the end of the tracks"), "{said}");
-    let table = lab.written("discs.csv");
-    let number = |name: &str| column(&table, name)[0].parse::<f64>().unwrap();
-    assert_eq!(column(&table, "outcome"), ["stick"]);
-    assert!(number("e").abs() < 0.01 && number("e_sd") < 0.01, "{said}");
-    assert!((number("contact_distance_mm") - 64.15).abs() < 0.1, "{}", number("contact_distance_mm"));
-    // both move on alike along the line of centres, and with the momentum that they had
-    let along = |disc: &str| {
-        number(&format!("{disc}_vx_after")) * number("nx")
-            + number(&format!("{disc}_vy_after")) * number("ny")
-    };
-    assert!((along("cue") - along("obj")).abs() < 1e-9);
-    assert!(number("momentum_along").abs() < 0.05, "{}", number("momentum_along"));
-    let refused = lab.failed(&["fit"]);
-    assert!(refused.contains("the discs stick together"), "{refused}");
-}
-
 /// The rigid model cannot throw back: before, e was 0.06 off with "± 0.0005" beside it.
 #[test]
 fn where_the_friction_is_refuted_e_does_not_rest_on_it() {
-    let (table, _) = film_with(12, 21, thrown_back);
+    let (table, _) = film_of(21, 12, thrown_back);
     let rigid = format!("{SETTINGS}[fit]\nkappa = {{ fixed = 0 }}\n");
     let lab = Lab::new(&rigid, &table);
-    let said = lab.done(&["fit", "-v"]);
+    let said = lab.done("fit -v");
     assert!(said.contains("refute the friction") && said.contains("does not rest on it"), "{said}");
     let fit = lab.json();
     assert_eq!(fit["verdict"]["grade"], "doubtful");
@@ -109,78 +78,17 @@ fn where_the_friction_is_refuted_e_does_not_rest_on_it() {
     let (e, error) = (e.as_f64().unwrap(), error.as_f64().unwrap());
     assert!((e - E).abs() < FAR * error && error < 0.003, "{e} ± {error}");
     // the same number as in the table of extract, of every shot
-    let extracted = lab.done(&["extract", "--no-pictures"]);
+    let extracted = lab.done("extract --no-pictures");
     let of_shots: Vec<f64> =
         column(&lab.written("discs.csv"), "e").iter().map(|e| e.parse().unwrap()).collect();
     let mean = of_shots.iter().sum::<f64>() / of_shots.len() as f64;
     assert!((mean - e).abs() < FAR * error, "{mean} {e} {extracted}");
 }
 
-/// The same code serves balls: throws of 7° at 30° are beyond a contact that is stated to be rigid.
-#[test]
-fn balls_whose_throw_no_rigid_contact_gives_refute_it_alike() {
-    const RESTITUTION: f64 = 0.9;
-    let mut table = String::from(
-        "shot,nx,ny,nx_sd,ny_sd,cue_vx,cue_vy,cue_vx_sd,cue_vy_sd,cue_vx_after,cue_vy_after,cue_vx_after_sd,cue_vy_after_sd,\
-         obj_vx_after,obj_vy_after,obj_vx_after_sd,obj_vy_after_sd\n",
-    );
-    for shot in 1..=5 {
-        let speed = 1.0 + 0.2 * f64::from(shot);
-        let (vx, vy) = (speed * 30_f64.to_radians().cos(), speed * 30_f64.to_radians().sin());
-        let normal = 0.5 * (1.0 + RESTITUTION) * vx;
-        let across = normal * 7_f64.to_radians().tan();
-        let (ux, uy) = (vx - normal, vy - across);
-        table += &format!(
-            "{shot},1,0,0.0001,0.0001,{vx},{vy},0.001,0.001,{ux},{uy},0.001,0.001,{normal},{across},0.001,0.001\n"
-        );
-    }
-    let settings = "name = \"pucks\"\nkind = \"impacts\"\nfiles = [\"pucks.csv\"]\n[cue_spin]\nassume = \"stun\"\n[fit]\nkappa = { fixed = 0 }\n";
-    let lab = Lab::new(settings, &table);
-    let said = lab.done(&["fit", "-v"]);
-    assert!(said.contains("unusable") && said.contains("No collision of two equal balls"), "{said}");
-    assert!(said.contains("Measured without the model: e = 0.90000 ± "), "{said}");
-    let fit = lab.json();
-    let refuted = &fit["findings"][0];
-    assert_eq!(refuted["kind"], "refuted");
-    let measured = refuted["measured_e"]["estimate"].as_f64().unwrap();
-    assert!((measured - RESTITUTION).abs() < 1e-9, "{measured}");
-    for name in ["mu", "e"] {
-        let parameter = &fit["parameters"][name];
-        assert!(parameter["std_error"].is_null() && parameter["interval_95"].is_null(), "{parameter}");
-    }
-    assert!(refuted["std_errors_if_model_held"]["e"].as_f64().unwrap() > 0.0);
-    // wherever ± stands, it belongs to what was measured (in the plot of the residuals, to the observations)
-    let report = lab.written("report.html");
-    for text in [&said, &report] {
-        assert!(text.contains("refuted") && text.contains("measured 0."), "{text}");
-        for line in text.lines().filter(|line| line.contains('±')) {
-            assert!(
-                ["easured", "model: e = ", "±: one standard error", " sd"]
-                    .iter()
-                    .any(|part| line.contains(part)),
-                "{line}"
-            );
-        }
-    }
-    assert!(lab.written("residuals.csv").lines().skip(1).all(|line| line.ends_with(",refuted")));
-    assert!(!lab.0.path().join("out/pucks/contours.svg").exists());
-    // other programs get the number that needs no model
-    let output = Command::new(env!("CARGO_BIN_EXE_caromfit"))
-        .args(["export", "--to", "pooltool"])
-        .arg(lab.0.path().join("out/pucks"))
-        .output()
-        .unwrap();
-    let exported: Value = serde_json::from_slice(&output.stdout).unwrap();
-    assert_eq!(exported["e_b"].as_f64(), Some(measured));
-    assert!(
-        exported["u_b"].is_null() && String::from_utf8_lossy(&output.stderr).contains("refute the model")
-    );
-}
-
 #[test]
 fn discs_whose_rotation_nobody_saw_are_told_what_helps_and_it_does() {
     // only the centres: the mean of three points at 0, 120 and 240 degrees would be one, but these are at 0, 115 and 229
-    let (table, _) = film_with(6, 22, gentle);
+    let (table, _) = film_of(22, 6, gentle);
     let (dataset, extracted) = with_discs(load(SETTINGS, &table).unwrap());
     assert!(dataset.left_out.is_empty());
     let mut centres = String::from("shot,frame,ball,x,y\n");
@@ -196,7 +104,7 @@ fn discs_whose_rotation_nobody_saw_are_told_what_helps_and_it_does() {
         SETTINGS.replace("[\"a0\", \"a1\", \"a2\"]", "\"a\"").replace("[\"b0\", \"b1\", \"b2\"]", "\"b\"");
     // e needs no rotation
     let free = Lab::new(&settings, &centres);
-    free.done(&["fit"]);
+    free.done("fit");
     let said = free.json()["findings"].to_string().replace('\\', "");
     for part in ["rotation", "track points on both discs", "[cue_spin] assume = \"stun\"", "tell e alone"] {
         assert!(said.contains(part), "{part} is not in {said}");
@@ -207,46 +115,22 @@ fn discs_whose_rotation_nobody_saw_are_told_what_helps_and_it_does() {
     assert_eq!(free.json()["parameters"]["mu"]["status"], "not-identified");
     let advised = settings.replace("[video]", "[cue_spin]\nassume = \"stun\"\n[video]");
     let lab = Lab::new(&advised, &centres);
-    lab.done(&["fit"]);
+    lab.done("fit");
     assert_eq!(lab.json()["shots_used"], 6);
 }
 
 #[test]
-fn masses_of_discs_are_those_that_are_stated_or_none() {
-    let (table, _) = film_with(3, 23, gentle);
-    let lab = Lab::new(SETTINGS, &table);
-    lab.done(&["fit"]);
-    let fit = lab.json();
-    let mass = |of: &str| fit[of]["mass_kg"].clone();
-    assert_eq!((mass("ball"), mass("object")), (0.05.into(), 0.03.into()));
-    assert_eq!(fit["object"]["radius_m"], 0.02);
-    assert!(lab.written("report.html").contains("radii 30 and 20 mm, masses 50 and 30 g"));
-    let said = lab.done(&["extract", "--no-pictures"]);
-    assert!(said.contains("mass ratio 0.6 (stated)") && !said.contains("± 0.0000"), "{said}");
-    assert!(column(&lab.written("discs.csv"), "mass_ratio_sd").iter().all(String::is_empty));
-    let bare = SETTINGS.replace("mass_kg = 0.050\n", "").replace("mass_kg = 0.030\n", "");
-    let lab = Lab::new(&bare, &table);
-    lab.done(&["fit"]);
-    assert!(lab.json()["ball"]["mass_kg"].is_null());
-    assert!(lab.written("report.html").contains("masses not stated"));
-    // one mass alone stands for both, which is said
-    let one = SETTINGS.replace("mass_kg = 0.030\n", "");
-    let said = Lab::new(&one, &table).done(&["extract", "--no-pictures"]);
-    assert!(said.contains("Both discs are taken to weigh 0.05 kg"), "{said}");
-}
-
-#[test]
 fn shots_that_cannot_be_true_are_doubtful_or_left_out() {
-    let (table, _) = film_with(4, 24, gentle);
+    let (table, _) = film_of(24, 4, gentle);
     // masses the wrong way round
     let swapped =
         SETTINGS.replace("mass_kg = 0.050", "mass_kg = X").replace("mass_kg = 0.030", "mass_kg = 0.050");
     let lab = Lab::new(&swapped.replace("mass_kg = X", "mass_kg = 0.030"), &table);
-    let said = lab.done(&["extract", "--no-pictures"]);
+    let said = lab.done("extract --no-pictures");
     assert!(said.contains("doubtful: its momentum is not conserved"), "{said}");
     assert!(column(&lab.written("discs.csv"), "verdict").iter().all(|verdict| verdict == "doubtful"));
     // the fit finds the masses: 50 g over 30 g
-    let said = lab.done(&["fit"]);
+    let said = lab.done("fit");
     let (before, after) =
         said.split_once(" % heavier than the object ball, where 0.6 is stated").expect(&said);
     assert!(after.contains("weigh both") && before.contains("doubtful"), "{said}");
@@ -258,7 +142,7 @@ fn shots_that_cannot_be_true_are_doubtful_or_left_out() {
     let bare = SETTINGS.replace("radius_m = 0.030\n", "").replace("radius_m = 0.020\n", "");
     let mixed = bare.replace("\"a2\"]", "\"b2\"]").replace("\"b1\", \"b2\"]", "\"b1\", \"a2\"]");
     let lab = Lab::new(&mixed, &table);
-    let said = lab.failed(&["extract"]);
+    let said = lab.failed("extract");
     assert!(said.contains("do not move as one rigid body") && said.contains("\"b2\""), "{said}");
     // one shot in other units: its discs are not those of the others
     let larger: Vec<String> = table

@@ -76,26 +76,6 @@ fn the_example_is_what_its_spec_makes() {
     assert!(read("README.md").contains(&stated), "{stated}");
 }
 
-/// Pixels of a slow camera need no shot in particular: the balls give the unit also where paths bend between frames.
-#[test]
-fn any_shot_of_the_example_may_be_missing() {
-    /// Standard errors.
-    const FAR: f64 = 4.0;
-    let folder = root().join("src/example/balls");
-    for missing in [&["1"][..], &["5"], &["8"], &["10"], &["9", "10"]] {
-        let mut dataset = io::load(&folder).unwrap();
-        dataset.keep(|name| !missing.contains(&name));
-        let fit = options::fitted(&dataset, Depth::Estimates);
-        assert_eq!(fit.shots_used, 10 - missing.len(), "{missing:?}: {:?}", fit.shots_rejected);
-        assert!(fit.camera.as_ref().unwrap().converged, "{missing:?}");
-        let estimates = [(fit.mu(), 0.06), (fit.mu_s(), 0.25), (fit.e(), 0.95)];
-        for (estimate, truth) in estimates.map(|(estimate, truth)| (estimate.unwrap(), truth)) {
-            let off = (estimate.value - truth).abs();
-            assert!(off < FAR * estimate.std_error.unwrap(), "{missing:?}: {estimate:?}");
-        }
-    }
-}
-
 /// Each complete dataset.toml of README.md and of the guide loads with files of the kind that it names, and so do the
 /// specifications that the help shows.
 #[test]

@@ -87,17 +87,6 @@ fn estimates_are_as_far_off_the_truth_as_their_errors_say() {
     tallied("unknown rolls", ROLLS, false);
 }
 
-/// Shots of unknown spin that have none say nothing of μ_s, and so does the fit.
-#[test]
-fn stun_shots_of_unknown_spin_leave_mu_s_open() {
-    let tracks = unknown(filmed(&spec(&[Played::Stun], 15, 5000)).0);
-    let fit = fitted(&dataset(tracks), Depth::Estimates);
-    assert_eq!(fit.mu_s().unwrap().status, Status::NotIdentified);
-    assert!(fit.notes().concat().contains("do not determine μ_s"), "{:#?}", fit.notes());
-    let error = fit.mu().unwrap().std_error.unwrap();
-    assert!((fit.mu().unwrap().value - TRUTH[0]).abs() < FAR * error);
-}
-
 #[test]
 fn the_bounce_of_the_cloth_is_estimated() {
     const BOUNCE: f64 = 0.25;

@@ -24,11 +24,6 @@ fn integrated() -> impl Iterator<Item = Model> {
     tolerances.map(|tolerance| Model { tolerance, ..Model::new(Fidelity::Ode, BALL) })
 }
 
-/// Spins count as speeds of the surface.
-fn as_speed(row: usize) -> f64 {
-    if (row / 3).is_multiple_of(2) { 1.0 } else { BALL.radius }
-}
-
 const CLOSED: [Fidelity; 4] = [Fidelity::Elastic, Fidelity::Inelastic, Fidelity::Linear, Fidelity::Full];
 
 /// At speeds whose squares overflow or vanish nothing is computed.
@@ -152,76 +147,6 @@ fn outcomes_mirror_and_scale_exactly() {
                 shot.model = Model { kappa: Model::KAPPA, ..shot.model }.with_mass_ratio(1.04);
             }
             mirrors_and_scales(&format!("random {i}"), &shot, &[(4.0, 1.0)]);
-        }
-    }
-}
-
-fn full(cue: &BallState, mu: f64, mu_s: f64, e: f64) -> Outcome {
-    Model::new(Fidelity::Full, BALL).collide(cue, &Coefficients { mu, mu_s, e }).unwrap()
-}
-
-fn gap(a: &Outcome, b: &Outcome) -> f64 {
-    let difference = a.components() - b.components();
-    (0..12).map(|row| as_speed(row) * difference[row].abs()).fold(0.0, f64::max)
-}
-
-#[test]
-fn outcomes_are_continuous_across_every_switch() {
-    /// So far on either side of the switch,
-    const ASIDE: f64 = 1e-10;
-    /// times the slope of the outcome there, at most: the slip turns within v_∥0, here 0.1 m/s or more, and
-    /// ends as a power of what is left.
-    const SLOPE: f64 = 100.0;
-    let cue = |x, y, spin_y, spin_z| BallState {
-        velocity: Vec3::new(x, y, 0.0),
-        spin: Vec3::new(0.0, spin_y, spin_z),
-    };
-    // draw, stun, topspin: the cloth sets in
-    for y in [0.4, -0.4, 0.1] {
-        let [draw, stun, top] = [-ASIDE, 0.0, ASIDE].map(|s| full(&cue(1.0, y, s, 0.0), 0.06, 0.4, 0.94));
-        assert!(gap(&draw, &stun).max(gap(&stun, &top)) < SLOPE * ASIDE, "cloth at {y}");
-    }
-    // θ through ±π/2 and, with the slip along y, through 0
-    for spin in [10.0, -10.0] {
-        let [a, b, c] = [-ASIDE, 0.0, ASIDE].map(|y| full(&cue(1.0, y, spin, 0.0), 0.06, 0.3, 0.94));
-        assert!(gap(&a, &b).max(gap(&b, &c)) < SLOPE * ASIDE, "θ at {spin}");
-    }
-    // no slip at first contact
-    for (y, z) in [(ASIDE, 0.0), (0.0, ASIDE), (ASIDE, -ASIDE)] {
-        let [none, some] =
-            [0.0, 1.0].map(|s| full(&cue(1.0, 0.5 + s * y, 32.0 * s * z, -16.0), 0.06, 0.3, 0.94));
-        assert!(gap(&none, &some) < SLOPE * ASIDE, "gearing");
-        assert_eq!((none.regime, some.regime), (Regime::Stick, Regime::Stick));
-    }
-    // μ, μ_s and e from 0
-    for spin in [30.0, -30.0, 3.0] {
-        let at = |mu, mu_s, e| full(&cue(1.0, 0.2, spin, 1.0), mu, mu_s, e);
-        let from = at(0.06, 0.3, 0.94);
-        assert!(from.regime == Regime::Slide || spin == 3.0);
-        for (zero, some) in [
-            (at(0.0, 0.3, 0.94), at(ASIDE, 0.3, 0.94)),
-            (at(0.06, 0.0, 0.94), at(0.06, ASIDE, 0.94)),
-            (at(0.06, 0.3, 0.0), at(0.06, 0.3, ASIDE)),
-            (at(0.06, 0.3, 1.0), at(0.06, 0.3, 1.0 - ASIDE)),
-        ] {
-            assert!(gap(&zero, &some) < SLOPE * ASIDE, "coefficients at {spin}");
-        }
-    }
-    // stick: at the very start, in compression, in restitution, at the end, with k through each of them
-    for (y, spin) in [(0.1, 3.0), (0.1, -3.0), (0.1, 0.0), (0.0, 3.0)] {
-        let at = |x: f64| full(&cue(x, y, spin, 0.0), 0.06, 0.3, 0.94);
-        let (mut slides, mut sticks) = (1e-3, 100.0);
-        assert_eq!((at(slides).regime, at(sticks).regime), (Regime::Slide, Regime::Stick));
-        while sticks - slides > ASIDE {
-            let middle = 0.5 * (slides + sticks);
-            if at(middle).regime == Regime::Slide { slides = middle } else { sticks = middle }
-        }
-        assert!(gap(&at(slides), &at(sticks)) < SLOPE * ASIDE, "stick at {y}, {spin}");
-        // from the end of restitution to the end of compression and beyond
-        for step in 0..20_000 {
-            let x = sticks * (1.0 + f64::from(step) * 1e-4);
-            let off = gap(&at(x), &at(x * (1.0 + 1e-9)));
-            assert!(off < SLOPE * 1e-9 * x, "sticking at {x}: {off:e}");
         }
     }
 }

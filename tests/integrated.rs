@@ -98,23 +98,6 @@ fn a_ball_lifts_off_only_where_friction_beats_its_weight() {
     assert!((up(5.0) - 1.0).abs() < 0.02);
 }
 
-#[test]
-fn wrong_settings_are_refused() {
-    let cue = BallState::stun(cue_velocity(1.0, 0.3));
-    let coefficients = Coefficients { mu: 0.05, mu_s: 0.3, e: 0.94 };
-    let model = Model::new(Fidelity::Contact, Ball::POOL);
-    let falling = Law::Exponential { b: -0.1, c: 1.0 };
-    for (name, model) in [
-        ("mu_b", Model { law: falling, ..Model::new(Fidelity::Full, Ball::POOL) }),
-        ("tolerance", Model { tolerance: 0.0, ..model }),
-        ("mu_k", Model { mu_k: -1.0, ..model }),
-        ("contact_time_s", Model { contact_time: 0.0, ..model }),
-    ] {
-        let error = model.collide(&cue, &coefficients).unwrap_err();
-        assert!(matches!(error, NotACollision::OutOfRange { name: found, .. } if found == name), "{error}");
-    }
-}
-
 /// Every ordinary shot is integrated with all effects. (Stun shots hop: the balls' grip presses one of them onto the
 /// cloth and lifts the other, by turns.)
 #[test]

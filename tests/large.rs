@@ -7,24 +7,6 @@ use std::time::Duration;
 
 use crate::prelude::*;
 
-const SPEC: &str = r#"
-name = "large"
-kind = "tracks"
-seed = 3
-truth = { mu = 0.06, mu_s = 0.25, e = 0.95 }
-[shots]
-count = 100
-speed_m_s = [1.0, 4.0]
-cut_deg = [-50.0, 50.0]
-cue_spin = ["natural-roll"]
-"#;
-
-/// A fit may be this many of its standard errors off.
-const ERRORS: f64 = 5.0;
-
-/// Many shots find what the model leaves out of the errors: besides those, an estimate may be off by this.
-const SYSTEMATIC: [f64; 3] = [2e-5, 5e-4, 2e-5];
-
 /// Peak resident memory of a process in MiB, where the system tells.
 fn peak_mib(id: u32) -> Option<f64> {
     let status = fs::read_to_string(format!("/proc/{id}/status")).ok()?;
@@ -34,24 +16,19 @@ fn peak_mib(id: u32) -> Option<f64> {
 
 #[test]
 fn large_footage() {
-    let count = count("CAROMFIT_LARGE", 100);
-    let mut spec: Spec = toml::from_str(SPEC).unwrap();
-    spec.shots.count = count;
+    /// Standard errors, and what many shots find that the model leaves out of the errors.
+    const ERRORS: f64 = 5.0;
+    const SYSTEMATIC: [f64; 3] = [2e-5, 5e-4, 2e-5];
+    let shots = count("CAROMFIT_LARGE", 100);
+    let spec = Spec { name: "large".to_owned(), ..spec(Kind::Tracks, &[Played::NaturalRoll], shots, 3) };
     let folder = tempfile::tempdir().unwrap();
-    let mut bytes = 0;
     for (name, content) in simulate::generate(&spec).unwrap() {
-        bytes += content.len();
         fs::write(folder.path().join(name), content).unwrap();
     }
     let begun = Instant::now();
-    let mut child = Command::new(env!("CARGO_BIN_EXE_caromfit"))
-        .arg("fit")
-        .arg(folder.path())
-        .arg("--out")
-        .arg(folder.path().join("fits"))
-        .stdout(Stdio::null())
-        .spawn()
-        .unwrap();
+    let mut fit = Command::new(env!("CARGO_BIN_EXE_caromfit"));
+    let mut child =
+        fit.args(["fit", ".", "--out", "fits"]).current_dir(&folder).stdout(Stdio::null()).spawn().unwrap();
     let mut peak = 0.0_f64;
     let status = loop {
         peak = peak.max(peak_mib(child.id()).unwrap_or(0.0));
@@ -62,15 +39,13 @@ fn large_footage() {
     };
     let seconds = begun.elapsed().as_secs_f64();
     assert!(status.success());
-    figure(format!("{count} shots, {} MB: {seconds:.1} s, at most {peak:.0} MiB", bytes / 1_000_000));
+    figure(format!("{shots} shots: {seconds:.1} s, at most {peak:.0} MiB"));
     let json = fs::read_to_string(folder.path().join("fits/large/fit.json")).unwrap();
     let fit: Value = serde_json::from_str(&json).unwrap();
-    assert_eq!(fit["shots_used"], count);
-    for ((name, truth), systematic) in [("mu", 0.06), ("mu_s", 0.25), ("e", 0.95)].into_iter().zip(SYSTEMATIC)
-    {
-        let parameter = &fit["parameters"][name];
-        let (value, error) =
-            (parameter["estimate"].as_f64().unwrap(), parameter["std_error"].as_f64().unwrap());
+    assert_eq!(fit["shots_used"], shots);
+    for ((name, truth), systematic) in ["mu", "mu_s", "e"].into_iter().zip(TRUTH).zip(SYSTEMATIC) {
+        let of = |key: &str| fit["parameters"][name][key].as_f64().unwrap();
+        let (value, error) = (of("estimate"), of("std_error"));
         assert!((value - truth).abs() < ERRORS * error + systematic, "{name}: {value} ± {error}");
     }
 }

@@ -139,20 +139,3 @@ fn a_line_without_direction_is_no_collision() {
     let away = model.collide_on_table([-1.0, 0.0], &cue, &COEFFICIENTS);
     assert_eq!(away, Err(NotACollision::NotApproaching(-1.0)));
 }
-
-/// A rotation and back costs two roundings of each component.
-const ROTATION: f64 = 4.0 * f64::EPSILON;
-
-#[test]
-fn frames_are_inverse_and_x_is_the_line_of_centres_of_any_length() {
-    let v = Vec3::new(1.5, -2.0, 0.3);
-    for length in [1.0, 0.05] {
-        let frame = CollisionFrame::from_normal(0.6 * length, -0.8 * length).unwrap();
-        assert!((frame.to_table(frame.to_collision(v)) - v).norm() < ROTATION * v.norm());
-        assert!((frame.to_collision(v).norm() - v.norm()).abs() < ROTATION * v.norm());
-        assert!((frame.to_collision(Vec3::new(0.6, -0.8, 0.0)) - Vec3::x()).norm() < ROTATION);
-    }
-    for (nx, ny) in [(0.0, 0.0), (f64::NAN, 1.0), (1.0, f64::INFINITY)] {
-        assert!(CollisionFrame::from_normal(nx, ny).is_none());
-    }
-}

@@ -1,10 +1,8 @@
 //! The full solution as plainly as it can be written: the oracle of the fast one.
 //!
 //! The same equations (u, the fraction of v_z left; q = ∫S ds/2μβ_z; W = ∫ v_x dq) with 8 Gauss nodes in as
-//! many panels as it takes, a tanh–sinh rule for the whole slip, and Newton's method on them. Some thirty
+//! many panels as it takes, and Newton's method on them. Some thirty
 //! times slower.
-
-use std::sync::LazyLock;
 
 use crate::prelude::*;
 
@@ -15,19 +13,6 @@ const GAUSS: [(f64, f64); 4] = [
     (0.796_666_477_413_626_7, 0.222_381_034_453_374_48),
     (0.960_289_856_497_536_3, 0.101_228_536_290_376_26),
 ];
-
-/// u, −ln u and weights of the tanh–sinh rule on (0, 1) (Takahasi & Mori, Publ. RIMS 9, 721 (1974)).
-static WHOLE: LazyLock<Vec<[f64; 3]>> = LazyLock::new(|| {
-    use std::f64::consts::PI;
-    let node = |node: i32| {
-        let t = 0.0625 * f64::from(node);
-        // u = (1 + tanh(π/2 sinh t))/2
-        let u = 1.0 / (1.0 + (-PI * t.sinh()).exp());
-        let rest = 1.0 / (1.0 + (PI * t.sinh()).exp());
-        [u, -u.ln(), 0.0625 * PI * t.cosh() * u * rest]
-    };
-    (-72..=52).map(node).collect()
-});
 
 /// Newton's method converges from one side; so many steps are never taken.
 const MAX_NEWTON: usize = 100;
@@ -140,13 +125,10 @@ impl Shot {
 
     /// (∫₀¹ g du, ∫₀¹ u g du).
     fn whole(&self) -> (f64, f64) {
-        let (mut q, mut uq) = (0.0, 0.0);
-        for &[u, tau, weight] in WHOLE.iter() {
-            let g = weight * self.g(tau);
-            q += g;
-            uq += u * g;
-        }
-        (q, uq)
+        /// Nothing is left of u = exp(−τ).
+        const ALL: f64 = 60.0;
+        let end = self.advance(&Point::start(0.0), ALL);
+        (end.q, end.q - end.r)
     }
 
     /// Newton's method in u from `start`; `step(point)` is (target − value)/slope. `None` if it ends where

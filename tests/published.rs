@@ -42,12 +42,3 @@ fn deviation_of_the_cue_ball_from_the_tangent_line_eq_56() {
         }
     }
 }
-
-#[test]
-fn height_of_the_jump() {
-    // h = μ²U²/2g = 1.3 cm at U = 10 m/s, μ = 0.05
-    let g = 9.81;
-    let up = 10.0 * collide(Fidelity::Full, 0.0, true, 0.05, 1.0).cue.velocity.z;
-    let height_cm = 100.0 * up * up / (2.0 * g);
-    assert!((height_cm - 1.3).abs() < TWO_DIGITS, "{height_cm}");
-}

@@ -37,15 +37,21 @@ impl Reference {
         Self { name, model, cue, coefficients: Coefficients { mu, mu_s, e }, case, scale }
     }
 
-    /// Ordinary collisions.
-    fn ordinary() -> impl Iterator<Item = Self> {
-        read("collisions.json").into_iter().map(|case| {
+    /// Collisions of a table by speed and cut angle.
+    fn table(file: &str, model: fn(&Value, Ball) -> Model) -> impl Iterator<Item = Self> {
+        read(file).into_iter().enumerate().map(move |(i, case)| {
             let ball = Ball { radius: number(&case["radius"]), ..Ball::POOL };
-            let as_printed = case["as_printed"].as_bool().unwrap();
-            let model = Model { as_printed, ..Model::new(Fidelity::Full, ball) };
             let velocity = cue_velocity(number(&case["speed"]), number(&case["cut_deg"]).to_radians());
             let cue = BallState { velocity, spin: vector(&case["omega"]) };
-            Self::new(case["name"].as_str().unwrap().to_owned(), model, cue, case)
+            Self::new(format!("{} {i}", case["name"]), model(&case, ball), cue, case)
+        })
+    }
+
+    /// Ordinary collisions.
+    fn ordinary() -> impl Iterator<Item = Self> {
+        Self::table("collisions.json", |case, ball| {
+            let as_printed = case["as_printed"].as_bool().unwrap();
+            Model { as_printed, ..Model::new(Fidelity::Full, ball) }
         })
     }
 
@@ -65,31 +71,23 @@ impl Reference {
 
     /// Contacts that are compliant along the surface, also of balls of unequal mass.
     fn compliant() -> impl Iterator<Item = Self> {
-        read("compliant.json").into_iter().enumerate().map(|(i, case)| {
-            let of = |key: &str| number(&case[key]);
-            let ball = Ball { radius: of("radius_m"), ..Ball::POOL };
-            let model = Model { kappa: of("kappa"), tolerance: 1e-11, ..compliant(Fidelity::Ode, ball) };
-            let ratio = of("mass_ratio");
-            let model = if ratio == 1.0 { model } else { model.with_mass_ratio(ratio) };
-            let velocity = cue_velocity(of("speed_m_s"), of("cut_deg").to_radians());
-            let cue = BallState { velocity, spin: vector(&case["omega_rad_s"]) };
-            Self::new(format!("{} {i}", case["kind"]), model, cue, case)
+        Self::table("compliant.json", |case, ball| {
+            let kappa = number(&case["kappa"]);
+            let model = Model { kappa, tolerance: 1e-11, ..compliant(Fidelity::Ode, ball) };
+            let ratio = number(&case["mass_ratio"]);
+            if ratio == 1.0 { model } else { model.with_mass_ratio(ratio) }
         })
     }
 
     /// Velocities and spins of both balls after the impact, by a fidelity.
     fn outcome(&self, fidelity: Fidelity) -> [f64; 12] {
-        let case = &self.case;
-        let of = |ball: &str, quantity: &str, unit: &str| match case.get(ball) {
-            Some(state) => vector(&state[quantity]),
-            None => vector(&case[format!("{ball}_{quantity}_{unit}")]),
-        };
-        if let Some(rows) = case.get("outcome") {
-            return std::array::from_fn(|row| number(&rows[fidelity.name()][row]));
-        }
-        let [velocity, spin] = [("velocity", "m_s"), ("spin", "rad_s")];
-        let vectors = ["cue", "object"].map(|ball| [velocity, spin].map(|(what, unit)| of(ball, what, unit)));
-        std::array::from_fn(|row| vectors[row / 6][row / 3 % 2][row % 3])
+        std::array::from_fn(|row| match self.case.get("outcome") {
+            Some(outcome) => number(&outcome[fidelity.name()][row]),
+            None => {
+                let ball = &self.case[["cue", "object"][row / 6]];
+                number(&ball[["velocity", "spin"][row / 3 % 2]][row % 3])
+            }
+        })
     }
 
     /// The largest difference from the outcome by a fidelity, m/s, spins times R.

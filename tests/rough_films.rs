@@ -69,31 +69,6 @@ fn frames_that_are_exposed_over_the_impact_are_left_out() {
     assert!(is_right(&fit), "{:?}", fit.estimates);
 }
 
-/// By 1 to 3 cm/s in every shot: a search that took it to lie still went astray for a minute.
-#[test]
-fn object_balls_that_roll_are_named_at_once() {
-    let rolling = film(7702, |shot, truth| {
-        let speed = 0.01 + 0.02 * (truth.time * 1e4).fract();
-        for sample in shot.cue.iter_mut().chain(&mut shot.object) {
-            sample.x += speed * sample.t;
-        }
-    });
-    let rejected = match fit::fit(&rolling, &options::of_fit()) {
-        Err(FitError::NoUsableShot { shots_rejected, .. }) => shots_rejected,
-        Err(other) => panic!("{other}"),
-        Ok(fits) => {
-            let verdict = fits[0].verdict();
-            assert_eq!(verdict.grade, Grade::Unusable, "{}", verdict.sentence);
-            fits[0].shots_rejected.clone()
-        }
-    };
-    let told = |reason: &str| {
-        reason.contains("the object ball was moving before the impact, with 0.0")
-            && reason.contains("of 40 shots: let it come to rest first")
-    };
-    assert!(rejected.iter().filter(|shot| told(&shot.reason)).count() > 20, "{:?}", rejected.first());
-}
-
 /// Noise that is stated three times too small is what the frames show; three times too large is said.
 #[test]
 fn noise_that_is_stated_wrongly_is_not_blamed_on_the_model() {

@@ -104,24 +104,6 @@ fn domenech_without_cloth() {
 }
 
 #[test]
-fn domenech_with_cloth_ends_on_the_bound_and_says_what_that_means() {
-    let mut dataset = shipped("domenech-2023");
-    dataset.settings[Parameter::MuS] = Parameter::MuS.default_setting();
-    let fit = &fit::fit(&dataset, &options::of_fit()).unwrap()[0];
-    let (mu_s, e) = (estimate(fit, Parameter::MuS), estimate(fit, Parameter::E));
-    assert_eq!((mu_s.value, mu_s.status), (0.0, Status::AtLowerBound));
-    assert!(mu_s.std_error.is_none());
-    // the error of the masses adds to both
-    let times = e.std_error.unwrap() / e.std_error_at_bound.unwrap();
-    assert!((6.0..13.0).contains(&times), "e is {times} times less certain");
-    let all = fit.warnings().join("\n");
-    assert!(
-        all.contains("μ_s ends on its lower bound 0") && all.contains("hardly tell e from μ·μ_s"),
-        "{all}"
-    );
-}
-
-#[test]
 fn alciatore_throw_falls_with_speed() {
     let fits = fit::fit(&shipped("alciatore-2006"), &options::of_fit()).unwrap();
     for (fit, (label, mu)) in fits.iter().zip([("slow", 0.095), ("medium", 0.070), ("fast", 0.049)]) {

@@ -49,32 +49,11 @@ fn shots() -> Vec<(BallState, Coefficients)> {
 }
 
 /// Time is per pass over the shots, throughput counts collisions.
-#[divan::bench(args = Fidelity::ALL.map(Fidelity::name), max_time = SECONDS)]
-fn single(bencher: Bencher, fidelity: &str) {
-    let (model, shots) = setting(fidelity);
-    bencher.counter(ItemsCount::new(shots.len())).bench_local(|| {
-        for (cue, coefficients) in &shots {
-            let _ = black_box(model.collide(black_box(cue), coefficients));
-        }
-    });
-}
-
-#[divan::bench(args = Fidelity::ALL.map(Fidelity::name), max_time = SECONDS)]
-fn single_with_jacobian(bencher: Bencher, fidelity: &str) {
-    let (model, shots) = setting(fidelity);
-    bencher.counter(ItemsCount::new(shots.len())).bench_local(|| {
-        for (cue, coefficients) in &shots {
-            let _ = black_box(model.collide_with_jacobian(black_box(cue), coefficients));
-        }
-    });
-}
-
-/// A contact that gives way along its surface, as a fit computes it; and what it takes with all derivatives.
-#[divan::bench(args = [false, true], max_time = SECONDS)]
-fn compliant(bencher: Bencher, derivatives: bool) {
-    let effects = Effects { compliance: true, ..Fidelity::Full.effects() };
-    let (model, shots) = setting("ode");
-    let model = Model { effects, kappa: Model::KAPPA, tolerance: Model::TOLERANCE_OF_FITS, ..model };
+fn timed(bencher: Bencher, model: &Model, derivatives: bool) {
+    let mut shots = shots();
+    if model.fidelity.is_integrated() {
+        shots.truncate(INTEGRATED);
+    }
     bencher.counter(ItemsCount::new(shots.len())).bench_local(|| {
         for (cue, coefficients) in &shots {
             if derivatives {
@@ -86,11 +65,21 @@ fn compliant(bencher: Bencher, derivatives: bool) {
     });
 }
 
-fn setting(fidelity: &str) -> (Model, Vec<(BallState, Coefficients)>) {
-    let fidelity = Fidelity::ALL.into_iter().find(|f| f.name() == fidelity).expect("a name of a fidelity");
-    let mut shots = shots();
-    if matches!(fidelity, Fidelity::Ode | Fidelity::Contact) {
-        shots.truncate(INTEGRATED);
-    }
-    (Model::new(fidelity, Ball::POOL), shots)
+#[divan::bench(args = Fidelity::ALL.map(Fidelity::name), max_time = SECONDS)]
+fn single(bencher: Bencher, fidelity: &str) {
+    timed(bencher, &Model::new(fidelity.parse().unwrap(), Ball::POOL), false);
+}
+
+#[divan::bench(args = Fidelity::ALL.map(Fidelity::name), max_time = SECONDS)]
+fn single_with_jacobian(bencher: Bencher, fidelity: &str) {
+    timed(bencher, &Model::new(fidelity.parse().unwrap(), Ball::POOL), true);
+}
+
+/// A contact that gives way along its surface, as a fit computes it; and what it takes with all derivatives.
+#[divan::bench(args = [false, true], max_time = SECONDS)]
+fn compliant(bencher: Bencher, derivatives: bool) {
+    let effects = Effects { compliance: true, ..Fidelity::Full.effects() };
+    let tolerance = Model::TOLERANCE_OF_FITS;
+    let ode = Model::new(Fidelity::Ode, Ball::POOL);
+    timed(bencher, &Model { effects, kappa: Model::KAPPA, tolerance, ..ode }, derivatives);
 }

@@ -4,6 +4,7 @@
 //! At length: `CAROMFIT_FILMS=100000 cargo test --release -- --nocapture films_of_every_kind`.
 
 mod faults;
+pub mod pucks;
 
 use std::panic::{AssertUnwindSafe, catch_unwind};
 
@@ -78,7 +79,9 @@ fn films_of_every_kind_neither_panic_nor_hang() {
     let films = count("CAROMFIT_FILMS", 40);
     let first = count("CAROMFIT_FIRST_FILM", 0);
     let begun = Instant::now();
-    let seeds: Vec<u64> = (first as u64..(first + films) as u64).collect();
+    // of a film of few frames as many numbers as unknowns were left; of another a collision stuck just after compression
+    let once_failed = [25568, 64290];
+    let seeds: Vec<u64> = (first as u64..(first + films) as u64).chain(once_failed).collect();
     let of_films =
         in_threads(&seeds, |seed| vec![(seed, catch_unwind(AssertUnwindSafe(|| film(seed))).ok())]);
     let used: usize = of_films.iter().filter_map(|(_, used)| *used).sum();
@@ -88,14 +91,6 @@ fn films_of_every_kind_neither_panic_nor_hang() {
     assert!(failed.is_empty(), "films {failed:?}");
     // they are not all beyond use
     assert!(used > films / 2);
-}
-
-/// Of a film of few frames as many numbers as unknowns were left; of another a collision stuck just after compression.
-#[test]
-fn films_that_once_failed() {
-    for seed in [25568, 64290] {
-        film(seed);
-    }
 }
 
 /// 40 films of natural roll, with one fault, as they are fitted.
@@ -140,44 +135,4 @@ fn rounded_positions_are_fitted() {
             assert!(pulls.iter().all(|pull| pull.abs() < 3.5), "{what}: {pulls:?}");
         }
     }
-}
-
-/// What `check` finds suspicious is among the fit's warnings.
-#[test]
-fn a_fit_warns_of_what_check_finds_suspicious() {
-    // filmed at 240 fps, said to be filmed at 120
-    let faults = Faults { rate: -0.5, noise: 3e-4, decimals: 7, ..Faults::default() };
-    let (dataset, fit) = fitted(240.0, &faults, 1);
-    // half the rate makes a quarter of the usual 0.2
-    let rate = "The paths after the impacts show that the cloth's sliding friction is 0.05";
-    assert!(fit.warnings().iter().any(|warning| warning.starts_with(rate)), "{:#?}", fit.warnings());
-    assert!(!fit.warnings().iter().any(|warning| warning.contains("Frames 2.0")), "{:#?}", fit.warnings());
-    let suspicious: Vec<_> = check::check(&dataset).into_iter().filter(|f| f.is_suspicious()).collect();
-    assert!(!suspicious.is_empty());
-    let shots: Vec<_> = dataset.shots.iter().collect();
-    // a fit with the law of the impact finds slightly other numbers
-    let words = |text: &str| text.split(|c: char| c.is_ascii_digit()).next().unwrap_or_default().to_owned();
-    for warning in check::warnings(&suspicious, shots.len()) {
-        let is_said = fit.warnings().iter().any(|said| words(said) == words(&warning));
-        assert!(is_said, "{warning} is not in {:#?}", fit.warnings());
-    }
-    let (_, right) = fitted(240.0, &Faults { rate: 0.0, ..faults }, 1);
-    assert!(right.warnings().is_empty(), "{:#?}", right.warnings());
-}
-
-/// Wrong spins and scales change the friction of the cloth that paths show as wrong frame rates do. Film 11571: paths that hardly bend, so
-/// that it was found to be −0.000 ± 0.013.
-#[test]
-fn no_frame_rate_is_suggested_from_the_friction_of_the_cloth_alone() {
-    let said = |value: f64| {
-        let mut dataset = crate::frames::dataset(Vec::new());
-        dataset.sliding = Some(Measured { value, sd: Some(0.013) });
-        let found = check::check(&dataset).into_iter().find(|finding| finding.kind == check::Kind::Sliding);
-        found.map(|finding| finding.text).unwrap_or_default()
-    };
-    let may = "where 0.2 is usual: the spin of the cue balls (cue_spin), the scale or the times may not be as stated";
-    for (value, found) in [(0.05, "0.050 ± 0.013, "), (0.0, "0.000 ± 0.013, ")] {
-        assert!(said(value).ends_with(&format!("{found}{may}")), "{}", said(value));
-    }
-    assert_eq!(said(0.2), "");
 }
