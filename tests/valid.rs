@@ -66,9 +66,9 @@ fn what_cannot_be_fitted_is_refused_by_its_name() {
     let cases: [(Spoil, &str); 12] = [
         (&|d| d.settings[Parameter::Mu].initial = 0.7, "mu.initial is 0.7; expected 0.0 to 0.5, its bounds"),
         (&|d| d.settings[Parameter::E].upper = 1.5, "e.upper is 1.5; expected 0 to 1"),
-        (&|d| d.settings[Parameter::MuS].lower = 2.0, "mu_s.lower is 2.0, above mu_s.upper, 1.0"),
+        (&|d| d.settings[Parameter::MuS].lower = 2.0, "mu_s.lower is 2.0; expected at most mu_s.upper, 1.0"),
         (&|d| d.settings[Parameter::Mu].initial = f64::NAN, "mu.initial is NaN; expected 0 or more"),
-        (&|d| d.settings[Parameter::Mu].prior = Some(zero), "mu.prior_sd is 0.0; expected more than 0"),
+        (&|d| d.settings[Parameter::Mu].prior = Some(zero), "mu.prior_sd is 0; expected more than 0"),
         (&negative, "shot 4 ("),
         (&negative, "cue_vx_after_sd is -0.004; expected more than 0"),
         (&|d| d.shots[6].after[1].measured.value = f64::NAN, "cue_vy_after is NaN; expected a finite number"),
