@@ -102,6 +102,7 @@ pub fn descend<S: SumOfSquares>(squares: &S, at: S::Evaluation, how: Descending)
         may_relax: true,
         stalls: 0,
         last_refinement: f64::INFINITY,
+        is_blocked: false,
         converged: None,
     };
     let run = Executor::new(squares, solver).configure(|_| state).timer(false).run();
@@ -129,6 +130,8 @@ struct Marquardt {
     stalls: usize,
     /// The promise of the last step whose gain was lost in rounding.
     last_refinement: f64,
+    /// Whether the last longer step ended where there is no sum.
+    is_blocked: bool,
     /// Whether it has converged, once it has ended.
     converged: Option<bool>,
 }
@@ -152,7 +155,7 @@ impl Marquardt {
             if step.promise > 0.0 && step.promise >= self.stall && !is_over {
                 return Some(step);
             }
-            self.converged = Some(true);
+            self.converged = Some(!self.is_blocked);
             return None;
         }
         self.converged = Some(false);
@@ -198,6 +201,7 @@ impl<S: SumOfSquares> Solver<&S, Iterate<S::Evaluation>> for Marquardt {
             self.converged = (gain < -rounding).then_some(sum.is_finite());
             self.converged.is_none()
         } else {
+            self.is_blocked = !sum.is_finite();
             // a step that gains nothing may have crossed a kink: shorter ones may gain
             self.stalls = if gain > self.stall { 0 } else { self.stalls + usize::from(gain > -self.stall) };
             self.converged = (self.stalls > MAX_STALLS).then_some(true);
