@@ -174,7 +174,7 @@ fn printed_documents_are_as_the_schema_describes_them() {
     let full = accuracy["ways"].as_array().unwrap().iter().find(|way| way["fidelity"] == "full").unwrap();
     assert!(full["numerical_error"]["throw_deg"]["worst"].as_f64().unwrap() < 1e-9);
     assert_eq!(accuracy["biases"].as_array().unwrap().len(), 7);
-    assert!(synth["parameters"]["mu_c"] == serde_json::json!({"truth": 1.0, "unit": "s/m"}));
+    assert!(synth["parameters"]["mu"] == serde_json::json!({"truth": 0.06, "unit": "1"}));
     for file in synth["files"].as_array().unwrap() {
         assert!(folder.path().join("s").join(file.as_str().unwrap()).is_file(), "{file}");
     }
