@@ -64,9 +64,6 @@ fn check(root: &Value, schema: &Value, value: &Value, at: &str, wrong: &mut Vec<
     }
     for (key, inner) in value.as_object().into_iter().flatten() {
         let at = format!("{at}.{key}");
-        if let Some(names) = schema.get("propertyNames") {
-            check(root, names, &Value::from(key.as_str()), &at, wrong);
-        }
         let described = schema.get("properties").and_then(|own| own.get(key));
         match described.or(schema.get("additionalProperties").filter(|more| **more != false)) {
             Some(schema) => check(root, schema, inner, &at, wrong),

@@ -26,7 +26,6 @@ pub use camera::{FoundCamera, FoundCorrection};
 pub use diagnostics::goodness::{Goodness, Influence, NoiseVerdict, Normality};
 pub use diagnostics::identifiability::{Combination, Identifiability};
 pub use diagnostics::other_models::{Alternative, LikelihoodRatio};
-#[cfg(feature = "report")]
 pub use diagnostics::refuted::{MeasuredRestitution, Refuted};
 pub use diagnostics::trends::{Trend, Variable};
 pub use error::FitError;

@@ -1,7 +1,7 @@
 //! A [`Comparison`] → files, report, and what it found in words.
 
 use super::content::{self, Block, Report, Section, Table};
-use super::document::{self, ByName};
+use super::document;
 use super::fit::down_weighted;
 use super::plot::{forest, of_comparison};
 use super::shots::shot_list;
@@ -51,7 +51,7 @@ fn report(comparison: &Comparison) -> Report {
     });
     let shots = comparison.residuals.iter().map(|one| (comparison.shot_name(one), &one.of_shot));
     sections.extend([
-        Section::of_figure("Residuals", "", "Residuals of all, by colour", of_comparison(comparison)),
+        Section::of_figure("Residuals", "", of_comparison(comparison)),
         Section::of_rejected(rejected),
         Section::of_lines("Notes", "", notes(comparison)),
         Section::new("Shots, the largest residuals first", "", [Block::Shots(shot_list(shots))]),
@@ -151,20 +151,13 @@ fn lines(comparison: &Comparison, compared: &Compared) -> Vec<String> {
             if own.is_real() { "real" } else { "may be chance" }
         ));
     }
-    let mut reasons: ByName<Vec<&str>> = ByName::new();
-    for (label, why) in &compared.left_out {
-        reasons.entry(reason(*why, compared.quantity)).or_default().push(name(*label));
-    }
-    for (why, labels) in reasons {
-        let are = if labels.len() == 1 { "is" } else { "are each" };
-        lines.push(format!("{} {are} left out: {why}", labels.join(", ")));
-    }
+    let left_out = compared.left_out.iter();
+    lines
+        .extend(left_out.map(|(label, why)| {
+            format!("{} is left out: {}", name(*label), reason(*why, compared.quantity))
+        }));
     if lines.is_empty() {
-        let why = if comparison.is_refuted() {
-            "not compared: the data refute the model"
-        } else {
-            "nothing to compare: it is held, or only one label determines it"
-        };
+        let why = "not compared: it is held, only one label determines it, or the data refute the model";
         lines.push(why.to_owned());
     }
     lines
@@ -226,7 +219,6 @@ fn outcome(comparison: &Comparison, compared: &Compared) -> Option<String> {
                 format!("no difference in {symbol} is seen ({second} − {first} = {size})")
             }
         }
-        pairs if real == 0 => format!("no difference in {symbol} is seen in any of {} pairs", pairs.len()),
         pairs => format!("{symbol} differs in {real} of {} pairs", pairs.len()),
     })
 }

@@ -59,8 +59,8 @@ impl Section {
         Self::new(title, about, [Block::Lines(lines)])
     }
 
-    pub(super) fn of_figure(title: &str, about: &str, alt: &'static str, drawing: Figure) -> Self {
-        Self::new(title, about, [Block::figure(alt, drawing)])
+    pub(super) fn of_figure(title: &str, about: &str, drawing: Figure) -> Self {
+        Self::new(title, about, [Block::figure(title, drawing)])
     }
 
     /// Returns the section of shots that were not used, with the reasons.
@@ -87,8 +87,8 @@ pub enum Block {
 }
 
 impl Block {
-    pub(super) fn figure(alt: &'static str, drawing: Figure) -> Self {
-        Self::Figure(Picture { alt, drawing, svg: String::new(), spots: String::new() })
+    pub(super) fn figure(alt: &str, drawing: Figure) -> Self {
+        Self::Figure(Picture { alt: alt.to_owned(), drawing, svg: String::new(), spots: String::new() })
     }
 }
 
@@ -157,7 +157,7 @@ impl Table {
 #[derive(Clone, Debug, Serialize)]
 pub struct Picture {
     /// A description, in words.
-    pub alt: &'static str,
+    pub alt: String,
     #[serde(skip)]
     drawing: Figure,
     /// The picture as SVG text, once it is drawn.

@@ -28,21 +28,18 @@ pub fn content(fit: &Fit) -> Report {
         let figure = Block::figure(alt, plot::all_shots(&fit.dataset, film));
         [figure].into_iter().chain(tracks(film, &shots).map(Block::Tracks))
     });
-    let impacts = "e against the closing speed, and the friction against the slip";
-    let residuals = "Residuals against cut angle, speed and order, and their quantiles";
     let mut sections = vec![
         parameter_section(fit),
         Section::new("All shots", "", paths),
-        Section::of_figure("All impacts", "", impacts, plot::discs(fit)),
-        Section::of_figure("Residual plots", tested, residuals, plot::residuals(fit)),
+        Section::of_figure("All impacts", "", plot::discs(fit)),
+        Section::of_figure("Residual plots", tested, plot::residuals(fit)),
     ];
     let rejected = fit.shots_rejected.iter().map(|one| [one.shot.clone(), one.reason.clone()]);
     let computation = [format!("model {}", model(fit)), format!("the search stopped: {}", fit.termination)];
-    let regions = "68 % and 95 % regions of pairs of parameters";
     let folded = [
         Section::of_lines("How it was computed", "", computation.to_vec()),
         residual_tests(fit),
-        Section::of_figure("Regions of pairs of parameters", "", regions, plot::contours(fit)),
+        Section::of_figure("Regions of pairs of parameters", "", plot::contours(fit)),
         identifiability(fit),
         influence(fit),
         weights(fit),

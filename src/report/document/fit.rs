@@ -1,7 +1,7 @@
 //! fit.json: a fit for programs.
 
 use serde::{Deserialize, Serialize, Serializer};
-use serde_json::Value;
+use serde_json::{Number, Value};
 
 use super::{ByName, Made, document, finite};
 use crate::fit::{
@@ -13,7 +13,7 @@ use crate::problem::{self, Budget, Severity, Status};
 use crate::report::{reduced_chi2, unit_name, unit_of};
 
 /// Numbers that were found of a film, by their names.
-pub type FilmEntry = ByName<f64>;
+pub type FilmEntry = ByName<Number>;
 
 /// Kind of the finding that the data contradict the model.
 const REFUTED: &str = "refuted";
@@ -302,13 +302,16 @@ fn interval(ends: Option<[f64; 2]>) -> Option<[f64; 2]> {
 
 /// Returns the camera as it was fitted, and what else was found of a film.
 fn film(found: &FoundCamera) -> ByName<FilmEntry> {
-    let entry = |numbers: [(&str, f64); 2]| {
-        let known = numbers.into_iter().filter(|(_, number)| number.is_finite());
-        known.map(|(name, number)| (name.to_owned(), number)).collect::<FilmEntry>()
+    let entry = |numbers: [(&str, Option<Number>); 2]| {
+        let known = numbers.into_iter().filter_map(|(name, number)| Some((name.to_owned(), number?)));
+        known.collect::<FilmEntry>()
     };
-    let estimate = |value, std_error| entry([("estimate", value), ("std_error", std_error)]);
-    let counts =
-        |names: [&'static str; 2], counts: [usize; 2]| entry([0, 1].map(|i| (names[i], counts[i] as f64)));
+    let estimate = |value, std_error| {
+        entry([("estimate", Number::from_f64(value)), ("std_error", Number::from_f64(std_error))])
+    };
+    let counts = |names: [&'static str; 2], counts: [usize; 2]| {
+        entry([0, 1].map(|i| (names[i], Some(counts[i].into()))))
+    };
     let others = [
         ("noise_correlation", found.noise_correlation.map(|value| estimate(value, f64::NAN))),
         ("resolution_m", Some(estimate(0.0, f64::NAN))),
