@@ -59,7 +59,9 @@ impl Fit {
 
     /// Returns everything that lets doubt the fit, the most harmful first.
     pub(super) fn doubts(&self) -> Vec<Remark> {
-        let mut all = Vec::new();
+        // wrong footage is what conflicts of stated quantities come from
+        let mut all: Vec<Remark> =
+            self.wrong_footage().map(doubtful("suspicious-footage")).into_iter().collect();
         for finding in self.solution.findings.iter().filter(|finding| finding.severity() > Severity::Note) {
             all.extend(film_words::remark(finding, self.frames.as_ref()));
         }
@@ -69,7 +71,6 @@ impl Fit {
         let suspicious = check::warnings(&self.diagnostics.suspicious, self.shots_used);
         all.extend(suspicious.into_iter().map(warning("suspicious-shot")));
         all.extend(self.not_used());
-        all.extend(self.wrong_footage().map(doubtful("suspicious-footage")));
         all.extend(self.unexplained());
         all.extend(self.refuted_contact().map(doubtful("refuted-contact")));
         all.extend(self.refuted_friction().map(doubtful("refuted-friction")));
