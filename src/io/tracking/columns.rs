@@ -62,14 +62,9 @@ fn note(heading: &Heading, wanted: &ColumnNames, read: &[usize], time: Option<(u
     let more = if more > 0 { format!(" and {more} more") } else { String::new() };
     let listed = quoted(passed.into_iter().take(MAX_NAMED));
     let passed = if listed.is_empty() { listed } else { format!("; columns passed over: {listed}{more}") };
-    let place = if wanted.is_numbered() {
-        format!("by number, rows from line {} on", heading.above + 1)
-    } else {
-        format!("names in line {}", heading.line)
-    };
-    let shape = if wanted.has("cue_x") { "a row per frame" } else { "a row per ball and frame" };
-    let separator = heading.separator.name();
-    let message = format!("read by [tracks.columns], {separator} between cells, {place}, {shape}{passed}");
+    let (separator, first) = (heading.separator.name(), heading.above + 1);
+    let message =
+        format!("read by [tracks.columns], {separator} between cells, rows from line {first} on{passed}");
     input.log.add(FORMAT, None, message);
 }
 
