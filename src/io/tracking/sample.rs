@@ -6,7 +6,7 @@ use super::heading::Heading;
 use super::input::Input;
 use super::time::first_contradiction;
 use crate::io::number::value;
-use crate::io::text::{lines, trimmed};
+use crate::io::text::{filled_lines, lines, trimmed};
 
 /// Maximum number of rows examined.
 const MAX_ROWS: usize = 20_000;
@@ -73,7 +73,8 @@ impl Rows {
             frames[row] - frames[0],
             seconds[row] - seconds[0],
         );
-        input.wrong(heading.line, time, message);
+        let mut below = filled_lines(input.text).filter(|(line, _)| *line > heading.above);
+        input.wrong(below.nth(row).map(|(line, _)| line), time, message);
     }
 
     pub(super) fn is_empty(&self, column: usize) -> bool {
