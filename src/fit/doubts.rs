@@ -9,7 +9,7 @@ use crate::measurement::dataset::ON_REQUEST;
 use crate::measurement::number::{count_of, plain, with_error};
 use crate::measurement::observable::Observable;
 use crate::measurement::parameter::Parameter;
-use crate::problem::Severity;
+use crate::problem::{Finding, Severity};
 
 /// Part of all shots: with fewer used, those that were left out may be the rule.
 const FEW_USED: f64 = 0.6;
@@ -59,12 +59,14 @@ impl Fit {
 
     /// Returns everything that lets doubt the fit, the most harmful first.
     pub(super) fn doubts(&self) -> Vec<Remark> {
-        // wrong footage is what conflicts of stated quantities come from
-        let mut all: Vec<Remark> =
-            self.wrong_footage().map(doubtful("suspicious-footage")).into_iter().collect();
-        for finding in self.solution.findings.iter().filter(|finding| finding.severity() > Severity::Note) {
-            all.extend(film_words::remark(finding, self.frames.as_ref()));
-        }
+        let findings = self.solution.findings.iter().filter(|finding| finding.severity() > Severity::Note);
+        // conflicts with what is stated may come from wrong footage
+        let (conflicts, others): (Vec<&Finding>, Vec<&Finding>) =
+            findings.partition(|finding| matches!(finding, Finding::Conflict { .. }));
+        let remark = |finding| film_words::remark(finding, self.frames.as_ref());
+        let mut all: Vec<Remark> = others.into_iter().filter_map(remark).collect();
+        all.extend(self.wrong_footage().map(doubtful("suspicious-footage")));
+        all.extend(conflicts.into_iter().filter_map(remark));
         all.extend(self.refuted_model().map(unusable("refuted")));
         all.extend(self.unfinished().map(unusable("not-converged")));
         all.extend(self.nothing_determined().map(unusable("undetermined")));

@@ -7,8 +7,9 @@ use super::draft_scale::suggest_y_axis;
 use super::draft_text::{Draft, NUMBER, TEXT};
 use super::text::decode;
 
-/// Maximum number of lines of a header that are shown, and of characters of each and of a cell.
+/// Maximum number of lines of a header and of cells that are shown, and of characters of each.
 const MOST_HEADERS: usize = 6;
+const MOST_CELLS: usize = 30;
 const LONGEST_LINE: usize = 160;
 const LONGEST_CELL: usize = 40;
 
@@ -47,8 +48,9 @@ pub(super) fn describe(file: &Path, names: &[String], draft: &mut Draft) {
     if let Some(row) = row.map(|row| lines[row]) {
         let separator = [';', '\t', ','].into_iter().find(|c| row.contains(*c)).unwrap_or(' ');
         let cells = row.split(separator).filter(|cell| separator != ' ' || !cell.is_empty());
-        let numbered =
-            (1..).zip(cells).map(|(i, cell): (usize, &str)| format!("{i}: {}", cut(cell, LONGEST_CELL)));
+        let numbered = (1..)
+            .zip(cells.take(MOST_CELLS))
+            .map(|(i, cell): (usize, &str)| format!("{i}: {}", cut(cell, LONGEST_CELL)));
         let numbered = numbered.collect::<Vec<_>>().join("  ");
         draft.line(format!("# The first row of numbers, with the number of each column:\n#   {numbered}"));
     }

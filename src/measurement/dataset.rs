@@ -22,7 +22,7 @@ pub struct Dataset {
     pub name: String,
     /// The file that the data set was read from; empty for one that a program made.
     pub path: PathBuf,
-    /// Which cloth it was measured on; comparisons distinguish data sets by it.
+    /// The cloth it was measured on; comparisons distinguish data sets by it.
     pub cloth: Option<String>,
     /// Which balls were played; in a comparison data sets of the same label have one ratio of the
     /// masses and one of the radii.
@@ -47,11 +47,9 @@ pub struct Dataset {
     pub shots: Vec<Shot>,
     /// Name and reason of each shot that was left out from the start.
     pub left_out: Vec<(String, String)>,
-    /// The cloth's sliding friction μ_k, dimensionless, if the shots were extracted from tracks,
-    /// all with the same one.
+    /// The cloth's sliding friction μ_k with which shots were extracted from tracks.
     pub sliding: Option<Measured>,
-    /// The cloth's rolling resistance μ_r, dimensionless, if the shots were extracted from
-    /// tracks, all with the same one.
+    /// The cloth's rolling resistance μ_r with which shots were extracted from tracks.
     pub rolling: Option<Measured>,
     /// The standard deviation of a side spin that was not seen, as Rω_z/U, in shots that are stated
     /// as stun or natural roll (`[cue_spin] side_sd`); 0 if there is none.
@@ -152,9 +150,6 @@ pub struct Shot {
     pub spin: Spin,
     /// The observables measured after the impact, at least one.
     pub after: Vec<Measurement>,
-    /// The standard deviation of side spin that was not seen, rad/s (that of the data set is over
-    /// U/R); 0 without one.
-    pub side_sd: f64,
 }
 
 impl Shot {
@@ -162,7 +157,7 @@ impl Shot {
     #[must_use]
     pub fn new(name: impl Into<String>, before: Before, spin: Spin, after: Vec<Measurement>) -> Self {
         let (file, labels) = (PathBuf::new(), BTreeMap::new());
-        Self { name: name.into(), file, line: 0, labels, before, spin, after, side_sd: 0.0 }
+        Self { name: name.into(), file, line: 0, labels, before, spin, after }
     }
 
     /// A measured impact in the table's frame: the line of centres from the cue ball to the object
@@ -217,7 +212,6 @@ impl Shot {
         let spin = Vec3::new(-velocity[1], velocity[0], 0.0) * (rolls / radius);
         let side = sd * velocity[0].hypot(velocity[1]) / radius;
         self.spin = Spin::Measured { spin, sd: [None, None, Some(side)] };
-        self.side_sd = side;
         true
     }
 }

@@ -88,12 +88,6 @@ pub enum Axis {
 impl Axis {
     /// The three axes in this order.
     pub const ALL: [Self; 3] = [Self::X, Self::Y, Self::Z];
-
-    /// Returns the place of the axis in a vector: 0, 1 or 2.
-    #[must_use]
-    pub fn index(self) -> usize {
-        self as usize
-    }
 }
 
 /// Each observable with its column, label and unit: those of angles, of discs and of impacts.

@@ -48,10 +48,8 @@ impl TrackShot {
         self.position_sd.is_some() || self.cue.iter().chain(&self.object).all(|sample| sample.sd.is_some())
     }
 
-    /// A film of two balls that a program tracked at `fps` frames per second: the positions of the
-    /// centres of the cue ball and of the object ball, each in the order of time, before, through
-    /// and after the hit. Their errors and the grid to which they were rounded are found from the
-    /// frames; the fields can state them.
+    /// Returns a film at `fps` frames per second: the positions of the centres of cue ball and object
+    /// ball in the order of time, before, through and after the hit. Their errors are found from the frames.
     ///
     /// ```
     /// use caromfit::measurement::dataset::Dataset;

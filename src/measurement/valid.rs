@@ -52,9 +52,6 @@ impl Dataset {
                 "by is \"{by}\", but no shot has such a label; expected the name of a label column"
             ));
         }
-        for (name, measured) in [("the cloth's μ_k", self.sliding), ("the cloth's μ_r", self.rolling)] {
-            faults.extend(measured.iter().flat_map(|measured| faults_of(name, measured)));
-        }
         faults.extend(self.shots.iter().flat_map(faults_of_shot));
         faults.extend(self.tracks.iter().flat_map(|tracks| &tracks.shots).flat_map(faults_of_film));
         // footage has its names twice once its impacts have been extracted

@@ -7,7 +7,6 @@ use super::layout::{Body, Layout, Name};
 use super::long;
 use super::raw::{CLOCK, FORMAT};
 use super::sample::Rows;
-use super::time::first_contradiction;
 use super::units::TimeUnit;
 use super::words::{Role, find};
 use crate::io::error::did_you_mean;
@@ -62,14 +61,9 @@ fn note(heading: &Heading, wanted: &ColumnNames, read: &[usize], time: Option<(u
     let more = if more > 0 { format!(" and {more} more") } else { String::new() };
     let listed = quoted(passed.into_iter().take(MAX_NAMED));
     let passed = if listed.is_empty() { listed } else { format!("; columns passed over: {listed}{more}") };
-    let place = if wanted.is_numbered() {
-        format!("by number, rows from line {} on", heading.above + 1)
-    } else {
-        format!("names in line {}", heading.line)
-    };
-    let shape = if wanted.has("cue_x") { "a row per frame" } else { "a row per ball and frame" };
-    let separator = heading.separator.name();
-    let message = format!("read by [tracks.columns], {separator} between cells, {place}, {shape}{passed}");
+    let (separator, first) = (heading.separator.name(), heading.above + 1);
+    let message =
+        format!("read by [tracks.columns], {separator} between cells, rows from line {first} on{passed}");
     input.log.add(FORMAT, None, message);
 }
 
@@ -90,19 +84,8 @@ fn unnamed_time(
     if let (Some(frame), Some(time), Some(rate)) =
         (frame, time, input.settings.playback_fps.or(input.settings.capture_fps))
         && heading.time(time, input) == TimeUnit::S
-        && let (Some(frames), Some(seconds)) = (rows.numbers(frame), rows.numbers(time))
-        && let Some(row) = first_contradiction(&frames, &seconds, rate)
     {
-        let [frame_name, time_name] = [frame, time].map(|column| heading.names[column].as_str());
-        let message = format!(
-            "{frame_name} and {time_name} contradict each other at {rate} fps: from the first row to the one with {frame_name} {} there \
-             are {} frames, but {} s; expected frame = \"{frame_name}\" or t = \"{time_name}\" in [tracks.columns], or another \
-             capture_fps",
-            frames[row],
-            frames[row] - frames[0],
-            seconds[row] - seconds[0],
-        );
-        input.wrong(heading.line, frame_name, message);
+        rows.check_clock(heading, [frame, time], rate, input);
     }
     let frame = frame.filter(|_| input.is_by_frame() || time.is_none());
     let column = frame.or(time)?;

@@ -10,7 +10,6 @@ use super::repair::{self, Wrong};
 use super::settings::{NAMED, Names, TrackSettings};
 use super::units::Unit;
 use super::{resolution, time};
-use crate::film::frame_noise::noise;
 use crate::film::rigid_body::circle_centres;
 use crate::io::number::shortened;
 use crate::measurement::spin::Spin;
@@ -179,26 +178,11 @@ fn of_balls(
         resolution,
         correlation: 0.0,
     };
-    if !settings.discs && is_held(&shot) {
-        let message = "the object ball is at exactly one place before it moves, though other positions scatter: how that place was found \
-                       is not known, and its frames count as many as the square root of their number";
-        log.add(FORMAT, None, message);
-    }
     let is_finite = |s: &mut Sample| [s.t, s.x, s.y].iter().all(|number| number.is_finite());
     if shot.samples_mut().all(is_finite) {
         return Ok(shot);
     }
     Err(Wrong::input(shot.line, "a position or time is too large to be converted"))
-}
-
-/// Returns whether a program holds the object ball at rest in place: several positions are exactly
-/// equal although the noise exceeds the step of the coordinates.
-fn is_held(shot: &TrackShot) -> bool {
-    /// Number of equal positions that noise of one step gives in one of 100 000 shots.
-    const MIN_EQUAL: usize = 6;
-    let is_same = |two: &&[Sample]| [two[0].x, two[0].y] == [two[1].x, two[1].y];
-    let held = 1 + shot.object.windows(2).take_while(is_same).count();
-    held >= MIN_EQUAL && noise(shot) > shot.resolution[0].max(shot.resolution[1])
 }
 
 /// Removes the tracks that a key of [`NAMED`] names from the list, and the points on them.

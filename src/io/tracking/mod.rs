@@ -170,24 +170,20 @@ fn is_same_file(a: &Path, b: &Path) -> bool {
 fn calibration_for(format: Format, stated: Option<Unit>, file: &Path, context: Context) -> Calibration {
     let Context { settings, problems, notes } = context;
     let log = notes.of(file);
-    let (who, always) = match format {
-        Format::Qualisys => ("is an export of Qualisys, which is", "as always in this format"),
-        _ => ("says that its positions are", "as the file says"),
-    };
     match (settings.unit, stated) {
         (None, Some(unit)) => match unit.metres() {
             Some(metres) => {
-                log.add(raw::FORMAT, None, format!("lengths are in {}, {always}", unit.name()));
+                log.add(raw::FORMAT, None, format!("lengths are in {}, as the file says", unit.name()));
                 return settings.calibration.in_unit(metres);
             }
             None => {
-                let message = format!("{who} in pixels; expected [scale] length_unit = \"px\"");
+                let message = "its positions are in pixels; expected [scale] length_unit = \"px\"";
                 problems.add(file, None, None, message);
             }
         },
         (Some(given), Some(unit)) if given != unit => {
             let message = format!(
-                "{who} in {0}, but [scale] length_unit is \"{1}\"; expected [scale] length_unit = \"{0}\" or none",
+                "its positions are in {0}, but [scale] length_unit is \"{1}\"; expected [scale] length_unit = \"{0}\" or none",
                 unit.name(),
                 given.name()
             );

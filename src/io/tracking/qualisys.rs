@@ -7,7 +7,6 @@ use super::input::{Input, quoted};
 use super::layout::{Body, Layout};
 use super::raw::{Clock, FORMAT, GAPS, RawShot};
 use super::sample::Rows;
-use super::time::first_contradiction;
 use super::units::Unit;
 use crate::io::number::{parse, value};
 use crate::io::text::{Separator, filled_lines, lines, trimmed};
@@ -104,7 +103,7 @@ pub(super) fn finish(shots: &mut [RawShot], layout: &Layout, input: &Input) {
     let column = |name: &str| layout.heading.position(name);
     let (frame, time) = (column("Frame"), column("Time"));
     if let (Some(frame), Some(time)) = (frame, time) {
-        check_clock(&layout.heading, [frame, time], fps, input);
+        Rows::of(input.text, &layout.heading).check_clock(&layout.heading, [frame, time], fps, input);
     }
     let stated = Head::of(input.text).number("NO_OF_FRAMES", input).ok().flatten();
     for shot in shots {
@@ -126,21 +125,4 @@ pub(super) fn finish(shots: &mut [RawShot], layout: &Layout, input: &Input) {
             input.log.add(GAPS, line, format!("says {frames} frames, but there are {rows} rows"));
         }
     }
-}
-
-/// Complains if the columns Frame and Time contradict each other at the stated rate.
-fn check_clock(heading: &Heading, columns: [usize; 2], fps: f64, input: &Input) {
-    let rows = Rows::of(input.text, heading);
-    let [Some(frames), Some(seconds)] = columns.map(|column| rows.numbers(column)) else { return };
-    let Some(row) = first_contradiction(&frames, &seconds, fps) else { return };
-    let after = frames[row] - frames[0];
-    let message = format!(
-        "Time is {} s, {} s after the first row, but Frame {} is {after} frames after it, {:.6} s at FREQUENCY {fps}; expected times \
-         and frames that agree",
-        seconds[row],
-        seconds[row] - seconds[0],
-        frames[row],
-        after / fps
-    );
-    input.wrong(heading.above + 1 + row, "Time", message);
 }

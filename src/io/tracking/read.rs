@@ -108,23 +108,18 @@ fn complain_of_format(input: &Input) {
     };
     let expected = match format {
         Format::Auto => {
-            "expected a long table (shot,frame,ball,x,y), an export of Tracker, Kinovea or Qualisys, JSON (an array of shots with balls with samples), or a section \
+            "a long table (shot,frame,ball,x,y), an export of Tracker, Kinovea or Qualisys, JSON (an array of shots with balls with samples), or a section \
              [tracks.columns] in dataset.toml that says which column is what"
+                .to_owned()
         }
-        Format::Long => "expected the header of a long table, such as shot,frame,ball,x,y",
-        Format::Tracker => {
-            "expected an export of Tracker: a line of columns with t, x and y below the track's name"
-        }
-        Format::Kinovea => "expected an export of Kinovea, text or CSV",
-        Format::Qualisys => "expected an export of Qualisys, which begins with NO_OF_FRAMES or FILE_VERSION",
-        Format::Json => "expected JSON: an array of shots, each with balls, each with samples",
-        Format::Columns => "expected the columns that [tracks.columns] names",
+        _ => format!("{}, as [tracks] format states", format.name()),
     };
     let lacking = Some(text).filter(|_| matches!(format, Format::Auto | Format::Long)).and_then(lacking);
     let lacking = lacking.map_or(String::new(), |(line, missing)| {
         format!(", and what may be the names of columns, in line {line}, are without {missing}")
     });
-    let message = format!("no format begins like this, \"{}\"{lacking}; {expected}", shortened(first.trim()));
+    let message =
+        format!("no format begins like this, \"{}\"{lacking}; expected {expected}", shortened(first.trim()));
     input.wrong(line, None, message);
 }
 

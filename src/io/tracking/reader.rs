@@ -328,14 +328,8 @@ impl Reader<'_> {
         let Input { file, problems, log, .. } = *self.input;
         self.times.finish(file, problems);
         self.positions.finish(file, problems);
-        let comma = match (self.positions.is_comma(), self.times.is_comma()) {
-            (true, true) => "decimal comma",
-            (true, false) => "decimal comma in the coordinates, not in the times",
-            (false, true) => "decimal comma in the times, not in the coordinates",
-            (false, false) => "",
-        };
-        if !comma.is_empty() {
-            log.add(FORMAT, None, comma);
+        if self.positions.is_comma() || self.times.is_comma() {
+            log.add(FORMAT, None, "decimal comma");
         }
         for track in self.shots.iter_mut().flat_map(|shot| &mut shot.tracks) {
             track.rows.shrink_to_fit();

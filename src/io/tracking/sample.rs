@@ -3,8 +3,10 @@
 use std::collections::{HashMap, HashSet};
 
 use super::heading::Heading;
+use super::input::Input;
+use super::time::first_contradiction;
 use crate::io::number::value;
-use crate::io::text::{lines, trimmed};
+use crate::io::text::{filled_lines, lines, trimmed};
 
 /// Maximum number of rows examined.
 const MAX_ROWS: usize = 20_000;
@@ -56,6 +58,23 @@ impl Rows {
             *counts.entry(group).or_default() += 1;
         }
         counts.len() > 2 && 3 * counts.values().filter(|count| **count == 2).count() > 2 * counts.len()
+    }
+
+    /// Complains if a column of frames and one of seconds contradict each other at a rate.
+    pub(super) fn check_clock(&self, heading: &Heading, columns: [usize; 2], rate: f64, input: &Input) {
+        let [Some(frames), Some(seconds)] = columns.map(|column| self.numbers(column)) else { return };
+        let Some(row) = first_contradiction(&frames, &seconds, rate) else { return };
+        let [frame, time] = columns.map(|column| heading.names[column].as_str());
+        let message = format!(
+            "{frame} and {time} contradict each other at {rate} fps: {frame} {}, at {} s, is {} frames and {} s after the first row; \
+             expected columns that agree, or one of them in [tracks.columns], or another frame rate",
+            frames[row],
+            seconds[row],
+            frames[row] - frames[0],
+            seconds[row] - seconds[0],
+        );
+        let mut below = filled_lines(input.text).filter(|(line, _)| *line > heading.above);
+        input.wrong(below.nth(row).map(|(line, _)| line), time, message);
     }
 
     pub(super) fn is_empty(&self, column: usize) -> bool {

@@ -311,21 +311,16 @@ fn tidy(fps: f64) -> f64 {
 
 /// Counts rows if neighbouring frames have the same time on a coarse clock.
 fn by_row(shot: &mut RawShot, grid: &Grid, rate: f64, fps: f64, log: Log) -> Result<f64, String> {
-    let wrong = |why: &str| {
-        Err(format!(
-            "times are rounded to {} s, coarser than frames at {rate} fps; expected frame numbers, or times with more \
-             digits ({why})",
-            grid.resolution
-        ))
-    };
     let times = |track: &RawTrack| track.rows.iter().map(|row| row.time).collect::<Vec<f64>>();
     let Some(first) = shot.tracks.first().map(times) else { return Ok(fps) };
-    if !shot.tracks.iter().all(|track| times(track) == first) {
-        return wrong("the tracks do not have the same times, so rows cannot be counted");
-    }
     let start = first.first().copied().unwrap_or(0.0);
-    if !grid.is_rounding(first.iter().enumerate().map(|(i, time)| time - start - i as f64 / rate)) {
-        return wrong(&format!("their rows do not follow {rate} fps one by one either"));
+    let mut late = first.iter().enumerate().map(|(i, time)| time - start - i as f64 / rate);
+    if !shot.tracks.iter().all(|track| times(track) == first) || !grid.is_rounding(&mut late) {
+        return Err(format!(
+            "times are rounded to {} s, coarser than frames at {rate} fps, and rows cannot be counted; expected frame numbers, or \
+             times with more digits",
+            grid.resolution
+        ));
     }
     let message = format!(
         "times are rounded to {} s; rebuilt from the number of the row at {fps} fps",

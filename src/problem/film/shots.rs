@@ -286,7 +286,6 @@ impl Solution {
             before: Before::Impact { normal, velocity: [measured(1), measured(2)] },
             spin: stated,
             after: after.collect(),
-            side_sd: 0.0,
         };
         let tracks = &film.shots[i].tracks;
         let used = [0, 1].map(|ball| tracks[ball].iter().filter(|frame| frame.used).collect::<Vec<_>>());
