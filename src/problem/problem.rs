@@ -205,7 +205,9 @@ impl Problem {
         let mut changed = false;
         for (sample, own) in self.samples.iter_mut().zip(&mut state.own) {
             let shared = sample.gather(&state.shared);
-            changed |= sample.block.choose_states(own, &shared);
+            if let Block::Film(film) = &mut sample.block {
+                changed |= film.choose_states(own, &shared);
+            }
         }
         changed
     }

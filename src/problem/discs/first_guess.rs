@@ -108,7 +108,7 @@ impl DiscFilm {
         let frames = guessed.iter().map(|guessed| guessed.frames(&discs, &reading, &shared));
         let (shots, mut own): (Vec<ShotFrames>, Vec<Own>) = frames.unzip();
         let noise = |Guessed { shot, meeting, .. }: &Guessed| {
-            let sd = frame_noise::noise_near(shot, meeting.time);
+            let sd = frame_noise::noise_of_near(&[&shot.cue, &shot.object], shot, meeting.time);
             let sd = unit * (COARSE * meeting.distance()).max(EXTRAPOLATED * sd);
             [Noise { sd, rho: shot.correlation }; NOISES]
         };

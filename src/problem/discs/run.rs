@@ -1,7 +1,7 @@
 //! The fit of films of discs from beginning to end: what was measured of each shot whatever the law of
 //! friction, then the law that all shots share.
 
-use statrs::distribution::{ChiSquared, ContinuousCDF, StudentsT};
+use statrs::distribution::{ContinuousCDF, StudentsT};
 
 use super::first_guess::DiscFilm;
 use super::impact::DiscImpact;
@@ -10,6 +10,7 @@ use super::measure::{ROUNDS, Reached, measure};
 use super::own::Component;
 use crate::measurement::dataset::Dataset;
 use crate::problem::film::film_data::FilmError;
+use crate::problem::film::outliers::tail;
 use crate::problem::findings::Finding;
 use crate::problem::policy::Policy;
 use crate::problem::solution::Solution;
@@ -140,8 +141,7 @@ impl Reached {
             });
             let squares: Vec<f64> = squares.collect();
             let largest = squares.iter().copied().fold(0.0, f64::max);
-            let chance = ChiSquared::new(1.0).map_or(1.0, |chi2| chi2.sf(largest));
-            squares.len() as f64 * chance > policy.shot_tail
+            squares.len() as f64 * tail(largest, 1.0) > policy.shot_tail
         };
         let keep: Vec<bool> = (0..block.shots.len()).map(is_likely).collect();
         let lost = keep.iter().filter(|keep| !**keep).count();

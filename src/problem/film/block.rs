@@ -207,6 +207,7 @@ impl FilmBlock {
         let contact = self.world.contact;
         let of_shot = |(own, spin): (&Own, &ShotSpin)| {
             let cue = cue_before(&spin.stated, shared, &own_inputs(own), &contact.object());
+            let cue = cue.state(contact.object().radius * shared[Id::RadiusRatio]);
             contact.correct(&cue, shared).unwrap_or_else(|_| Correction::zeros())
         };
         self.corrections = own.par_iter().zip(&self.spins).map(of_shot).collect();

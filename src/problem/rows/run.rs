@@ -1,7 +1,6 @@
 //! The fit of a table from beginning to end.
 
 use nalgebra::DVector;
-use statrs::distribution::{ChiSquared, ContinuousCDF};
 
 use super::block::{Pool, RowsBlock};
 use super::choices::{RowsChoices, RowsError};
@@ -14,6 +13,7 @@ use crate::measurement::observable::Observable;
 use crate::physics::collision::FidelityChoice;
 use crate::problem::descent::{Descent, descend, descend_until};
 use crate::problem::film::causes::{self, Refit};
+use crate::problem::film::outliers::tail;
 use crate::problem::findings::Finding;
 use crate::problem::intervals::{Known, ParameterEstimate, Quantiles, Status, determine, errors_as_free};
 use crate::problem::minimise::{descend_with_noise, thin};
@@ -205,7 +205,7 @@ fn finish(table: Table, found: Found, choices: &RowsChoices, policy: &Policy) ->
     }
     let chi2_dof = numbers as f64 - problem.free().len() as f64;
     let is_misfit =
-        chance(descent.end.cost, chi2_dof) < policy.shot_tail && descent.end.cost > policy.misfit * chi2_dof;
+        tail(descent.end.cost, chi2_dof) < policy.shot_tail && descent.end.cost > policy.misfit * chi2_dof;
     if noises.is_empty() && !is_robust && is_misfit {
         let ratio = descent.end.cost / chi2_dof;
         findings.push(Finding::Misfit { ratio, refutes: ratio > policy.refuted_rows });
@@ -237,17 +237,12 @@ fn finish(table: Table, found: Found, choices: &RowsChoices, policy: &Policy) ->
     RowsFit { solution, estimates, noises, dof, as_free }
 }
 
-/// Returns the probability of a larger χ².
-fn chance(chi2: f64, dof: f64) -> f64 {
-    ChiSquared::new(dof).map_or(1.0, |distribution| distribution.sf(chi2))
-}
-
 /// Returns the refit with what explains residuals that the stated errors do not: another ratio of the
 /// masses, or a friction that falls with the slip.
 fn explain(table: &Table, at: &Evaluation, policy: &Policy) -> Option<Refit> {
     let mut wider = table.problem.clone();
     let rows = wider.rows()?;
-    let chance = chance(at.cost, table.numbers() as f64 - wider.free().len() as f64);
+    let chance = tail(at.cost, table.numbers() as f64 - wider.free().len() as f64);
     let is_stated = rows.noises.is_empty() && rows.loss == Loss::Squares;
     let conflicts = Estimates::new(&wider, at)?.conflicts(&wider, at);
     let is_contradicted = conflicts.iter().any(|conflict| conflict.size.abs() > policy.conflict);
