@@ -3,7 +3,6 @@
 use std::sync::Arc;
 
 use super::block::{DiscBlock, Freedom, TOUCHING};
-use super::first_guess::DiscFilm;
 use super::impact::{DiscImpact, find_doubts};
 use super::motion::{INPUTS, MOVING, locate};
 use super::own::{self, CORE, LEAST_SHOTS};
@@ -13,7 +12,7 @@ use crate::problem::block::Block;
 use crate::problem::descent::{Descent, descend};
 use crate::problem::film::camera::{Camera, Point};
 use crate::problem::film::dual::gradient;
-use crate::problem::film::film_data::FilmError;
+use crate::problem::film::film_data::{Film, FilmError};
 use crate::problem::film::outliers::{outlying, tail};
 use crate::problem::frames::{PicturePaths, Sight};
 use crate::problem::minimise::descend_with_noise;
@@ -91,7 +90,7 @@ impl Reached {
     }
 
     /// Returns what is known there, with what was found on the way.
-    pub fn solution(self, film: &DiscFilm) -> Result<Solution, FilmError> {
+    pub fn solution(self, film: &Film<DiscBlock>) -> Result<Solution, FilmError> {
         let (covariance, names) = (self.estimates()?, vec![self.names()]);
         Ok(Solution {
             unit: film.unit,
@@ -117,7 +116,7 @@ pub struct MeasuredDiscs {
 /// # Errors
 /// See [`FilmError`].
 pub fn measure_discs(dataset: &Dataset, policy: &Policy) -> Result<MeasuredDiscs, FilmError> {
-    let mut film = DiscFilm::new(dataset)?;
+    let mut film = Film::of_discs(dataset)?;
     let mut measured = measure(&film, policy)?;
     measured.problem.discs_mut().ok_or(FilmError::NoFilm)?.freedom = Freedom::Everything;
     loop {
@@ -142,7 +141,7 @@ pub fn measure_discs(dataset: &Dataset, policy: &Policy) -> Result<MeasuredDiscs
 }
 
 /// Finds the outcome of each shot whatever the law, and which frames show it.
-pub(super) fn measure(film: &DiscFilm, policy: &Policy) -> Result<Reached, FilmError> {
+pub(super) fn measure(film: &Film<DiscBlock>, policy: &Policy) -> Result<Reached, FilmError> {
     let mut unknowns = film.unknowns.clone();
     for id in [Id::Mu, Id::E, Id::FallB, Id::FallC, Id::Kappa, Id::ESlope] {
         unknowns[id as usize].mode = Mode::Fixed;
@@ -286,7 +285,7 @@ fn are_off<const R: usize>(sights: &[Vec<Sight<R>>], instant: f64, reach: f64, p
 
 impl Reached {
     /// Returns the table of what was measured.
-    pub fn impacts(&self, film: &DiscFilm, policy: &Policy) -> Result<Vec<DiscImpact>, FilmError> {
+    pub fn impacts(&self, film: &Film<DiscBlock>, policy: &Policy) -> Result<Vec<DiscImpact>, FilmError> {
         let (block, end) = (self.block()?, &self.descent.end);
         let reduced = end.eliminate(&self.problem, 0.0).ok_or(FilmError::Undetermined)?;
         let estimates =

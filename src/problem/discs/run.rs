@@ -3,13 +3,12 @@
 
 use statrs::distribution::{ContinuousCDF, StudentsT};
 
-use super::first_guess::DiscFilm;
 use super::impact::DiscImpact;
 use super::law::{Rival, Shots};
 use super::measure::{ROUNDS, Reached, measure};
 use super::own::Component;
 use crate::measurement::dataset::Dataset;
-use crate::problem::film::film_data::FilmError;
+use crate::problem::film::film_data::{Film, FilmError};
 use crate::problem::film::outliers::tail;
 use crate::problem::findings::Finding;
 use crate::problem::policy::Policy;
@@ -64,7 +63,7 @@ impl DiscFit {
 /// # Errors
 /// See [`FilmError`].
 pub fn fit_discs(dataset: &Dataset, policy: &Policy) -> Result<DiscFit, FilmError> {
-    let mut film = DiscFilm::new(dataset)?;
+    let mut film = Film::of_discs(dataset)?;
     let free = measure(&film, policy)?;
     let impacts = free.impacts(&film, policy)?;
     let fault = |impact: &DiscImpact| match impact.stuck {
