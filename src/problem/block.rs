@@ -113,54 +113,12 @@ impl Block {
         }
     }
 
-    /// Raises the noises for first descents to what first guesses miss the data by.
-    pub fn coarsen(&mut self) {
-        match self {
-            Self::Film(film) => film.coarsen(),
-            Self::Discs(_) | Self::Rows(_) => {}
-        }
-    }
-
-    /// Returns the data with all shots in the other discrete state that they may all be in.
-    pub fn in_other_state(&self) -> Option<Self> {
-        match self {
-            Self::Film(film) => film.all_sliding().map(Self::Film),
-            Self::Discs(_) | Self::Rows(_) => None,
-        }
-    }
-
-    /// Chooses the likeliest of the discrete states that each shot may be in given the shared
-    /// unknowns; returns whether one has changed.
-    pub fn choose_states(&mut self, own: &mut [Own], shared: &Shared) -> bool {
-        match self {
-            Self::Film(film) => film.choose_states(own, shared),
-            Self::Discs(_) | Self::Rows(_) => false,
-        }
-    }
-
     /// Takes shots in the place of all, one may be taken several times.
     pub fn take(&mut self, indices: &[usize]) {
         match self {
             Self::Film(film) => film.take(indices),
             Self::Discs(discs) => discs.take(indices),
             Self::Rows(rows) => rows.take(indices),
-        }
-    }
-
-    /// Returns the least size that a noise can have.
-    pub fn least_noise(&self, which: usize) -> f64 {
-        match self {
-            Self::Film(_) | Self::Discs(_) => 0.0,
-            Self::Rows(rows) => rows.pools[which].least(),
-        }
-    }
-
-    /// Returns values of μ that descents start from.
-    pub fn grid_of_mu(&self) -> &'static [f64] {
-        match self {
-            // published ones (0.03 to 0.08), waxed and chalked balls
-            Self::Film(_) | Self::Discs(_) => &[0.02, 0.06, 0.12, 0.25],
-            Self::Rows(_) => &RowsBlock::GRID,
         }
     }
 }

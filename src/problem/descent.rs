@@ -68,7 +68,13 @@ impl SumOfSquares for Moving<'_> {
         let factor = reduced.matrix(&moving).cholesky()?.unpack();
         let residual = factor.solve_lower_triangular(&reduced.gradient(&moving))?;
         let step = step_within_bounds(&factor.transpose(), &residual, &room)?;
-        let end = reduced.step(problem, &at.state, &moving, &step);
+        let mut end = reduced.step(problem, &at.state, &moving, &step);
+        for ((column, by), room) in moving.iter().zip(step.iter()).zip(&room) {
+            if let Some(side) = room.iter().position(|room| room == by) {
+                // x + (b − x) is rounded
+                end.shared.0[*column] = problem.unknowns[*column].bounds[side];
+            }
+        }
         Some(Step { end, promise: reduced.promise(&moving, &step) })
     }
 }

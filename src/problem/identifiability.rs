@@ -62,10 +62,8 @@ pub struct Combination {
 /// Returns the worst determined direction of the free unknowns that the data depend on and that are not
 /// at bounds; `None` of fewer than two.
 pub(crate) fn worst_direction(problem: &Problem, at: &Evaluation, reduced: &Reduced) -> Option<Combination> {
-    let is_inside = |column: &usize| {
-        !problem.unknowns[*column].bounds.contains(&at.state.shared.0[*column]) && reduced.informs(*column)
-    };
-    let columns: Vec<usize> = problem.free().into_iter().filter(is_inside).collect();
+    let mut columns = problem.inside(&at.state);
+    columns.retain(|column| reduced.informs(*column));
     let unknowns: Vec<(Id, f64)> =
         columns.iter().map(|column| (problem.unknowns[*column].id, at.state.shared.0[*column])).collect();
     combine(&unknowns, &reduced.matrix(&columns))
@@ -77,12 +75,8 @@ impl Solution {
     pub(crate) fn worst_direction(&self, unknowns: &[(Id, f64)]) -> Option<Combination> {
         let reduced = self.at.eliminate(&self.problem, 0.0)?;
         let wanted: Vec<usize> = unknowns.iter().map(|(id, _)| *id as usize).collect();
-        let is_other = |column: &usize| {
-            let is_at_bound =
-                self.problem.unknowns[*column].bounds.contains(&self.at.state.shared.0[*column]);
-            !wanted.contains(column) && !is_at_bound && reduced.informs(*column)
-        };
-        let others: Vec<usize> = self.problem.free().into_iter().filter(is_other).collect();
+        let mut others = self.problem.inside(&self.at.state);
+        others.retain(|column| !wanted.contains(column));
         let (left, _) = Estimates::of_columns(&reduced, others)?.condition(&reduced, &wanted);
         combine(unknowns, &left)
     }

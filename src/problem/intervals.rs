@@ -5,6 +5,7 @@ use statrs::distribution::{ContinuousCDF, Normal as Gauss, StudentsT};
 
 use super::identifiability::worst_direction;
 use super::problem::{Evaluation, Problem};
+use super::profile::PRECISION;
 use super::solution::Solution;
 use super::uncertainty::Estimates;
 use super::unknowns::{Id, Mode};
@@ -207,7 +208,7 @@ impl Known<'_> {
         let hessian = std_error.map(ends);
         // along a ratio of the balls χ² is a parabola
         let is_profiled = self.profiles && !parameter.is_of_balls();
-        let profile = if is_profiled { solution.profile(column, t) } else { None };
+        let profile = if is_profiled { solution.profile(column, (t, PRECISION)) } else { None };
         let own = match (hessian, profile) {
             (Some(hessian), Some(profile)) => {
                 let half = 0.5 * (hessian[1] - hessian[0]);

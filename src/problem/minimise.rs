@@ -1,10 +1,15 @@
 //! The minimum of χ²: a grid in μ from coarse corrections of the camera, then Levenberg and
 //! Marquardt's descent within bounds.
 
+use super::block::Block;
 use super::descent::{Descent, STALL, descend};
 use super::noise;
-use super::problem::{Problem, State};
+use super::problem::{Problem, Sample, State};
+use super::rows::block::RowsBlock;
 use super::unknowns::Id;
+
+/// Values of μ that descents of films start from: published ones (0.03 to 0.08), waxed and chalked balls.
+const GRID: [f64; 4] = [0.02, 0.06, 0.12, 0.25];
 
 /// Unknowns of the first descents: places and scale before all others.
 const COARSE: [Id; 7] = [Id::Mu, Id::E, Id::Scale, Id::Aspect, Id::Shear, Id::PerspectiveX, Id::PerspectiveY];
@@ -38,11 +43,15 @@ pub(crate) fn fit(problem: &mut Problem, start: &State) -> Option<Descent> {
     Some(descend_with_noise(problem, coarse.end.state))
 }
 
-/// Descends coarsely, also from the other discrete states that the shots may all be in, such as
-/// sliding in the place of rolling: they are judged one by one from shared unknowns that suit most.
+/// Descends coarsely, of films also with all balls of unknown spin sliding in the place of rolling: they are
+/// judged one by one from shared unknowns that suit most.
 pub(crate) fn descend_with_states(problem: &mut Problem, start: &State) -> Option<Descent> {
     let first = descend_coarsely(problem, start);
-    let others = problem.samples.iter().map(|sample| sample.block.in_other_state());
+    let sliding = |sample: &Sample| match &sample.block {
+        Block::Film(film) => film.all_sliding().map(Block::Film),
+        Block::Discs(_) | Block::Rows(_) => None,
+    };
+    let others = problem.samples.iter().map(sliding);
     let Some(others) = others.collect::<Option<Vec<_>>>() else { return first };
     let mut changed = problem.clone();
     for (sample, block) in changed.samples.iter_mut().zip(others) {
@@ -63,7 +72,9 @@ pub(crate) fn descend_with_states(problem: &mut Problem, start: &State) -> Optio
 fn descend_coarsely(problem: &Problem, start: &State) -> Option<Descent> {
     let Thinned { problem: mut coarser, state: coarse_start, .. } = thin(problem, start);
     for sample in &mut coarser.samples {
-        sample.block.coarsen();
+        if let Block::Film(film) = &mut sample.block {
+            film.coarsen();
+        }
     }
     let free = problem.free();
     let is_table = problem.rows().is_some();
@@ -79,7 +90,7 @@ fn descend_coarsely(problem: &Problem, start: &State) -> Option<Descent> {
         }
         descend(&coarser, coarser.evaluate(state), &coarse_columns, COARSE_STEPS[usize::from(is_table)])
     };
-    let grid = problem.samples.first().map_or(&[][..], |sample| sample.block.grid_of_mu());
+    let grid = if is_table { &RowsBlock::GRID[..] } else { &GRID };
     let mut coarse: Vec<Descent> = grid.iter().map(from).collect();
     coarse.retain(|descent| descent.end.cost.is_finite());
     let mu = |descent: &Descent, column: usize| descent.end.state.shared.0[column];

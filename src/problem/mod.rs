@@ -34,7 +34,6 @@ mod policy;
 #[allow(clippy::module_inception)]
 mod problem;
 mod profile;
-mod resample;
 mod robust;
 mod rows;
 mod run;
@@ -45,11 +44,11 @@ mod unknowns;
 
 pub use discs::impact::{DiscImpact, Doubt};
 pub use discs::law::Rival;
+pub use discs::lines::Stuck;
 pub use discs::measure::{MeasuredDiscs, measure_discs};
 pub use discs::own::Component;
 pub use discs::quantities::Quantity;
 pub use discs::run::{DiscFit, fit_discs};
-pub use discs::stick::Stuck;
 pub(crate) use film::camera::Camera;
 pub use film::film_data::{FilmError, Modelling};
 #[cfg(feature = "io")]
@@ -90,7 +89,6 @@ mod tests {
 
     use super::block::Block;
     use super::discs::block::Freedom;
-    use super::discs::first_guess::DiscFilm;
     use super::discs::own::LEAD;
     use super::film::film_data::Film;
     use super::problem::{Problem, State};
@@ -209,8 +207,8 @@ mod tests {
     /// With a compliant contact, friction that leads, and a deceleration.
     #[test]
     fn gradients_of_discs_are_slopes_of_chi2() {
-        let DiscFilm { mut block, unknowns, own, .. } =
-            DiscFilm::new(&io::load(Path::new("data/pucks-chalmers-2023")).unwrap()).unwrap();
+        let Film { mut block, unknowns, own, .. } =
+            Film::of_discs(&io::load(Path::new("data/pucks-chalmers-2023")).unwrap()).unwrap();
         block.freedom = Freedom::Law;
         block.noise.iter_mut().for_each(|noise| (noise.sd, noise.rho) = (1e-2, 0.3));
         let problem = Problem::of_one(Block::Discs(block), unknowns);

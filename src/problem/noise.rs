@@ -53,7 +53,7 @@ pub(super) fn update(problem: &mut Problem, at: &Evaluation) -> bool {
                 }
                 let of_residuals = if sum.square > 0.0 { sum.lagged / sum.square } else { 0.0 };
                 let rho = likeliest.unwrap_or(of_residuals).clamp(0.0, MAX_RHO);
-                let least = block.least_noise(which);
+                let least = if let Block::Rows(rows) = &*block { rows.pools[which].least() } else { 0.0 };
                 let noise = &mut block.noises_mut()[which];
                 let sd = (noise.sd * growth.sqrt()).max(least);
                 let changed = (sd / noise.sd).powi(2) - 1.0;

@@ -131,6 +131,12 @@ impl Problem {
         (0..self.unknowns.len()).filter(|column| self.unknowns[*column].mode == Mode::Free).collect()
     }
 
+    /// Returns the columns of the unknowns that are estimated and not at a bound.
+    pub fn inside(&self, state: &State) -> Vec<usize> {
+        let at_bound = |column: &usize| self.unknowns[*column].bounds.contains(&state.shared.0[*column]);
+        self.free().into_iter().filter(|column| !at_bound(column)).collect()
+    }
+
     /// Returns the columns of an unknown: one, or several if samples have values of their own.
     pub fn columns_of(&self, id: Id) -> Vec<usize> {
         (0..self.unknowns.len()).filter(|column| self.unknowns[*column].id == id).collect()
@@ -205,7 +211,9 @@ impl Problem {
         let mut changed = false;
         for (sample, own) in self.samples.iter_mut().zip(&mut state.own) {
             let shared = sample.gather(&state.shared);
-            changed |= sample.block.choose_states(own, &shared);
+            if let Block::Film(film) = &mut sample.block {
+                changed |= film.choose_states(own, &shared);
+            }
         }
         changed
     }
@@ -253,10 +261,6 @@ impl Evaluation {
                 let own = shot.held.len();
                 sum += shot.products.view((own, own), (shared + 1, shared + 1));
                 squares += shot.products[(own + shared, own + shared)];
-                if shot.held.iter().all(|held| *held) {
-                    of_sample.push(Eliminated::held(own, shared));
-                    continue;
-                }
                 let (matrix, beside) = shot.own_system(damping, own);
                 let cholesky = matrix.cholesky()?;
                 let response = cholesky.solve(&beside);
@@ -288,13 +292,6 @@ impl Evaluation {
         let columns = problem.samples.iter().map(|sample| sample.columns).collect();
         let is_finite = products.iter().all(|x: &f64| x.is_finite());
         is_finite.then_some(Reduced { products, squares, own: all, own_ln_determinant, columns })
-    }
-}
-
-impl Eliminated {
-    /// Returns that of a shot whose own unknowns are all held.
-    fn held(own: usize, shared: usize) -> Self {
-        Self { response: DMatrix::zeros(own, shared + 1), covariance: DMatrix::identity(own, own) }
     }
 }
 

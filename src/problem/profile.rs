@@ -13,7 +13,7 @@ use super::solution::Solution;
 use super::unknowns::Id;
 
 /// Relative precision of the root of the rise of χ² at an end.
-const PRECISION: f64 = 2e-3;
+pub(super) const PRECISION: f64 = 2e-3;
 
 /// Fall of χ² below which the least χ² at a point is found: it moves the end of a 95 % interval by
 /// 0.003 standard errors.
@@ -31,24 +31,37 @@ const JUMP: f64 = 1e-6;
 /// Part of t that the rise is taken to be at least, so that a flat χ² is left in bounded steps.
 const FLAT: f64 = 1e-3;
 
+/// Directions of the edge of a region.
+const DIRECTIONS: usize = 24;
+
+/// Relative precision of the root of the rise of χ² at the edge of a region, a line's width, and at the
+/// ends of intervals of films, whose χ² is rough by some hundredths.
+const EDGE: f64 = 0.01;
+
+/// Parts of the way to the ends of an interval at which its curve has points.
+const PARTS: [f64; 4] = [0.25, 0.5, 0.75, 1.0];
+
+/// A distance along a way from the minimum, the root of the rise of χ² there, and the point.
+type Reached = (f64, f64, Evaluation);
+
 impl Solution {
     /// Returns both ends of the interval of a column of the problem, where χ² is `t²` above its
-    /// minimum, or at bounds that are met before; `None` if χ² cannot be minimised there.
-    pub(crate) fn profile(&self, column: usize, t: f64) -> Option<[f64; 2]> {
-        self.profile_to(PRECISION, column, t)
-    }
-
-    /// Returns both ends to a relative precision of the root of the rise of χ².
-    fn profile_to(&self, precision: f64, column: usize, t: f64) -> Option<[f64; 2]> {
-        let value = self.at.state.shared.0[column];
+    /// minimum to a relative precision of the root of its rise, or at bounds that are met before; `None` if
+    /// χ² cannot be minimised there.
+    pub(crate) fn profile(&self, column: usize, (t, precision): (f64, f64)) -> Option<[f64; 2]> {
+        let from = self.at.state.shared.0[column];
         let error = self.covariance.sd(column).map(|sd| t * sd).filter(|sd| *sd > 0.0 && sd.is_finite());
-        let first = error.unwrap_or(0.1 * value.abs().max(0.01));
-        let end = |sign: f64| profile_end(&self.problem, &self.at, column, (t, precision), sign * first);
-        Some([end(-1.0)?, end(1.0)?])
+        let first = error.unwrap_or(0.1 * from.abs().max(0.01));
+        let [low, high] = self.problem.unknowns[column].bounds;
+        let end = |sign: f64, bound: f64| {
+            let limit = (bound - from).abs();
+            let value = |distance: f64| if distance >= limit { bound } else { from + sign * distance };
+            let place = |distance: f64| [(column, value(distance))];
+            reach(&self.problem, &self.at, (t, precision), (first, limit), place).map(value)
+        };
+        Some([end(-1.0, low)?, end(1.0, high)?])
     }
-}
 
-impl Solution {
     /// Returns the 95 % interval of an unknown of the first sample by its profile if χ² is not the
     /// parabola that its standard error says; `None` if it is, or cannot be minimised.
     pub(crate) fn lopsided_interval(&self, id: Id, t: f64) -> Option<[f64; 2]> {
@@ -65,24 +78,9 @@ impl Solution {
         if is_parabola(value - t * sd) && is_parabola(value + t * sd) {
             return None;
         }
-        self.profile_to(EDGE, column, t)
+        self.profile(column, (t, EDGE))
     }
-}
 
-/// Directions of the edge of a region.
-const DIRECTIONS: usize = 24;
-
-/// Relative precision of the root of the rise of χ² at the edge of a region, a line's width, and at the
-/// ends of intervals of films, whose χ² is rough by some hundredths.
-const EDGE: f64 = 0.01;
-
-/// Parts of the way to the ends of an interval at which its curve has points.
-const PARTS: [f64; 4] = [0.25, 0.5, 0.75, 1.0];
-
-/// A distance along a way from the minimum, the root of the rise of χ² there, and the point.
-type Reached = (f64, f64, Evaluation);
-
-impl Solution {
     /// Returns how χ² rises along a column of the problem as all others follow: values and rises, between
     /// both ends of its interval.
     pub(crate) fn curve(&self, column: usize, ends: [f64; 2]) -> Vec<[f64; 2]> {
@@ -120,34 +118,15 @@ impl Solution {
                 if along[i] > 0.0 { (high - centre[i]) / along[i] } else { (low - centre[i]) / along[i] }
             };
             let limit = room(0).max(room(1));
-            let (distance, _) = reach(&self.problem, &self.at, (t, EDGE), (t, limit), place)?;
+            let distance = reach(&self.problem, &self.at, (t, EDGE), (t, limit), place)?;
             Some(place(distance).map(|(_, value)| value))
         };
         (0..DIRECTIONS).into_par_iter().map(point).collect()
     }
 }
 
-/// Returns the end of the interval of a column in the direction of `first`, which is the distance of
-/// the first point.
-fn profile_end(
-    problem: &Problem,
-    minimum: &Evaluation,
-    column: usize,
-    (t, precision): (f64, f64),
-    first: f64,
-) -> Option<f64> {
-    let from = minimum.state.shared.0[column];
-    let [low, high] = problem.unknowns[column].bounds;
-    let (sign, bound) = if first > 0.0 { (1.0, high) } else { (-1.0, low) };
-    let limit = (bound - from).abs();
-    let value = |distance: f64| if distance >= limit { bound } else { from + sign * distance };
-    let place = |distance: f64| [(column, value(distance))];
-    let (distance, _) = reach(problem, minimum, (t, precision), (first.abs(), limit), place)?;
-    Some(value(distance))
-}
-
 /// Returns the distance along a way from the minimum at which the root of the rise of χ² is `t`, to a
-/// relative precision, or `limit` if that is met before; with the root. The way has held columns at each
+/// relative precision, or `limit` if that is met before. The way has held columns at each
 /// distance; `first` is where to look first.
 fn reach<const N: usize>(
     problem: &Problem,
@@ -155,9 +134,9 @@ fn reach<const N: usize>(
     (t, precision): (f64, f64),
     (first, limit): (f64, f64),
     place: impl Fn(f64) -> [(usize, f64); N],
-) -> Option<(f64, f64)> {
+) -> Option<f64> {
     if limit <= 0.0 {
-        return Some((0.0, 0.0));
+        return Some(0.0);
     }
     let mut inside: Reached = (0.0, 0.0, minimum.clone());
     let mut outside: Option<(f64, f64)> = None;
@@ -166,20 +145,20 @@ fn reach<const N: usize>(
         let there = least_at(problem, &inside.2, &place(trial));
         let rise = there.as_ref().map_or(f64::INFINITY, |at| (at.cost - minimum.cost).max(0.0).sqrt());
         if (rise - t).abs() <= precision * t {
-            return Some((trial, rise));
+            return Some(trial);
         }
         match there {
             Some(at) if rise < t => inside = (trial, rise, at),
             _ => outside = Some((trial, rise)),
         }
         if rise < t && trial >= limit {
-            return Some((limit, rise));
+            return Some(limit);
         }
         trial = match outside {
             None => (inside.0 * (t / inside.1.max(FLAT * t)).clamp(1.05, 3.0)).min(limit),
             Some((far, rise)) => {
                 if far - inside.0 <= JUMP * far {
-                    return Some((inside.0, inside.1));
+                    return Some(inside.0);
                 }
                 let part = (t - inside.1) / (rise - inside.1);
                 // where χ² turns from flat to steep, a secant alone comes to no end

@@ -5,6 +5,7 @@ use nalgebra::{DMatrix, DVector};
 use super::block::Block;
 use super::film::block::FilmBlock;
 use super::loss::ShotLoss;
+use super::noise::count_shared;
 use super::problem::{Evaluation, Problem};
 use super::uncertainty::Estimates;
 use super::unknowns::{Id, Own};
@@ -13,18 +14,55 @@ use crate::measurement::loss::Loss;
 /// Part of what is known in a direction that one shot tells at most, where its scatter is made whole.
 const MOST_OF_ITSELF: f64 = 0.99;
 
-/// Returns the covariance of estimates by the losses of the films; `None` if all are least squares, or
-/// there are too few shots.
+/// Returns the covariance H⁻¹BH⁻¹ of estimates by a robust loss, whatever the noise is, with the
+/// curvature H and the scatter B of the slopes of the shots (Huber 1967); `None` if all losses are least
+/// squares, or there are too few shots. A shot scatters less about a fit that it takes part in: with
+/// CCᵀ = H⁻¹ and its own curvature N = CᵀHᵢC, its slope Cᵀg has the variance N(1 − N) and counts
+/// as (1 − N)^(−1/2) Cᵀg (Bell and McCaffrey 2002, Surv. Methodol. 28, 169).
 pub(crate) fn robust_covariance(
     problem: &Problem,
     at: &Evaluation,
     estimates: &Estimates,
 ) -> Option<DMatrix<f64>> {
-    if !problem.is_robust() {
+    let n = estimates.columns.len();
+    let count = at.shots.iter().map(Vec::len).sum::<usize>() as f64;
+    if !problem.is_robust() || count <= count_shared(problem, estimates) {
         return None;
     }
-    let losses: Vec<_> = (0..problem.samples.len()).map(|sample| losses(problem, at, sample)).collect();
-    sandwich(problem, at, estimates, &losses)
+    let mut curvature = DMatrix::<f64>::zeros(n, n);
+    let mut slopes = Vec::new();
+    for (number, (sample, shots)) in problem.samples.iter().zip(&at.shots).enumerate() {
+        let local = |id: &Id| estimates.position(sample.columns[*id as usize]);
+        let (ids, places): (Vec<Id>, Vec<usize>) =
+            Id::ALL.into_iter().filter_map(|id| Some((id, local(&id)?))).unzip();
+        for (shot, (loss, distance)) in shots.iter().zip(losses(problem, at, number)) {
+            // of the weighted sums: g = w Jᵀr, H = w JᵀJ + (w'/s)(Jᵀr)(Jᵀr)ᵀ
+            let (matrix, slope) = shot.reduced(&ids)?;
+            let weight = loss.weight(distance);
+            let bend = if distance > 0.0 { loss.slope(distance) / (distance * weight * weight) } else { 0.0 };
+            let own = matrix + &slope * slope.transpose() * bend;
+            for (i, a) in places.iter().enumerate() {
+                for (j, b) in places.iter().enumerate() {
+                    curvature[(*a, *b)] += own[(i, j)];
+                }
+            }
+            slopes.push((places.clone(), own, slope));
+        }
+    }
+    let prior = |i: usize| problem.unknowns[estimates.columns[i]].active_prior();
+    let precision = |i: usize| prior(i).map_or(0.0, |prior| prior.sd.powi(-2));
+    let precision = DMatrix::from_diagonal(&DVector::from_fn(n, |i, _| precision(i)));
+    let root = (curvature + &precision).cholesky()?.inverse().cholesky()?.l();
+    let mut scatter = root.transpose() * precision * &root;
+    for (places, own, slope) in slopes {
+        let rows = root.select_rows(&places);
+        let parts = (rows.transpose() * own * &rows).symmetric_eigen();
+        let by_part = parts.eigenvectors.transpose() * (rows.transpose() * slope);
+        let left = parts.eigenvalues.map(|part| (1.0 - part.clamp(0.0, MOST_OF_ITSELF)).sqrt());
+        let whole = &parts.eigenvectors * by_part.component_div(&left);
+        scatter += &whole * whole.transpose();
+    }
+    Some(&root * scatter * root.transpose())
 }
 
 /// Returns the loss and the distance of each shot of a sample.
@@ -44,63 +82,4 @@ pub(super) fn losses(problem: &Problem, at: &Evaluation, number: usize) -> Vec<(
         }
         _ => vec![(ShotLoss::new(Loss::Squares, 1), 0.0); shots.len()],
     }
-}
-
-/// Returns the covariance H⁻¹BH⁻¹ of estimates by a robust loss, whatever the noise is, with the
-/// curvature H and the scatter B of the slopes of the shots (Huber 1967); `losses` has the loss and the
-/// distance of each shot of each sample. A shot scatters less about a fit that it takes part in: with
-/// CCᵀ = H⁻¹ and its own curvature N = CᵀHᵢC, its slope Cᵀg has the variance N(1 − N) and counts
-/// as (1 − N)^(−1/2) Cᵀg (Bell and McCaffrey 2002, Surv. Methodol. 28, 169).
-pub(crate) fn sandwich(
-    problem: &Problem,
-    at: &Evaluation,
-    estimates: &Estimates,
-    losses: &[Vec<(ShotLoss, f64)>],
-) -> Option<DMatrix<f64>> {
-    let n = estimates.columns.len();
-    let count = losses.iter().map(Vec::len).sum::<usize>() as f64;
-    // of unknowns with priors the shots tell a part
-    let prior = |column: &usize| problem.unknowns[*column].active_prior();
-    let told = estimates.columns.iter().zip(0..).map(|(column, i)| match prior(column) {
-        Some(prior) => 1.0 - estimates.covariance[(i, i)] / (prior.sd * prior.sd),
-        None => 1.0,
-    });
-    let told: f64 = told.sum();
-    if count <= told {
-        return None;
-    }
-    let mut curvature = DMatrix::<f64>::zeros(n, n);
-    let mut slopes = Vec::new();
-    for ((sample, shots), losses) in problem.samples.iter().zip(&at.shots).zip(losses) {
-        let local = |id: &Id| estimates.position(sample.columns[*id as usize]);
-        let (ids, places): (Vec<Id>, Vec<usize>) =
-            Id::ALL.into_iter().filter_map(|id| Some((id, local(&id)?))).unzip();
-        for (shot, (loss, distance)) in shots.iter().zip(losses) {
-            // of the weighted sums: g = w Jᵀr, H = w JᵀJ + (w'/s)(Jᵀr)(Jᵀr)ᵀ
-            let (matrix, slope) = shot.reduced(&ids)?;
-            let weight = loss.weight(*distance);
-            let bend =
-                if *distance > 0.0 { loss.slope(*distance) / (distance * weight * weight) } else { 0.0 };
-            let own = matrix + &slope * slope.transpose() * bend;
-            for (i, a) in places.iter().enumerate() {
-                for (j, b) in places.iter().enumerate() {
-                    curvature[(*a, *b)] += own[(i, j)];
-                }
-            }
-            slopes.push((places.clone(), own, slope));
-        }
-    }
-    let precision = |i: usize| prior(&estimates.columns[i]).map_or(0.0, |prior| prior.sd.powi(-2));
-    let precision = DMatrix::from_diagonal(&DVector::from_fn(n, |i, _| precision(i)));
-    let root = (curvature + &precision).cholesky()?.inverse().cholesky()?.l();
-    let mut scatter = root.transpose() * precision * &root;
-    for (places, own, slope) in slopes {
-        let rows = root.select_rows(&places);
-        let parts = (rows.transpose() * own * &rows).symmetric_eigen();
-        let by_part = parts.eigenvectors.transpose() * (rows.transpose() * slope);
-        let left = parts.eigenvalues.map(|part| (1.0 - part.clamp(0.0, MOST_OF_ITSELF)).sqrt());
-        let whole = &parts.eigenvectors * by_part.component_div(&left);
-        scatter += &whole * whole.transpose();
-    }
-    Some(&root * scatter * root.transpose())
 }

@@ -6,6 +6,7 @@ use super::film::causes::{self, Refit};
 use super::film::film_data::{Film, FilmError, Modelling};
 use super::film::outliers::{self, judge_shots, leave_out_frames, tail};
 use super::findings::{Finding, Severity};
+use super::intervals::errors_as_free;
 use super::loss::ShotLoss;
 use super::minimise::{descend_with_noise, fit};
 use super::policy::Policy;
@@ -133,8 +134,7 @@ impl<'a> Run<'a> {
         for round in 0..ROUNDS {
             let mut state = run.descent.end.state.clone();
             // wrong frames are left out before shots are judged; by a robust loss wrong shots count less
-            let is_robust = run.problem.film().is_some_and(|film| film.loss.is_some());
-            let keep = if round == 0 || is_robust {
+            let keep = if round == 0 || run.problem.is_robust() {
                 vec![true; run.names.len()]
             } else {
                 judge_shots(&run.descent.end.shots[0], policy)
@@ -162,8 +162,7 @@ impl<'a> Run<'a> {
         start: &State,
         first: &[Noise; 2],
     ) {
-        let is_robust = problem.film().is_none_or(|film| film.loss.is_some());
-        if is_robust || slow_variance(&self.noise(), first) <= self.policy.misfit {
+        if problem.is_robust() || slow_variance(&self.noise(), first) <= self.policy.misfit {
             return;
         }
         let Some((keep, mut state)) = judge_outcomes(&problem, start, self.policy) else { return };
@@ -218,8 +217,7 @@ impl<'a> Run<'a> {
     }
 
     fn finish(mut self, mut estimates: Estimates) -> Solution {
-        let reduced = self.descent.end.eliminate(&self.problem, 0.0);
-        let as_free = reduced.and_then(|reduced| Estimates::of_columns(&reduced, self.problem.free()));
+        let as_free = errors_as_free(&self.problem, &self.descent.end, &[]);
         for id in Id::WANTED {
             let (unknown, value) = (self.problem.unknown(id), self.descent.end.state.shared[id]);
             let sd = estimates.sd(id as usize);

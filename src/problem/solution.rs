@@ -1,11 +1,13 @@
 //! A minimum, and what is known there.
 
 use nalgebra::DMatrix;
+use rand::{Rng, SeedableRng};
+use rand_chacha::ChaCha8Rng;
 use rayon::prelude::*;
 use statrs::distribution::ContinuousCDF;
 
 use super::block::Block;
-use super::descent::Descent;
+use super::descent::{Descent, descend};
 use super::film::spins::ShotSpin;
 use super::findings::{Finding, Severity, worst};
 use super::noise::{count_shared, minus_two_log};
@@ -15,6 +17,9 @@ use super::rows::shot::RowShot;
 use super::sums::{Contribution, Noise};
 use super::uncertainty::{Estimates, Share};
 use super::unknowns::{Id, Mode, Normal, Own};
+
+/// Evaluations of a descent with shots that are drawn anew, typical are 4.
+const MAX_STEPS: usize = 40;
 
 /// The estimate of a shared unknown.
 #[derive(Clone, Copy, Debug)]
@@ -340,5 +345,24 @@ impl Solution {
     /// Returns the worst severity of the findings.
     pub fn severity(&self) -> Severity {
         worst(&self.findings)
+    }
+
+    /// Returns the values of these unknowns in a fit of shots of the only sample that are drawn anew
+    /// with replacement (Efron 1987), at the same noise; `number` is the stream of the random numbers. `None` if it does not end at a
+    /// minimum that determines all of them.
+    pub(crate) fn resampled(&self, ids: &[Id], (seed, number): (u64, u64)) -> Option<Vec<f64>> {
+        let mut random = ChaCha8Rng::seed_from_u64(seed);
+        random.set_stream(number);
+        let own = self.state().own.first()?;
+        let drawn: Vec<usize> = (0..own.len()).map(|_| random.random_range(0..own.len())).collect();
+        let mut problem: Problem = self.problem.clone();
+        problem.samples[0].block.take(&drawn);
+        let own = vec![drawn.iter().map(|i| own[*i].clone()).collect()];
+        let state = State { own, shared: self.state().shared.clone() };
+        let descent = descend(&problem, problem.evaluate(state), &problem.free(), MAX_STEPS);
+        let estimates = Estimates::new(&problem, &descent.end)?;
+        let determined = ids.iter().all(|id| estimates.position(*id as usize).is_some());
+        let values = ids.iter().map(|id| descent.end.state.shared[*id]).collect();
+        (descent.converged && determined).then_some(values)
     }
 }

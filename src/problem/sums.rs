@@ -188,13 +188,8 @@ impl Contribution {
     /// Returns the normal matrix of the own unknowns, its diagonal raised by `damping`, and the
     /// columns beside it from `first` on. Held unknowns are decoupled.
     pub fn own_system(&self, damping: f64, first: usize) -> (DMatrix<f64>, DMatrix<f64>) {
-        let own = self.held.len();
-        let matrix = DMatrix::from_fn(own, own, |i, j| {
-            let held = self.held[i] || self.held[j];
-            let raised = if i == j { 1.0 + damping } else { 1.0 };
-            if held { f64::from(i == j) } else { self.products[(i.min(j), i.max(j))] * raised }
-        });
-        let beside = DMatrix::from_fn(own, self.products.ncols() - first, |i, j| {
+        let (matrix, _) = self.system(&[], damping);
+        let beside = DMatrix::from_fn(self.held.len(), self.products.ncols() - first, |i, j| {
             if self.held[i] { 0.0 } else { self.products[(i, first + j)] }
         });
         (matrix, beside)

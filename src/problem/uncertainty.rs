@@ -62,8 +62,7 @@ impl Estimates {
     }
 
     pub fn of_reduced(problem: &Problem, state: &State, reduced: &Reduced) -> Option<Self> {
-        let at_bound = |column: &usize| problem.unknowns[*column].bounds.contains(&state.shared.0[*column]);
-        Self::of_columns(reduced, problem.free().into_iter().filter(|column| !at_bound(column)).collect())
+        Self::of_columns(reduced, problem.inside(state))
     }
 
     /// Returns the covariance of some unknowns, those at bounds taken for free, without those that the

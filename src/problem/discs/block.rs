@@ -5,10 +5,9 @@ use std::sync::Arc;
 use nalgebra::SVector;
 use num_dual::DualSVec64;
 
-use super::lines::LEAST;
+use super::lines::{LEAST, Stuck};
 use super::motion::{COEFFICIENTS, INPUTS, MOVING, Paths, follow, locate};
 use super::own::{self, CORE, Component, spreads};
-use super::stick::Stuck;
 use crate::physics::disc::Discs;
 use crate::problem::film::camera::{Camera, Point};
 use crate::problem::film::dual::{constant, gradient};

@@ -4,23 +4,22 @@
 use rayon::prelude::*;
 
 use super::block::{ANY, DiscBlock, NOISES, PointTrack, ShotFrames, TOUCHING};
-use super::lines::{Meeting, Turning};
+use super::lines::{Meeting, Stuck, Turning};
 use super::own::{self, CORE, list_unknowns};
-use super::stick::Stuck;
 use crate::extraction::{Bodies, Unusable};
+use crate::film::frame_noise;
 use crate::film::rigid_body::circle_centres;
-use crate::film::{drops, frame_noise};
 use crate::measurement::dataset::Dataset;
 use crate::measurement::spin::Spin;
 use crate::measurement::track::{Marker, Sample, TrackShot, TrackedBall};
 use crate::numerics::median;
 use crate::physics::disc::Discs;
 use crate::problem::film::camera::Point;
-use crate::problem::film::film_data::FilmError;
+use crate::problem::film::cleaning::repair_drops;
+use crate::problem::film::film_data::{Film, FilmError};
 use crate::problem::film::reading::Reading;
-use crate::problem::findings::Finding;
 use crate::problem::sums::{Noise, OwnPrior};
-use crate::problem::unknowns::{Id, Normal, Own, Shared, Unknown};
+use crate::problem::unknowns::{Id, Normal, Own, Shared};
 
 /// A distance of the centres of which nothing is known, m.
 const ANY_DISTANCE: Normal = Normal { mean: 0.0, sd: 1e3 };
@@ -46,22 +45,6 @@ const NEAR: f64 = 60.0;
 const LEAST_FRAMES: usize = 8;
 const TAIL: f64 = 0.1;
 
-/// A film of discs as a block, with its shared unknowns and first guesses.
-pub(crate) struct DiscFilm {
-    pub block: DiscBlock,
-    pub unknowns: Vec<Unknown>,
-    /// First guesses.
-    pub own: Vec<Own>,
-    /// Names and reasons of the shots that are not in the block.
-    pub left_out: Vec<(String, String)>,
-    /// The repairs.
-    pub findings: Vec<Finding>,
-    /// Metres in a unit of length of the film.
-    pub unit: f64,
-    /// Middle of the impacts in the film, in its unit.
-    pub middle: Point,
-}
-
 /// A shot that can be fitted.
 struct Guessed {
     shot: TrackShot,
@@ -69,12 +52,12 @@ struct Guessed {
     stuck: Option<Stuck>,
 }
 
-impl DiscFilm {
+impl Film<DiscBlock> {
     /// Returns the block of a data set's films.
     ///
     /// # Errors
     /// See [`FilmError`].
-    pub fn new(dataset: &Dataset) -> Result<Self, FilmError> {
+    pub fn of_discs(dataset: &Dataset) -> Result<Self, FilmError> {
         let tracks = dataset.tracks.as_ref().filter(|tracks| !tracks.shots.is_empty());
         let tracks = tracks.ok_or(FilmError::NoFilm)?;
         let discs = tracks.discs.ok_or(FilmError::NoFilm)?;
@@ -83,8 +66,7 @@ impl DiscFilm {
         for shot in &mut shots {
             shot.position_sd = None;
         }
-        let drops: Vec<usize> = shots.par_iter_mut().map(drops::repair).filter(|count| *count > 0).collect();
-        let dropped = Finding::Drops { shots: drops.len(), drops: drops.iter().sum() };
+        let findings = repair_drops(&mut shots).into_iter().collect();
         let (mut guessed, mut left_out) = (Vec::new(), tracks.left_out.clone());
         for guess in shots.into_par_iter().map(Guessed::new).collect::<Vec<_>>() {
             match guess {
@@ -108,17 +90,17 @@ impl DiscFilm {
         let frames = guessed.iter().map(|guessed| guessed.frames(&discs, &reading, &shared));
         let (shots, mut own): (Vec<ShotFrames>, Vec<Own>) = frames.unzip();
         let noise = |Guessed { shot, meeting, .. }: &Guessed| {
-            let sd = frame_noise::noise_near(shot, meeting.time);
+            let sd = frame_noise::noise_of_near(&[&shot.cue, &shot.object], shot, meeting.time);
             let sd = unit * (COARSE * meeting.distance()).max(EXTRAPOLATED * sd);
             [Noise { sd, rho: shot.correlation }; NOISES]
         };
+        let names = shots.iter().map(|shot| shot.name.clone()).collect();
         let block = DiscBlock::new(shots, discs, guessed.iter().flat_map(noise).collect());
         for (i, own) in own.iter_mut().enumerate() {
             let outcome = [own[own::RESTITUTION], own[own::RATIO]];
             block.set_outcome(i, own, &shared, outcome);
         }
-        let findings = if drops.is_empty() { Vec::new() } else { vec![dropped] };
-        Ok(Self { block, unknowns, own, left_out, findings, unit, middle })
+        Ok(Self { block, unknowns, own, names, left_out, findings, unit, middle })
     }
 }
 

@@ -2,9 +2,9 @@
 
 use statrs::distribution::{ContinuousCDF, Normal};
 
+use super::lines::Stuck;
 use super::own::LEAST_SHOTS;
 use super::quantities::Quantity;
-use super::stick::Stuck;
 use crate::extraction::Unusable;
 use crate::measurement::dataset::Measured;
 use crate::measurement::number::with_error;

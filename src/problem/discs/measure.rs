@@ -3,7 +3,6 @@
 use std::sync::Arc;
 
 use super::block::{DiscBlock, Freedom, TOUCHING};
-use super::first_guess::DiscFilm;
 use super::impact::{DiscImpact, find_doubts};
 use super::motion::{INPUTS, MOVING, locate};
 use super::own::{self, CORE, LEAST_SHOTS};
@@ -13,10 +12,11 @@ use crate::problem::block::Block;
 use crate::problem::descent::{Descent, descend};
 use crate::problem::film::camera::{Camera, Point};
 use crate::problem::film::dual::gradient;
-use crate::problem::film::film_data::FilmError;
+use crate::problem::film::film_data::{Film, FilmError};
 use crate::problem::film::outliers::{outlying, tail};
 use crate::problem::frames::{PicturePaths, Sight};
 use crate::problem::minimise::descend_with_noise;
+use crate::problem::noise::minus_two_log;
 use crate::problem::policy::Policy;
 use crate::problem::problem::{Problem, State};
 use crate::problem::solution::Solution;
@@ -44,27 +44,16 @@ const MAX_TOUCHING: usize = 6;
 pub(super) struct Reached {
     pub problem: Problem,
     pub descent: Descent,
-    /// −2 log L with the own unknowns integrated.
+    /// −2 log L up to a constant, with the own unknowns integrated.
     pub unlikely: f64,
 }
 
 impl Reached {
-    /// Returns where a descent ended, with the noise that the residuals have shown.
-    pub fn new(problem: Problem, mut descent: Descent) -> Result<Self, FilmError> {
-        descent.end = problem.evaluate(descent.end.state);
-        let mut reached = Self { problem, descent, unlikely: 0.0 };
-        let block = reached.block()?;
-        let end = &reached.descent.end;
-        let reduced = end.eliminate(&reached.problem, 0.0).ok_or(FilmError::Undetermined)?;
-        let mut unlikely = end.cost + reduced.own_ln_determinant;
-        for (_, prior) in (0..block.shots.len()).flat_map(|i| block.own_priors(i)) {
-            unlikely += prior.normal(&block.spreads).map_or(0.0, |normal| 2.0 * normal.sd.ln());
-        }
-        for (sums, noise) in end.noises(0).iter().zip(&block.noise) {
-            unlikely += 2.0 * sums.count * noise.sd.ln() + sums.ln_determinant;
-        }
-        reached.unlikely = unlikely;
-        Ok(reached)
+    /// Returns where a descent ended.
+    pub fn new(problem: Problem, descent: Descent) -> Result<Self, FilmError> {
+        let reduced = descent.end.eliminate(&problem, 0.0).ok_or(FilmError::Undetermined)?;
+        let unlikely = minus_two_log(&problem, &descent.end) + reduced.own_ln_determinant;
+        Ok(Self { problem, descent, unlikely })
     }
 
     /// Descends with the noise or spreads that residuals show, again from where a descent did not end at a
@@ -101,19 +90,14 @@ impl Reached {
     }
 
     /// Returns what is known there, with what was found on the way.
-    pub fn solution(self, film: &DiscFilm) -> Result<Solution, FilmError> {
+    pub fn solution(self, film: &Film<DiscBlock>) -> Result<Solution, FilmError> {
+        let (covariance, names) = (self.estimates()?, vec![self.names()]);
         Ok(Solution {
             unit: film.unit,
             middle: film.middle.into(),
-            covariance: self.estimates()?,
-            names: vec![self.names()],
-            converged: self.descent.converged,
-            at: self.descent.end,
             findings: film.findings.clone(),
             left_out: film.left_out.clone(),
-            misfit: f64::NAN,
-            evaluations: self.problem.count_evaluations(),
-            problem: self.problem,
+            ..Solution::new(self.problem, self.descent, covariance, names)
         })
     }
 }
@@ -132,7 +116,7 @@ pub struct MeasuredDiscs {
 /// # Errors
 /// See [`FilmError`].
 pub fn measure_discs(dataset: &Dataset, policy: &Policy) -> Result<MeasuredDiscs, FilmError> {
-    let mut film = DiscFilm::new(dataset)?;
+    let mut film = Film::of_discs(dataset)?;
     let mut measured = measure(&film, policy)?;
     measured.problem.discs_mut().ok_or(FilmError::NoFilm)?.freedom = Freedom::Everything;
     loop {
@@ -157,7 +141,7 @@ pub fn measure_discs(dataset: &Dataset, policy: &Policy) -> Result<MeasuredDiscs
 }
 
 /// Finds the outcome of each shot whatever the law, and which frames show it.
-pub(super) fn measure(film: &DiscFilm, policy: &Policy) -> Result<Reached, FilmError> {
+pub(super) fn measure(film: &Film<DiscBlock>, policy: &Policy) -> Result<Reached, FilmError> {
     let mut unknowns = film.unknowns.clone();
     for id in [Id::Mu, Id::E, Id::FallB, Id::FallC, Id::Kappa, Id::ESlope] {
         unknowns[id as usize].mode = Mode::Fixed;
@@ -301,7 +285,7 @@ fn are_off<const R: usize>(sights: &[Vec<Sight<R>>], instant: f64, reach: f64, p
 
 impl Reached {
     /// Returns the table of what was measured.
-    pub fn impacts(&self, film: &DiscFilm, policy: &Policy) -> Result<Vec<DiscImpact>, FilmError> {
+    pub fn impacts(&self, film: &Film<DiscBlock>, policy: &Policy) -> Result<Vec<DiscImpact>, FilmError> {
         let (block, end) = (self.block()?, &self.descent.end);
         let reduced = end.eliminate(&self.problem, 0.0).ok_or(FilmError::Undetermined)?;
         let estimates =

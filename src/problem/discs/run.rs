@@ -1,15 +1,15 @@
 //! The fit of films of discs from beginning to end: what was measured of each shot whatever the law of
 //! friction, then the law that all shots share.
 
-use statrs::distribution::{ChiSquared, ContinuousCDF, StudentsT};
+use statrs::distribution::{ContinuousCDF, StudentsT};
 
-use super::first_guess::DiscFilm;
 use super::impact::DiscImpact;
 use super::law::{Rival, Shots};
 use super::measure::{ROUNDS, Reached, measure};
 use super::own::Component;
 use crate::measurement::dataset::Dataset;
-use crate::problem::film::film_data::FilmError;
+use crate::problem::film::film_data::{Film, FilmError};
+use crate::problem::film::outliers::tail;
 use crate::problem::findings::Finding;
 use crate::problem::policy::Policy;
 use crate::problem::solution::Solution;
@@ -63,7 +63,7 @@ impl DiscFit {
 /// # Errors
 /// See [`FilmError`].
 pub fn fit_discs(dataset: &Dataset, policy: &Policy) -> Result<DiscFit, FilmError> {
-    let mut film = DiscFilm::new(dataset)?;
+    let mut film = Film::of_discs(dataset)?;
     let free = measure(&film, policy)?;
     let impacts = free.impacts(&film, policy)?;
     let fault = |impact: &DiscImpact| match impact.stuck {
@@ -140,8 +140,7 @@ impl Reached {
             });
             let squares: Vec<f64> = squares.collect();
             let largest = squares.iter().copied().fold(0.0, f64::max);
-            let chance = ChiSquared::new(1.0).map_or(1.0, |chi2| chi2.sf(largest));
-            squares.len() as f64 * chance > policy.shot_tail
+            squares.len() as f64 * tail(largest, 1.0) > policy.shot_tail
         };
         let keep: Vec<bool> = (0..block.shots.len()).map(is_likely).collect();
         let lost = keep.iter().filter(|keep| !**keep).count();

@@ -246,18 +246,12 @@ pub(crate) fn correct(problem: &Problem, at: &Evaluation) -> Option<Refit> {
     Some(Refit::from(corrected, state, fall))
 }
 
-/// Returns whether a robust loss lets wrong shots count less: a spin of its own for each shot would
-/// explain them.
-fn is_robust(problem: &Problem) -> bool {
-    problem.film().is_some_and(|film| film.loss.is_some())
-}
-
 /// Returns the refit with balls that slide before the impact though natural roll is stated, with a
 /// topspin that the shots share.
 fn slide(problem: &Problem, at: &Evaluation, policy: &Policy) -> Option<Refit> {
     let rolls = |spin: &ShotSpin| spin.stated.mean == Some(Id::Roll) && !spin.is_unknown();
     let has_rolls = problem.film()?.spins.iter().any(rolls);
-    if is_robust(problem) || !has_rolls || problem.unknown(Id::Slide).mode == Mode::Free {
+    if problem.is_robust() || !has_rolls || problem.unknown(Id::Slide).mode == Mode::Free {
         return None;
     }
     let mut wider = problem.clone();
@@ -288,7 +282,8 @@ pub(crate) fn spin_freely(
     (first, noise): (&State, [Noise; 2]),
     policy: &Policy,
 ) -> Option<Refit> {
-    if is_robust(problem) {
+    // a spin of its own for each shot would explain wrong shots that count less
+    if problem.is_robust() {
         return None;
     }
     let mut free = Problem { unknowns: of_unknown_spins(&problem.unknowns), ..problem.clone() };

@@ -36,11 +36,7 @@ impl Cleaned {
     pub fn new(tracks: &Tracks, ball: &Ball) -> Self {
         let mut shots = tracks.shots.clone();
         let of = shots.len();
-        let mut findings = Vec::new();
-        let drops: Vec<usize> = shots.par_iter_mut().map(drops::repair).filter(|count| *count > 0).collect();
-        if !drops.is_empty() {
-            findings.push(Finding::Drops { shots: drops.len(), drops: drops.iter().sum() });
-        }
+        let mut findings: Vec<Finding> = repair_drops(&mut shots).into_iter().collect();
         let count = |shots: &mut [TrackShot], repair: fn(&mut TrackShot, &Ball) -> bool| {
             shots.par_iter_mut().map(|shot| usize::from(repair(shot, ball))).sum::<usize>()
         };
@@ -71,6 +67,12 @@ impl Cleaned {
         }
         Self { shots, rho, findings, left_out }
     }
+}
+
+/// Moves the frames after dropped ones in time; says so if there are any.
+pub(in crate::problem) fn repair_drops(shots: &mut [TrackShot]) -> Option<Finding> {
+    let drops: Vec<usize> = shots.par_iter_mut().map(drops::repair).filter(|count| *count > 0).collect();
+    (!drops.is_empty()).then(|| Finding::Drops { shots: drops.len(), drops: drops.iter().sum() })
 }
 
 /// Leaves out all shots if the object balls of most move significantly before the impact, as those of the

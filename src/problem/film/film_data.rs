@@ -58,10 +58,10 @@ impl Modelling {
     }
 }
 
-/// A film as a block, with its shared unknowns, first guesses, the names of its shots and what was
-/// found on the way.
-pub(crate) struct Film {
-    pub block: FilmBlock,
+/// A film of balls or of discs as a block, with its shared unknowns, first guesses, the names of its shots
+/// and what was found on the way.
+pub(crate) struct Film<B> {
+    pub block: B,
     pub unknowns: Vec<Unknown>,
     /// First guesses.
     pub own: Vec<Own>,
@@ -93,7 +93,7 @@ pub enum FilmError {
     Undetermined,
 }
 
-impl Film {
+impl Film<FilmBlock> {
     /// Returns the block of a data set's films.
     ///
     /// # Errors
@@ -164,15 +164,15 @@ fn guess_all(
     from_balls: bool,
     left_out: &mut Vec<(String, String)>,
 ) -> Vec<Guessed> {
-    let guess = |track: TrackShot| match from_paths(&track, ball, frame_noise::noise(&track)) {
-        Ok(guess) => Ok(Guessed { track, guess }),
-        Err(why) => Err((track.name, why)),
-    };
-    let (guessed, refused): (Vec<_>, Vec<_>) =
-        shots.into_par_iter().map(guess).partition_map(|guess| match guess {
-            Ok(guessed) => rayon::iter::Either::Left(guessed),
-            Err(refused) => rayon::iter::Either::Right(refused),
-        });
+    let guess = |shot: &TrackShot| from_paths(shot, ball, frame_noise::noise(shot));
+    let guesses: Vec<_> = shots.par_iter().map(guess).collect();
+    let (mut guessed, mut refused) = (Vec::new(), Vec::new());
+    for (track, guess) in shots.into_iter().zip(guesses) {
+        match guess {
+            Ok(guess) => guessed.push(Guessed { track, guess }),
+            Err(why) => refused.push((track.name, why)),
+        }
+    }
     let is_moving = |why: &Unusable| matches!(why, Unusable::ObjectMoving { .. });
     // metres mean something
     let has_scale = !from_balls || !guessed.is_empty();

@@ -194,13 +194,8 @@ impl Contact {
         model
     }
 
-    /// Returns by how much the outcome of the finer model differs for one cue ball; 0 without one.
-    pub fn correct(&self, cue: &Side, shared: &Shared) -> Result<Correction, NotACollision> {
-        self.correct_at(&cue.state(self.object.radius * shared[Id::RadiusRatio]), shared)
-    }
-
     /// Returns by how much the outcome of the finer model differs for a cue ball in this state; 0 without one.
-    pub fn correct_at(&self, before: &BallState, shared: &Shared) -> Result<Correction, NotACollision> {
+    pub fn correct(&self, before: &BallState, shared: &Shared) -> Result<Correction, NotACollision> {
         let Some(fine) = self.fine else { return Ok(Correction::zeros()) };
         let (model, fine) = (self.at(self.model, shared), self.at(fine, shared));
         let coefficients = coefficients(shared);

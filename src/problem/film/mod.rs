@@ -3,7 +3,7 @@
 pub(crate) mod block;
 pub(crate) mod camera;
 pub(crate) mod causes;
-mod cleaning;
+pub(crate) mod cleaning;
 pub(crate) mod dual;
 pub(crate) mod film_data;
 pub(crate) mod impact;
@@ -16,4 +16,3 @@ pub(crate) mod priors;
 pub(crate) mod reading;
 pub(crate) mod shots;
 pub(crate) mod spins;
-mod states;

@@ -104,7 +104,7 @@ impl RowsBlock {
         let heavy = if self.contact.is_corrected() { self.contact } else { self.contact.with_weight() };
         let offset = |(shot, own): (&mut RowShot, &Own)| {
             let cue = shot.approach(own).state(shot.radius);
-            let offset = heavy.correct_at(&cue, shared).ok().filter(|_| shot.knows_speed);
+            let offset = heavy.correct(&cue, shared).ok().filter(|_| shot.knows_speed);
             shot.offset = offset.unwrap_or_else(Correction::zeros);
         };
         Arc::make_mut(&mut self.shots).par_iter_mut().zip(own).for_each(offset);

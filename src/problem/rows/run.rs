@@ -1,22 +1,23 @@
 //! The fit of a table from beginning to end.
 
 use nalgebra::DVector;
-use statrs::distribution::{ChiSquared, ContinuousCDF};
 
 use super::block::{Pool, RowsBlock};
 use super::choices::{RowsChoices, RowsError};
-use super::effects::choose_effects;
 use super::outliers::judge_rows;
 use super::table::Table;
 use crate::measurement::dataset::{Dataset, Shot};
 use crate::measurement::loss::Loss;
 use crate::measurement::observable::Observable;
+use crate::measurement::parameter::{Compliance, Parameter, Settings};
 use crate::physics::collision::FidelityChoice;
 use crate::problem::descent::{Descent, descend, descend_until};
 use crate::problem::film::causes::{self, Refit};
+use crate::problem::film::outliers::tail;
 use crate::problem::findings::Finding;
 use crate::problem::intervals::{Known, ParameterEstimate, Quantiles, Status, determine, errors_as_free};
-use crate::problem::minimise::{descend_with_noise, thin};
+use crate::problem::minimise::{descend_weighed, descend_with_noise, thin};
+use crate::problem::noise::minus_two_log;
 use crate::problem::policy::Policy;
 use crate::problem::problem::{Evaluation, Problem, State};
 use crate::problem::robust::robust_covariance;
@@ -32,9 +33,6 @@ const MAX_STEPS: usize = 50;
 
 /// Fall of χ² by which another minimum is lower, as far as descents find minima.
 const LOWER: f64 = 0.02;
-
-/// Distance from a bound, in standard errors, within which a descent may end beside it.
-const BESIDE: f64 = 1e-5;
 
 /// Degrees of freedom below which a noise is not estimated.
 const LEAST_DOF: f64 = 0.5;
@@ -126,9 +124,8 @@ pub fn fit_rows(
     let free = table.problem.free();
     let converged = descent.converged;
     table.problem.weigh_again(&mut descent.end);
-    let descent =
+    let mut descent =
         Descent { converged, ..descend_until(&table.problem, descent.end, &free, MAX_STEPS, STALL) };
-    let mut descent = meet_bounds(&table.problem, descent);
     if dataset.side_sd > 0.0
         && let Some(end) = integrate_spins(&table.problem, &descent.end)
     {
@@ -166,20 +163,54 @@ fn integrate_spins(problem: &Problem, at: &Evaluation) -> Option<Evaluation> {
     end.cost.is_finite().then_some(end)
 }
 
-/// Moves unknowns that a descent left beside a bound on to it.
-fn meet_bounds(problem: &Problem, descent: Descent) -> Descent {
-    let Some(estimates) = Estimates::new(problem, &descent.end) else { return descent };
-    let mut state = descent.end.state.clone();
-    for column in &estimates.columns {
-        let near = BESIDE * estimates.sd(*column).unwrap_or(0.0);
-        let x = &mut state.shared.0[*column];
-        for bound in problem.unknowns[*column].bounds {
-            if (*x - bound).abs() < near {
-                *x = bound;
-            }
+/// Adopts the effects that make the shots likelier by enough: a compliant contact if shots stick, and
+/// outcomes with the balls' weight. A fidelity that was asked for is adopted anyway.
+fn choose_effects(
+    problem: &mut Problem,
+    descent: &mut Descent,
+    fidelity: FidelityChoice,
+    settings: &Settings,
+    policy: &Policy,
+) -> Vec<Finding> {
+    let mut findings = Vec::new();
+    let (is_auto, kappa) = (fidelity == FidelityChoice::Auto, settings[Parameter::Kappa].initial);
+    let shots = descent.end.count_sticking();
+    if is_auto && settings.compliance == Compliance::Auto && kappa > 0.0 && shots > 0 {
+        let (mut compliant, mut start) = (problem.clone(), descent.end.state.clone());
+        (compliant.unknown_mut(Id::Kappa).start, start.shared[Id::Kappa]) = (kappa, kappa);
+        compliant.refresh_contact();
+        let with = descend_with_noise(&mut compliant, start);
+        let kappa = with.end.state.shared[Id::Kappa];
+        let (fall, adopted) = adopt((problem, descent), (compliant, with), policy.adopt);
+        findings.push(Finding::Compliance { kappa, shots, fall, adopted });
+    }
+    let is_corrected = problem.rows().is_some_and(|rows| rows.contact.is_corrected());
+    // the integrated contact is not that of a contact that is stated to be rigid
+    if is_auto && settings.compliance != Compliance::Rigid || is_corrected {
+        let mut weighed = problem.clone();
+        let with = descend_weighed(&mut weighed, descent.end.state.clone());
+        let shots = weighed.samples[0].block.count_corrected();
+        if shots > 0 {
+            let least = if is_auto { policy.adopt } else { f64::NEG_INFINITY };
+            let (fall, adopted) = adopt((problem, descent), (weighed, with), least);
+            findings.extend(is_auto.then_some(Finding::Weight { shots, fall, adopted }));
         }
     }
-    Descent { end: problem.evaluate(state), ..descent }
+    findings
+}
+
+/// Adopts a refit if −2 log L falls by more than `least`; returns the fall, and whether it was.
+fn adopt(
+    (problem, descent): (&mut Problem, &mut Descent),
+    (other, with): (Problem, Descent),
+    least: f64,
+) -> (f64, bool) {
+    let fall = minus_two_log(problem, &descent.end) - minus_two_log(&other, &with.end);
+    let adopted = fall > least;
+    if adopted {
+        (*problem, *descent) = (other, with);
+    }
+    (fall, adopted)
 }
 
 /// The result of a search.
@@ -205,7 +236,7 @@ fn finish(table: Table, found: Found, choices: &RowsChoices, policy: &Policy) ->
     }
     let chi2_dof = numbers as f64 - problem.free().len() as f64;
     let is_misfit =
-        chance(descent.end.cost, chi2_dof) < policy.shot_tail && descent.end.cost > policy.misfit * chi2_dof;
+        tail(descent.end.cost, chi2_dof) < policy.shot_tail && descent.end.cost > policy.misfit * chi2_dof;
     if noises.is_empty() && !is_robust && is_misfit {
         let ratio = descent.end.cost / chi2_dof;
         findings.push(Finding::Misfit { ratio, refutes: ratio > policy.refuted_rows });
@@ -237,17 +268,12 @@ fn finish(table: Table, found: Found, choices: &RowsChoices, policy: &Policy) ->
     RowsFit { solution, estimates, noises, dof, as_free }
 }
 
-/// Returns the probability of a larger χ².
-fn chance(chi2: f64, dof: f64) -> f64 {
-    ChiSquared::new(dof).map_or(1.0, |distribution| distribution.sf(chi2))
-}
-
 /// Returns the refit with what explains residuals that the stated errors do not: another ratio of the
 /// masses, or a friction that falls with the slip.
 fn explain(table: &Table, at: &Evaluation, policy: &Policy) -> Option<Refit> {
     let mut wider = table.problem.clone();
     let rows = wider.rows()?;
-    let chance = chance(at.cost, table.numbers() as f64 - wider.free().len() as f64);
+    let chance = tail(at.cost, table.numbers() as f64 - wider.free().len() as f64);
     let is_stated = rows.noises.is_empty() && rows.loss == Loss::Squares;
     let conflicts = Estimates::new(&wider, at)?.conflicts(&wider, at);
     let is_contradicted = conflicts.iter().any(|conflict| conflict.size.abs() > policy.conflict);
