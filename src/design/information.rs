@@ -67,7 +67,7 @@ pub(crate) fn average(
     let (unknowns, shared) = unknowns(expected);
     let Camera { fps, position_sd_m: sd, .. } = expected.camera;
     let [before, after] = expected.camera.frames();
-    let topspin_sd = (kind.topspin[1] - kind.topspin[0]) / 12_f64.sqrt();
+    let topspin_sd = (kind.topspin[1] - kind.topspin[0]).abs() / 12_f64.sqrt();
     let filming = Filming { shots: kind.shots, topspin_sd, fps, frames: 1 + before + after, sd };
     let count = if at.is_some() { PHASES } else { SAMPLES };
     let shots: Vec<PlannedShot> = (0..count).map(|i| sample(expected, kind, i, at).1).collect();
@@ -101,22 +101,12 @@ fn unknowns(expected: &Expected) -> (Vec<Unknown>, Shared) {
 
 /// Returns what a fit of a shot of a kind knows of its spin, without measured numbers.
 fn stated_spin(kind: &PlayedKind, topspin: f64) -> Spin {
-    match kind.from {
+    match kind.source() {
         SpinFrom::Known if kind.side == 0.0 && topspin == 1.0 => Spin::NaturalRoll,
         SpinFrom::Known if kind.side == 0.0 && topspin == 0.0 => Spin::Stun,
-        SpinFrom::Known | SpinFrom::Markers { .. } => Spin::Measured { spin: Vec3::zeros(), sd: [None; 3] },
+        SpinFrom::Known | SpinFrom::Markers => Spin::Measured { spin: Vec3::zeros(), sd: [None; 3] },
         SpinFrom::Motion => Spin::Unknown,
     }
-}
-
-/// Returns the cue ball just before the impact of a shot of this speed, cut angle (degrees) and
-/// topspin.
-pub(super) fn cue_before(
-    expected: &Expected,
-    kind: &PlayedKind,
-    [speed, cut_deg, topspin]: [f64; 3],
-) -> BallState {
-    cue_ball(speed, cut_deg.to_radians(), [topspin, kind.side], expected.ball.radius)
 }
 
 /// Returns the cue ball of the i-th of shots of a kind, and the shot as the problem of a fit plans
@@ -135,11 +125,9 @@ fn sample(
     };
     let topspin = between(kind.topspin, of_topspin);
     let direction = std::f64::consts::TAU * part(5);
-    let cue = cue_before(expected, kind, [speed, cut_deg, topspin]);
-    let shown = match kind.from {
-        SpinFrom::Markers { sd } => Some(sd.unwrap_or([UNSEEN; 2])),
-        SpinFrom::Known | SpinFrom::Motion => None,
-    };
+    let cue = cue_ball(speed, cut_deg.to_radians(), [topspin, kind.side], expected.ball.radius);
+    let is_marked = kind.source() == SpinFrom::Markers;
+    let shown = is_marked.then(|| kind.spin_sd_rad_s.unwrap_or([UNSEEN; 2]));
     let spin = match stated_spin(kind, topspin) {
         Spin::Measured { .. } => {
             // a rotation about a horizontal axis also changes the height of markers, which is not

@@ -21,9 +21,9 @@ const MAX_FRAMES: usize = 100_000;
 /// Largest number of markers on a ball.
 const MAX_MARKERS: usize = 100;
 
-/// The camera that films shots.
+/// The camera that films shots: section `[camera]`.
 #[derive(Clone, Copy, Debug, Deserialize, Serialize)]
-#[serde(try_from = "CameraSection")]
+#[serde(deny_unknown_fields, default, expecting = "a table, as in [camera] fps = 1000")]
 pub struct Camera {
     /// Frames per second.
     pub fps: f64,
@@ -46,52 +46,6 @@ impl Default for Camera {
     fn default() -> Self {
         let (fps, position_sd_m, time) = (1000.0, 1e-4, 40.0);
         Self { fps, position_sd_m, before_ms: time, after_ms: time, gaps: 0.0, outliers: 0.0, markers: 0 }
-    }
-}
-
-/// The section `[camera]`, which states the noise in m, in mm, or in pixels of a known size.
-#[derive(Default, Deserialize)]
-#[serde(deny_unknown_fields, default, expecting = "a table, as in [camera] fps = 1000")]
-struct CameraSection {
-    fps: Option<f64>,
-    position_sd_m: Option<f64>,
-    position_sd_mm: Option<f64>,
-    position_sd_px: Option<f64>,
-    mm_per_px: Option<f64>,
-    before_ms: Option<f64>,
-    after_ms: Option<f64>,
-    gaps: f64,
-    outliers: f64,
-    markers: usize,
-}
-
-impl TryFrom<CameraSection> for Camera {
-    type Error = &'static str;
-
-    fn try_from(section: CameraSection) -> Result<Self, Self::Error> {
-        let CameraSection { position_sd_m, position_sd_mm, position_sd_px, mm_per_px, .. } = section;
-        let default = Self::default();
-        let position_sd_m = match (position_sd_m, position_sd_mm, position_sd_px, mm_per_px) {
-            (None, None, None, None) => default.position_sd_m,
-            (Some(m), None, None, None) => m,
-            (None, Some(mm), None, None) => 1e-3 * mm,
-            (None, None, Some(px), Some(mm_per_px)) => 1e-3 * px * mm_per_px,
-            _ => {
-                return Err(
-                    "the noise is stated in part or twice; expected position_sd_mm, or position_sd_px with \
-                            mm_per_px, or position_sd_m",
-                );
-            }
-        };
-        Ok(Self {
-            fps: section.fps.unwrap_or(default.fps),
-            position_sd_m,
-            before_ms: section.before_ms.unwrap_or(default.before_ms),
-            after_ms: section.after_ms.unwrap_or(default.after_ms),
-            gaps: section.gaps,
-            outliers: section.outliers,
-            markers: section.markers,
-        })
     }
 }
 
