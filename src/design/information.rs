@@ -38,15 +38,6 @@ const MARKED: usize = 96;
 /// The standard error of a spin that markers do not show, rad/s: ten times that of any shot.
 pub(crate) const UNSEEN: f64 = 1e4;
 
-/// Information of an average shot.
-#[derive(Clone, Copy, Debug)]
-pub(crate) struct Average {
-    /// The Fisher information.
-    pub information: Information,
-    /// Fraction of the shots whose frames do not determine their own motion.
-    pub unusable: f64,
-}
-
 /// Returns coordinate `k` (from 1) of the i-th of points that fill a unit cube evenly: multiples of
 /// g⁻ᵏ, where g^(d + 1) = g + 1 in d dimensions (Roberts 2018; the golden ratio in one).
 fn even(dimensions: i32, i: usize, k: i32) -> f64 {
@@ -63,7 +54,7 @@ pub(crate) fn average(
     expected: &Expected,
     kind: &PlayedKind,
     at: Option<[f64; 2]>,
-) -> Result<Average, NotACollision> {
+) -> Result<Information, NotACollision> {
     let (unknowns, shared) = unknowns(expected);
     let Camera { fps, position_sd_m: sd, .. } = expected.camera;
     let [before, after] = expected.camera.frames();
@@ -79,11 +70,7 @@ pub(crate) fn average(
     };
     let units: Vec<f64> = unknowns.iter().map(unit).collect();
     let sum = |i: usize, j: usize| found.iter().flatten().map(|of_shot| of_shot[(i, j)]).sum::<f64>();
-    let count = count as f64;
-    Ok(Average {
-        information: Information::from_fn(|i, j| units[i] * sum(i, j) * units[j] / count),
-        unusable: 1.0 - found.iter().flatten().count() as f64 / count,
-    })
+    Ok(Information::from_fn(|i, j| units[i] * sum(i, j) * units[j] / count as f64))
 }
 
 /// Returns the unknowns of a film of what is expected, and the values that are expected of them.
@@ -95,7 +82,7 @@ fn unknowns(expected: &Expected) -> (Vec<Unknown>, Shared) {
     let mut shared = Shared(unknowns.iter().map(|unknown| unknown.start).collect());
     let (truth, cloth) = (&expected.coefficients, &expected.cloth);
     (shared[Id::Mu], shared[Id::MuS], shared[Id::E]) = (truth.mu, truth.mu_s, truth.e);
-    (shared[Id::MuK], shared[Id::MuR], shared[Id::Bounce]) = (cloth.mu_k, cloth.mu_r, cloth.bounce);
+    (shared[Id::MuK], shared[Id::MuR], shared[Id::Bounce]) = (cloth.sliding, cloth.rolling, cloth.bounce);
     (unknowns, shared)
 }
 

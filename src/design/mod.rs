@@ -16,10 +16,11 @@ use crate::measurement::dataset::ObjectBall;
 use crate::measurement::number::plain;
 use crate::measurement::parameter::Parameter;
 use crate::physics::ball::Ball;
+use crate::physics::cloth_motion::Cloth;
 use crate::physics::collision::{Coefficients, Fidelity, Model, NotACollision};
 use crate::problem::Id;
-use crate::simulate::{Camera, ClothSpec};
-use information::{Average, Information};
+use crate::simulate::Camera;
+use information::Information;
 
 pub use plan::Mixture;
 
@@ -37,7 +38,7 @@ pub struct Expected {
     /// [`ObjectBall::unweighed`].
     pub object: Option<ObjectBall>,
     /// The cloth.
-    pub cloth: ClothSpec,
+    pub cloth: Cloth,
     /// The camera; its gaps, outliers and markers are ignored.
     pub camera: Camera,
     /// The kinds of shot that can be played.
@@ -131,25 +132,26 @@ impl Default for Expected {
     /// Pool balls on a usual cloth, 1000 fps, 0.1 mm, 40 ms before and after; 40 shots each of
     /// roll, stun, draw and side spin either way.
     fn default() -> Self {
-        let kind = |name: &str, topspin: [f64; 2], side: f64| PlayedKind {
+        let kinds = [
+            ("roll", [1.0; 2], 0.0),
+            ("stun", [0.0; 2], 0.0),
+            ("draw", [-1.0, -0.3], 0.0),
+            ("outside", [0.0; 2], -0.5),
+            ("inside", [0.0; 2], 0.5),
+        ];
+        let kinds = kinds.map(|(name, topspin, side)| PlayedKind {
             name: name.to_owned(),
             topspin,
             side,
             ..PlayedKind::default()
-        };
+        });
         Self {
             coefficients: Coefficients { mu: 0.05, mu_s: 0.3, e: 0.94 },
             ball: Ball::POOL,
             object: None,
-            cloth: ClothSpec::default(),
+            cloth: Cloth::default(),
             camera: Camera::default(),
-            kinds: vec![
-                kind("roll", [1.0; 2], 0.0),
-                kind("stun", [0.0; 2], 0.0),
-                kind("draw", [-1.0, -0.3], 0.0),
-                kind("outside", [0.0; 2], -0.5),
-                kind("inside", [0.0; 2], 0.5),
-            ],
+            kinds: kinds.to_vec(),
             wanted: [Some(3e-4), Some(5e-3), Some(3e-4)],
         }
     }
@@ -160,8 +162,6 @@ impl Default for Expected {
 pub struct OfKind {
     /// The Fisher information of one shot on average.
     pub information: Information,
-    /// The fraction of the shots whose frames do not determine their own motion.
-    pub unusable: f64,
     /// The standard errors of μ, μ_s and e from the planned number of shots of this kind alone;
     /// `None` if they do not determine one.
     pub std_errors: [Option<f64>; 3],
@@ -241,13 +241,10 @@ pub fn detectable() -> f64 {
 pub fn design(expected: &Expected) -> Result<Design, NotACollision> {
     let mut expected = expected.clone();
     let mut notes = find_marker_errors(&mut expected)?;
-    let averages: Vec<Average> = expected
-        .kinds
-        .iter()
-        .map(|kind| information::average(&expected, kind, None))
-        .collect::<Result<_, _>>()?;
+    let average = |kind: &PlayedKind| information::average(&expected, kind, None);
+    let averages: Vec<Information> = expected.kinds.iter().map(average).collect::<Result<_, _>>()?;
     let of_kinds = averages.iter().zip(&expected.kinds);
-    let total: Information = of_kinds.map(|(average, kind)| average.information * kind.shots as f64).sum();
+    let total: Information = of_kinds.map(|(information, kind)| information * kind.shots as f64).sum();
     let planned = planned(&expected, &total);
     for parameter in Parameter::COEFFICIENTS {
         let i = parameter as usize;
@@ -256,27 +253,18 @@ pub fn design(expected: &Expected) -> Result<Design, NotACollision> {
         }
     }
     let (mut kinds, mut cells) = (Vec::new(), Vec::new());
-    for (index, (kind, Average { information, unusable })) in expected.kinds.iter().zip(averages).enumerate()
-    {
+    for (index, (kind, information)) in expected.kinds.iter().zip(averages).enumerate() {
         let only = |i: usize| std::array::from_fn(|j| expected.wanted[j].filter(|_| i == j));
         let std_errors = |of_one: Information| information::std_errors(&(of_one * kind.shots as f64));
         kinds.push(OfKind {
             information,
-            unusable,
             std_errors: std_errors(information),
             needed: std::array::from_fn(|i| plan::needed(&information, &only(i))),
         });
-        if unusable > 0.0 {
-            notes.push(format!(
-                "{}: {:.0} % of the shots are too short on film to tell even their own motion.",
-                kind.name,
-                100.0 * unusable
-            ));
-        }
         for speed_m_s in speeds(kind.speed_m_s) {
-            for cut_deg in cuts(kind) {
+            for cut_deg in cuts(kind.cut_deg) {
                 let at = Some([speed_m_s, cut_deg]);
-                let information = information::average(&expected, kind, at)?.information;
+                let information = information::average(&expected, kind, at)?;
                 let std_errors = std_errors(information);
                 cells.push(Cell { kind: index, speed_m_s, cut_deg, information, std_errors });
             }
@@ -348,26 +336,13 @@ fn planned(expected: &Expected, total: &Information) -> Planned {
     }
 }
 
-/// Returns the ends of a range of speeds, and their geometric mean if they differ by more than
-/// half.
+/// Returns the ends of a range of speeds and their geometric mean.
 fn speeds([slow, fast]: [f64; 2]) -> Vec<f64> {
-    if slow == fast {
-        vec![slow]
-    } else if fast < 1.5 * slow {
-        vec![slow, fast]
-    } else {
-        vec![slow, (slow * fast).sqrt(), fast]
-    }
+    if slow == fast { vec![slow] } else { vec![slow, (slow * fast).sqrt(), fast] }
 }
 
-/// Returns cut angles from end to end, about 10° apart. Without side spin both sides are the same.
-fn cuts(kind: &PlayedKind) -> Vec<f64> {
-    let [mut from, mut to] = kind.cut_deg;
-    if kind.side == 0.0 {
-        let [a, b] = [from.abs(), to.abs()];
-        let least = if from * to < 0.0 { 0.0 } else { a.min(b) };
-        (from, to) = (least, a.max(b));
-    }
+/// Returns cut angles from end to end, about 10° apart.
+fn cuts([from, to]: [f64; 2]) -> Vec<f64> {
     if from == to {
         return vec![from];
     }
@@ -383,16 +358,5 @@ mod tests {
     fn the_detectable_difference_is_that_of_the_normal_distribution() {
         // (1.959964 + 0.841621)·√2
         assert!((detectable() - 3.962_039).abs() < 1e-5);
-    }
-
-    #[test]
-    fn mirror_images_are_looked_at_once() {
-        let kind = |cut_deg, side| PlayedKind { side, cut_deg, ..PlayedKind::default() };
-        assert_eq!(cuts(&kind([-30.0, 20.0], 0.0)), [0.0, 10.0, 20.0, 30.0]);
-        assert_eq!(cuts(&kind([-30.0, -10.0], 0.0)), [10.0, 20.0, 30.0]);
-        assert_eq!(cuts(&kind([-10.0, 10.0], 0.5)), [-10.0, 0.0, 10.0]);
-        assert_eq!(cuts(&kind([25.0, 25.0], 0.0)), [25.0]);
-        assert_eq!(cuts(&kind([25.0, 27.0], 0.0)), [25.0, 27.0]);
-        assert_eq!(speeds([1.0, 4.0]), [1.0, 2.0, 4.0]);
     }
 }

@@ -1,7 +1,6 @@
 //! The scene that specifications of synthetic data sets and of designs share: the camera, the cloth,
 //! how the cue ball is played, and the ranges of speeds and cut angles.
 
-use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 use crate::io::toml_file::Source;
@@ -88,30 +87,11 @@ impl Camera {
     }
 }
 
-/// The cloth that balls slide and roll on.
-#[derive(Clone, Copy, Debug, Deserialize, Serialize, JsonSchema)]
-#[serde(deny_unknown_fields, default)]
-pub struct ClothSpec {
-    /// Sliding friction μ_k, dimensionless.
-    pub mu_k: f64,
-    /// Rolling resistance μ_r, dimensionless.
-    pub mu_r: f64,
-    /// Restitution e_t of a ball that falls on the bed of the table, dimensionless.
-    pub bounce: f64,
-}
-
-impl Default for ClothSpec {
-    fn default() -> Self {
-        let Cloth { sliding, rolling, bounce } = Cloth::default();
-        Self { mu_k: sliding, mu_r: rolling, bounce }
-    }
-}
-
-impl Faults for ClothSpec {
+impl Faults for Cloth {
     fn faults(&self) -> Vec<Fault> {
         faults_of(&[
-            ("cloth.mu_k", self.mu_k, NOT_NEGATIVE),
-            ("cloth.mu_r", self.mu_r, NOT_NEGATIVE),
+            ("cloth.mu_k", self.sliding, NOT_NEGATIVE),
+            ("cloth.mu_r", self.rolling, NOT_NEGATIVE),
             ("cloth.bounce", self.bounce, FRACTION),
         ])
     }
@@ -129,8 +109,6 @@ worded! {
         NaturalRoll = "natural-roll",
         /// Topspin of 90 % of the natural roll's: a ball that still slides a little.
         AlmostRoll = "almost-roll",
-        /// Topspin of half of the natural roll's.
-        Slide = "slide",
         /// Backspin of 30 to 100 % of the natural roll's.
         Draw = "draw",
         /// Side spin of up to the natural roll's, either way, on a sliding ball.
@@ -154,7 +132,6 @@ impl Played {
             Self::Stun | Self::Side => [0.0; 2],
             Self::NaturalRoll | Self::SlightSide => [1.0; 2],
             Self::AlmostRoll => [0.9; 2],
-            Self::Slide => [0.5; 2],
             Self::Draw => [-0.3, -1.0],
             Self::Any => [-1.0, 1.0],
         }

@@ -51,8 +51,6 @@ document! {
         std_error: Coefficients<Option<f64>> = found.std_errors.into(),
         /// Number of shots that the wanted standard errors need.
         shots_needed: Coefficients<Option<u64>> = found.needed.into(),
-        /// Part of the shots that determine nothing, 0 to 1.
-        unusable: f64 = found.unusable,
     }
 
     /// All planned shots together.
