@@ -189,8 +189,6 @@ fn one_camera_is_calibrated_by_all_films() {
     let e = Quantity::Parameter(Parameter::E);
     let ((_, alone), (value, error)) = (of(&apart, e)[0], of(&same, e)[0]);
     assert!((value - 0.94).abs() < ERRORS * error && error < alone, "{value} ± {error}, alone {alone}");
-    assert!(notes(&same).iter().any(|note| note.starts_with("One camera filmed all data sets: scale")));
-    assert!(notes(&apart).iter().all(|note| !note.starts_with("One camera")));
 }
 
 #[test]

@@ -59,7 +59,7 @@ fn mu_r(seed: u64) -> f64 {
 fn tallied(what: &str, played: &[Played], is_known: bool) -> [f64; 3] {
     let of_set = |seed: u64| {
         let mut spec = spec(played, 40, 5000 + seed);
-        spec.cloth.mu_r = mu_r(seed);
+        spec.cloth.rolling = mu_r(seed);
         let tracks = filmed(&spec).0;
         let tracks = if is_known { tracks } else { unknown(tracks) };
         fitted(&of_weighed_balls(tracks), Depth::Estimates)
@@ -91,7 +91,7 @@ fn estimates_are_as_far_off_the_truth_as_their_errors_say() {
 fn the_bounce_of_the_cloth_is_estimated() {
     const BOUNCE: f64 = 0.25;
     let usual = spec(&[Played::Stun, Played::NaturalRoll], 40, 61);
-    let (tracks, _) = filmed(&Spec { cloth: ClothSpec { bounce: BOUNCE, ..usual.cloth }, ..usual });
+    let (tracks, _) = filmed(&Spec { cloth: Cloth { bounce: BOUNCE, ..usual.cloth }, ..usual });
     let fit = fitted(&dataset(tracks), Depth::Estimates);
     let found = fit.unknowns.iter().find(|unknown| unknown.id == Id::Bounce).unwrap();
     let error = found.std_error.unwrap();

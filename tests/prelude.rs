@@ -30,9 +30,7 @@ pub use caromfit::physics::collision::{
 pub use caromfit::physics::contact_frame::{cloth_slip, cue_velocity, slip};
 pub use caromfit::physics::friction_law::Law;
 pub use caromfit::problem::predict;
-pub use caromfit::simulate::{
-    BallSpec, Camera, ClothSpec, Kind, Noise, Played, Shots, Spec, TrueImpact, Truth,
-};
+pub use caromfit::simulate::{BallSpec, Camera, Kind, Noise, Played, Shots, Spec, TrueImpact, Truth};
 pub use caromfit::{compare, fit, io, simulate};
 pub use nalgebra::{DMatrix, DVector};
 pub use rand::{Rng, SeedableRng};

@@ -21,7 +21,7 @@ pub fn spec(kind: Kind, cue_spin: &[Played], count: usize, seed: u64) -> Spec {
         ball: BallSpec::default(),
         object: None,
         camera: Camera::default(),
-        cloth: ClothSpec::default(),
+        cloth: Cloth::default(),
     }
 }
 

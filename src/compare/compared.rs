@@ -22,7 +22,10 @@ impl Joint<'_> {
     pub fn compared(mut self, stage: &dyn Fn(&str)) -> Result<Comparison, CompareError> {
         let options = self.samples.options;
         if let Some(absent) = options.share.iter().chain(&options.per_dataset).find(|own| !self.has(**own)) {
-            return Err(CompareError::NoSuchParameter(absent.name()));
+            let name = absent.name();
+            return Err(CompareError::Refused(format!(
+                "{name}: no data set has it; expected a parameter that the [fit] of one adopts"
+            )));
         }
         let mut quantities = Vec::new();
         for quantity in Quantity::ALL.into_iter().filter(|quantity| self.has(*quantity)) {
@@ -34,9 +37,6 @@ impl Joint<'_> {
         let mut findings = std::mem::take(&mut self.samples.findings);
         findings.extend(quantities.iter().flat_map(find_doubts));
         findings.extend(Quantity::ALL.into_iter().find_map(|quantity| self.limit(quantity)));
-        if self.samples.have_one_camera() {
-            findings.push(Finding::OneCamera(self.camera()));
-        }
         findings.sort_by_key(|finding| std::cmp::Reverse(finding.severity()));
         let chi2 = self.solution.chi2_of_data().0 + self.solution.prior_chi2();
         let (mut weights, mut residuals, mut is_filmed) = (Vec::new(), Vec::new(), false);
@@ -156,7 +156,7 @@ impl Joint<'_> {
             shots.any(|(information, _)| information[(0, 0)] > 0.0)
         };
         if !own.iter().any(informs) {
-            return Err(if id == Id::Mu { Reason::Sticks } else { Reason::Vanishes });
+            return Err(if id == Id::Mu { Reason::Sticks } else { Reason::Uncertain });
         }
         // without any covariance, estimates stand without errors
         let has_error = |all: &Estimates| known_error(&self.solution.problem, all, column).is_some();

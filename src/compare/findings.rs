@@ -2,7 +2,7 @@
 
 use super::quantity::Quantity;
 use crate::fit::Scatter;
-use crate::problem::{self, Id, Severity};
+use crate::problem::{self, Severity};
 
 /// A finding of a comparison.
 #[derive(Clone, Debug, PartialEq)]
@@ -64,8 +64,6 @@ pub enum Finding {
         /// Its part from the mass ratios.
         part: f64,
     },
-    /// One camera filmed all samples: its unknowns, with their values and standard errors.
-    OneCamera(Vec<(Id, f64, f64)>),
 }
 
 impl Finding {
@@ -74,9 +72,7 @@ impl Finding {
         match self {
             Self::Refuted { .. } | Self::NotConverged => Severity::Unusable,
             Self::Undetermined | Self::NotShared { .. } | Self::AtBound { .. } => Severity::Doubtful,
-            Self::Compliance { .. } | Self::Scatter { .. } | Self::MassRatios { .. } | Self::OneCamera(_) => {
-                Severity::Note
-            }
+            Self::Compliance { .. } | Self::Scatter { .. } | Self::MassRatios { .. } => Severity::Note,
             Self::OfSample { finding, .. } => finding.severity(),
         }
     }
@@ -91,10 +87,8 @@ pub enum Reason {
     Absent,
     /// Its contacts stick at the best fit: the friction is only known to be large.
     Sticks,
-    /// Nothing depends on the quantity at the best fit.
-    Vanishes,
     /// None of its observations depends on the quantity.
     Independent,
-    /// The standard error is larger than the distance of the bounds.
+    /// The standard error is larger than the distance of the bounds, or nothing depends on it at the best fit.
     Uncertain,
 }

@@ -106,26 +106,13 @@ impl<'a> Joint<'a> {
         (part > MOST * variance).then_some(Finding::MassRatios { quantity, std_error, part: root })
     }
 
-    /// Returns the unknowns of the camera that filmed all samples, the scale in lengths of the films.
-    pub(super) fn camera(&self) -> Vec<(Id, f64, f64)> {
-        let unit = self.samples.fitted.first().map_or(1.0, |alone| alone.solution.unit);
-        let of = |id: Id| {
-            let estimate = self.solution.get(id)?;
-            let unit = if id == Id::Scale { unit } else { 1.0 };
-            Some((id, estimate.value / unit, estimate.std_error? / unit))
-        };
-        Id::ALL.into_iter().filter(|id| id.is_of_camera()).filter_map(of).collect()
-    }
-
     /// Returns the names of the losses other than least squares.
     pub(super) fn losses(&self) -> Vec<&'static str> {
         let loss = |alone: &Alone| self.samples.options.loss.unwrap_or(alone.dataset.loss);
-        let mut names: Vec<&'static str> = Vec::new();
-        for loss in self.samples.fitted.iter().map(loss).filter(|loss| *loss != Loss::Squares) {
-            if !names.contains(&loss.name()) {
-                names.push(loss.name());
-            }
-        }
+        let losses = self.samples.fitted.iter().map(loss).filter(|loss| *loss != Loss::Squares);
+        let mut names: Vec<&'static str> = losses.map(Loss::name).collect();
+        names.sort_unstable();
+        names.dedup();
         names
     }
 }
@@ -177,8 +164,11 @@ fn check_cameras(samples: &Samples) -> Result<(), CompareError> {
         let first = samples.first_film(other);
         let factor = length(other) / length(first);
         if (factor - 1.0).abs() > OTHER_CAMERA {
-            let name = |alone: &Alone| alone.dataset.name.clone();
-            return Err(CompareError::OtherCamera { first: name(first), other: name(other), factor });
+            return Err(CompareError::Refused(format!(
+                "{} and {}: lengths in their films differ by a factor of {factor:.2}, but camera has the same label in both; \
+                 expected it of one camera that was not moved",
+                first.dataset.name, other.dataset.name
+            )));
         }
     }
     Ok(())

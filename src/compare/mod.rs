@@ -54,13 +54,19 @@ pub fn compare_watched(
     stage: &dyn Fn(&str),
 ) -> Result<Comparison, CompareError> {
     if let Some(both) = options.share.iter().find(|quantity| options.per_dataset.contains(quantity)) {
-        return Err(CompareError::Both(both.name()));
+        let name = both.name();
+        return Err(CompareError::Refused(format!(
+            "{name} is both shared and per data set; expected one of them"
+        )));
     }
     for dataset in datasets {
         let is_film = dataset.tracks.is_some() && !dataset.is_of_discs();
         let by_same = datasets.iter().filter(|other| other.camera == dataset.camera).count();
         if dataset.camera.is_some() && by_same > 1 && !is_film {
-            return Err(CompareError::NoCamera(dataset.name.clone()));
+            return Err(CompareError::Refused(format!(
+                "{}: camera names that of another data set, too; expected it of films of balls, whose shots calibrate their camera",
+                dataset.name
+            )));
         }
         let faults = dataset.faults();
         if !faults.is_empty() {
@@ -84,11 +90,12 @@ fn share_balls(datasets: &[Dataset]) -> Result<Vec<Dataset>, CompareError> {
         let first = same.clone().find(|other| other.object.is_some()).or(same.next()).unwrap_or(dataset);
         let differs = dataset.object.is_some() && dataset.object != first.object;
         if differs || dataset.ball.radius != first.ball.radius || dataset.ball.inertia != first.ball.inertia {
-            return Err(CompareError::OtherBalls {
-                label: dataset.balls.clone().unwrap_or_default(),
-                first: first.name.clone(),
-                other: dataset.name.clone(),
-            });
+            return Err(CompareError::Refused(format!(
+                "{} and {}: both have balls = \"{}\", but [ball] or [object] differ; expected the same in both",
+                first.name,
+                dataset.name,
+                dataset.balls.as_deref().unwrap_or_default()
+            )));
         }
         Ok(Dataset { ball: first.ball, object: first.object, ..dataset.clone() })
     };

@@ -65,11 +65,6 @@ impl Comparison {
     pub fn shot_name(&self, residual: &LabelResidual) -> String {
         format!("{}, {}", self.samples[residual.sample].title, residual.of_shot.shot)
     }
-
-    /// Returns a quantity if it was compared.
-    pub fn get(&self, quantity: Quantity) -> Option<&Compared> {
-        self.quantities.iter().find(|compared| compared.quantity == quantity)
-    }
 }
 
 /// How robust losses weighted the shots.
@@ -88,8 +83,6 @@ pub struct Robust {
 pub struct SampleSummary {
     /// The name for a reader.
     pub title: String,
-    /// The index of its data set among those compared.
-    pub dataset: usize,
     /// The index of its label in [`Comparison::labels`].
     pub label: usize,
     /// How many of its shots were fitted.

@@ -9,6 +9,7 @@ use super::result::SampleSummary;
 use crate::fit::film_words::sentence;
 use crate::fit::{self, Depth, FitError};
 use crate::measurement::dataset::Dataset;
+use crate::measurement::number::count_of;
 use crate::measurement::parameter::Settings;
 use crate::problem::{self, Solution};
 
@@ -88,7 +89,13 @@ impl<'a> Samples<'a> {
         let mut fitted: Vec<usize> = all.fitted.iter().map(|alone| alone.label).collect();
         fitted.sort_unstable();
         fitted.dedup();
-        if fitted.len() < 2 { Err(CompareError::TooFew(fitted.len())) } else { Ok(all) }
+        if fitted.len() < 2 {
+            return Err(CompareError::Refused(format!(
+                "{} with usable shots; expected two or more to compare: data sets, or labels of one whose [fit] by names a column",
+                count_of(fitted.len(), "sample")
+            )));
+        }
+        Ok(all)
     }
 
     /// Fits a part of a data set.
@@ -130,7 +137,7 @@ impl<'a> Samples<'a> {
             Err(FitError::NoUsableShot { shots_rejected, .. }) => (0, shots_rejected),
             Err(error) => return Err(error.into()),
         };
-        self.summaries.push(SampleSummary { title, dataset: film, label, shots_used, shots_rejected });
+        self.summaries.push(SampleSummary { title, label, shots_used, shots_rejected });
         Ok(())
     }
 
@@ -142,11 +149,5 @@ impl<'a> Samples<'a> {
     /// Returns the first sample that the same camera filmed.
     pub fn first_film(&'a self, alone: &'a Alone) -> &'a Alone {
         self.fitted.iter().find(|other| other.camera == alone.camera).unwrap_or(alone)
-    }
-
-    /// Returns whether one camera filmed all data sets, of which there are several.
-    pub fn have_one_camera(&self) -> bool {
-        let [first, .., last] = self.fitted.as_slice() else { return false };
-        first.film != last.film && self.fitted.iter().all(|alone| alone.camera == first.camera)
     }
 }

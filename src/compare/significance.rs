@@ -4,7 +4,7 @@ use nalgebra::{DMatrix, DVector};
 
 use super::joint::{Joint, estimate, settle};
 use super::result::{LikelihoodRatio, TestKind};
-use crate::problem::{self, Estimates, Evaluation, Id, Problem, State};
+use crate::problem::{self, Estimates, Evaluation, Id, Problem};
 
 impl Joint<'_> {
     /// Returns the test of one value of an unknown for all of some labels against one for each; `None` if
@@ -34,13 +34,12 @@ impl Joint<'_> {
             return Some(judged(statistic, statistic, TestKind::Wald));
         }
         let same = merged(&problem, &columns);
-        // where contacts stick χ² is no parabola: from the value of each label, too
-        let of_labels = columns.iter().map(|column| {
+        // where contacts stick χ² is no parabola: from the value of each label
+        let starts = columns.iter().map(|column| {
             let mut state = at.state.clone();
             state.shared.0[columns[0]] = at.state.shared.0[*column];
             state
         });
-        let starts = equalised(&problem, &at, &estimates, &places).into_iter().chain(of_labels);
         let least = starts.map(|start| settle(&same, start).cost).min_by(f64::total_cmp)?;
         let rise = (least - at.cost).max(0.0);
         let (chi2, count) = self.solution.chi2_of_data();
@@ -95,23 +94,6 @@ fn merged(problem: &Problem, columns: &[usize]) -> Problem {
         *bounds = [bounds[0].max(low), bounds[1].min(high)];
     }
     same
-}
-
-/// Returns the least of a quadratic χ² at which the estimates at some places are equal: with C the covariance
-/// and V that of these x, all unknowns change by C₍·ₓ₎V⁻¹(m − x), m = 1ᵀV⁻¹x/1ᵀV⁻¹1.
-fn equalised(problem: &Problem, at: &Evaluation, estimates: &Estimates, places: &[usize]) -> Option<State> {
-    let beside = estimates.covariance.select_columns(places);
-    let of_columns = beside.select_rows(places).cholesky()?;
-    let x = DVector::from_fn(places.len(), |i, _| at.state.shared.0[estimates.columns[places[i]]]);
-    let ones = DVector::from_element(places.len(), 1.0);
-    let weights = of_columns.solve(&ones);
-    let mean = weights.dot(&x) / weights.sum();
-    let step = beside * of_columns.solve(&(ones * mean - x));
-    let mut state = at.eliminate(problem, 0.0)?.step(problem, &at.state, &estimates.columns, &step);
-    for (value, unknown) in state.shared.0.iter_mut().zip(&problem.unknowns) {
-        *value = value.max(unknown.bounds[0]).min(unknown.bounds[1]);
-    }
-    Some(state)
 }
 
 /// Returns Wald's statistic dᵀV⁻¹d of the differences d of some values from the first of them, with V the

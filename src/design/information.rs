@@ -38,15 +38,6 @@ const MARKED: usize = 96;
 /// The standard error of a spin that markers do not show, rad/s: ten times that of any shot.
 pub(crate) const UNSEEN: f64 = 1e4;
 
-/// Information of an average shot.
-#[derive(Clone, Copy, Debug)]
-pub(crate) struct Average {
-    /// The Fisher information.
-    pub information: Information,
-    /// Fraction of the shots whose frames do not determine their own motion.
-    pub unusable: f64,
-}
-
 /// Returns coordinate `k` (from 1) of the i-th of points that fill a unit cube evenly: multiples of
 /// g⁻ᵏ, where g^(d + 1) = g + 1 in d dimensions (Roberts 2018; the golden ratio in one).
 fn even(dimensions: i32, i: usize, k: i32) -> f64 {
@@ -63,11 +54,11 @@ pub(crate) fn average(
     expected: &Expected,
     kind: &PlayedKind,
     at: Option<[f64; 2]>,
-) -> Result<Average, NotACollision> {
+) -> Result<Information, NotACollision> {
     let (unknowns, shared) = unknowns(expected);
     let Camera { fps, position_sd_m: sd, .. } = expected.camera;
     let [before, after] = expected.camera.frames();
-    let topspin_sd = (kind.topspin[1] - kind.topspin[0]) / 12_f64.sqrt();
+    let topspin_sd = (kind.topspin[1] - kind.topspin[0]).abs() / 12_f64.sqrt();
     let filming = Filming { shots: kind.shots, topspin_sd, fps, frames: 1 + before + after, sd };
     let count = if at.is_some() { PHASES } else { SAMPLES };
     let shots: Vec<PlannedShot> = (0..count).map(|i| sample(expected, kind, i, at).1).collect();
@@ -79,11 +70,7 @@ pub(crate) fn average(
     };
     let units: Vec<f64> = unknowns.iter().map(unit).collect();
     let sum = |i: usize, j: usize| found.iter().flatten().map(|of_shot| of_shot[(i, j)]).sum::<f64>();
-    let count = count as f64;
-    Ok(Average {
-        information: Information::from_fn(|i, j| units[i] * sum(i, j) * units[j] / count),
-        unusable: 1.0 - found.iter().flatten().count() as f64 / count,
-    })
+    Ok(Information::from_fn(|i, j| units[i] * sum(i, j) * units[j] / count as f64))
 }
 
 /// Returns the unknowns of a film of what is expected, and the values that are expected of them.
@@ -95,28 +82,18 @@ fn unknowns(expected: &Expected) -> (Vec<Unknown>, Shared) {
     let mut shared = Shared(unknowns.iter().map(|unknown| unknown.start).collect());
     let (truth, cloth) = (&expected.coefficients, &expected.cloth);
     (shared[Id::Mu], shared[Id::MuS], shared[Id::E]) = (truth.mu, truth.mu_s, truth.e);
-    (shared[Id::MuK], shared[Id::MuR], shared[Id::Bounce]) = (cloth.mu_k, cloth.mu_r, cloth.bounce);
+    (shared[Id::MuK], shared[Id::MuR], shared[Id::Bounce]) = (cloth.sliding, cloth.rolling, cloth.bounce);
     (unknowns, shared)
 }
 
 /// Returns what a fit of a shot of a kind knows of its spin, without measured numbers.
 fn stated_spin(kind: &PlayedKind, topspin: f64) -> Spin {
-    match kind.from {
+    match kind.source() {
         SpinFrom::Known if kind.side == 0.0 && topspin == 1.0 => Spin::NaturalRoll,
         SpinFrom::Known if kind.side == 0.0 && topspin == 0.0 => Spin::Stun,
-        SpinFrom::Known | SpinFrom::Markers { .. } => Spin::Measured { spin: Vec3::zeros(), sd: [None; 3] },
+        SpinFrom::Known | SpinFrom::Markers => Spin::Measured { spin: Vec3::zeros(), sd: [None; 3] },
         SpinFrom::Motion => Spin::Unknown,
     }
-}
-
-/// Returns the cue ball just before the impact of a shot of this speed, cut angle (degrees) and
-/// topspin.
-pub(super) fn cue_before(
-    expected: &Expected,
-    kind: &PlayedKind,
-    [speed, cut_deg, topspin]: [f64; 3],
-) -> BallState {
-    cue_ball(speed, cut_deg.to_radians(), [topspin, kind.side], expected.ball.radius)
 }
 
 /// Returns the cue ball of the i-th of shots of a kind, and the shot as the problem of a fit plans
@@ -135,11 +112,9 @@ fn sample(
     };
     let topspin = between(kind.topspin, of_topspin);
     let direction = std::f64::consts::TAU * part(5);
-    let cue = cue_before(expected, kind, [speed, cut_deg, topspin]);
-    let shown = match kind.from {
-        SpinFrom::Markers { sd } => Some(sd.unwrap_or([UNSEEN; 2])),
-        SpinFrom::Known | SpinFrom::Motion => None,
-    };
+    let cue = cue_ball(speed, cut_deg.to_radians(), [topspin, kind.side], expected.ball.radius);
+    let is_marked = kind.source() == SpinFrom::Markers;
+    let shown = is_marked.then(|| kind.spin_sd_rad_s.unwrap_or([UNSEEN; 2]));
     let spin = match stated_spin(kind, topspin) {
         Spin::Measured { .. } => {
             // a rotation about a horizontal axis also changes the height of markers, which is not

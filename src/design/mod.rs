@@ -7,23 +7,25 @@
 pub mod information;
 mod plan;
 mod spec;
-mod words;
 
-use serde::Deserialize;
+use schemars::JsonSchema;
+use serde::{Deserialize, Serialize};
 use statrs::distribution::{ContinuousCDF, Normal};
 
 use crate::measurement::dataset::ObjectBall;
+use crate::measurement::number::plain;
 use crate::measurement::parameter::Parameter;
 use crate::physics::ball::Ball;
+use crate::physics::cloth_motion::Cloth;
 use crate::physics::collision::{Coefficients, Fidelity, Model, NotACollision};
 use crate::problem::Id;
-use crate::simulate::{Camera, ClothSpec};
-use information::{Average, Information};
+use crate::simulate::Camera;
+use information::Information;
 
 pub use plan::Mixture;
 
-/// Number of shots from which on standard errors are as they are for many.
-const FEW: u64 = 10;
+/// Number of shots at one cut angle and speed that are compared.
+const COMPARED: f64 = 40.0;
 
 /// A planned experiment and the standard errors that are wanted of it: a SPEC.toml.
 #[derive(Clone, Debug)]
@@ -36,7 +38,7 @@ pub struct Expected {
     /// [`ObjectBall::unweighed`].
     pub object: Option<ObjectBall>,
     /// The cloth.
-    pub cloth: ClothSpec,
+    pub cloth: Cloth,
     /// The camera; its gaps, outliers and markers are ignored.
     pub camera: Camera,
     /// The kinds of shot that can be played.
@@ -63,53 +65,50 @@ impl Expected {
     }
 }
 
-/// A kind of shot, spread evenly over its ranges.
-#[derive(Clone, Debug, Deserialize, PartialEq)]
-#[serde(try_from = "spec::KindSection")]
+/// A kind of shot, spread evenly over its ranges: section `[[kind]]`.
+#[derive(Clone, Debug, Deserialize, Serialize, JsonSchema, PartialEq)]
+#[serde(deny_unknown_fields, default, expecting = "a table, as in [[kind]] name = \"thin rolls\"")]
 pub struct PlayedKind {
-    /// The name of the kind, as reports show it.
+    /// Its name.
     pub name: String,
-    /// The lowest and the highest topspin over that of natural roll: 1 is natural roll, 0 is stun,
-    /// and below 0 is draw.
+    /// Range of the topspin, in parts of natural roll; draw is negative.
     pub topspin: [f64; 2],
-    /// The side spin ω_z over the natural roll's spin. With a positive cut angle a negative one is
-    /// outside spin, which reduces the slip between the balls.
+    /// Side spin, in parts of natural roll; with positive cuts negative is outside spin.
     pub side: f64,
-    /// How a fit knows the spin.
-    pub from: SpinFrom,
-    /// The lowest and the highest speed of the cue ball, m/s.
+    /// How the spin is known. `None`: roll and stun as played, other spins without side by their
+    /// motion, side spin by markers.
+    pub spin_from: Option<SpinFrom>,
+    /// Of markers: standard errors of the cue ball's and the object ball's spin, rad/s. `None`:
+    /// those that an extraction states for two markers on each ball with this camera.
+    pub spin_sd_rad_s: Option<[f64; 2]>,
+    /// Range of the speed before the impact, m/s.
     pub speed_m_s: [f64; 2],
-    /// The smallest and the largest cut angle, degrees.
+    /// Range of the cut angle, degrees.
     pub cut_deg: [f64; 2],
-    /// How many shots are planned.
+    /// Number of shots that are planned.
     pub shots: usize,
 }
 
 /// How a fit knows the spin of a shot.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, Deserialize, Serialize, JsonSchema, PartialEq)]
+#[serde(rename_all = "kebab-case")]
 pub enum SpinFrom {
     /// The spin is exactly as played.
     Known,
     /// The spin is found from the paths of the balls, for a ball struck without side.
     Motion,
     /// Markers show the spins before and after the impact.
-    Markers {
-        /// The standard error of each component of the cue ball's and of the object ball's spin,
-        /// rad/s. `None`: those that an extraction states for two markers on each ball with this
-        /// camera, which [`design()`] finds.
-        sd: Option<[f64; 2]>,
-    },
+    Markers,
 }
 
 impl PlayedKind {
-    /// Returns how a spin is known unless stated: roll and stun are played as such, other spins are
-    /// measured.
-    fn usual(topspin: [f64; 2], side: f64) -> SpinFrom {
-        match (topspin, side) {
+    /// Returns how the spin is known.
+    pub(crate) fn source(&self) -> SpinFrom {
+        self.spin_from.unwrap_or(match (self.topspin, self.side) {
             ([from, to], 0.0) if from == to && (from == 0.0 || from == 1.0) => SpinFrom::Known,
             (_, 0.0) => SpinFrom::Motion,
-            _ => SpinFrom::Markers { sd: None },
-        }
+            _ => SpinFrom::Markers,
+        })
     }
 }
 
@@ -120,7 +119,8 @@ impl Default for PlayedKind {
             name: "roll".to_owned(),
             topspin: [1.0; 2],
             side: 0.0,
-            from: SpinFrom::Known,
+            spin_from: None,
+            spin_sd_rad_s: None,
             speed_m_s: [1.0, 4.0],
             cut_deg: [0.0, 60.0],
             shots: 40,
@@ -132,26 +132,26 @@ impl Default for Expected {
     /// Pool balls on a usual cloth, 1000 fps, 0.1 mm, 40 ms before and after; 40 shots each of
     /// roll, stun, draw and side spin either way.
     fn default() -> Self {
-        let kind = |name: &str, topspin: [f64; 2], side: f64| PlayedKind {
+        let kinds = [
+            ("roll", [1.0; 2], 0.0),
+            ("stun", [0.0; 2], 0.0),
+            ("draw", [-1.0, -0.3], 0.0),
+            ("outside", [0.0; 2], -0.5),
+            ("inside", [0.0; 2], 0.5),
+        ];
+        let kinds = kinds.map(|(name, topspin, side)| PlayedKind {
             name: name.to_owned(),
             topspin,
             side,
-            from: PlayedKind::usual(topspin, side),
             ..PlayedKind::default()
-        };
+        });
         Self {
             coefficients: Coefficients { mu: 0.05, mu_s: 0.3, e: 0.94 },
             ball: Ball::POOL,
             object: None,
-            cloth: ClothSpec::default(),
+            cloth: Cloth::default(),
             camera: Camera::default(),
-            kinds: vec![
-                kind("roll", [1.0; 2], 0.0),
-                kind("stun", [0.0; 2], 0.0),
-                kind("draw", [-1.0, -0.3], 0.0),
-                kind("outside", [0.0; 2], -0.5),
-                kind("inside", [0.0; 2], 0.5),
-            ],
+            kinds: kinds.to_vec(),
             wanted: [Some(3e-4), Some(5e-3), Some(3e-4)],
         }
     }
@@ -162,17 +162,12 @@ impl Default for Expected {
 pub struct OfKind {
     /// The Fisher information of one shot on average.
     pub information: Information,
-    /// The fraction of the shots whose frames do not determine their own motion.
-    pub unusable: f64,
     /// The standard errors of μ, μ_s and e from the planned number of shots of this kind alone;
     /// `None` if they do not determine one.
     pub std_errors: [Option<f64>; 3],
     /// How many shots of this kind alone reach the wanted standard error of μ, of μ_s and of e;
     /// `None` if no number does or none is wanted.
     pub needed: [Option<u64>; 3],
-    /// How many shots of this kind alone reach all that is wanted, except for what no kind of the
-    /// design determines.
-    pub needed_all: Option<u64>,
 }
 
 /// A kind of shot at one cut angle and one speed.
@@ -246,59 +241,62 @@ pub fn detectable() -> f64 {
 pub fn design(expected: &Expected) -> Result<Design, NotACollision> {
     let mut expected = expected.clone();
     let mut notes = find_marker_errors(&mut expected)?;
-    let averages: Vec<Average> = expected
-        .kinds
-        .iter()
-        .map(|kind| information::average(&expected, kind, None))
-        .collect::<Result<_, _>>()?;
+    let average = |kind: &PlayedKind| information::average(&expected, kind, None);
+    let averages: Vec<Information> = expected.kinds.iter().map(average).collect::<Result<_, _>>()?;
     let of_kinds = averages.iter().zip(&expected.kinds);
-    let total: Information = of_kinds.map(|(average, kind)| average.information * kind.shots as f64).sum();
+    let total: Information = of_kinds.map(|(information, kind)| information * kind.shots as f64).sum();
     let planned = planned(&expected, &total);
-    let mut wanted = expected.wanted;
     for parameter in Parameter::COEFFICIENTS {
         let i = parameter as usize;
-        if planned.std_errors[i].is_none() && wanted[i].take().is_some() {
+        if planned.std_errors[i].is_none() && expected.wanted[i].is_some() {
             notes.push(format!("No kind of shot offered tells {}.", parameter.symbol()));
         }
     }
     let (mut kinds, mut cells) = (Vec::new(), Vec::new());
-    for (index, (kind, Average { information, unusable })) in expected.kinds.iter().zip(averages).enumerate()
-    {
+    for (index, (kind, information)) in expected.kinds.iter().zip(averages).enumerate() {
         let only = |i: usize| std::array::from_fn(|j| expected.wanted[j].filter(|_| i == j));
         let std_errors = |of_one: Information| information::std_errors(&(of_one * kind.shots as f64));
         kinds.push(OfKind {
             information,
-            unusable,
             std_errors: std_errors(information),
             needed: std::array::from_fn(|i| plan::needed(&information, &only(i))),
-            needed_all: plan::needed(&information, &wanted),
         });
-        if unusable > 0.0 {
-            notes.push(format!(
-                "{}: {:.0} % of the shots are too short on film to tell even their own motion.",
-                kind.name,
-                100.0 * unusable
-            ));
-        }
         for speed_m_s in speeds(kind.speed_m_s) {
-            for cut_deg in cuts(kind) {
+            for cut_deg in cuts(kind.cut_deg) {
                 let at = Some([speed_m_s, cut_deg]);
-                let information = information::average(&expected, kind, at)?.information;
+                let information = information::average(&expected, kind, at)?;
                 let std_errors = std_errors(information);
                 cells.push(Cell { kind: index, speed_m_s, cut_deg, information, std_errors });
             }
         }
     }
     let mixtures = plan::mixtures(&expected, &kinds);
-    if mixtures.iter().any(|mixture| mixture.total() < FEW) {
-        notes.push(format!(
-            "With fewer than some {FEW} shots the standard errors are a rough guide: a straight line in the parameters no \
-             longer stands for the collision, and a single bad track counts for much."
-        ));
+    let words = Parameter::COEFFICIENTS.map(|parameter| best_shots(&expected, &cells, parameter)).to_vec();
+    Ok(Design { expected, kinds, cells, planned, mixtures, words, notes })
+}
+
+/// Returns the cut angle, speed and kind that determine a parameter best, and the kinds that do not.
+fn best_shots(expected: &Expected, cells: &[Cell], parameter: Parameter) -> String {
+    let error = |cell: &Cell| information::std_errors(&(cell.information * COMPARED))[parameter as usize];
+    let found: Vec<(f64, &Cell)> = cells.iter().filter_map(|cell| Some((error(cell)?, cell))).collect();
+    let what = format!("{} ({})", parameter.symbol(), parameter.meaning());
+    let Some((least, best)) = found.iter().min_by(|a, b| a.0.total_cmp(&b.0)) else {
+        return format!("{what} is determined by none of these shots at one cut angle and speed.");
+    };
+    let mut line = format!(
+        "{what} is determined best by \"{}\" at a cut of {}° and {} m/s: {COMPARED} such shots give ± {}.",
+        expected.kinds[best.kind].name,
+        plain(best.cut_deg, 3),
+        plain(best.speed_m_s, 3),
+        plain(*least, 2)
+    );
+    let kinds = expected.kinds.iter().enumerate();
+    let silent = kinds.filter(|(kind, _)| found.iter().all(|(_, cell)| cell.kind != *kind));
+    let silent: Vec<String> = silent.map(|(_, kind)| format!("\"{}\"", kind.name)).collect();
+    if !silent.is_empty() {
+        line += &format!(" It is not determined by {}.", silent.join(", "));
     }
-    let mut design = Design { expected, kinds, cells, planned, mixtures, words: Vec::new(), notes };
-    design.words = words::of(&design);
-    Ok(design)
+    line
 }
 
 /// Finds the errors of spins that markers show if they are not stated, and returns notes on kinds
@@ -306,8 +304,10 @@ pub fn design(expected: &Expected) -> Result<Design, NotACollision> {
 fn find_marker_errors(expected: &mut Expected) -> Result<Vec<String>, NotACollision> {
     let mut notes = Vec::new();
     for index in 0..expected.kinds.len() {
+        let source = expected.kinds[index].source();
+        expected.kinds[index].spin_from = Some(source);
         let kind = &expected.kinds[index];
-        if kind.from != (SpinFrom::Markers { sd: None }) {
+        if source != SpinFrom::Markers || kind.spin_sd_rad_s.is_some() {
             continue;
         }
         let shown = information::shown_by_markers(expected, kind)?;
@@ -317,8 +317,7 @@ fn find_marker_errors(expected: &mut Expected) -> Result<Vec<String>, NotACollis
                 "{name}: no marker is in sight for long enough to show the spin; taken as unknown."
             ));
         }
-        let sd = Some(shown.unwrap_or([information::UNSEEN; 2]));
-        expected.kinds[index].from = SpinFrom::Markers { sd };
+        expected.kinds[index].spin_sd_rad_s = Some(shown.unwrap_or([information::UNSEEN; 2]));
     }
     Ok(notes)
 }
@@ -337,26 +336,13 @@ fn planned(expected: &Expected, total: &Information) -> Planned {
     }
 }
 
-/// Returns the ends of a range of speeds, and their geometric mean if they differ by more than
-/// half.
+/// Returns the ends of a range of speeds and their geometric mean.
 fn speeds([slow, fast]: [f64; 2]) -> Vec<f64> {
-    if slow == fast {
-        vec![slow]
-    } else if fast < 1.5 * slow {
-        vec![slow, fast]
-    } else {
-        vec![slow, (slow * fast).sqrt(), fast]
-    }
+    if slow == fast { vec![slow] } else { vec![slow, (slow * fast).sqrt(), fast] }
 }
 
-/// Returns cut angles from end to end, about 10° apart. Without side spin both sides are the same.
-fn cuts(kind: &PlayedKind) -> Vec<f64> {
-    let [mut from, mut to] = kind.cut_deg;
-    if kind.side == 0.0 {
-        let [a, b] = [from.abs(), to.abs()];
-        let least = if from * to < 0.0 { 0.0 } else { a.min(b) };
-        (from, to) = (least, a.max(b));
-    }
+/// Returns cut angles from end to end, about 10° apart.
+fn cuts([from, to]: [f64; 2]) -> Vec<f64> {
     if from == to {
         return vec![from];
     }
@@ -372,16 +358,5 @@ mod tests {
     fn the_detectable_difference_is_that_of_the_normal_distribution() {
         // (1.959964 + 0.841621)·√2
         assert!((detectable() - 3.962_039).abs() < 1e-5);
-    }
-
-    #[test]
-    fn mirror_images_are_looked_at_once() {
-        let kind = |cut_deg, side| PlayedKind { side, cut_deg, ..PlayedKind::default() };
-        assert_eq!(cuts(&kind([-30.0, 20.0], 0.0)), [0.0, 10.0, 20.0, 30.0]);
-        assert_eq!(cuts(&kind([-30.0, -10.0], 0.0)), [10.0, 20.0, 30.0]);
-        assert_eq!(cuts(&kind([-10.0, 10.0], 0.5)), [-10.0, 0.0, 10.0]);
-        assert_eq!(cuts(&kind([25.0, 25.0], 0.0)), [25.0]);
-        assert_eq!(cuts(&kind([25.0, 27.0], 0.0)), [25.0, 27.0]);
-        assert_eq!(speeds([1.0, 4.0]), [1.0, 2.0, 4.0]);
     }
 }

@@ -5,13 +5,13 @@ use super::{Expected, OfKind};
 use crate::measurement::parameter::Parameter;
 
 /// Largest number of shots of a plan.
-const MAX_SHOTS: u64 = 1_000_000_000;
+const MAX_SHOTS: f64 = 1e6;
 
 /// Rounds after which the sum of all shots is within 0.1 % of the least (four designs).
 const ROUNDS: usize = 300;
 
-/// Part of all shots below which a kind of shot is left out.
-const LEAST_SHARE: f64 = 1e-3;
+/// Factors to the shots that a search found, which may be a little too few.
+const SPARE: [f64; 4] = [1.0, 1.001, 1.01, 1.1];
 
 /// The fewest shots that reach wanted standard errors.
 #[derive(Clone, Debug)]
@@ -44,21 +44,7 @@ fn excess(information: &Information, wanted: &[Option<f64>; 3]) -> f64 {
 /// Returns the number of shots of one kind that reach all that is wanted; `None` if no number does,
 /// or nothing is wanted.
 pub(super) fn needed(information: &Information, wanted: &[Option<f64>; 3]) -> Option<u64> {
-    wanted.iter().flatten().next()?;
-    let is_enough = |n: u64| excess(&(information * n as f64), wanted) <= 1.0;
-    let mut high = 1;
-    while !is_enough(high) {
-        high *= 2;
-        if high > MAX_SHOTS {
-            return None;
-        }
-    }
-    let mut low = high / 2;
-    while high - low > 1 {
-        let middle = low + (high - low) / 2;
-        if is_enough(middle) { high = middle } else { low = middle }
-    }
-    Some(high)
+    Some(fewest_shots(std::slice::from_ref(information), wanted)?.iter().map(|(_, shots)| shots).sum())
 }
 
 /// Returns the mixtures for each wanted parameter, and for all of them that are determined at all.
@@ -81,35 +67,20 @@ fn sum(informations: &[Information], shots: &[(usize, u64)]) -> Information {
 }
 
 /// Returns the index and the number of shots of each that is used, the most first: the real-valued
-/// optimum, rounded down, with the most useful shot added until they suffice, and without those
-/// that are then not needed.
+/// optimum, rounded up, without the shots that are then not needed.
 fn fewest_shots(informations: &[Information], wanted: &[Option<f64>; 3]) -> Option<Vec<(usize, u64)>> {
     let relaxed = least_shots(informations, wanted)?;
-    let total: f64 = relaxed.iter().sum();
-    let used = relaxed.iter().enumerate().filter(|(_, n)| **n > LEAST_SHARE * total);
-    let mut shots: Vec<(usize, u64)> = used.map(|(index, n)| (index, n.floor() as u64)).collect();
-    let excess_of = |shots: &[(usize, u64)]| excess(&sum(informations, shots), wanted);
-    // at most one shot of each is missing, and what the search left
-    let mut spare = 2 * shots.len() + (LEAST_SHARE * total) as usize + 10;
-    while excess_of(&shots) > 1.0 {
-        spare = spare.checked_sub(1)?;
-        let with_one_more = |i: usize| {
-            let mut more = shots.clone();
-            more[i].1 += 1;
-            excess_of(&more)
-        };
-        // while something is not determined, the largest missing share first
-        let missing = |i: usize| shots[i].1 as f64 - relaxed[shots[i].0];
-        let is_determined = excess_of(&shots).is_finite();
-        let cost = |i: &usize| if is_determined { with_one_more(*i) } else { missing(*i) };
-        let best = (0..shots.len()).min_by(|a, b| cost(a).total_cmp(&cost(b)))?;
-        shots[best].1 += 1;
-    }
+    let is_enough = |shots: &[(usize, u64)]| excess(&sum(informations, shots), wanted) <= 1.0;
+    let rounded_up = |spare: f64| -> Vec<(usize, u64)> {
+        relaxed.iter().map(|n| (spare * n).ceil() as u64).enumerate().collect()
+    };
+    let mut shots = SPARE.map(rounded_up).into_iter().find(|shots| is_enough(shots))?;
+    shots.sort_by_key(|(_, n)| *n);
     for i in 0..shots.len() {
-        while shots[i].1 > 0 && excess_of(&shots) <= 1.0 {
+        while shots[i].1 > 0 && is_enough(&shots) {
             shots[i].1 -= 1;
         }
-        shots[i].1 += u64::from(excess_of(&shots) > 1.0);
+        shots[i].1 += u64::from(!is_enough(&shots));
     }
     shots.retain(|(_, n)| *n > 0);
     shots.sort_by_key(|(_, n)| std::cmp::Reverse(*n));
@@ -142,7 +113,7 @@ fn least_shots(informations: &[Information], wanted: &[Option<f64>; 3]) -> Optio
         shots.iter_mut().zip(useful).for_each(|(n, useful)| *n *= useful.max(0.0).sqrt());
     }
     let total: f64 = shots.iter().sum();
-    (!targets.is_empty() && total <= MAX_SHOTS as f64).then_some(shots)
+    (!targets.is_empty() && total <= MAX_SHOTS).then_some(shots)
 }
 
 #[cfg(test)]

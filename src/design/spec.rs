@@ -11,8 +11,9 @@ use crate::io::stated_object::StatedObject;
 use crate::io::toml_file::{self, Source};
 use crate::measurement::parameter::Parameter;
 use crate::measurement::valid::{Condition, FRACTION, Fault, Faults, POSITIVE};
+use crate::physics::cloth_motion::Cloth;
 use crate::physics::collision::Coefficients;
-use crate::simulate::{Camera, ClothSpec, Played, checked, faults_of, faults_of_shots};
+use crate::simulate::{Camera, checked, faults_of, faults_of_shots};
 
 /// Number of frames on either side of the impact that an extraction needs.
 const LEAST_FRAMES: usize = 3;
@@ -25,7 +26,7 @@ struct Keys {
     expected: CoefficientsSection,
     ball: BallSection,
     object: Option<StatedObject>,
-    cloth: ClothSpec,
+    cloth: Cloth,
     camera: Camera,
     want: CoefficientsSection,
     kind: Vec<PlayedKind>,
@@ -37,28 +38,6 @@ struct CoefficientsSection {
     mu: Option<f64>,
     mu_s: Option<f64>,
     e: Option<f64>,
-}
-
-#[derive(Clone, Copy, Deserialize, PartialEq)]
-#[serde(rename_all = "kebab-case")]
-enum From {
-    Known,
-    Motion,
-    Markers,
-}
-
-#[derive(Deserialize)]
-#[serde(deny_unknown_fields, expecting = "a table, as in [[kind]] name = \"thin rolls\"")]
-pub(super) struct KindSection {
-    name: String,
-    cue_spin: Option<Played>,
-    topspin: Option<f64>,
-    side: Option<f64>,
-    spin_from: Option<From>,
-    spin_sd_rad_s: Option<[f64; 2]>,
-    speed_m_s: Option<[f64; 2]>,
-    cut_deg: Option<[f64; 2]>,
-    shots: Option<usize>,
 }
 
 impl Expected {
@@ -101,47 +80,6 @@ impl Keys {
     }
 }
 
-impl TryFrom<KindSection> for PlayedKind {
-    type Error = String;
-
-    fn try_from(section: KindSection) -> Result<Self, String> {
-        let topspin = match (section.cue_spin, section.topspin) {
-            (Some(played), None) if played.side() == 0.0 => {
-                let [a, b] = played.topspin();
-                [a.min(b), a.max(b)]
-            }
-            (None, Some(topspin)) => [topspin; 2],
-            _ => {
-                let name = section.name;
-                return Err(format!(
-                    "kind \"{name}\" needs either cue_spin, of a word without side spin, or topspin; expected one of them"
-                ));
-            }
-        };
-        let default = Self::default();
-        let side = section.side.unwrap_or(0.0);
-        let sd = section.spin_sd_rad_s;
-        let from = match section.spin_from {
-            Some(From::Known) => SpinFrom::Known,
-            Some(From::Motion) => SpinFrom::Motion,
-            Some(From::Markers) => SpinFrom::Markers { sd },
-            None => match Self::usual(topspin, side) {
-                SpinFrom::Markers { .. } => SpinFrom::Markers { sd },
-                usual => usual,
-            },
-        };
-        Ok(Self {
-            name: section.name.trim().to_owned(),
-            topspin,
-            side,
-            from,
-            speed_m_s: section.speed_m_s.unwrap_or(default.speed_m_s),
-            cut_deg: section.cut_deg.unwrap_or(default.cut_deg),
-            shots: section.shots.unwrap_or(default.shots),
-        })
-    }
-}
-
 impl Faults for Expected {
     fn faults(&self) -> Vec<Fault> {
         let Self { coefficients, cloth, camera, kinds, wanted, .. } = self;
@@ -163,16 +101,18 @@ impl Faults for Expected {
                 let value = format!("\"{}\"", kind.name);
                 faults.push(Fault::new(&key("name"), value, "a name that no other kind has"));
             }
-            if kind.from == SpinFrom::Motion && kind.side != 0.0 {
+            if kind.source() == SpinFrom::Motion && kind.side != 0.0 {
                 let value = "\"motion\", which does not show side spin";
                 faults.push(Fault::new(&key("spin_from"), value, "known or markers"));
             }
-            if let SpinFrom::Markers { sd: Some([cue, object]) } = kind.from {
-                let keys = [key("spin_sd_rad_s.0"), key("spin_sd_rad_s.1")];
-                faults.extend(faults_of(&[(&keys[0], cue, POSITIVE), (&keys[1], object, POSITIVE)]));
-            }
-            let spins = [key("topspin"), key("side")];
-            faults.extend(faults_of(&[(&spins[0], kind.topspin[0], SPINS), (&spins[1], kind.side, SPINS)]));
+            let [cue_sd, object_sd] = kind.spin_sd_rad_s.unwrap_or([1.0; 2]);
+            faults.extend(faults_of(&[
+                (&key("spin_sd_rad_s.0"), cue_sd, POSITIVE),
+                (&key("spin_sd_rad_s.1"), object_sd, POSITIVE),
+                (&key("topspin.0"), kind.topspin[0], SPINS),
+                (&key("topspin.1"), kind.topspin[1], SPINS),
+                (&key("side"), kind.side, SPINS),
+            ]));
             faults.extend(faults_of_shots(&section, ("shots", kind.shots), kind.speed_m_s, kind.cut_deg));
         }
         faults
@@ -192,53 +132,24 @@ mod tests {
 
     /// A kind of this name and with these keys.
     fn kind(keys: &str) -> String {
-        format!("[[kind]]\nname = \"a\"\n{}\n", keys.replace(", ", "\n"))
-    }
-
-    #[test]
-    fn missing_keys_have_their_defaults() {
-        let spec = read("[camera]\nposition_sd_px = 0.2\nmm_per_px = 0.5\n[want]\ne = 0.001\n").unwrap();
-        assert!((spec.camera.position_sd_m - 1e-4).abs() < 1e-18);
-        assert_eq!(spec.kinds.len(), Expected::default().kinds.len());
-        assert_eq!(spec.wanted, [None, None, Some(0.001)]);
-        let spec = read(&kind("cue_spin = \"stun\", side = 0.5")).unwrap();
-        assert_eq!(spec.kinds[0].from, SpinFrom::Markers { sd: None });
+        format!("[[kind]]\nname = \"a\"\n{}\n", keys.replace("; ", "\n"))
     }
 
     #[test]
     fn everything_wrong_is_named_with_its_place() {
-        let camera = |keys: &str| format!("[camera]\n{}", keys.replace(", ", "\n"));
-        let motion = kind("topspin = 0, side = 1, spin_from = \"motion\"");
-        let twice = kind("topspin = 0") + &kind("topspin = 1");
+        let camera = |keys: &str| format!("[camera]\n{}", keys.replace("; ", "\n"));
+        let motion = kind("side = 1; spin_from = \"motion\"");
+        let twice = kind("side = 0") + &kind("side = 1");
         for (text, expected) in [
             (
                 "[expected]\nmu = -1".to_owned(),
                 ":2: column 6: expected.mu is -1; expected a number from 0 to 1",
             ),
-            (camera("fps = 10, before_ms = 40"), ":3: column 13: camera.before_ms is 40, which is 0 frames"),
-            (camera("position_sd_px = 1"), "expected position_sd_mm, or position_sd_px with mm_per_px"),
-            (
-                camera("position_sd_mm = -1"),
-                ":1: column 1: camera.position_sd_m is -0.001; expected more than 0",
-            ),
-            (
-                camera("fps = 1000, after_ms = 1e12"),
-                ":3: column 12: camera.after_ms is 1000000000000, which is 1000000000000 frames",
-            ),
-            (camera("fsp = 1"), "unknown key \"fsp\" (did you mean \"fps\"?)"),
-            ("[cloth]\nbounce = 1.5".to_owned(), "cloth.bounce is 1.5; expected a number from 0 to 1"),
-            ("[want]\nmu = 0".to_owned(), "want.mu is 0; expected more than 0"),
-            (kind(""), ":1: column 1: kind \"a\" needs either cue_spin"),
-            (kind("cue_spin = \"role\""), "unknown word \"role\""),
-            (kind("cue_spin = \"side\""), "of a word without side spin"),
-            (kind("topspin = 3"), ":3: column 11: kind.topspin is 3; expected from -2 to 2"),
+            (camera("fps = 10; before_ms = 40"), ":3: column 13: camera.before_ms is 40, which is 0 frames"),
+            (kind("topspin = [3, 1]"), "kind.topspin is 3; expected from -2 to 2"),
             (motion, "does not show side spin"),
-            (
-                kind("topspin = 0, speed_m_s = [2,1]"),
-                "column 13: kind.speed_m_s is [2, 1]; expected [slowest, fastest]",
-            ),
-            (kind("topspin = 0, cut_deg = [0,90]"), "kind.cut_deg is [0, 90]; expected [least, most]"),
-            (kind("topspin = 0, shots = 0"), "kind.shots is 0; expected 1 to"),
+            (kind("speed_m_s = [2,1]"), "column 13: kind.speed_m_s is [2, 1]; expected [slowest, fastest]"),
+            (kind("shots = 0"), "kind.shots is 0; expected 1 to"),
             (twice, ":5: column 8: kind.name is \"a\"; expected a name that no other kind has"),
         ] {
             let error = read(&text).expect_err(&text);

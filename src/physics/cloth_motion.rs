@@ -39,10 +39,14 @@ const MIN_SLIP: f64 = 1e-6;
 
 /// The cloth: its friction with a moving ball, and its bounce.
 #[derive(Clone, Copy, Debug, PartialEq)]
+#[cfg_attr(feature = "fit", derive(serde::Deserialize, serde::Serialize))]
+#[cfg_attr(feature = "fit", serde(deny_unknown_fields, default))]
 pub struct Cloth {
     /// μ_k, the friction of the cloth on a ball that slides, dimensionless.
+    #[cfg_attr(feature = "fit", serde(rename = "mu_k"))]
     pub sliding: f64,
     /// μ_r, the rolling resistance: a rolling ball slows down by μ_r g.
+    #[cfg_attr(feature = "fit", serde(rename = "mu_r"))]
     pub rolling: f64,
     /// e_t, the restitution of a ball that falls on the bed of the table.
     pub bounce: f64,

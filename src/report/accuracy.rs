@@ -24,8 +24,7 @@ pub fn table(rows: &[Row]) -> String {
     let sections = parts.map(|(title, pick)| {
         let rows = rows.iter().filter_map(|row| {
             let errors = pick(row)?.each();
-            let shown =
-                |(_, Spread { median, p95, worst, .. })| format!("{median:.0e} {p95:.0e} {worst:.0e}");
+            let shown = |(_, Spread { median, p95, worst })| format!("{median:.0e} {p95:.0e} {worst:.0e}");
             let tolerance = row.tolerance.map_or(String::new(), |tolerance| format!("{tolerance:.0e}"));
             let time = match row.seconds {
                 short if short < 1e-6 => format!("{:.1} ns", 1e9 * short),
@@ -50,7 +49,7 @@ fn csv(rows: &[Row]) -> String {
     for row in rows {
         let references = [("exact", row.numerical), ("contact", Some(row.model))];
         for (reference, errors) in references.into_iter().filter_map(|(name, errors)| Some((name, errors?))) {
-            for (quantity, Spread { median, p95, worst, .. }) in errors.each() {
+            for (quantity, Spread { median, p95, worst }) in errors.each() {
                 let tolerance = row.tolerance.map_or(String::new(), |tolerance| format!("{tolerance:e}"));
                 table.begin();
                 table.add("fidelity", row.fidelity.name());

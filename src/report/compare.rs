@@ -281,12 +281,6 @@ fn sentence(comparison: &Comparison, finding: &Finding) -> String {
                 quantity.symbol()
             )
         }
-        Finding::OneCamera(unknowns) => {
-            let all = unknowns.iter().map(|(id, value, error)| {
-                format!("{} {}", id.name().replace('_', " "), with_error(*value, *error))
-            });
-            format!("One camera filmed all data sets: {}.", all.collect::<Vec<_>>().join(", "))
-        }
     }
 }
 
@@ -296,7 +290,6 @@ pub(super) fn reason(reason: Reason, quantity: Quantity) -> String {
         (Reason::NoShots, _) => "it has no shot that can be used",
         (Reason::Absent, _) => return format!("its data set has no {}", quantity.symbol()),
         (Reason::Sticks, _) => "its contacts stick at the best fit: the data show only that it is large",
-        (Reason::Vanishes, _) => "nothing depends on it at the best fit",
         (Reason::Uncertain, _) => {
             "its observations hardly depend on it at the best fit: its error is larger than its bounds are apart"
         }

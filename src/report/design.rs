@@ -61,12 +61,12 @@ pub fn text(design: &Design) -> String {
 
 fn kinds(design: &Design) -> Section {
     let row = |(kind, found): (&PlayedKind, &OfKind)| {
-        let spin = match kind.from {
-            SpinFrom::Known => "known".to_owned(),
-            SpinFrom::Motion => "from the paths".to_owned(),
-            SpinFrom::Markers { sd: None } => "markers".to_owned(),
-            SpinFrom::Markers { sd: Some([cue, object]) } => {
-                format!("markers, ± {} and {} rad/s", plain(cue, 2), plain(object, 2))
+        let spin = match (kind.source(), kind.spin_sd_rad_s) {
+            (SpinFrom::Known, _) => "known".to_owned(),
+            (SpinFrom::Motion, _) => "from the paths".to_owned(),
+            (SpinFrom::Markers, sd) => {
+                let [cue, object] = sd.unwrap_or([f64::NAN; 2]).map(|sd| plain(sd, 2));
+                format!("markers, ± {cue} and {object} rad/s")
             }
         };
         let mut row = vec![kind.name.clone(), range(kind.topspin), plain(kind.side, 3), spin];

@@ -23,7 +23,7 @@ use crate::physics::contact_frame::CollisionFrame;
 use crate::problem::{Unpredictable, predict};
 
 pub use crate::io::Kind;
-pub use scene::{Camera, ClothSpec, Played};
+pub use scene::{Camera, Played};
 pub(crate) use scene::{between, checked, cue_ball, faults_of, faults_of_shots};
 pub use spec::{BallSpec, Noise, Shots, Spec, Truth};
 pub(crate) use tracks::on_top;

@@ -1,7 +1,6 @@
 //! The scene that specifications of synthetic data sets and of designs share: the camera, the cloth,
 //! how the cue ball is played, and the ranges of speeds and cut angles.
 
-use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 use crate::io::toml_file::Source;
@@ -21,9 +20,9 @@ const MAX_FRAMES: usize = 100_000;
 /// Largest number of markers on a ball.
 const MAX_MARKERS: usize = 100;
 
-/// The camera that films shots.
+/// The camera that films shots: section `[camera]`.
 #[derive(Clone, Copy, Debug, Deserialize, Serialize)]
-#[serde(try_from = "CameraSection")]
+#[serde(deny_unknown_fields, default, expecting = "a table, as in [camera] fps = 1000")]
 pub struct Camera {
     /// Frames per second.
     pub fps: f64,
@@ -46,52 +45,6 @@ impl Default for Camera {
     fn default() -> Self {
         let (fps, position_sd_m, time) = (1000.0, 1e-4, 40.0);
         Self { fps, position_sd_m, before_ms: time, after_ms: time, gaps: 0.0, outliers: 0.0, markers: 0 }
-    }
-}
-
-/// The section `[camera]`, which states the noise in m, in mm, or in pixels of a known size.
-#[derive(Default, Deserialize)]
-#[serde(deny_unknown_fields, default, expecting = "a table, as in [camera] fps = 1000")]
-struct CameraSection {
-    fps: Option<f64>,
-    position_sd_m: Option<f64>,
-    position_sd_mm: Option<f64>,
-    position_sd_px: Option<f64>,
-    mm_per_px: Option<f64>,
-    before_ms: Option<f64>,
-    after_ms: Option<f64>,
-    gaps: f64,
-    outliers: f64,
-    markers: usize,
-}
-
-impl TryFrom<CameraSection> for Camera {
-    type Error = &'static str;
-
-    fn try_from(section: CameraSection) -> Result<Self, Self::Error> {
-        let CameraSection { position_sd_m, position_sd_mm, position_sd_px, mm_per_px, .. } = section;
-        let default = Self::default();
-        let position_sd_m = match (position_sd_m, position_sd_mm, position_sd_px, mm_per_px) {
-            (None, None, None, None) => default.position_sd_m,
-            (Some(m), None, None, None) => m,
-            (None, Some(mm), None, None) => 1e-3 * mm,
-            (None, None, Some(px), Some(mm_per_px)) => 1e-3 * px * mm_per_px,
-            _ => {
-                return Err(
-                    "the noise is stated in part or twice; expected position_sd_mm, or position_sd_px with \
-                            mm_per_px, or position_sd_m",
-                );
-            }
-        };
-        Ok(Self {
-            fps: section.fps.unwrap_or(default.fps),
-            position_sd_m,
-            before_ms: section.before_ms.unwrap_or(default.before_ms),
-            after_ms: section.after_ms.unwrap_or(default.after_ms),
-            gaps: section.gaps,
-            outliers: section.outliers,
-            markers: section.markers,
-        })
     }
 }
 
@@ -134,30 +87,11 @@ impl Camera {
     }
 }
 
-/// The cloth that balls slide and roll on.
-#[derive(Clone, Copy, Debug, Deserialize, Serialize, JsonSchema)]
-#[serde(deny_unknown_fields, default)]
-pub struct ClothSpec {
-    /// Sliding friction μ_k, dimensionless.
-    pub mu_k: f64,
-    /// Rolling resistance μ_r, dimensionless.
-    pub mu_r: f64,
-    /// Restitution e_t of a ball that falls on the bed of the table, dimensionless.
-    pub bounce: f64,
-}
-
-impl Default for ClothSpec {
-    fn default() -> Self {
-        let Cloth { sliding, rolling, bounce } = Cloth::default();
-        Self { mu_k: sliding, mu_r: rolling, bounce }
-    }
-}
-
-impl Faults for ClothSpec {
+impl Faults for Cloth {
     fn faults(&self) -> Vec<Fault> {
         faults_of(&[
-            ("cloth.mu_k", self.mu_k, NOT_NEGATIVE),
-            ("cloth.mu_r", self.mu_r, NOT_NEGATIVE),
+            ("cloth.mu_k", self.sliding, NOT_NEGATIVE),
+            ("cloth.mu_r", self.rolling, NOT_NEGATIVE),
             ("cloth.bounce", self.bounce, FRACTION),
         ])
     }
@@ -175,8 +109,6 @@ worded! {
         NaturalRoll = "natural-roll",
         /// Topspin of 90 % of the natural roll's: a ball that still slides a little.
         AlmostRoll = "almost-roll",
-        /// Topspin of half of the natural roll's.
-        Slide = "slide",
         /// Backspin of 30 to 100 % of the natural roll's.
         Draw = "draw",
         /// Side spin of up to the natural roll's, either way, on a sliding ball.
@@ -200,7 +132,6 @@ impl Played {
             Self::Stun | Self::Side => [0.0; 2],
             Self::NaturalRoll | Self::SlightSide => [1.0; 2],
             Self::AlmostRoll => [0.9; 2],
-            Self::Slide => [0.5; 2],
             Self::Draw => [-0.3, -1.0],
             Self::Any => [-1.0, 1.0],
         }

@@ -5,7 +5,7 @@ use std::fmt::Write as _;
 
 use rand::Rng;
 
-use super::{Camera, ClothSpec, Maker, Played, SynthError, between};
+use super::{Camera, Maker, Played, SynthError, between};
 use crate::extraction::turn;
 use crate::measurement::spin::Spin;
 use crate::measurement::track::{Marker, Sample, TrackShot, TrackedBall};
@@ -46,7 +46,7 @@ impl Course {
     fn new(
         model: &Model,
         coefficients: &Coefficients,
-        cloth: &ClothSpec,
+        cloth: &Cloth,
         cue: &BallState,
         time: f64,
         direction: f64,
@@ -71,12 +71,11 @@ impl Course {
                 inertia: ball.inertia,
             }
         };
-        let cloth = Cloth { sliding: cloth.mu_k, rolling: cloth.mu_r, bounce: cloth.bounce };
         Ok(Self {
-            cue_before: Path::before(&launch(balls[0], contact, &cue_before), &cloth),
+            cue_before: Path::before(&launch(balls[0], contact, &cue_before), cloth),
             after: [
-                Path::after(&launch(balls[0], contact, &cue_after), &cloth),
-                Path::after(&launch(balls[1], object, &object_after), &cloth),
+                Path::after(&launch(balls[0], contact, &cue_after), cloth),
+                Path::after(&launch(balls[1], object, &object_after), cloth),
             ],
             truth: TrueImpact { time, object, direction, cue_before, cue_after, object_after },
             balls,
@@ -148,7 +147,7 @@ const BALLS: [TrackedBall; 2] = [TrackedBall::Cue, TrackedBall::Object];
 pub fn noise_free(
     model: &Model,
     coefficients: &Coefficients,
-    (camera, cloth): (&Camera, &ClothSpec),
+    (camera, cloth): (&Camera, &Cloth),
     cue: &BallState,
     (time, places): (f64, &[Vec<Vec3>; 2]),
 ) -> Result<(TrackShot, TrueImpact), NotACollision> {

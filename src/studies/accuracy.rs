@@ -38,8 +38,6 @@ pub struct Shot {
 /// The distribution of an error over the shots.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, JsonSchema)]
 pub struct Spread {
-    /// Unit of the numbers: deg, or 1 for a ratio.
-    pub unit: &'static str,
     /// Half of the shots err by less.
     #[schemars(with = "Option<f64>")]
     pub median: f64,
@@ -238,20 +236,15 @@ fn errors_of(speed: f64, radius: f64, outcome: &Outcome, reference: &Outcome) ->
 
 /// Returns the distributions of the errors of all shots.
 fn spreads(errors: &[[f64; 4]]) -> Errors {
-    let quantity = |unit, i: usize| spread(unit, errors.iter().map(|of_shot| of_shot[i]).collect());
-    Errors {
-        throw_deg: quantity("deg", 0),
-        speed: quantity("1", 1),
-        spin: quantity("1", 2),
-        jump: quantity("1", 3),
-    }
+    let quantity = |i: usize| spread(errors.iter().map(|of_shot| of_shot[i]).collect());
+    Errors { throw_deg: quantity(0), speed: quantity(1), spin: quantity(2), jump: quantity(3) }
 }
 
-fn spread(unit: &'static str, mut errors: Vec<f64>) -> Spread {
+fn spread(mut errors: Vec<f64>) -> Spread {
     errors.sort_by(f64::total_cmp);
     let last = errors.len().saturating_sub(1) as f64;
     let at = |part: f64| errors.get((part * last).round() as usize).copied().unwrap_or(f64::NAN);
-    Spread { unit, median: at(0.5), p95: at(0.95), worst: at(1.0) }
+    Spread { median: at(0.5), p95: at(0.95), worst: at(1.0) }
 }
 
 #[cfg(test)]
@@ -274,6 +267,6 @@ mod tests {
         // friction of the cloth and weight are of a thousandth
         let full = rows.iter().find(|row| row.fidelity == Fidelity::Full).unwrap();
         assert!((1e-5..1e-2).contains(&full.model.speed.p95), "{:?}", full.model);
-        assert!(spread("1", Vec::new()).worst.is_nan());
+        assert!(spread(Vec::new()).worst.is_nan());
     }
 }

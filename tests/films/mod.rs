@@ -39,7 +39,7 @@ fn film(seed: u64) -> usize {
     let spec = Spec {
         shots: Shots { speed_m_s: [0.1, 6.0], cut_deg: [-75.0, 75.0], ..usual.shots },
         camera: Camera { fps, before_ms, after_ms, ..Camera::default() },
-        cloth: ClothSpec { bounce: random.random(), ..usual.cloth },
+        cloth: Cloth { bounce: random.random(), ..usual.cloth },
         ..usual
     };
     let discs = random.random_bool(0.1);

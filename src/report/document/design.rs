@@ -3,7 +3,7 @@
 use serde::{Serialize, Serializer};
 
 use super::{Body, Made, document};
-use crate::design::{self, Design, Mixture, OfKind, Planned, PlayedKind, SpinFrom};
+use crate::design::{self, Design, Mixture, OfKind, Planned, PlayedKind};
 use crate::measurement::parameter::Parameter;
 
 document! {
@@ -44,37 +44,13 @@ document! {
 
     /// A kind of shots.
     Kind(kind: &PlayedKind, found: &OfKind) {
-        /// Its name.
-        name: String = kind.name.clone(),
-        /// Range of the topspin, in parts of natural roll; draw is negative.
-        topspin: [f64; 2] = kind.topspin,
-        /// Side spin, in parts of natural roll; with positive cuts negative is outside spin.
-        side: f64 = kind.side,
-        /// How the spin is known: known, motion or markers.
-        spin_from: &'static str = match kind.from {
-            SpinFrom::Known => "known",
-            SpinFrom::Motion => "motion",
-            SpinFrom::Markers { .. } => "markers",
-        },
-        /// Of markers: standard errors of the cue ball's and the object ball's spin, rad/s.
-        spin_sd_rad_s: Option<[f64; 2]> = match kind.from {
-            SpinFrom::Markers { sd } => sd,
-            _ => None,
-        },
-        /// Range of the speed before the impact, m/s.
-        speed_m_s: [f64; 2] = kind.speed_m_s,
-        /// Range of the cut angle, degrees.
-        cut_deg: [f64; 2] = kind.cut_deg,
-        /// Number of shots that are planned.
-        shots: usize = kind.shots,
+        /// The kind as it is planned.
+        #[serde(flatten)]
+        planned: PlayedKind = kind.clone(),
         /// Standard errors from these shots alone.
         std_error: Coefficients<Option<f64>> = found.std_errors.into(),
         /// Number of shots that the wanted standard errors need.
         shots_needed: Coefficients<Option<u64>> = found.needed.into(),
-        /// Number of shots that all of them need.
-        shots_needed_for_all: Option<u64> = found.needed_all,
-        /// Part of the shots that determine nothing, 0 to 1.
-        unusable: f64 = found.unusable,
     }
 
     /// All planned shots together.
