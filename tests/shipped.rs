@@ -2,7 +2,7 @@
 
 use caromfit::report::document;
 use caromfit::report::regression;
-use caromfit::report::regression::TOLERANCE;
+use caromfit::report::regression::SAME_ERRORS;
 
 use crate::prelude::*;
 
@@ -41,7 +41,7 @@ fn are_the_stored(name: &str, dataset: &Dataset, options: &Options) -> usize {
     let stored = document::read(&root().join("fits")).unwrap();
     let fits = fit::fit(dataset, options).unwrap();
     for fit in &fits {
-        let moved = regression::moved(fit, regression::find(fit, &stored).unwrap(), TOLERANCE);
+        let moved = regression::moved(fit, regression::find(fit, &stored).unwrap(), SAME_ERRORS);
         assert_eq!(moved, [], "{name} {:?}", fit.group);
     }
     fits.len()

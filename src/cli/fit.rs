@@ -9,7 +9,7 @@ use caromfit::physics::collision::FidelityChoice;
 use caromfit::physics::friction_law::Law;
 use caromfit::report;
 use caromfit::report::document::{self, FitDocument};
-use caromfit::report::regression::{self, Moved, TOLERANCE};
+use caromfit::report::regression::{self, Moved, SAME_ERRORS};
 use caromfit::report::terminal;
 
 use super::progress::{self, Progress};
@@ -53,7 +53,7 @@ pub struct Args {
     #[arg(long, value_name = "FIT.json")]
     baseline: Option<PathBuf>,
     /// What counts as moved, in standard errors (of χ²: in its standard deviation)
-    #[arg(long, value_parser = tolerance, default_value_t = TOLERANCE, value_name = "N", requires = "baseline", allow_hyphen_values = true)]
+    #[arg(long, value_parser = tolerance, default_value_t = SAME_ERRORS, value_name = "N", requires = "baseline", allow_hyphen_values = true)]
     baseline_tolerance: f64,
     /// Show every label of a data set on a line of its own, χ²/dof, what the marks mean, and all warnings
     #[arg(long)]

@@ -15,14 +15,14 @@ use crate::problem::{
 };
 
 /// Part of the variance of a difference beyond which what makes it up is said.
-const MOST: f64 = 0.5;
+const LARGE_VARIANCE_PART: f64 = 0.5;
 
 /// Ratio of lengths in two films, less 1, beyond which they are not by one camera that was not moved.
 const OTHER_CAMERA: f64 = 0.1;
 
 /// Steps of a descent at given noise, typical are 3, and the fall of χ² that ends it.
 const STEPS: usize = 40;
-const STALL: f64 = 1e-12;
+const SAMPLES_STALL: f64 = 1e-12;
 
 /// All samples in one problem at its minimum.
 pub(super) struct Joint<'a> {
@@ -103,7 +103,11 @@ impl<'a> Joint<'a> {
         let by_ratios = DVector::from_iterator(ratios.len(), ratios.iter().map(|ratio| difference[*ratio]));
         let part = by_ratios.dot(&(&inverse * &by_ratios));
         let (std_error, root) = (variance.sqrt(), part.sqrt());
-        (part > MOST * variance).then_some(Finding::MassRatios { quantity, std_error, part: root })
+        (part > LARGE_VARIANCE_PART * variance).then_some(Finding::MassRatios {
+            quantity,
+            std_error,
+            part: root,
+        })
     }
 
     /// Returns the names of the losses other than least squares.
@@ -140,7 +144,7 @@ fn best_start(problem: &Problem, start: State, fitted: &[Alone]) -> State {
 
 /// Returns the minimum at the present noise to rounding: tables are as smooth as their arithmetic.
 pub(super) fn settle(problem: &Problem, state: State) -> Evaluation {
-    descend_until(problem, problem.evaluate(state), &problem.free(), STEPS, STALL).end
+    descend_until(problem, problem.evaluate(state), &problem.free(), STEPS, SAMPLES_STALL).end
 }
 
 /// Returns the covariance with all of some columns, even at a bound.

@@ -22,7 +22,7 @@ const MIN_TURN_ERRORS: f64 = 8.0;
 const MAX_RESIDUAL: f64 = 0.5;
 
 /// Frames after the impact that are not searched for a corner: a tracker may lag as long.
-const CLEAR_FRAMES: f64 = 8.0;
+const LAG_FRAMES: f64 = 8.0;
 
 /// Least change of velocity at a corner after the impact, as a part of the incoming speed: a ball
 /// that lands loses less than 0.015.
@@ -47,7 +47,7 @@ pub(crate) fn leave_out_after_cushion(shot: &mut TrackShot, ball: &Ball) -> bool
     // correlated noise bends paths more
     let noise = noise(shot) * shot.frames_alike().sqrt();
     let Ok(guess) = from_paths(shot, ball, noise) else { return false };
-    let after = guess.time + CLEAR_FRAMES / shot.fps;
+    let after = guess.time + LAG_FRAMES / shot.fps;
     let incoming = guess.before[0].hypot(guess.before[1]);
     let cloth = MAX_DECELERATION * guess.distance / (2.0 * ball.radius);
     let first = |samples: &[Sample]| {

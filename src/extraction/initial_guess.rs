@@ -23,7 +23,7 @@ const MAX_LINE_RESIDUAL: f64 = 3.0;
 
 /// Least speed of a moving object ball, in standard errors and as a part of the cue ball's.
 const MIN_SPEED_ERRORS: f64 = 5.0;
-const MIN_SPEED_PART: f64 = 0.01;
+const MIN_MOVING_PART: f64 = 0.01;
 
 /// Residual of a wrong frame, in standard deviations, in excess of the largest acceleration.
 const ALONE: f64 = 10.0;
@@ -280,7 +280,7 @@ pub(crate) fn from_paths(shot: &TrackShot, ball: &Ball, noise: f64) -> Result<Fi
     let arriving = Path::near(&arriving, time, noise);
     let speed = arriving.velocity.norm();
     if let Some(drift) =
-        significant_speed(shot, before, noise).filter(|drift| *drift > MIN_SPEED_PART * speed)
+        significant_speed(shot, before, noise).filter(|drift| *drift > MIN_MOVING_PART * speed)
     {
         return Err(Unusable::ObjectMoving { speed: drift });
     }

@@ -31,10 +31,10 @@ pub(crate) struct Spot {
 }
 
 /// Part of a frame that is left out on both sides: frames across the impact show neither spin.
-const CLEAR_FRAMES: f64 = 0.01;
+const LEFT_OUT_FRAMES: f64 = 0.01;
 
 /// Frames on either side of the impact that are used: over these the cloth changes a spin evenly.
-const NEAR_FRAMES: f64 = 60.0;
+const ROTATION_FRAMES: f64 = 60.0;
 
 /// Largest distance from the centre, over R, at which a marker's height can start the fit.
 const MAX_RADIUS: f64 = 0.95;
@@ -220,9 +220,9 @@ pub(crate) fn turn(place: Vec3, angles: Vec3) -> Vec3 {
 /// d cos θ + (θ × d) sin θ/θ + θ (θ·d)(1 − cos θ)/θ².
 fn turned<T: Number>(place: &[T; 3], angles: &[T; 3]) -> [T; 3] {
     /// Below this θ², the next terms of the series are rounding.
-    const SMALL: f64 = 1e-5;
+    const SMALL_ANGLE_SQUARE: f64 = 1e-5;
     let square = dot(angles, angles);
-    let (sine, versine) = if square.re() < SMALL {
+    let (sine, versine) = if square.re() < SMALL_ANGLE_SQUARE {
         // sin θ/θ = 1 − θ²/6 + θ⁴/120, (1 − cos θ)/θ² = 1/2 − θ²/24 + θ⁴/720
         let fourth = square * square;
         (fourth / 120.0 - square / 6.0 + 1.0, fourth / 720.0 - square / 24.0 + 0.5)
@@ -260,8 +260,8 @@ impl Rotations {
     /// with this noise unless another is stated.
     #[must_use]
     pub fn of(shot: &TrackShot, impact: f64, radius: f64, noise: f64) -> Self {
-        let clear = CLEAR_FRAMES / shot.fps;
-        let near = NEAR_FRAMES / shot.fps;
+        let clear = LEFT_OUT_FRAMES / shot.fps;
+        let near = ROTATION_FRAMES / shot.fps;
         let of = |ball: TrackedBall, window: [f64; 2]| {
             let centres = if ball == TrackedBall::Cue { &shot.cue } else { &shot.object };
             let own = || shot.markers.iter().filter(|marker| marker.ball == ball);

@@ -38,8 +38,8 @@ const MIN_FREEDOM: usize = 100;
 const MAX_NOISE_RATIO: f64 = 3.0;
 
 /// Largest ρ tried, and the step.
-const MAX_RHO: f64 = 0.96;
-const STEP: f64 = 0.02;
+const MAX_TRIED_RHO: f64 = 0.96;
+const TRIED_RHO_STEP: f64 = 0.02;
 
 /// Least decrease of −2 ln L at which the correlation is adopted, and least correlation: a smaller
 /// one changes no error by a tenth.
@@ -75,7 +75,8 @@ pub fn noise_correlation(shots: &[TrackShot], ball: &Ball) -> Option<NoiseCorrel
         let value = numbers as f64 * square.ln() + of_determinants;
         if value.is_nan() { f64::INFINITY } else { value }
     };
-    let rhos: Vec<f64> = (0..=(MAX_RHO / STEP) as usize).map(|i| i as f64 * STEP).collect();
+    let rhos: Vec<f64> =
+        (0..=(MAX_TRIED_RHO / TRIED_RHO_STEP) as usize).map(|i| i as f64 * TRIED_RHO_STEP).collect();
     let values: Vec<f64> = rhos.iter().map(|rho| minus_two_ln_l(*rho)).collect();
     let least = values.iter().copied().fold(f64::INFINITY, f64::min);
     // mean and standard deviation by L, with a uniform prior of ρ: short paths do not separate high
@@ -158,7 +159,10 @@ mod tests {
             }
             let NoiseCorrelation { value, std_error, adopted } =
                 noise_correlation(&shots, &Ball::POOL).unwrap();
-            assert!((value - rho).abs() < 3.0 * std_error.max(STEP), "{rho}: {value} ± {std_error}");
+            assert!(
+                (value - rho).abs() < 3.0 * std_error.max(TRIED_RHO_STEP),
+                "{rho}: {value} ± {std_error}"
+            );
             assert!(std_error < 0.06 && adopted == (rho > 0.0), "{rho}: {value} ± {std_error}");
         }
     }

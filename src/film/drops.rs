@@ -19,7 +19,7 @@ const NEIGHBOURS_AT_IMPACT: usize = 4;
 const MIN_NEIGHBOURS: usize = 3;
 
 /// Largest difference between a step and a multiple of the median step, in median steps.
-const MAX_DEVIATION: f64 = 0.35;
+const MAX_STEP_DEVIATION: f64 = 0.35;
 
 /// Least median step for which steps can be compared, in units of their root mean square deviation.
 const MIN_EVEN_NOISES: f64 = 4.0;
@@ -87,11 +87,11 @@ impl<'a> Steps<'a> {
     /// Returns a step if it is longer than most on either side; others have lost no frame.
     fn long(&self, i: usize) -> Step {
         /// A step of two frames is at least 1.5 typical ones, and most steps lie within a fifth.
-        const MIN_EXCESS: f64 = 1.2;
+        const MIN_STEP_RATIO: f64 = 1.2;
         let Some(own) = self.lengths[i] else { return Step::default() };
         let around = i.saturating_sub(NEIGHBOURS)..self.lengths.len().min(i + 1 + NEIGHBOURS);
         let around: Vec<&Point> = self.lengths[around].iter().flatten().collect();
-        let shorter = around.iter().filter(|other| MIN_EXCESS * other.norm() < own.norm()).count();
+        let shorter = around.iter().filter(|other| MIN_STEP_RATIO * other.norm() < own.norm()).count();
         if 2 * shorter < around.len() { Step::default() } else { self.at(i) }
     }
 
@@ -116,14 +116,16 @@ impl<'a> Steps<'a> {
         let noise = (squares.iter().sum::<f64>() / squares.len() as f64).sqrt();
         // even: equal medians on both sides, so that neighbours do not catch up
         let turns = (of_side[0] - of_side[1]).norm();
-        let is_even = usual.norm() > MIN_EVEN_NOISES * noise && turns < MAX_DEVIATION * usual.norm();
+        let is_even = usual.norm() > MIN_EVEN_NOISES * noise && turns < MAX_STEP_DEVIATION * usual.norm();
         // the number of median steps in this one, and the remainder
         let whole = (own.dot(&usual) / usual.norm_squared()).round();
         let left = (own - usual * whole).norm();
         // at four standard deviations one step in a thousand looks like two
         let is_clear = usual.norm() > MIN_DROP_NOISES * noise;
-        let lost =
-            is_even && is_clear && (2.0..=MAX_RATIO).contains(&whole) && left < MAX_DEVIATION * usual.norm();
+        let lost = is_even
+            && is_clear
+            && (2.0..=MAX_RATIO).contains(&whole)
+            && left < MAX_STEP_DEVIATION * usual.norm();
         Step { is_even, lost: lost.then_some(whole - 1.0) }
     }
 }

@@ -5,7 +5,7 @@ use crate::measurement::track::{Sample, TrackShot};
 use crate::numerics::{NORMAL_MEDIAN, median};
 
 /// Frames on either side of an instant from which the noise near it is estimated.
-const NEAR_FRAMES: f64 = 30.0;
+const NOISE_FRAMES: f64 = 30.0;
 
 const COORDINATES: [fn(&Sample) -> f64; 2] = [|s| s.x, |s| s.y];
 
@@ -30,7 +30,7 @@ pub(crate) fn noise(shot: &TrackShot) -> f64 {
 pub(crate) fn noise_of_near(tracks: &[&[Sample]], shot: &TrackShot, instant: f64) -> f64 {
     let until =
         |samples: &[Sample], frames: f64| samples.partition_point(|s| s.t < instant + frames / shot.fps);
-    let near = |samples: &&'_ [Sample]| until(samples, -NEAR_FRAMES)..until(samples, NEAR_FRAMES);
+    let near = |samples: &&'_ [Sample]| until(samples, -NOISE_FRAMES)..until(samples, NOISE_FRAMES);
     let near: Vec<&[Sample]> = tracks.iter().map(|samples| &samples[near(samples)]).collect();
     noise_of(&near, shot)
 }

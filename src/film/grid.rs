@@ -89,10 +89,10 @@ mod tests {
     #[test]
     fn the_median_of_rounded_numbers_is_that_of_the_numbers() {
         /// Tolerance for 1000 numbers.
-        const NEAR: f64 = 0.03;
+        const WHOLE_TOLERANCE: f64 = 0.03;
         let exact: Vec<f64> = (0..1000).map(|i| f64::from(i) * 2.6e-3).collect();
         let rounded: Vec<f64> = exact.iter().map(|x| x.round()).collect();
-        assert!((median_of_multiples(&rounded, 1.0) - 1.3).abs() < NEAR);
+        assert!((median_of_multiples(&rounded, 1.0) - 1.3).abs() < WHOLE_TOLERANCE);
         assert_eq!(median_of_multiples(&exact, 0.0), exact[500]);
         assert!(median_of_multiples(&[], 1.0).is_nan());
         assert!(median_of_multiples(&[0.0; 9], 1.0) <= 0.5);

@@ -136,7 +136,7 @@ mod tests {
     use super::*;
 
     /// Exact but for rounding.
-    const EXACT: f64 = 1e-12;
+    const SHAPE_ROUNDING: f64 = 1e-12;
 
     fn markers(count: usize) -> (Vec<Vec<Sample>>, Vec<Point>) {
         let mut markers = vec![Vec::new(); count];
@@ -166,7 +166,7 @@ mod tests {
             assert_eq!(found.len(), 40);
             for (i, (sample, [x, y])) in found.iter().zip(&centres).enumerate() {
                 let off = (sample.x - x).hypot(sample.y - y);
-                assert!(off < EXACT || i == 7, "{count} markers, frame {i}: {off}");
+                assert!(off < SHAPE_ROUNDING || i == 7, "{count} markers, frame {i}: {off}");
             }
         }
     }

@@ -33,7 +33,7 @@ const SLIDING: [f64; 2] = [0.1, 0.5];
 const MOST_ROLLING: f64 = 0.03;
 
 /// Number of standard errors beyond which a friction is outside of its limits.
-const SURELY: f64 = 3.0;
+const OUTSIDE_ERRORS: f64 = 3.0;
 
 /// A rolling ball's spin can add a few per cent to the energy of motion, and to a speed.
 const MOST_RATIO: f64 = 1.05;
@@ -139,7 +139,7 @@ pub(crate) fn suspicious(
         add(None, Kind::Rolling, text);
     }
     if let Some(Measured { value, sd: Some(sd) }) = sliding
-        && (value + SURELY * sd < SLIDING[0] || value - SURELY * sd > SLIDING[1])
+        && (value + OUTSIDE_ERRORS * sd < SLIDING[0] || value - OUTSIDE_ERRORS * sd > SLIDING[1])
     {
         let text = format!(
             "the paths after the impacts show that the cloth's sliding friction is {}, where 0.2 is usual: the spin of the cue \

@@ -27,7 +27,7 @@ const LEAST_SHOTS: usize = 6;
 const WORTH_SAYING: f64 = 2.0;
 
 /// Part of the rounding of the readings; without one, in rad, m/s, rad/s or as a ratio: smaller residuals are rounding of the search.
-const EXACT: f64 = 1e-6;
+const MIN_RESIDUAL: f64 = 1e-6;
 
 fn unusable(kind: &'static str) -> impl Fn(String) -> Remark {
     move |sentence| Remark::new(Severity::Unusable, kind, sentence)
@@ -237,7 +237,7 @@ impl Fit {
         estimated.peek().filter(|_| self.dof > 0)?;
         let is_exact = |noise: &Noise| {
             let size = noise.rounding.or(noise.is_unknown().then_some(1.0));
-            size.is_some_and(|size| noise.rms <= EXACT * size)
+            size.is_some_and(|size| noise.rms <= MIN_RESIDUAL * size)
         };
         if estimated.all(is_exact) {
             let rounding = self.noise.iter().find_map(|noise| Some(noise.in_words(noise.rounding?, 2)));

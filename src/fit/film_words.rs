@@ -12,7 +12,7 @@ use crate::problem::{Finding, Id, Severity, Solution};
 pub(super) const DIFFERS: f64 = 0.2;
 
 /// Part of the shots that have the same spin, so that one word states it.
-const MOST: f64 = 0.75;
+const MIN_ALIKE_PART: f64 = 0.75;
 
 /// Returns a finding as a remark, of a table if there is no film; `None` for one that stands elsewhere.
 pub(super) fn remark(finding: &Finding, film: Option<&FittedFilm>) -> Option<Remark> {
@@ -221,7 +221,7 @@ fn spins(film: &FittedFilm, fall: f64) -> String {
         tracks.filter_map(|(track, (_, found))| Some((stated(track.spin)?, found))).collect();
     let shots = all.len();
     let near = |spin: f64| all.iter().filter(|(_, found)| (found - spin).abs() < DIFFERS).count();
-    let are_most = |count: usize| count as f64 > MOST * shots as f64;
+    let are_most = |count: usize| count as f64 > MIN_ALIKE_PART * shots as f64;
     let (rolling, stun) = (near(1.0), near(0.0));
     let differ = all.iter().any(|(stated, found)| (found - stated).abs() > DIFFERS);
     let (were, assume) = if differ && are_most(rolling) {

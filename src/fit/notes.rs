@@ -12,7 +12,7 @@ use crate::measurement::track::TrackShot;
 use crate::problem::{DiscImpact, Id, Quantity, Severity, Solution};
 
 /// Number of standard errors of a slip that turned round.
-const SURELY: f64 = 5.0;
+const TURNED_ERRORS: f64 = 5.0;
 
 /// Frames between neighbouring positions of a disc beyond which some are missing.
 const GAP: f64 = 2.5;
@@ -239,7 +239,7 @@ fn misses_frames(track: &TrackShot, impact: &DiscImpact) -> bool {
 /// Returns the slip before and after an impact that turned it round, m/s.
 fn turned(impact: &DiscImpact) -> Option<[f64; 2]> {
     let (before, after) = (impact.get(Quantity::SlipBefore)?, impact.get(Quantity::SlipAfter)?);
-    let surely = after.value.abs() > SURELY * after.sd.unwrap_or(f64::INFINITY);
+    let surely = after.value.abs() > TURNED_ERRORS * after.sd.unwrap_or(f64::INFINITY);
     let is_turned = impact.stuck.is_none() && before.value * after.value < 0.0 && surely;
     is_turned.then_some([before.value, after.value])
 }

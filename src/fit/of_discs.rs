@@ -32,7 +32,7 @@ const MOST_FRICTION: f64 = 2.0;
 /// Slips of a curve, whose kinks are then within a hundredth of its length, and the part by which it goes on
 /// beyond the largest slip.
 const POINTS: usize = 120;
-const BEYOND: f64 = 1.08;
+const CURVE_EXTENSION: f64 = 1.08;
 
 /// Fits films of discs.
 pub(super) fn fit(request: Request) -> Result<Fit, FitError> {
@@ -246,6 +246,6 @@ fn friction_curve(fit: &Fit) -> Vec<[f64; 2]> {
     let closing = all(Quantity::ClosingSpeed).map(|speed| speed.value).sum::<f64>()
         / fit.disc_shots.len().max(1) as f64;
     let against = |slip: f64| Some([slip, -fit.solution.impulse_ratio([closing, slip * closing])?]);
-    let points = (0..=POINTS).map(|i| against(BEYOND * largest * i as f64 / POINTS as f64));
+    let points = (0..=POINTS).map(|i| against(CURVE_EXTENSION * largest * i as f64 / POINTS as f64));
     points.collect::<Option<Vec<_>>>().filter(|_| is_determined && largest > 0.0).unwrap_or_default()
 }

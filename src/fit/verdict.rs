@@ -115,14 +115,18 @@ impl Fit {
         /// The standard deviation of m_cue/m_object of balls of 170 g that are each weighed to 0.1 g is 0.0008.
         const WEIGHED: f64 = 0.001;
         /// Of a variance.
-        const MOST: f64 = 0.5;
+        const LARGE_MASS_PART: f64 = 0.5;
         let object = self.object.unwrap_or(ObjectBall::unweighed(self.ball));
         object.mass_ratio_sd(self.ball).filter(|sd| self.discs.is_none() && *sd >= WEIGHED)?;
         let ratio = self.estimates.iter().position(|e| e.parameter == Parameter::MassRatio)?;
         let share = |(i, estimate): (usize, &Estimate)| {
             let error = estimate.std_error.filter(|_| estimate.parameter != Parameter::MassRatio)?;
             let correlation = self.correlation[(i, ratio)];
-            (correlation.powi(2) > MOST).then_some((estimate.parameter.symbol(), error, correlation.abs()))
+            (correlation.powi(2) > LARGE_MASS_PART).then_some((
+                estimate.parameter.symbol(),
+                error,
+                correlation.abs(),
+            ))
         };
         let limited = self.estimates.iter().enumerate().filter_map(share);
         let (symbol, error, part) = limited.max_by(|a, b| a.2.total_cmp(&b.2))?;

@@ -158,9 +158,10 @@ pub(crate) fn similarity(word: &str, name: &str) -> f64 {
 /// Returns the name that a word was probably meant to be.
 pub(crate) fn nearest<'a>(word: &str, names: impl IntoIterator<Item = &'a str>) -> Option<&'a str> {
     /// Least similarity: less than that of a short word with two letters swapped.
-    const NEAR: f64 = 0.75;
+    const MIN_SIMILARITY: f64 = 0.75;
     let near = names.into_iter().map(|name| (similarity(word, name), name));
-    let nearest = near.max_by(|a, b| a.0.total_cmp(&b.0)).filter(|(similarity, _)| *similarity > NEAR);
+    let nearest =
+        near.max_by(|a, b| a.0.total_cmp(&b.0)).filter(|(similarity, _)| *similarity > MIN_SIMILARITY);
     nearest.map(|(_, name)| name)
 }
 

@@ -11,7 +11,7 @@ pub(super) const STALL: f64 = 0.01;
 const FIRST_DAMPING: f64 = 1e-6;
 
 /// Share of χ² that is rounding.
-const ROUNDING: f64 = 1e-14;
+const CHI2_ROUNDING: f64 = 1e-14;
 
 /// A descent that has ended.
 pub(crate) type Descent = least_squares::Descent<Evaluation>;
@@ -52,7 +52,7 @@ impl SumOfSquares for Moving<'_> {
     }
 
     fn rounding(&self, at: &Evaluation) -> f64 {
-        ROUNDING * at.cost
+        CHI2_ROUNDING * at.cost
     }
 
     fn step(&self, at: &Evaluation, damping: f64) -> Option<Step<State>> {

@@ -14,7 +14,7 @@ use crate::physics::name::{by_name, worded};
 
 /// Relative change of χ² within which nothing depends on an unknown, and halvings for the edge of such a
 /// range.
-const SAME: f64 = 1e-12;
+const SAME_CHI2: f64 = 1e-12;
 const HALVINGS: usize = 45;
 
 /// Difference of an end of a profile from value ± t·error, as a part of t·error, from which on the
@@ -265,7 +265,7 @@ fn edge_of_saturation(problem: &Problem, at: &Evaluation, column: usize) -> Opti
     let is_flat = |value: f64| {
         let mut state = at.state.clone();
         state.shared.0[column] = value;
-        (problem.evaluate(state).cost - at.cost).abs() <= SAME * (1.0 + at.cost)
+        (problem.evaluate(state).cost - at.cost).abs() <= SAME_CHI2 * (1.0 + at.cost)
     };
     let edge = |mut off: f64| {
         let mut on = at.state.shared.0[column];

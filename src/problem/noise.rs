@@ -20,7 +20,7 @@ const RHO_STEP: f64 = 0.04;
 const SETTLED: f64 = 0.01;
 
 /// Degrees of freedom below which a noise stays as it is.
-const LEAST_DOF: f64 = 0.5;
+const MIN_DOF_OF_NOISE: f64 = 0.5;
 
 /// Factor by which a spread changes in one step at most.
 const SPREAD_STEP: f64 = 3.0;
@@ -48,7 +48,7 @@ pub(super) fn update(problem: &mut Problem, at: &Evaluation) -> bool {
                 }
                 let dof = sum.count - partners.iter().map(|other| spent[*other][which]).sum::<f64>();
                 let growth = sum.weighted / dof;
-                if !(dof > LEAST_DOF && growth > 0.0 && growth.is_finite()) {
+                if !(dof > MIN_DOF_OF_NOISE && growth > 0.0 && growth.is_finite()) {
                     continue;
                 }
                 let of_residuals = if sum.square > 0.0 { sum.lagged / sum.square } else { 0.0 };

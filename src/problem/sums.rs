@@ -96,8 +96,8 @@ pub(crate) struct Contribution {
 }
 
 /// Damping at which a shot's own descent begins, and at which it gives up.
-const FIRST_DAMPING: f64 = 1e-4;
-const MAX_DAMPING: f64 = 1e6;
+const FIRST_SHOT_DAMPING: f64 = 1e-4;
+const MAX_SHOT_DAMPING: f64 = 1e6;
 
 /// Returns where χ² of a shot is least near `x`, its own unknowns and these shared ones at given others, and
 /// the sums there: after some steps, or one that gains less than `stall`. `bounded` returns a place within
@@ -110,9 +110,9 @@ pub(crate) fn settle(
     bounded: impl Fn(DVector<f64>) -> Option<DVector<f64>>,
 ) -> (DVector<f64>, Contribution) {
     let mut at = contribute(&x);
-    let mut damping = FIRST_DAMPING;
+    let mut damping = FIRST_SHOT_DAMPING;
     for _ in 0..steps {
-        if damping > MAX_DAMPING {
+        if damping > MAX_SHOT_DAMPING {
             break;
         }
         let Some(trial) = at.own_step(ids, damping).and_then(|step| bounded(&x - step)) else { break };

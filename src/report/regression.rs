@@ -7,7 +7,7 @@ use crate::fit::Fit;
 
 /// By how much an estimate may move and still count as the same, in standard errors, of which the larger one counts; χ² in its own
 /// standard deviation √(2·dof). Far below what matters in practice, far above the roundings of another machine.
-pub const TOLERANCE: f64 = 0.01;
+pub const SAME_ERRORS: f64 = 0.01;
 
 /// A result that changed.
 #[derive(Clone, Debug, PartialEq)]
@@ -32,7 +32,7 @@ pub fn find<'a>(fit: &Fit, stored: &'a [FitDocument]) -> Option<&'a FitDocument>
     stored.iter().find(is_same)
 }
 
-/// Returns what differs by more than a tolerance, which is that of [`TOLERANCE`]; in the order of the parameters, then χ² and the rest.
+/// Returns what differs by more than a tolerance, which is that of [`SAME_ERRORS`]; in the order of the parameters, then χ² and the rest.
 #[must_use]
 pub fn moved(fit: &Fit, stored: &FitDocument, tolerance: f64) -> Vec<Moved> {
     /// The tolerance of an estimate without a standard error, as a fraction of it.

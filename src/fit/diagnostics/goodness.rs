@@ -12,10 +12,10 @@ use crate::measurement::written::{self, written_by_name};
 use crate::physics::name::worded;
 
 /// The mean square of standardized residuals below which they are rounding of the search.
-const ROUNDING: f64 = 1e-12;
+const MIN_MEAN_SQUARE: f64 = 1e-12;
 
 /// An Anderson-Darling statistic beyond which the formula for its probability no longer holds: there is none.
-const HOPELESS: f64 = 13.0;
+const MAX_STATISTIC: f64 = 13.0;
 
 /// Fewer residuals say nothing of their distribution (D'Agostino and Stephens 1986, Table 4.9).
 const ENOUGH: usize = 8;
@@ -111,8 +111,8 @@ pub(in crate::fit) fn normality_of(standardized: &[f64]) -> Option<Normality> {
     }
     let mean = standardized.iter().sum::<f64>() / n as f64;
     let variance = standardized.iter().map(|x| (x - mean).powi(2)).sum::<f64>() / (n - 1) as f64;
-    let normal = Normal::new(mean, variance.sqrt()).ok().filter(|_| variance > ROUNDING)?;
+    let normal = Normal::new(mean, variance.sqrt()).ok().filter(|_| variance > MIN_MEAN_SQUARE)?;
     let (statistic, p_value) = anderson_darling(standardized, &normal).ok()?;
-    let p_value = if statistic < HOPELESS { p_value.clamp(0.0, 1.0) } else { 0.0 };
+    let p_value = if statistic < MAX_STATISTIC { p_value.clamp(0.0, 1.0) } else { 0.0 };
     Some(Normality { statistic: if statistic.is_finite() { statistic } else { f64::MAX }, p_value })
 }

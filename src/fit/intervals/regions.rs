@@ -115,11 +115,11 @@ fn contour(
 /// Whether both ends of an interval by the profile are those of a parabola.
 fn is_parabola(estimate: &Estimate) -> bool {
     /// As a part of the width of the interval, that of a line in a figure.
-    const SAME: f64 = 0.01;
+    const LINE_WIDTH: f64 = 0.01;
     let Some(([low, high], profile)) = estimate.intervals.hessian.zip(estimate.intervals.profile) else {
         return !estimate.is_profiled();
     };
-    (profile[0] - low).abs().max((profile[1] - high).abs()) < SAME * (high - low)
+    (profile[0] - low).abs().max((profile[1] - high).abs()) < LINE_WIDTH * (high - low)
 }
 
 /// χ² rises by this on the edge of the region of two parameters.

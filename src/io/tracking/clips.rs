@@ -12,7 +12,7 @@ pub(super) const STEPS: f64 = 20.0;
 /// Frame rate if it is not known, frames/s.
 const DEFAULT_FPS: f64 = 240.0;
 /// Jump of both balls between clips, in units of the 90th percentile of their steps.
-const MIN_JUMP: f64 = 8.0;
+const MIN_CLIP_JUMP: f64 = 8.0;
 /// Least number of frames of both balls in a clip.
 const MIN_FRAMES: usize = 6;
 
@@ -71,13 +71,13 @@ fn jumps(shot: &RawShot, step: f64) -> HashSet<u64> {
     let steps = [one, other].into_iter().flat_map(|track| track.rows.windows(2)).filter(follows);
     let all = sorted(steps.map(moved));
     let Some(long) = all.get(all.len() * 9 / 10).filter(|long| **long > 0.0) else { return HashSet::new() };
-    let is_jump = |two: &&[Row]| follows(two) && moved(two) > MIN_JUMP * long;
+    let is_jump = |two: &&[Row]| follows(two) && moved(two) > MIN_CLIP_JUMP * long;
     let mut found = HashSet::new();
     let mut behind = other.rows.windows(2).peekable();
     for two in one.rows.windows(2).filter(is_jump) {
         while behind.next_if(|others| others[1].time < two[1].time).is_some() {}
         let others = behind.peek().filter(|others| others[1].time == two[1].time && is_jump(others));
-        if others.is_some_and(|others| two[0].distance(others[1]) > MIN_JUMP * long) {
+        if others.is_some_and(|others| two[0].distance(others[1]) > MIN_CLIP_JUMP * long) {
             found.insert(two[1].time.to_bits());
         }
     }

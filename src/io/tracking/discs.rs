@@ -27,7 +27,7 @@ const MAX_REACH: usize = 60;
 /// centre. Noise alone exceeds it in a twentieth of the frames, either way.
 const MIN_BEND_RATIO: f64 = 5.0;
 /// Least excess of frames in which the centre's path is the straighter one, as a part of all.
-const MIN_EXCESS: f64 = 0.25;
+const MIN_STRAIGHT_EXCESS: f64 = 0.25;
 /// Largest relative difference of the centre's distances to markers, which are placed by hand.
 const MAX_INEQUALITY: f64 = 0.1;
 
@@ -225,9 +225,9 @@ fn central(points: &[&[Sample]]) -> Result<Option<usize>, Vec<usize>> {
     let like_centre: Vec<usize> = (0..points.len()).filter(is_like_centre).collect();
     let sureness = like_centre.iter().map(|i| (straighter(points[*i], &circle), *i));
     match sureness.max_by(|a, b| a.0.total_cmp(&b.0)) {
-        Some((sure, i)) if sure > MIN_EXCESS => Ok(Some(i)),
+        Some((sure, i)) if sure > MIN_STRAIGHT_EXCESS => Ok(Some(i)),
         // only one point can be the centre; points on the rim may have equal distances
-        Some((sure, i)) if like_centre.len() == 1 && sure > -MIN_EXCESS => Err(vec![i]),
+        Some((sure, i)) if like_centre.len() == 1 && sure > -MIN_STRAIGHT_EXCESS => Err(vec![i]),
         _ => Ok(None),
     }
 }

@@ -310,7 +310,7 @@ fn resolution(
     log: Log,
 ) -> [f64; 2] {
     /// Step of the coordinates, m and px, above which it is noted: good tracking errs by as much.
-    const COARSE: f64 = 1.5e-4;
+    const COARSE_STEP: f64 = 1.5e-4;
     const COARSE_PX: f64 = 0.1;
     let step = |track: &RawTrack| {
         let step = resolution::step(&[track]).or_else(|| resolution::step(&centres.each_ref()))?;
@@ -322,7 +322,7 @@ fn resolution(
     let coarsest = steps[0].max(steps[1]);
     let (limit, rounded, unit) = match settings.unit {
         Some(Unit::Px) if settings.from_balls => (COARSE_PX, coarsest, "px"),
-        _ => (COARSE, 1e3 * coarsest, "mm"),
+        _ => (COARSE_STEP, 1e3 * coarsest, "mm"),
     };
     if coarsest > limit {
         let least = rounded / 12.0_f64.sqrt();

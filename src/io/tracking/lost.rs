@@ -3,7 +3,7 @@
 use super::raw::{GAPS, Log, RawTrack, Row, sorted};
 
 /// Ratio of a jump away from the path to the fastest steps of the balls in the same time.
-const MIN_JUMP: f64 = 5.0;
+const MIN_LOST_JUMP: f64 = 5.0;
 
 /// Fraction of the steps, from the slowest on, that give the balls' speed: others may be wrong.
 const SPEED_QUANTILE: f64 = 0.9;
@@ -34,7 +34,7 @@ pub(super) fn leave_out(tracks: &mut [RawTrack], log: Log) {
     }
     let speeds = sorted(speeds.into_iter());
     let fast = speeds.get((SPEED_QUANTILE * speeds.len() as f64) as usize).filter(|speed| **speed > 0.0);
-    let Some(fast) = fast.map(|speed| MIN_JUMP * speed) else { return };
+    let Some(fast) = fast.map(|speed| MIN_LOST_JUMP * speed) else { return };
     for (RawTrack { name, rows, .. }, path) in tracks.iter_mut().zip(&paths) {
         let (far, near): (Vec<_>, Vec<_>) =
             path.stays(rows, fast).into_iter().partition(|(_, is_far)| *is_far);

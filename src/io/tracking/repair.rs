@@ -15,7 +15,7 @@ const POSSIBLE_SWAP: f64 = 0.3;
 /// Longest step, frames, in which a jump can show that names were exchanged.
 const MAX_SWAP_FRAMES: f64 = 3.5;
 /// Largest step between rows, in ranges of nearly all positions.
-const MAX_STEP: f64 = 8.0;
+const MAX_STEP_RANGES: f64 = 8.0;
 /// Latest time of a frame, in ranges of nearly all times.
 const MAX_DELAY: f64 = 100.0;
 
@@ -120,7 +120,7 @@ pub(super) fn remove_outliers(tracks: &mut [RawTrack], log: Log) {
                 _ => [k - 1, k + 1],
             };
             let beside = beside.map(|i| seen[i]);
-            let is_far = beside.iter().all(|other| other.distance(*row) > MAX_STEP * width);
+            let is_far = beside.iter().all(|other| other.distance(*row) > MAX_STEP_RANGES * width);
             let [one, other] = beside.map(|other| (other.time - row.time).abs());
             // frame -18 if all others count from 0
             let is_before = k == 0 && row.time < 0.0 && seen[1].time >= 0.0 && one.min(other) > 3.0 * step;

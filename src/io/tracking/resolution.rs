@@ -10,7 +10,7 @@ const MAX_SKIPPED: usize = 12;
 /// few decimals. Eight random coordinates fit one of the grids tried in 12·0.04⁸ = 8e-11 of tracks.
 const MAX_DEVIATION: f64 = 0.02;
 /// Relative difference below which two coordinates are the same number, computed differently.
-const ROUNDING: f64 = 1e-12;
+const SAME_NUMBER: f64 = 1e-12;
 
 /// Returns the step of the grid on which all coordinates of some tracks lie, in the unit of the
 /// file. `None` without a grid, or if too few coordinates differ. Its effect depends on the noise:
@@ -19,7 +19,7 @@ pub(super) fn step(tracks: &[&RawTrack]) -> Option<f64> {
     let mut gaps = Vec::new();
     for axis in [0, 1] {
         let mut values = sorted(tracks.iter().flat_map(|track| track.seen()).map(|row| row.place()[axis]));
-        values.dedup_by(|later, earlier| *later - *earlier <= ROUNDING * later.abs());
+        values.dedup_by(|later, earlier| *later - *earlier <= SAME_NUMBER * later.abs());
         gaps.extend(values.windows(2).map(|two| two[1] - two[0]));
     }
     if gaps.len() < MIN_GAPS {

@@ -26,14 +26,14 @@ const ANY_DISTANCE: Normal = Normal { mean: 0.0, sd: 1e3 };
 
 /// Noise of the first descents, as a part of the distance of the centres: lines through the frames next
 /// to an impact miss the discs by as much.
-const COARSE: f64 = 0.01;
+const COARSE_NOISE_PART: f64 = 0.01;
 
 /// Standard error of a parabola through 15 frames at twice their reach, over the noise of a frame:
 /// √(1 + 3x² + 5(3x² − 1)²/4)/√15 at x = 3.
 const EXTRAPOLATED: f64 = 7.6;
 
 /// Positions that differ by less are the same, m.
-const SAME: f64 = 1e-9;
+const SAME_PLACE_M: f64 = 1e-9;
 
 /// Part by which distances between points of one disc change at most: a camera that leans by 25° shortens
 /// them by as much in one direction.
@@ -41,7 +41,7 @@ const NOT_RIGID: f64 = 0.1;
 
 /// Frames on either side of the impact in which these are looked at, frames with both points that are needed,
 /// and the part of the distances at either end that is not counted, for mistaken points.
-const NEAR: f64 = 60.0;
+const MAX_FRAMES_AWAY: f64 = 60.0;
 const LEAST_FRAMES: usize = 8;
 const TAIL: f64 = 0.1;
 
@@ -91,7 +91,7 @@ impl Film<DiscBlock> {
         let (shots, mut own): (Vec<ShotFrames>, Vec<Own>) = frames.unzip();
         let noise = |Guessed { shot, meeting, .. }: &Guessed| {
             let sd = frame_noise::noise_of_near(&[&shot.cue, &shot.object], shot, meeting.time);
-            let sd = unit * (COARSE * meeting.distance()).max(EXTRAPOLATED * sd);
+            let sd = unit * (COARSE_NOISE_PART * meeting.distance()).max(EXTRAPOLATED * sd);
             [Noise { sd, rho: shot.correlation }; NOISES]
         };
         let names = shots.iter().map(|shot| shot.name.clone()).collect();
@@ -247,7 +247,7 @@ fn bodies(shot: &TrackShot) -> [(&[Sample], Vec<&[Sample]>); 2] {
 fn is_of_points(centre: &[Sample], points: &[&[Sample]]) -> bool {
     let Ok(circle) = circle_centres(points) else { return false };
     circle.len() == centre.len()
-        && circle.iter().zip(centre).all(|(a, b)| (a.x - b.x).hypot(a.y - b.y) < SAME && a.t == b.t)
+        && circle.iter().zip(centre).all(|(a, b)| (a.x - b.x).hypot(a.y - b.y) < SAME_PLACE_M && a.t == b.t)
 }
 
 /// Checks that the points of either disc move as one rigid body near the impact, or else in all frames.
@@ -255,7 +255,7 @@ fn is_of_points(centre: &[Sample], points: &[&[Sample]]) -> bool {
 /// # Errors
 /// They do not.
 fn check_rigidity(shot: &TrackShot, impact: Option<f64>) -> Result<(), Unusable> {
-    let is_near = |time: f64| impact.is_none_or(|impact| (time - impact).abs() <= NEAR / shot.fps);
+    let is_near = |time: f64| impact.is_none_or(|impact| (time - impact).abs() <= MAX_FRAMES_AWAY / shot.fps);
     // the least and the largest distance of two points, without the tails
     let extent = |a: &Marker, b: &Marker| {
         let mut distances = Vec::new();

@@ -15,7 +15,7 @@ use crate::problem::frames::PicturePaths;
 use crate::problem::policy::Policy;
 
 /// Part of the distance of the centres by which the frames of a collision are off the paths at most.
-const HOPELESS: f64 = 0.02;
+const MAX_FRAME_DEVIATION: f64 = 0.02;
 
 /// Part by which distances at the contact differ: that of a camera's scale over the table, rubber bands
 /// and the give of rims.
@@ -120,7 +120,7 @@ impl DiscImpact {
     pub(super) fn is_no_collision(&self) -> bool {
         let distance = self.get(Quantity::ContactDistance).map_or(0.0, |distance| distance.value.abs());
         let is_seen_across = self.get(Quantity::ImpulseRatio).is_some();
-        distance > 0.0 && is_seen_across && self.position_sd > HOPELESS * distance
+        distance > 0.0 && is_seen_across && self.position_sd > MAX_FRAME_DEVIATION * distance
     }
 
     /// Returns why nothing that was measured can be used.

@@ -22,7 +22,7 @@ const FARTHEST: f64 = 2.0;
 const ROUNDS: usize = 4;
 
 /// Part of itself by which the relative velocity changes at least.
-const CHANGE: f64 = 1e-3;
+const MIN_VELOCITY_CHANGE: f64 = 1e-3;
 
 /// Returns times and distances of the centres, in the frames that have both, each the middle one of three
 /// neighbours, so that a frame in which a disc was mistaken for another does not count.
@@ -135,7 +135,7 @@ impl Meeting {
             Some(_) => g.dot(&h) < 0.0,
             None => p.dot(&g) < 0.0 && q.dot(&h) > 0.0,
         };
-        if !(is_met && (h - g).norm() > CHANGE * g.norm()) {
+        if !(is_met && (h - g).norm() > MIN_VELOCITY_CHANGE * g.norm()) {
             return Err(Unusable::NoCollision(bodies));
         }
         Ok(Self::of(time, late, &lines))

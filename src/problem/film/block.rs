@@ -309,7 +309,7 @@ const SLIDE_START: f64 = 0.3;
 
 /// Decrease of χ² by which another state must be likelier than the present one, so that states of equal
 /// likelihood do not alternate.
-const CHANGE: f64 = 0.1;
+const MIN_CHI2_FALL: f64 = 0.1;
 
 /// Steps of a shot's own unknowns until a state is judged, and gain of χ² after which it is.
 const JUDGED: (usize, f64) = (12, 0.01);
@@ -357,7 +357,7 @@ impl FilmBlock {
         }
         let (own, sums) = self.settle(i, &spin, start, (&mut shared.clone(), &[]), JUDGED);
         let bonus = if spin.rolls_now() { ROLL_BONUS } else { 0.0 };
-        let inertia = if is_same { CHANGE } else { 0.0 };
+        let inertia = if is_same { MIN_CHI2_FALL } else { 0.0 };
         Judged { spin, own, cost: sums.cost - bonus - inertia }
     }
 }

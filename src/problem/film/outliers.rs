@@ -34,7 +34,7 @@ const MOST_NEAR: usize = 16;
 
 /// Residuals next to the impacts exceed the mean square by this part and by this number of standard
 /// deviations, if they are off; or by the second number, if those nearer to the impact are off.
-const MIN_EXCESS: f64 = 0.5;
+const MIN_SQUARE_EXCESS: f64 = 0.5;
 const MIN_EXCESS_ERRORS: f64 = 5.0;
 const MIN_EXCESS_BESIDE: f64 = 2.5;
 
@@ -161,7 +161,7 @@ pub(crate) fn spoiled(film: &FilmBlock, own: &[Own], shared: &Shared) -> Option<
         .map(|side| side.iter().take_while(|near| near.excess(typical)[1] > MIN_EXCESS_BESIDE).count());
     let is_off = |near: &Squares| {
         let [part, errors] = near.excess(typical);
-        part > MIN_EXCESS && errors > MIN_EXCESS_ERRORS
+        part > MIN_SQUARE_EXCESS && errors > MIN_EXCESS_ERRORS
     };
     let is_spoiled = near.iter().zip(reach).any(|(side, reach)| side[..reach].iter().any(is_off));
     (is_spoiled && reach.into_iter().all(|frames| frames < MOST_NEAR)).then_some(reach)

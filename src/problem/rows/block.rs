@@ -22,7 +22,7 @@ const STIFF: f64 = 1e9;
 
 /// Steps of a shot's own descent, and fall of χ² after which it ends: 1e-3 standard deviations.
 const STEPS: usize = 30;
-const STALL: f64 = 1e-6;
+const SHOT_STALL: f64 = 1e-6;
 
 /// Distance of another side of a kink, in standard errors, beyond which it is not tried.
 const REACH: f64 = 6.0;
@@ -220,7 +220,7 @@ impl RowsBlock {
             keep(self.descend_own(i, across, shared, false));
         }
         // a descent that came to no minimum of its side is held up by the kink
-        if promise(&here.1) > STALL
+        if promise(&here.1) > SHOT_STALL
             && let Some(onto) = self.onto_kink(i, &here.0 + way)
         {
             keep(self.descend_own(i, onto, shared, true));
@@ -250,12 +250,12 @@ impl RowsBlock {
     /// Descends in the own unknowns of shot `i`, along the kink if they are on it.
     fn descend_own(&self, i: usize, own: Own, shared: &Shared, on_kink: bool) -> (Own, Contribution) {
         let at = self.sum_own(i, &own, shared, on_kink);
-        if promise(&at) < STALL {
+        if promise(&at) < SHOT_STALL {
             return (own, at);
         }
         let contribute = |own: &Own| self.sum_own(i, own, shared, on_kink);
         let bounded = |own: Own| if on_kink { self.onto_kink(i, own) } else { Some(own) };
-        settle(own, &[], (STEPS, STALL), contribute, bounded)
+        settle(own, &[], (STEPS, SHOT_STALL), contribute, bounded)
     }
 
     /// Returns the sums of shot `i` over its own unknowns alone.

@@ -18,7 +18,7 @@ use crate::problem::unknowns::{Id, Own, Shared};
 /// Steps until an unknown speed before the impact gives the measured one afterwards, and the relative
 /// difference at which they end.
 const STEPS: usize = 20;
-const SAME: f64 = 1e-14;
+const SAME_SPEED: f64 = 1e-14;
 
 /// Speed below which directions are smoothed, m/s, as in films.
 const SMOOTH_SPEED: f64 = 1e-4;
@@ -267,7 +267,7 @@ pub fn predict(shot: &Shot, model: &Model, coefficients: &Coefficients) -> Resul
         let values: Vec<f64> = made.rows.iter().map(|row| view.observe(row.observable).re).collect();
         // speeds afterwards are nearly in proportion to the one before
         let part = spent.map_or(1.0, |row| made.rows[row].value / values[row]);
-        if (part - 1.0).abs() > SAME && steps < STEPS {
+        if (part - 1.0).abs() > SAME_SPEED && steps < STEPS {
             own[SPEED] = (1.0 + own[SPEED]) * part - 1.0;
             steps += 1;
             continue;

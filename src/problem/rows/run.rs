@@ -28,7 +28,7 @@ use crate::problem::unknowns::{Id, Mode};
 
 /// Fall of χ² that ends the last descent, 1e-7 standard deviations, so that bounds are met exactly, and
 /// its evaluations.
-const STALL: f64 = 1e-14;
+const LAST_STALL: f64 = 1e-14;
 const MAX_STEPS: usize = 50;
 
 /// Fall of χ² by which another minimum is lower, as far as descents find minima.
@@ -125,7 +125,7 @@ pub fn fit_rows(
     let converged = descent.converged;
     table.problem.weigh_again(&mut descent.end);
     let mut descent =
-        Descent { converged, ..descend_until(&table.problem, descent.end, &free, MAX_STEPS, STALL) };
+        Descent { converged, ..descend_until(&table.problem, descent.end, &free, MAX_STEPS, LAST_STALL) };
     if dataset.side_sd > 0.0
         && let Some(end) = integrate_spins(&table.problem, &descent.end)
     {
@@ -139,7 +139,7 @@ pub fn fit_rows(
 /// To first order it is −½ C ∂V/∂x away from that of χ², with the covariance C.
 fn integrate_spins(problem: &Problem, at: &Evaluation) -> Option<Evaluation> {
     /// Part of a standard error over which V changes evenly.
-    const STEP: f64 = 0.1;
+    const VOLUME_STEP: f64 = 0.1;
     let estimates = Estimates::new(problem, at)?;
     let volume = |column: usize, by: f64| {
         let mut state = at.state.clone();
@@ -148,7 +148,7 @@ fn integrate_spins(problem: &Problem, at: &Evaluation) -> Option<Evaluation> {
         Some(there.eliminate(problem, 0.0)?.own_ln_determinant)
     };
     let slope = |column: &usize| {
-        let step = STEP * estimates.sd(*column)?;
+        let step = VOLUME_STEP * estimates.sd(*column)?;
         Some((volume(*column, step)? - volume(*column, -step)?) / (2.0 * step))
     };
     let slopes: Vec<f64> = estimates.columns.iter().map(slope).collect::<Option<_>>()?;

@@ -27,7 +27,7 @@ pub(super) const SPEED: usize = 1;
 
 /// Relative error of a speed afterwards that is stated without one and from which the speed before
 /// follows: far below what any instrument reads.
-const EXACT: f64 = 1e-5;
+const UNSTATED_SPEED_ERROR: f64 = 1e-5;
 
 /// Speeds afterwards that determine an unknown speed before, the best first.
 const SPEEDS: [Observable; 4] = [
@@ -156,7 +156,7 @@ fn determine_speed(
         return Err(Unpredictable::NothingLeft(rows[place].observable.column()));
     }
     let measured = &mut rows[place].measured;
-    measured.sd = measured.sd.or(Some(EXACT * measured.value.abs()));
+    measured.sd = measured.sd.or(Some(UNSTATED_SPEED_ERROR * measured.value.abs()));
     Ok(Some(measured.value))
 }
 

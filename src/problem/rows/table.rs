@@ -28,7 +28,7 @@ use crate::problem::unknowns::{Id, Mode, Own, Shared, Unknown};
 const FIRST_NOISE: f64 = 0.1;
 
 /// Smallest noise, as a part of the first: residuals of exact numbers vanish.
-const EXACT: f64 = 1e-9;
+const MIN_NOISE_PART: f64 = 1e-9;
 
 /// First noise of numbers whose first residuals vanish, in their unit.
 const UNKNOWN_NOISE: f64 = 1e-3;
@@ -37,7 +37,7 @@ const UNKNOWN_NOISE: f64 = 1e-3;
 const KAPPAS: [f64; 4] = [0.5, 1.25, 2.5, 5.0];
 
 /// Degrees of freedom of a variance from which on Bartlett's test holds.
-const LEAST_DOF: f64 = 3.0;
+const MIN_DOF_OF_BARTLETT: f64 = 3.0;
 
 /// A table as a problem.
 pub(crate) struct Table {
@@ -175,8 +175,8 @@ impl Table {
         let Some(rows) = self.problem.rows_mut() else { return };
         for ((sum, pool), noise) in sums.iter().zip(&mut rows.pools).zip(&mut rows.noises) {
             let rms = (sum.weighted / sum.count.max(1.0)).sqrt();
-            let first = if rms > EXACT && rms.is_finite() { rms } else { UNKNOWN_NOISE };
-            pool.exact = EXACT * first;
+            let first = if rms > MIN_NOISE_PART && rms.is_finite() { rms } else { UNKNOWN_NOISE };
+            pool.exact = MIN_NOISE_PART * first;
             noise.sd = pool.least().max(FIRST_NOISE * first);
         }
     }
@@ -201,7 +201,7 @@ impl Table {
             // what rounding hides is no smaller noise
             let least = (pool.rounding / sd).powi(2);
             let own = own.map(|(square, dof)| (square.max(dof * least), dof));
-            let own: Vec<(f64, f64)> = own.filter(|(_, dof)| *dof >= LEAST_DOF).collect();
+            let own: Vec<(f64, f64)> = own.filter(|(_, dof)| *dof >= MIN_DOF_OF_BARTLETT).collect();
             if compare_variances(&own).is_some_and(|p| p < policy.unequal_noise) {
                 noises.extend(alone(&(pool.clone(), *sd)));
             } else {
@@ -340,13 +340,13 @@ fn compare_variances(variances: &[(f64, f64)]) -> Option<f64> {
 /// with more than 6 decimals, whose step is less than any noise, and of zeros only.
 fn find_step(readings: &[f64]) -> Option<f64> {
     /// Part of a number that the conversion to radians and back leaves.
-    const ROUNDING: f64 = 1e-13;
+    const CONVERSION_ROUNDING: f64 = 1e-13;
     if readings.iter().all(|value| *value == 0.0) {
         return None;
     }
     let is_multiple = |value: &f64, step: f64| {
         let count = value / step;
-        (count - count.round()).abs() <= ROUNDING * count.abs().max(1.0)
+        (count - count.round()).abs() <= CONVERSION_ROUNDING * count.abs().max(1.0)
     };
     let steps = (0..=6).map(|decimals| 10_f64.powi(-decimals)).flat_map(|last| [last, 0.5 * last]);
     steps.into_iter().find(|step| readings.iter().all(|value| is_multiple(value, *step)))

@@ -103,7 +103,7 @@ pub struct Panel {
 }
 
 /// Beyond every axis: a mark up to here ends at the frame, and does not widen the axis.
-const BEYOND: f64 = 1e200;
+const OFF_THE_AXIS: f64 = 1e200;
 
 impl Panel {
     fn new(title: impl Into<String>, about: impl Into<String>, x: Axis, y: Axis) -> Self {
@@ -121,12 +121,12 @@ impl Panel {
 
     /// Adds a thin line across the panel at a value of y.
     fn horizontal(&mut self, y: f64, color: RGBColor) {
-        self.line([[-BEYOND, y], [BEYOND, y]], color, 1);
+        self.line([[-OFF_THE_AXIS, y], [OFF_THE_AXIS, y]], color, 1);
     }
 
     /// Adds a thin line across the panel at a value of x.
     fn vertical(&mut self, x: f64, color: RGBColor) {
-        self.line([[x, -BEYOND], [x, BEYOND]], color, 1);
+        self.line([[x, -OFF_THE_AXIS], [x, OFF_THE_AXIS]], color, 1);
     }
 
     fn points(&mut self, points: impl IntoIterator<Item = Point>) {

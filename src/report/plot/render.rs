@@ -17,7 +17,7 @@ use crate::report::ReportError;
 /// Free space at the edges, height of a line of text, sizes of texts, pixels.
 const MARGIN: i32 = 22;
 const LINE: i32 = 26;
-const SMALL: f64 = 18.0;
+const SMALL_TEXT: f64 = 18.0;
 const MEDIUM: f64 = 20.0;
 const LARGE: f64 = 28.0;
 
@@ -85,7 +85,7 @@ impl Figure {
         let lines = self.lines.iter().map(|line| (line, GREY));
         let lines = lines.chain(self.warning.iter().map(|line| (line, ALARM)));
         let wrap = |(line, color): (&String, RGBColor)| {
-            let parts = wrapped(line, SMALL, WIDTH as i32 - 2 * MARGIN, 3).into_iter();
+            let parts = wrapped(line, SMALL_TEXT, WIDTH as i32 - 2 * MARGIN, 3).into_iter();
             parts.map(move |part| (part, color)).collect::<Vec<_>>()
         };
         lines.flat_map(wrap).collect()
@@ -96,7 +96,7 @@ impl Figure {
         let mut rows: Vec<Vec<(usize, i32)>> = Vec::new();
         let mut x = i32::MAX / 2;
         for (series, name) in self.series.iter().enumerate() {
-            let entry = 26 + width(name, SMALL);
+            let entry = 26 + width(name, SMALL_TEXT);
             if x + entry > WIDTH as i32 - MARGIN {
                 rows.push(Vec::new());
                 x = MARGIN;
@@ -116,14 +116,14 @@ impl Figure {
         root.draw_text(&title, &style(LARGE, INK).pos(LEFT), (MARGIN, MARGIN + 4))?;
         let mut y = 2 * MARGIN + LINE / 2;
         for (line, color) in self.head_lines() {
-            root.draw_text(&line, &style(SMALL, color).pos(LEFT), (MARGIN, y))?;
+            root.draw_text(&line, &style(SMALL_TEXT, color).pos(LEFT), (MARGIN, y))?;
             y += LINE;
         }
         for row in self.legend() {
             for (series, x) in row {
                 marker(root, (x + 7, y), &Point::new([0.0; 2], series))?;
-                let name = shortened(&self.series[series], SMALL, room - 30);
-                root.draw_text(&name, &style(SMALL, INK).pos(LEFT), (x + 22, y))?;
+                let name = shortened(&self.series[series], SMALL_TEXT, room - 30);
+                root.draw_text(&name, &style(SMALL_TEXT, INK).pos(LEFT), (x + 22, y))?;
             }
             y += LINE;
         }
@@ -185,9 +185,9 @@ impl Panel {
         let mut top = 16;
         let title = shortened(&self.title, MEDIUM, wide - 8);
         area.draw_text(&title, &style(MEDIUM, INK).pos(MIDDLE), (wide / 2, top))?;
-        for line in wrapped(&self.about, SMALL, wide - 20, usize::MAX) {
+        for line in wrapped(&self.about, SMALL_TEXT, wide - 20, usize::MAX) {
             top += LINE - 2;
-            area.draw_text(&line, &style(SMALL, GREY).pos(MIDDLE), (wide / 2, top))?;
+            area.draw_text(&line, &style(SMALL_TEXT, GREY).pos(MIDDLE), (wide / 2, top))?;
         }
         let extent = self.extent();
         let mut x = self.x.range(extent.iter().map(|place| place[0]));
@@ -195,7 +195,7 @@ impl Panel {
         let bottom = 58;
         let rows = usize::try_from((high - top - bottom) / 52).unwrap_or(2).clamp(3, 8);
         let widest = |axis: &super::Axis, ticks: &[f64]| {
-            ticks.iter().map(|tick| width(&axis.label(*tick), SMALL)).max().unwrap_or(0)
+            ticks.iter().map(|tick| width(&axis.label(*tick), SMALL_TEXT)).max().unwrap_or(0)
         };
         let name = if self.y.name.is_empty() { 0 } else { MARGIN };
         let left = 24 + name + widest(&self.y, &self.y.ticks(&y, rows));
@@ -220,12 +220,12 @@ impl Panel {
             .bold_line_style(GRID)
             .light_line_style(TRANSPARENT)
             .axis_style(INK)
-            .label_style(style(SMALL, INK))
-            .axis_desc_style(style(SMALL, INK))
+            .label_style(style(SMALL_TEXT, INK))
+            .axis_desc_style(style(SMALL_TEXT, INK))
             .x_label_formatter(&|tick| self.x.label(*tick))
             .y_label_formatter(&|tick| self.y.label(*tick))
-            .x_desc(shortened(&self.x.name, SMALL, wide - left))
-            .y_desc(shortened(&self.y.name, SMALL, inner[1] + 60))
+            .x_desc(shortened(&self.x.name, SMALL_TEXT, wide - left))
+            .y_desc(shortened(&self.y.name, SMALL_TEXT, inner[1] + 60))
             .draw()?;
         let plane = chart.plotting_area();
         for mark in &self.marks {

@@ -3,7 +3,7 @@
 use statrs::distribution::{Beta, ContinuousCDF, Normal};
 
 use super::axis::{ends, is_drawable};
-use super::{Axis, BAND, BEYOND, CUT_AXIS, Figure, INK, Label, Panel, Point, SPEED_AXIS};
+use super::{Axis, BAND, CUT_AXIS, Figure, INK, Label, OFF_THE_AXIS, Panel, Point, SPEED_AXIS};
 use crate::compare::Comparison;
 use crate::fit::{Fit, FittedFilm, Residual};
 use crate::measurement::number::{count_of, plain};
@@ -264,7 +264,10 @@ impl Observed {
             let about = self.about("band: ±2 sd", &left_out);
             let y = Axis::symmetric(STANDARDIZED, 3.2);
             let mut panel = Panel::new(format!("Residuals {words}"), about, x, y);
-            panel.area([[-BEYOND, -2.0], [BEYOND, -2.0], [BEYOND, 2.0], [-BEYOND, 2.0]], BAND);
+            panel.area(
+                [[-OFF_THE_AXIS, -2.0], [OFF_THE_AXIS, -2.0], [OFF_THE_AXIS, 2.0], [-OFF_THE_AXIS, 2.0]],
+                BAND,
+            );
             panel.horizontal(0.0, INK);
             panel.points(self.points(&seen));
             panels.push(panel);
