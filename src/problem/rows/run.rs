@@ -34,6 +34,9 @@ const MAX_STEPS: usize = 50;
 /// Fall of χ² by which another minimum is lower, as far as descents find minima.
 const LOWER: f64 = 0.02;
 
+/// Distance from a bound, in standard errors, within which a minimum is at the bound but for rounding.
+const BESIDE: f64 = 1e-5;
+
 /// Degrees of freedom below which a noise is not estimated.
 const LEAST_DOF: f64 = 0.5;
 
@@ -124,8 +127,9 @@ pub fn fit_rows(
     let free = table.problem.free();
     let converged = descent.converged;
     table.problem.weigh_again(&mut descent.end);
-    let mut descent =
+    let descent =
         Descent { converged, ..descend_until(&table.problem, descent.end, &free, MAX_STEPS, LAST_STALL) };
+    let mut descent = meet_bounds(&table.problem, descent);
     if dataset.side_sd > 0.0
         && let Some(end) = integrate_spins(&table.problem, &descent.end)
     {
@@ -161,6 +165,22 @@ fn integrate_spins(problem: &Problem, at: &Evaluation) -> Option<Evaluation> {
     }
     let end = descend(problem, problem.evaluate(state), &[], MAX_STEPS).end;
     end.cost.is_finite().then_some(end)
+}
+
+/// Moves unknowns that are beside a bound on to it.
+fn meet_bounds(problem: &Problem, descent: Descent) -> Descent {
+    let Some(estimates) = Estimates::new(problem, &descent.end) else { return descent };
+    let mut state = descent.end.state.clone();
+    for column in &estimates.columns {
+        let near = BESIDE * estimates.sd(*column).unwrap_or(0.0);
+        let x = &mut state.shared.0[*column];
+        for bound in problem.unknowns[*column].bounds {
+            if (*x - bound).abs() < near {
+                *x = bound;
+            }
+        }
+    }
+    Descent { end: problem.evaluate(state), ..descent }
 }
 
 /// Adopts the effects that make the shots likelier by enough: a compliant contact if shots stick, and
