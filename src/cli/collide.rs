@@ -23,7 +23,7 @@ type Explained = ([Estimate; 10], [Estimate; 3]);
 /// angle means that the cue ball moves towards +y. Topspin is omega_y > 0.
 #[derive(clap::Args)]
 #[command(
-    after_help = "Examples:\n  caromfit collide --speed 2 --cut 30 --omega 0,69.99,0 --mu 0.05 --mu-s 0.3 --e 0.94\n  \
+    after_help = "Examples:\n  caromfit collide --speed 2 --cut 30 --spin natural-roll --mu 0.05 --mu-s 0.3 --e 0.94\n  \
                   caromfit collide --cases cases.csv --json\n\n\
                   A row of --cases that cannot be integrated to the tolerance (ode, contact) has \"error\" in the place of its \
                   outcome, and its line is named on standard error; the others are computed, and the exit status is 1. Rows \

@@ -188,7 +188,7 @@ fn in_plain_words(message: &str, written: &str) -> String {
                 let expected = match expected {
                     "f64" => "a number, without quotation marks",
                     "a string" => "text in quotation marks",
-                    "a sequence" => "a list, as in [\"shots.csv\"]",
+                    "a sequence" => "a list, as in [\"a\", \"b\"]",
                     other => other,
                 };
                 format!("{written} is of the wrong type; expected {expected}")
