@@ -15,7 +15,7 @@ struct Limit {
     size: f64,
 }
 
-/// Returns the s that minimises ‖`root` s + `residual`‖² with each s_j between the bounds `room`[j],
+/// Returns the s that minimises ‖`root` s + `residual`‖² with each s_j between its bounds in `room`,
 /// which include 0 and are met exactly. `root` (m × n, m ≥ n) has full rank; else `None`.
 ///
 /// If the free minimum lies outside, Clarabel's multipliers show which bounds are active; the other
