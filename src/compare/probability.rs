@@ -14,7 +14,7 @@ pub(super) struct Tests {
 }
 
 impl Tests {
-    /// Returns those of a fit. By a robust loss the scatter of the shots gives the errors.
+    /// Returns how sums of squares of a fit are judged. With a robust loss the scatter of the shots gives the errors.
     pub fn new(solution: &Solution) -> Self {
         let is_robust = solution.problem.is_robust();
         let count = if is_robust {
@@ -37,7 +37,7 @@ impl Tests {
         self.student().map_or_else(|| Normal::standard().inverse_cdf(0.975), |t| t.inverse_cdf(0.975))
     }
 
-    /// Returns the two-sided probability of a difference of so many standard errors; 1 if both are 0.
+    /// Returns the two-sided probability of a difference above `errors` standard errors; 1 if it is NaN.
     fn p_value(&self, errors: f64) -> f64 {
         if errors.is_nan() {
             return 1.0;

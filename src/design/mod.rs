@@ -209,8 +209,7 @@ pub struct Design {
     pub cells: Vec<Cell>,
     /// All planned shots together.
     pub planned: Planned,
-    /// The fewest shots for each wanted standard error and for all of them, once of whole kinds and
-    /// once of cells.
+    /// The fewest shots of each kind for each wanted standard error, and for all of them.
     pub mixtures: Vec<Mixture>,
     /// The conclusions, in sentences.
     pub words: Vec<String>,

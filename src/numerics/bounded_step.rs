@@ -4,14 +4,14 @@ use clarabel::algebra::CscMatrix;
 use clarabel::solver::{DefaultSettings, DefaultSolver, IPSolver, NonnegativeConeT, SolverStatus};
 use nalgebra::{DMatrix, DVector};
 
-/// A bound of one unknown: a side, in units of its scale.
+/// One bound of one unknown.
 struct Limit {
     unknown: usize,
     /// −1 for the lower bound, 1 for the upper one.
     sign: f64,
     /// The value on the bound.
     value: f64,
-    /// Largest ± y on this side.
+    /// Distance to the bound in y, 0 or more.
     size: f64,
 }
 
