@@ -111,31 +111,3 @@ fn one_slip_does_not_tell_a_from_b() {
         |said: &&str| said.contains("hardly tell μ from b") || said.contains("hardly tell μ and b apart");
     assert!(fit.warnings().iter().any(is_said), "{:#?}", fit.warnings());
 }
-
-#[test]
-fn the_other_law_is_among_the_models() {
-    /// So little, and in m/s so much that no shot stands out far enough to be left out of the fit of a constant friction.
-    const SMALL_B: f64 = 0.05;
-    const NOISE: f64 = 0.01;
-    /// For 60 shots of these, and once in 1000 for b = 0.
-    const CLEAR: f64 = 1e-6;
-    const CHANCE: f64 = 1e-3;
-    let everything = Options { depth: Depth::Everything, ..options::of_fit() };
-    let usual = spec(4, [0.5, 5.0]);
-    let noisy = Spec { noise: Noise { velocity_m_s: NOISE, ..usual.noise }, ..usual };
-    for (law, falls) in [(Law::Exponential { b: SMALL_B, c: C }, true), (Law::Constant, false)] {
-        let dataset = made(&noisy, Fidelity::Full, law);
-        let of = |fit: &Fit, name: &str| {
-            let found = fit.diagnostics.alternatives.iter().find(|a| a.name == name).unwrap();
-            (found.delta_bic, found.likelihood_ratio.unwrap())
-        };
-        let plain = options::fitted_with(&dataset, &everything);
-        let (delta_bic, ratio) = of(&plain, "friction falling with the slip");
-        assert_eq!(delta_bic < 0.0, falls, "{delta_bic}");
-        assert!(if falls { ratio.p_value < CLEAR } else { ratio.p_value > CHANCE }, "{ratio:?}");
-        // the same two models, the other way round
-        let (back, other) = of(&fitted(dataset, false, &everything), "constant friction");
-        assert!((back + delta_bic).abs() < 1e-6 * delta_bic.abs().max(1.0), "{back} {delta_bic}");
-        assert!((other.statistic - ratio.statistic).abs() < 1e-6 * ratio.statistic.max(1.0));
-    }
-}

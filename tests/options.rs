@@ -1,4 +1,4 @@
-//! Choices of fits and comparisons that a test can afford: those of the program also compare other models, which takes ten times as long.
+//! Choices of fits and comparisons that a test can afford: those of the program also draw regions, which takes ten times as long.
 
 use crate::prelude::*;
 

@@ -188,23 +188,3 @@ fn the_bootstrap_scatters_as_the_errors_say() {
     let again = options::fitted_with(&dataset, &options);
     assert_eq!(again.diagnostics.bootstrap.unwrap(), bootstrap);
 }
-
-#[test]
-fn other_models_are_told_apart() {
-    let mut spec = spec(Kind::Impacts, &[Played::NaturalRoll, Played::Stun], 60, 41);
-    spec.noise.velocity_m_s = 0.002;
-    let fit = thorough(&made(&spec));
-    let model = |name: &str| {
-        fit.diagnostics.alternatives.iter().find(|a| a.name == name).unwrap_or_else(|| panic!("no {name}"))
-    };
-    assert_eq!((model("as fitted").delta_aic, model("as fitted").delta_bic), (0.0, 0.0));
-    // thick stun shots stick, which `linear` does not know
-    assert!(model("linear").delta_aic > 10.0 && model("linear").likelihood_ratio.is_none());
-    let without = model("without friction of the cloth");
-    let ratio = without.likelihood_ratio.unwrap();
-    assert!(without.delta_bic > 10.0 && ratio.p_value < 1e-6, "{without:?}");
-    assert_eq!(without.values[1].1, 0.0);
-    assert_eq!(without.parameters + 1, model("as fitted").parameters);
-    // the ratio is the rise of −2 log L, that is ΔAIC and the two that a parameter costs
-    assert!((ratio.statistic - without.delta_aic - 2.0).abs() < 1e-9);
-}

@@ -25,7 +25,6 @@ pub use analysis::{ExtractedDiscs, extract_discs, fit, fit_watched, with_impacts
 pub use camera::{FoundCamera, FoundCorrection};
 pub use diagnostics::goodness::{Goodness, Influence, NoiseVerdict, Normality};
 pub use diagnostics::identifiability::{Combination, Identifiability};
-pub use diagnostics::other_models::{Alternative, LikelihoodRatio};
 pub use diagnostics::refuted::{MeasuredRestitution, Refuted};
 pub use diagnostics::trends::{Trend, Variable};
 pub use error::FitError;

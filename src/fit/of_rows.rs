@@ -6,7 +6,7 @@ use statrs::distribution::{ContinuousCDF, StudentsT};
 
 use super::common::{Fitted, Tested};
 use super::deviations::{trends, whiten};
-use super::diagnostics::{other_models, refuted};
+use super::diagnostics::refuted;
 use super::error::Request;
 use super::intervals::regions;
 use super::{Depth, Diagnostics, Estimate, Fit, FitError, Profile, Status, check, notes};
@@ -18,8 +18,8 @@ use crate::physics::collision::{Coefficients, Fidelity, FidelityChoice};
 use crate::physics::friction_law::Law;
 use crate::problem::{self, Finding, Id, Policy, RowsChoices, RowsFit, fit_rows, predict};
 
-/// With more shots than this the regions of pairs of parameters and other models, some hundred fits, take
-/// longer than reading, and are parabolas to the eye.
+/// With more shots than this the regions of pairs of parameters, some hundred fits, take longer than reading, and
+/// are parabolas to the eye.
 const MANY_SHOTS: usize = 5_000;
 
 /// A fit with what it was fitted to.
@@ -40,7 +40,7 @@ pub(super) fn fit(request: Request) -> Result<Fit, FitError> {
     let fidelity = if is_light { FidelityChoice::Of(Fidelity::Full) } else { options.fidelity };
     let depth = if is_light { Depth::Estimates } else { depth };
     let without_profiles = depth < Depth::Intervals;
-    let choices = RowsChoices { fidelity, loss: options.loss, without_profiles, near: None };
+    let choices = RowsChoices { fidelity, loss: options.loss, without_profiles };
     let rows = fit_rows(dataset, &shots, &choices, &Policy::default());
     let rows = rows.map_err(|error| request.of_rows(error))?;
     let common = Fitted {
@@ -147,7 +147,6 @@ impl OfRows<'_> {
             diagnostics.profiles =
                 fit.of_contact().filter(has_error).filter_map(|e| self.profile(e)).collect();
         }
-        diagnostics.alternatives = other_models::compare(common.request, &self.rows, &common.deviations);
         diagnostics
     }
 
@@ -180,9 +179,8 @@ impl OfRows<'_> {
         let speed = has_no_speed.then_some(
             "Some shots have no speed. Only angles and ratios were asked of them, which do not depend on it.",
         );
-        let regions = (self.depth < self.common.request.options.depth).then_some(
-            "With so many shots the regions of pairs of parameters and other models are left out.",
-        );
+        let regions = (self.depth < self.common.request.options.depth)
+            .then_some("With so many shots the regions of pairs of parameters are left out.");
         speed.into_iter().chain(regions).map(str::to_owned)
     }
 }

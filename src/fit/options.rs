@@ -73,7 +73,7 @@ pub enum Depth {
     Estimates,
     /// Also the profiles of χ² for the intervals, which takes some ten times as long.
     Intervals,
-    /// Also confidence regions of pairs of parameters, and other models: some hundred times as long.
+    /// Also confidence regions of pairs of parameters: some hundred times as long.
     Everything,
 }
 

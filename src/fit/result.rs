@@ -9,8 +9,8 @@ use serde::{Deserialize, Serialize, Serializer};
 
 use super::check;
 use super::{
-    Alternative, Bootstrap, Contour, Estimate, FittedFilm, FoundCamera, Goodness, Identifiability, Profile,
-    Refuted, Remark,
+    Bootstrap, Contour, Estimate, FittedFilm, FoundCamera, Goodness, Identifiability, Profile, Refuted,
+    Remark,
 };
 use crate::measurement::dataset::{Measured, ObjectBall};
 use crate::measurement::loss::Loss;
@@ -125,9 +125,6 @@ pub struct Diagnostics {
     pub contours: Vec<Contour>,
     /// Of tables: how χ² rises as a parameter moves within its 95 % interval and the others follow.
     pub profiles: Vec<Profile>,
-    /// Of tables: other models on these data.
-    #[serde(rename = "model_comparison")]
-    pub alternatives: Vec<Alternative>,
     /// Of films of balls: how the frames were fitted.
     pub joint: Option<JointFit>,
     /// Whether values outside the intervals fit nearly as well.

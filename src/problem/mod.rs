@@ -107,12 +107,8 @@ mod tests {
     use crate::physics::collision::{Fidelity, FidelityChoice};
     use crate::simulate;
 
-    const FULL: RowsChoices = RowsChoices {
-        fidelity: FidelityChoice::Of(Fidelity::Full),
-        loss: None,
-        without_profiles: false,
-        near: None,
-    };
+    const FULL: RowsChoices =
+        RowsChoices { fidelity: FidelityChoice::Of(Fidelity::Full), loss: None, without_profiles: false };
 
     /// Shots of this kind, with these spins, this friction and these cut angles; noise 0.2 mm and the like.
     fn made(kind: &str, count: usize, spins: &str, mu: f64, cuts: [f64; 2], seed: u64) -> Dataset {

@@ -44,7 +44,6 @@ pub fn content(fit: &Fit) -> Report {
         influence(fit),
         weights(fit),
         bootstrap(fit),
-        alternatives(fit),
         camera(fit),
         Section::of_rejected(rejected),
         Section::of_lines("Notes", "", fit.notes().into_iter().map(str::to_owned).collect()),
@@ -283,23 +282,6 @@ fn bootstrap(fit: &Fit) -> Section {
         found.replicates, found.seed
     );
     Section::new("Bootstrap", about, [table.into(), Block::Lines(failed.into_iter().collect())])
-}
-
-fn alternatives(fit: &Fit) -> Section {
-    let rows = fit.diagnostics.alternatives.iter().map(|model| {
-        if let Some(reason) = &model.failed {
-            return vec![model.name.to_owned(), format!("not fitted: {reason}")];
-        }
-        let ratio = model.likelihood_ratio.map_or(String::new(), |ratio| {
-            format!("{}, p = {}", plain(ratio.statistic, 3), plain(ratio.p_value, 2))
-        });
-        let [aic, bic] = [model.delta_aic, model.delta_bic].map(|delta| format!("{delta:+.2}"));
-        vec![model.name.to_owned(), model.parameters.to_string(), aic, bic, ratio]
-    });
-    let about = "ΔAIC, ΔBIC: no unit, less than −10 speaks clearly for the model, more than 10 clearly against; fitted: parameters \
-                 and noises";
-    let table = Table::new(["model", "fitted", "ΔAIC", "ΔBIC", "likelihood ratio"], rows).with_numbers(1..4);
-    Section::new("Other models on these data", about, [table.into()])
 }
 
 fn camera(fit: &Fit) -> Section {

@@ -14,8 +14,6 @@ pub struct RowsChoices {
     pub loss: Option<Loss>,
     /// Whether intervals of profiles are left out.
     pub without_profiles: bool,
-    /// A value of μ near which the minimum is; `None`: it is searched for on a grid.
-    pub near: Option<f64>,
 }
 
 /// Why a table cannot be fitted.

@@ -94,12 +94,12 @@ pub fn fit_rows(
     policy: &Policy,
 ) -> Result<RowsFit, RowsError> {
     let mut table = Table::new(dataset, shots, choices)?;
-    let mut descent = table.descend(choices.near)?;
+    let mut descent = table.descend()?;
     let mut findings = Vec::new();
     let keep = judge_rows(&table.problem, &descent.end.state, policy);
     if keep.contains(&false) {
         findings.push(Finding::LostShots { names: table.leave_out(&keep) });
-        descent = table.descend(choices.near)?;
+        descent = table.descend()?;
     }
     if table.split_noise(&descent.end, policy) {
         descent = descend_with_noise(&mut table.problem, descent.end.state);

@@ -15,7 +15,7 @@ use crate::problem::block::Block;
 use crate::problem::descent::Descent;
 use crate::problem::film::impact::Contact;
 use crate::problem::film::priors::list_contact;
-use crate::problem::minimise::{descend_with_noise, fit};
+use crate::problem::minimise::fit;
 use crate::problem::noise::minus_two_log;
 use crate::problem::policy::Policy;
 use crate::problem::problem::{Evaluation, Problem, State};
@@ -95,14 +95,9 @@ impl Table {
         State { own: vec![vec![Own::zeros(OWN); self.names.len()]], shared }
     }
 
-    /// Returns the minimum near a value of μ, or from anywhere.
-    pub fn descend(&mut self, near: Option<f64>) -> Result<Descent, RowsError> {
-        let mut start = self.start();
-        if let Some(mu) = near {
-            start.shared[Id::Mu] = mu;
-            let descent = descend_with_noise(&mut self.problem, start);
-            return if descent.end.cost.is_finite() { Ok(descent) } else { Err(RowsError::NoStart) };
-        }
+    /// Returns the least minimum.
+    pub fn descend(&mut self) -> Result<Descent, RowsError> {
+        let start = self.start();
         let kappa = self.problem.unknown(Id::Kappa);
         if kappa.mode != Mode::Free {
             return fit(&mut self.problem, &start).ok_or(RowsError::NoStart);
