@@ -107,7 +107,7 @@ pub(crate) fn settle(
     ids: &[Id],
     (steps, stall): (usize, f64),
     contribute: impl Fn(&DVector<f64>) -> Contribution,
-    bounded: impl Fn(DVector<f64>) -> Option<DVector<f64>>,
+    bounded: impl Fn(DVector<f64>) -> DVector<f64>,
 ) -> (DVector<f64>, Contribution) {
     let mut at = contribute(&x);
     let mut damping = FIRST_SHOT_DAMPING;
@@ -115,7 +115,7 @@ pub(crate) fn settle(
         if damping > MAX_SHOT_DAMPING {
             break;
         }
-        let Some(trial) = at.own_step(ids, damping).and_then(|step| bounded(&x - step)) else { break };
+        let Some(trial) = at.own_step(ids, damping).map(|step| bounded(&x - step)) else { break };
         let there = contribute(&trial);
         let gain = at.cost - there.cost;
         if gain > 0.0 {

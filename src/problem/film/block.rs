@@ -167,7 +167,7 @@ impl FilmBlock {
         };
         let start = own.iter().copied().chain(ids.iter().map(|id| shared[*id]));
         let start = Own::from_iterator(OWN + ids.len(), start);
-        let bounded = |x: Own| Some(spin.bounded(x, shared));
+        let bounded = |x: Own| spin.bounded(x, shared);
         let contribute = |x: &Own| self.contribute_as(i, spin, x, &with(x));
         let (x, sums) = settle(spin.bounded(start, shared), ids, stop, contribute, bounded);
         *shared = with(&x);

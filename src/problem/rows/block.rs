@@ -2,10 +2,9 @@
 
 use std::sync::Arc;
 
-use nalgebra::DVector;
 use rayon::prelude::*;
 
-use super::prediction::{Approach, Residual, Residuals};
+use super::prediction::{Residual, Residuals};
 use super::shot::{OWN, Row, RowShot};
 use crate::measurement::loss::Loss;
 use crate::measurement::observable::Observable;
@@ -14,18 +13,9 @@ use crate::problem::loss::ShotLoss;
 use crate::problem::sums::{Contribution, Noise, OwnPrior, settle};
 use crate::problem::unknowns::{Mode, Own, PHYSICS, Shared, Unknown};
 
-/// Topspin over closing speed within which own unknowns are at the kink of their outcome.
-const AT_KINK: f64 = 1e-10;
-
-/// Stiffness against leaving a kink, over that of the residuals.
-const STIFF: f64 = 1e9;
-
 /// Steps of a shot's own descent, and fall of χ² after which it ends: 1e-3 standard deviations.
 const STEPS: usize = 30;
 const SHOT_STALL: f64 = 1e-6;
-
-/// Distance of another side of a kink, in standard errors, beyond which it is not tried.
-const REACH: f64 = 6.0;
 
 /// Observables whose numbers have noise of one size.
 #[derive(Clone, Debug)]
@@ -141,7 +131,7 @@ impl RowsBlock {
         let Some(predicted) = self.predict(i, own, shared) else {
             return Contribution::impossible(OWN, self.width, self.noises.len());
         };
-        let mut sums = self.add_up(i, own, &predicted, self.width, true);
+        let mut sums = self.add_up(i, own, &predicted, self.width);
         let loss = &self.losses[predicted.rows.len()];
         let distance = sums.cost.sqrt();
         let weight = loss.weight(distance);
@@ -158,9 +148,8 @@ impl RowsBlock {
         sums.or_impossible()
     }
 
-    /// Returns the sums of a shot by least squares over its own unknowns and the first `width` shared ones;
-    /// own unknowns that are at the kink between topspin and draw stay on it if they are `pinned`.
-    fn add_up(&self, i: usize, own: &Own, predicted: &Residuals, width: usize, pinned: bool) -> Contribution {
+    /// Returns the sums of a shot by least squares over its own unknowns and the first `width` shared ones.
+    fn add_up(&self, i: usize, own: &Own, predicted: &Residuals, width: usize) -> Contribution {
         let mut sums = Contribution::empty(OWN, width, self.noises.len());
         sums.sticks = predicted.sticks;
         let last = OWN + width;
@@ -175,12 +164,6 @@ impl RowsBlock {
             sums.products[(last, last)] += value * value;
             sums.cost += value * value;
         }
-        let (topspin, normal) = self.topspin(i, &predicted.approach);
-        if pinned && topspin.abs() < AT_KINK && normal.norm() > 0.0 {
-            let stiffness = STIFF * (1.0 + sums.products.view((0, 0), (OWN, OWN)).trace());
-            let mut of_own = sums.products.view_mut((0, 0), (OWN, OWN));
-            of_own += &normal * normal.transpose() * (stiffness / normal.norm_squared());
-        }
         for (place, prior) in self.shots[i].priors.iter().enumerate() {
             if let Some(prior) = prior {
                 sums.add_prior(place, prior.normal(&[]), own[place]);
@@ -189,86 +172,16 @@ impl RowsBlock {
         sums
     }
 
-    /// Returns topspin over closing speed of shot `i` and its derivatives by the own unknowns.
-    fn topspin(&self, i: usize, approach: &Approach) -> (f64, Own) {
-        let (topspin, by_inputs) = approach.topspin();
-        let by = self.shots[i].sds.component_mul(&by_inputs);
-        (topspin, DVector::from_column_slice(by.as_slice()))
-    }
-
-    /// Returns the own unknowns of shot `i` that fit best near `start`, on either side of the kink
-    /// between topspin and draw or on it. Those far from the kink, which the steps of all unknowns find,
-    /// stay, unless a speed is unknown: a speed afterwards determines it too well for linear steps.
+    /// Returns the own unknowns of shot `i` that fit best near `start` if its speed is not measured: a speed
+    /// afterwards determines it too well for linear steps. Those of other shots stay.
     pub fn settle(&self, i: usize, start: Own, shared: &Shared) -> Own {
-        let shot = &self.shots[i];
-        let has_speed = shot.own_unknowns_without_prior() == 0;
-        if shot.is_exact() || has_speed && self.way_to_kink(i, &start).is_none() {
+        if self.shots[i].own_unknowns_without_prior() == 0 {
             return start;
         }
-        let here = self.descend_own(i, start, shared, false);
-        let Some(way) = self.way_to_kink(i, &here.0) else { return here.0 };
-        let mut best = here.clone();
-        let mut keep = |other: (Own, Contribution)| {
-            if other.1.cost < best.1.cost {
-                best = other;
-            }
-        };
-        // the other side is tried if its parabola is lower
-        let across = &here.0 + &way * 2.0;
-        let there = self.sum_own(i, &across, shared, false);
-        if there.cost - promise(&there) < here.1.cost {
-            keep(self.descend_own(i, across, shared, false));
-        }
-        // a descent that came to no minimum of its side is held up by the kink
-        if promise(&here.1) > SHOT_STALL
-            && let Some(onto) = self.onto_kink(i, &here.0 + way)
-        {
-            keep(self.descend_own(i, onto, shared, true));
-        }
-        best.0
-    }
-
-    /// Returns the shortest way to the kink; `None` if it is beyond the reach of the errors.
-    fn way_to_kink(&self, i: usize, own: &Own) -> Option<Own> {
-        let (topspin, normal) = self.topspin(i, &self.shots[i].approach(own));
-        let is_near = topspin.abs() < REACH * normal.norm();
-        is_near.then(|| &normal * (-topspin / normal.norm_squared()))
-    }
-
-    /// Returns own unknowns moved on to the kink.
-    fn onto_kink(&self, i: usize, mut own: Own) -> Option<Own> {
-        for _ in 0..4 {
-            let (topspin, normal) = self.topspin(i, &self.shots[i].approach(&own));
-            if topspin.abs() < 0.01 * AT_KINK {
-                return Some(own);
-            }
-            own -= &normal * (topspin / normal.norm_squared());
-        }
-        None
-    }
-
-    /// Descends in the own unknowns of shot `i`, along the kink if they are on it.
-    fn descend_own(&self, i: usize, own: Own, shared: &Shared, on_kink: bool) -> (Own, Contribution) {
-        let at = self.sum_own(i, &own, shared, on_kink);
-        if promise(&at) < SHOT_STALL {
-            return (own, at);
-        }
-        let contribute = |own: &Own| self.sum_own(i, own, shared, on_kink);
-        let bounded = |own: Own| if on_kink { self.onto_kink(i, own) } else { Some(own) };
-        settle(own, &[], (STEPS, SHOT_STALL), contribute, bounded)
-    }
-
-    /// Returns the sums of shot `i` over its own unknowns alone.
-    fn sum_own(&self, i: usize, own: &Own, shared: &Shared, on_kink: bool) -> Contribution {
-        match self.predict(i, own, shared) {
-            Some(predicted) => self.add_up(i, own, &predicted, 0, on_kink),
+        let contribute = |own: &Own| match self.predict(i, own, shared) {
+            Some(predicted) => self.add_up(i, own, &predicted, 0),
             None => Contribution::impossible(OWN, 0, self.noises.len()),
-        }
+        };
+        settle(start, &[], (STEPS, SHOT_STALL), contribute, std::convert::identity).0
     }
-}
-
-/// Returns the fall of χ² that its parabola at a place has to its minimum.
-fn promise(at: &Contribution) -> f64 {
-    let step = at.own_step(&[], 0.0);
-    step.map_or(f64::INFINITY, |step| (0..OWN).map(|place| step[place] * at.slope(place)).sum())
 }

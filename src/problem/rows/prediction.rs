@@ -53,13 +53,6 @@ impl Approach {
         BallState { velocity: Vec3::new(v_x, v_y, 0.0), spin: Vec3::new(w_x, w_y, w_z) }
     }
 
-    /// Returns the topspin about the line of centres over the closing speed, with its derivatives by the
-    /// inputs: the outcome has a kink at 0.
-    pub fn topspin(&self) -> (f64, SVector<f64, OWN>) {
-        let topspin = self.spin[1] / self.velocity[0];
-        (topspin.re, by_inputs(&topspin))
-    }
-
     /// Returns the derivatives of velocity and spin, as inputs of a collision, by those of the shot.
     fn motion_by_inputs(&self, radius: f64) -> SMatrix<f64, 5, OWN> {
         let [v_x, v_y] = self.velocity;

@@ -124,11 +124,6 @@ impl RowShot {
         self.priors.iter().filter(|prior| prior.is_none()).count()
     }
 
-    /// Returns whether all inputs are exact.
-    pub fn is_exact(&self) -> bool {
-        self.priors.iter().all(|prior| *prior == Some(OwnPrior::Held))
-    }
-
     /// Returns the row that determines an unknown speed before the impact.
     pub(super) fn spent_row(&self) -> Option<usize> {
         let place = |speed: &Observable| self.rows.iter().position(|row| row.observable == *speed);
