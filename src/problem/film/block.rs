@@ -302,9 +302,7 @@ fn see(
 /// Decrease of χ² by which a sliding ball must be likelier than a rolling one: most cue balls roll.
 const ROLL_BONUS: f64 = 9.0;
 
-/// Topspin at which a shot's descent starts in another state, over natural roll: of shots stated as
-/// stun, and of others.
-const STUN_START: f64 = 0.03;
+/// Topspin at which a shot's descent starts in another state, over natural roll.
 const SLIDE_START: f64 = 0.3;
 
 /// Decrease of χ² by which another state must be likelier than the present one, so that states of equal
@@ -351,8 +349,7 @@ impl FilmBlock {
         if spin.states == States::Measured || spin.rolls_now() {
             start[own::TOPSPIN] = 0.0;
         } else if !is_same {
-            let first = if spin.states == States::Signs { STUN_START } else { SLIDE_START };
-            let topspin = if spin.bounds[0] < 0.0 { -first } else { spin.bounds[0] + first };
+            let topspin = if spin.bounds[0] < 0.0 { SLIDE_START } else { spin.bounds[0] + SLIDE_START };
             start[own::TOPSPIN] = topspin - spin.mean(shared);
         }
         let (own, sums) = self.settle(i, &spin, start, (&mut shared.clone(), &[]), JUDGED);

@@ -18,10 +18,6 @@ use crate::problem::unknowns::{Id, Normal, Own, Shared};
 /// three times its centre after a cue stroke without a miscue (offset of half a radius: 1.25).
 const MAX_TOPSPIN: f64 = 3.0;
 
-/// Smallest topspin or draw of a state, over natural roll. At exactly 0 the integrated contact has no
-/// derivative; no frame shows the difference.
-const LEAST_TOPSPIN: f64 = 1e-4;
-
 /// Slip over speed within which a ball of measured spin rolls: spins are rounded.
 const ROLLS_WITHIN: f64 = 0.01;
 
@@ -56,8 +52,6 @@ pub(crate) struct ShotSpin {
 pub(crate) enum States {
     /// The one that is stated.
     One,
-    /// Topspin or draw: friction lifts the one ball or the other.
-    Signs,
     /// Rolling, or sliding with any spin.
     All,
     /// Rolling, or sliding, with a measured spin whose error does not tell which.
@@ -100,8 +94,7 @@ impl ShotSpin {
     /// Returns the spin of a shot whose cue ball has this velocity on the table, m/s.
     pub fn stated(spin: Spin, velocity: Point, radius: f64) -> Self {
         match spin {
-            // as far as players hit a ball without topspin
-            Spin::Stun => Self { bounds: [LEAST_TOPSPIN, 1.0], states: States::Signs, ..Self::slides() },
+            Spin::Stun => Self::slides(),
             Spin::NaturalRoll => Self::rolls(),
             Spin::Measured { spin, sd } => Self::measured(spin, sd, velocity, radius),
             Spin::Unknown => Self::unknown(),
@@ -133,14 +126,12 @@ impl ShotSpin {
     /// Returns the states that the shot may be in.
     pub fn candidates(&self) -> Vec<Self> {
         let slides = |bounds| Self { bounds, states: self.states, ..Self::slides() };
-        let signs = [slides([LEAST_TOPSPIN, 1.0]), slides([-MAX_TOPSPIN, -LEAST_TOPSPIN])];
         match self.states {
             States::One => vec![*self],
-            States::Signs => signs.to_vec(),
             States::Measured => [Approach::Rolls, Approach::Slides]
                 .map(|approach| Self { stated: StatedSpin { approach, ..self.stated }, ..*self })
                 .to_vec(),
-            States::All => [Self::unknown(), slides([1.0, MAX_TOPSPIN])].into_iter().chain(signs).collect(),
+            States::All => vec![Self::unknown(), slides([1.0, MAX_TOPSPIN]), slides([-MAX_TOPSPIN, 1.0])],
         }
     }
 
