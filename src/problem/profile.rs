@@ -20,10 +20,9 @@ pub(super) const PRECISION: f64 = 2e-3;
 const STALL: f64 = 0.01;
 
 /// Evaluations of a descent at one point of a table, and of a film, whose steps gain next to nothing
-/// after the first; and points for one end. Typical are 3 and 3.
-const MAX_STEPS: usize = 60;
-const MAX_STEPS_OF_FILMS: usize = 3;
-const MAX_POINTS: usize = 80;
+/// after the first; and points for one end, typical are 3.
+const MAX_STEPS: [usize; 2] = [60, 3];
+const MAX_POINTS: [usize; 2] = [80, 12];
 
 /// Relative width of a bracket at which a jump of χ² is an end.
 const JUMP: f64 = 1e-6;
@@ -141,7 +140,7 @@ fn reach<const N: usize>(
     let mut inside: Reached = (0.0, 0.0, minimum.clone());
     let mut outside: Option<(f64, f64)> = None;
     let mut trial = first.min(limit);
-    for count in 0..MAX_POINTS {
+    for count in 0..MAX_POINTS[usize::from(problem.rows().is_none())] {
         let there = least_at(problem, &inside.2, &place(trial));
         let rise = there.as_ref().map_or(f64::INFINITY, |at| (at.cost - minimum.cost).max(0.0).sqrt());
         if (rise - t).abs() <= precision * t {
@@ -209,7 +208,7 @@ fn least_at(problem: &Problem, from: &Evaluation, held: &[(usize, f64)]) -> Opti
         }
         problem.evaluate(state)
     });
-    let steps = if problem.rows().is_some() { MAX_STEPS } else { MAX_STEPS_OF_FILMS };
+    let steps = MAX_STEPS[usize::from(problem.rows().is_none())];
     let end = descend_until(problem, start, &others, steps, STALL).end;
     end.cost.is_finite().then_some(end)
 }

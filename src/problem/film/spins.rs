@@ -18,6 +18,9 @@ use crate::problem::unknowns::{Id, Normal, Own, Shared};
 /// three times its centre after a cue stroke without a miscue (offset of half a radius: 1.25).
 const MAX_TOPSPIN: f64 = 3.0;
 
+/// Largest topspin or draw of a ball that is stated to have none, over natural roll.
+const MAX_STUN: f64 = 0.5;
+
 /// Slip over speed within which a ball of measured spin rolls: spins are rounded.
 const ROLLS_WITHIN: f64 = 0.01;
 
@@ -94,7 +97,7 @@ impl ShotSpin {
     /// Returns the spin of a shot whose cue ball has this velocity on the table, m/s.
     pub fn stated(spin: Spin, velocity: Point, radius: f64) -> Self {
         match spin {
-            Spin::Stun => Self::slides(),
+            Spin::Stun => Self { bounds: [-MAX_STUN, MAX_STUN], ..Self::slides() },
             Spin::NaturalRoll => Self::rolls(),
             Spin::Measured { spin, sd } => Self::measured(spin, sd, velocity, radius),
             Spin::Unknown => Self::unknown(),
