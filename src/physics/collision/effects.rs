@@ -29,7 +29,7 @@
 //! | sliding | sν/(1 + ν), at most μ_k(gT + (1 + e_t)V_z) | a ball slips on the cloth |
 //! | rolling | μ_r g T | a ball moves |
 
-use super::impact::Impact;
+use super::impact::{Impact, Values};
 use super::{Coefficients, Fidelity, Input, Model, NotACollision, Outcome};
 use crate::physics::ball::BallState;
 use crate::physics::cloth_motion::{Cloth, GRAVITY};
@@ -210,7 +210,8 @@ fn sizes(
 ) -> Result<[f64; 10], NotACollision> {
     // with all effects, and validated as a collision without integration
     let model = Model { effects: Effects::ALL, fidelity: Fidelity::Full, ..*model };
-    let values = model.validated(cue, coefficients)?;
+    let values = Values::new(&model, cue, coefficients);
+    model.validate(cue, coefficients, &values)?;
     let Impact { k, slip: [v_y, v_z], lever: [lever_y, lever_z], n, m_s, .. } = Impact::new(&values, &model);
     let (e, mu) = (values[Input::E], model.law.largest(coefficients.mu));
     let everything = compared == Compared::Everything;
