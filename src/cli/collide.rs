@@ -4,8 +4,7 @@ use std::path::{Path, PathBuf};
 
 use caromfit::io::cases::{self, BadCase, Case, Computed};
 use caromfit::physics::ball::{Ball, BallState, Vec3};
-use caromfit::physics::cloth_motion::Cloth;
-use caromfit::physics::collision::effects::{self, Choice, Compared, Estimate};
+use caromfit::physics::collision::effects::{self, Choice, Estimate};
 use caromfit::physics::collision::{Effects, Fidelity, FidelityChoice, MIN_TOLERANCE, Model, Outcome};
 use caromfit::physics::contact_frame::cue_velocity;
 use caromfit::physics::friction_law::Law;
@@ -15,9 +14,6 @@ use super::{Failure, print, unless_none};
 
 /// The spin of a cue ball that rolls.
 const NATURAL_ROLL: &str = "natural-roll";
-
-/// The effects, and the motion afterwards.
-type Explained = ([Estimate; 10], [Estimate; 3]);
 
 /// Collision frame: x along the line of centres from cue ball to object ball, z up; a positive cut
 /// angle means that the cue ball moves towards +y. Topspin is omega_y > 0.
@@ -134,7 +130,7 @@ impl Args {
     fn choose(&self, case: &Case) -> Result<Choice, BadCase> {
         let (cue, coefficients) = case.before()?;
         let model = self.given(case)?;
-        Ok(effects::choose(&model, &cue, &coefficients, self.within(), Compared::Everything)?)
+        Ok(effects::choose(&model, &cue, &coefficients, self.within())?)
     }
 
     fn model(&self, case: &Case) -> Result<Model, BadCase> {
@@ -160,10 +156,10 @@ impl Args {
         }
     }
 
-    /// Returns the effects and the motion afterwards, if they are asked for.
-    fn explain(&self, computed: &Computed) -> Result<Option<Explained>, Failure> {
-        let Computed { case, model, outcome: Ok(outcome), .. } = computed else { return Ok(None) };
-        if !self.explain {
+    /// Returns the effects, if they are asked for.
+    fn explain(&self, computed: &Computed) -> Result<Option<[Estimate; 10]>, Failure> {
+        let Computed { case, model, outcome, .. } = computed;
+        if !self.explain || outcome.is_err() {
             return Ok(None);
         }
         let mut effects = self.choose(case)?.estimates;
@@ -171,11 +167,7 @@ impl Args {
         for (effect, (_, on)) in effects.iter_mut().zip(on) {
             effect.on = on;
         }
-        let within = if self.fidelity().is_none() { self.within() } else { effects::NEGLIGIBLE_CHANGE };
-        let cloth = Cloth { sliding: model.mu_k, ..Cloth::default() };
-        let (cue, _) = case.before()?;
-        let motion = effects::motion(model, &cue, outcome, &cloth, effects::FOLLOWED, within);
-        Ok(Some((effects, motion)))
+        Ok(Some(effects))
     }
 }
 
@@ -192,14 +184,12 @@ pub fn run(args: &Args) -> Result<(), Failure> {
     for computed in &collided {
         let Computed { case, line, model, outcome } = computed;
         let explained = args.explain(computed)?;
-        let parts = explained.as_ref().map(|(effects, motion)| (&effects[..], &motion[..]));
-        documents.push(CollideDocument::new(computed, parts));
+        documents.push(CollideDocument::new(computed, explained));
         match outcome {
             Ok(outcome) => {
                 let mut text = table(&case.name, model.fidelity.name(), outcome);
-                if let Some((effects, motion)) = parts {
-                    text += &effects_table("effect", effects);
-                    text += &effects_table(&format!("in {} s afterwards", effects::FOLLOWED), motion);
+                if let Some(effects) = explained {
+                    text += &effects_table(&effects);
                 }
                 tables.push(text);
             }
@@ -217,8 +207,8 @@ pub fn run(args: &Args) -> Result<(), Failure> {
     unless_none(&failed, 1)
 }
 
-fn effects_table(of: &str, estimates: &[Estimate]) -> String {
-    let mut text = format!("  {of:<20}{:>12}{:>6}  why\n", "size/speed", "");
+fn effects_table(estimates: &[Estimate]) -> String {
+    let mut text = format!("  {:<20}{:>12}{:>6}  why\n", "effect", "size/speed", "");
     for Estimate { name, size, on, why } in estimates {
         let on = if *on { "on" } else { "off" };
         text += &format!("  {name:<20}{size:>12.1e}{on:>6}  {why}\n");

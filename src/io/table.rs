@@ -231,8 +231,9 @@ fn records(text: &str, separator: char) -> (Vec<Record<'_>>, Vec<(usize, &'stati
         let mut record = &rest[..length(0)];
         let is_comment = record.trim_start().starts_with('#');
         let mut found = cells(record, Separator::Char(separator));
-        while let (Err(Slip::Open(_)), false, Some(next)) =
-            (&found, is_comment, rest[record.len()..].find('"'))
+        while let Err(Slip::Open(_)) = &found
+            && !is_comment
+            && let Some(next) = rest[record.len()..].find('"')
         {
             // the cell goes on below, at least to the line of the next quotation mark
             record = &rest[..length(record.len() + next)];

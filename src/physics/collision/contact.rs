@@ -239,12 +239,13 @@ impl Shot {
     #[inline(always)]
     fn cloth(&self, mode: &Mode, y: &State, rising: f64) -> [Pair; 2] {
         let pressed = self.pressed(rising);
-        let most = [0, 1].map(|b| if mode.up[b] { 0.0 } else { self.mu_cloth[b] * pressed[b] });
+        let most = |b: usize| if mode.up[b] { 0.0 } else { self.mu_cloth[b] * pressed[b] };
         if !self.cloth_turning {
-            return [Pair::zeros(), Pair::new(-most[1], 0.0)];
+            return [Pair::zeros(), Pair::new(-most(1), 0.0)];
         }
         let (slips, smooth) = (self.cloth_slips(y), self.smooth * self.smooth);
-        [0, 1].map(|b| slips[b] * (-most[b] / (slips[b].norm_squared() + smooth).sqrt()))
+        let along = |b: usize| slips[b] * (-most(b) / (slips[b].norm_squared() + smooth).sqrt());
+        [along(0), along(1)]
     }
 
     /// dt/ds and F; of a rigid contact dq/ds and 1.

@@ -15,25 +15,16 @@
 //! | cloth | μ_s J_z | topspin |
 //! | cloth-turning | μ_s J_z μ cos θ₀ | topspin, and cut or side spin |
 //! | cloth-on-cue | μ_k J_z | draw |
-//! | gravity | g Δt, horizontally max(μ_k, μ_s) times it | always |
+//! | gravity | g Δt max(1, max(μ_k, μ_s)/ν) | always |
 //! | falling-friction | q times the change of μ | friction depends on the slip |
 //! | compliance | 2J, or if the slip lasts μq Δθ, Δθ ≤ ⅚κμ²(β_y − β_z) mixed (k/left)² | κ > 0 |
 //!
-//! An impulse J of friction changes a spin times R by J/ν: if spins count too, it counts 1/ν times.
-//! The motion of both balls on the cloth in the time T after the impact ([`motion`]), with the slip
-//! s on the cloth and t = 2V_z/(g(1 − e_t)) of all flights:
-//!
-//! | effect | changes velocities by at most | present if |
-//! | --- | --- | --- |
-//! | flight | μ_k g min(t, T), at most as much as sliding | a ball leaves the cloth |
-//! | sliding | sν/(1 + ν), at most μ_k(gT + (1 + e_t)V_z) | a ball slips on the cloth |
-//! | rolling | μ_r g T | a ball moves |
+//! An impulse J of friction changes a spin times R by J/ν, so that it counts 1/ν times.
 
-use super::impact::Impact;
-use super::{Coefficients, Fidelity, Input, Model, NotACollision, Outcome};
+use super::impact::{Impact, Values};
+use super::{Coefficients, Fidelity, Input, Model, NotACollision};
 use crate::physics::ball::BallState;
-use crate::physics::cloth_motion::{Cloth, GRAVITY};
-use crate::physics::contact_frame::cloth_slip;
+use crate::physics::cloth_motion::GRAVITY;
 
 /// The table of effects: switch, name on the command line and in fit.json, the reason for its size
 /// and that for a size of 0.
@@ -113,21 +104,9 @@ effects! {
 /// the best footage resolves.
 pub const NEGLIGIBLE_CHANGE: f64 = 1e-3;
 
-/// Time after an impact for which footage follows the balls, s.
-pub const FOLLOWED: f64 = 0.1;
-
 /// Factor by which the cloth's friction on a ball counts, as it also moves the contact between the
 /// balls.
 const FEEDBACK: f64 = 1.5;
-
-/// The components of the outcome that must stay within the tolerance.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Compared {
-    /// All components of velocities, and of spins times R.
-    Everything,
-    /// Horizontal velocities.
-    Velocities,
-}
 
 /// An effect on a shot.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -174,9 +153,8 @@ pub fn choose(
     cue: &BallState,
     coefficients: &Coefficients,
     tolerance: f64,
-    compared: Compared,
 ) -> Result<Choice, NotACollision> {
-    let sizes = sizes(model, cue, coefficients, compared)?;
+    let sizes = sizes(model, cue, coefficients)?;
     let missing = |fidelity: Fidelity| -> f64 {
         let on = fidelity.effects().list();
         sizes.iter().zip(on).filter(|(_, (_, on))| !on).map(|(size, _)| size).sum()
@@ -202,19 +180,14 @@ pub fn choose(
 }
 
 /// Returns the size of each effect as a fraction of U, in the order of [`Effects::NAMES`].
-fn sizes(
-    model: &Model,
-    cue: &BallState,
-    coefficients: &Coefficients,
-    compared: Compared,
-) -> Result<[f64; 10], NotACollision> {
+fn sizes(model: &Model, cue: &BallState, coefficients: &Coefficients) -> Result<[f64; 10], NotACollision> {
     // with all effects, and validated as a collision without integration
     let model = Model { effects: Effects::ALL, fidelity: Fidelity::Full, ..*model };
-    let values = model.validated(cue, coefficients)?;
+    let values = Values::new(&model, cue, coefficients);
+    model.validate(cue, coefficients, &values)?;
     let Impact { k, slip: [v_y, v_z], lever: [lever_y, lever_z], n, m_s, .. } = Impact::new(&values, &model);
     let (e, mu) = (values[Input::E], model.law.largest(coefficients.mu));
-    let everything = compared == Compared::Everything;
-    let per_nu = if everything { 1.0 / model.ball.inertia } else { 1.0 };
+    let per_nu = 1.0 / model.ball.inertia;
     let slip = v_y.hypot(v_z);
     let slips = slip > 0.0 && mu > 0.0;
     let (cos, sin) = if slip > 0.0 { (v_y.abs() / slip, v_z.abs() / slip) } else { (0.0, 0.0) };
@@ -250,49 +223,11 @@ fn sizes(
         cloth,
         cloth * (mu * cos).min(1.0),
         only(v_z < 0.0, FEEDBACK * model.mu_k * j_z * per_nu),
-        GRAVITY * duration * if everything { held.max(1.0) } else { held },
+        GRAVITY * duration * held.max(1.0),
         only(slips, change * q * per_nu),
         only(slips && kappa > 0.0, compliance * per_nu),
     ];
     // impulses are per unit of the object ball's mass; the lighter ball changes its velocity more
     let speed = cue.velocity.norm() / (n - 1.0).max(1.0);
     Ok(sizes.map(|size| size / speed))
-}
-
-/// Returns the sizes of the effects of the motion of both balls in the first `seconds` after an
-/// impact: flight, sliding, rolling. Each is on if it changes velocities by more than `tolerance`,
-/// as a fraction of the cue ball's speed before the impact.
-#[must_use]
-pub fn motion(
-    model: &Model,
-    cue: &BallState,
-    outcome: &Outcome,
-    cloth: &Cloth,
-    seconds: f64,
-    tolerance: f64,
-) -> [Estimate; 3] {
-    let nu = model.ball.inertia;
-    let lost = (1.0 - cloth.bounce).max(f64::EPSILON);
-    let mut sizes = [0.0_f64; 3];
-    for ball in [outcome.cue, outcome.object] {
-        let up = ball.velocity.z;
-        let stops = cloth_slip(&ball, model.ball.radius).xy().norm() * nu / (1.0 + nu);
-        // the landings of all bounces: μ_k(1 + e_t)(V_z + e_t V_z + …)
-        let landings = (1.0 + cloth.bounce) * up / lost;
-        let slides = stops.min(cloth.sliding * (GRAVITY * seconds + landings));
-        // 2V_z/g in the air, and e_t of the time before at each bounce
-        let air = 2.0 * up / (GRAVITY * lost);
-        let flies = (cloth.sliding * GRAVITY * air.min(seconds)).min(slides);
-        let rolls = (cloth.rolling * GRAVITY * seconds).min(ball.velocity.xy().norm());
-        sizes = std::array::from_fn(|i| sizes[i].max([flies, slides, rolls][i]));
-    }
-    let reasons = [
-        ["flight", "a ball leaves the cloth, and is not braked meanwhile", "no ball leaves the cloth"],
-        ["sliding", "a ball slips on the cloth before it rolls", "both balls roll at once"],
-        ["rolling", "the cloth brakes balls that roll", "no rolling resistance"],
-    ];
-    std::array::from_fn(|i| {
-        let ([name, there, not], size) = (reasons[i], sizes[i] / cue.velocity.norm());
-        Estimate { name, size, on: size > tolerance, why: if size > 0.0 { there } else { not } }
-    })
 }

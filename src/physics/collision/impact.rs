@@ -11,15 +11,30 @@
 
 use std::ops::Index;
 
-use nalgebra::Const;
+use nalgebra::SVector;
 use num_dual::DualSVec64;
 
 use super::{Coefficients, Input, Jacobian, Model, Number};
 use crate::physics::ball::BallState;
 use crate::physics::friction_law::Law;
 
-/// A number with its derivatives by the inputs.
-pub(super) type Dual = DualSVec64<{ Input::COUNT }>;
+/// A number with its derivatives by the first N of [`DIFFERENTIATED`].
+pub(super) type Dual<const N: usize> = DualSVec64<N>;
+
+/// Inputs whose derivatives give those by all others: the last two matter to a friction that falls,
+/// the two before them to balls that are not equal.
+const DIFFERENTIATED: [Input; 10] = [
+    Input::Mu,
+    Input::MuS,
+    Input::E,
+    Input::VelocityX,
+    Input::VelocityY,
+    Input::SpinY,
+    Input::MassRatio,
+    Input::RadiusRatio,
+    Input::B,
+    Input::C,
+];
 
 /// The values of the inputs, in the order of [`Input`].
 #[derive(Clone, Copy, Debug)]
@@ -61,11 +76,14 @@ impl Values<f64> {
     }
 
     /// Returns the values with derivatives; by a coefficient of an effect that is off they are 0.
-    pub fn with_derivatives(&self, model: &Model) -> Values<Dual> {
-        Values(std::array::from_fn(|i| {
-            let value = Dual::from(self.0[i]);
-            if Self::is_off(Input::ALL[i], model) { value } else { value.derivative(i) }
-        }))
+    pub fn with_derivatives<const N: usize>(&self, model: &Model) -> Values<Dual<N>> {
+        let mut dual = self.0.map(Dual::from);
+        for (i, input) in DIFFERENTIATED.into_iter().take(N).enumerate() {
+            if !Self::is_off(input, model) {
+                dual[input as usize] = dual[input as usize].derivative(i);
+            }
+        }
+        Values(dual)
     }
 
     /// Whether an input belongs to an effect that is off, or to unequal balls where they are equal.
@@ -179,9 +197,9 @@ pub(super) fn components<D: Number>(values: &Values<D>, model: &Model, impulses:
         impulses;
     let per_r = values[Input::MassRatio].recip();
     // 1/(rν_c R_c) and 1/(ν_o R_o)
-    let per_radius = 1.0 / model.ball.radius;
-    let [per_c, per_o] = model.per_inertia().map(|per_nu| per_nu * per_radius);
-    let [on_cue, on_object] = [per_r * per_c, values[Input::RadiusRatio] * per_o];
+    let ([per_c, per_o], per_radius) = (model.per_inertia(), 1.0 / model.ball.radius);
+    let on_cue = per_r * (per_c * per_radius);
+    let on_object = values[Input::RadiusRatio] * (per_o * per_radius);
     let sigma = model.torque_sign();
     [
         values[Input::VelocityX] + per_r * (c_x - q),
@@ -201,6 +219,29 @@ pub(super) fn components<D: Number>(values: &Values<D>, model: &Model, impulses:
 
 /// Returns the derivatives of the components by the inputs.
 #[inline(always)]
-pub(super) fn derivatives(components: &[Dual; 12]) -> Jacobian {
-    Jacobian::from_rows(&components.each_ref().map(|c| c.eps.unwrap_generic(Const, Const).transpose()))
+pub(super) fn derivatives<const N: usize>(
+    components: &[Dual<N>; 12],
+    values: &Values<f64>,
+    model: &Model,
+) -> Jacobian {
+    let mut by = Jacobian::zeros();
+    for (row, component) in components.iter().enumerate() {
+        let slopes = component.eps.0.iter().flatten();
+        for (input, slope) in DIFFERENTIATED.into_iter().zip(slopes) {
+            by[(row, input as usize)] = *slope;
+        }
+    }
+    complete(&mut by, values, model);
+    by
+}
+
+/// Completes derivatives where the cloth does not act on the cue ball: there only U_y + Rω_z counts,
+/// no spin about the line of centres, and e = e₀ − e₁k.
+pub(super) fn complete(by: &mut Jacobian, values: &Values<f64>, model: &Model) {
+    let kept = |row: usize| SVector::<f64, 12>::from_fn(|i, _| f64::from(i == row));
+    let by_spin = model.ball.radius * (by.column(Input::VelocityY as usize) - kept(1)) + kept(5);
+    by.set_column(Input::SpinX as usize, &kept(3));
+    by.set_column(Input::SpinZ as usize, &by_spin);
+    let by_slope = -values[Input::VelocityX] * by.column(Input::E as usize);
+    by.set_column(Input::ESlope as usize, &by_slope);
 }

@@ -7,7 +7,7 @@
 use nalgebra::SVector;
 
 use super::contact::{EVENTS, Mode, N, Shot, State};
-use super::impact::{Values, components};
+use super::impact::{Values, complete, components};
 use super::{Fidelity, Input, Jacobian, Model, Outcome, Regime};
 use crate::physics::friction_law::Law;
 
@@ -84,17 +84,13 @@ pub(super) fn differentiate(values: &Values<f64>, model: &Model) -> Option<(Outc
         };
         (beside(&values.moved(input, step)) - here) / step
     };
-    let kept = |row: usize| SVector::<f64, 12>::from_fn(|i, _| f64::from(i == row));
-    // without the cloth on the cue ball, only U_y + Rω_z counts and no spin about the line of
-    // centres
     let plain = model.fidelity == Fidelity::Ode;
     let is_homogeneous = plain && model.law == Law::Constant && model.e_slope.is_none();
     let mut by = Jacobian::zeros();
     for (i, input) in Input::ALL.into_iter().enumerate() {
         let found = match input {
             _ if Values::is_off(input, model) => continue,
-            Input::SpinX if plain => kept(3),
-            Input::SpinZ if plain => radius * (by.column(Input::VelocityY as usize) - kept(1)) + kept(5),
+            Input::SpinX | Input::SpinZ if plain => continue,
             // without weight and laws of the speed, outcomes are homogeneous in velocities and
             // spins: below
             Input::VelocityX if is_homogeneous => continue,
@@ -104,6 +100,9 @@ pub(super) fn differentiate(values: &Values<f64>, model: &Model) -> Option<(Outc
             _ => column(input),
         };
         by.set_column(i, &found);
+    }
+    if plain {
+        complete(&mut by, &values, model);
     }
     if is_homogeneous {
         let motion = [Input::VelocityY, Input::SpinX, Input::SpinY, Input::SpinZ];

@@ -105,7 +105,7 @@ impl Model {
     /// Returns 1/ν of the cue ball and of the object ball.
     #[inline(always)]
     pub(super) fn per_inertia(&self) -> [f64; 2] {
-        [self.ball, self.object_ball()].map(|ball| 1.0 / ball.inertia)
+        [1.0 / self.ball.inertia, 1.0 / self.object_ball().inertia]
     }
 
     /// Returns σ in dΩ_y/dq = (μ/νR)(1 − σm_s) sin θ.
@@ -121,7 +121,8 @@ impl Model {
     /// Input that describes no collision: balls that do not approach, coefficients out of range, a
     /// vertical velocity, anything not finite; and an integration that takes too many steps.
     pub fn collide(&self, cue: &BallState, coefficients: &Coefficients) -> Result<Outcome, NotACollision> {
-        let values = self.validated(cue, coefficients)?;
+        let values = Values::new(self, cue, coefficients);
+        self.validate(cue, coefficients, &values)?;
         if self.fidelity.is_integrated() {
             return integrator::collide(&values, self).ok_or(self.not_integrated());
         }
@@ -129,7 +130,7 @@ impl Model {
     }
 
     /// Returns the outcome in closed form, and the way to it.
-    #[inline]
+    #[inline(always)]
     fn solve(&self, values: &Values<f64>) -> (Outcome, Ways) {
         let impact = Impact::new(values, self);
         let (impulses, regime, ways) =
@@ -181,19 +182,17 @@ impl Model {
         cue: &BallState,
         coefficients: &Coefficients,
     ) -> Result<(Outcome, Jacobian), NotACollision> {
-        let values = self.validated(cue, coefficients)?;
+        let values = Values::new(self, cue, coefficients);
+        self.validate(cue, coefficients, &values)?;
         if self.fidelity == Fidelity::Contact || self.is_compliant() {
             return integrator::differentiate(&values, self).ok_or(self.not_integrated());
         }
-        let dual = values.with_derivatives(self);
-        let impact = Impact::new(&dual, self);
         let (closed, ways) = self.solve(&values);
-        let impulses = if self.is_linear() {
-            simple::impulses(&impact).0
-        } else {
-            sliding::differentiate(&impact, ways)
+        let by = match self.law {
+            Law::Exponential { .. } => self.differentiate::<10>(&values, ways),
+            Law::Constant if self.object.is_some() => self.differentiate::<8>(&values, ways),
+            Law::Constant => self.differentiate::<6>(&values, ways),
         };
-        let by = derivatives(&components(&dual, self, &impact.impulses(&dual, impulses)));
         // the outcome of ode has its tolerance, its derivatives are those of the same equations
         let outcome = match self.fidelity {
             Fidelity::Ode => integrator::collide(&values, self).ok_or(self.not_integrated())?,
@@ -202,18 +201,31 @@ impl Model {
         Ok((outcome, by))
     }
 
+    /// Returns the derivatives in closed form, from the way to the outcome.
+    fn differentiate<const N: usize>(&self, values: &Values<f64>, ways: Ways) -> Jacobian {
+        let dual = values.with_derivatives::<N>(self);
+        let impact = Impact::new(&dual, self);
+        let impulses = if self.is_linear() {
+            simple::impulses(&impact).0
+        } else {
+            sliding::differentiate(&impact, ways)
+        };
+        derivatives(&components(&dual, self, &impact.impulses(&dual, impulses)), values, self)
+    }
+
     #[cold]
     fn not_integrated(&self) -> NotACollision {
         NotACollision::NotIntegrated { tolerance: self.tolerance, kappa: self.kappa }
     }
 
-    /// Returns the values of a shot, validated: the only validation of input.
+    /// Checks a shot and its values: the only validation of input.
     #[inline(always)]
-    pub(super) fn validated(
+    pub(super) fn validate(
         &self,
         cue: &BallState,
         coefficients: &Coefficients,
-    ) -> Result<Values<f64>, NotACollision> {
+        values: &Values<f64>,
+    ) -> Result<(), NotACollision> {
         let &Coefficients { mu, mu_s, e } = coefficients;
         let ratio = self.mass_ratio();
         let mut most_mu_s = 2.0 + self.ball.inertia;
@@ -236,7 +248,6 @@ impl Model {
             within((0.0..f64::INFINITY).contains(&c), "mu_c", c, "a finite number of 0 or more")?;
         }
         check_motion(cue, self.ball.radius)?;
-        let values = Values::new(self, cue, coefficients);
         let largest = values[Input::Mu] + values[Input::B].max(0.0);
         // dv_x/dq = 1 + 1/r + μ_s μ sin θ must stay positive at every θ
         let (product, most) = (largest * values[Input::MuS], 1.0 + 1.0 / ratio);
@@ -247,7 +258,7 @@ impl Model {
         if self.fidelity.is_integrated() {
             self.check_integrated(largest)?;
         }
-        Ok(values)
+        Ok(())
     }
 
     /// Checks what only integrated fidelities use.

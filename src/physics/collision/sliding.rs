@@ -26,8 +26,8 @@ use super::{Number, Regime};
 /// Largest number of steps to an end; typical are two or three.
 const MAX_STEPS: usize = 60;
 
-/// The λs of a last step: it leaves an error of its third power.
-const LAST_STEP: f64 = 1e-5;
+/// The λs of a last step: it leaves an error of its fourth power, of its third if friction falls.
+const LAST_STEP: f64 = 3e-5;
 
 /// The λs after which the slip has decayed: e^(−42) is below the rounding of 1.
 const DECAYED: f64 = 42.0;
@@ -54,7 +54,7 @@ pub(super) fn solve(impact: &Impact<f64>) -> ([f64; 3], Regime, Ways) {
 }
 
 /// Returns q, J_y and J_z with their derivatives, from the way to them.
-pub(super) fn differentiate(impact: &Impact<Dual>, ways: Ways) -> [Dual; 3] {
+pub(super) fn differentiate<const N: usize>(impact: &Impact<Dual<N>>, ways: Ways) -> [Dual<N>; 3] {
     let mut ways = ways.into_iter();
     impulses(impact, |slide, phase| match ways.next().flatten() {
         Some(s) => slide.end_near(phase, &slide.differentiate(phase, s)),
@@ -190,42 +190,30 @@ impl Slide<f64> {
     fn advance(
         &self,
         slip: [f64; 2],
-        at: Place<f64>,
+        mut at: Place<f64>,
         ds: f64,
-        visit: impl FnMut(f64, [f64; 2], f64),
+        mut visit: impl FnMut(f64, [f64; 2], f64),
     ) -> Place<f64> {
         let [y, z] = self.rates;
         let mut reach = y.max(z) * ds.abs();
         if let Some([_, _, c]) = self.falls {
             reach *= 1.0 + c * norm(slip);
         }
-        if reach <= MAX_FOUR {
-            return self.panels(slip, at, ds, 1, &GAUSS_4, visit);
+        let (mut panels, mut half) = (1, 0.5 * ds);
+        if reach > MAX_PANEL {
+            panels = usize::from((reach / MAX_PANEL) as u16) + 1;
+            half /= panels as f64;
         }
-        let panels = usize::from((reach / MAX_SIX) as u16) + 1;
-        self.panels(slip, at, ds, panels, &GAUSS_6, visit)
-    }
-
-    #[inline(always)]
-    fn panels<const H: usize>(
-        &self,
-        slip: [f64; 2],
-        mut at: Place<f64>,
-        ds: f64,
-        panels: usize,
-        rule: &[(f64, f64); H],
-        mut visit: impl FnMut(f64, [f64; 2], f64),
-    ) -> Place<f64> {
-        let half = 0.5 * ds / panels as f64;
         let rates = self.rates.map(|rate| rate * half);
         let [to_middle, _] = fall_and_rise(rates);
         for panel in 0..panels {
             let middle = further(at.stopped, to_middle);
-            for &(x, weight) in rule {
-                for (x, part) in [x, -x].into_iter().zip(fall_and_rise(rates.map(|rate| rate * x))) {
+            let slip = remaining(slip, middle);
+            for &(x, weight) in &GAUSS {
+                let [fall, rise] = fall_and_rise([rates[0] * x, rates[1] * x]);
+                for (x, part) in [(x, fall), (-x, rise)] {
+                    let dq = self.pace(norm(remaining(slip, part))) * (half * weight);
                     let stopped = further(middle, part);
-                    let speed = norm([0, 1].map(|i| slip[i] * (1.0 - stopped[i])));
-                    let dq = self.pace(speed) * (half * weight);
                     at.q += dq;
                     at.i += dq * stopped[1];
                     visit(half * (2.0 * panel as f64 + 1.0 + x), stopped, dq);
@@ -236,12 +224,13 @@ impl Slide<f64> {
         at
     }
 
-    /// Returns the dq from a place to the end of a phase, with an error of its third power.
+    /// Returns the dq from a place to the end of a phase, with an error of its third power; the pace
+    /// falls by `rate` per s.
     #[inline(always)]
-    fn left(&self, phase: &Phase<f64>, at: &Place<f64>, per_pace: f64, y2: f64) -> f64 {
+    fn left(&self, phase: &Phase<f64>, at: &Place<f64>, per_pace: f64, rate: f64) -> f64 {
         // dv_x/dq = N − A λ_z e^(−λ_z s)/pace, and its derivative by q
         let held = phase.cloth * self.rates[1] * (1.0 - at.stopped[1]) * per_pace;
-        let (first, second) = (phase.n - held, held * (self.rates[1] - self.rates[0]) * y2 * per_pace);
+        let (first, second) = (phase.n - held, held * (self.rates[1] - rate) * per_pace);
         let v_x = phase.v_x(at);
         let Some(work) = phase.work else {
             // −v_x = dv_x/dq dq + ½ d²v_x/dq² dq²
@@ -259,18 +248,33 @@ impl Slide<f64> {
     fn follow(&self, phase: &Phase<f64>) -> (Place<f64>, Option<f64>) {
         let ([y, z], mut s, mut at) = (self.rates, 0.0, Place::start());
         for _ in 0..MAX_STEPS {
-            let slip = [0, 1].map(|i| phase.slip[i] * (1.0 - at.stopped[i]));
-            let speed = norm(slip);
-            if speed == 0.0 {
+            let slip = remaining(phase.slip, at.stopped);
+            let [y2, z2] = [slip[0] * slip[0], slip[1] * slip[1]];
+            let (square, speed) = (y2 + z2, norm(slip));
+            if square < f64::MIN_POSITIVE {
                 return (phase.stick(at), None);
             }
-            let per_speed = 1.0 / speed;
-            let [y2, z2] = slip.map(|v| (v * per_speed) * (v * per_speed));
-            let per_pace = self.friction(speed).unwrap_or(1.0) * per_speed;
-            let dq = self.left(phase, &at, per_pace, y2);
+            let per_square = 1.0 / square;
+            let ([y2, z2], per_speed) = ([y2 * per_square, z2 * per_square], speed * per_square);
+            // −d ln(pace)/ds, and a third of what it falls by: (λ_y − λ_z)² v_y² v_z²/|v|⁴
+            let (mut rate, mut per_pace) = (y * y2 + z * z2, per_speed);
+            let turn = (y - z) * (y - z) * y2 * z2 * (1.0 / 3.0);
+            if let (Some([a, _, c]), Some(friction)) = (self.falls, self.friction(speed)) {
+                per_pace *= friction;
+                rate *= 1.0 + c * speed * (1.0 - a / friction);
+            }
+            let dq = self.left(phase, &at, per_pace, rate);
             let dq_s = dq * per_pace;
+            if dq_s.abs() * y.max(z) <= LAST_STEP {
+                let ds = dq_s * (1.0 + dq_s * (0.5 * rate + dq_s * (rate * rate * (1.0 / 3.0) - turn)));
+                let part = self.rates.map(|rate| rate * ds);
+                let part = part.map(|part| part * (1.0 - part * (0.5 - part * (1.0 / 6.0))));
+                let stopped = further(at.stopped, part);
+                let lost = stopped[1] - at.stopped[1];
+                let i = at.i + dq * (at.stopped[1] + lost * (0.5 + (z - rate) * ds * (1.0 / 12.0)));
+                return (Place { stopped, q: at.q + dq, i }, Some(s + ds));
+            }
             // q grows by pace (1 − e^(−rate ds))/rate at first
-            let rate = y * y2 + z * z2;
             let mut part = rate * dq_s;
             if !(part < 0.7) {
                 // and by no more than with the slowest rate
@@ -290,21 +294,12 @@ impl Slide<f64> {
                 }
                 part = part.min(0.9);
             }
-            // ds = −ln(1 − part)/rate, as a series in part/(2 − part)…
+            // ds = −ln(1 − part)/rate, as a series in part/(2 − part), less what the rate falls by
             let per = 1.0 / (2.0 - part);
             let x2 = (part * per) * (part * per);
             let ds = dq_s * 2.0 * per * (1.0 + x2 * (1.0 / 3.0 + x2 * (0.2 + x2 * (1.0 / 7.0))));
-            // …less what the rate falls by: d(rate)/ds = −2(λ_y − λ_z)² v_y² v_z²/|v|⁴
-            let turned = (y - z) * ds;
-            let ds = ds * (1.0 - (turned * turned * y2 * z2 * (1.0 / 3.0)).min(0.5));
+            let ds = ds * (1.0 - (turn * ds * ds).min(0.5));
             s += ds;
-            if ds.abs() * y.max(z) <= LAST_STEP {
-                let part = self.rates.map(|rate| rate * ds).map(|part| part - 0.5 * part * part);
-                let stopped = further(at.stopped, part);
-                let lost = stopped[1] - at.stopped[1];
-                let i = at.i + dq * (at.stopped[1] + lost * (0.5 + (z - rate) * ds / 12.0));
-                return (Place { stopped, q: at.q + dq, i }, Some(s));
-            }
             at = self.advance(phase.slip, at, ds, |_, _, _| {});
         }
         (at, Some(s))
@@ -326,42 +321,46 @@ fn norm([y, z]: [f64; 2]) -> f64 {
 
 /// Returns 1 − ab = (1 − a) + a(1 − b) for both components, from 1 − a and 1 − b.
 #[inline(always)]
-fn further(stopped: [f64; 2], by: [f64; 2]) -> [f64; 2] {
-    [0, 1].map(|i| stopped[i] + (1.0 - stopped[i]) * by[i])
+fn further([y, z]: [f64; 2], by: [f64; 2]) -> [f64; 2] {
+    [y + (1.0 - y) * by[0], z + (1.0 - z) * by[1]]
 }
 
-/// Returns 1 − e^(−x) and 1 − e^x of both components for |x| ≤ MAX_SIX/2 by Taylor's series, whose
+/// Returns the slip that is left after its parts `stopped`.
+#[inline(always)]
+fn remaining([y, z]: [f64; 2], stopped: [f64; 2]) -> [f64; 2] {
+    [y * (1.0 - stopped[0]), z * (1.0 - stopped[1])]
+}
+
+/// Returns 1 − e^(−x) and 1 − e^x of both components for |x| ≤ MAX_PANEL/2 by Taylor's series, whose
 /// first term left out is below 3e-17.
 #[inline(always)]
-fn fall_and_rise(x: [f64; 2]) -> [[f64; 2]; 2] {
-    let s = x.map(|x| x * x);
-    let cosh = s.map(|s| {
-        let t = s * s;
-        s * ((s * (1.0 / 24.0) + 0.5)
-            + t * ((s * (1.0 / 40_320.0) + 1.0 / 720.0)
-                + t * (s * (1.0 / 479_001_600.0) + 1.0 / 3_628_800.0)))
-    });
-    let sinh = [0, 1].map(|i| {
-        let (x, s, t) = (x[i], s[i], s[i] * s[i]);
-        x + x
-            * s
-            * ((s * (1.0 / 120.0) + 1.0 / 6.0)
-                + t * ((s * (1.0 / 362_880.0) + 1.0 / 5_040.0)
-                    + t * (s * (1.0 / 6_227_020_800.0) + 1.0 / 39_916_800.0)))
-    });
-    [[0, 1].map(|i| sinh[i] - cosh[i]), [0, 1].map(|i| -sinh[i] - cosh[i])]
+fn fall_and_rise([y, z]: [f64; 2]) -> [[f64; 2]; 2] {
+    let (sinh_y, cosh_y) = series(y);
+    let (sinh_z, cosh_z) = series(z);
+    [[sinh_y - cosh_y, sinh_z - cosh_z], [-sinh_y - cosh_y, -sinh_z - cosh_z]]
 }
 
-/// The longest panels in λs for 4 and 6 nodes.
-const MAX_FOUR: f64 = 0.2;
-const MAX_SIX: f64 = 0.8;
+/// Returns sinh x and cosh x − 1.
+#[inline(always)]
+fn series(x: f64) -> (f64, f64) {
+    let (s, t) = (x * x, x * x * x * x);
+    let cosh = s
+        * ((s * (1.0 / 24.0) + 0.5)
+            + t * ((s * (1.0 / 40_320.0) + 1.0 / 720.0)
+                + t * (s * (1.0 / 479_001_600.0) + 1.0 / 3_628_800.0)));
+    let sinh = x + x
+        * s
+        * ((s * (1.0 / 120.0) + 1.0 / 6.0)
+            + t * ((s * (1.0 / 362_880.0) + 1.0 / 5_040.0)
+                + t * (s * (1.0 / 6_227_020_800.0) + 1.0 / 39_916_800.0)));
+    (sinh, cosh)
+}
 
-/// Abscissas and weights of the positive half (Abramowitz & Stegun, Table 25.4).
-const GAUSS_4: [(f64, f64); 2] = [
-    (0.339_981_043_584_856_26, 0.652_145_154_862_546_1),
-    (0.861_136_311_594_052_6, 0.347_854_845_137_453_85),
-];
-const GAUSS_6: [(f64, f64); 3] = [
+/// The longest panel in λs.
+const MAX_PANEL: f64 = 0.8;
+
+/// Abscissas and weights of the positive half of six nodes (Abramowitz & Stegun, Table 25.4).
+const GAUSS: [(f64, f64); 3] = [
     (0.238_619_186_083_196_9, 0.467_913_934_572_691_04),
     (0.661_209_386_466_264_5, 0.360_761_573_048_138_6),
     (0.932_469_514_203_152, 0.171_324_492_379_170_36),

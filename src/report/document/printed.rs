@@ -83,7 +83,7 @@ document! {
     ///
     /// One collision; with --cases, caromfit collide --json prints an array of these. The frame is that of the collision: x from the
     /// cue ball to the object ball, y 90° counter-clockwise from it seen from above, z upwards.
-    CollideDocument(computed: &Computed, explained: Option<(&[effects::Estimate], &[effects::Estimate])>) [made: Made] {
+    CollideDocument(computed: &Computed, explained: Option<[effects::Estimate; 10]>) [made: Made] {
         /// Name of the case.
         name: String = computed.case.name.clone(),
         /// Collision model: elastic, inelastic, linear, full, ode or contact.
@@ -93,10 +93,7 @@ document! {
         outcome: Option<CollideOutcome> = computed.outcome.as_ref().ok().map(CollideOutcome::new),
         /// With --explain: every effect.
         #[serde(skip_serializing_if = "Option::is_none")]
-        effects: Option<Vec<effects::Estimate>> = explained.map(|(effects, _)| effects.to_vec()),
-        /// With --explain: what the motion afterwards needs.
-        #[serde(skip_serializing_if = "Option::is_none")]
-        motion: Option<Vec<effects::Estimate>> = explained.map(|(_, motion)| motion.to_vec()),
+        effects: Option<Vec<effects::Estimate>> = explained.map(Vec::from),
         /// Why it is no collision, instead of all numbers.
         #[serde(skip_serializing_if = "Option::is_none")]
         error: Option<String> = computed.outcome.as_ref().err().map(ToString::to_string),

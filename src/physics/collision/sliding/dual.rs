@@ -2,13 +2,13 @@
 
 use super::{Dual, Phase, Place, Slide, norm};
 
-impl Slide<Dual> {
+impl<const N: usize> Slide<Dual<N>> {
     pub fn real(&self) -> Slide<f64> {
         Slide { rates: self.rates.map(|x| x.re), falls: self.falls.map(|law| law.map(|x| x.re)) }
     }
 
     /// Returns the place where `phase` ends, by a step of Newton's from its real part.
-    pub fn end_near(&self, phase: &Phase<Dual>, at: &Place<Dual>) -> Place<Dual> {
+    pub fn end_near(&self, phase: &Phase<Dual<N>>, at: &Place<Dual<N>>) -> Place<Dual<N>> {
         let real = self.real();
         let left = at.stopped.map(|stopped| 1.0 - stopped.re);
         let per_pace = 1.0 / real.pace(norm([0, 1].map(|i| phase.slip[i].re * left[i])));
@@ -22,7 +22,7 @@ impl Slide<Dual> {
 
     /// Returns the place at `s`: q and I have derivatives by the slip, λ, and the a, b, c of the
     /// friction, which have theirs.
-    pub fn differentiate(&self, phase: &Phase<Dual>, s: f64) -> Place<Dual> {
+    pub fn differentiate(&self, phase: &Phase<Dual<N>>, s: f64) -> Place<Dual<N>> {
         let real = self.real();
         let (mut by_q, mut by_i) = ([0.0; 7], [0.0; 7]);
         let real_slip = phase.slip.map(|v| v.re);
@@ -53,7 +53,7 @@ impl Slide<Dual> {
         });
         let ([y, z], [rate_y, rate_z]) = (&phase.slip, &self.rates);
         let chain = |value: f64, by: [f64; 7]| {
-            let mut sum = Dual::from(value);
+            let mut sum = Dual::<N>::from(value);
             for (input, by) in [y, z, rate_y, rate_z].into_iter().chain(self.falls.iter().flatten()).zip(by) {
                 sum.eps += input.eps * by;
             }
