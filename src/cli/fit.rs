@@ -55,12 +55,9 @@ pub(super) struct Args {
     /// What counts as moved, in standard errors (of χ²: in its standard deviation)
     #[arg(long, value_parser = tolerance, default_value_t = SAME_ERRORS, value_name = "N", requires = "baseline", allow_hyphen_values = true)]
     baseline_tolerance: f64,
-    /// Show every label of a data set on a line of its own, χ²/dof, what the marks mean, and all warnings
+    /// Print everything: of one fit its report, of several a line for each label, all warnings and error budgets
     #[arg(long)]
     all: bool,
-    /// Print a full report of each fit below the table
-    #[arg(long, short)]
-    verbose: bool,
     /// Print the fits as a JSON array, and nothing else, on standard output
     #[arg(long)]
     json: bool,
@@ -149,7 +146,7 @@ pub(super) fn run(args: &Args) -> Result<(), Failure> {
     } else {
         print_lines(&assumed)?;
         print(if assumed.is_empty() { "" } else { "\n" })?;
-        print_tables(args, &fits)?;
+        print(&if args.all { report::fit::as_text(&fits) } else { terminal::overview(&fits) })?;
         print(&match written.as_slice() {
             [] => String::new(),
             [one] => format!("\nReport: {}\n", one.join(REPORT).display()),
@@ -185,16 +182,6 @@ fn moved_since(
 fn is_within(path: &Path, folder: &Path) -> bool {
     let (Ok(path), Ok(folder)) = (path.canonicalize(), folder.canonicalize()) else { return false };
     path.starts_with(&folder) || folder.starts_with(&path)
-}
-
-fn print_tables(args: &Args, fits: &[Fit]) -> Result<(), Failure> {
-    if args.all {
-        print(&terminal::all(fits))?;
-    } else {
-        print(&terminal::overview(fits))?;
-    }
-    let verbose = fits.iter().filter(|_| args.verbose);
-    verbose.into_iter().try_for_each(|fit| print(&format!("\n{}", report::fit::as_text(fit))))
 }
 
 fn options(args: &Args) -> Options {
