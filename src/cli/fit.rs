@@ -2,15 +2,15 @@
 
 use std::path::{Path, PathBuf};
 
-use caromfit::fit::{self, Falling, Fit, Options};
-use caromfit::measurement::dataset::Dataset;
-use caromfit::measurement::loss::Loss;
-use caromfit::physics::collision::FidelityChoice;
-use caromfit::physics::friction_law::Law;
-use caromfit::report;
-use caromfit::report::document::{self, FitDocument};
-use caromfit::report::regression::{self, Moved, SAME_ERRORS};
-use caromfit::report::terminal;
+use crate::fit::{self, Falling, Fit, Options};
+use crate::measurement::dataset::Dataset;
+use crate::measurement::loss::Loss;
+use crate::physics::collision::FidelityChoice;
+use crate::physics::friction_law::Law;
+use crate::report;
+use crate::report::document::{self, FitDocument};
+use crate::report::regression::{self, Moved, SAME_ERRORS};
+use crate::report::terminal;
 
 use super::progress::{self, Progress};
 use super::table_only::{Told, is_table};
@@ -24,7 +24,7 @@ const REPORT: &str = "report.html";
 /// OUT/NAME/{fit.json, residuals.csv, shots.csv, frames.csv, residuals.svg, residuals.png, contours.svg, contours.png, report.html} and prints one table over all.
 #[derive(clap::Args)]
 #[command(after_help = "Example: caromfit fit data/*/")]
-pub struct Args {
+pub(super) struct Args {
     /// Folders that hold a dataset.toml, or such files; or a table, with what a dataset.toml would say as options
     #[arg(required = true, value_name = "DATASET")]
     datasets: Vec<PathBuf>,
@@ -55,12 +55,9 @@ pub struct Args {
     /// What counts as moved, in standard errors (of χ²: in its standard deviation)
     #[arg(long, value_parser = tolerance, default_value_t = SAME_ERRORS, value_name = "N", requires = "baseline", allow_hyphen_values = true)]
     baseline_tolerance: f64,
-    /// Show every label of a data set on a line of its own, χ²/dof, what the marks mean, and all warnings
+    /// Print everything: of one fit its report, of several a line for each label, all warnings and error budgets
     #[arg(long)]
     all: bool,
-    /// Print a full report of each fit below the table
-    #[arg(long, short)]
-    verbose: bool,
     /// Print the fits as a JSON array, and nothing else, on standard output
     #[arg(long)]
     json: bool,
@@ -108,7 +105,7 @@ fn load(args: &Args) -> Result<(Vec<Dataset>, Vec<String>), Failure> {
     Ok((datasets, assumed))
 }
 
-pub fn run(args: &Args) -> Result<(), Failure> {
+pub(super) fn run(args: &Args) -> Result<(), Failure> {
     // all input is checked before anything is written
     let (datasets, assumed) = load(args)?;
     let baseline = args.baseline.as_deref().map(document::read).transpose()?;
@@ -149,7 +146,7 @@ pub fn run(args: &Args) -> Result<(), Failure> {
     } else {
         print_lines(&assumed)?;
         print(if assumed.is_empty() { "" } else { "\n" })?;
-        print_tables(args, &fits)?;
+        print(&if args.all { report::fit::as_text(&fits) } else { terminal::overview(&fits) })?;
         print(&match written.as_slice() {
             [] => String::new(),
             [one] => format!("\nReport: {}\n", one.join(REPORT).display()),
@@ -185,16 +182,6 @@ fn moved_since(
 fn is_within(path: &Path, folder: &Path) -> bool {
     let (Ok(path), Ok(folder)) = (path.canonicalize(), folder.canonicalize()) else { return false };
     path.starts_with(&folder) || folder.starts_with(&path)
-}
-
-fn print_tables(args: &Args, fits: &[Fit]) -> Result<(), Failure> {
-    if args.all {
-        print(&terminal::all(fits))?;
-    } else {
-        print(&terminal::overview(fits))?;
-    }
-    let verbose = fits.iter().filter(|_| args.verbose);
-    verbose.into_iter().try_for_each(|fit| print(&format!("\n{}", report::fit::as_text(fit))))
 }
 
 fn options(args: &Args) -> Options {

@@ -6,7 +6,7 @@ use super::fit::down_weighted;
 use super::plot::{forest, of_comparison};
 use super::shots::shot_list;
 use super::write::{Files, texts};
-use super::{LEAST_P, ReportError, csv, p_text};
+use super::{ReportError, csv, p_text};
 use crate::compare::{Compared, Comparison, Difference, Finding, Quantity, Reason, Value};
 use crate::fit::{Counted, Verdict, film_words};
 use crate::measurement::number::{count_of, interval, plain, with_error};
@@ -80,7 +80,7 @@ fn report(comparison: &Comparison) -> Report {
         title: format!("Comparison by {}", comparison.told_by),
         verdict: verdict(comparison),
         warnings: warnings(comparison),
-        facts: facts.map(|(name, text)| [name.to_owned(), text]).to_vec(),
+        facts: facts.to_vec(),
         sections,
     }
 }
@@ -125,14 +125,13 @@ fn cell(comparison: &Comparison, compared: &Compared, label: usize) -> String {
 /// Returns everything that is said of one quantity, the most important first.
 fn lines(comparison: &Comparison, compared: &Compared) -> Vec<String> {
     let name = |label: usize| comparison.labels[label].as_str();
-    let p_is = |p: f64| if p < LEAST_P { format!("p < {LEAST_P}") } else { format!("p = {}", plain(p, 2)) };
     let mut lines = Vec::new();
     if let Some(test) = compared.same_or_different {
         let is_seen = test.p_value < Difference::LEVEL;
         lines.push(format!(
             "same or different: {} ({}, {} {} for {}, ΔAIC {:+.1} for \"different\")",
             if is_seen { "different" } else { "no difference is seen" },
-            p_is(test.p_value),
+            p_text(test.p_value),
             test.by.name(),
             plain(test.statistic, 3),
             count_of(test.extra_parameters, "more parameter"),
@@ -146,7 +145,7 @@ fn lines(comparison: &Comparison, compared: &Compared) -> Vec<String> {
             name(own.first),
             with_error(own.value, own.std_error),
             interval(own.interval_95, Some(own.std_error)),
-            p_is(own.p_value),
+            p_text(own.p_value),
             p_text(own.p_holm),
             if own.is_real() { "real" } else { "may be chance" }
         ));

@@ -10,31 +10,27 @@ use super::plot::Figure;
 use crate::fit::Verdict;
 
 /// A report: of a fit, or of a comparison.
-#[derive(Clone, Debug, Serialize)]
-pub struct Report {
-    /// The title.
-    pub title: String,
-    /// Whether its numbers can be used.
-    pub verdict: Verdict,
+#[derive(Clone, Serialize)]
+pub(super) struct Report {
+    pub(super) title: String,
+    pub(super) verdict: Verdict,
     /// Sentences that must not be overlooked, the most important first.
-    pub warnings: Vec<String>,
+    pub(super) warnings: Vec<String>,
     /// The data and the fit: names and texts; those without a text are not shown.
-    pub facts: Vec<[String; 2]>,
-    /// The sections, in the order in which they are read; those without content are not shown.
-    pub sections: Vec<Section>,
+    pub(super) facts: Vec<(&'static str, String)>,
+    /// In the order in which they are read; those without content are not shown.
+    pub(super) sections: Vec<Section>,
 }
 
 /// The content under one heading.
-#[derive(Clone, Debug, Default, Serialize)]
-pub struct Section {
-    /// The heading.
-    pub title: String,
+#[derive(Clone, Default, Serialize)]
+pub(super) struct Section {
+    title: String,
     /// The meaning of its numbers; empty if the heading states it.
-    pub about: String,
-    /// Its parts.
-    pub blocks: Vec<Block>,
+    about: String,
+    blocks: Vec<Block>,
     /// Whether it is a detail, which pages show on request only.
-    pub folded: bool,
+    folded: bool,
 }
 
 impl Section {
@@ -63,6 +59,10 @@ impl Section {
         Self::new(title, about, [Block::figure(title, drawing)])
     }
 
+    pub(super) fn folded(self) -> Self {
+        Self { folded: true, ..self }
+    }
+
     /// Returns the section of shots that were not used, with the reasons.
     pub(super) fn of_rejected(shots: impl Iterator<Item = [String; 2]>) -> Self {
         let table = Table::new(["shot", "why"], shots.map(Vec::from));
@@ -70,19 +70,16 @@ impl Section {
     }
 }
 
-/// A part of a section.
-#[derive(Clone, Debug, Serialize)]
+/// A part of a section. Pictures, paths and single shots are not in texts.
+#[derive(Clone, Serialize)]
 #[serde(rename_all = "snake_case")]
-pub enum Block {
+pub(super) enum Block {
     /// Sentences, each a line.
     Lines(Vec<String>),
-    /// A table.
     Table(Table),
-    /// A picture; not in texts.
     Figure(Picture),
     /// The paths of the shots of a film as JSON, for pages that can draw them instead of the picture before.
     Tracks(String),
-    /// Shots one by one; not in texts.
     Shots(Vec<Shot>),
 }
 
@@ -98,17 +95,39 @@ impl From<Table> for Block {
     }
 }
 
+/// A picture with a description in words, and its measured points as JSON, once it is drawn.
+#[derive(Clone, Serialize)]
+pub(super) struct Picture {
+    alt: String,
+    #[serde(skip)]
+    drawing: Figure,
+    svg: String,
+    spots: String,
+}
+
+/// One shot's measured values against the model.
+#[derive(Clone, Serialize)]
+pub(super) struct Shot {
+    /// A key that is unique in the report, by which pictures refer to it.
+    pub(super) id: String,
+    pub(super) name: String,
+    pub(super) table: Table,
+    /// Its place in the data.
+    pub(super) place: usize,
+    /// Its largest standardized residual, by absolute value, and the sum of the squares of all.
+    pub(super) largest: f64,
+    pub(super) chi2: f64,
+}
+
 /// Rows of cells below a head. A row that is shorter than the head ends with a cell that spans the rest.
-#[derive(Clone, Debug, Serialize)]
-pub struct Table {
-    /// The headings of the columns.
-    pub head: Vec<String>,
-    /// Of each column whether it holds numbers, which are aligned to the right, but for cells that span the rest.
-    pub right: Vec<bool>,
-    /// The rows.
-    pub rows: Vec<Vec<String>>,
-    /// The page that the first cell of each row leads to, for renderers that have pages; empty without any.
-    pub links: Vec<String>,
+#[derive(Clone, Serialize)]
+pub(super) struct Table {
+    head: Vec<String>,
+    /// Whether a column holds numbers, which are aligned to the right, but for cells that span the rest.
+    right: Vec<bool>,
+    rows: Vec<Vec<String>>,
+    /// The page that the first cell of each row leads to; empty without any.
+    pub(super) links: Vec<String>,
 }
 
 impl Table {
@@ -153,42 +172,11 @@ impl Table {
     }
 }
 
-/// A picture.
-#[derive(Clone, Debug, Serialize)]
-pub struct Picture {
-    /// A description, in words.
-    pub alt: String,
-    #[serde(skip)]
-    drawing: Figure,
-    /// The picture as SVG text, once it is drawn.
-    svg: String,
-    /// Its measured points and what they stand for, as JSON; empty without any.
-    spots: String,
-}
-
-/// One shot's measured values against the model.
-#[derive(Clone, Debug, Serialize)]
-pub struct Shot {
-    /// A key that is unique in the report, by which pictures refer to it.
-    pub id: String,
-    /// The name of the shot.
-    pub name: String,
-    /// Its measured and predicted values.
-    pub table: Table,
-    /// Its place in the data.
-    pub place: usize,
-    /// Its largest standardized residual, by absolute value.
-    pub largest: f64,
-    /// The sum of its squared standardized residuals.
-    pub chi2: f64,
-}
-
 /// Returns a report as text, without its pictures.
-#[must_use]
-pub fn text(report: &Report) -> String {
+pub(super) fn text(report: &Report) -> String {
     let verdict = &report.verdict;
     let mut text = format!("{}\nVerdict: {}. {}\n", report.title, verdict.grade.name(), verdict.sentence);
-    for [name, fact] in report.facts.iter().filter(|[_, fact]| !fact.is_empty()) {
+    for (name, fact) in report.facts.iter().filter(|(_, fact)| !fact.is_empty()) {
         text += &format!("  {name}: {fact}\n");
     }
     text += if report.warnings.is_empty() { "" } else { "\n" };
@@ -216,12 +204,9 @@ pub(super) fn sections(sections: &[Section]) -> String {
 }
 
 /// Returns a report as one file that a lab attaches to its notebook: it needs no network and no other file.
-///
-/// # Errors
-/// A figure that cannot be drawn, or the template engine gave up.
-pub fn html(report: &Report) -> Result<String, ReportError> {
+pub(super) fn html(report: &Report) -> Result<String, ReportError> {
     let mut report = report.clone();
-    report.facts.retain(|[_, fact]| !fact.is_empty());
+    report.facts.retain(|(_, fact)| !fact.is_empty());
     report.sections.retain(|section| !section.blocks.is_empty());
     for block in report.sections.iter_mut().flat_map(|section| &mut section.blocks) {
         let Block::Figure(picture) = block else { continue };

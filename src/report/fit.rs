@@ -1,23 +1,28 @@
-//! A [`Fit`] → [`Report`].
+//! A [`Fit`], or several, → [`Report`].
 
 use super::content::{self, Block, Report, Section, Table};
 use super::plot;
 use super::shots::{shot_list, tracks};
-use super::terminal::{brief, chi2_text, estimate, parameters, with_unit};
-use super::{bodies, label, model, noise_estimated, p_text, reduced_chi2};
+use super::terminal::{cells, chi2_text, estimate, head, legend, parameters, with_unit};
+use super::{ReportError, bodies, document, model, noise_estimated, p_text, reduced_chi2, symbol, title};
 use crate::fit::{Counted, DOWN_WEIGHTED, Estimate, Fit, Grade, Noise, Status, Verdict};
 use crate::measurement::number::{interval, plain, with_error};
-use crate::measurement::parameter::Parameter;
 
-/// Returns the report of a fit as text, which says what each number means.
+/// Returns all that there is to say of fits as text: of one its report, of several a line each, all warnings, and their error budgets.
 #[must_use]
-pub fn as_text(fit: &Fit) -> String {
-    content::text(&content(fit))
+pub fn as_text(fits: &[Fit]) -> String {
+    match fits {
+        [fit] => content::text(&content(fit)),
+        several => content::sections(&of_several(several, &[])),
+    }
 }
 
-/// Returns the report of a fit.
-#[must_use]
-pub fn content(fit: &Fit) -> Report {
+/// Returns report.html of a fit.
+pub fn page(fit: &Fit) -> Result<String, ReportError> {
+    content::html(&content(fit))
+}
+
+fn content(fit: &Fit) -> Report {
     let tested = match fit.frames {
         Some(_) => "of the velocities after each impact, against the estimates of the fit",
         None => "",
@@ -33,6 +38,7 @@ pub fn content(fit: &Fit) -> Report {
         Section::new("All shots", "", paths),
         Section::of_figure("All impacts", "", plot::discs(fit)),
         Section::of_figure("Residual plots", tested, plot::residuals(fit)),
+        budget(std::slice::from_ref(fit)),
     ];
     let rejected = fit.shots_rejected.iter().map(|one| [one.shot.clone(), one.reason.clone()]);
     let computation = [format!("model {}", model(fit)), format!("the search stopped: {}", fit.termination)];
@@ -49,7 +55,7 @@ pub fn content(fit: &Fit) -> Report {
         Section::of_lines("Notes", "", fit.notes().into_iter().map(str::to_owned).collect()),
         Section::new("Shots, the largest residuals first", tested, [Block::Shots(shots)]),
     ];
-    sections.extend(folded.map(|section| Section { folded: true, ..section }));
+    sections.extend(folded.map(Section::folded));
     let (kind, sizes) = bodies(fit);
     let facts = [
         ("source", fit.source.clone().unwrap_or_default()),
@@ -59,32 +65,19 @@ pub fn content(fit: &Fit) -> Report {
         ("shots", format!("{} used, {} not used", fit.shots_used, fit.shots_rejected.len())),
     ];
     Report {
-        title: super::title(fit),
+        title: title(fit),
         verdict: fit.verdict(),
         warnings: fit.warnings().into_iter().map(str::to_owned).collect(),
-        facts: facts.map(|(name, text)| [name.to_owned(), text]).to_vec(),
+        facts: facts.to_vec(),
         sections,
     }
 }
 
 /// Returns the page that leads to the reports of the labels of a data set, each in a folder of its own.
 pub(super) fn of_labels(fits: &[Fit], folders: &[String]) -> Report {
-    let parameters = parameters(fits);
-    let verdicts: Vec<Verdict> = fits.iter().map(Fit::verdict).collect();
-    let row = |(fit, verdict): (&Fit, &Verdict)| {
-        let is_usable = verdict.grade != Grade::Unusable;
-        let cell = |parameter: &Parameter| if is_usable { brief(fit, *parameter) } else { "–".to_owned() };
-        let mut row = vec![label(fit), fit.shots_used.to_string()];
-        row.extend(parameters.iter().map(cell));
-        row.push(format!("{}. {}", verdict.grade.name(), verdict.sentence));
-        row
-    };
-    let symbols = parameters.iter().map(|parameter| parameter.symbol());
-    let head = ["label", "shots"].into_iter().chain(symbols).chain(["verdict"]);
-    let mut estimates = Table::new(head, fits.iter().zip(&verdicts).map(row));
-    estimates.links = folders.iter().map(|folder| format!("{folder}/report.html")).collect();
-    let grade = verdicts.iter().map(|verdict| verdict.grade).max().unwrap_or(Grade::Good);
-    let count = verdicts.iter().filter(|verdict| verdict.grade == grade).count();
+    let grades = || fits.iter().map(|fit| fit.verdict().grade);
+    let grade = grades().max().unwrap_or(Grade::Good);
+    let count = grades().filter(|own| *own == grade).count();
     Report {
         title: fits.first().map_or_else(String::new, |fit| fit.dataset.clone()),
         verdict: Verdict {
@@ -93,16 +86,62 @@ pub(super) fn of_labels(fits: &[Fit], folders: &[String]) -> Report {
         },
         warnings: Vec::new(),
         facts: Vec::new(),
-        sections: vec![Section::new("Estimates", "± one standard error", [estimates.into()])],
+        sections: of_several(fits, folders).to_vec(),
     }
+}
+
+/// Returns a line for each fit, which leads to the report in its folder if there are some; what could be wrong, and the error budgets.
+fn of_several(fits: &[Fit], folders: &[String]) -> [Section; 3] {
+    let known = parameters(fits);
+    let row = |fit: &Fit| {
+        let mut row = cells(fit, &known);
+        row.push(match reduced_chi2(fit) {
+            Some(chi2) if noise_estimated(fit) => format!("{} *", chi2_text(chi2)),
+            Some(chi2) => chi2_text(chi2),
+            None => "–".to_owned(),
+        });
+        row.push(fit.verdict().grade.name().to_owned());
+        row
+    };
+    let rows: Vec<Vec<String>> = fits.iter().map(row).collect();
+    let legend = legend(&rows, &known);
+    let mut estimates = Table::new(head(&known, &["χ²/dof"]), rows);
+    estimates.links = folders.iter().map(|folder| format!("{folder}/report.html")).collect();
+    let warnings = fits
+        .iter()
+        .flat_map(|fit| fit.warnings().into_iter().map(move |warning| format!("{}: {warning}", title(fit))));
+    [
+        Section::new("Estimates", "", [estimates.into(), Block::Lines(legend)]),
+        Section::of_lines("What could be wrong", "", warnings.collect()),
+        budget(fits),
+    ]
+}
+
+/// Returns what makes up the errors of μ, μ_s and e of each fit, the largest part first.
+fn budget(fits: &[Fit]) -> Section {
+    /// Smaller parts of an error are not shown.
+    const LEAST: f64 = 0.1;
+    let rows = fits.iter().flat_map(|fit| {
+        fit.budget.iter().map(move |found| {
+            let parts =
+                document::budget(found).into_iter().filter_map(|part| Some((part.source, part.std_error?)));
+            let total = parts.clone().map(|(_, error)| error.powi(2)).sum::<f64>().sqrt();
+            let shown = parts.filter(|(_, error)| *error >= LEAST * total);
+            let shown = shown.map(|(source, error)| format!("{} {}", symbol(&source), plain(error, 2)));
+            let error = format!("± {}", plain(total, 2));
+            vec![title(fit), symbol(found.id.name()), error, shown.collect::<Vec<_>>().join(", ")]
+        })
+    });
+    let about = "squares add up; parts below a tenth of the error are left out";
+    let table = Table::new(["data set", "", "error", "of which"], rows);
+    Section::new("Error budget", about, [table.into()])
 }
 
 fn parameter_section(fit: &Fit) -> Section {
     let about = "±: one standard error; profile: both ends from how χ² rises as the parameter moves";
     let rows = fit.estimates.iter().map(|estimate| parameter_row(fit, estimate));
     let table = Table::new(["", "estimate", "95 % interval", "meaning"], rows);
-    let lines = fit.estimates.iter().filter_map(at_bound).chain(correlations(fit)).collect();
-    Section::new("Parameters", about, [table.into(), Block::Lines(lines)])
+    Section::new("Parameters", about, [table.into(), Block::Lines(correlations(fit).into_iter().collect())])
 }
 
 fn parameter_row(fit: &Fit, own: &Estimate) -> Vec<String> {
@@ -118,13 +157,6 @@ fn parameter_row(fit: &Fit, own: &Estimate) -> Vec<String> {
     vec![symbol.to_owned(), with_unit(&value, unit), ends.unwrap_or_default(), meaning]
 }
 
-fn at_bound(own: &Estimate) -> Option<String> {
-    let error = own.std_error_at_bound.filter(|error| error.is_finite())?;
-    let value = with_unit(&with_error(own.value, error), own.parameter.unit());
-    let symbol = own.parameter.symbol();
-    Some(format!("{symbol}: {value} if the parameters at their bounds are truly there"))
-}
-
 fn correlations(fit: &Fit) -> Option<String> {
     let mut pairs = Vec::new();
     for (row, first) in fit.estimates.iter().enumerate() {
@@ -138,26 +170,21 @@ fn correlations(fit: &Fit) -> Option<String> {
     (!pairs.is_empty()).then(|| format!("correlation of the errors, −1 to 1: {}", pairs.join(", ")))
 }
 
-/// Returns χ², what it counts, and what it says about model and noise; of a film of balls first of the frames, then of the velocities.
+/// Returns χ², what it counts, and its probability; of a film of balls first of the frames, then of the velocities.
 fn chi2(fit: &Fit) -> Vec<String> {
     let Some(reduced) = reduced_chi2(fit) else {
         let why = "no degrees of freedom: the fit passes through the data and cannot be tested";
         return vec![why.to_owned()];
     };
-    let line = |counted: Counted, chi2: f64, dof: usize, reduced: f64, p: Option<f64>| {
-        let test = match p.map(p_text) {
-            Some(p) => {
-                format!("were model and noise right, chance would give a larger χ² with probability {p}")
-            }
-            None if noise_estimated(fit) => {
-                "near 1 whatever the model, as noise was estimated from these residuals".to_owned()
-            }
+    let line = |counted: Counted, chi2: f64, dof: usize, p: Option<f64>| {
+        let test = match p {
+            Some(p) => format!("{} of a larger one if model and noise are right", p_text(p)),
             None if fit.diagnostics.robust.is_some() => {
                 format!("not tested, as outlying shots count less (weights below {DOWN_WEIGHTED} are listed)")
             }
             None => "not tested, as the noise was estimated from the same data".to_owned(),
         };
-        let (counted, reduced) = (counted.words(), chi2_text(reduced));
+        let (counted, reduced) = (counted.words(), chi2_text(chi2 / dof as f64));
         format!(
             "χ² of {counted} = {} for {dof} degrees of freedom, χ²/dof = {reduced}: {test}",
             plain(chi2, 4)
@@ -166,12 +193,11 @@ fn chi2(fit: &Fit) -> Vec<String> {
     let goodness = fit.diagnostics.goodness.as_ref();
     let tested = goodness.and_then(|found| found.p_value);
     let joint = fit.diagnostics.joint.as_ref();
-    let p = joint.map_or(tested, |joint| joint.p_value);
-    let mut lines = vec![line(fit.counted(), fit.chi2, fit.dof, reduced, p)];
-    if let Some(found) = goodness.filter(|found| joint.is_some() && found.dof > 0) {
-        lines.push(line(fit.tested(), found.chi2, found.dof, found.chi2 / found.dof as f64, tested));
-    }
-    lines
+    let first =
+        line(fit.counted(), reduced * fit.dof as f64, fit.dof, joint.map_or(tested, |joint| joint.p_value));
+    let velocities = goodness.filter(|found| joint.is_some() && found.dof > 0);
+    let velocities = velocities.map(|found| line(fit.tested(), found.chi2, found.dof, tested));
+    [first].into_iter().chain(velocities).collect()
 }
 
 fn noise(fit: &Fit, noise: &Noise) -> Vec<String> {
@@ -211,16 +237,16 @@ fn residual_tests(fit: &Fit) -> Section {
         lines.extend(significant);
         lines.extend(most.map(|first| {
             format!(
-                "no trend with speed, cut angle or spin; the most significant: {} with {}, p = {}, corrected for {} tests",
+                "no trend with speed, cut angle or spin; the most significant: {} with {}, {}, corrected for {} tests",
                 first.quantity,
                 first.variable.name(),
-                plain(first.p_corrected, 2),
+                p_text(first.p_corrected),
                 found.trends.len()
             )
         }));
         lines.extend(found.normality.map(|tested| {
-            let [statistic, p] = [plain(tested.statistic, 3), plain(tested.p_value, 2)];
-            format!("normal distribution: Anderson-Darling A² = {statistic}, p = {p}")
+            let (statistic, p) = (plain(tested.statistic, 3), p_text(tested.p_value));
+            format!("normal distribution: Anderson-Darling A² = {statistic}, {p}")
         }));
     }
     let head = ["", "values", "sd of one value", "rms (root mean square)"];

@@ -1,14 +1,14 @@
 //! A [`Fit`] → what people and programs read of it. What people read is made once, as a value ([`content`]), and rendered as text and
 //! HTML; programs read [`document`] and [`csv`]. Only [`write`](mod@write) touches the disk.
 
-pub mod accuracy;
+pub(crate) mod accuracy;
 pub mod compare;
-pub mod content;
+pub(crate) mod content;
 pub mod csv;
-pub mod design;
+pub(crate) mod design;
 pub mod document;
-pub mod export;
-pub mod extracted;
+pub(crate) mod export;
+pub(crate) mod extracted;
 pub mod fit;
 mod plot;
 pub mod regression;
@@ -18,7 +18,6 @@ pub mod write;
 
 use std::path::PathBuf;
 
-pub use plot::{WIDTH, residuals};
 pub use write::{fit_folder, folder_name, group_folders, write};
 
 use crate::fit::Fit;
@@ -29,6 +28,11 @@ use crate::measurement::observable::Observable;
 use crate::measurement::parameter::Parameter;
 use crate::physics::ball::Ball;
 use crate::physics::disc::Discs;
+
+/// Returns the residual plots of a fit, as SVG and as PNG, with the names of their files.
+pub fn residual_plots(fit: &Fit) -> Result<[(String, Vec<u8>); 2], ReportError> {
+    plot::residuals(fit).files("residuals")
+}
 
 /// Why a report cannot be made.
 #[derive(Debug, thiserror::Error)]
@@ -119,11 +123,10 @@ fn two_balls(cue: &Ball, object: Option<&ObjectBall>) -> String {
     both.collect::<Vec<_>>().join("; ")
 }
 
-/// Smaller probabilities are not distinguished.
-const LEAST_P: f64 = 1e-4;
-
+/// Returns `p = 0.013`; small probabilities are not distinguished.
 fn p_text(p: f64) -> String {
-    if p < LEAST_P { format!("below {LEAST_P}") } else { plain(p, 2) }
+    const LEAST: f64 = 1e-4;
+    if p < LEAST { format!("p < {LEAST}") } else { format!("p = {}", plain(p, 2)) }
 }
 
 /// Returns χ² per degree of freedom, where there is one.

@@ -1,11 +1,11 @@
-//! What `caromfit fit` prints in one screen: one line per data set, those that can be used first, each with its verdict; of a single fit
-//! also where its errors come from, and what else to know. With `--all` a line for each fit.
+//! What `caromfit fit` prints in one screen: a line per data set, those that can be used first, each with its verdict; of a single fit
+//! also where its errors come from, and what else to know.
 
 use super::content::Table;
 use super::document;
 use super::plot::ends;
-use super::{label, noise_estimated, reduced_chi2, symbol, title};
-use crate::fit::{Estimate, Fit, Grade, Status, Verdict};
+use super::{label, noise_estimated, reduced_chi2, symbol};
+use crate::fit::{Estimate, Fit, Grade, Status};
 use crate::measurement::number::{plain, with_error, with_interval};
 use crate::measurement::parameter::Parameter;
 use crate::problem::{self, Id};
@@ -14,12 +14,11 @@ use crate::problem::{self, Id};
 struct Line {
     grade: Grade,
     cells: Vec<String>,
-    verdict: String,
     below: Option<String>,
 }
 
 /// Returns one line per data set, whose labels are folded into it, the best verdict first; below a line the sentence of its verdict
-/// where it is not good, or where it is the only one.
+/// if it is not good, or the only one.
 #[must_use]
 pub fn overview(fits: &[Fit]) -> String {
     if fits.is_empty() {
@@ -28,49 +27,17 @@ pub fn overview(fits: &[Fit]) -> String {
     let known = parameters(fits);
     let of_dataset =
         |one: &Fit, next: &Fit| one.group.is_some() && next.group.is_some() && one.dataset == next.dataset;
-    let mut lines: Vec<Line> = fits.chunk_by(of_dataset).map(|fits| line(fits, &known)).collect();
+    let mut lines: Vec<Line> = fits
+        .chunk_by(of_dataset)
+        .map(|fits| if let [fit] = fits { of_fit(fit, &known) } else { of_labels(fits, &known) })
+        .collect();
     lines.sort_by_key(|line| line.grade);
     if let ([line], [fit]) = (lines.as_mut_slice(), fits) {
         line.below.get_or_insert(fit.verdict().sentence);
     }
-    let mut text = table(&lines, &known, &[]);
-    if let [fit] = fits {
-        text += &details(fit);
-    }
-    text
-}
-
-/// Returns one line per fit, with χ²/dof, and the warnings of each.
-#[must_use]
-pub fn all(fits: &[Fit]) -> String {
-    let known = parameters(fits);
-    let of_fit = |fit| {
-        let mut line = line(std::slice::from_ref(fit), &known);
-        line.below = None;
-        line.cells.push(match reduced_chi2(fit) {
-            Some(chi2) if noise_estimated(fit) => format!("{} *", chi2_text(chi2)),
-            Some(chi2) => chi2_text(chi2),
-            None => "–".to_owned(),
-        });
-        line
-    };
-    let lines: Vec<Line> = fits.iter().map(of_fit).collect();
-    let warnings = fits.iter().flat_map(|fit| fit.warnings().into_iter().map(move |one| (title(fit), one)));
-    let warnings: String = warnings.map(|(title, warning)| format!("\n{title}: {warning}")).collect();
-    let end = if warnings.is_empty() { "" } else { "\n" };
-    table(&lines, &known, &["χ²/dof"]) + &warnings + end
-}
-
-/// Returns the table, and what its marks and symbols mean.
-fn table(lines: &[Line], known: &[Parameter], last: &[&str]) -> String {
-    let head = ["data set", "shots"].into_iter().map(str::to_owned);
-    let head = head.chain(known.iter().map(|parameter| match parameter.unit() {
-        "" => parameter.symbol().to_owned(),
-        unit => format!("{}, {unit}", parameter.symbol()),
-    }));
-    let head = head.chain(last.iter().chain(&["verdict"]).map(|word| (*word).to_owned()));
-    let rows = lines.iter().map(|line| line.cells.iter().chain([&line.verdict]).cloned().collect());
-    let table = Table::new(head, rows).text("");
+    let rows: Vec<Vec<String>> = lines.iter().map(|line| line.cells.clone()).collect();
+    let legend = legend(&rows, &known);
+    let table = Table::new(head(&known, &[]), rows).text("");
     // the head has none
     let below = std::iter::once(&None).chain(lines.iter().map(|line| &line.below));
     let mut text = String::new();
@@ -78,77 +45,94 @@ fn table(lines: &[Line], known: &[Parameter], last: &[&str]) -> String {
         text += &format!("{row}\n");
         text.extend(below.iter().map(|sentence| format!("    {sentence}\n")));
     }
-    text + &legend(lines, known)
-}
-
-/// Returns what the marks and the symbols of the table mean, as far as it has them.
-fn legend(lines: &[Line], known: &[Parameter]) -> String {
-    let shows = |line: &Line, mark: &str| line.cells.iter().skip(2).any(|cell| cell.contains(mark));
-    let has = |mark: &str| lines.iter().any(|line| shows(line, mark));
-    let marks = [
-        ("±", "±: one standard error"),
-        ("[", "[…]: the 95 % interval, where it is far from ± two standard errors"),
-        ("≥", "≥: every larger value fits equally"),
-        ("≤", "≤: every smaller value fits equally"),
-        ("–", "–: not determined by these shots, or, where the verdict is unusable, no number to use"),
-        ("(bound)", "(bound): at the end of the allowed range"),
-        ("no error", "no error: nothing to tell it from"),
-        (" *", "*: near 1 whatever the model, as noise was estimated from the residuals"),
-    ];
-    let said: Vec<&str> = marks.iter().filter(|(mark, _)| has(mark)).map(|(_, words)| *words).collect();
-    let mut text = if said.is_empty() { String::new() } else { format!("\n{}\n", said.join("; ")) };
-    let rare = known.iter().filter(|parameter| !Parameter::COEFFICIENTS.contains(parameter));
-    text.extend(rare.map(|parameter| format!("{}: {}\n", parameter.symbol(), parameter.meaning())));
+    if !legend.is_empty() {
+        text += &format!("\n{}\n", legend.join("\n"));
+    }
+    if let [fit] = fits {
+        text += &details(fit);
+    }
     text
 }
 
-/// Returns the line of a data set: of one fit, or of those of all its labels.
-fn line(fits: &[Fit], known: &[Parameter]) -> Line {
-    let verdicts: Vec<(&Fit, Verdict)> = fits.iter().map(|fit| (fit, fit.verdict())).collect();
-    let cells = known.iter().map(|parameter| range(&verdicts, *parameter)).collect::<Vec<_>>();
-    let first_bad = verdicts.iter().find(|(_, verdict)| verdict.grade != Grade::Good);
-    let (title, used, verdict, below) = if let [fit] = fits {
-        let all = fit.shots_used + fit.shots_rejected.len();
-        let used = fit.shots_used.to_string();
-        let used = if fit.shots_rejected.is_empty() { used } else { format!("{used} of {all}") };
-        let title = match &fit.group {
-            Some((_, label)) => format!("{} / {label}", fit.dataset),
-            None => fit.dataset.clone(),
-        };
-        let sentence = first_bad.map(|(_, verdict)| verdict.sentence.clone());
-        (title, used, verdicts[0].1.grade.name().to_owned(), sentence)
-    } else {
-        let counts = Grade::ALL.map(|grade| verdicts.iter().filter(|(_, own)| own.grade == grade).count());
-        let counted = Grade::ALL.into_iter().zip(counts).filter(|(_, count)| *count > 0);
-        let counted: Vec<String> =
-            counted.map(|(grade, count)| format!("{count} {}", grade.name())).collect();
-        let below = first_bad.map(|(fit, verdict)| format!("{}: {}", label(fit), verdict.sentence));
-        let used: usize = fits.iter().map(|fit| fit.shots_used).sum();
-        let name = fits.first().map_or("", |fit| fit.dataset.as_str());
-        (format!("{name} ({} labels)", fits.len()), used.to_string(), counted.join(", "), below)
-    };
-    let best = verdicts.iter().map(|(_, verdict)| verdict.grade).min();
-    let grade = best.unwrap_or(Grade::Good);
-    Line { grade, cells: [title, used].into_iter().chain(cells).collect(), verdict, below }
+/// Returns the headings of a table of fits, some of them before that of the verdict.
+pub(super) fn head(known: &[Parameter], last: &[&str]) -> Vec<String> {
+    let parameters = known.iter().map(|parameter| match parameter.unit() {
+        "" => parameter.symbol().to_owned(),
+        unit => format!("{}, {unit}", parameter.symbol()),
+    });
+    let last = last.iter().chain(&["verdict"]).map(|word| (*word).to_owned());
+    ["data set", "shots"].map(str::to_owned).into_iter().chain(parameters).chain(last).collect()
 }
 
-/// Returns from where to where a parameter goes over the labels that can be used; where all say the same, that.
-fn range(fits: &[(&Fit, Verdict)], parameter: Parameter) -> String {
-    let usable: Vec<&Fit> =
-        fits.iter().filter(|(_, own)| own.grade != Grade::Unusable).map(|(fit, _)| *fit).collect();
-    let mut cells: Vec<String> = usable.iter().map(|fit| brief(fit, parameter)).collect();
-    cells.dedup();
-    if let [one] = cells.as_slice() {
-        return one.clone();
-    }
-    let determined = usable.iter().filter_map(|fit| fit.get(parameter));
-    let determined = determined.filter(|own| own.status != Status::NotIdentified);
-    let [low, high] = ends(determined.map(|own| own.value));
-    let [low_text, high_text] = [low, high].map(|end| plain(end, 3));
-    match (low > high, low_text == high_text) {
-        (true, _) => "–".to_owned(),
-        (_, true) => low_text,
-        _ => format!("{low_text} to {high_text}"),
+/// Returns the name of a fit, its shots and its estimates, which only a verdict that it can be used lets stand.
+pub(super) fn cells(fit: &Fit, known: &[Parameter]) -> Vec<String> {
+    let name =
+        fit.group.as_ref().map_or(fit.dataset.clone(), |(_, label)| format!("{} / {label}", fit.dataset));
+    let shots = match fit.shots_rejected.len() {
+        0 => fit.shots_used.to_string(),
+        rejected => format!("{} of {}", fit.shots_used, fit.shots_used + rejected),
+    };
+    let is_usable = fit.verdict().grade != Grade::Unusable;
+    let cell = |parameter: &Parameter| if is_usable { brief(fit, *parameter) } else { "–".to_owned() };
+    [name, shots].into_iter().chain(known.iter().map(cell)).collect()
+}
+
+/// Returns what the marks and the symbols of a table mean, as far as it has them.
+pub(super) fn legend(rows: &[Vec<String>], known: &[Parameter]) -> Vec<String> {
+    const MARKS: [(&str, &str); 8] = [
+        ("±", "±: one standard error"),
+        ("[", "[…]: the 95 % interval, if it is far from ± two standard errors"),
+        ("≥", "≥: every larger value fits equally"),
+        ("≤", "≤: every smaller value fits equally"),
+        ("–", "–: not determined by these shots, or, if the verdict is unusable, no number to use"),
+        ("(bound)", "(bound): at the end of the allowed range"),
+        ("no error", "no error: the data do not determine one"),
+        (" *", "*: near 1 whatever the model, as noise was estimated from the residuals"),
+    ];
+    let has = |mark: &str| rows.iter().any(|row| row.iter().skip(2).any(|cell| cell.contains(mark)));
+    let marks: Vec<&str> = MARKS.into_iter().filter(|(mark, _)| has(mark)).map(|(_, words)| words).collect();
+    let marks = (!marks.is_empty()).then(|| marks.join("; "));
+    let rare = known.iter().filter(|parameter| !Parameter::COEFFICIENTS.contains(parameter));
+    let rare = rare.map(|parameter| format!("{}: {}", parameter.symbol(), parameter.meaning()));
+    marks.into_iter().chain(rare).collect()
+}
+
+fn of_fit(fit: &Fit, known: &[Parameter]) -> Line {
+    let verdict = fit.verdict();
+    let mut cells = cells(fit, known);
+    cells.push(verdict.grade.name().to_owned());
+    let below = (verdict.grade != Grade::Good).then_some(verdict.sentence);
+    Line { grade: verdict.grade, cells, below }
+}
+
+/// Returns the line of a data set whose labels are fitted apart: the range of each parameter over those that can be used.
+fn of_labels(fits: &[Fit], known: &[Parameter]) -> Line {
+    let verdicts: Vec<_> = fits.iter().map(Fit::verdict).collect();
+    let usable = || fits.iter().zip(&verdicts).filter(|(_, own)| own.grade != Grade::Unusable);
+    let range = |parameter: &Parameter| {
+        let estimates = usable().filter_map(|(fit, _)| fit.get(*parameter));
+        let determined = estimates.filter(|own| own.status != Status::NotIdentified);
+        let [low, high] = ends(determined.map(|own| own.value));
+        let [low_text, high_text] = [low, high].map(|end| plain(end, 3));
+        match (low > high, low_text == high_text) {
+            (true, _) => "–".to_owned(),
+            (_, true) => low_text,
+            _ => format!("{low_text} to {high_text}"),
+        }
+    };
+    let counts =
+        Grade::ALL.map(|grade| (verdicts.iter().filter(|own| own.grade == grade).count(), grade.name()));
+    let counts = counts.into_iter().filter(|(count, _)| *count > 0);
+    let counts: Vec<String> = counts.map(|(count, name)| format!("{count} {name}")).collect();
+    let used: usize = fits.iter().map(|fit| fit.shots_used).sum();
+    let mut cells = vec![format!("{} ({} labels)", fits[0].dataset, fits.len()), used.to_string()];
+    cells.extend(known.iter().map(range));
+    cells.push(counts.join(", "));
+    let first_bad = fits.iter().zip(&verdicts).find(|(_, own)| own.grade != Grade::Good);
+    Line {
+        grade: verdicts.iter().map(|own| own.grade).min().unwrap_or(Grade::Good),
+        cells,
+        below: first_bad.map(|(fit, own)| format!("{}: {}", label(fit), own.sentence)),
     }
 }
 
@@ -201,7 +185,7 @@ pub(super) fn with_unit(text: &str, unit: &str) -> String {
     format!("{text}{space}{unit}")
 }
 
-/// Returns an estimate in one cell. Of a refuted model: the restitution that was measured without it, where there is one, else the
+/// Returns an estimate in one cell. Of a refuted model: the restitution that was measured without it, if there is one, else the
 /// bare estimate.
 pub(super) fn estimate(fit: &Fit, estimate: &Estimate) -> String {
     let value = plain(estimate.value, 4);
@@ -229,7 +213,7 @@ pub(super) fn estimate(fit: &Fit, estimate: &Estimate) -> String {
 }
 
 /// Returns an estimate in the cell of a table of fits.
-pub(super) fn brief(fit: &Fit, parameter: Parameter) -> String {
+fn brief(fit: &Fit, parameter: Parameter) -> String {
     let Some(own) = fit.get(parameter) else { return "–".to_owned() };
     match own.status {
         Status::NotIdentified => "–".to_owned(),
@@ -238,7 +222,7 @@ pub(super) fn brief(fit: &Fit, parameter: Parameter) -> String {
     }
 }
 
-/// Returns two decimals, or three digits where those show nothing.
+/// Returns two decimals, or three digits if those show nothing.
 pub(super) fn chi2_text(chi2: f64) -> String {
     if (0.01..100.0).contains(&chi2) { format!("{chi2:.2}") } else { plain(chi2, 3) }
 }

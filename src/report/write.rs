@@ -74,7 +74,7 @@ fn files(fit: &Fit) -> Result<Vec<(String, Content<'_>)>, ReportError> {
     if let Some(film) = &fit.frames {
         files.push(("frames.csv".to_owned(), Box::new(|to| csv::write_frames(film, to))));
     }
-    files.push((REPORT.to_owned(), bytes(content::html(&fit::content(fit))?)));
+    files.push((REPORT.to_owned(), bytes(fit::page(fit)?)));
     // last, so that a program which waits for it finds the others
     files.push((FIT.to_owned(), bytes(document::text(fit)?)));
     Ok(files)

@@ -10,7 +10,8 @@ use crate::prelude::*;
 
 /// The SVG of a fit, all of whose texts end.
 fn svg(fit: &Fit) -> String {
-    let svg = report::residuals(fit).svg().unwrap();
+    let [(_, svg), _] = report::residual_plots(fit).unwrap();
+    let svg = String::from_utf8(svg).unwrap();
     assert!(svg.starts_with("<svg ") && svg.trim_end().ends_with("</svg>"));
     assert_eq!(svg.matches("<text").count(), svg.matches("</text>").count());
     svg
@@ -41,9 +42,9 @@ fn every_kind_of_fit_is_drawn() {
     }
     for fit in [normal(), restricted(), exact(), empty(), odd, equal] {
         svg(&fit);
-        let (width, height, colors) = decoded(&report::residuals(&fit).png().unwrap());
+        let (width, height, colors) = decoded(&report::residual_plots(&fit).unwrap()[1].1);
         // as many rows as there are panels with data
-        assert!(width == report::WIDTH && (90..1400).contains(&height), "{width} × {height}");
+        assert!(width == 1200 && (90..1400).contains(&height), "{width} × {height}");
         // Text alone has some dozen shades of grey.
         assert!(colors.len() > 20, "{} has {} colours", fit.dataset, colors.len());
     }

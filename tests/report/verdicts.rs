@@ -3,7 +3,6 @@
 use caromfit::fit::check::{Finding, Kind};
 use caromfit::fit::{Combination, Identifiability, Refuted, Trend, Variable};
 use caromfit::report::document;
-use caromfit::report::fit::as_text;
 use caromfit::report::terminal::overview;
 
 use super::fits::{exact, normal, restricted};
@@ -150,7 +149,7 @@ fn a_single_odd_shot_is_no_doubt_about_all() {
 fn it_stands_first_in_every_output() {
     let fit = restricted();
     let sentence = "μ ends on its lower bound 0 (at most 0.013 at 95 %).";
-    assert_eq!(as_text(&fit).lines().nth(1), Some(format!("Verdict: doubtful. {sentence}").as_str()));
+    assert_eq!(super::as_text(&fit).lines().nth(1), Some(format!("Verdict: doubtful. {sentence}").as_str()));
     let value: Value = serde_json::from_str(&document::text(&fit).unwrap()).unwrap();
     assert_eq!(value["verdict"], serde_json::json!({"grade": "doubtful", "sentence": sentence}));
     let page = super::page(&fit);

@@ -24,87 +24,104 @@ pub(super) fn is_drawable(value: f64) -> bool {
 }
 
 /// An axis. Its range follows from the marks of the panel.
-#[derive(Clone, Debug, Default)]
-pub struct Axis {
-    pub name: String,
-    /// Half of the smallest range about 0, if the axis reaches as far below 0 as above.
-    pub symmetric: Option<f64>,
-    /// Whether values are decimal logarithms; the labels then show the numbers themselves.
-    pub is_logarithmic: bool,
-    /// Whether values are whole numbers.
-    pub is_whole: bool,
-    /// Words instead of the numbers 0, 1, 2, …
-    pub words: Vec<String>,
+#[derive(Clone, Debug)]
+pub(super) struct Axis {
+    pub(super) name: String,
+    scale: Scale,
+}
+
+#[derive(Clone, Debug)]
+enum Scale {
+    Linear,
+    /// Values are whole numbers.
+    Whole,
+    /// The axis reaches as far below 0 as above, at least so far.
+    Symmetric(f64),
+    /// Values are decimal logarithms; the labels show the numbers themselves.
+    Logarithmic,
+    /// Words stand for the numbers 0, 1, 2, …
+    Words(Vec<String>),
 }
 
 impl Axis {
-    pub fn new(name: impl Into<String>) -> Self {
-        Self { name: name.into(), ..Self::default() }
+    fn with(name: impl Into<String>, scale: Scale) -> Self {
+        Self { name: name.into(), scale }
     }
 
-    /// Returns an axis about 0 that reaches at least to ± `least`.
-    pub fn symmetric(name: impl Into<String>, least: f64) -> Self {
-        Self { symmetric: Some(least), ..Self::new(name) }
+    pub(super) fn new(name: impl Into<String>) -> Self {
+        Self::with(name, Scale::Linear)
     }
 
-    pub fn logarithmic(name: impl Into<String>) -> Self {
-        Self { is_logarithmic: true, ..Self::new(name) }
+    pub(super) fn whole(name: impl Into<String>) -> Self {
+        Self::with(name, Scale::Whole)
     }
 
-    /// Returns an axis of words, one at each whole number.
-    pub fn of_words(words: Vec<String>) -> Self {
-        Self { words, ..Self::default() }
+    pub(super) fn symmetric(name: impl Into<String>, least: f64) -> Self {
+        Self::with(name, Scale::Symmetric(least))
+    }
+
+    pub(super) fn logarithmic(name: impl Into<String>) -> Self {
+        Self::with(name, Scale::Logarithmic)
+    }
+
+    pub(super) fn of_words(words: impl Iterator<Item = String>) -> Self {
+        Self::with("", Scale::Words(words.collect()))
     }
 
     /// Returns the range that holds all values with some room.
     pub(super) fn range(&self, values: impl Iterator<Item = f64>) -> Range<f64> {
-        if !self.words.is_empty() {
-            return -0.5..self.words.len() as f64 - 0.5;
-        }
         let [low, high] = ends(values.filter(|value| is_drawable(*value)));
-        if let Some(least) = self.symmetric {
-            let end = if low > high { least } else { least.max((1.0 + PADDING) * high.max(-low)) };
-            return -end..end;
+        match &self.scale {
+            Scale::Words(words) => return -0.5..words.len() as f64 - 0.5,
+            Scale::Symmetric(least) => {
+                let end = least.max((1.0 + PADDING) * high.max(-low));
+                return -end..end;
+            }
+            _ if low > high => return 0.0..1.0,
+            _ => {}
         }
         let largest = low.abs().max(high.abs());
         let room = match high - low {
-            length if length < 0.0 => return 0.0..1.0,
             length if length > 1e-6 * largest => PADDING * length,
             _ if largest > 0.0 => 0.1 * largest,
             _ => 1.0,
         };
         // what is never negative and comes near 0 starts there
-        let starts_at_0 = !self.is_logarithmic && low > 0.0 && low < 0.25 * high;
+        let starts_at_0 = !matches!(self.scale, Scale::Logarithmic) && low > 0.0 && low < 0.25 * high;
         (if starts_at_0 { 0.0 } else { low - room })..high + room
     }
 
     /// Returns round numbers in a range, at most so many.
     pub(super) fn ticks(&self, range: &Range<f64>, most: usize) -> Vec<f64> {
-        if !self.words.is_empty() {
-            return (0..self.words.len()).map(|place| place as f64).collect();
-        }
-        // within few decades the round numbers of each
-        let of_decades: [&[f64]; 4] =
+        /// Round numbers of a decade, as many as there is room for.
+        const OF_DECADES: [&[f64]; 4] =
             [&[1.0, 2.0, 3.0, 4.0, 5.0, 6.0, 7.0, 8.0, 9.0], &[1.0, 2.0, 5.0], &[1.0, 3.0], &[1.0]];
-        for factors in of_decades.into_iter().filter(|_| self.is_logarithmic) {
-            let decades = range.start.floor() as i32..=range.end.ceil() as i32;
-            let places =
-                decades.flat_map(|decade| factors.iter().map(move |f| f64::from(decade) + f.log10()));
-            let inside: Vec<f64> = places.filter(|place| range.contains(place)).collect();
-            if inside.len() <= most {
-                return inside;
+        let round = RangedCoordf64::from(range.clone()).key_points(most);
+        let whole = || round.iter().copied().filter(|tick| tick.fract() == 0.0).collect();
+        match &self.scale {
+            Scale::Words(words) => (0..words.len()).map(|place| place as f64).collect(),
+            Scale::Whole => whole(),
+            Scale::Logarithmic => {
+                let of_decades = OF_DECADES.into_iter().map(|factors| {
+                    let decades = range.start.floor() as i32..=range.end.ceil() as i32;
+                    let places =
+                        decades.flat_map(|decade| factors.iter().map(move |f| f64::from(decade) + f.log10()));
+                    places.filter(|place| range.contains(place)).collect::<Vec<_>>()
+                });
+                of_decades.into_iter().find(|ticks| ticks.len() <= most).unwrap_or_else(whole)
             }
+            Scale::Linear | Scale::Symmetric(_) => round,
         }
-        let mut ticks = RangedCoordf64::from(range.clone()).key_points(most);
-        ticks.retain(|tick| tick.fract() == 0.0 || !(self.is_whole || self.is_logarithmic));
-        ticks
     }
 
     pub(super) fn label(&self, tick: f64) -> String {
-        if let Some(word) = self.words.get(tick.max(0.0).round() as usize) {
-            return word.clone();
-        }
-        let value = if self.is_logarithmic { 10_f64.powf(tick) } else { tick };
+        let value = match &self.scale {
+            Scale::Words(words) => {
+                return words.get(tick.max(0.0).round() as usize).cloned().unwrap_or_default();
+            }
+            Scale::Logarithmic => 10_f64.powf(tick),
+            _ => tick,
+        };
         plain(value, 6).replace('-', "−")
     }
 }

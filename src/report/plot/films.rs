@@ -3,7 +3,7 @@
 use std::f64::consts::TAU;
 
 use super::axis::ends;
-use super::{Axis, Figure, INK, Panel, Point, color};
+use super::{Axis, Figure, INK, OFF_THE_AXIS, Panel, Point, color};
 use crate::fit::FittedFilm;
 use crate::measurement::number::count_of;
 use crate::problem::Impact;
@@ -12,23 +12,23 @@ use crate::problem::Impact;
 const BALLS: [&str; 2] = ["cue ball", "object ball"];
 
 /// The content of the figure of a shot, of balls or discs.
-pub(crate) struct Tracks<'a> {
-    pub name: &'a str,
+pub(in crate::report) struct Tracks<'a> {
+    pub(in crate::report) name: &'a str,
     /// Where either was seen, and when (s).
-    pub seen: [Vec<(f64, [f64; 2])>; 2],
+    pub(in crate::report) seen: [Vec<(f64, [f64; 2])>; 2],
     /// Below the title.
-    pub summary: String,
-    pub names: [&'static str; 2],
+    pub(in crate::report) summary: String,
+    pub(in crate::report) names: [&'static str; 2],
     /// Instant of impact.
-    pub time: f64,
+    pub(in crate::report) time: f64,
     /// The axis of times and what one unit of it is in those of the track.
-    pub clock: (&'static str, f64),
+    pub(in crate::report) clock: (&'static str, f64),
     /// Standard deviation of a coordinate, m.
-    pub position_sd: f64,
+    pub(in crate::report) position_sd: f64,
     /// Radii of both, m.
-    pub radii: [f64; 2],
+    pub(in crate::report) radii: [f64; 2],
     /// The fitted place of either at a time.
-    pub place: &'a dyn Fn(usize, f64) -> [f64; 2],
+    pub(in crate::report) place: &'a dyn Fn(usize, f64) -> [f64; 2],
 }
 
 fn cm(place: [f64; 2]) -> [f64; 2] {
@@ -46,7 +46,7 @@ fn path(steps: u32, [from, to]: [f64; 2], place: impl Fn(f64) -> [f64; 2]) -> Ve
 }
 
 /// Returns the figure of a shot of balls.
-pub(crate) fn of_shot(film: &FittedFilm, impact: &Impact) -> Figure {
+pub(in crate::report) fn of_shot(film: &FittedFilm, impact: &Impact) -> Figure {
     let [before, cue, object] = impact.speeds();
     let summary = format!(
         "cue ball {before:.3} → {cue:.3} m/s, object ball {object:.3} m/s, noise {:.3} mm, χ²/dof {:.2}, {} frames left out",
@@ -70,7 +70,7 @@ pub(crate) fn of_shot(film: &FittedFilm, impact: &Impact) -> Figure {
 }
 
 /// Returns the paths of both balls in all shots, in a figure that is empty if no shot shows an impact.
-pub(crate) fn all_shots(name: &str, film: &FittedFilm) -> Figure {
+pub(in crate::report) fn all_shots(name: &str, film: &FittedFilm) -> Figure {
     /// Largest numbers of shots, spread over all, and of frames of a ball of each: more would only cover each other.
     const MOST_SHOTS: usize = 60;
     const MOST_FRAMES: usize = 20;
@@ -94,13 +94,14 @@ pub(crate) fn all_shots(name: &str, film: &FittedFilm) -> Figure {
     let words = "seen from above; points: tracked; lines: fitted; bars: line of centres at the impact";
     figure.lines = vec![format!("{counted}{}, {words}", count_of(names.len(), "shot"))];
     figure.series = BALLS.map(str::to_owned).to_vec();
-    let panels = if shots.is_empty() { Vec::new() } else { vec![panel] };
-    figure.add_rows(760, 1, panels);
+    if !shots.is_empty() {
+        figure.add_rows(760, 1, vec![panel]);
+    }
     figure
 }
 
 impl Tracks<'_> {
-    pub(crate) fn figure(&self) -> Figure {
+    pub(in crate::report) fn figure(&self) -> Figure {
         let mut figure = Figure::new(format!("shot {}", self.name));
         figure.lines = vec![self.summary.clone()];
         figure.series = self.names.map(str::to_owned).to_vec();
@@ -144,8 +145,8 @@ impl Tracks<'_> {
         let most = 6e3 * self.position_sd;
         let y = Axis::symmetric(["x residual (mm)", "y residual (mm)"][axis], 1e-6);
         let mut panel = Panel::new("Tracked less fitted", "", Axis::new(self.clock.0), y);
-        panel.horizontal(0.0, INK);
-        panel.vertical(0.0, INK);
+        panel.horizontal(0.0);
+        panel.line([[0.0, -OFF_THE_AXIS], [0.0, OFF_THE_AXIS]], INK, 1);
         for (ball, seen) in self.seen.iter().enumerate() {
             panel.points(seen.iter().map(|(time, place)| {
                 let off = 1e3 * (place[axis] - (self.place)(ball, *time)[axis]);

@@ -8,15 +8,14 @@ mod residuals;
 
 use plotters::prelude::RGBColor;
 
-pub use axis::Axis;
+use axis::Axis;
 pub(super) use axis::ends;
 pub(super) use films::{Tracks, all_shots, of_shot};
 pub(super) use others::{Pick, accuracy, contours, design, discs, forest, way_name};
-pub(super) use residuals::of_comparison;
-pub use residuals::residuals;
+pub(super) use residuals::{of_comparison, residuals};
 
 /// Width of a figure, pixels.
-pub const WIDTH: u32 = 1200;
+pub(super) const WIDTH: u32 = 1200;
 
 /// Names of axes that several figures have.
 const CUT_AXIS: &str = "cut angle φ (°)";
@@ -43,29 +42,19 @@ fn color(series: usize) -> RGBColor {
     COLORS[series % COLORS.len()]
 }
 
-/// A figure: panels in rows below a title.
+/// A figure: rows of panels below a title, with their heights in pixels.
 #[derive(Clone, Debug, Default)]
-pub struct Figure {
-    /// The title.
-    pub title: String,
+pub(super) struct Figure {
+    title: String,
     /// Lines below the title.
-    pub lines: Vec<String>,
+    lines: Vec<String>,
     /// The first caution for a reader, below these lines.
-    pub warning: Option<String>,
+    warning: Option<String>,
     /// The name of each series.
-    pub series: Vec<String>,
+    series: Vec<String>,
     /// The meaning of the points.
-    pub labels: Vec<Label>,
-    /// The panels.
-    pub rows: Vec<Row>,
-}
-
-/// A row of panels, which has room for `columns` of them; its height is in pixels.
-#[derive(Clone, Debug)]
-pub struct Row {
-    height: u32,
-    columns: usize,
-    panels: Vec<Panel>,
+    pub(super) labels: Vec<Label>,
+    pub(super) rows: Vec<(u32, Vec<Panel>)>,
 }
 
 impl Figure {
@@ -73,25 +62,24 @@ impl Figure {
         Self { title: title.into(), ..Self::default() }
     }
 
-    /// Adds panels, at most so many in a row.
-    fn add_rows(&mut self, height: u32, columns: usize, panels: Vec<Panel>) {
-        let mut panels = panels.into_iter().peekable();
-        while panels.peek().is_some() {
-            self.rows.push(Row { height, columns, panels: panels.by_ref().take(columns).collect() });
-        }
+    /// Adds panels in as few rows as hold at most so many each, evenly filled.
+    fn add_rows(&mut self, height: u32, most: usize, panels: Vec<Panel>) {
+        let rows = panels.len().div_ceil(most).max(1);
+        let each = panels.len().div_ceil(rows).max(1);
+        self.rows.extend(panels.chunks(each).map(|row| (height, row.to_vec())));
     }
 }
 
-/// The meaning of a measured point: its shot, the quantity and its residual.
+/// The meaning of a measured point: its shot, and the quantity with its residual.
 #[derive(Clone, Debug, serde::Serialize)]
-pub struct Label {
+pub(super) struct Label {
     shot: String,
     words: String,
 }
 
 /// A panel: marks in one coordinate system, the first behind all others. The axes reach beyond all of them.
 #[derive(Clone, Debug)]
-pub struct Panel {
+pub(super) struct Panel {
     title: String,
     /// The meaning of its marks, below the title.
     about: String,
@@ -111,7 +99,7 @@ impl Panel {
     }
 
     /// Returns a panel that shows places, in centimetres.
-    fn of_places(title: &str, about: impl Into<String>) -> Self {
+    fn of_places(title: &str, about: &str) -> Self {
         Self { is_square: true, ..Self::new(title, about, Axis::new("x (cm)"), Axis::new("y (cm)")) }
     }
 
@@ -120,13 +108,8 @@ impl Panel {
     }
 
     /// Adds a thin line across the panel at a value of y.
-    fn horizontal(&mut self, y: f64, color: RGBColor) {
-        self.line([[-OFF_THE_AXIS, y], [OFF_THE_AXIS, y]], color, 1);
-    }
-
-    /// Adds a thin line across the panel at a value of x.
-    fn vertical(&mut self, x: f64, color: RGBColor) {
-        self.line([[x, -OFF_THE_AXIS], [x, OFF_THE_AXIS]], color, 1);
+    fn horizontal(&mut self, y: f64) {
+        self.line([[-OFF_THE_AXIS, y], [OFF_THE_AXIS, y]], INK, 1);
     }
 
     fn points(&mut self, points: impl IntoIterator<Item = Point>) {
@@ -135,6 +118,11 @@ impl Panel {
 
     fn area(&mut self, outline: impl IntoIterator<Item = [f64; 2]>, color: RGBColor) {
         self.marks.push(Mark::Area { outline: outline.into_iter().collect(), color });
+    }
+
+    /// Adds an area between two values of x and two of y.
+    fn rectangle(&mut self, [left, right]: [f64; 2], [low, high]: [f64; 2], color: RGBColor) {
+        self.area([[left, low], [right, low], [right, high], [left, high]], color);
     }
 }
 
@@ -154,7 +142,7 @@ struct Point {
     sd: Option<f64>,
     /// Its series, which gives colour and shape.
     series: usize,
-    /// How opaque it is, 0 to 1.
+    /// 0 to 1.
     opacity: f64,
     /// The index of its label in the figure.
     label: Option<usize>,

@@ -17,7 +17,7 @@ use crate::studies::accuracy::{Errors, Includes, Row};
 
 /// Returns e of discs against the closing speed, and J_t/J_n against the slip, each with what was fitted; an empty figure of balls, and
 /// if no shot has what it shows.
-pub(crate) fn discs(fit: &Fit) -> Figure {
+pub(in crate::report) fn discs(fit: &Fit) -> Figure {
     let has_parted = |shot: &&DiscImpact| shot.stuck.is_none() && shot.get(Quantity::ClosingSpeed).is_some();
     let shots: Vec<&DiscImpact> = fit.disc_shots.iter().filter(has_parted).collect();
     let is_used = |shot: &DiscImpact| fit.residuals.iter().any(|residual| residual.shot == shot.name);
@@ -42,60 +42,42 @@ pub(crate) fn discs(fit: &Fit) -> Figure {
         let (slip, ratio) = (shot.get(Quantity::SlipRatio)?.value, shot.get(Quantity::ImpulseRatio)?);
         Some((slip.abs(), Measured { value: -slip.signum() * ratio.value, ..ratio }))
     });
-    let panels = [restitution(fit, restitutions), friction(fit, frictions)];
-    let panels: Vec<Panel> = panels.into_iter().flatten().collect();
-    if panels.len() == 1 {
-        figure.lines.push("No rotation of the discs was seen.".to_owned());
-    }
-    figure.add_rows(500, 2, panels);
-    figure
-}
-
-/// Returns a panel of points with a fit and a scatter above and below it; `None` without points.
-fn with_curve(
-    fit: &Fit,
-    mut panel: Panel,
-    points: Vec<Point>,
-    curve: &[[f64; 2]],
-    scatter: f64,
-) -> Option<Panel> {
-    let scatters = fit.scatter.is_some_and(|scatter| !scatter.is_none());
-    let about = if scatters { "line: the fit; band: scatter between shots" } else { "line: the fit" };
-    about.clone_into(&mut panel.about);
-    if scatter > 0.0 {
-        let above = curve.iter().map(|[x, y]| [*x, y + scatter]);
-        let below = curve.iter().rev().map(|[x, y]| [*x, y - scatter]);
-        panel.area(above.chain(below), BAND);
-    }
-    panel.line(curve.iter().copied(), color(5), 3);
-    let has_points = !points.is_empty();
-    panel.points(points);
-    has_points.then_some(panel)
-}
-
-fn restitution(fit: &Fit, points: Vec<Point>) -> Option<Panel> {
-    let unit = fit.discs.as_ref().map_or("m/s", speed_unit);
     let fitted = |parameter| fit.get(parameter).filter(|found| found.status != Status::NotIdentified);
     let slope = fitted(Parameter::ESlope).map_or(0.0, |slope| slope.value);
-    let [_, fastest] = ends(points.iter().map(|point| point.at[0]));
+    let [_, fastest] = ends(restitutions.iter().map(|point| point.at[0]));
     // e(v) = e₀ − e₁v
-    let line = |e: f64| [0.0, 1.05 * fastest].map(|speed| [speed, e - slope * speed]);
-    let line = fitted(Parameter::E).map_or(Vec::new(), |e| line(e.value).to_vec());
-    let x = Axis::new(format!("closing speed ({unit})"));
-    let panel = Panel::new("e against the closing speed", "", x, Axis::new("e"));
-    with_curve(fit, panel, points, &line, fit.scatter.map_or(0.0, |scatter| scatter.restitution))
-}
-
-fn friction(fit: &Fit, points: Vec<Point>) -> Option<Panel> {
-    let x = Axis::new("slip before the impact / closing speed");
-    let panel = Panel::new("Friction against the slip", "", x, Axis::new("J_t/J_n against the slip"));
-    with_curve(
-        fit,
-        panel,
-        points,
-        &fit.friction_curve,
-        fit.scatter.map_or(0.0, |scatter| scatter.impulse_ratio),
-    )
+    let e = |e: f64| [0.0, 1.05 * fastest].map(|speed| [speed, e - slope * speed]).to_vec();
+    let e = fitted(Parameter::E).map_or(Vec::new(), |found| e(found.value));
+    let speed = format!("closing speed ({})", fit.discs.as_ref().map_or("m/s", speed_unit));
+    let slip = "slip before the impact / closing speed".to_owned();
+    let scatter = fit.scatter.unwrap_or_default();
+    let panels = [
+        ("e against the closing speed", speed, "e", restitutions, &e, scatter.restitution),
+        (
+            "Friction against the slip",
+            slip,
+            "J_t/J_n against the slip",
+            frictions,
+            &fit.friction_curve,
+            scatter.impulse_ratio,
+        ),
+    ];
+    let about =
+        if scatter.is_none() { "line: the fit" } else { "line: the fit; band: scatter between shots" };
+    let panels = panels.into_iter().filter(|(.., points, _, _)| !points.is_empty());
+    let panels = panels.map(|(title, x, y, points, curve, scatter)| {
+        let mut panel = Panel::new(title, about, Axis::new(x), Axis::new(y));
+        if scatter > 0.0 {
+            let above = curve.iter().map(|[x, y]| [*x, y + scatter]);
+            let below = curve.iter().rev().map(|[x, y]| [*x, y - scatter]);
+            panel.area(above.chain(below), BAND);
+        }
+        panel.line(curve.iter().copied(), color(5), 3);
+        panel.points(points);
+        panel
+    });
+    figure.add_rows(500, 2, panels.collect());
+    figure
 }
 
 /// Returns what makes up the variances of μ, μ_s and e, as bars; `None` if that is noise alone.
@@ -116,23 +98,22 @@ pub(super) fn budget(fit: &Fit) -> Option<Panel> {
         }
     }
     bars.reverse();
-    let words = Axis::of_words(bars.iter().map(|(words, ..)| words.clone()).collect());
+    let words = Axis::of_words(bars.iter().map(|(words, ..)| words.clone()));
     let about = "what it would take away to know each source exactly";
     let mut panel = Panel::new("Error budget", about, Axis::new("part of the variance (%)"), words);
     for (row, (_, end, series)) in bars.iter().enumerate() {
-        let [low, high] = [-0.35, 0.35].map(|half| row as f64 + half);
-        panel.area([[0.0, low], [*end, low], [*end, high], [0.0, high]], color(*series));
+        panel.rectangle([0.0, *end], [-0.35, 0.35].map(|half| row as f64 + half), color(*series));
     }
     (!is_noise_alone).then_some(panel)
 }
 
 /// Returns the regions of all pairs of free parameters.
-pub(crate) fn contours(fit: &Fit) -> Figure {
+pub(in crate::report) fn contours(fit: &Fit) -> Figure {
     let contours = &fit.diagnostics.contours;
     let mut figure = Figure::new(format!("{}: pairs of parameters", title(fit)));
     figure.lines =
         vec!["Dark and light: the true pair lies there with 68 % and 95 % probability.".to_owned()];
-    figure.add_rows(420, contours.len().clamp(2, 3), contours.iter().map(contour).collect());
+    figure.add_rows(420, 3, contours.iter().map(contour).collect());
     figure
 }
 
@@ -155,13 +136,13 @@ fn contour(contour: &Contour) -> Panel {
 }
 
 /// Returns the estimates of each quantity of a comparison with their intervals, below each other.
-pub(crate) fn forest(comparison: &Comparison) -> Figure {
+pub(in crate::report) fn forest(comparison: &Comparison) -> Figure {
     let mut figure = Figure::new(format!("Estimates and 95 % intervals by {}", comparison.told_by));
     let has_interval = |q: &&Compared| q.estimates.iter().any(|value| value.interval_95.is_some());
     for compared in comparison.quantities.iter().filter(has_interval) {
         let values = || compared.estimates.iter().rev();
         let label = |label: Option<usize>| label.map_or("all".to_owned(), |i| comparison.labels[i].clone());
-        let words = Axis::of_words(values().map(|value| label(value.label)).collect());
+        let words = Axis::of_words(values().map(|value| label(value.label)));
         let about = if compared.shared { "one value for all" } else { "" };
         let symbol = compared.quantity.symbol();
         let x = Axis::new(format!("{symbol}, {}", compared.quantity.meaning()));
@@ -176,14 +157,11 @@ pub(crate) fn forest(comparison: &Comparison) -> Figure {
         let lines = u32::try_from(compared.estimates.len()).unwrap_or(1);
         figure.add_rows(128 + 34 * lines, 1, vec![panel]);
     }
-    if figure.rows.is_empty() {
-        figure.lines.push("Nothing here has an interval.".to_owned());
-    }
     figure
 }
 
 /// Returns the standard errors of all cells of a design against the cut angle: a row for each parameter, a column for each speed.
-pub(crate) fn design(design: &Design) -> Figure {
+pub(in crate::report) fn design(design: &Design) -> Figure {
     /// Largest number of speeds that are drawn.
     const COLUMNS: usize = 3;
     let kinds = &design.expected.kinds;
@@ -235,16 +213,16 @@ fn errors(design: &Design, parameter: Parameter, speeds: &[Option<f64>]) -> Opti
 }
 
 /// Returns the errors of a row that are meant, if it has them.
-pub(crate) type Pick = fn(&Row) -> Option<Errors>;
+pub(in crate::report) type Pick = fn(&Row) -> Option<Errors>;
 
 /// Returns the name of a way to compute collisions.
-pub(crate) fn way_name(row: &Row) -> String {
+pub(in crate::report) fn way_name(row: &Row) -> String {
     let compliant = if row.includes == Includes::Compliant { ", compliant" } else { "" };
     format!("{}{compliant}", row.fidelity.name())
 }
 
 /// Returns error against time of every way to compute collisions, both on logarithmic scales.
-pub(crate) fn accuracy(rows: &[Row]) -> Figure {
+pub(in crate::report) fn accuracy(rows: &[Row]) -> Figure {
     /// Errors below are roundings.
     const LEAST: f64 = 1e-16;
     let mut figure = Figure::new("Accuracy against time (ode and contact: at tolerances from 10⁻² down)");
@@ -270,7 +248,7 @@ pub(crate) fn accuracy(rows: &[Row]) -> Figure {
                 rows.iter().filter(|row| way_name(row) == *name).filter_map(place).collect();
             match places[..] {
                 // how far its accuracy reaches
-                [[_, y]] => panel.horizontal(y, super::INK),
+                [[_, y]] => panel.horizontal(y),
                 _ => panel.line(places.iter().copied(), color(index), 2),
             }
             panel.points(places.into_iter().map(|at| Point::new(at, index)));

@@ -32,19 +32,18 @@ const FONT: &str = "DejaVu Sans, Verdana, Arial, sans-serif";
 
 /// Where a measured point is in a picture: pixels from the left and from the top, and the index of its label.
 #[derive(Clone, Copy, Debug, serde::Serialize)]
-pub struct Spot(i32, i32, usize);
+pub(in crate::report) struct Spot(i32, i32, usize);
 
 type Area<'a, DB> = DrawingArea<DB, Shift>;
 type Drawn<DB> = Result<(), DrawingAreaErrorKind<<DB as DrawingBackend>::ErrorType>>;
 
 impl Figure {
-    /// Returns the figure as SVG text.
-    pub fn svg(&self) -> Result<String, ReportError> {
+    pub(in crate::report) fn svg(&self) -> Result<String, ReportError> {
         Ok(self.svg_with_spots()?.0)
     }
 
     /// Returns the figure as SVG text, with the places of the measured points.
-    pub fn svg_with_spots(&self) -> Result<(String, Vec<Spot>), ReportError> {
+    pub(in crate::report) fn svg_with_spots(&self) -> Result<(String, Vec<Spot>), ReportError> {
         let (mut text, mut spots) = (String::new(), Vec::new());
         let area = SVGBackend::with_string(&mut text, (WIDTH, self.height())).into_drawing_area();
         self.draw(&area, &mut spots).map_err(|error| self.failed(error))?;
@@ -52,8 +51,7 @@ impl Figure {
         Ok((text, spots))
     }
 
-    /// Returns the figure as PNG bytes.
-    pub fn png(&self) -> Result<Vec<u8>, ReportError> {
+    pub(in crate::report) fn png(&self) -> Result<Vec<u8>, ReportError> {
         let size = (WIDTH, self.height());
         let mut pixels = vec![255; 3 * size.0 as usize * size.1 as usize];
         let area = BitMapBackend::with_buffer(&mut pixels, size).into_drawing_area();
@@ -63,7 +61,7 @@ impl Figure {
     }
 
     /// Returns the figure in files of this name, as SVG and as PNG.
-    pub fn files(&self, name: &str) -> Result<[(String, Vec<u8>); 2], ReportError> {
+    pub(in crate::report) fn files(&self, name: &str) -> Result<[(String, Vec<u8>); 2], ReportError> {
         Ok([(format!("{name}.svg"), self.svg()?.into_bytes()), (format!("{name}.png"), self.png()?)])
     }
 
@@ -72,7 +70,7 @@ impl Figure {
     }
 
     fn height(&self) -> u32 {
-        self.head().unsigned_abs() + self.rows.iter().map(|row| row.height).sum::<u32>()
+        self.head().unsigned_abs() + self.rows.iter().map(|(height, _)| height).sum::<u32>()
     }
 
     /// Returns the height of title, lines and legend, pixels.
@@ -128,13 +126,13 @@ impl Figure {
             y += LINE;
         }
         let mut top = self.head();
-        for row in &self.rows {
-            let edge = |column: usize| 6 + (WIDTH as i32 - 12) * column as i32 / row.columns as i32;
-            for (column, panel) in row.panels.iter().enumerate() {
-                let size = (edge(column + 1) - edge(column), row.height as i32 - 8);
+        for (height, panels) in &self.rows {
+            let edge = |column: usize| 6 + (WIDTH as i32 - 12) * column as i32 / panels.len() as i32;
+            for (column, panel) in panels.iter().enumerate() {
+                let size = (edge(column + 1) - edge(column), *height as i32 - 8);
                 panel.draw(&root.clone().shrink((edge(column), top), size), spots)?;
             }
-            top += row.height as i32;
+            top += *height as i32;
         }
         root.present()
     }

@@ -1,8 +1,11 @@
 //! residuals.svg and residuals.png, of a fit and of a comparison: what a reader looks at before believing it.
 
+use std::collections::HashSet;
+
 use statrs::distribution::{Beta, ContinuousCDF, Normal};
 
 use super::axis::{ends, is_drawable};
+use super::others::budget;
 use super::{Axis, BAND, CUT_AXIS, Figure, INK, Label, OFF_THE_AXIS, Panel, Point, SPEED_AXIS};
 use crate::compare::Comparison;
 use crate::fit::{Fit, FittedFilm, Residual};
@@ -16,64 +19,52 @@ const ROW: u32 = 400;
 /// Name of the axis of standardized residuals.
 const STANDARDIZED: &str = "(measured − predicted) / sd";
 
-/// Returns the residuals of a fit below its title, estimates, χ², and what the reader must know first. Panels without data are left
-/// out, with the reason.
-#[must_use]
-pub fn residuals(fit: &Fit) -> Figure {
-    let observed = Observed::of(fit);
+/// Returns the residuals of a fit below its title, estimates, χ², and what the reader must know first.
+pub(in crate::report) fn residuals(fit: &Fit) -> Figure {
+    let mut observed = Observed::default();
+    match &fit.frames {
+        Some(film) => observed.add_film(film),
+        None => observed.add_table(fit),
+    }
+    let speed_axis = fit.discs.map_or(SPEED_AXIS.to_owned(), |discs| {
+        format!("speed of the first disc before impact ({})", speed_unit(&discs))
+    });
+    let mut panels = observed.against(&speed_axis);
+    panels.extend(observed.quantiles());
+    panels.extend(budget(fit));
+    let mut figure = observed.figure(title(fit), panels);
+    figure.lines.splice(0..0, summary(fit));
     let warnings = fit.warnings();
-    let mut figure = Figure::new(title(fit));
-    figure.lines = summary(fit);
     figure.warning = warnings.first().map(|first| match warnings.len() - 1 {
         0 => (*first).to_owned(),
         more => format!("(+{more} more) {first}"),
     });
-    let mut panels = observed.against(3, &mut figure);
-    panels.extend(observed.quantiles());
-    panels.extend(super::others::budget(fit));
-    // the last three side by side, so that none stands alone
-    let three = if panels.len().is_multiple_of(2) {
-        Vec::new()
-    } else {
-        panels.split_off(panels.len().saturating_sub(3))
-    };
-    figure.add_rows(ROW, 2, panels);
-    figure.add_rows(ROW, three.len().max(1), three);
     figure
 }
 
 /// Returns the residuals of all labels of a comparison, each in its colour.
-pub(crate) fn of_comparison(comparison: &Comparison) -> Figure {
-    let mut observed = Observed { speed_axis: SPEED_AXIS.to_owned(), ..Observed::default() };
-    observed.series.clone_from(&comparison.labels);
+pub(in crate::report) fn of_comparison(comparison: &Comparison) -> Figure {
+    let mut observed = Observed { series: comparison.labels.clone(), ..Observed::default() };
     for residual in &comparison.residuals {
         let shot = comparison.shot_name(residual);
         observed.add_residual(&shot, residual.label, f64::NAN, &residual.of_shot);
     }
-    observed.thin();
-    let mut figure = Figure::new("Residuals of the joint fit");
-    let panels = observed.against(2, &mut figure);
-    figure.add_rows(ROW, 2, panels);
-    figure
+    observed.figure("Residuals of the joint fit".to_owned(), observed.against(SPEED_AXIS))
 }
 
-fn summary(fit: &Fit) -> Vec<String> {
+fn summary(fit: &Fit) -> [String; 2] {
     let estimates = fit.estimates.iter().map(|one| {
         let value = with_unit(&estimate(fit, one), one.parameter.unit());
         let equal = if value.starts_with(['≥', '≤', '–']) { "" } else { "= " };
         format!("{} {equal}{value}", one.parameter.symbol())
     });
-    let chi2 = match reduced_chi2(fit) {
-        Some(reduced) => {
-            let how = if noise_estimated(fit) { "; noise estimated from these residuals" } else { "" };
-            let of_film = format!(" of {}", fit.counted().words());
-            let of = if fit.frames.is_some() { of_film.as_str() } else { "" };
-            let chi2 = plain(fit.chi2, 4);
-            format!("χ²/dof{of} = {} (χ² = {chi2}, {} dof{how})", chi2_text(reduced), fit.dof)
-        }
-        None => "no degrees of freedom".to_owned(),
-    };
-    vec![
+    let chi2 = reduced_chi2(fit).map_or("no degrees of freedom".to_owned(), |reduced| {
+        let how = if noise_estimated(fit) { "; noise estimated from these residuals" } else { "" };
+        let of_film = format!(" of {}", fit.counted().words());
+        let of = if fit.frames.is_some() { of_film.as_str() } else { "" };
+        format!("χ²/dof{of} = {} (χ² = {}, {} dof{how})", chi2_text(reduced), plain(fit.chi2, 4), fit.dof)
+    });
+    [
         estimates.collect::<Vec<_>>().join(",   "),
         format!("model {},   {},   {chi2}", fit.fidelity, count_of(fit.shots_used, "shot")),
     ]
@@ -86,8 +77,6 @@ struct Value {
     standardized: f64,
     /// Cut angle (degrees), speed, and number of the shot; NaN if unknown.
     against: [f64; 3],
-    /// Whether it is among those drawn.
-    is_drawn: bool,
 }
 
 /// All numbers of a fit or of a comparison, a label for each.
@@ -97,9 +86,6 @@ struct Observed {
     series: Vec<String>,
     values: Vec<Value>,
     labels: Vec<Label>,
-    /// How many are drawn, if they are too many.
-    thinned: Option<String>,
-    speed_axis: String,
 }
 
 /// Names of the velocities after the impact in the frame of the collision.
@@ -110,25 +96,7 @@ const IN_COLLISION_FRAME: [&str; 4] = [
     "object ball across it",
 ];
 
-/// The axes that standardized residuals are drawn against: the quantity, and what stands in the title.
-const AGAINST: [(&str, &str); 3] =
-    [("cut angle", "against cut angle"), ("speed", "against speed"), ("order", "in the order of the shots")];
-
 impl Observed {
-    fn of(fit: &Fit) -> Self {
-        let speed_axis = match fit.discs {
-            Some(discs) => format!("speed of the first disc before impact ({})", speed_unit(&discs)),
-            None => SPEED_AXIS.to_owned(),
-        };
-        let mut observed = Self { speed_axis, ..Self::default() };
-        match &fit.frames {
-            Some(film) => observed.add_film(film),
-            None => observed.add_table(fit),
-        }
-        observed.thin();
-        observed
-    }
-
     /// Adds the velocities after each impact of a film, in the frame of the collision.
     fn add_film(&mut self, film: &FittedFilm) {
         self.series = IN_COLLISION_FRAME.map(str::to_owned).to_vec();
@@ -139,7 +107,7 @@ impl Observed {
             let against = [motion.cut.to_degrees(), motion.speed, i as f64 + 1.0];
             for (series, name) in IN_COLLISION_FRAME.into_iter().enumerate() {
                 let (off, sd) = (offsets.values[series], offsets.covariance[(series, series)].sqrt());
-                self.add(shot, name, Value { series, standardized: off / sd, against, is_drawn: true });
+                self.add(shot, name, Value { series, standardized: off / sd, against });
             }
         }
     }
@@ -148,10 +116,10 @@ impl Observed {
         let shots = fit.residuals.chunk_by(|one, next| one.shot == next.shot);
         for (i, residual) in shots.enumerate().flat_map(|(i, own)| own.iter().map(move |one| (i, one))) {
             let name = residual.observable.label();
-            let series = self.series.iter().position(|known| known == name).unwrap_or(self.series.len());
-            if series == self.series.len() {
+            let series = self.series.iter().position(|known| known == name).unwrap_or_else(|| {
                 self.series.push(name.to_owned());
-            }
+                self.series.len() - 1
+            });
             self.add_residual(&residual.shot, series, i as f64 + 1.0, residual);
         }
     }
@@ -159,7 +127,7 @@ impl Observed {
     fn add_residual(&mut self, shot: &str, series: usize, order: f64, residual: &Residual) {
         let Residual { observable, standardized, cut, speed, .. } = *residual;
         let against = [cut.to_degrees(), speed.unwrap_or(f64::NAN), order];
-        self.add(shot, observable.label(), Value { series, standardized, against, is_drawn: true });
+        self.add(shot, observable.label(), Value { series, standardized, against });
     }
 
     fn add(&mut self, shot: &str, quantity: &str, value: Value) {
@@ -168,108 +136,76 @@ impl Observed {
         self.values.push(value);
     }
 
-    /// Draws every n-th value of each series, so that rows in a regular order lose none, and the largest residuals.
-    fn thin(&mut self) {
-        /// More points would hide each other, and an SVG grows with each.
-        const MOST: usize = 2000;
-        /// Of the points left out, how many of the largest residuals are drawn nevertheless.
-        const EXTREMES: usize = 100;
-        let total = self.values.len();
-        if total <= MOST {
-            return;
+    fn figure(&self, title: String, panels: Vec<Panel>) -> Figure {
+        let count = |series: usize| self.values.iter().filter(|value| value.series == series).count();
+        let names = self.series.iter().enumerate();
+        let mut figure = Figure::new(title);
+        figure.series = names.map(|(i, name)| format!("{name} ({})", count(i))).collect();
+        figure.labels.clone_from(&self.labels);
+        if self.standardized().is_empty() {
+            figure.lines.push("No residual has a standard deviation.".to_owned());
         }
-        let every = total.div_ceil(MOST);
-        let mut seen = vec![0_usize; self.series.len()];
-        for value in &mut self.values {
-            value.is_drawn = seen[value.series].is_multiple_of(every);
-            seen[value.series] += 1;
-        }
-        let mut hidden: Vec<&mut Value> = self.values.iter_mut().filter(|value| !value.is_drawn).collect();
-        let size = |z: f64| if is_drawable(z) { z.abs() } else { 0.0 };
-        hidden.sort_by(|a, b| size(b.standardized).total_cmp(&size(a.standardized)));
-        hidden.into_iter().take(EXTREMES).for_each(|value| value.is_drawn = true);
-        let drawn = self.values.iter().filter(|value| value.is_drawn).count();
-        self.thinned = Some(format!("{drawn} of {total} points drawn, outliers kept"));
-    }
-
-    /// Returns the remarks on a panel, with how many points are drawn, and how many are left out for which reason.
-    fn about(&self, first: &str, left_out: &[(usize, String)]) -> String {
-        let left_out = left_out.iter().filter(|(count, _)| *count > 0);
-        let left_out = left_out.map(|(count, why)| format!("{} left out: {why}", count_of(*count, "point")));
-        let all = [first.to_owned()].into_iter().chain(self.thinned.clone()).chain(left_out);
-        all.collect::<Vec<_>>().join("; ")
-    }
-
-    /// Returns the points of those values that are drawn, at an opacity at which overlapping ones can still be distinguished.
-    fn points(&self, places: &[(usize, [f64; 2])]) -> Vec<Point> {
-        let opacity = match self.values.len() {
-            0..=60 => 0.85,
-            61..=400 => 0.6,
-            401..=1500 => 0.4,
-            _ => 0.25,
-        };
-        let drawn = places.iter().filter(|(value, _)| self.values[*value].is_drawn);
-        let point = |(value, at): &(usize, [f64; 2])| Point {
-            opacity,
-            label: Some(*value),
-            ..Point::new(*at, self.values[*value].series)
-        };
-        drawn.map(point).collect()
+        figure.add_rows(ROW, 3, panels);
+        figure
     }
 
     fn standardized(&self) -> Vec<usize> {
         (0..self.values.len()).filter(|i| is_drawable(self.values[*i].standardized)).collect()
     }
 
-    /// Returns a panel of standardized residuals against each quantity that is known and differs; says in the figure, to which it adds
-    /// series and labels, why others are left out.
-    fn against(&self, kinds: usize, figure: &mut Figure) -> Vec<Panel> {
-        let count = |series: usize| self.values.iter().filter(|value| value.series == series).count();
-        let names = self.series.iter().enumerate();
-        figure.series = names.map(|(i, name)| format!("{name} ({})", count(i))).collect();
-        figure.labels.clone_from(&self.labels);
-        let standardized = self.standardized();
-        if standardized.is_empty() {
-            let why = if self.values.is_empty() {
-                "No observations."
-            } else {
-                "No standard deviations: the residuals cannot be standardized."
-            };
-            figure.lines.push(why.to_owned());
-            return Vec::new();
+    /// Adds values at these places to a panel: of very many every n-th row, and the largest residuals.
+    fn draw(&self, panel: &mut Panel, mut places: Vec<(usize, [f64; 2])>) {
+        /// More points would hide each other, and an SVG grows with each.
+        const MOST: usize = 2000;
+        /// Of the points left out, how many of the largest residuals are drawn nevertheless.
+        const EXTREMES: usize = 100;
+        if places.len() > MOST {
+            let size = |i: usize| self.values[i].standardized.abs();
+            let mut largest: Vec<usize> = places.iter().map(|(i, _)| *i).collect();
+            largest.sort_by(|a, b| size(*b).total_cmp(&size(*a)));
+            let largest: HashSet<usize> = largest.into_iter().take(EXTREMES).collect();
+            let every = places.len().div_ceil(MOST);
+            let rows = self.series.len().max(1);
+            places.retain(|(i, _)| (i / rows).is_multiple_of(every) || largest.contains(i));
         }
+        if places.len() < self.values.len() {
+            panel.about += &format!("; {} of {} points", places.len(), self.values.len());
+        }
+        // at which overlapping points can still be distinguished
+        let opacity = match places.len() {
+            0..=60 => 0.85,
+            61..=400 => 0.6,
+            401..=1500 => 0.4,
+            _ => 0.25,
+        };
+        panel.points(places.into_iter().map(|(i, at)| Point {
+            opacity,
+            label: Some(i),
+            ..Point::new(at, self.values[i].series)
+        }));
+    }
+
+    /// Returns a panel of standardized residuals against each quantity that is known and differs.
+    fn against(&self, speed_axis: &str) -> Vec<Panel> {
+        let kinds = [
+            ("against cut angle", Axis::new(CUT_AXIS)),
+            ("against speed", Axis::new(speed_axis)),
+            ("in the order of the shots", Axis::whole("number of the shot")),
+        ];
         let mut panels = Vec::new();
-        for (kind, (quantity, words)) in AGAINST.into_iter().enumerate().take(kinds) {
-            let places = standardized.iter().map(|i| (*i, &self.values[*i]));
-            let places = places.map(|(i, value)| (i, [value.against[kind], value.standardized]));
-            let seen: Vec<(usize, [f64; 2])> = places.filter(|(_, at)| is_drawable(at[0])).collect();
-            let [least, most] = ends(seen.iter().map(|(_, at)| at[0]));
-            if seen.is_empty() {
-                figure.lines.push(format!("The {quantity} is not known for any observation."));
+        for (kind, (words, x)) in kinds.into_iter().enumerate() {
+            let places = self.standardized().into_iter();
+            let places = places.map(|i| (i, [self.values[i].against[kind], self.values[i].standardized]));
+            let places: Vec<_> = places.filter(|(_, at)| is_drawable(at[0])).collect();
+            let [least, most] = ends(places.iter().map(|(_, at)| at[0]));
+            if least >= most {
                 continue;
             }
-            if least == most {
-                figure.lines.push(format!("The {quantity} is the same for all observations."));
-                continue;
-            }
-            let x = match kind {
-                0 => Axis::new(CUT_AXIS),
-                1 => Axis::new(self.speed_axis.as_str()),
-                _ => Axis { is_whole: true, ..Axis::new("number of the shot") },
-            };
-            let left_out = [
-                (self.values.len() - standardized.len(), "no sd".to_owned()),
-                (standardized.len() - seen.len(), format!("no {quantity}")),
-            ];
-            let about = self.about("band: ±2 sd", &left_out);
             let y = Axis::symmetric(STANDARDIZED, 3.2);
-            let mut panel = Panel::new(format!("Residuals {words}"), about, x, y);
-            panel.area(
-                [[-OFF_THE_AXIS, -2.0], [OFF_THE_AXIS, -2.0], [OFF_THE_AXIS, 2.0], [-OFF_THE_AXIS, 2.0]],
-                BAND,
-            );
-            panel.horizontal(0.0, INK);
-            panel.points(self.points(&seen));
+            let mut panel = Panel::new(format!("Residuals {words}"), "band: ±2 sd", x, y);
+            panel.rectangle([-OFF_THE_AXIS, OFF_THE_AXIS], [-2.0, 2.0], BAND);
+            panel.horizontal(0.0);
+            self.draw(&mut panel, places);
             panels.push(panel);
         }
         panels
@@ -299,14 +235,14 @@ impl Observed {
         let high = places.iter().rev().filter_map(|i| edge(*i, 0.975));
         let mut panel = Panel::new(
             "Are the residuals normal?",
-            self.about("line: normal; band: 95 % of samples", &[(self.values.len() - n, "no sd".to_owned())]),
+            "line: normal; band: 95 % of samples",
             Axis::symmetric("quantile of the normal distribution", 1.5),
             Axis::symmetric(STANDARDIZED, 2.5),
         );
         panel.area(low.chain(high), BAND);
         panel.line([[-end, -end], [end, end]], INK, 1);
-        let at = |(i, value): (usize, &usize)| (*value, [quantile(i), self.values[*value].standardized]);
-        panel.points(self.points(&sorted.iter().enumerate().map(at).collect::<Vec<_>>()));
+        let at = |(place, i): (usize, &usize)| (*i, [quantile(place), self.values[*i].standardized]);
+        self.draw(&mut panel, sorted.iter().enumerate().map(at).collect());
         Some(panel)
     }
 }
