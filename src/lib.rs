@@ -95,9 +95,14 @@ it is. A film of a program's own is made by [`TrackShot::new`](measurement::trac
         clippy::print_stderr
     )
 )]
+// the program uses all of the library
+#![cfg_attr(not(feature = "cli"), allow(dead_code))]
 // the front page names all modules, also those that were left out
 #![cfg_attr(not(feature = "report"), allow(rustdoc::broken_intra_doc_links))]
 
+#[cfg(feature = "cli")]
+#[doc(hidden)]
+pub mod cli;
 #[cfg(feature = "fit")]
 pub mod compare;
 #[cfg(feature = "io")]

@@ -1,7 +1,5 @@
 //! The command-line program: `caromfit --help`.
 
-mod cli;
-
 fn main() -> std::process::ExitCode {
-    cli::run()
+    caromfit::cli::run()
 }

@@ -2,14 +2,14 @@
 
 use std::path::PathBuf;
 
-use caromfit::fit::with_impacts;
-use caromfit::io;
-use caromfit::physics::collision::{MAX_KAPPA, Model};
-use caromfit::report;
-use caromfit::report::document::{self, AccuracyDocument};
-use caromfit::report::write;
-use caromfit::studies::accuracy;
-use caromfit::studies::bias;
+use crate::fit::with_impacts;
+use crate::io;
+use crate::physics::collision::{MAX_KAPPA, Model};
+use crate::report;
+use crate::report::document::{self, AccuracyDocument};
+use crate::report::write;
+use crate::studies::accuracy;
+use crate::studies::bias;
 
 use super::progress::Progress;
 use super::{Failure, print};
@@ -19,7 +19,7 @@ use super::{Failure, print};
 /// fidelity, and says how far each is off, against its standard errors.
 #[derive(clap::Args)]
 #[command(after_help = "Example: caromfit accuracy --dataset data/mathavan-2014 --out accuracy")]
-pub struct Args {
+pub(super) struct Args {
     /// Take the shots of this data set, at the initial values of its parameters
     #[arg(long, value_name = "DATASET")]
     dataset: Option<PathBuf>,
@@ -40,7 +40,7 @@ pub struct Args {
     json: bool,
 }
 
-pub fn run(args: &Args) -> Result<(), Failure> {
+pub(super) fn run(args: &Args) -> Result<(), Failure> {
     if !(args.kappa > 0.0 && args.kappa <= MAX_KAPPA) {
         refuse!("--kappa is {}; expected more than 0 to {MAX_KAPPA}", args.kappa);
     }

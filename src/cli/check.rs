@@ -2,11 +2,11 @@
 
 use std::path::PathBuf;
 
-use caromfit::fit::check::{self, Finding};
-use caromfit::fit::with_impacts;
-use caromfit::measurement::dataset::Dataset;
-use caromfit::report::count_of;
-use caromfit::report::document::{self, CheckDocument};
+use crate::fit::check::{self, Finding};
+use crate::fit::with_impacts;
+use crate::measurement::dataset::Dataset;
+use crate::report::count_of;
+use crate::report::document::{self, CheckDocument};
 use indexmap::IndexMap;
 
 use super::progress::{self, Progress};
@@ -16,7 +16,7 @@ use super::{Failure, print, unless_none};
 /// and without writing anything. Exit status 2 if something is wrong, 1 if no shot of a data set can be used.
 #[derive(clap::Args)]
 #[command(after_help = "Example: caromfit check data/domenech-2023")]
-pub struct Args {
+pub(super) struct Args {
     /// Folders that hold a dataset.toml, or such files
     #[arg(required = true, value_name = "DATASET")]
     datasets: Vec<PathBuf>,
@@ -25,7 +25,7 @@ pub struct Args {
     json: bool,
 }
 
-pub fn run(args: &Args) -> Result<(), Failure> {
+pub(super) fn run(args: &Args) -> Result<(), Failure> {
     let (datasets, wrong) = progress::load(&args.datasets);
     let progress = Progress::over_shots(&datasets, 0);
     let (mut unusable, mut documents) = (Vec::new(), Vec::new());

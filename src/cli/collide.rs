@@ -2,16 +2,16 @@
 
 use std::path::{Path, PathBuf};
 
-use caromfit::io::cases::{self, Case, Computed};
-use caromfit::physics::ball::{Ball, BallState, Vec3};
-use caromfit::physics::cloth_motion::Cloth;
-use caromfit::physics::collision::effects::{self, Choice, Compared, Estimate};
-use caromfit::physics::collision::{
+use crate::io::cases::{self, Case, Computed};
+use crate::physics::ball::{Ball, BallState, Vec3};
+use crate::physics::cloth_motion::Cloth;
+use crate::physics::collision::effects::{self, Choice, Compared, Estimate};
+use crate::physics::collision::{
     Effects, Fidelity, FidelityChoice, MIN_TOLERANCE, Model, NotACollision, Outcome,
 };
-use caromfit::physics::contact_frame::cue_velocity;
-use caromfit::physics::friction_law::Law;
-use caromfit::report::document::{self, CollideDocument};
+use crate::physics::contact_frame::cue_velocity;
+use crate::physics::friction_law::Law;
+use crate::report::document::{self, CollideDocument};
 
 use super::{Failure, print, unless_none};
 
@@ -31,7 +31,7 @@ type Explained = ([Estimate; 10], [Estimate; 3]);
                   outcome, and its line is named on standard error; the others are computed, and the exit status is 1. Rows \
                   that are no collision are all named, with exit status 2, and then nothing is computed."
 )]
-pub struct Args {
+pub(super) struct Args {
     /// Cue ball's speed, m/s
     #[arg(long, value_name = "M_S", required_unless_present = "cases", allow_hyphen_values = true)]
     speed: Option<f64>,
@@ -184,7 +184,7 @@ impl Args {
     }
 }
 
-pub fn run(args: &Args) -> Result<(), Failure> {
+pub(super) fn run(args: &Args) -> Result<(), Failure> {
     let collided: Vec<Computed> = if let Some(path) = &args.cases {
         cases::collide_all(path, |case| args.model(case))?
     } else {

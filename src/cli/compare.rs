@@ -3,10 +3,10 @@
 use std::cell::Cell;
 use std::path::PathBuf;
 
-use caromfit::compare::{self, Options, Quantity};
-use caromfit::measurement::loss::Loss;
-use caromfit::physics::collision::FidelityChoice;
-use caromfit::report::{compare as report, document, write};
+use crate::compare::{self, Options, Quantity};
+use crate::measurement::loss::Loss;
+use crate::physics::collision::FidelityChoice;
+use crate::report::{compare as report, document, write};
 
 use super::progress::{self, Progress};
 use super::{Failure, print};
@@ -17,7 +17,7 @@ use super::{Failure, print};
 /// set's [fit]. Writes OUT/{compare.json, forest.svg, forest.png, residuals.csv, residuals.svg, residuals.png, report.html}.
 #[derive(clap::Args)]
 #[command(after_help = "Example: caromfit compare data/synthetic-cloth-a data/synthetic-cloth-b")]
-pub struct Args {
+pub(super) struct Args {
     /// Folders that hold a dataset.toml, or such files
     #[arg(required = true, value_name = "DATASET")]
     datasets: Vec<PathBuf>,
@@ -41,7 +41,7 @@ pub struct Args {
     json: bool,
 }
 
-pub fn run(args: &Args) -> Result<(), Failure> {
+pub(super) fn run(args: &Args) -> Result<(), Failure> {
     let datasets = progress::load_all(&args.datasets)?;
     let progress = Progress::over_shots(&datasets, 0);
     progress.expect(compare::STAGES);

@@ -2,9 +2,9 @@
 
 use std::path::PathBuf;
 
-use caromfit::design::{self, Expected};
-use caromfit::measurement::parameter::Parameter;
-use caromfit::report::{design as report, document, write};
+use crate::design::{self, Expected};
+use crate::measurement::parameter::Parameter;
+use crate::report::{design as report, document, write};
 
 use super::{Failure, print};
 
@@ -18,7 +18,7 @@ use super::{Failure, print};
     include_str!("design-spec.toml"),
     "\nExample: caromfit design --want mu=0.001,mu_s=0.02,e=0.001"
 ))]
-pub struct Args {
+pub(super) struct Args {
     /// What is expected, the camera, and the kinds of shots; see below
     #[arg(value_name = "SPEC.toml")]
     spec: Option<PathBuf>,
@@ -43,7 +43,7 @@ fn wish(text: &str) -> Result<(Parameter, f64), String> {
     error.map(|error| (parameter, error)).ok_or_else(|| format!("{value}; expected more than 0"))
 }
 
-pub fn run(args: &Args) -> Result<(), Failure> {
+pub(super) fn run(args: &Args) -> Result<(), Failure> {
     let mut expected = match &args.spec {
         Some(path) => Expected::read(path)?,
         None => Expected::default(),

@@ -2,7 +2,7 @@
 
 use std::path::PathBuf;
 
-use caromfit::report::write;
+use crate::report::write;
 
 use super::{Failure, print};
 
@@ -10,7 +10,7 @@ use super::{Failure, print};
 /// real film of two disks. Both can be fitted, compared, extracted and changed. Overwrites nothing.
 #[derive(clap::Args)]
 #[command(after_help = "Example: caromfit example demo && caromfit fit demo/balls demo/pucks")]
-pub struct Args {
+pub(super) struct Args {
     /// The folder to copy it into
     #[arg(value_name = "DIR")]
     folder: PathBuf,
@@ -26,7 +26,7 @@ const FILES: [(&str, &str, &str); 6] = [
     ("pucks", "dataset.toml", include_str!("../../data/pucks-opencv/dataset.toml")),
 ];
 
-pub fn run(args: &Args) -> Result<(), Failure> {
+pub(super) fn run(args: &Args) -> Result<(), Failure> {
     let folders = ["balls", "pucks"].map(|name| (name, args.folder.join(name)));
     if let Some((_, path)) = folders.iter().find(|(_, path)| path.exists()) {
         refuse!("{}: is there already; expected none, as nothing is overwritten", path.display());

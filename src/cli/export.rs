@@ -2,8 +2,8 @@
 
 use std::path::PathBuf;
 
-use caromfit::report::document;
-use caromfit::report::export::{self, Target};
+use crate::report::document;
+use crate::report::export::{self, Target};
 
 use super::{Failure, print};
 
@@ -13,7 +13,7 @@ use super::{Failure, print};
 #[derive(clap::Args)]
 #[command(after_help = "Example: caromfit export fits/synthetic-natural-roll --to pooltool > ball.json\n  \
                         and then in Python: pooltool.BallParams(**json.load(open(\"ball.json\")))")]
-pub struct Args {
+pub(super) struct Args {
     /// A fit.json, or the folder that holds it
     #[arg(value_name = "FIT")]
     fit: PathBuf,
@@ -22,7 +22,7 @@ pub struct Args {
     to: Target,
 }
 
-pub fn run(args: &Args) -> Result<(), Failure> {
+pub(super) fn run(args: &Args) -> Result<(), Failure> {
     let fits = document::read(&args.fit)?;
     let [fit] = fits.as_slice() else {
         let (path, count) = (args.fit.display(), fits.len());

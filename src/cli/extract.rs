@@ -2,13 +2,13 @@
 
 use std::path::{Path, PathBuf};
 
-use caromfit::fit::{ExtractedDiscs, FittedFilm, extract_discs, with_impacts};
-use caromfit::measurement::dataset::Dataset;
-use caromfit::report::ReportError;
-use caromfit::report::count_of;
-use caromfit::report::document::{self, ExtractDocument};
-use caromfit::report::extracted;
-use caromfit::report::write::{self, Files};
+use crate::fit::{ExtractedDiscs, FittedFilm, extract_discs, with_impacts};
+use crate::measurement::dataset::Dataset;
+use crate::report::ReportError;
+use crate::report::count_of;
+use crate::report::document::{self, ExtractDocument};
+use crate::report::extracted;
+use crate::report::write::{self, Files};
 
 use super::progress::{self, Progress};
 use super::{Failure, print, print_lines, unless_none};
@@ -18,7 +18,7 @@ use super::{Failure, print, print_lines, unless_none};
 /// Where [ball] shape is "disc": discs.csv with e, the impulse ratio and the motion of both discs.
 #[derive(clap::Args)]
 #[command(after_help = "Example: caromfit extract my-shots --out extracted")]
-pub struct Args {
+pub(super) struct Args {
     /// Folders that hold a dataset.toml of kind "tracks", or such files
     #[arg(required = true, value_name = "DATASET")]
     datasets: Vec<PathBuf>,
@@ -33,7 +33,7 @@ pub struct Args {
     json: bool,
 }
 
-pub fn run(args: &Args) -> Result<(), Failure> {
+pub(super) fn run(args: &Args) -> Result<(), Failure> {
     let (datasets, wrong) = progress::load(&args.datasets);
     let mut wrong: Vec<String> = wrong.iter().map(ToString::to_string).collect();
     wrong.extend(datasets.iter().filter(|dataset| dataset.tracks.is_none()).map(|dataset| {

@@ -2,15 +2,15 @@
 
 use std::path::{Path, PathBuf};
 
-use caromfit::fit::{self, Falling, Fit, Options};
-use caromfit::measurement::dataset::Dataset;
-use caromfit::measurement::loss::Loss;
-use caromfit::physics::collision::FidelityChoice;
-use caromfit::physics::friction_law::Law;
-use caromfit::report;
-use caromfit::report::document::{self, FitDocument};
-use caromfit::report::regression::{self, Moved, SAME_ERRORS};
-use caromfit::report::terminal;
+use crate::fit::{self, Falling, Fit, Options};
+use crate::measurement::dataset::Dataset;
+use crate::measurement::loss::Loss;
+use crate::physics::collision::FidelityChoice;
+use crate::physics::friction_law::Law;
+use crate::report;
+use crate::report::document::{self, FitDocument};
+use crate::report::regression::{self, Moved, SAME_ERRORS};
+use crate::report::terminal;
 
 use super::progress::{self, Progress};
 use super::table_only::{Told, is_table};
@@ -24,7 +24,7 @@ const REPORT: &str = "report.html";
 /// OUT/NAME/{fit.json, residuals.csv, shots.csv, frames.csv, residuals.svg, residuals.png, contours.svg, contours.png, report.html} and prints one table over all.
 #[derive(clap::Args)]
 #[command(after_help = "Example: caromfit fit data/*/")]
-pub struct Args {
+pub(super) struct Args {
     /// Folders that hold a dataset.toml, or such files; or a table, with what a dataset.toml would say as options
     #[arg(required = true, value_name = "DATASET")]
     datasets: Vec<PathBuf>,
@@ -108,7 +108,7 @@ fn load(args: &Args) -> Result<(Vec<Dataset>, Vec<String>), Failure> {
     Ok((datasets, assumed))
 }
 
-pub fn run(args: &Args) -> Result<(), Failure> {
+pub(super) fn run(args: &Args) -> Result<(), Failure> {
     // all input is checked before anything is written
     let (datasets, assumed) = load(args)?;
     let baseline = args.baseline.as_deref().map(document::read).transpose()?;

@@ -1,7 +1,7 @@
 //! What the program says of itself: `caromfit help`, `caromfit schema` and `caromfit completions`.
 
-use caromfit::guide::TOPICS;
-use caromfit::report::document::{self, SCHEMAS};
+use crate::guide::TOPICS;
+use crate::report::document::{self, SCHEMAS};
 use clap::CommandFactory;
 use clap::builder::PossibleValuesParser;
 use clap_complete::Shell;
@@ -11,7 +11,7 @@ use super::{Cli, Failure, print};
 /// Prints the help of a command, or a page of the guide.
 #[derive(clap::Args)]
 #[command(after_help = topics())]
-pub struct Args {
+pub(super) struct Args {
     /// A command, or a topic of the guide
     #[arg(value_name = "TOPIC", value_parser = PossibleValuesParser::new(names()), hide_possible_values = true)]
     topic: Option<String>,
@@ -25,12 +25,12 @@ fn names() -> impl Iterator<Item = &'static str> {
 }
 
 /// Returns the pages of the guide, a line each.
-pub fn topics() -> String {
+pub(super) fn topics() -> String {
     let lines = TOPICS.iter().map(|topic| format!("  {:<9} {}\n", topic.name, topic.about));
     format!("Topics of caromfit help TOPIC:\n{}", lines.collect::<String>())
 }
 
-pub fn run(args: &Args) -> Result<(), Failure> {
+pub(super) fn run(args: &Args) -> Result<(), Failure> {
     // built, each command knows that it is caromfit's
     let mut all = Cli::command();
     all.build();
@@ -48,13 +48,13 @@ pub fn run(args: &Args) -> Result<(), Failure> {
 /// for editors that check it.
 #[derive(clap::Args)]
 #[command(after_help = "Example: caromfit schema compare > compare.schema.json")]
-pub struct Schema {
+pub(super) struct Schema {
     /// Of which command, or dataset
     #[arg(value_parser = PossibleValuesParser::new(SCHEMAS.map(|(command, _)| command)), default_value = "fit")]
     command: String,
 }
 
-pub fn schema(args: &Schema) -> Result<(), Failure> {
+pub(super) fn schema(args: &Schema) -> Result<(), Failure> {
     // the parser accepts no other name
     let (_, schema) = SCHEMAS.into_iter().find(|(command, _)| *command == args.command).unwrap_or(SCHEMAS[0]);
     print(&document::text(&schema())?)
@@ -65,12 +65,12 @@ pub fn schema(args: &Schema) -> Result<(), Failure> {
 #[command(
     after_help = "Example: caromfit completions bash > ~/.local/share/bash-completion/completions/caromfit"
 )]
-pub struct Completions {
+pub(super) struct Completions {
     #[arg(value_enum)]
     shell: Shell,
 }
 
-pub fn completions(args: &Completions) -> Result<(), Failure> {
+pub(super) fn completions(args: &Completions) -> Result<(), Failure> {
     let mut text = Vec::new();
     clap_complete::generate(args.shell, &mut Cli::command(), "caromfit", &mut text);
     print(&String::from_utf8_lossy(&text))

@@ -3,8 +3,8 @@
 use std::io::{IsTerminal, Write};
 use std::path::PathBuf;
 
-use caromfit::io::draft::{self, Draft};
-use caromfit::report::write;
+use crate::io::draft::{self, Draft};
+use crate::report::write;
 
 use super::table_only::{SPINS, Told, UNITS};
 use super::{Failure, print, print_lines};
@@ -15,7 +15,7 @@ use super::{Failure, print, print_lines};
 /// Overwrites nothing.
 #[derive(clap::Args)]
 #[command(after_help = "Example: caromfit init my-shots/*.csv")]
-pub struct Args {
+pub(super) struct Args {
     /// The files of one data set, or its folder: exports of Tracker, Kinovea or Qualisys, JSON, or tables
     #[arg(required = true, value_name = "CSV")]
     files: Vec<PathBuf>,
@@ -24,7 +24,7 @@ pub struct Args {
     stdout: bool,
 }
 
-pub fn run(args: &Args) -> Result<(), Failure> {
+pub(super) fn run(args: &Args) -> Result<(), Failure> {
     let mut draft = draft::draft(&args.files)?;
     if args.stdout {
         return print(&draft.text());

@@ -1,6 +1,8 @@
 //! Arguments in, library calls, results out. Exit status: 0 done; 1 understood but could not be
 //! done; 2 bad usage or bad input.
 
+#![allow(clippy::print_stderr)]
+
 /// Returns bad input with this message.
 macro_rules! refuse {
     ($($message:tt)*) => {
@@ -28,11 +30,11 @@ use std::error::Error;
 use std::io::{ErrorKind, Write};
 use std::process::ExitCode;
 
-use caromfit::compare::CompareError;
-use caromfit::fit::FitError;
-use caromfit::physics::collision::{Fidelity, FidelityChoice, MAX_TOLERANCE, MIN_TOLERANCE, NotACollision};
-use caromfit::physics::friction_law::Law;
-use caromfit::report::ReportError;
+use crate::compare::CompareError;
+use crate::fit::FitError;
+use crate::physics::collision::{Fidelity, FidelityChoice, MAX_TOLERANCE, MIN_TOLERANCE, NotACollision};
+use crate::physics::friction_law::Law;
+use crate::report::ReportError;
 use clap::builder::{PossibleValue, PossibleValuesParser, TypedValueParser};
 use clap::{Parser, Subcommand};
 
@@ -151,6 +153,7 @@ fn named<T: Copy + Send + Sync + 'static, const N: usize>(
     names.try_map(move |given| all.into_iter().find(|one| name(*one) == given).ok_or("unknown name"))
 }
 
+/// Runs the command that the arguments name; returns the exit status.
 pub fn run() -> ExitCode {
     let result = match Cli::parse().command {
         Command::Fit(args) => fit::run(&args),

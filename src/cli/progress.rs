@@ -5,19 +5,19 @@ use std::path::PathBuf;
 use std::thread;
 use std::time::Duration;
 
-use caromfit::io::{self, DatasetError};
-use caromfit::measurement::dataset::Dataset;
+use crate::io::{self, DatasetError};
+use crate::measurement::dataset::Dataset;
 use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
 
 use super::{Failure, unless_none};
 
 /// A bar, which several threads can move, until it is dropped.
-pub struct Progress {
+pub(super) struct Progress {
     bar: ProgressBar,
 }
 
 impl Progress {
-    pub fn new(steps: usize) -> Self {
+    pub(super) fn new(steps: usize) -> Self {
         let mut bar = ProgressBar::with_draw_target(Some(steps as u64), ProgressDrawTarget::hidden());
         let template = "{bar:30} {pos}/{len} {msg}  {elapsed} (about {eta} left)";
         if let Ok(style) = ProgressStyle::with_template(template) {
@@ -45,21 +45,21 @@ impl Progress {
     }
 
     /// Shows the work on data sets: a step for each filmed shot, and for each data set one more than `others`.
-    pub fn over_shots(datasets: &[Dataset], others: usize) -> Self {
+    pub(super) fn over_shots(datasets: &[Dataset], others: usize) -> Self {
         let filmed = |dataset: &Dataset| dataset.tracks.as_ref().map_or(0, |tracks| tracks.shots.len());
         Self::new(datasets.iter().map(|dataset| filmed(dataset) + others + 1).sum())
     }
 
-    pub fn step(&self, name: &str) {
+    pub(super) fn step(&self, name: &str) {
         self.bar.set_message(name.to_string());
     }
 
-    pub fn done(&self) {
+    pub(super) fn done(&self) {
         self.bar.inc(1);
     }
 
     /// Adds steps that are to come.
-    pub fn expect(&self, steps: usize) {
+    pub(super) fn expect(&self, steps: usize) {
         self.bar.inc_length(steps as u64);
     }
 }
@@ -71,7 +71,7 @@ impl Drop for Progress {
 }
 
 /// Returns the data sets that can be loaded, and what is wrong with the others.
-pub fn load(paths: &[PathBuf]) -> (Vec<Dataset>, Vec<DatasetError>) {
+pub(super) fn load(paths: &[PathBuf]) -> (Vec<Dataset>, Vec<DatasetError>) {
     let progress = Progress::new(paths.len());
     let (mut datasets, mut wrong) = (Vec::new(), Vec::new());
     for path in paths {
@@ -86,7 +86,7 @@ pub fn load(paths: &[PathBuf]) -> (Vec<Dataset>, Vec<DatasetError>) {
 }
 
 /// Loads data sets, all of which must be right and have different names.
-pub fn load_all(paths: &[PathBuf]) -> Result<Vec<Dataset>, Failure> {
+pub(super) fn load_all(paths: &[PathBuf]) -> Result<Vec<Dataset>, Failure> {
     let (datasets, wrong) = load(paths);
     unless_none(&wrong, 2)?;
     named_apart(&datasets)?;
@@ -94,7 +94,7 @@ pub fn load_all(paths: &[PathBuf]) -> Result<Vec<Dataset>, Failure> {
 }
 
 /// Refuses data sets of the same name.
-pub fn named_apart(datasets: &[Dataset]) -> Result<(), Failure> {
+pub(super) fn named_apart(datasets: &[Dataset]) -> Result<(), Failure> {
     for (i, one) in datasets.iter().enumerate() {
         if let Some(other) = datasets[..i].iter().find(|other| other.name == one.name) {
             refuse!(

@@ -2,11 +2,11 @@
 
 use std::path::PathBuf;
 
-use caromfit::physics::ball::Ball;
-use caromfit::physics::collision::{FidelityChoice, Model};
-use caromfit::report::document::{self, SynthDocument};
-use caromfit::report::write;
-use caromfit::simulate;
+use crate::physics::ball::Ball;
+use crate::physics::collision::{FidelityChoice, Model};
+use crate::report::document::{self, SynthDocument};
+use crate::report::write;
+use crate::simulate;
 
 use super::{Failure, print};
 
@@ -17,7 +17,7 @@ use super::{Failure, print};
     include_str!("synth-spec.toml"),
     "\nExample: caromfit synth spec.toml --out data/two-cloths-a"
 ))]
-pub struct Args {
+pub(super) struct Args {
     /// What to make; see below
     #[arg(value_name = "SPEC.toml")]
     spec: PathBuf,
@@ -32,7 +32,7 @@ pub struct Args {
     json: bool,
 }
 
-pub fn run(args: &Args) -> Result<(), Failure> {
+pub(super) fn run(args: &Args) -> Result<(), Failure> {
     let spec = simulate::read(&args.spec)?;
     let model = match args.fidelity {
         Some(FidelityChoice::Of(fidelity)) => Model::new(fidelity, Ball::POOL),

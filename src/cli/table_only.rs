@@ -2,44 +2,44 @@
 
 use std::path::Path;
 
-use caromfit::io;
-use caromfit::io::draft::{self, Draft};
-use caromfit::measurement::dataset::Dataset;
-use caromfit::physics::ball::Ball;
+use crate::io;
+use crate::io::draft::{self, Draft};
+use crate::measurement::dataset::Dataset;
+use crate::physics::ball::Ball;
 
 use super::Failure;
 
 /// What a dataset.toml would state of a table.
 #[derive(clap::Args, Default, PartialEq)]
 #[command(next_help_heading = "For a single table")]
-pub struct Told {
+pub(super) struct Told {
     /// Camera frame rate, frames/s
     #[arg(long, value_name = "N")]
-    pub fps: Option<f64>,
+    pub(super) fps: Option<f64>,
     /// Radius of the balls, m; pool balls, 0.028575, unless given
     #[arg(long, value_name = "M")]
-    pub radius: Option<f64>,
+    pub(super) radius: Option<f64>,
     /// Cue ball's spin before the impact
     #[arg(long, value_parser = SPINS)]
-    pub spin: Option<String>,
+    pub(super) spin: Option<String>,
     /// Track of the cue ball
     #[arg(long, value_name = "TRACK", requires = "object")]
-    pub cue: Option<String>,
+    pub(super) cue: Option<String>,
     /// Track of the object ball
     #[arg(long, value_name = "TRACK", requires = "cue")]
-    pub object: Option<String>,
+    pub(super) object: Option<String>,
     /// Unit of lengths
     #[arg(long, value_parser = UNITS)]
-    pub unit: Option<String>,
+    pub(super) unit: Option<String>,
 }
 
 /// Spins before the impact, and units of lengths.
-pub const SPINS: [&str; 4] = ["stun", "natural-roll", "unknown", "measured"];
-pub const UNITS: [&str; 6] = ["m", "cm", "mm", "in", "ft", "px"];
+pub(super) const SPINS: [&str; 4] = ["stun", "natural-roll", "unknown", "measured"];
+pub(super) const UNITS: [&str; 6] = ["m", "cm", "mm", "in", "ft", "px"];
 
 impl Told {
     /// Returns the data set of a table, and sentences that name what was assumed.
-    pub fn load(&self, table: &Path) -> Result<(Dataset, Vec<String>), Failure> {
+    pub(super) fn load(&self, table: &Path) -> Result<(Dataset, Vec<String>), Failure> {
         let mut draft = draft::draft(&[table.to_path_buf()])?;
         let name = table.file_stem().unwrap_or_default().to_string_lossy().into_owned();
         draft.set("name", name.as_str());
@@ -70,7 +70,7 @@ impl Told {
 
     /// Puts what is stated into a draft; returns a sentence if its times are those of slow motion: of a film that was recorded more
     /// than 5 % faster.
-    pub fn fill(&self, draft: &mut Draft) -> Option<String> {
+    pub(super) fn fill(&self, draft: &mut Draft) -> Option<String> {
         let is_slow = self.fps.is_some_and(|fps| draft.set_fps(fps));
         let texts = [("assume", &self.spin), ("cue", &self.cue), ("object", &self.object)];
         for (key, value) in texts.into_iter().filter_map(|(key, value)| Some((key, value.as_deref()?))) {
@@ -110,6 +110,6 @@ const OPTIONS: [(&str, &str); 4] = [
     ("which column is what", "a dataset.toml (caromfit init writes a first version)"),
 ];
 
-pub fn is_table(path: &Path) -> bool {
+pub(super) fn is_table(path: &Path) -> bool {
     path.is_file() && path.extension().is_none_or(|extension| !extension.eq_ignore_ascii_case("toml"))
 }

@@ -1,12 +1,12 @@
 //! Which shots of a data set are wanted: `--shots` and `--skip`.
 
-use caromfit::measurement::dataset::Dataset;
+use crate::measurement::dataset::Dataset;
 
 use super::Failure;
 
 /// The shots that are asked for.
 #[derive(clap::Args)]
-pub struct Wanted {
+pub(super) struct Wanted {
     /// Use only these shots: names with commas between, or A..B for all from A to B in the order of the files
     #[arg(long, value_name = "A..B", value_delimiter = ',')]
     shots: Vec<String>,
@@ -17,7 +17,7 @@ pub struct Wanted {
 
 impl Wanted {
     /// Leaves out shots that are not wanted. Every name must be that of a shot of some data set.
-    pub fn of(&self, datasets: &mut [Dataset]) -> Result<(), Failure> {
+    pub(super) fn of(&self, datasets: &mut [Dataset]) -> Result<(), Failure> {
         for word in self.shots.iter().chain(&self.skip) {
             if !datasets.iter().any(|dataset| named(word, &dataset.names()).is_some()) {
                 refuse!("\"{word}\" {}", unknown(word, datasets));
