@@ -28,7 +28,7 @@ use joint::Joint;
 use samples::Samples;
 
 /// Number of stages of a comparison at most: the samples alone, all together, and a test of each quantity.
-pub const STAGES: usize = 2 + Quantity::ALL.len();
+pub(crate) const STAGES: usize = 2 + Quantity::ALL.len();
 
 /// Why data sets cannot be compared.
 #[derive(Debug, thiserror::Error)]
@@ -51,7 +51,7 @@ pub enum CompareError {
 }
 
 impl CompareError {
-    /// Whether the input was wrong, rather than that it could not be compared.
+    /// Returns whether the input was wrong, rather than that it could not be compared.
     pub fn is_bad_input(&self) -> bool {
         !matches!(self, Self::Fit(error) if !error.is_bad_input())
     }
@@ -67,10 +67,7 @@ pub fn compare(datasets: &[Dataset], options: &Options) -> Result<Comparison, Co
 
 /// Compares data sets as [`compare`] does and reports progress: `done` is called after every shot that is
 /// fitted, from several threads; `stage` with the name of each of the [`STAGES`] as it begins.
-///
-/// # Errors
-/// See [`CompareError`].
-pub fn compare_watched(
+pub(crate) fn compare_watched(
     datasets: &[Dataset],
     options: &Options,
     done: &(dyn Fn() + Sync),

@@ -12,7 +12,6 @@ use crate::physics::contact_frame;
 /// One collision to compute, in the units of the file.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Case {
-    /// The name of the case.
     pub name: String,
     /// The cue ball's speed, m/s.
     pub speed: f64,
@@ -20,15 +19,12 @@ pub struct Case {
     pub cut_deg: f64,
     /// The cue ball's spin in the collision frame, rad/s.
     pub spin: Vec3,
-    /// Friction between the balls μ, dimensionless.
     pub mu: f64,
-    /// Friction of the cloth on the object ball μ_s, dimensionless.
     pub mu_s: f64,
-    /// Coefficient of restitution e, dimensionless.
     pub e: f64,
     /// The radius of the balls, m.
     pub radius: f64,
-    /// The tangential compliance κ, dimensionless; `None`: as the command states.
+    /// The tangential compliance κ; `None`: as the command states.
     pub kappa: Option<f64>,
     /// The cue ball's mass over the object ball's; `None`: as the command states.
     pub mass_ratio: Option<f64>,
@@ -40,11 +36,9 @@ const NUMBERS: [&str; 9] =
 const OPTIONAL: [&str; 2] = ["kappa", "mass_ratio"];
 
 impl Case {
-    /// Returns the cue ball before the impact, and the coefficients.
-    ///
-    /// # Errors
-    /// A speed that is not positive, a cut angle of 90° or more.
-    pub fn before(&self) -> Result<(BallState, Coefficients), NotACollision> {
+    /// Returns the cue ball before the impact, and the coefficients. A speed that is not positive and a
+    /// cut angle of 90° or more are errors.
+    pub(crate) fn before(&self) -> Result<(BallState, Coefficients), NotACollision> {
         let Self { speed, cut_deg, spin, mu, mu_s, e, .. } = *self;
         let checked = |is_good: bool, name: &'static str, value: f64, expected: &'static str| {
             if is_good { Ok(()) } else { Err(NotACollision::OutOfRange { name, value, expected }) }
@@ -55,11 +49,9 @@ impl Case {
         Ok((cue, Coefficients { mu, mu_s, e }))
     }
 
-    /// Computes it with the model that `model` returns; `line` is its place in a file.
-    ///
-    /// # Errors
-    /// Those of [`Case::before`], of `model` and of [`Model::collide`], but an integration that fails.
-    pub fn compute(
+    /// Computes it with the model that `model` returns; `line` is its place in a file. An integration
+    /// that fails is an outcome.
+    pub(crate) fn compute(
         self,
         line: usize,
         model: impl Fn(&Self) -> Result<Model, NotACollision>,
@@ -76,7 +68,6 @@ impl Case {
 /// A case of a file and its outcome.
 #[derive(Clone, Debug)]
 pub struct Computed {
-    /// The case as it stands in the file.
     pub case: Case,
     /// Its line in the file, from 1.
     pub line: usize,
@@ -88,11 +79,9 @@ pub struct Computed {
 
 /// Reads a CSV with the columns name, speed_m_s, cut_deg, omega_x, omega_y, omega_z, mu, mu_s, e,
 /// radius_m, and optionally kappa and mass_ratio, and computes every row with the model that
-/// `model` returns for it, also if the integration of other rows fails.
-///
-/// # Errors
-/// Every cell that is not a number and every row that is not a collision, with its line.
-pub fn collide_all(
+/// `model` returns for it, also if the integration of other rows fails. Reports every cell that is not
+/// a number and every row that is not a collision, with its line.
+pub(crate) fn collide_all(
     path: &Path,
     model: impl Fn(&Case) -> Result<Model, NotACollision>,
 ) -> Result<Vec<Computed>, DatasetError> {

@@ -2,7 +2,7 @@
 //! read back.
 
 pub(crate) mod balls;
-pub mod cases;
+pub(crate) mod cases;
 pub mod draft;
 mod draft_files;
 mod draft_scale;

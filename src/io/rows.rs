@@ -46,8 +46,8 @@ type Column = (&'static str, f64, Condition);
 /// The columns of a table of one kind of data.
 struct Layout {
     before: &'static [Column],
-    /// Columns that must exist and have no empty cells.
-    required: &'static [&'static str],
+    /// Columns that must exist and have no empty cells, with blanks between them.
+    required: &'static str,
     spin: [&'static str; 3],
     observables: &'static [Observable],
 }
@@ -56,24 +56,14 @@ const CUT: Condition = (|x| x.abs() < FRAC_PI_2, "degrees, more than -90 and les
 
 const ANGLES: Layout = Layout {
     before: &[("cut_deg", 1.0_f64.to_radians(), CUT), ("speed_m_s", 1.0, POSITIVE)],
-    required: &["cut_deg"],
+    required: "cut_deg",
     spin: ["omega_x", "omega_y", "omega_z"],
     observables: &Observable::ANGLES,
 };
 
 const IMPACTS: Layout = Layout {
     before: &[("nx", 1.0, FINITE), ("ny", 1.0, FINITE), ("cue_vx", 1.0, FINITE), ("cue_vy", 1.0, FINITE)],
-    required: &[
-        "shot",
-        "nx",
-        "ny",
-        "cue_vx",
-        "cue_vy",
-        "cue_vx_after",
-        "cue_vy_after",
-        "obj_vx_after",
-        "obj_vy_after",
-    ],
+    required: "shot nx ny cue_vx cue_vy cue_vx_after cue_vy_after obj_vx_after obj_vy_after",
     spin: ["cue_wx", "cue_wy", "cue_wz"],
     observables: &Observable::IMPACTS,
 };
@@ -87,7 +77,7 @@ pub(crate) fn shots(table: &Table, kind: Kind, assume: Option<Assume>, by: Optio
     known.extend(layout.spin);
     known.extend(layout.observables.iter().map(|observable| observable.column()));
     check_names(table, &known);
-    for column in layout.required {
+    for column in layout.required.split(' ') {
         table.require(column, &known);
     }
     let inputs: Vec<Option<Values>> = layout.before.iter().map(|column| in_range(table, *column)).collect();
