@@ -129,4 +129,4 @@ pub mod report;
 #[cfg(feature = "io")]
 pub mod simulate;
 #[cfg(feature = "io")]
-pub mod studies;
+mod studies;

@@ -12,7 +12,7 @@ pub use caromfit::design::Expected;
 pub use caromfit::fit::{
     Depth, Estimate, Falling, Fit, FitError, Grade, NoiseVerdict, Options, Rejected, Residual, Status,
 };
-pub use caromfit::io::stated_object::StatedObject;
+pub use caromfit::io::StatedObject;
 pub use caromfit::measurement::correction::Correction;
 pub use caromfit::measurement::dataset::{Before, Dataset, Measured, ObjectBall, Shot, Tracks};
 pub use caromfit::measurement::loss::Loss;

@@ -163,8 +163,6 @@ fn names_are_read_back() {
     all(&Spin::WORDS, Spin::name);
     all(&Status::ALL, Status::name);
     all(&Grade::ALL, Grade::name);
-    all(&Kind::ALL, Kind::name);
-    all(&Played::ALL, Played::name);
     all(&Observable::ANGLES, Observable::column);
     all(&Observable::IMPACTS, Observable::column);
     all(&Observable::DISCS, Observable::column);

@@ -4,15 +4,11 @@ use std::path::PathBuf;
 
 use crate::fit::with_impacts;
 use crate::io;
-use crate::measurement::dataset::{self, Dataset};
-use crate::measurement::values::Values;
-use crate::physics::ball::Ball;
-use crate::physics::collision::{Fidelity, MAX_KAPPA, Model};
-use crate::problem::predict;
+use crate::physics::collision::{MAX_KAPPA, Model};
 use crate::report;
 use crate::report::document::{self, AccuracyDocument};
 use crate::report::write;
-use crate::studies::accuracy::{self, Shot};
+use crate::studies::accuracy;
 use crate::studies::bias;
 
 use super::progress::Progress;
@@ -48,13 +44,15 @@ pub(super) fn run(args: &Args) -> Result<(), Failure> {
     if !(args.kappa > 0.0 && args.kappa <= MAX_KAPPA) {
         refuse!("--kappa is {}; expected more than 0 to {MAX_KAPPA}", args.kappa);
     }
-    let (dataset, shots, left_out) = match &args.dataset {
-        Some(path) => of_dataset(path)?,
-        None => {
-            let shots = accuracy::shots(args.shots as usize, args.seed);
-            (bias::velocities(&shots, Ball::POOL), shots, 0)
-        }
+    let dataset = match &args.dataset {
+        Some(path) => with_impacts(io::load(path)?, &|| {}).0,
+        None => accuracy::dataset(args.shots as usize, args.seed),
     };
+    let shots = accuracy::shots(&dataset);
+    if shots.is_empty() {
+        return Err(Failure { status: 1, message: format!("{}: no shot can be used", dataset.name) });
+    }
+    let left_out = dataset.shots.len() - shots.len() + dataset.left_out.len();
     let progress = Progress::new(1 + bias::FITTED.len());
     progress.step("errors and times");
     let rows = accuracy::study(&shots, dataset.ball, args.kappa)?;
@@ -62,7 +60,7 @@ pub(super) fn run(args: &Args) -> Result<(), Failure> {
     let data = bias::noise_free(&dataset, args.kappa);
     let mut biases = Vec::new();
     for way in bias::FITTED {
-        progress.step(&format!("fitting with {}", way.name()));
+        progress.step(&format!("fitting with {}", way.name));
         biases.push(bias::bias(&data, way)?);
         progress.done();
     }
@@ -76,19 +74,4 @@ pub(super) fn run(args: &Args) -> Result<(), Failure> {
     let table = report::accuracy::table(&rows);
     let biases = report::accuracy::bias_table(&biases, data.shots.len());
     print(&format!("{} shots{left_out}\n{table}\n{biases}", shots.len()))
-}
-
-fn of_dataset(path: &std::path::Path) -> Result<(Dataset, Vec<Shot>, usize), Failure> {
-    let (dataset, _) = with_impacts(io::load(path)?, &|| {});
-    let coefficients = Values::initial(&dataset.settings).coefficients();
-    let model = dataset.model(Fidelity::Full);
-    let shot = |shot: &dataset::Shot| {
-        Some(Shot { cue: predict(shot, &model, &coefficients).ok()?.cue, coefficients })
-    };
-    let shots: Vec<Shot> = dataset.shots.iter().filter_map(shot).collect();
-    if shots.is_empty() {
-        return Err(Failure { status: 1, message: format!("{}: no shot can be used", dataset.name) });
-    }
-    let left_out = dataset.shots.len() - shots.len() + dataset.left_out.len();
-    Ok((dataset, shots, left_out))
 }

@@ -2,10 +2,12 @@
 
 use std::path::{Path, PathBuf};
 
-use crate::io::cases::{self, BadCase, Case, Computed};
+use crate::io::cases::{self, Case, Computed};
 use crate::physics::ball::{Ball, BallState, Vec3};
 use crate::physics::collision::effects::{self, Choice, Estimate};
-use crate::physics::collision::{Effects, Fidelity, FidelityChoice, MIN_TOLERANCE, Model, Outcome};
+use crate::physics::collision::{
+    Effects, Fidelity, FidelityChoice, MIN_TOLERANCE, Model, NotACollision, Outcome,
+};
 use crate::physics::contact_frame::cue_velocity;
 use crate::physics::friction_law::Law;
 use crate::report::document::{self, CollideDocument};
@@ -102,13 +104,14 @@ impl Args {
     }
 
     /// Returns the model of a case; without a fidelity one that has all effects.
-    fn given(&self, case: &Case) -> Result<Model, BadCase> {
+    fn given(&self, case: &Case) -> Result<Model, NotACollision> {
         let fidelity = self.fidelity();
         let ball = Ball { radius: case.radius, ..Ball::POOL };
         let mut model = Model::new(fidelity.unwrap_or(Fidelity::Contact), ball);
         if let Some(ratio) = case.mass_ratio.or(self.mass_ratio) {
             if !(ratio > 0.0 && ratio.is_finite()) {
-                return Err(BadCase::MassRatio(ratio));
+                let (name, expected) = ("mass_ratio", "more than 0");
+                return Err(NotACollision::OutOfRange { name, value: ratio, expected });
             }
             model = model.with_mass_ratio(ratio);
         }
@@ -122,18 +125,20 @@ impl Args {
         let stated = case.kappa.or(self.kappa);
         let Some(kappa) = stated.or(fidelity.is_none().then_some(Model::KAPPA)) else { return Ok(model) };
         if stated.is_some() && kappa != 0.0 && !model.fidelity.effects().compliance {
-            return Err(BadCase::Rigid(kappa, model.fidelity));
+            let expected =
+                "0, or the fidelity ode, contact or auto, as all others are rigid along the surface";
+            return Err(NotACollision::OutOfRange { name: "kappa", value: kappa, expected });
         }
         Ok(Model { kappa, effects: Effects { compliance: true, ..model.effects }, ..model })
     }
 
-    fn choose(&self, case: &Case) -> Result<Choice, BadCase> {
+    fn choose(&self, case: &Case) -> Result<Choice, NotACollision> {
         let (cue, coefficients) = case.before()?;
         let model = self.given(case)?;
-        Ok(effects::choose(&model, &cue, &coefficients, self.within())?)
+        effects::choose(&model, &cue, &coefficients, self.within())
     }
 
-    fn model(&self, case: &Case) -> Result<Model, BadCase> {
+    fn model(&self, case: &Case) -> Result<Model, NotACollision> {
         let model = self.given(case)?;
         if self.fidelity().is_some() { Ok(model) } else { Ok(self.choose(case)?.model(&model)) }
     }
@@ -175,10 +180,9 @@ pub(super) fn run(args: &Args) -> Result<(), Failure> {
     let collided: Vec<Computed> = if let Some(path) = &args.cases {
         cases::collide_all(path, |case| args.model(case))?
     } else {
-        let case = args.case();
-        let model = args.model(&case)?;
-        let outcome = Ok(case.collide(&model)?);
-        vec![Computed { case, line: 1, model, outcome }]
+        let computed = args.case().compute(1, |case| args.model(case))?;
+        computed.outcome?;
+        vec![computed]
     };
     let (mut documents, mut tables, mut failed) = (Vec::new(), Vec::new(), Vec::new());
     for computed in &collided {

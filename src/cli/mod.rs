@@ -101,7 +101,7 @@ impl<E: Error + 'static> From<E> for Failure {
     fn from(error: E) -> Self {
         let known: &(dyn Error + 'static) = &error;
         let is_of_work = known.is::<ReportError>()
-            || known.is::<NotACollision>()
+            || matches!(known.downcast_ref(), Some(NotACollision::NotIntegrated { .. }))
             || known.is::<std::io::Error>()
             || known.downcast_ref::<CompareError>().is_some_and(|error| !error.is_bad_input())
             || known.downcast_ref::<FitError>().is_some_and(|error| !error.is_bad_input());

@@ -38,7 +38,7 @@ impl Samples<'_> {
         let mut columns: Vec<Column> = Vec::new();
         let (mut samples, mut own): (Vec<Sample>, Vec<Vec<Own>>) = (Vec::new(), Vec::new());
         for alone in &self.fitted {
-            let (mut block, values, factor) = self.see_alike(alone);
+            let (mut block, values, factor) = self.in_common_picture(alone);
             let of_sample = Id::ALL.map(|id| {
                 let column = self.column(alone, id, factor);
                 let place = columns.iter().position(|other| other.key == column.key);
@@ -67,7 +67,7 @@ impl Samples<'_> {
     /// Returns what distinguishes the columns of an unknown: samples with the same number share one.
     fn number(&self, id: Id, alone: &Alone) -> usize {
         if let Some(quantity) = Quantity::ALL.into_iter().find(|quantity| quantity.id() == id) {
-            return if self.is_apart(quantity) { alone.label } else { 0 };
+            return if self.is_separate(quantity) { alone.label } else { 0 };
         }
         match id {
             Id::MassRatio | Id::RadiusRatio => alone.balls,
@@ -116,7 +116,7 @@ impl Samples<'_> {
 
     /// Returns the data of a sample and its own unknowns, with its picture in the unit and from the middle
     /// of the first film by the same camera, and lengths in that picture over those before.
-    fn see_alike(&self, alone: &Alone) -> (Block, Vec<Own>, f64) {
+    fn in_common_picture(&self, alone: &Alone) -> (Block, Vec<Own>, f64) {
         let solution = &alone.solution;
         let mut block = solution.problem.samples[0].block.clone();
         let mut own = solution.at.state.own[0].clone();

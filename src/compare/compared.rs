@@ -2,11 +2,11 @@
 
 use statrs::distribution::{ContinuousCDF, Normal};
 
-use super::error::CompareError;
+use super::CompareError;
 use super::findings::{Finding, Reason};
 use super::joint::{Joint, estimate};
 use super::quantity::Quantity;
-use super::result::{Compared, Comparison, Difference, LabelResidual, Robust, Value};
+use super::result::{Compared, Comparison, Difference, LabelResidual, LikelihoodRatio, Robust, Value};
 use super::samples::Alone;
 use super::significance::known_error;
 use crate::fit::deviations::residuals as residuals_of;
@@ -92,35 +92,35 @@ impl Joint<'_> {
 
     /// Returns a quantity's estimates, their differences, and whether one value is enough.
     pub(super) fn quantity(&self, quantity: Quantity) -> Compared {
-        let (id, is_apart) = (quantity.id(), self.samples.is_apart(quantity));
+        let (id, is_separate) = (quantity.id(), self.samples.is_separate(quantity));
         let problem = &self.solution.problem;
         // with all columns of the unknown, even at a bound
         let estimates = estimate(problem, &self.solution.at, &problem.columns_of(id));
-        let (mut telling, mut left_out) = (Vec::new(), Vec::new());
+        let (mut determining, mut left_out) = (Vec::new(), Vec::new());
         for label in 0..self.samples.labels.len() {
             match self.column_of(label, quantity, estimates.as_ref()) {
-                Ok(Some(column)) => telling.push((label, column)),
+                Ok(Some(column)) => determining.push((label, column)),
                 Ok(None) => {}
                 Err(reason) => left_out.push((label, reason)),
             }
         }
-        let labels: Vec<usize> = telling.iter().map(|(label, _)| *label).collect();
-        let shown: Vec<usize> = if is_apart {
+        let labels: Vec<usize> = determining.iter().map(|(label, _)| *label).collect();
+        let shown: Vec<usize> = if is_separate {
             (0..self.samples.labels.len()).filter(|label| !self.of_label(*label).is_empty()).collect()
         } else {
             let first = self.samples.fitted.first().map(|alone| alone.label);
             labels.first().copied().or(first).into_iter().collect()
         };
         let value = |label: usize| {
-            let label_of_value = is_apart.then_some(label);
+            let label_of_value = is_separate.then_some(label);
             Value { label: label_of_value, ..self.value(label, id, estimates.as_ref()) }
         };
         Compared {
             quantity,
-            shared: !is_apart,
+            shared: !is_separate,
             estimates: shown.into_iter().map(value).collect(),
             differences: match &estimates {
-                Some(estimates) if is_apart => self.differences(&telling, estimates),
+                Some(estimates) if is_separate => self.differences(&determining, estimates),
                 _ => Vec::new(),
             },
             same_or_different: self.test(id, &labels),
@@ -186,12 +186,12 @@ impl Joint<'_> {
     }
 
     /// Returns the differences of all pairs of labels, given with their columns.
-    fn differences(&self, telling: &[(usize, usize)], estimates: &Estimates) -> Vec<Difference> {
+    fn differences(&self, determining: &[(usize, usize)], estimates: &Estimates) -> Vec<Difference> {
         let value = |column: usize| self.solution.at.state.shared.0[column];
         let covariance = &estimates.covariance;
         let mut all = Vec::new();
-        for (i, (first, a)) in telling.iter().enumerate() {
-            for (second, b) in &telling[i + 1..] {
+        for (i, (first, a)) in determining.iter().enumerate() {
+            for (second, b) in &determining[i + 1..] {
                 let (Some(p), Some(q)) = (estimates.position(*a), estimates.position(*b)) else { continue };
                 let variance = covariance[(p, p)] + covariance[(q, q)] - 2.0 * covariance[(p, q)];
                 all.push(self.tests.pair(*first, *second, value(*b) - value(*a), variance.sqrt()));
@@ -203,16 +203,20 @@ impl Joint<'_> {
 
 /// Returns that the data contradict a shared quantity at the level at which a fit becomes doubtful, and
 /// the estimates that are at a bound.
-fn find_doubts(compared: &Compared) -> impl Iterator<Item = Finding> {
+fn find_doubts(compared: &Compared) -> Vec<Finding> {
     let quantity = compared.quantity;
     let level = 2.0 * Normal::standard().sf(Policy::default().conflict);
-    let shared = compared.same_or_different.filter(|_| compared.shared);
-    let contradicted = shared.map(|test| test.p_value).filter(|p_value| *p_value < level);
-    let contradicted = contradicted.map(|p_value| Finding::NotShared { quantity, p_value });
-    let at_bound = compared.estimates.iter().filter(|value| value.at_bound);
-    let at_bound =
-        at_bound.map(move |value| Finding::AtBound { quantity, label: value.label, bound: value.value });
-    contradicted.into_iter().chain(at_bound)
+    let mut doubts = Vec::new();
+    if let Some(LikelihoodRatio { p_value, .. }) = compared.same_or_different
+        && compared.shared
+        && p_value < level
+    {
+        doubts.push(Finding::NotShared { quantity, p_value });
+    }
+    for &Value { label, value, .. } in compared.estimates.iter().filter(|value| value.at_bound) {
+        doubts.push(Finding::AtBound { quantity, label, bound: value });
+    }
+    doubts
 }
 
 /// Takes errors, differences and tests away if the residuals of a sample or of all refute the model by

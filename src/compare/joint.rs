@@ -2,11 +2,11 @@
 
 use nalgebra::{DMatrix, DVector};
 
-use super::error::CompareError;
+use super::CompareError;
 use super::findings::Finding;
-use super::probability::Tests;
 use super::quantity::Quantity;
 use super::samples::{Alone, Samples};
+use super::significance::Tests;
 use crate::measurement::loss::Loss;
 use crate::physics::collision::FidelityChoice;
 use crate::problem::{

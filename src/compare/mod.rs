@@ -11,28 +11,51 @@
 
 mod columns;
 mod compared;
-mod error;
 mod findings;
 mod joint;
-mod probability;
 mod quantity;
 mod result;
 mod samples;
 mod significance;
 
-pub use error::CompareError;
 pub use findings::{Finding, Reason};
 pub use quantity::{Options, Quantity};
-pub use result::{
-    Compared, Comparison, Difference, LabelResidual, LikelihoodRatio, Robust, SampleSummary, TestKind, Value,
-};
+pub use result::{Compared, Comparison, Difference, LikelihoodRatio, Robust, SampleSummary, TestKind, Value};
 
+use crate::fit::FitError;
 use crate::measurement::dataset::Dataset;
 use joint::Joint;
 use samples::Samples;
 
 /// Number of stages of a comparison at most: the samples alone, all together, and a test of each quantity.
-pub const STAGES: usize = 2 + Quantity::ALL.len();
+pub(crate) const STAGES: usize = 2 + Quantity::ALL.len();
+
+/// Why data sets cannot be compared.
+#[derive(Debug, thiserror::Error)]
+#[non_exhaustive]
+pub enum CompareError {
+    /// Data sets or options do not go together, as the sentence states.
+    #[error("{0}")]
+    Refused(String),
+    /// A data set is wrong, as [`Dataset::faults`] states it.
+    #[error("{dataset}: {}", .faults.join("\n"))]
+    Invalid {
+        /// The name of the data set.
+        dataset: String,
+        /// The faults, in sentences.
+        faults: Vec<String>,
+    },
+    /// The fit of a data set failed.
+    #[error(transparent)]
+    Fit(#[from] FitError),
+}
+
+impl CompareError {
+    /// Returns whether the input was wrong, rather than that it could not be compared.
+    pub fn is_bad_input(&self) -> bool {
+        !matches!(self, Self::Fit(error) if !error.is_bad_input())
+    }
+}
 
 /// Compares data sets of any kind, as `caromfit compare` does.
 ///
@@ -44,10 +67,7 @@ pub fn compare(datasets: &[Dataset], options: &Options) -> Result<Comparison, Co
 
 /// Compares data sets as [`compare`] does and reports progress: `done` is called after every shot that is
 /// fitted, from several threads; `stage` with the name of each of the [`STAGES`] as it begins.
-///
-/// # Errors
-/// See [`CompareError`].
-pub fn compare_watched(
+pub(crate) fn compare_watched(
     datasets: &[Dataset],
     options: &Options,
     done: &(dyn Fn() + Sync),

@@ -1,4 +1,4 @@
-//! The result of a comparison: a value, which `report` renders.
+//! The result of a comparison.
 
 use schemars::JsonSchema;
 use serde::Serialize;
@@ -12,14 +12,11 @@ use crate::problem::Severity;
 
 /// The result of a comparison: a value, which [`crate::report`] renders.
 #[derive(Clone, Debug)]
-#[non_exhaustive]
 pub struct Comparison {
-    /// What is distinguished: cloths, data sets, or values of a label column.
-    pub labels: Vec<String>,
+    pub(crate) labels: Vec<String>,
     /// What the labels are: `cloth`, `data set`, or the column of `[fit] by`.
     pub told_by: String,
-    /// The name of the fidelity, as on the command line.
-    pub fidelity: &'static str,
+    pub(crate) fidelity: &'static str,
     /// Whether films were compared, by all their frames.
     pub is_filmed: bool,
     /// How many shots were computed at which fidelity and with which effects on.
@@ -32,12 +29,10 @@ pub struct Comparison {
     pub chi2: f64,
     /// Its degrees of freedom.
     pub dof: usize,
-    /// Whether the noise was estimated from the residuals.
-    pub noise_estimated: bool,
+    pub(crate) noise_estimated: bool,
     /// Whether the search ended at a minimum.
     pub converged: bool,
-    /// The observations one by one.
-    pub residuals: Vec<LabelResidual>,
+    pub(crate) residuals: Vec<LabelResidual>,
     /// How robust losses weighted the shots, if data sets have any.
     pub robust: Option<Robust>,
     /// The findings, the most important first.
@@ -61,39 +56,34 @@ impl Comparison {
         self.findings.iter().any(|finding| matches!(finding, Finding::Refuted { .. }))
     }
 
-    /// Returns what reports call the shot of a residual: its sample and its own name.
-    pub fn shot_name(&self, residual: &LabelResidual) -> String {
+    /// Returns the name of a residual's shot in reports: its sample and its own name.
+    pub(crate) fn shot_name(&self, residual: &LabelResidual) -> String {
         format!("{}, {}", self.samples[residual.sample].title, residual.of_shot.shot)
     }
 }
 
 /// How robust losses weighted the shots.
 #[derive(Clone, Debug)]
-#[non_exhaustive]
 pub struct Robust {
     /// The name of each loss that a data set has.
     pub losses: Vec<&'static str>,
     /// The sample, the shot and its weight, for weights below 1, the smallest first.
-    pub weights: Vec<(usize, String, f64)>,
+    pub(crate) weights: Vec<(usize, String, f64)>,
 }
 
 /// One sample of a comparison: a data set, or those of its shots that have one label.
 #[derive(Clone, Debug)]
-#[non_exhaustive]
 pub struct SampleSummary {
     /// The name for a reader.
     pub title: String,
-    /// The index of its label in [`Comparison::labels`].
-    pub label: usize,
-    /// How many of its shots were fitted.
+    pub(crate) label: usize,
+    /// Number of its shots that were fitted.
     pub shots_used: usize,
-    /// The shots that were left out, with the reasons.
-    pub shots_rejected: Vec<Rejected>,
+    pub(crate) shots_rejected: Vec<Rejected>,
 }
 
 /// One quantity compared over all labels.
 #[derive(Clone, Debug)]
-#[non_exhaustive]
 pub struct Compared {
     /// The quantity.
     pub quantity: Quantity,
@@ -111,7 +101,6 @@ pub struct Compared {
 
 /// The value of a parameter.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, JsonSchema)]
-#[non_exhaustive]
 pub struct Value {
     /// The index of the label in [`Comparison::labels`]; `None` if it is the value for all.
     #[serde(skip)]
@@ -133,7 +122,6 @@ pub struct Value {
 
 /// The difference of a quantity between two labels: the second less the first.
 #[derive(Clone, Debug, PartialEq, Serialize, JsonSchema)]
-#[non_exhaustive]
 pub struct Difference {
     /// The index of the first label in [`Comparison::labels`].
     #[serde(skip)]
@@ -172,8 +160,7 @@ impl Difference {
 worded! {
     /// The kind of the test of one value for all against one for each.
     #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-    #[non_exhaustive]
-    pub enum TestKind {
+        pub enum TestKind {
         /// By the ratio of the likelihoods.
         LikelihoodRatio = "likelihood ratio",
         /// By the differences and their errors from the scatter of the shots, where a robust loss leaves no likelihood
@@ -188,7 +175,6 @@ written_by_name!(TestKind);
 
 /// A test of one value for all against one for each label.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, JsonSchema)]
-#[non_exhaustive]
 pub struct LikelihoodRatio {
     /// The statistic: twice the logarithm of the ratio of likelihoods, or the rise of χ²; or Wald's statistic.
     #[serde(rename = "likelihood_ratio")]
@@ -207,14 +193,10 @@ pub struct LikelihoodRatio {
     pub delta_aic: f64,
 }
 
-/// A residual of the joint fit.
+/// A residual of the joint fit, with the indices of its label and its sample.
 #[derive(Clone, Debug)]
-#[non_exhaustive]
-pub struct LabelResidual {
-    /// The index of the label in [`Comparison::labels`].
+pub(crate) struct LabelResidual {
     pub label: usize,
-    /// The index of the sample in [`Comparison::samples`].
     pub sample: usize,
-    /// The observation and its residual.
     pub of_shot: Residual,
 }

@@ -2,7 +2,7 @@
 
 use std::sync::Arc;
 
-use super::error::CompareError;
+use super::CompareError;
 use super::findings::Finding;
 use super::quantity::{Options, Quantity};
 use super::result::SampleSummary;
@@ -72,11 +72,14 @@ impl<'a> Samples<'a> {
             findings: Vec::new(),
         };
         for (film, dataset) in datasets.iter().enumerate() {
-            let is_same = |other: &Dataset| other.balls.is_some() && other.balls == dataset.balls;
-            let balls = datasets.iter().position(is_same).unwrap_or(film);
+            let first = |label: fn(&Dataset) -> Option<&String>| {
+                let own = label(dataset);
+                let is_same = |other: &Dataset| own.is_some() && label(other) == own;
+                datasets.iter().position(is_same).unwrap_or(film)
+            };
+            let balls = first(|dataset| dataset.balls.as_ref());
+            let camera = first(|dataset| dataset.camera.as_ref());
             let cloth = datasets.iter().position(|other| other.cloth == dataset.cloth).unwrap_or(film);
-            let is_same = |other: &Dataset| other.camera.is_some() && other.camera == dataset.camera;
-            let camera = datasets.iter().position(is_same).unwrap_or(film);
             for (group, part) in fit::analysis::parts(dataset) {
                 let title = match group {
                     Some(group) if datasets.len() > 1 => format!("{}, {group}", dataset.name),
@@ -142,8 +145,8 @@ impl<'a> Samples<'a> {
     }
 
     /// Returns whether a quantity has a column for each label.
-    pub fn is_apart(&self, quantity: Quantity) -> bool {
-        self.options.is_apart(quantity, self.by_cloth)
+    pub fn is_separate(&self, quantity: Quantity) -> bool {
+        self.options.is_separate(quantity, self.by_cloth)
     }
 
     /// Returns the first sample that the same camera filmed.

@@ -3,40 +3,27 @@
 //! with the priors of a fit.
 
 use nalgebra::SMatrix;
-use rayon::prelude::*;
 
 use super::{Expected, PlayedKind, SpinFrom};
-use crate::extraction::{Rotation, Rotations};
 use crate::measurement::dataset::Dataset;
 use crate::measurement::spin::Spin;
-use crate::physics::ball::{BallState, Vec3};
+use crate::physics::ball::Vec3;
 use crate::physics::collision::NotACollision;
 use crate::physics::contact_frame::CollisionFrame;
 use crate::problem::{self, Filming, Id, Mode, PlannedShot, Shared, Unknown, unknowns_of};
-use crate::simulate::{self, Camera, between, cue_ball};
+use crate::simulate::{Camera, between, cue_ball};
 
 const SHARED: usize = Id::ALL.len();
 
-/// The unknowns whose information is in their own units, each with the standard deviation of its
-/// prior if it has one. The others are in standard deviations of their priors.
-pub(crate) const IN_UNITS: [(Id, Option<f64>); 5] =
-    [(Id::Mu, None), (Id::MuS, None), (Id::E, None), (Id::MuK, Some(1.0)), (Id::MuR, Some(0.005))];
-
 /// The Fisher information of the unknowns that all shots share, in the order of [`Id`]: the inverse
-/// of their covariance. That of an unknown that is exact is 0.
+/// of their covariance. Unknowns with a prior are in its standard deviations; the information of an
+/// unknown that is exact is 0.
 pub type Information = SMatrix<f64, SHARED, SHARED>;
 
 /// Shots over which a kind is averaged, and instants of the shutter for a single cut and speed:
 /// doubling either moves standard errors by less than 1 %.
 const SAMPLES: usize = 512;
 const PHASES: usize = 16;
-
-/// Shots with markers over which the errors of spins are averaged: doubling moves the errors by a
-/// few per cent.
-const MARKED: usize = 96;
-
-/// The standard error of a spin that markers do not show, rad/s: ten times that of any shot.
-pub(crate) const UNSEEN: f64 = 1e4;
 
 /// Returns coordinate `k` (from 1) of the i-th of points that fill a unit cube evenly: multiples of
 /// g⁻ᵏ, where g^(d + 1) = g + 1 in d dimensions (Roberts 2018; the golden ratio in one).
@@ -61,12 +48,12 @@ pub(crate) fn average(
     let topspin_sd = (kind.topspin[1] - kind.topspin[0]).abs() / 12_f64.sqrt();
     let filming = Filming { shots: kind.shots, topspin_sd, fps, frames: 1 + before + after, sd };
     let count = if at.is_some() { PHASES } else { SAMPLES };
-    let shots: Vec<PlannedShot> = (0..count).map(|i| sample(expected, kind, i, at).1).collect();
+    let shots: Vec<PlannedShot> = (0..count).map(|i| sample(expected, kind, i, at)).collect();
     let found = problem::information(&shots, &filming, (&expected.model(), &unknowns, &shared))?;
     let unit = |unknown: &Unknown| match unknown.prior {
         _ if unknown.mode != Mode::Free => 0.0,
-        Some(prior) if IN_UNITS.iter().all(|(id, _)| *id != unknown.id) => prior.sd,
-        _ => 1.0,
+        Some(prior) => prior.sd,
+        None => 1.0,
     };
     let units: Vec<f64> = unknowns.iter().map(unit).collect();
     let sum = |i: usize, j: usize| found.iter().flatten().map(|of_shot| of_shot[(i, j)]).sum::<f64>();
@@ -96,14 +83,9 @@ fn stated_spin(kind: &PlayedKind, topspin: f64) -> Spin {
     }
 }
 
-/// Returns the cue ball of the i-th of shots of a kind, and the shot as the problem of a fit plans
-/// it: spread evenly over the ranges of the kind, or at one speed and cut angle.
-fn sample(
-    expected: &Expected,
-    kind: &PlayedKind,
-    i: usize,
-    at: Option<[f64; 2]>,
-) -> (BallState, PlannedShot) {
+/// Returns the i-th of shots of a kind as the problem of a fit plans it: spread evenly over the ranges
+/// of the kind, or at one speed and cut angle.
+fn sample(expected: &Expected, kind: &PlayedKind, i: usize, at: Option<[f64; 2]>) -> PlannedShot {
     let part = |k: i32| even(7, i, k);
     let [speed, cut_deg] = at.unwrap_or([between(kind.speed_m_s, part(1)), between(kind.cut_deg, part(2))]);
     let (of_topspin, phase) = match at {
@@ -113,8 +95,7 @@ fn sample(
     let topspin = between(kind.topspin, of_topspin);
     let direction = std::f64::consts::TAU * part(5);
     let cue = cue_ball(speed, cut_deg.to_radians(), [topspin, kind.side], expected.ball.radius);
-    let is_marked = kind.source() == SpinFrom::Markers;
-    let shown = is_marked.then(|| kind.spin_sd_rad_s.unwrap_or([UNSEEN; 2]));
+    let shown = kind.spin_sd_rad_s.filter(|_| kind.source() == SpinFrom::Markers);
     let spin = match stated_spin(kind, topspin) {
         Spin::Measured { .. } => {
             // a rotation about a horizontal axis also changes the height of markers, which is not
@@ -125,7 +106,7 @@ fn sample(
         }
         stated => stated,
     };
-    let shot = PlannedShot {
+    PlannedShot {
         velocity: [cue.velocity.x, cue.velocity.y],
         direction,
         place: [6, 7].map(|k| (part(k) - 0.5) * (Camera::FIELD_M[1] - Camera::FIELD_M[0])),
@@ -133,53 +114,16 @@ fn sample(
         topspin,
         spin,
         after_sd: shown,
-    };
-    (cue, shot)
-}
-
-/// Returns the standard errors (rad/s) to which two markers on each ball show the side spins of the
-/// cue ball and of the object ball, as the extraction states them for such shots without noise: by
-/// the frame rate, the noise, and the time and place of each marker. It is the mean of 1/variance
-/// over shots, so that those whose markers are well placed count most. `None` if the markers of no
-/// shot show a spin.
-///
-/// # Errors
-/// A shot of the kind is not a collision.
-pub fn shown_by_markers(expected: &Expected, kind: &PlayedKind) -> Result<Option<[f64; 2]>, NotACollision> {
-    let Expected { coefficients, cloth, camera, ball, .. } = expected;
-    let model = expected.model();
-    let measure = |i: usize| {
-        let (cue, shot) = sample(expected, kind, i, None);
-        // both markers of the cue ball and of the object ball, spread evenly over all shots
-        let place = |k: i32| simulate::on_top(even(8, i, k), even(8, i, k + 1));
-        let places = [vec![place(1), place(3)], vec![place(5), place(7)]];
-        let (track, truth) =
-            simulate::noise_free(&model, coefficients, (camera, cloth), &cue, (shot.instant, &places))?;
-        Ok(Rotations::of(&track, truth.time, ball.radius, camera.position_sd_m))
-    };
-    let measured: Vec<Rotations> =
-        (0..MARKED).into_par_iter().map(measure).collect::<Result<_, NotACollision>>()?;
-    let error = |pick: fn(&Rotations) -> Option<Rotation>| {
-        let weights: Vec<f64> =
-            measured.iter().filter_map(pick).map(|r| r.covariance[(2, 2)].recip()).collect();
-        (!weights.is_empty()).then(|| (weights.len() as f64 / weights.iter().sum::<f64>()).sqrt())
-    };
-    Ok(error(|r| r.cue_after).zip(error(|r| r.object_after)).map(|(cue, object)| [cue, object]))
-}
-
-/// Returns the priors as information.
-fn prior() -> Information {
-    let mut prior = Information::identity();
-    for (id, sd) in IN_UNITS {
-        prior[(id as usize, id as usize)] = sd.map_or(0.0, |sd| sd.powi(-2));
     }
-    prior
 }
 
 /// Returns the covariance of the unknowns after shots with this information, with the priors; NaN
 /// for unknowns that are not determined.
 pub(crate) fn covariance(information: &Information) -> Information {
-    let information = information + prior();
+    let mut information = *information;
+    for id in Id::ALL.into_iter().filter(|id| !Id::WANTED.contains(id)) {
+        information[(id as usize, id as usize)] += 1.0;
+    }
     // coefficients are between 0 and 1: a standard error of a million, if all others were known, is
     // rounding
     let scale: [f64; SHARED] = std::array::from_fn(|i| {

@@ -21,7 +21,7 @@ pub struct Mixture {
     /// The index of each kind, with its number of shots, the most first.
     pub shots: Vec<(usize, u64)>,
     /// The standard errors of μ, μ_s and e that they give.
-    pub std_errors: [Option<f64>; 3],
+    pub(crate) std_errors: [Option<f64>; 3],
 }
 
 impl Mixture {
@@ -122,7 +122,7 @@ mod tests {
 
     #[test]
     fn a_straight_line_is_measured_at_its_ends() {
-        // y = a + b x at x in [−1, 1], a = μ and b = e: b is told best by as many at either end,
+        // y = a + b x at x in [−1, 1], a = μ and b = e: b is determined best by as many at either end,
         // var b = 1/n
         let at = |x: f64| {
             let mut information = Information::zeros();

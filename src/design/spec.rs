@@ -1,4 +1,4 @@
-//! What an experiment is expected to be like: the content of a SPEC.toml.
+//! The SPEC.toml of a design.
 
 use std::path::Path;
 
@@ -6,8 +6,7 @@ use serde::Deserialize;
 
 use super::{Expected, PlayedKind, SpinFrom};
 use crate::io::DatasetError;
-use crate::io::balls_section::{BallSection, Shape};
-use crate::io::stated_object::StatedObject;
+use crate::io::balls::{BallSection, Shape, StatedObject};
 use crate::io::toml_file::{self, Source};
 use crate::measurement::parameter::Parameter;
 use crate::measurement::valid::{Condition, FRACTION, Fault, Faults, POSITIVE};
@@ -61,17 +60,17 @@ impl Keys {
             source.wrong("ball.poisson", message);
         }
         let default = Expected::default();
-        let usual = default.coefficients;
+        let Coefficients { mu, mu_s, e } = default.coefficients;
         let (cue, _) = ball.check(object.as_ref(), source);
         let wanted = [want.mu, want.mu_s, want.e];
         Expected {
             coefficients: Coefficients {
-                mu: expected.mu.unwrap_or(usual.mu),
-                mu_s: expected.mu_s.unwrap_or(usual.mu_s),
-                e: expected.e.unwrap_or(usual.e),
+                mu: expected.mu.unwrap_or(mu),
+                mu_s: expected.mu_s.unwrap_or(mu_s),
+                e: expected.e.unwrap_or(e),
             },
             ball: cue,
-            object: object.map(|object| object.ball(&ball, &cue, source)),
+            object: object.map(|object| object.check(&ball, &cue, source)),
             cloth,
             camera,
             kinds: if kind.is_empty() { default.kinds } else { kind },
@@ -123,36 +122,29 @@ impl Faults for Expected {
 mod tests {
     use super::*;
 
-    fn read(text: &str) -> Result<Expected, String> {
-        let folder = tempfile::tempdir().unwrap();
-        let path = folder.path().join("spec.toml");
-        std::fs::write(&path, text).unwrap();
-        Expected::read(&path).map_err(|error| error.to_string())
-    }
-
-    /// A kind of this name and with these keys.
-    fn kind(keys: &str) -> String {
-        format!("[[kind]]\nname = \"a\"\n{}\n", keys.replace("; ", "\n"))
-    }
-
     #[test]
-    fn everything_wrong_is_named_with_its_place() {
-        let camera = |keys: &str| format!("[camera]\n{}", keys.replace("; ", "\n"));
-        let motion = kind("side = 1; spin_from = \"motion\"");
-        let twice = kind("side = 0") + &kind("side = 1");
+    fn every_fault_is_named_with_its_place() {
+        let file = tempfile::NamedTempFile::new().unwrap();
         for (text, expected) in [
+            ("[expected]\nmu = -1", ":2: column 6: expected.mu is -1; expected a number from 0 to 1"),
             (
-                "[expected]\nmu = -1".to_owned(),
-                ":2: column 6: expected.mu is -1; expected a number from 0 to 1",
+                "[camera]\nfps = 10\nbefore_ms = 40",
+                ":3: column 13: camera.before_ms is 40, which is 0 frames",
             ),
-            (camera("fps = 10; before_ms = 40"), ":3: column 13: camera.before_ms is 40, which is 0 frames"),
-            (kind("topspin = [3, 1]"), "kind.topspin is 3; expected from -2 to 2"),
-            (motion, "does not show side spin"),
-            (kind("speed_m_s = [2,1]"), "column 13: kind.speed_m_s is [2, 1]; expected [slowest, fastest]"),
-            (kind("shots = 0"), "kind.shots is 0; expected 1 to"),
-            (twice, ":5: column 8: kind.name is \"a\"; expected a name that no other kind has"),
+            ("[[kind]]\ntopspin = [3, 1]", "kind.topspin is 3; expected from -2 to 2"),
+            ("[[kind]]\nside = 1\nspin_from = \"motion\"", "does not show side spin"),
+            (
+                "[[kind]]\nspeed_m_s = [2,1]",
+                "column 13: kind.speed_m_s is [2, 1]; expected [slowest, fastest]",
+            ),
+            ("[[kind]]\nshots = 0", "kind.shots is 0; expected 1 to"),
+            (
+                "[[kind]]\n[[kind]]\nname = \"roll\"",
+                ":3: column 8: kind.name is \"roll\"; expected a name that no",
+            ),
         ] {
-            let error = read(&text).expect_err(&text);
+            std::fs::write(file.path(), text).unwrap();
+            let error = Expected::read(file.path()).unwrap_err().to_string();
             assert!(error.contains(expected), "{error}\nis not {expected}");
         }
     }

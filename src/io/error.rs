@@ -5,6 +5,8 @@ use std::cell::RefCell;
 use std::fmt;
 use std::path::{Path, PathBuf};
 
+use indexmap::IndexMap;
+
 /// Maximum number of problems listed; the rest are counted.
 const LISTED: usize = 20;
 
@@ -74,25 +76,21 @@ impl fmt::Display for DatasetError {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         write!(f, "{}", self.what)?;
         // the same problem in other places is listed once
-        let mut alike: Vec<(&Problem, Vec<&Problem>)> = Vec::new();
+        let mut groups: IndexMap<(&str, Option<&str>), Vec<&Problem>> = IndexMap::new();
         for problem in &self.problems {
-            let same = |first: &Problem| first.message == problem.message && first.column == problem.column;
-            match alike.iter_mut().find(|(first, _)| same(first)) {
-                Some((_, others)) => others.push(problem),
-                None => alike.push((problem, Vec::new())),
-            }
+            groups.entry((&problem.message, problem.column.as_deref())).or_default().push(problem);
         }
-        for (problem, others) in alike.iter().take(LISTED) {
-            write!(f, "\n  {problem}")?;
-            let named: Vec<String> = others.iter().take(MAX_NAMED).map(|other| other.place()).collect();
+        for group in groups.values().take(LISTED) {
+            write!(f, "\n  {}", group[0])?;
+            let named: Vec<String> = group[1..].iter().take(MAX_NAMED).map(|other| other.place()).collect();
             if !named.is_empty() {
                 write!(f, "\n    the same in {}", named.join(", "))?;
             }
-            if others.len() > MAX_NAMED {
-                write!(f, " and {} more", others.len() - MAX_NAMED)?;
+            if group.len() > 1 + MAX_NAMED {
+                write!(f, " and {} more", group.len() - 1 - MAX_NAMED)?;
             }
         }
-        let more: usize = alike.iter().skip(LISTED).map(|(_, others)| 1 + others.len()).sum();
+        let more: usize = groups.values().skip(LISTED).map(Vec::len).sum();
         if more > 0 {
             write!(f, "\n  and {more} more")?;
         }

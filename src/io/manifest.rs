@@ -5,10 +5,9 @@ use std::path::{Path, PathBuf};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
-use super::balls_section::{BallSection, Shape};
+use super::balls::{BallSection, Shape, StatedObject};
 use super::error::{DatasetError, Problems};
 use super::fit_section::FitSection;
-use super::stated_object::StatedObject;
 use super::table::read_utf8;
 use super::toml_file::{Source, checked};
 use super::tracking::camera::{CameraSection, label_or_section, schema_of_camera};
@@ -18,10 +17,15 @@ use crate::measurement::spin::Spin;
 use crate::measurement::valid::{Condition, POSITIVE};
 use crate::physics::collision::kappa;
 use crate::physics::disc::{Discs, UNIFORM_DISC};
-use crate::physics::name::{by_name, worded};
+use crate::physics::name::worded;
 
 /// Maximum length of a data set's name, bytes: with suffixes below the 255 of file systems.
 const MAX_NAME_BYTES: usize = 200;
+
+const SIDE_SPIN: Condition = (
+    |x| (0.0..=1.0).contains(&x),
+    "the standard deviation of the side spin times the radius over the speed, from 0 to 1",
+);
 
 /// A checked dataset.toml.
 pub(crate) struct Manifest {
@@ -54,8 +58,6 @@ worded! {
     /// The name in dataset.toml and in a specification.
     pub fn name;
 }
-
-by_name!(Kind, "kind", ALL, name);
 
 worded! {
     #[derive(Clone, Copy, Debug, Deserialize, JsonSchema, PartialEq, Eq)]
@@ -139,10 +141,6 @@ impl Manifest {
             problems.add(path, None, None, message);
             return Err(problems.into_error());
         }
-        if path.extension().is_some_and(|extension| extension.eq_ignore_ascii_case("csv")) {
-            problems.add(path, None, None, "is a table; expected the dataset.toml that names it under files");
-            return Err(problems.into_error());
-        }
         let text = read_utf8(path, &problems);
         checked(path, text.as_deref(), problems, Keys::check)
     }
@@ -155,33 +153,11 @@ impl Manifest {
 
 impl Keys {
     fn check(self, source: &Source) -> Manifest {
-        let name = &self.name;
-        let odd = |c: char| c == '/' || c == '\\' || c.is_control();
-        if name.trim() != name || name.is_empty() || name == "." || name == ".." || name.contains(odd) {
-            let message = format!(
-                "name is {}; expected one that can name a folder, without slashes, control characters and \
-                 blanks around it",
-                source.written("name").unwrap_or_default()
-            );
-            source.wrong("name", message);
-        } else if name.len() > MAX_NAME_BYTES {
-            source.wrong("name", format!("name has {} bytes; expected at most {MAX_NAME_BYTES}", name.len()));
-        }
+        self.check_name(source);
+        self.check_together(source);
+        let side_sd = source.number("cue_spin.side_sd", self.cue_spin.side_sd, SIDE_SPIN).unwrap_or(0.0);
+        source.number("cue_spin.topspin_sd", self.cue_spin.topspin_sd, POSITIVE);
         let kind = self.kind;
-        for (key, is_stated) in [
-            ("video", self.video.is_some()),
-            ("camera", self.camera.is_some()),
-            ("table", self.table.is_some()),
-            ("scale", self.scale.is_some()),
-            ("tracks", self.tracks.is_some()),
-        ] {
-            if is_stated && kind != Kind::Tracks {
-                let [kind, only] = [kind, Kind::Tracks].map(Kind::name);
-                let message =
-                    format!("[{key}] stands in a data set of kind \"{kind}\"; it goes with \"{only}\" only");
-                source.wrong(key, message);
-            }
-        }
         let files = self.files(source);
         let (ball, poisson) = self.ball.check(self.object.as_ref(), source);
         let discs = self.discs(source);
@@ -189,8 +165,8 @@ impl Keys {
         let dataset = Dataset {
             path: source.path.to_path_buf(),
             taken: object.map(|object| object.taken(&self.ball, &ball)).unwrap_or_default(),
-            object: object.map(|object| object.ball(&self.ball, &ball, source)),
-            side_sd: self.side_sd(source),
+            object: object.map(|object| object.check(&self.ball, &ball, source)),
+            side_sd,
             settings: self.fit.settings(kappa(poisson), source),
             loss: self.fit.loss(source),
             by: self.fit.by,
@@ -237,23 +213,51 @@ impl Keys {
         }
     }
 
-    /// Returns `[cue_spin] side_sd`, checked.
-    fn side_sd(&self, source: &Source) -> f64 {
-        const RATIO: Condition = (
-            |x| (0.0..=1.0).contains(&x),
-            "the standard deviation of the side spin times the radius over the speed, from 0 to 1",
-        );
-        let side_sd = source.number("cue_spin.side_sd", self.cue_spin.side_sd, RATIO);
-        if source.number("cue_spin.topspin_sd", self.cue_spin.topspin_sd, POSITIVE).is_some()
-            && (self.kind != Kind::Tracks || self.ball.shape == Shape::Disc)
-        {
-            source.wrong("cue_spin.topspin_sd", "cue_spin.topspin_sd goes with films of balls only");
+    fn check_name(&self, source: &Source) {
+        let name = self.name.as_str();
+        let is_forbidden = |c: char| c == '/' || c == '\\' || c.is_control();
+        let is_good = !["", ".", ".."].contains(&name) && name.trim() == name && !name.contains(is_forbidden);
+        if !is_good {
+            let message = format!(
+                "name is {}; expected one that can name a folder, without slashes, control characters and \
+                 blanks around it",
+                source.written("name").unwrap_or_default()
+            );
+            source.wrong("name", message);
+        } else if name.len() > MAX_NAME_BYTES {
+            source.wrong("name", format!("name has {} bytes; expected at most {MAX_NAME_BYTES}", name.len()));
         }
-        if side_sd.is_some() && self.ball.shape == Shape::Disc {
-            let message = "cue_spin.side_sd goes with balls: points on discs show how they turn";
-            source.wrong("cue_spin.side_sd", message);
+    }
+
+    /// Complains about sections and keys that do not go with the kind of the data, or with discs.
+    fn check_together(&self, source: &Source) {
+        let (is_film, is_of_discs) = (self.kind == Kind::Tracks, self.ball.shape == Shape::Disc);
+        let SpinSection { assume, side_sd, topspin_sd } = &self.cue_spin;
+        for (section, is_stated) in [
+            ("video", self.video.is_some()),
+            ("camera", self.camera.is_some()),
+            ("table", self.table.is_some()),
+            ("scale", self.scale.is_some()),
+            ("tracks", self.tracks.is_some()),
+        ] {
+            let kind = self.kind.name();
+            let message =
+                format!("[{section}] stands in a data set of kind \"{kind}\"; it goes with \"tracks\" only");
+            source.wrong_if(is_stated && !is_film, section, &message);
         }
-        side_sd.unwrap_or(0.0)
+        let message = "shape is \"disc\", which goes with kind \"tracks\" only";
+        source.wrong_if(is_of_discs && !is_film, "ball.shape", message);
+        let message = "[cue_spin] assume is \"natural-roll\", but discs do not roll; expected \"stun\" (neither disc turns before \
+                       the impact) or \"unknown\": points on the discs show how they turn";
+        source.wrong_if(is_of_discs && *assume == Some(Assume::NaturalRoll), "cue_spin.assume", message);
+        let message = "cue_spin.side_sd goes with balls: points on discs show how they turn";
+        source.wrong_if(is_of_discs && side_sd.is_some(), "cue_spin.side_sd", message);
+        let message = "cue_spin.topspin_sd goes with films of balls only";
+        let is_of_balls = is_film && !is_of_discs;
+        source.wrong_if(!is_of_balls && topspin_sd.is_some(), "cue_spin.topspin_sd", message);
+        let message = "object.inertia goes with balls; both discs have the inertia that stands in [ball]";
+        let inertia = self.object.and_then(|object| object.inertia);
+        source.wrong_if(is_of_discs && inertia.is_some(), "object.inertia", message);
     }
 
     /// Returns the discs if [ball] states them.
@@ -261,31 +265,12 @@ impl Keys {
         if self.ball.shape != Shape::Disc {
             return None;
         }
-        if self.kind != Kind::Tracks {
-            let message = format!(
-                "shape is \"disc\" in a data set of kind \"{}\"; expected it with kind \"tracks\" only",
-                self.kind.name()
-            );
-            source.wrong("ball.shape", message);
-        }
-        if self.cue_spin.assume == Some(Assume::NaturalRoll) {
-            let message = "[cue_spin] assume is \"natural-roll\", but discs do not roll; expected \"stun\" (neither disc turns before \
-                           the impact) or \"unknown\": points on the discs show how they turn";
-            source.wrong("cue_spin", message);
-        }
         let other = self.object.unwrap_or_default();
-        if other.inertia.is_some() {
-            let message = "object.inertia goes with balls; both discs have the inertia that stands in [ball]";
-            source.wrong("object.inertia", message);
-        }
         let pair = |name: &str, first: Option<f64>, second: Option<f64>| {
             let key = format!("object.{name}");
-            if source.number(&key, second, POSITIVE).is_some() && first.is_none() {
-                source.wrong(
-                    &key,
-                    format!("{name} stands in [object], but not in [ball]; expected it in both"),
-                );
-            }
+            let is_alone = source.number(&key, second, POSITIVE).is_some() && first.is_none();
+            let message = format!("{name} stands in [object], but not in [ball]; expected it in both");
+            source.wrong_if(is_alone, &key, &message);
             first.map(|first| [first, second.unwrap_or(first)])
         };
         Some(Discs {

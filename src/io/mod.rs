@@ -1,8 +1,8 @@
 //! Files of measured collisions: `dataset.toml`, the tables that it names, and results that are
 //! read back.
 
-pub(crate) mod balls_section;
-pub mod cases;
+pub(crate) mod balls;
+pub(crate) mod cases;
 pub mod draft;
 mod draft_files;
 mod draft_scale;
@@ -13,7 +13,6 @@ mod fit_section;
 mod manifest;
 mod number;
 mod rows;
-pub mod stated_object;
 pub(crate) mod table;
 mod text;
 pub(crate) mod toml_file;
@@ -30,6 +29,7 @@ use table::Table;
 
 use crate::measurement::dataset::{Dataset, Shot};
 
+pub use balls::StatedObject;
 pub use error::{DatasetError, Problem};
 pub use manifest::Kind;
 pub(crate) use tracking::{Survey, survey};
@@ -65,24 +65,24 @@ fn load_manifest(manifest: Manifest) -> Result<Dataset, DatasetError> {
     let mut shots: Vec<Shot> = Vec::new();
     for table in files.iter().filter(|_| tracks.is_none()) {
         let Some(table) = Table::read(table, &problems) else { continue };
-        if let Some(by) = by.filter(|by| !table.has(by)) {
-            let near = did_you_mean(by, table.names());
-            let message = format!("by is \"{by}\", but {} has no such column{near}", table.path.display());
-            problems.add(&dataset.path, line, position.as_str(), message);
+        match by {
+            Some(by) if table.has(by) => {
+                for row in (0..table.rows()).filter(|row| table.text(by, *row).is_none()) {
+                    table.wrong(row, by, "is empty; expected a label, since [fit] by names this column");
+                }
+            }
+            Some(by) => {
+                let near = did_you_mean(by, table.names());
+                let message =
+                    format!("by is \"{by}\", but {} has no such column{near}", table.path.display());
+                problems.add(&dataset.path, line, position.as_str(), message);
+            }
+            None => {}
         }
-        let mut own = rows::shots(&table, kind, assume);
+        let mut own = rows::shots(&table, kind, assume, by);
         let kept = own.first().into_iter().flat_map(|shot| shot.labels.keys());
         let kept: Vec<&String> = kept.filter(|label| by != Some(label.as_str())).collect();
         dataset.taken.extend(rows::labels_note(&table.path, &kept));
-        if let Some(by) = by.filter(|by| table.has(by)) {
-            for row in (0..table.rows()).filter(|row| table.text(by, *row).is_none()) {
-                table.wrong(row, by, "is empty; expected a label, since [fit] by names this column");
-            }
-            for shot in &mut own {
-                let label = table.row(shot.line).and_then(|row| table.text(by, row)).unwrap_or_default();
-                shot.labels.entry(by.to_owned()).or_insert_with(|| label.to_string());
-            }
-        }
         shots.append(&mut own);
     }
     name_shots(&mut shots, &problems);
@@ -103,11 +103,11 @@ fn load_manifest(manifest: Manifest) -> Result<Dataset, DatasetError> {
 /// A file that cannot be read.
 pub(crate) fn header(file: &Path) -> std::io::Result<Vec<String>> {
     let bytes = std::fs::read(file)?;
-    let (text, told) = text::without_separator_line(text::decode(&bytes).0);
+    let (text, stated) = text::without_separator_line(text::decode(&bytes).0);
     let mut all = text::filled_lines(&text).map(|(_, line)| line);
     let first = all.clone().find(|line| !line.trim_start().starts_with('#'));
     let Some(first) = first.or_else(|| all.next()) else { return Ok(Vec::new()) };
-    let separator = told.unwrap_or_else(|| table::separator(first));
+    let separator = stated.unwrap_or_else(|| table::separator(first));
     let names = text::trimmed(first, text::Separator::Char(separator));
     Ok(names.unwrap_or_else(|| vec![first.to_string()]))
 }

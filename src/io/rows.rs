@@ -12,9 +12,10 @@ use super::error::{did_you_mean, nearest, similarity};
 use super::manifest::{Assume, Kind};
 use super::table::Table;
 use crate::measurement::dataset::{Before, Measured, Measurement, Shot};
+use crate::measurement::fault::FINITE;
 use crate::measurement::observable::Observable;
 use crate::measurement::spin::Spin;
-use crate::measurement::valid::{Fault, POSITIVE, is_unit};
+use crate::measurement::valid::{Condition, Fault, POSITIVE, is_unit};
 use crate::physics::ball::Vec3;
 
 /// Values of a column with standard deviations, SI and radians; `None` for empty and wrong cells.
@@ -39,98 +40,97 @@ pub(crate) fn values(table: &Table, name: &str, unit_si: f64) -> Option<Values> 
     Some(values.into_iter().zip(sds).map(measured).collect())
 }
 
+/// A column of the state before the impact: its name, its SI unit, and its range in that unit.
+type Column = (&'static str, f64, Condition);
+
 /// The columns of a table of one kind of data.
 struct Layout {
-    /// Columns of the state before the impact, with their SI units.
-    before: &'static [(&'static str, f64)],
-    /// Columns that must exist and have no empty cells.
-    required: &'static [&'static str],
+    before: &'static [Column],
+    /// Columns that must exist and have no empty cells, with blanks between them.
+    required: &'static str,
     spin: [&'static str; 3],
     observables: &'static [Observable],
 }
 
-const DEGREE: f64 = std::f64::consts::PI / 180.0;
+const CUT: Condition = (|x| x.abs() < FRAC_PI_2, "degrees, more than -90 and less than 90");
 
 const ANGLES: Layout = Layout {
-    before: &[("cut_deg", DEGREE), ("speed_m_s", 1.0)],
-    required: &["cut_deg"],
+    before: &[("cut_deg", 1.0_f64.to_radians(), CUT), ("speed_m_s", 1.0, POSITIVE)],
+    required: "cut_deg",
     spin: ["omega_x", "omega_y", "omega_z"],
     observables: &Observable::ANGLES,
 };
 
 const IMPACTS: Layout = Layout {
-    before: &[("nx", 1.0), ("ny", 1.0), ("cue_vx", 1.0), ("cue_vy", 1.0)],
-    required: &[
-        "shot",
-        "nx",
-        "ny",
-        "cue_vx",
-        "cue_vy",
-        "cue_vx_after",
-        "cue_vy_after",
-        "obj_vx_after",
-        "obj_vy_after",
-    ],
+    before: &[("nx", 1.0, FINITE), ("ny", 1.0, FINITE), ("cue_vx", 1.0, FINITE), ("cue_vy", 1.0, FINITE)],
+    required: "shot nx ny cue_vx cue_vy cue_vx_after cue_vy_after obj_vx_after obj_vy_after",
     spin: ["cue_wx", "cue_wy", "cue_wz"],
     observables: &Observable::IMPACTS,
 };
 
-/// Returns the shots of a table, one a row; rows with problems are left out.
-pub(crate) fn shots(table: &Table, kind: Kind, assume: Option<Assume>) -> Vec<Shot> {
-    let is_impacts = kind == Kind::Impacts;
-    let layout = if is_impacts { IMPACTS } else { ANGLES };
+/// Returns the shots of a table, one a row, with the label of the column `by`; rows with problems are
+/// left out.
+pub(crate) fn shots(table: &Table, kind: Kind, assume: Option<Assume>, by: Option<&str>) -> Vec<Shot> {
+    let layout = if kind == Kind::Impacts { IMPACTS } else { ANGLES };
     let mut known = vec!["shot", "cue_spin"];
-    known.extend(layout.before.iter().map(|(name, _)| *name));
+    known.extend(layout.before.iter().map(|(name, ..)| *name));
     known.extend(layout.spin);
     known.extend(layout.observables.iter().map(|observable| observable.column()));
     check_names(table, &known);
-    for column in layout.required {
+    for column in layout.required.split(' ') {
         table.require(column, &known);
     }
-    let inputs: Vec<Option<Values>> =
-        layout.before.iter().map(|(name, unit_si)| values(table, name, *unit_si)).collect();
-    let observables = Observables::read(table, layout.observables);
-    if !is_impacts {
-        observables.require(table, layout.observables, &known);
+    let inputs: Vec<Option<Values>> = layout.before.iter().map(|column| in_range(table, *column)).collect();
+    let observed = observed(table, layout.observables);
+    if observed.is_empty() && kind == Kind::Angles {
+        require_observable(table, &known);
     }
     let spins = spins(table, layout.spin, assume);
     let mut shots = Vec::with_capacity(table.rows());
     for row in 0..table.rows() {
         let inputs: Vec<Option<Measured>> =
             inputs.iter().map(|values| values.as_ref().and_then(|values| values[row])).collect();
-        let before = if is_impacts { impact(table, row, &inputs) } else { angle(table, row, &inputs) };
-        let after = observables.row(table, row);
+        let before = match *inputs {
+            [cut, speed] => cut.map(|cut| Before::Angle { cut, speed }),
+            [Some(nx), Some(ny), Some(vx), Some(vy)] => Some(impact(table, row, [nx, ny], [vx, vy])),
+            _ => None,
+        };
+        let after = observed.iter().filter_map(|(observable, values)| {
+            Some(Measurement { observable: *observable, measured: values[row]? })
+        });
+        let after: Vec<Measurement> = after.collect();
+        let names: Vec<_> = observed.iter().map(|(observable, _)| observable.column()).collect();
+        if !names.is_empty() && names.iter().all(|name| table.is_gap(name, row)) {
+            let message =
+                format!("no observed value in this row; expected a value in {}", names.join(" or "));
+            table.wrong(row, None, message);
+        }
         let spin = spins.get(row).copied().flatten();
         let (Some(before), Some(spin)) = (before, spin) else { continue };
+        let mut labels = labels(table, &known, row);
+        labels.extend(by.map(|by| (by.to_owned(), table.text(by, row).unwrap_or_default().to_owned())));
         let name = table.text("shot", row).unwrap_or_default();
-        shots.push(Shot {
-            file: table.path.clone(),
-            line: table.line(row),
-            labels: labels(table, &known, row),
-            ..Shot::new(name, before, spin, after)
-        });
+        let (file, line) = (table.path.clone(), table.line(row));
+        shots.push(Shot { file, line, labels, ..Shot::new(name, before, spin, after) });
     }
     shots
 }
 
-/// Returns the cut angle of a row, and the speed if it is stated.
-fn angle(table: &Table, row: usize, inputs: &[Option<Measured>]) -> Option<Before> {
-    let [cut, speed] = *inputs else { return None };
-    let wrong = |column: &str, message: &str| {
-        table.wrong(row, column, format!("{} {message}", table.text(column, row).unwrap_or_default()));
-    };
-    if cut.is_some_and(|cut| cut.value.abs() >= FRAC_PI_2) {
-        wrong("cut_deg", "is not a cut angle; expected degrees, more than -90 and less than 90");
+/// Returns a column; complains about values that are out of its range.
+fn in_range(table: &Table, (name, unit_si, range): Column) -> Option<Values> {
+    let values = values(table, name, unit_si)?;
+    for (row, value) in values.iter().enumerate() {
+        let fault = value.and_then(|value| Fault::of_number(name, value.value, range));
+        if let Some(Fault { expected, .. }) = fault {
+            let text = table.text(name, row).unwrap_or_default();
+            table.wrong(row, name, format!("{text} is out of range; expected {expected}"));
+        }
     }
-    if speed.is_some_and(|speed| speed.value <= 0.0) {
-        wrong("speed_m_s", "is not a speed; expected more than 0");
-    }
-    Some(Before::Angle { cut: cut?, speed })
+    Some(values)
 }
 
 /// Returns the line of centres and the velocity of a row.
-fn impact(table: &Table, row: usize, inputs: &[Option<Measured>]) -> Option<Before> {
-    let [Some(nx), Some(ny), Some(vx), Some(vy)] = *inputs else { return None };
+fn impact(table: &Table, row: usize, [nx, ny]: [Measured; 2], velocity: [Measured; 2]) -> Before {
     let length = nx.value.hypot(ny.value);
     let written = |columns: [&str; 2]| {
         let [x, y] = columns.map(|column| table.text(column, row).unwrap_or_default());
@@ -142,7 +142,7 @@ fn impact(table: &Table, row: usize, inputs: &[Option<Measured>]) -> Option<Befo
             written(["nx", "ny"])
         );
         table.wrong(row, "nx", message);
-    } else if nx.value * vx.value + ny.value * vy.value <= 0.0 {
+    } else if nx.value * velocity[0].value + ny.value * velocity[1].value <= 0.0 {
         let message = format!(
             "the cue ball's velocity {} takes it away from the object ball; expected one that approaches \
              along the line of centres (nx, ny) = {}, which points from cue ball to object ball",
@@ -151,80 +151,51 @@ fn impact(table: &Table, row: usize, inputs: &[Option<Measured>]) -> Option<Befo
         );
         table.wrong(row, "cue_vx", message);
     }
-    let unit = |n: Measured| Measured { value: n.value / length, sd: n.sd };
-    Some(Before::Impact { normal: [unit(nx), unit(ny)], velocity: [vx, vy] })
+    let normal = [nx, ny].map(|n| Measured { value: n.value / length, sd: n.sd });
+    Before::Impact { normal, velocity }
 }
 
-/// The observables of a table, and their columns.
-struct Observables(Vec<(Observable, Values)>);
-
-impl Observables {
-    fn read(table: &Table, known: &[Observable]) -> Self {
-        let mut found = Vec::new();
-        for observable in known {
-            let name = observable.column();
-            let Some(values) = values(table, name, observable.unit_si()) else { continue };
-            let sd_name = format!("{name}_sd");
-            let mut full = (0..table.rows()).filter(|row| values[*row].is_some());
-            let has_sd = |row: &usize| table.text(&sd_name, *row).is_some();
-            let with = full.clone().find(has_sd);
-            if let (Some(with), Some(without)) = (with, full.find(|row| !has_sd(row))) {
-                let message = format!(
-                    "is empty, but line {} has one; give a standard deviation for every {name} or for none",
-                    table.line(with)
-                );
-                table.wrong(without, sd_name.as_str(), message);
-            }
-            found.push((*observable, values));
+/// Returns the observables that a table has, with their values; standard deviations are given for every
+/// value of a column or for none.
+fn observed(table: &Table, known: &[Observable]) -> Vec<(Observable, Values)> {
+    let mut found = Vec::new();
+    for observable in known {
+        let name = observable.column();
+        let Some(values) = values(table, name, observable.unit_si()) else { continue };
+        let sd_name = format!("{name}_sd");
+        let full = (0..table.rows()).filter(|row| values[*row].is_some());
+        let (with, without): (Vec<_>, Vec<_>) = full.partition(|row| !table.is_gap(&sd_name, *row));
+        if let (Some(with), Some(without)) = (with.first(), without.first()) {
+            let message = format!(
+                "is empty, but line {} has one; give a standard deviation for every {name} or for none",
+                table.line(*with)
+            );
+            table.wrong(*without, sd_name.as_str(), message);
         }
-        Self(found)
+        found.push((*observable, values));
     }
+    found
+}
 
-    /// Complains if the table has no observable. `inputs` are the columns of the state before.
-    fn require(&self, table: &Table, known: &[Observable], inputs: &[&str]) {
-        if !self.0.is_empty() {
-            return;
-        }
-        let names: Vec<_> = known.iter().map(|observable| observable.column()).collect();
-        let labels = table.names().filter(|name| !inputs.contains(name));
-        let near = labels.filter_map(|name| Some((name, nearest(name, names.clone())?)));
-        let nearest = near.max_by(|a, b| similarity(a.0, a.1).total_cmp(&similarity(b.0, b.1)));
-        let hint =
-            nearest.map_or(String::new(), |(name, near)| format!("; is \"{name}\" meant to be {near}?"));
-        let message =
-            format!("no column of anything observed; expected at least one of {}{hint}", names.join(", "));
-        table.wrong_name(None, message);
-    }
-
-    /// Returns the observations of a row; complains if they are missing.
-    fn row(&self, table: &Table, row: usize) -> Vec<Measurement> {
-        let measurement = |(observable, values): &(Observable, Values)| {
-            Some(Measurement { observable: *observable, measured: values[row]? })
-        };
-        let names: Vec<_> = self.0.iter().map(|(observable, _)| observable.column()).collect();
-        if !names.is_empty() && names.iter().all(|name| table.text(name, row).is_none()) {
-            let message =
-                format!("no observed value in this row; expected a value in {}", names.join(" or "));
-            table.wrong(row, None, message);
-        }
-        self.0.iter().filter_map(measurement).collect()
-    }
+/// Complains that no column of a table of angles is observed; `known` are the columns with a meaning.
+fn require_observable(table: &Table, known: &[&str]) {
+    let names = Observable::ANGLES.map(Observable::column);
+    let labels = table.names().filter(|name| !known.contains(name));
+    let near = labels.filter_map(|name| Some((name, nearest(name, names)?)));
+    let nearest = near.max_by(|a, b| similarity(a.0, a.1).total_cmp(&similarity(b.0, b.1)));
+    let hint = nearest.map_or(String::new(), |(name, near)| format!("; is \"{name}\" meant to be {near}?"));
+    let message =
+        format!("no column of anything observed; expected at least one of {}{hint}", names.join(", "));
+    table.wrong_name(None, message);
 }
 
 /// Returns the spin of every row: a word, three numbers, or the assumption of dataset.toml; `None`
 /// for rows with problems, an empty list if the columns are wrong.
 fn spins(table: &Table, columns: [&str; 3], assume: Option<Assume>) -> Vec<Option<Spin>> {
     let all = columns.join(", ");
-    let present = columns.iter().filter(|column| table.has(column)).count();
-    if (1..3).contains(&present) {
-        for column in columns.iter().filter(|column| !table.has(column)) {
-            let message = format!("is missing from the column names; expected all three of {all}");
-            table.wrong_name(*column, message);
-        }
-        return Vec::new();
-    }
+    let missing: Vec<&str> = columns.into_iter().filter(|column| !table.has(column)).collect();
     let has_words = table.has("cue_spin");
-    if present == 0 && !has_words && matches!(assume, None | Some(Assume::Measured)) {
+    if missing.len() == 3 && !has_words && matches!(assume, None | Some(Assume::Measured)) {
         let said = if assume.is_none() {
             "the cue ball's spin is not stated; expected [cue_spin] assume = \"stun\", \"natural-roll\" or \
              \"unknown\" in dataset.toml, a column cue_spin, or"
@@ -234,31 +205,32 @@ fn spins(table: &Table, columns: [&str; 3], assume: Option<Assume>) -> Vec<Optio
         table.wrong_name(None, format!("{said} columns {all}"));
         return Vec::new();
     }
+    if missing.len() < 3 {
+        for column in &missing {
+            let message = format!("is missing from the column names; expected all three of {all}");
+            table.wrong_name(*column, message);
+        }
+    }
     let numbers = columns.map(|column| values(table, column, 1.0));
     let spin = |row: usize| {
         let components = numbers.each_ref().map(|values| values.as_ref().and_then(|values| values[row]));
-        let written = columns.map(|column| table.text(column, row).is_some());
-        let word = table.text("cue_spin", row);
-        let said = spin_word(table, row).ok()?;
-        let of_word = if word.is_some() { "cue_spin" } else { columns[0] };
-        let (column, message) = match (written, said, said.or(assume)) {
-            ([true, true, true], None | Some(Assume::Measured), _) => return measured(components),
-            ([true, true, true], ..) => {
-                let word = word.unwrap_or_default();
-                ("cue_spin", format!("\"{word}\", but {all} have values; expected only one"))
+        let empty = columns.iter().filter(|column| table.is_gap(column, row));
+        let empty: Vec<&&str> = empty.collect();
+        let word = spin_word(table, row).ok()?;
+        let column = if has_words { "cue_spin" } else { columns[0] };
+        let (column, message) = match (empty.len(), word, word.or(assume)) {
+            (0, None | Some(Assume::Measured), _) => return measured(components),
+            (0, Some(word), _) => {
+                (column, format!("\"{}\", but {all} have values; expected only one", word.name()))
             }
-            ([false, false, false], _, Some(said)) => match said.spin() {
+            (3, _, Some(said)) => match said.spin() {
                 Some(spin) => return Some(spin),
-                None => (of_word, format!("the spin is said to be measured; expected values in {all}")),
+                None => (column, format!("the spin is said to be measured; expected values in {all}")),
             },
-            ([false, false, false], _, None) => {
-                let column = if has_words { "cue_spin" } else { columns[0] };
+            (3, _, None) => {
                 (column, "is empty, and dataset.toml has no [cue_spin]; expected a spin".to_string())
             }
-            _ => {
-                let empty = written.iter().position(|written| !written).unwrap_or(0);
-                (columns[empty], EMPTY_COMPONENT.to_string())
-            }
+            _ => (*empty[0], EMPTY_COMPONENT.to_string()),
         };
         table.wrong(row, column, message);
         None

@@ -36,8 +36,8 @@ impl<'a> Table<'a> {
     /// be read; the reason is then among the problems.
     pub(crate) fn read(path: &Path, problems: &'a Problems) -> Option<Self> {
         let text = read_utf8(path, problems)?;
-        let (text, told) = without_separator_line(text.into());
-        let separator = told.unwrap_or_else(|| separator(&text));
+        let (text, stated) = without_separator_line(text.into());
+        let separator = stated.unwrap_or_else(|| separator(&text));
         let (mut rows, slips) = records(&text, separator);
         for (line, message) in &slips {
             problems.add(path, *line, None, *message);
@@ -86,11 +86,6 @@ impl<'a> Table<'a> {
         self.lines.len()
     }
 
-    /// Returns the row that begins in a line.
-    pub(crate) fn row(&self, line: usize) -> Option<usize> {
-        self.lines.binary_search(&line).ok()
-    }
-
     pub(crate) fn line(&self, row: usize) -> usize {
         self.lines[row]
     }
@@ -113,30 +108,23 @@ impl<'a> Table<'a> {
         self.column(column)?.get(row)
     }
 
-    /// Returns a column of numbers: `None` for an empty cell, and a problem for each that is not a
-    /// finite number. `None` if the column is missing.
+    /// Returns whether a cell is empty, or a word for a missing number.
+    pub(crate) fn is_gap(&self, column: &str, row: usize) -> bool {
+        self.text(column, row).is_none_or(|text| parse(text) == Ok(None))
+    }
+
+    /// Returns a column of numbers: `None` for a gap, and a problem for each cell that is neither.
+    /// `None` if the column is missing.
     pub(crate) fn numbers(&self, column: &str) -> Option<Vec<Option<f64>>> {
-        let cells = self.column(column)?;
+        let (file, problems) = (self.path.as_path(), self.problems);
         let mut marks = Mark::default();
-        let number = |(row, text): (usize, Option<&str>)| {
-            let text = text?;
-            let cell =
-                Place { file: &self.path, line: self.line(row), column, text, problems: self.problems };
-            let mut plain = Cow::Borrowed(text);
-            if self.separator != ','
-                && let Ok(Some(number)) = parse(text)
-            {
-                plain = text.replacen(',', ".", 1).into();
-                marks.see(number.mark, cell);
-            }
-            let number = plain.parse().ok().filter(|x: &f64| x.is_finite());
-            if number.is_none() {
-                cell.wrong(format!("\"{text}\" is not a finite number; expected {}", remedy(text)));
-            }
-            number
+        let number = |(line, text): (&usize, Option<&str>)| {
+            marks.number(Place { file, line: *line, column, text: text?, problems })
         };
-        let numbers = cells.iter().enumerate().map(number).collect();
-        marks.finish(&self.path, self.problems);
+        let numbers = self.lines.iter().zip(self.column(column)?.iter()).map(number).collect();
+        if self.separator != ',' {
+            marks.finish(file, problems);
+        }
         Some(numbers)
     }
 
@@ -148,7 +136,7 @@ impl<'a> Table<'a> {
             let near = near.map_or(String::new(), |name| format!("; is \"{name}\" meant to be it?"));
             return self.wrong_name(column, format!("is missing from the column names{near}"));
         }
-        for row in (0..self.rows()).filter(|row| self.text(column, *row).is_none()) {
+        for row in (0..self.rows()).filter(|row| self.is_gap(column, *row)) {
             self.wrong(row, column, "is empty; expected a value");
         }
     }
@@ -174,24 +162,6 @@ pub(crate) fn separator(text: &str) -> char {
     ['\t', ';', ','].into_iter().max_by_key(|c| first.matches(*c).count()).unwrap_or(',')
 }
 
-/// Returns what to write instead of a cell that is not a number.
-fn remedy(cell: &str) -> String {
-    let is_number = |text: &str| text.parse::<f64>().is_ok();
-    let with_point = cell.replacen(',', ".", 1);
-    let with_minus = cell.replacen(['−', '–'], "-", 1);
-    if cell.contains(',') && is_number(&with_point) {
-        format!("a decimal point, {with_point}")
-    } else if cell != with_minus && is_number(&with_minus) {
-        format!("a plain minus sign, {with_minus}")
-    } else if parse(cell) == Ok(None) {
-        "an empty cell if the value is not known".to_string()
-    } else if is_number(cell) && cell.contains(|c: char| c.is_ascii_digit()) {
-        format!("one between {:?} and {:?}", f64::MIN, f64::MAX)
-    } else {
-        "one such as -1.5 or 2e-3".to_string()
-    }
-}
-
 /// Complains about the names of columns; returns `None` if they prevent reading the table.
 fn check_header(path: &Path, line: usize, names: &[Cow<str>], problems: &Problems) -> Option<()> {
     let before = problems.len();
@@ -209,11 +179,13 @@ fn check_header(path: &Path, line: usize, names: &[Cow<str>], problems: &Problem
 fn has_width(row: &Record, expected: usize, separator: char, path: &Path, problems: &Problems) -> bool {
     let found = row.cells.len();
     let name = Separator::Char(separator).name();
-    let hint = match (found > expected, separator) {
-        _ if found == expected => return true,
-        (true, ',') => "write decimals with a point, and text that has commas in quotation marks".to_string(),
-        (true, _) => format!("write text that has {name} in quotation marks"),
-        (false, _) => format!("leave a cell empty, but keep its {}", name.trim_end_matches('s')),
+    if found == expected {
+        return true;
+    }
+    let hint = match separator {
+        _ if found < expected => format!("leave a cell empty, but keep its {}", name.trim_end_matches('s')),
+        ',' => "write decimals with a point, and text that has commas in quotation marks".to_string(),
+        _ => format!("write text that has {name} in quotation marks"),
     };
     let cells = count_of(found, "cell");
     problems.add(path, row.line, None, format!("{cells}; expected {expected}, as in the header; {hint}"));

@@ -58,6 +58,12 @@ impl Source<'_> {
         self.wrong_of_first(&[key, table], message);
     }
 
+    pub(crate) fn wrong_if(&self, is_wrong: bool, key: &str, message: &str) {
+        if is_wrong {
+            self.wrong(key, message);
+        }
+    }
+
     /// Adds a problem at the value of the first of some keys that is stated.
     pub(crate) fn wrong_of_first(&self, keys: &[&str], message: impl Into<String>) {
         self.wrong_at(&keys.iter().find_map(|key| self.span(key)).unwrap_or_default(), message);
@@ -111,31 +117,38 @@ pub(crate) fn checked<T: DeserializeOwned, U>(
     }
 }
 
-/// Maximum number of unknown keys that are listed.
-const MAX_UNKNOWN_KEYS: usize = 20;
+/// Maximum number of entries that are reported as wrong.
+const MAX_WRONG_ENTRIES: usize = 20;
 
-/// Parses a text; adds all unknown keys, each found after the line of the last was made a comment,
-/// or else the first error.
+/// Parses a text; adds all wrong entries, each found after the line of the last was made a comment.
 fn parse<T: DeserializeOwned>(source: &Source) -> Option<T> {
     let mut text = source.text.to_string();
-    for found in 0..MAX_UNKNOWN_KEYS {
+    for found in 0..MAX_WRONG_ENTRIES {
         let error = match toml::from_str(&text) {
             Ok(parsed) => return (found == 0).then_some(parsed),
             Err(error) => error,
         };
-        let unknown = error.message().starts_with("unknown field");
-        // errors in the rest of a value of several lines are consequences
-        if found > 0 && !unknown {
+        // the key may be one of those that were set aside
+        if found > 0 && error.message().starts_with("missing field") {
             return None;
         }
         complain(&error, source);
-        let own_line = error.span().filter(|span| {
-            let before = text[..span.start].rsplit('\n').next().unwrap_or_default();
-            unknown && before.trim().is_empty() && text.is_char_boundary(span.start + 1)
-        });
-        text.replace_range(own_line.map(|span| span.start..span.start + 1)?, "#");
+        set_aside(&mut text, error.span()?)?;
     }
     None
+}
+
+/// Makes the line of an entry a comment; `None` if it is a section or has several lines, whose rest
+/// would be wrong as a consequence.
+fn set_aside(text: &mut String, entry: Range<usize>) -> Option<()> {
+    let line = text.get(..entry.start)?.rfind('\n').map_or(0, |end| end + 1);
+    let is_key = |c: char| c.is_ascii_alphanumeric() || c == '"' || c == '_';
+    let is_entry = text.get(line..)?.trim_start().starts_with(is_key);
+    if !is_entry || text.get(entry)?.contains('\n') {
+        return None;
+    }
+    text.replace_range(line..=line, "#");
+    Some(())
 }
 
 /// Adds an error of toml or serde in plain words.
@@ -161,21 +174,16 @@ fn complain(error: &toml::de::Error, source: &Source) {
 fn in_plain_words(message: &str, written: &str) -> String {
     let message = message.trim().replace('\n', " ");
     let quoted: Vec<&str> = message.split('`').skip(1).step_by(2).collect();
-    let names = |names: &[&str]| names.join(", ");
     match (message.split(' ').take(2).collect::<Vec<_>>().as_slice(), quoted.as_slice()) {
         (["unknown", what], [word, known @ ..]) if !known.is_empty() => {
-            let what = if *what == "field" { "unknown key" } else { "unknown word" };
+            let what = if *what == "field" { "key" } else { "word" };
             let near = did_you_mean(word, known.iter().copied());
-            format!(
-                "{what} \"{word}\"{near}; expected {}{}",
-                if known.len() > 1 { "one of " } else { "" },
-                names(known)
-            )
+            let one_of = if known.len() > 1 { "one of " } else { "" };
+            format!("unknown {what} \"{word}\"{near}; expected {one_of}{}", known.join(", "))
         }
         (["missing", "field"], [key]) => {
             let place = if written.is_empty() { String::new() } else { format!(" in {written}") };
             let expected = match *key {
-                "radius_m" => "; expected radius_m = …, the ball's radius in metres (pool 0.028575)",
                 "kind" => "; expected kind = \"tracks\", \"impacts\" or \"angles\"",
                 "files" => "; expected files = [\"…\"], the tables, relative to this file",
                 _ => "",
@@ -183,20 +191,15 @@ fn in_plain_words(message: &str, written: &str) -> String {
             format!("the key {key} is missing{place}{expected}")
         }
         (["duplicate", "key"], _) => format!("the key {written} stands twice"),
-        (["invalid", "type:"], _) => match message.split_once(", expected ") {
-            Some((_, expected)) if !written.contains('\n') => {
-                let expected = match expected {
-                    "f64" => "a number, without quotation marks",
-                    "a string" => "text in quotation marks",
-                    "a sequence" => "a list, as in [\"a\", \"b\"]",
-                    other => other,
-                };
-                format!("{written} is of the wrong type; expected {expected}")
-            }
-            _ => message,
-        },
-        (["expected", ..], _) if !written.contains('\n') => {
-            format!("{written} is of the wrong type; {message}")
+        (["invalid", "type:"] | ["expected", _], _) if !written.contains('\n') => {
+            let expected = match message.split_once(", expected ") {
+                Some((_, "f64")) => "a number, without quotation marks",
+                Some((_, "a string")) => "text in quotation marks",
+                Some((_, "a sequence")) => "a list, as in [\"a\", \"b\"]",
+                Some((_, other)) if message.starts_with("invalid") => other,
+                _ => message.trim_start_matches("expected "),
+            };
+            format!("{written} is of the wrong type; expected {expected}")
         }
         _ => message,
     }

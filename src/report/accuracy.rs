@@ -81,7 +81,7 @@ pub fn bias_table(rows: &[bias::Row], shots: usize) -> String {
             _ => ["–".to_owned(), String::new()],
         });
         let last = [format!("{:.2}", row.chi2_per_observation), format!("{:.2} s", row.seconds)];
-        [row.way.name().to_owned()].into_iter().chain(cells).chain(last).collect()
+        [row.way.name.to_owned()].into_iter().chain(cells).chain(last).collect()
     };
     let kappa = rows.first().map_or(f64::NAN, |row| row.kappa);
     let title = format!(

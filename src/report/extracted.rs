@@ -10,7 +10,7 @@ use super::plot::{Figure, Tracks, of_shot};
 use super::write::{Files, texts};
 use super::{ReportError, folder_name, group_folders};
 use crate::fit::FittedFilm;
-use crate::io::balls_section;
+use crate::io::balls;
 use crate::measurement::dataset::{Before, Dataset, Measured};
 use crate::measurement::number::{plain, with_error};
 use crate::measurement::spin::Spin;
@@ -110,7 +110,7 @@ fn manifest(dataset: &Dataset) -> String {
     let number = |value: &toml::Value| value.as_float().or_else(|| Some(value.as_integer()? as f64));
     let poisson = stated.get("ball").and_then(|ball| ball.get("poisson")).and_then(number);
     manifest += "\n";
-    manifest += &balls_section::text(&dataset.ball, dataset.object.as_ref(), poisson);
+    manifest += &balls::text(&dataset.ball, dataset.object.as_ref(), poisson);
     _ = write!(manifest, "\n[cue_spin]\nassume = \"{}\"\n", assumed(dataset).unwrap_or("measured"));
     // so that the impacts are fitted the same way
     if let Some(fit) = stated.remove("fit") {

@@ -11,7 +11,7 @@ use rand::{Rng, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 use statrs::distribution::{ContinuousCDF, Normal};
 
-use crate::io::{DatasetError, balls_section, toml_file};
+use crate::io::{DatasetError, balls, toml_file};
 use crate::measurement::dataset::{Before, Dataset, Measured, Measurement, ObjectBall, Shot};
 use crate::measurement::observable::Observable;
 use crate::measurement::spin::Spin;
@@ -26,8 +26,7 @@ pub use crate::io::Kind;
 pub use scene::{Camera, Played};
 pub(crate) use scene::{between, checked, cue_ball, faults_of, faults_of_shots};
 pub use spec::{BallSpec, Noise, Shots, Spec, Truth};
-pub(crate) use tracks::on_top;
-pub use tracks::{TrueImpact, noise_free};
+pub use tracks::TrueImpact;
 
 /// Why a synthetic data set cannot be made.
 #[derive(Debug, thiserror::Error)]
@@ -139,7 +138,7 @@ fn manifest_text(spec: &Spec) -> String {
         spec.kind.name(),
         if is_filmed { "tracks.csv" } else { "shots.csv" },
         env!("CARGO_PKG_VERSION"),
-        balls_section::text(&cue, object.as_ref(), None),
+        balls::text(&cue, object.as_ref(), None),
         assumed.map_or("measured", Played::name),
     );
     if is_filmed {

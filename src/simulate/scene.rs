@@ -8,7 +8,7 @@ use crate::measurement::valid::{Condition, FRACTION, Fault, Faults, NOT_NEGATIVE
 use crate::physics::ball::{BallState, Vec3};
 use crate::physics::cloth_motion::Cloth;
 use crate::physics::contact_frame::cue_velocity;
-use crate::physics::name::{by_name, worded};
+use crate::physics::name::worded;
 
 /// Largest number of shots. More are a slip of the pen.
 const MAX_SHOTS: usize = 1_000_000;
@@ -122,8 +122,6 @@ worded! {
     /// The name in a specification.
     pub fn name;
 }
-
-by_name!(Played, "spin", ALL, name);
 
 impl Played {
     /// Returns the ends of the range of its topspin, over natural roll.

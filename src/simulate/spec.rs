@@ -7,10 +7,9 @@ use serde::{Deserialize, Serialize};
 
 use super::Kind;
 use super::scene::{Camera, Played, checked, faults_of, faults_of_shots};
-use crate::io::DatasetError;
 use crate::io::error::Problems;
-use crate::io::stated_object::StatedObject;
 use crate::io::toml_file;
+use crate::io::{DatasetError, StatedObject};
 use crate::measurement::dataset::ObjectBall;
 use crate::measurement::parameter::Parameter;
 use crate::measurement::valid::{Fault, Faults, INERTIA, NOT_NEGATIVE, POSITIVE};
@@ -40,7 +39,7 @@ pub struct Spec {
     #[serde(default)]
     pub ball: BallSpec,
     /// The properties of the object ball that differ from the cue ball's.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
+    #[serde(default)]
     pub object: Option<StatedObject>,
     /// The camera, for kind `tracks`.
     #[serde(default)]
@@ -61,16 +60,12 @@ pub struct Truth {
     /// Coefficient of restitution e, dimensionless.
     pub e: f64,
     /// The tangential compliance κ of the contact, dimensionless; `None` or 0: rigid.
-    #[serde(skip_serializing_if = "Option::is_none")]
     pub kappa: Option<f64>,
     /// b of a friction that falls with the slip v, μ + b·exp(−c·v), dimensionless.
-    #[serde(skip_serializing_if = "Option::is_none")]
     pub mu_b: Option<f64>,
     /// c of the same law, s/m.
-    #[serde(skip_serializing_if = "Option::is_none")]
     pub mu_c: Option<f64>,
     /// e₁ of a restitution that falls with the closing speed v, e − e₁·v, s/m.
-    #[serde(skip_serializing_if = "Option::is_none")]
     pub e_slope: Option<f64>,
 }
 

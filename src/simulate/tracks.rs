@@ -58,8 +58,8 @@ impl Course {
             BallState { velocity: frame.to_table(state.velocity), spin: frame.to_table(state.spin) }
         });
         let balls = [model.ball, model.object_ball()];
-        let apart = balls[0].contact_distance(&balls[1]);
-        let contact = [object[0] - apart * direction.cos(), object[1] - apart * direction.sin()];
+        let distance = balls[0].contact_distance(&balls[1]);
+        let contact = [object[0] - distance * direction.cos(), object[1] - distance * direction.sin()];
         let launch = |ball: Ball, position, state: &BallState| {
             let slip = cloth_slip(state, ball.radius);
             Launch {
@@ -115,57 +115,13 @@ impl Course {
         }
         ([centre[0] + own.radius * at.x, centre[1] + own.radius * at.y], at.z > 0.1)
     }
-
-    /// Returns the marker of a number (from 0) on a ball, in the frames in which it is in sight, as
-    /// `see` sees each position.
-    fn seen_marker(
-        &self,
-        camera: &Camera,
-        (ball, number): (TrackedBall, usize),
-        place: Vec3,
-        mut see: impl FnMut(f64, [f64; 2]) -> Sample,
-    ) -> Marker {
-        let mut samples = Vec::new();
-        for t in camera.times() {
-            let (at, is_in_sight) = self.marker(ball, place, t);
-            let sample = see(t, at);
-            samples.extend(is_in_sight.then_some(sample));
-        }
-        Marker { ball, name: format!("m{}", number + 1), samples }
-    }
 }
 
 const BALLS: [TrackedBall; 2] = [TrackedBall::Cue, TrackedBall::Object];
 
-/// Returns the frames of one shot without noise or gaps, and what it really was. The cue ball just
-/// before the impact is given in the collision frame, which here is the table's; the impact is at
-/// an instant (s). The markers are at these places on the cue ball and on the object ball (unit
-/// vectors from the centre) at the impact.
-///
-/// # Errors
-/// The shot is not a collision.
-pub fn noise_free(
-    model: &Model,
-    coefficients: &Coefficients,
-    (camera, cloth): (&Camera, &Cloth),
-    cue: &BallState,
-    (time, places): (f64, &[Vec<Vec3>; 2]),
-) -> Result<(TrackShot, TrueImpact), NotACollision> {
-    let course = Course::new(model, coefficients, cloth, cue, time, 0.0, [0.5; 2])?;
-    let sample = |t: f64, [x, y]: [f64; 2]| Sample { t, x, y, sd: Some([camera.position_sd_m; 2]) };
-    let centres = |ball| camera.times().map(|t| sample(t, course.centre(ball, t))).collect();
-    let mut shot = TrackShot::new("", camera.fps, Spin::Unknown, BALLS.map(centres));
-    for ball in BALLS {
-        for (number, place) in places[ball as usize].iter().enumerate() {
-            shot.markers.push(course.seen_marker(camera, (ball, number), *place, sample));
-        }
-    }
-    Ok((shot, course.truth))
-}
-
 /// Returns a place on the upper quarter of a ball, a unit vector from its centre, for two numbers
 /// from 0 to 1. A marker there is seen for some time.
-pub(crate) fn on_top(height: f64, angle: f64) -> Vec3 {
+fn on_top(height: f64, angle: f64) -> Vec3 {
     let (height, angle) = (between([0.5, 0.95], height), between([0.0, TAU], angle));
     let across = (1.0 - height * height).sqrt();
     Vec3::new(across * angle.cos(), across * angle.sin(), height)
@@ -212,8 +168,13 @@ impl Maker<'_> {
         for ball in BALLS {
             for number in 0..camera.markers {
                 let place = on_top(self.rng.random(), self.rng.random());
-                let see = |t: f64, at: [f64; 2]| Sample::new(t, at.map(|at| at + self.noise(sd)));
-                shot.markers.push(course.seen_marker(&camera, (ball, number), place, see));
+                let mut samples = Vec::new();
+                for t in camera.times() {
+                    let (at, is_in_sight) = course.marker(ball, place, t);
+                    let sample = Sample::new(t, at.map(|at| at + self.noise(sd)));
+                    samples.extend(is_in_sight.then_some(sample));
+                }
+                shot.markers.push(Marker { ball, name: format!("m{}", number + 1), samples });
             }
         }
         Ok((shot, course.truth))

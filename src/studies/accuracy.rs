@@ -13,11 +13,16 @@ use schemars::JsonSchema;
 use serde::Serialize;
 use serde_json::Value;
 
+use crate::measurement::dataset::{self as measured, Before, Dataset, Measured, Measurement};
+use crate::measurement::observable::{Axis, Observable};
+use crate::measurement::spin::Spin;
+use crate::measurement::values::Values;
 use crate::measurement::written::written_by_name;
 use crate::physics::ball::{Ball, BallState, Vec3};
 use crate::physics::collision::{Coefficients, Fidelity, Model, NotACollision, Outcome};
 use crate::physics::contact_frame::cue_velocity;
 use crate::physics::name::worded;
+use crate::problem::predict;
 use crate::simulate::cue_ball;
 
 /// Tolerance of a compliant contact as a reference; only a rigid one is run at it.
@@ -26,13 +31,11 @@ pub const REFERENCE: f64 = 1e-12;
 /// Collisions of rigid balls to 25 digits, made independently (tests/reference/SOURCE.md).
 const TABLE: &str = include_str!("../../tests/reference/collisions.json");
 
-/// One shot of the study, in the collision frame.
+/// One shot of the study: the cue ball before the impact, in the collision frame, and the coefficients.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Shot {
-    /// The cue ball before the impact.
-    pub cue: BallState,
-    /// The coefficients.
-    pub coefficients: Coefficients,
+    cue: BallState,
+    coefficients: Coefficients,
 }
 
 /// The distribution of an error over the shots.
@@ -40,26 +43,26 @@ pub struct Shot {
 pub struct Spread {
     /// Half of the shots err by less.
     #[schemars(with = "Option<f64>")]
-    pub median: f64,
+    pub(crate) median: f64,
     /// 95 % of the shots err by less.
     #[schemars(with = "Option<f64>")]
-    pub p95: f64,
+    pub(crate) p95: f64,
     /// The largest error.
     #[schemars(with = "Option<f64>")]
-    pub worst: f64,
+    pub(crate) worst: f64,
 }
 
 /// Errors of all quantities, in parts of the cue ball's speed but for the first.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, JsonSchema)]
 pub struct Errors {
     /// Error of the throw.
-    pub throw_deg: Spread,
+    pub(crate) throw_deg: Spread,
     /// Error of the horizontal velocities.
-    pub speed: Spread,
+    pub(crate) speed: Spread,
     /// Error of the spins times the radius.
-    pub spin: Spread,
+    pub(crate) spin: Spread,
     /// Error of the vertical velocities.
-    pub jump: Spread,
+    pub(crate) jump: Spread,
 }
 
 impl Errors {
@@ -92,32 +95,36 @@ written_by_name!(Includes);
 #[derive(Clone, Debug, PartialEq, Serialize, JsonSchema)]
 pub struct Row {
     /// Name of the fidelity.
-    pub fidelity: Fidelity,
+    pub(crate) fidelity: Fidelity,
     /// Effects that are on: all that the fidelity has, those of full, or those of a compliant
     /// contact.
     #[serde(rename = "effects")]
-    pub includes: Includes,
+    pub(crate) includes: Includes,
     /// Tolerance of ode and contact.
-    pub tolerance: Option<f64>,
+    pub(crate) tolerance: Option<f64>,
     /// Duration of one collision on one core, s.
-    pub seconds: f64,
+    pub(crate) seconds: f64,
     /// Number of shots that it could not compute, which are left out of the errors.
-    pub failed: usize,
+    pub(crate) failed: usize,
     /// Errors against the same equations solved closely, of full against a table of 25 digits; null
     /// of contact, whose model error is a numerical one.
     #[serde(rename = "numerical_error")]
-    pub numerical: Option<Errors>,
+    pub(crate) numerical: Option<Errors>,
     /// Errors against contact with all effects.
     #[serde(rename = "model_error")]
-    pub model: Errors,
+    pub(crate) model: Errors,
 }
 
-/// Returns seeded shots as on a table: 0.5 to 5 m/s, cuts up to 70°, natural roll, stun, draw or
-/// side spin.
+/// Returns seeded shots as on a table, without what is measured after the impact: 0.5 to 5 m/s, cuts up
+/// to 70°, natural roll, stun, draw or side spin.
 #[must_use]
-pub fn shots(count: usize, seed: u64) -> Vec<Shot> {
+pub fn dataset(count: usize, seed: u64) -> Dataset {
     let mut rng = ChaCha8Rng::seed_from_u64(seed);
-    let coefficients = Coefficients { mu: 0.05, mu_s: 0.3, e: 0.94 };
+    let exact = |value| Measured { value, sd: None };
+    let after = [Observable::CueVelocity, Observable::ObjectVelocity].into_iter().flat_map(|of| {
+        [Axis::X, Axis::Y].map(|axis| Measurement { observable: of(axis), measured: exact(0.0) })
+    });
+    let after: Vec<Measurement> = after.collect();
     let shot = |number: usize| {
         let (speed, cut) = (rng.random_range(0.5..5.0), rng.random_range(-70_f64..70.0).to_radians());
         let share: f64 = rng.random();
@@ -127,9 +134,24 @@ pub fn shots(count: usize, seed: u64) -> Vec<Shot> {
             2 => [-share, 0.0],
             _ => [share, rng.random_range(-1.0..1.0)],
         };
-        Shot { cue: cue_ball(speed, cut, spins, Ball::POOL.radius), coefficients }
+        let cue = cue_ball(speed, cut, spins, Ball::POOL.radius);
+        let velocity = [exact(cue.velocity.x), exact(cue.velocity.y)];
+        let before = Before::Impact { normal: [exact(1.0), exact(0.0)], velocity };
+        let spin = Spin::Measured { spin: cue.spin, sd: [None; 3] };
+        measured::Shot::new((number + 1).to_string(), before, spin, after.clone())
     };
-    (0..count).map(shot).collect()
+    Dataset::new("accuracy", Ball::POOL, (0..count).map(shot).collect())
+}
+
+/// Returns the shots of a data set that can be computed, at the initial values of its parameters.
+#[must_use]
+pub fn shots(dataset: &Dataset) -> Vec<Shot> {
+    let coefficients = Values::initial(&dataset.settings).coefficients();
+    let model = dataset.model(Fidelity::Full);
+    let shot = |shot: &measured::Shot| {
+        Some(Shot { cue: predict(shot, &model, &coefficients).ok()?.cue, coefficients })
+    };
+    dataset.shots.iter().filter_map(shot).collect()
 }
 
 /// Returns the errors of `full` on the collisions of pool balls in the reference table.
@@ -253,7 +275,7 @@ mod tests {
 
     #[test]
     fn errors_decrease_with_the_tolerance_and_from_fidelity_to_fidelity() {
-        let rows = study(&shots(40, 1), Ball::POOL, Model::KAPPA).unwrap();
+        let rows = study(&shots(&dataset(40, 1)), Ball::POOL, Model::KAPPA).unwrap();
         let speed = |row: &Row| row.numerical.map(|errors| errors.speed.worst);
         for row in rows.iter().filter(|row| row.fidelity == Fidelity::Ode && row.numerical.is_some()) {
             // some dozen steps, each to the tolerance

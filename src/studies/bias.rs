@@ -3,16 +3,13 @@
 
 use std::time::Instant;
 
-use super::accuracy;
 use crate::fit;
 use crate::fit::{Depth, FitError, Options};
-use crate::measurement::dataset::{Before, Dataset, Measured, Measurement, ObjectBall, Shot};
+use crate::measurement::dataset::{Dataset, Measurement, ObjectBall};
 use crate::measurement::loss::Loss;
-use crate::measurement::observable::{Axis, Observable};
+use crate::measurement::observable::Observable;
 use crate::measurement::parameter::{Compliance, Parameter, Setting, Settings};
-use crate::measurement::spin::Spin;
 use crate::measurement::values::Values;
-use crate::physics::ball::Ball;
 use crate::physics::collision::{Effects, Fidelity, FidelityChoice, Model};
 use crate::problem::predict;
 
@@ -22,21 +19,18 @@ const CONTACT_TOLERANCE: f64 = 1e-8;
 /// One parameter of a fit.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Found {
-    /// The parameter.
-    pub parameter: Parameter,
+    pub(crate) parameter: Parameter,
     /// The value that the data were computed with.
-    pub truth: f64,
-    /// The estimate.
-    pub estimate: f64,
+    pub(crate) truth: f64,
+    pub(crate) estimate: f64,
     /// Its standard error; `None` if the fidelity does not have the parameter, or the data do not
     /// determine it.
-    pub std_error: Option<f64>,
+    pub(crate) std_error: Option<f64>,
 }
 
 impl Found {
     /// Returns the estimate less the truth, if there is an estimate.
-    #[must_use]
-    pub fn bias(&self) -> Option<f64> {
+    pub(crate) fn bias(&self) -> Option<f64> {
         self.std_error.map(|_| self.estimate - self.truth)
     }
 }
@@ -44,34 +38,26 @@ impl Found {
 /// The model with which shots are fitted.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Way {
-    name: &'static str,
+    /// The name in reports.
+    pub name: &'static str,
     /// The fidelity; `None`: that of `fit --fidelity auto`.
     fidelity: Option<Fidelity>,
     /// How compliant the contact is taken to be, that of the data if stated.
     compliance: Compliance,
 }
 
-impl Way {
-    /// Returns the name in reports.
-    #[must_use]
-    pub fn name(self) -> &'static str {
-        self.name
-    }
-}
-
 /// The result of the fits with one model.
 #[derive(Clone, Debug)]
 pub struct Row {
-    /// The model with which the shots were fitted.
-    pub way: Way,
+    pub(crate) way: Way,
     /// The tangential compliance κ of the contact that computed the data.
-    pub kappa: f64,
+    pub(crate) kappa: f64,
     /// The estimates, in the order of [`Parameter::COEFFICIENTS`].
-    pub found: [Found; 3],
+    pub(crate) found: [Found; 3],
     /// χ² per observation: above 1 the misfit alone would show in data with that noise.
-    pub chi2_per_observation: f64,
-    /// How long the fit took, s.
-    pub seconds: f64,
+    pub(crate) chi2_per_observation: f64,
+    /// Duration of the fit, s.
+    pub(crate) seconds: f64,
 }
 
 /// The models that have parameters, in the order in which they are fitted.
@@ -88,25 +74,6 @@ pub const FITTED: [Way; 7] = {
         Way { name: "auto", fidelity: None, compliance: Auto },
     ]
 };
-
-/// Returns a data set of the velocities after the impact of these shots, to be filled in.
-#[must_use]
-pub fn velocities(shots: &[accuracy::Shot], ball: Ball) -> Dataset {
-    let exact = |value| Measured { value, sd: None };
-    let after = [Observable::CueVelocity, Observable::ObjectVelocity].into_iter().flat_map(|of| {
-        [Axis::X, Axis::Y].map(|axis| Measurement { observable: of(axis), measured: exact(0.0) })
-    });
-    let after: Vec<Measurement> = after.collect();
-    let shot = |(number, shot): (usize, &accuracy::Shot)| {
-        let before = Before::Impact {
-            normal: [exact(1.0), exact(0.0)],
-            velocity: [exact(shot.cue.velocity.x), exact(shot.cue.velocity.y)],
-        };
-        let spin = Spin::Measured { spin: shot.cue.spin, sd: [None; 3] };
-        Shot::new((number + 1).to_string(), before, spin, after.clone())
-    };
-    Dataset::new("accuracy", ball, shots.iter().enumerate().map(shot).collect())
-}
 
 /// Returns up to 200 shots of a data set, spread evenly, with the measurements without noise if
 /// `contact` with all effects, `kappa` and the initial values of the parameters were true. Standard
@@ -186,6 +153,7 @@ pub fn bias(dataset: &Dataset, way: Way) -> Result<Row, FitError> {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::studies::accuracy;
 
     /// Returns the largest bias of a fit in standard errors.
     fn worst(row: &Row) -> f64 {
@@ -195,7 +163,7 @@ mod tests {
 
     #[test]
     fn contact_finds_its_own_truth_and_coarser_fidelities_do_not() {
-        let dataset = noise_free(&velocities(&accuracy::shots(24, 3), Ball::POOL), Model::KAPPA);
+        let dataset = noise_free(&accuracy::dataset(24, 3), Model::KAPPA);
         let [inelastic, _, full, _, _, contact, _] = FITTED;
         // the Jacobian of `contact` is one of differences, which the end of the fit shows
         let contact = bias(&dataset, contact).unwrap();

@@ -136,7 +136,7 @@ document! {
     /// A fit to shots without noise.
     Bias(row: &bias::Row) {
         /// The fidelity that was fitted, or auto.
-        fidelity: &'static str = row.way.name(),
+        fidelity: &'static str = row.way.name,
         /// Tangential compliance κ of the contact that computed the shots.
         kappa: Option<f64> = finite(row.kappa),
         /// By parameter.
