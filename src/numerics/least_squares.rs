@@ -13,7 +13,7 @@ use argmin::core::{
 };
 
 /// Damping at which a descent gives up.
-const MAX_DAMPING: f64 = 1e16;
+const MAX_DAMPING: f64 = 1e12;
 
 /// Least share of its promise that a step gains if it is made (MINPACK).
 const ACCEPTED: f64 = 1e-4;

@@ -40,6 +40,10 @@ pub struct PlannedShot {
 /// Steps towards a spread, as many as fits take at most.
 const SPREAD_STEPS: usize = 10;
 
+/// Topspin, over natural roll, of every other shot without one; the others have as much draw. The outcome
+/// has a corner at 0, on either side of which fits find half of such shots.
+const BESIDE: f64 = 1e-3;
+
 /// How many shots are planned, and how they are filmed.
 #[derive(Clone, Copy, Debug)]
 pub struct Filming {
@@ -74,8 +78,12 @@ pub(crate) fn information(
     (model, unknowns, shared): (&Model, &[Unknown], &Shared),
 ) -> Result<Vec<Option<DMatrix<f64>>>, NotACollision> {
     let contact = Contact::new(model, unknowns);
-    let film = |shot: &PlannedShot| Filmed::new(shot, filming, &contact, shared);
-    let mut films: Vec<Filmed> = samples.par_iter().map(film).collect::<Result<_, _>>()?;
+    let film = |(i, shot): (usize, &PlannedShot)| {
+        let side = if i % 2 == 0 { BESIDE } else { -BESIDE };
+        let topspin = if shot.topspin == 0.0 { side } else { shot.topspin };
+        Filmed::new(&PlannedShot { topspin, ..*shot }, filming, &contact, shared)
+    };
+    let mut films: Vec<Filmed> = samples.par_iter().enumerate().map(film).collect::<Result<_, _>>()?;
     let variances = films.par_iter().map(|film| film.own_variances(shared)).collect::<Vec<_>>();
     for (which, place, truth) in
         [(TOPSPIN_SPREAD, own::TOPSPIN, filming.topspin_sd), (SIDE_SPREAD, own::SIDE, 0.0)]
