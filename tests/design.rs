@@ -51,9 +51,10 @@ fn designed(kinds: &[Both]) -> Design {
 /// of 100 shots are not spread quite evenly.
 const SAME_BOUND: f64 = 0.03;
 
-/// Half of the stun shots of a fit end at the kink between topspin and draw, where their topspin is held: the error of
-/// the masses, and of μ_s by them, is then too small by 1.20 ± 0.09 (60 films of 40 shots), and that of a plan too large.
-const AT_KINK: f64 = 0.6;
+/// Half of the stun shots of a fit end on either side of the corner between topspin and draw, as far from it as the frames
+/// leave open; a plan is at the corner. (In 30 films of 40 such shots e scatters by 1.01 of its stated error, which is 1.1
+/// times that of the plan.)
+const AT_CORNER: f64 = 0.25;
 
 /// What a design expects of a parameter that fits have: a coefficient, or the ratio of the masses.
 fn expected_error(found: &Design, parameter: Parameter) -> f64 {
@@ -95,8 +96,7 @@ fn predictions_are_the_bounds_of_fits_of_such_shots() {
         for (parameter, bound) in &stated {
             let predicted = expected_error(&found, *parameter);
             let ratio = predicted / bound;
-            let of_masses = matches!(parameter, Parameter::MassRatio | Parameter::MuS);
-            let most = if of_masses && what.contains("stun") { AT_KINK } else { SAME_BOUND };
+            let most = if what.contains("stun") { AT_CORNER } else { SAME_BOUND };
             if (ratio - 1.0).abs() >= most {
                 off.push((what, *parameter, ratio));
             }

@@ -42,7 +42,7 @@ const SPREAD_STEPS: usize = 10;
 
 /// Topspin, over natural roll, of every other shot without one; the others have as much draw. The outcome
 /// has a corner at 0, on either side of which fits find half of such shots.
-const BESIDE: f64 = 1e-3;
+const BESIDE: f64 = 1e-10;
 
 /// How many shots are planned, and how they are filmed.
 #[derive(Clone, Copy, Debug)]
