@@ -108,9 +108,9 @@ pub mod compare;
 #[cfg(feature = "io")]
 pub mod design;
 #[cfg(feature = "fit")]
-pub mod extraction;
+mod extraction;
 #[cfg(feature = "fit")]
-pub mod film;
+mod film;
 #[cfg(feature = "fit")]
 pub mod fit;
 #[cfg(feature = "report")]
@@ -123,7 +123,7 @@ pub mod measurement;
 pub mod numerics;
 pub mod physics;
 #[cfg(feature = "fit")]
-pub mod problem;
+mod problem;
 #[cfg(feature = "report")]
 pub mod report;
 #[cfg(feature = "io")]

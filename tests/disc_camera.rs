@@ -3,7 +3,7 @@
 use std::f64::consts::TAU;
 
 use caromfit::fit::ExtractedDiscs;
-use caromfit::problem::Quantity;
+use caromfit::fit::Quantity;
 
 use crate::films::pucks::{self, E, FILMED, Filmed, RADII, SETTINGS, Show, as_it_is, load};
 use crate::prelude::*;

@@ -1,7 +1,5 @@
 //! Fits of discs: shots that scatter, contacts that give way, and what students of Chalmers measured.
 
-use caromfit::problem;
-
 use crate::films::pucks::{Contact, Filmed, SETTINGS, SLIDING, film, load};
 use crate::prelude::*;
 
@@ -148,7 +146,7 @@ fn an_e_that_falls_with_the_closing_speed_is_found() {
     }
     // the slope of points that scatter as these do: σ/√Σ(v − v̄)²
     let speeds: Vec<f64> =
-        fit.disc_shots.iter().map(|shot| shot.get(problem::Quantity::ClosingSpeed).unwrap().value).collect();
+        fit.disc_shots.iter().map(|shot| shot.get(fit::Quantity::ClosingSpeed).unwrap().value).collect();
     let mean = speeds.iter().sum::<f64>() / speeds.len() as f64;
     let spread = speeds.iter().map(|v| (v - mean).powi(2)).sum::<f64>().sqrt();
     let expected = fit.scatter.unwrap().restitution / spread;

@@ -1,7 +1,7 @@
 //! What is said of discs that stick, whose friction no model describes, whose masses or rotation are not known, and of shots that
 //! cannot be true. Through the program, as a reader sees it.
 
-use caromfit::problem::{Doubt, Quantity};
+use caromfit::fit::{Doubt, Quantity};
 
 use crate::cli::{done_in, refused_in};
 use crate::discs::with_discs;

@@ -1,8 +1,8 @@
 //! Discs: impacts of pucks made with known masses, friction and restitution, through the library; what cannot be used; and the real data
 //! sets that ship.
 
+use caromfit::fit::{DiscImpact, Quantity};
 use caromfit::fit::{ExtractedDiscs, with_impacts};
-use caromfit::problem::{DiscImpact, Quantity};
 
 use crate::films::pucks::{Collision, E, FPS, MASSES, RADII, SETTINGS, film_of, load};
 use crate::prelude::*;

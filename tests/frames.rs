@@ -1,7 +1,7 @@
 //! Fits of all frames of a film: estimates and intervals against the truth, what is said of each shot, and what is written.
 
+use caromfit::fit::Id;
 use caromfit::fit::with_impacts;
-use caromfit::problem::Id;
 use caromfit::report::csv;
 
 pub use crate::study::count;

@@ -9,6 +9,7 @@ pub use std::time::Instant;
 
 pub use caromfit::compare::{Comparison, Finding, Quantity};
 pub use caromfit::design::Expected;
+pub use caromfit::fit::predict;
 pub use caromfit::fit::{
     Depth, Estimate, Falling, Fit, FitError, Grade, NoiseVerdict, Options, Rejected, Residual, Status,
 };
@@ -28,7 +29,6 @@ pub use caromfit::physics::collision::{
 };
 pub use caromfit::physics::contact_frame::{cloth_slip, cue_velocity, slip};
 pub use caromfit::physics::friction_law::Law;
-pub use caromfit::problem::predict;
 pub use caromfit::simulate::{BallSpec, Camera, Kind, Noise, Played, Shots, Spec, TrueImpact, Truth};
 pub use caromfit::{compare, fit, io, simulate};
 pub use nalgebra::{DMatrix, DVector};

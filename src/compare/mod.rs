@@ -1,7 +1,7 @@
 //! Several data sets in one fit: which quantities differ between cloths or balls, by how much, how surely.
 //!
 //! Each data set, or each label of its `[fit] by`, is first fitted alone: cleaned, with its causes and
-//! spins. All of them are then samples of one problem ([`crate::problem`]) whose shared unknowns have a
+//! spins. All of them are then samples of one problem whose shared unknowns have a
 //! column each: quantities that are compared one for each label, the others one for all; ratios of masses
 //! and radii one for each set of balls, the camera one for each `camera` label or film, the cloth one for
 //! each cloth. Priors count once per column.

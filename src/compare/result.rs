@@ -102,7 +102,7 @@ pub struct Compared {
 /// The value of a parameter.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, JsonSchema)]
 pub struct Value {
-    /// The index of the label in [`Comparison::labels`]; `None` if it is the value for all.
+    /// The index of the label in the labels of the comparison; `None` if it is the value for all.
     #[serde(skip)]
     pub label: Option<usize>,
     /// The value, in the unit of the parameter.
@@ -123,7 +123,7 @@ pub struct Value {
 /// The difference of a quantity between two labels: the second less the first.
 #[derive(Clone, Debug, PartialEq, Serialize, JsonSchema)]
 pub struct Difference {
-    /// The index of the first label in [`Comparison::labels`].
+    /// The index of the first label in the labels of the comparison.
     #[serde(skip)]
     pub first: usize,
     /// The index of the second label.

@@ -1,5 +1,5 @@
 //! The Fisher information that filmed shots hold about the unknowns that all shots of a film share,
-//! as the problem of a fit has it ([`crate::problem`]), and the standard errors that follow from it
+//! as the problem of a fit has it, and the standard errors that follow from it
 //! with the priors of a fit.
 
 use nalgebra::SMatrix;

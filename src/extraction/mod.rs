@@ -12,6 +12,5 @@ pub(crate) use initial_guess::{FirstGuess, from_paths, object_speed};
 #[cfg(feature = "io")]
 pub(crate) use marker_rotation::turn;
 pub use marker_rotation::{Rotation, Rotations};
-pub use noise_correlation::NoiseCorrelation;
 pub(crate) use noise_correlation::noise_correlation;
 pub use unusable::{Bodies, Unusable};

@@ -40,4 +40,7 @@ pub use result::{
 };
 pub use verdict::{Grade, Verdict};
 
-pub use crate::problem::{IntervalPair as Intervals, ParameterEstimate as Estimate, Status};
+pub use crate::problem::{
+    DiscImpact, Doubt, Id, IntervalPair as Intervals, ParameterEstimate as Estimate, Quantity, Severity,
+    Status, predict,
+};

@@ -4,7 +4,7 @@ use crate::physics::name::worded;
 
 worded! {
     /// Distortions of a film by its camera, in the order of every list of their values.
-    /// [`crate::problem`] gives the equations.
+    /// src/problem/film/camera.rs gives the equations.
     #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
     #[non_exhaustive]
     pub enum Correction {

@@ -44,7 +44,6 @@ mod unknowns;
 
 pub use discs::impact::{DiscImpact, Doubt};
 pub use discs::law::Rival;
-pub use discs::lines::Stuck;
 pub use discs::measure::{MeasuredDiscs, measure_discs};
 pub use discs::own::Component;
 pub use discs::quantities::Quantity;
@@ -53,22 +52,19 @@ pub(crate) use film::camera::Camera;
 pub use film::film_data::{FilmError, Modelling};
 #[cfg(feature = "io")]
 pub(crate) use film::planned::{Filming, PlannedShot, information, unknowns_of};
-pub use film::shots::{FittedFrame, Impact, Motion, OwnEstimate};
+pub use film::shots::{FittedFrame, Impact, OwnEstimate};
 pub use findings::{Finding, Severity};
-pub use frames::PicturePaths;
-pub use identifiability::{Combination, Invariant, Remains};
+pub use identifiability::{Combination, Invariant};
 pub use intervals::{IntervalPair, ParameterEstimate, Status};
 pub(crate) use offsets::ShiftScore;
 pub use offsets::{Offsets, Slope};
 pub use policy::Policy;
 pub use rows::choices::{RowsChoices, RowsError, Unpredictable};
 pub(crate) use rows::deviations::Deviations;
-pub use rows::prediction::{Prediction, predict};
+pub use rows::prediction::predict;
 pub use rows::run::{RowsFit, TableNoise, fit_rows};
 pub use run::fit_film;
 pub use solution::{Budget, Estimate, ShotInfluence, Solution};
-pub use sums::Noise;
-pub use uncertainty::{Conflict, Score, Share};
 pub use unknowns::{Id, Normal};
 pub(crate) use {
     block::Block,
@@ -94,10 +90,9 @@ mod tests {
     use super::problem::{Problem, State};
     use super::rows::shot::OWN;
     use super::rows::table::Table;
+    use super::sums::Noise;
     use super::unknowns::{Own, Shared};
-    use super::{
-        Id, Modelling, Noise, ParameterEstimate, Policy, RowsChoices, RowsFit, Status, fit_film, fit_rows,
-    };
+    use super::{Id, Modelling, ParameterEstimate, Policy, RowsChoices, RowsFit, Status, fit_film, fit_rows};
     use crate::io;
     use crate::measurement::dataset::{Before, Dataset, Shot};
     use crate::measurement::loss::Loss;

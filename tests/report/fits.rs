@@ -2,8 +2,8 @@
 
 use std::sync::OnceLock;
 
+use caromfit::fit::Severity;
 use caromfit::fit::{About, Diagnostics, Goodness, Intervals, Noise, Remark};
-use caromfit::problem::Severity;
 
 use crate::prelude::*;
 

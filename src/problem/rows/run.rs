@@ -52,8 +52,6 @@ pub struct TableNoise {
     pub sd: f64,
     /// Standard deviation of the rounding of the columns, which is the least that `sd` can be.
     pub rounding: f64,
-    /// Number of numbers.
-    pub count: f64,
     /// Sum of their squared residuals over the variance.
     pub square: f64,
     /// Numbers less what they spend on unknowns.
@@ -353,7 +351,6 @@ fn list_noises(problem: &Problem, at: &Evaluation, estimates: &Estimates) -> Vec
             observables: pool.observables.clone(),
             sd,
             rounding: pool.rounding,
-            count,
             square: weighted,
             dof,
             is_known: dof >= LEAST_DOF && (pool.rounding > 0.0 || sd > VANISHES * pool.least()),
