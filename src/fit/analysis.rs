@@ -26,7 +26,7 @@ pub fn fit(dataset: &Dataset, options: &Options) -> Result<Vec<Fit>, FitError> {
 /// every replicate of a bootstrap, from several threads.
 ///
 /// # Errors
-/// As [`fit`].
+/// Those of [`fit`].
 pub fn fit_watched(
     dataset: &Dataset,
     options: &Options,

@@ -28,14 +28,14 @@ pub struct FoundCamera {
     picture: Camera,
     /// Its corrections that were free.
     pub corrections: Vec<FoundCorrection>,
-    /// The factor by which all lengths were multiplied beforehand, the unit of the film in m; 1 where the stated one
+    /// The factor by which all lengths were multiplied before the fit, the unit of the film in m; 1 where the stated one
     /// was right to a tenth.
     pub unit: f64,
     /// How many shots it was found from.
     pub shots: usize,
     /// Whether nothing was left to correct at the end.
     pub converged: bool,
-    /// The correlation of the noise of neighbouring frames; `None` where the frames do not determine it.
+    /// The correlation of the noise of neighbouring frames; `None` if the frames do not determine it.
     pub noise_correlation: Option<f64>,
     /// The number of shots in which frames were dropped without a sign in their numbers, and the number of such
     /// drops.
@@ -100,7 +100,7 @@ impl FoundCamera {
         scaled.into_iter().chain(self.sentence()).chain(unfinished).collect()
     }
 
-    /// Returns the corrections as a sentence; `None` where none was free.
+    /// Returns the corrections as a sentence; `None` if all were held.
     #[must_use]
     pub fn sentence(&self) -> Option<String> {
         let words = |found: &FoundCorrection| {

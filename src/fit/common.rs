@@ -1,4 +1,4 @@
-//! What every fit of one problem says: estimates with their correlations, what they rest on, and how
+//! The parts that every fit has: estimates with their correlations, what they rest on, and how
 //! they move without a shot.
 
 use std::sync::Arc;
@@ -48,7 +48,7 @@ pub(super) struct Tested {
 }
 
 impl Fitted<'_> {
-    /// Returns the fit as far as data set and minimum tell it, without diagnostics; `errors` are those of the estimates,
+    /// Returns the fit as far as data set and minimum determine it, without diagnostics; `errors` are those of the estimates,
     /// `is_known` whether the noise of an observable is.
     pub fn bare(
         &self,
@@ -100,7 +100,7 @@ impl Fitted<'_> {
         }
     }
 
-    /// Returns what every fit tells of itself; `silent` are parameters that no number depends on.
+    /// Returns the diagnostics that every fit has; `silent` are parameters that no number depends on.
     pub fn diagnostics(
         &self,
         parameters: &[Parameter],

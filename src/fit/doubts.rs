@@ -139,7 +139,7 @@ impl Fit {
         self.shots_rejected.iter().filter(|rejected| rejected.reason != ON_REQUEST).collect()
     }
 
-    /// Returns the shots that were left out: a doubt if they are so many that they may be the rule.
+    /// Returns the shots that were left out: a doubt if most shots may be like them.
     fn not_used(&self) -> Option<Remark> {
         let rejected = self.unwanted();
         let Rejected { shot, reason } = rejected.first()?;

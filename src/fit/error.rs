@@ -1,4 +1,4 @@
-//! What is fitted, and why it cannot be.
+//! The request of a fit, and why it cannot be met.
 
 use super::{Options, Rejected};
 use crate::measurement::dataset::{Dataset, ON_REQUEST};
@@ -50,12 +50,12 @@ impl FitError {
 }
 
 fn first_reason(rejected: &[Rejected]) -> String {
-    // what was asked for is no news
+    // a shot that was left out on request needs no reason
     let told = rejected.iter().find(|r| r.reason != ON_REQUEST).or(rejected.first());
     told.map_or(String::new(), |r| format!(": shot {}: {}", r.shot, r.reason))
 }
 
-/// What is fitted, and how.
+/// A data set, and how it is fitted.
 #[derive(Clone, Copy)]
 pub(super) struct Request<'a> {
     pub dataset: &'a Dataset,

@@ -10,7 +10,7 @@ use crate::physics::name::worded;
 use crate::problem::{Id, Status};
 
 impl Fit {
-    /// The estimate of a parameter; `None` for one that the fit does not have, such as b where the friction is constant.
+    /// The estimate of a parameter; `None` for one that the fit does not have, such as b if the friction is constant.
     pub fn get(&self, parameter: Parameter) -> Option<&Estimate> {
         self.estimates.iter().find(|estimate| estimate.parameter == parameter)
     }
@@ -82,7 +82,7 @@ worded! {
         Velocities = "velocities" | "the velocities",
         /// Angles, speeds and their ratios.
         Angles = "angles" | "the angles and speeds",
-        /// Of discs: the restitution and the ratio of the impulses of each shot.
+        /// The restitution and the ratio of the impulses of each shot of discs.
         Impulses = "impulses" | "e and J_t/J_n of the shots",
     }
     /// The name in fit.json.

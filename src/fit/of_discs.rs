@@ -22,7 +22,7 @@ use crate::problem::{
 /// Normal quantile of a one-sided interval of 95 %.
 const ONE_SIDED: f64 = 1.645;
 
-/// Shots that tell how much shots differ.
+/// Number of shots that show how much shots differ.
 const LEAST_SHOTS: usize = 3;
 
 /// Largest friction that fits of discs try: rubber on rubber seldom has more, and what is around discs

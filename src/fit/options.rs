@@ -44,7 +44,7 @@ pub enum Falling {
     AsStated,
     /// The law with these values of b and c.
     Held {
-        /// By how much the friction is larger without slip, dimensionless.
+        /// Difference of the friction without slip from that at large slip, dimensionless.
         b: f64,
         /// How fast the friction falls with the slip, s/m.
         c: f64,
@@ -54,7 +54,7 @@ pub enum Falling {
 }
 
 impl Falling {
-    /// The settings of a data set, with this in the place of what they state of b and c.
+    /// The settings of a data set, with this instead of what they state of b and c.
     pub fn applied(self, mut settings: Settings) -> Settings {
         settings.falls |= self != Self::AsStated;
         if let Self::Held { b, c } = self {

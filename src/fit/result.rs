@@ -30,7 +30,7 @@ use crate::problem::{DiscImpact, Solution};
 pub struct Fit {
     /// Name of the data set.
     pub dataset: String,
-    /// The label that was fitted apart, where `[fit] by` asks for it: (column, label).
+    /// The label that was fitted by itself, if `[fit] by` asks for it: (column, label).
     pub group: Option<(String, String)>,
     /// The file that the data set was read from.
     pub path: PathBuf,
@@ -40,13 +40,13 @@ pub struct Fit {
     pub source: Option<String>,
     /// The cue ball; of discs, the disc that stands for both.
     pub ball: Ball,
-    /// The object ball, where it is stated that it differs from the cue ball; `None` of discs, too.
+    /// The object ball, if it is stated that it differs from the cue ball; `None` of discs, too.
     pub object: Option<ObjectBall>,
-    /// Of discs: their own radii and masses, where they are known.
+    /// Radii and masses of discs, if they are known.
     pub discs: Option<Discs>,
-    /// The cloth's sliding friction μ_k, where footage determines it or dataset.toml states it.
+    /// The cloth's sliding friction μ_k, if footage determines it or dataset.toml states it.
     pub sliding: Option<Measured>,
-    /// The cloth's rolling resistance μ_r, where footage determines it or dataset.toml states it.
+    /// The cloth's rolling resistance μ_r, if footage determines it or dataset.toml states it.
     pub rolling: Option<Measured>,
     /// The name of the fidelity, as on the command line.
     pub fidelity: &'static str,
@@ -67,15 +67,15 @@ pub struct Fit {
     pub shots_used: usize,
     /// The shots that were left out, with the reasons.
     pub shots_rejected: Vec<Rejected>,
-    /// Of discs: what was measured of every shot.
+    /// Measurements of every shot of discs.
     pub disc_shots: Vec<DiscImpact>,
-    /// Of discs: by how much shots differ beyond the errors of their frames. It is part of the errors.
+    /// Scatter of discs: by how much shots differ beyond the errors of their frames. It is part of the errors.
     pub scatter: Option<Scatter>,
-    /// Of discs: points of J_t/J_n against the slip over the closing speed, as fitted; empty if the shots do not determine it.
+    /// Friction curve of discs: points of J_t/J_n against the slip over the closing speed, as fitted; empty if the shots do not determine it.
     pub friction_curve: Vec<[f64; 2]>,
-    /// Of footage: the camera as it was fitted, and what else was found of the film.
+    /// The camera of footage as it was fitted, and what else was found of the film.
     pub camera: Option<FoundCamera>,
-    /// Where the data contradict the model, how; no estimate has an error then.
+    /// How the data contradict the model, if they do; no estimate has an error then.
     pub refuted: Option<Refuted>,
     /// Whether the shots were filmed, and not measured as impacts or angles.
     pub footage: bool,
@@ -83,13 +83,13 @@ pub struct Fit {
     pub unknowns: Vec<crate::problem::Estimate>,
     /// The error budgets of μ, μ_s and e.
     pub budget: Vec<crate::problem::Budget>,
-    /// What explains residuals that the equations or the stated numbers leave, the best first; the estimates
+    /// Causes that explain residuals that the equations or the stated numbers leave, the best first; the estimates
     /// include it.
     pub explanations: Vec<Explanation>,
     /// The observations of [`Fit::tested`] one by one; of films of balls the velocities after each impact, as
     /// its frames show them without the law of the impact.
     pub residuals: Vec<Residual>,
-    /// Of a film of balls: its frames against the model.
+    /// The frames of a film of balls against the model.
     pub frames: Option<FittedFilm>,
     /// The minimum.
     pub(crate) solution: Arc<Solution>,
@@ -123,9 +123,9 @@ pub struct Diagnostics {
     pub bootstrap: Option<Bootstrap>,
     /// Confidence regions of pairs of parameters.
     pub contours: Vec<Contour>,
-    /// Of tables: how χ² rises as a parameter moves within its 95 % interval and the others follow.
+    /// Profiles of tables: how χ² rises as a parameter moves within its 95 % interval and the others follow.
     pub profiles: Vec<Profile>,
-    /// Of films of balls: how the frames were fitted.
+    /// How the frames of a film of balls were fitted.
     pub joint: Option<JointFit>,
     /// Whether values outside the intervals fit nearly as well.
     #[serde(skip)]
@@ -251,13 +251,13 @@ impl Robust {
     }
 }
 
-/// Standard deviations between shots of discs, beyond the errors of their frames; 0 where they show none.
+/// Standard deviations between shots of discs, beyond the errors of their frames; 0 if they show none.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, JsonSchema)]
 pub struct Scatter {
-    /// Of the restitution, dimensionless.
+    /// Scatter of the restitution, dimensionless.
     #[serde(rename = "e")]
     pub restitution: f64,
-    /// Of J_t/J_n, dimensionless, besides what follows from that of the restitution.
+    /// Scatter of J_t/J_n, dimensionless, besides what follows from that of the restitution.
     pub impulse_ratio: f64,
     /// Whether there are enough shots to estimate it.
     #[serde(skip)]
@@ -280,10 +280,10 @@ pub struct Noise {
     pub count: usize,
     /// Root mean square of the raw residuals, SI and radians.
     pub rms: f64,
-    /// The standard deviation that was estimated from the residuals, SI and radians, where the data give none; `None`
-    /// where they do.
+    /// The standard deviation that was estimated from the residuals, SI and radians, if the data give none; `None`
+    /// if they do.
     pub estimated_sd: Option<f64>,
-    /// The standard deviation of the rounding of the readings, SI and radians, where it stands for the noise, since the residuals are
+    /// The standard deviation of the rounding of the readings, SI and radians, if it stands for the noise, since the residuals are
     /// smaller.
     pub rounding: Option<f64>,
 }
@@ -294,7 +294,7 @@ impl Noise {
         self.estimated_sd.is_some_and(f64::is_nan)
     }
 
-    /// A standard deviation to so many digits, with the unit of its column.
+    /// Returns a standard deviation to a number of digits, with the unit of its column.
     pub(super) fn in_words(&self, sd: f64, digits: usize) -> String {
         let (number, unit) = (plain(sd / self.observable.unit_si(), digits), self.observable.unit());
         let gap = if matches!(unit, "" | "°") { "" } else { " " };
@@ -307,7 +307,7 @@ impl Noise {
 pub struct Rejected {
     /// Name of the shot.
     pub shot: String,
-    /// What is wrong with it.
+    /// The reason.
     pub reason: String,
 }
 
@@ -316,7 +316,7 @@ pub struct Rejected {
 pub struct Residual {
     /// The name of the shot.
     pub shot: String,
-    /// What was measured.
+    /// The observable.
     pub observable: Observable,
     /// The measured value.
     pub measured: f64,
@@ -329,6 +329,6 @@ pub struct Residual {
     pub standardized: f64,
     /// Cut angle φ of the shot, radians.
     pub cut: f64,
-    /// Cue ball's speed before the impact, m/s; `None` where it is unknown and does not matter.
+    /// Cue ball's speed before the impact, m/s; `None` if it is unknown and does not matter.
     pub speed: Option<f64>,
 }

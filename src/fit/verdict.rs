@@ -57,7 +57,7 @@ impl Fit {
 
     /// Returns that more shots were left out than are wrong now and then; of a table, any.
     fn many_left_out(&self) -> Option<String> {
-        /// Of all shots.
+        /// Part of all shots.
         const SELDOM: f64 = 0.15;
         let rejected = self.unwanted();
         let unwanted = rejected.len();
@@ -114,7 +114,7 @@ impl Fit {
     fn limited_by_masses(&self) -> Option<String> {
         /// The standard deviation of m_cue/m_object of balls of 170 g that are each weighed to 0.1 g is 0.0008.
         const WEIGHED: f64 = 0.001;
-        /// Of a variance.
+        /// Part of a variance.
         const LARGE_MASS_PART: f64 = 0.5;
         let object = self.object.unwrap_or(ObjectBall::unweighed(self.ball));
         object.mass_ratio_sd(self.ball).filter(|sd| self.discs.is_none() && *sd >= WEIGHED)?;

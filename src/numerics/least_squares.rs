@@ -26,10 +26,10 @@ const AFTER_GAIN: f64 = 0.1;
 const AFTER_LOSS: f64 = 2.0;
 const SHORTER: f64 = 0.7;
 
-/// Factor of the damping where the normal equations cannot be solved.
+/// Factor of the damping if the normal equations cannot be solved.
 const UNSOLVABLE: f64 = 10.0;
 
-/// Factor of the damping where the gain of a step would be lost in rounding.
+/// Factor of the damping if the gain of a step would be lost in rounding.
 const RELAXED: f64 = 1e-6;
 
 /// Number of steps in a row that gain next to nothing, though they were promised to, after which a
@@ -154,7 +154,7 @@ impl Marquardt {
                 self.damping = (RELAXED * self.damping).max(f64::MIN_POSITIVE);
                 continue;
             }
-            // one that is hardly shorter than a step that gained nothing gains nothing either
+            // a step of nearly the same length as one that gained too little gains too little as well
             if step.promise > SHORTER * self.too_long {
                 self.damping *= growth;
                 growth *= 2.0;
@@ -207,7 +207,7 @@ impl<S: SumOfSquares> Solver<&S, Iterate<S::Evaluation>> for Marquardt {
             self.converged.is_none()
         } else {
             self.is_blocked = !sum.is_finite();
-            // a step that gains nothing may have crossed a kink: shorter ones may gain
+            // a step that gains nothing may have crossed a corner: shorter ones may gain
             self.stalls = if gain > self.stall { 0 } else { self.stalls + usize::from(gain > -self.stall) };
             self.converged = (self.stalls > MAX_STALLS).then_some(true);
             self.judge(gain, step.promise)

@@ -9,7 +9,7 @@ use super::unknowns::Id;
 pub enum Severity {
     /// Good to know.
     Note,
-    /// To be looked at; the estimates stand.
+    /// A reader should look at it; the estimates stand.
     Warning,
     /// The estimates may be off by more than their errors.
     Doubtful,
@@ -92,7 +92,7 @@ pub enum Finding {
         /// Whether it was adopted.
         adopted: bool,
     },
-    /// What weight and cloth do during the contact.
+    /// The effect of weight and cloth during the contact.
     Weight {
         /// Number of shots on which they act.
         shots: usize,
@@ -134,7 +134,7 @@ pub enum Finding {
         /// Number of shots that slide.
         sliding: usize,
     },
-    /// The frames scatter about the paths by more than their noise; by so much more that the model does
+    /// The frames scatter about the paths by more than their noise; by far more if the model does
     /// not describe them, the estimates mean nothing.
     Misfit {
         /// Variance of slow motions over that of the noise before the impacts.

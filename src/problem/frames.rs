@@ -133,7 +133,7 @@ pub(crate) fn whiten<const R: usize>(
     sights
 }
 
-/// Where the columns of rows stand among the unknowns of a shot and the residual: the inputs of the motion,
+/// Places of the columns of rows among the unknowns of a shot and the residual: the inputs of the motion,
 /// and what stands behind the coefficients.
 pub(crate) struct Columns<'a> {
     pub inputs: &'a [usize],

@@ -1,4 +1,4 @@
-//! What the data determine: the direction of the unknowns in which χ² changes least, and what they do
+//! Identifiability: the direction of the unknowns in which χ² changes least, and what the data do
 //! determine of it.
 
 use nalgebra::{DMatrix, DVector};
@@ -32,7 +32,7 @@ pub enum Invariant {
     Ratio,
 }
 
-/// What the data determine of a direction.
+/// A function of a direction's unknowns that the data determine.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Remains {
     /// Which function of the direction's two unknowns.
@@ -55,7 +55,7 @@ pub struct Combination {
     pub is_weak: bool,
     /// Whether χ² does not change along it at all.
     pub is_undetermined: bool,
-    /// What is determined of it.
+    /// The function of its unknowns that is determined.
     pub remains: Option<Remains>,
 }
 

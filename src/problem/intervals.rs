@@ -34,7 +34,7 @@ worded! {
         AtLowerBound = "at-lower-bound",
         /// It was fitted and ended at its upper bound.
         AtUpperBound = "at-upper-bound",
-        /// The data do not determine it. It is given at its initial value or, where they determine a combination of
+        /// The data do not determine it. It is given at its initial value or, if they determine a combination of
         /// several parameters, at one of the values that fit equally well.
         NotIdentified = "not-identified",
     }
@@ -75,9 +75,9 @@ pub struct ParameterEstimate {
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 #[non_exhaustive]
 pub struct IntervalPair {
-    /// From the curvature of χ² at its minimum: value ± t·error, as far as the bounds allow.
+    /// The interval of the curvature of χ² at its minimum: value ± t·error, as far as the bounds allow.
     pub hessian: Option<[f64; 2]>,
-    /// From the lowest to the highest value at which χ², least over all other parameters, is t² above its
+    /// The interval from the lowest to the highest value at which χ², least over all other parameters, is t² above its
     /// minimum, other minima included.
     pub profile: Option<[f64; 2]>,
 }
@@ -149,7 +149,7 @@ impl Quantiles {
     }
 }
 
-/// What estimates of a table follow from.
+/// A minimum with all that estimates of a table follow from.
 pub(crate) struct Known<'a> {
     pub solution: &'a Solution,
     /// Covariance with unknowns at bounds taken for free.

@@ -43,7 +43,7 @@ pub(crate) fn fit(problem: &mut Problem, start: &State) -> Option<Descent> {
     Some(descend_with_noise(problem, coarse.end.state))
 }
 
-/// Descends coarsely, of films also with all balls of unknown spin sliding in the place of rolling: they are
+/// Descends coarsely, of films also with all balls of unknown spin sliding instead of rolling: they are
 /// judged one by one from shared unknowns that suit most.
 pub(crate) fn descend_with_states(problem: &mut Problem, start: &State) -> Option<Descent> {
     let first = descend_coarsely(problem, start);

@@ -176,7 +176,7 @@ mod tests {
         check_gradient(&problem, &state, &columns, 3, [1e-3, 1e-4]);
     }
 
-    /// Of velocities and angles, with a robust loss and falling friction.
+    /// Tables of velocities and angles have them, with a robust loss and falling friction.
     #[test]
     fn gradients_of_tables_are_slopes_of_chi2() {
         for (kind, loss, falls) in [("impacts", Loss::Cauchy, false), ("angles", Loss::Squares, true)] {
@@ -195,7 +195,7 @@ mod tests {
         }
     }
 
-    /// With a compliant contact, friction that leads, and a deceleration.
+    /// Discs have them, with a compliant contact, friction that leads, and a deceleration.
     #[test]
     fn gradients_of_discs_are_slopes_of_chi2() {
         let Film { mut block, unknowns, own, .. } =

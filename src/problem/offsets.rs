@@ -23,7 +23,7 @@ pub struct Offsets {
 /// How offsets change with a variable.
 #[derive(Clone, Copy, Debug)]
 pub struct Slope {
-    /// In standard deviations of an offset per unit of the variable.
+    /// Slope, in standard deviations of an offset per unit of the variable.
     pub value: f64,
     /// The same over its standard error.
     pub t: f64,
@@ -43,11 +43,11 @@ pub(crate) struct ShiftScore {
     pub beside: DVector<f64>,
 }
 
-/// A slope or a level that the other unknowns take up to all but this part tells nothing.
+/// Part of the information on a slope or a level that the other unknowns must leave.
 const OWN_PART: f64 = 1e-6;
 
 impl Solution {
-    /// Returns the outcome offsets of shot `i` of a sample; `None` if its frames do not tell them.
+    /// Returns the outcome offsets of shot `i` of a sample; `None` if its frames do not determine them.
     pub fn offsets(&self, sample: usize, i: usize) -> Option<Offsets> {
         let (information, gradient) = self.at.shots.get(sample)?.get(i)?.reduced(&Id::OFFSETS)?;
         let covariance = information.cholesky()?.inverse();

@@ -19,7 +19,7 @@ use crate::measurement::loss::Loss;
 #[derive(Clone)]
 pub(crate) struct Sample {
     pub block: Block,
-    /// Where each shared unknown, in the order of [`Id`], stands among those of the problem.
+    /// Column of the problem of each shared unknown, in the order of [`Id`].
     pub columns: [usize; SHARED],
     /// Samples of the same number have the noises of tables in common.
     pub noise_of: usize,
@@ -37,7 +37,7 @@ pub(crate) struct Problem {
 /// Values of all unknowns.
 #[derive(Clone)]
 pub(crate) struct State {
-    /// Of each shot of each sample.
+    /// Own unknowns of each shot of each sample.
     pub own: Vec<Vec<Own>>,
     pub shared: Shared,
 }
@@ -48,7 +48,7 @@ pub(crate) struct Evaluation {
     pub state: State,
     /// χ² with Huber's loss and the priors; infinite if the state describes no collision.
     pub cost: f64,
-    /// What each shot of each sample adds.
+    /// Contribution of each shot of each sample.
     pub shots: Vec<Vec<Contribution>>,
     priors: Vec<Option<Normal>>,
 }

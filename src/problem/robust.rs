@@ -11,7 +11,7 @@ use super::uncertainty::Estimates;
 use super::unknowns::{Id, Own};
 use crate::measurement::loss::Loss;
 
-/// Part of what is known in a direction that one shot tells at most, where its scatter is made whole.
+/// Largest part of the information in a direction that one shot has, when its scatter is made whole.
 const MOST_OF_ITSELF: f64 = 0.99;
 
 /// Returns the covariance H⁻¹BH⁻¹ of estimates by a robust loss, whatever the noise is, with the

@@ -30,7 +30,7 @@ pub struct Estimate {
     pub value: f64,
     /// Its standard error; `None` at a bound.
     pub std_error: Option<f64>,
-    /// What was known of it before the data were seen.
+    /// Prior, if it has one.
     pub prior: Option<Normal>,
 }
 
@@ -62,7 +62,7 @@ pub struct Solution {
     pub(crate) problem: Problem,
     pub(crate) at: Evaluation,
     pub(crate) covariance: Estimates,
-    /// What is wrong or worth saying.
+    /// Findings, in the order in which they were made.
     pub findings: Vec<Finding>,
     /// Names of the shots of each sample.
     pub names: Vec<Vec<String>>,

@@ -24,7 +24,7 @@ const ENOUGH: usize = 8;
 #[derive(Clone, Debug, PartialEq, Serialize, JsonSchema)]
 #[non_exhaustive]
 pub struct Goodness {
-    /// What is tested: angles, velocities or impulses.
+    /// The tested numbers: angles, velocities or impulses.
     pub counted: Counted,
     /// χ² of the residuals that are tested, without priors.
     #[schemars(with = "Option<f64>")]

@@ -1,5 +1,5 @@
-//! What the data determine: the singular values of the Jacobian, and in words the combination of
-//! parameters that they tell worst.
+//! Identifiability: the singular values of the Jacobian, and in words the combination of
+//! parameters that the data determine worst.
 
 use schemars::JsonSchema;
 use serde::Serialize;

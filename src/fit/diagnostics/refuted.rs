@@ -23,7 +23,7 @@ pub struct Refuted {
     /// The standard errors that would hold if the model did.
     #[serde(rename = "std_errors_if_model_held", serialize_with = "by_parameter")]
     pub if_model_held: Vec<(Parameter, f64)>,
-    /// The restitution measured without the model; `None` where the data do not have the velocities of both balls
+    /// The restitution measured without the model; `None` if the data do not have the velocities of both balls
     /// after the impact.
     #[serde(rename = "measured_e")]
     pub restitution: Option<MeasuredRestitution>,
@@ -58,7 +58,7 @@ impl Refuted {
 }
 
 impl Fit {
-    /// The standard error of a parameter as if the model held: what is stated, or where the data refute the model what would
+    /// The standard error of a parameter as if the model held: what is stated, or if the data refute the model what would
     /// have been.
     pub fn std_error_if_model_held(&self, parameter: Parameter) -> Option<f64> {
         let stated = self.estimates.iter().find(|e| e.parameter == parameter).and_then(|e| e.std_error);

@@ -84,7 +84,7 @@ worded! {
         Roll = "forward spin" | "natural roll",
         /// The cue ball's side spin Rω_z/U.
         Side = "side spin" | "U/R",
-        /// Of discs, in the place of the cut angle and the spin: the size of the slip over the closing speed.
+        /// The variable of discs instead of cut angle and spin: the size of the slip over the closing speed.
         Slip = "the slip over the closing speed" | "closing speed",
     }
     /// The name in reports.

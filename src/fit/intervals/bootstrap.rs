@@ -20,7 +20,7 @@ pub struct Bootstrap {
     pub seed: u64,
     /// Number of samples that could not be fitted or do not determine a parameter; they are left out.
     pub failed: usize,
-    /// By the name of the parameter, in its unit.
+    /// Results by the name of the parameter, in its unit.
     #[serde(rename = "parameters", serialize_with = "by_parameter")]
     #[schemars(with = "std::collections::BTreeMap<String, Resampled>")]
     pub estimates: Vec<Resampled>,
@@ -79,7 +79,7 @@ pub(in crate::fit) fn draw(
     Bootstrap { replicates, seed, failed, estimates: estimates.collect() }
 }
 
-/// Of sorted replicates; `None` with fewer than two.
+/// Summarises sorted replicates; `None` with fewer than two.
 fn summary(parameter: Parameter, sorted: &[f64], estimate: f64, jackknife: &[f64]) -> Option<Resampled> {
     let n = sorted.len() as f64;
     if sorted.len() < 2 {

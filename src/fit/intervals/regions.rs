@@ -114,7 +114,7 @@ fn contour(
 
 /// Whether both ends of an interval by the profile are those of a parabola.
 fn is_parabola(estimate: &Estimate) -> bool {
-    /// As a part of the width of the interval, that of a line in a figure.
+    /// Width of a line in a figure, as a part of the width of the interval.
     const LINE_WIDTH: f64 = 0.01;
     let Some(([low, high], profile)) = estimate.intervals.hessian.zip(estimate.intervals.profile) else {
         return !estimate.is_profiled();

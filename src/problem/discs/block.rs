@@ -33,7 +33,7 @@ const ROW: usize = COEFFICIENTS + OTHERS;
 /// Which outcome of an impact each shot may have besides that of the law.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Freedom {
-    /// What scatters from shot to shot.
+    /// One shot may differ from the law by the scatter.
     Law,
     /// Any e and J_t/J_n; momentum and spins scatter.
     Outcome,

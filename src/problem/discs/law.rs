@@ -90,7 +90,7 @@ impl Shots<'_> {
 
     /// Descends from the most promising values of μ and κ, first with the spreads before the frames are seen
     /// or those of a rival, then with spreads of their own; returns each minimum once, the likeliest first.
-    /// Returns none if with the spreads of the rival χ² is not low enough to be likelier: if it is lower by Δ
+    /// Returns an empty list if with the spreads of the rival χ² is not low enough to be likelier: if it is lower by Δ
     /// for n numbers, −2 log L with their own spread is lower by −n ln(1 − Δ/n).
     fn fit_law(&self, compliant: bool, rival: Option<&Reached>) -> Result<Vec<Reached>, FilmError> {
         let mut problem = self.with_law(compliant)?;
@@ -240,7 +240,7 @@ pub struct Rival {
     pub mu: f64,
     /// Tangential compliance there.
     pub kappa: f64,
-    /// By how much −2 log L is higher.
+    /// Difference of −2 log L from that of the best minimum.
     pub rise: f64,
 }
 

@@ -60,7 +60,7 @@ const DRAG_SD: f64 = 1.0;
 pub(super) const LEAST_SHOTS: usize = 3;
 
 worded! {
-    /// What differs from shot to shot beyond the noise of the frames.
+    /// A quantity that differs from shot to shot beyond the noise of the frames.
     #[derive(Clone, Copy, Debug, PartialEq, Eq)]
     pub enum Component {
         /// e.
@@ -147,7 +147,7 @@ pub(super) fn list_unknowns(
     }
     let second = unit_of_time(discs);
     known(&mut all, Id::Slowing, 0.0, SLOWING_SD * second * second);
-    // few shots do not tell it from a deceleration at any speed
+    // few shots do not distinguish it from a deceleration at any speed
     if shots >= LEAST_SHOTS {
         known(&mut all, Id::Drag, 0.0, DRAG_SD * second);
     }

@@ -30,7 +30,7 @@ const ROW: usize = COEFFICIENTS + CAMERA + 1;
 /// The frames of a shot.
 #[derive(Clone, Debug)]
 pub(crate) struct ShotFrames {
-    /// Of the cue ball and of the object ball.
+    /// The frames of the cue ball and of the object ball.
     pub tracks: [Vec<Frame>; 2],
     /// Frames per second.
     pub fps: f64,
@@ -64,7 +64,7 @@ pub(crate) struct FilmBlock {
     pub shots: Arc<Vec<ShotFrames>>,
     /// The spin of each shot.
     pub spins: Vec<ShotSpin>,
-    /// Of topspin and side spin from shot to shot.
+    /// Spreads of topspin and side spin from shot to shot.
     pub spreads: [Spread; 2],
     pub world: World,
     /// Whether the noise of every frame is stated.
@@ -234,7 +234,7 @@ impl FilmBlock {
 }
 
 /// Returns how far outcome offsets are from 0 in their standard deviations; `None` if the frames do
-/// not tell them.
+/// not determine them.
 fn distance(sums: &Contribution) -> Option<f64> {
     let (information, gradient) = sums.reduced(&Id::OFFSETS)?;
     let square = gradient.dot(&information.cholesky()?.solve(&gradient));

@@ -42,14 +42,14 @@ pub struct Modelling {
     pub model: Model,
     /// Settings of the contact's parameters.
     pub settings: Settings,
-    /// Whether effects beyond the model are adopted where the frames call for them.
+    /// Whether effects beyond the model are adopted if the frames show them.
     pub is_auto: bool,
     /// How outlying shots count.
     pub loss: Loss,
 }
 
 impl Modelling {
-    /// Returns what a data set asks for, with effects adopted as they are called for.
+    /// Returns the modelling that a data set states, effects adopted if the frames show them.
     #[must_use]
     pub fn of(dataset: &Dataset) -> Self {
         let settings = dataset.settings_of_balls();

@@ -18,7 +18,7 @@ const LEAST_FALL: f64 = 1e-9;
 /// The collision model of a film.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Contact {
-    /// In closed form unless the contact is compliant.
+    /// The model in closed form unless the contact is compliant.
     model: Model,
     /// The model whose difference from it each shot adds, if there is one.
     fine: Option<Model>,

@@ -1,8 +1,8 @@
 //! Where both balls are at any time: pieces quadratic in time, before the impact, in flight,
 //! sliding and rolling.
 //!
-//! Nature is smooth where an idealised model has jumps: a contact lasts 280 µs, a landing 1 ms.
-//! Each is one more quadratic piece, so that χ² has neither kinks nor jumps where a frame passes
+//! Real motion is smooth at the jumps of an idealised model: a contact lasts 280 µs, a landing 1 ms.
+//! Each is one more quadratic piece, so that χ² has neither corners nor jumps when a frame passes
 //! it.
 
 use nalgebra::{SMatrix, SVector};
@@ -29,9 +29,9 @@ pub(super) const COEFFICIENTS: usize = 9;
 /// How the cue ball moves on the cloth before the impact.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Approach {
-    /// Without slip.
+    /// The ball does not slip.
     Rolls,
-    /// With the slip that its spin gives it.
+    /// The ball slips as its spin makes it.
     Slides,
 }
 

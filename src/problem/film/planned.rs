@@ -67,7 +67,7 @@ pub(crate) fn unknowns_of(dataset: &Dataset, spins: &[Spin]) -> Vec<Unknown> {
 }
 
 /// Returns the information of each of some samples of the shots about all shared unknowns in the order of
-/// [`Id`], its own eliminated; `None` if its frames do not tell these. The spreads of spins are those that
+/// [`Id`], its own eliminated; `None` if its frames do not determine these. The spreads of spins are those that
 /// a fit of all shots finds.
 ///
 /// # Errors
@@ -162,7 +162,7 @@ impl Filmed {
     }
 
     /// Returns the variances of the own unknowns if all others are known; `None` if the frames do not
-    /// tell them.
+    /// determine them.
     fn own_variances(&self, shared: &Shared) -> Option<Own> {
         let (products, _) = self.block.contribute(0, &self.values, shared).own_system(0.0, OWN);
         Some(products.cholesky()?.inverse().diagonal())

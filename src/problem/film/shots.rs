@@ -29,7 +29,7 @@ const OBSERVED: [Observable; 4] = [
 /// Number of quantities of an impact before its observables: direction, velocity, spin.
 const BEFORE: usize = 6;
 
-/// What shots are extracted with, all with the same.
+/// Unknowns of the cloth, with whose errors all shots are extracted.
 const CLOTH: [Id; 2] = [Id::MuK, Id::MuR];
 
 /// Steps until the outcome of a shot is found, and decrease of χ² below which a step ends the search.
@@ -54,7 +54,7 @@ pub struct Impact {
     pub frames: [usize; 3],
     /// Number of frames that were left out.
     pub outliers: usize,
-    /// Where both balls were seen in the frames that were used: instant (s) and place, m from the middle
+    /// Places of both balls in the frames that were used: instant (s) and place, m from the middle
     /// of the film.
     pub seen: [Vec<(f64, [f64; 2])>; 2],
     /// Paths of the balls through the picture.
@@ -81,7 +81,7 @@ pub struct FittedFrame {
     pub time: f64,
     /// Place in the picture, m from the middle of the film.
     pub seen: [f64; 2],
-    /// Where the fit has it.
+    /// Place by the fit, m from the middle of the film.
     pub predicted: [f64; 2],
     /// Standard deviations of both coordinates, m.
     pub sd: [f64; 2],

@@ -57,7 +57,7 @@ pub(crate) enum States {
     One,
     /// Rolling, or sliding with any spin.
     All,
-    /// Rolling, or sliding, with a measured spin whose error does not tell which.
+    /// Rolling, or sliding, with a measured spin whose error leaves both open.
     Measured,
 }
 

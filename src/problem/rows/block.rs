@@ -21,7 +21,7 @@ const SHOT_STALL: f64 = 1e-6;
 #[derive(Clone, Debug)]
 pub(crate) struct Pool {
     pub observables: Vec<Observable>,
-    /// What the rounding of the columns leaves, SI or radians; 0 if they are not rounded.
+    /// Noise of the rounding of the columns, SI or radians; 0 if they are not rounded.
     pub rounding: f64,
     /// Size so small that residuals vanish.
     pub exact: f64,

@@ -58,7 +58,7 @@ pub(crate) struct RowShot {
     pub(super) inputs: SVector<f64, OWN>,
     /// Standard deviations of the inputs; of a speed that is not known, its first guess.
     pub(super) sds: SVector<f64, OWN>,
-    /// Of each own unknown; `None` of an unknown speed that a speed afterwards determines.
+    /// Prior of each own unknown; `None` of an unknown speed that a speed afterwards determines.
     pub priors: [Option<OwnPrior>; OWN],
     /// Whether the speed before the impact is measured or follows from a speed afterwards.
     pub knows_speed: bool,

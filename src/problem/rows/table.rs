@@ -89,7 +89,7 @@ impl Table {
         Ok(table)
     }
 
-    /// Returns the measured inputs and usual values of the unknowns.
+    /// Returns the measured inputs and initial values of the unknowns.
     pub fn start(&self) -> State {
         let shared = Shared::starts(&self.problem.unknowns);
         State { own: vec![vec![Own::zeros(OWN); self.names.len()]], shared }
