@@ -148,14 +148,13 @@ fn integrate(shot: &Shot, tolerance: f64, steps: &mut Vec<Step>) -> Option<State
         shot.change(&mode, &next, &mut y);
         mode = next;
         rates = shot.rates(&mode, &y);
-        h = h.max(AFTER_EVENT);
+        h = h.max(FIRST_STEP);
     }
     None
 }
 
 /// The first step, and the least that is tried after an event.
-const FIRST_STEP: f64 = 0.05;
-const AFTER_EVENT: f64 = 1e-3;
+const FIRST_STEP: f64 = 0.01;
 
 /// Returns the step to an event by Newton's method from near it: the step's length, the state, the
 /// function and its slope.
