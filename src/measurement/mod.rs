@@ -3,7 +3,6 @@ pub mod correction;
 pub mod dataset;
 pub(crate) mod fault;
 pub mod loss;
-pub(crate) mod number;
 pub(crate) mod object_ball;
 pub mod observable;
 pub mod parameter;
@@ -12,3 +11,5 @@ pub mod track;
 pub mod valid;
 pub mod values;
 pub(crate) mod written;
+
+pub(crate) use crate::numerics::number;

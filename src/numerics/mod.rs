@@ -1,6 +1,7 @@
-//! Numerical methods that know no balls.
+//! Numbers and numerical methods that know no balls.
 pub mod bounded_step;
 pub mod least_squares;
+pub(crate) mod number;
 
 /// Median absolute deviation of a normal distribution, in units of its standard deviation.
 pub(crate) const NORMAL_MEDIAN: f64 = 0.6745;

@@ -85,15 +85,11 @@ pub(super) fn differentiate(values: &Values<f64>, model: &Model) -> Option<(Outc
         (beside(&values.moved(input, step)) - here) / step
     };
     let plain = model.fidelity == Fidelity::Ode;
-    let is_homogeneous = plain && model.law == Law::Constant && model.e_slope.is_none();
     let mut by = Jacobian::zeros();
     for (i, input) in Input::ALL.into_iter().enumerate() {
         let found = match input {
             _ if Values::is_off(input, model) => continue,
             Input::SpinX | Input::SpinZ if plain => continue,
-            // without weight and laws of the speed, outcomes are homogeneous in velocities and
-            // spins: below
-            Input::VelocityX if is_homogeneous => continue,
             // e = e₀ − e₁k
             Input::ESlope => -k * by.column(Input::E as usize),
             Input::B | Input::C if model.law == Law::Constant => continue,
@@ -103,11 +99,6 @@ pub(super) fn differentiate(values: &Values<f64>, model: &Model) -> Option<(Outc
     }
     if plain {
         complete(&mut by, &values, model);
-    }
-    if is_homogeneous {
-        let motion = [Input::VelocityY, Input::SpinX, Input::SpinY, Input::SpinZ];
-        let others = motion.map(|input| by.column(input as usize) * values[input]);
-        by.set_column(Input::VelocityX as usize, &((here - others.iter().sum::<SVector<_, 12>>()) / k));
     }
     Some((outcome, by))
 }
@@ -157,14 +148,13 @@ fn integrate(shot: &Shot, tolerance: f64, steps: &mut Vec<Step>) -> Option<State
         shot.change(&mode, &next, &mut y);
         mode = next;
         rates = shot.rates(&mode, &y);
-        h = h.max(AFTER_EVENT);
+        h = h.max(FIRST_STEP);
     }
     None
 }
 
 /// The first step, and the least that is tried after an event.
-const FIRST_STEP: f64 = 0.05;
-const AFTER_EVENT: f64 = 1e-3;
+const FIRST_STEP: f64 = 0.01;
 
 /// Returns the step to an event by Newton's method from near it: the step's length, the state, the
 /// function and its slope.

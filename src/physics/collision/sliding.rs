@@ -224,6 +224,12 @@ impl Slide<f64> {
         at
     }
 
+    #[cold]
+    #[inline(never)]
+    fn decay(&self, slip: [f64; 2], at: Place<f64>, ds: f64) -> Place<f64> {
+        self.advance(slip, at, ds, |_, _, _| {})
+    }
+
     /// Returns the dq from a place to the end of a phase, with an error of its third power; the pace
     /// falls by `rate` per s.
     #[inline(always)]
@@ -286,7 +292,7 @@ impl Slide<f64> {
                     if phase.slip[1] <= 0.0 && falls {
                         return (phase.stick(at), None);
                     }
-                    let end = self.advance(phase.slip, at, DECAYED / slowest, |_, _, _| {});
+                    let end = self.decay(phase.slip, at, DECAYED / slowest);
                     let stuck = phase.stick(end);
                     if stuck.q >= end.q {
                         return (stuck, None);

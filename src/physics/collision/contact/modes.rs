@@ -6,11 +6,9 @@ use super::{CLOTH, Grip, HEIGHT, Mode, N, NEGLIGIBLE, PHI, Pair, R, Shot, State,
 /// The longest step: R is of order 1 after some five.
 const MAX_STEP: f64 = 0.2;
 
-/// Steps that turn the friction by more are unstable.
+/// Steps that turn the friction by more are unstable, and those of a rigid contact that stop more of
+/// its slip.
 const STABLE: f64 = 3.0;
-
-/// Steps of a rigid contact that stop more of the slip are unstable.
-const STABLE_RIGID: f64 = 2.0;
 
 /// Friction can follow a slip of more than this times κμ, if that errs by no more than
 /// [`NEGLIGIBLE`].
@@ -136,7 +134,7 @@ impl Shot {
             // to where the impulse would be that of the whole impact
             let whole = 1.0 / (self.pace(mode, y)[0] * (1.0 + self.per_r));
             let lever = (1.0 + self.per_r) + self.per_r * self.per_nu[0] + self.per_nu[1];
-            return (*mode, whole.min(STABLE_RIGID / (self.phase(mode)[0] * self.first * lever)));
+            return (*mode, whole.min(STABLE / (self.phase(mode)[0] * self.first * lever)));
         }
         if self.is_frictionless() {
             return (Mode { grip: Grip::Follows, ..*mode }, MAX_STEP);
