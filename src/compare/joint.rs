@@ -14,9 +14,6 @@ use crate::problem::{
     descend_weighed, descend_with_noise, robust_covariance,
 };
 
-/// Part of the variance of a difference beyond which what makes it up is said.
-const LARGE_VARIANCE_PART: f64 = 0.5;
-
 /// Ratio of lengths in two films, less 1, beyond which they are not by one camera that was not moved.
 const OTHER_CAMERA: f64 = 0.1;
 
@@ -83,9 +80,9 @@ impl<'a> Joint<'a> {
         (0..self.samples.fitted.len()).find_map(own)
     }
 
-    /// Returns that most of the error of a difference is due to mass ratios that the labels do not share:
-    /// with d how the difference covaries with the ratios, whose covariance is C, that part of its
-    /// variance is dᵀC⁻¹d.
+    /// Returns that most of the variance of a difference is due to mass ratios that the labels do not
+    /// share: dᵀC⁻¹d, with d the covariances of the difference and the ratios, and C the covariance of
+    /// the ratios.
     pub(super) fn limit(&self, quantity: Quantity) -> Option<Finding> {
         let Estimates { columns, covariance } = &self.solution.covariance;
         let places = |id: Id| -> Vec<usize> {
@@ -103,11 +100,7 @@ impl<'a> Joint<'a> {
         let by_ratios = DVector::from_iterator(ratios.len(), ratios.iter().map(|ratio| difference[*ratio]));
         let part = by_ratios.dot(&(&inverse * &by_ratios));
         let (std_error, root) = (variance.sqrt(), part.sqrt());
-        (part > LARGE_VARIANCE_PART * variance).then_some(Finding::MassRatios {
-            quantity,
-            std_error,
-            part: root,
-        })
+        (2.0 * part > variance).then_some(Finding::MassRatios { quantity, std_error, part: root })
     }
 
     /// Returns the names of the losses other than least squares.

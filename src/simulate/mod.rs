@@ -24,7 +24,7 @@ use crate::problem::{Unpredictable, predict};
 
 pub use crate::io::Kind;
 pub use scene::{Camera, Played};
-pub(crate) use scene::{between, checked, cue_ball, faults_of, faults_of_shots};
+pub(crate) use scene::{MAX_SHOTS, between, checked, cue_ball, faults_of, faults_of_shots};
 pub use spec::{BallSpec, Noise, Shots, Spec, Truth};
 pub use tracks::TrueImpact;
 
