@@ -16,8 +16,8 @@ use crate::simulate::{Camera, between, cue_ball};
 const SHARED: usize = Id::ALL.len();
 
 /// The Fisher information of the unknowns that all shots share, in the order of [`Id`]: the inverse
-/// of their covariance. Unknowns with a prior are in its standard deviations; the information of an
-/// unknown that is exact is 0.
+/// of their covariance. Unknowns with a prior, but for μ, μ_s and e, are in its standard deviations; the
+/// information of an unknown that is exact is 0.
 pub type Information = SMatrix<f64, SHARED, SHARED>;
 
 /// Shots over which a kind is averaged, and instants of the shutter for a single cut and speed:
@@ -52,8 +52,8 @@ pub(crate) fn average(
     let found = problem::information(&shots, &filming, (&expected.model(), &unknowns, &shared))?;
     let unit = |unknown: &Unknown| match unknown.prior {
         _ if unknown.mode != Mode::Free => 0.0,
-        Some(prior) => prior.sd,
-        None => 1.0,
+        Some(prior) if !Id::WANTED.contains(&unknown.id) => prior.sd,
+        _ => 1.0,
     };
     let units: Vec<f64> = unknowns.iter().map(unit).collect();
     let sum = |i: usize, j: usize| found.iter().flatten().map(|of_shot| of_shot[(i, j)]).sum::<f64>();

@@ -281,8 +281,8 @@ pub fn design(expected: &Expected) -> Result<Design, NotACollision> {
 
 /// Returns the standard errors (rad/s) to which two markers on each ball show the spins of cue ball and
 /// object ball. A frame rate f, an error σ of positions and a time T after the impact change them as
-/// σ/(T√f), since markers go out of sight: within a factor of 1.7 of what extractions of simulated films
-/// state, at 120 to 1000 fps, 0.1 to 0.5 mm and 20 to 100 ms.
+/// σ/(T√f), since markers go out of sight. The result is within a factor of 2 of what extractions of
+/// simulated films of draw and side spin state, at 120 to 1000 fps, 0.1 to 0.5 mm and 20 to 100 ms.
 fn marker_errors(camera: &Camera) -> [f64; 2] {
     /// At 1000 fps, 0.1 mm and 40 ms.
     const TYPICAL: [f64; 2] = [0.12, 0.095];

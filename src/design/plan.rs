@@ -3,9 +3,7 @@
 use super::information::{Information, covariance, std_errors};
 use super::{Expected, OfKind};
 use crate::measurement::parameter::Parameter;
-
-/// Largest number of shots of a plan.
-const MAX_SHOTS: f64 = 1e6;
+use crate::simulate::MAX_SHOTS;
 
 /// Rounds after which the sum of all shots is within 0.1 % of the least (four designs).
 const ROUNDS: usize = 300;
@@ -113,7 +111,7 @@ fn least_shots(informations: &[Information], wanted: &[Option<f64>; 3]) -> Optio
         shots.iter_mut().zip(useful).for_each(|(n, useful)| *n *= useful.max(0.0).sqrt());
     }
     let total: f64 = shots.iter().sum();
-    (!targets.is_empty() && total <= MAX_SHOTS).then_some(shots)
+    (!targets.is_empty() && total <= MAX_SHOTS as f64).then_some(shots)
 }
 
 #[cfg(test)]

@@ -109,25 +109,23 @@ impl SettingSection {
             fixed: self.fixed.is_some(),
             prior: prior.filter(|_| self.fixed.is_none()),
         };
-        let faults = setting.faults(parameter);
         let key = |key: &str| format!("fit.{name}.{key}");
+        let faults = setting.faults(parameter);
         for fault in &faults {
             let own = format!("fit.{}", fault.key);
             let value = source.written(&own).map_or_else(|| fault.value.clone(), str::to_owned);
             // a default may contradict the stated value
-            let keys = [own, key("upper"), format!("fit.{name}")];
-            let message = Fault { value, ..fault.clone() }.to_string();
-            source.wrong_of_first(&keys.each_ref().map(String::as_str), message);
+            let keys = [own.as_str(), &key("upper"), &format!("fit.{name}")];
+            source.wrong_of_first(&keys, Fault { value, ..fault.clone() }.to_string());
         }
-        let [mean, sd] = [key("prior_mean"), key("prior_sd")];
-        if self.fixed.is_some() && self.prior_mean.or(self.prior_sd).is_some() {
-            let message =
-                format!("{name} is fixed, so that its prior has no effect; expected only one of both");
-            source.wrong_of_first(&[&mean, &sd], message);
-        }
-        if self.prior_mean.is_some() != self.prior_sd.is_some() {
-            let message = format!("{name}: only one of prior_mean and prior_sd; expected both or none");
-            source.wrong_of_first(&[&mean, &sd], message);
+        let of_prior = [self.prior_mean, self.prior_sd].iter().flatten().count();
+        let message = match (self.fixed, of_prior) {
+            (_, 0) | (None, 2) => None,
+            (None, _) => Some("only one of prior_mean and prior_sd; expected both or none"),
+            (Some(_), _) => Some("fixed, so that its prior has no effect; expected only one of both"),
+        };
+        if let Some(message) = message {
+            source.wrong_of_first(&[&key("prior_mean"), &key("prior_sd")], format!("{name}: {message}"));
         }
         if faults.is_empty() { setting } else { default }
     }

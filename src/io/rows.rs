@@ -205,11 +205,12 @@ fn spins(table: &Table, columns: [&str; 3], assume: Option<Assume>) -> Vec<Optio
         table.wrong_name(None, format!("{said} columns {all}"));
         return Vec::new();
     }
-    if missing.len() < 3 {
-        for column in &missing {
+    if (1..3).contains(&missing.len()) {
+        for column in missing {
             let message = format!("is missing from the column names; expected all three of {all}");
-            table.wrong_name(*column, message);
+            table.wrong_name(column, message);
         }
+        return Vec::new();
     }
     let numbers = columns.map(|column| values(table, column, 1.0));
     let spin = |row: usize| {

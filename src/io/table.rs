@@ -38,12 +38,11 @@ impl<'a> Table<'a> {
         let text = read_utf8(path, problems)?;
         let (text, stated) = without_separator_line(text.into());
         let separator = stated.unwrap_or_else(|| separator(&text));
-        let (mut rows, slips) = records(&text, separator);
-        for (line, message) in &slips {
-            problems.add(path, *line, None, *message);
-        }
+        let before = problems.len();
+        let mut rows = records(&text, separator, &|line, message| problems.add(path, line, None, message));
+        let has_slips = problems.len() > before;
         if rows.is_empty() {
-            if slips.is_empty() {
+            if !has_slips {
                 let message = "is empty; expected a line of column names, and rows below it";
                 problems.add(path, None, None, message);
             }
@@ -51,7 +50,7 @@ impl<'a> Table<'a> {
         }
         let Record { line: header, cells: names } = rows.remove(0);
         check_header(path, header, &names, problems)?;
-        if rows.is_empty() && slips.is_empty() {
+        if rows.is_empty() && !has_slips {
             let hint = if text.contains("\n#") { " (lines that begin with # are comments)" } else { "" };
             let message = format!("no rows below the column names; expected at least one{hint}");
             problems.add(path, header, None, message);
@@ -192,11 +191,11 @@ fn has_width(row: &Record, expected: usize, separator: char, path: &Path, proble
     false
 }
 
-/// Splits a text into records, which end at line ends outside quotation marks. The second list
-/// holds problems with their lines.
-fn records(text: &str, separator: char) -> (Vec<Record<'_>>, Vec<(usize, &'static str)>) {
+/// Splits a text into records, which end at line ends outside quotation marks; calls `wrong` with the
+/// line of each slip.
+fn records<'t>(text: &'t str, separator: char, wrong: &dyn Fn(usize, &str)) -> Vec<Record<'t>> {
     let end = line_end(text);
-    let (mut records, mut slips) = (Vec::new(), Vec::new());
+    let mut records = Vec::new();
     let (mut rest, mut line) = (text, 1);
     while !rest.is_empty() {
         let length = |from: usize| rest[from..].find(end).map_or(rest.len(), |length| from + length);
@@ -216,17 +215,17 @@ fn records(text: &str, separator: char) -> (Vec<Record<'_>>, Vec<(usize, &'stati
             _ if is_comment => {}
             Ok(cells) if cells.iter().all(|cell| cell.is_empty()) => {}
             Ok(cells) => records.push(Record { line, cells }),
-            Err(Slip::Text(at)) => slips.push((
+            Err(Slip::Text(at)) => wrong(
                 line_of(at),
                 "text follows a closing quotation mark; expected the end of the cell, or \"\" for a quotation mark within the cell",
-            )),
+            ),
             Err(Slip::Open(at)) => {
-                slips.push((line_of(at), "a quotation mark opens here and is never closed"));
-                return (records, slips);
+                wrong(line_of(at), "a quotation mark opens here and is never closed");
+                return records;
             }
         }
         line = line_of(record.len()) + 1;
         rest = rest.get(record.len() + 1..).unwrap_or_default();
     }
-    (records, slips)
+    records
 }

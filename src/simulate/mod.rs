@@ -24,7 +24,7 @@ use crate::problem::{Unpredictable, predict};
 
 pub use crate::io::Kind;
 pub use scene::{Camera, Played};
-pub(crate) use scene::{between, checked, cue_ball, faults_of, faults_of_shots};
+pub(crate) use scene::{MAX_SHOTS, between, checked, cue_ball, faults_of, faults_of_shots};
 pub use spec::{BallSpec, Noise, Shots, Spec, Truth};
 pub use tracks::TrueImpact;
 
@@ -228,41 +228,44 @@ impl<'a> Maker<'a> {
     fn impacts(&mut self) -> Result<String, SynthError> {
         let noise = self.spec.noise;
         let line_sd = noise.line_of_centres_deg.to_radians();
+        let is_measured = self.spec.assumed().is_none();
         let mut table = String::new();
         for number in 0..self.spec.shots.count {
-            let PlayedShot { cue, .. } = self.shot(number);
+            let cue = self.shot(number).cue;
             let direction = self.between([-PI, PI]);
             let seen = direction + self.noise(line_sd);
-            let before = [0; 2].map(|_| self.noise(noise.velocity_m_s));
-            let spin = [0; 3].map(|_| self.noise(noise.spin_rad_s));
-            let after = [0; 4].map(|_| self.noise(noise.velocity_m_s));
             let outcome = self.model.collide(&cue, &self.coefficients)?;
             let frame = CollisionFrame::from_direction(direction);
+            let (mut cells, mut sds) = (Vec::new(), Vec::new());
+            let mut add = |name: &str, value: f64, sd: f64| {
+                cells.push((name.to_owned(), value));
+                sds.extend((sd > 0.0).then(|| (format!("{name}_sd"), sd)));
+            };
             // n = (cos α, sin α): dn = (−sin α, cos α) dα; standard deviations in a file are
             // positive
             let (sin, cos) = (seen.sin(), seen.cos());
-            let turned = |across: f64| line_sd * across.abs().max(1e-6);
-            let (mut cells, mut sds) = (Vec::new(), Vec::new());
-            let mut add = |name: &str, exact: f64, noise: f64, sd: f64| {
-                cells.push((name.to_owned(), exact + noise));
-                sds.extend((sd > 0.0).then(|| (format!("{name}_sd"), sd)));
-            };
-            add("nx", cos, 0.0, turned(sin));
-            add("ny", sin, 0.0, turned(cos));
-            let velocity = frame.to_table(cue.velocity);
-            add("cue_vx", velocity.x, before[0], noise.velocity_m_s);
-            add("cue_vy", velocity.y, before[1], noise.velocity_m_s);
-            if self.spec.assumed().is_none() {
-                let exact = frame.to_table(cue.spin);
-                add("cue_wx", exact.x, spin[0], noise.spin_rad_s);
-                add("cue_wy", exact.y, spin[1], noise.spin_rad_s);
-                add("cue_wz", exact.z, spin[2], noise.spin_rad_s);
-            }
+            add("nx", cos, line_sd * sin.abs().max(1e-6));
+            add("ny", sin, line_sd * cos.abs().max(1e-6));
+            let before = frame.to_table(cue.velocity);
+            let spin = frame.to_table(cue.spin);
             let [cue, object] = [outcome.cue, outcome.object].map(|ball| frame.to_table(ball.velocity));
-            add("cue_vx_after", cue.x, after[0], noise.velocity_m_s);
-            add("cue_vy_after", cue.y, after[1], noise.velocity_m_s);
-            add("obj_vx_after", object.x, after[2], noise.velocity_m_s);
-            add("obj_vy_after", object.y, after[3], noise.velocity_m_s);
+            for (name, exact, sd) in [
+                ("cue_vx", before.x, noise.velocity_m_s),
+                ("cue_vy", before.y, noise.velocity_m_s),
+                ("cue_wx", spin.x, noise.spin_rad_s),
+                ("cue_wy", spin.y, noise.spin_rad_s),
+                ("cue_wz", spin.z, noise.spin_rad_s),
+                ("cue_vx_after", cue.x, noise.velocity_m_s),
+                ("cue_vy_after", cue.y, noise.velocity_m_s),
+                ("obj_vx_after", object.x, noise.velocity_m_s),
+                ("obj_vy_after", object.y, noise.velocity_m_s),
+            ] {
+                // random numbers do not depend on what is written
+                let value = exact + self.noise(sd);
+                if is_measured || !name.starts_with("cue_w") {
+                    add(name, value, sd);
+                }
+            }
             cells.extend(sds);
             add_row(&mut table, number, &cells);
         }

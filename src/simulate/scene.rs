@@ -11,7 +11,7 @@ use crate::physics::contact_frame::cue_velocity;
 use crate::physics::name::worded;
 
 /// Largest number of shots. More are a slip of the pen.
-const MAX_SHOTS: usize = 1_000_000;
+pub(crate) const MAX_SHOTS: usize = 1_000_000;
 
 /// Largest number of frames of a shot before or after the impact. More are a slip of the pen, and
 /// would fill the memory.

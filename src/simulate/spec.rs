@@ -187,21 +187,18 @@ impl Spec {
         let (cue, object) = self.balls();
         let object = object.map_or(cue, |object| object.ball);
         let ratio = |cue: f64, object: f64| (cue != object).then_some(cue / object);
-        let all = Parameter::ALL.into_iter().filter_map(|parameter| {
-            let value = match parameter {
-                Parameter::Mu => Some(mu),
-                Parameter::MuS => Some(mu_s),
-                Parameter::E => Some(e),
-                Parameter::B => mu_b,
-                Parameter::C => mu_c,
-                Parameter::Kappa => kappa,
-                Parameter::ESlope => e_slope,
-                Parameter::MassRatio => ratio(cue.mass, object.mass),
-                Parameter::RadiusRatio => ratio(cue.radius, object.radius),
-            };
-            Some((parameter, value?))
-        });
-        all.collect()
+        let all = [
+            (Parameter::Mu, Some(mu)),
+            (Parameter::MuS, Some(mu_s)),
+            (Parameter::E, Some(e)),
+            (Parameter::B, mu_b),
+            (Parameter::C, mu_c),
+            (Parameter::Kappa, kappa),
+            (Parameter::MassRatio, ratio(cue.mass, object.mass)),
+            (Parameter::RadiusRatio, ratio(cue.radius, object.radius)),
+            (Parameter::ESlope, e_slope),
+        ];
+        all.into_iter().filter_map(|(parameter, value)| Some((parameter, value?))).collect()
     }
 }
 

@@ -1,8 +1,9 @@
-//! The error of every fidelity on a set of shots, and the time of a collision.
+//! The error of every fidelity on a set of shots, and the time of a collision. References are computed
+//! at the smallest tolerance, at which only a rigid contact is compared.
 //!
 //! The numerical error is against the same equations: of a rigid contact against `full`, whose own
-//! error is against a table of 25 digits; of a compliant one against itself at [`REFERENCE`]. The
-//! model error, by the effects that a fidelity leaves out, is against `contact` at [`REFERENCE`].
+//! error is against a table of 25 digits; of a compliant one against itself at [`MIN_TOLERANCE`]. The
+//! model error, by the effects that a fidelity leaves out, is against `contact` at [`MIN_TOLERANCE`].
 
 use std::hint::black_box;
 use std::time::Instant;
@@ -19,14 +20,11 @@ use crate::measurement::spin::Spin;
 use crate::measurement::values::Values;
 use crate::measurement::written::written_by_name;
 use crate::physics::ball::{Ball, BallState, Vec3};
-use crate::physics::collision::{Coefficients, Fidelity, Model, NotACollision, Outcome};
+use crate::physics::collision::{Coefficients, Fidelity, MIN_TOLERANCE, Model, NotACollision, Outcome};
 use crate::physics::contact_frame::cue_velocity;
 use crate::physics::name::worded;
 use crate::problem::predict;
 use crate::simulate::cue_ball;
-
-/// Tolerance of a compliant contact as a reference; only a rigid one is run at it.
-pub const REFERENCE: f64 = 1e-12;
 
 /// Collisions of rigid balls to 25 digits, made independently (tests/reference/SOURCE.md).
 const TABLE: &str = include_str!("../../tests/reference/collisions.json");
@@ -182,7 +180,7 @@ fn errors_of_full() -> Errors {
 /// A shot is not a collision.
 pub fn study(shots: &[Shot], ball: Ball, kappa: f64) -> Result<Vec<Row>, NotACollision> {
     let all = |model: &Model| -> Result<Vec<Outcome>, NotACollision> {
-        let model = Model { tolerance: REFERENCE, ..*model };
+        let model = Model { tolerance: MIN_TOLERANCE, ..*model };
         shots.iter().map(|shot| model.collide(&shot.cue, &shot.coefficients)).collect()
     };
     let contact = Model { kappa, ..Model::new(Fidelity::Contact, ball) };
@@ -220,8 +218,8 @@ pub fn study(shots: &[Shot], ball: Ball, kappa: f64) -> Result<Vec<Row>, NotACol
     let ways = [(rigid, Includes::AsFull), (compliant, Includes::Compliant), (contact, Includes::All)];
     for (model, includes) in ways {
         // the reference has no error against itself
-        let run = |tolerance: &f64| includes == Includes::AsFull || *tolerance > REFERENCE;
-        let tolerances = [1e-2, 1e-4, 1e-6, 1e-8, 1e-10, REFERENCE].into_iter().filter(run);
+        let run = |tolerance: &f64| includes == Includes::AsFull || *tolerance > MIN_TOLERANCE;
+        let tolerances = [1e-2, 1e-4, 1e-6, 1e-8, 1e-10, MIN_TOLERANCE].into_iter().filter(run);
         rows.extend(tolerances.map(|tolerance| row(Model { tolerance, ..model }, includes)));
     }
     Ok(rows)
