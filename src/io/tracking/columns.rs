@@ -1,20 +1,141 @@
-//! Tables of any shape, read by `[tracks.columns]`.
+//! `[tracks.columns]`: the file's column for each key, and the tables that are read by them.
 
-use super::column_names::{Column, ColumnNames};
-use super::heading::{Heading, blanks};
-use super::input::{Input, quoted};
-use super::layout::{Body, Layout, Name};
-use super::long;
-use super::raw::{CLOCK, FORMAT};
+use std::num::NonZero;
+
+use schemars::JsonSchema;
+use serde::Deserialize;
+
+use super::formats;
+use super::heading::{Heading, tops};
+use super::input::{Input, Subject};
+use super::layout::{Block, Body, Layout, Name};
 use super::sample::Rows;
-use super::units::TimeUnit;
+use super::settings::Format;
+use super::units::{AngleUnit, Measure, TimeUnit};
 use super::words::{Role, find};
 use crate::io::error::did_you_mean;
 use crate::io::number::{shortened, value};
-use crate::io::text::{Separator, filled_lines, trimmed, unmarked};
 
 /// Maximum number of lines searched for the names of the columns, or for the first row.
 const MAX_LINES: usize = 100;
+
+#[derive(Clone, Debug, Deserialize, JsonSchema, PartialEq, Eq)]
+#[serde(untagged, expecting = "expected the name of a column, or its number, from 1 on")]
+pub(in crate::io) enum Column {
+    Name(String),
+    /// Number from 1, for files without names of columns.
+    Number(NonZero<usize>),
+}
+
+impl Column {
+    /// Returns it as dataset.toml writes it.
+    pub(in crate::io) fn shown(&self) -> String {
+        match self {
+            Self::Name(name) => toml::Value::from(name.as_str()).to_string(),
+            Self::Number(number) => number.to_string(),
+        }
+    }
+}
+
+macro_rules! column_names {
+    ($($key:ident)+) => {
+        /// `[tracks.columns]`: the file's column for each key.
+        #[derive(Clone, Debug, Default, Deserialize, JsonSchema)]
+        #[serde(deny_unknown_fields)]
+        pub(super) struct ColumnNames {
+            $(pub $key: Option<Column>,)+
+            pub angle_unit: Option<AngleUnit>,
+        }
+
+        /// All keys of columns.
+        pub(super) const KEYS: [&str; [$(stringify!($key)),+].len()] = [$(stringify!($key)),+];
+
+        impl ColumnNames {
+            /// Returns all keys that are stated, each with the file's column.
+            pub(super) fn all(&self) -> impl Iterator<Item = (&'static str, &Column)> {
+                let all = [$((stringify!($key), &self.$key)),+];
+                all.into_iter().filter_map(|(key, column)| Some((key, column.as_ref()?)))
+            }
+
+            /// States the file's column for a key.
+            pub(super) fn set(&mut self, key: &str, column: Column) {
+                match key {
+                    $(stringify!($key) => self.$key = Some(column),)+
+                    _ => {}
+                }
+            }
+        }
+    };
+}
+
+// A box has its other corner in x2 and y2, or its size in width and height.
+column_names! {
+    shot frame t ball point x y x2 y2 width height likelihood x_sd y_sd marker_x marker_y angle
+    cue_x cue_y object_x object_y cue_x2 cue_y2 object_x2 object_y2 cue_width cue_height object_width object_height
+    cue_likelihood object_likelihood cue_angle object_angle
+}
+
+/// Keys that go together.
+const PAIRS: [[&str; 2]; 4] = [["x_sd", "y_sd"], ["marker_x", "marker_y"], ["x2", "y2"], ["width", "height"]];
+
+impl ColumnNames {
+    fn get(&self, key: &str) -> Option<&Column> {
+        self.all().find(|(own, _)| *own == key).map(|(_, column)| column)
+    }
+
+    fn has(&self, key: &str) -> bool {
+        self.get(key).is_some()
+    }
+
+    fn is_numbered(&self) -> bool {
+        self.all().any(|(_, column)| matches!(column, Column::Number(_)))
+    }
+
+    pub(super) fn has_angles(&self) -> bool {
+        self.all().any(|(key, _)| key.ends_with("angle"))
+    }
+
+    /// Complains unless the columns make a table, long or wide.
+    pub(super) fn check(&self) -> Result<(), String> {
+        let has_all = |keys: &[&str]| keys.iter().all(|key| self.has(key));
+        let has_any = |keys: &[&str]| keys.iter().any(|key| self.has(key));
+        let is_wide = |key: &str| key.starts_with("cue_") || key.starts_with("object_");
+        let any_wide = self.all().any(|(key, _)| is_wide(key));
+        let is_beside = |key: &str| !is_wide(key) && !["shot", "frame", "t"].contains(&key);
+        let has_name = self.all().any(|(_, column)| matches!(column, Column::Name(_)));
+        let message = if any_wide && self.all().any(|(key, _)| is_beside(key)) {
+            "mixes a wide table (cue_x, cue_y, object_x, object_y) with a long one (ball, x, y); expected one of them"
+        } else if !has_all(&["cue_x", "cue_y", "object_x", "object_y"]) && !has_all(&["x", "y"]) {
+            "needs ball, x and y (a long table: a row per ball and frame) or cue_x, cue_y, object_x and object_y (a wide \
+             one: a row per frame)"
+        } else if !self.has("ball") && has_any(&["point", "x_sd", "marker_x", "angle"]) {
+            "has point, x_sd, marker_x or angle, but not ball; expected ball: only plain positions can be assigned to \
+             balls by their paths"
+        } else if !any_wide && !has_any(&["frame", "t"]) {
+            "has neither frame nor t; expected one of them (only the rows of a wide table can be counted)"
+        } else if has_name && self.is_numbered() {
+            "gives some columns by name and some by number; expected one of them throughout"
+        } else {
+            return self.check_pairs();
+        };
+        Err(format!("[tracks.columns] {message}"))
+    }
+
+    /// Complains about half of a pair, and a box stated twice.
+    fn check_pairs(&self) -> Result<(), String> {
+        for begin in ["", "cue_", "object_"] {
+            let pairs = PAIRS.map(|pair| pair.map(|key| format!("{begin}{key}")));
+            if let Some([one, other]) = pairs.iter().find(|[one, other]| self.has(one) != self.has(other)) {
+                return Err(format!("[tracks.columns]: {one} and {other} go together"));
+            }
+            if self.has(&pairs[2][0]) && self.has(&pairs[3][0]) {
+                let message = "[tracks.columns] has both x2, y2 and width, height; expected the other corner of the box, or its size";
+                return Err(message.to_string());
+            }
+        }
+        Ok(())
+    }
+}
 
 /// Returns the layout of a table whose columns are stated. Without a column of balls, the paths
 /// separate the balls; without times, the rows of a wide table are frames.
@@ -26,45 +147,45 @@ pub(super) fn layout(input: &Input, wanted: &ColumnNames) -> Option<Layout> {
     };
     let shot = column("shot");
     let read: Vec<usize> = wanted.all().filter_map(|(key, _)| column(key)).collect();
-    let time = long::time(column, input).or_else(|| unnamed_time(&heading, &read, shot, input));
-    note(&heading, wanted, &read, time, input);
-    let angle = |key: &str| {
-        let column = column(key)?;
-        Some((column, heading.angle(column, wanted.angle_unit, input)?))
+    let time = formats::time(column, input).or_else(|| unnamed_time(&heading, &read, shot, input));
+    let body = |name: Name, begin: &str| {
+        let mut body = Body::of_keys(name, begin, column)?;
+        if let Some(column) = column(&format!("{begin}angle")) {
+            body.angle = Some((column, angle_unit(&heading, column, wanted.angle_unit, input)?));
+        }
+        Some(body)
     };
     let bodies = if wanted.has("cue_x") {
         let [cue, object] = input.settings.first_names().map(|name| Name::Fixed(name.to_string()));
-        let angles = [angle("cue_angle"), angle("object_angle")];
-        let [cue, object] = [Body::of_keys(cue, "cue_", column)?, Body::of_keys(object, "object_", column)?];
-        vec![Body { angle: angles[0], ..cue }, Body { angle: angles[1], ..object }]
+        vec![body(cue, "cue_")?, body(object, "object_")?]
     } else {
         time?;
-        let name = column("ball").map_or(Name::Fixed(String::new()), Name::Column);
-        vec![Body { angle: angle("angle"), ..Body::of_keys(name, "", column)? }]
+        vec![body(column("ball").map_or(Name::Fixed(String::new()), Name::Column), "")?]
     };
     if time.is_none() {
         let message = "no column of times: every row is taken as one frame after the row above it";
-        input.log.add(CLOCK, None, message);
+        input.log.add(Subject::Clock, None, message);
     }
-    Some(Layout { shot, may_lack_ball: true, ..Layout::below(heading, bodies, time, input) })
+    let block = Block::below(&heading, bodies);
+    Some(Layout { shot, ..Layout::new(Format::Columns, heading, vec![block], time, input) })
 }
 
-/// Notes how the table is read, and the named columns that are not.
-fn note(heading: &Heading, wanted: &ColumnNames, read: &[usize], time: Option<(usize, bool)>, input: &Input) {
-    /// Maximum number of columns listed.
-    const MAX_NAMED: usize = 12;
-    let is_read = |column: usize| read.contains(&column) || time.is_some_and(|(time, _)| time == column);
-    let named = heading.names.iter().enumerate();
-    let passed = named.filter(|(i, name)| !is_read(*i) && !name.is_empty() && !wanted.is_numbered());
-    let passed: Vec<&String> = passed.map(|(_, name)| name).collect();
-    let more = passed.len().saturating_sub(MAX_NAMED);
-    let more = if more > 0 { format!(" and {more} more") } else { String::new() };
-    let listed = quoted(passed.into_iter().take(MAX_NAMED));
-    let passed = if listed.is_empty() { listed } else { format!("; columns passed over: {listed}{more}") };
-    let (separator, first) = (heading.separator.name(), heading.above + 1);
-    let message =
-        format!("read by [tracks.columns], {separator} between cells, rows from line {first} on{passed}");
-    input.log.add(FORMAT, None, message);
+fn angle_unit(
+    heading: &Heading,
+    column: usize,
+    stated: Option<AngleUnit>,
+    input: &Input,
+) -> Option<AngleUnit> {
+    let place = stated.map(|unit| (Measure::Angle(unit), "[tracks.columns] angle_unit states"));
+    match heading.unit(column, Measure::Angle(AngleUnit::Rad), place, input) {
+        Some(Measure::Angle(unit)) => Some(unit),
+        None if !heading.has_unit(column) && stated.is_none() => {
+            let message = "the unit of these angles is not stated; expected [tracks.columns] angle_unit = \"rad\" or \"deg\"";
+            input.wrong(heading.line, heading.bare[column].as_str(), message);
+            None
+        }
+        _ => stated,
+    }
 }
 
 /// Returns the column of frame numbers or times if [tracks.columns] names neither, and whether it
@@ -77,12 +198,11 @@ fn unnamed_time(
 ) -> Option<(usize, bool)> {
     let names = heading.small();
     let rows = Rows::of(input.text, heading);
-    let groups: Vec<usize> = shot.into_iter().collect();
-    let grows = |column: &usize| !used.contains(column) && rows.least_step(*column, &groups).is_some();
+    let grows = |column: &usize| !used.contains(column) && rows.grows(*column, shot);
     let frame = find(&names, Role::Frame).filter(|column| grows(column) && rows.is_whole(*column));
     let time = find(&names, Role::Time).filter(grows);
-    if let (Some(frame), Some(time), Some(rate)) =
-        (frame, time, input.settings.playback_fps.or(input.settings.capture_fps))
+    let rate = input.settings.playback_fps.or(input.settings.capture_fps);
+    if let (Some(frame), Some(time), Some(rate)) = (frame, time, rate)
         && heading.time(time, input) == TimeUnit::S
     {
         rows.check_clock(heading, [frame, time], rate, input);
@@ -94,81 +214,65 @@ fn unnamed_time(
         heading.names[column],
         if frame.is_some() { "the number of the frame" } else { "the time" }
     );
-    input.log.add(CLOCK, heading.line, message);
+    input.log.add(Subject::Clock, heading.line, message);
     Some((column, frame.is_some()))
 }
 
 /// Returns the heading in the first line that has all the names.
 fn header(input: &Input, wanted: &ColumnNames) -> Option<Heading> {
-    let name = |(_, column): (_, &'_ Column)| match column {
-        Column::Name(name) => name.trim().to_string(),
-        Column::Number(_) => String::new(),
-    };
-    let wanted_names: Vec<String> = wanted.all().map(name).collect();
+    let names = wanted.all().filter_map(|(_, column)| match column {
+        Column::Name(name) => Some(name.trim()),
+        Column::Number(_) => None,
+    });
+    let names: Vec<&str> = names.collect();
     let mut nearest: Option<(usize, Heading)> = None;
-    for (line, content) in filled_lines(input.text).take(MAX_LINES) {
-        let bare = unmarked(content);
-        for separator in Separator::ALL {
-            let is_blank = separator == Separator::Char(' ');
-            let separator = if is_blank { blanks(input.text, line, bare) } else { separator };
-            let Some(names) = trimmed(bare, separator) else { continue };
-            let heading = Heading::deep(input.text, line, separator, names);
-            let here = wanted_names.iter().filter(|name| heading.position(name).is_some()).count();
-            if here == wanted_names.len() {
-                if let Some(name) = wanted_names.iter().find(|name| heading.count(name) > 1) {
-                    input.wrong(line, name.as_str(), "stands twice in the header; expected it once");
-                    return None;
-                }
-                return Some(heading);
-            }
-            if nearest.as_ref().is_none_or(|(most, _)| here > *most) {
-                nearest = Some((here, heading));
-            }
+    for top in tops(input.text, MAX_LINES) {
+        let heading = Heading::deep(input.text, &top);
+        let here = names.iter().filter(|name| heading.position(name).is_some()).count();
+        if here == names.len() {
+            let before = input.problems.len();
+            heading.complain_of_twins(names, input);
+            return (input.problems.len() == before).then_some(heading);
+        }
+        if nearest.as_ref().is_none_or(|(most, _)| here > *most) {
+            nearest = Some((here, heading));
         }
     }
-    let Some((_, Heading { line, names, .. })) = nearest else {
+    let Some((_, heading)) = nearest else {
         input.wrong(None, None, "is empty; expected the columns that [tracks.columns] names");
         return None;
     };
-    let missing = wanted_names.iter().find(|name| !names.contains(name)).map_or("", String::as_str);
-    let near = did_you_mean(missing, names.iter().map(String::as_str));
+    let missing = names.into_iter().find(|name| heading.position(name).is_none()).unwrap_or_default();
+    let near = did_you_mean(missing, heading.names.iter().map(String::as_str));
     let message = format!(
         "no line has all the columns that [tracks.columns] names; \"{missing}\" is missing here{near}: {}",
-        shortened(&names.join(" | "))
+        shortened(&heading.names.join(" | "))
     );
-    input.wrong(line, None, message);
+    input.wrong(heading.line, None, message);
     None
 }
 
 /// Returns the heading of a table without names, from the first row with the expected numbers.
 fn numbered(input: &Input, wanted: &ColumnNames) -> Option<Heading> {
-    let number = |(key, column): (&'static str, &Column)| match column {
-        Column::Number(number) => (key, number.get() - 1),
-        Column::Name(_) => (key, 0),
+    let number = |(key, column): (&str, &Column)| match column {
+        Column::Number(number) if !["shot", "ball", "point"].contains(&key) => Some(number.get() - 1),
+        _ => None,
     };
-    let all: Vec<(&str, usize)> = wanted.all().map(number).collect();
-    let last = all.iter().map(|(_, column)| *column).max()?;
-    let is_text = |column: usize| {
-        all.iter().any(|(key, own)| ["shot", "ball", "point"].contains(key) && *own == column)
-    };
-    let numbers: Vec<usize> =
-        all.iter().map(|(_, column)| *column).filter(|column| !is_text(*column)).collect();
-    for (line, content) in filled_lines(input.text).take(MAX_LINES) {
-        for separator in Separator::ALL {
-            let is_blank = separator == Separator::Char(' ');
-            let separator = if is_blank { Separator::Blanks } else { separator };
-            let Some(cells) = trimmed(content, separator).filter(|cells| cells.len() > last) else {
-                continue;
-            };
-            if numbers.iter().all(|column| value(&cells[*column]).is_some()) {
-                let is_open = cells.len() > last + 1 && cells.last().is_some_and(String::is_empty);
-                return Some(Heading::unnamed(line, separator, cells.len() - usize::from(is_open)));
-            }
+    let numbers: Vec<usize> = wanted.all().filter_map(number).collect();
+    let last =
+        wanted.all().map(|(_, column)| if let Column::Number(number) = column { number.get() } else { 1 });
+    let least = last.max()?;
+    for top in tops(input.text, MAX_LINES).iter().filter(|top| !top.is_comment()) {
+        let cells = &top.names;
+        if cells.len() >= least && numbers.iter().all(|column| value(&cells[*column]).is_some()) {
+            let is_open = cells.len() > least && cells.last().is_some_and(String::is_empty);
+            return Some(Heading::unnamed(top.line, top.separator, cells.len() - usize::from(is_open)));
         }
     }
+    let numbers: Vec<String> = numbers.iter().map(|column| (column + 1).to_string()).collect();
     let message = format!(
         "none of the first {MAX_LINES} lines has numbers in the columns {} that [tracks.columns] gives",
-        numbers.iter().map(|column| (column + 1).to_string()).collect::<Vec<_>>().join(", ")
+        numbers.join(", ")
     );
     input.wrong(None, None, message);
     None

@@ -6,9 +6,10 @@ use std::path::PathBuf;
 use rayon::prelude::*;
 
 use super::calibration::Calibration;
-use super::finish::{Facts, find, number_twins};
-use super::input::quoted;
-use super::raw::{NAMES, Notes, RawShot, RawTrack, Row, span};
+use super::finish::Facts;
+use super::input::{Notes, Subject, quoted};
+use super::names::{find, number_twins};
+use super::raw::{RawShot, RawTrack, Row, span};
 use super::settings::{Names, TrackSettings};
 use crate::film::rigid_body::circle_centres;
 use crate::measurement::track::Sample;
@@ -60,7 +61,7 @@ pub(super) fn group(
                     one.shown(),
                     other.shown()
                 );
-                notes.of(&raw.file).add(NAMES, raw.line, message);
+                notes.of(&raw.file).add(Subject::Names, raw.line, message);
                 let names = [one.centre, other.centre, one.markers, other.markers];
                 facts.own.names = names.map(|names| Some(Names(names)));
             }

@@ -6,35 +6,27 @@
 
 mod calibration;
 pub(crate) mod camera;
-mod clips;
 mod clock;
-mod column_names;
 mod columns;
 mod discs;
 mod finish;
+mod formats;
 mod guess;
 mod heading;
 mod input;
 mod json;
-mod kinovea;
 mod layout;
-mod link;
-mod long;
-mod lost;
-mod pair;
+mod names;
 mod pieces;
-mod qualisys;
 mod raw;
 mod read;
 mod reader;
 mod repair;
-mod resolution;
 mod sample;
 pub(crate) mod settings;
 pub(crate) mod shots_table;
 mod survey;
 mod time;
-mod tracker;
 mod units;
 mod words;
 
@@ -44,8 +36,8 @@ use std::path::{Path, PathBuf};
 
 use calibration::Calibration;
 use finish::Facts;
-use input::Context;
-use raw::{Notes, RawShot};
+use input::{Context, Notes, Subject};
+use raw::RawShot;
 use rayon::prelude::*;
 use repair::Wrong;
 use settings::{Format, TrackSettings};
@@ -58,17 +50,12 @@ use crate::measurement::dataset::Tracks;
 use crate::measurement::spin::Spin;
 use crate::measurement::track::TrackShot;
 
-pub(super) use guess::Guessed;
+pub(super) use guess::{Guess, Guessed};
 pub(super) use read::{TRACKER_PROJECT, is_tracker_project};
 pub(crate) use survey::{Survey, survey};
 
 /// Least number of shots that a core gets at a time.
 const MIN_SHOTS_PER_CORE: usize = 64;
-
-/// Returns the metres of a unit of dataset.toml; `None` for pixels.
-pub(super) fn metres(unit: &str) -> Option<f64> {
-    Unit::of(unit)?.metres().map(|(times, over)| times / over)
-}
 
 /// Loads every file of the manifest; adds to the problems.
 pub(crate) fn load(manifest: &Manifest, settings: &TrackSettings, problems: &Problems) -> Tracks {
@@ -86,7 +73,7 @@ pub(crate) fn load(manifest: &Manifest, settings: &TrackSettings, problems: &Pro
     let context = Context { settings, problems, notes: &notes };
     let Files { mut shots, calibrations, is_motion_capture } = read_all(&manifest.files, context);
     let are_whole = problems.is_empty();
-    pair::pair(&mut shots, settings, &notes);
+    names::pair(&mut shots, settings, &notes);
     table.name_by_file(&mut shots);
     if settings.unknown_rate && table.has_rates() {
         let message = "[video] capture_fps is \"unknown\", but the table of shots states capture_fps; expected it for all \
@@ -173,7 +160,7 @@ fn calibration_for(format: Format, stated: Option<Unit>, file: &Path, context: C
     match (settings.unit, stated) {
         (None, Some(unit)) => match unit.metres() {
             Some(metres) => {
-                log.add(raw::FORMAT, None, format!("lengths are in {}, as the file says", unit.name()));
+                log.add(Subject::Format, None, format!("lengths are in {}, as the file says", unit.name()));
                 return settings.calibration.in_unit(metres);
             }
             None => {
@@ -190,7 +177,7 @@ fn calibration_for(format: Format, stated: Option<Unit>, file: &Path, context: C
             problems.add(file, None, None, message);
         }
         (None, None) if format != Format::Long => {
-            log.add(raw::FORMAT, None, "lengths are taken as metres ([scale] length_unit is not given)");
+            log.add(Subject::Format, None, "lengths are taken as metres ([scale] length_unit is not given)");
         }
         _ => {}
     }
@@ -218,7 +205,7 @@ fn name_by_folder(raw: &mut [RawShot], notes: &Notes) {
     named.sort();
     if let Some((first, name)) = named.first() {
         let message = "files in several folders have equal names: their shots are named with the folder";
-        notes.of(&raw[*first].file).add(raw::NAMES, None, format!("{message}, as in \"{name}\""));
+        notes.of(&raw[*first].file).add(Subject::Names, None, format!("{message}, as in \"{name}\""));
     }
     for (i, name) in named {
         raw[i].name = name;

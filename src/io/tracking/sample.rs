@@ -37,17 +37,14 @@ impl Rows {
         self.column(column).filter_map(value).map(f64::abs).fold(0.0, f64::max)
     }
 
-    /// Returns the least step of a column that grows within each group of equal other columns.
-    pub(super) fn least_step(&self, column: usize, groups: &[usize]) -> Option<f64> {
-        let mut last: HashMap<Vec<&str>, f64> = HashMap::new();
-        let mut least = f64::INFINITY;
-        for (row, number) in self.0.iter().zip(self.numbers(column)?) {
-            let group = groups.iter().map(|i| row[*i].as_str()).collect();
-            if let Some(before) = last.insert(group, number) {
-                least = least.min(number - before);
-            }
-        }
-        (least > 0.0 && least.is_finite()).then_some(least)
+    /// Returns whether a column grows from row to row of each shot.
+    pub(super) fn grows(&self, column: usize, shot: Option<usize>) -> bool {
+        let Some(numbers) = self.numbers(column) else { return false };
+        let mut last: HashMap<&str, f64> = HashMap::new();
+        let shots = self.0.iter().map(|row| shot.map_or("", |shot| row[shot].as_str()));
+        shots
+            .zip(numbers)
+            .all(|(shot, number)| last.insert(shot, number).is_none_or(|before| before < number))
     }
 
     /// Returns whether most values of a column stand in two rows of their group.
