@@ -107,7 +107,6 @@ pub fn draft(named: &[PathBuf]) -> Result<Draft, InitError> {
     Ok(draft)
 }
 
-/// Returns the names of all tracks, with the part of the time at which each begins to move.
 fn names<'a>(surveys: &[&'a Survey]) -> Vec<(&'a str, f64)> {
     let mut names: Vec<(&str, f64)> = Vec::new();
     for (name, begin) in surveys.iter().flat_map(|survey| &survey.tracks) {
@@ -118,7 +117,6 @@ fn names<'a>(surveys: &[&'a Survey]) -> Vec<(&'a str, f64)> {
     names
 }
 
-/// Returns the frames per second that the times follow, and their unit unless it is seconds.
 fn times(survey: &Survey) -> (Option<f64>, Option<&'static str>) {
     /// Least frame rate of a film of balls.
     const LEAST_FPS: f64 = 2.0;
@@ -252,7 +250,6 @@ fn describe_balls(names: &[(&str, f64)], guess: &Guess, draft: &mut Draft) -> bo
     false
 }
 
-/// Drafts `[tracks.columns]` as it was guessed, with the columns of both balls exchanged or not.
 fn describe_columns(guess: &Guess, are_exchanged: bool, draft: &mut Draft) {
     draft.find("In no known format: [tracks.columns] is guessed from the names of columns; check it.");
     draft.line("\n[tracks.columns]              # guessed: check it");
@@ -272,7 +269,6 @@ fn describe_columns(guess: &Guess, are_exchanged: bool, draft: &mut Draft) {
     }
 }
 
-/// Lists cells and rows that have to be corrected in the files before they can be read.
 fn describe_problems(surveys: &[&Survey], draft: &mut Draft) {
     /// Maximum number of problems shown.
     const MAX_PROBLEMS: usize = 3;

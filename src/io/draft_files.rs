@@ -89,12 +89,11 @@ pub(super) fn listed(files: &[PathBuf]) -> Result<Vec<PathBuf>, InitError> {
         && is_frame(first)
         && is_frame(last)
     {
+        let name = first.file_name().unwrap_or_default().to_string_lossy();
         let message = format!(
-            "{} files like {} hold one frame each, as YOLO writes them: class, x, y, width, height. Expected one table per \
-             shot: join the files of each shot below a line frame class x_center y_center width height, with the number of its \
-             frame in each row and lengths times the width and height of the picture in pixels",
-            all.len(),
-            first.file_name().unwrap_or_default().to_string_lossy()
+            "{} files like {name} hold one frame each, as YOLO writes them. Expected one table per shot: join its files below a line \
+             frame class x_center y_center width height, with the number of the frame in each row and lengths in pixels",
+            all.len()
         );
         return Err(InitError::new(first.parent().unwrap_or(first), message));
     }
@@ -140,7 +139,6 @@ fn is_no_table(file: &Path) -> bool {
     text.split(['\n', '\r']).filter(|line| numbers(line) >= NUMBERS).take(ROWS).count() < ROWS
 }
 
-/// Returns the number of cells of a row that are numbers, for any separator.
 pub(super) fn numbers(row: &str) -> usize {
     let cells = row.split([',', ';', '\t', ' ', '|']);
     cells.filter(|cell| cell.trim_matches('"').parse::<f64>().is_ok()).count()
@@ -211,7 +209,6 @@ fn look(file: &Path) -> Result<Seen, InitError> {
     }
 }
 
-/// Returns whether a table is one of shots, as `[tracks] shots` names it, and not of measurements.
 pub(super) fn is_shots_table(file: &Path) -> bool {
     let names = header(file).unwrap_or_default();
     let has = |name: &str| names.iter().any(|own| own == name);

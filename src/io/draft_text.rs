@@ -58,24 +58,14 @@ impl InitError {
     }
 }
 
-/// The blanks of a draft, the most important first.
-const BLANKS: [&str; 8] = [
-    "capture_fps",
-    "length_unit",
-    "which ball is which",
-    "cue_spin",
-    "radius_m",
-    "mass_kg",
-    "cloth",
-    "source",
-];
+/// The blanks of a draft that come first, the most important first.
+const BLANKS: [&str; 5] = ["capture_fps", "length_unit", "which ball is which", "cue_spin", "radius_m"];
 
 /// Placeholders of a number and of a text to be filled in.
 pub(super) const NUMBER: &str = "…";
 pub(super) const TEXT: &str = "\"…\"";
 
 impl Draft {
-    /// Adds a title of a section, or comments.
     pub(super) fn line(&mut self, text: impl Into<String>) {
         self.add("", String::new(), text.into(), State::Stated);
     }
@@ -161,7 +151,6 @@ impl Draft {
     }
 }
 
-/// Returns a text as TOML writes it.
 pub(super) fn quoted(text: &str) -> String {
     Value::from(text).to_string()
 }

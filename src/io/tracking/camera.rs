@@ -129,7 +129,6 @@ impl CameraSection {
         if let Some(Stated::Exact(Values::One(seconds))) = self.shutter { Some(seconds) } else { None }
     }
 
-    /// Returns the statements of keys that are right.
     pub(super) fn check(&self, source: &Source) -> WantedCamera {
         let mut wanted = WantedCamera::default();
         let Self { scale, aspect, shear, perspective, lens, shutter, parallax, .. } = self;
@@ -141,13 +140,8 @@ impl CameraSection {
             } else {
                 let path = format!("camera.{}", key.name);
                 let value = source.written(&path).unwrap_or_default();
-                let with_sd =
-                    if matches!(stated, Stated::Prior { .. }) { "; sd is to be more than 0" } else { "" };
-                source.add(&Fault::new(
-                    &path,
-                    value,
-                    format!("\"auto\", \"none\" or {}{with_sd}", key.expected),
-                ));
+                let expected = format!("\"auto\", \"none\" or {}, and sd above 0", key.expected);
+                source.add(&Fault::new(&path, value, expected));
             }
         }
         // the centre of a stated lens distortion is the middle of the film
@@ -187,13 +181,11 @@ impl Key {
     }
 }
 
-/// Describes a label or the section.
 pub(crate) fn schema_of_camera(generator: &mut SchemaGenerator) -> Schema {
     let either = [generator.subschema_for::<String>(), generator.subschema_for::<CameraSection>()];
     json_schema!({ "anyOf": either })
 }
 
-/// Reads a label or the section.
 pub(crate) fn label_or_section<'de, D: Deserializer<'de>>(
     deserializer: D,
 ) -> Result<Option<CameraSection>, D::Error> {

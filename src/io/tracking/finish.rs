@@ -37,7 +37,6 @@ pub(super) struct Facts {
 }
 
 impl Facts {
-    /// Returns facts with the spin alone.
     pub(super) fn of(spin: Spin) -> Self {
         Self { spin, labels: BTreeMap::new(), own: Own::default(), refused: None }
     }
@@ -109,7 +108,6 @@ pub(super) fn shot(
     of_balls(raw, balls, facts, settings, calibration, notes).map_err(|wrong| vec![wrong])
 }
 
-/// Makes a shot of the tracks of its balls.
 fn of_balls(
     mut raw: RawShot,
     balls: [Ball; 2],

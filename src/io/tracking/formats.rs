@@ -109,7 +109,6 @@ fn tracker(tops: &[Top], input: &Input) -> Option<Layout> {
     Some(Layout::new(Format::Tracker, heading, blocks, Some(time), input))
 }
 
-/// Returns whether a line holds the names of the columns of an export of Tracker.
 fn is_tracker(top: &Top) -> bool {
     let names = top.small();
     let has = |name: &str| names.iter().any(|own| own == name);
@@ -125,7 +124,6 @@ fn is_tracker(top: &Top) -> bool {
     !is_long && (is_single || positions() == 1)
 }
 
-/// Returns the line above a header that names its track.
 fn title(text: &str, head: usize) -> Option<(usize, &str)> {
     let (line, title) = filled_lines(text).take_while(|(line, _)| *line < head).last()?;
     let is_number = |cell: &str| !cell.is_empty() && value(cell).is_some();
@@ -196,7 +194,6 @@ fn kinovea(tops: &[Top], input: &Input) -> Option<Layout> {
     Some(Layout { clock: if has_unit { layout.clock } else { Clock::Unsaid }, unit: None, ..layout })
 }
 
-/// Returns whether a line stands above the sections of a text of Kinovea.
 fn is_kinovea_title(line: &str) -> bool {
     line.starts_with("#Kinovea") || line.eq_ignore_ascii_case("#T X Y")
 }

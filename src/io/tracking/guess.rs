@@ -2,7 +2,7 @@
 
 use std::num::NonZero;
 
-use super::columns::{Column, ColumnNames, KEYS};
+use super::column_names::{Column, ColumnNames, KEYS};
 use super::heading::{Heading, TITLES, Top, suffix, tops};
 use super::sample::Rows;
 use super::settings::TracksSection;
@@ -40,7 +40,6 @@ impl Guess {
         self.columns.iter().find(|guessed| guessed.key == key).map(|guessed| &guessed.column)
     }
 
-    /// Returns the certain keys as a section of dataset.toml.
     pub(super) fn section(&self) -> TracksSection {
         let mut names = ColumnNames { angle_unit: self.angle_unit, ..ColumnNames::default() };
         let certain = self.columns.iter().filter(|guessed| guessed.doubt.is_none());
@@ -48,7 +47,6 @@ impl Guess {
         TracksSection::of_columns((!self.columns.is_empty()).then_some(names))
     }
 
-    /// Returns whether x and y may be those of a box instead of the ball.
     pub(super) fn has_boxes(&self) -> bool {
         self.columns.iter().any(|guessed| ["width", "x2"].contains(&guessed.key))
     }
@@ -91,7 +89,6 @@ fn numbered(rows: &Rows, width: usize) -> Option<Guess> {
     Some(Guess { columns: numbered.filter_map(guessed).collect(), ..Guess::default() })
 }
 
-/// Returns the key of this name.
 fn known(key: &str) -> Option<&'static str> {
     KEYS.into_iter().find(|known| *known == key)
 }

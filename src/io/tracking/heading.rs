@@ -28,7 +28,6 @@ impl Top<'_> {
         self.content.trim_start().starts_with('#')
     }
 
-    /// Returns the names without units, in small letters.
     pub(super) fn small(&self) -> Vec<String> {
         split_all(&self.names).0.iter().map(|name| name.to_lowercase()).collect()
     }
@@ -173,18 +172,15 @@ impl Heading {
         Self::new(text, top, names)
     }
 
-    /// Returns the heading of names without units in a line, with the rows below another one.
     pub(super) fn plain(line: usize, above: usize, separator: Separator, names: Vec<String>) -> Self {
         Self { line, above, separator, bare: names.clone(), units: vec![None; names.len()], names }
     }
 
-    /// Returns the heading of a table without names: first row, and number of cells.
     pub(super) fn unnamed(first: usize, separator: Separator, width: usize) -> Self {
         let names = (1..=width).map(|number| format!("column {number}")).collect();
         Self::plain(first, first - 1, separator, names)
     }
 
-    /// Returns the names without the units, in small letters.
     pub(super) fn small(&self) -> Vec<String> {
         self.bare.iter().map(|name| name.to_lowercase()).collect()
     }
@@ -271,7 +267,6 @@ impl Heading {
     }
 }
 
-/// Returns of each name whether another one is equal.
 fn repeated(names: &[String]) -> Vec<bool> {
     let mut counts: HashMap<&str, usize> = HashMap::new();
     for name in names {

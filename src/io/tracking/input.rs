@@ -45,12 +45,10 @@ impl Input<'_> {
     }
 }
 
-/// Returns the name of a file without its ending.
 pub(super) fn stem(file: &Path) -> String {
     file.file_stem().map(|stem| stem.to_string_lossy().into_owned()).unwrap_or_default()
 }
 
-/// Returns names of tracks for sentences: `"A", "B"`.
 pub(super) fn quoted<S: AsRef<str>>(names: impl IntoIterator<Item = S>) -> String {
     let quoted: Vec<String> = names.into_iter().map(|name| format!("\"{}\"", name.as_ref())).collect();
     quoted.join(", ")

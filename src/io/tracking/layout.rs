@@ -89,7 +89,6 @@ impl Body {
         })
     }
 
-    /// Returns the columns of lengths.
     fn lengths(&self) -> impl Iterator<Item = usize> {
         let pairs = [Some(self.xy), self.rest.map(|rest| rest.columns), self.sd, self.marker];
         pairs.into_iter().flatten().flatten()
@@ -135,12 +134,10 @@ impl Layout {
         self.blocks.iter().flat_map(|block| &block.bodies)
     }
 
-    /// Returns the column that names the ball of a row.
     pub(super) fn ball(&self) -> Option<usize> {
         self.bodies().find_map(|body| if let Name::Column(column) = body.name { Some(column) } else { None })
     }
 
-    /// Returns the names that stand above the rows.
     pub(super) fn names(&self) -> impl Iterator<Item = &str> {
         self.bodies().filter_map(|body| match &body.name {
             Name::Fixed(name) if !name.is_empty() => Some(name.as_str()),

@@ -7,6 +7,7 @@
 mod calibration;
 pub(crate) mod camera;
 mod clock;
+mod column_names;
 mod columns;
 mod discs;
 mod finish;
@@ -30,7 +31,7 @@ mod time;
 mod units;
 mod words;
 
-use std::collections::HashMap;
+use std::collections::{HashMap, HashSet};
 use std::fs;
 use std::path::{Path, PathBuf};
 
@@ -123,7 +124,6 @@ struct Files {
     is_motion_capture: bool,
 }
 
-/// Reads all files but the table of shots.
 fn read_all(files: &[PathBuf], context: Context) -> Files {
     let Context { settings, problems, .. } = context;
     let is_shots = |file: &&PathBuf| settings.shots.as_ref().is_some_and(|shots| is_same_file(shots, file));
@@ -186,33 +186,25 @@ fn calibration_for(format: Format, stated: Option<Unit>, file: &Path, context: C
 
 /// Puts the folder before equal names of shots from different folders, as of A/1.csv and B/1.csv.
 fn name_by_folder(raw: &mut [RawShot], notes: &Notes) {
-    let mut of_name: HashMap<String, Vec<usize>> = HashMap::new();
-    for (i, shot) in raw.iter().enumerate() {
-        of_name.entry(shot.name.clone()).or_default().push(i);
+    let folder = |shot: &RawShot| Some(shot.file.parent()?.file_name()?.to_string_lossy().into_owned());
+    let mut folders: HashMap<String, Vec<Option<String>>> = HashMap::new();
+    for shot in raw.iter() {
+        folders.entry(shot.name.clone()).or_default().push(folder(shot));
     }
-    let with_folder = |i: &usize| {
-        let folder = raw[*i].file.parent()?.file_name()?.to_string_lossy();
-        Some(format!("{folder}/{}", raw[*i].name))
-    };
-    let mut named = Vec::new();
-    for shots in of_name.into_values().filter(|shots| shots.len() > 1) {
-        let Some(names) = shots.iter().map(with_folder).collect::<Option<Vec<String>>>() else { continue };
-        let is_alone = |name: &String| names.iter().filter(|other| *other == name).count() == 1;
-        if names.iter().all(is_alone) {
-            named.extend(shots.into_iter().zip(names));
-        }
-    }
-    named.sort();
-    if let Some((first, name)) = named.first() {
+    folders.retain(|_, all| {
+        let different: HashSet<&String> = all.iter().flatten().collect();
+        all.len() > 1 && different.len() == all.len()
+    });
+    let mut named = raw.iter_mut().filter(|shot| folders.contains_key(&shot.name)).peekable();
+    if let Some(first) = named.peek() {
         let message = "files in several folders have equal names: their shots are named with the folder";
-        notes.of(&raw[*first].file).add(Subject::Names, None, format!("{message}, as in \"{name}\""));
+        notes.of(&first.file).add(Subject::Names, None, message);
     }
-    for (i, name) in named {
-        raw[i].name = name;
+    for shot in named {
+        shot.name = format!("{}/{}", folder(shot).unwrap_or_default(), shot.name);
     }
 }
 
-/// Returns the shots by name, with complaints about duplicate names.
 fn name_shots<'a>(raw: &'a [RawShot], problems: &Problems) -> HashMap<&'a str, usize> {
     let mut known = HashMap::with_capacity(raw.len());
     for (i, shot) in raw.iter().enumerate() {

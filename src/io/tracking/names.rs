@@ -56,7 +56,6 @@ pub(super) fn assign(
     Ok(found)
 }
 
-/// Returns the names of the tracks of a shot, at most 12, for messages.
 pub(super) fn listed(raw: &RawShot) -> Vec<String> {
     let mut there: Vec<String> = raw.tracks.iter().map(|track| shortened(&track.name)).collect();
     there.dedup();

@@ -140,7 +140,6 @@ pub(super) fn follow(shots: &mut [RawShot], input: &Input) {
     input.log.add(Subject::Names, None, message);
 }
 
-/// Appends the tracks of a clip, that of the ball which moves first to the first track.
 fn append(tracks: &mut [RawTrack; 2], mut clip: [RawTrack; 2]) {
     let [cue, object] = clip.each_ref().map(|track| beginning(track, &clip));
     if object.zip(cue).is_some_and(|(object, cue)| object < cue) {

@@ -23,14 +23,12 @@ impl RawShot {
         self.tracks.iter_mut().flat_map(|track| &mut track.rows)
     }
 
-    /// Returns all different times in ascending order.
     pub(super) fn times(&self) -> Vec<f64> {
         let mut times = sorted(self.rows().map(|row| row.time));
         times.dedup();
         times
     }
 
-    /// Returns the tracks of the balls' centres if there are two.
     pub(super) fn centres(&self) -> Option<[&RawTrack; 2]> {
         let centres = self.tracks.iter().filter(|track| !track.is_angle && track.point.is_none());
         centres.collect::<Vec<_>>().try_into().ok()
@@ -49,7 +47,6 @@ pub(super) fn middle(numbers: impl Iterator<Item = f64>) -> Option<f64> {
     sorted.get(sorted.len() / 2).copied()
 }
 
-/// Returns the least and the largest number.
 pub(super) fn span(numbers: impl Iterator<Item = f64>) -> [f64; 2] {
     numbers.fold([f64::INFINITY, f64::NEG_INFINITY], |[low, high], x| [low.min(x), high.max(x)])
 }

@@ -147,7 +147,6 @@ fn complain_of_format(tops: &[Top], input: &Input) {
     );
 }
 
-/// Returns the columns that a header like that of a long table lacks.
 fn lacking(top: &Top) -> Option<String> {
     const NEEDED: [(&str, &[&str]); 4] =
         [("ball", &["ball"]), ("x", &["x"]), ("y", &["y"]), ("frame or t", &["frame", "t"])];

@@ -215,7 +215,6 @@ impl<'a> Reader<'a> {
         self.shots.get(self.last).is_some_and(|last| last.name == shot)
     }
 
-    /// Makes the shot of this name the current one.
     fn begin(&mut self, name: &str, line: usize) {
         if self.is_present(name) {
             return;
@@ -276,7 +275,6 @@ impl<'a> Reader<'a> {
         true
     }
 
-    /// Reads x and y, not numbers in a gap.
     fn position(&mut self, row: &TextRow, columns: [usize; 2]) -> [f64; 2] {
         let before = self.input.problems.len();
         let cells = columns.map(|column| row.at(column));
@@ -307,7 +305,6 @@ impl<'a> Reader<'a> {
         [f64::NAN; 2]
     }
 
-    /// Reads the standard deviations of a position; NaN if they are missing.
     fn deviations(&mut self, row: &TextRow, columns: [usize; 2]) -> [f64; 2] {
         columns.map(|column| {
             let cell = row.at(column);

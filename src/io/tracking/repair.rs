@@ -126,7 +126,6 @@ impl Path {
     }
 }
 
-/// Returns whether two rows have one time and different places.
 fn are_torn(one: &Row, other: &Row) -> bool {
     one.time == other.time && !one.is_gap() && !other.is_gap() && one.place() != other.place()
 }
@@ -220,7 +219,6 @@ pub(super) fn remove_outliers(tracks: &mut [RawTrack], log: Log) {
     }
 }
 
-/// Returns the indices of the rows of both tracks at the same times, without gaps.
 fn pairs(cue: &RawTrack, object: &RawTrack) -> Vec<(usize, usize)> {
     let mut pairs = Vec::new();
     let mut j = 0;
@@ -235,7 +233,6 @@ fn pairs(cue: &RawTrack, object: &RawTrack) -> Vec<(usize, usize)> {
     pairs
 }
 
-/// Turns repeated frames into gaps.
 pub(super) fn remove_repeated_frames(
     cue: &mut RawTrack,
     object: &mut RawTrack,
@@ -291,7 +288,6 @@ pub(super) fn remove_repeated_frames(
     Ok(())
 }
 
-/// Returns whether steps have few sizes, as those of whole pixels do.
 fn is_coarse(steps: &[f64]) -> bool {
     let mut sizes = sorted(steps.iter().copied());
     sizes.dedup_by(|a, b| (*a - *b).abs() <= 1e-9 * b.abs());
@@ -333,7 +329,6 @@ pub(super) fn undo_swaps(
     Ok(swaps.first().map(|row| row.line))
 }
 
-/// Exchanges the rows of two tracks from a time until before another.
 fn exchange(one: &mut RawTrack, other: &mut RawTrack, from: f64, until: f64) {
     let range = |track: &RawTrack| {
         let at = |time: f64| track.rows.partition_point(|row| row.time < time);

@@ -26,13 +26,11 @@ impl Rows {
         self.0.iter().map(move |row| row[column].as_str())
     }
 
-    /// Returns the numbers in a column; `None` if a cell is not a number.
     pub(super) fn numbers(&self, column: usize) -> Option<Vec<f64>> {
         let numbers: Vec<f64> = self.column(column).map(value).collect::<Option<_>>()?;
         (numbers.len() > 2).then_some(numbers)
     }
 
-    /// Returns the largest magnitude of the numbers in a column.
     pub(super) fn largest(&self, column: usize) -> f64 {
         self.column(column).filter_map(value).map(f64::abs).fold(0.0, f64::max)
     }
@@ -92,7 +90,6 @@ impl Rows {
         (2..=MAX_TRACKS).contains(&values) && 2 * values <= self.0.len() && keys.len() == self.0.len()
     }
 
-    /// Returns the number of different values of a column.
     pub(super) fn values(&self, column: usize) -> usize {
         self.column(column).collect::<HashSet<_>>().len()
     }

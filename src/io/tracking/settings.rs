@@ -7,7 +7,7 @@ use serde::Deserialize;
 
 use super::calibration::{Calibration, ReadOut};
 use super::camera::{CameraSection, WantedCamera};
-use super::columns::ColumnNames;
+use super::column_names::ColumnNames;
 use super::units::{TimeUnit, Unit};
 use crate::io::toml_file::Source;
 use crate::measurement::valid::POSITIVE;
@@ -86,7 +86,6 @@ pub(crate) struct TracksSection {
 }
 
 impl TracksSection {
-    /// Returns the section that states these columns, if any.
     pub(super) fn of_columns(columns: Option<ColumnNames>) -> Self {
         Self { columns, ..Self::default() }
     }
@@ -106,7 +105,6 @@ worded! {
         Columns = "columns" | "a table by [tracks.columns]",
     }
     pub(super) fn name;
-    /// Returns it as notes name it.
     pub(super) fn shown;
 }
 
@@ -135,19 +133,16 @@ impl From<OneOrSeveral> for Names {
 pub(super) const NAMED: [&str; 4] = ["cue", "object", "cue_markers", "object_markers"];
 
 impl Names {
-    /// Returns names without the blanks around them.
     pub(super) fn of<'a>(names: impl Iterator<Item = &'a str>) -> Self {
         Self(names.map(|name| name.trim().to_string()).collect())
     }
 
-    /// Returns whether there is a name, and each is unique and not empty.
     pub(super) fn are_good(&self) -> bool {
         let Self(names) = self;
         let is_bad = |(i, name): (usize, &String)| name.is_empty() || names[..i].contains(name);
         !names.is_empty() && !names.iter().enumerate().any(is_bad)
     }
 
-    /// Returns `"A"`, or `["a1", "a2"]`, as dataset.toml writes it.
     pub(super) fn shown(&self) -> String {
         match self.0.as_slice() {
             [one] => format!("{one:?}"),
@@ -193,7 +188,6 @@ pub(crate) struct TrackSettings {
 }
 
 impl TrackSettings {
-    /// Returns the names of cue and object ball, if each is a single track.
     pub(super) fn single_names(&self) -> Option<[&str; 2]> {
         match [&self.names[0], &self.names[1]].map(|names| names.0.as_slice()) {
             [[cue], [object]] => Some([cue, object]),
@@ -201,7 +195,6 @@ impl TrackSettings {
         }
     }
 
-    /// Returns the first name of either ball.
     pub(super) fn first_names(&self) -> [&str; 2] {
         [0, 1].map(|ball| self.names[ball].0.first().map_or("", String::as_str))
     }
@@ -246,76 +239,53 @@ impl Sections {
         let read_out = readout.zip(rows);
         let (columns, format) = (tracks.columns, tracks.format);
         let has_angles = columns.as_ref().is_some_and(ColumnNames::has_angles);
-        let faults: [(bool, &[&str], &str); 13] = [
-            (
-                capture_fps_sd.is_some() && (unknown_rate || capture_fps.is_none()),
-                &["video.capture_fps_sd"],
-                "capture_fps_sd needs capture_fps beside it, as a number",
-            ),
-            (
-                unknown_rate && !discs,
-                &["video.capture_fps"],
-                "capture_fps is \"unknown\"; expected a number: gravity and the cloth act in seconds (only discs can do without)",
-            ),
-            (
-                playback_fps.is_some() && capture_fps.is_none(),
-                &["video.playback_fps"],
-                "playback_fps needs capture_fps beside it: what the camera recorded at",
-            ),
-            (
-                readout.is_some() != rows.is_some(),
-                READOUT,
-                "[video] row_readout_s (or [camera] shutter in seconds) and [video] rows, the height of the picture in pixels, go together",
-            ),
-            (
-                read_out.is_some() && y_axis.is_none(),
-                READOUT,
-                "row_readout_s needs [scale] length_unit = \"px\" and y_axis, which show the row of the picture that shows a ball",
-            ),
-            (
-                scale.from.is_some() && is_measured,
-                &["scale.from"],
-                "from = \"balls\" stands beside m_per_px or [[scale.point]]; expected one of them",
-            ),
-            (
-                scale.from.is_some() && discs,
-                &["scale.from"],
-                "from is \"balls\"; discs need a scale: m_per_px, or four or more [[scale.point]]",
-            ),
-            (
-                is_px && !is_measured && !from_balls,
-                &["scale.length_unit"],
-                "length_unit is \"px\"; expected m_per_px beside it, or four or more [[scale.point]] with px = [u, v] and m = [x, y]",
-            ),
-            (
-                is_px && scale.m_per_px.is_some() && has_points,
-                &["scale.m_per_px"],
-                "both m_per_px and [[scale.point]] are given; expected one of them",
-            ),
-            (
-                !is_px && is_measured,
-                &["scale.m_per_px", "scale.point.0"],
-                "m_per_px and [[scale.point]] go with length_unit = \"px\" only",
-            ),
-            (
-                columns.is_none() && format == Format::Columns,
-                &["tracks.columns", "tracks"],
-                "format = \"columns\" needs a section [tracks.columns] that says which column is what",
-            ),
-            (
-                columns.is_some() && !matches!(format, Format::Auto | Format::Columns),
-                &["tracks.columns"],
-                "[tracks.columns] goes with format = \"columns\" only",
-            ),
-            (
-                has_angles && !discs,
-                &["tracks.columns"],
-                "[tracks.columns] has a column of angles, but an angle does not say how a ball turns; expected it with \
-                 [ball] shape = \"disc\" only",
-            ),
-        ];
-        for (_, keys, message) in faults.into_iter().filter(|(is_wrong, ..)| *is_wrong) {
-            source.wrong_of_first(keys, message);
+        if capture_fps_sd.is_some() && (unknown_rate || capture_fps.is_none()) {
+            source.wrong("video.capture_fps_sd", "capture_fps_sd needs capture_fps beside it, as a number");
+        }
+        if unknown_rate && !discs {
+            let message =
+                "\"unknown\" goes with discs only: gravity and the cloth act in seconds; expected a number";
+            source.wrong("video.capture_fps", message);
+        }
+        if playback_fps.is_some() && capture_fps.is_none() {
+            source.wrong(
+                "video.playback_fps",
+                "playback_fps needs capture_fps beside it: the rate of the camera",
+            );
+        }
+        if readout.is_some() != rows.is_some() {
+            let message = "row_readout_s (or [camera] shutter in seconds) and rows, the picture's height in pixels, go together";
+            source.wrong_of_first(READOUT, message);
+        }
+        if read_out.is_some() && y_axis.is_none() {
+            let message = "row_readout_s needs [scale] length_unit = \"px\" and y_axis, to know a ball's row of the picture";
+            source.wrong_of_first(READOUT, message);
+        }
+        if scale.from.is_some() && (is_measured || discs) {
+            let message = "from = \"balls\" goes with balls, without m_per_px and [[scale.point]]; expected one of them";
+            source.wrong("scale.from", message);
+        }
+        if is_px && !is_measured && !from_balls {
+            let message = "length_unit is \"px\"; expected m_per_px, or four or more [[scale.point]] with px = [u, v] and m = [x, y]";
+            source.wrong("scale.length_unit", message);
+        }
+        if is_px && scale.m_per_px.is_some() && has_points {
+            source
+                .wrong("scale.m_per_px", "both m_per_px and [[scale.point]] are given; expected one of them");
+        }
+        if !is_px && is_measured {
+            let message = "m_per_px and [[scale.point]] go with length_unit = \"px\" only";
+            source.wrong_of_first(&["scale.m_per_px", "scale.point.0"], message);
+        }
+        if columns.is_none() && format == Format::Columns {
+            source.wrong("tracks.columns", "format = \"columns\" needs a section [tracks.columns]");
+        }
+        if columns.is_some() && !matches!(format, Format::Auto | Format::Columns) {
+            source.wrong("tracks.columns", "[tracks.columns] goes with format = \"columns\" only");
+        }
+        if has_angles && !discs {
+            let message = "a column of angles does not say how a ball turns; expected it with [ball] shape = \"disc\" only";
+            source.wrong("tracks.columns", message);
         }
         if let Some(Err(message)) = columns.as_ref().map(ColumnNames::check) {
             source.wrong("tracks.columns", message);
@@ -364,7 +334,6 @@ impl Sections {
     }
 }
 
-/// Returns the names of the tracks of cue and object, and of the markers on either.
 fn names(mut given: [Option<Names>; 4], source: &Source) -> [Names; 4] {
     let mut used: Vec<(String, &str)> = Vec::new();
     [0, 1, 2, 3].map(|i| {

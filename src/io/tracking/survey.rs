@@ -56,7 +56,6 @@ pub(crate) fn survey(file: &Path) -> Result<Survey, Vec<Problem>> {
     guess.and_then(|guess| look(file, guess).ok()).map_or(plain, Ok)
 }
 
-/// Surveys a file with these columns, if any.
 fn look(file: &Path, guess: Guess) -> Result<Survey, Vec<Problem>> {
     let problems = Problems::new("");
     let source = Source { path: file, text: "", problems: &problems };
@@ -78,13 +77,8 @@ fn look(file: &Path, guess: Guess) -> Result<Survey, Vec<Problem>> {
         Clock::FramesAt(fps) => (true, Some(fps)),
         _ => (false, None),
     };
-    let rows = || {
-        shots
-            .iter()
-            .flat_map(|shot| &shot.tracks)
-            .filter(|track| !track.is_angle)
-            .flat_map(|track| track.seen())
-    };
+    let tracks = || shots.iter().flat_map(|shot| &shot.tracks).filter(|track| !track.is_angle);
+    let rows = || tracks().flat_map(|track| track.seen());
     let sides = [span(rows().map(|row| row.x)), span(rows().map(|row| row.y))];
     let closest_of_shots = sorted(shots.iter().filter_map(closest));
     let are_discs = |shot: &RawShot| shot.tracks.len() > 5 && discs::are_two(&shot.tracks);
@@ -118,7 +112,6 @@ fn beginnings(shots: &[RawShot]) -> Vec<(String, f64)> {
     tracks.into_iter().filter_map(|(name, all)| Some((name, middle(all.into_iter())?))).collect()
 }
 
-/// Returns the least distance of the centres of two balls at one time.
 fn closest(shot: &RawShot) -> Option<f64> {
     let [first, second] = shot.centres()?;
     let places: HashMap<u64, [f64; 2]> =

@@ -77,7 +77,6 @@ pub(super) fn convert(shot: &mut RawShot, settings: &TrackSettings, notes: &Note
 }
 
 impl Grid {
-    /// Returns the grid of a shot; `second` is the length of the file's unit of time.
     pub(super) fn of(shot: &RawShot, second: f64) -> Self {
         let times = shot.times();
         let resolution = match shot.clock {
@@ -167,7 +166,6 @@ fn spacing(times: &[f64], resolution: f64) -> f64 {
     sum / n
 }
 
-/// Takes times as the file's own clock gives them, if the frame rate is known.
 fn with_rate(
     shot: &mut RawShot,
     grid: &Grid,
@@ -282,7 +280,6 @@ fn without_rate(shot: &mut RawShot, grid: &Grid, log: Log) -> Result<f64, String
     Ok(fps)
 }
 
-/// Returns the nearest whole number if the difference is rounding.
 fn tidy(fps: f64) -> f64 {
     if (fps - fps.round()).abs() < 1e-6 * fps { fps.round() } else { fps }
 }
@@ -310,7 +307,6 @@ fn by_row(shot: &mut RawShot, grid: &Grid, rate: f64, fps: f64, log: Log) -> Res
     Ok(fps)
 }
 
-/// Gives each row whose time is `times[i]` the time `new(i)`.
 fn replace(shot: &mut RawShot, times: &[f64], new: impl Fn(usize) -> f64) {
     for row in shot.rows_mut() {
         let i = times.partition_point(|t| *t < row.time);

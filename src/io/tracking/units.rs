@@ -68,7 +68,6 @@ const WORDS: [(&str, Measure); 12] = [
 ];
 
 impl Measure {
-    /// Returns the unit of a word such as `mm`; `None` for other words.
     pub(super) fn of(word: &str) -> Option<Self> {
         let word = word.trim().to_lowercase();
         let is_known = |words: &str| words.split(' ').any(|known| known == word);
@@ -87,7 +86,6 @@ impl Measure {
         discriminant(&self) == discriminant(&other)
     }
 
-    /// Returns the names of the units of this kind.
     pub(super) fn names_of_kind(self) -> String {
         let names = WORDS.iter().filter(|(_, unit)| unit.is_like(self)).map(|(_, unit)| unit.name());
         names.collect::<Vec<_>>().join(", ")
@@ -95,7 +93,6 @@ impl Measure {
 }
 
 impl Unit {
-    /// Returns the unit of length that a word names.
     pub(super) fn of(word: &str) -> Option<Self> {
         if let Measure::Length(unit) = Measure::of(word)? { Some(unit) } else { None }
     }
@@ -115,7 +112,6 @@ impl Unit {
 }
 
 impl TimeUnit {
-    /// Returns seconds per unit; `None` for frames.
     pub(super) fn seconds(self) -> Option<f64> {
         match self {
             Self::Frames => None,
