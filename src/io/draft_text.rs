@@ -58,44 +58,34 @@ impl InitError {
     }
 }
 
-/// The blanks of a draft, the most important first.
-const BLANKS: [&str; 8] = [
-    "capture_fps",
-    "length_unit",
-    "which ball is which",
-    "cue_spin",
-    "radius_m",
-    "mass_kg",
-    "cloth",
-    "source",
-];
+/// The blanks of a draft that come first, the most important first.
+const BLANKS: [&str; 5] = ["capture_fps", "length_unit", "which ball is which", "cue_spin", "radius_m"];
 
 /// Placeholders of a number and of a text to be filled in.
 pub(super) const NUMBER: &str = "…";
 pub(super) const TEXT: &str = "\"…\"";
 
 impl Draft {
-    /// Adds a title of a section, or comments.
     pub(super) fn line(&mut self, text: impl Into<String>) {
-        self.add("", "", text.into(), State::Stated);
+        self.add("", String::new(), text.into(), State::Stated);
     }
 
     /// Adds a key with its value as TOML writes it, and a comment if it is not empty.
     pub(super) fn state(&mut self, key: &str, value: impl Into<String>, comment: impl Into<String>) {
-        self.add(key, value, comment, State::Stated);
+        self.add(key, value.into(), comment.into(), State::Stated);
     }
 
     /// Adds a key that the user may state, as a comment.
     pub(super) fn suggest(&mut self, key: &str, value: impl Into<String>, comment: impl Into<String>) {
-        self.add(key, value, comment, State::Optional);
+        self.add(key, value.into(), comment.into(), State::Optional);
     }
 
     pub(super) fn blank(&mut self, name: &'static str, key: &str, value: &str, why: impl AsRef<str>) {
-        self.add(key, value, format!("FILL IN: {}", why.as_ref()), State::Blank(name));
+        self.add(key, value.into(), format!("FILL IN: {}", why.as_ref()), State::Blank(name));
     }
 
-    fn add(&mut self, key: &str, value: impl Into<String>, comment: impl Into<String>, state: State) {
-        self.lines.push(Line { key: key.to_owned(), value: value.into(), comment: comment.into(), state });
+    fn add(&mut self, key: &str, value: String, comment: String, state: State) {
+        self.lines.push(Line { key: key.to_owned(), value, comment, state });
     }
 
     pub(super) fn find(&mut self, sentence: impl Into<String>) {
@@ -161,7 +151,6 @@ impl Draft {
     }
 }
 
-/// Returns a text as TOML writes it.
 pub(super) fn quoted(text: &str) -> String {
     Value::from(text).to_string()
 }

@@ -168,30 +168,3 @@ fn normaliser(points: &[[f64; 2]]) -> Option<Matrix3<f64>> {
     let scale = (2.0 * n / trace).sqrt();
     Some(Matrix3::new(scale, 0.0, -scale * mean[0], 0.0, scale, -scale * mean[1], 0.0, 0.0, 1.0))
 }
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn homography_is_found_again() {
-        // an oblique camera, rows counted downwards
-        let picture = |m: [f64; 2]| {
-            let w = 1.0 + 0.1 * m[0] - 0.2 * m[1];
-            [(960.0 + 700.0 * m[0] + 30.0 * m[1]) / w, (540.0 - 690.0 * m[1] + 20.0 * m[0]) / w]
-        };
-        let metres = [[-1.0, -0.5], [1.0, -0.5], [1.0, 0.5], [-1.0, 0.5], [0.1, 0.2]];
-        let pairs: Vec<_> = metres.iter().map(|m| (picture(*m), *m)).collect();
-        let (calibration, note) = Calibration::homography(&pairs, Some(false), None).unwrap();
-        assert!(note.contains("residual 0.000 mm"), "{note}");
-        let px = picture([0.3, -0.2]);
-        let m = calibration.metres(px[0], px[1]);
-        assert!((m[0] - 0.3).abs() < 1e-10 && (m[1] + 0.2).abs() < 1e-10);
-        let sd = calibration.sd(px[0], px[1], [1.0, 0.0]);
-        let moved = calibration.metres(px[0] + 1e-4, px[1]);
-        assert!((sd[0] - (moved[0] - m[0]).abs() * 1e4).abs() < 1e-8);
-        assert!(Calibration::homography(&pairs, Some(true), None).unwrap_err().contains("mirror"));
-        let line: Vec<_> = (0..5).map(|i| ([f64::from(i), 2.0], [f64::from(i), 1.0])).collect();
-        assert!(Calibration::homography(&line, None, None).unwrap_err().contains("line"));
-    }
-}

@@ -70,50 +70,27 @@ struct Key {
     expected: &'static str,
 }
 
+const fn key(
+    name: &'static str,
+    corrections: &'static [Correction],
+    range: [f64; 2],
+    expected: &'static str,
+) -> Key {
+    Key { name, corrections, range, expected }
+}
+
 const KEYS: [Key; 7] = [
-    Key {
-        name: "scale",
-        corrections: &[Correction::Scale],
-        range: [0.1, 10.0],
-        expected: ", \"none\" or a length of the film over the true one, from 0.1 to 10",
-    },
-    Key {
-        name: "aspect",
-        corrections: &[Correction::Aspect],
-        range: [0.5, 2.0],
-        expected: ", \"none\" or lengths along y over lengths along x, from 0.5 to 2",
-    },
-    Key {
-        name: "shear",
-        corrections: &[Correction::Shear],
-        range: [-0.5, 0.5],
-        expected: ", \"none\" or a number from -0.5 to 0.5",
-    },
-    Key {
-        name: "perspective",
-        corrections: &[Correction::PerspectiveX, Correction::PerspectiveY],
-        range: [-2.0, 2.0],
-        expected: ", \"none\" or [x, y], each from -2 to 2 per metre",
-    },
-    Key {
-        name: "lens",
-        corrections: &[Correction::Lens],
-        range: [-0.3, 0.3],
-        expected: ", \"none\" or a part of lengths at 0.5 m, from -0.3 to 0.3",
-    },
-    Key {
-        name: "shutter",
-        corrections: &[Correction::ShutterX, Correction::ShutterY],
-        range: [f64::NAN; 2],
-        expected: ", \"none\" or the seconds from the first row of the picture to the last",
-    },
-    Key {
-        name: "parallax",
-        corrections: &[Correction::ParallaxX, Correction::ParallaxY, Correction::Nearness],
-        range: [f64::NAN; 2],
-        expected: " or \"none\"",
-    },
+    key("scale", &[Correction::Scale], [0.1, 10.0], "a length of the film over the true one, from 0.1 to 10"),
+    key("aspect", &[Correction::Aspect], [0.5, 2.0], "lengths along y over lengths along x, from 0.5 to 2"),
+    key("shear", &[Correction::Shear], [-0.5, 0.5], "a number from -0.5 to 0.5"),
+    key("perspective", &PERSPECTIVE, [-2.0, 2.0], "[x, y], each from -2 to 2 per metre"),
+    key("lens", &[Correction::Lens], [-0.3, 0.3], "a part of lengths at 0.5 m, from -0.3 to 0.3"),
+    key("shutter", &SHUTTER, [f64::NAN; 2], "the seconds from the first row of the picture to the last"),
+    key("parallax", &PARALLAX, [f64::NAN; 2], "no value"),
 ];
+const PERSPECTIVE: [Correction; 2] = [Correction::PerspectiveX, Correction::PerspectiveY];
+const SHUTTER: [Correction; 2] = [Correction::ShutterX, Correction::ShutterY];
+const PARALLAX: [Correction; 3] = [Correction::ParallaxX, Correction::ParallaxY, Correction::Nearness];
 
 /// The statement about one correction.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -152,7 +129,6 @@ impl CameraSection {
         if let Some(Stated::Exact(Values::One(seconds))) = self.shutter { Some(seconds) } else { None }
     }
 
-    /// Returns the statements of keys that are right.
     pub(super) fn check(&self, source: &Source) -> WantedCamera {
         let mut wanted = WantedCamera::default();
         let Self { scale, aspect, shear, perspective, lens, shutter, parallax, .. } = self;
@@ -164,9 +140,8 @@ impl CameraSection {
             } else {
                 let path = format!("camera.{}", key.name);
                 let value = source.written(&path).unwrap_or_default();
-                let with_sd =
-                    if matches!(stated, Stated::Prior { .. }) { "; sd is to be more than 0" } else { "" };
-                source.add(&Fault::new(&path, value, format!("\"auto\"{}{with_sd}", key.expected)));
+                let expected = format!("\"auto\", \"none\" or {}, and sd above 0", key.expected);
+                source.add(&Fault::new(&path, value, expected));
             }
         }
         // the centre of a stated lens distortion is the middle of the film
@@ -206,13 +181,11 @@ impl Key {
     }
 }
 
-/// Describes a label or the section.
 pub(crate) fn schema_of_camera(generator: &mut SchemaGenerator) -> Schema {
     let either = [generator.subschema_for::<String>(), generator.subschema_for::<CameraSection>()];
     json_schema!({ "anyOf": either })
 }
 
-/// Reads a label or the section.
 pub(crate) fn label_or_section<'de, D: Deserializer<'de>>(
     deserializer: D,
 ) -> Result<Option<CameraSection>, D::Error> {

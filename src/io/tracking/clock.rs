@@ -12,7 +12,6 @@ pub(super) enum Style {
 }
 
 impl Style {
-    /// Returns the rounding of the seconds.
     pub(super) fn resolution(self) -> f64 {
         let (Self::Fraction(digits) | Self::Colon(digits)) = self;
         1.0 / 10.0_f64.powi(digits as i32)
@@ -22,7 +21,6 @@ impl Style {
 /// Frames per second of time codes.
 const RATES: [f64; 6] = [24.0, 25.0, 30.0, 48.0, 50.0, 60.0];
 
-/// Returns whether a cell is a time of a clock, valid or not, instead of a number.
 pub(super) fn is_clock(cell: &str) -> bool {
     cell.contains(':')
 }

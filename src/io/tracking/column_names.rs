@@ -39,13 +39,11 @@ macro_rules! column_names {
         pub(super) const KEYS: [&str; [$(stringify!($key)),+].len()] = [$(stringify!($key)),+];
 
         impl ColumnNames {
-            /// Returns all keys that are stated, each with the file's column.
             pub(super) fn all(&self) -> impl Iterator<Item = (&'static str, &Column)> {
                 let all = [$((stringify!($key), &self.$key)),+];
                 all.into_iter().filter_map(|(key, column)| Some((key, column.as_ref()?)))
             }
 
-            /// States the file's column for a key.
             pub(super) fn set(&mut self, key: &str, column: Column) {
                 match key {
                     $(stringify!($key) => self.$key = Some(column),)+
@@ -92,27 +90,23 @@ impl ColumnNames {
         let is_beside = |key: &str| !is_wide(key) && !["shot", "frame", "t"].contains(&key);
         let has_name = self.all().any(|(_, column)| matches!(column, Column::Name(_)));
         let message = if any_wide && self.all().any(|(key, _)| is_beside(key)) {
-            "[tracks.columns] mixes a wide table (cue_x, cue_y, object_x, object_y) with a long one (ball, x, y); expected \
-             one of them"
+            "mixes a wide table (cue_x, cue_y, object_x, object_y) with a long one (ball, x, y); expected one of them"
         } else if !has_all(&["cue_x", "cue_y", "object_x", "object_y"]) && !has_all(&["x", "y"]) {
-            "[tracks.columns] needs ball, x and y (a long table: a row per ball and frame) or cue_x, cue_y, object_x and \
-             object_y (a wide one: a row per frame)"
+            "needs ball, x and y (a long table: a row per ball and frame) or cue_x, cue_y, object_x and object_y (a wide \
+             one: a row per frame)"
         } else if !self.has("ball") && has_any(&["point", "x_sd", "marker_x", "angle"]) {
-            // properties beside the position need the name of the ball
-            "[tracks.columns] has point, x_sd, marker_x or angle, but not ball; expected ball: only plain positions can be \
-             assigned to balls by their paths"
+            "has point, x_sd, marker_x or angle, but not ball; expected ball: only plain positions can be assigned to \
+             balls by their paths"
         } else if !any_wide && !has_any(&["frame", "t"]) {
-            "[tracks.columns] has neither frame nor t; expected one of them (only a table with a row per frame can do \
-             without: its rows are counted)"
+            "has neither frame nor t; expected one of them (only the rows of a wide table can be counted)"
         } else if has_name && self.is_numbered() {
-            "[tracks.columns] gives some columns by name and some by number; expected one of them throughout"
+            "gives some columns by name and some by number; expected one of them throughout"
         } else {
             return self.check_pairs();
         };
-        Err(message.to_string())
+        Err(format!("[tracks.columns] {message}"))
     }
 
-    /// Complains about half of a pair, and a box stated twice.
     fn check_pairs(&self) -> Result<(), String> {
         for begin in ["", "cue_", "object_"] {
             let pairs = PAIRS.map(|pair| pair.map(|key| format!("{begin}{key}")));

@@ -1,17 +1,16 @@
 //! Tables of any shape, read by `[tracks.columns]`.
 
 use super::column_names::{Column, ColumnNames};
-use super::heading::{Heading, blanks};
-use super::input::{Input, quoted};
-use super::layout::{Body, Layout, Name};
-use super::long;
-use super::raw::{CLOCK, FORMAT};
+use super::formats;
+use super::heading::{Heading, tops};
+use super::input::{Input, Subject};
+use super::layout::{Block, Body, Layout, Name};
 use super::sample::Rows;
-use super::units::TimeUnit;
+use super::settings::Format;
+use super::units::{AngleUnit, Measure, TimeUnit};
 use super::words::{Role, find};
 use crate::io::error::did_you_mean;
 use crate::io::number::{shortened, value};
-use crate::io::text::{Separator, filled_lines, trimmed, unmarked};
 
 /// Maximum number of lines searched for the names of the columns, or for the first row.
 const MAX_LINES: usize = 100;
@@ -26,45 +25,45 @@ pub(super) fn layout(input: &Input, wanted: &ColumnNames) -> Option<Layout> {
     };
     let shot = column("shot");
     let read: Vec<usize> = wanted.all().filter_map(|(key, _)| column(key)).collect();
-    let time = long::time(column, input).or_else(|| unnamed_time(&heading, &read, shot, input));
-    note(&heading, wanted, &read, time, input);
-    let angle = |key: &str| {
-        let column = column(key)?;
-        Some((column, heading.angle(column, wanted.angle_unit, input)?))
+    let time = formats::time(column, input).or_else(|| unnamed_time(&heading, &read, shot, input));
+    let body = |name: Name, begin: &str| {
+        let mut body = Body::of_keys(name, begin, column)?;
+        if let Some(column) = column(&format!("{begin}angle")) {
+            body.angle = Some((column, angle_unit(&heading, column, wanted.angle_unit, input)?));
+        }
+        Some(body)
     };
     let bodies = if wanted.has("cue_x") {
         let [cue, object] = input.settings.first_names().map(|name| Name::Fixed(name.to_string()));
-        let angles = [angle("cue_angle"), angle("object_angle")];
-        let [cue, object] = [Body::of_keys(cue, "cue_", column)?, Body::of_keys(object, "object_", column)?];
-        vec![Body { angle: angles[0], ..cue }, Body { angle: angles[1], ..object }]
+        vec![body(cue, "cue_")?, body(object, "object_")?]
     } else {
         time?;
-        let name = column("ball").map_or(Name::Fixed(String::new()), Name::Column);
-        vec![Body { angle: angle("angle"), ..Body::of_keys(name, "", column)? }]
+        vec![body(column("ball").map_or(Name::Fixed(String::new()), Name::Column), "")?]
     };
     if time.is_none() {
         let message = "no column of times: every row is taken as one frame after the row above it";
-        input.log.add(CLOCK, None, message);
+        input.log.add(Subject::Clock, None, message);
     }
-    Some(Layout { shot, may_lack_ball: true, ..Layout::below(heading, bodies, time, input) })
+    let block = Block::below(&heading, bodies);
+    Some(Layout { shot, ..Layout::new(Format::Columns, heading, vec![block], time, input) })
 }
 
-/// Notes how the table is read, and the named columns that are not.
-fn note(heading: &Heading, wanted: &ColumnNames, read: &[usize], time: Option<(usize, bool)>, input: &Input) {
-    /// Maximum number of columns listed.
-    const MAX_NAMED: usize = 12;
-    let is_read = |column: usize| read.contains(&column) || time.is_some_and(|(time, _)| time == column);
-    let named = heading.names.iter().enumerate();
-    let passed = named.filter(|(i, name)| !is_read(*i) && !name.is_empty() && !wanted.is_numbered());
-    let passed: Vec<&String> = passed.map(|(_, name)| name).collect();
-    let more = passed.len().saturating_sub(MAX_NAMED);
-    let more = if more > 0 { format!(" and {more} more") } else { String::new() };
-    let listed = quoted(passed.into_iter().take(MAX_NAMED));
-    let passed = if listed.is_empty() { listed } else { format!("; columns passed over: {listed}{more}") };
-    let (separator, first) = (heading.separator.name(), heading.above + 1);
-    let message =
-        format!("read by [tracks.columns], {separator} between cells, rows from line {first} on{passed}");
-    input.log.add(FORMAT, None, message);
+fn angle_unit(
+    heading: &Heading,
+    column: usize,
+    stated: Option<AngleUnit>,
+    input: &Input,
+) -> Option<AngleUnit> {
+    let place = stated.map(|unit| (Measure::Angle(unit), "[tracks.columns] angle_unit states"));
+    match heading.unit(column, Measure::Angle(AngleUnit::Rad), place, input) {
+        Some(Measure::Angle(unit)) => Some(unit),
+        None if !heading.has_unit(column) && stated.is_none() => {
+            let message = "the unit of these angles is not stated; expected [tracks.columns] angle_unit = \"rad\" or \"deg\"";
+            input.wrong(heading.line, heading.bare[column].as_str(), message);
+            None
+        }
+        _ => stated,
+    }
 }
 
 /// Returns the column of frame numbers or times if [tracks.columns] names neither, and whether it
@@ -77,12 +76,11 @@ fn unnamed_time(
 ) -> Option<(usize, bool)> {
     let names = heading.small();
     let rows = Rows::of(input.text, heading);
-    let groups: Vec<usize> = shot.into_iter().collect();
-    let grows = |column: &usize| !used.contains(column) && rows.least_step(*column, &groups).is_some();
+    let grows = |column: &usize| !used.contains(column) && rows.grows(*column, shot);
     let frame = find(&names, Role::Frame).filter(|column| grows(column) && rows.is_whole(*column));
     let time = find(&names, Role::Time).filter(grows);
-    if let (Some(frame), Some(time), Some(rate)) =
-        (frame, time, input.settings.playback_fps.or(input.settings.capture_fps))
+    let rate = input.settings.playback_fps.or(input.settings.capture_fps);
+    if let (Some(frame), Some(time), Some(rate)) = (frame, time, rate)
         && heading.time(time, input) == TimeUnit::S
     {
         rows.check_clock(heading, [frame, time], rate, input);
@@ -94,81 +92,65 @@ fn unnamed_time(
         heading.names[column],
         if frame.is_some() { "the number of the frame" } else { "the time" }
     );
-    input.log.add(CLOCK, heading.line, message);
+    input.log.add(Subject::Clock, heading.line, message);
     Some((column, frame.is_some()))
 }
 
 /// Returns the heading in the first line that has all the names.
 fn header(input: &Input, wanted: &ColumnNames) -> Option<Heading> {
-    let name = |(_, column): (_, &'_ Column)| match column {
-        Column::Name(name) => name.trim().to_string(),
-        Column::Number(_) => String::new(),
-    };
-    let wanted_names: Vec<String> = wanted.all().map(name).collect();
+    let names = wanted.all().filter_map(|(_, column)| match column {
+        Column::Name(name) => Some(name.trim()),
+        Column::Number(_) => None,
+    });
+    let names: Vec<&str> = names.collect();
     let mut nearest: Option<(usize, Heading)> = None;
-    for (line, content) in filled_lines(input.text).take(MAX_LINES) {
-        let bare = unmarked(content);
-        for separator in Separator::ALL {
-            let is_blank = separator == Separator::Char(' ');
-            let separator = if is_blank { blanks(input.text, line, bare) } else { separator };
-            let Some(names) = trimmed(bare, separator) else { continue };
-            let heading = Heading::deep(input.text, line, separator, names);
-            let here = wanted_names.iter().filter(|name| heading.position(name).is_some()).count();
-            if here == wanted_names.len() {
-                if let Some(name) = wanted_names.iter().find(|name| heading.count(name) > 1) {
-                    input.wrong(line, name.as_str(), "stands twice in the header; expected it once");
-                    return None;
-                }
-                return Some(heading);
-            }
-            if nearest.as_ref().is_none_or(|(most, _)| here > *most) {
-                nearest = Some((here, heading));
-            }
+    for top in tops(input.text, MAX_LINES) {
+        let heading = Heading::deep(input.text, &top);
+        let here = names.iter().filter(|name| heading.position(name).is_some()).count();
+        if here == names.len() {
+            let before = input.problems.len();
+            heading.complain_of_twins(names, input);
+            return (input.problems.len() == before).then_some(heading);
+        }
+        if nearest.as_ref().is_none_or(|(most, _)| here > *most) {
+            nearest = Some((here, heading));
         }
     }
-    let Some((_, Heading { line, names, .. })) = nearest else {
+    let Some((_, heading)) = nearest else {
         input.wrong(None, None, "is empty; expected the columns that [tracks.columns] names");
         return None;
     };
-    let missing = wanted_names.iter().find(|name| !names.contains(name)).map_or("", String::as_str);
-    let near = did_you_mean(missing, names.iter().map(String::as_str));
+    let missing = names.into_iter().find(|name| heading.position(name).is_none()).unwrap_or_default();
+    let near = did_you_mean(missing, heading.names.iter().map(String::as_str));
     let message = format!(
         "no line has all the columns that [tracks.columns] names; \"{missing}\" is missing here{near}: {}",
-        shortened(&names.join(" | "))
+        shortened(&heading.names.join(" | "))
     );
-    input.wrong(line, None, message);
+    input.wrong(heading.line, None, message);
     None
 }
 
 /// Returns the heading of a table without names, from the first row with the expected numbers.
 fn numbered(input: &Input, wanted: &ColumnNames) -> Option<Heading> {
-    let number = |(key, column): (&'static str, &Column)| match column {
-        Column::Number(number) => (key, number.get() - 1),
-        Column::Name(_) => (key, 0),
+    let number = |(key, column): (&str, &Column)| match column {
+        Column::Number(number) if !["shot", "ball", "point"].contains(&key) => Some(number.get() - 1),
+        _ => None,
     };
-    let all: Vec<(&str, usize)> = wanted.all().map(number).collect();
-    let last = all.iter().map(|(_, column)| *column).max()?;
-    let is_text = |column: usize| {
-        all.iter().any(|(key, own)| ["shot", "ball", "point"].contains(key) && *own == column)
-    };
-    let numbers: Vec<usize> =
-        all.iter().map(|(_, column)| *column).filter(|column| !is_text(*column)).collect();
-    for (line, content) in filled_lines(input.text).take(MAX_LINES) {
-        for separator in Separator::ALL {
-            let is_blank = separator == Separator::Char(' ');
-            let separator = if is_blank { Separator::Blanks } else { separator };
-            let Some(cells) = trimmed(content, separator).filter(|cells| cells.len() > last) else {
-                continue;
-            };
-            if numbers.iter().all(|column| value(&cells[*column]).is_some()) {
-                let is_open = cells.len() > last + 1 && cells.last().is_some_and(String::is_empty);
-                return Some(Heading::unnamed(line, separator, cells.len() - usize::from(is_open)));
-            }
+    let numbers: Vec<usize> = wanted.all().filter_map(number).collect();
+    let last =
+        wanted.all().map(|(_, column)| if let Column::Number(number) = column { number.get() } else { 1 });
+    let least = last.max()?;
+    for top in tops(input.text, MAX_LINES).iter().filter(|top| !top.is_comment()) {
+        let cells = &top.names;
+        if cells.len() >= least && numbers.iter().all(|column| value(&cells[*column]).is_some()) {
+            let is_open = cells.len() > least && cells.last().is_some_and(String::is_empty);
+            return Some(Heading::unnamed(top.line, top.separator, cells.len() - usize::from(is_open)));
         }
     }
+    let numbers: Vec<String> = numbers.iter().map(|column| (column + 1).to_string()).collect();
     let message = format!(
         "none of the first {MAX_LINES} lines has numbers in the columns {} that [tracks.columns] gives",
-        numbers.iter().map(|column| (column + 1).to_string()).collect::<Vec<_>>().join(", ")
+        numbers.join(", ")
     );
     input.wrong(None, None, message);
     None

@@ -6,9 +6,10 @@ use std::path::PathBuf;
 use rayon::prelude::*;
 
 use super::calibration::Calibration;
-use super::finish::{Facts, find, number_twins};
-use super::input::quoted;
-use super::raw::{NAMES, Notes, RawShot, RawTrack, Row, span};
+use super::finish::Facts;
+use super::input::{Notes, Subject, quoted};
+use super::names::{find, number_twins};
+use super::raw::{RawShot, RawTrack, Row, span};
 use super::settings::{Names, TrackSettings};
 use crate::film::rigid_body::circle_centres;
 use crate::measurement::track::Sample;
@@ -60,7 +61,7 @@ pub(super) fn group(
                     one.shown(),
                     other.shown()
                 );
-                notes.of(&raw.file).add(NAMES, raw.line, message);
+                notes.of(&raw.file).add(Subject::Names, raw.line, message);
                 let names = [one.centre, other.centre, one.markers, other.markers];
                 facts.own.names = names.map(|names| Some(Names(names)));
             }
@@ -78,7 +79,6 @@ struct Disc {
 }
 
 impl Disc {
-    /// Returns the names of its tracks for messages.
     fn shown(&self) -> String {
         let centre = quoted(&self.centre);
         match (self.centre.len(), self.markers.len()) {
@@ -140,7 +140,6 @@ fn names(tracks: &[RawTrack], group: &[usize]) -> Vec<String> {
     group.iter().map(|i| tracks[*i].name.clone()).collect()
 }
 
-/// Returns the positions of tracks in the order of time.
 fn samples(tracks: &[RawTrack], place: impl Fn(&Row) -> [f64; 2]) -> Vec<Vec<Sample>> {
     let samples = |track: &RawTrack| {
         let mut samples: Vec<Sample> = track.seen().map(|row| Sample::new(row.time, place(row))).collect();
@@ -186,7 +185,6 @@ fn groups(points: &[Vec<Sample>]) -> Vec<Vec<usize>> {
     groups
 }
 
-/// Returns the positions of two points in the frames that have both.
 fn together<'a>(one: &'a [Sample], other: &'a [Sample]) -> impl Iterator<Item = [&'a Sample; 2]> {
     let at = |t: f64| other.get(other.partition_point(|s| s.t < t)).filter(|s| s.t == t);
     one.iter().filter_map(move |sample| Some([sample, at(sample.t)?]))
@@ -196,7 +194,6 @@ fn distances(one: &[Sample], other: &[Sample]) -> Vec<f64> {
     together(one, other).map(|[a, b]| (a.x - b.x).hypot(a.y - b.y)).collect()
 }
 
-/// Returns the relative change of the distance of two points; infinite for too few common frames.
 fn change(one: &[Sample], other: &[Sample]) -> f64 {
     let distances = distances(one, other);
     let mut smooth: Vec<f64> =

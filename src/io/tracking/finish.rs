@@ -4,16 +4,27 @@ use std::borrow::Cow;
 use std::collections::BTreeMap;
 
 use super::calibration::Calibration;
-use super::input::quoted;
-use super::raw::{FORMAT, Log, NAMES, Notes, RawShot, RawTrack, Row};
+use super::input::{Log, Notes, Subject};
+use super::names::{Ball, assign, listed};
+use super::raw::{RawShot, RawTrack, Row, sorted};
 use super::repair::{self, Wrong};
-use super::settings::{NAMED, Names, TrackSettings};
+use super::settings::{Names, TrackSettings};
+use super::time;
 use super::units::Unit;
-use super::{resolution, time};
 use crate::film::rigid_body::circle_centres;
 use crate::io::number::shortened;
 use crate::measurement::spin::Spin;
 use crate::measurement::track::{Marker, Sample, TrackShot, TrackedBall};
+
+/// Least number of different steps between neighbouring coordinates: fewer fit some grid by chance.
+const MIN_GAPS: usize = 8;
+/// Largest ratio of the smallest step between coordinates to the grid: fast balls skip steps.
+const MAX_SKIPPED: usize = 12;
+/// Largest deviation of coordinates from the grid, in steps, if they were scaled and printed with
+/// few decimals. Eight random coordinates fit one of the grids tried in 12·0.04⁸ = 8e-11 of tracks.
+const MAX_DEVIATION: f64 = 0.02;
+/// Relative difference below which two coordinates are the same number, computed differently.
+const SAME_NUMBER: f64 = 1e-12;
 
 /// Statements of the table of shots and of `[cue_spin]` about a shot.
 #[derive(Clone, Debug)]
@@ -26,7 +37,6 @@ pub(super) struct Facts {
 }
 
 impl Facts {
-    /// Returns facts with the spin alone.
     pub(super) fn of(spin: Spin) -> Self {
         Self { spin, labels: BTreeMap::new(), own: Own::default(), refused: None }
     }
@@ -35,7 +45,7 @@ impl Facts {
 /// Statements of the table of shots that replace those of dataset.toml.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub(super) struct Own {
-    /// Names of tracks, in the order of [`NAMED`].
+    /// Names of tracks, in the order of [`super::settings::NAMED`].
     pub names: [Option<Names>; 4],
     pub capture_fps: Option<f64>,
 }
@@ -55,13 +65,6 @@ impl Own {
     }
 }
 
-struct Ball {
-    /// Track of the ball's centre, or tracks of the points whose mean is the centre.
-    centres: Vec<RawTrack>,
-    /// Further points on the ball.
-    markers: Vec<RawTrack>,
-}
-
 /// Returns the shot of a file's rows. `Err`: all missing statements, or else the first fault.
 pub(super) fn shot(
     mut raw: RawShot,
@@ -76,16 +79,10 @@ pub(super) fn shot(
     let settings = &*facts.own.settings(settings);
     let file = raw.file.clone();
     let log = notes.of(&file);
-    let mut there: Vec<String> = raw.tracks.iter().map(|track| shortened(&track.name)).collect();
-    there.dedup();
-    there.truncate(12);
-    let there = if there.is_empty() { "there are none".to_string() } else { quoted(there) };
-    let line = raw.line;
-    let tracks = &mut raw.tracks;
-    let mut assigned = |which| assign(tracks, which, settings, &there, line, log);
+    let there = listed(&raw);
     let balls = [0, 1].map(|ball| {
-        let mut found = assigned(ball)?;
-        found.markers.append(&mut assigned(ball + 2)?.centres);
+        let mut found = assign(&mut raw, ball, settings, &there, log)?;
+        found.markers.append(&mut assign(&mut raw, ball + 2, settings, &there, log)?.centres);
         Ok(found)
     });
     let balls = match balls {
@@ -98,7 +95,7 @@ pub(super) fn shot(
                 wrong.is_damage &= !are_stated;
             }
             if let Err(message) = time::convert(&mut raw, settings, &Notes::default()) {
-                wrong.push(Wrong::input(line, message));
+                wrong.push(Wrong::input(raw.line, message));
             }
             return Err(wrong);
         }
@@ -106,12 +103,11 @@ pub(super) fn shot(
     for other in &raw.tracks {
         let message =
             format!("the track \"{}\" is neither cue nor object; passed over", shortened(&other.name));
-        log.add(NAMES, other.line(), message);
+        log.add(Subject::Names, other.line(), message);
     }
     of_balls(raw, balls, facts, settings, calibration, notes).map_err(|wrong| vec![wrong])
 }
 
-/// Makes a shot of the tracks of its balls.
 fn of_balls(
     mut raw: RawShot,
     balls: [Ball; 2],
@@ -185,99 +181,6 @@ fn of_balls(
     Err(Wrong::input(shot.line, "a position or time is too large to be converted"))
 }
 
-/// Removes the tracks that a key of [`NAMED`] names from the list, and the points on them.
-fn assign(
-    tracks: &mut Vec<RawTrack>,
-    which: usize,
-    settings: &TrackSettings,
-    there: &str,
-    line: usize,
-    log: Log,
-) -> Result<Ball, Wrong> {
-    let (key, names) = (NAMED[which], &settings.names[which]);
-    let mut found = Ball { centres: Vec::new(), markers: Vec::new() };
-    for name in &names.0 {
-        let Some(i) = find(tracks, name).map_err(|message| Wrong::input(line, message))? else {
-            let apart = if tracks.len() + found.centres.len() < 2 {
-                " (one file a ball: their names differ by the ball only, as in kick-A.txt and kick-B.txt)"
-            } else {
-                ""
-            };
-            let meant = if name == key { ", the default of the key" } else { "" };
-            let message = format!(
-                "there is no track \"{name}\" ([tracks] {key} = {}{meant}); there are: {there}. Expected \
-                 both balls in one file or shot{apart}, and their names in [tracks] cue and object",
-                names.shown()
-            );
-            // other shots may have both balls
-            return Err(Wrong::damaged(line, message));
-        };
-        let track = tracks.remove(i);
-        if track.name != *name {
-            let message = format!("the track \"{}\" is [tracks] {key} = \"{name}\"", track.name);
-            log.add(NAMES, track.line(), message);
-        }
-        let is_on_it = |other: &mut RawTrack| other.point.is_some() && other.name == track.name;
-        found.markers.extend(tracks.extract_if(.., is_on_it));
-        found.centres.push(track);
-    }
-    Ok(found)
-}
-
-/// Numbers tracks of the same name, in their order: "A (1)", "A (2)".
-pub(super) fn number_twins(tracks: &mut [RawTrack]) {
-    let mut bodies: Vec<&mut RawTrack> = tracks.iter_mut().filter(|track| track.point.is_none()).collect();
-    let names: Vec<String> = bodies.iter().map(|track| track.name.clone()).collect();
-    for (i, track) in bodies.iter_mut().enumerate() {
-        let before = names[..i].iter().filter(|name| **name == names[i]).count();
-        if before > 0 || names[i + 1..].contains(&names[i]) {
-            track.name = format!("{} ({})", names[i], before + 1);
-        }
-    }
-}
-
-pub(super) fn last_word(name: &str) -> &str {
-    name.rsplit(|c: char| c.is_whitespace() || c == '_').next().unwrap_or_default()
-}
-
-/// Returns the track that a name of dataset.toml means.
-///
-/// # Errors
-/// The name is ambiguous.
-pub(super) fn find(tracks: &[RawTrack], wanted: &str) -> Result<Option<usize>, String> {
-    let small = wanted.to_lowercase();
-    let is_number = |rest: &str| {
-        let number = rest.strip_prefix(" (").and_then(|rest| rest.strip_suffix(')'));
-        number.is_some_and(|number| number.parse::<usize>().is_ok())
-    };
-    let ways: [&dyn Fn(&str) -> bool; 4] = [
-        &|name| name == wanted,
-        &|name| name.to_lowercase() == small,
-        // Tracker calls them "mass A", or mass_A
-        &|name| name.to_lowercase().starts_with("mass") && last_word(name) == wanted,
-        // numbers of tracks with equal names
-        &|name| name.strip_prefix(wanted).is_some_and(is_number),
-    ];
-    for (i, way) in ways.into_iter().enumerate() {
-        let fits = |i: &usize| tracks[*i].point.is_none() && way(&tracks[*i].name);
-        let found: Vec<usize> = (0..tracks.len()).filter(fits).collect();
-        match found.as_slice() {
-            [] => {}
-            [_] if i == 3 => {}
-            [one] => return Ok(Some(*one)),
-            many => {
-                let shown = |i: &usize| format!("\"{}\" (line {})", tracks[*i].name, tracks[*i].line());
-                return Err(format!(
-                    "{} tracks are named \"{wanted}\"; write in [tracks] which one it is: {}",
-                    many.len(),
-                    many.iter().map(shown).collect::<Vec<_>>().join(", ")
-                ));
-            }
-        }
-    }
-    Ok(None)
-}
-
 impl Ball {
     /// Removes and returns the centre: the only one, or the mean of several, then markers.
     fn mean(&mut self) -> RawTrack {
@@ -313,7 +216,7 @@ fn resolution(
     const COARSE_STEP: f64 = 1.5e-4;
     const COARSE_PX: f64 = 0.1;
     let step = |track: &RawTrack| {
-        let step = resolution::step(&[track]).or_else(|| resolution::step(&centres.each_ref()))?;
+        let step = grid_step(&[track]).or_else(|| grid_step(&centres.each_ref()))?;
         let first = track.seen().next()?;
         let [x, y] = calibration.sd(first.x, first.y, [step; 2]);
         Some((0.5 * (x * x + y * y)).sqrt()).filter(|step| step.is_finite())
@@ -328,9 +231,43 @@ fn resolution(
         let least = rounded / 12.0_f64.sqrt();
         let message =
             format!("positions are rounded to {rounded:.2} {unit}: each errs by {least:.2} {unit} at least");
-        log.add(FORMAT, None, message);
+        log.add(Subject::Format, None, message);
     }
     steps
+}
+
+/// Returns the step of the grid on which all coordinates of some tracks lie, such as whole pixels or
+/// few decimals, in the unit of the file. `None` without a grid, or if too few coordinates differ.
+fn grid_step(tracks: &[&RawTrack]) -> Option<f64> {
+    let mut gaps = Vec::new();
+    for axis in [0, 1] {
+        let mut values = sorted(tracks.iter().flat_map(|track| track.seen()).map(|row| row.place()[axis]));
+        values.dedup_by(|later, earlier| *later - *earlier <= SAME_NUMBER * later.abs());
+        gaps.extend(values.windows(2).map(|two| two[1] - two[0]));
+    }
+    if gaps.len() < MIN_GAPS {
+        return None;
+    }
+    gaps.sort_unstable_by(f64::total_cmp);
+    let smallest = *gaps.first()?;
+    let step = (1..=MAX_SKIPPED).find_map(|parts| fitted(&gaps, smallest / parts as f64))?;
+    (step > 0.0 && step.is_finite()).then_some(step)
+}
+
+/// Returns the step near `guess` of which all these lengths (ascending) are multiples.
+fn fitted(gaps: &[f64], guess: f64) -> Option<f64> {
+    // least squares of d = k·step, each length with the step from all shorter ones
+    let (mut products, mut squares) = (guess, 1.0);
+    for gap in gaps {
+        let step: f64 = products / squares;
+        let multiple = (gap / step).round();
+        if !((gap / step - multiple).abs() <= MAX_DEVIATION && multiple >= 1.0) {
+            return None;
+        }
+        products += multiple * gap;
+        squares += multiple * multiple;
+    }
+    Some(products / squares)
 }
 
 fn samples(track: &RawTrack, calibration: &Calibration) -> Vec<Sample> {

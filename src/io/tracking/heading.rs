@@ -4,71 +4,62 @@ use std::collections::HashMap;
 
 use super::clock::is_clock;
 use super::input::Input;
-use super::units::{AngleUnit, TimeUnit, Unit};
+use super::units::{Measure, TimeUnit, Unit};
 use crate::io::number::parse;
-use crate::io::text::{Separator, filled_lines, lines, trimmed};
+use crate::io::text::{Separator, filled_lines, lines, trimmed, unmarked};
 
 /// Maximum number of lines of titles above the names of columns, as spreadsheets have.
 pub(super) const TITLES: usize = 10;
-
 /// Maximum number of further lines of a header, above or below that of the names.
 const MAX_FURTHER_LINES: usize = 3;
-
 /// Least number of names in a header: a row of data that lost its numbers has fewer.
 const MIN_NAMES: usize = 3;
 
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub(super) enum Measure {
-    Length(Unit),
-    Time(TimeUnit),
-    Angle(AngleUnit),
+/// A line that may hold names of columns, split by one separator, without a mark of comments.
+pub(super) struct Top<'a> {
+    pub line: usize,
+    pub content: &'a str,
+    pub separator: Separator,
+    pub names: Vec<String>,
 }
 
-/// Words for units, in small letters.
-const UNITS: [(&str, Measure); 12] = [
-    ("m metre metres meter meters", Measure::Length(Unit::M)),
-    ("cm", Measure::Length(Unit::Cm)),
-    ("mm", Measure::Length(Unit::Mm)),
-    ("in inch inches \"", Measure::Length(Unit::In)),
-    ("ft foot feet", Measure::Length(Unit::Ft)),
-    ("px pixel pixels", Measure::Length(Unit::Px)),
-    ("s sec second seconds", Measure::Time(TimeUnit::S)),
-    ("ms", Measure::Time(TimeUnit::Ms)),
-    ("us µs μs", Measure::Time(TimeUnit::Us)),
-    ("frame frames", Measure::Time(TimeUnit::Frames)),
-    ("rad radian radians", Measure::Angle(AngleUnit::Rad)),
-    ("deg ° degree degrees", Measure::Angle(AngleUnit::Deg)),
-];
-
-impl Measure {
-    /// Returns the unit of a word such as `mm`; `None` for other words.
-    fn of(word: &str) -> Option<Self> {
-        let word = word.trim().to_lowercase();
-        let is_known = |words: &str| words.split(' ').any(|known| known == word);
-        UNITS.iter().find(|(words, _)| is_known(words)).map(|(_, unit)| *unit)
+impl Top<'_> {
+    pub(super) fn is_comment(&self) -> bool {
+        self.content.trim_start().starts_with('#')
     }
 
-    fn name(self) -> &'static str {
-        match self {
-            Self::Length(unit) => unit.name(),
-            Self::Time(unit) => unit.name(),
-            Self::Angle(unit) => unit.name(),
+    pub(super) fn small(&self) -> Vec<String> {
+        split_all(&self.names).0.iter().map(|name| name.to_lowercase()).collect()
+    }
+}
+
+/// Returns the first lines of a text, comments not counted, each split by every separator.
+pub(super) fn tops(text: &str, count: usize) -> Vec<Top<'_>> {
+    let mut tops = Vec::new();
+    let mut titles = 0;
+    for (line, content) in filled_lines(text) {
+        titles += usize::from(!content.trim_start().starts_with('#'));
+        if titles > count {
+            break;
+        }
+        let bare = unmarked(content);
+        for separator in Separator::ALL {
+            let is_blank = separator == Separator::Char(' ');
+            let separator = if is_blank { blanks(text, line, bare) } else { separator };
+            let names = trimmed(bare, separator);
+            tops.extend(names.map(|names| Top { line, content, separator, names }));
         }
     }
-
-    /// Returns whether it is the unit of positions in pictures.
-    pub(super) fn is_pixels(self) -> bool {
-        self == Self::Length(Unit::Px)
-    }
+    tops
 }
 
 /// Returns the separator of names: single blanks if the row below has as many cells.
-pub(super) fn blanks(text: &str, line: usize, names: &str) -> Separator {
+fn blanks(text: &str, line: usize, names: &str) -> Separator {
     const SINGLE: Separator = Separator::Char(' ');
     let count = |line: &str| trimmed(line.trim_end(), SINGLE).map_or(0, |cells| cells.len());
-    let below = filled_lines(text).find(|(below, _)| *below > line);
+    let below = lines(text).skip(line).find(|(_, row)| !row.trim().is_empty());
     let fits = below.is_none_or(|(_, row)| count(row) == count(names));
-    if fits && !names.starts_with(' ') { SINGLE } else { Separator::Blanks }
+    if fits && !names.starts_with(' ') && !names.contains("  ") { SINGLE } else { Separator::Blanks }
 }
 
 /// Splits `x_mm` into `x` and mm; `None` if the last word is not a unit or does not suit the name.
@@ -110,6 +101,16 @@ fn split(name: &str) -> (&str, Option<Measure>) {
     found.unwrap_or((name, None))
 }
 
+/// Splits all names from their units, strictly if names were equal otherwise: x_px beside x_m.
+fn split_all(names: &[String]) -> (Vec<String>, Vec<Option<Measure>>) {
+    let by = |split: fn(&str) -> (&str, Option<Measure>)| -> (Vec<String>, Vec<Option<Measure>>) {
+        let each = names.iter().map(|name| split(name));
+        each.map(|(bare, unit)| (bare.to_string(), unit)).unzip()
+    };
+    let loosely = by(split_loosely);
+    if repeated(&loosely.0).contains(&true) { by(split) } else { loosely }
+}
+
 /// Names and units of columns.
 #[derive(Clone, Debug)]
 pub(super) struct Heading {
@@ -126,40 +127,32 @@ pub(super) struct Heading {
 }
 
 impl Heading {
-    /// Returns the heading of a file with these names in a line.
-    pub(super) fn new(text: &str, line: usize, separator: Separator, names: Vec<String>) -> Self {
-        let split_by = |split: fn(&str) -> (&str, Option<Measure>)| -> (Vec<String>, Vec<Option<Measure>>) {
-            let each = names.iter().map(|name| split(name));
-            each.map(|(bare, unit)| (bare.to_string(), unit)).unzip()
-        };
-        let (mut bare, mut units) = split_by(split_loosely);
-        // x_px beside x_m
-        let is_twice = |(i, name): (usize, &String)| !name.is_empty() && bare[..i].contains(name);
-        if bare.iter().enumerate().any(is_twice) {
-            (bare, units) = split_by(split);
-        }
-        let mut above = line;
+    /// Returns the heading with the names of a line, and with the units in the lines below it.
+    pub(super) fn new(text: &str, top: &Top, names: Vec<String>) -> Self {
+        let (bare, units) = split_all(&names);
+        let Top { line, separator, .. } = *top;
+        let mut heading = Self { line, above: line, separator, names, bare, units };
         for _ in 0..MAX_FURTHER_LINES {
-            let Some((below, row)) = further(text, above, separator, names.len()) else { break };
-            above = below;
-            for (unit, other) in units.iter_mut().zip(row) {
+            let Some((below, row)) = heading.further(text) else { break };
+            heading.above = below;
+            for (unit, other) in heading.units.iter_mut().zip(row) {
                 *unit = unit.or(other);
             }
         }
-        Self { line, above, separator, names, bare, units }
+        heading
     }
 
     /// Returns the heading of names that may repeat: `x` below `cue` becomes `cue x`, where `cue`
     /// may stand above several columns. The names are kept if some are still equal. An empty name
     /// before the last one is replaced by the word above it, as `Frame#` and `Time` of TRC files,
     /// which stand in the line of the markers.
-    pub(super) fn deep(text: &str, line: usize, separator: Separator, names: Vec<String>) -> Self {
-        let mut joined = names.clone();
-        let above = filled_lines(text).take_while(|(above, _)| *above < line).map(|(_, title)| title);
+    pub(super) fn deep(text: &str, top: &Top) -> Self {
+        let mut joined = top.names.clone();
+        let above = filled_lines(text).take_while(|(above, _)| *above < top.line).map(|(_, title)| title);
         let above: Vec<&str> = above.collect();
         for title in above.into_iter().rev().take(MAX_FURTHER_LINES) {
             let repeated = repeated(&joined);
-            let Some(title) = trimmed(title, separator) else { break };
+            let Some(title) = trimmed(title, top.separator) else { break };
             if !repeated.contains(&true) {
                 fill_empty(&mut joined, &title);
                 break;
@@ -175,22 +168,19 @@ impl Heading {
                 }
             }
         }
-        let names = if repeated(&joined).contains(&true) { names } else { joined };
-        Self::new(text, line, separator, names)
+        let names = if repeated(&joined).contains(&true) { top.names.clone() } else { joined };
+        Self::new(text, top, names)
     }
 
-    /// Returns the heading of names without units in a line, with the rows below another one.
     pub(super) fn plain(line: usize, above: usize, separator: Separator, names: Vec<String>) -> Self {
         Self { line, above, separator, bare: names.clone(), units: vec![None; names.len()], names }
     }
 
-    /// Returns the heading of a table without names: first row, and number of cells.
     pub(super) fn unnamed(first: usize, separator: Separator, width: usize) -> Self {
         let names = (1..=width).map(|number| format!("column {number}")).collect();
         Self::plain(first, first - 1, separator, names)
     }
 
-    /// Returns the names without the units, in small letters.
     pub(super) fn small(&self) -> Vec<String> {
         self.bare.iter().map(|name| name.to_lowercase()).collect()
     }
@@ -205,70 +195,78 @@ impl Heading {
         self.units[column].is_some()
     }
 
-    /// Returns the number of columns of this name, with or without their unit.
-    pub(super) fn count(&self, name: &str) -> usize {
-        let count = |names: &[String]| names.iter().filter(|own| *own == name).count();
-        count(&self.names).max(count(&self.bare))
+    /// Complains about the names that stand twice, with or without their unit.
+    pub(super) fn complain_of_twins<'n>(&self, names: impl IntoIterator<Item = &'n str>, input: &Input) {
+        for name in names {
+            let count = |names: &[String]| names.iter().filter(|own| *own == name).count();
+            if count(&self.names).max(count(&self.bare)) > 1 {
+                input.wrong(self.line, name, "stands twice in the header; expected it once");
+            }
+        }
     }
 
-    fn wrong(&self, column: usize, message: String, input: &Input) {
+    /// Returns the unit of a column. Complains if it is of another kind than `like`, or not the
+    /// unit that is stated elsewhere.
+    pub(super) fn unit(
+        &self,
+        column: usize,
+        like: Measure,
+        stated: Option<(Measure, &str)>,
+        input: &Input,
+    ) -> Option<Measure> {
+        let unit = self.units[column]?;
+        let expected = match stated {
+            Some((other, place)) if other != unit => format!("{}, as {place}", other.name()),
+            None if !unit.is_like(like) => like.names_of_kind(),
+            _ => return Some(unit),
+        };
+        let message = format!("is in {}; expected {expected}", unit.name());
         input.wrong(self.line, self.bare[column].as_str(), message);
+        None
     }
 
     /// Returns the unit of length of these columns; complains if they state different ones.
     pub(super) fn length(&self, columns: &[usize], input: &Input) -> Option<Unit> {
-        let mut first: Option<(usize, Unit)> = None;
+        let mut first: Option<(Measure, String)> = None;
         for column in columns {
-            match (self.units[*column], first) {
-                (None, _) => {}
-                (Some(Measure::Length(unit)), None) => first = Some((*column, unit)),
-                (Some(Measure::Length(unit)), Some((_, other))) if unit == other => {}
-                (Some(unit), other) => {
-                    let expected = other.map_or("a unit of length".to_string(), |(at, other)| {
-                        format!("{}, as in the column {}", other.name(), self.bare[at])
-                    });
-                    self.wrong(*column, format!("is in {}; expected {expected}", unit.name()), input);
-                }
+            let stated = first.as_ref().map(|(unit, place)| (*unit, place.as_str()));
+            if let Some(unit) = self.unit(*column, Measure::Length(Unit::M), stated, input) {
+                first.get_or_insert_with(|| (unit, format!("in the column {}", self.bare[*column])));
             }
         }
-        first.map(|(_, unit)| unit)
+        if let (Measure::Length(unit), _) = first? { Some(unit) } else { None }
     }
 
     /// Returns the unit of a column of time, seconds by default; complains of a contradiction.
     pub(super) fn time(&self, column: usize, input: &Input) -> TimeUnit {
-        let message = match (self.units[column], input.settings.time_unit) {
-            (None, _) => return TimeUnit::S,
-            (Some(Measure::Time(unit)), Some(other)) if unit != other => format!(
-                "is in {}, but [tracks] time_unit is \"{}\"; expected the same, or no time_unit",
-                unit.name(),
-                other.name()
-            ),
-            (Some(Measure::Time(unit)), _) => return unit,
-            (Some(other), _) => format!("is in {}; expected s, ms, us or frames", other.name()),
-        };
-        self.wrong(column, message, input);
-        TimeUnit::S
+        let stated = input.settings.time_unit;
+        let stated = stated.map(|unit| (Measure::Time(unit), "[tracks] time_unit states"));
+        match self.unit(column, Measure::Time(TimeUnit::S), stated, input) {
+            Some(Measure::Time(unit)) => unit,
+            _ => TimeUnit::S,
+        }
     }
 
-    /// Returns the unit of a column of angles; complains if header and dataset.toml differ.
-    pub(super) fn angle(&self, column: usize, stated: Option<AngleUnit>, input: &Input) -> Option<AngleUnit> {
-        let message = match (self.units[column], stated) {
-            (Some(Measure::Angle(unit)), None) | (None, Some(unit)) => return Some(unit),
-            (Some(Measure::Angle(unit)), Some(other)) if unit == other => return Some(unit),
-            (Some(Measure::Angle(unit)), Some(other)) => {
-                format!("is in {}, but [tracks.columns] angle_unit is \"{}\"; expected the same", unit.name(), other.name())
-            }
-            (Some(other), _) => format!("is in {}; expected rad or deg", other.name()),
-            (None, None) => {
-                "the unit of these angles is not stated; expected [tracks.columns] angle_unit = \"rad\" or \"deg\"".to_string()
-            }
+    /// Returns a further line of the header below the last one, with its units: a line of units, in
+    /// brackets or not, or of other names without a number.
+    fn further(&self, text: &str) -> Option<(usize, Vec<Option<Measure>>)> {
+        let (line, row) = lines(text).skip(self.above).find(|(_, row)| !row.trim().is_empty())?;
+        let cells = trimmed(row, self.separator).filter(|cells| cells.len() <= self.names.len() + 1)?;
+        let unit = |cell: &String| match cell.trim_matches(['[', ']', '(', ')']).trim() {
+            "" | "-" => Some(None),
+            word => Measure::of(word).map(Some),
         };
-        self.wrong(column, message, input);
-        None
+        let units: Option<Vec<Option<Measure>>> = cells.iter().map(unit).collect();
+        if let Some(units) = units {
+            return units.iter().any(Option::is_some).then_some((line, units));
+        }
+        let is_word = |cell: &&String| parse(cell).is_err() && !is_clock(cell);
+        let words = cells.iter().filter(is_word).count();
+        let are_names = words >= MIN_NAMES && cells.iter().all(|cell| cell.is_empty() || is_word(&cell));
+        are_names.then(|| (line, cells.iter().map(|cell| unit(cell).flatten()).collect()))
     }
 }
 
-/// Returns of each name whether another one is equal.
 fn repeated(names: &[String]) -> Vec<bool> {
     let mut counts: HashMap<&str, usize> = HashMap::new();
     for name in names {
@@ -288,29 +286,4 @@ fn fill_empty(names: &mut [String], above: &[String]) {
             name.clone_from(word);
         }
     }
-}
-
-/// Returns a further line of a header below one of its lines, with its units: a line of units, in
-/// brackets or not, or of other names without a number.
-fn further(
-    text: &str,
-    header: usize,
-    separator: Separator,
-    width: usize,
-) -> Option<(usize, Vec<Option<Measure>>)> {
-    let (line, row) = lines(text).skip(header).find(|(_, row)| !row.trim().is_empty())?;
-    let cells = trimmed(row, separator).filter(|cells| cells.len() <= width + 1)?;
-    let unit = |cell: &String| match cell.trim_matches(['[', ']', '(', ')']).trim() {
-        "" | "-" => Some(None),
-        word => Measure::of(word).map(Some),
-    };
-    let units: Option<Vec<Option<Measure>>> = cells.iter().map(unit).collect();
-    if let Some(units) = units {
-        return units.iter().any(Option::is_some).then_some((line, units));
-    }
-    let is_word = |cell: &&String| parse(cell).is_err() && !is_clock(cell);
-    let words = cells.iter().filter(is_word).count();
-    let is_empty = |cell: &String| cell.is_empty() || is_word(&cell);
-    (words >= MIN_NAMES && cells.iter().all(is_empty))
-        .then(|| (line, cells.iter().map(|cell| unit(cell).flatten()).collect()))
 }

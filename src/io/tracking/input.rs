@@ -1,10 +1,11 @@
 //! A file that is read, and the lists of problems and notes.
 
+use std::cell::RefCell;
+use std::collections::BTreeMap;
 use std::path::Path;
 
-use super::raw::{Log, Notes};
 use super::settings::TrackSettings;
-use crate::io::error::Problems;
+use crate::io::error::{Problems, harmless};
 
 /// Settings of dataset.toml for tracks, and the lists of problems and notes.
 #[derive(Clone, Copy)]
@@ -44,13 +45,91 @@ impl Input<'_> {
     }
 }
 
-/// Returns the name of a file without its ending.
 pub(super) fn stem(file: &Path) -> String {
     file.file_stem().map(|stem| stem.to_string_lossy().into_owned()).unwrap_or_default()
 }
 
-/// Returns names of tracks for sentences: `"A", "B"`.
 pub(super) fn quoted<S: AsRef<str>>(names: impl IntoIterator<Item = S>) -> String {
     let quoted: Vec<String> = names.into_iter().map(|name| format!("\"{}\"", name.as_ref())).collect();
     quoted.join(", ")
+}
+
+/// Subject of a note, in the order of the list.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+pub(super) enum Subject {
+    Format,
+    Clock,
+    Swapped,
+    Gaps,
+    Names,
+    Order,
+    Repeated,
+}
+
+/// Notes about detections and repairs: the first few of each subject, and the number of others.
+#[derive(Debug, Default)]
+pub(super) struct Notes(RefCell<BTreeMap<Subject, Vec<Note>>>);
+
+/// A message, its first place, and the number of places.
+#[derive(Clone, Debug)]
+struct Note {
+    message: String,
+    place: String,
+    places: usize,
+}
+
+/// Notes about one file.
+#[derive(Clone, Copy)]
+pub(super) struct Log<'a> {
+    file: &'a Path,
+    notes: &'a Notes,
+}
+
+impl Log<'_> {
+    pub(super) fn add(self, subject: Subject, line: impl Into<Option<usize>>, message: impl AsRef<str>) {
+        let line = line.into().map_or(String::new(), |line| format!(":{line}"));
+        let place = format!("{}{line}", self.file.display());
+        let message = harmless(message.as_ref()).into_owned();
+        self.notes.put(subject, Note { message, place, places: 1 });
+    }
+}
+
+impl Notes {
+    pub(super) fn of<'a>(&'a self, file: &'a Path) -> Log<'a> {
+        Log { file, notes: self }
+    }
+
+    fn put(&self, subject: Subject, note: Note) {
+        let mut subjects = self.0.borrow_mut();
+        let notes = subjects.entry(subject).or_default();
+        match notes.iter_mut().find(|known| known.message == note.message) {
+            Some(known) if known.place == note.place => {}
+            Some(known) => known.places += note.places,
+            None => notes.push(note),
+        }
+    }
+
+    pub(super) fn append(&self, other: Self) {
+        for (subject, notes) in other.0.into_inner() {
+            for note in notes {
+                self.put(subject, note);
+            }
+        }
+    }
+
+    pub(super) fn into_lines(self) -> Vec<String> {
+        /// Maximum number of notes of a subject that are listed.
+        const MAX_LISTED: usize = 8;
+        let mut lines = Vec::new();
+        for notes in self.0.into_inner().into_values() {
+            for Note { message, place, places } in notes.iter().take(MAX_LISTED) {
+                let others = if *places > 1 { format!(" and {} more", places - 1) } else { String::new() };
+                lines.push(format!("{place}{others}: {message}"));
+            }
+            if notes.len() > MAX_LISTED {
+                lines.push(format!("and {} more like this", notes.len() - MAX_LISTED));
+            }
+        }
+        lines
+    }
 }

@@ -1,14 +1,21 @@
-//! JSON as tools in the browser save it: an array of shots, each with balls, each with samples.
+//! JSON as tools in the browser save it: an array of shots, each with balls, each with samples. Every
+//! sample becomes a row of a long table.
 
-use std::sync::Arc;
+use std::borrow::Cow;
+use std::collections::HashMap;
 
 use indexmap::IndexMap;
 use serde_json::value::RawValue;
 
-use super::input::Input;
-use super::raw::{Clock, FORMAT, RawShot, RawTrack, Row};
+use super::heading::Heading;
+use super::input::{Input, Subject};
+use super::layout::{Block, Body, Layout, Name};
+use super::raw::{Clock, RawShot};
+use super::reader::Reader;
+use super::settings::Format;
 use super::units::{TimeUnit, Unit};
-use crate::io::number::shortened;
+use crate::io::number::{shortened, value};
+use crate::io::text::Separator;
 use crate::measurement::number::count_of;
 
 /// Keys with one meaning, the most common first.
@@ -31,228 +38,167 @@ pub(super) fn detect(text: &str) -> bool {
         || text.strip_prefix('[').is_some_and(|rest| rest.trim_start().starts_with(['{', ']']))
 }
 
-/// Returns the shots of a file, and the unit of lengths that it states.
-pub(super) fn read(input: &Input) -> Option<(Vec<RawShot>, Option<Unit>)> {
-    let line_ends = input.text.match_indices('\n').map(|(at, _)| at).collect();
-    match (Reader { input, line_ends, clock: None }).file() {
-        Ok((shots, unit)) => {
-            input.log.add(FORMAT, None, format!("read as JSON, {}", count_of(shots.len(), "shot")));
-            Some((shots, unit))
-        }
-        Err(Wrong { line, key, message }) => {
-            input.wrong(line, key, message);
-            None
-        }
-    }
-}
-
-/// A problem, of a key or of all that begins in a line.
-struct Wrong {
-    line: usize,
-    key: Option<&'static str>,
-    message: String,
-}
-
-/// A value of the text, without those inside it.
+/// A value: the elements of a list, or the entries of an object in the order of the file.
 struct Node<'t> {
     line: usize,
-    value: Value<'t>,
-}
-
-enum Value<'t> {
-    List(Vec<&'t RawValue>),
-    /// An object, in the order of the file.
-    Object(IndexMap<String, &'t RawValue>),
-    Scalar(serde_json::Value),
+    raw: &'t RawValue,
+    list: Vec<&'t RawValue>,
+    entries: IndexMap<String, &'t RawValue>,
 }
 
 impl Node<'_> {
-    /// Returns it as messages name it.
-    fn shown(&self) -> String {
-        match &self.value {
-            Value::List(list) => format!("an array of {}", list.len()),
-            Value::Object(_) => "an object".to_string(),
-            Value::Scalar(serde_json::Value::Bool(_)) => "true or false".to_string(),
-            Value::Scalar(serde_json::Value::String(text)) => format!("\"{}\"", shortened(text)),
-            Value::Scalar(other) => other.to_string(),
-        }
-    }
-
-    fn scalar(&self) -> Option<&serde_json::Value> {
-        if let Value::Scalar(scalar) = &self.value { Some(scalar) } else { None }
-    }
-
-    fn number(&self) -> Option<f64> {
-        self.scalar()?.as_f64()
-    }
-
-    fn wrong(&self, key: impl Into<Option<&'static str>>, message: impl Into<String>) -> Wrong {
-        Wrong { line: self.line, key: key.into(), message: message.into() }
+    /// Returns it as a cell of a table: text without quotation marks, nothing for null.
+    fn cell(&self) -> String {
+        let text = self.raw.get();
+        if text == "null" { String::new() } else { serde_json::from_str(text).unwrap_or(text.to_string()) }
     }
 }
 
-struct Reader<'a> {
-    input: &'a Input<'a>,
+struct File<'t> {
+    input: &'t Input<'t>,
     line_ends: Vec<usize>,
-    /// The unit of the times of the current shot.
-    clock: Option<Clock>,
 }
 
-impl<'a> Reader<'a> {
-    fn node(&self, raw: &'a RawValue) -> Node<'a> {
+/// Returns the shots of a file, and the unit of lengths that it states; `None` with a problem.
+pub(super) fn read(input: &Input) -> Option<(Vec<RawShot>, Option<Unit>)> {
+    let line_ends = input.text.match_indices('\n').map(|(at, _)| at).collect();
+    let (shots, unit) = File { input, line_ends }.read()?;
+    let message = format!("read as JSON, {}", count_of(shots.len(), "shot"));
+    input.log.add(Subject::Format, None, message);
+    Some((shots, unit))
+}
+
+impl<'t> File<'t> {
+    fn refuse<T>(&self, node: &Node, message: &str) -> Option<T> {
+        self.input.wrong(node.line, None, format!("{message}; {EXPECTED}"));
+        None
+    }
+
+    fn node(&self, raw: &'t RawValue) -> Node<'t> {
         let text = raw.get();
         let begin = text.as_ptr() as usize - self.input.text.as_ptr() as usize;
         let line = self.line_ends.partition_point(|end| *end < begin) + 1;
         // the text has been checked as a whole
-        let value = match text.as_bytes().first() {
-            Some(b'[') => Value::List(serde_json::from_str(text).unwrap_or_default()),
-            Some(b'{') => Value::Object(serde_json::from_str(text).unwrap_or_default()),
-            _ => Value::Scalar(serde_json::from_str(text).unwrap_or_default()),
-        };
-        Node { line, value }
+        let list = serde_json::from_str(text).unwrap_or_default();
+        Node { line, raw, list, entries: serde_json::from_str(text).unwrap_or_default() }
     }
 
     /// Returns the value of the first key that an object has, in small or capital letters.
-    fn get(&self, node: &Node<'a>, keys: &[&str]) -> Option<Node<'a>> {
-        let Value::Object(entries) = &node.value else { return None };
-        let of_key = |key: &&str| entries.iter().find(|(own, _)| own.eq_ignore_ascii_case(key));
+    fn get(&self, node: &Node<'t>, keys: &[&str]) -> Option<Node<'t>> {
+        let of_key = |key: &&str| node.entries.iter().find(|(own, _)| own.eq_ignore_ascii_case(key));
         keys.iter().find_map(of_key).map(|(_, raw)| self.node(raw))
     }
 
-    fn name(&self, node: &Node<'a>) -> Option<String> {
-        let name = self.get(node, &NAME)?;
-        let text = name.scalar()?.as_str().map(|text| text.trim().to_string());
-        text.or_else(|| Some(name.number()?.to_string()))
+    fn cell(&self, node: &Node<'t>, keys: &[&str]) -> Option<String> {
+        Some(self.get(node, keys)?.cell().trim().to_string()).filter(|cell| !cell.is_empty())
     }
 
-    fn file(&mut self) -> Result<(Vec<RawShot>, Option<Unit>), Wrong> {
-        let whole: &RawValue = serde_json::from_str(self.input.text).map_err(|error| {
+    fn read(&self) -> Option<(Vec<RawShot>, Option<Unit>)> {
+        let input = self.input;
+        let not_json = |error: serde_json::Error| {
             let message = error.to_string();
             let bare = message.rsplit_once(" at line ").map_or(message.as_str(), |(bare, _)| bare);
-            Wrong { line: error.line(), key: None, message: format!("is not JSON: {bare}") }
-        })?;
+            input.wrong(error.line(), None, format!("is not JSON: {bare}"));
+        };
+        let whole: &RawValue = serde_json::from_str(input.text).map_err(not_json).ok()?;
         let root = self.node(whole);
-        let shots = match &self.get(&root, &SHOTS).as_ref().unwrap_or(&root).value {
-            Value::List(list) => list.iter().map(|shot| self.node(shot)).collect(),
-            _ if self.get(&root, &BALLS).is_some() => vec![self.node(whole)],
-            _ => Vec::new(),
-        };
-        let Some(first) = shots.first() else {
-            return Err(root.wrong(None, format!("holds no shots; {EXPECTED}")));
-        };
-        let mut found = Vec::with_capacity(shots.len());
-        let file = Arc::new(self.input.file.to_path_buf());
-        for (i, shot) in shots.iter().enumerate() {
-            let stem = self.input.stem;
-            let own = if shots.len() == 1 { stem.to_string() } else { format!("{stem}-{}", i + 1) };
-            let name = self.name(shot).unwrap_or(own);
-            let (tracks, clock) = self.shot(&root, shot, &name)?;
-            found.push(RawShot { name, file: Arc::clone(&file), line: shot.line, clock, tracks });
+        let mut shots = self.get(&root, &SHOTS).map_or(self.node(whole).list, |shots| shots.list);
+        if shots.is_empty() && self.get(&root, &BALLS).is_some() {
+            shots = vec![whole];
         }
-        let unit = self.get(&root, &LENGTH).or_else(|| self.get(first, &LENGTH));
-        let Some(unit) = unit else { return Ok((found, None)) };
-        let Some(word) = unit.scalar().and_then(|scalar| scalar.as_str()) else { return Ok((found, None)) };
-        let message = || format!("\"{}\" is not a unit; expected m, cm, mm, in, ft or px", shortened(word));
-        let known = Unit::of(word).ok_or_else(|| unit.wrong("length_unit", message()))?;
-        Ok((found, Some(known)))
-    }
-
-    fn shot(
-        &mut self,
-        root: &Node<'a>,
-        shot: &Node<'a>,
-        name: &str,
-    ) -> Result<(Vec<RawTrack>, Clock), Wrong> {
-        let balls = self.get(shot, &BALLS).ok_or_else(|| {
-            shot.wrong(None, format!("the shot \"{}\" has no \"balls\"; {EXPECTED}", shortened(name)))
-        })?;
-        self.clock = None;
-        let named: Vec<(Option<String>, &RawValue)> = match &balls.value {
-            Value::List(list) => list.iter().map(|ball| (self.name(&self.node(ball)), *ball)).collect(),
-            Value::Object(entries) => entries.iter().map(|(key, ball)| (Some(key.clone()), *ball)).collect(),
-            Value::Scalar(_) => {
-                return Err(balls.wrong("balls", format!("{}; {EXPECTED}", balls.shown())));
-            }
+        let Some(first) = shots.first().map(|shot| self.node(shot)) else {
+            return self.refuse(&root, "holds no shots");
         };
-        let mut tracks = Vec::with_capacity(named.len());
-        for (i, (name, ball)) in named.into_iter().enumerate() {
-            let ball = self.node(ball);
-            tracks.push(self.ball(&ball, name.unwrap_or_else(|| (i + 1).to_string()))?);
-        }
-        let is_null = |node: &Node| node.scalar().is_some_and(serde_json::Value::is_null);
-        let fps = self.get(shot, &FPS).or_else(|| self.get(root, &FPS)).filter(|fps| !is_null(fps));
-        if let Some(fps) = fps.as_ref().filter(|fps| fps.number().is_none_or(|fps| fps <= 0.0)) {
-            return Err(fps.wrong("fps", format!("{}; expected frames per second", fps.shown())));
-        }
-        let clock = self.clock.unwrap_or(Clock::In(TimeUnit::Frames));
-        let fps = fps.and_then(|fps| fps.number()).filter(|_| clock == Clock::In(TimeUnit::Frames));
-        Ok((tracks, fps.map_or(clock, Clock::FramesAt)))
-    }
-
-    fn ball(&mut self, ball: &Node<'a>, name: String) -> Result<RawTrack, Wrong> {
-        let samples = self.get(ball, &SAMPLES);
-        let Value::List(list) = &samples.as_ref().unwrap_or(ball).value else {
-            let message = format!("the ball \"{}\" has no \"samples\"; {EXPECTED}", shortened(&name));
-            return Err(ball.wrong(None, message));
-        };
-        let rows = list.iter().map(|sample| self.sample(&self.node(sample)));
-        Ok(RawTrack { rows: rows.collect::<Result<_, _>>()?, ..RawTrack::new(name, None) })
-    }
-
-    /// Reads `{t, x, y}`, with the position perhaps in an object of its own, or `[t, x, y]`.
-    fn sample(&mut self, sample: &Node<'a>) -> Result<Row, Wrong> {
-        if let Value::List(list) = &sample.value {
-            let [time, x, y] = list[..] else {
-                let message = format!("{} values; expected 3, time, x and y", list.len());
-                return Err(sample.wrong(None, message));
+        let layout = layout(input);
+        let mut reader = Reader::new(input, &layout);
+        let mut clocks: HashMap<String, Clock> = HashMap::new();
+        for (i, shot) in shots.iter().map(|shot| self.node(shot)).enumerate() {
+            let own = || {
+                if shots.len() == 1 { input.stem.to_string() } else { format!("{}-{}", input.stem, i + 1) }
             };
-            self.see_clock(Clock::Unsaid, sample)?;
-            let time = number(&self.node(time), "t")?;
-            let place = [coordinate(Some(self.node(x)), "x")?, coordinate(Some(self.node(y)), "y")?];
-            return Ok(Row::new(time, place, sample.line));
+            let name = self.cell(&shot, &NAME).unwrap_or_else(own);
+            let mut clock = self.shot(&shot, &name, &mut reader, &layout.blocks[0].bodies)?;
+            let fps = self.cell(&shot, &FPS).or_else(|| self.cell(&root, &FPS));
+            if let Some(fps) = fps {
+                let Some(known) = value(&fps).filter(|fps| *fps > 0.0) else {
+                    return self.refuse(&shot, &format!("fps is {fps}, not frames per second"));
+                };
+                clock = if clock == Clock::In(TimeUnit::Frames) { Clock::FramesAt(known) } else { clock };
+            }
+            if clocks.insert(name.clone(), clock).is_some() {
+                return self.refuse(&shot, &format!("\"{}\" is the name of two shots", shortened(&name)));
+            }
         }
-        let of_key = |(key, unit): (&'static str, TimeUnit)| Some((key, unit, self.get(sample, &[key])?));
-        let mut times: Vec<(&str, TimeUnit, Node)> = TIMES.into_iter().filter_map(of_key).collect();
-        if self.input.is_by_frame() {
-            times.sort_by_key(|(_, unit, _)| *unit != TimeUnit::Frames);
+        let mut found = reader.finish();
+        for shot in &mut found {
+            shot.clock = clocks.get(&shot.name).copied().unwrap_or(shot.clock);
         }
-        let Some((key, unit, time)) = times.first() else {
-            let message =
-                format!("{} without t or frame; expected t (seconds) or frame, x and y", sample.shown());
-            return Err(sample.wrong(None, message));
+        let unit = self.cell(&root, &LENGTH).or_else(|| self.cell(&first, &LENGTH));
+        let Some(unit) = unit else { return Some((found, None)) };
+        if let Some(known) = Unit::of(&unit) {
+            return Some((found, Some(known)));
+        }
+        self.refuse(
+            &root,
+            &format!("\"{}\" is not a unit of length: m, cm, mm, in, ft or px", shortened(&unit)),
+        )
+    }
+
+    /// Reads the samples of a shot; returns the meaning of its times.
+    fn shot(&self, shot: &Node<'t>, name: &str, reader: &mut Reader, bodies: &[Body]) -> Option<Clock> {
+        let balls = self.get(shot, &BALLS).filter(|balls| balls.raw.get().starts_with(['{', '[']));
+        let Some(balls) = balls else {
+            return self.refuse(shot, &format!("the shot \"{}\" has no \"balls\"", shortened(name)));
         };
-        self.see_clock(Clock::In(*unit), sample)?;
-        let time = number(time, key)?;
+        let named = balls.entries.iter().map(|(name, ball)| (Some(name.clone()), *ball));
+        let listed = balls.list.iter().map(|ball| (self.cell(&self.node(ball), &NAME), *ball));
+        let mut clock = None;
+        for (i, (ball_name, ball)) in named.chain(listed).enumerate() {
+            let ball = self.node(ball);
+            let ball_name = ball_name.unwrap_or_else(|| (i + 1).to_string());
+            let samples = self.get(&ball, &SAMPLES).unwrap_or_else(|| self.node(ball.raw));
+            if !samples.raw.get().starts_with('[') {
+                let message = format!("the ball \"{}\" has no \"samples\"", shortened(&ball_name));
+                return self.refuse(&ball, &message);
+            }
+            for sample in samples.list.iter().map(|sample| self.node(sample)) {
+                let (own, row) = self.sample(&sample)?;
+                if *clock.get_or_insert(own) != own {
+                    return self.refuse(&sample, "has another kind of time than the samples above");
+                }
+                let [time, x, y] = row.map(Cow::Owned);
+                let cells = [Cow::Borrowed(name), Cow::Owned(ball_name.clone()), time, x, y];
+                reader.add(sample.line, &cells, bodies, 0);
+            }
+        }
+        Some(clock.unwrap_or(Clock::In(TimeUnit::Frames)))
+    }
+
+    /// Reads `{t, x, y}`, with the position perhaps in an object or a list of its own, or `[t, x, y]`.
+    fn sample(&self, sample: &Node<'t>) -> Option<(Clock, [String; 3])> {
+        if let [time, x, y] = sample.list[..] {
+            return Some((Clock::Unsaid, [time, x, y].map(|raw| self.node(raw).cell())));
+        }
+        let times = TIMES.iter().filter_map(|(key, unit)| Some((*unit, self.get(sample, &[key])?.cell())));
+        let is_preferred = |unit: TimeUnit| (unit == TimeUnit::Frames) == self.input.is_by_frame();
+        let Some((unit, time)) = times.min_by_key(|(unit, _)| !is_preferred(*unit)) else {
+            return self.refuse(sample, "a sample without t or frame");
+        };
         let position = self.get(sample, &POSITION);
         let position = position.as_ref().unwrap_or(sample);
-        let at = |key: &str, i: usize| match &position.value {
-            Value::List(list) => list.get(i).map(|raw| self.node(raw)),
-            _ => self.get(position, &[key]),
+        let at = |key: &str, i: usize| match position.list.get(i) {
+            Some(raw) => self.node(raw).cell(),
+            None => self.cell(position, &[key]).unwrap_or_default(),
         };
-        let place = [coordinate(at("x", 0), "x")?, coordinate(at("y", 1), "y")?];
-        Ok(Row::new(time, place, sample.line))
-    }
-
-    /// Checks that all times of a shot are of one kind.
-    fn see_clock(&mut self, clock: Clock, sample: &Node) -> Result<(), Wrong> {
-        if *self.clock.get_or_insert(clock) == clock {
-            return Ok(());
-        }
-        let message =
-            "has another kind of time than the samples above; expected t or frame throughout a shot";
-        Err(sample.wrong(None, message))
+        Some((Clock::In(unit), [time, at("x", 0), at("y", 1)]))
     }
 }
 
-fn number(node: &Node, key: &'static str) -> Result<f64, Wrong> {
-    let message = || format!("{}; expected a number, without quotation marks", node.shown());
-    node.number().ok_or_else(|| node.wrong(key, message()))
-}
-
-/// Reads a coordinate, not a number in a gap.
-fn coordinate(node: Option<Node>, key: &'static str) -> Result<f64, Wrong> {
-    match node.filter(|node| !node.scalar().is_some_and(serde_json::Value::is_null)) {
-        None => Ok(f64::NAN),
-        Some(node) => number(&node, key),
-    }
+/// Returns the layout of the rows that samples become.
+fn layout(input: &Input) -> Layout {
+    let names = ["shot", "ball", "time", "x", "y"].map(str::to_string).to_vec();
+    let heading = Heading::plain(1, 0, Separator::Char(','), names);
+    let body = Body { name: Name::Column(1), ..Body::new("", [3, 4]) };
+    let block = Block::below(&heading, vec![body]);
+    Layout { shot: Some(0), ..Layout::new(Format::Json, heading, vec![block], Some((2, true)), input) }
 }

@@ -1,13 +1,15 @@
 //! The layout of a file: each format determines it, and one reader reads all files by it.
 
 use super::heading::Heading;
-use super::input::Input;
+use super::input::{Input, Subject, quoted};
 use super::raw::Clock;
+use super::settings::Format;
 use super::units::{AngleUnit, TimeUnit, Unit};
 use super::words::Rest;
 
 #[derive(Clone, Debug)]
 pub(super) struct Layout {
+    pub format: Format,
     pub heading: Heading,
     pub shot: Option<usize>,
     /// The column of times; `None`: the rows of a shot are counted.
@@ -18,13 +20,10 @@ pub(super) struct Layout {
     pub unit: Option<Unit>,
     /// Whether every row has all cells; otherwise empty ones at its end may be missing.
     pub has_all_cells: bool,
-    /// Whether rows may lack a ball: detections that belong to no track are left out.
-    pub may_lack_ball: bool,
+    /// The number of rows that the file states.
+    pub rows: Option<f64>,
     pub blocks: Vec<Block>,
 }
-
-/// Returns the layout of a file; `None` if it is in another format or, with a problem, faulty.
-pub(super) type Detect = fn(&Input) -> Option<Layout>;
 
 /// Rows that are read by the same columns.
 #[derive(Clone, Debug)]
@@ -89,45 +88,44 @@ impl Body {
             angle: None,
         })
     }
+
+    fn lengths(&self) -> impl Iterator<Item = usize> {
+        let pairs = [Some(self.xy), self.rest.map(|rest| rest.columns), self.sd, self.marker];
+        pairs.into_iter().flatten().flatten()
+    }
+}
+
+impl Block {
+    pub(super) fn below(heading: &Heading, bodies: Vec<Body>) -> Self {
+        Self { header: heading.line, above: heading.above, last: usize::MAX, bodies }
+    }
 }
 
 impl Layout {
-    /// Returns the layout of rows below a header, with a column of times or, if the flag is set, of
-    /// numbers of frames. Complains if the header contradicts itself or dataset.toml about units.
-    pub(super) fn below(
-        heading: Heading,
-        bodies: Vec<Body>,
-        time: Option<(usize, bool)>,
-        input: &Input,
-    ) -> Self {
-        let Heading { line: header, above, .. } = heading;
-        Self::of_blocks(heading, vec![Block { header, above, last: usize::MAX, bodies }], time, input)
-    }
-
-    /// Returns the layout of several blocks of rows, as [`Layout::below`] does.
-    pub(super) fn of_blocks(
+    /// Returns the layout of blocks of rows with a column of times or, if the flag is set, of numbers
+    /// of frames. Complains if the header contradicts itself or dataset.toml about units.
+    pub(super) fn new(
+        format: Format,
         heading: Heading,
         blocks: Vec<Block>,
         time: Option<(usize, bool)>,
         input: &Input,
     ) -> Self {
-        let lengths = blocks.iter().flat_map(|block| &block.bodies).flat_map(|body| {
-            let pairs = [Some(body.xy), body.rest.map(|rest| rest.columns), body.sd, body.marker];
-            pairs.into_iter().flatten().flatten()
-        });
+        let lengths = blocks.iter().flat_map(|block| &block.bodies).flat_map(Body::lengths);
         let unit = heading.length(&lengths.collect::<Vec<_>>(), input);
         let unit_of_times = match time {
             Some((time, false)) => heading.time(time, input),
             _ => TimeUnit::Frames,
         };
         Self {
+            format,
             heading,
             shot: None,
             time: time.map(|(column, _)| column),
             clock: Clock::In(unit_of_times),
             unit,
             has_all_cells: false,
-            may_lack_ball: false,
+            rows: None,
             blocks,
         }
     }
@@ -136,11 +134,52 @@ impl Layout {
         self.blocks.iter().flat_map(|block| &block.bodies)
     }
 
-    /// Returns the names that stand above the rows.
+    pub(super) fn ball(&self) -> Option<usize> {
+        self.bodies().find_map(|body| if let Name::Column(column) = body.name { Some(column) } else { None })
+    }
+
     pub(super) fn names(&self) -> impl Iterator<Item = &str> {
         self.bodies().filter_map(|body| match &body.name {
-            Name::Fixed(name) => Some(name.as_str()),
-            Name::Column(_) => None,
+            Name::Fixed(name) if !name.is_empty() => Some(name.as_str()),
+            _ => None,
         })
+    }
+
+    fn is_read(&self, column: usize) -> bool {
+        let is_of = |body: &Body| {
+            let angle = body.angle.map(|(column, _)| column);
+            body.lengths().chain(body.point).chain(body.likelihood).chain(angle).any(|own| own == column)
+        };
+        [self.shot, self.time, self.ball()].contains(&Some(column)) || self.bodies().any(is_of)
+    }
+
+    /// Notes how a file is read, and which of its columns are not.
+    pub(super) fn note(&self, input: &Input) {
+        /// Maximum number of columns listed.
+        const MAX_NAMED: usize = 12;
+        let Heading { names, separator, above, .. } = &self.heading;
+        let mut passed: Vec<&String> =
+            (0..names.len()).filter(|i| !self.is_read(*i)).map(|i| &names[i]).collect();
+        passed.retain(|name| !name.is_empty() && !name.starts_with("column "));
+        let mut message = format!(
+            "read as {}, {} between cells, rows from line {} on",
+            self.format.shown(),
+            separator.name(),
+            above + 1
+        );
+        let tracks = quoted(self.names());
+        if !tracks.is_empty() {
+            message += &format!(", tracks {tracks}");
+        }
+        if !passed.is_empty() {
+            let more = passed.len().saturating_sub(MAX_NAMED);
+            let more = if more > 0 { format!(" and {more} more") } else { String::new() };
+            message +=
+                &format!("; columns passed over: {}{more}", quoted(passed.into_iter().take(MAX_NAMED)));
+        }
+        if self.format == Format::Kinovea {
+            message += "; coordinates of its kinematics window are filtered, which smears an impact: export the trajectories";
+        }
+        input.log.add(Subject::Format, None, message);
     }
 }

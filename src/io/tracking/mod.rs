@@ -6,46 +6,39 @@
 
 mod calibration;
 pub(crate) mod camera;
-mod clips;
 mod clock;
 mod column_names;
 mod columns;
 mod discs;
 mod finish;
+mod formats;
 mod guess;
 mod heading;
 mod input;
 mod json;
-mod kinovea;
 mod layout;
-mod link;
-mod long;
-mod lost;
-mod pair;
+mod names;
 mod pieces;
-mod qualisys;
 mod raw;
 mod read;
 mod reader;
 mod repair;
-mod resolution;
 mod sample;
 pub(crate) mod settings;
 pub(crate) mod shots_table;
 mod survey;
 mod time;
-mod tracker;
 mod units;
 mod words;
 
-use std::collections::HashMap;
+use std::collections::{HashMap, HashSet};
 use std::fs;
 use std::path::{Path, PathBuf};
 
 use calibration::Calibration;
 use finish::Facts;
-use input::Context;
-use raw::{Notes, RawShot};
+use input::{Context, Notes, Subject};
+use raw::RawShot;
 use rayon::prelude::*;
 use repair::Wrong;
 use settings::{Format, TrackSettings};
@@ -58,17 +51,12 @@ use crate::measurement::dataset::Tracks;
 use crate::measurement::spin::Spin;
 use crate::measurement::track::TrackShot;
 
-pub(super) use guess::Guessed;
+pub(super) use guess::{Guess, Guessed};
 pub(super) use read::{TRACKER_PROJECT, is_tracker_project};
 pub(crate) use survey::{Survey, survey};
 
 /// Least number of shots that a core gets at a time.
 const MIN_SHOTS_PER_CORE: usize = 64;
-
-/// Returns the metres of a unit of dataset.toml; `None` for pixels.
-pub(super) fn metres(unit: &str) -> Option<f64> {
-    Unit::of(unit)?.metres().map(|(times, over)| times / over)
-}
 
 /// Loads every file of the manifest; adds to the problems.
 pub(crate) fn load(manifest: &Manifest, settings: &TrackSettings, problems: &Problems) -> Tracks {
@@ -86,7 +74,7 @@ pub(crate) fn load(manifest: &Manifest, settings: &TrackSettings, problems: &Pro
     let context = Context { settings, problems, notes: &notes };
     let Files { mut shots, calibrations, is_motion_capture } = read_all(&manifest.files, context);
     let are_whole = problems.is_empty();
-    pair::pair(&mut shots, settings, &notes);
+    names::pair(&mut shots, settings, &notes);
     table.name_by_file(&mut shots);
     if settings.unknown_rate && table.has_rates() {
         let message = "[video] capture_fps is \"unknown\", but the table of shots states capture_fps; expected it for all \
@@ -136,7 +124,6 @@ struct Files {
     is_motion_capture: bool,
 }
 
-/// Reads all files but the table of shots.
 fn read_all(files: &[PathBuf], context: Context) -> Files {
     let Context { settings, problems, .. } = context;
     let is_shots = |file: &&PathBuf| settings.shots.as_ref().is_some_and(|shots| is_same_file(shots, file));
@@ -173,7 +160,7 @@ fn calibration_for(format: Format, stated: Option<Unit>, file: &Path, context: C
     match (settings.unit, stated) {
         (None, Some(unit)) => match unit.metres() {
             Some(metres) => {
-                log.add(raw::FORMAT, None, format!("lengths are in {}, as the file says", unit.name()));
+                log.add(Subject::Format, None, format!("lengths are in {}, as the file says", unit.name()));
                 return settings.calibration.in_unit(metres);
             }
             None => {
@@ -190,7 +177,7 @@ fn calibration_for(format: Format, stated: Option<Unit>, file: &Path, context: C
             problems.add(file, None, None, message);
         }
         (None, None) if format != Format::Long => {
-            log.add(raw::FORMAT, None, "lengths are taken as metres ([scale] length_unit is not given)");
+            log.add(Subject::Format, None, "lengths are taken as metres ([scale] length_unit is not given)");
         }
         _ => {}
     }
@@ -199,33 +186,25 @@ fn calibration_for(format: Format, stated: Option<Unit>, file: &Path, context: C
 
 /// Puts the folder before equal names of shots from different folders, as of A/1.csv and B/1.csv.
 fn name_by_folder(raw: &mut [RawShot], notes: &Notes) {
-    let mut of_name: HashMap<String, Vec<usize>> = HashMap::new();
-    for (i, shot) in raw.iter().enumerate() {
-        of_name.entry(shot.name.clone()).or_default().push(i);
+    let folder = |shot: &RawShot| Some(shot.file.parent()?.file_name()?.to_string_lossy().into_owned());
+    let mut folders: HashMap<String, Vec<Option<String>>> = HashMap::new();
+    for shot in raw.iter() {
+        folders.entry(shot.name.clone()).or_default().push(folder(shot));
     }
-    let with_folder = |i: &usize| {
-        let folder = raw[*i].file.parent()?.file_name()?.to_string_lossy();
-        Some(format!("{folder}/{}", raw[*i].name))
-    };
-    let mut named = Vec::new();
-    for shots in of_name.into_values().filter(|shots| shots.len() > 1) {
-        let Some(names) = shots.iter().map(with_folder).collect::<Option<Vec<String>>>() else { continue };
-        let is_alone = |name: &String| names.iter().filter(|other| *other == name).count() == 1;
-        if names.iter().all(is_alone) {
-            named.extend(shots.into_iter().zip(names));
-        }
-    }
-    named.sort();
-    if let Some((first, name)) = named.first() {
+    folders.retain(|_, all| {
+        let different: HashSet<&String> = all.iter().flatten().collect();
+        all.len() > 1 && different.len() == all.len()
+    });
+    let mut named = raw.iter_mut().filter(|shot| folders.contains_key(&shot.name)).peekable();
+    if let Some(first) = named.peek() {
         let message = "files in several folders have equal names: their shots are named with the folder";
-        notes.of(&raw[*first].file).add(raw::NAMES, None, format!("{message}, as in \"{name}\""));
+        notes.of(&first.file).add(Subject::Names, None, message);
     }
-    for (i, name) in named {
-        raw[i].name = name;
+    for shot in named {
+        shot.name = format!("{}/{}", folder(shot).unwrap_or_default(), shot.name);
     }
 }
 
-/// Returns the shots by name, with complaints about duplicate names.
 fn name_shots<'a>(raw: &'a [RawShot], problems: &Problems) -> HashMap<&'a str, usize> {
     let mut known = HashMap::with_capacity(raw.len());
     for (i, shot) in raw.iter().enumerate() {

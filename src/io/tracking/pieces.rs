@@ -1,16 +1,182 @@
-//! Joining of tracks whose ids change when a tracker loses a ball, as at the impact.
+//! Which rows are one ball in one clip: clips in a table without a column of shots are separated,
+//! rows that do not name the ball are followed, and pieces of tracks with new ids are joined.
 
-use super::finish::find;
-use super::raw::{NAMES, Notes, RawShot, RawTrack, Row, sorted};
+use std::collections::HashSet;
+
+use super::discs::beginning;
+use super::input::{Input, Notes, Subject};
+use super::names::find;
+use super::raw::{Clock, RawShot, RawTrack, Row, middle, sorted};
+use super::repair::remove_lost;
 use super::settings::TrackSettings;
 
+/// Pause between clips: more than this, s, and more than so many median steps of time.
+const MIN_PAUSE_S: f64 = 1.0;
+const STEPS: f64 = 20.0;
+/// Frame rate if it is not known, frames/s.
+const DEFAULT_FPS: f64 = 240.0;
+/// Jump of both balls between clips, in units of the 90th percentile of their steps.
+const MIN_CLIP_JUMP: f64 = 8.0;
+/// Least number of frames of both balls in a clip.
+const MIN_FRAMES: usize = 6;
 /// Largest ratio of a ball's speed to the fastest one before: after the impact no ball is faster,
 /// and the rest allows for the noise of a short step.
 const MAX_SPEED_RATIO: f64 = 2.0;
-
 /// Largest ratio of the distances to the ends of the nearest and of the other track at which a
 /// piece continues the nearest.
 const MAX_DISTANCE_RATIO: f64 = 0.5;
+
+/// Returns the shots of a file: positions of lost balls are left out, and one shot that is several
+/// clips is separated. `alone`: the names of clips are their numbers, without the file's name.
+pub(super) fn clips(mut shots: Vec<RawShot>, fps: Option<f64>, alone: bool, notes: &Notes) -> Vec<RawShot> {
+    for RawShot { tracks, file, .. } in &mut shots {
+        remove_lost(tracks, notes.of(file));
+    }
+    // names of shots in the table are believed
+    let [shot] = shots.as_slice() else { return shots };
+    let cuts = cuts(shot, fps);
+    if cuts.is_empty() {
+        return shots;
+    }
+    let clips: Vec<RawShot> = (0..=cuts.len()).map(|number| clip(shot, &cuts, number, alone)).collect();
+    let is_seen = |track: &&RawTrack| track.seen().count() >= MIN_FRAMES;
+    if clips.iter().any(|clip| clip.tracks.iter().filter(is_seen).count() < 2) {
+        return shots;
+    }
+    let names: Vec<&str> = clips.iter().map(|clip| clip.name.as_str()).collect();
+    let message = format!(
+        "holds {} clips, separated by jumps of the time or of both balls: taken as the shots {}; expected a column shot if that is wrong",
+        clips.len(),
+        names.join(", ")
+    );
+    notes.of(&shot.file).add(Subject::Names, None, message);
+    clips
+}
+
+/// Returns the times at which further clips begin.
+fn cuts(shot: &RawShot, fps: Option<f64>) -> Vec<f64> {
+    let second = match shot.clock {
+        Clock::In(unit) => unit.seconds().unwrap_or(fps.unwrap_or(DEFAULT_FPS).recip()),
+        Clock::Rounded(_) => 1.0,
+        Clock::FramesAt(fps) => fps.recip(),
+        // ms and frames cannot be distinguished
+        Clock::Unsaid => return Vec::new(),
+    };
+    let times = shot.times();
+    let Some(step) = middle(times.windows(2).map(|two| two[1] - two[0])) else { return Vec::new() };
+    let pause = (MIN_PAUSE_S / second).max(STEPS * step);
+    let jumps = jumps(shot, step);
+    let begins = |two: &[f64]| two[1] - two[0] > pause || jumps.contains(&two[1].to_bits());
+    times.windows(2).filter(|two| begins(two)).map(|two| two[1]).collect()
+}
+
+/// Returns the bits of the times to which both balls jump, except exchanges of their names.
+fn jumps(shot: &RawShot, step: f64) -> HashSet<u64> {
+    let Some([one, other]) = shot.centres() else { return HashSet::new() };
+    let follows = |two: &&[Row]| {
+        let length = two[1].time - two[0].time;
+        length > 0.0 && length < 1.5 * step && !two[0].is_gap() && !two[1].is_gap()
+    };
+    let moved = |two: &[Row]| two[0].distance(two[1]);
+    let steps = [one, other].into_iter().flat_map(|track| track.rows.windows(2)).filter(follows);
+    let all = sorted(steps.map(moved));
+    let Some(long) = all.get(all.len() * 9 / 10).filter(|long| **long > 0.0) else { return HashSet::new() };
+    let is_jump = |two: &&[Row]| follows(two) && moved(two) > MIN_CLIP_JUMP * long;
+    let mut found = HashSet::new();
+    let mut behind = other.rows.windows(2).peekable();
+    for two in one.rows.windows(2).filter(is_jump) {
+        while behind.next_if(|others| others[1].time < two[1].time).is_some() {}
+        let others = behind.peek().filter(|others| others[1].time == two[1].time && is_jump(others));
+        if others.is_some_and(|others| two[0].distance(others[1]) > MIN_CLIP_JUMP * long) {
+            found.insert(two[1].time.to_bits());
+        }
+    }
+    found
+}
+
+fn clip(shot: &RawShot, cuts: &[f64], number: usize, alone: bool) -> RawShot {
+    let is_part = |row: &Row| cuts.partition_point(|cut| *cut <= row.time) == number;
+    let mut clip = shot.clone();
+    clip.tracks.iter_mut().for_each(|track| track.rows.retain(is_part));
+    clip.tracks.retain(|track| !track.rows.is_empty());
+    clip.name = if alone { format!("{}", number + 1) } else { format!("{}-{}", shot.name, number + 1) };
+    clip.line = clip.tracks.iter().map(RawTrack::line).min().unwrap_or(shot.line);
+    clip
+}
+
+/// Splits the rows of every shot, one track without a name, into the tracks of two balls. In every
+/// clip the first to move is the cue ball.
+pub(super) fn follow(shots: &mut [RawShot], input: &Input) {
+    let names = input.settings.first_names();
+    let new = || names.map(|name| RawTrack::new(name, None));
+    for shot in shots {
+        let mut rows: Vec<Row> = shot.tracks.iter().flat_map(|track| track.seen().copied()).collect();
+        rows.sort_by(|a, b| a.time.total_cmp(&b.time));
+        let (mut tracks, mut clip, mut others) = (new(), new(), Vec::new());
+        let steps = rows.windows(2).map(|two| two[1].time - two[0].time).filter(|step| *step > 0.0);
+        let pause = STEPS * middle(steps).unwrap_or_default();
+        for frame in rows.chunk_by(|a, b| a.time == b.time) {
+            let last = clip.each_ref().map(|track| track.rows.last());
+            let mut found = nearest(last, frame);
+            if begins(last, found.map(|i| i.map(|i| &frame[i])), pause) {
+                append(&mut tracks, std::mem::replace(&mut clip, new()));
+                found = nearest([None; 2], frame);
+            }
+            let is_other = |i: &usize| !found.contains(&Some(*i));
+            others.extend((0..frame.len()).filter(is_other).map(|i| frame[i].line));
+            for (track, row) in clip.iter_mut().zip(found) {
+                track.rows.extend(row.map(|row| frame[row]));
+            }
+        }
+        append(&mut tracks, clip);
+        if let Some(first) = others.first() {
+            let are = if others.len() == 1 { "row" } else { "rows" };
+            let message = format!("{} {are} of other objects than the two balls: left out", others.len());
+            input.log.add(Subject::Gaps, *first, message);
+        }
+        shot.tracks = tracks.into();
+    }
+    let message = "rows do not name the ball: both balls are followed from frame to frame, and the one that moves first is the cue ball";
+    input.log.add(Subject::Names, None, message);
+}
+
+fn append(tracks: &mut [RawTrack; 2], mut clip: [RawTrack; 2]) {
+    let [cue, object] = clip.each_ref().map(|track| beginning(track, &clip));
+    if object.zip(cue).is_some_and(|(object, cue)| object < cue) {
+        clip.reverse();
+    }
+    for (track, part) in tracks.iter_mut().zip(clip) {
+        track.rows.extend(part.rows);
+    }
+}
+
+/// Returns whether another clip begins: after a pause, or if both jump beyond their distance.
+fn begins(last: [Option<&Row>; 2], now: [Option<&Row>; 2], pause: f64) -> bool {
+    let ([Some(one), Some(other)], [Some(a), Some(b)]) = (last, now) else { return false };
+    let apart = one.distance(*other);
+    a.time - one.time.max(other.time) > pause || one.distance(*a) > apart && other.distance(*b) > apart
+}
+
+/// Returns the rows of a frame nearest to two balls: the sum of both steps is least.
+fn nearest(last: [Option<&Row>; 2], frame: &[Row]) -> [Option<usize>; 2] {
+    let [Some(one), Some(other)] = last else {
+        return if frame.len() == 2 { [Some(0), Some(1)] } else { [None; 2] };
+    };
+    if let [row] = frame {
+        return if one.distance(*row) < other.distance(*row) { [Some(0), None] } else { [None, Some(0)] };
+    }
+    // the best pair has one of the two nearest rows for each ball
+    let near = |ball: &Row| {
+        let mut rows: Vec<usize> = (0..frame.len()).collect();
+        rows.sort_by(|i, j| ball.distance(frame[*i]).total_cmp(&ball.distance(frame[*j])));
+        rows.truncate(2);
+        rows
+    };
+    let way = |(i, j): &(usize, usize)| one.distance(frame[*i]) + other.distance(frame[*j]);
+    let (of_one, of_other) = (near(one), near(other));
+    let two = of_one.iter().flat_map(|i| of_other.iter().map(move |j| (*i, *j))).filter(|(i, j)| i != j);
+    two.min_by(|a, b| way(a).total_cmp(&way(b))).map_or([None; 2], |(i, j)| [Some(i), Some(j)])
+}
 
 /// Joins pieces to both balls' tracks: those that dataset.toml names or, if at most two tracks are
 /// seen at a time, the first two. Pieces that continue neither track are left.
@@ -30,13 +196,12 @@ pub(super) fn join(shot: &mut RawShot, settings: &TrackSettings, notes: &Notes) 
         let Some(head) = continued(tracks, heads, &tracks[piece]) else { continue };
         let piece = std::mem::replace(&mut tracks[piece], RawTrack::new("", None));
         let track = &mut tracks[head];
+        let last = track.rows.last().map_or(1, |row| row.line);
         let message = format!(
-            "\"{}\" begins where \"{}\" ends, in line {}: taken as the same ball",
-            piece.name,
-            track.name,
-            track.rows.last().map_or(1, |row| row.line)
+            "\"{}\" begins where \"{}\" ends, in line {last}: taken as the same ball",
+            piece.name, track.name
         );
-        notes.of(file).add(NAMES, piece.rows[0].line, message);
+        notes.of(file).add(Subject::Names, piece.rows[0].line, message);
         track.rows.extend(piece.rows);
     }
     tracks.retain(|track| !track.rows.is_empty());
@@ -53,7 +218,6 @@ fn heads(tracks: &[RawTrack], order: &[usize], settings: &TrackSettings) -> Opti
     are_two.then(|| [order[0].min(order[1]), order[0].max(order[1])])
 }
 
-/// Returns whether a track is at one place at a time.
 fn is_in_order(track: &RawTrack) -> bool {
     track.rows.windows(2).all(|two| two[0].time < two[1].time)
 }

@@ -1,12 +1,9 @@
 //! Positions as all formats are read: in the file's units, with their lines.
 
-use std::cell::RefCell;
-use std::collections::BTreeMap;
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 use std::sync::Arc;
 
 use super::units::TimeUnit;
-use crate::io::error::harmless;
 
 #[derive(Clone, Debug, PartialEq)]
 pub(super) struct RawShot {
@@ -26,14 +23,12 @@ impl RawShot {
         self.tracks.iter_mut().flat_map(|track| &mut track.rows)
     }
 
-    /// Returns all different times in ascending order.
     pub(super) fn times(&self) -> Vec<f64> {
         let mut times = sorted(self.rows().map(|row| row.time));
         times.dedup();
         times
     }
 
-    /// Returns the tracks of the balls' centres if there are two.
     pub(super) fn centres(&self) -> Option<[&RawTrack; 2]> {
         let centres = self.tracks.iter().filter(|track| !track.is_angle && track.point.is_none());
         centres.collect::<Vec<_>>().try_into().ok()
@@ -52,7 +47,6 @@ pub(super) fn middle(numbers: impl Iterator<Item = f64>) -> Option<f64> {
     sorted.get(sorted.len() / 2).copied()
 }
 
-/// Returns the least and the largest number.
 pub(super) fn span(numbers: impl Iterator<Item = f64>) -> [f64; 2] {
     numbers.fold([f64::INFINITY, f64::NEG_INFINITY], |[low, high], x| [low.min(x), high.max(x)])
 }
@@ -134,91 +128,5 @@ impl Row {
 
     pub(super) fn is_gap(&self) -> bool {
         self.x.is_nan() || self.y.is_nan()
-    }
-}
-
-/// Subject of a note: the rank in the list, and its name in the count of further notes.
-pub(super) type Subject = (u8, &'static str);
-
-pub(super) const FORMAT: Subject = (0, "format");
-pub(super) const CLOCK: Subject = (1, "clock");
-pub(super) const SWAPPED: Subject = (2, "balls swapped");
-pub(super) const GAPS: Subject = (2, "gaps");
-pub(super) const NAMES: Subject = (2, "names of tracks");
-pub(super) const ORDER: Subject = (2, "order of rows");
-pub(super) const REPEATED: Subject = (2, "repeated rows and frames");
-
-/// Notes about detections and repairs: the first few of each subject, and the number of others.
-#[derive(Debug, Default)]
-pub(super) struct Notes(RefCell<BTreeMap<Subject, Vec<Note>>>);
-
-/// A message, its first place, and the number of places.
-#[derive(Clone, Debug)]
-struct Note {
-    message: String,
-    place: String,
-    places: usize,
-    /// Number of shots of its file, if no line is named.
-    shots: usize,
-}
-
-/// Notes about one file.
-#[derive(Clone, Copy)]
-pub(super) struct Log<'a> {
-    file: &'a Path,
-    notes: &'a Notes,
-}
-
-impl Log<'_> {
-    pub(super) fn add(self, subject: Subject, line: impl Into<Option<usize>>, message: impl AsRef<str>) {
-        let line: Option<usize> = line.into();
-        let place = line.map_or(String::new(), |line| format!(":{line}"));
-        let place = format!("{}{place}", self.file.display());
-        let message = harmless(message.as_ref()).into_owned();
-        self.notes.put(subject, Note { message, place, places: 1, shots: usize::from(line.is_none()) });
-    }
-}
-
-impl Notes {
-    pub(super) fn of<'a>(&'a self, file: &'a Path) -> Log<'a> {
-        Log { file, notes: self }
-    }
-
-    fn put(&self, subject: Subject, note: Note) {
-        let mut subjects = self.0.borrow_mut();
-        let notes = subjects.entry(subject).or_default();
-        match notes.iter_mut().find(|known| known.message == note.message) {
-            Some(known) if note.shots > 0 && known.place == note.place => known.shots += note.shots,
-            Some(known) => known.places += note.places,
-            None => notes.push(note),
-        }
-    }
-
-    pub(super) fn append(&self, other: Self) {
-        for (subject, notes) in other.0.into_inner() {
-            for note in notes {
-                self.put(subject, note);
-            }
-        }
-    }
-
-    pub(super) fn into_lines(self) -> Vec<String> {
-        /// Maximum number of notes of a subject that are listed.
-        const MAX_LISTED: usize = 8;
-        let mut lines = Vec::new();
-        for ((_, subject), notes) in self.0.into_inner() {
-            for Note { message, place, places, shots } in notes.iter().take(MAX_LISTED) {
-                let others = match (places, shots) {
-                    (1, 0 | 1) => String::new(),
-                    (1, shots) => format!(" ({shots} shots)"),
-                    (places, _) => format!(" and {} more", places - 1),
-                };
-                lines.push(format!("{place}{others}: {message}"));
-            }
-            if notes.len() > MAX_LISTED {
-                lines.push(format!("and {} more like this ({subject})", notes.len() - MAX_LISTED));
-            }
-        }
-        lines
     }
 }

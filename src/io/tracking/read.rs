@@ -4,23 +4,16 @@ use std::fs;
 use std::path::Path;
 use std::sync::Arc;
 
-use super::heading::{Heading, TITLES};
-use super::input::{Context, Input, stem};
-use super::layout::{Detect, Layout};
-use super::raw::{FORMAT, RawShot};
+use super::formats::FORMATS;
+use super::heading::{TITLES, Top, tops};
+use super::input::{Context, Input, Subject, stem};
+use super::layout::Layout;
+use super::raw::{Clock, RawShot};
 use super::settings::Format;
 use super::units::Unit;
-use super::{clips, columns, json, kinovea, link, long, pieces, qualisys, reader, tracker};
+use super::{columns, json, pieces, reader};
 use crate::io::number::shortened;
-use crate::io::text::{Separator, decode, filled_lines, trimmed, unmarked, without_separator_line};
-
-/// Formats of tables that are recognised by their content.
-const FORMATS: [(Format, Detect); 4] = [
-    (Format::Qualisys, qualisys::layout),
-    (Format::Kinovea, kinovea::layout),
-    (Format::Long, long::layout),
-    (Format::Tracker, tracker::layout),
-];
+use crate::io::text::{decode, without_separator_line};
 
 pub(super) struct Tracked {
     pub shots: Vec<RawShot>,
@@ -38,7 +31,8 @@ pub(super) fn file(file: &Path, context: Context, alone: bool) -> Option<Tracked
     let (text, latin) = decode(&bytes);
     let log = notes.of(file);
     if let Some(line) = latin {
-        log.add(FORMAT, line, "is not UTF-8 text from here on; read as Latin-1, which matters to names only");
+        let message = "is not UTF-8 text from here on; read as Latin-1, which matters to names only";
+        log.add(Subject::Format, line, message);
     }
     let (text, _) = without_separator_line(text);
     if is_tracker_project(file, &text) {
@@ -47,7 +41,7 @@ pub(super) fn file(file: &Path, context: Context, alone: bool) -> Option<Tracked
     }
     let stem = stem(file);
     let mut tracked = as_written(&Input { file, text: &text, stem: &stem, settings, problems, log })?;
-    tracked.shots = clips::of_file(tracked.shots, settings.capture_fps, alone, notes);
+    tracked.shots = pieces::clips(tracked.shots, settings.capture_fps, alone, notes);
     for shot in &mut tracked.shots {
         pieces::join(shot, settings, notes);
     }
@@ -58,37 +52,66 @@ fn as_written(input: &Input) -> Option<Tracked> {
     let settings = input.settings;
     let wanted = |format: Format| settings.format == format || settings.format == Format::Auto;
     if let Some(columns) = &settings.columns {
-        return Some(by_layout(Format::Columns, &columns::layout(input, columns)?, input));
+        return Some(by_layout(&columns::layout(input, columns)?, input));
     }
     if wanted(Format::Json) && json::detect(input.text) {
         return json::read(input).map(|(shots, unit)| Tracked { shots, format: Format::Json, unit });
     }
     let before = input.problems.len();
-    for (format, layout) in FORMATS.into_iter().filter(|(format, _)| wanted(*format)) {
-        if let Some(layout) = layout(input) {
-            return Some(by_layout(format, &layout, input));
+    let tops = tops(input.text, TITLES);
+    for (_, layout) in FORMATS.into_iter().filter(|(format, _)| wanted(*format)) {
+        if let Some(layout) = layout(&tops, input) {
+            return Some(by_layout(&layout, input));
         }
         if input.problems.len() > before {
             return None;
         }
     }
-    complain_of_format(input);
+    complain_of_format(&tops, input);
     None
 }
 
-fn by_layout(format: Format, layout: &Layout, input: &Input) -> Tracked {
+fn by_layout(layout: &Layout, input: &Input) -> Tracked {
+    layout.note(input);
     let mut shots = reader::read(input, layout);
-    if shots.is_empty() && !matches!(format, Format::Long | Format::Columns) {
+    if shots.is_empty() && !matches!(layout.format, Format::Long | Format::Columns) {
         // a file without rows is one shot nevertheless
         let (name, file) = (input.stem.to_string(), Arc::new(input.file.to_path_buf()));
         shots.push(RawShot { name, file, line: 1, clock: layout.clock, tracks: Vec::new() });
     }
-    match format {
-        Format::Qualisys => qualisys::finish(&mut shots, layout, input),
-        Format::Columns if layout.names().any(str::is_empty) => link::part(&mut shots, input),
-        _ => {}
+    if let Clock::FramesAt(fps) = layout.clock {
+        for shot in &mut shots {
+            count_frames(shot, fps, layout, input);
+        }
     }
-    Tracked { shots, format, unit: layout.unit }
+    if layout.format == Format::Columns && layout.ball().is_none() && layout.names().next().is_none() {
+        pieces::follow(&mut shots, input);
+    }
+    Tracked { shots, format: layout.format, unit: layout.unit }
+}
+
+/// Counts the frames of Qualisys from the first row on, and turns positions at 0, 0 into gaps.
+fn count_frames(shot: &mut RawShot, fps: f64, layout: &Layout, input: &Input) {
+    shot.clock = layout.clock;
+    let first = shot.rows().next().map_or(0.0, |row| row.time);
+    let is_in_seconds = layout.time.is_some_and(|column| layout.heading.names[column] == "Time");
+    for row in shot.rows_mut() {
+        let since = row.time - first;
+        // times are rounded to digits
+        row.time = if is_in_seconds { (since * fps).round() } else { since };
+    }
+    for track in &mut shot.tracks {
+        for row in track.rows.iter_mut().filter(|row| row.place() == [0.0, 0.0]) {
+            row.lose();
+            let message = format!("\"{}\" is at 0, 0: taken as a gap", track.name);
+            input.log.add(Subject::Gaps, row.line, message);
+        }
+    }
+    let rows = shot.tracks.first().map_or(0, |track| track.rows.len());
+    if let Some(stated) = layout.rows.filter(|stated| *stated != rows as f64) {
+        let message = format!("says {stated} frames, but there are {rows} rows");
+        input.log.add(Subject::Gaps, None, message);
+    }
 }
 
 pub(in crate::io) const TRACKER_PROJECT: &str =
@@ -101,11 +124,11 @@ pub(in crate::io) fn is_tracker_project(file: &Path, text: &str) -> bool {
     is_archive || is_xml() && text.contains("org.opensourcephysics.cabrillo.tracker")
 }
 
-fn complain_of_format(input: &Input) {
-    let (text, format) = (input.text, input.settings.format);
-    let Some((line, first)) = filled_lines(text).next() else {
+fn complain_of_format(tops: &[Top], input: &Input) {
+    let Some(first) = tops.first() else {
         return input.wrong(None, None, "is empty; expected tracked positions");
     };
+    let format = input.settings.format;
     let expected = match format {
         Format::Auto => {
             "a long table (shot,frame,ball,x,y), an export of Tracker, Kinovea or Qualisys, JSON (an array of shots with balls with samples), or a section \
@@ -114,27 +137,22 @@ fn complain_of_format(input: &Input) {
         }
         _ => format!("{}, as [tracks] format states", format.name()),
     };
-    let lacking = Some(text).filter(|_| matches!(format, Format::Auto | Format::Long)).and_then(lacking);
-    let lacking = lacking.map_or(String::new(), |(line, missing)| {
-        format!(", and what may be the names of columns, in line {line}, are without {missing}")
-    });
-    let message =
-        format!("no format begins like this, \"{}\"{lacking}; expected {expected}", shortened(first.trim()));
-    input.wrong(line, None, message);
+    let is_of_long = matches!(format, Format::Auto | Format::Long);
+    let lacking = tops.iter().filter(|_| is_of_long).find_map(lacking).unwrap_or_default();
+    let begin = shortened(first.content.trim());
+    input.wrong(
+        first.line,
+        None,
+        format!("no format begins like this, \"{begin}\"{lacking}; expected {expected}"),
+    );
 }
 
-/// Returns the line of a header like that of a long table, and the columns that it lacks.
-fn lacking(text: &str) -> Option<(usize, String)> {
+fn lacking(top: &Top) -> Option<String> {
     const NEEDED: [(&str, &[&str]); 4] =
         [("ball", &["ball"]), ("x", &["x"]), ("y", &["y"]), ("frame or t", &["frame", "t"])];
-    filled_lines(text).take(TITLES).find_map(|(line, content)| {
-        Separator::ALL.into_iter().find_map(|separator| {
-            let names = trimmed(unmarked(content), separator)?;
-            let names = Heading::new("", line, separator, names).small();
-            let is_missing =
-                |(_, any): &&(&str, &[&str])| !names.iter().any(|name| any.contains(&name.as_str()));
-            let missing: Vec<&str> = NEEDED.iter().filter(is_missing).map(|(name, _)| *name).collect();
-            (1..=2).contains(&missing.len()).then(|| (line, missing.join(" and ")))
-        })
-    })
+    let names = top.small();
+    let is_missing = |(_, any): &&(&str, &[&str])| !names.iter().any(|name| any.contains(&name.as_str()));
+    let missing: Vec<&str> = NEEDED.iter().filter(is_missing).map(|(name, _)| *name).collect();
+    let missing = (1..=2).contains(&missing.len()).then(|| missing.join(" and "))?;
+    Some(format!(", and what may be the names of columns, in line {}, are without {missing}", top.line))
 }

@@ -5,9 +5,10 @@ use std::collections::HashMap;
 use std::sync::Arc;
 
 use super::clock::{Style, count_frames, is_clock, seconds};
-use super::input::Input;
+use super::input::{Input, Subject};
 use super::layout::{Body, Layout, Name};
-use super::raw::{CLOCK, Clock, FORMAT, GAPS, RawShot, RawTrack, Row};
+use super::raw::{Clock, RawShot, RawTrack, Row};
+use super::settings::Format;
 use super::units::TimeUnit;
 use crate::io::number::{Mark, Place, shortened};
 use crate::io::text::{self, Separator, lines};
@@ -21,20 +22,7 @@ pub(super) const LIKELY: f64 = 0.6;
 /// Reads the rows of a file. Skips comments (`#`) and blank lines; reports rows with a wrong number
 /// of cells.
 pub(super) fn read(input: &Input, layout: &Layout) -> Vec<RawShot> {
-    let (names, separator) = (layout.heading.names.as_slice(), layout.heading.separator);
-    let mut reader = Reader {
-        input,
-        layout,
-        times: Mark::default(),
-        positions: Mark::default(),
-        clock: None,
-        is_plain: false,
-        shots: Vec::new(),
-        by_name: HashMap::new(),
-        last: usize::MAX,
-        count: 0,
-        trackless: Vec::new(),
-    };
+    let mut reader = Reader::new(input, layout);
     let before = input.problems.len();
     let mut blocks = layout.blocks.iter();
     let Some(mut block) = blocks.next() else { return Vec::new() };
@@ -49,17 +37,19 @@ pub(super) fn read(input: &Input, layout: &Layout) -> Vec<RawShot> {
             break;
         }
         let content = text.trim_start();
-        if line <= block.above || content.is_empty() || content.starts_with('#') {
+        if line <= block.above || content.is_empty() {
             continue;
         }
-        let Ok(cells) = text::cells(text, separator) else {
+        if content.starts_with('#') {
+            reader.see_comment(line, text);
+            continue;
+        }
+        let Ok(cells) = text::cells(text, layout.heading.separator) else {
             input.wrong(line, None, "a quotation mark does not close in this line, or text follows it");
             continue;
         };
         match with_width(cells, layout, block.header) {
-            Ok(cells) => {
-                reader.add(&TextRow { line, names, cells: &cells, input }, &block.bodies, first_body);
-            }
+            Ok(cells) => reader.add(line, &cells, &block.bodies, first_body),
             Err(message) => input.wrong(line, None, message),
         }
     }
@@ -116,38 +106,52 @@ impl TextRow<'_> {
 }
 
 /// Rows already read, sorted into shots and tracks, and the properties that all cells share.
-struct Reader<'a> {
+pub(super) struct Reader<'a> {
     input: &'a Input<'a>,
     layout: &'a Layout,
     times: Mark,
     positions: Mark,
-    /// If times are those of a clock, how they are written, with the line of the first.
-    clock: Option<(Style, usize)>,
-    /// Whether a time was a plain number.
-    is_plain: bool,
+    /// How the first time is written, with its line: as that of a clock or, `None`, as a number.
+    clock: Option<(Option<Style>, usize)>,
     shots: Vec<RawShot>,
     by_name: HashMap<String, usize>,
     /// The shot of the row above.
     last: usize,
     /// Number of rows of `last` since its name followed another one.
     count: usize,
-    /// Lines of rows that belong to no track.
+    /// Lines of rows that belong to no track, and of rows that are comments.
     trackless: Vec<usize>,
+    commented: Vec<usize>,
 }
 
-impl Reader<'_> {
-    fn add(&mut self, row: &TextRow, bodies: &[Body], first_body: usize) {
+impl<'a> Reader<'a> {
+    pub(super) fn new(input: &'a Input, layout: &'a Layout) -> Self {
+        Self {
+            input,
+            layout,
+            times: Mark::default(),
+            positions: Mark::default(),
+            clock: None,
+            shots: Vec::new(),
+            by_name: HashMap::new(),
+            last: usize::MAX,
+            count: 0,
+            trackless: Vec::new(),
+            commented: Vec::new(),
+        }
+    }
+
+    /// Adds a row; `first_body` is the number of bodies in the blocks above.
+    pub(super) fn add(&mut self, line: usize, cells: &[Cow<str>], bodies: &[Body], first_body: usize) {
+        let row = &TextRow { line, input: self.input, names: &self.layout.heading.names, cells };
         let shot = self.layout.shot.map_or(self.input.stem, |column| row.text(column));
         if let Some(column) = self.layout.shot.filter(|_| shot.is_empty()) {
             row.at(column).wrong("is empty; expected the name of a shot");
         }
-        for body in bodies {
-            let Name::Column(column) = body.name else { continue };
-            if !row.text(column).is_empty() {
-                continue;
-            }
-            if self.layout.may_lack_ball {
-                return self.trackless.push(row.line);
+        let ball = self.layout.ball();
+        if let Some(column) = ball.filter(|column| row.text(*column).is_empty()) {
+            if self.layout.format == Format::Columns {
+                return self.trackless.push(line);
             }
             row.at(column).wrong("is empty; expected the name of a ball");
         }
@@ -157,26 +161,28 @@ impl Reader<'_> {
             None => Some(if self.is_present(shot) { self.count as f64 } else { 0.0 }),
         };
         let Some(time) = time else {
-            if self.input.problems.len() == before {
-                self.complain_of_no_time(row, bodies);
+            let has_position = ball.is_some() || bodies.iter().any(|body| !row.text(body.xy[0]).is_empty());
+            if let Some(column) =
+                self.layout.time.filter(|_| has_position && self.input.problems.len() == before)
+            {
+                row.at(column).wrong("is empty; expected a time, or the number of a frame");
             }
             return;
         };
-        self.begin(shot, row.line);
+        self.begin(shot, line);
         self.count += 1;
         for (i, body) in bodies.iter().enumerate() {
             self.add_body(row, time, first_body + i, body);
         }
     }
 
-    /// Complains about a row with a position but without a time.
-    fn complain_of_no_time(&self, row: &TextRow, bodies: &[Body]) {
-        let Some(column) = self.layout.time else { return };
-        let is_long = bodies.iter().any(|body| matches!(body.name, Name::Column(_)));
-        if is_long || bodies.iter().any(|body| !row.text(body.xy[0]).is_empty()) {
-            let is_frame = self.layout.clock == Clock::In(TimeUnit::Frames);
-            let expected = if is_frame { "the number of a frame" } else { "a time" };
-            row.at(column).wrong(format!("is empty; expected {expected}"));
+    /// Records a comment that may be a row of a shot whose name begins with #.
+    fn see_comment(&mut self, line: usize, text: &str) {
+        let Layout { heading, shot, time, .. } = self.layout;
+        let Some(time) = time.filter(|_| *shot == Some(0)) else { return };
+        let cells = text::cells(text, heading.separator).unwrap_or_default();
+        if cells.len() == heading.names.len() && cells[time].parse::<f64>().is_ok() {
+            self.commented.push(line);
         }
     }
 
@@ -209,7 +215,6 @@ impl Reader<'_> {
         self.shots.get(self.last).is_some_and(|last| last.name == shot)
     }
 
-    /// Makes the shot of this name the current one.
     fn begin(&mut self, name: &str, line: usize) {
         if self.is_present(name) {
             return;
@@ -240,46 +245,36 @@ impl Reader<'_> {
         &mut tracks[i]
     }
 
-    /// Reads a time; `None` if the cell is empty or wrong.
+    /// Reads a time, a number or that of a clock; `None` if the cell is empty or wrong.
     fn time(&mut self, cell: Place) -> Option<f64> {
-        match self.clock_time(cell) {
-            Ok(Some(time)) => Some(time),
-            Ok(None) => self.times.number(cell),
-            Err(wrong) => {
-                cell.wrong(format!("\"{}\" {wrong}", shortened(cell.text.trim())));
-                None
-            }
+        if !is_clock(cell.text) {
+            let time = self.times.number(cell)?;
+            return self.is_written_alike(None, cell).then_some(time);
         }
+        let Some((time, style)) = seconds(cell.text) else {
+            let text = shortened(cell.text.trim());
+            cell.wrong(format!("\"{text}\" is not a time; expected h:mm:ss.fff, h:mm:ss:cs or a number"));
+            return None;
+        };
+        self.is_written_alike(Some(style), cell).then_some(time)
     }
 
-    /// Returns the seconds of a cell that is a time of a clock; `None` if it is to be a number.
-    fn clock_time(&mut self, cell: Place) -> Result<Option<f64>, String> {
-        if !is_clock(cell.text) {
-            self.is_plain = true;
-            return match self.clock {
-                Some((_, at)) if !cell.text.trim().is_empty() => {
-                    Err(format!("is a plain number, but line {at} h:mm:ss"))
-                }
-                _ => Ok(None),
-            };
-        }
-        let (time, style) = seconds(cell.text)
-            .ok_or_else(|| "is not a time; expected h:mm:ss.fff, h:mm:ss:cs or a number".to_string())?;
-        if self.is_plain {
-            return Err("is h:mm:ss, but times above are plain numbers".to_string());
-        }
-        match (self.clock.get_or_insert((style, cell.line)), style) {
-            // as many digits as any has
-            ((Style::Fraction(most), _), Style::Fraction(digits)) => *most = digits.max(*most),
-            ((other, at), _) if *other != style => {
-                return Err(format!("is not written like the time in line {at}"));
+    /// Returns whether a time is written as the first one, and complains if not. Of fractions of
+    /// seconds the most digits count.
+    fn is_written_alike(&mut self, style: Option<Style>, cell: Place) -> bool {
+        let (first, at) = self.clock.get_or_insert((style, cell.line));
+        match (first, style) {
+            (Some(Style::Fraction(most)), Some(Style::Fraction(digits))) => *most = digits.max(*most),
+            (first, _) if *first != style => {
+                let text = shortened(cell.text.trim());
+                cell.wrong(format!("\"{text}\" is not written like the time in line {at}"));
+                return false;
             }
             _ => {}
         }
-        Ok(Some(time))
+        true
     }
 
-    /// Reads x and y, not numbers in a gap.
     fn position(&mut self, row: &TextRow, columns: [usize; 2]) -> [f64; 2] {
         let before = self.input.problems.len();
         let cells = columns.map(|column| row.at(column));
@@ -289,7 +284,7 @@ impl Reader<'_> {
             _ if self.input.problems.len() == before => {
                 let [x, y] = cells.map(|cell| format!("{} \"{}\"", cell.column, shortened(cell.text.trim())));
                 let message = format!("{x} and {y}: half a position; taken as a gap");
-                self.input.log.add(GAPS, row.line, message);
+                self.input.log.add(Subject::Gaps, row.line, message);
             }
             _ => {}
         }
@@ -306,11 +301,10 @@ impl Reader<'_> {
             return place;
         }
         let message = format!("a position of a likelihood below {LIKELY}: taken as a gap");
-        self.input.log.add(GAPS, row.line, message);
+        self.input.log.add(Subject::Gaps, row.line, message);
         [f64::NAN; 2]
     }
 
-    /// Reads the standard deviations of a position; NaN if they are missing.
     fn deviations(&mut self, row: &TextRow, columns: [usize; 2]) -> [f64; 2] {
         columns.map(|column| {
             let cell = row.at(column);
@@ -323,18 +317,18 @@ impl Reader<'_> {
     }
 
     /// Reports properties of all rows, and returns the shots. Time codes become numbers of frames.
-    fn finish(mut self) -> Vec<RawShot> {
-        self.note_trackless();
+    pub(super) fn finish(mut self) -> Vec<RawShot> {
+        self.note_rows_left_out();
         let Input { file, problems, log, .. } = *self.input;
         self.times.finish(file, problems);
         self.positions.finish(file, problems);
         if self.positions.is_comma() || self.times.is_comma() {
-            log.add(FORMAT, None, "decimal comma");
+            log.add(Subject::Format, None, "decimal comma");
         }
         for track in self.shots.iter_mut().flat_map(|shot| &mut shot.tracks) {
             track.rows.shrink_to_fit();
         }
-        let Some((style, line)) = self.clock else { return self.shots };
+        let Some((Some(style), line)) = self.clock else { return self.shots };
         let mut clock = Clock::Rounded(style.resolution());
         let mut tracks: Vec<_> = self.shots.iter_mut().flat_map(|shot| &mut shot.tracks).collect();
         if style == Style::Colon(2)
@@ -343,28 +337,33 @@ impl Reader<'_> {
             let message = format!(
                 "times are time codes, h:mm:ss:ff with {rate} frames to a second: read as numbers of frames"
             );
-            log.add(CLOCK, line, message);
+            log.add(Subject::Clock, line, message);
             clock = Clock::In(TimeUnit::Frames);
         }
         self.shots.iter_mut().for_each(|shot| shot.clock = clock);
         self.shots
     }
 
-    fn note_trackless(&self) {
-        let column = self.layout.bodies().find_map(|body| match body.name {
-            Name::Column(column) => Some(column),
-            Name::Fixed(_) => None,
-        });
-        let (Some(column), Some(first)) = (column, self.trackless.first()) else { return };
-        let name = self.layout.heading.names[column].as_str();
+    fn note_rows_left_out(&self) {
+        let Self { input, layout, trackless, commented, .. } = self;
+        if let Some(first) = commented.first() {
+            let message = format!(
+                "{} rows from here on begin with #: passed over as comments. If # belongs to the name of a shot, put the \
+                 name in quotation marks",
+                commented.len()
+            );
+            input.log.add(Subject::Repeated, *first, message);
+        }
+        let (Some(column), Some(first)) = (layout.ball(), trackless.first()) else { return };
+        let name = layout.heading.names[column].as_str();
         if self.shots.is_empty() {
             let message = "is empty in every row; expected names of tracks, or no ball in [tracks.columns]: both balls are then followed \
                            from frame to frame";
-            self.input.wrong(*first, name, message);
+            input.wrong(*first, name, message);
         } else {
-            let rows = self.trackless.len();
+            let rows = trackless.len();
             let message = format!("{rows} rows from here on belong to no track ({name} is empty): left out");
-            self.input.log.add(GAPS, *first, message);
+            input.log.add(Subject::Gaps, *first, message);
         }
     }
 }

@@ -1,8 +1,16 @@
-//! Faults between the camera and the file: duplicate rows, rows out of order, repeated frames,
-//! exchanged names of balls. They are repaired if the repair is certain.
+//! Faults between the camera and the file: lost balls, duplicate rows, rows out of order, repeated
+//! frames, exchanged names of balls. They are repaired if the repair is certain.
 
-use super::raw::{GAPS, Log, ORDER, REPEATED, RawTrack, Row, SWAPPED, middle, sorted};
+use super::input::{Log, Subject};
+use super::raw::{RawTrack, Row, middle, sorted};
 
+/// Ratio of a jump away from the path to the fastest steps of the balls in the same time.
+const MIN_LOST_JUMP: f64 = 5.0;
+/// Fraction of the steps, from the slowest on, that give the balls' speed: others may be wrong.
+const SPEED_QUANTILE: f64 = 0.9;
+/// Least number of rows exactly at one place at which it may be that of a lost ball even if no
+/// program is known to write it.
+const MIN_REPEATS: usize = 3;
 /// Least ratio of the step after a frame in which both balls stand still to the step before it at
 /// which the frame is a repeated one: the lost frame's motion is then in the step.
 const MIN_CATCH_UP: f64 = 1.5;
@@ -39,7 +47,85 @@ impl Wrong {
     }
 }
 
-/// Returns whether two rows have one time and different places.
+/// The rows of a track without gaps, in the order of time, and possible places of a lost ball:
+/// repeated exactly, or such as programs are known to write.
+struct Path {
+    rows: Vec<usize>,
+    places: Vec<[f64; 2]>,
+}
+
+/// Turns positions of lost balls into gaps: possible places far from the path.
+pub(super) fn remove_lost(tracks: &mut [RawTrack], log: Log) {
+    let paths: Vec<Path> = tracks.iter().map(Path::of).collect();
+    if paths.iter().all(|path| path.places.is_empty()) {
+        return;
+    }
+    let mut speeds = Vec::new();
+    for (track, path) in tracks.iter().zip(&paths) {
+        let steps = path.rows.windows(2).map(|two| [track.rows[two[0]], track.rows[two[1]]]);
+        let is_lost = |row: &Row| path.places.contains(&row.place());
+        let good = steps.filter(|two| two[1].time > two[0].time && !two.iter().any(is_lost));
+        speeds.extend(good.map(|[a, b]| a.distance(b) / (b.time - a.time)));
+    }
+    let speeds = sorted(speeds.into_iter());
+    let fast = speeds.get((SPEED_QUANTILE * speeds.len() as f64) as usize).filter(|speed| **speed > 0.0);
+    let Some(fast) = fast.map(|speed| MIN_LOST_JUMP * speed) else { return };
+    for (RawTrack { name, rows, .. }, path) in tracks.iter_mut().zip(&paths) {
+        let (far, near): (Vec<_>, Vec<_>) =
+            path.stays(rows, fast).into_iter().partition(|(_, is_far)| *is_far);
+        let place = |stay: &[usize]| rows[stay[0]].place();
+        let is_always_far = |at| near.iter().all(|(stay, _)| place(stay) != at);
+        let is_lost = |(stay, _): &(&[usize], bool)| is_known(place(stay)) || is_always_far(place(stay));
+        let lost: Vec<usize> = far.into_iter().filter(is_lost).flat_map(|(stay, _)| stay).copied().collect();
+        for row in lost {
+            let [x, y] = rows[row].place();
+            let message = format!("\"{name}\" is at ({x}, {y}), far from its path: taken as a gap");
+            log.add(Subject::Gaps, rows[row].line, message);
+            rows[row].lose();
+        }
+    }
+}
+
+/// Returns whether programs write this place for a lost ball: 0, 0, or −1, −1, or 9999.
+fn is_known([x, y]: [f64; 2]) -> bool {
+    let are_nines = |value: f64| {
+        let digits = format!("{:.0}", value.abs());
+        value.fract() == 0.0 && digits.len() > 2 && digits.bytes().all(|digit| digit == b'9')
+    };
+    x == y && (x == 0.0 || x == -1.0 || are_nines(x))
+}
+
+impl Path {
+    fn of(track: &RawTrack) -> Self {
+        let is_seen = |i: &usize| !track.is_angle && !track.rows[*i].is_gap();
+        let mut rows: Vec<usize> = (0..track.rows.len()).filter(is_seen).collect();
+        rows.sort_by(|a, b| track.rows[*a].time.total_cmp(&track.rows[*b].time));
+        let mut places: Vec<[f64; 2]> = rows.iter().map(|i| track.rows[*i].place()).collect();
+        places.sort_by(|a, b| a[0].total_cmp(&b[0]).then(a[1].total_cmp(&b[1])));
+        let equal = places.chunk_by(|a, b| a == b);
+        let equal = equal.filter(|equal| equal.len() >= MIN_REPEATS || is_known(equal[0]));
+        Self { places: equal.map(|equal| equal[0]).collect(), rows }
+    }
+
+    /// Returns consecutive rows at each place of a lost ball, and whether the track jumps there and
+    /// back faster than `fast`.
+    fn stays(&self, rows: &[Row], fast: f64) -> Vec<(&[usize], bool)> {
+        let jumps = |a: usize, b: usize| rows[a].distance(rows[b]) > fast * (rows[b].time - rows[a].time);
+        let mut stays = Vec::new();
+        let mut from: usize = 0;
+        for stay in self.rows.chunk_by(|a, b| rows[*a].place() == rows[*b].place()) {
+            let before = from.checked_sub(1).map(|i| jumps(self.rows[i], stay[0]));
+            from += stay.len();
+            let behind = self.rows.get(from).map(|next| jumps(stay[stay.len() - 1], *next));
+            let is_far = before.or(behind).is_some() && before != Some(false) && behind != Some(false);
+            if self.places.contains(&rows[stay[0]].place()) {
+                stays.push((stay, is_far));
+            }
+        }
+        stays
+    }
+}
+
 fn are_torn(one: &Row, other: &Row) -> bool {
     one.time == other.time && !one.is_gap() && !other.is_gap() && one.place() != other.place()
 }
@@ -58,15 +144,13 @@ pub(super) fn order(track: &mut RawTrack, log: Log) -> Result<(), Wrong> {
         rows.sort_by(|a, b| a.time.total_cmp(&b.time));
         if is_second || rows.windows(2).any(|two| are_torn(&two[0], &two[1])) {
             let message = format!(
-                "time of \"{name}\" runs backwards, from {:.6} s (line {}) to {:.6} s; expected the rows of one clip, in any \
-                 order, and each clip as a shot of its own",
-                before.time, before.line, next.time
+                "time of \"{name}\" runs backwards, from {:.6} s to {:.6} s; expected each clip as a shot of its own",
+                before.time, next.time
             );
             return Err(Wrong::input(next.line, message));
         }
-        let are_all = backwards.len() + 1 == rows.len();
-        let how = if are_all { "run backwards" } else { "are not in the order of time" };
-        log.add(ORDER, next.line, format!("the rows of \"{name}\" {how}; put in the order of time"));
+        let message = format!("the rows of \"{name}\" are not in the order of time; put in order");
+        log.add(Subject::Order, next.line, message);
     }
     let mut kept: Vec<Row> = Vec::with_capacity(rows.len());
     for row in rows.drain(..) {
@@ -76,14 +160,13 @@ pub(super) fn order(track: &mut RawTrack, log: Log) -> Result<(), Wrong> {
         };
         if are_torn(last, &row) {
             let message = format!(
-                "\"{name}\" is at two places at {:.6} s: ({}, {}) here and ({}, {}) in line {}; expected one row per \
-                 ball and frame",
+                "\"{name}\" is at two places at {:.6} s: ({}, {}) here and ({}, {}) in line {}; expected one",
                 row.time, row.x, row.y, last.x, last.y, last.line
             );
             return Err(Wrong::input(row.line, message));
         }
         let message = format!("\"{name}\" has its time twice (line {}); one row is passed over", last.line);
-        log.add(REPEATED, row.line, message);
+        log.add(Subject::Repeated, row.line, message);
         if last.is_gap() {
             *last = row;
         }
@@ -125,19 +208,17 @@ pub(super) fn remove_outliers(tracks: &mut [RawTrack], log: Log) {
             // frame -18 if all others count from 0
             let is_before = k == 0 && row.time < 0.0 && seen[1].time >= 0.0 && one.min(other) > 3.0 * step;
             if is_far || is_before || one.min(other) > MAX_DELAY * length {
-                let wrong = if is_far { "place" } else { "time" };
                 let message = format!(
-                    "\"{name}\" is by itself at an impossible {wrong} ({:.6} s, {:.6e}, {:.6e} in the file's unit): taken as a gap",
+                    "\"{name}\" is by itself at an impossible place or time ({:.6} s, {:.6e}, {:.6e}): taken as a gap",
                     row.time, row.x, row.y
                 );
-                log.add(GAPS, row.line, message);
+                log.add(Subject::Gaps, row.line, message);
                 rows[at[k]].lose();
             }
         }
     }
 }
 
-/// Returns the indices of the rows of both tracks at the same times, without gaps.
 fn pairs(cue: &RawTrack, object: &RawTrack) -> Vec<(usize, usize)> {
     let mut pairs = Vec::new();
     let mut j = 0;
@@ -152,7 +233,6 @@ fn pairs(cue: &RawTrack, object: &RawTrack) -> Vec<(usize, usize)> {
     pairs
 }
 
-/// Turns repeated frames into gaps.
 pub(super) fn remove_repeated_frames(
     cue: &mut RawTrack,
     object: &mut RawTrack,
@@ -193,13 +273,13 @@ pub(super) fn remove_repeated_frames(
         );
         if after / frames(end) < MIN_CATCH_UP * before / frames(first - 1) {
             let message = format!(
-                "{both}, and do not catch up: a frame was put in here, and all later times may be late. Expected the clip \
-                 without it, with the frames after it renumbered; or skip the shot"
+                "{both}, and do not catch up: all later times may be late. Expected the clip without this frame, with the frames after \
+                 it renumbered; or skip the shot"
             );
             return Err(Wrong::damaged(line, message));
         }
         frozen.extend(first + 1..=end);
-        log.add(REPEATED, line, format!("{both}: a repeated frame, taken as a gap"));
+        log.add(Subject::Repeated, line, format!("{both}: a repeated frame, taken as a gap"));
     }
     for (i, j) in frozen.into_iter().map(|k| pairs[k]) {
         cue.rows[i].lose();
@@ -208,7 +288,6 @@ pub(super) fn remove_repeated_frames(
     Ok(())
 }
 
-/// Returns whether steps have few sizes, as those of whole pixels do.
 fn is_coarse(steps: &[f64]) -> bool {
     let mut sizes = sorted(steps.iter().copied());
     sizes.dedup_by(|a, b| (*a - *b).abs() <= 1e-9 * b.abs());
@@ -235,14 +314,7 @@ pub(super) fn undo_swaps(
         if swapped < CERTAIN_SWAP * kept {
             swaps.push(c_next);
         } else if swapped < POSSIBLE_SWAP * kept {
-            let message = format!(
-                "cue and object ball may have exchanged their names from here on (\"{}\" jumps by {:.4}, \"{}\" by \
-                 {:.4}, in the file's unit); expected them set right, or the shot skipped",
-                cue.name,
-                c.distance(c_next),
-                object.name,
-                o.distance(o_next)
-            );
+            let message = "cue and object ball may have exchanged their names from here on; expected them set right, or the shot skipped";
             return Err(Wrong::damaged(c_next.line, message));
         }
     }
@@ -250,16 +322,13 @@ pub(super) fn undo_swaps(
         let until = pair.get(1);
         exchange(cue, object, pair[0].time, until.map_or(f64::INFINITY, |row| row.time));
         let last = until.map_or(String::new(), |row| format!(" to line {}", row.line));
-        let message = format!(
-            "\"{}\" and \"{}\" have exchanged their names from here{last}; exchanged back",
-            cue.name, object.name
-        );
-        log.add(SWAPPED, pair[0].line, message);
+        let names = format!("\"{}\" and \"{}\"", cue.name, object.name);
+        let message = format!("{names} have exchanged their names from here{last}; exchanged back");
+        log.add(Subject::Swapped, pair[0].line, message);
     }
     Ok(swaps.first().map(|row| row.line))
 }
 
-/// Exchanges the rows of two tracks from a time until before another.
 fn exchange(one: &mut RawTrack, other: &mut RawTrack, from: f64, until: f64) {
     let range = |track: &RawTrack| {
         let at = |time: f64| track.rows.partition_point(|row| row.time < time);

@@ -26,28 +26,23 @@ impl Rows {
         self.0.iter().map(move |row| row[column].as_str())
     }
 
-    /// Returns the numbers in a column; `None` if a cell is not a number.
     pub(super) fn numbers(&self, column: usize) -> Option<Vec<f64>> {
         let numbers: Vec<f64> = self.column(column).map(value).collect::<Option<_>>()?;
         (numbers.len() > 2).then_some(numbers)
     }
 
-    /// Returns the largest magnitude of the numbers in a column.
     pub(super) fn largest(&self, column: usize) -> f64 {
         self.column(column).filter_map(value).map(f64::abs).fold(0.0, f64::max)
     }
 
-    /// Returns the least step of a column that grows within each group of equal other columns.
-    pub(super) fn least_step(&self, column: usize, groups: &[usize]) -> Option<f64> {
-        let mut last: HashMap<Vec<&str>, f64> = HashMap::new();
-        let mut least = f64::INFINITY;
-        for (row, number) in self.0.iter().zip(self.numbers(column)?) {
-            let group = groups.iter().map(|i| row[*i].as_str()).collect();
-            if let Some(before) = last.insert(group, number) {
-                least = least.min(number - before);
-            }
-        }
-        (least > 0.0 && least.is_finite()).then_some(least)
+    /// Returns whether a column grows from row to row of each shot.
+    pub(super) fn grows(&self, column: usize, shot: Option<usize>) -> bool {
+        let Some(numbers) = self.numbers(column) else { return false };
+        let mut last: HashMap<&str, f64> = HashMap::new();
+        let shots = self.0.iter().map(|row| shot.map_or("", |shot| row[shot].as_str()));
+        shots
+            .zip(numbers)
+            .all(|(shot, number)| last.insert(shot, number).is_none_or(|before| before < number))
     }
 
     /// Returns whether most values of a column stand in two rows of their group.
@@ -95,7 +90,6 @@ impl Rows {
         (2..=MAX_TRACKS).contains(&values) && 2 * values <= self.0.len() && keys.len() == self.0.len()
     }
 
-    /// Returns the number of different values of a column.
     pub(super) fn values(&self, column: usize) -> usize {
         self.column(column).collect::<HashSet<_>>().len()
     }

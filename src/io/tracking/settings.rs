@@ -86,7 +86,6 @@ pub(crate) struct TracksSection {
 }
 
 impl TracksSection {
-    /// Returns the section that states these columns, if any.
     pub(super) fn of_columns(columns: Option<ColumnNames>) -> Self {
         Self { columns, ..Self::default() }
     }
@@ -97,15 +96,16 @@ worded! {
     #[serde(rename_all = "lowercase")]
     pub(super) enum Format {
         #[default]
-        Auto = "auto",
-        Long = "long",
-        Tracker = "tracker",
-        Kinovea = "kinovea",
-        Qualisys = "qualisys",
-        Json = "json",
-        Columns = "columns",
+        Auto = "auto" | "",
+        Long = "long" | "a long table",
+        Tracker = "tracker" | "Tracker",
+        Kinovea = "kinovea" | "Kinovea",
+        Qualisys = "qualisys" | "Qualisys",
+        Json = "json" | "JSON",
+        Columns = "columns" | "a table by [tracks.columns]",
     }
     pub(super) fn name;
+    pub(super) fn shown;
 }
 
 /// The names of the tracks of one ball: its centre, or several markers on it.
@@ -133,19 +133,16 @@ impl From<OneOrSeveral> for Names {
 pub(super) const NAMED: [&str; 4] = ["cue", "object", "cue_markers", "object_markers"];
 
 impl Names {
-    /// Returns names without the blanks around them.
     pub(super) fn of<'a>(names: impl Iterator<Item = &'a str>) -> Self {
         Self(names.map(|name| name.trim().to_string()).collect())
     }
 
-    /// Returns whether there is a name, and each is unique and not empty.
     pub(super) fn are_good(&self) -> bool {
         let Self(names) = self;
         let is_bad = |(i, name): (usize, &String)| name.is_empty() || names[..i].contains(name);
         !names.is_empty() && !names.iter().enumerate().any(is_bad)
     }
 
-    /// Returns `"A"`, or `["a1", "a2"]`, as dataset.toml writes it.
     pub(super) fn shown(&self) -> String {
         match self.0.as_slice() {
             [one] => format!("{one:?}"),
@@ -171,7 +168,6 @@ pub(crate) struct TrackSettings {
     /// The rate that the file's times follow, if it is not the camera's.
     pub(super) playback_fps: Option<f64>,
     pub(super) calibration: Calibration,
-    /// Unit of lengths; `None`: not stated.
     pub(super) unit: Option<Unit>,
     /// Relative standard deviation of the scale, if it is stated.
     pub(super) scale_sd: Option<f64>,
@@ -184,7 +180,6 @@ pub(crate) struct TrackSettings {
     pub(super) position_sd: Option<f64>,
     pub(super) time_unit: Option<TimeUnit>,
     pub(super) columns: Option<ColumnNames>,
-    /// Statements about the corrections for the camera.
     pub(super) camera: WantedCamera,
     /// Whether the scale is estimated from the size of the balls.
     pub(super) from_balls: bool,
@@ -193,7 +188,6 @@ pub(crate) struct TrackSettings {
 }
 
 impl TrackSettings {
-    /// Returns the names of cue and object ball, if each is a single track.
     pub(super) fn single_names(&self) -> Option<[&str; 2]> {
         match [&self.names[0], &self.names[1]].map(|names| names.0.as_slice()) {
             [[cue], [object]] => Some([cue, object]),
@@ -201,7 +195,6 @@ impl TrackSettings {
         }
     }
 
-    /// Returns the first name of either ball.
     pub(super) fn first_names(&self) -> [&str; 2] {
         [0, 1].map(|ball| self.names[ball].0.first().map_or("", String::as_str))
     }
@@ -216,6 +209,9 @@ pub(crate) struct Sections {
     pub tracks: TracksSection,
 }
 
+/// Keys of the time that a picture takes from its first row to its last.
+const READOUT: &[&str] = &["video.row_readout_s", "video.rows", "camera.shutter", "video"];
+
 impl Sections {
     /// Checks the sections; adds to the problems of the source.
     pub(crate) fn check(self, discs: bool, source: &Source) -> TrackSettings {
@@ -228,33 +224,90 @@ impl Sections {
         };
         let playback_fps = positive("video.playback_fps", video.playback_fps);
         let capture_fps_sd = positive("video.capture_fps_sd", video.capture_fps_sd);
-        if video.capture_fps_sd.is_some() && (unknown_rate || capture_fps.is_none()) {
-            source.wrong("video.capture_fps_sd", "capture_fps_sd needs capture_fps beside it, as a number");
-        }
         let readout = positive("video.row_readout_s", video.row_readout_s);
         let readout = readout.or(positive("camera.shutter", camera.readout()));
         let rows = positive("video.rows", video.rows);
         positive("scale.m_per_px", scale.m_per_px);
         let scale_sd = positive("scale.sd", scale.sd);
         let position_sd = positive("tracks.position_sd_m", tracks.position_sd_m);
+        let is_px = scale.length_unit == Some(Unit::Px);
+        let has_points = !scale.point.is_empty();
+        let is_measured = scale.m_per_px.is_some() || has_points;
+        // the balls are the ruler by a statement, or for pixels without another scale
+        let from_balls = !discs && !is_measured && (scale.from.is_some() || is_px);
+        let y_axis = scale.y_axis.filter(|_| is_px);
+        let read_out = readout.zip(rows);
+        let (columns, format) = (tracks.columns, tracks.format);
+        let has_angles = columns.as_ref().is_some_and(ColumnNames::has_angles);
+        if capture_fps_sd.is_some() && (unknown_rate || capture_fps.is_none()) {
+            source.wrong("video.capture_fps_sd", "capture_fps_sd needs capture_fps beside it, as a number");
+        }
         if unknown_rate && !discs {
-            let message = "capture_fps is \"unknown\"; expected a number: gravity and the cloth act in seconds (only discs \
-                           can do without)";
+            let message =
+                "\"unknown\" goes with discs only: gravity and the cloth act in seconds; expected a number";
             source.wrong("video.capture_fps", message);
         }
         if playback_fps.is_some() && capture_fps.is_none() {
-            let message = "playback_fps needs capture_fps beside it: what the camera recorded at";
-            source.wrong("video.playback_fps", message);
+            source.wrong(
+                "video.playback_fps",
+                "playback_fps needs capture_fps beside it: the rate of the camera",
+            );
         }
-        let readout = read_out(readout, rows, &scale, source);
+        if readout.is_some() != rows.is_some() {
+            let message = "row_readout_s (or [camera] shutter in seconds) and rows, the picture's height in pixels, go together";
+            source.wrong_of_first(READOUT, message);
+        }
+        if read_out.is_some() && y_axis.is_none() {
+            let message = "row_readout_s needs [scale] length_unit = \"px\" and y_axis, to know a ball's row of the picture";
+            source.wrong_of_first(READOUT, message);
+        }
+        if scale.from.is_some() && (is_measured || discs) {
+            let message = "from = \"balls\" goes with balls, without m_per_px and [[scale.point]]; expected one of them";
+            source.wrong("scale.from", message);
+        }
+        if is_px && !is_measured && !from_balls {
+            let message = "length_unit is \"px\"; expected m_per_px, or four or more [[scale.point]] with px = [u, v] and m = [x, y]";
+            source.wrong("scale.length_unit", message);
+        }
+        if is_px && scale.m_per_px.is_some() && has_points {
+            source
+                .wrong("scale.m_per_px", "both m_per_px and [[scale.point]] are given; expected one of them");
+        }
+        if !is_px && is_measured {
+            let message = "m_per_px and [[scale.point]] go with length_unit = \"px\" only";
+            source.wrong_of_first(&["scale.m_per_px", "scale.point.0"], message);
+        }
+        if columns.is_none() && format == Format::Columns {
+            source.wrong("tracks.columns", "format = \"columns\" needs a section [tracks.columns]");
+        }
+        if columns.is_some() && !matches!(format, Format::Auto | Format::Columns) {
+            source.wrong("tracks.columns", "[tracks.columns] goes with format = \"columns\" only");
+        }
+        if has_angles && !discs {
+            let message = "a column of angles does not say how a ball turns; expected it with [ball] shape = \"disc\" only";
+            source.wrong("tracks.columns", message);
+        }
+        if let Some(Err(message)) = columns.as_ref().map(ColumnNames::check) {
+            source.wrong("tracks.columns", message);
+        }
+        let up = |axis| axis == YAxis::Up;
+        let readout = read_out.zip(y_axis);
+        let readout = readout.map(|((seconds, rows), axis)| ReadOut { seconds, rows, up: up(axis) });
+        let (factor, divisor) =
+            scale.length_unit.unwrap_or(Unit::M).metres().unwrap_or((scale.m_per_px.unwrap_or(1.0), 1.0));
+        let axis_up = scale.y_axis.map(up);
+        let mut calibration = Calibration::linear(factor, divisor, axis_up.unwrap_or(true), readout);
         let mut notes = Vec::new();
-        let from_balls = is_from_balls(&scale, discs, source);
-        let calibration = calibration(&scale, from_balls, readout, &mut notes, source);
-        let camera = camera.check(source);
-        let states_balls = tracks.cue.is_some() || tracks.object.is_some();
-        let given = [tracks.cue, tracks.object, tracks.cue_markers, tracks.object_markers];
-        let names = names(given, source);
-        check_columns(tracks.columns.as_ref(), tracks.format, discs, source);
+        if is_px && has_points && scale.m_per_px.is_none() {
+            let pairs: Vec<_> = scale.point.iter().map(|point| (point.px, point.m)).collect();
+            match Calibration::homography(&pairs, axis_up, readout) {
+                Ok((homography, note)) => {
+                    notes.push(format!("{}: {note}", source.path.display()));
+                    calibration = homography;
+                }
+                Err(message) => source.wrong("scale.point.0", message),
+            }
+        }
         let folder = source.path.parent().map(PathBuf::from).unwrap_or_default();
         TrackSettings {
             capture_fps,
@@ -267,118 +320,20 @@ impl Sections {
             calibration,
             unit: scale.length_unit,
             scale_sd,
-            format: tracks.format,
-            names,
-            states_balls,
+            format,
+            states_balls: tracks.cue.is_some() || tracks.object.is_some(),
+            names: names([tracks.cue, tracks.object, tracks.cue_markers, tracks.object_markers], source),
             shots: tracks.shots.map(|shots| folder.join(shots)),
             position_sd,
             time_unit: tracks.time_unit,
-            columns: tracks.columns,
-            camera,
+            columns,
+            camera: camera.check(source),
             from_balls,
             notes,
         }
     }
 }
 
-fn check_columns(columns: Option<&ColumnNames>, format: Format, discs: bool, source: &Source) {
-    let wrong = |message: &str| source.wrong("tracks.columns", message);
-    let Some(columns) = columns else {
-        if format == Format::Columns {
-            wrong("format = \"columns\" needs a section [tracks.columns] that says which column is what");
-        }
-        return;
-    };
-    if !matches!(format, Format::Auto | Format::Columns) {
-        wrong("[tracks.columns] goes with format = \"columns\" only");
-    }
-    if let Err(message) = columns.check() {
-        wrong(&message);
-    }
-    if columns.has_angles() && !discs {
-        wrong(
-            "[tracks.columns] has a column of angles, but an angle does not say how a ball turns; expected it with \
-             [ball] shape = \"disc\" only",
-        );
-    }
-}
-
-fn read_out(
-    seconds: Option<f64>,
-    rows: Option<f64>,
-    scale: &ScaleSection,
-    source: &Source,
-) -> Option<ReadOut> {
-    let keys = ["video.row_readout_s", "video.rows", "camera.shutter"];
-    if seconds.is_some() != rows.is_some() {
-        let message = "[video] row_readout_s (or [camera] shutter in seconds) and [video] rows, the height of the picture in pixels, go together";
-        source.wrong_of_first(&keys, message);
-    }
-    let (seconds, rows) = seconds.zip(rows)?;
-    let y_axis = scale.y_axis.filter(|_| scale.length_unit == Some(Unit::Px));
-    if y_axis.is_none() {
-        let message = "row_readout_s needs [scale] length_unit = \"px\" and y_axis: without them the row of \
-                       the picture that shows a ball is not known";
-        source.wrong_of_first(&keys, message);
-    }
-    Some(ReadOut { seconds, rows, up: y_axis? == YAxis::Up })
-}
-
-/// Returns whether the balls are the ruler: by a statement, or for pixels without another scale.
-fn is_from_balls(scale: &ScaleSection, discs: bool, source: &Source) -> bool {
-    let is_px = scale.length_unit == Some(Unit::Px);
-    let is_measured = scale.m_per_px.is_some() || !scale.point.is_empty();
-    if scale.from.is_some() && is_measured {
-        let message = "from = \"balls\" stands beside m_per_px or [[scale.point]]; expected one of them";
-        source.wrong("scale.from", message);
-    } else if scale.from.is_some() && discs {
-        let message = "from is \"balls\"; discs need a scale: m_per_px, or four or more [[scale.point]]";
-        source.wrong("scale.from", message);
-    }
-    !discs && !is_measured && (scale.from.is_some() || is_px)
-}
-
-fn calibration(
-    scale: &ScaleSection,
-    from_balls: bool,
-    readout: Option<ReadOut>,
-    notes: &mut Vec<String>,
-    source: &Source,
-) -> Calibration {
-    let axis_up = scale.y_axis.map(|axis| axis == YAxis::Up);
-    let unit = scale.length_unit.unwrap_or(Unit::M);
-    let (factor, divisor) = unit.metres().unwrap_or((scale.m_per_px.unwrap_or(1.0), 1.0));
-    let linear = Calibration::linear(factor, divisor, axis_up.unwrap_or(true), readout);
-    match (unit, scale.m_per_px.is_some(), !scale.point.is_empty()) {
-        (Unit::Px, false, false) if !from_balls => {
-            let message = "length_unit is \"px\"; expected m_per_px beside it, or four or more [[scale.point]] \
-                           with px = [u, v] and m = [x, y]";
-            source.wrong("scale.length_unit", message);
-        }
-        (Unit::Px, true, true) => {
-            let message = "both m_per_px and [[scale.point]] are given; expected one of them";
-            source.wrong("scale.m_per_px", message);
-        }
-        (Unit::Px, false, true) => {
-            let pairs: Vec<_> = scale.point.iter().map(|point| (point.px, point.m)).collect();
-            match Calibration::homography(&pairs, axis_up, readout) {
-                Ok((calibration, note)) => {
-                    notes.push(format!("{}: {note}", source.path.display()));
-                    return calibration;
-                }
-                Err(message) => source.wrong("scale.point.0", message),
-            }
-        }
-        (Unit::Px, ..) | (_, false, false) => {}
-        _ => {
-            let message = "m_per_px and [[scale.point]] go with length_unit = \"px\" only";
-            source.wrong_of_first(&["scale.m_per_px", "scale.point.0"], message);
-        }
-    }
-    linear
-}
-
-/// Returns the names of the tracks of cue and object, and of the markers on either.
 fn names(mut given: [Option<Names>; 4], source: &Source) -> [Names; 4] {
     let mut used: Vec<(String, &str)> = Vec::new();
     [0, 1, 2, 3].map(|i| {

@@ -3,6 +3,8 @@
 use std::collections::{BTreeMap, HashMap};
 use std::path::{Path, PathBuf};
 
+use indexmap::IndexMap;
+
 use super::finish::{Facts, Own};
 use super::input::quoted;
 use super::raw::RawShot;
@@ -38,15 +40,13 @@ const BETWEEN: char = ';';
 pub(super) struct ShotsTable<'a> {
     path: PathBuf,
     problems: &'a Problems,
-    /// In the order of the file.
-    rows: Vec<ShotRow>,
-    by_name: HashMap<String, usize>,
+    /// By the names of shots, in the order of the file.
+    rows: IndexMap<String, ShotRow>,
     assume: Option<Assume>,
     labels: Vec<String>,
 }
 
 struct ShotRow {
-    shot: String,
     line: usize,
     /// The reason, if the shot is to be skipped.
     skip: Option<String>,
@@ -61,10 +61,10 @@ struct ShotRow {
 
 impl<'a> ShotsTable<'a> {
     pub(super) fn read(path: Option<&Path>, assume: Option<Assume>, problems: &'a Problems) -> Self {
-        let (rows, by_name, labels) = (Vec::new(), HashMap::new(), Vec::new());
+        let (rows, labels) = (IndexMap::new(), Vec::new());
         let table = path.and_then(|path| Table::read(path, problems));
         let path = path.unwrap_or(Path::new("")).to_path_buf();
-        let mut all = Self { path, problems, rows, by_name, assume, labels };
+        let mut all = Self { path, problems, rows, assume, labels };
         let Some(table) = table else { return all };
         rows::check_names(&table, &KNOWN);
         table.require("shot", &["shot"]);
@@ -84,16 +84,7 @@ impl<'a> ShotsTable<'a> {
             let spin = spin(&table, row, omega, assume);
             let own = own(&table, row, rates.as_ref().and_then(|rates| rates[row]));
             let stated = table.text("cue_spin", row).map_or(assume, |word| Assume::of(word).or(assume));
-            if let Some(first) = all.by_name.insert(shot.to_string(), all.rows.len()) {
-                let line = all.rows[first].line;
-                table.wrong(
-                    row,
-                    "shot",
-                    format!("\"{shot}\" also stands in line {line}; expected each shot once"),
-                );
-            }
-            all.rows.push(ShotRow {
-                shot: shot.to_string(),
+            let read = ShotRow {
                 line: table.line(row),
                 skip,
                 spin,
@@ -101,32 +92,29 @@ impl<'a> ShotsTable<'a> {
                 file: table.text("file", row).map(str::to_string),
                 own,
                 labels: rows::labels(&table, &KNOWN, row),
-            });
+            };
+            if let Some(ShotRow { line, .. }) = all.rows.insert(shot.to_string(), read) {
+                let message = format!("\"{shot}\" also stands in line {line}; expected each shot once");
+                table.wrong(row, "shot", message);
+            }
         }
         all
-    }
-
-    fn row(&self, shot: &str) -> Option<&ShotRow> {
-        Some(&self.rows[*self.by_name.get(shot)?])
     }
 
     pub(super) fn has_label(&self, label: &str) -> bool {
         self.labels.iter().any(|own| own == label)
     }
 
-    /// Notes which columns are labels.
     pub(super) fn note(&self) -> Option<String> {
         labels_note(&self.path, &self.labels)
     }
 
-    /// Returns the reason if a shot is to be skipped.
     pub(super) fn skip(&self, shot: &str) -> Option<&str> {
-        self.row(shot)?.skip.as_deref()
+        self.rows.get(shot)?.skip.as_deref()
     }
 
-    /// Returns the facts about a shot; `None` if the cue ball's spin is not stated.
     pub(super) fn facts(&self, shot: &str) -> Option<Facts> {
-        let row = self.row(shot);
+        let row = self.rows.get(shot);
         let facts = Facts::of(row.and_then(|row| row.spin).or(self.assume.map(of_word))?);
         Some(match row {
             Some(row) => Facts { labels: row.labels.clone(), own: row.own.clone(), ..facts },
@@ -139,18 +127,17 @@ impl<'a> ShotsTable<'a> {
 
     /// Returns whether the spin is stated as measured and only markers can show it.
     pub(super) fn is_by_markers(&self, shot: &str) -> bool {
-        self.row(shot).map_or(self.assume == Some(Assume::Measured), |row| row.by_markers)
+        self.rows.get(shot).map_or(self.assume == Some(Assume::Measured), |row| row.by_markers)
     }
 
-    /// Returns whether some shot has a frame rate of its own.
     pub(super) fn has_rates(&self) -> bool {
-        self.rows.iter().any(|row| row.own.capture_fps.is_some())
+        self.rows.values().any(|row| row.own.capture_fps.is_some())
     }
 
     /// Gives shots the names that the table has for their files.
     pub(super) fn name_by_file(&self, raw: &mut [RawShot]) {
         let mut named: HashMap<usize, usize> = HashMap::new();
-        for ShotRow { shot: name, line, file, .. } in &self.rows {
+        for (name, ShotRow { line, file, .. }) in &self.rows {
             let Some(file) = file else { continue };
             let wrong = |message: String| self.problems.add(&self.path, *line, "file", message);
             let of_file = of_file(raw, file);
@@ -180,11 +167,10 @@ impl<'a> ShotsTable<'a> {
         }
     }
 
-    /// Complains about rows of unknown shots.
     pub(super) fn check_names(&self, known: &HashMap<&str, usize>) {
-        for row in self.rows.iter().filter(|row| !known.contains_key(row.shot.as_str())) {
-            let near = did_you_mean(&row.shot, known.keys().copied());
-            let message = format!("there is no shot \"{}\" in the data{near}", row.shot);
+        for (shot, row) in self.rows.iter().filter(|(shot, _)| !known.contains_key(shot.as_str())) {
+            let near = did_you_mean(shot, known.keys().copied());
+            let message = format!("there is no shot \"{shot}\" in the data{near}");
             self.problems.add(&self.path, row.line, "shot", message);
         }
     }
@@ -205,7 +191,6 @@ fn of_file(raw: &[RawShot], cell: &str) -> Vec<usize> {
     if found.is_empty() && is_on_a_drive { ends(path.rsplit('/').next().unwrap_or_default()) } else { found }
 }
 
-/// Returns the statements of a row that replace those of dataset.toml.
 fn own(table: &Table, row: usize, rate: Option<f64>) -> Own {
     let names = NAMED.map(|column| {
         let cell = table.text(column, row)?;

@@ -6,8 +6,8 @@ use std::path::Path;
 
 use super::discs;
 use super::guess::{self, Guess};
-use super::input::Context;
-use super::raw::{Clock, Notes, RawShot, middle, sorted, span};
+use super::input::{Context, Notes};
+use super::raw::{Clock, RawShot, middle, sorted, span};
 use super::read;
 use super::settings::Sections;
 use super::time::Grid;
@@ -24,8 +24,6 @@ pub(crate) struct Survey {
     pub shots: usize,
     /// Names of tracks in the order of appearance, and the part of the time at which each moves.
     pub tracks: Vec<(String, f64)>,
-    /// Whether times are numbers of frames.
-    pub in_frames: bool,
     /// Frames per second that the file itself states, as the camera's.
     pub stated_fps: Option<f64>,
     /// Frames per second that the times follow, if they are in seconds.
@@ -58,7 +56,6 @@ pub(crate) fn survey(file: &Path) -> Result<Survey, Vec<Problem>> {
     guess.and_then(|guess| look(file, guess).ok()).map_or(plain, Ok)
 }
 
-/// Surveys a file with these columns, if any.
 fn look(file: &Path, guess: Guess) -> Result<Survey, Vec<Problem>> {
     let problems = Problems::new("");
     let source = Source { path: file, text: "", problems: &problems };
@@ -80,13 +77,8 @@ fn look(file: &Path, guess: Guess) -> Result<Survey, Vec<Problem>> {
         Clock::FramesAt(fps) => (true, Some(fps)),
         _ => (false, None),
     };
-    let rows = || {
-        shots
-            .iter()
-            .flat_map(|shot| &shot.tracks)
-            .filter(|track| !track.is_angle)
-            .flat_map(|track| track.seen())
-    };
+    let tracks = || shots.iter().flat_map(|shot| &shot.tracks).filter(|track| !track.is_angle);
+    let rows = || tracks().flat_map(|track| track.seen());
     let sides = [span(rows().map(|row| row.x)), span(rows().map(|row| row.y))];
     let closest_of_shots = sorted(shots.iter().filter_map(closest));
     let are_discs = |shot: &RawShot| shot.tracks.len() > 5 && discs::are_two(&shot.tracks);
@@ -96,7 +88,6 @@ fn look(file: &Path, guess: Guess) -> Result<Survey, Vec<Problem>> {
         extent: sides.map(|[low, high]| high - low).into_iter().fold(0.0, f64::max),
         closest: closest_of_shots.get(closest_of_shots.len() / 4).copied(),
         tracks: beginnings(&shots),
-        in_frames,
         stated_fps,
         unit: unit.map(Unit::name),
         are_discs: guess.has_angles || shots.iter().any(are_discs),
@@ -121,7 +112,6 @@ fn beginnings(shots: &[RawShot]) -> Vec<(String, f64)> {
     tracks.into_iter().filter_map(|(name, all)| Some((name, middle(all.into_iter())?))).collect()
 }
 
-/// Returns the least distance of the centres of two balls at one time.
 fn closest(shot: &RawShot) -> Option<f64> {
     let [first, second] = shot.centres()?;
     let places: HashMap<u64, [f64; 2]> =
@@ -134,15 +124,9 @@ fn closest(shot: &RawShot) -> Option<f64> {
     Some(distances.fold(f64::INFINITY, f64::min)).filter(|least| least.is_finite())
 }
 
-/// Frame rates of common cameras.
-const CAMERA_RATES: [f64; 24] = [
-    24.0, 25.0, 30.0, 48.0, 50.0, 60.0, 90.0, 100.0, 120.0, 200.0, 240.0, 250.0, 300.0, 400.0, 480.0, 500.0,
-    600.0, 960.0, 1000.0, 2000.0, 29.97, 59.94, 119.88, 239.76,
-];
-
 /// Returns the frame rate of the times of a shot: the coarsest grid on which all times lie. If
-/// rounding leaves several rates possible, it is a common one, or else a whole number. The times
-/// are converted to seconds.
+/// rounding leaves several rates possible, it is the roundest one. The times are converted to
+/// seconds.
 fn followed(shot: &mut RawShot) -> Option<f64> {
     let second = match shot.clock {
         Clock::In(unit) => unit.seconds()?,
@@ -164,6 +148,7 @@ fn followed(shot: &mut RawShot) -> Option<f64> {
     };
     let slack = (grid.resolution / length).max(1e-6);
     let possible = |rate: &f64| (rate / fps - 1.0).abs() <= slack;
-    let common = CAMERA_RATES.into_iter().find(possible);
-    (fps > 0.0 && fps.is_finite()).then(|| common.or(Some(fps.round()).filter(possible)).unwrap_or(fps))
+    let tidy = |unit: f64| (fps / unit).round() * unit;
+    (fps > 0.0 && fps.is_finite())
+        .then(|| [10.0, 1.0, 0.01].map(tidy).into_iter().find(possible).unwrap_or(fps))
 }

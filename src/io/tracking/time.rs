@@ -2,7 +2,8 @@
 
 use std::sync::Arc;
 
-use super::raw::{CLOCK, Clock, Log, Notes, RawShot, RawTrack, sorted, span};
+use super::input::{Log, Notes, Subject};
+use super::raw::{Clock, RawShot, RawTrack, sorted, span};
 use super::settings::TrackSettings;
 use super::units::TimeUnit;
 
@@ -29,40 +30,38 @@ pub(super) struct Grid {
 pub(super) fn convert(shot: &mut RawShot, settings: &TrackSettings, notes: &Notes) -> Result<f64, String> {
     let fps = settings.capture_fps;
     if settings.unknown_rate && shot.clock != Clock::In(TimeUnit::Frames) {
-        let message = "[video] capture_fps is \"unknown\", which goes with frame numbers, but this file has times; \
-                       expected no capture_fps, or the right one";
+        let message = "[video] capture_fps is \"unknown\", but this file has times; expected frame numbers, or no capture_fps";
         return Err(message.to_string());
     }
     let unit = match shot.clock {
         Clock::FramesAt(stated) => {
             if let Some(given) = fps.filter(|fps| (fps / stated - 1.0).abs() > MAX_MISMATCH) {
                 return Err(format!(
-                    "the file says that it was recorded at {stated} fps, but [video] capture_fps is {given}; \
-                     expected the same, or no capture_fps"
+                    "the file states {stated} fps, but [video] capture_fps is {given}; expected the same, or no capture_fps"
                 ));
             }
-            return Ok(from_frames(shot, fps.unwrap_or(stated)));
+            let fps = fps.unwrap_or(stated);
+            shot.rows_mut().for_each(|row| row.time /= fps);
+            return Ok(fps);
         }
         Clock::Unsaid => settings.time_unit.map_or_else(|| guess_unit(shot, settings), Ok)?,
         Clock::Rounded(_) => TimeUnit::S,
         Clock::In(unit) => settings.time_unit.filter(|_| unit != TimeUnit::Frames).unwrap_or(unit),
     };
     let Some(second) = unit.seconds() else {
-        let fps = fps.ok_or(
-            "time is in frames; expected [video] capture_fps, the frames per second that the camera recorded (not the \
-             playback rate)",
-        )?;
+        let missing =
+            "time is in frames; expected [video] capture_fps, the frames per second that the camera recorded";
+        let fps = fps.ok_or(missing)?;
         if let Some(row) = shot.rows().find(|row| row.time.fract() != 0.0) {
             return Err(format!(
                 "line {}: frame {} is not a whole number; if it is a time, say [tracks] time_unit",
                 row.line, row.time
             ));
         }
-        return Ok(from_frames(shot, fps));
+        shot.rows_mut().for_each(|row| row.time /= fps);
+        return Ok(fps);
     };
-    for row in shot.rows_mut() {
-        row.time *= second;
-    }
+    shot.rows_mut().for_each(|row| row.time *= second);
     let grid = Grid::of(shot, second);
     let file = Arc::clone(&shot.file);
     let log = notes.of(&file);
@@ -77,15 +76,7 @@ pub(super) fn convert(shot: &mut RawShot, settings: &TrackSettings, notes: &Note
     with_rate(shot, &grid, rate, fps, settings.playback_fps.is_some(), log)
 }
 
-fn from_frames(shot: &mut RawShot, fps: f64) -> f64 {
-    for row in shot.rows_mut() {
-        row.time /= fps;
-    }
-    fps
-}
-
 impl Grid {
-    /// Returns the grid of a shot; `second` is the length of the file's unit of time.
     pub(super) fn of(shot: &RawShot, second: f64) -> Self {
         let times = shot.times();
         let resolution = match shot.clock {
@@ -96,7 +87,6 @@ impl Grid {
         Self { times, resolution, spacing }
     }
 
-    /// Returns the first and the last time.
     fn ends(&self) -> Option<[f64; 2]> {
         Some([*self.times.first()?, *self.times.last()?])
     }
@@ -132,12 +122,11 @@ impl Grid {
         let next = |t: &f64| {
             let step = (t - before) / spacing;
             let whole = step.round();
-            let is_off =
-                (step - whole).abs() > MAX_OFF_GRID * whole.max(1.0) + 1.02 * self.resolution / spacing;
+            let off = MAX_OFF_GRID * whole.max(1.0) + 1.02 * self.resolution / spacing;
             frame += whole;
             let stays = whole == 0.0 && *t > before;
             before = *t;
-            (!is_off && !stays).then_some(frame)
+            ((step - whole).abs() <= off && !stays).then_some(frame)
         };
         self.times.iter().map(next).collect()
     }
@@ -177,7 +166,6 @@ fn spacing(times: &[f64], resolution: f64) -> f64 {
     sum / n
 }
 
-/// Takes times as the file's own clock gives them, if the frame rate is known.
 fn with_rate(
     shot: &mut RawShot,
     grid: &Grid,
@@ -186,24 +174,19 @@ fn with_rate(
     is_stated: bool,
     log: Log,
 ) -> Result<f64, String> {
-    let fits = grid.fits(rate);
-    let own = 1.0 / grid.spacing;
+    let (fits, own) = (grid.fits(rate), 1.0 / grid.spacing);
     if !is_stated && !fits {
         return Err(format!(
-            "times are {:.6} s apart ({own:.4} fps), but [video] capture_fps is {fps} ({:.6} s). If the camera \
-             recorded at {fps} fps and the file's times follow the slower playback, write playback_fps = {own:.4} \
-             below capture_fps; if they are right and only some frames were tracked, write playback_fps = {fps}; \
-             if they are not in seconds, write [tracks] time_unit; otherwise correct capture_fps",
-            grid.spacing,
-            1.0 / fps
+            "times are {:.6} s apart ({own:.4} fps), but [video] capture_fps is {fps}; expected the rate of the camera. If the times \
+             are those of slow playback, write playback_fps = {own:.4} below it; if they are right and some frames are missing, \
+             playback_fps = {fps}; if they are not in seconds, [tracks] time_unit",
+            grid.spacing
         ));
     }
     if is_stated && grid.spacing * rate < 1.0 - MAX_MISMATCH && !fits {
         return Err(format!(
-            "times are {:.6} s apart, closer than [video] playback_fps = {rate} allows ({:.6} s); expected the rate that \
-             the file's times follow, {:.4}, or no playback_fps if they are the camera's",
+            "times are {:.6} s apart, closer than [video] playback_fps = {rate} allows; expected the rate that they follow, {:.4}",
             grid.spacing,
-            1.0 / rate,
             tidy(own)
         ));
     }
@@ -215,29 +198,26 @@ fn with_rate(
     let Some(frames) = frames else {
         if is_rounded {
             return Err(format!(
-                "times do not follow frames at {rate} fps, even allowing for their being rounded to {} s; \
-                 expected frame numbers, or times with more digits",
+                "times do not follow frames at {rate} fps, even allowing for their being rounded to {} s; expected frame numbers, or \
+                 times with more digits",
                 grid.resolution
             ));
         }
         let message = format!(
-            "times are not spaced like whole frames at {rate} fps throughout (a camera of variable rate?); \
-             taken as they are written"
+            "times are not spaced like whole frames at {rate} fps throughout; taken as they are written"
         );
-        log.add(CLOCK, line, message);
+        log.add(Subject::Clock, line, message);
         replace(shot, &grid.times, |i| grid.times[i] * rate / fps);
         return Ok(fps);
     };
     let Some([first, last]) = grid.ends() else { return Ok(fps) };
     if let Some(row) = first_apart(&frames, &grid.times, grid.resolution, rate).filter(|_| !is_stated) {
         let message = format!(
-            "after {:.0} frames times are {:.6} s from the first, but frames at capture_fps = {fps} {:.6} s: more than half a frame \
-             apart (a clock that drifts, or another rate); taken as they are written",
-            frames[row],
-            grid.times[row] - first,
-            frames[row] / rate
+            "after {:.0} frames times are more than half a frame off capture_fps = {fps} (a clock that drifts, or another rate); taken \
+             as they are written",
+            frames[row]
         );
-        log.add(CLOCK, line, message);
+        log.add(Subject::Clock, line, message);
         // rounding is averaged out if the clock is steady
         let mean = (last - first) / frames[frames.len() - 1];
         if is_rounded && first_apart(&frames, &grid.times, grid.resolution, mean.recip()).is_none() {
@@ -252,7 +232,7 @@ fn with_rate(
     };
     if (0..frames.len()).any(|i| (time(i) - grid.times[i]).abs() > 1e-6 / fps) {
         let message = format!("times as written are replaced by frame number / capture_fps ({fps})");
-        log.add(CLOCK, line, message);
+        log.add(Subject::Clock, line, message);
     }
     replace(shot, &grid.times, time);
     Ok(fps)
@@ -274,37 +254,32 @@ fn first_apart(frames: &[f64], seconds: &[f64], rounding: f64, rate: f64) -> Opt
 
 /// Takes the frame rate from the times, if no other source exists.
 fn without_rate(shot: &mut RawShot, grid: &Grid, log: Log) -> Result<f64, String> {
-    let help = "expected [video] capture_fps, the frames per second that the camera recorded";
-    let Some([first, last]) = grid.ends() else { return Err(format!("no times; {help}")) };
-    if grid.spacing.is_nan() {
-        return Err(format!("one time only, which gives no frame rate; {help}"));
-    }
-    let is_rounded = grid.resolution > MAX_OFF_GRID * grid.spacing;
-    let Some(frames) = grid.frames(grid.spacing) else {
-        let is_regular = |two: &&[f64]| ((two[1] - two[0]) / grid.spacing - 1.0).abs() < 0.1;
-        let regular = grid.times.windows(2).filter(is_regular).count();
-        if is_rounded || regular * 4 < 3 * (grid.times.len() - 1) {
-            return Err(format!("times are not regularly spaced; {help}"));
-        }
-        let fps = tidy(1.0 / grid.spacing);
-        let message = format!(
-            "capture_fps is not given; times, mostly {:.6} s apart ({fps:.4} fps), are taken as they are written",
-            grid.spacing
-        );
-        log.add(CLOCK, shot.line, message);
-        return Ok(fps);
+    let refused = |why: &str| {
+        format!("{why}; expected [video] capture_fps, the frames per second that the camera recorded")
     };
-    let fps = tidy(frames.last().copied().unwrap_or(1.0).max(1.0) / (last - first));
-    let how = if is_rounded { ", and rebuilt from it" } else { "" };
-    let message = format!("capture_fps is not given; taken from the spacing of the times, {fps:.4} fps{how}");
-    log.add(CLOCK, shot.line, message);
-    if is_rounded {
+    let Some([first, last]) = grid.ends().filter(|_| !grid.spacing.is_nan()) else {
+        return Err(refused("fewer than two times, which give no frame rate"));
+    };
+    let is_rounded = grid.resolution > MAX_OFF_GRID * grid.spacing;
+    let frames = grid.frames(grid.spacing);
+    let is_regular = |two: &&[f64]| ((two[1] - two[0]) / grid.spacing - 1.0).abs() < 0.1;
+    let regular = grid.times.windows(2).filter(is_regular).count();
+    if frames.is_none() && (is_rounded || regular * 4 < 3 * (grid.times.len() - 1)) {
+        return Err(refused("times are not regularly spaced"));
+    }
+    let own = match frames.as_ref().and_then(|frames| frames.last()) {
+        Some(last_frame) => last_frame.max(1.0) / (last - first),
+        None => 1.0 / grid.spacing,
+    };
+    let fps = tidy(own);
+    let message = format!("capture_fps is not given; taken from the spacing of the times, {fps:.4} fps");
+    log.add(Subject::Clock, shot.line, message);
+    if let Some(frames) = frames.filter(|_| is_rounded) {
         replace(shot, &grid.times, |i| first + frames[i] / fps);
     }
     Ok(fps)
 }
 
-/// Returns the nearest whole number if the difference is rounding.
 fn tidy(fps: f64) -> f64 {
     if (fps - fps.round()).abs() < 1e-6 * fps { fps.round() } else { fps }
 }
@@ -317,8 +292,7 @@ fn by_row(shot: &mut RawShot, grid: &Grid, rate: f64, fps: f64, log: Log) -> Res
     let mut late = first.iter().enumerate().map(|(i, time)| time - start - i as f64 / rate);
     if !shot.tracks.iter().all(|track| times(track) == first) || !grid.is_rounding(&mut late) {
         return Err(format!(
-            "times are rounded to {} s, coarser than frames at {rate} fps, and rows cannot be counted; expected frame numbers, or \
-             times with more digits",
+            "times are rounded to {} s, coarser than frames at {rate} fps; expected frame numbers, or times with more digits",
             grid.resolution
         ));
     }
@@ -326,14 +300,13 @@ fn by_row(shot: &mut RawShot, grid: &Grid, rate: f64, fps: f64, log: Log) -> Res
         "times are rounded to {} s; rebuilt from the number of the row at {fps} fps",
         grid.resolution
     );
-    log.add(CLOCK, shot.line, message);
+    log.add(Subject::Clock, shot.line, message);
     for (i, row) in shot.tracks.iter_mut().flat_map(|track| track.rows.iter_mut().enumerate()) {
         row.time = start * rate / fps + i as f64 / fps;
     }
     Ok(fps)
 }
 
-/// Gives each row whose time is `times[i]` the time `new(i)`.
 fn replace(shot: &mut RawShot, times: &[f64], new: impl Fn(usize) -> f64) {
     for row in shot.rows_mut() {
         let i = times.partition_point(|t| *t < row.time);
@@ -350,9 +323,7 @@ fn guess_unit(shot: &RawShot, settings: &TrackSettings) -> Result<TimeUnit, Stri
         if !are_whole && spacing < 0.2 {
             return Ok(TimeUnit::S);
         }
-        return Err(format!(
-            "the file does not say whether its times are frames, ms or µs; {help}, and [video] capture_fps"
-        ));
+        return Err(format!("the unit of the times is not stated; {help}, and [video] capture_fps"));
     };
     let is_near = |unit: &TimeUnit| {
         unit.seconds().is_some_and(|second| {
@@ -369,8 +340,7 @@ fn guess_unit(shot: &RawShot, settings: &TrackSettings) -> Result<TimeUnit, Stri
         (true, [TimeUnit::Ms]) if rate == 1000.0 => Ok(TimeUnit::Frames),
         (true, _) | (false, [_, _, ..]) => Err(format!("times may be frames or ms at {rate} fps; {help}")),
         (false, []) => Err(format!(
-            "times are {spacing} apart, which at {rate} fps is neither a frame nor its length in s, ms or µs; {help}, the \
-             right capture_fps, or playback_fps if the file follows a slower playback"
+            "times are {spacing} apart, which at {rate} fps is neither a frame nor its length in s, ms or µs; {help}, or another rate"
         )),
     }
 }

@@ -1,5 +1,7 @@
 //! Units of lengths, times and angles in files of tracks.
 
+use std::mem::discriminant;
+
 use schemars::JsonSchema;
 use serde::Deserialize;
 
@@ -22,13 +24,13 @@ worded! {
 worded! {
     #[derive(Clone, Copy, Debug, Deserialize, JsonSchema, PartialEq, Eq)]
     #[serde(rename_all = "lowercase")]
-    pub(in crate::io) enum TimeUnit {
+    pub(super) enum TimeUnit {
         Frames = "frames",
         S = "s",
         Ms = "ms",
         Us = "us",
     }
-    pub(in crate::io) fn name;
+    pub(super) fn name;
 }
 
 worded! {
@@ -41,10 +43,58 @@ worded! {
     pub(in crate::io) fn name;
 }
 
-impl Unit {
-    /// Returns the unit of this name in dataset.toml.
+/// A unit that a file states beside the name of a column or below it.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) enum Measure {
+    Length(Unit),
+    Time(TimeUnit),
+    Angle(AngleUnit),
+}
+
+/// Words for units, in small letters.
+const WORDS: [(&str, Measure); 12] = [
+    ("m metre metres meter meters", Measure::Length(Unit::M)),
+    ("cm", Measure::Length(Unit::Cm)),
+    ("mm", Measure::Length(Unit::Mm)),
+    ("in inch inches \"", Measure::Length(Unit::In)),
+    ("ft foot feet", Measure::Length(Unit::Ft)),
+    ("px pixel pixels", Measure::Length(Unit::Px)),
+    ("s sec second seconds", Measure::Time(TimeUnit::S)),
+    ("ms", Measure::Time(TimeUnit::Ms)),
+    ("us µs μs", Measure::Time(TimeUnit::Us)),
+    ("frame frames", Measure::Time(TimeUnit::Frames)),
+    ("rad radian radians", Measure::Angle(AngleUnit::Rad)),
+    ("deg ° degree degrees", Measure::Angle(AngleUnit::Deg)),
+];
+
+impl Measure {
     pub(super) fn of(word: &str) -> Option<Self> {
-        Self::ALL.into_iter().find(|unit| unit.name().eq_ignore_ascii_case(word.trim()))
+        let word = word.trim().to_lowercase();
+        let is_known = |words: &str| words.split(' ').any(|known| known == word);
+        WORDS.iter().find(|(words, _)| is_known(words)).map(|(_, unit)| *unit)
+    }
+
+    pub(super) fn name(self) -> &'static str {
+        match self {
+            Self::Length(unit) => unit.name(),
+            Self::Time(unit) => unit.name(),
+            Self::Angle(unit) => unit.name(),
+        }
+    }
+
+    pub(super) fn is_like(self, other: Self) -> bool {
+        discriminant(&self) == discriminant(&other)
+    }
+
+    pub(super) fn names_of_kind(self) -> String {
+        let names = WORDS.iter().filter(|(_, unit)| unit.is_like(self)).map(|(_, unit)| unit.name());
+        names.collect::<Vec<_>>().join(", ")
+    }
+}
+
+impl Unit {
+    pub(super) fn of(word: &str) -> Option<Self> {
+        if let Measure::Length(unit) = Measure::of(word)? { Some(unit) } else { None }
     }
 
     /// Returns metres per unit as whole factor and divisor (5.6 cm is 0.056 m); `None` for pixels.
@@ -62,7 +112,6 @@ impl Unit {
 }
 
 impl TimeUnit {
-    /// Returns seconds per unit; `None` for frames.
     pub(super) fn seconds(self) -> Option<f64> {
         match self {
             Self::Frames => None,

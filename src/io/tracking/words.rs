@@ -63,7 +63,6 @@ pub(super) struct Rest {
 }
 
 impl Rest {
-    /// Returns the middle of a box from a corner and the values of these columns.
     pub(super) fn middle(self, [x, y]: [f64; 2], [other_x, other_y]: [f64; 2]) -> [f64; 2] {
         if self.is_size {
             [x + 0.5 * other_x, y + 0.5 * other_y]
@@ -79,12 +78,10 @@ pub(super) struct Boxed {
     pub rest: Rest,
 }
 
-/// Returns whether a list of words has a word.
 fn has(list: &str, word: &str) -> bool {
     list.split(' ').any(|own| own == word)
 }
 
-/// Returns the words of a name in small letters, without punctuation.
 fn words(name: &str) -> Vec<String> {
     let small = name.to_lowercase();
     let words = small.split(|c: char| !c.is_alphanumeric()).filter(|word| !word.is_empty());
@@ -173,12 +170,10 @@ fn replaced(names: &[String], x: usize, word: &str) -> Option<(usize, usize)> {
     })
 }
 
-/// Returns the column with the name of this column of x, the x replaced by another word.
 pub(super) fn beside(names: &[String], x: usize, word: &str) -> Option<usize> {
     replaced(names, x, word).map(|(column, _)| column)
 }
 
-/// Returns the columns of a size that belong to this column of x.
 pub(super) fn size(names: &[String], x: usize) -> Option<[usize; 2]> {
     let pair = |[width, height]: [&str; 2]| Some([beside(names, x, width)?, beside(names, x, height)?]);
     [["width", "height"], ["w", "h"]].into_iter().find_map(pair)
