@@ -8,8 +8,8 @@ use crate::measurement::loss::Loss;
 use crate::physics::collision::FidelityChoice;
 use crate::physics::friction_law::Law;
 use crate::report;
-use crate::report::document::{self, FitDocument};
-use crate::report::regression::{self, Moved, SAME_ERRORS};
+use crate::report::document;
+use crate::report::stored::{self, SAME_ERRORS, Stored};
 use crate::report::terminal;
 
 use super::progress::{self, Progress};
@@ -108,7 +108,7 @@ fn load(args: &Args) -> Result<(Vec<Dataset>, Vec<String>), Failure> {
 pub(super) fn run(args: &Args) -> Result<(), Failure> {
     // all input is checked before anything is written
     let (datasets, assumed) = load(args)?;
-    let baseline = args.baseline.as_deref().map(document::read).transpose()?;
+    let baseline = args.baseline.as_deref().map(Stored::read).transpose()?;
     let progress = Progress::over_shots(&datasets, args.bootstrap);
     let (options, mut fits, mut failed, mut status) = (options(args), Vec::new(), Vec::new(), 1);
     for dataset in datasets {
@@ -126,8 +126,10 @@ pub(super) fn run(args: &Args) -> Result<(), Failure> {
         return unless_none(&failed, status);
     }
     let mut moved = Vec::new();
-    for fit in fits.iter().flatten() {
-        moved.extend(moved_since(baseline.as_deref(), fit, args)?);
+    if let Some(baseline) = &baseline {
+        for fit in fits.iter().flatten() {
+            moved.extend(baseline.moved(fit, args.baseline_tolerance)?);
+        }
     }
     let mut written = Vec::new();
     for found in &fits {
@@ -157,25 +159,10 @@ pub(super) fn run(args: &Args) -> Result<(), Failure> {
         })?;
     }
     if !moved.is_empty() {
-        let table = regression::table(&moved);
+        let table = stored::table(&moved);
         failed.push(format!("the fit is no longer that of the baseline:\n{}", table.trim_end()));
     }
     unless_none(&failed, 1)
-}
-
-/// Returns what moved since the stored fits by more than the tolerance, with the title of the fit.
-fn moved_since(
-    baseline: Option<&[FitDocument]>,
-    fit: &Fit,
-    args: &Args,
-) -> Result<Vec<(String, Moved)>, Failure> {
-    let (Some(stored), Some(path)) = (baseline, &args.baseline) else { return Ok(Vec::new()) };
-    let title = report::title(fit);
-    let Some(stored) = regression::find(fit, stored) else {
-        refuse!("{}: holds no fit of {title}; expected one to compare with", path.display());
-    };
-    let moved = regression::moved(fit, stored, args.baseline_tolerance);
-    Ok(moved.into_iter().map(|moved| (title.clone(), moved)).collect())
 }
 
 /// Returns whether a file is in a folder, or contains it.

@@ -14,7 +14,7 @@ use crate::measurement::parameter::Parameter;
 use crate::problem::Severity;
 
 /// Returns the files of a comparison: name and content.
-pub fn files(comparison: &Comparison) -> Result<Files, ReportError> {
+pub(crate) fn files(comparison: &Comparison) -> Result<Files, ReportError> {
     let texts = texts([
         ("residuals.csv", csv::of_comparison(comparison)),
         ("report.html", content::html(&report(comparison))?),
@@ -26,7 +26,6 @@ pub fn files(comparison: &Comparison) -> Result<Files, ReportError> {
 }
 
 /// Returns the text that `caromfit compare` prints.
-#[must_use]
 pub fn table(comparison: &Comparison) -> String {
     content::text(&report(comparison))
 }

@@ -19,8 +19,7 @@ use crate::physics::disc::Discs;
 use crate::problem::{DiscImpact, Doubt, Impact, Quantity};
 
 /// Returns dataset.toml, impacts.csv and left-out.csv.
-#[must_use]
-pub fn of_balls(dataset: &Dataset, extracted: &[Impact]) -> Files {
+pub(crate) fn of_balls(dataset: &Dataset, extracted: &[Impact]) -> Files {
     texts([
         ("impacts.csv", impacts(dataset, extracted)),
         ("left-out.csv", left_out(dataset)),
@@ -29,18 +28,24 @@ pub fn of_balls(dataset: &Dataset, extracted: &[Impact]) -> Files {
 }
 
 /// Returns discs.csv and left-out.csv.
-#[must_use]
-pub fn of_disc_shots(dataset: &Dataset, discs: &Discs, extracted: &[(TrackShot, DiscImpact)]) -> Files {
+pub(crate) fn of_disc_shots(
+    dataset: &Dataset,
+    discs: &Discs,
+    extracted: &[(TrackShot, DiscImpact)],
+) -> Files {
     texts([("left-out.csv", left_out(dataset)), ("discs.csv", discs_table(discs, extracted))])
 }
 
 /// Returns the picture of each shot of balls: file name and SVG.
-pub fn pictures(film: &FittedFilm, extracted: &[Impact]) -> Result<Files, ReportError> {
+pub(crate) fn pictures(film: &FittedFilm, extracted: &[Impact]) -> Result<Files, ReportError> {
     drawn(extracted, |impact| &impact.shot.name, |impact| of_shot(film, impact))
 }
 
 /// Returns the picture of each shot of discs: file name and SVG.
-pub fn pictures_of_discs(discs: &Discs, extracted: &[(TrackShot, DiscImpact)]) -> Result<Files, ReportError> {
+pub(crate) fn pictures_of_discs(
+    discs: &Discs,
+    extracted: &[(TrackShot, DiscImpact)],
+) -> Result<Files, ReportError> {
     let figure = |(shot, impact): &(TrackShot, DiscImpact)| {
         let [from, to] = impact.window;
         let used = |samples: &[crate::measurement::track::Sample]| {
@@ -223,8 +228,7 @@ fn discs_table(discs: &Discs, extracted: &[(TrackShot, DiscImpact)]) -> String {
 }
 
 /// Returns the main numbers of an impact of discs, in a line.
-#[must_use]
-pub fn summary(impact: &DiscImpact) -> String {
+pub(crate) fn summary(impact: &DiscImpact) -> String {
     let text = |name: &str, quantity: Quantity| {
         let measured = impact.get(quantity)?;
         Some(match measured.sd {
@@ -243,8 +247,7 @@ pub fn summary(impact: &DiscImpact) -> String {
 }
 
 /// Returns remarks on a shot, a line each: that its discs stick together, and what makes it doubtful.
-#[must_use]
-pub fn remarks(impact: &DiscImpact) -> Vec<String> {
+pub(crate) fn remarks(impact: &DiscImpact) -> Vec<String> {
     let stuck = impact.stuck.iter().map(|stuck| format!("{}.", stuck.sentence()));
     stuck.chain(impact.doubts.iter().map(|doubt| format!("doubtful: {doubt}."))).collect()
 }

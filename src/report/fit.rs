@@ -9,11 +9,10 @@ use crate::fit::{Counted, DOWN_WEIGHTED, Estimate, Fit, Grade, Noise, Status, Ve
 use crate::measurement::number::{interval, plain, with_error};
 
 /// Returns all that there is to say of fits as text: of one its report, of several a line each, all warnings, and their error budgets.
-#[must_use]
 pub fn as_text(fits: &[Fit]) -> String {
     match fits {
         [fit] => content::text(&content(fit)),
-        several => content::sections(&of_several(several, &[])),
+        several => content::sections(&of_several(several, &[])).trim_start().to_owned(),
     }
 }
 
@@ -122,7 +121,10 @@ fn of_several(fits: &[Fit], folders: &[String]) -> [Section; 3] {
 fn budget(fits: &[Fit]) -> Section {
     /// Smaller parts of an error are not shown.
     const LEAST: f64 = 0.1;
-    let rows = fits.iter().flat_map(|fit| {
+    // a single fit is not named
+    let unnamed = usize::from(fits.len() == 1);
+    let usable = fits.iter().filter(|fit| fit.verdict().grade != Grade::Unusable);
+    let rows = usable.flat_map(|fit| {
         fit.budget.iter().map(move |found| {
             let parts =
                 document::budget(found).into_iter().filter_map(|part| Some((part.source, part.std_error?)));
@@ -130,12 +132,13 @@ fn budget(fits: &[Fit]) -> Section {
             let shown = parts.filter(|(_, error)| *error >= LEAST * total);
             let shown = shown.map(|(source, error)| format!("{} {}", symbol(&source), plain(error, 2)));
             let error = format!("± {}", plain(total, 2));
-            vec![title(fit), symbol(found.id.name()), error, shown.collect::<Vec<_>>().join(", ")]
+            let row = [title(fit), symbol(found.id.name()), error, shown.collect::<Vec<_>>().join(", ")];
+            row.into_iter().skip(unnamed).collect()
         })
     });
     let about = "squares add up; parts below a tenth of the error are left out";
-    let table = Table::new(["data set", "", "error", "of which"], rows);
-    Section::new("Error budget", about, [table.into()])
+    let head = ["data set", "", "error", "of which"].into_iter().skip(unnamed);
+    Section::new("Error budget", about, [Table::new(head, rows).into()])
 }
 
 fn parameter_section(fit: &Fit) -> Section {

@@ -11,23 +11,25 @@ pub(crate) mod export;
 pub(crate) mod extracted;
 pub mod fit;
 mod plot;
-pub mod regression;
 mod shots;
+pub mod stored;
 pub mod terminal;
-pub mod write;
+pub(crate) mod write;
 
 use std::path::PathBuf;
 
-pub use write::{fit_folder, folder_name, group_folders, write};
+pub(crate) use write::fit_folder;
+pub use write::{folder_name, group_folders, write};
+
+use document::Body;
 
 use crate::fit::Fit;
-use crate::measurement::dataset::ObjectBall;
-pub use crate::measurement::number::count_of;
+pub(crate) use crate::measurement::number::count_of;
 use crate::measurement::number::{plain, with_error};
 use crate::measurement::observable::Observable;
 use crate::measurement::parameter::Parameter;
-use crate::physics::ball::Ball;
-use crate::physics::disc::Discs;
+use crate::physics::ball::UNIFORM_SPHERE;
+use crate::physics::disc::{Discs, UNIFORM_DISC};
 
 /// Returns the residual plots of a fit, as SVG and as PNG, with the names of their files.
 pub fn residual_plots(fit: &Fit) -> Result<[(String, Vec<u8>); 2], ReportError> {
@@ -59,8 +61,7 @@ pub enum ReportError {
 }
 
 /// Returns what a reader calls the fit: the data set and, where labels are fitted apart, the label.
-#[must_use]
-pub fn title(fit: &Fit) -> String {
+pub(crate) fn title(fit: &Fit) -> String {
     match &fit.group {
         Some((column, label)) => format!("{}, {column} = {label}", fit.dataset),
         None => fit.dataset.clone(),
@@ -87,40 +88,31 @@ fn model(fit: &Fit) -> String {
 
 /// Returns what a reader calls the bodies that collided, and their size and mass.
 fn bodies(fit: &Fit) -> (&'static str, String) {
-    let Some(discs) = fit.discs else { return ("balls", two_balls(&fit.ball, fit.object.as_ref())) };
-    let milli = |value: f64, digits: usize| plain(1e3 * value, digits);
-    let radii = match discs.radii {
-        Some([first, second]) => format!("radii {} and {} mm", milli(first, 5), milli(second, 5)),
-        None => format!(
-            "radii not stated ({} mm is half the distance of the centres at the impact)",
-            milli(fit.ball.radius, 5)
-        ),
-    };
-    let masses = match discs.masses {
-        Some([first, second]) => format!("masses {} and {} g", milli(first, 4), milli(second, 4)),
-        None => "masses not stated".to_owned(),
-    };
-    ("discs", format!("{radii}, {masses}"))
+    let [first, second] = [0, 1].map(|which| document::body(fit, which));
+    match fit.discs {
+        Some(discs) if discs.radii.is_none() => {
+            ("discs", format!("radii not stated (half the distance of the centres: {})", size(&first)))
+        }
+        Some(_) => ("discs", format!("first: {}; second: {}", size(&first), size(&second))),
+        None if fit.object.is_none() => ("balls", size(&first)),
+        None => ("balls", two_balls(&first, &second)),
+    }
 }
 
-/// Returns both balls in words, with the errors of what is stated of them.
-fn two_balls(cue: &Ball, object: Option<&ObjectBall>) -> String {
-    let number = |value: f64, sd: f64, digits: usize| {
-        if sd > 0.0 { with_error(1e3 * value, 1e3 * sd) } else { plain(1e3 * value, digits) }
+fn two_balls(cue: &Body, object: &Body) -> String {
+    format!("cue ball: {}; object ball: {}", size(cue), size(object))
+}
+
+/// Returns radius and mass of a body in words, with the errors that are stated, and a moment of inertia that is not a uniform ball's.
+fn size(body: &Body) -> String {
+    let milli = |value: f64, sd: Option<f64>, digits: usize| match sd {
+        Some(sd) => with_error(1e3 * value, 1e3 * sd),
+        None => plain(1e3 * value, digits),
     };
-    let one = |ball: &Ball, mass_sd: f64, radius_sd: f64| {
-        let (radius, mass) = (number(ball.radius, radius_sd, 5), number(ball.mass, mass_sd, 4));
-        format!("radius {radius} mm, mass {mass} g")
-    };
-    let Some(object) = object else { return one(cue, 0.0, 0.0) };
-    let both = [("cue ball", cue), ("object ball", &object.ball)];
-    let both = both.into_iter().enumerate().map(|(which, (name, ball))| {
-        let sizes = one(ball, object.mass_sd.unwrap_or_default()[which], object.radius_sd[which]);
-        let inertia = format!(", inertia {} MR²", plain(ball.inertia, 4));
-        let inertia = if cue.inertia == object.ball.inertia { "" } else { &inertia };
-        format!("{name}: {sizes}{inertia}")
-    });
-    both.collect::<Vec<_>>().join("; ")
+    let mass = body.mass_kg.map(|mass| format!(", mass {} g", milli(mass, body.mass_kg_sd, 4)));
+    let is_usual = [UNIFORM_SPHERE, UNIFORM_DISC].contains(&body.inertia);
+    let inertia = if is_usual { String::new() } else { format!(", inertia {} MR²", plain(body.inertia, 4)) };
+    format!("radius {} mm{}{inertia}", milli(body.radius_m, body.radius_m_sd, 5), mass.unwrap_or_default())
 }
 
 /// Returns `p = 0.013`; small probabilities are not distinguished.

@@ -19,7 +19,6 @@ struct Line {
 
 /// Returns one line per data set, whose labels are folded into it, the best verdict first; below a line the sentence of its verdict
 /// if it is not good, or the only one.
-#[must_use]
 pub fn overview(fits: &[Fit]) -> String {
     if fits.is_empty() {
         return String::new();

@@ -9,8 +9,7 @@ use super::{ReportError, content, csv, document, fit, label, plot};
 use crate::fit::Fit;
 
 /// Returns the folder of all fits of one data set below `out`.
-#[must_use]
-pub fn fit_folder(fits: &[Fit], out: &Path) -> PathBuf {
+pub(crate) fn fit_folder(fits: &[Fit], out: &Path) -> PathBuf {
     fits.first().map_or_else(|| out.to_path_buf(), |fit| out.join(dataset_folder(&fit.dataset)))
 }
 
@@ -47,7 +46,7 @@ const NAMES: [&str; 9] = [
 ];
 
 /// Names and contents of files.
-pub type Files = Vec<(String, Vec<u8>)>;
+pub(crate) type Files = Vec<(String, Vec<u8>)>;
 
 pub(super) fn texts<const N: usize>(files: [(&str, String); N]) -> Files {
     files.map(|(name, text)| (name.to_owned(), text.into_bytes())).to_vec()
@@ -101,7 +100,7 @@ fn put(files: &[(String, Content)], folder: &Path) -> Result<(), ReportError> {
 
 /// Puts files into a folder, which is made where it is missing: all are complete on the disk before
 /// the first one replaces what was there.
-pub fn write_files(files: &[(impl AsRef<str>, Vec<u8>)], folder: &Path) -> Result<(), ReportError> {
+pub(crate) fn write_files(files: &[(impl AsRef<str>, Vec<u8>)], folder: &Path) -> Result<(), ReportError> {
     let content =
         |(name, content): &(_, Vec<u8>)| (AsRef::<str>::as_ref(name).to_owned(), bytes(content.clone()));
     let contents: Vec<(String, Content)> = files.iter().map(content).collect();
@@ -134,14 +133,12 @@ fn write_contents(files: Vec<&(String, Content)>, folder: &Path) -> Result<(), R
 }
 
 /// Returns the folder of a data set: its name, with path separators and control characters replaced.
-#[must_use]
-pub fn dataset_folder(name: &str) -> String {
+pub(crate) fn dataset_folder(name: &str) -> String {
     let separator = |c: char| matches!(c, '/' | '\\' | ':') || c.is_control();
     not_special(name.replace(separator, "-").trim().to_owned())
 }
 
 /// Returns the folder of a label: letters, digits, `.`, `_` and `-`, anything else replaced by `-`.
-#[must_use]
 pub fn folder_name(label: &str) -> String {
     let allowed = |c: char| c.is_ascii_alphanumeric() || matches!(c, '.' | '_' | '-');
     not_special(label.chars().map(|c| if allowed(c) { c } else { '-' }).collect())
@@ -149,7 +146,6 @@ pub fn folder_name(label: &str) -> String {
 
 /// Returns one folder for each label, all different, also where upper and lower case are the same: labels
 /// whose names collide get `-2`, `-3` … in their order.
-#[must_use]
 pub fn group_folders(labels: &[String]) -> Vec<String> {
     // A label that is itself the name of a folder keeps it.
     let own = |label: &&String| folder_name(label) == **label;

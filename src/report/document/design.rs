@@ -109,13 +109,13 @@ impl Serialize for Design {
 
 /// A number for each coefficient.
 #[derive(Clone, Copy, Debug, Serialize, schemars::JsonSchema)]
-pub struct Coefficients<T> {
+pub(crate) struct Coefficients<T> {
     /// Of the friction between the balls.
-    pub mu: T,
+    pub(crate) mu: T,
     /// Of the friction of the cloth on the object ball.
-    pub mu_s: T,
+    pub(crate) mu_s: T,
     /// Of the restitution.
-    pub e: T,
+    pub(crate) e: T,
 }
 
 impl<T> From<[T; 3]> for Coefficients<T> {

@@ -13,7 +13,7 @@ use crate::problem::{self, Budget, Severity, Status};
 use crate::report::{reduced_chi2, unit_name, unit_of};
 
 /// Numbers that were found of a film, by their names.
-pub type FilmEntry = ByName<Number>;
+pub(crate) type FilmEntry = ByName<Number>;
 
 /// Kind of the finding that the data contradict the model.
 const REFUTED: &str = "refuted";
@@ -281,7 +281,7 @@ fn named<T, U>(all: &[T], one: impl Fn(&T) -> (&str, U)) -> ByName<U> {
 
 impl Body {
     /// Returns the cue ball or the object ball (0 or 1) with the standard deviations of what is stated of both.
-    pub(super) fn of_balls(cue: &Ball, object: Option<&ObjectBall>, which: usize) -> Self {
+    pub(in crate::report) fn of_balls(cue: &Ball, object: Option<&ObjectBall>, which: usize) -> Self {
         let ball = object.filter(|_| which == 1).map_or(cue, |object| &object.ball);
         let sds = |object: &ObjectBall| [Some(object.radius_sd), object.mass_sd].map(|sds| Some(sds?[which]));
         Self::new(ball, object.map_or([None; 2], sds))
@@ -289,7 +289,7 @@ impl Body {
 }
 
 /// Returns the cue ball or the object ball, or one of two discs (0 or 1): of discs with the mass only if it is stated.
-fn body(fit: &Fit, which: usize) -> Body {
+pub(in crate::report) fn body(fit: &Fit, which: usize) -> Body {
     let body = Body::of_balls(&fit.ball, fit.object.as_ref(), which);
     let Some(discs) = fit.discs else { return body };
     let radius_m = discs.radii.map_or(body.radius_m, |radii| radii[which]);
