@@ -1,6 +1,6 @@
 //! The data sets that ship, against independent calculations.
 
-use caromfit::report::stored::{Moved, SAME_ERRORS, Stored};
+use caromfit::report::stored::{Moved, Stored};
 
 use crate::prelude::*;
 
@@ -39,7 +39,7 @@ fn are_the_stored(name: &str, dataset: &Dataset, options: &Options) -> usize {
     let stored = Stored::read(&root().join("fits")).unwrap();
     let fits = fit::fit(dataset, options).unwrap();
     for fit in &fits {
-        let moved: Vec<Moved> = stored.moved(fit, SAME_ERRORS).unwrap();
+        let moved: Vec<Moved> = stored.moved(fit).unwrap();
         assert!(moved.is_empty(), "{name} {:?}: {moved:?}", fit.group);
     }
     fits.len()

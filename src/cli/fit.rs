@@ -9,7 +9,7 @@ use crate::physics::collision::FidelityChoice;
 use crate::physics::friction_law::Law;
 use crate::report;
 use crate::report::document;
-use crate::report::stored::{self, SAME_ERRORS, Stored};
+use crate::report::stored::{self, Stored};
 use crate::report::terminal;
 
 use super::progress::{self, Progress};
@@ -52,9 +52,6 @@ pub(super) struct Args {
     /// Compare with stored fits (a fit.json, or a folder of them): status 1 and a table of what moved
     #[arg(long, value_name = "FIT.json")]
     baseline: Option<PathBuf>,
-    /// What counts as moved, in standard errors (of χ²: in its standard deviation)
-    #[arg(long, value_parser = tolerance, default_value_t = SAME_ERRORS, value_name = "N", requires = "baseline", allow_hyphen_values = true)]
-    baseline_tolerance: f64,
     /// Print everything: of one fit its report, of several a line for each label, all warnings and error budgets
     #[arg(long)]
     all: bool,
@@ -64,12 +61,6 @@ pub(super) struct Args {
     // its heading holds for all options behind it
     #[command(flatten)]
     told: Told,
-}
-
-/// The value of `--baseline-tolerance`: with NaN everything would count as moved, with infinity nothing.
-fn tolerance(text: &str) -> Result<f64, String> {
-    let valid = Some(super::number(text)?).filter(|number| number.is_finite() && *number >= 0.0);
-    valid.ok_or_else(|| "expected a finite number, 0 or more".to_owned())
 }
 
 /// `fit`, or B,C.
@@ -128,7 +119,7 @@ pub(super) fn run(args: &Args) -> Result<(), Failure> {
     let mut moved = Vec::new();
     if let Some(baseline) = &baseline {
         for fit in fits.iter().flatten() {
-            moved.extend(baseline.moved(fit, args.baseline_tolerance)?);
+            moved.extend(baseline.moved(fit)?);
         }
     }
     let mut written = Vec::new();

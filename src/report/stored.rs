@@ -18,7 +18,7 @@ pub struct StoredError {
 
 /// By how much an estimate may move and still count as the same, in standard errors, of which the larger one counts; χ² in its own
 /// standard deviation √(2·dof). Far below what matters in practice, far above the roundings of another machine.
-pub const SAME_ERRORS: f64 = 0.01;
+const SAME_ERRORS: f64 = 0.01;
 
 /// A result that changed: data set, what, before, now, and by how many standard errors.
 pub type Moved = [String; 5];
@@ -48,12 +48,12 @@ impl Stored {
         StoredError { path: self.path.clone(), reason }
     }
 
-    /// Returns what differs by more than a tolerance, which is that of [`SAME_ERRORS`], from the stored fit of the same data set and
-    /// label; in the order of the parameters, then χ² and the rest.
+    /// Returns what differs from the stored fit of the same data set and label by more than a hundredth of a standard error, in the
+    /// order of the parameters, then χ² and the rest.
     ///
     /// # Errors
     /// There is no such fit.
-    pub fn moved(&self, fit: &Fit, tolerance: f64) -> Result<Vec<Moved>, StoredError> {
+    pub fn moved(&self, fit: &Fit) -> Result<Vec<Moved>, StoredError> {
         /// The tolerance of an estimate without a standard error, as a fraction of it.
         const RELATIVE: f64 = 1e-6;
         let now = FitDocument::new(fit);
@@ -82,12 +82,12 @@ impl Stored {
             let error = before.std_error.into_iter().chain(now.std_error).fold(0.0, f64::max);
             let in_errors = (error > 0.0).then(|| change / error);
             let largest = before.estimate.abs().max(now.estimate.abs());
-            if in_errors.map_or(change.abs() > RELATIVE * largest, |errors| errors.abs() > tolerance) {
+            if in_errors.map_or(change.abs() > RELATIVE * largest, |errors| errors.abs() > SAME_ERRORS) {
                 compare(name, [before, now].map(|own| own.estimate.to_string()), in_errors);
             }
             // an interval that widens is a change even where the estimate stays
             let widened = match [before.std_error, now.std_error] {
-                [Some(old), Some(new)] => (new / old - 1.0).abs() > tolerance,
+                [Some(old), Some(new)] => (new / old - 1.0).abs() > SAME_ERRORS,
                 [old, new] => old.is_some() != new.is_some(),
             };
             if widened {
@@ -97,7 +97,7 @@ impl Stored {
         }
         let chi2 = [before, &now].map(|fit| fit.chi2.unwrap_or(f64::NAN));
         let change = (chi2[1] - chi2[0]) / (2.0 * now.dof.max(1) as f64).sqrt();
-        if chi2[0].is_finite() != chi2[1].is_finite() || change.abs() > tolerance {
+        if chi2[0].is_finite() != chi2[1].is_finite() || change.abs() > SAME_ERRORS {
             compare(
                 "chi2",
                 chi2.map(|chi2| chi2.to_string()),

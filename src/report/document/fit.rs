@@ -3,7 +3,7 @@
 use serde::{Deserialize, Serialize, Serializer};
 use serde_json::{Number, Value};
 
-use super::{ByName, Made, document, finite};
+use super::{ByName, Made, document, each, finite, named};
 use crate::fit::{
     self, About, Counted, Diagnostics, Explanation, Fit, FoundCamera, Rejected, Scatter, Verdict,
 };
@@ -54,7 +54,7 @@ document! {
         /// Whether the model contains each effect, by its name.
         effects: ByName<bool> = fit.effects.iter().map(|(name, on)| ((*name).to_owned(), *on)).collect(),
         /// What a reader should know, the most important first. Of kind refuted: the data contradict the model.
-        findings: Vec<Found> = fit.remarks.iter().map(|remark| Found::new(fit, remark)).collect(),
+        findings: Vec<Found> = each(&fit.remarks, |remark| Found::new(fit, remark)),
         /// Estimates by the name of the parameter; mu_b and mu_c if the friction decreases with the slip, kappa if the contact is
         /// compliant, mass_ratio and radius_ratio (cue ball over object ball) if they were fitted, e_slope if the restitution
         /// decreases with the closing speed.
@@ -78,7 +78,7 @@ document! {
         /// left_out_at_impacts the number of frames before and after each impact.
         film: Option<ByName<FilmEntry>> = fit.camera.as_ref().map(film),
         /// Every unknown that all shots share and that was free: of contact, balls, cloth, time and camera.
-        unknowns: Vec<Unknown> = fit.unknowns.iter().map(Unknown::new).collect(),
+        unknowns: Vec<Unknown> = each(&fit.unknowns, Unknown::new),
         /// What makes up the standard errors of mu, mu_s and e, the largest part first; empty for those without one.
         budget: ByName<Vec<BudgetPart>> = named(&fit.budget, |own| (own.id.name(), budget(own))),
         /// What explains residuals that the equations or the stated numbers leave, the best first.
@@ -90,7 +90,7 @@ document! {
             None => fit.residuals.len(),
         },
         /// How the noise of each observable is known.
-        noise: Vec<Noise> = fit.noise.iter().map(Noise::new).collect(),
+        noise: Vec<Noise> = each(&fit.noise, Noise::new),
         /// How far the fit can be trusted.
         #[serde(flatten, skip_deserializing)]
         diagnostics: Diagnostics = fit.diagnostics.clone(),
@@ -169,7 +169,7 @@ document! {
     #[derive(Default, Deserialize)]
     Correlation(fit: &Fit) {
         /// Names of the parameters.
-        order: Vec<String> = fit.estimates.iter().map(|found| found.parameter.name().to_owned()).collect(),
+        order: Vec<String> = each(&fit.estimates, |found| found.parameter.name().to_owned()),
         /// Rows and columns in this order, −1 to 1; null if a parameter has no standard error.
         matrix: Vec<Vec<Option<f64>>> = {
             fit.correlation.row_iter().map(|row| row.iter().map(|value| finite(*value)).collect()).collect()
@@ -272,11 +272,6 @@ impl Serialize for Fit {
     fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
         FitDocument::new(self).serialize(serializer)
     }
-}
-
-/// Returns what is made of each of some things, by its name.
-fn named<T, U>(all: &[T], one: impl Fn(&T) -> (&str, U)) -> ByName<U> {
-    all.iter().map(one).map(|(name, made)| (name.to_owned(), made)).collect()
 }
 
 impl Body {

@@ -140,6 +140,16 @@ impl Default for Made {
     }
 }
 
+/// Returns what is made of each of some things.
+fn each<T, U>(all: &[T], one: impl FnMut(&T) -> U) -> Vec<U> {
+    all.iter().map(one).collect()
+}
+
+/// Returns what is made of each of some things, by its name.
+fn named<T, U>(all: &[T], one: impl Fn(&T) -> (&str, U)) -> ByName<U> {
+    all.iter().map(one).map(|(name, made)| (name.to_owned(), made)).collect()
+}
+
 fn finite(number: f64) -> Option<f64> {
     number.is_finite().then_some(number)
 }
