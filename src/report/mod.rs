@@ -30,6 +30,7 @@ use crate::measurement::observable::Observable;
 use crate::measurement::parameter::Parameter;
 use crate::physics::ball::UNIFORM_SPHERE;
 use crate::physics::disc::{Discs, UNIFORM_DISC};
+use crate::problem::{self, Id};
 
 /// Returns the residual plots of a fit, as SVG and as PNG, with the names of their files.
 pub fn residual_plots(fit: &Fit) -> Result<[(String, Vec<u8>); 2], ReportError> {
@@ -148,6 +149,26 @@ fn unit_name(observable: Observable) -> &'static str {
 
 fn speed_unit(discs: &Discs) -> &'static str {
     if discs.in_seconds { "m/s" } else { "m per frame" }
+}
+
+/// What makes up the standard error of a parameter: sources by their symbols, the largest first, without those below a tenth of it.
+struct Budget {
+    of: Id,
+    std_error: f64,
+    parts: Vec<(String, f64)>,
+}
+
+fn budgets(fit: &Fit) -> Vec<Budget> {
+    const LEAST: f64 = 0.1;
+    let budget = |found: &problem::Budget| {
+        let parts = document::budget(found).into_iter();
+        let mut parts: Vec<_> =
+            parts.filter_map(|part| Some((symbol(&part.source), part.std_error?))).collect();
+        let std_error = parts.iter().map(|(_, error)| error.powi(2)).sum::<f64>().sqrt();
+        parts.retain(|(_, error)| *error >= LEAST * std_error);
+        Budget { of: found.id, std_error, parts }
+    };
+    fit.budget.iter().map(budget).collect()
 }
 
 /// Returns the symbol of an unknown, by its name; without one the name in words.

@@ -11,8 +11,7 @@ use crate::measurement::dataset::Measured;
 use crate::measurement::number::plain;
 use crate::measurement::parameter::Parameter;
 use crate::problem::{DiscImpact, Quantity};
-use crate::report::document::{self, BudgetPart};
-use crate::report::{speed_unit, symbol, title};
+use crate::report::{budgets, speed_unit, symbol, title};
 use crate::studies::accuracy::{Errors, Includes, Row};
 
 /// Returns e of discs against the closing speed, and J_t/J_n against the slip, each with what was fitted; an empty figure of balls, and
@@ -82,21 +81,17 @@ pub(in crate::report) fn discs(fit: &Fit) -> Figure {
 
 /// Returns what makes up the variances of μ, μ_s and e, as bars; `None` if that is noise alone.
 pub(super) fn budget(fit: &Fit) -> Option<Panel> {
-    /// Sources that are shown of a parameter, and the smallest part of the variance that is.
+    /// Number of sources that are shown of a parameter.
     const SOURCES: usize = 4;
-    const LEAST: f64 = 0.01;
+    let budgets = budgets(fit);
     let mut bars: Vec<(String, f64, usize)> = Vec::new();
-    let mut is_noise_alone = true;
-    for (series, found) in fit.budget.iter().enumerate() {
-        let parts = document::budget(found);
-        let variance = |part: &BudgetPart| part.std_error.unwrap_or(0.0).powi(2);
-        let total: f64 = parts.iter().map(variance).sum();
-        for part in parts.iter().take(SOURCES).filter(|part| variance(part) >= LEAST * total) {
-            is_noise_alone &= part.source == "noise";
-            let words = format!("{}: {}", symbol(found.id.name()), symbol(&part.source));
-            bars.push((words, 100.0 * variance(part) / total, series));
-        }
+    for (series, found) in budgets.iter().enumerate() {
+        let of = symbol(found.of.name());
+        bars.extend(found.parts.iter().take(SOURCES).map(|(source, error)| {
+            (format!("{of}: {source}"), 100.0 * (error / found.std_error).powi(2), series)
+        }));
     }
+    let is_noise_alone = budgets.iter().flat_map(|found| &found.parts).all(|(source, _)| source == "noise");
     bars.reverse();
     let words = Axis::of_words(bars.iter().map(|(words, ..)| words.clone()));
     let about = "what it would take away to know each source exactly";

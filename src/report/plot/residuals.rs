@@ -6,7 +6,7 @@ use statrs::distribution::{Beta, ContinuousCDF, Normal};
 
 use super::axis::{ends, is_drawable};
 use super::others::budget;
-use super::{Axis, BAND, CUT_AXIS, Figure, INK, Label, OFF_THE_AXIS, Panel, Point, SPEED_AXIS};
+use super::{Axis, BAND, CUT_AXIS, Figure, INK, Label, Panel, Point, SPEED_AXIS};
 use crate::compare::Comparison;
 use crate::fit::{Fit, FittedFilm, Residual};
 use crate::measurement::number::{count_of, plain};
@@ -203,7 +203,7 @@ impl Observed {
             }
             let y = Axis::symmetric(STANDARDIZED, 3.2);
             let mut panel = Panel::new(format!("Residuals {words}"), "band: ±2 sd", x, y);
-            panel.rectangle([-OFF_THE_AXIS, OFF_THE_AXIS], [-2.0, 2.0], BAND);
+            panel.rectangle([f64::NEG_INFINITY, f64::INFINITY], [-2.0, 2.0], BAND);
             panel.horizontal(0.0);
             self.draw(&mut panel, places);
             panels.push(panel);
