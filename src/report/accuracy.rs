@@ -4,7 +4,7 @@ use super::ReportError;
 use super::content::{self, Section, Table};
 use super::csv::Table as Csv;
 use super::plot::{self, Pick, way_name};
-use super::write::{Files, texts};
+use super::write::{self, Files};
 use crate::physics::collision::Fidelity;
 use crate::studies::accuracy::{Row, Spread};
 use crate::studies::bias;
@@ -39,7 +39,7 @@ pub(crate) fn table(rows: &[Row]) -> String {
 
 /// Returns the files of the study: name and content.
 pub(crate) fn files(rows: &[Row]) -> Result<Files, ReportError> {
-    Ok([&plot::accuracy(rows).files("accuracy")?[..], &texts([("accuracy.csv", csv(rows))])].concat())
+    write::files([("accuracy", plot::accuracy(rows))], [("accuracy.csv", csv(rows))])
 }
 
 /// Returns accuracy.csv: a row per way, reference and quantity.

@@ -2,7 +2,7 @@
 
 use super::content::{self, Block, Section, Table};
 use super::csv::Table as Csv;
-use super::write::{Files, texts};
+use super::write::{self, Files};
 use super::{ReportError, document, plot};
 use crate::design::information::std_errors;
 use crate::design::{Design, Mixture, OfKind, PlayedKind, SpinFrom};
@@ -11,8 +11,8 @@ use crate::measurement::parameter::Parameter;
 
 /// Returns the files of a design: name and content.
 pub(crate) fn files(design: &Design) -> Result<Files, ReportError> {
-    let texts = texts([("design.csv", csv(design)), ("design.json", document::text(design)?)]);
-    Ok([&plot::design(design).files("design")?[..], &texts].concat())
+    let texts = [("design.csv", csv(design)), ("design.json", document::text(design)?)];
+    write::files([("design", plot::design(design))], texts)
 }
 
 /// Returns a standard error, or – for what is not determined.

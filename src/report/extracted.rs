@@ -1,13 +1,13 @@
 //! What was measured of every shot, as `caromfit extract` writes it: impacts of balls as a data set of kind `impacts`, those of discs as
 //! a table, with what was left out and a picture of each shot.
 
-use std::fmt::Write;
+use std::fmt::Write as _;
 
 use rayon::prelude::*;
 
 use super::csv::Table;
 use super::plot::{Figure, Tracks, of_shot};
-use super::write::{Files, texts};
+use super::write::{self, Files};
 use super::{ReportError, folder_name, group_folders};
 use crate::fit::FittedFilm;
 use crate::io::balls_section;
@@ -19,12 +19,13 @@ use crate::physics::disc::Discs;
 use crate::problem::{DiscImpact, Doubt, Impact, Quantity};
 
 /// Returns dataset.toml, impacts.csv and left-out.csv.
-pub(crate) fn of_balls(dataset: &Dataset, extracted: &[Impact]) -> Files {
-    texts([
+pub(crate) fn of_balls(dataset: &Dataset, extracted: &[Impact]) -> Result<Files, ReportError> {
+    let texts = [
         ("impacts.csv", impacts(dataset, extracted)),
         ("left-out.csv", left_out(dataset)),
         ("dataset.toml", manifest(dataset)),
-    ])
+    ];
+    write::files([], texts)
 }
 
 /// Returns discs.csv and left-out.csv.
@@ -32,8 +33,8 @@ pub(crate) fn of_disc_shots(
     dataset: &Dataset,
     discs: &Discs,
     extracted: &[(TrackShot, DiscImpact)],
-) -> Files {
-    texts([("left-out.csv", left_out(dataset)), ("discs.csv", discs_table(discs, extracted))])
+) -> Result<Files, ReportError> {
+    write::files([], [("left-out.csv", left_out(dataset)), ("discs.csv", discs_table(discs, extracted))])
 }
 
 /// Returns the picture of each shot of balls: file name and SVG.

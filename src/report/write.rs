@@ -20,7 +20,7 @@ pub fn write(fits: &[Fit], out: &Path) -> Result<(), ReportError> {
     let mut rendered = Vec::new();
     for (fit, name) in fits.iter().zip(&names) {
         let own = if fit.group.is_some() { folder.join(name) } else { folder.clone() };
-        rendered.push((own, files(fit)?));
+        rendered.push((own, of_fit(fit)?));
     }
     if fits.iter().any(|fit| fit.group.is_some()) {
         // what an earlier fit that was not label by label left there is removed
@@ -48,8 +48,17 @@ const NAMES: [&str; 9] = [
 /// Names and contents of files.
 pub(crate) type Files = Vec<(String, Vec<u8>)>;
 
-pub(super) fn texts<const N: usize>(files: [(&str, String); N]) -> Files {
-    files.map(|(name, text)| (name.to_owned(), text.into_bytes())).to_vec()
+/// Returns figures, as SVG and as PNG, and texts as files.
+pub(super) fn files<const F: usize, const T: usize>(
+    figures: [(&str, plot::Figure); F],
+    texts: [(&str, String); T],
+) -> Result<Files, ReportError> {
+    let mut files = Files::new();
+    for (name, figure) in figures {
+        files.extend(figure.files(name)?);
+    }
+    files.extend(texts.map(|(name, text)| (name.to_owned(), text.into_bytes())));
+    Ok(files)
 }
 
 /// Writes what a file is to hold, which may be more than should be held in memory.
@@ -60,7 +69,7 @@ fn bytes<'a>(bytes: impl AsRef<[u8]> + 'a) -> Content<'a> {
 }
 
 /// Returns the files of the report of a fit.
-fn files(fit: &Fit) -> Result<Vec<(String, Content<'_>)>, ReportError> {
+fn of_fit(fit: &Fit) -> Result<Vec<(String, Content<'_>)>, ReportError> {
     let mut files: Vec<(String, Content)> = vec![
         ("residuals.csv".to_owned(), Box::new(|to| csv::write_residuals(fit, to))),
         ("shots.csv".to_owned(), bytes(csv::shots(fit))),
