@@ -1,6 +1,6 @@
 //! `caromfit fit`: the main job.
 
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 
 use crate::fit::{self, Falling, Fit, Options};
 use crate::measurement::dataset::Dataset;
@@ -122,16 +122,20 @@ pub(super) fn run(args: &Args) -> Result<(), Failure> {
             moved.extend(baseline.moved(fit)?);
         }
     }
-    let mut written = Vec::new();
-    for found in &fits {
-        let folder = report::fit_folder(found, &args.out);
-        // what moved is not written over what it moved from
-        let is_kept = args.baseline.as_ref().is_some_and(|baseline| is_within(baseline, &folder));
-        if moved.is_empty() || !is_kept {
-            report::write(found, &args.out)?;
-            written.push(folder);
+    // what moved is not written over what it moved from
+    let written = if moved.is_empty() { &fits[..] } else { &[] };
+    written.iter().try_for_each(|found| report::write(found, &args.out))?;
+    let report = match written {
+        [] => String::new(),
+        [one] => {
+            let path = report::fit_folder(one, &args.out).join(REPORT);
+            format!("\nReport: {}\n", path.display())
         }
-    }
+        all => {
+            let path = args.out.join("*").join(REPORT);
+            format!("\nReports: {} ({} data sets)\n", path.display(), all.len())
+        }
+    };
     drop(progress);
     let fits: Vec<Fit> = fits.into_iter().flatten().collect();
     if args.json {
@@ -140,26 +144,13 @@ pub(super) fn run(args: &Args) -> Result<(), Failure> {
         print_lines(&assumed)?;
         print(if assumed.is_empty() { "" } else { "\n" })?;
         print(&if args.all { report::fit::as_text(&fits) } else { terminal::overview(&fits) })?;
-        print(&match written.as_slice() {
-            [] => String::new(),
-            [one] => format!("\nReport: {}\n", one.join(REPORT).display()),
-            all => {
-                let path = args.out.join("*").join(REPORT);
-                format!("\nReports: {} ({} data sets)\n", path.display(), all.len())
-            }
-        })?;
+        print(&report)?;
     }
     if !moved.is_empty() {
         let table = stored::table(&moved);
         failed.push(format!("the fit is no longer that of the baseline:\n{}", table.trim_end()));
     }
     unless_none(&failed, 1)
-}
-
-/// Returns whether a file is in a folder, or contains it.
-fn is_within(path: &Path, folder: &Path) -> bool {
-    let (Ok(path), Ok(folder)) = (path.canonicalize(), folder.canonicalize()) else { return false };
-    path.starts_with(&folder) || folder.starts_with(&path)
 }
 
 fn options(args: &Args) -> Options {

@@ -153,17 +153,3 @@ fn named<T, U>(all: &[T], one: impl Fn(&T) -> (&str, U)) -> ByName<U> {
 fn finite(number: f64) -> Option<f64> {
     number.is_finite().then_some(number)
 }
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn numbers_keep_eight_digits_however_small_they_are() {
-        assert_eq!(rounded(0.059_830_911_131_6), 0.059_830_911);
-        assert_eq!(rounded(30.000_000_000_000_04), 30.0);
-        assert_eq!(rounded(-1.234_567_891e12), -1.234_567_9e12);
-        assert_eq!(rounded(3.186e-31), 3.186e-31);
-        assert!(rounded(f64::MAX).is_finite() && rounded(f64::NAN).is_nan());
-    }
-}
