@@ -16,7 +16,7 @@ pub mod stored;
 pub mod terminal;
 pub(crate) mod write;
 
-use std::path::PathBuf;
+use std::path::Path;
 
 pub(crate) use write::fit_folder;
 pub use write::{folder_name, group_folders, write};
@@ -37,28 +37,25 @@ pub fn residual_plots(fit: &Fit) -> Result<[(String, Vec<u8>); 2], ReportError> 
     plot::residuals(fit).files("residuals")
 }
 
-/// Why a report cannot be made.
+/// Why a report cannot be made: a file that cannot be written, or a figure, a page or a JSON document that cannot be made.
 #[derive(Debug, thiserror::Error)]
-pub enum ReportError {
-    /// A file cannot be written.
-    #[error("{}: cannot be written: {source}", path.display())]
-    Write {
-        /// The file.
-        path: PathBuf,
-        /// Why it cannot be written.
-        source: std::io::Error,
-    },
-    /// A result cannot be written as JSON.
-    #[error("the result cannot be written as JSON: {0}")]
-    Json(#[from] serde_json::Error),
-    /// The drawing library, the PNG encoder or the template engine failed.
-    #[error("the report of {dataset} cannot be drawn: {reason}")]
-    Draw {
-        /// The name of the data set.
-        dataset: String,
-        /// Why it cannot be drawn.
-        reason: String,
-    },
+#[error("{0}")]
+pub struct ReportError(String);
+
+impl ReportError {
+    fn of_file(path: &Path, reason: &std::io::Error) -> Self {
+        Self(format!("{}: cannot be written: {reason}", path.display()))
+    }
+
+    fn of_drawing(title: &str, reason: impl std::fmt::Display) -> Self {
+        Self(format!("the report of {title} cannot be drawn: {reason}"))
+    }
+}
+
+impl From<serde_json::Error> for ReportError {
+    fn from(error: serde_json::Error) -> Self {
+        Self(format!("the result cannot be written as JSON: {error}"))
+    }
 }
 
 /// Returns what a reader calls the fit: the data set and, where labels are fitted apart, the label.

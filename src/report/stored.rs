@@ -10,10 +10,13 @@ use crate::fit::Fit;
 
 /// Why stored fits cannot be read or compared with: file or folder, line and column if there is one, what is wrong, and what was expected.
 #[derive(Debug, thiserror::Error)]
-#[error("{}{reason}", path.display())]
-pub struct StoredError {
-    path: PathBuf,
-    reason: String,
+#[error("{0}")]
+pub struct StoredError(String);
+
+impl StoredError {
+    fn new(path: &Path, reason: impl std::fmt::Display) -> Self {
+        Self(format!("{}{reason}", path.display()))
+    }
 }
 
 /// By how much an estimate may move and still count as the same, in standard errors, of which the larger one counts; χ² in its own
@@ -39,13 +42,9 @@ impl Stored {
         gather(path, &mut stored.fits)?;
         if stored.fits.is_empty() {
             let expected = ": holds no fit.json; expected one, or a folder that caromfit fit wrote";
-            return Err(stored.failed(expected.to_owned()));
+            return Err(StoredError::new(path, expected));
         }
         Ok(stored)
-    }
-
-    fn failed(&self, reason: String) -> StoredError {
-        StoredError { path: self.path.clone(), reason }
     }
 
     /// Returns what differs from the stored fit of the same data set and label by more than a hundredth of a standard error, in the
@@ -60,10 +59,9 @@ impl Stored {
         let label = |fit: &FitDocument| fit.group.as_ref().map(|group| group.label.clone());
         let is_same = |own: &&FitDocument| own.dataset == now.dataset && label(own) == label(&now);
         let title = title(fit);
-        let before =
-            self.fits.iter().find(is_same).ok_or_else(|| {
-                self.failed(format!(": holds no fit of {title}; expected one to compare with"))
-            })?;
+        let before = self.fits.iter().find(is_same).ok_or_else(|| {
+            StoredError::new(&self.path, format!(": holds no fit of {title}; expected one to compare with"))
+        })?;
         let mut all = Vec::new();
         let mut compare = |what: &str, [before, now]: [String; 2], standard_errors: Option<f64>| {
             let by = standard_errors.map_or("–".to_owned(), |by| format!("{by:+.3} standard errors"));
@@ -111,7 +109,7 @@ impl Stored {
 }
 
 fn gather(path: &Path, fits: &mut Vec<FitDocument>) -> Result<(), StoredError> {
-    let wrong = |reason: String| StoredError { path: path.to_path_buf(), reason };
+    let wrong = |reason: String| StoredError::new(path, reason);
     let failed = |error: std::io::Error| wrong(format!(": cannot be read: {error}"));
     if path.is_dir() {
         let own = path.join("fit.json");

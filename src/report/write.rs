@@ -102,7 +102,7 @@ fn put(files: &[(String, Content)], folder: &Path) -> Result<(), ReportError> {
     write_contents(files.iter().filter(|file| !stays(file)).collect(), folder)?;
     let is_old = |name: &&str| files.iter().all(|(written, _)| written != name);
     for path in NAMES.into_iter().filter(is_old).map(|name| folder.join(name)).filter(|path| path.exists()) {
-        fs::remove_file(&path).map_err(|source| ReportError::Write { path, source })?;
+        fs::remove_file(&path).map_err(|error| ReportError::of_file(&path, &error))?;
     }
     Ok(())
 }
@@ -119,7 +119,7 @@ pub(crate) fn write_files(files: &[(impl AsRef<str>, Vec<u8>)], folder: &Path) -
 fn write_contents(files: Vec<&(String, Content)>, folder: &Path) -> Result<(), ReportError> {
     let at = |path: &Path| {
         let path = path.to_owned();
-        move |source: io::Error| ReportError::Write { path, source }
+        move |error: io::Error| ReportError::of_file(&path, &error)
     };
     fs::create_dir_all(folder).map_err(at(folder))?;
     // On the same file system as the folder, so that moving is atomic; inside it would be, too, but
