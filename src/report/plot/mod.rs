@@ -8,8 +8,8 @@ mod residuals;
 
 use plotters::prelude::RGBColor;
 
-use axis::Axis;
 pub(super) use axis::ends;
+use axis::{Axis, Scale};
 pub(super) use films::{Tracks, all_shots, of_shot};
 pub(super) use others::{Pick, accuracy, contours, design, discs, forest, way_name};
 pub(super) use residuals::{of_comparison, residuals};

@@ -3,7 +3,7 @@
 use plotters::prelude::RGBColor;
 
 use super::axis::ends;
-use super::{Axis, BAND, CUT_AXIS, Figure, Label, Panel, Point, color};
+use super::{Axis, BAND, CUT_AXIS, Figure, Label, Panel, Point, Scale, color};
 use crate::compare::{Compared, Comparison};
 use crate::design::{Cell, Design};
 use crate::fit::{Contour, Fit, Status};
@@ -93,7 +93,7 @@ pub(super) fn budget(fit: &Fit) -> Option<Panel> {
     }
     let is_noise_alone = budgets.iter().flat_map(|found| &found.parts).all(|(source, _)| source == "noise");
     bars.reverse();
-    let words = Axis::of_words(bars.iter().map(|(words, ..)| words.clone()));
+    let words = Axis::with("", Scale::Words(bars.iter().map(|(words, ..)| words.clone()).collect()));
     let about = "what it would take away to know each source exactly";
     let mut panel = Panel::new("Error budget", about, Axis::new("part of the variance (%)"), words);
     for (row, (_, end, series)) in bars.iter().enumerate() {
@@ -137,7 +137,7 @@ pub(in crate::report) fn forest(comparison: &Comparison) -> Figure {
     for compared in comparison.quantities.iter().filter(has_interval) {
         let values = || compared.estimates.iter().rev();
         let label = |label: Option<usize>| label.map_or("all".to_owned(), |i| comparison.labels[i].clone());
-        let words = Axis::of_words(values().map(|value| label(value.label)));
+        let words = Axis::with("", Scale::Words(values().map(|value| label(value.label)).collect()));
         let about = if compared.shared { "one value for all" } else { "" };
         let symbol = compared.quantity.symbol();
         let x = Axis::new(format!("{symbol}, {}", compared.quantity.meaning()));
@@ -193,7 +193,7 @@ fn errors(design: &Design, parameter: Parameter, speeds: &[Option<f64>]) -> Opti
     let [slowest, fastest] = ends(speeds.iter().flatten().copied());
     let [from, to] = [slowest, fastest].map(|speed| plain(speed, 3));
     let range = if slowest < fastest { format!("{from} to {to}") } else { from };
-    let y = Axis::logarithmic(format!("standard error of {symbol}"));
+    let y = Axis::with(format!("standard error of {symbol}"), Scale::Logarithmic);
     let mut panel = Panel::new(format!("{symbol}, {range} m/s"), "", Axis::new(CUT_AXIS), y);
     for (kind, speed) in speeds.iter().enumerate() {
         let cells = design.cells.iter().filter(|cell| cell.kind == kind && Some(cell.speed_m_s) == *speed);
@@ -231,8 +231,8 @@ pub(in crate::report) fn accuracy(rows: &[Row]) -> Figure {
         ("Model error: against contact, integrated closely", |row| Some(row.model)),
     ];
     let panels = kinds.map(|(title, pick)| {
-        let x = Axis::logarithmic("time of a collision (µs)");
-        let y = Axis::logarithmic("error of a velocity over U (95 % of the shots)");
+        let x = Axis::with("time of a collision (µs)", Scale::Logarithmic);
+        let y = Axis::with("error of a velocity over U (95 % of the shots)", Scale::Logarithmic);
         let mut panel = Panel::new(title, "", x, y);
         for (index, name) in figure.series.iter().enumerate() {
             let place = |row: &Row| {
