@@ -125,6 +125,7 @@ fn text_puts_warnings_first_and_units_beside_numbers() {
     assert!(normal.contains("  μ    0.1014 ± 0.0027  [0.0961, 0.1067]  sliding friction"), "{normal}");
     assert!(normal.contains("μ and μ_s -0.500, μ and e +0.250, μ_s and e +0.125"), "{normal}");
     assert!(normal.contains("p = 0.43 of a larger one"), "{normal}");
+    assert!(normal.contains("  μ  ± 0.0027  noise 0.0027\n"), "{normal}");
     assert!(as_text(&exact()).contains("came to no end (the cost no longer falls)"));
     assert!(as_text(&empty()).contains("shots: 0 used, 0 not used"));
 }

@@ -1,8 +1,6 @@
 //! The data sets that ship, against independent calculations.
 
-use caromfit::report::document;
-use caromfit::report::regression;
-use caromfit::report::regression::SAME_ERRORS;
+use caromfit::report::stored::{Moved, Stored};
 
 use crate::prelude::*;
 
@@ -38,11 +36,11 @@ pub fn shipped(name: &str) -> Dataset {
 
 /// Asserts that the fits of a data set are those that are stored, to a hundredth of an error; how many they are.
 fn are_the_stored(name: &str, dataset: &Dataset, options: &Options) -> usize {
-    let stored = document::read(&root().join("fits")).unwrap();
+    let stored = Stored::read(&root().join("fits")).unwrap();
     let fits = fit::fit(dataset, options).unwrap();
     for fit in &fits {
-        let moved = regression::moved(fit, regression::find(fit, &stored).unwrap(), SAME_ERRORS);
-        assert_eq!(moved, [], "{name} {:?}", fit.group);
+        let moved: Vec<Moved> = stored.moved(fit).unwrap();
+        assert!(moved.is_empty(), "{name} {:?}: {moved:?}", fit.group);
     }
     fits.len()
 }

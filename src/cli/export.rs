@@ -2,8 +2,8 @@
 
 use std::path::PathBuf;
 
-use crate::report::document;
 use crate::report::export::{self, Target};
+use crate::report::stored::Stored;
 
 use super::{Failure, print};
 
@@ -23,7 +23,7 @@ pub(super) struct Args {
 }
 
 pub(super) fn run(args: &Args) -> Result<(), Failure> {
-    let fits = document::read(&args.fit)?;
+    let Stored { fits, .. } = Stored::read(&args.fit)?;
     let [fit] = fits.as_slice() else {
         let (path, count) = (args.fit.display(), fits.len());
         refuse!("{path}: holds {count} fits; expected one: name the folder of a label");

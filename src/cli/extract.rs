@@ -94,7 +94,7 @@ fn extract(
         let ExtractedDiscs { dataset, shots, .. } = extract_discs(dataset);
         if !shots.is_empty() {
             let drawn = pictures.then(|| extracted::pictures_of_discs(&facts, &shots)).transpose()?;
-            save(drawn, &extracted::of_disc_shots(&dataset, &facts, &shots))?;
+            save(drawn, &extracted::of_disc_shots(&dataset, &facts, &shots)?)?;
         }
         let lines = shots.iter().flat_map(|(shot, impact)| {
             let lines = [extracted::summary(impact)].into_iter().chain(extracted::remarks(impact));
@@ -106,7 +106,7 @@ fn extract(
         let shots = film.as_ref().map_or_else(Vec::new, FittedFilm::impacts);
         if let Some(film) = film.filter(|_| !shots.is_empty()) {
             let drawn = pictures.then(|| extracted::pictures(&film, &shots)).transpose()?;
-            save(drawn, &extracted::of_balls(&dataset, &shots))?;
+            save(drawn, &extracted::of_balls(&dataset, &shots)?)?;
         }
         (dataset, shots.len(), Vec::new())
     };

@@ -1,6 +1,6 @@
 //! `caromfit fit`: the main job.
 
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 
 use crate::fit::{self, Falling, Fit, Options};
 use crate::measurement::dataset::Dataset;
@@ -8,8 +8,8 @@ use crate::measurement::loss::Loss;
 use crate::physics::collision::FidelityChoice;
 use crate::physics::friction_law::Law;
 use crate::report;
-use crate::report::document::{self, FitDocument};
-use crate::report::regression::{self, Moved, SAME_ERRORS};
+use crate::report::document;
+use crate::report::stored::{self, Stored};
 use crate::report::terminal;
 
 use super::progress::{self, Progress};
@@ -52,9 +52,6 @@ pub(super) struct Args {
     /// Compare with stored fits (a fit.json, or a folder of them): status 1 and a table of what moved
     #[arg(long, value_name = "FIT.json")]
     baseline: Option<PathBuf>,
-    /// What counts as moved, in standard errors (of χ²: in its standard deviation)
-    #[arg(long, value_parser = tolerance, default_value_t = SAME_ERRORS, value_name = "N", requires = "baseline", allow_hyphen_values = true)]
-    baseline_tolerance: f64,
     /// Print everything: of one fit its report, of several a line for each label, all warnings and error budgets
     #[arg(long)]
     all: bool,
@@ -64,12 +61,6 @@ pub(super) struct Args {
     // its heading holds for all options behind it
     #[command(flatten)]
     told: Told,
-}
-
-/// The value of `--baseline-tolerance`: with NaN everything would count as moved, with infinity nothing.
-fn tolerance(text: &str) -> Result<f64, String> {
-    let valid = Some(super::number(text)?).filter(|number| number.is_finite() && *number >= 0.0);
-    valid.ok_or_else(|| "expected a finite number, 0 or more".to_owned())
 }
 
 /// `fit`, or B,C.
@@ -108,7 +99,7 @@ fn load(args: &Args) -> Result<(Vec<Dataset>, Vec<String>), Failure> {
 pub(super) fn run(args: &Args) -> Result<(), Failure> {
     // all input is checked before anything is written
     let (datasets, assumed) = load(args)?;
-    let baseline = args.baseline.as_deref().map(document::read).transpose()?;
+    let baseline = args.baseline.as_deref().map(Stored::read).transpose()?;
     let progress = Progress::over_shots(&datasets, args.bootstrap);
     let (options, mut fits, mut failed, mut status) = (options(args), Vec::new(), Vec::new(), 1);
     for dataset in datasets {
@@ -126,19 +117,25 @@ pub(super) fn run(args: &Args) -> Result<(), Failure> {
         return unless_none(&failed, status);
     }
     let mut moved = Vec::new();
-    for fit in fits.iter().flatten() {
-        moved.extend(moved_since(baseline.as_deref(), fit, args)?);
-    }
-    let mut written = Vec::new();
-    for found in &fits {
-        let folder = report::fit_folder(found, &args.out);
-        // what moved is not written over what it moved from
-        let is_kept = args.baseline.as_ref().is_some_and(|baseline| is_within(baseline, &folder));
-        if moved.is_empty() || !is_kept {
-            report::write(found, &args.out)?;
-            written.push(folder);
+    if let Some(baseline) = &baseline {
+        for fit in fits.iter().flatten() {
+            moved.extend(baseline.moved(fit)?);
         }
     }
+    // what moved is not written over what it moved from
+    let written = if moved.is_empty() { &fits[..] } else { &[] };
+    written.iter().try_for_each(|found| report::write(found, &args.out))?;
+    let report = match written {
+        [] => String::new(),
+        [one] => {
+            let path = report::fit_folder(one, &args.out).join(REPORT);
+            format!("\nReport: {}\n", path.display())
+        }
+        all => {
+            let path = args.out.join("*").join(REPORT);
+            format!("\nReports: {} ({} data sets)\n", path.display(), all.len())
+        }
+    };
     drop(progress);
     let fits: Vec<Fit> = fits.into_iter().flatten().collect();
     if args.json {
@@ -147,41 +144,13 @@ pub(super) fn run(args: &Args) -> Result<(), Failure> {
         print_lines(&assumed)?;
         print(if assumed.is_empty() { "" } else { "\n" })?;
         print(&if args.all { report::fit::as_text(&fits) } else { terminal::overview(&fits) })?;
-        print(&match written.as_slice() {
-            [] => String::new(),
-            [one] => format!("\nReport: {}\n", one.join(REPORT).display()),
-            all => {
-                let path = args.out.join("*").join(REPORT);
-                format!("\nReports: {} ({} data sets)\n", path.display(), all.len())
-            }
-        })?;
+        print(&report)?;
     }
     if !moved.is_empty() {
-        let table = regression::table(&moved);
+        let table = stored::table(&moved);
         failed.push(format!("the fit is no longer that of the baseline:\n{}", table.trim_end()));
     }
     unless_none(&failed, 1)
-}
-
-/// Returns what moved since the stored fits by more than the tolerance, with the title of the fit.
-fn moved_since(
-    baseline: Option<&[FitDocument]>,
-    fit: &Fit,
-    args: &Args,
-) -> Result<Vec<(String, Moved)>, Failure> {
-    let (Some(stored), Some(path)) = (baseline, &args.baseline) else { return Ok(Vec::new()) };
-    let title = report::title(fit);
-    let Some(stored) = regression::find(fit, stored) else {
-        refuse!("{}: holds no fit of {title}; expected one to compare with", path.display());
-    };
-    let moved = regression::moved(fit, stored, args.baseline_tolerance);
-    Ok(moved.into_iter().map(|moved| (title.clone(), moved)).collect())
-}
-
-/// Returns whether a file is in a folder, or contains it.
-fn is_within(path: &Path, folder: &Path) -> bool {
-    let (Ok(path), Ok(folder)) = (path.canonicalize(), folder.canonicalize()) else { return false };
-    path.starts_with(&folder) || folder.starts_with(&path)
 }
 
 fn options(args: &Args) -> Options {

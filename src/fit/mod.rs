@@ -41,6 +41,6 @@ pub use result::{
 pub use verdict::{Grade, Verdict};
 
 pub use crate::problem::{
-    DiscImpact, Doubt, Id, IntervalPair as Intervals, ParameterEstimate as Estimate, Quantity, Severity,
-    Status, predict,
+    Budget, DiscImpact, Doubt, Id, IntervalPair as Intervals, ParameterEstimate as Estimate, Quantity,
+    Severity, Status, predict,
 };

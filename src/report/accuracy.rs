@@ -4,14 +4,13 @@ use super::ReportError;
 use super::content::{self, Section, Table};
 use super::csv::Table as Csv;
 use super::plot::{self, Pick, way_name};
-use super::write::{Files, texts};
+use super::write::{self, Files};
 use crate::physics::collision::Fidelity;
 use crate::studies::accuracy::{Row, Spread};
 use crate::studies::bias;
 
 /// Returns tables for the terminal: median, 95th percentile and worst of the errors, to a digit.
-#[must_use]
-pub fn table(rows: &[Row]) -> String {
+pub(crate) fn table(rows: &[Row]) -> String {
     let heads = ["", "tolerance", "time", "of linear", "throw, °", "speed/U", "spin R/U", "jump/U"];
     let linear = rows.iter().find(|row| row.fidelity == Fidelity::Linear).map_or(f64::NAN, |row| row.seconds);
     let parts: [(&str, Pick); 2] = [
@@ -39,8 +38,8 @@ pub fn table(rows: &[Row]) -> String {
 }
 
 /// Returns the files of the study: name and content.
-pub fn files(rows: &[Row]) -> Result<Files, ReportError> {
-    Ok([&plot::accuracy(rows).files("accuracy")?[..], &texts([("accuracy.csv", csv(rows))])].concat())
+pub(crate) fn files(rows: &[Row]) -> Result<Files, ReportError> {
+    write::files([("accuracy", plot::accuracy(rows))], [("accuracy.csv", csv(rows))])
 }
 
 /// Returns accuracy.csv: a row per way, reference and quantity.
@@ -69,8 +68,7 @@ fn csv(rows: &[Row]) -> String {
 }
 
 /// Returns a table for the terminal: bias ± standard error of each parameter, and their ratio.
-#[must_use]
-pub fn bias_table(rows: &[bias::Row], shots: usize) -> String {
+pub(crate) fn bias_table(rows: &[bias::Row], shots: usize) -> String {
     let row = |row: &bias::Row| {
         let cells = row.found.iter().flat_map(|found| match (found.bias(), found.std_error) {
             (Some(bias), Some(error)) => {

@@ -5,7 +5,7 @@ use super::document;
 use super::fit::down_weighted;
 use super::plot::{forest, of_comparison};
 use super::shots::shot_list;
-use super::write::{Files, texts};
+use super::write::{self, Files};
 use super::{ReportError, csv, p_text};
 use crate::compare::{Compared, Comparison, Difference, Finding, Quantity, Reason, Value};
 use crate::fit::{Counted, Verdict, film_words};
@@ -14,19 +14,16 @@ use crate::measurement::parameter::Parameter;
 use crate::problem::Severity;
 
 /// Returns the files of a comparison: name and content.
-pub fn files(comparison: &Comparison) -> Result<Files, ReportError> {
-    let texts = texts([
+pub(crate) fn files(comparison: &Comparison) -> Result<Files, ReportError> {
+    let texts = [
         ("residuals.csv", csv::of_comparison(comparison)),
         ("report.html", content::html(&report(comparison))?),
         ("compare.json", document::text(comparison)?),
-    ]);
-    let [forest, residuals] =
-        [forest(comparison).files("forest")?, of_comparison(comparison).files("residuals")?];
-    Ok([&forest[..], &residuals, &texts].concat())
+    ];
+    write::files([("forest", forest(comparison)), ("residuals", of_comparison(comparison))], texts)
 }
 
 /// Returns the text that `caromfit compare` prints.
-#[must_use]
 pub fn table(comparison: &Comparison) -> String {
     content::text(&report(comparison))
 }

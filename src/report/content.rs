@@ -216,10 +216,7 @@ pub(super) fn html(report: &Report) -> Result<String, ReportError> {
             picture.spots = for_script(&json!({ "spots": spots, "labels": picture.drawing.labels }));
         }
     }
-    let failed = |error: minijinja::Error| ReportError::Draw {
-        dataset: report.title.clone(),
-        reason: format!("report.html: {error}"),
-    };
+    let failed = |error: minijinja::Error| ReportError::of_drawing(&report.title, error);
     let mut environment = Environment::new();
     environment.set_auto_escape_callback(|_| AutoEscape::Html);
     environment.add_template("report.html", include_str!("report.html.jinja")).map_err(failed)?;

@@ -17,15 +17,14 @@ pub const RESIDUALS: &str =
     "shot,observable,unit,measured,predicted,sd,standardized,cut_deg,speed_m_s,t_s,ball,model";
 
 /// The columns of frames.csv of films of balls, a row per ball and frame that was fitted.
-pub const FRAMES: &str =
+pub(crate) const FRAMES: &str =
     "shot,ball,t_s,x_m,y_m,x_predicted_m,y_predicted_m,x_sd_m,y_sd_m,x_standardized,y_standardized";
 
 /// The first columns of shots.csv, a row per shot. Those of each observable follow, and of films of balls what the fit estimates of each
 /// shot.
-pub const SHOTS: &str = "shot,used,reason,cut_deg,speed_m_s,values,chi2,largest";
+pub(crate) const SHOTS: &str = "shot,used,reason,cut_deg,speed_m_s,values,chi2,largest";
 
 /// Returns residuals.csv as text. A cell whose number is unknown is empty.
-#[must_use]
 pub fn residuals(fit: &Fit) -> String {
     let mut bytes = Vec::new();
     // writing into a vector cannot fail
@@ -100,7 +99,6 @@ fn row(residual: &Residual, model: &str) -> String {
 }
 
 /// Returns shots.csv as text. A cell whose number is unknown is empty.
-#[must_use]
 pub fn shots(fit: &Fit) -> String {
     let estimates: HashMap<&str, Vec<OwnEstimate>> =
         fit.frames.iter().flat_map(FittedFilm::estimates).collect();

@@ -2,7 +2,7 @@
 
 use super::content::{self, Block, Section, Table};
 use super::csv::Table as Csv;
-use super::write::{Files, texts};
+use super::write::{self, Files};
 use super::{ReportError, document, plot};
 use crate::design::information::std_errors;
 use crate::design::{Design, Mixture, OfKind, PlayedKind, SpinFrom};
@@ -10,9 +10,9 @@ use crate::measurement::number::plain;
 use crate::measurement::parameter::Parameter;
 
 /// Returns the files of a design: name and content.
-pub fn files(design: &Design) -> Result<Files, ReportError> {
-    let texts = texts([("design.csv", csv(design)), ("design.json", document::text(design)?)]);
-    Ok([&plot::design(design).files("design")?[..], &texts].concat())
+pub(crate) fn files(design: &Design) -> Result<Files, ReportError> {
+    let texts = [("design.csv", csv(design)), ("design.json", document::text(design)?)];
+    write::files([("design", plot::design(design))], texts)
 }
 
 /// Returns a standard error, or – for what is not determined.
@@ -33,15 +33,15 @@ fn range([from, to]: [f64; 2]) -> String {
 }
 
 /// Returns the text that `caromfit design` prints.
-#[must_use]
-pub fn text(design: &Design) -> String {
+pub(crate) fn text(design: &Design) -> String {
     let expected = &design.expected;
     let [mu, mu_s, e] = [expected.coefficients.mu, expected.coefficients.mu_s, expected.coefficients.e];
     let camera = &expected.camera;
-    let balls = match &expected.object {
-        Some(_) => format!("; {}", super::two_balls(&expected.ball, expected.object.as_ref())),
-        None => String::new(),
-    };
+    let both = expected
+        .object
+        .as_ref()
+        .map(|object| [0, 1].map(|which| document::Body::of_balls(&expected.ball, Some(object), which)));
+    let balls = both.map_or(String::new(), |[cue, object]| format!("; {}", super::two_balls(&cue, &object)));
     let mut text = format!(
         "Expected μ = {mu}, μ_s = {mu_s}, e = {e}{balls}; filmed at {} fps, positions ± {} mm, {} ms before and {} ms after the \
          impact.\nWanted: {} (standard errors; none of the three has a unit).\n",
@@ -113,8 +113,7 @@ fn mixtures(design: &Design) -> Section {
 }
 
 /// Returns design.csv: a row per kind (without a cut angle and speed of its own) and per cell.
-#[must_use]
-pub fn csv(design: &Design) -> String {
+pub(crate) fn csv(design: &Design) -> String {
     let mut table = Csv::default();
     let kinds = design.kinds.iter().enumerate().map(|(kind, found)| (kind, None, &found.information));
     let cells = design.cells.iter().map(|cell| (cell.kind, Some(cell), &cell.information));

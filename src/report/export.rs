@@ -6,6 +6,7 @@
 use serde_json::{Value, json};
 
 use super::document::{Body, FitDocument, FittedParameter};
+use super::size;
 use crate::measurement::number::plain;
 use crate::measurement::parameter::Parameter;
 use crate::physics::ball::UNIFORM_SPHERE;
@@ -14,7 +15,7 @@ use crate::physics::name::worded;
 worded! {
     /// The program or format to export to.
     #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-    pub enum Target {
+    pub(crate) enum Target {
         /// Keyword arguments of pooltool's `BallParams`, as a JSON object.
         Pooltool = "pooltool",
         /// A JSON object.
@@ -23,21 +24,20 @@ worded! {
         Toml = "toml",
     }
     /// The name on the command line.
-    pub fn name;
+    pub(crate) fn name;
 }
 
 /// A fit for another program.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Exported {
+pub(crate) struct Exported {
     /// The text, with a newline at its end.
-    pub text: String,
+    pub(crate) text: String,
     /// The values that could not be carried over, and why, in sentences.
-    pub left_behind: Vec<String>,
+    pub(crate) left_behind: Vec<String>,
 }
 
 /// Renders a fit for another program. A parameter that the data do not determine is left out.
-#[must_use]
-pub fn export(fit: &FitDocument, target: Target) -> Exported {
+pub(crate) fn export(fit: &FitDocument, target: Target) -> Exported {
     let (object, left) = if target == Target::Pooltool { pooltool(fit) } else { all(fit) };
     let text = match target {
         Target::Toml => toml::to_string(&object).unwrap_or_default(),
@@ -85,6 +85,7 @@ fn falls(fit: &FitDocument) -> bool {
 
 fn pooltool(fit: &FitDocument) -> (Value, Vec<String>) {
     let mut left = of_balls(fit);
+    // an estimate of a model that the data refute is none, but for what was held
     let fitted = |parameter: Parameter| {
         let is_fixed = known(fit, parameter).is_some_and(|known| known.found.status == "fixed");
         value(fit, parameter).filter(|_| fit.refuted().is_none() || is_fixed)
@@ -92,56 +93,42 @@ fn pooltool(fit: &FitDocument) -> (Value, Vec<String>) {
     let falls = falls(fit);
     let u_b = fitted(Parameter::Mu).filter(|_| !falls);
     let e_b = fit.measured_e().map(|[estimate, _]| estimate).or_else(|| fitted(Parameter::E));
-    for (parameter, name, is_missing) in
-        [(Parameter::Mu, "u_b", u_b.is_none() && !falls), (Parameter::E, "e_b", e_b.is_none())]
-    {
+    let missing = [(Parameter::Mu, "u_b", u_b.is_none() && !falls), (Parameter::E, "e_b", e_b.is_none())];
+    for (parameter, name, _) in missing.into_iter().filter(|(.., is_missing)| *is_missing) {
         let bound = known(fit, parameter).and_then(|known| known.bound);
         let why = match (fit.refuted(), bound) {
             (Some(_), _) => "the data refute the model that it belongs to".to_owned(),
             (None, Some((.., sentence))) => sentence,
             (None, None) => "the data do not determine it".to_owned(),
         };
-        let sentence = format!("{} ({name}): {why}; pooltool's default holds.", parameter.symbol());
-        left.extend(is_missing.then_some(sentence));
+        left.push(format!("{} ({name}): {why}; pooltool's default holds.", parameter.symbol()));
     }
-    if falls {
-        let all = [Parameter::Mu, Parameter::B, Parameter::C].map(fitted);
-        left.push(match all {
-            [Some(mu), Some(b), Some(c)] => format!(
-                "u_b: the friction of this fit falls with the slip v as {mu} + {b}·exp(−{c}·v), v in m/s, and u_b is one number: \
-                 pooltool's default holds. Its model AlciatoreBallBallFriction(a={mu}, b={b}, c={c}) is this friction."
-            ),
-            _ => "u_b: the friction of this fit falls with the slip, and is not known: pooltool's default holds.".to_owned(),
-        });
-    } else if u_b.is_some() {
-        left.push(
+    match [Parameter::Mu, Parameter::B, Parameter::C].map(fitted) {
+        [Some(mu), Some(b), Some(c)] if falls => left.push(format!(
+            "u_b: the friction of this fit falls with the slip v as {mu} + {b}·exp(−{c}·v), v in m/s, and u_b is one number. \
+             pooltool's model AlciatoreBallBallFriction(a={mu}, b={b}, c={c}) is this friction."
+        )),
+        _ if falls => left.push("u_b: the friction of this fit falls with the slip, and is not known.".to_owned()),
+        _ if u_b.is_some() => left.push(
             "u_b is used by pooltool's AverageBallBallFriction only: its default for balls, AlciatoreBallBallFriction, is a curve \
              of its own over the slip speed and ignores u_b."
                 .to_owned(),
-        );
+        ),
+        _ => {}
     }
-    // what one number for friction and one for restitution do not hold
-    let above_0 = |parameter: Parameter| value(fit, parameter).filter(|value| *value > 0.0);
-    left.extend(above_0(Parameter::Kappa).map(|kappa| {
-        format!("κ = {kappa}: the contact of this fit gives way along its surface and springs back; pooltool's is rigid there.")
-    }));
-    left.extend(above_0(Parameter::ESlope).map(|slope| {
-        format!("e₁ = {slope} s/m: e falls with the closing speed v as e − e₁·v; e_b is its value at v = 0.")
-    }));
     if fit.mu_k.is_none() {
-        left.push("u_s (cloth, sliding): only footage tells it; pooltool's default holds.".to_owned());
+        left.push("u_s (cloth, sliding): only footage determines it.".to_owned());
     }
-    left.extend(value(fit, Parameter::MuS).map(|mu_s| {
-        format!(
-            "μ_s = {mu_s}: the friction of the cloth on the object ball during the impact has no counterpart in pooltool. It is not \
-             u_s, the cloth's sliding friction after the impact."
-        )
-    }));
+    for parameter in [Parameter::MuS, Parameter::Kappa, Parameter::ESlope] {
+        let value = value(fit, parameter).filter(|value| *value > 0.0);
+        left.extend(value.map(|value| {
+            let (symbol, meaning) = (parameter.symbol(), parameter.meaning());
+            format!("{symbol} = {value}, {meaning}, has no counterpart in pooltool.")
+        }));
+    }
     left.push("Standard errors and intervals: pooltool has no place for them.".to_owned());
     left.push(
-        "u_r, u_sp_proportionality (rolling and spinning on the cloth), e_c, f_c (cushions) and g are not fitted: pooltool's \
-         defaults hold."
-            .to_owned(),
+        "u_r, u_sp_proportionality, e_c, f_c and g are not fitted: pooltool's defaults hold.".to_owned(),
     );
     let arguments = json!({
         "m": fit.ball.and_then(|ball| ball.mass_kg), "R": fit.ball.map(|ball| ball.radius_m),
@@ -150,34 +137,24 @@ fn pooltool(fit: &FitDocument) -> (Value, Vec<String>) {
     (stated(arguments), left)
 }
 
-/// Returns what of the balls pooltool's arguments, which are of one ball, do not hold.
+/// Returns what of the balls pooltool's arguments, which are of one uniform ball, do not hold.
 fn of_balls(fit: &FitDocument) -> Vec<String> {
     let Some(ball) = fit.ball else {
-        return vec![
-            "Mass and radius: this fit.json does not state them; pooltool's defaults hold.".to_owned(),
-        ];
+        return vec!["Mass and radius: this fit.json does not state them.".to_owned()];
     };
-    let mut left = Vec::new();
-    if ball.mass_kg.is_none() {
-        left.push("m: the data set does not state the masses; pooltool's default holds.".to_owned());
-    }
     let numbers = |body: Body| (body.radius_m, body.mass_kg, body.inertia);
-    if let Some(second) = fit.object.filter(|second| numbers(*second) != numbers(ball)) {
-        let mass = second.mass_kg.map(|mass| format!(", {} g", plain(1e3 * mass, 4)));
-        left.push(format!(
-            "The object ball (the second disc) by itself ({} mm{}): these arguments are of one ball, here the cue ball (the first \
-             disc), and pooltool's friction and restitution take both balls for equal.",
-            plain(1e3 * second.radius_m, 5),
-            mass.unwrap_or_default()
-        ));
-    }
-    if (ball.inertia - UNIFORM_SPHERE).abs() > 1e-9 {
-        let inertia = ball.inertia;
-        left.push(format!(
-            "The moment of inertia {inertia} MR²: pooltool takes every ball for a uniform sphere, 0.4 MR²."
-        ));
-    }
-    left
+    let no_mass = ball.mass_kg.is_none().then(|| "m: the data set does not state the masses.".to_owned());
+    let second = fit.object.filter(|second| numbers(*second) != numbers(ball)).map(|second| {
+        format!(
+            "The object ball (the second disc) by itself, {}: these arguments are of the first.",
+            size(&second)
+        )
+    });
+    let inertia = (ball.inertia - UNIFORM_SPHERE).abs() > 1e-9;
+    let inertia = inertia.then(|| {
+        format!("The moment of inertia {} MR²: pooltool takes every ball as a uniform sphere.", ball.inertia)
+    });
+    [no_mass, second, inertia].into_iter().flatten().collect()
 }
 
 /// Returns an object without what is not stated: TOML has no null.

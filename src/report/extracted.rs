@@ -1,13 +1,13 @@
 //! What was measured of every shot, as `caromfit extract` writes it: impacts of balls as a data set of kind `impacts`, those of discs as
 //! a table, with what was left out and a picture of each shot.
 
-use std::fmt::Write;
+use std::fmt::Write as _;
 
 use rayon::prelude::*;
 
 use super::csv::Table;
 use super::plot::{Figure, Tracks, of_shot};
-use super::write::{Files, texts};
+use super::write::{self, Files};
 use super::{ReportError, folder_name, group_folders};
 use crate::fit::FittedFilm;
 use crate::io::balls;
@@ -19,28 +19,34 @@ use crate::physics::disc::Discs;
 use crate::problem::{DiscImpact, Doubt, Impact, Quantity};
 
 /// Returns dataset.toml, impacts.csv and left-out.csv.
-#[must_use]
-pub fn of_balls(dataset: &Dataset, extracted: &[Impact]) -> Files {
-    texts([
+pub(crate) fn of_balls(dataset: &Dataset, extracted: &[Impact]) -> Result<Files, ReportError> {
+    let texts = [
         ("impacts.csv", impacts(dataset, extracted)),
         ("left-out.csv", left_out(dataset)),
         ("dataset.toml", manifest(dataset)),
-    ])
+    ];
+    write::files([], texts)
 }
 
 /// Returns discs.csv and left-out.csv.
-#[must_use]
-pub fn of_disc_shots(dataset: &Dataset, discs: &Discs, extracted: &[(TrackShot, DiscImpact)]) -> Files {
-    texts([("left-out.csv", left_out(dataset)), ("discs.csv", discs_table(discs, extracted))])
+pub(crate) fn of_disc_shots(
+    dataset: &Dataset,
+    discs: &Discs,
+    extracted: &[(TrackShot, DiscImpact)],
+) -> Result<Files, ReportError> {
+    write::files([], [("left-out.csv", left_out(dataset)), ("discs.csv", discs_table(discs, extracted))])
 }
 
 /// Returns the picture of each shot of balls: file name and SVG.
-pub fn pictures(film: &FittedFilm, extracted: &[Impact]) -> Result<Files, ReportError> {
+pub(crate) fn pictures(film: &FittedFilm, extracted: &[Impact]) -> Result<Files, ReportError> {
     drawn(extracted, |impact| &impact.shot.name, |impact| of_shot(film, impact))
 }
 
 /// Returns the picture of each shot of discs: file name and SVG.
-pub fn pictures_of_discs(discs: &Discs, extracted: &[(TrackShot, DiscImpact)]) -> Result<Files, ReportError> {
+pub(crate) fn pictures_of_discs(
+    discs: &Discs,
+    extracted: &[(TrackShot, DiscImpact)],
+) -> Result<Files, ReportError> {
     let figure = |(shot, impact): &(TrackShot, DiscImpact)| {
         let [from, to] = impact.window;
         let used = |samples: &[crate::measurement::track::Sample]| {
@@ -223,8 +229,7 @@ fn discs_table(discs: &Discs, extracted: &[(TrackShot, DiscImpact)]) -> String {
 }
 
 /// Returns the main numbers of an impact of discs, in a line.
-#[must_use]
-pub fn summary(impact: &DiscImpact) -> String {
+pub(crate) fn summary(impact: &DiscImpact) -> String {
     let text = |name: &str, quantity: Quantity| {
         let measured = impact.get(quantity)?;
         Some(match measured.sd {
@@ -243,8 +248,7 @@ pub fn summary(impact: &DiscImpact) -> String {
 }
 
 /// Returns remarks on a shot, a line each: that its discs stick together, and what makes it doubtful.
-#[must_use]
-pub fn remarks(impact: &DiscImpact) -> Vec<String> {
+pub(crate) fn remarks(impact: &DiscImpact) -> Vec<String> {
     let stuck = impact.stuck.iter().map(|stuck| format!("{}.", stuck.sentence()));
     stuck.chain(impact.doubts.iter().map(|doubt| format!("doubtful: {doubt}."))).collect()
 }

@@ -4,16 +4,15 @@ use super::content::{self, Block, Report, Section, Table};
 use super::plot;
 use super::shots::{shot_list, tracks};
 use super::terminal::{cells, chi2_text, estimate, head, legend, parameters, with_unit};
-use super::{ReportError, bodies, document, model, noise_estimated, p_text, reduced_chi2, symbol, title};
+use super::{ReportError, bodies, budgets, model, noise_estimated, p_text, reduced_chi2, symbol, title};
 use crate::fit::{Counted, DOWN_WEIGHTED, Estimate, Fit, Grade, Noise, Status, Verdict};
 use crate::measurement::number::{interval, plain, with_error};
 
 /// Returns all that there is to say of fits as text: of one its report, of several a line each, all warnings, and their error budgets.
-#[must_use]
 pub fn as_text(fits: &[Fit]) -> String {
     match fits {
         [fit] => content::text(&content(fit)),
-        several => content::sections(&of_several(several, &[])),
+        several => content::sections(&of_several(several, &[])).trim_start().to_owned(),
     }
 }
 
@@ -119,22 +118,21 @@ fn of_several(fits: &[Fit], folders: &[String]) -> [Section; 3] {
 
 /// Returns what makes up the errors of μ, μ_s and e of each fit, the largest part first.
 fn budget(fits: &[Fit]) -> Section {
-    /// Smaller parts of an error are not shown.
-    const LEAST: f64 = 0.1;
-    let rows = fits.iter().flat_map(|fit| {
-        fit.budget.iter().map(move |found| {
-            let parts =
-                document::budget(found).into_iter().filter_map(|part| Some((part.source, part.std_error?)));
-            let total = parts.clone().map(|(_, error)| error.powi(2)).sum::<f64>().sqrt();
-            let shown = parts.filter(|(_, error)| *error >= LEAST * total);
-            let shown = shown.map(|(source, error)| format!("{} {}", symbol(&source), plain(error, 2)));
-            let error = format!("± {}", plain(total, 2));
-            vec![title(fit), symbol(found.id.name()), error, shown.collect::<Vec<_>>().join(", ")]
+    // a single fit is not named
+    let unnamed = usize::from(fits.len() == 1);
+    let usable = fits.iter().filter(|fit| fit.verdict().grade != Grade::Unusable);
+    let rows = usable.flat_map(|fit| {
+        budgets(fit).into_iter().map(move |budget| {
+            let parts = budget.parts.iter().map(|(source, error)| format!("{source} {}", plain(*error, 2)));
+            let parts = parts.collect::<Vec<_>>().join(", ");
+            let row =
+                [title(fit), symbol(budget.of.name()), format!("± {}", plain(budget.std_error, 2)), parts];
+            row.into_iter().skip(unnamed).collect()
         })
     });
     let about = "squares add up; parts below a tenth of the error are left out";
-    let table = Table::new(["data set", "", "error", "of which"], rows);
-    Section::new("Error budget", about, [table.into()])
+    let head = ["data set", "", "error", "of which"].into_iter().skip(unnamed);
+    Section::new("Error budget", about, [Table::new(head, rows).into()])
 }
 
 fn parameter_section(fit: &Fit) -> Section {

@@ -11,56 +11,55 @@ pub(crate) mod export;
 pub(crate) mod extracted;
 pub mod fit;
 mod plot;
-pub mod regression;
 mod shots;
+pub mod stored;
 pub mod terminal;
-pub mod write;
+pub(crate) mod write;
 
-use std::path::PathBuf;
+use std::path::Path;
 
-pub use write::{fit_folder, folder_name, group_folders, write};
+pub(crate) use write::fit_folder;
+pub use write::{folder_name, group_folders, write};
+
+use document::Body;
 
 use crate::fit::Fit;
-use crate::measurement::dataset::ObjectBall;
-pub use crate::measurement::number::count_of;
+pub(crate) use crate::measurement::number::count_of;
 use crate::measurement::number::{plain, with_error};
 use crate::measurement::observable::Observable;
 use crate::measurement::parameter::Parameter;
-use crate::physics::ball::Ball;
-use crate::physics::disc::Discs;
+use crate::physics::ball::UNIFORM_SPHERE;
+use crate::physics::disc::{Discs, UNIFORM_DISC};
+use crate::problem::{self, Id};
 
 /// Returns the residual plots of a fit, as SVG and as PNG, with the names of their files.
 pub fn residual_plots(fit: &Fit) -> Result<[(String, Vec<u8>); 2], ReportError> {
     plot::residuals(fit).files("residuals")
 }
 
-/// Why a report cannot be made.
+/// Why a report cannot be made: a file that cannot be written, or a figure, a page or a JSON document that cannot be made.
 #[derive(Debug, thiserror::Error)]
-pub enum ReportError {
-    /// A file cannot be written.
-    #[error("{}: cannot be written: {source}", path.display())]
-    Write {
-        /// The file.
-        path: PathBuf,
-        /// Why it cannot be written.
-        source: std::io::Error,
-    },
-    /// A result cannot be written as JSON.
-    #[error("the result cannot be written as JSON: {0}")]
-    Json(#[from] serde_json::Error),
-    /// The drawing library, the PNG encoder or the template engine failed.
-    #[error("the report of {dataset} cannot be drawn: {reason}")]
-    Draw {
-        /// The name of the data set.
-        dataset: String,
-        /// Why it cannot be drawn.
-        reason: String,
-    },
+#[error("{0}")]
+pub struct ReportError(String);
+
+impl ReportError {
+    fn of_file(path: &Path, reason: &std::io::Error) -> Self {
+        Self(format!("{}: cannot be written: {reason}", path.display()))
+    }
+
+    fn of_drawing(title: &str, reason: impl std::fmt::Display) -> Self {
+        Self(format!("the report of {title} cannot be drawn: {reason}"))
+    }
+}
+
+impl From<serde_json::Error> for ReportError {
+    fn from(error: serde_json::Error) -> Self {
+        Self(format!("the result cannot be written as JSON: {error}"))
+    }
 }
 
 /// Returns what a reader calls the fit: the data set and, where labels are fitted apart, the label.
-#[must_use]
-pub fn title(fit: &Fit) -> String {
+pub(crate) fn title(fit: &Fit) -> String {
     match &fit.group {
         Some((column, label)) => format!("{}, {column} = {label}", fit.dataset),
         None => fit.dataset.clone(),
@@ -87,40 +86,31 @@ fn model(fit: &Fit) -> String {
 
 /// Returns what a reader calls the bodies that collided, and their size and mass.
 fn bodies(fit: &Fit) -> (&'static str, String) {
-    let Some(discs) = fit.discs else { return ("balls", two_balls(&fit.ball, fit.object.as_ref())) };
-    let milli = |value: f64, digits: usize| plain(1e3 * value, digits);
-    let radii = match discs.radii {
-        Some([first, second]) => format!("radii {} and {} mm", milli(first, 5), milli(second, 5)),
-        None => format!(
-            "radii not stated ({} mm is half the distance of the centres at the impact)",
-            milli(fit.ball.radius, 5)
-        ),
-    };
-    let masses = match discs.masses {
-        Some([first, second]) => format!("masses {} and {} g", milli(first, 4), milli(second, 4)),
-        None => "masses not stated".to_owned(),
-    };
-    ("discs", format!("{radii}, {masses}"))
+    let [first, second] = [0, 1].map(|which| document::body(fit, which));
+    match fit.discs {
+        Some(discs) if discs.radii.is_none() => {
+            ("discs", format!("radii not stated (half the distance of the centres: {})", size(&first)))
+        }
+        Some(_) => ("discs", format!("first: {}; second: {}", size(&first), size(&second))),
+        None if fit.object.is_none() => ("balls", size(&first)),
+        None => ("balls", two_balls(&first, &second)),
+    }
 }
 
-/// Returns both balls in words, with the errors of what is stated of them.
-fn two_balls(cue: &Ball, object: Option<&ObjectBall>) -> String {
-    let number = |value: f64, sd: f64, digits: usize| {
-        if sd > 0.0 { with_error(1e3 * value, 1e3 * sd) } else { plain(1e3 * value, digits) }
+fn two_balls(cue: &Body, object: &Body) -> String {
+    format!("cue ball: {}; object ball: {}", size(cue), size(object))
+}
+
+/// Returns radius and mass of a body in words, with the errors that are stated, and a moment of inertia that is not a uniform ball's.
+fn size(body: &Body) -> String {
+    let milli = |value: f64, sd: Option<f64>, digits: usize| match sd {
+        Some(sd) => with_error(1e3 * value, 1e3 * sd),
+        None => plain(1e3 * value, digits),
     };
-    let one = |ball: &Ball, mass_sd: f64, radius_sd: f64| {
-        let (radius, mass) = (number(ball.radius, radius_sd, 5), number(ball.mass, mass_sd, 4));
-        format!("radius {radius} mm, mass {mass} g")
-    };
-    let Some(object) = object else { return one(cue, 0.0, 0.0) };
-    let both = [("cue ball", cue), ("object ball", &object.ball)];
-    let both = both.into_iter().enumerate().map(|(which, (name, ball))| {
-        let sizes = one(ball, object.mass_sd.unwrap_or_default()[which], object.radius_sd[which]);
-        let inertia = format!(", inertia {} MR²", plain(ball.inertia, 4));
-        let inertia = if cue.inertia == object.ball.inertia { "" } else { &inertia };
-        format!("{name}: {sizes}{inertia}")
-    });
-    both.collect::<Vec<_>>().join("; ")
+    let mass = body.mass_kg.map(|mass| format!(", mass {} g", milli(mass, body.mass_kg_sd, 4)));
+    let is_usual = [UNIFORM_SPHERE, UNIFORM_DISC].contains(&body.inertia);
+    let inertia = if is_usual { String::new() } else { format!(", inertia {} MR²", plain(body.inertia, 4)) };
+    format!("radius {} mm{}{inertia}", milli(body.radius_m, body.radius_m_sd, 5), mass.unwrap_or_default())
 }
 
 /// Returns `p = 0.013`; small probabilities are not distinguished.
@@ -156,6 +146,26 @@ fn unit_name(observable: Observable) -> &'static str {
 
 fn speed_unit(discs: &Discs) -> &'static str {
     if discs.in_seconds { "m/s" } else { "m per frame" }
+}
+
+/// What makes up the standard error of a parameter: sources by their symbols, the largest first, without those below a tenth of it.
+struct Budget {
+    of: Id,
+    std_error: f64,
+    parts: Vec<(String, f64)>,
+}
+
+fn budgets(fit: &Fit) -> Vec<Budget> {
+    const LEAST: f64 = 0.1;
+    let budget = |found: &problem::Budget| {
+        let parts = document::budget(found).into_iter();
+        let mut parts: Vec<_> =
+            parts.filter_map(|part| Some((symbol(&part.source), part.std_error?))).collect();
+        let std_error = parts.iter().map(|(_, error)| error.powi(2)).sum::<f64>().sqrt();
+        parts.retain(|(_, error)| *error >= LEAST * std_error);
+        Budget { of: found.id, std_error, parts }
+    };
+    fit.budget.iter().map(budget).collect()
 }
 
 /// Returns the symbol of an unknown, by its name; without one the name in words.

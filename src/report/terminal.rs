@@ -2,9 +2,8 @@
 //! also where its errors come from, and what else to know.
 
 use super::content::Table;
-use super::document;
 use super::plot::ends;
-use super::{label, noise_estimated, reduced_chi2, symbol};
+use super::{budgets, label, noise_estimated, reduced_chi2, symbol};
 use crate::fit::{Estimate, Fit, Grade, Status};
 use crate::measurement::number::{plain, with_error, with_interval};
 use crate::measurement::parameter::Parameter;
@@ -19,7 +18,6 @@ struct Line {
 
 /// Returns one line per data set, whose labels are folded into it, the best verdict first; below a line the sentence of its verdict
 /// if it is not good, or the only one.
-#[must_use]
 pub fn overview(fits: &[Fit]) -> String {
     if fits.is_empty() {
         return String::new();
@@ -139,20 +137,18 @@ fn of_labels(fits: &[Fit], known: &[Parameter]) -> Line {
 /// Returns where the errors of a fit come from, its χ², and its first warnings; `--all` shows all.
 fn details(fit: &Fit) -> String {
     const MOST_WARNINGS: usize = 3;
-    let verdict = fit.verdict();
+    let (verdict, budgets) = (fit.verdict(), budgets(fit));
     let row = |unknown: &problem::Estimate| {
         let error = unknown.std_error.filter(|error| *error > 0.0)?;
-        let budget = fit.budget.iter().find(|budget| budget.id == unknown.id);
-        let largest = budget.and_then(|budget| document::budget(budget).into_iter().next());
+        let budget = budgets.iter().find(|budget| budget.of == unknown.id);
+        let largest = budget.and_then(|budget| budget.parts.first());
         let pull = unknown.prior.map(|prior| (unknown.value - prior.mean) / prior.sd);
         Some(vec![
             symbol(unknown.id.name()),
             with_error(unknown.value, error),
             format!("{} %", plain(100.0 * (error / unknown.value).abs(), 2)),
             pull.map_or(String::new(), |pull| format!("{pull:+.1}")),
-            largest.map_or(String::new(), |part| {
-                format!("{}, ± {}", symbol(&part.source), plain(part.std_error.unwrap_or(f64::NAN), 2))
-            }),
+            largest.map_or(String::new(), |(source, error)| format!("{source}, ± {}", plain(*error, 2))),
         ])
     };
     // the camera's, of which there are many, stand in the report

@@ -9,8 +9,7 @@ use super::{ReportError, content, csv, document, fit, label, plot};
 use crate::fit::Fit;
 
 /// Returns the folder of all fits of one data set below `out`.
-#[must_use]
-pub fn fit_folder(fits: &[Fit], out: &Path) -> PathBuf {
+pub(crate) fn fit_folder(fits: &[Fit], out: &Path) -> PathBuf {
     fits.first().map_or_else(|| out.to_path_buf(), |fit| out.join(dataset_folder(&fit.dataset)))
 }
 
@@ -21,7 +20,7 @@ pub fn write(fits: &[Fit], out: &Path) -> Result<(), ReportError> {
     let mut rendered = Vec::new();
     for (fit, name) in fits.iter().zip(&names) {
         let own = if fit.group.is_some() { folder.join(name) } else { folder.clone() };
-        rendered.push((own, files(fit)?));
+        rendered.push((own, of_fit(fit)?));
     }
     if fits.iter().any(|fit| fit.group.is_some()) {
         // what an earlier fit that was not label by label left there is removed
@@ -47,10 +46,19 @@ const NAMES: [&str; 9] = [
 ];
 
 /// Names and contents of files.
-pub type Files = Vec<(String, Vec<u8>)>;
+pub(crate) type Files = Vec<(String, Vec<u8>)>;
 
-pub(super) fn texts<const N: usize>(files: [(&str, String); N]) -> Files {
-    files.map(|(name, text)| (name.to_owned(), text.into_bytes())).to_vec()
+/// Returns figures, as SVG and as PNG, and texts as files.
+pub(super) fn files<const F: usize, const T: usize>(
+    figures: [(&str, plot::Figure); F],
+    texts: [(&str, String); T],
+) -> Result<Files, ReportError> {
+    let mut files = Files::new();
+    for (name, figure) in figures {
+        files.extend(figure.files(name)?);
+    }
+    files.extend(texts.map(|(name, text)| (name.to_owned(), text.into_bytes())));
+    Ok(files)
 }
 
 /// Writes what a file is to hold, which may be more than should be held in memory.
@@ -61,7 +69,7 @@ fn bytes<'a>(bytes: impl AsRef<[u8]> + 'a) -> Content<'a> {
 }
 
 /// Returns the files of the report of a fit.
-fn files(fit: &Fit) -> Result<Vec<(String, Content<'_>)>, ReportError> {
+fn of_fit(fit: &Fit) -> Result<Vec<(String, Content<'_>)>, ReportError> {
     let mut files: Vec<(String, Content)> = vec![
         ("residuals.csv".to_owned(), Box::new(|to| csv::write_residuals(fit, to))),
         ("shots.csv".to_owned(), bytes(csv::shots(fit))),
@@ -94,14 +102,14 @@ fn put(files: &[(String, Content)], folder: &Path) -> Result<(), ReportError> {
     write_contents(files.iter().filter(|file| !stays(file)).collect(), folder)?;
     let is_old = |name: &&str| files.iter().all(|(written, _)| written != name);
     for path in NAMES.into_iter().filter(is_old).map(|name| folder.join(name)).filter(|path| path.exists()) {
-        fs::remove_file(&path).map_err(|source| ReportError::Write { path, source })?;
+        fs::remove_file(&path).map_err(|error| ReportError::of_file(&path, &error))?;
     }
     Ok(())
 }
 
 /// Puts files into a folder, which is made where it is missing: all are complete on the disk before
 /// the first one replaces what was there.
-pub fn write_files(files: &[(impl AsRef<str>, Vec<u8>)], folder: &Path) -> Result<(), ReportError> {
+pub(crate) fn write_files(files: &[(impl AsRef<str>, Vec<u8>)], folder: &Path) -> Result<(), ReportError> {
     let content =
         |(name, content): &(_, Vec<u8>)| (AsRef::<str>::as_ref(name).to_owned(), bytes(content.clone()));
     let contents: Vec<(String, Content)> = files.iter().map(content).collect();
@@ -111,7 +119,7 @@ pub fn write_files(files: &[(impl AsRef<str>, Vec<u8>)], folder: &Path) -> Resul
 fn write_contents(files: Vec<&(String, Content)>, folder: &Path) -> Result<(), ReportError> {
     let at = |path: &Path| {
         let path = path.to_owned();
-        move |source: io::Error| ReportError::Write { path, source }
+        move |error: io::Error| ReportError::of_file(&path, &error)
     };
     fs::create_dir_all(folder).map_err(at(folder))?;
     // On the same file system as the folder, so that moving is atomic; inside it would be, too, but
@@ -134,14 +142,12 @@ fn write_contents(files: Vec<&(String, Content)>, folder: &Path) -> Result<(), R
 }
 
 /// Returns the folder of a data set: its name, with path separators and control characters replaced.
-#[must_use]
-pub fn dataset_folder(name: &str) -> String {
+pub(crate) fn dataset_folder(name: &str) -> String {
     let separator = |c: char| matches!(c, '/' | '\\' | ':') || c.is_control();
     not_special(name.replace(separator, "-").trim().to_owned())
 }
 
 /// Returns the folder of a label: letters, digits, `.`, `_` and `-`, anything else replaced by `-`.
-#[must_use]
 pub fn folder_name(label: &str) -> String {
     let allowed = |c: char| c.is_ascii_alphanumeric() || matches!(c, '.' | '_' | '-');
     not_special(label.chars().map(|c| if allowed(c) { c } else { '-' }).collect())
@@ -149,7 +155,6 @@ pub fn folder_name(label: &str) -> String {
 
 /// Returns one folder for each label, all different, also where upper and lower case are the same: labels
 /// whose names collide get `-2`, `-3` … in their order.
-#[must_use]
 pub fn group_folders(labels: &[String]) -> Vec<String> {
     // A label that is itself the name of a folder keeps it.
     let own = |label: &&String| folder_name(label) == **label;

@@ -2,8 +2,7 @@
 
 use std::sync::OnceLock;
 
-use caromfit::fit::Severity;
-use caromfit::fit::{About, Diagnostics, Goodness, Intervals, Noise, Remark};
+use caromfit::fit::{About, Budget, Diagnostics, Goodness, Id, Intervals, Noise, Remark, Severity};
 
 use crate::prelude::*;
 
@@ -95,6 +94,7 @@ pub fn normal() -> Fit {
     fit.diagnostics = Diagnostics::default();
     fit.diagnostics.goodness = Some(goodness());
     fit.remarks = Vec::new();
+    fit.budget = vec![Budget { id: Id::Mu, shares: Vec::new(), noise: 0.0027_f64.powi(2) }];
     fit
 }
 
@@ -111,6 +111,7 @@ pub fn restricted() -> Fit {
     fit.correlation = DMatrix::from_element(3, 3, NAN);
     fit.noise[0].estimated_sd = Some(0.1_f64.to_radians());
     fit.diagnostics.goodness = None;
+    fit.budget = Vec::new();
     fit.shots_rejected = vec![Rejected { shot: "7".to_owned(), reason: "no impact found".to_owned() }];
     fit.remarks = vec![Remark {
         about: About::Kind("undetermined"),

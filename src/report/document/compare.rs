@@ -2,7 +2,7 @@
 
 use serde::{Serialize, Serializer};
 
-use super::{Made, document};
+use super::{Made, document, each};
 use crate::compare::{
     Compared, Comparison, Difference, LikelihoodRatio, Reason, Robust, SampleSummary, Value,
 };
@@ -34,11 +34,9 @@ document! {
         /// What a reader must know, in sentences, the most important first.
         warnings: Vec<String> = words::warnings(comparison),
         /// The data sets or labels, with their shots.
-        samples: Vec<Sample> = comparison.samples.iter().map(|sample| Sample::new(comparison, sample)).collect(),
+        samples: Vec<Sample> = each(&comparison.samples, |sample| Sample::new(comparison, sample)),
         /// The parameters.
-        parameters: Vec<ComparedParameter> = {
-            comparison.quantities.iter().map(|found| ComparedParameter::new(comparison, found)).collect()
-        },
+        parameters: Vec<ComparedParameter> = each(&comparison.quantities, |found| ComparedParameter::new(comparison, found)),
         /// What chi2 and dof count: angles (and speeds), velocities, coordinates of frames, or impulses of discs.
         counted: Counted = words::counted(comparison),
         /// Sum of the squared standardized residuals, priors included.
@@ -59,7 +57,7 @@ document! {
         /// Names of the losses of the data sets.
         losses: Vec<&'static str> = robust.losses.clone(),
         /// The shots that count less, the least first.
-        weights: Vec<SampleWeight> = robust.weights.iter().map(|own| SampleWeight::new(comparison, own)).collect(),
+        weights: Vec<SampleWeight> = each(&robust.weights, |own| SampleWeight::new(comparison, own)),
     }
 
     /// The weight of a shot.
@@ -93,17 +91,13 @@ document! {
         /// Whether it has one value for all labels.
         shared: bool = found.shared,
         /// One value for all, or one for each label.
-        estimates: Vec<LabelEstimate> = found.estimates.iter().map(|own| LabelEstimate::new(comparison, own)).collect(),
+        estimates: Vec<LabelEstimate> = each(&found.estimates, |own| LabelEstimate::new(comparison, own)),
         /// The differences of all pairs of labels that determine it.
-        differences: Vec<LabelDifference> = {
-            found.differences.iter().map(|own| LabelDifference::new(comparison, own)).collect()
-        },
+        differences: Vec<LabelDifference> = each(&found.differences, |own| LabelDifference::new(comparison, own)),
         /// Test of one value for all against one for each label; null if fewer than two labels determine it.
         same_or_different: Option<LikelihoodRatio> = found.same_or_different,
         /// Labels that do not determine it.
-        left_out: Vec<LeftOutLabel> = {
-            found.left_out.iter().map(|own| LeftOutLabel::new(comparison, found, own)).collect()
-        },
+        left_out: Vec<LeftOutLabel> = each(&found.left_out, |own| LeftOutLabel::new(comparison, found, own)),
     }
 
     /// The value of a parameter.

@@ -2,7 +2,7 @@
 
 use serde::{Serialize, Serializer};
 
-use super::{Body, Made, document};
+use super::{Body, Made, document, each};
 use crate::design::{self, Design, Mixture, OfKind, Planned, PlayedKind};
 use crate::measurement::parameter::Parameter;
 
@@ -33,9 +33,7 @@ document! {
         /// All planned shots.
         together: Together = Together::new(design),
         /// Mixtures with the fewest shots that reach what is wanted.
-        fewest_shots: Vec<FewestShots> = {
-            design.mixtures.iter().map(|mixture| FewestShots::new(design, mixture)).collect()
-        },
+        fewest_shots: Vec<FewestShots> = each(&design.mixtures, |mixture| FewestShots::new(design, mixture)),
         /// The design in sentences.
         in_words: Vec<String> = design.words.clone(),
         /// What was assumed, in sentences.
@@ -84,8 +82,7 @@ document! {
         total: u64 = mixture.total(),
         /// Number of shots of each.
         shots: Vec<CountedShots> = {
-            let shots = mixture.shots.iter();
-            shots.map(|(kind, shots)| CountedShots::new(&design.expected.kinds[*kind], *shots)).collect()
+            each(&mixture.shots, |(kind, shots)| CountedShots::new(&design.expected.kinds[*kind], *shots))
         },
         /// Standard errors of the mixture.
         std_error: Coefficients<Option<f64>> = mixture.std_errors.into(),
@@ -109,13 +106,13 @@ impl Serialize for Design {
 
 /// A number for each coefficient.
 #[derive(Clone, Copy, Debug, Serialize, schemars::JsonSchema)]
-pub struct Coefficients<T> {
+pub(crate) struct Coefficients<T> {
     /// Of the friction between the balls.
-    pub mu: T,
+    pub(crate) mu: T,
     /// Of the friction of the cloth on the object ball.
-    pub mu_s: T,
+    pub(crate) mu_s: T,
     /// Of the restitution.
-    pub e: T,
+    pub(crate) e: T,
 }
 
 impl<T> From<[T; 3]> for Coefficients<T> {

@@ -3,7 +3,7 @@
 use serde::{Deserialize, Serialize, Serializer};
 use serde_json::{Number, Value};
 
-use super::{ByName, Made, document, finite};
+use super::{ByName, Made, document, each, finite, named};
 use crate::fit::{
     self, About, Counted, Diagnostics, Explanation, Fit, FoundCamera, Rejected, Scatter, Verdict,
 };
@@ -13,7 +13,7 @@ use crate::problem::{self, Budget, Severity, Status};
 use crate::report::{reduced_chi2, unit_name, unit_of};
 
 /// Numbers that were found of a film, by their names.
-pub type FilmEntry = ByName<Number>;
+pub(crate) type FilmEntry = ByName<Number>;
 
 /// Kind of the finding that the data contradict the model.
 const REFUTED: &str = "refuted";
@@ -54,7 +54,7 @@ document! {
         /// Whether the model contains each effect, by its name.
         effects: ByName<bool> = fit.effects.iter().map(|(name, on)| ((*name).to_owned(), *on)).collect(),
         /// What a reader should know, the most important first. Of kind refuted: the data contradict the model.
-        findings: Vec<Found> = fit.remarks.iter().map(|remark| Found::new(fit, remark)).collect(),
+        findings: Vec<Found> = each(&fit.remarks, |remark| Found::new(fit, remark)),
         /// Estimates by the name of the parameter; mu_b and mu_c if the friction decreases with the slip, kappa if the contact is
         /// compliant, mass_ratio and radius_ratio (cue ball over object ball) if they were fitted, e_slope if the restitution
         /// decreases with the closing speed.
@@ -78,7 +78,7 @@ document! {
         /// left_out_at_impacts the number of frames before and after each impact.
         film: Option<ByName<FilmEntry>> = fit.camera.as_ref().map(film),
         /// Every unknown that all shots share and that was free: of contact, balls, cloth, time and camera.
-        unknowns: Vec<Unknown> = fit.unknowns.iter().map(Unknown::new).collect(),
+        unknowns: Vec<Unknown> = each(&fit.unknowns, Unknown::new),
         /// What makes up the standard errors of mu, mu_s and e, the largest part first; empty for those without one.
         budget: ByName<Vec<BudgetPart>> = named(&fit.budget, |own| (own.id.name(), budget(own))),
         /// What explains residuals that the equations or the stated numbers leave, the best first.
@@ -90,7 +90,7 @@ document! {
             None => fit.residuals.len(),
         },
         /// How the noise of each observable is known.
-        noise: Vec<Noise> = fit.noise.iter().map(Noise::new).collect(),
+        noise: Vec<Noise> = each(&fit.noise, Noise::new),
         /// How far the fit can be trusted.
         #[serde(flatten, skip_deserializing)]
         diagnostics: Diagnostics = fit.diagnostics.clone(),
@@ -169,7 +169,7 @@ document! {
     #[derive(Default, Deserialize)]
     Correlation(fit: &Fit) {
         /// Names of the parameters.
-        order: Vec<String> = fit.estimates.iter().map(|found| found.parameter.name().to_owned()).collect(),
+        order: Vec<String> = each(&fit.estimates, |found| found.parameter.name().to_owned()),
         /// Rows and columns in this order, −1 to 1; null if a parameter has no standard error.
         matrix: Vec<Vec<Option<f64>>> = {
             fit.correlation.row_iter().map(|row| row.iter().map(|value| finite(*value)).collect()).collect()
@@ -274,14 +274,9 @@ impl Serialize for Fit {
     }
 }
 
-/// Returns what is made of each of some things, by its name.
-fn named<T, U>(all: &[T], one: impl Fn(&T) -> (&str, U)) -> ByName<U> {
-    all.iter().map(one).map(|(name, made)| (name.to_owned(), made)).collect()
-}
-
 impl Body {
     /// Returns the cue ball or the object ball (0 or 1) with the standard deviations of what is stated of both.
-    pub(super) fn of_balls(cue: &Ball, object: Option<&ObjectBall>, which: usize) -> Self {
+    pub(in crate::report) fn of_balls(cue: &Ball, object: Option<&ObjectBall>, which: usize) -> Self {
         let ball = object.filter(|_| which == 1).map_or(cue, |object| &object.ball);
         let sds = |object: &ObjectBall| [Some(object.radius_sd), object.mass_sd].map(|sds| Some(sds?[which]));
         Self::new(ball, object.map_or([None; 2], sds))
@@ -289,7 +284,7 @@ impl Body {
 }
 
 /// Returns the cue ball or the object ball, or one of two discs (0 or 1): of discs with the mass only if it is stated.
-fn body(fit: &Fit, which: usize) -> Body {
+pub(in crate::report) fn body(fit: &Fit, which: usize) -> Body {
     let body = Body::of_balls(&fit.ball, fit.object.as_ref(), which);
     let Some(discs) = fit.discs else { return body };
     let radius_m = discs.radii.map_or(body.radius_m, |radii| radii[which]);

@@ -7,24 +7,22 @@ mod compare;
 mod design;
 mod fit;
 mod printed;
-mod stored;
 
-pub use compare::CompareDocument;
-pub use design::DesignDocument;
+pub(crate) use compare::CompareDocument;
+pub(crate) use design::DesignDocument;
 pub(super) use design::detectable;
 pub(super) use fit::budget;
-pub use fit::*;
-pub use printed::*;
+pub(crate) use fit::*;
+pub(crate) use printed::*;
 use schemars::generate::SchemaSettings;
 use schemars::{JsonSchema, Schema};
 use serde::{Deserialize, Serialize};
 use serde_json::Value;
-pub use stored::{StoredError, read};
 
 use super::ReportError;
 
 /// `format_version` of the documents: raised if a key is renamed or dropped, or changes its meaning.
-pub const FORMAT_VERSION: u32 = 1;
+pub(crate) const FORMAT_VERSION: u32 = 1;
 
 /// Defines documents: each key stands once, with its meaning, its type, and its value.
 ///
@@ -39,19 +37,18 @@ macro_rules! document {
     )+) => { $(
         $(#[$about])*
         #[derive(Clone, Debug, serde::Serialize, schemars::JsonSchema)]
-        pub struct $name {
-            $($(#[$meaning])* pub $key: $kind,)+
+        pub(crate) struct $name {
+            $($(#[$meaning])* pub(crate) $key: $kind,)+
             $(
                 /// What made it.
                 #[serde(flatten)]
-                pub $made: $maker,
+                pub(crate) $made: $maker,
             )?
         }
 
         impl $name {
             /// Returns the document.
-            #[must_use]
-            pub fn new($($of: $type),+) -> Self {
+            pub(crate) fn new($($of: $type),+) -> Self {
                 Self { $($key: $value,)+ $($made: <$maker>::default(),)? }
             }
         }
@@ -60,7 +57,7 @@ macro_rules! document {
 use document;
 
 /// A value for each of several names, in their order.
-pub type ByName<T> = indexmap::IndexMap<String, T>;
+pub(crate) type ByName<T> = indexmap::IndexMap<String, T>;
 
 /// Returns a document as text, with a newline at its end and numbers rounded to [`DIGITS`]. Numbers that are not finite become `null`.
 ///
@@ -76,7 +73,7 @@ pub fn text(document: &(impl Serialize + ?Sized)) -> Result<String, ReportError>
 ///
 /// # Errors
 /// The document cannot be serialized.
-pub fn exact_text(document: &(impl Serialize + ?Sized)) -> Result<String, ReportError> {
+pub(crate) fn exact_text(document: &(impl Serialize + ?Sized)) -> Result<String, ReportError> {
     Ok(serde_json::to_string_pretty(document)? + "\n")
 }
 
@@ -88,7 +85,7 @@ pub(super) fn is_same_result(one: &str, other: &str) -> bool {
 }
 
 /// Significant digits of numbers in files: more than any error leaves, fewer than what differs between processors.
-pub const DIGITS: usize = 8;
+pub(crate) const DIGITS: usize = 8;
 
 /// Returns a number rounded to [`DIGITS`].
 pub(super) fn rounded(number: f64) -> f64 {
@@ -108,7 +105,7 @@ fn round(value: &mut Value) {
 }
 
 /// A command and the JSON Schema of what it prints with `--json`; `dataset` stands for dataset.toml.
-pub type CommandSchema = (&'static str, fn() -> Schema);
+pub(crate) type CommandSchema = (&'static str, fn() -> Schema);
 
 /// Returns the JSON Schema (draft 2020-12) of a document as it is written.
 fn schema<T: JsonSchema>() -> Schema {
@@ -116,7 +113,7 @@ fn schema<T: JsonSchema>() -> Schema {
 }
 
 /// The schemas of all that is written as JSON, and of dataset.toml.
-pub const SCHEMAS: [CommandSchema; 9] = [
+pub(crate) const SCHEMAS: [CommandSchema; 9] = [
     ("fit", schema::<FitDocument>),
     ("compare", schema::<CompareDocument>),
     ("accuracy", schema::<AccuracyDocument>),
@@ -130,11 +127,11 @@ pub const SCHEMAS: [CommandSchema; 9] = [
 
 /// What made a document.
 #[derive(Clone, Debug, Serialize, Deserialize, JsonSchema)]
-pub struct Made {
+pub(crate) struct Made {
     /// Version of caromfit.
-    pub version: String,
+    pub(crate) version: String,
     /// 1; raised if a key is renamed or dropped, or changes its meaning.
-    pub format_version: u32,
+    pub(crate) format_version: u32,
 }
 
 impl Default for Made {
@@ -143,20 +140,16 @@ impl Default for Made {
     }
 }
 
-fn finite(number: f64) -> Option<f64> {
-    number.is_finite().then_some(number)
+/// Returns what is made of each of some things.
+fn each<T, U>(all: &[T], one: impl FnMut(&T) -> U) -> Vec<U> {
+    all.iter().map(one).collect()
 }
 
-#[cfg(test)]
-mod tests {
-    use super::*;
+/// Returns what is made of each of some things, by its name.
+fn named<T, U>(all: &[T], one: impl Fn(&T) -> (&str, U)) -> ByName<U> {
+    all.iter().map(one).map(|(name, made)| (name.to_owned(), made)).collect()
+}
 
-    #[test]
-    fn numbers_keep_eight_digits_however_small_they_are() {
-        assert_eq!(rounded(0.059_830_911_131_6), 0.059_830_911);
-        assert_eq!(rounded(30.000_000_000_000_04), 30.0);
-        assert_eq!(rounded(-1.234_567_891e12), -1.234_567_9e12);
-        assert_eq!(rounded(3.186e-31), 3.186e-31);
-        assert!(rounded(f64::MAX).is_finite() && rounded(f64::NAN).is_nan());
-    }
+fn finite(number: f64) -> Option<f64> {
+    number.is_finite().then_some(number)
 }

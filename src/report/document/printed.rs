@@ -2,7 +2,7 @@
 
 use std::path::Path;
 
-use super::{ByName, Made, document, finite};
+use super::{ByName, Made, document, each, finite, named};
 use crate::fit::{Rejected, check};
 use crate::io::cases::Computed;
 use crate::measurement::dataset::Dataset;
@@ -65,10 +65,7 @@ document! {
         /// The fidelity by which the collisions were computed.
         fidelity: Fidelity = by,
         /// What the shots were made with, by parameter.
-        parameters: ByName<Truth> = {
-            let truths = spec.truths().into_iter();
-            truths.map(|(p, truth)| (p.name().to_owned(), Truth::new(truth, unit_of(p)))).collect()
-        },
+        parameters: ByName<Truth> = named(&spec.truths(), |(p, truth)| (p.name(), Truth::new(*truth, unit_of(*p)))),
     }
 
     /// The true value of a parameter.
@@ -130,7 +127,7 @@ document! {
         /// Ways to compute a collision.
         ways: Vec<Row> = rows.to_vec(),
         /// Fits to the shots without noise, computed by contact with all effects.
-        biases: Vec<Bias> = found.iter().map(Bias::new).collect(),
+        biases: Vec<Bias> = each(found, Bias::new),
     }
 
     /// A fit to shots without noise.
@@ -140,9 +137,7 @@ document! {
         /// Tangential compliance κ of the contact that computed the shots.
         kappa: Option<f64> = finite(row.kappa),
         /// By parameter.
-        parameters: ByName<BiasedParameter> = {
-            row.found.iter().map(|found| (found.parameter.name().to_owned(), BiasedParameter::new(found))).collect()
-        },
+        parameters: ByName<BiasedParameter> = named(&row.found, |found| (found.parameter.name(), BiasedParameter::new(found))),
         /// χ² of data without noise over their number: what the noise would have to hide.
         chi2_per_observation: Option<f64> = finite(row.chi2_per_observation),
         /// Duration of the fit, s.
@@ -165,6 +160,5 @@ document! {
 }
 
 fn left_out(dataset: &Dataset) -> Vec<Rejected> {
-    let reason = |(shot, reason): &(String, String)| Rejected { shot: shot.clone(), reason: reason.clone() };
-    dataset.left_out.iter().map(reason).collect()
+    each(&dataset.left_out, |(shot, reason)| Rejected { shot: shot.clone(), reason: reason.clone() })
 }

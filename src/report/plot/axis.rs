@@ -31,7 +31,7 @@ pub(super) struct Axis {
 }
 
 #[derive(Clone, Debug)]
-enum Scale {
+pub(super) enum Scale {
     Linear,
     /// Values are whole numbers.
     Whole,
@@ -44,28 +44,12 @@ enum Scale {
 }
 
 impl Axis {
-    fn with(name: impl Into<String>, scale: Scale) -> Self {
-        Self { name: name.into(), scale }
-    }
-
     pub(super) fn new(name: impl Into<String>) -> Self {
         Self::with(name, Scale::Linear)
     }
 
-    pub(super) fn whole(name: impl Into<String>) -> Self {
-        Self::with(name, Scale::Whole)
-    }
-
-    pub(super) fn symmetric(name: impl Into<String>, least: f64) -> Self {
-        Self::with(name, Scale::Symmetric(least))
-    }
-
-    pub(super) fn logarithmic(name: impl Into<String>) -> Self {
-        Self::with(name, Scale::Logarithmic)
-    }
-
-    pub(super) fn of_words(words: impl Iterator<Item = String>) -> Self {
-        Self::with("", Scale::Words(words.collect()))
+    pub(super) fn with(name: impl Into<String>, scale: Scale) -> Self {
+        Self { name: name.into(), scale }
     }
 
     /// Returns the range that holds all values with some room.

@@ -3,7 +3,7 @@
 use std::f64::consts::TAU;
 
 use super::axis::ends;
-use super::{Axis, Figure, INK, OFF_THE_AXIS, Panel, Point, color};
+use super::{Axis, Figure, INK, Panel, Point, Scale, color};
 use crate::fit::FittedFilm;
 use crate::measurement::number::count_of;
 use crate::problem::Impact;
@@ -143,10 +143,10 @@ impl Tracks<'_> {
     fn residuals(&self, axis: usize) -> Panel {
         // wrong frames would squeeze the others: they stand at the edge
         let most = 6e3 * self.position_sd;
-        let y = Axis::symmetric(["x residual (mm)", "y residual (mm)"][axis], 1e-6);
+        let y = Axis::with(["x residual (mm)", "y residual (mm)"][axis], Scale::Symmetric(1e-6));
         let mut panel = Panel::new("Tracked less fitted", "", Axis::new(self.clock.0), y);
         panel.horizontal(0.0);
-        panel.line([[0.0, -OFF_THE_AXIS], [0.0, OFF_THE_AXIS]], INK, 1);
+        panel.line([[0.0, f64::NEG_INFINITY], [0.0, f64::INFINITY]], INK, 1);
         for (ball, seen) in self.seen.iter().enumerate() {
             panel.points(seen.iter().map(|(time, place)| {
                 let off = 1e3 * (place[axis] - (self.place)(ball, *time)[axis]);

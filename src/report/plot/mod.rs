@@ -8,8 +8,8 @@ mod residuals;
 
 use plotters::prelude::RGBColor;
 
-use axis::Axis;
 pub(super) use axis::ends;
+use axis::{Axis, Scale};
 pub(super) use films::{Tracks, all_shots, of_shot};
 pub(super) use others::{Pick, accuracy, contours, design, discs, forest, way_name};
 pub(super) use residuals::{of_comparison, residuals};
@@ -77,7 +77,8 @@ pub(super) struct Label {
     words: String,
 }
 
-/// A panel: marks in one coordinate system, the first behind all others. The axes reach beyond all of them.
+/// A panel: marks in one coordinate system, the first behind all others. The axes reach beyond all that are finite; infinite ones end at
+/// the frame.
 #[derive(Clone, Debug)]
 pub(super) struct Panel {
     title: String,
@@ -89,9 +90,6 @@ pub(super) struct Panel {
     is_square: bool,
     marks: Vec<Mark>,
 }
-
-/// Beyond every axis: a mark up to here ends at the frame, and does not widen the axis.
-const OFF_THE_AXIS: f64 = 1e200;
 
 impl Panel {
     fn new(title: impl Into<String>, about: impl Into<String>, x: Axis, y: Axis) -> Self {
@@ -109,7 +107,7 @@ impl Panel {
 
     /// Adds a thin line across the panel at a value of y.
     fn horizontal(&mut self, y: f64) {
-        self.line([[-OFF_THE_AXIS, y], [OFF_THE_AXIS, y]], INK, 1);
+        self.line([[f64::NEG_INFINITY, y], [f64::INFINITY, y]], INK, 1);
     }
 
     fn points(&mut self, points: impl IntoIterator<Item = Point>) {

@@ -3,7 +3,7 @@
 use plotters::prelude::RGBColor;
 
 use super::axis::ends;
-use super::{Axis, BAND, CUT_AXIS, Figure, Label, Panel, Point, color};
+use super::{Axis, BAND, CUT_AXIS, Figure, Label, Panel, Point, Scale, color};
 use crate::compare::{Compared, Comparison};
 use crate::design::{Cell, Design};
 use crate::fit::{Contour, Fit, Status};
@@ -11,8 +11,7 @@ use crate::measurement::dataset::Measured;
 use crate::measurement::number::plain;
 use crate::measurement::parameter::Parameter;
 use crate::problem::{DiscImpact, Quantity};
-use crate::report::document::{self, BudgetPart};
-use crate::report::{speed_unit, symbol, title};
+use crate::report::{budgets, speed_unit, symbol, title};
 use crate::studies::accuracy::{Errors, Includes, Row};
 
 /// Returns e of discs against the closing speed, and J_t/J_n against the slip, each with what was fitted; an empty figure of balls, and
@@ -82,23 +81,19 @@ pub(in crate::report) fn discs(fit: &Fit) -> Figure {
 
 /// Returns what makes up the variances of μ, μ_s and e, as bars; `None` if that is noise alone.
 pub(super) fn budget(fit: &Fit) -> Option<Panel> {
-    /// Sources that are shown of a parameter, and the smallest part of the variance that is.
+    /// Number of sources that are shown of a parameter.
     const SOURCES: usize = 4;
-    const LEAST: f64 = 0.01;
+    let budgets = budgets(fit);
     let mut bars: Vec<(String, f64, usize)> = Vec::new();
-    let mut is_noise_alone = true;
-    for (series, found) in fit.budget.iter().enumerate() {
-        let parts = document::budget(found);
-        let variance = |part: &BudgetPart| part.std_error.unwrap_or(0.0).powi(2);
-        let total: f64 = parts.iter().map(variance).sum();
-        for part in parts.iter().take(SOURCES).filter(|part| variance(part) >= LEAST * total) {
-            is_noise_alone &= part.source == "noise";
-            let words = format!("{}: {}", symbol(found.id.name()), symbol(&part.source));
-            bars.push((words, 100.0 * variance(part) / total, series));
-        }
+    for (series, found) in budgets.iter().enumerate() {
+        let of = symbol(found.of.name());
+        bars.extend(found.parts.iter().take(SOURCES).map(|(source, error)| {
+            (format!("{of}: {source}"), 100.0 * (error / found.std_error).powi(2), series)
+        }));
     }
+    let is_noise_alone = budgets.iter().flat_map(|found| &found.parts).all(|(source, _)| source == "noise");
     bars.reverse();
-    let words = Axis::of_words(bars.iter().map(|(words, ..)| words.clone()));
+    let words = Axis::with("", Scale::Words(bars.iter().map(|(words, ..)| words.clone()).collect()));
     let about = "what it would take away to know each source exactly";
     let mut panel = Panel::new("Error budget", about, Axis::new("part of the variance (%)"), words);
     for (row, (_, end, series)) in bars.iter().enumerate() {
@@ -142,7 +137,7 @@ pub(in crate::report) fn forest(comparison: &Comparison) -> Figure {
     for compared in comparison.quantities.iter().filter(has_interval) {
         let values = || compared.estimates.iter().rev();
         let label = |label: Option<usize>| label.map_or("all".to_owned(), |i| comparison.labels[i].clone());
-        let words = Axis::of_words(values().map(|value| label(value.label)));
+        let words = Axis::with("", Scale::Words(values().map(|value| label(value.label)).collect()));
         let about = if compared.shared { "one value for all" } else { "" };
         let symbol = compared.quantity.symbol();
         let x = Axis::new(format!("{symbol}, {}", compared.quantity.meaning()));
@@ -198,7 +193,7 @@ fn errors(design: &Design, parameter: Parameter, speeds: &[Option<f64>]) -> Opti
     let [slowest, fastest] = ends(speeds.iter().flatten().copied());
     let [from, to] = [slowest, fastest].map(|speed| plain(speed, 3));
     let range = if slowest < fastest { format!("{from} to {to}") } else { from };
-    let y = Axis::logarithmic(format!("standard error of {symbol}"));
+    let y = Axis::with(format!("standard error of {symbol}"), Scale::Logarithmic);
     let mut panel = Panel::new(format!("{symbol}, {range} m/s"), "", Axis::new(CUT_AXIS), y);
     for (kind, speed) in speeds.iter().enumerate() {
         let cells = design.cells.iter().filter(|cell| cell.kind == kind && Some(cell.speed_m_s) == *speed);
@@ -236,8 +231,8 @@ pub(in crate::report) fn accuracy(rows: &[Row]) -> Figure {
         ("Model error: against contact, integrated closely", |row| Some(row.model)),
     ];
     let panels = kinds.map(|(title, pick)| {
-        let x = Axis::logarithmic("time of a collision (µs)");
-        let y = Axis::logarithmic("error of a velocity over U (95 % of the shots)");
+        let x = Axis::with("time of a collision (µs)", Scale::Logarithmic);
+        let y = Axis::with("error of a velocity over U (95 % of the shots)", Scale::Logarithmic);
         let mut panel = Panel::new(title, "", x, y);
         for (index, name) in figure.series.iter().enumerate() {
             let place = |row: &Row| {

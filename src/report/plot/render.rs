@@ -1,6 +1,5 @@
 //! Draws a [`Figure`] as SVG or as PNG. Texts are measured and drawn with a font that is in the program.
 
-use std::fmt::Display;
 use std::ops::Range;
 use std::sync::OnceLock;
 
@@ -46,7 +45,7 @@ impl Figure {
     pub(in crate::report) fn svg_with_spots(&self) -> Result<(String, Vec<Spot>), ReportError> {
         let (mut text, mut spots) = (String::new(), Vec::new());
         let area = SVGBackend::with_string(&mut text, (WIDTH, self.height())).into_drawing_area();
-        self.draw(&area, &mut spots).map_err(|error| self.failed(error))?;
+        self.draw(&area, &mut spots).map_err(|error| ReportError::of_drawing(&self.title, error))?;
         drop(area);
         Ok((text, spots))
     }
@@ -55,18 +54,14 @@ impl Figure {
         let size = (WIDTH, self.height());
         let mut pixels = vec![255; 3 * size.0 as usize * size.1 as usize];
         let area = BitMapBackend::with_buffer(&mut pixels, size).into_drawing_area();
-        self.draw(&area, &mut Vec::new()).map_err(|error| self.failed(error))?;
+        self.draw(&area, &mut Vec::new()).map_err(|error| ReportError::of_drawing(&self.title, error))?;
         drop(area);
-        encoded(&pixels, size).map_err(|error| self.failed(error))
+        encoded(&pixels, size).map_err(|error| ReportError::of_drawing(&self.title, error))
     }
 
     /// Returns the figure in files of this name, as SVG and as PNG.
     pub(in crate::report) fn files(&self, name: &str) -> Result<[(String, Vec<u8>); 2], ReportError> {
         Ok([(format!("{name}.svg"), self.svg()?.into_bytes()), (format!("{name}.png"), self.png()?)])
-    }
-
-    fn failed(&self, reason: impl Display) -> ReportError {
-        ReportError::Draw { dataset: self.title.clone(), reason: reason.to_string() }
     }
 
     fn height(&self) -> u32 {

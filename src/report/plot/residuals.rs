@@ -6,7 +6,7 @@ use statrs::distribution::{Beta, ContinuousCDF, Normal};
 
 use super::axis::{ends, is_drawable};
 use super::others::budget;
-use super::{Axis, BAND, CUT_AXIS, Figure, INK, Label, OFF_THE_AXIS, Panel, Point, SPEED_AXIS};
+use super::{Axis, BAND, CUT_AXIS, Figure, INK, Label, Panel, Point, SPEED_AXIS, Scale};
 use crate::compare::Comparison;
 use crate::fit::{Fit, FittedFilm, Residual};
 use crate::measurement::number::{count_of, plain};
@@ -190,7 +190,7 @@ impl Observed {
         let kinds = [
             ("against cut angle", Axis::new(CUT_AXIS)),
             ("against speed", Axis::new(speed_axis)),
-            ("in the order of the shots", Axis::whole("number of the shot")),
+            ("in the order of the shots", Axis::with("number of the shot", Scale::Whole)),
         ];
         let mut panels = Vec::new();
         for (kind, (words, x)) in kinds.into_iter().enumerate() {
@@ -201,9 +201,9 @@ impl Observed {
             if least >= most {
                 continue;
             }
-            let y = Axis::symmetric(STANDARDIZED, 3.2);
+            let y = Axis::with(STANDARDIZED, Scale::Symmetric(3.2));
             let mut panel = Panel::new(format!("Residuals {words}"), "band: ±2 sd", x, y);
-            panel.rectangle([-OFF_THE_AXIS, OFF_THE_AXIS], [-2.0, 2.0], BAND);
+            panel.rectangle([f64::NEG_INFINITY, f64::INFINITY], [-2.0, 2.0], BAND);
             panel.horizontal(0.0);
             self.draw(&mut panel, places);
             panels.push(panel);
@@ -236,8 +236,8 @@ impl Observed {
         let mut panel = Panel::new(
             "Are the residuals normal?",
             "line: normal; band: 95 % of samples",
-            Axis::symmetric("quantile of the normal distribution", 1.5),
-            Axis::symmetric(STANDARDIZED, 2.5),
+            Axis::with("quantile of the normal distribution", Scale::Symmetric(1.5)),
+            Axis::with(STANDARDIZED, Scale::Symmetric(2.5)),
         );
         panel.area(low.chain(high), BAND);
         panel.line([[-end, -end], [end, end]], INK, 1);

@@ -1,0 +1,142 @@
+//! Stored fits, and what moved since: for regression tests of simulators, of data that are kept, and of this program.
+
+use std::fs;
+use std::path::{Path, PathBuf};
+
+use super::content::Table;
+use super::document::FitDocument;
+use super::title;
+use crate::fit::Fit;
+
+/// Why stored fits cannot be read or compared with: file or folder, line and column if there is one, what is wrong, and what was expected.
+#[derive(Debug, thiserror::Error)]
+#[error("{0}")]
+pub struct StoredError(String);
+
+impl StoredError {
+    fn new(path: &Path, reason: impl std::fmt::Display) -> Self {
+        Self(format!("{}{reason}", path.display()))
+    }
+}
+
+/// By how much an estimate may move and still count as the same, in standard errors, of which the larger one counts; χ² in its own
+/// standard deviation √(2·dof). Far below what matters in practice, far above the roundings of another machine.
+const SAME_ERRORS: f64 = 0.01;
+
+/// A result that changed: data set, what, before, now, and by how many standard errors.
+pub type Moved = [String; 5];
+
+/// Fits read back from the disk.
+pub struct Stored {
+    path: PathBuf,
+    pub(crate) fits: Vec<FitDocument>,
+}
+
+impl Stored {
+    /// Reads a fit.json, an array of them (as `caromfit fit --json` prints it), or all below a folder.
+    ///
+    /// # Errors
+    /// What cannot be read or is no fit.json, with line and column.
+    pub fn read(path: &Path) -> Result<Self, StoredError> {
+        let mut stored = Self { path: path.to_path_buf(), fits: Vec::new() };
+        gather(path, &mut stored.fits)?;
+        if stored.fits.is_empty() {
+            let expected = ": holds no fit.json; expected one, or a folder that caromfit fit wrote";
+            return Err(StoredError::new(path, expected));
+        }
+        Ok(stored)
+    }
+
+    /// Returns what differs from the stored fit of the same data set and label by more than a hundredth of a standard error, in the
+    /// order of the parameters, then χ² and the rest.
+    ///
+    /// # Errors
+    /// There is no such fit.
+    pub fn moved(&self, fit: &Fit) -> Result<Vec<Moved>, StoredError> {
+        /// The tolerance of an estimate without a standard error, as a fraction of it.
+        const RELATIVE: f64 = 1e-6;
+        let now = FitDocument::new(fit);
+        let label = |fit: &FitDocument| fit.group.as_ref().map(|group| group.label.clone());
+        let is_same = |own: &&FitDocument| own.dataset == now.dataset && label(own) == label(&now);
+        let title = title(fit);
+        let before = self.fits.iter().find(is_same).ok_or_else(|| {
+            StoredError::new(&self.path, format!(": holds no fit of {title}; expected one to compare with"))
+        })?;
+        let mut all = Vec::new();
+        let mut compare = |what: &str, [before, now]: [String; 2], standard_errors: Option<f64>| {
+            let by = standard_errors.map_or("–".to_owned(), |by| format!("{by:+.3} standard errors"));
+            if before != now {
+                all.push([title.clone(), what.to_owned(), before, now, by]);
+            }
+        };
+        compare("fidelity", [&before.fidelity, &now.fidelity].map(String::clone), None);
+        for (name, now) in &now.parameters {
+            let Some(before) = before.parameters.get(name) else {
+                compare(name, ["missing".to_owned(), now.estimate.to_string()], None);
+                continue;
+            };
+            compare(&format!("{name} status"), [&before.status, &now.status].map(String::clone), None);
+            let change = now.estimate - before.estimate;
+            let error = before.std_error.into_iter().chain(now.std_error).fold(0.0, f64::max);
+            let in_errors = (error > 0.0).then(|| change / error);
+            let largest = before.estimate.abs().max(now.estimate.abs());
+            if in_errors.map_or(change.abs() > RELATIVE * largest, |errors| errors.abs() > SAME_ERRORS) {
+                compare(name, [before, now].map(|own| own.estimate.to_string()), in_errors);
+            }
+            // an interval that widens is a change even where the estimate stays
+            let widened = match [before.std_error, now.std_error] {
+                [Some(old), Some(new)] => (new / old - 1.0).abs() > SAME_ERRORS,
+                [old, new] => old.is_some() != new.is_some(),
+            };
+            if widened {
+                let text = |error: Option<f64>| error.map_or("none".to_owned(), |error| error.to_string());
+                compare(&format!("{name} std_error"), [before, now].map(|own| text(own.std_error)), None);
+            }
+        }
+        let chi2 = [before, &now].map(|fit| fit.chi2.unwrap_or(f64::NAN));
+        let change = (chi2[1] - chi2[0]) / (2.0 * now.dof.max(1) as f64).sqrt();
+        if chi2[0].is_finite() != chi2[1].is_finite() || change.abs() > SAME_ERRORS {
+            compare(
+                "chi2",
+                chi2.map(|chi2| chi2.to_string()),
+                Some(change).filter(|change| change.is_finite()),
+            );
+        }
+        compare("dof", [before, &now].map(|fit| fit.dof.to_string()), None);
+        compare("shots_used", [before, &now].map(|fit| fit.shots_used.to_string()), None);
+        Ok(all)
+    }
+}
+
+fn gather(path: &Path, fits: &mut Vec<FitDocument>) -> Result<(), StoredError> {
+    let wrong = |reason: String| StoredError::new(path, reason);
+    let failed = |error: std::io::Error| wrong(format!(": cannot be read: {error}"));
+    if path.is_dir() {
+        let own = path.join("fit.json");
+        if own.is_file() {
+            return gather(&own, fits);
+        }
+        let entries: Result<Vec<_>, _> = fs::read_dir(path).map_err(failed)?.collect();
+        let mut folders: Vec<PathBuf> = entries.map_err(failed)?.iter().map(fs::DirEntry::path).collect();
+        folders.retain(|folder| folder.is_dir());
+        folders.sort();
+        return folders.iter().try_for_each(|folder| gather(folder, fits));
+    }
+    let text = fs::read_to_string(path).map_err(failed)?;
+    let found = if text.trim_start().starts_with('[') {
+        serde_json::from_str(&text)
+    } else {
+        serde_json::from_str(&text).map(|fit| vec![fit])
+    };
+    fits.append(&mut found.map_err(|error| {
+        let (line, column) = (error.line(), error.column());
+        wrong(format!(":{line}: column {column}: {error}; expected a fit.json that caromfit fit wrote"))
+    })?);
+    Ok(())
+}
+
+/// Returns what moved as text.
+pub(crate) fn table(moved: &[Moved]) -> String {
+    let rows = moved.iter().map(|row| row.to_vec());
+    Table::new(["data set", "what", "baseline", "now", "moved by"], rows).text("  ")
+}
