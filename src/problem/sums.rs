@@ -152,7 +152,8 @@ impl Contribution {
 
     /// Returns the sums if all are finite, and those of no collision if not.
     pub fn or_impossible(self) -> Self {
-        let is_finite = self.cost.is_finite() && self.products.sum().is_finite();
+        // what is not finite in a row is so in its square
+        let is_finite = self.cost.is_finite() && self.products.trace().is_finite();
         if is_finite { self } else { Self::impossible(self.held.len(), self.shared(), self.noises.len()) }
     }
 
