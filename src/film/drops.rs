@@ -31,7 +31,7 @@ const MIN_DROP_NOISES: f64 = 5.0;
 const MAX_RATIO: f64 = 8.0;
 
 /// Corrects the times of the frames after each drop; returns the number of drops.
-pub fn repair(shot: &mut TrackShot) -> usize {
+pub(crate) fn repair(shot: &mut TrackShot) -> usize {
     let frame = shot.fps.recip();
     let mut found: Vec<(f64, f64)> = Vec::new();
     let steps = [&shot.cue, &shot.object].map(|samples| Steps::new(samples, frame));

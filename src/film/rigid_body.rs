@@ -20,7 +20,7 @@ pub(crate) type Point = [f64; 2];
 ///
 /// # Errors
 /// The markers are fewer than three, or do not determine a centre.
-pub fn circle_centres(markers: &[&[Sample]]) -> Result<Vec<Sample>, String> {
+pub(crate) fn circle_centres(markers: &[&[Sample]]) -> Result<Vec<Sample>, String> {
     if markers.len() < 3 {
         return Err(format!(
             "{} points do not determine the centre of a disc; expected one track of the centre itself, or three \
@@ -77,8 +77,8 @@ pub(crate) fn frames(markers: &[&[Sample]]) -> Vec<(f64, Vec<Option<Point>>)> {
 }
 
 pub(crate) struct Pose {
-    pub cos: f64,
-    pub sin: f64,
+    pub(crate) cos: f64,
+    pub(crate) sin: f64,
     from: Point,
     to: Point,
 }

@@ -180,15 +180,11 @@ impl Shot {
             sd: normal_sd.map(|sd| sd * across.abs().max(1e-12)),
         };
         let before = Before::Impact { normal: [component(nx, ny), component(ny, nx)], velocity: before };
-        let mut after = Vec::new();
-        for (i, axis) in [Axis::X, Axis::Y].into_iter().enumerate() {
-            after.push(Measurement { observable: Observable::CueVelocity(axis), measured: cue_after[i] });
-            after.push(Measurement {
-                observable: Observable::ObjectVelocity(axis),
-                measured: object_after[i],
-            });
-        }
-        after.sort_by_key(|row| row.observable);
+        let [x, y] = [Axis::X, Axis::Y];
+        let of_cue = [x, y].map(Observable::CueVelocity).into_iter().zip(cue_after);
+        let of_object = [x, y].map(Observable::ObjectVelocity).into_iter().zip(object_after);
+        let rows = of_cue.chain(of_object);
+        let after = rows.map(|(observable, measured)| Measurement { observable, measured }).collect();
         Self::new(name, before, spin, after)
     }
 
