@@ -25,7 +25,7 @@ const SECOND_STEPS: usize = 12;
 const ENOUGH_SHOTS: usize = 250;
 
 /// Relative difference within which two descents end at the same μ.
-const SAME_MU: f64 = 0.3;
+pub(super) const SAME_MU: f64 = 0.3;
 
 /// Rounds after which the states of spins stay as they are.
 const MAX_STATE_ROUNDS: usize = 5;

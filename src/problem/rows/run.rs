@@ -16,7 +16,7 @@ use crate::problem::film::causes::{self, Refit};
 use crate::problem::film::outliers::tail;
 use crate::problem::findings::Finding;
 use crate::problem::intervals::{Known, ParameterEstimate, Quantiles, Status, determine, errors_as_free};
-use crate::problem::minimise::{descend_weighed, descend_with_noise, thin};
+use crate::problem::minimise::{SAME_MU, Thinned, descend_weighed, descend_with_noise, thin};
 use crate::problem::noise::minus_two_log;
 use crate::problem::policy::Policy;
 use crate::problem::problem::{Evaluation, Problem, State};
@@ -27,8 +27,11 @@ use crate::problem::uncertainty::Estimates;
 use crate::problem::unknowns::{Id, Mode};
 
 /// Fall of χ² that ends the last descent, 1e-7 standard deviations, so that bounds are met exactly, and
-/// its evaluations.
+/// its evaluations: typical are 4, and at a corner of χ² more gain nothing.
 const LAST_STALL: f64 = 1e-14;
+const LAST_STEPS: usize = 12;
+
+/// Evaluations of other descents.
 const MAX_STEPS: usize = 50;
 
 /// Fall of χ² by which another minimum is lower, as far as descents find minima.
@@ -126,7 +129,7 @@ pub fn fit_rows(
     let converged = descent.converged;
     table.problem.weigh_again(&mut descent.end);
     let descent =
-        Descent { converged, ..descend_until(&table.problem, descent.end, &free, MAX_STEPS, LAST_STALL) };
+        Descent { converged, ..descend_until(&table.problem, descent.end, &free, LAST_STEPS, LAST_STALL) };
     let mut descent = meet_bounds(&table.problem, descent);
     if dataset.side_sd > 0.0
         && let Some(end) = integrate_spins(&table.problem, &descent.end)
@@ -194,41 +197,70 @@ fn choose_effects(
     let (is_auto, kappa) = (fidelity == FidelityChoice::Auto, settings[Parameter::Kappa].initial);
     let shots = descent.end.count_sticking();
     if is_auto && settings.compliance == Compliance::Auto && kappa > 0.0 && shots > 0 {
-        let (mut compliant, mut start) = (problem.clone(), descent.end.state.clone());
-        (compliant.unknown_mut(Id::Kappa).start, start.shared[Id::Kappa]) = (kappa, kappa);
-        compliant.refresh_contact();
-        let with = descend_with_noise(&mut compliant, start);
-        let kappa = with.end.state.shared[Id::Kappa];
-        let (fall, adopted) = adopt((problem, descent), (compliant, with), policy.adopt);
+        let comply = |problem: &mut Problem, mut state: State| {
+            (problem.unknown_mut(Id::Kappa).start, state.shared[Id::Kappa]) = (kappa, kappa);
+            problem.refresh_contact();
+            descend_with_noise(problem, state)
+        };
+        let Tried { kappa, fall, adopted, .. } = adopt(problem, descent, comply, policy.adopt);
         findings.push(Finding::Compliance { kappa, shots, fall, adopted });
     }
     let is_corrected = problem.rows().is_some_and(|rows| rows.contact.is_corrected());
     // the integrated contact is not that of a contact that is stated to be rigid
     if is_auto && settings.compliance != Compliance::Rigid || is_corrected {
-        let mut weighed = problem.clone();
-        let with = descend_weighed(&mut weighed, descent.end.state.clone());
-        let shots = weighed.samples[0].block.count_corrected();
-        if shots > 0 {
-            let least = if is_auto { policy.adopt } else { f64::NEG_INFINITY };
-            let (fall, adopted) = adopt((problem, descent), (weighed, with), least);
-            findings.extend(is_auto.then_some(Finding::Weight { shots, fall, adopted }));
-        }
+        let least = if is_auto { policy.adopt } else { f64::NEG_INFINITY };
+        let Tried { shots, fall, adopted, .. } = adopt(problem, descent, descend_weighed, least);
+        findings.extend((is_auto && shots > 0).then_some(Finding::Weight { shots, fall, adopted }));
     }
     findings
 }
 
-/// Adopts a refit if −2 log L falls by more than `least`; returns the fall, and whether it was.
+/// A refit with an effect.
+struct Tried {
+    /// κ there.
+    kappa: f64,
+    /// Number of shots with weight and cloth.
+    shots: usize,
+    /// Fall of −2 log L.
+    fall: f64,
+    adopted: bool,
+}
+
+/// Refits with an effect, which `refit` adds to a problem, and adopts it if −2 log L falls by more than
+/// `least`. An effect that makes some of the shots of a large table less likely is not computed for all.
 fn adopt(
-    (problem, descent): (&mut Problem, &mut Descent),
-    (other, with): (Problem, Descent),
+    problem: &mut Problem,
+    descent: &mut Descent,
+    refit: impl Fn(&mut Problem, State) -> Descent,
     least: f64,
-) -> (f64, bool) {
-    let fall = minus_two_log(problem, &descent.end) - minus_two_log(&other, &with.end);
-    let adopted = fall > least;
-    if adopted {
+) -> Tried {
+    let attempt = |problem: &Problem, descent: &Descent| {
+        let mut other = problem.clone();
+        let with = refit(&mut other, descent.end.state.clone());
+        let fall = minus_two_log(problem, &descent.end) - minus_two_log(&other, &with.end);
+        (other, with, fall)
+    };
+    let Thinned { problem: mut some, state, factor } = thin(problem, &descent.end.state);
+    if factor > 1.0 && least.is_finite() {
+        let without = descend_with_noise(&mut some, state);
+        let (other, with, fall) = attempt(&some, &without);
+        if fall < 0.0 {
+            let shots = (factor * other.samples[0].block.count_corrected() as f64).round() as usize;
+            let kappa = with.end.state.shared[Id::Kappa];
+            return Tried { kappa, shots, fall: factor * fall, adopted: false };
+        }
+    }
+    let (other, with, fall) = attempt(problem, descent);
+    let tried = Tried {
+        kappa: with.end.state.shared[Id::Kappa],
+        shots: other.samples[0].block.count_corrected(),
+        fall,
+        adopted: fall > least,
+    };
+    if tried.adopted {
         (*problem, *descent) = (other, with);
     }
-    (fall, adopted)
+    tried
 }
 
 /// The result of a search.
@@ -328,7 +360,9 @@ fn find_minima(problem: &Problem, at: &Evaluation) -> Vec<Evaluation> {
     let mut ends: Vec<Evaluation> = RowsBlock::GRID.iter().map(from).collect();
     if fewer.factor > 1.0 {
         let least = ends.iter().map(|end| end.cost).fold(f64::INFINITY, f64::min);
-        ends.retain(|end| fewer.factor * (end.cost - least) < FAR);
+        let mu = at.state.shared[Id::Mu];
+        let is_other = |end: &Evaluation| (end.state.shared[Id::Mu] / mu - 1.0).abs() > SAME_MU;
+        ends.retain(|end| fewer.factor * (end.cost - least) < FAR && is_other(end));
         ends.dedup_by(|b, a| (b.cost - a.cost).abs() < LOWER);
         for end in &mut ends {
             let state = State { own: at.state.own.clone(), shared: end.state.shared.clone() };
