@@ -24,7 +24,7 @@ const METRES: std::ops::Range<f64> = 0.02..4.0;
 const DIAMETERS: std::ops::Range<f64> = 0.045..0.072;
 /// Balls and their radii, m, the largest first.
 const BALLS: [(&str, f64); 4] =
-    [("pyramid", 0.034), ("carom", 0.03075), ("pool", 0.028575), ("snooker", 0.02625)];
+    [("pyramid", 0.034), ("carom", 0.03075), ("pool", 0.028_575), ("snooker", 0.02625)];
 /// Largest ratio of a diameter to the distance of centres that noise explains.
 const NEARER: f64 = 1.02;
 
