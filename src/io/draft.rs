@@ -8,7 +8,7 @@ pub use super::draft_text::{Draft, InitError};
 use super::draft_text::{NUMBER, TEXT, quoted};
 use super::text::decode;
 use super::tracking::shots_table::KNOWN;
-use super::tracking::{Guess, Guessed};
+use super::tracking::{Guess, Guessed, metres};
 use crate::measurement::number::count_of;
 
 /// Name of the table of properties of single shots.
@@ -17,6 +17,16 @@ const SHOTS: &str = "shots.csv";
 /// Least difference of the times at which two balls begin to move, as a part of the film, for the
 /// first to be the cue ball.
 const EARLIER: f64 = 0.05;
+
+/// Plausible extents of positions, m: a table is 2.84 m long; films show a few centimetres.
+const METRES: std::ops::Range<f64> = 0.02..4.0;
+/// Plausible diameters of balls, m, with allowance for noise and slow cameras.
+const DIAMETERS: std::ops::Range<f64> = 0.045..0.072;
+/// Balls and their radii, m, the largest first.
+const BALLS: [(&str, f64); 4] =
+    [("pyramid", 0.034), ("carom", 0.03075), ("pool", 0.028_575), ("snooker", 0.02625)];
+/// Largest ratio of a diameter to the distance of centres that noise explains.
+const NEARER: f64 = 1.02;
 
 /// Question for the frame rate.
 const ASKED_FPS: &str = "frames per second that the camera recorded at, not the playback rate";
@@ -65,6 +75,7 @@ pub fn draft(named: &[PathBuf]) -> Result<Draft, InitError> {
     draft.state("files", format!("[{listed}]"), "");
     draft.blank("cloth", "cloth", TEXT, "label of the cloth, for `caromfit compare`; optional");
     draft.blank("source", "source", TEXT, "who measured it, how, when; optional");
+    let lengths = Lengths::of(&surveys);
     draft.line("\n[ball]");
     if draft.are_discs {
         draft.state(
@@ -77,8 +88,7 @@ pub fn draft(named: &[PathBuf]) -> Result<Draft, InitError> {
         let why = "of the first disc, and [object] mass_kg of the second; optional";
         draft.blank("mass_kg", "mass_kg", NUMBER, why);
     } else {
-        let why = "a pool ball; carom 0.03075, snooker 0.02625: correct it if it is another";
-        draft.state("radius_m", "0.028575", why);
+        lengths.describe_radius(&mut draft);
         let why = "of the cue ball, and [object] mass_kg of the other, weighed to 0.1 g; optional";
         draft.suggest("mass_kg", NUMBER, why);
         if kind == "tracks" {
@@ -92,7 +102,7 @@ pub fn draft(named: &[PathBuf]) -> Result<Draft, InitError> {
     }
     if kind == "tracks" {
         describe_video(&surveys, &mut draft);
-        describe_scale(&surveys, &mut draft);
+        lengths.describe_scale(&mut draft);
         draft.line("\n[tracks]");
         match surveys.first() {
             Some(first) => describe_tracks(first, &surveys, &mut draft),
@@ -145,34 +155,68 @@ fn describe_video(surveys: &[&Survey], draft: &mut Draft) {
     draft.suggest("playback_fps", fps.to_string(), why);
 }
 
-fn describe_scale(surveys: &[&Survey], draft: &mut Draft) {
-    /// Plausible extents of positions, m: a table is 2.84 m long; films show a few centimetres.
-    const METRES: std::ops::Range<f64> = 0.02..4.0;
-    /// Plausible diameters of balls, m, with allowance for noise and slow cameras.
-    const DIAMETERS: std::ops::Range<f64> = 0.045..0.072;
-    draft.line("\n[scale]");
-    let extent = surveys.iter().map(|survey| survey.extent).fold(0.0, f64::max);
-    let nearest = surveys.iter().filter_map(|survey| survey.closest).fold(f64::INFINITY, f64::min);
-    let may_touch = draft.are_discs || nearest.is_infinite() || DIAMETERS.contains(&nearest);
-    if let Some(unit) = surveys.first().and_then(|first| first.unit) {
-        draft.state("length_unit", quoted(unit), "as the file states");
-    } else if METRES.contains(&extent) && may_touch {
-        let why = format!("the positions span {extent:.3}: metres, if the film was calibrated");
-        draft.state("length_unit", "\"m\"", why);
-    } else {
-        let why = format!(
-            "m, cm, mm, in, ft, or px (the balls are then the ruler, unless m_per_px = … or four [[scale.point]] are given); the \
-             positions span {extent:.3}"
-        );
-        draft.blank("length_unit", "length_unit", TEXT, why);
-        if METRES.contains(&extent) {
-            draft.find(format!(
-                "The positions span {extent:.3}, but the centres come no nearer than {nearest:.4}, which is not the diameter of a ball \
-                 in metres. If the unit is not known, write px: the balls are then the ruler."
-            ));
-        }
+/// The lengths in the files.
+struct Lengths {
+    extent: f64,
+    /// Least distance of the centres of two balls; infinite without balls.
+    nearest: f64,
+    stated: Option<&'static str>,
+    /// The unit, stated or metres by the extent and the contact of balls.
+    unit: Option<&'static str>,
+}
+
+impl Lengths {
+    fn of(surveys: &[&Survey]) -> Self {
+        let extent = surveys.iter().map(|survey| survey.extent).fold(0.0, f64::max);
+        let nearest = surveys.iter().filter_map(|survey| survey.closest).fold(f64::INFINITY, f64::min);
+        let are_discs = surveys.iter().any(|survey| survey.are_discs);
+        let may_touch = are_discs || nearest.is_infinite() || DIAMETERS.contains(&nearest);
+        let stated = surveys.first().and_then(|first| first.unit);
+        let unit = stated.or((METRES.contains(&extent) && may_touch).then_some("m"));
+        Self { extent, nearest, stated, unit }
     }
-    draft.state("y_axis", "\"up\"", "\"down\" if y grows downwards, as in pixels of a picture");
+
+    /// Drafts the radius: at most half of the least distance of the centres, if the scale is known.
+    fn describe_radius(&self, draft: &mut Draft) {
+        let nearest = self.unit.and_then(metres).map(|metres| metres * self.nearest);
+        let nearest = nearest.filter(|nearest| *nearest < DIAMETERS.end).unwrap_or(0.0);
+        let Some((ball, radius)) = BALLS.iter().find(|(_, radius)| *radius <= 0.5 * NEARER * nearest) else {
+            let why = "a pool ball; carom 0.03075, snooker 0.02625: correct it if it is another";
+            return draft.state("radius_m", "0.028575", why);
+        };
+        let why = format!("a {ball} ball: the centres come as near as {:.1} mm", 1e3 * nearest);
+        draft.find(format!(
+            "The balls are taken as {ball} balls: the centres come as near as {:.1} mm.",
+            1e3 * nearest
+        ));
+        draft.state("radius_m", radius.to_string(), why);
+    }
+
+    fn describe_scale(&self, draft: &mut Draft) {
+        let &Self { extent, nearest, .. } = self;
+        draft.line("\n[scale]");
+        match (self.stated, self.unit) {
+            (Some(unit), _) => draft.state("length_unit", quoted(unit), "as the file states"),
+            (None, Some(unit)) => {
+                let why = format!("the positions span {extent:.3}: metres, if the film was calibrated");
+                draft.state("length_unit", quoted(unit), why);
+            }
+            (None, None) => {
+                let why = format!(
+                    "m, cm, mm, in, ft, or px (the balls are then the ruler, unless m_per_px = … or four [[scale.point]] are given); \
+                     the positions span {extent:.3}"
+                );
+                draft.blank("length_unit", "length_unit", TEXT, why);
+                if METRES.contains(&extent) {
+                    draft.find(format!(
+                        "The positions span {extent:.3}, but the centres come no nearer than {nearest:.4}, which is not the diameter of \
+                         a ball in metres. If the unit is not known, write px: the balls are then the ruler."
+                    ));
+                }
+            }
+        }
+        draft.state("y_axis", "\"up\"", "\"down\" if y grows downwards, as in pixels of a picture");
+    }
 }
 
 fn describe_tracks(first: &Survey, surveys: &[&Survey], draft: &mut Draft) {

@@ -72,8 +72,8 @@ pub(super) fn columns(text: &str) -> Option<Guess> {
     None
 }
 
-/// Guesses the columns of a table without names: a time and positions of two balls, or frame, ball, x, y
-/// and the size of a box (MOT, a benchmark of trackers, with -1 as the ball of detections).
+/// Guesses the columns of a table without names: a time and positions of two balls, or frame, ball,
+/// x, y and the size of a box (MOT, a benchmark of trackers, with -1 as the ball of detections).
 fn numbered(rows: &Rows, width: usize) -> Option<Guess> {
     let keys = match width {
         7.. if rows.is_whole(0) && rows.values(1) > 1 && rows.is_whole(1) => "frame ball x y width height",

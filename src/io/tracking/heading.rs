@@ -10,6 +10,9 @@ use crate::io::text::{Separator, filled_lines, lines, trimmed, unmarked};
 
 /// Maximum number of lines of titles above the names of columns, as spreadsheets have.
 pub(super) const TITLES: usize = 10;
+/// Maximum number of comments above and between them, and of bytes of a line that may be a header.
+const MAX_COMMENTS: usize = 100;
+const MAX_BYTES: usize = 1_000_000;
 /// Maximum number of further lines of a header, above or below that of the names.
 const MAX_FURTHER_LINES: usize = 3;
 /// Least number of names in a header: a row of data that lost its numbers has fewer.
@@ -37,9 +40,9 @@ impl Top<'_> {
 pub(super) fn tops(text: &str, count: usize) -> Vec<Top<'_>> {
     let mut tops = Vec::new();
     let mut titles = 0;
-    for (line, content) in filled_lines(text) {
+    for (line, content) in filled_lines(text).take(count + MAX_COMMENTS) {
         titles += usize::from(!content.trim_start().starts_with('#'));
-        if titles > count {
+        if titles > count || content.len() > MAX_BYTES {
             break;
         }
         let bare = unmarked(content);

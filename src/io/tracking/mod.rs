@@ -58,6 +58,11 @@ pub(crate) use survey::{Survey, survey};
 /// Least number of shots that a core gets at a time.
 const MIN_SHOTS_PER_CORE: usize = 64;
 
+/// Returns the metres of a unit of dataset.toml; `None` for pixels.
+pub(super) fn metres(unit: &str) -> Option<f64> {
+    Unit::of(unit)?.metres().map(|(times, over)| times / over)
+}
+
 /// Loads every file of the manifest; adds to the problems.
 pub(crate) fn load(manifest: &Manifest, settings: &TrackSettings, problems: &Problems) -> Tracks {
     let path = manifest.dataset.path.as_path();

@@ -13,7 +13,7 @@ use super::settings::Format;
 use super::units::Unit;
 use super::{columns, json, pieces, reader};
 use crate::io::number::shortened;
-use crate::io::text::{decode, without_separator_line};
+use crate::io::text::{decode, filled_lines, without_separator_line};
 
 pub(super) struct Tracked {
     pub shots: Vec<RawShot>,
@@ -125,7 +125,7 @@ pub(in crate::io) fn is_tracker_project(file: &Path, text: &str) -> bool {
 }
 
 fn complain_of_format(tops: &[Top], input: &Input) {
-    let Some(first) = tops.first() else {
+    let Some((line, first)) = filled_lines(input.text).next() else {
         return input.wrong(None, None, "is empty; expected tracked positions");
     };
     let format = input.settings.format;
@@ -139,12 +139,8 @@ fn complain_of_format(tops: &[Top], input: &Input) {
     };
     let is_of_long = matches!(format, Format::Auto | Format::Long);
     let lacking = tops.iter().filter(|_| is_of_long).find_map(lacking).unwrap_or_default();
-    let begin = shortened(first.content.trim());
-    input.wrong(
-        first.line,
-        None,
-        format!("no format begins like this, \"{begin}\"{lacking}; expected {expected}"),
-    );
+    let begin = shortened(first.trim());
+    input.wrong(line, None, format!("no format begins like this, \"{begin}\"{lacking}; expected {expected}"));
 }
 
 fn lacking(top: &Top) -> Option<String> {

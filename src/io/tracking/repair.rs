@@ -273,8 +273,8 @@ pub(super) fn remove_repeated_frames(
         );
         if after / frames(end) < MIN_CATCH_UP * before / frames(first - 1) {
             let message = format!(
-                "{both}, and do not catch up: all later times may be late. Expected the clip without this frame, with the frames after \
-                 it renumbered; or skip the shot"
+                "{both}, and do not catch up: a frame was put in here, and all later times may be late. Expected the clip without it, \
+                 with the frames after it renumbered; or skip the shot"
             );
             return Err(Wrong::damaged(line, message));
         }
