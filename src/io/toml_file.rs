@@ -143,7 +143,7 @@ fn parse<T: DeserializeOwned>(source: &Source) -> Option<T> {
 fn set_aside(text: &mut String, entry: Range<usize>) -> Option<()> {
     let line = text.get(..entry.start)?.rfind('\n').map_or(0, |end| end + 1);
     let is_key = |c: char| c.is_ascii_alphanumeric() || c == '"' || c == '_';
-    let is_entry = text.get(line..)?.trim_start().starts_with(is_key);
+    let is_entry = text.get(line..)?.trim_start_matches([' ', '\t']).starts_with(is_key);
     if !is_entry || text.get(entry)?.contains('\n') {
         return None;
     }
