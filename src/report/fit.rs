@@ -4,7 +4,9 @@ use super::content::{self, Block, Report, Section, Table};
 use super::plot;
 use super::shots::{shot_list, tracks};
 use super::terminal::{cells, chi2_text, estimate, head, legend, parameters, with_unit};
-use super::{ReportError, bodies, budgets, model, noise_estimated, p_text, reduced_chi2, symbol, title};
+use super::{
+    ReportError, bodies, budgets, label, model, noise_estimated, p_text, reduced_chi2, symbol, title,
+};
 use crate::fit::{Counted, DOWN_WEIGHTED, Estimate, Fit, Grade, Noise, Status, Verdict};
 use crate::measurement::number::{interval, plain, with_error};
 
@@ -94,6 +96,9 @@ fn of_several(fits: &[Fit], folders: &[String]) -> [Section; 3] {
     let known = parameters(fits);
     let row = |fit: &Fit| {
         let mut row = cells(fit, &known);
+        if are_labels(fits) {
+            row[0] = label(fit);
+        }
         row.push(match reduced_chi2(fit) {
             Some(chi2) if noise_estimated(fit) => format!("{} *", chi2_text(chi2)),
             Some(chi2) => chi2_text(chi2),
@@ -106,14 +111,23 @@ fn of_several(fits: &[Fit], folders: &[String]) -> [Section; 3] {
     let legend = legend(&rows, &known);
     let mut estimates = Table::new(head(&known, &["χ²/dof"]), rows);
     estimates.links = folders.iter().map(|folder| format!("{folder}/report.html")).collect();
-    let warnings = fits
-        .iter()
-        .flat_map(|fit| fit.warnings().into_iter().map(move |warning| format!("{}: {warning}", title(fit))));
+    let warnings = fits.iter().flat_map(|fit| {
+        fit.warnings().into_iter().map(move |warning| format!("{}: {warning}", name(fit, fits)))
+    });
     [
         Section::new("Estimates", "", [estimates.into(), Block::Lines(legend)]),
         Section::of_lines("What could be wrong", "", warnings.collect()),
         budget(fits),
     ]
+}
+
+fn are_labels(fits: &[Fit]) -> bool {
+    fits.len() > 1 && fits.windows(2).all(|pair| pair[0].dataset == pair[1].dataset)
+}
+
+/// Returns the name of a fit among others, of which labels of one data set need not name that.
+fn name(fit: &Fit, fits: &[Fit]) -> String {
+    if are_labels(fits) { label(fit) } else { title(fit) }
 }
 
 /// Returns what makes up the errors of μ, μ_s and e of each fit, the largest part first.

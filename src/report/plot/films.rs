@@ -49,10 +49,10 @@ fn path(steps: u32, [from, to]: [f64; 2], place: impl Fn(f64) -> [f64; 2]) -> Ve
 pub(in crate::report) fn of_shot(film: &FittedFilm, impact: &Impact) -> Figure {
     let [before, cue, object] = impact.speeds();
     let summary = format!(
-        "cue ball {before:.3} → {cue:.3} m/s, object ball {object:.3} m/s, noise {:.3} mm, χ²/dof {:.2}, {} frames left out",
+        "cue ball {before:.3} → {cue:.3} m/s, object ball {object:.3} m/s, noise {:.3} mm, χ²/dof {:.2}, {} left out",
         1e3 * impact.position_sd,
         impact.reduced_chi2,
-        impact.outliers,
+        count_of(impact.outliers, "frame"),
     );
     let in_film = |place| in_film(film, place);
     let tracks = Tracks {
