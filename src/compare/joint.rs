@@ -24,9 +24,9 @@ const SAMPLES_STALL: f64 = 1e-12;
 
 /// All samples in one problem at its minimum.
 pub(super) struct Joint<'a> {
-    pub samples: Samples<'a>,
-    pub solution: Solution,
-    pub tests: Tests,
+    pub(crate) samples: Samples<'a>,
+    pub(crate) solution: Solution,
+    pub(crate) tests: Tests,
 }
 
 impl<'a> Joint<'a> {
@@ -175,9 +175,9 @@ fn check_cameras(samples: &Samples) -> Result<(), CompareError> {
 /// How sums of squares are judged.
 #[derive(Clone, Copy)]
 pub(super) struct Tests {
-    pub dof: usize,
+    pub(crate) dof: usize,
     /// Whether the noise was estimated from the residuals, or the errors from the scatter of the shots.
-    pub estimated: bool,
+    pub(crate) estimated: bool,
 }
 
 impl Tests {
@@ -213,7 +213,7 @@ impl Tests {
     }
 
     /// Returns the probability of a larger rise of χ² by `extra` parameters.
-    pub fn of_rise(&self, rise: f64, extra: usize) -> f64 {
+    pub(crate) fn of_rise(&self, rise: f64, extra: usize) -> f64 {
         let extra = extra as f64;
         if self.estimated {
             FisherSnedecor::new(extra, self.dof.max(1) as f64).map_or(f64::NAN, |f| f.sf(rise / extra))

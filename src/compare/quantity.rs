@@ -54,7 +54,7 @@ impl Quantity {
     }
 
     /// Returns what it is, in a line.
-    pub fn meaning(self) -> &'static str {
+    pub(crate) fn meaning(self) -> &'static str {
         match self {
             Self::Parameter(parameter) => parameter.meaning(),
             Self::Sliding => "friction of the cloth on a sliding ball",
@@ -82,7 +82,7 @@ pub struct Options {
 impl Options {
     /// Returns whether a quantity has a value for each label: as asked for, else by what the labels can
     /// differ in, which are cloths or not. A cloth has no part in what happens between the balls.
-    pub fn is_separate(&self, quantity: Quantity, by_cloth: bool) -> bool {
+    pub(crate) fn is_separate(&self, quantity: Quantity, by_cloth: bool) -> bool {
         let by_default = match quantity {
             Quantity::Parameter(Parameter::MuS) | Quantity::Sliding => by_cloth,
             Quantity::Parameter(Parameter::Mu | Parameter::B) => !by_cloth,

@@ -144,14 +144,14 @@ pub struct Difference {
     pub p_value: f64,
     /// p_value corrected for all pairs of all parameters (Holm 1979).
     #[schemars(with = "Option<f64>")]
-    pub p_holm: f64,
+    pub(crate) p_holm: f64,
 }
 
 impl Difference {
     /// The probability of error that is accepted.
-    pub const LEVEL: f64 = 0.05;
+    pub(crate) const LEVEL: f64 = 0.05;
 
-    /// Whether the difference is no chance: `p_holm` is below [`Difference::LEVEL`].
+    /// Whether the difference is no chance: `p_holm` is below the level of the test.
     pub fn is_real(&self) -> bool {
         self.p_holm < Self::LEVEL
     }
@@ -179,7 +179,7 @@ pub struct LikelihoodRatio {
     /// The statistic: twice the logarithm of the ratio of likelihoods, or the rise of χ²; or Wald's statistic.
     #[serde(rename = "likelihood_ratio")]
     #[schemars(with = "Option<f64>")]
-    pub statistic: f64,
+    pub(crate) statistic: f64,
     /// Kind of the test.
     #[serde(rename = "test")]
     pub by: TestKind,
@@ -196,7 +196,7 @@ pub struct LikelihoodRatio {
 /// A residual of the joint fit, with the indices of its label and its sample.
 #[derive(Clone, Debug)]
 pub(crate) struct LabelResidual {
-    pub label: usize,
-    pub sample: usize,
-    pub of_shot: Residual,
+    pub(crate) label: usize,
+    pub(crate) sample: usize,
+    pub(crate) of_shot: Residual,
 }

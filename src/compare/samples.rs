@@ -16,31 +16,31 @@ use crate::problem::{self, Solution};
 /// A data set, or the shots of one label of its `[fit] by`, fitted alone.
 pub(super) struct Alone {
     /// Its part of the data set.
-    pub dataset: Dataset,
-    pub settings: Settings,
+    pub(crate) dataset: Dataset,
+    pub(crate) settings: Settings,
     /// Its fit.
-    pub solution: Arc<Solution>,
+    pub(crate) solution: Arc<Solution>,
     /// Index of its sample among the summaries, and of its label.
-    pub sample: usize,
-    pub label: usize,
+    pub(crate) sample: usize,
+    pub(crate) label: usize,
     /// Index of its data set, and of the first one with the same balls, on the same cloth and by the same
     /// camera.
-    pub film: usize,
-    pub balls: usize,
-    pub cloth: usize,
-    pub camera: usize,
+    pub(crate) film: usize,
+    pub(crate) balls: usize,
+    pub(crate) cloth: usize,
+    pub(crate) camera: usize,
 }
 
 /// All samples fitted alone, and what they are compared by.
 pub(super) struct Samples<'a> {
-    pub options: &'a Options,
-    pub told_by: String,
+    pub(crate) options: &'a Options,
+    pub(crate) told_by: String,
     /// Whether labels are cloths.
-    pub by_cloth: bool,
-    pub labels: Vec<String>,
-    pub fitted: Vec<Alone>,
-    pub summaries: Vec<SampleSummary>,
-    pub findings: Vec<Finding>,
+    pub(crate) by_cloth: bool,
+    pub(crate) labels: Vec<String>,
+    pub(crate) fitted: Vec<Alone>,
+    pub(crate) summaries: Vec<SampleSummary>,
+    pub(crate) findings: Vec<Finding>,
 }
 
 impl<'a> Samples<'a> {
@@ -145,12 +145,12 @@ impl<'a> Samples<'a> {
     }
 
     /// Returns whether a quantity has a column for each label.
-    pub fn is_separate(&self, quantity: Quantity) -> bool {
+    pub(crate) fn is_separate(&self, quantity: Quantity) -> bool {
         self.options.is_separate(quantity, self.by_cloth)
     }
 
     /// Returns the first sample that the same camera filmed.
-    pub fn first_film(&'a self, alone: &'a Alone) -> &'a Alone {
+    pub(crate) fn first_film(&'a self, alone: &'a Alone) -> &'a Alone {
         self.fitted.iter().find(|other| other.camera == alone.camera).unwrap_or(alone)
     }
 }

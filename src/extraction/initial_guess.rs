@@ -37,15 +37,15 @@ type Point = Vector2<f64>;
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct FirstGuess {
     /// Instant of the impact, s.
-    pub time: f64,
+    pub(crate) time: f64,
     /// Place of the object ball before the impact.
-    pub object: [f64; 2],
+    pub(crate) object: [f64; 2],
     /// Direction of the line of centres, rad.
-    pub direction: f64,
+    pub(crate) direction: f64,
     /// Velocity of the cue ball at the impact, along and across the line of centres.
-    pub before: [f64; 2],
+    pub(crate) before: [f64; 2],
     /// Distance of the centres at the impact.
-    pub distance: f64,
+    pub(crate) distance: f64,
 }
 
 /// A straight line or a parabola through samples by least squares.
@@ -53,7 +53,7 @@ pub(super) struct Path {
     /// Time, and place, velocity and acceleration at this time.
     at: f64,
     position: Point,
-    pub velocity: Point,
+    pub(crate) velocity: Point,
     acceleration: Point,
     /// Standard error of the velocity of a line for unit noise.
     error: f64,
@@ -111,7 +111,7 @@ impl Path {
     }
 
     /// Returns the largest distance of a sample from the path.
-    pub fn largest_residual(&self, samples: &[Sample]) -> f64 {
+    pub(crate) fn largest_residual(&self, samples: &[Sample]) -> f64 {
         samples.iter().map(|sample| self.off(sample)).fold(0.0, f64::max)
     }
 

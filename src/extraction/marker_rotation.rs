@@ -15,19 +15,19 @@ use crate::physics::ball::Vec3;
 
 /// Angular velocity of a ball at the impact, table frame.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Rotation {
+pub(crate) struct Rotation {
     /// The angular velocity, rad/s.
-    pub spin: Vec3,
+    pub(crate) spin: Vec3,
     /// Covariance, (rad/s)²: from the noise of the markers and of the ball's centre.
-    pub covariance: Matrix3<f64>,
+    pub(crate) covariance: Matrix3<f64>,
     /// Number of marker positions used.
-    pub positions: usize,
+    pub(crate) positions: usize,
 }
 
 /// A marker's positions from the ball's centre over R, on one side of the impact.
 pub(crate) struct Spot {
     /// Time from the impact (s), x/R and y/R, standard deviation over R.
-    pub seen: Vec<(f64, [f64; 2], f64)>,
+    pub(crate) seen: Vec<(f64, [f64; 2], f64)>,
 }
 
 /// Part of a frame that is left out on both sides: frames across the impact show neither spin.
@@ -246,13 +246,13 @@ fn cross<T: Number>(a: &[T; 3], b: &[T; 3]) -> [T; 3] {
 
 /// Angular velocities just before and after the impact, of balls with markers.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub struct Rotations {
+pub(crate) struct Rotations {
     /// The cue ball's angular velocity just before the impact.
-    pub cue_before: Option<Rotation>,
+    pub(crate) cue_before: Option<Rotation>,
     /// The cue ball's angular velocity just after the impact.
-    pub cue_after: Option<Rotation>,
+    pub(crate) cue_after: Option<Rotation>,
     /// The object ball's angular velocity just after the impact.
-    pub object_after: Option<Rotation>,
+    pub(crate) object_after: Option<Rotation>,
 }
 
 impl Rotations {

@@ -48,18 +48,18 @@ const MIN_RHO: f64 = 0.1;
 
 /// The correlation of the noise of neighbouring frames.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct NoiseCorrelation {
+pub(crate) struct NoiseCorrelation {
     /// The correlation, from 0 to below 1.
-    pub value: f64,
+    pub(crate) value: f64,
     /// Its standard error.
-    pub std_error: f64,
+    pub(crate) std_error: f64,
     /// Whether the correlation is significant, so that it is taken into account.
-    pub adopted: bool,
+    pub(crate) adopted: bool,
 }
 
 /// Estimates the correlation of the noise of all shots; `None` if they do not determine it.
 #[must_use]
-pub fn noise_correlation(shots: &[TrackShot], ball: &Ball) -> Option<NoiseCorrelation> {
+pub(crate) fn noise_correlation(shots: &[TrackShot], ball: &Ball) -> Option<NoiseCorrelation> {
     let some = shots.par_iter().step_by(shots.len().div_ceil(MAX_SHOTS).max(1));
     let mut paths: Vec<DVector<f64>> = some.filter_map(|shot| paths(shot, ball)).flatten_iter().collect();
     let variance = |y: &DVector<f64>| whiten(y, 0.0)[0] / (y.len() - POWERS) as f64;

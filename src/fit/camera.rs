@@ -36,7 +36,7 @@ pub struct FoundCamera {
     /// Whether nothing was left to correct at the end.
     pub converged: bool,
     /// The correlation of the noise of neighbouring frames; `None` if the frames do not determine it.
-    pub noise_correlation: Option<f64>,
+    pub(crate) noise_correlation: Option<f64>,
     /// The number of shots in which frames were dropped without a sign in their numbers, and the number of such
     /// drops.
     pub drops: [usize; 2],
@@ -44,7 +44,7 @@ pub struct FoundCamera {
     /// than half a frame away.
     pub spoiled: Option<[usize; 2]>,
     /// Whether discs calibrate it, and not balls.
-    pub of_discs: bool,
+    pub(crate) of_discs: bool,
 }
 
 impl FoundCamera {

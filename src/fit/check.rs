@@ -89,7 +89,7 @@ pub enum Kind {
 
 impl Finding {
     /// Returns whether something may be wrong with the data.
-    pub fn is_suspicious(&self) -> bool {
+    pub(crate) fn is_suspicious(&self) -> bool {
         self.kind != Kind::Advice
     }
 }

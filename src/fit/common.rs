@@ -29,22 +29,22 @@ const HARMLESS: f64 = 0.05;
 
 /// A fit of one sample.
 pub(super) struct Fitted<'a> {
-    pub request: Request<'a>,
-    pub settings: Settings,
-    pub solution: Arc<Solution>,
-    pub deviations: Vec<Option<Deviations>>,
+    pub(crate) request: Request<'a>,
+    pub(crate) settings: Settings,
+    pub(crate) solution: Arc<Solution>,
+    pub(crate) deviations: Vec<Option<Deviations>>,
 }
 
 /// The numbers that are tested against their noise.
 pub(super) struct Tested {
     /// χ² and its degrees of freedom.
-    pub chi2: f64,
-    pub dof: f64,
+    pub(crate) chi2: f64,
+    pub(crate) dof: f64,
     /// Whether the noise is stated.
-    pub is_stated: bool,
+    pub(crate) is_stated: bool,
     /// Independent residuals over their standard deviations.
-    pub standardized: Vec<f64>,
-    pub trends: Vec<Trend>,
+    pub(crate) standardized: Vec<f64>,
+    pub(crate) trends: Vec<Trend>,
 }
 
 impl Fitted<'_> {

@@ -58,12 +58,12 @@ fn first_reason(rejected: &[Rejected]) -> String {
 /// A data set, and how it is fitted.
 #[derive(Clone, Copy)]
 pub(super) struct Request<'a> {
-    pub dataset: &'a Dataset,
+    pub(crate) dataset: &'a Dataset,
     /// Column and label of the shots, if they are fitted apart.
-    pub group: Option<&'a (String, String)>,
-    pub options: &'a Options,
+    pub(crate) group: Option<&'a (String, String)>,
+    pub(crate) options: &'a Options,
     /// Called after each sample of the bootstrap.
-    pub done: &'a (dyn Fn() + Sync),
+    pub(crate) done: &'a (dyn Fn() + Sync),
 }
 
 impl Request<'_> {
@@ -76,7 +76,7 @@ impl Request<'_> {
     }
 
     /// Returns the error of the fit of a table with the name of the data set.
-    pub fn of_rows(&self, error: RowsError) -> FitError {
+    pub(crate) fn of_rows(&self, error: RowsError) -> FitError {
         let dataset = self.title();
         match error {
             RowsError::NoShot { left_out } => {
@@ -87,7 +87,7 @@ impl Request<'_> {
     }
 
     /// Returns the error of the fit of a film with the name of the data set.
-    pub fn of_film(&self, error: FilmError) -> FitError {
+    pub(crate) fn of_film(&self, error: FilmError) -> FitError {
         match error {
             FilmError::NoImpact(reasons) => {
                 let stated = &self.dataset.left_out;

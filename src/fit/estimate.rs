@@ -37,7 +37,7 @@ impl Fit {
 
     /// Returns the range of values of a parameter on which nothing depends, as that of μ if every shot sticks: from the
     /// estimate to a bound.
-    pub fn plateau(&self, parameter: Parameter) -> Option<[f64; 2]> {
+    pub(crate) fn plateau(&self, parameter: Parameter) -> Option<[f64; 2]> {
         let own = self.get(parameter)?;
         let is_known = self.refuted.is_none() && !self.noise.iter().any(Noise::is_unknown);
         let is_flat = own.status == Status::Free && own.std_error.is_none() && is_known;

@@ -21,23 +21,21 @@ pub struct FittedFilm {
 
 /// The frames of one shot against the fit.
 #[derive(Clone, Debug)]
-pub struct OfShot {
+pub(crate) struct OfShot {
     /// The name of the shot.
-    pub shot: String,
+    pub(crate) shot: String,
     /// Cut angle, radians.
-    pub cut: f64,
+    pub(crate) cut: f64,
     /// Speed of the cue ball before the impact, m/s.
-    pub speed: f64,
-    /// Instant of the impact, s.
-    pub instant: f64,
+    pub(crate) speed: f64,
     /// The frames of both balls, m in the film at its stated scale.
-    pub frames: Vec<FittedFrame>,
+    pub(crate) frames: Vec<FittedFrame>,
 }
 
 impl FittedFilm {
     /// Returns the shots of a fit with what they were read from.
     #[must_use]
-    pub fn new(solution: impl Into<Arc<Solution>>, dataset: &Dataset) -> Self {
+    pub(crate) fn new(solution: impl Into<Arc<Solution>>, dataset: &Dataset) -> Self {
         let (solution, read) = (solution.into(), dataset.tracks.as_ref());
         let of = |name: &String| read?.shots.iter().find(|track| track.name == *name).cloned();
         let tracks = solution.names.iter().flatten().filter_map(of).collect();
@@ -79,7 +77,7 @@ impl FittedFilm {
 
     /// Returns shot `i` with its frames.
     #[must_use]
-    pub fn shot(&self, i: usize) -> Option<OfShot> {
+    pub(crate) fn shot(&self, i: usize) -> Option<OfShot> {
         let motion = self.solution.motion(i)?;
         let origin = self.solution.middle.map(|x| x * self.solution.unit);
         let moved = |place: [f64; 2]| [place[0] + origin[0], place[1] + origin[1]];
@@ -92,7 +90,6 @@ impl FittedFilm {
             shot: self.tracks.get(i)?.name.clone(),
             cut: motion.cut,
             speed: motion.speed,
-            instant: motion.instant,
             frames: frames.collect(),
         })
     }

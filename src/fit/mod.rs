@@ -29,15 +29,15 @@ pub use diagnostics::refuted::{MeasuredRestitution, Refuted};
 pub use diagnostics::trends::{Trend, Variable};
 pub use error::FitError;
 pub use estimate::Counted;
-pub use film::{FittedFilm, OfShot};
+pub use film::FittedFilm;
 pub use intervals::bootstrap::{Bootstrap, Resampled};
-pub use intervals::regions::{Contour, LEVELS, Level, Profile};
+pub use intervals::regions::{Contour, Level, Profile};
 pub use options::{Depth, Falling, Options};
 pub use remark::{About, Remark};
 pub use result::{
-    Computed, DOWN_WEIGHTED, Diagnostics, Explanation, Fit, JointFit, Noise, Rejected, Residual, Robust,
-    Scatter, Weight,
+    Computed, Diagnostics, Explanation, Fit, Noise, Rejected, Residual, Robust, Scatter, Weight,
 };
+pub(crate) use result::{DOWN_WEIGHTED, JointFit};
 pub use verdict::{Grade, Verdict};
 
 pub use crate::problem::{

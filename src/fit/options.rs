@@ -55,7 +55,7 @@ pub enum Falling {
 
 impl Falling {
     /// The settings of a data set, with this instead of what they state of b and c.
-    pub fn applied(self, mut settings: Settings) -> Settings {
+    pub(crate) fn applied(self, mut settings: Settings) -> Settings {
         settings.falls |= self != Self::AsStated;
         if let Self::Held { b, c } = self {
             settings[Parameter::B] = Setting::held(b);

@@ -72,7 +72,7 @@ pub struct Fit {
     /// Scatter of discs: by how much shots differ beyond the errors of their frames. It is part of the errors.
     pub scatter: Option<Scatter>,
     /// Friction curve of discs: points of J_t/J_n against the slip over the closing speed, as fitted; empty if the shots do not determine it.
-    pub friction_curve: Vec<[f64; 2]>,
+    pub(crate) friction_curve: Vec<[f64; 2]>,
     /// The camera of footage as it was fitted, and what else was found of the film.
     pub camera: Option<FoundCamera>,
     /// How the data contradict the model, if they do; no estimate has an error then.
@@ -126,7 +126,7 @@ pub struct Diagnostics {
     /// Profiles of tables: how χ² rises as a parameter moves within its 95 % interval and the others follow.
     pub profiles: Vec<Profile>,
     /// How the frames of a film of balls were fitted.
-    pub joint: Option<JointFit>,
+    pub(crate) joint: Option<JointFit>,
     /// Whether values outside the intervals fit nearly as well.
     #[serde(skip)]
     pub has_rival: bool,
@@ -207,18 +207,18 @@ pub struct Explanation {
 /// The results of a fit of a film of balls besides the parameters.
 #[derive(Clone, Debug, Serialize, JsonSchema)]
 #[non_exhaustive]
-pub struct JointFit {
+pub(crate) struct JointFit {
     /// Probability of a larger χ² if model and noise are right; null if the noise was estimated from the frames.
-    pub p_value: Option<f64>,
+    pub(crate) p_value: Option<f64>,
     /// Number of coordinates, and components of spins that markers show, that were fitted.
-    pub observations: usize,
+    pub(crate) observations: usize,
     /// Number of unknowns that the shots have of their own, together.
     #[serde(rename = "shot_unknowns")]
-    pub unknowns: usize,
+    pub(crate) unknowns: usize,
 }
 
 /// Shots of a weight below this are listed in the report.
-pub const DOWN_WEIGHTED: f64 = 0.5;
+pub(crate) const DOWN_WEIGHTED: f64 = 0.5;
 
 /// Shots that count less under a robust loss.
 #[derive(Clone, Debug, PartialEq, Serialize, JsonSchema)]
@@ -227,9 +227,9 @@ pub struct Robust {
     pub loss: Loss,
     /// Distance from which on an observation counts less, in standard deviations.
     #[schemars(with = "Option<f64>")]
-    pub tuning_constant: f64,
+    pub(crate) tuning_constant: f64,
     /// How the errors were found.
-    pub covariance: &'static str,
+    pub(crate) covariance: &'static str,
     /// The shots that count less, the least first.
     #[serde(rename = "weights_below_1")]
     pub weights: Vec<Weight>,
@@ -261,7 +261,7 @@ pub struct Scatter {
     pub impulse_ratio: f64,
     /// Whether there are enough shots to estimate it.
     #[serde(skip)]
-    pub is_estimated: bool,
+    pub(crate) is_estimated: bool,
 }
 
 impl Scatter {

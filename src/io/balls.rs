@@ -20,14 +20,14 @@ const ELASTIC: Condition = (|x| (0.0..=0.5).contains(&x), "Poisson's ratio, 0 to
 #[serde(deny_unknown_fields, default, expecting = "a table, as in [ball] radius_m = 0.028575")]
 pub(crate) struct BallSection {
     #[serde(skip_serializing)]
-    pub shape: Shape,
-    pub radius_m: Option<f64>,
-    pub radius_m_sd: Option<f64>,
-    pub mass_kg: Option<f64>,
-    pub mass_kg_sd: Option<f64>,
-    pub inertia: Option<f64>,
+    pub(crate) shape: Shape,
+    pub(crate) radius_m: Option<f64>,
+    pub(crate) radius_m_sd: Option<f64>,
+    pub(crate) mass_kg: Option<f64>,
+    pub(crate) mass_kg_sd: Option<f64>,
+    pub(crate) inertia: Option<f64>,
     /// Poisson's ratio of the balls' material.
-    pub poisson: Option<f64>,
+    pub(crate) poisson: Option<f64>,
 }
 
 #[derive(Clone, Copy, Debug, Default, Deserialize, JsonSchema, PartialEq, Eq)]

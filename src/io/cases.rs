@@ -27,7 +27,7 @@ pub struct Case {
     /// The tangential compliance κ; `None`: as the command states.
     pub kappa: Option<f64>,
     /// The cue ball's mass over the object ball's; `None`: as the command states.
-    pub mass_ratio: Option<f64>,
+    pub(crate) mass_ratio: Option<f64>,
 }
 
 /// The columns of numbers that a file of cases must have, and those that it may have.

@@ -4,7 +4,7 @@ use std::path::{Path, PathBuf};
 
 use super::Survey;
 use super::draft_files::{Seen, is_shots_table, listed, look_at, numbers};
-pub use super::draft_text::{Draft, InitError};
+pub(crate) use super::draft_text::{Draft, InitError};
 use super::draft_text::{NUMBER, TEXT, quoted};
 use super::text::decode;
 use super::tracking::shots_table::KNOWN;
@@ -35,7 +35,7 @@ const ASKED_FPS: &str = "frames per second that the camera recorded at, not the 
 ///
 /// # Errors
 /// A file that cannot be read or is empty, or files of different kinds.
-pub fn draft(named: &[PathBuf]) -> Result<Draft, InitError> {
+pub(crate) fn draft(named: &[PathBuf]) -> Result<Draft, InitError> {
     let mut files = listed(named)?;
     let is_shots = |file: &PathBuf| {
         file.file_name().is_some_and(|name| name.eq_ignore_ascii_case(SHOTS)) && is_shots_table(file)

@@ -6,17 +6,17 @@ use toml::Value;
 
 /// A dataset.toml that was drafted.
 #[derive(Clone, Debug, Default, PartialEq)]
-pub struct Draft {
+pub(crate) struct Draft {
     /// The folder that the draft belongs in: the one that holds all the files.
-    pub folder: PathBuf,
+    pub(crate) folder: PathBuf,
     /// Findings about the files, in sentences.
-    pub found: Vec<String>,
+    pub(crate) found: Vec<String>,
     /// The names of the tracks, in the order of first appearance.
-    pub tracks: Vec<String>,
+    pub(crate) tracks: Vec<String>,
     /// Frames per second that the times in the files follow, if they are in seconds.
-    pub follows: Option<f64>,
+    pub(crate) follows: Option<f64>,
     /// Whether the files show discs, and not balls.
-    pub are_discs: bool,
+    pub(crate) are_discs: bool,
     lines: Vec<Line>,
 }
 
@@ -41,11 +41,11 @@ enum State {
 /// Reason for which no dataset.toml can be drafted.
 #[derive(Debug, thiserror::Error)]
 #[error("{}: {message}", path.display())]
-pub struct InitError {
+pub(crate) struct InitError {
     /// The file or the folder.
-    pub path: PathBuf,
+    pub(crate) path: PathBuf,
     /// The problem, and what was expected.
-    pub message: String,
+    pub(crate) message: String,
 }
 
 impl InitError {
@@ -133,7 +133,7 @@ impl Draft {
 
     /// States the camera's frame rate. Returns whether the times in the files are those of slow
     /// motion: of a film recorded more than 5 % faster than they follow.
-    pub fn set_fps(&mut self, fps: f64) -> bool {
+    pub(crate) fn set_fps(&mut self, fps: f64) -> bool {
         self.set("capture_fps", fps);
         let slow = self.follows.filter(|follows| fps > 1.05 * follows);
         if let Some(follows) = slow {
@@ -143,7 +143,7 @@ impl Draft {
     }
 
     /// States the unit of lengths; in pixels y grows downwards.
-    pub fn set_unit(&mut self, unit: &str) {
+    pub(crate) fn set_unit(&mut self, unit: &str) {
         self.set("length_unit", unit);
         if unit == "px" {
             self.set("y_axis", "down");

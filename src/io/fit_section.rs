@@ -21,7 +21,7 @@ pub(crate) struct FitSection {
     kappa: Option<SettingSection>,
     e_slope: Option<SettingSection>,
     friction: Friction,
-    pub by: Option<String>,
+    pub(crate) by: Option<String>,
     loss: Option<String>,
 }
 

@@ -30,16 +30,16 @@ const SIDE_SPIN: Condition = (
 /// A checked dataset.toml.
 pub(crate) struct Manifest {
     /// The data set, without its shots.
-    pub dataset: Dataset,
-    pub kind: Kind,
-    pub files: Vec<PathBuf>,
+    pub(crate) dataset: Dataset,
+    pub(crate) kind: Kind,
+    pub(crate) files: Vec<PathBuf>,
     /// The discs, if the data are of discs (kind `tracks`).
-    pub discs: Option<Discs>,
-    pub assume: Option<Assume>,
+    pub(crate) discs: Option<Discs>,
+    pub(crate) assume: Option<Assume>,
     /// Settings of kind `tracks`.
-    pub tracks: Option<TrackSettings>,
+    pub(crate) tracks: Option<TrackSettings>,
     /// Line and position of `[fit] by`.
-    pub place_of_by: (usize, String),
+    pub(crate) place_of_by: (usize, String),
 }
 
 worded! {

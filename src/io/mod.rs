@@ -45,7 +45,7 @@ pub fn load(path: &Path) -> Result<Dataset, DatasetError> {
 ///
 /// # Errors
 /// Those of [`load`].
-pub fn load_text(text: &str, path: &Path) -> Result<Dataset, DatasetError> {
+pub(crate) fn load_text(text: &str, path: &Path) -> Result<Dataset, DatasetError> {
     load_manifest(Manifest::of_text(path, text)?)
 }
 

@@ -7,11 +7,11 @@ use crate::io::error::Problems;
 /// A cell of a table, and its place.
 #[derive(Clone, Copy)]
 pub(crate) struct Place<'a> {
-    pub file: &'a Path,
-    pub line: usize,
-    pub column: &'a str,
-    pub text: &'a str,
-    pub problems: &'a Problems,
+    pub(crate) file: &'a Path,
+    pub(crate) line: usize,
+    pub(crate) column: &'a str,
+    pub(crate) text: &'a str,
+    pub(crate) problems: &'a Problems,
 }
 
 impl Place<'_> {
@@ -32,8 +32,8 @@ impl Place<'_> {
 /// A number and the decimal mark that it is written with, if any.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct Number {
-    pub value: f64,
-    pub mark: Option<char>,
+    pub(crate) value: f64,
+    pub(crate) mark: Option<char>,
 }
 
 /// Words that programs write instead of a missing number, in small letters.

@@ -13,8 +13,8 @@ use crate::measurement::number::count_of;
 
 /// The rows of a file as a data frame of text, with the line of each.
 pub(crate) struct Table<'a> {
-    pub path: PathBuf,
-    pub problems: &'a Problems,
+    pub(crate) path: PathBuf,
+    pub(crate) problems: &'a Problems,
     /// The separator of cells; unless it is a comma, decimals may have one.
     separator: char,
     /// The line of the names of columns.

@@ -12,9 +12,9 @@ use crate::measurement::valid::{Condition, Fault};
 
 /// A TOML file that is read, and the list of its problems.
 pub(crate) struct Source<'a> {
-    pub path: &'a Path,
-    pub text: &'a str,
-    pub problems: &'a Problems,
+    pub(crate) path: &'a Path,
+    pub(crate) text: &'a str,
+    pub(crate) problems: &'a Problems,
 }
 
 impl Source<'_> {

@@ -21,7 +21,7 @@ pub(crate) enum Block {
 
 impl Block {
     /// Returns the sums of shot `i`, what is known of its own unknowns included.
-    pub fn contribute(&self, i: usize, own: &Own, shared: &Shared) -> Contribution {
+    pub(crate) fn contribute(&self, i: usize, own: &Own, shared: &Shared) -> Contribution {
         match self {
             Self::Film(film) => film.contribute(i, own, shared),
             Self::Discs(discs) => discs.contribute(i, own, shared),
@@ -40,7 +40,7 @@ impl Block {
 
     /// Returns what is known of own unknowns of shot `i`, each with its place; of all others nothing
     /// is known.
-    pub fn own_priors(&self, i: usize) -> Vec<(usize, OwnPrior)> {
+    pub(crate) fn own_priors(&self, i: usize) -> Vec<(usize, OwnPrior)> {
         match self {
             Self::Film(film) => film.spins[i].priors().to_vec(),
             Self::Discs(discs) => discs.own_priors(i),
@@ -49,7 +49,7 @@ impl Block {
     }
 
     /// Returns the noises that are estimated, in the order of the sums of a contribution.
-    pub fn noises_mut(&mut self) -> &mut [Noise] {
+    pub(crate) fn noises_mut(&mut self) -> &mut [Noise] {
         match self {
             Self::Film(film) if film.states_noise => &mut [],
             Self::Film(film) => &mut film.world.noise,
@@ -59,7 +59,7 @@ impl Block {
     }
 
     /// Returns the noises, in the order of the sums of a contribution.
-    pub fn noises(&self) -> &[Noise] {
+    pub(crate) fn noises(&self) -> &[Noise] {
         match self {
             Self::Film(film) => &film.world.noise,
             Self::Discs(discs) => &discs.noise,
@@ -68,7 +68,7 @@ impl Block {
     }
 
     /// Returns whether noises are estimated from the residuals.
-    pub fn estimates_noise(&self) -> bool {
+    pub(crate) fn estimates_noise(&self) -> bool {
         match self {
             Self::Film(film) => !film.states_noise,
             // what the law leaves is scatter of the shots
@@ -78,7 +78,7 @@ impl Block {
     }
 
     /// Returns whether the contact is compliant along its surface.
-    pub fn is_compliant(&self) -> bool {
+    pub(crate) fn is_compliant(&self) -> bool {
         match self {
             Self::Film(film) => film.world.contact.is_compliant(),
             Self::Discs(_) => false,
@@ -87,7 +87,7 @@ impl Block {
     }
 
     /// Returns how many shots have what weight and cloth do during the contact.
-    pub fn count_corrected(&self) -> usize {
+    pub(crate) fn count_corrected(&self) -> usize {
         let is_corrected = |correction: &&Correction| !correction.is_zero();
         match self {
             Self::Film(film) => film.corrections.iter().filter(is_corrected).count(),
@@ -97,7 +97,7 @@ impl Block {
     }
 
     /// Returns the spreads of own unknowns from shot to shot.
-    pub fn spreads(&self) -> &[Spread] {
+    pub(crate) fn spreads(&self) -> &[Spread] {
         match self {
             Self::Film(film) => &film.spreads,
             Self::Discs(discs) => &discs.spreads,
@@ -105,7 +105,7 @@ impl Block {
         }
     }
 
-    pub fn spreads_mut(&mut self) -> &mut [Spread] {
+    pub(crate) fn spreads_mut(&mut self) -> &mut [Spread] {
         match self {
             Self::Film(film) => &mut film.spreads,
             Self::Discs(discs) => &mut discs.spreads,

@@ -166,15 +166,6 @@ pub enum Finding {
 }
 
 impl Finding {
-    /// Returns whether an effect beyond those of the chosen fidelity was tried, and whether it was
-    /// adopted.
-    pub fn adoption(&self) -> Option<bool> {
-        match self {
-            Self::Compliance { adopted, .. } | Self::Weight { adopted, .. } => Some(*adopted),
-            _ => None,
-        }
-    }
-
     /// Returns how far it affects the trust in a fit.
     pub fn severity(&self) -> Severity {
         match self {

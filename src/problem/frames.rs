@@ -19,19 +19,19 @@ const HUBER: f64 = 4.0;
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Frame {
     /// s
-    pub time: f64,
+    pub(crate) time: f64,
     /// Place in the picture, m from its middle.
-    pub seen: Point,
+    pub(crate) seen: Point,
     /// Square root of the part of an observation that each coordinate is, over its standard
     /// deviation in units of the film's noise.
-    pub weight: Point,
+    pub(crate) weight: Point,
     /// Whether the frame is used.
-    pub used: bool,
+    pub(crate) used: bool,
 }
 
 impl Frame {
     /// Returns whether the ball is seen but the frame is not used.
-    pub fn is_left_out(&self) -> bool {
+    pub(crate) fn is_left_out(&self) -> bool {
         !self.used && self.seen.x.is_finite() && self.seen.y.is_finite()
     }
 }
@@ -40,9 +40,9 @@ impl Frame {
 #[derive(Clone, Debug)]
 pub(crate) struct Piece<const C: usize, const I: usize> {
     /// s
-    pub start: f64,
-    pub at: SVector<f64, C>,
-    pub by: SMatrix<f64, C, I>,
+    pub(crate) start: f64,
+    pub(crate) at: SVector<f64, C>,
+    pub(crate) by: SMatrix<f64, C, I>,
 }
 
 impl<const C: usize, const I: usize> Piece<C, I> {
@@ -58,12 +58,12 @@ impl<const C: usize, const I: usize> Piece<C, I> {
 /// A frame as the model predicts it, whitened.
 pub(crate) struct Sight<const R: usize> {
     /// Index of the frame in its track.
-    pub index: usize,
+    pub(crate) index: usize,
     /// s
-    pub time: f64,
+    pub(crate) time: f64,
     /// Index of the piece that its body is on.
-    pub piece: usize,
-    pub rows: [SVector<f64, R>; 2],
+    pub(crate) piece: usize,
+    pub(crate) rows: [SVector<f64, R>; 2],
     /// Derivatives by another piece, which the frame before is on, with its index.
     carried: Option<(usize, Box<[SVector<f64, R>; 2]>)>,
     /// The contribution of each coordinate to the sums of its noise.
@@ -136,8 +136,8 @@ pub(crate) fn whiten<const R: usize>(
 /// Places of the columns of rows among the unknowns of a shot and the residual: the inputs of the motion,
 /// and what stands behind the coefficients.
 pub(crate) struct Columns<'a> {
-    pub inputs: &'a [usize],
-    pub others: &'a [usize],
+    pub(crate) inputs: &'a [usize],
+    pub(crate) others: &'a [usize],
 }
 
 impl Columns<'_> {
@@ -230,7 +230,7 @@ fn weigh(residuals: Point) -> (f64, f64) {
 
 /// Paths of two bodies through the picture.
 #[derive(Clone, Debug)]
-pub struct PicturePaths {
+pub(crate) struct PicturePaths {
     /// Start and coefficients of the pieces of each.
     pieces: [Vec<(f64, Vec<f64>)>; 2],
     /// Place on the table and height by the coefficients and the time since the impact.

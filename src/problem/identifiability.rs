@@ -25,7 +25,7 @@ const INVARIANT: f64 = 0.15;
 
 /// A function of two unknowns.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Invariant {
+pub(crate) enum Invariant {
     /// x·y
     Product,
     /// x/y
@@ -34,13 +34,13 @@ pub enum Invariant {
 
 /// A function of a direction's unknowns that the data determine.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Remains {
+pub(crate) struct Remains {
     /// Which function of the direction's two unknowns.
-    pub invariant: Invariant,
+    pub(crate) invariant: Invariant,
     /// Its value.
-    pub value: f64,
+    pub(crate) value: f64,
     /// Standard error of the value.
-    pub std_error: f64,
+    pub(crate) std_error: f64,
 }
 
 /// The direction of the unknowns in which χ² changes least.
@@ -52,11 +52,11 @@ pub struct Combination {
     /// Roots of the eigenvalues of the normal matrix scaled to a diagonal of 1, the largest first.
     pub singular_values: Vec<f64>,
     /// Whether it is hardly determined.
-    pub is_weak: bool,
+    pub(crate) is_weak: bool,
     /// Whether χ² does not change along it at all.
-    pub is_undetermined: bool,
+    pub(crate) is_undetermined: bool,
     /// The function of its unknowns that is determined.
-    pub remains: Option<Remains>,
+    pub(crate) remains: Option<Remains>,
 }
 
 /// Returns the worst determined direction of the free unknowns that the data depend on and that are not

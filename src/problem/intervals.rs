@@ -66,7 +66,7 @@ pub struct ParameterEstimate {
     pub std_error_at_bound: Option<f64>,
     /// Whether `interval_95` was extended to another minimum that is nearly as likely; `std_error` is the
     /// curvature at the best one.
-    pub includes_other_minimum: bool,
+    pub(crate) includes_other_minimum: bool,
     /// How far the fit determined the parameter.
     pub status: Status,
 }
@@ -76,7 +76,7 @@ pub struct ParameterEstimate {
 #[non_exhaustive]
 pub struct IntervalPair {
     /// The interval of the curvature of χ² at its minimum: value ± t·error, as far as the bounds allow.
-    pub hessian: Option<[f64; 2]>,
+    pub(crate) hessian: Option<[f64; 2]>,
     /// The interval from the lowest to the highest value at which χ², least over all other parameters, is t² above its
     /// minimum, other minima included.
     pub profile: Option<[f64; 2]>,
@@ -151,17 +151,17 @@ impl Quantiles {
 
 /// A minimum with all that estimates of a table follow from.
 pub(crate) struct Known<'a> {
-    pub solution: &'a Solution,
+    pub(crate) solution: &'a Solution,
     /// Covariance with unknowns at bounds taken for free.
-    pub as_free: &'a Estimates,
+    pub(crate) as_free: &'a Estimates,
     /// Unknowns that the data do not determine.
-    pub undetermined: Vec<Id>,
+    pub(crate) undetermined: Vec<Id>,
     /// `None` if the noise is not known.
-    pub quantiles: Option<Quantiles>,
+    pub(crate) quantiles: Option<Quantiles>,
     /// Other minima.
-    pub others: &'a [Evaluation],
+    pub(crate) others: &'a [Evaluation],
     /// Whether profiles are followed.
-    pub profiles: bool,
+    pub(crate) profiles: bool,
 }
 
 impl Known<'_> {

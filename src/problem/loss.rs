@@ -14,7 +14,7 @@ pub(crate) struct ShotLoss {
     /// Distance beyond which a shot counts less: as improbable as the tuning constant is of one number.
     tuning: f64,
     /// E[(w s)²]/k of normal errors.
-    pub consistency: f64,
+    pub(crate) consistency: f64,
 }
 
 impl ShotLoss {

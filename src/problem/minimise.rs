@@ -116,10 +116,10 @@ fn descend_coarsely(problem: &Problem, start: &State) -> Option<Descent> {
 
 /// A problem with some of its shots.
 pub(crate) struct Thinned {
-    pub problem: Problem,
-    pub state: State,
+    pub(crate) problem: Problem,
+    pub(crate) state: State,
     /// Number of shots over the number of those that were taken.
-    pub factor: f64,
+    pub(crate) factor: f64,
 }
 
 /// Returns a table with more than [`ENOUGH_SHOTS`] with that many of them, spread evenly; films as they are.

@@ -13,34 +13,34 @@ use crate::measurement::observable::{Axis, Observable};
 /// Velocities after the impact less the model's: of the cue ball along and across the line of
 /// centres, and of the object ball, m/s.
 #[derive(Clone, Copy, Debug)]
-pub struct Offsets {
+pub(crate) struct Offsets {
     /// The estimate.
-    pub values: Vector4<f64>,
+    pub(crate) values: Vector4<f64>,
     /// Its covariance, the shared unknowns as they are.
-    pub covariance: Matrix4<f64>,
+    pub(crate) covariance: Matrix4<f64>,
 }
 
 /// How offsets change with a variable.
 #[derive(Clone, Copy, Debug)]
-pub struct Slope {
+pub(crate) struct Slope {
     /// Slope, in standard deviations of an offset per unit of the variable.
-    pub value: f64,
+    pub(crate) value: f64,
     /// The same over its standard error.
-    pub t: f64,
+    pub(crate) t: f64,
     /// Probability of a slope as far from 0 by chance.
-    pub p_value: f64,
+    pub(crate) p_value: f64,
     /// Fall of χ² with a mean of the offsets beside it; `None` if the free unknowns take that up.
-    pub level: Option<f64>,
+    pub(crate) level: Option<f64>,
 }
 
 /// The score of a shift of the outcome of one shot by a standard deviation.
 pub(crate) struct ShiftScore {
     /// Its square.
-    pub square: f64,
+    pub(crate) square: f64,
     /// Its product with the residuals.
-    pub along: f64,
+    pub(crate) along: f64,
     /// Its products with the free unknowns of the sample, in the order of [`Solution::own_columns`].
-    pub beside: DVector<f64>,
+    pub(crate) beside: DVector<f64>,
 }
 
 /// Part of the information on a slope or a level that the other unknowns must leave.
@@ -48,7 +48,7 @@ const OWN_PART: f64 = 1e-6;
 
 impl Solution {
     /// Returns the outcome offsets of shot `i` of a sample; `None` if its frames do not determine them.
-    pub fn offsets(&self, sample: usize, i: usize) -> Option<Offsets> {
+    pub(crate) fn offsets(&self, sample: usize, i: usize) -> Option<Offsets> {
         let (information, gradient) = self.at.shots.get(sample)?.get(i)?.reduced(&Id::OFFSETS)?;
         let covariance = information.cholesky()?.inverse();
         let values = -(&covariance * gradient);

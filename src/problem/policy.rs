@@ -2,45 +2,45 @@
 
 /// Statistical choices.
 #[derive(Clone, Copy, Debug)]
-pub struct Policy {
+pub(crate) struct Policy {
     /// Tail probability of a frame, or of a run of frames at the end of a track, that is left out.
     /// One good frame in a million is lost.
-    pub frame_tail: f64,
+    pub(crate) frame_tail: f64,
     /// Tail probability of a shot that is left out.
-    pub shot_tail: f64,
+    pub(crate) shot_tail: f64,
     /// Largest part of the shots that may be left out: beyond, the model is wrong and not the
     /// shots.
-    pub max_lost: f64,
+    pub(crate) max_lost: f64,
     /// Size of a conflict between a prior and the frames, in standard deviations, that makes a fit
     /// doubtful: level 1 % of a family of a dozen (Holm 1979).
-    pub conflict: f64,
+    pub(crate) conflict: f64,
     /// Size of a conflict at which the prior of a frame rate stated without an error is widened. In
     /// films of 15 shots at 240 frames/s with rates 10 % off it was 0.4 to 2.6, and e off by up to
     /// 4 errors; a wider prior costs e a third of its error.
-    pub rate_conflict: f64,
+    pub(crate) rate_conflict: f64,
     /// Relative standard deviation of a frame rate then.
-    pub doubted_rate_sd: f64,
+    pub(crate) doubted_rate_sd: f64,
     /// Fall of −2 log L that names a cause: likelihood ratio e⁵, level 1 % of a family of a dozen
     /// with one unknown each.
-    pub cause: f64,
+    pub(crate) cause: f64,
     /// Fall of −2 log L that adopts an effect beyond the equations that define the parameters: odds of
     /// 20 to 1.
-    pub adopt: f64,
+    pub(crate) adopt: f64,
     /// Variance of slow motions over that of the noise before the impacts, beyond which the model
     /// does not describe the paths.
-    pub misfit: f64,
+    pub(crate) misfit: f64,
     /// The same beyond which the model does not describe the paths at all: residuals of five times the
     /// noise.
-    pub refuted: f64,
+    pub(crate) refuted: f64,
     /// χ² per degree of freedom of a table beyond which the model does not describe it at all: residuals
     /// of more than twice the stated noise, which is stated too small by half at most.
-    pub refuted_rows: f64,
+    pub(crate) refuted_rows: f64,
     /// Tail probability of the largest difference of the variances of columns, below which each column
     /// of a table has a noise of its own.
-    pub unequal_noise: f64,
+    pub(crate) unequal_noise: f64,
     /// Standard error of μ_s beyond which it is not identified: the published range is 0.2 to 0.4
     /// (Kim 2024).
-    pub undetermined_mu_s: f64,
+    pub(crate) undetermined_mu_s: f64,
 }
 
 impl Default for Policy {

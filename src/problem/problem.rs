@@ -18,38 +18,38 @@ use crate::measurement::loss::Loss;
 /// Data whose shots share unknowns.
 #[derive(Clone)]
 pub(crate) struct Sample {
-    pub block: Block,
+    pub(crate) block: Block,
     /// Column of the problem of each shared unknown, in the order of [`Id`].
-    pub columns: [usize; SHARED],
+    pub(crate) columns: [usize; SHARED],
     /// Samples of the same number have the noises of tables in common.
-    pub noise_of: usize,
+    pub(crate) noise_of: usize,
 }
 
 /// One least-squares problem: samples that may have unknowns in common.
 #[derive(Clone)]
 pub(crate) struct Problem {
-    pub samples: Vec<Sample>,
-    pub unknowns: Vec<Unknown>,
+    pub(crate) samples: Vec<Sample>,
+    pub(crate) unknowns: Vec<Unknown>,
     /// Evaluations of this problem and of those made from it.
-    pub evaluations: Arc<AtomicUsize>,
+    pub(crate) evaluations: Arc<AtomicUsize>,
 }
 
 /// Values of all unknowns.
 #[derive(Clone)]
 pub(crate) struct State {
     /// Own unknowns of each shot of each sample.
-    pub own: Vec<Vec<Own>>,
-    pub shared: Shared,
+    pub(crate) own: Vec<Vec<Own>>,
+    pub(crate) shared: Shared,
 }
 
 /// A state, its cost, and the normal equations there.
 #[derive(Clone)]
 pub(crate) struct Evaluation {
-    pub state: State,
+    pub(crate) state: State,
     /// χ² with Huber's loss and the priors; infinite if the state describes no collision.
-    pub cost: f64,
+    pub(crate) cost: f64,
     /// Contribution of each shot of each sample.
-    pub shots: Vec<Vec<Contribution>>,
+    pub(crate) shots: Vec<Vec<Contribution>>,
     priors: Vec<Option<Normal>>,
 }
 
@@ -58,7 +58,7 @@ pub(crate) struct Eliminated {
     /// Response of the own unknowns to the shared ones, and in the last column to the residuals.
     response: DMatrix<f64>,
     /// Covariance of the own unknowns at given shared ones.
-    pub covariance: DMatrix<f64>,
+    pub(crate) covariance: DMatrix<f64>,
 }
 
 /// Normal equations of the shared unknowns after elimination of the own ones.
@@ -67,15 +67,15 @@ pub(crate) struct Reduced {
     products: DMatrix<f64>,
     /// Squares of the weighted residuals and of the priors' pulls before any step.
     squares: f64,
-    pub own: Vec<Vec<Eliminated>>,
+    pub(crate) own: Vec<Vec<Eliminated>>,
     /// Logarithm of the determinant of the own unknowns' normal matrices.
-    pub own_ln_determinant: f64,
-    pub columns: Vec<[usize; SHARED]>,
+    pub(crate) own_ln_determinant: f64,
+    pub(crate) columns: Vec<[usize; SHARED]>,
 }
 
 impl Sample {
     /// Returns the shared unknowns of the sample.
-    pub fn gather(&self, shared: &Shared) -> Shared {
+    pub(crate) fn gather(&self, shared: &Shared) -> Shared {
         Shared(self.columns.iter().map(|column| shared.0[*column]).collect())
     }
 }
@@ -100,12 +100,12 @@ impl Problem {
 
     /// Returns the problem of one sample; its columns are the shared unknowns in the order of
     /// [`Id`].
-    pub fn of_one(block: Block, unknowns: Vec<Unknown>) -> Self {
+    pub(crate) fn of_one(block: Block, unknowns: Vec<Unknown>) -> Self {
         let sample = Sample { block, columns: std::array::from_fn(|column| column), noise_of: 0 };
         Self { samples: vec![sample], unknowns, evaluations: Arc::default() }
     }
 
-    pub fn count_evaluations(&self) -> usize {
+    pub(crate) fn count_evaluations(&self) -> usize {
         self.evaluations.load(Ordering::Relaxed)
     }
 
@@ -138,7 +138,7 @@ impl Problem {
     }
 
     /// Returns the columns of an unknown: one, or several if samples have values of their own.
-    pub fn columns_of(&self, id: Id) -> Vec<usize> {
+    pub(crate) fn columns_of(&self, id: Id) -> Vec<usize> {
         (0..self.unknowns.len()).filter(|column| self.unknowns[*column].id == id).collect()
     }
 
@@ -147,12 +147,12 @@ impl Problem {
         &self.unknowns[id as usize]
     }
 
-    pub fn unknown_mut(&mut self, id: Id) -> &mut Unknown {
+    pub(crate) fn unknown_mut(&mut self, id: Id) -> &mut Unknown {
         &mut self.unknowns[id as usize]
     }
 
     /// Gives the contacts of all samples the effects that the unknowns have.
-    pub fn refresh_contact(&mut self) {
+    pub(crate) fn refresh_contact(&mut self) {
         let unknowns = &self.unknowns;
         for sample in &mut self.samples {
             let own: Vec<Unknown> = sample.columns.iter().map(|column| unknowns[*column]).collect();
@@ -165,7 +165,7 @@ impl Problem {
     }
 
     /// Returns whether outlying shots of a film count less.
-    pub fn is_robust(&self) -> bool {
+    pub(crate) fn is_robust(&self) -> bool {
         self.samples.iter().any(|sample| match &sample.block {
             Block::Film(film) => film.loss.is_some(),
             Block::Rows(rows) => rows.loss != Loss::Squares,
@@ -174,7 +174,7 @@ impl Problem {
     }
 
     /// Returns whether a sample has what weight and cloth do during the contact.
-    pub fn is_weighed(&self) -> bool {
+    pub(crate) fn is_weighed(&self) -> bool {
         let is_corrected = |sample: &Sample| match &sample.block {
             Block::Film(film) => film.world.contact.is_corrected(),
             other => other.count_corrected() > 0,
@@ -183,7 +183,7 @@ impl Problem {
     }
 
     /// Computes again what weight and cloth do during the contact if a sample has it.
-    pub fn weigh_again(&mut self, at: &mut Evaluation) {
+    pub(crate) fn weigh_again(&mut self, at: &mut Evaluation) {
         if self.is_weighed() {
             self.weigh(&at.state);
             *at = self.evaluate(at.state.clone());
@@ -207,7 +207,7 @@ impl Problem {
 
     /// Chooses the likeliest of the discrete states that each shot may be in given the shared
     /// unknowns; returns whether one has changed.
-    pub fn choose_states(&mut self, state: &mut State) -> bool {
+    pub(crate) fn choose_states(&mut self, state: &mut State) -> bool {
         let mut changed = false;
         for (sample, own) in self.samples.iter_mut().zip(&mut state.own) {
             let shared = sample.gather(&state.shared);
@@ -228,12 +228,12 @@ impl Problem {
 
 impl Evaluation {
     /// Returns the number of shots whose contact sticks.
-    pub fn count_sticking(&self) -> usize {
+    pub(crate) fn count_sticking(&self) -> usize {
         self.shots.iter().flatten().filter(|shot| shot.sticks).count()
     }
 
     /// Returns the sums of each noise of a sample over its shots.
-    pub fn noises(&self, sample: usize) -> Vec<NoiseSums> {
+    pub(crate) fn noises(&self, sample: usize) -> Vec<NoiseSums> {
         let mut shots = self.shots[sample].iter();
         let Some(first) = shots.next() else { return Vec::new() };
         let mut sums = first.noises.clone();
@@ -247,7 +247,7 @@ impl Evaluation {
 
     /// Eliminates the own unknowns, their diagonals and those of the shared ones raised by
     /// `damping`. `None` if a shot does not determine one of its unknowns.
-    pub fn eliminate(&self, problem: &Problem, damping: f64) -> Option<Reduced> {
+    pub(crate) fn eliminate(&self, problem: &Problem, damping: f64) -> Option<Reduced> {
         let last = self.priors.len();
         let mut products = DMatrix::zeros(last + 1, last + 1);
         let mut squares = 0.0;
@@ -301,7 +301,7 @@ impl Reduced {
     }
 
     /// Returns whether χ² depends on an unknown: friction has no part in contacts that all stick.
-    pub fn informs(&self, column: usize) -> bool {
+    pub(crate) fn informs(&self, column: usize) -> bool {
         self.products[(column, column)] > 0.0
     }
 

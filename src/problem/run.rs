@@ -30,7 +30,11 @@ const MAX_CAUSES: usize = 3;
 ///
 /// # Errors
 /// See [`FilmError`].
-pub fn fit_film(dataset: &Dataset, modelling: &Modelling, policy: &Policy) -> Result<Solution, FilmError> {
+pub(crate) fn fit_film(
+    dataset: &Dataset,
+    modelling: &Modelling,
+    policy: &Policy,
+) -> Result<Solution, FilmError> {
     let Film { block, unknowns, own, names, left_out, findings, unit, middle } =
         Film::new(dataset, modelling)?;
     let first_noise = block.world.noise;

@@ -69,9 +69,9 @@ pub struct Solution {
     /// Names and reasons of the shots that are not in the data.
     pub left_out: Vec<(String, String)>,
     /// Variance of slow motions over that of the noise before the impacts.
-    pub misfit: f64,
+    pub(crate) misfit: f64,
     /// Evaluations of all data.
-    pub evaluations: usize,
+    pub(crate) evaluations: usize,
     /// Whether the descent ended at a minimum.
     pub converged: bool,
     /// Metres in a unit of length of the film.
@@ -208,7 +208,7 @@ impl Solution {
     /// Returns the limit of an unknown at a bound that leaves 5 % of its likelihood, to second order a
     /// normal distribution cut off at the bound. (A rise of χ² by 1.645² from the bound leaves 24 % in
     /// films whose χ² falls beyond it.) `None` for one that is not at a bound.
-    pub fn limit_at_bound(&self, id: Id) -> Option<f64> {
+    pub(crate) fn limit_at_bound(&self, id: Id) -> Option<f64> {
         let column = self.column(0, id)?;
         let (unknown, x) = (&self.problem.unknowns[column], self.at.state.shared.0[column]);
         let inward = if x == unknown.bounds[0] { 1.0 } else { -1.0 };
@@ -231,7 +231,7 @@ impl Solution {
     }
 
     /// Returns χ² of everything: data, own unknowns and priors.
-    pub fn chi2_of_all(&self) -> f64 {
+    pub(crate) fn chi2_of_all(&self) -> f64 {
         self.at.cost
     }
 
@@ -245,7 +245,7 @@ impl Solution {
     }
 
     /// Returns χ² of the data alone, and the number of measured numbers in it.
-    pub fn chi2_of_data(&self) -> (f64, f64) {
+    pub(crate) fn chi2_of_data(&self) -> (f64, f64) {
         let of_sample = |(number, sample): (usize, &Sample)| match &sample.block {
             Block::Rows(rows) => {
                 let chi2 = self.at.shots[number].iter().map(|shot| shot.cost).sum::<f64>();
@@ -261,13 +261,13 @@ impl Solution {
     }
 
     /// Returns what the priors of shared unknowns add to χ².
-    pub fn prior_chi2(&self) -> f64 {
+    pub(crate) fn prior_chi2(&self) -> f64 {
         let pulls = self.problem.unknowns.iter().zip(&self.at.state.shared.0);
         pulls.filter_map(|(unknown, x)| Some(unknown.active_prior()?.pull(*x).powi(2))).sum()
     }
 
     /// Returns the number of unknowns that the shots have of their own, without those that are held.
-    pub fn own_count(&self) -> usize {
+    pub(crate) fn own_count(&self) -> usize {
         let free = |shot: &Contribution| shot.held.iter().filter(|held| !**held).count();
         let of_sample = |(number, sample): (usize, &Sample)| match &sample.block {
             // what is known of an input is a number, too
@@ -288,7 +288,7 @@ impl Solution {
 
     /// Returns the number of shared unknowns that the data determine: each counts by the part of its
     /// information that is not its prior's.
-    pub fn data_count(&self) -> f64 {
+    pub(crate) fn data_count(&self) -> f64 {
         count_shared(&self.problem, &self.covariance)
     }
 
@@ -317,13 +317,13 @@ impl Solution {
     }
 
     /// Returns the noise of the frames of the cue balls and of the object balls of a film.
-    pub fn frame_noise(&self) -> Option<[Noise; 2]> {
+    pub(crate) fn frame_noise(&self) -> Option<[Noise; 2]> {
         Some(self.problem.film()?.world.noise)
     }
 
     /// Returns the topspin of each shot of a film over natural roll, with its name; 1 for a ball that
     /// rolls.
-    pub fn topspins(&self) -> Vec<(String, f64)> {
+    pub(crate) fn topspins(&self) -> Vec<(String, f64)> {
         let Some(film) = self.problem.film() else { return Vec::new() };
         let State { own, shared } = self.state();
         let shots = film.spins.iter().zip(&own[0]).zip(&self.names[0]);
@@ -334,7 +334,7 @@ impl Solution {
 
     /// Returns whether the data hardly determine a wanted unknown: its error is more than half of
     /// what it is known to without them, or a finding says so.
-    pub fn is_undetermined(&self, id: Id) -> bool {
+    pub(crate) fn is_undetermined(&self, id: Id) -> bool {
         let is_of = |finding: &Finding| matches!(finding, Finding::Undetermined { id: of, .. } if *of == id);
         let is_prior = |estimate: Estimate| {
             estimate.prior.zip(estimate.std_error).is_some_and(|(prior, sd)| sd > 0.5 * prior.sd)

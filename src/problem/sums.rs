@@ -10,20 +10,20 @@ pub struct Noise {
     /// Standard deviation, in the unit of the numbers.
     pub sd: f64,
     /// Correlation of neighbouring numbers.
-    pub rho: f64,
+    pub(crate) rho: f64,
 }
 
 /// How much an own unknown differs from shot to shot, about 0.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Spread {
     /// Standard deviation.
-    pub sd: f64,
+    pub(crate) sd: f64,
     /// Standard deviation before the data are seen.
-    pub first: f64,
+    pub(crate) first: f64,
     /// Number of shots that it counts as.
-    pub weight: f64,
+    pub(crate) weight: f64,
     /// Smallest standard deviation that data determine.
-    pub least: f64,
+    pub(crate) least: f64,
 }
 
 impl Spread {
@@ -59,14 +59,14 @@ impl OwnPrior {
 #[derive(Clone, Copy, Debug, Default)]
 pub(crate) struct NoiseSums {
     /// Weighted squares of whitened residuals.
-    pub weighted: f64,
+    pub(crate) weighted: f64,
     /// Products of neighbouring residuals, and their squares.
-    pub lagged: f64,
-    pub square: f64,
+    pub(crate) lagged: f64,
+    pub(crate) square: f64,
     /// Number of independent numbers.
-    pub count: f64,
+    pub(crate) count: f64,
     /// Logarithm of the determinant of the correlation matrix.
-    pub ln_determinant: f64,
+    pub(crate) ln_determinant: f64,
 }
 
 impl NoiseSums {
@@ -84,15 +84,15 @@ impl NoiseSums {
 pub(crate) struct Contribution {
     /// JᵀJ by own unknowns, the shared unknowns that the shot may depend on, which are the first of its
     /// sample, and the residual as the last column (upper triangle).
-    pub products: DMatrix<f64>,
+    pub(crate) products: DMatrix<f64>,
     /// χ² with Huber's loss; infinite if the unknowns describe no collision.
-    pub cost: f64,
+    pub(crate) cost: f64,
     /// Sums of each noise of the block.
-    pub noises: Vec<NoiseSums>,
+    pub(crate) noises: Vec<NoiseSums>,
     /// Whether the contact stuck.
-    pub sticks: bool,
+    pub(crate) sticks: bool,
     /// Own unknowns that are held.
-    pub held: Vec<bool>,
+    pub(crate) held: Vec<bool>,
 }
 
 /// Damping at which a shot's own descent begins, and at which it gives up.
@@ -146,12 +146,12 @@ impl Contribution {
     }
 
     /// Returns that of unknowns that describe no collision.
-    pub fn impossible(own: usize, shared: usize, noises: usize) -> Self {
+    pub(crate) fn impossible(own: usize, shared: usize, noises: usize) -> Self {
         Self { cost: f64::INFINITY, ..Self::empty(own, shared, noises) }
     }
 
     /// Returns the sums if all are finite, and those of no collision if not.
-    pub fn or_impossible(self) -> Self {
+    pub(crate) fn or_impossible(self) -> Self {
         // what is not finite in a row is so in its square
         let is_finite = self.cost.is_finite() && self.products.trace().is_finite();
         if is_finite { self } else { Self::impossible(self.held.len(), self.shared(), self.noises.len()) }
@@ -168,13 +168,13 @@ impl Contribution {
     }
 
     /// Returns whether a number depends on the shared unknown of this column of the sample.
-    pub fn slopes_by(&self, column: usize) -> bool {
+    pub(crate) fn slopes_by(&self, column: usize) -> bool {
         let place = self.held.len() + column;
         column < self.shared() && self.products[(place, place)] > 0.0
     }
 
     /// Adds what is known of the own unknown at `place`.
-    pub fn add_prior(&mut self, place: usize, prior: Option<Normal>, value: f64) {
+    pub(crate) fn add_prior(&mut self, place: usize, prior: Option<Normal>, value: f64) {
         let Some(normal) = prior else {
             self.held[place] = true;
             return;
@@ -188,7 +188,7 @@ impl Contribution {
 
     /// Returns the normal matrix of the own unknowns, its diagonal raised by `damping`, and the
     /// columns beside it from `first` on. Held unknowns are decoupled.
-    pub fn own_system(&self, damping: f64, first: usize) -> (DMatrix<f64>, DMatrix<f64>) {
+    pub(crate) fn own_system(&self, damping: f64, first: usize) -> (DMatrix<f64>, DMatrix<f64>) {
         let (matrix, _) = self.system(&[], damping);
         let beside = DMatrix::from_fn(self.held.len(), self.products.ncols() - first, |i, j| {
             if self.held[i] { 0.0 } else { self.products[(i, first + j)] }
@@ -197,7 +197,7 @@ impl Contribution {
     }
 
     /// Returns the damped step of the own unknowns and some shared ones at given others.
-    pub fn own_step(&self, ids: &[Id], damping: f64) -> Option<DVector<f64>> {
+    pub(crate) fn own_step(&self, ids: &[Id], damping: f64) -> Option<DVector<f64>> {
         let (matrix, gradient) = self.system(ids, damping);
         let step = matrix.cholesky()?.solve(&gradient);
         step.iter().all(|s| s.is_finite()).then_some(step)

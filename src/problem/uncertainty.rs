@@ -15,21 +15,21 @@ const LEAST_INFORMATION: f64 = 1e-3;
 #[derive(Clone)]
 pub(crate) struct Estimates {
     /// Columns of the problem.
-    pub columns: Vec<usize>,
-    pub covariance: DMatrix<f64>,
+    pub(crate) columns: Vec<usize>,
+    pub(crate) covariance: DMatrix<f64>,
 }
 
 /// The effect of freeing a tested unknown, to first order.
 #[derive(Clone, Copy, Debug)]
-pub struct Score {
+pub(crate) struct Score {
     /// The unknown.
-    pub id: Id,
+    pub(crate) id: Id,
     /// Fall of χ².
-    pub fall: f64,
+    pub(crate) fall: f64,
     /// Its estimate.
-    pub estimate: f64,
+    pub(crate) estimate: f64,
     /// Standard error of the estimate.
-    pub sd: f64,
+    pub(crate) sd: f64,
 }
 
 /// The part of the variance of an estimate that knowing a nuisance parameter exactly would take
@@ -37,22 +37,22 @@ pub struct Score {
 #[derive(Clone, Copy, Debug)]
 pub struct Share {
     /// The nuisance parameter.
-    pub nuisance: Id,
+    pub(crate) nuisance: Id,
     /// Variance.
-    pub variance: f64,
+    pub(crate) variance: f64,
 }
 
 /// A prior against what the frames show without it.
 #[derive(Clone, Copy, Debug)]
-pub struct Conflict {
+pub(crate) struct Conflict {
     /// The unknown.
-    pub id: Id,
+    pub(crate) id: Id,
     /// Its estimate without the prior.
-    pub estimate: f64,
+    pub(crate) estimate: f64,
     /// Standard error of that estimate.
-    pub sd: f64,
+    pub(crate) sd: f64,
     /// Difference in its standard deviations.
-    pub size: f64,
+    pub(crate) size: f64,
 }
 
 impl Estimates {
@@ -61,13 +61,13 @@ impl Estimates {
         Self::of_reduced(problem, &at.state, &at.eliminate(problem, 0.0)?)
     }
 
-    pub fn of_reduced(problem: &Problem, state: &State, reduced: &Reduced) -> Option<Self> {
+    pub(crate) fn of_reduced(problem: &Problem, state: &State, reduced: &Reduced) -> Option<Self> {
         Self::of_columns(reduced, problem.inside(state))
     }
 
     /// Returns the covariance of some unknowns, those at bounds taken for free, without those that the
     /// data do not depend on.
-    pub fn of_columns(reduced: &Reduced, mut columns: Vec<usize>) -> Option<Self> {
+    pub(crate) fn of_columns(reduced: &Reduced, mut columns: Vec<usize>) -> Option<Self> {
         columns.retain(|column| reduced.informs(*column));
         let matrix = reduced.matrix(&columns);
         // scaled to a unit diagonal: units differ by 1e6
@@ -92,7 +92,7 @@ impl Estimates {
 
     /// Returns the covariance of the own unknowns of shot `i` of a sample, which follow the shared ones, and
     /// of the shared ones behind them.
-    pub fn shot_covariance(
+    pub(crate) fn shot_covariance(
         &self,
         reduced: &Reduced,
         (sample, i): (usize, usize),
@@ -127,7 +127,7 @@ impl Estimates {
     }
 
     /// Returns the scores of all tested unknowns, without their priors.
-    pub fn score_tested(&self, problem: &Problem, at: &Evaluation) -> Vec<Score> {
+    pub(crate) fn score_tested(&self, problem: &Problem, at: &Evaluation) -> Vec<Score> {
         let Some(reduced) = at.eliminate(problem, 0.0) else { return Vec::new() };
         let tested = problem.unknowns.iter().enumerate().filter(|(_, unknown)| unknown.mode == Mode::Tested);
         let scores = tested.map(|(column, unknown)| {
@@ -164,7 +164,7 @@ impl Estimates {
     }
 
     /// Returns each prior against what the frames show without it, to first order.
-    pub fn conflicts(&self, problem: &Problem, at: &Evaluation) -> Vec<Conflict> {
+    pub(crate) fn conflicts(&self, problem: &Problem, at: &Evaluation) -> Vec<Conflict> {
         let conflict = |(i, column): (usize, &usize)| {
             let unknown = &problem.unknowns[*column];
             let prior = unknown.active_prior()?;

@@ -104,7 +104,7 @@ worded! {
 
 impl Id {
     /// The unknowns that users want to know.
-    pub const WANTED: [Self; 3] = [Self::Mu, Self::MuS, Self::E];
+    pub(crate) const WANTED: [Self; 3] = [Self::Mu, Self::MuS, Self::E];
     /// Velocities after the impact less the model's, which each shot may have of its own.
     pub(crate) const OFFSETS: [Self; 4] =
         [Self::CueAlong, Self::CueAcross, Self::ObjectAlong, Self::ObjectAcross];
@@ -139,7 +139,7 @@ impl From<Parameter> for Id {
 
 /// How an unknown takes part in a fit.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Mode {
+pub(crate) enum Mode {
     /// Estimated.
     Free,
     /// Held at its start.
@@ -171,7 +171,7 @@ pub struct Unknown {
     pub start: f64,
     pub bounds: [f64; 2],
     pub prior: Option<Normal>,
-    pub mode: Mode,
+    pub(crate) mode: Mode,
 }
 
 impl Unknown {
@@ -191,7 +191,7 @@ impl Unknown {
 /// Values of shared unknowns: of a sample in the order of [`Id`], of a problem in that of its
 /// columns, which is the same if it has one sample.
 #[derive(Clone, Debug)]
-pub struct Shared(pub(crate) Vec<f64>);
+pub(crate) struct Shared(pub(crate) Vec<f64>);
 
 impl Shared {
     /// Returns the values where searches begin.

@@ -1,4 +1,4 @@
-//! A [`Fit`], or several, → [`Report`].
+//! A [`Fit`], or several, → `Report`.
 
 use super::content::{self, Block, Report, Section, Table};
 use super::plot;

@@ -1,5 +1,5 @@
-//! A [`Fit`] → what people and programs read of it. What people read is made once, as a value ([`content`]), and rendered as text and
-//! HTML; programs read [`document`] and [`csv`]. Only [`write`](mod@write) touches the disk.
+//! A [`Fit`] → what people and programs read of it. What people read is made once, as a value (`content`), and rendered as text and
+//! HTML; programs read [`document`] and [`csv`]. Only `write` touches the disk.
 
 pub(crate) mod accuracy;
 pub mod compare;

@@ -171,7 +171,7 @@ impl Spec {
     /// Returns the model by which its shots are computed by default: `full`, or `ode` for a
     /// compliant contact.
     #[must_use]
-    pub fn usual_model(&self) -> Model {
+    pub(crate) fn usual_model(&self) -> Model {
         let full = Model::new(Fidelity::Full, self.balls().0);
         match self.truth.kappa {
             None | Some(0.0) => full,

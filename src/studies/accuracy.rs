@@ -38,7 +38,7 @@ pub struct Shot {
 
 /// The distribution of an error over the shots.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, JsonSchema)]
-pub struct Spread {
+pub(crate) struct Spread {
     /// Half of the shots err by less.
     #[schemars(with = "Option<f64>")]
     pub(crate) median: f64,
@@ -75,7 +75,7 @@ impl Errors {
 worded! {
     /// Which effects a row of the study includes.
     #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-    pub enum Includes {
+    pub(crate) enum Includes {
         /// Those that `full` can simulate.
         AsFull = "as-full",
         /// All effects.
@@ -91,7 +91,7 @@ written_by_name!(Includes);
 
 /// A way to compute a collision.
 #[derive(Clone, Debug, PartialEq, Serialize, JsonSchema)]
-pub struct Row {
+pub(crate) struct Row {
     /// Name of the fidelity.
     pub(crate) fidelity: Fidelity,
     /// Effects that are on: all that the fidelity has, those of full, or those of a compliant
@@ -178,7 +178,7 @@ fn errors_of_full() -> Errors {
 ///
 /// # Errors
 /// A shot is not a collision.
-pub fn study(shots: &[Shot], ball: Ball, kappa: f64) -> Result<Vec<Row>, NotACollision> {
+pub(crate) fn study(shots: &[Shot], ball: Ball, kappa: f64) -> Result<Vec<Row>, NotACollision> {
     let all = |model: &Model| -> Result<Vec<Outcome>, NotACollision> {
         let model = Model { tolerance: MIN_TOLERANCE, ..*model };
         shots.iter().map(|shot| model.collide(&shot.cue, &shot.coefficients)).collect()

@@ -18,7 +18,7 @@ const CONTACT_TOLERANCE: f64 = 1e-8;
 
 /// One parameter of a fit.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Found {
+pub(crate) struct Found {
     pub(crate) parameter: Parameter,
     /// The value that the data were computed with.
     pub(crate) truth: f64,
@@ -37,9 +37,9 @@ impl Found {
 
 /// The model with which shots are fitted.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct Way {
+pub(crate) struct Way {
     /// The name in reports.
-    pub name: &'static str,
+    pub(crate) name: &'static str,
     /// The fidelity; `None`: that of `fit --fidelity auto`.
     fidelity: Option<Fidelity>,
     /// How compliant the contact is taken to be, that of the data if stated.
@@ -48,7 +48,7 @@ pub struct Way {
 
 /// The result of the fits with one model.
 #[derive(Clone, Debug)]
-pub struct Row {
+pub(crate) struct Row {
     pub(crate) way: Way,
     /// The tangential compliance κ of the contact that computed the data.
     pub(crate) kappa: f64,
@@ -61,7 +61,7 @@ pub struct Row {
 }
 
 /// The models that have parameters, in the order in which they are fitted.
-pub const FITTED: [Way; 7] = {
+pub(crate) const FITTED: [Way; 7] = {
     use Compliance::{Auto, Rigid, Stated};
     use Fidelity::{Contact, Full, Inelastic, Linear, Ode};
     [
@@ -80,7 +80,7 @@ pub const FITTED: [Way; 7] = {
 /// deviations that are not stated are those of good footage. Priors and separate labels are
 /// dropped, since they would bias the parameters, too.
 #[must_use]
-pub fn noise_free(dataset: &Dataset, kappa: f64) -> Dataset {
+pub(crate) fn noise_free(dataset: &Dataset, kappa: f64) -> Dataset {
     let coefficients = Values::initial(&dataset.settings).coefficients();
     let reference = Model {
         effects: Effects::ALL,
@@ -120,7 +120,7 @@ pub fn noise_free(dataset: &Dataset, kappa: f64) -> Dataset {
 ///
 /// # Errors
 /// The fit fails.
-pub fn bias(dataset: &Dataset, way: Way) -> Result<Row, FitError> {
+pub(crate) fn bias(dataset: &Dataset, way: Way) -> Result<Row, FitError> {
     let begun = Instant::now();
     let is_contact = way.fidelity == Some(Fidelity::Contact);
     let options = Options {

@@ -65,11 +65,11 @@ pub struct Influence {
     /// infinite, since something is then not determined.
     #[serde(rename = "cook_distance")]
     #[schemars(with = "Option<f64>")]
-    pub cook: f64,
+    pub(crate) cook: f64,
     /// How far each estimate moves without the shot, in standard errors.
     #[serde(rename = "shift_without_it_in_std_errors", serialize_with = "written::by_parameter")]
     #[schemars(with = "std::collections::BTreeMap<String, Option<f64>>")]
-    pub shifts: Vec<(Parameter, f64)>,
+    pub(crate) shifts: Vec<(Parameter, f64)>,
 }
 
 worded! {
@@ -97,7 +97,7 @@ written_by_name!(NoiseVerdict);
 pub struct Normality {
     /// Statistic A² of Anderson and Darling.
     #[serde(rename = "anderson_darling")]
-    pub statistic: f64,
+    pub(crate) statistic: f64,
     /// Probability of a larger statistic if the residuals are normally distributed.
     #[schemars(with = "Option<f64>")]
     pub p_value: f64,

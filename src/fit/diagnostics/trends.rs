@@ -54,7 +54,7 @@ impl Trend {
     }
 
     /// A likely reason for the trend, in words.
-    pub fn meaning(&self) -> &'static str {
+    pub(crate) fn meaning(&self) -> &'static str {
         match (self.quantity, self.variable) {
             ("throw", Variable::Speed) => "friction is not constant",
             ("throw", Variable::Cut) => "friction is not constant, or the cut angles err",

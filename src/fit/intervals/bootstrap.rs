@@ -15,7 +15,7 @@ use crate::problem::{Id, ShotInfluence, Solution};
 #[derive(Clone, Debug, PartialEq, Serialize, JsonSchema)]
 pub struct Bootstrap {
     /// Number of samples.
-    pub replicates: usize,
+    pub(crate) replicates: usize,
     /// Seed of the random numbers.
     pub seed: u64,
     /// Number of samples that could not be fitted or do not determine a parameter; they are left out.

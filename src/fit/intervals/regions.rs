@@ -13,7 +13,7 @@ use crate::measurement::parameter::Parameter;
 use crate::problem::{Estimates, Id, Solution};
 
 /// The regions that are drawn: they hold the true pair with this probability.
-pub const LEVELS: [f64; 2] = [0.68, 0.95];
+pub(crate) const LEVELS: [f64; 2] = [0.68, 0.95];
 
 /// Points of an ellipse.
 const POINTS: usize = 48;
@@ -25,7 +25,7 @@ pub struct Contour {
     /// Names of both parameters.
     pub parameters: [Parameter; 2],
     /// Estimates of both parameters, in their units.
-    pub centre: [f64; 2],
+    pub(crate) centre: [f64; 2],
     /// One region for each probability.
     pub levels: Vec<Level>,
 }

@@ -24,10 +24,10 @@ enum Map {
 #[derive(Clone, Copy, Debug)]
 pub(super) struct ReadOut {
     /// Time from the first row to the last, s.
-    pub seconds: f64,
-    pub rows: f64,
+    pub(crate) seconds: f64,
+    pub(crate) rows: f64,
     /// Whether the file's y grows from the bottom of the picture upwards.
-    pub up: bool,
+    pub(crate) up: bool,
 }
 
 impl Calibration {

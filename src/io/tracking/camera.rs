@@ -16,7 +16,7 @@ use crate::measurement::valid::Fault;
 #[serde(deny_unknown_fields, default)]
 pub(crate) struct CameraSection {
     /// Data sets with one label were filmed by one camera that was not moved.
-    pub label: Option<String>,
+    pub(crate) label: Option<String>,
     scale: Option<Stated>,
     aspect: Option<Stated>,
     shear: Option<Stated>,

@@ -32,7 +32,7 @@ macro_rules! column_names {
         #[serde(deny_unknown_fields)]
         pub(super) struct ColumnNames {
             $(pub $key: Option<Column>,)+
-            pub angle_unit: Option<AngleUnit>,
+            pub(crate) angle_unit: Option<AngleUnit>,
         }
 
         /// All keys of columns.

@@ -29,11 +29,11 @@ const SAME_NUMBER: f64 = 1e-12;
 /// Statements of the table of shots and of `[cue_spin]` about a shot.
 #[derive(Clone, Debug)]
 pub(super) struct Facts {
-    pub spin: Spin,
-    pub labels: BTreeMap<String, String>,
-    pub own: Own,
+    pub(crate) spin: Spin,
+    pub(crate) labels: BTreeMap<String, String>,
+    pub(crate) own: Own,
     /// The reason if its discs were not found.
-    pub refused: Option<String>,
+    pub(crate) refused: Option<String>,
 }
 
 impl Facts {
@@ -46,8 +46,8 @@ impl Facts {
 #[derive(Clone, Debug, Default, PartialEq)]
 pub(super) struct Own {
     /// Names of tracks, in the order of [`super::settings::NAMED`].
-    pub names: [Option<Names>; 4],
-    pub capture_fps: Option<f64>,
+    pub(crate) names: [Option<Names>; 4],
+    pub(crate) capture_fps: Option<f64>,
 }
 
 impl Own {

@@ -20,19 +20,19 @@ const DOUBT: &str = "of a box: take the # away, from both, if x and y are its co
 #[derive(Clone, Debug, Default, PartialEq)]
 pub(in crate::io) struct Guess {
     /// `[tracks.columns]`.
-    pub columns: Vec<Guessed>,
-    pub angle_unit: Option<AngleUnit>,
+    pub(crate) columns: Vec<Guessed>,
+    pub(crate) angle_unit: Option<AngleUnit>,
     /// Whether the table has angles, which only discs do.
-    pub has_angles: bool,
+    pub(crate) has_angles: bool,
 }
 
 /// A key of `[tracks.columns]` and its possible column.
 #[derive(Clone, Debug, PartialEq)]
 pub(in crate::io) struct Guessed {
-    pub key: &'static str,
-    pub column: Column,
+    pub(crate) key: &'static str,
+    pub(crate) column: Column,
     /// The condition under which an uncertain key is right: it is drafted as a comment.
-    pub doubt: Option<&'static str>,
+    pub(crate) doubt: Option<&'static str>,
 }
 
 impl Guess {

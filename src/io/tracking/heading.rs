@@ -20,10 +20,10 @@ const MIN_NAMES: usize = 3;
 
 /// A line that may hold names of columns, split by one separator, without a mark of comments.
 pub(super) struct Top<'a> {
-    pub line: usize,
-    pub content: &'a str,
-    pub separator: Separator,
-    pub names: Vec<String>,
+    pub(crate) line: usize,
+    pub(crate) content: &'a str,
+    pub(crate) separator: Separator,
+    pub(crate) names: Vec<String>,
 }
 
 impl Top<'_> {
@@ -118,14 +118,14 @@ fn split_all(names: &[String]) -> (Vec<String>, Vec<Option<Measure>>) {
 #[derive(Clone, Debug)]
 pub(super) struct Heading {
     /// Line of the names.
-    pub line: usize,
+    pub(crate) line: usize,
     /// Rows are below this line: that of the names, or that of the units below it.
-    pub above: usize,
-    pub separator: Separator,
+    pub(crate) above: usize,
+    pub(crate) separator: Separator,
     /// Names as in the file, with their units.
-    pub names: Vec<String>,
+    pub(crate) names: Vec<String>,
     /// Names without the units.
-    pub bare: Vec<String>,
+    pub(crate) bare: Vec<String>,
     units: Vec<Option<Measure>>,
 }
 

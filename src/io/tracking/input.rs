@@ -10,22 +10,22 @@ use crate::io::error::{Problems, harmless};
 /// Settings of dataset.toml for tracks, and the lists of problems and notes.
 #[derive(Clone, Copy)]
 pub(super) struct Context<'a> {
-    pub settings: &'a TrackSettings,
-    pub problems: &'a Problems,
-    pub notes: &'a Notes,
+    pub(crate) settings: &'a TrackSettings,
+    pub(crate) problems: &'a Problems,
+    pub(crate) notes: &'a Notes,
 }
 
 /// A file for a reader, with the settings and the lists of problems and notes.
 #[derive(Clone, Copy)]
 pub(super) struct Input<'a> {
-    pub file: &'a Path,
-    pub text: &'a str,
+    pub(crate) file: &'a Path,
+    pub(crate) text: &'a str,
     /// Name of the file without its ending: the default name of its shot.
-    pub stem: &'a str,
-    pub settings: &'a TrackSettings,
-    pub problems: &'a Problems,
+    pub(crate) stem: &'a str,
+    pub(crate) settings: &'a TrackSettings,
+    pub(crate) problems: &'a Problems,
     /// Notes about the file.
-    pub log: Log<'a>,
+    pub(crate) log: Log<'a>,
 }
 
 impl Input<'_> {

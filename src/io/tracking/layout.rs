@@ -9,51 +9,51 @@ use super::words::Rest;
 
 #[derive(Clone, Debug)]
 pub(super) struct Layout {
-    pub format: Format,
-    pub heading: Heading,
-    pub shot: Option<usize>,
+    pub(crate) format: Format,
+    pub(crate) heading: Heading,
+    pub(crate) shot: Option<usize>,
     /// The column of times; `None`: the rows of a shot are counted.
-    pub time: Option<usize>,
+    pub(crate) time: Option<usize>,
     /// The unit of the times, unless these are written h:mm:ss.
-    pub clock: Clock,
+    pub(crate) clock: Clock,
     /// The unit of lengths, if the file or its format states it.
-    pub unit: Option<Unit>,
+    pub(crate) unit: Option<Unit>,
     /// Whether every row has all cells; otherwise empty ones at its end may be missing.
-    pub has_all_cells: bool,
+    pub(crate) has_all_cells: bool,
     /// The number of rows that the file states.
-    pub rows: Option<f64>,
-    pub blocks: Vec<Block>,
+    pub(crate) rows: Option<f64>,
+    pub(crate) blocks: Vec<Block>,
 }
 
 /// Rows that are read by the same columns.
 #[derive(Clone, Debug)]
 pub(super) struct Block {
     /// The line of the names of columns.
-    pub header: usize,
+    pub(crate) header: usize,
     /// The line above the rows.
-    pub above: usize,
+    pub(crate) above: usize,
     /// The line of the last row.
-    pub last: usize,
-    pub bodies: Vec<Body>,
+    pub(crate) last: usize,
+    pub(crate) bodies: Vec<Body>,
 }
 
 /// A tracked body, and the columns of its position.
 #[derive(Clone, Debug, PartialEq)]
 pub(super) struct Body {
-    pub name: Name,
+    pub(crate) name: Name,
     /// The column that names the point on the ball.
-    pub point: Option<usize>,
-    pub xy: [usize; 2],
+    pub(crate) point: Option<usize>,
+    pub(crate) xy: [usize; 2],
     /// The size or other corner of a box with a corner at x and y.
-    pub rest: Option<Rest>,
+    pub(crate) rest: Option<Rest>,
     /// The column of the position's likelihood.
-    pub likelihood: Option<usize>,
+    pub(crate) likelihood: Option<usize>,
     /// The columns of the position's standard deviations.
-    pub sd: Option<[usize; 2]>,
+    pub(crate) sd: Option<[usize; 2]>,
     /// The columns of a marker on the ball.
-    pub marker: Option<[usize; 2]>,
+    pub(crate) marker: Option<[usize; 2]>,
     /// The column of a disc's angle, and its unit.
-    pub angle: Option<(usize, AngleUnit)>,
+    pub(crate) angle: Option<(usize, AngleUnit)>,
 }
 
 /// Source of the name of a body.

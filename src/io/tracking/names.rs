@@ -11,9 +11,9 @@ use crate::io::number::shortened;
 /// The tracks of one ball.
 pub(super) struct Ball {
     /// Track of the ball's centre, or tracks of the points whose mean is the centre.
-    pub centres: Vec<RawTrack>,
+    pub(crate) centres: Vec<RawTrack>,
     /// Further points on the ball.
-    pub markers: Vec<RawTrack>,
+    pub(crate) markers: Vec<RawTrack>,
 }
 
 /// Removes the tracks that a key of [`NAMED`] names from the shot, and the points on them. `there`:

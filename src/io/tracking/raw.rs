@@ -7,11 +7,11 @@ use super::units::TimeUnit;
 
 #[derive(Clone, Debug, PartialEq)]
 pub(super) struct RawShot {
-    pub name: String,
-    pub file: Arc<PathBuf>,
-    pub line: usize,
-    pub clock: Clock,
-    pub tracks: Vec<RawTrack>,
+    pub(crate) name: String,
+    pub(crate) file: Arc<PathBuf>,
+    pub(crate) line: usize,
+    pub(crate) clock: Clock,
+    pub(crate) tracks: Vec<RawTrack>,
 }
 
 impl RawShot {
@@ -67,26 +67,26 @@ pub(super) enum Clock {
 /// A tracked ball, or a point on it.
 #[derive(Clone, Debug, PartialEq)]
 pub(super) struct RawTrack {
-    pub name: String,
+    pub(crate) name: String,
     /// Index of its body in the layout of the file: two may have the same name.
-    pub body: usize,
+    pub(crate) body: usize,
     /// Name of a marker on the ball `name`.
-    pub point: Option<String>,
+    pub(crate) point: Option<String>,
     /// Whether x holds the angle of the disc `name` instead of positions, radians from the x axis
     /// to the y axis of the file.
-    pub is_angle: bool,
+    pub(crate) is_angle: bool,
     /// In the order of the file.
-    pub rows: Vec<Row>,
+    pub(crate) rows: Vec<Row>,
 }
 
 /// A row; x and y are NaN in a gap, as are standard deviations that the file does not have.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct Row {
-    pub time: f64,
-    pub x: f64,
-    pub y: f64,
-    pub sd: [f64; 2],
-    pub line: usize,
+    pub(crate) time: f64,
+    pub(crate) x: f64,
+    pub(crate) y: f64,
+    pub(crate) sd: [f64; 2],
+    pub(crate) line: usize,
 }
 
 impl RawTrack {

@@ -16,10 +16,10 @@ use crate::io::number::shortened;
 use crate::io::text::{decode, filled_lines, without_separator_line};
 
 pub(super) struct Tracked {
-    pub shots: Vec<RawShot>,
-    pub format: Format,
+    pub(crate) shots: Vec<RawShot>,
+    pub(crate) format: Format,
     /// Unit of its lengths, if the file or its format states it.
-    pub unit: Option<Unit>,
+    pub(crate) unit: Option<Unit>,
 }
 
 /// Returns the shots of a file, with clips separated and pieces of tracks joined. `alone`: the

@@ -30,11 +30,11 @@ const MAX_DELAY: f64 = 100.0;
 /// A fault of a shot, and its line if there is one.
 #[derive(Clone, Debug, PartialEq)]
 pub(super) struct Wrong {
-    pub line: Option<usize>,
-    pub message: String,
+    pub(crate) line: Option<usize>,
+    pub(crate) message: String,
     /// Whether the camera or the tracker damaged only this shot, which can be left out; otherwise
     /// the file or dataset.toml is wrong.
-    pub is_damage: bool,
+    pub(crate) is_damage: bool,
 }
 
 impl Wrong {

@@ -203,10 +203,10 @@ impl TrackSettings {
 /// The sections of dataset.toml as written.
 #[derive(Default)]
 pub(crate) struct Sections {
-    pub video: VideoSection,
-    pub camera: CameraSection,
-    pub scale: ScaleSection,
-    pub tracks: TracksSection,
+    pub(crate) video: VideoSection,
+    pub(crate) camera: CameraSection,
+    pub(crate) scale: ScaleSection,
+    pub(crate) tracks: TracksSection,
 }
 
 /// Keys of the time that a picture takes from its first row to its last.

@@ -20,28 +20,28 @@ use crate::io::toml_file::Source;
 #[derive(Clone, Debug, PartialEq)]
 pub(crate) struct Survey {
     /// `long`, `tracker`, `kinovea`, `qualisys`, `json` or `columns`.
-    pub format: &'static str,
-    pub shots: usize,
+    pub(crate) format: &'static str,
+    pub(crate) shots: usize,
     /// Names of tracks in the order of appearance, and the part of the time at which each moves.
-    pub tracks: Vec<(String, f64)>,
+    pub(crate) tracks: Vec<(String, f64)>,
     /// Frames per second that the file itself states, as the camera's.
-    pub stated_fps: Option<f64>,
+    pub(crate) stated_fps: Option<f64>,
     /// Frames per second that the times follow, if they are in seconds.
-    pub times_fps: Option<f64>,
+    pub(crate) times_fps: Option<f64>,
     /// Unit of lengths that the file itself states, as dataset.toml names it.
-    pub unit: Option<&'static str>,
+    pub(crate) unit: Option<&'static str>,
     /// Whether the tracks are of discs: points keep their distances in two groups, or have angles.
-    pub are_discs: bool,
+    pub(crate) are_discs: bool,
     /// Settings of `[tracks]` without which the file cannot be read; perhaps empty.
     pub(in crate::io) guess: Guess,
     /// Cells and rows that cannot be read, as the loader reports them.
-    pub problems: Vec<String>,
+    pub(crate) problems: Vec<String>,
     /// The longer side of the box about all positions, in the unit of the file.
-    pub extent: f64,
+    pub(crate) extent: f64,
     /// First quartile, over the shots, of the least distance of the centres of two balls in a
     /// frame, in the unit of the file: frames may be wrong, and slow cameras miss the contact.
     /// `None` if a file holds one ball only.
-    pub closest: Option<f64>,
+    pub(crate) closest: Option<f64>,
 }
 
 /// Surveys a file. The columns are guessed by their names for a table in no known format, and for a

@@ -18,11 +18,11 @@ const MAX_VARYING: f64 = 0.3;
 /// The grid of frames behind the times of a shot.
 pub(super) struct Grid {
     /// Different times, ascending, in seconds of the file's own clock.
-    pub times: Vec<f64>,
+    pub(crate) times: Vec<f64>,
     /// Rounding of the times; 0 if they are exact.
-    pub resolution: f64,
+    pub(crate) resolution: f64,
     /// Time between neighbouring frames.
-    pub spacing: f64,
+    pub(crate) spacing: f64,
 }
 
 /// Converts the times of a shot's rows to seconds of the camera's clock and returns its frame rate.

@@ -57,9 +57,9 @@ pub(super) enum Kind {
 /// Columns that determine the middle of a box together with those of a corner.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct Rest {
-    pub columns: [usize; 2],
+    pub(crate) columns: [usize; 2],
     /// Whether they are width and height, and not the other corner.
-    pub is_size: bool,
+    pub(crate) is_size: bool,
 }
 
 impl Rest {
@@ -74,8 +74,8 @@ impl Rest {
 
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct Boxed {
-    pub corner: [usize; 2],
-    pub rest: Rest,
+    pub(crate) corner: [usize; 2],
+    pub(crate) rest: Rest,
 }
 
 fn has(list: &str, word: &str) -> bool {

@@ -45,52 +45,52 @@ pub(crate) enum Freedom {
 #[derive(Clone, Debug)]
 pub(crate) struct PointTrack {
     /// Which disc it is on.
-    pub disc: usize,
+    pub(crate) disc: usize,
     /// Places of its direction and of its distance from the centre among the own unknowns; `None` for
     /// the centre.
-    pub marker: Option<[usize; 2]>,
-    pub frames: Vec<Frame>,
+    pub(crate) marker: Option<[usize; 2]>,
+    pub(crate) frames: Vec<Frame>,
 }
 
 /// The frames of a shot.
 #[derive(Clone, Debug)]
 pub(crate) struct ShotFrames {
-    pub name: String,
-    pub tracks: Vec<PointTrack>,
+    pub(crate) name: String,
+    pub(crate) tracks: Vec<PointTrack>,
     /// Frames per second.
-    pub fps: f64,
+    pub(crate) fps: f64,
     /// Whether the rotation of each disc is seen.
-    pub turns: [bool; 2],
+    pub(crate) turns: [bool; 2],
     /// Whether both spins before the impact are known.
-    pub knows_slip: bool,
+    pub(crate) knows_slip: bool,
     /// The coordinate that never changes in a film of one dimension.
-    pub flat: Option<usize>,
+    pub(crate) flat: Option<usize>,
     /// How the discs stick together after the impact, if they do.
-    pub stuck: Option<Stuck>,
+    pub(crate) stuck: Option<Stuck>,
     /// Priors of own unknowns in every fit.
-    pub known: Vec<(usize, OwnPrior)>,
+    pub(crate) known: Vec<(usize, OwnPrior)>,
     /// Standard deviations that neighbouring frames show, m: of each disc of its centre and of its markers.
-    pub position_sd: [[f64; 2]; 2],
+    pub(crate) position_sd: [[f64; 2]; 2],
     /// Number of frames of each point on either side of the impact that are used at most.
-    pub reach: usize,
+    pub(crate) reach: usize,
     /// Number of frames on either side of the impact that may be neither before nor after it.
-    pub touching: usize,
+    pub(crate) touching: usize,
     /// Number of frames that were left out as wrong.
-    pub outliers: usize,
+    pub(crate) outliers: usize,
     /// Numbers of frames that were tried, with their misfit, the largest first; `None` if the last is chosen.
-    pub tried: Option<Vec<(usize, f64)>>,
+    pub(crate) tried: Option<Vec<(usize, f64)>>,
 }
 
 /// Frames of discs.
 #[derive(Clone)]
 pub(crate) struct DiscBlock {
-    pub shots: Arc<Vec<ShotFrames>>,
-    pub discs: Discs,
-    pub freedom: Freedom,
+    pub(crate) shots: Arc<Vec<ShotFrames>>,
+    pub(crate) discs: Discs,
+    pub(crate) freedom: Freedom,
     /// The noises of each shot one after the other.
-    pub noise: Vec<Noise>,
+    pub(crate) noise: Vec<Noise>,
     /// Spreads of each [`Component`].
-    pub spreads: Vec<Spread>,
+    pub(crate) spreads: Vec<Spread>,
 }
 
 /// Returns the place of the noise along x of the centre of a disc, or of its markers, among those of a shot.
@@ -105,14 +105,14 @@ impl ShotFrames {
     }
 
     /// Returns the place of the noise along x of the points that show the path of a disc.
-    pub fn noise_of_path(&self, disc: usize) -> usize {
+    pub(crate) fn noise_of_path(&self, disc: usize) -> usize {
         let mut tracks = self.tracks.iter().filter(|track| track.disc == disc);
         noise_of(disc, tracks.all(|track| track.marker.is_some()))
     }
 
     /// Uses the frames that are nearest to the impact, within reach of it, but for those in which the discs
     /// may still touch.
-    pub fn choose_frames(&mut self, instant: f64) {
+    pub(crate) fn choose_frames(&mut self, instant: f64) {
         let [from, to] = self.stuck.map_or([instant; 2], |stuck| stuck.settling);
         let (fps, touching, reach) = (self.fps, self.touching as f64, self.reach);
         let touches = |frame: &&mut Frame| (from - frame.time).max(frame.time - to) * fps < touching;
@@ -171,7 +171,13 @@ impl ShotFrames {
 
     /// Returns the used frames of each track, whitened with the noises of this shot; none if the unknowns
     /// describe no collision.
-    pub fn sights(&self, own: &Own, shared: &Shared, discs: &Discs, noise: &[Noise]) -> Vec<Vec<Sight<ROW>>> {
+    pub(crate) fn sights(
+        &self,
+        own: &Own,
+        shared: &Shared,
+        discs: &Discs,
+        noise: &[Noise],
+    ) -> Vec<Vec<Sight<ROW>>> {
         let Some(paths) = self.follow(own, shared, discs) else {
             return self.tracks.iter().map(|_| Vec::new()).collect();
         };
@@ -187,17 +193,17 @@ impl DiscBlock {
     }
 
     /// Returns the noises of shot `i`.
-    pub fn noise_of(&self, i: usize) -> &[Noise] {
+    pub(crate) fn noise_of(&self, i: usize) -> &[Noise] {
         &self.noise[NOISES * i..NOISES * (i + 1)]
     }
 
     /// Returns the used frames of each track of shot `i`, whitened; none if the discs do not approach.
-    pub fn sights(&self, i: usize, own: &Own, shared: &Shared) -> Vec<Vec<Sight<ROW>>> {
+    pub(crate) fn sights(&self, i: usize, own: &Own, shared: &Shared) -> Vec<Vec<Sight<ROW>>> {
         self.shots[i].sights(own, shared, &self.discs, self.noise_of(i))
     }
 
     /// Returns the sums of shot `i`, with what is known of its own unknowns.
-    pub fn contribute(&self, i: usize, own: &Own, shared: &Shared) -> Contribution {
+    pub(crate) fn contribute(&self, i: usize, own: &Own, shared: &Shared) -> Contribution {
         let (shot, count) = (&self.shots[i], own.len());
         let Some(paths) = shot.follow(own, shared, &self.discs) else {
             return Contribution::impossible(count, SHARED, self.noise.len());
@@ -227,7 +233,7 @@ impl DiscBlock {
     }
 
     /// Returns what is known of own unknowns of shot `i`.
-    pub fn own_priors(&self, i: usize) -> Vec<(usize, OwnPrior)> {
+    pub(crate) fn own_priors(&self, i: usize) -> Vec<(usize, OwnPrior)> {
         let known = &self.shots[i].known;
         let mut priors = known.clone();
         for (which, component) in Component::ALL.into_iter().enumerate() {
@@ -261,7 +267,7 @@ impl DiscBlock {
 
     /// Returns the own unknowns of shot `i` after a step with the e and J_t/J_n that derivatives predict:
     /// the law has corners, which else would throw the discs off their paths.
-    pub fn with_even_outcome(
+    pub(crate) fn with_even_outcome(
         &self,
         i: usize,
         (own, shared): (&Own, &Shared),
@@ -283,7 +289,7 @@ impl DiscBlock {
 
     /// Sets the offsets of shot `i` so that its discs part with this e and J_t/J_n, as far as they are
     /// unknowns.
-    pub fn set_outcome(&self, i: usize, own: &mut Own, shared: &Shared, [e, ratio]: [f64; 2]) {
+    pub(crate) fn set_outcome(&self, i: usize, own: &mut Own, shared: &Shared, [e, ratio]: [f64; 2]) {
         (own[own::RESTITUTION], own[own::RATIO]) = (0.0, 0.0);
         if self.shots[i].stuck.is_some() {
             return;

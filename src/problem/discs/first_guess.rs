@@ -57,7 +57,7 @@ impl Film<DiscBlock> {
     ///
     /// # Errors
     /// See [`FilmError`].
-    pub fn of_discs(dataset: &Dataset) -> Result<Self, FilmError> {
+    pub(crate) fn of_discs(dataset: &Dataset) -> Result<Self, FilmError> {
         let tracks = dataset.tracks.as_ref().filter(|tracks| !tracks.shots.is_empty());
         let tracks = tracks.ok_or(FilmError::NoFilm)?;
         let discs = tracks.discs.ok_or(FilmError::NoFilm)?;

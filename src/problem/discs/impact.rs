@@ -35,17 +35,17 @@ pub struct DiscImpact {
     /// Standard deviation of a coordinate of the disc that is followed worse, m.
     pub position_sd: f64,
     /// Variance of the frames about the paths over that of their noise before anything was fitted.
-    pub misfit: f64,
+    pub(crate) misfit: f64,
     /// Number of frames that were used: of the first disc before and after the impact, and of the
     /// second.
     pub frames: [usize; 4],
     /// Number of frames that were left out as wrong.
     pub outliers: usize,
     /// First and last instant that was used, s.
-    pub window: [f64; 2],
+    pub(crate) window: [f64; 2],
     /// Number of frames on either side of the impact in which the discs still touch; 0 if the frames next
     /// to it are on the paths.
-    pub touching: usize,
+    pub(crate) touching: usize,
     /// Radii of the discs; if they are not stated, half the distance of the centres at the impact, m.
     pub radii: [f64; 2],
     /// How the discs stick together after the impact, if they do.

@@ -45,23 +45,23 @@ const LEAST_SHOTS: usize = 6;
 
 /// The shots that the law is fitted to.
 pub(super) struct Shots<'a> {
-    pub policy: &'a Policy,
-    pub settings: Settings,
+    pub(crate) policy: &'a Policy,
+    pub(crate) settings: Settings,
     /// The problem without a law.
-    pub free: Reached,
-    pub impacts: &'a [DiscImpact],
+    pub(crate) free: Reached,
+    pub(crate) impacts: &'a [DiscImpact],
 }
 
 /// The likeliest fit, others that are nearly as likely, and what is to be said of the choice.
 pub(super) struct Chosen {
-    pub best: Reached,
-    pub rivals: Vec<Rival>,
-    pub finding: Option<Finding>,
+    pub(crate) best: Reached,
+    pub(crate) rivals: Vec<Rival>,
+    pub(crate) finding: Option<Finding>,
 }
 
 impl Shots<'_> {
     /// Fits a rigid contact and a compliant one, as far as they are possible, each from several starts.
-    pub fn choose_law(&self) -> Result<Chosen, FilmError> {
+    pub(crate) fn choose_law(&self) -> Result<Chosen, FilmError> {
         let stated = self.settings.compliance == Compliance::Stated;
         let shots = self.free.own().len();
         let is_auto = self.settings.compliance == Compliance::Auto && shots >= LEAST_SHOTS;
@@ -235,19 +235,19 @@ impl Solution {
 
 /// Another minimum that is nearly as likely.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Rival {
+pub(crate) struct Rival {
     /// Friction between the discs there.
-    pub mu: f64,
+    pub(crate) mu: f64,
     /// Tangential compliance there.
-    pub kappa: f64,
+    pub(crate) kappa: f64,
     /// Difference of −2 log L from that of the best minimum.
-    pub rise: f64,
+    pub(crate) rise: f64,
 }
 
 impl Rival {
     /// Returns whether it is as likely as the values of an interval of 95 %.
     #[must_use]
-    pub fn is_within_95(&self) -> bool {
+    pub(crate) fn is_within_95(&self) -> bool {
         self.rise < RISE_95
     }
 }

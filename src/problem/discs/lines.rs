@@ -51,8 +51,8 @@ fn median_slope(points: &[(f64, f64)]) -> f64 {
 #[derive(Clone, Copy, Default)]
 struct Line {
     /// At the instant that the line was asked for.
-    pub position: Point,
-    pub velocity: Point,
+    pub(crate) position: Point,
+    pub(crate) velocity: Point,
 }
 
 impl Line {
@@ -84,11 +84,11 @@ impl Line {
 /// A first guess of an impact.
 pub(super) struct Meeting {
     /// Instant, s.
-    pub time: f64,
+    pub(crate) time: f64,
     /// Places of the centres then, m.
-    pub places: [Point; 2],
+    pub(crate) places: [Point; 2],
     /// Velocities of each disc before and after, m/s.
-    pub velocities: [[Point; 2]; 2],
+    pub(crate) velocities: [[Point; 2]; 2],
 }
 
 impl Meeting {
@@ -182,11 +182,11 @@ fn crossing([first, second]: &[[Line; 2]; 2]) -> f64 {
 /// How a marker goes round its disc.
 pub(super) struct Turning {
     /// Angular velocities before and after the impact, rad/s.
-    pub rates: [f64; 2],
+    pub(crate) rates: [f64; 2],
     /// Direction from the centre at the impact, rad.
-    pub direction: f64,
+    pub(crate) direction: f64,
     /// Distance from the centre, m.
-    pub radius: f64,
+    pub(crate) radius: f64,
 }
 
 impl Turning {
@@ -222,11 +222,11 @@ pub struct Stuck {
     /// Number of frames after the impact in which they stay so.
     pub frames: usize,
     /// Whether these frames reach to the end of the tracks.
-    pub to_the_end: bool,
+    pub(crate) to_the_end: bool,
     /// Growth of that distance over the closing speed, which takes the place of e.
     pub restitution: Measured,
     /// Instants at which they touch and from which on they are one rigid body, s.
-    pub settling: [f64; 2],
+    pub(crate) settling: [f64; 2],
 }
 
 /// Part of the closing speed with which discs that stick may part, three standard errors included.

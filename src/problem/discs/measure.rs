@@ -42,10 +42,10 @@ const MAX_TOUCHING: usize = 6;
 
 /// A problem and where a descent ended.
 pub(super) struct Reached {
-    pub problem: Problem,
-    pub descent: Descent,
+    pub(crate) problem: Problem,
+    pub(crate) descent: Descent,
     /// −2 log L up to a constant, with the own unknowns integrated.
-    pub unlikely: f64,
+    pub(crate) unlikely: f64,
 }
 
 impl Reached {
@@ -58,7 +58,7 @@ impl Reached {
 
     /// Descends with the noise or spreads that residuals show, again from where a descent did not end at a
     /// minimum.
-    pub fn settle(mut problem: Problem, state: State) -> Result<Self, FilmError> {
+    pub(crate) fn settle(mut problem: Problem, state: State) -> Result<Self, FilmError> {
         let mut descent = descend_with_noise(&mut problem, state);
         for _ in 0..ROUNDS {
             if !descent.converged {
@@ -103,11 +103,11 @@ impl Reached {
 }
 
 /// Measurements of films of discs without a law of friction.
-pub struct MeasuredDiscs {
+pub(crate) struct MeasuredDiscs {
     /// The minimum: camera, decelerations, and the motion of the discs.
-    pub solution: Solution,
+    pub(crate) solution: Solution,
     /// The measurements of each shot.
-    pub impacts: Vec<DiscImpact>,
+    pub(crate) impacts: Vec<DiscImpact>,
 }
 
 /// Measures the shots of the films of a data set: e, J_t/J_n, spins and balance of momentum of each may
@@ -115,7 +115,7 @@ pub struct MeasuredDiscs {
 ///
 /// # Errors
 /// See [`FilmError`].
-pub fn measure_discs(dataset: &Dataset, policy: &Policy) -> Result<MeasuredDiscs, FilmError> {
+pub(crate) fn measure_discs(dataset: &Dataset, policy: &Policy) -> Result<MeasuredDiscs, FilmError> {
     let mut film = Film::of_discs(dataset)?;
     let mut measured = measure(&film, policy)?;
     measured.problem.discs_mut().ok_or(FilmError::NoFilm)?.freedom = Freedom::Everything;
@@ -206,7 +206,7 @@ impl DiscBlock {
     }
 
     /// Returns the variance of the frames of shot `i` about the paths over that of their noise.
-    pub fn misfit(&self, i: usize) -> f64 {
+    pub(crate) fn misfit(&self, i: usize) -> f64 {
         let shot = &self.shots[i];
         let first = [0, 1].map(|disc| shot.noise_of_path(disc));
         let all = first.into_iter().flat_map(|first| [first, first + 1]);
@@ -265,7 +265,7 @@ impl DiscBlock {
 
     /// Returns the number of frames on either side of the impact of shot `i` that are off the paths: 0 if
     /// those next to it were left out without need.
-    pub fn count_touching(&self, i: usize, state: &State, policy: &Policy) -> usize {
+    pub(crate) fn count_touching(&self, i: usize, state: &State, policy: &Policy) -> usize {
         let (shot, own) = (&self.shots[i], &state.own[0][i]);
         let mut next_to_it = shot.clone();
         (next_to_it.reach, next_to_it.touching) = (1, 0);

@@ -63,13 +63,13 @@ pub(super) type Piece = frames::Piece<COEFFICIENTS, INPUTS>;
 
 /// The motion of a shot: velocities and spins are those of each disc before and after the impact.
 pub(super) struct Paths {
-    pub pieces: [[Piece; 2]; 2],
-    pub time: Dual,
-    pub direction: Dual,
-    pub distance: Dual,
-    pub radii: [Dual; 2],
-    pub velocities: [[DualVector; 2]; 2],
-    pub spins: [[Dual; 2]; 2],
+    pub(crate) pieces: [[Piece; 2]; 2],
+    pub(crate) time: Dual,
+    pub(crate) direction: Dual,
+    pub(crate) distance: Dual,
+    pub(crate) radii: [Dual; 2],
+    pub(crate) velocities: [[DualVector; 2]; 2],
+    pub(crate) spins: [[Dual; 2]; 2],
 }
 
 /// Returns J_t/J_n on the second of two discs in contact, which close and slip with these speeds, and its

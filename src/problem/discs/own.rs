@@ -11,32 +11,32 @@ use crate::problem::sums::Spread;
 use crate::problem::unknowns::{Id, Mode, Unknown};
 
 /// Instant of the impact, s.
-pub const TIME: usize = 0;
+pub(crate) const TIME: usize = 0;
 /// Coordinates x and y of the first disc's centre then, m from the middle of the film.
 pub const X: usize = 1;
 /// Direction of the line of centres from the first disc to the second, rad.
-pub const DIRECTION: usize = 3;
+pub(crate) const DIRECTION: usize = 3;
 /// Distance of the centres less that of all shots, m.
-pub const DISTANCE: usize = 4;
+pub(crate) const DISTANCE: usize = 4;
 /// Velocities before the impact: x and y of the first disc, x and y of the second.
-pub const VELOCITY: usize = 5;
+pub(crate) const VELOCITY: usize = 5;
 /// Angular velocities of both discs before the impact.
-pub const SPIN: usize = 9;
+pub(crate) const SPIN: usize = 9;
 /// Offset of e from the law.
-pub const RESTITUTION: usize = 11;
+pub(crate) const RESTITUTION: usize = 11;
 /// Offset of J_t/J_n from the law.
-pub const RATIO: usize = 12;
+pub(crate) const RATIO: usize = 12;
 /// Momentum gained along and across the line of centres, over the normal impulse.
-pub const MOMENTUM: usize = 13;
+pub(crate) const MOMENTUM: usize = 13;
 /// J_t/J_n by the spin of each disc less that by the paths.
-pub const SPIN_RATIO: usize = 15;
+pub(crate) const SPIN_RATIO: usize = 15;
 /// Decelerations less that of all shots: the first disc before and after, the second likewise.
-pub const SLOWING: usize = 17;
+pub(crate) const SLOWING: usize = 17;
 /// Time by which friction acts earlier than the normal force, s.
-pub const LEAD: usize = 21;
+pub(crate) const LEAD: usize = 21;
 /// Number of own unknowns besides those of markers: direction and distance from the centre of each
 /// marker at the impact.
-pub const CORE: usize = 22;
+pub(crate) const CORE: usize = 22;
 
 /// How much the four decelerations of a single shot differ before the frames are seen, m/s². It counts as
 /// one shot.
@@ -62,7 +62,7 @@ pub(super) const LEAST_SHOTS: usize = 3;
 worded! {
     /// A quantity that differs from shot to shot beyond the noise of the frames.
     #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-    pub enum Component {
+    pub(crate) enum Component {
         /// e.
         Restitution = "e",
         /// J_t/J_n.

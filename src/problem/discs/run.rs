@@ -21,18 +21,18 @@ const NORMAL: f64 = 1e6;
 
 /// The fit of films of discs.
 #[derive(Clone)]
-pub struct DiscFit {
+pub(crate) struct DiscFit {
     /// The minimum. Its first sample is of the shots that determine the law.
-    pub solution: Solution,
+    pub(crate) solution: Solution,
     /// The measurements of each shot without a law.
-    pub impacts: Vec<DiscImpact>,
+    pub(crate) impacts: Vec<DiscImpact>,
     /// Standard deviation from shot to shot of each [`Component`], 0 where the frames do not show it.
-    pub scatter: [f64; Component::ALL.len()],
+    pub(crate) scatter: [f64; Component::ALL.len()],
     /// Other minima that are nearly as likely.
-    pub rivals: Vec<Rival>,
+    pub(crate) rivals: Vec<Rival>,
     /// Degrees of freedom of Student's t for intervals: scatter is known from these shots alone; of a
     /// single shot they are those of its frames.
-    pub dof: f64,
+    pub(crate) dof: f64,
 }
 
 impl DiscFit {
@@ -62,7 +62,7 @@ impl DiscFit {
 ///
 /// # Errors
 /// See [`FilmError`].
-pub fn fit_discs(dataset: &Dataset, policy: &Policy) -> Result<DiscFit, FilmError> {
+pub(crate) fn fit_discs(dataset: &Dataset, policy: &Policy) -> Result<DiscFit, FilmError> {
     let mut film = Film::of_discs(dataset)?;
     let free = measure(&film, policy)?;
     let impacts = free.impacts(&film, policy)?;

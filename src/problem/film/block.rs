@@ -31,11 +31,11 @@ const ROW: usize = COEFFICIENTS + CAMERA + 1;
 #[derive(Clone, Debug)]
 pub(crate) struct ShotFrames {
     /// The frames of the cue ball and of the object ball.
-    pub tracks: [Vec<Frame>; 2],
+    pub(crate) tracks: [Vec<Frame>; 2],
     /// Frames per second.
-    pub fps: f64,
+    pub(crate) fps: f64,
     /// Side spins of the balls just after the impact that markers show.
-    pub spins: Vec<MeasuredSpin>,
+    pub(crate) spins: Vec<MeasuredSpin>,
 }
 
 /// The side spin of a ball just after the impact. Spins about horizontal axes change unevenly: the cloth does
@@ -43,46 +43,52 @@ pub(crate) struct ShotFrames {
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct MeasuredSpin {
     /// 0 for the cue ball, 1 for the object ball.
-    pub ball: usize,
+    pub(crate) ball: usize,
     /// rad/s.
-    pub spin: f64,
+    pub(crate) spin: f64,
     /// Its standard error, rad/s.
-    pub sd: f64,
+    pub(crate) sd: f64,
 }
 
 /// The properties that the shots of a film share besides unknowns: the collision model, and the noise of
 /// each ball.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct World {
-    pub contact: Contact,
-    pub noise: [Noise; 2],
+    pub(crate) contact: Contact,
+    pub(crate) noise: [Noise; 2],
 }
 
 /// Frames of balls.
 #[derive(Clone)]
 pub(crate) struct FilmBlock {
-    pub shots: Arc<Vec<ShotFrames>>,
+    pub(crate) shots: Arc<Vec<ShotFrames>>,
     /// The spin of each shot.
-    pub spins: Vec<ShotSpin>,
+    pub(crate) spins: Vec<ShotSpin>,
     /// Spreads of topspin and side spin from shot to shot.
-    pub spreads: [Spread; 2],
-    pub world: World,
+    pub(crate) spreads: [Spread; 2],
+    pub(crate) world: World,
     /// Whether the noise of every frame is stated.
-    pub states_noise: bool,
+    pub(crate) states_noise: bool,
     /// The correction of the outcome of each shot by a finer model of the impact.
-    pub corrections: Vec<Correction>,
+    pub(crate) corrections: Vec<Correction>,
     /// How outlying shots count; `None`: by least squares.
-    pub loss: Option<ShotLoss>,
+    pub(crate) loss: Option<ShotLoss>,
 }
 
 impl FilmBlock {
     /// Returns the sums of shot `i`, with what is known of its spin.
-    pub fn contribute(&self, i: usize, own: &Own, shared: &Shared) -> Contribution {
+    pub(crate) fn contribute(&self, i: usize, own: &Own, shared: &Shared) -> Contribution {
         self.contribute_as(i, &self.spins[i], own, shared)
     }
 
     /// Returns the sums of shot `i` if its spin is `spin`.
-    pub fn contribute_as(&self, i: usize, spin: &ShotSpin, own: &Own, shared: &Shared) -> Contribution {
+    pub(crate) fn contribute_as(
+        &self,
+        i: usize,
+        spin: &ShotSpin,
+        own: &Own,
+        shared: &Shared,
+    ) -> Contribution {
         let mut sums = self.add_frames(i, spin, own, shared);
         spin.constrain(own, shared, &self.spreads, &mut sums);
         if let Some((loss, distance)) = self.loss.zip(distance(&sums)) {
@@ -150,7 +156,7 @@ impl FilmBlock {
 
     /// Returns where χ² of shot `i` is least over its own unknowns, if its spin is `spin`, and over some
     /// shared ones, which it sets, and the sums there.
-    pub fn settle(
+    pub(crate) fn settle(
         &self,
         i: usize,
         spin: &ShotSpin,
@@ -176,7 +182,7 @@ impl FilmBlock {
 
     /// Returns the distance of each shot from the law of the impact in standard deviations of its
     /// outcome, at sums by a robust loss.
-    pub fn distances(&self, shots: &[Contribution]) -> Vec<f64> {
+    pub(crate) fn distances(&self, shots: &[Contribution]) -> Vec<f64> {
         let Some(loss) = self.loss else { return Vec::new() };
         // the weighted sums have the weighted distance, which grows with the distance
         let of_shot = |sums: &Contribution| {
@@ -187,14 +193,14 @@ impl FilmBlock {
     }
 
     /// Raises the noise to what lines through the frames next to an impact miss the balls by.
-    pub fn coarsen(&mut self) {
+    pub(crate) fn coarsen(&mut self) {
         for noise in &mut self.world.noise {
             noise.sd = noise.sd.max(COARSE_SD);
         }
     }
 
     /// Returns the film with all balls of unknown spin sliding, if there are any.
-    pub fn all_sliding(&self) -> Option<Self> {
+    pub(crate) fn all_sliding(&self) -> Option<Self> {
         let mut sliding = self.clone();
         let unknown = sliding.spins.iter_mut().filter(|spin| spin.is_unknown());
         let count = unknown.map(|spin| *spin = ShotSpin::unknown_sliding()).count();
@@ -203,7 +209,7 @@ impl FilmBlock {
 
     /// Computes what the finer model of the impact adds to the outcome of each shot; nothing where it
     /// describes no collision.
-    pub fn correct(&mut self, own: &[Own], shared: &Shared) {
+    pub(crate) fn correct(&mut self, own: &[Own], shared: &Shared) {
         let contact = self.world.contact;
         let of_shot = |(own, spin): (&Own, &ShotSpin)| {
             let cue = cue_before(&spin.stated, shared, &own_inputs(own), &contact.object());
@@ -221,7 +227,7 @@ impl FilmBlock {
     }
 
     /// Counts the picture in another unit and from another middle: a place becomes `factor`·place + `by`.
-    pub fn move_picture(&mut self, factor: f64, by: Point) {
+    pub(crate) fn move_picture(&mut self, factor: f64, by: Point) {
         for shot in Arc::make_mut(&mut self.shots) {
             for frame in shot.tracks.iter_mut().flatten() {
                 frame.seen = frame.seen * factor + by;
@@ -322,7 +328,7 @@ struct Judged {
 impl FilmBlock {
     /// Chooses for every shot the likeliest of the states that it may be in given the shared
     /// unknowns; returns whether one has changed.
-    pub fn choose_states(&mut self, own: &mut [Own], shared: &Shared) -> bool {
+    pub(crate) fn choose_states(&mut self, own: &mut [Own], shared: &Shared) -> bool {
         let film = &*self;
         let judge = |(i, own): (usize, &Own)| {
             let candidates = film.spins[i].candidates();

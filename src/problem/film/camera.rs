@@ -28,14 +28,14 @@ pub(crate) type Point = Vector2<f64>;
 /// A ball in the picture.
 pub(crate) struct Seen {
     /// Place in the picture, m from its middle.
-    pub place: Point,
+    pub(crate) place: Point,
     /// Derivative by the place on the table.
-    pub by_place: Matrix2<f64>,
+    pub(crate) by_place: Matrix2<f64>,
     /// Derivative by the height above the table.
-    pub by_height: Point,
+    pub(crate) by_height: Point,
     /// Derivatives by the unknowns of the camera in their order; those by the shutter are
     /// 0, as they follow from the motion.
-    pub by_camera: [Point; CAMERA],
+    pub(crate) by_camera: [Point; CAMERA],
 }
 
 /// The map from table to picture: the unknowns from `Scale` to `Nearness`.
@@ -53,7 +53,7 @@ impl Camera {
     }
 
     /// Returns how much later than the frame a rolling shutter reads this place of the picture, s.
-    pub fn delay(&self, picture: Point) -> f64 {
+    pub(crate) fn delay(&self, picture: Point) -> f64 {
         let [.., x, y, _, _, _] = self.0;
         x * picture.x + y * picture.y
     }

@@ -45,12 +45,12 @@ const MAX_SUSPECTS: usize = 3;
 
 /// A fit of a problem that was changed.
 pub(crate) struct Refit {
-    pub problem: Problem,
-    pub descent: Descent,
+    pub(crate) problem: Problem,
+    pub(crate) descent: Descent,
     /// Decrease of −2 log L at the noise before.
-    pub fall: f64,
+    pub(crate) fall: f64,
     /// The finding about it.
-    pub finding: Option<Finding>,
+    pub(crate) finding: Option<Finding>,
 }
 
 impl Refit {

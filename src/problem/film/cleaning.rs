@@ -25,11 +25,11 @@ const AS_STATED: std::ops::Range<f64> = 0.7..1.5;
 
 /// The shots of a film with their faults repaired as far as single tracks show them.
 pub(super) struct Cleaned {
-    pub shots: Vec<TrackShot>,
+    pub(crate) shots: Vec<TrackShot>,
     /// Correlation of the noise of neighbouring frames.
-    pub rho: f64,
-    pub findings: Vec<Finding>,
-    pub left_out: Vec<(String, String)>,
+    pub(crate) rho: f64,
+    pub(crate) findings: Vec<Finding>,
+    pub(crate) left_out: Vec<(String, String)>,
 }
 
 impl Cleaned {

@@ -37,15 +37,15 @@ const LEAST_NOISE: f64 = 1e-7;
 
 /// How a film is modelled and fitted.
 #[derive(Clone, Copy, Debug)]
-pub struct Modelling {
+pub(crate) struct Modelling {
     /// The collision model.
-    pub model: Model,
+    pub(crate) model: Model,
     /// Settings of the contact's parameters.
-    pub settings: Settings,
+    pub(crate) settings: Settings,
     /// Whether effects beyond the model are adopted if the frames show them.
-    pub is_auto: bool,
+    pub(crate) is_auto: bool,
     /// How outlying shots count.
-    pub loss: Loss,
+    pub(crate) loss: Loss,
 }
 
 impl Modelling {
@@ -61,19 +61,19 @@ impl Modelling {
 /// A film of balls or of discs as a block, with its shared unknowns, first guesses, the names of its shots
 /// and what was found on the way.
 pub(crate) struct Film<B> {
-    pub block: B,
-    pub unknowns: Vec<Unknown>,
+    pub(crate) block: B,
+    pub(crate) unknowns: Vec<Unknown>,
     /// First guesses.
-    pub own: Vec<Own>,
+    pub(crate) own: Vec<Own>,
     /// Names of the shots of the block.
-    pub names: Vec<String>,
+    pub(crate) names: Vec<String>,
     /// Names and reasons of the others.
-    pub left_out: Vec<(String, String)>,
-    pub findings: Vec<Finding>,
+    pub(crate) left_out: Vec<(String, String)>,
+    pub(crate) findings: Vec<Finding>,
     /// Metres in a unit of length of the film.
-    pub unit: f64,
+    pub(crate) unit: f64,
     /// Middle of the impacts in the film, in its unit.
-    pub middle: Point,
+    pub(crate) middle: Point,
 }
 
 /// Why a film cannot be fitted.

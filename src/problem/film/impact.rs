@@ -42,30 +42,30 @@ impl Correction {
         Self { values: SVector::zeros(), by: SMatrix::zeros(), about: SVector::zeros() }
     }
 
-    pub fn is_zero(&self) -> bool {
+    pub(crate) fn is_zero(&self) -> bool {
         self.values.iter().all(|value| *value == 0.0)
     }
 }
 
 /// An outcome in the order of [`Outcome::components`], with its derivatives.
 pub(crate) struct Response {
-    pub after: SVector<f64, 12>,
-    pub by: SMatrix<f64, 12, { Input::COUNT }>,
+    pub(crate) after: SVector<f64, 12>,
+    pub(crate) by: SMatrix<f64, 12, { Input::COUNT }>,
     /// Whether the contact stuck.
-    pub sticks: bool,
+    pub(crate) sticks: bool,
 }
 
 /// A ball just before or after the impact, in the collision frame.
 #[derive(Clone, Copy)]
 pub(crate) struct Side {
     /// m/s
-    pub velocity: DualVector,
+    pub(crate) velocity: DualVector,
     /// Upward velocity, m/s.
-    pub rise: Dual,
+    pub(crate) rise: Dual,
     /// Angular velocity times the radius, m/s.
-    pub spin: [Dual; 3],
+    pub(crate) spin: [Dual; 3],
     /// Moment of inertia over MR².
-    pub inertia: f64,
+    pub(crate) inertia: f64,
 }
 
 impl Side {
@@ -155,7 +155,7 @@ impl Contact {
     }
 
     /// Returns the same model whose shots add the difference of the contact with gravity and the cloth.
-    pub fn with_weight(&self) -> Self {
+    pub(crate) fn with_weight(&self) -> Self {
         let falling_friction = self.model.effects.falling_friction;
         let effects = Effects { compliance: self.is_compliant(), falling_friction, ..Effects::ALL };
         let tolerance = Model::TOLERANCE_OF_FITS;
@@ -164,11 +164,11 @@ impl Contact {
     }
 
     /// Returns whether shots add the difference of a finer model.
-    pub fn is_corrected(&self) -> bool {
+    pub(crate) fn is_corrected(&self) -> bool {
         self.fine.is_some()
     }
 
-    pub fn is_compliant(&self) -> bool {
+    pub(crate) fn is_compliant(&self) -> bool {
         self.model.is_compliant()
     }
 
@@ -195,7 +195,7 @@ impl Contact {
     }
 
     /// Returns by how much the outcome of the finer model differs for a cue ball in this state; 0 without one.
-    pub fn correct(&self, before: &BallState, shared: &Shared) -> Result<Correction, NotACollision> {
+    pub(crate) fn correct(&self, before: &BallState, shared: &Shared) -> Result<Correction, NotACollision> {
         let Some(fine) = self.fine else { return Ok(Correction::zeros()) };
         let (model, fine) = (self.at(self.model, shared), self.at(fine, shared));
         let coefficients = coefficients(shared);
@@ -211,7 +211,7 @@ impl Contact {
     }
 
     /// Returns the outcome for a cue ball in this state, with its derivatives by the inputs.
-    pub fn respond(
+    pub(crate) fn respond(
         &self,
         before: &BallState,
         shared: &Shared,

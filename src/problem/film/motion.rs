@@ -38,11 +38,11 @@ pub(crate) enum Approach {
 /// Spin of the cue ball before the impact as far as it is stated.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct StatedSpin {
-    pub approach: Approach,
+    pub(crate) approach: Approach,
     /// Shared unknown that the topspin is counted from.
-    pub mean: Option<Id>,
+    pub(crate) mean: Option<Id>,
     /// Measured spin in the table frame, rad/s.
-    pub measured: Option<Vec3>,
+    pub(crate) measured: Option<Vec3>,
 }
 
 /// A part of a ball's path, in time since the first guess of the impact: x, y and height, quadratic in time
@@ -193,11 +193,11 @@ impl Cloth {
 
 /// A shot at its impact: its own unknowns with derivatives, and both balls in the collision frame.
 pub(super) struct Struck {
-    pub inputs: [Dual; OWN],
-    pub before: Side,
+    pub(crate) inputs: [Dual; OWN],
+    pub(crate) before: Side,
     /// Cue ball and object ball.
-    pub after: [Side; 2],
-    pub sticks: bool,
+    pub(crate) after: [Side; 2],
+    pub(crate) sticks: bool,
     sin: Dual,
     cos: Dual,
 }

@@ -5,17 +5,17 @@
 pub(crate) const OWN: usize = 8;
 
 /// Instant of the impact, s.
-pub const TIME: usize = 0;
+pub(crate) const TIME: usize = 0;
 /// Coordinates x and y of the object ball at rest, m.
 pub const X: usize = 1;
-pub const Y: usize = 2;
+pub(crate) const Y: usize = 2;
 /// Direction of the line of centres on the table, rad.
-pub const DIRECTION: usize = 3;
+pub(crate) const DIRECTION: usize = 3;
 /// Velocity of the cue ball along the line of centres.
-pub const ALONG: usize = 4;
+pub(crate) const ALONG: usize = 4;
 /// Velocity of the cue ball across the line of centres.
-pub const ACROSS: usize = 5;
+pub(crate) const ACROSS: usize = 5;
 /// Topspin over that of natural roll, less what shots of this kind share.
-pub const TOPSPIN: usize = 6;
+pub(crate) const TOPSPIN: usize = 6;
 /// Side spin Rω_z/U.
-pub const SIDE: usize = 7;
+pub(crate) const SIDE: usize = 7;

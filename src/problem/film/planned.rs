@@ -20,21 +20,21 @@ use crate::problem::unknowns::{Id, Own, Shared, Unknown};
 
 /// A shot that is planned, in the frame of the table.
 #[derive(Clone, Copy, Debug)]
-pub struct PlannedShot {
+pub(crate) struct PlannedShot {
     /// Velocity of the cue ball along and across the line of centres, m/s.
-    pub velocity: [f64; 2],
+    pub(crate) velocity: [f64; 2],
     /// Direction of the line of centres, rad.
-    pub direction: f64,
+    pub(crate) direction: f64,
     /// Place of the object ball, m from the middle of the film.
-    pub place: [f64; 2],
+    pub(crate) place: [f64; 2],
     /// Instant of the impact, s.
-    pub instant: f64,
+    pub(crate) instant: f64,
     /// Topspin over natural roll.
-    pub topspin: f64,
+    pub(crate) topspin: f64,
     /// The spin, as far as it is known.
-    pub spin: Spin,
+    pub(crate) spin: Spin,
     /// Standard errors of the side spins of both balls after the impact, rad/s, if markers show them.
-    pub after_sd: Option<[f64; 2]>,
+    pub(crate) after_sd: Option<[f64; 2]>,
 }
 
 /// Steps towards a spread, as many as fits take at most.
@@ -46,17 +46,17 @@ const BESIDE: f64 = 1e-10;
 
 /// How many shots are planned, and how they are filmed.
 #[derive(Clone, Copy, Debug)]
-pub struct Filming {
+pub(crate) struct Filming {
     /// Number of shots, which have the spreads of spins in common.
-    pub shots: usize,
+    pub(crate) shots: usize,
     /// Standard deviation of their topspin over natural roll.
-    pub topspin_sd: f64,
+    pub(crate) topspin_sd: f64,
     /// Frames per second.
-    pub fps: f64,
+    pub(crate) fps: f64,
     /// Number of frames.
-    pub frames: usize,
+    pub(crate) frames: usize,
     /// Standard deviation of a coordinate, m.
-    pub sd: f64,
+    pub(crate) sd: f64,
 }
 
 /// The unknowns of a film that is planned: of balls as a data set states them, with these spins.

@@ -8,13 +8,13 @@ use crate::problem::frames::Frame;
 /// How the positions of a shot are read.
 pub(crate) struct Reading {
     /// Middle of the film, in its unit.
-    pub middle: Point,
+    pub(crate) middle: Point,
     /// Metres in a unit of length of the film.
-    pub unit: f64,
+    pub(crate) unit: f64,
     /// Whether the noise of every frame is stated, so that it counts in metres.
-    pub states_noise: bool,
+    pub(crate) states_noise: bool,
     /// Whether a ball that repeats its place may be held there by a program.
-    pub may_be_held: bool,
+    pub(crate) may_be_held: bool,
 }
 
 impl Reading {

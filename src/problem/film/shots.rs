@@ -42,7 +42,7 @@ pub struct Impact {
     pub shot: Shot,
     /// Variance that its numbers have of what all shots share, friction and rolling resistance of the
     /// cloth, over their own: the mean of direction and velocities.
-    pub shared_part: f64,
+    pub(crate) shared_part: f64,
     /// Instant of the impact, s.
     pub time: f64,
     /// Standard deviation of a coordinate of the object ball, m.
@@ -58,7 +58,7 @@ pub struct Impact {
     /// of the film.
     pub seen: [Vec<(f64, [f64; 2])>; 2],
     /// Paths of the balls through the picture.
-    pub paths: PicturePaths,
+    pub(crate) paths: PicturePaths,
 }
 
 impl Impact {
@@ -74,19 +74,19 @@ impl Impact {
 
 /// One ball in one frame against the fit.
 #[derive(Clone, Copy, Debug)]
-pub struct FittedFrame {
+pub(crate) struct FittedFrame {
     /// The ball.
-    pub ball: TrackedBall,
+    pub(crate) ball: TrackedBall,
     /// s
-    pub time: f64,
+    pub(crate) time: f64,
     /// Place in the picture, m from the middle of the film.
-    pub seen: [f64; 2],
+    pub(crate) seen: [f64; 2],
     /// Place by the fit, m from the middle of the film.
-    pub predicted: [f64; 2],
+    pub(crate) predicted: [f64; 2],
     /// Standard deviations of both coordinates, m.
-    pub sd: [f64; 2],
+    pub(crate) sd: [f64; 2],
     /// Whether the frame is used.
-    pub used: bool,
+    pub(crate) used: bool,
 }
 
 impl FittedFrame {
@@ -126,8 +126,6 @@ impl FilmBlock {
 /// How a cue ball meets an object ball.
 #[derive(Clone, Copy, Debug)]
 pub struct Motion {
-    /// Instant of the impact, s.
-    pub instant: f64,
     /// Cut angle, rad: positive if the cue ball moves towards +y of the collision frame.
     pub cut: f64,
     /// Speed of the cue ball before the impact, m/s.
@@ -168,7 +166,7 @@ impl Solution {
 
     /// Returns the frames of shot `i` of a film against the fit.
     #[must_use]
-    pub fn fitted_frames(&self, i: usize) -> Vec<FittedFrame> {
+    pub(crate) fn fitted_frames(&self, i: usize) -> Vec<FittedFrame> {
         let shot = self.film_shot(i);
         shot.map_or_else(Vec::new, |FilmShot { film, own, shared, .. }| film.fitted_frames(i, own, &shared))
     }
@@ -186,7 +184,6 @@ impl Solution {
         let [cue, object] = film.struck(i, spin, own, &shared).ok()?.after;
         let [along, across] = [own[own::ALONG], own[own::ACROSS]];
         Some(Motion {
-            instant: own[own::TIME],
             cut: across.atan2(along),
             speed: along.hypot(across),
             direction: own[own::DIRECTION],
@@ -198,7 +195,7 @@ impl Solution {
     /// Returns the own unknowns of shot `i` of a film in the frame of the table, from `origin` (m); their
     /// errors include those of what all shots share.
     #[must_use]
-    pub fn own_estimates(&self, i: usize, origin: [f64; 2]) -> Vec<OwnEstimate> {
+    pub(crate) fn own_estimates(&self, i: usize, origin: [f64; 2]) -> Vec<OwnEstimate> {
         self.try_own_estimates(i, origin).unwrap_or_default()
     }
 

@@ -41,13 +41,13 @@ pub(super) const LEAST_SPREAD: f64 = 0.004;
 /// The spin of one shot.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct ShotSpin {
-    pub stated: StatedSpin,
-    pub topspin: OwnPrior,
-    pub side: OwnPrior,
+    pub(crate) stated: StatedSpin,
+    pub(crate) topspin: OwnPrior,
+    pub(crate) side: OwnPrior,
     /// Bounds of the topspin, over natural roll.
-    pub bounds: [f64; 2],
+    pub(crate) bounds: [f64; 2],
     /// States that the shot may be in.
-    pub states: States,
+    pub(crate) states: States,
 }
 
 /// States that a shot may be in, within each of which χ² is smooth.
@@ -85,12 +85,12 @@ impl ShotSpin {
         Self { states: States::All, ..Self::rolls() }
     }
 
-    pub fn is_unknown(&self) -> bool {
+    pub(crate) fn is_unknown(&self) -> bool {
         self.states == States::All
     }
 
     /// A ball of unknown spin that slides with less topspin than natural roll.
-    pub fn unknown_sliding() -> Self {
+    pub(crate) fn unknown_sliding() -> Self {
         Self { bounds: [-MAX_TOPSPIN, 1.0], states: States::All, ..Self::slides() }
     }
 
@@ -127,7 +127,7 @@ impl ShotSpin {
     }
 
     /// Returns the states that the shot may be in.
-    pub fn candidates(&self) -> Vec<Self> {
+    pub(crate) fn candidates(&self) -> Vec<Self> {
         let slides = |bounds| Self { bounds, states: self.states, ..Self::slides() };
         match self.states {
             States::One => vec![*self],
@@ -138,11 +138,11 @@ impl ShotSpin {
         }
     }
 
-    pub fn rolls_now(&self) -> bool {
+    pub(crate) fn rolls_now(&self) -> bool {
         self.stated.approach == Approach::Rolls
     }
 
-    pub fn is_same_state(&self, other: &Self) -> bool {
+    pub(crate) fn is_same_state(&self, other: &Self) -> bool {
         self.bounds == other.bounds && self.stated.approach == other.stated.approach
     }
 
@@ -152,7 +152,7 @@ impl ShotSpin {
     }
 
     /// Returns the topspin of a shot over natural roll; 1 for a ball that rolls.
-    pub fn topspin_of(&self, own: &Own, shared: &Shared) -> f64 {
+    pub(crate) fn topspin_of(&self, own: &Own, shared: &Shared) -> f64 {
         if self.rolls_now() { 1.0 } else { self.mean(shared) + own[own::TOPSPIN] }
     }
 
@@ -172,7 +172,13 @@ impl ShotSpin {
 
     /// Adds what is known to a shot's sums, and marks own unknowns that are held: for good, or at a
     /// bound that they press against.
-    pub fn constrain(&self, values: &Own, shared: &Shared, spreads: &[Spread; 2], sums: &mut Contribution) {
+    pub(crate) fn constrain(
+        &self,
+        values: &Own,
+        shared: &Shared,
+        spreads: &[Spread; 2],
+        sums: &mut Contribution,
+    ) {
         for (place, prior) in self.priors() {
             sums.add_prior(place, prior.normal(spreads), values[place]);
         }

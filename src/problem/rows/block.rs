@@ -20,11 +20,11 @@ const SHOT_STALL: f64 = 1e-6;
 /// Observables whose numbers have noise of one size.
 #[derive(Clone, Debug)]
 pub(crate) struct Pool {
-    pub observables: Vec<Observable>,
+    pub(crate) observables: Vec<Observable>,
     /// Noise of the rounding of the columns, SI or radians; 0 if they are not rounded.
-    pub rounding: f64,
+    pub(crate) rounding: f64,
     /// Size so small that residuals vanish.
-    pub exact: f64,
+    pub(crate) exact: f64,
 }
 
 impl Pool {
@@ -37,23 +37,23 @@ impl Pool {
 /// Shots of a table.
 #[derive(Clone)]
 pub(crate) struct RowsBlock {
-    pub shots: Arc<Vec<RowShot>>,
-    pub contact: Contact,
+    pub(crate) shots: Arc<Vec<RowShot>>,
+    pub(crate) contact: Contact,
     /// Number of shared unknowns that normal equations hold: the last that is not held, and those before it.
     width: usize,
     /// Noises of numbers whose errors are not stated: of each pool.
-    pub noises: Vec<Noise>,
+    pub(crate) noises: Vec<Noise>,
     /// The observables of a unit, unless their noises differ.
-    pub pools: Vec<Pool>,
-    pub loss: Loss,
+    pub(crate) pools: Vec<Pool>,
+    pub(crate) loss: Loss,
     /// The losses of shots of 0, 1, 2, … numbers.
-    pub losses: Vec<ShotLoss>,
+    pub(crate) losses: Vec<ShotLoss>,
 }
 
 impl RowsBlock {
     /// Values of μ that descents start from: a contact that sticks does not depend on μ, so that thick
     /// shots of slippery balls have minima between small values.
-    pub const GRID: [f64; 9] = [0.002, 0.005, 0.01, 0.02, 0.04, 0.08, 0.15, 0.25, 0.4];
+    pub(crate) const GRID: [f64; 9] = [0.002, 0.005, 0.01, 0.02, 0.04, 0.08, 0.15, 0.25, 0.4];
 
     /// Returns a block of shots by least squares, without noises.
     pub fn new(shots: Vec<RowShot>, contact: &Contact, unknowns: &[Unknown]) -> Self {
@@ -70,13 +70,13 @@ impl RowsBlock {
     }
 
     /// Returns the same shots with the effects that the unknowns of the sample have.
-    pub fn with_unknowns(self, unknowns: &[Unknown]) -> Self {
+    pub(crate) fn with_unknowns(self, unknowns: &[Unknown]) -> Self {
         let last = unknowns[..PHYSICS].iter().rposition(|unknown| unknown.mode != Mode::Fixed);
         Self { contact: self.contact.with(unknowns), width: last.map_or(0, |last| last + 1), ..self }
     }
 
     /// Returns the same shots with a loss.
-    pub fn with_loss(mut self, loss: Loss) -> Self {
+    pub(crate) fn with_loss(mut self, loss: Loss) -> Self {
         let most = self.shots.iter().map(|shot| shot.rows.len()).max().unwrap_or(0);
         self.losses = (0..=most).map(|numbers| ShotLoss::new(loss, numbers)).collect();
         self.loss = loss;
@@ -127,7 +127,7 @@ impl RowsBlock {
     }
 
     /// Returns the sums of shot `i`.
-    pub fn contribute(&self, i: usize, own: &Own, shared: &Shared) -> Contribution {
+    pub(crate) fn contribute(&self, i: usize, own: &Own, shared: &Shared) -> Contribution {
         let Some(predicted) = self.predict(i, own, shared) else {
             return Contribution::impossible(OWN, self.width, self.noises.len());
         };
@@ -174,7 +174,7 @@ impl RowsBlock {
 
     /// Returns the own unknowns of shot `i` that fit best near `start` if its speed is not measured: a speed
     /// afterwards determines it too well for linear steps. Those of other shots stay.
-    pub fn settle(&self, i: usize, start: Own, shared: &Shared) -> Own {
+    pub(crate) fn settle(&self, i: usize, start: Own, shared: &Shared) -> Own {
         if self.shots[i].own_unknowns_without_prior() == 0 {
             return start;
         }

@@ -7,13 +7,13 @@ use crate::problem::unknowns::Id;
 
 /// Choices of the fit of a table that its data set does not state.
 #[derive(Clone, Copy, Debug, Default)]
-pub struct RowsChoices {
+pub(crate) struct RowsChoices {
     /// How closely collisions are computed.
-    pub fidelity: FidelityChoice,
+    pub(crate) fidelity: FidelityChoice,
     /// How outlying shots count; `None`: as the data set states.
-    pub loss: Option<Loss>,
+    pub(crate) loss: Option<Loss>,
     /// Whether intervals of profiles are left out.
-    pub without_profiles: bool,
+    pub(crate) without_profiles: bool,
 }
 
 /// Why a table cannot be fitted.

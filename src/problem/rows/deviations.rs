@@ -13,24 +13,24 @@ use crate::problem::unknowns::{Own, PHYSICS, Shared};
 /// Numbers of one shot less their prediction from its measured inputs.
 pub(crate) struct Deviations {
     /// The observables.
-    pub observables: Vec<Observable>,
+    pub(crate) observables: Vec<Observable>,
     /// Measured numbers, SI and radians.
-    pub measured: Vec<f64>,
+    pub(crate) measured: Vec<f64>,
     /// Measured less predicted.
-    pub values: DVector<f64>,
+    pub(crate) values: DVector<f64>,
     /// Covariance of `values`, errors of the inputs included.
-    pub covariance: DMatrix<f64>,
+    pub(crate) covariance: DMatrix<f64>,
     /// Derivatives of the prediction by the unknowns, of a table those that move the balls, in the order of
     /// [`Id`].
-    pub by: DMatrix<f64>,
+    pub(crate) by: DMatrix<f64>,
     /// Direction of the line of centres: cosine and sine.
-    pub normal: [f64; 2],
+    pub(crate) normal: [f64; 2],
     /// Cut angle, rad.
-    pub cut: f64,
+    pub(crate) cut: f64,
     /// Speed of the cue ball before the impact, m/s; `None` if it is not known.
-    pub speed: Option<f64>,
+    pub(crate) speed: Option<f64>,
     /// Topspin and side spin of the cue ball before the impact over those of natural roll; NaN if not known.
-    pub spins: [f64; 2],
+    pub(crate) spins: [f64; 2],
 }
 
 impl Solution {

@@ -8,7 +8,7 @@ use crate::problem::unknowns::PHYSICS;
 
 impl RowsBlock {
     /// Returns the part of each noise that its numbers spend on unknowns: the sum of their leverages.
-    pub fn leverages(
+    pub(crate) fn leverages(
         &self,
         sample: &Sample,
         state: &State,

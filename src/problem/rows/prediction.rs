@@ -35,15 +35,15 @@ type Seen = DualSVec64<SEEN>;
 /// The cue ball before the impact in the collision frame, and where that is on the table.
 pub(super) struct Approach {
     /// m/s
-    pub velocity: [Seen; 2],
+    pub(crate) velocity: [Seen; 2],
     /// Rω, m/s.
-    pub spin: [Seen; 3],
+    pub(crate) spin: [Seen; 3],
     /// Direction of the line of centres on the table; (1, 0) of angles.
-    pub cos: Seen,
-    pub sin: Seen,
+    pub(crate) cos: Seen,
+    pub(crate) sin: Seen,
     /// Cut angle, rad, and speed, m/s.
-    pub cut: Seen,
-    pub speed: Seen,
+    pub(crate) cut: Seen,
+    pub(crate) speed: Seen,
 }
 
 impl Approach {
@@ -159,14 +159,14 @@ fn turn(angle: Seen) -> Seen {
 /// A predicted number less the measured one, with its derivatives.
 #[derive(Clone, Copy)]
 pub(crate) struct Residual {
-    pub value: f64,
-    pub by: Gradient,
+    pub(crate) value: f64,
+    pub(crate) by: Gradient,
 }
 
 /// Residuals of a shot.
 pub(crate) struct Residuals {
-    pub rows: Vec<Residual>,
-    pub sticks: bool,
+    pub(crate) rows: Vec<Residual>,
+    pub(crate) sticks: bool,
     pub(super) approach: Approach,
 }
 

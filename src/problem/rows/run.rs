@@ -48,38 +48,38 @@ const VANISHES: f64 = 1.0 + 1e-6;
 
 /// Noise of the numbers of a table whose errors are not stated.
 #[derive(Clone, Debug)]
-pub struct TableNoise {
+pub(crate) struct TableNoise {
     /// The observables that have it.
-    pub observables: Vec<Observable>,
+    pub(crate) observables: Vec<Observable>,
     /// Standard deviation, SI or radians.
-    pub sd: f64,
+    pub(crate) sd: f64,
     /// Standard deviation of the rounding of the columns, which is the least that `sd` can be.
-    pub rounding: f64,
+    pub(crate) rounding: f64,
     /// Sum of their squared residuals over the variance.
-    pub square: f64,
+    pub(crate) square: f64,
     /// Numbers less what they spend on unknowns.
-    pub dof: f64,
+    pub(crate) dof: f64,
     /// Whether residuals or a rounding show its size.
-    pub is_known: bool,
+    pub(crate) is_known: bool,
 }
 
 /// The fit of a table.
-pub struct RowsFit {
+pub(crate) struct RowsFit {
     /// The minimum.
-    pub solution: Solution,
+    pub(crate) solution: Solution,
     /// Estimates of the parameters.
-    pub estimates: Vec<ParameterEstimate>,
+    pub(crate) estimates: Vec<ParameterEstimate>,
     /// Noises that were estimated.
-    pub noises: Vec<TableNoise>,
+    pub(crate) noises: Vec<TableNoise>,
     /// Degrees of freedom of Student's t; `None` if all errors are stated.
-    pub dof: Option<f64>,
+    pub(crate) dof: Option<f64>,
     /// Covariance with unknowns at bounds taken for free.
     pub(crate) as_free: Estimates,
 }
 
 impl RowsFit {
     /// Returns whether the noise is stated or could be estimated.
-    pub fn knows_noise(&self) -> bool {
+    pub(crate) fn knows_noise(&self) -> bool {
         self.noises.iter().all(|noise| noise.is_known)
     }
 }
@@ -88,7 +88,7 @@ impl RowsFit {
 ///
 /// # Errors
 /// See [`RowsError`].
-pub fn fit_rows(
+pub(crate) fn fit_rows(
     dataset: &Dataset,
     shots: &[&Shot],
     choices: &RowsChoices,

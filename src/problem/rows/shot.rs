@@ -40,12 +40,12 @@ const SPEEDS: [Observable; 4] = [
 /// A number after the impact.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Row {
-    pub observable: Observable,
-    pub value: f64,
+    pub(crate) observable: Observable,
+    pub(crate) value: f64,
     /// Index of its noise among those of the block; `None` if its error is stated.
-    pub noise: Option<usize>,
+    pub(crate) noise: Option<usize>,
     /// Stated standard deviation; 1 if it is not stated.
-    pub sd: f64,
+    pub(crate) sd: f64,
 }
 
 /// A shot of a table. Its own unknowns are the errors of its inputs in units of their standard
@@ -59,9 +59,9 @@ pub(crate) struct RowShot {
     /// Standard deviations of the inputs; of a speed that is not known, its first guess.
     pub(super) sds: SVector<f64, OWN>,
     /// Prior of each own unknown; `None` of an unknown speed that a speed afterwards determines.
-    pub priors: [Option<OwnPrior>; OWN],
+    pub(crate) priors: [Option<OwnPrior>; OWN],
     /// Whether the speed before the impact is measured or follows from a speed afterwards.
-    pub knows_speed: bool,
+    pub(crate) knows_speed: bool,
     /// Radius of the cue ball, m.
     pub(super) radius: f64,
     /// Moment of inertia of the balls over MR².
@@ -70,9 +70,9 @@ pub(crate) struct RowShot {
     pub(super) roll: f64,
     /// Sign of the measured cut angle, from which angles are counted.
     pub(super) side: f64,
-    pub rows: Vec<Row>,
+    pub(crate) rows: Vec<Row>,
     /// Held outcome offset.
-    pub offset: Correction,
+    pub(crate) offset: Correction,
 }
 
 impl RowShot {
@@ -115,12 +115,12 @@ impl RowShot {
     }
 
     /// Returns what is known of the own unknowns, each with its place.
-    pub fn own_priors(&self) -> Vec<(usize, OwnPrior)> {
+    pub(crate) fn own_priors(&self) -> Vec<(usize, OwnPrior)> {
         self.priors.iter().enumerate().filter_map(|(place, prior)| Some((place, (*prior)?))).collect()
     }
 
     /// Returns the number of own unknowns of which nothing is known.
-    pub fn own_unknowns_without_prior(&self) -> usize {
+    pub(crate) fn own_unknowns_without_prior(&self) -> usize {
         self.priors.iter().filter(|prior| prior.is_none()).count()
     }
 

@@ -41,14 +41,14 @@ const MIN_DOF_OF_BARTLETT: f64 = 3.0;
 
 /// A table as a problem.
 pub(crate) struct Table {
-    pub problem: Problem,
+    pub(crate) problem: Problem,
     /// Names of the shots that are fitted.
-    pub names: Vec<String>,
+    pub(crate) names: Vec<String>,
     /// Names and reasons of the others.
-    pub left_out: Vec<(String, String)>,
-    pub settings: Settings,
+    pub(crate) left_out: Vec<(String, String)>,
+    pub(crate) settings: Settings,
     /// Unknowns that no number depends on.
-    pub silent: Vec<Id>,
+    pub(crate) silent: Vec<Id>,
 }
 
 impl Table {
@@ -178,7 +178,7 @@ impl Table {
 
     /// Gives the observables of a unit noises of their own if their variances differ by more than by
     /// chance; returns whether one has changed.
-    pub fn split_noise(&mut self, at: &Evaluation, policy: &Policy) -> bool {
+    pub(crate) fn split_noise(&mut self, at: &Evaluation, policy: &Policy) -> bool {
         let Some(rows) = self.problem.rows() else { return false };
         let pools: Vec<(Pool, f64)> =
             rows.pools.iter().zip(&rows.noises).map(|(pool, noise)| (pool.clone(), noise.sd)).collect();
@@ -214,7 +214,7 @@ impl Table {
     }
 
     /// Leaves out the shots for which `keep` is false; returns their names.
-    pub fn leave_out(&mut self, keep: &[bool]) -> Vec<String> {
+    pub(crate) fn leave_out(&mut self, keep: &[bool]) -> Vec<String> {
         let mut state = self.start();
         self.problem.retain(0, &mut state, keep);
         let all = std::mem::take(&mut self.names).into_iter().zip(keep);

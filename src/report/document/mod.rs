@@ -1,7 +1,7 @@
 //! The documents that programs read: each is one struct, which is written, read back and described by its JSON Schema.
 //!
 //! Numbers are SI and radians, except where a unit stands beside them or in the key; `null` stands for what is not known. Keys may be
-//! added; none is renamed or dropped while [`FORMAT_VERSION`] stays.
+//! added; none is renamed or dropped while `FORMAT_VERSION` stays.
 
 mod compare;
 mod design;
@@ -59,7 +59,7 @@ use document;
 /// A value for each of several names, in their order.
 pub(crate) type ByName<T> = indexmap::IndexMap<String, T>;
 
-/// Returns a document as text, with a newline at its end and numbers rounded to [`DIGITS`]. Numbers that are not finite become `null`.
+/// Returns a document as text, with a newline at its end and numbers rounded to `DIGITS`. Numbers that are not finite become `null`.
 ///
 /// # Errors
 /// The document cannot be serialized.
