@@ -63,7 +63,9 @@ pub(crate) use offsets::ShiftScore;
 pub(crate) use offsets::{Offsets, Slope};
 pub(crate) use policy::Policy;
 pub(crate) use rows::choices::RowsChoices;
-pub use rows::choices::{RowsError, Unpredictable};
+pub use rows::choices::RowsError;
+#[cfg(feature = "io")]
+pub use rows::choices::Unpredictable;
 pub(crate) use rows::deviations::Deviations;
 pub use rows::prediction::predict;
 pub(crate) use rows::run::{RowsFit, TableNoise, fit_rows};

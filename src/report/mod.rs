@@ -18,12 +18,14 @@ pub(crate) mod write;
 
 use std::path::Path;
 
+#[cfg(feature = "cli")]
 pub(crate) use write::fit_folder;
 pub use write::{folder_name, group_folders, write};
 
 use document::Body;
 
 use crate::fit::Fit;
+#[cfg(feature = "cli")]
 pub(crate) use crate::measurement::number::count_of;
 use crate::measurement::number::{plain, with_error};
 use crate::measurement::observable::Observable;
