@@ -19,7 +19,7 @@ use crate::measurement::observable::Observable;
 use crate::physics::ball::Ball;
 use crate::physics::collision::{Effects, Fidelity, FidelityChoice};
 use crate::physics::disc::Discs;
-use crate::problem::{DiscImpact, Solution};
+use crate::problem::{DiscImpact, Id, Solution};
 
 /// The result of one fit: a value, which `report` renders.
 ///
@@ -158,6 +158,7 @@ impl Computed {
         let mut all: Vec<Self> = Vec::new();
         for (sample, shots) in solution.problem.samples.iter().zip(&solution.at.shots) {
             let corrected = sample.block.count_corrected();
+            let falls = sample.gather(&solution.at.state.shared)[Id::FallB] != 0.0;
             let parts = match choice {
                 FidelityChoice::Of(fidelity) => vec![(fidelity, shots.len())],
                 FidelityChoice::Auto => {
@@ -165,7 +166,8 @@ impl Computed {
                 }
             };
             for (fidelity, shots) in parts.into_iter().filter(|(_, shots)| *shots > 0) {
-                let effects = Effects { compliance: sample.block.is_compliant(), ..fidelity.effects() };
+                let mut effects = Effects { compliance: sample.block.is_compliant(), ..fidelity.effects() };
+                effects.falling_friction &= falls;
                 match all.iter_mut().find(|known| (known.fidelity, known.effects) == (fidelity, effects)) {
                     Some(known) => known.shots += shots,
                     None => all.push(Self { fidelity, effects, shots }),
