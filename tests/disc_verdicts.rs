@@ -70,7 +70,7 @@ fn where_the_friction_is_refuted_e_does_not_rest_on_it() {
     let (table, _) = film_of(21, 12, thrown_back);
     let rigid = format!("{SETTINGS}[fit]\nkappa = {{ fixed = 0 }}\n");
     let lab = Lab::new(&rigid, &table);
-    let said = lab.done("fit -v");
+    let said = lab.done("fit --all");
     assert!(said.contains("refute the friction") && said.contains("does not rest on it"), "{said}");
     let fit = lab.json();
     assert_eq!(fit["verdict"]["grade"], "doubtful");

@@ -22,7 +22,7 @@ const COARSE_STEPS: [usize; 2] = [10, 3];
 const SECOND_STEPS: usize = 12;
 
 /// Number of shots of a table that show where χ² has its minima.
-const ENOUGH_SHOTS: usize = 250;
+pub(super) const ENOUGH_SHOTS: usize = 250;
 
 /// Relative difference within which two descents end at the same μ.
 pub(super) const SAME_MU: f64 = 0.3;

@@ -16,7 +16,7 @@ use crate::problem::film::causes::{self, Refit};
 use crate::problem::film::outliers::tail;
 use crate::problem::findings::Finding;
 use crate::problem::intervals::{Known, ParameterEstimate, Quantiles, Status, determine, errors_as_free};
-use crate::problem::minimise::{SAME_MU, Thinned, descend_weighed, descend_with_noise, thin};
+use crate::problem::minimise::{ENOUGH_SHOTS, SAME_MU, Thinned, descend_weighed, descend_with_noise, thin};
 use crate::problem::noise::minus_two_log;
 use crate::problem::policy::Policy;
 use crate::problem::problem::{Evaluation, Problem, State};
@@ -27,9 +27,9 @@ use crate::problem::uncertainty::Estimates;
 use crate::problem::unknowns::{Id, Mode};
 
 /// Fall of χ² that ends the last descent, 1e-7 standard deviations, so that bounds are met exactly, and
-/// its evaluations: typical are 4, and at a corner of χ² more gain nothing.
+/// its evaluations, of large tables fewer: typical are 4, and at a corner of χ² more gain nothing.
 const LAST_STALL: f64 = 1e-14;
-const LAST_STEPS: usize = 12;
+const LAST_STEPS: [usize; 2] = [50, 12];
 
 /// Evaluations of other descents.
 const MAX_STEPS: usize = 50;
@@ -126,10 +126,11 @@ pub(crate) fn fit_rows(
         }
     }
     let free = table.problem.free();
+    let steps = LAST_STEPS[usize::from(table.names.len() > ENOUGH_SHOTS)];
     let converged = descent.converged;
     table.problem.weigh_again(&mut descent.end);
     let descent =
-        Descent { converged, ..descend_until(&table.problem, descent.end, &free, LAST_STEPS, LAST_STALL) };
+        Descent { converged, ..descend_until(&table.problem, descent.end, &free, steps, LAST_STALL) };
     let mut descent = meet_bounds(&table.problem, descent);
     if dataset.side_sd > 0.0
         && let Some(end) = integrate_spins(&table.problem, &descent.end)
