@@ -29,7 +29,7 @@ use crate::problem::unknowns::{Id, Mode};
 /// Fall of χ² that ends the last descent, 1e-7 standard deviations, so that bounds are met exactly, and
 /// its evaluations, of large tables fewer: typical are 4, and at a corner of χ² more gain nothing.
 const LAST_STALL: f64 = 1e-14;
-const LAST_STEPS: [usize; 2] = [300, 12];
+const LAST_STEPS: [usize; 2] = [50, 12];
 
 /// Evaluations of other descents.
 const MAX_STEPS: usize = 50;
