@@ -20,7 +20,7 @@ use crate::problem::{self, Finding, Id, Policy, RowsChoices, RowsFit, fit_rows, 
 
 /// With more shots than this the regions of pairs of parameters, some hundred fits, take longer than reading, and
 /// are parabolas to the eye.
-const MANY_SHOTS: usize = 5_000;
+const MANY_SHOTS: usize = 1_000;
 
 /// A fit with what it was fitted to.
 struct OfRows<'a> {
