@@ -134,8 +134,8 @@ pub enum Finding {
         /// Number of shots that slide.
         sliding: usize,
     },
-    /// The frames scatter about the paths by more than their noise; by far more if the model does
-    /// not describe them, the estimates mean nothing.
+    /// The frames scatter about the paths by more than their noise. If the model does not describe them
+    /// at all, the estimates mean nothing.
     Misfit {
         /// Variance of slow motions over that of the noise before the impacts.
         ratio: f64,

@@ -36,7 +36,7 @@ pub(in crate::problem) fn constant<const N: usize>(value: f64) -> DualSVec64<N> 
 
 /// Speed below which directions are smoothed, m/s: a ball that slips less moves by 3 nm until it
 /// rolls, so that no frame sees it.
-const SMOOTH_SPEED: f64 = 1e-4;
+pub(in crate::problem) const SMOOTH_SPEED: f64 = 1e-4;
 
 /// Returns the length of a velocity, smooth at 0: the direction `v / norm(v)` of a slip that ends
 /// has bounded derivatives.

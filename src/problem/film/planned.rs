@@ -42,7 +42,7 @@ const SPREAD_STEPS: usize = 10;
 
 /// Topspin, over natural roll, of every other shot without one; the others have as much draw. The outcome
 /// has a corner at 0, on either side of which fits find half of such shots.
-const BESIDE: f64 = 1e-10;
+const OFF_CORNER: f64 = 1e-10;
 
 /// How many shots are planned, and how they are filmed.
 #[derive(Clone, Copy, Debug)]
@@ -79,7 +79,7 @@ pub(crate) fn information(
 ) -> Result<Vec<Option<DMatrix<f64>>>, NotACollision> {
     let contact = Contact::new(model, unknowns);
     let film = |(i, shot): (usize, &PlannedShot)| {
-        let side = if i % 2 == 0 { BESIDE } else { -BESIDE };
+        let side = if i % 2 == 0 { OFF_CORNER } else { -OFF_CORNER };
         let topspin = if shot.topspin == 0.0 { side } else { shot.topspin };
         Filmed::new(&PlannedShot { topspin, ..*shot }, filming, &contact, shared)
     };

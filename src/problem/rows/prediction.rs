@@ -11,7 +11,7 @@ use crate::numerics::wrap;
 use crate::physics::ball::{BallState, Vec3};
 use crate::physics::collision::{Coefficients, Input, Model, NotACollision};
 use crate::physics::friction_law::Law;
-use crate::problem::film::dual::{constant, gradient};
+use crate::problem::film::dual::{SMOOTH_SPEED, constant, gradient};
 use crate::problem::film::impact::Contact;
 use crate::problem::unknowns::{Id, Own, Shared};
 
@@ -19,9 +19,6 @@ use crate::problem::unknowns::{Id, Own, Shared};
 /// difference at which they end.
 const STEPS: usize = 20;
 const SAME_SPEED: f64 = 1e-14;
-
-/// Speed below which directions are smoothed, m/s, as in films.
-const SMOOTH_SPEED: f64 = 1e-4;
 
 /// Number of components of an outcome.
 const AFTER: usize = 12;
