@@ -21,6 +21,9 @@ const HALVINGS: usize = 45;
 /// profile is the interval.
 const DIFFERENT: f64 = 0.1;
 
+/// Number of shots of a table beyond which profiles are followed only if χ² is not a parabola.
+const MANY_SHOTS: usize = 1000;
+
 worded! {
     /// How far a fit determined a parameter.
     #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -206,9 +209,12 @@ impl Known<'_> {
         let t = if std_error.is_some() { two_sided } else { one_sided };
         let ends = |sd: f64| [value - t * sd, value + t * sd].map(|end| end.clamp(low, high));
         let hessian = std_error.map(ends);
-        // along a ratio of the balls χ² is a parabola
-        let is_profiled = self.profiles && !parameter.is_of_balls();
-        let profile = if is_profiled { solution.profile(column, (t, PRECISION)) } else { None };
+        let profile = match std_error {
+            // along a ratio of the balls χ² is a parabola
+            _ if !self.profiles || parameter.is_of_balls() => None,
+            Some(_) if solution.names[0].len() > MANY_SHOTS => solution.lopsided_interval(id, t),
+            _ => solution.profile(column, (t, PRECISION)),
+        };
         let own = match (hessian, profile) {
             (Some(hessian), Some(profile)) => {
                 let half = 0.5 * (hessian[1] - hessian[0]);
