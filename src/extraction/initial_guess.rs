@@ -5,11 +5,8 @@ use nalgebra::{Matrix3, Matrix3x2, Vector2, Vector3};
 use super::unusable::{Bodies, Unusable};
 use crate::film::frame_noise::noise;
 use crate::measurement::track::{Sample, TrackShot};
-use crate::numerics::median;
+use crate::numerics::{SIGNIFICANT, median};
 use crate::physics::ball::Ball;
-
-/// Distance from its place of rest at which the object ball has moved, in standard deviations.
-const MIN_MOVED_ERRORS: f64 = 6.0;
 
 /// Minimum number of frames of each ball on either side, for a line and for a parabola.
 const MIN_FRAMES: usize = 3;
@@ -21,12 +18,8 @@ const NEAR_FRAMES: usize = 12;
 /// Root mean square residual of a line above which it is bent, in units of the noise.
 const MAX_LINE_RESIDUAL: f64 = 3.0;
 
-/// Least speed of a moving object ball, in standard errors and as a part of the cue ball's.
-const MIN_SPEED_ERRORS: f64 = 5.0;
+/// Least speed of a moving object ball as a part of the cue ball's.
 const MIN_MOVING_PART: f64 = 0.01;
-
-/// Residual of a wrong frame, in standard deviations, in excess of the largest acceleration.
-const ALONE: f64 = 10.0;
 
 /// Largest acceleration of a ball on a cloth, m/s².
 const ACCELERATION: f64 = 5.0;
@@ -139,7 +132,9 @@ fn is_steady(samples: &[Sample], i: usize, noise: f64) -> bool {
     let fits = |s: &Sample, near: &Sample, far: &Sample| {
         let part = (s.t - near.t) / (near.t - far.t);
         let off = |s: f64, near: f64, far: f64| (s - near - (near - far) * part).abs();
-        let most = ALONE * noise * (1.0 + part.abs()) + ACCELERATION * (s.t - far.t).powi(2);
+        // s − near − (near − far) part, of three independent numbers
+        let error = noise * (1.0 + (1.0 + part).powi(2) + part * part).sqrt();
+        let most = SIGNIFICANT * error + ACCELERATION * (s.t - far.t).powi(2);
         off(s.x, near.x, far.x) <= most && off(s.y, near.y, far.y) <= most
     };
     let before = i >= 2 && fits(&samples[i], &samples[i - 1], &samples[i - 2]);
@@ -179,13 +174,13 @@ fn nearest(cue: &[Sample], object: &[Sample]) -> Option<f64> {
 /// touch, as far as frames show both, or a ball is not seen.
 fn without_start(cue: &[Sample], object: &[Sample], until: f64, ball: &Ball, noise: f64) -> Unusable {
     let is_clear =
-        |s: &Sample| apart(cue, s).is_none_or(|apart| apart > 2.0 * ball.radius + MIN_MOVED_ERRORS * noise);
+        |s: &Sample| apart(cue, s).is_none_or(|apart| apart > 2.0 * ball.radius + SIGNIFICANT * noise);
     let touch = nearest(cue, object).unwrap_or(f64::NEG_INFINITY);
     let free = object.iter().take_while(|s| s.t < touch && is_clear(s)).count();
     if free >= MIN_FRAMES {
         let line = Path::line(&object[..free], object[0].t);
         let speed = line.velocity.norm();
-        if speed > MIN_SPEED_ERRORS * noise * line.error {
+        if speed > SIGNIFICANT * noise * line.error {
             return Unusable::ObjectMoving { speed };
         }
     }
@@ -208,21 +203,6 @@ pub(crate) fn time_before_impact(shot: &TrackShot, ball: &Ball) -> Option<f64> {
     from_paths(shot, ball, noise(shot)).ok().map(|guess| guess.time).or_else(until)
 }
 
-/// Returns the speed of the object ball before the balls are nearest, m/s and as a part of the cue
-/// ball's, if it is significant and that part is below `most`.
-pub(crate) fn object_speed(shot: &TrackShot, most: f64) -> Option<(f64, f64)> {
-    /// Part of the earlier frames that is used: in the last ones the ball may have been hit.
-    const FREE: f64 = 0.75;
-    let noise = noise(shot);
-    let (cue, object) = (steady(&shot.cue, noise), steady(&shot.object, noise));
-    let touch = nearest(&cue, &object)?;
-    let until = |samples: &[Sample]| (FREE * samples.partition_point(|s| s.t < touch) as f64) as usize;
-    let (cue, object) = (&cue[..until(&cue)], &object[..until(&object)]);
-    let speed = significant_speed(shot, object, noise)?;
-    let [of_cue, ..] = (cue.len() >= MIN_FRAMES).then(|| robust_speed(cue))?;
-    (speed < most * of_cue).then_some((speed, speed / of_cue))
-}
-
 /// Returns the speed of a ball in these frames, m/s, if it is significant.
 fn significant_speed(shot: &TrackShot, samples: &[Sample], noise: f64) -> Option<f64> {
     if samples.len() < MIN_FRAMES {
@@ -233,7 +213,7 @@ fn significant_speed(shot: &TrackShot, samples: &[Sample], noise: f64) -> Option
     let rounded = shot.resolution[1] * std::f64::consts::SQRT_2 / seconds;
     // correlated noise has a larger error
     let lasts = shot.frames_alike().sqrt();
-    (speed - rounded > MIN_SPEED_ERRORS * noise * lasts * error).then_some(speed)
+    (speed - rounded > SIGNIFICANT * noise * lasts * error).then_some(speed)
 }
 
 /// Returns the first guess from lines and parabolas through the frames next to the impact.
@@ -251,7 +231,7 @@ pub(crate) fn from_paths(shot: &TrackShot, ball: &Ball, noise: f64) -> Result<Fi
     let away = |s: &Sample| (place(s) - lay).norm();
     // from here on: the next two frames are still further away, or as far on a coarse grid
     let moved = |w: &[Sample]| {
-        away(&w[0]) > MIN_MOVED_ERRORS * noise && away(&w[1]) >= away(&w[0]) && away(&w[2]) >= away(&w[1])
+        away(&w[0]) > SIGNIFICANT * noise && away(&w[1]) >= away(&w[0]) && away(&w[2]) >= away(&w[1])
     };
     let index = object.windows(3).position(moved).ok_or(Unusable::NoCollision(bodies))?;
     let after = &object[index..object.len().min(index + NEAR_FRAMES)];
@@ -261,7 +241,7 @@ pub(crate) fn from_paths(shot: &TrackShot, ball: &Ball, noise: f64) -> Result<Fi
     let start = Path::line(&object[..MIN_FRAMES], object[0].t);
     // correlated noise has a larger error
     let lasts = shot.frames_alike().sqrt();
-    if index < NEAR_FRAMES && start.velocity.norm() > MIN_MOVED_ERRORS * noise * lasts * start.error {
+    if index < NEAR_FRAMES && start.velocity.norm() > SIGNIFICANT * noise * lasts * start.error {
         return Err(without_start(&cue, &object, object[0].t, ball, noise));
     }
     let time = Path::near(after, after[0].t, noise).passes(lay).ok_or(Unusable::NoCollision(bodies))?;
@@ -310,9 +290,9 @@ mod tests {
         };
         for (speed, moves) in [(0.0, false), (0.1, true)] {
             let [found, error, _] = robust_speed(&filmed(speed));
-            assert_eq!(found > MIN_SPEED_ERRORS * NOISE * error, moves, "{speed}");
+            assert_eq!(found > SIGNIFICANT * NOISE * error, moves, "{speed}");
         }
         let straight = Path::line(&filmed(0.0), 0.0);
-        assert!(straight.velocity[0] > MIN_SPEED_ERRORS * NOISE * straight.error);
+        assert!(straight.velocity[0] > SIGNIFICANT * NOISE * straight.error);
     }
 }

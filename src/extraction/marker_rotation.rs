@@ -10,6 +10,8 @@ use nalgebra::{Const, DMatrix, DVector, Matrix3, SVector};
 use num_dual::{DualNum, DualSVec64};
 
 use crate::measurement::track::{Marker, Sample, TrackShot, TrackedBall};
+use crate::numerics::SIGNIFICANT;
+use crate::numerics::dense::{Place, descend};
 use crate::physics::Number;
 use crate::physics::ball::Vec3;
 
@@ -30,7 +32,7 @@ pub(crate) struct Spot {
     pub(crate) seen: Vec<(f64, [f64; 2], f64)>,
 }
 
-/// Part of a frame that is left out on both sides: frames across the impact show neither spin.
+/// Part of a frame that is left out on both sides: frames across the impact mix both spins.
 const LEFT_OUT_FRAMES: f64 = 0.01;
 
 /// Frames on either side of the impact that are used: over these the cloth changes a spin evenly.
@@ -39,13 +41,10 @@ const ROTATION_FRAMES: f64 = 60.0;
 /// Largest distance from the centre, over R, at which a marker's height can start the fit.
 const MAX_RADIUS: f64 = 0.95;
 
-/// Residual above which a marker position is wrong, in standard deviations.
-const OUTLIER: f64 = 5.0;
-
 /// Maximum number of rounds that leave out wrong positions.
 const MAX_ROUNDS: usize = 6;
 
-/// Maximum number of steps of a descent, and relative decrease of the sum of squares that ends it.
+/// Maximum number of steps of a descent, and decrease of χ² that ends it.
 const MAX_STEPS: usize = 100;
 const MIN_GAIN: f64 = 1e-12;
 
@@ -98,17 +97,21 @@ pub(crate) fn measure(spots: &[Spot], stated: bool) -> Option<Rotation> {
         let mut x = DVector::zeros(SHARED + 2 * markers.len());
         x.rows_mut(0, 3).copy_from(&start);
         let dof = (2 * positions).checked_sub(x.len()).filter(|dof| *dof > 0)?;
-        let (x, residuals, jacobian) = minimise(&markers, x)?;
+        let Place { x, matrix, rest: residuals, .. } = descend(x, (MAX_STEPS, MIN_GAIN), |x| {
+            let (residuals, jacobian) = linearise(&markers, &x);
+            let (matrix, gradient) = (jacobian.tr_mul(&jacobian), jacobian.tr_mul(&residuals));
+            Place { x, sum: residuals.norm_squared(), matrix, gradient, rest: residuals }
+        });
         let scale = if stated { 1.0 } else { residuals.norm_squared() / dof as f64 };
         // the worst first: they pull the others off
-        let limit = (OUTLIER * scale.sqrt()).max(0.5 * residuals.amax());
+        let limit = (SIGNIFICANT * scale.sqrt()).max(0.5 * residuals.amax());
         let mut is_wrong = residuals.as_slice().chunks(2).map(|xy| xy.iter().any(|r| r.abs() > limit));
         for marker in &mut markers {
             marker.seen.retain(|_| !is_wrong.next().unwrap_or(false));
         }
         markers.retain(|marker| !marker.seen.is_empty());
         if markers.iter().map(|marker| marker.seen.len()).sum::<usize>() == positions {
-            let inverse = jacobian.tr_mul(&jacobian).cholesky()?.inverse();
+            let inverse = matrix.cholesky()?.inverse();
             let covariance: Matrix3<f64> = scale * inverse.fixed_view::<3, 3>(0, 0).into_owned();
             let is_finite = covariance.iter().all(|entry| entry.is_finite());
             return is_finite.then_some(Rotation {
@@ -119,32 +122,6 @@ pub(crate) fn measure(spots: &[Spot], stated: bool) -> Option<Rotation> {
         }
     }
     None
-}
-
-/// Returns the minimum of the sum of squares near `x`, with its residuals and their derivatives.
-fn minimise(markers: &[Placed], mut x: DVector<f64>) -> Option<(DVector<f64>, DVector<f64>, DMatrix<f64>)> {
-    let (mut residuals, mut jacobian) = linearise(markers, &x);
-    let mut damping = 1e-6;
-    for _ in 0..MAX_STEPS {
-        let mut normal = jacobian.tr_mul(&jacobian);
-        for i in 0..x.len() {
-            normal[(i, i)] *= 1.0 + damping;
-        }
-        let trial = &x - normal.cholesky()?.solve(&jacobian.tr_mul(&residuals));
-        let there = linearise(markers, &trial);
-        let square = residuals.norm_squared();
-        let gain = square - there.0.norm_squared();
-        if gain > 0.0 {
-            (x, (residuals, jacobian)) = (trial, there);
-            damping *= 0.01;
-        } else {
-            damping *= 100.0;
-        }
-        if gain.abs() <= MIN_GAIN * (1.0 + square) {
-            break;
-        }
-    }
-    Some((x, residuals, jacobian))
 }
 
 /// Returns predicted less seen places in standard deviations, with their derivatives.
@@ -345,7 +322,7 @@ mod tests {
     }
 
     #[test]
-    fn a_marker_on_the_axis_tells_nothing_and_two_frames_are_too_few() {
+    fn a_marker_on_the_axis_and_two_frames_do_not_determine_a_spin() {
         let on_axis = Spot { seen: (0..20).map(|i| (1e-3 * f64::from(i), [0.0, 0.0], 1e-4)).collect() };
         let two = Spot { seen: vec![(0.0, [0.3, 0.0], 1e-4), (1e-3, [0.31, 0.0], 1e-4)] };
         assert!(measure(&[on_axis], true).is_none() && measure(&[two], true).is_none());

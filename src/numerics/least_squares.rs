@@ -15,6 +15,9 @@ use argmin::core::{
 /// Damping at which a descent gives up.
 const MAX_DAMPING: f64 = 1e16;
 
+/// Share of a sum that is rounding.
+pub(crate) const ROUNDING: f64 = 1e-14;
+
 /// Least share of its promise that a step gains if it is made (MINPACK).
 const ACCEPTED: f64 = 1e-4;
 
@@ -30,7 +33,7 @@ const UNSOLVABLE: f64 = 10.0;
 /// Factor of the damping if the gain of a step would be lost in rounding.
 const RELAXED: f64 = 1e-6;
 
-/// Number of steps in a row that gain next to nothing, though they were promised to, after which a
+/// Number of steps in a row that gain almost no part of their promise, after which a
 /// descent ends.
 const MAX_STALLS: usize = 2;
 
@@ -47,7 +50,7 @@ pub trait SumOfSquares {
     /// Evaluates the sum and its derivatives at a state.
     fn evaluate(&self, state: Self::State) -> Self::Evaluation;
 
-    /// Returns the sum; infinite at a state that has none.
+    /// Returns the sum; infinite at a state without one.
     fn sum(&self, at: &Self::Evaluation) -> f64;
 
     /// Returns how much of the sum is rounding.
@@ -71,7 +74,7 @@ pub struct Step<S> {
 pub struct Descent<E> {
     /// The lowest point met.
     pub end: E,
-    /// Whether it ended because a step promised or gained nothing.
+    /// Whether it ended because a step promised or gained too little.
     pub converged: bool,
     /// Number of steps tried.
     pub steps: u64,
@@ -126,7 +129,7 @@ struct Marquardt {
     stall: f64,
     /// Whether the damping has not been relaxed since a step was made.
     may_relax: bool,
-    /// Number of steps in a row that gained next to nothing.
+    /// Number of steps in a row that gained too little.
     stalls: usize,
     /// The promise of the last step whose gain was lost in rounding.
     last_refinement: f64,
@@ -137,7 +140,7 @@ struct Marquardt {
 }
 
 impl Marquardt {
-    /// Returns the next step; `None` with `converged` if none is left. Where the
+    /// Returns the next step; `None` with `converged` if no step is left. Where the
     /// gain of a step would be lost in rounding, one with less damping takes its place.
     fn propose<S: SumOfSquares>(&mut self, squares: &S, at: &S::Evaluation) -> Option<Step<S::State>> {
         let (sum, rounding) = (squares.sum(at), squares.rounding(at));
@@ -202,7 +205,7 @@ impl<S: SumOfSquares> Solver<&S, Iterate<S::Evaluation>> for Marquardt {
             self.converged.is_none()
         } else {
             self.is_blocked = !sum.is_finite();
-            // a step that gains nothing may have crossed a corner: shorter ones may gain
+            // a step without a gain may have crossed a corner: shorter ones may gain
             self.stalls = if gain > self.stall { 0 } else { self.stalls + usize::from(gain > -self.stall) };
             self.converged = (self.stalls > MAX_STALLS).then_some(true);
             self.judge(gain / step.promise)

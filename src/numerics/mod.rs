@@ -1,10 +1,14 @@
 //! Numbers and numerical methods that know no balls.
 pub mod bounded_step;
+pub(crate) mod dense;
 pub mod least_squares;
 pub(crate) mod number;
 
 /// Median absolute deviation of a normal distribution, in units of its standard deviation.
 pub(crate) const NORMAL_MEDIAN: f64 = 0.6745;
+
+/// Standard errors from which on a deviation is not chance: probability 6e-7.
+pub(crate) const SIGNIFICANT: f64 = 5.0;
 
 /// Returns the median: the upper of both middle values if their number is even, NaN without values.
 pub(crate) fn median(mut values: Vec<f64>) -> f64 {

@@ -38,8 +38,7 @@ impl Block {
         }
     }
 
-    /// Returns what is known of own unknowns of shot `i`, each with its place; of all others nothing
-    /// is known.
+    /// Returns what is known of own unknowns of shot `i`, each with its place; the others have no prior.
     pub(crate) fn own_priors(&self, i: usize) -> Vec<(usize, OwnPrior)> {
         match self {
             Self::Film(film) => film.spins[i].priors().to_vec(),

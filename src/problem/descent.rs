@@ -2,16 +2,13 @@
 
 use super::problem::{Evaluation, Problem, State};
 use crate::numerics::bounded_step::step_within_bounds;
-use crate::numerics::least_squares::{self, Descending, Step, SumOfSquares};
+use crate::numerics::least_squares::{self, Descending, ROUNDING, Step, SumOfSquares};
 
 /// Fall of χ² below which a step is not made: 0.1 standard deviations.
 pub(super) const STALL: f64 = 0.01;
 
 /// Part by which diagonals are raised in the first step: first guesses are near.
 const FIRST_DAMPING: f64 = 1e-6;
-
-/// Share of χ² that is rounding.
-const CHI2_ROUNDING: f64 = 1e-14;
 
 /// A descent that has ended.
 pub(crate) type Descent = least_squares::Descent<Evaluation>;
@@ -52,7 +49,7 @@ impl SumOfSquares for Moving<'_> {
     }
 
     fn rounding(&self, at: &Evaluation) -> f64 {
-        CHI2_ROUNDING * at.cost
+        ROUNDING * at.cost
     }
 
     fn step(&self, at: &Evaluation, damping: f64) -> Option<Step<State>> {

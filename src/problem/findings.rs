@@ -13,12 +13,12 @@ pub enum Severity {
     Warning,
     /// The estimates may be off by more than their errors.
     Doubtful,
-    /// The estimates mean nothing.
+    /// The estimates are meaningless.
     Unusable,
 }
 
 /// Number of frames that are off after the impacts, beyond those before them, if a tracker lags: what balls that touch
-/// or an exposure do to positions is alike before and after.
+/// or an exposure do to positions is similar before and after.
 const LATE: usize = 2;
 
 /// A finding of a fit.
@@ -129,13 +129,13 @@ pub enum Finding {
     Spins {
         /// Fall of −2 log L.
         fall: f64,
-        /// Mean topspin of the shots that slide, over natural roll; 1 if none does.
+        /// Mean topspin of the shots that slide, over natural roll; 1 without such shots.
         topspin: f64,
         /// Number of shots that slide.
         sliding: usize,
     },
     /// The frames scatter about the paths by more than their noise. If the model does not describe them
-    /// at all, the estimates mean nothing.
+    /// at all, the estimates are meaningless.
     Misfit {
         /// Variance of slow motions over that of the noise before the impacts.
         ratio: f64,

@@ -12,7 +12,7 @@ use super::unknowns::{Id, Mode};
 /// direction: products of derivatives are exact to 1e-12.
 const NULL: f64 = 1e-11;
 
-/// Condition number from which on a direction is hardly determined (Belsley, Kuh and Welsch, Regression
+/// Condition number from which on a direction is weakly determined (Belsley, Kuh and Welsch, Regression
 /// Diagnostics, 1980, ch. 3).
 const WEAK: f64 = 30.0;
 
@@ -51,7 +51,7 @@ pub struct Combination {
     pub terms: Vec<(Id, f64)>,
     /// Roots of the eigenvalues of the normal matrix scaled to a diagonal of 1, the largest first.
     pub singular_values: Vec<f64>,
-    /// Whether it is hardly determined.
+    /// Whether it is weakly determined.
     pub(crate) is_weak: bool,
     /// Whether χ² does not change along it at all.
     pub(crate) is_undetermined: bool,

@@ -12,14 +12,13 @@ use super::unknowns::{Id, Mode};
 use crate::measurement::parameter::{Parameter, Setting, Settings};
 use crate::physics::name::{by_name, worded};
 
-/// Relative change of χ² within which nothing depends on an unknown, and halvings for the edge of such a
+/// Relative change of χ² within which it does not depend on an unknown, and halvings for the edge of such a
 /// range.
 const SAME_CHI2: f64 = 1e-12;
 const HALVINGS: usize = 45;
 
-/// Difference of an end of a profile from value ± t·error, as a part of t·error, from which on the
-/// profile is the interval.
-const DIFFERENT: f64 = 0.1;
+/// Part of t·error by which a profile differs from that of a parabola, from which on it is the interval.
+pub(super) const DIFFERENT: f64 = 0.1;
 
 /// Number of shots of a table beyond which profiles are followed only if χ² is not a parabola.
 const MANY_SHOTS: usize = 1000;
@@ -54,10 +53,10 @@ pub struct ParameterEstimate {
     /// The parameter.
     pub parameter: Parameter,
     /// The estimate, in the parameter's unit: if it is fixed or not identified, the value that it was held
-    /// at; on a range of values between which nothing changes, its edge.
+    /// at; on a range of values between which χ² does not change, its edge.
     pub value: f64,
-    /// The standard error with parameters at bounds taken for free; `None` if there is none, as of a
-    /// parameter that is fixed.
+    /// The standard error with parameters at bounds taken for free; `None` of a
+    /// parameter without one, as a fixed parameter.
     pub std_error: Option<f64>,
     /// The 95 % interval within the bounds; at an active bound it is one-sided. It is that of the profile if
     /// the two of `intervals` differ by more than a tenth, else that of the Hessian.
@@ -105,7 +104,7 @@ impl ParameterEstimate {
         matches!(self.status, Status::AtLowerBound | Status::AtUpperBound)
     }
 
-    /// Returns the estimate, or none of a parameter that ends at a bound and may as well be anywhere: the
+    /// Returns the estimate, without a value for a parameter that ends at a bound and may as well be anywhere: the
     /// data do not determine it.
     pub(crate) fn unless_uninformed(self, setting: &Setting) -> Self {
         let is_anywhere = |[low, high]: [f64; 2]| low <= setting.lower && high >= setting.upper;
@@ -118,10 +117,10 @@ impl ParameterEstimate {
     /// Returns the 95 % interval of the profile if a standard error would mislead: if it is less than half, or
     /// more than twice, as wide as ± two standard errors, or extends to another minimum.
     pub fn lopsided(&self) -> Option<[f64; 2]> {
-        const DIFFERENT: f64 = 2.0;
+        const MISLEADING: f64 = 2.0;
         let [low, high] = self.interval_95.filter(|_| self.is_profiled())?;
         let wide = (high - low) / (4.0 * self.std_error?);
-        let differs = self.includes_other_minimum || !(1.0 / DIFFERENT..=DIFFERENT).contains(&wide);
+        let differs = self.includes_other_minimum || !(1.0 / MISLEADING..=MISLEADING).contains(&wide);
         (wide.is_finite() && differs).then_some([low, high])
     }
 

@@ -154,7 +154,7 @@ pub(crate) fn descend_with_noise(problem: &mut Problem, mut state: State) -> Des
         let changed = round < MAX_STATE_ROUNDS && problem.choose_states(&mut state);
         let descent = descend(problem, problem.evaluate(state), &free, MAX_STEPS);
         round += 1;
-        // noise and spreads of wrong states mean nothing
+        // noise and spreads of wrong states are meaningless
         let settled = !changed && noise::update(problem, &descent.end);
         if settled || round == MAX_ROUNDS {
             // χ² with the last noise, which −2 log L takes

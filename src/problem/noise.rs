@@ -115,7 +115,7 @@ fn count_spent(
 }
 
 /// Returns the correlation of neighbouring numbers of a sample that restricted likelihood prefers
-/// near the present one; `None` if neighbouring residuals are hardly correlated.
+/// near the present one; `None` if neighbouring residuals are not correlated.
 fn likeliest_correlation(problem: &mut Problem, at: &Evaluation, sample: usize, dof: f64) -> Option<f64> {
     let sums = at.noises(sample);
     let lagged = sums.iter().map(|sum| sum.lagged).sum::<f64>();

@@ -7,7 +7,8 @@ use std::f64::consts::TAU;
 use nalgebra::{DVector, Matrix2, Vector2};
 use rayon::prelude::*;
 
-use super::descent::descend_until;
+use super::descent::descend;
+use super::intervals::DIFFERENT;
 use super::problem::{Evaluation, Problem};
 use super::solution::Solution;
 use super::unknowns::Id;
@@ -15,11 +16,7 @@ use super::unknowns::Id;
 /// Relative precision of the root of the rise of χ² at an end.
 pub(super) const PRECISION: f64 = 2e-3;
 
-/// Fall of χ² below which the least χ² at a point is found: it moves the end of a 95 % interval by
-/// 0.003 standard errors.
-const STALL: f64 = 0.01;
-
-/// Evaluations of a descent at one point of a table, and of a film, whose steps gain next to nothing
+/// Evaluations of a descent at one point of a table, and of a film, whose steps gain little
 /// after the first; and points for one end, typical are 3.
 const MAX_STEPS: [usize; 2] = [60, 3];
 const MAX_POINTS: [usize; 2] = [80, 12];
@@ -64,15 +61,13 @@ impl Solution {
     /// Returns the 95 % interval of an unknown of the first sample by its profile if χ² is not the
     /// parabola that its standard error says; `None` if it is, or cannot be minimised.
     pub(crate) fn lopsided_interval(&self, id: Id, t: f64) -> Option<[f64; 2]> {
-        /// Part of t by which the root of the rise may differ.
-        const PARABOLA: f64 = 0.1;
         let column = self.column(0, id)?;
         let (value, sd) = (self.at.state.shared.0[column], self.covariance.sd(column)?);
         let [low, high] = self.problem.unknowns[column].bounds;
         let is_parabola = |to: f64| {
             let rise = least_at(&self.problem, &self.at, &[(column, to)])
                 .map_or(f64::INFINITY, |there| (there.cost - self.at.cost).max(0.0).sqrt());
-            (low..=high).contains(&to) && (rise / t - 1.0).abs() < PARABOLA
+            (low..=high).contains(&to) && (rise / t - 1.0).abs() < DIFFERENT
         };
         if is_parabola(value - t * sd) && is_parabola(value + t * sd) {
             return None;
@@ -209,6 +204,6 @@ fn least_at(problem: &Problem, from: &Evaluation, held: &[(usize, f64)]) -> Opti
         problem.evaluate(state)
     });
     let steps = MAX_STEPS[usize::from(problem.rows().is_none())];
-    let end = descend_until(problem, start, &others, steps, STALL).end;
+    let end = descend(problem, start, &others, steps).end;
     end.cost.is_finite().then_some(end)
 }

@@ -57,7 +57,7 @@ pub(crate) fn fit_film(
     }
     run.adopt(match modelling.settings.compliance {
         _ if !modelling.is_auto => causes::correct(&run.problem, &run.descent.end),
-        // the integrated contact is none that is stated to be rigid
+        // a contact that is stated to be rigid is not integrated
         Compliance::Rigid => None,
         _ => causes::weigh(&run.problem, &run.descent.end, policy),
     });
@@ -101,7 +101,7 @@ fn slow_variance(noise: &[Noise; 2], first: &[Noise; 2]) -> f64 {
     ratios.fold(0.0, f64::max)
 }
 
-/// Returns which shots have the outcome of the others, by a loss that lets gross errors hardly count and with
+/// Returns which shots have the outcome of the others, by a loss that gives gross errors little weight and with
 /// the noise that neighbouring frames show, and the state of all; `None` if all have it, or too few.
 fn judge_outcomes(problem: &Problem, start: &State, policy: &Policy) -> Option<(Vec<bool>, State)> {
     let mut robust = problem.clone();

@@ -18,7 +18,7 @@ use super::sums::{Contribution, Noise};
 use super::uncertainty::{Estimates, Share};
 use super::unknowns::{Id, Mode, Normal, Own};
 
-/// Evaluations of a descent with shots that are drawn anew, typical are 4.
+/// Evaluations of a descent with shots that are drawn again, typical are 4.
 const MAX_STEPS: usize = 40;
 
 /// The estimate of a shared unknown.
@@ -188,7 +188,7 @@ impl Solution {
     }
 
     /// Returns how much the fit depends on each shot of the first sample, in the order of the shots;
-    /// `None` for a shot without which something is not determined.
+    /// `None` for a shot without which an unknown is not determined.
     pub fn influence(&self) -> Vec<Option<ShotInfluence>> {
         let shots = self.at.shots.first().map_or(0, Vec::len);
         let of_shot = |i: usize| {
@@ -297,7 +297,7 @@ impl Solution {
         self.problem.film().is_some_and(|film| film.states_noise)
     }
 
-    /// Returns the weight of each shot of the first sample by a robust loss; none by least squares.
+    /// Returns the weight of each shot of the first sample by a robust loss; an empty list by least squares.
     pub fn weights(&self) -> Vec<f64> {
         if !self.problem.is_robust() {
             return Vec::new();
@@ -332,7 +332,7 @@ impl Solution {
         shots.map(of_shot).collect()
     }
 
-    /// Returns whether the data hardly determine a wanted unknown: its error is more than half of
+    /// Returns whether the data determine a wanted unknown weakly: its error is more than half of
     /// what it is known to without them, or a finding says so.
     pub(crate) fn is_undetermined(&self, id: Id) -> bool {
         let is_of = |finding: &Finding| matches!(finding, Finding::Undetermined { id: of, .. } if *of == id);
@@ -347,7 +347,7 @@ impl Solution {
         worst(&self.findings)
     }
 
-    /// Returns the values of these unknowns in a fit of shots of the only sample that are drawn anew
+    /// Returns the values of these unknowns in a fit of shots of the only sample that are drawn again
     /// with replacement (Efron 1987), at the same noise; `number` is the stream of the random numbers. `None` if it does not end at a
     /// minimum that determines all of them.
     pub(crate) fn resampled(&self, ids: &[Id], (seed, number): (u64, u64)) -> Option<Vec<f64>> {

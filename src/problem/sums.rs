@@ -3,6 +3,7 @@
 use nalgebra::{DMatrix, DVector};
 
 use super::unknowns::{Id, Normal};
+use crate::numerics::dense::{Place, descend};
 
 /// Errors of measured numbers: each keeps the part `rho` of the error of the number before it.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -95,44 +96,27 @@ pub(crate) struct Contribution {
     pub(crate) held: Vec<bool>,
 }
 
-/// Damping at which a shot's own descent begins, and at which it gives up.
-const FIRST_SHOT_DAMPING: f64 = 1e-4;
-const MAX_SHOT_DAMPING: f64 = 1e6;
-
 /// Returns where χ² of a shot is least near `x`, its own unknowns and these shared ones at given others, and
-/// the sums there: after some steps, or one that gains less than `stall`. `bounded` returns a place within
+/// the sums there: after some steps, or one that gains less than a fall of χ². `bounded` returns a place within
 /// the bounds of the own unknowns.
 pub(crate) fn settle(
-    mut x: DVector<f64>,
+    x: DVector<f64>,
     ids: &[Id],
-    (steps, stall): (usize, f64),
+    stop: (usize, f64),
     contribute: impl Fn(&DVector<f64>) -> Contribution,
     bounded: impl Fn(DVector<f64>) -> DVector<f64>,
 ) -> (DVector<f64>, Contribution) {
-    let mut at = contribute(&x);
-    let mut damping = FIRST_SHOT_DAMPING;
-    for _ in 0..steps {
-        if damping > MAX_SHOT_DAMPING {
-            break;
-        }
-        let Some(trial) = at.own_step(ids, damping).map(|step| bounded(&x - step)) else { break };
-        let there = contribute(&trial);
-        let gain = at.cost - there.cost;
-        if gain > 0.0 {
-            (x, at) = (trial, there);
-            damping *= 0.1;
-        } else {
-            damping *= 30.0;
-        }
-        if gain > 0.0 && gain < stall {
-            break;
-        }
-    }
-    (x, at)
+    let Place { x, rest, .. } = descend(x, stop, |x| {
+        let x = bounded(x);
+        let sums = contribute(&x);
+        let (matrix, gradient) = sums.system(ids, 0.0);
+        Place { x, sum: sums.cost, matrix, gradient, rest: sums }
+    });
+    (x, rest)
 }
 
 impl Contribution {
-    /// Returns sums over nothing, for `own` unknowns of a shot, the first `shared` ones of its sample and
+    /// Returns empty sums, for `own` unknowns of a shot, the first `shared` ones of its sample and
     /// some noises of its block.
     pub fn empty(own: usize, shared: usize, noises: usize) -> Self {
         let size = own + shared + 1;
@@ -145,7 +129,7 @@ impl Contribution {
         }
     }
 
-    /// Returns that of unknowns that describe no collision.
+    /// Returns the contribution of unknowns that describe no collision.
     pub(crate) fn impossible(own: usize, shared: usize, noises: usize) -> Self {
         Self { cost: f64::INFINITY, ..Self::empty(own, shared, noises) }
     }
@@ -194,13 +178,6 @@ impl Contribution {
             if self.held[i] { 0.0 } else { self.products[(i, first + j)] }
         });
         (matrix, beside)
-    }
-
-    /// Returns the damped step of the own unknowns and some shared ones at given others.
-    pub(crate) fn own_step(&self, ids: &[Id], damping: f64) -> Option<DVector<f64>> {
-        let (matrix, gradient) = self.system(ids, damping);
-        let step = matrix.cholesky()?.solve(&gradient);
-        step.iter().all(|s| s.is_finite()).then_some(step)
     }
 
     /// Returns the normal matrix and the gradient of the own unknowns and some shared ones of the

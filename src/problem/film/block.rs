@@ -12,6 +12,7 @@ use super::motion::{COEFFICIENTS, Piece, Struck, cue_before, own_inputs};
 use super::own::{self, OWN};
 use super::spins::{ShotSpin, States};
 use crate::physics::collision::NotACollision;
+use crate::problem::descent::STALL;
 use crate::problem::frames::{Columns, Frame, Sight, add_track, whiten};
 use crate::problem::loss::ShotLoss;
 use crate::problem::sums::{Contribution, Noise, Spread, settle};
@@ -138,7 +139,7 @@ impl FilmBlock {
         Some(struck.paths(shared, spin.stated.approach, &self.world.contact.object()))
     }
 
-    /// Returns the used frames of each ball, whitened; none if the unknowns describe no collision.
+    /// Returns the used frames of each ball, whitened; an empty list if the unknowns describe no collision.
     pub(super) fn sights(&self, i: usize, own: &Own, shared: &Shared) -> [Vec<Sight<ROW>>; 2] {
         let pieces = self.pieces(i, own, shared);
         [0, 1]
@@ -175,7 +176,7 @@ impl FilmBlock {
         let start = Own::from_iterator(OWN + ids.len(), start);
         let bounded = |x: Own| spin.bounded(x, shared);
         let contribute = |x: &Own| self.contribute_as(i, spin, x, &with(x));
-        let (x, sums) = settle(spin.bounded(start, shared), ids, stop, contribute, bounded);
+        let (x, sums) = settle(start, ids, stop, contribute, bounded);
         *shared = with(&x);
         (x.rows(0, OWN).into_owned(), sums)
     }
@@ -207,7 +208,7 @@ impl FilmBlock {
         (count > 0).then_some(sliding)
     }
 
-    /// Computes what the finer model of the impact adds to the outcome of each shot; nothing where it
+    /// Computes what the finer model of the impact adds to the outcome of each shot; zero if it
     /// describes no collision.
     pub(crate) fn correct(&mut self, own: &[Own], shared: &Shared) {
         let contact = self.world.contact;
@@ -263,7 +264,7 @@ impl MeasuredSpin {
     }
 }
 
-/// Returns where on the table a ball is on a piece so long after the first guess of the impact, and how high.
+/// Returns the place on the table and the height of a ball on a piece at a time since the first guess of the impact.
 pub(super) fn locate(at: &[f64], time: f64) -> (Point, f64) {
     let of = |i: usize| at[3 * i] + at[3 * i + 1] * time + at[3 * i + 2] * (0.5 * time * time);
     (Point::new(of(0), of(1)), of(2))
@@ -316,7 +317,7 @@ const SLIDE_START: f64 = 0.3;
 const MIN_CHI2_FALL: f64 = 0.1;
 
 /// Steps of a shot's own unknowns until a state is judged, and gain of χ² after which it is.
-const JUDGED: (usize, f64) = (12, 0.01);
+const JUDGED: (usize, f64) = (12, STALL);
 
 /// A state of a shot with the values of its own unknowns there, and its χ².
 struct Judged {

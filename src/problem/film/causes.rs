@@ -30,7 +30,7 @@ const RATES: [f64; 5] = [0.8, 0.9, 1.0, 1.1, 1.25];
 const SLIDES_RATHER: f64 = 0.9;
 
 /// Topspin over natural roll at which descents start whose balls slide: on either side of rolling,
-/// where the friction of the cloth turns, and next to none.
+/// where the friction of the cloth turns, and almost without it.
 const SLIDES: [f64; 4] = [0.1, 0.8, 0.95, 1.05];
 
 /// Rounds of computing what a finer model adds, and refitting.

@@ -2,7 +2,7 @@
 
 use rayon::prelude::*;
 
-use crate::extraction::{leave_out_after_cushion, leave_out_before_cushion, noise_correlation, object_speed};
+use crate::extraction::{leave_out_after_cushion, leave_out_before_cushion, noise_correlation};
 use crate::film::drops;
 use crate::film::frame_noise::noise;
 use crate::measurement::dataset::Tracks;
@@ -10,15 +10,6 @@ use crate::measurement::track::TrackShot;
 use crate::numerics::median;
 use crate::physics::ball::Ball;
 use crate::problem::findings::Finding;
-
-/// Number of shots below which each is judged alone, and part of the shots from which on moving object
-/// balls are not an accident of one.
-const MIN_SHOTS: usize = 6;
-const MANY: f64 = 0.5;
-
-/// Parts of the cue ball's speed: less hardly matters, and a ball that is faster is the cue ball.
-const MIN_SPEED_PART: f64 = 0.003;
-const MAX_SPEED_PART: f64 = 0.2;
 
 /// Scatter of neighbouring frames, in units of the stated noise, that does not refute it.
 const AS_STATED: std::ops::Range<f64> = 0.7..1.5;
@@ -54,8 +45,7 @@ impl Cleaned {
         if ends > 0 {
             findings.push(Finding::Ends { shots: ends, of });
         }
-        let mut left_out = tracks.left_out.clone();
-        leave_out_moving(&mut shots, tracks.from_balls, &mut left_out);
+        let left_out = tracks.left_out.clone();
         if let Some(times) = refute_noise(&shots) {
             if times > 1.0 {
                 for shot in &mut shots {
@@ -73,31 +63,6 @@ impl Cleaned {
 pub(in crate::problem) fn repair_drops(shots: &mut [TrackShot]) -> Option<Finding> {
     let drops: Vec<usize> = shots.par_iter_mut().map(drops::repair).filter(|count| *count > 0).collect();
     (!drops.is_empty()).then(|| Finding::Drops { shots: drops.len(), drops: drops.iter().sum() })
-}
-
-/// Leaves out all shots if the object balls of most move significantly before the impact, as those of the
-/// others then do, too; adds their names and reasons to `left_out`.
-fn leave_out_moving(shots: &mut Vec<TrackShot>, from_balls: bool, left_out: &mut Vec<(String, String)>) {
-    let count = shots.len();
-    let speeds: Vec<Option<(f64, f64)>> =
-        shots.par_iter().map(|shot| object_speed(shot, MAX_SPEED_PART)).collect();
-    let matter = speeds.iter().flatten().filter(|(_, part)| *part > MIN_SPEED_PART).count();
-    if count < MIN_SHOTS || matter as f64 <= MANY * count as f64 {
-        return;
-    }
-    let moving = speeds.iter().flatten().count();
-    for (shot, speed) in shots.drain(..).zip(speeds) {
-        let was = match speed {
-            Some((speed, _)) if !from_balls => format!("was moving before the impact, with {speed:.3} m/s"),
-            Some(_) => "was moving before the impact".to_owned(),
-            None => "may have been moving before the impact".to_owned(),
-        };
-        let reason = format!(
-            "the object ball {was}, as in {moving} of {count} shots: let it come to rest first, on a table \
-             that is level"
-        );
-        left_out.push((shot.name, reason));
-    }
 }
 
 /// Returns the scatter of neighbouring frames over the stated noise, if that refutes what is stated.

@@ -1,6 +1,6 @@
 //! Frames and shots that fit no collision, by the tail probability of their whitened residuals, and frames
 //! next to the impacts that are off in all shots: balls that touch hide each other, or seem one to a
-//! tracker; an exposure that lasts over the impact shows a ball on neither of its paths; and a tracker that
+//! tracker; an exposure that lasts over the impact shows a ball between its paths; and a tracker that
 //! predicts each position from those before, or averages over them, takes some frames to notice an impact.
 
 use std::sync::Arc;
@@ -12,7 +12,7 @@ use super::block::FilmBlock;
 use super::own::{self, OWN};
 use super::shots::FittedFrame;
 use crate::measurement::track::TrackedBall;
-use crate::numerics::median;
+use crate::numerics::{SIGNIFICANT, median};
 use crate::problem::frames::Sight;
 use crate::problem::policy::Policy;
 use crate::problem::sums::Contribution;
@@ -32,11 +32,9 @@ const MEDIAN_OF_TWO: f64 = 1.386;
 /// else.
 const MOST_NEAR: usize = 16;
 
-/// Residuals next to the impacts exceed the mean square by this part and by this number of standard
-/// deviations, if they are off; or by the second number, if those nearer to the impact are off.
+/// Residuals next to the impacts exceed the mean square by this part, if they are off, and significantly;
+/// half as significantly, if those nearer to the impact are off.
 const MIN_SQUARE_EXCESS: f64 = 0.5;
-const MIN_EXCESS_ERRORS: f64 = 5.0;
-const MIN_EXCESS_BESIDE: f64 = 2.5;
 
 /// Numbers of shots that determine what is off next to all impacts: at least, and that are looked at.
 const MIN_SHOTS: usize = 8;
@@ -45,9 +43,6 @@ const MAX_SHOTS: usize = 200;
 /// Frames after the impact that may show a lag, and how many determine the velocity on each side.
 const AFTER: usize = 3;
 const BESIDE: usize = 4;
-
-/// Standard errors of a lag that are not chance, if both balls show them.
-const MIN_LAG_ERRORS: f64 = 4.0;
 
 /// Part of a lag by which a ball is off before the impact at most: an exposure that lasts blurs both
 /// sides similarly, and a wrong model shows on both.
@@ -135,7 +130,7 @@ impl Squares {
 }
 
 /// Returns how many frames before and after the impacts are off, the first of which is less than half
-/// a frame away; `None` if none is.
+/// a frame away; `None` if all are on their paths.
 pub(crate) fn spoiled(film: &FilmBlock, own: &[Own], shared: &Shared) -> Option<[usize; 2]> {
     if film.shots.len() < MIN_SHOTS {
         return None;
@@ -158,10 +153,10 @@ pub(crate) fn spoiled(film: &FilmBlock, own: &[Own], shared: &Shared) -> Option<
     }
     let reach = near
         .each_ref()
-        .map(|side| side.iter().take_while(|near| near.excess(typical)[1] > MIN_EXCESS_BESIDE).count());
+        .map(|side| side.iter().take_while(|near| near.excess(typical)[1] > 0.5 * SIGNIFICANT).count());
     let is_off = |near: &Squares| {
         let [part, errors] = near.excess(typical);
-        part > MIN_SQUARE_EXCESS && errors > MIN_EXCESS_ERRORS
+        part > MIN_SQUARE_EXCESS && errors > SIGNIFICANT
     };
     let is_spoiled = near.iter().zip(reach).any(|(side, reach)| side[..reach].iter().any(is_off));
     (is_spoiled && reach.into_iter().all(|frames| frames < MOST_NEAR)).then_some(reach)
@@ -198,7 +193,7 @@ pub(crate) fn lags(film: &FilmBlock, own: &[Own], shared: &Shared) -> bool {
     });
     let is_late = |ball: &[[f64; 2]], frame: usize| {
         let [mean, error] = ball[frame];
-        (mean / error).abs() > MIN_LAG_ERRORS && ball[0][0].abs() < MAX_BEFORE * mean.abs()
+        (mean / error).abs() > SIGNIFICANT && ball[0][0].abs() < MAX_BEFORE * mean.abs()
     };
     let is_same_sign = |frame: usize| cue[frame][0] * object[frame][0] > 0.0;
     (1..=AFTER).any(|frame| is_late(&cue, frame) && is_late(&object, frame) && is_same_sign(frame))

@@ -95,12 +95,12 @@ pub(crate) fn information(
             film.block.spreads[which].sd = sd;
         }
     }
-    let tell = |(film, variances): (&Filmed, &Option<Own>)| {
+    let informs = |(film, variances): (&Filmed, &Option<Own>)| {
         variances.as_ref()?;
         let sums = film.block.contribute(0, &film.values, shared);
         sums.reduced(&Id::ALL).map(|(information, _)| information)
     };
-    Ok(films.par_iter().zip(&variances).map(tell).collect())
+    Ok(films.par_iter().zip(&variances).map(informs).collect())
 }
 
 /// The film of one shot, and its own unknowns.

@@ -33,7 +33,7 @@ const ROLL_SD: f64 = 0.01;
 const STUN_SD: f64 = 0.02;
 const UNKNOWN_SD: f64 = 1.0;
 
-/// The prior of μ_s in films of unknown spin, which hardly determine it (Kim 2024: 0.2 to 0.4).
+/// The prior of μ_s in films of unknown spin, which determine it weakly (Kim 2024: 0.2 to 0.4).
 const UNKNOWN_MU_S: Normal = Normal { mean: 0.3, sd: 0.1 };
 
 /// Returns every shared unknown in the order of [`Id`].

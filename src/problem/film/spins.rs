@@ -10,6 +10,7 @@ use super::camera::Point;
 use super::motion::{Approach, StatedSpin};
 use super::own;
 use crate::measurement::spin::Spin;
+use crate::numerics::SIGNIFICANT;
 use crate::physics::ball::Vec3;
 use crate::problem::sums::{Contribution, OwnPrior, Spread};
 use crate::problem::unknowns::{Id, Normal, Own, Shared};
@@ -18,14 +19,11 @@ use crate::problem::unknowns::{Id, Normal, Own, Shared};
 /// three times its centre after a cue stroke without a miscue (offset of half a radius: 1.25).
 const MAX_TOPSPIN: f64 = 3.0;
 
-/// Largest topspin or draw of a ball that is stated to have none, over natural roll.
+/// Largest topspin or draw of a ball that is stated as stun, over natural roll.
 const MAX_STUN: f64 = 0.5;
 
 /// Slip over speed within which a ball of measured spin rolls: spins are rounded.
 const ROLLS_WITHIN: f64 = 0.01;
-
-/// Standard errors of a measured spin beyond those that it may still be that of a rolling ball.
-const MAY_ROLL: f64 = 4.0;
 
 /// Indices of the spreads from shot to shot: of the topspin of balls that slide, and of side spin.
 pub(super) const TOPSPIN_SPREAD: usize = 0;
@@ -109,7 +107,7 @@ impl ShotSpin {
         let slip = Point::new(velocity.x - radius * spin.y, velocity.y + radius * spin.x).norm();
         let approach = if slip < ROLLS_WITHIN * speed { Approach::Rolls } else { Approach::Slides };
         let error = sd.into_iter().take(2).flatten().fold(0.0, f64::max) * radius;
-        let is_open = error > 0.0 && slip < ROLLS_WITHIN * speed + MAY_ROLL * error;
+        let is_open = error > 0.0 && slip < ROLLS_WITHIN * speed + SIGNIFICANT * error;
         let prior = |sd: Option<f64>| match sd {
             Some(sd) if sd > 0.0 && speed > 0.0 => {
                 OwnPrior::Stated(Normal { mean: 0.0, sd: sd * radius / speed })
