@@ -9,7 +9,6 @@ pub mod parameter;
 pub mod spin;
 pub mod track;
 pub mod valid;
-pub mod values;
 pub(crate) mod written;
 
 pub(crate) use crate::numerics::number;

@@ -3,7 +3,7 @@
 //! of the balls if these have errors. Their names, bounds and starting values.
 
 use super::fault::{FINITE, Fault, POSITIVE};
-use crate::physics::collision::{MAX_KAPPA, Model};
+use crate::physics::collision::{Coefficients, MAX_KAPPA, Model};
 use crate::physics::name::{by_name, worded};
 
 worded! {
@@ -190,6 +190,13 @@ impl Settings {
             Parameter::ESlope => self.e_falls,
             Parameter::MassRatio | Parameter::RadiusRatio => self[parameter].prior.is_some(),
         }
+    }
+
+    /// Returns the initial values of μ, μ_s and e.
+    #[must_use]
+    pub fn coefficients(&self) -> Coefficients {
+        let [mu, mu_s, e] = Parameter::COEFFICIENTS.map(|parameter| self[parameter].initial);
+        Coefficients { mu, mu_s, e }
     }
 
     /// Returns the parameters that a fit has, in the order of [`Parameter::ALL`].
