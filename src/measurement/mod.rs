@@ -1,9 +1,7 @@
 //! Measurements and what is asked of them, as values: shots, tracks, observables, parameters.
 pub mod correction;
 pub mod dataset;
-pub(crate) mod fault;
 pub mod loss;
-pub(crate) mod object_ball;
 pub mod observable;
 pub mod parameter;
 pub mod spin;
