@@ -56,8 +56,7 @@ impl Expected {
     /// Returns the standard deviations to which the ratios of masses and of radii are stated; 0 of
     /// a ratio that is exact.
     pub(crate) fn ratio_sds(&self) -> [f64; 2] {
-        let object = self.object_ball();
-        [object.mass_ratio_sd(self.ball), object.radius_ratio_sd(self.ball)].map(Option::unwrap_or_default)
+        self.object_ball().ratio_sds(self.ball).map(Option::unwrap_or_default)
     }
 
     fn object_ball(&self) -> ObjectBall {

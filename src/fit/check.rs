@@ -8,7 +8,6 @@ use crate::measurement::number::{count_of, plain, with_error};
 use crate::measurement::observable::{Axis, Observable};
 use crate::measurement::parameter::Parameter;
 use crate::measurement::spin::Spin;
-use crate::measurement::values::Values;
 use crate::physics::collision::Fidelity;
 use crate::problem::predict;
 
@@ -228,10 +227,11 @@ fn undetermined(dataset: &Dataset, parameter: Parameter) -> Option<String> {
     const OTHER: f64 = 0.9;
     let setting = &dataset.settings[parameter];
     let model = dataset.model(Fidelity::Full);
-    let values = Values::initial(&dataset.settings);
-    let other = values.with(parameter, OTHER * setting.initial);
+    let mut other = dataset.settings;
+    other[parameter].initial *= OTHER;
     let depends = |shot: &Shot| {
-        let [here, there] = [values, other].map(|values| predict(shot, &model, &values.coefficients()));
+        let [here, there] =
+            [&dataset.settings, &other].map(|settings| predict(shot, &model, &settings.coefficients()));
         here.is_ok_and(|here| there.is_ok_and(|there| there.values != here.values))
     };
     if setting.fixed || dataset.shots.is_empty() || dataset.shots.iter().any(depends) {

@@ -11,7 +11,6 @@ use crate::measurement::dataset::{Measured, Shot};
 use crate::measurement::parameter::{Compliance, Parameter, Setting, Settings};
 use crate::measurement::spin::Spin;
 use crate::measurement::track::TrackShot;
-use crate::measurement::values::Values;
 use crate::physics::collision::{FidelityChoice, Model};
 use crate::physics::friction_law::Law;
 use crate::problem::{Id, Modelling, Offsets, Policy, RowsError, Solution, fit_film};
@@ -58,9 +57,13 @@ fn fitted_with(request: &Request) -> Result<(Model, Settings), FitError> {
     let mut model = dataset.model(options.fidelity.first());
     model.tolerance = options.tolerance;
     let settings = options.falling.applied(dataset.settings_of_balls());
-    let initial = Values::usual(&settings);
+    // typical values within the bounds: a search does not depend on the initial values
+    let start = |parameter: Parameter| {
+        let Setting { initial, lower, upper, fixed, .. } = settings[parameter];
+        if fixed { initial } else { parameter.default_setting().initial.clamp(lower, upper) }
+    };
     if settings.falls {
-        model.law = Law::Exponential { b: initial[Parameter::B], c: initial[Parameter::C] };
+        model.law = Law::Exponential { b: start(Parameter::B), c: start(Parameter::C) };
     }
     if settings.compliance == Compliance::Stated {
         if let FidelityChoice::Of(fidelity) = options.fidelity
@@ -68,7 +71,7 @@ fn fitted_with(request: &Request) -> Result<(Model, Settings), FitError> {
         {
             return Err(request.of_rows(RowsError::Rigid(fidelity.name())));
         }
-        model.kappa = initial[Parameter::Kappa];
+        model.kappa = start(Parameter::Kappa);
     }
     Ok((model, settings))
 }

@@ -117,7 +117,7 @@ impl Fit {
         /// Part of a variance.
         const LARGE_MASS_PART: f64 = 0.5;
         let object = self.object.unwrap_or(ObjectBall::unweighed(self.ball));
-        object.mass_ratio_sd(self.ball).filter(|sd| self.discs.is_none() && *sd >= WEIGHED)?;
+        object.ratio_sds(self.ball)[0].filter(|sd| self.discs.is_none() && *sd >= WEIGHED)?;
         let ratio = self.estimates.iter().position(|e| e.parameter == Parameter::MassRatio)?;
         let share = |(i, estimate): (usize, &Estimate)| {
             let error = estimate.std_error.filter(|_| estimate.parameter != Parameter::MassRatio)?;

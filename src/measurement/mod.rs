@@ -1,15 +1,12 @@
 //! Measurements and what is asked of them, as values: shots, tracks, observables, parameters.
 pub mod correction;
 pub mod dataset;
-pub(crate) mod fault;
 pub mod loss;
-pub(crate) mod object_ball;
 pub mod observable;
 pub mod parameter;
 pub mod spin;
 pub mod track;
 pub mod valid;
-pub mod values;
 pub(crate) mod written;
 
 pub(crate) use crate::numerics::number;

@@ -2,8 +2,8 @@
 //! contact is compliant, e₁ if e falls with the closing speed, and the ratios of masses and radii
 //! of the balls if these have errors. Their names, bounds and starting values.
 
-use super::fault::{FINITE, Fault, POSITIVE};
-use crate::physics::collision::{MAX_KAPPA, Model};
+use super::valid::{FINITE, Fault, POSITIVE};
+use crate::physics::collision::{Coefficients, MAX_KAPPA, Model};
 use crate::physics::name::{by_name, worded};
 
 worded! {
@@ -126,20 +126,20 @@ impl Setting {
             Parameter::ESlope => (-1.0..=1.0, "-1 to 1 s/m"),
             _ => (0.0..=f64::MAX, "0 or more"),
         };
-        let outside = [("lower", lower), ("upper", upper), (value_key, initial)].into_iter();
-        let outside = outside.filter(|(_, value)| !range.contains(value));
-        let mut faults: Vec<Fault> =
-            outside.map(|(key, value)| fault(key, value, allowed.to_owned())).collect();
+        let mut faults = Vec::new();
+        for (key, value) in [("lower", lower), ("upper", upper), (value_key, initial)] {
+            if !range.contains(&value) {
+                faults.push(fault(key, value, allowed.to_owned()));
+            }
+        }
         if faults.is_empty() && lower > upper {
             faults.push(fault("lower", lower, format!("at most {name}.upper, {upper:?}")));
         } else if faults.is_empty() && !(lower..=upper).contains(&initial) {
             faults.push(fault(value_key, initial, format!("{lower:?} to {upper:?}, its bounds")));
         }
         if let Some(Prior { mean, sd }) = prior {
-            let numbers = [("prior_mean", mean, FINITE), ("prior_sd", sd, POSITIVE)];
-            let of_number =
-                |(key, value, condition)| Fault::of_number(&format!("{name}.{key}"), value, condition);
-            faults.extend(numbers.into_iter().filter_map(of_number));
+            faults.extend(Fault::of_number(&format!("{name}.prior_mean"), mean, FINITE));
+            faults.extend(Fault::of_number(&format!("{name}.prior_sd"), sd, POSITIVE));
         }
         faults
     }
@@ -190,6 +190,13 @@ impl Settings {
             Parameter::ESlope => self.e_falls,
             Parameter::MassRatio | Parameter::RadiusRatio => self[parameter].prior.is_some(),
         }
+    }
+
+    /// Returns the initial values of μ, μ_s and e.
+    #[must_use]
+    pub fn coefficients(&self) -> Coefficients {
+        let [mu, mu_s, e] = Parameter::COEFFICIENTS.map(|parameter| self[parameter].initial);
+        Coefficients { mu, mu_s, e }
     }
 
     /// Returns the parameters that a fit has, in the order of [`Parameter::ALL`].

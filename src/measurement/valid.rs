@@ -5,19 +5,65 @@ use std::collections::BTreeMap;
 use std::path::Path;
 
 use super::dataset::{Before, Dataset, Measured, ObjectBall, Shot};
-use super::fault::FINITE;
-pub use super::fault::{Condition, FRACTION, Fault, Faults, INERTIA, NOT_NEGATIVE, POSITIVE};
 use super::parameter::Parameter;
 use super::spin::Spin;
 use super::track::{Sample, TrackShot};
-use crate::physics::ball::Ball;
+use crate::physics::ball::{Ball, HOLLOW_SPHERE};
 
-/// A line of centres is taken for a unit vector, and made one, if its length is within this of 1.
-const UNIT: f64 = 1e-3;
+/// A condition on a finite number, and its words.
+pub type Condition = (fn(f64) -> bool, &'static str);
 
-/// Returns whether a vector is meant to have the length 1.
+/// Any finite number.
+pub(crate) const FINITE: Condition = (|_| true, "a finite number");
+
+/// More than 0.
+pub const POSITIVE: Condition = (|x| x > 0.0, "more than 0");
+
+/// 0 or more.
+pub const NOT_NEGATIVE: Condition = (|x| x >= 0.0, "0 or more");
+
+/// The moment of inertia of a ball over MR².
+pub const INERTIA: Condition =
+    (|x| x > 0.0 && x <= HOLLOW_SPHERE, "more than 0, at most 2/3 (a hollow sphere)");
+
+/// A number from 0 to 1.
+pub const FRACTION: Condition = (|x| (0.0..=1.0).contains(&x), "a number from 0 to 1");
+
+/// A value that is wrong.
+#[derive(Clone, Debug, PartialEq, thiserror::Error)]
+#[error("{key} is {value}; expected {expected}")]
+pub struct Fault {
+    /// The path of its key, such as `camera.fps`.
+    pub key: String,
+    /// The value.
+    pub value: String,
+    /// The expectation, in words.
+    pub expected: String,
+}
+
+impl Fault {
+    /// Returns a value that is not as expected.
+    pub(crate) fn new(key: &str, value: impl ToString, expected: impl Into<String>) -> Self {
+        Self { key: key.to_owned(), value: value.to_string(), expected: expected.into() }
+    }
+
+    /// Returns a fault unless a number is finite and meets the condition.
+    pub(crate) fn of_number(key: &str, number: f64, (is_met, expected): Condition) -> Option<Self> {
+        let is_good = number.is_finite() && is_met(number);
+        (!is_good).then(|| Self::new(key, number, expected))
+    }
+}
+
+/// Values that are checked before they are used.
+pub trait Faults {
+    /// Returns what is wrong, each value with the path of its key.
+    fn faults(&self) -> Vec<Fault>;
+}
+
+/// Returns whether a vector is meant to have the length 1: a line of centres that has it within 0.1 %
+/// is taken for a unit vector, and made one.
 pub(crate) fn is_unit(x: f64, y: f64) -> bool {
-    (x.hypot(y) - 1.0).abs() <= UNIT
+    (x.hypot(y) - 1.0).abs() <= 1e-3
 }
 
 impl Dataset {
@@ -25,25 +71,21 @@ impl Dataset {
     /// what was expected. Empty for every data set that was read from files.
     #[must_use]
     pub fn faults(&self) -> Vec<String> {
-        let mut faults = Vec::new();
-        let mut check = |key: &str, value: f64, condition: Condition| {
-            faults.extend(Fault::of_number(key, value, condition).map(|fault| fault.to_string()));
-        };
+        let mut found = Vec::new();
         let object = self.object.map(|object| ("object", object.ball));
         for (which, Ball { radius, mass, inertia }) in [("ball", self.ball)].into_iter().chain(object) {
             for (name, value) in [("radius", radius), ("mass", mass), ("inertia", inertia)] {
-                check(&format!("{which}.{name}"), value, POSITIVE);
+                found.extend(Fault::of_number(&format!("{which}.{name}"), value, POSITIVE));
             }
         }
         if let Some(ObjectBall { mass_sd, radius_sd, .. }) = self.object {
-            for i in 0..2 {
-                check("mass_sd", mass_sd.unwrap_or_default()[i], NOT_NEGATIVE);
-                check("radius_sd", radius_sd[i], NOT_NEGATIVE);
+            let masses = mass_sd.unwrap_or_default().map(|sd| ("mass_sd", sd));
+            for (name, sd) in masses.into_iter().chain(radius_sd.map(|sd| ("radius_sd", sd))) {
+                found.extend(Fault::of_number(name, sd, NOT_NEGATIVE));
             }
         }
-        for parameter in Parameter::ALL {
-            faults.extend(self.settings[parameter].faults(parameter).iter().map(Fault::to_string));
-        }
+        found.extend(Parameter::ALL.iter().flat_map(|own| self.settings[*own].faults(*own)));
+        let mut faults: Vec<String> = found.iter().map(Fault::to_string).collect();
         if let Some(by) = &self.by
             && !self.shots.is_empty()
             && self.shots.iter().all(|shot| !shot.labels.contains_key(by))
@@ -68,13 +110,6 @@ impl Dataset {
     }
 }
 
-/// Returns what is wrong with a measured value and its standard deviation.
-fn faults_of(name: &str, measured: &Measured) -> Vec<String> {
-    let value = Fault::of_number(name, measured.value, FINITE);
-    let sd = measured.sd.and_then(|sd| Fault::of_number(&format!("{name}_sd"), sd, POSITIVE));
-    value.into_iter().chain(sd).map(|fault| fault.to_string()).collect()
-}
-
 /// Returns what is wrong with a filmed shot: numbers that are not finite or out of range, and times
 /// that do not rise.
 fn faults_of_film(shot: &TrackShot) -> Vec<String> {
@@ -92,57 +127,64 @@ fn faults_of_film(shot: &TrackShot) -> Vec<String> {
     let markers = shot.markers.iter().map(|marker| (marker.name.as_str(), &marker.samples));
     for (name, samples) in [("cue", &shot.cue), ("object", &shot.object)].into_iter().chain(markers) {
         let is_wrong = |sample: &&Sample| {
-            let sds = sample.sd.iter().flatten().all(|sd| *sd > 0.0 && sd.is_finite());
-            !(sds && [sample.t, sample.x, sample.y].iter().all(|value| value.is_finite()))
+            let is_sd = |sd: &f64| *sd > 0.0 && sd.is_finite();
+            let is_finite = [sample.t, sample.x, sample.y].iter().all(|value| value.is_finite());
+            !(is_finite && sample.sd.iter().flatten().all(is_sd))
         };
         if let Some(Sample { t, x, y, sd }) = samples.iter().find(is_wrong) {
             faults.push(format!(
                 "{name} has the position t = {t:?}, x = {x:?}, y = {y:?} with the standard deviations {sd:?}; expected finite \
                  numbers, and standard deviations above 0"
             ));
-        } else if let Some(pair) = samples.windows(2).find(|pair| pair[1].t <= pair[0].t) {
-            faults.push(format!(
-                "{name} is at t = {:?} after t = {:?}; expected times that rise",
-                pair[1].t, pair[0].t
-            ));
+        } else if let Some([first, second]) = samples.array_windows().find(|[a, b]| b.t <= a.t) {
+            let (first, second) = (first.t, second.t);
+            faults.push(format!("{name} is at t = {second:?} after t = {first:?}; expected times that rise"));
         }
     }
-    named(&shot.name, (&shot.file, shot.line), faults)
+    with_place(&shot.name, &shot.file, shot.line, faults)
 }
 
 /// Returns faults behind the name of their shot, and the place where it was read.
-fn named(shot: &str, (file, line): (&Path, usize), faults: Vec<String>) -> Vec<String> {
+fn with_place(shot: &str, file: &Path, line: usize, faults: Vec<String>) -> Vec<String> {
     let place = if line > 0 { format!(" ({}:{line})", file.display()) } else { String::new() };
     faults.into_iter().map(|fault| format!("shot {shot}{place}: {fault}")).collect()
 }
 
 /// Returns what is wrong with a measured shot.
 fn faults_of_shot(shot: &Shot) -> Vec<String> {
-    let mut values: Vec<(&str, Measured)> = Vec::new();
     let mut faults = Vec::new();
+    let mut check = |name: &str, measured: Measured| {
+        faults.extend(Fault::of_number(name, measured.value, FINITE));
+        faults.extend(measured.sd.and_then(|sd| Fault::of_number(&format!("{name}_sd"), sd, POSITIVE)));
+    };
     match shot.before {
         Before::Impact { normal: [x, y], velocity: [vx, vy] } => {
-            values.extend([("nx", x), ("ny", y), ("cue_vx", vx), ("cue_vy", vy)]);
-            let length = x.value.hypot(y.value);
-            if length.is_finite() && !is_unit(x.value, y.value) {
-                let value = format!("({}, {}), of length {length:?}", x.value, y.value);
-                let line = "the line of centres (nx, ny)";
-                faults.push(Fault::new(line, value, "a unit vector").to_string());
+            for (name, measured) in [("nx", x), ("ny", y), ("cue_vx", vx), ("cue_vy", vy)] {
+                check(name, measured);
             }
         }
         Before::Angle { cut, speed } => {
-            values.push(("cut_deg", cut));
-            values.extend(speed.map(|speed| ("speed_m_s", speed)));
+            check("cut_deg", cut);
+            speed.into_iter().for_each(|speed| check("speed_m_s", speed));
         }
     }
     if let Spin::Measured { spin, sd } = shot.spin {
-        let components = ["spin x", "spin y", "spin z"].into_iter().zip(spin.iter().zip(sd));
-        values.extend(components.map(|(name, (value, sd))| (name, Measured { value: *value, sd })));
+        for (i, name) in ["spin x", "spin y", "spin z"].into_iter().enumerate() {
+            check(name, Measured { value: spin[i], sd: sd[i] });
+        }
     }
-    values.extend(shot.after.iter().map(|row| (row.observable.column(), row.measured)));
-    faults.extend(values.iter().flat_map(|(name, measured)| faults_of(name, measured)));
+    shot.after.iter().for_each(|row| check(row.observable.column(), row.measured));
+    if let Before::Impact { normal, .. } = shot.before {
+        let [x, y] = normal.map(|component| component.value);
+        let length = x.hypot(y);
+        if length.is_finite() && !is_unit(x, y) {
+            let value = format!("({x}, {y}), of length {length:?}");
+            faults.push(Fault::new("the line of centres (nx, ny)", value, "a unit vector"));
+        }
+    }
+    let mut faults: Vec<String> = faults.iter().map(Fault::to_string).collect();
     if shot.after.is_empty() {
         faults.push("nothing is observed; expected at least one observation".to_owned());
     }
-    named(&shot.name, (&shot.file, shot.line), faults)
+    with_place(&shot.name, &shot.file, shot.line, faults)
 }

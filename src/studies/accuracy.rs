@@ -17,7 +17,6 @@ use serde_json::Value;
 use crate::measurement::dataset::{self as measured, Before, Dataset, Measured, Measurement};
 use crate::measurement::observable::{Axis, Observable};
 use crate::measurement::spin::Spin;
-use crate::measurement::values::Values;
 use crate::measurement::written::written_by_name;
 use crate::physics::ball::{Ball, BallState, Vec3};
 use crate::physics::collision::{Coefficients, Fidelity, MIN_TOLERANCE, Model, NotACollision, Outcome};
@@ -144,7 +143,7 @@ pub fn dataset(count: usize, seed: u64) -> Dataset {
 /// Returns the shots of a data set that can be computed, at the initial values of its parameters.
 #[must_use]
 pub fn shots(dataset: &Dataset) -> Vec<Shot> {
-    let coefficients = Values::initial(&dataset.settings).coefficients();
+    let coefficients = dataset.settings.coefficients();
     let model = dataset.model(Fidelity::Full);
     let shot = |shot: &measured::Shot| {
         Some(Shot { cue: predict(shot, &model, &coefficients).ok()?.cue, coefficients })

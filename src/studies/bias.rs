@@ -9,7 +9,6 @@ use crate::measurement::dataset::{Dataset, Measurement, ObjectBall};
 use crate::measurement::loss::Loss;
 use crate::measurement::observable::Observable;
 use crate::measurement::parameter::{Compliance, Parameter, Setting, Settings};
-use crate::measurement::values::Values;
 use crate::physics::collision::{Effects, Fidelity, FidelityChoice, Model};
 use crate::problem::predict;
 
@@ -81,7 +80,7 @@ pub(crate) const FITTED: [Way; 7] = {
 /// dropped, since they would bias the parameters, too.
 #[must_use]
 pub(crate) fn noise_free(dataset: &Dataset, kappa: f64) -> Dataset {
-    let coefficients = Values::initial(&dataset.settings).coefficients();
+    let coefficients = dataset.settings.coefficients();
     let reference = Model {
         effects: Effects::ALL,
         kappa,
@@ -132,13 +131,11 @@ pub(crate) fn bias(dataset: &Dataset, way: Way) -> Result<Row, FitError> {
     let mut dataset = dataset.clone();
     dataset.settings.compliance = way.compliance;
     let fitted = fit::fit(&dataset, &options)?.remove(0);
-    let truth = Values::initial(&dataset.settings);
-    let found = Parameter::COEFFICIENTS.map(|parameter| Found {
-        parameter,
-        truth: truth[parameter],
-        estimate: fitted.get(parameter).map_or(truth[parameter], |estimate| estimate.value),
+    let found = Parameter::COEFFICIENTS.map(|parameter| {
+        let truth = dataset.settings[parameter].initial;
+        let estimate = fitted.get(parameter).map_or(truth, |estimate| estimate.value);
         // a fidelity that leaves much out is refuted, as the bias shows
-        std_error: fitted.std_error_if_model_held(parameter),
+        Found { parameter, truth, estimate, std_error: fitted.std_error_if_model_held(parameter) }
     });
     let observations = dataset.shots.iter().map(|shot| shot.after.len()).sum::<usize>();
     Ok(Row {
