@@ -84,7 +84,7 @@ impl Disc {
 /// that keep their distances. Other tracks are left out.
 ///
 /// # Errors
-/// There are not two discs, or the centre is ambiguous.
+/// There are not two discs.
 fn discs(tracks: &[RawTrack], calibration: &Calibration) -> Result<[Disc; 2], String> {
     let points = samples(tracks, |row| calibration.metres(row.x, row.y));
     let groups = if tracks.len() == 2 { vec![vec![0], vec![1]] } else { groups(&points) };
@@ -106,17 +106,11 @@ fn discs(tracks: &[RawTrack], calibration: &Calibration) -> Result<[Disc; 2], St
         let own: Vec<&[Sample]> = group.iter().map(|i| points[*i].as_slice()).collect();
         let mut markers = names(tracks, group);
         match central(&own) {
-            Ok(Some(centre)) => Ok(Disc { centre: vec![markers.remove(centre)], markers }),
-            Ok(None) => Ok(Disc { centre: markers, markers: Vec::new() }),
-            Err(one) => Err(format!(
-                "the points {} are on one disc, but {} may be its centre or on its rim; expected [tracks] cue and object, and cue_markers and \
-                 object_markers for points beside the centre",
-                quoted(&markers),
-                quoted(names(tracks, &[group[one]]))
-            )),
+            Some(centre) => Disc { centre: vec![markers.remove(centre)], markers },
+            None => Disc { centre: markers, markers: Vec::new() },
         }
     };
-    Ok([disc(&groups[0])?, disc(&groups[1])?])
+    Ok([disc(&groups[0]), disc(&groups[1])])
 }
 
 pub(super) fn are_two(tracks: &[RawTrack]) -> bool {
@@ -190,12 +184,9 @@ fn change(one: &[Sample], other: &[Sample]) -> f64 {
     (most - least) / smooth[smooth.len() / 2].max(f64::MIN_POSITIVE)
 }
 
-/// Returns the centre of the points on a disc, whose distances to all others are equal; `None` if
-/// all are on a circle about it.
-///
-/// # Errors
-/// The point of three that may be the centre, or one of three on the rim.
-fn central(points: &[&[Sample]]) -> Result<Option<usize>, usize> {
+/// Returns the centre of the points on a disc, whose distances to three others or more are equal;
+/// `None` if all are on a circle about it.
+fn central(points: &[&[Sample]]) -> Option<usize> {
     let distance = |one: &[Sample], other: &[Sample]| {
         let all = distances(one, other);
         if all.is_empty() { f64::INFINITY } else { median(all) }
@@ -205,11 +196,6 @@ fn central(points: &[&[Sample]]) -> Result<Option<usize>, usize> {
         let [least, most] = span(others.map(|j| distance(points[*i], points[j])));
         most.max(0.0) <= (1.0 + MAX_INEQUALITY) * least
     };
-    let like_centre: Vec<usize> = (0..points.len()).filter(is_like_centre).collect();
-    match like_centre[..] {
-        [one] if points.len() == 3 => Err(one),
-        // no circle about a point of the rim meets the rim in three points
-        [one] if points.len() > 3 => Ok(Some(one)),
-        _ => Ok(None),
-    }
+    // no circle about a point of the rim meets the rim in three points
+    (0..points.len()).filter(|_| points.len() > 3).find(is_like_centre)
 }
