@@ -11,7 +11,6 @@ use super::input::{Notes, Subject, quoted};
 use super::names::{find, number_twins};
 use super::raw::{RawShot, RawTrack, Row, span};
 use super::settings::{Names, TrackSettings};
-use crate::film::rigid_body::circle_centres;
 use crate::measurement::track::Sample;
 use crate::numerics::median;
 
@@ -21,14 +20,6 @@ use crate::numerics::median;
 const MAX_CHANGE: f64 = 0.25;
 /// Number of frames of a median distance, so that a frame with two mistaken markers does not count.
 const MEDIAN_FRAMES: usize = 5;
-/// Time on either side over which a path's bend is measured: the film over this, up to a maximum.
-const REACH_PART: usize = 8;
-const MAX_REACH: usize = 60;
-/// Ratio of the bends of two points on a turning disc at which the straighter one may be the
-/// centre. Noise alone exceeds it in a twentieth of the frames, either way.
-const MIN_BEND_RATIO: f64 = 5.0;
-/// Least excess of frames in which the centre's path is the straighter one, as a part of all.
-const MIN_STRAIGHT_EXCESS: f64 = 0.25;
 /// Largest relative difference of the centre's distances to markers, which are placed by hand.
 const MAX_INEQUALITY: f64 = 0.1;
 
@@ -93,7 +84,7 @@ impl Disc {
 /// that keep their distances. Other tracks are left out.
 ///
 /// # Errors
-/// There are not two discs, or the centre is ambiguous.
+/// There are not two discs.
 fn discs(tracks: &[RawTrack], calibration: &Calibration) -> Result<[Disc; 2], String> {
     let points = samples(tracks, |row| calibration.metres(row.x, row.y));
     let groups = if tracks.len() == 2 { vec![vec![0], vec![1]] } else { groups(&points) };
@@ -115,21 +106,11 @@ fn discs(tracks: &[RawTrack], calibration: &Calibration) -> Result<[Disc; 2], St
         let own: Vec<&[Sample]> = group.iter().map(|i| points[*i].as_slice()).collect();
         let mut markers = names(tracks, group);
         match central(&own) {
-            Ok(Some(centre)) => Ok(Disc { centre: vec![markers.remove(centre)], markers }),
-            Ok(None) => Ok(Disc { centre: markers, markers: Vec::new() }),
-            Err(like_centre) => {
-                let like_centre: Vec<usize> = like_centre.iter().map(|i| group[*i]).collect();
-                Err(format!(
-                    "the points {} are on one disc, but {} may be its centre or on its rim, since the disc turns too little to decide; \
-                     expected [tracks] cue and object, and cue_markers and \
-                     object_markers for points beside the centre",
-                    quoted(markers),
-                    quoted(names(tracks, &like_centre)).replace(", ", " or ")
-                ))
-            }
+            Some(centre) => Disc { centre: vec![markers.remove(centre)], markers },
+            None => Disc { centre: markers, markers: Vec::new() },
         }
     };
-    Ok([disc(&groups[0])?, disc(&groups[1])?])
+    Ok([disc(&groups[0]), disc(&groups[1])])
 }
 
 pub(super) fn are_two(tracks: &[RawTrack]) -> bool {
@@ -203,13 +184,9 @@ fn change(one: &[Sample], other: &[Sample]) -> f64 {
     (most - least) / smooth[smooth.len() / 2].max(f64::MIN_POSITIVE)
 }
 
-/// Returns the centre of the points on a disc, `None` if all are on a circle about it: only the
-/// centre moves straight while the disc turns.
-///
-/// # Errors
-/// The points that may be the centre, if the disc does not turn enough.
-fn central(points: &[&[Sample]]) -> Result<Option<usize>, Vec<usize>> {
-    let Ok(circle) = circle_centres(points) else { return Ok(None) };
+/// Returns the centre of the points on a disc, whose distances to three others or more are equal;
+/// `None` if all are on a circle about it.
+fn central(points: &[&[Sample]]) -> Option<usize> {
     let distance = |one: &[Sample], other: &[Sample]| {
         let all = distances(one, other);
         if all.is_empty() { f64::INFINITY } else { median(all) }
@@ -219,26 +196,6 @@ fn central(points: &[&[Sample]]) -> Result<Option<usize>, Vec<usize>> {
         let [least, most] = span(others.map(|j| distance(points[*i], points[j])));
         most.max(0.0) <= (1.0 + MAX_INEQUALITY) * least
     };
-    let like_centre: Vec<usize> = (0..points.len()).filter(is_like_centre).collect();
-    let sureness = like_centre.iter().map(|i| (straighter(points[*i], &circle), *i));
-    match sureness.max_by(|a, b| a.0.total_cmp(&b.0)) {
-        Some((sure, i)) if sure > MIN_STRAIGHT_EXCESS => Ok(Some(i)),
-        // only one point can be the centre; points on the rim may have equal distances
-        Some((sure, i)) if like_centre.len() == 1 && sure > -MIN_STRAIGHT_EXCESS => Err(vec![i]),
-        _ => Ok(None),
-    }
-}
-
-/// Returns the excess of frames in which the first path is the straighter one, as a part of all.
-fn straighter(one: &[Sample], other: &[Sample]) -> f64 {
-    let both: Vec<[&Sample; 2]> = together(one, other).collect();
-    let reach = (both.len() / REACH_PART).clamp(1, MAX_REACH);
-    let bend = |[a, b, c]: [&Sample; 3]| (0.5 * (a.x + c.x) - b.x).hypot(0.5 * (a.y + c.y) - b.y);
-    let (mut more, mut all) = (0.0, 0.0);
-    for window in both.windows(2 * reach + 1) {
-        let [one, other] = [0, 1].map(|k| bend([window[0][k], window[reach][k], window[2 * reach][k]]));
-        all += 1.0;
-        more += f64::from(i8::from(other > MIN_BEND_RATIO * one) - i8::from(one > MIN_BEND_RATIO * other));
-    }
-    if all > 0.0 { more / all } else { 0.0 }
+    // no circle about a point of the rim meets the rim in three points
+    (0..points.len()).filter(|_| points.len() > 3).find(is_like_centre)
 }

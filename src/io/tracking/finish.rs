@@ -121,9 +121,7 @@ fn of_balls(
     let file = raw.file.clone();
     let log = notes.of(&file);
     let fps = time::convert(&mut raw, settings, notes).map_err(|message| Wrong::input(raw.line, message))?;
-    for track in &mut raw.tracks {
-        repair::order(track, log)?;
-    }
+    repair::put_on_grid(&mut raw.tracks, log)?;
     repair::remove_outliers(&mut raw.tracks, log);
     let mut rest = raw.tracks.into_iter();
     let mut balls = sizes.map(|sizes| {
@@ -131,7 +129,8 @@ fn of_balls(
         Ball { centres, markers }
     });
     let [mut cue, mut object] = balls.each_mut().map(Ball::mean);
-    repair::remove_repeated_frames(&mut cue, &mut object, fps, log)?;
+    let step = grid_step(&[&cue, &object]).unwrap_or(0.0);
+    repair::remove_repeated_frames(&mut cue, &mut object, fps, step, log)?;
     let swapped = repair::undo_swaps(&mut cue, &mut object, fps, log)?;
     if let Some(line) = swapped.filter(|_| balls.iter().any(|ball| !ball.markers.is_empty())) {
         let message = "cue and object ball have exchanged their names from here on, and with markers on them it is \
@@ -187,15 +186,14 @@ impl Ball {
         if self.centres.len() < 2 {
             return self.centres.pop().unwrap_or_else(|| RawTrack::new("", None));
         }
-        let mean = |row: &Row| {
-            let points =
-                self.centres.iter().map(|track| track.at(row.time).map_or([f64::NAN; 2], Row::place));
-            let sum = points.fold([0.0; 2], |sum, place| [sum[0] + place[0], sum[1] + place[1]]);
+        let mean = |frame: usize| {
+            let places = self.centres.iter().map(|track| track.rows[frame].place());
+            let sum = places.fold([0.0; 2], |sum, place| [sum[0] + place[0], sum[1] + place[1]]);
             let [x, y] = sum.map(|sum| sum / self.centres.len() as f64);
-            Row { x, y, sd: [f64::NAN; 2], ..*row }
+            Row { x, y, sd: [f64::NAN; 2], ..self.centres[0].rows[frame] }
         };
         let names: Vec<_> = self.centres.iter().map(|track| track.name.as_str()).collect();
-        let rows = self.centres[0].rows.iter().map(mean).collect();
+        let rows = (0..self.centres[0].rows.len()).map(mean).collect();
         let mean = RawTrack { rows, ..RawTrack::new(names.join(" + "), None) };
         self.markers.append(&mut self.centres);
         mean
@@ -287,14 +285,14 @@ fn samples(track: &RawTrack, calibration: &Calibration) -> Vec<Sample> {
 fn turned(angles: &RawTrack, centre: &RawTrack, calibration: &Calibration) -> Vec<Sample> {
     /// Distance of the point from the centre, m; arbitrary.
     const ARM: f64 = 0.02;
-    let point = |row: &Row| {
-        let middle = centre.at(row.time).filter(|row| !row.is_gap())?;
+    let point = |(row, middle): (&Row, &Row)| {
         let (sin, cos) = row.x.sin_cos();
         let [x, y] = calibration.metres(middle.x, middle.y);
         let [along, up] = calibration.metres(middle.x + cos, middle.y + sin);
         let length = (along - x).hypot(up - y);
         let place = [x + ARM * (along - x) / length, y + ARM * (up - y) / length];
-        Some(Sample::new(row.time + calibration.delay(middle.y), place))
+        Sample::new(row.time + calibration.delay(middle.y), place)
     };
-    angles.seen().filter_map(point).collect()
+    let both = angles.rows.iter().zip(&centre.rows);
+    both.filter(|(row, middle)| !row.is_gap() && !middle.is_gap()).map(point).collect()
 }

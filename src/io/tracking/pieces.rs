@@ -28,29 +28,35 @@ const MAX_DISTANCE_RATIO: f64 = 0.5;
 
 /// Returns the shots of a file: positions of lost balls are left out, and one shot that is several
 /// clips is separated. `alone`: the names of clips are their numbers, without the file's name.
-pub(super) fn clips(mut shots: Vec<RawShot>, fps: Option<f64>, alone: bool, notes: &Notes) -> Vec<RawShot> {
+pub(super) fn clips(
+    mut shots: Vec<RawShot>,
+    settings: &TrackSettings,
+    alone: bool,
+    notes: &Notes,
+) -> Vec<RawShot> {
     for RawShot { tracks, file, .. } in &mut shots {
         remove_lost(tracks, notes.of(file));
     }
     // names of shots in the table are believed
-    let [shot] = shots.as_slice() else { return shots };
-    let cuts = cuts(shot, fps);
-    if cuts.is_empty() {
-        return shots;
+    if let [shot] = shots.as_slice()
+        && let cuts = cuts(shot, settings.capture_fps)
+        && !cuts.is_empty()
+    {
+        let clips: Vec<RawShot> = (0..=cuts.len()).map(|number| clip(shot, &cuts, number, alone)).collect();
+        let is_seen = |track: &&RawTrack| track.seen().count() >= MIN_FRAMES;
+        if clips.iter().all(|clip| clip.tracks.iter().filter(is_seen).count() > 1) {
+            let names: Vec<&str> = clips.iter().map(|clip| clip.name.as_str()).collect();
+            let message = format!(
+                "holds {} clips, separated by jumps of the time or of both balls: taken as the shots {}; expected a column shot if that is wrong",
+                clips.len(),
+                names.join(", ")
+            );
+            notes.of(&shot.file).add(Subject::Names, None, message);
+            shots = clips;
+        }
     }
-    let clips: Vec<RawShot> = (0..=cuts.len()).map(|number| clip(shot, &cuts, number, alone)).collect();
-    let is_seen = |track: &&RawTrack| track.seen().count() >= MIN_FRAMES;
-    if clips.iter().any(|clip| clip.tracks.iter().filter(is_seen).count() < 2) {
-        return shots;
-    }
-    let names: Vec<&str> = clips.iter().map(|clip| clip.name.as_str()).collect();
-    let message = format!(
-        "holds {} clips, separated by jumps of the time or of both balls: taken as the shots {}; expected a column shot if that is wrong",
-        clips.len(),
-        names.join(", ")
-    );
-    notes.of(&shot.file).add(Subject::Names, None, message);
-    clips
+    shots.iter_mut().for_each(|shot| name_followed(shot, settings));
+    shots
 }
 
 /// Returns the times at which further clips begin.
@@ -104,31 +110,23 @@ fn clip(shot: &RawShot, cuts: &[f64], number: usize, alone: bool) -> RawShot {
     clip
 }
 
-/// Splits the rows of every shot, one track without a name, into the tracks of two balls. In every
-/// clip the first to move is the cue ball.
+/// Name of tracks that were followed from row to row, until clips are separated.
+const FOLLOWED: &str = "";
+
+/// Splits the rows of every shot, one track without a name, into the tracks of two balls.
 pub(super) fn follow(shots: &mut [RawShot], input: &Input) {
-    let names = input.settings.first_names();
-    let new = || names.map(|name| RawTrack::new(name, None));
     for shot in shots {
         let mut rows: Vec<Row> = shot.tracks.iter().flat_map(|track| track.seen().copied()).collect();
         rows.sort_by(|a, b| a.time.total_cmp(&b.time));
-        let (mut tracks, mut clip, mut others) = (new(), new(), Vec::new());
-        let steps = rows.windows(2).map(|two| two[1].time - two[0].time).filter(|step| *step > 0.0);
-        let pause = STEPS * middle(steps).unwrap_or_default();
+        let mut tracks = [RawTrack::new(FOLLOWED, None), RawTrack::new(FOLLOWED, None)];
+        let mut others = Vec::new();
         for frame in rows.chunk_by(|a, b| a.time == b.time) {
-            let last = clip.each_ref().map(|track| track.rows.last());
-            let mut found = nearest(last, frame);
-            if begins(last, found.map(|i| i.map(|i| &frame[i])), pause) {
-                append(&mut tracks, std::mem::replace(&mut clip, new()));
-                found = nearest([None; 2], frame);
-            }
-            let is_other = |i: &usize| !found.contains(&Some(*i));
-            others.extend((0..frame.len()).filter(is_other).map(|i| frame[i].line));
-            for (track, row) in clip.iter_mut().zip(found) {
+            let found = nearest(tracks.each_ref().map(|track| track.rows.last()), frame);
+            others.extend((0..frame.len()).filter(|i| !found.contains(&Some(*i))).map(|i| frame[i].line));
+            for (track, row) in tracks.iter_mut().zip(found) {
                 track.rows.extend(row.map(|row| frame[row]));
             }
         }
-        append(&mut tracks, clip);
         if let Some(first) = others.first() {
             let are = if others.len() == 1 { "row" } else { "rows" };
             let message = format!("{} {are} of other objects than the two balls: left out", others.len());
@@ -140,21 +138,18 @@ pub(super) fn follow(shots: &mut [RawShot], input: &Input) {
     input.log.add(Subject::Names, None, message);
 }
 
-fn append(tracks: &mut [RawTrack; 2], mut clip: [RawTrack; 2]) {
-    let [cue, object] = clip.each_ref().map(|track| beginning(track, &clip));
-    if object.zip(cue).is_some_and(|(object, cue)| object < cue) {
-        clip.reverse();
+/// Names the tracks that were followed: the first to move is the cue ball.
+fn name_followed(shot: &mut RawShot, settings: &TrackSettings) {
+    if shot.tracks.len() != 2 || shot.tracks.iter().any(|track| track.name != FOLLOWED) {
+        return;
     }
-    for (track, part) in tracks.iter_mut().zip(clip) {
-        track.rows.extend(part.rows);
+    let [one, other] = [0, 1].map(|i| beginning(&shot.tracks[i], &shot.tracks));
+    if other.zip(one).is_some_and(|(other, one)| other < one) {
+        shot.tracks.reverse();
     }
-}
-
-/// Returns whether another clip begins: after a pause, or if both jump beyond their distance.
-fn begins(last: [Option<&Row>; 2], now: [Option<&Row>; 2], pause: f64) -> bool {
-    let ([Some(one), Some(other)], [Some(a), Some(b)]) = (last, now) else { return false };
-    let apart = one.distance(*other);
-    a.time - one.time.max(other.time) > pause || one.distance(*a) > apart && other.distance(*b) > apart
+    for (track, name) in shot.tracks.iter_mut().zip(settings.first_names()) {
+        track.name = name.to_string();
+    }
 }
 
 /// Returns the rows of a frame nearest to two balls: the sum of both steps is least.
@@ -165,17 +160,10 @@ fn nearest(last: [Option<&Row>; 2], frame: &[Row]) -> [Option<usize>; 2] {
     if let [row] = frame {
         return if one.distance(*row) < other.distance(*row) { [Some(0), None] } else { [None, Some(0)] };
     }
-    // the best pair has one of the two nearest rows for each ball
-    let near = |ball: &Row| {
-        let mut rows: Vec<usize> = (0..frame.len()).collect();
-        rows.sort_by(|i, j| ball.distance(frame[*i]).total_cmp(&ball.distance(frame[*j])));
-        rows.truncate(2);
-        rows
-    };
     let way = |(i, j): &(usize, usize)| one.distance(frame[*i]) + other.distance(frame[*j]);
-    let (of_one, of_other) = (near(one), near(other));
-    let two = of_one.iter().flat_map(|i| of_other.iter().map(move |j| (*i, *j))).filter(|(i, j)| i != j);
-    two.min_by(|a, b| way(a).total_cmp(&way(b))).map_or([None; 2], |(i, j)| [Some(i), Some(j)])
+    let pairs = (0..frame.len()).flat_map(|i| (0..frame.len()).map(move |j| (i, j)));
+    let least = pairs.filter(|(i, j)| i != j).min_by(|a, b| way(a).total_cmp(&way(b)));
+    least.map_or([None; 2], |(i, j)| [Some(i), Some(j)])
 }
 
 /// Joins pieces to both balls' tracks: those that dataset.toml names or, if at most two tracks are

@@ -98,12 +98,6 @@ impl RawTrack {
         self.rows.iter().filter(|row| !row.is_gap())
     }
 
-    /// Returns the row at a time; rows are in the order of time.
-    pub(super) fn at(&self, time: f64) -> Option<&Row> {
-        let i = self.rows.partition_point(|row| row.time < time);
-        self.rows.get(i).filter(|row| row.time == time)
-    }
-
     pub(super) fn line(&self) -> usize {
         self.rows.first().map_or(1, |row| row.line)
     }

@@ -41,7 +41,7 @@ pub(super) fn file(file: &Path, context: Context, alone: bool) -> Option<Tracked
     }
     let stem = stem(file);
     let mut tracked = as_written(&Input { file, text: &text, stem: &stem, settings, problems, log })?;
-    tracked.shots = pieces::clips(tracked.shots, settings.capture_fps, alone, notes);
+    tracked.shots = pieces::clips(tracked.shots, settings, alone, notes);
     for shot in &mut tracked.shots {
         pieces::join(shot, settings, notes);
     }

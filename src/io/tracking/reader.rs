@@ -4,12 +4,11 @@ use std::borrow::Cow;
 use std::collections::HashMap;
 use std::sync::Arc;
 
-use super::clock::{Style, count_frames, is_clock, seconds};
+use super::clock::{Style, is_clock, seconds};
 use super::input::{Input, Subject};
 use super::layout::{Body, Layout, Name};
 use super::raw::{Clock, RawShot, RawTrack, Row};
 use super::settings::Format;
-use super::units::TimeUnit;
 use crate::io::number::{Mark, Place, shortened};
 use crate::io::text::{self, Separator, lines};
 
@@ -328,18 +327,8 @@ impl<'a> Reader<'a> {
         for track in self.shots.iter_mut().flat_map(|shot| &mut shot.tracks) {
             track.rows.shrink_to_fit();
         }
-        let Some((Some(style), line)) = self.clock else { return self.shots };
-        let mut clock = Clock::Rounded(style.resolution());
-        let mut tracks: Vec<_> = self.shots.iter_mut().flat_map(|shot| &mut shot.tracks).collect();
-        if style == Style::Colon(2)
-            && let Some(rate) = count_frames(&mut tracks)
-        {
-            let message = format!(
-                "times are time codes, h:mm:ss:ff with {rate} frames to a second: read as numbers of frames"
-            );
-            log.add(Subject::Clock, line, message);
-            clock = Clock::In(TimeUnit::Frames);
-        }
+        let Some((Some(style), _)) = self.clock else { return self.shots };
+        let clock = Clock::Rounded(style.resolution());
         self.shots.iter_mut().for_each(|shot| shot.clock = clock);
         self.shots
     }

@@ -2,19 +2,16 @@
 //! frames, exchanged names of balls. They are repaired if the repair is certain.
 
 use super::input::{Log, Subject};
-use super::raw::{RawTrack, Row, middle, sorted};
+use super::raw::{RawTrack, Row, sorted};
 
 /// Ratio of a jump away from the path to the fastest steps of the balls in the same time.
 const MIN_LOST_JUMP: f64 = 5.0;
 /// Fraction of the steps, from the slowest on, that give the balls' speed: others may be wrong.
 const SPEED_QUANTILE: f64 = 0.9;
-/// Least number of rows exactly at one place at which it may be that of a lost ball even if no
-/// program is known to write it.
-const MIN_REPEATS: usize = 3;
 /// Least ratio of the step after a frame in which both balls stand still to the step before it at
 /// which the frame is a repeated one: the lost frame's motion is then in the step.
 const MIN_CATCH_UP: f64 = 1.5;
-/// Ratio to the smallest step below which steps may come from coarse coordinates.
+/// Ratio to the step of coarse coordinates below which a ball may move without being seen to.
 const MAX_COARSE: f64 = 4.0;
 /// Ratios of the squared jumps with the names exchanged to those without. One ball's wrong position
 /// can make it 1/2, not less.
@@ -22,10 +19,9 @@ const CERTAIN_SWAP: f64 = 0.1;
 const POSSIBLE_SWAP: f64 = 0.3;
 /// Longest step, frames, in which a jump can show that names were exchanged.
 const MAX_SWAP_FRAMES: f64 = 3.5;
-/// Largest step between rows, in ranges of nearly all positions.
-const MAX_STEP_RANGES: f64 = 8.0;
-/// Latest time of a frame, in ranges of nearly all times.
-const MAX_DELAY: f64 = 100.0;
+/// Largest distances of a position and of a time from nearly all others, in their ranges.
+const MAX_RANGES: f64 = 8.0;
+const MAX_DELAY_RANGES: f64 = 100.0;
 
 /// A fault of a shot, and its line if there is one.
 #[derive(Clone, Debug, PartialEq)]
@@ -47,41 +43,41 @@ impl Wrong {
     }
 }
 
-/// The rows of a track without gaps, in the order of time, and possible places of a lost ball:
-/// repeated exactly, or such as programs are known to write.
-struct Path {
-    rows: Vec<usize>,
-    places: Vec<[f64; 2]>,
-}
-
-/// Turns positions of lost balls into gaps: possible places far from the path.
+/// Turns places that programs write for a lost ball into gaps, unless the ball's path leads there.
 pub(super) fn remove_lost(tracks: &mut [RawTrack], log: Log) {
-    let paths: Vec<Path> = tracks.iter().map(Path::of).collect();
-    if paths.iter().all(|path| path.places.is_empty()) {
+    let is_lost = |row: &Row| is_known(row.place());
+    let are_positions = |track: &&mut RawTrack| !track.is_angle;
+    let tracks: Vec<&mut RawTrack> = tracks.iter_mut().filter(are_positions).collect();
+    if !tracks.iter().any(|track| track.seen().any(is_lost)) {
         return;
     }
     let mut speeds = Vec::new();
-    for (track, path) in tracks.iter().zip(&paths) {
-        let steps = path.rows.windows(2).map(|two| [track.rows[two[0]], track.rows[two[1]]]);
-        let is_lost = |row: &Row| path.places.contains(&row.place());
-        let good = steps.filter(|two| two[1].time > two[0].time && !two.iter().any(is_lost));
+    for track in &tracks {
+        let seen: Vec<&Row> = track.seen().collect();
+        let steps = seen.windows(2).map(|two| [*two[0], *two[1]]);
+        let good = steps.filter(|[a, b]| b.time > a.time && !is_lost(a) && !is_lost(b));
         speeds.extend(good.map(|[a, b]| a.distance(b) / (b.time - a.time)));
     }
     let speeds = sorted(speeds.into_iter());
-    let fast = speeds.get((SPEED_QUANTILE * speeds.len() as f64) as usize).filter(|speed| **speed > 0.0);
-    let Some(fast) = fast.map(|speed| MIN_LOST_JUMP * speed) else { return };
-    for (RawTrack { name, rows, .. }, path) in tracks.iter_mut().zip(&paths) {
-        let (far, near): (Vec<_>, Vec<_>) =
-            path.stays(rows, fast).into_iter().partition(|(_, is_far)| *is_far);
-        let place = |stay: &[usize]| rows[stay[0]].place();
-        let is_always_far = |at| near.iter().all(|(stay, _)| place(stay) != at);
-        let is_lost = |(stay, _): &(&[usize], bool)| is_known(place(stay)) || is_always_far(place(stay));
-        let lost: Vec<usize> = far.into_iter().filter(is_lost).flat_map(|(stay, _)| stay).copied().collect();
-        for row in lost {
-            let [x, y] = rows[row].place();
-            let message = format!("\"{name}\" is at ({x}, {y}), far from its path: taken as a gap");
-            log.add(Subject::Gaps, rows[row].line, message);
-            rows[row].lose();
+    let Some(fast) = speeds.get((SPEED_QUANTILE * speeds.len() as f64) as usize) else { return };
+    for RawTrack { name, rows, .. } in tracks.into_iter().filter(|_| *fast > 0.0) {
+        let jumps = |a: &Row, b: &Row| a.distance(*b) > MIN_LOST_JUMP * fast * (b.time - a.time);
+        let mut seen: Vec<&mut Row> = rows.iter_mut().filter(|row| !row.is_gap()).collect();
+        let mut from = 0;
+        while from < seen.len() {
+            let place = seen[from].place();
+            let stay = seen[from..].iter().take_while(|row| row.place() == place).count();
+            let until = from + stay;
+            let before = from.checked_sub(1).map(|i| jumps(seen[i], seen[from]));
+            let after = seen.get(until).map(|next| jumps(seen[until - 1], next));
+            let is_far = before.or(after).is_some() && before != Some(false) && after != Some(false);
+            for row in seen[from..until].iter_mut().filter(|_| is_far && is_known(place)) {
+                let [x, y] = place;
+                let message = format!("\"{name}\" is at ({x}, {y}), far from its path: taken as a gap");
+                log.add(Subject::Gaps, row.line, message);
+                row.lose();
+            }
+            from = until;
         }
     }
 }
@@ -95,161 +91,109 @@ fn is_known([x, y]: [f64; 2]) -> bool {
     x == y && (x == 0.0 || x == -1.0 || are_nines(x))
 }
 
-impl Path {
-    fn of(track: &RawTrack) -> Self {
-        let is_seen = |i: &usize| !track.is_angle && !track.rows[*i].is_gap();
-        let mut rows: Vec<usize> = (0..track.rows.len()).filter(is_seen).collect();
-        rows.sort_by(|a, b| track.rows[*a].time.total_cmp(&track.rows[*b].time));
-        let mut places: Vec<[f64; 2]> = rows.iter().map(|i| track.rows[*i].place()).collect();
-        places.sort_by(|a, b| a[0].total_cmp(&b[0]).then(a[1].total_cmp(&b[1])));
-        let equal = places.chunk_by(|a, b| a == b);
-        let equal = equal.filter(|equal| equal.len() >= MIN_REPEATS || is_known(equal[0]));
-        Self { places: equal.map(|equal| equal[0]).collect(), rows }
-    }
-
-    /// Returns consecutive rows at each place of a lost ball, and whether the track jumps there and
-    /// back faster than `fast`.
-    fn stays(&self, rows: &[Row], fast: f64) -> Vec<(&[usize], bool)> {
-        let jumps = |a: usize, b: usize| rows[a].distance(rows[b]) > fast * (rows[b].time - rows[a].time);
-        let mut stays = Vec::new();
-        let mut from: usize = 0;
-        for stay in self.rows.chunk_by(|a, b| rows[*a].place() == rows[*b].place()) {
-            let before = from.checked_sub(1).map(|i| jumps(self.rows[i], stay[0]));
-            from += stay.len();
-            let behind = self.rows.get(from).map(|next| jumps(stay[stay.len() - 1], *next));
-            let is_far = before.or(behind).is_some() && before != Some(false) && behind != Some(false);
-            if self.places.contains(&rows[stay[0]].place()) {
-                stays.push((stay, is_far));
-            }
-        }
-        stays
-    }
-}
-
-fn are_torn(one: &Row, other: &Row) -> bool {
-    one.time == other.time && !one.is_gap() && !other.is_gap() && one.place() != other.place()
-}
-
-/// Sorts the rows of a track by time, and merges those of equal times.
-pub(super) fn order(track: &mut RawTrack, log: Log) -> Result<(), Wrong> {
-    let RawTrack { name, rows, .. } = track;
-    if rows.windows(2).all(|two| two[0].time < two[1].time) {
-        return Ok(());
-    }
-    let backwards: Vec<usize> = (1..rows.len()).filter(|i| rows[*i].time < rows[*i - 1].time).collect();
-    if let Some(at) = backwards.first() {
-        let (before, next) = (rows[at - 1], rows[*at]);
-        // a clock that starts again: another clip, or times that wrap around
-        let is_second = backwards.len() == 1 && rows.len() > 2 && rows[rows.len() - 1].time < rows[0].time;
-        rows.sort_by(|a, b| a.time.total_cmp(&b.time));
-        if is_second || rows.windows(2).any(|two| are_torn(&two[0], &two[1])) {
+/// Puts tracks on one grid of frames: in the order of time, a row for each time of any track, a gap
+/// if a track is not seen then.
+pub(super) fn put_on_grid(tracks: &mut [RawTrack], log: Log) -> Result<(), Wrong> {
+    let mut times = sorted(tracks.iter().flat_map(|track| &track.rows).map(|row| row.time));
+    times.dedup();
+    for RawTrack { name, rows, .. } in tracks {
+        let backwards = rows.windows(2).filter(|two| two[1].time < two[0].time);
+        let backwards: Vec<[Row; 2]> = backwards.map(|two| [two[0], two[1]]).collect();
+        let clip = backwards.first().map(|[before, next]| {
             let message = format!(
                 "time of \"{name}\" runs backwards, from {:.6} s to {:.6} s; expected each clip as a shot of its own",
                 before.time, next.time
             );
-            return Err(Wrong::input(next.line, message));
+            Wrong::input(next.line, message)
+        });
+        // a clock that starts again: another clip, or times that wrap around
+        let is_second = backwards.len() == 1 && rows.len() > 2 && rows[rows.len() - 1].time < rows[0].time;
+        if let Some(clip) = clip.clone().filter(|_| is_second) {
+            return Err(clip);
         }
-        let message = format!("the rows of \"{name}\" are not in the order of time; put in order");
-        log.add(Subject::Order, next.line, message);
+        let mut grid: Vec<Row> = times.iter().map(|time| Row::new(*time, [f64::NAN; 2], 0)).collect();
+        for row in rows.drain(..) {
+            let known = &mut grid[times.partition_point(|time| *time < row.time)];
+            if known.line == 0 {
+                *known = row;
+                continue;
+            }
+            if !known.is_gap() && !row.is_gap() && known.place() != row.place() {
+                let message = format!(
+                    "\"{name}\" is at two places at {:.6} s: ({}, {}) here and ({}, {}) in line {}; expected one",
+                    row.time, row.x, row.y, known.x, known.y, known.line
+                );
+                return Err(clip.unwrap_or(Wrong::input(row.line, message)));
+            }
+            let message =
+                format!("\"{name}\" has its time twice (line {}); one row is passed over", known.line);
+            log.add(Subject::Repeated, row.line, message);
+            if known.is_gap() {
+                *known = row;
+            }
+        }
+        if let Some(Wrong { line, .. }) = clip {
+            let message = format!("the rows of \"{name}\" are not in the order of time; put in order");
+            log.add(Subject::Order, line, message);
+        }
+        *rows = grid;
     }
-    let mut kept: Vec<Row> = Vec::with_capacity(rows.len());
-    for row in rows.drain(..) {
-        let Some(last) = kept.last_mut().filter(|last| last.time >= row.time) else {
-            kept.push(row);
-            continue;
-        };
-        if are_torn(last, &row) {
-            let message = format!(
-                "\"{name}\" is at two places at {:.6} s: ({}, {}) here and ({}, {}) in line {}; expected one",
-                row.time, row.x, row.y, last.x, last.y, last.line
-            );
-            return Err(Wrong::input(row.line, message));
-        }
-        let message = format!("\"{name}\" has its time twice (line {}); one row is passed over", last.line);
-        log.add(Subject::Repeated, row.line, message);
-        if last.is_gap() {
-            *last = row;
-        }
-    }
-    *rows = kept;
     Ok(())
 }
 
 /// Returns the range of the middle nine tenths of values.
-fn range(values: impl Iterator<Item = f64>) -> f64 {
+fn range(values: impl Iterator<Item = f64>) -> [f64; 2] {
     let values = sorted(values);
-    let at = |part: f64| values.get((part * values.len() as f64) as usize).copied().unwrap_or(f64::NAN);
-    at(0.95) - at(0.05)
+    [0.05, 0.95].map(|part| values.get((part * values.len() as f64) as usize).copied().unwrap_or(f64::NAN))
 }
 
-/// Turns single rows at impossible places or times into gaps: lost decimal points, misprints.
+/// Turns rows at impossible places or times into gaps: lost decimal points, misprints.
 pub(super) fn remove_outliers(tracks: &mut [RawTrack], log: Log) {
     let seen = || tracks.iter().filter(|track| !track.is_angle).flat_map(|track| track.seen());
-    let width = range(seen().map(|row| row.x)).max(range(seen().map(|row| row.y)));
-    let length = range(seen().map(|row| row.time));
-    let steps = tracks.iter().flat_map(|track| track.rows.windows(2));
-    let step = middle(steps.map(|two| two[1].time - two[0].time)).unwrap_or(f64::NAN);
+    let [xs, ys, times] =
+        [range(seen().map(|row| row.x)), range(seen().map(|row| row.y)), range(seen().map(|row| row.time))];
+    let width = (xs[1] - xs[0]).max(ys[1] - ys[0]);
+    let is_off = |value: f64, [low, high]: [f64; 2], most: f64| value < low - most || value > high + most;
     for RawTrack { name, rows, .. } in tracks.iter_mut().filter(|track| !track.is_angle) {
-        let at: Vec<usize> = (0..rows.len()).filter(|i| !rows[*i].is_gap()).collect();
-        if at.len() < 5 {
-            continue;
-        }
-        let seen: Vec<Row> = at.iter().map(|i| rows[*i]).collect();
-        for (k, row) in seen.iter().enumerate() {
-            // beside a row at the end its two neighbours, one of which may be the wrong one
-            let beside = match k {
-                0 => [1, 2],
-                _ if k + 1 == seen.len() => [k - 1, k - 2],
-                _ => [k - 1, k + 1],
-            };
-            let beside = beside.map(|i| seen[i]);
-            let is_far = beside.iter().all(|other| other.distance(*row) > MAX_STEP_RANGES * width);
-            let [one, other] = beside.map(|other| (other.time - row.time).abs());
-            // frame -18 if all others count from 0
-            let is_before = k == 0 && row.time < 0.0 && seen[1].time >= 0.0 && one.min(other) > 3.0 * step;
-            if is_far || is_before || one.min(other) > MAX_DELAY * length {
+        for row in rows.iter_mut() {
+            let is_far = is_off(row.x, xs, MAX_RANGES * width) || is_off(row.y, ys, MAX_RANGES * width);
+            if is_far || is_off(row.time, times, MAX_DELAY_RANGES * (times[1] - times[0])) && !row.is_gap() {
                 let message = format!(
-                    "\"{name}\" is by itself at an impossible place or time ({:.6} s, {:.6e}, {:.6e}): taken as a gap",
+                    "\"{name}\" is at an impossible place or time ({:.6} s, {:.6e}, {:.6e}): taken as a gap",
                     row.time, row.x, row.y
                 );
                 log.add(Subject::Gaps, row.line, message);
-                rows[at[k]].lose();
+                row.lose();
             }
         }
     }
 }
 
-fn pairs(cue: &RawTrack, object: &RawTrack) -> Vec<(usize, usize)> {
-    let mut pairs = Vec::new();
-    let mut j = 0;
-    for (i, row) in cue.rows.iter().enumerate().filter(|(_, row)| !row.is_gap()) {
-        while object.rows.get(j).is_some_and(|other| other.time < row.time) {
-            j += 1;
-        }
-        if object.rows.get(j).is_some_and(|other| other.time == row.time && !other.is_gap()) {
-            pairs.push((i, j));
-        }
-    }
-    pairs
+/// Returns the frames of a grid in which both balls are seen.
+fn frames_of_both(cue: &RawTrack, object: &RawTrack) -> Vec<usize> {
+    let both = cue.rows.iter().zip(&object.rows);
+    let seen = both.enumerate().filter(|(_, (cue, object))| !cue.is_gap() && !object.is_gap());
+    seen.map(|(frame, _)| frame).collect()
 }
 
+/// Turns frames into gaps that repeat the frame before while both balls move. `resolution`: the step
+/// of the coordinates, within which balls may move without being seen to.
 pub(super) fn remove_repeated_frames(
     cue: &mut RawTrack,
     object: &mut RawTrack,
     fps: f64,
+    resolution: f64,
     log: Log,
 ) -> Result<(), Wrong> {
-    let pairs = pairs(cue, object);
-    let step = |two: &[(usize, usize)]| {
-        let [(i, j), (p, q)] = [two[0], two[1]];
-        cue.rows[i].distance(cue.rows[p]).max(object.rows[j].distance(object.rows[q]))
+    let frames = frames_of_both(cue, object);
+    let step = |two: &[usize]| {
+        let step = |track: &RawTrack| track.rows[two[0]].distance(track.rows[two[1]]);
+        step(cue).max(step(object))
     };
-    let steps: Vec<f64> = pairs.windows(2).map(step).collect();
-    let smallest = steps.iter().copied().filter(|step| *step > 0.0).fold(f64::INFINITY, f64::min);
+    let steps: Vec<f64> = frames.windows(2).map(step).collect();
     if steps.iter().filter(|step| **step == 0.0).count() * 5 > steps.len() {
         return Ok(());
     }
-    let mut frozen = Vec::new();
     let mut end = 0;
     for still in steps.chunk_by(|a, b| (*a == 0.0) == (*b == 0.0)) {
         let first = end;
@@ -257,41 +201,32 @@ pub(super) fn remove_repeated_frames(
         if still[0] != 0.0 || first == 0 {
             continue;
         }
-        // still until the end, or too coarse to decide
         let (Some(after), before) = (steps.get(end), steps[first - 1]) else { break };
-        let is_small = smallest.is_finite() && before.min(*after) < MAX_COARSE * smallest;
-        if is_small && smallest > 1e-6 * before.max(*after) && is_coarse(&steps) {
+        if before.min(*after) < MAX_COARSE * resolution {
             continue;
         }
-        let frames = |k: usize| {
-            let time = |k: usize| cue.rows[pairs[k].0].time;
+        let duration = |k: usize| {
+            let time = |k: usize| cue.rows[frames[k]].time;
             ((time(k + 1) - time(k)) * fps).max(1.0)
         };
-        let [line, known] = [first + 1, first].map(|k| cue.rows[pairs[k].0].line);
+        let [line, known] = [first + 1, first].map(|k| cue.rows[frames[k]].line);
         let both = format!(
             "both balls are exactly where they were in line {known} while they move before and after"
         );
-        if after / frames(end) < MIN_CATCH_UP * before / frames(first - 1) {
+        if after / duration(end) < MIN_CATCH_UP * before / duration(first - 1) {
             let message = format!(
                 "{both}, and do not catch up: a frame was put in here, and all later times may be late. Expected the clip without it, \
                  with the frames after it renumbered; or skip the shot"
             );
             return Err(Wrong::damaged(line, message));
         }
-        frozen.extend(first + 1..=end);
         log.add(Subject::Repeated, line, format!("{both}: a repeated frame, taken as a gap"));
-    }
-    for (i, j) in frozen.into_iter().map(|k| pairs[k]) {
-        cue.rows[i].lose();
-        object.rows[j].lose();
+        for k in &frames[first + 1..=end] {
+            cue.rows[*k].lose();
+            object.rows[*k].lose();
+        }
     }
     Ok(())
-}
-
-fn is_coarse(steps: &[f64]) -> bool {
-    let mut sizes = sorted(steps.iter().copied());
-    sizes.dedup_by(|a, b| (*a - *b).abs() <= 1e-9 * b.abs());
-    sizes.len() * 2 < steps.len()
 }
 
 /// Undoes identity swaps of a tracker; returns the line of the first one.
@@ -301,40 +236,35 @@ pub(super) fn undo_swaps(
     fps: f64,
     log: Log,
 ) -> Result<Option<usize>, Wrong> {
-    let mut swaps: Vec<Row> = Vec::new();
-    for two in pairs(cue, object).windows(2) {
-        let [(i, j), (p, q)] = [two[0], two[1]];
-        let (c, o, c_next, o_next) = (cue.rows[i], object.rows[j], cue.rows[p], object.rows[q]);
+    let frames = frames_of_both(cue, object);
+    let mut swaps: Vec<usize> = Vec::new();
+    for two in frames.windows(2) {
+        let [[c, o], [c_next, o_next]] = [0, 1].map(|k| [cue.rows[two[k]], object.rows[two[k]]]);
         if (c_next.time - c.time) * fps > MAX_SWAP_FRAMES {
             continue;
         }
-        let cost = |a: f64, b: f64| a * a + b * b;
-        let kept = cost(c.distance(c_next), o.distance(o_next));
-        let swapped = cost(c.distance(o_next), o.distance(c_next));
+        let kept = c.distance(c_next).powi(2) + o.distance(o_next).powi(2);
+        let swapped = c.distance(o_next).powi(2) + o.distance(c_next).powi(2);
         if swapped < CERTAIN_SWAP * kept {
-            swaps.push(c_next);
+            swaps.push(two[1]);
         } else if swapped < POSSIBLE_SWAP * kept {
             let message = "cue and object ball may have exchanged their names from here on; expected them set right, or the shot skipped";
             return Err(Wrong::damaged(c_next.line, message));
         }
     }
+    let line = |frame: usize| cue.rows[frame].line;
+    let first = swaps.first().map(|first| line(*first));
     for pair in swaps.chunks(2) {
-        let until = pair.get(1);
-        exchange(cue, object, pair[0].time, until.map_or(f64::INFINITY, |row| row.time));
-        let last = until.map_or(String::new(), |row| format!(" to line {}", row.line));
-        let names = format!("\"{}\" and \"{}\"", cue.name, object.name);
-        let message = format!("{names} have exchanged their names from here{last}; exchanged back");
-        log.add(Subject::Swapped, pair[0].line, message);
+        let last = pair.get(1).map_or(String::new(), |until| format!(" to line {}", line(*until)));
+        let message = format!(
+            "\"{}\" and \"{}\" have exchanged their names from here{last}; exchanged back",
+            cue.name, object.name
+        );
+        log.add(Subject::Swapped, line(pair[0]), message);
     }
-    Ok(swaps.first().map(|row| row.line))
-}
-
-fn exchange(one: &mut RawTrack, other: &mut RawTrack, from: f64, until: f64) {
-    let range = |track: &RawTrack| {
-        let at = |time: f64| track.rows.partition_point(|row| row.time < time);
-        at(from)..at(until)
-    };
-    let (a, b) = (range(one), range(other));
-    let replaced: Vec<Row> = other.rows.splice(b, one.rows[a.clone()].to_vec()).collect();
-    one.rows.splice(a, replaced);
+    for pair in swaps.chunks(2) {
+        let until = pair.get(1).copied().unwrap_or(cue.rows.len());
+        cue.rows[pair[0]..until].swap_with_slice(&mut object.rows[pair[0]..until]);
+    }
+    Ok(first)
 }
