@@ -9,8 +9,8 @@ use crate::report::{design as report, document, write};
 use super::{Failure, print};
 
 /// What shots of each kind would tell, before they are played: the standard errors that so many give, which cut angles,
-/// speeds and spins tell most, and how many a wanted standard error needs. Writes OUT/{design.csv, design.json,
-/// design.svg, design.png} and prints tables. Without SPEC.toml: pool balls, 1000 fps, 0.1 mm, 40 shots each of
+/// speeds and spins tell most, and how many a wanted standard error needs. Writes
+/// OUT/{design.json, design.svg, design.png} and prints tables. Without SPEC.toml: pool balls, 1000 fps, 0.1 mm, 40 shots each of
 /// natural roll, stun, draw and side spin either way, at 1 to 4 m/s, cut 0 to 60°.
 #[derive(clap::Args)]
 #[command(after_long_help = concat!(
