@@ -7,7 +7,6 @@ use crate::io;
 use crate::physics::collision::{MAX_KAPPA, Model};
 use crate::report;
 use crate::report::document::{self, AccuracyDocument};
-use crate::report::write;
 use crate::studies::accuracy;
 use crate::studies::bias;
 
@@ -65,7 +64,7 @@ pub(super) fn run(args: &Args) -> Result<(), Failure> {
         progress.done();
     }
     drop(progress);
-    write::write_files(&report::accuracy::files(&rows)?, &args.out)?;
+    report::accuracy::write(&rows, &args.out)?;
     if args.json {
         let document = AccuracyDocument::new(&rows, &biases, shots.len(), left_out);
         return print(&document::text(&document)?);

@@ -4,7 +4,7 @@ use std::path::PathBuf;
 
 use crate::design::{self, Expected};
 use crate::measurement::parameter::Parameter;
-use crate::report::{design as report, document, write};
+use crate::report::{design as report, document};
 
 use super::{Failure, print};
 
@@ -61,7 +61,7 @@ pub(super) fn run(args: &Args) -> Result<(), Failure> {
         Ok(design) => design,
         Err(error) => refuse!("{name}: a shot of it is no collision: {error}"),
     };
-    write::write_files(&report::files(&design)?, &args.out)?;
+    report::write(&design, &args.out)?;
     if args.json {
         print(&document::text(&design)?)
     } else {

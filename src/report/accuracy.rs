@@ -1,9 +1,11 @@
 //! The studies of [`crate::studies::accuracy`] and [`crate::studies::bias`] as tables and as a figure.
 
+use std::path::Path;
+
 use super::ReportError;
 use super::content::{self, Section, Table};
 use super::plot::{self, Pick, way_name};
-use super::write::{self, Files};
+use super::write::Staged;
 use crate::physics::collision::Fidelity;
 use crate::studies::accuracy::{Row, Spread};
 use crate::studies::bias;
@@ -36,9 +38,9 @@ pub(crate) fn table(rows: &[Row]) -> String {
     content::sections(&sections)
 }
 
-/// Returns the files of the study: name and content.
-pub(crate) fn files(rows: &[Row]) -> Result<Files, ReportError> {
-    write::files([("accuracy", plot::accuracy(rows))], [])
+/// Writes the figure of the study.
+pub(crate) fn write(rows: &[Row], out: &Path) -> Result<(), ReportError> {
+    Staged::new(out)?.figure("accuracy", &plot::accuracy(rows))?.put()
 }
 
 /// Returns a table for the terminal: bias ± standard error of each parameter, and their ratio.

@@ -1,11 +1,13 @@
 //! A [`Comparison`] → files, report, and what it found in words.
 
+use std::path::Path;
+
 use super::content::{self, Block, Report, Section, Table};
 use super::document;
 use super::fit::down_weighted;
 use super::plot::{forest, of_comparison};
 use super::shots::shot_list;
-use super::write::{self, Files};
+use super::write::Staged;
 use super::{ReportError, csv, p_text};
 use crate::compare::{Compared, Comparison, Difference, Finding, Quantity, Reason, Value};
 use crate::fit::{Counted, Verdict, film_words};
@@ -13,14 +15,15 @@ use crate::measurement::number::{count_of, interval, plain, with_error};
 use crate::measurement::parameter::Parameter;
 use crate::problem::Severity;
 
-/// Returns the files of a comparison: name and content.
-pub(crate) fn files(comparison: &Comparison) -> Result<Files, ReportError> {
-    let texts = [
-        ("residuals.csv", csv::of_comparison(comparison)),
-        ("report.html", content::html(&report(comparison))?),
-        ("compare.json", document::text(comparison)?),
-    ];
-    write::files([("forest", forest(comparison)), ("residuals", of_comparison(comparison))], texts)
+/// Writes the files of a comparison.
+pub(crate) fn write(comparison: &Comparison, out: &Path) -> Result<(), ReportError> {
+    Staged::new(out)?
+        .figure("forest", &forest(comparison))?
+        .figure("residuals", &of_comparison(comparison))?
+        .add("residuals.csv", csv::of_comparison(comparison))?
+        .add("report.html", content::html(&report(comparison))?)?
+        .add("compare.json", document::text(comparison)?)?
+        .put()
 }
 
 /// Returns the text that `caromfit compare` prints.

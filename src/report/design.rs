@@ -1,16 +1,19 @@
 //! A [`Design`] → tables, design.json and a figure.
 
+use std::path::Path;
+
 use super::content::{self, Block, Section, Table};
-use super::write::{self, Files};
+use super::write::Staged;
 use super::{ReportError, document, plot};
 use crate::design::{Design, Mixture, OfKind, PlayedKind, SpinFrom};
 use crate::measurement::number::plain;
 use crate::measurement::parameter::Parameter;
 use crate::physics::collision::Coefficients;
 
-/// Returns the files of a design: name and content.
-pub(crate) fn files(design: &Design) -> Result<Files, ReportError> {
-    write::files([("design", plot::design(design))], [("design.json", document::text(design)?)])
+/// Writes design.json and the figure of a design.
+pub(crate) fn write(design: &Design, out: &Path) -> Result<(), ReportError> {
+    let figure = plot::design(design);
+    Staged::new(out)?.figure("design", &figure)?.add("design.json", document::text(design)?)?.put()
 }
 
 /// Returns a standard error, or – for what is not determined.
