@@ -24,7 +24,6 @@ mod init;
 mod progress;
 mod synth;
 mod table_only;
-mod wanted;
 
 use std::error::Error;
 use std::io::{ErrorKind, Write};
