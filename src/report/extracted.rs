@@ -60,7 +60,7 @@ pub(crate) fn write_discs(
             clock: if discs.in_seconds { in_seconds } else { ("frames from the impact", 1.0) },
             position_sd: impact.position_sd,
             radii: impact.radii,
-            place: &|disc, time| impact.place(disc, time),
+            place: Box::new(|disc, time| impact.place(disc, time)),
         };
         tracks.figure()
     };
