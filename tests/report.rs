@@ -182,7 +182,7 @@ fn folders_of_labels_are_safe_and_differ() {
         assert_eq!(folder_name(label), folder);
     }
     let labels = ["a b", "a/b", "a-b-2", "A b", "c"].map(str::to_owned);
-    assert_eq!(group_folders(&labels), ["a-b", "a-b-3", "a-b-2", "A-b-4", "c"]);
+    assert_eq!(group_folders(&labels), ["a-b", "a-b-2", "a-b-2-2", "A-b-3", "c"]);
     let mut odd = normal();
     odd.dataset = "../up".to_owned();
     let out = tempfile::tempdir().unwrap();

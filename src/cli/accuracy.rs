@@ -7,7 +7,6 @@ use crate::io;
 use crate::physics::collision::{MAX_KAPPA, Model};
 use crate::report;
 use crate::report::document::{self, AccuracyDocument};
-use crate::report::write;
 use crate::studies::accuracy;
 use crate::studies::bias;
 
@@ -15,7 +14,7 @@ use super::progress::Progress;
 use super::{Failure, print};
 
 /// Runs every fidelity over seeded shots, or over those of a data set, and compares error with time. Writes
-/// OUT/{accuracy.csv, accuracy.svg, accuracy.png} and prints a table. Fits the shots, without noise, with every
+/// OUT/{accuracy.svg, accuracy.png} and prints a table. Fits the shots, without noise, with every
 /// fidelity, and says how far each is off, against its standard errors.
 #[derive(clap::Args)]
 #[command(after_help = "Example: caromfit accuracy --dataset data/mathavan-2014 --out accuracy")]
@@ -65,7 +64,7 @@ pub(super) fn run(args: &Args) -> Result<(), Failure> {
         progress.done();
     }
     drop(progress);
-    write::write_files(&report::accuracy::files(&rows)?, &args.out)?;
+    report::accuracy::write(&rows, &args.out)?;
     if args.json {
         let document = AccuracyDocument::new(&rows, &biases, shots.len(), left_out);
         return print(&document::text(&document)?);

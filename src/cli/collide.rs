@@ -9,7 +9,6 @@ use crate::physics::collision::{
     Effects, Fidelity, FidelityChoice, MIN_TOLERANCE, Model, NotACollision, Outcome,
 };
 use crate::physics::contact_frame::cue_velocity;
-use crate::physics::friction_law::Law;
 use crate::report::document::{self, CollideDocument};
 
 use super::{Failure, print, unless_none};
@@ -62,9 +61,6 @@ pub(super) struct Args {
     /// Say of each effect how large it is, whether it is on, and why
     #[arg(long)]
     explain: bool,
-    /// Friction between the balls that falls with their slip v, m/s, as mu + B·exp(−C·v); linear takes it at the first slip
-    #[arg(long, value_name = "B,C", value_parser = super::law, allow_hyphen_values = true)]
-    falling: Option<Law>,
     /// How far the contact between the balls gives way along the surface, 0 (rigid) or more: (2 − s)/(2 − 2s) with
     /// Poisson's ratio s. Of ode and contact [default: 0] and of auto [default: 1.258, phenolic resin]
     #[arg(long, value_name = "K", allow_hyphen_values = true)]
@@ -120,8 +116,7 @@ impl Args {
             Some(_) => self.tolerance.unwrap_or(Model::TOLERANCE),
             None => (1e-3 * self.within()).max(MIN_TOLERANCE),
         };
-        let law = self.falling.unwrap_or_default();
-        let model = Model { as_printed: self.as_printed, tolerance, law, ..model };
+        let model = Model { as_printed: self.as_printed, tolerance, ..model };
         let stated = case.kappa.or(self.kappa);
         let Some(kappa) = stated.or(fidelity.is_none().then_some(Model::KAPPA)) else { return Ok(model) };
         if stated.is_some() && kappa != 0.0 && !model.fidelity.effects().compliance {

@@ -6,7 +6,7 @@ use std::path::PathBuf;
 use crate::compare::{self, Options, Quantity};
 use crate::measurement::loss::Loss;
 use crate::physics::collision::FidelityChoice;
-use crate::report::{compare as report, document, write};
+use crate::report::{compare as report, document};
 
 use super::progress::{self, Progress};
 use super::{Failure, print};
@@ -61,7 +61,7 @@ pub(super) fn run(args: &Args) -> Result<(), Failure> {
     let comparison = compare::compare_watched(&datasets, &options, &|| progress.done(), &stage);
     drop(progress);
     let comparison = comparison?;
-    write::write_files(&report::files(&comparison)?, &args.out)?;
+    report::write(&comparison, &args.out)?;
     if args.json {
         print(&document::text(&comparison)?)
     } else {

@@ -4,13 +4,13 @@ use std::path::PathBuf;
 
 use crate::design::{self, Expected};
 use crate::measurement::parameter::Parameter;
-use crate::report::{design as report, document, write};
+use crate::report::{design as report, document};
 
 use super::{Failure, print};
 
 /// What shots of each kind would tell, before they are played: the standard errors that so many give, which cut angles,
-/// speeds and spins tell most, and how many a wanted standard error needs. Writes OUT/{design.csv, design.json,
-/// design.svg, design.png} and prints tables. Without SPEC.toml: pool balls, 1000 fps, 0.1 mm, 40 shots each of
+/// speeds and spins tell most, and how many a wanted standard error needs. Writes
+/// OUT/{design.json, design.svg, design.png} and prints tables. Without SPEC.toml: pool balls, 1000 fps, 0.1 mm, 40 shots each of
 /// natural roll, stun, draw and side spin either way, at 1 to 4 m/s, cut 0 to 60°.
 #[derive(clap::Args)]
 #[command(after_long_help = concat!(
@@ -61,7 +61,7 @@ pub(super) fn run(args: &Args) -> Result<(), Failure> {
         Ok(design) => design,
         Err(error) => refuse!("{name}: a shot of it is no collision: {error}"),
     };
-    write::write_files(&report::files(&design)?, &args.out)?;
+    report::write(&design, &args.out)?;
     if args.json {
         print(&document::text(&design)?)
     } else {

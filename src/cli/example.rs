@@ -2,7 +2,7 @@
 
 use std::path::PathBuf;
 
-use crate::report::write;
+use crate::report::write::Staged;
 
 use super::{Failure, print};
 
@@ -33,8 +33,8 @@ pub(super) fn run(args: &Args) -> Result<(), Failure> {
     }
     for (name, path) in &folders {
         let own = FILES.iter().filter(|(folder, ..)| folder == name);
-        let files: Vec<_> = own.map(|(_, file, text)| (*file, text.as_bytes().to_vec())).collect();
-        write::write_files(&files, path)?;
+        let mut own = own;
+        own.try_fold(Staged::new(path)?, |staged, (_, file, text)| staged.add(file, text))?.put()?;
     }
     let [balls, pucks] = folders.map(|(_, path)| path.display().to_string());
     print(&format!(

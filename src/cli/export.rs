@@ -1,15 +1,14 @@
-//! `caromfit export`: fitted parameters for other programs.
+//! `caromfit export`: fitted parameters for the simulator pooltool.
 
 use std::path::PathBuf;
 
-use crate::report::export::{self, Target};
+use crate::report::export;
 use crate::report::stored::Stored;
 
 use super::{Failure, print};
 
-/// Prints the parameters of a fit in the form that another program reads; what cannot be carried over is said on
-/// standard error. pooltool: a JSON object of keyword arguments for its BallParams (m, R, u_b, e_b, u_s; not u_b where
-/// friction falls with the slip).
+/// Prints the parameters of a fit for the simulator pooltool, as a JSON object of keyword arguments for its BallParams (m, R,
+/// u_b, e_b, u_s; not u_b where friction falls with the slip). What cannot be carried over is said on standard error.
 #[derive(clap::Args)]
 #[command(after_help = "Example: caromfit export fits/synthetic-natural-roll --to pooltool > ball.json\n  \
                         and then in Python: pooltool.BallParams(**json.load(open(\"ball.json\")))")]
@@ -18,8 +17,8 @@ pub(super) struct Args {
     #[arg(value_name = "FIT")]
     fit: PathBuf,
     /// What to write
-    #[arg(long, value_parser = super::named(Target::ALL, Target::name))]
-    to: Target,
+    #[arg(long, value_parser = ["pooltool"], default_value = "pooltool")]
+    to: String,
 }
 
 pub(super) fn run(args: &Args) -> Result<(), Failure> {
@@ -28,7 +27,7 @@ pub(super) fn run(args: &Args) -> Result<(), Failure> {
         let (path, count) = (args.fit.display(), fits.len());
         refuse!("{path}: holds {count} fits; expected one: name the folder of a label");
     };
-    let exported = export::export(fit, args.to);
+    let exported = export::export(fit);
     print(&exported.text)?;
     for sentence in &exported.left_behind {
         eprintln!("not carried over: {sentence}");

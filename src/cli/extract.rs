@@ -1,14 +1,12 @@
 //! `caromfit extract`: tracks to impacts.
 
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 
 use crate::fit::{ExtractedDiscs, FittedFilm, extract_discs, with_impacts};
-use crate::measurement::dataset::Dataset;
-use crate::report::ReportError;
 use crate::report::count_of;
 use crate::report::document::{self, ExtractDocument};
 use crate::report::extracted;
-use crate::report::write::{self, Files};
+use crate::report::write::dataset_folder;
 
 use super::progress::{self, Progress};
 use super::{Failure, print, print_lines, unless_none};
@@ -44,8 +42,26 @@ pub(super) fn run(args: &Args) -> Result<(), Failure> {
     let (mut empty, mut documents) = (Vec::new(), Vec::new());
     for dataset in datasets {
         progress.step(&dataset.name);
-        let folder = args.out.join(write::dataset_folder(&dataset.name));
-        let Done { dataset, shots, notes } = extract(dataset, &folder, !args.no_pictures, &progress)?;
+        let folder = args.out.join(dataset_folder(&dataset.name));
+        // without a shot that can be used nothing is written
+        let (dataset, shots, lines) =
+            if let Some(facts) = dataset.tracks.as_ref().and_then(|tracks| tracks.discs) {
+                let ExtractedDiscs { dataset, shots, .. } = extract_discs(dataset);
+                if !shots.is_empty() {
+                    extracted::write_discs(&dataset, &shots, &facts, !args.no_pictures, &folder)?;
+                }
+                (dataset, shots.len(), extracted::lines(&shots))
+            } else {
+                let (dataset, film) = with_impacts(dataset, &|| progress.done());
+                let shots = film.as_ref().map_or_else(Vec::new, FittedFilm::impacts);
+                if !shots.is_empty() {
+                    let drawn = film.as_ref().filter(|_| !args.no_pictures);
+                    extracted::write_balls(&dataset, &shots, drawn, &folder)?;
+                }
+                (dataset, shots.len(), Vec::new())
+            };
+        let notes = dataset.tracks.iter().flat_map(|tracks| &tracks.notes).cloned().chain(lines);
+        let notes: Vec<String> = notes.collect();
         progress.done();
         let left_out: Vec<String> =
             dataset.left_out.iter().map(|(shot, why)| format!("shot {shot}: {why}")).collect();
@@ -68,49 +84,4 @@ pub(super) fn run(args: &Args) -> Result<(), Failure> {
         print(&document::text(&documents)?)?;
     }
     unless_none(&empty, 1)
-}
-
-/// The impacts extracted from a data set: without a shot that can be used nothing is written.
-struct Done {
-    dataset: Dataset,
-    shots: usize,
-    notes: Vec<String>,
-}
-
-fn extract(
-    dataset: Dataset,
-    folder: &Path,
-    pictures: bool,
-    progress: &Progress,
-) -> Result<Done, ReportError> {
-    let save = |drawn: Option<Files>, files: &Files| {
-        if let Some(drawn) = drawn {
-            write::write_files(&drawn, &folder.join("shots"))?;
-        }
-        write::write_files(files, folder)
-    };
-    let discs = dataset.tracks.as_ref().and_then(|tracks| tracks.discs);
-    let (dataset, count, lines) = if let Some(facts) = discs {
-        let ExtractedDiscs { dataset, shots, .. } = extract_discs(dataset);
-        if !shots.is_empty() {
-            let drawn = pictures.then(|| extracted::pictures_of_discs(&facts, &shots)).transpose()?;
-            save(drawn, &extracted::of_disc_shots(&dataset, &facts, &shots)?)?;
-        }
-        let lines = shots.iter().flat_map(|(shot, impact)| {
-            let lines = [extracted::summary(impact)].into_iter().chain(extracted::remarks(impact));
-            lines.map(|line| format!("shot {}: {line}", shot.name)).collect::<Vec<_>>()
-        });
-        (dataset, shots.len(), lines.collect())
-    } else {
-        let (dataset, film) = with_impacts(dataset, &|| progress.done());
-        let shots = film.as_ref().map_or_else(Vec::new, FittedFilm::impacts);
-        if let Some(film) = film.filter(|_| !shots.is_empty()) {
-            let drawn = pictures.then(|| extracted::pictures(&film, &shots)).transpose()?;
-            save(drawn, &extracted::of_balls(&dataset, &shots)?)?;
-        }
-        (dataset, shots.len(), Vec::new())
-    };
-    let mut notes = dataset.tracks.as_ref().map_or_else(Vec::new, |tracks| tracks.notes.clone());
-    notes.extend(lines);
-    Ok(Done { dataset, shots: count, notes })
 }

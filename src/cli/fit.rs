@@ -14,7 +14,6 @@ use crate::report::terminal;
 
 use super::progress::{self, Progress};
 use super::table_only::{Told, is_table};
-use super::wanted::Wanted;
 use super::{Failure, print, print_lines, unless_none};
 
 /// The report in the folder of a fit.
@@ -28,8 +27,9 @@ pub(super) struct Args {
     /// Folders that hold a dataset.toml, or such files; or a table, with what a dataset.toml would say as options
     #[arg(required = true, value_name = "DATASET")]
     datasets: Vec<PathBuf>,
-    #[command(flatten)]
-    wanted: Wanted,
+    /// Leave these shots out
+    #[arg(long, value_name = "SHOT", value_delimiter = ',')]
+    skip: Vec<String>,
     /// Where the results go, one folder per data set
     #[arg(long, default_value = "fits", value_name = "DIR")]
     out: PathBuf,
@@ -92,8 +92,25 @@ fn load(args: &Args) -> Result<(Vec<Dataset>, Vec<String>), Failure> {
         datasets.push(dataset);
     }
     progress::named_apart(&datasets)?;
-    args.wanted.of(&mut datasets)?;
+    leave_out(&args.skip, &mut datasets)?;
     Ok((datasets, assumed))
+}
+
+/// Leaves out shots, each of which some data set must have.
+fn leave_out(unwanted: &[String], datasets: &mut [Dataset]) -> Result<(), Failure> {
+    let known: Vec<&str> = datasets.iter().flat_map(|dataset| dataset.names()).collect();
+    if let Some(absent) = unwanted.iter().find(|name| !known.contains(&name.as_str())) {
+        let known = known.iter().take(8).copied().collect::<Vec<_>>().join(", ");
+        refuse!("\"{absent}\" names no shot; expected one of {known}, …");
+    }
+    for dataset in datasets {
+        let had_shots = !dataset.names().is_empty();
+        dataset.keep(|name| unwanted.iter().all(|unwanted| unwanted != name));
+        if had_shots && dataset.names().is_empty() {
+            refuse!("{}: --skip leaves none of its shots", dataset.name);
+        }
+    }
+    Ok(())
 }
 
 pub(super) fn run(args: &Args) -> Result<(), Failure> {

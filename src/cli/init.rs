@@ -4,7 +4,7 @@ use std::io::{IsTerminal, Write};
 use std::path::PathBuf;
 
 use crate::io::draft::{self, Draft};
-use crate::report::write;
+use crate::report::write::Staged;
 
 use super::table_only::{SPINS, Told, UNITS};
 use super::{Failure, print, print_lines};
@@ -41,7 +41,7 @@ pub(super) fn run(args: &Args) -> Result<(), Failure> {
         ask(&mut draft)?;
     }
     let folder = if draft.folder.as_os_str().is_empty() { PathBuf::from(".") } else { draft.folder.clone() };
-    write::write_files(&[("dataset.toml", draft.text().into_bytes())], &folder)?;
+    Staged::new(&folder)?.add("dataset.toml", draft.text())?.put()?;
     print_lines(&draft.found)?;
     let open = match draft.blanks().as_slice() {
         [] => String::new(),

@@ -24,7 +24,6 @@ mod init;
 mod progress;
 mod synth;
 mod table_only;
-mod wanted;
 
 use std::error::Error;
 use std::io::{ErrorKind, Write};
@@ -78,7 +77,7 @@ enum Command {
     Init(init::Args),
     /// Say everything that is wrong or suspicious about data sets, without fitting
     Check(check::Args),
-    /// Print fitted parameters for another program
+    /// Print fitted parameters for the simulator pooltool
     Export(export::Args),
     /// Copy a small complete example to try everything on
     Example(example::Args),

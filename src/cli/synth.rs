@@ -5,7 +5,7 @@ use std::path::PathBuf;
 use crate::physics::ball::Ball;
 use crate::physics::collision::{FidelityChoice, Model};
 use crate::report::document::{self, SynthDocument};
-use crate::report::write;
+use crate::report::write::Staged;
 use crate::simulate;
 
 use super::{Failure, print};
@@ -50,8 +50,9 @@ pub(super) fn run(args: &Args) -> Result<(), Failure> {
         let path = there.display();
         refuse!("{path}: is no synthetic data set, and is not replaced; expected another --out");
     }
-    let files: Vec<_> = files.into_iter().map(|(name, text)| (name, text.into_bytes())).collect();
-    write::write_files(&files, &args.out)?;
+    let staged =
+        files.iter().try_fold(Staged::new(&args.out)?, |staged, (name, text)| staged.add(name, text))?;
+    staged.put()?;
     if args.json {
         let names = files.iter().map(|(name, _)| (*name).to_owned()).collect();
         return print(&document::text(&SynthDocument::new(&spec, fidelity, &args.out, names))?);

@@ -1,10 +1,11 @@
-//! The studies of [`crate::studies::accuracy`] and [`crate::studies::bias`] as tables and as CSV.
+//! The studies of [`crate::studies::accuracy`] and [`crate::studies::bias`] as tables and as a figure.
+
+use std::path::Path;
 
 use super::ReportError;
 use super::content::{self, Section, Table};
-use super::csv::Table as Csv;
 use super::plot::{self, Pick, way_name};
-use super::write::{self, Files};
+use super::write::Staged;
 use crate::physics::collision::Fidelity;
 use crate::studies::accuracy::{Row, Spread};
 use crate::studies::bias;
@@ -37,34 +38,9 @@ pub(crate) fn table(rows: &[Row]) -> String {
     content::sections(&sections)
 }
 
-/// Returns the files of the study: name and content.
-pub(crate) fn files(rows: &[Row]) -> Result<Files, ReportError> {
-    write::files([("accuracy", plot::accuracy(rows))], [("accuracy.csv", csv(rows))])
-}
-
-/// Returns accuracy.csv: a row per way, reference and quantity.
-fn csv(rows: &[Row]) -> String {
-    let mut table = Csv::default();
-    for row in rows {
-        let references = [("exact", row.numerical), ("contact", Some(row.model))];
-        for (reference, errors) in references.into_iter().filter_map(|(name, errors)| Some((name, errors?))) {
-            for (quantity, Spread { median, p95, worst }) in errors.each() {
-                let tolerance = row.tolerance.map_or(String::new(), |tolerance| format!("{tolerance:e}"));
-                table.begin();
-                table.add("fidelity", row.fidelity.name());
-                table.add("effects", row.includes.name());
-                table.add("tolerance", tolerance);
-                table.add("seconds", format!("{:e}", row.seconds));
-                table.add("failed", row.failed.to_string());
-                table.add("reference", reference);
-                table.add("quantity", quantity);
-                for (column, error) in [("median", median), ("p95", p95), ("worst", worst)] {
-                    table.add(column, format!("{error:e}"));
-                }
-            }
-        }
-    }
-    table.text()
+/// Writes the figure of the study.
+pub(crate) fn write(rows: &[Row], out: &Path) -> Result<(), ReportError> {
+    Staged::new(out)?.figure("accuracy", &plot::accuracy(rows))?.put()
 }
 
 /// Returns a table for the terminal: bias ± standard error of each parameter, and their ratio.

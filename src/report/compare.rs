@@ -1,11 +1,13 @@
 //! A [`Comparison`] → files, report, and what it found in words.
 
+use std::path::Path;
+
 use super::content::{self, Block, Report, Section, Table};
-use super::document;
+use super::document::{self, CompareDocument, ComparedParameter, LabelDifference, LabelEstimate};
 use super::fit::down_weighted;
 use super::plot::{forest, of_comparison};
 use super::shots::shot_list;
-use super::write::{self, Files};
+use super::write::Staged;
 use super::{ReportError, csv, p_text};
 use crate::compare::{Compared, Comparison, Difference, Finding, Quantity, Reason, Value};
 use crate::fit::{Counted, Verdict, film_words};
@@ -13,14 +15,15 @@ use crate::measurement::number::{count_of, interval, plain, with_error};
 use crate::measurement::parameter::Parameter;
 use crate::problem::Severity;
 
-/// Returns the files of a comparison: name and content.
-pub(crate) fn files(comparison: &Comparison) -> Result<Files, ReportError> {
-    let texts = [
-        ("residuals.csv", csv::of_comparison(comparison)),
-        ("report.html", content::html(&report(comparison))?),
-        ("compare.json", document::text(comparison)?),
-    ];
-    write::files([("forest", forest(comparison)), ("residuals", of_comparison(comparison))], texts)
+/// Writes the files of a comparison.
+pub(crate) fn write(comparison: &Comparison, out: &Path) -> Result<(), ReportError> {
+    Staged::new(out)?
+        .figure("forest", &forest(comparison))?
+        .figure("residuals", &of_comparison(comparison))?
+        .add("residuals.csv", csv::of_comparison(comparison))?
+        .add("report.html", content::html(&report(comparison))?)?
+        .add("compare.json", document::text(comparison)?)?
+        .put()
 }
 
 /// Returns the text that `caromfit compare` prints.
@@ -29,20 +32,21 @@ pub fn table(comparison: &Comparison) -> String {
 }
 
 fn report(comparison: &Comparison) -> Report {
+    let document = CompareDocument::new(comparison);
     let figure = Block::figure("Estimates with their intervals", forest(comparison));
     let legend = "±: one standard error; (shared): one value for all; –: not determined";
-    let mut sections = vec![Section::new("Estimates", legend, [estimates(comparison).into(), figure])];
-    sections.extend(comparison.quantities.iter().map(|compared| {
-        let title = format!("{}, {}", compared.quantity.symbol(), compared.quantity.meaning());
-        Section::of_lines(title, "", lines(comparison, compared))
+    let mut sections =
+        vec![Section::new("Estimates", legend, [estimates(comparison, &document).into(), figure])];
+    sections.extend(comparison.quantities.iter().zip(&document.parameters).map(|(compared, parameter)| {
+        let title = format!("{}, {}", compared.quantity.symbol(), parameter.meaning);
+        Section::of_lines(title, "", lines(parameter))
     }));
-    let title = |sample: usize| comparison.samples[sample].title.as_str();
-    sections.extend(comparison.robust.iter().map(|robust| {
+    sections.extend(document.robust.iter().map(|robust| {
         let weights = robust.weights.iter();
-        let weights = weights.map(|(i, shot, weight)| (format!("{}, shot {shot}", title(*i)), *weight));
+        let weights = weights.map(|one| (format!("{}, shot {}", one.sample, one.shot), one.weight));
         down_weighted(&robust.losses.join(" and "), weights)
     }));
-    let rejected = comparison.samples.iter().flat_map(|sample| {
+    let rejected = document.samples.iter().flat_map(|sample| {
         let rejected = sample.shots_rejected.iter();
         rejected.map(|one| [format!("{}, {}", sample.title, one.shot), one.reason.clone()])
     });
@@ -50,7 +54,7 @@ fn report(comparison: &Comparison) -> Report {
     sections.extend([
         Section::of_figure("Residuals", "", of_comparison(comparison)),
         Section::of_rejected(rejected),
-        Section::of_lines("Notes", "", notes(comparison)),
+        Section::of_lines("Notes", "", document.notes.clone()),
         Section::new("Shots, the largest residuals first", "", [Block::Shots(shot_list(shots))]),
     ]);
     let method = if comparison.is_filmed {
@@ -58,72 +62,61 @@ fn report(comparison: &Comparison) -> Report {
     } else {
         "the measured numbers of all data sets at once"
     };
-    let used: usize = comparison.samples.iter().map(|sample| sample.shots_used).sum();
-    let noise = if comparison.noise_estimated { "; noise estimated from the residuals" } else { "" };
+    let used: usize = document.samples.iter().map(|sample| sample.shots_used).sum();
+    let noise = if document.noise_estimated { "; noise estimated from the residuals" } else { "" };
     let chi2 = format!(
         "{} of {} for {} degrees of freedom, χ²/dof = {}{noise}",
-        plain(comparison.chi2, 4),
-        counted(comparison).words(),
-        comparison.dof,
-        plain(comparison.chi2 / comparison.dof.max(1) as f64, 3)
+        plain(document.chi2, 4),
+        document.counted.words(),
+        document.dof,
+        plain(document.chi2 / document.dof.max(1) as f64, 3)
     );
     let facts = [
-        ("model", comparison.fidelity.to_owned()),
+        ("model", document.fidelity.to_owned()),
         ("method", method.to_owned()),
         ("shots", used.to_string()),
         ("χ²", chi2),
     ];
     Report {
-        title: format!("Comparison by {}", comparison.told_by),
-        verdict: verdict(comparison),
-        warnings: warnings(comparison),
+        title: format!("Comparison by {}", document.told_by),
+        verdict: document.verdict,
+        warnings: document.warnings,
         facts: facts.to_vec(),
         sections,
     }
 }
 
-pub(super) fn counted(comparison: &Comparison) -> Counted {
-    if comparison.is_filmed {
-        return Counted::Coordinates;
-    }
-    Counted::of(comparison.residuals.iter().map(|residual| &residual.of_shot.observable))
-}
-
-fn estimates(comparison: &Comparison) -> Table {
+fn estimates(comparison: &Comparison, document: &CompareDocument) -> Table {
     let symbols = comparison.quantities.iter().map(|compared| compared.quantity.symbol());
-    let head = [comparison.told_by.as_str(), "shots"].into_iter().chain(symbols);
-    let row = |(label, name): (usize, &String)| {
-        let own = comparison.samples.iter().filter(|sample| sample.label == label);
+    let head = [document.told_by.as_str(), "shots"].into_iter().chain(symbols);
+    let row = |label: &String| {
+        let own = document.samples.iter().filter(|sample| sample.label == *label);
         let shots: usize = own.map(|sample| sample.shots_used).sum();
-        let cells = comparison.quantities.iter().map(|compared| cell(comparison, compared, label));
-        [name.clone(), shots.to_string()].into_iter().chain(cells).collect()
+        let cells = document.parameters.iter().map(|one| cell(one, label, comparison.is_refuted()));
+        [label.clone(), shots.to_string()].into_iter().chain(cells).collect()
     };
-    Table::new(head, comparison.labels.iter().enumerate().map(row))
+    Table::new(head, document.labels.iter().map(row))
 }
 
-fn cell(comparison: &Comparison, compared: &Compared, label: usize) -> String {
-    let is_left_out = compared.left_out.iter().any(|(out, _)| *out == label);
-    let is_own = |value: &&Value| value.label.is_none_or(|own| own == label);
-    let Some(value) = compared.estimates.iter().find(is_own).filter(|_| !is_left_out) else {
+fn cell(parameter: &ComparedParameter, label: &String, is_refuted: bool) -> String {
+    let is_left_out = parameter.left_out.iter().any(|out| out.label == *label);
+    let is_own = |one: &&LabelEstimate| one.label.as_ref().is_none_or(|own| own == label);
+    let Some(value) = parameter.estimates.iter().find(is_own).filter(|_| !is_left_out) else {
         return "–".to_owned();
     };
-    let number = plain(value.value, 4);
-    if !value.fitted {
-        return format!("{number} (fixed)");
-    }
-    let number = match value.std_error {
-        Some(error) => with_error(value.value, error),
-        None if comparison.is_refuted() => format!("{number} (refuted)"),
-        None => number,
+    let Value { value, std_error, fitted, .. } = value.value;
+    let number = match std_error {
+        _ if !fitted => return format!("{} (fixed)", plain(value, 4)),
+        Some(error) => with_error(value, error),
+        None => plain(value, 4) + if is_refuted { " (refuted)" } else { "" },
     };
-    if compared.shared { format!("{number} (shared)") } else { number }
+    if parameter.shared { format!("{number} (shared)") } else { number }
 }
 
 /// Returns everything that is said of one quantity, the most important first.
-fn lines(comparison: &Comparison, compared: &Compared) -> Vec<String> {
-    let name = |label: usize| comparison.labels[label].as_str();
+fn lines(parameter: &ComparedParameter) -> Vec<String> {
     let mut lines = Vec::new();
-    if let Some(test) = compared.same_or_different {
+    if let Some(test) = parameter.same_or_different {
         let is_seen = test.p_value < Difference::LEVEL;
         lines.push(format!(
             "same or different: {} ({}, {} {} for {}, ΔAIC {:+.1} for \"different\")",
@@ -135,28 +128,30 @@ fn lines(comparison: &Comparison, compared: &Compared) -> Vec<String> {
             test.delta_aic
         ));
     }
-    for own in &compared.differences {
+    for LabelDifference { first, second, value, real } in &parameter.differences {
         lines.push(format!(
-            "{} − {}: {} {}, {}, corrected {}: {}",
-            name(own.second),
-            name(own.first),
-            with_error(own.value, own.std_error),
-            interval(own.interval_95, Some(own.std_error)),
-            p_text(own.p_value),
-            p_text(own.p_holm),
-            if own.is_real() { "real" } else { "may be chance" }
+            "{second} − {first}: {} {}, {}, corrected {}: {}",
+            with_error(value.value, value.std_error),
+            interval(value.interval_95, Some(value.std_error)),
+            p_text(value.p_value),
+            p_text(value.p_holm),
+            if *real { "real" } else { "may be chance" }
         ));
     }
-    let left_out = compared.left_out.iter();
-    lines
-        .extend(left_out.map(|(label, why)| {
-            format!("{} is left out: {}", name(*label), reason(*why, compared.quantity))
-        }));
+    let left_out = parameter.left_out.iter();
+    lines.extend(left_out.map(|one| format!("{} is left out: {}", one.label, one.reason)));
     if lines.is_empty() {
         let why = "not compared: it is held, only one label determines it, or the data refute the model";
         lines.push(why.to_owned());
     }
     lines
+}
+
+pub(super) fn counted(comparison: &Comparison) -> Counted {
+    if comparison.is_filmed {
+        return Counted::Coordinates;
+    }
+    Counted::of(comparison.residuals.iter().map(|residual| &residual.of_shot.observable))
 }
 
 /// Returns the sentences of findings of some severities.
@@ -188,14 +183,14 @@ pub(super) fn verdict(comparison: &Comparison) -> Verdict {
     let unusable = sentences(comparison, |severity| severity == Severity::Unusable).into_iter().next();
     let outcomes = comparison.quantities.iter().filter_map(|compared| outcome(comparison, compared));
     let outcomes = outcomes.collect::<Vec<_>>().join("; ");
-    let sentence = match (unusable, warnings(comparison).into_iter().next()) {
-        (Some(first), _) => first,
-        (None, Some(first)) if outcomes.is_empty() => first,
-        (None, Some(first)) => format!("{outcomes}. But: {first}"),
-        (None, None) if outcomes.is_empty() => {
+    let doubt = unusable.clone().or_else(|| warnings(comparison).into_iter().next());
+    let sentence = match doubt {
+        Some(first) if outcomes.is_empty() || unusable.is_some() => first,
+        Some(first) => format!("{outcomes}. But: {first}"),
+        None if outcomes.is_empty() => {
             "There is nothing to compare: no quantity is determined by two of them.".to_owned()
         }
-        (None, None) => format!("{outcomes}."),
+        None => format!("{outcomes}."),
     };
     Verdict { grade: comparison.grade(), sentence }
 }
@@ -203,19 +198,17 @@ pub(super) fn verdict(comparison: &Comparison) -> Verdict {
 /// Returns whether a quantity differs, if it is compared.
 fn outcome(comparison: &Comparison, compared: &Compared) -> Option<String> {
     let symbol = compared.quantity.symbol();
-    let real = compared.differences.iter().filter(|difference| difference.is_real()).count();
-    Some(match compared.differences.as_slice() {
-        [] => return None,
-        [only] => {
-            let [first, second] = [only.first, only.second].map(|label| comparison.labels[label].as_str());
-            let size = with_error(only.value, only.std_error);
-            if only.is_real() {
-                format!("{symbol} differs: {second} − {first} = {size}")
-            } else {
-                format!("no difference in {symbol} is seen ({second} − {first} = {size})")
-            }
-        }
-        pairs => format!("{symbol} differs in {real} of {} pairs", pairs.len()),
+    let [only] = compared.differences.as_slice() else {
+        let real = compared.differences.iter().filter(|difference| difference.is_real()).count();
+        let pairs = compared.differences.len();
+        return (pairs > 0).then(|| format!("{symbol} differs in {real} of {pairs} pairs"));
+    };
+    let [first, second] = [only.first, only.second].map(|label| &comparison.labels[label]);
+    let difference = format!("{second} − {first} = {}", with_error(only.value, only.std_error));
+    Some(if only.is_real() {
+        format!("{symbol} differs: {difference}")
+    } else {
+        format!("no difference in {symbol} is seen ({difference})")
     })
 }
 

@@ -1,18 +1,19 @@
-//! A [`Design`] → tables, design.csv, design.json and pictures.
+//! A [`Design`] → tables, design.json and a figure.
+
+use std::path::Path;
 
 use super::content::{self, Block, Section, Table};
-use super::csv::Table as Csv;
-use super::write::{self, Files};
+use super::write::Staged;
 use super::{ReportError, document, plot};
-use crate::design::information::std_errors;
 use crate::design::{Design, Mixture, OfKind, PlayedKind, SpinFrom};
 use crate::measurement::number::plain;
 use crate::measurement::parameter::Parameter;
+use crate::physics::collision::Coefficients;
 
-/// Returns the files of a design: name and content.
-pub(crate) fn files(design: &Design) -> Result<Files, ReportError> {
-    let texts = [("design.csv", csv(design)), ("design.json", document::text(design)?)];
-    write::files([("design", plot::design(design))], texts)
+/// Writes design.json and the figure of a design.
+pub(crate) fn write(design: &Design, out: &Path) -> Result<(), ReportError> {
+    let figure = plot::design(design);
+    Staged::new(out)?.figure("design", &figure)?.add("design.json", document::text(design)?)?.put()
 }
 
 /// Returns a standard error, or – for what is not determined.
@@ -35,13 +36,12 @@ fn range([from, to]: [f64; 2]) -> String {
 /// Returns the text that `caromfit design` prints.
 pub(crate) fn text(design: &Design) -> String {
     let expected = &design.expected;
-    let [mu, mu_s, e] = [expected.coefficients.mu, expected.coefficients.mu_s, expected.coefficients.e];
+    let Coefficients { mu, mu_s, e } = expected.coefficients;
     let camera = &expected.camera;
-    let both = expected
-        .object
-        .as_ref()
-        .map(|object| [0, 1].map(|which| document::Body::of_balls(&expected.ball, Some(object), which)));
-    let balls = both.map_or(String::new(), |[cue, object]| format!("; {}", super::two_balls(&cue, &object)));
+    let body = |object, which| document::Body::of_balls(&expected.ball, Some(object), which);
+    let balls = expected.object.as_ref().map_or(String::new(), |object| {
+        format!("; {}", super::two_balls(&body(object, 0), &body(object, 1)))
+    });
     let mut text = format!(
         "Expected μ = {mu}, μ_s = {mu_s}, e = {e}{balls}; filmed at {} fps, positions ± {} mm, {} ms before and {} ms after the \
          impact.\nWanted: {} (standard errors; none of the three has a unit).\n",
@@ -110,28 +110,4 @@ fn mixtures(design: &Design) -> Section {
     };
     let rows = design.mixtures.iter().map(row);
     Section::new("Fewest shots", "", [Table::new(["for", "shots", "of which"], rows).into()])
-}
-
-/// Returns design.csv: a row per kind (without a cut angle and speed of its own) and per cell.
-pub(crate) fn csv(design: &Design) -> String {
-    let mut table = Csv::default();
-    let kinds = design.kinds.iter().enumerate().map(|(kind, found)| (kind, None, &found.information));
-    let cells = design.cells.iter().map(|cell| (cell.kind, Some(cell), &cell.information));
-    for (kind, cell, information) in kinds.chain(cells) {
-        let PlayedKind { name, topspin, side, shots, .. } = &design.expected.kinds[kind];
-        table.begin();
-        table.add("kind", name);
-        table.add("topspin", (0.5 * (topspin[0] + topspin[1])).to_string());
-        table.add("side", side.to_string());
-        table.add("speed_m_s", cell.map_or(String::new(), |cell| plain(cell.speed_m_s, 6)));
-        table.add("cut_deg", cell.map_or(String::new(), |cell| plain(cell.cut_deg, 6)));
-        table.add("shots", shots.to_string());
-        for (of, shots) in [("sd", *shots as f64), ("sd_of_one", 1.0)] {
-            let errors = std_errors(&(information * shots));
-            for (parameter, error) in Parameter::COEFFICIENTS.into_iter().zip(errors) {
-                table.add_number(&format!("{}_{of}", parameter.name()), error.unwrap_or(f64::NAN));
-            }
-        }
-    }
-    table.text()
 }

@@ -2,87 +2,91 @@
 //! a table, with what was left out and a picture of each shot.
 
 use std::fmt::Write as _;
+use std::path::Path;
 
 use rayon::prelude::*;
 
 use super::csv::Table;
 use super::plot::{Figure, Tracks, of_shot};
-use super::write::{self, Files};
+use super::write::Staged;
 use super::{ReportError, folder_name, group_folders};
 use crate::fit::FittedFilm;
 use crate::io::balls;
 use crate::measurement::dataset::{Before, Dataset, Measured};
 use crate::measurement::number::{plain, with_error};
 use crate::measurement::spin::Spin;
-use crate::measurement::track::TrackShot;
+use crate::measurement::track::{Sample, TrackShot};
 use crate::physics::disc::Discs;
 use crate::problem::{DiscImpact, Doubt, Impact, Quantity};
 
-/// Returns dataset.toml, impacts.csv and left-out.csv.
-pub(crate) fn of_balls(dataset: &Dataset, extracted: &[Impact]) -> Result<Files, ReportError> {
-    let texts = [
-        ("impacts.csv", impacts(dataset, extracted)),
-        ("left-out.csv", left_out(dataset)),
-        ("dataset.toml", manifest(dataset)),
-    ];
-    write::files([], texts)
-}
-
-/// Returns discs.csv and left-out.csv.
-pub(crate) fn of_disc_shots(
+/// Writes dataset.toml, impacts.csv and left-out.csv, and the pictures of the shots if there is a film to draw.
+pub(crate) fn write_balls(
     dataset: &Dataset,
-    discs: &Discs,
-    extracted: &[(TrackShot, DiscImpact)],
-) -> Result<Files, ReportError> {
-    write::files([], [("left-out.csv", left_out(dataset)), ("discs.csv", discs_table(discs, extracted))])
+    extracted: &[Impact],
+    drawn: Option<&FittedFilm>,
+    folder: &Path,
+) -> Result<(), ReportError> {
+    if let Some(film) = drawn {
+        draw(extracted, |impact| (&impact.shot.name, of_shot(film, impact)), folder)?;
+    }
+    Staged::new(folder)?
+        .add("impacts.csv", impacts(dataset, extracted))?
+        .add("left-out.csv", left_out(dataset))?
+        .add("dataset.toml", manifest(dataset))?
+        .put()
 }
 
-/// Returns the picture of each shot of balls: file name and SVG.
-pub(crate) fn pictures(film: &FittedFilm, extracted: &[Impact]) -> Result<Files, ReportError> {
-    drawn(extracted, |impact| &impact.shot.name, |impact| of_shot(film, impact))
-}
-
-/// Returns the picture of each shot of discs: file name and SVG.
-pub(crate) fn pictures_of_discs(
-    discs: &Discs,
+/// Writes discs.csv and left-out.csv, and on request the pictures of the shots.
+pub(crate) fn write_discs(
+    dataset: &Dataset,
     extracted: &[(TrackShot, DiscImpact)],
-) -> Result<Files, ReportError> {
+    discs: &Discs,
+    are_drawn: bool,
+    folder: &Path,
+) -> Result<(), ReportError> {
     let figure = |(shot, impact): &(TrackShot, DiscImpact)| {
         let [from, to] = impact.window;
-        let used = |samples: &[crate::measurement::track::Sample]| {
+        let used = |samples: &[Sample]| {
             let used = samples.iter().filter(|sample| (from..=to).contains(&sample.t));
             used.map(|sample| (sample.t, [sample.x, sample.y])).collect()
         };
+        let in_seconds = ("time from the impact (ms)", 1e-3);
         let tracks = Tracks {
             name: &shot.name,
             seen: [used(&shot.cue), used(&shot.object)],
             summary: summary(impact),
             names: ["first disc", "second disc"],
             time: impact.get(Quantity::Time).map_or(f64::NAN, |time| time.value),
-            clock: if discs.in_seconds {
-                ("time from the impact (ms)", 1e-3)
-            } else {
-                ("frames from the impact", 1.0)
-            },
+            clock: if discs.in_seconds { in_seconds } else { ("frames from the impact", 1.0) },
             position_sd: impact.position_sd,
             radii: impact.radii,
-            place: &|disc, time| impact.place(disc, time),
+            place: Box::new(|disc, time| impact.place(disc, time)),
         };
         tracks.figure()
     };
-    drawn(extracted, |(shot, _)| &shot.name, figure)
+    if are_drawn {
+        draw(extracted, |one| (&one.0.name, figure(one)), folder)?;
+    }
+    Staged::new(folder)?
+        .add("left-out.csv", left_out(dataset))?
+        .add("discs.csv", discs_table(discs, extracted))?
+        .put()
 }
 
-/// Returns each shot drawn, in a file that is named after it.
-fn drawn<T: Sync>(
+/// Draws each shot in a file that is named after it.
+fn draw<T: Sync>(
     extracted: &[T],
-    name: fn(&T) -> &String,
-    draw: impl Fn(&T) -> Figure + Sync,
-) -> Result<Files, ReportError> {
-    let names: Vec<String> = extracted.iter().map(|shot| name(shot).clone()).collect();
-    let files = group_folders(&names);
-    let file = |(shot, name): (&T, &String)| Ok((format!("{name}.svg"), draw(shot).svg()?.into_bytes()));
-    extracted.par_iter().zip(&files).map(file).collect()
+    draw: impl Fn(&T) -> (&String, Figure) + Sync,
+    folder: &Path,
+) -> Result<(), ReportError> {
+    let drawn = |shot| {
+        let (name, figure) = draw(shot);
+        Ok((name.clone(), figure.svg()?))
+    };
+    let drawn = extracted.par_iter().map(drawn).collect::<Result<(Vec<_>, Vec<_>), ReportError>>()?;
+    let mut files = group_folders(&drawn.0).into_iter().zip(drawn.1);
+    let staged = Staged::new(&folder.join("shots"))?;
+    files.try_fold(staged, |staged, (name, svg)| staged.add(&format!("{name}.svg"), svg))?.put()
 }
 
 /// Returns the one spin that all shots have, if that is stun or natural roll.
@@ -228,27 +232,31 @@ fn discs_table(discs: &Discs, extracted: &[(TrackShot, DiscImpact)]) -> String {
     table.text()
 }
 
-/// Returns the main numbers of an impact of discs, in a line.
-pub(crate) fn summary(impact: &DiscImpact) -> String {
-    let text = |name: &str, quantity: Quantity| {
-        let measured = impact.get(quantity)?;
-        Some(match measured.sd {
-            Some(sd) => format!("{name} {}", with_error(measured.value, sd)),
-            None => format!("{name} {} (stated)", plain(measured.value, 4)),
-        })
+/// Returns what there is to say of the impacts of discs, a line each.
+pub(crate) fn lines(extracted: &[(TrackShot, DiscImpact)]) -> Vec<String> {
+    let of_shot = |(shot, impact): &(TrackShot, DiscImpact)| {
+        let stuck = impact.stuck.iter().map(|stuck| format!("{}.", stuck.sentence()));
+        let doubts = impact.doubts.iter().map(|doubt| format!("doubtful: {doubt}."));
+        let lines = std::iter::once(summary(impact)).chain(stuck).chain(doubts);
+        lines.map(|line| format!("shot {}: {line}", shot.name)).collect::<Vec<_>>()
     };
-    let parts = [
-        // of discs that stick, the remark says it
-        text("e", Quantity::Restitution).filter(|_| impact.stuck.is_none()),
-        text("J_t/J_n", Quantity::ImpulseRatio),
-        text("mass ratio", Quantity::MassRatio),
-        Some(format!("noise {:.3} mm", 1e3 * impact.position_sd)),
-    ];
-    parts.into_iter().flatten().collect::<Vec<_>>().join(", ")
+    extracted.iter().flat_map(of_shot).collect()
 }
 
-/// Returns remarks on a shot, a line each: that its discs stick together, and what makes it doubtful.
-pub(crate) fn remarks(impact: &DiscImpact) -> Vec<String> {
-    let stuck = impact.stuck.iter().map(|stuck| format!("{}.", stuck.sentence()));
-    stuck.chain(impact.doubts.iter().map(|doubt| format!("doubtful: {doubt}."))).collect()
+/// Returns the main numbers of an impact of discs; of discs that stick, another line has e.
+fn summary(impact: &DiscImpact) -> String {
+    let quantities = [
+        ("e", Quantity::Restitution),
+        ("J_t/J_n", Quantity::ImpulseRatio),
+        ("mass ratio", Quantity::MassRatio),
+    ];
+    let mut text = String::new();
+    for (name, quantity) in quantities.into_iter().skip(usize::from(impact.stuck.is_some())) {
+        text += &match impact.get(quantity) {
+            Some(Measured { value, sd: Some(sd) }) => format!("{name} {}, ", with_error(value, sd)),
+            Some(Measured { value, .. }) => format!("{name} {} (stated), ", plain(value, 4)),
+            None => String::new(),
+        };
+    }
+    text + &format!("noise {:.3} mm", 1e3 * impact.position_sd)
 }

@@ -3,10 +3,8 @@
 use super::content::{self, Block, Report, Section, Table};
 use super::plot;
 use super::shots::{shot_list, tracks};
-use super::terminal::{cells, chi2_text, estimate, head, legend, parameters, with_unit};
-use super::{
-    ReportError, bodies, budgets, label, model, noise_estimated, p_text, reduced_chi2, symbol, title,
-};
+use super::terminal::{cells, chi2_text, estimate, parameters, table, with_unit};
+use super::{ReportError, bodies, budgets, model, p_text, reduced_chi2, symbol, title};
 use crate::fit::{Counted, DOWN_WEIGHTED, Estimate, Fit, Grade, Noise, Status, Verdict};
 use crate::measurement::number::{interval, plain, with_error};
 
@@ -94,40 +92,16 @@ pub(super) fn of_labels(fits: &[Fit], folders: &[String]) -> Report {
 /// Returns a line for each fit, which leads to the report in its folder if there are some; what could be wrong, and the error budgets.
 fn of_several(fits: &[Fit], folders: &[String]) -> [Section; 3] {
     let known = parameters(fits);
-    let row = |fit: &Fit| {
-        let mut row = cells(fit, &known);
-        if are_labels(fits) {
-            row[0] = label(fit);
-        }
-        row.push(match reduced_chi2(fit) {
-            Some(chi2) if noise_estimated(fit) => format!("{} *", chi2_text(chi2)),
-            Some(chi2) => chi2_text(chi2),
-            None => "–".to_owned(),
-        });
-        row.push(fit.verdict().grade.name().to_owned());
-        row
-    };
-    let rows: Vec<Vec<String>> = fits.iter().map(row).collect();
-    let legend = legend(&rows, &known);
-    let mut estimates = Table::new(head(&known, &["χ²/dof"]), rows);
+    let (mut estimates, legend) = table(fits.iter().map(|fit| cells(fit, &known)).collect(), &known);
     estimates.links = folders.iter().map(|folder| format!("{folder}/report.html")).collect();
-    let warnings = fits.iter().flat_map(|fit| {
-        fit.warnings().into_iter().map(move |warning| format!("{}: {warning}", name(fit, fits)))
-    });
+    let warnings = fits
+        .iter()
+        .flat_map(|fit| fit.warnings().into_iter().map(move |warning| format!("{}: {warning}", title(fit))));
     [
         Section::new("Estimates", "", [estimates.into(), Block::Lines(legend)]),
         Section::of_lines("What could be wrong", "", warnings.collect()),
         budget(fits),
     ]
-}
-
-fn are_labels(fits: &[Fit]) -> bool {
-    fits.len() > 1 && fits.windows(2).all(|pair| pair[0].dataset == pair[1].dataset)
-}
-
-/// Returns the name of a fit among others, of which labels of one data set need not name that.
-fn name(fit: &Fit, fits: &[Fit]) -> String {
-    if are_labels(fits) { label(fit) } else { title(fit) }
 }
 
 /// Returns what makes up the errors of μ, μ_s and e of each fit, the largest part first.
@@ -151,25 +125,19 @@ fn budget(fits: &[Fit]) -> Section {
 
 fn parameter_section(fit: &Fit) -> Section {
     let about = "±: one standard error; profile: both ends from how χ² rises as the parameter moves";
-    let rows = fit.estimates.iter().map(|estimate| parameter_row(fit, estimate));
-    let table = Table::new(["", "estimate", "95 % interval", "meaning"], rows);
-    Section::new("Parameters", about, [table.into(), Block::Lines(correlations(fit).into_iter().collect())])
-}
-
-fn parameter_row(fit: &Fit, own: &Estimate) -> Vec<String> {
-    let (symbol, unit) = (own.parameter.symbol(), own.parameter.unit());
-    let ends = own.interval_95.filter(|ends| ends.iter().all(|end| end.is_finite()));
-    let how = if own.is_profiled() { " profile" } else { "" };
-    let ends = ends.map(|ends| with_unit(&interval(ends, own.std_error), unit) + how);
-    let mut value = estimate(fit, own);
-    if own.status == Status::NotIdentified {
-        value += &format!(", left at {}", plain(own.value, 4));
-    }
-    let meaning = own.parameter.meaning().to_owned();
-    vec![symbol.to_owned(), with_unit(&value, unit), ends.unwrap_or_default(), meaning]
-}
-
-fn correlations(fit: &Fit) -> Option<String> {
+    let row = |own: &Estimate| {
+        let (symbol, unit) = (own.parameter.symbol().to_owned(), own.parameter.unit());
+        let ends = own.interval_95.filter(|ends| ends.iter().all(|end| end.is_finite()));
+        let how = if own.is_profiled() { " profile" } else { "" };
+        let ends = ends.map(|ends| with_unit(&interval(ends, own.std_error), unit) + how);
+        let mut value = estimate(fit, own);
+        if own.status == Status::NotIdentified {
+            value += &format!(", left at {}", plain(own.value, 4));
+        }
+        let meaning = own.parameter.meaning().to_owned();
+        vec![symbol, with_unit(&value, unit), ends.unwrap_or_default(), meaning]
+    };
+    let table = Table::new(["", "estimate", "95 % interval", "meaning"], fit.estimates.iter().map(row));
     let mut pairs = Vec::new();
     for (row, first) in fit.estimates.iter().enumerate() {
         for (column, second) in fit.estimates.iter().enumerate().skip(row + 1) {
@@ -179,7 +147,9 @@ fn correlations(fit: &Fit) -> Option<String> {
             }
         }
     }
-    (!pairs.is_empty()).then(|| format!("correlation of the errors, −1 to 1: {}", pairs.join(", ")))
+    let correlations = format!("correlation of the errors, −1 to 1: {}", pairs.join(", "));
+    let correlations = if pairs.is_empty() { Vec::new() } else { vec![correlations] };
+    Section::new("Parameters", about, [table.into(), Block::Lines(correlations)])
 }
 
 /// Returns χ², what it counts, and its probability; of a film of balls first of the frames, then of the velocities.
@@ -196,20 +166,18 @@ fn chi2(fit: &Fit) -> Vec<String> {
             }
             None => "not tested, as the noise was estimated from the same data".to_owned(),
         };
-        let (counted, reduced) = (counted.words(), chi2_text(chi2 / dof as f64));
-        format!(
-            "χ² of {counted} = {} for {dof} degrees of freedom, χ²/dof = {reduced}: {test}",
-            plain(chi2, 4)
-        )
+        let (counted, chi2, reduced) = (counted.words(), plain(chi2, 4), chi2_text(chi2 / dof as f64));
+        format!("χ² of {counted} = {chi2} for {dof} degrees of freedom, χ²/dof = {reduced}: {test}")
     };
     let goodness = fit.diagnostics.goodness.as_ref();
     let tested = goodness.and_then(|found| found.p_value);
     let joint = fit.diagnostics.joint.as_ref();
-    let first =
-        line(fit.counted(), reduced * fit.dof as f64, fit.dof, joint.map_or(tested, |joint| joint.p_value));
-    let velocities = goodness.filter(|found| joint.is_some() && found.dof > 0);
-    let velocities = velocities.map(|found| line(fit.tested(), found.chi2, found.dof, tested));
-    [first].into_iter().chain(velocities).collect()
+    let p_value = joint.map_or(tested, |joint| joint.p_value);
+    let mut lines = vec![line(fit.counted(), reduced * fit.dof as f64, fit.dof, p_value)];
+    if let Some(found) = goodness.filter(|found| joint.is_some() && found.dof > 0) {
+        lines.push(line(fit.tested(), found.chi2, found.dof, tested));
+    }
+    lines
 }
 
 fn noise(fit: &Fit, noise: &Noise) -> Vec<String> {

@@ -16,8 +16,6 @@ pub mod stored;
 pub mod terminal;
 pub(crate) mod write;
 
-use std::path::Path;
-
 #[cfg(feature = "cli")]
 pub(crate) use write::fit_folder;
 pub use write::{folder_name, group_folders, write};
@@ -36,7 +34,11 @@ use crate::problem::{self, Id};
 
 /// Returns the residual plots of a fit, as SVG and as PNG, with the names of their files.
 pub fn residual_plots(fit: &Fit) -> Result<[(String, Vec<u8>); 2], ReportError> {
-    plot::residuals(fit).files("residuals")
+    let figure = plot::residuals(fit);
+    Ok([
+        ("residuals.svg".to_owned(), figure.svg()?.into_bytes()),
+        ("residuals.png".to_owned(), figure.png()?),
+    ])
 }
 
 /// Why a report cannot be made: a file that cannot be written, or a figure, a page or a JSON document that cannot be made.
@@ -45,10 +47,6 @@ pub fn residual_plots(fit: &Fit) -> Result<[(String, Vec<u8>); 2], ReportError> 
 pub struct ReportError(String);
 
 impl ReportError {
-    fn of_file(path: &Path, reason: &std::io::Error) -> Self {
-        Self(format!("{}: cannot be written: {reason}", path.display()))
-    }
-
     fn of_drawing(title: &str, reason: impl std::fmt::Display) -> Self {
         Self(format!("the report of {title} cannot be drawn: {reason}"))
     }

@@ -4,7 +4,7 @@
 use super::content::Table;
 use super::plot::ends;
 use super::{budgets, label, noise_estimated, reduced_chi2, symbol};
-use crate::fit::{Estimate, Fit, Grade, Status};
+use crate::fit::{Estimate, Fit, Grade, Status, Verdict};
 use crate::measurement::number::{plain, with_error, with_interval};
 use crate::measurement::parameter::Parameter;
 use crate::problem::{self, Id};
@@ -25,21 +25,16 @@ pub fn overview(fits: &[Fit]) -> String {
     let known = parameters(fits);
     let of_dataset =
         |one: &Fit, next: &Fit| one.group.is_some() && next.group.is_some() && one.dataset == next.dataset;
-    let mut lines: Vec<Line> = fits
-        .chunk_by(of_dataset)
-        .map(|fits| if let [fit] = fits { of_fit(fit, &known) } else { of_labels(fits, &known) })
-        .collect();
+    let mut lines: Vec<Line> = fits.chunk_by(of_dataset).map(|fits| line(fits, &known)).collect();
     lines.sort_by_key(|line| line.grade);
     if let ([line], [fit]) = (lines.as_mut_slice(), fits) {
         line.below.get_or_insert(fit.verdict().sentence);
     }
-    let rows: Vec<Vec<String>> = lines.iter().map(|line| line.cells.clone()).collect();
-    let legend = legend(&rows, &known);
-    let table = Table::new(head(&known, &[]), rows).text("");
+    let (table, legend) = table(lines.iter().map(|line| line.cells.clone()).collect(), &known);
     // the head has none
     let below = std::iter::once(&None).chain(lines.iter().map(|line| &line.below));
     let mut text = String::new();
-    for (row, below) in table.lines().zip(below) {
+    for (row, below) in table.text("").lines().zip(below) {
         text += &format!("{row}\n");
         text.extend(below.iter().map(|sentence| format!("    {sentence}\n")));
     }
@@ -52,17 +47,31 @@ pub fn overview(fits: &[Fit]) -> String {
     text
 }
 
-/// Returns the headings of a table of fits, some of them before that of the verdict.
-pub(super) fn head(known: &[Parameter], last: &[&str]) -> Vec<String> {
-    let parameters = known.iter().map(|parameter| match parameter.unit() {
+/// Returns a table of fits, and what its marks and symbols mean, as far as it has them.
+pub(super) fn table(rows: Vec<Vec<String>>, known: &[Parameter]) -> (Table, Vec<String>) {
+    const MARKS: [(&str, &str); 6] = [
+        ("±", "±: one standard error"),
+        ("[", "[…]: the 95 % interval, if it is far from ± two standard errors"),
+        ("≥", "≥: every larger value fits equally"),
+        ("≤", "≤: every smaller value fits equally"),
+        ("–", "–: not determined by these shots, or, if the verdict is unusable, no number to use"),
+        ("no error", "no error: the data do not determine one"),
+    ];
+    let has = |mark: &str| rows.iter().any(|row| row.iter().skip(2).any(|cell| cell.contains(mark)));
+    let marks: Vec<&str> = MARKS.into_iter().filter(|(mark, _)| has(mark)).map(|(_, words)| words).collect();
+    let marks = (!marks.is_empty()).then(|| marks.join("; "));
+    let rare = known.iter().filter(|parameter| !Parameter::COEFFICIENTS.contains(parameter));
+    let rare = rare.map(|parameter| format!("{}: {}", parameter.symbol(), parameter.meaning()));
+    let legend = marks.into_iter().chain(rare).collect();
+    let symbols = known.iter().map(|parameter| match parameter.unit() {
         "" => parameter.symbol().to_owned(),
         unit => format!("{}, {unit}", parameter.symbol()),
     });
-    let last = last.iter().chain(&["verdict"]).map(|word| (*word).to_owned());
-    ["data set", "shots"].map(str::to_owned).into_iter().chain(parameters).chain(last).collect()
+    let head = ["data set", "shots"].map(str::to_owned).into_iter().chain(symbols);
+    (Table::new(head.chain(["verdict".to_owned()]), rows), legend)
 }
 
-/// Returns the name of a fit, its shots and its estimates, which only a verdict that it can be used lets stand.
+/// Returns the name of a fit, its shots, its estimates, which only a verdict that it can be used lets stand, and that verdict.
 pub(super) fn cells(fit: &Fit, known: &[Parameter]) -> Vec<String> {
     let name =
         fit.group.as_ref().map_or(fit.dataset.clone(), |(_, label)| format!("{} / {label}", fit.dataset));
@@ -70,47 +79,32 @@ pub(super) fn cells(fit: &Fit, known: &[Parameter]) -> Vec<String> {
         0 => fit.shots_used.to_string(),
         rejected => format!("{} of {}", fit.shots_used, fit.shots_used + rejected),
     };
-    let is_usable = fit.verdict().grade != Grade::Unusable;
-    let cell = |parameter: &Parameter| if is_usable { brief(fit, *parameter) } else { "–".to_owned() };
-    [name, shots].into_iter().chain(known.iter().map(cell)).collect()
+    let grade = fit.verdict().grade;
+    let cell = |parameter: &Parameter| {
+        let own = fit.get(*parameter).filter(|_| grade != Grade::Unusable);
+        own.map_or("–".to_owned(), |own| estimate(fit, own))
+    };
+    let cells = [name, shots].into_iter().chain(known.iter().map(cell));
+    cells.chain([grade.name().to_owned()]).collect()
 }
 
-/// Returns what the marks and the symbols of a table mean, as far as it has them.
-pub(super) fn legend(rows: &[Vec<String>], known: &[Parameter]) -> Vec<String> {
-    const MARKS: [(&str, &str); 8] = [
-        ("±", "±: one standard error"),
-        ("[", "[…]: the 95 % interval, if it is far from ± two standard errors"),
-        ("≥", "≥: every larger value fits equally"),
-        ("≤", "≤: every smaller value fits equally"),
-        ("–", "–: not determined by these shots, or, if the verdict is unusable, no number to use"),
-        ("(bound)", "(bound): at the end of the allowed range"),
-        ("no error", "no error: the data do not determine one"),
-        (" *", "*: near 1 whatever the model, as noise was estimated from the residuals"),
-    ];
-    let has = |mark: &str| rows.iter().any(|row| row.iter().skip(2).any(|cell| cell.contains(mark)));
-    let marks: Vec<&str> = MARKS.into_iter().filter(|(mark, _)| has(mark)).map(|(_, words)| words).collect();
-    let marks = (!marks.is_empty()).then(|| marks.join("; "));
-    let rare = known.iter().filter(|parameter| !Parameter::COEFFICIENTS.contains(parameter));
-    let rare = rare.map(|parameter| format!("{}: {}", parameter.symbol(), parameter.meaning()));
-    marks.into_iter().chain(rare).collect()
-}
-
-fn of_fit(fit: &Fit, known: &[Parameter]) -> Line {
-    let verdict = fit.verdict();
-    let mut cells = cells(fit, known);
-    cells.push(verdict.grade.name().to_owned());
-    let below = (verdict.grade != Grade::Good).then_some(verdict.sentence);
-    Line { grade: verdict.grade, cells, below }
-}
-
-/// Returns the line of a data set whose labels are fitted apart: the range of each parameter over those that can be used.
-fn of_labels(fits: &[Fit], known: &[Parameter]) -> Line {
-    let verdicts: Vec<_> = fits.iter().map(Fit::verdict).collect();
-    let usable = || fits.iter().zip(&verdicts).filter(|(_, own)| own.grade != Grade::Unusable);
+/// Returns the line of a data set; of one whose labels are fitted apart with the range of each parameter over those that can be used.
+fn line(fits: &[Fit], known: &[Parameter]) -> Line {
+    let verdicts: Vec<Verdict> = fits.iter().map(Fit::verdict).collect();
+    let grade = verdicts.iter().map(|own| own.grade).min().unwrap_or(Grade::Good);
+    let mut bad = fits.iter().zip(&verdicts).filter(|(_, own)| own.grade != Grade::Good);
+    if let [fit] = fits {
+        return Line {
+            grade,
+            cells: cells(fit, known),
+            below: bad.next().map(|(_, own)| own.sentence.clone()),
+        };
+    }
     let range = |parameter: &Parameter| {
-        let estimates = usable().filter_map(|(fit, _)| fit.get(*parameter));
-        let determined = estimates.filter(|own| own.status != Status::NotIdentified);
-        let [low, high] = ends(determined.map(|own| own.value));
+        let usable = fits.iter().zip(&verdicts).filter(|(_, own)| own.grade != Grade::Unusable);
+        let estimates = usable.filter_map(|(fit, _)| fit.get(*parameter));
+        let [low, high] =
+            ends(estimates.filter(|own| own.status != Status::NotIdentified).map(|own| own.value));
         let [low_text, high_text] = [low, high].map(|end| plain(end, 3));
         match (low > high, low_text == high_text) {
             (true, _) => "–".to_owned(),
@@ -118,20 +112,16 @@ fn of_labels(fits: &[Fit], known: &[Parameter]) -> Line {
             _ => format!("{low_text} to {high_text}"),
         }
     };
-    let counts =
-        Grade::ALL.map(|grade| (verdicts.iter().filter(|own| own.grade == grade).count(), grade.name()));
-    let counts = counts.into_iter().filter(|(count, _)| *count > 0);
-    let counts: Vec<String> = counts.map(|(count, name)| format!("{count} {name}")).collect();
+    let count = |grade: Grade| match verdicts.iter().filter(|own| own.grade == grade).count() {
+        0 => None,
+        count => Some(format!("{count} {}", grade.name())),
+    };
     let used: usize = fits.iter().map(|fit| fit.shots_used).sum();
     let mut cells = vec![format!("{} ({} labels)", fits[0].dataset, fits.len()), used.to_string()];
     cells.extend(known.iter().map(range));
-    cells.push(counts.join(", "));
-    let first_bad = fits.iter().zip(&verdicts).find(|(_, own)| own.grade != Grade::Good);
-    Line {
-        grade: verdicts.iter().map(|own| own.grade).min().unwrap_or(Grade::Good),
-        cells,
-        below: first_bad.map(|(fit, own)| format!("{}: {}", label(fit), own.sentence)),
-    }
+    cells.push(Grade::ALL.into_iter().filter_map(count).collect::<Vec<_>>().join(", "));
+    let below = bad.next().map(|(fit, own)| format!("{}: {}", label(fit), own.sentence));
+    Line { grade, cells, below }
 }
 
 /// Returns where the errors of a fit come from, its χ², and its first warnings; `--all` shows all.
@@ -204,17 +194,7 @@ pub(super) fn estimate(fit: &Fit, estimate: &Estimate) -> String {
         (Status::Fixed, _) => format!("{value} (fixed)"),
         (Status::AtLowerBound, _) => format!("{value} (at lower bound)"),
         (Status::AtUpperBound, _) => format!("{value} (at upper bound)"),
-        (Status::NotIdentified, _) => "– (not identified)".to_owned(),
-    }
-}
-
-/// Returns an estimate in the cell of a table of fits.
-fn brief(fit: &Fit, parameter: Parameter) -> String {
-    let Some(own) = fit.get(parameter) else { return "–".to_owned() };
-    match own.status {
-        Status::NotIdentified => "–".to_owned(),
-        Status::AtLowerBound | Status::AtUpperBound => format!("{} (bound)", plain(own.value, 4)),
-        Status::Free | Status::Fixed => estimate(fit, own),
+        (Status::NotIdentified, _) => "–".to_owned(),
     }
 }
 

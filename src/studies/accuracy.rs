@@ -82,7 +82,7 @@ worded! {
         /// Those that `full` can simulate, and the compliance of the contact.
         Compliant = "compliant",
     }
-    /// The name in accuracy.csv.
+    /// The name in the JSON of `accuracy`.
     pub fn name;
 }
 

@@ -1,9 +1,9 @@
-//! design.json: a design for programs. Its cells, one by one, are in design.csv.
+//! design.json: a design for programs.
 
 use serde::{Serialize, Serializer};
 
-use super::{Body, Made, document, each};
-use crate::design::{self, Design, Mixture, OfKind, Planned, PlayedKind};
+use super::{Body, ByName, Made, document, each};
+use crate::design::{self, Design, Mixture, OfKind, PlayedKind};
 use crate::measurement::parameter::Parameter;
 
 document! {
@@ -11,10 +11,10 @@ document! {
     ///
     /// What shots of each kind would determine before they are played. null stands for what is not determined.
     DesignDocument(design: &Design) [made: Made] {
-        /// What is expected, dimensionless.
-        expected: Coefficients<f64> = {
+        /// What is expected of each coefficient, dimensionless.
+        expected: ByName<f64> = {
             let expected = design.expected.coefficients;
-            [expected.mu, expected.mu_s, expected.e].into()
+            by_name([expected.mu, expected.mu_s, expected.e])
         },
         /// The cue ball, and the object ball unless that is stated to differ.
         ball: Body = Body::of_balls(&design.expected.ball, design.expected.object.as_ref(), 0),
@@ -24,7 +24,7 @@ document! {
             design.expected.object.as_ref().map(|object| Body::of_balls(&design.expected.ball, Some(object), 1))
         },
         /// Standard errors that are wanted.
-        wanted: Coefficients<Option<f64>> = design.expected.wanted.into(),
+        wanted: ByName<Option<f64>> = by_name(design.expected.wanted),
         /// The kinds of shots.
         kinds: Vec<Kind> = {
             let kinds = design.expected.kinds.iter().zip(&design.kinds);
@@ -45,33 +45,24 @@ document! {
         /// The kind as it is planned.
         #[serde(flatten)]
         planned: PlayedKind = kind.clone(),
-        /// Standard errors from these shots alone.
-        std_error: Coefficients<Option<f64>> = found.std_errors.into(),
+        /// Standard errors of the coefficients from these shots alone.
+        std_error: ByName<Option<f64>> = by_name(found.std_errors),
         /// Number of shots that the wanted standard errors need.
-        shots_needed: Coefficients<Option<u64>> = found.needed.into(),
+        shots_needed: ByName<Option<u64>> = by_name(found.needed),
     }
 
     /// All planned shots together.
     Together(design: &Design) {
         /// Number of shots.
         shots: usize = design.planned.shots,
-        /// Their standard errors.
-        std_error: PlannedErrors = PlannedErrors::new(&design.planned),
+        /// Their standard errors, with those of the ratios of masses and radii that are uncertain.
+        std_error: ByName<Option<f64>> = {
+            let ratios = [Parameter::MassRatio, Parameter::RadiusRatio].into_iter().zip(design.planned.ratios);
+            let ratios = ratios.filter(|(_, error)| error.is_some());
+            by_name(design.planned.std_errors).into_iter().chain(ratios.map(|(p, error)| (p.name().to_owned(), error))).collect()
+        },
         /// Difference between two cloths or pairs of balls, each filmed so, that is found in 80 of 100 cases.
-        detectable_difference: Coefficients<Option<f64>> = detectable(design).into(),
-    }
-
-    /// Standard errors of all planned shots.
-    PlannedErrors(planned: &Planned) {
-        /// Of the coefficients.
-        #[serde(flatten)]
-        coefficients: Coefficients<Option<f64>> = planned.std_errors.into(),
-        /// Of m_cue/m_object, unless the masses are exact.
-        #[serde(skip_serializing_if = "Option::is_none")]
-        mass_ratio: Option<f64> = planned.ratios[0],
-        /// Of R_cue/R_object if the radii are stated with errors.
-        #[serde(skip_serializing_if = "Option::is_none")]
-        radius_ratio: Option<f64> = planned.ratios[1],
+        detectable_difference: ByName<Option<f64>> = by_name(detectable(design)),
     }
 
     /// A mixture of shots.
@@ -85,7 +76,7 @@ document! {
             each(&mixture.shots, |(kind, shots)| CountedShots::new(&design.expected.kinds[*kind], *shots))
         },
         /// Standard errors of the mixture.
-        std_error: Coefficients<Option<f64>> = mixture.std_errors.into(),
+        std_error: ByName<Option<f64>> = by_name(mixture.std_errors),
     }
 
     /// Shots of a kind.
@@ -104,21 +95,9 @@ impl Serialize for Design {
     }
 }
 
-/// A number for each coefficient.
-#[derive(Clone, Copy, Debug, Serialize, schemars::JsonSchema)]
-pub(crate) struct Coefficients<T> {
-    /// Of the friction between the balls.
-    pub(crate) mu: T,
-    /// Of the friction of the cloth on the object ball.
-    pub(crate) mu_s: T,
-    /// Of the restitution.
-    pub(crate) e: T,
-}
-
-impl<T> From<[T; 3]> for Coefficients<T> {
-    fn from([mu, mu_s, e]: [T; 3]) -> Self {
-        Self { mu, mu_s, e }
-    }
+/// Returns a number for each of μ, μ_s and e, by its name.
+fn by_name<T>(values: [T; 3]) -> ByName<T> {
+    Parameter::COEFFICIENTS.map(|parameter| parameter.name().to_owned()).into_iter().zip(values).collect()
 }
 
 /// Returns the differences between two such data sets that are found in 80 of 100 cases.

@@ -8,7 +8,7 @@ mod design;
 mod fit;
 mod printed;
 
-pub(crate) use compare::CompareDocument;
+pub(crate) use compare::*;
 pub(crate) use design::DesignDocument;
 pub(super) use design::detectable;
 pub(super) use fit::budget;

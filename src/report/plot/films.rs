@@ -11,7 +11,7 @@ use crate::problem::Impact;
 /// Names of the balls.
 const BALLS: [&str; 2] = ["cue ball", "object ball"];
 
-/// The content of the figure of a shot, of balls or discs.
+/// Both tracks of a shot of balls or discs with what was fitted.
 pub(in crate::report) struct Tracks<'a> {
     pub(in crate::report) name: &'a str,
     /// Where either was seen, and when (s).
@@ -28,25 +28,21 @@ pub(in crate::report) struct Tracks<'a> {
     /// Radii of both, m.
     pub(in crate::report) radii: [f64; 2],
     /// The fitted place of either at a time.
-    pub(in crate::report) place: &'a dyn Fn(usize, f64) -> [f64; 2],
+    pub(in crate::report) place: Box<dyn Fn(usize, f64) -> [f64; 2] + 'a>,
+}
+
+/// Returns a fitted path from one instant to another, in centimetres.
+fn path([from, to]: [f64; 2], place: impl Fn(f64) -> [f64; 2]) -> Vec<[f64; 2]> {
+    const STEPS: u32 = 100;
+    (0..=STEPS).map(|step| cm(place(from + (to - from) * f64::from(step) / f64::from(STEPS)))).collect()
 }
 
 fn cm(place: [f64; 2]) -> [f64; 2] {
     place.map(|metres| 100.0 * metres)
 }
 
-/// Returns a place from the origin of the film instead of its middle.
-fn in_film(film: &FittedFilm, place: [f64; 2]) -> [f64; 2] {
-    [0, 1].map(|axis| place[axis] + film.solution.middle[axis] * film.solution.unit)
-}
-
-/// Returns a fitted path from one instant to another.
-fn path(steps: u32, [from, to]: [f64; 2], place: impl Fn(f64) -> [f64; 2]) -> Vec<[f64; 2]> {
-    (0..=steps).map(|step| place(from + (to - from) * f64::from(step) / f64::from(steps))).collect()
-}
-
-/// Returns the figure of a shot of balls.
-pub(in crate::report) fn of_shot(film: &FittedFilm, impact: &Impact) -> Figure {
+/// Returns the tracks of a shot of balls, at places from the origin of the film instead of its middle.
+fn of_balls<'a>(film: &FittedFilm, impact: &'a Impact) -> Tracks<'a> {
     let [before, cue, object] = impact.speeds();
     let summary = format!(
         "cue ball {before:.3} → {cue:.3} m/s, object ball {object:.3} m/s, noise {:.3} mm, χ²/dof {:.2}, {} left out",
@@ -54,8 +50,9 @@ pub(in crate::report) fn of_shot(film: &FittedFilm, impact: &Impact) -> Figure {
         impact.reduced_chi2,
         count_of(impact.outliers, "frame"),
     );
-    let in_film = |place| in_film(film, place);
-    let tracks = Tracks {
+    let middle = film.solution.middle.map(|middle| middle * film.solution.unit);
+    let in_film = move |place: [f64; 2]| [place[0] + middle[0], place[1] + middle[1]];
+    Tracks {
         name: &impact.shot.name,
         seen: impact.seen.each_ref().map(|seen| seen.iter().map(|(t, at)| (*t, in_film(*at))).collect()),
         summary,
@@ -64,9 +61,13 @@ pub(in crate::report) fn of_shot(film: &FittedFilm, impact: &Impact) -> Figure {
         clock: ("time from the impact (ms)", 1e-3),
         position_sd: impact.position_sd,
         radii: [film.radius(); 2],
-        place: &|ball, time| in_film(impact.paths.place(ball, time)),
-    };
-    tracks.figure()
+        place: Box::new(move |ball, time| in_film(impact.paths.place(ball, time))),
+    }
+}
+
+/// Returns the figure of a shot of balls.
+pub(in crate::report) fn of_shot(film: &FittedFilm, impact: &Impact) -> Figure {
+    of_balls(film, impact).figure()
 }
 
 /// Returns the paths of both balls in all shots, in a figure that is empty if no shot shows an impact.
@@ -79,15 +80,7 @@ pub(in crate::report) fn all_shots(name: &str, film: &FittedFilm) -> Figure {
     let shots: Vec<Impact> = names.iter().step_by(each).filter_map(|name| film.impact(name)).collect();
     let mut panel = Panel::of_places("", "");
     for impact in &shots {
-        let place = |ball: usize, time: f64| cm(in_film(film, impact.paths.place(ball, time)));
-        for (ball, seen) in impact.seen.iter().enumerate() {
-            let window = ends(seen.iter().map(|(time, _)| *time));
-            panel.line(path(60, window, |time| place(ball, time)), color(ball), 1);
-            let frames = seen.iter().step_by(seen.len().div_ceil(MOST_FRAMES).max(1));
-            let point = |at| Point { opacity: 0.5, ..Point::new(cm(in_film(film, at)), ball) };
-            panel.points(frames.map(|(_, at)| point(*at)));
-        }
-        panel.line([0, 1].map(|ball| place(ball, impact.time)), INK, 2);
+        of_balls(film, impact).draw(&mut panel, 1, MOST_FRAMES);
     }
     let mut figure = Figure::new(name);
     let counted = if shots.len() == names.len() { String::new() } else { format!("{} of ", shots.len()) };
@@ -102,41 +95,40 @@ pub(in crate::report) fn all_shots(name: &str, film: &FittedFilm) -> Figure {
 
 impl Tracks<'_> {
     pub(in crate::report) fn figure(&self) -> Figure {
+        let about = "points: tracked; lines: fitted; circles: at the impact";
+        let mut plan = Panel::of_places("Seen from above", about);
+        for ball in [0, 1] {
+            let [x, y] = (self.place)(ball, self.time);
+            let radius = self.radii[ball];
+            let outline = path([0.0, TAU], |angle| [x + radius * angle.cos(), y + radius * angle.sin()]);
+            plan.line(outline, color(ball), 1);
+        }
+        self.draw(&mut plan, 2, usize::MAX);
         let mut figure = Figure::new(format!("shot {}", self.name));
         figure.lines = vec![self.summary.clone()];
         figure.series = self.names.map(str::to_owned).to_vec();
-        figure.add_rows(600, 1, vec![self.plan()]);
+        figure.add_rows(600, 1, vec![plan]);
         figure.add_rows(300, 2, vec![self.residuals(0), self.residuals(1)]);
         figure
     }
 
-    /// Returns tracks, fitted paths, and both balls as they touch, with the line of centres.
-    fn plan(&self) -> Panel {
-        let about = "points: tracked; lines: fitted; circles: at the impact";
-        let mut panel = Panel::of_places("Seen from above", about);
-        let contact = [0, 1].map(|ball| (self.place)(ball, self.time));
+    /// Adds fitted paths, tracked places and the line of centres at the impact.
+    fn draw(&self, panel: &mut Panel, width: u32, most_frames: usize) {
         let window = ends(self.seen.iter().flatten().map(|(time, _)| *time));
-        let paths = [0, 1].map(|ball| path(200, window, |time| cm((self.place)(ball, time))));
-        for ball in [0, 1] {
-            let [x, y] = contact[ball];
-            let outline = path(36, [0.0, TAU], |angle| {
-                cm([x + self.radii[ball] * angle.cos(), y + self.radii[ball] * angle.sin()])
-            });
-            panel.line(paths[ball].iter().copied(), color(ball), 2);
-            panel.line(outline, color(ball), 1);
-        }
+        let paths = [0, 1].map(|ball| path(window, |time| (self.place)(ball, time)));
         // wrong frames far away would shrink the rest: they stand at the edge
         let reach = [0, 1].map(|axis| ends(paths.iter().flatten().map(|place| place[axis])));
         let room = 0.1 * reach.iter().map(|[low, high]| high - low).fold(0.0, f64::max);
         for (ball, seen) in self.seen.iter().enumerate() {
-            panel.points(seen.iter().map(|(_, at)| {
+            panel.line(paths[ball].iter().copied(), color(ball), width);
+            let frames = seen.iter().step_by(seen.len().div_ceil(most_frames).max(1));
+            panel.points(frames.map(|(_, at)| {
                 let at = cm(*at);
                 let at = [0, 1].map(|axis| at[axis].clamp(reach[axis][0] - room, reach[axis][1] + room));
-                Point { opacity: 0.45, ..Point::new(at, ball) }
+                Point { opacity: 0.5, ..Point::new(at, ball) }
             }));
         }
-        panel.line(contact.map(cm), INK, 2);
-        panel
+        panel.line([0, 1].map(|ball| cm((self.place)(ball, self.time))), INK, 2);
     }
 
     /// Returns tracked less fitted places along x or y against time, in millimetres.

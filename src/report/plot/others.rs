@@ -30,8 +30,7 @@ pub(in crate::report) fn discs(fit: &Fit) -> Figure {
     let points = |at: fn(&DiscImpact) -> Option<(f64, Measured)>| -> Vec<Point> {
         let point = |(label, shot): (usize, &&DiscImpact)| {
             let (x, Measured { value, sd }) = at(shot)?;
-            let series = usize::from(!is_used(shot));
-            Some(Point { sd, label: Some(label), ..Point::new([x, value], series) })
+            Some(Point { sd, label: Some(label), ..Point::new([x, value], usize::from(!is_used(shot))) })
         };
         shots.iter().enumerate().filter_map(point).collect()
     };
@@ -45,37 +44,30 @@ pub(in crate::report) fn discs(fit: &Fit) -> Figure {
     let slope = fitted(Parameter::ESlope).map_or(0.0, |slope| slope.value);
     let [_, fastest] = ends(restitutions.iter().map(|point| point.at[0]));
     // e(v) = e₀ − e₁v
-    let e = |e: f64| [0.0, 1.05 * fastest].map(|speed| [speed, e - slope * speed]).to_vec();
-    let e = fitted(Parameter::E).map_or(Vec::new(), |found| e(found.value));
-    let speed = format!("closing speed ({})", fit.discs.as_ref().map_or("m/s", speed_unit));
-    let slip = "slip before the impact / closing speed".to_owned();
+    let of_e = |e: f64| [0.0, 1.05 * fastest].map(|speed| [speed, e - slope * speed]).to_vec();
+    let of_e = fitted(Parameter::E).map_or(Vec::new(), |found| of_e(found.value));
     let scatter = fit.scatter.unwrap_or_default();
-    let panels = [
-        ("e against the closing speed", speed, "e", restitutions, &e, scatter.restitution),
-        (
-            "Friction against the slip",
-            slip,
-            "J_t/J_n against the slip",
-            frictions,
-            &fit.friction_curve,
-            scatter.impulse_ratio,
-        ),
-    ];
-    let about =
-        if scatter.is_none() { "line: the fit" } else { "line: the fit; band: scatter between shots" };
-    let panels = panels.into_iter().filter(|(.., points, _, _)| !points.is_empty());
-    let panels = panels.map(|(title, x, y, points, curve, scatter)| {
+    let panel = |title: &str, [x, y]: [&str; 2], points: Vec<Point>, curve: &[[f64; 2]], scatter: f64| {
+        let about =
+            if scatter > 0.0 { "line: the fit; band: scatter between shots" } else { "line: the fit" };
         let mut panel = Panel::new(title, about, Axis::new(x), Axis::new(y));
         if scatter > 0.0 {
-            let above = curve.iter().map(|[x, y]| [*x, y + scatter]);
             let below = curve.iter().rev().map(|[x, y]| [*x, y - scatter]);
-            panel.area(above.chain(below), BAND);
+            panel.area(curve.iter().map(|[x, y]| [*x, y + scatter]).chain(below), BAND);
         }
         panel.line(curve.iter().copied(), color(5), 3);
-        panel.points(points);
-        panel
-    });
-    figure.add_rows(500, 2, panels.collect());
+        (!points.is_empty()).then(|| {
+            panel.points(points);
+            panel
+        })
+    };
+    let speed = format!("closing speed ({})", fit.discs.as_ref().map_or("m/s", speed_unit));
+    let slip = ["slip before the impact / closing speed", "J_t/J_n against the slip"];
+    let panels = [
+        panel("e against the closing speed", [&speed, "e"], restitutions, &of_e, scatter.restitution),
+        panel("Friction against the slip", slip, frictions, &fit.friction_curve, scatter.impulse_ratio),
+    ];
+    figure.add_rows(500, 2, panels.into_iter().flatten().collect());
     figure
 }
 

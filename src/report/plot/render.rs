@@ -59,11 +59,6 @@ impl Figure {
         encoded(&pixels, size).map_err(|error| ReportError::of_drawing(&self.title, error))
     }
 
-    /// Returns the figure in files of this name, as SVG and as PNG.
-    pub(in crate::report) fn files(&self, name: &str) -> Result<[(String, Vec<u8>); 2], ReportError> {
-        Ok([(format!("{name}.svg"), self.svg()?.into_bytes()), (format!("{name}.png"), self.png()?)])
-    }
-
     fn height(&self) -> u32 {
         self.head().unsigned_abs() + self.rows.iter().map(|(height, _)| height).sum::<u32>()
     }

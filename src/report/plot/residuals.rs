@@ -1,7 +1,5 @@
 //! residuals.svg and residuals.png, of a fit and of a comparison: what a reader looks at before believing it.
 
-use std::collections::HashSet;
-
 use statrs::distribution::{Beta, ContinuousCDF, Normal};
 
 use super::axis::{ends, is_drawable};
@@ -130,7 +128,11 @@ impl Observed {
         self.add(shot, observable.label(), Value { series, standardized, against });
     }
 
+    /// Adds a residual that has a standard deviation.
     fn add(&mut self, shot: &str, quantity: &str, value: Value) {
+        if !is_drawable(value.standardized) {
+            return;
+        }
         let words = format!("{quantity}, {:+.2} standard deviations", value.standardized);
         self.labels.push(Label { shot: shot.to_owned(), words });
         self.values.push(value);
@@ -142,15 +144,11 @@ impl Observed {
         let mut figure = Figure::new(title);
         figure.series = names.map(|(i, name)| format!("{name} ({})", count(i))).collect();
         figure.labels.clone_from(&self.labels);
-        if self.standardized().is_empty() {
+        if self.values.is_empty() {
             figure.lines.push("No residual has a standard deviation.".to_owned());
         }
         figure.add_rows(ROW, 3, panels);
         figure
-    }
-
-    fn standardized(&self) -> Vec<usize> {
-        (0..self.values.len()).filter(|i| is_drawable(self.values[*i].standardized)).collect()
     }
 
     /// Adds values at these places to a panel: of very many every n-th row, and the largest residuals.
@@ -161,23 +159,17 @@ impl Observed {
         const EXTREMES: usize = 100;
         if places.len() > MOST {
             let size = |i: usize| self.values[i].standardized.abs();
-            let mut largest: Vec<usize> = places.iter().map(|(i, _)| *i).collect();
-            largest.sort_by(|a, b| size(*b).total_cmp(&size(*a)));
-            let largest: HashSet<usize> = largest.into_iter().take(EXTREMES).collect();
-            let every = places.len().div_ceil(MOST);
-            let rows = self.series.len().max(1);
-            places.retain(|(i, _)| (i / rows).is_multiple_of(every) || largest.contains(i));
+            let mut sizes: Vec<f64> = places.iter().map(|(i, _)| size(*i)).collect();
+            sizes.sort_by(f64::total_cmp);
+            let (every, rows) = (places.len().div_ceil(MOST), self.series.len().max(1));
+            let extreme = sizes[sizes.len() - EXTREMES];
+            places.retain(|(i, _)| (i / rows).is_multiple_of(every) || size(*i) >= extreme);
         }
         if places.len() < self.values.len() {
             panel.about += &format!("; {} of {} points", places.len(), self.values.len());
         }
         // at which overlapping points can still be distinguished
-        let opacity = match places.len() {
-            0..=60 => 0.85,
-            61..=400 => 0.6,
-            401..=1500 => 0.4,
-            _ => 0.25,
-        };
+        let opacity = (8.0 / (places.len() as f64).sqrt()).clamp(0.25, 0.85);
         panel.points(places.into_iter().map(|(i, at)| Point {
             opacity,
             label: Some(i),
@@ -194,8 +186,8 @@ impl Observed {
         ];
         let mut panels = Vec::new();
         for (kind, (words, x)) in kinds.into_iter().enumerate() {
-            let places = self.standardized().into_iter();
-            let places = places.map(|i| (i, [self.values[i].against[kind], self.values[i].standardized]));
+            let places =
+                self.values.iter().map(|value| [value.against[kind], value.standardized]).enumerate();
             let places: Vec<_> = places.filter(|(_, at)| is_drawable(at[0])).collect();
             let [least, most] = ends(places.iter().map(|(_, at)| at[0]));
             if least >= most {
@@ -216,7 +208,7 @@ impl Observed {
     fn quantiles(&self) -> Option<Panel> {
         /// Number of corners of either side of the band.
         const PLACES: usize = 60;
-        let mut sorted = self.standardized();
+        let mut sorted: Vec<usize> = (0..self.values.len()).collect();
         sorted.sort_by(|a, b| self.values[*a].standardized.total_cmp(&self.values[*b].standardized));
         let n = sorted.len();
         let normal = Normal::standard();
