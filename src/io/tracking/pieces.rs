@@ -55,7 +55,7 @@ pub(super) fn clips(
             shots = clips;
         }
     }
-    for shot in shots.iter_mut() {
+    for shot in &mut shots {
         name_followed(shot, settings);
     }
     shots
