@@ -46,10 +46,10 @@ impl<'a> Joint<'a> {
         });
         let mut compliance = adopted.reduce(f64::max);
         if samples.options.fidelity == FidelityChoice::Auto
-            && let Some(refit) = comply(&problem, &descent.end, &Policy::default())
+            && let Some(problem::Finding::Compliance { fall, adopted: true, .. }) =
+                comply(&mut problem, &mut descent, &Policy::default())
         {
-            compliance = Some(refit.fall);
-            (problem, descent) = (refit.problem, refit.descent);
+            compliance = Some(fall);
         }
         samples.findings.extend(compliance.map(|fall| Finding::Compliance { fall }));
         if problem.is_weighed() {

@@ -14,6 +14,7 @@
 //! | `unknowns`, `sums` | shared unknowns, and what a shot adds to the normal equations |
 //! | `block`, `discs`, `film`, `rows`, `frames` | what was measured: forward models with their derivatives |
 //! | `problem`, `descent`, `minimise`, `noise` | normal equations, descent, starts, noise |
+//! | `effects` | compliance, weight and cloth, adopted if they make the data likelier |
 //! | `uncertainty` | errors, scores, conflicts, budget, influence |
 //! | `solution` | a minimum, and what is known there |
 //! | `findings`, `policy`, `run` | what is said, statistical choices, the fit from beginning to end |
@@ -21,6 +22,7 @@
 mod block;
 mod descent;
 mod discs;
+mod effects;
 mod film;
 mod findings;
 mod frames;
@@ -75,7 +77,8 @@ pub use unknowns::{Id, Normal};
 pub(crate) use {
     block::Block,
     descent::{Descent, descend_until},
-    film::{causes::comply, own},
+    effects::comply,
+    film::own,
     minimise::{descend_weighed, descend_with_noise},
     problem::{Evaluation, Problem, Sample, State},
     robust::robust_covariance,

@@ -196,7 +196,9 @@ impl Problem {
             let shared = sample.gather(&state.shared);
             match &mut sample.block {
                 Block::Film(film) => {
-                    film.world.contact = film.world.contact.with_weight();
+                    if !film.world.contact.is_corrected() {
+                        film.world.contact = film.world.contact.with_weight();
+                    }
                     film.correct(own, &shared);
                 }
                 Block::Rows(rows) => rows.weigh(own, &shared),

@@ -2,6 +2,7 @@
 
 use super::block::Block;
 use super::descent::Descent;
+use super::effects::choose_effects;
 use super::film::causes::{self, Refit};
 use super::film::film_data::{Film, FilmError, Modelling};
 use super::film::outliers::{self, judge_shots, leave_out_frames, tail};
@@ -18,7 +19,6 @@ use super::uncertainty::Estimates;
 use super::unknowns::{Id, Mode, Shared};
 use crate::measurement::dataset::{Dataset, Tracks};
 use crate::measurement::loss::Loss;
-use crate::measurement::parameter::Compliance;
 
 /// Rounds of leaving out frames and shots.
 const ROUNDS: usize = 3;
@@ -51,16 +51,12 @@ pub(crate) fn fit_film(
         let freed = causes::spin_freely(&run.problem, &run.descent.end, (&start, first_noise), policy);
         run.adopt(freed);
     }
-    // a rigid contact that is fitted to a compliant one may leave μ undetermined
-    if modelling.is_auto {
-        run.adopt(causes::comply(&run.problem, &run.descent.end, policy));
-    }
-    run.adopt(match modelling.settings.compliance {
-        _ if !modelling.is_auto => causes::correct(&run.problem, &run.descent.end),
-        // a contact that is stated to be rigid is not integrated
-        Compliance::Rigid => None,
-        _ => causes::weigh(&run.problem, &run.descent.end, policy),
-    });
+    let how = (modelling.is_auto, modelling.settings.compliance);
+    let effects = choose_effects(&mut run.problem, &mut run.descent, how, policy);
+    let is_adopted = |effect: &Finding| {
+        !matches!(effect, Finding::Compliance { adopted: false, .. } | Finding::Weight { adopted: false, .. })
+    };
+    run.findings.extend(effects.into_iter().filter(is_adopted));
     let mut estimates = run.estimates()?;
     for _ in 0..MAX_CAUSES {
         if !run.adopt(causes::explain(&run.problem, &run.descent.end, &estimates, policy)) {

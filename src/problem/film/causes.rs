@@ -4,7 +4,6 @@
 use super::own;
 use super::priors::{RATE_SD, of_unknown_spins};
 use super::spins::ShotSpin;
-use crate::physics::collision::Model;
 use crate::problem::descent::{Descent, descend};
 use crate::problem::findings::Finding;
 use crate::problem::minimise::{descend_with_noise, descend_with_states};
@@ -33,11 +32,7 @@ const SLIDES_RATHER: f64 = 0.9;
 /// where the friction of the cloth turns, and almost without it.
 const SLIDES: [f64; 4] = [0.1, 0.8, 0.95, 1.05];
 
-/// Rounds of computing what a finer model adds, and refitting.
-const ROUNDS: usize = 2;
-
-/// Steps of a refit from where the fit is, and of one with a freed unknown.
-const STEPS: usize = 20;
+/// Steps of a refit with a freed unknown.
 const FREED_STEPS: usize = 40;
 
 /// Suspects of one round that are refitted: the largest by their score.
@@ -190,60 +185,6 @@ pub(crate) fn widen_rate(
         refit.finding = (size.abs() > policy.conflict).then_some(conflict);
     }
     Some(refit)
-}
-
-/// Returns the refit with a contact that is compliant along its surface, with the κ of phenolic
-/// resin, if χ² decreases by enough.
-pub(crate) fn comply(problem: &Problem, at: &Evaluation, policy: &Policy) -> Option<Refit> {
-    let is_rigid = |column: &usize| {
-        let kappa = &problem.unknowns[*column];
-        kappa.mode == Mode::Fixed && kappa.start == 0.0
-    };
-    let shots = at.count_sticking();
-    if !is_rigid(&(Id::Kappa as usize)) || shots == 0 {
-        return None;
-    }
-    let mut compliant = problem.clone();
-    let mut start = at.state.clone();
-    for column in problem.columns_of(Id::Kappa).into_iter().filter(is_rigid) {
-        compliant.unknowns[column].start = Model::KAPPA;
-        start.shared.0[column] = Model::KAPPA;
-    }
-    compliant.refresh_contact();
-    let descent = descend(&compliant, compliant.evaluate(start), &compliant.free(), STEPS);
-    let fall = at.cost - descent.end.cost;
-    if !(fall > policy.cause) {
-        return None;
-    }
-    let refit = Refit::from(compliant, descent.end.state, fall);
-    let kappa = refit.shared(Id::Kappa);
-    Some(refit.saying(Finding::Compliance { kappa, shots, fall, adopted: true }))
-}
-
-/// Returns the refit with what weight and cloth do during the contact, if χ² decreases by enough.
-pub(crate) fn weigh(problem: &Problem, at: &Evaluation, policy: &Policy) -> Option<Refit> {
-    let mut heavy = problem.clone();
-    let film = heavy.film_mut()?;
-    film.world.contact = film.world.contact.with_weight();
-    let refit = correct(&heavy, at).filter(|refit| refit.fall > policy.adopt)?;
-    let (shots, fall) = (refit.problem.samples[0].block.count_corrected(), refit.fall);
-    Some(refit.saying(Finding::Weight { shots, fall, adopted: true }))
-}
-
-/// Returns the refit with what the finer model of the contact adds to each shot, computed where the
-/// fit is, and once more after it has moved; `None` without a finer model.
-pub(crate) fn correct(problem: &Problem, at: &Evaluation) -> Option<Refit> {
-    if !problem.film()?.world.contact.is_corrected() {
-        return None;
-    }
-    let mut corrected = problem.clone();
-    let mut state = at.state.clone();
-    for _ in 0..ROUNDS {
-        corrected.film_mut()?.correct(&state.own[0], &state.shared);
-        state = descend(&corrected, corrected.evaluate(state), &corrected.free(), STEPS).end.state;
-    }
-    let fall = at.cost - corrected.evaluate(state.clone()).cost;
-    Some(Refit::from(corrected, state, fall))
 }
 
 /// Returns the refit with balls that slide before the impact though natural roll is stated, with a

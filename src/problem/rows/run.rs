@@ -9,15 +9,14 @@ use super::table::Table;
 use crate::measurement::dataset::{Dataset, Shot};
 use crate::measurement::loss::Loss;
 use crate::measurement::observable::Observable;
-use crate::measurement::parameter::{Compliance, Parameter, Settings};
 use crate::physics::collision::FidelityChoice;
 use crate::problem::descent::{Descent, descend, descend_until};
+use crate::problem::effects::choose_effects;
 use crate::problem::film::causes::{self, Refit};
 use crate::problem::film::outliers::tail;
 use crate::problem::findings::Finding;
 use crate::problem::intervals::{Known, ParameterEstimate, Quantiles, Status, determine, errors_as_free};
-use crate::problem::minimise::{ENOUGH_SHOTS, SAME_MU, Thinned, descend_weighed, descend_with_noise, thin};
-use crate::problem::noise::minus_two_log;
+use crate::problem::minimise::{ENOUGH_SHOTS, SAME_MU, descend_with_noise, thin};
 use crate::problem::policy::Policy;
 use crate::problem::problem::{Evaluation, Problem, State};
 use crate::problem::robust::robust_covariance;
@@ -105,14 +104,9 @@ pub(crate) fn fit_rows(
     if table.split_noise(&descent.end, policy) {
         descent = descend_with_noise(&mut table.problem, descent.end.state);
     }
-    findings.extend(choose_effects(
-        &mut table.problem,
-        &mut descent,
-        choices.fidelity,
-        &table.settings,
-        policy,
-    ));
     let is_auto = choices.fidelity == FidelityChoice::Auto;
+    let how = (is_auto, table.settings.compliance);
+    findings.extend(choose_effects(&mut table.problem, &mut descent, how, policy));
     if let Some(explained) = explain(&table, &descent.end, policy).filter(|_| is_auto) {
         findings.extend(explained.finding);
         (table.problem, descent) = (explained.problem, explained.descent);
@@ -183,85 +177,6 @@ fn meet_bounds(problem: &Problem, descent: Descent) -> Descent {
         }
     }
     Descent { end: problem.evaluate(state), ..descent }
-}
-
-/// Adopts the effects that make the shots likelier by enough: a compliant contact if shots stick, and
-/// outcomes with the balls' weight. A fidelity that was asked for is adopted anyway.
-fn choose_effects(
-    problem: &mut Problem,
-    descent: &mut Descent,
-    fidelity: FidelityChoice,
-    settings: &Settings,
-    policy: &Policy,
-) -> Vec<Finding> {
-    let mut findings = Vec::new();
-    let (is_auto, kappa) = (fidelity == FidelityChoice::Auto, settings[Parameter::Kappa].initial);
-    let shots = descent.end.count_sticking();
-    if is_auto && settings.compliance == Compliance::Auto && kappa > 0.0 && shots > 0 {
-        let comply = |problem: &mut Problem, mut state: State| {
-            (problem.unknown_mut(Id::Kappa).start, state.shared[Id::Kappa]) = (kappa, kappa);
-            problem.refresh_contact();
-            descend_with_noise(problem, state)
-        };
-        let Tried { kappa, fall, adopted, .. } = adopt(problem, descent, comply, policy.adopt);
-        findings.push(Finding::Compliance { kappa, shots, fall, adopted });
-    }
-    let is_corrected = problem.rows().is_some_and(|rows| rows.contact.is_corrected());
-    // the integrated contact is not that of a contact that is stated to be rigid
-    if is_auto && settings.compliance != Compliance::Rigid || is_corrected {
-        let least = if is_auto { policy.adopt } else { f64::NEG_INFINITY };
-        let Tried { shots, fall, adopted, .. } = adopt(problem, descent, descend_weighed, least);
-        findings.extend((is_auto && shots > 0).then_some(Finding::Weight { shots, fall, adopted }));
-    }
-    findings
-}
-
-/// A refit with an effect.
-struct Tried {
-    /// κ there.
-    kappa: f64,
-    /// Number of shots with weight and cloth.
-    shots: usize,
-    /// Fall of −2 log L.
-    fall: f64,
-    adopted: bool,
-}
-
-/// Refits with an effect, which `refit` adds to a problem, and adopts it if −2 log L falls by more than
-/// `least`. An effect that makes some of the shots of a large table less likely is not computed for all.
-fn adopt(
-    problem: &mut Problem,
-    descent: &mut Descent,
-    refit: impl Fn(&mut Problem, State) -> Descent,
-    least: f64,
-) -> Tried {
-    let attempt = |problem: &Problem, descent: &Descent| {
-        let mut other = problem.clone();
-        let with = refit(&mut other, descent.end.state.clone());
-        let fall = minus_two_log(problem, &descent.end) - minus_two_log(&other, &with.end);
-        (other, with, fall)
-    };
-    let Thinned { problem: mut some, state, factor } = thin(problem, &descent.end.state);
-    if factor > 1.0 && least.is_finite() {
-        let without = descend_with_noise(&mut some, state);
-        let (other, with, fall) = attempt(&some, &without);
-        if fall < 0.0 {
-            let shots = (factor * other.samples[0].block.count_corrected() as f64).round() as usize;
-            let kappa = with.end.state.shared[Id::Kappa];
-            return Tried { kappa, shots, fall: factor * fall, adopted: false };
-        }
-    }
-    let (other, with, fall) = attempt(problem, descent);
-    let tried = Tried {
-        kappa: with.end.state.shared[Id::Kappa],
-        shots: other.samples[0].block.count_corrected(),
-        fall,
-        adopted: fall > least,
-    };
-    if tried.adopted {
-        (*problem, *descent) = (other, with);
-    }
-    tried
 }
 
 /// The result of a search.

@@ -1,0 +1,99 @@
+//! Effects beyond the closed form of a rigid contact, adopted if they make the data likelier by enough: a
+//! contact that is compliant along its surface, and weight and cloth during the contact.
+
+use super::descent::Descent;
+use super::findings::Finding;
+use super::minimise::{Thinned, descend_weighed, descend_with_noise, thin};
+use super::noise::minus_two_log;
+use super::policy::Policy;
+use super::problem::{Problem, State};
+use super::unknowns::{Id, Mode};
+use crate::measurement::parameter::Compliance;
+use crate::physics::collision::Model;
+
+/// Adopts a compliant contact, and outcomes with weight and cloth, if they make the data likelier by enough;
+/// effects of a fidelity that is not chosen automatically anyway.
+pub(super) fn choose_effects(
+    problem: &mut Problem,
+    descent: &mut Descent,
+    (is_auto, compliance): (bool, Compliance),
+    policy: &Policy,
+) -> Vec<Finding> {
+    let mut findings = Vec::new();
+    if is_auto && compliance == Compliance::Auto {
+        findings.extend(comply(problem, descent, policy));
+    }
+    // the integrated contact is compliant, which one that is stated to be rigid is not
+    if is_auto && compliance != Compliance::Rigid || problem.is_weighed() {
+        let least = if is_auto { policy.adopt } else { f64::NEG_INFINITY };
+        let Tried { shots, fall, adopted } = adopt(problem, descent, descend_weighed, least);
+        findings.extend((is_auto && shots > 0).then_some(Finding::Weight { shots, fall, adopted }));
+    }
+    findings
+}
+
+/// Adopts a contact that is compliant along its surface, with the κ of phenolic resin, if it makes the data
+/// likelier by enough; `None` if no contact sticks, or κ is stated or free.
+pub(crate) fn comply(problem: &mut Problem, descent: &mut Descent, policy: &Policy) -> Option<Finding> {
+    let is_rigid = |column: &usize| {
+        let kappa = &problem.unknowns[*column];
+        kappa.mode == Mode::Fixed && kappa.start == 0.0
+    };
+    let rigid: Vec<usize> = problem.columns_of(Id::Kappa).into_iter().filter(is_rigid).collect();
+    let shots = descent.end.count_sticking();
+    if rigid.is_empty() || shots == 0 {
+        return None;
+    }
+    let refit = |problem: &mut Problem, mut state: State| {
+        for column in &rigid {
+            (problem.unknowns[*column].start, state.shared.0[*column]) = (Model::KAPPA, Model::KAPPA);
+        }
+        problem.refresh_contact();
+        descend_with_noise(problem, state)
+    };
+    let Tried { fall, adopted, .. } = adopt(problem, descent, refit, policy.adopt);
+    Some(Finding::Compliance { kappa: Model::KAPPA, shots, fall, adopted })
+}
+
+/// A refit with an effect.
+struct Tried {
+    /// Number of shots with weight and cloth.
+    shots: usize,
+    /// Fall of −2 log L.
+    fall: f64,
+    adopted: bool,
+}
+
+/// Refits with an effect, which `refit` adds to a problem, and adopts it if −2 log L falls by more than
+/// `least`. An effect that makes some of the shots of a large table less likely is not computed for all.
+fn adopt(
+    problem: &mut Problem,
+    descent: &mut Descent,
+    refit: impl Fn(&mut Problem, State) -> Descent,
+    least: f64,
+) -> Tried {
+    let attempt = |problem: &Problem, descent: &Descent| {
+        let mut other = problem.clone();
+        let with = refit(&mut other, descent.end.state.clone());
+        let fall = minus_two_log(problem, &descent.end) - minus_two_log(&other, &with.end);
+        (other, with, fall)
+    };
+    let count = |problem: &Problem| {
+        problem.samples.iter().map(|sample| sample.block.count_corrected()).sum::<usize>()
+    };
+    let Thinned { problem: mut some, state, factor } = thin(problem, &descent.end.state);
+    if factor > 1.0 && least.is_finite() {
+        let without = descend_with_noise(&mut some, state);
+        let (other, _, fall) = attempt(&some, &without);
+        if fall < 0.0 {
+            let shots = (factor * count(&other) as f64).round() as usize;
+            return Tried { shots, fall: factor * fall, adopted: false };
+        }
+    }
+    let (other, with, fall) = attempt(problem, descent);
+    let tried = Tried { shots: count(&other), fall, adopted: fall > least };
+    if tried.adopted {
+        (*problem, *descent) = (other, with);
+    }
+    tried
+}
