@@ -8,6 +8,9 @@ use crate::measurement::track::{Sample, TrackShot};
 use crate::numerics::{SIGNIFICANT, median};
 use crate::physics::ball::Ball;
 
+/// Distance from its place of rest at which the object ball has moved, in standard deviations.
+const MIN_MOVED_ERRORS: f64 = 6.0;
+
 /// Minimum number of frames of each ball on either side, for a line and for a parabola.
 const MIN_FRAMES: usize = 3;
 const MIN_PARABOLA_FRAMES: usize = 5;
@@ -19,7 +22,7 @@ const NEAR_FRAMES: usize = 12;
 const MAX_LINE_RESIDUAL: f64 = 3.0;
 
 /// Least speed of a moving object ball as a part of the cue ball's.
-const MIN_MOVING_PART: f64 = 0.01;
+const MIN_MOVING_PART: f64 = 0.003;
 
 /// Largest acceleration of a ball on a cloth, m/s².
 const ACCELERATION: f64 = 5.0;
@@ -174,7 +177,7 @@ fn nearest(cue: &[Sample], object: &[Sample]) -> Option<f64> {
 /// touch, as far as frames show both, or a ball is not seen.
 fn without_start(cue: &[Sample], object: &[Sample], until: f64, ball: &Ball, noise: f64) -> Unusable {
     let is_clear =
-        |s: &Sample| apart(cue, s).is_none_or(|apart| apart > 2.0 * ball.radius + SIGNIFICANT * noise);
+        |s: &Sample| apart(cue, s).is_none_or(|apart| apart > 2.0 * ball.radius + MIN_MOVED_ERRORS * noise);
     let touch = nearest(cue, object).unwrap_or(f64::NEG_INFINITY);
     let free = object.iter().take_while(|s| s.t < touch && is_clear(s)).count();
     if free >= MIN_FRAMES {
@@ -231,7 +234,7 @@ pub(crate) fn from_paths(shot: &TrackShot, ball: &Ball, noise: f64) -> Result<Fi
     let away = |s: &Sample| (place(s) - lay).norm();
     // from here on: the next two frames are still further away, or as far on a coarse grid
     let moved = |w: &[Sample]| {
-        away(&w[0]) > SIGNIFICANT * noise && away(&w[1]) >= away(&w[0]) && away(&w[2]) >= away(&w[1])
+        away(&w[0]) > MIN_MOVED_ERRORS * noise && away(&w[1]) >= away(&w[0]) && away(&w[2]) >= away(&w[1])
     };
     let index = object.windows(3).position(moved).ok_or(Unusable::NoCollision(bodies))?;
     let after = &object[index..object.len().min(index + NEAR_FRAMES)];
@@ -241,7 +244,7 @@ pub(crate) fn from_paths(shot: &TrackShot, ball: &Ball, noise: f64) -> Result<Fi
     let start = Path::line(&object[..MIN_FRAMES], object[0].t);
     // correlated noise has a larger error
     let lasts = shot.frames_alike().sqrt();
-    if index < NEAR_FRAMES && start.velocity.norm() > SIGNIFICANT * noise * lasts * start.error {
+    if index < NEAR_FRAMES && start.velocity.norm() > MIN_MOVED_ERRORS * noise * lasts * start.error {
         return Err(without_start(&cue, &object, object[0].t, ball, noise));
     }
     let time = Path::near(after, after[0].t, noise).passes(lay).ok_or(Unusable::NoCollision(bodies))?;

@@ -44,6 +44,9 @@ const MAX_SHOTS: usize = 200;
 const AFTER: usize = 3;
 const BESIDE: usize = 4;
 
+/// Standard errors of a lag, if both balls show it.
+const MIN_LAG_ERRORS: f64 = 4.0;
+
 /// Part of a lag by which a ball is off before the impact at most: an exposure that lasts blurs both
 /// sides similarly, and a wrong model shows on both.
 const MAX_BEFORE: f64 = 0.4;
@@ -193,7 +196,7 @@ pub(crate) fn lags(film: &FilmBlock, own: &[Own], shared: &Shared) -> bool {
     });
     let is_late = |ball: &[[f64; 2]], frame: usize| {
         let [mean, error] = ball[frame];
-        (mean / error).abs() > SIGNIFICANT && ball[0][0].abs() < MAX_BEFORE * mean.abs()
+        (mean / error).abs() > MIN_LAG_ERRORS && ball[0][0].abs() < MAX_BEFORE * mean.abs()
     };
     let is_same_sign = |frame: usize| cue[frame][0] * object[frame][0] > 0.0;
     (1..=AFTER).any(|frame| is_late(&cue, frame) && is_late(&object, frame) && is_same_sign(frame))
