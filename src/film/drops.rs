@@ -7,7 +7,7 @@
 use nalgebra::Vector2;
 
 use crate::measurement::track::{Sample, TrackShot};
-use crate::numerics::{SIGNIFICANT, median};
+use crate::numerics::median;
 
 type Point = Vector2<f64>;
 
@@ -20,6 +20,12 @@ const MIN_NEIGHBOURS: usize = 3;
 
 /// Largest difference between a step and a multiple of the median step, in median steps.
 const MAX_STEP_DEVIATION: f64 = 0.35;
+
+/// Least median step for which steps can be compared, in units of their root mean square deviation.
+const MIN_EVEN_NOISES: f64 = 4.0;
+
+/// The same for a dropped frame: half a step more is then 3.5 standard deviations of one axis.
+const MIN_DROP_NOISES: f64 = 5.0;
 
 /// Maximum ratio of a step to the median step: longer drops show in the numbers.
 const MAX_RATIO: f64 = 8.0;
@@ -110,11 +116,16 @@ impl<'a> Steps<'a> {
         let noise = (squares.iter().sum::<f64>() / squares.len() as f64).sqrt();
         // even: equal medians on both sides, so that neighbours do not catch up
         let turns = (of_side[0] - of_side[1]).norm();
-        let is_even = usual.norm() > SIGNIFICANT * noise && turns < MAX_STEP_DEVIATION * usual.norm();
+        let is_even = usual.norm() > MIN_EVEN_NOISES * noise && turns < MAX_STEP_DEVIATION * usual.norm();
         // the number of median steps in this one, and the remainder
         let whole = (own.dot(&usual) / usual.norm_squared()).round();
         let left = (own - usual * whole).norm();
-        let lost = is_even && (2.0..=MAX_RATIO).contains(&whole) && left < MAX_STEP_DEVIATION * usual.norm();
+        // at four standard deviations one step in a thousand looks like two
+        let is_clear = usual.norm() > MIN_DROP_NOISES * noise;
+        let lost = is_even
+            && is_clear
+            && (2.0..=MAX_RATIO).contains(&whole)
+            && left < MAX_STEP_DEVIATION * usual.norm();
         Step { is_even, lost: lost.then_some(whole - 1.0) }
     }
 }
