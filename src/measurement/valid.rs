@@ -165,7 +165,9 @@ fn faults_of_shot(shot: &Shot) -> Vec<String> {
         }
         Before::Angle { cut, speed } => {
             check("cut_deg", cut);
-            speed.into_iter().for_each(|speed| check("speed_m_s", speed));
+            if let Some(speed) = speed {
+                check("speed_m_s", speed);
+            }
         }
     }
     if let Spin::Measured { spin, sd } = shot.spin {
