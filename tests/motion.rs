@@ -8,8 +8,13 @@ use crate::prelude::*;
 /// Sums of a few terms.
 const ROUNDING: f64 = 1e-13;
 
-fn launch(slip: [f64; 2], up: f64) -> Launch {
-    Launch { time: 0.5, position: [1.0, 2.0], velocity: [1.5, -0.5], slip, up, inertia: 0.4 }
+/// The path from 0.5 s on of a ball with the velocity (1.5, −0.5, `up`).
+fn path_after(slip: [f64; 2], up: f64, cloth: &Cloth) -> Path {
+    let ball = Ball::POOL;
+    // s = (V_x − RΩ_y, V_y + RΩ_x)
+    let spin = Vec3::new(slip[1] + 0.5, 1.5 - slip[0], 0.0) / ball.radius;
+    let state = BallState { velocity: Vec3::new(1.5, -0.5, up), spin };
+    Path::after(&state, &ball, [1.0, 2.0], 0.5, cloth)
 }
 
 #[test]
@@ -17,7 +22,7 @@ fn a_sliding_ball_ends_rolling_with_v_minus_two_sevenths_of_its_slip() {
     for up in [0.0, 0.05, 0.3] {
         let cloth = Cloth { rolling: 0.0, ..Cloth::default() };
         let slip = [1.0, 0.4];
-        let path = Path::after(&launch(slip, up), &cloth);
+        let path = path_after(slip, up, &cloth);
         let velocity = path.velocity(5.0);
         for i in 0..2 {
             let expected = [1.5, -0.5][i] - 2.0 / 7.0 * slip[i];
@@ -28,7 +33,7 @@ fn a_sliding_ball_ends_rolling_with_v_minus_two_sevenths_of_its_slip() {
 
 #[test]
 fn sliding_lasts_two_sevenths_of_the_slip_over_mu_g() {
-    let path = Path::after(&launch([0.7, 0.0], 0.0), &Cloth { rolling: 0.0, ..Cloth::default() });
+    let path = path_after([0.7, 0.0], 0.0, &Cloth { rolling: 0.0, ..Cloth::default() });
     let lasts = 2.0 * 0.7 / (7.0 * 0.2 * GRAVITY);
     let [before, at, after] = [0.9, 1.0, 1.5].map(|part| path.velocity(0.5 + part * lasts)[0]);
     assert!((before - (1.5 - 0.9 * lasts * 0.2 * GRAVITY)).abs() < ROUNDING);
@@ -41,7 +46,7 @@ fn a_bounce_that_becomes_a_flight_does_not_move_the_path() {
     const SAME: f64 = 2e-7;
     for bounces in 0..7 {
         let up = 0.002 / 0.5_f64.powi(bounces);
-        let at = |up: f64, time: f64| Path::after(&launch([1.0, 0.4], up), &Cloth::default()).position(time);
+        let at = |up: f64, time: f64| path_after([1.0, 0.4], up, &Cloth::default()).position(time);
         for time in [0.501, 0.51, 0.53, 0.6, 0.8] {
             let [low, high] = [1.0 - 1e-9, 1.0 + 1e-9].map(|part| at(part * up, time));
             assert!((low[0] - high[0]).hypot(low[1] - high[1]) < SAME, "{up} {time}");
@@ -58,7 +63,7 @@ fn a_ball_that_bounces_for_ever_has_a_path_with_an_end() {
     for bounce in [0.0, 0.5, 0.9, 0.99, 1.0] {
         let cloth = Cloth { bounce, ..Cloth::default() };
         for up in [0.0, 0.0021, 0.05, 0.3] {
-            let path = Path::after(&launch([5.0, 0.0], up), &cloth);
+            let path = path_after([5.0, 0.0], up, &cloth);
             assert!(path.changes().count() <= 64 + 4, "{bounce} {up}: {} stretches", path.changes().count());
             // the cloth pushes with Mg on average, landing by landing: within what one landing takes
             for seconds in [0.15, 0.4] {
@@ -78,15 +83,12 @@ fn a_ball_that_bounces_for_ever_has_a_path_with_an_end() {
 fn the_spin_follows_the_slip_until_the_ball_rolls() {
     let (slip, ball) = ([1.0, 0.4], Ball::POOL);
     for up in [0.0, 0.1] {
-        let path = Path::after(&launch(slip, up), &Cloth::default());
+        let path = path_after(slip, up, &Cloth::default());
         for time in [0.5, 0.55, 0.6, 0.9, 1.5] {
             let velocity = path.velocity(time);
-            let change = path.spin_change(time, &ball);
-            // s = (V_x − RΩ_y, V_y + RΩ_x), so that Δs = Δv + R(−ΔΩ_y, ΔΩ_x)
-            let left = [
-                slip[0] + velocity[0] - 1.5 - ball.radius * change[1],
-                slip[1] + velocity[1] + 0.5 + ball.radius * change[0],
-            ];
+            let spin = path.spin(time, ball.radius);
+            // s = (V_x − RΩ_y, V_y + RΩ_x)
+            let left = [velocity[0] - ball.radius * spin[1], velocity[1] + ball.radius * spin[0]];
             assert!((left[0] * slip[1] - left[1] * slip[0]).abs() < ROUNDING, "{left:?}");
             let starts: Vec<f64> = path.changes().collect();
             let rolls = starts[starts.len() - 2] <= time;
@@ -97,7 +99,7 @@ fn the_spin_follows_the_slip_until_the_ball_rolls() {
 
 #[test]
 fn the_path_is_continuous_and_ends_at_rest() {
-    let path = Path::after(&launch([1.0, 0.4], 0.1), &Cloth::default());
+    let path = path_after([1.0, 0.4], 0.1, &Cloth::default());
     let just = 1e-9;
     for start in path.changes().skip(1) {
         // the path before, carried on to where the next stretch begins

@@ -22,7 +22,7 @@ pub use caromfit::measurement::parameter::{Compliance, Parameter, Setting};
 pub use caromfit::measurement::spin::Spin;
 pub use caromfit::measurement::track::{Sample, TrackShot};
 pub use caromfit::physics::ball::{Ball, BallState, Vec3};
-pub use caromfit::physics::cloth_motion::{Cloth, Launch};
+pub use caromfit::physics::cloth_motion::Cloth;
 pub use caromfit::physics::collision::{
     Coefficients, Effects, Fidelity, FidelityChoice, Input, MAX_SPEED, MIN_SPEED, MIN_TOLERANCE, Model,
     NotACollision, Outcome, Regime,

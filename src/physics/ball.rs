@@ -1,12 +1,4 @@
 //! A ball and its state of motion.
-//!
-//! | symbol | here | unit | meaning |
-//! | --- | --- | --- | --- |
-//! | R | [`Ball::radius`] | m | radius |
-//! | M | [`Ball::mass`] | kg | mass |
-//! | ν | [`Ball::inertia`] | 1 | moment of inertia over MR², 2/5 for a uniform sphere |
-//! | U, V | [`BallState::velocity`] | m/s | velocity of the centre |
-//! | ω, Ω | [`BallState::spin`] | rad/s | angular velocity |
 
 use nalgebra::Vector3;
 
@@ -24,7 +16,7 @@ pub const HOLLOW_SPHERE: f64 = 2.0 / 3.0;
 pub struct Ball {
     /// R, the radius, in metres.
     pub radius: f64,
-    /// M, the mass, in kilograms. It cancels from every velocity if the balls are equal.
+    /// M, the mass, in kilograms; it cancels from every velocity if the balls are equal.
     pub mass: f64,
     /// ν, the moment of inertia over MR².
     pub inertia: f64,
@@ -50,12 +42,12 @@ impl Default for Ball {
     }
 }
 
-/// Velocity of the centre (m/s) and angular velocity (rad/s) of a ball.
+/// The motion of a ball.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct BallState {
-    /// Velocity of the centre, m/s.
+    /// U or V, the velocity of the centre, m/s.
     pub velocity: Vec3,
-    /// Angular velocity, rad/s.
+    /// ω or Ω, the angular velocity, rad/s.
     pub spin: Vec3,
 }
 

@@ -8,12 +8,12 @@
 //! that the path does not leap when one more of them counts as a flight.
 //!
 //! ```
-//! use caromfit::physics::cloth_motion::{Cloth, Launch, Path};
+//! use caromfit::physics::ball::{Ball, BallState};
+//! use caromfit::physics::cloth_motion::{Cloth, Path};
 //!
 //! // a ball without spin slips on the cloth with its own speed, slides, and rolls with 5/7 of it
-//! let [velocity, slip] = [[1.4, 0.0]; 2];
-//! let launch = Launch { velocity, slip, time: 0.0, position: [0.0; 2], up: 0.0, inertia: 0.4 };
-//! let path = Path::after(&launch, &Cloth { rolling: 0.0, ..Cloth::default() });
+//! let (state, cloth) = (BallState::stun([1.4, 0.0, 0.0].into()), Cloth { rolling: 0.0, ..Cloth::default() });
+//! let path = Path::after(&state, &Ball::POOL, [0.0; 2], 0.0, &cloth);
 //! let rolls = path.changes().last().unwrap_or(0.0);
 //! assert!((rolls - 2.0 * 1.4 / (7.0 * 0.2 * 9.81)).abs() < 1e-12);
 //! assert!((path.velocity(rolls)[0] - 1.0).abs() < 1e-12);
@@ -21,7 +21,8 @@
 
 use nalgebra::Vector2;
 
-use super::ball::Ball;
+use super::ball::{Ball, BallState};
+use super::contact_frame::cloth_slip;
 
 /// Acceleration of gravity, m/s².
 pub const GRAVITY: f64 = 9.81;
@@ -59,23 +60,6 @@ impl Default for Cloth {
     }
 }
 
-/// A ball at the start of a path, table frame.
-#[derive(Clone, Copy, Debug)]
-pub struct Launch {
-    /// The instant at which the path starts, s.
-    pub time: f64,
-    /// Position of the centre, x and y in m.
-    pub position: [f64; 2],
-    /// Velocity of the centre, x and y in m/s.
-    pub velocity: [f64; 2],
-    /// Slip of the ball on the cloth, s = (V_x − RΩ_y, V_y + RΩ_x), m/s.
-    pub slip: [f64; 2],
-    /// Upward velocity in m/s, 0 for a ball on the cloth.
-    pub up: f64,
-    /// ν, the moment of inertia over MR².
-    pub inertia: f64,
-}
-
 /// A stretch of constant acceleration.
 #[derive(Clone, Copy, Debug)]
 struct Stretch {
@@ -83,21 +67,22 @@ struct Stretch {
     position: Vector2<f64>,
     velocity: Vector2<f64>,
     acceleration: Vector2<f64>,
-    /// Whether the ball moves without slip on the cloth, or lies still.
-    rolls: bool,
+    slip: Vector2<f64>,
+    /// Δs/Δv by friction: (1 + ν)/ν while the ball slips, 0 while it rolls.
+    lever: f64,
 }
 
 impl Stretch {
-    /// Returns a stretch of rolling or rest; `friction` is μ_r.
-    fn rolling(start: f64, position: Vector2<f64>, velocity: Vector2<f64>, friction: f64) -> Self {
-        let acceleration = direction(velocity) * -friction * GRAVITY;
-        Self { start, position, velocity, acceleration, rolls: true }
+    /// Returns a stretch without friction: flight, rest.
+    fn free(start: f64, [position, velocity, slip]: [Vector2<f64>; 3]) -> Self {
+        Self { start, position, velocity, acceleration: Vector2::zeros(), slip, lever: 0.0 }
     }
 
-    /// Returns position and velocity at a time.
-    fn at(&self, time: f64) -> [Vector2<f64>; 2] {
+    /// Returns position, velocity and slip at a time.
+    fn at(&self, time: f64) -> [Vector2<f64>; 3] {
         let (t, a) = (time - self.start, self.acceleration);
-        [self.position + self.velocity * t + a * t * t * 0.5, self.velocity + a * t]
+        let by = a * t;
+        [self.position + self.velocity * t + by * t * 0.5, self.velocity + by, self.slip + by * self.lever]
     }
 }
 
@@ -106,27 +91,27 @@ impl Stretch {
 pub struct Path(Vec<Stretch>);
 
 impl Path {
-    /// Returns the path after an impact: flight with its bounces, sliding, rolling to the end.
+    /// Returns the path of a ball that is in a state at a position, m, and a time, s, just after an
+    /// impact, table frame: flight with its bounces, sliding, rolling to the end.
     #[must_use]
-    pub fn after(launch: &Launch, cloth: &Cloth) -> Self {
+    pub fn after(state: &BallState, ball: &Ball, position: [f64; 2], mut time: f64, cloth: &Cloth) -> Self {
         let mut path = Vec::with_capacity(12);
-        let Launch { mut time, mut up, inertia, .. } = *launch;
-        let [mut position, mut velocity, mut slip] =
-            [launch.position, launch.velocity, launch.slip].map(Vector2::from);
+        let mut up = state.velocity.z;
+        let mut at = [position.into(), state.velocity.xy(), cloth_slip(state, ball.radius).xy()];
         // the slip that an impulse on the ball removes: Δs = (1 + ν)/ν Δv
-        let lever = (1.0 + inertia) / inertia;
+        let lever = (1.0 + ball.inertia) / ball.inertia;
         while up > MIN_REBOUND && path.len() < MAX_FLIGHTS {
-            let acceleration = Vector2::zeros();
-            let flight = Stretch { start: time, position, velocity, acceleration, rolls: false };
+            let flight = Stretch::free(time, at);
             path.push(flight);
             // 2V_z/g in the air
             time += up * (2.0 / GRAVITY);
-            [position, velocity] = flight.at(time);
+            at = flight.at(time);
             // μ_k(1 + e_t)V_z at the landing, or what stops the slip
+            let [_, velocity, slip] = &mut at;
             let most = cloth.sliding * (cloth.bounce + 1.0) * up;
-            let impulse = direction(slip) * most.min(slip.norm() / lever);
-            velocity -= impulse;
-            slip -= impulse * lever;
+            let impulse = direction(*slip) * most.min(slip.norm() / lever);
+            *velocity -= impulse;
+            *slip -= impulse * lever;
             up *= cloth.bounce;
         }
         // each bounce that is left takes at most μ_k(1 + e_t)V_z in 2V_z/g, all of them Σ 2V_z
@@ -136,44 +121,45 @@ impl Path {
         let low = cloth.sliding * (cloth.bounce + 1.0) * (0.5 * GRAVITY);
         // …and then it slides
         for (friction, lasts) in [(low, bouncing), (cloth.sliding * GRAVITY, f64::INFINITY)] {
-            let speed = slip.norm();
-            if speed <= 0.0 || friction <= 0.0 || lasts <= 0.0 {
+            let slip = at[2];
+            if slip.norm() <= 0.0 || friction <= 0.0 || lasts <= 0.0 {
                 continue;
             }
             let acceleration = direction(slip) * -friction;
-            let sliding = Stretch { start: time, position, velocity, acceleration, rolls: false };
+            let sliding = Stretch { acceleration, lever, ..Stretch::free(time, at) };
             path.push(sliding);
             // s falls by (1 + ν)/ν times the friction
-            let until_rolling = speed / (friction * lever);
-            let seconds = until_rolling.min(lasts);
-            time += seconds;
-            [position, velocity] = sliding.at(time);
-            slip -= slip * (seconds / until_rolling);
+            let until_rolling = slip.norm() / (friction * lever);
+            time += until_rolling.min(lasts);
+            at = sliding.at(time);
+            if until_rolling <= lasts {
+                at[2] = Vector2::zeros();
+            }
         }
-        let rolls = Stretch::rolling(time, position, velocity, cloth.rolling);
+        let friction = cloth.rolling * GRAVITY;
+        let speed = at[1].norm();
+        let rolls = Stretch { acceleration: direction(at[1]) * -friction, ..Stretch::free(time, at) };
         path.push(rolls);
-        let speed = velocity.norm();
-        if speed > 0.0 && cloth.rolling > 0.0 {
+        if speed > 0.0 && friction > 0.0 {
             // until it lies still
-            time += speed / (cloth.rolling * GRAVITY);
-            path.push(Stretch::rolling(time, rolls.at(time)[0], Vector2::zeros(), 0.0));
+            time += speed / friction;
+            let [position, _, slip] = rolls.at(time);
+            path.push(Stretch::free(time, [position, Vector2::zeros(), slip]));
         }
         Self(path)
     }
 
-    /// Returns the path before an impact, backwards from it: sliding if the ball slips at the
-    /// impact, else rolling.
+    /// Returns the path of a ball up to such a state just before an impact: sliding if the ball slips
+    /// there, else rolling.
     #[must_use]
-    pub fn before(launch: &Launch, cloth: &Cloth) -> Self {
-        let start = launch.time;
-        let [position, velocity, slip] = [launch.position, launch.velocity, launch.slip].map(Vector2::from);
-        let stretch = if slip.norm() > MIN_SLIP * velocity.norm() {
-            let acceleration = direction(slip) * -cloth.sliding * GRAVITY;
-            Stretch { start, position, velocity, acceleration, rolls: false }
-        } else {
-            Stretch::rolling(start, position, velocity, cloth.rolling)
-        };
-        Self(vec![stretch])
+    pub fn before(state: &BallState, ball: &Ball, position: [f64; 2], time: f64, cloth: &Cloth) -> Self {
+        let (velocity, slip) = (state.velocity.xy(), cloth_slip(state, ball.radius).xy());
+        let slips = slip.norm() > MIN_SLIP * velocity.norm();
+        let lever = if slips { (1.0 + ball.inertia) / ball.inertia } else { 0.0 };
+        let (along, friction) = if slips { (slip, cloth.sliding) } else { (velocity, cloth.rolling) };
+        let acceleration = direction(along) * -friction * GRAVITY;
+        let free = Stretch::free(time, [position.into(), velocity, slip]);
+        Self(vec![Stretch { acceleration, lever, ..free }])
     }
 
     /// Returns the instants at which the stretches of constant acceleration begin: take-off,
@@ -194,31 +180,17 @@ impl Path {
         self.at(time)[1].into()
     }
 
-    /// Returns position and velocity at a time.
-    fn at(&self, time: f64) -> [Vector2<f64>; 2] {
-        let index = self.0.iter().rposition(|stretch| stretch.start <= time).unwrap_or(0);
-        self.0[index].at(time)
+    /// Returns the horizontal spin at a time, ẑ × (V − s)/R, rad/s, of a ball of this radius, m.
+    #[must_use]
+    pub fn spin(&self, time: f64, radius: f64) -> [f64; 2] {
+        let [_, velocity, slip] = self.at(time);
+        let surface = (velocity - slip) / radius;
+        [-surface.y, surface.x]
     }
 
-    /// Returns the change of the horizontal spin from the impact to a time, rad/s: the cloth
-    /// changes it by −ẑ × Δv/(νR) while the ball slips and at landings, by ẑ × Δv/R while it rolls.
-    #[must_use]
-    pub fn spin_change(&self, time: f64, ball: &Ball) -> [f64; 2] {
-        let mut change = [0.0; 2];
-        let mut add = |by: Vector2<f64>, rolls: bool| {
-            let factor = if rolls { 1.0 } else { -1.0 / ball.inertia } / ball.radius;
-            // ẑ × Δv = (−Δv_y, Δv_x)
-            change[0] -= by.y * factor;
-            change[1] += by.x * factor;
-        };
-        let mut velocity = self.0[0].velocity;
-        for (i, stretch) in self.0.iter().enumerate().filter(|(i, s)| *i == 0 || s.start <= time) {
-            add(stretch.velocity - velocity, false);
-            let next = self.0.get(i + 1).map_or(f64::INFINITY, |next| next.start);
-            [_, velocity] = stretch.at(next.min(time));
-            add(velocity - stretch.velocity, stretch.rolls);
-        }
-        change
+    fn at(&self, time: f64) -> [Vector2<f64>; 3] {
+        let index = self.0.iter().rposition(|stretch| stretch.start <= time).unwrap_or(0);
+        self.0[index].at(time)
     }
 }
 

@@ -34,10 +34,4 @@ impl Law {
         let [b, c] = self.numbers();
         mu + b * (-c * v).exp()
     }
-
-    /// Returns the largest friction at any slip, if it is `mu` at a large slip.
-    #[must_use]
-    pub fn largest(self, mu: f64) -> f64 {
-        mu + self.numbers()[0].max(0.0)
-    }
 }

@@ -10,9 +10,9 @@ use crate::extraction::turn;
 use crate::measurement::spin::Spin;
 use crate::measurement::track::{Marker, Sample, TrackShot, TrackedBall};
 use crate::physics::ball::{Ball, BallState, Vec3};
-use crate::physics::cloth_motion::{Cloth, Launch, Path};
+use crate::physics::cloth_motion::{Cloth, Path};
 use crate::physics::collision::{Coefficients, Model, NotACollision};
-use crate::physics::contact_frame::{CollisionFrame, cloth_slip};
+use crate::physics::contact_frame::CollisionFrame;
 
 /// The true impact of a synthetic shot, in the table frame.
 #[derive(Clone, Copy, Debug)]
@@ -60,36 +60,25 @@ impl Course {
         let balls = [model.ball, model.object_ball()];
         let distance = balls[0].contact_distance(&balls[1]);
         let contact = [object[0] - distance * direction.cos(), object[1] - distance * direction.sin()];
-        let launch = |ball: Ball, position, state: &BallState| {
-            let slip = cloth_slip(state, ball.radius);
-            Launch {
-                time,
-                position,
-                velocity: [state.velocity.x, state.velocity.y],
-                slip: [slip.x, slip.y],
-                up: state.velocity.z,
-                inertia: ball.inertia,
-            }
-        };
         Ok(Self {
-            cue_before: Path::before(&launch(balls[0], contact, &cue_before), cloth),
+            cue_before: Path::before(&cue_before, &balls[0], contact, time, cloth),
             after: [
-                Path::after(&launch(balls[0], contact, &cue_after), cloth),
-                Path::after(&launch(balls[1], object, &object_after), cloth),
+                Path::after(&cue_after, &balls[0], contact, time, cloth),
+                Path::after(&object_after, &balls[1], object, time, cloth),
             ],
             truth: TrueImpact { time, object, direction, cue_before, cue_after, object_after },
             balls,
         })
     }
 
-    /// Returns the path and the spin at the impact of a ball that moves before the impact, or after
+    /// Returns the path and the side spin, rad/s, of a ball that moves before the impact, or after
     /// it.
-    fn motion(&self, ball: TrackedBall, is_before: bool) -> Option<(&Path, Vec3)> {
+    fn motion(&self, ball: TrackedBall, is_before: bool) -> Option<(&Path, f64)> {
         match (ball, is_before) {
-            (TrackedBall::Cue, true) => Some((&self.cue_before, self.truth.cue_before.spin)),
+            (TrackedBall::Cue, true) => Some((&self.cue_before, self.truth.cue_before.spin.z)),
             (TrackedBall::Object, true) => None,
-            (TrackedBall::Cue, false) => Some((&self.after[0], self.truth.cue_after.spin)),
-            (TrackedBall::Object, false) => Some((&self.after[1], self.truth.object_after.spin)),
+            (TrackedBall::Cue, false) => Some((&self.after[0], self.truth.cue_after.spin.z)),
+            (TrackedBall::Object, false) => Some((&self.after[1], self.truth.object_after.spin.z)),
         }
     }
 
@@ -103,13 +92,13 @@ impl Course {
     fn marker(&self, ball: TrackedBall, place: Vec3, t: f64) -> ([f64; 2], bool) {
         let (time, own) = (self.truth.time, &self.balls[ball as usize]);
         let (mut at, mut centre) = (place, self.truth.object);
-        if let Some((path, spin)) = self.motion(ball, t <= time) {
+        if let Some((path, side)) = self.motion(ball, t <= time) {
             // the rotation in steps of 0.1 ms, each about the axis of its middle
             let steps = ((t - time).abs() / 1e-4).ceil().max(1.0);
             let step = (t - time) / steps;
             for n in 0..steps as usize {
-                let [x, y] = path.spin_change(time + (n as f64 + 0.5) * step, own);
-                at = turn(at, (spin + Vec3::new(x, y, 0.0)) * step);
+                let [x, y] = path.spin(time + (n as f64 + 0.5) * step, own.radius);
+                at = turn(at, Vec3::new(x, y, side) * step);
             }
             centre = path.position(t);
         }

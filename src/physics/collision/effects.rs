@@ -2,24 +2,8 @@
 //! `auto` is the cheapest fidelity whose missing effects stay together within a tolerance.
 //!
 //! Sizes are bounds, to leading order, on the change of velocities by an effect, as a fraction of
-//! the cue ball's speed U. q = (1 + e)k/N is the normal impulse; J_y = μq cos θ₀ and J_z = μq are the
-//! largest impulses of friction, but at most what stops the slip, |v_y0|/2β_y and |v_z0|/2β_z; left =
-//! v_∥0 − 2β_yμq is the least slip at the end, and mixed the largest sin θ cos θ.
-//!
-//! | effect | changes velocities by | present if |
-//! | --- | --- | --- |
-//! | inelasticity | (1 − e)k/2 | always |
-//! | friction | √(J_y² + J_z²) | the balls slip |
-//! | stick | friction's impulse beyond what stops the slip | friction can stop a component of it |
-//! | turning | μq Δθ, Δθ ≤ 2μ(β_y − β_z)q mixed/left | spin and slip are not aligned |
-//! | cloth | μ_s J_z | topspin |
-//! | cloth-turning | μ_s J_z μ cos θ₀ | topspin, and cut or side spin |
-//! | cloth-on-cue | μ_k J_z | draw |
-//! | gravity | g Δt max(1, max(μ_k, μ_s)/ν) | always |
-//! | falling-friction | q times the change of μ | friction depends on the slip |
-//! | compliance | 2J, or if the slip lasts μq Δθ, Δθ ≤ ⅚κμ²(β_y − β_z) mixed (k/left)² | κ > 0 |
-//!
-//! An impulse J of friction changes a spin times R by J/ν, so that it counts 1/ν times.
+//! the cue ball's speed U. An impulse J of friction changes a spin times R by J/ν, so that it counts
+//! 1/ν times.
 
 use super::impact::{Impact, Values};
 use super::{Coefficients, Fidelity, Input, Model, NotACollision};
@@ -162,19 +146,15 @@ pub fn choose(
     let within = |fidelity: &Fidelity| missing(*fidelity) <= tolerance;
     let fidelity = Fidelity::ALL.into_iter().find(within).unwrap_or(Fidelity::Contact);
     let mut effects = fidelity.effects();
-    if fidelity != Fidelity::Contact {
-        // an effect of size 0 is switched off; under gravity all depend on each other
-        for (size, name) in sizes.iter().zip(Effects::NAMES) {
-            if let Some(on) = effects.switch(name) {
-                *on &= *size > 0.0;
-            }
-        }
-    }
     effects.compliance &= model.kappa > 0.0;
-    let on = effects.list();
     let estimates = std::array::from_fn(|i| {
-        let why = Effects::REASONS[i][usize::from(sizes[i] == 0.0)];
-        Estimate { name: on[i].0, size: sizes[i], on: on[i].1, why }
+        let (name, mut on) = effects.list()[i];
+        // an effect of size 0 is switched off; under gravity all depend on each other
+        on &= sizes[i] > 0.0 || fidelity == Fidelity::Contact;
+        if let Some(switch) = effects.switch(name) {
+            *switch = on;
+        }
+        Estimate { name, size: sizes[i], on, why: Effects::REASONS[i][usize::from(sizes[i] == 0.0)] }
     });
     Ok(Choice { fidelity, effects, estimates, left_out: missing(fidelity) })
 }
@@ -186,21 +166,25 @@ fn sizes(model: &Model, cue: &BallState, coefficients: &Coefficients) -> Result<
     let values = Values::new(&model, cue, coefficients);
     model.validate(cue, coefficients, &values)?;
     let Impact { k, slip: [v_y, v_z], lever: [lever_y, lever_z], n, m_s, .. } = Impact::new(&values, &model);
-    let (e, mu) = (values[Input::E], model.law.largest(coefficients.mu));
+    let (e, kappa) = (values[Input::E], model.kappa);
+    let mu = coefficients.mu + model.law.numbers()[0].max(0.0);
     let per_nu = 1.0 / model.ball.inertia;
     let slip = v_y.hypot(v_z);
     let slips = slip > 0.0 && mu > 0.0;
     let (cos, sin) = if slip > 0.0 { (v_y.abs() / slip, v_z.abs() / slip) } else { (0.0, 0.0) };
+    // the normal impulse, and the largest impulses of friction, at most what stops the slip: |v_y| falls
+    // faster than |v_z|, so that cos θ only falls, but sin θ may grow
     let q = (1.0 + e) * k / n * (1.0 + mu * m_s);
-    // v_y falls faster than v_z, so that |cos θ| only falls, but |sin θ| may grow
     let (stops_y, stops_z) = (v_y.abs() / lever_y, v_z.abs() / lever_z);
     let (j_y, j_z) = ((mu * q * cos).min(stops_y), (mu * q).min(stops_z));
+    // the least slip at the end, and the largest sin θ cos θ on the way towards z
     let left = (slip - lever_y * mu * q).max(0.0);
-    // the largest sin θ cos θ on the way towards z
     let mixed = if cos > sin && sin > 0.0 { 0.5 } else { sin * cos };
     let only = |present: bool, size: f64| if present { size } else { 0.0 };
 
-    let beyond = (mu * q * cos - stops_y).hypot(mu * q * sin - stops_z);
+    // friction's impulse beyond what stops the slip, if it can stop a component
+    let stick = (mu * q * cos - stops_y).hypot(mu * q * sin - stops_z);
+    // Δθ ≤ 2μ(β_y − β_z)q mixed/left
     let turned = mu * (lever_y - lever_z) * q * mixed / left;
     let turned = only(mixed > 0.0, turned.min(cos.atan2(sin)));
     let cloth = FEEDBACK * m_s * j_z * per_nu;
@@ -208,7 +192,7 @@ fn sizes(model: &Model, cue: &BallState, coefficients: &Coefficients) -> Result<
     let duration = model.contact_time * k.powf(-0.2) * 0.5 * (1.0 + e);
     let held = FEEDBACK * model.mu_k.max(coefficients.mu_s) * per_nu;
     let change = (model.law.mu(coefficients.mu, left) - model.law.mu(coefficients.mu, slip)).abs();
-    let kappa = model.kappa;
+    // 2J, or if the slip lasts μq Δθ, Δθ ≤ ⅚κμ²(β_y − β_z) mixed (k/left)²
     let compliance = if left > 0.0 && slip > mu * kappa * k {
         let lag = 5.0 / 12.0 * kappa * mu * mu * (lever_y - lever_z) * mixed * (k / left).powi(2);
         mu * q * lag.min(1.0)
@@ -218,7 +202,7 @@ fn sizes(model: &Model, cue: &BallState, coefficients: &Coefficients) -> Result<
     let sizes = [
         0.5 * (1.0 - e) * k * (per_nu * mu).max(1.0),
         only(slips, j_y.hypot(j_z) * per_nu),
-        only(slips && stops_y.max(stops_z) <= mu * q, beyond * per_nu),
+        only(slips && stops_y.max(stops_z) <= mu * q, stick * per_nu),
         only(slips, mu * q * turned * per_nu + mu * q * mu * m_s * (per_nu + m_s)),
         cloth,
         cloth * (mu * cos).min(1.0),

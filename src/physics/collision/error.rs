@@ -1,4 +1,4 @@
-//! Why an input describes no collision.
+//! Inputs that describe no collision.
 
 /// The reason why an input describes no collision.
 #[derive(Clone, Copy, Debug, PartialEq, thiserror::Error)]
@@ -15,7 +15,7 @@ pub enum NotACollision {
         /// The range in words.
         expected: &'static str,
     },
-    /// A line of centres (x, y) in the table frame without length, or not finite.
+    /// A line of centres (x, y), table frame, without length or not finite.
     #[error("the line of centres ({0}, {1}) has no direction; expected a finite vector other than 0")]
     NoDirection(f64, f64),
     /// A cue ball that does not move towards the object ball; with its velocity along the line of
@@ -24,18 +24,17 @@ pub enum NotACollision {
         "the cue ball does not approach: its velocity along the line of centres is {} m/s; expected more than 0", .0 + 0.0
     )]
     NotApproaching(f64),
-    /// A μ_s, the first number, that is negative or not below the second, 2 + ν of equal balls:
-    /// from there on 2β_z ≤ 0, and the cloth would drive the slip that it brakes.
+    /// A μ_s that is negative or not below the second number, 2 + ν of equal balls: from there on
+    /// 2β_z ≤ 0, and the cloth would drive the slip that it brakes.
     #[error("mu_s is {0}; expected 0 or more, below {1}")]
     MuSOutOfRange(f64, f64),
-    /// A μ·μ_s, the first number, that is with topspin not below the second, 1 + m_object/m_cue (2
-    /// of equal balls): the impact would never end, as dv_x/dq ≥ 1 + m_object/m_cue − μ_s μ.
+    /// A μ·μ_s that is with topspin not below the second number, 1 + m_object/m_cue: the impact would
+    /// never end, as dv_x/dq ≥ 1 + m_object/m_cue − μ_s μ.
     #[error(
         "mu·mu_s is {0}; expected less than {1} with topspin (1 + object ball's mass over cue ball's), or the balls jam"
     )]
     Jams(f64, f64),
-    /// An integration that takes too many steps. A contact with a small κ oscillates as often as
-    /// 1/√κ; towards κ = 0 the outcome approaches that of a rigid contact as √κ.
+    /// An integration that takes too many steps: a contact oscillates as often as 1/√κ.
     #[error(
         "the integration did not reach the end of the impact at a tolerance of {tolerance:e} and a kappa of {kappa}; expected a larger tolerance or kappa, or the fidelity full (rigid along the surface)"
     )]

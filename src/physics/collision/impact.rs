@@ -23,7 +23,7 @@ pub(super) type Dual<const N: usize> = DualSVec64<N>;
 
 /// Inputs whose derivatives give those by all others: the last two matter to a friction that falls,
 /// the two before them to balls that are not equal.
-const DIFFERENTIATED: [Input; 10] = [
+pub(super) const DIFFERENTIATED: [Input; 10] = [
     Input::Mu,
     Input::MuS,
     Input::E,
@@ -90,7 +90,8 @@ impl Values<f64> {
     pub fn is_off(input: Input, model: &Model) -> bool {
         let effects = model.effects.and(model.fidelity.effects());
         match input {
-            Input::Mu | Input::B | Input::C => !effects.friction,
+            Input::Mu => !effects.friction,
+            Input::B | Input::C => !effects.friction || model.law == Law::Constant,
             Input::MuS => !effects.cloth,
             Input::E | Input::ESlope => !effects.inelasticity,
             Input::MassRatio | Input::RadiusRatio => model.object.is_none(),
@@ -217,31 +218,15 @@ pub(super) fn components<D: Number>(values: &Values<D>, model: &Model, impulses:
     ]
 }
 
-/// Returns the derivatives of the components by the inputs.
-#[inline(always)]
-pub(super) fn derivatives<const N: usize>(
-    components: &[Dual<N>; 12],
-    values: &Values<f64>,
-    model: &Model,
-) -> Jacobian {
-    let mut by = Jacobian::zeros();
-    for (row, component) in components.iter().enumerate() {
-        let slopes = component.eps.0.iter().flatten();
-        for (input, slope) in DIFFERENTIATED.into_iter().zip(slopes) {
-            by[(row, input as usize)] = *slope;
-        }
+/// Completes derivatives: e = e₀ − e₁k, and where the cloth does not act on the cue ball (`plain`) only
+/// U_y + Rω_z counts, no spin about the line of centres.
+pub(super) fn complete(by: &mut Jacobian, values: &Values<f64>, model: &Model, plain: bool) {
+    if plain {
+        let kept = |row: usize| SVector::<f64, 12>::from_fn(|i, _| f64::from(i == row));
+        let by_spin = model.ball.radius * (by.column(Input::VelocityY as usize) - kept(1)) + kept(5);
+        by.set_column(Input::SpinX as usize, &kept(3));
+        by.set_column(Input::SpinZ as usize, &by_spin);
     }
-    complete(&mut by, values, model);
-    by
-}
-
-/// Completes derivatives where the cloth does not act on the cue ball: there only U_y + Rω_z counts,
-/// no spin about the line of centres, and e = e₀ − e₁k.
-pub(super) fn complete(by: &mut Jacobian, values: &Values<f64>, model: &Model) {
-    let kept = |row: usize| SVector::<f64, 12>::from_fn(|i, _| f64::from(i == row));
-    let by_spin = model.ball.radius * (by.column(Input::VelocityY as usize) - kept(1)) + kept(5);
-    by.set_column(Input::SpinX as usize, &kept(3));
-    by.set_column(Input::SpinZ as usize, &by_spin);
     let by_slope = -values[Input::VelocityX] * by.column(Input::E as usize);
     by.set_column(Input::ESlope as usize, &by_slope);
 }

@@ -9,7 +9,6 @@ use nalgebra::SVector;
 use super::contact::{EVENTS, Mode, N, Shot, State};
 use super::impact::{Values, complete, components};
 use super::{Fidelity, Input, Jacobian, Model, Outcome, Regime};
-use crate::physics::friction_law::Law;
 
 /// Largest number of steps. Impacts take some dozen to some hundred; stiff contacts shake.
 const MAX_STEPS: usize = 300_000;
@@ -36,19 +35,15 @@ const LEAST_E: f64 = 1e-6;
 /// A step: its mode and length, and if it ends with an event, that event's function there and its
 /// slope.
 #[derive(Clone, Copy, Debug)]
-struct Step {
+pub(super) struct Step {
     mode: Mode,
     length: f64,
     event: Option<(usize, f64, f64)>,
 }
 
-/// Returns the outcome to the tolerance of the model; `None` if it takes too many steps.
-pub(super) fn collide(values: &Values<f64>, model: &Model) -> Option<Outcome> {
-    Some(solve(values, model)?.0)
-}
-
-/// Returns the outcome, and the steps to it.
-fn solve(values: &Values<f64>, model: &Model) -> Option<(Outcome, Vec<Step>)> {
+/// Returns the outcome to the tolerance of the model, and the steps to it; `None` if these are too
+/// many.
+pub(super) fn solve(values: &Values<f64>, model: &Model) -> Option<(Outcome, Vec<Step>)> {
     let shot = Shot::new(values, model);
     let mut steps = Vec::with_capacity(64);
     let y = integrate(&shot, model.tolerance, &mut steps)?;
@@ -66,40 +61,29 @@ pub(super) fn differentiate(values: &Values<f64>, model: &Model) -> Option<(Outc
     let least = LEAST_E - (values[Input::E] - values[Input::ESlope] * k);
     if least > 0.0 && model.effects.inelasticity {
         values = values.moved(Input::E, least);
-        let longer;
-        (longer, steps) = solve(&values, model)?;
-        here = longer.components();
+        let longer = solve(&values, model)?;
+        (here, steps) = (longer.0.components(), longer.1);
     }
     let beside = |values: &Values<f64>| {
         let shot = Shot::new(values, model);
         let y = follow(&shot, &steps);
         SVector::from(components(values, model, &shot.impulses(values, model, &y)))
     };
-    let column = |input: Input| {
-        let step = match input {
-            Input::VelocityX | Input::VelocityY => DERIVATIVE_STEP * k,
-            Input::SpinX | Input::SpinY | Input::SpinZ => DERIVATIVE_STEP * k / radius,
-            Input::Kappa => DERIVATIVE_STEP * model.kappa,
-            _ => DERIVATIVE_STEP,
-        };
-        (beside(&values.moved(input, step)) - here) / step
-    };
     let plain = model.fidelity == Fidelity::Ode;
     let mut by = Jacobian::zeros();
-    for (i, input) in Input::ALL.into_iter().enumerate() {
-        let found = match input {
-            _ if Values::is_off(input, model) => continue,
+    for input in Input::ALL.into_iter().filter(|input| !Values::is_off(*input, model)) {
+        let scale = match input {
             Input::SpinX | Input::SpinZ if plain => continue,
-            // e = e₀ − e₁k
-            Input::ESlope => -k * by.column(Input::E as usize),
-            Input::B | Input::C if model.law == Law::Constant => continue,
-            _ => column(input),
+            Input::ESlope => continue,
+            Input::VelocityX | Input::VelocityY => k,
+            Input::SpinX | Input::SpinY | Input::SpinZ => k / radius,
+            Input::Kappa => model.kappa,
+            _ => 1.0,
         };
-        by.set_column(i, &found);
+        let step = DERIVATIVE_STEP * scale;
+        by.set_column(input as usize, &((beside(&values.moved(input, step)) - here) / step));
     }
-    if plain {
-        complete(&mut by, &values, model);
-    }
+    complete(&mut by, &values, model, plain);
     Some((outcome, by))
 }
 
@@ -117,7 +101,7 @@ fn integrate(shot: &Shot, tolerance: f64, steps: &mut Vec<Step>) -> Option<State
             rates = shot.rates(&mode, &y);
         }
         h = h.min(longest);
-        let (there, rates_there, error) = step::<true>(shot, &mode, &y, &rates, h);
+        let (there, rates_there, error) = step(shot, &mode, &y, &rates, h);
         let factor = 0.9 * (tolerance / error.max(f64::MIN_POSITIVE)).powf(0.2);
         if !(error <= tolerance) {
             h *= if factor > 0.1 { factor.min(0.9) } else { 0.1 };
@@ -167,12 +151,10 @@ fn locate(
 ) -> (f64, State, f64, f64) {
     let mut trials = 0;
     loop {
-        let state = step::<false>(shot, mode, y, rates, at).0;
-        let value = shot.events(mode, &state)[event];
-        let rates = shot.rates(mode, &state);
-        let [later, earlier] =
-            [PROBE * h, -PROBE * h].map(|dt| shot.events(mode, &ahead(&state, dt, [&rates], [1.0]))[event]);
-        let slope = (later - earlier) / (2.0 * PROBE * h);
+        let (state, rates, _) = step(shot, mode, y, rates, at);
+        let function = |after: f64| shot.events(mode, &ahead(&state, after, [&rates], [1.0]))[event];
+        let value = function(0.0);
+        let slope = (function(PROBE * h) - function(-PROBE * h)) / (2.0 * PROBE * h);
         let off = value / slope;
         trials += 1;
         if !(off.abs() >= LOCATED * h) || trials == MAX_TRIALS {
@@ -189,25 +171,19 @@ fn follow(shot: &Shot, steps: &[Step]) -> State {
     for Step { mode: next, length, event } in steps {
         shot.change(&mode, next, &mut y);
         mode = *next;
-        y = step::<false>(shot, next, &y, &shot.rates(next, &y), *length).0;
+        let (there, rates, _) = step(shot, next, &y, &shot.rates(next, &y), *length);
+        y = there;
         if let Some((event, value, slope)) = event {
             let later = (value - shot.events(next, &y)[*event]) / slope;
-            y = ahead(&y, later, [&shot.rates(next, &y)], [1.0]);
+            y = ahead(&y, later, [&rates], [1.0]);
         }
     }
     y
 }
 
-/// Returns the state after a step of order 5; with `ESTIMATES` also its rates there and the largest
-/// error.
+/// Returns the state after a step of order 5, its rates there and the largest error.
 #[inline(never)]
-fn step<const ESTIMATES: bool>(
-    shot: &Shot,
-    mode: &Mode,
-    y: &State,
-    k1: &State,
-    h: f64,
-) -> (State, State, f64) {
+fn step(shot: &Shot, mode: &Mode, y: &State, k1: &State, h: f64) -> (State, State, f64) {
     let rates = |y: &State| shot.rates(mode, y);
     let k2 = rates(&ahead(y, h, [k1], A2));
     let k3 = rates(&ahead(y, h, [k1, &k2], A3));
@@ -215,9 +191,6 @@ fn step<const ESTIMATES: bool>(
     let k5 = rates(&ahead(y, h, [k1, &k2, &k3, &k4], A5));
     let k6 = rates(&ahead(y, h, [k1, &k2, &k3, &k4, &k5], A6));
     let there = ahead(y, h, [k1, &k3, &k4, &k5, &k6], B);
-    if !ESTIMATES {
-        return (there, k6, 0.0);
-    }
     let k7 = rates(&there);
     let error = ahead(&[0.0; N], h, [k1, &k3, &k4, &k5, &k6, &k7], E);
     // also finds a NaN

@@ -1,6 +1,6 @@
 //! The methods of a model.
 
-use super::impact::{Impact, Values, components, derivatives};
+use super::impact::{DIFFERENTIATED, Impact, Values, complete, components};
 use super::{
     Coefficients, Effects, Fidelity, Input, Jacobian, MASS_RATIOS, MAX_KAPPA, MAX_SPEED, MAX_TOLERANCE,
     MIN_SPEED, MIN_TOLERANCE, Model, NotACollision, Outcome, POISSON, integrator, kappa, simple,
@@ -124,7 +124,7 @@ impl Model {
         let values = Values::new(self, cue, coefficients);
         self.validate(cue, coefficients, &values)?;
         if self.fidelity.is_integrated() {
-            return integrator::collide(&values, self).ok_or(self.not_integrated());
+            return self.integrate(&values);
         }
         Ok(self.solve(&values).0)
     }
@@ -195,7 +195,7 @@ impl Model {
         };
         // the outcome of ode has its tolerance, its derivatives are those of the same equations
         let outcome = match self.fidelity {
-            Fidelity::Ode => integrator::collide(&values, self).ok_or(self.not_integrated())?,
+            Fidelity::Ode => self.integrate(&values)?,
             _ => closed,
         };
         Ok((outcome, by))
@@ -210,7 +210,19 @@ impl Model {
         } else {
             sliding::differentiate(&impact, ways)
         };
-        derivatives(&components(&dual, self, &impact.impulses(&dual, impulses)), values, self)
+        let components = components(&dual, self, &impact.impulses(&dual, impulses));
+        let mut by = Jacobian::zeros();
+        for (row, component) in components.iter().enumerate() {
+            for (input, slope) in DIFFERENTIATED.into_iter().zip(component.eps.0.iter().flatten()) {
+                by[(row, input as usize)] = *slope;
+            }
+        }
+        complete(&mut by, values, self, true);
+        by
+    }
+
+    fn integrate(&self, values: &Values<f64>) -> Result<Outcome, NotACollision> {
+        integrator::solve(values, self).map(|(outcome, _)| outcome).ok_or(self.not_integrated())
     }
 
     #[cold]
@@ -300,12 +312,9 @@ fn check_ball(ball: &Ball) -> Result<(), NotACollision> {
 #[inline(always)]
 fn check_motion(cue: &BallState, radius: f64) -> Result<(), NotACollision> {
     let BallState { velocity: v, spin } = cue;
-    let numbers = [v.x, v.y, v.z, spin.x, spin.y, spin.z];
-    if !numbers.iter().all(|value| value.is_finite()) {
-        const NAMES: [&str; 6] = ["velocity_x", "velocity_y", "velocity_z", "omega_x", "omega_y", "omega_z"];
-        for (name, value) in NAMES.into_iter().zip(numbers) {
-            within(value.is_finite(), name, value, "a finite number")?;
-        }
+    let names = ["velocity_x", "velocity_y", "velocity_z", "omega_x", "omega_y", "omega_z"];
+    for (name, value) in names.into_iter().zip([v.x, v.y, v.z, spin.x, spin.y, spin.z]) {
+        within(value.is_finite(), name, value, "a finite number")?;
     }
     within(v.z == 0.0, "velocity_z", v.z, "0: a ball that stays on the cloth")?;
     if v.x <= 0.0 {

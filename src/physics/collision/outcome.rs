@@ -37,13 +37,12 @@ impl Outcome {
     }
 }
 
-/// The derivatives of an outcome, in SI units and radians. The rows are the velocity and the spin
-/// of the cue ball, then those of the object ball, x, y and z of each; the columns are the
-/// [`Input`]s.
+/// The derivatives of an outcome, in SI units and radians, by the [`Input`]s. The rows are the
+/// velocity and the spin of the cue ball, then those of the object ball, x, y and z of each.
 pub type Jacobian = SMatrix<f64, 12, { Input::COUNT }>;
 
 worded! {
-    /// The inputs of an outcome: the columns of [`Jacobian`].
+    /// The inputs of an outcome, before the impact: the columns of [`Jacobian`].
     #[derive(Clone, Copy, Debug, PartialEq, Eq)]
     pub enum Input {
         /// Friction between the balls μ, dimensionless.
@@ -52,17 +51,15 @@ worded! {
         MuS = "mu_s",
         /// Coefficient of restitution e, dimensionless; e₀ if it falls with the closing speed.
         E = "e",
-        /// The cue ball's velocity before the impact along the line of centres, U cos φ, m/s.
+        /// The cue ball's velocity along the line of centres, U cos φ, m/s.
         VelocityX = "velocity_x",
-        /// The cue ball's velocity before the impact across the line of centres, U sin φ, m/s.
+        /// The cue ball's velocity across the line of centres, U sin φ, m/s.
         VelocityY = "velocity_y",
-        /// The cue ball's angular velocity before the impact about the line of centres, ω_x, rad/s.
+        /// The cue ball's angular velocity about the line of centres, ω_x, rad/s.
         SpinX = "omega_x",
-        /// The cue ball's angular velocity before the impact about the horizontal axis across the
-        /// line of centres, ω_y, rad/s: positive for topspin, negative for draw.
+        /// ω_y, rad/s, about the horizontal axis across it: positive for topspin, negative for draw.
         SpinY = "omega_y",
-        /// The cue ball's angular velocity before the impact about the vertical, ω_z, rad/s: its
-        /// side spin, positive counterclockwise as seen from above.
+        /// ω_z, rad/s, about the vertical: side spin, positive counterclockwise from above.
         SpinZ = "omega_z",
         /// b of a friction that falls with the slip, μ(v) = μ + b exp(−c v), dimensionless.
         B = "mu_b",

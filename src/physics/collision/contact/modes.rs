@@ -20,14 +20,6 @@ const HIDDEN: f64 = 1e-10;
 /// Friction whose cosine to the slip is above this may follow it.
 const ALIGNED: f64 = 0.999_9;
 
-/// The friction along the slip, the angle by which it lags behind to first order, and the next
-/// order's part of it.
-struct Lag {
-    along: Pair,
-    first: f64,
-    second: f64,
-}
-
 impl Shot {
     /// The mode at first contact: it slides if |v| > μκ.
     pub fn first_mode(&self) -> Mode {
@@ -65,53 +57,47 @@ impl Shot {
         match mode.grip {
             Grip::Stuck => phi,
             Grip::Stopped => Pair::zeros(),
-            Grip::Rigid => {
-                let speed = v.norm();
-                v * (-self.friction(speed) / speed.max(f64::MIN_POSITIVE))
-            }
+            Grip::Rigid => self.along(v),
             Grip::Slides => phi * (self.friction(v.norm()) / phi.norm()),
             Grip::Follows => {
-                let Lag { along, first, second } = self.lag(mode, y, v);
+                let (along, [first, second]) = (self.along(v), self.lag(mode, y, v));
                 along + first * (1.0 - second) * Pair::new(along.y, -along.x)
             }
         }
     }
 
-    /// How friction that follows the slip lags behind it.
+    /// φ against the slip.
     #[inline(always)]
-    fn lag(&self, mode: &Mode, y: &State, v: Pair) -> Lag {
-        let [stretch, _] = self.phase(mode);
+    fn along(&self, v: Pair) -> Pair {
         let speed = v.norm();
-        let (mu, per_speed) = (self.friction(speed), 1.0 / speed);
-        let along = -mu * per_speed * v;
-        let rate = per_speed * per_speed * self.slip_by(&self.forces(mode, y, along));
+        v * (-self.friction(speed) / speed.max(f64::MIN_POSITIVE))
+    }
+
+    /// The angle by which friction that follows the slip lags behind it to first order, and the next
+    /// order's part of it.
+    #[inline(always)]
+    fn lag(&self, mode: &Mode, y: &State, v: Pair) -> [f64; 2] {
+        let ([stretch, _], speed) = (self.phase(mode), v.norm());
+        let rate = self.slip_by(&self.forces(mode, y, self.along(v))) / (speed * speed);
         // 1/ρ over R; α'/ρ grows as R⁵/|v|²
-        let slow = mu * self.kappa * per_speed / (3.0 * stretch);
+        let slow = self.friction(speed) * self.kappa / (3.0 * stretch * speed);
         let second = slow * (-5.0 * self.v_x(y) / stretch - 2.0 * y[R] * v.dot(&rate));
-        Lag { along, first: v.perp(&rate) * slow * y[R], second }
+        [v.perp(&rate) * slow * y[R], second]
     }
 
     /// Whether the lag's third order is within a part of what is allowed.
     fn can_follow(&self, mode: &Mode, y: &State, v: Pair, part: f64) -> bool {
         let ([stretch, _], speed) = (self.phase(mode), v.norm());
         let mu = self.friction(speed);
-        if stretch * speed * part <= FOLLOWS * mu * self.kappa {
-            return false;
-        }
-        let Lag { first, second, .. } = self.lag(mode, y, v);
+        let [first, second] = self.lag(mode, y, v);
         // the impulse to there is of the order of R⁵
-        (first * second * second).abs() * mu * y[R].powi(5) < part * NEGLIGIBLE * self.tolerance
+        let error = (first * second * second).abs() * mu * y[R].powi(5);
+        stretch * speed * part > FOLLOWS * mu * self.kappa && error < part * NEGLIGIBLE * self.tolerance
     }
 
     /// R, but not less than it matters.
     pub(super) fn root(&self, mode: &Mode, y: &State) -> f64 {
         y[R].max(self.least_root[usize::from(mode.restitution)])
-    }
-
-    /// ρ.
-    fn turning(&self, mode: &Mode, y: &State, speed: f64) -> f64 {
-        let [stretch, _] = self.phase(mode);
-        3.0 * stretch * speed / (self.kappa * self.friction(speed) * self.root(mode, y))
     }
 
     /// Positive while a contact slides on.
@@ -140,22 +126,23 @@ impl Shot {
             return (Mode { grip: Grip::Follows, ..*mode }, MAX_STEP);
         }
         let v = self.slip(y);
-        let (speed, phi) = (v.norm(), pair(y, PHI));
-        let turning = self.turning(mode, y, speed);
-        let is_aligned = || -v.dot(&phi) > ALIGNED * speed * phi.norm();
+        let (speed, phi, root) = (v.norm(), pair(y, PHI), self.root(mode, y));
+        let (mu, [stretch, _]) = (self.friction(speed), self.phase(mode));
+        let is_aligned = -v.dot(&phi) > ALIGNED * speed * phi.norm();
         // events that roundings at the beginning of a step have hidden
-        let beyond = || phi.norm() / self.friction(speed) - 1.0;
+        let is_beyond = phi.norm() > mu * (1.0 + HIDDEN);
         let slides_on = || self.slides_on(mode, y, v, self.phi(mode, y, v));
         let grip = match mode.grip {
             Grip::Slides if slides_on() < -HIDDEN => Grip::Stuck,
-            Grip::Stuck if beyond() > HIDDEN && slides_on() > 0.0 => Grip::Slides,
-            Grip::Slides if is_aligned() && self.can_follow(mode, y, v, 0.5) => Grip::Follows,
+            Grip::Stuck if is_beyond && slides_on() > 0.0 => Grip::Slides,
+            Grip::Slides if is_aligned && self.can_follow(mode, y, v, 0.5) => Grip::Follows,
             Grip::Follows if !self.can_follow(mode, y, v, 1.0) => Grip::Slides,
             grip => grip,
         };
         let longest = match grip {
-            Grip::Stuck => self.root(mode, y),
-            Grip::Slides => STABLE / turning,
+            Grip::Stuck => root,
+            // a part of 1/ρ
+            Grip::Slides => STABLE * self.kappa * mu * root / (3.0 * stretch * speed),
             _ => MAX_STEP,
         };
         (Mode { grip, ..*mode }, longest.min(MAX_STEP))
@@ -180,29 +167,19 @@ impl Shot {
             let phi = self.phi(from, y, self.slip(y));
             y[PHI..].copy_from_slice(phi.as_slice());
         }
-        for b in 0..2 {
-            match (from.up[b], to.up[b]) {
-                (true, false) => self.land(b, y),
-                (false, true) => (y[UP[b]], y[HEIGHT[b]]) = (0.0, 0.0),
-                _ => {}
-            }
-        }
-    }
-
-    /// The cloth stops a ball that lands with an impulse, and friction in proportion to it, at most
-    /// what stops the slip.
-    fn land(&self, ball: usize, y: &mut State) {
-        let fallen = -y[UP[ball]];
-        (y[UP[ball]], y[HEIGHT[ball]]) = (0.0, 0.0);
-        let slip = self.cloth_slips(y)[ball];
-        let speed = slip.norm();
-        if fallen > 0.0 && speed > 0.0 && self.cloth_turning {
-            // per unit of the object ball's mass
-            let mass = if ball == 0 { 1.0 / self.per_r } else { 1.0 };
-            let stops = mass * speed / (1.0 + self.per_nu[ball]);
-            let impulse = (self.mu_cloth[ball] * mass * fallen).min(stops);
-            for i in 0..2 {
-                y[CLOTH[ball] + i] -= impulse * slip[i] / speed;
+        for b in (0..2).filter(|b| from.up[*b] != to.up[*b]) {
+            let fallen = -y[UP[b]];
+            (y[UP[b]], y[HEIGHT[b]]) = (0.0, 0.0);
+            let slip = self.cloth_slips(y)[b];
+            let speed = slip.norm();
+            if from.up[b] && fallen > 0.0 && speed > 0.0 && self.cloth_turning {
+                // the cloth stops a ball that lands with an impulse, and friction in proportion to it, at
+                // most what stops the slip; per unit of the object ball's mass
+                let mass = if b == 0 { 1.0 / self.per_r } else { 1.0 };
+                let stops = mass * speed / (1.0 + self.per_nu[b]);
+                let impulse = (self.mu_cloth[b] * mass * fallen).min(stops);
+                let cloth = pair(y, CLOTH[b]) - impulse / speed * slip;
+                y[CLOTH[b]..CLOTH[b] + 2].copy_from_slice(cloth.as_slice());
             }
         }
     }
