@@ -9,7 +9,7 @@ use crate::report::extracted;
 use crate::report::write::dataset_folder;
 
 use super::progress::{self, Progress};
-use super::{Failure, print, print_lines, unless_none};
+use super::{Failure, print, unless_none};
 
 /// Finds the impact of every shot and writes OUT/NAME/: a data set of kind "impacts" with uncertainties
 /// (dataset.toml, impacts.csv), what was left out and why (left-out.csv), and a picture of each shot (shots/).
@@ -74,9 +74,7 @@ pub(super) fn run(args: &Args) -> Result<(), Failure> {
             let (name, shots, count) = (&dataset.name, count_of(shots, "shot"), left_out.len());
             print(&format!("{name}: {shots} extracted, {count} left out; see {}\n", folder.display()))?;
             let left_out = left_out.iter().map(|line| format!("left out: {line}"));
-            let lines: Vec<String> =
-                notes.into_iter().chain(left_out).map(|line| format!("  {line}")).collect();
-            print_lines(&lines)?;
+            print(&notes.into_iter().chain(left_out).map(|line| format!("  {line}\n")).collect::<String>())?;
         }
     }
     drop(progress);

@@ -6,7 +6,6 @@ use crate::fit::{self, Falling, Fit, Options};
 use crate::measurement::dataset::Dataset;
 use crate::measurement::loss::Loss;
 use crate::physics::collision::FidelityChoice;
-use crate::physics::friction_law::Law;
 use crate::report;
 use crate::report::document;
 use crate::report::stored::{self, Stored};
@@ -14,7 +13,7 @@ use crate::report::terminal;
 
 use super::progress::{self, Progress};
 use super::table_only::{Told, is_table};
-use super::{Failure, print, print_lines, unless_none};
+use super::{Failure, print, unless_none};
 
 /// The report in the folder of a fit.
 const REPORT: &str = "report.html";
@@ -68,9 +67,9 @@ fn falling(text: &str) -> Result<Falling, String> {
     if text.trim() == "fit" {
         return Ok(Falling::Fitted);
     }
-    match super::law(text).map_err(|error| format!("{error}, or fit"))? {
-        Law::Exponential { b, c } => Ok(Falling::Held { b, c }),
-        Law::Constant => Ok(Falling::AsStated),
+    match text.split(',').map(super::number).collect::<Result<Vec<_>, _>>()?[..] {
+        [b, c] => Ok(Falling::Held { b, c }),
+        _ => Err(format!("\"{text}\"; expected fit, or two numbers, b,c with c in s/m")),
     }
 }
 
@@ -118,7 +117,15 @@ pub(super) fn run(args: &Args) -> Result<(), Failure> {
     let (datasets, assumed) = load(args)?;
     let baseline = args.baseline.as_deref().map(Stored::read).transpose()?;
     let progress = Progress::over_shots(&datasets, args.bootstrap);
-    let (options, mut fits, mut failed, mut status) = (options(args), Vec::new(), Vec::new(), 1);
+    let options = Options {
+        fidelity: args.fidelity,
+        falling: args.falling.unwrap_or_default(),
+        loss: args.loss,
+        bootstrap: args.bootstrap,
+        seed: args.seed,
+        ..Options::default()
+    };
+    let (mut fits, mut failed, mut status) = (Vec::new(), Vec::new(), 1);
     for dataset in datasets {
         progress.step(&dataset.name);
         match fit::fit_watched(&dataset, &options, &|| progress.done()) {
@@ -134,23 +141,17 @@ pub(super) fn run(args: &Args) -> Result<(), Failure> {
         return unless_none(&failed, status);
     }
     let mut moved = Vec::new();
-    if let Some(baseline) = &baseline {
-        for fit in fits.iter().flatten() {
-            moved.extend(baseline.moved(fit)?);
-        }
+    for (baseline, fit) in baseline.iter().flat_map(|own| fits.iter().flatten().map(move |fit| (own, fit))) {
+        moved.extend(baseline.moved(fit)?);
     }
     // what moved is not written over what it moved from
     let written = if moved.is_empty() { &fits[..] } else { &[] };
     written.iter().try_for_each(|found| report::write(found, &args.out))?;
     let report = match written {
         [] => String::new(),
-        [one] => {
-            let path = report::fit_folder(one, &args.out).join(REPORT);
-            format!("\nReport: {}\n", path.display())
-        }
+        [one] => format!("\nReport: {}\n", report::fit_folder(one, &args.out).join(REPORT).display()),
         all => {
-            let path = args.out.join("*").join(REPORT);
-            format!("\nReports: {} ({} data sets)\n", path.display(), all.len())
+            format!("\nReports: {} ({} data sets)\n", args.out.join("*").join(REPORT).display(), all.len())
         }
     };
     drop(progress);
@@ -158,8 +159,9 @@ pub(super) fn run(args: &Args) -> Result<(), Failure> {
     if args.json {
         print(&document::text(&fits)?)?;
     } else {
-        print_lines(&assumed)?;
-        print(if assumed.is_empty() { "" } else { "\n" })?;
+        if !assumed.is_empty() {
+            print(&(assumed.join("\n") + "\n\n"))?;
+        }
         print(&if args.all { report::fit::as_text(&fits) } else { terminal::overview(&fits) })?;
         print(&report)?;
     }
@@ -168,15 +170,4 @@ pub(super) fn run(args: &Args) -> Result<(), Failure> {
         failed.push(format!("the fit is no longer that of the baseline:\n{}", table.trim_end()));
     }
     unless_none(&failed, 1)
-}
-
-fn options(args: &Args) -> Options {
-    Options {
-        fidelity: args.fidelity,
-        falling: args.falling.unwrap_or_default(),
-        loss: args.loss,
-        bootstrap: args.bootstrap,
-        seed: args.seed,
-        ..Options::default()
-    }
 }

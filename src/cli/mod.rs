@@ -32,7 +32,6 @@ use std::process::ExitCode;
 use crate::compare::CompareError;
 use crate::fit::FitError;
 use crate::physics::collision::{Fidelity, FidelityChoice, MAX_TOLERANCE, MIN_TOLERANCE, NotACollision};
-use crate::physics::friction_law::Law;
 use crate::report::ReportError;
 use clap::builder::{PossibleValue, PossibleValuesParser, TypedValueParser};
 use clap::{Parser, Subcommand};
@@ -57,36 +56,49 @@ struct Cli {
     command: Command,
 }
 
-#[derive(Subcommand)]
-enum Command {
+/// Defines the commands, each with its arguments and the function that runs it.
+macro_rules! commands {
+    ($($(#[$about:meta])* $name:ident($args:ty) => $run:path,)+) => {
+        #[derive(Subcommand)]
+        enum Command { $($(#[$about])* $name($args)),+ }
+
+        impl Command {
+            fn run(&self) -> Result<(), Failure> {
+                match self { $(Self::$name(args) => $run(args)),+ }
+            }
+        }
+    };
+}
+
+commands! {
     /// Fit μ, μ_s and e to data sets; writes fits/NAME/ and prints a table
-    Fit(fit::Args),
+    Fit(fit::Args) => fit::run,
     /// Which parameters differ between cloths or balls, by how much, how surely
-    Compare(compare::Args),
+    Compare(compare::Args) => compare::run,
     /// Compute one collision, or a file of them
-    Collide(collide::Args),
+    Collide(collide::Args) => collide::run,
     /// Find the impacts in tracks; writes OUT/NAME/ with velocities, uncertainties and pictures
-    Extract(extract::Args),
+    Extract(extract::Args) => extract::run,
     /// What accuracy costs in time: error against time of every fidelity
-    Accuracy(accuracy::Args),
+    Accuracy(accuracy::Args) => accuracy::run,
     /// Which shots to film: standard errors before they are played, and how many shots are needed
-    Design(design::Args),
+    Design(design::Args) => design::run,
     /// Make a synthetic data set from known parameters and noise
-    Synth(synth::Args),
+    Synth(synth::Args) => synth::run,
     /// Write a dataset.toml for CSV files, with what they do not tell left blank
-    Init(init::Args),
+    Init(init::Args) => init::run,
     /// Say everything that is wrong or suspicious about data sets, without fitting
-    Check(check::Args),
+    Check(check::Args) => check::run,
     /// Print fitted parameters for the simulator pooltool
-    Export(export::Args),
+    Export(export::Args) => export::run,
     /// Copy a small complete example to try everything on
-    Example(example::Args),
+    Example(example::Args) => example::run,
     /// Print the JSON Schema of fit.json, compare.json, and what other commands print with --json
-    Schema(help::Schema),
+    Schema(help::Schema) => help::schema,
     /// Print completions for a shell
-    Completions(help::Completions),
+    Completions(help::Completions) => help::completions,
     /// Print the help of a command, or a page of the guide
-    Help(help::Args),
+    Help(help::Args) => help::run,
 }
 
 /// Why a command ended without its result: the exit status, and what went wrong.
@@ -134,14 +146,6 @@ fn number(text: &str) -> Result<f64, String> {
     text.trim().parse().map_err(|_| format!("\"{text}\" is not a number"))
 }
 
-/// Returns the law of a friction that falls with the slip, from B,C.
-fn law(text: &str) -> Result<Law, String> {
-    match text.split(',').map(number).collect::<Result<Vec<_>, _>>()?[..] {
-        [b, c] => Ok(Law::Exponential { b, c }),
-        _ => Err(format!("\"{text}\"; expected two numbers, b,c with c in s/m")),
-    }
-}
-
 /// Returns a parser of values by their names, which completions offer.
 fn named<T: Copy + Send + Sync + 'static, const N: usize>(
     all: [T; N],
@@ -154,29 +158,9 @@ fn named<T: Copy + Send + Sync + 'static, const N: usize>(
 
 /// Runs the command that the arguments name; returns the exit status.
 pub fn run() -> ExitCode {
-    let result = match Cli::parse().command {
-        Command::Fit(args) => fit::run(&args),
-        Command::Compare(args) => compare::run(&args),
-        Command::Collide(args) => collide::run(&args),
-        Command::Extract(args) => extract::run(&args),
-        Command::Accuracy(args) => accuracy::run(&args),
-        Command::Design(args) => design::run(&args),
-        Command::Synth(args) => synth::run(&args),
-        Command::Init(args) => init::run(&args),
-        Command::Check(args) => check::run(&args),
-        Command::Export(args) => export::run(&args),
-        Command::Completions(args) => help::completions(&args),
-        Command::Example(args) => example::run(&args),
-        Command::Schema(args) => help::schema(&args),
-        Command::Help(args) => help::run(&args),
-    };
-    match result {
-        Ok(()) => ExitCode::SUCCESS,
-        Err(failure) => {
-            eprintln!("error: {}", failure.message);
-            ExitCode::from(failure.status)
-        }
-    }
+    let Err(failure) = Cli::parse().command.run() else { return ExitCode::SUCCESS };
+    eprintln!("error: {}", failure.message);
+    ExitCode::from(failure.status)
 }
 
 fn print_lines(lines: &[String]) -> Result<(), Failure> {
