@@ -30,9 +30,6 @@ pub(super) const SAME_MU: f64 = 0.3;
 /// Rounds after which the states of spins stay as they are.
 const MAX_STATE_ROUNDS: usize = 5;
 
-/// Times that the finer model of the contact is computed.
-const WEIGHINGS: usize = 3;
-
 /// Rounds of noise, spreads and spin states, typical are 3.
 const MAX_ROUNDS: usize = 10;
 
@@ -135,14 +132,13 @@ pub(crate) fn thin(problem: &Problem, state: &State) -> Thinned {
     Thinned { problem, state, factor: count as f64 / ENOUGH_SHOTS as f64 }
 }
 
-/// Minimises with what weight and cloth do during the contact, which is computed where each descent ends.
-pub(crate) fn descend_weighed(problem: &mut Problem, mut state: State) -> Descent {
-    for _ in 1..WEIGHINGS {
-        problem.weigh(&state);
-        state = descend_with_noise(problem, state).end.state;
-    }
+/// Minimises with what weight and cloth do during the contact, computed at `state` and once more after the
+/// fit has moved.
+pub(crate) fn descend_weighed(problem: &mut Problem, state: State) -> Descent {
     problem.weigh(&state);
-    descend_with_noise(problem, state)
+    let moved = descend_with_noise(problem, state).end.state;
+    problem.weigh(&moved);
+    descend_with_noise(problem, moved)
 }
 
 /// Minimises over everything free, and again with the noise and the spreads that the residuals show
