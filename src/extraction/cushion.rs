@@ -4,7 +4,6 @@
 use super::initial_guess::{Path, from_paths, time_before_impact};
 use crate::film::frame_noise::noise;
 use crate::measurement::track::{Sample, TrackShot};
-use crate::numerics::SIGNIFICANT;
 use crate::physics::ball::Ball;
 
 /// Frames on either side of a corner with a line each; longer lines show gentler corners.
@@ -14,6 +13,9 @@ const LONG_SIDE_FRAMES: usize = 12;
 /// Least change of velocity at a corner, as a part of the speed before it: the cloth changes the
 /// velocity by less than 2 % in as many frames, at 100 frames per second and 1 m/s.
 const MIN_TURN: f64 = 0.2;
+
+/// Least change of velocity at a corner, in standard errors of the difference of two slopes.
+const MIN_TURN_ERRORS: f64 = 8.0;
 
 /// Largest distance from the lines, as a part of the change of velocity times a frame: a frame that
 /// was dropped within a side leaves 0.75 or more.
@@ -28,6 +30,9 @@ const MIN_TURN_AFTER: f64 = 0.03;
 
 /// Steepest deceleration by a cloth, m/s²: a sliding friction of 0.4.
 const MAX_DECELERATION: f64 = 4.0;
+
+/// Residual that some of a dozen frames reach, in standard deviations of the noise.
+const MAX_NOISE: f64 = 4.0;
 
 /// Removes the cue ball's frames up to the last corner before the impact; returns whether one
 /// exists.
@@ -64,7 +69,7 @@ pub(crate) fn leave_out_after_cushion(shot: &mut TrackShot, ball: &Ball) -> bool
 
 /// Returns the index of the first frame after the first corner.
 fn first_corner(samples: &[Sample], side: usize, (fps, noise): (f64, f64), least: f64) -> Option<usize> {
-    let corners = corners(samples, side, (fps, noise), (|_| least, SIGNIFICANT * noise));
+    let corners = corners(samples, side, (fps, noise), (|_| least, MAX_NOISE * noise));
     let (first, _) = *corners.first()?;
     largest(corners.iter().filter(|(at, _)| *at < first + side))
 }
@@ -93,7 +98,7 @@ fn corners(
     let frame = fps.recip();
     // of a least-squares slope, per frame, and of the difference of two
     let n = side as f64;
-    let error = SIGNIFICANT * noise * (24.0 / (n * (n * n - 1.0))).sqrt();
+    let error = MIN_TURN_ERRORS * noise * (24.0 / (n * (n * n - 1.0))).sqrt();
     let turn = |at: usize| {
         let sides = [&samples[at - side..at], &samples[at..at + side]];
         let [early, late] = sides.map(|side| Path::line(side, side[0].t));

@@ -5,7 +5,7 @@ use statrs::distribution::{ContinuousCDF, Normal as Gauss, StudentsT};
 
 use super::identifiability::worst_direction;
 use super::problem::{Evaluation, Problem};
-use super::profile::PRECISION;
+use super::profile::{DIFFERENT, PRECISION};
 use super::solution::Solution;
 use super::uncertainty::Estimates;
 use super::unknowns::{Id, Mode};
@@ -16,9 +16,6 @@ use crate::physics::name::{by_name, worded};
 /// range.
 const SAME_CHI2: f64 = 1e-12;
 const HALVINGS: usize = 45;
-
-/// Part of t·error by which a profile differs from that of a parabola, from which on it is the interval.
-pub(super) const DIFFERENT: f64 = 0.1;
 
 /// Number of shots of a table beyond which profiles are followed only if χ² is not a parabola.
 const MANY_SHOTS: usize = 1000;

@@ -177,7 +177,8 @@ impl Problem {
     pub(crate) fn is_weighed(&self) -> bool {
         let is_corrected = |sample: &Sample| match &sample.block {
             Block::Film(film) => film.world.contact.is_corrected(),
-            other => other.count_corrected() > 0,
+            Block::Rows(rows) => rows.contact.is_corrected(),
+            Block::Discs(_) => false,
         };
         self.samples.iter().any(is_corrected)
     }

@@ -8,10 +8,12 @@ use nalgebra::{DVector, Matrix2, Vector2};
 use rayon::prelude::*;
 
 use super::descent::descend;
-use super::intervals::DIFFERENT;
 use super::problem::{Evaluation, Problem};
 use super::solution::Solution;
 use super::unknowns::Id;
+
+/// Part of t·error by which a profile differs from that of a parabola, from which on it is the interval.
+pub(super) const DIFFERENT: f64 = 0.1;
 
 /// Relative precision of the root of the rise of χ² at an end.
 pub(super) const PRECISION: f64 = 2e-3;

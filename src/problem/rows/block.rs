@@ -91,7 +91,10 @@ impl RowsBlock {
     /// Gives the shots whose speed is known the difference of the outcome with the balls' weight as their
     /// offset.
     pub fn weigh(&mut self, own: &[Own], shared: &Shared) {
-        let heavy = if self.contact.is_corrected() { self.contact } else { self.contact.with_weight() };
+        if !self.contact.is_corrected() {
+            self.contact = self.contact.with_weight();
+        }
+        let heavy = self.contact;
         let offset = |(shot, own): (&mut RowShot, &Own)| {
             let cue = shot.approach(own).state(shot.radius);
             let offset = heavy.correct(&cue, shared).ok().filter(|_| shot.knows_speed);
