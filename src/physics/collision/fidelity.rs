@@ -1,9 +1,7 @@
 //! The ladder of models, from the cheapest to the most exact.
 
-use std::str::FromStr;
-
 use super::Effects;
-use crate::physics::name::{UnknownName, by_name, named, worded};
+use crate::physics::name::{by_name, worded};
 
 worded! {
     /// How closely the collision is modelled, from the cheapest to the most exact.
@@ -55,52 +53,5 @@ impl Fidelity {
             Self::Ode => Effects { compliance: true, ..Self::Full.effects() },
             Self::Contact => Effects::ALL,
         }
-    }
-}
-
-/// The fidelity that the shots of a fit are computed with.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
-#[non_exhaustive]
-pub enum FidelityChoice {
-    /// `full`, with a compliant contact and the weight of the balls if the data show them.
-    #[default]
-    Auto,
-    /// The same fidelity for all shots.
-    Of(Fidelity),
-}
-
-impl FidelityChoice {
-    /// The name on the command line and in fit.json.
-    #[must_use]
-    pub fn name(self) -> &'static str {
-        match self {
-            Self::Auto => "auto",
-            Self::Of(fidelity) => fidelity.name(),
-        }
-    }
-
-    /// Returns the fidelity before one is chosen.
-    #[must_use]
-    pub fn first(self) -> Fidelity {
-        match self {
-            Self::Auto => Fidelity::Full,
-            Self::Of(fidelity) => fidelity,
-        }
-    }
-}
-
-impl FromStr for FidelityChoice {
-    type Err = UnknownName;
-
-    fn from_str(name: &str) -> Result<Self, UnknownName> {
-        let mut all = Fidelity::ALL.map(Self::Of).to_vec();
-        all.push(Self::Auto);
-        named("fidelity", &all, |choice| [choice.name()], name)
-    }
-}
-
-impl From<Fidelity> for FidelityChoice {
-    fn from(fidelity: Fidelity) -> Self {
-        Self::Of(fidelity)
     }
 }

@@ -13,7 +13,8 @@ use super::{Fidelity, Input, Jacobian, Model, Outcome, Regime};
 /// Largest number of steps. Impacts take some dozen to some hundred; stiff contacts shake.
 const MAX_STEPS: usize = 300_000;
 
-/// Largest number of trials for an event.
+/// Number of halvings of a step in search of an event, and largest number of steps of Newton's to it.
+const HALVINGS: usize = 10;
 const MAX_TRIALS: usize = 40;
 
 /// Value of an event's function, just after the event, that is a rounding of 0.
@@ -112,10 +113,7 @@ fn integrate(shot: &Shot, tolerance: f64, steps: &mut Vec<Step>) -> Option<State
         let first = (0..EVENTS)
             .filter(|event| before[*event] > if last == Some(*event) { EVENT_ROUNDING } else { 0.0 })
             .filter(|event| after[*event] <= 0.0)
-            .map(|event| {
-                let function = |at: f64| shot.events(&mode, &between(at))[event];
-                (root(function, [before[event], after[event]], h), event)
-            })
+            .map(|event| (root(|at| shot.events(&mode, &between(at))[event], h), event))
             .min_by(|a, b| a.0.total_cmp(&b.0));
         let Some((at, event)) = first else {
             steps.push(Step { mode, length: h, event: None });
@@ -124,9 +122,9 @@ fn integrate(shot: &Shot, tolerance: f64, steps: &mut Vec<Step>) -> Option<State
             last = None;
             continue;
         };
-        let (length, state, value, slope) = locate(shot, &mode, (&y, &rates), [at.min(h), h], event);
-        steps.push(Step { mode, length, event: Some((event, value, slope)) });
-        y = state;
+        let step;
+        (y, step) = locate(shot, &mode, (&y, &rates), [at, h], event);
+        steps.push(step);
         last = Some(event);
         let Some(next) = shot.after(&mode, event) else { return Some(y) };
         shot.change(&mode, &next, &mut y);
@@ -140,15 +138,14 @@ fn integrate(shot: &Shot, tolerance: f64, steps: &mut Vec<Step>) -> Option<State
 /// The first step, and the least that is tried after an event.
 const FIRST_STEP: f64 = 0.01;
 
-/// Returns the step to an event by Newton's method from near it: the step's length, the state, the
-/// function and its slope.
+/// Returns the state at an event and the step to it, by Newton's method from near it.
 fn locate(
     shot: &Shot,
     mode: &Mode,
     (y, rates): (&State, &State),
     [mut at, h]: [f64; 2],
     event: usize,
-) -> (f64, State, f64, f64) {
+) -> (State, Step) {
     let mut trials = 0;
     loop {
         let (state, rates, _) = step(shot, mode, y, rates, at);
@@ -158,7 +155,7 @@ fn locate(
         let off = value / slope;
         trials += 1;
         if !(off.abs() >= LOCATED * h) || trials == MAX_TRIALS {
-            return (at, state, value, slope);
+            return (state, Step { mode: *mode, length: at, event: Some((event, value, slope)) });
         }
         at = (at - off).clamp(0.0, h);
     }
@@ -219,26 +216,18 @@ fn cubic([y, k]: [&State; 2], [y1, k1]: [&State; 2], h: f64, at: f64) -> State {
     })
 }
 
-/// Returns the root of a decreasing function between 0 and `h`, to a millionth of `h`, by regula
-/// falsi (Illinois).
-fn root(f: impl Fn(f64) -> f64, [before, after]: [f64; 2], h: f64) -> f64 {
-    let (mut low, mut high, mut at) = ((0.0, before), (h, after), h);
-    for _ in 0..MAX_TRIALS {
-        let next = (low.0 * high.1 - high.0 * low.1) / (high.1 - low.1);
-        if (next - at).abs() < 1e-6 * h {
-            return next;
-        }
-        at = next;
-        let value = f(at);
-        if value > 0.0 {
-            low = (at, value);
-            high.1 *= 0.5;
+/// Returns the root of a decreasing function between 0 and `h`, to a few thousandths of `h`.
+fn root(f: impl Fn(f64) -> f64, h: f64) -> f64 {
+    let (mut low, mut high) = (0.0, h);
+    for _ in 0..HALVINGS {
+        let middle = 0.5 * (low + high);
+        if f(middle) > 0.0 {
+            low = middle;
         } else {
-            high = (at, value);
-            low.1 *= 0.5;
+            high = middle;
         }
     }
-    at
+    high
 }
 
 const A2: [f64; 1] = [1.0 / 5.0];

@@ -25,7 +25,7 @@ use super::name::worded;
 
 pub use effects::Effects;
 pub use error::NotACollision;
-pub use fidelity::{Fidelity, FidelityChoice};
+pub use fidelity::Fidelity;
 pub use outcome::{Input, Jacobian, Outcome};
 
 /// Friction and restitution of one collision.

@@ -10,7 +10,7 @@ use crate::measurement::dataset::{Dataset, Shot};
 use crate::measurement::loss::Loss;
 use crate::measurement::observable::Observable;
 use crate::measurement::parameter::{Compliance, Parameter, Settings};
-use crate::physics::collision::FidelityChoice;
+use crate::physics::collision::Fidelity;
 use crate::problem::descent::{Descent, descend, descend_until};
 use crate::problem::film::causes::{self, Refit};
 use crate::problem::film::outliers::tail;
@@ -112,7 +112,7 @@ pub(crate) fn fit_rows(
         &table.settings,
         policy,
     ));
-    let is_auto = choices.fidelity == FidelityChoice::Auto;
+    let is_auto = choices.fidelity.is_none();
     if let Some(explained) = explain(&table, &descent.end, policy).filter(|_| is_auto) {
         findings.extend(explained.finding);
         (table.problem, descent) = (explained.problem, explained.descent);
@@ -190,12 +190,12 @@ fn meet_bounds(problem: &Problem, descent: Descent) -> Descent {
 fn choose_effects(
     problem: &mut Problem,
     descent: &mut Descent,
-    fidelity: FidelityChoice,
+    fidelity: Option<Fidelity>,
     settings: &Settings,
     policy: &Policy,
 ) -> Vec<Finding> {
     let mut findings = Vec::new();
-    let (is_auto, kappa) = (fidelity == FidelityChoice::Auto, settings[Parameter::Kappa].initial);
+    let (is_auto, kappa) = (fidelity.is_none(), settings[Parameter::Kappa].initial);
     let shots = descent.end.count_sticking();
     if is_auto && settings.compliance == Compliance::Auto && kappa > 0.0 && shots > 0 {
         let comply = |problem: &mut Problem, mut state: State| {
