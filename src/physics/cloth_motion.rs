@@ -32,7 +32,7 @@ pub const GRAVITY: f64 = 9.81;
 pub(crate) const MIN_REBOUND: f64 = 0.002;
 
 /// Largest number of flights of a ball; later bounces act as their average, as low ones do. At e_t
-/// = 0.9 it holds all rebounds of a ball that rises with 1.7 m/s; at e_t = 1 there is no last one.
+/// = 0.9 it holds all rebounds of a ball that rises with 1.7 m/s.
 pub(crate) const MAX_FLIGHTS: usize = 64;
 
 /// Slip over speed that is the rounding of a natural roll.
@@ -162,8 +162,7 @@ impl Path {
         Self(vec![Stretch { acceleration, lever, ..free }])
     }
 
-    /// Returns the instants at which the stretches of constant acceleration begin: take-off,
-    /// landings, sliding, rolling, rest, s.
+    /// Returns the instants of take-off, landings, sliding, rolling and rest, s.
     pub fn changes(&self) -> impl Iterator<Item = f64> {
         self.0.iter().map(|stretch| stretch.start)
     }

@@ -26,15 +26,13 @@ const LOCATED: f64 = 1e-11;
 /// Probe for the slope of an event's function, in parts of the step.
 const PROBE: f64 = 1e-4;
 
-/// Step of derivatives that follow an integration, as a fraction of k or of 1: its error is of that
-/// order, roundings over it are less.
+/// Step of derivatives that follow an integration, as a fraction of k or of 1, and their error.
 const DERIVATIVE_STEP: f64 = 1e-7;
 
 /// The least e at which an integration is followed, and the shortest restitution.
 const LEAST_E: f64 = 1e-6;
 
-/// A step: its mode and length, and if it ends with an event, that event's function there and its
-/// slope.
+/// A step: its mode and length, and the event at its end, with its function's value and slope there.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Step {
     mode: Mode,

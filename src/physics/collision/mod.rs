@@ -35,8 +35,7 @@ pub struct Coefficients {
     pub mu: f64,
     /// μ_s, friction of the cloth on the object ball.
     pub mu_s: f64,
-    /// e, energetic coefficient of restitution (Stronge); the e₀ of one that falls with the closing
-    /// speed.
+    /// e, energetic coefficient of restitution (Stronge); the e₀ of one that falls with the speed.
     pub e: f64,
 }
 
@@ -48,23 +47,19 @@ pub const MAX_SPEED: f64 = 1e9;
 
 /// The smallest [`Model::tolerance`]: below it, rounding errors prevail.
 pub const MIN_TOLERANCE: f64 = 1e-12;
-/// The largest [`Model::tolerance`]: above it, the error is no longer of the order of the
-/// tolerance.
+/// The largest [`Model::tolerance`]: above it, the error is larger than the tolerance.
 pub const MAX_TOLERANCE: f64 = 1e-2;
 
-/// The range of m_cue/m_object: beyond, roundings of the lighter ball's velocity show in the
-/// heavier one's.
+/// The range of m_cue/m_object; beyond, roundings of one ball's velocity show in the other's.
 pub(crate) const MASS_RATIOS: std::ops::RangeInclusive<f64> = 1e-3..=1e3;
 
 /// Poisson's ratio σ of phenolic resin, of which balls are made, dimensionless.
 pub const POISSON: f64 = 0.34;
 
-/// The largest [`Model::kappa`]: a contact that is softer along its surface transmits next to
-/// no friction.
+/// The largest [`Model::kappa`]: softer contacts transmit next to no friction.
 pub const MAX_KAPPA: f64 = 100.0;
 
-/// The smallest κ with which a compliant contact is computed while κ is fitted: 0 is another model,
-/// whose outcome is approached as √κ.
+/// The smallest κ of fits: the outcome approaches that of 0, another model, as √κ.
 pub const MIN_FITTED_KAPPA: f64 = 1e-3;
 
 /// Returns the tangential compliance κ = (2 − σ)/(2(1 − σ)) of elastic bodies with Poisson's ratio
@@ -97,22 +92,19 @@ pub struct Model {
     /// The object ball, if it differs from the cue ball; `None` stands for an equal one.
     pub object: Option<Ball>,
     /// Whether the cloth's torque on the object ball has the sign of Kim's Eq. (10) as printed, 1 +
-    /// μ_s in dΩ_y/dq, for comparison with the paper only. With 1 − μ_s, the default, the energy
-    /// balance closes.
+    /// μ_s in dΩ_y/dq, for comparison with the paper only: with 1 − μ_s energy balances.
     pub as_printed: bool,
     /// The effects that are simulated, as far as the fidelity can. Stick and turning depend on the
     /// fidelity alone: switching them off changes nothing.
     pub effects: Effects,
     /// The dependence of the friction between the balls on the slip. `linear` takes the friction at
-    /// the first slip, which is an approximation; `full`, `ode` and `contact` follow the slip
-    /// during the impact.
+    /// the first slip; `full`, `ode` and `contact` follow the slip during the impact.
     pub law: Law,
     /// The e₁ of a restitution that falls with the closing speed v, e(v) = e₀ − e₁v but not below
     /// 0, in s/m; `None` if e is constant.
     pub e_slope: Option<f64>,
     /// Used by `ode` and `contact`: the tangential compliance κ, the ratio of normal to tangential
-    /// stiffness of the contact, dimensionless. 0 is a contact that is rigid along its surface, as
-    /// in Kim (2024), which `contact` does not simulate.
+    /// stiffness of the contact, dimensionless. 0, rigid along the surface, is not for `contact`.
     pub kappa: f64,
     /// Used by `ode` and `contact`: the error of each step relative to the closing speed k. The
     /// outcome's error is of that order.

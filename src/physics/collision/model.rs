@@ -16,12 +16,10 @@ impl Model {
     /// 300 µs (Kim 2024, below Eq. 37).
     pub const CONTACT_TIME: f64 = 280e-6;
 
-    /// The default of [`Model::tolerance`]: far below any error of measurement, and about six
-    /// digits above rounding errors.
+    /// The default of [`Model::tolerance`], about six digits above rounding errors.
     pub const TOLERANCE: f64 = 1e-10;
 
-    /// The tolerance that fits use: still far below any error of measurement, at a third of the
-    /// time.
+    /// The tolerance that fits use, far below any error of measurement.
     pub const TOLERANCE_OF_FITS: f64 = 1e-6;
 
     /// The tangential compliance κ of phenolic resin, whose Poisson's ratio is 0.34 ([`kappa`]).
@@ -87,16 +85,14 @@ impl Model {
         Self { fidelity: Fidelity::Ode, effects, kappa, tolerance: Self::TOLERANCE_OF_FITS, ..self }
     }
 
-    /// Returns the model in closed form, [`Fidelity::Full`], with the effects that it can simulate;
-    /// `None` if the fidelity is not integrated.
+    /// Returns the model in closed form, [`Fidelity::Full`]; `None` if it is not integrated.
     #[must_use]
     pub fn closed(&self) -> Option<Self> {
         let effects = self.effects.and(Fidelity::Full.effects());
         self.fidelity.is_integrated().then_some(Self { fidelity: Fidelity::Full, effects, ..*self })
     }
 
-    /// Returns the model with the κ of phenolic resin if it resolves the contact in time and κ is
-    /// 0, which `contact` does not simulate.
+    /// Returns the model with the κ of phenolic resin if it is `contact` and κ is 0.
     pub(crate) fn with_some_compliance(self) -> Self {
         let is_rigid = self.fidelity == Fidelity::Contact && self.kappa == 0.0;
         Self { kappa: if is_rigid { Self::KAPPA } else { self.kappa }, ..self }
@@ -114,8 +110,7 @@ impl Model {
         if self.as_printed { -1.0 } else { 1.0 }
     }
 
-    /// Returns the outcome of a collision (Kim 2024, Eqs. 42–49 with q, J_y, J_z instead of his
-    /// functions of θ), in the frame of the collision.
+    /// Returns the outcome of a collision in the frame of the collision (Kim 2024, Eqs. 42–49).
     ///
     /// # Errors
     /// Input that describes no collision: balls that do not approach, coefficients out of range, a
@@ -145,7 +140,7 @@ impl Model {
 
     /// Returns the outcome as [`Model::collide`], with the cue ball and the outcome in the frame of
     /// the table, z up. The line of centres leads from the cue ball to the object ball, which is at
-    /// rest, and has any length, so that the difference of the positions serves.
+    /// rest; it has any length, as the difference of the positions.
     ///
     /// # Errors
     /// As [`Model::collide`]; also a line of centres without a direction.
@@ -169,11 +164,9 @@ impl Model {
         })
     }
 
-    /// Returns the outcome and its derivatives: exact in closed form and for a rigid contact; of a
+    /// Returns the outcome and its derivatives: exact in closed form and for a rigid contact, of a
     /// compliant one to about 1e-6. At a transition (stick setting in, topspin turning to draw) they
-    /// are those of the side that the outcome is on. Those by b, c, κ, the ratio of the masses, that
-    /// of the radii and e₁ are 0 if friction and e are constant, the contact is rigid and the balls
-    /// are equal.
+    /// are those of the side that the outcome is on; those by inputs without effect are 0.
     ///
     /// # Errors
     /// As [`Model::collide`].

@@ -26,7 +26,7 @@ use super::{Number, Regime};
 /// Largest number of steps to an end; typical are two or three.
 const MAX_STEPS: usize = 60;
 
-/// The λs of a last step: it leaves an error of its fourth power, of its third if friction falls.
+/// The λs of a last step, whose error is of its fourth power, of its third if friction falls.
 const LAST_STEP: f64 = 3e-5;
 
 /// The λs after which the slip has decayed: e^(−42) is below the rounding of 1.
@@ -35,8 +35,7 @@ const DECAYED: f64 = 42.0;
 /// Replaces e = 0, at which restitution has no length: derivatives are the limit of a short one.
 const TINY_E: f64 = 1e-18;
 
-/// The s at the end of both phases, the second of which only topspin has; `None` if the contact
-/// has stuck before.
+/// The s at the end of both phases, of which only topspin has the second; `None` if it stuck before.
 pub(super) type Ways = [Option<f64>; 2];
 
 /// Returns q, J_y and J_z, and the way to them.
@@ -184,8 +183,7 @@ impl Slide<f64> {
     }
 
     /// Returns the place that is further by `ds`, by Gauss and Legendre's rules in panels so short
-    /// that they are exact to rounding; `visit` is given the s from there, the stopped parts and dq
-    /// of each node.
+    /// that they are exact to rounding; `visit` gets s, the stopped parts and dq of each node.
     #[inline(always)]
     fn advance(
         &self,

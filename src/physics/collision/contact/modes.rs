@@ -1,17 +1,14 @@
-//! The modes of a contact: how it begins, its friction, where it sticks and slides again, steps
-//! that are stable, and landings.
+//! The modes of a contact: its friction, transitions, stable steps and landings.
 
 use super::{CLOTH, Grip, HEIGHT, Mode, N, NEGLIGIBLE, PHI, Pair, R, Shot, State, UP, pair};
 
 /// The longest step: R is of order 1 after some five.
 const MAX_STEP: f64 = 0.2;
 
-/// Steps that turn the friction by more are unstable, and those of a rigid contact that stop more of
-/// its slip.
+/// Steps that turn the friction by more, or stop more of a rigid contact's slip, are unstable.
 const STABLE: f64 = 3.0;
 
-/// Friction can follow a slip of more than this times κμ, if that errs by no more than
-/// [`NEGLIGIBLE`].
+/// Friction can follow a slip of more than this times κμ.
 const FOLLOWS: f64 = 10.0;
 
 /// Roundings of an event's function at most.
