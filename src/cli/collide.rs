@@ -133,7 +133,7 @@ impl Args {
 
     fn model(&self, case: &Case) -> Result<Model, NotACollision> {
         let model = self.given(case)?;
-        if self.fidelity.0.is_some() { Ok(model) } else { Ok(self.choose(case)?.model(&model)) }
+        if self.fidelity.0.is_some() { Ok(model) } else { Ok(self.choose(case)?.model) }
     }
 
     fn case(&self) -> Case {

@@ -109,23 +109,13 @@ pub struct Estimate {
 /// The cheapest way to compute a shot to a tolerance.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Choice {
-    /// The cheapest fidelity that contains the effects that are needed.
-    pub fidelity: Fidelity,
-    /// The effects that are needed.
-    pub effects: Effects,
+    /// The model with the cheapest fidelity that contains the effects that are needed, and with these.
+    pub model: Model,
     /// The size of each effect, in the order of [`Effects::NAMES`].
     pub estimates: [Estimate; 10],
     /// The sum of the sizes of the effects that are left out, as a fraction of the speed of the cue
     /// ball U.
     pub left_out: f64,
-}
-
-impl Choice {
-    /// Returns `model` with the fidelity and the effects that were chosen.
-    #[must_use]
-    pub fn model(&self, model: &Model) -> Model {
-        Model { fidelity: self.fidelity, effects: self.effects, ..*model }.with_some_compliance()
-    }
 }
 
 /// Chooses the cheapest fidelity and the effects for one shot; `tolerance` as a fraction of U.
@@ -156,7 +146,8 @@ pub fn choose(
         }
         Estimate { name, size: sizes[i], on, why: Effects::REASONS[i][usize::from(sizes[i] == 0.0)] }
     });
-    Ok(Choice { fidelity, effects, estimates, left_out: missing(fidelity) })
+    let model = Model { fidelity, effects, ..*model }.with_some_compliance();
+    Ok(Choice { model, estimates, left_out: missing(fidelity) })
 }
 
 /// Returns the size of each effect as a fraction of U, in the order of [`Effects::NAMES`].

@@ -134,7 +134,7 @@ pub(super) struct Impulses<D> {
     pub q: D,
     /// J_y and J_z of the friction between the balls, on the object ball.
     pub friction: [D; 2],
-    /// The impulses of the cloth on the cue ball and on the object ball, x and y of each.
+    /// The impulses of the cloth on each ball, x and y.
     pub cloth: [[D; 2]; 2],
     /// The vertical velocities of both balls.
     pub up: [D; 2],

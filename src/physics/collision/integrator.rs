@@ -20,12 +20,6 @@ const MAX_TRIALS: usize = 40;
 /// Value of an event's function, just after the event, that is a rounding of 0.
 const EVENT_ROUNDING: f64 = 1e-15;
 
-/// Error of an event's instant, in parts of the step.
-const LOCATED: f64 = 1e-11;
-
-/// Probe for the slope of an event's function, in parts of the step.
-const PROBE: f64 = 1e-4;
-
 /// Step of derivatives that follow an integration, as a fraction of k or of 1, and their error.
 const DERIVATIVE_STEP: f64 = 1e-7;
 
@@ -149,10 +143,11 @@ fn locate(
         let (state, rates, _) = step(shot, mode, y, rates, at);
         let function = |after: f64| shot.events(mode, &ahead(&state, after, [&rates], [1.0]))[event];
         let value = function(0.0);
-        let slope = (function(PROBE * h) - function(-PROBE * h)) / (2.0 * PROBE * h);
+        let probe = 1e-4 * h;
+        let slope = (function(probe) - function(-probe)) / (2.0 * probe);
         let off = value / slope;
         trials += 1;
-        if !(off.abs() >= LOCATED * h) || trials == MAX_TRIALS {
+        if !(off.abs() >= 1e-11 * h) || trials == MAX_TRIALS {
             return (state, Step { mode: *mode, length: at, event: Some((event, value, slope)) });
         }
         at = (at - off).clamp(0.0, h);

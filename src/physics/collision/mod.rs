@@ -9,8 +9,6 @@
 
 mod contact;
 pub mod effects;
-mod error;
-mod fidelity;
 mod impact;
 mod integrator;
 mod model;
@@ -21,12 +19,63 @@ mod sliding;
 use super::Number;
 use super::ball::Ball;
 use super::friction_law::Law;
-use super::name::worded;
+use super::name::{by_name, worded};
 
 pub use effects::Effects;
-pub use error::NotACollision;
-pub use fidelity::Fidelity;
 pub use outcome::{Input, Jacobian, Outcome};
+
+worded! {
+    /// How closely the collision is modelled, from the cheapest to the most exact.
+    #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+    #[non_exhaustive]
+    pub enum Fidelity {
+        /// Neither friction nor loss of energy.
+        Elastic = "elastic" | "no friction, no loss",
+        /// Restitution without friction.
+        Inelastic = "inelastic" | "restitution, no friction",
+        /// The approximation of first order in μ (Kim 2024, Eqs. 50–54), in which the contact never
+        /// sticks.
+        Linear = "linear" | "first order in μ, no stick",
+        /// The exact solution of the equations of motion, stick included.
+        Full = "full" | "the exact solution, stick included",
+        /// The equations of motion of [`Fidelity::Full`], or with κ those of a compliant contact,
+        /// integrated to [`Model::tolerance`].
+        Ode = "ode" | "the same equations integrated, to a tolerance",
+        /// The contact resolved in time to [`Model::tolerance`], with
+        /// gravity and the cloth's friction on both balls.
+        Contact = "contact" | "the contact resolved in time, with gravity and the cloth, to a tolerance",
+    }
+    /// The name on the command line and in fit.json.
+    pub fn name;
+    /// The model in a line.
+    pub fn meaning;
+}
+
+by_name!(Fidelity, "fidelity", ALL, name);
+
+impl Fidelity {
+    /// Returns whether the equations of motion are integrated step by step.
+    #[must_use]
+    pub fn is_integrated(self) -> bool {
+        matches!(self, Self::Ode | Self::Contact)
+    }
+
+    /// Returns all effects that this fidelity can simulate.
+    #[must_use]
+    #[inline]
+    pub fn effects(self) -> Effects {
+        let inelastic = Effects { inelasticity: true, ..Effects::NONE };
+        let linear = Effects { friction: true, cloth: true, ..inelastic };
+        match self {
+            Self::Elastic => Effects::NONE,
+            Self::Inelastic => inelastic,
+            Self::Linear => linear,
+            Self::Full => Effects { stick: true, turning: true, falling_friction: true, ..linear },
+            Self::Ode => Effects { compliance: true, ..Self::Full.effects() },
+            Self::Contact => Effects::ALL,
+        }
+    }
+}
 
 /// Friction and restitution of one collision.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -114,4 +163,50 @@ pub struct Model {
     /// Used by `contact`: the duration of an elastic head-on impact at 1 m/s, in seconds. At a
     /// closing speed of k m/s it is k^(−1/5) times as long (Hertz).
     pub contact_time: f64,
+}
+
+/// The reason why an input describes no collision.
+#[derive(Clone, Copy, Debug, PartialEq, thiserror::Error)]
+#[non_exhaustive]
+pub enum NotACollision {
+    /// A number that is out of its range or not finite.
+    #[error("{name} is {value}; expected {expected}")]
+    OutOfRange {
+        /// The name of the number, as in the columns of a file of cases: `mu`, `radius_m`,
+        /// `omega_x`, …
+        name: &'static str,
+        /// The number, in the SI unit of its name.
+        value: f64,
+        /// The range in words.
+        expected: &'static str,
+    },
+    /// A line of centres (x, y), table frame, without length or not finite.
+    #[error("the line of centres ({0}, {1}) has no direction; expected a finite vector other than 0")]
+    NoDirection(f64, f64),
+    /// A cue ball that does not move towards the object ball; with its velocity along the line of
+    /// centres, m/s.
+    #[error(
+        "the cue ball does not approach: its velocity along the line of centres is {} m/s; expected more than 0", .0 + 0.0
+    )]
+    NotApproaching(f64),
+    /// A μ_s that is negative or not below the second number, 2 + ν of equal balls: from there on
+    /// 2β_z ≤ 0, and the cloth would drive the slip that it brakes.
+    #[error("mu_s is {0}; expected 0 or more, below {1}")]
+    MuSOutOfRange(f64, f64),
+    /// A μ·μ_s that is with topspin not below the second number, 1 + m_object/m_cue: the impact would
+    /// never end, as dv_x/dq ≥ 1 + m_object/m_cue − μ_s μ.
+    #[error(
+        "mu·mu_s is {0}; expected less than {1} with topspin (1 + object ball's mass over cue ball's), or the balls jam"
+    )]
+    Jams(f64, f64),
+    /// An integration that takes too many steps: a contact oscillates as often as 1/√κ.
+    #[error(
+        "the integration did not reach the end of the impact at a tolerance of {tolerance:e} and a kappa of {kappa}; expected a larger tolerance or kappa, or the fidelity full (rigid along the surface)"
+    )]
+    NotIntegrated {
+        /// The tolerance of the model.
+        tolerance: f64,
+        /// The tangential compliance κ.
+        kappa: f64,
+    },
 }

@@ -234,9 +234,13 @@ impl Model {
         let &Coefficients { mu, mu_s, e } = coefficients;
         let ratio = self.mass_ratio();
         let mut most_mu_s = 2.0 + self.ball.inertia;
-        check_ball(&self.ball)?;
+        for Ball { radius, mass, inertia } in [Some(self.ball), self.object].into_iter().flatten() {
+            within(radius > 0.0 && radius.is_finite(), "radius_m", radius, "more than 0")?;
+            within(mass > 0.0 && mass.is_finite(), "mass_kg", mass, "more than 0")?;
+            let range = "more than 0, at most 2/3 of MR² (a hollow sphere)";
+            within(inertia > 0.0 && inertia <= HOLLOW_SPHERE, "inertia", inertia, range)?;
+        }
         if let Some(object) = &self.object {
-            check_ball(object)?;
             within(MASS_RATIOS.contains(&ratio), "mass_ratio", ratio, "0.001 to 1000")?;
             within(!self.as_printed, "mass_ratio", ratio, "equal balls for the equations as printed")?;
             // 2β_z = (1 + 1/ν_c)/r + (1 − μ_s)/ν must stay positive, or the cloth would drive the
@@ -290,15 +294,6 @@ impl Model {
 #[inline(always)]
 fn within(valid: bool, name: &'static str, value: f64, expected: &'static str) -> Result<(), NotACollision> {
     if valid { Ok(()) } else { Err(NotACollision::OutOfRange { name, value, expected }) }
-}
-
-#[inline(always)]
-fn check_ball(ball: &Ball) -> Result<(), NotACollision> {
-    let &Ball { radius, mass, inertia } = ball;
-    within(radius > 0.0 && radius.is_finite(), "radius_m", radius, "more than 0")?;
-    within(mass > 0.0 && mass.is_finite(), "mass_kg", mass, "more than 0")?;
-    let range = "more than 0, at most 2/3 of MR² (a hollow sphere)";
-    within(inertia > 0.0 && inertia <= HOLLOW_SPHERE, "inertia", inertia, range)
 }
 
 /// Checks that the cue ball moves along the cloth towards the object ball.
