@@ -33,9 +33,6 @@ pub(crate) const MIN_REBOUND: f64 = 0.002;
 /// = 0.9 it holds all rebounds of a ball that rises with 1.7 m/s.
 pub(crate) const MAX_FLIGHTS: usize = 64;
 
-/// Slip over speed that is the rounding of a natural roll.
-const MIN_SLIP: f64 = 1e-6;
-
 /// The cloth: its friction with a moving ball, and its bounce.
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[cfg_attr(feature = "fit", derive(serde::Deserialize, serde::Serialize))]
@@ -151,7 +148,8 @@ impl Path {
     #[must_use]
     pub fn before(state: &BallState, ball: &Ball, position: [f64; 2], time: f64, cloth: &Cloth) -> Self {
         let (velocity, slip) = (state.velocity.xy(), cloth_slip(state, ball.radius).xy());
-        let slips = slip.norm() > MIN_SLIP * velocity.norm();
+        // less is the rounding of a natural roll
+        let slips = slip.norm() > 1e-6 * velocity.norm();
         let lever = if slips { (1.0 + ball.inertia) / ball.inertia } else { 0.0 };
         let (along, friction) = if slips { (slip, cloth.sliding) } else { (velocity, cloth.rolling) };
         let acceleration = direction(along) * -friction * GRAVITY;

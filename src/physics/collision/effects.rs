@@ -84,12 +84,10 @@ effects! {
         "the contact slides in one direction throughout",
 }
 
-/// The default tolerance of [`choose`], as a fraction of the cue ball's speed U. It is below what
-/// the best footage resolves.
+/// The default tolerance of [`choose`], below what the best footage resolves.
 pub const NEGLIGIBLE_CHANGE: f64 = 1e-3;
 
-/// Factor by which the cloth's friction on a ball counts, as it also moves the contact between the
-/// balls.
+/// Factor by which the cloth's friction counts, as it also moves the contact between the balls.
 const FEEDBACK: f64 = 1.5;
 
 /// An effect on a shot.
@@ -98,7 +96,7 @@ const FEEDBACK: f64 = 1.5;
 pub struct Estimate {
     /// Its name.
     pub name: &'static str,
-    /// How much leaving it out changes the velocities, in parts of the speed of the cue ball.
+    /// Change of velocities if it is left out, as a fraction of the cue ball's speed U.
     pub size: f64,
     /// Whether it was computed.
     pub on: bool,
@@ -113,8 +111,7 @@ pub struct Choice {
     pub model: Model,
     /// The size of each effect, in the order of [`Effects::NAMES`].
     pub estimates: [Estimate; 10],
-    /// The sum of the sizes of the effects that are left out, as a fraction of the speed of the cue
-    /// ball U.
+    /// The sum of the sizes of the effects that are left out.
     pub left_out: f64,
 }
 

@@ -8,7 +8,7 @@ use nalgebra::SVector;
 
 use super::contact::{EVENTS, Mode, N, Shot, State};
 use super::impact::{Values, complete, components};
-use super::{Fidelity, Input, Jacobian, Model, Outcome, Regime};
+use super::{Fidelity, Input, Jacobian, Model, NotACollision, Outcome, Regime};
 
 /// Largest number of steps. Impacts take some dozen to some hundred; stiff contacts shake.
 const MAX_STEPS: usize = 300_000;
@@ -17,14 +17,8 @@ const MAX_STEPS: usize = 300_000;
 const HALVINGS: usize = 10;
 const MAX_TRIALS: usize = 40;
 
-/// Value of an event's function, just after the event, that is a rounding of 0.
-const EVENT_ROUNDING: f64 = 1e-15;
-
 /// Step of derivatives that follow an integration, as a fraction of k or of 1, and their error.
 const DERIVATIVE_STEP: f64 = 1e-7;
-
-/// The least e at which an integration is followed, and the shortest restitution.
-const LEAST_E: f64 = 1e-6;
 
 /// A step: its mode and length, and the event at its end, with its function's value and slope there.
 #[derive(Clone, Copy, Debug)]
@@ -34,24 +28,28 @@ pub(super) struct Step {
     event: Option<(usize, f64, f64)>,
 }
 
-/// Returns the outcome to the tolerance of the model, and the steps to it; `None` if these are too
-/// many.
-pub(super) fn solve(values: &Values<f64>, model: &Model) -> Option<(Outcome, Vec<Step>)> {
+/// Returns the outcome to the tolerance of the model, and the steps to it.
+pub(super) fn solve(values: &Values<f64>, model: &Model) -> Result<(Outcome, Vec<Step>), NotACollision> {
     let shot = Shot::new(values, model);
     let mut steps = Vec::with_capacity(64);
-    let y = integrate(&shot, model.tolerance, &mut steps)?;
+    let y = integrate(&shot, model.tolerance, &mut steps)
+        .ok_or(NotACollision::NotIntegrated { tolerance: model.tolerance, kappa: model.kappa })?;
     let stuck = steps.iter().any(|step| step.mode.is_stuck());
     let regime = if stuck { Regime::Stick } else { Regime::Slide };
-    Some((Outcome::new(regime, values, model, &shot.impulses(values, model, &y)), steps))
+    Ok((Outcome::new(regime, values, model, &shot.impulses(values, model, &y)), steps))
 }
 
 /// Returns the outcome and its derivatives by the inputs: differences of the recorded integration,
 /// followed with each input changed a little.
-pub(super) fn differentiate(values: &Values<f64>, model: &Model) -> Option<(Outcome, Jacobian)> {
+pub(super) fn differentiate(
+    values: &Values<f64>,
+    model: &Model,
+) -> Result<(Outcome, Jacobian), NotACollision> {
     let (outcome, mut steps) = solve(values, model)?;
     let (mut values, mut here) = (*values, outcome.components());
     let (k, radius) = (values[Input::VelocityX], model.ball.radius);
-    let least = LEAST_E - (values[Input::E] - values[Input::ESlope] * k);
+    // a shorter restitution is not followed
+    let least = 1e-6 - (values[Input::E] - values[Input::ESlope] * k);
     if least > 0.0 && model.effects.inelasticity {
         values = values.moved(Input::E, least);
         let longer = solve(&values, model)?;
@@ -77,7 +75,7 @@ pub(super) fn differentiate(values: &Values<f64>, model: &Model) -> Option<(Outc
         by.set_column(input as usize, &((beside(&values.moved(input, step)) - here) / step));
     }
     complete(&mut by, &values, model, plain);
-    Some((outcome, by))
+    Ok((outcome, by))
 }
 
 /// Returns the state at the end, and records the steps to there.
@@ -103,7 +101,8 @@ fn integrate(shot: &Shot, tolerance: f64, steps: &mut Vec<Step>) -> Option<State
         let (before, after) = (shot.events(&mode, &y), shot.events(&mode, &there));
         let between = |at: f64| cubic([&y, &rates], [&there, &rates_there], h, at);
         let first = (0..EVENTS)
-            .filter(|event| before[*event] > if last == Some(*event) { EVENT_ROUNDING } else { 0.0 })
+            // just after an event its function is a rounding of 0
+            .filter(|event| before[*event] > if last == Some(*event) { 1e-15 } else { 0.0 })
             .filter(|event| after[*event] <= 0.0)
             .map(|event| (root(|at| shot.events(&mode, &between(at))[event], h), event))
             .min_by(|a, b| a.0.total_cmp(&b.0));

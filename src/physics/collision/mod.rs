@@ -33,16 +33,13 @@ worded! {
         Elastic = "elastic" | "no friction, no loss",
         /// Restitution without friction.
         Inelastic = "inelastic" | "restitution, no friction",
-        /// The approximation of first order in μ (Kim 2024, Eqs. 50–54), in which the contact never
-        /// sticks.
+        /// The first order in μ (Kim 2024, Eqs. 50–54), in which the contact never sticks.
         Linear = "linear" | "first order in μ, no stick",
         /// The exact solution of the equations of motion, stick included.
         Full = "full" | "the exact solution, stick included",
-        /// The equations of motion of [`Fidelity::Full`], or with κ those of a compliant contact,
-        /// integrated to [`Model::tolerance`].
+        /// The equations of `full`, or with κ of a compliant contact, integrated to a tolerance.
         Ode = "ode" | "the same equations integrated, to a tolerance",
-        /// The contact resolved in time to [`Model::tolerance`], with
-        /// gravity and the cloth's friction on both balls.
+        /// The contact resolved in time, with gravity and the cloth's friction on both balls.
         Contact = "contact" | "the contact resolved in time, with gravity and the cloth, to a tolerance",
     }
     /// The name on the command line and in fit.json.
@@ -172,8 +169,7 @@ pub enum NotACollision {
     /// A number that is out of its range or not finite.
     #[error("{name} is {value}; expected {expected}")]
     OutOfRange {
-        /// The name of the number, as in the columns of a file of cases: `mu`, `radius_m`,
-        /// `omega_x`, …
+        /// The name of the number: `mu`, `radius_m`, `omega_x`, …
         name: &'static str,
         /// The number, in the SI unit of its name.
         value: f64,
@@ -183,8 +179,7 @@ pub enum NotACollision {
     /// A line of centres (x, y), table frame, without length or not finite.
     #[error("the line of centres ({0}, {1}) has no direction; expected a finite vector other than 0")]
     NoDirection(f64, f64),
-    /// A cue ball that does not move towards the object ball; with its velocity along the line of
-    /// centres, m/s.
+    /// A cue ball with such a velocity, m/s, along the line of centres, away from the object ball.
     #[error(
         "the cue ball does not approach: its velocity along the line of centres is {} m/s; expected more than 0", .0 + 0.0
     )]

@@ -119,7 +119,7 @@ impl Model {
         let values = Values::new(self, cue, coefficients);
         self.validate(cue, coefficients, &values)?;
         if self.fidelity.is_integrated() {
-            return self.integrate(&values);
+            return integrator::solve(&values, self).map(|(outcome, _)| outcome);
         }
         Ok(self.solve(&values).0)
     }
@@ -178,7 +178,7 @@ impl Model {
         let values = Values::new(self, cue, coefficients);
         self.validate(cue, coefficients, &values)?;
         if self.fidelity == Fidelity::Contact || self.is_compliant() {
-            return integrator::differentiate(&values, self).ok_or(self.not_integrated());
+            return integrator::differentiate(&values, self);
         }
         let (closed, ways) = self.solve(&values);
         let by = match self.law {
@@ -188,7 +188,7 @@ impl Model {
         };
         // the outcome of ode has its tolerance, its derivatives are those of the same equations
         let outcome = match self.fidelity {
-            Fidelity::Ode => self.integrate(&values)?,
+            Fidelity::Ode => integrator::solve(&values, self)?.0,
             _ => closed,
         };
         Ok((outcome, by))
@@ -212,15 +212,6 @@ impl Model {
         }
         complete(&mut by, values, self, true);
         by
-    }
-
-    fn integrate(&self, values: &Values<f64>) -> Result<Outcome, NotACollision> {
-        integrator::solve(values, self).map(|(outcome, _)| outcome).ok_or(self.not_integrated())
-    }
-
-    #[cold]
-    fn not_integrated(&self) -> NotACollision {
-        NotACollision::NotIntegrated { tolerance: self.tolerance, kappa: self.kappa }
     }
 
     /// Checks a shot and its values: the only validation of input.
