@@ -28,7 +28,7 @@ fn pull(fit: &Fit, parameter: usize) -> f64 {
 #[test]
 fn the_data_decide_what_they_are_computed_with() {
     let sets = count("CAROMFIT_SETS", SETS);
-    let options = Options { fidelity: FidelityChoice::Auto, ..options::of_fit() };
+    let options = Options { fidelity: None, ..options::of_fit() };
     for by in [Fidelity::Full, Fidelity::Contact] {
         let (mut pulls, mut mistaken) = ([const { Vec::new() }; 3], 0);
         for seed in 0..sets as u64 {
@@ -58,10 +58,10 @@ fn corrections_undo_what_the_exact_solution_leaves_out() {
     for row in dataset.shots.iter_mut().flat_map(|shot| &mut shot.after) {
         row.measured.sd = Some(0.001);
     }
-    let off = |fidelity: FidelityChoice| {
+    let off = |fidelity: Option<Fidelity>| {
         let fit = options::fitted_with(&dataset, &Options { fidelity, ..options::of_fit() });
         (0..3).map(|i| pull(&fit, i).abs()).fold(0.0, f64::max)
     };
-    let [full, corrected] = [Fidelity::Full.into(), FidelityChoice::Auto].map(off);
+    let [full, corrected] = [Some(Fidelity::Full), None].map(off);
     assert!(full > BIAS && corrected < CORRECTED, "{full} {corrected}");
 }

@@ -89,7 +89,7 @@ pub fn is_the_fit_of_all(both: &[Dataset; 2], asked: Asked) -> Comparison {
     let Asked { auto, loss, exact } = asked;
     let falling = both[0].settings.falls.then_some(Quantity::Parameter(Parameter::B));
     let share = [Quantity::Parameter(Parameter::Mu), MU_S].into_iter().chain(falling).collect();
-    let fidelity = if auto { FidelityChoice::Auto } else { Fidelity::Full.into() };
+    let fidelity = (!auto).then_some(Fidelity::Full);
     let comparison = compare(&both, &Options { share, fidelity, loss, ..Options::default() }).unwrap();
     let mut together = both[0].clone();
     let named = |shot: &Shot| Shot { name: format!("other {}", shot.name), ..shot.clone() };

@@ -96,7 +96,7 @@ fn a_contact_that_gives_way_is_compared() {
             dataset
         })
     };
-    let options = Options { fidelity: FidelityChoice::Auto, ..options::of_comparison() };
+    let options = Options { fidelity: None, ..options::of_comparison() };
     let stated = compare::compare(&with(Setting::held(2.5)), &options).unwrap();
     is_right(difference(&stated, MU), 0.04);
     let held = &of(&stated, KAPPA).estimates[0];

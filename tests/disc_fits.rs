@@ -166,7 +166,7 @@ fn differences_between_discs_include_the_scatter_of_their_shots() {
     /// Ten times what 20 shots that scatter tell e to.
     const DIFFERENCE: f64 = 0.1;
     let options = compare::Options {
-        fidelity: FidelityChoice::Auto,
+        fidelity: None,
         per_dataset: vec![Quantity::Parameter(Parameter::E)],
         ..options::of_comparison()
     };

@@ -48,7 +48,7 @@ fn what_is_left_out_stays_within_the_tolerance() {
         let (mut beyond, mut worst) = (0, 0.0_f64);
         for (model, cue, coefficients, all) in &cases {
             let choice = effects::choose(model, cue, coefficients, tolerance).unwrap();
-            let outcome = choice.model(model).collide(cue, coefficients).unwrap();
+            let outcome = choice.model.collide(cue, coefficients).unwrap();
             assert!(choice.left_out <= tolerance);
             let off = off(&outcome, all, model.ball.radius) / cue.velocity.norm();
             worst = worst.max(off / tolerance);

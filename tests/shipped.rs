@@ -118,11 +118,8 @@ fn alciatore_s_throws_by_one_law() {
     /// Of μ: a tenth at small slips; the law's own error at large ones.
     const NEAR: f64 = 0.1;
     const ERROR: f64 = 0.008;
-    let fit = &fit::fit(
-        &shipped("alciatore-one-law"),
-        &Options { fidelity: FidelityChoice::Auto, ..options::of_fit() },
-    )
-    .unwrap()[0];
+    let fit = &fit::fit(&shipped("alciatore-one-law"), &Options { fidelity: None, ..options::of_fit() })
+        .unwrap()[0];
     assert_eq!(fit.shots_used, 44);
     let [a, b, c] = [Parameter::Mu, Parameter::B, Parameter::C].map(|p| fit.get(p).unwrap().value);
     let law = |slip: f64| a + b * (-c * slip).exp();
@@ -168,7 +165,7 @@ fn jogged(value: &mut f64, random: &mut ChaCha8Rng) {
 fn the_shipped_results_are_those_of_this_version_on_any_computer() {
     let mut random = ChaCha8Rng::seed_from_u64(19);
     // as "caromfit fit" does
-    let options = Options { fidelity: FidelityChoice::Auto, ..options::of_fit() };
+    let options = Options { fidelity: None, ..options::of_fit() };
     let mut compared = 0;
     for name in SHIPPED {
         let mut dataset = shipped(name);

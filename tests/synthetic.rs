@@ -52,7 +52,7 @@ pub fn write(spec: &Spec, model: &Model, folder: &Path) {
 
 /// The fit of a data set with the fidelity that its data call for.
 pub fn auto(dataset: &Dataset) -> Fit {
-    options::fitted_with(dataset, &Options { fidelity: FidelityChoice::Auto, ..options::of_fit() })
+    options::fitted_with(dataset, &Options { fidelity: None, ..options::of_fit() })
 }
 
 /// Asserts that a parameter was found within its error.

@@ -5,9 +5,7 @@ use std::path::{Path, PathBuf};
 use crate::io::cases::{self, Case, Computed};
 use crate::physics::ball::{Ball, BallState, Vec3};
 use crate::physics::collision::effects::{self, Choice, Estimate};
-use crate::physics::collision::{
-    Effects, Fidelity, FidelityChoice, MIN_TOLERANCE, Model, NotACollision, Outcome,
-};
+use crate::physics::collision::{Effects, Fidelity, MIN_TOLERANCE, Model, NotACollision, Outcome};
 use crate::physics::contact_frame::cue_velocity;
 use crate::report::document::{self, CollideDocument};
 
@@ -53,7 +51,7 @@ pub(super) struct Args {
     radius: f64,
     /// How closely the collision is modelled
     #[arg(long, value_parser = super::fidelity(), default_value = "full")]
-    fidelity: FidelityChoice,
+    fidelity: super::Chosen,
     /// Of ode and contact: the error of each step, in parts of the closing speed [default: 1e-10]. Of auto:
     /// what the effects left out may change together, in parts of the cue ball's speed [default: 1e-3]
     #[arg(long, value_name = "PART", value_parser = super::tolerance)]
@@ -89,11 +87,6 @@ fn parse_spin(text: &str) -> Result<Vec3, String> {
 }
 
 impl Args {
-    /// Returns the fidelity that is stated; `None`: the cheapest that suffices for each case.
-    fn fidelity(&self) -> Option<Fidelity> {
-        if let FidelityChoice::Of(fidelity) = self.fidelity { Some(fidelity) } else { None }
-    }
-
     /// Returns how much left out effects may change.
     fn within(&self) -> f64 {
         self.tolerance.unwrap_or(effects::NEGLIGIBLE_CHANGE)
@@ -101,7 +94,7 @@ impl Args {
 
     /// Returns the model of a case; without a fidelity one that has all effects.
     fn given(&self, case: &Case) -> Result<Model, NotACollision> {
-        let fidelity = self.fidelity();
+        let fidelity = self.fidelity.0;
         let ball = Ball { radius: case.radius, ..Ball::POOL };
         let mut model = Model::new(fidelity.unwrap_or(Fidelity::Contact), ball);
         if let Some(ratio) = case.mass_ratio.or(self.mass_ratio) {
@@ -135,7 +128,7 @@ impl Args {
 
     fn model(&self, case: &Case) -> Result<Model, NotACollision> {
         let model = self.given(case)?;
-        if self.fidelity().is_some() { Ok(model) } else { Ok(self.choose(case)?.model(&model)) }
+        if self.fidelity.0.is_some() { Ok(model) } else { Ok(self.choose(case)?.model) }
     }
 
     fn case(&self) -> Case {

@@ -5,7 +5,6 @@ use std::path::PathBuf;
 
 use crate::compare::{self, Options, Quantity};
 use crate::measurement::loss::Loss;
-use crate::physics::collision::FidelityChoice;
 use crate::report::{compare as report, document};
 
 use super::progress::{self, Progress};
@@ -32,7 +31,7 @@ pub(super) struct Args {
     per_dataset: Vec<Quantity>,
     /// Collision model; auto is full, with a contact that gives way and the balls' weight if the data show them
     #[arg(long, value_parser = super::fidelity(), default_value = "auto")]
-    fidelity: FidelityChoice,
+    fidelity: super::Chosen,
     /// How outlying shots count, instead of what the data sets state
     #[arg(long, value_parser = super::named(Loss::ALL, Loss::name))]
     loss: Option<Loss>,
@@ -46,7 +45,7 @@ pub(super) fn run(args: &Args) -> Result<(), Failure> {
     let progress = Progress::over_shots(&datasets, 0);
     progress.expect(compare::STAGES);
     let options = Options {
-        fidelity: args.fidelity,
+        fidelity: args.fidelity.0,
         loss: args.loss,
         share: args.share.clone(),
         per_dataset: args.per_dataset.clone(),

@@ -5,7 +5,6 @@ use std::path::PathBuf;
 use crate::fit::{self, Falling, Fit, Options};
 use crate::measurement::dataset::Dataset;
 use crate::measurement::loss::Loss;
-use crate::physics::collision::FidelityChoice;
 use crate::report;
 use crate::report::document;
 use crate::report::stored::{self, Stored};
@@ -34,7 +33,7 @@ pub(super) struct Args {
     out: PathBuf,
     /// Collision model; auto is full, with a contact that gives way and the balls' weight if the data show them
     #[arg(long, value_parser = super::fidelity(), default_value = "auto")]
-    fidelity: FidelityChoice,
+    fidelity: super::Chosen,
     /// Friction between the balls that falls with their slip v, m/s, as μ + B·exp(−C·v), with this B and C or with both
     /// as [fit] mu_b and mu_c of the data set state (fit); linear takes it at the first slip
     #[arg(long, value_name = "B,C|fit", value_parser = falling, allow_hyphen_values = true)]
@@ -118,7 +117,7 @@ pub(super) fn run(args: &Args) -> Result<(), Failure> {
     let baseline = args.baseline.as_deref().map(Stored::read).transpose()?;
     let progress = Progress::over_shots(&datasets, args.bootstrap);
     let options = Options {
-        fidelity: args.fidelity,
+        fidelity: args.fidelity.0,
         falling: args.falling.unwrap_or_default(),
         loss: args.loss,
         bootstrap: args.bootstrap,

@@ -31,7 +31,7 @@ use std::process::ExitCode;
 
 use crate::compare::CompareError;
 use crate::fit::FitError;
-use crate::physics::collision::{Fidelity, FidelityChoice, MAX_TOLERANCE, MIN_TOLERANCE, NotACollision};
+use crate::physics::collision::{Fidelity, MAX_TOLERANCE, MIN_TOLERANCE, NotACollision};
 use crate::report::ReportError;
 use clap::builder::{PossibleValue, PossibleValuesParser, TypedValueParser};
 use clap::{Parser, Subcommand};
@@ -127,14 +127,18 @@ fn unless_none(wrong: &[impl ToString], status: u8) -> Result<(), Failure> {
     if wrong.is_empty() { Ok(()) } else { Err(Failure { status, message }) }
 }
 
+/// A fidelity that is stated; `None` of auto.
+#[derive(Clone, Copy)]
+struct Chosen(Option<Fidelity>);
+
 /// Returns a parser of collision models, or auto, by name.
-fn fidelity() -> impl TypedValueParser<Value = FidelityChoice> {
+fn fidelity() -> impl TypedValueParser<Value = Chosen> {
     let about =
         "the cheapest that suffices: within --tolerance (collide), or as the data show (fit, compare)";
     let auto = PossibleValue::new("auto").help(about);
     let one = |fidelity: Fidelity| PossibleValue::new(fidelity.name()).help(fidelity.meaning());
     let names = PossibleValuesParser::new(Fidelity::ALL.into_iter().map(one).chain([auto]));
-    names.try_map(|name| name.parse::<FidelityChoice>())
+    names.map(|name| Chosen(name.parse().ok()))
 }
 
 fn tolerance(text: &str) -> Result<f64, String> {

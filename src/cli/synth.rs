@@ -3,7 +3,7 @@
 use std::path::PathBuf;
 
 use crate::physics::ball::Ball;
-use crate::physics::collision::{FidelityChoice, Model};
+use crate::physics::collision::Model;
 use crate::report::document::{self, SynthDocument};
 use crate::report::write::Staged;
 use crate::simulate;
@@ -26,7 +26,7 @@ pub(super) struct Args {
     out: PathBuf,
     /// Collision model; full, or ode if the contact gives way, unless given
     #[arg(long, value_parser = super::fidelity())]
-    fidelity: Option<FidelityChoice>,
+    fidelity: Option<super::Chosen>,
     /// Print what was made as JSON, and nothing else, on standard output
     #[arg(long)]
     json: bool,
@@ -35,7 +35,7 @@ pub(super) struct Args {
 pub(super) fn run(args: &Args) -> Result<(), Failure> {
     let spec = simulate::read(&args.spec)?;
     let model = match args.fidelity {
-        Some(FidelityChoice::Of(fidelity)) => Model::new(fidelity, Ball::POOL),
+        Some(super::Chosen(Some(fidelity))) => Model::new(fidelity, Ball::POOL),
         Some(_) => refuse!("--fidelity auto: expected one for all shots"),
         None => spec.usual_model(),
     };

@@ -12,6 +12,7 @@ use super::significance::known_error;
 use crate::fit::deviations::residuals as residuals_of;
 use crate::fit::diagnostics::trends::holm;
 use crate::fit::{Computed, Refuted};
+use crate::physics::collision::Fidelity;
 use crate::problem::{Estimates, Id, Mode, Policy};
 
 impl Joint<'_> {
@@ -52,7 +53,7 @@ impl Joint<'_> {
         weights.sort_by(|a, b| a.2.total_cmp(&b.2));
         let mut comparison = Comparison {
             told_by: self.samples.told_by.clone(),
-            fidelity: options.fidelity.name(),
+            fidelity: options.fidelity.map_or("auto", Fidelity::name),
             is_filmed,
             computed: Computed::of(&self.solution, options.fidelity),
             quantities,

@@ -9,7 +9,6 @@ use super::quantity::Quantity;
 use super::result::Difference;
 use super::samples::{Alone, Samples};
 use crate::measurement::loss::Loss;
-use crate::physics::collision::FidelityChoice;
 use crate::problem::{
     self, Descent, Estimates, Evaluation, Id, Mode, Policy, Problem, Solution, State, comply, descend_until,
     descend_weighed, descend_with_noise, robust_covariance,
@@ -45,7 +44,7 @@ impl<'a> Joint<'a> {
             _ => None,
         });
         let mut compliance = adopted.reduce(f64::max);
-        if samples.options.fidelity == FidelityChoice::Auto
+        if samples.options.fidelity.is_none()
             && let Some(problem::Finding::Compliance { fall, adopted: true, .. }) =
                 comply(&mut problem, &mut descent, &Policy::default())
         {

@@ -2,7 +2,7 @@
 
 use crate::measurement::loss::Loss;
 use crate::measurement::parameter::Parameter;
-use crate::physics::collision::FidelityChoice;
+use crate::physics::collision::Fidelity;
 use crate::physics::name::by_name;
 use crate::problem::Id;
 
@@ -69,8 +69,8 @@ by_name!(Quantity, "quantity", ALL, name, symbol);
 /// `..Options::default()`.
 #[derive(Clone, Debug, Default)]
 pub struct Options {
-    /// How closely collisions are modelled.
-    pub fidelity: FidelityChoice,
+    /// How closely collisions are modelled; `None` as of a fit.
+    pub fidelity: Option<Fidelity>,
     /// How outlying shots count; `None`: as the data sets state.
     pub loss: Option<Loss>,
     /// The quantities that have one value for all data sets instead of the default.

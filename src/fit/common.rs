@@ -19,6 +19,7 @@ use super::{
 use crate::measurement::loss::Loss;
 use crate::measurement::observable::Observable;
 use crate::measurement::parameter::{Parameter, Settings};
+use crate::physics::collision::Fidelity;
 use crate::problem::{Deviations, Estimates, Finding, Id, ShotInfluence, Solution};
 
 /// Shots that are listed by their influence whether they are influential or not, and at most.
@@ -70,7 +71,7 @@ impl Fitted<'_> {
             discs: None,
             sliding: dataset.sliding,
             rolling: dataset.rolling,
-            fidelity: options.fidelity.name(),
+            fidelity: options.fidelity.map_or("auto", Fidelity::name),
             footage: dataset.tracks.is_some(),
             effects: Computed::effects(&Computed::of(solution, options.fidelity)),
             correlation: correlation(&estimates, &solution.covariance_in(errors, &ids)),

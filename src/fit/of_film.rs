@@ -11,7 +11,7 @@ use crate::measurement::dataset::{Measured, Shot};
 use crate::measurement::parameter::{Compliance, Parameter, Setting, Settings};
 use crate::measurement::spin::Spin;
 use crate::measurement::track::TrackShot;
-use crate::physics::collision::{FidelityChoice, Model};
+use crate::physics::collision::{Fidelity, Model};
 use crate::physics::friction_law::Law;
 use crate::problem::{Id, Modelling, Offsets, Policy, RowsError, Solution, fit_film};
 
@@ -25,7 +25,7 @@ const TOPSPIN: f64 = 0.1;
 pub(super) fn fit(request: Request) -> Result<Fit, FitError> {
     let Request { dataset, options, done, .. } = request;
     let (model, settings) = fitted_with(&request)?;
-    let is_auto = options.fidelity == FidelityChoice::Auto;
+    let is_auto = options.fidelity.is_none();
     let modelling = Modelling { model, settings, is_auto, loss: options.loss.unwrap_or(dataset.loss) };
     let solution = fit_film(dataset, &modelling, &Policy::default());
     let film = FittedFilm::new(solution.map_err(|error| request.of_film(error))?, dataset);
@@ -54,7 +54,7 @@ pub(super) fn fit(request: Request) -> Result<Fit, FitError> {
 /// A contact that is stated to give way, at a fidelity that takes it as rigid.
 fn fitted_with(request: &Request) -> Result<(Model, Settings), FitError> {
     let Request { dataset, options, .. } = *request;
-    let mut model = dataset.model(options.fidelity.first());
+    let mut model = dataset.model(options.fidelity.unwrap_or(Fidelity::Full));
     model.tolerance = options.tolerance;
     let settings = options.falling.applied(dataset.settings_of_balls());
     // typical values within the bounds: a search does not depend on the initial values
@@ -66,7 +66,7 @@ fn fitted_with(request: &Request) -> Result<(Model, Settings), FitError> {
         model.law = Law::Exponential { b: start(Parameter::B), c: start(Parameter::C) };
     }
     if settings.compliance == Compliance::Stated {
-        if let FidelityChoice::Of(fidelity) = options.fidelity
+        if let Some(fidelity) = options.fidelity
             && !fidelity.effects().compliance
         {
             return Err(request.of_rows(RowsError::Rigid(fidelity.name())));

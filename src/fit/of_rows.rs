@@ -14,7 +14,7 @@ use crate::measurement::dataset::Shot;
 use crate::measurement::number::plain;
 use crate::measurement::observable::Observable;
 use crate::measurement::parameter::Parameter;
-use crate::physics::collision::{Coefficients, Fidelity, FidelityChoice};
+use crate::physics::collision::{Coefficients, Fidelity};
 use crate::physics::friction_law::Law;
 use crate::problem::{self, Finding, Id, Policy, RowsChoices, RowsFit, fit_rows, predict};
 
@@ -36,8 +36,8 @@ pub(super) fn fit(request: Request) -> Result<Fit, FitError> {
     let shots: Vec<&Shot> = dataset.shots.iter().collect();
     let depth = if shots.len() > MANY_SHOTS { options.depth.min(Depth::Intervals) } else { options.depth };
     // what no model describes is not worth more
-    let is_light = options.fidelity == FidelityChoice::Auto && check::are_mixed_up(&shots);
-    let fidelity = if is_light { FidelityChoice::Of(Fidelity::Full) } else { options.fidelity };
+    let is_light = options.fidelity.is_none() && check::are_mixed_up(&shots);
+    let fidelity = if is_light { Some(Fidelity::Full) } else { options.fidelity };
     let depth = if is_light { Depth::Estimates } else { depth };
     let without_profiles = depth < Depth::Intervals;
     let choices = RowsChoices { fidelity, loss: options.loss, without_profiles };

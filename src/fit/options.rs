@@ -2,7 +2,7 @@
 
 use crate::measurement::loss::Loss;
 use crate::measurement::parameter::{Parameter, Setting, Settings};
-use crate::physics::collision::{FidelityChoice, MAX_TOLERANCE, MIN_TOLERANCE, Model};
+use crate::physics::collision::{Fidelity, MAX_TOLERANCE, MIN_TOLERANCE, Model};
 
 /// Choices of a fit that are not part of the data set. The default is what `caromfit fit` does.
 ///
@@ -18,8 +18,9 @@ use crate::physics::collision::{FidelityChoice, MAX_TOLERANCE, MIN_TOLERANCE, Mo
 /// ```
 #[derive(Clone, Copy, Debug)]
 pub struct Options {
-    /// How closely collisions are modelled.
-    pub fidelity: FidelityChoice,
+    /// How closely collisions are modelled; `None`: `full`, with a compliant contact and the weight of
+    /// the balls if the data show them.
+    pub fidelity: Option<Fidelity>,
     /// How the friction between the balls falls with the slip.
     pub falling: Falling,
     /// The tolerance of the fidelities that integrate ([`Model::tolerance`]): in parts of the closing speed, from [`MIN_TOLERANCE`] to
@@ -103,7 +104,7 @@ impl Options {
 impl Default for Options {
     fn default() -> Self {
         Self {
-            fidelity: FidelityChoice::Auto,
+            fidelity: None,
             falling: Falling::AsStated,
             tolerance: Model::TOLERANCE,
             depth: Depth::Everything,

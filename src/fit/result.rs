@@ -17,7 +17,7 @@ use crate::measurement::loss::Loss;
 use crate::measurement::number::plain;
 use crate::measurement::observable::Observable;
 use crate::physics::ball::Ball;
-use crate::physics::collision::{Effects, Fidelity, FidelityChoice};
+use crate::physics::collision::{Effects, Fidelity};
 use crate::physics::disc::Discs;
 use crate::problem::{DiscImpact, Id, Solution};
 
@@ -154,14 +154,14 @@ fn names<S: Serializer>(effects: &Effects, serializer: S) -> Result<S::Ok, S::Er
 
 impl Computed {
     /// Returns how the shots of each sample of a fit were computed, those of equal effects together.
-    pub(crate) fn of(solution: &Solution, choice: FidelityChoice) -> Vec<Self> {
+    pub(crate) fn of(solution: &Solution, choice: Option<Fidelity>) -> Vec<Self> {
         let mut all: Vec<Self> = Vec::new();
         for (sample, shots) in solution.problem.samples.iter().zip(&solution.at.shots) {
             let corrected = sample.block.count_corrected();
             let falls = sample.gather(&solution.at.state.shared)[Id::FallB] != 0.0;
             let parts = match choice {
-                FidelityChoice::Of(fidelity) => vec![(fidelity, shots.len())],
-                FidelityChoice::Auto => {
+                Some(fidelity) => vec![(fidelity, shots.len())],
+                None => {
                     vec![(Fidelity::Full, shots.len() - corrected), (Fidelity::Contact, corrected)]
                 }
             };

@@ -3,8 +3,7 @@
 use crate::physics::name::worded;
 
 worded! {
-    /// Distortions of a film by its camera, in the order of every list of their values.
-    /// src/problem/film/camera.rs gives the equations.
+    /// Distortions of a film by its camera; src/problem/film/camera.rs gives the equations.
     #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
     #[non_exhaustive]
     pub enum Correction {
@@ -18,11 +17,9 @@ worded! {
         PerspectiveX = "perspective_x" | "perspective along x (1/m)",
         /// Relative decrease of the scale per metre along y, 1/m.
         PerspectiveY = "perspective_y" | "perspective along y (1/m)",
-        /// Relative change of a length at 0.5 m from the middle by the lens: negative for a barrel
-        /// distortion.
+        /// Relative change of a length at 0.5 m by the lens: negative for a barrel distortion.
         Lens = "lens" | "lens (at 0.5 m)",
-        /// Position of the lens's axis along x from the middle of the film, m; not determined
-        /// without a lens distortion.
+        /// Position of the lens's axis along x from the middle of the film, m.
         LensX = "lens_x_m" | "axis of the lens along x (m)",
         /// Position of the lens's axis along y, m.
         LensY = "lens_y_m" | "axis of the lens along y (m)",
@@ -30,13 +27,11 @@ worded! {
         ShutterX = "shutter_x_s_per_m" | "rolling shutter along x (s/m)",
         /// Delay of a rolling shutter per metre along y in the middle of the picture, s/m.
         ShutterY = "shutter_s_per_m" | "rolling shutter along y (s/m)",
-        /// Displacement along x of a ball above the cloth over its height, in the middle of the
-        /// film: the tangent of the camera's angle from the vertical.
+        /// Displacement along x of a raised ball over its height: the tangent of the camera's angle.
         ParallaxX = "parallax_x" | "parallax along x (per height)",
-        /// Displacement along y of a ball above the cloth over its height.
+        /// Displacement along y of a raised ball over its height.
         ParallaxY = "parallax_y" | "parallax along y (per height)",
-        /// Increase of the parallax with the distance from the middle, 1/m: one over the height of
-        /// the camera above the table.
+        /// Increase of the parallax with the distance from the middle, 1/m: 1/height of the camera.
         Nearness = "nearness_per_m" | "nearness of the camera (1/height, 1/m)",
     }
     /// The name in fit.json.
@@ -58,15 +53,13 @@ impl Correction {
         }
     }
 
-    /// Returns whether only the picture of one camera shows it, and not positions that several
-    /// cameras measured in space.
+    /// Returns whether only one camera's picture shows it, not positions measured by several.
     #[must_use]
     pub fn is_of_one_camera(self) -> bool {
         !matches!(self, Self::Scale | Self::Aspect | Self::Shear)
     }
 
-    /// Returns the standard deviation of its prior about the neutral value: cameras and
-    /// calibrations are seldom worse.
+    /// Returns the standard deviation of its prior about the neutral value; cameras are seldom worse.
     #[must_use]
     pub fn usual(self) -> f64 {
         match self {

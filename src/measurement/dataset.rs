@@ -6,7 +6,7 @@ use std::path::PathBuf;
 use super::loss::Loss;
 use super::observable::{Axis, Observable};
 pub use super::observable::{Measured, Measurement};
-use super::parameter::{Parameter, Prior, Settings};
+use super::parameter::{Parameter, Prior, Setting, Settings};
 use super::spin::Spin;
 use super::track::TrackShot;
 pub use super::track::Tracks;
@@ -14,8 +14,8 @@ use crate::physics::ball::{Ball, BallState, Vec3};
 use crate::physics::collision::{Fidelity, Model};
 use crate::physics::contact_frame::cue_velocity;
 
-/// A data set: measured shots, and how they are to be fitted. One that was read from files has been
-/// checked; of one that a program made, a fit refuses what [`Dataset::faults`] finds.
+/// A data set: measured shots, and how they are to be fitted. A fit refuses what
+/// [`Dataset::faults`] finds; of one that was read from files this is nothing.
 #[derive(Clone, Debug, Default)]
 pub struct Dataset {
     /// The name of the data set, also of its folder below `fits/`.
@@ -24,18 +24,15 @@ pub struct Dataset {
     pub path: PathBuf,
     /// The cloth it was measured on; comparisons distinguish data sets by it.
     pub cloth: Option<String>,
-    /// Which balls were played; in a comparison data sets of the same label have one ratio of the
-    /// masses and one of the radii.
+    /// Which balls were played; in a comparison the same label has the same ratios of the balls.
     pub balls: Option<String>,
-    /// Which camera filmed it; in a comparison data sets of the same label have one camera, which was
-    /// not moved.
+    /// Which camera filmed it; in a comparison the same label is a camera that was not moved.
     pub camera: Option<String>,
     /// Who measured it, how and when.
     pub source: Option<String>,
     /// The cue ball.
     pub ball: Ball,
-    /// The object ball, if something is stated of it; `None` stands for
-    /// [`ObjectBall::unweighed`], or of discs for equal ones.
+    /// The object ball; `None` stands for [`ObjectBall::unweighed`], of discs for equal ones.
     pub object: Option<ObjectBall>,
     /// Starting values, bounds and priors of the parameters (`[fit]`).
     pub settings: Settings,
@@ -47,12 +44,12 @@ pub struct Dataset {
     pub shots: Vec<Shot>,
     /// Name and reason of each shot that was left out from the start.
     pub left_out: Vec<(String, String)>,
-    /// The cloth's sliding friction μ_k with which shots were extracted from tracks.
+    /// μ_k of the cloth with which shots were extracted from tracks.
     pub sliding: Option<Measured>,
-    /// The cloth's rolling resistance μ_r with which shots were extracted from tracks.
+    /// μ_r of the cloth likewise.
     pub rolling: Option<Measured>,
-    /// The standard deviation of a side spin that was not seen, as Rω_z/U, in shots that are stated
-    /// as stun or natural roll (`[cue_spin] side_sd`); 0 if there is none.
+    /// The standard deviation of the side spin Rω_z/U of shots that are stated as stun or natural roll
+    /// (`[cue_spin] side_sd`).
     pub side_sd: f64,
     /// Assumptions that its dataset.toml does not state, in sentences.
     pub taken: Vec<String>,
@@ -61,15 +58,13 @@ pub struct Dataset {
 }
 
 impl Dataset {
-    /// Returns a data set of shots that a program measured, with the default settings of the fit;
-    /// see [`Dataset::faults`].
+    /// Returns a data set of shots that a program measured, with the default settings of the fit.
     #[must_use]
     pub fn new(name: impl Into<String>, ball: Ball, shots: Vec<Shot>) -> Self {
         Self { name: name.into(), ball, shots, ..Self::default() }
     }
 
-    /// Returns a data set of shots that a program filmed and tracked ([`TrackShot::new`]), with the
-    /// default settings of the fit; see [`Dataset::faults`].
+    /// Returns a data set of shots that a program filmed and tracked, with the default settings.
     #[must_use]
     pub fn filmed(name: impl Into<String>, ball: Ball, shots: Vec<TrackShot>) -> Self {
         Self { tracks: Some(Tracks::new(shots)), ..Self::new(name, ball, Vec::new()) }
@@ -105,9 +100,21 @@ impl Dataset {
         discs.map_or(self.shots.len(), |tracks| tracks.shots.len())
     }
 
-    /// Returns the settings of its fit, with what is known of the masses and radii of both balls.
+    /// Returns the settings of its fit, with the ratios of the masses and radii of both balls: fixed if
+    /// they are exact, else with a prior.
     pub(crate) fn settings_of_balls(&self) -> Settings {
-        self.object_ball().map_or(self.settings, |object| object.settings(self.ball, self.settings))
+        let mut settings = self.settings;
+        let Some(object) = self.object_ball() else { return settings };
+        let Ball { mass, radius, .. } = object.ball;
+        let [mass_sd, radius_sd] = object.ratio_sds(self.ball);
+        let of_mass = (Parameter::MassRatio, self.ball.mass / mass, mass_sd);
+        for (parameter, mean, sd) in [of_mass, (Parameter::RadiusRatio, self.ball.radius / radius, radius_sd)]
+        {
+            let prior = sd.map(|sd| Prior { mean, sd });
+            settings[parameter] =
+                Setting { initial: mean, fixed: sd.is_none(), prior, ..settings[parameter] };
+        }
+        settings
     }
 
     /// Returns the names of its shots, of footage also of those that were filmed, in their order.
@@ -130,12 +137,10 @@ impl Dataset {
 }
 
 /// The standard deviation of m_cue/m_object of balls that were not weighed, as a fraction: balls of
-/// one set differ by 0.5 to 3 %. With ± 1, 2 and 5 % films of 15 natural-roll shots gave the same
-/// errors, as their frames determine the ratio to 0.3 %.
+/// one set differ by 0.5 to 3 %. (Films of 15 natural-roll shots determine the ratio to 0.3 %.)
 pub const UNWEIGHED: f64 = 0.02;
 
-/// The standard deviation of a mass that is stated without one, kg: that of a kitchen scale, which
-/// shows full grams.
+/// The standard deviation of a mass that is stated without one, kg: that of a kitchen scale.
 pub const WEIGHED_KG: f64 = 5e-4;
 
 /// The object ball.
@@ -143,12 +148,10 @@ pub const WEIGHED_KG: f64 = 5e-4;
 pub struct ObjectBall {
     /// Its radius, mass and moment of inertia.
     pub ball: Ball,
-    /// The standard deviations of the cue ball's and of its own mass, kg; 0 for a mass that is
-    /// exact, or whose error both balls share. `None`: the masses are not both stated, and their
-    /// ratio has the standard deviation [`UNWEIGHED`].
+    /// The standard deviations of the cue ball's and of its own mass, kg; 0 if exact, or if both balls
+    /// share the error. `None`: the ratio of the masses has the standard deviation [`UNWEIGHED`].
     pub mass_sd: Option<[f64; 2]>,
-    /// The standard deviations of the cue ball's and of its own radius, m; 0 for a radius that is
-    /// exact, or whose error both balls share.
+    /// The standard deviations of both radii, m, likewise.
     pub radius_sd: [f64; 2],
 }
 
@@ -159,8 +162,7 @@ impl ObjectBall {
         Self { ball, mass_sd: Some([0.0; 2]), radius_sd: [0.0; 2] }
     }
 
-    /// Returns an object ball like the cue ball, as far as is known of two balls that were not
-    /// weighed.
+    /// Returns an object ball like a cue ball, of balls that were not weighed.
     #[must_use]
     pub fn unweighed(cue: Ball) -> Self {
         Self { mass_sd: None, ..Self::exact(cue) }
@@ -177,23 +179,6 @@ impl ObjectBall {
             (sd != 0.0).then_some(sd)
         })
     }
-
-    /// Returns the settings of a fit with the ratios of masses and radii of the balls: fixed if
-    /// they are exact, else with a prior.
-    #[must_use]
-    pub fn settings(&self, cue: Ball, mut settings: Settings) -> Settings {
-        let Ball { mass, radius, .. } = self.ball;
-        let [mass_sd, radius_sd] = self.ratio_sds(cue);
-        for (parameter, mean, sd) in [
-            (Parameter::MassRatio, cue.mass / mass, mass_sd),
-            (Parameter::RadiusRatio, cue.radius / radius, radius_sd),
-        ] {
-            let setting = &mut settings[parameter];
-            (setting.initial, setting.fixed) = (mean, sd.is_none());
-            setting.prior = sd.map(|sd| Prior { mean, sd });
-        }
-        settings
-    }
 }
 
 /// The reason why shots are left out that a user did not want.
@@ -202,8 +187,7 @@ pub(crate) const ON_REQUEST: &str = "left out on request";
 /// One shot, or the mean of several.
 #[derive(Clone, Debug)]
 pub struct Shot {
-    /// The `shot` column, or without one the number, from 1, among all the data set's
-    /// shots.
+    /// The `shot` column, or without one the number, from 1, among all shots of the data set.
     pub name: String,
     /// The file that it was read from; empty for a shot that a program made.
     pub file: PathBuf,
@@ -227,10 +211,9 @@ impl Shot {
         Self { name: name.into(), file, line: 0, labels, before, spin, after }
     }
 
-    /// A measured impact in the table's frame: the line of centres from the cue ball to the object
-    /// ball, of any length but 0, the cue ball's velocity before, and its own and the object ball's
-    /// after, in m/s, each component with its standard deviation if one is known. The direction
-    /// of the line of centres errs by `normal_sd` radians, if that is known.
+    /// Returns a measured impact, table frame: the line of centres from the cue ball to the object
+    /// ball, of any length but 0, which errs by `normal_sd` radians, the cue ball's velocity before,
+    /// and its own and the object ball's after, in m/s.
     #[must_use]
     pub fn impact(
         name: impl Into<String>,
@@ -251,9 +234,8 @@ impl Shot {
         Self::new(name, Before::Impact { normal, velocity: before }, spin, after)
     }
 
-    /// Makes the side spin of a shot that is stated as stun or natural roll uncertain: `sd` is the
-    /// standard deviation of Rω_z/U, and `radius` the ball's, m. Returns whether the shot's speed,
-    /// which this takes, is known.
+    /// Makes the side spin of a shot that is stated as stun or natural roll uncertain: `sd` is that of
+    /// Rω_z/U, `radius` the ball's, m. Returns whether the shot's speed, which this takes, is known.
     pub fn add_side_spin(&mut self, sd: f64, radius: f64) -> bool {
         if !matches!(self.spin, Spin::Stun | Spin::NaturalRoll) {
             return true;

@@ -3,8 +3,7 @@
 use crate::physics::name::{by_name, worded};
 
 worded! {
-    /// How much a shot counts that lies far from its prediction, from the most to the least
-    /// sensitive to gross errors.
+    /// How much a shot counts that lies far from its prediction.
     #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
     #[non_exhaustive]
     pub enum Loss {

@@ -57,8 +57,7 @@ pub enum Observable {
     CueSpeedRolling,
     /// Cue ball's direction against its incoming one, as `CueTurn`, once it rolls on the cloth.
     CueTurnRolling,
-    /// Object ball's rolling direction against the cue ball's incoming direction; the cut angle
-    /// less the throw.
+    /// Object ball's rolling direction against the cue ball's incoming one.
     ObjectAngleRolling,
     /// e of discs, the ratio of the normal velocities after and before the impact.
     Restitution,

@@ -1,6 +1,4 @@
-//! The parameters of a fit: μ, μ_s and e; b and c if friction falls with the slip, κ if the
-//! contact is compliant, e₁ if e falls with the closing speed, and the ratios of masses and radii
-//! of the balls if these have errors. Their names, bounds and starting values.
+//! The parameters of a fit: their names, bounds, starting values and priors.
 
 use super::valid::{FINITE, Fault, POSITIVE};
 use crate::physics::collision::{Coefficients, MAX_KAPPA, Model};
@@ -11,13 +9,11 @@ worded! {
     #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
     #[non_exhaustive]
     pub enum Parameter {
-        /// μ, sliding friction between the balls; if it falls with the slip v, its a in μ(v) = a
-        /// + b exp(−c v).
+        /// μ, sliding friction between the balls; the a of μ(v) = a + b exp(−c v).
         Mu = "mu" | "μ" | "sliding friction between the balls",
         /// μ_s, friction of the cloth on the object ball during the impact.
         MuS = "mu_s" | "μ_s" | "friction of the cloth on the object ball during the impact",
-        /// e, energetic coefficient of restitution; if it falls with the closing speed v, its e₀
-        /// in e(v) = e₀ − e₁v.
+        /// e, energetic coefficient of restitution; the e₀ of e(v) = e₀ − e₁v.
         E = "e" | "e" | "coefficient of restitution between the balls",
         /// b, by how much μ is larger where the slip ends than at high speed.
         B =
@@ -48,8 +44,7 @@ impl Parameter {
     /// The parameters that every fit has: the first of [`Parameter::ALL`].
     pub const COEFFICIENTS: [Self; 3] = [Self::Mu, Self::MuS, Self::E];
 
-    /// Returns whether it is a ratio of the balls: what is stated of masses and radii is its prior,
-    /// and collisions determine the others.
+    /// Returns whether it is a ratio of the balls, with what is stated of them as its prior.
     #[must_use]
     pub fn is_of_balls(self) -> bool {
         matches!(self, Self::MassRatio | Self::RadiusRatio)
@@ -63,9 +58,8 @@ impl Parameter {
 
     /// Returns the setting that is used if dataset.toml has none: the middle of the published
     /// ranges 0.03 ≤ μ ≤ 0.08, 0.2 < μ_s < 0.4, 0.92 ≤ e ≤ 0.98 (Kim 2024, Eqs. 1 and 2 and below
-    /// 6) to start from, and bounds with room for chalked and waxed balls. c is held at what D.
-    /// Alciatore (TP A-14) found, as few data determine it: 1.088 s/m. κ is that of phenolic resin;
-    /// masses and radii are as they are stated.
+    /// 6), and bounds with room for chalked and waxed balls. c is held at the 1.088 s/m of D.
+    /// Alciatore (TP A-14), κ at that of phenolic resin, as few data determine them.
     #[must_use]
     pub fn default_setting(self) -> Setting {
         let (initial, lower, upper) = match self {
@@ -90,8 +84,7 @@ by_name!(Parameter, "parameter", ALL, name, symbol);
 /// How one parameter enters a fit. A fit refuses what [`Setting::faults`] finds.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Setting {
-    /// The value of a parameter that is `fixed`, or that the data do not identify; no search begins
-    /// there.
+    /// The value of a parameter that is `fixed`, or that the data do not identify.
     pub initial: f64,
     /// The lower bound.
     pub lower: f64,
@@ -110,8 +103,8 @@ impl Setting {
         Self { initial: value, lower: value, upper: value, fixed: true, prior: None }
     }
 
-    /// Returns what keeps a fit from using it: numbers that are not finite or out of range, bounds
-    /// that leave no value, an initial value outside them. Empty for a good one.
+    /// Returns what keeps a fit from using it: numbers out of range, bounds that leave no value, an
+    /// initial value outside them.
     #[must_use]
     pub fn faults(&self, parameter: Parameter) -> Vec<Fault> {
         let Self { initial, lower, upper, fixed, prior } = *self;
@@ -161,7 +154,7 @@ pub struct Settings {
     pub each: [Setting; Parameter::ALL.len()],
     /// Whether friction falls with the slip; if not, b and c have no part in a fit.
     pub falls: bool,
-    /// Whether the contact is compliant; unless [`Compliance::Stated`] κ is no parameter of the fit.
+    /// Whether the contact is compliant; if it is stated, κ has a part in a fit.
     pub compliance: Compliance,
     /// Whether e falls with the closing speed; if not, e₁ has no part in a fit.
     pub e_falls: bool,

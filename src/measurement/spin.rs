@@ -11,13 +11,11 @@ pub enum Spin {
     Stun,
     /// The ball rolls on the cloth without slip.
     NaturalRoll,
-    /// The spin was measured: in the table frame for `impacts` and tracks, in the collision frame
-    /// for `angles`.
+    /// The spin was measured, table frame; collision frame for `angles`.
     Measured {
         /// The angular velocity, rad/s.
         spin: Vec3,
-        /// The standard deviation of each component, rad/s; a component without one counts as
-        /// exact.
+        /// The standard deviation of each component, rad/s; exact without one.
         sd: [Option<f64>; 3],
     },
     /// Nothing is known of the spin.

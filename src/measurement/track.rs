@@ -8,8 +8,8 @@ use super::observable::Measured;
 use super::spin::Spin;
 use crate::physics::disc::Discs;
 
-/// One filmed shot, calibrated: metres in the plane of the table (x right, y up, seen from above),
-/// seconds from the first frame of the file.
+/// One filmed shot, calibrated: m in the plane of the table (x right, y up, seen from above), s from
+/// the first frame of the file.
 #[derive(Clone, Debug, Default)]
 pub struct TrackShot {
     /// The name of the shot.
@@ -22,8 +22,7 @@ pub struct TrackShot {
     pub labels: BTreeMap<String, String>,
     /// Frames per second at which the camera recorded.
     pub fps: f64,
-    /// Positions of the cue ball's centre in the order of time; frames without a position are left
-    /// out.
+    /// Positions of the cue ball's centre in the order of time, without missing frames.
     pub cue: Vec<Sample>,
     /// Positions of the object ball's centre likewise.
     pub object: Vec<Sample>,
@@ -34,11 +33,9 @@ pub struct TrackShot {
     /// The standard deviation of a coordinate that dataset.toml states, m.
     pub position_sd: Option<f64>,
     /// The step of the grid to which the coordinates of the cue ball and of the object ball were
-    /// rounded, such as a pixel, m; 0 if they were not. The rounding error has the standard
-    /// deviation step/√12 of a uniform distribution of this width.
+    /// rounded, such as a pixel, m; 0 if they were not. Rounding has the standard deviation step/√12.
     pub resolution: [f64; 2],
-    /// Correlation of the noise of neighbouring frames, from 0 to below 1; it falls by this factor
-    /// from frame to frame.
+    /// Correlation of the noise of neighbouring frames, from 0 to below 1.
     pub correlation: f64,
 }
 
@@ -49,7 +46,7 @@ impl TrackShot {
     }
 
     /// Returns a film at `fps` frames per second: the positions of the centres of cue ball and object
-    /// ball in the order of time, before, through and after the hit. Their errors are found from the frames.
+    /// ball in the order of time, before, through and after the hit.
     ///
     /// ```
     /// use caromfit::measurement::dataset::Dataset;
@@ -74,8 +71,8 @@ impl TrackShot {
         [&mut self.cue, &mut self.object].into_iter().chain(markers).flatten()
     }
 
-    /// Returns the number of frames that determine a slow motion as one with independent noise
-    /// does: (1 + ρ)/(1 − ρ), if the correlation of the noise falls by ρ from frame to frame.
+    /// Returns the number of frames that determine a slow motion as one with independent noise does,
+    /// (1 + ρ)/(1 − ρ).
     pub(crate) fn frames_alike(&self) -> f64 {
         (1.0 + self.correlation) / (1.0 - self.correlation)
     }
@@ -129,40 +126,35 @@ pub struct Tracks {
     pub shots: Vec<TrackShot>,
     /// Frames per second of the first shot, also once the shots were extracted.
     pub fps: Option<f64>,
-    /// Name and reason of each shot that the shots table says to skip, or that was damaged between
-    /// the camera and the file and cannot be repaired.
+    /// Name and reason of each shot that is to be skipped, or that cannot be repaired.
     pub left_out: Vec<(String, String)>,
     /// Faults that were detected in the files and repaired, with file and line.
     pub notes: Vec<String>,
     /// The discs; `None` for balls.
     pub discs: Option<Discs>,
-    /// Corrections for the camera that are stated, exactly or with an error, in the order of
-    /// [`Correction::ALL`]; `None`: to be found from the balls.
+    /// Stated corrections for the camera, in the order of [`Correction::ALL`]; `None`: to be found.
     pub camera: [Option<Measured>; Correction::COUNT],
     /// Relative standard deviation of the frame rate, if it is stated.
     pub rate_sd: Option<f64>,
-    /// Standard deviation of the slope of the table along x and along y, if it is stated.
+    /// Standard deviation of the slope of the table along x and y, if it is stated.
     pub tilt_sd: Option<f64>,
-    /// Standard deviation of the mean topspin of shots stated as stun or natural roll, as Rω/U,
-    /// if it is stated.
+    /// Standard deviation of the mean topspin Rω/U of stun and natural roll, if it is stated.
     pub topspin_sd: Option<f64>,
     /// Whether lengths are in an unknown unit, so that the size of the balls sets the scale.
     pub from_balls: bool,
-    /// Relative standard deviation of the stated scale; `None` if the size of the balls is said
-    /// to set it.
+    /// Relative standard deviation of the scale; `None` if the size of the balls is said to set it.
     pub scale_sd: Option<f64>,
 }
 
 impl Tracks {
-    /// Relative standard deviation of a scale that is stated without one: rulers in the plane of
-    /// the table, and not of the balls' centres, seen from 1.5 m are off by 2 %.
+    /// Relative standard deviation of a scale that is stated without one: rulers on the table, and not
+    /// at the height of the balls' centres, seen from 1.5 m are off by 2 %.
     pub const SCALE_SD: f64 = 0.02;
 
     /// Highest rate at which films are played, frames per second; slow motion is recorded at more.
     pub const MAX_PLAYBACK: f64 = 60.0;
 
-    /// Shots of balls whose camera is to be found from the balls, in metres. For discs, set
-    /// `discs`.
+    /// Returns shots of balls whose camera is to be found from the balls, in metres.
     #[must_use]
     pub fn new(shots: Vec<TrackShot>) -> Self {
         Self {

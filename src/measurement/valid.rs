@@ -1,5 +1,4 @@
-//! Rules for every data set that is fitted or compared. Reading a file applies the same rules, and
-//! states line and column of each fault.
+//! Rules for every data set that is fitted or compared; readers of files state line and column too.
 
 use std::collections::BTreeMap;
 use std::path::Path;
@@ -11,23 +10,14 @@ use super::track::{Sample, TrackShot};
 use crate::physics::ball::{Ball, HOLLOW_SPHERE};
 
 /// A condition on a finite number, and its words.
-pub type Condition = (fn(f64) -> bool, &'static str);
+pub(crate) type Condition = (fn(f64) -> bool, &'static str);
 
-/// Any finite number.
 pub(crate) const FINITE: Condition = (|_| true, "a finite number");
-
-/// More than 0.
-pub const POSITIVE: Condition = (|x| x > 0.0, "more than 0");
-
-/// 0 or more.
-pub const NOT_NEGATIVE: Condition = (|x| x >= 0.0, "0 or more");
-
-/// The moment of inertia of a ball over MR².
-pub const INERTIA: Condition =
+pub(crate) const POSITIVE: Condition = (|x| x > 0.0, "more than 0");
+pub(crate) const NOT_NEGATIVE: Condition = (|x| x >= 0.0, "0 or more");
+pub(crate) const INERTIA: Condition =
     (|x| x > 0.0 && x <= HOLLOW_SPHERE, "more than 0, at most 2/3 (a hollow sphere)");
-
-/// A number from 0 to 1.
-pub const FRACTION: Condition = (|x| (0.0..=1.0).contains(&x), "a number from 0 to 1");
+pub(crate) const FRACTION: Condition = (|x| (0.0..=1.0).contains(&x), "a number from 0 to 1");
 
 /// A value that is wrong.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
@@ -68,7 +58,7 @@ pub(crate) fn is_unit(x: f64, y: f64) -> bool {
 
 impl Dataset {
     /// Returns what keeps it from being fitted, each with the parameter or the shot, the value and
-    /// what was expected. Empty for every data set that was read from files.
+    /// what was expected.
     #[must_use]
     pub fn faults(&self) -> Vec<String> {
         let mut found = Vec::new();
@@ -110,8 +100,7 @@ impl Dataset {
     }
 }
 
-/// Returns what is wrong with a filmed shot: numbers that are not finite or out of range, and times
-/// that do not rise.
+/// Returns what is wrong with a filmed shot.
 fn faults_of_film(shot: &TrackShot) -> Vec<String> {
     const CORRELATION: Condition = (|x| (0.0..1.0).contains(&x), "0 to below 1");
     let numbers = [

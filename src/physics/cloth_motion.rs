@@ -1,11 +1,10 @@
 //! Motion on the cloth before and after an impact: flight, bounce, sliding, rolling.
 //!
 //! A ball's slip on the cloth is s = (V_x − RΩ_y, V_y + RΩ_x). While it slides, its velocity
-//! changes by −μ_k g ŝ and its slip by (1 + ν)/ν times that, so that ŝ keeps its direction and the
-//! path is a parabola; once s = 0 it rolls and slows down by μ_r g. A ball that leaves the cloth
-//! flies straight for 2V_z/g, and at each landing takes a friction impulse of at most μ_k(1 +
-//! e_t)|V_z| per unit mass against its slip. Bounces too low to be seen act as their average, so
-//! that the path does not leap when one more of them counts as a flight.
+//! changes by −μ_k g ŝ and its slip by (1 + ν)/ν times that, so that the path is a parabola; once s
+//! = 0 it rolls and slows down by μ_r g. A ball that leaves the cloth flies straight for 2V_z/g, and
+//! at each landing takes a friction impulse of at most μ_k(1 + e_t)|V_z| per unit mass against its
+//! slip. Bounces too low to be seen act as their average.
 //!
 //! ```
 //! use caromfit::physics::ball::{Ball, BallState};
@@ -27,16 +26,12 @@ use super::contact_frame::cloth_slip;
 /// Acceleration of gravity, m/s².
 pub const GRAVITY: f64 = 9.81;
 
-/// Slowest rebound with a flight of its own, m/s (a height of 0.2 µm). Where one becomes a flight,
-/// the path moves by μ_k(1 + e_t)V_z²/g, some 0.2 µm.
+/// Slowest rebound with a flight of its own, m/s: a height of 0.2 µm.
 pub(crate) const MIN_REBOUND: f64 = 0.002;
 
 /// Largest number of flights of a ball; later bounces act as their average, as low ones do. At e_t
-/// = 0.9 it holds all rebounds of a ball that rises with 1.7 m/s; at e_t = 1 there is no last one.
+/// = 0.9 it holds all rebounds of a ball that rises with 1.7 m/s.
 pub(crate) const MAX_FLIGHTS: usize = 64;
-
-/// Slip over speed that is the rounding of a natural roll.
-const MIN_SLIP: f64 = 1e-6;
 
 /// The cloth: its friction with a moving ball, and its bounce.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -114,8 +109,7 @@ impl Path {
             *slip -= impulse * lever;
             up *= cloth.bounce;
         }
-        // each bounce that is left takes at most μ_k(1 + e_t)V_z in 2V_z/g, all of them Σ 2V_z
-        // e_tⁿ/g, without end at e_t = 1…
+        // bounces that are left: each takes at most μ_k(1 + e_t)V_z in 2V_z/g, all Σ 2V_z e_tⁿ/g…
         let lost = 1.0 - cloth.bounce;
         let bouncing = if up > 0.0 { up * (2.0 / GRAVITY) / lost.max(0.0) } else { 0.0 };
         let low = cloth.sliding * (cloth.bounce + 1.0) * (0.5 * GRAVITY);
@@ -154,7 +148,8 @@ impl Path {
     #[must_use]
     pub fn before(state: &BallState, ball: &Ball, position: [f64; 2], time: f64, cloth: &Cloth) -> Self {
         let (velocity, slip) = (state.velocity.xy(), cloth_slip(state, ball.radius).xy());
-        let slips = slip.norm() > MIN_SLIP * velocity.norm();
+        // less is the rounding of a natural roll
+        let slips = slip.norm() > 1e-6 * velocity.norm();
         let lever = if slips { (1.0 + ball.inertia) / ball.inertia } else { 0.0 };
         let (along, friction) = if slips { (slip, cloth.sliding) } else { (velocity, cloth.rolling) };
         let acceleration = direction(along) * -friction * GRAVITY;
@@ -162,8 +157,7 @@ impl Path {
         Self(vec![Stretch { acceleration, lever, ..free }])
     }
 
-    /// Returns the instants at which the stretches of constant acceleration begin: take-off,
-    /// landings, sliding, rolling, rest, s.
+    /// Returns the instants of take-off, landings, sliding, rolling and rest, s.
     pub fn changes(&self) -> impl Iterator<Item = f64> {
         self.0.iter().map(|stretch| stretch.start)
     }

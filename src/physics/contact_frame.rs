@@ -14,16 +14,14 @@ pub struct CollisionFrame {
 }
 
 impl CollisionFrame {
-    /// Returns the frame of a line of centres (cue ball to object ball) in the table frame, of any
-    /// length; `None` if it is 0 or not finite.
+    /// Returns the frame of a line of centres in the table frame; `None` if its length is 0 or not finite.
     #[must_use]
     pub fn from_normal(nx: f64, ny: f64) -> Option<Self> {
         let length = nx.hypot(ny);
         (length > 0.0 && length.is_finite()).then(|| Self { nx: nx / length, ny: ny / length })
     }
 
-    /// Returns the frame of a direction of the line of centres in the table frame, rad from the x
-    /// axis.
+    /// Returns the frame of a direction of the line of centres, rad from the table's x axis.
     #[must_use]
     pub fn from_direction(direction_rad: f64) -> Self {
         let (ny, nx) = direction_rad.sin_cos();

@@ -1,7 +1,6 @@
 //! The friction between the balls as a function of their slip.
 
-/// The dependence of the friction between the balls on their slip v; μ itself is given
-/// separately, as in [`Coefficients`](super::collision::Coefficients).
+/// The dependence of the friction between the balls on their slip v, besides μ itself.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub enum Law {
     /// μ is the same at every slip.

@@ -1,5 +1,4 @@
-//! Balls, discs, their contact and their motion on the cloth: every equation of the collision
-//! models.
+//! Balls, discs, their contact and their motion on the cloth.
 pub mod ball;
 pub mod cloth_motion;
 pub mod collision;

@@ -52,15 +52,11 @@ macro_rules! worded {
         $vis enum $thing { $($(#[$variant_about])* $variant),+ }
 
         const _: () = {
-            struct Texts {
-                $($function: &'static str),+
-            }
+            #[allow(non_camel_case_types)] // named as its function
+            enum Column { $($function),+ }
 
-            const fn texts([$($function),+]: [&'static str; [$(stringify!($function)),+].len()]) -> Texts {
-                Texts { $($function),+ }
-            }
-
-            const TEXTS: [Texts; $thing::ALL.len()] = [$(texts([$($text),+])),+];
+            const COLUMNS: usize = [$(stringify!($function)),+].len();
+            const TEXTS: [[&str; COLUMNS]; $thing::ALL.len()] = [$([$($text),+]),+];
 
             impl $thing {
                 /// All of them, in this order.
@@ -70,7 +66,7 @@ macro_rules! worded {
                     $(#[$function_about])*
                     #[must_use]
                     $function_vis fn $function(self) -> &'static str {
-                        TEXTS[self as usize].$function
+                        TEXTS[self as usize][Column::$function as usize]
                     }
                 )+
             }

@@ -108,11 +108,11 @@ mod tests {
     use crate::measurement::spin::Spin;
     use crate::measurement::track::{Sample, TrackShot};
     use crate::physics::ball::Ball;
-    use crate::physics::collision::{Fidelity, FidelityChoice};
+    use crate::physics::collision::Fidelity;
     use crate::simulate;
 
     const FULL: RowsChoices =
-        RowsChoices { fidelity: FidelityChoice::Of(Fidelity::Full), loss: None, without_profiles: false };
+        RowsChoices { fidelity: Some(Fidelity::Full), loss: None, without_profiles: false };
 
     /// Shots of this kind, with these spins, this friction and these cut angles; noise 0.2 mm and the like.
     fn made(kind: &str, count: usize, spins: &str, mu: f64, cuts: [f64; 2], seed: u64) -> Dataset {

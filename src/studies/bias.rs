@@ -9,7 +9,7 @@ use crate::measurement::dataset::{Dataset, Measurement, ObjectBall};
 use crate::measurement::loss::Loss;
 use crate::measurement::observable::Observable;
 use crate::measurement::parameter::{Compliance, Parameter, Setting, Settings};
-use crate::physics::collision::{Effects, Fidelity, FidelityChoice, Model};
+use crate::physics::collision::{Effects, Fidelity, Model};
 use crate::problem::predict;
 
 /// Tolerance of `contact`: differences for the Jacobian are then good to 1e-5.
@@ -123,7 +123,7 @@ pub(crate) fn bias(dataset: &Dataset, way: Way) -> Result<Row, FitError> {
     let begun = Instant::now();
     let is_contact = way.fidelity == Some(Fidelity::Contact);
     let options = Options {
-        fidelity: way.fidelity.map_or(FidelityChoice::Auto, FidelityChoice::Of),
+        fidelity: way.fidelity,
         tolerance: if is_contact { CONTACT_TOLERANCE } else { Model::TOLERANCE_OF_FITS },
         depth: Depth::Estimates,
         ..Options::default()

@@ -67,7 +67,7 @@ fn film(seed: u64) -> usize {
     for finding in check::check(&dataset) {
         assert!(!finding.text.contains("NaN"), "{}", finding.text);
     }
-    let options = Options { depth: Depth::Estimates, fidelity: FidelityChoice::Auto, ..options::of_fit() };
+    let options = Options { depth: Depth::Estimates, fidelity: None, ..options::of_fit() };
     for fit in fit::fit(&tracks, &options).into_iter().flatten() {
         assert!(fit.estimates.iter().all(|estimate| estimate.value.is_finite()));
     }

@@ -18,15 +18,13 @@
 //! 2013). Friction turns to the slip at the rate ρ = 3ε|v|/(κμR). Where that is faster than all
 //! else, it lags behind the slip's direction α by α'/ρ − (α'/ρ)'/ρ.
 //!
-//! The state is what has acted so far: impulses q, J of the balls, C and O of the cloth's friction
-//! on the cue ball and the object ball, vertical velocities U_z and V_z and heights, all per unit
-//! of the object ball's mass. A ball leaves the cloth where the cloth would have to pull, and lands
-//! with a friction impulse of at most μ times its speed.
+//! The state is what has acted so far, per unit of the object ball's mass: impulses q, J of the balls
+//! and C, O of the cloth on each ball, vertical velocities and heights. A ball leaves the cloth where
+//! the cloth would have to pull, and lands with a friction impulse of at most μ times its speed.
 //!
-//! A rigid contact needs no time: with dq = ε|v|μ₀/μ(|v|) ds, μ₀ the friction at first contact,
-//! dJ/ds = −εμ₀v, so that the slip decays smoothly. In the place of R is the energy of the normal
-//! force over ε², dE/ds = −v_x/ε² dq/ds. It sticks where the slip that is left makes no difference;
-//! from there on dq = ε ds.
+//! A rigid contact needs no time: dq = ε|v|μ₀/μ(|v|) ds, μ₀ the friction at first contact, dJ/ds =
+//! −εμ₀v. In the place of R is the energy of the normal force over ε², dE/ds = −v_x/ε² dq/ds. It
+//! sticks where the slip that is left makes no difference; from there on dq = ε ds.
 
 mod modes;
 
@@ -57,20 +55,8 @@ pub(super) const EVENTS: usize = 4;
 /// (5/8)^(2/5) (Hertz 1882).
 const ELASTIC: f64 = 2.438_837_564_705_526_7;
 
-/// A ball that falls more slowly than this part of k does not fall: friction may carry just its
-/// weight.
-const NO_FALL: f64 = 1e-14;
-
-/// The cloth's friction is in proportion to slips below this part of the speeds of the impact, and
-/// of what weight can change in it.
-const SMOOTH: f64 = 1e-4;
-
-/// Part of the tolerance that an approximation may take: a rigid contact sticks where the slip is
-/// less, as friction adds no more to the outcome.
+/// Part of the tolerance that an approximation may take, and the slip at which a rigid contact sticks.
 const NEGLIGIBLE: f64 = 0.1;
-
-/// Least friction: it has a direction only if it is more than 0.
-const LEAST_MU: f64 = 1e-15;
 
 /// The numbers of one shot, in units of the closing speed.
 #[derive(Clone, Copy, Debug)]
@@ -102,16 +88,15 @@ pub(super) struct Shot {
     tilt: f64,
     gravity: f64,
     sigma: f64,
-    /// The slip below which the cloth's friction is in proportion to it.
+    /// The slip below which the cloth's friction is in proportion to it, a part of the speeds.
     smooth: f64,
-    /// The R below which friction turns as it does there, in compression and in restitution: the
-    /// error of the impulses is of its tenth power at first, of its sixth if weight acts from the
-    /// beginning, and of its fifth at last.
+    /// The R below which friction turns as it does there, in compression and in restitution. The
+    /// impulses err by its tenth power (its sixth under weight) and its fifth.
     least_root: [f64; 2],
     tolerance: f64,
 }
 
-/// How a contact holds.
+/// The grip of a contact.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Grip {
     Stuck,
@@ -170,7 +155,7 @@ impl Shot {
             // of a rigid contact it is in the impulses afterwards
             tilt: on(!is_rigid, (1.0 - ratio) / (1.0 + ratio)),
             gravity,
-            smooth: SMOOTH * (1.0 + 0.1 * (u_y / k).abs() + ELASTIC * gravity),
+            smooth: 1e-4 * (1.0 + 0.1 * (u_y / k).abs() + ELASTIC * gravity),
             sigma: model.torque_sign(),
             least_root: [if gravity > 0.0 { 1.0 / 6.0 } else { 0.1 }, 0.2]
                 .map(|power| model.tolerance.powf(power)),
@@ -180,11 +165,11 @@ impl Shot {
         shot
     }
 
-    /// μ at a slip.
+    /// μ at a slip, more than 0 so that it has a direction.
     fn friction(&self, speed: f64) -> f64 {
         let [b, c] = self.fall;
         let falling = if b == 0.0 { 0.0 } else { b * (-c * speed).exp() };
-        (self.mu + falling).max(LEAST_MU)
+        (self.mu + falling).max(1e-15)
     }
 
     /// Whether there is no friction between the balls at any slip.
@@ -343,7 +328,8 @@ impl Shot {
             false => pressed[b],
             // without weight a ball comes down once it no longer rises
             true if !weight => y[UP[b]],
-            true if y[UP[b]] > -NO_FALL => 1.0,
+            // friction may just carry its weight
+            true if y[UP[b]] > -1e-14 => 1.0,
             true => y[HEIGHT[b]],
         };
         [end, grip, ball(0), ball(1)]

@@ -84,12 +84,10 @@ effects! {
         "the contact slides in one direction throughout",
 }
 
-/// The default tolerance of [`choose`], as a fraction of the cue ball's speed U. It is below what
-/// the best footage resolves.
+/// The default tolerance of [`choose`], below what the best footage resolves.
 pub const NEGLIGIBLE_CHANGE: f64 = 1e-3;
 
-/// Factor by which the cloth's friction on a ball counts, as it also moves the contact between the
-/// balls.
+/// Factor by which the cloth's friction counts, as it also moves the contact between the balls.
 const FEEDBACK: f64 = 1.5;
 
 /// An effect on a shot.
@@ -98,7 +96,7 @@ const FEEDBACK: f64 = 1.5;
 pub struct Estimate {
     /// Its name.
     pub name: &'static str,
-    /// How much leaving it out changes the velocities, in parts of the speed of the cue ball.
+    /// Change of velocities if it is left out, as a fraction of the cue ball's speed U.
     pub size: f64,
     /// Whether it was computed.
     pub on: bool,
@@ -109,23 +107,12 @@ pub struct Estimate {
 /// The cheapest way to compute a shot to a tolerance.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Choice {
-    /// The cheapest fidelity that contains the effects that are needed.
-    pub fidelity: Fidelity,
-    /// The effects that are needed.
-    pub effects: Effects,
+    /// The model with the cheapest fidelity that contains the effects that are needed, and with these.
+    pub model: Model,
     /// The size of each effect, in the order of [`Effects::NAMES`].
     pub estimates: [Estimate; 10],
-    /// The sum of the sizes of the effects that are left out, as a fraction of the speed of the cue
-    /// ball U.
+    /// The sum of the sizes of the effects that are left out.
     pub left_out: f64,
-}
-
-impl Choice {
-    /// Returns `model` with the fidelity and the effects that were chosen.
-    #[must_use]
-    pub fn model(&self, model: &Model) -> Model {
-        Model { fidelity: self.fidelity, effects: self.effects, ..*model }.with_some_compliance()
-    }
 }
 
 /// Chooses the cheapest fidelity and the effects for one shot; `tolerance` as a fraction of U.
@@ -156,7 +143,8 @@ pub fn choose(
         }
         Estimate { name, size: sizes[i], on, why: Effects::REASONS[i][usize::from(sizes[i] == 0.0)] }
     });
-    Ok(Choice { fidelity, effects, estimates, left_out: missing(fidelity) })
+    let model = Model { fidelity, effects, ..*model }.with_some_compliance();
+    Ok(Choice { model, estimates, left_out: missing(fidelity) })
 }
 
 /// Returns the size of each effect as a fraction of U, in the order of [`Effects::NAMES`].

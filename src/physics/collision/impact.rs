@@ -4,10 +4,8 @@
 //! All impulses are per unit of the object ball's mass, r = m_cue/m_object (Kim 2024, Eqs. 10–16
 //! and 42–49; unequal balls beyond the paper). Radii R_c and R_o that differ tilt the line of
 //! centres by sin δ = (R_o − R_c)/(R_o + R_c): to first order the normal impulse P has a vertical
-//! part P sin δ. A larger cue ball presses the object ball into the cloth and rises itself, a
-//! smaller one lifts the object ball. The cloth's friction on a ball so pressed takes part in the
-//! impact: dv_x/dq = N + μ_s sin δ. (The slip along the surface that the tilt makes of the closing
-//! speed, k sin δ, is left out: it turns the friction by k sin δ/v_∥0.)
+//! part P sin δ, with which a larger cue ball presses the object ball into the cloth, dv_x/dq = N +
+//! μ_s sin δ. (The slip k sin δ that the tilt makes of the closing speed is left out.)
 
 use std::ops::Index;
 
@@ -21,8 +19,8 @@ use crate::physics::friction_law::Law;
 /// A number with its derivatives by the first N of [`DIFFERENTIATED`].
 pub(super) type Dual<const N: usize> = DualSVec64<N>;
 
-/// Inputs whose derivatives give those by all others: the last two matter to a friction that falls,
-/// the two before them to balls that are not equal.
+/// Inputs whose derivatives give those by all others, the first six for equal balls and constant
+/// friction, eight for constant friction.
 pub(super) const DIFFERENTIATED: [Input; 10] = [
     Input::Mu,
     Input::MuS,
@@ -136,7 +134,7 @@ pub(super) struct Impulses<D> {
     pub q: D,
     /// J_y and J_z of the friction between the balls, on the object ball.
     pub friction: [D; 2],
-    /// The impulses of the cloth on the cue ball and on the object ball, x and y of each.
+    /// The impulses of the cloth on each ball, x and y.
     pub cloth: [[D; 2]; 2],
     /// The vertical velocities of both balls.
     pub up: [D; 2],
@@ -171,8 +169,7 @@ impl<D: Number> Impact<D> {
         }
     }
 
-    /// The impulses of a rigid contact, from those between the balls: with the tilt of the line of
-    /// centres, and the cloth's friction on the object ball.
+    /// Returns the impulses of a rigid contact, from those between the balls.
     #[inline(always)]
     pub fn impulses(&self, values: &Values<D>, [mut q, j_y, j_z]: [D; 3]) -> Impulses<D> {
         let (zero, ratio, mu_s) = (D::from(0.0), values[Input::RadiusRatio], values[Input::MuS]);

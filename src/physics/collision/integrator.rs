@@ -8,32 +8,19 @@ use nalgebra::SVector;
 
 use super::contact::{EVENTS, Mode, N, Shot, State};
 use super::impact::{Values, complete, components};
-use super::{Fidelity, Input, Jacobian, Model, Outcome, Regime};
+use super::{Fidelity, Input, Jacobian, Model, NotACollision, Outcome, Regime};
 
 /// Largest number of steps. Impacts take some dozen to some hundred; stiff contacts shake.
 const MAX_STEPS: usize = 300_000;
 
-/// Largest number of trials for an event.
+/// Number of halvings of a step in search of an event, and largest number of steps of Newton's to it.
+const HALVINGS: usize = 10;
 const MAX_TRIALS: usize = 40;
 
-/// Value of an event's function, just after the event, that is a rounding of 0.
-const EVENT_ROUNDING: f64 = 1e-15;
-
-/// Error of an event's instant, in parts of the step.
-const LOCATED: f64 = 1e-11;
-
-/// Probe for the slope of an event's function, in parts of the step.
-const PROBE: f64 = 1e-4;
-
-/// Step of derivatives that follow an integration, as a fraction of k or of 1: its error is of that
-/// order, roundings over it are less.
+/// Step of derivatives that follow an integration, as a fraction of k or of 1, and their error.
 const DERIVATIVE_STEP: f64 = 1e-7;
 
-/// The least e at which an integration is followed, and the shortest restitution.
-const LEAST_E: f64 = 1e-6;
-
-/// A step: its mode and length, and if it ends with an event, that event's function there and its
-/// slope.
+/// A step: its mode and length, and the event at its end, with its function's value and slope there.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Step {
     mode: Mode,
@@ -41,24 +28,28 @@ pub(super) struct Step {
     event: Option<(usize, f64, f64)>,
 }
 
-/// Returns the outcome to the tolerance of the model, and the steps to it; `None` if these are too
-/// many.
-pub(super) fn solve(values: &Values<f64>, model: &Model) -> Option<(Outcome, Vec<Step>)> {
+/// Returns the outcome to the tolerance of the model, and the steps to it.
+pub(super) fn solve(values: &Values<f64>, model: &Model) -> Result<(Outcome, Vec<Step>), NotACollision> {
     let shot = Shot::new(values, model);
     let mut steps = Vec::with_capacity(64);
-    let y = integrate(&shot, model.tolerance, &mut steps)?;
+    let y = integrate(&shot, model.tolerance, &mut steps)
+        .ok_or(NotACollision::NotIntegrated { tolerance: model.tolerance, kappa: model.kappa })?;
     let stuck = steps.iter().any(|step| step.mode.is_stuck());
     let regime = if stuck { Regime::Stick } else { Regime::Slide };
-    Some((Outcome::new(regime, values, model, &shot.impulses(values, model, &y)), steps))
+    Ok((Outcome::new(regime, values, model, &shot.impulses(values, model, &y)), steps))
 }
 
 /// Returns the outcome and its derivatives by the inputs: differences of the recorded integration,
 /// followed with each input changed a little.
-pub(super) fn differentiate(values: &Values<f64>, model: &Model) -> Option<(Outcome, Jacobian)> {
+pub(super) fn differentiate(
+    values: &Values<f64>,
+    model: &Model,
+) -> Result<(Outcome, Jacobian), NotACollision> {
     let (outcome, mut steps) = solve(values, model)?;
     let (mut values, mut here) = (*values, outcome.components());
     let (k, radius) = (values[Input::VelocityX], model.ball.radius);
-    let least = LEAST_E - (values[Input::E] - values[Input::ESlope] * k);
+    // a shorter restitution is not followed
+    let least = 1e-6 - (values[Input::E] - values[Input::ESlope] * k);
     if least > 0.0 && model.effects.inelasticity {
         values = values.moved(Input::E, least);
         let longer = solve(&values, model)?;
@@ -84,7 +75,7 @@ pub(super) fn differentiate(values: &Values<f64>, model: &Model) -> Option<(Outc
         by.set_column(input as usize, &((beside(&values.moved(input, step)) - here) / step));
     }
     complete(&mut by, &values, model, plain);
-    Some((outcome, by))
+    Ok((outcome, by))
 }
 
 /// Returns the state at the end, and records the steps to there.
@@ -110,12 +101,10 @@ fn integrate(shot: &Shot, tolerance: f64, steps: &mut Vec<Step>) -> Option<State
         let (before, after) = (shot.events(&mode, &y), shot.events(&mode, &there));
         let between = |at: f64| cubic([&y, &rates], [&there, &rates_there], h, at);
         let first = (0..EVENTS)
-            .filter(|event| before[*event] > if last == Some(*event) { EVENT_ROUNDING } else { 0.0 })
+            // just after an event its function is a rounding of 0
+            .filter(|event| before[*event] > if last == Some(*event) { 1e-15 } else { 0.0 })
             .filter(|event| after[*event] <= 0.0)
-            .map(|event| {
-                let function = |at: f64| shot.events(&mode, &between(at))[event];
-                (root(function, [before[event], after[event]], h), event)
-            })
+            .map(|event| (root(|at| shot.events(&mode, &between(at))[event], h), event))
             .min_by(|a, b| a.0.total_cmp(&b.0));
         let Some((at, event)) = first else {
             steps.push(Step { mode, length: h, event: None });
@@ -124,9 +113,9 @@ fn integrate(shot: &Shot, tolerance: f64, steps: &mut Vec<Step>) -> Option<State
             last = None;
             continue;
         };
-        let (length, state, value, slope) = locate(shot, &mode, (&y, &rates), [at.min(h), h], event);
-        steps.push(Step { mode, length, event: Some((event, value, slope)) });
-        y = state;
+        let step;
+        (y, step) = locate(shot, &mode, (&y, &rates), [at, h], event);
+        steps.push(step);
         last = Some(event);
         let Some(next) = shot.after(&mode, event) else { return Some(y) };
         shot.change(&mode, &next, &mut y);
@@ -140,25 +129,25 @@ fn integrate(shot: &Shot, tolerance: f64, steps: &mut Vec<Step>) -> Option<State
 /// The first step, and the least that is tried after an event.
 const FIRST_STEP: f64 = 0.01;
 
-/// Returns the step to an event by Newton's method from near it: the step's length, the state, the
-/// function and its slope.
+/// Returns the state at an event and the step to it, by Newton's method from near it.
 fn locate(
     shot: &Shot,
     mode: &Mode,
     (y, rates): (&State, &State),
     [mut at, h]: [f64; 2],
     event: usize,
-) -> (f64, State, f64, f64) {
+) -> (State, Step) {
     let mut trials = 0;
     loop {
         let (state, rates, _) = step(shot, mode, y, rates, at);
         let function = |after: f64| shot.events(mode, &ahead(&state, after, [&rates], [1.0]))[event];
         let value = function(0.0);
-        let slope = (function(PROBE * h) - function(-PROBE * h)) / (2.0 * PROBE * h);
+        let probe = 1e-4 * h;
+        let slope = (function(probe) - function(-probe)) / (2.0 * probe);
         let off = value / slope;
         trials += 1;
-        if !(off.abs() >= LOCATED * h) || trials == MAX_TRIALS {
-            return (at, state, value, slope);
+        if !(off.abs() >= 1e-11 * h) || trials == MAX_TRIALS {
+            return (state, Step { mode: *mode, length: at, event: Some((event, value, slope)) });
         }
         at = (at - off).clamp(0.0, h);
     }
@@ -219,26 +208,18 @@ fn cubic([y, k]: [&State; 2], [y1, k1]: [&State; 2], h: f64, at: f64) -> State {
     })
 }
 
-/// Returns the root of a decreasing function between 0 and `h`, to a millionth of `h`, by regula
-/// falsi (Illinois).
-fn root(f: impl Fn(f64) -> f64, [before, after]: [f64; 2], h: f64) -> f64 {
-    let (mut low, mut high, mut at) = ((0.0, before), (h, after), h);
-    for _ in 0..MAX_TRIALS {
-        let next = (low.0 * high.1 - high.0 * low.1) / (high.1 - low.1);
-        if (next - at).abs() < 1e-6 * h {
-            return next;
-        }
-        at = next;
-        let value = f(at);
-        if value > 0.0 {
-            low = (at, value);
-            high.1 *= 0.5;
+/// Returns the root of a decreasing function between 0 and `h`, to a few thousandths of `h`.
+fn root(f: impl Fn(f64) -> f64, h: f64) -> f64 {
+    let (mut low, mut high) = (0.0, h);
+    for _ in 0..HALVINGS {
+        let middle = 0.5 * (low + high);
+        if f(middle) > 0.0 {
+            low = middle;
         } else {
-            high = (at, value);
-            low.1 *= 0.5;
+            high = middle;
         }
     }
-    at
+    high
 }
 
 const A2: [f64; 1] = [1.0 / 5.0];

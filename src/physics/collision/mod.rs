@@ -9,8 +9,6 @@
 
 mod contact;
 pub mod effects;
-mod error;
-mod fidelity;
 mod impact;
 mod integrator;
 mod model;
@@ -21,12 +19,60 @@ mod sliding;
 use super::Number;
 use super::ball::Ball;
 use super::friction_law::Law;
-use super::name::worded;
+use super::name::{by_name, worded};
 
 pub use effects::Effects;
-pub use error::NotACollision;
-pub use fidelity::{Fidelity, FidelityChoice};
 pub use outcome::{Input, Jacobian, Outcome};
+
+worded! {
+    /// How closely the collision is modelled, from the cheapest to the most exact.
+    #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+    #[non_exhaustive]
+    pub enum Fidelity {
+        /// Neither friction nor loss of energy.
+        Elastic = "elastic" | "no friction, no loss",
+        /// Restitution without friction.
+        Inelastic = "inelastic" | "restitution, no friction",
+        /// The first order in μ (Kim 2024, Eqs. 50–54), in which the contact never sticks.
+        Linear = "linear" | "first order in μ, no stick",
+        /// The exact solution of the equations of motion, stick included.
+        Full = "full" | "the exact solution, stick included",
+        /// The equations of `full`, or with κ of a compliant contact, integrated to a tolerance.
+        Ode = "ode" | "the same equations integrated, to a tolerance",
+        /// The contact resolved in time, with gravity and the cloth's friction on both balls.
+        Contact = "contact" | "the contact resolved in time, with gravity and the cloth, to a tolerance",
+    }
+    /// The name on the command line and in fit.json.
+    pub fn name;
+    /// The model in a line.
+    pub fn meaning;
+}
+
+by_name!(Fidelity, "fidelity", ALL, name);
+
+impl Fidelity {
+    /// Returns whether the equations of motion are integrated step by step.
+    #[must_use]
+    pub fn is_integrated(self) -> bool {
+        matches!(self, Self::Ode | Self::Contact)
+    }
+
+    /// Returns all effects that this fidelity can simulate.
+    #[must_use]
+    #[inline]
+    pub fn effects(self) -> Effects {
+        let inelastic = Effects { inelasticity: true, ..Effects::NONE };
+        let linear = Effects { friction: true, cloth: true, ..inelastic };
+        match self {
+            Self::Elastic => Effects::NONE,
+            Self::Inelastic => inelastic,
+            Self::Linear => linear,
+            Self::Full => Effects { stick: true, turning: true, falling_friction: true, ..linear },
+            Self::Ode => Effects { compliance: true, ..Self::Full.effects() },
+            Self::Contact => Effects::ALL,
+        }
+    }
+}
 
 /// Friction and restitution of one collision.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -35,8 +81,7 @@ pub struct Coefficients {
     pub mu: f64,
     /// μ_s, friction of the cloth on the object ball.
     pub mu_s: f64,
-    /// e, energetic coefficient of restitution (Stronge); the e₀ of one that falls with the closing
-    /// speed.
+    /// e, energetic coefficient of restitution (Stronge); the e₀ of one that falls with the speed.
     pub e: f64,
 }
 
@@ -48,23 +93,19 @@ pub const MAX_SPEED: f64 = 1e9;
 
 /// The smallest [`Model::tolerance`]: below it, rounding errors prevail.
 pub const MIN_TOLERANCE: f64 = 1e-12;
-/// The largest [`Model::tolerance`]: above it, the error is no longer of the order of the
-/// tolerance.
+/// The largest [`Model::tolerance`]: above it, the error is larger than the tolerance.
 pub const MAX_TOLERANCE: f64 = 1e-2;
 
-/// The range of m_cue/m_object: beyond, roundings of the lighter ball's velocity show in the
-/// heavier one's.
+/// The range of m_cue/m_object; beyond, roundings of one ball's velocity show in the other's.
 pub(crate) const MASS_RATIOS: std::ops::RangeInclusive<f64> = 1e-3..=1e3;
 
 /// Poisson's ratio σ of phenolic resin, of which balls are made, dimensionless.
 pub const POISSON: f64 = 0.34;
 
-/// The largest [`Model::kappa`]: a contact that is softer along its surface transmits next to
-/// no friction.
+/// The largest [`Model::kappa`]: softer contacts transmit next to no friction.
 pub const MAX_KAPPA: f64 = 100.0;
 
-/// The smallest κ with which a compliant contact is computed while κ is fitted: 0 is another model,
-/// whose outcome is approached as √κ.
+/// The smallest κ of fits: the outcome approaches that of 0, another model, as √κ.
 pub const MIN_FITTED_KAPPA: f64 = 1e-3;
 
 /// Returns the tangential compliance κ = (2 − σ)/(2(1 − σ)) of elastic bodies with Poisson's ratio
@@ -97,22 +138,19 @@ pub struct Model {
     /// The object ball, if it differs from the cue ball; `None` stands for an equal one.
     pub object: Option<Ball>,
     /// Whether the cloth's torque on the object ball has the sign of Kim's Eq. (10) as printed, 1 +
-    /// μ_s in dΩ_y/dq, for comparison with the paper only. With 1 − μ_s, the default, the energy
-    /// balance closes.
+    /// μ_s in dΩ_y/dq, for comparison with the paper only: with 1 − μ_s energy balances.
     pub as_printed: bool,
     /// The effects that are simulated, as far as the fidelity can. Stick and turning depend on the
     /// fidelity alone: switching them off changes nothing.
     pub effects: Effects,
     /// The dependence of the friction between the balls on the slip. `linear` takes the friction at
-    /// the first slip, which is an approximation; `full`, `ode` and `contact` follow the slip
-    /// during the impact.
+    /// the first slip; `full`, `ode` and `contact` follow the slip during the impact.
     pub law: Law,
     /// The e₁ of a restitution that falls with the closing speed v, e(v) = e₀ − e₁v but not below
     /// 0, in s/m; `None` if e is constant.
     pub e_slope: Option<f64>,
     /// Used by `ode` and `contact`: the tangential compliance κ, the ratio of normal to tangential
-    /// stiffness of the contact, dimensionless. 0 is a contact that is rigid along its surface, as
-    /// in Kim (2024), which `contact` does not simulate.
+    /// stiffness of the contact, dimensionless. 0, rigid along the surface, is not for `contact`.
     pub kappa: f64,
     /// Used by `ode` and `contact`: the error of each step relative to the closing speed k. The
     /// outcome's error is of that order.
@@ -122,4 +160,48 @@ pub struct Model {
     /// Used by `contact`: the duration of an elastic head-on impact at 1 m/s, in seconds. At a
     /// closing speed of k m/s it is k^(−1/5) times as long (Hertz).
     pub contact_time: f64,
+}
+
+/// The reason why an input describes no collision.
+#[derive(Clone, Copy, Debug, PartialEq, thiserror::Error)]
+#[non_exhaustive]
+pub enum NotACollision {
+    /// A number that is out of its range or not finite.
+    #[error("{name} is {value}; expected {expected}")]
+    OutOfRange {
+        /// The name of the number: `mu`, `radius_m`, `omega_x`, …
+        name: &'static str,
+        /// The number, in the SI unit of its name.
+        value: f64,
+        /// The range in words.
+        expected: &'static str,
+    },
+    /// A line of centres (x, y), table frame, without length or not finite.
+    #[error("the line of centres ({0}, {1}) has no direction; expected a finite vector other than 0")]
+    NoDirection(f64, f64),
+    /// A cue ball with such a velocity, m/s, along the line of centres, away from the object ball.
+    #[error(
+        "the cue ball does not approach: its velocity along the line of centres is {} m/s; expected more than 0", .0 + 0.0
+    )]
+    NotApproaching(f64),
+    /// A μ_s that is negative or not below the second number, 2 + ν of equal balls: from there on
+    /// 2β_z ≤ 0, and the cloth would drive the slip that it brakes.
+    #[error("mu_s is {0}; expected 0 or more, below {1}")]
+    MuSOutOfRange(f64, f64),
+    /// A μ·μ_s that is with topspin not below the second number, 1 + m_object/m_cue: the impact would
+    /// never end, as dv_x/dq ≥ 1 + m_object/m_cue − μ_s μ.
+    #[error(
+        "mu·mu_s is {0}; expected less than {1} with topspin (1 + object ball's mass over cue ball's), or the balls jam"
+    )]
+    Jams(f64, f64),
+    /// An integration that takes too many steps: a contact oscillates as often as 1/√κ.
+    #[error(
+        "the integration did not reach the end of the impact at a tolerance of {tolerance:e} and a kappa of {kappa}; expected a larger tolerance or kappa, or the fidelity full (rigid along the surface)"
+    )]
+    NotIntegrated {
+        /// The tolerance of the model.
+        tolerance: f64,
+        /// The tangential compliance κ.
+        kappa: f64,
+    },
 }

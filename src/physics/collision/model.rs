@@ -16,12 +16,10 @@ impl Model {
     /// 300 µs (Kim 2024, below Eq. 37).
     pub const CONTACT_TIME: f64 = 280e-6;
 
-    /// The default of [`Model::tolerance`]: far below any error of measurement, and about six
-    /// digits above rounding errors.
+    /// The default of [`Model::tolerance`], about six digits above rounding errors.
     pub const TOLERANCE: f64 = 1e-10;
 
-    /// The tolerance that fits use: still far below any error of measurement, at a third of the
-    /// time.
+    /// The tolerance that fits use, far below any error of measurement.
     pub const TOLERANCE_OF_FITS: f64 = 1e-6;
 
     /// The tangential compliance κ of phenolic resin, whose Poisson's ratio is 0.34 ([`kappa`]).
@@ -87,16 +85,14 @@ impl Model {
         Self { fidelity: Fidelity::Ode, effects, kappa, tolerance: Self::TOLERANCE_OF_FITS, ..self }
     }
 
-    /// Returns the model in closed form, [`Fidelity::Full`], with the effects that it can simulate;
-    /// `None` if the fidelity is not integrated.
+    /// Returns the model in closed form, [`Fidelity::Full`]; `None` if it is not integrated.
     #[must_use]
     pub fn closed(&self) -> Option<Self> {
         let effects = self.effects.and(Fidelity::Full.effects());
         self.fidelity.is_integrated().then_some(Self { fidelity: Fidelity::Full, effects, ..*self })
     }
 
-    /// Returns the model with the κ of phenolic resin if it resolves the contact in time and κ is
-    /// 0, which `contact` does not simulate.
+    /// Returns the model with the κ of phenolic resin if it is `contact` and κ is 0.
     pub(crate) fn with_some_compliance(self) -> Self {
         let is_rigid = self.fidelity == Fidelity::Contact && self.kappa == 0.0;
         Self { kappa: if is_rigid { Self::KAPPA } else { self.kappa }, ..self }
@@ -114,8 +110,7 @@ impl Model {
         if self.as_printed { -1.0 } else { 1.0 }
     }
 
-    /// Returns the outcome of a collision (Kim 2024, Eqs. 42–49 with q, J_y, J_z instead of his
-    /// functions of θ), in the frame of the collision.
+    /// Returns the outcome of a collision in the frame of the collision (Kim 2024, Eqs. 42–49).
     ///
     /// # Errors
     /// Input that describes no collision: balls that do not approach, coefficients out of range, a
@@ -124,7 +119,7 @@ impl Model {
         let values = Values::new(self, cue, coefficients);
         self.validate(cue, coefficients, &values)?;
         if self.fidelity.is_integrated() {
-            return self.integrate(&values);
+            return integrator::solve(&values, self).map(|(outcome, _)| outcome);
         }
         Ok(self.solve(&values).0)
     }
@@ -145,7 +140,7 @@ impl Model {
 
     /// Returns the outcome as [`Model::collide`], with the cue ball and the outcome in the frame of
     /// the table, z up. The line of centres leads from the cue ball to the object ball, which is at
-    /// rest, and has any length, so that the difference of the positions serves.
+    /// rest; it has any length, as the difference of the positions.
     ///
     /// # Errors
     /// As [`Model::collide`]; also a line of centres without a direction.
@@ -169,11 +164,9 @@ impl Model {
         })
     }
 
-    /// Returns the outcome and its derivatives: exact in closed form and for a rigid contact; of a
+    /// Returns the outcome and its derivatives: exact in closed form and for a rigid contact, of a
     /// compliant one to about 1e-6. At a transition (stick setting in, topspin turning to draw) they
-    /// are those of the side that the outcome is on. Those by b, c, κ, the ratio of the masses, that
-    /// of the radii and e₁ are 0 if friction and e are constant, the contact is rigid and the balls
-    /// are equal.
+    /// are those of the side that the outcome is on; those by inputs without effect are 0.
     ///
     /// # Errors
     /// As [`Model::collide`].
@@ -185,7 +178,7 @@ impl Model {
         let values = Values::new(self, cue, coefficients);
         self.validate(cue, coefficients, &values)?;
         if self.fidelity == Fidelity::Contact || self.is_compliant() {
-            return integrator::differentiate(&values, self).ok_or(self.not_integrated());
+            return integrator::differentiate(&values, self);
         }
         let (closed, ways) = self.solve(&values);
         let by = match self.law {
@@ -195,7 +188,7 @@ impl Model {
         };
         // the outcome of ode has its tolerance, its derivatives are those of the same equations
         let outcome = match self.fidelity {
-            Fidelity::Ode => self.integrate(&values)?,
+            Fidelity::Ode => integrator::solve(&values, self)?.0,
             _ => closed,
         };
         Ok((outcome, by))
@@ -221,15 +214,6 @@ impl Model {
         by
     }
 
-    fn integrate(&self, values: &Values<f64>) -> Result<Outcome, NotACollision> {
-        integrator::solve(values, self).map(|(outcome, _)| outcome).ok_or(self.not_integrated())
-    }
-
-    #[cold]
-    fn not_integrated(&self) -> NotACollision {
-        NotACollision::NotIntegrated { tolerance: self.tolerance, kappa: self.kappa }
-    }
-
     /// Checks a shot and its values: the only validation of input.
     #[inline(always)]
     pub(super) fn validate(
@@ -241,9 +225,13 @@ impl Model {
         let &Coefficients { mu, mu_s, e } = coefficients;
         let ratio = self.mass_ratio();
         let mut most_mu_s = 2.0 + self.ball.inertia;
-        check_ball(&self.ball)?;
+        for Ball { radius, mass, inertia } in [Some(self.ball), self.object].into_iter().flatten() {
+            within(radius > 0.0 && radius.is_finite(), "radius_m", radius, "more than 0")?;
+            within(mass > 0.0 && mass.is_finite(), "mass_kg", mass, "more than 0")?;
+            let range = "more than 0, at most 2/3 of MR² (a hollow sphere)";
+            within(inertia > 0.0 && inertia <= HOLLOW_SPHERE, "inertia", inertia, range)?;
+        }
         if let Some(object) = &self.object {
-            check_ball(object)?;
             within(MASS_RATIOS.contains(&ratio), "mass_ratio", ratio, "0.001 to 1000")?;
             within(!self.as_printed, "mass_ratio", ratio, "equal balls for the equations as printed")?;
             // 2β_z = (1 + 1/ν_c)/r + (1 − μ_s)/ν must stay positive, or the cloth would drive the
@@ -297,15 +285,6 @@ impl Model {
 #[inline(always)]
 fn within(valid: bool, name: &'static str, value: f64, expected: &'static str) -> Result<(), NotACollision> {
     if valid { Ok(()) } else { Err(NotACollision::OutOfRange { name, value, expected }) }
-}
-
-#[inline(always)]
-fn check_ball(ball: &Ball) -> Result<(), NotACollision> {
-    let &Ball { radius, mass, inertia } = ball;
-    within(radius > 0.0 && radius.is_finite(), "radius_m", radius, "more than 0")?;
-    within(mass > 0.0 && mass.is_finite(), "mass_kg", mass, "more than 0")?;
-    let range = "more than 0, at most 2/3 of MR² (a hollow sphere)";
-    within(inertia > 0.0 && inertia <= HOLLOW_SPHERE, "inertia", inertia, range)
 }
 
 /// Checks that the cue ball moves along the cloth towards the object ball.

@@ -26,17 +26,13 @@ use super::{Number, Regime};
 /// Largest number of steps to an end; typical are two or three.
 const MAX_STEPS: usize = 60;
 
-/// The λs of a last step: it leaves an error of its fourth power, of its third if friction falls.
+/// The λs of a last step, whose error is of its fourth power, of its third if friction falls.
 const LAST_STEP: f64 = 3e-5;
 
 /// The λs after which the slip has decayed: e^(−42) is below the rounding of 1.
 const DECAYED: f64 = 42.0;
 
-/// Replaces e = 0, at which restitution has no length: derivatives are the limit of a short one.
-const TINY_E: f64 = 1e-18;
-
-/// The s at the end of both phases, the second of which only topspin has; `None` if the contact
-/// has stuck before.
+/// The s at the end of both phases, of which only topspin has the second; `None` if it stuck before.
 pub(super) type Ways = [Option<f64>; 2];
 
 /// Returns q, J_y and J_z, and the way to them.
@@ -75,7 +71,8 @@ fn impulses<D: Number>(impact: &Impact<D>, mut end: impl FnMut(&Slide<D>, &Phase
         let compression = Phase { slip, k, n, cloth, work: None };
         let c = end(&slide, &compression);
         let left = c.stopped.map(|stopped| -stopped + 1.0);
-        let (e, slip) = (e + TINY_E, [slip[0] * left[0], slip[1] * left[1]]);
+        // at e = 0 restitution has no length: derivatives are the limit of a short one
+        let (e, slip) = (e + 1e-18, [slip[0] * left[0], slip[1] * left[1]]);
         let work = Some(-e * e * compression.work(&c));
         let f = end(&slide, &Phase { slip, k: zero, n, cloth: cloth * left[1], work });
         let [y, z] = f.stopped;
@@ -184,8 +181,7 @@ impl Slide<f64> {
     }
 
     /// Returns the place that is further by `ds`, by Gauss and Legendre's rules in panels so short
-    /// that they are exact to rounding; `visit` is given the s from there, the stopped parts and dq
-    /// of each node.
+    /// that they are exact to rounding; `visit` gets s, the stopped parts and dq of each node.
     #[inline(always)]
     fn advance(
         &self,
@@ -222,12 +218,6 @@ impl Slide<f64> {
             at.stopped = further(middle, to_middle);
         }
         at
-    }
-
-    #[cold]
-    #[inline(never)]
-    fn decay(&self, slip: [f64; 2], at: Place<f64>, ds: f64) -> Place<f64> {
-        self.advance(slip, at, ds, |_, _, _| {})
     }
 
     /// Returns the dq from a place to the end of a phase, with an error of its third power; the pace
@@ -292,7 +282,7 @@ impl Slide<f64> {
                     if phase.slip[1] <= 0.0 && falls {
                         return (phase.stick(at), None);
                     }
-                    let end = self.decay(phase.slip, at, DECAYED / slowest);
+                    let end = self.advance(phase.slip, at, DECAYED / slowest, |_, _, _| {});
                     let stuck = phase.stick(end);
                     if stuck.q >= end.q {
                         return (stuck, None);

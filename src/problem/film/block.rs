@@ -12,7 +12,6 @@ use super::motion::{COEFFICIENTS, Piece, Struck, cue_before, own_inputs};
 use super::own::{self, OWN};
 use super::spins::{ShotSpin, States};
 use crate::physics::collision::NotACollision;
-use crate::problem::descent::STALL;
 use crate::problem::frames::{Columns, Frame, Sight, add_track, whiten};
 use crate::problem::loss::ShotLoss;
 use crate::problem::sums::{Contribution, Noise, Spread, settle};
@@ -317,7 +316,7 @@ const SLIDE_START: f64 = 0.3;
 const MIN_CHI2_FALL: f64 = 0.1;
 
 /// Steps of a shot's own unknowns until a state is judged, and gain of χ² after which it is.
-const JUDGED: (usize, f64) = (12, STALL);
+const JUDGED: (usize, f64) = (12, 0.01);
 
 /// A state of a shot with the values of its own unknowns there, and its χ².
 struct Judged {

@@ -2,14 +2,14 @@
 
 use crate::measurement::loss::Loss;
 use crate::measurement::number::count_of;
-use crate::physics::collision::{FidelityChoice, NotACollision};
+use crate::physics::collision::{Fidelity, NotACollision};
 use crate::problem::unknowns::Id;
 
 /// Choices of the fit of a table that its data set does not state.
 #[derive(Clone, Copy, Debug, Default)]
 pub(crate) struct RowsChoices {
-    /// How closely collisions are computed.
-    pub(crate) fidelity: FidelityChoice,
+    /// How closely collisions are computed; `None`: as the data show.
+    pub(crate) fidelity: Option<Fidelity>,
     /// How outlying shots count; `None`: as the data set states.
     pub(crate) loss: Option<Loss>,
     /// Whether intervals of profiles are left out.

@@ -9,7 +9,6 @@ use super::table::Table;
 use crate::measurement::dataset::{Dataset, Shot};
 use crate::measurement::loss::Loss;
 use crate::measurement::observable::Observable;
-use crate::physics::collision::FidelityChoice;
 use crate::problem::descent::{Descent, descend, descend_until};
 use crate::problem::effects::choose_effects;
 use crate::problem::film::causes::{self, Refit};
@@ -104,7 +103,7 @@ pub(crate) fn fit_rows(
     if table.split_noise(&descent.end, policy) {
         descent = descend_with_noise(&mut table.problem, descent.end.state);
     }
-    let is_auto = choices.fidelity == FidelityChoice::Auto;
+    let is_auto = choices.fidelity.is_none();
     let how = (is_auto, table.settings.compliance);
     findings.extend(choose_effects(&mut table.problem, &mut descent, how, policy));
     if let Some(explained) = explain(&table, &descent.end, policy).filter(|_| is_auto) {

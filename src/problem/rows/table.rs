@@ -10,7 +10,7 @@ use super::shot::{OWN, Row, RowShot};
 use crate::measurement::dataset::{Dataset, Shot};
 use crate::measurement::observable::Observable;
 use crate::measurement::parameter::{Compliance, Parameter, Settings};
-use crate::physics::collision::{Fidelity, FidelityChoice};
+use crate::physics::collision::Fidelity;
 use crate::problem::block::Block;
 use crate::problem::descent::Descent;
 use crate::problem::film::impact::Contact;
@@ -249,9 +249,9 @@ fn list_unknowns(settings: &Settings) -> Vec<Unknown> {
 fn choose_contact(
     dataset: &Dataset,
     unknowns: &[Unknown],
-    fidelity: FidelityChoice,
+    fidelity: Option<Fidelity>,
 ) -> Result<Contact, RowsError> {
-    let FidelityChoice::Of(fidelity) = fidelity else {
+    let Some(fidelity) = fidelity else {
         return Ok(Contact::new(&dataset.model(Fidelity::Full), unknowns));
     };
     let is_stated = dataset.settings_of_balls().compliance == Compliance::Stated;

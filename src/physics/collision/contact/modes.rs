@@ -1,24 +1,15 @@
-//! The modes of a contact: how it begins, its friction, where it sticks and slides again, steps
-//! that are stable, and landings.
+//! The modes of a contact: its friction, transitions, stable steps and landings.
 
 use super::{CLOTH, Grip, HEIGHT, Mode, N, NEGLIGIBLE, PHI, Pair, R, Shot, State, UP, pair};
 
 /// The longest step: R is of order 1 after some five.
 const MAX_STEP: f64 = 0.2;
 
-/// Steps that turn the friction by more are unstable, and those of a rigid contact that stop more of
-/// its slip.
+/// Steps that turn the friction by more, or stop more of a rigid contact's slip, are unstable.
 const STABLE: f64 = 3.0;
-
-/// Friction can follow a slip of more than this times κμ, if that errs by no more than
-/// [`NEGLIGIBLE`].
-const FOLLOWS: f64 = 10.0;
 
 /// Roundings of an event's function at most.
 const HIDDEN: f64 = 1e-10;
-
-/// Friction whose cosine to the slip is above this may follow it.
-const ALIGNED: f64 = 0.999_9;
 
 impl Shot {
     /// The mode at first contact: it slides if |v| > μκ.
@@ -85,14 +76,14 @@ impl Shot {
         [v.perp(&rate) * slow * y[R], second]
     }
 
-    /// Whether the lag's third order is within a part of what is allowed.
+    /// Whether the slip is large, and the lag's third order within a part of what is allowed.
     fn can_follow(&self, mode: &Mode, y: &State, v: Pair, part: f64) -> bool {
         let ([stretch, _], speed) = (self.phase(mode), v.norm());
         let mu = self.friction(speed);
         let [first, second] = self.lag(mode, y, v);
         // the impulse to there is of the order of R⁵
         let error = (first * second * second).abs() * mu * y[R].powi(5);
-        stretch * speed * part > FOLLOWS * mu * self.kappa && error < part * NEGLIGIBLE * self.tolerance
+        stretch * speed * part > 10.0 * mu * self.kappa && error < part * NEGLIGIBLE * self.tolerance
     }
 
     /// R, but not less than it matters.
@@ -128,7 +119,8 @@ impl Shot {
         let v = self.slip(y);
         let (speed, phi, root) = (v.norm(), pair(y, PHI), self.root(mode, y));
         let (mu, [stretch, _]) = (self.friction(speed), self.phase(mode));
-        let is_aligned = -v.dot(&phi) > ALIGNED * speed * phi.norm();
+        // friction within 0.8° of the slip may follow it
+        let is_aligned = -v.dot(&phi) > 0.999_9 * speed * phi.norm();
         // events that roundings at the beginning of a step have hidden
         let is_beyond = phi.norm() > mu * (1.0 + HIDDEN);
         let slides_on = || self.slides_on(mode, y, v, self.phi(mode, y, v));
