@@ -83,7 +83,8 @@ fn load(args: &Args) -> Result<(Vec<Dataset>, Vec<String>), Failure> {
              dataset.toml states them"
         );
     }
-    let mut datasets = progress::load_all(&folders)?;
+    let (mut datasets, wrong) = progress::load(&folders);
+    unless_none(&wrong, 2)?;
     let mut assumed = Vec::new();
     for table in &tables {
         let (dataset, said) = args.told.load(table)?;
@@ -116,7 +117,7 @@ pub(super) fn run(args: &Args) -> Result<(), Failure> {
     // all input is checked before anything is written
     let (datasets, assumed) = load(args)?;
     let baseline = args.baseline.as_deref().map(Stored::read).transpose()?;
-    let progress = Progress::over_shots(&datasets, args.bootstrap);
+    let progress = Progress::over_shots(&datasets, datasets.len() * args.bootstrap);
     let options = Options {
         fidelity: args.fidelity,
         falling: args.falling.unwrap_or_default(),
