@@ -1,6 +1,6 @@
 //! fit.json: a fit for programs.
 
-use serde::{Deserialize, Serialize, Serializer};
+use serde::Deserialize;
 use serde_json::{Number, Value};
 
 use super::{ByName, Made, document, each, finite, named};
@@ -265,13 +265,6 @@ fn data(fit: &Fit, remark: &fit::Remark) -> (String, serde_json::Map<String, Val
     };
     let values = if let Value::Object(values) = values { values } else { serde_json::Map::new() };
     (kind.unwrap_or_default(), values)
-}
-
-/// As fit.json.
-impl Serialize for Fit {
-    fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
-        FitDocument::new(self).serialize(serializer)
-    }
 }
 
 impl Body {
