@@ -300,14 +300,13 @@ fn film(found: &FoundCamera) -> ByName<FilmEntry> {
     let counts = |names: [&'static str; 2], counts: [usize; 2]| {
         entry([0, 1].map(|i| (names[i], Some(counts[i].into()))))
     };
-    let others = [
-        ("noise_correlation", found.noise_correlation.map(|value| estimate(value, f64::NAN))),
-        ("resolution_m", Some(estimate(0.0, f64::NAN))),
-        ("dropped_frames", Some(counts(["shots", "drops"], found.drops))),
-        ("left_out_at_impacts", found.spoiled.map(|spoiled| counts(["before", "after"], spoiled))),
-    ];
     let mut film = named(&found.corrections, |own| (own.which.name(), estimate(own.value, own.std_error)));
-    film.extend(others.into_iter().filter_map(|(name, entry)| Some((name.to_owned(), entry?))));
+    let correlation = found.noise_correlation.map(|value| estimate(value, f64::NAN));
+    film.extend(correlation.map(|entry| ("noise_correlation".to_owned(), entry)));
+    film.insert("resolution_m".to_owned(), estimate(0.0, f64::NAN));
+    film.insert("dropped_frames".to_owned(), counts(["shots", "drops"], found.drops));
+    let spoiled = found.spoiled.map(|spoiled| counts(["before", "after"], spoiled));
+    film.extend(spoiled.map(|entry| ("left_out_at_impacts".to_owned(), entry)));
     film
 }
 
