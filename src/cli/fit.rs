@@ -67,9 +67,10 @@ fn falling(text: &str) -> Result<Falling, String> {
     if text.trim() == "fit" {
         return Ok(Falling::Fitted);
     }
-    match text.split(',').map(super::number).collect::<Result<Vec<_>, _>>()?[..] {
-        [b, c] => Ok(Falling::Held { b, c }),
-        _ => Err(format!("\"{text}\"; expected fit, or two numbers, b,c with c in s/m")),
+    let numbers: Option<Vec<f64>> = text.split(',').map(|part| part.trim().parse().ok()).collect();
+    match numbers.as_deref() {
+        Some([b, c]) => Ok(Falling::Held { b: *b, c: *c }),
+        _ => Err(format!("\"{text}\"; expected two numbers, b,c with c in s/m, or fit")),
     }
 }
 
