@@ -77,8 +77,7 @@ fn said_once<'a>(what: &str, found: impl Iterator<Item = (Option<&'a str>, &'a s
         let named = shots.iter().take(5).copied().collect::<Vec<_>>().join(", ");
         let of = match shots.len() {
             0 => String::new(),
-            1 => format!("shot {named}: "),
-            2..=5 => format!("shots {named}: "),
+            1..=5 => format!("shot {named}: "),
             count => format!("shots {named} and {} more: ", count - 5),
         };
         format!("  {what}: {of}{sentence}\n")

@@ -7,6 +7,7 @@ use crate::physics::ball::{Ball, BallState, Vec3};
 use crate::physics::collision::effects::{self, Choice, Estimate};
 use crate::physics::collision::{Effects, Fidelity, MIN_TOLERANCE, Model, NotACollision, Outcome};
 use crate::physics::contact_frame::cue_velocity;
+use crate::physics::friction_law::Law;
 use crate::report::document::{self, CollideDocument};
 
 use super::{Failure, print, unless_none};
@@ -59,6 +60,9 @@ pub(super) struct Args {
     /// Say of each effect how large it is, whether it is on, and why
     #[arg(long)]
     explain: bool,
+    /// Friction between the balls that decreases with their slip v, m/s: mu + B·exp(−C·v)
+    #[arg(long, value_name = "B,C", value_parser = super::law, allow_hyphen_values = true)]
+    falling: Option<Law>,
     /// How far the contact between the balls gives way along the surface, 0 (rigid) or more: (2 − s)/(2 − 2s) with
     /// Poisson's ratio s. Of ode and contact [default: 0] and of auto [default: 1.258, phenolic resin]
     #[arg(long, value_name = "K", allow_hyphen_values = true)]
@@ -94,36 +98,33 @@ impl Args {
 
     /// Returns the model of a case; without a fidelity one that has all effects.
     fn given(&self, case: &Case) -> Result<Model, NotACollision> {
-        let fidelity = self.fidelity.0;
-        let ball = Ball { radius: case.radius, ..Ball::POOL };
-        let mut model = Model::new(fidelity.unwrap_or(Fidelity::Contact), ball);
+        let refused = |name, value, expected| Err(NotACollision::OutOfRange { name, value, expected });
+        let (fidelity, kappa, tolerance) = match self.fidelity.0 {
+            Some(fidelity) => (fidelity, None, self.tolerance.unwrap_or(Model::TOLERANCE)),
+            // the integration is a thousand times as close as what the effects left out may change
+            None => (Fidelity::Contact, Some(Model::KAPPA), (1e-3 * self.within()).max(MIN_TOLERANCE)),
+        };
+        let mut model = Model::new(fidelity, Ball { radius: case.radius, ..Ball::POOL });
         if let Some(ratio) = case.mass_ratio.or(self.mass_ratio) {
             if !(ratio > 0.0 && ratio.is_finite()) {
-                let (name, expected) = ("mass_ratio", "more than 0");
-                return Err(NotACollision::OutOfRange { name, value: ratio, expected });
+                return refused("mass_ratio", ratio, "more than 0");
             }
             model = model.with_mass_ratio(ratio);
         }
-        // the integration is a thousand times as close as what the effects left out may change
-        let tolerance = match fidelity {
-            Some(_) => self.tolerance.unwrap_or(Model::TOLERANCE),
-            None => (1e-3 * self.within()).max(MIN_TOLERANCE),
-        };
-        let model = Model { as_printed: self.as_printed, tolerance, ..model };
-        let stated = case.kappa.or(self.kappa);
-        let Some(kappa) = stated.or(fidelity.is_none().then_some(Model::KAPPA)) else { return Ok(model) };
-        if stated.is_some() && kappa != 0.0 && !model.fidelity.effects().compliance {
+        (model.as_printed, model.tolerance) = (self.as_printed, tolerance);
+        model.law = self.falling.unwrap_or_default();
+        let Some(kappa) = case.kappa.or(self.kappa).or(kappa) else { return Ok(model) };
+        if kappa != 0.0 && !fidelity.effects().compliance {
             let expected =
                 "0, or the fidelity ode, contact or auto, as all others are rigid along the surface";
-            return Err(NotACollision::OutOfRange { name: "kappa", value: kappa, expected });
+            return refused("kappa", kappa, expected);
         }
         Ok(Model { kappa, effects: Effects { compliance: true, ..model.effects }, ..model })
     }
 
     fn choose(&self, case: &Case) -> Result<Choice, NotACollision> {
         let (cue, coefficients) = case.before()?;
-        let model = self.given(case)?;
-        effects::choose(&model, &cue, &coefficients, self.within())
+        effects::choose(&self.given(case)?, &cue, &coefficients, self.within())
     }
 
     fn model(&self, case: &Case) -> Result<Model, NotACollision> {
@@ -131,22 +132,15 @@ impl Args {
         if self.fidelity.0.is_some() { Ok(model) } else { Ok(self.choose(case)?.model) }
     }
 
+    /// Returns the collision that the options state.
     fn case(&self) -> Case {
-        let number = |value: Option<f64>| value.unwrap_or(f64::NAN);
-        let velocity = cue_velocity(number(self.speed), number(self.cut).to_radians());
+        let [speed, cut_deg, mu, mu_s, e] =
+            [self.speed, self.cut, self.mu, self.mu_s, self.e].map(|stated| stated.unwrap_or(f64::NAN));
+        let velocity = cue_velocity(speed, cut_deg.to_radians());
         let is_rolling = self.spin.as_deref() == Some(NATURAL_ROLL);
-        Case {
-            name: "collision".to_string(),
-            speed: number(self.speed),
-            cut_deg: number(self.cut),
-            spin: if is_rolling { BallState::natural_roll(velocity, self.radius).spin } else { self.omega },
-            mu: number(self.mu),
-            mu_s: number(self.mu_s),
-            e: number(self.e),
-            radius: self.radius,
-            kappa: None,
-            mass_ratio: None,
-        }
+        let spin = if is_rolling { BallState::natural_roll(velocity, self.radius).spin } else { self.omega };
+        let (name, radius) = ("collision".to_owned(), self.radius);
+        Case { name, speed, cut_deg, spin, mu, mu_s, e, radius, kappa: None, mass_ratio: None }
     }
 
     /// Returns the effects, if they are asked for.
@@ -179,11 +173,8 @@ pub(super) fn run(args: &Args) -> Result<(), Failure> {
         documents.push(CollideDocument::new(computed, explained));
         match outcome {
             Ok(outcome) => {
-                let mut text = table(&case.name, model.fidelity.name(), outcome);
-                if let Some(effects) = explained {
-                    text += &effects_table(&effects);
-                }
-                tables.push(text);
+                let effects = explained.map_or(String::new(), |effects| effects_table(&effects));
+                tables.push(table(&case.name, model.fidelity.name(), outcome) + &effects);
             }
             Err(why) => {
                 let file = args.cases.as_deref().unwrap_or(Path::new("")).display();

@@ -8,7 +8,7 @@ use crate::measurement::loss::Loss;
 use crate::report::{compare as report, document};
 
 use super::progress::{self, Progress};
-use super::{Failure, print};
+use super::{Failure, print, unless_none};
 
 /// One joint fit of several data sets, or of the labels of one whose [fit] by names a column: which parameters differ,
 /// by how much, how surely. Where the data sets have different cloth labels, μ and e are shared and μ_s and μ_k differ by
@@ -41,9 +41,10 @@ pub(super) struct Args {
 }
 
 pub(super) fn run(args: &Args) -> Result<(), Failure> {
-    let datasets = progress::load_all(&args.datasets)?;
-    let progress = Progress::over_shots(&datasets, 0);
-    progress.expect(compare::STAGES);
+    let (datasets, wrong) = progress::load(&args.datasets);
+    unless_none(&wrong, 2)?;
+    progress::named_apart(&datasets)?;
+    let progress = Progress::over_shots(&datasets, compare::STAGES);
     let options = Options {
         fidelity: args.fidelity.0,
         loss: args.loss,

@@ -5,6 +5,7 @@ use std::path::PathBuf;
 use crate::fit::{self, Falling, Fit, Options};
 use crate::measurement::dataset::Dataset;
 use crate::measurement::loss::Loss;
+use crate::physics::friction_law::Law;
 use crate::report;
 use crate::report::document;
 use crate::report::stored::{self, Stored};
@@ -66,9 +67,9 @@ fn falling(text: &str) -> Result<Falling, String> {
     if text.trim() == "fit" {
         return Ok(Falling::Fitted);
     }
-    match text.split(',').map(super::number).collect::<Result<Vec<_>, _>>()?[..] {
-        [b, c] => Ok(Falling::Held { b, c }),
-        _ => Err(format!("\"{text}\"; expected fit, or two numbers, b,c with c in s/m")),
+    match super::law(text).map_err(|error| format!("{error}, or fit"))? {
+        Law::Exponential { b, c } => Ok(Falling::Held { b, c }),
+        Law::Constant => Ok(Falling::AsStated),
     }
 }
 
@@ -82,7 +83,8 @@ fn load(args: &Args) -> Result<(Vec<Dataset>, Vec<String>), Failure> {
              dataset.toml states them"
         );
     }
-    let mut datasets = progress::load_all(&folders)?;
+    let (mut datasets, wrong) = progress::load(&folders);
+    unless_none(&wrong, 2)?;
     let mut assumed = Vec::new();
     for table in &tables {
         let (dataset, said) = args.told.load(table)?;
@@ -115,7 +117,7 @@ pub(super) fn run(args: &Args) -> Result<(), Failure> {
     // all input is checked before anything is written
     let (datasets, assumed) = load(args)?;
     let baseline = args.baseline.as_deref().map(Stored::read).transpose()?;
-    let progress = Progress::over_shots(&datasets, args.bootstrap);
+    let progress = Progress::over_shots(&datasets, datasets.len() * args.bootstrap);
     let options = Options {
         fidelity: args.fidelity.0,
         falling: args.falling.unwrap_or_default(),

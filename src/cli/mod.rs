@@ -32,6 +32,7 @@ use std::process::ExitCode;
 use crate::compare::CompareError;
 use crate::fit::FitError;
 use crate::physics::collision::{Fidelity, MAX_TOLERANCE, MIN_TOLERANCE, NotACollision};
+use crate::physics::friction_law::Law;
 use crate::report::ReportError;
 use clap::builder::{PossibleValue, PossibleValuesParser, TypedValueParser};
 use clap::{Parser, Subcommand};
@@ -148,6 +149,14 @@ fn tolerance(text: &str) -> Result<f64, String> {
 
 fn number(text: &str) -> Result<f64, String> {
     text.trim().parse().map_err(|_| format!("\"{text}\" is not a number"))
+}
+
+/// Returns the law of a friction that decreases with the slip, from B,C.
+fn law(text: &str) -> Result<Law, String> {
+    match text.split(',').map(number).collect::<Result<Vec<_>, _>>()?[..] {
+        [b, c] => Ok(Law::Exponential { b, c }),
+        _ => Err(format!("\"{text}\"; expected two numbers, b,c with c in s/m")),
+    }
 }
 
 /// Returns a parser of values by their names, which completions offer.

@@ -1,72 +1,58 @@
-//! Progress on standard error: on a terminal a bar after a second, else a line each ten seconds.
+//! Progress on standard error: on a terminal a bar, else a line each ten seconds.
 
-use std::io::IsTerminal;
+use std::collections::HashMap;
 use std::path::PathBuf;
 use std::thread;
 use std::time::Duration;
 
 use crate::io::{self, DatasetError};
 use crate::measurement::dataset::Dataset;
-use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
+use indicatif::{ProgressBar, ProgressStyle};
 
-use super::{Failure, unless_none};
+use super::Failure;
 
 /// A bar, which several threads can move, until it is dropped.
-pub(super) struct Progress {
-    bar: ProgressBar,
-}
+pub(super) struct Progress(ProgressBar);
 
 impl Progress {
     pub(super) fn new(steps: usize) -> Self {
-        let mut bar = ProgressBar::with_draw_target(Some(steps as u64), ProgressDrawTarget::hidden());
+        let bar = ProgressBar::new(steps as u64);
         let template = "{bar:30} {pos}/{len} {msg}  {elapsed} (about {eta} left)";
-        if let Ok(style) = ProgressStyle::with_template(template) {
-            bar = bar.with_style(style);
-        }
+        let bar = ProgressStyle::with_template(template).map_or(bar.clone(), |style| bar.with_style(style));
         // a single step may be the slow one
+        bar.enable_steady_tick(Duration::from_millis(200));
         let weak = bar.downgrade();
         thread::spawn(move || {
-            if std::io::stderr().is_terminal() {
-                thread::sleep(Duration::from_secs(1));
-                if let Some(bar) = weak.upgrade().filter(|bar| !bar.is_finished()) {
-                    bar.set_draw_target(ProgressDrawTarget::stderr());
-                    bar.enable_steady_tick(Duration::from_millis(200));
-                }
-                return;
-            }
             loop {
                 thread::sleep(Duration::from_secs(10));
                 let Some(bar) = weak.upgrade().filter(|bar| !bar.is_finished()) else { return };
-                let (done, all) = (bar.position(), bar.length().unwrap_or_default());
-                eprintln!("{done} of {all} steps done, {} s: {}", bar.elapsed().as_secs(), bar.message());
+                if bar.is_hidden() {
+                    let (done, all) = (bar.position(), bar.length().unwrap_or_default());
+                    eprintln!("{done} of {all} steps done, {} s: {}", bar.elapsed().as_secs(), bar.message());
+                }
             }
         });
-        Self { bar }
+        Self(bar)
     }
 
-    /// Shows the work on data sets: a step for each filmed shot, and for each data set one more than `others`.
+    /// Shows the work on data sets: a step for each filmed shot and each data set, and others.
     pub(super) fn over_shots(datasets: &[Dataset], others: usize) -> Self {
         let filmed = |dataset: &Dataset| dataset.tracks.as_ref().map_or(0, |tracks| tracks.shots.len());
-        Self::new(datasets.iter().map(|dataset| filmed(dataset) + others + 1).sum())
+        Self::new(datasets.iter().map(|dataset| filmed(dataset) + 1).sum::<usize>() + others)
     }
 
     pub(super) fn step(&self, name: &str) {
-        self.bar.set_message(name.to_string());
+        self.0.set_message(name.to_owned());
     }
 
     pub(super) fn done(&self) {
-        self.bar.inc(1);
-    }
-
-    /// Adds steps that are to come.
-    pub(super) fn expect(&self, steps: usize) {
-        self.bar.inc_length(steps as u64);
+        self.0.inc(1);
     }
 }
 
 impl Drop for Progress {
     fn drop(&mut self) {
-        self.bar.finish_and_clear();
+        self.0.finish_and_clear();
     }
 }
 
@@ -85,23 +71,14 @@ pub(super) fn load(paths: &[PathBuf]) -> (Vec<Dataset>, Vec<DatasetError>) {
     (datasets, wrong)
 }
 
-/// Loads data sets, all of which must be right and have different names.
-pub(super) fn load_all(paths: &[PathBuf]) -> Result<Vec<Dataset>, Failure> {
-    let (datasets, wrong) = load(paths);
-    unless_none(&wrong, 2)?;
-    named_apart(&datasets)?;
-    Ok(datasets)
-}
-
 /// Refuses data sets of the same name.
 pub(super) fn named_apart(datasets: &[Dataset]) -> Result<(), Failure> {
-    for (i, one) in datasets.iter().enumerate() {
-        if let Some(other) = datasets[..i].iter().find(|other| other.name == one.name) {
+    let mut known: HashMap<&str, &Dataset> = HashMap::new();
+    for one in datasets {
+        if let Some(other) = known.insert(&one.name, one) {
+            let (one, other, name) = (one.path.display(), other.path.display(), &one.name);
             refuse!(
-                "{} and {} are both named \"{}\", by which their results are told apart; expected different names",
-                other.path.display(),
-                one.path.display(),
-                one.name
+                "{other} and {one} are both named \"{name}\", by which results are told apart; expected different names"
             );
         }
     }

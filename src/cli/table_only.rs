@@ -71,10 +71,10 @@ impl Told {
     /// Puts what is stated into a draft; returns a sentence if its times are those of slow motion: of a film that was recorded more
     /// than 5 % faster.
     pub(super) fn fill(&self, draft: &mut Draft) -> Option<String> {
-        let is_slow = self.fps.is_some_and(|fps| draft.set_fps(fps));
-        let texts = [("assume", &self.spin), ("cue", &self.cue), ("object", &self.object)];
-        for (key, value) in texts.into_iter().filter_map(|(key, value)| Some((key, value.as_deref()?))) {
-            draft.set(key, value);
+        for (key, value) in [("assume", &self.spin), ("cue", &self.cue), ("object", &self.object)] {
+            if let Some(value) = value {
+                draft.set(key, value.as_str());
+            }
         }
         if let Some(unit) = &self.unit {
             draft.set_unit(unit);
@@ -82,20 +82,19 @@ impl Told {
         if let Some(radius) = self.radius {
             draft.set("radius_m", radius);
         }
-        let fps = self.fps.filter(|_| is_slow)?;
+        let fps = self.fps.filter(|fps| draft.set_fps(*fps))?;
         Some(format!("Its times are those of slow motion, recorded at {fps} frames per second."))
     }
 
     /// Refuses --cue and --object that do not name two tracks of the table.
     fn check_balls(&self, tracks: &[String]) -> Result<(), Failure> {
-        let (Some(cue), Some(object)) = (&self.cue, &self.object) else { return Ok(()) };
         let known = tracks.join(", ");
-        for (option, name) in [("--cue", cue), ("--object", object)] {
-            if !tracks.is_empty() && !tracks.contains(name) {
+        for (option, name) in [("--cue", &self.cue), ("--object", &self.object)] {
+            if let Some(name) = name.as_ref().filter(|name| !tracks.is_empty() && !tracks.contains(name)) {
                 refuse!("{option} is \"{name}\", which is no track of the table; expected one of {known}");
             }
         }
-        if cue == object {
+        if let Some(cue) = self.cue.as_ref().filter(|cue| self.object.as_ref() == Some(cue)) {
             refuse!("--cue and --object are both \"{cue}\"; expected two different tracks, of {known}");
         }
         Ok(())

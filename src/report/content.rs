@@ -119,11 +119,11 @@ pub(super) struct Shot {
     pub(super) chi2: f64,
 }
 
-/// Rows of cells below a head. A row that is shorter than the head ends with a cell that spans the rest.
+/// Rows of as many cells as the head has.
 #[derive(Clone, Serialize)]
 pub(super) struct Table {
     head: Vec<String>,
-    /// Whether a column holds numbers, which are aligned to the right, but for cells that span the rest.
+    /// Whether a column holds numbers, which are aligned to the right.
     right: Vec<bool>,
     rows: Vec<Vec<String>>,
     /// The page that the first cell of each row leads to; empty without any.
@@ -140,30 +140,26 @@ impl Table {
         Self { right: vec![false; head.len()], head, rows: rows.into_iter().collect(), links: Vec::new() }
     }
 
-    /// Returns the table with numbers in these columns, if a row reaches them.
+    /// Returns the table with numbers in these columns.
     pub(super) fn with_numbers(mut self, columns: std::ops::Range<usize>) -> Self {
-        let reached = self.rows.iter().any(|row| row.len() == self.head.len());
-        self.right[columns].fill(reached);
+        self.right[columns].fill(true);
         self
     }
 
-    /// Returns the table as text: columns padded to the widest cell, two spaces apart. The last cell of a short row may reach beyond its
-    /// column. A head without words is left out.
+    /// Returns the table as text: columns padded to the widest cell, two spaces apart. A head without words is left out.
     pub(super) fn text(&self, indent: &str) -> String {
         let has_head = self.head.iter().any(|cell| !cell.is_empty());
         let rows: Vec<&Vec<String>> = has_head.then_some(&self.head).into_iter().chain(&self.rows).collect();
-        let spans = |row: &[String], column: usize| row.len() < self.head.len() && column + 1 == row.len();
         let width = |column: usize| {
-            let own = rows.iter().filter(|row| !spans(row, column)).filter_map(|row| row.get(column));
-            own.map(|cell| cell.chars().count()).max().unwrap_or(0)
+            let cells = rows.iter().filter_map(|row| row.get(column));
+            cells.map(|cell| cell.chars().count()).max().unwrap_or(0)
         };
         let widths: Vec<usize> = (0..self.head.len()).map(width).collect();
         let mut text = String::new();
         for row in rows {
             let mut line = indent.to_owned();
-            for (i, (cell, width)) in row.iter().zip(&widths).enumerate() {
-                let is_right = self.right[i] && !spans(row, i);
-                line += &if is_right { format!("{cell:>width$}  ") } else { format!("{cell:<width$}  ") };
+            for ((cell, width), is_right) in row.iter().zip(&widths).zip(&self.right) {
+                line += &if *is_right { format!("{cell:>width$}  ") } else { format!("{cell:<width$}  ") };
             }
             text += line.trim_end();
             text.push('\n');

@@ -56,9 +56,8 @@ impl Stored {
         /// The tolerance of an estimate without a standard error, as a fraction of it.
         const RELATIVE: f64 = 1e-6;
         let now = FitDocument::new(fit);
-        let label = |fit: &FitDocument| fit.group.as_ref().map(|group| group.label.clone());
-        let is_same = |own: &&FitDocument| own.dataset == now.dataset && label(own) == label(&now);
         let title = title(fit);
+        let is_same = |own: &&FitDocument| own.dataset == now.dataset && own.group == now.group;
         let before = self.fits.iter().find(is_same).ok_or_else(|| {
             StoredError::new(&self.path, format!(": holds no fit of {title}; expected one to compare with"))
         })?;
@@ -77,30 +76,21 @@ impl Stored {
             };
             compare(&format!("{name} status"), [&before.status, &now.status].map(String::clone), None);
             let change = now.estimate - before.estimate;
-            let error = before.std_error.into_iter().chain(now.std_error).fold(0.0, f64::max);
-            let in_errors = (error > 0.0).then(|| change / error);
+            let [old, new] = [before, now].map(|own| own.std_error.unwrap_or(0.0));
+            let in_errors = (old.max(new) > 0.0).then(|| change / old.max(new));
             let largest = before.estimate.abs().max(now.estimate.abs());
             if in_errors.map_or(change.abs() > RELATIVE * largest, |errors| errors.abs() > SAME_ERRORS) {
                 compare(name, [before, now].map(|own| own.estimate.to_string()), in_errors);
             }
             // an interval that widens is a change even where the estimate stays
-            let widened = match [before.std_error, now.std_error] {
-                [Some(old), Some(new)] => (new / old - 1.0).abs() > SAME_ERRORS,
-                [old, new] => old.is_some() != new.is_some(),
-            };
-            if widened {
-                let text = |error: Option<f64>| error.map_or("none".to_owned(), |error| error.to_string());
-                compare(&format!("{name} std_error"), [before, now].map(|own| text(own.std_error)), None);
+            if (new - old).abs() > SAME_ERRORS * old {
+                compare(&format!("{name} std_error"), [old, new].map(|error| error.to_string()), None);
             }
         }
         let chi2 = [before, &now].map(|fit| fit.chi2.unwrap_or(f64::NAN));
         let change = (chi2[1] - chi2[0]) / (2.0 * now.dof.max(1) as f64).sqrt();
         if chi2[0].is_finite() != chi2[1].is_finite() || change.abs() > SAME_ERRORS {
-            compare(
-                "chi2",
-                chi2.map(|chi2| chi2.to_string()),
-                Some(change).filter(|change| change.is_finite()),
-            );
+            compare("chi2", chi2.map(|chi2| chi2.to_string()), Some(change));
         }
         compare("dof", [before, &now].map(|fit| fit.dof.to_string()), None);
         compare("shots_used", [before, &now].map(|fit| fit.shots_used.to_string()), None);

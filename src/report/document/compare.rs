@@ -1,7 +1,5 @@
 //! compare.json: a comparison for programs.
 
-use serde::{Serialize, Serializer};
-
 use super::{Made, document, each};
 use crate::compare::{
     Compared, Comparison, Difference, LikelihoodRatio, Reason, Robust, SampleSummary, Value,
@@ -128,12 +126,5 @@ document! {
         label: String = comparison.labels[found.0].clone(),
         /// Why it does not.
         reason: String = words::reason(found.1, compared.quantity),
-    }
-}
-
-/// As compare.json.
-impl Serialize for Comparison {
-    fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
-        CompareDocument::new(self).serialize(serializer)
     }
 }

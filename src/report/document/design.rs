@@ -1,7 +1,5 @@
 //! design.json: a design for programs.
 
-use serde::{Serialize, Serializer};
-
 use super::{Body, ByName, Made, document, each};
 use crate::design::{self, Design, Mixture, OfKind, PlayedKind};
 use crate::measurement::parameter::Parameter;
@@ -85,13 +83,6 @@ document! {
         kind: String = of.name.clone(),
         /// Number of shots.
         shots: u64 = count,
-    }
-}
-
-/// As design.json.
-impl Serialize for Design {
-    fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
-        DesignDocument::new(self).serialize(serializer)
     }
 }
 

@@ -1,6 +1,6 @@
 //! fit.json: a fit for programs.
 
-use serde::{Deserialize, Serialize, Serializer};
+use serde::Deserialize;
 use serde_json::{Number, Value};
 
 use super::{ByName, Made, document, each, finite, named};
@@ -267,13 +267,6 @@ fn data(fit: &Fit, remark: &fit::Remark) -> (String, serde_json::Map<String, Val
     (kind.unwrap_or_default(), values)
 }
 
-/// As fit.json.
-impl Serialize for Fit {
-    fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
-        FitDocument::new(self).serialize(serializer)
-    }
-}
-
 impl Body {
     /// Returns the cue ball or the object ball (0 or 1) with the standard deviations of what is stated of both.
     pub(in crate::report) fn of_balls(cue: &Ball, object: Option<&ObjectBall>, which: usize) -> Self {
@@ -307,14 +300,13 @@ fn film(found: &FoundCamera) -> ByName<FilmEntry> {
     let counts = |names: [&'static str; 2], counts: [usize; 2]| {
         entry([0, 1].map(|i| (names[i], Some(counts[i].into()))))
     };
-    let others = [
-        ("noise_correlation", found.noise_correlation.map(|value| estimate(value, f64::NAN))),
-        ("resolution_m", Some(estimate(0.0, f64::NAN))),
-        ("dropped_frames", Some(counts(["shots", "drops"], found.drops))),
-        ("left_out_at_impacts", found.spoiled.map(|spoiled| counts(["before", "after"], spoiled))),
-    ];
     let mut film = named(&found.corrections, |own| (own.which.name(), estimate(own.value, own.std_error)));
-    film.extend(others.into_iter().filter_map(|(name, entry)| Some((name.to_owned(), entry?))));
+    let correlation = found.noise_correlation.map(|value| estimate(value, f64::NAN));
+    film.extend(correlation.map(|entry| ("noise_correlation".to_owned(), entry)));
+    film.insert("resolution_m".to_owned(), estimate(0.0, f64::NAN));
+    film.insert("dropped_frames".to_owned(), counts(["shots", "drops"], found.drops));
+    let spoiled = found.spoiled.map(|spoiled| counts(["before", "after"], spoiled));
+    film.extend(spoiled.map(|entry| ("left_out_at_impacts".to_owned(), entry)));
     film
 }
 

@@ -16,10 +16,13 @@ pub(crate) use fit::*;
 pub(crate) use printed::*;
 use schemars::generate::SchemaSettings;
 use schemars::{JsonSchema, Schema};
-use serde::{Deserialize, Serialize};
+use serde::{Deserialize, Serialize, Serializer};
 use serde_json::Value;
 
 use super::ReportError;
+use crate::compare::Comparison;
+use crate::design::Design;
+use crate::fit::Fit;
 
 /// `format_version` of the documents: raised if a key is renamed or dropped, or changes its meaning.
 pub(crate) const FORMAT_VERSION: u32 = 1;
@@ -55,6 +58,19 @@ macro_rules! document {
     )+ };
 }
 use document;
+
+/// Writes values as their documents.
+macro_rules! written_as {
+    ($($value:ty => $document:ty),+) => { $(
+        /// As this document.
+        impl Serialize for $value {
+            fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
+                <$document>::new(self).serialize(serializer)
+            }
+        }
+    )+ };
+}
+written_as!(Fit => FitDocument, Comparison => CompareDocument, Design => DesignDocument);
 
 /// A value for each of several names, in their order.
 pub(crate) type ByName<T> = indexmap::IndexMap<String, T>;

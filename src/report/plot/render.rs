@@ -294,9 +294,9 @@ fn width(text: &str, size: f64) -> i32 {
 
 /// Returns the text in one line no wider than `limit` pixels, without characters that an SVG cannot hold.
 fn shortened(text: &str, size: f64, limit: i32) -> String {
-    let is_allowed = |c: char| !c.is_control() && !matches!(c, '\u{fffe}' | '\u{ffff}');
+    let is_refused = |c: char| c.is_control() || matches!(c, '\u{fffe}' | '\u{ffff}');
     // a name of a megabyte is not measured letter by letter
-    let mut short: String = text.chars().take(300).map(|c| if is_allowed(c) { c } else { ' ' }).collect();
+    let mut short = text.chars().take(300).collect::<String>().replace(is_refused, " ");
     if short.len() >= text.len() && width(&short, size) <= limit {
         return short;
     }
