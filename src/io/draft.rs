@@ -48,60 +48,55 @@ pub(crate) fn draft(named: &[PathBuf]) -> Result<Draft, Problem> {
         // also if all tables are in one of its subfolders
         [folder] if folder.is_dir() => folder.clone(),
         _ => {
-            let holds_all = |folder: &&Path| seen.iter().all(|(file, _)| file.starts_with(folder));
-            let above = seen.first().and_then(|(file, _)| file.ancestors().skip(1).find(holds_all));
+            let holds_all = |folder: &&Path| seen.iter().all(|seen| seen.file.starts_with(folder));
+            let above = seen.first().and_then(|first| first.file.ancestors().skip(1).find(holds_all));
             above.map(Path::to_path_buf).unwrap_or_default()
         }
     };
     let here = if draft.folder.as_os_str().is_empty() { Path::new(".") } else { &draft.folder };
     let name = std::path::absolute(here).unwrap_or_else(|_| here.to_path_buf());
     let name = name.file_name().map_or("my-data".into(), |name| name.to_string_lossy().into_owned());
-    let Some((file, first)) = seen.first() else { return Err(refused(here, "holds no table")) };
-    let surveys = seen.iter().filter_map(|(_, seen)| match seen {
-        Seen::Tracks(survey) => Some(survey.as_ref()),
-        _ => None,
-    });
-    let surveys: Vec<&Survey> = surveys.collect();
+    let Some(first) = seen.first() else { return Err(refused(here, "holds no table")) };
+    let surveys: Vec<&Survey> = seen.iter().filter_map(|seen| seen.survey.as_ref()).collect();
     draft.tracks = names(&surveys).into_iter().map(|(name, _)| name.to_owned()).collect();
     draft.follows = surveys.first().and_then(|first| times(first).0);
     draft.are_discs = surveys.first().is_some_and(|first| first.are_discs);
     draft.line("# Drafted by caromfit init. Lines with FILL IN need values that the files do not state.");
     draft.state("name", quoted(&name), "also the name of its folder under fits/");
-    let kind = first.kind().0;
-    draft.state("kind", quoted(kind), "");
-    let listed = seen.iter().map(|(file, _)| {
+    draft.state("kind", quoted(first.kind), "");
+    let listed = seen.iter().map(|Seen { file, .. }| {
         quoted(&file.strip_prefix(&draft.folder).unwrap_or(file).to_string_lossy().replace('\\', "/"))
     });
     let listed = listed.collect::<Vec<_>>().join(", ");
     draft.state("files", format!("[{listed}]"), "");
-    draft.blank("cloth", "cloth", TEXT, "label of the cloth, for `caromfit compare`; optional");
-    draft.blank("source", "source", TEXT, "who measured it, how, when; optional");
+    draft.suggest("cloth", TEXT, "label of the cloth, for `caromfit compare`; optional");
+    draft.suggest("source", TEXT, "who measured it, how, when; optional");
     let lengths = Lengths::of(&surveys);
     draft.line("\n[ball]");
     if draft.are_discs {
         let why = "what was followed are points on two discs, or discs with their angles";
         draft.state("shape", "\"disc\"", why);
         let why = "of the discs; optional: otherwise estimated from the tracks at contact";
-        draft.blank("radius_m", "radius_m", NUMBER, why);
+        draft.suggest("radius_m", NUMBER, why);
     } else {
         lengths.describe_radius(&mut draft);
     }
     let why = "of the first ball or disc, and [object] mass_kg of the other, weighed to 0.1 g; optional";
     draft.suggest("mass_kg", NUMBER, why);
-    if kind == "tracks" && !draft.are_discs {
+    if first.kind == "tracks" && !draft.are_discs {
         draft.suggest("shape", "\"disc\"", "pucks and coins, which slide and do not roll");
     }
-    if !draft.are_discs && !matches!(first, Seen::Angles(true)) {
+    if !draft.are_discs && !first.has_spins {
         draft.line("\n[cue_spin]");
         let why = "stun (it slides without turning), natural-roll (it rolls), measured, unknown";
         draft.blank("cue_spin", "assume", TEXT, why);
     }
-    if kind == "tracks" {
+    if first.kind == "tracks" {
         describe_video(&surveys, &mut draft);
         lengths.describe_scale(&mut draft);
         draft.line("\n[tracks]");
         if surveys.is_empty() {
-            describe_unknown(file, &mut draft);
+            describe_unknown(&first.file, &mut draft);
         } else {
             describe_tracks(&surveys, &mut draft);
         }

@@ -30,28 +30,14 @@ const ROWS: usize = 2;
 const NUMBERS: usize = 2;
 
 /// The content of a file.
-pub(super) enum Seen {
-    Tracks(Box<Survey>),
-    Impacts,
-    /// Whether it has columns of spins.
-    Angles(bool),
-    /// A table of unknown columns.
-    Unknown,
-}
-
-impl Seen {
-    pub(super) fn kind(&self) -> (&'static str, &'static str) {
-        match self {
-            Self::Tracks(_) => ("tracks", "a file of tracks"),
-            Self::Impacts => ("impacts", "a table of impacts"),
-            Self::Angles(_) => ("angles", "a table of angles"),
-            Self::Unknown => ("tracks", "in no known format"),
-        }
-    }
-
-    fn is_empty(&self) -> bool {
-        matches!(self, Self::Tracks(survey) if survey.tracks.is_empty() && survey.problems.is_empty())
-    }
+#[derive(Default)]
+pub(super) struct Seen {
+    pub(super) file: PathBuf,
+    /// `tracks`, `impacts` or `angles`.
+    pub(super) kind: &'static str,
+    /// `None` for a table of impacts or angles, or of unknown columns.
+    pub(super) survey: Option<Survey>,
+    pub(super) has_spins: bool,
 }
 
 pub(super) fn refused(file: &Path, message: impl Into<String>) -> Problem {
@@ -139,31 +125,35 @@ fn numbers(row: &str) -> usize {
 }
 
 /// Returns the files of one kind; obviously wrong or empty ones are left out if others remain.
-pub(super) fn look_at(files: &[PathBuf], draft: &mut Draft) -> Result<Vec<(PathBuf, Seen)>, Problem> {
-    let (mut seen, mut unclear): (Vec<(PathBuf, Seen)>, Vec<_>) = (Vec::new(), Vec::new());
+pub(super) fn look_at(files: &[PathBuf], draft: &mut Draft) -> Result<Vec<Seen>, Problem> {
+    let (mut seen, mut unclear) = (Vec::new(), Vec::new());
     for file in files {
         let now = look(file);
         let is_unclear = match &now {
-            Ok(now) => now.is_empty() || matches!(now, Seen::Unknown) && is_no_table(file),
+            Ok(Seen { survey: Some(survey), .. }) => survey.tracks.is_empty() && survey.problems.is_empty(),
+            Ok(now) => now.kind == "tracks" && is_no_table(file),
             Err(_) => is_no_table(file),
         };
-        if is_unclear { unclear.push((file, now)) } else { seen.push((file.clone(), now?)) }
+        if is_unclear { unclear.push((file, now)) } else { seen.push(now?) }
     }
     for (file, now) in unclear {
-        if seen.iter().all(|(_, seen)| matches!(seen, Seen::Unknown)) {
-            seen.push((file.clone(), now?));
+        if seen.iter().all(|seen| seen.survey.is_none() && seen.kind == "tracks") {
+            seen.push(now?);
         } else {
             let why = "no table of positions or measurements, or one without rows; left out";
             draft.find(format!("{}: {why}.", file.display()));
         }
     }
-    if let Some((other_path, other)) = seen.first()
-        && let Some((path, now)) = seen.iter().find(|(_, now)| now.kind() != other.kind())
+    let what = |seen: &Seen| match (seen.kind, &seen.survey) {
+        ("tracks", None) => "in no known format".to_owned(),
+        (kind, _) => format!("of kind {kind}"),
+    };
+    if let [first, others @ ..] = seen.as_slice()
+        && let Some(other) = others.iter().find(|other| what(other) != what(first))
     {
-        let [(_, what), (_, other)] = [now, other].map(Seen::kind);
-        let other_path = other_path.display();
-        let message = format!("is {what}, but {other_path} is {other}; expected files of one data set");
-        return Err(refused(path, message));
+        let (file, own, other_is) = (first.file.display(), what(first), what(other));
+        let message = format!("is {other_is}, but {file} is {own}; expected files of one data set");
+        return Err(refused(&other.file, message));
     }
     Ok(seen)
 }
@@ -183,22 +173,23 @@ fn look(file: &Path) -> Result<Seen, Problem> {
         return Err(refused(file, message));
     }
     let has = |name: &str| names.iter().any(|n| n == name);
+    let mut seen = Seen { file: file.to_path_buf(), kind: "tracks", ..Seen::default() };
     if has("nx") && has("ny") && has("cue_vx") {
-        return Ok(Seen::Impacts);
-    }
-    if has("cut_deg") {
-        return Ok(Seen::Angles(has("cue_spin") || has("omega_x")));
-    }
-    match survey(file) {
-        Ok(survey) => Ok(Seen::Tracks(Box::new(survey))),
-        Err(problems) if names.first().is_some_and(|name| name.starts_with(['{', '['])) => {
+        seen.kind = "impacts";
+    } else if has("cut_deg") {
+        (seen.kind, seen.has_spins) = ("angles", has("cue_spin") || has("omega_x"));
+    } else {
+        let survey = survey(file);
+        if let Err(problems) = &survey
+            && names[0].starts_with(['{', '['])
+        {
             let why = problems.first().map_or(String::new(), |first| first.to_string());
-            let message =
-                format!("is JSON; expected a table of tracks or measurements, or an array of shots\n  {why}");
-            Err(refused(file, message))
+            let what = "expected a table of tracks or measurements, or an array of shots";
+            return Err(refused(file, format!("is JSON; {what}\n  {why}")));
         }
-        Err(_) => Ok(Seen::Unknown),
+        seen.survey = survey.ok();
     }
+    Ok(seen)
 }
 
 pub(super) fn is_shots_table(file: &Path) -> bool {

@@ -1,7 +1,5 @@
 //! Formats of tables that are recognised by their content.
 
-use std::collections::HashMap;
-
 use super::clock::seconds;
 use super::heading::Heading;
 use super::input::Input;
@@ -229,30 +227,29 @@ fn qualisys(_: &[Heading], input: &Input) -> Option<Layout> {
     if !["NO_OF_FRAMES", "FILE_VERSION"].iter().any(|key| first.starts_with(key)) {
         return None;
     }
-    let mut keys: HashMap<String, Vec<String>> = HashMap::new();
-    let (mut named, mut above, mut width) = (None, 0, 0);
-    for (line, text) in lines(input.text) {
-        let Some(mut row) = trimmed(text, TAB) else { break };
+    let (mut header, mut width, mut has_markers): (Vec<Vec<String>>, _, _) = (Vec::new(), 0, false);
+    for row in lines(input.text).map_while(|(_, text)| trimmed(text, TAB)) {
         // the first row, which may begin with a gap
-        if keys.contains_key("MARKER_NAMES") && row.len() > 1 && parse(&row[0]).is_ok() {
+        if has_markers && row.len() > 1 && parse(&row[0]).is_ok() {
             width = row.len() - usize::from(row.last().is_some_and(String::is_empty));
             break;
         }
-        above = line;
-        if row.iter().any(|cell| cell.ends_with(" X")) && row[0] != "MARKER_NAMES" {
-            named = Some(row);
-        } else {
-            keys.insert(row.remove(0), row);
-        }
+        has_markers |= row[0] == "MARKER_NAMES";
+        header.push(row);
     }
-    let number = |key: &str| keys.get(key).and_then(|cells| value(cells.first()?));
-    let (markers, fps) = (keys.get("MARKER_NAMES"), number("FREQUENCY").filter(|fps| *fps > 0.0));
+    let values = |key: &str| header.iter().find(|row| row[0] == key).map(|row| &row[1..]);
+    let number = |key: &str| value(values(key)?.first()?);
+    let (markers, fps) = (values("MARKER_NAMES"), number("FREQUENCY").filter(|fps| *fps > 0.0));
     let (Some(markers), Some(fps)) = (markers, fps) else {
         let key = if markers.is_none() { "MARKER_NAMES" } else { "FREQUENCY" };
         let message = format!("{key} is missing above the rows; expected an export of 3D markers");
         input.wrong(None, None, message);
         return None;
     };
+    let is_of_names =
+        |row: &&Vec<String>| row[0] != "MARKER_NAMES" && row.iter().any(|cell| cell.ends_with(" X"));
+    let named = header.iter().rev().find(is_of_names).cloned();
+    let above = header.len();
     let markers: Vec<&String> = markers.iter().filter(|name| !name.is_empty()).collect();
     let names = named.unwrap_or_else(|| {
         // without a row of names: the columns of the format

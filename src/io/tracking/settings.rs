@@ -232,25 +232,23 @@ impl Sections {
         let message =
             "\"unknown\" goes with discs only: gravity and the cloth act in seconds; expected a number";
         source.wrong_if(unknown_rate && !discs, "video.capture_fps", message);
-        if readout.is_some() != rows.is_some() {
-            let message = "row_readout_s (or [camera] shutter in seconds) and rows, the picture's height in pixels, go together";
-            source.wrong_of_first(READOUT, message);
-        }
-        if read_out.is_some() && y_axis.is_none() {
-            let message = "row_readout_s needs [scale] length_unit = \"px\" and y_axis, to know a ball's row of the picture";
-            source.wrong_of_first(READOUT, message);
-        }
-        let message =
-            "from = \"balls\" goes with balls, without m_per_px and [[scale.point]]; expected one of them";
+        let wrong_of_first = |is_wrong: bool, keys: &[&str], message: &str| {
+            if is_wrong {
+                source.wrong_of_first(keys, message);
+            }
+        };
+        let message = "row_readout_s (or [camera] shutter in seconds) and rows, of the picture, go together";
+        wrong_of_first(readout.is_some() != rows.is_some(), READOUT, message);
+        let message = "row_readout_s needs [scale] length_unit = \"px\" and y_axis, to know a ball's row";
+        wrong_of_first(read_out.is_some() && y_axis.is_none(), READOUT, message);
+        let message = "m_per_px and [[scale.point]] go with length_unit = \"px\" only";
+        wrong_of_first(!is_px && is_measured, &["scale.m_per_px", "scale.point.0"], message);
+        let message = "from = \"balls\" goes with balls, without another scale; expected one of them";
         source.wrong_if(scale.from.is_some() && (is_measured || discs), "scale.from", message);
-        let message = "length_unit is \"px\"; expected m_per_px, or four or more [[scale.point]] with px = [u, v] and m = [x, y]";
+        let message = "length_unit is \"px\"; expected m_per_px, or four or more [[scale.point]]";
         source.wrong_if(is_px && !is_measured && !from_balls, "scale.length_unit", message);
         let message = "both m_per_px and [[scale.point]] are given; expected one of them";
         source.wrong_if(is_px && scale.m_per_px.is_some() && has_points, "scale.m_per_px", message);
-        if !is_px && is_measured {
-            let message = "m_per_px and [[scale.point]] go with length_unit = \"px\" only";
-            source.wrong_of_first(&["scale.m_per_px", "scale.point.0"], message);
-        }
         let message = "format = \"columns\" and a section [tracks.columns] go together";
         let is_by_columns = format == Format::Columns;
         let are_apart = columns.is_some() != is_by_columns && (is_by_columns || format != Format::Auto);
