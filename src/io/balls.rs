@@ -5,8 +5,8 @@ use serde::{Deserialize, Serialize};
 
 use super::toml_file::Source;
 use crate::measurement::dataset::{ObjectBall, UNWEIGHED, WEIGHED_KG};
+use crate::measurement::fault::{Condition, INERTIA, NOT_NEGATIVE, POSITIVE};
 use crate::measurement::number::plain;
-use crate::measurement::valid::{Condition, INERTIA, NOT_NEGATIVE, POSITIVE};
 use crate::physics::ball::{Ball, UNIFORM_SPHERE};
 use crate::physics::collision::{MASS_RATIOS, POISSON};
 

@@ -3,12 +3,13 @@
 use std::path::{Path, PathBuf};
 
 use super::Survey;
-use super::draft_files::{Seen, is_shots_table, listed, look_at, numbers};
-pub(crate) use super::draft_text::{Draft, InitError};
+use super::draft_files::{Seen, is_shots_table, listed, look_at, refused};
+pub(crate) use super::draft_text::Draft;
 use super::draft_text::{NUMBER, TEXT, quoted};
-use super::text::decode;
+use super::error::Problem;
+use super::text::{decode, filled_lines};
 use super::tracking::shots_table::KNOWN;
-use super::tracking::{Guess, Guessed, metres};
+use super::tracking::{Column, Guess, metres};
 use crate::measurement::number::count_of;
 
 /// Name of the table of properties of single shots.
@@ -28,91 +29,81 @@ const BALLS: [(&str, f64); 4] =
 /// Largest ratio of a diameter to the distance of centres that noise explains.
 const NEARER: f64 = 1.02;
 
-/// Question for the frame rate.
-const ASKED_FPS: &str = "frames per second that the camera recorded at, not the playback rate";
+/// Remark on the size of a box if names do not show whether x and y are a corner or the middle.
+const DOUBT: &str = "of a box: take the # away, from both, if x and y are its corner, and not its middle";
 
 /// Drafts the dataset.toml of files, or of the tables in folders; at least one is named.
 ///
 /// # Errors
 /// A file that cannot be read or is empty, or files of different kinds.
-pub(crate) fn draft(named: &[PathBuf]) -> Result<Draft, InitError> {
+pub(crate) fn draft(named: &[PathBuf]) -> Result<Draft, Problem> {
     let mut files = listed(named)?;
     let is_shots = |file: &PathBuf| {
         file.file_name().is_some_and(|name| name.eq_ignore_ascii_case(SHOTS)) && is_shots_table(file)
     };
-    let table = if files.len() > 1 { files.iter().position(is_shots).map(|i| files.remove(i)) } else { None };
+    let table = files.iter().position(is_shots).filter(|_| files.len() > 1).map(|i| files.remove(i));
     let mut draft = Draft::default();
     let seen = look_at(&files, &mut draft)?;
     draft.folder = match named {
         // also if all tables are in one of its subfolders
         [folder] if folder.is_dir() => folder.clone(),
         _ => {
-            let holds_all = |folder: &&Path| seen.iter().all(|(file, _)| file.starts_with(folder));
-            let above = seen.first().and_then(|(file, _)| file.ancestors().skip(1).find(holds_all));
+            let holds_all = |folder: &&Path| seen.iter().all(|seen| seen.file.starts_with(folder));
+            let above = seen.first().and_then(|first| first.file.ancestors().skip(1).find(holds_all));
             above.map(Path::to_path_buf).unwrap_or_default()
         }
     };
-    let surveys = seen.iter().filter_map(|(_, seen)| match seen {
-        Seen::Tracks(survey) => Some(survey.as_ref()),
-        _ => None,
-    });
-    let surveys: Vec<&Survey> = surveys.collect();
+    let here = if draft.folder.as_os_str().is_empty() { Path::new(".") } else { &draft.folder };
+    let name = std::path::absolute(here).unwrap_or_else(|_| here.to_path_buf());
+    let name = name.file_name().map_or("my-data".into(), |name| name.to_string_lossy().into_owned());
+    let Some(first) = seen.first() else { return Err(refused(here, "holds no table")) };
+    let surveys: Vec<&Survey> = seen.iter().filter_map(|seen| seen.survey.as_ref()).collect();
     draft.tracks = names(&surveys).into_iter().map(|(name, _)| name.to_owned()).collect();
     draft.follows = surveys.first().and_then(|first| times(first).0);
     draft.are_discs = surveys.first().is_some_and(|first| first.are_discs);
     draft.line("# Drafted by caromfit init. Lines with FILL IN need values that the files do not state.");
-    let here = if draft.folder.as_os_str().is_empty() { Path::new(".") } else { &draft.folder };
-    let name = std::path::absolute(here).unwrap_or_else(|_| here.to_path_buf());
-    let name = name.file_name().map_or("my-data".into(), |name| name.to_string_lossy().into_owned());
-    let first = &seen.first().ok_or_else(|| InitError::new(here, "holds no table"))?.1;
     draft.state("name", quoted(&name), "also the name of its folder under fits/");
-    let kind = first.kind().0;
-    draft.state("kind", quoted(kind), "");
-    let listed = seen.iter().map(|(file, _)| {
+    draft.state("kind", quoted(first.kind), "");
+    let listed = seen.iter().map(|Seen { file, .. }| {
         quoted(&file.strip_prefix(&draft.folder).unwrap_or(file).to_string_lossy().replace('\\', "/"))
     });
     let listed = listed.collect::<Vec<_>>().join(", ");
     draft.state("files", format!("[{listed}]"), "");
-    draft.blank("cloth", "cloth", TEXT, "label of the cloth, for `caromfit compare`; optional");
-    draft.blank("source", "source", TEXT, "who measured it, how, when; optional");
+    draft.suggest("cloth", TEXT, "label of the cloth, for `caromfit compare`; optional");
+    draft.suggest("source", TEXT, "who measured it, how, when; optional");
     let lengths = Lengths::of(&surveys);
     draft.line("\n[ball]");
     if draft.are_discs {
-        draft.state(
-            "shape",
-            "\"disc\"",
-            "what was followed are points on two discs, or discs with their angles",
-        );
+        let why = "what was followed are points on two discs, or discs with their angles";
+        draft.state("shape", "\"disc\"", why);
         let why = "of the discs; optional: otherwise estimated from the tracks at contact";
-        draft.blank("radius_m", "radius_m", NUMBER, why);
-        let why = "of the first disc, and [object] mass_kg of the second; optional";
-        draft.blank("mass_kg", "mass_kg", NUMBER, why);
+        draft.suggest("radius_m", NUMBER, why);
     } else {
         lengths.describe_radius(&mut draft);
-        let why = "of the cue ball, and [object] mass_kg of the other, weighed to 0.1 g; optional";
-        draft.suggest("mass_kg", NUMBER, why);
-        if kind == "tracks" {
-            draft.suggest("shape", "\"disc\"", "pucks and coins, which slide and do not roll");
-        }
-        if !matches!(first, Seen::Angles(true)) {
-            draft.line("\n[cue_spin]");
-            let why = "stun (it slides without turning), natural-roll (it rolls), measured, unknown";
-            draft.blank("cue_spin", "assume", TEXT, why);
-        }
     }
-    if kind == "tracks" {
+    let why = "of the first ball or disc, and [object] mass_kg of the other, weighed to 0.1 g; optional";
+    draft.suggest("mass_kg", NUMBER, why);
+    if first.kind == "tracks" && !draft.are_discs {
+        draft.suggest("shape", "\"disc\"", "pucks and coins, which slide and do not roll");
+    }
+    if !draft.are_discs && !first.has_spins {
+        draft.line("\n[cue_spin]");
+        let why = "stun (it slides without turning), natural-roll (it rolls), measured, unknown";
+        draft.blank("cue_spin", "assume", TEXT, why);
+    }
+    if first.kind == "tracks" {
         describe_video(&surveys, &mut draft);
         lengths.describe_scale(&mut draft);
         draft.line("\n[tracks]");
-        match surveys.first() {
-            Some(first) => describe_tracks(first, &surveys, &mut draft),
-            None => describe_unknown(&seen[0].0, &mut draft),
+        if surveys.is_empty() {
+            describe_unknown(&first.file, &mut draft);
+        } else {
+            describe_tracks(&surveys, &mut draft);
         }
         if let Some(table) = table {
             draft.find(format!("{}: what differs from shot to shot.", table.display()));
             draft.set("shots", table.file_name().unwrap_or_default().to_string_lossy().into_owned());
         }
-        describe_problems(&surveys, &mut draft);
     }
     Ok(draft)
 }
@@ -127,6 +118,8 @@ fn names<'a>(surveys: &[&'a Survey]) -> Vec<(&'a str, f64)> {
     names
 }
 
+/// Returns the frame rate that the times follow, and their unit if it is not seconds: no film is as
+/// slow as times in ms would be in seconds.
 fn times(survey: &Survey) -> (Option<f64>, Option<&'static str>) {
     /// Least frame rate of a film of balls.
     const LEAST_FPS: f64 = 2.0;
@@ -140,16 +133,16 @@ fn times(survey: &Survey) -> (Option<f64>, Option<&'static str>) {
 
 fn describe_video(surveys: &[&Survey], draft: &mut Draft) {
     draft.line("\n[video]");
-    let stated = surveys.first().and_then(|first| first.stated_fps);
-    if let Some(fps) = stated {
+    if let Some(fps) = surveys.first().and_then(|first| first.stated_fps) {
         draft.find(format!("The file states {fps} frames per second."));
         return draft.state("capture_fps", format!("{fps:?}"), "as the file states");
     }
+    let why = "frames per second that the camera recorded at, not the playback rate";
     let Some(fps) = draft.follows.map(|fps| (1e4 * fps).round() / 1e4) else {
-        return draft.blank("capture_fps", "capture_fps", NUMBER, ASKED_FPS);
+        return draft.blank("capture_fps", "capture_fps", NUMBER, why);
     };
     draft.find(format!("The times follow {fps} frames per second."));
-    let why = format!("{ASKED_FPS}. The times in the files follow {fps} frames per second");
+    let why = format!("{why}. The times in the files follow {fps} frames per second");
     draft.blank("capture_fps", "capture_fps", NUMBER, why);
     let why = "take the # away if the camera recorded faster, so that these times are those of slow motion";
     draft.suggest("playback_fps", fps.to_string(), why);
@@ -184,42 +177,39 @@ impl Lengths {
             let why = "a pool ball; carom 0.03075, snooker 0.02625: correct it if it is another";
             return draft.state("radius_m", "0.028575", why);
         };
-        let why = format!("a {ball} ball: the centres come as near as {:.1} mm", 1e3 * nearest);
-        draft.find(format!(
-            "The balls are taken as {ball} balls: the centres come as near as {:.1} mm.",
-            1e3 * nearest
-        ));
+        let why = format!("{ball} balls: the centres come as near as {:.1} mm", 1e3 * nearest);
+        draft.find(format!("The balls are taken as {why}."));
         draft.state("radius_m", radius.to_string(), why);
     }
 
     fn describe_scale(&self, draft: &mut Draft) {
         let &Self { extent, nearest, .. } = self;
         draft.line("\n[scale]");
-        match (self.stated, self.unit) {
-            (Some(unit), _) => draft.state("length_unit", quoted(unit), "as the file states"),
-            (None, Some(unit)) => {
-                let why = format!("the positions span {extent:.3}: metres, if the film was calibrated");
-                draft.state("length_unit", quoted(unit), why);
-            }
-            (None, None) => {
-                let why = format!(
-                    "m, cm, mm, in, ft, or px (the balls are then the ruler, unless m_per_px = … or four [[scale.point]] are given); \
-                     the positions span {extent:.3}"
-                );
-                draft.blank("length_unit", "length_unit", TEXT, why);
-                if METRES.contains(&extent) {
-                    draft.find(format!(
-                        "The positions span {extent:.3}, but the centres come no nearer than {nearest:.4}, which is not the diameter of \
-                         a ball in metres. If the unit is not known, write px: the balls are then the ruler."
-                    ));
-                }
+        if let Some(unit) = self.stated {
+            draft.state("length_unit", quoted(unit), "as the file states");
+        } else if let Some(unit) = self.unit {
+            let why = format!("the positions span {extent:.3}: metres, if the film was calibrated");
+            draft.state("length_unit", quoted(unit), why);
+        } else {
+            let units =
+                "m, cm, mm, in, ft, or px (the balls are then the ruler, unless m_per_px = … is given)";
+            let why = format!("{units}; the positions span {extent:.3}");
+            draft.blank("length_unit", "length_unit", TEXT, why);
+            if METRES.contains(&extent) {
+                draft.find(format!(
+                    "The positions span {extent:.3}, but the centres come no nearer than {nearest:.4}: not the diameter of a ball in \
+                     metres. If the unit is not known, write px."
+                ));
             }
         }
         draft.state("y_axis", "\"up\"", "\"down\" if y grows downwards, as in pixels of a picture");
     }
 }
 
-fn describe_tracks(first: &Survey, surveys: &[&Survey], draft: &mut Draft) {
+fn describe_tracks(surveys: &[&Survey], draft: &mut Draft) {
+    /// Maximum number of problems shown.
+    const MAX_PROBLEMS: usize = 3;
+    let first = surveys[0];
     let shots: usize = surveys.iter().map(|survey| survey.shots).sum();
     let is_single = |survey: &&Survey| survey.tracks.len() == 1 && survey.shots == 1;
     let what = if surveys.len() > 1 && surveys.iter().all(is_single) {
@@ -246,6 +236,12 @@ fn describe_tracks(first: &Survey, surveys: &[&Survey], draft: &mut Draft) {
     if !is_known {
         describe_columns(&first.guess, are_exchanged, draft);
     }
+    let problems: Vec<&str> =
+        surveys.iter().flat_map(|survey| &survey.problems).map(String::as_str).collect();
+    if !problems.is_empty() {
+        let shown = problems[..problems.len().min(MAX_PROBLEMS)].join("\n  ");
+        draft.find(format!("To be corrected in the files ({} in all):\n  {shown}", problems.len()));
+    }
 }
 
 fn suggest_shots(draft: &mut Draft) {
@@ -263,7 +259,7 @@ fn describe_balls(names: &[(&str, f64)], guess: &Guess, draft: &mut Draft) -> bo
         _ => None,
     };
     // a table with a row per frame names the balls by its columns
-    let column = order.and_then(|(cue, _)| guess.column(&format!("{cue}_x"))).map(|column| column.shown());
+    let column = order.and_then(|(cue, _)| guess.columns.get(&format!("{cue}_x"))).map(Column::shown);
     match (order, column) {
         (Some((cue, _)), Some(column)) => {
             // names such as cue and object are believed
@@ -278,15 +274,13 @@ fn describe_balls(names: &[(&str, f64)], guess: &Guess, draft: &mut Draft) -> bo
             draft.state("cue", quoted(cue), "it moves first");
             draft.state("object", quoted(object), "");
         }
-        (None, _) if guess.column("cue_x").is_some() => {
-            draft.line(
-                "# which ball is the cue ball does not show: cue_x and cue_y, below, are to be its columns",
-            );
+        (None, _) if guess.columns.contains_key("cue_x") => {
+            draft
+                .line("# the files leave open which ball is the cue ball, whose columns are cue_x and cue_y");
         }
         (None, _) => {
-            let why = format!(
-                "which track is the cue ball; the files have {listed} (if it differs from shot to shot: column cue of {SHOTS})"
-            );
+            let why =
+                format!("which track is the cue ball, of {listed} (for each shot: column cue of {SHOTS})");
             draft.blank("which ball is which", "cue", TEXT, why);
             draft.suggest("object", TEXT, "and which the object ball");
         }
@@ -297,71 +291,38 @@ fn describe_balls(names: &[(&str, f64)], guess: &Guess, draft: &mut Draft) -> bo
 fn describe_columns(guess: &Guess, are_exchanged: bool, draft: &mut Draft) {
     draft.find("In no known format: [tracks.columns] is guessed from the names of columns; check it.");
     draft.line("\n[tracks.columns]              # guessed: check it");
-    for Guessed { key, column, doubt } in &guess.columns {
+    for (key, column) in &guess.columns {
         // the keys in the same order, with the columns of the other ball
-        let other = key.strip_prefix("cue_").map(|rest| format!("object_{rest}"));
-        let other = other.or_else(|| key.strip_prefix("object_").map(|rest| format!("cue_{rest}")));
-        let other = other.filter(|_| are_exchanged).and_then(|key| guess.column(&key));
+        let other = match key.split_once('_') {
+            Some(("cue", rest)) if are_exchanged => guess.columns.get(&format!("object_{rest}")),
+            Some(("object", rest)) if are_exchanged => guess.columns.get(&format!("cue_{rest}")),
+            _ => None,
+        };
         let column = other.unwrap_or(column).shown();
-        match doubt {
-            None => draft.state(key, column, ""),
-            Some(why) => draft.suggest(key, column, *why),
+        if guess.is_doubtful(key) {
+            draft.suggest(key, column, DOUBT);
+        } else {
+            draft.state(key, column, "");
         }
-    }
-    if let Some(unit) = guess.angle_unit {
-        draft.state("angle_unit", quoted(unit.name()), "");
-    }
-}
-
-fn describe_problems(surveys: &[&Survey], draft: &mut Draft) {
-    /// Maximum number of problems shown.
-    const MAX_PROBLEMS: usize = 3;
-    let problems: Vec<&String> = surveys.iter().flat_map(|survey| &survey.problems).collect();
-    if !problems.is_empty() {
-        let shown: String =
-            problems.iter().take(MAX_PROBLEMS).map(|problem| format!("\n  {problem}")).collect();
-        draft.find(format!("To be corrected in the files ({} in all):{shown}", problems.len()));
     }
 }
 
 /// Shows the first lines of a table in no known format, and asks for the meaning of its columns.
 fn describe_unknown(file: &Path, draft: &mut Draft) {
-    /// Maximum number of lines of a header and of cells that are shown, and of characters.
-    const MOST_HEADERS: usize = 6;
-    const MOST_CELLS: usize = 30;
-    const LONGEST: usize = 160;
-    let cut = |text: &str| {
-        let short: String = text.trim().chars().take(LONGEST).collect();
-        if short.len() < text.trim().len() { short + "…" } else { short }
-    };
-    let bytes = std::fs::read(file).unwrap_or_default();
-    let text = decode(&bytes).0;
-    let lines: Vec<&str> = text.lines().filter(|line| !line.trim().is_empty()).collect();
-    // numbers in a header stand alone
-    let is_row = |line: &&str| numbers(line) >= 3 && 2 * numbers(line) > line.split([',', ';', '\t']).count();
-    let row = lines.iter().position(is_row);
-    draft.find(format!(
-        "{}: no known format. Say under [tracks.columns] which column is what, by its name or by its number, from 1 on.",
-        file.display(),
-    ));
+    /// Maximum number of lines shown, and of characters of each.
+    const MAX_LINES: usize = 6;
+    const MAX_CHARACTERS: usize = 160;
+    let what = "Say under [tracks.columns] which column is what, by its name or by its number, from 1 on.";
+    draft.find(format!("{}: no known format. {what}", file.display()));
     let why = "only of a table with one row per ball and frame: its name of the cue ball";
     draft.suggest("cue", TEXT, why);
     draft.suggest("object", TEXT, "and of the object ball");
     suggest_shots(draft);
-    draft.line("# The names of the columns:");
-    let header = &lines[..row.unwrap_or(lines.len().min(1))];
-    for line in &header[header.len().saturating_sub(MOST_HEADERS)..] {
-        draft.line(format!("#   {}", cut(line)));
-    }
-    if let Some(row) = row.map(|row| lines[row]) {
-        let separator = [';', '\t', ','].into_iter().find(|c| row.contains(*c)).unwrap_or(' ');
-        let cells = row.split(separator).filter(|cell| separator != ' ' || !cell.is_empty()).take(MOST_CELLS);
-        let numbered: Vec<String> =
-            (1..).zip(cells).map(|(i, cell): (usize, _)| format!("{i}: {}", cut(cell))).collect();
-        draft.line(format!(
-            "# The first row of numbers, with the number of each column:\n#   {}",
-            numbered.join("  ")
-        ));
+    draft.line("# The first lines:");
+    let bytes = std::fs::read(file).unwrap_or_default();
+    for (_, line) in filled_lines(&decode(&bytes).0).take(MAX_LINES) {
+        let short: String = line.chars().take(MAX_CHARACTERS).collect();
+        draft.line(format!("#   {short}{}", if short.len() < line.len() { "…" } else { "" }));
     }
     draft.line("[tracks.columns]              # a column by its name, t = \"time\", or by its number, t = 1");
     let why = "time in seconds, or frame = …; without either, each row is a frame";

@@ -1,6 +1,6 @@
 //! The text of a drafted dataset.toml: its keys, and the blanks that only the user can fill in.
 
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 
 use toml::Value;
 
@@ -20,46 +20,17 @@ pub(crate) struct Draft {
     lines: Vec<Line>,
 }
 
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, Default, PartialEq)]
 struct Line {
     /// Empty for a comment and for a section's title.
     key: String,
     value: String,
     comment: String,
-    state: State,
+    /// Whether it is commented out, for the user to state.
+    is_open: bool,
+    /// The name of what the user has to fill in.
+    blank: Option<&'static str>,
 }
-
-#[derive(Clone, Copy, Debug, PartialEq)]
-enum State {
-    Stated,
-    /// Commented out, for the user to state.
-    Optional,
-    /// To be filled in; with its name in [`Draft::blanks`].
-    Blank(&'static str),
-}
-
-/// Reason for which no dataset.toml can be drafted.
-#[derive(Debug, thiserror::Error)]
-#[error("{}: {message}", path.display())]
-pub(crate) struct InitError {
-    /// The file or the folder.
-    pub(crate) path: PathBuf,
-    /// The problem, and what was expected.
-    pub(crate) message: String,
-}
-
-impl InitError {
-    pub(super) fn new(path: &Path, message: impl Into<String>) -> Self {
-        Self { path: path.to_path_buf(), message: message.into() }
-    }
-
-    pub(super) fn unread(path: &Path, error: &std::io::Error) -> Self {
-        Self::new(path, format!("cannot be read: {error}"))
-    }
-}
-
-/// The blanks of a draft that come first, the most important first.
-const BLANKS: [&str; 5] = ["capture_fps", "length_unit", "which ball is which", "cue_spin", "radius_m"];
 
 /// Placeholders of a number and of a text to be filled in.
 pub(super) const NUMBER: &str = "…";
@@ -67,25 +38,24 @@ pub(super) const TEXT: &str = "\"…\"";
 
 impl Draft {
     pub(super) fn line(&mut self, text: impl Into<String>) {
-        self.add("", String::new(), text.into(), State::Stated);
+        self.lines.push(Line { comment: text.into(), ..Line::default() });
     }
 
     /// Adds a key with its value as TOML writes it, and a comment if it is not empty.
     pub(super) fn state(&mut self, key: &str, value: impl Into<String>, comment: impl Into<String>) {
-        self.add(key, value.into(), comment.into(), State::Stated);
+        let (key, value, comment) = (key.to_owned(), value.into(), comment.into());
+        self.lines.push(Line { key, value, comment, ..Line::default() });
     }
 
     /// Adds a key that the user may state, as a comment.
     pub(super) fn suggest(&mut self, key: &str, value: impl Into<String>, comment: impl Into<String>) {
-        self.add(key, value.into(), comment.into(), State::Optional);
+        let (key, value, comment) = (key.to_owned(), value.into(), comment.into());
+        self.lines.push(Line { key, value, comment, is_open: true, blank: None });
     }
 
     pub(super) fn blank(&mut self, name: &'static str, key: &str, value: &str, why: impl AsRef<str>) {
-        self.add(key, value.into(), format!("FILL IN: {}", why.as_ref()), State::Blank(name));
-    }
-
-    fn add(&mut self, key: &str, value: String, comment: String, state: State) {
-        self.lines.push(Line { key: key.to_owned(), value, comment, state });
+        let (key, value, comment) = (key.to_owned(), value.to_owned(), format!("FILL IN: {}", why.as_ref()));
+        self.lines.push(Line { key, value, comment, is_open: true, blank: Some(name) });
     }
 
     pub(super) fn find(&mut self, sentence: impl Into<String>) {
@@ -93,10 +63,9 @@ impl Draft {
     }
 
     /// Returns the text of the dataset.toml.
-    #[must_use]
-    pub fn text(&self) -> String {
-        let line = |Line { key, value, comment, state }: &Line| {
-            let mark = if *state == State::Stated { "" } else { "# " };
+    pub(crate) fn text(&self) -> String {
+        let line = |Line { key, value, comment, is_open, .. }: &Line| {
+            let mark = if *is_open { "# " } else { "" };
             match (key.is_empty(), comment.is_empty()) {
                 (true, _) => format!("{comment}\n"),
                 (false, true) => format!("{mark}{key} = {value}\n"),
@@ -106,28 +75,21 @@ impl Draft {
         self.lines.iter().map(line).collect()
     }
 
-    /// Returns the names of the keys that have to be filled in, the most important first.
-    #[must_use]
-    pub fn blanks(&self) -> Vec<&'static str> {
-        let blank = |line: &Line| if let State::Blank(name) = line.state { Some(name) } else { None };
-        let mut blanks: Vec<&str> = self.lines.iter().filter_map(blank).collect();
-        let rank = |blank: &&str| BLANKS.iter().position(|known| known == blank);
-        blanks.sort_by_key(|blank| rank(blank).unwrap_or(BLANKS.len()));
-        blanks
+    /// Returns the names of what has to be filled in.
+    pub(crate) fn blanks(&self) -> Vec<&'static str> {
+        self.lines.iter().filter_map(|line| line.blank).collect()
     }
 
     /// States a key of the draft, whether stated, suggested or blank.
-    pub fn set(&mut self, key: &str, value: impl Into<Value>) {
+    pub(crate) fn set(&mut self, key: &str, value: impl Into<Value>) {
         if let Some(line) = self.lines.iter_mut().find(|line| line.key == key) {
-            let (value, comment) = (value.into().to_string(), String::new());
-            *line = Line { key: key.to_owned(), value, comment, state: State::Stated };
+            *line = Line { key: key.to_owned(), value: value.into().to_string(), ..Line::default() };
         }
     }
 
     /// Returns the value of a key that is stated, as TOML writes it.
-    #[must_use]
-    pub fn value(&self, key: &str) -> Option<&str> {
-        let line = self.lines.iter().find(|line| line.key == key && line.state == State::Stated);
+    pub(crate) fn value(&self, key: &str) -> Option<&str> {
+        let line = self.lines.iter().find(|line| line.key == key && !line.is_open);
         line.map(|line| line.value.as_str())
     }
 

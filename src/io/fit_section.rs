@@ -5,9 +5,9 @@ use serde::Deserialize;
 
 use super::error::did_you_mean;
 use super::toml_file::Source;
+use crate::measurement::fault::Fault;
 use crate::measurement::loss::Loss;
 use crate::measurement::parameter::{Compliance, Parameter, Prior, Setting, Settings};
-use crate::measurement::valid::Fault;
 use crate::physics::name::UnknownName;
 
 #[derive(Default, Deserialize, JsonSchema)]

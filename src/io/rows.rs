@@ -12,9 +12,10 @@ use super::error::{did_you_mean, nearest, similarity};
 use super::manifest::{Assume, Kind};
 use super::table::Table;
 use crate::measurement::dataset::{Before, Measured, Measurement, Shot};
+use crate::measurement::fault::{Condition, FINITE, Fault, POSITIVE};
 use crate::measurement::observable::Observable;
 use crate::measurement::spin::Spin;
-use crate::measurement::valid::{Condition, FINITE, Fault, POSITIVE, is_unit};
+use crate::measurement::valid::is_unit;
 use crate::physics::ball::Vec3;
 
 /// Values of a column with standard deviations, SI and radians; `None` for empty and wrong cells.

@@ -8,7 +8,7 @@ use toml::de::{DeTable, DeValue};
 
 use super::error::{DatasetError, Problems, did_you_mean};
 use super::table::read_utf8;
-use crate::measurement::valid::{Condition, Fault};
+use crate::measurement::fault::{Condition, Fault};
 
 /// A TOML file that is read, and the list of its problems.
 pub(crate) struct Source<'a> {

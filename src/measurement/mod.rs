@@ -1,6 +1,7 @@
 //! Measurements and what is asked of them, as values: shots, tracks, observables, parameters.
 pub mod correction;
 pub mod dataset;
+pub mod fault;
 pub mod loss;
 pub mod observable;
 pub mod parameter;

@@ -1,6 +1,6 @@
 //! The parameters of a fit: their names, bounds, starting values and priors.
 
-use super::valid::{FINITE, Fault, POSITIVE};
+use super::fault::{FINITE, Fault, POSITIVE};
 use crate::physics::collision::{Coefficients, MAX_KAPPA, Model};
 use crate::physics::name::{by_name, worded};
 

@@ -13,10 +13,10 @@ use statrs::distribution::{ContinuousCDF, Normal};
 
 use crate::io::{DatasetError, balls, toml_file};
 use crate::measurement::dataset::{Before, Dataset, Measured, Measurement, ObjectBall, Shot};
+use crate::measurement::fault::{Fault, Faults};
 use crate::measurement::observable::Observable;
 use crate::measurement::spin::Spin;
 use crate::measurement::track::TrackShot;
-use crate::measurement::valid::{Fault, Faults};
 use crate::physics::ball::{Ball, BallState};
 use crate::physics::collision::{Coefficients, Model, NotACollision};
 use crate::physics::contact_frame::CollisionFrame;

@@ -4,7 +4,7 @@
 use serde::{Deserialize, Serialize};
 
 use crate::io::toml_file::Source;
-use crate::measurement::valid::{Condition, FRACTION, Fault, Faults, NOT_NEGATIVE, POSITIVE};
+use crate::measurement::fault::{Condition, FRACTION, Fault, Faults, NOT_NEGATIVE, POSITIVE};
 use crate::physics::ball::{BallState, Vec3};
 use crate::physics::cloth_motion::Cloth;
 use crate::physics::contact_frame::cue_velocity;

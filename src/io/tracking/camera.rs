@@ -8,8 +8,8 @@ use serde::de::{Deserializer, Error, MapAccess, Visitor, value::MapAccessDeseria
 
 use crate::io::toml_file::Source;
 use crate::measurement::correction::Correction;
+use crate::measurement::fault::Fault;
 use crate::measurement::observable::Measured;
-use crate::measurement::valid::Fault;
 
 /// The section, or only a label: `camera = "phone"`. A key that is left out is `"auto"`.
 #[derive(Default, Deserialize, JsonSchema)]

@@ -1,4 +1,6 @@
-//! Times of clocks: h:mm:ss.fff, perhaps after a date, and h:mm:ss:cs.
+//! Times of clocks: h:mm:ss.fff, perhaps after a date, h:mm:ss:cs, and time codes h:mm:ss:ff.
+
+use super::raw::{RawTrack, middle, sorted};
 
 /// Notation of a time.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -15,6 +17,9 @@ impl Style {
         1.0 / 10.0_f64.powi(digits as i32)
     }
 }
+
+/// Frames per second of time codes.
+const RATES: [f64; 6] = [24.0, 25.0, 30.0, 48.0, 50.0, 60.0];
 
 pub(super) fn is_clock(cell: &str) -> bool {
     cell.contains(':')
@@ -63,4 +68,28 @@ fn without_date(cell: &str) -> (&str, bool) {
         }
         _ => (cell, false),
     }
+}
+
+/// Converts times h:mm:ss:ff to numbers of frames, and returns the frame rate. `None`, without
+/// changes, for hundredths: frames begin again at a film's rate when a second is full.
+pub(super) fn count_frames(tracks: &mut [&mut RawTrack]) -> Option<f64> {
+    let split = |time: f64| {
+        let whole = (time + 1e-6).floor();
+        (whole, (100.0 * (time - whole)).round())
+    };
+    let times = tracks.iter().flat_map(|track| &track.rows).map(|row| row.time);
+    let mut times = sorted(times.filter(|time| time.is_finite()));
+    times.dedup();
+    let parts: Vec<(f64, f64)> = times.iter().map(|time| split(*time)).collect();
+    let last = parts.iter().map(|(_, frame)| *frame).fold(0.0, f64::max);
+    let full: Vec<_> = parts.windows(2).filter(|two| two[1].0 == two[0].0 + 1.0).collect();
+    let within = parts.windows(2).filter(|two| two[1].0 == two[0].0).map(|two| two[1].1 - two[0].1);
+    let step = middle(within).filter(|_| !full.is_empty())?;
+    let follows = |rate: f64| full.iter().all(|two| rate + two[1].1 - two[0].1 == step);
+    let rate = RATES.into_iter().find(|rate| *rate > last && follows(*rate))?;
+    for row in tracks.iter_mut().flat_map(|track| &mut track.rows) {
+        let (whole, frame) = split(row.time);
+        row.time = rate * whole + frame;
+    }
+    Some(rate)
 }

@@ -1,12 +1,17 @@
 //! `[tracks.columns]`: the file's column for each key.
 
+use std::collections::BTreeMap;
 use std::num::NonZero;
 
-use schemars::JsonSchema;
+use indexmap::IndexMap;
+use schemars::{JsonSchema, Schema, SchemaGenerator, json_schema};
 use serde::Deserialize;
 
-use super::units::AngleUnit;
+use super::units::Measure;
+use crate::io::error::did_you_mean;
+use crate::io::toml_file::Source;
 
+/// A column of `[tracks.columns]`, or the unit of angles.
 #[derive(Clone, Debug, Deserialize, JsonSchema, PartialEq, Eq)]
 #[serde(untagged, expecting = "expected the name of a column, or its number, from 1 on")]
 pub(in crate::io) enum Column {
@@ -25,99 +30,87 @@ impl Column {
     }
 }
 
-macro_rules! column_names {
-    ($($key:ident)+) => {
-        /// `[tracks.columns]`: the file's column for each key.
-        #[derive(Clone, Debug, Default, Deserialize, JsonSchema)]
-        #[serde(deny_unknown_fields)]
-        pub(super) struct ColumnNames {
-            $(pub $key: Option<Column>,)+
-            pub(crate) angle_unit: Option<AngleUnit>,
-        }
+/// `[tracks.columns]`: the column of each key of [`KEYS`], [`ONE_EACH`] or [`EACH`].
+pub(super) type Columns = IndexMap<String, Column>;
 
-        /// All keys of columns.
-        pub(super) const KEYS: [&str; [$(stringify!($key)),+].len()] = [$(stringify!($key)),+];
-
-        impl ColumnNames {
-            pub(super) fn all(&self) -> impl Iterator<Item = (&'static str, &Column)> {
-                let all = [$((stringify!($key), &self.$key)),+];
-                all.into_iter().filter_map(|(key, column)| Some((key, column.as_ref()?)))
-            }
-
-            pub(super) fn set(&mut self, key: &str, column: Column) {
-                match key {
-                    $(stringify!($key) => self.$key = Some(column),)+
-                    _ => {}
-                }
-            }
-        }
-    };
-}
-
-// A box has its other corner in x2 and y2, or its size in width and height.
-column_names! {
-    shot frame t ball point x y x2 y2 width height likelihood x_sd y_sd marker_x marker_y angle
-    cue_x cue_y object_x object_y cue_x2 cue_y2 object_x2 object_y2 cue_width cue_height object_width object_height
-    cue_likelihood object_likelihood cue_angle object_angle
-}
-
+/// Keys of a table with a row per frame or per ball and frame, and of the latter only.
+const KEYS: [&str; 4] = ["shot", "frame", "t", ANGLE_UNIT];
+const ONE_EACH: [&str; 6] = ["ball", "point", "x_sd", "y_sd", "marker_x", "marker_y"];
+/// Keys of each ball, which follow `cue_` and `object_` in a table with a row per frame. A box has
+/// its other corner in x2 and y2, or its size in width and height.
+const EACH: [&str; 8] = ["x", "y", "x2", "y2", "width", "height", "likelihood", "angle"];
+const ANGLE_UNIT: &str = "angle_unit";
 /// Keys that go together.
 const PAIRS: [[&str; 2]; 4] = [["x_sd", "y_sd"], ["marker_x", "marker_y"], ["x2", "y2"], ["width", "height"]];
 
-impl ColumnNames {
-    pub(super) fn get(&self, key: &str) -> Option<&Column> {
-        self.all().find(|(own, _)| *own == key).map(|(_, column)| column)
-    }
+fn keys() -> impl Iterator<Item = String> {
+    let each = ["", "cue_", "object_"].into_iter().flat_map(|begin| EACH.map(|key| format!("{begin}{key}")));
+    [KEYS.as_slice(), &ONE_EACH].concat().into_iter().map(str::to_string).chain(each)
+}
 
-    pub(super) fn has(&self, key: &str) -> bool {
-        self.get(key).is_some()
-    }
+pub(super) fn schema_of_columns(generator: &mut SchemaGenerator) -> Schema {
+    let column = generator.subschema_for::<Column>();
+    let properties: BTreeMap<String, Schema> = keys().map(|key| (key, column.clone())).collect();
+    json_schema!({ "type": "object", "properties": properties, "additionalProperties": false })
+}
 
-    pub(super) fn is_numbered(&self) -> bool {
-        self.all().any(|(_, column)| matches!(column, Column::Number(_)))
+/// Complains about unknown keys, and unless the columns make a table, long or wide.
+pub(super) fn check(columns: &Columns, discs: bool, source: &Source) {
+    let known: Vec<String> = keys().collect();
+    for key in columns.keys().filter(|key| !known.contains(key)) {
+        let near = did_you_mean(key, known.iter().map(String::as_str));
+        let message = format!("unknown key \"{key}\"{near}; expected one of {}", known.join(", "));
+        source.wrong(&format!("tracks.columns.{key}"), message);
     }
-
-    pub(super) fn has_angles(&self) -> bool {
-        self.all().any(|(key, _)| key.ends_with("angle"))
+    let has = |key: &str| columns.contains_key(key);
+    let is_wide = |key: &str| key.starts_with("cue_") || key.starts_with("object_");
+    let any_wide = columns.keys().any(|key| is_wide(key));
+    let is_beside = |key: &String| !is_wide(key) && !KEYS.contains(&key.as_str());
+    let numbers = columns.values().filter(|column| matches!(column, Column::Number(_))).count();
+    let has_angles = columns.keys().any(|key| key.ends_with("angle"));
+    let is_mixed = numbers > 0 && columns.len() > numbers + usize::from(has(ANGLE_UNIT));
+    let faults = [
+        (
+            any_wide && columns.keys().any(is_beside),
+            "mixes a wide table (cue_x, cue_y, object_x, object_y) with a long one (ball, x, y); expected one of them",
+        ),
+        (
+            !(["cue_x", "cue_y", "object_x", "object_y"].into_iter().all(has) || has("x") && has("y")),
+            "needs ball, x and y (a row per ball and frame) or cue_x, cue_y, object_x and object_y (a row per frame)",
+        ),
+        (
+            !has("ball") && ["point", "x_sd", "marker_x", "angle"].into_iter().any(has),
+            "has point, x_sd, marker_x or angle, but not ball: only plain positions can be assigned by their paths",
+        ),
+        (
+            !any_wide && !has("frame") && !has("t"),
+            "has neither frame nor t; expected one of them (only the rows of a wide table can be counted)",
+        ),
+        (is_mixed, "gives some columns by name and some by number; expected one of them throughout"),
+        (
+            has_angles && !discs,
+            "has angles, which do not show how a ball turns; expected them with [ball] shape = \"disc\" only",
+        ),
+    ];
+    if let Some((_, message)) = faults.iter().find(|(is_wrong, _)| *is_wrong) {
+        source.wrong("tracks.columns", format!("[tracks.columns] {message}"));
     }
-
-    /// Complains unless the columns make a table, long or wide.
-    pub(super) fn check(&self) -> Result<(), String> {
-        let has_all = |keys: &[&str]| keys.iter().all(|key| self.has(key));
-        let has_any = |keys: &[&str]| keys.iter().any(|key| self.has(key));
-        let is_wide = |key: &str| key.starts_with("cue_") || key.starts_with("object_");
-        let any_wide = self.all().any(|(key, _)| is_wide(key));
-        let is_beside = |key: &str| !is_wide(key) && !["shot", "frame", "t"].contains(&key);
-        let has_name = self.all().any(|(_, column)| matches!(column, Column::Name(_)));
-        let message = if any_wide && self.all().any(|(key, _)| is_beside(key)) {
-            "mixes a wide table (cue_x, cue_y, object_x, object_y) with a long one (ball, x, y); expected one of them"
-        } else if !has_all(&["cue_x", "cue_y", "object_x", "object_y"]) && !has_all(&["x", "y"]) {
-            "needs ball, x and y (a long table: a row per ball and frame) or cue_x, cue_y, object_x and object_y (a wide \
-             one: a row per frame)"
-        } else if !self.has("ball") && has_any(&["point", "x_sd", "marker_x", "angle"]) {
-            "has point, x_sd, marker_x or angle, but not ball; expected ball: only plain positions can be assigned to \
-             balls by their paths"
-        } else if !any_wide && !has_any(&["frame", "t"]) {
-            "has neither frame nor t; expected one of them (only the rows of a wide table can be counted)"
-        } else if has_name && self.is_numbered() {
-            "gives some columns by name and some by number; expected one of them throughout"
-        } else {
-            return self.check_pairs();
-        };
-        Err(format!("[tracks.columns] {message}"))
-    }
-
-    fn check_pairs(&self) -> Result<(), String> {
-        for begin in ["", "cue_", "object_"] {
-            let pairs = PAIRS.map(|pair| pair.map(|key| format!("{begin}{key}")));
-            if let Some([one, other]) = pairs.iter().find(|[one, other]| self.has(one) != self.has(other)) {
-                return Err(format!("[tracks.columns]: {one} and {other} go together"));
-            }
-            if self.has(&pairs[2][0]) && self.has(&pairs[3][0]) {
-                let message = "[tracks.columns] has both x2, y2 and width, height; expected the other corner of the box, or its size";
-                return Err(message.to_string());
-            }
+    for begin in ["", "cue_", "object_"] {
+        let has = |key: &str| has(&format!("{begin}{key}"));
+        for [one, other] in PAIRS.into_iter().filter(|[one, other]| has(one) != has(other)) {
+            let message = format!("[tracks.columns]: {begin}{one} and {begin}{other} go together");
+            source.wrong("tracks.columns", message);
         }
-        Ok(())
+        let message = "[tracks.columns] has both x2, y2 and width, height; expected the other corner of the box, or its size";
+        source.wrong_if(has("x2") && has("width"), "tracks.columns", message);
     }
+    if columns.contains_key(ANGLE_UNIT) && angle_unit(columns).is_none() {
+        source.wrong("tracks.columns.angle_unit", "angle_unit is another word than \"rad\" or \"deg\"");
+    }
+}
+
+/// Returns the unit of angles that `[tracks.columns]` states.
+pub(super) fn angle_unit(columns: &Columns) -> Option<Measure> {
+    let Column::Name(word) = columns.get(ANGLE_UNIT)? else { return None };
+    Measure::of(word).filter(|unit| unit.is_angle())
 }

@@ -1,14 +1,14 @@
 //! Tables of any shape, read by `[tracks.columns]`.
 
-use super::column_names::{Column, ColumnNames};
+use super::column_names::{Column, Columns, angle_unit};
 use super::formats;
-use super::heading::{Heading, tops};
+use super::heading::{Heading, headings};
 use super::input::{Input, Subject};
-use super::layout::{Block, Body, Layout, Name};
+use super::layout::{Block, Body, Layout};
 use super::sample::Rows;
 use super::settings::Format;
-use super::units::{AngleUnit, Measure, TimeUnit};
-use super::words::{Role, find};
+use super::units::{Measure, TimeUnit};
+use super::words::{FRAMES, TIMES, find};
 use crate::io::error::did_you_mean;
 use crate::io::number::{shortened, value};
 
@@ -17,28 +17,29 @@ const MAX_LINES: usize = 100;
 
 /// Returns the layout of a table whose columns are stated. Without a column of balls, the paths
 /// separate the balls; without times, the rows of a wide table are frames.
-pub(super) fn layout(input: &Input, wanted: &ColumnNames) -> Option<Layout> {
-    let heading = if wanted.is_numbered() { numbered(input, wanted) } else { header(input, wanted) }?;
+pub(super) fn layout(input: &Input, wanted: &Columns) -> Option<Layout> {
+    let is_numbered = wanted.values().any(|column| matches!(column, Column::Number(_)));
+    let heading = if is_numbered { numbered(input, wanted) } else { header(input, wanted) }?;
     let column = |key: &str| match wanted.get(key)? {
         Column::Name(name) => heading.position(name.trim()),
         Column::Number(number) => Some(number.get() - 1),
     };
     let shot = column("shot");
-    let read: Vec<usize> = wanted.all().filter_map(|(key, _)| column(key)).collect();
+    let read: Vec<usize> = wanted.keys().filter_map(|key| column(key)).collect();
     let time = formats::time(column, input).or_else(|| unnamed_time(&heading, &read, shot, input));
-    let body = |name: Name, begin: &str| {
-        let mut body = Body::of_keys(name, begin, column)?;
-        if let Some(column) = column(&format!("{begin}angle")) {
-            body.angle = Some((column, angle_unit(&heading, column, wanted.angle_unit, input)?));
-        }
-        Some(body)
+    let body = |name: &str, begin: &str| {
+        let angle = match column(&format!("{begin}angle")) {
+            Some(column) => Some((column, is_in_degrees(&heading, column, wanted, input)?)),
+            None => None,
+        };
+        Some(Body { angle, ..Body::of_keys(name, begin, column)? })
     };
-    let bodies = if wanted.has("cue_x") {
-        let [cue, object] = input.settings.first_names().map(|name| Name::Fixed(name.to_string()));
+    let bodies = if wanted.contains_key("cue_x") {
+        let [cue, object] = input.settings.first_names();
         vec![body(cue, "cue_")?, body(object, "object_")?]
     } else {
         time?;
-        vec![body(column("ball").map_or(Name::Fixed(String::new()), Name::Column), "")?]
+        vec![body("", "")?]
     };
     if time.is_none() {
         let message = "no column of times: every row is taken as one frame after the row above it";
@@ -48,22 +49,14 @@ pub(super) fn layout(input: &Input, wanted: &ColumnNames) -> Option<Layout> {
     Some(Layout { shot, ..Layout::new(Format::Columns, heading, vec![block], time, input) })
 }
 
-fn angle_unit(
-    heading: &Heading,
-    column: usize,
-    stated: Option<AngleUnit>,
-    input: &Input,
-) -> Option<AngleUnit> {
-    let place = stated.map(|unit| (Measure::Angle(unit), "[tracks.columns] angle_unit states"));
-    match heading.unit(column, Measure::Angle(AngleUnit::Rad), place, input) {
-        Some(Measure::Angle(unit)) => Some(unit),
-        None if !heading.has_unit(column) && stated.is_none() => {
-            let message = "the unit of these angles is not stated; expected [tracks.columns] angle_unit = \"rad\" or \"deg\"";
-            input.wrong(heading.line, heading.bare[column].as_str(), message);
-            None
-        }
-        _ => stated,
+fn is_in_degrees(heading: &Heading, column: usize, wanted: &Columns, input: &Input) -> Option<bool> {
+    let stated = angle_unit(wanted).map(|unit| (unit, "[tracks.columns] angle_unit states".to_string()));
+    let unit = heading.unit([column], Measure::Radians, stated, input);
+    if unit.is_none() {
+        let message = "the unit of these angles is not stated; expected [tracks.columns] angle_unit = \"rad\" or \"deg\"";
+        input.wrong(heading.line, heading.bare[column].as_str(), message);
     }
+    Some(unit? == Measure::Degrees)
 }
 
 /// Returns the column of frame numbers or times if [tracks.columns] names neither, and whether it
@@ -77,81 +70,75 @@ fn unnamed_time(
     let names = heading.small();
     let rows = Rows::of(input.text, heading);
     let grows = |column: &usize| !used.contains(column) && rows.grows(*column, shot);
-    let frame = find(&names, Role::Frame).filter(|column| grows(column) && rows.is_whole(*column));
-    let time = find(&names, Role::Time).filter(grows);
+    let frame = find(&names, FRAMES).filter(|column| grows(column) && rows.is_whole(*column));
+    let time = find(&names, TIMES).filter(grows);
     let rate = input.settings.playback_fps.or(input.settings.capture_fps);
     if let (Some(frame), Some(time), Some(rate)) = (frame, time, rate)
         && heading.time(time, input) == TimeUnit::S
     {
         rows.check_clock(heading, [frame, time], rate, input);
     }
-    let frame = frame.filter(|_| input.is_by_frame() || time.is_none());
-    let column = frame.or(time)?;
-    let message = format!(
-        "[tracks.columns] names no column of times: \"{}\" is taken as {}",
-        heading.names[column],
-        if frame.is_some() { "the number of the frame" } else { "the time" }
-    );
+    let (column, is_frame) = formats::frame_or_time(frame, time, input)?;
+    let what = if is_frame { "the number of the frame" } else { "the time" };
+    let name = &heading.names[column];
+    let message = format!("[tracks.columns] names no column of times: \"{name}\" is taken as {what}");
     input.log.add(Subject::Clock, heading.line, message);
-    Some((column, frame.is_some()))
+    Some((column, is_frame))
 }
 
 /// Returns the heading in the first line that has all the names.
-fn header(input: &Input, wanted: &ColumnNames) -> Option<Heading> {
-    let names = wanted.all().filter_map(|(_, column)| match column {
-        Column::Name(name) => Some(name.trim()),
-        Column::Number(_) => None,
-    });
+fn header(input: &Input, wanted: &Columns) -> Option<Heading> {
+    let names =
+        wanted.iter().filter(|(key, _)| *key != "angle_unit").filter_map(|(_, column)| match column {
+            Column::Name(name) => Some(name.trim()),
+            Column::Number(_) => None,
+        });
     let names: Vec<&str> = names.collect();
+    let held = |heading: &Heading| names.iter().filter(|name| heading.position(name).is_some()).count();
     let mut nearest: Option<(usize, Heading)> = None;
-    for top in tops(input.text, MAX_LINES) {
-        let heading = Heading::deep(input.text, &top);
-        let here = names.iter().filter(|name| heading.position(name).is_some()).count();
-        if here == names.len() {
-            let before = input.problems.len();
-            heading.complain_of_twins(names, input);
-            return (input.problems.len() == before).then_some(heading);
-        }
-        if nearest.as_ref().is_none_or(|(most, _)| here > *most) {
-            nearest = Some((here, heading));
+    for heading in headings(input.text, MAX_LINES) {
+        let count = held(&heading);
+        if nearest.as_ref().is_none_or(|(most, _)| count > *most) {
+            nearest = Some((count, heading));
         }
     }
     let Some((_, heading)) = nearest else {
         input.wrong(None, None, "is empty; expected the columns that [tracks.columns] names");
         return None;
     };
-    let missing = names.into_iter().find(|name| heading.position(name).is_none()).unwrap_or_default();
+    let Some(missing) = names.iter().find(|name| heading.position(name).is_none()) else {
+        let are_single =
+            [&heading.names, &heading.bare].iter().all(|all| heading.has_once(&names, all, input));
+        return are_single.then_some(heading);
+    };
     let near = did_you_mean(missing, heading.names.iter().map(String::as_str));
-    let message = format!(
-        "no line has all the columns that [tracks.columns] names; \"{missing}\" is missing here{near}: {}",
-        shortened(&heading.names.join(" | "))
-    );
+    let all = shortened(&heading.names.join(" | "));
+    let message = format!("of the columns in [tracks.columns], \"{missing}\" is missing here{near}: {all}");
     input.wrong(heading.line, None, message);
     None
 }
 
 /// Returns the heading of a table without names, from the first row with the expected numbers.
-fn numbered(input: &Input, wanted: &ColumnNames) -> Option<Heading> {
-    let number = |(key, column): (&str, &Column)| match column {
-        Column::Number(number) if !["shot", "ball", "point"].contains(&key) => Some(number.get() - 1),
-        _ => None,
-    };
-    let numbers: Vec<usize> = wanted.all().filter_map(number).collect();
-    let last =
-        wanted.all().map(|(_, column)| if let Column::Number(number) = column { number.get() } else { 1 });
-    let least = last.max()?;
-    for top in tops(input.text, MAX_LINES).iter().filter(|top| !top.is_comment()) {
-        let cells = &top.names;
-        if cells.len() >= least && numbers.iter().all(|column| value(&cells[*column]).is_some()) {
+fn numbered(input: &Input, wanted: &Columns) -> Option<Heading> {
+    let numbers = wanted.iter().filter_map(|(key, column)| match column {
+        Column::Number(number) => Some((key.as_str(), number.get())),
+        Column::Name(_) => None,
+    });
+    let least = numbers.clone().map(|(_, number)| number).max()?;
+    let is_number = |key: &str| !["shot", "ball", "point"].contains(&key);
+    let mut numbers: Vec<usize> =
+        numbers.filter(|(key, _)| is_number(key)).map(|(_, number)| number).collect();
+    for Heading { line, separator, own: cells, .. } in
+        headings(input.text, MAX_LINES).into_iter().filter(|heading| !heading.is_comment)
+    {
+        if cells.len() >= least && numbers.iter().all(|number| value(&cells[number - 1]).is_some()) {
             let is_open = cells.len() > least && cells.last().is_some_and(String::is_empty);
-            return Some(Heading::unnamed(top.line, top.separator, cells.len() - usize::from(is_open)));
+            return Some(Heading::unnamed(line, separator, cells.len() - usize::from(is_open)));
         }
     }
-    let numbers: Vec<String> = numbers.iter().map(|column| (column + 1).to_string()).collect();
-    let message = format!(
-        "none of the first {MAX_LINES} lines has numbers in the columns {} that [tracks.columns] gives",
-        numbers.join(", ")
-    );
+    numbers.sort_unstable();
+    let numbers = numbers.iter().map(usize::to_string).collect::<Vec<_>>().join(", ");
+    let message = format!("none of the first {MAX_LINES} lines has numbers in the columns {numbers}");
     input.wrong(None, None, message);
     None
 }

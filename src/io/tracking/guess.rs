@@ -2,70 +2,61 @@
 
 use std::num::NonZero;
 
-use super::column_names::{Column, ColumnNames, KEYS};
-use super::heading::{Heading, TITLES, Top, suffix, tops};
+use super::column_names::{Column, Columns};
+use super::heading::{Heading, TITLES, headings};
 use super::sample::Rows;
-use super::settings::TracksSection;
-use super::units::{AngleUnit, Measure, Unit};
-use super::words::{self, Boxed, Kind, Role, find, is_angle, pairs};
+use super::words::{
+    BALLS, FRAMES, Kind, PERHAPS_BALLS, SHOTS, Sides, TIMES, beside, boxes, find, is_angle, pairs,
+};
 use crate::io::number::value;
 
 /// Largest angle of a disc in radians, two turns; degrees of a whole turn are 360.
 const MAX_RADIANS: f64 = 4.0 * std::f64::consts::PI;
+/// Beginning of exports of Motive (OptiTrack), whose height is y.
+const MOTIVE: &str = "Format Version";
 
-/// Remark on the size of a box if names do not show whether x and y are a corner or the middle.
-const DOUBT: &str = "of a box: take the # away, from both, if x and y are its corner, and not its middle";
-
-/// Guessed settings of `[tracks]`.
+/// Guessed `[tracks.columns]`.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub(in crate::io) struct Guess {
-    /// `[tracks.columns]`.
-    pub(crate) columns: Vec<Guessed>,
-    pub(crate) angle_unit: Option<AngleUnit>,
-    /// Whether the table has angles, which only discs do.
-    pub(crate) has_angles: bool,
-}
-
-/// A key of `[tracks.columns]` and its possible column.
-#[derive(Clone, Debug, PartialEq)]
-pub(in crate::io) struct Guessed {
-    pub(crate) key: &'static str,
-    pub(crate) column: Column,
-    /// The condition under which an uncertain key is right: it is drafted as a comment.
-    pub(crate) doubt: Option<&'static str>,
+    pub(crate) columns: Columns,
+    /// Whether names leave open if x and y are a corner of a box of the size here, or its middle.
+    pub(crate) is_size_doubtful: bool,
 }
 
 impl Guess {
-    pub(in crate::io) fn column(&self, key: &str) -> Option<&Column> {
-        self.columns.iter().find(|guessed| guessed.key == key).map(|guessed| &guessed.column)
+    pub(in crate::io) fn is_doubtful(&self, key: &str) -> bool {
+        self.is_size_doubtful && (key.ends_with("width") || key.ends_with("height"))
     }
 
-    pub(super) fn section(&self) -> TracksSection {
-        let mut names = ColumnNames { angle_unit: self.angle_unit, ..ColumnNames::default() };
-        let certain = self.columns.iter().filter(|guessed| guessed.doubt.is_none());
-        certain.for_each(|guessed| names.set(guessed.key, guessed.column.clone()));
-        TracksSection::of_columns((!self.columns.is_empty()).then_some(names))
+    pub(super) fn certain(&self) -> Option<Columns> {
+        let mut columns = self.columns.clone();
+        columns.retain(|key, _| !self.is_doubtful(key));
+        (!columns.is_empty()).then_some(columns)
+    }
+
+    pub(super) fn has_angles(&self) -> bool {
+        self.columns.keys().any(|key| key.ends_with("angle"))
     }
 
     pub(super) fn has_boxes(&self) -> bool {
-        self.columns.iter().any(|guessed| ["width", "x2"].contains(&guessed.key))
+        self.columns.contains_key("width") || self.columns.contains_key("x2")
     }
 }
 
 /// Guesses the columns of a table; returns `None` if it is not understood.
 pub(super) fn columns(text: &str) -> Option<Guess> {
-    let tops = tops(text, TITLES);
-    for top in tops.iter().filter(|top| top.names.len() > 2) {
-        if top.names.iter().all(|name| value(name).is_some()) {
+    let headings = headings(text, TITLES);
+    for heading in headings.iter().filter(|heading| heading.own.len() > 2) {
+        let Heading { line, separator, own, .. } = heading;
+        if own.iter().all(|name| value(name).is_some()) {
             // names that are not understood may stand above the numbers
-            let is_above = |other: &&Top| other.line < top.line && other.separator == top.separator;
-            if tops.iter().filter(is_above).any(|other| other.names.len() == top.names.len()) {
-                return None;
-            }
-            let heading = Heading::unnamed(top.line, top.separator, top.names.len());
-            return numbered(&Rows::of(text, &heading), top.names.len());
+            let is_above = |other: &Heading| {
+                other.line < *line && other.separator == *separator && other.own.len() == own.len()
+            };
+            let plain = Heading::unnamed(*line, *separator, own.len());
+            return (!headings.iter().any(is_above)).then(|| numbered(&Rows::of(text, &plain), own.len()))?;
         }
-        if let Some(guess) = named(text, &Heading::deep(text, top)) {
+        if let Some(guess) = named(text, heading) {
             return Some(guess);
         }
     }
@@ -83,135 +74,120 @@ fn numbered(rows: &Rows, width: usize) -> Option<Guess> {
         5 => "t cue_x cue_y object_x object_y",
         _ => return None,
     };
-    let numbered = keys.split(' ').zip((1..).filter_map(NonZero::new));
-    let guessed =
-        |(key, number)| Some(Guessed { key: known(key)?, column: Column::Number(number), doubt: None });
-    Some(Guess { columns: numbered.filter_map(guessed).collect(), ..Guess::default() })
-}
-
-fn known(key: &str) -> Option<&'static str> {
-    KEYS.into_iter().find(|known| *known == key)
+    let numbered = keys.split(' ').zip((1..).filter_map(NonZero::new)).filter(|(key, _)| *key != "-");
+    let columns = numbered.map(|(key, number)| (key.to_string(), Column::Number(number))).collect();
+    Some(Guess { columns, is_size_doubtful: false })
 }
 
 /// Guesses the columns of a table by their names; rows show only which columns name balls.
 fn named(text: &str, heading: &Heading) -> Option<Guess> {
-    let small = heading.small();
+    let names = heading.small();
     let rows = Rows::of(text, heading);
-    let all = pairs(&small);
+    let all = pairs(&names);
     let of = |wanted: Kind| -> Vec<[usize; 2]> {
         all.iter().filter(|(_, kind)| *kind == wanted).map(|(pair, _)| *pair).collect()
     };
-    let (mut positions, markers, spreads) = (of(Kind::Position), of(Kind::Marker), of(Kind::Spread));
+    let [mut positions, mut markers, spreads] = [Kind::Position, Kind::Marker, Kind::Spread].map(of);
+    if text.starts_with(MOTIVE) {
+        // seen from above, z, x and the height y are right-handed as x, y and z are
+        for [x, y] in &mut positions {
+            [*x, *y] = beside(&names, *x, "z").map_or([*x, *y], |z| [z, *x]);
+        }
+    }
+    if positions.is_empty() {
+        positions = std::mem::take(&mut markers);
+    }
+    let names_balls = |role| find(&names, role).is_some_and(|column| rows.values(column) > 1);
+    let boxes = boxes(&names, names_balls(BALLS) || names_balls(PERHAPS_BALLS));
     let mut taken: Vec<usize> = all.iter().flat_map(|(pair, _)| *pair).collect();
     let mut angles: Vec<usize> =
-        (0..small.len()).filter(|i| !taken.contains(i) && is_angle(&small[*i])).collect();
-    if text.starts_with(MOTIVE) {
-        lay_flat(&small, &mut positions);
-    }
-    let names_balls = |role| find(&small, role).is_some_and(|column| rows.values(column) > 1);
-    let boxes = words::boxes(&small, names_balls(Role::Ball) || names_balls(Role::PerhapsBall));
-    taken.extend(boxes.iter().flat_map(|boxed| [boxed.corner, boxed.rest.columns].concat()));
-    let is_free = |column: &usize| !taken.contains(column) && !small[*column].is_empty();
-    let shot = find(&small, Role::Shot);
-    // detectors leave the column empty
-    let stated = find(&small, Role::Ball).filter(|column| !taken.contains(column) && !rows.is_empty(*column));
-    if positions.is_empty() {
-        positions.clone_from(&markers);
-    }
-    if let ([one, other], Some(_)) = (positions.as_slice(), stated)
-        && let Some(one) = in_two_units(heading, *one, *other)
-    {
-        positions = vec![one];
-    }
-    // a column of balls that names only one, beside two pairs of columns
-    let is_one = |column: &usize| positions.len() == 2 && boxes.len() != 1 && rows.values(*column) < 2;
-    let stated = stated.filter(|column| !is_one(column) && boxes.len() < 2);
-    let [frame, time] = [Role::Frame, Role::Time].map(|role| find(&small, role));
-    let others: Vec<usize> = frame.or(time).into_iter().chain(shot).collect();
-    let may_name = |column: &usize| {
-        (positions.len() == 1 || boxes.len() == 1)
-            && is_free(column)
-            && rows.distinguishes_rows(*column, &others)
-    };
-    let ball = stated.or_else(|| find(&small, Role::PerhapsBall).filter(may_name));
+        (0..names.len()).filter(|i| !taken.contains(i) && is_angle(&names[*i])).collect();
+    taken.extend(boxes.iter().flat_map(|sides| [sides.corner, sides.rest].concat()));
+    let is_free = |column: &usize| !taken.contains(column) && !names[*column].is_empty();
+    let [frame, time, shot] = [FRAMES, TIMES, SHOTS].map(|role| find(&names, role));
+    let ball = ball(&names, &rows, [frame.or(time), shot], [positions.len(), boxes.len()], is_free);
     // without a column of balls, numbers that look like one box are those of two balls
     let are_pairs = frame.or(time).is_some_and(|time| rows.are_pairs(time, shot));
     // ids that a tracker changed after it had lost a ball
     let ball = ball.filter(|ball| !(are_pairs && rows.values(*ball) > 2 && rows.is_whole(*ball)));
     if !boxes.is_empty() {
-        positions = boxes.iter().map(|boxed| boxed.corner).collect();
+        positions = boxes.iter().map(|sides| sides.corner).collect();
     }
     let begins: &[&str] = match (positions.len(), ball) {
         (2, None) => &["cue_", "object_"],
         (1, _) if ball.is_some() || are_pairs => &[""],
         _ => return None,
     };
-    let is_other = |column: &usize| is_free(column) && Some(*column) != shot && Some(*column) != ball;
+    let is_other = |column: &usize| is_free(column) && ![shot, ball].contains(&Some(*column));
     let frame = frame.filter(is_other);
     let time = time.filter(|column| frame.is_none() && is_other(column));
-    let count = || small.iter().position(|name| name == "n");
-    let frame = frame.or_else(|| if time.is_none() { count() } else { None });
-    let mut keys = vec![
-        ("shot", "", shot, None),
-        ("frame", "", frame, None),
-        ("t", "", time, None),
-        ("ball", "", ball, None),
-    ];
+    let count = names.iter().position(|name| name == "n").filter(|_| time.is_none());
     // an angle for each ball, or no column is one of angles
     if angles.len() != positions.len() || begins.len() == 1 && ball.is_none() {
         angles.clear();
     }
-    let only = |pairs: &[[usize; 2]]| {
-        pairs.first().copied().filter(|_| pairs.len() == 1 && begins.len() == 1 && ball.is_some())
+    let mut columns = Columns::default();
+    let mut put = |key: String, column: Option<usize>| {
+        let column = column.map(|column| Column::Name(heading.names[column].clone()));
+        columns.extend(column.map(|column| (key, column)));
     };
-    for (i, begin) in begins.iter().enumerate() {
-        let likelihood = words::beside(&small, positions[i][0], "likelihood");
-        let alone = || small.iter().position(|own| own == "likelihood").filter(|_| begins.len() == 1);
-        let (rest, doubt) = match boxes.get(i) {
-            Some(Boxed { rest, .. }) => (Some((rest.is_size, rest.columns)), None),
-            None => (words::size(&small, positions[i][0]).map(|size| (true, size)), Some(DOUBT)),
+    for (key, column) in [("shot", shot), ("frame", frame.or(count)), ("t", time), ("ball", ball)] {
+        put(key.to_string(), column);
+    }
+    let only = |pairs: &[[usize; 2]]| match pairs {
+        [pair] if ball.is_some() => Some(*pair),
+        _ => None,
+    };
+    for (i, (begin, xy)) in begins.iter().zip(&positions).enumerate() {
+        let single = |key: &str| names.iter().position(|name| name == key).filter(|_| begins.len() == 1);
+        let likelihood = beside(&names, xy[0], "likelihood").or_else(|| single("likelihood"));
+        let size = |[width, height]: [&str; 2]| {
+            Some([beside(&names, xy[0], width)?, beside(&names, xy[0], height)?])
         };
-        let pair = |columns: Option<[usize; 2]>| columns.map_or([None; 2], |pair| pair.map(Some));
-        let rest_keys =
-            if rest.is_some_and(|(is_size, _)| is_size) { ["width", "height"] } else { ["x2", "y2"] };
-        for (names, columns, doubt) in [
-            (["x", "y"], pair(Some(positions[i])), None),
-            (["x_sd", "y_sd"], pair(only(&spreads)), None),
-            (["marker_x", "marker_y"], pair(only(&markers)), None),
-            (["angle", "likelihood"], [angles.get(i).copied(), likelihood.or_else(alone)], None),
-            (rest_keys, pair(rest.map(|(_, columns)| columns)), doubt),
-        ] {
-            keys.extend(names.into_iter().zip(columns).map(|(key, column)| (key, *begin, column, doubt)));
+        let size = || [["width", "height"], ["w", "h"]].into_iter().find_map(size);
+        let (rest, is_size) = match boxes.get(i) {
+            Some(Sides { rest, is_size, .. }) => (Some(*rest), *is_size),
+            None => (size(), true),
+        };
+        let pairs = [
+            (["x", "y"], Some(*xy)),
+            (["x_sd", "y_sd"], only(&spreads)),
+            (["marker_x", "marker_y"], only(&markers)),
+            (if is_size { ["width", "height"] } else { ["x2", "y2"] }, rest),
+        ];
+        for (keys, pair) in pairs {
+            for (key, column) in keys.into_iter().zip(pair.into_iter().flatten()) {
+                put(format!("{begin}{key}"), Some(column));
+            }
         }
+        put(format!("{begin}angle"), angles.get(i).copied());
+        put(format!("{begin}likelihood"), likelihood);
     }
-    let guessed = keys.into_iter().filter_map(|(key, begin, column, doubt)| {
-        let column = Column::Name(heading.names[column?].clone());
-        Some(Guessed { key: known(&format!("{begin}{key}"))?, column, doubt })
-    });
-    let columns = guessed.collect();
-    let most = angles.iter().map(|column| rows.largest(*column)).fold(0.0, f64::max);
-    let unit = if most > MAX_RADIANS { AngleUnit::Deg } else { AngleUnit::Rad };
-    let angle_unit = angles.iter().any(|column| !heading.has_unit(*column)).then_some(unit);
-    Some(Guess { columns, angle_unit, has_angles: !angles.is_empty() })
+    if angles.iter().any(|column| !heading.has_unit(*column)) {
+        let most = angles.iter().map(|column| rows.largest(*column)).fold(0.0, f64::max);
+        let unit = if most > MAX_RADIANS { "deg" } else { "rad" };
+        columns.insert("angle_unit".to_string(), Column::Name(unit.to_string()));
+    }
+    Some(Guess { columns, is_size_doubtful: boxes.is_empty() })
 }
 
-/// Beginning of exports of Motive (OptiTrack), whose height is y.
-const MOTIVE: &str = "Format Version";
-
-/// Replaces x and y of positions by z and x: seen from above, z, x and the height y are right-handed
-/// as x, y and z are.
-fn lay_flat(names: &[String], positions: &mut [[usize; 2]]) {
-    for position in positions {
-        if let Some(z) = words::beside(names, position[0], "z") {
-            *position = [z, position[0]];
-        }
-    }
-}
-
-/// Returns the columns in another unit than pixels, of two pairs with the same positions.
-fn in_two_units(heading: &Heading, one: [usize; 2], other: [usize; 2]) -> Option<[usize; 2]> {
-    let bare = |pair: [usize; 2]| suffix(&heading.names[pair[0]]).map(|(bare, _)| bare);
-    let is_same = bare(one)?.eq_ignore_ascii_case(bare(other)?);
-    let is_pixels = suffix(&heading.names[one[0]]).is_some_and(|(_, unit)| unit == Measure::Length(Unit::Px));
-    is_same.then_some(if is_pixels { other } else { one })
+/// Returns the column of balls of a table with these columns of times and shots, pairs of positions
+/// and boxes; one whose name is less certain only if rows differ by it.
+fn ball(
+    names: &[String],
+    rows: &Rows,
+    others: [Option<usize>; 2],
+    [positions, boxes]: [usize; 2],
+    is_free: impl Fn(&usize) -> bool,
+) -> Option<usize> {
+    // detectors leave the column empty, or name one ball beside two pairs of columns
+    let is_one = |column: &usize| positions == 2 && boxes != 1 && rows.values(*column) < 2;
+    let is_stated =
+        |column: &usize| boxes < 2 && is_free(column) && !rows.is_empty(*column) && !is_one(column);
+    let others: Vec<usize> = others.into_iter().flatten().collect();
+    let may_name = |column: &usize| {
+        (positions == 1 || boxes == 1) && is_free(column) && rows.distinguishes_rows(*column, &others)
+    };
+    let stated = find(names, BALLS).filter(is_stated);
+    stated.or_else(|| find(names, PERHAPS_BALLS).filter(may_name))
 }

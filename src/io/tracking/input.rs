@@ -4,6 +4,8 @@ use std::cell::RefCell;
 use std::collections::BTreeMap;
 use std::path::Path;
 
+use indexmap::IndexMap;
+
 use super::settings::TrackSettings;
 use crate::io::error::{Problems, harmless};
 
@@ -68,14 +70,13 @@ pub(super) enum Subject {
 
 /// Notes about detections and repairs: the first few of each subject, and the number of others.
 #[derive(Debug, Default)]
-pub(super) struct Notes(RefCell<BTreeMap<Subject, Vec<Note>>>);
+pub(super) struct Notes(RefCell<BTreeMap<Subject, IndexMap<String, Places>>>);
 
-/// A message, its first place, and the number of places.
+/// The places of a note: the first one, and their number.
 #[derive(Clone, Debug)]
-struct Note {
-    message: String,
-    place: String,
-    places: usize,
+struct Places {
+    first: String,
+    count: usize,
 }
 
 /// Notes about one file.
@@ -88,9 +89,9 @@ pub(super) struct Log<'a> {
 impl Log<'_> {
     pub(super) fn add(self, subject: Subject, line: impl Into<Option<usize>>, message: impl AsRef<str>) {
         let line = line.into().map_or(String::new(), |line| format!(":{line}"));
-        let place = format!("{}{line}", self.file.display());
+        let first = format!("{}{line}", self.file.display());
         let message = harmless(message.as_ref()).into_owned();
-        self.notes.put(subject, Note { message, place, places: 1 });
+        self.notes.put(subject, message, Places { first, count: 1 });
     }
 }
 
@@ -99,20 +100,20 @@ impl Notes {
         Log { file, notes: self }
     }
 
-    fn put(&self, subject: Subject, note: Note) {
+    fn put(&self, subject: Subject, message: String, places: Places) {
         let mut subjects = self.0.borrow_mut();
         let notes = subjects.entry(subject).or_default();
-        match notes.iter_mut().find(|known| known.message == note.message) {
-            Some(known) if known.place == note.place => {}
-            Some(known) => known.places += note.places,
-            None => notes.push(note),
+        match notes.get_mut(&message) {
+            Some(known) if known.first == places.first => {}
+            Some(known) => known.count += places.count,
+            None => _ = notes.insert(message, places),
         }
     }
 
     pub(super) fn append(&self, other: Self) {
         for (subject, notes) in other.0.into_inner() {
-            for note in notes {
-                self.put(subject, note);
+            for (message, places) in notes {
+                self.put(subject, message, places);
             }
         }
     }
@@ -122,9 +123,9 @@ impl Notes {
         const MAX_LISTED: usize = 8;
         let mut lines = Vec::new();
         for notes in self.0.into_inner().into_values() {
-            for Note { message, place, places } in notes.iter().take(MAX_LISTED) {
-                let others = if *places > 1 { format!(" and {} more", places - 1) } else { String::new() };
-                lines.push(format!("{place}{others}: {message}"));
+            for (message, Places { first, count }) in notes.iter().take(MAX_LISTED) {
+                let others = if *count > 1 { format!(" and {} more", count - 1) } else { String::new() };
+                lines.push(format!("{first}{others}: {message}"));
             }
             if notes.len() > MAX_LISTED {
                 lines.push(format!("and {} more like this", notes.len() - MAX_LISTED));

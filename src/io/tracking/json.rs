@@ -9,7 +9,7 @@ use serde_json::value::RawValue;
 
 use super::heading::Heading;
 use super::input::{Input, Subject};
-use super::layout::{Block, Body, Layout, Name};
+use super::layout::{Block, Body, Layout};
 use super::raw::{Clock, RawShot};
 use super::reader::Reader;
 use super::settings::Format;
@@ -19,15 +19,10 @@ use crate::io::text::Separator;
 use crate::measurement::number::count_of;
 
 /// Keys with one meaning, the most common first.
-const SHOTS: [&str; 1] = ["shots"];
 const BALLS: [&str; 3] = ["balls", "tracks", "objects"];
-const SAMPLES: [&str; 5] = ["samples", "points", "positions", "frames", "data"];
-const POSITION: [&str; 4] = ["position", "pos", "centre", "center"];
-const NAME: [&str; 6] = ["name", "shot", "ball", "id", "label", "color"];
-const FPS: [&str; 3] = ["capture_fps", "fps", "frame_rate"];
-const LENGTH: [&str; 3] = ["length_unit", "unit", "units"];
-const TIMES: [(&str, TimeUnit); 4] =
-    [("t", TimeUnit::S), ("time", TimeUnit::S), ("t_ms", TimeUnit::Ms), ("frame", TimeUnit::Frames)];
+const SAMPLES: [&str; 3] = ["samples", "points", "positions"];
+const NAME: [&str; 5] = ["name", "shot", "ball", "id", "label"];
+const FPS: [&str; 3] = ["fps", "capture_fps", "frame_rate"];
 
 const EXPECTED: &str = "expected an array of shots, each with \"balls\", each with a \"name\" and \"samples\" of t (seconds) or frame, \
                         x and y";
@@ -38,20 +33,29 @@ pub(super) fn detect(text: &str) -> bool {
         || text.strip_prefix('[').is_some_and(|rest| rest.trim_start().starts_with(['{', ']']))
 }
 
-/// A value: the elements of a list, or the entries of an object in the order of the file.
-struct Node<'t> {
-    line: usize,
-    raw: &'t RawValue,
-    list: Vec<&'t RawValue>,
-    entries: IndexMap<String, &'t RawValue>,
+/// Returns a value as a cell of a table: text without quotation marks, nothing for null.
+fn cell(raw: &RawValue) -> String {
+    let text = raw.get();
+    if text == "null" { String::new() } else { serde_json::from_str(text).unwrap_or(text.to_string()) }
 }
 
-impl Node<'_> {
-    /// Returns it as a cell of a table: text without quotation marks, nothing for null.
-    fn cell(&self) -> String {
-        let text = self.raw.get();
-        if text == "null" { String::new() } else { serde_json::from_str(text).unwrap_or(text.to_string()) }
+/// Returns the entries of an object, in their order, or the elements of a list with empty keys.
+fn entries(raw: &RawValue) -> Vec<(String, &RawValue)> {
+    // the text has been checked as a whole
+    if let Ok(list) = serde_json::from_str::<Vec<&RawValue>>(raw.get()) {
+        return list.into_iter().map(|raw| (String::new(), raw)).collect();
     }
+    serde_json::from_str::<IndexMap<String, &RawValue>>(raw.get()).unwrap_or_default().into_iter().collect()
+}
+
+/// Returns the value of the first key that an object has.
+fn get<'t>(entries: &[(String, &'t RawValue)], keys: &[&str]) -> Option<&'t RawValue> {
+    let of_key = |key: &&str| entries.iter().find(|(own, _)| own == key);
+    keys.iter().find_map(of_key).map(|(_, raw)| *raw)
+}
+
+fn get_cell(entries: &[(String, &RawValue)], keys: &[&str]) -> Option<String> {
+    Some(cell(get(entries, keys)?).trim().to_string()).filter(|cell| !cell.is_empty())
 }
 
 struct File<'t> {
@@ -68,29 +72,15 @@ pub(super) fn read(input: &Input) -> Option<(Vec<RawShot>, Option<Unit>)> {
     Some((shots, unit))
 }
 
-impl<'t> File<'t> {
-    fn refuse<T>(&self, node: &Node, message: &str) -> Option<T> {
-        self.input.wrong(node.line, None, format!("{message}; {EXPECTED}"));
+impl File<'_> {
+    fn line(&self, raw: &RawValue) -> usize {
+        let begin = raw.get().as_ptr() as usize - self.input.text.as_ptr() as usize;
+        self.line_ends.partition_point(|end| *end < begin) + 1
+    }
+
+    fn refuse<T>(&self, at: &RawValue, message: &str) -> Option<T> {
+        self.input.wrong(self.line(at), None, format!("{message}; {EXPECTED}"));
         None
-    }
-
-    fn node(&self, raw: &'t RawValue) -> Node<'t> {
-        let text = raw.get();
-        let begin = text.as_ptr() as usize - self.input.text.as_ptr() as usize;
-        let line = self.line_ends.partition_point(|end| *end < begin) + 1;
-        // the text has been checked as a whole
-        let list = serde_json::from_str(text).unwrap_or_default();
-        Node { line, raw, list, entries: serde_json::from_str(text).unwrap_or_default() }
-    }
-
-    /// Returns the value of the first key that an object has, in small or capital letters.
-    fn get(&self, node: &Node<'t>, keys: &[&str]) -> Option<Node<'t>> {
-        let of_key = |key: &&str| node.entries.iter().find(|(own, _)| own.eq_ignore_ascii_case(key));
-        keys.iter().find_map(of_key).map(|(_, raw)| self.node(raw))
-    }
-
-    fn cell(&self, node: &Node<'t>, keys: &[&str]) -> Option<String> {
-        Some(self.get(node, keys)?.cell().trim().to_string()).filter(|cell| !cell.is_empty())
     }
 
     fn read(&self) -> Option<(Vec<RawShot>, Option<Unit>)> {
@@ -101,104 +91,92 @@ impl<'t> File<'t> {
             input.wrong(error.line(), None, format!("is not JSON: {bare}"));
         };
         let whole: &RawValue = serde_json::from_str(input.text).map_err(not_json).ok()?;
-        let root = self.node(whole);
-        let mut shots = self.get(&root, &SHOTS).map_or(self.node(whole).list, |shots| shots.list);
-        if shots.is_empty() && self.get(&root, &BALLS).is_some() {
-            shots = vec![whole];
-        }
-        let Some(first) = shots.first().map(|shot| self.node(shot)) else {
-            return self.refuse(&root, "holds no shots");
+        let root = entries(whole);
+        let shots = match get(&root, &["shots"]) {
+            Some(shots) => entries(shots),
+            None if get(&root, &BALLS).is_some() => vec![(String::new(), whole)],
+            None => root.clone(),
         };
-        let layout = layout(input);
+        if shots.is_empty() || shots.iter().any(|(key, _)| !key.is_empty()) {
+            return self.refuse(whole, "holds no shots");
+        }
+        let names = ["shot", "ball", "time", "x", "y"].map(str::to_string).to_vec();
+        let heading = Heading::plain(1, 0, Separator::Char(','), names);
+        let body = Body { ball: Some(1), ..Body::new("", [3, 4]) };
+        let blocks = vec![Block::below(&heading, vec![body])];
+        let layout = Layout::new(Format::Json, heading, blocks, Some((2, true)), input);
+        let layout = Layout { shot: Some(0), ..layout };
         let mut reader = Reader::new(input, &layout);
         let mut clocks: HashMap<String, Clock> = HashMap::new();
-        for (i, shot) in shots.iter().map(|shot| self.node(shot)).enumerate() {
-            let own = || {
-                if shots.len() == 1 { input.stem.to_string() } else { format!("{}-{}", input.stem, i + 1) }
+        for (i, (_, raw)) in shots.iter().enumerate() {
+            let shot = entries(raw);
+            let number = if shots.len() == 1 { String::new() } else { format!("-{}", i + 1) };
+            let name = get_cell(&shot, &NAME).unwrap_or_else(|| format!("{}{number}", input.stem));
+            let Some(balls) = get(&shot, &BALLS).filter(|balls| balls.get().starts_with(['{', '['])) else {
+                return self.refuse(raw, &format!("the shot \"{}\" has no \"balls\"", shortened(&name)));
             };
-            let name = self.cell(&shot, &NAME).unwrap_or_else(own);
-            let mut clock = self.shot(&shot, &name, &mut reader, &layout.blocks[0].bodies)?;
-            let fps = self.cell(&shot, &FPS).or_else(|| self.cell(&root, &FPS));
-            if let Some(fps) = fps {
+            let mut clock = self.balls(balls, &name, &mut reader, &layout.blocks[0].bodies)?;
+            if let Some(fps) = get_cell(&shot, &FPS).or_else(|| get_cell(&root, &FPS)) {
                 let Some(known) = value(&fps).filter(|fps| *fps > 0.0) else {
-                    return self.refuse(&shot, &format!("fps is {fps}, not frames per second"));
+                    return self.refuse(raw, &format!("fps is {fps}, not frames per second"));
                 };
                 clock = if clock == Clock::In(TimeUnit::Frames) { Clock::FramesAt(known) } else { clock };
             }
             if clocks.insert(name.clone(), clock).is_some() {
-                return self.refuse(&shot, &format!("\"{}\" is the name of two shots", shortened(&name)));
+                return self.refuse(raw, &format!("\"{}\" is the name of two shots", shortened(&name)));
             }
         }
         let mut found = reader.finish();
         for shot in &mut found {
             shot.clock = clocks.get(&shot.name).copied().unwrap_or(shot.clock);
         }
-        let unit = self.cell(&root, &LENGTH).or_else(|| self.cell(&first, &LENGTH));
-        let Some(unit) = unit else { return Some((found, None)) };
-        if let Some(known) = Unit::of(&unit) {
-            return Some((found, Some(known)));
+        let unit = get_cell(&root, &["length_unit", "unit"]);
+        let known = unit.as_deref().and_then(Unit::of);
+        if let (Some(unit), None) = (unit, known) {
+            let unit = shortened(&unit);
+            return self
+                .refuse(whole, &format!("\"{unit}\" is not a unit of length: m, cm, mm, in, ft or px"));
         }
-        self.refuse(
-            &root,
-            &format!("\"{}\" is not a unit of length: m, cm, mm, in, ft or px", shortened(&unit)),
-        )
+        Some((found, known))
     }
 
-    /// Reads the samples of a shot; returns the meaning of its times.
-    fn shot(&self, shot: &Node<'t>, name: &str, reader: &mut Reader, bodies: &[Body]) -> Option<Clock> {
-        let balls = self.get(shot, &BALLS).filter(|balls| balls.raw.get().starts_with(['{', '[']));
-        let Some(balls) = balls else {
-            return self.refuse(shot, &format!("the shot \"{}\" has no \"balls\"", shortened(name)));
-        };
-        let named = balls.entries.iter().map(|(name, ball)| (Some(name.clone()), *ball));
-        let listed = balls.list.iter().map(|ball| (self.cell(&self.node(ball), &NAME), *ball));
+    /// Reads the samples of all balls of a shot; returns the meaning of its times.
+    fn balls(&self, balls: &RawValue, shot: &str, reader: &mut Reader, bodies: &[Body]) -> Option<Clock> {
         let mut clock = None;
-        for (i, (ball_name, ball)) in named.chain(listed).enumerate() {
-            let ball = self.node(ball);
-            let ball_name = ball_name.unwrap_or_else(|| (i + 1).to_string());
-            let samples = self.get(&ball, &SAMPLES).unwrap_or_else(|| self.node(ball.raw));
-            if !samples.raw.get().starts_with('[') {
-                let message = format!("the ball \"{}\" has no \"samples\"", shortened(&ball_name));
-                return self.refuse(&ball, &message);
+        for (i, (key, raw)) in entries(balls).into_iter().enumerate() {
+            let ball = entries(raw);
+            let name = Some(key).filter(|key| !key.is_empty()).or_else(|| get_cell(&ball, &NAME));
+            let name = name.unwrap_or_else(|| (i + 1).to_string());
+            let samples = get(&ball, &SAMPLES).unwrap_or(raw);
+            if !samples.get().starts_with('[') {
+                return self.refuse(raw, &format!("the ball \"{}\" has no \"samples\"", shortened(&name)));
             }
-            for sample in samples.list.iter().map(|sample| self.node(sample)) {
-                let (own, row) = self.sample(&sample)?;
+            for (_, sample) in entries(samples) {
+                let (own, row) = self.sample(sample)?;
                 if *clock.get_or_insert(own) != own {
-                    return self.refuse(&sample, "has another kind of time than the samples above");
+                    return self.refuse(sample, "has another kind of time than the samples above");
                 }
                 let [time, x, y] = row.map(Cow::Owned);
-                let cells = [Cow::Borrowed(name), Cow::Owned(ball_name.clone()), time, x, y];
-                reader.add(sample.line, &cells, bodies, 0);
+                let cells = [Cow::Borrowed(shot), Cow::Borrowed(name.as_str()), time, x, y];
+                reader.add(self.line(sample), &cells, bodies, 0);
             }
         }
         Some(clock.unwrap_or(Clock::In(TimeUnit::Frames)))
     }
 
-    /// Reads `{t, x, y}`, with the position perhaps in an object or a list of its own, or `[t, x, y]`.
-    fn sample(&self, sample: &Node<'t>) -> Option<(Clock, [String; 3])> {
-        if let [time, x, y] = sample.list[..] {
-            return Some((Clock::Unsaid, [time, x, y].map(|raw| self.node(raw).cell())));
+    /// Reads `{t, x, y}`, or `{frame, x, y}`, or `[t, x, y]`.
+    fn sample(&self, raw: &RawValue) -> Option<(Clock, [String; 3])> {
+        let sample = entries(raw);
+        if let [(_, time), (_, x), (_, y)] = sample[..]
+            && raw.get().starts_with('[')
+        {
+            return Some((Clock::Unsaid, [time, x, y].map(cell)));
         }
-        let times = TIMES.iter().filter_map(|(key, unit)| Some((*unit, self.get(sample, &[key])?.cell())));
-        let is_preferred = |unit: TimeUnit| (unit == TimeUnit::Frames) == self.input.is_by_frame();
-        let Some((unit, time)) = times.min_by_key(|(unit, _)| !is_preferred(*unit)) else {
-            return self.refuse(sample, "a sample without t or frame");
-        };
-        let position = self.get(sample, &POSITION);
-        let position = position.as_ref().unwrap_or(sample);
-        let at = |key: &str, i: usize| match position.list.get(i) {
-            Some(raw) => self.node(raw).cell(),
-            None => self.cell(position, &[key]).unwrap_or_default(),
-        };
-        Some((Clock::In(unit), [time, at("x", 0), at("y", 1)]))
+        let [frame, time] = [["frame", "frame"], ["t", "time"]].map(|keys| get(&sample, &keys));
+        let frame = frame.filter(|_| self.input.is_by_frame() || time.is_none());
+        let Some(own) = frame.or(time) else { return self.refuse(raw, "a sample without t or frame") };
+        let unit = if frame.is_some() { TimeUnit::Frames } else { TimeUnit::S };
+        let [x, y] = ["x", "y"].map(|key| get_cell(&sample, &[key]).unwrap_or_default());
+        Some((Clock::In(unit), [cell(own), x, y]))
     }
-}
-
-/// Returns the layout of the rows that samples become.
-fn layout(input: &Input) -> Layout {
-    let names = ["shot", "ball", "time", "x", "y"].map(str::to_string).to_vec();
-    let heading = Heading::plain(1, 0, Separator::Char(','), names);
-    let body = Body { name: Name::Column(1), ..Body::new("", [3, 4]) };
-    let block = Block::below(&heading, vec![body]);
-    Layout { shot: Some(0), ..Layout::new(Format::Json, heading, vec![block], Some((2, true)), input) }
 }

@@ -51,7 +51,8 @@ use crate::measurement::dataset::Tracks;
 use crate::measurement::spin::Spin;
 use crate::measurement::track::TrackShot;
 
-pub(super) use guess::{Guess, Guessed};
+pub(super) use column_names::Column;
+pub(super) use guess::Guess;
 pub(super) use read::{TRACKER_PROJECT, is_tracker_project};
 pub(crate) use survey::{Survey, survey};
 

@@ -35,11 +35,10 @@ pub(super) fn assign(
             } else {
                 ""
             };
+            let (names, there) = (names.shown(), quoted(there));
             let message = format!(
-                "there is no track \"{name}\" ([tracks] {key} = {}); there are: {}. Expected both balls in one file or \
-                 shot{apart}, and their names in [tracks] cue and object",
-                names.shown(),
-                quoted(there)
+                "there is no track \"{name}\" ([tracks] {key} = {names}); there are: {there}. Expected both balls in one file or \
+                 shot{apart}, and their names in [tracks] cue and object"
             );
             // other shots may have both balls
             return Err(Wrong::damaged(*line, message));
@@ -85,36 +84,27 @@ fn last_word(name: &str) -> &str {
 /// The name is ambiguous.
 pub(super) fn find(tracks: &[RawTrack], wanted: &str) -> Result<Option<usize>, String> {
     let small = wanted.to_lowercase();
-    let is_number = |rest: &str| {
-        let number = rest.strip_prefix(" (").and_then(|rest| rest.strip_suffix(')'));
-        number.is_some_and(|number| number.parse::<usize>().is_ok())
+    // 0 to 3: as written, in other letters, as Tracker's mass A, with the number of equal names
+    let rank = |name: &str| {
+        let lower = name.to_lowercase();
+        let number = name.strip_prefix(wanted).and_then(|rest| rest.strip_prefix(" (")?.strip_suffix(')'));
+        let is_mass = lower.starts_with("mass") && last_word(name) == wanted;
+        let is_numbered = number.is_some_and(|number| number.parse::<usize>().is_ok());
+        [name == wanted, lower == small, is_mass, is_numbered].iter().position(|fits| *fits)
     };
-    let ways: [&dyn Fn(&str) -> bool; 4] = [
-        &|name| name == wanted,
-        &|name| name.to_lowercase() == small,
-        // Tracker calls them "mass A", or mass_A
-        &|name| name.to_lowercase().starts_with("mass") && last_word(name) == wanted,
-        // numbers of tracks with equal names
-        &|name| name.strip_prefix(wanted).is_some_and(is_number),
-    ];
-    for (i, way) in ways.into_iter().enumerate() {
-        let fits = |i: &usize| tracks[*i].point.is_none() && way(&tracks[*i].name);
-        let found: Vec<usize> = (0..tracks.len()).filter(fits).collect();
-        match found.as_slice() {
-            [] => {}
-            [_] if i == 3 => {}
-            [one] => return Ok(Some(*one)),
-            many => {
-                let shown = |i: &usize| format!("\"{}\" (line {})", tracks[*i].name, tracks[*i].line());
-                return Err(format!(
-                    "{} tracks are named \"{wanted}\"; write in [tracks] which one it is: {}",
-                    many.len(),
-                    many.iter().map(shown).collect::<Vec<_>>().join(", ")
-                ));
-            }
+    let centres = (0..tracks.len()).filter(|i| tracks[*i].point.is_none());
+    let mut found: Vec<(usize, usize)> = centres.filter_map(|i| Some((rank(&tracks[i].name)?, i))).collect();
+    let best = found.iter().map(|(rank, _)| *rank).min();
+    found.retain(|(rank, _)| Some(*rank) == best);
+    match found.as_slice() {
+        [] | [(3, _)] => Ok(None),
+        [(_, one)] => Ok(Some(*one)),
+        many => {
+            let shown = |(_, i): &(_, usize)| format!("\"{}\" (line {})", tracks[*i].name, tracks[*i].line());
+            let (count, all) = (many.len(), many.iter().map(shown).collect::<Vec<_>>().join(", "));
+            Err(format!("{count} tracks are named \"{wanted}\"; write in [tracks] which one it is: {all}"))
         }
     }
-    Ok(None)
 }
 
 /// A file of one track, and which ball it is.
@@ -165,34 +155,31 @@ pub(super) fn pair(raw: &mut Vec<RawShot>, settings: &TrackSettings, notes: &Not
 fn single(index: usize, shot: &RawShot, [cue, object]: [&str; 2]) -> Option<Single> {
     let stem = stem(&shot.file);
     let ([track], true) = (shot.tracks.as_slice(), shot.name == stem) else { return None };
-    if track.point.is_some() {
-        return None;
-    }
-    let is_named = |ball: &str| matches!(find(&shot.tracks, ball), Ok(Some(_)));
-    // the files of Tracker's "mass A" are named A
-    let words =
+    let folder = shot.file.parent();
+    let folder_name = folder.and_then(Path::file_name).unwrap_or_default().to_string_lossy();
+    // the file's name without the ball's, for either ball; the files of Tracker's mass A are named A
+    let rests =
         |text: &str| [cue, object].map(|ball| without(text, ball).or_else(|| without(text, last_word(ball))));
-    let mut in_name = words(&stem);
-    let mut folder = shot.file.parent();
-    if in_name == [None, None] {
+    let (in_file, in_folder) = (rests(&stem), rests(&folder_name));
+    let is_by_folder = in_file == [None, None] && in_folder != [None, None];
+    let rest = if is_by_folder {
         // cue/1.csv and object/1.csv
-        let name = folder.and_then(Path::file_name).map(|name| name.to_string_lossy());
-        in_name = words(&name.unwrap_or_default()).map(|rest| {
-            let rest = rest?;
-            Some(if rest.is_empty() { stem.clone() } else { format!("{rest}-{stem}") })
-        });
-        if in_name != [None, None] {
-            folder = folder.and_then(Path::parent);
-        }
-    }
-    let is_object = match (is_named(cue), is_named(object), &in_name) {
+        in_folder.map(|rest| {
+            rest.map(|rest| if rest.is_empty() { stem.clone() } else { format!("{rest}-{stem}") })
+        })
+    } else {
+        in_file
+    };
+    let is_named = |ball: &str| matches!(find(&shot.tracks, ball), Ok(Some(_)));
+    let is_object = match (is_named(cue), is_named(object), &rest) {
         (true, false, _) | (false, false, [Some(_), None]) => false,
         (false, true, _) | (false, false, [None, Some(_)]) => true,
         _ => return None,
     };
-    let [cue_key, object_key] = in_name;
-    let key = if is_object { object_key } else { cue_key }.unwrap_or(stem);
-    Some(Single { index, is_object, key, folder: folder.map(Path::to_path_buf) })
+    let key = rest.into_iter().nth(usize::from(is_object)).flatten().unwrap_or(stem);
+    let folder = if is_by_folder { folder.and_then(Path::parent) } else { folder };
+    let is_centre = track.point.is_none();
+    is_centre.then(|| Single { index, is_object, key, folder: folder.map(Path::to_path_buf) })
 }
 
 /// Returns the words of a file's name without the ball's; `None` if the ball is not among them.

@@ -2,10 +2,9 @@
 
 use std::fs;
 use std::path::Path;
-use std::sync::Arc;
 
 use super::formats::FORMATS;
-use super::heading::{TITLES, Top, tops};
+use super::heading::{Heading, TITLES, headings};
 use super::input::{Context, Input, Subject, stem};
 use super::layout::Layout;
 use super::raw::{Clock, RawShot};
@@ -58,27 +57,22 @@ fn as_written(input: &Input) -> Option<Tracked> {
         return json::read(input).map(|(shots, unit)| Tracked { shots, format: Format::Json, unit });
     }
     let before = input.problems.len();
-    let tops = tops(input.text, TITLES);
+    let headings = headings(input.text, TITLES);
     for (_, layout) in FORMATS.into_iter().filter(|(format, _)| wanted(*format)) {
-        if let Some(layout) = layout(&tops, input) {
+        if let Some(layout) = layout(&headings, input) {
             return Some(by_layout(&layout, input));
         }
         if input.problems.len() > before {
             return None;
         }
     }
-    complain_of_format(&tops, input);
+    complain_of_format(&headings, input);
     None
 }
 
 fn by_layout(layout: &Layout, input: &Input) -> Tracked {
     layout.note(input);
     let mut shots = reader::read(input, layout);
-    if shots.is_empty() && !matches!(layout.format, Format::Long | Format::Columns) {
-        // a file without rows is one shot nevertheless
-        let (name, file) = (input.stem.to_string(), Arc::new(input.file.to_path_buf()));
-        shots.push(RawShot { name, file, line: 1, clock: layout.clock, tracks: Vec::new() });
-    }
     if let Clock::FramesAt(fps) = layout.clock {
         for shot in &mut shots {
             count_frames(shot, fps, layout, input);
@@ -124,7 +118,7 @@ pub(in crate::io) fn is_tracker_project(file: &Path, text: &str) -> bool {
     is_archive || is_xml() && text.contains("org.opensourcephysics.cabrillo.tracker")
 }
 
-fn complain_of_format(tops: &[Top], input: &Input) {
+fn complain_of_format(headings: &[Heading], input: &Input) {
     let Some((line, first)) = filled_lines(input.text).next() else {
         return input.wrong(None, None, "is empty; expected tracked positions");
     };
@@ -138,17 +132,14 @@ fn complain_of_format(tops: &[Top], input: &Input) {
         _ => format!("{}, as [tracks] format states", format.name()),
     };
     let is_of_long = matches!(format, Format::Auto | Format::Long);
-    let lacking = tops.iter().filter(|_| is_of_long).find_map(lacking).unwrap_or_default();
+    let lacking = headings.iter().filter(|_| is_of_long).find_map(lacking).unwrap_or_default();
     let begin = shortened(first.trim());
     input.wrong(line, None, format!("no format begins like this, \"{begin}\"{lacking}; expected {expected}"));
 }
 
-fn lacking(top: &Top) -> Option<String> {
-    const NEEDED: [(&str, &[&str]); 4] =
-        [("ball", &["ball"]), ("x", &["x"]), ("y", &["y"]), ("frame or t", &["frame", "t"])];
-    let names = top.small();
-    let is_missing = |(_, any): &&(&str, &[&str])| !names.iter().any(|name| any.contains(&name.as_str()));
-    let missing: Vec<&str> = NEEDED.iter().filter(is_missing).map(|(name, _)| *name).collect();
+fn lacking(heading: &Heading) -> Option<String> {
+    let is_missing = |any: &&str| !any.split(" or ").any(|name| heading.own.iter().any(|own| own == name));
+    let missing: Vec<&str> = ["ball", "x", "y", "frame or t"].into_iter().filter(is_missing).collect();
     let missing = (1..=2).contains(&missing.len()).then(|| missing.join(" and "))?;
-    Some(format!(", and what may be the names of columns, in line {}, are without {missing}", top.line))
+    Some(format!(", and what may be the names of columns, in line {}, are without {missing}", heading.line))
 }

@@ -4,11 +4,12 @@ use std::borrow::Cow;
 use std::collections::HashMap;
 use std::sync::Arc;
 
-use super::clock::{Style, is_clock, seconds};
+use super::clock::{Style, count_frames, is_clock, seconds};
 use super::input::{Input, Subject};
-use super::layout::{Body, Layout, Name};
+use super::layout::{Body, Layout};
 use super::raw::{Clock, RawShot, RawTrack, Row};
 use super::settings::Format;
+use super::units::TimeUnit;
 use crate::io::number::{Mark, Place, shortened};
 use crate::io::text::{self, Separator, lines};
 
@@ -16,7 +17,7 @@ use crate::io::text::{self, Separator, lines};
 const MAX_PROBLEMS: usize = 100;
 
 /// Least likelihood of a position, unless stated: the default of `DeepLabCut`.
-pub(super) const LIKELY: f64 = 0.6;
+const LIKELY: f64 = 0.6;
 
 /// Reads the rows of a file. Skips comments (`#`) and blank lines; reports rows with a wrong number
 /// of cells.
@@ -39,15 +40,19 @@ pub(super) fn read(input: &Input, layout: &Layout) -> Vec<RawShot> {
         if line <= block.above || content.is_empty() {
             continue;
         }
+        let cells = text::cells(text, layout.heading.separator);
         if content.starts_with('#') {
-            reader.see_comment(line, text);
+            if cells.is_ok_and(|cells| layout.shot == Some(0) && cells.len() == layout.heading.names.len()) {
+                let message = "rows that begin with #, passed over as comments: quote names of shots that begin with it";
+                input.log.add(Subject::Repeated, line, message);
+            }
             continue;
         }
-        let Ok(cells) = text::cells(text, layout.heading.separator) else {
+        let Ok(cells) = cells else {
             input.wrong(line, None, "a quotation mark does not close in this line, or text follows it");
             continue;
         };
-        match with_width(cells, layout, block.header) {
+        match with_width(cells, layout) {
             Ok(cells) => reader.add(line, &cells, &block.bodies, first_body),
             Err(message) => input.wrong(line, None, message),
         }
@@ -56,33 +61,26 @@ pub(super) fn read(input: &Input, layout: &Layout) -> Vec<RawShot> {
 }
 
 /// Returns as many cells as there are names; `Err` with a message if there are more or less.
-fn with_width<'a>(
-    mut cells: Vec<Cow<'a, str>>,
-    layout: &Layout,
-    header: usize,
-) -> Result<Vec<Cow<'a, str>>, String> {
+fn with_width<'a>(mut cells: Vec<Cow<'a, str>>, layout: &Layout) -> Result<Vec<Cow<'a, str>>, String> {
     let (names, separator) = (&layout.heading.names, layout.heading.separator);
     let width = names.len();
     // spreadsheets continue with empty cells
     while cells.len() > width && cells.last().is_some_and(|cell| cell.is_empty()) {
         cells.pop();
     }
-    let is_open = names.last().is_some_and(String::is_empty);
-    let may_be_short =
-        !layout.has_all_cells && (separator.is_white() || (is_open && cells.len() + 1 == width));
-    if may_be_short && cells.len() < width {
+    let is_open = names.last().is_some_and(String::is_empty) && cells.len() + 1 == width;
+    if (separator.is_white() || is_open) && cells.len() < width {
         cells.resize(width, Cow::Borrowed(""));
     }
     if cells.len() == width {
         return Ok(cells);
     }
-    let is_decimal = separator == Separator::Char(',') && cells.len() > width;
-    let hint = if is_decimal {
+    let hint = if separator == Separator::Char(',') && cells.len() > width {
         "; if they are decimal commas, export with another separator, such as semicolons or tabs"
     } else {
         ""
     };
-    Err(format!("{} cells; expected {width}, as in line {header}{hint}", cells.len()))
+    Err(format!("{} cells; expected {width}, as in line {}{hint}", cells.len(), layout.heading.line))
 }
 
 /// The cells of a row.
@@ -98,10 +96,6 @@ impl TextRow<'_> {
         let Input { file, problems, .. } = *self.input;
         Place { file, line: self.line, column: &self.names[column], text: &self.cells[column], problems }
     }
-
-    fn text(&self, column: usize) -> &str {
-        &self.cells[column]
-    }
 }
 
 /// Rows already read, sorted into shots and tracks, and the properties that all cells share.
@@ -116,11 +110,8 @@ pub(super) struct Reader<'a> {
     by_name: HashMap<String, usize>,
     /// The shot of the row above.
     last: usize,
-    /// Number of rows of `last` since its name followed another one.
-    count: usize,
-    /// Lines of rows that belong to no track, and of rows that are comments.
-    trackless: Vec<usize>,
-    commented: Vec<usize>,
+    /// The first row that belongs to no track.
+    trackless: Option<usize>,
 }
 
 impl<'a> Reader<'a> {
@@ -134,71 +125,59 @@ impl<'a> Reader<'a> {
             shots: Vec::new(),
             by_name: HashMap::new(),
             last: usize::MAX,
-            count: 0,
-            trackless: Vec::new(),
-            commented: Vec::new(),
+            trackless: None,
         }
     }
 
     /// Adds a row; `first_body` is the number of bodies in the blocks above.
     pub(super) fn add(&mut self, line: usize, cells: &[Cow<str>], bodies: &[Body], first_body: usize) {
         let row = &TextRow { line, input: self.input, names: &self.layout.heading.names, cells };
-        let shot = self.layout.shot.map_or(self.input.stem, |column| row.text(column));
-        if let Some(column) = self.layout.shot.filter(|_| shot.is_empty()) {
-            row.at(column).wrong("is empty; expected the name of a shot");
-        }
+        let shot = self.layout.shot.map_or(self.input.stem, |column| row.at(column).text);
         let ball = self.layout.ball();
-        if let Some(column) = ball.filter(|column| row.text(*column).is_empty()) {
-            if self.layout.format == Format::Columns {
-                return self.trackless.push(line);
-            }
-            row.at(column).wrong("is empty; expected the name of a ball");
-        }
         let before = self.input.problems.len();
-        let time = match self.layout.time {
-            Some(column) => self.time(row.at(column)),
-            None => Some(if self.is_present(shot) { self.count as f64 } else { 0.0 }),
-        };
-        let Some(time) = time else {
-            let has_position = ball.is_some() || bodies.iter().any(|body| !row.text(body.xy[0]).is_empty());
-            if let Some(column) =
-                self.layout.time.filter(|_| has_position && self.input.problems.len() == before)
-            {
+        for (what, column) in [("shot", self.layout.shot), ("ball", ball)] {
+            let Some(cell) = column.map(|column| row.at(column)).filter(|cell| cell.text.is_empty()) else {
+                continue;
+            };
+            if what == "ball" && self.layout.format == Format::Columns {
+                self.trackless.get_or_insert(line);
+                let message = format!("rows that belong to no track ({} is empty): left out", cell.column);
+                return self.input.log.add(Subject::Gaps, line, message);
+            }
+            cell.wrong(format!("is empty; expected the name of a {what}"));
+        }
+        let mut time = None;
+        if let Some(column) = self.layout.time {
+            time = self.time(row.at(column));
+            let has_position =
+                ball.is_some() || bodies.iter().any(|body| !row.at(body.xy[0]).text.is_empty());
+            if time.is_none() && has_position && self.input.problems.len() == before {
                 row.at(column).wrong("is empty; expected a time, or the number of a frame");
             }
-            return;
-        };
+            if time.is_none() {
+                return;
+            }
+        }
         self.begin(shot, line);
-        self.count += 1;
+        // without times, rows of a shot are counted
+        let rows = self.shots[self.last].tracks.first().map_or(0, |track| track.rows.len());
+        let time = time.unwrap_or(rows as f64);
         for (i, body) in bodies.iter().enumerate() {
             self.add_body(row, time, first_body + i, body);
         }
     }
 
-    /// Records a comment that may be a row of a shot whose name begins with #.
-    fn see_comment(&mut self, line: usize, text: &str) {
-        let Layout { heading, shot, time, .. } = self.layout;
-        let Some(time) = time.filter(|_| *shot == Some(0)) else { return };
-        let cells = text::cells(text, heading.separator).unwrap_or_default();
-        if cells.len() == heading.names.len() && cells[time].parse::<f64>().is_ok() {
-            self.commented.push(line);
-        }
-    }
-
     fn add_body(&mut self, row: &TextRow, time: f64, number: usize, body: &Body) {
-        let name = match &body.name {
-            Name::Fixed(name) => name,
-            Name::Column(column) => row.text(*column),
-        };
+        let name = body.ball.map_or(body.name.as_str(), |column| row.at(column).text);
         let is_centre =
             |point: &&str| ["", "centre", "center"].iter().any(|word| point.eq_ignore_ascii_case(word));
-        let point = body.point.map(|column| row.text(column)).filter(|point| !is_centre(point));
+        let point = body.point.map(|column| row.at(column).text).filter(|point| !is_centre(point));
         let place = self.place(row, body);
         let marker = body.marker.map(|columns| self.position(row, columns));
         let sd = body.sd.map_or([f64::NAN; 2], |columns| self.deviations(row, columns));
-        let angle = body.angle.map(|(column, unit)| {
-            let angle = self.positions.beside(row.at(column));
-            angle.map_or(f64::NAN, |angle| unit.radians() * angle)
+        let angle = body.angle.map(|(column, is_in_degrees)| {
+            let angle = self.positions.beside(row.at(column)).unwrap_or(f64::NAN);
+            if is_in_degrees { 1.0_f64.to_radians() * angle } else { angle }
         });
         let at = |place| Row::new(time, place, row.line);
         self.track(number, name, point, false).rows.push(Row { sd, ..at(place) });
@@ -210,15 +189,10 @@ impl<'a> Reader<'a> {
         }
     }
 
-    fn is_present(&self, shot: &str) -> bool {
-        self.shots.get(self.last).is_some_and(|last| last.name == shot)
-    }
-
     fn begin(&mut self, name: &str, line: usize) {
-        if self.is_present(name) {
+        if self.shots.get(self.last).is_some_and(|last| last.name == name) {
             return;
         }
-        self.count = 0;
         self.last = self.by_name.get(name).copied().unwrap_or(self.shots.len());
         if self.last == self.shots.len() {
             self.by_name.insert(name.to_string(), self.last);
@@ -244,34 +218,29 @@ impl<'a> Reader<'a> {
         &mut tracks[i]
     }
 
-    /// Reads a time, a number or that of a clock; `None` if the cell is empty or wrong.
+    /// Reads a time, a number or that of a clock; `None` if the cell is empty or wrong. All are
+    /// written as the first one is; of fractions of seconds the most digits count.
     fn time(&mut self, cell: Place) -> Option<f64> {
-        if !is_clock(cell.text) {
-            let time = self.times.number(cell)?;
-            return self.is_written_alike(None, cell).then_some(time);
-        }
-        let Some((time, style)) = seconds(cell.text) else {
-            let text = shortened(cell.text.trim());
-            cell.wrong(format!("\"{text}\" is not a time; expected h:mm:ss.fff, h:mm:ss:cs or a number"));
-            return None;
+        let text = cell.text.trim();
+        let (time, style) = if is_clock(cell.text) {
+            let Some((time, style)) = seconds(cell.text) else {
+                let text = shortened(text);
+                cell.wrong(format!("\"{text}\" is not a time; expected h:mm:ss.fff, h:mm:ss:cs or a number"));
+                return None;
+            };
+            (time, Some(style))
+        } else {
+            (self.times.number(cell)?, None)
         };
-        self.is_written_alike(Some(style), cell).then_some(time)
-    }
-
-    /// Returns whether a time is written as the first one, and complains if not. Of fractions of
-    /// seconds the most digits count.
-    fn is_written_alike(&mut self, style: Option<Style>, cell: Place) -> bool {
         let (first, at) = self.clock.get_or_insert((style, cell.line));
-        match (first, style) {
-            (Some(Style::Fraction(most)), Some(Style::Fraction(digits))) => *most = digits.max(*most),
-            (first, _) if *first != style => {
-                let text = shortened(cell.text.trim());
-                cell.wrong(format!("\"{text}\" is not written like the time in line {at}"));
-                return false;
-            }
-            _ => {}
+        if let (Some(Style::Fraction(most)), Some(Style::Fraction(digits))) = (first.as_mut(), style) {
+            *most = digits.max(*most);
+        } else if *first != style {
+            let text = shortened(text);
+            cell.wrong(format!("\"{text}\" is not written like the time in line {at}"));
+            return None;
         }
-        true
+        Some(time)
     }
 
     fn position(&mut self, row: &TextRow, columns: [usize; 2]) -> [f64; 2] {
@@ -292,9 +261,16 @@ impl<'a> Reader<'a> {
 
     /// Reads the position of a ball: the middle of a box, and a gap if it is too unlikely.
     fn place(&mut self, row: &TextRow, body: &Body) -> [f64; 2] {
-        let corner = self.position(row, body.xy);
-        let middle = body.rest.map(|rest| rest.middle(corner, self.position(row, rest.columns)));
-        let place = middle.unwrap_or(corner);
+        let [x, y] = self.position(row, body.xy);
+        let place = if let Some(corner) = body.corner {
+            let [other_x, other_y] = self.position(row, corner);
+            [f64::midpoint(x, other_x), f64::midpoint(y, other_y)]
+        } else if let Some(size) = body.size {
+            let [width, height] = self.position(row, size);
+            [x + 0.5 * width, y + 0.5 * height]
+        } else {
+            [x, y]
+        };
         let likelihood = body.likelihood.and_then(|column| self.positions.beside(row.at(column)));
         if place[0].is_nan() || likelihood.is_none_or(|likelihood| likelihood >= LIKELY) {
             return place;
@@ -317,42 +293,33 @@ impl<'a> Reader<'a> {
 
     /// Reports properties of all rows, and returns the shots. Time codes become numbers of frames.
     pub(super) fn finish(mut self) -> Vec<RawShot> {
-        self.note_rows_left_out();
         let Input { file, problems, log, .. } = *self.input;
+        if let (Some(column), Some(first), true) = (self.layout.ball(), self.trackless, self.shots.is_empty())
+        {
+            let message = "is empty in every row; expected names of tracks, or no ball in [tracks.columns]: both balls are then followed \
+                           from frame to frame";
+            self.input.wrong(first, self.layout.heading.names[column].as_str(), message);
+        }
         self.times.finish(file, problems);
         self.positions.finish(file, problems);
         if self.positions.is_comma() || self.times.is_comma() {
             log.add(Subject::Format, None, "decimal comma");
         }
-        for track in self.shots.iter_mut().flat_map(|shot| &mut shot.tracks) {
+        let mut tracks: Vec<_> = self.shots.iter_mut().flat_map(|shot| &mut shot.tracks).collect();
+        for track in &mut tracks {
             track.rows.shrink_to_fit();
         }
-        let Some((Some(style), _)) = self.clock else { return self.shots };
-        let clock = Clock::Rounded(style.resolution());
-        self.shots.iter_mut().for_each(|shot| shot.clock = clock);
+        if let Some((Some(style), line)) = self.clock {
+            let mut clock = Clock::Rounded(style.resolution());
+            if style == Style::Colon(2)
+                && let Some(rate) = count_frames(&mut tracks)
+            {
+                let message = format!("times are time codes h:mm:ss:ff with {rate} frames to a second");
+                log.add(Subject::Clock, line, message);
+                clock = Clock::In(TimeUnit::Frames);
+            }
+            self.shots.iter_mut().for_each(|shot| shot.clock = clock);
+        }
         self.shots
-    }
-
-    fn note_rows_left_out(&self) {
-        let Self { input, layout, trackless, commented, .. } = self;
-        if let Some(first) = commented.first() {
-            let message = format!(
-                "{} rows from here on begin with #: passed over as comments. If # belongs to the name of a shot, put the \
-                 name in quotation marks",
-                commented.len()
-            );
-            input.log.add(Subject::Repeated, *first, message);
-        }
-        let (Some(column), Some(first)) = (layout.ball(), trackless.first()) else { return };
-        let name = layout.heading.names[column].as_str();
-        if self.shots.is_empty() {
-            let message = "is empty in every row; expected names of tracks, or no ball in [tracks.columns]: both balls are then followed \
-                           from frame to frame";
-            input.wrong(*first, name, message);
-        } else {
-            let rows = trackless.len();
-            let message = format!("{rows} rows from here on belong to no track ({name} is empty): left out");
-            input.log.add(Subject::Gaps, *first, message);
-        }
     }
 }

@@ -7,10 +7,10 @@ use serde::Deserialize;
 
 use super::calibration::{Calibration, ReadOut};
 use super::camera::{CameraSection, WantedCamera};
-use super::column_names::ColumnNames;
+use super::column_names::{self, Columns, schema_of_columns};
 use super::units::{TimeUnit, Unit};
 use crate::io::toml_file::Source;
-use crate::measurement::valid::POSITIVE;
+use crate::measurement::fault::POSITIVE;
 use crate::physics::name::worded;
 
 #[derive(Default, Deserialize, JsonSchema)]
@@ -75,20 +75,16 @@ struct Point {
 pub(crate) struct TracksSection {
     #[serde(default)]
     format: Format,
-    cue: Option<Names>,
-    object: Option<Names>,
-    cue_markers: Option<Names>,
-    object_markers: Option<Names>,
+    cue: Option<OneOrSeveral>,
+    object: Option<OneOrSeveral>,
+    cue_markers: Option<OneOrSeveral>,
+    object_markers: Option<OneOrSeveral>,
     shots: Option<String>,
     position_sd_m: Option<f64>,
     time_unit: Option<TimeUnit>,
-    columns: Option<ColumnNames>,
-}
-
-impl TracksSection {
-    pub(super) fn of_columns(columns: Option<ColumnNames>) -> Self {
-        Self { columns, ..Self::default() }
-    }
+    #[serde(default)]
+    #[schemars(schema_with = "schema_of_columns")]
+    columns: Option<Columns>,
 }
 
 worded! {
@@ -108,11 +104,6 @@ worded! {
     pub(super) fn shown;
 }
 
-/// The names of the tracks of one ball: its centre, or several markers on it.
-#[derive(Clone, Debug, Deserialize, JsonSchema, PartialEq)]
-#[serde(from = "OneOrSeveral")]
-pub(super) struct Names(pub Vec<String>);
-
 #[derive(Deserialize, JsonSchema)]
 #[serde(untagged, expecting = "expected the name of a track, or a list of the names of markers on one ball")]
 enum OneOrSeveral {
@@ -120,14 +111,9 @@ enum OneOrSeveral {
     Several(Vec<String>),
 }
 
-impl From<OneOrSeveral> for Names {
-    fn from(names: OneOrSeveral) -> Self {
-        match names {
-            OneOrSeveral::One(name) => Self(vec![name]),
-            OneOrSeveral::Several(names) => Self(names),
-        }
-    }
-}
+/// The names of the tracks of one ball: its centre, or several markers on it.
+#[derive(Clone, Debug, PartialEq)]
+pub(super) struct Names(pub Vec<String>);
 
 /// Keys of `[tracks]`, and columns of the table of shots, that name tracks.
 pub(super) const NAMED: [&str; 4] = ["cue", "object", "cue_markers", "object_markers"];
@@ -179,7 +165,7 @@ pub(crate) struct TrackSettings {
     pub(super) shots: Option<PathBuf>,
     pub(super) position_sd: Option<f64>,
     pub(super) time_unit: Option<TimeUnit>,
-    pub(super) columns: Option<ColumnNames>,
+    pub(super) columns: Option<Columns>,
     pub(super) camera: WantedCamera,
     /// Whether the scale is estimated from the size of the balls.
     pub(super) from_balls: bool,
@@ -238,57 +224,37 @@ impl Sections {
         let y_axis = scale.y_axis.filter(|_| is_px);
         let read_out = readout.zip(rows);
         let (columns, format) = (tracks.columns, tracks.format);
-        let has_angles = columns.as_ref().is_some_and(ColumnNames::has_angles);
-        if capture_fps_sd.is_some() && (unknown_rate || capture_fps.is_none()) {
-            source.wrong("video.capture_fps_sd", "capture_fps_sd needs capture_fps beside it, as a number");
+        for (key, stated) in [("playback_fps", playback_fps), ("capture_fps_sd", capture_fps_sd)] {
+            let is_alone = stated.is_some() && (capture_fps.is_none() || unknown_rate);
+            let message = format!("{key} needs capture_fps beside it, as a number: the rate of the camera");
+            source.wrong_if(is_alone, &format!("video.{key}"), &message);
         }
-        if unknown_rate && !discs {
-            let message =
-                "\"unknown\" goes with discs only: gravity and the cloth act in seconds; expected a number";
-            source.wrong("video.capture_fps", message);
-        }
-        if playback_fps.is_some() && capture_fps.is_none() {
-            source.wrong(
-                "video.playback_fps",
-                "playback_fps needs capture_fps beside it: the rate of the camera",
-            );
-        }
-        if readout.is_some() != rows.is_some() {
-            let message = "row_readout_s (or [camera] shutter in seconds) and rows, the picture's height in pixels, go together";
-            source.wrong_of_first(READOUT, message);
-        }
-        if read_out.is_some() && y_axis.is_none() {
-            let message = "row_readout_s needs [scale] length_unit = \"px\" and y_axis, to know a ball's row of the picture";
-            source.wrong_of_first(READOUT, message);
-        }
-        if scale.from.is_some() && (is_measured || discs) {
-            let message = "from = \"balls\" goes with balls, without m_per_px and [[scale.point]]; expected one of them";
-            source.wrong("scale.from", message);
-        }
-        if is_px && !is_measured && !from_balls {
-            let message = "length_unit is \"px\"; expected m_per_px, or four or more [[scale.point]] with px = [u, v] and m = [x, y]";
-            source.wrong("scale.length_unit", message);
-        }
-        if is_px && scale.m_per_px.is_some() && has_points {
-            source
-                .wrong("scale.m_per_px", "both m_per_px and [[scale.point]] are given; expected one of them");
-        }
-        if !is_px && is_measured {
-            let message = "m_per_px and [[scale.point]] go with length_unit = \"px\" only";
-            source.wrong_of_first(&["scale.m_per_px", "scale.point.0"], message);
-        }
-        if columns.is_none() && format == Format::Columns {
-            source.wrong("tracks.columns", "format = \"columns\" needs a section [tracks.columns]");
-        }
-        if columns.is_some() && !matches!(format, Format::Auto | Format::Columns) {
-            source.wrong("tracks.columns", "[tracks.columns] goes with format = \"columns\" only");
-        }
-        if has_angles && !discs {
-            let message = "a column of angles does not say how a ball turns; expected it with [ball] shape = \"disc\" only";
-            source.wrong("tracks.columns", message);
-        }
-        if let Some(Err(message)) = columns.as_ref().map(ColumnNames::check) {
-            source.wrong("tracks.columns", message);
+        let message =
+            "\"unknown\" goes with discs only: gravity and the cloth act in seconds; expected a number";
+        source.wrong_if(unknown_rate && !discs, "video.capture_fps", message);
+        let wrong_of_first = |is_wrong: bool, keys: &[&str], message: &str| {
+            if is_wrong {
+                source.wrong_of_first(keys, message);
+            }
+        };
+        let message = "row_readout_s (or [camera] shutter in seconds) and rows, of the picture, go together";
+        wrong_of_first(readout.is_some() != rows.is_some(), READOUT, message);
+        let message = "row_readout_s needs [scale] length_unit = \"px\" and y_axis, to know a ball's row";
+        wrong_of_first(read_out.is_some() && y_axis.is_none(), READOUT, message);
+        let message = "m_per_px and [[scale.point]] go with length_unit = \"px\" only";
+        wrong_of_first(!is_px && is_measured, &["scale.m_per_px", "scale.point.0"], message);
+        let message = "from = \"balls\" goes with balls, without another scale; expected one of them";
+        source.wrong_if(scale.from.is_some() && (is_measured || discs), "scale.from", message);
+        let message = "length_unit is \"px\"; expected m_per_px, or four or more [[scale.point]]";
+        source.wrong_if(is_px && !is_measured && !from_balls, "scale.length_unit", message);
+        let message = "both m_per_px and [[scale.point]] are given; expected one of them";
+        source.wrong_if(is_px && scale.m_per_px.is_some() && has_points, "scale.m_per_px", message);
+        let message = "format = \"columns\" and a section [tracks.columns] go together";
+        let is_by_columns = format == Format::Columns;
+        let are_apart = columns.is_some() != is_by_columns && (is_by_columns || format != Format::Auto);
+        source.wrong_if(are_apart, "tracks.columns", message);
+        if let Some(columns) = &columns {
+            column_names::check(columns, discs, source);
         }
         let up = |axis| axis == YAxis::Up;
         let readout = read_out.zip(y_axis);
@@ -334,17 +300,21 @@ impl Sections {
     }
 }
 
-fn names(mut given: [Option<Names>; 4], source: &Source) -> [Names; 4] {
+fn names(given: [Option<OneOrSeveral>; 4], source: &Source) -> [Names; 4] {
     let mut used: Vec<(String, &str)> = Vec::new();
-    [0, 1, 2, 3].map(|i| {
-        let key = NAMED[i];
-        let Some(given) = given[i].take() else {
-            return Names(if i < 2 { vec![key.to_string()] } else { Vec::new() });
+    let mut keys = NAMED.into_iter();
+    given.map(|given| {
+        let key = keys.next().unwrap_or_default();
+        let names = match given {
+            None if key.ends_with("markers") => return Names(Vec::new()),
+            None => return Names(vec![key.to_string()]),
+            Some(OneOrSeveral::One(name)) => vec![name],
+            Some(OneOrSeveral::Several(names)) => names,
         };
         let wrong = |message: String| source.wrong(&format!("tracks.{key}"), message);
-        let names = Names::of(given.0.iter().map(String::as_str));
+        let names = Names::of(names.iter().map(String::as_str));
         if !names.are_good() {
-            wrong(format!("{key} is {}; expected names of tracks, each once", given.shown()));
+            wrong(format!("{key} is {}; expected names of tracks, each once", names.shown()));
         }
         if let Some((both, other)) = used.iter().find(|(name, _)| names.0.contains(name)) {
             wrong(format!("\"{both}\" is both {other} and {key}; expected different tracks"));

@@ -9,9 +9,9 @@ use super::guess::{self, Guess};
 use super::input::{Context, Notes};
 use super::raw::{Clock, RawShot, middle, sorted, span};
 use super::read;
-use super::settings::Sections;
+use super::settings::{Sections, TrackSettings};
 use super::time::Grid;
-use super::units::{TimeUnit, Unit};
+use super::units::Unit;
 use crate::io::error::{Problem, Problems};
 use crate::io::text::decode;
 use crate::io::toml_file::Source;
@@ -59,27 +59,21 @@ pub(crate) fn survey(file: &Path) -> Result<Survey, Vec<Problem>> {
 fn look(file: &Path, guess: Guess) -> Result<Survey, Vec<Problem>> {
     let problems = Problems::new("");
     let source = Source { path: file, text: "", problems: &problems };
-    let sections = Sections { tracks: guess.section(), ..Sections::default() };
-    let settings = sections.check(guess.has_angles, &source);
+    let settings = Sections::default().check(guess.has_angles(), &source);
+    let settings = TrackSettings { columns: guess.certain(), ..settings };
     let notes = Notes::default();
     let context = Context { settings: &settings, problems: &problems, notes: &notes };
     let read = read::file(file, context, true);
     let problems = problems.into_error().problems().to_vec();
     let Some(read::Tracked { mut shots, format, unit }) = read else { return Err(problems) };
+    let clock = shots.first().map(|shot| shot.clock);
     // without rows, only names support the guess
-    let clock = match shots.first() {
-        Some(shot) => shot.clock,
-        None if guess.columns.is_empty() => return Err(problems),
-        None => Clock::Unsaid,
-    };
-    let (in_frames, stated_fps) = match clock {
-        Clock::In(TimeUnit::Frames) => (true, None),
-        Clock::FramesAt(fps) => (true, Some(fps)),
-        _ => (false, None),
-    };
-    let tracks = || shots.iter().flat_map(|shot| &shot.tracks).filter(|track| !track.is_angle);
-    let rows = || tracks().flat_map(|track| track.seen());
-    let sides = [span(rows().map(|row| row.x)), span(rows().map(|row| row.y))];
+    if clock.is_none() && guess.columns.is_empty() {
+        return Err(problems);
+    }
+    let tracks = shots.iter().flat_map(|shot| &shot.tracks).filter(|track| !track.is_angle);
+    let rows: Vec<_> = tracks.flat_map(|track| track.seen()).collect();
+    let sides = [span(rows.iter().map(|row| row.x)), span(rows.iter().map(|row| row.y))];
     let closest_of_shots = sorted(shots.iter().filter_map(closest));
     let are_discs = |shot: &RawShot| shot.tracks.len() > 5 && discs::are_two(&shot.tracks);
     Ok(Survey {
@@ -88,12 +82,12 @@ fn look(file: &Path, guess: Guess) -> Result<Survey, Vec<Problem>> {
         extent: sides.map(|[low, high]| high - low).into_iter().fold(0.0, f64::max),
         closest: closest_of_shots.get(closest_of_shots.len() / 4).copied(),
         tracks: beginnings(&shots),
-        stated_fps,
+        stated_fps: if let Some(Clock::FramesAt(fps)) = clock { Some(fps) } else { None },
         unit: unit.map(Unit::name),
-        are_discs: guess.has_angles || shots.iter().any(are_discs),
+        are_discs: guess.has_angles() || shots.iter().any(are_discs),
         problems: problems.iter().map(ToString::to_string).collect(),
         guess,
-        times_fps: shots.iter_mut().filter(|_| !in_frames).find_map(followed),
+        times_fps: shots.iter_mut().find_map(followed),
     })
 }
 
@@ -126,7 +120,7 @@ fn closest(shot: &RawShot) -> Option<f64> {
 
 /// Returns the frame rate of the times of a shot: the coarsest grid on which all times lie. If
 /// rounding leaves several rates possible, it is the roundest one. The times are converted to
-/// seconds.
+/// seconds; `None` for numbers of frames.
 fn followed(shot: &mut RawShot) -> Option<f64> {
     let second = match shot.clock {
         Clock::In(unit) => unit.seconds()?,

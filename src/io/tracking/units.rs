@@ -33,22 +33,13 @@ worded! {
     pub(super) fn name;
 }
 
-worded! {
-    #[derive(Clone, Copy, Debug, Deserialize, JsonSchema, PartialEq, Eq)]
-    #[serde(rename_all = "lowercase")]
-    pub(in crate::io) enum AngleUnit {
-        Rad = "rad",
-        Deg = "deg",
-    }
-    pub(in crate::io) fn name;
-}
-
 /// A unit that a file states beside the name of a column or below it.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) enum Measure {
     Length(Unit),
     Time(TimeUnit),
-    Angle(AngleUnit),
+    Radians,
+    Degrees,
 }
 
 /// Words for units, in small letters.
@@ -62,9 +53,9 @@ const WORDS: [(&str, Measure); 12] = [
     ("s sec second seconds", Measure::Time(TimeUnit::S)),
     ("ms", Measure::Time(TimeUnit::Ms)),
     ("us µs μs", Measure::Time(TimeUnit::Us)),
-    ("frame frames", Measure::Time(TimeUnit::Frames)),
-    ("rad radian radians", Measure::Angle(AngleUnit::Rad)),
-    ("deg ° degree degrees", Measure::Angle(AngleUnit::Deg)),
+    ("frames frame", Measure::Time(TimeUnit::Frames)),
+    ("rad radian radians", Measure::Radians),
+    ("deg ° degree degrees", Measure::Degrees),
 ];
 
 impl Measure {
@@ -78,17 +69,17 @@ impl Measure {
         match self {
             Self::Length(unit) => unit.name(),
             Self::Time(unit) => unit.name(),
-            Self::Angle(unit) => unit.name(),
+            Self::Radians => "rad",
+            Self::Degrees => "deg",
         }
     }
 
-    pub(super) fn is_like(self, other: Self) -> bool {
-        discriminant(&self) == discriminant(&other)
+    pub(super) fn is_angle(self) -> bool {
+        matches!(self, Self::Radians | Self::Degrees)
     }
 
-    pub(super) fn names_of_kind(self) -> String {
-        let names = WORDS.iter().filter(|(_, unit)| unit.is_like(self)).map(|(_, unit)| unit.name());
-        names.collect::<Vec<_>>().join(", ")
+    pub(super) fn is_like(self, other: Self) -> bool {
+        discriminant(&self) == discriminant(&other) || self.is_angle() && other.is_angle()
     }
 }
 
@@ -119,11 +110,5 @@ impl TimeUnit {
             Self::Ms => Some(1e-3),
             Self::Us => Some(1e-6),
         }
-    }
-}
-
-impl AngleUnit {
-    pub(super) fn radians(self) -> f64 {
-        if self == Self::Rad { 1.0 } else { 1.0_f64.to_radians() }
     }
 }

@@ -1,19 +1,26 @@
 //! Meanings of names of columns, as programs and people in several countries write them.
 
-/// Names of times, of frames, of shots and of balls, in small letters, the most certain first; a
-/// number or a unit may follow.
-const TIMES: &str =
-    "t time timestamp seconds sec zeit temps tiempo tempo tijd czas aika elapsedtime positiont";
-const FRAMES: &str = "frame frames bild einzelbild image img slice fotogramma fotograma cuadro beeld klatka";
-const SHOTS: &str =
-    "shot trial clip run take stoß stoss versuch tir essai coup tiro tacada prova stoot poging uderzenie";
-const BALLS: &str =
-    "ball object disk disc puck track particle kugel bille boule balle bola palla biglia bal bila";
+/// Names of a kind of column, in small letters, the most certain first, and words that may follow.
+pub(super) struct Words(&'static str, &'static str);
+
+/// In Scandinavia tid is time.
+pub(super) const TIMES: Words = Words(
+    "t time timestamp seconds sec zeit temps tiempo tempo tijd czas aika elapsedtime positiont tid",
+    "s sec ms us stamp seconds stampms stamps",
+);
+pub(super) const FRAMES: Words =
+    Words("frame frames bild einzelbild image img slice fotogramma fotograma cuadro beeld klatka", NUMBERS);
+pub(super) const SHOTS: Words = Words(
+    "shot trial clip run take stoß stoss versuch tir essai coup tiro tacada prova stoot poging uderzenie",
+    NUMBERS,
+);
+pub(super) const BALLS: Words = Words(
+    "ball object disk disc puck track particle kugel bille boule balle bola palla biglia bal bila",
+    NUMBERS,
+);
 /// Names of columns of balls, if the rows confirm it.
-const PERHAPS_BALLS: &str = "id tid color colour farbe name label who body class";
-/// Words that may follow such a name.
+pub(super) const PERHAPS_BALLS: Words = Words("id tid color colour farbe name label who body class", NUMBERS);
 const NUMBERS: &str = "number numbers no nr num n id idx index nummer name count";
-const UNITS: &str = "s sec ms us stamp seconds stampms stamps";
 const ANGLES: &str = "angle ang theta θ phi φ rot rotation";
 /// Beginnings of words for errors, for motions, and for a point on a ball beside its centre.
 const SPREADS: &str = "sd std stdev err sigma σ unc sem rms fehler var";
@@ -34,15 +41,6 @@ const SIDES: [([&str; 4], bool, bool); 8] = [
     (["x1", "y1", "x2", "y2"], false, false),
 ];
 
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub(super) enum Role {
-    Time,
-    Frame,
-    Shot,
-    Ball,
-    PerhapsBall,
-}
-
 /// Meaning of a pair of columns for x and y.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) enum Kind {
@@ -54,32 +52,12 @@ pub(super) enum Kind {
     Motion,
 }
 
-/// Columns that determine the middle of a box together with those of a corner.
+/// The columns of a box: a corner, and its size or else the other corner.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub(super) struct Rest {
-    pub(crate) columns: [usize; 2],
-    /// Whether they are width and height, and not the other corner.
-    pub(crate) is_size: bool,
-}
-
-impl Rest {
-    pub(super) fn middle(self, [x, y]: [f64; 2], [other_x, other_y]: [f64; 2]) -> [f64; 2] {
-        if self.is_size {
-            [x + 0.5 * other_x, y + 0.5 * other_y]
-        } else {
-            [f64::midpoint(x, other_x), f64::midpoint(y, other_y)]
-        }
-    }
-}
-
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub(super) struct Boxed {
+pub(super) struct Sides {
     pub(crate) corner: [usize; 2],
-    pub(crate) rest: Rest,
-}
-
-fn has(list: &str, word: &str) -> bool {
-    list.split(' ').any(|own| own == word)
+    pub(crate) rest: [usize; 2],
+    pub(crate) is_size: bool,
 }
 
 fn words(name: &str) -> Vec<String> {
@@ -88,28 +66,19 @@ fn words(name: &str) -> Vec<String> {
     words.map(str::to_string).collect()
 }
 
-/// Returns the most certain column of a role among these names.
-pub(super) fn find(names: &[String], role: Role) -> Option<usize> {
-    let (known, after) = match role {
-        Role::Time => (TIMES, UNITS),
-        Role::Frame => (FRAMES, NUMBERS),
-        Role::Shot => (SHOTS, NUMBERS),
-        Role::Ball => (BALLS, NUMBERS),
-        Role::PerhapsBall => (PERHAPS_BALLS, NUMBERS),
-    };
+/// Returns the most certain column of a kind among these names.
+pub(super) fn find(names: &[String], Words(known, after): Words) -> Option<usize> {
+    let is_one_of = |list: &str, word: &str| list.split(' ').any(|own| own == word);
     let rank = |(i, name): (usize, &String)| {
         let words = words(name);
         // N° tir, Nr. Stoß
-        let is_number = words.len() > 1 && has(NUMBERS, &words[0]);
+        let is_number = words.len() > 1 && is_one_of(NUMBERS, &words[0]);
         let word = words[usize::from(is_number)..].concat();
-        let fits =
-            |known: &str| word.strip_prefix(known).is_some_and(|rest| rest.is_empty() || has(after, rest));
+        let rest = |known: &str| word.strip_prefix(known).map(str::to_string);
+        let fits = |known: &str| rest(known).is_some_and(|rest| rest.is_empty() || is_one_of(after, &rest));
         Some((known.split(' ').position(fits)?, i))
     };
-    let ranked = names.iter().enumerate().filter_map(rank).min();
-    // in Scandinavia tid is time
-    let is_tid = |name: &String| role == Role::Time && name.eq_ignore_ascii_case("tid");
-    ranked.map(|(_, i)| i).or_else(|| names.iter().position(is_tid))
+    names.iter().enumerate().filter_map(rank).min().map(|(_, i)| i)
 }
 
 pub(super) fn is_angle(name: &str) -> bool {
@@ -174,33 +143,26 @@ pub(super) fn beside(names: &[String], x: usize, word: &str) -> Option<usize> {
     replaced(names, x, word).map(|(column, _)| column)
 }
 
-pub(super) fn size(names: &[String], x: usize) -> Option<[usize; 2]> {
-    let pair = |[width, height]: [&str; 2]| Some([beside(names, x, width)?, beside(names, x, height)?]);
-    [["width", "height"], ["w", "h"]].into_iter().find_map(pair)
-}
-
 /// Returns the box, or both boxes of a wide table, of these names in small letters, if certain: two
 /// corners are those of a box if a column names the ball of the row.
-pub(super) fn boxes(names: &[String], names_ball: bool) -> Vec<Boxed> {
+pub(super) fn boxes(names: &[String], names_ball: bool) -> Vec<Sides> {
     let plain: Vec<String> = names.iter().map(|name| words(name).concat()).collect();
-    let find = |(sides, is_size, are_certain): ([&str; 4], bool, bool)| {
-        let mut found = Vec::new();
-        for begin in plain.iter().filter_map(|name| name.strip_suffix(sides[0])) {
+    for (sides, is_size, are_certain) in SIDES {
+        let begins = plain.iter().filter_map(|name| name.strip_suffix(sides[0]));
+        let of = |begin: &&str| {
             let at = |side: &str| plain.iter().position(|name| name.strip_prefix(begin) == Some(side));
-            if let [Some(x), Some(y), Some(other_x), Some(other_y)] = sides.map(at) {
-                let rest = Rest { columns: [other_x, other_y], is_size };
-                found.push((begin, Boxed { corner: [x, y], rest }));
-            }
-        }
-        let is_stated = |begin: &str| BOXES.iter().any(|prefix| begin.ends_with(prefix));
+            let [Some(x), Some(y), Some(other_x), Some(other_y)] = sides.map(at) else { return None };
+            Some(Sides { corner: [x, y], rest: [other_x, other_y], is_size })
+        };
+        let (begins, found): (Vec<&str>, Vec<Sides>) =
+            begins.filter_map(|begin| Some((begin, of(&begin)?))).unzip();
         // x1, y1, x2, y2 of each of two balls
-        let are_two = found.len() == 2 && !is_size && found.iter().all(|(begin, _)| !begin.is_empty());
-        let is_good = are_certain
-            || are_two
-            || names_ball && !is_size
-            || found.iter().all(|(begin, _)| is_stated(begin));
-        (is_good && (1..=2).contains(&found.len()))
-            .then(|| found.into_iter().map(|(_, boxed)| boxed).collect::<Vec<_>>())
-    };
-    SIDES.into_iter().find_map(find).unwrap_or_default()
+        let are_two = found.len() == 2 && begins.iter().all(|begin| !begin.is_empty());
+        let is_stated = |begin: &&str| BOXES.iter().any(|prefix| begin.ends_with(prefix));
+        let are_corners = !is_size && (names_ball || are_two);
+        if (1..=2).contains(&found.len()) && (are_certain || are_corners || begins.iter().all(is_stated)) {
+            return found;
+        }
+    }
+    Vec::new()
 }
