@@ -4,6 +4,7 @@ use std::path::Path;
 
 use super::DatasetError;
 use super::error::Problems;
+use super::rows;
 use super::table::Table;
 use crate::physics::ball::{BallState, Vec3};
 use crate::physics::collision::{Coefficients, Model, NotACollision, Outcome};
@@ -89,9 +90,7 @@ pub(crate) fn collide_all(
     let Some(table) = Table::read(path, &problems) else { return Err(problems.into_error()) };
     let needed: Vec<_> = ["name"].into_iter().chain(NUMBERS).collect();
     let known: Vec<_> = needed.iter().copied().chain(OPTIONAL).collect();
-    for column in &needed {
-        table.require(column, &known);
-    }
+    rows::check_names(&table, &known, &needed);
     let columns = NUMBERS.map(|column| table.numbers(column).unwrap_or_default());
     let optional = OPTIONAL.map(|column| table.numbers(column).unwrap_or_default());
     let mut collided = Vec::with_capacity(table.rows());

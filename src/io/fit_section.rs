@@ -3,12 +3,10 @@
 use schemars::JsonSchema;
 use serde::Deserialize;
 
-use super::error::did_you_mean;
 use super::toml_file::Source;
 use crate::measurement::fault::Fault;
 use crate::measurement::loss::Loss;
 use crate::measurement::parameter::{Compliance, Parameter, Prior, Setting, Settings};
-use crate::physics::name::UnknownName;
 
 #[derive(Default, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields, default, expecting = "a table, as in [fit] mu_s = { fixed = 0.3 }")]
@@ -22,7 +20,7 @@ pub(crate) struct FitSection {
     e_slope: Option<SettingSection>,
     friction: Friction,
     pub(crate) by: Option<String>,
-    loss: Option<String>,
+    pub(crate) loss: Loss,
 }
 
 /// How the friction between the balls depends on their slip.
@@ -83,15 +81,6 @@ impl FitSection {
         settings.e_falls = self.e_slope.is_some();
         settings
     }
-
-    pub(crate) fn loss(&self, source: &Source) -> Loss {
-        let Some(word) = &self.loss else { return Loss::default() };
-        word.parse().unwrap_or_else(|UnknownName { known, .. }| {
-            let (names, near) = (known.join(", "), did_you_mean(word, known));
-            source.wrong("fit.loss", format!("loss is \"{word}\"{near}; expected one of {names}"));
-            Loss::default()
-        })
-    }
 }
 
 impl SettingSection {
@@ -110,13 +99,12 @@ impl SettingSection {
             prior: prior.filter(|_| self.fixed.is_none()),
         };
         let key = |key: &str| format!("fit.{name}.{key}");
-        let faults = setting.faults(parameter);
-        for fault in &faults {
+        for fault in setting.faults(parameter) {
             let own = format!("fit.{}", fault.key);
             let value = source.written(&own).map_or_else(|| fault.value.clone(), str::to_owned);
             // a default may contradict the stated value
             let keys = [own.as_str(), &key("upper"), &format!("fit.{name}")];
-            source.wrong_of_first(&keys, Fault { value, ..fault.clone() }.to_string());
+            source.wrong_of_first(&keys, Fault { value, ..fault }.to_string());
         }
         let of_prior = [self.prior_mean, self.prior_sd].iter().flatten().count();
         let message = match (self.fixed, of_prior) {
@@ -127,6 +115,6 @@ impl SettingSection {
         if let Some(message) = message {
             source.wrong_of_first(&[&key("prior_mean"), &key("prior_sd")], format!("{name}: {message}"));
         }
-        if faults.is_empty() { setting } else { default }
+        setting
     }
 }

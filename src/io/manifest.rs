@@ -81,11 +81,6 @@ impl Assume {
             Self::Measured => None,
         }
     }
-
-    /// Returns the value that a cell of a table names, in small or capital letters.
-    pub(crate) fn of(word: &str) -> Option<Self> {
-        Self::ALL.into_iter().find(|one| one.name().eq_ignore_ascii_case(word))
-    }
 }
 
 #[derive(Deserialize, JsonSchema)]
@@ -168,7 +163,7 @@ impl Keys {
             object: object.map(|object| object.check(&self.ball, &ball, source)),
             side_sd,
             settings: self.fit.settings(kappa(poisson), source),
-            loss: self.fit.loss(source),
+            loss: self.fit.loss,
             by: self.fit.by,
             cloth: self.cloth,
             balls: self.balls,
@@ -297,14 +292,10 @@ impl Keys {
             } else {
                 format!("{folder}/{text}")
             };
-            let found = |whole: &str| -> Result<Vec<PathBuf>, glob::PatternError> {
-                Ok(glob::glob(whole)?.filter_map(Result::ok).filter(|path| path.is_file()).collect())
-            };
-            // Windows writes backslashes
-            let found = match found(&whole) {
-                Ok(paths) if paths.is_empty() && text.contains('\\') => found(&whole.replace('\\', "/")),
-                found => found,
-            };
+            let found = glob::glob(&whole).map(|paths| {
+                let paths = paths.filter_map(Result::ok).filter(|path| path.is_file());
+                paths.collect::<Vec<PathBuf>>()
+            });
             match found {
                 Ok(paths) if paths.is_empty() => {
                     wrong(format!("\"{text}\" names no file in {}; expected at least one", shown.display()));

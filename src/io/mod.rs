@@ -16,8 +16,8 @@ mod text;
 pub(crate) mod toml_file;
 pub(crate) mod tracking;
 
-use std::collections::HashMap;
-use std::path::{Path, PathBuf};
+use std::collections::{HashMap, HashSet};
+use std::path::Path;
 
 use error::{Problems, did_you_mean};
 use manifest::Manifest;
@@ -83,7 +83,9 @@ fn load_manifest(manifest: Manifest) -> Result<Dataset, DatasetError> {
         dataset.taken.extend(rows::labels_note(&table.path, &kept));
         shots.append(&mut own);
     }
-    name_shots(&mut shots, &problems);
+    let names = shots.iter().map(|shot| (shot.name.as_str(), shot.file.as_path(), shot.line));
+    check_unique(names, "", &problems);
+    number_shots(&mut shots);
     for shot in shots.iter_mut().filter(|_| dataset.side_sd > 0.0) {
         if !shot.add_side_spin(dataset.side_sd, dataset.ball.radius) {
             let message =
@@ -110,25 +112,31 @@ pub(crate) fn header(file: &Path) -> std::io::Result<Vec<String>> {
     Ok(names.unwrap_or_else(|| vec![first.to_string()]))
 }
 
-/// Numbers the shots that have no name, and complains about duplicate names.
-fn name_shots(shots: &mut [Shot], problems: &Problems) {
-    let mut seen: HashMap<String, (PathBuf, usize)> = HashMap::new();
-    for shot in shots.iter().filter(|shot| !shot.name.is_empty()) {
-        if let Some((file, line)) = seen.get(&shot.name) {
-            let file = file.file_name().unwrap_or_default().display();
+/// Complains about equal names of shots, each with its file and line; `remedy` follows the message.
+pub(crate) fn check_unique<'a>(
+    names: impl Iterator<Item = (&'a str, &'a Path, usize)>,
+    remedy: &str,
+    problems: &Problems,
+) {
+    let mut seen = HashMap::new();
+    for (name, file, line) in names.filter(|(name, ..)| !name.is_empty()) {
+        if let Some((other, other_line)) = seen.insert(name, (file, line)) {
+            let other = other.file_name().unwrap_or_default().display();
             let message = format!(
-                "\"{}\" also names the shot in line {line} of {file}; expected a name of its own",
-                shot.name
+                "\"{name}\" also names the shot in line {other_line} of {other}; expected a name of its own{remedy}"
             );
-            problems.add(&shot.file, shot.line, "shot", message);
-        } else {
-            seen.insert(shot.name.clone(), (shot.file.clone(), shot.line));
+            problems.add(file, line, "shot", message);
         }
     }
+}
+
+/// Numbers the shots that have no name.
+fn number_shots(shots: &mut [Shot]) {
+    let names: HashSet<String> = shots.iter().map(|shot| shot.name.clone()).collect();
     for (i, shot) in shots.iter_mut().enumerate().filter(|(_, shot)| shot.name.is_empty()) {
         shot.name = (i + 1).to_string();
         // another file may number its shots
-        if seen.contains_key(&shot.name) {
+        if names.contains(&shot.name) {
             let file = shot.file.file_name().unwrap_or_default().display();
             shot.name = format!("{} ({file}:{})", i + 1, shot.line);
         }

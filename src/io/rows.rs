@@ -21,33 +21,37 @@ use crate::physics::ball::Vec3;
 /// Values of a column with standard deviations, SI and radians; `None` for empty and wrong cells.
 pub(crate) type Values = Vec<Option<Measured>>;
 
-/// Returns a column with its standard deviations, which must be positive; `None` if it is missing.
-pub(crate) fn values(table: &Table, name: &str, unit_si: f64) -> Option<Values> {
+/// A column of numbers: its name, its SI unit, and its range in that unit.
+pub(crate) type Column = (&'static str, f64, Condition);
+
+/// Returns a column with its standard deviations; `None` if it is missing. Complains about values
+/// that are out of its range, and standard deviations that are not positive.
+pub(crate) fn values(table: &Table, (name, unit_si, range): Column) -> Option<Values> {
     let values = table.numbers(name)?;
     let sd_name = format!("{name}_sd");
     let sds = table.numbers(&sd_name).unwrap_or_else(|| vec![None; values.len()]);
-    for (row, sd) in sds.iter().enumerate() {
+    let is_wrong = |number: f64, condition| Fault::of_number(name, number * unit_si, condition).is_some();
+    let measured = |(row, (value, sd)): (usize, (Option<f64>, Option<f64>))| {
+        let text = |column: &str| table.text(column, row).unwrap_or_default();
+        if value.is_some_and(|value| is_wrong(value, range)) {
+            let message = format!("{} is out of range; expected {}", text(name), range.1);
+            table.wrong(row, name, message);
+        }
         // also if it becomes 0 in radians
-        if sd.is_some_and(|sd| Fault::of_number(&sd_name, sd * unit_si, POSITIVE).is_some()) {
-            let text = table.text(&sd_name, row).unwrap_or_default();
-            let message = format!("{text} is not a standard deviation; expected more than 0");
+        if sd.is_some_and(|sd| is_wrong(sd, POSITIVE)) {
+            let message = format!("{} is not a standard deviation; expected more than 0", text(&sd_name));
             table.wrong(row, sd_name.as_str(), message);
         }
-    }
-    let measured = |(value, sd): (Option<f64>, Option<f64>)| {
         Some(Measured { value: value? * unit_si, sd: sd.map(|sd| sd * unit_si) })
     };
-    Some(values.into_iter().zip(sds).map(measured).collect())
+    Some(values.into_iter().zip(sds).enumerate().map(measured).collect())
 }
-
-/// A column of the state before the impact: its name, its SI unit, and its range in that unit.
-type Column = (&'static str, f64, Condition);
 
 /// The columns of a table of one kind of data.
 struct Layout {
     before: &'static [Column],
-    /// Columns that must exist and have no empty cells, with blanks between them.
-    required: &'static str,
+    /// Columns that must exist and have no empty cells.
+    required: &'static [&'static str],
     spin: [&'static str; 3],
     observables: &'static [Observable],
 }
@@ -56,14 +60,24 @@ const CUT: Condition = (|x| x.abs() < FRAC_PI_2, "degrees, more than -90 and les
 
 const ANGLES: Layout = Layout {
     before: &[("cut_deg", 1.0_f64.to_radians(), CUT), ("speed_m_s", 1.0, POSITIVE)],
-    required: "cut_deg",
-    spin: ["omega_x", "omega_y", "omega_z"],
+    required: &["cut_deg"],
+    spin: OMEGA,
     observables: &Observable::ANGLES,
 };
 
 const IMPACTS: Layout = Layout {
     before: &[("nx", 1.0, FINITE), ("ny", 1.0, FINITE), ("cue_vx", 1.0, FINITE), ("cue_vy", 1.0, FINITE)],
-    required: "shot nx ny cue_vx cue_vy cue_vx_after cue_vy_after obj_vx_after obj_vy_after",
+    required: &[
+        "shot",
+        "nx",
+        "ny",
+        "cue_vx",
+        "cue_vy",
+        "cue_vx_after",
+        "cue_vy_after",
+        "obj_vx_after",
+        "obj_vy_after",
+    ],
     spin: ["cue_wx", "cue_wy", "cue_wz"],
     observables: &Observable::IMPACTS,
 };
@@ -76,14 +90,18 @@ pub(crate) fn shots(table: &Table, kind: Kind, assume: Option<Assume>, by: Optio
     known.extend(layout.before.iter().map(|(name, ..)| *name));
     known.extend(layout.spin);
     known.extend(layout.observables.iter().map(|observable| observable.column()));
-    check_names(table, &known);
-    for column in layout.required.split(' ') {
-        table.require(column, &known);
-    }
-    let inputs: Vec<Option<Values>> = layout.before.iter().map(|column| in_range(table, *column)).collect();
+    check_names(table, &known, layout.required);
+    let inputs: Vec<Option<Values>> = layout.before.iter().map(|column| values(table, *column)).collect();
     let observed = observed(table, layout.observables);
     if observed.is_empty() && kind == Kind::Angles {
-        require_observable(table, &known);
+        let names = Observable::ANGLES.map(Observable::column);
+        let labels = table.names().filter(|name| !known.contains(name));
+        let near = labels.filter_map(|name| Some((name, nearest(name, names)?)));
+        let near = near.max_by(|a, b| similarity(a.0, a.1).total_cmp(&similarity(b.0, b.1)));
+        let hint = near.map_or(String::new(), |(name, near)| format!("; is \"{name}\" meant to be {near}?"));
+        let expected = names.join(", ");
+        let message = format!("no column of anything observed; expected at least one of {expected}{hint}");
+        table.wrong_name(None, message);
     }
     let spins = spins(table, layout.spin, assume);
     let mut shots = Vec::with_capacity(table.rows());
@@ -105,8 +123,7 @@ pub(crate) fn shots(table: &Table, kind: Kind, assume: Option<Assume>, by: Optio
                 format!("no observed value in this row; expected a value in {}", names.join(" or "));
             table.wrong(row, None, message);
         }
-        let spin = spins.get(row).copied().flatten();
-        let (Some(before), Some(spin)) = (before, spin) else { continue };
+        let (Some(before), Some(spin)) = (before, spins.get(row).copied().flatten()) else { continue };
         let mut labels = labels(table, &known, row);
         labels.extend(by.map(|by| (by.to_owned(), table.text(by, row).unwrap_or_default().to_owned())));
         let name = table.text("shot", row).unwrap_or_default();
@@ -116,19 +133,6 @@ pub(crate) fn shots(table: &Table, kind: Kind, assume: Option<Assume>, by: Optio
     shots
 }
 
-/// Returns a column; complains about values that are out of its range.
-fn in_range(table: &Table, (name, unit_si, range): Column) -> Option<Values> {
-    let values = values(table, name, unit_si)?;
-    for (row, value) in values.iter().enumerate() {
-        let fault = value.and_then(|value| Fault::of_number(name, value.value, range));
-        if let Some(Fault { expected, .. }) = fault {
-            let text = table.text(name, row).unwrap_or_default();
-            table.wrong(row, name, format!("{text} is out of range; expected {expected}"));
-        }
-    }
-    Some(values)
-}
-
 /// Returns the line of centres and the velocity of a row.
 fn impact(table: &Table, row: usize, [nx, ny]: [Measured; 2], velocity: [Measured; 2]) -> Before {
     let length = nx.value.hypot(ny.value);
@@ -136,18 +140,17 @@ fn impact(table: &Table, row: usize, [nx, ny]: [Measured; 2], velocity: [Measure
         let [x, y] = columns.map(|column| table.text(column, row).unwrap_or_default());
         format!("({x}, {y})")
     };
+    let line = written(["nx", "ny"]);
     if !is_unit(nx.value, ny.value) {
         let message = format!(
-            "the line of centres (nx, ny) = {} has the length {length:?}; expected a unit vector",
-            written(["nx", "ny"])
+            "the line of centres (nx, ny) = {line} has the length {length:?}; expected a unit vector"
         );
         table.wrong(row, "nx", message);
     } else if nx.value * velocity[0].value + ny.value * velocity[1].value <= 0.0 {
         let message = format!(
             "the cue ball's velocity {} takes it away from the object ball; expected one that approaches \
-             along the line of centres (nx, ny) = {}, which points from cue ball to object ball",
+             along the line of centres (nx, ny) = {line}, which points from cue ball to object ball",
             written(["cue_vx", "cue_vy"]),
-            written(["nx", "ny"])
         );
         table.wrong(row, "cue_vx", message);
     }
@@ -161,7 +164,7 @@ fn observed(table: &Table, known: &[Observable]) -> Vec<(Observable, Values)> {
     let mut found = Vec::new();
     for observable in known {
         let name = observable.column();
-        let Some(values) = values(table, name, observable.unit_si()) else { continue };
+        let Some(values) = values(table, (name, observable.unit_si(), FINITE)) else { continue };
         let sd_name = format!("{name}_sd");
         let full = (0..table.rows()).filter(|row| values[*row].is_some());
         let (with, without): (Vec<_>, Vec<_>) = full.partition(|row| !table.is_gap(&sd_name, *row));
@@ -177,25 +180,13 @@ fn observed(table: &Table, known: &[Observable]) -> Vec<(Observable, Values)> {
     found
 }
 
-/// Complains that no column of a table of angles is observed; `known` are the columns with a meaning.
-fn require_observable(table: &Table, known: &[&str]) {
-    let names = Observable::ANGLES.map(Observable::column);
-    let labels = table.names().filter(|name| !known.contains(name));
-    let near = labels.filter_map(|name| Some((name, nearest(name, names)?)));
-    let nearest = near.max_by(|a, b| similarity(a.0, a.1).total_cmp(&similarity(b.0, b.1)));
-    let hint = nearest.map_or(String::new(), |(name, near)| format!("; is \"{name}\" meant to be {near}?"));
-    let message =
-        format!("no column of anything observed; expected at least one of {}{hint}", names.join(", "));
-    table.wrong_name(None, message);
-}
-
 /// Returns the spin of every row: a word, three numbers, or the assumption of dataset.toml; `None`
 /// for rows with problems, an empty list if the columns are wrong.
-fn spins(table: &Table, columns: [&str; 3], assume: Option<Assume>) -> Vec<Option<Spin>> {
+fn spins(table: &Table, columns: [&'static str; 3], assume: Option<Assume>) -> Vec<Option<Spin>> {
     let all = columns.join(", ");
-    let missing: Vec<&str> = columns.into_iter().filter(|column| !table.has(column)).collect();
+    let has_none = !columns.into_iter().any(|column| table.has(column));
     let has_words = table.has("cue_spin");
-    if missing.len() == 3 && !has_words && matches!(assume, None | Some(Assume::Measured)) {
+    if has_none && !has_words && matches!(assume, None | Some(Assume::Measured)) {
         let said = if assume.is_none() {
             "the cue ball's spin is not stated; expected [cue_spin] assume = \"stun\", \"natural-roll\" or \
              \"unknown\" in dataset.toml, a column cue_spin, or"
@@ -205,52 +196,80 @@ fn spins(table: &Table, columns: [&str; 3], assume: Option<Assume>) -> Vec<Optio
         table.wrong_name(None, format!("{said} columns {all}"));
         return Vec::new();
     }
+    let Some(stated) = stated_spins(table, columns, assume) else { return Vec::new() };
+    let column = if has_words { "cue_spin" } else { columns[0] };
+    let spin = |(row, stated): (usize, Option<StatedSpin>)| {
+        let message = match stated? {
+            StatedSpin::Is(spin) => return Some(spin),
+            StatedSpin::Measured => format!("the spin is said to be measured; expected values in {all}"),
+            StatedSpin::Unstated => "is empty, and dataset.toml has no [cue_spin]; expected a spin".into(),
+        };
+        table.wrong(row, column, message);
+        None
+    };
+    stated.into_iter().enumerate().map(spin).collect()
+}
+
+/// Columns of a measured spin, rad/s.
+pub(crate) const OMEGA: [&str; 3] = ["omega_x", "omega_y", "omega_z"];
+
+/// Statement of a row, or else of dataset.toml, about the cue ball's spin.
+#[derive(Clone, Copy, PartialEq)]
+pub(crate) enum StatedSpin {
+    Is(Spin),
+    /// The spin is said to be measured, but the row has no numbers.
+    Measured,
+    Unstated,
+}
+
+/// Returns the statement of each row, `None` for a wrong one; `None` if some of the columns are
+/// missing.
+pub(crate) fn stated_spins(
+    table: &Table,
+    columns: [&'static str; 3],
+    assume: Option<Assume>,
+) -> Option<Vec<Option<StatedSpin>>> {
+    let all = columns.join(", ");
+    let missing: Vec<&str> = columns.into_iter().filter(|column| !table.has(column)).collect();
     if (1..3).contains(&missing.len()) {
         for column in missing {
             let message = format!("is missing from the column names; expected all three of {all}");
             table.wrong_name(column, message);
         }
-        return Vec::new();
+        return None;
     }
-    let numbers = columns.map(|column| values(table, column, 1.0));
-    let spin = |row: usize| {
-        let components = numbers.each_ref().map(|values| values.as_ref().and_then(|values| values[row]));
-        let empty = columns.iter().filter(|column| table.is_gap(column, row));
-        let empty: Vec<&&str> = empty.collect();
+    let numbers = columns.map(|column| values(table, (column, 1.0, FINITE)));
+    let stated = |row: usize| {
         let word = spin_word(table, row).ok()?;
-        let column = if has_words { "cue_spin" } else { columns[0] };
-        let (column, message) = match (empty.len(), word, word.or(assume)) {
-            (0, None | Some(Assume::Measured), _) => return measured(components),
-            (0, Some(word), _) => {
-                (column, format!("\"{}\", but {all} have values; expected only one", word.name()))
+        let empty: Vec<&str> = columns.into_iter().filter(|column| table.is_gap(column, row)).collect();
+        let (column, message) = match (empty.len(), word) {
+            (0, None | Some(Assume::Measured)) => {
+                let components = numbers.each_ref().map(|values| values.as_ref()?[row]);
+                let [Some(x), Some(y), Some(z)] = components else { return None };
+                let spin = Vec3::new(x.value, y.value, z.value);
+                return Some(StatedSpin::Is(Spin::Measured { spin, sd: [x.sd, y.sd, z.sd] }));
             }
-            (3, _, Some(said)) => match said.spin() {
-                Some(spin) => return Some(spin),
-                None => (column, format!("the spin is said to be measured; expected values in {all}")),
-            },
-            (3, _, None) => {
-                (column, "is empty, and dataset.toml has no [cue_spin]; expected a spin".to_string())
+            (3, word) => {
+                let Some(said) = word.or(assume) else { return Some(StatedSpin::Unstated) };
+                return Some(said.spin().map_or(StatedSpin::Measured, StatedSpin::Is));
             }
-            _ => (*empty[0], EMPTY_COMPONENT.to_string()),
+            (0, Some(word)) => {
+                ("cue_spin", format!("\"{}\", but {all} have values; expected only one", word.name()))
+            }
+            _ => (empty[0], "is empty; expected all three components of the spin or none".to_string()),
         };
         table.wrong(row, column, message);
         None
     };
-    (0..table.rows()).map(spin).collect()
-}
-
-pub(crate) const EMPTY_COMPONENT: &str = "is empty; expected all three components of the spin or none";
-
-pub(crate) fn measured(components: [Option<Measured>; 3]) -> Option<Spin> {
-    let [Some(x), Some(y), Some(z)] = components else { return None };
-    Some(Spin::Measured { spin: Vec3::new(x.value, y.value, z.value), sd: [x.sd, y.sd, z.sd] })
+    Some((0..table.rows()).map(stated).collect())
 }
 
 /// Returns the statement of a row about the cue ball's spin; reports an unknown word (`Err`).
-pub(crate) fn spin_word(table: &Table, row: usize) -> Result<Option<Assume>, ()> {
+fn spin_word(table: &Table, row: usize) -> Result<Option<Assume>, ()> {
     let Some(word) = table.text("cue_spin", row) else { return Ok(None) };
-    Assume::of(word).map(Some).ok_or_else(|| {
-        let names = Assume::ALL.map(Assume::name);
+    let names = Assume::ALL.map(Assume::name);
+    let known = Assume::ALL.into_iter().find(|one| one.name().eq_ignore_ascii_case(word));
+    known.map(Some).ok_or_else(|| {
         let near = did_you_mean(word, names);
         table.wrong(
             row,
@@ -276,21 +295,29 @@ pub(crate) fn labels_note<S: AsRef<str>>(path: &Path, labels: &[S]) -> Option<St
     })
 }
 
-/// Complains about columns that are slips of the pen instead of labels: a `…_sd` of a known column
-/// that is missing, and names similar to those of known columns.
-pub(crate) fn check_names(table: &Table, known: &[&str]) {
+/// Complains about required columns that are missing or have gaps, about a `…_sd` of a known column
+/// that is missing, and about names similar to those of known columns.
+pub(crate) fn check_names(table: &Table, known: &[&str], required: &[&str]) {
     for name in table.names() {
-        let plain = name.to_lowercase().replace([' ', '-'], "_");
-        let of = plain.strip_suffix("_sd").filter(|of| known.contains(of));
-        if name != plain && (known.contains(&plain.as_str()) || of.is_some()) && !table.has(&plain) {
-            table.wrong_name(name, format!("is not a known name; write {plain}"));
-        } else if let Some(of) = of.filter(|of| !table.has(of)) {
+        let of = name.strip_suffix("_sd").filter(|of| known.contains(of) && !table.has(of));
+        if let Some(of) = of {
             table.wrong_name(name, format!("there is no column {of} that it belongs to"));
         } else if let Some(meant) = near_miss(name, known, |name| table.has(name)) {
             let message = format!(
                 "is not a known name, but nearly {meant}; write {meant}, or give a label that is called so another name"
             );
             table.wrong_name(name, message);
+        }
+    }
+    for column in required {
+        if !table.has(column) {
+            let near = nearest(column, table.names().filter(|name| !known.contains(name)));
+            let near = near.map_or(String::new(), |name| format!("; is \"{name}\" meant to be it?"));
+            table.wrong_name(*column, format!("is missing from the column names{near}"));
+            continue;
+        }
+        for row in (0..table.rows()).filter(|row| table.is_gap(column, *row)) {
+            table.wrong(row, *column, "is empty; expected a value");
         }
     }
 }
@@ -305,10 +332,10 @@ const TWO_SLIPS: usize = 9;
 /// Returns the known name, or the `…_sd` of one, that a name resembles, if the table has no such
 /// column: by another word for standard deviation, or one or two slips of the pen in a long name.
 pub(crate) fn near_miss(name: &str, known: &[&str], has: impl Fn(&str) -> bool) -> Option<String> {
-    let plain = name.to_lowercase().replace([' ', '-', '.'], "_");
-    if known.contains(&plain.strip_suffix("_sd").unwrap_or(&plain)) {
+    if known.contains(&name.strip_suffix("_sd").unwrap_or(name)) {
         return None;
     }
+    let plain = name.to_lowercase().replace([' ', '-', '.'], "_");
     let bare = |word: &str| {
         let rest = plain.strip_suffix(word).or_else(|| plain.strip_prefix(word))?;
         Some(rest.trim_matches('_')).filter(|rest| known.contains(rest))

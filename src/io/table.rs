@@ -6,7 +6,7 @@ use std::path::{Path, PathBuf};
 
 use polars::prelude::{Column, DataFrame, StringChunked};
 
-use super::error::{Problems, nearest};
+use super::error::Problems;
 use super::number::{Mark, Place, parse};
 use super::text::{Separator, Slip, cells, decode, filled_lines, line_end, without_separator_line};
 use crate::measurement::number::count_of;
@@ -125,19 +125,6 @@ impl<'a> Table<'a> {
             marks.finish(file, problems);
         }
         Some(numbers)
-    }
-
-    /// Complains unless a column exists and is full. `known` are the columns with a meaning,
-    /// which are not misspelled.
-    pub(crate) fn require(&self, column: &str, known: &[&str]) {
-        if !self.has(column) {
-            let near = nearest(column, self.names().filter(|name| !known.contains(name)));
-            let near = near.map_or(String::new(), |name| format!("; is \"{name}\" meant to be it?"));
-            return self.wrong_name(column, format!("is missing from the column names{near}"));
-        }
-        for row in (0..self.rows()).filter(|row| self.is_gap(column, *row)) {
-            self.wrong(row, column, "is empty; expected a value");
-        }
     }
 }
 

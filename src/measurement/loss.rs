@@ -1,11 +1,14 @@
 //! How much shots far from their predictions count.
 
+use serde::Deserialize;
+
 use crate::physics::name::{by_name, worded};
 
 worded! {
     /// How much a shot counts that lies far from its prediction.
-    #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+    #[derive(Clone, Copy, Debug, Default, Deserialize, PartialEq, Eq)]
     #[non_exhaustive]
+    #[serde(rename_all = "lowercase")]
     pub enum Loss {
         /// The square of the distance: least squares.
         #[default]

@@ -38,7 +38,7 @@ enum Stated {
     Prior { mean: Values, sd: Values },
 }
 
-#[derive(Clone, Copy, Debug, Deserialize, JsonSchema)]
+#[derive(Clone, Copy, Debug, Deserialize, JsonSchema, PartialEq)]
 #[serde(rename_all = "lowercase")]
 enum Word {
     Auto,
@@ -135,13 +135,32 @@ impl CameraSection {
         let shutter = &shutter.filter(|_| self.readout().is_none());
         for (key, given) in KEYS.iter().zip([scale, aspect, shear, perspective, lens, shutter, parallax]) {
             let Some(stated) = given else { continue };
-            if let Some(all) = key.values(stated) {
-                key.corrections.iter().zip(all).for_each(|(which, value)| wanted[*which as usize] = value);
-            } else {
+            let (means, sds) = match stated {
+                Stated::Word(word) => {
+                    for which in key.corrections {
+                        let neutral = Wanted::Value(exact(which.neutral()));
+                        wanted[*which as usize] = if *word == Word::Auto { Wanted::Auto } else { neutral };
+                    }
+                    continue;
+                }
+                Stated::Exact(values) => (values.each(), None),
+                Stated::Prior { mean, sd } => (mean.each(), Some(sd.each())),
+            };
+            let are_good = means.len() == key.corrections.len()
+                && means.iter().all(|mean| (key.range[0]..=key.range[1]).contains(mean))
+                && sds.is_none_or(|sds| {
+                    sds.len() == means.len() && sds.iter().all(|sd| *sd > 0.0 && sd.is_finite())
+                });
+            if !are_good {
                 let path = format!("camera.{}", key.name);
                 let value = source.written(&path).unwrap_or_default();
                 let expected = format!("\"auto\", \"none\" or {}, and sd above 0", key.expected);
                 source.add(&Fault::new(&path, value, expected));
+                continue;
+            }
+            for (i, which) in key.corrections.iter().enumerate() {
+                let sd = sds.map(|sds| sds[i]);
+                wanted[*which as usize] = Wanted::Value(Measured { value: means[i], sd });
             }
         }
         // the centre of a stated lens distortion is the middle of the film
@@ -153,31 +172,6 @@ impl CameraSection {
         wanted[Correction::LensX as usize] = axis;
         wanted[Correction::LensY as usize] = axis;
         wanted
-    }
-}
-
-impl Key {
-    /// Returns the statement for each of its corrections; `None` if it is not as expected.
-    fn values(&self, stated: &Stated) -> Option<Vec<Wanted>> {
-        let [low, high] = self.range;
-        let is_good = |values: &Values| {
-            let values = values.each();
-            values.len() == self.corrections.len() && values.iter().all(|x| (low..=high).contains(x))
-        };
-        let neutral = |which: &Correction| Wanted::Value(exact(which.neutral()));
-        match stated {
-            Stated::Word(Word::Auto) => Some(vec![Wanted::Auto; self.corrections.len()]),
-            Stated::Word(Word::None) => Some(self.corrections.iter().map(neutral).collect()),
-            Stated::Exact(values) => {
-                is_good(values).then(|| values.each().iter().map(|x| Wanted::Value(exact(*x))).collect())
-            }
-            Stated::Prior { mean, sd } => {
-                let (means, sds) = (mean.each(), sd.each());
-                let are_good = sds.len() == means.len() && sds.iter().all(|sd| *sd > 0.0 && sd.is_finite());
-                let each = means.iter().zip(sds).map(|(mean, sd)| Wanted::Value(Measured::new(*mean, *sd)));
-                (is_good(mean) && are_good).then(|| each.collect())
-            }
-        }
     }
 }
 

@@ -36,7 +36,7 @@ pub(super) fn group(
         let (tracks, calibration) = (&raw.tracks, calibrations.get(raw.file.as_path())?);
         let is_named = |name: &str| !matches!(find(tracks, name), Ok(None));
         let is_unsaid = settings.discs
-            && !facts.own.settings(settings).states_balls
+            && !facts.settings(settings).states_balls
             && !is_named("cue")
             && !is_named("object")
             && tracks.len() > 1
@@ -54,7 +54,7 @@ pub(super) fn group(
                 );
                 notes.of(&raw.file).add(Subject::Names, raw.line, message);
                 let names = [one.centre, other.centre, one.markers, other.markers];
-                facts.own.names = names.map(|names| Some(Names(names)));
+                facts.names = names.map(|names| Some(Names(names)));
             }
             Some(Err(message)) => facts.refused = Some(message),
             None => {}

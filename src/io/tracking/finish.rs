@@ -27,41 +27,35 @@ const MAX_DEVIATION: f64 = 0.02;
 const SAME_NUMBER: f64 = 1e-12;
 
 /// Statements of the table of shots and of `[cue_spin]` about a shot.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, Default)]
 pub(super) struct Facts {
     pub(crate) spin: Spin,
     pub(crate) labels: BTreeMap<String, String>,
-    pub(crate) own: Own,
+    /// Names of tracks that replace those of dataset.toml, in the order of [`super::settings::NAMED`].
+    pub(crate) names: [Option<Names>; 4],
+    /// The frame rate that replaces that of dataset.toml.
+    pub(crate) capture_fps: Option<f64>,
     /// The reason if its discs were not found.
     pub(crate) refused: Option<String>,
 }
 
 impl Facts {
-    pub(super) fn of(spin: Spin) -> Self {
-        Self { spin, labels: BTreeMap::new(), own: Own::default(), refused: None }
-    }
-}
-
-/// Statements of the table of shots that replace those of dataset.toml.
-#[derive(Clone, Debug, Default, PartialEq)]
-pub(super) struct Own {
-    /// Names of tracks, in the order of [`super::settings::NAMED`].
-    pub(crate) names: [Option<Names>; 4],
-    pub(crate) capture_fps: Option<f64>,
-}
-
-impl Own {
+    /// Returns the settings of the shot.
     pub(super) fn settings<'a>(&self, all: &'a TrackSettings) -> Cow<'a, TrackSettings> {
-        if *self == Self::default() {
+        if self.capture_fps.is_none() && self.names.iter().all(Option::is_none) {
             return Cow::Borrowed(all);
         }
         let mut own = all.clone();
         for (name, given) in own.names.iter_mut().zip(&self.names) {
             *name = given.as_ref().unwrap_or(name).clone();
         }
-        own.states_balls |= self.names[..2].iter().any(Option::is_some);
+        own.states_balls |= self.names_balls();
         own.capture_fps = self.capture_fps.or(own.capture_fps);
         Cow::Owned(own)
+    }
+
+    fn names_balls(&self) -> bool {
+        self.names[..2].iter().any(Option::is_some)
     }
 }
 
@@ -76,7 +70,7 @@ pub(super) fn shot(
     if let Some(message) = facts.refused.take() {
         return Err(vec![Wrong::damaged(raw.line, message)]);
     }
-    let settings = &*facts.own.settings(settings);
+    let settings = &*facts.settings(settings);
     let file = raw.file.clone();
     let log = notes.of(&file);
     let there = listed(&raw);
@@ -89,10 +83,9 @@ pub(super) fn shot(
         [Ok(cue), Ok(object)] => [cue, object],
         balls => {
             // wrong names in the table of shots are its fault, not the shot's
-            let are_stated = facts.own.names[..2].iter().any(Option::is_some);
             let mut wrong: Vec<Wrong> = balls.into_iter().filter_map(Result::err).collect();
             for wrong in &mut wrong {
-                wrong.is_damage &= !are_stated;
+                wrong.is_damage &= !facts.names_balls();
             }
             if let Err(message) = time::convert(&mut raw, settings, &Notes::default()) {
                 wrong.push(Wrong::input(raw.line, message));

@@ -45,6 +45,7 @@ use settings::{Format, TrackSettings};
 use shots_table::ShotsTable;
 use units::Unit;
 
+use super::check_unique;
 use super::error::Problems;
 use super::manifest::Manifest;
 use crate::measurement::dataset::Tracks;
@@ -88,11 +89,12 @@ pub(crate) fn load(manifest: &Manifest, settings: &TrackSettings, problems: &Pro
         problems.add(path, None, None, message);
     }
     name_by_folder(&mut shots, &notes);
-    let known = name_shots(&shots, problems);
+    let names = shots.iter().map(|shot| (shot.name.as_str(), shot.file.as_path(), shot.line));
+    let remedy = ": another name of the file, or a table under [tracks] shots with the columns shot and file";
+    check_unique(names.clone(), remedy, problems);
     if are_whole {
-        table.check_names(&known);
+        table.check_names(&names.map(|(name, ..)| name).collect());
     }
-    drop(known);
     let mut left_out = Vec::new();
     shots.retain(|shot| {
         let skip = table.skip(&shot.name);
@@ -192,41 +194,20 @@ fn calibration_for(format: Format, stated: Option<Unit>, file: &Path, context: C
 
 /// Puts the folder before equal names of shots from different folders, as of A/1.csv and B/1.csv.
 fn name_by_folder(raw: &mut [RawShot], notes: &Notes) {
-    let folder = |shot: &RawShot| Some(shot.file.parent()?.file_name()?.to_string_lossy().into_owned());
+    let folder = |shot: &RawShot| shot.file.parent()?.file_name().map(|name| name.display().to_string());
     let mut folders: HashMap<String, Vec<Option<String>>> = HashMap::new();
     for shot in raw.iter() {
         folders.entry(shot.name.clone()).or_default().push(folder(shot));
     }
-    folders.retain(|_, all| {
+    for shot in raw {
+        let all = &folders[&shot.name];
         let different: HashSet<&String> = all.iter().flatten().collect();
-        all.len() > 1 && different.len() == all.len()
-    });
-    let mut named = raw.iter_mut().filter(|shot| folders.contains_key(&shot.name)).peekable();
-    if let Some(first) = named.peek() {
-        let message = "files in several folders have equal names: their shots are named with the folder";
-        notes.of(&first.file).add(Subject::Names, None, message);
-    }
-    for shot in named {
-        shot.name = format!("{}/{}", folder(shot).unwrap_or_default(), shot.name);
-    }
-}
-
-fn name_shots<'a>(raw: &'a [RawShot], problems: &Problems) -> HashMap<&'a str, usize> {
-    let mut known = HashMap::with_capacity(raw.len());
-    for (i, shot) in raw.iter().enumerate() {
-        if let Some(first) = known.insert(shot.name.as_str(), i) {
-            let first = &raw[first];
-            let message = format!(
-                "\"{}\" also names the shot of {}:{}; expected a name of its own: another name of the file, or a table under \
-                 [tracks] shots with the columns shot and file",
-                shot.name,
-                first.file.display(),
-                first.line
-            );
-            problems.add(&shot.file, shot.line, "shot", message);
+        if all.len() > 1 && different.len() == all.len() {
+            let message = "files in several folders have equal names: their shots are named with the folder";
+            notes.of(&shot.file).add(Subject::Names, None, message);
+            shot.name = format!("{}/{}", folder(shot).unwrap_or_default(), shot.name);
         }
     }
-    known
 }
 
 /// Returns the shots with what the table of shots and dataset.toml state; complains about spins.
@@ -251,7 +232,7 @@ fn with_facts(
             is_complained = true;
         }
         // report other faults of such shots, too
-        let facts = facts.unwrap_or_else(|| Facts::of(Spin::Unknown));
+        let facts = facts.unwrap_or_else(|| Facts { spin: Spin::Unknown, ..Facts::default() });
         if manifest.discs.is_some() && !matches!(facts.spin, Spin::Stun | Spin::Unknown) {
             let message = format!(
                 "shot \"{}\" is of discs, which do not roll; expected cue_spin stun (neither disc turns before the impact) or \

@@ -1,22 +1,21 @@
 //! `[tracks] shots`: properties of single shots that no camera sees, a row per shot.
 
-use std::collections::{BTreeMap, HashMap};
+use std::collections::{HashMap, HashSet};
 use std::path::{Path, PathBuf};
 
 use indexmap::IndexMap;
 
-use super::finish::{Facts, Own};
+use super::finish::Facts;
 use super::input::quoted;
 use super::raw::RawShot;
 use super::settings::{NAMED, Names};
 use crate::io::error::{Problems, did_you_mean};
 use crate::io::manifest::Assume;
-use crate::io::rows::{self, labels_note};
+use crate::io::rows::{self, StatedSpin, labels_note};
 use crate::io::table::Table;
-use crate::measurement::dataset::Measured;
+use crate::measurement::fault::POSITIVE;
 use crate::measurement::spin::Spin;
 
-const OMEGA: [&str; 3] = ["omega_x", "omega_y", "omega_z"];
 /// Columns with a meaning; all others are labels.
 pub(crate) const KNOWN: [&str; 13] = [
     "shot",
@@ -50,13 +49,11 @@ struct ShotRow {
     line: usize,
     /// The reason, if the shot is to be skipped.
     skip: Option<String>,
-    spin: Option<Spin>,
-    /// Whether the spin is stated as measured without numbers.
-    by_markers: bool,
+    /// `None`: the statement is wrong.
+    spin: Option<StatedSpin>,
     /// The file that holds the shot, as written.
     file: Option<String>,
-    own: Own,
-    labels: BTreeMap<String, String>,
+    facts: Facts,
 }
 
 impl<'a> ShotsTable<'a> {
@@ -66,32 +63,24 @@ impl<'a> ShotsTable<'a> {
         let path = path.unwrap_or(Path::new("")).to_path_buf();
         let mut all = Self { path, problems, rows, assume, labels };
         let Some(table) = table else { return all };
-        rows::check_names(&table, &KNOWN);
-        table.require("shot", &["shot"]);
-        let present = OMEGA.iter().filter(|column| table.has(column)).count();
-        if (1..3).contains(&present) {
-            let message = format!("expected all three of {}, or none", OMEGA.join(", "));
-            problems.add(&table.path, None, None, message);
-        }
-        let columns = OMEGA.map(|column| rows::values(&table, column, 1.0));
-        let rates = table.numbers("capture_fps");
+        rows::check_names(&table, &KNOWN, &["shot"]);
+        let spins = rows::stated_spins(&table, rows::OMEGA, assume).unwrap_or_default();
+        let rates = rows::values(&table, ("capture_fps", 1.0, POSITIVE));
         let labels = table.names().filter(|name| !KNOWN.contains(name) && !name.ends_with("_sd"));
         all.labels = labels.map(str::to_string).collect();
         for row in 0..table.rows() {
             let Some(shot) = table.text("shot", row) else { continue };
-            let skip = skip(&table, row);
-            let omega = columns.each_ref().map(|values| values.as_ref().and_then(|values| values[row]));
-            let spin = spin(&table, row, omega, assume);
-            let own = own(&table, row, rates.as_ref().and_then(|rates| rates[row]));
-            let stated = table.text("cue_spin", row).map_or(assume, |word| Assume::of(word).or(assume));
             let read = ShotRow {
                 line: table.line(row),
-                skip,
-                spin,
-                by_markers: spin == Some(Spin::Unknown) && stated == Some(Assume::Measured),
+                skip: skip(&table, row),
+                spin: spins.get(row).copied().flatten(),
                 file: table.text("file", row).map(str::to_string),
-                own,
-                labels: rows::labels(&table, &KNOWN, row),
+                facts: Facts {
+                    labels: rows::labels(&table, &KNOWN, row),
+                    names: names(&table, row),
+                    capture_fps: rates.as_ref().and_then(|rates| Some(rates[row]?.value)),
+                    ..Facts::default()
+                },
             };
             if let Some(ShotRow { line, .. }) = all.rows.insert(shot.to_string(), read) {
                 let message = format!("\"{shot}\" also stands in line {line}; expected each shot once");
@@ -113,25 +102,34 @@ impl<'a> ShotsTable<'a> {
         self.rows.get(shot)?.skip.as_deref()
     }
 
+    /// Returns the statement about the spin of a shot; a wrong one was reported, and counts as that of
+    /// dataset.toml.
+    fn spin(&self, shot: &str) -> StatedSpin {
+        let of_row = self.rows.get(shot).and_then(|row| row.spin);
+        let assumed = |assume: Assume| assume.spin().map_or(StatedSpin::Measured, StatedSpin::Is);
+        of_row.unwrap_or(self.assume.map_or(StatedSpin::Unstated, assumed))
+    }
+
     pub(super) fn facts(&self, shot: &str) -> Option<Facts> {
-        let row = self.rows.get(shot);
-        let facts = Facts::of(row.and_then(|row| row.spin).or(self.assume.map(of_word))?);
-        Some(match row {
-            Some(row) => Facts { labels: row.labels.clone(), own: row.own.clone(), ..facts },
-            None => {
-                let labels = self.labels.iter().map(|label| (label.clone(), String::new()));
-                Facts { labels: labels.collect(), ..facts }
-            }
-        })
+        let spin = match self.spin(shot) {
+            StatedSpin::Is(spin) => spin,
+            // until markers show it
+            StatedSpin::Measured => Spin::Unknown,
+            StatedSpin::Unstated => return None,
+        };
+        let empty = self.labels.iter().map(|label| (label.clone(), String::new()));
+        let facts = self.rows.get(shot).map(|row| row.facts.clone());
+        let facts = facts.unwrap_or_else(|| Facts { labels: empty.collect(), ..Facts::default() });
+        Some(Facts { spin, ..facts })
     }
 
     /// Returns whether the spin is stated as measured and only markers can show it.
     pub(super) fn is_by_markers(&self, shot: &str) -> bool {
-        self.rows.get(shot).map_or(self.assume == Some(Assume::Measured), |row| row.by_markers)
+        self.spin(shot) == StatedSpin::Measured
     }
 
     pub(super) fn has_rates(&self) -> bool {
-        self.rows.values().any(|row| row.own.capture_fps.is_some())
+        self.rows.values().any(|row| row.facts.capture_fps.is_some())
     }
 
     /// Gives shots the names that the table has for their files.
@@ -140,7 +138,7 @@ impl<'a> ShotsTable<'a> {
         for (name, ShotRow { line, file, .. }) in &self.rows {
             let Some(file) = file else { continue };
             let wrong = |message: String| self.problems.add(&self.path, *line, "file", message);
-            let of_file = of_file(raw, file);
+            let of_file: Vec<usize> = (0..raw.len()).filter(|i| raw[*i].file.ends_with(file)).collect();
             let own = of_file.iter().copied().find(|i| raw[*i].name == *name);
             match (of_file.as_slice(), own) {
                 ([], _) => {
@@ -167,32 +165,17 @@ impl<'a> ShotsTable<'a> {
         }
     }
 
-    pub(super) fn check_names(&self, known: &HashMap<&str, usize>) {
-        for (shot, row) in self.rows.iter().filter(|(shot, _)| !known.contains_key(shot.as_str())) {
-            let near = did_you_mean(shot, known.keys().copied());
+    pub(super) fn check_names(&self, known: &HashSet<&str>) {
+        for (shot, row) in self.rows.iter().filter(|(shot, _)| !known.contains(shot.as_str())) {
+            let near = did_you_mean(shot, known.iter().copied());
             let message = format!("there is no shot \"{shot}\" in the data{near}");
             self.problems.add(&self.path, row.line, "shot", message);
         }
     }
 }
 
-/// Returns the shots of the file that a cell names; programs on Windows write backslashes, and
-/// drives of another computer.
-fn of_file(raw: &[RawShot], cell: &str) -> Vec<usize> {
-    let ends = |path: &str| (0..raw.len()).filter(|i| raw[*i].file.ends_with(path)).collect::<Vec<_>>();
-    let as_written = ends(cell);
-    if !as_written.is_empty() || !cell.contains('\\') {
-        return as_written;
-    }
-    let path = cell.replace('\\', "/");
-    let path = path.trim_start_matches("./");
-    let found = ends(path);
-    let is_on_a_drive = path.split('/').next().is_some_and(|first| first.is_empty() || first.ends_with(':'));
-    if found.is_empty() && is_on_a_drive { ends(path.rsplit('/').next().unwrap_or_default()) } else { found }
-}
-
-fn own(table: &Table, row: usize, rate: Option<f64>) -> Own {
-    let names = NAMED.map(|column| {
+fn names(table: &Table, row: usize) -> [Option<Names>; 4] {
+    NAMED.map(|column| {
         let cell = table.text(column, row)?;
         let names = Names::of(cell.split(BETWEEN));
         if !names.are_good() {
@@ -201,11 +184,7 @@ fn own(table: &Table, row: usize, rate: Option<f64>) -> Own {
             table.wrong(row, column, message);
         }
         Some(names)
-    });
-    if let Some(rate) = rate.filter(|rate| *rate <= 0.0) {
-        table.wrong(row, "capture_fps", format!("{rate} is not a frame rate; expected more than 0"));
-    }
-    Own { names, capture_fps: rate }
+    })
 }
 
 fn skip(table: &Table, row: usize) -> Option<String> {
@@ -222,21 +201,4 @@ fn skip(table: &Table, row: usize) -> Option<String> {
             None
         }
     }
-}
-
-fn spin(table: &Table, row: usize, omega: [Option<Measured>; 3], assume: Option<Assume>) -> Option<Spin> {
-    match (omega, rows::spin_word(table, row).ok()?) {
-        ([Some(_), Some(_), Some(_)], None | Some(Assume::Measured)) => rows::measured(omega),
-        ([Some(_), Some(_), Some(_)] | [None, None, None], word) => word.or(assume).map(of_word),
-        (omega, _) => {
-            let empty = omega.iter().position(Option::is_none).unwrap_or(0);
-            table.wrong(row, OMEGA[empty], rows::EMPTY_COMPONENT);
-            None
-        }
-    }
-}
-
-/// Returns the spin of a word; a measured one without numbers is unknown until markers show it.
-fn of_word(word: Assume) -> Spin {
-    word.spin().unwrap_or(Spin::Unknown)
 }

@@ -331,16 +331,17 @@ fn guess_unit(shot: &RawShot, settings: &TrackSettings) -> Result<TimeUnit, Stri
             Grid { times, resolution: resolution * second, spacing: spacing * second }.fits(rate)
         })
     };
-    let are_frames = are_whole && (spacing - 1.0).abs() < 0.02;
-    let found: Vec<_> = TimeUnit::ALL.into_iter().filter(is_near).collect();
-    match (are_frames, found.as_slice()) {
-        (true, []) => Ok(TimeUnit::Frames),
-        (false, [unit]) => Ok(*unit),
+    let mut units: Vec<TimeUnit> = TimeUnit::ALL.into_iter().filter(is_near).collect();
+    if are_whole && (spacing - 1.0).abs() < 0.02 {
         // a frame each millisecond: both units agree
-        (true, [TimeUnit::Ms]) if rate == 1000.0 => Ok(TimeUnit::Frames),
-        (true, _) | (false, [_, _, ..]) => Err(format!("times may be frames or ms at {rate} fps; {help}")),
-        (false, []) => Err(format!(
+        units.retain(|unit| *unit != TimeUnit::Ms || rate != 1000.0);
+        units.push(TimeUnit::Frames);
+    }
+    match units[..] {
+        [unit] => Ok(unit),
+        [] => Err(format!(
             "times are {spacing} apart, which at {rate} fps is neither a frame nor its length in s, ms or µs; {help}, or another rate"
         )),
+        _ => Err(format!("times may be frames or ms at {rate} fps; {help}")),
     }
 }
