@@ -178,6 +178,22 @@ fn names_are_read_back() {
         assert!(text.contains(&format!("\"{}\"", played.name())) && text.contains("\"tracks\""), "{text}");
         assert_eq!(text.parse::<Spec>().unwrap().shots.cue_spin, [played]);
     }
+    let film = "
+        name = 'film'
+        kind = 'tracks'
+        seed = 1
+        truth = { mu = 0.05, mu_s = 0.3, e = 0.94 }
+        shots = { count = 1, speed_m_s = [1, 2], cut_deg = [0, 30], cue_spin = ['natural-roll'] }
+        ";
+    for (sections, expected) in [
+        ("ball = { radius_m = 0 }", "SPEC.toml:7: column 29: ball.radius_m is 0; expected more than 0"),
+        ("camera = { after_ms = 1e9 }", "camera.after_ms is 1000000000, which is 1000000000 frames"),
+        ("camera = { markers = 101 }", "camera.markers is 101; expected 0 to 100"),
+        ("cloth = { mu_k = nan }", "cloth.mu_k is NaN; expected 0 or more"),
+    ] {
+        let error = (film.to_owned() + sections).parse::<Spec>().unwrap_err().to_string();
+        assert!(error.contains(expected), "{error}\nlacks {expected}");
+    }
     let error = "name = 3".parse::<Spec>().unwrap_err().to_string();
     assert!(error.contains("the specification cannot be used") && error.contains("SPEC.toml:1"), "{error}");
 }

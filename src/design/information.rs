@@ -1,6 +1,5 @@
-//! The Fisher information that filmed shots hold about the unknowns that all shots of a film share,
-//! as the problem of a fit has it, and the standard errors that follow from it
-//! with the priors of a fit.
+//! The Fisher information that filmed shots hold about their shared unknowns, and the standard
+//! errors that follow from it with the priors of a fit.
 
 use nalgebra::SMatrix;
 
@@ -16,8 +15,8 @@ use crate::simulate::{Camera, between, cue_ball};
 const SHARED: usize = Id::ALL.len();
 
 /// The Fisher information of the unknowns that all shots share, in the order of [`Id`]: the inverse
-/// of their covariance. Unknowns with a prior, but for μ, μ_s and e, are in its standard deviations; the
-/// information of an unknown that is exact is 0.
+/// of their covariance. Unknowns with a prior, but for μ, μ_s and e, are in its standard
+/// deviations; the information of an unknown that is exact is 0.
 pub type Information = SMatrix<f64, SHARED, SHARED>;
 
 /// Shots over which a kind is averaged, and instants of the shutter for a single cut and speed:
@@ -83,8 +82,8 @@ fn stated_spin(kind: &PlayedKind, topspin: f64) -> Spin {
     }
 }
 
-/// Returns the i-th of shots of a kind as the problem of a fit plans it: spread evenly over the ranges
-/// of the kind, or at one speed and cut angle.
+/// Returns the i-th of shots of a kind, spread evenly over its ranges or at one speed and cut
+/// angle.
 fn sample(expected: &Expected, kind: &PlayedKind, i: usize, at: Option<[f64; 2]>) -> PlannedShot {
     let part = |k: i32| even(7, i, k);
     let [speed, cut_deg] = at.unwrap_or([between(kind.speed_m_s, part(1)), between(kind.cut_deg, part(2))]);
@@ -98,8 +97,7 @@ fn sample(expected: &Expected, kind: &PlayedKind, i: usize, at: Option<[f64; 2]>
     let shown = kind.spin_sd_rad_s.filter(|_| kind.source() == SpinFrom::Markers);
     let spin = match stated_spin(kind, topspin) {
         Spin::Measured { .. } => {
-            // a rotation about a horizontal axis also changes the height of markers, which is not
-            // seen
+            // the height of markers is not seen
             let horizontal = shown.map(|[cue, _]| 2.0 * cue);
             let sd = [horizontal, horizontal, shown.map(|[cue, _]| cue)];
             Spin::Measured { spin: CollisionFrame::from_direction(direction).to_table(cue.spin), sd }
@@ -117,15 +115,13 @@ fn sample(expected: &Expected, kind: &PlayedKind, i: usize, at: Option<[f64; 2]>
     }
 }
 
-/// Returns the covariance of the unknowns after shots with this information, with the priors; NaN
-/// for unknowns that are not determined.
+/// Returns the covariance of the unknowns with the priors; NaN if they are not determined.
 pub(crate) fn covariance(information: &Information) -> Information {
     let mut information = *information;
     for id in Id::ALL.into_iter().filter(|id| !Id::WANTED.contains(id)) {
         information[(id as usize, id as usize)] += 1.0;
     }
-    // coefficients are between 0 and 1: a standard error of a million, if all others were known, is
-    // rounding
+    // of coefficients between 0 and 1 a standard error of a million is rounding
     let scale: [f64; SHARED] = std::array::from_fn(|i| {
         let own = information[(i, i)];
         if own > 1e-12 { own.sqrt().recip() } else { 0.0 }
@@ -135,8 +131,7 @@ pub(crate) fn covariance(information: &Information) -> Information {
     let mut undetermined = [0.0; SHARED];
     for (k, value) in eigen.eigenvalues.iter().enumerate() {
         let vector = eigen.eigenvectors.column(k);
-        // a smaller eigenvalue is rounding: the limit of fits, 1e-5 of the largest singular value,
-        // squared
+        // less is rounding: the limit of fits, 1e-5 of the largest singular value, squared
         if *value > 1e-10 {
             covariance += vector * vector.transpose() / *value;
         } else {
@@ -150,35 +145,8 @@ pub(crate) fn covariance(information: &Information) -> Information {
     })
 }
 
-/// Returns the standard errors of μ, μ_s and e with this information; `None` if it does not
-/// determine one.
-#[must_use]
+/// Returns the standard errors of μ, μ_s and e with this information, if it determines them.
 pub fn std_errors(information: &Information) -> [Option<f64>; 3] {
     let covariance = covariance(information);
     Id::WANTED.map(|id| Some(covariance[(id as usize, id as usize)].sqrt()).filter(|error| error.is_finite()))
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn an_undetermined_unknown_has_no_error_and_leaves_the_others() {
-        let mut information = Information::zeros();
-        assert_eq!(std_errors(&information), [None; 3]);
-        (information[(0, 0)], information[(2, 2)]) = (4.0e6, 1.0e8);
-        let [mu, mu_s, e] = std_errors(&information);
-        assert!(mu_s.is_none());
-        assert!((mu.unwrap() - 5e-4).abs() < 1e-12 && (e.unwrap() - 1e-4).abs() < 1e-12);
-        // only μ − μ_s
-        for (i, j, sign) in [(0, 0, 1.0), (0, 1, -1.0), (1, 0, -1.0), (1, 1, 1.0)] {
-            information[(i, j)] = sign * 1e6;
-        }
-        let [mu, mu_s, e] = std_errors(&information);
-        assert!(mu.is_none() && mu_s.is_none() && e.is_some());
-        // a rounding error is not information
-        information = Information::zeros();
-        (information[(0, 0)], information[(1, 1)]) = (1e6, 1e-100);
-        assert!(std_errors(&information)[0].is_some() && std_errors(&information)[1].is_none());
-    }
 }

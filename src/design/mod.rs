@@ -34,8 +34,7 @@ pub struct Expected {
     pub coefficients: Coefficients,
     /// The cue ball, and the object ball unless it differs.
     pub ball: Ball,
-    /// The object ball if it is stated, with the errors of both balls; `None`:
-    /// [`ObjectBall::unweighed`].
+    /// The object ball with the errors of both balls; `None`: [`ObjectBall::unweighed`].
     pub object: Option<ObjectBall>,
     /// The cloth.
     pub cloth: Cloth,
@@ -53,8 +52,7 @@ impl Expected {
         Model { object: Some(self.object_ball().ball), ..Model::new(Fidelity::Full, self.ball) }
     }
 
-    /// Returns the standard deviations to which the ratios of masses and of radii are stated; 0 of
-    /// a ratio that is exact.
+    /// Returns the standard deviations of the ratios of masses and of radii as stated.
     pub(crate) fn ratio_sds(&self) -> [f64; 2] {
         self.object_ball().ratio_sds(self.ball).map(Option::unwrap_or_default)
     }
@@ -128,8 +126,7 @@ impl Default for PlayedKind {
 }
 
 impl Default for Expected {
-    /// Pool balls on a typical cloth, 1000 fps, 0.1 mm, 40 ms before and after; 40 shots each of
-    /// roll, stun, draw and side spin either way.
+    /// Pool balls filmed at 1000 fps, 40 shots each of roll, stun, draw and side spin either way.
     fn default() -> Self {
         let kinds = [
             ("roll", [1.0; 2], 0.0),
@@ -161,11 +158,9 @@ impl Default for Expected {
 pub struct OfKind {
     /// The Fisher information of one shot on average.
     pub information: Information,
-    /// The standard errors of μ, μ_s and e from the planned number of shots of this kind alone;
-    /// `None` if they do not determine one.
+    /// The standard errors of μ, μ_s and e from the planned shots of this kind alone.
     pub(crate) std_errors: [Option<f64>; 3],
-    /// How many shots of this kind alone reach the wanted standard error of μ, of μ_s and of e;
-    /// `None` if no number does or none is wanted.
+    /// How many shots of this kind alone reach the wanted standard error of μ, of μ_s and of e.
     pub needed: [Option<u64>; 3],
 }
 
@@ -188,8 +183,7 @@ pub struct Planned {
     pub(crate) shots: usize,
     /// The standard errors of μ, μ_s and e; `None` for what the shots do not determine.
     pub std_errors: [Option<f64>; 3],
-    /// The standard errors of m_cue/m_object and of R_cue/R_object; `None` of a ratio that is
-    /// exact.
+    /// The standard errors of m_cue/m_object and of R_cue/R_object; `None` of exact ones.
     pub ratios: [Option<f64>; 2],
 }
 
@@ -213,17 +207,8 @@ pub struct Design {
     pub notes: Vec<String>,
 }
 
-impl Design {
-    /// Returns the speeds of the cells of a kind, m/s.
-    #[cfg(feature = "report")]
-    pub(crate) fn speeds(&self, kind: usize) -> Vec<f64> {
-        speeds(self.expected.kinds[kind].speed_m_s)
-    }
-}
-
-/// Returns the difference between two such data sets, in standard errors of one of them, that a
-/// two-sided test at 5 % finds in 80 % of cases: (z_0.975 + z_0.8)√2 = 3.962.
-#[must_use]
+/// Returns the difference between two such data sets, in standard errors of one, that a two-sided
+/// test at 5 % finds in 80 % of cases: (z_0.975 + z_0.8)√2 = 3.962.
 pub fn detectable() -> f64 {
     let normal = Normal::standard();
     (normal.inverse_cdf(0.975) + normal.inverse_cdf(0.8)) * std::f64::consts::SQRT_2
@@ -278,10 +263,11 @@ pub fn design(expected: &Expected) -> Result<Design, NotACollision> {
     Ok(Design { expected, kinds, cells, planned, mixtures, words, notes })
 }
 
-/// Returns the standard errors (rad/s) to which two markers on each ball show the spins of cue ball and
-/// object ball. A frame rate f, an error σ of positions and a time T after the impact change them as
-/// σ/(T√f), since markers go out of sight. The result is within a factor of 2 of what extractions of
-/// simulated films of draw and side spin state, at 120 to 1000 fps, 0.1 to 0.5 mm and 20 to 100 ms.
+/// Returns the standard errors (rad/s) to which two markers on each ball show the spins of cue ball
+/// and object ball. A frame rate f, an error σ of positions and a time T after the impact change
+/// them as σ/(T√f), since markers go out of sight. The result is within a factor of 2 of what
+/// extractions of simulated films of draw and side spin state, at 120 to 1000 fps, 0.1 to 0.5 mm
+/// and 20 to 100 ms.
 fn marker_errors(camera: &Camera) -> [f64; 2] {
     /// At 1000 fps, 0.1 mm and 40 ms.
     const TYPICAL: [f64; 2] = [0.12, 0.095];
@@ -291,7 +277,7 @@ fn marker_errors(camera: &Camera) -> [f64; 2] {
     TYPICAL.map(|error| scale * error)
 }
 
-/// Returns the cut angle, speed and kind that determine a parameter best, and the kinds that do not.
+/// Returns the shots that determine a parameter best, and the kinds that do not.
 fn best_shots(expected: &Expected, cells: &[Cell], parameter: Parameter) -> String {
     let error = |cell: &Cell| information::std_errors(&(cell.information * COMPARED))[parameter as usize];
     let found: Vec<(f64, &Cell)> = cells.iter().filter_map(|cell| Some((error(cell)?, cell))).collect();
@@ -329,8 +315,8 @@ fn planned(expected: &Expected, total: &Information) -> Planned {
     }
 }
 
-/// Returns the ends of a range of speeds and their geometric mean.
-fn speeds([slow, fast]: [f64; 2]) -> Vec<f64> {
+/// Returns the speeds of the cells of a kind, m/s: the ends of a range and their geometric mean.
+pub(crate) fn speeds([slow, fast]: [f64; 2]) -> Vec<f64> {
     if slow == fast { vec![slow] } else { vec![slow, (slow * fast).sqrt(), fast] }
 }
 

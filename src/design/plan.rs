@@ -24,14 +24,12 @@ pub struct Mixture {
 
 impl Mixture {
     /// Returns the number of all shots together.
-    #[must_use]
     pub fn total(&self) -> u64 {
         self.shots.iter().map(|(_, shots)| shots).sum()
     }
 }
 
-/// Returns the largest variance over what is wanted; infinite if something wanted is not
-/// determined.
+/// Returns the largest variance over what is wanted.
 fn excess(information: &Information, wanted: &[Option<f64>; 3]) -> f64 {
     let both = std_errors(information).into_iter().zip(wanted);
     let variances =
@@ -39,8 +37,7 @@ fn excess(information: &Information, wanted: &[Option<f64>; 3]) -> f64 {
     variances.fold(0.0, f64::max)
 }
 
-/// Returns the number of shots of one kind that reach all that is wanted; `None` if no number does,
-/// or nothing is wanted.
+/// Returns the number of shots of one kind that reach all that is wanted, if there is one.
 pub(super) fn needed(information: &Information, wanted: &[Option<f64>; 3]) -> Option<u64> {
     Some(fewest_shots(std::slice::from_ref(information), wanted)?.iter().map(|(_, shots)| shots).sum())
 }
@@ -112,29 +109,4 @@ fn least_shots(informations: &[Information], wanted: &[Option<f64>; 3]) -> Optio
     }
     let total: f64 = shots.iter().sum();
     (!targets.is_empty() && total <= MAX_SHOTS as f64).then_some(shots)
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn a_straight_line_is_measured_at_its_ends() {
-        // y = a + b x at x in [−1, 1], a = μ and b = e: b is determined best by as many at either end,
-        // var b = 1/n
-        let at = |x: f64| {
-            let mut information = Information::zeros();
-            for (i, j, value) in [(0, 0, 1.0), (0, 2, x), (2, 0, x), (2, 2, x * x)] {
-                information[(i, j)] = value;
-            }
-            information
-        };
-        let informations = [-1.0, -0.5, 0.0, 0.5, 1.0].map(at);
-        let of_slope = fewest_shots(&informations, &[None, None, Some(0.10001)]).unwrap();
-        assert_eq!(of_slope.iter().map(|(_, n)| n).sum::<u64>(), 100);
-        assert!(of_slope.iter().all(|(place, n)| [0, 4].contains(place) && *n == 50), "{of_slope:?}");
-        // and both: var a = var b = 1/n
-        let of_both = fewest_shots(&informations, &[Some(0.1), None, Some(0.02_f64.sqrt())]).unwrap();
-        assert!((100..=101).contains(&of_both.iter().map(|(_, n)| n).sum::<u64>()), "{of_both:?}");
-    }
 }

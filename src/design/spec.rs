@@ -117,35 +117,3 @@ impl Faults for Expected {
         faults
     }
 }
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn every_fault_is_named_with_its_place() {
-        let file = tempfile::NamedTempFile::new().unwrap();
-        for (text, expected) in [
-            ("[expected]\nmu = -1", ":2: column 6: expected.mu is -1; expected a number from 0 to 1"),
-            (
-                "[camera]\nfps = 10\nbefore_ms = 40",
-                ":3: column 13: camera.before_ms is 40, which is 0 frames",
-            ),
-            ("[[kind]]\ntopspin = [3, 1]", "kind.topspin is 3; expected from -2 to 2"),
-            ("[[kind]]\nside = 1\nspin_from = \"motion\"", "does not show side spin"),
-            (
-                "[[kind]]\nspeed_m_s = [2,1]",
-                "column 13: kind.speed_m_s is [2, 1]; expected [slowest, fastest]",
-            ),
-            ("[[kind]]\nshots = 0", "kind.shots is 0; expected 1 to"),
-            (
-                "[[kind]]\n[[kind]]\nname = \"roll\"",
-                ":3: column 8: kind.name is \"roll\"; expected a name that no",
-            ),
-        ] {
-            std::fs::write(file.path(), text).unwrap();
-            let error = Expected::read(file.path()).unwrap_err().to_string();
-            assert!(error.contains(expected), "{error}\nis not {expected}");
-        }
-    }
-}

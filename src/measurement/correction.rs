@@ -27,7 +27,8 @@ worded! {
         ShutterX = "shutter_x_s_per_m" | "rolling shutter along x (s/m)",
         /// Delay of a rolling shutter per metre along y in the middle of the picture, s/m.
         ShutterY = "shutter_s_per_m" | "rolling shutter along y (s/m)",
-        /// Displacement along x of a raised ball over its height: the tangent of the camera's angle.
+        /// Displacement along x of a raised ball over its height: the tangent of the camera's
+        /// angle.
         ParallaxX = "parallax_x" | "parallax along x (per height)",
         /// Displacement along y of a raised ball over its height.
         ParallaxY = "parallax_y" | "parallax along y (per height)",
@@ -45,7 +46,6 @@ impl Correction {
     pub const COUNT: usize = Self::ALL.len();
 
     /// Returns the value of a camera without this distortion.
-    #[must_use]
     pub fn neutral(self) -> f64 {
         match self {
             Self::Scale | Self::Aspect => 1.0,
@@ -54,13 +54,11 @@ impl Correction {
     }
 
     /// Returns whether only one camera's picture shows it, not positions measured by several.
-    #[must_use]
     pub fn is_of_one_camera(self) -> bool {
         !matches!(self, Self::Scale | Self::Aspect | Self::Shear)
     }
 
-    /// Returns the standard deviation of its prior about the neutral value; cameras are seldom worse.
-    #[must_use]
+    /// Returns the standard deviation of its prior about the neutral value.
     pub fn usual(self) -> f64 {
         match self {
             Self::Scale | Self::Aspect | Self::Shear | Self::Lens => 0.05,

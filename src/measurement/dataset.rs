@@ -48,8 +48,7 @@ pub struct Dataset {
     pub sliding: Option<Measured>,
     /// μ_r of the cloth likewise.
     pub rolling: Option<Measured>,
-    /// The standard deviation of the side spin Rω_z/U of shots that are stated as stun or natural roll
-    /// (`[cue_spin] side_sd`).
+    /// Standard deviation of the side spin Rω_z/U of stun and natural roll (`[cue_spin] side_sd`).
     pub side_sd: f64,
     /// Assumptions that its dataset.toml does not state, in sentences.
     pub taken: Vec<String>,
@@ -59,13 +58,11 @@ pub struct Dataset {
 
 impl Dataset {
     /// Returns a data set of shots that a program measured, with the default settings of the fit.
-    #[must_use]
     pub fn new(name: impl Into<String>, ball: Ball, shots: Vec<Shot>) -> Self {
         Self { name: name.into(), ball, shots, ..Self::default() }
     }
 
     /// Returns a data set of shots that a program filmed and tracked, with the default settings.
-    #[must_use]
     pub fn filmed(name: impl Into<String>, ball: Ball, shots: Vec<TrackShot>) -> Self {
         Self { tracks: Some(Tracks::new(shots)), ..Self::new(name, ball, Vec::new()) }
     }
@@ -76,7 +73,6 @@ impl Dataset {
     }
 
     /// Returns the collision model of its balls at a fidelity, with constant friction.
-    #[must_use]
     pub fn model(&self, fidelity: Fidelity) -> Model {
         let e_slope = self.settings.e_falls.then(|| self.settings[Parameter::ESlope].initial);
         let object = self.object_ball().map(|object| object.ball);
@@ -94,14 +90,13 @@ impl Dataset {
     }
 
     /// Returns the number of shots that a fit can use, once the impacts of films were found.
-    #[must_use]
     pub fn count_usable(&self) -> usize {
         let discs = self.tracks.as_ref().filter(|tracks| tracks.discs.is_some());
         discs.map_or(self.shots.len(), |tracks| tracks.shots.len())
     }
 
-    /// Returns the settings of its fit, with the ratios of the masses and radii of both balls: fixed if
-    /// they are exact, else with a prior.
+    /// Returns the settings of its fit, with the ratios of the masses and radii of both balls:
+    /// fixed if they are exact, else with a prior.
     pub(crate) fn settings_of_balls(&self) -> Settings {
         let mut settings = self.settings;
         let Some(object) = self.object_ball() else { return settings };
@@ -118,7 +113,6 @@ impl Dataset {
     }
 
     /// Returns the names of its shots, of footage also of those that were filmed, in their order.
-    #[must_use]
     pub fn names(&self) -> Vec<&str> {
         let filmed = self.tracks.iter().flat_map(|tracks| &tracks.shots).map(|shot| shot.name.as_str());
         filmed.chain(self.shots.iter().map(|shot| shot.name.as_str())).collect()
@@ -148,8 +142,9 @@ pub const WEIGHED_KG: f64 = 5e-4;
 pub struct ObjectBall {
     /// Its radius, mass and moment of inertia.
     pub ball: Ball,
-    /// The standard deviations of the cue ball's and of its own mass, kg; 0 if exact, or if both balls
-    /// share the error. `None`: the ratio of the masses has the standard deviation [`UNWEIGHED`].
+    /// The standard deviations of the cue ball's and of its own mass, kg; 0 if exact, or if both
+    /// balls share the error. `None`: the ratio of the masses has the standard deviation
+    /// [`UNWEIGHED`].
     pub mass_sd: Option<[f64; 2]>,
     /// The standard deviations of both radii, m, likewise.
     pub radius_sd: [f64; 2],
@@ -157,20 +152,17 @@ pub struct ObjectBall {
 
 impl ObjectBall {
     /// Returns an object ball whose properties are exact.
-    #[must_use]
     pub fn exact(ball: Ball) -> Self {
         Self { ball, mass_sd: Some([0.0; 2]), radius_sd: [0.0; 2] }
     }
 
     /// Returns an object ball like a cue ball, of balls that were not weighed.
-    #[must_use]
     pub fn unweighed(cue: Ball) -> Self {
         Self { mass_sd: None, ..Self::exact(cue) }
     }
 
-    /// Returns the standard deviations of m_cue/m_object and of R_cue/R_object; `None` of a ratio that
-    /// counts as exact.
-    #[must_use]
+    /// Returns the standard deviations of m_cue/m_object and of R_cue/R_object; `None` of a ratio
+    /// that counts as exact.
     pub fn ratio_sds(&self, cue: Ball) -> [Option<f64>; 2] {
         let mass_sd = self.mass_sd.unwrap_or([UNWEIGHED * cue.mass, 0.0]);
         let pairs = [([cue.mass, self.ball.mass], mass_sd), ([cue.radius, self.ball.radius], self.radius_sd)];
@@ -205,16 +197,14 @@ pub struct Shot {
 
 impl Shot {
     /// Returns a shot of no file, without labels.
-    #[must_use]
     pub fn new(name: impl Into<String>, before: Before, spin: Spin, after: Vec<Measurement>) -> Self {
         let (file, labels) = (PathBuf::new(), BTreeMap::new());
         Self { name: name.into(), file, line: 0, labels, before, spin, after }
     }
 
     /// Returns a measured impact, table frame: the line of centres from the cue ball to the object
-    /// ball, of any length but 0, which errs by `normal_sd` radians, the cue ball's velocity before,
-    /// and its own and the object ball's after, in m/s.
-    #[must_use]
+    /// ball, of any length but 0, which errs by `normal_sd` radians, the cue ball's velocity
+    /// before, and its own and the object ball's after, in m/s.
     pub fn impact(
         name: impl Into<String>,
         (normal, normal_sd): ([f64; 2], Option<f64>),
@@ -234,8 +224,9 @@ impl Shot {
         Self::new(name, Before::Impact { normal, velocity: before }, spin, after)
     }
 
-    /// Makes the side spin of a shot that is stated as stun or natural roll uncertain: `sd` is that of
-    /// Rω_z/U, `radius` the ball's, m. Returns whether the shot's speed, which this takes, is known.
+    /// Makes the side spin of a shot that is stated as stun or natural roll uncertain: `sd` is that
+    /// of Rω_z/U, `radius` the ball's, m. Returns whether the shot's speed, which this takes, is
+    /// known.
     pub fn add_side_spin(&mut self, sd: f64, radius: f64) -> bool {
         if !matches!(self.spin, Spin::Stun | Spin::NaturalRoll) {
             return true;

@@ -20,7 +20,6 @@ pub struct Measured {
 
 impl Measured {
     /// Returns a value with its standard deviation.
-    #[must_use]
     pub fn new(value: f64, sd: f64) -> Self {
         Self { value, sd: Some(sd) }
     }
@@ -144,19 +143,16 @@ impl Observable {
     }
 
     /// Returns the column that holds it in a data file, which ends in the unit if that is not SI.
-    #[must_use]
     pub fn column(self) -> &'static str {
         self.texts()[0]
     }
 
     /// Returns the name in plots and tables.
-    #[must_use]
     pub fn label(self) -> &'static str {
         self.texts()[1]
     }
 
     /// Returns the unit of its column: `°`, `m/s`, `rad/s`, or empty for a ratio.
-    #[must_use]
     pub fn unit(self) -> &'static str {
         self.texts()[2]
     }

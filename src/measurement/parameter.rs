@@ -45,13 +45,11 @@ impl Parameter {
     pub const COEFFICIENTS: [Self; 3] = [Self::Mu, Self::MuS, Self::E];
 
     /// Returns whether it is a ratio of the balls, with what is stated of them as its prior.
-    #[must_use]
     pub fn is_of_balls(self) -> bool {
         matches!(self, Self::MassRatio | Self::RadiusRatio)
     }
 
     /// `s/m` for c and e₁; empty for the others, which are ratios.
-    #[must_use]
     pub fn unit(self) -> &'static str {
         if matches!(self, Self::C | Self::ESlope) { "s/m" } else { "" }
     }
@@ -60,7 +58,6 @@ impl Parameter {
     /// ranges 0.03 ≤ μ ≤ 0.08, 0.2 < μ_s < 0.4, 0.92 ≤ e ≤ 0.98 (Kim 2024, Eqs. 1 and 2 and below
     /// 6), and bounds with room for chalked and waxed balls. c is held at the 1.088 s/m of D.
     /// Alciatore (TP A-14), κ at that of phenolic resin, as few data determine them.
-    #[must_use]
     pub fn default_setting(self) -> Setting {
         let (initial, lower, upper) = match self {
             Self::Mu => (0.05, 0.0, 0.5),
@@ -98,14 +95,12 @@ pub struct Setting {
 
 impl Setting {
     /// Returns the setting of a parameter that is held at `value`.
-    #[must_use]
     pub fn held(value: f64) -> Self {
         Self { initial: value, lower: value, upper: value, fixed: true, prior: None }
     }
 
     /// Returns what keeps a fit from using it: numbers out of range, bounds that leave no value, an
     /// initial value outside them.
-    #[must_use]
     pub fn faults(&self, parameter: Parameter) -> Vec<Fault> {
         let Self { initial, lower, upper, fixed, prior } = *self;
         let name = parameter.name();
@@ -174,7 +169,6 @@ pub enum Compliance {
 
 impl Settings {
     /// Returns whether a fit has a parameter.
-    #[must_use]
     pub fn has(&self, parameter: Parameter) -> bool {
         match parameter {
             Parameter::Mu | Parameter::MuS | Parameter::E => true,
@@ -186,14 +180,12 @@ impl Settings {
     }
 
     /// Returns the initial values of μ, μ_s and e.
-    #[must_use]
     pub fn coefficients(&self) -> Coefficients {
         let [mu, mu_s, e] = Parameter::COEFFICIENTS.map(|parameter| self[parameter].initial);
         Coefficients { mu, mu_s, e }
     }
 
     /// Returns the parameters that a fit has, in the order of [`Parameter::ALL`].
-    #[must_use]
     pub fn parameters(&self) -> Vec<Parameter> {
         Parameter::ALL.into_iter().filter(|parameter| self.has(*parameter)).collect()
     }

@@ -28,7 +28,6 @@ impl Spin {
     pub const WORDS: [Self; 3] = [Self::Stun, Self::NaturalRoll, Self::Unknown];
 
     /// The name in dataset.toml and in tables.
-    #[must_use]
     pub fn name(self) -> &'static str {
         match self {
             Self::Stun => "stun",

@@ -8,8 +8,8 @@ use super::observable::Measured;
 use super::spin::Spin;
 use crate::physics::disc::Discs;
 
-/// One filmed shot, calibrated: m in the plane of the table (x right, y up, seen from above), s from
-/// the first frame of the file.
+/// One filmed shot, calibrated: m in the plane of the table (x right, y up, seen from above), s
+/// from the first frame of the file.
 #[derive(Clone, Debug, Default)]
 pub struct TrackShot {
     /// The name of the shot.
@@ -33,7 +33,8 @@ pub struct TrackShot {
     /// The standard deviation of a coordinate that dataset.toml states, m.
     pub position_sd: Option<f64>,
     /// The step of the grid to which the coordinates of the cue ball and of the object ball were
-    /// rounded, such as a pixel, m; 0 if they were not. Rounding has the standard deviation step/√12.
+    /// rounded, such as a pixel, m; 0 if they were not. Rounding has the standard deviation
+    /// step/√12.
     pub resolution: [f64; 2],
     /// Correlation of the noise of neighbouring frames, from 0 to below 1.
     pub correlation: f64,
@@ -45,8 +46,8 @@ impl TrackShot {
         self.position_sd.is_some() || self.cue.iter().chain(&self.object).all(|sample| sample.sd.is_some())
     }
 
-    /// Returns a film at `fps` frames per second: the positions of the centres of cue ball and object
-    /// ball in the order of time, before, through and after the hit.
+    /// Returns a film at `fps` frames per second: the positions of the centres of cue ball and
+    /// object ball in the order of time, before, through and after the hit.
     ///
     /// ```
     /// use caromfit::measurement::dataset::Dataset;
@@ -60,7 +61,6 @@ impl TrackShot {
     /// let dataset = Dataset::filmed("film", Ball::POOL, vec![shot]);
     /// assert!(dataset.faults().is_empty());
     /// ```
-    #[must_use]
     pub fn new(name: impl Into<String>, fps: f64, spin: Spin, [cue, object]: [Vec<Sample>; 2]) -> Self {
         Self { name: name.into(), fps, cue, object, spin, ..Self::default() }
     }
@@ -71,8 +71,8 @@ impl TrackShot {
         [&mut self.cue, &mut self.object].into_iter().chain(markers).flatten()
     }
 
-    /// Returns the number of frames that determine a slow motion as one with independent noise does,
-    /// (1 + ρ)/(1 − ρ).
+    /// Returns the number of frames that determine a slow motion as one with independent noise
+    /// does, (1 + ρ)/(1 − ρ).
     pub(crate) fn frames_alike(&self) -> f64 {
         (1.0 + self.correlation) / (1.0 - self.correlation)
     }
@@ -93,7 +93,6 @@ pub struct Sample {
 
 impl Sample {
     /// The position x, y in m at the time t in s, of unknown error.
-    #[must_use]
     pub fn new(t: f64, [x, y]: [f64; 2]) -> Self {
         Self { t, x, y, sd: None }
     }
@@ -147,15 +146,14 @@ pub struct Tracks {
 }
 
 impl Tracks {
-    /// Relative standard deviation of a scale that is stated without one: rulers on the table, and not
-    /// at the height of the balls' centres, seen from 1.5 m are off by 2 %.
+    /// Relative standard deviation of a scale that is stated without one: rulers on the table, and
+    /// not at the height of the balls' centres, seen from 1.5 m are off by 2 %.
     pub const SCALE_SD: f64 = 0.02;
 
     /// Highest rate at which films are played, frames per second; slow motion is recorded at more.
     pub const MAX_PLAYBACK: f64 = 60.0;
 
     /// Returns shots of balls whose camera is to be found from the balls, in metres.
-    #[must_use]
     pub fn new(shots: Vec<TrackShot>) -> Self {
         Self {
             fps: shots.first().map(|shot| shot.fps),

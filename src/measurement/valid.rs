@@ -1,6 +1,5 @@
 //! Rules for every data set that is fitted or compared; readers of files state line and column too.
 
-use std::collections::BTreeMap;
 use std::path::Path;
 
 use super::dataset::{Before, Dataset, Measured, ObjectBall, Shot};
@@ -10,8 +9,7 @@ use super::spin::Spin;
 use super::track::{Sample, TrackShot};
 use crate::physics::ball::Ball;
 
-/// Returns whether a vector is meant to have the length 1: a line of centres that has it within 0.1 %
-/// is taken for a unit vector, and made one.
+/// Returns whether a vector is meant to have the length 1, and is made one: within 0.1 %.
 pub(crate) fn is_unit(x: f64, y: f64) -> bool {
     (x.hypot(y) - 1.0).abs() <= 1e-3
 }
@@ -19,7 +17,6 @@ pub(crate) fn is_unit(x: f64, y: f64) -> bool {
 impl Dataset {
     /// Returns what keeps it from being fitted, each with the parameter or the shot, the value and
     /// what was expected.
-    #[must_use]
     pub fn faults(&self) -> Vec<String> {
         let mut found = Vec::new();
         let object = self.object.map(|object| ("object", object.ball));
@@ -49,11 +46,10 @@ impl Dataset {
         // footage has its names twice once its impacts have been extracted
         let names = self.names();
         let once = if self.shots.is_empty() { names.len() } else { self.shots.len() };
-        let mut counts: BTreeMap<&str, usize> = BTreeMap::new();
-        for name in names.iter().rev().take(once) {
-            *counts.entry(name).or_default() += 1;
-        }
-        for (name, count) in counts.into_iter().filter(|(_, count)| *count > 1) {
+        let mut names = names[names.len() - once..].to_vec();
+        names.sort_unstable();
+        for same in names.chunk_by(|a, b| a == b).filter(|same| same.len() > 1) {
+            let (count, name) = (same.len(), same[0]);
             faults.push(format!("{count} shots are named \"{name}\"; expected names that differ"));
         }
         faults
@@ -64,15 +60,13 @@ impl Dataset {
 fn faults_of_film(shot: &TrackShot) -> Vec<String> {
     const CORRELATION: Condition = (|x| (0.0..1.0).contains(&x), "0 to below 1");
     let numbers = [
-        ("fps", shot.fps, POSITIVE),
-        ("correlation", shot.correlation, CORRELATION),
-        ("resolution of cue", shot.resolution[0], NOT_NEGATIVE),
-        ("resolution of object", shot.resolution[1], NOT_NEGATIVE),
-        ("position_sd", shot.position_sd.unwrap_or(1.0), POSITIVE),
+        Fault::of_number("fps", shot.fps, POSITIVE),
+        Fault::of_number("correlation", shot.correlation, CORRELATION),
+        Fault::of_number("resolution of cue", shot.resolution[0], NOT_NEGATIVE),
+        Fault::of_number("resolution of object", shot.resolution[1], NOT_NEGATIVE),
+        Fault::of_number("position_sd", shot.position_sd.unwrap_or(1.0), POSITIVE),
     ];
-    let numbers =
-        numbers.into_iter().filter_map(|(key, value, condition)| Fault::of_number(key, value, condition));
-    let mut faults: Vec<String> = numbers.map(|fault| fault.to_string()).collect();
+    let mut faults: Vec<String> = numbers.iter().flatten().map(Fault::to_string).collect();
     let markers = shot.markers.iter().map(|marker| (marker.name.as_str(), &marker.samples));
     for (name, samples) in [("cue", &shot.cue), ("object", &shot.object)].into_iter().chain(markers) {
         let is_wrong = |sample: &&Sample| {

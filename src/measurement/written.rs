@@ -1,4 +1,4 @@
-//! How results are written as JSON, and how their schemas describe them: enums by their names, values by the names of their parameters.
+//! JSON of results: enums by their names, values by the names of their parameters.
 
 use serde::{Serialize, Serializer};
 

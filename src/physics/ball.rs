@@ -27,11 +27,10 @@ impl Ball {
     /// Association specifies it, of 170 g (specified: 5.5 to 6 oz, 156 to 170 g).
     pub const POOL: Self = Self { radius: 0.028_575, mass: 0.170, inertia: UNIFORM_SPHERE };
 
-    /// Returns the horizontal distance between the centres of two balls on the table that touch:
-    /// 2√(R₁R₂), m.
+    /// Returns the horizontal distance of the centres of balls on the table that touch, 2√(R₁R₂),
+    /// m.
     #[must_use]
     pub fn contact_distance(&self, other: &Self) -> f64 {
-        // exactly 2R of equal balls
         2.0 * (self.radius * other.radius).sqrt()
     }
 }

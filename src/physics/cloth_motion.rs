@@ -2,16 +2,17 @@
 //!
 //! A ball's slip on the cloth is s = (V_x − RΩ_y, V_y + RΩ_x). While it slides, its velocity
 //! changes by −μ_k g ŝ and its slip by (1 + ν)/ν times that, so that the path is a parabola; once s
-//! = 0 it rolls and slows down by μ_r g. A ball that leaves the cloth flies straight for 2V_z/g, and
-//! at each landing takes a friction impulse of at most μ_k(1 + e_t)|V_z| per unit mass against its
-//! slip. Bounces too low to be seen act as their average.
+//! = 0 it rolls and slows down by μ_r g. A ball that leaves the cloth flies straight for 2V_z/g,
+//! and at each landing takes a friction impulse of at most μ_k(1 + e_t)|V_z| per unit mass against
+//! its slip. Bounces too low to be seen act as their average.
 //!
 //! ```
 //! use caromfit::physics::ball::{Ball, BallState};
 //! use caromfit::physics::cloth_motion::{Cloth, Path};
 //!
 //! // a ball without spin slips on the cloth with its own speed, slides, and rolls with 5/7 of it
-//! let (state, cloth) = (BallState::stun([1.4, 0.0, 0.0].into()), Cloth { rolling: 0.0, ..Cloth::default() });
+//! let cloth = Cloth { rolling: 0.0, ..Cloth::default() };
+//! let state = BallState::stun([1.4, 0.0, 0.0].into());
 //! let path = Path::after(&state, &Ball::POOL, [0.0; 2], 0.0, &cloth);
 //! let rolls = path.changes().last().unwrap_or(0.0);
 //! assert!((rolls - 2.0 * 1.4 / (7.0 * 0.2 * 9.81)).abs() < 1e-12);
@@ -143,8 +144,8 @@ impl Path {
         Self(path)
     }
 
-    /// Returns the path of a ball up to such a state just before an impact: sliding if the ball slips
-    /// there, else rolling.
+    /// Returns the path up to such a state just before an impact: sliding if the ball slips there,
+    /// else rolling.
     #[must_use]
     pub fn before(state: &BallState, ball: &Ball, position: [f64; 2], time: f64, cloth: &Cloth) -> Self {
         let (velocity, slip) = (state.velocity.xy(), cloth_slip(state, ball.radius).xy());

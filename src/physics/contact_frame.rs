@@ -14,7 +14,7 @@ pub struct CollisionFrame {
 }
 
 impl CollisionFrame {
-    /// Returns the frame of a line of centres in the table frame; `None` if its length is 0 or not finite.
+    /// Returns the frame of a line of centres in the table frame; `None` if it has no direction.
     #[must_use]
     pub fn from_normal(nx: f64, ny: f64) -> Option<Self> {
         let length = nx.hypot(ny);
@@ -47,9 +47,8 @@ pub fn cue_velocity(speed: f64, cut_rad: f64) -> Vec3 {
     Vec3::new(speed * cut_rad.cos(), speed * cut_rad.sin(), 0.0)
 }
 
-/// Returns the velocity of the object ball's contact point relative to the cue ball's, collision
-/// frame, m/s: v = (V_x − U_x, V_y − U_y − R(ω_z + Ω_z), V_z − U_z + R(ω_y + Ω_y)) (Kim 2024, above
-/// Eq. 11).
+/// Returns the slip between the balls, collision frame, m/s (Kim 2024, above Eq. 11):
+/// v = (V_x − U_x, V_y − U_y − R(ω_z + Ω_z), V_z − U_z + R(ω_y + Ω_y)).
 #[must_use]
 #[inline]
 pub fn slip(cue: &BallState, object: &BallState, radius: f64) -> Vec3 {

@@ -58,8 +58,7 @@ pub fn read(path: &Path) -> Result<Spec, DatasetError> {
 }
 
 /// Makes the files of a synthetic data set with the `full` collision model, or `ode` if the contact
-/// is compliant: name and content of `dataset.toml`, of the tables that it names, and of
-/// `truth.json`.
+/// is compliant: name and content of `dataset.toml`, its tables and `truth.json`.
 ///
 /// # Errors
 /// A value out of its range, named with what was expected.
@@ -67,12 +66,10 @@ pub fn generate(spec: &Spec) -> Result<Vec<(&'static str, String)>, SynthError> 
     generate_with(spec, &spec.usual_model())
 }
 
-/// Makes the files as [`generate`] with another collision model, whose balls and contact are
-/// replaced by those of the specification.
+/// Makes the files as [`generate`] with another collision model, but its own balls and contact.
 ///
 /// # Errors
-/// As [`generate`]; or the model's contact is rigid along its surface, and the specification's is
-/// not.
+/// As [`generate`]; or only the model's contact is rigid along its surface.
 pub fn generate_with(spec: &Spec, model: &Model) -> Result<Vec<(&'static str, String)>, SynthError> {
     let mut maker = Maker::new(spec, model)?;
     if let Some(kappa) = spec.truth.kappa.filter(|kappa| *kappa != 0.0)
@@ -113,8 +110,7 @@ pub fn dataset(spec: &Spec) -> Result<Dataset, SynthError> {
     Ok(crate::io::load(folder.path())?)
 }
 
-/// Returns the shots of a specification of kind `tracks` as a camera sees them, and what they
-/// really were.
+/// Returns the shots of a specification of kind `tracks` as a camera sees them, with the truth.
 ///
 /// # Errors
 /// As [`generate`].
@@ -153,8 +149,7 @@ fn manifest_text(spec: &Spec) -> String {
     text
 }
 
-/// Returns both balls as they are weighed and measured: off by the errors of the scale and of the
-/// calliper, if these count.
+/// Returns both balls as they are weighed and measured, with errors.
 fn stated_balls(spec: &Spec) -> (Ball, Option<ObjectBall>) {
     let (mut cue, mut object) = spec.balls();
     // a stream of its own, so that the shots do not depend on it
@@ -241,8 +236,7 @@ impl<'a> Maker<'a> {
                 cells.push((name.to_owned(), value));
                 sds.extend((sd > 0.0).then(|| (format!("{name}_sd"), sd)));
             };
-            // n = (cos α, sin α): dn = (−sin α, cos α) dα; standard deviations in a file are
-            // positive
+            // n = (cos α, sin α): dn = (−sin α, cos α) dα; those in a file are positive
             let (sin, cos) = (seen.sin(), seen.cos());
             add("nx", cos, line_sd * sin.abs().max(1e-6));
             add("ny", sin, line_sd * cos.abs().max(1e-6));

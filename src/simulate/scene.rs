@@ -1,5 +1,4 @@
-//! The scene that specifications of synthetic data sets and of designs share: the camera, the cloth,
-//! how the cue ball is played, and the ranges of speeds and cut angles.
+//! What specifications of synthetic data sets and of designs share: camera, cloth, spins, ranges.
 
 use serde::{Deserialize, Serialize};
 
@@ -13,8 +12,7 @@ use crate::physics::name::worded;
 /// Largest number of shots. More are a slip of the pen.
 pub(crate) const MAX_SHOTS: usize = 1_000_000;
 
-/// Largest number of frames of a shot before or after the impact. More are a slip of the pen, and
-/// would fill the memory.
+/// Largest number of frames of a shot before or after the impact. More would fill the memory.
 const MAX_FRAMES: usize = 100_000;
 
 /// Largest number of markers on a ball.
@@ -36,8 +34,7 @@ pub struct Camera {
     pub gaps: f64,
     /// The fraction of the positions that are wrong, by up to 20 mm.
     pub outliers: f64,
-    /// How many points on each ball are marked, at random places; they are seen while on its upper
-    /// side.
+    /// How many points on each ball are marked, at random places; they are seen on its upper side.
     pub markers: usize,
 }
 
@@ -63,8 +60,7 @@ impl Camera {
         (0..=before + after).map(move |n| n as f64 / self.fps)
     }
 
-    /// Returns what is wrong with it if a shot needs a number of frames on either side of its
-    /// impact, and positions meet a condition on their noise.
+    /// Returns what is wrong with it if a shot needs a number of frames on either side.
     pub(crate) fn faults(&self, least_frames: usize, noise: Condition) -> Vec<Fault> {
         let mut faults = faults_of(&[
             ("camera.fps", self.fps, POSITIVE),
@@ -113,8 +109,7 @@ worded! {
         Draw = "draw",
         /// Side spin of up to the natural roll's, either way, on a sliding ball.
         Side = "side",
-        /// Natural roll with side spin of up to a tenth of its spin, either way: what a player does
-        /// not see.
+        /// Natural roll with side spin of up to a tenth of its spin, either way.
         SlightSide = "slight-side",
         /// Topspin or backspin of up to the natural roll's.
         Any = "any",

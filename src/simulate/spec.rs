@@ -97,8 +97,7 @@ pub struct Noise {
     pub angle_deg: f64,
 }
 
-/// The cue ball of a synthetic data set: its true properties, and the errors by which its `[ball]`
-/// states them.
+/// The cue ball of a synthetic data set: its true properties, and the errors of its `[ball]`.
 #[derive(Clone, Copy, Debug, Deserialize, Serialize)]
 #[serde(deny_unknown_fields, default)]
 pub struct BallSpec {
@@ -132,8 +131,7 @@ impl FromStr for Spec {
 }
 
 impl Spec {
-    /// Returns the one spin that every shot plays, if the data need no spin columns: markers show
-    /// it, others are measured.
+    /// Returns the one spin that every shot plays, if the data need no spin columns.
     pub(super) fn assumed(&self) -> Option<Played> {
         let first = *self.shots.cue_spin.first()?;
         let is_known = self.camera.markers == 0 && matches!(first, Played::Stun | Played::NaturalRoll);
@@ -152,8 +150,7 @@ impl Spec {
         Coefficients { mu, mu_s, e }
     }
 
-    /// Returns a model with the balls of this specification, and what is true of their contact
-    /// besides the coefficients.
+    /// Returns a model with the balls of this specification and their contact.
     pub(super) fn with_truth(&self, model: &Model) -> Model {
         let Truth { kappa, mu_b, mu_c, e_slope, .. } = self.truth;
         let (ball, object) = self.balls();
@@ -168,9 +165,7 @@ impl Spec {
         }
     }
 
-    /// Returns the model by which its shots are computed by default: `full`, or `ode` for a
-    /// compliant contact.
-    #[must_use]
+    /// Returns the default model of its shots: `full`, or `ode` for a compliant contact.
     pub(crate) fn usual_model(&self) -> Model {
         let full = Model::new(Fidelity::Full, self.balls().0);
         match self.truth.kappa {
@@ -179,9 +174,7 @@ impl Spec {
         }
     }
 
-    /// Returns everything that is true of the contact: μ, μ_s and e, and what else this
-    /// specification states.
-    #[must_use]
+    /// Returns everything that is true of the contact.
     pub fn truths(&self) -> Vec<(Parameter, f64)> {
         let Truth { mu, mu_s, e, kappa, mu_b, mu_c, e_slope } = self.truth;
         let (cue, object) = self.balls();
@@ -250,38 +243,5 @@ impl Faults for Spec {
             ("object.inertia", object.inertia, INERTIA),
         ]));
         faults
-    }
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    const FILM: &str = "
-        name = 'film'
-        kind = 'tracks'
-        seed = 1
-        truth = { mu = 0.05, mu_s = 0.3, e = 0.94 }
-        shots = { count = 1, speed_m_s = [1, 2], cut_deg = [0, 30], cue_spin = ['natural-roll'] }
-        ";
-
-    #[test]
-    fn what_cannot_be_made_is_named() {
-        for (sections, expected) in [
-            ("ball = { radius_m = 0 }", "SPEC.toml:7: column 29: ball.radius_m is 0; expected more than 0"),
-            ("camera = { after_ms = 1e9 }", "camera.after_ms is 1000000000, which is 1000000000 frames"),
-            ("camera = { markers = 101 }", "camera.markers is 101; expected 0 to 100"),
-            ("cloth = { mu_k = nan }", "cloth.mu_k is NaN; expected 0 or more"),
-        ] {
-            let error = (FILM.to_owned() + sections).parse::<Spec>().unwrap_err().to_string();
-            assert!(error.contains(expected), "{error}\nlacks {expected}");
-        }
-    }
-
-    #[test]
-    fn a_ball_that_bounces_for_ever_can_be_filmed() {
-        let spec = (FILM.to_owned() + "cloth = { bounce = 1.0 }").parse().unwrap();
-        let (shot, _) = &crate::simulate::filmed(&spec).unwrap()[0];
-        assert!(shot.cue.iter().chain(&shot.object).all(|s| s.x.is_finite() && s.y.is_finite()));
     }
 }

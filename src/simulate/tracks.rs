@@ -40,9 +40,8 @@ struct Course {
 }
 
 impl Course {
-    /// Returns the motion of both balls from the cue ball just before the impact, in the collision
-    /// frame; the impact is at an instant (s), along a direction of the line of centres (rad), with
-    /// the object ball at a place (m).
+    /// Returns the motion of both balls from the cue ball just before the impact, collision frame,
+    /// at an instant (s), a direction of the line of centres (rad) and an object ball's place (m).
     fn new(
         model: &Model,
         coefficients: &Coefficients,
@@ -71,8 +70,7 @@ impl Course {
         })
     }
 
-    /// Returns the path and the side spin, rad/s, of a ball that moves before the impact, or after
-    /// it.
+    /// Returns the path and the side spin, rad/s, of a ball before the impact or after it.
     fn motion(&self, ball: TrackedBall, is_before: bool) -> Option<(&Path, f64)> {
         match (ball, is_before) {
             (TrackedBall::Cue, true) => Some((&self.cue_before, self.truth.cue_before.spin.z)),
@@ -108,8 +106,7 @@ impl Course {
 
 const BALLS: [TrackedBall; 2] = [TrackedBall::Cue, TrackedBall::Object];
 
-/// Returns a place on the upper quarter of a ball, a unit vector from its centre, for two numbers
-/// from 0 to 1. A marker there is seen for some time.
+/// Returns a unit vector to the upper quarter of a ball, for two numbers from 0 to 1.
 fn on_top(height: f64, angle: f64) -> Vec3 {
     let (height, angle) = (between([0.5, 0.95], height), between([0.0, TAU], angle));
     let across = (1.0 - height * height).sqrt();

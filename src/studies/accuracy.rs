@@ -1,9 +1,9 @@
-//! The error of every fidelity on a set of shots, and the time of a collision. References are computed
-//! at the smallest tolerance, at which only a rigid contact is compared.
+//! The error of every fidelity on a set of shots, and the time of a collision.
 //!
 //! The numerical error is against the same equations: of a rigid contact against `full`, whose own
-//! error is against a table of 25 digits; of a compliant one against itself at [`MIN_TOLERANCE`]. The
-//! model error, by the effects that a fidelity leaves out, is against `contact` at [`MIN_TOLERANCE`].
+//! error is against a table of 25 digits; of a compliant one against itself at [`MIN_TOLERANCE`].
+//! The model error, by the effects that a fidelity leaves out, is against `contact` at
+//! [`MIN_TOLERANCE`].
 
 use std::hint::black_box;
 use std::time::Instant;
@@ -28,7 +28,8 @@ use crate::simulate::cue_ball;
 /// Collisions of rigid balls to 25 digits, made independently (tests/reference/SOURCE.md).
 const TABLE: &str = include_str!("../../tests/reference/collisions.json");
 
-/// One shot of the study: the cue ball before the impact, in the collision frame, and the coefficients.
+/// One shot of the study: the cue ball before the impact, in the collision frame, and the
+/// coefficients.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Shot {
     cue: BallState,
@@ -112,9 +113,8 @@ pub(crate) struct Row {
     pub(crate) model: Errors,
 }
 
-/// Returns seeded shots as on a table, without what is measured after the impact: 0.5 to 5 m/s, cuts up
-/// to 70°, natural roll, stun, draw or side spin.
-#[must_use]
+/// Returns seeded shots as on a table, without what is measured after the impact: 0.5 to 5 m/s,
+/// cuts up to 70°, natural roll, stun, draw or side spin.
 pub fn dataset(count: usize, seed: u64) -> Dataset {
     let mut rng = ChaCha8Rng::seed_from_u64(seed);
     let exact = |value| Measured { value, sd: None };
@@ -141,7 +141,6 @@ pub fn dataset(count: usize, seed: u64) -> Dataset {
 }
 
 /// Returns the shots of a data set that can be computed, at the initial values of its parameters.
-#[must_use]
 pub fn shots(dataset: &Dataset) -> Vec<Shot> {
     let coefficients = dataset.settings.coefficients();
     let model = dataset.model(Fidelity::Full);
@@ -264,28 +263,4 @@ fn spread(mut errors: Vec<f64>) -> Spread {
     let last = errors.len().saturating_sub(1) as f64;
     let at = |part: f64| errors.get((part * last).round() as usize).copied().unwrap_or(f64::NAN);
     Spread { median: at(0.5), p95: at(0.95), worst: at(1.0) }
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn errors_decrease_with_the_tolerance_and_from_fidelity_to_fidelity() {
-        let rows = study(&shots(&dataset(40, 1)), Ball::POOL, Model::KAPPA).unwrap();
-        let speed = |row: &Row| row.numerical.map(|errors| errors.speed.worst);
-        for row in rows.iter().filter(|row| row.fidelity == Fidelity::Ode && row.numerical.is_some()) {
-            // some dozen steps, each to the tolerance
-            assert!(speed(row).unwrap() < 20.0 * row.tolerance.unwrap() + 1e-13, "{row:?}");
-            assert_eq!(row.failed, 0);
-        }
-        let closed: Vec<f64> = rows.iter().filter(|r| r.tolerance.is_none()).filter_map(speed).collect();
-        // elastic, inelastic, linear, full
-        assert!(closed.windows(2).all(|pair| pair[1] < pair[0]), "{closed:?}");
-        assert!(closed[3] < 3e-15, "{closed:?}");
-        // friction of the cloth and weight are of a thousandth
-        let full = rows.iter().find(|row| row.fidelity == Fidelity::Full).unwrap();
-        assert!((1e-5..1e-2).contains(&full.model.speed.p95), "{:?}", full.model);
-        assert!(spread(Vec::new()).worst.is_nan());
-    }
 }

@@ -22,8 +22,7 @@ pub(crate) struct Found {
     /// The value that the data were computed with.
     pub(crate) truth: f64,
     pub(crate) estimate: f64,
-    /// Its standard error; `None` if the fidelity does not have the parameter, or the data do not
-    /// determine it.
+    /// Its standard error; `None` if it is not determined.
     pub(crate) std_error: Option<f64>,
 }
 
@@ -74,11 +73,9 @@ pub(crate) const FITTED: [Way; 7] = {
     ]
 };
 
-/// Returns up to 200 shots of a data set, spread evenly, with the measurements without noise if
-/// `contact` with all effects, `kappa` and the initial values of the parameters were true. Standard
-/// deviations that are not stated are those of good footage. Priors and separate labels are
-/// dropped, since they would bias the parameters, too.
-#[must_use]
+/// Returns up to 200 shots of a data set, spread evenly, as `contact` with all effects, `kappa` and
+/// the initial values of the parameters predicts them, without priors and labels. Standard
+/// deviations that are not stated are those of good footage.
 pub(crate) fn noise_free(dataset: &Dataset, kappa: f64) -> Dataset {
     let coefficients = dataset.settings.coefficients();
     let reference = Model {

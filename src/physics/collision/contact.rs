@@ -18,9 +18,9 @@
 //! 2013). Friction turns to the slip at the rate ρ = 3ε|v|/(κμR). Where that is faster than all
 //! else, it lags behind the slip's direction α by α'/ρ − (α'/ρ)'/ρ.
 //!
-//! The state is what has acted so far, per unit of the object ball's mass: impulses q, J of the balls
-//! and C, O of the cloth on each ball, vertical velocities and heights. A ball leaves the cloth where
-//! the cloth would have to pull, and lands with a friction impulse of at most μ times its speed.
+//! The state is what has acted so far, per unit of the object ball's mass: impulses q, J of the
+//! balls and C, O of the cloth on each ball, vertical velocities and heights. A ball leaves a cloth
+//! that would have to pull, and lands with a friction impulse of at most μ times its speed.
 //!
 //! A rigid contact needs no time: dq = ε|v|μ₀/μ(|v|) ds, μ₀ the friction at first contact, dJ/ds =
 //! −εμ₀v. In the place of R is the energy of the normal force over ε², dE/ds = −v_x/ε² dq/ds. It
@@ -55,7 +55,7 @@ pub(super) const EVENTS: usize = 4;
 /// (5/8)^(2/5) (Hertz 1882).
 const ELASTIC: f64 = 2.438_837_564_705_526_7;
 
-/// Part of the tolerance that an approximation may take, and the slip at which a rigid contact sticks.
+/// Part of the tolerance that an approximation may take; a rigid contact sticks below it.
 const NEGLIGIBLE: f64 = 0.1;
 
 /// The numbers of one shot, in units of the closing speed.
@@ -213,14 +213,13 @@ impl Shot {
         [self.cue_slip + per_r * cue, object]
     }
 
-    /// The forces with which the cloth carries the balls, from the vertical force on the object
-    /// ball.
+    /// The forces with which the cloth carries the balls, by the vertical force on the object ball.
     #[inline(always)]
     fn pressed(&self, rising: f64) -> [f64; 2] {
         [self.gravity / self.per_r + rising, self.gravity - rising]
     }
 
-    /// Friction of the cloth on both balls; of a cloth that would have to pull, as smooth as before.
+    /// Friction of the cloth on both balls, also of a cloth that would have to pull.
     #[inline(always)]
     fn cloth(&self, mode: &Mode, y: &State, rising: f64) -> [Pair; 2] {
         let pressed = self.pressed(rising);

@@ -2,20 +2,17 @@
 //! `auto` is the cheapest fidelity whose missing effects stay together within a tolerance.
 //!
 //! Sizes are bounds, to leading order, on the change of velocities by an effect, as a fraction of
-//! the cue ball's speed U. An impulse J of friction changes a spin times R by J/ν, so that it counts
-//! 1/ν times.
+//! the cue ball's speed U. An impulse of friction counts 1/ν times, for the spin.
 
 use super::impact::{Impact, Values};
 use super::{Coefficients, Fidelity, Input, Model, NotACollision};
 use crate::physics::ball::BallState;
 use crate::physics::cloth_motion::GRAVITY;
 
-/// The table of effects: switch, name on the command line and in fit.json, the reason for its size
-/// and that for a size of 0.
+/// The table of effects: switch, name, the reason for its size and that for a size of 0.
 macro_rules! effects {
     ($($(#[doc = $doc:literal])+ $switch:ident = $name:literal | $there:literal | $not:literal,)+) => {
-        /// Effects of an impact, each on or off. [`Fidelity::effects`] gives those that a fidelity
-        /// can simulate.
+        /// Effects of an impact, each on or off.
         #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
         #[allow(clippy::struct_excessive_bools)] // any combination of the effects can be asked for
         pub struct Effects {
@@ -107,7 +104,7 @@ pub struct Estimate {
 /// The cheapest way to compute a shot to a tolerance.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Choice {
-    /// The model with the cheapest fidelity that contains the effects that are needed, and with these.
+    /// The model with the cheapest fidelity that suffices, and with the effects that are needed.
     pub model: Model,
     /// The size of each effect, in the order of [`Effects::NAMES`].
     pub estimates: [Estimate; 10],
@@ -160,8 +157,8 @@ fn sizes(model: &Model, cue: &BallState, coefficients: &Coefficients) -> Result<
     let slip = v_y.hypot(v_z);
     let slips = slip > 0.0 && mu > 0.0;
     let (cos, sin) = if slip > 0.0 { (v_y.abs() / slip, v_z.abs() / slip) } else { (0.0, 0.0) };
-    // the normal impulse, and the largest impulses of friction, at most what stops the slip: |v_y| falls
-    // faster than |v_z|, so that cos θ only falls, but sin θ may grow
+    // the normal impulse, and the largest impulses of friction, at most what stops the slip: |v_y|
+    // falls faster than |v_z|, so that cos θ only falls, but sin θ may grow
     let q = (1.0 + e) * k / n * (1.0 + mu * m_s);
     let (stops_y, stops_z) = (v_y.abs() / lever_y, v_z.abs() / lever_z);
     let (j_y, j_z) = ((mu * q * cos).min(stops_y), (mu * q).min(stops_z));

@@ -84,7 +84,7 @@ impl Values<f64> {
         Values(dual)
     }
 
-    /// Whether an input belongs to an effect that is off, or to unequal balls where they are equal.
+    /// Whether an input belongs to an effect that is off, or to balls that are equal.
     pub fn is_off(input: Input, model: &Model) -> bool {
         let effects = model.effects.and(model.fidelity.effects());
         match input {
@@ -215,8 +215,8 @@ pub(super) fn components<D: Number>(values: &Values<D>, model: &Model, impulses:
     ]
 }
 
-/// Completes derivatives: e = e₀ − e₁k, and where the cloth does not act on the cue ball (`plain`) only
-/// U_y + Rω_z counts, no spin about the line of centres.
+/// Completes derivatives: e = e₀ − e₁k, and where the cloth does not act on the cue ball (`plain`)
+/// only U_y + Rω_z counts, no spin about the line of centres.
 pub(super) fn complete(by: &mut Jacobian, values: &Values<f64>, model: &Model, plain: bool) {
     if plain {
         let kept = |row: usize| SVector::<f64, 12>::from_fn(|i, _| f64::from(i == row));

@@ -13,14 +13,12 @@ use super::{Fidelity, Input, Jacobian, Model, NotACollision, Outcome, Regime};
 /// Largest number of steps. Impacts take some dozen to some hundred; stiff contacts shake.
 const MAX_STEPS: usize = 300_000;
 
-/// Number of halvings of a step in search of an event, and largest number of steps of Newton's to it.
+/// Halvings of a step in search of an event, and most steps of Newton's to it.
 const HALVINGS: usize = 10;
 const MAX_TRIALS: usize = 40;
 
-/// Step of derivatives that follow an integration, as a fraction of k or of 1, and their error.
-const DERIVATIVE_STEP: f64 = 1e-7;
-
-/// A step: its mode and length, and the event at its end, with its function's value and slope there.
+/// A step: its mode and length, and the event at its end, with its function's value and slope
+/// there.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Step {
     mode: Mode,
@@ -71,7 +69,8 @@ pub(super) fn differentiate(
             Input::Kappa => model.kappa,
             _ => 1.0,
         };
-        let step = DERIVATIVE_STEP * scale;
+        // the error of derivatives is of this order, too
+        let step = 1e-7 * scale;
         by.set_column(input as usize, &((beside(&values.moved(input, step)) - here) / step));
     }
     complete(&mut by, &values, model, plain);

@@ -85,8 +85,7 @@ pub struct Coefficients {
     pub e: f64,
 }
 
-/// The slowest and the fastest cue ball, m/s: squares and their products do not overflow and
-/// do not vanish.
+/// The slowest and the fastest cue ball, m/s: products of squares neither overflow nor vanish.
 pub const MIN_SPEED: f64 = 1e-9;
 /// See [`MIN_SPEED`].
 pub const MAX_SPEED: f64 = 1e9;
@@ -188,8 +187,8 @@ pub enum NotACollision {
     /// 2β_z ≤ 0, and the cloth would drive the slip that it brakes.
     #[error("mu_s is {0}; expected 0 or more, below {1}")]
     MuSOutOfRange(f64, f64),
-    /// A μ·μ_s that is with topspin not below the second number, 1 + m_object/m_cue: the impact would
-    /// never end, as dv_x/dq ≥ 1 + m_object/m_cue − μ_s μ.
+    /// A μ·μ_s that is with topspin not below the second number, 1 + m_object/m_cue: the impact
+    /// would never end, as dv_x/dq ≥ 1 + m_object/m_cue − μ_s μ.
     #[error(
         "mu·mu_s is {0}; expected less than {1} with topspin (1 + object ball's mass over cue ball's), or the balls jam"
     )]

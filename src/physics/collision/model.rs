@@ -12,8 +12,7 @@ use crate::physics::contact_frame::CollisionFrame;
 use crate::physics::friction_law::Law;
 
 impl Model {
-    /// The default of [`Model::contact_time`], in seconds: balls of phenolic resin touch for 250 to
-    /// 300 µs (Kim 2024, below Eq. 37).
+    /// The default of [`Model::contact_time`], s: within the 250 to 300 µs of Kim 2024, below Eq. 37.
     pub const CONTACT_TIME: f64 = 280e-6;
 
     /// The default of [`Model::tolerance`], about six digits above rounding errors.
@@ -129,13 +128,8 @@ impl Model {
     fn solve(&self, values: &Values<f64>) -> (Outcome, Ways) {
         let impact = Impact::new(values, self);
         let (impulses, regime, ways) =
-            if self.is_linear() { simple::impulses(&impact) } else { sliding::solve(&impact) };
+            if self.fidelity.effects().stick { sliding::solve(&impact) } else { simple::impulses(&impact) };
         (Outcome::new(regime, values, self, &impact.impulses(values, impulses)), ways)
-    }
-
-    /// Returns whether the impulses are at most of first order in μ.
-    fn is_linear(&self) -> bool {
-        matches!(self.fidelity, Fidelity::Elastic | Fidelity::Inelastic | Fidelity::Linear)
     }
 
     /// Returns the outcome as [`Model::collide`], with the cue ball and the outcome in the frame of
@@ -165,8 +159,8 @@ impl Model {
     }
 
     /// Returns the outcome and its derivatives: exact in closed form and for a rigid contact, of a
-    /// compliant one to about 1e-6. At a transition (stick setting in, topspin turning to draw) they
-    /// are those of the side that the outcome is on; those by inputs without effect are 0.
+    /// compliant one to about 1e-6. At a transition (stick setting in, topspin turning to draw)
+    /// they are those of the side that the outcome is on; those by inputs without effect are 0.
     ///
     /// # Errors
     /// As [`Model::collide`].
@@ -198,10 +192,10 @@ impl Model {
     fn differentiate<const N: usize>(&self, values: &Values<f64>, ways: Ways) -> Jacobian {
         let dual = values.with_derivatives::<N>(self);
         let impact = Impact::new(&dual, self);
-        let impulses = if self.is_linear() {
-            simple::impulses(&impact).0
-        } else {
+        let impulses = if self.fidelity.effects().stick {
             sliding::differentiate(&impact, ways)
+        } else {
+            simple::impulses(&impact).0
         };
         let components = components(&dual, self, &impact.impulses(&dual, impulses));
         let mut by = Jacobian::zeros();

@@ -57,7 +57,8 @@ worded! {
         VelocityY = "velocity_y",
         /// The cue ball's angular velocity about the line of centres, ω_x, rad/s.
         SpinX = "omega_x",
-        /// ω_y, rad/s, about the horizontal axis across it: positive for topspin, negative for draw.
+        /// ω_y, rad/s, about the horizontal axis across it: positive for topspin, negative for
+        /// draw.
         SpinY = "omega_y",
         /// ω_z, rad/s, about the vertical: side spin, positive counterclockwise from above.
         SpinZ = "omega_z",

@@ -14,9 +14,7 @@
 //! Compression ends at v_x = 0, restitution where W = (1 − e²)W_c; a contact whose slip has decayed
 //! before sticks, and the rest is a quadratic in q. Nothing is singular: μ = 0, v_y0 = 0 and
 //! v_z0 = 0 are ordinary. Restitution is solved as an impact of its own from the slip that is left,
-//! so that a small e keeps its digits.
-//!
-//! Derivatives are those of one step of Newton's method in dual numbers at the solution.
+//! so that a small e keeps its digits. Derivatives are those of one step of Newton's method.
 
 mod dual;
 
@@ -32,7 +30,8 @@ const LAST_STEP: f64 = 3e-5;
 /// The λs after which the slip has decayed: e^(−42) is below the rounding of 1.
 const DECAYED: f64 = 42.0;
 
-/// The s at the end of both phases, of which only topspin has the second; `None` if it stuck before.
+/// The s at the end of both phases, of which only topspin has the second; `None` if it stuck
+/// before.
 pub(super) type Ways = [Option<f64>; 2];
 
 /// Returns q, J_y and J_z, and the way to them.
@@ -220,8 +219,8 @@ impl Slide<f64> {
         at
     }
 
-    /// Returns the dq from a place to the end of a phase, with an error of its third power; the pace
-    /// falls by `rate` per s.
+    /// Returns the dq from a place to the end of a phase, with an error of its third power; the
+    /// pace falls by `rate` per s.
     #[inline(always)]
     fn left(&self, phase: &Phase<f64>, at: &Place<f64>, per_pace: f64, rate: f64) -> f64 {
         // dv_x/dq = N − A λ_z e^(−λ_z s)/pace, and its derivative by q
@@ -327,8 +326,8 @@ fn remaining([y, z]: [f64; 2], stopped: [f64; 2]) -> [f64; 2] {
     [y * (1.0 - stopped[0]), z * (1.0 - stopped[1])]
 }
 
-/// Returns 1 − e^(−x) and 1 − e^x of both components for |x| ≤ MAX_PANEL/2 by Taylor's series, whose
-/// first term left out is below 3e-17.
+/// Returns 1 − e^(−x) and 1 − e^x of both components for |x| ≤ MAX_PANEL/2 by Taylor's series,
+/// whose first term left out is below 3e-17.
 #[inline(always)]
 fn fall_and_rise([y, z]: [f64; 2]) -> [[f64; 2]; 2] {
     let (sinh_y, cosh_y) = series(y);

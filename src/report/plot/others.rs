@@ -5,7 +5,7 @@ use plotters::prelude::RGBColor;
 use super::axis::ends;
 use super::{Axis, BAND, CUT_AXIS, Figure, Label, Panel, Point, Scale, color};
 use crate::compare::{Compared, Comparison};
-use crate::design::{Cell, Design};
+use crate::design::{Cell, Design, speeds};
 use crate::fit::{Contour, Fit, Status};
 use crate::measurement::dataset::Measured;
 use crate::measurement::number::plain;
@@ -155,7 +155,7 @@ pub(in crate::report) fn design(design: &Design) -> Figure {
     let mut figure = Figure::new("Standard errors that shots of one cut angle and speed give");
     figure.lines = vec!["Without a point: such shots by themselves do not determine it.".to_owned()];
     figure.series = kinds.iter().map(|kind| format!("{} ({} shots)", kind.name, kind.shots)).collect();
-    let speeds: Vec<Vec<f64>> = (0..kinds.len()).map(|kind| design.speeds(kind)).collect();
+    let speeds: Vec<Vec<f64>> = kinds.iter().map(|kind| speeds(kind.speed_m_s)).collect();
     let columns = speeds.iter().map(Vec::len).max().unwrap_or(1).clamp(1, COLUMNS);
     for parameter in Parameter::COEFFICIENTS {
         let row = (0..columns).filter_map(|column| {

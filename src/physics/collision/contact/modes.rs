@@ -64,8 +64,8 @@ impl Shot {
         v * (-self.friction(speed) / speed.max(f64::MIN_POSITIVE))
     }
 
-    /// The angle by which friction that follows the slip lags behind it to first order, and the next
-    /// order's part of it.
+    /// The angle by which friction that follows the slip lags behind it to first order, and the
+    /// next order's part of it.
     #[inline(always)]
     fn lag(&self, mode: &Mode, y: &State, v: Pair) -> [f64; 2] {
         let ([stretch, _], speed) = (self.phase(mode), v.norm());
@@ -165,8 +165,8 @@ impl Shot {
             let slip = self.cloth_slips(y)[b];
             let speed = slip.norm();
             if from.up[b] && fallen > 0.0 && speed > 0.0 && self.cloth_turning {
-                // the cloth stops a ball that lands with an impulse, and friction in proportion to it, at
-                // most what stops the slip; per unit of the object ball's mass
+                // the cloth stops a ball that lands with an impulse, and friction in proportion to
+                // it, at most what stops the slip; per unit of the object ball's mass
                 let mass = if b == 0 { 1.0 / self.per_r } else { 1.0 };
                 let stops = mass * speed / (1.0 + self.per_nu[b]);
                 let impulse = (self.mu_cloth[b] * mass * fallen).min(stops);
