@@ -55,7 +55,9 @@ pub(super) fn clips(
             shots = clips;
         }
     }
-    shots.iter_mut().for_each(|shot| name_followed(shot, settings));
+    for shot in &mut shots {
+        name_followed(shot, settings);
+    }
     shots
 }
 
