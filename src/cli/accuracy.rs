@@ -13,9 +13,6 @@ use crate::studies::bias;
 use super::progress::Progress;
 use super::{Failure, print};
 
-/// Runs every fidelity over seeded shots, or over those of a data set, and compares error with time. Writes
-/// OUT/{accuracy.svg, accuracy.png} and prints a table. Fits the shots, without noise, with every
-/// fidelity, and says how far each is off, against its standard errors.
 #[derive(clap::Args)]
 #[command(after_help = "Example: caromfit accuracy --dataset data/mathavan-2014 --out accuracy")]
 pub(super) struct Args {

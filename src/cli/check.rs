@@ -12,8 +12,6 @@ use indexmap::IndexMap;
 use super::progress::{self, Progress};
 use super::{Failure, print, unless_none};
 
-/// Loads data sets, finds the impacts of footage, and says everything that is wrong or suspicious, without fitting
-/// and without writing anything. Exit status 2 if something is wrong, 1 if no shot of a data set can be used.
 #[derive(clap::Args)]
 #[command(after_help = "Example: caromfit check data/domenech-2023")]
 pub(super) struct Args {

@@ -15,8 +15,6 @@ use super::{Failure, print, unless_none};
 /// The spin of a cue ball that rolls.
 const NATURAL_ROLL: &str = "natural-roll";
 
-/// Collision frame: x along the line of centres from cue ball to object ball, z up; a positive cut
-/// angle means that the cue ball moves towards +y. Topspin is omega_y > 0.
 #[derive(clap::Args)]
 #[command(
     after_help = "Examples:\n  caromfit collide --speed 2 --cut 30 --spin natural-roll --mu 0.05 --mu-s 0.3 --e 0.94\n  \

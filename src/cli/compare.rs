@@ -10,10 +10,6 @@ use crate::report::{compare as report, document};
 use super::progress::{self, Progress};
 use super::{Failure, print, unless_none};
 
-/// One joint fit of several data sets, or of the labels of one whose [fit] by names a column: which parameters differ,
-/// by how much, how surely. Where the data sets have different cloth labels, μ and e are shared and μ_s and μ_k differ by
-/// cloth; else μ (and b, where the friction falls) differs by data set and the rest is shared. Bounds, priors and losses are those of each data
-/// set's [fit]. Writes OUT/{compare.json, forest.svg, forest.png, residuals.csv, residuals.svg, residuals.png, report.html}.
 #[derive(clap::Args)]
 #[command(after_help = "Example: caromfit compare data/synthetic-cloth-a data/synthetic-cloth-b")]
 pub(super) struct Args {

@@ -8,10 +8,6 @@ use crate::report::{design as report, document};
 
 use super::{Failure, print};
 
-/// What shots of each kind would tell, before they are played: the standard errors that so many give, which cut angles,
-/// speeds and spins tell most, and how many a wanted standard error needs. Writes
-/// OUT/{design.json, design.svg, design.png} and prints tables. Without SPEC.toml: pool balls, 1000 fps, 0.1 mm, 40 shots each of
-/// natural roll, stun, draw and side spin either way, at 1 to 4 m/s, cut 0 to 60°.
 #[derive(clap::Args)]
 #[command(after_long_help = concat!(
     "A SPEC.toml, all of it optional:\n\n",
@@ -19,7 +15,8 @@ use super::{Failure, print};
     "\nExample: caromfit design --want mu=0.001,mu_s=0.02,e=0.001"
 ))]
 pub(super) struct Args {
-    /// What is expected, the camera, and the kinds of shots; see below
+    /// What is expected, the camera, and the kinds of shots; see below [default: pool balls, 1000 fps, 0.1 mm, 40 shots each of
+    /// natural roll, stun, draw and side spin either way]
     #[arg(value_name = "SPEC.toml")]
     spec: Option<PathBuf>,
     /// Standard errors that are wanted, as in mu=0.001,e=0.001

@@ -6,8 +6,6 @@ use crate::report::write::Staged;
 
 use super::{Failure, print};
 
-/// Copies a small example: balls/, ten shots as a phone films them (simulated, so that the true values are known), and pucks/, a
-/// real film of two disks. Both can be fitted, compared, extracted and changed. Overwrites nothing.
 #[derive(clap::Args)]
 #[command(after_help = "Example: caromfit example demo && caromfit fit demo/balls demo/pucks")]
 pub(super) struct Args {

@@ -7,8 +7,6 @@ use crate::report::stored::Stored;
 
 use super::{Failure, print};
 
-/// Prints the parameters of a fit for the simulator pooltool, as a JSON object of keyword arguments for its BallParams (m, R,
-/// u_b, e_b, u_s; not u_b where friction falls with the slip). What cannot be carried over is said on standard error.
 #[derive(clap::Args)]
 #[command(after_help = "Example: caromfit export fits/synthetic-natural-roll --to pooltool > ball.json\n  \
                         and then in Python: pooltool.BallParams(**json.load(open(\"ball.json\")))")]

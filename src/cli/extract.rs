@@ -11,9 +11,6 @@ use crate::report::write::dataset_folder;
 use super::progress::{self, Progress};
 use super::{Failure, print, unless_none};
 
-/// Finds the impact of every shot and writes OUT/NAME/: a data set of kind "impacts" with uncertainties
-/// (dataset.toml, impacts.csv), what was left out and why (left-out.csv), and a picture of each shot (shots/).
-/// Where [ball] shape is "disc": discs.csv with e, the impulse ratio and the motion of both discs.
 #[derive(clap::Args)]
 #[command(after_help = "Example: caromfit extract my-shots --out extracted")]
 pub(super) struct Args {

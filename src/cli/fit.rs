@@ -18,8 +18,6 @@ use super::{Failure, print, unless_none};
 /// The report in the folder of a fit.
 const REPORT: &str = "report.html";
 
-/// Loads each data set, fits it (each label apart where its [fit] by says so), writes
-/// OUT/NAME/{fit.json, residuals.csv, shots.csv, frames.csv, residuals.svg, residuals.png, contours.svg, contours.png, report.html} and prints one table over all.
 #[derive(clap::Args)]
 #[command(after_help = "Example: caromfit fit data/*/")]
 pub(super) struct Args {

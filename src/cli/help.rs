@@ -8,7 +8,6 @@ use clap_complete::Shell;
 
 use super::{Cli, Failure, print};
 
-/// Prints the help of a command, or a page of the guide.
 #[derive(clap::Args)]
 #[command(after_help = topics())]
 pub(super) struct Args {
@@ -42,10 +41,6 @@ pub(super) fn run(args: &Args) -> Result<(), Failure> {
     print(&command.map_or_else(String::new, |command| command.render_long_help().to_string()))
 }
 
-/// Prints the JSON Schema (draft 2020-12) of what a command prints with --json. Of fit it describes fit.json, which is one element of the
-/// array that fit --json prints; check and extract, and collide with --cases, print arrays of what their schemas describe, too. Of
-/// compare and design it describes compare.json and design.json, which their --json prints; of dataset what a dataset.toml may state,
-/// for editors that check it.
 #[derive(clap::Args)]
 #[command(after_help = "Example: caromfit schema compare > compare.schema.json")]
 pub(super) struct Schema {
@@ -60,7 +55,6 @@ pub(super) fn schema(args: &Schema) -> Result<(), Failure> {
     print(&document::text(&schema())?)
 }
 
-/// Prints what makes a shell complete the words of caromfit.
 #[derive(clap::Args)]
 #[command(
     after_help = "Example: caromfit completions bash > ~/.local/share/bash-completion/completions/caromfit"

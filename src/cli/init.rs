@@ -9,10 +9,6 @@ use crate::report::write::Staged;
 use super::table_only::{SPINS, Told, UNITS};
 use super::{Failure, print, print_lines};
 
-/// Looks at files of tracks or measurements, detects their format, units and the names of tracks, whether they are of discs, and a
-/// table shots.csv, and writes a commented dataset.toml beside them; columns of tables in no known format are guessed by their names.
-/// At a terminal it asks what the files do not tell (Enter leaves a question open); what is left open is a line that says FILL IN.
-/// Overwrites nothing.
 #[derive(clap::Args)]
 #[command(after_help = "Example: caromfit init my-shots/*.csv")]
 pub(super) struct Args {

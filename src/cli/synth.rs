@@ -10,7 +10,6 @@ use crate::simulate;
 
 use super::{Failure, print};
 
-/// Makes dataset.toml, shots.csv (tracks.csv for footage) and truth.json in DIR, the same for the same SPEC.
 #[derive(clap::Args)]
 #[command(after_long_help = concat!(
     "A SPEC.toml:\n\n",
