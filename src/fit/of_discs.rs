@@ -10,17 +10,15 @@ use super::common::{Fitted, Tested};
 use super::deviations::{trends, whiten};
 use super::error::Request;
 use super::intervals::regions::contours;
-use super::{Computed, Depth, Diagnostics, Estimate, Fit, FitError, Intervals, Scatter, Status, notes};
+use super::{Computed, Depth, Diagnostics, Estimate, Fit, FitError, Scatter, Status, notes};
 use crate::measurement::observable::Observable;
 use crate::measurement::parameter::Parameter;
 use crate::physics::ball::Ball;
 use crate::physics::collision::{Effects, Fidelity};
 use crate::problem::{
-    Component, Deviations, DiscFit, Finding, Id, Policy, Quantity, Rival, ShiftScore, Slope, fit_discs,
+    Component, Deviations, DiscFit, Finding, Id, Known, Policy, Quantiles, Quantity, ShiftScore, Slope,
+    errors_as_free, fit_discs,
 };
-
-/// Normal quantile of a one-sided interval of 95 %.
-const ONE_SIDED: f64 = 1.645;
 
 /// Number of shots that show how much shots differ.
 const LEAST_SHOTS: usize = 3;
@@ -50,9 +48,7 @@ pub(super) fn fit(request: Request) -> Result<Fit, FitError> {
         deviations: deviations(&found),
     };
     let shots = solution.names[0].len();
-    let parameters = common.parameters().into_iter();
-    let parameters = parameters.filter(|p| *p != Parameter::MuS && !p.is_of_balls());
-    let estimates: Vec<Estimate> = parameters.map(|p| estimate(&common, &found, p)).collect();
+    let estimates = estimates(&common, &found);
     let diagnostics = diagnostics(&common, &found, &estimates);
     let discs = dataset.tracks.as_ref().and_then(|tracks| tracks.discs);
     let distance = discs.and_then(|discs| discs.radii).map(|[first, second]| first + second);
@@ -127,55 +123,26 @@ fn deviations(found: &DiscFit) -> Vec<Option<Deviations>> {
     solution.names[0].iter().map(of_shot).collect()
 }
 
-fn estimate(common: &Fitted, found: &DiscFit, parameter: Parameter) -> Estimate {
-    let (solution, id) = (&found.solution, Id::from(parameter));
-    let (value, setting) = (solution.value(id), &common.settings[parameter]);
-    let is_open = |finding: &Finding| matches!(finding, Finding::Undetermined { id: of, .. } if *of == id);
-    let is_undetermined = solution.findings.iter().any(is_open);
-    let [low, high] = solution.bounds(id);
-    let bare = |value: f64, status: Status| Estimate::bare(parameter, value, status);
-    let Some(determined) = solution.get(id).filter(|_| !is_undetermined) else {
-        return match parameter {
-            _ if setting.fixed => bare(value, Status::Fixed),
-            Parameter::Mu => bounded_friction(found, setting.initial, high),
-            _ => bare(value, Status::NotIdentified),
-        };
+fn estimates(common: &Fitted, found: &DiscFit) -> Vec<Estimate> {
+    let solution = &found.solution;
+    // others that nothing depends on have a bound
+    let undetermined = solution.findings.iter().filter_map(|finding| match finding {
+        Finding::Undetermined { id, .. } if solution.get(*id).is_none() => Some(*id),
+        _ => None,
+    });
+    let as_free = errors_as_free(&solution.problem, &solution.at, &[]);
+    let known = Known {
+        solution,
+        as_free: as_free.as_ref().unwrap_or(&solution.covariance),
+        undetermined: undetermined.collect(),
+        quantiles: Quantiles::new(found.dof),
+        others: &found.others,
+        profiles: common.request.options.depth >= Depth::Intervals,
     };
-    let Some(error) = determined.std_error else {
-        return match value {
-            x if x == low => bare(x, Status::AtLowerBound),
-            x if x == high => bare(x, Status::AtUpperBound),
-            _ => bare(setting.initial, Status::NotIdentified),
-        };
-    };
-    let interval = found.interval_95(id);
-    let of_contact = matches!(id, Id::Mu | Id::Kappa);
-    let includes_other_minimum = of_contact && found.rivals.iter().any(Rival::is_within_95);
-    Estimate {
-        std_error: Some(error),
-        interval_95: interval,
-        intervals: Intervals { hessian: interval, profile: interval.filter(|_| includes_other_minimum) },
-        includes_other_minimum,
-        ..bare(value, Status::Free)
-    }
-}
-
-/// Returns the estimate of a friction on which nothing depends since all discs stick together where they
-/// touch: it is at least the largest J_t/J_n.
-fn bounded_friction(DiscFit { solution, impacts, .. }: &DiscFit, initial: f64, upper: f64) -> Estimate {
-    let used = impacts.iter().filter(|impact| solution.names[0].contains(&impact.name));
-    let known = used.filter(|impact| impact.get(Quantity::SlipBefore).is_some());
-    let ratios: Vec<_> = known.filter_map(|impact| impact.get(Quantity::ImpulseRatio)).collect();
-    let largest = ratios.iter().max_by(|a, b| a.value.abs().total_cmp(&b.value.abs()));
-    // of a single shot it is not known whether the discs stick together
-    let Some(ratio) = largest.filter(|_| ratios.len() > 1) else {
-        return Estimate::bare(Parameter::Mu, initial, Status::NotIdentified);
-    };
-    let low = ratio.value.abs() - ONE_SIDED * ratio.sd.unwrap_or(0.0);
-    Estimate {
-        interval_95: Some([low.max(0.0), upper]),
-        ..Estimate::bare(Parameter::Mu, ratio.value.abs(), Status::Free)
-    }
+    let parameters = common.parameters().into_iter();
+    let of_law = parameters.filter(|p| *p != Parameter::MuS && !p.is_of_balls());
+    let estimates = of_law.map(|p| known.estimate(p).unless_uninformed(&common.settings[p]));
+    estimates.collect()
 }
 
 fn diagnostics(common: &Fitted, found: &DiscFit, estimates: &[Estimate]) -> Diagnostics {
@@ -193,10 +160,10 @@ fn diagnostics(common: &Fitted, found: &DiscFit, estimates: &[Estimate]) -> Diag
     };
     let is_wanted = common.request.options.depth >= Depth::Everything;
     let contours =
-        is_wanted.then(|| contours(&common.solution, &common.solution.covariance, &of_law, Some(found.dof)));
+        is_wanted.then(|| contours(&common.solution, &common.solution.covariance, &of_law, found.dof));
     Diagnostics {
         robust: None,
-        has_rival: !found.rivals.is_empty(),
+        has_rival: !found.others.is_empty(),
         contours: contours.unwrap_or_default(),
         ..common.diagnostics(&parameters, undetermined, tested)
     }

@@ -148,7 +148,7 @@ impl Quantiles {
     }
 }
 
-/// A minimum with all that estimates of a table follow from.
+/// A minimum with all that estimates of a table, or of discs, follow from.
 pub(crate) struct Known<'a> {
     pub(crate) solution: &'a Solution,
     /// Covariance with unknowns at bounds taken for free.
@@ -180,7 +180,7 @@ impl Known<'_> {
     }
 
     /// Returns the estimate of a parameter with its intervals.
-    fn estimate(&self, parameter: Parameter) -> ParameterEstimate {
+    pub(crate) fn estimate(&self, parameter: Parameter) -> ParameterEstimate {
         let (solution, id) = (self.solution, Id::from(parameter));
         let (column, unknown) = (id as usize, solution.problem.unknown(id));
         let bare = |status: Status| ParameterEstimate::bare(parameter, solution.value(id), status);

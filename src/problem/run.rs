@@ -80,7 +80,7 @@ pub(crate) fn fit_film(
     if !run.descent.converged {
         run.findings.push(Finding::NotConverged);
     }
-    let mut solution = Solution { unit, middle: middle.into(), misfit, left_out, ..run.finish(estimates) };
+    let mut solution = Solution { unit, middle: middle.into(), left_out, ..run.finish(estimates) };
     let fps = dataset.tracks.as_ref().and_then(|tracks| tracks.fps);
     if let Some(fps) = fps.filter(|fps| *fps <= Tracks::MAX_PLAYBACK)
         && solution.severity() > Severity::Note

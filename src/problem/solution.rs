@@ -68,8 +68,6 @@ pub struct Solution {
     pub names: Vec<Vec<String>>,
     /// Names and reasons of the shots that are not in the data.
     pub left_out: Vec<(String, String)>,
-    /// Variance of slow motions over that of the noise before the impacts.
-    pub(crate) misfit: f64,
     /// Evaluations of all data.
     pub(crate) evaluations: usize,
     /// Whether the descent ended at a minimum.
@@ -103,7 +101,6 @@ impl Solution {
             findings: Vec::new(),
             names,
             left_out: Vec::new(),
-            misfit: f64::NAN,
             converged: descent.converged,
             unit: 1.0,
             middle: [0.0; 2],

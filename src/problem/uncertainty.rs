@@ -49,8 +49,6 @@ pub(crate) struct Conflict {
     pub(crate) id: Id,
     /// Its estimate without the prior.
     pub(crate) estimate: f64,
-    /// Standard error of that estimate.
-    pub(crate) sd: f64,
     /// Difference in its standard deviations.
     pub(crate) size: f64,
 }
@@ -172,13 +170,7 @@ impl Estimates {
             let information = 1.0 / variance - prior.sd.powi(-2);
             let estimate = (x / variance - prior.mean * prior.sd.powi(-2)) / information;
             let size = (estimate - prior.mean) / (1.0 / information + prior.sd * prior.sd).sqrt();
-            let sd = information.sqrt().recip();
-            (information > LEAST_INFORMATION / variance).then_some(Conflict {
-                id: unknown.id,
-                estimate,
-                sd,
-                size,
-            })
+            (information > LEAST_INFORMATION / variance).then_some(Conflict { id: unknown.id, estimate, size })
         };
         self.columns.iter().enumerate().filter_map(conflict).collect()
     }

@@ -223,7 +223,7 @@ fn discs_table(discs: &Discs, extracted: &[(TrackShot, DiscImpact)]) -> String {
         table.add("mass_ratio_from", if discs.masses.is_some() { "masses" } else { "momentum" });
         table.add("position_sd_mm", (1e3 * impact.position_sd).to_string());
         table.add("reduced_chi2", impact.misfit.to_string());
-        table.add("frames_used", impact.frames.iter().sum::<usize>().to_string());
+        table.add("frames_used", impact.frames.to_string());
         table.add("frames_left_out", impact.outliers.to_string());
         table.add("outcome", if impact.stuck.is_some() { "stick" } else { "part" });
         table.add("verdict", if doubts.is_empty() { "good" } else { "doubtful" });

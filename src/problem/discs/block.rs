@@ -6,7 +6,7 @@ use nalgebra::SVector;
 use num_dual::DualSVec64;
 
 use super::lines::{LEAST, Stuck};
-use super::motion::{COEFFICIENTS, INPUTS, MOVING, Paths, follow, locate};
+use super::motion::{COEFFICIENTS, MOVING, Paths, follow, locate};
 use super::own::{self, CORE, Component, spreads};
 use crate::physics::disc::Discs;
 use crate::problem::film::camera::{Camera, Point};
@@ -21,8 +21,8 @@ pub(super) const TOUCHING: usize = 1;
 /// An offset of which nothing is known, over the normal impulse or the closing speed.
 pub(super) const ANY: OwnPrior = OwnPrior::Stated(Normal { mean: 0.0, sd: 3.0 });
 
-/// Number of noises of a shot: of each disc that of its centre along x and along y, and that of its markers.
-pub(super) const NOISES: usize = 8;
+/// Number of noises of a shot: of each disc along x and along y.
+pub(super) const NOISES: usize = 4;
 
 /// Numbers that the place of a point depends on: the coefficients of the piece, the instant, and direction and
 /// radius of a marker. In a row, derivatives by the camera and the residual follow.
@@ -69,16 +69,16 @@ pub(crate) struct ShotFrames {
     pub(crate) stuck: Option<Stuck>,
     /// Priors of own unknowns in every fit.
     pub(crate) known: Vec<(usize, OwnPrior)>,
-    /// Standard deviations that neighbouring frames show, m: of each disc of its centre and of its markers.
-    pub(crate) position_sd: [[f64; 2]; 2],
-    /// Number of frames of each point on either side of the impact that are used at most.
-    pub(crate) reach: usize,
+    /// Standard deviation of a coordinate of each disc that neighbouring frames show, m.
+    pub(crate) position_sd: [f64; 2],
     /// Number of frames on either side of the impact that may be neither before nor after it.
     pub(crate) touching: usize,
     /// Number of frames that were left out as wrong.
     pub(crate) outliers: usize,
-    /// Numbers of frames that were tried, with their misfit, the largest first; `None` if the last is chosen.
-    pub(crate) tried: Option<Vec<(usize, f64)>>,
+    /// Number of frames on either side of the impact within which they are used.
+    pub(crate) reach: f64,
+    /// Reaches that were tried, with their misfit, the largest first; `None` if the last is chosen.
+    pub(crate) tried: Option<Vec<(f64, f64)>>,
 }
 
 /// Frames of discs.
@@ -93,96 +93,27 @@ pub(crate) struct DiscBlock {
     pub(crate) spreads: Vec<Spread>,
 }
 
-/// Returns the place of the noise along x of the centre of a disc, or of its markers, among those of a shot.
-fn noise_of(disc: usize, is_marker: bool) -> usize {
-    4 * disc + 2 * usize::from(is_marker)
-}
-
 impl ShotFrames {
     /// Follows both discs through the impact; `None` if they do not approach.
     pub(super) fn follow(&self, own: &Own, shared: &Shared, discs: &Discs) -> Option<Paths> {
         follow((self.stuck.is_some(), self.turns), own, shared, discs)
     }
 
-    /// Returns the place of the noise along x of the points that show the path of a disc.
-    pub(crate) fn noise_of_path(&self, disc: usize) -> usize {
-        let mut tracks = self.tracks.iter().filter(|track| track.disc == disc);
-        noise_of(disc, tracks.all(|track| track.marker.is_some()))
-    }
-
-    /// Uses the frames that are nearest to the impact, within reach of it, but for those in which the discs
-    /// may still touch.
+    /// Uses the frames within reach of the impact, but for those in which the discs may still touch unless too
+    /// few are left.
     pub(crate) fn choose_frames(&mut self, instant: f64) {
         let [from, to] = self.stuck.map_or([instant; 2], |stuck| stuck.settling);
-        let (fps, touching, reach) = (self.fps, self.touching as f64, self.reach);
-        let touches = |frame: &&mut Frame| (from - frame.time).max(frame.time - to) * fps < touching;
+        // frames from the contact
+        let away = |frame: &Frame| (from - frame.time).max(frame.time - to) * self.fps;
         for track in &mut self.tracks {
-            track.frames.iter_mut().for_each(|frame| frame.used = false);
             let after = track.frames.partition_point(|frame| frame.time <= instant);
             let (early, late) = track.frames.split_at_mut(after);
-            for side in [early.iter_mut().rev().collect::<Vec<_>>(), late.iter_mut().collect()] {
-                let apart = side.partition_point(touches);
-                let first = if side.len() - apart < LEAST { 0 } else { apart };
-                side.into_iter().skip(first).take(reach).for_each(|frame| frame.used = true);
+            for side in [early, late] {
+                let apart = side.iter().filter(|frame| away(frame) >= self.touching as f64).count();
+                let least = if apart < LEAST { f64::NEG_INFINITY } else { self.touching as f64 };
+                side.iter_mut().for_each(|frame| frame.used = (least..=self.reach).contains(&away(frame)));
             }
         }
-    }
-
-    /// Returns the used frames of a track, whitened with the noises of the shot. Errors before the impact and
-    /// after it count as independent: the frames between are left out.
-    fn look(
-        &self,
-        track: &PointTrack,
-        paths: &Paths,
-        own: &Own,
-        camera: &Camera,
-        noise: &[Noise],
-    ) -> Vec<Sight<ROW>> {
-        let of = |i: usize, value: f64| constant::<POINT>(value).derivative(i);
-        let time = of(COEFFICIENTS, own[own::TIME]);
-        let marker = track.marker.map(|[direction, radius]| {
-            [of(COEFFICIENTS + 1, own[direction]), of(COEFFICIENTS + 2, own[radius])]
-        });
-        let pieces = paths.pieces[track.disc].each_ref().map(|piece| -> [DualSVec64<POINT>; COEFFICIENTS] {
-            std::array::from_fn(|i| of(i, piece.at[i]))
-        });
-        let noise = &noise[noise_of(track.disc, track.marker.is_some())..];
-        let sd = Point::new(noise[0].sd, noise[1].sd);
-        whiten(&track.frames, ([noise[0].rho, noise[1].rho], self.fps), false, |frame| {
-            let side = usize::from(frame.time > own[own::TIME]);
-            let late = -time + frame.time + camera.delay(frame.seen);
-            let place = locate(&pieces[side], late, marker);
-            let (by_x, by_y) = (gradient(&place.x), gradient(&place.y));
-            let mut seen = camera.look(Point::new(place.x.re, place.y.re), 0.0);
-            // a later reading sees the point further along its path
-            let by_time = seen.by_place * -Point::new(by_x[COEFFICIENTS], by_y[COEFFICIENTS]);
-            seen.by_camera[Id::ShutterX as usize - PHYSICS] = by_time * frame.seen.x;
-            seen.by_camera[Id::ShutterY as usize - PHYSICS] = by_time * frame.seen.y;
-            let by_point = (0..POINT).map(|i| seen.by_place * Point::new(by_x[i], by_y[i]));
-            let columns = by_point.chain(seen.by_camera).chain([seen.place - frame.seen]);
-            let mut rows = [SVector::zeros(); 2];
-            for (i, column) in columns.enumerate() {
-                let scaled = column.component_mul(&frame.weight).component_div(&sd);
-                (rows[0][i], rows[1][i]) = (scaled.x, scaled.y);
-            }
-            (side, rows)
-        })
-    }
-
-    /// Returns the used frames of each track, whitened with the noises of this shot; none if the unknowns
-    /// describe no collision.
-    pub(crate) fn sights(
-        &self,
-        own: &Own,
-        shared: &Shared,
-        discs: &Discs,
-        noise: &[Noise],
-    ) -> Vec<Vec<Sight<ROW>>> {
-        let Some(paths) = self.follow(own, shared, discs) else {
-            return self.tracks.iter().map(|_| Vec::new()).collect();
-        };
-        let camera = Camera::new(shared);
-        self.tracks.iter().map(|track| self.look(track, &paths, own, &camera, noise)).collect()
     }
 }
 
@@ -199,7 +130,49 @@ impl DiscBlock {
 
     /// Returns the used frames of each track of shot `i`, whitened; none if the discs do not approach.
     pub(crate) fn sights(&self, i: usize, own: &Own, shared: &Shared) -> Vec<Vec<Sight<ROW>>> {
-        self.shots[i].sights(own, shared, &self.discs, self.noise_of(i))
+        let Some(paths) = self.shots[i].follow(own, shared, &self.discs) else { return Vec::new() };
+        self.shots[i].tracks.iter().map(|track| self.look(i, track, &paths, own, shared)).collect()
+    }
+
+    /// Returns the used frames of a track of shot `i`, whitened. Errors before the impact and after it count as
+    /// independent: the frames between are left out.
+    fn look(
+        &self,
+        i: usize,
+        track: &PointTrack,
+        paths: &Paths,
+        own: &Own,
+        shared: &Shared,
+    ) -> Vec<Sight<ROW>> {
+        let of = |i: usize, value: f64| constant::<POINT>(value).derivative(i);
+        let time = of(COEFFICIENTS, own[own::TIME]);
+        let marker = track.marker.map(|[direction, radius]| {
+            [of(COEFFICIENTS + 1, own[direction]), of(COEFFICIENTS + 2, own[radius])]
+        });
+        let pieces = paths.pieces[track.disc].each_ref().map(|piece| -> [DualSVec64<POINT>; COEFFICIENTS] {
+            std::array::from_fn(|i| of(i, piece.at[i]))
+        });
+        let camera = Camera::new(shared);
+        let [x, y] = [0, 1].map(|axis| self.noise_of(i)[2 * track.disc + axis]);
+        whiten(&track.frames, ([x.rho, y.rho], self.shots[i].fps), false, |frame| {
+            let side = usize::from(frame.time > own[own::TIME]);
+            let late = -time + frame.time + camera.delay(frame.seen);
+            let place = locate(&pieces[side], late, marker);
+            let (by_x, by_y) = (gradient(&place.x), gradient(&place.y));
+            let mut seen = camera.look(Point::new(place.x.re, place.y.re), 0.0);
+            // a later reading sees the point further along its path
+            let by_time = seen.by_place * -Point::new(by_x[COEFFICIENTS], by_y[COEFFICIENTS]);
+            seen.by_camera[Id::ShutterX as usize - PHYSICS] = by_time * frame.seen.x;
+            seen.by_camera[Id::ShutterY as usize - PHYSICS] = by_time * frame.seen.y;
+            let by_point = (0..POINT).map(|i| seen.by_place * Point::new(by_x[i], by_y[i]));
+            let columns = by_point.chain(seen.by_camera).chain([seen.place - frame.seen]);
+            let scale = frame.weight.component_div(&Point::new(x.sd, y.sd));
+            let mut rows = [SVector::zeros(); 2];
+            for (i, column) in columns.enumerate() {
+                (rows[0][i], rows[1][i]) = (column.x * scale.x, column.y * scale.y);
+            }
+            (side, rows)
+        })
     }
 
     /// Returns the sums of shot `i`, with what is known of its own unknowns.
@@ -210,19 +183,16 @@ impl DiscBlock {
         };
         let mut total = Contribution::empty(count, SHARED, self.noise.len());
         total.sticks = shot.stuck.is_some();
-        let camera = Camera::new(shared);
-        let inputs: [usize; INPUTS] = std::array::from_fn(|i| match i.checked_sub(CORE) {
-            None => i,
-            Some(moving) => count + MOVING[moving] as usize,
-        });
+        let moving = MOVING.map(|id| count + id as usize);
+        let inputs: Vec<usize> = (0..CORE).chain(moving).collect();
         for track in &shot.tracks {
-            let sights = shot.look(track, &paths, own, &camera, self.noise_of(i));
+            let sights = self.look(i, track, &paths, own, shared);
             // without a marker its derivatives are 0
             let [direction, radius] = track.marker.unwrap_or([own::TIME; 2]);
             let of_camera = (0..CAMERA).map(|i| count + PHYSICS + i);
             let others = [own::TIME, direction, radius].into_iter().chain(of_camera).chain([count + SHARED]);
             let columns = Columns { inputs: &inputs, others: &others.collect::<Vec<_>>() };
-            let noise = NOISES * i + noise_of(track.disc, track.marker.is_some());
+            let noise = NOISES * i + 2 * track.disc;
             add_track(&mut total, sights, &paths.pieces[track.disc], &columns, [noise, noise + 1]);
         }
         let mut total = total.or_impossible();

@@ -8,12 +8,11 @@ use super::lines::{Meeting, Stuck, Turning};
 use super::own::{self, CORE, list_unknowns};
 use crate::extraction::{Bodies, Unusable};
 use crate::film::frame_noise;
-use crate::film::rigid_body::circle_centres;
+use crate::film::rigid_body;
 use crate::measurement::dataset::Dataset;
 use crate::measurement::spin::Spin;
-use crate::measurement::track::{Marker, Sample, TrackShot, TrackedBall};
+use crate::measurement::track::{Sample, TrackShot, TrackedBall};
 use crate::numerics::median;
-use crate::physics::disc::Discs;
 use crate::problem::film::camera::Point;
 use crate::problem::film::cleaning::repair_drops;
 use crate::problem::film::film_data::{Film, FilmError};
@@ -87,7 +86,7 @@ impl Film<DiscBlock> {
         let unknowns = list_unknowns(dataset, tracks, &discs, means, (guessed.len(), is_flat));
         let shared = Shared::starts(&unknowns);
         let reading = Reading { middle, unit, states_noise: false, may_be_held: false };
-        let frames = guessed.iter().map(|guessed| guessed.frames(&discs, &reading, &shared));
+        let frames = guessed.iter().map(|guessed| guessed.frames(&reading, &shared));
         let (shots, mut own): (Vec<ShotFrames>, Vec<Own>) = frames.unzip();
         let noise = |Guessed { shot, meeting, .. }: &Guessed| {
             let sd = frame_noise::noise_of_near(&[&shot.cue, &shot.object], shot, meeting.time);
@@ -118,7 +117,7 @@ impl Guessed {
 
     /// Returns the frames of the shot and a first guess of its own unknowns, of which e and J_t/J_n are those
     /// of the impact instead of offsets from the law.
-    fn frames(&self, discs: &Discs, reading: &Reading, shared: &Shared) -> (ShotFrames, Own) {
+    fn frames(&self, reading: &Reading, shared: &Shared) -> (ShotFrames, Own) {
         let Self { shot, meeting, stuck } = self;
         let Reading { middle, unit, .. } = *reading;
         let flat = frame_noise::constant_axis(shot);
@@ -133,16 +132,18 @@ impl Guessed {
             PointTrack { disc, marker, frames }
         };
         let (mut marks, mut tracks) = (Vec::new(), Vec::new());
-        let (mut spins, mut turns) = ([[0.0; 2]; 2], [false; 2]);
-        let mut position_sd = [[0.0; 2]; 2];
-        for (disc, (centre, points)) in bodies(shot).into_iter().enumerate() {
-            position_sd[disc] = [&[centre][..], &points]
-                .map(|tracks| unit * frame_noise::noise_of_near(tracks, shot, meeting.time));
+        let (mut spins, mut turns, mut position_sd) = ([0.0; 2], [false; 2], [0.0; 2]);
+        let bodies = [(TrackedBall::Cue, &shot.cue), (TrackedBall::Object, &shot.object)];
+        for (disc, (ball, centre)) in bodies.into_iter().enumerate() {
+            let points = shot.markers.iter().filter(|marker| marker.ball == ball);
+            let points: Vec<&[Sample]> = points.map(|marker| &marker.samples[..]).collect();
             let turning = |point: &&[Sample]| Turning::of(point, centre, meeting.time, shot.fps);
             let seen = points.iter().filter(|_| flat.is_none());
             let seen: Vec<_> = seen.filter_map(|point| Some((*point, turning(point)?))).collect();
             turns[disc] = !seen.is_empty();
             let is_circle = is_of_points(centre, &points);
+            let shown = if is_circle { &points } else { &vec![&centre[..]] };
+            position_sd[disc] = unit * frame_noise::noise_of_near(shown, shot, meeting.time);
             if !is_circle || seen.is_empty() {
                 tracks.push(read(disc, None, centre));
             }
@@ -155,7 +156,7 @@ impl Guessed {
             let radii: Vec<f64> = seen.iter().map(|(_, turning)| unit * turning.radius).collect();
             marks.extend(seen.iter().map(|(_, turning)| turning.direction));
             if turns[disc] {
-                spins[disc] = [0, 1].map(|side| median(seen.iter().map(|(_, of)| of.rates[side]).collect()));
+                spins[disc] = median(seen.iter().map(|(_, turning)| turning.rate).collect());
                 if is_circle { marks.push(median(radii)) } else { marks.extend(radii) }
             }
         }
@@ -170,9 +171,9 @@ impl Guessed {
             stuck: *stuck,
             known: self.known(turns, knows_slip, flat),
             position_sd,
-            reach: 0,
             touching: TOUCHING,
             outliers: 0,
+            reach: 0.0,
             tried: Some(Vec::new()),
         };
         let mut own = Own::zeros(CORE + marks.len());
@@ -190,7 +191,7 @@ impl Guessed {
         own[own::DISTANCE] = distance - shared[Id::ContactDistance];
         for disc in 0..2 {
             own.fixed_rows_mut::<2>(own::VELOCITY + 2 * disc).copy_from(&velocities[disc][0]);
-            own[own::SPIN + disc] = spins[disc][0];
+            own[own::SPIN + disc] = spins[disc];
         }
         if stuck.is_some() {
             return (frames, own);
@@ -198,13 +199,6 @@ impl Guessed {
         let change = relative[1] - relative[0];
         own[own::RESTITUTION] = -relative[1].dot(&n) / relative[0].dot(&n);
         own[own::RATIO] = change.dot(&Point::new(-n.y, n.x)) / change.dot(&n);
-        for disc in (0..2).filter(|disc| turns[*disc]) {
-            // Δω = −(J_t/J_n + d_S) (J_n/m)/(ν R)
-            let radius = discs.radii.map_or(0.5 * unit * meeting.distance(), |radii| radii[disc]);
-            let normal = (velocities[disc][1] - velocities[disc][0]).dot(&n).abs();
-            let turned = spins[disc][1] - spins[disc][0];
-            own[own::SPIN_RATIO + disc] = -turned * discs.inertia * radius / normal - own[own::RATIO];
-        }
         (frames, own)
     }
 
@@ -234,20 +228,12 @@ impl Guessed {
     }
 }
 
-/// Returns the positions of each disc's centre and of the points on it.
-fn bodies(shot: &TrackShot) -> [(&[Sample], Vec<&[Sample]>); 2] {
-    [(TrackedBall::Cue, &shot.cue), (TrackedBall::Object, &shot.object)].map(|(ball, centre)| {
-        let own = shot.markers.iter().filter(|marker| marker.ball == ball);
-        (&centre[..], own.map(|marker| &marker.samples[..]).collect())
-    })
-}
-
 /// Returns whether the centre of a disc was computed from the points on it, as films are loaded if three
 /// or more points are on a circle about it.
 fn is_of_points(centre: &[Sample], points: &[&[Sample]]) -> bool {
-    let Ok(circle) = circle_centres(points) else { return false };
-    circle.len() == centre.len()
-        && circle.iter().zip(centre).all(|(a, b)| (a.x - b.x).hypot(a.y - b.y) < SAME_PLACE_M && a.t == b.t)
+    let Ok(circle) = rigid_body::circle_centres(points) else { return false };
+    let is_same = |(a, b): (&Sample, &Sample)| a.t == b.t && (a.x - b.x).hypot(a.y - b.y) < SAME_PLACE_M;
+    circle.len() == centre.len() && circle.iter().zip(centre).all(is_same)
 }
 
 /// Checks that the points of either disc move as one rigid body near the impact, or else in all frames.
@@ -256,22 +242,20 @@ fn is_of_points(centre: &[Sample], points: &[&[Sample]]) -> bool {
 /// They do not.
 fn check_rigidity(shot: &TrackShot, impact: Option<f64>) -> Result<(), Unusable> {
     let is_near = |time: f64| impact.is_none_or(|impact| (time - impact).abs() <= MAX_FRAMES_AWAY / shot.fps);
-    // the least and the largest distance of two points, without the tails
-    let extent = |a: &Marker, b: &Marker| {
-        let mut distances = Vec::new();
-        for sample in a.samples.iter().filter(|sample| is_near(sample.t)) {
-            let i = b.samples.partition_point(|other| other.t < sample.t);
-            let other = b.samples.get(i).filter(|other| other.t == sample.t);
-            distances.extend(other.map(|other| (other.x - sample.x).hypot(other.y - sample.y)));
-        }
-        distances.sort_by(f64::total_cmp);
-        let tail = (TAIL * distances.len() as f64) as usize;
-        (distances.len() >= LEAST_FRAMES).then(|| [distances[tail], distances[distances.len() - 1 - tail]])
-    };
     for (i, a) in shot.markers.iter().enumerate() {
         for b in shot.markers[i + 1..].iter().filter(|b| b.ball == a.ball) {
-            let Some([least, most]) = extent(a, b) else { continue };
-            if 2.0 * (most - least) / (most + least) > NOT_RIGID {
+            let both = rigid_body::frames(&[&a.samples, &b.samples]).into_iter();
+            let distance = |(time, places): (f64, Vec<Option<[f64; 2]>>)| match places[..] {
+                [Some([x, y]), Some([u, v])] if is_near(time) => Some((u - x).hypot(v - y)),
+                _ => None,
+            };
+            let mut distances: Vec<f64> = both.filter_map(distance).collect();
+            distances.sort_by(f64::total_cmp);
+            let tail = (TAIL * distances.len() as f64) as usize;
+            let [Some(least), Some(most)] = [distances.get(tail), distances.iter().nth_back(tail)] else {
+                continue;
+            };
+            if distances.len() >= LEAST_FRAMES && 2.0 * (most - least) / (most + least) > NOT_RIGID {
                 return Err(Unusable::NotRigid {
                     disc: Bodies::Discs.names()[usize::from(a.ball == TrackedBall::Object)],
                     first: a.name.clone(),

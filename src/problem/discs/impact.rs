@@ -21,9 +21,6 @@ const MAX_FRAME_DEVIATION: f64 = 0.02;
 /// and the give of rims.
 const DISTANCE_SD: f64 = 0.01;
 
-/// Standard error of e that leaves no more than a quarter of its range, 0 to 1, on either side.
-const UNDETERMINED: f64 = 0.25;
-
 /// The measured impact of a shot, without a law of friction. Velocities are in m/s and
 /// spins in rad/s in the frame of the table; if the frame rate is not known, per frame.
 #[derive(Clone, Debug)]
@@ -36,9 +33,8 @@ pub struct DiscImpact {
     pub position_sd: f64,
     /// Variance of the frames about the paths over that of their noise before anything was fitted.
     pub(crate) misfit: f64,
-    /// Number of frames that were used: of the first disc before and after the impact, and of the
-    /// second.
-    pub frames: [usize; 4],
+    /// Number of frames that were used, of both discs.
+    pub(crate) frames: usize,
     /// Number of frames that were left out as wrong.
     pub outliers: usize,
     /// First and last instant that was used, s.
@@ -81,11 +77,6 @@ pub enum Doubt {
          {:.0}); the contact lasts for several frames, or points were mistaken", .0.sqrt(), .0
     )]
     Bent(f64),
-    /// The frames hardly determine e, which has this standard error.
-    #[error(
-        "its e of {:.1} ± {:.1} is not determined: the discs hardly come nearer before the impact, or it is none", .0, .1
-    )]
-    Undetermined(f64, f64),
     /// e, with this standard error, is not that of an impact.
     #[error("its e of {} is not between 0 and 1, as that of any passive impact is", with_error(*.0, *.1))]
     Impossible(f64, f64),
@@ -116,18 +107,16 @@ impl DiscImpact {
         (Point::from(self.paths.place(disc, time)) / unit + middle).into()
     }
 
-    /// Returns whether the frames are far off the paths of any single collision.
-    pub(super) fn is_no_collision(&self) -> bool {
+    /// Returns the reason for which the frames show no single collision, if they do not.
+    pub(super) fn find_misfit(&self) -> Option<Unusable> {
         let distance = self.get(Quantity::ContactDistance).map_or(0.0, |distance| distance.value.abs());
         let is_seen_across = self.get(Quantity::ImpulseRatio).is_some();
-        distance > 0.0 && is_seen_across && self.position_sd > MAX_FRAME_DEVIATION * distance
+        let is_off = distance > 0.0 && is_seen_across && self.position_sd > MAX_FRAME_DEVIATION * distance;
+        is_off.then_some(Unusable::BadFit { reduced_chi2: self.misfit, rms_mm: 1e3 * self.position_sd })
     }
 
-    /// Returns why nothing that was measured can be used.
-    pub(super) fn find_fault(&self, discs: &Discs, policy: &Policy) -> Option<Unusable> {
-        if self.is_no_collision() {
-            return Some(Unusable::BadFit { reduced_chi2: self.misfit, rms_mm: 1e3 * self.position_sd });
-        }
+    /// Returns the reason for which the discs are others than stated, if their distance shows it.
+    pub(super) fn find_separation(&self, discs: &Discs, policy: &Policy) -> Option<Unusable> {
         let expected = discs.radii.map(|[first, second]| first + second)?;
         let Measured { value: measured, sd } = self.get(Quantity::ContactDistance)?;
         let error = sd.filter(|_| self.get(Quantity::ImpulseRatio).is_some())?;
@@ -153,11 +142,6 @@ impl DiscImpact {
         let (across, gained, sd) = worst.filter(|(_, gained, sd)| is_significant(*gained, *sd, policy))?;
         Some(Doubt::Momentum { across, gained, sd })
     }
-
-    fn find_undetermined_restitution(&self) -> Option<Doubt> {
-        let Measured { value: e, sd } = self.get(Quantity::Restitution)?;
-        sd.filter(|sd| *sd > UNDETERMINED).map(|sd| Doubt::Undetermined(e, sd))
-    }
 }
 
 /// Returns whether a number with this standard error differs from 0 as seldom as an outlying shot does.
@@ -178,7 +162,7 @@ pub(super) fn find_doubts(impacts: &mut [DiscImpact], policy: &Policy) {
         let doubts = [
             impact.find_imbalance(policy),
             (impact.misfit > policy.refuted).then_some(Doubt::Bent(impact.misfit)),
-            impact.find_undetermined_restitution().or_else(|| impact.find_impossible_restitution(policy)),
+            impact.find_impossible_restitution(policy),
             other.map(|(found, typical)| Doubt::Distance { distance: found.value, typical }),
         ];
         impact.doubts.extend(doubts.into_iter().flatten());

@@ -5,6 +5,7 @@ use std::f64::consts::{PI, TAU};
 
 use crate::extraction::{Bodies, Unusable};
 use crate::film::frame_noise::{constant_axis, noise_of};
+use crate::film::rigid_body::frames;
 use crate::measurement::dataset::Measured;
 use crate::measurement::track::{Sample, TrackShot};
 use crate::numerics::median;
@@ -181,8 +182,8 @@ fn crossing([first, second]: &[[Line; 2]; 2]) -> f64 {
 
 /// How a marker goes round its disc.
 pub(super) struct Turning {
-    /// Angular velocities before and after the impact, rad/s.
-    pub(crate) rates: [f64; 2],
+    /// Angular velocity before the impact, rad/s.
+    pub(crate) rate: f64,
     /// Direction from the centre at the impact, rad.
     pub(crate) direction: f64,
     /// Distance from the centre, m.
@@ -191,26 +192,20 @@ pub(super) struct Turning {
 
 impl Turning {
     /// Returns how a marker turns about the centre of its disc, less than half a turn a frame; `None` if
-    /// it was seen in too few frames.
+    /// it was seen in too few frames on either side.
     pub fn of(marker: &[Sample], centre: &[Sample], time: f64, fps: f64) -> Option<Self> {
         // angle and length of the arm as coordinates of a path
         let mut arms: Vec<Sample> = Vec::new();
-        for seen in marker {
-            let i = centre.partition_point(|centre| centre.t < seen.t);
-            let Some(middle) = centre.get(i).filter(|centre| centre.t == seen.t) else { continue };
-            let [x, y] = [seen.x - middle.x, seen.y - middle.y];
+        for (t, places) in frames(&[centre, marker]) {
+            let [Some([x, y]), Some([u, v])] = places[..] else { continue };
             let last = arms.last().map_or(0.0, |last| last.x);
-            let turn = (y.atan2(x) - last).rem_euclid(TAU);
-            let turn = if turn > PI { turn - TAU } else { turn };
-            arms.push(Sample::new(seen.t, [last + turn, x.hypot(y)]));
+            let turn = ((v - y).atan2(u - x) - last + PI).rem_euclid(TAU) - PI;
+            arms.push(Sample::new(t, [last + turn, (u - x).hypot(v - y)]));
         }
         let [before, after] = Line::beside(&arms, time, fps.recip());
-        let (before, after) = (before.ok()?, after.ok()?);
-        Some(Self {
-            rates: [before.velocity[0], after.velocity[0]],
-            direction: before.position[0],
-            radius: median(arms.iter().map(|arm| arm.y).collect()),
-        })
+        let (before, _) = (before.ok()?, after.ok()?);
+        let radius = median(arms.iter().map(|arm| arm.y).collect());
+        Some(Self { rate: before.velocity[0], direction: before.position[0], radius })
     }
 }
 
@@ -238,8 +233,8 @@ const PARTING: f64 = 0.02;
 const TOUCHING: f64 = 0.01;
 const NOISES: f64 = 5.0;
 
-/// Frames that discs stay together at least, the number after which more show nothing new, frames just after
-/// the contact, in which the middle one of three may still be one before it, and frames in a row at one
+/// Frames that discs stay together at least, and the number after which more show nothing new; frames just
+/// after the contact, in which the middle one of three may be one before it; and frames in a row at one
 /// distance after which the pair has settled.
 const LEAST_FRAMES: usize = 24;
 const MOST_FRAMES: usize = 120;
@@ -280,13 +275,12 @@ impl Stuck {
         let used = &distances[first + SKIPPED..first + frames.min(MOST_FRAMES + SKIPPED)];
         let closing = -median_slope(&distances[first.saturating_sub(NEAR)..first]);
         let third = used.len() / 3;
-        let [early, between, late] = [0, 1, 2].map(|i| &used[i * third..(i + 1) * third]);
-        let way = (late[0].0 - early[0].0) * closing;
-        let growth = |early: &[(f64, f64)]| (middle(late) - middle(early)) / way;
+        let [early, between, late] = [0, 1, 2].map(|i| middle(&used[i * third..(i + 1) * third]));
+        let way = (used[2 * third].0 - used[0].0) * closing;
         // a median of distances, each with the noise of two coordinates
         let error = MEDIAN_ERROR * noise * (2.0 * 2.0 / third as f64).sqrt() / way;
         // discs that met within the window and part again are as far apart in its first third as in its last
-        let parting = growth(early).abs().max(growth(between).abs());
+        let parting = (late - early).abs().max((late - between).abs()) / way;
         if !(closing > 0.0 && parting + 3.0 * error < PARTING) {
             return None;
         }
@@ -297,7 +291,7 @@ impl Stuck {
             distance,
             frames,
             to_the_end: first + frames == distances.len(),
-            restitution: Measured { value: growth(early), sd: Some(error) },
+            restitution: Measured { value: (late - early) / way, sd: Some(error) },
             settling: [distances[touch].0, distances[touch + settled].0],
         })
     }

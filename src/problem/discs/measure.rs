@@ -5,7 +5,7 @@ use std::sync::Arc;
 use super::block::{DiscBlock, Freedom, TOUCHING};
 use super::impact::{DiscImpact, find_doubts};
 use super::motion::{INPUTS, MOVING, locate};
-use super::own::{self, CORE, LEAST_SHOTS};
+use super::own::{self, CORE, LAW, LEAST_SHOTS};
 use super::quantities::Quantity;
 use crate::measurement::dataset::{Dataset, Measured};
 use crate::problem::block::Block;
@@ -16,12 +16,11 @@ use crate::problem::film::film_data::{Film, FilmError};
 use crate::problem::film::outliers::{outlying, tail};
 use crate::problem::frames::{PicturePaths, Sight};
 use crate::problem::minimise::descend_with_noise;
-use crate::problem::noise::minus_two_log;
 use crate::problem::policy::Policy;
 use crate::problem::problem::{Problem, State};
 use crate::problem::solution::Solution;
 use crate::problem::uncertainty::Estimates;
-use crate::problem::unknowns::{Id, Mode, Own, SHARED, Shared};
+use crate::problem::unknowns::{Id, Mode, SHARED, Shared};
 
 /// Steps of a descent with frames that may change.
 pub(super) const STEPS: usize = 10;
@@ -29,80 +28,44 @@ pub(super) const STEPS: usize = 10;
 /// Rounds of leaving out shots, and of priors that the frames contradict.
 pub(super) const ROUNDS: usize = 3;
 
-/// Frames of each point on either side of the impact that are used, one number after the other: paths
-/// are followed from the impact on to a rail or a hand. The last one is for shots that are too few to
-/// show how decelerations differ: in long paths they are less even.
-const REACHES: [usize; 4] = [15, 30, 60, 120];
+/// Frames on either side of the impact that are used, one number after the other: paths are followed from the
+/// impact on to a rail or a hand. The last one is for shots that are too few to show how decelerations
+/// differ: in long paths they are less even.
+const REACHES: [f64; 4] = [15.0, 30.0, 60.0, 120.0];
 
-/// Smallest number of frames of each point on either side that decelerations which are not even leave.
-const LEAST_REACH: usize = 7;
+/// Smallest number of frames on either side that decelerations which are not even leave.
+const LEAST_REACH: f64 = 7.0;
 
 /// Frames about the impact that are left out if the discs still touch in them.
 const MAX_TOUCHING: usize = 6;
 
-/// A problem and where a descent ended.
-pub(super) struct Reached {
-    pub(crate) problem: Problem,
-    pub(crate) descent: Descent,
-    /// −2 log L up to a constant, with the own unknowns integrated.
-    pub(crate) unlikely: f64,
-}
-
-impl Reached {
-    /// Returns where a descent ended.
-    pub fn new(problem: Problem, descent: Descent) -> Result<Self, FilmError> {
-        let reduced = descent.end.eliminate(&problem, 0.0).ok_or(FilmError::Undetermined)?;
-        let unlikely = minus_two_log(&problem, &descent.end) + reduced.own_ln_determinant;
-        Ok(Self { problem, descent, unlikely })
-    }
-
-    /// Descends with the noise or spreads that residuals show, again from where a descent did not end at a
-    /// minimum.
-    pub(crate) fn settle(mut problem: Problem, state: State) -> Result<Self, FilmError> {
-        let mut descent = descend_with_noise(&mut problem, state);
-        for _ in 0..ROUNDS {
-            if !descent.converged {
-                descent = descend_with_noise(&mut problem, descent.end.state);
-            }
+/// Descends with the noise or spreads that residuals show, again from where a descent did not end at a
+/// minimum.
+pub(super) fn settle(mut problem: Problem, state: State) -> Result<Solution, FilmError> {
+    let mut descent = descend_with_noise(&mut problem, state);
+    for _ in 0..ROUNDS {
+        if !descent.converged {
+            descent = descend_with_noise(&mut problem, descent.end.state);
         }
-        Self::new(problem, descent)
     }
-
-    pub fn block(&self) -> Result<&DiscBlock, FilmError> {
-        self.problem.discs().ok_or(FilmError::NoFilm)
-    }
-
-    pub fn names(&self) -> Vec<String> {
-        let shots = self.problem.discs().map_or(&[][..], |block| &block.shots);
-        shots.iter().map(|shot| shot.name.clone()).collect()
-    }
-
-    pub fn shared(&self) -> &Shared {
-        &self.descent.end.state.shared
-    }
-
-    pub fn own(&self) -> &[Own] {
-        &self.descent.end.state.own[0]
-    }
-
-    pub fn estimates(&self) -> Result<Estimates, FilmError> {
-        Estimates::new(&self.problem, &self.descent.end).ok_or(FilmError::Undetermined)
-    }
-
-    /// Returns what is known there, with what was found on the way.
-    pub fn solution(self, film: &Film<DiscBlock>) -> Result<Solution, FilmError> {
-        let (covariance, names) = (self.estimates()?, vec![self.names()]);
-        Ok(Solution {
-            unit: film.unit,
-            middle: film.middle.into(),
-            findings: film.findings.clone(),
-            left_out: film.left_out.clone(),
-            ..Solution::new(self.problem, self.descent, covariance, names)
-        })
-    }
+    solve(problem, descent)
 }
 
-/// Measurements of films of discs without a law of friction.
+/// Returns what is known where a descent ended.
+pub(super) fn solve(problem: Problem, descent: Descent) -> Result<Solution, FilmError> {
+    let covariance = Estimates::new(&problem, &descent.end).ok_or(FilmError::Undetermined)?;
+    let shots = problem.discs().map_or(&[][..], |block| &block.shots);
+    let names = vec![shots.iter().map(|shot| shot.name.clone()).collect()];
+    Ok(Solution::new(problem, descent, covariance, names))
+}
+
+/// Returns a solution with what was found of the film.
+pub(super) fn with_film(solution: Solution, film: Film<DiscBlock>) -> Solution {
+    let Film { unit, findings, left_out, .. } = film;
+    Solution { unit, middle: film.middle.into(), findings, left_out, ..solution }
+}
+
+/// What a film of discs shows without a law.
 pub(crate) struct MeasuredDiscs {
     /// The minimum: camera, decelerations, and the motion of the discs.
     pub(crate) solution: Solution,
@@ -117,19 +80,20 @@ pub(crate) struct MeasuredDiscs {
 /// See [`FilmError`].
 pub(crate) fn measure_discs(dataset: &Dataset, policy: &Policy) -> Result<MeasuredDiscs, FilmError> {
     let mut film = Film::of_discs(dataset)?;
-    let mut measured = measure(&film, policy)?;
-    measured.problem.discs_mut().ok_or(FilmError::NoFilm)?.freedom = Freedom::Everything;
+    let mut solution = measure(&film, policy)?;
+    solution.problem.discs_mut().ok_or(FilmError::NoFilm)?.freedom = Freedom::Everything;
     loop {
-        measured = Reached::settle(measured.problem, measured.descent.end.state)?;
-        let block = measured.problem.discs_mut().ok_or(FilmError::NoFilm)?;
+        solution = settle(solution.problem, solution.at.state)?;
+        let block = solution.problem.discs_mut().ok_or(FilmError::NoFilm)?;
         if !block.come_nearer(policy) {
             break;
         }
-        block.choose_frames(&measured.descent.end.state, None);
+        block.choose_frames(&solution.at.state, None);
     }
-    let mut impacts = measured.impacts(&film, policy)?;
+    let mut impacts = list_impacts(&solution, &film, policy)?;
     impacts.retain(|impact| {
-        let fault = impact.find_fault(&film.block.discs, policy);
+        let separation = || impact.find_separation(&film.block.discs, policy);
+        let fault = impact.find_misfit().or_else(separation);
         film.left_out.extend(fault.iter().map(|fault| (impact.name.clone(), fault.to_string())));
         fault.is_none()
     });
@@ -137,13 +101,13 @@ pub(crate) fn measure_discs(dataset: &Dataset, policy: &Policy) -> Result<Measur
         return Err(FilmError::NoImpact(film.left_out));
     }
     find_doubts(&mut impacts, policy);
-    Ok(MeasuredDiscs { solution: measured.solution(&film)?, impacts })
+    Ok(MeasuredDiscs { solution: with_film(solution, film), impacts })
 }
 
 /// Finds the outcome of each shot whatever the law, and which frames show it.
-pub(super) fn measure(film: &Film<DiscBlock>, policy: &Policy) -> Result<Reached, FilmError> {
+pub(super) fn measure(film: &Film<DiscBlock>, policy: &Policy) -> Result<Solution, FilmError> {
     let mut unknowns = film.unknowns.clone();
-    for id in [Id::Mu, Id::E, Id::FallB, Id::FallC, Id::Kappa, Id::ESlope] {
+    for id in LAW {
         unknowns[id as usize].mode = Mode::Fixed;
     }
     unknowns[Id::Kappa as usize].start = 0.0;
@@ -171,12 +135,12 @@ pub(super) fn measure(film: &Film<DiscBlock>, policy: &Policy) -> Result<Reached
         state = descend(&problem, problem.evaluate(state), &free, STEPS).end.state;
     }
     let descent = descend_with_noise(&mut problem, state);
-    Reached::new(problem, descent)
+    solve(problem, descent)
 }
 
 impl DiscBlock {
-    /// Uses the frames nearest to the impacts, within this reach, or that of each shot.
-    fn choose_frames(&mut self, state: &State, reach: Option<usize>) {
+    /// Uses the frames within this reach of the impacts, or that of each shot.
+    fn choose_frames(&mut self, state: &State, reach: Option<f64>) {
         for (shot, own) in Arc::make_mut(&mut self.shots).iter_mut().zip(&state.own[0]) {
             shot.reach = reach.unwrap_or(shot.reach);
             shot.choose_frames(own[own::TIME]);
@@ -193,32 +157,37 @@ impl DiscBlock {
             let shot = &mut Arc::make_mut(&mut self.shots)[i];
             let (last, Some(tried)) = (shot.reach, &mut shot.tried) else { continue };
             tried.push((last, misfit));
-            if misfit < policy.misfit || last < 2 * LEAST_REACH {
-                let is_near = |(_, farther): &&(usize, f64)| *farther <= policy.misfit * misfit;
+            if misfit < policy.misfit || last < 2.0 * LEAST_REACH {
+                let is_near = |(_, farther): &&(f64, f64)| *farther <= policy.misfit * misfit;
                 shot.reach = tried.iter().find(is_near).map_or(last, |(reach, _)| *reach);
                 shot.tried = None;
             } else {
-                shot.reach = last / 2;
+                shot.reach = (0.5 * last).floor();
             }
             changed |= shot.reach != last;
         }
         changed
     }
 
+    /// Returns the variance of a coordinate of each disc of shot `i` about its path, the mean of those that are
+    /// seen, m².
+    fn variances(&self, i: usize) -> [f64; 2] {
+        [0, 1].map(|disc| {
+            let noises = self.noise_of(i)[2 * disc..].iter().take(2).enumerate();
+            let seen = noises.filter(|(axis, _)| self.shots[i].flat != Some(*axis));
+            let seen: Vec<f64> = seen.map(|(_, noise)| noise.sd.powi(2)).collect();
+            seen.iter().sum::<f64>() / seen.len() as f64
+        })
+    }
+
     /// Returns the variance of the frames of shot `i` about the paths over that of their noise.
-    pub(crate) fn misfit(&self, i: usize) -> f64 {
-        let shot = &self.shots[i];
-        let first = [0, 1].map(|disc| shot.noise_of_path(disc));
-        let all = first.into_iter().flat_map(|first| [first, first + 1]);
-        let seen = all.filter(|noise| shot.flat != Some(noise % 2));
-        let expected = |noise: usize| shot.position_sd[noise / 4][noise % 4 / 2];
-        let ratio = |noise: usize| (self.noise_of(i)[noise].sd / expected(noise)).powi(2);
-        let ratios: Vec<f64> = seen.map(ratio).collect();
-        ratios.iter().sum::<f64>() / ratios.len() as f64
+    fn misfit(&self, i: usize) -> f64 {
+        let variances = self.variances(i).into_iter().zip(self.shots[i].position_sd);
+        0.5 * variances.map(|(variance, sd)| variance / sd.powi(2)).sum::<f64>()
     }
 
     /// Drops frames that stand out, and those at the ends of tracks from where on a point is not on its path
-    /// any more; returns how many stand out.
+    /// any more; returns how many.
     fn drop_frames(&mut self, state: &State, policy: &Policy) -> usize {
         let mut count = 0;
         for (i, own) in state.own[0].iter().enumerate() {
@@ -226,22 +195,10 @@ impl DiscBlock {
             let shot = &mut Arc::make_mut(&mut self.shots)[i];
             for (track, sights) in shot.tracks.iter_mut().zip(sights) {
                 let outlying = outlying(&sights, own[own::TIME], policy);
-                count += outlying.len();
+                let mut index = 0..;
+                track.frames.retain(|_| index.next().is_some_and(|index| !outlying.contains(&index)));
                 shot.outliers += outlying.len();
-                let is_off =
-                    |sight: Option<&Sight<_>>| sight.is_some_and(|end| outlying.contains(&end.index));
-                let is_cut = [is_off(sights.first()), is_off(sights.last())];
-                let good: Vec<usize> =
-                    sights.iter().map(|sight| sight.index).filter(|i| !outlying.contains(i)).collect();
-                let first = good.first().copied().unwrap_or(0);
-                let last = good.last().copied().unwrap_or(first);
-                let mut indices = 0..;
-                track.frames.retain(|_| {
-                    let index = indices.next().unwrap_or(0);
-                    // what is beyond an end is no more on the path
-                    let is_beyond = is_cut[0] && index < first || is_cut[1] && index > last;
-                    !is_beyond && !outlying.contains(&index)
-                });
+                count += outlying.len();
             }
         }
         count
@@ -262,18 +219,6 @@ impl DiscBlock {
         }
         changed
     }
-
-    /// Returns the number of frames on either side of the impact of shot `i` that are off the paths: 0 if
-    /// those next to it were left out without need.
-    pub(crate) fn count_touching(&self, i: usize, state: &State, policy: &Policy) -> usize {
-        let (shot, own) = (&self.shots[i], &state.own[0][i]);
-        let mut next_to_it = shot.clone();
-        (next_to_it.reach, next_to_it.touching) = (1, 0);
-        next_to_it.choose_frames(own[own::TIME]);
-        let sights = next_to_it.sights(own, &state.shared, &self.discs, self.noise_of(i));
-        let is_needed = are_off(&sights, own[own::TIME], TOUCHING as f64 / shot.fps, policy);
-        if is_needed || shot.touching > TOUCHING { shot.touching } else { 0 }
-    }
 }
 
 /// Returns whether the frames within `reach` seconds of an instant are off the paths.
@@ -283,76 +228,72 @@ fn are_off<const R: usize>(sights: &[Vec<Sight<R>>], instant: f64, reach: f64, p
     tail(squares.iter().sum(), 2.0 * squares.len() as f64) < policy.frame_tail
 }
 
-impl Reached {
-    /// Returns the table of what was measured.
-    pub fn impacts(&self, film: &Film<DiscBlock>, policy: &Policy) -> Result<Vec<DiscImpact>, FilmError> {
-        let (block, end) = (self.block()?, &self.descent.end);
-        let reduced = end.eliminate(&self.problem, 0.0).ok_or(FilmError::Undetermined)?;
-        let estimates =
-            Estimates::of_reduced(&self.problem, &end.state, &reduced).ok_or(FilmError::Undetermined)?;
-        let of_shot = |i: usize| {
-            let (shot, own) = (&block.shots[i], &end.state.own[0][i]);
-            let paths = shot.follow(own, &end.state.shared, &block.discs)?;
-            // the covariance of the inputs of the motion
-            let all = estimates.shot_covariance(&reduced, (0, i), &end.shots[0][i].held);
-            let shared = all.nrows() - SHARED;
-            let moving = MOVING.iter().map(|id| shared + *id as usize);
-            let places: Vec<usize> = (0..CORE).chain(moving).collect();
-            let inputs = all
-                .select_rows(&places)
-                .select_columns(&places)
-                .fixed_view::<INPUTS, INPUTS>(0, 0)
-                .clone_owned();
-            let mut values = paths.quantities(shot, &block.discs).map(|quantity| {
-                let (value, by) = (quantity?.re, gradient(&quantity?));
-                Some(Measured { value, sd: Some(by.dot(&(inputs * by)).max(0.0).sqrt()) })
-            });
-            if let (Some(ratio), Some(_)) = (&mut values[Quantity::MassRatio as usize], block.discs.masses) {
-                // stated, not measured
-                ratio.sd = None;
-            }
-            if let Some(stuck) = &shot.stuck {
-                values[Quantity::Restitution as usize] = Some(stuck.restitution);
-            }
-            let position_sd = [0, 1].map(|disc| {
-                let first = shot.noise_of_path(disc);
-                let [x, y] = [first, first + 1].map(|noise| block.noise_of(i)[noise].sd);
-                shot.flat.map_or(x.hypot(y) / 2.0_f64.sqrt(), |flat| [y, x][flat])
-            });
-            let used = [[0, 0], [0, 1], [1, 0], [1, 1]].map(|[disc, side]| {
-                let tracks = shot.tracks.iter().filter(|track| track.disc == disc);
-                let frames = tracks.flat_map(|track| &track.frames).filter(|frame| frame.used);
-                let times = frames.map(|frame| frame.time);
-                let mut times: Vec<f64> =
-                    times.filter(|time| usize::from(*time > own[own::TIME]) == side).collect();
-                times.sort_by(f64::total_cmp);
-                times.dedup();
-                times
-            });
-            let times = || used.iter().flatten().copied();
-            Some(DiscImpact {
-                name: shot.name.clone(),
-                values,
-                position_sd: position_sd[0].max(position_sd[1]),
-                misfit: block.misfit(i),
-                frames: used.each_ref().map(Vec::len),
-                window: [times().fold(f64::INFINITY, f64::min), times().fold(f64::NEG_INFINITY, f64::max)],
-                touching: block.count_touching(i, &end.state, policy),
-                outliers: shot.outliers,
-                radii: paths.radii.map(|radius| radius.re),
-                stuck: shot.stuck,
-                doubts: Vec::new(),
-                paths: PicturePaths::new(
-                    paths.pieces.each_ref().map(|sides| &sides[..]),
-                    |at, late| {
-                        (at.try_into().map_or(Point::zeros(), |at| locate::<f64>(at, late, None)), 0.0)
-                    },
-                    own[own::TIME],
-                    Camera::new(&end.state.shared),
-                ),
-                film: (film.unit, film.middle),
-            })
-        };
-        (0..block.shots.len()).map(of_shot).collect::<Option<Vec<_>>>().ok_or(FilmError::Undetermined)
-    }
+/// Returns the table of what was measured.
+pub(super) fn list_impacts(
+    solution: &Solution,
+    film: &Film<DiscBlock>,
+    policy: &Policy,
+) -> Result<Vec<DiscImpact>, FilmError> {
+    let (block, end) = (solution.problem.discs().ok_or(FilmError::NoFilm)?, &solution.at);
+    let reduced = end.eliminate(&solution.problem, 0.0).ok_or(FilmError::Undetermined)?;
+    // the frames next to the impacts
+    let mut near = block.clone();
+    Arc::make_mut(&mut near.shots).iter_mut().for_each(|shot| shot.touching = 0);
+    near.choose_frames(&end.state, Some(TOUCHING as f64));
+    let of_shot = |i: usize| {
+        let (shot, own) = (&block.shots[i], &end.state.own[0][i]);
+        let paths = shot.follow(own, &end.state.shared, &block.discs)?;
+        // the covariance of the inputs of the motion
+        let all = solution.covariance.shot_covariance(&reduced, (0, i), &end.shots[0][i].held);
+        let shared = all.nrows() - SHARED;
+        let moving = MOVING.iter().map(|id| shared + *id as usize);
+        let places: Vec<usize> = (0..CORE).chain(moving).collect();
+        let inputs = all.select_rows(&places).select_columns(&places);
+        let inputs = inputs.fixed_view::<INPUTS, INPUTS>(0, 0);
+        let mut values = paths.quantities(shot, &block.discs).map(|quantity| {
+            let (value, by) = (quantity?.re, gradient(&quantity?));
+            Some(Measured { value, sd: Some(by.dot(&(inputs * by)).max(0.0).sqrt()) })
+        });
+        if let (Some(ratio), Some(_)) = (&mut values[Quantity::MassRatio as usize], block.discs.masses) {
+            // stated, not measured
+            ratio.sd = None;
+        }
+        if let Some(stuck) = &shot.stuck {
+            values[Quantity::Restitution as usize] = Some(stuck.restitution);
+        }
+        let times = [0, 1].map(|disc| {
+            let frames = shot.tracks.iter().filter(|track| track.disc == disc).flat_map(|t| &t.frames);
+            let used = frames.filter(|frame| frame.used).map(|frame| frame.time);
+            let mut times: Vec<f64> = used.collect();
+            times.sort_by(f64::total_cmp);
+            times.dedup();
+            times
+        });
+        // left out with need
+        let next_to_it = near.sights(i, own, &end.state.shared);
+        let is_touching = are_off(&next_to_it, own[own::TIME], TOUCHING as f64 / shot.fps, policy);
+        let ends = || times.iter().flatten().copied();
+        Some(DiscImpact {
+            name: shot.name.clone(),
+            values,
+            position_sd: block.variances(i).into_iter().fold(0.0, f64::max).sqrt(),
+            misfit: block.misfit(i),
+            frames: ends().count(),
+            window: [ends().fold(f64::INFINITY, f64::min), ends().fold(f64::NEG_INFINITY, f64::max)],
+            touching: if is_touching || shot.touching > TOUCHING { shot.touching } else { 0 },
+            outliers: shot.outliers,
+            radii: paths.radii.map(|radius| radius.re),
+            stuck: shot.stuck,
+            doubts: Vec::new(),
+            paths: PicturePaths::new(
+                paths.pieces.each_ref().map(|sides| &sides[..]),
+                |at, late| (at.try_into().map_or(Point::zeros(), |at| locate::<f64>(at, late, None)), 0.0),
+                own[own::TIME],
+                Camera::new(&end.state.shared),
+            ),
+            film: (film.unit, film.middle),
+        })
+    };
+    let impacts = (0..block.shots.len()).map(of_shot).collect::<Option<Vec<_>>>();
+    impacts.ok_or(FilmError::Undetermined)
 }

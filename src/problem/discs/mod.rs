@@ -9,4 +9,3 @@ pub(crate) mod measure;
 mod motion;
 pub(crate) mod own;
 pub(crate) mod quantities;
-pub(crate) mod run;
