@@ -121,7 +121,7 @@ fn a_clean_film_of_discs_stays_as_it_is() {
             let (dataset, ratios) = film(80 + seed, &Filmed { rim, ..FILMED }, None);
             let extracted = fit::extract_discs(dataset);
             let camera = extracted.camera.as_ref().unwrap();
-            assert!(camera.converged, "{:?}", camera.sentences());
+            assert!(camera.converged, "{:?}", camera.sentence());
             // all but those of balls that hop
             assert_eq!(camera.corrections.len(), Correction::COUNT - 3);
             for found in &camera.corrections {

@@ -26,7 +26,7 @@ fn held(dataset: &Dataset, at: &[(Parameter, f64)]) -> f64 {
     options::fitted(&dataset, Depth::Estimates).chi2
 }
 
-/// The profile ends where χ² of a new fit is that of the interval above its minimum, and rises all the way.
+/// The profile ends where χ² of a new fit is that of the interval above its minimum.
 #[test]
 fn a_profile_is_how_chi2_rises() {
     /// χ²(1) at 95 %: scipy.stats.chi2.ppf(0.95, 1).
@@ -35,20 +35,12 @@ fn a_profile_is_how_chi2_rises() {
     const SAME: f64 = 0.03;
     let dataset = rolls(40, 11);
     let fit = thorough(&dataset);
-    assert_eq!(fit.diagnostics.profiles.len(), 3);
-    for profile in &fit.diagnostics.profiles {
-        let estimate = fit.get(profile.parameter).unwrap();
+    for estimate in &fit.estimates {
         let ends = estimate.intervals.profile.unwrap();
         for end in ends {
             let rise = held(&dataset, &[(estimate.parameter, end)]) - fit.chi2;
             assert!((rise / QUANTILE - 1.0).abs() < SAME, "{}: {rise}", estimate.parameter.name());
         }
-        let (value, rise) = (&profile.value, &profile.chi2_rise);
-        assert!([value[0], value[8]] == ends && [value[4], rise[4]] == [estimate.value, 0.0]);
-        for end in [rise[0], rise[8]] {
-            assert!((end / QUANTILE - 1.0).abs() < 0.01, "{rise:?}");
-        }
-        assert!((0..4).all(|i| rise[i] > rise[i + 1] && rise[8 - i] > rise[7 - i]));
     }
     let covariance = fit.covariance();
     let error = fit.mu().unwrap().std_error.unwrap();

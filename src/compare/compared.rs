@@ -10,7 +10,7 @@ use super::result::{Compared, Comparison, Difference, LabelResidual, LikelihoodR
 use super::samples::Alone;
 use super::significance::known_error;
 use crate::fit::deviations::residuals as residuals_of;
-use crate::fit::diagnostics::trends::holm;
+use crate::fit::trends::holm;
 use crate::fit::{Computed, Refuted};
 use crate::physics::collision::Fidelity;
 use crate::problem::{Estimates, Id, Mode, Policy};

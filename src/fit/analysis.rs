@@ -168,7 +168,7 @@ pub fn extract_discs(mut dataset: Dataset) -> ExtractedDiscs {
         }
         let findings = solution.findings.iter();
         tracks.notes.extend(findings.filter_map(|finding| film_words::sentence(finding, None)));
-        tracks.notes.extend(camera.sentences());
+        tracks.notes.extend(camera.sentence());
         tracks.notes.extend(notes::of_discs(&solution, &shots));
     }
     ExtractedDiscs { dataset, shots, camera: Some(camera) }

@@ -43,8 +43,6 @@ pub struct FoundCamera {
     /// How many frames before and after the impacts were left out, as their positions are off in all shots; the first of each is less
     /// than half a frame away.
     pub spoiled: Option<[usize; 2]>,
-    /// Whether discs calibrate it, and not balls.
-    pub(crate) of_discs: bool,
 }
 
 impl FoundCamera {
@@ -76,7 +74,6 @@ impl FoundCamera {
             noise_correlation: noise.filter(|rho| *rho > 0.0),
             drops,
             spoiled,
-            of_discs: solution.problem.discs().is_some(),
         }
     }
 
@@ -84,20 +81,6 @@ impl FoundCamera {
     #[must_use]
     pub fn get(&self, correction: Correction) -> f64 {
         self.picture.get(correction as usize)
-    }
-
-    /// Returns what was done to the films, in sentences.
-    #[must_use]
-    pub fn sentences(&self) -> Vec<String> {
-        let scaled = (self.unit != 1.0).then(|| scale_of_balls(self.unit));
-        let unfinished = (!self.converged).then(|| {
-            format!(
-                "The search for the camera did not converge: what is left to correct may bias the estimates. Check the radius, \
-                 the frame rate and which track is which {}, or state what is known under [camera].",
-                self.body()
-            )
-        });
-        scaled.into_iter().chain(self.sentence()).chain(unfinished).collect()
     }
 
     /// Returns the corrections as a sentence; `None` if all were held.
@@ -109,16 +92,11 @@ impl FoundCamera {
         let all: Vec<String> = self.corrections.iter().map(words).collect();
         (!all.is_empty()).then(|| {
             format!(
-                "The estimates include the camera, which the {}s themselves calibrate ({}): {}.",
-                self.body(),
+                "The estimates include the camera, which the discs themselves calibrate ({}): {}.",
                 number::count_of(self.shots, "shot"),
                 all.join(", ")
             )
         })
-    }
-
-    fn body(&self) -> &'static str {
-        if self.of_discs { "disc" } else { "ball" }
     }
 }
 

@@ -4,7 +4,7 @@ use schemars::JsonSchema;
 use serde::{Serialize, Serializer};
 
 use crate::measurement::dataset::{Before, Dataset, Measured, Shot, Tracks};
-use crate::measurement::number::{count_of, plain, with_error};
+use crate::measurement::number::{count_of, with_error};
 use crate::measurement::observable::{Axis, Observable};
 use crate::measurement::parameter::Parameter;
 use crate::measurement::spin::Spin;
@@ -27,9 +27,6 @@ const MOST_THROW_DEG: f64 = 20.0;
 
 /// Published sliding frictions of a ball on a cloth lie between 0.15 and 0.4; these limits leave room for others.
 const SLIDING: [f64; 2] = [0.1, 0.5];
-
-/// No cloth that is published of has a higher rolling resistance, four standard deviations from the mean.
-const MOST_ROLLING: f64 = 0.03;
 
 /// Number of standard errors beyond which a friction is outside of its limits.
 const OUTSIDE_ERRORS: f64 = 3.0;
@@ -68,8 +65,6 @@ pub enum Kind {
     Radius,
     /// The sliding friction of the cloth that the paths show is unusual.
     Sliding,
-    /// The rolling resistance of the cloth that the paths show is unusual.
-    Rolling,
     /// The cue ball is slower than the model is made for.
     Slow,
     /// The cue ball is faster than a player can hit it.
@@ -97,7 +92,7 @@ impl Finding {
 /// been extracted from tracks before.
 pub fn check(dataset: &Dataset) -> Vec<Finding> {
     let shots: Vec<&Shot> = dataset.shots.iter().collect();
-    let mut found = suspicious(dataset, &shots, [dataset.sliding, dataset.rolling]);
+    let mut found = suspicious(dataset, &shots, dataset.sliding);
     let advice = advice(dataset).into_iter();
     found.extend(advice.map(|text| Finding { shot: None, kind: Kind::Advice, text }));
     for shot in shots.iter().filter(|shot| shot.spin == Spin::Unknown) {
@@ -109,13 +104,9 @@ pub fn check(dataset: &Dataset) -> Vec<Finding> {
     found
 }
 
-/// Returns what lets doubt some shots of a data set, or the μ_k and μ_r of the cloth that their paths show; findings about the whole
+/// Returns what lets doubt some shots of a data set, or the μ_k of the cloth that their paths show; findings about the whole
 /// come first. Fits have the same among their doubts.
-pub(crate) fn suspicious(
-    dataset: &Dataset,
-    shots: &[&Shot],
-    [sliding, rolling]: [Option<Measured>; 2],
-) -> Vec<Finding> {
+pub(crate) fn suspicious(dataset: &Dataset, shots: &[&Shot], sliding: Option<Measured>) -> Vec<Finding> {
     if dataset.is_of_discs() {
         return Vec::new();
     }
@@ -127,15 +118,6 @@ pub(crate) fn suspicious(
             "the radius is {radius} m: billiard balls have {small} to {large} m (pool 0.028575, carom 0.03075, snooker 0.02625)"
         );
         add(None, Kind::Radius, usual);
-    }
-    if let Some(Measured { value, sd }) = rolling.filter(|measured| measured.value > MOST_ROLLING) {
-        let known = sd.filter(|sd| sd.is_finite());
-        let resistance = known.map_or_else(|| plain(value, 2), |sd| with_error(value, sd));
-        let text = format!(
-            "the balls slow down before the impacts as if the cloth's rolling resistance were {resistance}, where 0.01 is \
-             usual: cue balls that are said to roll may slide (cue_spin), or the times or the scale of the footage are wrong"
-        );
-        add(None, Kind::Rolling, text);
     }
     if let Some(Measured { value, sd: Some(sd) }) = sliding
         && (value + OUTSIDE_ERRORS * sd < SLIDING[0] || value - OUTSIDE_ERRORS * sd > SLIDING[1])
@@ -154,13 +136,6 @@ pub(crate) fn suspicious(
         }
     }
     all
-}
-
-/// Returns whether most shots show that balls or axes are mixed up, which no cause explains.
-pub(super) fn are_mixed_up(shots: &[&Shot]) -> bool {
-    let mixed_up = [Kind::Direction, Kind::Energy, Kind::SpeedRatio, Kind::Throw];
-    let is_mixed_up = |shot: &&&Shot| of_shot(shot, None).iter().any(|(kind, _)| mixed_up.contains(kind));
-    2 * shots.iter().filter(is_mixed_up).count() > shots.len()
 }
 
 /// Returns findings as warnings, each kind once: sentences.
@@ -203,16 +178,6 @@ fn advice(dataset: &Dataset) -> Vec<String> {
     let usable = dataset.count_usable();
     if (1..FEW_SHOTS).contains(&usable) {
         all.push(format!("{} can be used: too few to tell how noisy they are", count_of(usable, "shot")));
-    }
-    let is_still = dataset.tracks.as_ref().is_some_and(|tracks| tracks.shots.is_empty());
-    if is_still && !dataset.is_of_discs() && dataset.sliding.is_none() {
-        all.push(
-            "the paths after the impacts do not tell the cloth's friction μ_k: a published value is used"
-                .to_owned(),
-        );
-    }
-    if dataset.source.is_none() {
-        all.push("there is no source: say who measured it, how and when".to_owned());
     }
     if !dataset.is_of_discs() {
         all.extend(Parameter::COEFFICIENTS.into_iter().filter_map(|own| undetermined(dataset, own)));

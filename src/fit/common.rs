@@ -6,15 +6,14 @@ use std::sync::Arc;
 use nalgebra::{DMatrix, DVector};
 use statrs::distribution::{ChiSquared, ContinuousCDF, FisherSnedecor};
 
+use super::bootstrap::{self, Bootstrap};
 use super::deviations::residuals;
-use super::diagnostics::goodness::normality_of;
-use super::diagnostics::identifiability::identify;
-use super::diagnostics::trends::IMPROBABLE;
 use super::error::{Request, rejected};
-use super::intervals::bootstrap::{self, Bootstrap};
+use super::goodness::normality_of;
+use super::trends::IMPROBABLE;
 use super::{
-    Computed, Counted, Diagnostics, Estimate, Fit, Goodness, Influence, Noise, NoiseVerdict, Options,
-    Rejected, Residual, Robust, Trend, Weight, film_words,
+    Computed, Counted, Diagnostics, Estimate, Fit, Goodness, Identifiability, Influence, Noise, NoiseVerdict,
+    Options, Rejected, Residual, Robust, Trend, Weight, film_words,
 };
 use crate::measurement::loss::Loss;
 use crate::measurement::observable::Observable;
@@ -113,7 +112,7 @@ impl Fitted<'_> {
         let combination = self.solution.worst_direction(&unknowns);
         Diagnostics {
             computed: Computed::of(&self.solution, self.request.options.fidelity),
-            identifiability: identify(parameters, combination.as_ref(), silent),
+            identifiability: Identifiability::new(parameters, combination, silent),
             goodness: Some(self.goodness(tested)),
             robust: self.robust(),
             bootstrap: self.bootstrap(),

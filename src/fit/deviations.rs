@@ -2,7 +2,7 @@
 
 use nalgebra::DVector;
 
-use super::diagnostics::trends::ranked;
+use super::trends::ranked;
 use super::{Residual, Trend, Variable};
 use crate::measurement::observable::{Axis, Observable};
 use crate::problem::{self, Deviations, ShiftScore, Solution};
@@ -31,8 +31,8 @@ pub(super) fn trends(
         add(Variable::Side, &|found| found.spins[1]);
     }
     let mut trends = Vec::new();
-    for (quantity, direction) in quantities(&seen) {
-        let scores = scores(solution, shots, &direction);
+    for (quantity, of) in quantities(&seen) {
+        let scores = scores(solution, shots, of);
         for (variable, values) in &variables {
             let Some(slope) = solution.slope_of(values, &scores) else { continue };
             let Some(p_value) = chance(&slope, &scores) else { continue };
@@ -43,17 +43,13 @@ pub(super) fn trends(
 }
 
 /// Returns the score of a shift of each shot along a direction.
-fn scores(
-    solution: &Solution,
-    shots: &[Option<Deviations>],
-    direction: &Direction,
-) -> Vec<Option<ShiftScore>> {
+fn scores(solution: &Solution, shots: &[Option<Deviations>], of: TrendOf) -> Vec<Option<ShiftScore>> {
     let columns = solution.own_columns();
     // the frames of a film count by their weights already
     let weights = if solution.is_film() { Vec::new() } else { solution.weights() };
     let score = |(i, one): (usize, &Option<Deviations>)| {
         let one = one.as_ref()?;
-        let direction = direction(one);
+        let direction = of.direction(one);
         let square = direction.norm_squared();
         let unit = &direction * (direction.dot(&(&one.covariance * &direction)).sqrt() / square);
         let weight = weights.get(i).copied().unwrap_or(1.0);
@@ -109,42 +105,50 @@ fn observables(shots: &[Option<Deviations>]) -> Vec<Observable> {
     seen
 }
 
-/// Direction of a quantity among the numbers of a shot.
-type Direction = Box<dyn Fn(&Deviations) -> DVector<f64>>;
+/// A quantity of a shot that may have a trend.
+#[derive(Clone, Copy)]
+enum TrendOf {
+    /// Velocity of one ball along or across the line of centres.
+    Velocity {
+        of: fn(Axis) -> Observable,
+        across: bool,
+    },
+    Number(Observable),
+}
+
+impl TrendOf {
+    /// Returns its direction among the numbers of a shot; friction is against the slip and has the sign of
+    /// the cut angle.
+    fn direction(self, found: &Deviations) -> DVector<f64> {
+        let ([cos, sin], side) = (found.normal, if found.cut < 0.0 { -1.0 } else { 1.0 });
+        let part = |observable: &Observable| match self {
+            Self::Velocity { of, across } => {
+                let axes = if across { [-side * sin, side * cos] } else { [cos, sin] };
+                let axis = [Axis::X, Axis::Y].into_iter().position(|axis| of(axis) == *observable);
+                axis.map_or(0.0, |axis| axes[axis])
+            }
+            Self::Number(which) if *observable != which => 0.0,
+            Self::Number(Observable::ImpulseRatio) => -found.cut.signum(),
+            Self::Number(_) => 1.0,
+        };
+        DVector::from_iterator(found.observables.len(), found.observables.iter().map(part))
+    }
+}
 
 /// Returns what may have trends: of impacts the velocities along and across the line of centres, of
 /// angles and discs every observable.
-fn quantities(seen: &[Observable]) -> Vec<(&'static str, Direction)> {
-    let velocity = |of: fn(Axis) -> Observable, across: bool| -> Direction {
-        Box::new(move |found| {
-            let [cos, sin] = found.normal;
-            // friction has the sign of the cut angle
-            let side = if found.cut < 0.0 { -1.0 } else { 1.0 };
-            let axes = if across { [-side * sin, side * cos] } else { [cos, sin] };
-            let part = |observable: &Observable| {
-                let axis = [Axis::X, Axis::Y].into_iter().position(|axis| of(axis) == *observable);
-                axis.map_or(0.0, |axis| axes[axis])
-            };
-            DVector::from_iterator(found.observables.len(), found.observables.iter().map(part))
-        })
-    };
-    if seen.iter().any(|observable| Observable::IMPACTS.contains(observable)) {
-        return vec![
-            ("throw", velocity(Observable::ObjectVelocity, true)),
-            ("object-ball velocity along the line of centres", velocity(Observable::ObjectVelocity, false)),
-            ("cue-ball velocity along the line of centres", velocity(Observable::CueVelocity, false)),
-            ("cue-ball velocity across the line of centres", velocity(Observable::CueVelocity, true)),
-        ];
+fn quantities(seen: &[Observable]) -> Vec<(&'static str, TrendOf)> {
+    if !seen.iter().any(|observable| Observable::IMPACTS.contains(observable)) {
+        return seen.iter().map(|observable| (observable.label(), TrendOf::Number(*observable))).collect();
     }
-    let only = |which: Observable| -> Direction {
-        Box::new(move |found| {
-            // friction is against the slip
-            let size = if which == Observable::ImpulseRatio { -found.cut.signum() } else { 1.0 };
-            let part = |observable: &Observable| if *observable == which { size } else { 0.0 };
-            DVector::from_iterator(found.observables.len(), found.observables.iter().map(part))
-        })
-    };
-    seen.iter().map(|observable| (observable.label(), only(*observable))).collect()
+    let velocity = |of: fn(Axis) -> Observable, across: bool| TrendOf::Velocity { of, across };
+    let (cue, object) = (Observable::CueVelocity, Observable::ObjectVelocity);
+    vec![
+        ("throw", velocity(object, true)),
+        ("object-ball velocity along the line of centres", velocity(object, false)),
+        ("cue-ball velocity along the line of centres", velocity(cue, false)),
+        ("cue-ball velocity across the line of centres", velocity(cue, true)),
+    ]
 }
 
 /// Returns the deviations of a shot in units of their errors, independent of each other.

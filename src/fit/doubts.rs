@@ -3,8 +3,8 @@
 use std::cmp::Reverse;
 use std::collections::HashSet;
 
-use super::check::{self, Kind, capital};
-use super::{Fit, Noise, NoiseVerdict, Refuted, Rejected, Remark, Status, Trend, film_words};
+use super::check::{self, capital};
+use super::{Fit, Noise, NoiseVerdict, Refuted, Rejected, Status, Trend, film_words};
 use crate::measurement::dataset::ON_REQUEST;
 use crate::measurement::number::{count_of, plain, with_error};
 use crate::measurement::observable::Observable;
@@ -20,14 +20,37 @@ const MANY_SUSPICIOUS: f64 = 0.5;
 /// Noise whose correlation from frame to frame is above this is that of a filter: trackers that follow a ball by themselves stay below.
 const SMOOTHED: f64 = 0.93;
 
-/// Number of shots that show whether the camera looks askew.
-const LEAST_SHOTS: usize = 6;
-
 /// Ratio of a standard error to the one with other parameters exactly at their bounds, from which on it is said.
 const WORTH_SAYING: f64 = 2.0;
 
 /// Part of the rounding of the readings; without one, in rad, m/s, rad/s or as a ratio: smaller residuals are rounding of the search.
 const MIN_RESIDUAL: f64 = 1e-6;
+
+/// Something to know of a fit.
+#[derive(Clone, Debug)]
+pub struct Remark {
+    /// Its subject.
+    pub about: About,
+    /// How far it affects the trust in the fit.
+    pub severity: Severity,
+    /// Its sentence, for a reader.
+    pub sentence: String,
+}
+
+/// The subject of a remark, as data.
+#[derive(Clone, Debug)]
+pub enum About {
+    /// A finding of the search.
+    Found(Finding),
+    /// The kind of what follows from the results.
+    Kind(&'static str),
+}
+
+impl Remark {
+    pub(super) fn new(severity: Severity, kind: &'static str, sentence: String) -> Self {
+        Self { about: About::Kind(kind), severity, sentence }
+    }
+}
 
 fn unusable(kind: &'static str) -> impl Fn(String) -> Remark {
     move |sentence| Remark::new(Severity::Unusable, kind, sentence)
@@ -94,18 +117,12 @@ impl Fit {
     /// Returns how the data contradict the model, and what else is wrong, as that is why.
     fn refuted_model(&self) -> Option<String> {
         let refuted = self.refuted.as_ref()?;
-        let what = match (self.discs, self.object) {
-            (Some(_), _) => "two rigid discs",
-            (None, Some(_)) => "two balls of the stated masses and sizes",
-            (None, None) => "two equal balls",
+        let what = match self.object {
+            Some(_) => "two balls of the stated masses and sizes",
+            None => "two equal balls",
         };
-        let radius = self.diagnostics.suspicious.iter().find(|finding| finding.kind == Kind::Radius);
-        let few = self.not_used().filter(|doubt| doubt.severity == Severity::Doubtful);
-        let why = radius
-            .map(|odd| format!("{}.", capital(&odd.text)))
-            .or(few.map(|doubt| doubt.sentence))
-            .or_else(|| self.unseen_tilt())
-            .or_else(|| self.wrong_footage());
+        let few = || self.not_used().filter(|doubt| doubt.severity == Severity::Doubtful);
+        let why = self.wrong_footage().or_else(|| few().map(|doubt| doubt.sentence));
         // any other is of balls that are confused
         let measured = refuted.restitution.filter(|e| (0.0..=1.0).contains(&e.value));
         let measured = measured
@@ -153,19 +170,6 @@ impl Fit {
             warning("shots-left-out")(format!(
                 "{left_out} of {all} shots were not used; the first is shot {shot}: {reason}."
             ))
-        })
-    }
-
-    /// Returns that these shots are too few to show whether the camera looks askew, which other causes then seem
-    /// to explain.
-    fn unseen_tilt(&self) -> Option<String> {
-        let shots = self.shots_used + self.shots_rejected.len();
-        (self.footage && self.discs.is_none() && shots < LEAST_SHOTS).then(|| {
-            format!(
-                "{} cannot show whether the camera looks askew, and that may be the reason: film at least {LEAST_SHOTS}, or \
-                 straight from above.",
-                count_of(shots, "shot")
-            )
         })
     }
 

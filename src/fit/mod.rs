@@ -1,46 +1,47 @@
 //! Data set + settings → [`Fit`]: estimates, uncertainties, residuals, and what to think of them.
 
 pub(crate) mod analysis;
+mod bootstrap;
 mod camera;
 pub mod check;
 mod common;
 pub(crate) mod deviations;
-pub(crate) mod diagnostics;
 mod doubts;
 mod error;
 mod estimate;
 pub(crate) mod film;
 pub(crate) mod film_words;
-pub(crate) mod intervals;
+pub(crate) mod goodness;
 mod notes;
 mod of_discs;
 mod of_film;
 mod of_rows;
 mod options;
-mod remark;
+mod refuted;
+mod regions;
 mod result;
+pub(crate) mod trends;
 mod verdict;
 
 pub use analysis::{ExtractedDiscs, extract_discs, fit, fit_watched, with_impacts};
+pub use bootstrap::{Bootstrap, Resampled};
 pub use camera::{FoundCamera, FoundCorrection};
-pub use diagnostics::goodness::{Goodness, Influence, NoiseVerdict, Normality};
-pub use diagnostics::identifiability::{Combination, Identifiability};
-pub use diagnostics::refuted::{MeasuredRestitution, Refuted};
-pub use diagnostics::trends::{Trend, Variable};
+pub use doubts::{About, Remark};
 pub use error::FitError;
 pub use estimate::Counted;
 pub use film::FittedFilm;
-pub use intervals::bootstrap::{Bootstrap, Resampled};
-pub use intervals::regions::{Contour, Level, Profile};
+pub use goodness::{Goodness, Identifiability, Influence, NoiseVerdict, Normality};
 pub use options::{Depth, Falling, Options};
-pub use remark::{About, Remark};
+pub use refuted::{MeasuredRestitution, Refuted};
+pub use regions::{Contour, Level};
+pub(crate) use result::DOWN_WEIGHTED;
 pub use result::{
     Computed, Diagnostics, Explanation, Fit, Noise, Rejected, Residual, Robust, Scatter, Weight,
 };
-pub(crate) use result::{DOWN_WEIGHTED, JointFit};
+pub use trends::{Trend, Variable};
 pub use verdict::{Grade, Verdict};
 
 pub use crate::problem::{
-    Budget, DiscImpact, Doubt, Id, IntervalPair as Intervals, ParameterEstimate as Estimate, Quantity,
-    Severity, Status, predict,
+    Budget, Combination, DiscImpact, Doubt, Id, IntervalPair as Intervals, ParameterEstimate as Estimate,
+    Quantity, Severity, Status, predict,
 };

@@ -9,7 +9,7 @@ use super::camera::FoundCamera;
 use super::common::{Fitted, Tested};
 use super::deviations::{trends, whiten};
 use super::error::Request;
-use super::intervals::regions::contours;
+use super::regions::contours;
 use super::{Computed, Depth, Diagnostics, Estimate, Fit, FitError, Scatter, Status, notes};
 use crate::measurement::observable::Observable;
 use crate::measurement::parameter::Parameter;

@@ -5,8 +5,8 @@ use super::common::{Fitted, Tested};
 use super::deviations::trends;
 use super::error::Request;
 use super::film::FittedFilm;
-use super::intervals::regions::contours;
-use super::{Depth, Diagnostics, Estimate, Fit, FitError, Intervals, JointFit, Status, film_words, notes};
+use super::regions::contours;
+use super::{Depth, Diagnostics, Estimate, Fit, FitError, Intervals, Status, film_words, notes};
 use crate::measurement::dataset::{Measured, Shot};
 use crate::measurement::parameter::{Compliance, Parameter, Setting, Settings};
 use crate::measurement::spin::Spin;
@@ -40,7 +40,7 @@ pub(super) fn fit(request: Request) -> Result<Fit, FitError> {
     let mut fit = build(&fitted, &film);
     let shots: Vec<&Shot> = impacts.iter().map(|impact| &impact.shot).collect();
     let has_topspin = film.solution.topspins().iter().any(|(_, topspin)| *topspin > TOPSPIN);
-    let of_film = notes::of_film(&fit, &film);
+    let of_film = notes::of_film(&film);
     notes::comment(&mut fit, dataset, &shots, has_topspin, of_film);
     for _ in &impacts {
         done();
@@ -168,18 +168,14 @@ fn diagnostics(fitted: &Fitted, estimates: &[Estimate]) -> Diagnostics {
     let silent = estimates.iter().filter(is_silent).map(|e| e.parameter).collect();
     let drawn: Vec<&Estimate> = estimates.iter().filter(|e| parameters.contains(&e.parameter)).collect();
     let (chi2, observations) = solution.chi2_of_data();
-    let unknowns = solution.own_count();
     let tested = Tested {
         chi2,
-        dof: (observations - unknowns as f64 - solution.data_count()).max(0.0),
+        dof: (observations - solution.own_count() as f64 - solution.data_count()).max(0.0),
         is_stated: solution.states_noise(),
         standardized: whitened_offsets(solution),
         trends: trends(solution, &fitted.deviations, |slope, _| Some(slope.p_value)),
     };
     let mut diagnostics = fitted.diagnostics(&parameters, silent, tested);
-    let p_value = diagnostics.goodness.as_ref().and_then(|goodness| goodness.p_value);
-    let observations = observations.round() as usize;
-    diagnostics.joint = Some(JointFit { p_value, observations, unknowns });
     if fitted.request.options.depth >= Depth::Everything {
         diagnostics.contours = contours(solution, &solution.covariance, &drawn, None);
     }

@@ -6,10 +6,10 @@ use statrs::distribution::{ContinuousCDF, StudentsT};
 
 use super::common::{Fitted, Tested};
 use super::deviations::{trends, whiten};
-use super::diagnostics::refuted;
 use super::error::Request;
-use super::intervals::regions;
-use super::{Depth, Diagnostics, Estimate, Fit, FitError, Profile, Status, check, notes};
+use super::refuted;
+use super::regions;
+use super::{Depth, Diagnostics, Estimate, Fit, FitError, Status, notes};
 use crate::measurement::dataset::Shot;
 use crate::measurement::number::plain;
 use crate::measurement::observable::Observable;
@@ -35,12 +35,8 @@ pub(super) fn fit(request: Request) -> Result<Fit, FitError> {
     let Request { dataset, options, .. } = request;
     let shots: Vec<&Shot> = dataset.shots.iter().collect();
     let depth = if shots.len() > MANY_SHOTS { options.depth.min(Depth::Intervals) } else { options.depth };
-    // what no model describes is not worth more
-    let is_light = options.fidelity.is_none() && check::are_mixed_up(&shots);
-    let fidelity = if is_light { Some(Fidelity::Full) } else { options.fidelity };
-    let depth = if is_light { Depth::Estimates } else { depth };
     let without_profiles = depth < Depth::Intervals;
-    let choices = RowsChoices { fidelity, loss: options.loss, without_profiles };
+    let choices = RowsChoices { fidelity: options.fidelity, loss: options.loss, without_profiles };
     let rows = fit_rows(dataset, &shots, &choices, &Policy::default());
     let rows = rows.map_err(|error| request.of_rows(error))?;
     let common = Fitted {
@@ -53,7 +49,7 @@ pub(super) fn fit(request: Request) -> Result<Fit, FitError> {
     let mut fit = fitted.fit();
     let mut deviations = fitted.common.deviations.iter().flatten();
     let has_topspin = deviations.any(|found| found.spins[0] > 0.0);
-    notes::comment(&mut fit, dataset, &shots, has_topspin, fitted.notes());
+    notes::comment(&mut fit, dataset, &shots, has_topspin, []);
     Ok(fit)
 }
 
@@ -144,18 +140,8 @@ impl OfRows<'_> {
             let drawn = fit.of_contact().filter(|estimate| has_error(estimate) || estimate.is_at_bound());
             let drawn: Vec<&Estimate> = drawn.collect();
             diagnostics.contours = regions::contours(solution, as_free, &drawn, *dof);
-            diagnostics.profiles =
-                fit.of_contact().filter(has_error).filter_map(|e| self.profile(e)).collect();
         }
         diagnostics
-    }
-
-    /// Returns how χ² rises along a parameter.
-    fn profile(&self, estimate: &Estimate) -> Option<Profile> {
-        let ends = estimate.intervals.profile?;
-        let points = self.rows.solution.curve(Id::from(estimate.parameter) as usize, ends);
-        let (value, chi2_rise) = points.into_iter().map(|[value, rise]| (value, rise)).unzip();
-        Some(Profile { parameter: estimate.parameter, value, chi2_rise })
     }
 
     /// Returns the probability of a slope by chance; the noise that is estimated from the same numbers is less without
@@ -171,16 +157,5 @@ impl OfRows<'_> {
         let dof = dof - 1.0 - f64::from(slope.level.is_some());
         let t = (square * dof / left).sqrt();
         Some(2.0 * StudentsT::new(0.0, 1.0, dof).ok()?.sf(t.min(f64::MAX)))
-    }
-
-    /// Returns what is good to know of the fit of a table.
-    fn notes(&self) -> impl Iterator<Item = String> {
-        let has_no_speed = self.common.deviations.iter().flatten().any(|found| found.speed.is_none());
-        let speed = has_no_speed.then_some(
-            "Some shots have no speed. Only angles and ratios were asked of them, which do not depend on it.",
-        );
-        let regions = (self.depth < self.common.request.options.depth)
-            .then_some("With so many shots the regions of pairs of parameters are left out.");
-        speed.into_iter().chain(regions).map(str::to_owned)
     }
 }

@@ -9,8 +9,7 @@ use serde::{Deserialize, Serialize, Serializer};
 
 use super::check;
 use super::{
-    Bootstrap, Contour, Estimate, FittedFilm, FoundCamera, Goodness, Identifiability, Profile, Refuted,
-    Remark,
+    Bootstrap, Contour, Estimate, FittedFilm, FoundCamera, Goodness, Identifiability, Refuted, Remark,
 };
 use crate::measurement::dataset::{Measured, ObjectBall};
 use crate::measurement::loss::Loss;
@@ -123,10 +122,6 @@ pub struct Diagnostics {
     pub bootstrap: Option<Bootstrap>,
     /// Confidence regions of pairs of parameters.
     pub contours: Vec<Contour>,
-    /// Profiles of tables: how χ² rises as a parameter moves within its 95 % interval and the others follow.
-    pub profiles: Vec<Profile>,
-    /// How the frames of a film of balls were fitted.
-    pub(crate) joint: Option<JointFit>,
     /// Whether values outside the intervals fit nearly as well.
     #[serde(skip)]
     pub has_rival: bool,
@@ -204,19 +199,6 @@ pub struct Explanation {
     pub adopted: bool,
     /// The explanation for a reader, with what to do.
     pub sentence: String,
-}
-
-/// The results of a fit of a film of balls besides the parameters.
-#[derive(Clone, Debug, Serialize, JsonSchema)]
-#[non_exhaustive]
-pub(crate) struct JointFit {
-    /// Probability of a larger χ² if model and noise are right; null if the noise was estimated from the frames.
-    pub(crate) p_value: Option<f64>,
-    /// Number of coordinates, and components of spins that markers show, that were fitted.
-    pub(crate) observations: usize,
-    /// Number of unknowns that the shots have of their own, together.
-    #[serde(rename = "shot_unknowns")]
-    pub(crate) unknowns: usize,
 }
 
 /// Shots of a weight below this are listed in the report.

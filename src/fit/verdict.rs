@@ -4,8 +4,7 @@ use schemars::JsonSchema;
 use serde::Serialize;
 
 use super::doubts::listed;
-use super::{Estimate, Fit, Remark, Status, film_words};
-use crate::measurement::dataset::ObjectBall;
+use super::{Budget, Fit, Id, Remark, Status, film_words};
 use crate::measurement::number::{self, plain};
 use crate::measurement::parameter::Parameter;
 use crate::measurement::written::written_by_name;
@@ -109,31 +108,25 @@ impl Fit {
         format!("{what}{test}{open}.{}", others.collect::<String>())
     }
 
-    /// Returns that most of an error is due to masses that were not weighed: of the variance of a parameter, what would be gained by knowing
-    /// m_cue/m_object = r exactly is Cov²/Var(r).
+    /// Returns that most of the variance of a parameter is due to masses that were not weighed.
     fn limited_by_masses(&self) -> Option<String> {
         /// The standard deviation of m_cue/m_object of balls of 170 g that are each weighed to 0.1 g is 0.0008.
         const WEIGHED: f64 = 0.001;
         /// Part of a variance.
         const LARGE_MASS_PART: f64 = 0.5;
-        let object = self.object.unwrap_or(ObjectBall::unweighed(self.ball));
-        object.ratio_sds(self.ball)[0].filter(|sd| self.discs.is_none() && *sd >= WEIGHED)?;
-        let ratio = self.estimates.iter().position(|e| e.parameter == Parameter::MassRatio)?;
-        let share = |(i, estimate): (usize, &Estimate)| {
-            let error = estimate.std_error.filter(|_| estimate.parameter != Parameter::MassRatio)?;
-            let correlation = self.correlation[(i, ratio)];
-            (correlation.powi(2) > LARGE_MASS_PART).then_some((
-                estimate.parameter.symbol(),
-                error,
-                correlation.abs(),
-            ))
+        self.solution.get(Id::MassRatio)?.prior.filter(|prior| prior.sd >= WEIGHED)?;
+        let share = |budget: &Budget| {
+            let masses = budget.shares.iter().find(|share| share.nuisance == Id::MassRatio)?.variance;
+            let all = budget.shares.iter().map(|share| share.variance).sum::<f64>() + budget.noise;
+            let parameter = Parameter::COEFFICIENTS.into_iter().find(|p| Id::from(*p) == budget.id)?;
+            (masses > LARGE_MASS_PART * all).then_some((parameter.symbol(), all, masses))
         };
-        let limited = self.estimates.iter().enumerate().filter_map(share);
-        let (symbol, error, part) = limited.max_by(|a, b| a.2.total_cmp(&b.2))?;
+        let limited = self.budget.iter().filter_map(share);
+        let (symbol, all, masses) = limited.max_by(|a, b| (a.2 / a.1).total_cmp(&(b.2 / b.1)))?;
         Some(format!(
             " Of the error of {symbol}, ± {}, {} is the mass ratio: weigh both balls to 0.1 g.",
-            plain(error, 2),
-            plain(part * error, 2)
+            plain(all.sqrt(), 2),
+            plain(masses.sqrt(), 2)
         ))
     }
 }

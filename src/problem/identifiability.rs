@@ -2,11 +2,14 @@
 //! determine of it.
 
 use nalgebra::{DMatrix, DVector};
+use schemars::JsonSchema;
+use serde::{Serialize, Serializer};
 
 use super::problem::{Evaluation, Problem, Reduced};
 use super::solution::Solution;
 use super::uncertainty::Estimates;
 use super::unknowns::{Id, Mode};
+use crate::measurement::parameter::Parameter;
 
 /// Eigenvalue of the normal matrix, scaled to a diagonal of 1, below which χ² does not change along its
 /// direction: products of derivatives are exact to 1e-12.
@@ -23,40 +26,77 @@ const SHARE: f64 = 0.1;
 /// ratio stays.
 const INVARIANT: f64 = 0.15;
 
-/// A function of two unknowns.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(crate) enum Invariant {
-    /// x·y
-    Product,
-    /// x/y
-    Ratio,
-}
-
-/// A function of a direction's unknowns that the data determine.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub(crate) struct Remains {
-    /// Which function of the direction's two unknowns.
-    pub(crate) invariant: Invariant,
-    /// Its value.
-    pub(crate) value: f64,
-    /// Standard error of the value.
-    pub(crate) std_error: f64,
-}
-
-/// The direction of the unknowns in which χ² changes least.
-#[derive(Clone, Debug, PartialEq)]
+/// A combination of unknowns that is determined badly: the direction in which χ² changes least.
+#[derive(Clone, Debug, PartialEq, Serialize, JsonSchema)]
 pub struct Combination {
-    /// How far each unknown goes for one standard error along it; in a direction that is not determined
-    /// 1 for the one that goes farthest.
+    /// The combination as a sentence.
+    pub words: String,
+    /// How each unknown moves along the combination by one standard error, in its unit; undetermined: 1 for the one that goes
+    /// farthest.
+    #[serde(rename = "one_standard_error_along", serialize_with = "by_name")]
+    #[schemars(with = "std::collections::BTreeMap<String, Option<f64>>")]
     pub terms: Vec<(Id, f64)>,
+    /// Whether it is determined, but badly: the condition number is beyond 30.
+    pub weak: bool,
+    /// Whether the data do not determine it.
+    pub undetermined: bool,
+    /// The combination that is determined instead; null if there is none.
+    pub determined: Option<Determined>,
     /// Roots of the eigenvalues of the normal matrix scaled to a diagonal of 1, the largest first.
+    #[serde(skip)]
     pub singular_values: Vec<f64>,
-    /// Whether it is weakly determined.
-    pub(crate) is_weak: bool,
-    /// Whether χ² does not change along it at all.
-    pub(crate) is_undetermined: bool,
-    /// The function of its unknowns that is determined.
-    pub(crate) remains: Option<Remains>,
+}
+
+/// A combination of parameters that is determined.
+#[derive(Clone, Debug, PartialEq, Serialize, JsonSchema)]
+pub struct Determined {
+    /// The combination, as in the product μ·μ_s.
+    pub name: String,
+    /// Its value.
+    pub estimate: f64,
+    /// Its standard error.
+    #[schemars(with = "Option<f64>")]
+    pub std_error: f64,
+}
+
+fn by_name<S: Serializer>(terms: &[(Id, f64)], serializer: S) -> Result<S::Ok, S::Error> {
+    serializer.collect_map(terms.iter().map(|(id, step)| (id.name(), step)))
+}
+
+/// Returns the symbol of a parameter, or the name of another unknown.
+fn symbol(id: Id) -> &'static str {
+    let parameter = Parameter::ALL.into_iter().find(|parameter| Id::from(*parameter) == id);
+    parameter.map_or(id.name(), Parameter::symbol)
+}
+
+impl Combination {
+    fn in_words(&self) -> String {
+        let names: Vec<&str> = self.terms.iter().map(|(id, _)| symbol(*id)).collect();
+        let names = names.join(" and ");
+        let moves = self.terms.iter().map(|(id, step)| {
+            let verb = if *step > 0.0 { "rises" } else { "falls" };
+            format!("{} {verb} by {:.2e}", symbol(*id), step.abs())
+        });
+        let moves = moves.collect::<Vec<_>>().join(" and ");
+        match &self.determined {
+            Some(Determined { name, .. }) if self.undetermined => {
+                format!("only {name} is determined by these shots")
+            }
+            Some(Determined { name, estimate, std_error }) if self.weak => format!(
+                "these shots hardly tell {names} apart: {name} = {estimate:.4} ± {std_error:.1e} is known far better than \
+                 either"
+            ),
+            _ if self.terms.len() < 2 => {
+                format!("worst determined: {names} alone; the others do not depend on it")
+            }
+            _ if self.undetermined => format!(
+                "only a combination of {names} is determined by these shots: nothing changes when {moves} in \
+                 proportion"
+            ),
+            _ if self.weak => format!("these shots hardly tell {names} apart: little changes when {moves}"),
+            _ => format!("worst determined together: {names}; within one standard error {moves}"),
+        }
+    }
 }
 
 /// Returns the worst determined direction of the free unknowns that the data depend on and that are not
@@ -111,18 +151,20 @@ fn combine(unknowns: &[(Id, f64)], matrix: &DMatrix<f64>) -> Option<Combination>
         (0..n).filter(|i| *i != least || !is_undetermined).map(part).sum()
     };
     let x = |i: usize| unknowns[i].1;
-    let remains = match terms[..] {
+    let determined = match terms[..] {
         [(i, step_i), (j, step_j)] if x(i) > 0.0 && x(j) > 0.0 => {
             let ratio = (step_i / x(i)) / (step_j / x(j));
-            let of = |invariant: Invariant, value: f64, by: [f64; 2]| {
+            let [first, second] = [i, j].map(|i| symbol(unknowns[i].0));
+            let of = |name: String, estimate: f64, by: [f64; 2]| {
                 let mut gradient = DVector::zeros(n);
                 (gradient[i], gradient[j]) = (by[0], by[1]);
-                Remains { invariant, value, std_error: variance(&gradient).sqrt() }
+                Determined { name, estimate, std_error: variance(&gradient).sqrt() }
             };
             if (ratio + 1.0).abs() < INVARIANT {
-                Some(of(Invariant::Product, x(i) * x(j), [x(j), x(i)]))
+                Some(of(format!("the product {first}·{second}"), x(i) * x(j), [x(j), x(i)]))
             } else if (ratio - 1.0).abs() < INVARIANT {
-                Some(of(Invariant::Ratio, x(i) / x(j), [x(j).recip(), -x(i) / x(j).powi(2)]))
+                let by = [x(j).recip(), -x(i) / x(j).powi(2)];
+                Some(of(format!("the ratio {first}/{second}"), x(i) / x(j), by))
             } else {
                 None
             }
@@ -131,12 +173,13 @@ fn combine(unknowns: &[(Id, f64)], matrix: &DMatrix<f64>) -> Option<Combination>
     };
     let mut singular_values: Vec<f64> = values.iter().map(|value| value.max(0.0).sqrt()).collect();
     singular_values.sort_by(|a, b| b.total_cmp(a));
-    let is_weak = is_undetermined || singular_values[0] > WEAK * singular_values[n - 1];
-    Some(Combination {
+    let combination = Combination {
+        words: String::new(),
         terms: terms.into_iter().map(|(i, step)| (unknowns[i].0, step)).collect(),
+        weak: is_undetermined || singular_values[0] > WEAK * singular_values[n - 1],
+        undetermined: is_undetermined,
+        determined,
         singular_values,
-        is_weak,
-        is_undetermined,
-        remains,
-    })
+    };
+    Some(Combination { words: combination.in_words(), ..combination })
 }

@@ -291,7 +291,7 @@ pub(crate) fn determine(problem: &Problem, at: &Evaluation) -> (Estimates, Vec<I
     let mut undetermined: Vec<Id> = Vec::new();
     while let Some(worst) = at.eliminate(&held, 0.0).and_then(|reduced| worst_direction(&held, at, &reduced))
         && let Some(largest) = worst.terms.iter().max_by(|a, b| a.1.abs().total_cmp(&b.1.abs()))
-        && worst.is_undetermined
+        && worst.undetermined
     {
         undetermined.extend(worst.terms.iter().map(|(id, _)| *id));
         held.unknown_mut(largest.0).mode = Mode::Fixed;

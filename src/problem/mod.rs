@@ -58,7 +58,6 @@ pub(crate) use film::shots::FittedFrame;
 pub use film::shots::{Impact, OwnEstimate};
 pub use findings::{Finding, Severity};
 pub use identifiability::Combination;
-pub(crate) use identifiability::Invariant;
 pub use intervals::{IntervalPair, ParameterEstimate, Status};
 pub(crate) use intervals::{Known, Quantiles, errors_as_free};
 pub(crate) use offsets::ShiftScore;

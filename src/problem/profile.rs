@@ -36,9 +36,6 @@ const DIRECTIONS: usize = 24;
 /// ends of intervals of films, whose χ² is rough by some hundredths.
 const EDGE: f64 = 0.01;
 
-/// Parts of the way to the ends of an interval at which its curve has points.
-const PARTS: [f64; 4] = [0.25, 0.5, 0.75, 1.0];
-
 /// A distance along a way from the minimum, the root of the rise of χ² there, and the point.
 type Reached = (f64, f64, Evaluation);
 
@@ -75,23 +72,6 @@ impl Solution {
             return None;
         }
         self.profile(column, (t, EDGE))
-    }
-
-    /// Returns how χ² rises along a column of the problem as all others follow: values and rises, between
-    /// both ends of its interval.
-    pub(crate) fn curve(&self, column: usize, ends: [f64; 2]) -> Vec<[f64; 2]> {
-        let from = self.at.state.shared.0[column];
-        let side = |end: f64| {
-            let mut near = self.at.clone();
-            PARTS.map(|part| {
-                let value = from + part * (end - from);
-                near = least_at(&self.problem, &near, &[(column, value)])?;
-                Some([value, (near.cost - self.at.cost).max(0.0)])
-            })
-        };
-        let [below, above] = ends.map(side);
-        let middle = std::iter::once([from, 0.0]);
-        below.into_iter().rev().flatten().chain(middle).chain(above.into_iter().flatten()).collect()
     }
 
     /// Returns the edge of the region of two columns where χ², least over all others, is `rise` above its

@@ -170,7 +170,11 @@ impl Estimates {
             let information = 1.0 / variance - prior.sd.powi(-2);
             let estimate = (x / variance - prior.mean * prior.sd.powi(-2)) / information;
             let size = (estimate - prior.mean) / (1.0 / information + prior.sd * prior.sd).sqrt();
-            (information > LEAST_INFORMATION / variance).then_some(Conflict { id: unknown.id, estimate, size })
+            (information > LEAST_INFORMATION / variance).then_some(Conflict {
+                id: unknown.id,
+                estimate,
+                size,
+            })
         };
         self.columns.iter().enumerate().filter_map(conflict).collect()
     }

@@ -171,13 +171,10 @@ fn chi2(fit: &Fit) -> Vec<String> {
     };
     let goodness = fit.diagnostics.goodness.as_ref();
     let tested = goodness.and_then(|found| found.p_value);
-    let joint = fit.diagnostics.joint.as_ref();
-    let p_value = joint.map_or(tested, |joint| joint.p_value);
-    let mut lines = vec![line(fit.counted(), reduced * fit.dof as f64, fit.dof, p_value)];
-    if let Some(found) = goodness.filter(|found| joint.is_some() && found.dof > 0) {
-        lines.push(line(fit.tested(), found.chi2, found.dof, tested));
-    }
-    lines
+    let first = line(fit.counted(), reduced * fit.dof as f64, fit.dof, tested);
+    let velocities = goodness.filter(|found| fit.frames.is_some() && found.dof > 0);
+    let velocities = velocities.map(|found| line(fit.tested(), found.chi2, found.dof, tested));
+    [first].into_iter().chain(velocities).collect()
 }
 
 fn noise(fit: &Fit, noise: &Noise) -> Vec<String> {

@@ -50,6 +50,7 @@ fn weak(fit: &mut Fit, undetermined: bool) {
         undetermined,
         determined: None,
         words: "only the product μ·μ_s is determined".to_owned(),
+        singular_values: Vec::new(),
     };
     fit.diagnostics.identifiability = Some(Identifiability {
         parameters: Vec::new(),
@@ -67,12 +68,8 @@ fn suspicious(fit: &mut Fit, shots: usize) {
 }
 
 /// Every kind of doubt, the most harmful first: each is said whatever stands below it.
-const KINDS: [(Grade, &str, Change); 15] = [
+const KINDS: [(Grade, &str, Change); 14] = [
     (Grade::Unusable, "χ²/dof is 25.7, where 1 is expected", refute),
-    (Grade::Unusable, "5 shots cannot show whether the camera looks askew", |fit| {
-        refute(fit);
-        (fit.footage, fit.shots_used) = (true, 5);
-    }),
     (Grade::Unusable, "came to no end (the cost no longer falls)", |fit| fit.converged = false),
     (Grade::Unusable, "determine none of μ, μ_s and e", not_identified),
     (Grade::Doubtful, "Only 10 of 21 shots could be used; the first that was left out is shot 7", |fit| {

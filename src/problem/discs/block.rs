@@ -111,7 +111,9 @@ impl ShotFrames {
             for side in [early, late] {
                 let apart = side.iter().filter(|frame| away(frame) >= self.touching as f64).count();
                 let least = if apart < LEAST { f64::NEG_INFINITY } else { self.touching as f64 };
-                side.iter_mut().for_each(|frame| frame.used = (least..=self.reach).contains(&away(frame)));
+                for frame in side {
+                    frame.used = (least..=self.reach).contains(&away(frame));
+                }
             }
         }
     }

@@ -238,7 +238,9 @@ pub(super) fn list_impacts(
     let reduced = end.eliminate(&solution.problem, 0.0).ok_or(FilmError::Undetermined)?;
     // the frames next to the impacts
     let mut near = block.clone();
-    Arc::make_mut(&mut near.shots).iter_mut().for_each(|shot| shot.touching = 0);
+    for shot in Arc::make_mut(&mut near.shots) {
+        shot.touching = 0;
+    }
     near.choose_frames(&end.state, Some(TOUCHING as f64));
     let of_shot = |i: usize| {
         let (shot, own) = (&block.shots[i], &end.state.own[0][i]);

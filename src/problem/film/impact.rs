@@ -228,6 +228,13 @@ impl Contact {
         Ok(Response { after, by, sticks: outcome.regime == Regime::Stick })
     }
 
+    /// Returns the radii of both balls, m; derivatives by their ratio are those at a constant radius of the
+    /// cue ball.
+    pub(in crate::problem) fn radii(&self, shared: &Shared) -> [Dual; 2] {
+        let radius = self.object.radius * shared[Id::RadiusRatio];
+        [constant(radius), shared.dual(Id::RadiusRatio).recip() * radius]
+    }
+
     /// Returns the balls after the impact, and whether the contact stuck.
     pub fn collide(
         &self,
@@ -235,9 +242,8 @@ impl Contact {
         shared: &Shared,
         correction: &Correction,
     ) -> Result<([Side; 2], bool), NotACollision> {
-        let radius = self.object.radius * shared[Id::RadiusRatio];
-        // derivatives by the ratio of the radii are those at a constant radius of the cue ball
-        let object_radius = shared.dual(Id::RadiusRatio).recip() * radius;
+        let [cue_radius, object_radius] = self.radii(shared);
+        let radius = cue_radius.re;
         let Response { after: values, by: jacobian, sticks } =
             self.respond(&cue.state(radius), shared, correction)?;
         let inputs = inputs(cue, shared, radius);
@@ -255,7 +261,7 @@ impl Contact {
             spin: [3, 4, 5].map(|i| component(first + i) * radius),
             inertia: self.object.inertia,
         };
-        let sides = [side(0, constant(radius)), side(6, object_radius)];
+        let sides = [side(0, cue_radius), side(6, object_radius)];
         Ok((sides, sticks))
     }
 }

@@ -68,8 +68,8 @@ impl RowsBlock {
             covariance[(i, i)] += self.sd(row).powi(2);
         }
         let kept: Vec<usize> = (0..rows.len()).filter(|row| Some(*row) != spent).collect();
-        let Approach { cut, speed, spin, cos, sin, .. } = approach;
-        let (cut, speed) = (cut.re, speed.re);
+        let Approach { cut, speed, cue, cos, sin } = approach;
+        let (cut, speed, spin) = (cut.re, speed.re, cue.spin);
         let topspin = spin[1].re * cut.cos() - spin[0].re * cut.sin();
         Some(Deviations {
             observables: kept.iter().map(|row| shot.rows[*row].observable).collect(),

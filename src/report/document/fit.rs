@@ -85,8 +85,8 @@ document! {
         #[serde(skip_deserializing)]
         explanations: Vec<Explanation> = fit.explanations.clone(),
         /// Number of measured values.
-        observations: usize = match &fit.diagnostics.joint {
-            Some(joint) => joint.observations,
+        observations: usize = match &fit.frames {
+            Some(film) => film.solution.chi2_of_data().1.round() as usize,
             None => fit.residuals.len(),
         },
         /// How the noise of each observable is known.

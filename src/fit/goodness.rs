@@ -1,4 +1,5 @@
-//! Do model and noise describe the residuals? χ², normality, and the shots that matter most.
+//! How far a fit can be trusted: what the data determine, whether model and noise describe the residuals,
+//! and the shots that matter most.
 
 use schemars::JsonSchema;
 use serde::Serialize;
@@ -10,6 +11,7 @@ use crate::fit::Counted;
 use crate::measurement::parameter::Parameter;
 use crate::measurement::written::{self, written_by_name};
 use crate::physics::name::worded;
+use crate::problem::Combination;
 
 /// The mean square of standardized residuals below which they are rounding of the search.
 const MIN_MEAN_SQUARE: f64 = 1e-12;
@@ -51,6 +53,39 @@ pub struct Goodness {
     /// Cook's distance from which on a shot is called influential: the median of F(p, n − p).
     #[serde(rename = "influential_from_cook_distance")]
     pub influential_from: Option<f64>,
+}
+
+/// Which combinations of parameters the data determine, at the minimum.
+#[derive(Clone, Debug, PartialEq, Serialize, JsonSchema)]
+pub struct Identifiability {
+    /// Names of the free parameters that some observation depends on.
+    pub parameters: Vec<Parameter>,
+    /// Singular values of the whitened Jacobian, the largest first. Its columns are scaled to length 1 (and made orthogonal to errors
+    /// that the shots share), so that all are 1 if the parameters do not interfere.
+    pub singular_values: Vec<f64>,
+    /// Largest over smallest singular value: large if parameters can hardly be distinguished; null if it is infinite.
+    #[serde(rename = "condition_number")]
+    #[schemars(with = "Option<f64>")]
+    pub condition: f64,
+    /// The combination of parameters that is determined worst; null if at most one parameter is free.
+    pub worst: Option<Combination>,
+    /// Names of free parameters that change no prediction.
+    pub silent: Vec<Parameter>,
+}
+
+impl Identifiability {
+    /// Returns what the data determine of some parameters, from their worst determined direction, which
+    /// there is of two and more; `silent` are those that no number depends on.
+    pub(in crate::fit) fn new(
+        parameters: &[Parameter],
+        worst: Option<Combination>,
+        silent: Vec<Parameter>,
+    ) -> Option<Self> {
+        let of_worst = worst.as_ref().map(|worst| worst.singular_values.clone());
+        let singular_values = if parameters.len() == 1 { vec![1.0] } else { of_worst? };
+        let condition = singular_values.first()? / singular_values.last()?;
+        Some(Self { parameters: parameters.to_vec(), singular_values, condition, worst, silent })
+    }
 }
 
 /// How much a shot matters.

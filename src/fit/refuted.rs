@@ -82,7 +82,6 @@ pub(in crate::fit) fn judge(fit: &mut Fit, shots: &[&Shot]) {
     }
     // their regions are intervals of two parameters
     fit.diagnostics.contours.clear();
-    fit.diagnostics.profiles.clear();
     let measured: Vec<Measured> = shots.iter().filter_map(|shot| restitution(shot)).collect();
     fit.refuted = Some(Refuted { reduced_chi2, p_value, if_model_held, restitution: mean(&measured) });
 }

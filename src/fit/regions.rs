@@ -45,18 +45,6 @@ pub struct Level {
     pub ellipse: Vec<[f64; 2]>,
 }
 
-/// The profile of a parameter.
-#[derive(Clone, Debug, PartialEq, Serialize, JsonSchema)]
-#[non_exhaustive]
-pub struct Profile {
-    /// Name of the parameter.
-    pub parameter: Parameter,
-    /// Values of the parameter, in its unit, ascending, from end to end of the 95 % interval.
-    pub value: Vec<f64>,
-    /// χ², least over all other parameters, above its minimum, for each value.
-    pub chi2_rise: Vec<f64>,
-}
-
 /// Returns the regions of all pairs of some estimates with this covariance; `dof` are the degrees of freedom
 /// of a noise that was estimated. The edge of a pair of parabolas is its ellipse.
 pub(in crate::fit) fn contours(

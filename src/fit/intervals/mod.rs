@@ -1,4 +1,0 @@
-//! Intervals and regions beyond value ± t·error.
-
-pub(crate) mod bootstrap;
-pub(crate) mod regions;
