@@ -173,7 +173,6 @@ impl ObjectBall {
     }
 }
 
-/// The reason why shots are left out that a user did not want.
 pub(crate) const ON_REQUEST: &str = "left out on request";
 
 /// One shot, or the mean of several.

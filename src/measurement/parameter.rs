@@ -1,6 +1,6 @@
 //! The parameters of a fit: their names, bounds, starting values and priors.
 
-use super::valid::{FINITE, Fault, POSITIVE};
+use super::{FINITE, Fault, POSITIVE};
 use crate::physics::collision::{Coefficients, MAX_KAPPA, Model};
 use crate::physics::name::{by_name, worded};
 
@@ -75,7 +75,6 @@ impl Parameter {
     }
 }
 
-// By its name or its symbol.
 by_name!(Parameter, "parameter", ALL, name, symbol);
 
 /// How one parameter enters a fit. A fit refuses what [`Setting::faults`] finds.

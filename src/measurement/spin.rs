@@ -38,5 +38,4 @@ impl Spin {
     }
 }
 
-// One of [`Spin::WORDS`] by its name; a measured spin takes its numbers.
 by_name!(Spin, "spin", WORDS, name);
