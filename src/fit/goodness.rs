@@ -9,7 +9,7 @@ use statrs::stats_tests::anderson_darling::anderson_darling;
 use super::trends::Trend;
 use crate::fit::Counted;
 use crate::measurement::parameter::Parameter;
-use crate::measurement::written::{self, written_by_name};
+use crate::measurement::written::written_by_name;
 use crate::physics::name::worded;
 use crate::problem::Combination;
 
@@ -102,7 +102,7 @@ pub struct Influence {
     #[schemars(with = "Option<f64>")]
     pub(crate) cook: f64,
     /// How far each estimate moves without the shot, in standard errors.
-    #[serde(rename = "shift_without_it_in_std_errors", serialize_with = "written::by_parameter")]
+    #[serde(rename = "shift_without_it_in_std_errors", serialize_with = "super::refuted::by_parameter")]
     #[schemars(with = "std::collections::BTreeMap<String, Option<f64>>")]
     pub(crate) shifts: Vec<(Parameter, f64)>,
 }

@@ -3,14 +3,13 @@
 //! Standard errors hold if the model does. Where χ² rules the model out they are not given; what needs no model of the
 //! friction, the ratio of the normal velocities, is given in their place.
 
-use serde::Serialize;
+use serde::{Serialize, Serializer};
 use statrs::distribution::{ChiSquared, ContinuousCDF};
 
 use crate::fit::{Estimate, Fit, Status};
 use crate::measurement::dataset::{Before, Measured, Shot};
 use crate::measurement::observable::{Axis, Observable};
 use crate::measurement::parameter::Parameter;
-use crate::measurement::written::by_parameter;
 use crate::problem::Policy;
 
 /// How the data contradict the model.
@@ -171,4 +170,12 @@ mod tests {
         // a single residual of 2.5 standard deviations
         assert!(Refuted::judge(6.3, 1).is_none());
     }
+}
+
+/// Writes values by the names of their parameters.
+pub(super) fn by_parameter<T: Serialize, S: Serializer>(
+    values: &[(Parameter, T)],
+    serializer: S,
+) -> Result<S::Ok, S::Error> {
+    serializer.collect_map(values.iter().map(|(parameter, value)| (parameter.name(), value)))
 }

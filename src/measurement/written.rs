@@ -1,6 +1,4 @@
-//! JSON of results: enums by their names, values by the names of their parameters.
-
-use serde::{Serialize, Serializer};
+//! JSON of results: enums by their names.
 
 use super::loss::Loss;
 use super::parameter::Parameter;
@@ -33,11 +31,3 @@ macro_rules! written_by_name {
 pub(crate) use written_by_name;
 
 written_by_name!(Parameter, Loss, Fidelity);
-
-/// Writes values by the names of their parameters.
-pub(crate) fn by_parameter<T: Serialize, S: Serializer>(
-    values: &[(Parameter, T)],
-    serializer: S,
-) -> Result<S::Ok, S::Error> {
-    serializer.collect_map(values.iter().map(|(parameter, value)| (parameter.name(), value)))
-}
