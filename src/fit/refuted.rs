@@ -138,6 +138,14 @@ pub fn mean(values: &[Measured]) -> Option<MeasuredRestitution> {
     })
 }
 
+/// Writes values by the names of their parameters.
+pub(super) fn by_parameter<T: Serialize, S: Serializer>(
+    values: &[(Parameter, T)],
+    serializer: S,
+) -> Result<S::Ok, S::Error> {
+    serializer.collect_map(values.iter().map(|(parameter, value)| (parameter.name(), value)))
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -170,12 +178,4 @@ mod tests {
         // a single residual of 2.5 standard deviations
         assert!(Refuted::judge(6.3, 1).is_none());
     }
-}
-
-/// Writes values by the names of their parameters.
-pub(super) fn by_parameter<T: Serialize, S: Serializer>(
-    values: &[(Parameter, T)],
-    serializer: S,
-) -> Result<S::Ok, S::Error> {
-    serializer.collect_map(values.iter().map(|(parameter, value)| (parameter.name(), value)))
 }
