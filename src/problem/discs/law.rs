@@ -23,7 +23,7 @@ use crate::problem::unknowns::{Id, Mode, Own, Shared};
 
 /// Values of μ and κ between which descents begin. A stiffer contact is as good as rigid.
 const MU_RANGE: [f64; 2] = [0.02, 2.0];
-const MU_STEPS: usize = 12;
+const MU_STEPS: usize = 24;
 const KAPPAS: [f64; 8] = [0.15, 0.3, 0.6, 1.25, 2.0, 3.0, 4.5, 9.0];
 
 /// Smallest κ of a compliant contact.
