@@ -16,11 +16,7 @@ use crate::measurement::observable::Observable;
 use crate::measurement::parameter::Parameter;
 use crate::physics::collision::{Coefficients, Fidelity};
 use crate::physics::friction_law::Law;
-use crate::problem::{self, Finding, Id, Policy, RowsChoices, RowsFit, fit_rows, predict};
-
-/// With more shots than this the regions of pairs of parameters, some hundred fits, take longer than reading, and
-/// are parabolas to the eye.
-const MANY_SHOTS: usize = 1_000;
+use crate::problem::{self, Finding, Id, MANY_SHOTS, Policy, RowsChoices, RowsFit, fit_rows, predict};
 
 /// A fit with what it was fitted to.
 struct OfRows<'a> {

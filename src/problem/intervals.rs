@@ -17,8 +17,9 @@ use crate::physics::name::{by_name, worded};
 const SAME_CHI2: f64 = 1e-12;
 const HALVINGS: usize = 45;
 
-/// Number of shots of a table beyond which profiles are followed only if χ² is not a parabola.
-const MANY_SHOTS: usize = 1000;
+/// Number of shots of a table beyond which profiles are followed only if χ² is not a parabola, and regions,
+/// some hundred fits, are not drawn.
+pub(crate) const MANY_SHOTS: usize = 1000;
 
 worded! {
     /// How far a fit determined a parameter.
