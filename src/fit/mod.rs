@@ -34,7 +34,6 @@ pub use goodness::{Goodness, Identifiability, Influence, NoiseVerdict, Normality
 pub use options::{Depth, Falling, Options};
 pub use refuted::{MeasuredRestitution, Refuted};
 pub use regions::{Contour, Level};
-pub(crate) use result::DOWN_WEIGHTED;
 pub use result::{
     Computed, Diagnostics, Explanation, Fit, Noise, Rejected, Residual, Robust, Scatter, Weight,
 };

@@ -201,9 +201,6 @@ pub struct Explanation {
     pub sentence: String,
 }
 
-/// Shots of a weight below this are listed in the report.
-pub(crate) const DOWN_WEIGHTED: f64 = 0.5;
-
 /// Shots that count less under a robust loss.
 #[derive(Clone, Debug, PartialEq, Serialize, JsonSchema)]
 pub struct Robust {

@@ -5,8 +5,11 @@ use super::plot;
 use super::shots::{shot_list, tracks};
 use super::terminal::{cells, chi2_text, estimate, parameters, table, with_unit};
 use super::{ReportError, bodies, budgets, model, p_text, reduced_chi2, symbol, title};
-use crate::fit::{Counted, DOWN_WEIGHTED, Estimate, Fit, Grade, Noise, Status, Verdict};
+use crate::fit::{Counted, Estimate, Fit, Grade, Noise, Status, Verdict};
 use crate::measurement::number::{interval, plain, with_error};
+
+/// Shots of a weight below this are listed in the report.
+const DOWN_WEIGHTED: f64 = 0.5;
 
 /// Returns all that there is to say of fits as text: of one its report, of several a line each, all warnings, and their error budgets.
 pub fn as_text(fits: &[Fit]) -> String {
