@@ -1,4 +1,4 @@
-//! What the program says of itself: `caromfit help`, `caromfit schema` and `caromfit completions`.
+//! Help of the program: `caromfit help`, `caromfit schema` and `caromfit completions`.
 
 use crate::guide::TOPICS;
 use crate::report::document::{self, SCHEMAS};

@@ -22,7 +22,7 @@ pub enum Finding {
     OfSample {
         /// Index of the sample.
         sample: usize,
-        /// What it found.
+        /// The finding of that fit.
         finding: problem::Finding,
         /// The same in words.
         sentence: String,
@@ -52,7 +52,7 @@ pub enum Finding {
     Scatter {
         /// Index of the sample.
         sample: usize,
-        /// By so much.
+        /// The fall.
         scatter: Scatter,
     },
     /// Mass ratios that the labels do not share make up most of the error of a difference.
@@ -89,6 +89,6 @@ pub enum Reason {
     Sticks,
     /// None of its observations depends on the quantity.
     Independent,
-    /// The standard error is larger than the distance of the bounds, or nothing depends on it at the best fit.
+    /// The standard error is larger than the distance of the bounds, or χ² does not depend on it at the best fit.
     Uncertain,
 }

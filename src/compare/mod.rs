@@ -1,4 +1,4 @@
-//! Several data sets in one fit: which quantities differ between cloths or balls, by how much, how surely.
+//! Several data sets in one fit: which quantities differ between cloths or balls, by how much, with which significance.
 //!
 //! Each data set, or each label of its `[fit] by`, is first fitted alone: cleaned, with its causes and
 //! spins. All of them are then samples of one problem whose shared unknowns have a

@@ -14,7 +14,7 @@ use crate::problem::Severity;
 #[derive(Clone, Debug)]
 pub struct Comparison {
     pub(crate) labels: Vec<String>,
-    /// What the labels are: `cloth`, `data set`, or the column of `[fit] by`.
+    /// Kind of the labels: `cloth`, `data set`, or the column of `[fit] by`.
     pub told_by: String,
     pub(crate) fidelity: &'static str,
     /// Whether films were compared, by all their frames.
@@ -151,7 +151,7 @@ impl Difference {
     /// The probability of error that is accepted.
     pub(crate) const LEVEL: f64 = 0.05;
 
-    /// Whether the difference is no chance: `p_holm` is below the level of the test.
+    /// Whether the difference is significant: `p_holm` is below the level of the test.
     pub fn is_real(&self) -> bool {
         self.p_holm < Self::LEVEL
     }
@@ -161,9 +161,9 @@ worded! {
     /// The kind of the test of one value for all against one for each.
     #[derive(Clone, Copy, Debug, PartialEq, Eq)]
         pub enum TestKind {
-        /// By the ratio of the likelihoods.
+        /// The ratio of the likelihoods.
         LikelihoodRatio = "likelihood ratio",
-        /// By the differences and their errors from the scatter of the shots, where a robust loss leaves no likelihood
+        /// The differences and their errors from the scatter of the shots, where a robust loss leaves no likelihood
         /// (Wald).
         Wald = "Wald statistic",
     }

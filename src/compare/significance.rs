@@ -34,7 +34,7 @@ impl Joint<'_> {
             return Some(judged(statistic, statistic, TestKind::Wald));
         }
         let same = merged(&problem, &columns);
-        // where contacts stick χ² is no parabola: from the value of each label
+        // if contacts stick, χ² is not a parabola: from the value of each label
         let starts = columns.iter().map(|column| {
             let mut state = at.state.clone();
             state.shared.0[columns[0]] = at.state.shared.0[*column];

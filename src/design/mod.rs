@@ -75,7 +75,7 @@ pub struct PlayedKind {
     /// How the spin is known. `None`: roll and stun as played, other spins without side by their
     /// motion, side spin by markers.
     pub spin_from: Option<SpinFrom>,
-    /// Of markers: standard errors of the cue ball's and the object ball's spin, rad/s. `None`:
+    /// Standard errors by markers of the cue ball's and the object ball's spin, rad/s. `None`:
     /// about those of two markers on each ball, filmed by this camera.
     pub spin_sd_rad_s: Option<[f64; 2]>,
     /// Range of the speed before the impact, m/s.

@@ -83,7 +83,7 @@ fn fewest_shots(informations: &[Information], wanted: &[Option<f64>; 3]) -> Opti
 }
 
 /// Returns the real numbers n_k of shots with the least sum whose variances reach what is wanted,
-/// V_jj ≤ t_j with V⁻¹ = Σ n_k I_k + prior; `None` if there are none.
+/// V_jj ≤ t_j with V⁻¹ = Σ n_k I_k + prior; `None` without such numbers.
 ///
 /// There, λ_j ≥ 0 exist with Σ_j λ_j (V I_k V)_jj = 1 for all n_k > 0 and at most 1 for the others,
 /// λ_j = 0 where V_jj < t_j. Each n_k is multiplied by the root of that sum and each λ_j by the

@@ -1,4 +1,4 @@
-//! Dropped frames that neither frame numbers nor times show: all later frames are then one early.
+//! Dropped frames that frame numbers and times do not show: all later frames are then one early.
 //!
 //! A ball that moves evenly goes two or more steps at once there, as does the other ball if it
 //! moves. A repeated frame, after which the ball catches up, is not a drop; nor is a long step at

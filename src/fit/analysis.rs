@@ -103,7 +103,7 @@ fn film_of(dataset: &Dataset) -> Option<Film> {
     }
 }
 
-/// Returns a data set with what its frames show whatever the law of the impact: of a film of balls the impacts, with the fit of the
+/// Returns a data set with what its frames show independently of the law of the impact: of a film of balls the impacts, with the fit of the
 /// film; of one of discs the shots that can be used. What was found on the way is among its notes, shots without an impact are left
 /// out. Other data are returned as they are.
 pub fn with_impacts(mut dataset: Dataset, done: &(dyn Fn() + Sync)) -> (Dataset, Option<FittedFilm>) {
@@ -149,7 +149,7 @@ pub struct ExtractedDiscs {
 }
 
 /// Measures the impacts of a film of discs: e, J_t/J_n, spins and balance of momentum of each shot may be
-/// any, and all shots share the camera. Of any other data set there are none.
+/// any, and all shots share the camera. Other data sets have none.
 pub fn extract_discs(mut dataset: Dataset) -> ExtractedDiscs {
     let MeasuredDiscs { solution, impacts } = match measure_discs(&dataset, &Policy::default()) {
         Ok(measured) => measured,

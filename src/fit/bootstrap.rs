@@ -1,4 +1,4 @@
-//! The bootstrap over shots, on request: how the estimates scatter when shots are drawn anew, with
+//! The bootstrap over shots, on request: how the estimates scatter when shots are drawn again, with
 //! replacement, from those that were measured. It believes neither model nor stated noise.
 //!
 //! - Efron, B. (1987). Better bootstrap confidence intervals. J. Am. Stat. Assoc. 82, 171–185.
@@ -92,7 +92,7 @@ fn summary(parameter: Parameter, sorted: &[f64], estimate: f64, jackknife: &[f64
     let (below, ties) = sorted.iter().fold((0.0, 0.0), |(below, ties), v| {
         (below + f64::from(u8::from(*v < estimate)), ties + f64::from(u8::from(*v == estimate)))
     });
-    // where all lie on one side there is nothing to correct by
+    // if all lie on one side, there is no correction
     let part = ((below + 0.5 * ties) / n).clamp(0.5 / n, 1.0 - 0.5 / n);
     let z0 = normal.inverse_cdf(part);
     let centre = jackknife.iter().sum::<f64>() / jackknife.len().max(1) as f64;

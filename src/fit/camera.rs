@@ -33,7 +33,7 @@ pub struct FoundCamera {
     pub unit: f64,
     /// How many shots it was found from.
     pub shots: usize,
-    /// Whether nothing was left to correct at the end.
+    /// Whether the corrections converged.
     pub converged: bool,
     /// The correlation of the noise of neighbouring frames; `None` if the frames do not determine it.
     pub(crate) noise_correlation: Option<f64>,

@@ -88,7 +88,7 @@ impl Finding {
     }
 }
 
-/// Returns everything suspicious and whatever else is good to know; findings about the whole data set come first. Impacts must have
+/// Returns everything suspicious, and notes; findings about the whole data set come first. Impacts must have
 /// been extracted from tracks before.
 pub fn check(dataset: &Dataset) -> Vec<Finding> {
     let shots: Vec<&Shot> = dataset.shots.iter().collect();
@@ -230,7 +230,7 @@ fn noise(dataset: &Dataset) -> Option<String> {
     })
 }
 
-/// Returns what is suspicious about a shot, of a film with so many frames per second.
+/// Returns what is suspicious about a shot, of a film with `fps` frames per second.
 fn of_shot(shot: &Shot, fps: Option<f64>) -> Vec<(Kind, String)> {
     let value = |observable| shot.after.iter().find(|m| m.observable == observable).map(|m| m.measured.value);
     let velocity = |ball: fn(Axis) -> Observable| Some([value(ball(Axis::X))?, value(ball(Axis::Y))?]);

@@ -151,7 +151,7 @@ impl Fitted<'_> {
     /// Returns the parameters that the fit has, in their order.
     pub fn parameters(&self) -> Vec<Parameter> {
         let extra = |p: &Parameter| {
-            // c means nothing without b
+            // c has no meaning without b
             let decides = if *p == Parameter::C { Parameter::B } else { *p };
             self.solution.value(Id::from(decides)) != 0.0 && !p.is_of_balls()
         };
@@ -177,7 +177,7 @@ impl Fitted<'_> {
         self.parameters().into_iter().filter_map(error).filter(|(p, _)| !p.is_of_balls()).collect()
     }
 
-    /// Returns how the estimates scatter in fits of shots that are drawn anew, if that is asked for.
+    /// Returns how the estimates scatter in fits of shots that are drawn again, if that is asked for.
     fn bootstrap(&self) -> Option<Bootstrap> {
         let free: Vec<Parameter> = self.contact().into_iter().map(|(p, _)| p).collect();
         let Request { options: Options { bootstrap: replicates, seed, .. }, done, .. } = self.request;

@@ -14,7 +14,7 @@ use crate::problem::{Finding, Severity};
 /// Part of all shots: with fewer used, those that were left out may be the rule.
 const FEW_USED: f64 = 0.6;
 
-/// Part of the shots: what more of them show is no accident of one.
+/// Part of the shots beyond which a fault is systematic.
 const MANY_SUSPICIOUS: f64 = 0.5;
 
 /// Noise whose correlation from frame to frame is above this is that of a filter: trackers that follow a ball by themselves stay below.
@@ -151,7 +151,7 @@ impl Fit {
         (is_silent && !free.is_empty()).then(|| format!("These shots determine none of {}.", listed(symbols)))
     }
 
-    /// Returns the shots that were left out though nobody asked for it.
+    /// Returns the shots that were left out without a request.
     pub(super) fn unwanted(&self) -> Vec<&Rejected> {
         self.shots_rejected.iter().filter(|rejected| rejected.reason != ON_REQUEST).collect()
     }
@@ -202,7 +202,7 @@ impl Fit {
                 "The residuals are {times} times as large as {noise}: the model leaves something out, or the noise and with it the \
                  errors are larger."
             ))),
-            // nothing is claimed that does not hold
+            // claims that do not hold are left out
             NoiseVerdict::TooLarge => Some(warning("noise")(format!(
                 "The residuals are only {times} times as large as {noise}: the stated errors are too large."
             ))),
@@ -235,7 +235,7 @@ impl Fit {
         ))
     }
 
-    /// Returns that residuals from which the noise was to be estimated are all 0, or that there are none.
+    /// Returns that residuals from which the noise was to be estimated are all 0, or absent.
     fn unknown_errors(&self) -> Option<Remark> {
         let mut estimated = self.noise.iter().filter(|noise| noise.estimated_sd.is_some()).peekable();
         estimated.peek().filter(|_| self.dof > 0)?;
@@ -350,7 +350,7 @@ impl Fit {
         self.diagnostics.goodness.as_ref().map_or(&[], |goodness| &goodness.trends)
     }
 
-    /// Returns the trends of residuals: a doubt of the first if chance hardly explains it, and the others that are significant unless
+    /// Returns the trends of residuals: a doubt of the first if it is significant at the level of a family, and the others that are significant unless
     /// something explains the residuals, which says more than how they run.
     fn changing_residuals(&self) -> Vec<Remark> {
         let is_refuted = self.refuted_friction().is_some();

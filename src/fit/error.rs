@@ -59,7 +59,7 @@ fn first_reason(rejected: &[Rejected]) -> String {
 #[derive(Clone, Copy)]
 pub(super) struct Request<'a> {
     pub(crate) dataset: &'a Dataset,
-    /// Column and label of the shots, if they are fitted apart.
+    /// Column and label of the shots, if they are fitted separately.
     pub(crate) group: Option<&'a (String, String)>,
     pub(crate) options: &'a Options,
     /// Called after each sample of the bootstrap.

@@ -35,7 +35,7 @@ impl Fit {
         self.estimates.iter().filter(|estimate| !estimate.parameter.is_of_balls())
     }
 
-    /// Returns the range of values of a parameter on which nothing depends, as that of μ if every shot sticks: from the
+    /// Returns the range of values of a parameter on which χ² does not depend, as that of μ if every shot sticks: from the
     /// estimate to a bound.
     pub(crate) fn plateau(&self, parameter: Parameter) -> Option<[f64; 2]> {
         let own = self.get(parameter)?;

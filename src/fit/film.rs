@@ -61,7 +61,7 @@ impl FittedFilm {
         &self.tracks
     }
 
-    /// Returns the impacts of all shots whose frames show one, whatever the law of the impact.
+    /// Returns the impacts of all shots whose frames show one, independently of the law of the impact.
     #[must_use]
     pub fn impacts(&self) -> Vec<Impact> {
         let all = self.tracks.par_iter().enumerate();

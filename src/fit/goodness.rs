@@ -16,10 +16,10 @@ use crate::problem::Combination;
 /// The mean square of standardized residuals below which they are rounding of the search.
 const MIN_MEAN_SQUARE: f64 = 1e-12;
 
-/// An Anderson-Darling statistic beyond which the formula for its probability no longer holds: there is none.
+/// An Anderson-Darling statistic beyond which the formula for its probability does not hold.
 const MAX_STATISTIC: f64 = 13.0;
 
-/// Fewer residuals say nothing of their distribution (D'Agostino and Stephens 1986, Table 4.9).
+/// Fewer residuals do not test their distribution (D'Agostino and Stephens 1986, Table 4.9).
 const ENOUGH: usize = 8;
 
 /// Tests of the residuals.
@@ -63,7 +63,7 @@ pub struct Identifiability {
     /// Singular values of the whitened Jacobian, the largest first. Its columns are scaled to length 1 (and made orthogonal to errors
     /// that the shots share), so that all are 1 if the parameters do not interfere.
     pub singular_values: Vec<f64>,
-    /// Largest over smallest singular value: large if parameters can hardly be distinguished; null if it is infinite.
+    /// Largest over smallest singular value: large if parameters are weakly distinguished; null if it is infinite.
     #[serde(rename = "condition_number")]
     #[schemars(with = "Option<f64>")]
     pub condition: f64,
@@ -111,7 +111,7 @@ worded! {
     /// Whether the stated noise explains the residuals.
     #[derive(Clone, Copy, Debug, PartialEq, Eq)]
     pub enum NoiseVerdict {
-        /// There is nothing to compare: the noise was estimated from the residuals, or no degree of freedom is left.
+        /// A comparison is impossible: the noise was estimated from the residuals, or no degree of freedom is left.
         NotTested = "not-tested",
         /// The residuals are as large as the stated noise.
         Explains = "explains-residuals",

@@ -125,7 +125,7 @@ fn deviations(found: &DiscFit) -> Vec<Option<Deviations>> {
 
 fn estimates(common: &Fitted, found: &DiscFit) -> Vec<Estimate> {
     let solution = &found.solution;
-    // others that nothing depends on have a bound
+    // others that χ² does not depend on have a bound
     let undetermined = solution.findings.iter().filter_map(|finding| match finding {
         Finding::Undetermined { id, .. } if solution.get(*id).is_none() => Some(*id),
         _ => None,

@@ -77,7 +77,7 @@ fn fitted_with(request: &Request) -> Result<(Model, Settings), FitError> {
 }
 
 /// Returns the topspin of a shot over natural roll if it is known beforehand, NaN if not: of spins that the frames
-/// told, topspin is no variable of its own.
+/// determined, topspin is not a variable of its own.
 fn stated_roll(track: &TrackShot, fitted: f64) -> f64 {
     match track.spin {
         Spin::Stun => 0.0,

@@ -46,7 +46,7 @@ pub struct MeasuredRestitution {
 
 impl Refuted {
     /// Returns χ² per degree of freedom, and the probability that chance gives a larger χ², if both rule the model out. As
-    /// many parameters as observations should leave nothing; what they leave is judged as one degree of freedom.
+    /// many parameters as observations should leave no residual; what they leave is judged as one degree of freedom.
     pub(crate) fn judge(chi2: f64, dof: usize) -> Option<[f64; 2]> {
         let dof = dof.max(1) as f64;
         let reduced = chi2 / dof;

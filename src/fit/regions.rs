@@ -68,7 +68,7 @@ fn contour(
     let centre = pair.map(|estimate| estimate.value);
     let bounds = ids.map(|id| solution.bounds(id));
     let covariance = solution.covariance_in(covariance, &ids);
-    // where nothing is known of one beside the other, from its interval or its bounds
+    // without a covariance of both, from its interval or its bounds
     let reach = |i: usize| {
         pair[i].std_error.unwrap_or_else(|| {
             let [low, high] = pair[i].interval_95.unwrap_or(bounds[i]);

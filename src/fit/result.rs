@@ -232,7 +232,7 @@ impl Robust {
     }
 }
 
-/// Standard deviations between shots of discs, beyond the errors of their frames; 0 if they show none.
+/// Standard deviations between shots of discs, beyond the errors of their frames; 0 if they show no scatter.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, JsonSchema)]
 pub struct Scatter {
     /// Scatter of the restitution, dimensionless.
@@ -270,7 +270,7 @@ pub struct Noise {
 }
 
 impl Noise {
-    /// Returns whether it was to be estimated, and nothing shows its size.
+    /// Returns whether it was to be estimated, and the data do not show its size.
     pub(super) fn is_unknown(&self) -> bool {
         self.estimated_sd.is_some_and(f64::is_nan)
     }

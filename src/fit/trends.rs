@@ -131,7 +131,7 @@ pub(crate) fn holm<'a>(probabilities: impl IntoIterator<Item = &'a mut f64>) {
 
 #[cfg(test)]
 mod tests {
-    /// Four tests: 0.01·4, 0.02·3, then 0.03·2 is no less than 0.06, 0.5.
+    /// Four tests: 0.01·4, 0.02·3, then 0.03·2 is at least 0.06, 0.5.
     #[test]
     fn holm_steps_down() {
         let mut p = [0.02, 0.5, 0.01, 0.03];

@@ -33,7 +33,7 @@ written_by_name!(Grade);
 /// Whether the numbers can be used.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, JsonSchema)]
 pub struct Verdict {
-    /// good: nothing that was tested contradicts the numbers; doubtful: they stand, with one reservation; unusable: there is no
+    /// good: no test contradicts the numbers; doubtful: they stand, with one reservation; unusable: there is no
     /// number to use.
     pub grade: Grade,
     /// The reason: what is determined, the one reason for doubt, or why there is nothing to use.

@@ -112,7 +112,7 @@ fn is_frame(file: &Path) -> bool {
     name.ends_with(|c: char| c.is_ascii_digit()) && (1..=BOXES).contains(&classes.len()) && !counts
 }
 
-/// Returns whether a file is obviously not a table: it has hardly a row of numbers.
+/// Returns whether a file is obviously not a table: it has few rows of numbers.
 fn is_no_table(file: &Path) -> bool {
     let Ok(bytes) = std::fs::read(file) else { return false };
     let text = decode(&bytes).0;

@@ -19,7 +19,7 @@ impl Place<'_> {
         self.problems.add(self.file, self.line, self.column, message);
     }
 
-    /// Returns the number; a cell that is neither a number nor a gap is a problem.
+    /// Returns the number; every other cell than a number or a gap is a problem.
     fn read(&self) -> Option<Number> {
         parse(self.text).unwrap_or_else(|why| {
             let text = shortened(self.text.trim());

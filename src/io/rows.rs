@@ -159,7 +159,7 @@ fn impact(table: &Table, row: usize, [nx, ny]: [Measured; 2], velocity: [Measure
 }
 
 /// Returns the observables that a table has, with their values; standard deviations are given for every
-/// value of a column or for none.
+/// value of a column or for no value.
 fn observed(table: &Table, known: &[Observable]) -> Vec<(Observable, Values)> {
     let mut found = Vec::new();
     for observable in known {

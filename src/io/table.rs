@@ -112,7 +112,7 @@ impl<'a> Table<'a> {
         self.text(column, row).is_none_or(|text| parse(text) == Ok(None))
     }
 
-    /// Returns a column of numbers: `None` for a gap, and a problem for each cell that is neither.
+    /// Returns a column of numbers: `None` for a gap, and a problem for each other cell.
     /// `None` if the column is missing.
     pub(crate) fn numbers(&self, column: &str) -> Option<Vec<Option<f64>>> {
         let (file, problems) = (self.path.as_path(), self.problems);

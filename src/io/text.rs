@@ -71,7 +71,7 @@ pub(crate) fn unmarked(line: &str) -> &str {
     line.trim_start().strip_prefix(['#', '%']).map_or(line, |rest| rest.trim_start_matches(' '))
 }
 
-/// Returns the end of lines of a text, apart from a carriage return before it.
+/// Returns the end of lines of a text, without a carriage return before it.
 pub(crate) fn line_end(text: &str) -> char {
     if text.contains('\n') { '\n' } else { '\r' }
 }

@@ -15,7 +15,7 @@ use crate::physics::collision::{Fidelity, Model};
 use crate::physics::contact_frame::cue_velocity;
 
 /// A data set: measured shots, and how they are to be fitted. A fit refuses what
-/// [`Dataset::faults`] finds; of one that was read from files this is nothing.
+/// [`Dataset::faults`] finds; a data set that was read from files has no faults.
 #[derive(Clone, Debug, Default)]
 pub struct Dataset {
     /// The name of the data set, also of its folder below `fits/`.
@@ -185,7 +185,7 @@ pub struct Shot {
     pub file: PathBuf,
     /// Line of the file, from 1, comments and header counted.
     pub line: usize,
-    /// Columns that are neither input nor observable, kept as text.
+    /// Columns other than inputs and observables, kept as text.
     pub labels: BTreeMap<String, String>,
     /// The cue ball's motion before the impact.
     pub before: Before,

@@ -23,7 +23,7 @@ worded! {
 }
 
 impl Loss {
-    /// With k = 1 the estimate has 95 % of the efficiency of least squares on normal errors
+    /// Returns the tuning constant: with k = 1 the estimate has 95 % of the efficiency of least squares on normal errors
     /// (Holland and Welsch 1977).
     pub(crate) fn tuning(self) -> f64 {
         match self {

@@ -17,7 +17,7 @@ pub(crate) struct Place<T> {
     pub(crate) matrix: DMatrix<f64>,
     /// Jᵀr
     pub(crate) gradient: DVector<f64>,
-    /// What else was computed there.
+    /// Other results at the place.
     pub(crate) rest: T,
 }
 

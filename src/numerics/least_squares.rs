@@ -133,7 +133,7 @@ struct Marquardt {
     stalls: usize,
     /// The promise of the last step whose gain was lost in rounding.
     last_refinement: f64,
-    /// Whether the last longer step ended where there is no sum.
+    /// Whether the last longer step ended at an infinite sum.
     is_blocked: bool,
     /// Whether it has converged, once it has ended.
     converged: Option<bool>,

@@ -112,7 +112,7 @@ impl Block {
         }
     }
 
-    /// Takes shots in the place of all, one may be taken several times.
+    /// Takes shots instead of all; one may be taken several times.
     pub fn take(&mut self, indices: &[usize]) {
         match self {
             Self::Film(film) => film.take(indices),

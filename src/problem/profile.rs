@@ -1,6 +1,6 @@
 //! Profile intervals: χ², least over all other unknowns, as one unknown moves away from its estimate,
 //! until it has risen by t² (Venzon and Moolgavkar, Appl. Statist. 37 (1988) 87). They know bounds,
-//! kinks and curvature, which value ± t·error does not.
+//! corners and curvature, which value ± t·error does not.
 
 use std::f64::consts::TAU;
 

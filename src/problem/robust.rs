@@ -14,7 +14,7 @@ use crate::measurement::loss::Loss;
 /// Largest part of the information in a direction that one shot has, when its scatter is made whole.
 const MOST_OF_ITSELF: f64 = 0.99;
 
-/// Returns the covariance H⁻¹BH⁻¹ of estimates by a robust loss, whatever the noise is, with the
+/// Returns the covariance H⁻¹BH⁻¹ of estimates by a robust loss for any noise, with the
 /// curvature H and the scatter B of the slopes of the shots (Huber 1967); `None` if all losses are least
 /// squares, or there are too few shots. A shot scatters less about a fit that it takes part in: with
 /// CCᵀ = H⁻¹ and its own curvature N = CᵀHᵢC, its slope Cᵀg has the variance N(1 − N) and counts

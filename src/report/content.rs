@@ -18,7 +18,7 @@ pub(super) struct Report {
     pub(super) warnings: Vec<String>,
     /// The data and the fit: names and texts; those without a text are not shown.
     pub(super) facts: Vec<(&'static str, String)>,
-    /// In the order in which they are read; those without content are not shown.
+    /// The sections in the order in which they are read; those without content are not shown.
     pub(super) sections: Vec<Section>,
 }
 

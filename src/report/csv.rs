@@ -188,7 +188,7 @@ fn quoted(cell: &str) -> Cow<'_, str> {
     }
 }
 
-/// Returns the cell of a number, which is empty where it is none.
+/// Returns the cell of a number, which is empty if it is not finite.
 fn cell(value: f64) -> String {
     /// Numbers from here to there are short without an exponent.
     const PLAIN: std::ops::Range<f64> = 1e-6..1e15;

@@ -1,4 +1,4 @@
-//! What was measured of every shot, as `caromfit extract` writes it: impacts of balls as a data set of kind `impacts`, those of discs as
+//! The measurements of every shot, as `caromfit extract` writes it: impacts of balls as a data set of kind `impacts`, those of discs as
 //! a table, with what was left out and a picture of each shot.
 
 use std::fmt::Write as _;

@@ -58,7 +58,7 @@ impl From<serde_json::Error> for ReportError {
     }
 }
 
-/// Returns what a reader calls the fit: the data set and, where labels are fitted apart, the label.
+/// Returns the title of the fit: the data set and, if labels are fitted separately, the label.
 pub(crate) fn title(fit: &Fit) -> String {
     match &fit.group {
         Some((column, label)) => format!("{}, {column} = {label}", fit.dataset),
@@ -66,7 +66,7 @@ pub(crate) fn title(fit: &Fit) -> String {
     }
 }
 
-/// Returns the label that was fitted apart; empty of a whole data set.
+/// Returns the label that was fitted separately; empty for a whole data set.
 fn label(fit: &Fit) -> String {
     fit.group.as_ref().map_or_else(String::new, |(_, label)| label.clone())
 }
@@ -130,7 +130,7 @@ fn noise_estimated(fit: &Fit) -> bool {
     fit.noise.iter().any(|noise| noise.estimated_sd.is_some())
 }
 
-/// Returns the unit of a parameter in files for programs: `1` where it has none.
+/// Returns the unit of a parameter in files for programs: `1` without one.
 fn unit_of(parameter: Parameter) -> &'static str {
     if parameter.unit().is_empty() { "1" } else { parameter.unit() }
 }
@@ -148,7 +148,7 @@ fn speed_unit(discs: &Discs) -> &'static str {
     if discs.in_seconds { "m/s" } else { "m per frame" }
 }
 
-/// What makes up the standard error of a parameter: sources by their symbols, the largest first, without those below a tenth of it.
+/// Sources of the standard error of a parameter, by their symbols, the largest first, without those below a tenth of it.
 struct Budget {
     of: Id,
     std_error: f64,

@@ -19,7 +19,7 @@ impl StoredError {
     }
 }
 
-/// By how much an estimate may move and still count as the same, in standard errors, of which the larger one counts; χ² in its own
+/// Largest change of an estimate that counts as the same, in standard errors, of which the larger one counts; χ² in its own
 /// standard deviation √(2·dof). Far below what matters in practice, far above the roundings of another machine.
 const SAME_ERRORS: f64 = 0.01;
 
@@ -36,7 +36,7 @@ impl Stored {
     /// Reads a fit.json, an array of them (as `caromfit fit --json` prints it), or all below a folder.
     ///
     /// # Errors
-    /// What cannot be read or is no fit.json, with line and column.
+    /// A text that cannot be read or is not a fit.json, with line and column.
     pub fn read(path: &Path) -> Result<Self, StoredError> {
         let mut stored = Self { path: path.to_path_buf(), fits: Vec::new() };
         gather(path, &mut stored.fits)?;
@@ -51,7 +51,7 @@ impl Stored {
     /// order of the parameters, then χ² and the rest.
     ///
     /// # Errors
-    /// There is no such fit.
+    /// A fit that does not exist.
     pub fn moved(&self, fit: &Fit) -> Result<Vec<Moved>, StoredError> {
         /// The tolerance of an estimate without a standard error, as a fraction of it.
         const RELATIVE: f64 = 1e-6;

@@ -1,4 +1,4 @@
-//! What `caromfit fit` prints in one screen: a line per data set, those that can be used first, each with its verdict; of a single fit
+//! The screen that `caromfit fit` prints: a line per data set, those that can be used first, each with its verdict; of a single fit
 //! also where its errors come from, and what else to know.
 
 use super::content::Table;
@@ -31,7 +31,7 @@ pub fn overview(fits: &[Fit]) -> String {
         line.below.get_or_insert(fit.verdict().sentence);
     }
     let (table, legend) = table(lines.iter().map(|line| line.cells.clone()).collect(), &known);
-    // the head has none
+    // the head has no such cell
     let below = std::iter::once(&None).chain(lines.iter().map(|line| &line.below));
     let mut text = String::new();
     for (row, below) in table.text("").lines().zip(below) {
@@ -88,7 +88,7 @@ pub(super) fn cells(fit: &Fit, known: &[Parameter]) -> Vec<String> {
     cells.chain([grade.name().to_owned()]).collect()
 }
 
-/// Returns the line of a data set; of one whose labels are fitted apart with the range of each parameter over those that can be used.
+/// Returns the line of a data set; of one whose labels are fitted separately with the range of each parameter over those that can be used.
 fn line(fits: &[Fit], known: &[Parameter]) -> Line {
     let verdicts: Vec<Verdict> = fits.iter().map(Fit::verdict).collect();
     let grade = verdicts.iter().map(|own| own.grade).min().unwrap_or(Grade::Good);
@@ -198,7 +198,7 @@ pub(super) fn estimate(fit: &Fit, estimate: &Estimate) -> String {
     }
 }
 
-/// Returns two decimals, or three digits if those show nothing.
+/// Returns two decimals, or three digits if those are 0.
 pub(super) fn chi2_text(chi2: f64) -> String {
     if (0.01..100.0).contains(&chi2) { format!("{chi2:.2}") } else { plain(chi2, 3) }
 }

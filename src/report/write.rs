@@ -1,4 +1,4 @@
-//! A fit on disk: `<out>/<data set>/` or, where labels are fitted apart, `<out>/<data set>/<label>/`.
+//! A fit on disk: `<out>/<data set>/` or, if labels are fitted separately, `<out>/<data set>/<label>/`.
 
 use std::collections::HashSet;
 use std::fs::{self, File};

@@ -59,7 +59,7 @@ fn is_in_degrees(heading: &Heading, column: usize, wanted: &Columns, input: &Inp
     Some(unit? == Measure::Degrees)
 }
 
-/// Returns the column of frame numbers or times if [tracks.columns] names neither, and whether it
+/// Returns the column of frame numbers or times if [tracks.columns] does not name them, and whether it
 /// is of frames: it is recognised by its name, and its numbers grow from row to row of a shot.
 fn unnamed_time(
     heading: &Heading,

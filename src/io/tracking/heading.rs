@@ -28,7 +28,7 @@ pub(super) struct Heading {
     pub(crate) separator: Separator,
     /// The names of this line alone, in small letters without units.
     pub(crate) own: Vec<String>,
-    /// The names with their units, told apart by the words in the lines above.
+    /// The names with their units, distinguished by the words in the lines above.
     pub(crate) names: Vec<String>,
     /// `names` without the units.
     pub(crate) bare: Vec<String>,
@@ -96,7 +96,7 @@ impl Heading {
         self.units[column].is_some()
     }
 
-    /// Complains about names that stand twice among all; returns whether none does.
+    /// Complains about names that stand twice among all; returns whether all differ.
     pub(super) fn has_once(&self, names: &[&str], all: &[String], input: &Input) -> bool {
         let is_twin = |name: &&&str| all.iter().filter(|own| *own == *name).count() > 1;
         let twins: Vec<&&str> = names.iter().filter(is_twin).collect();

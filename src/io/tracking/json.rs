@@ -33,7 +33,7 @@ pub(super) fn detect(text: &str) -> bool {
         || text.strip_prefix('[').is_some_and(|rest| rest.trim_start().starts_with(['{', ']']))
 }
 
-/// Returns a value as a cell of a table: text without quotation marks, nothing for null.
+/// Returns a value as a cell of a table: text without quotation marks, empty for null.
 fn cell(raw: &RawValue) -> String {
     let text = raw.get();
     if text == "null" { String::new() } else { serde_json::from_str(text).unwrap_or(text.to_string()) }

@@ -125,7 +125,7 @@ pub(crate) fn load(manifest: &Manifest, settings: &TrackSettings, problems: &Pro
     }
 }
 
-/// What all files hold.
+/// The content of all files.
 struct Files {
     shots: Vec<RawShot>,
     calibrations: HashMap<PathBuf, Calibration>,

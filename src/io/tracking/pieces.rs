@@ -10,7 +10,7 @@ use super::raw::{Clock, RawShot, RawTrack, Row, middle, sorted};
 use super::repair::remove_lost;
 use super::settings::TrackSettings;
 
-/// Pause between clips: more than this, s, and more than so many median steps of time.
+/// Least pause between clips, s, and in median steps of time.
 const MIN_PAUSE_S: f64 = 1.0;
 const STEPS: f64 = 20.0;
 /// Frame rate if it is not known, frames/s.
@@ -169,7 +169,7 @@ fn nearest(last: [Option<&Row>; 2], frame: &[Row]) -> [Option<usize>; 2] {
 }
 
 /// Joins pieces to both balls' tracks: those that dataset.toml names or, if at most two tracks are
-/// seen at a time, the first two. Pieces that continue neither track are left.
+/// seen at a time, the first two. Other pieces are left.
 pub(super) fn join(shot: &mut RawShot, settings: &TrackSettings, notes: &Notes) {
     let RawShot { tracks, file, .. } = shot;
     let is_plain = |track: &RawTrack| track.point.is_none() && !track.is_angle && !track.rows.is_empty();

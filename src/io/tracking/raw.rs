@@ -75,7 +75,7 @@ pub(super) struct RawTrack {
     /// Whether x holds the angle of the disc `name` instead of positions, radians from the x axis
     /// to the y axis of the file.
     pub(crate) is_angle: bool,
-    /// In the order of the file.
+    /// The rows in the order of the file.
     pub(crate) rows: Vec<Row>,
 }
 

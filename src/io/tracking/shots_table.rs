@@ -39,7 +39,7 @@ const BETWEEN: char = ';';
 pub(super) struct ShotsTable<'a> {
     path: PathBuf,
     problems: &'a Problems,
-    /// By the names of shots, in the order of the file.
+    /// The rows by the names of shots, in the order of the file.
     rows: IndexMap<String, ShotRow>,
     assume: Option<Assume>,
     labels: Vec<String>,

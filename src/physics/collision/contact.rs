@@ -18,7 +18,7 @@
 //! 2013). Friction turns to the slip at the rate ρ = 3ε|v|/(κμR). Where that is faster than all
 //! else, it lags behind the slip's direction α by α'/ρ − (α'/ρ)'/ρ.
 //!
-//! The state is what has acted so far, per unit of the object ball's mass: impulses q, J of the
+//! The state is the impulse until now, per unit of the object ball's mass: impulses q, J of the
 //! balls and C, O of the cloth on each ball, vertical velocities and heights. A ball leaves a cloth
 //! that would have to pull, and lands with a friction impulse of at most μ times its speed.
 //!
@@ -172,7 +172,7 @@ impl Shot {
         (self.mu + falling).max(1e-15)
     }
 
-    /// Whether there is no friction between the balls at any slip.
+    /// Whether the balls are frictionless at any slip.
     fn is_frictionless(&self) -> bool {
         self.mu == 0.0 && self.fall[0] == 0.0
     }

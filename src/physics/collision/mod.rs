@@ -85,7 +85,7 @@ pub struct Coefficients {
     pub e: f64,
 }
 
-/// The slowest and the fastest cue ball, m/s: products of squares neither overflow nor vanish.
+/// The slowest and the fastest cue ball, m/s: products of squares do not overflow or vanish.
 pub const MIN_SPEED: f64 = 1e-9;
 /// See [`MIN_SPEED`].
 pub const MAX_SPEED: f64 = 1e9;
@@ -140,7 +140,7 @@ pub struct Model {
     /// μ_s in dΩ_y/dq, for comparison with the paper only: with 1 − μ_s energy balances.
     pub as_printed: bool,
     /// The effects that are simulated, as far as the fidelity can. Stick and turning depend on the
-    /// fidelity alone: switching them off changes nothing.
+    /// fidelity alone: switching them off has no effect.
     pub effects: Effects,
     /// The dependence of the friction between the balls on the slip. `linear` takes the friction at
     /// the first slip; `full`, `ode` and `contact` follow the slip during the impact.

@@ -18,7 +18,7 @@ use crate::problem::unknowns::{CAMERA, Id, Normal, Own, PHYSICS, SHARED, Shared}
 /// Number of frames on either side of the impact that are left out at least.
 pub(super) const TOUCHING: usize = 1;
 
-/// An offset of which nothing is known, over the normal impulse or the closing speed.
+/// Prior standard deviation of an unknown offset, over the normal impulse or the closing speed.
 pub(super) const ANY: OwnPrior = OwnPrior::Stated(Normal { mean: 0.0, sd: 3.0 });
 
 /// Number of noises of a shot: of each disc along x and along y.
@@ -71,7 +71,7 @@ pub(crate) struct ShotFrames {
     pub(crate) known: Vec<(usize, OwnPrior)>,
     /// Standard deviation of a coordinate of each disc that neighbouring frames show, m.
     pub(crate) position_sd: [f64; 2],
-    /// Number of frames on either side of the impact that may be neither before nor after it.
+    /// Number of frames on either side of the impact in which the discs may touch.
     pub(crate) touching: usize,
     /// Number of frames that were left out as wrong.
     pub(crate) outliers: usize,
@@ -130,7 +130,7 @@ impl DiscBlock {
         &self.noise[NOISES * i..NOISES * (i + 1)]
     }
 
-    /// Returns the used frames of each track of shot `i`, whitened; none if the discs do not approach.
+    /// Returns the used frames of each track of shot `i`, whitened; an empty list if the discs do not approach.
     pub(crate) fn sights(&self, i: usize, own: &Own, shared: &Shared) -> Vec<Vec<Sight<ROW>>> {
         let Some(paths) = self.shots[i].follow(own, shared, &self.discs) else { return Vec::new() };
         self.shots[i].tracks.iter().map(|track| self.look(i, track, &paths, own, shared)).collect()
@@ -223,7 +223,7 @@ impl DiscBlock {
         priors
     }
 
-    /// Takes shots in the place of all, one may be taken several times.
+    /// Takes shots instead of all; one may be taken several times.
     pub fn take(&mut self, indices: &[usize]) {
         self.noise = indices.iter().flat_map(|i| self.noise_of(*i).to_vec()).collect();
         self.shots = Arc::new(indices.iter().map(|i| self.shots[*i].clone()).collect());

@@ -20,7 +20,7 @@ use crate::problem::film::reading::Reading;
 use crate::problem::sums::{Noise, OwnPrior};
 use crate::problem::unknowns::{Id, Normal, Own, Shared};
 
-/// A distance of the centres of which nothing is known, m.
+/// Prior standard deviation of an unknown distance of the centres, m.
 const ANY_DISTANCE: Normal = Normal { mean: 0.0, sd: 1e3 };
 
 /// Noise of the first descents, as a part of the distance of the centres: lines through the frames next
@@ -107,7 +107,7 @@ impl Guessed {
     fn new(shot: TrackShot) -> Result<Self, (String, Unusable)> {
         let stuck = Stuck::find(&shot);
         let meeting = Meeting::find(&shot, stuck.as_ref());
-        // points that are not on one disc explain whatever else is wrong
+        // points that are not on one disc explain all other faults
         let rigid = check_rigidity(&shot, meeting.as_ref().ok().map(|meeting| meeting.time));
         match rigid.and(meeting) {
             Ok(meeting) => Ok(Self { shot, meeting, stuck }),
@@ -202,7 +202,7 @@ impl Guessed {
         (frames, own)
     }
 
-    /// Returns what is known of own unknowns whatever is fitted.
+    /// Returns what is known of own unknowns in every fit.
     fn known(&self, turns: [bool; 2], knows_slip: bool, flat: Option<usize>) -> Vec<(usize, OwnPrior)> {
         let unseen = (0..2).filter(|disc| !turns[*disc]);
         let mut held: Vec<usize> =

@@ -1,5 +1,5 @@
 //! The fit of films of discs: the law of friction that all shots share, rigid or compliant, from several
-//! starts, after what was measured of each shot whatever the law.
+//! starts, after the outcome of each shot was measured without a law.
 
 use rayon::prelude::*;
 
@@ -310,7 +310,7 @@ fn judge_shots(fit: &Solution, policy: &Policy) -> Result<Vec<bool>, FilmError> 
             let OwnPrior::Spread(which) = prior else { return None };
             let variance = block.spreads[which].sd.powi(2);
             let expected = variance - reduced.own[0][i].covariance[(place, place)];
-            // what the frames do not show says nothing
+            // quantities that the frames do not show do not count
             (expected > 1e-3 * variance).then(|| fit.at.state.own[0][i][place].powi(2) / expected)
         });
         let squares: Vec<f64> = squares.collect();

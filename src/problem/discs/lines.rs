@@ -1,5 +1,5 @@
 //! Straight lines through the frames of discs on both sides of where they are nearest: first guesses; and
-//! discs that stick together there, so that their centres stay as far apart as they then were.
+//! discs that stick together there, so that the distance of their centres stays.
 
 use std::f64::consts::{PI, TAU};
 
@@ -233,7 +233,7 @@ const PARTING: f64 = 0.02;
 const TOUCHING: f64 = 0.01;
 const NOISES: f64 = 5.0;
 
-/// Frames that discs stay together at least, and the number after which more show nothing new; frames just
+/// Frames that discs stay together at least, and the number after which more do not help; frames just
 /// after the contact, in which the middle one of three may be one before it; and frames in a row at one
 /// distance after which the pair has settled.
 const LEAST_FRAMES: usize = 24;

@@ -65,7 +65,7 @@ pub(super) fn with_film(solution: Solution, film: Film<DiscBlock>) -> Solution {
     Solution { unit, middle: film.middle.into(), findings, left_out, ..solution }
 }
 
-/// What a film of discs shows without a law.
+/// The measurement of a film of discs without a law.
 pub(crate) struct MeasuredDiscs {
     /// The minimum: camera, decelerations, and the motion of the discs.
     pub(crate) solution: Solution,
@@ -104,7 +104,7 @@ pub(crate) fn measure_discs(dataset: &Dataset, policy: &Policy) -> Result<Measur
     Ok(MeasuredDiscs { solution: with_film(solution, film), impacts })
 }
 
-/// Finds the outcome of each shot whatever the law, and which frames show it.
+/// Finds the outcome of each shot without a law, and which frames show it.
 pub(super) fn measure(film: &Film<DiscBlock>, policy: &Policy) -> Result<Solution, FilmError> {
     let mut unknowns = film.unknowns.clone();
     for id in LAW {
@@ -148,7 +148,7 @@ impl DiscBlock {
     }
 
     /// Halves the reach of shots whose frames are off the paths: decelerations are even for a while only. In
-    /// the end takes the largest whose frames are hardly farther off than those next to the impact. Returns
+    /// the end takes the largest whose frames are not significantly farther off than those next to the impact. Returns
     /// whether a reach has changed.
     fn come_nearer(&mut self, policy: &Policy) -> bool {
         let mut changed = false;

@@ -12,7 +12,7 @@
 //! ```
 //!
 //! Friction may act a little earlier than the normal force: that of soft rims ends before it does. The
-//! law is that of two equal bodies ([`Model`]); none of it depends on how masses or radii differ.
+//! law is that of two equal bodies ([`Model`]); it does not depend on how masses or radii differ.
 //! Discs that stick together move on as one rigid body about their centre of mass.
 
 use nalgebra::{SVector, Vector2};

@@ -1,5 +1,5 @@
 //! Unknowns of films of discs: what each shot has of its own, in SI units and the frame of the table, what
-//! scatters from shot to shot, and what is known beforehand of those that all shots share.
+//! scatters from shot to shot, and the priors of those that all shots share.
 
 use std::ops::Range;
 
@@ -163,7 +163,7 @@ pub(super) fn list_unknowns(
         let is_shown = match unknown.id {
             _ if is_flat || shots < LEAST_SHOTS => false,
             Id::Scale => discs.radii.is_some(),
-            // a delay means nothing without a unit of time
+            // a delay has no meaning without a unit of time
             Id::ShutterX | Id::ShutterY => discs.in_seconds,
             // discs do not hop
             Id::ParallaxX | Id::ParallaxY | Id::Nearness => false,

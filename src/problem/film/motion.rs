@@ -2,7 +2,7 @@
 //! sliding and rolling.
 //!
 //! Real motion is smooth at the jumps of an idealised model: a contact lasts 280 µs, a landing 1 ms.
-//! Each is one more quadratic piece, so that χ² has neither corners nor jumps when a frame passes
+//! Each is one more quadratic piece, so that χ² is smooth when a frame passes
 //! it.
 
 use nalgebra::{SMatrix, SVector};

@@ -71,7 +71,7 @@ pub(crate) fn unknowns_of(dataset: &Dataset, spins: &[Spin]) -> Vec<Unknown> {
 /// a fit of all shots finds.
 ///
 /// # Errors
-/// A shot is no collision.
+/// A shot that is not a collision.
 pub(crate) fn information(
     samples: &[PlannedShot],
     filming: &Filming,

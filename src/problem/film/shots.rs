@@ -229,7 +229,7 @@ impl Solution {
         Some(all.into_iter().map(estimate).collect())
     }
 
-    /// Returns the impact of shot `i` of a film as its frames show it whatever the law of the impact,
+    /// Returns the impact of shot `i` of a film as its frames show it without a law of the impact,
     /// the camera and the cloth as the fit has them; `track` is what it was read from. `None` if its
     /// frames do not show it.
     #[must_use]

@@ -83,7 +83,7 @@ impl RowsBlock {
         self
     }
 
-    /// Takes shots in the place of all, one may be taken several times.
+    /// Takes shots instead of all; one may be taken several times.
     pub fn take(&mut self, indices: &[usize]) {
         self.shots = Arc::new(indices.iter().map(|i| self.shots[*i].clone()).collect());
     }

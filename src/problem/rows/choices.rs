@@ -37,7 +37,7 @@ pub enum RowsError {
         /// The free unknowns.
         unknowns: Vec<Id>,
     },
-    /// Some numbers of a column have a standard deviation and others none.
+    /// Some numbers of a column have a standard deviation and others do not.
     #[error("{column} has a standard deviation in {with}, but none in {without}; give all or none")]
     MixedNoise {
         /// The column.
@@ -63,7 +63,7 @@ pub enum RowsError {
 /// Reason why a shot cannot be fitted.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 pub enum Unpredictable {
-    /// The state before the impact is no collision.
+    /// The state before the impact is not a collision.
     #[error(transparent)]
     NotACollision(#[from] NotACollision),
     /// The spin is unknown.

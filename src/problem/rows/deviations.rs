@@ -54,7 +54,7 @@ impl RowsBlock {
             measured[place] = 0.0;
         }
         let Residuals { rows, approach, .. } = shot.differences(&measured, shared, &self.contact).ok()?;
-        // the speed that determined the unknown one before shows nothing else
+        // the speed that determined the unknown one before is spent
         let spent = shot.spent_row();
         let sd = |place: usize| match (shot.priors[place], spent) {
             (Some(OwnPrior::Held), _) => 0.0,

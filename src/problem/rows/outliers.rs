@@ -9,7 +9,7 @@ use crate::problem::policy::Policy;
 use crate::problem::problem::{Problem, State};
 
 /// Returns whether each shot is kept. The distance d of a shot from a robust fit, in which gross
-/// errors hardly count, has d² of its k numbers as a sum of squares; with the mean s² = Σd²/(Σk − p)
+/// errors count little, has d² of its k numbers as a sum of squares; with the mean s² = Σd²/(Σk − p)
 /// of the shots that are no candidates, d²/(k s²) follows F(k, Σk − p).
 pub(super) fn judge_rows(problem: &Problem, state: &State, policy: &Policy) -> Vec<bool> {
     let squares = |problem: &Problem, state: &State| -> Option<Vec<(f64, f64)>> {

@@ -188,7 +188,7 @@ pub struct Prediction {
 /// Predicts the numbers of a shot from its measured inputs.
 ///
 /// # Errors
-/// A shot whose inputs are not all known, or that is no collision.
+/// A shot whose inputs are not all known, or that is not a collision.
 pub fn predict(shot: &Shot, model: &Model, coefficients: &Coefficients) -> Result<Prediction, Unpredictable> {
     let bare = Dataset::new("", model.ball, Vec::new());
     let made = RowShot::new(shot, &bare, model.law != Law::Constant || model.e_slope.is_some())?;

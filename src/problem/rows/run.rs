@@ -25,7 +25,7 @@ use crate::problem::uncertainty::Estimates;
 use crate::problem::unknowns::{Id, Mode};
 
 /// Fall of χ² that ends the last descent, 1e-7 standard deviations, so that bounds are met exactly, and
-/// its evaluations, of large tables fewer: typical are 4, and at a corner of χ² more gain nothing.
+/// its evaluations, of large tables fewer: typical are 4, and at a corner of χ² more do not gain.
 const LAST_STALL: f64 = 1e-14;
 const LAST_STEPS: [usize; 2] = [50, 12];
 
@@ -133,7 +133,7 @@ pub(crate) fn fit_rows(
     Ok(finish(table, Found { descent, others, findings }, choices, policy))
 }
 
-/// Returns the minimum of χ² + V, V = Σ ln det of the own unknowns' normal matrices: spins that nobody saw
+/// Returns the minimum of χ² + V, V = Σ ln det of the own unknowns' normal matrices: unmeasured spins
 /// are integrated over and not only minimised over (Tierney and Kadane 1986, J. Am. Stat. Assoc. 81, 82).
 /// To first order it is −½ C ∂V/∂x away from that of χ², with the covariance C.
 fn integrate_spins(problem: &Problem, at: &Evaluation) -> Option<Evaluation> {

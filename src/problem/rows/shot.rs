@@ -119,7 +119,7 @@ impl RowShot {
         self.priors.iter().enumerate().filter_map(|(place, prior)| Some((place, (*prior)?))).collect()
     }
 
-    /// Returns the number of own unknowns of which nothing is known.
+    /// Returns the number of own unknowns without a prior.
     pub(crate) fn own_unknowns_without_prior(&self) -> usize {
         self.priors.iter().filter(|prior| prior.is_none()).count()
     }

@@ -115,7 +115,7 @@ impl Table {
         Ok(descent)
     }
 
-    /// Holds unknowns without a prior that no number depends on, whatever the friction is: with much
+    /// Holds unknowns without a prior that no number depends on at any friction: with much
     /// every contact sticks, with little all slide.
     fn hold_silent(&mut self) {
         const LITTLE: f64 = 1e-3;
@@ -193,7 +193,7 @@ impl Table {
         let mut noises = Vec::new();
         for (pool, sd) in &pools {
             let own = variances.by_ref().take(pool.observables.len());
-            // what rounding hides is no smaller noise
+            // noise is at least what rounding hides
             let least = (pool.rounding / sd).powi(2);
             let own = own.map(|(square, dof)| (square.max(dof * least), dof));
             let own: Vec<(f64, f64)> = own.filter(|(_, dof)| *dof >= MIN_DOF_OF_BARTLETT).collect();

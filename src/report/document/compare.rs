@@ -23,19 +23,19 @@ document! {
         computed: Vec<Computed> = comparison.computed.clone(),
         /// Shots that count less under a robust loss.
         robust: Option<ComparedRobust> = comparison.robust.as_ref().map(|robust| ComparedRobust::new(comparison, robust)),
-        /// What else a reader may want to know, in sentences.
+        /// Notes, in sentences.
         notes: Vec<String> = words::notes(comparison),
-        /// What distinguishes the labels: cloth, data set, or a column.
+        /// The distinction of the labels: cloth, data set, or a column.
         told_by: String = comparison.told_by.clone(),
-        /// What is compared.
+        /// The compared quantities.
         labels: Vec<String> = comparison.labels.clone(),
-        /// What a reader must know, in sentences, the most important first.
+        /// Warnings, in sentences, the most important first.
         warnings: Vec<String> = words::warnings(comparison),
         /// The data sets or labels, with their shots.
         samples: Vec<Sample> = each(&comparison.samples, |sample| Sample::new(comparison, sample)),
         /// The parameters.
         parameters: Vec<ComparedParameter> = each(&comparison.quantities, |found| ComparedParameter::new(comparison, found)),
-        /// What chi2 and dof count: angles (and speeds), velocities, coordinates of frames, or impulses of discs.
+        /// The numbers that chi2 and dof count: angles (and speeds), velocities, coordinates of frames, or impulses of discs.
         counted: Counted = words::counted(comparison),
         /// Sum of the squared standardized residuals, priors included.
         #[schemars(with = "Option<f64>")]

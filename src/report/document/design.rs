@@ -7,9 +7,9 @@ use crate::measurement::parameter::Parameter;
 document! {
     /// design.json of caromfit, which caromfit design --json prints
     ///
-    /// What shots of each kind would determine before they are played. null stands for what is not determined.
+    /// Errors that shots of each kind would have, before they are played. null stands for an undetermined one.
     DesignDocument(design: &Design) [made: Made] {
-        /// What is expected of each coefficient, dimensionless.
+        /// The expected value of each coefficient, dimensionless.
         expected: ByName<f64> = {
             let expected = design.expected.coefficients;
             by_name([expected.mu, expected.mu_s, expected.e])
@@ -34,7 +34,7 @@ document! {
         fewest_shots: Vec<FewestShots> = each(&design.mixtures, |mixture| FewestShots::new(design, mixture)),
         /// The design in sentences.
         in_words: Vec<String> = design.words.clone(),
-        /// What was assumed, in sentences.
+        /// Assumptions, in sentences.
         notes: Vec<String> = design.notes.clone(),
     }
 

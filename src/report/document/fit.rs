@@ -28,7 +28,7 @@ document! {
     FitDocument(fit: &Fit) [made: Made] {
         /// Name of the data set.
         dataset: String = fit.dataset.clone(),
-        /// The label that was fitted apart; null if the data set was fitted as a whole.
+        /// The label that was fitted separately; null if the data set was fitted as a whole.
         group: Option<Group> = fit.group.as_ref().map(Group::new),
         /// Whether the numbers can be used.
         #[serde(skip_deserializing)]
@@ -53,7 +53,7 @@ document! {
         method: String = fit.method_name().to_owned(),
         /// Whether the model contains each effect, by its name.
         effects: ByName<bool> = fit.effects.iter().map(|(name, on)| ((*name).to_owned(), *on)).collect(),
-        /// What a reader should know, the most important first. Of kind refuted: the data contradict the model.
+        /// Findings, the most important first. Of kind refuted: the data contradict the model.
         findings: Vec<Found> = each(&fit.remarks, |remark| Found::new(fit, remark)),
         /// Estimates by the name of the parameter; mu_b and mu_c if the friction decreases with the slip, kappa if the contact is
         /// compliant, mass_ratio and radius_ratio (cue ball over object ball) if they were fitted, e_slope if the restitution
@@ -63,7 +63,7 @@ document! {
         }),
         /// Correlation of the errors of the parameters.
         correlation: Correlation = Correlation::new(fit),
-        /// What chi2, dof, observations and residuals.csv count: angles (and speeds), velocities, coordinates of frames, or impulses of
+        /// The numbers that chi2, dof, observations and residuals.csv count: angles (and speeds), velocities, coordinates of frames, or impulses of
         /// discs (e and J_t/J_n).
         #[schemars(extend("enum" = Counted::ALL.map(Counted::name)))]
         counted: String = fit.counted().name().to_owned(),
@@ -73,15 +73,15 @@ document! {
         dof: usize = fit.dof,
         /// chi2/dof.
         reduced_chi2: Option<f64> = reduced_chi2(fit).and_then(finite),
-        /// Of films: the camera as it was fitted, and what else was found of the film. A correction of 0 (of scale and aspect 1)
-        /// changes nothing. estimate and std_error; of dropped_frames the number of shots with drops and of drops; of
+        /// The camera of a film as it was fitted, and other findings on the film. A correction of 0 (of scale and aspect 1)
+        /// has no effect. estimate and std_error; of dropped_frames the number of shots with drops and of drops; of
         /// left_out_at_impacts the number of frames before and after each impact.
         film: Option<ByName<FilmEntry>> = fit.camera.as_ref().map(film),
         /// Every unknown that all shots share and that was free: of contact, balls, cloth, time and camera.
         unknowns: Vec<Unknown> = each(&fit.unknowns, Unknown::new),
-        /// What makes up the standard errors of mu, mu_s and e, the largest part first; empty for those without one.
+        /// The sources of the standard errors of mu, mu_s and e, the largest part first; empty for those without one.
         budget: ByName<Vec<BudgetPart>> = named(&fit.budget, |own| (own.id.name(), budget(own))),
-        /// What explains residuals that the equations or the stated numbers leave, the best first.
+        /// Explanations of residuals that the equations or the stated numbers leave, the best first.
         #[serde(skip_deserializing)]
         explanations: Vec<Explanation> = fit.explanations.clone(),
         /// Number of measured values.
@@ -98,7 +98,7 @@ document! {
         shots_used: usize = fit.shots_used,
         /// Shots that were left out.
         shots_rejected: Vec<Rejected> = fit.shots_rejected.clone(),
-        /// Of discs: standard deviations between shots beyond the errors of their frames, which the errors of the parameters include.
+        /// Standard deviations between shots of discs beyond the errors of their frames, which the errors of the parameters include.
         #[serde(skip_serializing_if = "Option::is_none", skip_deserializing)]
         scatter: Option<Scatter> = fit.scatter.filter(|scatter| scatter.is_estimated),
         /// Whether the search ended at a minimum.
@@ -111,7 +111,7 @@ document! {
         seconds: f64 = fit.seconds,
     }
 
-    /// A label whose shots were fitted apart.
+    /// A label whose shots were fitted separately.
     #[derive(PartialEq, Eq, Deserialize)]
     Group(group: &(String, String)) {
         /// The column that `[fit] by` names.
@@ -179,16 +179,16 @@ document! {
     /// Something that a reader should know.
     #[derive(Deserialize)]
     Found(fit: &Fit, remark: &fit::Remark) {
-        /// What it is.
+        /// The kind of the finding.
         kind: String = data(fit, remark).0,
-        /// info: good to know; doubt: the estimates may be off by more than their errors; unusable: they mean nothing.
+        /// info: good to know; doubt: the estimates may be off by more than their errors; unusable: they are meaningless.
         #[schemars(extend("enum" = ["info", "doubt", "unusable"]))]
         severity: String = match remark.severity {
             Severity::Note | Severity::Warning => "info",
             Severity::Doubtful => "doubt",
             Severity::Unusable => "unusable",
         }.to_owned(),
-        /// What it says, for a reader.
+        /// The finding in words.
         sentence: String = remark.sentence.clone(),
         /// Its numbers, by their names.
         #[serde(flatten)]

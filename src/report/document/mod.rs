@@ -1,7 +1,7 @@
 //! The documents that programs read: each is one struct, which is written, read back and described by its JSON Schema.
 //!
 //! Numbers are SI and radians, except where a unit stands beside them or in the key; `null` stands for what is not known. Keys may be
-//! added; none is renamed or dropped while `FORMAT_VERSION` stays.
+//! added, and not renamed or dropped while `FORMAT_VERSION` stays.
 
 mod compare;
 mod design;
@@ -43,7 +43,7 @@ macro_rules! document {
         pub(crate) struct $name {
             $($(#[$meaning])* pub(crate) $key: $kind,)+
             $(
-                /// What made it.
+                /// The program that made it.
                 #[serde(flatten)]
                 pub(crate) $made: $maker,
             )?
@@ -93,7 +93,7 @@ pub(crate) fn exact_text(document: &(impl Serialize + ?Sized)) -> Result<String,
     Ok(serde_json::to_string_pretty(document)? + "\n")
 }
 
-/// Returns whether two texts of fit.json hold the same result, whatever the search took: a step more or less is a matter of roundings.
+/// Returns whether two texts of fit.json hold the same result, after any number of steps: a step more or less is a matter of roundings.
 pub(super) fn is_same_result(one: &str, other: &str) -> bool {
     const EFFORT: [&str; 2] = ["  \"seconds\":", "  \"iterations\":"];
     let result = |line: &&str| !EFFORT.iter().any(|key| line.starts_with(key));
@@ -141,7 +141,7 @@ pub(crate) const SCHEMAS: [CommandSchema; 9] = [
     ("dataset", crate::io::schema),
 ];
 
-/// What made a document.
+/// The program that made a document.
 #[derive(Clone, Debug, Serialize, Deserialize, JsonSchema)]
 pub(crate) struct Made {
     /// Version of caromfit.

@@ -1,4 +1,4 @@
-//! What `check`, `extract`, `synth`, `collide` and `accuracy` print with `--json`.
+//! The JSON that `check`, `extract`, `synth`, `collide` and `accuracy` print with `--json`.
 
 use std::path::Path;
 
@@ -14,7 +14,7 @@ use crate::studies::accuracy::Row;
 use crate::studies::bias;
 
 document! {
-    /// What caromfit check --json prints, an element
+    /// An element of the list that caromfit check --json prints
     ///
     /// The findings about one data set: caromfit check --json prints an array of these.
     CheckDocument(checked: &Dataset, found: &[check::Finding]) [made: Made] {
@@ -22,39 +22,39 @@ document! {
         dataset: String = checked.name.clone(),
         /// Number of shots that can be used.
         shots: usize = checked.count_usable(),
-        /// What was detected in the files and repaired, and what was assumed, in sentences.
+        /// Detections, repairs and assumptions, in sentences.
         notes: Vec<String> = checked.notes().cloned().collect(),
         /// Shots that cannot be used.
         left_out: Vec<Rejected> = left_out(checked),
-        /// What is suspicious or good to know.
+        /// Suspicions and notes.
         findings: Vec<check::Finding> = found.to_vec(),
     }
 
-    /// What caromfit extract --json prints, an element
+    /// An element of the list that caromfit extract --json prints
     ///
     /// The impacts of one data set: caromfit extract --json prints an array of these.
     ExtractDocument(extracted: &Dataset, place: &Path, count: usize, lines: Vec<String>) [made: Made] {
         /// Name of the data set.
         dataset: String = extracted.name.clone(),
-        /// Where its files are.
+        /// The folder of its files.
         folder: String = place.display().to_string(),
         /// Number of shots that were extracted.
         shots: usize = count,
-        /// What there is to say, in sentences.
+        /// Notes, in sentences.
         notes: Vec<String> = lines,
         /// Shots that cannot be used.
         left_out: Vec<Rejected> = left_out(extracted),
     }
 
-    /// What caromfit synth --json prints
+    /// The object that caromfit synth --json prints
     ///
     /// A synthetic data set. null stands for what is not known.
     SynthDocument(spec: &Spec, by: Fidelity, place: &Path, written: Vec<String>) [made: Made] {
         /// Its name.
         dataset: String = spec.name.clone(),
-        /// What is measured of each shot: tracks, impacts or angles.
+        /// The measurements of each shot: tracks, impacts or angles.
         kind: &'static str = spec.kind.name(),
-        /// Where the files are.
+        /// The folder of the files.
         folder: String = place.display().to_string(),
         /// Names of the files that were written, in the folder.
         files: Vec<String> = written,
@@ -64,7 +64,7 @@ document! {
         seed: u64 = spec.seed,
         /// The fidelity by which the collisions were computed.
         fidelity: Fidelity = by,
-        /// What the shots were made with, by parameter.
+        /// The true values, by parameter.
         parameters: ByName<Truth> = named(&spec.truths(), |(p, truth)| (p.name(), Truth::new(*truth, unit_of(*p)))),
     }
 
@@ -76,7 +76,7 @@ document! {
         unit: &'static str = of,
     }
 
-    /// What caromfit collide --json prints
+    /// The object that caromfit collide --json prints
     ///
     /// One collision; with --cases, caromfit collide --json prints an array of these. The frame is that of the collision: x from the
     /// cue ball to the object ball, y 90° counter-clockwise from it seen from above, z upwards.
@@ -85,13 +85,13 @@ document! {
         name: String = computed.case.name.clone(),
         /// Collision model: elastic, inelastic, linear, full, ode or contact.
         fidelity: Fidelity = computed.model.fidelity,
-        /// The outcome; left out if there is none.
+        /// The outcome; left out without a collision.
         #[serde(flatten)]
         outcome: Option<CollideOutcome> = computed.outcome.as_ref().ok().map(CollideOutcome::new),
-        /// With --explain: every effect.
+        /// Every effect, with --explain.
         #[serde(skip_serializing_if = "Option::is_none")]
         effects: Option<Vec<effects::Estimate>> = explained.map(Vec::from),
-        /// Why it is no collision, instead of all numbers.
+        /// The reason why it is not a collision, instead of all numbers.
         #[serde(skip_serializing_if = "Option::is_none")]
         error: Option<String> = computed.outcome.as_ref().err().map(ToString::to_string),
     }
@@ -116,7 +116,7 @@ document! {
         spin: [f64; 3] = state.spin.into(),
     }
 
-    /// What caromfit accuracy --json prints
+    /// The object that caromfit accuracy --json prints
     ///
     /// Errors against time of every fidelity, and the bias of fits. null stands for what is not known.
     AccuracyDocument(rows: &[Row], found: &[bias::Row], computed: usize, unusable: usize) [made: Made] {
@@ -136,7 +136,7 @@ document! {
         fidelity: &'static str = row.way.name,
         /// Tangential compliance κ of the contact that computed the shots.
         kappa: Option<f64> = finite(row.kappa),
-        /// By parameter.
+        /// The values by parameter.
         parameters: ByName<BiasedParameter> = named(&row.found, |found| (found.parameter.name(), BiasedParameter::new(found))),
         /// χ² of data without noise over their number: what the noise would have to hide.
         chi2_per_observation: Option<f64> = finite(row.chi2_per_observation),

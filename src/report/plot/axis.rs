@@ -35,7 +35,7 @@ pub(super) enum Scale {
     Linear,
     /// Values are whole numbers.
     Whole,
-    /// The axis reaches as far below 0 as above, at least so far.
+    /// A symmetric axis about 0 that reaches at least this far.
     Symmetric(f64),
     /// Values are decimal logarithms; the labels show the numbers themselves.
     Logarithmic,
@@ -75,7 +75,7 @@ impl Axis {
         (if starts_at_0 { 0.0 } else { low - room })..high + room
     }
 
-    /// Returns round numbers in a range, at most so many.
+    /// Returns at most `most` round numbers in a range.
     pub(super) fn ticks(&self, range: &Range<f64>, most: usize) -> Vec<f64> {
         /// Round numbers of a decade, as many as there is room for.
         const OF_DECADES: [&[f64]; 4] =

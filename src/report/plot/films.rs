@@ -14,7 +14,7 @@ const BALLS: [&str; 2] = ["cue ball", "object ball"];
 /// Both tracks of a shot of balls or discs with what was fitted.
 pub(in crate::report) struct Tracks<'a> {
     pub(in crate::report) name: &'a str,
-    /// Where either was seen, and when (s).
+    /// Time (s) and place of each sighting.
     pub(in crate::report) seen: [Vec<(f64, [f64; 2])>; 2],
     /// Below the title.
     pub(in crate::report) summary: String,

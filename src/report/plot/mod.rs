@@ -62,7 +62,7 @@ impl Figure {
         Self { title: title.into(), ..Self::default() }
     }
 
-    /// Adds panels in as few rows as hold at most so many each, evenly filled.
+    /// Adds panels in evenly filled rows of limited length.
     fn add_rows(&mut self, height: u32, most: usize, panels: Vec<Panel>) {
         let rows = panels.len().div_ceil(most).max(1);
         let each = panels.len().div_ceil(rows).max(1);

@@ -29,7 +29,7 @@ const MIDDLE: Pos = Pos { h_pos: HPos::Center, v_pos: VPos::Center };
 /// The font as an SVG names it; the first family is in the program.
 const FONT: &str = "DejaVu Sans, Verdana, Arial, sans-serif";
 
-/// Where a measured point is in a picture: pixels from the left and from the top, and the index of its label.
+/// Place of a measured point in a picture: pixels from the left and from the top, and the index of its label.
 #[derive(Clone, Copy, Debug, serde::Serialize)]
 pub(in crate::report) struct Spot(i32, i32, usize);
 
@@ -306,7 +306,7 @@ fn shortened(text: &str, size: f64, limit: i32) -> String {
     format!("{}…", short.trim_end())
 }
 
-/// Returns at most so many lines no wider than `limit` pixels, broken between words. Spaces within a line stay.
+/// Returns a limited number of lines no wider than `limit` pixels, broken between words. Spaces within a line stay.
 fn wrapped(text: &str, size: f64, limit: i32, most: usize) -> Vec<String> {
     let mut lines = Vec::new();
     let mut rest = text;

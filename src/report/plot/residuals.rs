@@ -155,7 +155,7 @@ impl Observed {
     fn draw(&self, panel: &mut Panel, mut places: Vec<(usize, [f64; 2])>) {
         /// More points would hide each other, and an SVG grows with each.
         const MOST: usize = 2000;
-        /// Of the points left out, how many of the largest residuals are drawn nevertheless.
+        /// Number of the largest residuals that are drawn in every case.
         const EXTREMES: usize = 100;
         if places.len() > MOST {
             let size = |i: usize| self.values[i].standardized.abs();
