@@ -127,11 +127,11 @@ mod tests {
 
     #[test]
     fn the_noise_of_tracks_that_have_only_some_frames() {
-        const NOISE: f64 = 3e-4;
+        const TEST_NOISE: f64 = 3e-4;
         let mut rng = ChaCha8Rng::seed_from_u64(1);
         // the sum of twelve uniform numbers has the variance 1
         let mut normal = || (0..12).map(|_| rng.random::<f64>()).sum::<f64>() - 6.0;
-        let mut place = |t: f64| [0.4 + 1.5 * t + NOISE * normal(), 0.2 + NOISE * normal()];
+        let mut place = |t: f64| [0.4 + 1.5 * t + TEST_NOISE * normal(), 0.2 + TEST_NOISE * normal()];
         let all: Vec<Sample> =
             (0..4000).map(|n| f64::from(n) / 500.0).map(|t| Sample::new(t, place(t))).collect();
         for (what, every, kept) in
@@ -139,7 +139,7 @@ mod tests {
         {
             let some: Vec<Sample> = (0..all.len()).filter(|n| n % every < kept).map(|n| all[n]).collect();
             let noise = noise_of(&[&some, &some], &TrackShot::new("", 500.0, Spin::Stun, [vec![], vec![]]));
-            assert!((noise / NOISE - 1.0).abs() < 0.05, "{what}: {noise}");
+            assert!((noise / TEST_NOISE - 1.0).abs() < 0.05, "{what}: {noise}");
         }
     }
 }

@@ -9,7 +9,7 @@ use super::rows::block::RowsBlock;
 use super::unknowns::Id;
 
 /// Values of μ that descents of films start from: published ones (0.03 to 0.08), waxed and chalked balls.
-const GRID: [f64; 4] = [0.02, 0.06, 0.12, 0.25];
+const FILM_GRID: [f64; 4] = [0.02, 0.06, 0.12, 0.25];
 
 /// Unknowns of the first descents: places and scale before all others.
 const COARSE: [Id; 7] = [Id::Mu, Id::E, Id::Scale, Id::Aspect, Id::Shear, Id::PerspectiveX, Id::PerspectiveY];
@@ -87,7 +87,7 @@ fn descend_coarsely(problem: &Problem, start: &State) -> Option<Descent> {
         }
         descend(&coarser, coarser.evaluate(state), &coarse_columns, COARSE_STEPS[usize::from(is_table)])
     };
-    let grid = if is_table { &RowsBlock::GRID[..] } else { &GRID };
+    let grid = if is_table { &RowsBlock::GRID[..] } else { &FILM_GRID };
     let mut coarse: Vec<Descent> = grid.iter().map(from).collect();
     coarse.retain(|descent| descent.end.cost.is_finite());
     let mu = |descent: &Descent, column: usize| descent.end.state.shared.0[column];

@@ -115,8 +115,8 @@ fn size(body: &Body) -> String {
 
 /// Returns `p = 0.013`; small probabilities are not distinguished.
 fn p_text(p: f64) -> String {
-    const LEAST: f64 = 1e-4;
-    if p < LEAST { format!("p < {LEAST}") } else { format!("p = {}", plain(p, 2)) }
+    const LEAST_P: f64 = 1e-4;
+    if p < LEAST_P { format!("p < {LEAST_P}") } else { format!("p = {}", plain(p, 2)) }
 }
 
 /// Returns χ² per degree of freedom, where there is one.
@@ -156,13 +156,13 @@ struct Budget {
 }
 
 fn budgets(fit: &Fit) -> Vec<Budget> {
-    const LEAST: f64 = 0.1;
+    const LEAST_PART: f64 = 0.1;
     let budget = |found: &problem::Budget| {
         let parts = document::budget(found).into_iter();
         let mut parts: Vec<_> =
             parts.filter_map(|part| Some((symbol(&part.source), part.std_error?))).collect();
         let std_error = parts.iter().map(|(_, error)| error.powi(2)).sum::<f64>().sqrt();
-        parts.retain(|(_, error)| *error >= LEAST * std_error);
+        parts.retain(|(_, error)| *error >= LEAST_PART * std_error);
         Budget { of: found.id, std_error, parts }
     };
     fit.budget.iter().map(budget).collect()

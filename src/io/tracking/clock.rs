@@ -19,7 +19,7 @@ impl Style {
 }
 
 /// Frames per second of time codes.
-const RATES: [f64; 6] = [24.0, 25.0, 30.0, 48.0, 50.0, 60.0];
+const CODE_RATES: [f64; 6] = [24.0, 25.0, 30.0, 48.0, 50.0, 60.0];
 
 pub(super) fn is_clock(cell: &str) -> bool {
     cell.contains(':')
@@ -86,7 +86,7 @@ pub(super) fn count_frames(tracks: &mut [&mut RawTrack]) -> Option<f64> {
     let within = parts.windows(2).filter(|two| two[1].0 == two[0].0).map(|two| two[1].1 - two[0].1);
     let step = middle(within).filter(|_| !full.is_empty())?;
     let follows = |rate: f64| full.iter().all(|two| rate + two[1].1 - two[0].1 == step);
-    let rate = RATES.into_iter().find(|rate| *rate > last && follows(*rate))?;
+    let rate = CODE_RATES.into_iter().find(|rate| *rate > last && follows(*rate))?;
     for row in tracks.iter_mut().flat_map(|track| &mut track.rows) {
         let (whole, frame) = split(row.time);
         row.time = rate * whole + frame;

@@ -24,7 +24,7 @@ use crate::problem::unknowns::{Id, Mode, Own, Shared};
 /// Values of μ and κ between which descents begin. A stiffer contact is as good as rigid.
 const MU_RANGE: [f64; 2] = [0.02, 2.0];
 const MU_STEPS: usize = 24;
-const KAPPAS: [f64; 8] = [0.15, 0.3, 0.6, 1.25, 2.0, 3.0, 4.5, 9.0];
+const DISC_KAPPAS: [f64; 8] = [0.15, 0.3, 0.6, 1.25, 2.0, 3.0, 4.5, 9.0];
 
 /// Smallest κ of a compliant contact.
 const LEAST_KAPPA: f64 = 0.1;
@@ -259,7 +259,7 @@ impl Shots<'_> {
         };
         let step = (MU_RANGE[1] / MU_RANGE[0]).powf(1.0 / (MU_STEPS - 1) as f64);
         let frictions: Vec<f64> = (0..MU_STEPS).map(|i| MU_RANGE[0] * step.powi(i as i32)).collect();
-        let (frictions, kappas) = (grid(Id::Mu, &frictions), grid(Id::Kappa, &KAPPAS));
+        let (frictions, kappas) = (grid(Id::Mu, &frictions), grid(Id::Kappa, &DISC_KAPPAS));
         let pairs: Vec<[f64; 2]> =
             kappas.iter().flat_map(|kappa| frictions.iter().map(|mu| [*mu, *kappa])).collect();
         let start = |[mu, kappa]: &[f64; 2]| {

@@ -22,7 +22,7 @@ const PLACES: [f64; 3] = [1.0, 2.0, 3.0];
 const PROMISED: f64 = 0.8;
 
 /// Frame rates over the stated one at which descents start.
-const RATES: [f64; 5] = [0.8, 0.9, 1.0, 1.1, 1.25];
+const FRAME_RATES: [f64; 5] = [0.8, 0.9, 1.0, 1.1, 1.25];
 
 /// Part of the decrease of another suspect with which balls that slide are the likelier explanation: it
 /// contradicts no prior of the cloth.
@@ -118,7 +118,7 @@ fn let_in(problem: &Problem, at: &Evaluation, suspect: Suspect, policy: &Policy)
     let from = at.state.shared[id];
     let mut values = PLACES.map(|part| from + part * (suspect.estimate - from)).to_vec();
     if id == Id::Rate {
-        values.extend(RATES);
+        values.extend(FRAME_RATES);
     }
     // the first start serves if χ² decreases as its score promises
     let mut best = descend_from(&wider, &at.state, id, &values[..1])?;

@@ -211,7 +211,7 @@ pub(in crate::report) fn way_name(row: &Row) -> String {
 /// Returns error against time of every way to compute collisions, both on logarithmic scales.
 pub(in crate::report) fn accuracy(rows: &[Row]) -> Figure {
     /// Errors below are roundings.
-    const LEAST: f64 = 1e-16;
+    const LEAST_DRAWN: f64 = 1e-16;
     let mut figure = Figure::new("Accuracy against time (ode and contact: at tolerances from 10⁻² down)");
     for name in rows.iter().map(way_name) {
         if !figure.series.contains(&name) {
@@ -229,7 +229,7 @@ pub(in crate::report) fn accuracy(rows: &[Row]) -> Figure {
         for (index, name) in figure.series.iter().enumerate() {
             let place = |row: &Row| {
                 let error = pick(row)?.speed.p95;
-                error.is_finite().then(|| [(1e6 * row.seconds).log10(), error.max(LEAST).log10()])
+                error.is_finite().then(|| [(1e6 * row.seconds).log10(), error.max(LEAST_DRAWN).log10()])
             };
             let places: Vec<[f64; 2]> =
                 rows.iter().filter(|row| way_name(row) == *name).filter_map(place).collect();
