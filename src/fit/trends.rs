@@ -11,7 +11,7 @@ use crate::physics::name::worded;
 pub(in crate::fit) const IMPROBABLE: f64 = 0.001;
 
 /// A trend this improbable, with all the trends that were looked for taken into account, is named.
-const LEVEL: f64 = 0.05;
+const TREND_LEVEL: f64 = 0.05;
 
 /// A trend of residuals with something that the model should have taken care of.
 #[derive(Clone, Debug, PartialEq, Serialize, JsonSchema)]
@@ -101,7 +101,7 @@ pub(in crate::fit) fn ranked(mut trends: Vec<Trend>) -> Vec<Trend> {
     holm(trends.iter_mut().map(|trend| &mut trend.p_corrected));
     let count = trends.len();
     for trend in &mut trends {
-        trend.significant = trend.p_corrected < LEVEL;
+        trend.significant = trend.p_corrected < TREND_LEVEL;
         trend.words = format!(
             "the residuals of {} change with {} ({:+.2} sd per {}; p = {}, corrected for {}): {}",
             trend.quantity,
