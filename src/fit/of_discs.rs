@@ -17,7 +17,7 @@ use crate::physics::ball::Ball;
 use crate::physics::collision::{Effects, Fidelity};
 use crate::problem::{
     Component, Deviations, DiscFit, Finding, Id, Known, Policy, Quantiles, Quantity, ShiftScore, Slope,
-    errors_as_free, fit_discs,
+    Solution, fit_discs,
 };
 
 /// Number of shots that show how much shots differ.
@@ -89,12 +89,15 @@ pub(super) fn fit(request: Request) -> Result<Fit, FitError> {
 /// the closing speed, 0 if that is not known.
 fn deviations(found: &DiscFit) -> Vec<Option<Deviations>> {
     let DiscFit { solution, impacts, scatter, .. } = found;
+    // a single shot does not show the law that J_t/J_n would deviate from
+    let is_law_shown = !undetermined(solution).contains(&Id::Mu);
     let of_shot = |name: &String| {
         let impact = impacts.iter().find(|impact| impact.name == *name)?;
         let closing = impact.get(Quantity::ClosingSpeed)?.value;
         let slip = impact.get(Quantity::SlipRatio).map(|slip| slip.value);
         let e = solution.value(Id::E) - solution.value(Id::ESlope) * closing;
-        let ratio = slip.and_then(|slip| solution.impulse_ratio([closing, slip * closing]));
+        let slip_of_law = slip.filter(|_| is_law_shown);
+        let ratio = slip_of_law.and_then(|slip| solution.impulse_ratio([closing, slip * closing]));
         let (mut observables, mut measured, mut values, mut variances) = (vec![], vec![], vec![], vec![]);
         for (observable, quantity, component, law) in [
             (Observable::Restitution, Quantity::Restitution, Component::Restitution, Some(e)),
@@ -123,18 +126,23 @@ fn deviations(found: &DiscFit) -> Vec<Option<Deviations>> {
     solution.names[0].iter().map(of_shot).collect()
 }
 
-fn estimates(common: &Fitted, found: &DiscFit) -> Vec<Estimate> {
-    let solution = &found.solution;
-    // others that χ² does not depend on have a bound
-    let undetermined = solution.findings.iter().filter_map(|finding| match finding {
-        Finding::Undetermined { id, .. } if solution.get(*id).is_none() => Some(*id),
+/// Returns the unknowns that were held since the shots do not determine them; others that χ² does not depend
+/// on have a bound.
+fn undetermined(solution: &Solution) -> Vec<Id> {
+    let is_held = |id: &Id| solution.get(*id).is_none();
+    let findings = solution.findings.iter().filter_map(|finding| match *finding {
+        Finding::Undetermined { id, .. } => Some(id),
         _ => None,
     });
-    let as_free = errors_as_free(&solution.problem, &solution.at, &[]);
+    findings.filter(is_held).collect()
+}
+
+fn estimates(common: &Fitted, found: &DiscFit) -> Vec<Estimate> {
+    let solution = &found.solution;
     let known = Known {
         solution,
-        as_free: as_free.as_ref().unwrap_or(&solution.covariance),
-        undetermined: undetermined.collect(),
+        as_free: &solution.covariance,
+        undetermined: undetermined(solution),
         quantiles: Quantiles::new(found.dof),
         others: &found.others,
         profiles: common.request.options.depth >= Depth::Intervals,

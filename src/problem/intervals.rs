@@ -253,7 +253,7 @@ impl Known<'_> {
 }
 
 /// Returns the covariance with unknowns at bounds taken for free, those that are not determined held.
-pub(crate) fn errors_as_free(problem: &Problem, at: &Evaluation, undetermined: &[Id]) -> Option<Estimates> {
+pub(super) fn errors_as_free(problem: &Problem, at: &Evaluation, undetermined: &[Id]) -> Option<Estimates> {
     let is_determined = |column: &usize| !undetermined.contains(&problem.unknowns[*column].id);
     let columns = problem.free().into_iter().filter(is_determined).collect();
     Estimates::of_columns(&at.eliminate(problem, 0.0)?, columns)

@@ -59,7 +59,7 @@ pub use film::shots::{Impact, OwnEstimate};
 pub use findings::{Finding, Severity};
 pub use identifiability::Combination;
 pub use intervals::{IntervalPair, ParameterEstimate, Status};
-pub(crate) use intervals::{Known, MANY_SHOTS, Quantiles, errors_as_free};
+pub(crate) use intervals::{Known, MANY_SHOTS, Quantiles};
 pub(crate) use offsets::ShiftScore;
 pub(crate) use offsets::{Offsets, Slope};
 pub(crate) use policy::Policy;
