@@ -177,12 +177,11 @@ impl Keys {
                 camera: self.camera.unwrap_or_default(),
                 scale: self.scale.unwrap_or_default(),
                 tracks: self.tracks.unwrap_or_default(),
+                tilt_sd: self.table.and_then(|table| table.tilt_sd),
+                topspin_sd: self.cue_spin.topspin_sd,
             };
-            let tilt_sd = self.table.and_then(|table| table.tilt_sd);
-            let tilt_sd = source.number("table.tilt_sd", tilt_sd, POSITIVE);
-            let mut settings = sections.check(discs.is_some(), source);
-            (settings.tilt_sd, settings.topspin_sd) = (tilt_sd, self.cue_spin.topspin_sd);
-            settings
+            source.number("table.tilt_sd", sections.tilt_sd, POSITIVE);
+            sections.check(discs.is_some(), source)
         });
         if let (Some(discs), Some(tracks)) = (discs, tracks.as_mut())
             && let Some([first, _]) = discs.masses
@@ -195,7 +194,7 @@ impl Keys {
         }
         let discs = discs
             .zip(tracks.as_ref())
-            .map(|(discs, tracks)| Discs { in_seconds: !tracks.unknown_rate, ..discs });
+            .map(|(discs, tracks)| Discs { in_seconds: !tracks.has_unknown_rate(), ..discs });
         Manifest {
             dataset,
             kind,

@@ -12,7 +12,7 @@ use crate::measurement::fault::Fault;
 use crate::measurement::observable::Measured;
 
 /// The section, or only a label: `camera = "phone"`. A key that is left out is `"auto"`.
-#[derive(Default, Deserialize, JsonSchema)]
+#[derive(Clone, Debug, Default, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields, default)]
 pub(crate) struct CameraSection {
     /// Data sets with one label were filmed by one camera that was not moved.
@@ -63,63 +63,39 @@ impl Values {
 }
 
 /// A key of the section: its corrections, their range, and the values expected beside `"auto"`.
-struct Key {
-    name: &'static str,
-    corrections: &'static [Correction],
-    range: [f64; 2],
-    expected: &'static str,
-}
-
-const fn key(
-    name: &'static str,
-    corrections: &'static [Correction],
-    range: [f64; 2],
-    expected: &'static str,
-) -> Key {
-    Key { name, corrections, range, expected }
-}
+struct Key(&'static str, &'static [Correction], [f64; 2], &'static str);
 
 const KEYS: [Key; 7] = [
-    key("scale", &[Correction::Scale], [0.1, 10.0], "a length of the film over the true one, from 0.1 to 10"),
-    key("aspect", &[Correction::Aspect], [0.5, 2.0], "lengths along y over lengths along x, from 0.5 to 2"),
-    key("shear", &[Correction::Shear], [-0.5, 0.5], "a number from -0.5 to 0.5"),
-    key("perspective", &PERSPECTIVE, [-2.0, 2.0], "[x, y], each from -2 to 2 per metre"),
-    key("lens", &[Correction::Lens], [-0.3, 0.3], "a part of lengths at 0.5 m, from -0.3 to 0.3"),
-    key("shutter", &SHUTTER, [f64::NAN; 2], "the seconds from the first row of the picture to the last"),
-    key("parallax", &PARALLAX, [f64::NAN; 2], "no value"),
+    Key("scale", &[Correction::Scale], [0.1, 10.0], "a length of the film over the true one, from 0.1 to 10"),
+    Key("aspect", &[Correction::Aspect], [0.5, 2.0], "lengths along y over lengths along x, from 0.5 to 2"),
+    Key("shear", &[Correction::Shear], [-0.5, 0.5], "a number from -0.5 to 0.5"),
+    Key("perspective", &PERSPECTIVE, [-2.0, 2.0], "[x, y], each from -2 to 2 per metre"),
+    Key("lens", &[Correction::Lens], [-0.3, 0.3], "a part of lengths at 0.5 m, from -0.3 to 0.3"),
+    Key("shutter", &SHUTTER, [f64::NAN; 2], "the seconds from the first row of the picture to the last"),
+    Key("parallax", &PARALLAX, [f64::NAN; 2], "no value"),
 ];
 const PERSPECTIVE: [Correction; 2] = [Correction::PerspectiveX, Correction::PerspectiveY];
 const SHUTTER: [Correction; 2] = [Correction::ShutterX, Correction::ShutterY];
 const PARALLAX: [Correction; 3] = [Correction::ParallaxX, Correction::ParallaxY, Correction::Nearness];
 
-/// The statement about one correction.
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub(super) enum Wanted {
-    #[default]
-    LeftOut,
-    Auto,
-    Value(Measured),
-}
+impl Stated {
+    /// Returns the stated values and standard deviations; none for a word.
+    fn numbers(&self) -> (&[f64], Option<&[f64]>) {
+        match self {
+            Self::Word(_) => (&[], None),
+            Self::Exact(values) => (values.each(), None),
+            Self::Prior { mean, sd } => (mean.each(), Some(sd.each())),
+        }
+    }
 
-/// The statement about each correction, in the order of [`Correction::ALL`].
-pub(super) type WantedCamera = [Wanted; Correction::COUNT];
-
-fn exact(value: f64) -> Measured {
-    Measured { value, sd: None }
-}
-
-/// Returns the values that are stated, `None` for those to be estimated from the balls.
-/// Motion-capture systems correct positions for their cameras: distortions of one camera are
-/// estimated there only on request.
-pub(super) fn stated(
-    wanted: &WantedCamera,
-    is_motion_capture: bool,
-) -> [Option<Measured>; Correction::COUNT] {
-    Correction::ALL.map(|which| match wanted[which as usize] {
-        Wanted::Value(value) => Some(value),
-        Wanted::LeftOut if is_motion_capture && which.is_of_one_camera() => Some(exact(which.neutral())),
-        Wanted::LeftOut | Wanted::Auto => None,
-    })
+    fn are_good(&self, Key(_, corrections, [low, high], _): &Key) -> bool {
+        let (means, sds) = self.numbers();
+        let are_in_range = means.iter().all(|mean| (low..=high).contains(&mean));
+        let are_sds =
+            |sds: &[f64]| sds.len() == means.len() && sds.iter().all(|sd| *sd > 0.0 && sd.is_finite());
+        matches!(self, Self::Word(_))
+            || means.len() == corrections.len() && are_in_range && sds.is_none_or(are_sds)
+    }
 }
 
 impl CameraSection {
@@ -129,49 +105,45 @@ impl CameraSection {
         if let Some(Stated::Exact(Values::One(seconds))) = self.shutter { Some(seconds) } else { None }
     }
 
-    pub(super) fn check(&self, source: &Source) -> WantedCamera {
-        let mut wanted = WantedCamera::default();
-        let Self { scale, aspect, shear, perspective, lens, shutter, parallax, .. } = self;
-        let shutter = &shutter.filter(|_| self.readout().is_none());
-        for (key, given) in KEYS.iter().zip([scale, aspect, shear, perspective, lens, shutter, parallax]) {
-            let Some(stated) = given else { continue };
-            let (means, sds) = match stated {
-                Stated::Word(word) => {
-                    for which in key.corrections {
-                        let neutral = Wanted::Value(exact(which.neutral()));
-                        wanted[*which as usize] = if *word == Word::Auto { Wanted::Auto } else { neutral };
-                    }
-                    continue;
-                }
-                Stated::Exact(values) => (values.each(), None),
-                Stated::Prior { mean, sd } => (mean.each(), Some(sd.each())),
-            };
-            let are_good = means.len() == key.corrections.len()
-                && means.iter().all(|mean| (key.range[0]..=key.range[1]).contains(mean))
-                && sds.is_none_or(|sds| {
-                    sds.len() == means.len() && sds.iter().all(|sd| *sd > 0.0 && sd.is_finite())
-                });
-            if !are_good {
-                let path = format!("camera.{}", key.name);
-                let value = source.written(&path).unwrap_or_default();
-                let expected = format!("\"auto\", \"none\" or {}, and sd above 0", key.expected);
-                source.add(&Fault::new(&path, value, expected));
-                continue;
-            }
-            for (i, which) in key.corrections.iter().enumerate() {
-                let sd = sds.map(|sds| sds[i]);
-                wanted[*which as usize] = Wanted::Value(Measured { value: means[i], sd });
+    fn statements(&self) -> impl Iterator<Item = (&'static Key, Stated)> {
+        let shutter = self.shutter.filter(|_| self.readout().is_none());
+        let all = [self.scale, self.aspect, self.shear, self.perspective, self.lens, shutter, self.parallax];
+        KEYS.iter().zip(all).filter_map(|(key, stated)| Some((key, stated?)))
+    }
+
+    pub(super) fn check(&self, source: &Source) {
+        for (key, _) in self.statements().filter(|(key, stated)| !stated.are_good(key)) {
+            let path = format!("camera.{}", key.0);
+            let value = source.written(&path).unwrap_or_default();
+            source.add(&Fault::new(&path, value, format!("\"auto\", \"none\" or {}, and sd above 0", key.3)));
+        }
+    }
+
+    /// Returns the values that are stated, `None` for those to be estimated from the balls.
+    /// Motion-capture systems correct positions for their cameras: distortions of one camera are
+    /// estimated there only on request.
+    pub(super) fn values(&self, is_motion_capture: bool) -> [Option<Measured>; Correction::COUNT] {
+        let exact = |value: f64| Some(Measured { value, sd: None });
+        let unstated = |which: Correction| is_motion_capture && which.is_of_one_camera();
+        let mut values = Correction::ALL.map(|which| exact(which.neutral()).filter(|_| unstated(which)));
+        for (key, stated) in self.statements() {
+            let (means, sds) = stated.numbers();
+            for (i, which) in key.1.iter().enumerate() {
+                values[*which as usize] = match stated {
+                    Stated::Word(Word::Auto) => None,
+                    Stated::Word(Word::None) => exact(which.neutral()),
+                    _ => Some(Measured { value: means[i], sd: sds.map(|sds| sds[i]) }),
+                };
             }
         }
         // the centre of a stated lens distortion is the middle of the film
-        let axis = match wanted[Correction::Lens as usize] {
-            Wanted::Value(Measured { sd: None, .. }) => Wanted::Value(exact(0.0)),
-            Wanted::Value(_) => Wanted::LeftOut,
-            other => other,
+        let axis = match self.lens {
+            None | Some(Stated::Prior { .. }) => return values,
+            Some(Stated::Word(Word::Auto)) => None,
+            Some(_) => exact(0.0),
         };
-        wanted[Correction::LensX as usize] = axis;
-        wanted[Correction::LensY as usize] = axis;
-        wanted
+        (values[Correction::LensX as usize], values[Correction::LensY as usize]) = (axis, axis);
+        values
     }
 }
 

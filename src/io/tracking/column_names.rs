@@ -7,7 +7,7 @@ use indexmap::IndexMap;
 use schemars::{JsonSchema, Schema, SchemaGenerator, json_schema};
 use serde::Deserialize;
 
-use super::units::Measure;
+use super::units::{AngleUnit, Measure};
 use crate::io::error::did_you_mean;
 use crate::io::toml_file::Source;
 
@@ -110,7 +110,7 @@ pub(super) fn check(columns: &Columns, discs: bool, source: &Source) {
 }
 
 /// Returns the unit of angles that `[tracks.columns]` states.
-pub(super) fn angle_unit(columns: &Columns) -> Option<Measure> {
+pub(super) fn angle_unit(columns: &Columns) -> Option<AngleUnit> {
     let Column::Name(word) = columns.get(ANGLE_UNIT)? else { return None };
-    Measure::of(word).filter(|unit| unit.is_angle())
+    if let Measure::Angle(unit) = Measure::of(word)? { Some(unit) } else { None }
 }

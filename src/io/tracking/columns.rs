@@ -1,13 +1,12 @@
 //! Tables of any shape, read by `[tracks.columns]`.
 
 use super::column_names::{Column, Columns, angle_unit};
-use super::formats;
 use super::heading::{Heading, headings};
 use super::input::{Input, Subject};
 use super::layout::{Block, Body, Layout};
 use super::sample::Rows;
 use super::settings::Format;
-use super::units::{Measure, TimeUnit};
+use super::units::{AngleUnit, Measure, TimeUnit};
 use super::words::{FRAMES, TIMES, find};
 use crate::io::error::did_you_mean;
 use crate::io::number::{shortened, value};
@@ -26,21 +25,21 @@ pub(super) fn layout(input: &Input, wanted: &Columns) -> Option<Layout> {
     };
     let shot = column("shot");
     let read: Vec<usize> = wanted.keys().filter_map(|key| column(key)).collect();
-    let time = formats::time(column, input).or_else(|| unnamed_time(&heading, &read, shot, input));
-    let body = |name: &str, begin: &str| {
+    let time = input.frame_or_time(column("frame"), column("t"));
+    let time = time.or_else(|| unnamed_time(&heading, &read, shot, input));
+    let [cue, object] = input.settings.first_names();
+    let is_wide = wanted.contains_key("cue_x");
+    let mut bodies = Vec::new();
+    for (name, begin) in if is_wide { vec![(cue, "cue_"), (object, "object_")] } else { vec![("", "")] } {
         let angle = match column(&format!("{begin}angle")) {
-            Some(column) => Some((column, is_in_degrees(&heading, column, wanted, input)?)),
+            Some(column) => Some((column, angle_unit_of(&heading, column, wanted, input)?)),
             None => None,
         };
-        Some(Body { angle, ..Body::of_keys(name, begin, column)? })
-    };
-    let bodies = if wanted.contains_key("cue_x") {
-        let [cue, object] = input.settings.first_names();
-        vec![body(cue, "cue_")?, body(object, "object_")?]
-    } else {
+        bodies.append(&mut Body::of_keys(name, begin, column, angle)?);
+    }
+    if !is_wide {
         time?;
-        vec![body("", "")?]
-    };
+    }
     if time.is_none() {
         let message = "no column of times: every row is taken as one frame after the row above it";
         input.log.add(Subject::Clock, None, message);
@@ -49,14 +48,17 @@ pub(super) fn layout(input: &Input, wanted: &Columns) -> Option<Layout> {
     Some(Layout { shot, ..Layout::new(Format::Columns, heading, vec![block], time, input) })
 }
 
-fn is_in_degrees(heading: &Heading, column: usize, wanted: &Columns, input: &Input) -> Option<bool> {
-    let stated = angle_unit(wanted).map(|unit| (unit, "[tracks.columns] angle_unit states".to_string()));
-    let unit = heading.unit([column], Measure::Radians, stated, input);
-    if unit.is_none() {
-        let message = "the unit of these angles is not stated; expected [tracks.columns] angle_unit = \"rad\" or \"deg\"";
-        input.wrong(heading.line, heading.bare[column].as_str(), message);
+fn angle_unit_of(heading: &Heading, column: usize, wanted: &Columns, input: &Input) -> Option<AngleUnit> {
+    let stated = angle_unit(wanted).map(Measure::Angle);
+    let stated = stated.map(|unit| (unit, "[tracks.columns] angle_unit states".to_string()));
+    let unit = heading.unit([column], Measure::Angle(AngleUnit::Radians), stated, input);
+    if let Some(Measure::Angle(unit)) = unit {
+        return Some(unit);
     }
-    Some(unit? == Measure::Degrees)
+    let message =
+        "the unit of these angles is not stated; expected [tracks.columns] angle_unit = \"rad\" or \"deg\"";
+    input.wrong(heading.line, heading.bare[column].as_str(), message);
+    None
 }
 
 /// Returns the column of frame numbers or times if [tracks.columns] does not name them, and whether it
@@ -72,13 +74,13 @@ fn unnamed_time(
     let grows = |column: &usize| !used.contains(column) && rows.grows(*column, shot);
     let frame = find(&names, FRAMES).filter(|column| grows(column) && rows.is_whole(*column));
     let time = find(&names, TIMES).filter(grows);
-    let rate = input.settings.playback_fps.or(input.settings.capture_fps);
+    let rate = input.settings.followed_fps();
     if let (Some(frame), Some(time), Some(rate)) = (frame, time, rate)
         && heading.time(time, input) == TimeUnit::S
     {
         rows.check_clock(heading, [frame, time], rate, input);
     }
-    let (column, is_frame) = formats::frame_or_time(frame, time, input)?;
+    let (column, is_frame) = input.frame_or_time(frame, time)?;
     let what = if is_frame { "the number of the frame" } else { "the time" };
     let name = &heading.names[column];
     let message = format!("[tracks.columns] names no column of times: \"{name}\" is taken as {what}");

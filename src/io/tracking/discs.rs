@@ -6,11 +6,11 @@ use std::path::PathBuf;
 use rayon::prelude::*;
 
 use super::calibration::Calibration;
-use super::finish::Facts;
 use super::input::{Notes, Subject, quoted};
 use super::names::{find, number_twins};
 use super::raw::{RawShot, RawTrack, Row, span};
 use super::settings::{Names, TrackSettings};
+use super::shots_table::Facts;
 use crate::measurement::track::Sample;
 use crate::numerics::median;
 
@@ -36,7 +36,8 @@ pub(super) fn group(
         let (tracks, calibration) = (&raw.tracks, calibrations.get(raw.file.as_path())?);
         let is_named = |name: &str| !matches!(find(tracks, name), Ok(None));
         let is_unsaid = settings.discs
-            && !facts.settings(settings).states_balls
+            && !facts.names_balls
+            && !settings.states_balls()
             && !is_named("cue")
             && !is_named("object")
             && tracks.len() > 1
@@ -54,7 +55,8 @@ pub(super) fn group(
                 );
                 notes.of(&raw.file).add(Subject::Names, raw.line, message);
                 let names = [one.centre, other.centre, one.markers, other.markers];
-                facts.names = names.map(|names| Some(Names(names)));
+                facts.names = names.map(Names);
+                facts.names_balls = true;
             }
             Some(Err(message)) => facts.refused = Some(message),
             None => {}

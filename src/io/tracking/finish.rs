@@ -1,19 +1,16 @@
 //! Conversion of a file's rows to a shot: balls, times, and positions in metres.
 
-use std::borrow::Cow;
-use std::collections::BTreeMap;
-
 use super::calibration::Calibration;
 use super::input::{Log, Notes, Subject};
 use super::names::{Ball, assign, listed};
 use super::raw::{RawShot, RawTrack, Row, sorted};
 use super::repair::{self, Wrong};
-use super::settings::{Names, TrackSettings};
+use super::settings::TrackSettings;
+use super::shots_table::Facts;
 use super::time;
 use super::units::Unit;
 use crate::film::rigid_body::circle_centres;
 use crate::io::number::shortened;
-use crate::measurement::spin::Spin;
 use crate::measurement::track::{Marker, Sample, TrackShot, TrackedBall};
 
 /// Least number of different steps between neighbouring coordinates: fewer fit some grid by chance.
@@ -26,57 +23,23 @@ const MAX_DEVIATION: f64 = 0.02;
 /// Relative difference below which two coordinates are the same number, computed differently.
 const SAME_NUMBER: f64 = 1e-12;
 
-/// Statements of the table of shots and of `[cue_spin]` about a shot.
-#[derive(Clone, Debug, Default)]
-pub(super) struct Facts {
-    pub(crate) spin: Spin,
-    pub(crate) labels: BTreeMap<String, String>,
-    /// Names of tracks that replace those of dataset.toml, in the order of [`super::settings::NAMED`].
-    pub(crate) names: [Option<Names>; 4],
-    /// The frame rate that replaces that of dataset.toml.
-    pub(crate) capture_fps: Option<f64>,
-    /// The reason if its discs were not found.
-    pub(crate) refused: Option<String>,
-}
-
-impl Facts {
-    /// Returns the settings of the shot.
-    pub(super) fn settings<'a>(&self, all: &'a TrackSettings) -> Cow<'a, TrackSettings> {
-        if self.capture_fps.is_none() && self.names.iter().all(Option::is_none) {
-            return Cow::Borrowed(all);
-        }
-        let mut own = all.clone();
-        for (name, given) in own.names.iter_mut().zip(&self.names) {
-            *name = given.as_ref().unwrap_or(name).clone();
-        }
-        own.states_balls |= self.names_balls();
-        own.capture_fps = self.capture_fps.or(own.capture_fps);
-        Cow::Owned(own)
-    }
-
-    fn names_balls(&self) -> bool {
-        self.names[..2].iter().any(Option::is_some)
-    }
-}
-
 /// Returns the shot of a file's rows. `Err`: all missing statements, or else the first fault.
 pub(super) fn shot(
     mut raw: RawShot,
-    mut facts: Facts,
+    facts: Facts,
     settings: &TrackSettings,
     calibration: &Calibration,
     notes: &Notes,
 ) -> Result<TrackShot, Vec<Wrong>> {
-    if let Some(message) = facts.refused.take() {
+    if let Some(message) = facts.refused {
         return Err(vec![Wrong::damaged(raw.line, message)]);
     }
-    let settings = &*facts.settings(settings);
     let file = raw.file.clone();
     let log = notes.of(&file);
     let there = listed(&raw);
     let balls = [0, 1].map(|ball| {
-        let mut found = assign(&mut raw, ball, settings, &there, log)?;
-        found.markers.append(&mut assign(&mut raw, ball + 2, settings, &there, log)?.centres);
+        let mut found = assign(&mut raw, ball, &facts.names, &there, log)?;
+        found.markers.append(&mut assign(&mut raw, ball + 2, &facts.names, &there, log)?.centres);
         Ok(found)
     });
     let balls = match balls {
@@ -85,11 +48,11 @@ pub(super) fn shot(
             // wrong names in the table of shots are its fault, not the shot's
             let mut wrong: Vec<Wrong> = balls.into_iter().filter_map(Result::err).collect();
             for wrong in &mut wrong {
-                wrong.is_damage &= !facts.names_balls();
+                wrong.is_damage &= !facts.names_balls;
             }
-            if let Err(message) = time::convert(&mut raw, settings, &Notes::default()) {
-                wrong.push(Wrong::input(raw.line, message));
-            }
+            let unlogged = Notes::default();
+            let time = time::convert(&mut raw, facts.capture_fps, settings, unlogged.of(&file));
+            wrong.extend(time.err().map(|message| Wrong::input(raw.line, message)));
             return Err(wrong);
         }
     };
@@ -98,7 +61,7 @@ pub(super) fn shot(
             format!("the track \"{}\" is neither cue nor object; passed over", shortened(&other.name));
         log.add(Subject::Names, other.line(), message);
     }
-    of_balls(raw, balls, facts, settings, calibration, notes).map_err(|wrong| vec![wrong])
+    of_balls(raw, balls, facts, settings, calibration, log).map_err(|wrong| vec![wrong])
 }
 
 fn of_balls(
@@ -107,13 +70,12 @@ fn of_balls(
     facts: Facts,
     settings: &TrackSettings,
     calibration: &Calibration,
-    notes: &Notes,
+    log: Log,
 ) -> Result<TrackShot, Wrong> {
     let sizes = balls.each_ref().map(|ball| [ball.centres.len(), ball.markers.len()]);
     raw.tracks = balls.into_iter().flat_map(|ball| [ball.centres, ball.markers]).flatten().collect();
-    let file = raw.file.clone();
-    let log = notes.of(&file);
-    let fps = time::convert(&mut raw, settings, notes).map_err(|message| Wrong::input(raw.line, message))?;
+    let fps = time::convert(&mut raw, facts.capture_fps, settings, log);
+    let fps = fps.map_err(|message| Wrong::input(raw.line, message))?;
     repair::put_on_grid(&mut raw.tracks, log)?;
     repair::remove_outliers(&mut raw.tracks, log);
     let mut rest = raw.tracks.into_iter();
@@ -151,20 +113,14 @@ fn of_balls(
         }
         markers.extend(own);
     }
-    let [cue, object] = paths;
     let mut shot = TrackShot {
-        name: raw.name,
         file: raw.file.to_path_buf(),
         line: raw.line,
         labels: facts.labels,
-        fps,
-        cue,
-        object,
         markers,
-        spin: facts.spin,
-        position_sd: settings.position_sd,
+        position_sd: settings.stated.tracks.position_sd_m,
         resolution,
-        correlation: 0.0,
+        ..TrackShot::new(raw.name, fps, facts.spin, paths)
     };
     let is_finite = |s: &mut Sample| [s.t, s.x, s.y].iter().all(|number| number.is_finite());
     if shot.samples_mut().all(is_finite) {
@@ -177,7 +133,7 @@ impl Ball {
     /// Removes and returns the centre: the only one, or the mean of several, then markers.
     fn mean(&mut self) -> RawTrack {
         if self.centres.len() < 2 {
-            return self.centres.pop().unwrap_or_else(|| RawTrack::new("", None));
+            return self.centres.pop().unwrap_or_default();
         }
         let mean = |frame: usize| {
             let places = self.centres.iter().map(|track| track.rows[frame].place());
@@ -187,7 +143,7 @@ impl Ball {
         };
         let names: Vec<_> = self.centres.iter().map(|track| track.name.as_str()).collect();
         let rows = (0..self.centres[0].rows.len()).map(mean).collect();
-        let mean = RawTrack { rows, ..RawTrack::new(names.join(" + "), None) };
+        let mean = RawTrack { name: names.join(" + "), rows, ..RawTrack::default() };
         self.markers.append(&mut self.centres);
         mean
     }
@@ -214,7 +170,7 @@ fn resolution(
     };
     let steps = centres.each_ref().map(|track| step(track).unwrap_or(0.0));
     let coarsest = steps[0].max(steps[1]);
-    let (limit, rounded, unit) = match settings.unit {
+    let (limit, rounded, unit) = match settings.unit() {
         Some(Unit::Px) if settings.from_balls => (COARSE_PX, coarsest, "px"),
         _ => (COARSE_STEP, 1e3 * coarsest, "mm"),
     };
@@ -236,11 +192,8 @@ fn grid_step(tracks: &[&RawTrack]) -> Option<f64> {
         values.dedup_by(|later, earlier| *later - *earlier <= SAME_NUMBER * later.abs());
         gaps.extend(values.windows(2).map(|two| two[1] - two[0]));
     }
-    if gaps.len() < MIN_GAPS {
-        return None;
-    }
-    gaps.sort_unstable_by(f64::total_cmp);
-    let smallest = *gaps.first()?;
+    let gaps = sorted(gaps.into_iter());
+    let smallest = gaps.first().filter(|_| gaps.len() >= MIN_GAPS)?;
     let step = (1..=MAX_SKIPPED).find_map(|parts| fitted(&gaps, smallest / parts as f64))?;
     (step > 0.0 && step.is_finite()).then_some(step)
 }

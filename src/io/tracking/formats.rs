@@ -2,12 +2,12 @@
 
 use super::clock::seconds;
 use super::heading::Heading;
-use super::input::Input;
+use super::input::{Input, Subject};
 use super::layout::{Block, Body, Layout};
 use super::raw::Clock;
 use super::sample::Rows;
 use super::settings::Format;
-use super::units::Unit;
+use super::units::{TimeUnit, Unit};
 use super::words::{BALLS, Kind, SHOTS, boxes, find, pairs};
 use crate::io::number::{parse, value};
 use crate::io::rows::near_miss;
@@ -28,55 +28,38 @@ pub(super) const FORMATS: [(Format, Detect); 4] = [
 const LONG: [&str; 10] = ["shot", "frame", "t", "ball", "x", "y", "z", "point", "x_sd", "y_sd"];
 
 fn long(headings: &[Heading], input: &Input) -> Option<Layout> {
-    let has =
-        |heading: &Heading, any: &[&str]| any.iter().any(|name| heading.own.iter().any(|own| own == name));
+    let has = |heading: &Heading, name: &str| heading.own.iter().any(|own| own == name);
     let is_long = |heading: &&Heading| {
-        let needed: [&[&str]; 4] = [&["ball"], &["x"], &["y"], &["frame", "t"]];
-        !heading.is_comment && needed.into_iter().all(|any| has(heading, any))
+        let has_all = ["ball", "x", "y"].into_iter().all(|name| has(heading, name));
+        !heading.is_comment && has_all && (has(heading, "frame") || has(heading, "t"))
     };
     let heading = headings.iter().find(is_long)?.clone();
-    let has = |name: &str| has(&heading, &[name]);
     for name in heading.own.iter().filter(|name| !LONG.contains(&name.as_str())) {
-        if let Some(meant) = near_miss(name, &LONG, has) {
+        if let Some(meant) = near_miss(name, &LONG, |name| has(&heading, name)) {
             let message = format!("is not a known name, but nearly {meant}; write {meant}, or another name");
             input.wrong(heading.line, name.as_str(), message);
             return None;
         }
     }
-    if has("x_sd") != has("y_sd") {
+    let has_one_sd = has(&heading, "x_sd") != has(&heading, "y_sd");
+    if has_one_sd {
         input.wrong(heading.line, None, "x_sd and y_sd go together; expected both or neither");
     }
-    if has("x_sd") != has("y_sd") || !heading.has_once(&LONG, &heading.own, input) {
+    if has_one_sd || !heading.has_once(&LONG, &heading.own, input) {
         return None;
     }
     let at = |name: &str| heading.own.iter().position(|own| own == name).filter(|_| LONG.contains(&name));
-    let (shot, time) = (at("shot"), time(at, input));
-    let block = Block::below(&heading, vec![Body::of_keys("", "", at)?]);
+    let (shot, time) = (at("shot"), input.frame_or_time(at("frame"), at("t")));
+    let block = Block::below(&heading, Body::of_keys("", "", at, None)?);
     let layout = Layout::new(Format::Long, heading, vec![block], time, input);
     Some(Layout { shot, ..layout })
-}
-
-/// Returns the column of times, and whether it holds numbers of frames.
-pub(super) fn time(at: impl Fn(&str) -> Option<usize>, input: &Input) -> Option<(usize, bool)> {
-    frame_or_time(at("frame"), at("t").or_else(|| at("time")), input)
-}
-
-/// Returns the column to be read, and whether it holds numbers of frames: these need the right
-/// frame rate, but cannot follow a wrong one.
-pub(super) fn frame_or_time(
-    frame: Option<usize>,
-    time: Option<usize>,
-    input: &Input,
-) -> Option<(usize, bool)> {
-    let frame = frame.filter(|_| input.is_by_frame() || time.is_none());
-    Some((frame.or(time)?, frame.is_some()))
 }
 
 /// Finds exports of Tracker: of one track, or of several beside or below each other.
 fn tracker(headings: &[Heading], input: &Input) -> Option<Layout> {
     let heading = headings.iter().find(|heading| !heading.is_comment && is_tracker(heading))?.clone();
     let at = |name: &str| heading.own.iter().position(|own| own == name);
-    let time = time(at, input)?;
+    let time = input.frame_or_time(at("frame"), at("t").or_else(|| at("time")))?;
     // each track was copied below the last
     let header = lines(input.text).nth(heading.line - 1).map_or("", |(_, line)| line.trim_end());
     let heads = lines(input.text).filter(|(_, line)| line.trim_end() == header);
@@ -87,13 +70,14 @@ fn tracker(headings: &[Heading], input: &Input) -> Option<Layout> {
     if !are_below && heading.own.iter().filter(|name| *name == "x").count() == 1 && are_two() {
         return None;
     }
+    let is_number = |cell: &str| !cell.is_empty() && value(cell).is_some();
+    let is_row = |line: &str| line.split([',', ';', '\t', ' ']).any(is_number);
+    let is_title = |line: &str| are_below || !line.trim_start().starts_with('#');
     let mut blocks: Vec<Block> = Vec::new();
     for (i, header) in heads.into_iter().enumerate() {
-        let is_number = |cell: &str| !cell.is_empty() && value(cell).is_some();
-        let is_row = |line: &str| i > 0 && line.split([',', ';', '\t', ' ']).any(is_number);
         let above = filled_lines(input.text).take_while(|(line, _)| *line < header);
-        let title = above.filter(|(_, line)| are_below || !line.trim_start().starts_with('#')).last();
-        let title = title.filter(|(_, line)| !is_row(line));
+        let title = above.filter(|(_, line)| is_title(line)).last();
+        let title = title.filter(|(_, line)| i == 0 || !is_row(line));
         if let Some(block) = blocks.last_mut() {
             block.last = title.map_or(header, |(line, _)| line) - 1;
         }
@@ -105,8 +89,11 @@ fn tracker(headings: &[Heading], input: &Input) -> Option<Layout> {
             trimmed(title, heading.separator).unwrap_or_default()
         };
         let above = heading.above + header - heading.line;
-        let bodies = tracked(&heading.own, &tracks, header, input)?;
-        blocks.push(Block { above, last: usize::MAX, bodies });
+        blocks.push(Block {
+            above,
+            last: usize::MAX,
+            bodies: tracked(&heading.own, &tracks, header, input)?,
+        });
     }
     Some(Layout::new(Format::Tracker, heading, blocks, Some(time), input))
 }
@@ -114,18 +101,14 @@ fn tracker(headings: &[Heading], input: &Input) -> Option<Layout> {
 fn is_tracker(heading: &Heading) -> bool {
     let names = &heading.own;
     let count = |name: &str| names.iter().filter(|own| *own == name).count();
-    let has = |name: &str| count(name) > 0;
+    let has_any = |any: &[&str]| any.iter().any(|name| count(name) > 0);
     let is_long = [BALLS, SHOTS].into_iter().any(|role| find(names, role).is_some());
     // other programs write both balls beside each other: X, Y, X 2, Y 2
     let begins_with_x = count("x") > 1 || heading.names.iter().any(|name| name.starts_with('x'));
-    let is_single = begins_with_x && !["x2", "x 2", "x_2"].into_iter().any(has);
+    let is_single = begins_with_x && !has_any(&["x2", "x 2", "x_2"]);
     let positions = || pairs(names).iter().filter(|(_, kind)| *kind == Kind::Position).count();
-    has("x")
-        && has("y")
-        && ["frame", "t", "time"].into_iter().any(has)
-        && !is_long
-        && boxes(names, false).is_empty()
-        && (is_single || positions() == 1)
+    let has_columns = has_any(&["x"]) && has_any(&["y"]) && has_any(&["frame", "t", "time"]);
+    has_columns && !is_long && boxes(names, false).is_empty() && (is_single || positions() == 1)
 }
 
 /// Finds the columns of tracks by their names, each above its first column; a track without a name
@@ -164,23 +147,22 @@ fn kinovea(headings: &[Heading], input: &Input) -> Option<Layout> {
     };
     let heading = headings.iter().find(is_csv)?.clone();
     let stems: Vec<&str> = heading.names.iter().filter_map(|name| name.strip_suffix("/X")).collect();
+    // an object of one point is called by the object's name
+    let object = |stem: &'_ str| stem.rsplit_once('/').map_or(stem.len(), |(object, _)| object.len());
     let mut bodies = Vec::new();
     for stem in &stems {
-        let [x, y] = ["X", "Y"].map(|axis| heading.position(&format!("{stem}/{axis}")));
-        let Some(xy) = x.zip(y) else {
+        let Some(xy) = heading.axes(&format!("{stem}/")) else {
             input.wrong(line, format!("{stem}/X").as_str(), format!("the column {stem}/Y is missing"));
             return None;
         };
-        // an object of one point is called by the object's name
-        let object = stem.rsplit_once('/').map_or(*stem, |(object, _)| object);
-        let points =
-            stems.iter().filter(|other| other.rsplit_once('/').is_some_and(|(own, _)| own == object));
-        bodies.push(Body::new(if points.count() > 1 { stem } else { object }, xy.into()));
+        let own = &stem[..object(stem)];
+        let points = stems.iter().filter(|other| &other[..object(other)] == own).count();
+        bodies.push(Body::new(if points > 1 { stem } else { own }, xy));
     }
     let block = Block::below(&heading, bodies);
     let has_unit = heading.has_unit(0);
     let layout = Layout::new(Format::Kinovea, heading, vec![block], Some((0, false)), input);
-    Some(Layout { clock: if has_unit { layout.clock } else { Clock::Unsaid }, unit: None, ..layout })
+    Some(Layout { clock: if has_unit { layout.clock } else { Clock::default() }, unit: None, ..layout })
 }
 
 fn is_kinovea_title(line: &str) -> bool {
@@ -217,64 +199,72 @@ fn sections(input: &Input) -> Layout {
     let names = ["T", "X", "Y"].map(str::to_string).to_vec();
     let heading = Heading::plain(1, 1, Separator::Blanks, names);
     let layout = Layout::new(Format::Kinovea, heading, blocks, Some((0, true)), input);
-    Layout { clock: Clock::Unsaid, ..layout }
+    Layout { clock: Clock::default(), ..layout }
 }
 
 /// Finds exports of Qualisys Track Manager: keys above the rows, three columns for each marker.
 fn qualisys(_: &[Heading], input: &Input) -> Option<Layout> {
-    const TAB: Separator = Separator::Char('\t');
     let (_, first) = filled_lines(input.text).next()?;
     if !["NO_OF_FRAMES", "FILE_VERSION"].iter().any(|key| first.starts_with(key)) {
         return None;
     }
-    let (mut header, mut width, mut has_markers): (Vec<Vec<String>>, _, _) = (Vec::new(), 0, false);
-    for row in lines(input.text).map_while(|(_, text)| trimmed(text, TAB)) {
-        // the first row, which may begin with a gap
-        if has_markers && row.len() > 1 && parse(&row[0]).is_ok() {
-            width = row.len() - usize::from(row.last().is_some_and(String::is_empty));
-            break;
-        }
-        has_markers |= row[0] == "MARKER_NAMES";
-        header.push(row);
-    }
+    let (header, width) = qualisys_header(input.text);
     let values = |key: &str| header.iter().find(|row| row[0] == key).map(|row| &row[1..]);
     let number = |key: &str| value(values(key)?.first()?);
-    let (markers, fps) = (values("MARKER_NAMES"), number("FREQUENCY").filter(|fps| *fps > 0.0));
-    let (Some(markers), Some(fps)) = (markers, fps) else {
-        let key = if markers.is_none() { "MARKER_NAMES" } else { "FREQUENCY" };
+    let fps = number("FREQUENCY").filter(|fps| *fps > 0.0);
+    let (Some(markers), Some(fps)) = (values("MARKER_NAMES"), fps) else {
+        let key = if values("MARKER_NAMES").is_none() { "MARKER_NAMES" } else { "FREQUENCY" };
         let message = format!("{key} is missing above the rows; expected an export of 3D markers");
         input.wrong(None, None, message);
         return None;
     };
     let is_of_names =
         |row: &&Vec<String>| row[0] != "MARKER_NAMES" && row.iter().any(|cell| cell.ends_with(" X"));
-    let named = header.iter().rev().find(is_of_names).cloned();
     let above = header.len();
     let markers: Vec<&String> = markers.iter().filter(|name| !name.is_empty()).collect();
-    let names = named.unwrap_or_else(|| {
+    let names = header.iter().rev().find(is_of_names).cloned().unwrap_or_else(|| {
         // without a row of names: the columns of the format
         let counted = if width == 3 * markers.len() + 2 { &["Frame", "Time"][..] } else { &[] };
         let names = markers.iter().flat_map(|name| ["X", "Y", "Z"].map(|axis| format!("{name} {axis}")));
         counted.iter().map(ToString::to_string).chain(names).collect()
     });
-    let heading = Heading::plain(above, above, TAB, names);
+    let heading = Heading::plain(above, above, Separator::Char('\t'), names);
     let mut bodies = Vec::new();
     for name in &markers {
-        let [x, y] = ["X", "Y"].map(|axis| heading.position(&format!("{name} {axis}")));
-        let Some(xy) = x.zip(y) else {
+        let Some(xy) = heading.axes(&format!("{name} ")) else {
             let message = format!("no columns \"{name} X\" and \"{name} Y\" for the marker \"{name}\"");
             input.wrong(above, None, message);
             return None;
         };
-        bodies.push(Body::new(*name, xy.into()));
+        bodies.push(Body::new(*name, xy));
     }
     let (frame, time) = (heading.position("Frame"), heading.position("Time"));
     if let (Some(frame), Some(time)) = (frame, time) {
         Rows::of(input.text, &heading).check_clock(&heading, [frame, time], fps, input);
     }
+    let rows = filled_lines(input.text).filter(|(line, _)| *line > above).count();
+    if let Some(stated) = number("NO_OF_FRAMES").filter(|stated| *stated != rows as f64) {
+        let message = format!("says {stated} frames, but there are {rows} rows");
+        input.log.add(Subject::Gaps, None, message);
+    }
     let block = Block::below(&heading, bodies);
     let time = frame.map(|frame| (frame, true)).or(time.map(|time| (time, false)));
     let layout = Layout::new(Format::Qualisys, heading, vec![block], time, input);
-    let rows = number("NO_OF_FRAMES");
-    Some(Layout { unit: Some(Unit::Mm), clock: Clock::FramesAt(fps), rows, ..layout })
+    let clock = Clock { fps: Some(fps), ..Clock::of(TimeUnit::Frames) };
+    Some(Layout { unit: Some(Unit::Mm), clock, ..layout })
+}
+
+/// Returns the lines above the rows, and the width of the first row.
+fn qualisys_header(text: &str) -> (Vec<Vec<String>>, usize) {
+    let mut header: Vec<Vec<String>> = Vec::new();
+    for row in lines(text).map_while(|(_, text)| trimmed(text, Separator::Char('\t'))) {
+        let has_markers = header.iter().any(|above| above[0] == "MARKER_NAMES");
+        // the first row may begin with a gap
+        if has_markers && row.len() > 1 && parse(&row[0]).is_ok() {
+            let is_open = row.last().is_some_and(String::is_empty);
+            return (header, row.len() - usize::from(is_open));
+        }
+        header.push(row);
+    }
+    (header, 0)
 }

@@ -92,6 +92,11 @@ impl Heading {
         at(&self.names).or_else(|| at(&self.bare))
     }
 
+    /// Returns the columns of the names that begin like this and end in X and Y.
+    pub(super) fn axes(&self, begin: &str) -> Option<[usize; 2]> {
+        Some([self.position(&format!("{begin}X"))?, self.position(&format!("{begin}Y"))?])
+    }
+
     pub(super) fn has_unit(&self, column: usize) -> bool {
         self.units[column].is_some()
     }
@@ -133,7 +138,7 @@ impl Heading {
 
     /// Returns the unit of a column of time, seconds by default; complains of a contradiction.
     pub(super) fn time(&self, column: usize, input: &Input) -> TimeUnit {
-        let stated = input.settings.time_unit;
+        let stated = input.settings.stated.tracks.time_unit;
         let stated = stated.map(|unit| (Measure::Time(unit), "[tracks] time_unit states".to_string()));
         match self.unit([column], Measure::Time(TimeUnit::S), stated, input) {
             Some(Measure::Time(unit)) => unit,
@@ -175,7 +180,7 @@ fn suffix(name: &str) -> Option<(&str, Measure)> {
         Measure::Length(Unit::In) => false,
         Measure::Length(_) => small.contains(['x', 'y']),
         Measure::Time(_) => begins(&["t", "zeit"]),
-        Measure::Radians | Measure::Degrees => begins(&["ang", "theta", "rot", "phi"]),
+        Measure::Angle(_) => begins(&["ang", "theta", "rot", "phi"]),
     };
     fits.then_some((bare, unit))
 }

@@ -1,7 +1,6 @@
 //! A file that is read, and the lists of problems and notes.
 
 use std::cell::RefCell;
-use std::collections::BTreeMap;
 use std::path::Path;
 
 use indexmap::IndexMap;
@@ -40,10 +39,14 @@ impl Input<'_> {
         self.problems.add(self.file, line, column, message);
     }
 
-    /// Returns whether numbers of frames are preferred to times: they need the right frame rate,
-    /// but cannot follow a wrong one.
-    pub(super) fn is_by_frame(&self) -> bool {
-        self.settings.capture_fps.is_some()
+    /// Returns the column to be read, and whether it holds numbers of frames: these are preferred if
+    /// the frame rate is stated, since they cannot follow a wrong one.
+    pub(super) fn frame_or_time<T>(&self, frame: Option<T>, time: Option<T>) -> Option<(T, bool)> {
+        match (frame, time) {
+            (Some(frame), None) => Some((frame, true)),
+            (Some(frame), Some(_)) if self.settings.fps().is_some() => Some((frame, true)),
+            (_, time) => Some((time?, false)),
+        }
     }
 }
 
@@ -57,7 +60,7 @@ pub(super) fn quoted<S: AsRef<str>>(names: impl IntoIterator<Item = S>) -> Strin
 }
 
 /// Subject of a note, in the order of the list.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]
 pub(super) enum Subject {
     Format,
     Clock,
@@ -68,16 +71,9 @@ pub(super) enum Subject {
     Repeated,
 }
 
-/// Notes about detections and repairs: the first few of each subject, and the number of others.
+/// Notes about detections and repairs, each once, with its first place and the number of places.
 #[derive(Debug, Default)]
-pub(super) struct Notes(RefCell<BTreeMap<Subject, IndexMap<String, Places>>>);
-
-/// The places of a note: the first one, and their number.
-#[derive(Clone, Debug)]
-struct Places {
-    first: String,
-    count: usize,
-}
+pub(super) struct Notes(RefCell<IndexMap<(Subject, String), (String, usize)>>);
 
 /// Notes about one file.
 #[derive(Clone, Copy)]
@@ -89,9 +85,8 @@ pub(super) struct Log<'a> {
 impl Log<'_> {
     pub(super) fn add(self, subject: Subject, line: impl Into<Option<usize>>, message: impl AsRef<str>) {
         let line = line.into().map_or(String::new(), |line| format!(":{line}"));
-        let first = format!("{}{line}", self.file.display());
         let message = harmless(message.as_ref()).into_owned();
-        self.notes.put(subject, message, Places { first, count: 1 });
+        self.notes.put((subject, message), format!("{}{line}", self.file.display()), 1);
     }
 }
 
@@ -100,30 +95,28 @@ impl Notes {
         Log { file, notes: self }
     }
 
-    fn put(&self, subject: Subject, message: String, places: Places) {
-        let mut subjects = self.0.borrow_mut();
-        let notes = subjects.entry(subject).or_default();
-        match notes.get_mut(&message) {
-            Some(known) if known.first == places.first => {}
-            Some(known) => known.count += places.count,
-            None => _ = notes.insert(message, places),
+    fn put(&self, note: (Subject, String), first: String, count: usize) {
+        let mut notes = self.0.borrow_mut();
+        let (known, places) = notes.entry(note).or_insert_with(|| (first.clone(), 0));
+        if *places == 0 || *known != first {
+            *places += count;
         }
     }
 
     pub(super) fn append(&self, other: Self) {
-        for (subject, notes) in other.0.into_inner() {
-            for (message, places) in notes {
-                self.put(subject, message, places);
-            }
+        for (note, (first, count)) in other.0.into_inner() {
+            self.put(note, first, count);
         }
     }
 
     pub(super) fn into_lines(self) -> Vec<String> {
         /// Maximum number of notes of a subject that are listed.
         const MAX_LISTED: usize = 8;
+        let mut notes: Vec<_> = self.0.into_inner().into_iter().collect();
+        notes.sort_by_key(|((subject, _), _)| *subject);
         let mut lines = Vec::new();
-        for notes in self.0.into_inner().into_values() {
-            for (message, Places { first, count }) in notes.iter().take(MAX_LISTED) {
+        for notes in notes.chunk_by(|a, b| a.0.0 == b.0.0) {
+            for ((_, message), (first, count)) in notes.iter().take(MAX_LISTED) {
                 let others = if *count > 1 { format!(" and {} more", count - 1) } else { String::new() };
                 lines.push(format!("{first}{others}: {message}"));
             }

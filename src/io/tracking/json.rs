@@ -120,7 +120,7 @@ impl File<'_> {
                 let Some(known) = value(&fps).filter(|fps| *fps > 0.0) else {
                     return self.refuse(raw, &format!("fps is {fps}, not frames per second"));
                 };
-                clock = if clock == Clock::In(TimeUnit::Frames) { Clock::FramesAt(known) } else { clock };
+                clock.fps = Some(known).filter(|_| clock.unit == Some(TimeUnit::Frames));
             }
             if clocks.insert(name.clone(), clock).is_some() {
                 return self.refuse(raw, &format!("\"{}\" is the name of two shots", shortened(&name)));
@@ -161,7 +161,7 @@ impl File<'_> {
                 reader.add(self.line(sample), &cells, bodies, 0);
             }
         }
-        Some(clock.unwrap_or(Clock::In(TimeUnit::Frames)))
+        Some(clock.unwrap_or(Clock::of(TimeUnit::Frames)))
     }
 
     /// Reads `{t, x, y}`, or `{frame, x, y}`, or `[t, x, y]`.
@@ -170,13 +170,14 @@ impl File<'_> {
         if let [(_, time), (_, x), (_, y)] = sample[..]
             && raw.get().starts_with('[')
         {
-            return Some((Clock::Unsaid, [time, x, y].map(cell)));
+            return Some((Clock::default(), [time, x, y].map(cell)));
         }
         let [frame, time] = [["frame", "frame"], ["t", "time"]].map(|keys| get(&sample, &keys));
-        let frame = frame.filter(|_| self.input.is_by_frame() || time.is_none());
-        let Some(own) = frame.or(time) else { return self.refuse(raw, "a sample without t or frame") };
-        let unit = if frame.is_some() { TimeUnit::Frames } else { TimeUnit::S };
+        let Some((own, is_frame)) = self.input.frame_or_time(frame, time) else {
+            return self.refuse(raw, "a sample without t or frame");
+        };
+        let unit = if is_frame { TimeUnit::Frames } else { TimeUnit::S };
         let [x, y] = ["x", "y"].map(|key| get_cell(&sample, &[key]).unwrap_or_default());
-        Some((Clock::In(unit), [cell(own), x, y]))
+        Some((Clock::of(unit), [cell(own), x, y]))
     }
 }

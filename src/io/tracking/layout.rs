@@ -5,7 +5,7 @@ use super::heading::Heading;
 use super::input::{Input, Subject, quoted};
 use super::raw::Clock;
 use super::settings::Format;
-use super::units::{Measure, TimeUnit, Unit};
+use super::units::{AngleUnit, Measure, TimeUnit, Unit};
 
 #[derive(Clone, Debug)]
 pub(super) struct Layout {
@@ -14,12 +14,10 @@ pub(super) struct Layout {
     pub(crate) shot: Option<usize>,
     /// The column of times; `None`: the rows of a shot are counted.
     pub(crate) time: Option<usize>,
-    /// The unit of the times, unless these are written h:mm:ss.
+    /// The meaning of the times, unless these are written h:mm:ss.
     pub(crate) clock: Clock,
     /// The unit of lengths, if the file or its format states it.
     pub(crate) unit: Option<Unit>,
-    /// The number of rows that the file states.
-    pub(crate) rows: Option<f64>,
     pub(crate) blocks: Vec<Block>,
 }
 
@@ -33,7 +31,7 @@ pub(super) struct Block {
     pub(crate) bodies: Vec<Body>,
 }
 
-/// A tracked body, and the columns of its position.
+/// A tracked body, or a point on it, and the columns of its position.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub(super) struct Body {
     /// The name that stands above the rows; otherwise it is in the column `ball`.
@@ -41,6 +39,7 @@ pub(super) struct Body {
     /// The columns that name the ball, and the point on it, in a table with a row per ball and frame.
     pub(crate) ball: Option<usize>,
     pub(crate) point: Option<usize>,
+    pub(crate) part: Part,
     pub(crate) xy: [usize; 2],
     /// The other corner of a box with a corner at x and y, or its size.
     pub(crate) corner: Option<[usize; 2]>,
@@ -49,10 +48,17 @@ pub(super) struct Body {
     pub(crate) likelihood: Option<usize>,
     /// The columns of the position's standard deviations.
     pub(crate) sd: Option<[usize; 2]>,
-    /// The columns of a marker on the ball.
-    pub(crate) marker: Option<[usize; 2]>,
-    /// The column of a disc's angle, and whether it is in degrees.
-    pub(crate) angle: Option<(usize, bool)>,
+}
+
+/// The part of a body that the columns are of.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub(super) enum Part {
+    /// The centre, or a point that a column names.
+    #[default]
+    Centre,
+    Marker,
+    /// The angle of a disc, in the column x.
+    Angle(AngleUnit),
 }
 
 impl Body {
@@ -61,26 +67,34 @@ impl Body {
         Self { name: name.into(), xy, ..Self::default() }
     }
 
-    /// Returns the body with the columns of the keys that begin like this.
-    pub(super) fn of_keys(name: &str, begin: &str, at: impl Fn(&str) -> Option<usize>) -> Option<Self> {
+    /// Returns the body with the columns of the keys that begin like this, and the parts of it;
+    /// `None` without x and y.
+    pub(super) fn of_keys(
+        name: &str,
+        begin: &str,
+        at: impl Fn(&str) -> Option<usize>,
+        angle: Option<(usize, AngleUnit)>,
+    ) -> Option<Vec<Self>> {
         let of = |key: &str| at(&format!("{begin}{key}"));
         let pair = |one: &str, other: &str| Some([of(one)?, of(other)?]);
-        Some(Self {
-            name: name.to_string(),
-            ball: of("ball"),
+        let part = |part, xy| Self { ball: of("ball"), part, ..Self::new(name, xy) };
+        let centre = Self {
             point: of("point"),
-            xy: pair("x", "y")?,
             corner: pair("x2", "y2"),
             size: pair("width", "height"),
             likelihood: of("likelihood"),
             sd: pair("x_sd", "y_sd"),
-            marker: pair("marker_x", "marker_y"),
-            angle: None,
-        })
+            ..part(Part::Centre, pair("x", "y")?)
+        };
+        let marker = pair("marker_x", "marker_y").map(|xy| part(Part::Marker, xy));
+        let angle = angle.map(|(column, unit)| part(Part::Angle(unit), [column; 2]));
+        Some([Some(centre), marker, angle].into_iter().flatten().collect())
     }
 
     fn lengths(&self) -> impl Iterator<Item = usize> {
-        [Some(self.xy), self.corner, self.size, self.sd, self.marker].into_iter().flatten().flatten()
+        let is_length = !matches!(self.part, Part::Angle(_));
+        let pairs = [Some(self.xy), self.corner, self.size, self.sd];
+        pairs.into_iter().filter(move |_| is_length).flatten().flatten()
     }
 }
 
@@ -103,12 +117,12 @@ impl Layout {
         let lengths = blocks.iter().flat_map(|block| &block.bodies).flat_map(Body::lengths);
         let unit = heading.unit(lengths, Measure::Length(Unit::M), None, input);
         let unit = if let Some(Measure::Length(unit)) = unit { Some(unit) } else { None };
-        let clock = Clock::In(match time {
+        let clock = Clock::of(match time {
             Some((time, false)) => heading.time(time, input),
             _ => TimeUnit::Frames,
         });
         let time = time.map(|(column, _)| column);
-        Self { format, heading, shot: None, time, clock, unit, rows: None, blocks }
+        Self { format, heading, shot: None, time, clock, unit, blocks }
     }
 
     pub(super) fn bodies(&self) -> impl Iterator<Item = &Body> {
@@ -119,8 +133,10 @@ impl Layout {
         self.bodies().find_map(|body| body.ball)
     }
 
-    pub(super) fn names(&self) -> impl Iterator<Item = &str> {
-        self.bodies().map(|body| body.name.as_str()).filter(|name| !name.is_empty())
+    /// Returns whether neither a column nor the names of columns separate the balls.
+    pub(super) fn is_of_paths(&self) -> bool {
+        self.format == Format::Columns
+            && self.bodies().all(|body| body.ball.is_none() && body.name.is_empty())
     }
 
     /// Notes how a file is read, and which of its columns are not.
@@ -128,20 +144,20 @@ impl Layout {
         /// Maximum number of columns listed.
         const MAX_NAMED: usize = 12;
         let Heading { names, separator, above, .. } = &self.heading;
-        let others =
-            |body: &Body| [body.ball, body.point, body.likelihood, body.angle.map(|(column, _)| column)];
+        let (format, separator, first) = (self.format.shown(), separator.name(), above + 1);
+        let mut message = format!("read as {format}, {separator} between cells, rows from line {first} on");
+        let named = self.bodies().filter(|body| body.part == Part::Centre && !body.name.is_empty());
+        let tracks = quoted(named.map(|body| &body.name));
+        if !tracks.is_empty() {
+            message += &format!(", tracks {tracks}");
+        }
+        let others = |body: &Body| [body.ball, body.point, body.likelihood, Some(body.xy[0])];
         let mut read: Vec<usize> = self.bodies().flat_map(Body::lengths).collect();
         read.extend(self.bodies().flat_map(others).chain([self.shot, self.time]).flatten());
         let is_passed = |(i, name): &(usize, &String)| {
             !read.contains(i) && !name.is_empty() && !name.starts_with("column ")
         };
         let passed: Vec<&String> = names.iter().enumerate().filter(is_passed).map(|(_, name)| name).collect();
-        let (format, separator, first) = (self.format.shown(), separator.name(), above + 1);
-        let mut message = format!("read as {format}, {separator} between cells, rows from line {first} on");
-        let tracks = quoted(self.names());
-        if !tracks.is_empty() {
-            message += &format!(", tracks {tracks}");
-        }
         if !passed.is_empty() {
             let more = passed.len().saturating_sub(MAX_NAMED);
             let more = if more > 0 { format!(" and {more} more") } else { String::new() };

@@ -36,13 +36,12 @@ use std::fs;
 use std::path::{Path, PathBuf};
 
 use calibration::Calibration;
-use finish::Facts;
 use input::{Context, Notes, Subject};
 use raw::RawShot;
 use rayon::prelude::*;
 use repair::Wrong;
 use settings::{Format, TrackSettings};
-use shots_table::ShotsTable;
+use shots_table::{Facts, ShotsTable};
 use units::Unit;
 
 use super::check_unique;
@@ -83,7 +82,7 @@ pub(crate) fn load(manifest: &Manifest, settings: &TrackSettings, problems: &Pro
     let are_whole = problems.is_empty();
     names::pair(&mut shots, settings, &notes);
     table.name_by_file(&mut shots);
-    if settings.unknown_rate && table.has_rates() {
+    if settings.has_unknown_rate() && table.has_rates() {
         let message = "[video] capture_fps is \"unknown\", but the table of shots states capture_fps; expected it for all \
                        shots or for none";
         problems.add(path, None, None, message);
@@ -108,6 +107,7 @@ pub(crate) fn load(manifest: &Manifest, settings: &TrackSettings, problems: &Pro
     if manifest.discs.is_none() {
         name_unmeasured(&shots, &table, path, problems);
     }
+    let stated = &settings.stated;
     let mut lines = settings.notes.clone();
     lines.append(&mut notes.into_lines());
     lines.extend(table.note());
@@ -115,12 +115,12 @@ pub(crate) fn load(manifest: &Manifest, settings: &TrackSettings, problems: &Pro
         left_out,
         notes: lines,
         discs: manifest.discs,
-        camera: camera::stated(&settings.camera, is_motion_capture),
-        rate_sd: settings.rate_sd,
-        tilt_sd: settings.tilt_sd,
-        topspin_sd: settings.topspin_sd,
+        camera: stated.camera.values(is_motion_capture),
+        rate_sd: stated.video.relative_sd(),
+        tilt_sd: stated.tilt_sd,
+        topspin_sd: stated.topspin_sd,
         from_balls: settings.from_balls,
-        scale_sd: (!settings.from_balls).then(|| settings.scale_sd.unwrap_or(Tracks::SCALE_SD)),
+        scale_sd: (!settings.from_balls).then(|| stated.scale.sd.unwrap_or(Tracks::SCALE_SD)),
         ..Tracks::new(shots)
     }
 }
@@ -165,11 +165,11 @@ fn is_same_file(a: &Path, b: &Path) -> bool {
 fn calibration_for(format: Format, stated: Option<Unit>, file: &Path, context: Context) -> Calibration {
     let Context { settings, problems, notes } = context;
     let log = notes.of(file);
-    match (settings.unit, stated) {
+    match (settings.unit(), stated) {
         (None, Some(unit)) => match unit.metres() {
             Some(metres) => {
                 log.add(Subject::Format, None, format!("lengths are in {}, as the file says", unit.name()));
-                return settings.calibration.in_unit(metres);
+                return Calibration { scale: metres, readout: None, ..settings.calibration.clone() };
             }
             None => {
                 let message = "its positions are in pixels; expected [scale] length_unit = \"px\"";
@@ -221,8 +221,9 @@ fn with_facts(
     let mut is_complained = false;
     let mut work = Vec::with_capacity(shots.len());
     for shot in shots {
-        let facts = table.facts(&shot.name);
-        if facts.is_none() && !is_complained {
+        let facts = table.facts(&shot.name, context.settings);
+        // other faults of such shots are reported, too
+        if !table.states_spin(&shot.name) && !is_complained {
             let message = format!(
                 "the cue ball's spin of shot \"{}\" is not stated; expected [cue_spin] assume = \"stun\", \
                  \"natural-roll\" or \"unknown\", or cue_spin in the table that [tracks] shots names",
@@ -231,8 +232,6 @@ fn with_facts(
             problems.add(path, None, None, message);
             is_complained = true;
         }
-        // report other faults of such shots, too
-        let facts = facts.unwrap_or_else(|| Facts { spin: Spin::Unknown, ..Facts::default() });
         if manifest.discs.is_some() && !matches!(facts.spin, Spin::Stun | Spin::Unknown) {
             let message = format!(
                 "shot \"{}\" is of discs, which do not roll; expected cue_spin stun (neither disc turns before the impact) or \

@@ -5,7 +5,7 @@ use std::path::{Path, PathBuf};
 use super::input::{Log, Notes, Subject, quoted, stem};
 use super::raw::{RawShot, RawTrack};
 use super::repair::Wrong;
-use super::settings::{NAMED, TrackSettings};
+use super::settings::{NAMED, Names, TrackSettings};
 use crate::io::number::shortened;
 
 /// The tracks of one ball.
@@ -21,12 +21,12 @@ pub(super) struct Ball {
 pub(super) fn assign(
     raw: &mut RawShot,
     which: usize,
-    settings: &TrackSettings,
+    names: &[Names; 4],
     there: &[String],
     log: Log,
 ) -> Result<Ball, Wrong> {
     let RawShot { tracks, line, .. } = raw;
-    let (key, names) = (NAMED[which], &settings.names[which]);
+    let (key, names) = (NAMED[which], &names[which]);
     let mut found = Ball { centres: Vec::new(), markers: Vec::new() };
     for name in &names.0 {
         let Some(i) = find(tracks, name).map_err(|message| Wrong::input(*line, message))? else {

@@ -6,7 +6,7 @@ use std::collections::HashSet;
 use super::discs::beginning;
 use super::input::{Input, Notes, Subject};
 use super::names::find;
-use super::raw::{Clock, RawShot, RawTrack, Row, middle, sorted};
+use super::raw::{RawShot, RawTrack, Row, middle, sorted};
 use super::repair::remove_lost;
 use super::settings::TrackSettings;
 
@@ -39,7 +39,7 @@ pub(super) fn clips(
     }
     // names of shots in the table are believed
     if let [shot] = shots.as_slice()
-        && let cuts = cuts(shot, settings.capture_fps)
+        && let cuts = cuts(shot, settings.fps())
         && !cuts.is_empty()
     {
         let clips: Vec<RawShot> = (0..=cuts.len()).map(|number| clip(shot, &cuts, number, alone)).collect();
@@ -63,13 +63,10 @@ pub(super) fn clips(
 
 /// Returns the times at which further clips begin.
 fn cuts(shot: &RawShot, fps: Option<f64>) -> Vec<f64> {
-    let second = match shot.clock {
-        Clock::In(unit) => unit.seconds().unwrap_or(fps.unwrap_or(DEFAULT_FPS).recip()),
-        Clock::Rounded(_) => 1.0,
-        Clock::FramesAt(fps) => fps.recip(),
-        // ms and frames cannot be distinguished
-        Clock::Unsaid => return Vec::new(),
-    };
+    // without a unit, ms and frames cannot be distinguished
+    let Some(unit) = shot.clock.unit else { return Vec::new() };
+    let fps = shot.clock.fps.or(fps).unwrap_or(DEFAULT_FPS);
+    let second = unit.seconds().unwrap_or(fps.recip());
     let times = shot.times();
     let Some(step) = middle(times.windows(2).map(|two| two[1] - two[0])) else { return Vec::new() };
     let pause = (MIN_PAUSE_S / second).max(STEPS * step);
@@ -112,15 +109,13 @@ fn clip(shot: &RawShot, cuts: &[f64], number: usize, alone: bool) -> RawShot {
     clip
 }
 
-/// Name of tracks that were followed from row to row, until clips are separated.
-const FOLLOWED: &str = "";
-
-/// Splits the rows of every shot, one track without a name, into the tracks of two balls.
+/// Splits the rows of every shot, one track without a name, into the tracks of two balls, which have
+/// no name until clips are separated.
 pub(super) fn follow(shots: &mut [RawShot], input: &Input) {
     for shot in shots {
         let mut rows: Vec<Row> = shot.tracks.iter().flat_map(|track| track.seen().copied()).collect();
         rows.sort_by(|a, b| a.time.total_cmp(&b.time));
-        let mut tracks = [RawTrack::new(FOLLOWED, None), RawTrack::new(FOLLOWED, None)];
+        let mut tracks = [RawTrack::default(), RawTrack::default()];
         let mut others = Vec::new();
         for frame in rows.chunk_by(|a, b| a.time == b.time) {
             let found = nearest(tracks.each_ref().map(|track| track.rows.last()), frame);
@@ -142,7 +137,7 @@ pub(super) fn follow(shots: &mut [RawShot], input: &Input) {
 
 /// Names the tracks that were followed: the first to move is the cue ball.
 fn name_followed(shot: &mut RawShot, settings: &TrackSettings) {
-    if shot.tracks.len() != 2 || shot.tracks.iter().any(|track| track.name != FOLLOWED) {
+    if shot.tracks.len() != 2 || shot.tracks.iter().any(|track| !track.name.is_empty()) {
         return;
     }
     let [one, other] = [0, 1].map(|i| beginning(&shot.tracks[i], &shot.tracks));
@@ -172,7 +167,7 @@ fn nearest(last: [Option<&Row>; 2], frame: &[Row]) -> [Option<usize>; 2] {
 /// seen at a time, the first two. Other pieces are left.
 pub(super) fn join(shot: &mut RawShot, settings: &TrackSettings, notes: &Notes) {
     let RawShot { tracks, file, .. } = shot;
-    let is_plain = |track: &RawTrack| track.point.is_none() && !track.is_angle && !track.rows.is_empty();
+    let is_plain = |track: &RawTrack| track.is_centre() && !track.rows.is_empty();
     if tracks.len() < 3 || !tracks.iter().all(is_plain) {
         return;
     }
@@ -184,7 +179,7 @@ pub(super) fn join(shot: &mut RawShot, settings: &TrackSettings, notes: &Notes) 
     }
     for piece in order.into_iter().filter(|i| !heads.contains(i)) {
         let Some(head) = continued(tracks, heads, &tracks[piece]) else { continue };
-        let piece = std::mem::replace(&mut tracks[piece], RawTrack::new("", None));
+        let piece = std::mem::take(&mut tracks[piece]);
         let track = &mut tracks[head];
         let last = track.rows.last().map_or(1, |row| row.line);
         let message = format!(

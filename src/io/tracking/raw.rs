@@ -23,6 +23,7 @@ impl RawShot {
         self.tracks.iter_mut().flat_map(|track| &mut track.rows)
     }
 
+    /// Returns the different times of all tracks, ascending.
     pub(super) fn times(&self) -> Vec<f64> {
         let mut times = sorted(self.rows().map(|row| row.time));
         times.dedup();
@@ -30,7 +31,7 @@ impl RawShot {
     }
 
     pub(super) fn centres(&self) -> Option<[&RawTrack; 2]> {
-        let centres = self.tracks.iter().filter(|track| !track.is_angle && track.point.is_none());
+        let centres = self.tracks.iter().filter(|track| track.is_centre());
         centres.collect::<Vec<_>>().try_into().ok()
     }
 }
@@ -52,20 +53,24 @@ pub(super) fn span(numbers: impl Iterator<Item = f64>) -> [f64; 2] {
 }
 
 /// Meaning of the times of a shot.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub(super) enum Clock {
-    /// Times in this unit.
-    In(TimeUnit),
-    /// Seconds from a clock with this resolution.
-    Rounded(f64),
-    /// Not stated by the file (Kinovea).
-    Unsaid,
-    /// Numbers of frames, with the rate that the file states (Qualisys).
-    FramesAt(f64),
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub(super) struct Clock {
+    /// The unit; `None` if the file does not state it (Kinovea).
+    pub(crate) unit: Option<TimeUnit>,
+    /// Rounding of times that are written as a clock shows them, s.
+    pub(crate) rounding: Option<f64>,
+    /// Frame rate of the camera that the file states.
+    pub(crate) fps: Option<f64>,
+}
+
+impl Clock {
+    pub(super) fn of(unit: TimeUnit) -> Self {
+        Self { unit: Some(unit), ..Self::default() }
+    }
 }
 
 /// A tracked ball, or a point on it.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, Default, PartialEq)]
 pub(super) struct RawTrack {
     pub(crate) name: String,
     /// Index of its body in the layout of the file: two may have the same name.
@@ -79,19 +84,9 @@ pub(super) struct RawTrack {
     pub(crate) rows: Vec<Row>,
 }
 
-/// A row; x and y are NaN in a gap, as are standard deviations that the file does not have.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub(super) struct Row {
-    pub(crate) time: f64,
-    pub(crate) x: f64,
-    pub(crate) y: f64,
-    pub(crate) sd: [f64; 2],
-    pub(crate) line: usize,
-}
-
 impl RawTrack {
-    pub(super) fn new(name: impl Into<String>, point: Option<String>) -> Self {
-        Self { name: name.into(), body: 0, point, is_angle: false, rows: Vec::new() }
+    pub(super) fn is_centre(&self) -> bool {
+        self.point.is_none()
     }
 
     pub(super) fn seen(&self) -> impl Iterator<Item = &Row> + Clone {
@@ -101,6 +96,16 @@ impl RawTrack {
     pub(super) fn line(&self) -> usize {
         self.rows.first().map_or(1, |row| row.line)
     }
+}
+
+/// A row; x and y are NaN in a gap, as are standard deviations that the file does not have.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) struct Row {
+    pub(crate) time: f64,
+    pub(crate) x: f64,
+    pub(crate) y: f64,
+    pub(crate) sd: [f64; 2],
+    pub(crate) line: usize,
 }
 
 impl Row {

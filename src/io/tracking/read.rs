@@ -7,7 +7,7 @@ use super::formats::FORMATS;
 use super::heading::{Heading, TITLES, headings};
 use super::input::{Context, Input, Subject, stem};
 use super::layout::Layout;
-use super::raw::{Clock, RawShot};
+use super::raw::RawShot;
 use super::settings::Format;
 use super::units::Unit;
 use super::{columns, json, pieces, reader};
@@ -49,8 +49,9 @@ pub(super) fn file(file: &Path, context: Context, alone: bool) -> Option<Tracked
 
 fn as_written(input: &Input) -> Option<Tracked> {
     let settings = input.settings;
-    let wanted = |format: Format| settings.format == format || settings.format == Format::Auto;
-    if let Some(columns) = &settings.columns {
+    let stated = settings.stated.tracks.format;
+    let wanted = |format: Format| stated == format || stated == Format::Auto;
+    if let Some(columns) = &settings.stated.tracks.columns {
         return Some(by_layout(&columns::layout(input, columns)?, input));
     }
     if wanted(Format::Json) && json::detect(input.text) {
@@ -73,20 +74,19 @@ fn as_written(input: &Input) -> Option<Tracked> {
 fn by_layout(layout: &Layout, input: &Input) -> Tracked {
     layout.note(input);
     let mut shots = reader::read(input, layout);
-    if let Clock::FramesAt(fps) = layout.clock {
-        for shot in &mut shots {
-            count_frames(shot, fps, layout, input);
-        }
+    if layout.format == Format::Qualisys {
+        shots.iter_mut().for_each(|shot| count_frames(shot, layout, input));
     }
-    if layout.format == Format::Columns && layout.ball().is_none() && layout.names().next().is_none() {
+    if layout.is_of_paths() {
         pieces::follow(&mut shots, input);
     }
     Tracked { shots, format: layout.format, unit: layout.unit }
 }
 
 /// Counts the frames of Qualisys from the first row on, and turns positions at 0, 0 into gaps.
-fn count_frames(shot: &mut RawShot, fps: f64, layout: &Layout, input: &Input) {
+fn count_frames(shot: &mut RawShot, layout: &Layout, input: &Input) {
     shot.clock = layout.clock;
+    let fps = layout.clock.fps.unwrap_or_default();
     let first = shot.rows().next().map_or(0.0, |row| row.time);
     let is_in_seconds = layout.time.is_some_and(|column| layout.heading.names[column] == "Time");
     for row in shot.rows_mut() {
@@ -100,11 +100,6 @@ fn count_frames(shot: &mut RawShot, fps: f64, layout: &Layout, input: &Input) {
             let message = format!("\"{}\" is at 0, 0: taken as a gap", track.name);
             input.log.add(Subject::Gaps, row.line, message);
         }
-    }
-    let rows = shot.tracks.first().map_or(0, |track| track.rows.len());
-    if let Some(stated) = layout.rows.filter(|stated| *stated != rows as f64) {
-        let message = format!("says {stated} frames, but there are {rows} rows");
-        input.log.add(Subject::Gaps, None, message);
     }
 }
 
@@ -122,7 +117,7 @@ fn complain_of_format(headings: &[Heading], input: &Input) {
     let Some((line, first)) = filled_lines(input.text).next() else {
         return input.wrong(None, None, "is empty; expected tracked positions");
     };
-    let format = input.settings.format;
+    let format = input.settings.stated.tracks.format;
     let expected = match format {
         Format::Auto => {
             "a long table (shot,frame,ball,x,y), an export of Tracker, Kinovea or Qualisys, JSON (an array of shots with balls with samples), or a section \

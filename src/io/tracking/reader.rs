@@ -2,14 +2,15 @@
 
 use std::borrow::Cow;
 use std::collections::HashMap;
+use std::path::PathBuf;
 use std::sync::Arc;
 
 use super::clock::{Style, count_frames, is_clock, seconds};
 use super::input::{Input, Subject};
-use super::layout::{Body, Layout};
+use super::layout::{Body, Layout, Part};
 use super::raw::{Clock, RawShot, RawTrack, Row};
 use super::settings::Format;
-use super::units::TimeUnit;
+use super::units::{AngleUnit, TimeUnit};
 use crate::io::number::{Mark, Place, shortened};
 use crate::io::text::{self, Separator, lines};
 
@@ -23,7 +24,7 @@ const LIKELY: f64 = 0.6;
 /// of cells.
 pub(super) fn read(input: &Input, layout: &Layout) -> Vec<RawShot> {
     let mut reader = Reader::new(input, layout);
-    let before = input.problems.len();
+    let limit = input.problems.len() + MAX_PROBLEMS;
     let mut blocks = layout.blocks.iter();
     let Some(mut block) = blocks.next() else { return Vec::new() };
     let mut first_body = 0;
@@ -33,7 +34,7 @@ pub(super) fn read(input: &Input, layout: &Layout) -> Vec<RawShot> {
             let Some(next) = blocks.next() else { return reader.finish() };
             block = next;
         }
-        if input.problems.len() >= before + MAX_PROBLEMS {
+        if input.problems.len() >= limit {
             break;
         }
         let content = text.trim_start();
@@ -83,25 +84,11 @@ fn with_width<'a>(mut cells: Vec<Cow<'a, str>>, layout: &Layout) -> Result<Vec<C
     Err(format!("{} cells; expected {width}, as in line {}{hint}", cells.len(), layout.heading.line))
 }
 
-/// The cells of a row.
-struct TextRow<'a> {
-    line: usize,
-    input: &'a Input<'a>,
-    names: &'a [String],
-    cells: &'a [Cow<'a, str>],
-}
-
-impl TextRow<'_> {
-    fn at(&self, column: usize) -> Place<'_> {
-        let Input { file, problems, .. } = *self.input;
-        Place { file, line: self.line, column: &self.names[column], text: &self.cells[column], problems }
-    }
-}
-
 /// Rows already read, sorted into shots and tracks, and the properties that all cells share.
 pub(super) struct Reader<'a> {
     input: &'a Input<'a>,
     layout: &'a Layout,
+    file: Arc<PathBuf>,
     times: Mark,
     positions: Mark,
     /// How the first time is written, with its line: as that of a clock or, `None`, as a number.
@@ -119,6 +106,7 @@ impl<'a> Reader<'a> {
         Self {
             input,
             layout,
+            file: Arc::new(input.file.to_path_buf()),
             times: Mark::default(),
             positions: Mark::default(),
             clock: None,
@@ -131,61 +119,50 @@ impl<'a> Reader<'a> {
 
     /// Adds a row; `first_body` is the number of bodies in the blocks above.
     pub(super) fn add(&mut self, line: usize, cells: &[Cow<str>], bodies: &[Body], first_body: usize) {
-        let row = &TextRow { line, input: self.input, names: &self.layout.heading.names, cells };
-        let shot = self.layout.shot.map_or(self.input.stem, |column| row.at(column).text);
-        let ball = self.layout.ball();
-        let before = self.input.problems.len();
-        for (what, column) in [("shot", self.layout.shot), ("ball", ball)] {
-            let Some(cell) = column.map(|column| row.at(column)).filter(|cell| cell.text.is_empty()) else {
-                continue;
-            };
-            if what == "ball" && self.layout.format == Format::Columns {
+        let Input { file, problems, stem, log, .. } = *self.input;
+        let layout = self.layout;
+        let at = |column: usize| {
+            let (column, text) = (layout.heading.names[column].as_str(), cells[column].as_ref());
+            Place { file, line, column, text, problems }
+        };
+        let before = problems.len();
+        let ball = layout.ball();
+        for (what, column) in [("shot", layout.shot), ("ball", ball)] {
+            let Some(cell) = column.map(at).filter(|cell| cell.text.is_empty()) else { continue };
+            if what == "ball" && layout.format == Format::Columns {
                 self.trackless.get_or_insert(line);
                 let message = format!("rows that belong to no track ({} is empty): left out", cell.column);
-                return self.input.log.add(Subject::Gaps, line, message);
+                return log.add(Subject::Gaps, line, message);
             }
             cell.wrong(format!("is empty; expected the name of a {what}"));
         }
         let mut time = None;
-        if let Some(column) = self.layout.time {
-            time = self.time(row.at(column));
-            let has_position =
-                ball.is_some() || bodies.iter().any(|body| !row.at(body.xy[0]).text.is_empty());
-            if time.is_none() && has_position && self.input.problems.len() == before {
-                row.at(column).wrong("is empty; expected a time, or the number of a frame");
+        if let Some(cell) = layout.time.map(at) {
+            time = self.time(cell);
+            let has_position = ball.is_some() || bodies.iter().any(|body| !at(body.xy[0]).text.is_empty());
+            if time.is_none() && has_position && problems.len() == before {
+                cell.wrong("is empty; expected a time, or the number of a frame");
             }
             if time.is_none() {
                 return;
             }
         }
-        self.begin(shot, line);
+        self.begin(layout.shot.map_or(stem, |column| at(column).text), line);
         // without times, rows of a shot are counted
         let rows = self.shots[self.last].tracks.first().map_or(0, |track| track.rows.len());
         let time = time.unwrap_or(rows as f64);
-        for (i, body) in bodies.iter().enumerate() {
-            self.add_body(row, time, first_body + i, body);
-        }
-    }
-
-    fn add_body(&mut self, row: &TextRow, time: f64, number: usize, body: &Body) {
-        let name = body.ball.map_or(body.name.as_str(), |column| row.at(column).text);
-        let is_centre =
-            |point: &&str| ["", "centre", "center"].iter().any(|word| point.eq_ignore_ascii_case(word));
-        let point = body.point.map(|column| row.at(column).text).filter(|point| !is_centre(point));
-        let place = self.place(row, body);
-        let marker = body.marker.map(|columns| self.position(row, columns));
-        let sd = body.sd.map_or([f64::NAN; 2], |columns| self.deviations(row, columns));
-        let angle = body.angle.map(|(column, is_in_degrees)| {
-            let angle = self.positions.beside(row.at(column)).unwrap_or(f64::NAN);
-            if is_in_degrees { 1.0_f64.to_radians() * angle } else { angle }
-        });
-        let at = |place| Row::new(time, place, row.line);
-        self.track(number, name, point, false).rows.push(Row { sd, ..at(place) });
-        if let Some(place) = marker {
-            self.track(number, name, Some("marker"), false).rows.push(at(place));
-        }
-        if let Some(angle) = angle {
-            self.track(number, name, Some("angle"), true).rows.push(at([angle, 0.0]));
+        for (body, number) in bodies.iter().zip(first_body..) {
+            let place = self.place(body, at);
+            let row = Row { sd: self.deviations(body, at), ..Row::new(time, place, line) };
+            let name = body.ball.map_or(body.name.as_str(), |column| at(column).text);
+            let point = match body.part {
+                Part::Centre => body.point.map(|column| at(column).text),
+                Part::Marker => Some("marker"),
+                Part::Angle(_) => Some("angle"),
+            };
+            let is_centre =
+                |point: &&str| ["", "centre", "center"].iter().any(|word| point.eq_ignore_ascii_case(word));
+            self.track(number, name, point.filter(|point| !is_centre(point)), body.part).rows.push(row);
         }
     }
 
@@ -196,24 +173,25 @@ impl<'a> Reader<'a> {
         self.last = self.by_name.get(name).copied().unwrap_or(self.shots.len());
         if self.last == self.shots.len() {
             self.by_name.insert(name.to_string(), self.last);
-            let first = self.shots.first().map(|shot| Arc::clone(&shot.file));
-            let file = first.unwrap_or_else(|| Arc::new(self.input.file.to_path_buf()));
-            let clock = self.layout.clock;
+            let (file, clock) = (Arc::clone(&self.file), self.layout.clock);
             self.shots.push(RawShot { name: name.to_string(), file, line, clock, tracks: Vec::new() });
         }
     }
 
-    fn track(&mut self, body: usize, name: &str, point: Option<&str>, is_angle: bool) -> &mut RawTrack {
+    fn track(&mut self, body: usize, name: &str, point: Option<&str>, part: Part) -> &mut RawTrack {
         let tracks = &mut self.shots[self.last].tracks;
-        let is_it = |known: &RawTrack| {
-            known.body == body
-                && known.is_angle == is_angle
-                && known.point.as_deref() == point
-                && known.name == name
-        };
+        let is_it =
+            |known: &RawTrack| known.body == body && known.point.as_deref() == point && known.name == name;
         let i = tracks.iter().position(is_it).unwrap_or(tracks.len());
         if i == tracks.len() {
-            tracks.push(RawTrack { body, is_angle, ..RawTrack::new(name, point.map(str::to_string)) });
+            let (name, point) = (name.to_string(), point.map(str::to_string));
+            tracks.push(RawTrack {
+                name,
+                body,
+                point,
+                is_angle: matches!(part, Part::Angle(_)),
+                rows: Vec::new(),
+            });
         }
         &mut tracks[i]
     }
@@ -221,68 +199,73 @@ impl<'a> Reader<'a> {
     /// Reads a time, a number or that of a clock; `None` if the cell is empty or wrong. All are
     /// written as the first one is; of fractions of seconds the most digits count.
     fn time(&mut self, cell: Place) -> Option<f64> {
-        let text = cell.text.trim();
-        let (time, style) = if is_clock(cell.text) {
-            let Some((time, style)) = seconds(cell.text) else {
-                let text = shortened(text);
-                cell.wrong(format!("\"{text}\" is not a time; expected h:mm:ss.fff, h:mm:ss:cs or a number"));
-                return None;
-            };
+        let shown = || shortened(cell.text.trim());
+        let (time, style) = if !is_clock(cell.text) {
+            (self.times.number(cell)?, None)
+        } else if let Some((time, style)) = seconds(cell.text) {
             (time, Some(style))
         } else {
-            (self.times.number(cell)?, None)
+            cell.wrong(format!(
+                "\"{}\" is not a time; expected h:mm:ss.fff, h:mm:ss:cs or a number",
+                shown()
+            ));
+            return None;
         };
         let (first, at) = self.clock.get_or_insert((style, cell.line));
         if let (Some(Style::Fraction(most)), Some(Style::Fraction(digits))) = (first.as_mut(), style) {
             *most = digits.max(*most);
         } else if *first != style {
-            let text = shortened(text);
-            cell.wrong(format!("\"{text}\" is not written like the time in line {at}"));
+            cell.wrong(format!("\"{}\" is not written like the time in line {at}", shown()));
             return None;
         }
         Some(time)
     }
 
-    fn position(&mut self, row: &TextRow, columns: [usize; 2]) -> [f64; 2] {
-        let before = self.input.problems.len();
-        let cells = columns.map(|column| row.at(column));
+    fn position<'c>(&mut self, columns: [usize; 2], at: impl Fn(usize) -> Place<'c>) -> [f64; 2] {
+        let Input { problems, log, .. } = *self.input;
+        let before = problems.len();
+        let cells = columns.map(at);
         match cells.map(|cell| self.positions.number(cell)) {
             [Some(x), Some(y)] => return [x, y],
             [None, None] => {}
-            _ if self.input.problems.len() == before => {
+            _ if problems.len() > before => {}
+            _ => {
                 let [x, y] = cells.map(|cell| format!("{} \"{}\"", cell.column, shortened(cell.text.trim())));
                 let message = format!("{x} and {y}: half a position; taken as a gap");
-                self.input.log.add(Subject::Gaps, row.line, message);
+                log.add(Subject::Gaps, cells[0].line, message);
             }
-            _ => {}
         }
         [f64::NAN; 2]
     }
 
-    /// Reads the position of a ball: the middle of a box, and a gap if it is too unlikely.
-    fn place(&mut self, row: &TextRow, body: &Body) -> [f64; 2] {
-        let [x, y] = self.position(row, body.xy);
+    /// Reads the position of a body: the middle of a box, and a gap if it is too unlikely; or an angle.
+    fn place<'c>(&mut self, body: &Body, at: impl Fn(usize) -> Place<'c> + Copy) -> [f64; 2] {
+        if let Part::Angle(unit) = body.part {
+            let angle = self.positions.beside(at(body.xy[0])).unwrap_or(f64::NAN);
+            return [if unit == AngleUnit::Degrees { 1.0_f64.to_radians() * angle } else { angle }, 0.0];
+        }
+        let [x, y] = self.position(body.xy, at);
         let place = if let Some(corner) = body.corner {
-            let [other_x, other_y] = self.position(row, corner);
+            let [other_x, other_y] = self.position(corner, at);
             [f64::midpoint(x, other_x), f64::midpoint(y, other_y)]
         } else if let Some(size) = body.size {
-            let [width, height] = self.position(row, size);
+            let [width, height] = self.position(size, at);
             [x + 0.5 * width, y + 0.5 * height]
         } else {
             [x, y]
         };
-        let likelihood = body.likelihood.and_then(|column| self.positions.beside(row.at(column)));
+        let likelihood = body.likelihood.and_then(|column| self.positions.beside(at(column)));
         if place[0].is_nan() || likelihood.is_none_or(|likelihood| likelihood >= LIKELY) {
             return place;
         }
         let message = format!("a position of a likelihood below {LIKELY}: taken as a gap");
-        self.input.log.add(Subject::Gaps, row.line, message);
+        self.input.log.add(Subject::Gaps, at(body.xy[0]).line, message);
         [f64::NAN; 2]
     }
 
-    fn deviations(&mut self, row: &TextRow, columns: [usize; 2]) -> [f64; 2] {
-        columns.map(|column| {
-            let cell = row.at(column);
+    fn deviations<'c>(&mut self, body: &Body, at: impl Fn(usize) -> Place<'c>) -> [f64; 2] {
+        let Some(columns) = body.sd else { return [f64::NAN; 2] };
+        columns.map(at).map(|cell| {
             let sd = self.positions.beside(cell);
             if let Some(sd) = sd.filter(|sd| *sd <= 0.0) {
                 cell.wrong(format!("{sd} is not a standard deviation; expected more than 0"));
@@ -306,17 +289,15 @@ impl<'a> Reader<'a> {
             log.add(Subject::Format, None, "decimal comma");
         }
         let mut tracks: Vec<_> = self.shots.iter_mut().flat_map(|shot| &mut shot.tracks).collect();
-        for track in &mut tracks {
-            track.rows.shrink_to_fit();
-        }
+        tracks.iter_mut().for_each(|track| track.rows.shrink_to_fit());
         if let Some((Some(style), line)) = self.clock {
-            let mut clock = Clock::Rounded(style.resolution());
+            let mut clock = Clock { rounding: Some(style.resolution()), ..Clock::of(TimeUnit::S) };
             if style == Style::Colon(2)
                 && let Some(rate) = count_frames(&mut tracks)
             {
                 let message = format!("times are time codes h:mm:ss:ff with {rate} frames to a second");
                 log.add(Subject::Clock, line, message);
-                clock = Clock::In(TimeUnit::Frames);
+                clock = Clock::of(TimeUnit::Frames);
             }
             self.shots.iter_mut().for_each(|shot| shot.clock = clock);
         }

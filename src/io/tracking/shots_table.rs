@@ -1,14 +1,13 @@
 //! `[tracks] shots`: properties of single shots that no camera sees, a row per shot.
 
-use std::collections::{HashMap, HashSet};
+use std::collections::{BTreeMap, HashMap, HashSet};
 use std::path::{Path, PathBuf};
 
 use indexmap::IndexMap;
 
-use super::finish::Facts;
 use super::input::quoted;
 use super::raw::RawShot;
-use super::settings::{NAMED, Names};
+use super::settings::{NAMED, Names, TrackSettings};
 use crate::io::error::{Problems, did_you_mean};
 use crate::io::manifest::Assume;
 use crate::io::rows::{self, StatedSpin, labels_note};
@@ -35,6 +34,20 @@ pub(crate) const KNOWN: [&str; 13] = [
 /// Separator of several names of tracks in a cell.
 const BETWEEN: char = ';';
 
+/// Statements of the table of shots, or else of dataset.toml, about a shot.
+#[derive(Clone, Debug, Default)]
+pub(super) struct Facts {
+    pub(crate) spin: Spin,
+    pub(crate) labels: BTreeMap<String, String>,
+    /// Names of tracks, in the order of [`NAMED`].
+    pub(crate) names: [Names; 4],
+    /// Whether its own row, or its tracks, name one of the balls.
+    pub(crate) names_balls: bool,
+    pub(crate) capture_fps: Option<f64>,
+    /// The reason if its discs were not found.
+    pub(crate) refused: Option<String>,
+}
+
 /// The rows of the table, and the defaults of shots without a row.
 pub(super) struct ShotsTable<'a> {
     path: PathBuf,
@@ -45,6 +58,7 @@ pub(super) struct ShotsTable<'a> {
     labels: Vec<String>,
 }
 
+#[derive(Default)]
 struct ShotRow {
     line: usize,
     /// The reason, if the shot is to be skipped.
@@ -53,19 +67,20 @@ struct ShotRow {
     spin: Option<StatedSpin>,
     /// The file that holds the shot, as written.
     file: Option<String>,
-    facts: Facts,
+    labels: BTreeMap<String, String>,
+    names: [Option<Names>; 4],
+    capture_fps: Option<f64>,
 }
 
 impl<'a> ShotsTable<'a> {
     pub(super) fn read(path: Option<&Path>, assume: Option<Assume>, problems: &'a Problems) -> Self {
-        let (rows, labels) = (IndexMap::new(), Vec::new());
         let table = path.and_then(|path| Table::read(path, problems));
         let path = path.unwrap_or(Path::new("")).to_path_buf();
-        let mut all = Self { path, problems, rows, assume, labels };
+        let mut all = Self { path, problems, rows: IndexMap::new(), assume, labels: Vec::new() };
         let Some(table) = table else { return all };
         rows::check_names(&table, &KNOWN, &["shot"]);
         let spins = rows::stated_spins(&table, rows::OMEGA, assume).unwrap_or_default();
-        let rates = rows::values(&table, ("capture_fps", 1.0, POSITIVE));
+        let rates = rows::values(&table, ("capture_fps", 1.0, POSITIVE)).unwrap_or_default();
         let labels = table.names().filter(|name| !KNOWN.contains(name) && !name.ends_with("_sd"));
         all.labels = labels.map(str::to_string).collect();
         for row in 0..table.rows() {
@@ -75,12 +90,9 @@ impl<'a> ShotsTable<'a> {
                 skip: skip(&table, row),
                 spin: spins.get(row).copied().flatten(),
                 file: table.text("file", row).map(str::to_string),
-                facts: Facts {
-                    labels: rows::labels(&table, &KNOWN, row),
-                    names: names(&table, row),
-                    capture_fps: rates.as_ref().and_then(|rates| Some(rates[row]?.value)),
-                    ..Facts::default()
-                },
+                labels: rows::labels(&table, &KNOWN, row),
+                names: NAMED.map(|column| names(&table, row, column)),
+                capture_fps: rates.get(row).copied().flatten().map(|rate| rate.value),
             };
             if let Some(ShotRow { line, .. }) = all.rows.insert(shot.to_string(), read) {
                 let message = format!("\"{shot}\" also stands in line {line}; expected each shot once");
@@ -110,17 +122,24 @@ impl<'a> ShotsTable<'a> {
         of_row.unwrap_or(self.assume.map_or(StatedSpin::Unstated, assumed))
     }
 
-    pub(super) fn facts(&self, shot: &str) -> Option<Facts> {
-        let spin = match self.spin(shot) {
-            StatedSpin::Is(spin) => spin,
-            // until markers show it
-            StatedSpin::Measured => Spin::Unknown,
-            StatedSpin::Unstated => return None,
-        };
-        let empty = self.labels.iter().map(|label| (label.clone(), String::new()));
-        let facts = self.rows.get(shot).map(|row| row.facts.clone());
-        let facts = facts.unwrap_or_else(|| Facts { labels: empty.collect(), ..Facts::default() });
-        Some(Facts { spin, ..facts })
+    /// Returns the facts of a shot; the spin is unknown if it is not stated, or until markers show it.
+    pub(super) fn facts(&self, shot: &str, settings: &TrackSettings) -> Facts {
+        let spin = if let StatedSpin::Is(spin) = self.spin(shot) { spin } else { Spin::Unknown };
+        let all = || self.labels.iter().map(|label| (label.clone(), String::new()));
+        let row = self.rows.get(shot);
+        let name = |i: usize| row.and_then(|row| row.names[i].as_ref()).unwrap_or(&settings.names[i]).clone();
+        Facts {
+            spin,
+            labels: row.map_or_else(|| all().collect(), |row| row.labels.clone()),
+            names: [0, 1, 2, 3].map(name),
+            names_balls: row.is_some_and(|row| row.names[..2].iter().any(Option::is_some)),
+            capture_fps: row.and_then(|row| row.capture_fps).or(settings.fps()),
+            refused: None,
+        }
+    }
+
+    pub(super) fn states_spin(&self, shot: &str) -> bool {
+        self.spin(shot) != StatedSpin::Unstated
     }
 
     /// Returns whether the spin is stated as measured and only markers can show it.
@@ -129,7 +148,7 @@ impl<'a> ShotsTable<'a> {
     }
 
     pub(super) fn has_rates(&self) -> bool {
-        self.rows.values().any(|row| row.facts.capture_fps.is_some())
+        self.rows.values().any(|row| row.capture_fps.is_some())
     }
 
     /// Gives shots the names that the table has for their files.
@@ -137,31 +156,30 @@ impl<'a> ShotsTable<'a> {
         let mut named: HashMap<usize, usize> = HashMap::new();
         for (name, ShotRow { line, file, .. }) in &self.rows {
             let Some(file) = file else { continue };
-            let wrong = |message: String| self.problems.add(&self.path, *line, "file", message);
             let of_file: Vec<usize> = (0..raw.len()).filter(|i| raw[*i].file.ends_with(file)).collect();
             let own = of_file.iter().copied().find(|i| raw[*i].name == *name);
-            match (of_file.as_slice(), own) {
+            let message = match (of_file.as_slice(), own) {
                 ([], _) => {
                     let files = raw.iter().filter_map(|shot| shot.file.file_name());
                     let known: Vec<String> = files.map(|name| name.to_string_lossy().into_owned()).collect();
                     let near = did_you_mean(file, known.iter().map(String::as_str));
-                    wrong(format!(
+                    format!(
                         "\"{file}\" is not among the files with shots that dataset.toml names under files{near}"
-                    ));
+                    )
                 }
                 (_, Some(shot)) | (&[shot], None) => {
-                    if let Some(line) = named.insert(shot, *line) {
-                        wrong(format!("\"{file}\" is also the file of line {line}; expected each shot once"));
-                    }
                     raw[shot].name.clone_from(name);
+                    let Some(line) = named.insert(shot, *line) else { continue };
+                    format!("\"{file}\" is also the file of line {line}; expected each shot once")
                 }
                 (many, None) => {
                     let names = quoted(many.iter().take(12).map(|i| &raw[*i].name));
-                    wrong(format!(
+                    format!(
                         "\"{file}\" holds no shot \"{name}\"; expected one of its shots under shot: {names}"
-                    ));
+                    )
                 }
-            }
+            };
+            self.problems.add(&self.path, *line, "file", message);
         }
     }
 
@@ -174,31 +192,28 @@ impl<'a> ShotsTable<'a> {
     }
 }
 
-fn names(table: &Table, row: usize) -> [Option<Names>; 4] {
-    NAMED.map(|column| {
-        let cell = table.text(column, row)?;
-        let names = Names::of(cell.split(BETWEEN));
-        if !names.are_good() {
-            let message =
-                format!("\"{cell}\"; expected names of tracks, each once, with {BETWEEN} between them");
-            table.wrong(row, column, message);
-        }
-        Some(names)
-    })
+fn names(table: &Table, row: usize, column: &str) -> Option<Names> {
+    let cell = table.text(column, row)?;
+    let names = Names::of(cell.split(BETWEEN));
+    if !names.are_good() {
+        let message = format!("\"{cell}\"; expected names of tracks, each once, with {BETWEEN} between them");
+        table.wrong(row, column, message);
+    }
+    Some(names)
 }
 
 fn skip(table: &Table, row: usize) -> Option<String> {
     let word = table.text("skip", row).unwrap_or("no");
     match word.to_lowercase().as_str() {
         "true" | "1" | "yes" => {
-            Some(table.text("note", row).unwrap_or("skip in the shots table").to_string())
+            return Some(table.text("note", row).unwrap_or("skip in the shots table").to_string());
         }
-        "false" | "0" | "no" => None,
+        "false" | "0" | "no" => {}
         _ => {
             let message =
                 format!("\"{word}\" is neither true nor false; expected true, false, 1, 0, yes or no");
             table.wrong(row, "skip", message);
-            None
         }
     }
+    None
 }

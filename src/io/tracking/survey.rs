@@ -7,11 +7,11 @@ use std::path::Path;
 use super::discs;
 use super::guess::{self, Guess};
 use super::input::{Context, Notes};
-use super::raw::{Clock, RawShot, middle, sorted, span};
+use super::raw::{RawShot, middle, sorted, span};
 use super::read;
-use super::settings::{Sections, TrackSettings};
+use super::settings::Sections;
 use super::time::Grid;
-use super::units::Unit;
+use super::units::{TimeUnit, Unit};
 use crate::io::error::{Problem, Problems};
 use crate::io::text::decode;
 use crate::io::toml_file::Source;
@@ -60,7 +60,8 @@ fn look(file: &Path, guess: Guess) -> Result<Survey, Vec<Problem>> {
     let problems = Problems::new("");
     let source = Source { path: file, text: "", problems: &problems };
     let settings = Sections::default().check(guess.has_angles(), &source);
-    let settings = TrackSettings { columns: guess.certain(), ..settings };
+    let mut settings = settings;
+    settings.stated.tracks.columns = guess.certain();
     let notes = Notes::default();
     let context = Context { settings: &settings, problems: &problems, notes: &notes };
     let read = read::file(file, context, true);
@@ -82,7 +83,7 @@ fn look(file: &Path, guess: Guess) -> Result<Survey, Vec<Problem>> {
         extent: sides.map(|[low, high]| high - low).into_iter().fold(0.0, f64::max),
         closest: closest_of_shots.get(closest_of_shots.len() / 4).copied(),
         tracks: beginnings(&shots),
-        stated_fps: if let Some(Clock::FramesAt(fps)) = clock { Some(fps) } else { None },
+        stated_fps: clock.and_then(|clock| clock.fps),
         unit: unit.map(Unit::name),
         are_discs: guess.has_angles() || shots.iter().any(are_discs),
         problems: problems.iter().map(ToString::to_string).collect(),
@@ -122,11 +123,7 @@ fn closest(shot: &RawShot) -> Option<f64> {
 /// rounding leaves several rates possible, it is the roundest one. The times are converted to
 /// seconds; `None` for numbers of frames.
 fn followed(shot: &mut RawShot) -> Option<f64> {
-    let second = match shot.clock {
-        Clock::In(unit) => unit.seconds()?,
-        Clock::Rounded(_) | Clock::Unsaid => 1.0,
-        Clock::FramesAt(_) => return None,
-    };
+    let second = shot.clock.unit.map_or(Some(1.0), TimeUnit::seconds)?;
     shot.rows_mut().for_each(|row| row.time *= second);
     let grid = Grid::of(shot, second);
     let length = grid.times.last()? - grid.times.first()?;

@@ -1,9 +1,7 @@
 //! The time of each row, from the camera's frame rate and the times of the file.
 
-use std::sync::Arc;
-
-use super::input::{Log, Notes, Subject};
-use super::raw::{Clock, RawShot, RawTrack, sorted, span};
+use super::input::{Log, Subject};
+use super::raw::{RawShot, RawTrack, sorted, span};
 use super::settings::TrackSettings;
 use super::units::TimeUnit;
 
@@ -21,32 +19,37 @@ pub(super) struct Grid {
     pub(crate) times: Vec<f64>,
     /// Rounding of the times; 0 if they are exact.
     pub(crate) resolution: f64,
-    /// Time between neighbouring frames.
+    /// Time between neighbouring frames; NaN for less than two times.
     pub(crate) spacing: f64,
 }
 
-/// Converts the times of a shot's rows to seconds of the camera's clock and returns its frame rate.
-/// `Err`: the reason, and the remedy.
-pub(super) fn convert(shot: &mut RawShot, settings: &TrackSettings, notes: &Notes) -> Result<f64, String> {
-    let fps = settings.capture_fps;
-    if settings.unknown_rate && shot.clock != Clock::In(TimeUnit::Frames) {
+/// Converts the times of a shot's rows to seconds of the camera's clock and returns its frame rate;
+/// `fps` is the stated one. `Err`: the reason, and the remedy.
+pub(super) fn convert(
+    shot: &mut RawShot,
+    fps: Option<f64>,
+    settings: &TrackSettings,
+    log: Log,
+) -> Result<f64, String> {
+    let (clock, playback_fps) = (shot.clock, settings.stated.video.playback_fps);
+    if settings.has_unknown_rate() && (clock.unit != Some(TimeUnit::Frames) || clock.fps.is_some()) {
         let message = "[video] capture_fps is \"unknown\", but this file has times; expected frame numbers, or no capture_fps";
         return Err(message.to_string());
     }
-    let unit = match shot.clock {
-        Clock::FramesAt(stated) => {
-            if let Some(given) = fps.filter(|fps| (fps / stated - 1.0).abs() > MAX_MISMATCH) {
-                return Err(format!(
-                    "the file states {stated} fps, but [video] capture_fps is {given}; expected the same, or no capture_fps"
-                ));
-            }
-            let fps = fps.unwrap_or(stated);
-            shot.rows_mut().for_each(|row| row.time /= fps);
-            return Ok(fps);
-        }
-        Clock::Unsaid => settings.time_unit.map_or_else(|| guess_unit(shot, settings), Ok)?,
-        Clock::Rounded(_) => TimeUnit::S,
-        Clock::In(unit) => settings.time_unit.filter(|_| unit != TimeUnit::Frames).unwrap_or(unit),
+    if let (Some(given), Some(stated)) = (fps, clock.fps)
+        && (given / stated - 1.0).abs() > MAX_MISMATCH
+    {
+        return Err(format!(
+            "the file states {stated} fps, but [video] capture_fps is {given}; expected the same, or no capture_fps"
+        ));
+    }
+    let fps = fps.or(clock.fps);
+    let rate = playback_fps.or(fps);
+    let stated_unit = settings.stated.tracks.time_unit.filter(|_| clock.rounding.is_none());
+    let unit = match clock.unit {
+        Some(TimeUnit::Frames) => TimeUnit::Frames,
+        Some(unit) => stated_unit.unwrap_or(unit),
+        None => stated_unit.map_or_else(|| guess_unit(shot, rate), Ok)?,
     };
     let Some(second) = unit.seconds() else {
         let missing =
@@ -63,32 +66,44 @@ pub(super) fn convert(shot: &mut RawShot, settings: &TrackSettings, notes: &Note
     };
     shot.rows_mut().for_each(|row| row.time *= second);
     let grid = Grid::of(shot, second);
-    let file = Arc::clone(&shot.file);
-    let log = notes.of(&file);
-    let Some((rate, fps)) = settings.playback_fps.or(fps).zip(fps) else {
-        return without_rate(shot, &grid, log);
+    let line = shot.line;
+    let note = |message: String| log.add(Subject::Clock, line, message);
+    let Some((rate, fps)) = rate.zip(fps) else {
+        let fps = grid.rate()?;
+        note(format!("capture_fps is not given; taken from the spacing of the times, {fps:.4} fps"));
+        let first = grid.times[0];
+        if let Some(frames) = grid.frames(grid.spacing).filter(|_| grid.is_coarse(grid.spacing)) {
+            replace(shot, &grid.times, |i| first + frames[i] / fps);
+        }
+        return Ok(fps);
     };
     let repeats = |track: &RawTrack| track.rows.windows(2).any(|two| two[0].time == two[1].time);
     let is_coarse = grid.resolution > 0.3 / rate && !grid.has_time_per_frame(rate);
     if is_coarse && shot.tracks.iter().any(repeats) {
-        return by_row(shot, &grid, rate, fps, log);
+        count_rows(shot, &grid, [rate, fps])?;
+        let rounding = grid.resolution;
+        note(format!("times are rounded to {rounding} s; rebuilt from the number of the row at {fps} fps"));
+        return Ok(fps);
     }
-    with_rate(shot, &grid, rate, fps, settings.playback_fps.is_some(), log)
+    let times = grid.camera_times([rate, fps], playback_fps.is_some(), note)?;
+    replace(shot, &grid.times, |i| times[i]);
+    Ok(fps)
+}
+
+fn replace(shot: &mut RawShot, times: &[f64], new: impl Fn(usize) -> f64) {
+    for row in shot.rows_mut() {
+        let i = times.partition_point(|t| *t < row.time);
+        row.time = new(i.min(times.len() - 1));
+    }
 }
 
 impl Grid {
     pub(super) fn of(shot: &RawShot, second: f64) -> Self {
         let times = shot.times();
-        let resolution = match shot.clock {
-            Clock::Rounded(resolution) => resolution,
-            _ => resolution(times.iter().map(|t| t / second)) * second,
-        };
+        let rounding = shot.clock.rounding;
+        let resolution = rounding.unwrap_or_else(|| resolution(times.iter().map(|t| t / second)) * second);
         let spacing = spacing(&times, resolution);
         Self { times, resolution, spacing }
-    }
-
-    fn ends(&self) -> Option<[f64; 2]> {
-        Some([*self.times.first()?, *self.times.last()?])
     }
 
     /// Returns whether a coarse clock has a time of its own for each frame, so that rows with equal
@@ -96,6 +111,10 @@ impl Grid {
     fn has_time_per_frame(&self, rate: f64) -> bool {
         let is_whole = |t: &f64| (t * rate - (t * rate).round()).abs() < 1e-3;
         self.resolution * rate < 1.5 && self.times.iter().all(is_whole)
+    }
+
+    fn is_coarse(&self, spacing: f64) -> bool {
+        self.resolution > MAX_OFF_GRID * spacing
     }
 
     /// Returns whether deviations from expected times, and 0, are within the rounding.
@@ -131,14 +150,104 @@ impl Grid {
         self.times.iter().map(next).collect()
     }
 
+    /// Returns the frame rate of these frames, or else of the spacing.
+    pub(super) fn mean_rate(&self, frames: Option<&Vec<f64>>) -> f64 {
+        let ends = self.times.first().zip(self.times.last());
+        let mean = |((first, last), frame): ((&f64, &f64), &f64)| frame.max(1.0) / (last - first);
+        ends.zip(frames.and_then(|frames| frames.last())).map_or(1.0 / self.spacing, mean)
+    }
+
+    /// Returns the frame rate that follows from the times alone. `Err`: they do not give it.
+    fn rate(&self) -> Result<f64, String> {
+        let frames = self.frames(self.spacing);
+        let is_regular = |two: &&[f64]| ((two[1] - two[0]) / self.spacing - 1.0).abs() < 0.1;
+        let regular = self.times.windows(2).filter(is_regular).count();
+        let why = if self.spacing.is_nan() {
+            "fewer than two times, which give no frame rate"
+        } else if frames.is_none()
+            && (self.is_coarse(self.spacing) || regular * 4 < 3 * (self.times.len() - 1))
+        {
+            "times are not regularly spaced"
+        } else {
+            return Ok(tidy(self.mean_rate(frames.as_ref())));
+        };
+        Err(format!("{why}; expected [video] capture_fps, the frames per second that the camera recorded"))
+    }
+
     /// Returns whether times can be of this rate by their typical spacing or, for a clock that
     /// varies much, by the mean. Rounding makes few times uncertain.
     fn fits(&self, rate: f64) -> bool {
         let slack = 2.0 * self.resolution / (self.times.len() as f64 * self.spacing);
         let steps = (self.times.len() as f64 - 1.0).max(1.0);
-        let mean = self.ends().map_or(0.0, |[first, last]| (last - first) / steps);
+        let mean =
+            self.times.first().zip(self.times.last()).map_or(0.0, |(first, last)| (last - first) / steps);
         let fits = |spacing: f64| (spacing * rate - 1.0).abs() <= MAX_MISMATCH + slack.min(0.1);
         self.spacing.is_nan() || fits(self.spacing) || fits(mean)
+    }
+
+    /// Returns the times of the camera at `fps`, if those of the file follow `rate`: frame number / `fps`,
+    /// or as they are written if they follow no frames. A stated rate may mean frames left out.
+    fn camera_times(
+        &self,
+        [rate, fps]: [f64; 2],
+        is_stated: bool,
+        note: impl Fn(String),
+    ) -> Result<Vec<f64>, String> {
+        let (fits, own) = (self.fits(rate), 1.0 / self.spacing);
+        if !is_stated && !fits {
+            return Err(format!(
+                "times are {:.6} s apart ({own:.4} fps), but [video] capture_fps is {fps}; expected the rate of the camera. If the times \
+                 are those of slow playback, write playback_fps = {own:.4} below it; if they are right and some frames are missing, \
+                 playback_fps = {fps}; if they are not in seconds, [tracks] time_unit",
+                self.spacing
+            ));
+        }
+        if is_stated && self.spacing * rate < 1.0 - MAX_MISMATCH && !fits {
+            return Err(format!(
+                "times are {:.6} s apart, closer than [video] playback_fps = {rate} allows; expected the rate that they follow, {:.4}",
+                self.spacing,
+                tidy(own)
+            ));
+        }
+        let spacing = if is_stated || self.spacing.is_nan() { 1.0 / rate } else { self.spacing };
+        let Some(frames) = self.frames(spacing).or_else(|| self.frames(1.0 / rate)) else {
+            if self.is_coarse(spacing) {
+                return Err(format!(
+                    "times do not follow frames at {rate} fps, even allowing for their being rounded to {} s; expected frame numbers, or \
+                     times with more digits",
+                    self.resolution
+                ));
+            }
+            note(format!(
+                "times are not spaced like whole frames at {rate} fps throughout; taken as they are written"
+            ));
+            return Ok(self.times.iter().map(|t| t * rate / fps).collect());
+        };
+        let first = self.times.first().copied().unwrap_or_default();
+        if let Some(row) = first_apart(&frames, &self.times, self.resolution, rate).filter(|_| !is_stated) {
+            note(format!(
+                "after {:.0} frames times are more than half a frame off capture_fps = {fps} (a clock that drifts, or another rate); taken \
+                 as they are written",
+                frames[row]
+            ));
+            // rounding is averaged out if the clock is steady
+            let mean = 1.0 / self.mean_rate(Some(&frames));
+            let is_steady = first_apart(&frames, &self.times, self.resolution, mean.recip()).is_none();
+            let steady = frames.iter().map(|frame| first + frame * mean);
+            return Ok(if self.is_coarse(spacing) && is_steady {
+                steady.collect()
+            } else {
+                self.times.clone()
+            });
+        }
+        let number = (first * rate).round();
+        let is_on_grid = (first - number / rate).abs() <= self.resolution + 1e-6 / rate;
+        let start = if is_on_grid { number } else { first * rate };
+        let times: Vec<f64> = frames.iter().map(|frame| (start + frame) / fps).collect();
+        if times.iter().zip(&self.times).any(|(new, time)| (new - time).abs() > 1e-6 / fps) {
+            note(format!("times as written are replaced by frame number / capture_fps ({fps})"));
+        }
+        Ok(times)
     }
 }
 
@@ -153,10 +262,7 @@ fn resolution(times: impl Iterator<Item = f64> + Clone) -> f64 {
 /// of a clock that varies from frame to frame, the mean of all steps but gaps.
 fn spacing(times: &[f64], resolution: f64) -> f64 {
     let steps = sorted(times.windows(2).map(|two| two[1] - two[0]));
-    if steps.is_empty() {
-        return f64::NAN;
-    }
-    let median = steps[(steps.len() - 1) / 2];
+    let Some(median) = steps.get(steps.len().saturating_sub(1) / 2) else { return f64::NAN };
     let mean_within = |off: f64| {
         let near = steps.iter().filter(|step| (*step - median).abs() <= 1.02 * resolution + off * median);
         near.fold((0.0, 0.0), |(sum, n), step| (sum + step, n + 1.0))
@@ -164,78 +270,6 @@ fn spacing(times: &[f64], resolution: f64) -> f64 {
     let steady = mean_within(MAX_EVEN);
     let (sum, n) = if 2.0 * steady.1 < steps.len() as f64 { mean_within(MAX_VARYING) } else { steady };
     sum / n
-}
-
-fn with_rate(
-    shot: &mut RawShot,
-    grid: &Grid,
-    rate: f64,
-    fps: f64,
-    is_stated: bool,
-    log: Log,
-) -> Result<f64, String> {
-    let (fits, own) = (grid.fits(rate), 1.0 / grid.spacing);
-    if !is_stated && !fits {
-        return Err(format!(
-            "times are {:.6} s apart ({own:.4} fps), but [video] capture_fps is {fps}; expected the rate of the camera. If the times \
-             are those of slow playback, write playback_fps = {own:.4} below it; if they are right and some frames are missing, \
-             playback_fps = {fps}; if they are not in seconds, [tracks] time_unit",
-            grid.spacing
-        ));
-    }
-    if is_stated && grid.spacing * rate < 1.0 - MAX_MISMATCH && !fits {
-        return Err(format!(
-            "times are {:.6} s apart, closer than [video] playback_fps = {rate} allows; expected the rate that they follow, {:.4}",
-            grid.spacing,
-            tidy(own)
-        ));
-    }
-    // a stated rate may mean frames left out; otherwise the file's own spacing, which is near it
-    let spacing = if is_stated || grid.spacing.is_nan() { 1.0 / rate } else { grid.spacing };
-    let frames = grid.frames(spacing).or_else(|| grid.frames(1.0 / rate));
-    let is_rounded = grid.resolution > MAX_OFF_GRID * spacing;
-    let line = shot.line;
-    let Some(frames) = frames else {
-        if is_rounded {
-            return Err(format!(
-                "times do not follow frames at {rate} fps, even allowing for their being rounded to {} s; expected frame numbers, or \
-                 times with more digits",
-                grid.resolution
-            ));
-        }
-        let message = format!(
-            "times are not spaced like whole frames at {rate} fps throughout; taken as they are written"
-        );
-        log.add(Subject::Clock, line, message);
-        replace(shot, &grid.times, |i| grid.times[i] * rate / fps);
-        return Ok(fps);
-    };
-    let Some([first, last]) = grid.ends() else { return Ok(fps) };
-    if let Some(row) = first_apart(&frames, &grid.times, grid.resolution, rate).filter(|_| !is_stated) {
-        let message = format!(
-            "after {:.0} frames times are more than half a frame off capture_fps = {fps} (a clock that drifts, or another rate); taken \
-             as they are written",
-            frames[row]
-        );
-        log.add(Subject::Clock, line, message);
-        // rounding is averaged out if the clock is steady
-        let mean = (last - first) / frames[frames.len() - 1];
-        if is_rounded && first_apart(&frames, &grid.times, grid.resolution, mean.recip()).is_none() {
-            replace(shot, &grid.times, |i| first + frames[i] * mean);
-        }
-        return Ok(fps);
-    }
-    let number = (first * rate).round();
-    let is_on_grid = (first - number / rate).abs() <= grid.resolution + 1e-6 / rate;
-    let time = |i: usize| {
-        if is_on_grid { (number + frames[i]) / fps } else { first * rate / fps + frames[i] / fps }
-    };
-    if (0..frames.len()).any(|i| (time(i) - grid.times[i]).abs() > 1e-6 / fps) {
-        let message = format!("times as written are replaced by frame number / capture_fps ({fps})");
-        log.add(Subject::Clock, line, message);
-    }
-    replace(shot, &grid.times, time);
-    Ok(fps)
 }
 
 /// Returns the first row whose time and frame number, from the first row, contradict each other at
@@ -252,42 +286,14 @@ fn first_apart(frames: &[f64], seconds: &[f64], rounding: f64, rate: f64) -> Opt
     frames.iter().zip(seconds).position(is_apart)
 }
 
-/// Takes the frame rate from the times, if no other source exists.
-fn without_rate(shot: &mut RawShot, grid: &Grid, log: Log) -> Result<f64, String> {
-    let refused = |why: &str| {
-        format!("{why}; expected [video] capture_fps, the frames per second that the camera recorded")
-    };
-    let Some([first, last]) = grid.ends().filter(|_| !grid.spacing.is_nan()) else {
-        return Err(refused("fewer than two times, which give no frame rate"));
-    };
-    let is_rounded = grid.resolution > MAX_OFF_GRID * grid.spacing;
-    let frames = grid.frames(grid.spacing);
-    let is_regular = |two: &&[f64]| ((two[1] - two[0]) / grid.spacing - 1.0).abs() < 0.1;
-    let regular = grid.times.windows(2).filter(is_regular).count();
-    if frames.is_none() && (is_rounded || regular * 4 < 3 * (grid.times.len() - 1)) {
-        return Err(refused("times are not regularly spaced"));
-    }
-    let own = match frames.as_ref().and_then(|frames| frames.last()) {
-        Some(last_frame) => last_frame.max(1.0) / (last - first),
-        None => 1.0 / grid.spacing,
-    };
-    let fps = tidy(own);
-    let message = format!("capture_fps is not given; taken from the spacing of the times, {fps:.4} fps");
-    log.add(Subject::Clock, shot.line, message);
-    if let Some(frames) = frames.filter(|_| is_rounded) {
-        replace(shot, &grid.times, |i| first + frames[i] / fps);
-    }
-    Ok(fps)
-}
-
 fn tidy(fps: f64) -> f64 {
     if (fps - fps.round()).abs() < 1e-6 * fps { fps.round() } else { fps }
 }
 
 /// Counts rows if neighbouring frames have the same time on a coarse clock.
-fn by_row(shot: &mut RawShot, grid: &Grid, rate: f64, fps: f64, log: Log) -> Result<f64, String> {
+fn count_rows(shot: &mut RawShot, grid: &Grid, [rate, fps]: [f64; 2]) -> Result<(), String> {
     let times = |track: &RawTrack| track.rows.iter().map(|row| row.time).collect::<Vec<f64>>();
-    let Some(first) = shot.tracks.first().map(times) else { return Ok(fps) };
+    let first = shot.tracks.first().map(times).unwrap_or_default();
     let start = first.first().copied().unwrap_or(0.0);
     let mut late = first.iter().enumerate().map(|(i, time)| time - start - i as f64 / rate);
     if !shot.tracks.iter().all(|track| times(track) == first) || !grid.is_rounding(&mut late) {
@@ -296,30 +302,18 @@ fn by_row(shot: &mut RawShot, grid: &Grid, rate: f64, fps: f64, log: Log) -> Res
             grid.resolution
         ));
     }
-    let message = format!(
-        "times are rounded to {} s; rebuilt from the number of the row at {fps} fps",
-        grid.resolution
-    );
-    log.add(Subject::Clock, shot.line, message);
     for (i, row) in shot.tracks.iter_mut().flat_map(|track| track.rows.iter_mut().enumerate()) {
         row.time = start * rate / fps + i as f64 / fps;
     }
-    Ok(fps)
-}
-
-fn replace(shot: &mut RawShot, times: &[f64], new: impl Fn(usize) -> f64) {
-    for row in shot.rows_mut() {
-        let i = times.partition_point(|t| *t < row.time);
-        row.time = new(i.min(times.len() - 1));
-    }
+    Ok(())
 }
 
 /// Returns the unit of a time column without one: that which agrees with the frame rate.
-fn guess_unit(shot: &RawShot, settings: &TrackSettings) -> Result<TimeUnit, String> {
+fn guess_unit(shot: &RawShot, rate: Option<f64>) -> Result<TimeUnit, String> {
     let help = "expected [tracks] time_unit = \"frames\", \"s\", \"ms\" or \"us\"";
     let Grid { times, resolution, spacing } = Grid::of(shot, 1.0);
     let are_whole = resolution >= 1.0;
-    let Some(rate) = settings.playback_fps.or(settings.capture_fps) else {
+    let Some(rate) = rate else {
         if !are_whole && spacing < 0.2 {
             return Ok(TimeUnit::S);
         }

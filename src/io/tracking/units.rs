@@ -11,26 +11,38 @@ worded! {
     #[derive(Clone, Copy, Debug, Deserialize, JsonSchema, PartialEq, Eq)]
     #[serde(rename_all = "lowercase")]
     pub(super) enum Unit {
-        M = "m",
-        Cm = "cm",
-        Mm = "mm",
-        In = "in",
-        Ft = "ft",
-        Px = "px",
+        M = "m" | "m metre metres meter meters",
+        Cm = "cm" | "cm",
+        Mm = "mm" | "mm",
+        In = "in" | "in inch inches \"",
+        Ft = "ft" | "ft foot feet",
+        Px = "px" | "px pixel pixels",
     }
     pub(super) fn name;
+    fn words;
 }
 
 worded! {
     #[derive(Clone, Copy, Debug, Deserialize, JsonSchema, PartialEq, Eq)]
     #[serde(rename_all = "lowercase")]
     pub(super) enum TimeUnit {
-        Frames = "frames",
-        S = "s",
-        Ms = "ms",
-        Us = "us",
+        Frames = "frames" | "frames frame",
+        S = "s" | "s sec second seconds",
+        Ms = "ms" | "ms",
+        Us = "us" | "us µs μs",
     }
     pub(super) fn name;
+    fn words;
+}
+
+worded! {
+    #[derive(Clone, Copy, Debug, PartialEq, Eq)]
+    pub(super) enum AngleUnit {
+        Radians = "rad" | "rad radian radians",
+        Degrees = "deg" | "deg ° degree degrees",
+    }
+    pub(super) fn name;
+    fn words;
 }
 
 /// A unit that a file states beside the name of a column or below it.
@@ -38,48 +50,30 @@ worded! {
 pub(super) enum Measure {
     Length(Unit),
     Time(TimeUnit),
-    Radians,
-    Degrees,
+    Angle(AngleUnit),
 }
 
-/// Words for units, in small letters.
-const WORDS: [(&str, Measure); 12] = [
-    ("m metre metres meter meters", Measure::Length(Unit::M)),
-    ("cm", Measure::Length(Unit::Cm)),
-    ("mm", Measure::Length(Unit::Mm)),
-    ("in inch inches \"", Measure::Length(Unit::In)),
-    ("ft foot feet", Measure::Length(Unit::Ft)),
-    ("px pixel pixels", Measure::Length(Unit::Px)),
-    ("s sec second seconds", Measure::Time(TimeUnit::S)),
-    ("ms", Measure::Time(TimeUnit::Ms)),
-    ("us µs μs", Measure::Time(TimeUnit::Us)),
-    ("frames frame", Measure::Time(TimeUnit::Frames)),
-    ("rad radian radians", Measure::Radians),
-    ("deg ° degree degrees", Measure::Degrees),
-];
-
 impl Measure {
+    /// Returns the unit that a word means, in letters of any case.
     pub(super) fn of(word: &str) -> Option<Self> {
         let word = word.trim().to_lowercase();
-        let is_known = |words: &str| words.split(' ').any(|known| known == word);
-        WORDS.iter().find(|(words, _)| is_known(words)).map(|(_, unit)| *unit)
+        let fits = |words: &str| words.split(' ').any(|known| known == word);
+        let length = || Unit::ALL.into_iter().find(|unit| fits(unit.words())).map(Self::Length);
+        let time = || TimeUnit::ALL.into_iter().find(|unit| fits(unit.words())).map(Self::Time);
+        let angle = || AngleUnit::ALL.into_iter().find(|unit| fits(unit.words())).map(Self::Angle);
+        length().or_else(time).or_else(angle)
     }
 
     pub(super) fn name(self) -> &'static str {
         match self {
             Self::Length(unit) => unit.name(),
             Self::Time(unit) => unit.name(),
-            Self::Radians => "rad",
-            Self::Degrees => "deg",
+            Self::Angle(unit) => unit.name(),
         }
     }
 
-    pub(super) fn is_angle(self) -> bool {
-        matches!(self, Self::Radians | Self::Degrees)
-    }
-
     pub(super) fn is_like(self, other: Self) -> bool {
-        discriminant(&self) == discriminant(&other) || self.is_angle() && other.is_angle()
+        discriminant(&self) == discriminant(&other)
     }
 }
 
