@@ -1,15 +1,11 @@
 //! Assignment of tracked points to discs by the distances that they keep, if it is not stated.
 
-use std::collections::HashMap;
-use std::path::PathBuf;
-
-use rayon::prelude::*;
-
 use super::calibration::Calibration;
-use super::input::{Notes, Subject, quoted};
-use super::names::{find, number_twins};
+use super::input::{Log, Subject, quoted};
+use super::names;
 use super::raw::{RawShot, RawTrack, Row, span};
-use super::settings::{Names, TrackSettings};
+use super::repair::Wrong;
+use super::settings::Names;
 use super::shots_table::Facts;
 use crate::measurement::track::Sample;
 use crate::numerics::median;
@@ -23,45 +19,32 @@ const MEDIAN_FRAMES: usize = 5;
 /// Largest relative difference of the centre's distances to markers, which are placed by hand.
 const MAX_INEQUALITY: f64 = 0.1;
 
-/// Assigns tracks to discs, and determines which are centres, in the shots that do not state it;
-/// the result replaces the names of the table of shots.
-pub(super) fn group(
-    work: &mut [(RawShot, Facts)],
-    settings: &TrackSettings,
-    calibrations: &HashMap<PathBuf, Calibration>,
-    notes: &Notes,
-) {
-    let found = |(raw, facts): &mut (RawShot, Facts)| {
-        number_twins(&mut raw.tracks);
-        let (tracks, calibration) = (&raw.tracks, calibrations.get(raw.file.as_path())?);
-        let is_named = |name: &str| !matches!(find(tracks, name), Ok(None));
-        let is_unsaid = settings.discs
-            && !facts.names_balls
-            && !settings.states_balls()
-            && !is_named("cue")
-            && !is_named("object")
-            && tracks.len() > 1
-            && tracks.iter().all(|track| track.point.is_none());
-        is_unsaid.then(|| discs(tracks, calibration))
-    };
-    let found: Vec<_> = work.par_iter_mut().map(found).collect();
-    for ((raw, facts), found) in work.iter_mut().zip(found) {
-        match found {
-            Some(Ok([one, other])) => {
-                let message = format!(
-                    "[tracks] cue and object are not given: the disc that moves first, taken as cue, is {}; the other is {}",
-                    one.shown(),
-                    other.shown()
-                );
-                notes.of(&raw.file).add(Subject::Names, raw.line, message);
-                let names = [one.centre, other.centre, one.markers, other.markers];
-                facts.names = names.map(Names);
-                facts.names_balls = true;
-            }
-            Some(Err(message)) => facts.refused = Some(message),
-            None => {}
-        }
+/// Assigns tracks to discs, and determines which are centres, unless tracks are named cue or object or
+/// name their points; the result replaces the names of the facts.
+pub(super) fn find(
+    raw: &RawShot,
+    calibration: &Calibration,
+    facts: &mut Facts,
+    log: Log,
+) -> Result<(), Wrong> {
+    let is_named = |name: &str| !matches!(names::find(&raw.tracks, name), Ok(None));
+    if ["cue", "object"].into_iter().any(is_named)
+        || raw.tracks.len() < 2
+        || !raw.tracks.iter().all(RawTrack::is_centre)
+    {
+        return Ok(());
     }
+    let found = discs(&raw.tracks, calibration);
+    let [one, other] = found.map_err(|message| Wrong::damaged(raw.line, message))?;
+    let message = format!(
+        "[tracks] cue and object are not given: the disc that moves first, taken as cue, is {}; the other is {}",
+        one.shown(),
+        other.shown()
+    );
+    log.add(Subject::Names, raw.line, message);
+    facts.names = [one.centre, other.centre, one.markers, other.markers].map(Names);
+    facts.names_balls = true;
+    Ok(())
 }
 
 struct Disc {
@@ -91,7 +74,7 @@ fn discs(tracks: &[RawTrack], calibration: &Calibration) -> Result<[Disc; 2], St
     let points = samples(tracks, |row| calibration.metres(row.x, row.y));
     let groups = if tracks.len() == 2 { vec![vec![0], vec![1]] } else { groups(&points) };
     let mut groups: [Vec<usize>; 2] = groups.try_into().map_err(|groups: Vec<Vec<usize>>| {
-        let found: Vec<String> = groups.iter().map(|group| quoted(names(tracks, group))).collect();
+        let found: Vec<String> = groups.iter().map(|group| quoted(names_of(tracks, group))).collect();
         let found = if found.is_empty() { "none".to_string() } else { found.join(" and ") };
         format!(
             "its {} tracks are not two discs: groups of three or more points that keep their distances are {found}. Expected \
@@ -106,7 +89,7 @@ fn discs(tracks: &[RawTrack], calibration: &Calibration) -> Result<[Disc; 2], St
     }
     let disc = |group: &[usize]| {
         let own: Vec<&[Sample]> = group.iter().map(|i| points[*i].as_slice()).collect();
-        let mut markers = names(tracks, group);
+        let mut markers = names_of(tracks, group);
         match central(&own) {
             Some(centre) => Disc { centre: vec![markers.remove(centre)], markers },
             None => Disc { centre: markers, markers: Vec::new() },
@@ -119,7 +102,7 @@ pub(super) fn are_two(tracks: &[RawTrack]) -> bool {
     groups(&samples(tracks, Row::place)).len() == 2
 }
 
-fn names(tracks: &[RawTrack], group: &[usize]) -> Vec<String> {
+fn names_of(tracks: &[RawTrack], group: &[usize]) -> Vec<String> {
     group.iter().map(|i| tracks[*i].name.clone()).collect()
 }
 

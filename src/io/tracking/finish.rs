@@ -1,8 +1,9 @@
 //! Conversion of a file's rows to a shot: balls, times, and positions in metres.
 
 use super::calibration::Calibration;
+use super::discs;
 use super::input::{Log, Notes, Subject};
-use super::names::{Ball, assign, listed};
+use super::names::{Ball, assign, number_twins};
 use super::raw::{RawShot, RawTrack, Row, sorted};
 use super::repair::{self, Wrong};
 use super::settings::TrackSettings;
@@ -26,42 +27,29 @@ const SAME_NUMBER: f64 = 1e-12;
 /// Returns the shot of a file's rows. `Err`: all missing statements, or else the first fault.
 pub(super) fn shot(
     mut raw: RawShot,
-    facts: Facts,
+    mut facts: Facts,
     settings: &TrackSettings,
-    calibration: &Calibration,
-    notes: &Notes,
+    log: Log,
 ) -> Result<TrackShot, Vec<Wrong>> {
-    if let Some(message) = facts.refused {
-        return Err(vec![Wrong::damaged(raw.line, message)]);
+    let calibration = settings.calibration(raw.unit);
+    number_twins(&mut raw.tracks);
+    if settings.discs && !settings.states_balls() && !facts.names_balls {
+        discs::find(&raw, &calibration, &mut facts, log).map_err(|wrong| vec![wrong])?;
     }
-    let file = raw.file.clone();
-    let log = notes.of(&file);
-    let there = listed(&raw);
-    let balls = [0, 1].map(|ball| {
-        let mut found = assign(&mut raw, ball, &facts.names, &there, log)?;
-        found.markers.append(&mut assign(&mut raw, ball + 2, &facts.names, &there, log)?.centres);
-        Ok(found)
-    });
-    let balls = match balls {
-        [Ok(cue), Ok(object)] => [cue, object],
-        balls => {
-            // wrong names in the table of shots are its fault, not the shot's
-            let mut wrong: Vec<Wrong> = balls.into_iter().filter_map(Result::err).collect();
-            for wrong in &mut wrong {
-                wrong.is_damage &= !facts.names_balls;
-            }
-            let unlogged = Notes::default();
-            let time = time::convert(&mut raw, facts.capture_fps, settings, unlogged.of(&file));
-            wrong.extend(time.err().map(|message| Wrong::input(raw.line, message)));
-            return Err(wrong);
-        }
-    };
+    let balls = assign(&mut raw, &facts.names, log).map_err(|mut wrong| {
+        // wrong names in the table of shots are its fault, not the shot's
+        wrong.iter_mut().for_each(|wrong| wrong.is_damage &= !facts.names_balls);
+        let file = raw.file.clone();
+        let time = time::convert(&mut raw, facts.capture_fps, settings, Notes::default().of(&file));
+        wrong.extend(time.err().map(|message| Wrong::input(raw.line, message)));
+        wrong
+    })?;
     for other in &raw.tracks {
         let message =
             format!("the track \"{}\" is neither cue nor object; passed over", shortened(&other.name));
         log.add(Subject::Names, other.line(), message);
     }
-    of_balls(raw, balls, facts, settings, calibration, log).map_err(|wrong| vec![wrong])
+    of_balls(raw, balls, facts, settings, &calibration, log).map_err(|wrong| vec![wrong])
 }
 
 fn of_balls(

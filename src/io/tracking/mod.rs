@@ -31,14 +31,13 @@ mod time;
 mod units;
 mod words;
 
-use std::collections::{HashMap, HashSet};
 use std::fs;
 use std::path::{Path, PathBuf};
 
-use calibration::Calibration;
 use input::{Context, Notes, Subject};
 use raw::RawShot;
 use rayon::prelude::*;
+use read::Tracked;
 use repair::Wrong;
 use settings::{Format, TrackSettings};
 use shots_table::{Facts, ShotsTable};
@@ -68,9 +67,7 @@ pub(super) fn metres(unit: &str) -> Option<f64> {
 pub(crate) fn load(manifest: &Manifest, settings: &TrackSettings, problems: &Problems) -> Tracks {
     let path = manifest.dataset.path.as_path();
     let table = ShotsTable::read(settings.shots.as_deref(), manifest.assume, problems);
-    if let Some(by) = &manifest.dataset.by
-        && !table.has_label(by)
-    {
+    if let Some(by) = manifest.dataset.by.as_ref().filter(|by| !table.has_label(by)) {
         let (line, position) = &manifest.place_of_by;
         let message =
             format!("[fit] by is \"{by}\"; expected a column of the table that [tracks] shots names");
@@ -78,7 +75,26 @@ pub(crate) fn load(manifest: &Manifest, settings: &TrackSettings, problems: &Pro
     }
     let notes = Notes::default();
     let context = Context { settings, problems, notes: &notes };
-    let Files { mut shots, calibrations, is_motion_capture } = read_all(&manifest.files, context);
+    let is_same = |a: &Path, b: &Path| {
+        a == b || fs::canonicalize(a).is_ok_and(|a| fs::canonicalize(b).is_ok_and(|b| a == b))
+    };
+    let is_shots = |file: &&PathBuf| settings.shots.as_ref().is_some_and(|shots| is_same(shots, file));
+    let files: Vec<&PathBuf> = manifest.files.iter().filter(|file| !is_shots(file)).collect();
+    let (mut shots, mut is_motion_capture) = (Vec::new(), true);
+    for file in &files {
+        let before = problems.len();
+        let Some(tracked) = read::file(file, context, files.len() == 1) else { continue };
+        is_motion_capture &= tracked.format == Format::Qualisys;
+        check_unit(&tracked, file, context);
+        // consequences of unreadable rows are not reported
+        if problems.len() > before {
+            continue;
+        }
+        if tracked.shots.iter().all(|shot| shot.rows().next().is_none()) {
+            problems.add(file, None, None, "has no rows below its header; expected positions");
+        }
+        shots.extend(tracked.shots);
+    }
     let are_whole = problems.is_empty();
     names::pair(&mut shots, settings, &notes);
     table.name_by_file(&mut shots);
@@ -87,7 +103,7 @@ pub(crate) fn load(manifest: &Manifest, settings: &TrackSettings, problems: &Pro
                        shots or for none";
         problems.add(path, None, None, message);
     }
-    name_by_folder(&mut shots, &notes);
+    names::name_by_folder(&mut shots, &notes);
     let names = shots.iter().map(|shot| (shot.name.as_str(), shot.file.as_path(), shot.line));
     let remedy = ": another name of the file, or a table under [tracks] shots with the columns shot and file";
     check_unique(names.clone(), remedy, problems);
@@ -100,9 +116,8 @@ pub(crate) fn load(manifest: &Manifest, settings: &TrackSettings, problems: &Pro
         left_out.extend(skip.map(|reason| (shot.name.clone(), format!("skipped: {reason}"))));
         skip.is_none()
     });
-    let mut work = with_facts(shots, &table, manifest, context);
-    discs::group(&mut work, settings, &calibrations, &notes);
-    let (shots, damaged) = finish_all(work, &calibrations, context);
+    check_spins(&mut shots, &table, manifest, context);
+    let (shots, damaged) = finish_all(shots, &table, context);
     left_out.extend(damaged);
     if manifest.discs.is_none() {
         name_unmeasured(&shots, &table, path, problems);
@@ -125,142 +140,71 @@ pub(crate) fn load(manifest: &Manifest, settings: &TrackSettings, problems: &Pro
     }
 }
 
-/// The content of all files.
-struct Files {
-    shots: Vec<RawShot>,
-    calibrations: HashMap<PathBuf, Calibration>,
-    is_motion_capture: bool,
+/// Notes the unit of lengths that a file states, or that it does not state one; complains if it
+/// contradicts dataset.toml.
+fn check_unit(tracked: &Tracked, file: &Path, context: Context) {
+    let log = context.notes.of(file);
+    let message = match (context.settings.unit(), tracked.unit.map(|unit| (unit, unit.name()))) {
+        (None, Some((Unit::Px, _))) => {
+            "its positions are in pixels; expected [scale] length_unit = \"px\"".to_string()
+        }
+        (None, Some((_, unit))) => {
+            return log.add(Subject::Format, None, format!("lengths are in {unit}, as the file says"));
+        }
+        (Some(given), Some((unit, name))) if given != unit => {
+            let given = given.name();
+            format!(
+                "its positions are in {name}, but [scale] length_unit is \"{given}\"; expected [scale] length_unit = \"{name}\" or none"
+            )
+        }
+        (None, None) if tracked.format != Format::Long => {
+            let message = "lengths are taken as metres ([scale] length_unit is not given)";
+            return log.add(Subject::Format, None, message);
+        }
+        _ => return,
+    };
+    context.problems.add(file, None, None, message);
 }
 
-fn read_all(files: &[PathBuf], context: Context) -> Files {
-    let Context { settings, problems, .. } = context;
-    let is_shots = |file: &&PathBuf| settings.shots.as_ref().is_some_and(|shots| is_same_file(shots, file));
-    let files: Vec<&PathBuf> = files.iter().filter(|file| !is_shots(file)).collect();
-    let mut all = Files { shots: Vec::new(), calibrations: HashMap::new(), is_motion_capture: true };
-    for file in &files {
-        let before = problems.len();
-        let tracked = read::file(file, context, files.len() == 1);
-        let Some(read::Tracked { mut shots, format, unit }) = tracked else { continue };
-        all.is_motion_capture &= format == Format::Qualisys;
-        let calibration = calibration_for(format, unit, file, context);
-        // consequences of unreadable rows are not reported
-        if problems.len() > before {
-            continue;
-        }
-        if shots.iter().all(|shot| shot.rows().next().is_none()) {
-            problems.add(file, None, None, "has no rows below its header; expected positions");
-            continue;
-        }
-        all.calibrations.insert((*file).clone(), calibration);
-        all.shots.append(&mut shots);
-    }
-    all
-}
-
-fn is_same_file(a: &Path, b: &Path) -> bool {
-    a == b || matches!((fs::canonicalize(a), fs::canonicalize(b)), (Ok(a), Ok(b)) if a == b)
-}
-
-/// Returns the calibration in the unit of the file, or else of dataset.toml, or else metres.
-fn calibration_for(format: Format, stated: Option<Unit>, file: &Path, context: Context) -> Calibration {
-    let Context { settings, problems, notes } = context;
-    let log = notes.of(file);
-    match (settings.unit(), stated) {
-        (None, Some(unit)) => match unit.metres() {
-            Some(metres) => {
-                log.add(Subject::Format, None, format!("lengths are in {}, as the file says", unit.name()));
-                return Calibration { scale: metres, readout: None, ..settings.calibration.clone() };
-            }
-            None => {
-                let message = "its positions are in pixels; expected [scale] length_unit = \"px\"";
-                problems.add(file, None, None, message);
-            }
-        },
-        (Some(given), Some(unit)) if given != unit => {
-            let message = format!(
-                "its positions are in {0}, but [scale] length_unit is \"{1}\"; expected [scale] length_unit = \"{0}\" or none",
-                unit.name(),
-                given.name()
-            );
-            problems.add(file, None, None, message);
-        }
-        (None, None) if format != Format::Long => {
-            log.add(Subject::Format, None, "lengths are taken as metres ([scale] length_unit is not given)");
-        }
-        _ => {}
-    }
-    settings.calibration.clone()
-}
-
-/// Puts the folder before equal names of shots from different folders, as of A/1.csv and B/1.csv.
-fn name_by_folder(raw: &mut [RawShot], notes: &Notes) {
-    let folder = |shot: &RawShot| shot.file.parent()?.file_name().map(|name| name.display().to_string());
-    let mut folders: HashMap<String, Vec<Option<String>>> = HashMap::new();
-    for shot in raw.iter() {
-        folders.entry(shot.name.clone()).or_default().push(folder(shot));
-    }
-    for shot in raw {
-        let all = &folders[&shot.name];
-        let different: HashSet<&String> = all.iter().flatten().collect();
-        if all.len() > 1 && different.len() == all.len() {
-            let message = "files in several folders have equal names: their shots are named with the folder";
-            notes.of(&shot.file).add(Subject::Names, None, message);
-            shot.name = format!("{}/{}", folder(shot).unwrap_or_default(), shot.name);
-        }
-    }
-}
-
-/// Returns the shots with what the table of shots and dataset.toml state; complains about spins.
-fn with_facts(
-    shots: Vec<RawShot>,
-    table: &ShotsTable,
-    manifest: &Manifest,
-    context: Context,
-) -> Vec<(RawShot, Facts)> {
+/// Complains about the first shot without a spin, and about discs that are said to roll, which are
+/// removed.
+fn check_spins(shots: &mut Vec<RawShot>, table: &ShotsTable, manifest: &Manifest, context: Context) {
     let (path, problems) = (manifest.dataset.path.as_path(), context.problems);
-    let mut is_complained = false;
-    let mut work = Vec::with_capacity(shots.len());
-    for shot in shots {
-        let facts = table.facts(&shot.name, context.settings);
-        // other faults of such shots are reported, too
-        if !table.states_spin(&shot.name) && !is_complained {
+    if let Some(RawShot { name, .. }) = shots.iter().find(|shot| !table.states_spin(&shot.name)) {
+        let message = format!(
+            "the cue ball's spin of shot \"{name}\" is not stated; expected [cue_spin] assume = \"stun\", \
+             \"natural-roll\" or \"unknown\", or cue_spin in the table that [tracks] shots names"
+        );
+        problems.add(path, None, None, message);
+    }
+    shots.retain(|RawShot { name, .. }| {
+        let rolls = !matches!(table.facts(name, context.settings).spin, Spin::Stun | Spin::Unknown);
+        if manifest.discs.is_some() && rolls {
             let message = format!(
-                "the cue ball's spin of shot \"{}\" is not stated; expected [cue_spin] assume = \"stun\", \
-                 \"natural-roll\" or \"unknown\", or cue_spin in the table that [tracks] shots names",
-                shot.name
-            );
-            problems.add(path, None, None, message);
-            is_complained = true;
-        }
-        if manifest.discs.is_some() && !matches!(facts.spin, Spin::Stun | Spin::Unknown) {
-            let message = format!(
-                "shot \"{}\" is of discs, which do not roll; expected cue_spin stun (neither disc turns before the impact) or \
-                 unknown: points on the discs show how they turn",
-                shot.name
+                "shot \"{name}\" is of discs, which do not roll; expected cue_spin stun (neither disc turns before the impact) or \
+                 unknown: points on the discs show how they turn"
             );
             problems.add(context.settings.shots.as_deref().unwrap_or(path), None, "cue_spin", message);
-            continue;
         }
-        work.push((shot, facts));
-    }
-    work
+        manifest.discs.is_none() || !rolls
+    });
 }
 
 /// Finishes shots on all cores, in order. Damaged shots are left out, with name and reason. A fault
 /// of the file or of dataset.toml is a problem of the data set, as is that no shot remains.
 fn finish_all(
-    work: Vec<(RawShot, Facts)>,
-    calibrations: &HashMap<PathBuf, Calibration>,
+    shots: Vec<RawShot>,
+    table: &ShotsTable,
     context: Context,
 ) -> (Vec<TrackShot>, Vec<(String, String)>) {
     let Context { settings, problems, notes } = context;
-    let finish = |(raw, facts): (RawShot, Facts)| {
+    let work: Vec<_> = shots.into_iter().map(|raw| (table.facts(&raw.name, settings), raw)).collect();
+    let finish = |(facts, raw): (Facts, RawShot)| {
         let (name, file, notes) = (raw.name.clone(), raw.file.clone(), Notes::default());
-        let calibration = calibrations.get(file.as_path())?;
-        let shot = finish::shot(raw, facts, settings, calibration, &notes);
-        Some((name, file, shot, notes))
+        let shot = finish::shot(raw, facts, settings, notes.of(&file));
+        (name, file, shot, notes)
     };
-    let done: Vec<_> = work.into_par_iter().with_min_len(MIN_SHOTS_PER_CORE).filter_map(finish).collect();
+    let done: Vec<_> = work.into_par_iter().with_min_len(MIN_SHOTS_PER_CORE).map(finish).collect();
     let (mut shots, mut damaged) = (Vec::with_capacity(done.len()), Vec::new());
     for (name, file, shot, own_notes) in done {
         notes.append(own_notes);

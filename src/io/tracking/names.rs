@@ -1,5 +1,6 @@
 //! Which track is which ball: by the names of tracks, and by those of files with one ball each.
 
+use std::collections::{HashMap, HashSet};
 use std::path::{Path, PathBuf};
 
 use super::input::{Log, Notes, Subject, quoted, stem};
@@ -9,6 +10,7 @@ use super::settings::{NAMED, Names, TrackSettings};
 use crate::io::number::shortened;
 
 /// The tracks of one ball.
+#[derive(Default)]
 pub(super) struct Ball {
     /// Track of the ball's centre, or tracks of the points whose mean is the centre.
     pub(crate) centres: Vec<RawTrack>,
@@ -16,55 +18,72 @@ pub(super) struct Ball {
     pub(crate) markers: Vec<RawTrack>,
 }
 
-/// Removes the tracks that a key of [`NAMED`] names from the shot, and the points on them. `there`:
-/// the names of all tracks.
-pub(super) fn assign(
-    raw: &mut RawShot,
-    which: usize,
-    names: &[Names; 4],
-    there: &[String],
-    log: Log,
-) -> Result<Ball, Wrong> {
-    let RawShot { tracks, line, .. } = raw;
-    let (key, names) = (NAMED[which], &names[which]);
-    let mut found = Ball { centres: Vec::new(), markers: Vec::new() };
-    for name in &names.0 {
-        let Some(i) = find(tracks, name).map_err(|message| Wrong::input(*line, message))? else {
-            let apart = if tracks.len() + found.centres.len() < 2 {
-                " (one file a ball: their names differ by the ball only, as in kick-A.txt and kick-B.txt)"
-            } else {
-                ""
-            };
-            let (names, there) = (names.shown(), quoted(there));
-            let message = format!(
-                "there is no track \"{name}\" ([tracks] {key} = {names}); there are: {there}. Expected both balls in one file or \
-                 shot{apart}, and their names in [tracks] cue and object"
-            );
-            // other shots may have both balls
-            return Err(Wrong::damaged(*line, message));
-        };
-        let track = tracks.remove(i);
-        if track.name != *name {
-            let message = format!("the track \"{}\" is [tracks] {key} = \"{name}\"", track.name);
-            log.add(Subject::Names, track.line(), message);
-        }
-        let is_on_it = |other: &mut RawTrack| other.point.is_some() && other.name == track.name;
-        found.markers.extend(tracks.extract_if(.., is_on_it));
-        found.centres.push(track);
-    }
-    Ok(found)
-}
-
-pub(super) fn listed(raw: &RawShot) -> Vec<String> {
+/// Removes the tracks of both balls, by names in the order of [`NAMED`], and those of the points on
+/// them, from the shot.
+///
+/// # Errors
+/// The first name of each ball that is not that of one track.
+pub(super) fn assign(raw: &mut RawShot, names: &[Names; 4], log: Log) -> Result<[Ball; 2], Vec<Wrong>> {
     let mut there: Vec<String> = raw.tracks.iter().map(|track| shortened(&track.name)).collect();
     there.dedup();
     there.truncate(12);
-    there
+    let mut wrong = Vec::new();
+    let balls = [0, 1].map(|i| {
+        let mut ball = Ball::default();
+        let found = ball.take(raw, i, &names[i], &there, log).and_then(|()| {
+            let mut points = Ball::default();
+            points.take(raw, i + 2, &names[i + 2], &there, log)?;
+            ball.markers.append(&mut points.centres);
+            Ok(())
+        });
+        wrong.extend(found.err());
+        ball
+    });
+    if wrong.is_empty() { Ok(balls) } else { Err(wrong) }
+}
+
+impl Ball {
+    /// Takes the tracks that a key names as centres, and the points on them as markers.
+    fn take(
+        &mut self,
+        RawShot { tracks, line, .. }: &mut RawShot,
+        key: usize,
+        names: &Names,
+        there: &[String],
+        log: Log,
+    ) -> Result<(), Wrong> {
+        let key = NAMED[key];
+        for name in &names.0 {
+            let Some(i) = find(tracks, name).map_err(|message| Wrong::input(*line, message))? else {
+                let apart = if tracks.len() + self.centres.len() < 2 {
+                    " (one file a ball: their names differ by the ball only, as in kick-A.txt and kick-B.txt)"
+                } else {
+                    ""
+                };
+                let (names, there) = (names.shown(), quoted(there));
+                let message = format!(
+                    "there is no track \"{name}\" ([tracks] {key} = {names}); there are: {there}. Expected both balls in one file or \
+                     shot{apart}, and their names in [tracks] cue and object"
+                );
+                // other shots may have both balls
+                return Err(Wrong::damaged(*line, message));
+            };
+            let track = tracks.remove(i);
+            if track.name != *name {
+                let message = format!("the track \"{}\" is [tracks] {key} = \"{name}\"", track.name);
+                log.add(Subject::Names, track.line(), message);
+            }
+            let is_on_it = |other: &mut RawTrack| !other.is_centre() && other.name == track.name;
+            self.markers.extend(tracks.extract_if(.., is_on_it));
+            self.centres.push(track);
+        }
+        Ok(())
+    }
 }
 
 /// Numbers tracks of the same name, in their order: "A (1)", "A (2)".
 pub(super) fn number_twins(tracks: &mut [RawTrack]) {
-    let mut bodies: Vec<&mut RawTrack> = tracks.iter_mut().filter(|track| track.point.is_none()).collect();
+    let mut bodies: Vec<&mut RawTrack> = tracks.iter_mut().filter(|track| track.is_centre()).collect();
     let names: Vec<String> = bodies.iter().map(|track| track.name.clone()).collect();
     for (i, track) in bodies.iter_mut().enumerate() {
         let before = names[..i].iter().filter(|name| **name == names[i]).count();
@@ -92,7 +111,7 @@ pub(super) fn find(tracks: &[RawTrack], wanted: &str) -> Result<Option<usize>, S
         let is_numbered = number.is_some_and(|number| number.parse::<usize>().is_ok());
         [name == wanted, lower == small, is_mass, is_numbered].iter().position(|fits| *fits)
     };
-    let centres = (0..tracks.len()).filter(|i| tracks[*i].point.is_none());
+    let centres = (0..tracks.len()).filter(|i| tracks[*i].is_centre());
     let mut found: Vec<(usize, usize)> = centres.filter_map(|i| Some((rank(&tracks[i].name)?, i))).collect();
     let best = found.iter().map(|(rank, _)| *rank).min();
     found.retain(|(rank, _)| Some(*rank) == best);
@@ -125,7 +144,6 @@ pub(super) fn pair(raw: &mut Vec<RawShot>, settings: &TrackSettings, notes: &Not
     let singles = raw.iter().enumerate().filter_map(|(index, shot)| single(index, shot, names));
     let (objects, cues): (Vec<Single>, Vec<Single>) = singles.partition(|single| single.is_object);
     let are_only = cues.len() + objects.len() == 2 && raw.len() == 2;
-    let mut joined = Vec::new();
     for cue in &cues {
         let is_like = |other: &&Single| other.key == cue.key && other.folder == cue.folder;
         let likely: Vec<&Single> = objects.iter().filter(|other| are_only || is_like(other)).collect();
@@ -133,53 +151,49 @@ pub(super) fn pair(raw: &mut Vec<RawShot>, settings: &TrackSettings, notes: &Not
         if raw[object.index].clock != raw[cue.index].clock {
             continue;
         }
-        let mut track = raw[object.index].tracks.remove(0);
-        track.name = names[1].to_string();
         let file = raw[object.index].file.clone();
+        let track = raw[object.index].tracks.pop();
         let shot = &mut raw[cue.index];
-        shot.tracks[0].name = names[0].to_string();
-        shot.tracks.push(track);
+        shot.tracks.extend(track);
+        for (track, name) in shot.tracks.iter_mut().zip(names) {
+            track.name = name.to_string();
+        }
         // the common rest of the files' names, or else the first file's name
-        let is_name = cue.key == object.key && !cue.key.is_empty();
-        shot.name = if is_name { cue.key.clone() } else { stem(&shot.file) };
+        if cue.key == object.key && !cue.key.is_empty() {
+            shot.name.clone_from(&cue.key);
+        }
         let message =
             format!("is cue ball of the shot \"{}\", whose object ball is {}", shot.name, file.display());
         notes.of(&shot.file).add(Subject::Names, None, message);
-        joined.push(object.index);
     }
-    let mut index = 0..;
-    raw.retain(|_| index.next().is_none_or(|index| !joined.contains(&index)));
+    raw.retain(|shot| !shot.tracks.is_empty());
 }
 
 /// Returns a file that is one ball's track, if the track's name or its own names the ball.
-fn single(index: usize, shot: &RawShot, [cue, object]: [&str; 2]) -> Option<Single> {
+fn single(index: usize, shot: &RawShot, balls: [&str; 2]) -> Option<Single> {
     let stem = stem(&shot.file);
-    let ([track], true) = (shot.tracks.as_slice(), shot.name == stem) else { return None };
-    let folder = shot.file.parent();
-    let folder_name = folder.and_then(Path::file_name).unwrap_or_default().to_string_lossy();
+    if shot.tracks.len() != 1 || !shot.tracks[0].is_centre() || shot.name != stem {
+        return None;
+    }
     // the file's name without the ball's, for either ball; the files of Tracker's mass A are named A
-    let rests =
-        |text: &str| [cue, object].map(|ball| without(text, ball).or_else(|| without(text, last_word(ball))));
-    let (in_file, in_folder) = (rests(&stem), rests(&folder_name));
-    let is_by_folder = in_file == [None, None] && in_folder != [None, None];
-    let rest = if is_by_folder {
+    let rests = |text: &str| balls.map(|ball| without(text, ball).or_else(|| without(text, last_word(ball))));
+    let (mut rest, mut folder) = (rests(&stem), shot.file.parent());
+    if rest == [None, None] {
         // cue/1.csv and object/1.csv
-        in_folder.map(|rest| {
-            rest.map(|rest| if rest.is_empty() { stem.clone() } else { format!("{rest}-{stem}") })
-        })
-    } else {
-        in_file
-    };
-    let is_named = |ball: &str| matches!(find(&shot.tracks, ball), Ok(Some(_)));
-    let is_object = match (is_named(cue), is_named(object), &rest) {
-        (true, false, _) | (false, false, [Some(_), None]) => false,
-        (false, true, _) | (false, false, [None, Some(_)]) => true,
+        let of_folder = rests(&folder.and_then(Path::file_name).unwrap_or_default().to_string_lossy());
+        if of_folder != [None, None] {
+            rest = of_folder
+                .map(|rest| Some([rest?, stem.clone()].join("-").trim_start_matches('-').to_string()));
+            folder = folder.and_then(Path::parent);
+        }
+    }
+    let is_object = match (balls.map(|ball| matches!(find(&shot.tracks, ball), Ok(Some(_)))), &rest) {
+        ([true, false], _) | ([false, false], [Some(_), None]) => false,
+        ([false, true], _) | ([false, false], [None, Some(_)]) => true,
         _ => return None,
     };
-    let key = rest.into_iter().nth(usize::from(is_object)).flatten().unwrap_or(stem);
-    let folder = if is_by_folder { folder.and_then(Path::parent) } else { folder };
-    let is_centre = track.point.is_none();
-    is_centre.then(|| Single { index, is_object, key, folder: folder.map(Path::to_path_buf) })
+    let key = std::mem::take(&mut rest[usize::from(is_object)]).unwrap_or(stem);
+    Some(Single { index, is_object, key, folder: folder.map(Path::to_path_buf) })
 }
 
 /// Returns the words of a file's name without the ball's; `None` if the ball is not among them.
@@ -188,4 +202,22 @@ fn without(stem: &str, ball: &str) -> Option<String> {
     let words = stem.split(is_between).filter(|word| !word.is_empty());
     let (balls, rest): (Vec<&str>, Vec<&str>) = words.partition(|word| word.eq_ignore_ascii_case(ball));
     (balls.len() == 1).then(|| rest.join("-"))
+}
+
+/// Puts the folder before equal names of shots from different folders, as of A/1.csv and B/1.csv.
+pub(super) fn name_by_folder(raw: &mut [RawShot], notes: &Notes) {
+    let folder = |shot: &RawShot| shot.file.parent()?.file_name().map(|name| name.display().to_string());
+    let mut folders: HashMap<String, Vec<Option<String>>> = HashMap::new();
+    for shot in raw.iter() {
+        folders.entry(shot.name.clone()).or_default().push(folder(shot));
+    }
+    for shot in raw {
+        let all = &folders[&shot.name];
+        let different: HashSet<&String> = all.iter().flatten().collect();
+        if all.len() > 1 && different.len() == all.len() {
+            let message = "files in several folders have equal names: their shots are named with the folder";
+            notes.of(&shot.file).add(Subject::Names, None, message);
+            shot.name = format!("{}/{}", folder(shot).unwrap_or_default(), shot.name);
+        }
+    }
 }

@@ -4,7 +4,7 @@
 use std::collections::HashSet;
 
 use super::discs::beginning;
-use super::input::{Input, Notes, Subject};
+use super::input::{Input, Log, Subject};
 use super::names::find;
 use super::raw::{RawShot, RawTrack, Row, middle, sorted};
 use super::repair::remove_lost;
@@ -32,10 +32,10 @@ pub(super) fn clips(
     mut shots: Vec<RawShot>,
     settings: &TrackSettings,
     alone: bool,
-    notes: &Notes,
+    log: Log,
 ) -> Vec<RawShot> {
-    for RawShot { tracks, file, .. } in &mut shots {
-        remove_lost(tracks, notes.of(file));
+    for shot in &mut shots {
+        remove_lost(&mut shot.tracks, log);
     }
     // names of shots in the table are believed
     if let [shot] = shots.as_slice()
@@ -51,7 +51,7 @@ pub(super) fn clips(
                 clips.len(),
                 names.join(", ")
             );
-            notes.of(&shot.file).add(Subject::Names, None, message);
+            log.add(Subject::Names, None, message);
             shots = clips;
         }
     }
@@ -165,8 +165,8 @@ fn nearest(last: [Option<&Row>; 2], frame: &[Row]) -> [Option<usize>; 2] {
 
 /// Joins pieces to both balls' tracks: those that dataset.toml names or, if at most two tracks are
 /// seen at a time, the first two. Other pieces are left.
-pub(super) fn join(shot: &mut RawShot, settings: &TrackSettings, notes: &Notes) {
-    let RawShot { tracks, file, .. } = shot;
+pub(super) fn join(shot: &mut RawShot, settings: &TrackSettings, log: Log) {
+    let tracks = &mut shot.tracks;
     let is_plain = |track: &RawTrack| track.is_centre() && !track.rows.is_empty();
     if tracks.len() < 3 || !tracks.iter().all(is_plain) {
         return;
@@ -186,7 +186,7 @@ pub(super) fn join(shot: &mut RawShot, settings: &TrackSettings, notes: &Notes) 
             "\"{}\" begins where \"{}\" ends, in line {last}: taken as the same ball",
             piece.name, track.name
         );
-        notes.of(file).add(Subject::Names, piece.rows[0].line, message);
+        log.add(Subject::Names, piece.rows[0].line, message);
         track.rows.extend(piece.rows);
     }
     tracks.retain(|track| !track.rows.is_empty());

@@ -3,7 +3,7 @@
 use std::path::PathBuf;
 use std::sync::Arc;
 
-use super::units::TimeUnit;
+use super::units::{TimeUnit, Unit};
 
 #[derive(Clone, Debug, PartialEq)]
 pub(super) struct RawShot {
@@ -11,6 +11,8 @@ pub(super) struct RawShot {
     pub(crate) file: Arc<PathBuf>,
     pub(crate) line: usize,
     pub(crate) clock: Clock,
+    /// The unit of lengths that the file states.
+    pub(crate) unit: Option<Unit>,
     pub(crate) tracks: Vec<RawTrack>,
 }
 

@@ -40,9 +40,10 @@ pub(super) fn file(file: &Path, context: Context, alone: bool) -> Option<Tracked
     }
     let stem = stem(file);
     let mut tracked = as_written(&Input { file, text: &text, stem: &stem, settings, problems, log })?;
-    tracked.shots = pieces::clips(tracked.shots, settings, alone, notes);
+    tracked.shots = pieces::clips(tracked.shots, settings, alone, log);
     for shot in &mut tracked.shots {
-        pieces::join(shot, settings, notes);
+        pieces::join(shot, settings, log);
+        shot.unit = tracked.unit;
     }
     Some(tracked)
 }

@@ -174,7 +174,8 @@ impl<'a> Reader<'a> {
         if self.last == self.shots.len() {
             self.by_name.insert(name.to_string(), self.last);
             let (file, clock) = (Arc::clone(&self.file), self.layout.clock);
-            self.shots.push(RawShot { name: name.to_string(), file, line, clock, tracks: Vec::new() });
+            let unit = self.layout.unit;
+            self.shots.push(RawShot { name: name.to_string(), file, line, clock, unit, tracks: Vec::new() });
         }
     }
 

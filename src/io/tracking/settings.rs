@@ -186,7 +186,7 @@ pub(crate) struct TrackSettings {
     pub(super) discs: bool,
     /// Tracks of both balls, and of points on them, in the order of [`NAMED`].
     pub(super) names: [Names; 4],
-    pub(super) calibration: Calibration,
+    calibration: Calibration,
     /// Whether the scale is estimated from the size of the balls.
     pub(super) from_balls: bool,
     /// The table of shots.
@@ -211,6 +211,12 @@ impl TrackSettings {
 
     pub(super) fn unit(&self) -> Option<Unit> {
         self.stated.scale.length_unit
+    }
+
+    /// Returns the calibration of a file that states this unit of lengths.
+    pub(super) fn calibration(&self, unit: Option<Unit>) -> Calibration {
+        let stated = unit.filter(|_| self.unit().is_none()).and_then(Unit::metres);
+        Calibration { scale: stated.unwrap_or(self.calibration.scale), ..self.calibration.clone() }
     }
 
     /// Returns whether `cue` or `object` is stated; if not, both have their default names.

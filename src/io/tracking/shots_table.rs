@@ -44,8 +44,6 @@ pub(super) struct Facts {
     /// Whether its own row, or its tracks, name one of the balls.
     pub(crate) names_balls: bool,
     pub(crate) capture_fps: Option<f64>,
-    /// The reason if its discs were not found.
-    pub(crate) refused: Option<String>,
 }
 
 /// The rows of the table, and the defaults of shots without a row.
@@ -134,7 +132,6 @@ impl<'a> ShotsTable<'a> {
             names: [0, 1, 2, 3].map(name),
             names_balls: row.is_some_and(|row| row.names[..2].iter().any(Option::is_some)),
             capture_fps: row.and_then(|row| row.capture_fps).or(settings.fps()),
-            refused: None,
         }
     }
 
