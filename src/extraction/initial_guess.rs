@@ -6,7 +6,6 @@ use super::unusable::{Bodies, Unusable};
 use crate::film::frame_noise::noise;
 use crate::measurement::track::{Sample, TrackShot};
 use crate::numerics::{SIGNIFICANT, median};
-use crate::physics::ball::Ball;
 
 /// Distance from its place of rest at which the object ball has moved, in standard deviations.
 const MIN_MOVED_ERRORS: f64 = 6.0;
@@ -44,14 +43,13 @@ pub(crate) struct FirstGuess {
     pub(crate) distance: f64,
 }
 
-/// A straight line or a parabola through samples by least squares.
+/// A straight line or a parabola through samples by least squares: place, velocity and acceleration at a time.
 pub(super) struct Path {
-    /// Time, and place, velocity and acceleration at this time.
     at: f64,
     position: Point,
     pub(crate) velocity: Point,
     acceleration: Point,
-    /// Standard error of the velocity of a line for unit noise.
+    /// Standard error of the velocity for unit noise.
     error: f64,
 }
 
@@ -60,45 +58,46 @@ fn place(sample: &Sample) -> Point {
 }
 
 impl Path {
-    pub fn line(samples: &[Sample], at: f64) -> Self {
-        let n = samples.len() as f64;
-        let mean_t = samples.iter().map(|s| s.t).sum::<f64>() / n;
-        let mean = samples.iter().map(place).sum::<Point>() / n;
-        let spread: f64 = samples.iter().map(|s| (s.t - mean_t).powi(2)).sum();
-        let moment: Point = samples.iter().map(|s| (place(s) - mean) * (s.t - mean_t)).sum();
-        let velocity = if spread > 0.0 { moment / spread } else { Point::zeros() };
-        let position = mean + velocity * (at - mean_t);
-        Self { at, position, velocity, acceleration: Point::zeros(), error: spread.sqrt().recip() }
+    /// Returns the path with (1) or without (0) an acceleration; `None` if the samples do not determine it.
+    fn fit(samples: &[Sample], at: f64, bend: f64) -> Option<Self> {
+        let powers = |s: &Sample| Vector3::new(1.0, s.t - at, 0.5 * bend * (s.t - at).powi(2));
+        let mut normal = samples.iter().map(|s| powers(s) * powers(s).transpose()).sum::<Matrix3<f64>>();
+        normal[(2, 2)] += 1.0 - bend;
+        let moments = samples.iter().map(|s| powers(s) * place(s).transpose()).sum::<Matrix3x2<f64>>();
+        let inverse = normal.try_inverse()?;
+        let found = inverse * moments;
+        let [position, velocity, acceleration] = [0, 1, 2].map(|i| found.row(i).transpose());
+        let path = Self { at, position, velocity, acceleration, error: inverse[(1, 1)].sqrt() };
+        (found.iter().all(|c| c.is_finite()) && path.error.is_finite()).then_some(path)
     }
 
-    fn parabola(samples: &[Sample], at: f64) -> Option<Self> {
-        let powers = |s: &Sample| Vector3::new(1.0, s.t - at, 0.5 * (s.t - at).powi(2));
-        let normal = samples.iter().map(|s| powers(s) * powers(s).transpose()).sum::<Matrix3<f64>>();
-        let moments = samples.iter().map(|s| powers(s) * place(s).transpose()).sum::<Matrix3x2<f64>>();
-        let found = normal.lu().solve(&moments).filter(|found| found.iter().all(|c| c.is_finite()))?;
-        let [position, velocity, acceleration] = [0, 1, 2].map(|i| found.row(i).transpose());
-        Some(Self { at, position, velocity, acceleration, error: f64::NAN })
+    /// Returns the line through samples; of those of one instant a place at rest.
+    pub fn line(samples: &[Sample], at: f64) -> Self {
+        let still = || {
+            let position = samples.iter().map(place).sum::<Point>() / samples.len() as f64;
+            let (velocity, acceleration) = (Point::zeros(), Point::zeros());
+            Self { at, position, velocity, acceleration, error: f64::INFINITY }
+        };
+        Self::fit(samples, at, 0.0).unwrap_or_else(still)
     }
 
     /// Returns the path through samples, the nearest to the impact first, about a time: a straight
     /// line, or a parabola if the line's residuals exceed the noise.
     fn near(samples: &[Sample], at: f64, noise: f64) -> Self {
-        let straight = Self::line(samples, at);
         let fits = |path: &Self, samples: &[Sample]| {
             let square = samples.iter().map(|sample| path.off(sample).powi(2)).sum::<f64>();
             (square / (2 * samples.len()) as f64).sqrt() <= MAX_LINE_RESIDUAL * noise
         };
+        let straight = Self::line(samples, at);
         if fits(&straight, samples) {
             return straight;
         }
         // a ball that begins to roll, or lands, does not follow one parabola
-        for count in (MIN_PARABOLA_FRAMES..=samples.len()).rev() {
-            let Some(bent) = Self::parabola(&samples[..count], at) else { break };
-            if count == MIN_PARABOLA_FRAMES || fits(&bent, &samples[..count]) {
-                return bent;
-            }
-        }
-        straight
+        let parabola = |count: usize| {
+            let bent = Self::fit(&samples[..count], at, 1.0);
+            bent.filter(|bent| count == MIN_PARABOLA_FRAMES || fits(bent, &samples[..count]))
+        };
+        (MIN_PARABOLA_FRAMES..=samples.len()).rev().find_map(parabola).unwrap_or(straight)
     }
 
     fn off(&self, sample: &Sample) -> f64 {
@@ -125,23 +124,19 @@ impl Path {
     }
 }
 
-/// Returns the samples without those that stand alone.
+/// Returns the samples without those that stand alone: others fit the two before or after them, as a good one at
+/// the impact does.
 fn steady(samples: &[Sample], noise: f64) -> Vec<Sample> {
-    (0..samples.len()).filter(|i| is_steady(samples, *i, noise)).map(|i| samples[i]).collect()
-}
-
-/// Returns whether a sample fits the two before or after it, as a good one at the impact does.
-fn is_steady(samples: &[Sample], i: usize, noise: f64) -> bool {
     let fits = |s: &Sample, near: &Sample, far: &Sample| {
         let part = (s.t - near.t) / (near.t - far.t);
-        let off = |s: f64, near: f64, far: f64| (s - near - (near - far) * part).abs();
+        let off = (place(s) - place(near) - (place(near) - place(far)) * part).amax();
         // s − near − (near − far) part, of three independent numbers
         let error = noise * (1.0 + (1.0 + part).powi(2) + part * part).sqrt();
-        let most = SIGNIFICANT * error + ACCELERATION * (s.t - far.t).powi(2);
-        off(s.x, near.x, far.x) <= most && off(s.y, near.y, far.y) <= most
+        off <= SIGNIFICANT * error + ACCELERATION * (s.t - far.t).powi(2)
     };
-    let before = i >= 2 && fits(&samples[i], &samples[i - 1], &samples[i - 2]);
-    before || i + 2 < samples.len() && fits(&samples[i], &samples[i + 1], &samples[i + 2])
+    let before = |i: usize| i >= 2 && fits(&samples[i], &samples[i - 1], &samples[i - 2]);
+    let after = |i: usize| i + 2 < samples.len() && fits(&samples[i], &samples[i + 1], &samples[i + 2]);
+    (0..samples.len()).filter(|i| before(*i) || after(*i)).map(|i| samples[i]).collect()
 }
 
 /// Returns the medians of x and of y.
@@ -161,27 +156,22 @@ fn robust_speed(samples: &[Sample]) -> [f64; 3] {
     [(middle(late) - middle(early)).norm() / seconds, of_median * counts.sqrt() / seconds, seconds]
 }
 
-/// Returns the distance of the balls in the frame of `object`.
-fn apart(cue: &[Sample], object: &Sample) -> Option<f64> {
-    let other = cue.iter().find(|c| (c.t - object.t).abs() < 1e-6)?;
-    Some((place(object) - place(other)).norm())
-}
-
 /// Returns the time at which the balls are nearest, s: the time of contact for any scale.
 fn nearest(cue: &[Sample], object: &[Sample]) -> Option<f64> {
-    let distances = object.iter().filter_map(|s| Some((s.t, apart(cue, s)?)));
-    distances.min_by(|a, b| a.1.total_cmp(&b.1)).map(|(time, _)| time)
+    let apart = |s: &Sample| {
+        let other = cue.iter().find(|c| (c.t - s.t).abs() < 1e-6)?;
+        Some((s.t, (place(s) - place(other)).norm()))
+    };
+    object.iter().filter_map(apart).min_by(|a, b| a.1.total_cmp(&b.1)).map(|(time, _)| time)
 }
 
 /// Returns the reason for too few frames before the impact: the object ball moves before the balls
 /// touch, as far as frames show both, or a ball is not seen.
-fn without_start(cue: &[Sample], object: &[Sample], until: f64, ball: &Ball, noise: f64) -> Unusable {
-    let is_clear =
-        |s: &Sample| apart(cue, s).is_none_or(|apart| apart > 2.0 * ball.radius + MIN_MOVED_ERRORS * noise);
+fn without_start(cue: &[Sample], object: &[Sample], until: f64, noise: f64) -> Unusable {
     let touch = nearest(cue, object).unwrap_or(f64::NEG_INFINITY);
-    let free = object.iter().take_while(|s| s.t < touch && is_clear(s)).count();
-    if free >= MIN_FRAMES {
-        let line = Path::line(&object[..free], object[0].t);
+    let free = &object[..object.partition_point(|s| s.t < touch)];
+    if free.len() >= MIN_FRAMES {
+        let line = Path::line(free, object[0].t);
         let speed = line.velocity.norm();
         if speed > SIGNIFICANT * noise * line.error {
             return Unusable::ObjectMoving { speed };
@@ -194,36 +184,30 @@ fn without_start(cue: &[Sample], object: &[Sample], until: f64, ball: &Ball, noi
     }
 }
 
-/// Returns a time before which all frames show the balls before the impact, s. It is somewhat
-/// earlier than the time of least distance if the noise hides whether the object ball was at rest.
-pub(crate) fn time_before_impact(shot: &TrackShot, ball: &Ball) -> Option<f64> {
-    /// Part of the time from the first frame until the least distance of the balls.
-    const FREE: f64 = 0.9;
-    let until = || {
-        let first = shot.cue.first()?.t;
-        Some(first + FREE * (nearest(&shot.cue, &shot.object)? - first))
-    };
-    from_paths(shot, ball, noise(shot)).ok().map(|guess| guess.time).or_else(until)
+/// The cue ball before the impact.
+pub(super) struct Approach {
+    /// Time before which all frames show the balls before the impact, s. It is somewhat earlier than the time of
+    /// least distance if the noise hides whether the object ball was at rest.
+    pub(crate) until: f64,
+    /// Speed at the impact, m/s; 0 then.
+    pub(crate) speed: f64,
 }
 
-/// Returns the speed of a ball in these frames, m/s, if it is significant.
-fn significant_speed(shot: &TrackShot, samples: &[Sample], noise: f64) -> Option<f64> {
-    if samples.len() < MIN_FRAMES {
-        return None;
+pub(super) fn approach(shot: &TrackShot) -> Option<Approach> {
+    /// Part of the time from the first frame until the least distance of the balls.
+    const FREE: f64 = 0.9;
+    if let Ok(FirstGuess { time, before, .. }) = from_paths(shot, noise(shot)) {
+        return Some(Approach { until: time, speed: before[0].hypot(before[1]) });
     }
-    let [speed, error, seconds] = robust_speed(samples);
-    // medians of rounded numbers differ by a whole step if the ball lies between two
-    let rounded = shot.resolution[1] * std::f64::consts::SQRT_2 / seconds;
-    // correlated noise has a larger error
-    let lasts = shot.frames_alike().sqrt();
-    (speed - rounded > SIGNIFICANT * noise * lasts * error).then_some(speed)
+    let first = shot.cue.first()?.t;
+    Some(Approach { until: first + FREE * (nearest(&shot.cue, &shot.object)? - first), speed: 0.0 })
 }
 
 /// Returns the first guess from lines and parabolas through the frames next to the impact.
 ///
 /// # Errors
 /// The balls do not meet, the frames are too few, or the object ball moves before.
-pub(crate) fn from_paths(shot: &TrackShot, ball: &Ball, noise: f64) -> Result<FirstGuess, Unusable> {
+pub(crate) fn from_paths(shot: &TrackShot, noise: f64) -> Result<FirstGuess, Unusable> {
     let bodies = Bodies::Balls;
     let (cue, object) = (steady(&shot.cue, noise), steady(&shot.object, noise));
     if cue.len() < 2 * MIN_FRAMES || object.len() < 2 * MIN_FRAMES {
@@ -238,14 +222,11 @@ pub(crate) fn from_paths(shot: &TrackShot, ball: &Ball, noise: f64) -> Result<Fi
     };
     let index = object.windows(3).position(moved).ok_or(Unusable::NoCollision(bodies))?;
     let after = &object[index..object.len().min(index + NEAR_FRAMES)];
-    if after.len() < MIN_FRAMES {
-        return Err(Unusable::too_few(bodies, [1, 1], after.len(), MIN_FRAMES));
-    }
     let start = Path::line(&object[..MIN_FRAMES], object[0].t);
     // correlated noise has a larger error
     let lasts = shot.frames_alike().sqrt();
     if index < NEAR_FRAMES && start.velocity.norm() > MIN_MOVED_ERRORS * noise * lasts * start.error {
-        return Err(without_start(&cue, &object, object[0].t, ball, noise));
+        return Err(without_start(&cue, &object, object[0].t, noise));
     }
     let time = Path::near(after, after[0].t, noise).passes(lay).ok_or(Unusable::NoCollision(bodies))?;
 
@@ -254,18 +235,21 @@ pub(crate) fn from_paths(shot: &TrackShot, ball: &Ball, noise: f64) -> Result<Fi
     let cue_before = &cue[..cue.partition_point(|s| s.t < time - half)];
     let after = cue.iter().filter(|s| s.t > time + half).take(NEAR_FRAMES).count();
     if before.is_empty() || cue_before.len() < MIN_FRAMES {
-        return Err(without_start(&cue, &object, time - half, ball, noise));
+        return Err(without_start(&cue, &object, time - half, noise));
     }
     if after < MIN_FRAMES {
         return Err(Unusable::too_few(bodies, [0, 1], after, MIN_FRAMES));
     }
     let arriving: Vec<Sample> = cue_before.iter().rev().take(NEAR_FRAMES).copied().collect();
     let arriving = Path::near(&arriving, time, noise);
-    let speed = arriving.velocity.norm();
-    if let Some(drift) =
-        significant_speed(shot, before, noise).filter(|drift| *drift > MIN_MOVING_PART * speed)
-    {
-        return Err(Unusable::ObjectMoving { speed: drift });
+    if before.len() >= MIN_FRAMES {
+        let [drift, error, seconds] = robust_speed(before);
+        // medians of rounded numbers differ by a whole step if the ball lies between two
+        let rounded = shot.resolution[1] * std::f64::consts::SQRT_2 / seconds;
+        let is_significant = drift - rounded > SIGNIFICANT * noise * lasts * error;
+        if is_significant && drift > MIN_MOVING_PART * arriving.velocity.norm() {
+            return Err(Unusable::ObjectMoving { speed: drift });
+        }
     }
     let lay = middle(before);
     let across = lay - arriving.position;

@@ -16,10 +16,10 @@
 use nalgebra::{DMatrix, DVector};
 use rayon::prelude::*;
 
-use super::initial_guess;
+use super::initial_guess::approach;
+use crate::measurement::dataset::Measured;
 use crate::measurement::track::{Sample, TrackShot};
 use crate::numerics::median;
-use crate::physics::ball::Ball;
 
 /// Columns of X: 1, t, t², t³.
 const POWERS: usize = 4;
@@ -37,31 +37,20 @@ const MIN_FREEDOM: usize = 100;
 /// Noise of a path above which it has wrong frames and is left out, in units of the median.
 const MAX_NOISE_RATIO: f64 = 3.0;
 
-/// Largest ρ tried, and the step.
-const MAX_TRIED_RHO: f64 = 0.96;
-const TRIED_RHO_STEP: f64 = 0.02;
+/// Step between the correlations that are tried, and their number.
+const RHO_STEP: f64 = 0.02;
+const TRIED: usize = 49;
 
 /// Least decrease of −2 ln L at which the correlation is adopted, and least correlation: a smaller
 /// one changes no error by a tenth.
 const MIN_DECREASE: f64 = 6.0;
 const MIN_RHO: f64 = 0.1;
 
-/// The correlation of the noise of neighbouring frames.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub(crate) struct NoiseCorrelation {
-    /// The correlation, from 0 to below 1.
-    pub(crate) value: f64,
-    /// Its standard error.
-    pub(crate) std_error: f64,
-    /// Whether the correlation is significant, so that it is taken into account.
-    pub(crate) adopted: bool,
-}
-
-/// Estimates the correlation of the noise of all shots; `None` if they do not determine it.
-#[must_use]
-pub(crate) fn noise_correlation(shots: &[TrackShot], ball: &Ball) -> Option<NoiseCorrelation> {
+/// Returns the correlation of the noise of neighbouring frames, from 0 to below 1, with its standard error;
+/// `None` if the shots do not show it.
+pub(crate) fn noise_correlation(shots: &[TrackShot]) -> Option<Measured> {
     let some = shots.par_iter().step_by(shots.len().div_ceil(MAX_SHOTS).max(1));
-    let mut paths: Vec<DVector<f64>> = some.filter_map(|shot| paths(shot, ball)).flatten_iter().collect();
+    let mut paths: Vec<DVector<f64>> = some.filter_map(paths).flatten_iter().collect();
     let variance = |y: &DVector<f64>| whiten(y, 0.0)[0] / (y.len() - POWERS) as f64;
     let typical = median(paths.iter().map(variance).collect());
     paths.retain(|path| variance(path) < MAX_NOISE_RATIO * MAX_NOISE_RATIO * typical);
@@ -75,30 +64,24 @@ pub(crate) fn noise_correlation(shots: &[TrackShot], ball: &Ball) -> Option<Nois
         let value = numbers as f64 * square.ln() + of_determinants;
         if value.is_nan() { f64::INFINITY } else { value }
     };
-    let rhos: Vec<f64> =
-        (0..=(MAX_TRIED_RHO / TRIED_RHO_STEP) as usize).map(|i| i as f64 * TRIED_RHO_STEP).collect();
-    let values: Vec<f64> = rhos.iter().map(|rho| minus_two_ln_l(*rho)).collect();
+    let values: Vec<f64> = (0..TRIED).map(|i| minus_two_ln_l(i as f64 * RHO_STEP)).collect();
     let least = values.iter().copied().fold(f64::INFINITY, f64::min);
     // mean and standard deviation by L, with a uniform prior of ρ: short paths do not separate high
     // correlations, and the likeliest may be the highest
-    let [mut total, mut sum, mut squares] = [0.0; 3];
-    for (rho, value) in rhos.iter().zip(&values) {
-        let weight = (-0.5 * (value - least)).exp();
-        total += weight;
-        sum += weight * rho;
-        squares += weight * rho * rho;
-    }
-    let value = sum / total;
-    let std_error = (squares / total - value * value).max(0.0).sqrt();
-    let adopted = value > MIN_RHO && values[0] - least > MIN_DECREASE;
-    Some(NoiseCorrelation { value, std_error, adopted })
+    let moment = |power: i32| -> f64 {
+        let likelihoods = values.iter().map(|value| (0.5 * (least - value)).exp());
+        likelihoods.enumerate().map(|(i, likelihood)| likelihood * (i as f64 * RHO_STEP).powi(power)).sum()
+    };
+    let mean = moment(1) / moment(0);
+    let sd = (moment(2) / moment(0) - mean * mean).max(0.0).sqrt();
+    (mean > MIN_RHO && values[0] - least > MIN_DECREASE).then(|| Measured::new(mean, sd))
 }
 
 /// Returns x and y of the cue ball in the last even frames before the impact.
-fn paths(shot: &TrackShot, ball: &Ball) -> Option<[DVector<f64>; 2]> {
-    let impact = initial_guess::time_before_impact(shot, ball)?;
+fn paths(shot: &TrackShot) -> Option<[DVector<f64>; 2]> {
     let frame = shot.fps.recip();
-    let before = &shot.cue[..shot.cue.partition_point(|s| s.t < impact - 0.5 * frame)];
+    let until = approach(shot)?.until - 0.5 * frame;
+    let before = &shot.cue[..shot.cue.partition_point(|s| s.t < until)];
     let is_even = |two: &[Sample]| {
         (two[1].t - two[0].t - frame).abs() < 0.1 * frame && (two[0].x != two[1].x || two[0].y != two[1].y)
     };
@@ -132,8 +115,8 @@ mod tests {
     use super::*;
     use crate::simulate;
 
-    /// The correlation of noise that is added to footage of 40 shots is estimated within three
-    /// standard errors, which seldom fails in five trials, and adopted if it is not 0.
+    /// The correlation of noise that is added to footage of 40 shots is found if it is not 0, and within three
+    /// standard errors, which seldom fails in four trials.
     #[test]
     fn a_correlation_is_found_as_surely_as_is_said() {
         const SPEC: &str = r#"
@@ -157,13 +140,10 @@ mod tests {
                     (sample.x, sample.y) = (sample.x + 2e-4 * last[0], sample.y + 2e-4 * last[1]);
                 }
             }
-            let NoiseCorrelation { value, std_error, adopted } =
-                noise_correlation(&shots, &Ball::POOL).unwrap();
-            assert!(
-                (value - rho).abs() < 3.0 * std_error.max(TRIED_RHO_STEP),
-                "{rho}: {value} ± {std_error}"
-            );
-            assert!(std_error < 0.06 && adopted == (rho > 0.0), "{rho}: {value} ± {std_error}");
+            let found = noise_correlation(&shots);
+            assert_eq!(found.is_some(), rho > 0.0, "{rho}: {found:?}");
+            let Some(Measured { value, sd: Some(sd) }) = found else { continue };
+            assert!(sd < 0.06 && (value - rho).abs() < 3.0 * sd.max(RHO_STEP), "{rho}: {value} ± {sd}");
         }
     }
 }

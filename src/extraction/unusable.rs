@@ -29,83 +29,39 @@ impl Bodies {
 
 /// Reason for which no impact could be extracted from a shot.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
-#[non_exhaustive]
 pub enum Unusable {
-    /// A body was seen in too few frames.
+    /// Numbers of frames of both bodies, and the least number of each.
     #[error(
         "the tracks are too short: {} frames of the {}, {} of the {}; expected at least {least} of each",
         frames[0], bodies.names()[0], frames[1], bodies.names()[1]
     )]
-    TooShort {
-        /// Bodies of the shot.
-        bodies: Bodies,
-        /// Number of frames of the first and of the second body.
-        frames: [usize; 2],
-        /// Number of frames needed.
-        least: usize,
-    },
-    /// No collision was found.
+    TooShort { bodies: Bodies, frames: [usize; 2], least: usize },
     #[error("no collision found: {}", .0.no_collision())]
     NoCollision(Bodies),
-    /// Too few frames of a body before or after the impact are left.
+    /// Number of frames of a body before or after the impact, and the least number.
     #[error("too few frames of the {body} {when} the impact: {frames}; expected at least {least}")]
-    TooFew {
-        /// The body, in words.
-        body: &'static str,
-        /// `before` or `after`.
-        when: &'static str,
-        /// Number of its frames there.
-        frames: usize,
-        /// Number of frames needed.
-        least: usize,
-    },
-    /// The object ball moves before the impact.
+    TooFew { body: &'static str, when: &'static str, frames: usize, least: usize },
+    /// Speed of the object ball before the impact, m/s.
     #[error("the object ball was moving before the impact, with {speed:.3} m/s")]
-    ObjectMoving {
-        /// Its speed, m/s.
-        speed: f64,
-    },
-    /// The distance of the centres of discs at the impact differs from the sum of the radii.
+    ObjectMoving { speed: f64 },
+    /// Distance of the centres of discs at the impact, its standard error, and the sum of the radii, m.
     #[error(
         "the centres are {:.2} ± {:.2} mm apart at the impact, not {:.2} mm (the sum of the radii): check the scale, \
          the radii and which track is which disc; without radius_m the tracks decide",
         1e3 * measured, 1e3 * error, 1e3 * expected
     )]
-    Separation {
-        /// Measured distance, m.
-        measured: f64,
-        /// Distance of discs that touch, m.
-        expected: f64,
-        /// Standard error of the measured distance, m.
-        error: f64,
-    },
-    /// Two points that are stated to be on one disc change their distance.
+    Separation { measured: f64, expected: f64, error: f64 },
+    /// Least and largest distance of two points that are stated to be on one disc, mm.
     #[error(
         "the points \"{first}\" and \"{second}\" on the {disc} do not move as one rigid body: they are {least_mm:.1} to \
          {most_mm:.1} mm apart; check in [tracks] cue and object which points are on which disc"
     )]
-    NotRigid {
-        /// The disc, in words.
-        disc: &'static str,
-        /// The name of one point.
-        first: String,
-        /// The name of the other point.
-        second: String,
-        /// Their smallest distance, mm.
-        least_mm: f64,
-        /// Their largest distance, mm.
-        most_mm: f64,
-    },
-    /// No single collision explains the motion.
+    NotRigid { disc: &'static str, first: String, second: String, least_mm: f64, most_mm: f64 },
+    /// χ² per degree of freedom next to the impact, and the root mean square of the residuals there, mm.
     #[error(
         "its motion fits no single collision: χ²/dof is {reduced_chi2:.1} even next to the impact, where the fit is off by {rms_mm:.2} mm"
     )]
-    BadFit {
-        /// χ² per degree of freedom next to the impact.
-        reduced_chi2: f64,
-        /// Root mean square of the residuals there, mm.
-        rms_mm: f64,
-    },
+    BadFit { reduced_chi2: f64, rms_mm: f64 },
 }
 
 impl Unusable {

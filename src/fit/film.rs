@@ -99,8 +99,10 @@ impl FittedFilm {
     #[must_use]
     pub fn estimates(&self) -> Vec<(&str, Vec<OwnEstimate>)> {
         let origin = self.solution.middle.map(|x| x * self.solution.unit);
-        let all: Vec<Vec<OwnEstimate>> =
-            (0..self.tracks.len()).into_par_iter().map(|i| self.solution.own_estimates(i, origin)).collect();
+        let all: Vec<Vec<OwnEstimate>> = (0..self.tracks.len())
+            .into_par_iter()
+            .map(|i| self.solution.own_estimates(i, origin).unwrap_or_default())
+            .collect();
         self.names().into_iter().zip(all).collect()
     }
 

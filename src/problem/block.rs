@@ -23,7 +23,7 @@ impl Block {
     /// Returns the sums of shot `i`, what is known of its own unknowns included.
     pub(crate) fn contribute(&self, i: usize, own: &Own, shared: &Shared) -> Contribution {
         match self {
-            Self::Film(film) => film.contribute(i, own, shared),
+            Self::Film(film) => film.contribute(&film.shots[i], own, shared),
             Self::Discs(discs) => discs.contribute(i, own, shared),
             Self::Rows(rows) => rows.contribute(i, own, shared),
         }
@@ -32,7 +32,7 @@ impl Block {
     /// Returns values of shot `i` after a step, within the bounds of its own unknowns.
     pub fn bounded(&self, i: usize, from: (&Own, &Shared), own: Own, shared: &Shared) -> Own {
         match self {
-            Self::Film(film) => film.spins[i].bounded(own, shared),
+            Self::Film(film) => film.shots[i].spin.bounded(own, shared),
             Self::Discs(discs) => discs.with_even_outcome(i, from, own, shared),
             Self::Rows(rows) => rows.settle(i, own, shared),
         }
@@ -41,7 +41,7 @@ impl Block {
     /// Returns what is known of own unknowns of shot `i`, each with its place; the others have no prior.
     pub(crate) fn own_priors(&self, i: usize) -> Vec<(usize, OwnPrior)> {
         match self {
-            Self::Film(film) => film.spins[i].priors().to_vec(),
+            Self::Film(film) => film.shots[i].spin.priors().to_vec(),
             Self::Discs(discs) => discs.own_priors(i),
             Self::Rows(rows) => rows.shots[i].own_priors(),
         }
@@ -51,7 +51,7 @@ impl Block {
     pub(crate) fn noises_mut(&mut self) -> &mut [Noise] {
         match self {
             Self::Film(film) if film.states_noise => &mut [],
-            Self::Film(film) => &mut film.world.noise,
+            Self::Film(film) => &mut film.noise,
             Self::Discs(discs) => &mut discs.noise,
             Self::Rows(rows) => &mut rows.noises,
         }
@@ -60,7 +60,7 @@ impl Block {
     /// Returns the noises, in the order of the sums of a contribution.
     pub(crate) fn noises(&self) -> &[Noise] {
         match self {
-            Self::Film(film) => &film.world.noise,
+            Self::Film(film) => &film.noise,
             Self::Discs(discs) => &discs.noise,
             Self::Rows(rows) => &rows.noises,
         }
@@ -79,7 +79,7 @@ impl Block {
     /// Returns whether the contact is compliant along its surface.
     pub(crate) fn is_compliant(&self) -> bool {
         match self {
-            Self::Film(film) => film.world.contact.is_compliant(),
+            Self::Film(film) => film.contact.is_compliant(),
             Self::Discs(_) => false,
             Self::Rows(rows) => rows.contact.is_compliant(),
         }
@@ -89,7 +89,7 @@ impl Block {
     pub(crate) fn count_corrected(&self) -> usize {
         let is_corrected = |correction: &&Correction| !correction.is_zero();
         match self {
-            Self::Film(film) => film.corrections.iter().filter(is_corrected).count(),
+            Self::Film(film) => film.shots.iter().map(|shot| &shot.correction).filter(is_corrected).count(),
             Self::Discs(_) => 0,
             Self::Rows(rows) => rows.shots.iter().map(|shot| &shot.offset).filter(is_corrected).count(),
         }
@@ -115,7 +115,7 @@ impl Block {
     /// Takes shots instead of all; one may be taken several times.
     pub fn take(&mut self, indices: &[usize]) {
         match self {
-            Self::Film(film) => film.take(indices),
+            Self::Film(film) => film.shots = indices.iter().map(|i| film.shots[*i].clone()).collect(),
             Self::Discs(discs) => discs.take(indices),
             Self::Rows(rows) => rows.take(indices),
         }

@@ -173,7 +173,7 @@ mod tests {
     fn gradients_of_films_are_slopes_of_chi2() {
         let dataset = rolls(5, 1);
         let Film { mut block, unknowns, own, .. } = Film::new(&dataset, &Modelling::of(&dataset)).unwrap();
-        block.world.noise = [Noise { sd: 0.05, rho: 0.3 }; 2];
+        block.noise = [Noise { sd: 0.05, rho: 0.3 }; 2];
         let problem = Problem::of_one(Block::Film(block), unknowns);
         let columns: Vec<usize> =
             problem.free().into_iter().chain(Id::OFFSETS.map(|id| id as usize)).collect();

@@ -158,7 +158,7 @@ impl Problem {
             let own: Vec<Unknown> = sample.columns.iter().map(|column| unknowns[*column]).collect();
             match &mut sample.block {
                 Block::Discs(_) => {}
-                Block::Film(film) => film.world.contact = film.world.contact.with(&own),
+                Block::Film(film) => film.contact = film.contact.with(&own),
                 Block::Rows(rows) => *rows = rows.clone().with_unknowns(&own),
             }
         }
@@ -176,7 +176,7 @@ impl Problem {
     /// Returns whether a sample has what weight and cloth do during the contact.
     pub(crate) fn is_weighed(&self) -> bool {
         let is_corrected = |sample: &Sample| match &sample.block {
-            Block::Film(film) => film.world.contact.is_corrected(),
+            Block::Film(film) => film.contact.is_corrected(),
             Block::Rows(rows) => rows.contact.is_corrected(),
             Block::Discs(_) => false,
         };
@@ -196,12 +196,7 @@ impl Problem {
         for (sample, own) in self.samples.iter_mut().zip(&state.own) {
             let shared = sample.gather(&state.shared);
             match &mut sample.block {
-                Block::Film(film) => {
-                    if !film.world.contact.is_corrected() {
-                        film.world.contact = film.world.contact.with_weight();
-                    }
-                    film.correct(own, &shared);
-                }
+                Block::Film(film) => film.weigh(own, &shared),
                 Block::Rows(rows) => rows.weigh(own, &shared),
                 Block::Discs(_) => {}
             }

@@ -37,7 +37,7 @@ pub(crate) fn fit_film(
 ) -> Result<Solution, FilmError> {
     let Film { block, unknowns, own, names, left_out, findings, unit, middle } =
         Film::new(dataset, modelling)?;
-    let first_noise = block.world.noise;
+    let first_noise = block.noise;
     let start = State { own: vec![own], shared: Shared::starts(&unknowns) };
     let problem = Problem::of_one(Block::Film(block), unknowns);
     let all = (problem.clone(), names.clone());
@@ -201,7 +201,7 @@ impl<'a> Run<'a> {
 
     /// Returns the noise of the frames of each ball.
     fn noise(&self) -> [Noise; 2] {
-        self.problem.film().map_or([Noise { sd: f64::NAN, rho: 0.0 }; 2], |film| film.world.noise)
+        self.problem.film().map_or([Noise { sd: f64::NAN, rho: 0.0 }; 2], |film| film.noise)
     }
 
     /// Goes on from a refit, if there is one; returns whether there is.

@@ -8,7 +8,6 @@ use statrs::distribution::ContinuousCDF;
 
 use super::block::Block;
 use super::descent::{Descent, descend};
-use super::film::spins::ShotSpin;
 use super::findings::{Finding, Severity, worst};
 use super::noise::{count_shared, minus_two_log};
 use super::problem::{Evaluation, Problem, Sample, State};
@@ -16,7 +15,7 @@ use super::robust::losses;
 use super::rows::shot::RowShot;
 use super::sums::{Contribution, Noise};
 use super::uncertainty::{Estimates, Share};
-use super::unknowns::{Id, Mode, Normal, Own};
+use super::unknowns::{Id, Mode, Normal};
 
 /// Evaluations of a descent with shots that are drawn again, typical are 4.
 const MAX_STEPS: usize = 40;
@@ -315,7 +314,7 @@ impl Solution {
 
     /// Returns the noise of the frames of the cue balls and of the object balls of a film.
     pub(crate) fn frame_noise(&self) -> Option<[Noise; 2]> {
-        Some(self.problem.film()?.world.noise)
+        Some(self.problem.film()?.noise)
     }
 
     /// Returns the topspin of each shot of a film over natural roll, with its name; 1 for a ball that
@@ -323,10 +322,8 @@ impl Solution {
     pub(crate) fn topspins(&self) -> Vec<(String, f64)> {
         let Some(film) = self.problem.film() else { return Vec::new() };
         let State { own, shared } = self.state();
-        let shots = film.spins.iter().zip(&own[0]).zip(&self.names[0]);
-        let of_shot =
-            |((spin, own), name): ((&ShotSpin, &Own), &String)| (name.clone(), spin.topspin_of(own, shared));
-        shots.map(of_shot).collect()
+        let shots = film.shots.iter().zip(&own[0]).zip(&self.names[0]);
+        shots.map(|((shot, own), name)| (name.clone(), shot.spin.topspin_of(own, shared))).collect()
     }
 
     /// Returns whether the data determine a wanted unknown weakly: its error is more than half of

@@ -27,21 +27,25 @@ const DISTANCE_STEPS: usize = 60;
 /// Derivatives by the coefficients of a piece and by the camera, and the residual.
 const ROW: usize = COEFFICIENTS + CAMERA + 1;
 
-/// The frames of a shot.
+/// A shot as it was filmed.
 #[derive(Clone, Debug)]
-pub(crate) struct ShotFrames {
+pub(crate) struct FilmedShot {
     /// The frames of the cue ball and of the object ball.
-    pub(crate) tracks: [Vec<Frame>; 2],
+    pub(crate) tracks: Arc<[Vec<Frame>; 2]>,
     /// Frames per second.
     pub(crate) fps: f64,
     /// Side spins of the balls just after the impact that markers show.
-    pub(crate) spins: Vec<MeasuredSpin>,
+    pub(crate) side_spins: Vec<SideSpin>,
+    /// The spin of the cue ball before the impact.
+    pub(crate) spin: ShotSpin,
+    /// The correction of the outcome by a finer model of the impact.
+    pub(crate) correction: Correction,
 }
 
 /// The side spin of a ball just after the impact. Spins about horizontal axes change unevenly: the cloth does
 /// not touch a ball that hops.
 #[derive(Clone, Copy, Debug)]
-pub(crate) struct MeasuredSpin {
+pub(crate) struct SideSpin {
     /// 0 for the cue ball, 1 for the object ball.
     pub(crate) ball: usize,
     /// rad/s.
@@ -50,47 +54,28 @@ pub(crate) struct MeasuredSpin {
     pub(crate) sd: f64,
 }
 
-/// The properties that the shots of a film share besides unknowns: the collision model, and the noise of
-/// each ball.
-#[derive(Clone, Copy, Debug)]
-pub(crate) struct World {
-    pub(crate) contact: Contact,
-    pub(crate) noise: [Noise; 2],
-}
-
 /// Frames of balls.
 #[derive(Clone)]
 pub(crate) struct FilmBlock {
-    pub(crate) shots: Arc<Vec<ShotFrames>>,
-    /// The spin of each shot.
-    pub(crate) spins: Vec<ShotSpin>,
+    pub(crate) shots: Vec<FilmedShot>,
     /// Spreads of topspin and side spin from shot to shot.
     pub(crate) spreads: [Spread; 2],
-    pub(crate) world: World,
+    /// The collision model.
+    pub(crate) contact: Contact,
+    /// The noise of each ball.
+    pub(crate) noise: [Noise; 2],
     /// Whether the noise of every frame is stated.
     pub(crate) states_noise: bool,
-    /// The correction of the outcome of each shot by a finer model of the impact.
-    pub(crate) corrections: Vec<Correction>,
     /// How outlying shots count; `None`: by least squares.
     pub(crate) loss: Option<ShotLoss>,
 }
 
 impl FilmBlock {
-    /// Returns the sums of shot `i`, with what is known of its spin.
-    pub(crate) fn contribute(&self, i: usize, own: &Own, shared: &Shared) -> Contribution {
-        self.contribute_as(i, &self.spins[i], own, shared)
-    }
-
-    /// Returns the sums of shot `i` if its spin is `spin`.
-    pub(crate) fn contribute_as(
-        &self,
-        i: usize,
-        spin: &ShotSpin,
-        own: &Own,
-        shared: &Shared,
-    ) -> Contribution {
-        let mut sums = self.add_frames(i, spin, own, shared);
-        spin.constrain(own, shared, &self.spreads, &mut sums);
+    /// Returns the sums of residuals and derivatives of a shot, in units of the noise of each ball, with what
+    /// is known of its spin.
+    pub(crate) fn contribute(&self, shot: &FilmedShot, own: &Own, shared: &Shared) -> Contribution {
+        let mut sums = self.add_frames(shot, own, shared);
+        shot.spin.constrain(own, shared, &self.spreads, &mut sums);
         if let Some((loss, distance)) = self.loss.zip(distance(&sums)) {
             sums.products *= loss.weight(distance);
             sums.cost += loss.cost(distance) - distance * distance;
@@ -98,68 +83,73 @@ impl FilmBlock {
         sums
     }
 
-    /// Returns the sums of residuals and derivatives, in units of the noise of each ball.
-    fn add_frames(&self, i: usize, spin: &ShotSpin, own: &Own, shared: &Shared) -> Contribution {
-        let Ok(struck) = self.struck(i, spin, own, shared) else {
+    fn add_frames(&self, shot: &FilmedShot, own: &Own, shared: &Shared) -> Contribution {
+        let Ok(struck) = self.struck(shot, own, shared) else {
             return Contribution::impossible(OWN, PHYSICS + CAMERA, 2);
         };
-        let object = self.world.contact.object();
+        let object = self.contact.object();
         let mut total = Contribution::empty(OWN, PHYSICS + CAMERA, 2);
         total.sticks = struck.sticks;
-        for spin in &self.shots[i].spins {
+        for spin in &shot.side_spins {
             spin.add_to(&mut total, &struck, object.radius);
         }
-        let pieces = struck.paths(shared, spin.stated.approach, &object);
+        let pieces = struck.paths(shared, shot.spin.rolls, &object);
         let inputs: [usize; INPUTS] = std::array::from_fn(|i| i);
         let others: [usize; CAMERA + 1] = std::array::from_fn(|i| INPUTS + i);
         let columns = Columns { inputs: &inputs, others: &others };
         for (ball, pieces) in pieces.iter().enumerate() {
-            let sights = self.look(i, ball, pieces, own, shared);
+            let sights = self.look(shot, (ball, pieces), own, shared);
             add_track(&mut total, sights, pieces, &columns, [ball; 2]);
         }
         total.or_impossible()
     }
 
-    /// Returns the impact of shot `i` if its spin is `spin`.
+    /// Returns the impact of a shot.
     pub(super) fn struck(
         &self,
-        i: usize,
-        spin: &ShotSpin,
+        shot: &FilmedShot,
         own: &Own,
         shared: &Shared,
     ) -> Result<Struck, NotACollision> {
-        Struck::new(own, shared, &spin.stated, (&self.world.contact, &self.corrections[i]))
+        Struck::new(own, shared, &shot.spin, (&self.contact, &shot.correction))
     }
 
-    /// Returns the paths of the balls of shot `i`; `None` if its unknowns describe no collision.
-    pub(super) fn pieces(&self, i: usize, own: &Own, shared: &Shared) -> Option<[Vec<Piece>; 2]> {
-        let spin = &self.spins[i];
-        let struck = self.struck(i, spin, own, shared).ok()?;
-        Some(struck.paths(shared, spin.stated.approach, &self.world.contact.object()))
+    /// Returns the paths of the balls of a shot; `None` if its unknowns describe no collision.
+    pub(super) fn pieces(&self, shot: &FilmedShot, own: &Own, shared: &Shared) -> Option<[Vec<Piece>; 2]> {
+        let struck = self.struck(shot, own, shared).ok()?;
+        Some(struck.paths(shared, shot.spin.rolls, &self.contact.object()))
     }
 
     /// Returns the used frames of each ball, whitened; an empty list if the unknowns describe no collision.
-    pub(super) fn sights(&self, i: usize, own: &Own, shared: &Shared) -> [Vec<Sight<ROW>>; 2] {
-        let pieces = self.pieces(i, own, shared);
-        [0, 1]
-            .map(|ball| pieces.as_ref().map_or_else(Vec::new, |p| self.look(i, ball, &p[ball], own, shared)))
+    pub(super) fn sights(&self, shot: &FilmedShot, own: &Own, shared: &Shared) -> [Vec<Sight<ROW>>; 2] {
+        let pieces = self.pieces(shot, own, shared);
+        let look = |ball: usize| {
+            pieces
+                .as_ref()
+                .map_or_else(Vec::new, |pieces| self.look(shot, (ball, &pieces[ball]), own, shared))
+        };
+        [look(0), look(1)]
     }
 
-    fn look(&self, i: usize, ball: usize, pieces: &[Piece], own: &Own, shared: &Shared) -> Vec<Sight<ROW>> {
+    fn look(
+        &self,
+        shot: &FilmedShot,
+        (ball, pieces): (usize, &[Piece]),
+        own: &Own,
+        shared: &Shared,
+    ) -> Vec<Sight<ROW>> {
         let camera = Camera::new(shared);
-        let Noise { sd, rho } = self.world.noise[ball];
-        let shot = &self.shots[i];
+        let Noise { sd, rho } = self.noise[ball];
         whiten(&shot.tracks[ball], ([rho; 2], shot.fps), true, |frame| {
             see(frame, own[own::TIME], pieces, &camera, sd)
         })
     }
 
-    /// Returns where χ² of shot `i` is least over its own unknowns, if its spin is `spin`, and over some
-    /// shared ones, which it sets, and the sums there.
-    pub(crate) fn settle(
+    /// Returns where χ² of a shot is least over its own unknowns and some shared ones, which it sets, and the
+    /// sums there.
+    pub(super) fn settle(
         &self,
-        i: usize,
-        spin: &ShotSpin,
+        shot: &FilmedShot,
         own: Own,
         (shared, ids): (&mut Shared, &[Id]),
         stop: (usize, f64),
@@ -173,9 +163,8 @@ impl FilmBlock {
         };
         let start = own.iter().copied().chain(ids.iter().map(|id| shared[*id]));
         let start = Own::from_iterator(OWN + ids.len(), start);
-        let bounded = |x: Own| spin.bounded(x, shared);
-        let contribute = |x: &Own| self.contribute_as(i, spin, x, &with(x));
-        let (x, sums) = settle(start, ids, stop, contribute, bounded);
+        let bounded = |x: Own| shot.spin.bounded(x, shared);
+        let (x, sums) = settle(start, ids, stop, |x: &Own| self.contribute(shot, x, &with(x)), bounded);
         *shared = with(&x);
         (x.rows(0, OWN).into_owned(), sums)
     }
@@ -194,7 +183,7 @@ impl FilmBlock {
 
     /// Raises the noise to what lines through the frames next to an impact miss the balls by.
     pub(crate) fn coarsen(&mut self) {
-        for noise in &mut self.world.noise {
+        for noise in &mut self.noise {
             noise.sd = noise.sd.max(COARSE_SD);
         }
     }
@@ -202,38 +191,32 @@ impl FilmBlock {
     /// Returns the film with all balls of unknown spin sliding, if there are any.
     pub(crate) fn all_sliding(&self) -> Option<Self> {
         let mut sliding = self.clone();
-        let unknown = sliding.spins.iter_mut().filter(|spin| spin.is_unknown());
-        let count = unknown.map(|spin| *spin = ShotSpin::unknown_sliding()).count();
+        let unknown = sliding.shots.iter_mut().map(|shot| &mut shot.spin).filter(|spin| spin.is_unknown());
+        let count = unknown.map(|spin| *spin = ShotSpin::UNKNOWN_SLIDING).count();
         (count > 0).then_some(sliding)
     }
 
-    /// Computes what the finer model of the impact adds to the outcome of each shot; zero if it
-    /// describes no collision.
-    pub(crate) fn correct(&mut self, own: &[Own], shared: &Shared) {
-        let contact = self.world.contact;
-        let of_shot = |(own, spin): (&Own, &ShotSpin)| {
-            let cue = cue_before(&spin.stated, shared, &own_inputs(own), &contact.object());
-            let cue = cue.state(contact.object().radius * shared[Id::RadiusRatio]);
-            contact.correct(&cue, shared).unwrap_or_else(|_| Correction::zeros())
-        };
-        self.corrections = own.par_iter().zip(&self.spins).map(of_shot).collect();
-    }
-
-    /// Takes shots by their indices, each as often as it stands there.
-    pub fn take(&mut self, indices: &[usize]) {
-        self.shots = Arc::new(indices.iter().map(|i| self.shots[*i].clone()).collect());
-        self.spins = indices.iter().map(|i| self.spins[*i]).collect();
-        self.corrections = indices.iter().map(|i| self.corrections[*i].clone()).collect();
+    /// Computes what weight and cloth during the contact add to the outcome of each shot; zero if they describe no
+    /// collision.
+    pub(crate) fn weigh(&mut self, own: &[Own], shared: &Shared) {
+        if !self.contact.is_corrected() {
+            self.contact = self.contact.with_weight();
+        }
+        let contact = self.contact;
+        self.shots.par_iter_mut().zip(own).for_each(|(shot, own)| {
+            let cue = cue_before(&shot.spin, shared, &own_inputs(own), &contact.object());
+            shot.correction = contact.correct(&cue, shared).unwrap_or_else(|_| Correction::zeros());
+        });
     }
 
     /// Counts the picture in another unit and from another middle: a place becomes `factor`·place + `by`.
     pub(crate) fn move_picture(&mut self, factor: f64, by: Point) {
-        for shot in Arc::make_mut(&mut self.shots) {
-            for frame in shot.tracks.iter_mut().flatten() {
+        for shot in &mut self.shots {
+            for frame in Arc::make_mut(&mut shot.tracks).iter_mut().flatten() {
                 frame.seen = frame.seen * factor + by;
             }
         }
-        for noise in &mut self.world.noise {
+        for noise in &mut self.noise {
             noise.sd *= factor;
         }
     }
@@ -247,7 +230,7 @@ fn distance(sums: &Contribution) -> Option<f64> {
     square.is_finite().then(|| square.max(0.0).sqrt())
 }
 
-impl MeasuredSpin {
+impl SideSpin {
     /// Adds what markers show of a side spin after the impact.
     fn add_to(&self, total: &mut Contribution, struck: &Struck, radius: f64) {
         let predicted = struck.after[self.ball].spin[2] / radius;
@@ -329,37 +312,34 @@ impl FilmBlock {
     /// Chooses for every shot the likeliest of the states that it may be in given the shared
     /// unknowns; returns whether one has changed.
     pub(crate) fn choose_states(&mut self, own: &mut [Own], shared: &Shared) -> bool {
-        let film = &*self;
-        let judge = |(i, own): (usize, &Own)| {
-            let candidates = film.spins[i].candidates();
-            if candidates.len() == 1 {
-                return None;
-            }
-            let judged = candidates.into_iter().map(|spin| film.judge_state(i, spin, own, shared));
-            judged.min_by(|a, b| a.cost.total_cmp(&b.cost))
+        let judge = |(shot, own): (&FilmedShot, &Own)| {
+            let candidates = shot.spin.candidates().into_iter();
+            let judged = candidates.map(|spin| self.judge_state(shot, spin, own, shared));
+            let is_open = shot.spin.states != States::One;
+            is_open.then(|| judged.min_by(|a, b| a.cost.total_cmp(&b.cost))).flatten()
         };
-        let best: Vec<Option<Judged>> = own.par_iter().enumerate().map(judge).collect();
+        let best: Vec<Option<Judged>> = self.shots.par_iter().zip(&*own).map(judge).collect();
         let mut changed = false;
-        for (i, best) in best.into_iter().enumerate() {
+        for ((shot, own), best) in self.shots.iter_mut().zip(own).zip(best) {
             let Some(Judged { spin, own: values, .. }) = best else { continue };
-            changed |= !spin.is_same_state(&self.spins[i]);
-            self.spins[i] = spin;
-            own[i] = values;
+            changed |= !spin.is_same_state(&shot.spin);
+            (shot.spin, *own) = (spin, values);
         }
         changed
     }
 
-    fn judge_state(&self, i: usize, spin: ShotSpin, own: &Own, shared: &Shared) -> Judged {
-        let is_same = spin.is_same_state(&self.spins[i]);
+    fn judge_state(&self, shot: &FilmedShot, spin: ShotSpin, own: &Own, shared: &Shared) -> Judged {
+        let is_same = spin.is_same_state(&shot.spin);
         let mut start = own.clone();
-        if spin.states == States::Measured || spin.rolls_now() {
+        if spin.states == States::Measured || spin.rolls {
             start[own::TOPSPIN] = 0.0;
         } else if !is_same {
             let topspin = if spin.bounds[0] < 0.0 { SLIDE_START } else { spin.bounds[0] + SLIDE_START };
             start[own::TOPSPIN] = topspin - spin.mean(shared);
         }
-        let (own, sums) = self.settle(i, &spin, start, (&mut shared.clone(), &[]), JUDGED);
-        let bonus = if spin.rolls_now() { ROLL_BONUS } else { 0.0 };
+        let shot = FilmedShot { spin, ..shot.clone() };
+        let (own, sums) = self.settle(&shot, start, (&mut shared.clone(), &[]), JUDGED);
+        let bonus = if spin.rolls { ROLL_BONUS } else { 0.0 };
         let inertia = if is_same { MIN_CHI2_FALL } else { 0.0 };
         Judged { spin, own, cost: sums.cost - bonus - inertia }
     }

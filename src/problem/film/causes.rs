@@ -1,7 +1,6 @@
 //! Causes of residuals: effects that the model leaves out, and stated quantities that the frames
 //! contradict. Each is a changed problem, refitted, that is adopted if χ² decreases by enough.
 
-use super::own;
 use super::priors::{RATE_SD, of_unknown_spins};
 use super::spins::ShotSpin;
 use crate::problem::descent::{Descent, descend};
@@ -190,15 +189,16 @@ pub(crate) fn widen_rate(
 /// Returns the refit with balls that slide before the impact though natural roll is stated, with a
 /// topspin that the shots share.
 fn slide(problem: &Problem, at: &Evaluation, policy: &Policy) -> Option<Refit> {
-    let rolls = |spin: &ShotSpin| spin.stated.mean == Some(Id::Roll) && !spin.is_unknown();
-    let has_rolls = problem.film()?.spins.iter().any(rolls);
+    let has_rolls = problem.film()?.shots.iter().any(|shot| shot.spin.is_said_to_roll());
     if problem.is_robust() || !has_rolls || problem.unknown(Id::Slide).mode == Mode::Free {
         return None;
     }
     let mut wider = problem.clone();
-    let spins = &mut wider.film_mut()?.spins;
-    let sliding = spins.len();
-    spins.iter_mut().filter(|spin| rolls(spin)).for_each(|spin| *spin = ShotSpin::slides());
+    let shots = &mut wider.film_mut()?.shots;
+    let sliding = shots.len();
+    for shot in shots.iter_mut().filter(|shot| shot.spin.is_said_to_roll()) {
+        shot.spin = ShotSpin::SLIDES;
+    }
     wider.unknown_mut(Id::Roll).mode = Mode::Fixed;
     wider.unknown_mut(Id::Slide).mode = Mode::Free;
     let mut start = at.state.clone();
@@ -230,23 +230,21 @@ pub(crate) fn spin_freely(
     let mut free = Problem { unknowns: of_unknown_spins(&problem.unknowns), ..problem.clone() };
     let start = State { shared: Shared::starts(&free.unknowns), ..first.clone() };
     let film = free.film_mut()?;
-    film.world.noise = noise;
-    film.spins.fill(ShotSpin::unknown());
+    film.noise = noise;
+    film.shots.iter_mut().for_each(|shot| shot.spin = ShotSpin::UNKNOWN);
     let coarse = descend_with_states(&mut free, &start)?;
     let mut refit = Refit::from(free, coarse.end.state, 0.0);
     let state = &refit.descent.end.state;
     // at the noise of the first fit
     let mut same = refit.problem.clone();
-    same.film_mut()?.world.noise = problem.film()?.world.noise;
+    same.film_mut()?.noise = problem.film()?.noise;
     let fall = at.cost - same.evaluate(state.clone()).cost;
-    let shots = &refit.problem.film()?.spins;
+    let shots = &refit.problem.film()?.shots;
     if !(fall > policy.cause + 2.0 * shots.len() as f64) {
         return None;
     }
-    let slides = |(spin, _): &(&ShotSpin, _)| spin.stated.mean == Some(Id::Slide);
-    let sliding = shots.iter().zip(&state.own[0]).filter(slides);
-    let topspins: Vec<f64> =
-        sliding.map(|(spin, own)| spin.mean(&state.shared) + own[own::TOPSPIN]).collect();
+    let sliding = shots.iter().zip(&state.own[0]).filter(|(shot, _)| !shot.spin.rolls);
+    let topspins: Vec<f64> = sliding.map(|(shot, own)| shot.spin.topspin_of(own, &state.shared)).collect();
     let sliding = topspins.len();
     let topspin = if sliding == 0 { 1.0 } else { topspins.iter().sum::<f64>() / sliding as f64 };
     refit.fall = fall;

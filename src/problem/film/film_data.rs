@@ -5,14 +5,13 @@ use std::sync::Arc;
 
 use rayon::prelude::*;
 
-use super::block::{FilmBlock, MeasuredSpin, ShotFrames, World};
+use super::block::{FilmBlock, FilmedShot, SideSpin};
 use super::camera::Point;
-use super::cleaning::Cleaned;
+use super::cleaning::cleaned;
 use super::impact::{Contact, Correction};
-use super::own::{self, OWN};
 use super::priors::list_unknowns;
 use super::reading::Reading;
-use super::spins::{FIRST_SPREADS, LEAST_SPREAD, SIDE_SPREAD, ShotSpin};
+use super::spins::{ShotSpin, first_spreads};
 use crate::extraction::{FirstGuess, Rotation, Rotations, Unusable, from_paths};
 use crate::film::frame_noise;
 use crate::measurement::dataset::Dataset;
@@ -21,11 +20,10 @@ use crate::measurement::parameter::Settings;
 use crate::measurement::spin::Spin;
 use crate::measurement::track::TrackShot;
 use crate::numerics::median;
-use crate::physics::ball::Ball;
 use crate::physics::collision::{Fidelity, Model};
 use crate::problem::findings::Finding;
 use crate::problem::loss::ShotLoss;
-use crate::problem::sums::{Noise, Spread};
+use crate::problem::sums::Noise;
 use crate::problem::unknowns::{Id, Own, Unknown};
 
 /// Ratio of the distance of the centres at the impacts to 2R, less 1, beyond which lengths are in
@@ -34,6 +32,8 @@ const OTHER_UNIT: f64 = 0.1;
 
 /// Smallest noise, m: keeps exact synthetic tracks finite.
 const LEAST_NOISE: f64 = 1e-7;
+
+const MOVING: &str = "the object ball was moving before the impact";
 
 /// How a film is modelled and fitted.
 #[derive(Clone, Copy, Debug)]
@@ -103,8 +103,9 @@ impl Film<FilmBlock> {
         let tracks = tracks.filter(|tracks| !tracks.shots.is_empty()).ok_or(FilmError::NoFilm)?;
         let model = dataset.model(Fidelity::Full);
         let ball = model.ball;
-        let Cleaned { shots, rho, mut findings, mut left_out } = Cleaned::new(tracks, &ball);
-        let shots = guess_all(shots, &ball, tracks.from_balls, &mut left_out);
+        let (shots, mut findings) = cleaned(tracks, ball.radius);
+        let mut left_out = tracks.left_out.clone();
+        let shots = guess_all(shots, tracks.from_balls, &mut left_out);
         if shots.is_empty() {
             return Err(FilmError::NoImpact(left_out));
         }
@@ -118,31 +119,22 @@ impl Film<FilmBlock> {
         let middle = shots.iter().map(Guessed::contact_middle).sum::<Point>() / shots.len() as f64;
         let states_noise = shots.iter().all(|shot| shot.track.states_noise());
         let sd = unit * median(shots.iter().map(|shot| frame_noise::noise(&shot.track)).collect());
+        let rho = shots[0].track.correlation;
         let noise = Noise { sd: if states_noise { 1.0 } else { sd.max(LEAST_NOISE) }, rho };
         let own = shots.iter().map(|shot| shot.own(middle, unit)).collect();
         let names = shots.iter().map(|shot| shot.track.name.clone()).collect();
-        let mut frames = Vec::with_capacity(shots.len());
-        let mut spins = Vec::with_capacity(shots.len());
-        for shot in shots {
-            let (of_shot, spin) = shot.read(middle, unit, states_noise, ball.radius);
-            frames.push(of_shot);
-            spins.push(spin);
-        }
+        let read = |shot: Guessed| shot.read(middle, unit, states_noise, ball.radius);
+        let shots: Vec<FilmedShot> = shots.into_iter().map(read).collect();
+        let spins: Vec<ShotSpin> = shots.iter().map(|shot| shot.spin).collect();
         let mut unknowns = list_unknowns(&modelling.settings, tracks, &spins);
         if unit != 1.0 {
             unknowns[Id::Scale as usize].prior = None;
         }
-        let contact = Contact::new(&modelling.model, &unknowns);
-        let mut spreads = FIRST_SPREADS.map(|first| Spread::first(first, LEAST_SPREAD));
-        if dataset.side_sd > 0.0 {
-            spreads[SIDE_SPREAD] = Spread::first(dataset.side_sd, LEAST_SPREAD);
-        }
         let block = FilmBlock {
-            shots: Arc::new(frames),
-            corrections: vec![Correction::zeros(); spins.len()],
-            spins,
-            spreads,
-            world: World { contact, noise: [noise; 2] },
+            shots,
+            spreads: first_spreads(dataset.side_sd),
+            contact: Contact::new(&modelling.model, &unknowns),
+            noise: [noise; 2],
             states_noise,
             loss: (modelling.loss != Loss::Squares).then(|| ShotLoss::new(modelling.loss, Id::OFFSETS.len())),
         };
@@ -158,38 +150,31 @@ struct Guessed {
 
 /// Returns the shots that show an impact, with first guesses; adds names and reasons of the others to
 /// `left_out`.
-fn guess_all(
-    shots: Vec<TrackShot>,
-    ball: &Ball,
-    from_balls: bool,
-    left_out: &mut Vec<(String, String)>,
-) -> Vec<Guessed> {
-    let guess = |shot: &TrackShot| from_paths(shot, ball, frame_noise::noise(shot));
-    let guesses: Vec<_> = shots.par_iter().map(guess).collect();
+fn guess_all(shots: Vec<TrackShot>, from_balls: bool, left_out: &mut Vec<(String, String)>) -> Vec<Guessed> {
+    let guess = |track: TrackShot| match from_paths(&track, frame_noise::noise(&track)) {
+        Ok(guess) => Ok(Guessed { track, guess }),
+        Err(why) => Err((track.name, why)),
+    };
     let (mut guessed, mut refused) = (Vec::new(), Vec::new());
-    for (track, guess) in shots.into_iter().zip(guesses) {
+    for guess in shots.into_par_iter().map(guess).collect::<Vec<_>>() {
         match guess {
-            Ok(guess) => guessed.push(Guessed { track, guess }),
-            Err(why) => refused.push((track.name, why)),
+            Ok(guess) => guessed.push(guess),
+            Err(why) => refused.push(why),
         }
     }
     let is_moving = |why: &Unusable| matches!(why, Unusable::ObjectMoving { .. });
-    // metres mean something
-    let has_scale = !from_balls || !guessed.is_empty();
     let are_interchanged = guessed.is_empty() && refused.iter().all(|(_, why)| is_moving(why));
     let suffix = match (are_interchanged, refused.len()) {
         (false, _) => "",
         (true, 1) => ": are cue and object interchanged ([tracks] cue, object)?",
         (true, _) => ", as in all shots: are cue and object interchanged ([tracks] cue, object)?",
     };
-    left_out.extend(refused.into_iter().map(|(name, why)| {
-        let why = if is_moving(&why) && !has_scale {
-            "the object ball was moving before the impact".to_owned()
-        } else {
-            why.to_string()
-        };
-        (name, why + suffix)
-    }));
+    for (name, why) in refused {
+        // a speed in an unknown unit means nothing
+        let is_without_scale = is_moving(&why) && from_balls && guessed.is_empty();
+        let words = if is_without_scale { MOVING.to_owned() } else { why.to_string() };
+        left_out.push((name, words + suffix));
+    }
     guessed
 }
 
@@ -204,48 +189,41 @@ impl Guessed {
     /// Returns the own unknowns of the first guess, in metres from the middle.
     fn own(&self, middle: Point, unit: f64) -> Own {
         let FirstGuess { time, object, direction, before, .. } = self.guess;
-        let mut values = Own::zeros(OWN);
-        values[own::TIME] = time;
-        values[own::X] = (object[0] - middle.x) * unit;
-        values[own::Y] = (object[1] - middle.y) * unit;
-        values[own::DIRECTION] = direction;
-        values[own::ALONG] = before[0] * unit;
-        values[own::ACROSS] = before[1] * unit;
-        values
+        let place = (Point::from(object) - middle) * unit;
+        let [along, across] = before.map(|speed| speed * unit);
+        Own::from_vec(vec![time, place.x, place.y, direction, along, across, 0.0, 0.0])
     }
 
-    /// Returns the frames in metres from the middle, and what is stated of the spin, or what markers on the
-    /// cue ball show of it. The radius is in metres.
-    fn read(mut self, middle: Point, unit: f64, states_noise: bool, radius: f64) -> (ShotFrames, ShotSpin) {
-        let track = &self.track;
+    /// Returns the shot in metres from the middle, with the spin that is stated, or that markers on the cue ball
+    /// show. The radius is in metres.
+    fn read(self, middle: Point, unit: f64, states_noise: bool, radius: f64) -> FilmedShot {
+        let Self { track, guess } = &self;
         let reading = Reading { middle, unit, states_noise, may_be_held: !track.states_noise() };
         let [of_cue, of_object] = track.resolution;
         let tracks =
             [reading.frames(track, &track.cue, of_cue), reading.frames(track, &track.object, of_object)];
-        let spins = self.read_markers(radius / unit);
-        let (sin, cos) = self.guess.direction.sin_cos();
-        let [along, across] = self.guess.before.map(|speed| speed * unit);
-        let velocity = Point::new(along * cos - across * sin, along * sin + across * cos);
-        let spin = ShotSpin::stated(self.track.spin, velocity, radius);
-        (ShotFrames { tracks, fps: self.track.fps, spins }, spin)
-    }
-
-    /// Takes the spin before the impact from the markers of the cue ball; returns those after it. The
-    /// radius is in the unit of the film.
-    fn read_markers(&mut self, radius: f64) -> Vec<MeasuredSpin> {
-        if self.track.markers.is_empty() {
-            return Vec::new();
-        }
-        let noise = self.track.position_sd.unwrap_or_else(|| frame_noise::noise(&self.track));
-        let shown = Rotations::of(&self.track, self.guess.time, radius, noise);
-        if let Some(Rotation { spin, covariance, .. }) = shown.cue_before {
-            let sd = [0, 1, 2].map(|axis| Some(covariance[(axis, axis)].sqrt()));
-            self.track.spin = Spin::Measured { spin, sd };
-        }
-        let after = |(ball, rotation): (usize, Option<Rotation>)| {
-            let Rotation { spin, covariance, .. } = rotation?;
-            Some(MeasuredSpin { ball, spin: spin.z, sd: covariance[(2, 2)].sqrt() })
+        let shown = (!track.markers.is_empty()).then(|| {
+            let noise = track.position_sd.unwrap_or_else(|| frame_noise::noise(track));
+            Rotations::of(track, guess.time, radius / unit, noise)
+        });
+        let [before, after @ ..] = shown.map_or([None; 3], |r| [r.cue_before, r.cue_after, r.object_after]);
+        let sds = |rotation: &Rotation| [0, 1, 2].map(|axis| rotation.covariance[(axis, axis)].sqrt());
+        let stated = before.map_or(track.spin, |rotation| Spin::Measured {
+            spin: rotation.spin,
+            sd: sds(&rotation).map(Some),
+        });
+        let side_spin = |(ball, rotation): (usize, Option<Rotation>)| {
+            rotation.map(|rotation| SideSpin { ball, spin: rotation.spin.z, sd: sds(&rotation)[2] })
         };
-        [shown.cue_after, shown.object_after].into_iter().enumerate().filter_map(after).collect()
+        let (sin, cos) = guess.direction.sin_cos();
+        let [along, across] = guess.before.map(|speed| speed * unit);
+        let velocity = Point::new(along * cos - across * sin, along * sin + across * cos);
+        FilmedShot {
+            tracks: Arc::new(tracks),
+            fps: track.fps,
+            side_spins: after.into_iter().enumerate().filter_map(side_spin).collect(),
+            spin: ShotSpin::stated(stated, velocity, radius),
+            correction: Correction::zeros(),
+        }
     }
 }

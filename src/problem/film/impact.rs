@@ -6,7 +6,7 @@ use num_dual::DualNum;
 use super::dual::{Dual, DualVector, constant, gradient, with_gradient};
 use crate::physics::ball::{Ball, BallState, Vec3};
 use crate::physics::collision::{
-    Coefficients, Effects, Fidelity, Input, MIN_FITTED_KAPPA, Model, NotACollision, Regime,
+    Coefficients, Effects, Fidelity, Input, Jacobian, MIN_FITTED_KAPPA, Model, NotACollision, Regime,
 };
 use crate::physics::friction_law::Law;
 use crate::problem::unknowns::{Id, Mode, Shared, Unknown};
@@ -32,27 +32,19 @@ pub(crate) struct Contact {
 #[derive(Clone, Debug, PartialEq)]
 pub(crate) struct Correction {
     values: SVector<f64, 12>,
-    by: SMatrix<f64, 12, { Input::COUNT }>,
-    about: SVector<f64, { Input::COUNT }>,
+    by: Jacobian,
+    about: InputValues,
 }
 
 impl Correction {
     /// Returns no difference.
     pub fn zeros() -> Self {
-        Self { values: SVector::zeros(), by: SMatrix::zeros(), about: SVector::zeros() }
+        Self { values: SVector::zeros(), by: Jacobian::zeros(), about: InputValues::zeros() }
     }
 
     pub(crate) fn is_zero(&self) -> bool {
         self.values.iter().all(|value| *value == 0.0)
     }
-}
-
-/// An outcome in the order of [`Outcome::components`], with its derivatives.
-pub(crate) struct Response {
-    pub(crate) after: SVector<f64, 12>,
-    pub(crate) by: SMatrix<f64, 12, { Input::COUNT }>,
-    /// Whether the contact stuck.
-    pub(crate) sticks: bool,
 }
 
 /// A ball just before or after the impact, in the collision frame.
@@ -88,19 +80,6 @@ fn coefficients(shared: &Shared) -> Coefficients {
     Coefficients { mu: shared[Id::Mu], mu_s: shared[Id::MuS], e: shared[Id::E] }
 }
 
-/// Returns the values of the inputs of a collision.
-fn input_values(before: &BallState, shared: &Shared) -> SVector<f64, { Input::COUNT }> {
-    let (velocity, spin) = (before.velocity, before.spin);
-    SVector::from(Input::ALL.map(|input| match (input, input.shared()) {
-        (_, Some(id)) => shared[id],
-        (Input::VelocityX, _) => velocity.x,
-        (Input::VelocityY, _) => velocity.y,
-        (Input::SpinX, _) => spin.x,
-        (Input::SpinY, _) => spin.y,
-        _ => spin.z,
-    }))
-}
-
 impl Input {
     /// Returns the shared unknown that an input is; `None` of the motion of the cue ball.
     pub(in crate::problem) fn shared(self) -> Option<Id> {
@@ -119,15 +98,16 @@ impl Input {
     }
 }
 
-/// Returns the inputs of a collision, with their derivatives.
+/// Values of the inputs of a collision.
+type InputValues = SVector<f64, { Input::COUNT }>;
+
+/// Returns the inputs of a collision with a cue ball of this radius, with their derivatives.
 fn inputs(cue: &Side, shared: &Shared, radius: f64) -> [Dual; Input::COUNT] {
-    Input::ALL.map(|input| match (input, input.shared()) {
-        (_, Some(id)) => shared.dual(id),
-        (Input::VelocityX, _) => cue.velocity.x,
-        (Input::VelocityY, _) => cue.velocity.y,
-        (Input::SpinX, _) => cue.spin[0] / radius,
-        (Input::SpinY, _) => cue.spin[1] / radius,
-        _ => cue.spin[2] / radius,
+    let [x, y, z] = cue.spin.map(|spin| spin / radius);
+    let motion = [cue.velocity.x, cue.velocity.y, x, y, z];
+    Input::ALL.map(|input| match input.shared() {
+        Some(id) => shared.dual(id),
+        None => motion[input as usize - Input::VelocityX as usize],
     })
 }
 
@@ -194,38 +174,19 @@ impl Contact {
         model
     }
 
-    /// Returns by how much the outcome of the finer model differs for a cue ball in this state; 0 without one.
-    pub(crate) fn correct(&self, before: &BallState, shared: &Shared) -> Result<Correction, NotACollision> {
+    /// Returns by how much the outcome of the finer model differs for a cue ball; 0 without one.
+    pub(crate) fn correct(&self, cue: &Side, shared: &Shared) -> Result<Correction, NotACollision> {
         let Some(fine) = self.fine else { return Ok(Correction::zeros()) };
-        let (model, fine) = (self.at(self.model, shared), self.at(fine, shared));
-        let coefficients = coefficients(shared);
-        let [(coarse, by), (fine, finely_by)] = [
-            model.collide_with_jacobian(before, &coefficients)?,
-            fine.collide_with_jacobian(before, &coefficients)?,
-        ];
+        let radius = self.radii(shared)[0].re;
+        let outcome = |model: Model| {
+            self.at(model, shared).collide_with_jacobian(&cue.state(radius), &coefficients(shared))
+        };
+        let ((coarse, by), (fine, finely_by)) = (outcome(self.model)?, outcome(fine)?);
         Ok(Correction {
             values: fine.components() - coarse.components(),
             by: finely_by - by,
-            about: input_values(before, shared),
+            about: InputValues::from(inputs(cue, shared, radius).map(|input| input.re)),
         })
-    }
-
-    /// Returns the outcome for a cue ball in this state, with its derivatives by the inputs.
-    pub(crate) fn respond(
-        &self,
-        before: &BallState,
-        shared: &Shared,
-        correction: &Correction,
-    ) -> Result<Response, NotACollision> {
-        let model = self.at(self.model, shared);
-        let (outcome, mut by) = model.collide_with_jacobian(before, &coefficients(shared))?;
-        let mut after = outcome.components();
-        if !correction.is_zero() {
-            let moved = input_values(before, shared) - correction.about;
-            after += correction.values + correction.by * moved;
-            by += correction.by;
-        }
-        Ok(Response { after, by, sticks: outcome.regime == Regime::Stick })
     }
 
     /// Returns the radii of both balls, m; derivatives by their ratio are those at a constant radius of the
@@ -243,25 +204,24 @@ impl Contact {
         correction: &Correction,
     ) -> Result<([Side; 2], bool), NotACollision> {
         let [cue_radius, object_radius] = self.radii(shared);
-        let radius = cue_radius.re;
-        let Response { after: values, by: jacobian, sticks } =
-            self.respond(&cue.state(radius), shared, correction)?;
-        let inputs = inputs(cue, shared, radius);
-        let mut by = [SVector::zeros(); 12];
-        for (input, derivatives) in inputs.iter().zip(jacobian.column_iter()) {
-            let slope = gradient(input);
-            for (by, derivative) in by.iter_mut().zip(&derivatives) {
-                *by += slope * *derivative;
-            }
+        let model = self.at(self.model, shared);
+        let (outcome, mut jacobian) =
+            model.collide_with_jacobian(&cue.state(cue_radius.re), &coefficients(shared))?;
+        let mut values = outcome.components();
+        let inputs = inputs(cue, shared, cue_radius.re);
+        if !correction.is_zero() {
+            let moved = InputValues::from(inputs.each_ref().map(|input| input.re)) - correction.about;
+            values += correction.values + correction.by * moved;
+            jacobian += correction.by;
         }
-        let component = |row: usize| with_gradient(values[row], by[row]);
+        let by = SMatrix::from_columns(&inputs.each_ref().map(gradient)) * jacobian.transpose();
+        let component = |row: usize| with_gradient(values[row], by.column(row).into_owned());
         let side = |first: usize, radius: Dual| Side {
             velocity: DualVector::new(component(first), component(first + 1)),
             rise: component(first + 2),
             spin: [3, 4, 5].map(|i| component(first + i) * radius),
             inertia: self.object.inertia,
         };
-        let sides = [side(0, cue_radius), side(6, object_radius)];
-        Ok((sides, sticks))
+        Ok(([side(0, cue_radius), side(6, object_radius)], outcome.regime == Regime::Stick))
     }
 }

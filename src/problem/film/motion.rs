@@ -5,13 +5,13 @@
 //! Each is one more quadratic piece, so that χ² is smooth when a frame passes
 //! it.
 
-use nalgebra::{SMatrix, SVector};
 use num_dual::DualNum;
 
-use super::dual::{Dual, DualVector, INPUTS, constant, gradient, norm};
+use super::dual::{Dual, DualVector, INPUTS, constant, norm};
 use super::impact::{Contact, Correction, Side};
 use super::own::{self, OWN};
-use crate::physics::ball::{Ball, Vec3};
+use super::spins::ShotSpin;
+use crate::physics::ball::Ball;
 use crate::physics::cloth_motion::{GRAVITY, MAX_FLIGHTS, MIN_REBOUND};
 use crate::physics::collision::NotACollision;
 use crate::problem::frames;
@@ -26,30 +26,12 @@ const HALF_CONTACT: f64 = 1.4e-4;
 /// Number of coefficients of x, y and height: the constant, those per s and per s²/2.
 pub(super) const COEFFICIENTS: usize = 9;
 
-/// How the cue ball moves on the cloth before the impact.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(crate) enum Approach {
-    /// The ball does not slip.
-    Rolls,
-    /// The ball slips as its spin makes it.
-    Slides,
-}
-
-/// Spin of the cue ball before the impact as far as it is stated.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub(crate) struct StatedSpin {
-    pub(crate) approach: Approach,
-    /// Shared unknown that the topspin is counted from.
-    pub(crate) mean: Option<Id>,
-    /// Measured spin in the table frame, rad/s.
-    pub(crate) measured: Option<Vec3>,
-}
-
 /// A part of a ball's path, in time since the first guess of the impact: x, y and height, quadratic in time
 /// (m, m/s, m/s²).
 pub(super) type Piece = frames::Piece<COEFFICIENTS, INPUTS>;
 
 /// Place, velocity and acceleration of a ball at an instant: along x, along y, and upward.
+#[derive(Clone, Copy)]
 struct Moving([[Dual; 3]; 3]);
 
 impl Moving {
@@ -61,30 +43,17 @@ impl Moving {
 
     /// Returns the path of a ball that moves so at `start`.
     fn piece(&self, start: Dual) -> Piece {
-        let (s, by_start) = (start.re, gradient(&start));
-        let mut piece = Piece { start: s, at: SVector::zeros(), by: SMatrix::zeros() };
-        for (axis, [x, v, a]) in self.0.iter().enumerate() {
-            let [by_x, by_v, by_a] = [x, v, a].map(gradient);
-            let [x, v, a] = [x, v, a].map(|number| number.re);
+        let mut coefficients = [constant(0.0); COEFFICIENTS];
+        for (axis, [x, v, a]) in self.0.into_iter().enumerate() {
             // x − v s + a s²/2, v − a s, a
-            let coefficients = [
-                (
-                    x - v * s + a * s * s * 0.5,
-                    by_x - by_v * s + by_a * (0.5 * s * s) + by_start * (a * s - v),
-                ),
-                (v - a * s, by_v - by_a * s - by_start * a),
-                (a, by_a),
-            ];
-            for (place, (value, by)) in coefficients.into_iter().enumerate() {
-                piece.at[3 * axis + place] = value;
-                piece.by.set_row(3 * axis + place, &by.transpose());
-            }
+            let all = [x - (v - a * start * 0.5) * start, v - a * start, a];
+            coefficients[3 * axis..3 * axis + 3].copy_from_slice(&all);
         }
-        piece
+        Piece::new(start.re, &coefficients)
     }
 
-    /// Returns the path along which the velocity of a ball that moves so at `at` changes by `change`, evenly
-    /// from `half` before to `half` after.
+    /// Returns the path along which the velocity of a ball that moves so along x and y at `at` changes by `change`,
+    /// evenly from `half` before to `half` after; upward it moves so at the beginning.
     fn turning(&self, at: Dual, half: f64, change: &DualVector) -> Piece {
         let early = |[x, v, a]: [Dual; 3], change: Dual| {
             [x - v * half + a * (half * half * 0.5), v - a * half, a + change / (half * 2.0)]
@@ -104,6 +73,37 @@ struct Cloth {
     /// Acceleration of gravity in the film's seconds, m/s²: a wrong frame rate changes what
     /// accelerates balls, not an impact.
     gravity: Dual,
+}
+
+/// A ball on its way after the impact, and the pieces of its path.
+struct Walk {
+    time: Dual,
+    place: DualVector,
+    velocity: DualVector,
+    slip: DualVector,
+    /// Change of the slip over that of the velocity by an impulse on the cloth, (1 + ν)/ν.
+    lever: f64,
+    /// Time after which the next piece is followed, s: the piece before lasts until then.
+    late: f64,
+    pieces: Vec<Piece>,
+}
+
+impl Walk {
+    /// Appends the path from here on with these motions upward: height, velocity, acceleration.
+    fn add(&mut self, pull: &DualVector, upward: [Dual; 3]) {
+        let mut moving = Moving::flat(&self.place, &self.velocity, pull);
+        moving.0[2] = upward;
+        let piece = moving.piece(self.time);
+        self.pieces.push(Piece { start: piece.start + std::mem::take(&mut self.late), ..piece });
+    }
+
+    /// Goes on for some seconds with this acceleration, which acts by the part `late` later than evenly.
+    fn advance(&mut self, seconds: Dual, pull: &DualVector, late: Dual) {
+        self.place += self.velocity * seconds + pull * (seconds * seconds * 0.5 * late);
+        self.velocity += pull * seconds;
+        self.slip += pull * (seconds * self.lever);
+        self.time += seconds;
+    }
 }
 
 impl Cloth {
@@ -128,66 +128,45 @@ impl Cloth {
             - velocity * (self.rolling * self.gravity / norm(velocity))
     }
 
-    /// Appends the path of a ball that leaves `place` at `time`: flights, landings, sliding,
-    /// rolling. Its velocity is turned from the collision frame to the table.
-    fn follow(
-        &self,
-        mut time: Dual,
-        mut place: DualVector,
-        (ball, turn): (&Side, impl Fn(&DualVector) -> DualVector),
-        pieces: &mut Vec<Piece>,
-    ) {
-        let (mut velocity, mut slip, mut rise) = (turn(&ball.velocity), turn(&ball.slip()), ball.rise);
-        let still = DualVector::new(constant(0.0), constant(0.0));
-        // an impulse on the ball changes its slip by (1 + ν)/ν times as much as its velocity
-        let lever = (1.0 + ball.inertia) / ball.inertia;
-        let mut late = HALF_CONTACT;
-        // a path that is followed from a little later on
-        let mut add = |late: f64, piece: Piece| pieces.push(Piece { start: piece.start + late, ..piece });
+    /// Appends the path of a ball after the impact, whose upward velocity is `rise`: flights, landings,
+    /// sliding, rolling.
+    fn follow(&self, walk: &mut Walk, mut rise: Dual, inertia: f64) {
+        let none = constant(0.0);
+        let still = DualVector::new(none, none);
         let mut flights = 0;
         while rise.re > MIN_REBOUND && flights < MAX_FLIGHTS {
             flights += 1;
-            let mut flying = Moving::flat(&place, &velocity, &still);
-            flying.0[2] = [constant(0.0), rise, -self.gravity];
-            add(late, flying.piece(time));
+            walk.add(&still, [none, rise, -self.gravity]);
             let flight = rise * 2.0 / self.gravity;
-            place += velocity * flight;
-            time += flight;
-            let (grip, speed) = (self.sliding * (self.bounce + 1.0) * rise, norm(&slip));
-            let stop = speed / lever;
-            let impulse = slip * (if grip.re < stop.re { grip } else { stop } / speed);
-            late = 0.0;
+            walk.advance(flight, &still, none);
+            let (grip, speed) = (self.sliding * (self.bounce + 1.0) * rise, norm(&walk.slip));
+            let stop = speed / walk.lever;
+            let impulse = walk.slip * (if grip.re < stop.re { grip } else { stop } / speed);
             if (flight * self.bounce).re > 2.0 * HALF_LANDING {
-                let mut landing = Moving::flat(&place, &velocity, &still);
+                let mut landing = Moving::flat(&walk.place, &walk.velocity, &still);
                 let height = (rise - self.gravity * (0.5 * HALF_LANDING)) * HALF_LANDING;
-                landing.0[2] = [height, rise * (self.bounce - 1.0) * 0.5, constant(0.0)];
-                add(0.0, landing.turning(time, HALF_LANDING, &-impulse));
-                late = HALF_LANDING;
+                landing.0[2] = [height, rise * (self.bounce - 1.0) * 0.5, none];
+                walk.pieces.push(landing.turning(walk.time, HALF_LANDING, &-impulse));
+                walk.late = HALF_LANDING;
             }
-            velocity -= impulse;
-            slip -= impulse * constant(lever);
+            walk.velocity -= impulse;
+            walk.slip -= impulse * constant(walk.lever);
             rise *= self.bounce;
         }
         if rise.re > 0.0 {
             // all further bounces last 2v_z/g(1 − e_t); their friction is (1 + e_t)/2 of a sliding
             // ball's on average, but later
-            let pull = self.pull_sliding(&slip) * ((self.bounce + 1.0) * 0.5);
-            add(late, Moving::flat(&place, &velocity, &pull).piece(time));
+            let pull = self.pull_sliding(&walk.slip) * ((self.bounce + 1.0) * 0.5);
+            walk.add(&pull, [none; 3]);
             let bouncing = rise * 2.0 / (self.gravity * (-self.bounce + 1.0));
-            let lateness = self.bounce * 2.0 / (self.bounce + 1.0);
-            place += velocity * bouncing + pull * (bouncing * bouncing * 0.5 * lateness);
-            velocity += pull * bouncing;
-            slip += pull * (bouncing * lever);
-            time += bouncing;
-            late = 0.0;
+            walk.advance(bouncing, &pull, self.bounce * 2.0 / (self.bounce + 1.0));
         }
-        let pull = self.pull_sliding(&slip);
-        add(late, Moving::flat(&place, &velocity, &pull).piece(time));
-        let sliding = norm(&slip) / lever / (self.sliding * self.gravity);
-        place += velocity * sliding + pull * (sliding * sliding * 0.5);
-        velocity += pull * sliding;
-        let pull = self.pull_rolling(&velocity, ball.inertia);
-        add(0.0, Moving::flat(&place, &velocity, &pull).piece(time + sliding));
+        let pull = self.pull_sliding(&walk.slip);
+        walk.add(&pull, [none; 3]);
+        let sliding = norm(&walk.slip) / walk.lever / (self.sliding * self.gravity);
+        walk.advance(sliding, &pull, constant(1.0));
+        let pull = self.pull_rolling(&walk.velocity, inertia);
+        walk.add(&pull, [none; 3]);
     }
 }
 
@@ -213,7 +192,7 @@ impl Struck {
     pub fn new(
         values: &Own,
         shared: &Shared,
-        spin: &StatedSpin,
+        spin: &ShotSpin,
         (contact, correction): (&Contact, &Correction),
     ) -> Result<Self, NotACollision> {
         let inputs = own_inputs(values);
@@ -231,31 +210,37 @@ impl Struck {
         DualVector::new(v.x * self.cos - v.y * self.sin, v.x * self.sin + v.y * self.cos)
     }
 
-    /// Returns the paths of the cue ball and of the object ball, each with its first piece before the
-    /// impact; how the cue ball approaches is stated.
-    pub fn paths(&self, shared: &Shared, approach: Approach, object: &Ball) -> [Vec<Piece>; 2] {
-        let turn = |v: &DualVector| self.turn(v);
+    /// Returns the paths of the cue ball, which rolls before the impact or slides, and of the object ball,
+    /// each with its first piece before the impact.
+    pub fn paths(&self, shared: &Shared, rolls: bool, object: &Ball) -> [Vec<Piece>; 2] {
         let instant = self.inputs[own::TIME];
         let cloth = Cloth::new(shared);
         let object_place = DualVector::new(self.inputs[own::X], self.inputs[own::Y]);
         // centres of touching balls are 2√(R_c R_o) apart on the table
         let distance = shared.dual(Id::RadiusRatio).sqrt() * (2.0 * object.radius);
         let cue_place = object_place - DualVector::new(self.cos, self.sin) * distance;
-        let (velocity, slip) = (turn(&self.before.velocity), turn(&self.before.slip()));
-        let pull = match approach {
-            Approach::Rolls => cloth.pull_rolling(&velocity, object.inertia),
-            Approach::Slides => cloth.pull_sliding(&slip),
-        };
+        let (velocity, slip) = (self.turn(&self.before.velocity), self.turn(&self.before.slip()));
+        let pull =
+            if rolls { cloth.pull_rolling(&velocity, object.inertia) } else { cloth.pull_sliding(&slip) };
         let still = DualVector::new(constant(0.0), constant(0.0));
         let balls = [(cue_place, velocity, pull), (object_place, still, still)];
         [0, 1].map(|i| {
             let ((place, velocity, pull), after) = (&balls[i], &self.after[i]);
             let moving = Moving::flat(place, velocity, pull);
-            let change = turn(&after.velocity) - velocity;
-            let mut pieces = Vec::with_capacity(16);
-            pieces.push(Piece { start: f64::NEG_INFINITY, ..moving.piece(instant) });
-            pieces.push(moving.turning(instant, HALF_CONTACT, &change));
-            cloth.follow(instant, *place, (after, turn), &mut pieces);
+            let after_impact = self.turn(&after.velocity);
+            let before = Piece { start: f64::NEG_INFINITY, ..moving.piece(instant) };
+            let contact = moving.turning(instant, HALF_CONTACT, &(after_impact - velocity));
+            let mut walk = Walk {
+                time: instant,
+                place: *place,
+                velocity: after_impact,
+                slip: self.turn(&after.slip()),
+                lever: (1.0 + after.inertia) / after.inertia,
+                late: HALF_CONTACT,
+                pieces: vec![before, contact],
+            };
+            cloth.follow(&mut walk, after.rise, after.inertia);
+            let mut pieces = walk.pieces;
             // pieces that are over before the contact ends are never followed
             for j in (3..pieces.len()).rev() {
                 pieces[j - 1].start = pieces[j - 1].start.min(pieces[j].start);
@@ -277,7 +262,7 @@ pub(super) fn own_inputs(values: &Own) -> [Dual; OWN] {
 }
 
 /// Returns the cue ball just before the impact, in the collision frame.
-pub(super) fn cue_before(spin: &StatedSpin, shared: &Shared, inputs: &[Dual; OWN], ball: &Ball) -> Side {
+pub(super) fn cue_before(spin: &ShotSpin, shared: &Shared, inputs: &[Dual; OWN], ball: &Ball) -> Side {
     let [along, across] = [inputs[own::ALONG], inputs[own::ACROSS]];
     let topspin = spin.mean.map_or(constant(0.0), |id| shared.dual(id)) + inputs[own::TOPSPIN];
     let velocity = DualVector::new(along, across);

@@ -8,7 +8,8 @@ use std::sync::Arc;
 use rayon::prelude::*;
 use statrs::distribution::{ChiSquared, ContinuousCDF};
 
-use super::block::FilmBlock;
+use super::block::{FilmBlock, FilmedShot};
+use super::camera::Point;
 use super::own::{self, OWN};
 use super::shots::FittedFrame;
 use crate::measurement::track::TrackedBall;
@@ -40,9 +41,8 @@ const MIN_SQUARE_EXCESS: f64 = 0.5;
 const MIN_SHOTS: usize = 8;
 const MAX_SHOTS: usize = 200;
 
-/// Frames after the impact that may show a lag, and how many determine the velocity on each side.
+/// Frames after the impact that may show a lag.
 const AFTER: usize = 3;
-const BESIDE: usize = 4;
 
 /// Standard errors of a lag, if both balls show it.
 const MIN_LAG_ERRORS: f64 = 4.0;
@@ -59,19 +59,18 @@ pub(crate) fn tail(chi2: f64, dof: f64) -> f64 {
 /// Leaves out frames that stand out alone, and those at the ends of tracks from where on the ball
 /// is not on its path any more; returns how many.
 pub(crate) fn leave_out_frames(film: &mut FilmBlock, own: &[Own], shared: &Shared, policy: &Policy) -> usize {
-    let judge =
-        |i: usize| film.sights(i, &own[i], shared).map(|sights| outlying(&sights, own[i][own::TIME], policy));
-    let all: Vec<[Vec<usize>; 2]> = (0..film.shots.len()).into_par_iter().map(judge).collect();
-    let count = all.iter().flatten().map(Vec::len).sum();
-    if count > 0 {
-        let tracks = Arc::make_mut(&mut film.shots).iter_mut().flat_map(|shot| &mut shot.tracks);
-        for (track, indices) in tracks.zip(all.into_iter().flatten()) {
-            for index in indices {
-                track[index].used = false;
-            }
+    let judge = |(shot, own): (&FilmedShot, &Own)| {
+        film.sights(shot, own, shared).map(|sights| outlying(&sights, own[own::TIME], policy))
+    };
+    let all: Vec<[Vec<usize>; 2]> = film.shots.par_iter().zip(own).map(judge).collect();
+    for (shot, of_shot) in film.shots.iter_mut().zip(&all) {
+        for (ball, index) in
+            of_shot.iter().enumerate().flat_map(|(ball, i)| i.iter().map(move |i| (ball, *i)))
+        {
+            Arc::make_mut(&mut shot.tracks)[ball][index].used = false;
         }
     }
-    count
+    all.iter().flatten().map(Vec::len).sum()
 }
 
 /// Returns the indices of the frames of one ball that are left out.
@@ -141,9 +140,9 @@ pub(crate) fn spoiled(film: &FilmBlock, own: &[Own], shared: &Shared) -> Option<
     // before and after the impact, by distance in frames; and of all
     let mut near = [[Squares::default(); MOST_NEAR]; 2];
     let mut all = Squares::default();
-    for (i, own) in own.iter().enumerate().take(MAX_SHOTS) {
-        for frame in film.fitted_frames(i, own, shared).iter().filter(|frame| frame.used) {
-            let away = (frame.time - own[own::TIME]) * film.shots[i].fps;
+    for (shot, own) in film.shots.iter().zip(own).take(MAX_SHOTS) {
+        for frame in film.fitted_frames(shot, own, shared).iter().filter(|frame| frame.used) {
+            let away = (frame.time - own[own::TIME]) * shot.fps;
             all.add(frame.standardized());
             if let Some(near) = near[usize::from(away > 0.0)].get_mut(away.abs().round() as usize) {
                 near.add(frame.standardized());
@@ -167,10 +166,10 @@ pub(crate) fn spoiled(film: &FilmBlock, own: &[Own], shared: &Shared) -> Option<
 
 /// Leaves out the frames of all shots that are so near to their impacts.
 pub(crate) fn leave_out_spoiled(film: &mut FilmBlock, own: &[Own], reach: [usize; 2]) {
-    for (shot, own) in Arc::make_mut(&mut film.shots).iter_mut().zip(own) {
+    for (shot, own) in film.shots.iter_mut().zip(own) {
         let [before, after] = reach.map(|frames| (frames as f64 - 0.5).max(0.0) / shot.fps);
         let instant = own[own::TIME];
-        for frame in shot.tracks.iter_mut().flatten() {
+        for frame in Arc::make_mut(&mut shot.tracks).iter_mut().flatten() {
             frame.used &= frame.time < instant - before || frame.time > instant + after;
         }
     }
@@ -180,18 +179,15 @@ pub(crate) fn leave_out_spoiled(film: &mut FilmBlock, own: &[Own], reach: [usize
 /// velocity, and r the standardized residuals of a frame, u·r is averaged over the shots for the last
 /// frame before the impact and the first ones after it.
 pub(crate) fn lags(film: &FilmBlock, own: &[Own], shared: &Shared) -> bool {
-    let shots: Vec<Vec<FittedFrame>> =
-        own.iter().enumerate().take(MAX_SHOTS).map(|(i, own)| film.fitted_frames(i, own, shared)).collect();
+    let shots = film.shots.iter().zip(own).take(MAX_SHOTS);
+    let all: Vec<_> = shots.filter_map(|(shot, own)| residuals_along(film, shot, own, shared)).collect();
+    let count = all.len() as f64;
     // mean and its standard error of u·r
-    let [cue, object] = [TrackedBall::Cue, TrackedBall::Object].map(|ball| {
-        let shots = shots.iter().zip(own);
-        let all: Vec<_> =
-            shots.filter_map(|(frames, own)| residuals_along(frames, own[own::TIME], ball)).collect();
-        let count = all.len() as f64;
+    let [cue, object] = [0, 1].map(|ball| {
         std::array::from_fn::<_, { AFTER + 1 }, _>(|frame| {
-            let mean = all.iter().map(|shot| shot[frame]).sum::<f64>() / count;
-            let variance = all.iter().map(|shot| (shot[frame] - mean).powi(2)).sum::<f64>() / (count - 1.0);
-            [mean, (variance / count).sqrt()]
+            let mean = all.iter().map(|shot| shot[ball][frame]).sum::<f64>() / count;
+            let squares = all.iter().map(|shot| (shot[ball][frame] - mean).powi(2)).sum::<f64>();
+            [mean, (squares / (count - 1.0) / count).sqrt()]
         })
     });
     let is_late = |ball: &[[f64; 2]], frame: usize| {
@@ -202,25 +198,26 @@ pub(crate) fn lags(film: &FilmBlock, own: &[Own], shared: &Shared) -> bool {
     (1..=AFTER).any(|frame| is_late(&cue, frame) && is_late(&object, frame) && is_same_sign(frame))
 }
 
-/// Returns u·r in the last frame before the impact and the first ones after it; `None` for too few
-/// frames.
-fn residuals_along(frames: &[FittedFrame], instant: f64, ball: TrackedBall) -> Option<[f64; AFTER + 1]> {
-    // also those that were left out as wrong
-    let own: Vec<&FittedFrame> = frames.iter().filter(|frame| frame.ball == ball).collect();
-    let first = own.iter().position(|frame| frame.time >= instant)?;
-    if first < BESIDE || own.len() < first + BESIDE {
-        return None;
+/// Returns u·r of each ball in the last frame before the impact and the first ones after it, also in frames
+/// that were left out; `None` for too few.
+fn residuals_along(
+    film: &FilmBlock,
+    shot: &FilmedShot,
+    own: &Own,
+    shared: &Shared,
+) -> Option<[[f64; AFTER + 1]; 2]> {
+    let struck = film.struck(shot, own, shared).ok()?;
+    let frames = film.fitted_frames(shot, own, shared);
+    let [cue, object] = struck.after.each_ref().map(|ball| ball.velocity);
+    let mut all = [[0.0; AFTER + 1]; 2];
+    let balls = [(TrackedBall::Cue, cue - struck.before.velocity), (TrackedBall::Object, object)];
+    for ((ball, change), all) in balls.into_iter().zip(&mut all) {
+        let change = struck.turn(&change).map(|v| v.re).normalize();
+        let frames: Vec<&FittedFrame> = frames.iter().filter(|frame| frame.ball == ball).collect();
+        let last = frames.partition_point(|frame| frame.time < own[own::TIME]).checked_sub(1)?;
+        for (residual, frame) in all.iter_mut().zip(frames.get(last..=last + AFTER)?) {
+            *residual = change.dot(&Point::from(frame.standardized()));
+        }
     }
-    let velocity = |i: usize, j: usize| {
-        let seconds = own[j].time - own[i].time;
-        [0, 1].map(|axis| (own[j].predicted[axis] - own[i].predicted[axis]) / seconds)
-    };
-    let (before, after) = (velocity(first - BESIDE, first - 1), velocity(first, first + BESIDE - 1));
-    let change = [after[0] - before[0], after[1] - before[1]];
-    let along = |i: usize| {
-        let [x, y] = own[first - 1 + i].standardized();
-        (change[0] * x + change[1] * y) / change[0].hypot(change[1])
-    };
-    let all = std::array::from_fn(along);
-    all.iter().all(|r| r.is_finite()).then_some(all)
+    all.iter().flatten().all(|residual| residual.is_finite()).then_some(all)
 }

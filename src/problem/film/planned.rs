@@ -5,12 +5,12 @@ use std::sync::Arc;
 use nalgebra::DMatrix;
 use rayon::prelude::*;
 
-use super::block::{FilmBlock, MeasuredSpin, ShotFrames, World};
+use super::block::{FilmBlock, FilmedShot, SideSpin};
 use super::camera::Point;
 use super::impact::{Contact, Correction};
 use super::own::{self, OWN};
 use super::priors::list_unknowns;
-use super::spins::{FIRST_SPREADS, LEAST_SPREAD, SIDE_SPREAD, ShotSpin, TOPSPIN_SPREAD};
+use super::spins::{SIDE_SPREAD, ShotSpin, TOPSPIN_SPREAD, first_spreads};
 use crate::measurement::dataset::{Dataset, Tracks};
 use crate::measurement::spin::Spin;
 use crate::physics::collision::{Model, NotACollision};
@@ -77,95 +77,80 @@ pub(crate) fn information(
     filming: &Filming,
     (model, unknowns, shared): (&Model, &[Unknown], &Shared),
 ) -> Result<Vec<Option<DMatrix<f64>>>, NotACollision> {
-    let contact = Contact::new(model, unknowns);
-    let film = |(i, shot): (usize, &PlannedShot)| {
-        let side = if i % 2 == 0 { OFF_CORNER } else { -OFF_CORNER };
-        let topspin = if shot.topspin == 0.0 { side } else { shot.topspin };
-        Filmed::new(&PlannedShot { topspin, ..*shot }, filming, &contact, shared)
+    let mut film = FilmBlock {
+        shots: Vec::new(),
+        spreads: first_spreads(0.0),
+        contact: Contact::new(model, unknowns),
+        noise: [Noise { sd: filming.sd, rho: 0.0 }; 2],
+        states_noise: true,
+        loss: None,
     };
-    let mut films: Vec<Filmed> = samples.par_iter().enumerate().map(film).collect::<Result<_, _>>()?;
-    let variances = films.par_iter().map(|film| film.own_variances(shared)).collect::<Vec<_>>();
+    let made = samples.par_iter().enumerate().map(|(i, planned)| planned.filmed(i, filming, &film, shared));
+    let made: Vec<(FilmedShot, Own)> = made.collect::<Result<_, _>>()?;
+    // the variances of own unknowns if all others are known
+    let variances = |(shot, own): &(FilmedShot, Own)| {
+        let (products, _) = film.contribute(shot, own, shared).own_system(0.0, OWN);
+        Some(products.cholesky()?.inverse().diagonal())
+    };
+    let variances: Vec<Option<Own>> = made.par_iter().map(variances).collect();
     for (which, place, truth) in
         [(TOPSPIN_SPREAD, own::TOPSPIN, filming.topspin_sd), (SIDE_SPREAD, own::SIDE, 0.0)]
     {
         let variances: Vec<f64> = variances.iter().flatten().map(|variances| variances[place]).collect();
-        let spread = Spread::first(FIRST_SPREADS[which], LEAST_SPREAD);
-        let sd = found(&spread, &variances, truth, filming.shots as f64);
-        for film in &mut films {
-            film.block.spreads[which].sd = sd;
-        }
+        film.spreads[which].sd = found(&film.spreads[which], &variances, truth, filming.shots as f64);
     }
-    let informs = |(film, variances): (&Filmed, &Option<Own>)| {
+    let informs = |((shot, own), variances): (&(FilmedShot, Own), &Option<Own>)| {
         variances.as_ref()?;
-        let sums = film.block.contribute(0, &film.values, shared);
-        sums.reduced(&Id::ALL).map(|(information, _)| information)
+        film.contribute(shot, own, shared).reduced(&Id::ALL).map(|(information, _)| information)
     };
-    Ok(films.par_iter().zip(&variances).map(informs).collect())
+    Ok(made.par_iter().zip(&variances).map(informs).collect())
 }
 
-/// The film of one shot, and its own unknowns.
-struct Filmed {
-    block: FilmBlock,
-    values: Own,
-}
-
-impl Filmed {
-    fn new(
-        shot: &PlannedShot,
+impl PlannedShot {
+    /// Returns the `i`-th shot as it is filmed, and its own unknowns.
+    fn filmed(
+        &self,
+        i: usize,
         filming: &Filming,
-        contact: &Contact,
+        film: &FilmBlock,
         shared: &Shared,
-    ) -> Result<Self, NotACollision> {
-        let radius = contact.object().radius;
-        let [along, across] = shot.velocity;
-        let (sin, cos) = shot.direction.sin_cos();
+    ) -> Result<(FilmedShot, Own), NotACollision> {
+        let side = if i % 2 == 0 { OFF_CORNER } else { -OFF_CORNER };
+        let topspin = if self.topspin == 0.0 { side } else { self.topspin };
+        let radius = film.contact.object().radius;
+        let [along, across] = self.velocity;
+        let (sin, cos) = self.direction.sin_cos();
         let velocity = Point::new(along * cos - across * sin, along * sin + across * cos);
-        let spin = match shot.spin {
-            Spin::Unknown if shot.topspin != 1.0 => ShotSpin::slides(),
+        let spin = match self.spin {
+            Spin::Unknown if topspin != 1.0 => ShotSpin::SLIDES,
             stated => ShotSpin::stated(stated, velocity, radius),
         };
-        let mut values = Own::zeros(OWN);
-        values[own::TIME] = shot.instant;
-        (values[own::X], values[own::Y]) = (shot.place[0], shot.place[1]);
-        values[own::DIRECTION] = shot.direction;
-        (values[own::ALONG], values[own::ACROSS]) = (along, across);
-        if spin.stated.mean.is_some() {
-            values[own::TOPSPIN] = shot.topspin - spin.mean(shared);
+        let [x, y] = self.place;
+        let mut own = Own::from_vec(vec![self.instant, x, y, self.direction, along, across, 0.0, 0.0]);
+        if spin.mean.is_some() {
+            own[own::TOPSPIN] = topspin - spin.mean(shared);
         }
-        let unseen = ShotFrames { tracks: [Vec::new(), Vec::new()], fps: filming.fps, spins: Vec::new() };
-        let mut block = FilmBlock {
-            shots: Arc::new(vec![unseen.clone()]),
-            spins: vec![spin],
-            spreads: FIRST_SPREADS.map(|first| Spread::first(first, LEAST_SPREAD)),
-            world: World { contact: *contact, noise: [Noise { sd: filming.sd, rho: 0.0 }; 2] },
-            states_noise: true,
-            corrections: vec![Correction::zeros()],
-            loss: None,
+        let mut shot = FilmedShot {
+            tracks: Arc::default(),
+            fps: filming.fps,
+            side_spins: Vec::new(),
+            spin,
+            correction: Correction::zeros(),
         };
-        let struck = block.struck(0, &spin, &values, shared)?;
-        let seen = block.paths(0, &values, shared);
-        let tracks = [0, 1].map(|ball| {
-            let frame = |n: usize| {
-                let time = n as f64 / filming.fps;
-                let seen = seen.as_ref()?.place(ball, time).into();
-                Some(Frame { time, seen, weight: Point::repeat(1.0), used: true })
-            };
-            (0..filming.frames).filter_map(frame).collect()
-        });
-        let after = shot.after_sd.into_iter().flatten().enumerate();
-        let spins = after.map(|(ball, sd)| {
-            let spin = struck.after[ball].spin[2].re / radius;
-            MeasuredSpin { ball, spin, sd }
-        });
-        block.shots = Arc::new(vec![ShotFrames { tracks, spins: spins.collect(), ..unseen }]);
-        Ok(Self { block, values })
-    }
-
-    /// Returns the variances of the own unknowns if all others are known; `None` if the frames do not
-    /// determine them.
-    fn own_variances(&self, shared: &Shared) -> Option<Own> {
-        let (products, _) = self.block.contribute(0, &self.values, shared).own_system(0.0, OWN);
-        Some(products.cholesky()?.inverse().diagonal())
+        let struck = film.struck(&shot, &own, shared)?;
+        let seen = film.paths(&shot, &own, shared);
+        let frame = |ball: usize, n: usize| {
+            let time = n as f64 / filming.fps;
+            let seen = seen.as_ref()?.place(ball, time).into();
+            Some(Frame { time, seen, weight: Point::repeat(1.0), used: true })
+        };
+        let track = |ball: usize| (0..filming.frames).filter_map(|n| frame(ball, n)).collect();
+        shot.tracks = Arc::new([0, 1].map(track));
+        let after = self.after_sd.into_iter().flatten().enumerate();
+        shot.side_spins = after
+            .map(|(ball, sd)| SideSpin { ball, spin: struck.after[ball].spin[2].re / radius, sd })
+            .collect();
+        Ok((shot, own))
     }
 }
 

@@ -133,10 +133,10 @@ pub(crate) fn list_camera(all: &mut [Unknown], tracks: &Tracks) {
 }
 
 fn list_spins(all: &mut [Unknown], settings: &Settings, topspin_sd: Option<f64>, spins: &[ShotSpin]) {
-    let rolls = spins.iter().any(|spin| spin.stated.mean == Some(Id::Roll) && !spin.is_unknown());
+    let rolls = spins.iter().any(ShotSpin::is_said_to_roll);
     let slides = spins.iter().any(|spin| spin.topspin == OwnPrior::Spread(TOPSPIN_SPREAD));
     let is_unknown = spins.iter().any(ShotSpin::is_unknown);
-    let presses = spins.iter().any(|spin| spin.stated.mean != Some(Id::Slide));
+    let presses = spins.iter().any(|spin| spin.mean != Some(Id::Slide));
     all[Id::Roll as usize].start = 1.0;
     if rolls {
         known(all, Id::Roll, 1.0, topspin_sd.unwrap_or(ROLL_SD));

@@ -1,13 +1,12 @@
 //! The shots of a fitted film: their impacts, their frames, their paths through the picture.
 
-use nalgebra::DMatrix;
+use nalgebra::{DMatrix, DVector};
 
-use super::block::{FilmBlock, locate};
+use super::block::{FilmBlock, FilmedShot, locate};
 use super::camera::Camera;
 use super::dual::{Dual, DualVector, INPUTS, gradient};
-use super::motion::{Approach, Struck};
+use super::motion::Struck;
 use super::own::{self, OWN};
-use super::spins::ShotSpin;
 use crate::measurement::dataset::{Before, Measured, Measurement, Shot};
 use crate::measurement::observable::{Axis, Observable};
 use crate::measurement::spin::Spin;
@@ -16,6 +15,7 @@ use crate::numerics::median;
 use crate::physics::ball::Vec3;
 use crate::problem::frames::{Frame, PicturePaths};
 use crate::problem::solution::Solution;
+use crate::problem::sums::Contribution;
 use crate::problem::unknowns::{Id, Own, Shared};
 
 /// Observables of an impact.
@@ -98,28 +98,28 @@ impl FittedFrame {
 }
 
 impl FilmBlock {
-    /// Returns the paths of the balls of shot `i` through the picture; `None` if they do not collide.
-    pub(super) fn paths(&self, i: usize, own: &Own, shared: &Shared) -> Option<PicturePaths> {
-        let [cue, object] = &self.pieces(i, own, shared)?;
+    /// Returns the paths of the balls of a shot through the picture; `None` if they do not collide.
+    pub(super) fn paths(&self, shot: &FilmedShot, own: &Own, shared: &Shared) -> Option<PicturePaths> {
+        let [cue, object] = &self.pieces(shot, own, shared)?;
         Some(PicturePaths::new([cue, object], locate, own[own::TIME], Camera::new(shared)))
     }
 
-    /// Returns the frames of shot `i` against its paths.
-    pub(crate) fn fitted_frames(&self, i: usize, own: &Own, shared: &Shared) -> Vec<FittedFrame> {
-        let Some(paths) = self.paths(i, own, shared) else { return Vec::new() };
-        let mut all = Vec::new();
-        for (which, ball) in [TrackedBall::Cue, TrackedBall::Object].into_iter().enumerate() {
-            let noise = self.world.noise[which].sd;
-            all.extend(self.shots[i].tracks[which].iter().map(|frame| FittedFrame {
+    /// Returns the frames of a shot against its paths.
+    pub(super) fn fitted_frames(&self, shot: &FilmedShot, own: &Own, shared: &Shared) -> Vec<FittedFrame> {
+        let Some(paths) = self.paths(shot, own, shared) else { return Vec::new() };
+        let balls = [TrackedBall::Cue, TrackedBall::Object].into_iter().enumerate();
+        let of_ball = |(which, ball): (usize, TrackedBall)| {
+            let (noise, paths) = (self.noise[which].sd, &paths);
+            shot.tracks[which].iter().map(move |frame| FittedFrame {
                 ball,
                 time: frame.time,
                 seen: frame.seen.into(),
                 predicted: paths.place(which, frame.time),
                 sd: frame.weight.map(|weight| noise / weight).into(),
                 used: frame.used,
-            }));
-        }
-        all
+            })
+        };
+        balls.flat_map(of_ball).collect()
     }
 }
 
@@ -150,58 +150,62 @@ pub struct OwnEstimate {
 }
 
 /// A shot of a fitted film.
-struct FilmShot<'a> {
+struct Fitted<'a> {
     film: &'a FilmBlock,
+    shot: &'a FilmedShot,
     own: &'a Own,
     shared: Shared,
-    spin: &'a ShotSpin,
+}
+
+impl Fitted<'_> {
+    fn struck(&self) -> Option<Struck> {
+        self.film.struck(self.shot, self.own, &self.shared).ok()
+    }
 }
 
 impl Solution {
-    fn film_shot(&self, i: usize) -> Option<FilmShot<'_>> {
+    fn film_shot(&self, i: usize) -> Option<Fitted<'_>> {
         let film = self.problem.film()?;
         let shared = self.problem.samples.first()?.gather(&self.state().shared);
-        Some(FilmShot { film, own: self.state().own.first()?.get(i)?, shared, spin: &film.spins[i] })
+        Some(Fitted { film, shot: film.shots.get(i)?, own: self.state().own.first()?.get(i)?, shared })
     }
 
     /// Returns the frames of shot `i` of a film against the fit.
     #[must_use]
     pub(crate) fn fitted_frames(&self, i: usize) -> Vec<FittedFrame> {
-        let shot = self.film_shot(i);
-        shot.map_or_else(Vec::new, |FilmShot { film, own, shared, .. }| film.fitted_frames(i, own, &shared))
+        let of_shot = |Fitted { film, shot, own, shared }| film.fitted_frames(shot, own, &shared);
+        self.film_shot(i).map(of_shot).unwrap_or_default()
     }
 
     /// Returns the radius of the object ball of a film, m.
     #[must_use]
     pub fn radius(&self) -> f64 {
-        self.problem.film().map_or(f64::NAN, |film| film.world.contact.object().radius)
+        self.problem.film().map_or(f64::NAN, |film| film.contact.object().radius)
     }
 
     /// Returns how shot `i` of a film goes by the fit.
     #[must_use]
     pub fn motion(&self, i: usize) -> Option<Motion> {
-        let FilmShot { film, own, shared, spin } = self.film_shot(i)?;
-        let [cue, object] = film.struck(i, spin, own, &shared).ok()?.after;
+        let fitted = self.film_shot(i)?;
+        let [cue, object] = fitted.struck()?.after.map(|ball| ball.velocity.map(|v| v.re));
+        let Fitted { shot, own, shared, .. } = fitted;
         let [along, across] = [own[own::ALONG], own[own::ACROSS]];
         Some(Motion {
             cut: across.atan2(along),
             speed: along.hypot(across),
             direction: own[own::DIRECTION],
-            after: [cue.velocity.x.re, cue.velocity.y.re, object.velocity.x.re, object.velocity.y.re],
-            topspin: spin.topspin_of(own, &shared),
+            after: [cue.x, cue.y, object.x, object.y],
+            topspin: shot.spin.topspin_of(own, &shared),
         })
     }
 
-    /// Returns the own unknowns of shot `i` of a film in the frame of the table, from `origin` (m); their
+    /// Returns the own unknowns of shot `i` of a film in the frame of the table, from a point (m); their
     /// errors include those of what all shots share.
     #[must_use]
-    pub(crate) fn own_estimates(&self, i: usize, origin: [f64; 2]) -> Vec<OwnEstimate> {
-        self.try_own_estimates(i, origin).unwrap_or_default()
-    }
-
-    fn try_own_estimates(&self, i: usize, [x, y]: [f64; 2]) -> Option<Vec<OwnEstimate>> {
-        let FilmShot { film, own, shared, spin } = self.film_shot(i)?;
-        let struck = film.struck(i, spin, own, &shared).ok()?;
+    pub(crate) fn own_estimates(&self, i: usize, [x, y]: [f64; 2]) -> Option<Vec<OwnEstimate>> {
+        let fitted = self.film_shot(i)?;
+        let struck = fitted.struck()?;
+        let Fitted { shot, own, shared, .. } = fitted;
         let held = &self.at.shots.first()?.get(i)?.held;
         let reduced = self.at.eliminate(&self.problem, 0.0)?;
         let covariance = self.covariance.shot_covariance(&reduced, (0, i), held);
@@ -217,8 +221,8 @@ impl Solution {
             ("cue_vx", velocity.x),
             ("cue_vy", velocity.y),
         ];
-        if spin.stated.approach != Approach::Rolls {
-            all.push(("cue_topspin_of_roll", inputs[own::TOPSPIN] + spin.mean(&shared)));
+        if !shot.spin.rolls {
+            all.push(("cue_topspin_of_roll", inputs[own::TOPSPIN] + shot.spin.mean(&shared)));
         }
         all.push(("cue_side_spin_of_speed", inputs[own::SIDE]));
         let estimate = |(column, value): (&'static str, Dual)| {
@@ -234,40 +238,23 @@ impl Solution {
     /// frames do not show it.
     #[must_use]
     pub fn impact(&self, i: usize, track: &TrackShot) -> Option<Impact> {
-        let FilmShot { film, own, mut shared, spin } = self.film_shot(i)?;
-        let (own, sums) = film.settle(i, spin, own.clone(), (&mut shared, &Id::OFFSETS), STOP);
-        let ids = [&Id::OFFSETS[..], &CLOTH].concat();
-        let (matrix, _) = sums.system(&ids, 0.0);
-        let free = OWN + Id::OFFSETS.len();
-        let mut covariance = matrix.view((0, 0), (free, free)).into_owned().cholesky()?.inverse();
-        for place in (0..OWN).filter(|place| sums.held[*place]) {
-            covariance[(place, place)] = 0.0;
-        }
-        let struck = film.struck(i, spin, &own, &shared).ok()?;
+        let Fitted { film, shot, own, mut shared } = self.film_shot(i)?;
+        let (own, sums) = film.settle(shot, own.clone(), (&mut shared, &Id::OFFSETS), STOP);
+        let struck = film.struck(shot, &own, &shared).ok()?;
         let quantities = table_quantities(&struck, self.radius());
-        let by_own = DMatrix::from_fn(quantities.len(), free, |row, column| {
-            let offset = column.checked_sub(OWN).map(|i| OWN + Id::OFFSETS[i] as usize);
-            gradient(&quantities[row])[offset.unwrap_or(column)]
-        });
-        let shot_covariance = &by_own * &covariance * by_own.transpose();
-        // own unknowns and outcome follow what all shots share
-        let by_cloth = -(&by_own * covariance * matrix.view((0, free), (free, 2)));
-        let of_cloth = self.covariance_in(&self.covariance, &CLOTH).map(|c| if c.is_nan() { 0.0 } else { c });
-        let shared_covariance = &by_cloth * of_cloth * by_cloth.transpose();
+        let [of_shot, of_cloth] = self.variances(&quantities, &sums)?;
         // the spin may follow from the velocity, without an error of its own
-        let parts: Vec<f64> = [0, 1, 2, 6, 7, 8, 9]
-            .into_iter()
-            .map(|row| shared_covariance[(row, row)] / shot_covariance[(row, row)])
-            .filter(|part| part.is_finite())
-            .collect();
+        let parts = [0, 1, 2, 6, 7, 8, 9].map(|row: usize| of_cloth[row] / of_shot[row]);
+        let parts: Vec<f64> = parts.into_iter().filter(|part| part.is_finite()).collect();
         let value = |row: usize| quantities[row].re;
-        let sd = |row: usize| shot_covariance[(row, row)].max(0.0).sqrt();
+        let sd = |row: usize| of_shot[row].max(0.0).sqrt();
         let measured = |row: usize| Measured::new(value(row), sd(row));
         let (sin, cos) = value(0).sin_cos();
         let normal = [Measured::new(cos, sd(0) * sin.abs()), Measured::new(sin, sd(0) * cos.abs())];
-        let stated = match (spin.stated.approach, track.spin) {
-            (_, Spin::Stun) => Spin::Stun,
-            (_, Spin::NaturalRoll) | (Approach::Rolls, Spin::Unknown) => Spin::NaturalRoll,
+        let stated = match track.spin {
+            Spin::Stun => Spin::Stun,
+            Spin::NaturalRoll => Spin::NaturalRoll,
+            Spin::Unknown if shot.spin.rolls => Spin::NaturalRoll,
             _ => Spin::Measured {
                 spin: Vec3::new(value(3), value(4), value(5)),
                 sd: [3, 4, 5].map(|row| Some(sd(row)).filter(|sd| *sd > 0.0)),
@@ -275,34 +262,54 @@ impl Solution {
         };
         let after = (BEFORE..).zip(OBSERVED);
         let after = after.map(|(row, observable)| Measurement { observable, measured: measured(row) });
-        let shot = Shot {
-            name: track.name.clone(),
+        let impact = Shot {
             file: track.file.clone(),
             line: track.line,
             labels: track.labels.clone(),
-            before: Before::Impact { normal, velocity: [measured(1), measured(2)] },
-            spin: stated,
-            after: after.collect(),
+            ..Shot::new(
+                track.name.clone(),
+                Before::Impact { normal, velocity: [measured(1), measured(2)] },
+                stated,
+                after.collect(),
+            )
         };
-        let tracks = &film.shots[i].tracks;
-        let used = [0, 1].map(|ball| tracks[ball].iter().filter(|frame| frame.used).collect::<Vec<_>>());
+        let used = [0, 1].map(|ball| shot.tracks[ball].iter().filter(|frame| frame.used).collect::<Vec<_>>());
         let time = own[own::TIME];
-        let count = |ball: usize, is_after: bool| {
-            used[ball].iter().filter(|frame| (frame.time > time) == is_after).count()
-        };
-        let all: f64 = sums.noises.iter().map(|noise| noise.count).sum();
-        let weighted: f64 = sums.noises.iter().map(|noise| noise.weighted).sum();
+        let before = used.each_ref().map(|used| used.iter().filter(|frame| frame.time <= time).count());
+        let [count, weighted] = sums
+            .noises
+            .iter()
+            .fold([0.0; 2], |[count, weighted], noise| [count + noise.count, weighted + noise.weighted]);
         Some(Impact {
-            shot,
+            shot: impact,
             shared_part: parts.iter().sum::<f64>() / parts.len() as f64,
             time,
-            position_sd: film.world.noise[1].sd * typical_sd(&used[1]),
-            reduced_chi2: weighted / (all - (OWN + 4) as f64).max(1.0),
-            frames: [count(0, false), count(0, true), count(1, true)],
-            outliers: tracks.iter().flatten().filter(|frame| frame.is_left_out()).count(),
+            position_sd: film.noise[1].sd * typical_sd(&used[1]),
+            reduced_chi2: weighted / (count - (OWN + 4) as f64).max(1.0),
+            frames: [before[0], used[0].len() - before[0], used[1].len() - before[1]],
+            outliers: shot.tracks.iter().flatten().filter(|frame| frame.is_left_out()).count(),
             seen: used.map(|used| used.iter().map(|frame| (frame.time, frame.seen.into())).collect()),
-            paths: film.paths(i, &own, &shared)?,
+            paths: film.paths(shot, &own, &shared)?,
         })
+    }
+
+    /// Returns the variances of quantities of a shot with a free outcome: those that its frames leave, and those of
+    /// the cloth, which own unknowns and outcome follow.
+    fn variances(&self, quantities: &[Dual], sums: &Contribution) -> Option<[DVector<f64>; 2]> {
+        let (matrix, _) = sums.system(&[&Id::OFFSETS[..], &CLOTH].concat(), 0.0);
+        let free = OWN + Id::OFFSETS.len();
+        let mut covariance = matrix.view((0, 0), (free, free)).into_owned().cholesky()?.inverse();
+        for place in (0..OWN).filter(|place| sums.held[*place]) {
+            covariance[(place, place)] = 0.0;
+        }
+        let by_own = DMatrix::from_fn(quantities.len(), free, |row, column| {
+            let offset = column.checked_sub(OWN).map(|i| OWN + Id::OFFSETS[i] as usize);
+            gradient(&quantities[row])[offset.unwrap_or(column)]
+        });
+        let of_shot = (&by_own * &covariance * by_own.transpose()).diagonal();
+        let by_cloth = &by_own * covariance * matrix.view((0, free), (free, CLOTH.len()));
+        let of_cloth = self.covariance_in(&self.covariance, &CLOTH).map(|c| if c.is_nan() { 0.0 } else { c });
+        Some([of_shot, (&by_cloth * of_cloth * by_cloth.transpose()).diagonal()])
     }
 }
 

@@ -7,7 +7,6 @@
 //! within which χ² is smooth.
 
 use super::camera::Point;
-use super::motion::{Approach, StatedSpin};
 use super::own;
 use crate::measurement::spin::Spin;
 use crate::numerics::SIGNIFICANT;
@@ -31,17 +30,28 @@ pub(super) const SIDE_SPREAD: usize = 1;
 
 /// Spreads of topspin (over natural roll) and side spin (Rω_z/U) from shot to shot before the
 /// frames are seen: half a tip's width off the middle of the ball.
-pub(super) const FIRST_SPREADS: [f64; 2] = [0.05, 0.02];
+const FIRST_SPREADS: [f64; 2] = [0.05, 0.02];
 
 /// Smallest spread of topspin, in parts of natural roll: no frames determine a smaller one.
-pub(super) const LEAST_SPREAD: f64 = 0.004;
+const LEAST_SPREAD: f64 = 0.004;
+
+/// Returns the spreads before the frames are seen; that of side spin if it is stated.
+pub(super) fn first_spreads(side_sd: f64) -> [Spread; 2] {
+    let [topspin, side] = FIRST_SPREADS;
+    [topspin, if side_sd > 0.0 { side_sd } else { side }].map(|first| Spread::first(first, LEAST_SPREAD))
+}
 
 /// The spin of one shot.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct ShotSpin {
-    pub(crate) stated: StatedSpin,
+    /// Whether the cue ball rolls before the impact; else it slips as its spin makes it.
+    pub(crate) rolls: bool,
+    /// Shared unknown that the topspin is counted from.
+    pub(crate) mean: Option<Id>,
+    /// Measured spin in the table frame, rad/s.
+    pub(crate) measured: Option<Vec3>,
     pub(crate) topspin: OwnPrior,
-    pub(crate) side: OwnPrior,
+    side: OwnPrior,
     /// Bounds of the topspin, over natural roll.
     pub(crate) bounds: [f64; 2],
     /// States that the shot may be in.
@@ -66,46 +76,47 @@ const UNBOUNDED: [f64; 2] = [f64::NEG_INFINITY, f64::INFINITY];
 
 impl ShotSpin {
     /// A ball in natural roll.
-    pub fn rolls() -> Self {
-        let stated = StatedSpin { approach: Approach::Rolls, mean: Some(Id::Roll), measured: None };
-        let side = OwnPrior::Spread(SIDE_SPREAD);
-        Self { stated, topspin: OwnPrior::Held, side, bounds: UNBOUNDED, states: States::One }
-    }
+    const ROLLS: Self = Self {
+        rolls: true,
+        mean: Some(Id::Roll),
+        measured: None,
+        topspin: OwnPrior::Held,
+        side: OwnPrior::Spread(SIDE_SPREAD),
+        bounds: UNBOUNDED,
+        states: States::One,
+    };
 
     /// A ball that slides, with about the same topspin as the others that do.
-    pub fn slides() -> Self {
-        let stated = StatedSpin { approach: Approach::Slides, mean: Some(Id::Slide), measured: None };
-        Self { stated, topspin: OwnPrior::Spread(TOPSPIN_SPREAD), ..Self::rolls() }
-    }
+    pub(super) const SLIDES: Self = Self {
+        rolls: false,
+        mean: Some(Id::Slide),
+        topspin: OwnPrior::Spread(TOPSPIN_SPREAD),
+        ..Self::ROLLS
+    };
 
     /// A ball of unknown spin, rolling at first.
-    pub fn unknown() -> Self {
-        Self { states: States::All, ..Self::rolls() }
-    }
-
-    pub(crate) fn is_unknown(&self) -> bool {
-        self.states == States::All
-    }
+    pub(super) const UNKNOWN: Self = Self { states: States::All, ..Self::ROLLS };
 
     /// A ball of unknown spin that slides with less topspin than natural roll.
-    pub(crate) fn unknown_sliding() -> Self {
-        Self { bounds: [-MAX_TOPSPIN, 1.0], states: States::All, ..Self::slides() }
-    }
+    pub(super) const UNKNOWN_SLIDING: Self =
+        Self { bounds: [-MAX_TOPSPIN, 1.0], states: States::All, ..Self::SLIDES };
+
+    /// A ball of unknown spin that slides with more.
+    const UNKNOWN_FAST: Self = Self { bounds: [1.0, MAX_TOPSPIN], ..Self::UNKNOWN_SLIDING };
 
     /// Returns the spin of a shot whose cue ball has this velocity on the table, m/s.
     pub fn stated(spin: Spin, velocity: Point, radius: f64) -> Self {
         match spin {
-            Spin::Stun => Self { bounds: [-MAX_STUN, MAX_STUN], ..Self::slides() },
-            Spin::NaturalRoll => Self::rolls(),
+            Spin::Stun => Self { bounds: [-MAX_STUN, MAX_STUN], ..Self::SLIDES },
+            Spin::NaturalRoll => Self::ROLLS,
             Spin::Measured { spin, sd } => Self::measured(spin, sd, velocity, radius),
-            Spin::Unknown => Self::unknown(),
+            Spin::Unknown => Self::UNKNOWN,
         }
     }
 
     fn measured(spin: Vec3, sd: [Option<f64>; 3], velocity: Point, radius: f64) -> Self {
         let speed = velocity.norm();
         let slip = Point::new(velocity.x - radius * spin.y, velocity.y + radius * spin.x).norm();
-        let approach = if slip < ROLLS_WITHIN * speed { Approach::Rolls } else { Approach::Slides };
         let error = sd.into_iter().take(2).flatten().fold(0.0, f64::max) * radius;
         let is_open = error > 0.0 && slip < ROLLS_WITHIN * speed + SIGNIFICANT * error;
         let prior = |sd: Option<f64>| match sd {
@@ -116,7 +127,9 @@ impl ShotSpin {
         };
         let horizontal = sd[0].zip(sd[1]).map(|(x, y)| (0.5 * (x * x + y * y)).sqrt());
         Self {
-            stated: StatedSpin { approach, mean: None, measured: Some(spin) },
+            rolls: slip < ROLLS_WITHIN * speed,
+            mean: None,
+            measured: Some(spin),
             topspin: prior(horizontal),
             side: prior(sd[2]),
             bounds: UNBOUNDED,
@@ -125,33 +138,35 @@ impl ShotSpin {
     }
 
     /// Returns the states that the shot may be in.
-    pub(crate) fn candidates(&self) -> Vec<Self> {
-        let slides = |bounds| Self { bounds, states: self.states, ..Self::slides() };
+    pub(super) fn candidates(&self) -> Vec<Self> {
         match self.states {
             States::One => vec![*self],
-            States::Measured => [Approach::Rolls, Approach::Slides]
-                .map(|approach| Self { stated: StatedSpin { approach, ..self.stated }, ..*self })
-                .to_vec(),
-            States::All => vec![Self::unknown(), slides([1.0, MAX_TOPSPIN]), slides([-MAX_TOPSPIN, 1.0])],
+            States::Measured => [true, false].map(|rolls| Self { rolls, ..*self }).to_vec(),
+            States::All => vec![Self::UNKNOWN, Self::UNKNOWN_FAST, Self::UNKNOWN_SLIDING],
         }
     }
 
-    pub(crate) fn rolls_now(&self) -> bool {
-        self.stated.approach == Approach::Rolls
+    pub(super) fn is_unknown(&self) -> bool {
+        self.states == States::All
     }
 
-    pub(crate) fn is_same_state(&self, other: &Self) -> bool {
-        self.bounds == other.bounds && self.stated.approach == other.stated.approach
+    /// Returns whether natural roll is stated.
+    pub(super) fn is_said_to_roll(&self) -> bool {
+        self.mean == Some(Id::Roll) && !self.is_unknown()
+    }
+
+    pub(super) fn is_same_state(&self, other: &Self) -> bool {
+        self.bounds == other.bounds && self.rolls == other.rolls
     }
 
     /// Returns the topspin that the shot's own is counted from.
     pub fn mean(&self, shared: &Shared) -> f64 {
-        self.stated.mean.map_or(0.0, |id| shared[id])
+        self.mean.map_or(0.0, |id| shared[id])
     }
 
     /// Returns the topspin of a shot over natural roll; 1 for a ball that rolls.
     pub(crate) fn topspin_of(&self, own: &Own, shared: &Shared) -> f64 {
-        if self.rolls_now() { 1.0 } else { self.mean(shared) + own[own::TOPSPIN] }
+        if self.rolls { 1.0 } else { self.mean(shared) + own[own::TOPSPIN] }
     }
 
     /// Returns values whose topspin is within the bounds.
@@ -170,7 +185,7 @@ impl ShotSpin {
 
     /// Adds what is known to a shot's sums, and marks own unknowns that are held: for good, or at a
     /// bound that they press against.
-    pub(crate) fn constrain(
+    pub(super) fn constrain(
         &self,
         values: &Own,
         shared: &Shared,

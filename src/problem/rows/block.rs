@@ -96,8 +96,7 @@ impl RowsBlock {
         }
         let heavy = self.contact;
         let offset = |(shot, own): (&mut RowShot, &Own)| {
-            let cue = shot.approach(own).cue.state(shot.radius);
-            let offset = heavy.correct(&cue, shared).ok().filter(|_| shot.knows_speed);
+            let offset = heavy.correct(&shot.approach(own).cue, shared).ok().filter(|_| shot.knows_speed);
             shot.offset = offset.unwrap_or_else(Correction::zeros);
         };
         Arc::make_mut(&mut self.shots).par_iter_mut().zip(own).for_each(offset);
