@@ -4,7 +4,7 @@ use std::path::Path;
 
 use super::content::{self, Block, Report, Section, Table};
 use super::document::{self, CompareDocument, ComparedParameter, LabelDifference, LabelEstimate};
-use super::fit::down_weighted;
+use super::fit::{count_less, rejected};
 use super::plot::{forest, of_comparison};
 use super::shots::shot_list;
 use super::write::Staged;
@@ -22,7 +22,7 @@ pub(crate) fn write(comparison: &Comparison, out: &Path) -> Result<(), ReportErr
         .figure("residuals", &of_comparison(comparison))?
         .add("residuals.csv", csv::of_comparison(comparison))?
         .add("report.html", content::html(&report(comparison))?)?
-        .add("compare.json", document::text(comparison)?)?
+        .add("compare.json", document::text(&CompareDocument::new(comparison))?)?
         .put()
 }
 
@@ -35,26 +35,26 @@ fn report(comparison: &Comparison) -> Report {
     let document = CompareDocument::new(comparison);
     let figure = Block::figure("Estimates with their intervals", forest(comparison));
     let legend = "±: one standard error; (shared): one value for all; –: not determined";
-    let mut sections =
-        vec![Section::new("Estimates", legend, [estimates(comparison, &document).into(), figure])];
-    sections.extend(comparison.quantities.iter().zip(&document.parameters).map(|(compared, parameter)| {
+    let estimates = Block::Table(estimates(comparison, &document));
+    let mut sections = vec![Section::new("Estimates", legend, [estimates, figure])];
+    for (compared, parameter) in comparison.quantities.iter().zip(&document.parameters) {
         let title = format!("{}, {}", compared.quantity.symbol(), parameter.meaning);
-        Section::of_lines(title, "", lines(parameter))
-    }));
+        sections.push(Section::new(title, "", [Block::Lines(lines(parameter))]));
+    }
     sections.extend(document.robust.iter().map(|robust| {
-        let weights = robust.weights.iter();
-        let weights = weights.map(|one| (format!("{}, shot {}", one.sample, one.shot), one.weight));
-        down_weighted(&robust.losses.join(" and "), weights)
+        let columns = [("sample", "/sample"), ("shot", "/shot"), ("weight (1: counts fully)", "/weight")];
+        Section::new(count_less(&robust.losses.join(" and ")), "", [Table::of(&robust.weights, &columns)])
     }));
-    let rejected = document.samples.iter().flat_map(|sample| {
-        let rejected = sample.shots_rejected.iter();
-        rejected.map(|one| [format!("{}, {}", sample.title, one.shot), one.reason.clone()])
-    });
+    let left_out = document
+        .samples
+        .iter()
+        .flat_map(|sample| sample.shots_rejected.iter().map(|one| (format!("{}, ", sample.title), one)));
     let shots = comparison.residuals.iter().map(|one| (comparison.shot_name(one), &one.of_shot));
+    let residuals = Block::figure("Residuals of the joint fit", of_comparison(comparison));
     sections.extend([
-        Section::of_figure("Residuals", "", of_comparison(comparison)),
-        Section::of_rejected(rejected),
-        Section::of_lines("Notes", "", document.notes.clone()),
+        Section::new("Residuals", "", [residuals]),
+        rejected(left_out),
+        Section::new("Notes", "", [Block::Lines(document.notes.clone())]),
         Section::new("Shots, the largest residuals first", "", [Block::Shots(shot_list(shots))]),
     ]);
     let method = if comparison.is_filmed {
@@ -71,19 +71,16 @@ fn report(comparison: &Comparison) -> Report {
         document.dof,
         plain(document.chi2 / document.dof.max(1) as f64, 3)
     );
-    let facts = [
+    let facts = vec![
         ("model", document.fidelity.to_owned()),
         ("method", method.to_owned()),
         ("shots", used.to_string()),
         ("χ²", chi2),
     ];
-    Report {
-        title: format!("Comparison by {}", document.told_by),
-        verdict: document.verdict,
-        warnings: document.warnings,
-        facts: facts.to_vec(),
-        sections,
-    }
+    let title = format!("Comparison by {}", document.told_by);
+    let (verdict, mut warnings) = (document.verdict, document.warnings);
+    warnings.retain(|warning| !verdict.sentence.ends_with(warning));
+    Report { title, verdict, warnings, facts, sections }
 }
 
 fn estimates(comparison: &Comparison, document: &CompareDocument) -> Table {

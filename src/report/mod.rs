@@ -160,7 +160,7 @@ fn budgets(fit: &Fit) -> Vec<Budget> {
     let budget = |found: &problem::Budget| {
         let parts = document::budget(found).into_iter();
         let mut parts: Vec<_> =
-            parts.filter_map(|part| Some((symbol(&part.source), part.std_error?))).collect();
+            parts.filter_map(|part| Some((symbol(&part.source).to_owned(), part.std_error?))).collect();
         let std_error = parts.iter().map(|(_, error)| error.powi(2)).sum::<f64>().sqrt();
         parts.retain(|(_, error)| *error >= LEAST_PART * std_error);
         Budget { of: found.id, std_error, parts }
@@ -168,13 +168,12 @@ fn budgets(fit: &Fit) -> Vec<Budget> {
     fit.budget.iter().map(budget).collect()
 }
 
-/// Returns the symbol of an unknown, by its name; without one the name in words.
-fn symbol(name: &str) -> String {
-    let parameter = Parameter::ALL.into_iter().find(|parameter| parameter.name() == name);
-    match (parameter, name) {
-        (Some(parameter), _) => parameter.symbol().to_owned(),
-        (None, "mu_k") => "μ_k".to_owned(),
-        (None, "mu_r") => "μ_r".to_owned(),
-        (None, other) => other.replace('_', " "),
+/// Returns the symbol of an unknown, by its name; without one the name.
+fn symbol(name: &str) -> &str {
+    match (name, Parameter::ALL.into_iter().find(|parameter| parameter.name() == name)) {
+        ("mu_k", _) => "μ_k",
+        ("mu_r", _) => "μ_r",
+        (_, Some(parameter)) => parameter.symbol(),
+        (_, None) => name,
     }
 }
