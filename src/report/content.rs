@@ -120,7 +120,8 @@ impl Table {
         let head: Vec<String> = head.into_iter().map(Into::into).collect();
         let rows: Vec<Vec<String>> = rows.into_iter().collect();
         let is_number = |cell: &String| cell == "–" || cell.parse::<f64>().is_ok();
-        let right = |column| column > 0 && rows.iter().filter_map(|row: &Vec<String>| row.get(column)).all(is_number);
+        let right =
+            |column| column > 0 && rows.iter().filter_map(|row: &Vec<String>| row.get(column)).all(is_number);
         Self { right: (0..head.len()).map(right).collect(), head, rows, links: Vec::new() }
     }
 

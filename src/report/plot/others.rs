@@ -4,7 +4,7 @@ use plotters::prelude::RGBColor;
 
 use super::axis::ends;
 use super::{Axis, BAND, CUT_AXIS, Figure, Label, Panel, Point, Scale, color};
-use crate::compare::{Compared, Comparison};
+use crate::compare::{Compared, Comparison, Value};
 use crate::design::{Design, speeds};
 use crate::fit::{Contour, Fit, Status};
 use crate::measurement::dataset::Measured;
@@ -126,14 +126,15 @@ pub(in crate::report) fn forest(comparison: &Comparison) -> Figure {
     let mut figure = Figure::new(format!("Estimates and 95 % intervals by {}", comparison.told_by));
     let has_interval = |q: &&Compared| q.estimates.iter().any(|value| value.interval_95.is_some());
     for compared in comparison.quantities.iter().filter(has_interval) {
-        let label = |label: Option<usize>| label.map_or("all".to_owned(), |i| comparison.labels[i].clone());
-        let words = compared.estimates.iter().rev().map(|value| label(value.label)).collect();
+        let label = |value: &Value| value.label.clone().unwrap_or("all".to_owned());
+        let words = compared.estimates.iter().rev().map(label).collect();
         let about = if compared.shared { "one value for all" } else { "" };
         let symbol = compared.quantity.symbol();
         let x = Axis::new(format!("{symbol}, {}", compared.quantity.meaning()));
         let mut panel = Panel::new(symbol, about, x, Axis::with("", Scale::Words(words)));
         for (row, value) in compared.estimates.iter().rev().enumerate() {
-            let (y, series) = (row as f64, value.label.unwrap_or(0));
+            let of_label = comparison.labels.iter().position(|label| Some(label) == value.label.as_ref());
+            let (y, series) = (row as f64, of_label.unwrap_or(0));
             panel.line(value.interval_95.into_iter().flatten().map(|end| [end, y]), color(series), 3);
             let opacity = if value.fitted { 1.0 } else { 0.35 };
             panel.points([Point { opacity, ..Point::new([value.value, y], series) }]);
