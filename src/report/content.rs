@@ -215,7 +215,7 @@ pub(super) fn html(report: &Report) -> Result<String, ReportError> {
     let mut report = report.clone();
     for block in report.sections.iter_mut().flat_map(|section| &mut section.blocks) {
         let Block::Figure(picture) = block else { continue };
-        let (svg, spots) = picture.drawing.svg_with_spots()?;
+        let (svg, spots) = picture.drawing.svg()?;
         picture.svg = svg;
         if !spots.is_empty() {
             picture.spots = for_script(&json!({ "spots": spots, "labels": picture.drawing.labels }));

@@ -6,8 +6,8 @@ use std::io::{self, Write};
 
 use indexmap::{IndexMap, IndexSet};
 
+use super::ascii;
 use super::document::rounded;
-use super::unit_name;
 use crate::compare::Comparison;
 use crate::fit::{Fit, FittedFilm, Residual};
 use crate::measurement::track::TrackedBall;
@@ -92,7 +92,7 @@ fn row(residual: &Residual, model: &str) -> String {
         "{},{},{},{},{},{},,,{model}\n",
         quoted(&residual.shot),
         residual.observable.column(),
-        unit_name(residual.observable),
+        ascii(residual.observable.unit()),
         cells([residual.measured, residual.predicted, residual.sd].map(|si| si / unit_si)),
         cell(residual.standardized),
         cells([residual.cut.to_degrees(), residual.speed.unwrap_or(f64::NAN)]),

@@ -80,7 +80,7 @@ fn draw<T: Sync>(
 ) -> Result<(), ReportError> {
     let drawn = |shot| {
         let (name, figure) = draw(shot);
-        Ok((name.clone(), figure.svg()?))
+        Ok((name.clone(), figure.svg()?.0))
     };
     let drawn = extracted.par_iter().map(drawn).collect::<Result<(Vec<_>, Vec<_>), ReportError>>()?;
     let mut files = group_folders(&drawn.0).into_iter().zip(drawn.1);

@@ -11,7 +11,7 @@ use crate::measurement::dataset::Measured;
 use crate::measurement::number::plain;
 use crate::measurement::parameter::Parameter;
 use crate::problem::Quantity;
-use crate::report::{budgets, speed_unit, symbol, title};
+use crate::report::{Budget, speed_unit, symbol, title};
 use crate::studies::accuracy::{Errors, Includes, Row};
 
 /// Returns e of discs against the closing speed, and J_t/J_n against the slip, each with what was fitted; an empty figure of balls, and
@@ -74,12 +74,12 @@ pub(in crate::report) fn discs(fit: &Fit) -> Figure {
     figure
 }
 
-/// Returns what makes up the variances of μ, μ_s and e, as bars; without any if no parameter has an error.
-pub(super) fn budget(fit: &Fit) -> Panel {
+/// Returns what makes up the variances of μ, μ_s and e, as bars.
+pub(super) fn budget(budgets: &[Budget]) -> Panel {
     /// Number of sources that are shown of a parameter.
     const SOURCES: usize = 4;
     let mut bars: Vec<(String, f64, usize)> = Vec::new();
-    for (series, found) in budgets(fit).iter().enumerate() {
+    for (series, found) in budgets.iter().enumerate() {
         let of = symbol(found.of.name());
         bars.extend(found.parts.iter().take(SOURCES).map(|(source, error)| {
             (format!("{of}: {source}"), 100.0 * (error / found.std_error).powi(2), series)

@@ -40,12 +40,8 @@ type Area<'a, DB> = DrawingArea<DB, Shift>;
 type Drawn<DB> = Result<(), DrawingAreaErrorKind<<DB as DrawingBackend>::ErrorType>>;
 
 impl Figure {
-    pub(in crate::report) fn svg(&self) -> Result<String, ReportError> {
-        Ok(self.svg_with_spots()?.0)
-    }
-
     /// Returns the figure as SVG text, with the places of the measured points.
-    pub(in crate::report) fn svg_with_spots(&self) -> Result<(String, Vec<Spot>), ReportError> {
+    pub(in crate::report) fn svg(&self) -> Result<(String, Vec<Spot>), ReportError> {
         let (mut text, mut spots) = (String::new(), Vec::new());
         let area = SVGBackend::with_string(&mut text, (WIDTH, self.height())).into_drawing_area();
         self.draw(&area, &mut spots).map_err(|error| ReportError::of_drawing(&self.title, error))?;

@@ -9,7 +9,7 @@ use crate::compare::Comparison;
 use crate::fit::{Fit, FittedFilm, Residual};
 use crate::measurement::number::{count_of, plain};
 use crate::report::terminal::{chi2_text, estimate, with_unit};
-use crate::report::{noise_estimated, reduced_chi2, speed_unit, title};
+use crate::report::{budgets, noise_estimated, reduced_chi2, speed_unit, title};
 
 /// Height of a row of panels, pixels.
 const ROW: u32 = 400;
@@ -29,8 +29,11 @@ pub(in crate::report) fn residuals(fit: &Fit) -> Figure {
     });
     let mut panels = observed.against(&speed_axis);
     panels.extend(observed.quantiles());
-    let (budgets, is_noise_alone) = (budget(fit), fit.budget.iter().all(|budget| budget.shares.is_empty()));
-    panels.extend(Some(budgets).filter(|_| !is_noise_alone || panels.is_empty() && !fit.budget.is_empty()));
+    let budgets = budgets(fit);
+    let is_noise_alone = budgets.iter().flat_map(|found| &found.parts).all(|(source, _)| source == "noise");
+    if !is_noise_alone || panels.is_empty() && !budgets.is_empty() {
+        panels.push(budget(&budgets));
+    }
     let mut figure = observed.figure(title(fit), panels);
     figure.lines.splice(0..0, summary(fit).map(|line| (line, GREY)));
     let warnings = fit.warnings();
