@@ -45,7 +45,7 @@ fn falling_friction_is_compared() {
     assert!(apart.converged && warnings(&apart).is_empty(), "{:?}", apart.findings);
     is_right(difference(&apart, B), 0.06);
     is_right(difference(&apart, MU), 0.0);
-    assert!(difference(&apart, B).is_real() && of(&apart, B).same_or_different.unwrap().p_value < 1e-6);
+    assert!(difference(&apart, B).real && of(&apart, B).same_or_different.unwrap().p_value < 1e-6);
     let held = of(&apart, Quantity::Parameter(Parameter::C));
     assert!(held.shared && !held.estimates[0].fitted && held.estimates[0].value == 1.088);
     // one μ for all: b alone then tells them apart, and better
@@ -134,7 +134,7 @@ fn unequal_balls_are_no_difference_of_the_cloth() {
     let comparison = compare::compare(&both, &options::of_comparison()).unwrap();
     let found = difference(&comparison, MU_S);
     is_right(found, 0.0);
-    assert!(!found.is_real(), "{found:?}");
+    assert!(!found.real, "{found:?}");
     let limit =
         |finding: &Finding| matches!(finding, Finding::MassRatios { quantity, .. } if *quantity == MU_S);
     assert!(comparison.findings.iter().any(limit), "{:?}", comparison.findings);

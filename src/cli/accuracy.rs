@@ -51,7 +51,7 @@ pub(super) fn run(args: &Args) -> Result<(), Failure> {
     let left_out = dataset.shots.len() - shots.len() + dataset.left_out.len();
     let progress = Progress::new(1 + bias::FITTED.len());
     progress.step("errors and times");
-    let rows = accuracy::study(&shots, dataset.ball, args.kappa)?;
+    let ways = accuracy::study(&shots, dataset.ball, args.kappa)?;
     progress.done();
     let data = bias::noise_free(&dataset, args.kappa);
     let mut biases = Vec::new();
@@ -61,13 +61,11 @@ pub(super) fn run(args: &Args) -> Result<(), Failure> {
         progress.done();
     }
     drop(progress);
-    report::accuracy::write(&rows, &args.out)?;
+    report::accuracy::write(&ways, &args.out)?;
+    let document = AccuracyDocument::new(&ways, &biases, shots.len(), left_out);
     if args.json {
-        let document = AccuracyDocument::new(&rows, &biases, shots.len(), left_out);
         return print(&document::text(&document)?);
     }
     let left_out = if left_out > 0 { format!(", {left_out} left out") } else { String::new() };
-    let table = report::accuracy::table(&rows);
-    let biases = report::accuracy::bias_table(&biases, data.shots.len());
-    print(&format!("{} shots{left_out}\n{table}\n{biases}", shots.len()))
+    print(&format!("{} shots{left_out}\n{}", shots.len(), report::accuracy::table(&document)))
 }

@@ -5,7 +5,8 @@ use std::path::PathBuf;
 
 use crate::compare::{self, Options, Quantity};
 use crate::measurement::loss::Loss;
-use crate::report::{compare as report, document};
+use crate::report::compare as report;
+use crate::report::document::{self, CompareDocument};
 
 use super::progress::{self, Progress};
 use super::{Failure, print, unless_none};
@@ -59,7 +60,7 @@ pub(super) fn run(args: &Args) -> Result<(), Failure> {
     let comparison = comparison?;
     report::write(&comparison, &args.out)?;
     if args.json {
-        print(&document::text(&comparison)?)
+        print(&document::text(&CompareDocument::new(&comparison))?)
     } else {
         print(&report::table(&comparison))?;
         print(&format!("\nSee {}\n", args.out.join("report.html").display()))

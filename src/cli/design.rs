@@ -4,7 +4,8 @@ use std::path::PathBuf;
 
 use crate::design::{self, Expected};
 use crate::measurement::parameter::Parameter;
-use crate::report::{design as report, document};
+use crate::report::design as report;
+use crate::report::document::{self, DesignDocument};
 
 use super::{Failure, print};
 
@@ -60,7 +61,7 @@ pub(super) fn run(args: &Args) -> Result<(), Failure> {
     };
     report::write(&design, &args.out)?;
     if args.json {
-        print(&document::text(&design)?)
+        print(&document::text(&DesignDocument::new(&design))?)
     } else {
         print(&report::text(&design))?;
         print(&format!("\nSee {}\n", args.out.join("design.png").display()))

@@ -3,10 +3,12 @@
 use std::io::{IsTerminal, Write};
 use std::path::PathBuf;
 
+use clap::{Args as _, FromArgMatches};
+
 use crate::io::draft::{self, Draft};
 use crate::report::write::Staged;
 
-use super::table_only::{SPINS, Told, UNITS};
+use super::table_only::Told;
 use super::{Failure, print, print_lines};
 
 #[derive(clap::Args)]
@@ -46,64 +48,53 @@ pub(super) fn run(args: &Args) -> Result<(), Failure> {
     print(&format!("Wrote {}.{open} Then: caromfit check {}\n", path.display(), folder.display()))
 }
 
-/// Asks for what the files do not determine, and puts the answers in.
-fn ask(draft: &mut Draft) -> Result<(), Failure> {
-    let mut told = Told::default();
-    let blanks = draft.blanks();
-    let is_blank = |what: &str| blanks.contains(&what);
-    if is_blank("capture_fps") {
-        let question = "Frames per second that the camera recorded at (phones in slow motion: 120 or 240)";
-        told.fps = answer(question, number)?;
-    }
-    if is_blank("length_unit") {
-        let question =
-            "Unit of the positions: m, cm, mm, in, ft, or px (pixels: the balls are then the ruler)";
-        told.unit = answer(question, |word| one_of(word, &UNITS))?;
-    }
-    if let ([one, other], true) = (draft.tracks.as_slice(), is_blank("which ball is which")) {
-        let question = format!("Which is the cue ball: {one} or {other}");
-        told.cue = answer(&question, |word| one_of(word, &[one, other]))?;
-        told.object = told.cue.as_ref().map(|cue| if cue == one { other } else { one }.clone());
-    }
-    if let Some(stated) = draft.value("radius_m").filter(|_| !draft.are_discs) {
-        let question = format!(
-            "Radius of the balls, m (pool 0.028575, carom 0.03075, snooker 0.02625; Enter: {stated})"
-        );
-        told.radius = answer(&question, number)?;
-    }
-    if is_blank("cue_spin") {
-        let question =
-            "The cue ball before the hit: natural-roll (it rolls), stun (it slides), unknown, measured";
-        told.spin = answer(question, |word| one_of(word, &SPINS))?;
-    }
-    told.fill(draft);
-    Ok(())
-}
+/// What files may not determine, the option that would state it, and a question.
+const QUESTIONS: [(&str, &str, &str); 5] = [
+    (
+        "capture_fps",
+        "fps",
+        "Frames per second that the camera recorded at (phones in slow motion: 120 or 240)",
+    ),
+    (
+        "length_unit",
+        "unit",
+        "Unit of the positions: m, cm, mm, in, ft, or px (pixels: the balls are then the ruler)",
+    ),
+    ("which ball is which", "cue", "Which is the cue ball"),
+    (
+        "radius_m",
+        "radius",
+        "Radius of the balls, m (pool 0.028575, carom 0.03075, snooker 0.02625; Enter: as in the files, or pool)",
+    ),
+    (
+        "cue_spin",
+        "spin",
+        "The cue ball before the hit: natural-roll (it rolls), stun (it slides), unknown, measured",
+    ),
+];
 
-/// Asks until the answer can be read; `None` if the line is empty, or the input ends.
-fn answer<T>(question: &str, read: impl Fn(&str) -> Result<T, String>) -> Result<Option<T>, Failure> {
-    loop {
-        print(&format!("{question}: "))?;
+/// Asks for what the files do not determine, and puts the answers in, which are those of options.
+fn ask(draft: &mut Draft) -> Result<(), Failure> {
+    let mut options = vec!["init".to_owned()];
+    for (blank, option, question) in QUESTIONS {
+        let has_radius = blank == "radius_m" && draft.value(blank).is_some() && !draft.are_discs;
+        if !has_radius && !draft.blanks().contains(&blank) {
+            continue;
+        }
+        let balls = draft.tracks.join(" or ");
+        print(&if option == "cue" { format!("{question}, {balls}: ") } else { format!("{question}: ") })?;
         std::io::stdout().flush()?;
         let mut line = String::new();
-        let bytes = std::io::stdin().read_line(&mut line)?;
-        let line = line.trim();
-        if bytes == 0 || line.is_empty() {
-            return Ok(None);
-        }
-        match read(line) {
-            Ok(value) => return Ok(Some(value)),
-            Err(error) => print(&format!("  {error}\n"))?,
+        std::io::stdin().read_line(&mut line)?;
+        let answer = line.trim();
+        options.extend((!answer.is_empty()).then(|| format!("--{option}={answer}")));
+        if let (Some(other), "cue", false) =
+            (draft.tracks.iter().find(|ball| *ball != answer), option, answer.is_empty())
+        {
+            options.push(format!("--object={other}"));
         }
     }
-}
-
-fn number(word: &str) -> Result<f64, String> {
-    let value = word.replace(',', ".").parse::<f64>().ok().filter(|value| *value > 0.0 && value.is_finite());
-    value.ok_or_else(|| format!("\"{word}\" is no number above 0"))
-}
-
-fn one_of(word: &str, words: &[&str]) -> Result<String, String> {
-    let known = words.iter().find(|known| known.eq_ignore_ascii_case(word)).map(|known| (*known).to_owned());
-    known.ok_or_else(|| format!("\"{word}\": expected one of {}", words.join(", ")))
+    let told = Told::augment_args(clap::Command::new("init")).try_get_matches_from(options)?;
+    Told::from_arg_matches(&told)?.fill(draft);
+    Ok(())
 }

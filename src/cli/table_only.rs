@@ -15,27 +15,27 @@ use super::Failure;
 pub(super) struct Told {
     /// Camera frame rate, frames/s
     #[arg(long, value_name = "N")]
-    pub(super) fps: Option<f64>,
+    fps: Option<f64>,
     /// Radius of the balls, m; pool balls, 0.028575, unless given
     #[arg(long, value_name = "M")]
-    pub(super) radius: Option<f64>,
+    radius: Option<f64>,
     /// Cue ball's spin before the impact
     #[arg(long, value_parser = SPINS)]
-    pub(super) spin: Option<String>,
+    spin: Option<String>,
     /// Track of the cue ball
     #[arg(long, value_name = "TRACK", requires = "object")]
-    pub(super) cue: Option<String>,
+    cue: Option<String>,
     /// Track of the object ball
     #[arg(long, value_name = "TRACK", requires = "cue")]
-    pub(super) object: Option<String>,
+    object: Option<String>,
     /// Unit of lengths
     #[arg(long, value_parser = UNITS)]
-    pub(super) unit: Option<String>,
+    unit: Option<String>,
 }
 
 /// Spins before the impact, and units of lengths.
-pub(super) const SPINS: [&str; 4] = ["stun", "natural-roll", "unknown", "measured"];
-pub(super) const UNITS: [&str; 6] = ["m", "cm", "mm", "in", "ft", "px"];
+const SPINS: [&str; 4] = ["stun", "natural-roll", "unknown", "measured"];
+const UNITS: [&str; 6] = ["m", "cm", "mm", "in", "ft", "px"];
 
 impl Told {
     /// Returns the data set of a table, and sentences that name what was assumed.

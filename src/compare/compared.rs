@@ -6,7 +6,9 @@ use super::CompareError;
 use super::findings::{Finding, Reason};
 use super::joint::{Joint, estimate};
 use super::quantity::Quantity;
-use super::result::{Compared, Comparison, Difference, LabelResidual, LikelihoodRatio, Robust, Value};
+use super::result::{
+    Compared, Comparison, Difference, LabelResidual, LikelihoodRatio, Robust, SampleWeight, Value,
+};
 use super::samples::Alone;
 use super::significance::known_error;
 use crate::fit::deviations::residuals as residuals_of;
@@ -35,6 +37,9 @@ impl Joint<'_> {
         }
         let differences = quantities.iter_mut().flat_map(|compared| &mut compared.differences);
         holm(differences.map(|difference| &mut difference.p_holm));
+        for difference in quantities.iter_mut().flat_map(|compared| &mut compared.differences) {
+            difference.real = difference.p_holm < Difference::LEVEL;
+        }
         let mut findings = std::mem::take(&mut self.samples.findings);
         findings.extend(quantities.iter().flat_map(find_doubts));
         findings.extend(Quantity::ALL.into_iter().find_map(|quantity| self.limit(quantity)));
@@ -46,11 +51,13 @@ impl Joint<'_> {
             let solution = self.solution.of_sample(number);
             is_filmed |= solution.is_film();
             let shots = solution.names[0].iter().cloned().zip(solution.weights());
-            weights.extend(shots.filter(|(_, weight)| *weight < 1.0).map(|(shot, w)| (sample, shot, w)));
+            let title = &self.samples.summaries[sample].title;
+            let weight = |(shot, weight)| SampleWeight { sample: title.clone(), shot, weight };
+            weights.extend(shots.filter(|(_, weight)| *weight < 1.0).map(weight));
             let own = residuals_of(&solution.names[0], &solution.deviations(), |_| true);
             residuals.extend(own.into_iter().map(|of_shot| LabelResidual { label, sample, of_shot }));
         }
-        weights.sort_by(|a, b| a.2.total_cmp(&b.2));
+        weights.sort_by(|a, b| a.weight.total_cmp(&b.weight));
         let mut comparison = Comparison {
             told_by: self.samples.told_by.clone(),
             fidelity: options.fidelity.map_or("auto", Fidelity::name),
@@ -113,7 +120,7 @@ impl Joint<'_> {
             labels.first().copied().or(first).into_iter().collect()
         };
         let value = |label: usize| {
-            let label_of_value = is_separate.then_some(label);
+            let label_of_value = is_separate.then(|| self.samples.labels[label].clone());
             Value { label: label_of_value, ..self.value(label, id, estimates.as_ref()) }
         };
         Compared {
@@ -195,7 +202,8 @@ impl Joint<'_> {
             for (second, b) in &determining[i + 1..] {
                 let (Some(p), Some(q)) = (estimates.position(*a), estimates.position(*b)) else { continue };
                 let variance = covariance[(p, p)] + covariance[(q, q)] - 2.0 * covariance[(p, q)];
-                all.push(self.tests.pair(*first, *second, value(*b) - value(*a), variance.sqrt()));
+                let labels = [first, second].map(|label| self.samples.labels[*label].as_str());
+                all.push(self.tests.pair(labels, value(*b) - value(*a), variance.sqrt()));
             }
         }
         all
@@ -214,8 +222,8 @@ fn find_doubts(compared: &Compared) -> Vec<Finding> {
     {
         doubts.push(Finding::NotShared { quantity, p_value });
     }
-    for &Value { label, value, .. } in compared.estimates.iter().filter(|value| value.at_bound) {
-        doubts.push(Finding::AtBound { quantity, label, bound: value });
+    for Value { label, value, .. } in compared.estimates.iter().filter(|value| value.at_bound) {
+        doubts.push(Finding::AtBound { quantity, label: label.clone(), bound: *value });
     }
     doubts
 }

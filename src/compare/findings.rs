@@ -38,8 +38,8 @@ pub enum Finding {
     AtBound {
         /// The quantity.
         quantity: Quantity,
-        /// Index of its label; `None` if it is shared.
-        label: Option<usize>,
+        /// Its label; `None` if it is shared.
+        label: Option<String>,
         /// The bound.
         bound: f64,
     },

@@ -222,11 +222,12 @@ impl Tests {
     }
 
     /// Returns the difference of two labels, `value` the second less the first.
-    pub fn pair(&self, first: usize, second: usize, value: f64, std_error: f64) -> Difference {
+    pub fn pair(&self, [first, second]: [&str; 2], value: f64, std_error: f64) -> Difference {
         let t = self.quantile();
         let p_value = self.p_value(value / std_error);
         let interval_95 = [value - t * std_error, value + t * std_error];
-        Difference { first, second, value, std_error, interval_95, p_value, p_holm: p_value }
+        let [first, second] = [first, second].map(str::to_owned);
+        Difference { first, second, value, std_error, interval_95, p_value, p_holm: p_value, real: false }
     }
 }
 
@@ -240,7 +241,7 @@ mod tests {
         for estimated in [true, false] {
             let tests = Tests { dof: 0, estimated };
             for (value, std_error) in [(0.0, 0.0), (0.1, f64::NAN)] {
-                assert!(tests.pair(0, 1, value, std_error).p_value >= 1.0);
+                assert!(tests.pair(["a", "b"], value, std_error).p_value >= 1.0);
             }
         }
     }

@@ -63,22 +63,35 @@ impl Comparison {
 }
 
 /// How robust losses weighted the shots.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, Serialize, JsonSchema)]
 pub struct Robust {
-    /// The name of each loss that a data set has.
+    /// Names of the losses of the data sets.
     pub losses: Vec<&'static str>,
-    /// The sample, the shot and its weight, for weights below 1, the smallest first.
-    pub(crate) weights: Vec<(usize, String, f64)>,
+    /// The shots that count less, the least first.
+    pub(crate) weights: Vec<SampleWeight>,
+}
+
+/// The weight of a shot.
+#[derive(Clone, Debug, Serialize, JsonSchema)]
+pub(crate) struct SampleWeight {
+    /// Title of the sample.
+    pub(crate) sample: String,
+    /// Name of the shot.
+    pub(crate) shot: String,
+    /// Its weight, 0 to 1.
+    pub(crate) weight: f64,
 }
 
 /// One sample of a comparison: a data set, or those of its shots that have one label.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, Serialize, JsonSchema)]
 pub struct SampleSummary {
     /// The name for a reader.
     pub title: String,
-    pub(crate) label: usize,
-    /// Number of its shots that were fitted.
+    /// The label that it belongs to.
+    pub(crate) label: String,
+    /// Number of shots that were fitted.
     pub shots_used: usize,
+    /// Shots that were left out.
     pub(crate) shots_rejected: Vec<Rejected>,
 }
 
@@ -100,11 +113,10 @@ pub struct Compared {
 }
 
 /// The value of a parameter.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize, JsonSchema)]
+#[derive(Clone, Debug, PartialEq, Serialize, JsonSchema)]
 pub struct Value {
-    /// The index of the label in the labels of the comparison; `None` if it is the value for all.
-    #[serde(skip)]
-    pub label: Option<usize>,
+    /// The label whose value it is; null: of all.
+    pub label: Option<String>,
     /// The value, in the unit of the parameter.
     #[serde(rename = "estimate")]
     #[schemars(with = "Option<f64>")]
@@ -123,12 +135,10 @@ pub struct Value {
 /// The difference of a quantity between two labels: the second less the first.
 #[derive(Clone, Debug, PartialEq, Serialize, JsonSchema)]
 pub struct Difference {
-    /// The index of the first label in the labels of the comparison.
-    #[serde(skip)]
-    pub first: usize,
-    /// The index of the second label.
-    #[serde(skip)]
-    pub second: usize,
+    /// The first label.
+    pub first: String,
+    /// The second label.
+    pub second: String,
     /// Value of the second label less that of the first, in the unit of the parameter.
     #[serde(rename = "difference")]
     #[schemars(with = "Option<f64>")]
@@ -145,16 +155,13 @@ pub struct Difference {
     /// p_value corrected for all pairs of all parameters (Holm 1979).
     #[schemars(with = "Option<f64>")]
     pub(crate) p_holm: f64,
+    /// Whether p_holm is below 0.05.
+    pub real: bool,
 }
 
 impl Difference {
     /// The probability of error that is accepted.
     pub(crate) const LEVEL: f64 = 0.05;
-
-    /// Whether the difference is significant: `p_holm` is below the level of the test.
-    pub fn is_real(&self) -> bool {
-        self.p_holm < Self::LEVEL
-    }
 }
 
 worded! {

@@ -140,6 +140,7 @@ impl<'a> Samples<'a> {
             Err(FitError::NoUsableShot { shots_rejected, .. }) => (0, shots_rejected),
             Err(error) => return Err(error.into()),
         };
+        let label = self.labels[label].clone();
         self.summaries.push(SampleSummary { title, label, shots_used, shots_rejected });
         Ok(())
     }

@@ -3,8 +3,8 @@
 use std::path::Path;
 
 use super::content::{self, Block, Report, Section, Table};
-use super::document::{self, CompareDocument, ComparedParameter, LabelDifference, LabelEstimate};
-use super::fit::down_weighted;
+use super::document::{self, CompareDocument, ComparedParameter};
+use super::fit::{count_less, rejected};
 use super::plot::{forest, of_comparison};
 use super::shots::shot_list;
 use super::write::Staged;
@@ -22,7 +22,7 @@ pub(crate) fn write(comparison: &Comparison, out: &Path) -> Result<(), ReportErr
         .figure("residuals", &of_comparison(comparison))?
         .add("residuals.csv", csv::of_comparison(comparison))?
         .add("report.html", content::html(&report(comparison))?)?
-        .add("compare.json", document::text(comparison)?)?
+        .add("compare.json", document::text(&CompareDocument::new(comparison))?)?
         .put()
 }
 
@@ -35,26 +35,26 @@ fn report(comparison: &Comparison) -> Report {
     let document = CompareDocument::new(comparison);
     let figure = Block::figure("Estimates with their intervals", forest(comparison));
     let legend = "±: one standard error; (shared): one value for all; –: not determined";
-    let mut sections =
-        vec![Section::new("Estimates", legend, [estimates(comparison, &document).into(), figure])];
-    sections.extend(comparison.quantities.iter().zip(&document.parameters).map(|(compared, parameter)| {
+    let estimates = Block::Table(estimates(comparison, &document));
+    let mut sections = vec![Section::new("Estimates", legend, [estimates, figure])];
+    for (compared, parameter) in comparison.quantities.iter().zip(&document.parameters) {
         let title = format!("{}, {}", compared.quantity.symbol(), parameter.meaning);
-        Section::of_lines(title, "", lines(parameter))
-    }));
+        sections.push(Section::new(title, "", [Block::Lines(lines(parameter))]));
+    }
     sections.extend(document.robust.iter().map(|robust| {
-        let weights = robust.weights.iter();
-        let weights = weights.map(|one| (format!("{}, shot {}", one.sample, one.shot), one.weight));
-        down_weighted(&robust.losses.join(" and "), weights)
+        let columns = [("sample", "/sample"), ("shot", "/shot"), ("weight (1: counts fully)", "/weight")];
+        Section::new(count_less(&robust.losses.join(" and ")), "", [Table::of(&robust.weights, &columns)])
     }));
-    let rejected = document.samples.iter().flat_map(|sample| {
-        let rejected = sample.shots_rejected.iter();
-        rejected.map(|one| [format!("{}, {}", sample.title, one.shot), one.reason.clone()])
-    });
+    let left_out = document
+        .samples
+        .iter()
+        .flat_map(|sample| sample.shots_rejected.iter().map(|one| (format!("{}, ", sample.title), one)));
     let shots = comparison.residuals.iter().map(|one| (comparison.shot_name(one), &one.of_shot));
+    let residuals = Block::figure("Residuals of the joint fit", of_comparison(comparison));
     sections.extend([
-        Section::of_figure("Residuals", "", of_comparison(comparison)),
-        Section::of_rejected(rejected),
-        Section::of_lines("Notes", "", document.notes.clone()),
+        Section::new("Residuals", "", [residuals]),
+        rejected(left_out),
+        Section::new("Notes", "", [Block::Lines(document.notes.clone())]),
         Section::new("Shots, the largest residuals first", "", [Block::Shots(shot_list(shots))]),
     ]);
     let method = if comparison.is_filmed {
@@ -71,19 +71,16 @@ fn report(comparison: &Comparison) -> Report {
         document.dof,
         plain(document.chi2 / document.dof.max(1) as f64, 3)
     );
-    let facts = [
+    let facts = vec![
         ("model", document.fidelity.to_owned()),
         ("method", method.to_owned()),
         ("shots", used.to_string()),
         ("χ²", chi2),
     ];
-    Report {
-        title: format!("Comparison by {}", document.told_by),
-        verdict: document.verdict,
-        warnings: document.warnings,
-        facts: facts.to_vec(),
-        sections,
-    }
+    let title = format!("Comparison by {}", document.told_by);
+    let (verdict, mut warnings) = (document.verdict, document.warnings);
+    warnings.retain(|warning| !verdict.sentence.ends_with(warning));
+    Report { title, verdict, warnings, facts, sections }
 }
 
 fn estimates(comparison: &Comparison, document: &CompareDocument) -> Table {
@@ -100,15 +97,14 @@ fn estimates(comparison: &Comparison, document: &CompareDocument) -> Table {
 
 fn cell(parameter: &ComparedParameter, label: &String, is_refuted: bool) -> String {
     let is_left_out = parameter.left_out.iter().any(|out| out.label == *label);
-    let is_own = |one: &&LabelEstimate| one.label.as_ref().is_none_or(|own| own == label);
-    let Some(value) = parameter.estimates.iter().find(is_own).filter(|_| !is_left_out) else {
+    let is_own = |one: &&Value| one.label.as_ref().is_none_or(|own| own == label);
+    let Some(own) = parameter.estimates.iter().find(is_own).filter(|_| !is_left_out) else {
         return "–".to_owned();
     };
-    let Value { value, std_error, fitted, .. } = value.value;
-    let number = match std_error {
-        _ if !fitted => return format!("{} (fixed)", plain(value, 4)),
-        Some(error) => with_error(value, error),
-        None => plain(value, 4) + if is_refuted { " (refuted)" } else { "" },
+    let number = match own.std_error {
+        _ if !own.fitted => return format!("{} (fixed)", plain(own.value, 4)),
+        Some(error) => with_error(own.value, error),
+        None => plain(own.value, 4) + if is_refuted { " (refuted)" } else { "" },
     };
     if parameter.shared { format!("{number} (shared)") } else { number }
 }
@@ -128,14 +124,16 @@ fn lines(parameter: &ComparedParameter) -> Vec<String> {
             test.delta_aic
         ));
     }
-    for LabelDifference { first, second, value, real } in &parameter.differences {
+    for found in &parameter.differences {
         lines.push(format!(
-            "{second} − {first}: {} {}, {}, corrected {}: {}",
-            with_error(value.value, value.std_error),
-            interval(value.interval_95, Some(value.std_error)),
-            p_text(value.p_value),
-            p_text(value.p_holm),
-            if *real { "real" } else { "may be chance" }
+            "{} − {}: {} {}, {}, corrected {}: {}",
+            found.second,
+            found.first,
+            with_error(found.value, found.std_error),
+            interval(found.interval_95, Some(found.std_error)),
+            p_text(found.p_value),
+            p_text(found.p_holm),
+            if found.real { "real" } else { "may be chance" }
         ));
     }
     let left_out = parameter.left_out.iter();
@@ -181,7 +179,7 @@ pub(super) fn termination(comparison: &Comparison) -> &'static str {
 /// Returns whether the comparison can be used: what differs, the first reason for doubt, or why it cannot.
 pub(super) fn verdict(comparison: &Comparison) -> Verdict {
     let unusable = sentences(comparison, |severity| severity == Severity::Unusable).into_iter().next();
-    let outcomes = comparison.quantities.iter().filter_map(|compared| outcome(comparison, compared));
+    let outcomes = comparison.quantities.iter().filter_map(outcome);
     let outcomes = outcomes.collect::<Vec<_>>().join("; ");
     let doubt = unusable.clone().or_else(|| warnings(comparison).into_iter().next());
     let sentence = match doubt {
@@ -196,16 +194,16 @@ pub(super) fn verdict(comparison: &Comparison) -> Verdict {
 }
 
 /// Returns whether a quantity differs, if it is compared.
-fn outcome(comparison: &Comparison, compared: &Compared) -> Option<String> {
+fn outcome(compared: &Compared) -> Option<String> {
     let symbol = compared.quantity.symbol();
     let [only] = compared.differences.as_slice() else {
-        let real = compared.differences.iter().filter(|difference| difference.is_real()).count();
+        let real = compared.differences.iter().filter(|difference| difference.real).count();
         let pairs = compared.differences.len();
         return (pairs > 0).then(|| format!("{symbol} differs in {real} of {pairs} pairs"));
     };
-    let [first, second] = [only.first, only.second].map(|label| &comparison.labels[label]);
-    let difference = format!("{second} − {first} = {}", with_error(only.value, only.std_error));
-    Some(if only.is_real() {
+    let by = with_error(only.value, only.std_error);
+    let difference = format!("{} − {} = {by}", only.second, only.first);
+    Some(if only.real {
         format!("{symbol} differs: {difference}")
     } else {
         format!("no difference in {symbol} is seen ({difference})")
@@ -248,7 +246,7 @@ fn sentence(comparison: &Comparison, finding: &Finding) -> String {
             )
         }
         Finding::AtBound { quantity, label, bound } => {
-            let of = label.map_or(String::new(), |label| format!(" of {}", comparison.labels[label]));
+            let of = label.as_ref().map_or(String::new(), |label| format!(" of {label}"));
             let symbol = quantity.symbol();
             format!(
                 "{symbol}{of} ends on a bound, {bound}: its differences are those of the curvature there, which is cautious."

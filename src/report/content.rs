@@ -3,11 +3,12 @@
 use minijinja::value::Serde;
 use minijinja::{AutoEscape, Environment, context};
 use serde::Serialize;
-use serde_json::json;
+use serde_json::{Value, json};
 
-use super::ReportError;
 use super::plot::Figure;
+use super::{ReportError, symbol};
 use crate::fit::Verdict;
+use crate::measurement::number::plain;
 
 /// A report: of a fit, or of a comparison.
 #[derive(Clone, Serialize)]
@@ -23,7 +24,7 @@ pub(super) struct Report {
 }
 
 /// The content under one heading.
-#[derive(Clone, Default, Serialize)]
+#[derive(Clone, Serialize)]
 pub(super) struct Section {
     title: String,
     /// The meaning of its numbers; empty if the heading states it.
@@ -51,22 +52,8 @@ impl Section {
         Self { title: title.into(), about: about.into(), blocks, folded: false }
     }
 
-    pub(super) fn of_lines(title: impl Into<String>, about: impl Into<String>, lines: Vec<String>) -> Self {
-        Self::new(title, about, [Block::Lines(lines)])
-    }
-
-    pub(super) fn of_figure(title: &str, about: &str, drawing: Figure) -> Self {
-        Self::new(title, about, [Block::figure(title, drawing)])
-    }
-
     pub(super) fn folded(self) -> Self {
         Self { folded: true, ..self }
-    }
-
-    /// Returns the section of shots that were not used, with the reasons.
-    pub(super) fn of_rejected(shots: impl Iterator<Item = [String; 2]>) -> Self {
-        let table = Table::new(["shot", "why"], shots.map(Vec::from));
-        Self::new("Shots that were not used", "", [table.into()])
     }
 }
 
@@ -86,12 +73,6 @@ pub(super) enum Block {
 impl Block {
     pub(super) fn figure(alt: &str, drawing: Figure) -> Self {
         Self::Figure(Picture { alt: alt.to_owned(), drawing, svg: String::new(), spots: String::new() })
-    }
-}
-
-impl From<Table> for Block {
-    fn from(table: Table) -> Self {
-        Self::Table(table)
     }
 }
 
@@ -131,19 +112,26 @@ pub(super) struct Table {
 }
 
 impl Table {
-    /// Returns a table of text, aligned to the left.
+    /// Returns a table whose columns of numbers, behind that of names, are aligned to the right.
     pub(super) fn new<T: Into<String>>(
         head: impl IntoIterator<Item = T>,
         rows: impl IntoIterator<Item = Vec<String>>,
     ) -> Self {
         let head: Vec<String> = head.into_iter().map(Into::into).collect();
-        Self { right: vec![false; head.len()], head, rows: rows.into_iter().collect(), links: Vec::new() }
+        let rows: Vec<Vec<String>> = rows.into_iter().collect();
+        let is_number = |cell: &String| cell == "–" || cell.parse::<f64>().is_ok();
+        let right =
+            |column| column > 0 && rows.iter().filter_map(|row: &Vec<String>| row.get(column)).all(is_number);
+        Self { right: (0..head.len()).map(right).collect(), head, rows, links: Vec::new() }
     }
 
-    /// Returns the table with numbers in these columns.
-    pub(super) fn with_numbers(mut self, columns: std::ops::Range<usize>) -> Self {
-        self.right[columns].fill(true);
-        self
+    /// Returns a table of values as JSON has them: a row for each, and in each column the value at a place (a JSON pointer).
+    pub(super) fn of(rows: impl IntoIterator<Item = impl Serialize>, columns: &[(&str, &str)]) -> Block {
+        let row = |value| {
+            let value = serde_json::to_value(value).unwrap_or_default();
+            columns.iter().map(|(_, place)| cell(value.pointer(place).unwrap_or(&Value::Null))).collect()
+        };
+        Block::Table(Self::new(columns.iter().map(|(head, _)| *head), rows.into_iter().map(row)))
     }
 
     /// Returns the table as text: columns padded to the widest cell, two spaces apart. A head without words is left out.
@@ -165,6 +153,29 @@ impl Table {
             text.push('\n');
         }
         text
+    }
+}
+
+/// Returns a value as people read it: numbers to three digits, and the symbols of parameters.
+fn cell(value: &Value) -> String {
+    match value {
+        Value::Null => "–".to_owned(),
+        Value::Bool(is_so) => if *is_so { "yes" } else { "no" }.to_owned(),
+        Value::Number(number) if number.is_f64() => plain(number.as_f64().unwrap_or(f64::NAN), 3),
+        Value::Number(number) => number.to_string(),
+        Value::String(text) => symbol(text).to_owned(),
+        // the ends of a range
+        Value::Array(values) => {
+            let mut ends: Vec<String> = values.iter().map(cell).collect();
+            ends.dedup();
+            ends.join(" to ")
+        }
+        // shifts in standard errors
+        Value::Object(entries) => {
+            let shift = |value: &Value| value.as_f64().unwrap_or(f64::NAN);
+            let entry = |(name, value): (&String, &Value)| format!("{} {:+.2}", symbol(name), shift(value));
+            entries.iter().map(entry).collect::<Vec<_>>().join(", ")
+        }
     }
 }
 
@@ -202,11 +213,9 @@ pub(super) fn sections(sections: &[Section]) -> String {
 /// Returns a report as one file that a lab attaches to its notebook: it needs no network and no other file.
 pub(super) fn html(report: &Report) -> Result<String, ReportError> {
     let mut report = report.clone();
-    report.facts.retain(|(_, fact)| !fact.is_empty());
-    report.sections.retain(|section| !section.blocks.is_empty());
     for block in report.sections.iter_mut().flat_map(|section| &mut section.blocks) {
         let Block::Figure(picture) = block else { continue };
-        let (svg, spots) = picture.drawing.svg_with_spots()?;
+        let (svg, spots) = picture.drawing.svg()?;
         picture.svg = svg;
         if !spots.is_empty() {
             picture.spots = for_script(&json!({ "spots": spots, "labels": picture.drawing.labels }));

@@ -4,13 +4,14 @@ use std::borrow::Cow;
 use std::collections::HashMap;
 use std::io::{self, Write};
 
+use indexmap::{IndexMap, IndexSet};
+
+use super::ascii;
 use super::document::rounded;
-use super::unit_name;
 use crate::compare::Comparison;
 use crate::fit::{Fit, FittedFilm, Residual};
 use crate::measurement::track::TrackedBall;
-use crate::problem::FittedFrame;
-use crate::problem::OwnEstimate;
+use crate::problem::{FittedFrame, OwnEstimate};
 
 /// The columns of residuals.csv, a row per measured number that χ² counts (`caromfit help results`).
 pub const RESIDUALS: &str =
@@ -91,7 +92,7 @@ fn row(residual: &Residual, model: &str) -> String {
         "{},{},{},{},{},{},,,{model}\n",
         quoted(&residual.shot),
         residual.observable.column(),
-        unit_name(residual.observable),
+        ascii(residual.observable.unit()),
         cells([residual.measured, residual.predicted, residual.sd].map(|si| si / unit_si)),
         cell(residual.standardized),
         cells([residual.cut.to_degrees(), residual.speed.unwrap_or(f64::NAN)]),
@@ -102,80 +103,54 @@ fn row(residual: &Residual, model: &str) -> String {
 pub fn shots(fit: &Fit) -> String {
     let estimates: HashMap<&str, Vec<OwnEstimate>> =
         fit.frames.iter().flat_map(FittedFilm::estimates).collect();
-    let mut table = Table::new(SHOTS);
+    let mut rows = Vec::new();
     for own in fit.residuals.chunk_by(|one, next| one.shot == next.shot) {
         let standardized = || own.iter().map(|residual| residual.standardized);
-        table.begin();
-        table.add("shot", &own[0].shot);
-        table.add("used", "true");
-        table.add_number("cut_deg", own[0].cut.to_degrees());
-        table.add_number("speed_m_s", own[0].speed.unwrap_or(f64::NAN));
-        table.add("values", own.len().to_string());
-        table.add_number("chi2", standardized().map(|z| z * z).sum());
         let largest = |most: f64, z: f64| if z.abs() > most.abs() { z } else { most };
-        table.add_number("largest", standardized().fold(0.0, largest));
+        let mut row = row_of([("shot", own[0].shot.clone()), ("used", "true".to_owned())]);
+        let mut add = |column: &str, value: f64| row.insert(column.to_owned(), cell(value));
+        add("cut_deg", own[0].cut.to_degrees());
+        add("speed_m_s", own[0].speed.unwrap_or(f64::NAN));
+        add("values", own.len() as f64);
+        add("chi2", standardized().map(|z| z * z).sum());
+        add("largest", standardized().fold(0.0, largest));
         for residual in own {
             let (name, unit_si) = (residual.observable.column(), residual.observable.unit_si());
-            table.add_number(name, residual.measured / unit_si);
-            table.add_number(&format!("{name}_sd"), residual.sd / unit_si);
-            table.add_number(&format!("{name}_predicted"), residual.predicted / unit_si);
+            add(name, residual.measured / unit_si);
+            add(&format!("{name}_sd"), residual.sd / unit_si);
+            add(&format!("{name}_predicted"), residual.predicted / unit_si);
         }
         for estimate in estimates.get(own[0].shot.as_str()).into_iter().flatten() {
-            table.add_number(estimate.column, estimate.value);
+            add(estimate.column, estimate.value);
             let sd = if fit.refuted.is_some() { f64::NAN } else { estimate.sd };
-            table.add_number(&format!("{}_sd", estimate.column), sd);
+            add(&format!("{}_sd", estimate.column), sd);
         }
+        rows.push(row);
     }
-    for rejected in &fit.shots_rejected {
-        table.begin();
-        table.add("shot", &rejected.shot);
-        table.add("used", "false");
-        table.add("reason", &rejected.reason);
-    }
-    table.text()
+    rows.extend(fit.shots_rejected.iter().map(|rejected| {
+        let (shot, reason) = (rejected.shot.clone(), rejected.reason.clone());
+        row_of([("shot", shot), ("used", "false".to_owned()), ("reason", reason)])
+    }));
+    table(SHOTS, &rows)
 }
 
-/// A table whose rows name their cells: columns stand in the order in which rows first have them.
-#[derive(Default)]
-pub(super) struct Table {
-    columns: Vec<String>,
-    rows: Vec<Vec<String>>,
+/// The cells of a row by the names of their columns.
+pub(super) type Row = IndexMap<String, String>;
+
+/// Returns a row of these cells.
+pub(super) fn row_of<const N: usize>(cells: [(&str, String); N]) -> Row {
+    cells.map(|(column, cell)| (column.to_owned(), cell)).into_iter().collect()
 }
 
-impl Table {
-    /// Returns a table that has columns, with commas between, and no rows.
-    pub(super) fn new(columns: &str) -> Self {
-        Self { columns: columns.split(',').map(str::to_owned).collect(), rows: Vec::new() }
-    }
-
-    /// Begins a row, whose cells are empty.
-    pub(super) fn begin(&mut self) {
-        self.rows.push(Vec::new());
-    }
-
-    pub(super) fn add(&mut self, column: &str, cell: impl Into<String>) {
-        let place = self.columns.iter().position(|known| known == column).unwrap_or_else(|| {
-            self.columns.push(column.to_owned());
-            self.columns.len() - 1
-        });
-        if let Some(row) = self.rows.last_mut() {
-            row.resize(row.len().max(place + 1), String::new());
-            row[place] = cell.into();
-        }
-    }
-
-    /// Adds the cell of a number, which is empty if it is unknown.
-    pub(super) fn add_number(&mut self, column: &str, value: f64) {
-        self.add(column, cell(value));
-    }
-
-    pub(super) fn text(&self) -> String {
-        let line = |row: &Vec<String>| {
-            let cell = |i: usize| row.get(i).map_or("".into(), |cell| quoted(cell));
-            (0..self.columns.len()).map(cell).collect::<Vec<_>>().join(",") + "\n"
-        };
-        std::iter::once(&self.columns).chain(&self.rows).map(line).collect()
-    }
+/// Returns a table with these columns, and those that rows have besides, in the order in which they first have them.
+pub(super) fn table(columns: &str, rows: &[Row]) -> String {
+    let known = columns.split(',').filter(|column| !column.is_empty());
+    let columns: IndexSet<&str> = known.chain(rows.iter().flat_map(Row::keys).map(String::as_str)).collect();
+    let line = |cells: Vec<Cow<str>>| cells.join(",") + "\n";
+    let head = line(columns.iter().map(|column| quoted(column)).collect());
+    let cell = |row: &Row, column: &str| row.get(column).map_or(String::new(), |cell| quoted(cell).into());
+    let row = |row: &Row| line(columns.iter().map(|column| cell(row, column).into()).collect());
+    head + &rows.iter().map(row).collect::<String>()
 }
 
 /// Returns a cell as RFC 4180 wants it.
@@ -188,15 +163,12 @@ fn quoted(cell: &str) -> Cow<'_, str> {
     }
 }
 
-/// Returns the cell of a number, which is empty if it is not finite.
+/// Returns the cell of a number, which is empty if it is not finite: very small and very large numbers with an exponent.
 fn cell(value: f64) -> String {
-    /// Numbers from here to there are short without an exponent.
-    const PLAIN: std::ops::Range<f64> = 1e-6..1e15;
-    let number = rounded(value);
-    match number.abs() {
-        size if size == 0.0 || PLAIN.contains(&size) => number.to_string(),
-        size if size.is_finite() => format!("{number:e}"),
-        _ => String::new(),
+    if value.is_finite() {
+        format!("{:?}", rounded(value)).trim_end_matches(".0").to_owned()
+    } else {
+        String::new()
     }
 }
 

@@ -6,10 +6,9 @@ use std::path::Path;
 
 use rayon::prelude::*;
 
-use super::csv::Table;
-use super::plot::{Figure, Tracks, of_shot};
+use super::plot::{Figure, Tracks, of_balls};
 use super::write::Staged;
-use super::{ReportError, folder_name, group_folders};
+use super::{ReportError, csv, folder_name, group_folders};
 use crate::fit::FittedFilm;
 use crate::io::balls;
 use crate::measurement::dataset::{Before, Dataset, Measured};
@@ -27,7 +26,7 @@ pub(crate) fn write_balls(
     folder: &Path,
 ) -> Result<(), ReportError> {
     if let Some(film) = drawn {
-        draw(extracted, |impact| (&impact.shot.name, of_shot(film, impact)), folder)?;
+        draw(extracted, |impact| (&impact.shot.name, of_balls(film, impact).figure()), folder)?;
     }
     Staged::new(folder)?
         .add("impacts.csv", impacts(dataset, extracted))?
@@ -81,7 +80,7 @@ fn draw<T: Sync>(
 ) -> Result<(), ReportError> {
     let drawn = |shot| {
         let (name, figure) = draw(shot);
-        Ok((name.clone(), figure.svg()?))
+        Ok((name.clone(), figure.svg()?.0))
     };
     let drawn = extracted.par_iter().map(drawn).collect::<Result<(Vec<_>, Vec<_>), ReportError>>()?;
     let mut files = group_folders(&drawn.0).into_iter().zip(drawn.1);
@@ -133,60 +132,51 @@ fn impacts(dataset: &Dataset, extracted: &[Impact]) -> String {
     /// Standard deviations in a file are positive.
     const LEAST_SD: f64 = 1e-12;
     let is_assumed = assumed(dataset).is_some();
-    let mut table = Table::default();
     // a mean of all shots has the whole error of what they share
     let shared_part = extracted.iter().map(|impact| impact.shared_part).sum::<f64>();
     let widening = (1.0 + shared_part).sqrt();
-    let measured = |table: &mut Table, column: &str, Measured { value, sd }: &Measured| {
-        table.add(column, value.to_string());
-        let sd = widening * sd.unwrap_or(0.0);
-        table.add(&format!("{column}_sd"), sd.max(LEAST_SD).to_string());
-    };
+    let mut rows = Vec::new();
     for impact in extracted {
         let shot = &impact.shot;
         let Before::Impact { normal, velocity } = &shot.before else { continue };
-        table.begin();
-        table.add("shot", &shot.name);
-        let before = normal.iter().chain(velocity);
-        for (column, before) in ["nx", "ny", "cue_vx", "cue_vy"].into_iter().zip(before) {
-            measured(&mut table, column, before);
-        }
-        for after in &shot.after {
-            measured(&mut table, after.observable.column(), &after.measured);
+        let before = ["nx", "ny", "cue_vx", "cue_vy"].into_iter().zip(normal.iter().chain(velocity).copied());
+        let after = shot.after.iter().map(|after| (after.observable.column(), after.measured));
+        let mut measured: Vec<(&str, Measured)> = before.chain(after).collect();
+        let word = match shot.spin {
+            Spin::Measured { spin, sd } => {
+                let axes = ["cue_wx", "cue_wy", "cue_wz"].into_iter().enumerate();
+                measured.extend(axes.map(|(i, name)| (name, Measured { value: spin[i], sd: sd[i] })));
+                "measured"
+            }
+            Spin::Stun => "stun",
+            Spin::NaturalRoll => "natural-roll",
+            Spin::Unknown => "unknown",
+        };
+        let mut row = csv::row_of([("shot", shot.name.clone())]);
+        for (column, Measured { value, sd }) in measured {
+            let sd = widening * sd.unwrap_or(0.0);
+            row.extend(csv::row_of([(column, value.to_string())]));
+            row.extend([(format!("{column}_sd"), sd.max(LEAST_SD).to_string())]);
         }
         if !is_assumed {
-            let word = match shot.spin {
-                Spin::Measured { spin, sd } => {
-                    for (i, column) in ["cue_wx", "cue_wy", "cue_wz"].into_iter().enumerate() {
-                        measured(&mut table, column, &Measured { value: spin[i], sd: sd[i] });
-                    }
-                    "measured"
-                }
-                Spin::Stun => "stun",
-                Spin::NaturalRoll => "natural-roll",
-                Spin::Unknown => "unknown",
-            };
-            table.add("cue_spin", word);
+            row.extend(csv::row_of([("cue_spin", word.to_owned())]));
         }
-        table.add("impact_time_s", impact.time.to_string());
-        table.add("position_sd_mm", (1e3 * impact.position_sd).to_string());
-        table.add("reduced_chi2", impact.reduced_chi2.to_string());
-        table.add("frames_left_out", impact.outliers.to_string());
-        for (label, text) in &shot.labels {
-            table.add(label, text);
-        }
+        row.extend(csv::row_of([
+            ("impact_time_s", impact.time.to_string()),
+            ("position_sd_mm", (1e3 * impact.position_sd).to_string()),
+            ("reduced_chi2", impact.reduced_chi2.to_string()),
+            ("frames_left_out", impact.outliers.to_string()),
+        ]));
+        row.extend(shot.labels.clone());
+        rows.push(row);
     }
-    table.text()
+    csv::table("", &rows)
 }
 
 fn left_out(dataset: &Dataset) -> String {
-    let mut table = Table::new("shot,reason");
-    for (shot, reason) in &dataset.left_out {
-        table.begin();
-        table.add("shot", shot);
-        table.add("reason", reason);
-    }
-    table.text()
+    let row =
+        |(shot, reason): &(String, String)| csv::row_of([("shot", shot.clone()), ("reason", reason.clone())]);
+    csv::table("shot,reason", &dataset.left_out.iter().map(row).collect::<Vec<_>>())
 }
 
 /// Returns the name of a column of discs where frames stand for seconds.
@@ -207,29 +197,29 @@ fn discs_table(discs: &Discs, extracted: &[(TrackShot, DiscImpact)]) -> String {
     };
     // what is stated has no error here
     let measured: String = Quantity::ALL.map(|quantity| format!(",{0},{0}_sd", name(quantity))).concat();
-    let mut table = Table::new(&format!("shot{measured}"));
-    for (shot, impact) in extracted {
-        table.begin();
-        table.add("shot", &shot.name);
+    let row = |(shot, impact): &(TrackShot, DiscImpact)| {
+        let mut row = csv::row_of([("shot", shot.name.clone())]);
         for quantity in Quantity::ALL {
             let unit = if quantity == Quantity::ContactDistance { 1e-3 } else { 1.0 };
             let Some(found) = impact.get(quantity) else { continue };
-            table.add(&name(quantity), (found.value / unit).to_string());
-            if let Some(sd) = found.sd {
-                table.add(&format!("{}_sd", name(quantity)), (sd / unit).to_string());
-            }
+            row.insert(name(quantity), (found.value / unit).to_string());
+            row.extend(found.sd.map(|sd| (format!("{}_sd", name(quantity)), (sd / unit).to_string())));
         }
         let doubts: Vec<String> = impact.doubts.iter().map(Doubt::to_string).collect();
-        table.add("mass_ratio_from", if discs.masses.is_some() { "masses" } else { "momentum" });
-        table.add("position_sd_mm", (1e3 * impact.position_sd).to_string());
-        table.add("reduced_chi2", impact.misfit.to_string());
-        table.add("frames_used", impact.frames.to_string());
-        table.add("frames_left_out", impact.outliers.to_string());
-        table.add("outcome", if impact.stuck.is_some() { "stick" } else { "part" });
-        table.add("verdict", if doubts.is_empty() { "good" } else { "doubtful" });
-        table.add("doubts", doubts.join("; "));
-    }
-    table.text()
+        let word = |is_first: bool, words: [&str; 2]| words[usize::from(!is_first)].to_owned();
+        row.extend(csv::row_of([
+            ("mass_ratio_from", word(discs.masses.is_some(), ["masses", "momentum"])),
+            ("position_sd_mm", (1e3 * impact.position_sd).to_string()),
+            ("reduced_chi2", impact.misfit.to_string()),
+            ("frames_used", impact.frames.to_string()),
+            ("frames_left_out", impact.outliers.to_string()),
+            ("outcome", word(impact.stuck.is_some(), ["stick", "part"])),
+            ("verdict", word(doubts.is_empty(), ["good", "doubtful"])),
+            ("doubts", doubts.join("; ")),
+        ]));
+        row
+    };
+    csv::table(&format!("shot{measured}"), &extracted.iter().map(row).collect::<Vec<_>>())
 }
 
 /// Returns what there is to say of the impacts of discs, a line each.

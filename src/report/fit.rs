@@ -1,15 +1,13 @@
 //! A [`Fit`], or several, → `Report`.
 
 use super::content::{self, Block, Report, Section, Table};
+use super::document::FitDocument;
 use super::plot;
 use super::shots::{shot_list, tracks};
 use super::terminal::{cells, chi2_text, estimate, parameters, table, with_unit};
 use super::{ReportError, bodies, budgets, model, p_text, reduced_chi2, symbol, title};
-use crate::fit::{Counted, Estimate, Fit, Grade, Noise, Status, Verdict};
-use crate::measurement::number::{interval, plain, with_error};
-
-/// Shots of a weight below this are listed in the report.
-const DOWN_WEIGHTED: f64 = 0.5;
+use crate::fit::{Counted, Estimate, Fit, Grade, Rejected, Status, Verdict};
+use crate::measurement::number::{interval, plain};
 
 /// Returns all that there is to say of fits as text: of one its report, of several a line each, all warnings, and their error budgets.
 pub fn as_text(fits: &[Fit]) -> String {
@@ -25,6 +23,7 @@ pub fn page(fit: &Fit) -> Result<String, ReportError> {
 }
 
 fn content(fit: &Fit) -> Report {
+    let document = FitDocument::new(fit);
     let tested = match fit.frames {
         Some(_) => "of the velocities after each impact, against the estimates of the fit",
         None => "",
@@ -38,41 +37,34 @@ fn content(fit: &Fit) -> Report {
     let mut sections = vec![
         parameter_section(fit),
         Section::new("All shots", "", paths),
-        Section::of_figure("All impacts", "", plot::discs(fit)),
-        Section::of_figure("Residual plots", tested, plot::residuals(fit)),
+        Section::new("All impacts", "", [Block::figure("e and friction of all impacts", plot::discs(fit))]),
+        Section::new("Residual plots", tested, [Block::figure("Residual plots", plot::residuals(fit))]),
         budget(std::slice::from_ref(fit)),
     ];
-    let rejected = fit.shots_rejected.iter().map(|one| [one.shot.clone(), one.reason.clone()]);
-    let computation = [format!("model {}", model(fit)), format!("the search stopped: {}", fit.termination)];
-    let folded = [
-        Section::of_lines("How it was computed", "", computation.to_vec()),
-        residual_tests(fit),
-        Section::of_figure("Regions of pairs of parameters", "", plot::contours(fit)),
-        identifiability(fit),
-        influence(fit),
-        weights(fit),
-        bootstrap(fit),
-        camera(fit),
-        Section::of_rejected(rejected),
-        Section::of_lines("Notes", "", fit.notes().into_iter().map(str::to_owned).collect()),
+    let notes = fit.notes().into_iter().map(str::to_owned).collect();
+    let pairs = Block::figure("Regions of pairs of parameters", plot::contours(fit));
+    let mut folded =
+        vec![residual_tests(fit, &document), Section::new("Regions of pairs of parameters", "", [pairs])];
+    folded.extend(diagnostics(fit, &document));
+    folded.extend([
+        rejected(fit.shots_rejected.iter().map(|one| (String::new(), one))),
+        Section::new("Notes", "", [Block::Lines(notes)]),
         Section::new("Shots, the largest residuals first", tested, [Block::Shots(shots)]),
-    ];
-    sections.extend(folded.map(Section::folded));
+    ]);
+    sections.extend(folded.into_iter().map(Section::folded));
     let (kind, sizes) = bodies(fit);
-    let facts = [
+    let facts = vec![
         ("source", fit.source.clone().unwrap_or_default()),
         ("cloth", fit.cloth.clone().unwrap_or_default()),
         (kind, sizes),
         ("method", fit.method_name().to_owned()),
+        ("model", model(fit)),
+        ("search", fit.termination.clone()),
         ("shots", format!("{} used, {} not used", fit.shots_used, fit.shots_rejected.len())),
     ];
-    Report {
-        title: title(fit),
-        verdict: fit.verdict(),
-        warnings: fit.warnings().into_iter().map(str::to_owned).collect(),
-        facts: facts.to_vec(),
-        sections,
-    }
+    let verdict = fit.verdict();
+    let others = fit.warnings().into_iter().filter(|warning| *warning != verdict.sentence);
+    Report { title: title(fit), warnings: others.map(str::to_owned).collect(), verdict, facts, sections }
 }
 
 /// Returns the page that leads to the reports of the labels of a data set, each in a folder of its own.
@@ -80,12 +72,10 @@ pub(super) fn of_labels(fits: &[Fit], folders: &[String]) -> Report {
     let grades = || fits.iter().map(|fit| fit.verdict().grade);
     let grade = grades().max().unwrap_or(Grade::Good);
     let count = grades().filter(|own| *own == grade).count();
+    let sentence = format!("{count} of {} labels are {}.", fits.len(), grade.name());
     Report {
         title: fits.first().map_or_else(String::new, |fit| fit.dataset.clone()),
-        verdict: Verdict {
-            grade,
-            sentence: format!("{count} of {} labels are {}.", fits.len(), grade.name()),
-        },
+        verdict: Verdict { grade, sentence },
         warnings: Vec::new(),
         facts: Vec::new(),
         sections: of_several(fits, folders).to_vec(),
@@ -101,8 +91,8 @@ fn of_several(fits: &[Fit], folders: &[String]) -> [Section; 3] {
         .iter()
         .flat_map(|fit| fit.warnings().into_iter().map(move |warning| format!("{}: {warning}", title(fit))));
     [
-        Section::new("Estimates", "", [estimates.into(), Block::Lines(legend)]),
-        Section::of_lines("What could be wrong", "", warnings.collect()),
+        Section::new("Estimates", "", [Block::Table(estimates), Block::Lines(legend)]),
+        Section::new("What could be wrong", "", [Block::Lines(warnings.collect())]),
         budget(fits),
     ]
 }
@@ -111,19 +101,30 @@ fn of_several(fits: &[Fit], folders: &[String]) -> [Section; 3] {
 fn budget(fits: &[Fit]) -> Section {
     // a single fit is not named
     let unnamed = usize::from(fits.len() == 1);
-    let usable = fits.iter().filter(|fit| fit.verdict().grade != Grade::Unusable);
-    let rows = usable.flat_map(|fit| {
-        budgets(fit).into_iter().map(move |budget| {
+    let mut rows = Vec::new();
+    for fit in fits.iter().filter(|fit| fit.verdict().grade != Grade::Unusable) {
+        for budget in budgets(fit) {
             let parts = budget.parts.iter().map(|(source, error)| format!("{source} {}", plain(*error, 2)));
-            let parts = parts.collect::<Vec<_>>().join(", ");
-            let row =
-                [title(fit), symbol(budget.of.name()), format!("± {}", plain(budget.std_error, 2)), parts];
-            row.into_iter().skip(unnamed).collect()
-        })
-    });
+            let error = format!("± {}", plain(budget.std_error, 2));
+            let row = [
+                title(fit),
+                symbol(budget.of.name()).to_owned(),
+                error,
+                parts.collect::<Vec<_>>().join(", "),
+            ];
+            rows.push(row.into_iter().skip(unnamed).collect());
+        }
+    }
     let about = "squares add up; parts below a tenth of the error are left out";
     let head = ["data set", "", "error", "of which"].into_iter().skip(unnamed);
-    Section::new("Error budget", about, [Table::new(head, rows).into()])
+    Section::new("Error budget", about, [Block::Table(Table::new(head, rows))])
+}
+
+/// Returns the section of shots that were not used, with the names of their samples and the reasons.
+pub(super) fn rejected<'a>(shots: impl Iterator<Item = (String, &'a Rejected)>) -> Section {
+    let row = |(sample, one): (String, &Rejected)| vec![sample + &one.shot, one.reason.clone()];
+    let table = Table::new(["shot", "why"], shots.map(row));
+    Section::new("Shots that were not used", "", [Block::Table(table)])
 }
 
 fn parameter_section(fit: &Fit) -> Section {
@@ -152,7 +153,7 @@ fn parameter_section(fit: &Fit) -> Section {
     }
     let correlations = format!("correlation of the errors, −1 to 1: {}", pairs.join(", "));
     let correlations = if pairs.is_empty() { Vec::new() } else { vec![correlations] };
-    Section::new("Parameters", about, [table.into(), Block::Lines(correlations)])
+    Section::new("Parameters", about, [Block::Table(table), Block::Lines(correlations)])
 }
 
 /// Returns χ², what it counts, and its probability; of a film of balls first of the frames, then of the velocities.
@@ -164,9 +165,7 @@ fn chi2(fit: &Fit) -> Vec<String> {
     let line = |counted: Counted, chi2: f64, dof: usize, p: Option<f64>| {
         let test = match p {
             Some(p) => format!("{} of a larger one if model and noise are right", p_text(p)),
-            None if fit.diagnostics.robust.is_some() => {
-                format!("not tested, as outlying shots count less (weights below {DOWN_WEIGHTED} are listed)")
-            }
+            None if fit.diagnostics.robust.is_some() => "not tested, as outlying shots count less".to_owned(),
             None => "not tested, as the noise was estimated from the same data".to_owned(),
         };
         let (counted, chi2, reduced) = (counted.words(), plain(chi2, 4), chi2_text(chi2 / dof as f64));
@@ -180,35 +179,8 @@ fn chi2(fit: &Fit) -> Vec<String> {
     [first].into_iter().chain(velocities).collect()
 }
 
-fn noise(fit: &Fit, noise: &Noise) -> Vec<String> {
-    let observable = noise.observable;
-    let quantity = |si: f64| with_unit(&plain(si / observable.unit_si(), 3), observable.unit());
-    let sd = match noise.estimated_sd {
-        Some(sd) => format!("{}, estimated from the residuals", quantity(sd)),
-        None if fit.footage => "as the frames of each shot tell".to_owned(),
-        None => "given with the data".to_owned(),
-    };
-    vec![observable.label().to_owned(), noise.count.to_string(), sd, quantity(noise.rms)]
-}
-
-fn identifiability(fit: &Fit) -> Section {
-    let lines = fit.diagnostics.identifiability.iter().flat_map(|found| {
-        let values: Vec<String> = found.singular_values.iter().map(|value| plain(*value, 3)).collect();
-        let first = format!(
-            "singular values {} (no unit; of the Jacobian by parameters, columns scaled to 1), condition number {} (1: the \
-             parameters do not interfere; above 30: hardly told apart)",
-            values.join(", "),
-            plain(found.condition, 3)
-        );
-        let names: Vec<_> = found.silent.iter().map(|parameter| parameter.symbol()).collect();
-        let silent = (!names.is_empty()).then(|| format!("nothing depends on {}", names.join(", ")));
-        [first].into_iter().chain(found.worst.as_ref().map(|worst| worst.words.clone())).chain(silent)
-    });
-    Section::of_lines("What the data determine", "", lines.collect())
-}
-
 /// Returns what tests say of the residuals: their size, trends, and their distribution.
-fn residual_tests(fit: &Fit) -> Section {
+fn residual_tests(fit: &Fit, document: &FitDocument) -> Section {
     let mut lines = chi2(fit);
     if let Some(found) = &fit.diagnostics.goodness {
         let significant = found.trends.iter().filter(|trend| trend.significant);
@@ -229,74 +201,89 @@ fn residual_tests(fit: &Fit) -> Section {
             format!("normal distribution: Anderson-Darling A² = {statistic}, {p}")
         }));
     }
-    let head = ["", "values", "sd of one value", "rms (root mean square)"];
-    let noise = Table::new(head, fit.noise.iter().map(|one| noise(fit, one))).with_numbers(1..2);
-    Section::new("Residuals", "", [Block::Lines(lines), noise.into()])
-}
-
-fn influence(fit: &Fit) -> Section {
-    let goodness = fit.diagnostics.goodness.as_ref();
-    let rows = goodness.iter().flat_map(|found| &found.influence).map(|shot| {
-        let shifts = shot.shifts.iter();
-        let shifts: Vec<String> = shifts.map(|(p, shift)| format!("{} {shift:+.2} se", p.symbol())).collect();
-        let without = if shifts.is_empty() { "not determined".to_owned() } else { shifts.join(", ") };
-        let cook = if shot.cook.is_finite() { plain(shot.cook, 2) } else { "∞".to_owned() };
-        vec![shot.shot.clone(), plain(shot.leverage, 2), cook, without]
-    });
-    let threshold = goodness.and_then(|found| found.influential_from);
-    let threshold = threshold.map_or(String::new(), |from| format!(", influential from {}", plain(from, 2)));
-    let about = format!(
-        "leverage: its share in the fit, of as many as there are parameters; Cook's distance: how far the estimates move without \
-         it{threshold}; se: standard errors"
+    let noise = Table::of(
+        &document.noise,
+        &[
+            ("column", "/observable"),
+            ("unit", "/unit"),
+            ("values", "/count"),
+            ("sd, if estimated from the residuals", "/estimated_sd"),
+            ("rms (root mean square)", "/rms"),
+        ],
     );
-    let table = Table::new(["shot", "leverage", "Cook's distance", "without it"], rows).with_numbers(1..3);
-    Section::new("Shots that matter most", about, [table.into()])
+    Section::new("Residuals", "", [Block::Lines(lines), noise])
 }
 
-fn weights(fit: &Fit) -> Section {
-    let Some(robust) = &fit.diagnostics.robust else { return Section::default() };
-    let weights = robust.weights.iter().map(|one| (format!("shot {}", one.shot), one.weight));
-    down_weighted(robust.loss.name(), weights)
-}
-
-/// Returns shots with a small weight, by name and weight.
-pub(super) fn down_weighted(losses: &str, weights: impl Iterator<Item = (String, f64)>) -> Section {
-    let clear = weights.filter(|(_, weight)| *weight < DOWN_WEIGHTED);
-    let mut lines: Vec<String> = clear
-        .map(|(shot, weight)| format!("{shot}: weight {} (1: counts fully)", plain(weight, 2)))
-        .collect();
-    if lines.is_empty() {
-        lines.push(format!("no shot has a weight below {DOWN_WEIGHTED} (1: counts fully)"));
+/// Returns what the data determine, the shots that matter most or count less, resampled estimates, and all unknowns.
+fn diagnostics(fit: &Fit, document: &FitDocument) -> Vec<Section> {
+    let found = &fit.diagnostics;
+    let mut sections = Vec::new();
+    if let Some(identified) = &found.identifiability {
+        let values: Vec<String> = identified.singular_values.iter().map(|value| plain(*value, 3)).collect();
+        let mut lines = vec![format!(
+            "singular values {} (no unit; of the Jacobian by parameters, columns scaled to 1), condition number {} (1: the \
+             parameters do not interfere; above 30: hardly told apart)",
+            values.join(", "),
+            plain(identified.condition, 3)
+        )];
+        lines.extend(identified.worst.iter().map(|worst| worst.words.clone()));
+        let silent = identified.silent.iter();
+        lines.extend(silent.map(|parameter| format!("no observation depends on {}", parameter.symbol())));
+        sections.push(Section::new("What the data determine", "", [Block::Lines(lines)]));
     }
-    Section::of_lines(format!("Shots that count less, {losses} loss"), "", lines)
+    if let Some(goodness) = &found.goodness {
+        let from = goodness.influential_from;
+        let threshold = from.map_or(String::new(), |from| format!(", influential from {}", plain(from, 2)));
+        let about = format!(
+            "leverage: its share in the fit, of as many as there are parameters; Cook's distance: how far the estimates move without \
+             it{threshold}"
+        );
+        let columns = [
+            ("shot", "/shot"),
+            ("leverage", "/leverage"),
+            ("Cook's distance", "/cook_distance"),
+            ("shifts without it, in standard errors", "/shift_without_it_in_std_errors"),
+        ];
+        let table = Table::of(&goodness.influence, &columns);
+        sections.push(Section::new("Shots that matter most", about, [table]));
+    }
+    if let Some(robust) = &found.robust {
+        let table = Table::of(&robust.weights, &[("shot", "/shot"), ("weight (1: counts fully)", "/weight")]);
+        sections.push(Section::new(count_less(robust.loss.name()), "", [table]));
+    }
+    if let Some(bootstrap) = &found.bootstrap {
+        let failed =
+            (bootstrap.failed > 0).then(|| format!("{} samples could not be fitted", bootstrap.failed));
+        let about = format!(
+            "{} samples of shots drawn anew, seed {}; bias: their mean less the estimate; BCa: corrected for it",
+            bootstrap.replicates, bootstrap.seed
+        );
+        let columns = [
+            ("", "/0"),
+            ("standard error", "/1/std_error"),
+            ("bias", "/1/bias"),
+            ("95 % interval, percentile", "/1/interval_95_percentile"),
+            ("95 % interval, BCa", "/1/interval_95_bca"),
+        ];
+        let table = Table::of(bootstrap.estimates.iter().map(|one| (one.parameter, one)), &columns);
+        sections.push(Section::new("Bootstrap", about, [table, Block::Lines(failed.into_iter().collect())]));
+    }
+    if fit.verdict().grade != Grade::Unusable {
+        let columns = [
+            ("", "/name"),
+            ("estimate", "/estimate"),
+            ("standard error", "/std_error"),
+            ("prior mean", "/prior/0"),
+            ("prior sd", "/prior/1"),
+            ("pull of the prior, sd", "/prior_pull"),
+        ];
+        let about = "all that the shots share: contact, balls, cloth, time and camera; units as in fit.json";
+        sections.push(Section::new("Unknowns", about, [Table::of(&document.unknowns, &columns)]));
+    }
+    sections
 }
 
-fn bootstrap(fit: &Fit) -> Section {
-    let Some(found) = &fit.diagnostics.bootstrap else { return Section::default() };
-    let rows = found.estimates.iter().map(|one| {
-        let unit = one.parameter.unit();
-        let number = |value: f64| with_unit(&plain(value, 2), unit);
-        let ends = |ends| with_unit(&interval(ends, Some(one.std_error)), unit);
-        let symbol = one.parameter.symbol().to_owned();
-        vec![symbol, number(one.std_error), number(one.bias), ends(one.percentile), ends(one.bca)]
-    });
-    let head = ["", "standard error", "bias", "95 % interval, percentile", "95 % interval, BCa"];
-    let table = Table::new(head, rows).with_numbers(1..3);
-    let failed = (found.failed > 0).then(|| format!("{} samples could not be fitted", found.failed));
-    let about = format!(
-        "{} samples of shots drawn anew, seed {}; bias: their mean less the estimate; BCa: corrected for it",
-        found.replicates, found.seed
-    );
-    Section::new("Bootstrap", about, [table.into(), Block::Lines(failed.into_iter().collect())])
-}
-
-fn camera(fit: &Fit) -> Section {
-    let Some(found) = &fit.camera else { return Section::default() };
-    let rows = found.corrections.iter().map(|correction| {
-        let value = with_error(correction.value, correction.std_error);
-        vec![correction.which.words().to_owned(), value]
-    });
-    let table = Table::new(["", "found"], rows);
-    let about = format!("from the frames of {} shots; ± one standard error", found.shots);
-    Section::new("Camera", about, [table.into()])
+/// Returns the title of the section of shots with weights below 1.
+pub(super) fn count_less(losses: &str) -> String {
+    format!("Shots that count less, {losses} loss")
 }

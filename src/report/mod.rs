@@ -26,20 +26,10 @@ use crate::fit::Fit;
 #[cfg(feature = "cli")]
 pub(crate) use crate::measurement::number::count_of;
 use crate::measurement::number::{plain, with_error};
-use crate::measurement::observable::Observable;
 use crate::measurement::parameter::Parameter;
 use crate::physics::ball::UNIFORM_SPHERE;
 use crate::physics::disc::{Discs, UNIFORM_DISC};
 use crate::problem::{self, Id};
-
-/// Returns the residual plots of a fit, as SVG and as PNG, with the names of their files.
-pub fn residual_plots(fit: &Fit) -> Result<[(String, Vec<u8>); 2], ReportError> {
-    let figure = plot::residuals(fit);
-    Ok([
-        ("residuals.svg".to_owned(), figure.svg()?.into_bytes()),
-        ("residuals.png".to_owned(), figure.png()?),
-    ])
-}
 
 /// Why a report cannot be made: a file that cannot be written, or a figure, a page or a JSON document that cannot be made.
 #[derive(Debug, thiserror::Error)]
@@ -130,14 +120,9 @@ fn noise_estimated(fit: &Fit) -> bool {
     fit.noise.iter().any(|noise| noise.estimated_sd.is_some())
 }
 
-/// Returns the unit of a parameter in files for programs: `1` without one.
-fn unit_of(parameter: Parameter) -> &'static str {
-    if parameter.unit().is_empty() { "1" } else { parameter.unit() }
-}
-
-/// Returns the unit of an observable's column in files for programs: plain ASCII, `1` for a ratio.
-fn unit_name(observable: Observable) -> &'static str {
-    match observable.unit() {
+/// Returns a unit in files for programs: plain ASCII, `1` for a ratio.
+fn ascii(unit: &'static str) -> &'static str {
+    match unit {
         "°" => "deg",
         "" => "1",
         unit => unit,
@@ -160,7 +145,7 @@ fn budgets(fit: &Fit) -> Vec<Budget> {
     let budget = |found: &problem::Budget| {
         let parts = document::budget(found).into_iter();
         let mut parts: Vec<_> =
-            parts.filter_map(|part| Some((symbol(&part.source), part.std_error?))).collect();
+            parts.filter_map(|part| Some((symbol(&part.source).to_owned(), part.std_error?))).collect();
         let std_error = parts.iter().map(|(_, error)| error.powi(2)).sum::<f64>().sqrt();
         parts.retain(|(_, error)| *error >= LEAST_PART * std_error);
         Budget { of: found.id, std_error, parts }
@@ -168,13 +153,12 @@ fn budgets(fit: &Fit) -> Vec<Budget> {
     fit.budget.iter().map(budget).collect()
 }
 
-/// Returns the symbol of an unknown, by its name; without one the name in words.
-fn symbol(name: &str) -> String {
-    let parameter = Parameter::ALL.into_iter().find(|parameter| parameter.name() == name);
-    match (parameter, name) {
-        (Some(parameter), _) => parameter.symbol().to_owned(),
-        (None, "mu_k") => "μ_k".to_owned(),
-        (None, "mu_r") => "μ_r".to_owned(),
-        (None, other) => other.replace('_', " "),
+/// Returns the symbol of an unknown, by its name; without one the name.
+fn symbol(name: &str) -> &str {
+    match (name, Parameter::ALL.into_iter().find(|parameter| parameter.name() == name)) {
+        ("mu_k", _) => "μ_k",
+        ("mu_r", _) => "μ_r",
+        (_, Some(parameter)) => parameter.symbol(),
+        (_, None) => name,
     }
 }

@@ -86,7 +86,11 @@ const plan = (own, parent) => {
   const bar = [100, 200, 500, 1000, 2000, 5000].findLast((length) => length < width / 3) || 100;
   const y = top + height + size;
   line([[left + size, y], [left + size + bar, y]], { stroke: "#141414", "stroke-width": 2 }, picture);
-  text(`${bar / 100} cm; blue: cue ball, red: object ball, black: line of centres`, left + 2 * size + bar, y + size / 3, size, picture);
+  text(`${bar / 100} cm`, left + 1.5 * size + bar, y + size / 3, size, picture);
+  parent.classList.add("paths");
+  const caption = document.createElement("figcaption");
+  caption.innerHTML = '<span class="cue">cue ball</span>, <span class="object">object ball</span>; bars between them: line of centres at the impact';
+  parent.append(caption);
 };
 
 // tracked less fitted places against time

@@ -24,7 +24,7 @@ pub(super) fn shot_list<'a>(residuals: impl Iterator<Item = (String, &'a Residua
     }
     let shot = |(place, (name, own)): (usize, (String, Vec<&Residual>))| {
         let head = ["", "measured", "predicted", "sd", "residual/sd"];
-        let table = Table::new(head, own.iter().map(|residual| row(residual))).with_numbers(1..head.len());
+        let table = Table::new(head, own.iter().map(|residual| row(residual)));
         let known = own.iter().map(|residual| residual.standardized.abs()).filter(|z| z.is_finite());
         let (largest, chi2) = known.fold((0.0_f64, 0.0), |(most, sum), z| (most.max(z), sum + z * z));
         Shot { id: format!("shot-{}", place + 1), name, table, place, largest, chi2 }

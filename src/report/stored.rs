@@ -3,6 +3,8 @@
 use std::fs;
 use std::path::{Path, PathBuf};
 
+use glob::Pattern;
+
 use super::content::Table;
 use super::document::FitDocument;
 use super::title;
@@ -12,12 +14,6 @@ use crate::fit::Fit;
 #[derive(Debug, thiserror::Error)]
 #[error("{0}")]
 pub struct StoredError(String);
-
-impl StoredError {
-    fn new(path: &Path, reason: impl std::fmt::Display) -> Self {
-        Self(format!("{}{reason}", path.display()))
-    }
-}
 
 /// Largest change of an estimate that counts as the same, in standard errors, of which the larger one counts; χ² in its own
 /// standard deviation √(2·dof). Far below what matters in practice, far above the roundings of another machine.
@@ -38,13 +34,34 @@ impl Stored {
     /// # Errors
     /// A text that cannot be read or is not a fit.json, with line and column.
     pub fn read(path: &Path) -> Result<Self, StoredError> {
-        let mut stored = Self { path: path.to_path_buf(), fits: Vec::new() };
-        gather(path, &mut stored.fits)?;
-        if stored.fits.is_empty() {
-            let expected = ": holds no fit.json; expected one, or a folder that caromfit fit wrote";
-            return Err(StoredError::new(path, expected));
+        let pattern = format!("{}/**/fit.json", Pattern::escape(&path.to_string_lossy()));
+        let files: Vec<PathBuf> = match path.is_dir() {
+            true => glob::glob(&pattern).into_iter().flatten().flatten().collect(),
+            false => vec![path.to_path_buf()],
+        };
+        let mut fits = Vec::new();
+        for file in &files {
+            let wrong = |reason: String| StoredError(format!("{}:{reason}", file.display()));
+            let text =
+                fs::read_to_string(file).map_err(|error| wrong(format!(" cannot be read: {error}")))?;
+            let is_list = text.trim_start().starts_with('[');
+            let found = if is_list {
+                serde_json::from_str(&text)
+            } else {
+                serde_json::from_str(&text).map(|fit| vec![fit])
+            };
+            fits.extend(found.map_err(|error: serde_json::Error| {
+                let (line, column) = (error.line(), error.column());
+                wrong(format!(
+                    "{line}: column {column}: {error}; expected a fit.json that caromfit fit wrote"
+                ))
+            })?);
         }
-        Ok(stored)
+        if fits.is_empty() {
+            let expected = "holds no fit.json; expected one, or a folder that caromfit fit wrote";
+            return Err(StoredError(format!("{}: {expected}", path.display())));
+        }
+        Ok(Self { path: path.to_path_buf(), fits })
     }
 
     /// Returns what differs from the stored fit of the same data set and label by more than a hundredth of a standard error, in the
@@ -59,7 +76,8 @@ impl Stored {
         let title = title(fit);
         let is_same = |own: &&FitDocument| own.dataset == now.dataset && own.group == now.group;
         let before = self.fits.iter().find(is_same).ok_or_else(|| {
-            StoredError::new(&self.path, format!(": holds no fit of {title}; expected one to compare with"))
+            let path = self.path.display();
+            StoredError(format!("{path}: holds no fit of {title}; expected one to compare with"))
         })?;
         let mut all = Vec::new();
         let mut compare = |what: &str, [before, now]: [String; 2], standard_errors: Option<f64>| {
@@ -96,33 +114,6 @@ impl Stored {
         compare("shots_used", [before, &now].map(|fit| fit.shots_used.to_string()), None);
         Ok(all)
     }
-}
-
-fn gather(path: &Path, fits: &mut Vec<FitDocument>) -> Result<(), StoredError> {
-    let wrong = |reason: String| StoredError::new(path, reason);
-    let failed = |error: std::io::Error| wrong(format!(": cannot be read: {error}"));
-    if path.is_dir() {
-        let own = path.join("fit.json");
-        if own.is_file() {
-            return gather(&own, fits);
-        }
-        let entries: Result<Vec<_>, _> = fs::read_dir(path).map_err(failed)?.collect();
-        let mut folders: Vec<PathBuf> = entries.map_err(failed)?.iter().map(fs::DirEntry::path).collect();
-        folders.retain(|folder| folder.is_dir());
-        folders.sort();
-        return folders.iter().try_for_each(|folder| gather(folder, fits));
-    }
-    let text = fs::read_to_string(path).map_err(failed)?;
-    let found = if text.trim_start().starts_with('[') {
-        serde_json::from_str(&text)
-    } else {
-        serde_json::from_str(&text).map(|fit| vec![fit])
-    };
-    fits.append(&mut found.map_err(|error| {
-        let (line, column) = (error.line(), error.column());
-        wrong(format!(":{line}: column {column}: {error}; expected a fit.json that caromfit fit wrote"))
-    })?);
-    Ok(())
 }
 
 /// Returns what moved as text.

@@ -134,7 +134,7 @@ fn details(fit: &Fit) -> String {
         let largest = budget.and_then(|budget| budget.parts.first());
         let pull = unknown.prior.map(|prior| (unknown.value - prior.mean) / prior.sd);
         Some(vec![
-            symbol(unknown.id.name()),
+            symbol(unknown.id.name()).to_owned(),
             with_error(unknown.value, error),
             format!("{} %", plain(100.0 * (error / unknown.value).abs(), 2)),
             pull.map_or(String::new(), |pull| format!("{pull:+.1}")),
@@ -148,7 +148,7 @@ fn details(fit: &Fit) -> String {
     let mut text = String::new();
     if !rows.is_empty() {
         let head = ["", "estimate", "error", "prior pull", "largest part of the error"];
-        text += &format!("\n{}", Table::new(head, rows).with_numbers(2..4).text(""));
+        text += &format!("\n{}", Table::new(head, rows).text(""));
     }
     if let Some(reduced) = reduced_chi2(fit) {
         let estimated = if noise_estimated(fit) { ", the noise estimated from the residuals" } else { "" };

@@ -87,7 +87,7 @@ impl Staged {
 
     /// Adds a figure as SVG and as PNG.
     pub(super) fn figure(self, name: &str, figure: &plot::Figure) -> Result<Self, ReportError> {
-        self.add(&format!("{name}.svg"), figure.svg()?)?.add(&format!("{name}.png"), figure.png()?)
+        self.add(&format!("{name}.svg"), figure.svg()?.0)?.add(&format!("{name}.png"), figure.png()?)
     }
 
     /// Adds a file that may be more than should be held in memory.

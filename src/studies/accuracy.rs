@@ -63,15 +63,6 @@ pub struct Errors {
     pub(crate) jump: Spread,
 }
 
-impl Errors {
-    /// Returns the error of each quantity, with its name.
-    #[cfg(feature = "report")]
-    pub(crate) fn each(self) -> [(&'static str, Spread); 4] {
-        let Self { throw_deg, speed, spin, jump } = self;
-        [("throw_deg", throw_deg), ("speed", speed), ("spin", spin), ("jump", jump)]
-    }
-}
-
 worded! {
     /// Which effects a row of the study includes.
     #[derive(Clone, Copy, Debug, PartialEq, Eq)]

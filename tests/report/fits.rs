@@ -94,6 +94,7 @@ pub fn normal() -> Fit {
     fit.diagnostics = Diagnostics::default();
     fit.diagnostics.goodness = Some(goodness());
     fit.remarks = Vec::new();
+    fit.unknowns = Vec::new();
     fit.budget = vec![Budget { id: Id::Mu, shares: Vec::new(), noise: 0.0027_f64.powi(2) }];
     fit
 }

@@ -60,7 +60,9 @@ document! {
             by_name(design.planned.std_errors).into_iter().chain(ratios.map(|(p, error)| (p.name().to_owned(), error))).collect()
         },
         /// Difference between two cloths or pairs of balls, each filmed so, that is found in 80 of 100 cases.
-        detectable_difference: ByName<Option<f64>> = by_name(detectable(design)),
+        detectable_difference: ByName<Option<f64>> = {
+            by_name(design.planned.std_errors.map(|error| error.map(|error| design::detectable() * error)))
+        },
     }
 
     /// A mixture of shots.
@@ -89,9 +91,4 @@ document! {
 /// Returns a number for each of μ, μ_s and e, by its name.
 fn by_name<T>(values: [T; 3]) -> ByName<T> {
     Parameter::COEFFICIENTS.map(|parameter| parameter.name().to_owned()).into_iter().zip(values).collect()
-}
-
-/// Returns the differences between two such data sets that are found in 80 of 100 cases.
-pub(in crate::report) fn detectable(design: &Design) -> [Option<f64>; 3] {
-    design.planned.std_errors.map(|error| error.map(|error| design::detectable() * error))
 }

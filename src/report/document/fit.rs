@@ -10,7 +10,7 @@ use crate::fit::{
 use crate::measurement::dataset::{Measured, ObjectBall};
 use crate::physics::ball::Ball;
 use crate::problem::{self, Budget, Severity, Status};
-use crate::report::{reduced_chi2, unit_name, unit_of};
+use crate::report::{ascii, reduced_chi2};
 
 /// Numbers that were found of a film, by their names.
 pub(crate) type FilmEntry = ByName<Number>;
@@ -145,7 +145,7 @@ document! {
         meaning: String = found.parameter.meaning().to_owned(),
         /// Unit: 1 for a ratio, or s/m.
         #[serde(default)]
-        unit: String = unit_of(found.parameter).to_owned(),
+        unit: String = ascii(found.parameter.unit()).to_owned(),
         /// The best value, or the value at which the parameter was held.
         estimate: f64 = found.value,
         /// Standard error from the curvature of χ²; null if it was not fitted or ends at a bound.
@@ -226,7 +226,7 @@ document! {
         /// Its column in the data files.
         observable: String = noise.observable.column().to_owned(),
         /// Unit of rms and estimated_sd: deg, m/s, rad/s, or 1 for a ratio.
-        unit: String = unit_name(noise.observable).to_owned(),
+        unit: String = ascii(noise.observable.unit()).to_owned(),
         /// Number of values.
         count: usize = noise.count,
         /// Root mean square of the residuals.

@@ -10,7 +10,6 @@ mod printed;
 
 pub(crate) use compare::*;
 pub(crate) use design::DesignDocument;
-pub(super) use design::detectable;
 pub(super) use fit::budget;
 pub(crate) use fit::*;
 pub(crate) use printed::*;
@@ -20,8 +19,6 @@ use serde::{Deserialize, Serialize, Serializer};
 use serde_json::Value;
 
 use super::ReportError;
-use crate::compare::Comparison;
-use crate::design::Design;
 use crate::fit::Fit;
 
 /// `format_version` of the documents: raised if a key is renamed or dropped, or changes its meaning.
@@ -59,18 +56,12 @@ macro_rules! document {
 }
 use document;
 
-/// Writes values as their documents.
-macro_rules! written_as {
-    ($($value:ty => $document:ty),+) => { $(
-        /// As this document.
-        impl Serialize for $value {
-            fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
-                <$document>::new(self).serialize(serializer)
-            }
-        }
-    )+ };
+/// As fit.json.
+impl Serialize for Fit {
+    fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
+        FitDocument::new(self).serialize(serializer)
+    }
 }
-written_as!(Fit => FitDocument, Comparison => CompareDocument, Design => DesignDocument);
 
 /// A value for each of several names, in their order.
 pub(crate) type ByName<T> = indexmap::IndexMap<String, T>;

@@ -8,7 +8,7 @@ use crate::io::cases::Computed;
 use crate::measurement::dataset::Dataset;
 use crate::physics::ball::BallState;
 use crate::physics::collision::{Fidelity, Outcome, effects};
-use crate::report::unit_of;
+use crate::report::ascii;
 use crate::simulate::Spec;
 use crate::studies::accuracy::Row;
 use crate::studies::bias;
@@ -65,7 +65,7 @@ document! {
         /// The fidelity by which the collisions were computed.
         fidelity: Fidelity = by,
         /// The true values, by parameter.
-        parameters: ByName<Truth> = named(&spec.truths(), |(p, truth)| (p.name(), Truth::new(*truth, unit_of(*p)))),
+        parameters: ByName<Truth> = named(&spec.truths(), |(p, truth)| (p.name(), Truth::new(*truth, ascii(p.unit())))),
     }
 
     /// The true value of a parameter.
@@ -102,18 +102,10 @@ document! {
         regime: &'static str = outcome.regime.name(),
         /// Normal impulse over the mass of the cue ball, m/s.
         impulse: f64 = outcome.impulse,
-        /// The cue ball after the impact.
-        cue: Motion = Motion::new(&outcome.cue),
-        /// The object ball after the impact.
-        object: Motion = Motion::new(&outcome.object),
-    }
-
-    /// The motion of a ball.
-    Motion(state: &BallState) {
-        /// Velocity x, y and z, m/s.
-        velocity: [f64; 3] = state.velocity.into(),
-        /// Angular velocity x, y and z, rad/s.
-        spin: [f64; 3] = state.spin.into(),
+        /// Velocity (m/s) and spin (rad/s) of the cue ball after the impact, each x, y and z.
+        cue: ByName<[f64; 3]> = motion(&outcome.cue),
+        /// Those of the object ball.
+        object: ByName<[f64; 3]> = motion(&outcome.object),
     }
 
     /// The object that caromfit accuracy --json prints
@@ -147,7 +139,7 @@ document! {
     /// A parameter of such a fit.
     BiasedParameter(found: &bias::Found) {
         /// Unit of the numbers: 1 for a ratio, or s/m.
-        unit: &'static str = unit_of(found.parameter),
+        unit: &'static str = ascii(found.parameter.unit()),
         /// The value that the data were made with.
         truth: f64 = found.truth,
         /// The estimate.
@@ -157,6 +149,10 @@ document! {
         /// Standard error of the fit for the noise that is stated.
         std_error: Option<f64> = found.std_error,
     }
+}
+
+fn motion(state: &BallState) -> ByName<[f64; 3]> {
+    named(&[("velocity", state.velocity), ("spin", state.spin)], |(name, vector)| (name, (*vector).into()))
 }
 
 fn left_out(dataset: &Dataset) -> Vec<Rejected> {

@@ -1,4 +1,4 @@
-//! Figures of films: paths of one shot with what the fit leaves, those of all shots seen from above, and the camera.
+//! Figures of films: paths of one shot with what the fit leaves, and those of all shots seen from above.
 
 use std::f64::consts::TAU;
 
@@ -7,9 +7,6 @@ use super::{Axis, Figure, INK, Panel, Point, Scale, color};
 use crate::fit::FittedFilm;
 use crate::measurement::number::count_of;
 use crate::problem::Impact;
-
-/// Names of the balls.
-const BALLS: [&str; 2] = ["cue ball", "object ball"];
 
 /// Both tracks of a shot of balls or discs with what was fitted.
 pub(in crate::report) struct Tracks<'a> {
@@ -31,18 +28,8 @@ pub(in crate::report) struct Tracks<'a> {
     pub(in crate::report) place: Box<dyn Fn(usize, f64) -> [f64; 2] + 'a>,
 }
 
-/// Returns a fitted path from one instant to another, in centimetres.
-fn path([from, to]: [f64; 2], place: impl Fn(f64) -> [f64; 2]) -> Vec<[f64; 2]> {
-    const STEPS: u32 = 100;
-    (0..=STEPS).map(|step| cm(place(from + (to - from) * f64::from(step) / f64::from(STEPS)))).collect()
-}
-
-fn cm(place: [f64; 2]) -> [f64; 2] {
-    place.map(|metres| 100.0 * metres)
-}
-
 /// Returns the tracks of a shot of balls, at places from the origin of the film instead of its middle.
-fn of_balls<'a>(film: &FittedFilm, impact: &'a Impact) -> Tracks<'a> {
+pub(in crate::report) fn of_balls<'a>(film: &FittedFilm, impact: &'a Impact) -> Tracks<'a> {
     let [before, cue, object] = impact.speeds();
     let summary = format!(
         "cue ball {before:.3} → {cue:.3} m/s, object ball {object:.3} m/s, noise {:.3} mm, χ²/dof {:.2}, {} left out",
@@ -56,18 +43,13 @@ fn of_balls<'a>(film: &FittedFilm, impact: &'a Impact) -> Tracks<'a> {
         name: &impact.shot.name,
         seen: impact.seen.each_ref().map(|seen| seen.iter().map(|(t, at)| (*t, in_film(*at))).collect()),
         summary,
-        names: BALLS,
+        names: ["cue ball", "object ball"],
         time: impact.time,
         clock: ("time from the impact (ms)", 1e-3),
         position_sd: impact.position_sd,
         radii: [film.radius(); 2],
         place: Box::new(move |ball, time| in_film(impact.paths.place(ball, time))),
     }
-}
-
-/// Returns the figure of a shot of balls.
-pub(in crate::report) fn of_shot(film: &FittedFilm, impact: &Impact) -> Figure {
-    of_balls(film, impact).figure()
 }
 
 /// Returns the paths of both balls in all shots, in a figure that is empty if no shot shows an impact.
@@ -78,34 +60,50 @@ pub(in crate::report) fn all_shots(name: &str, film: &FittedFilm) -> Figure {
     let names = film.names();
     let each = names.len().div_ceil(MOST_SHOTS).max(1);
     let shots: Vec<Impact> = names.iter().step_by(each).filter_map(|name| film.impact(name)).collect();
-    let mut panel = Panel::of_places("", "");
-    for impact in &shots {
-        of_balls(film, impact).draw(&mut panel, 1, MOST_FRAMES);
-    }
+    let mut panel = seen_from_above("", "");
     let mut figure = Figure::new(name);
+    for impact in &shots {
+        let tracks = of_balls(film, impact);
+        tracks.draw(&mut panel, 1, MOST_FRAMES);
+        figure.series = tracks.names.map(str::to_owned).to_vec();
+    }
     let counted = if shots.len() == names.len() { String::new() } else { format!("{} of ", shots.len()) };
     let words = "seen from above; points: tracked; lines: fitted; bars: line of centres at the impact";
-    figure.lines = vec![format!("{counted}{}, {words}", count_of(names.len(), "shot"))];
-    figure.series = BALLS.map(str::to_owned).to_vec();
+    figure.say(format!("{counted}{}, {words}", count_of(names.len(), "shot")));
     if !shots.is_empty() {
         figure.add_rows(760, 1, vec![panel]);
     }
     figure
 }
 
+/// Returns a panel of places.
+fn seen_from_above(title: &str, about: &str) -> Panel {
+    Panel { is_square: true, ..Panel::new(title, about, Axis::new("x (cm)"), Axis::new("y (cm)")) }
+}
+
+/// Returns a path between two values of its parameter, in centimetres.
+fn path([from, to]: [f64; 2], place: impl Fn(f64) -> [f64; 2]) -> Vec<[f64; 2]> {
+    const STEPS: u32 = 100;
+    (0..=STEPS).map(|step| cm(place(from + (to - from) * f64::from(step) / f64::from(STEPS)))).collect()
+}
+
+fn cm(place: [f64; 2]) -> [f64; 2] {
+    place.map(|metres| 100.0 * metres)
+}
+
 impl Tracks<'_> {
+    /// Returns the figure of a shot.
     pub(in crate::report) fn figure(&self) -> Figure {
         let about = "points: tracked; lines: fitted; circles: at the impact";
-        let mut plan = Panel::of_places("Seen from above", about);
-        for ball in [0, 1] {
+        let mut plan = seen_from_above("Seen from above", about);
+        for (ball, radius) in self.radii.into_iter().enumerate() {
             let [x, y] = (self.place)(ball, self.time);
-            let radius = self.radii[ball];
             let outline = path([0.0, TAU], |angle| [x + radius * angle.cos(), y + radius * angle.sin()]);
             plan.line(outline, color(ball), 1);
         }
         self.draw(&mut plan, 2, usize::MAX);
         let mut figure = Figure::new(format!("shot {}", self.name));
-        figure.lines = vec![self.summary.clone()];
+        figure.say(&self.summary);
         figure.series = self.names.map(str::to_owned).to_vec();
         figure.add_rows(600, 1, vec![plan]);
         figure.add_rows(300, 2, vec![self.residuals(0), self.residuals(1)]);
@@ -119,8 +117,8 @@ impl Tracks<'_> {
         // wrong frames far away would shrink the rest: they stand at the edge
         let reach = [0, 1].map(|axis| ends(paths.iter().flatten().map(|place| place[axis])));
         let room = 0.1 * reach.iter().map(|[low, high]| high - low).fold(0.0, f64::max);
-        for (ball, seen) in self.seen.iter().enumerate() {
-            panel.line(paths[ball].iter().copied(), color(ball), width);
+        for (ball, (path, seen)) in paths.into_iter().zip(&self.seen).enumerate() {
+            panel.line(path, color(ball), width);
             let frames = seen.iter().step_by(seen.len().div_ceil(most_frames).max(1));
             panel.points(frames.map(|(_, at)| {
                 let at = cm(*at);

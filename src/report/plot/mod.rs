@@ -10,8 +10,8 @@ use plotters::prelude::RGBColor;
 
 pub(super) use axis::ends;
 use axis::{Axis, Scale};
-pub(super) use films::{Tracks, all_shots, of_shot};
-pub(super) use others::{Pick, accuracy, contours, design, discs, forest, way_name};
+pub(super) use films::{Tracks, all_shots, of_balls};
+pub(super) use others::{accuracy, contours, design, discs, forest};
 pub(super) use residuals::{of_comparison, residuals};
 
 /// Width of a figure, pixels.
@@ -46,10 +46,8 @@ fn color(series: usize) -> RGBColor {
 #[derive(Clone, Debug, Default)]
 pub(super) struct Figure {
     title: String,
-    /// Lines below the title.
-    lines: Vec<String>,
-    /// The first caution for a reader, below these lines.
-    warning: Option<String>,
+    /// Lines below the title, with their colours.
+    lines: Vec<(String, RGBColor)>,
     /// The name of each series.
     series: Vec<String>,
     /// The meaning of the points.
@@ -60,6 +58,11 @@ pub(super) struct Figure {
 impl Figure {
     fn new(title: impl Into<String>) -> Self {
         Self { title: title.into(), ..Self::default() }
+    }
+
+    /// Adds a line below the title.
+    fn say(&mut self, line: impl Into<String>) {
+        self.lines.push((line.into(), GREY));
     }
 
     /// Adds panels in evenly filled rows of limited length.
@@ -94,11 +97,6 @@ pub(super) struct Panel {
 impl Panel {
     fn new(title: impl Into<String>, about: impl Into<String>, x: Axis, y: Axis) -> Self {
         Self { title: title.into(), about: about.into(), x, y, is_square: false, marks: Vec::new() }
-    }
-
-    /// Returns a panel that shows places, in centimetres.
-    fn of_places(title: &str, about: &str) -> Self {
-        Self { is_square: true, ..Self::new(title, about, Axis::new("x (cm)"), Axis::new("y (cm)")) }
     }
 
     fn line(&mut self, points: impl IntoIterator<Item = [f64; 2]>, color: RGBColor, width: u32) {
@@ -151,6 +149,7 @@ impl Point {
         Self { at, sd: None, series, opacity: 1.0, label: None }
     }
 
+    /// Returns the ends of its bar.
     fn bar(&self) -> Option<[[f64; 2]; 2]> {
         let [x, y] = self.at;
         self.sd.filter(|sd| axis::is_drawable(*sd)).map(|sd| [[x, y - sd], [x, y + sd]])

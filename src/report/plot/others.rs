@@ -4,78 +4,80 @@ use plotters::prelude::RGBColor;
 
 use super::axis::ends;
 use super::{Axis, BAND, CUT_AXIS, Figure, Label, Panel, Point, Scale, color};
-use crate::compare::{Compared, Comparison};
-use crate::design::{Cell, Design, speeds};
+use crate::compare::{Compared, Comparison, Value};
+use crate::design::{Design, speeds};
 use crate::fit::{Contour, Fit, Status};
 use crate::measurement::dataset::Measured;
 use crate::measurement::number::plain;
 use crate::measurement::parameter::Parameter;
-use crate::problem::{DiscImpact, Quantity};
-use crate::report::{budgets, speed_unit, symbol, title};
+use crate::problem::Quantity;
+use crate::report::{Budget, speed_unit, symbol, title};
 use crate::studies::accuracy::{Errors, Includes, Row};
 
 /// Returns e of discs against the closing speed, and J_t/J_n against the slip, each with what was fitted; an empty figure of balls, and
 /// if no shot has what it shows.
 pub(in crate::report) fn discs(fit: &Fit) -> Figure {
-    let has_parted = |shot: &&DiscImpact| shot.stuck.is_none() && shot.get(Quantity::ClosingSpeed).is_some();
-    let shots: Vec<&DiscImpact> = fit.disc_shots.iter().filter(has_parted).collect();
-    let is_used = |shot: &DiscImpact| fit.residuals.iter().any(|residual| residual.shot == shot.name);
     let mut figure = Figure::new("All impacts");
-    let label = |shot: &&DiscImpact| Label { shot: shot.name.clone(), words: String::new() };
-    figure.labels = shots.iter().map(label).collect();
     figure.series = vec!["shots".to_owned()];
-    if !shots.iter().all(|shot| is_used(shot)) {
-        figure.series.push("shots that were not fitted".to_owned());
-    }
-    let points = |at: fn(&DiscImpact) -> Option<(f64, Measured)>| -> Vec<Point> {
-        let point = |(label, shot): (usize, &&DiscImpact)| {
-            let (x, Measured { value, sd }) = at(shot)?;
-            Some(Point { sd, label: Some(label), ..Point::new([x, value], usize::from(!is_used(shot))) })
+    let mut points = [Vec::new(), Vec::new()];
+    for shot in fit.disc_shots.iter().filter(|shot| shot.stuck.is_none()) {
+        let Some(closing) = shot.get(Quantity::ClosingSpeed) else { continue };
+        let is_used = fit.residuals.iter().any(|residual| residual.shot == shot.name);
+        if !is_used && figure.series.len() == 1 {
+            figure.series.push("shots that were not fitted".to_owned());
+        }
+        let point = |x: f64, Measured { value, sd }: Measured| {
+            let label = Some(figure.labels.len());
+            Point { sd, label, ..Point::new([x, value], usize::from(!is_used)) }
         };
-        shots.iter().enumerate().filter_map(point).collect()
-    };
-    let restitutions =
-        points(|shot| Some((shot.get(Quantity::ClosingSpeed)?.value, shot.get(Quantity::Restitution)?)));
-    let frictions = points(|shot| {
-        let (slip, ratio) = (shot.get(Quantity::SlipRatio)?.value, shot.get(Quantity::ImpulseRatio)?);
-        Some((slip.abs(), Measured { value: -slip.signum() * ratio.value, ..ratio }))
-    });
+        points[0].extend(shot.get(Quantity::Restitution).map(|e| point(closing.value, e)));
+        if let (Some(slip), Some(ratio)) = (shot.get(Quantity::SlipRatio), shot.get(Quantity::ImpulseRatio)) {
+            let against_slip = Measured { value: -slip.value.signum() * ratio.value, ..ratio };
+            points[1].push(point(slip.value.abs(), against_slip));
+        }
+        figure.labels.push(Label { shot: shot.name.clone(), words: String::new() });
+    }
     let fitted = |parameter| fit.get(parameter).filter(|found| found.status != Status::NotIdentified);
-    let slope = fitted(Parameter::ESlope).map_or(0.0, |slope| slope.value);
-    let [_, fastest] = ends(restitutions.iter().map(|point| point.at[0]));
     // e(v) = e₀ − e₁v
-    let of_e = |e: f64| [0.0, 1.05 * fastest].map(|speed| [speed, e - slope * speed]).to_vec();
-    let of_e = fitted(Parameter::E).map_or(Vec::new(), |found| of_e(found.value));
-    let scatter = fit.scatter.unwrap_or_default();
-    let panel = |title: &str, [x, y]: [&str; 2], points: Vec<Point>, curve: &[[f64; 2]], scatter: f64| {
-        let about =
-            if scatter > 0.0 { "line: the fit; band: scatter between shots" } else { "line: the fit" };
-        let mut panel = Panel::new(title, about, Axis::new(x), Axis::new(y));
+    let slope = fitted(Parameter::ESlope).map_or(0.0, |slope| slope.value);
+    let [_, fastest] = ends(points[0].iter().map(|point| point.at[0]));
+    let of_e = fitted(Parameter::E);
+    let of_e = of_e.map(|e| [0.0, 1.05 * fastest].map(|speed| [speed, e.value - slope * speed]).to_vec());
+    let curves = [of_e.unwrap_or_default(), fit.friction_curve.clone()];
+    let scatter = fit.scatter.filter(|scatter| scatter.is_estimated).unwrap_or_default();
+    let speed = format!("closing speed ({})", fit.discs.as_ref().map_or("m/s", speed_unit));
+    let meanings = [
+        ("e against the closing speed", speed.as_str(), "e", scatter.restitution),
+        (
+            "Friction against the slip",
+            "slip before the impact / closing speed",
+            "J_t/J_n against the slip",
+            scatter.impulse_ratio,
+        ),
+    ];
+    let mut panels = Vec::new();
+    for ((title, x, y, scatter), (points, curve)) in meanings.into_iter().zip(points.into_iter().zip(curves))
+    {
+        let mut panel = Panel::new(title, "line: the fit", Axis::new(x), Axis::new(y));
         if scatter > 0.0 {
+            panel.about += "; band: scatter between shots";
             let below = curve.iter().rev().map(|[x, y]| [*x, y - scatter]);
             panel.area(curve.iter().map(|[x, y]| [*x, y + scatter]).chain(below), BAND);
         }
-        panel.line(curve.iter().copied(), color(5), 3);
-        (!points.is_empty()).then(|| {
+        panel.line(curve, color(5), 3);
+        if !points.is_empty() {
             panel.points(points);
-            panel
-        })
-    };
-    let speed = format!("closing speed ({})", fit.discs.as_ref().map_or("m/s", speed_unit));
-    let slip = ["slip before the impact / closing speed", "J_t/J_n against the slip"];
-    let panels = [
-        panel("e against the closing speed", [&speed, "e"], restitutions, &of_e, scatter.restitution),
-        panel("Friction against the slip", slip, frictions, &fit.friction_curve, scatter.impulse_ratio),
-    ];
-    figure.add_rows(500, 2, panels.into_iter().flatten().collect());
+            panels.push(panel);
+        }
+    }
+    figure.add_rows(500, 2, panels);
     figure
 }
 
-/// Returns what makes up the variances of μ, μ_s and e, as bars; `None` if that is noise alone.
-pub(super) fn budget(fit: &Fit) -> Option<Panel> {
+/// Returns what makes up the variances of μ, μ_s and e, as bars.
+pub(super) fn budget(budgets: &[Budget]) -> Panel {
     /// Number of sources that are shown of a parameter.
     const SOURCES: usize = 4;
-    let budgets = budgets(fit);
     let mut bars: Vec<(String, f64, usize)> = Vec::new();
     for (series, found) in budgets.iter().enumerate() {
         let of = symbol(found.of.name());
@@ -83,7 +85,6 @@ pub(super) fn budget(fit: &Fit) -> Option<Panel> {
             (format!("{of}: {source}"), 100.0 * (error / found.std_error).powi(2), series)
         }));
     }
-    let is_noise_alone = budgets.iter().flat_map(|found| &found.parts).all(|(source, _)| source == "noise");
     bars.reverse();
     let words = Axis::with("", Scale::Words(bars.iter().map(|(words, ..)| words.clone()).collect()));
     let about = "what it would take away to know each source exactly";
@@ -91,16 +92,14 @@ pub(super) fn budget(fit: &Fit) -> Option<Panel> {
     for (row, (_, end, series)) in bars.iter().enumerate() {
         panel.rectangle([0.0, *end], [-0.35, 0.35].map(|half| row as f64 + half), color(*series));
     }
-    (!is_noise_alone).then_some(panel)
+    panel
 }
 
 /// Returns the regions of all pairs of free parameters.
 pub(in crate::report) fn contours(fit: &Fit) -> Figure {
-    let contours = &fit.diagnostics.contours;
     let mut figure = Figure::new(format!("{}: pairs of parameters", title(fit)));
-    figure.lines =
-        vec!["Dark and light: the true pair lies there with 68 % and 95 % probability.".to_owned()];
-    figure.add_rows(420, 3, contours.iter().map(contour).collect());
+    figure.say("Dark and light: the true pair lies there with 68 % and 95 % probability.");
+    figure.add_rows(420, 3, fit.diagnostics.contours.iter().map(contour).collect());
     figure
 }
 
@@ -127,22 +126,20 @@ pub(in crate::report) fn forest(comparison: &Comparison) -> Figure {
     let mut figure = Figure::new(format!("Estimates and 95 % intervals by {}", comparison.told_by));
     let has_interval = |q: &&Compared| q.estimates.iter().any(|value| value.interval_95.is_some());
     for compared in comparison.quantities.iter().filter(has_interval) {
-        let values = || compared.estimates.iter().rev();
-        let label = |label: Option<usize>| label.map_or("all".to_owned(), |i| comparison.labels[i].clone());
-        let words = Axis::with("", Scale::Words(values().map(|value| label(value.label)).collect()));
+        let label = |value: &Value| value.label.clone().unwrap_or("all".to_owned());
+        let words = compared.estimates.iter().rev().map(label).collect();
         let about = if compared.shared { "one value for all" } else { "" };
         let symbol = compared.quantity.symbol();
         let x = Axis::new(format!("{symbol}, {}", compared.quantity.meaning()));
-        let mut panel = Panel::new(symbol, about, x, words);
-        for (row, value) in values().enumerate() {
-            let (y, series) = (row as f64, value.label.unwrap_or(0));
-            let interval = value.interval_95.map(|ends| ends.map(|end| [end, y]));
-            panel.line(interval.into_iter().flatten(), color(series), 3);
+        let mut panel = Panel::new(symbol, about, x, Axis::with("", Scale::Words(words)));
+        for (row, value) in compared.estimates.iter().rev().enumerate() {
+            let of_label = comparison.labels.iter().position(|label| Some(label) == value.label.as_ref());
+            let (y, series) = (row as f64, of_label.unwrap_or(0));
+            panel.line(value.interval_95.into_iter().flatten().map(|end| [end, y]), color(series), 3);
             let opacity = if value.fitted { 1.0 } else { 0.35 };
             panel.points([Point { opacity, ..Point::new([value.value, y], series) }]);
         }
-        let lines = u32::try_from(compared.estimates.len()).unwrap_or(1);
-        figure.add_rows(128 + 34 * lines, 1, vec![panel]);
+        figure.add_rows(128 + 34 * compared.estimates.len() as u32, 1, vec![panel]);
     }
     figure
 }
@@ -153,35 +150,28 @@ pub(in crate::report) fn design(design: &Design) -> Figure {
     const COLUMNS: usize = 3;
     let kinds = &design.expected.kinds;
     let mut figure = Figure::new("Standard errors that shots of one cut angle and speed give");
-    figure.lines = vec!["Without a point: such shots by themselves do not determine it.".to_owned()];
     figure.series = kinds.iter().map(|kind| format!("{} ({} shots)", kind.name, kind.shots)).collect();
     let speeds: Vec<Vec<f64>> = kinds.iter().map(|kind| speeds(kind.speed_m_s)).collect();
-    let columns = speeds.iter().map(Vec::len).max().unwrap_or(1).clamp(1, COLUMNS);
     for parameter in Parameter::COEFFICIENTS {
-        let row = (0..columns).filter_map(|column| {
+        let panels = (0..COLUMNS).map(|column| {
             let own: Vec<Option<f64>> = speeds.iter().map(|speeds| speeds.get(column).copied()).collect();
             errors(design, parameter, &own)
         });
-        figure.add_rows(380, columns, row.collect());
+        figure.add_rows(380, COLUMNS, panels.filter(|panel| !panel.marks.is_empty()).collect());
     }
-    if figure.rows.is_empty() {
-        let line = "No shot at a single cut angle and speed determines a parameter by itself.";
-        figure.lines = vec![line.to_owned()];
-    }
+    figure.say(if figure.rows.is_empty() {
+        "No shot at a single cut angle and speed determines a parameter by itself."
+    } else {
+        "Without a point: such shots by themselves do not determine it."
+    });
     figure
 }
 
-/// Returns the standard errors of a parameter of each kind at its own speed; `None` if no kind determines it.
-fn errors(design: &Design, parameter: Parameter, speeds: &[Option<f64>]) -> Option<Panel> {
-    /// Largest standard errors that are drawn, times the smallest of the parameter.
-    const WORST: f64 = 1e3;
+/// Returns the standard errors of a parameter that each kind gives at its own speed.
+fn errors(design: &Design, parameter: Parameter, speeds: &[Option<f64>]) -> Panel {
+    /// No coefficient has a range that is longer: what errs by more is not determined.
+    const MOST: f64 = 1.0;
     let symbol = parameter.symbol();
-    let own = |cell: &Cell| cell.std_errors[parameter as usize].filter(|error| *error > 0.0);
-    let [least, _] = ends(design.cells.iter().filter_map(own));
-    let place = |cell: &Cell| {
-        let error = own(cell).filter(|error| *error <= WORST * least)?;
-        Some([cell.cut_deg, error.log10()])
-    };
     let [slowest, fastest] = ends(speeds.iter().flatten().copied());
     let [from, to] = [slowest, fastest].map(|speed| plain(speed, 3));
     let range = if slowest < fastest { format!("{from} to {to}") } else { from };
@@ -189,21 +179,24 @@ fn errors(design: &Design, parameter: Parameter, speeds: &[Option<f64>]) -> Opti
     let mut panel = Panel::new(format!("{symbol}, {range} m/s"), "", Axis::new(CUT_AXIS), y);
     for (kind, speed) in speeds.iter().enumerate() {
         let cells = design.cells.iter().filter(|cell| cell.kind == kind && Some(cell.speed_m_s) == *speed);
-        let places: Vec<Option<[f64; 2]>> = cells.map(place).collect();
+        let places: Vec<Option<[f64; 2]>> = cells
+            .map(|cell| {
+                let error = cell.std_errors[parameter as usize];
+                let error = error.filter(|error| *error > 0.0 && *error <= MOST)?;
+                Some([cell.cut_deg, error.log10()])
+            })
+            .collect();
         // a gap where it is not determined
         for part in places.split(Option::is_none).filter(|part| !part.is_empty()) {
             panel.line(part.iter().flatten().copied(), color(kind), 2);
             panel.points(part.iter().flatten().map(|at| Point::new(*at, kind)));
         }
     }
-    (!panel.marks.is_empty()).then_some(panel)
+    panel
 }
 
-/// Returns the errors of a row that are meant, if it has them.
-pub(in crate::report) type Pick = fn(&Row) -> Option<Errors>;
-
 /// Returns the name of a way to compute collisions.
-pub(in crate::report) fn way_name(row: &Row) -> String {
+fn way_name(row: &Row) -> String {
     let compliant = if row.includes == Includes::Compliant { ", compliant" } else { "" };
     format!("{}{compliant}", row.fidelity.name())
 }
@@ -213,12 +206,9 @@ pub(in crate::report) fn accuracy(rows: &[Row]) -> Figure {
     /// Errors below are roundings.
     const LEAST_DRAWN: f64 = 1e-16;
     let mut figure = Figure::new("Accuracy against time (ode and contact: at tolerances from 10⁻² down)");
-    for name in rows.iter().map(way_name) {
-        if !figure.series.contains(&name) {
-            figure.series.push(name);
-        }
-    }
-    let kinds: [(&str, Pick); 2] = [
+    figure.series = rows.iter().map(way_name).collect();
+    figure.series.dedup();
+    let kinds: [(&str, fn(&Row) -> Option<Errors>); 2] = [
         ("Numerical error: against the same equations, solved closely", |row| row.numerical),
         ("Model error: against contact, integrated closely", |row| Some(row.model)),
     ];
@@ -226,13 +216,12 @@ pub(in crate::report) fn accuracy(rows: &[Row]) -> Figure {
         let x = Axis::with("time of a collision (µs)", Scale::Logarithmic);
         let y = Axis::with("error of a velocity over U (95 % of the shots)", Scale::Logarithmic);
         let mut panel = Panel::new(title, "", x, y);
-        for (index, name) in figure.series.iter().enumerate() {
-            let place = |row: &Row| {
+        for (index, rows) in rows.chunk_by(|one, next| way_name(one) == way_name(next)).enumerate() {
+            let places = rows.iter().filter_map(|row| {
                 let error = pick(row)?.speed.p95;
                 error.is_finite().then(|| [(1e6 * row.seconds).log10(), error.max(LEAST_DRAWN).log10()])
-            };
-            let places: Vec<[f64; 2]> =
-                rows.iter().filter(|row| way_name(row) == *name).filter_map(place).collect();
+            });
+            let places: Vec<[f64; 2]> = places.collect();
             match places[..] {
                 // how far its accuracy reaches
                 [[_, y]] => panel.horizontal(y),

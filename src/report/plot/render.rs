@@ -10,7 +10,7 @@ use plotters::style::register_font;
 use plotters::style::text_anchor::{HPos, Pos, VPos};
 
 use super::axis::is_drawable;
-use super::{ALARM, Figure, GREY, INK, Mark, Panel, Point, WIDTH, color};
+use super::{Axis, Figure, GREY, INK, Mark, Panel, Point, WIDTH, color};
 use crate::report::ReportError;
 
 /// Free space at the edges, height of a line of text, sizes of texts, pixels.
@@ -19,6 +19,9 @@ const LINE: i32 = 26;
 const SMALL_TEXT: f64 = 18.0;
 const MEDIUM: f64 = 20.0;
 const LARGE: f64 = 28.0;
+
+/// Width of a line of text below the title, pixels.
+const ROOM: i32 = WIDTH as i32 - 2 * MARGIN;
 
 /// Colour of the grid.
 const GRID: RGBColor = RGBColor(226, 226, 226);
@@ -37,12 +40,8 @@ type Area<'a, DB> = DrawingArea<DB, Shift>;
 type Drawn<DB> = Result<(), DrawingAreaErrorKind<<DB as DrawingBackend>::ErrorType>>;
 
 impl Figure {
-    pub(in crate::report) fn svg(&self) -> Result<String, ReportError> {
-        Ok(self.svg_with_spots()?.0)
-    }
-
     /// Returns the figure as SVG text, with the places of the measured points.
-    pub(in crate::report) fn svg_with_spots(&self) -> Result<(String, Vec<Spot>), ReportError> {
+    pub(in crate::report) fn svg(&self) -> Result<(String, Vec<Spot>), ReportError> {
         let (mut text, mut spots) = (String::new(), Vec::new());
         let area = SVGBackend::with_string(&mut text, (WIDTH, self.height())).into_drawing_area();
         self.draw(&area, &mut spots).map_err(|error| ReportError::of_drawing(&self.title, error))?;
@@ -65,55 +64,41 @@ impl Figure {
 
     /// Returns the height of title, lines and legend, pixels.
     fn head(&self) -> i32 {
-        2 * MARGIN + LINE * (self.head_lines().len() + self.legend().len()) as i32 + 8
+        let legend = self.series.len().div_ceil(self.legend_columns());
+        2 * MARGIN + LINE * (self.head_lines().len() + legend) as i32 + 8
     }
 
     /// Returns the lines below the title, of which long ones take up to three, with their colours.
     fn head_lines(&self) -> Vec<(String, RGBColor)> {
-        let lines = self.lines.iter().map(|line| (line, GREY));
-        let lines = lines.chain(self.warning.iter().map(|line| (line, ALARM)));
-        let wrap = |(line, color): (&String, RGBColor)| {
-            let parts = wrapped(line, SMALL_TEXT, WIDTH as i32 - 2 * MARGIN, 3).into_iter();
-            parts.map(move |part| (part, color)).collect::<Vec<_>>()
+        let wrap = |(line, color): &(String, RGBColor)| {
+            let color = *color;
+            wrapped(line, SMALL_TEXT, ROOM, 3).into_iter().map(move |part| (part, color))
         };
-        lines.flat_map(wrap).collect()
+        self.lines.iter().flat_map(wrap).collect()
     }
 
-    /// Returns the rows of the legend: the series with their places from the left.
-    fn legend(&self) -> Vec<Vec<(usize, i32)>> {
-        let mut rows: Vec<Vec<(usize, i32)>> = Vec::new();
-        let mut x = i32::MAX / 2;
-        for (series, name) in self.series.iter().enumerate() {
-            let entry = 26 + width(name, SMALL_TEXT);
-            if x + entry > WIDTH as i32 - MARGIN {
-                rows.push(Vec::new());
-                x = MARGIN;
-            }
-            if let Some(row) = rows.last_mut() {
-                row.push((series, x));
-            }
-            x += entry + 24;
-        }
-        rows
+    /// Returns how many names of series stand side by side.
+    fn legend_columns(&self) -> usize {
+        let widest = self.series.iter().map(|name| width(name, SMALL_TEXT)).max().unwrap_or(0);
+        usize::try_from(ROOM / (widest + 50)).unwrap_or(0).clamp(1, self.series.len().max(1))
     }
 
     fn draw<DB: DrawingBackend>(&self, root: &Area<DB>, spots: &mut Vec<Spot>) -> Drawn<DB> {
         root.fill(&WHITE)?;
-        let room = WIDTH as i32 - 2 * MARGIN;
-        let title = shortened(&self.title, LARGE, room);
+        let title = shortened(&self.title, LARGE, ROOM);
         root.draw_text(&title, &style(LARGE, INK).pos(LEFT), (MARGIN, MARGIN + 4))?;
         let mut y = 2 * MARGIN + LINE / 2;
         for (line, color) in self.head_lines() {
             root.draw_text(&line, &style(SMALL_TEXT, color).pos(LEFT), (MARGIN, y))?;
             y += LINE;
         }
-        for row in self.legend() {
-            for (series, x) in row {
-                marker(root, (x + 7, y), &Point::new([0.0; 2], series))?;
-                let name = shortened(&self.series[series], SMALL_TEXT, room - 30);
-                root.draw_text(&name, &style(SMALL_TEXT, INK).pos(LEFT), (x + 22, y))?;
-            }
-            y += LINE;
+        let columns = self.legend_columns();
+        for (series, name) in self.series.iter().enumerate() {
+            let x = MARGIN + ROOM / columns as i32 * (series % columns) as i32;
+            let y = y + LINE * (series / columns) as i32;
+            marker(root, (x + 7, y), &Point::new([0.0; 2], series))?;
+            let name = shortened(name, SMALL_TEXT, ROOM - 30);
+            root.draw_text(&name, &style(SMALL_TEXT, INK).pos(LEFT), (x + 22, y))?;
         }
         let mut top = self.head();
         for (height, panels) in &self.rows {
@@ -178,11 +163,11 @@ impl Panel {
             area.draw_text(&line, &style(SMALL_TEXT, GREY).pos(MIDDLE), (wide / 2, top))?;
         }
         let extent = self.extent();
-        let mut x = self.x.range(extent.iter().map(|place| place[0]));
-        let mut y = self.y.range(extent.iter().map(|place| place[1]));
+        let [mut x, mut y] =
+            [(&self.x, 0), (&self.y, 1)].map(|(axis, i)| axis.range(extent.iter().map(|place| place[i])));
         let bottom = 58;
         let rows = usize::try_from((high - top - bottom) / 52).unwrap_or(2).clamp(3, 8);
-        let widest = |axis: &super::Axis, ticks: &[f64]| {
+        let widest = |axis: &Axis, ticks: &[f64]| {
             ticks.iter().map(|tick| width(&axis.label(*tick), SMALL_TEXT)).max().unwrap_or(0)
         };
         let name = if self.y.name.is_empty() { 0 } else { MARGIN };
@@ -193,7 +178,7 @@ impl Panel {
         }
         let fits = |ticks: &Vec<f64>| (widest(&self.x, ticks) + 14) * ticks.len() as i32 <= inner[0];
         let x_ticks = (2..=8).rev().map(|most| self.x.ticks(&x, most)).find(fits).unwrap_or_default();
-        let y_ticks = self.y.ticks(&y, if self.is_square { rows.max(4) } else { rows });
+        let y_ticks = self.y.ticks(&y, rows);
         let mut chart = ChartBuilder::on(area)
             .margin_top(top + 16)
             .margin_right(18)
@@ -240,11 +225,6 @@ fn draw_mark<DB: DrawingBackend>(
     spots: &mut Vec<Spot>,
 ) -> Drawn<DB> {
     let corner = area.get_base_pixel();
-    let pixel = |[x, y]: [f64; 2]| plane.map_coordinate(&(x, y));
-    let in_area = |place: [f64; 2]| {
-        let (x, y) = pixel(place);
-        (x - corner.0, y - corner.1)
-    };
     let pairs = |points: &[[f64; 2]]| points.iter().map(|point| (*point).into()).collect::<Vec<_>>();
     match mark {
         Mark::Points(points) => {
@@ -253,8 +233,8 @@ fn draw_mark<DB: DrawingBackend>(
                     let color = color(point.series).mix(0.8 * point.opacity);
                     plane.draw(&PathElement::new(pairs(&bar), color))?;
                 }
-                marker(area, in_area(point.at), point)?;
-                let (x, y) = pixel(point.at);
+                let (x, y) = plane.map_coordinate(&point.at.into());
+                marker(area, (x - corner.0, y - corner.1), point)?;
                 spots.extend(point.label.map(|label| Spot(x, y, label)));
             }
             Ok(())
@@ -267,13 +247,18 @@ fn draw_mark<DB: DrawingBackend>(
 }
 
 fn marker<DB: DrawingBackend>(area: &Area<DB>, (x, y): (i32, i32), point: &Point) -> Drawn<DB> {
+    let corners: &[(i32, i32)] = match point.series % 4 {
+        0 => &[],
+        1 => &[(-4, -4), (4, -4), (4, 4), (-4, 4)],
+        2 => &[(-5, 4), (5, 4), (0, -6)],
+        _ => &[(-6, 0), (0, 6), (6, 0), (0, -6)],
+    };
     let style = color(point.series).mix(point.opacity).filled();
-    match point.series % 4 {
-        0 => area.draw(&Circle::new((x, y), 4, style)),
-        1 => area.draw(&Rectangle::new([(x - 4, y - 4), (x + 4, y + 4)], style)),
-        2 => area.draw(&Polygon::new(vec![(x - 5, y + 4), (x + 5, y + 4), (x, y - 6)], style)),
-        _ => area.draw(&Polygon::new(vec![(x - 6, y), (x, y + 6), (x + 6, y), (x, y - 6)], style)),
+    if corners.is_empty() {
+        return area.draw(&Circle::new((x, y), 4, style));
     }
+    let corners: Vec<(i32, i32)> = corners.iter().map(|corner| (x + corner.0, y + corner.1)).collect();
+    area.draw(&Polygon::new(corners, style))
 }
 
 fn font(size: f64) -> FontDesc<'static> {
@@ -306,19 +291,17 @@ fn shortened(text: &str, size: f64, limit: i32) -> String {
     format!("{}…", short.trim_end())
 }
 
-/// Returns a limited number of lines no wider than `limit` pixels, broken between words. Spaces within a line stay.
+/// Returns up to `most` lines no wider than `limit` pixels, broken between words.
 fn wrapped(text: &str, size: f64, limit: i32, most: usize) -> Vec<String> {
-    let mut lines = Vec::new();
-    let mut rest = text;
-    while !rest.is_empty() && lines.len() + 1 < most && width(rest, size) > limit {
-        let breaks = rest.match_indices(' ').map(|(place, _)| place).take(300);
-        let fitting = breaks.take_while(|place| width(&rest[..*place], size) <= limit).last();
-        let Some(place) = fitting else { break };
-        lines.push(shortened(&rest[..place], size, limit));
-        rest = rest[place..].trim_start();
+    let mut lines: Vec<String> = Vec::new();
+    for word in text.split_inclusive(' ').take(300) {
+        let is_last = lines.len() == most;
+        match lines.last_mut() {
+            Some(line) if is_last || width(&format!("{line}{word}"), size) <= limit => line.push_str(word),
+            _ => lines.push(word.to_owned()),
+        }
     }
-    lines.extend((!rest.is_empty()).then(|| shortened(rest, size, limit)));
-    lines
+    lines.iter().map(|line| shortened(line.trim_end(), size, limit)).collect()
 }
 
 fn encoded(pixels: &[u8], (width, height): (u32, u32)) -> Result<Vec<u8>, png::EncodingError> {

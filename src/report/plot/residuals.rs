@@ -4,12 +4,12 @@ use statrs::distribution::{Beta, ContinuousCDF, Normal};
 
 use super::axis::{ends, is_drawable};
 use super::others::budget;
-use super::{Axis, BAND, CUT_AXIS, Figure, INK, Label, Panel, Point, SPEED_AXIS, Scale};
+use super::{ALARM, Axis, BAND, CUT_AXIS, Figure, GREY, INK, Label, Panel, Point, SPEED_AXIS, Scale};
 use crate::compare::Comparison;
 use crate::fit::{Fit, FittedFilm, Residual};
 use crate::measurement::number::{count_of, plain};
 use crate::report::terminal::{chi2_text, estimate, with_unit};
-use crate::report::{noise_estimated, reduced_chi2, speed_unit, title};
+use crate::report::{budgets, noise_estimated, reduced_chi2, speed_unit, title};
 
 /// Height of a row of panels, pixels.
 const ROW: u32 = 400;
@@ -29,14 +29,19 @@ pub(in crate::report) fn residuals(fit: &Fit) -> Figure {
     });
     let mut panels = observed.against(&speed_axis);
     panels.extend(observed.quantiles());
-    panels.extend(budget(fit));
+    let budgets = budgets(fit);
+    let is_noise_alone = budgets.iter().flat_map(|found| &found.parts).all(|(source, _)| source == "noise");
+    if !is_noise_alone || panels.is_empty() && !budgets.is_empty() {
+        panels.push(budget(&budgets));
+    }
     let mut figure = observed.figure(title(fit), panels);
-    figure.lines.splice(0..0, summary(fit));
+    figure.lines.splice(0..0, summary(fit).map(|line| (line, GREY)));
     let warnings = fit.warnings();
-    figure.warning = warnings.first().map(|first| match warnings.len() - 1 {
-        0 => (*first).to_owned(),
-        more => format!("(+{more} more) {first}"),
-    });
+    figure.lines.extend(warnings.first().map(|first| {
+        let more =
+            if warnings.len() > 1 { format!("(+{} more) ", warnings.len() - 1) } else { String::new() };
+        (format!("{more}{first}"), ALARM)
+    }));
     figure
 }
 
@@ -145,26 +150,18 @@ impl Observed {
         figure.series = names.map(|(i, name)| format!("{name} ({})", count(i))).collect();
         figure.labels.clone_from(&self.labels);
         if self.values.is_empty() {
-            figure.lines.push("No residual has a standard deviation.".to_owned());
+            figure.say("No residual has a standard deviation.");
         }
         figure.add_rows(ROW, 3, panels);
         figure
     }
 
-    /// Adds values at these places to a panel: of very many every n-th row, and the largest residuals.
+    /// Adds values at these places to a panel: of very many every n-th row, and the large residuals.
     fn draw(&self, panel: &mut Panel, mut places: Vec<(usize, [f64; 2])>) {
         /// More points would hide each other, and an SVG grows with each.
         const MOST: usize = 2000;
-        /// Number of the largest residuals that are drawn in every case.
-        const EXTREMES: usize = 100;
-        if places.len() > MOST {
-            let size = |i: usize| self.values[i].standardized.abs();
-            let mut sizes: Vec<f64> = places.iter().map(|(i, _)| size(*i)).collect();
-            sizes.sort_by(f64::total_cmp);
-            let (every, rows) = (places.len().div_ceil(MOST), self.series.len().max(1));
-            let extreme = sizes[sizes.len() - EXTREMES];
-            places.retain(|(i, _)| (i / rows).is_multiple_of(every) || size(*i) >= extreme);
-        }
+        let (every, rows) = (places.len().div_ceil(MOST).max(1), self.series.len().max(1));
+        places.retain(|(i, _)| (i / rows).is_multiple_of(every) || self.values[*i].standardized.abs() > 3.0);
         if places.len() < self.values.len() {
             panel.about += &format!("; {} of {} points", places.len(), self.values.len());
         }
@@ -203,17 +200,17 @@ impl Observed {
         panels
     }
 
-    /// Returns the sorted residuals against the quantiles of a normal distribution, with the band that holds 95 % of samples at each
-    /// place.
+    /// Returns the sorted residuals, of which there are at least three, against the quantiles of a normal distribution, with the band that
+    /// holds 95 % of samples at each place.
     fn quantiles(&self) -> Option<Panel> {
         /// Number of corners of either side of the band.
         const PLACES: usize = 60;
         let mut sorted: Vec<usize> = (0..self.values.len()).collect();
         sorted.sort_by(|a, b| self.values[*a].standardized.total_cmp(&self.values[*b].standardized));
-        let n = sorted.len();
+        let n = Some(sorted.len()).filter(|n| *n >= 3)?;
         let normal = Normal::standard();
         let quantile = |i: usize| normal.inverse_cdf((i as f64 + 0.5) / n as f64);
-        let end = quantile(n.checked_sub(1)?).max(1.0);
+        let end = quantile(n - 1).max(1.0);
         // even in quantiles, since the ends matter
         let even = (0..=PLACES).map(|k| end * (2.0 * k as f64 / PLACES as f64 - 1.0));
         let mut places: Vec<usize> = even.map(|z| ((normal.cdf(z) * n as f64) as usize).min(n - 1)).collect();
