@@ -2,7 +2,7 @@
 
 /// Bodies of a shot.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Bodies {
+pub(crate) enum Bodies {
     /// Two balls on a cloth, the second at rest before the impact.
     Balls,
     /// Two discs, both of which may move.
@@ -30,7 +30,7 @@ impl Bodies {
 /// Reason for which no impact could be extracted from a shot.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 #[non_exhaustive]
-pub enum Unusable {
+pub(crate) enum Unusable {
     /// A body was seen in too few frames.
     #[error(
         "the tracks are too short: {} frames of the {}, {} of the {}; expected at least {least} of each",

@@ -104,7 +104,7 @@ fn cell(parameter: &ComparedParameter, label: &String, is_refuted: bool) -> Stri
     let Some(value) = parameter.estimates.iter().find(is_own).filter(|_| !is_left_out) else {
         return "–".to_owned();
     };
-    let Value { value, std_error, fitted, .. } = value.value;
+    let Value { estimate: value, std_error, fitted, .. } = value.value;
     let number = match std_error {
         _ if !fitted => return format!("{} (fixed)", plain(value, 4)),
         Some(error) => with_error(value, error),

@@ -24,7 +24,7 @@ impl StoredError {
 const SAME_ERRORS: f64 = 0.01;
 
 /// A result that changed: data set, what, before, now, and by how many standard errors.
-pub type Moved = [String; 5];
+pub(crate) type Moved = [String; 5];
 
 /// Fits read back from the disk.
 pub struct Stored {

@@ -139,7 +139,7 @@ pub(in crate::report) fn forest(comparison: &Comparison) -> Figure {
             let interval = value.interval_95.map(|ends| ends.map(|end| [end, y]));
             panel.line(interval.into_iter().flatten(), color(series), 3);
             let opacity = if value.fitted { 1.0 } else { 0.35 };
-            panel.points([Point { opacity, ..Point::new([value.value, y], series) }]);
+            panel.points([Point { opacity, ..Point::new([value.estimate, y], series) }]);
         }
         let lines = u32::try_from(compared.estimates.len()).unwrap_or(1);
         figure.add_rows(128 + 34 * lines, 1, vec![panel]);
