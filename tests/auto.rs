@@ -10,8 +10,7 @@ const MISTAKEN: f64 = 0.05;
 
 fn specified(seed: u64) -> Spec {
     // as footage of 1000 fps gives
-    let noise = Noise { velocity_m_s: 0.001, line_of_centres_deg: 0.02, spin_rad_s: 0.1, angle_deg: 0.2 };
-    Spec { noise, ..spec(Kind::Impacts, &[Played::NaturalRoll, Played::Draw], 40, seed) }
+    with(&spec("impacts", &["natural-roll", "draw"], 40, seed), FINE)
 }
 
 /// Shots of balls whose masses are known to be equal.
@@ -21,7 +20,7 @@ fn made(by: Fidelity, seed: u64) -> Dataset {
 }
 
 fn pull(fit: &Fit, parameter: usize) -> f64 {
-    let estimate = fit.estimates[parameter];
+    let estimate = fit.estimates()[parameter];
     (estimate.value - TRUTH[parameter]) / fit.std_error_if_model_held(estimate.parameter).unwrap()
 }
 
@@ -33,7 +32,8 @@ fn the_data_decide_what_they_are_computed_with() {
         let (mut pulls, mut mistaken) = ([const { Vec::new() }; 3], 0);
         for seed in 0..sets as u64 {
             let fit = fit::fit(&made(by, seed), &options).unwrap().remove(0);
-            let integrated = fit.diagnostics.computed.iter().any(|c| c.fidelity == Fidelity::Contact);
+            let computed = part(&fit, "/computed");
+            let integrated = computed.as_array().unwrap().iter().any(|own| own["fidelity"] == "contact");
             mistaken += usize::from(integrated != (by == Fidelity::Contact));
             // what decides against the correction is said
             let is_said = fit.notes().iter().any(|note| note.contains("weight") && note.contains("left out"));
@@ -52,7 +52,7 @@ fn the_data_decide_what_they_are_computed_with() {
 fn corrections_undo_what_the_exact_solution_leaves_out() {
     const BIAS: f64 = 2.0;
     const CORRECTED: f64 = 0.3;
-    let exact = Spec { noise: Noise::default(), ..specified(7) };
+    let exact = with(&specified(7), EXACT);
     let mut dataset = made_with(&exact, &Model::new(Fidelity::Contact, Ball::POOL));
     dataset.object = Some(ObjectBall::exact(Ball::POOL));
     for row in dataset.shots.iter_mut().flat_map(|shot| &mut shot.after) {

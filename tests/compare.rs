@@ -1,6 +1,7 @@
 //! Comparisons: differences that are there are found, and others are not.
 
-use caromfit::compare::{Compared, Options, Reason, TestKind, compare};
+use caromfit::compare::{Options, compare};
+use caromfit::report::compare::{table, warnings};
 
 use crate::cli::done_in;
 use crate::prelude::*;
@@ -8,14 +9,23 @@ use crate::prelude::*;
 const MU_S: Quantity = Quantity::Parameter(Parameter::MuS);
 
 /// Impacts on one of two cloths.
-fn cloth(name: &str, mu_s: f64, seed: u64, count: usize, played: Played) -> Dataset {
-    let usual = spec(Kind::Impacts, &[played], count, seed);
-    let spec = Spec { name: name.to_string(), truth: Truth { mu_s, ..usual.truth }, ..usual };
+fn cloth(name: &str, mu_s: f64, seed: u64, count: usize, played: &str) -> Dataset {
+    let spec =
+        with(&spec("impacts", &[played], count, seed), &format!("name = {name:?}\ntruth.mu_s = {mu_s}"));
     Dataset { cloth: Some(name.to_string()), ..made(&spec) }
 }
 
-pub fn of(comparison: &Comparison, quantity: Quantity) -> &Compared {
-    comparison.quantities.iter().find(|q| q.quantity == quantity).unwrap()
+/// A quantity in compare.json.
+pub fn of(comparison: &Comparison, quantity: Quantity) -> Value {
+    let parameters = part(comparison, "/parameters");
+    parameters.as_array().unwrap().iter().find(|own| own["parameter"] == quantity.name()).unwrap().clone()
+}
+
+/// The only difference of a quantity.
+pub fn difference(comparison: &Comparison, quantity: Quantity) -> Value {
+    let compared = of(comparison, quantity);
+    assert_eq!(compared["differences"].as_array().unwrap().len(), 1, "{compared}");
+    compared["differences"][0].clone()
 }
 
 #[test]
@@ -24,29 +34,29 @@ fn the_two_synthetic_cloths_differ_in_what_they_were_made_to() {
     let all = [Quantity::Parameter(Parameter::Mu), Quantity::Parameter(Parameter::E)];
     let options = Options { per_dataset: all.to_vec(), ..options::of_comparison() };
     let comparison = compare(&both, &options).unwrap();
-    assert!(comparison.converged && !comparison.is_refuted() && comparison.is_filmed);
-    assert_eq!(comparison.told_by, "cloth");
-    assert_eq!(comparison.samples.iter().map(|sample| sample.shots_used).sum::<usize>(), 60);
-    assert!(comparison.dof > 60 * 100, "{}", comparison.dof);
+    let json = part(&comparison, "");
+    assert!(json["converged"] == true && !comparison.is_refuted());
+    assert_eq!((&json["method"], &json["told_by"]), (&"joint".into(), &"cloth".into()));
+    assert_eq!([0, 1].map(|i| json["samples"][i]["shots_used"].as_u64().unwrap()), [30, 30]);
+    assert!(number(&json, "/dof") > 60.0 * 100.0, "{}", json["dof"]);
     // true differences: μ 0, μ_s 0.15, e 0, μ_k 0.05
     for (quantity, truth, real) in
         [(all[0], 0.0, false), (MU_S, 0.15, true), (all[1], 0.0, false), (Quantity::Sliding, 0.05, true)]
     {
-        let compared = of(&comparison, quantity);
-        let [difference] = compared.differences.as_slice() else { panic!("{compared:?}") };
-        let [low, high] = difference.interval_95;
+        let difference = difference(&comparison, quantity);
+        let [low, high] = ["/interval_95/0", "/interval_95/1"].map(|end| number(&difference, end));
         assert!((low..=high).contains(&truth), "{}: {low}..{high}", quantity.name());
-        let test = compared.same_or_different.unwrap();
-        assert_eq!(difference.real, real, "{}: {difference:?}", quantity.name());
-        assert_eq!(test.delta_aic < 0.0, real, "{}: {test:?}", quantity.name());
+        assert_eq!(difference["real"], real, "{}: {difference}", quantity.name());
+        let delta_aic = number(&of(&comparison, quantity), "/same_or_different/delta_aic");
+        assert_eq!(delta_aic < 0.0, real, "{}: {delta_aic}", quantity.name());
     }
 }
 
 /// Noise stated five times too small is a model that χ²/dof 25 rules out.
 #[test]
 fn a_refuted_model_has_no_errors_and_no_differences() {
-    let good = cloth("good", 0.2, 1, 60, Played::NaturalRoll);
-    let mut bad = cloth("bad", 0.4, 2, 60, Played::NaturalRoll);
+    let good = cloth("good", 0.2, 1, 60, "natural-roll");
+    let mut bad = cloth("bad", 0.4, 2, 60, "natural-roll");
     for shot in &mut bad.shots {
         let after = shot.after.iter_mut().map(|m| &mut m.measured);
         let Before::Impact { normal, velocity } = &mut shot.before else { panic!() };
@@ -55,22 +65,16 @@ fn a_refuted_model_has_no_errors_and_no_differences() {
         }
     }
     let comparison = compare(&[good.clone(), bad], &options::of_comparison()).unwrap();
-    let Finding::Refuted { samples, .. } = &comparison.findings[0] else {
-        panic!("{:?}", comparison.findings)
-    };
-    let refuting: Vec<&str> =
-        samples.iter().map(|(sample, _)| comparison.samples[*sample].title.as_str()).collect();
-    assert_eq!(refuting, ["bad"]);
-    for compared in &comparison.quantities {
-        assert!(compared.estimates.iter().all(|value| value.std_error.is_none()), "{compared:?}");
-        assert!(compared.differences.is_empty() && compared.same_or_different.is_none());
+    let first = &warnings(&comparison)[0];
+    assert!(first.contains("of bad (χ²/dof") && !first.contains("good"), "{first}");
+    for compared in part(&comparison, "/parameters").as_array().unwrap() {
+        let estimates = compared["estimates"].as_array().unwrap();
+        assert!(estimates.iter().all(|value| value["std_error"].is_null()), "{compared}");
+        assert!(compared["differences"] == json!([]) && compared["same_or_different"].is_null());
     }
-    let table = caromfit::report::compare::table(&comparison);
-    assert!(
-        table.contains("(refuted)") && table.contains("of bad (χ²/dof") && !table.contains(" ± 0"),
-        "{table}"
-    );
-    let other = cloth("other", 0.4, 2, 60, Played::NaturalRoll);
+    let table = table(&comparison);
+    assert!(table.contains("(refuted)") && !table.contains(" ± 0"), "{table}");
+    let other = cloth("other", 0.4, 2, 60, "natural-roll");
     assert!(!compare(&[good, other], &options::of_comparison()).unwrap().is_refuted());
 }
 
@@ -97,34 +101,38 @@ pub fn is_the_fit_of_all(both: &[Dataset; 2], asked: Asked) -> Comparison {
     let fit = fit::fit(&together, &fit::Options { fidelity, loss, ..options::of_fit() }).unwrap().remove(0);
     // or the tolerance of the integrator, 1e-6, magnified
     let same = if auto { 1e-5 } else { 1e-6 };
-    for single in fit.estimates.iter().filter(|single| !single.parameter.is_of_balls()) {
+    for single in fit.estimates().iter().filter(|single| !single.parameter.is_of_balls()) {
         let compared = of(&comparison, Quantity::Parameter(single.parameter));
-        let own = &compared.estimates[0];
+        let own = &compared["estimates"][0];
         let error = single.std_error.unwrap_or(1e-9);
         let most = if exact { same * single.value } else { 1e-2 * error };
-        assert!(compared.shared && (own.value - single.value).abs() <= most, "{own:?} {single:?}");
-        assert_eq!(own.std_error.is_some(), single.std_error.is_some(), "{own:?} {single:?}");
-        if let Some(own) = own.std_error {
+        let off = number(own, "/estimate") - single.value;
+        assert!(compared["shared"] == true && off.abs() <= most, "{own} {single:?}");
+        assert_eq!(own["std_error"].is_number(), single.std_error.is_some(), "{own} {single:?}");
+        if let Some(own) = own["std_error"].as_f64() {
             assert!((own / error - 1.0).abs() < if exact { 1e-4 } else { 1e-3 }, "{own} {error}");
         }
     }
-    let chi2 = comparison.chi2 / fit.chi2 - 1.0;
-    assert!(!exact || chi2.abs() < same, "{} {}", comparison.chi2, fit.chi2);
-    assert_eq!((comparison.dof, &comparison.computed), (fit.dof, &fit.diagnostics.computed));
-    assert_eq!(comparison.is_refuted(), fit.refuted.is_some());
+    let chi2 = number(&comparison, "/chi2");
+    assert!(!exact || (chi2 / fit.chi2() - 1.0).abs() < same, "{chi2} {}", fit.chi2());
+    for same in ["/dof", "/computed"] {
+        assert_eq!(part(&comparison, same), part(&fit, same));
+    }
+    assert_eq!(comparison.is_refuted(), fit.is_refuted());
     comparison
 }
 
 #[test]
 fn a_joint_fit_of_one_cloth_twice_is_the_fit_of_all_its_shots() {
-    let both = [("one", 1), ("two", 2)].map(|(name, seed)| cloth(name, 0.3, seed, 30, Played::NaturalRoll));
+    let both = [("one", 1), ("two", 2)].map(|(name, seed)| cloth(name, 0.3, seed, 30, "natural-roll"));
     let exact = Asked { exact: true, ..Asked::default() };
     is_the_fit_of_all(&both, exact);
     for loss in [Loss::Huber, Loss::Cauchy] {
         let comparison = is_the_fit_of_all(&both, Asked { loss: Some(loss), ..exact });
-        let test = of(&comparison, MU_S).same_or_different.unwrap();
-        assert!(test.by == TestKind::Wald && (0.0..=1.0).contains(&test.p_value), "{test:?}");
-        assert_eq!(comparison.robust.unwrap().losses, [loss.name()]);
+        let test = of(&comparison, MU_S)["same_or_different"].clone();
+        let p_value = number(&test, "/p_value");
+        assert!(test["test"] == "Wald statistic" && (0.0..=1.0).contains(&p_value), "{test}");
+        assert_eq!(part(&comparison, "/robust/losses"), json!([loss.name()]));
     }
 }
 
@@ -132,23 +140,22 @@ fn a_joint_fit_of_one_cloth_twice_is_the_fit_of_all_its_shots() {
 #[test]
 fn what_cannot_tell_is_said_and_left_out() {
     let filmed = |name: &str, played, seed| {
-        let usual = spec(Kind::Tracks, &[played], 15, seed);
-        Dataset { cloth: Some(name.to_owned()), ..made(&Spec { name: name.to_owned(), ..usual }) }
+        let spec = with(&spec("tracks", &[played], 15, seed), &format!("name = {name:?}"));
+        Dataset { cloth: Some(name.to_owned()), ..made(&spec) }
     };
     let measured = |name, mu_s, seed, played| cloth(name, mu_s, seed, 30, played);
-    let (rolls, stun) = (Played::NaturalRoll, Played::Stun);
+    let (rolls, stun) = ("natural-roll", "stun");
     for three in [
         [measured("a", 0.2, 1, rolls), measured("c", 0.3, 3, stun), measured("b", 0.4, 2, rolls)],
         [filmed("a", rolls, 65), filmed("c", stun, 66), filmed("b", rolls, 67)],
     ] {
         let comparison = compare(&three, &options::of_comparison()).unwrap();
-        let compared = of(&comparison, MU_S);
-        assert_eq!(compared.left_out, [(1, Reason::Independent)]);
-        let table = caromfit::report::compare::table(&comparison);
+        assert_eq!(of(&comparison, MU_S)["left_out"].as_array().unwrap().len(), 1);
+        let table = table(&comparison);
         assert!(table.contains("c is left out: none of its shots has topspin"), "{table}");
-        let [difference] = compared.differences.as_slice() else { panic!("{compared:?}") };
-        assert_eq!([&difference.first, &difference.second], ["a", "b"]);
-        assert!(of(&comparison, Quantity::Parameter(Parameter::Mu)).left_out.is_empty());
+        let difference = difference(&comparison, MU_S);
+        assert_eq!((&difference["first"], &difference["second"]), (&"a".into(), &"b".into()));
+        assert_eq!(of(&comparison, Quantity::Parameter(Parameter::Mu))["left_out"], json!([]));
     }
 }
 
@@ -158,17 +165,17 @@ fn rates(count: u64, loss: Loss) {
     let options = Options { loss: Some(loss), ..options::of_comparison() };
     let (mut chance, mut ratio, mut found) = (0, 0, 0);
     for seed in 0..count {
-        let a = cloth("a", 0.3, 2 * seed, 40, Played::NaturalRoll);
-        let b = cloth("b", 0.3, 2 * seed + 1, 40, Played::NaturalRoll);
+        let a = cloth("a", 0.3, 2 * seed, 40, "natural-roll");
+        let b = cloth("b", 0.3, 2 * seed + 1, 40, "natural-roll");
         let comparison = compare(&[a.clone(), b], &options).unwrap();
         let compared = of(&comparison, MU_S);
-        chance += u64::from(compared.differences[0].real);
-        ratio += u64::from(compared.same_or_different.unwrap().p_value < 0.05);
+        chance += u64::from(compared["differences"][0]["real"] == true);
+        ratio += u64::from(number(&compared, "/same_or_different/p_value") < 0.05);
         // 2.8 standard errors of a difference, which 80 % of experiments find
-        let detectable = 2.8 * compared.differences[0].std_error;
-        let b = cloth("b", 0.3 + detectable, 2 * seed + 1, 40, Played::NaturalRoll);
+        let detectable = 2.8 * number(&compared, "/differences/0/std_error");
+        let b = cloth("b", 0.3 + detectable, 2 * seed + 1, 40, "natural-roll");
         let comparison = compare(&[a, b], &options).unwrap();
-        found += u64::from(of(&comparison, MU_S).differences[0].real);
+        found += u64::from(difference(&comparison, MU_S)["real"] == true);
     }
     let name = loss.name();
     figure(format!(

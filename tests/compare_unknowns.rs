@@ -1,10 +1,10 @@
 //! Comparisons have what fits have: friction that falls, contacts that give way, frames, cameras.
 
-use caromfit::compare::{Difference, Options};
+use caromfit::compare::Options;
 use caromfit::report::compare::{notes, warnings};
 
 use crate::camera::by_phone;
-use crate::compare::{Asked, is_the_fit_of_all, of};
+use crate::compare::{Asked, difference, is_the_fit_of_all, of};
 use crate::prelude::*;
 
 const MU: Quantity = Quantity::Parameter(Parameter::Mu);
@@ -15,24 +15,17 @@ const KAPPA: Quantity = Quantity::Parameter(Parameter::Kappa);
 /// Standard errors by which a difference may be off: one in 2000 is by chance.
 const ERRORS: f64 = 3.5;
 
-fn difference(comparison: &Comparison, quantity: Quantity) -> &Difference {
-    let compared = of(comparison, quantity);
-    let [difference] = compared.differences.as_slice() else { panic!("{compared:?}") };
-    difference
-}
-
-fn is_right(difference: &Difference, truth: f64) {
-    let Difference { value, std_error, .. } = *difference;
+fn is_right(difference: &Value, truth: f64) {
+    let [value, std_error] = ["/difference", "/std_error"].map(|key| number(difference, key));
     assert!((value - truth).abs() < ERRORS * std_error, "{value} ± {std_error}, true {truth}");
 }
 
 /// Shots of balls whose friction falls by b with the slip, exactly measured but for usual noise of a good camera.
 fn falling(name: &str, b: f64, seed: u64) -> Dataset {
-    let usual = spec(Kind::Impacts, &[Played::Stun, Played::NaturalRoll, Played::Side], 60, seed);
-    let noise = Noise { velocity_m_s: 0.001, line_of_centres_deg: 0.02, spin_rad_s: 0.1, angle_deg: 0.2 };
+    let usual = spec("impacts", &["stun", "natural-roll", "side"], 60, seed);
     let law = Law::Exponential { b, c: 1.088 };
     let model = Model { law, ..Model::new(Fidelity::Full, Ball::POOL) };
-    let mut dataset = made_with(&Spec { name: name.to_owned(), noise, ..usual }, &model);
+    let mut dataset = made_with(&with(&usual, &format!("name = {name:?}\n{FINE}")), &model);
     dataset.settings.falls = true;
     dataset
 }
@@ -42,19 +35,23 @@ fn falling_friction_is_compared() {
     let both = [falling("clean", 0.06, 41), falling("chalked", 0.12, 42)];
     // μ and b differ by data set, c is held
     let apart = compare::compare(&both, &options::of_comparison()).unwrap();
-    assert!(apart.converged && warnings(&apart).is_empty(), "{:?}", apart.findings);
-    is_right(difference(&apart, B), 0.06);
-    is_right(difference(&apart, MU), 0.0);
-    assert!(difference(&apart, B).real && of(&apart, B).same_or_different.unwrap().p_value < 1e-6);
+    assert!(part(&apart, "/converged") == true && warnings(&apart).is_empty(), "{:?}", warnings(&apart));
+    is_right(&difference(&apart, B), 0.06);
+    is_right(&difference(&apart, MU), 0.0);
+    assert_eq!(difference(&apart, B)["real"], true);
+    assert!(number(&of(&apart, B), "/same_or_different/p_value") < 1e-6);
     let held = of(&apart, Quantity::Parameter(Parameter::C));
-    assert!(held.shared && !held.estimates[0].fitted && held.estimates[0].value == 1.088);
+    let value = &held["estimates"][0];
+    assert!(held["shared"] == true && value["fitted"] == false && value["estimate"] == 1.088, "{held}");
     // one μ for all: b alone then tells them apart, and better
     let shared = compare::compare(&both, &Options { share: vec![MU], ..options::of_comparison() }).unwrap();
-    is_right(difference(&shared, B), 0.06);
-    assert!(difference(&shared, B).std_error < difference(&apart, B).std_error);
-    assert_eq!(of(&shared, MU).estimates.len(), 1);
-    let same = of(&shared, MU).same_or_different.unwrap();
-    assert!(same.extra_parameters == 1 && same.p_value > 1e-3, "{same:?}");
+    is_right(&difference(&shared, B), 0.06);
+    let [shared_error, error] = [&shared, &apart].map(|own| number(&difference(own, B), "/std_error"));
+    assert!(shared_error < error);
+    let shared = of(&shared, MU);
+    assert_eq!(shared["estimates"].as_array().unwrap().len(), 1);
+    let same = &shared["same_or_different"];
+    assert!(same["extra_parameters"] == 1 && number(same, "/p_value") > 1e-3, "{same}");
     // without a friction that falls there is no b
     let constant = both.map(|mut dataset| {
         dataset.settings.falls = false;
@@ -73,7 +70,7 @@ fn a_joint_fit_with_falling_friction_is_the_fit_of_all_shots() {
         dataset.settings[Parameter::C].fixed = false;
     }
     let comparison = is_the_fit_of_all(&both, Asked::default());
-    assert!(of(&comparison, Quantity::Parameter(Parameter::C)).estimates[0].std_error.is_some());
+    assert!(of(&comparison, Quantity::Parameter(Parameter::C))["estimates"][0]["std_error"].is_number());
 }
 
 /// Stun shots whose contact gives way by so much.
@@ -81,9 +78,9 @@ fn giving(name: &str, mu: f64, kappa: f64, seed: u64) -> Dataset {
     let effects = Effects { compliance: true, ..Fidelity::Full.effects() };
     let model = Model { effects, kappa, tolerance: 1e-9, ..Model::new(Fidelity::Ode, Ball::POOL) };
     // exact states before the impact, as of throws that are printed: errors of theirs would be integrated, too, and take minutes
-    let usual = spec(Kind::Angles, &[Played::Stun], 30, seed);
-    let usual = Spec { noise: Noise { angle_deg: 0.05, ..usual.noise }, ..usual };
-    made_with(&Spec { name: name.to_owned(), truth: Truth { mu, ..usual.truth }, ..usual }, &model)
+    let usual = spec("angles", &["stun"], 30, seed);
+    let keys = format!("name = {name:?}\nnoise.angle_deg = 0.05\ntruth.mu = {mu}");
+    made_with(&with(&usual, &keys), &model)
 }
 
 #[test]
@@ -98,15 +95,17 @@ fn a_contact_that_gives_way_is_compared() {
     };
     let options = Options { fidelity: None, ..options::of_comparison() };
     let stated = compare::compare(&with(Setting::held(2.5)), &options).unwrap();
-    is_right(difference(&stated, MU), 0.04);
-    let held = &of(&stated, KAPPA).estimates[0];
-    assert!(!held.fitted && held.value == 2.5, "{held:?}");
-    assert!(!warnings(&stated).iter().any(|warning| warning.contains("kappa")), "{:?}", stated.findings);
+    is_right(&difference(&stated, MU), 0.04);
+    let held = &of(&stated, KAPPA)["estimates"][0];
+    assert!(held["fitted"] == false && held["estimate"] == 2.5, "{held}");
+    let warnings = warnings(&stated);
+    assert!(!warnings.iter().any(|warning| warning.contains("kappa")), "{warnings:?}");
     let free = Setting { fixed: false, ..Parameter::Kappa.default_setting() };
     let free = compare::compare(&with(free), &options).unwrap();
-    let kappa = &of(&free, KAPPA).estimates[0];
-    assert!((kappa.value - 2.5).abs() < ERRORS * kappa.std_error.unwrap(), "{kappa:?}");
-    is_right(difference(&free, MU), 0.04);
+    let kappa = &of(&free, KAPPA)["estimates"][0];
+    let [value, error] = ["/estimate", "/std_error"].map(|key| number(kappa, key));
+    assert!((value - 2.5).abs() < ERRORS * error, "{kappa}");
+    is_right(&difference(&free, MU), 0.04);
     // a rigid fidelity does not know it
     let error = compare::compare(&with(Setting::held(2.5)), &options::of_comparison()).unwrap_err();
     assert!(error.is_bad_input() && error.to_string().contains("rigid"), "{error}");
@@ -116,28 +115,28 @@ fn a_contact_that_gives_way_is_compared() {
 fn data_sets_call_for_a_contact_that_gives_way_together() {
     let both = [giving("one", 0.05, Model::KAPPA, 47), giving("two", 0.05, Model::KAPPA, 48)];
     let comparison = is_the_fit_of_all(&both, Asked { auto: true, ..Asked::default() });
-    let gives_way = comparison.findings.iter().any(|finding| matches!(finding, Finding::Compliance { .. }));
-    assert!(gives_way && notes(&comparison).iter().any(|note| note.contains("gives way")));
+    assert!(notes(&comparison).iter().any(|note| note.contains("gives way")), "{:?}", notes(&comparison));
 }
 
 /// Cue balls that differ by 1 % in mass, of which no data set says anything, are no difference of the cloth.
 #[test]
 fn unequal_balls_are_no_difference_of_the_cloth() {
     let both = [(1.0, 61), (1.01, 62)].map(|(ratio, seed)| {
-        let usual = spec(Kind::Tracks, &[Played::NaturalRoll], 15, seed);
-        let camera = Camera { fps: 240.0, position_sd_m: 2e-4, ..usual.camera };
-        let heavy = BallSpec { mass_kg: ratio * usual.ball.mass_kg, ..usual.ball };
-        let object = Some(StatedObject { mass_kg: Some(usual.ball.mass_kg), ..StatedObject::default() });
-        let made = made(&Spec { name: seed.to_string(), camera, ball: heavy, object, ..usual });
+        let Ball { mass, .. } = Ball::POOL;
+        let keys = format!(
+            "name = \"{seed}\"\ncamera = {{ fps = 240, position_sd_m = 2e-4 }}\nball.mass_kg = {}\nobject.mass_kg = {mass}",
+            ratio * mass
+        );
+        let made = made(&with(&spec("tracks", &["natural-roll"], 15, seed), &keys));
         Dataset { cloth: Some(seed.to_string()), ball: Ball::POOL, object: None, ..made }
     });
     let comparison = compare::compare(&both, &options::of_comparison()).unwrap();
     let found = difference(&comparison, MU_S);
-    is_right(found, 0.0);
-    assert!(!found.real, "{found:?}");
-    let limit =
-        |finding: &Finding| matches!(finding, Finding::MassRatios { quantity, .. } if *quantity == MU_S);
-    assert!(comparison.findings.iter().any(limit), "{:?}", comparison.findings);
+    is_right(&found, 0.0);
+    assert_eq!(found["real"], false, "{found}");
+    let notes = notes(&comparison);
+    let limit = |note: &String| note.contains("difference in μ_s") && note.contains("is the mass ratio");
+    assert!(notes.iter().any(limit), "{notes:?}");
 }
 
 /// What is shared is tested: balls of another restitution contradict that e is the same.
@@ -145,22 +144,21 @@ fn unequal_balls_are_no_difference_of_the_cloth() {
 fn data_that_contradict_what_is_shared_are_named() {
     let e = Quantity::Parameter(Parameter::E);
     let both = [(0.94, 63), (0.90, 64)].map(|(e, seed)| {
-        let dataset = spec(Kind::Tracks, &[Played::NaturalRoll], 15, seed);
-        made(&Spec { name: seed.to_string(), truth: Truth { e, ..dataset.truth }, ..dataset })
+        let keys = format!("name = \"{seed}\"\ntruth.e = {e}");
+        made(&with(&spec("tracks", &["natural-roll"], 15, seed), &keys))
     });
     let comparison = compare::compare(&both, &options::of_comparison()).unwrap();
-    let is_named =
-        |finding: &Finding| matches!(finding, Finding::NotShared { quantity, .. } if *quantity == e);
-    assert!(comparison.findings.iter().any(is_named), "{:?}", comparison.findings);
-    assert!(of(&comparison, e).same_or_different.unwrap().p_value < 1e-6);
+    let warnings = warnings(&comparison);
+    let is_named = |said: &String| said.starts_with("e is shared, and the data contradict");
+    assert!(warnings.iter().any(is_named), "{warnings:?}");
+    assert!(number(&of(&comparison, e), "/same_or_different/p_value") < 1e-6);
     let apart = Options { per_dataset: vec![e], ..options::of_comparison() };
-    is_right(difference(&compare::compare(&both, &apart).unwrap(), e), -0.04);
+    is_right(&difference(&compare::compare(&both, &apart).unwrap(), e), -0.04);
 }
 
 /// Shots on a cloth, filmed by a phone.
 fn on_cloth(name: &str, mu_s: f64, shots: usize, seed: u64) -> Dataset {
-    let usual = spec(Kind::Tracks, &[Played::NaturalRoll], shots, seed);
-    let spec = Spec { truth: Truth { mu: 0.05, mu_s, e: 0.94, ..Truth::default() }, ..usual };
+    let spec = with(&spec("tracks", &["natural-roll"], shots, seed), &format!("truth.mu_s = {mu_s}"));
     let film = simulate::filmed(&spec).unwrap().into_iter().map(|(shot, _)| shot).collect();
     Dataset { name: name.to_owned(), cloth: Some(name.to_owned()), ..by_phone(film) }
 }
@@ -177,9 +175,11 @@ fn compared(mut datasets: Vec<Dataset>, camera: Option<&str>) -> Comparison {
 fn one_camera_is_calibrated_by_all_films() {
     let both = || vec![on_cloth("new", 0.2, 10, 41), on_cloth("worn", 0.35, 10, 42)];
     let (apart, same) = (compared(both(), None), compared(both(), Some("phone")));
-    assert!(apart.is_filmed && same.is_filmed && same.converged);
+    assert!([&apart, &same].iter().all(|own| part(*own, "/method") == "joint"));
+    assert_eq!(part(&same, "/converged"), true);
     let of = |comparison: &Comparison, quantity: Quantity| -> Vec<(f64, f64)> {
-        of(comparison, quantity).estimates.iter().map(|own| (own.value, own.std_error.unwrap())).collect()
+        let estimates = of(comparison, quantity)["estimates"].as_array().unwrap().clone();
+        estimates.iter().map(|own| (number(own, "/estimate"), number(own, "/std_error"))).collect()
     };
     for (i, truth) in [0.2, 0.35].into_iter().enumerate() {
         let ((_, alone), (value, error)) = (of(&apart, MU_S)[i], of(&same, MU_S)[i]);

@@ -1,38 +1,49 @@
 //! Experiments planned: standard errors predicted, against those that fits state and against the scatter of what fits
 //! of simulated footage find; and plans.
 
-use caromfit::design::{self, Design, PlayedKind, SpinFrom, information};
+use caromfit::design::{self, Design, Expected};
+
+use serde::Deserialize;
 
 use crate::frames::dataset;
 use crate::prelude::*;
 
 /// A kind of shot both as it is planned and as it is simulated.
 struct Both {
-    planned: PlayedKind,
-    played: Played,
+    name: &'static str,
+    played: &'static str,
+    /// The ranges of speeds and cut angles, as both specifications state them.
+    ranges: String,
+    shots: usize,
 }
 
-fn both(name: &str, played: Played, speed_m_s: [f64; 2], cut_deg: [f64; 2], shots: usize) -> Both {
-    let topspin = if played == Played::NaturalRoll { [1.0; 2] } else { [0.0; 2] };
-    let usual = PlayedKind { name: name.to_owned(), topspin, ..PlayedKind::default() };
-    Both { planned: PlayedKind { speed_m_s, cut_deg, shots, ..usual }, played }
+fn both(played: &'static str, speed_m_s: [f64; 2], cut_deg: [f64; 2], shots: usize) -> Both {
+    let name = played.trim_start_matches("natural-");
+    Both { name, played, ranges: format!("speed_m_s = {speed_m_s:?}\ncut_deg = {cut_deg:?}"), shots }
 }
 
 fn planned(kinds: &[Both]) -> Expected {
-    Expected { kinds: kinds.iter().map(|kind| kind.planned.clone()).collect(), ..Expected::default() }
+    let kind = |Both { name, played, ranges, shots }: &Both| {
+        let spin = match *played {
+            "natural-roll" => "topspin = [1, 1]",
+            "draw" => "topspin = [-1, -0.3]\nspin_from = \"motion\"",
+            _ => "topspin = [0, 0]",
+        };
+        format!("[[kind]]\nname = \"{name}\"\n{spin}\n{ranges}\nshots = {shots}\n")
+    };
+    kinds.iter().map(kind).collect::<String>().parse().unwrap()
 }
 
 /// Footage of all the kinds of an experiment.
-fn filmed(expected: &Expected, kinds: &[Both], seed: u64) -> Vec<TrackShot> {
+fn filmed(kinds: &[Both], seed: u64) -> Vec<TrackShot> {
+    /// That of the default camera, m.
+    const POSITION_SD: f64 = 1e-4;
     let mut shots = Vec::new();
     for (number, kind) in kinds.iter().enumerate() {
-        let PlayedKind { shots: count, speed_m_s, cut_deg, .. } = kind.planned;
-        let usual = spec(Kind::Tracks, &[kind.played], count, 10 * seed + number as u64);
-        let spec =
-            Spec { shots: Shots { speed_m_s, cut_deg, ..usual.shots }, camera: expected.camera, ..usual };
-        for (mut shot, _) in simulate::filmed(&spec).unwrap() {
-            shot.name = format!("{} {}", kind.planned.name, shot.name);
-            shot.position_sd = Some(expected.camera.position_sd_m);
+        let usual = spec("tracks", &[kind.played], kind.shots, 10 * seed + number as u64);
+        for (mut shot, _) in simulate::filmed(&with(&usual, &format!("[shots]\n{}", kind.ranges))).unwrap() {
+            shot.name = format!("{} {}", kind.name, shot.name);
+            shot.position_sd = Some(POSITION_SD);
             shots.push(shot);
         }
     }
@@ -58,15 +69,14 @@ const AT_CORNER: f64 = 0.25;
 
 /// What a design expects of a parameter that fits have: a coefficient, or the ratio of the masses.
 fn expected_error(found: &Design, parameter: Parameter) -> f64 {
-    match parameter {
-        Parameter::MassRatio => found.planned.ratios[0].unwrap(),
-        _ => found.planned.std_errors[parameter as usize].unwrap(),
-    }
+    number(found, &format!("/together/std_error/{}", parameter.name()))
 }
 
 /// The smallest errors of the coefficients that the frames allow.
 fn bounds(fit: &Fit) -> Vec<(Parameter, f64)> {
-    let error = |p: Parameter| fit.unknowns.iter().find(|unknown| unknown.id.name() == p.name())?.std_error;
+    let unknowns = part(fit, "/unknowns");
+    let all = unknowns.as_array().unwrap();
+    let error = |p: Parameter| all.iter().find(|known| known["name"] == p.name())?["std_error"].as_f64();
     Parameter::COEFFICIENTS.into_iter().filter_map(|p| Some((p, error(p)?))).collect()
 }
 
@@ -74,20 +84,18 @@ fn bounds(fit: &Fit) -> Vec<(Parameter, f64)> {
 fn predictions_are_the_bounds_of_fits_of_such_shots() {
     let mut off = Vec::new();
     for (what, kinds) in [
-        ("roll", vec![both("roll", Played::NaturalRoll, [2.0; 2], [30.0; 2], 100)]),
-        ("stun", vec![both("stun", Played::Stun, [3.0; 2], [40.0; 2], 100)]),
+        ("roll", vec![both("natural-roll", [2.0; 2], [30.0; 2], 100)]),
+        ("stun", vec![both("stun", [3.0; 2], [40.0; 2], 100)]),
         (
             "roll and stun",
-            vec![
-                both("roll", Played::NaturalRoll, [3.0; 2], [20.0; 2], 40),
-                both("stun", Played::Stun, [1.5; 2], [50.0; 2], 60),
-            ],
+            vec![both("natural-roll", [3.0; 2], [20.0; 2], 40), both("stun", [1.5; 2], [50.0; 2], 60)],
         ),
     ] {
         let found = designed(&kinds);
-        let fit = fitted(filmed(&found.expected, &kinds, 40), Depth::Everything);
+        let fit = fitted(filmed(&kinds, 40), Depth::Everything);
         let bounds = bounds(&fit);
-        let told = found.planned.std_errors.iter().chain(&found.planned.ratios).flatten().count();
+        let errors = part(&found, "/together/std_error");
+        let told = errors.as_object().unwrap().values().filter(|error| error.is_number()).count();
         // the bound is of the coefficients; what the fit knows of the masses is among its estimates
         let of_masses = fit.get(Parameter::MassRatio).and_then(|ratio| ratio.std_error);
         let masses = of_masses.map(|error| (Parameter::MassRatio, error));
@@ -113,19 +121,16 @@ const FILMS: u64 = 24;
 fn predictions_hold_for_spins_that_are_found_from_the_paths() {
     /// The spins of 40 shots are not spread as evenly as those of the plan.
     const SAME: f64 = 0.05;
-    let mut kind = both("draw", Played::Draw, [2.0; 2], [30.0; 2], 40);
-    (kind.planned.topspin, kind.planned.spin_from) = ([-1.0, -0.3], Some(SpinFrom::Motion));
-    let kinds = [kind];
-    let expected = planned(&kinds);
+    let kinds = [both("draw", [2.0; 2], [30.0; 2], 40)];
     let mut variances = [const { Vec::new() }; 3];
     for film in 0..FILMS {
-        let mut shots = filmed(&expected, &kinds, 40 + film);
+        let mut shots = filmed(&kinds, 40 + film);
         for shot in &mut shots {
             shot.spin = Spin::Unknown;
         }
         let fit = fitted(shots, Depth::Estimates);
         // one film in fifty has, by chance, residuals that another cause explains, which is then an unknown
-        if !fit.explanations.is_empty() {
+        if part(&fit, "/explanations") != json!([]) {
             continue;
         }
         let bounds = bounds(&fit);
@@ -135,7 +140,7 @@ fn predictions_hold_for_spins_that_are_found_from_the_paths() {
             variances[*parameter as usize].push(bound * bound);
         }
     }
-    let found = design::design(&expected).unwrap();
+    let found = designed(&kinds);
     for (parameter, variances) in Parameter::COEFFICIENTS.into_iter().zip(variances) {
         // draw does not press the object ball into the cloth
         assert_eq!(variances.is_empty(), parameter == Parameter::MuS, "{}", parameter.name());
@@ -158,80 +163,99 @@ const SCATTERS: f64 = 3.5;
 #[test]
 fn estimates_scatter_as_predicted() {
     let sets = count("CAROMFIT_SETS", 60);
-    let kinds = [
-        both("roll", Played::NaturalRoll, [1.0, 4.0], [0.0, 50.0], 25),
-        both("stun", Played::Stun, [1.0, 4.0], [25.0, 50.0], 15),
-    ];
+    let kinds =
+        [both("natural-roll", [1.0, 4.0], [0.0, 50.0], 25), both("stun", [1.0, 4.0], [25.0, 50.0], 15)];
     let found = designed(&kinds);
-    let truth = found.expected.coefficients;
     let mut squares = [0.0; 3];
     for seed in 0..sets {
-        let fit = fitted(filmed(&found.expected, &kinds, 5000 + seed as u64), Depth::Estimates);
-        for (i, truth) in [truth.mu, truth.mu_s, truth.e].into_iter().enumerate() {
-            squares[i] += (fit.estimates[i].value - truth).powi(2);
+        let fit = fitted(filmed(&kinds, 5000 + seed as u64), Depth::Estimates);
+        for (i, truth) in TRUTH.into_iter().enumerate() {
+            squares[i] += (fit.estimates()[i].value - truth).powi(2);
         }
     }
     let n = sets as f64;
     let most = WITHIN.max(SCATTERS / (2.0 * n).sqrt());
     for parameter in Parameter::COEFFICIENTS {
-        let predicted = found.planned.std_errors[parameter as usize].unwrap();
-        let ratio = (squares[parameter as usize] / n).sqrt() / predicted;
+        let ratio = (squares[parameter as usize] / n).sqrt() / expected_error(&found, parameter);
         assert!((ratio - 1.0).abs() < most, "{}: {ratio}", parameter.name());
     }
 }
 
 #[test]
 fn parameters_that_no_shot_determines_are_named() {
-    let found = designed(&[both("stun", Played::Stun, [2.0; 2], [0.0, 60.0], 40)]);
-    assert!(found.planned.std_errors[Parameter::MuS as usize].is_none());
-    assert!(found.notes.iter().any(|note| note.contains("No kind of shot offered determines μ_s")));
+    let found = designed(&[both("stun", [2.0; 2], [0.0, 60.0], 40)]);
+    let json = part(&found, "");
+    assert!(json["together"]["std_error"]["mu_s"].is_null());
+    let is_named = |note: &Value| note.as_str().unwrap().contains("No kind of shot offered determines μ_s");
+    assert!(json["notes"].as_array().unwrap().iter().any(is_named), "{}", json["notes"]);
+    let needed = &json["kinds"][0]["shots_needed"];
+    assert!(needed["mu"].is_number() && needed["mu_s"].is_null(), "{needed}");
+    let words = &json["in_words"][1];
+    assert!(words.as_str().unwrap().contains("is determined by none of these shots"), "{words}");
     // tan φ ≤ μ(1 + ν)/ν (1 + e): thinner than 18.7° the balls slide to the end
-    for cell in &found.cells {
-        assert_eq!(cell.std_errors[0].is_some(), cell.cut_deg > 18.7, "{}", cell.cut_deg);
-        assert!(cell.std_errors[2].is_some());
+    for cut in [0.0, 10.0, 18.0, 19.0, 30.0, 60.0] {
+        let errors = part(&designed(&[both("stun", [2.0; 2], [cut; 2], 40)]), "/together/std_error");
+        assert_eq!(errors["mu"].is_number(), cut > 18.7, "{cut}");
+        assert!(errors["e"].is_number());
     }
-    assert!(found.kinds[0].needed[0].is_some() && found.kinds[0].needed[1].is_none());
-    assert!(found.words[1].contains("is determined by none of these shots"), "{:?}", found.words);
+}
+
+/// The fewest shots, for one parameter or all, with the number of each kind.
+#[derive(Deserialize)]
+struct Fewest {
+    r#for: String,
+    total: u64,
+    shots: Vec<Counted>,
+}
+
+#[derive(Deserialize)]
+struct Counted {
+    kind: String,
+    shots: u64,
 }
 
 #[test]
 fn plans_reach_what_is_wanted_and_not_with_a_shot_less() {
-    let expected = Expected { wanted: [Some(1e-4), Some(2e-3), Some(1e-4)], ..Expected::default() };
+    const WANTED: [f64; 3] = [1e-4, 2e-3, 1e-4];
+    let [mu, mu_s, e] = WANTED;
+    let expected: Expected = format!("want = {{ mu = {mu}, mu_s = {mu_s}, e = {e} }}").parse().unwrap();
     let found = design::design(&expected).unwrap();
-    let reached = |information: &information::Information, only: Option<Parameter>| {
-        let errors = information::std_errors(information);
-        let asked = Parameter::COEFFICIENTS.into_iter().filter(|p| only.is_none_or(|only| only == *p));
-        asked.into_iter().all(|p| {
-            let wanted = expected.wanted[p as usize].unwrap();
-            errors[p as usize].is_some_and(|error| error <= wanted)
-        })
+    // of one parameter, or of all
+    let reached = |shots: &[u64], only: &str| {
+        let errors = Parameter::COEFFICIENTS.into_iter().zip(found.std_errors(shots)).zip(WANTED);
+        let mut asked = errors.filter(|((parameter, _), _)| ["all", parameter.name()].contains(&only));
+        asked.all(|((_, error), wanted)| error.is_some_and(|error| error <= wanted))
     };
-    for kind in &found.kinds {
-        for parameter in Parameter::COEFFICIENTS {
-            let Some(needed) = kind.needed[parameter as usize] else { continue };
-            assert!(reached(&(kind.information * needed as f64), Some(parameter)));
-            assert!(!reached(&(kind.information * (needed - 1) as f64), Some(parameter)));
+    let kinds = part(&found, "/kinds").as_array().unwrap().clone();
+    let alone = |kind: usize, count: u64| -> Vec<u64> {
+        (0..kinds.len()).map(|other| if other == kind { count } else { 0 }).collect()
+    };
+    for (kind, json) in kinds.iter().enumerate() {
+        for name in ["mu", "mu_s", "e"] {
+            let Some(needed) = json["shots_needed"][name].as_u64() else { continue };
+            assert!(reached(&alone(kind, needed), name));
+            assert!(!reached(&alone(kind, needed - 1), name));
         }
     }
-    assert_eq!(found.mixtures.len(), 4);
-    for mixture in &found.mixtures {
-        let of = |index: usize| found.kinds[index].information;
-        let sum = |shots: &[(usize, u64)]| -> information::Information {
-            shots.iter().map(|(index, n)| of(*index) * *n as f64).sum()
-        };
-        assert!(reached(&sum(&mixture.shots), mixture.parameter), "{mixture:?}");
-        for i in 0..mixture.shots.len() {
-            let mut fewer = mixture.shots.clone();
-            fewer[i].1 -= 1;
-            assert!(!reached(&sum(&fewer), mixture.parameter), "{mixture:?}");
+    let mixtures: Vec<Fewest> = serde_json::from_value(part(&found, "/fewest_shots")).unwrap();
+    assert_eq!(mixtures.len(), 4);
+    for Fewest { r#for: only, total, shots } in &mixtures {
+        let mut all = vec![0; kinds.len()];
+        for Counted { kind, shots } in shots {
+            all[kinds.iter().position(|json| json["name"] == *kind).unwrap()] = *shots;
+        }
+        assert!(reached(&all, only), "{only}: {all:?}");
+        for used in (0..all.len()).filter(|kind| all[*kind] > 0) {
+            let mut fewer = all.clone();
+            fewer[used] -= 1;
+            assert!(!reached(&fewer, only), "{only}: {fewer:?}");
         }
         // no kind alone does with fewer, nor any exchange of a tenth of the shots for others
-        for other in 0..found.kinds.len() {
-            let alone = of(other) * (mixture.total() - 1) as f64;
-            assert!(!reached(&alone, mixture.parameter), "{mixture:?}");
-            let exchanged =
-                sum(&mixture.shots) * 0.9 + of(other) * (0.1 * mixture.total() as f64 - 3.0).max(0.0);
-            assert!(mixture.total() < 30 || !reached(&exchanged, mixture.parameter), "{mixture:?}, {other}");
+        for other in 0..all.len() {
+            assert!(!reached(&alone(other, total - 1), only), "{only}: {other}");
+            let mut exchanged: Vec<u64> = all.iter().map(|count| (9 * count).div_ceil(10)).collect();
+            exchanged[other] += (total / 10).saturating_sub(3);
+            assert!(*total < 30 || !reached(&exchanged, only), "{only}: {other}");
         }
     }
 }

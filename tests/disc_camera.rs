@@ -2,9 +2,9 @@
 
 use std::f64::consts::TAU;
 
-use caromfit::fit::ExtractedDiscs;
-use caromfit::fit::Quantity;
+use caromfit::fit::{ExtractedDiscs, Quantity};
 
+use crate::camera::neutral;
 use crate::films::pucks::{self, E, FILMED, Filmed, RADII, SETTINGS, Show, as_it_is, load};
 use crate::prelude::*;
 
@@ -91,11 +91,11 @@ fn is_calibrated(rim: bool, wanted: &[&str]) {
         let (dataset, ratios) = film(71, &Filmed { show, shutter, rim, ..FILMED }, None);
         let extracted = fit::extract_discs(dataset);
         let camera = extracted.camera.as_ref().unwrap();
-        let found = camera.corrections.iter().find(|found| found.which == which).unwrap();
-        assert!(camera.converged && camera.shots == SHOTS, "{name}: {found:?}");
+        let found = camera.found(which).unwrap();
+        assert!(camera.converged(), "{name}: {found:?}");
         // perspective and lens are counted from the middle of the film, which is off the middle of the table by centimetres
         let off = (found.value - truth).abs();
-        assert!(off < (ERRORS * found.std_error).max(0.05 * truth.abs().min(0.3)), "{name}: {found:?}");
+        assert!(off < (ERRORS * found.sd.unwrap()).max(0.05 * truth.abs().min(0.3)), "{name}: {found:?}");
         is_right(name, &extracted, &ratios);
         let notes = &extracted.dataset.tracks.as_ref().unwrap().notes;
         assert!(notes.iter().any(|note| note.contains("which the discs themselves calibrate")), "{notes:?}");
@@ -121,13 +121,9 @@ fn a_clean_film_of_discs_stays_as_it_is() {
             let (dataset, ratios) = film(80 + seed, &Filmed { rim, ..FILMED }, None);
             let extracted = fit::extract_discs(dataset);
             let camera = extracted.camera.as_ref().unwrap();
-            assert!(camera.converged, "{:?}", camera.sentence());
+            assert!(camera.converged(), "{:?}", camera.sentence());
             // all but those of balls that hop
-            assert_eq!(camera.corrections.len(), Correction::COUNT - 3);
-            for found in &camera.corrections {
-                let off = (found.value - found.which.neutral()).abs();
-                assert!(off < ERRORS * found.std_error, "{found:?}");
-            }
+            assert_eq!(neutral(camera), Correction::COUNT - 3);
             is_right("clean", &extracted, &ratios);
         }
     }
@@ -156,18 +152,15 @@ fn what_is_stated_of_the_camera_of_discs_is_taken() {
     tracks.discs.as_mut().unwrap().radii = None;
     let extracted = fit::extract_discs(dataset.clone());
     let camera = extracted.camera.as_ref().unwrap();
-    let is_free = |which: Correction| camera.corrections.iter().any(|found| found.which == which);
+    let is_free = |which: Correction| camera.found(which).is_some();
     assert!(!is_free(Correction::Aspect) && !is_free(Correction::Scale) && is_free(Correction::Shear));
-    for found in &camera.corrections {
-        let off = (found.value - found.which.neutral()).abs();
-        assert!(off < ERRORS * found.std_error, "{found:?}");
-    }
+    neutral(camera);
     assert_eq!(camera.get(Correction::Aspect), 0.99);
     is_right("stated", &extracted, &ratios);
     // with few shots, what is stated is still corrected, and nothing else
     dataset.tracks.as_mut().unwrap().shots.truncate(2);
     let few = fit::extract_discs(dataset).camera.unwrap();
-    assert!(few.corrections.is_empty() && few.get(Correction::Aspect) == 0.99);
+    assert!(neutral(&few) == 0 && few.get(Correction::Aspect) == 0.99);
 }
 
 /// What a camera that looks askew adds to the errors of a few shots: of centres alone these were 30 times too small, of rotations 5 to 15 times.

@@ -1,5 +1,6 @@
 //! Fits of discs: shots that scatter, contacts that give way, and what students of Chalmers measured.
 
+use crate::compare::of;
 use crate::films::pucks::{Contact, Filmed, SETTINGS, SLIDING, film, load};
 use crate::prelude::*;
 
@@ -14,11 +15,16 @@ fn chalmers(change: impl Fn(&mut Dataset)) -> Fit {
     fitted(&dataset)
 }
 
+/// Scatter of e and of J_t/J_n between shots.
+fn scatter(fit: &Fit) -> [f64; 2] {
+    ["/scatter/e", "/scatter/impulse_ratio"].map(|key| number(fit, key))
+}
+
 /// Root mean square of what a fit leaves of J_t/J_n.
 fn left(fit: &Fit) -> f64 {
-    let of_friction = fit.residuals.iter().filter(|row| row.observable == Observable::ImpulseRatio);
-    let squares: Vec<f64> = of_friction.map(|row| (row.measured - row.predicted).powi(2)).collect();
-    (squares.iter().sum::<f64>() / squares.len() as f64).sqrt()
+    let noise = part(fit, "/noise");
+    let of_friction = |row: &&Value| row["observable"] == Observable::ImpulseRatio.column();
+    noise.as_array().unwrap().iter().find(of_friction).unwrap()["rms"].as_f64().unwrap()
 }
 
 /// The rubber band throws back along the surface. By hand, 24 shots: κ = 4.1, J_t/J_n with rms 0.016, rigid 0.098.
@@ -39,10 +45,10 @@ fn the_rubber_band_of_chalmers_gives_way() {
     }
     assert!(fit.verdict().grade < Grade::Unusable, "{}", fit.verdict().sentence);
     // one shot loses momentum though each side of it slows down on its own: momentum scatters, too, and it counts less
-    assert_eq!((fit.shots_used, fit.disc_shots.len(), fit.shots_rejected.len()), (23, 23, 0));
-    let scatter = fit.scatter.unwrap();
-    assert!((0.03..0.07).contains(&scatter.restitution) && (0.008..LEFT).contains(&scatter.impulse_ratio));
-    assert!((fit.chi2 / fit.dof as f64 - 1.0).abs() < 0.1, "{} {}", fit.chi2, fit.dof);
+    assert_eq!((fit.shots_used(), fit.shots_rejected().len()), (23, 0));
+    let [of_e, of_ratio] = scatter(&fit);
+    assert!((0.03..0.07).contains(&of_e) && (0.008..LEFT).contains(&of_ratio), "{of_e} {of_ratio}");
+    assert!((fit.chi2() / fit.dof() as f64 - 1.0).abs() < 0.1, "{} {}", fit.chi2(), fit.dof());
     let rigid = chalmers(|dataset| {
         dataset.settings.compliance = Compliance::Rigid;
         dataset.settings[Parameter::Kappa] = Setting::held(0.0);
@@ -105,14 +111,13 @@ fn errors_of_shots_that_scatter_are_what_they_are_stated_to_be() {
     let (mut hold, mut scatters) = (0, [0.0; 2]);
     for set in 0..sets {
         let fit = fitted(&scattering(320 + set as u64, SHOTS, 0.0));
-        let scatter = fit.scatter.unwrap();
+        let found = scatter(&fit);
         for (parameter, value) in truth {
             let found = fit.get(parameter).unwrap();
             let [low, high] = found.interval_95.unwrap();
             hold += usize::from((low..=high).contains(&value));
         }
-        scatters[0] += scatter.restitution.powi(2) / sets as f64;
-        scatters[1] += scatter.impulse_ratio.powi(2) / sets as f64;
+        scatters.iter_mut().zip(found).for_each(|(sum, found)| *sum += found.powi(2) / sets as f64);
     }
     let all = (truth.len() * sets) as f64;
     let most = 0.05 * all + MISS * (0.05 * 0.95 * all).sqrt();
@@ -145,14 +150,15 @@ fn an_e_that_falls_with_the_closing_speed_is_found() {
         assert!((found.value - truth).abs() < WITHIN * sd, "{}: {} {sd}", parameter.symbol(), found.value);
     }
     // the slope of points that scatter as these do: σ/√Σ(v − v̄)²
-    let speeds: Vec<f64> =
-        fit.disc_shots.iter().map(|shot| shot.get(fit::Quantity::ClosingSpeed).unwrap().value).collect();
+    let shots = fit::extract_discs(dataset).shots;
+    let speed = |shot: &(_, fit::DiscImpact)| shot.1.get(fit::Quantity::ClosingSpeed).unwrap().value;
+    let speeds: Vec<f64> = shots.iter().map(speed).collect();
     let mean = speeds.iter().sum::<f64>() / speeds.len() as f64;
     let spread = speeds.iter().map(|v| (v - mean).powi(2)).sum::<f64>().sqrt();
-    let expected = fit.scatter.unwrap().restitution / spread;
+    let expected = scatter(&fit)[0] / spread;
     let sd = fit.get(Parameter::ESlope).unwrap().std_error.unwrap();
     assert!((sd / expected - 1.0).abs() < ABOUT, "{sd} {expected}");
-    let [falls, constant] = [&fit, &constant].map(|fit| fit.scatter.unwrap().restitution);
+    let [falls, constant] = [&fit, &constant].map(|fit| scatter(fit)[0]);
     assert!(falls < constant && constant < 1.5 * falls, "{falls} {constant}");
 }
 
@@ -180,12 +186,10 @@ fn differences_between_discs_include_the_scatter_of_their_shots() {
             dataset
         });
         let comparison = compare::compare(&pair, &options).unwrap();
-        let of = |quantity: Quantity| comparison.quantities.iter().find(|own| own.quantity == quantity);
-        let compared = of(Quantity::Parameter(Parameter::E)).unwrap();
-        let found = &compared.differences[0];
+        let compared = of(&comparison, Quantity::Parameter(Parameter::E));
         let notes = caromfit::report::compare::notes(&comparison);
         assert!(notes.iter().any(|note| note.contains("scatter by")), "{notes:?}");
-        found.p_value
+        number(&compared, "/differences/0/p_value")
     };
     let imagined = (0..PAIRS).filter(|pair| p_of_pair(*pair as u64, 0.0) < 0.05).count();
     assert!(imagined < IMAGINED, "{imagined}");

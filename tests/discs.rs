@@ -1,8 +1,7 @@
 //! Discs: impacts of pucks made with known masses, friction and restitution, through the library; what cannot be used; and the real data
 //! sets that ship.
 
-use caromfit::fit::{DiscImpact, Quantity};
-use caromfit::fit::{ExtractedDiscs, with_impacts};
+use caromfit::fit::{DiscImpact, ExtractedDiscs, Quantity};
 
 use crate::films::pucks::{Collision, E, FPS, MASSES, RADII, SETTINGS, film_of, load};
 use crate::prelude::*;
@@ -67,7 +66,7 @@ fn errors_of_discs_are_what_they_are_stated_to_be() {
     assert!(dataset.left_out.is_empty(), "{:?}", dataset.left_out);
     // nothing is held against good shots
     for (track, impact) in &extracted {
-        assert!(impact.doubts.is_empty() && impact.stuck.is_none(), "{}: {:?}", track.name, impact.doubts);
+        assert!(impact.doubts().is_empty(), "{}: {:?}", track.name, impact.doubts());
     }
     let mut directions = Vec::new();
     let mut pulls: Vec<(Quantity, Vec<f64>)> =
@@ -101,7 +100,7 @@ fn masses_radii_and_frame_rate_need_not_be_known() {
         .replace("radius_m = 0.030\nmass_kg = 0.050\n[object]\nradius_m = 0.020\nmass_kg = 0.030\n", "")
         .replace("capture_fps = 500", "capture_fps = \"unknown\"");
     let (_, known) = with_discs(load(SETTINGS, &table).unwrap());
-    let (dataset, _) = with_impacts(load(&bare, &table).unwrap(), &|| ());
+    let dataset = fit::extract(load(&bare, &table).unwrap());
     assert!(dataset.tracks.unwrap().notes.iter().any(|note| note.contains("frame rate is unknown")));
     let (_, extracted) = with_discs(load(&bare, &table).unwrap());
     for ((shot, impact), (_, known)) in of_shot(&extracted).zip(of_shot(&known)) {
@@ -132,8 +131,8 @@ fn a_fit_of_discs_finds_friction_and_restitution() {
         let pull = (estimate.value - truth) / estimate.std_error.unwrap();
         assert!(pull.abs() < 4.0 && estimate.std_error.unwrap() < 0.005, "{parameter:?}: {pull}");
     }
-    assert!(fit.refuted.is_none());
-    assert!(fit.chi2 / (fit.dof as f64) < 1.5, "{}", fit.chi2 / fit.dof as f64);
+    assert!(!fit.is_refuted());
+    assert!(fit.chi2() / (fit.dof() as f64) < 1.5, "{}", fit.chi2() / fit.dof() as f64);
 }
 
 #[test]
@@ -206,7 +205,7 @@ fn the_opencv_disks() {
     // the same independent calculation; errors of 0.01 each, and windows that differ
     assert!((value(Quantity::Restitution) - 0.931).abs() < 0.02, "{}", value(Quantity::Restitution));
     assert!(value(Quantity::ImpulseRatio).abs() < 0.05, "{}", value(Quantity::ImpulseRatio));
-    assert!((value(Quantity::Time) - 145.43).abs() < 0.1 && impact.outliers >= 1);
+    assert!((value(Quantity::Time) - 145.43).abs() < 0.1 && impact.outliers() >= 1);
     assert!(dataset.tracks.unwrap().discs.unwrap().masses.is_none());
 }
 

@@ -105,7 +105,7 @@ fn every_dataset_toml_that_is_shown_loads() {
         }
     }
     simulate::read(&root().join("src/cli/synth-spec.toml")).unwrap();
-    Expected::read(&root().join("src/cli/design-spec.toml")).unwrap();
+    caromfit::design::Expected::read(&root().join("src/cli/design-spec.toml")).unwrap();
 }
 
 #[test]

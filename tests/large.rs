@@ -20,7 +20,7 @@ fn large_footage() {
     const ERRORS: f64 = 5.0;
     const SYSTEMATIC: [f64; 3] = [2e-5, 5e-4, 2e-5];
     let shots = count("CAROMFIT_LARGE", 100);
-    let spec = Spec { name: "large".to_owned(), ..spec(Kind::Tracks, &[Played::NaturalRoll], shots, 3) };
+    let spec = with(&spec("tracks", &["natural-roll"], shots, 3), "name = \"large\"");
     let folder = tempfile::tempdir().unwrap();
     for (name, content) in simulate::generate(&spec).unwrap() {
         fs::write(folder.path().join(name), content).unwrap();

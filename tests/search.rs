@@ -18,66 +18,62 @@ fn with_initial(dataset: &Dataset, initial: &[(Parameter, f64)]) -> Dataset {
 }
 
 fn estimate(fit: &Fit, parameter: Parameter) -> Estimate {
-    *fit.estimates.iter().find(|e| e.parameter == parameter).unwrap()
+    *fit.estimates().iter().find(|e| e.parameter == parameter).unwrap()
 }
 
 #[test]
 fn falling_friction_is_found_from_anywhere() {
     let law = Law::Exponential { b: 0.1, c: 1.088 };
-    let usual = spec(Kind::Impacts, &[Played::Stun, Played::NaturalRoll, Played::Side], 60, 5);
-    let truth = Truth { mu: 0.02, ..usual.truth };
-    let shots = Shots { speed_m_s: [0.3, 6.0], ..usual.shots.clone() };
+    let usual = spec("impacts", &["stun", "natural-roll", "side"], 60, 5);
+    let usual = with(&usual, "truth.mu = 0.02\nshots.speed_m_s = [0.3, 6]");
     let model = Model { law, ..Model::new(Fidelity::Full, Ball::POOL) };
-    let mut dataset = made_with(&Spec { truth, shots, ..usual }, &model);
+    let mut dataset = made_with(&usual, &model);
     dataset.settings.falls = true;
     for c_is_free in [false, true] {
         dataset.settings[Parameter::C].fixed = !c_is_free;
         let near = quick(&dataset);
         for parameter in [Parameter::Mu, Parameter::B] {
-            assert!(estimate(&near, parameter).std_error.is_some(), "{:?}", near.estimates);
+            assert!(estimate(&near, parameter).std_error.is_some(), "{:?}", near.estimates());
         }
-        assert!(near.chi2 < 1.5 * near.dof as f64, "χ² {} of {}", near.chi2, near.dof);
+        assert!(near.chi2() < 1.5 * near.dof() as f64, "χ² {} of {}", near.chi2(), near.dof());
         let mut far = vec![(Parameter::Mu, 0.4), (Parameter::B, 1.0)];
         if c_is_free {
             far.push((Parameter::C, 0.2));
         }
         let found = quick(&with_initial(&dataset, &far));
-        assert!((found.chi2 - near.chi2).abs() < 1e-6 * near.chi2, "{} and {}", found.chi2, near.chi2);
+        assert!(
+            (found.chi2() - near.chi2()).abs() < 1e-6 * near.chi2(),
+            "{} and {}",
+            found.chi2(),
+            near.chi2()
+        );
     }
 }
 
 /// A data set of some kind, cut range, spins, friction and noise, and what it is in words.
 fn random(rng: &mut ChaCha8Rng, seed: u64) -> (Dataset, String) {
-    let kind =
-        [Kind::Impacts, Kind::Impacts, Kind::Angles, Kind::Angles, Kind::Tracks][rng.random_range(0..5)];
-    let all =
-        [Played::Stun, Played::NaturalRoll, Played::AlmostRoll, Played::Draw, Played::Side, Played::Any];
-    let spins: Vec<Played> =
-        (0..rng.random_range(1..4)).map(|_| all[rng.random_range(0..all.len())]).collect();
+    let kind = ["impacts", "impacts", "angles", "angles", "tracks"][rng.random_range(0..5)];
+    let all = ["stun", "natural-roll", "almost-roll", "draw", "side", "any"];
+    let spins: Vec<&str> = (0..rng.random_range(1..4)).map(|_| all[rng.random_range(0..all.len())]).collect();
     let mu = 0.005 * 80_f64.powf(rng.random());
     let most = rng.random_range(8.0..65.0);
     let cut_deg = if rng.random() { [-most, most] } else { [0.4 * most, most] };
-    let count = if kind == Kind::Tracks { rng.random_range(8..16) } else { rng.random_range(10..41) };
+    let count = if kind == "tracks" { rng.random_range(8..16) } else { rng.random_range(10..41) };
     let usual = spec(kind, &spins, count, seed);
     let noise = 0.1 * 30_f64.powf(rng.random());
-    let spec = Spec {
-        truth: Truth {
-            mu,
-            mu_s: rng.random_range(0.1..0.5),
-            e: rng.random_range(0.85..0.98),
-            ..Truth::default()
-        },
-        shots: Shots { cut_deg, ..usual.shots.clone() },
-        noise: Noise {
-            velocity_m_s: noise * usual.noise.velocity_m_s,
-            line_of_centres_deg: noise * usual.noise.line_of_centres_deg,
-            spin_rad_s: noise * usual.noise.spin_rad_s,
-            angle_deg: noise * usual.noise.angle_deg,
-        },
-        ..usual
-    };
-    let mut dataset = made(&spec);
-    let states_noise = kind == Kind::Tracks || rng.random_range(0..6) > 0;
+    let (mu_s, e) = (rng.random_range(0.1..0.5), rng.random_range(0.85..0.98));
+    let mut keys = format!("truth = {{ mu = {mu}, mu_s = {mu_s}, e = {e} }}\nshots.cut_deg = {cut_deg:?}");
+    if kind != "tracks" {
+        keys += &format!(
+            "\nnoise = {{ velocity_m_s = {}, line_of_centres_deg = {}, spin_rad_s = {}, angle_deg = {} }}",
+            noise * 0.004,
+            noise * 0.05,
+            noise * 0.5,
+            noise * 0.2
+        );
+    }
+    let mut dataset = made(&with(&usual, &keys));
+    let states_noise = kind == "tracks" || rng.random_range(0..6) > 0;
     if !states_noise {
         // nor are there errors of the inputs, so that what is minimised can be told from the residuals
         for shot in &mut dataset.shots {
@@ -101,13 +97,18 @@ fn random_start(rng: &mut ChaCha8Rng) -> Vec<(Parameter, f64)> {
 
 /// What a fit minimises: χ², or if the noise is estimated, as in films, −2 log L.
 fn objective(fit: &Fit) -> f64 {
-    if let Some(film) = &fit.frames {
-        return film.solution.minus_two_log().0;
+    if fit.camera().is_some() {
+        return fit.minus_two_log();
     }
-    let of_noise = |noise: &fit::Noise| 2.0 * noise.count as f64 * noise.rms.ln();
-    let estimated = fit.noise.iter().filter(|noise| noise.estimated_sd.is_some());
-    let of_noise: f64 = estimated.clone().map(of_noise).sum();
-    if estimated.count() > 0 { of_noise } else { fit.chi2 }
+    let of_noise = |noise: &Value| 2.0 * number(noise, "/count") * number(noise, "/rms").ln();
+    let estimated = estimated(fit);
+    if estimated.is_empty() { fit.chi2() } else { estimated.iter().map(of_noise).sum() }
+}
+
+/// The noises that a fit estimates from the residuals.
+fn estimated(fit: &Fit) -> Vec<Value> {
+    let noises = part(fit, "/noise").as_array().unwrap().clone();
+    noises.into_iter().filter(|noise| noise["estimated_sd"].is_number()).collect()
 }
 
 /// What is wrong with the search on one data set.
@@ -129,7 +130,7 @@ fn faults(seed: u64) -> Vec<String> {
         Err(error) => return vec![format!("{words}: {error}")],
     };
     let mut faults = Vec::new();
-    for found in &first.estimates {
+    for found in first.estimates() {
         let bounds = dataset.settings[found.parameter];
         let is_at = [found.value == bounds.lower, found.value == bounds.upper];
         let says = [Status::AtLowerBound, Status::AtUpperBound].map(|status| found.status == status);
@@ -142,7 +143,7 @@ fn faults(seed: u64) -> Vec<String> {
             faults.push(format!("{words}: no fit from {start:?}"));
             continue;
         };
-        for (a, b) in first.estimates.iter().zip(&other.estimates) {
+        for (a, b) in first.estimates().iter().zip(other.estimates()) {
             let same = a.value == b.value || a.status == Status::NotIdentified;
             if !same || a.status != b.status {
                 faults.push(format!("{words}: {a:?} and {b:?} from {start:?}"));
@@ -150,7 +151,7 @@ fn faults(seed: u64) -> Vec<String> {
         }
     }
     let least = objective(&first);
-    let is_estimated = is_film || first.noise.iter().any(|noise| noise.estimated_sd.is_some());
+    let is_estimated = is_film || !estimated(&first).is_empty();
     let same = if is_estimated { SAME_LIKELIHOOD } else { SAME };
     let points = if is_film { POINTS / 6 } else { POINTS };
     for point in 0..points {
@@ -160,7 +161,7 @@ fn faults(seed: u64) -> Vec<String> {
         (setting.initial, setting.fixed) = (mu, true);
         let Ok(there) = fitted(&held) else { continue };
         // frames and shots that fit no collision at some μ are left out there: χ² is compared of the same frames and shots
-        let is_of_same = rejected(&there) == rejected(&first) && there.dof >= first.dof;
+        let is_of_same = rejected(&there) == rejected(&first) && there.dof() >= first.dof();
         let there = objective(&there);
         if is_of_same && there < least - same {
             let found = estimate(&first, Parameter::Mu);
@@ -176,7 +177,7 @@ fn faults(seed: u64) -> Vec<String> {
 
 /// The shots that a fit leaves out.
 fn rejected(fit: &Fit) -> BTreeSet<String> {
-    fit.shots_rejected.iter().map(|rejected| rejected.shot.clone()).collect()
+    fit.shots_rejected().iter().map(|rejected| rejected.shot.clone()).collect()
 }
 
 /// CAROMFIT_SETS may raise the number of data sets, CAROMFIT_SEEDS names some ("74,180").

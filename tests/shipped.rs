@@ -1,6 +1,6 @@
 //! The data sets that ship, against independent calculations.
 
-use caromfit::report::stored::{Moved, Stored};
+use caromfit::report::stored::Stored;
 
 use crate::prelude::*;
 
@@ -39,8 +39,8 @@ fn are_the_stored(name: &str, dataset: &Dataset, options: &Options) -> usize {
     let stored = Stored::read(&root().join("fits")).unwrap();
     let fits = fit::fit(dataset, options).unwrap();
     for fit in &fits {
-        let moved: Vec<Moved> = stored.moved(fit).unwrap();
-        assert!(moved.is_empty(), "{name} {:?}: {moved:?}", fit.group);
+        let moved = stored.moved(fit).unwrap();
+        assert!(moved.is_empty(), "{name} {:?}: {moved:?}", fit.label());
     }
     fits.len()
 }
@@ -54,11 +54,13 @@ fn the_defaults_of_the_library_are_those_of_the_program() {
 }
 
 fn estimate(fit: &Fit, parameter: Parameter) -> Estimate {
-    fit.estimates[parameter as usize]
+    fit.estimates()[parameter as usize]
 }
 
 fn rms_deg(fit: &Fit, observable: Observable) -> f64 {
-    fit.noise.iter().find(|noise| noise.observable == observable).unwrap().rms.to_degrees()
+    let noise = part(fit, "/noise");
+    let is_of = |noise: &&Value| noise["observable"] == observable.column();
+    noise.as_array().unwrap().iter().find(is_of).unwrap()["rms"].as_f64().unwrap()
 }
 
 #[test]
@@ -104,7 +106,7 @@ fn domenech_without_cloth() {
 fn alciatore_throw_falls_with_speed() {
     let fits = fit::fit(&shipped("alciatore-2006"), &options::of_fit()).unwrap();
     for (fit, (label, mu)) in fits.iter().zip([("slow", 0.095), ("medium", 0.070), ("fast", 0.049)]) {
-        assert_eq!(fit.group.as_ref().unwrap().1, label);
+        assert_eq!(fit.label(), Some(label));
         agrees(estimate(fit, Parameter::Mu).value, mu, 5e-4);
         assert_eq!(estimate(fit, Parameter::MuS).status, Status::NotIdentified);
         assert_eq!(estimate(fit, Parameter::E).status, Status::Fixed);
@@ -119,7 +121,7 @@ fn alciatore_s_throws_by_one_law() {
     const ERROR: f64 = 0.008;
     let fit = &fit::fit(&shipped("alciatore-one-law"), &Options { fidelity: None, ..options::of_fit() })
         .unwrap()[0];
-    assert_eq!(fit.shots_used, 44);
+    assert_eq!(fit.shots_used(), 44);
     let [a, b, c] = [Parameter::Mu, Parameter::B, Parameter::C].map(|p| fit.get(p).unwrap().value);
     let law = |slip: f64| a + b * (-c * slip).exp();
     let printed = |slip: f64| 0.010 + 0.108 * (-1.088 * slip).exp();
@@ -142,7 +144,7 @@ fn throws_beyond_sticking_are_said_to_be_so() {
     let mut dataset = shipped("alciatore-2014-treatments");
     dataset.settings.compliance = Compliance::Rigid;
     let fits = fit::fit(&dataset, &options::of_fit()).unwrap();
-    let fit = fits.iter().find(|fit| fit.group.as_ref().is_some_and(|(_, label)| label == "new")).unwrap();
+    let fit = fits.iter().find(|fit| fit.label() == Some("new")).unwrap();
     let mu = estimate(fit, Parameter::Mu);
     // a stun shot sticks from tan φ = μβ_y(1 + e) on
     let sticks = 30_f64.to_radians().tan() / (3.5 * 1.94);

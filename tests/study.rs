@@ -38,7 +38,7 @@ pub fn in_threads<T: Send>(seeds: &[u64], find: impl Fn(u64) -> Vec<T> + Sync) -
 /// Asserts that the fits converged and that the errors of their estimates, over their standard errors, have the mean 0 and the standard
 /// deviation 1, and that 95 % of the intervals hold the truth.
 pub fn check_errors(fits: &[Fit], parameters: &[Parameter], truth: &[f64]) {
-    assert!(fits.iter().all(|fit| fit.converged));
+    assert!(fits.iter().all(|fit| fit.converged()));
     for parameter in parameters {
         let pulls = Pulls::of(fits, *parameter, truth[*parameter as usize]);
         let (name, mean, n) = (parameter.name(), pulls.mean(), pulls.n());

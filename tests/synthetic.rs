@@ -8,21 +8,27 @@ pub const TRUTH: [f64; 3] = [0.05, 0.3, 0.94];
 /// Standard errors by which an estimate may be off: one in 2000 is by chance.
 pub const ERRORS: f64 = 3.5;
 
+/// Noise of footage of 250 fps, of 1000 fps, and none.
+const USUAL: &str =
+    "noise = { velocity_m_s = 0.004, line_of_centres_deg = 0.05, spin_rad_s = 0.5, angle_deg = 0.2 }";
+pub const FINE: &str =
+    "noise = { velocity_m_s = 0.001, line_of_centres_deg = 0.02, spin_rad_s = 0.1, angle_deg = 0.2 }";
+pub const EXACT: &str =
+    "noise = { velocity_m_s = 0, line_of_centres_deg = 0, spin_rad_s = 0, angle_deg = 0 }";
+
 /// Usual shots with usual values and, unless they are tracks, the noise of footage of 250 fps.
-pub fn spec(kind: Kind, cue_spin: &[Played], count: usize, seed: u64) -> Spec {
-    let measured = Noise { velocity_m_s: 0.004, line_of_centres_deg: 0.05, spin_rad_s: 0.5, angle_deg: 0.2 };
-    Spec {
-        name: "synthetic".to_owned(),
-        kind,
-        seed,
-        truth: Truth { mu: 0.05, mu_s: 0.3, e: 0.94, ..Truth::default() },
-        shots: Shots { count, speed_m_s: [1.0, 4.0], cut_deg: [-50.0, 50.0], cue_spin: cue_spin.to_vec() },
-        noise: if kind == Kind::Tracks { Noise::default() } else { measured },
-        ball: BallSpec::default(),
-        object: None,
-        camera: Camera::default(),
-        cloth: Cloth::default(),
-    }
+pub fn spec(kind: &str, cue_spin: &[&str], count: usize, seed: u64) -> Spec {
+    let noise = if kind == "tracks" { "" } else { USUAL };
+    let text = format!(
+        "name = \"synthetic\"\nkind = \"{kind}\"\nseed = {seed}\ntruth = {{ mu = 0.05, mu_s = 0.3, e = 0.94 }}\n{noise}\n\
+         shots = {{ count = {count}, speed_m_s = [1, 4], cut_deg = [-50, 50], cue_spin = {cue_spin:?} }}"
+    );
+    text.parse().unwrap()
+}
+
+/// A specification with some keys of its own.
+pub fn with(spec: &Spec, keys: &str) -> Spec {
+    spec.with(keys).unwrap()
 }
 
 /// The data set that a specification makes.

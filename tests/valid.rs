@@ -11,7 +11,7 @@ use caromfit::physics::name::UnknownName;
 use crate::prelude::*;
 
 fn good() -> Dataset {
-    made(&spec(Kind::Impacts, &[Played::NaturalRoll], 10, 1))
+    made(&spec("impacts", &["natural-roll"], 10, 1))
 }
 
 /// A program's own measurements, without files: exact ones give the parameters that they were made with.
@@ -94,17 +94,18 @@ fn what_cannot_be_fitted_is_refused_by_its_name() {
 /// One entry for every kind of data; where the extraction is the caller's, a forgotten one is named by what the caller can call.
 #[test]
 fn footage_is_prepared_by_whatever_fits_or_compares_it() {
-    let tracks = made(&spec(Kind::Tracks, &[Played::NaturalRoll], 8, 1));
+    let tracks = made(&spec("tracks", &["natural-roll"], 8, 1));
     let options = Options { depth: Depth::Estimates, ..options::of_fit() };
     let one = fit::fit(&tracks, &options).unwrap().remove(0);
     assert_eq!(one.method_name(), "joint");
     // again, from impacts that were extracted before
-    let (extracted, _) = fit::with_impacts(tracks.clone(), &|| ());
+    let extracted = fit::extract(tracks.clone());
     let of_impacts = fit::fit(&extracted, &options).unwrap().remove(0);
-    assert_eq!((of_impacts.method_name(), of_impacts.shots_used), ("direct", one.shots_used));
-    let other = made(&Spec { name: "other".to_owned(), ..spec(Kind::Tracks, &[Played::NaturalRoll], 8, 2) });
+    assert_eq!((of_impacts.method_name(), of_impacts.shots_used()), ("direct", one.shots_used()));
+    let other = made(&with(&spec("tracks", &["natural-roll"], 8, 2), "name = \"other\""));
     let comparison = compare::compare(&[tracks.clone(), other], &options::of_comparison()).unwrap();
-    assert_eq!((comparison.is_filmed, comparison.samples.len()), (true, 2));
+    assert_eq!(part(&comparison, "/method"), "joint");
+    assert_eq!(part(&comparison, "/samples").as_array().unwrap().len(), 2);
 }
 
 /// The choices of a fit are looked at as the data are.
@@ -169,14 +170,10 @@ fn names_are_read_back() {
     let error = "fulll".parse::<Fidelity>().unwrap_err().to_string();
     assert!(error.ends_with("expected one of elastic, inelastic, linear, full, ode, contact"), "{error}");
     // as they stand in a specification
-    for played in Played::ALL {
-        let text = toml::to_string(&Spec {
-            shots: Shots { cue_spin: vec![played], ..spec(Kind::Tracks, &[], 1, 1).shots },
-            ..spec(Kind::Tracks, &[], 1, 1)
-        });
-        let text = text.unwrap();
-        assert!(text.contains(&format!("\"{}\"", played.name())) && text.contains("\"tracks\""), "{text}");
-        assert_eq!(text.parse::<Spec>().unwrap().shots.cue_spin, [played]);
+    for played in ["stun", "natural-roll", "almost-roll", "draw", "side", "slight-side", "any"] {
+        let text = toml::to_string(&spec("tracks", &[played], 1, 1)).unwrap();
+        assert!(text.contains(&format!("[\"{played}\"]")) && text.contains("\"tracks\""), "{text}");
+        assert_eq!(toml::to_string(&text.parse::<Spec>().unwrap()).unwrap(), text);
     }
     let film = "
         name = 'film'

@@ -185,7 +185,7 @@ impl Joint<'_> {
         };
         Value {
             label: None,
-            value,
+            estimate: value,
             std_error,
             interval_95: std_error.map(interval),
             fitted: fitted.is_some(),
@@ -222,8 +222,8 @@ fn find_doubts(compared: &Compared) -> Vec<Finding> {
     {
         doubts.push(Finding::NotShared { quantity, p_value });
     }
-    for Value { label, value, .. } in compared.estimates.iter().filter(|value| value.at_bound) {
-        doubts.push(Finding::AtBound { quantity, label: label.clone(), bound: *value });
+    for Value { label, estimate, .. } in compared.estimates.iter().filter(|value| value.at_bound) {
+        doubts.push(Finding::AtBound { quantity, label: label.clone(), bound: *estimate });
     }
     doubts
 }

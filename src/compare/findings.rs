@@ -6,7 +6,7 @@ use crate::problem::{self, Severity};
 
 /// A finding of a comparison.
 #[derive(Clone, Debug, PartialEq)]
-pub enum Finding {
+pub(crate) enum Finding {
     /// The data rule the model out: the estimates have no errors, and differences are not judged.
     Refuted {
         /// Indices of the samples whose own residuals do, with their χ² per degree of freedom.
@@ -80,7 +80,7 @@ impl Finding {
 
 /// Why a label does not determine a quantity.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Reason {
+pub(crate) enum Reason {
     /// It has no shot that can be used.
     NoShots,
     /// Its fit does not have the quantity.

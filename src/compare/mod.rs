@@ -18,9 +18,10 @@ mod result;
 mod samples;
 mod significance;
 
-pub use findings::{Finding, Reason};
+pub(crate) use findings::{Finding, Reason};
 pub use quantity::{Options, Quantity};
-pub use result::{Compared, Comparison, Difference, LikelihoodRatio, Robust, SampleSummary, TestKind, Value};
+pub use result::Comparison;
+pub(crate) use result::{Compared, Difference, LikelihoodRatio, Robust, SampleSummary, Value};
 
 use crate::fit::FitError;
 use crate::measurement::dataset::Dataset;

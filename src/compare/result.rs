@@ -15,28 +15,28 @@ use crate::problem::Severity;
 pub struct Comparison {
     pub(crate) labels: Vec<String>,
     /// Kind of the labels: `cloth`, `data set`, or the column of `[fit] by`.
-    pub told_by: String,
+    pub(crate) told_by: String,
     pub(crate) fidelity: &'static str,
     /// Whether films were compared, by all their frames.
-    pub is_filmed: bool,
+    pub(crate) is_filmed: bool,
     /// How many shots were computed at which fidelity and with which effects on.
-    pub computed: Vec<Computed>,
+    pub(crate) computed: Vec<Computed>,
     /// The samples, in the order of the data sets and their labels.
-    pub samples: Vec<SampleSummary>,
+    pub(crate) samples: Vec<SampleSummary>,
     /// The quantities that were compared.
-    pub quantities: Vec<Compared>,
+    pub(crate) quantities: Vec<Compared>,
     /// χ² of the joint fit.
-    pub chi2: f64,
+    pub(crate) chi2: f64,
     /// Its degrees of freedom.
-    pub dof: usize,
+    pub(crate) dof: usize,
     pub(crate) noise_estimated: bool,
     /// Whether the search ended at a minimum.
-    pub converged: bool,
+    pub(crate) converged: bool,
     pub(crate) residuals: Vec<LabelResidual>,
     /// How robust losses weighted the shots, if data sets have any.
-    pub robust: Option<Robust>,
+    pub(crate) robust: Option<Robust>,
     /// The findings, the most important first.
-    pub findings: Vec<Finding>,
+    pub(crate) findings: Vec<Finding>,
 }
 
 impl Comparison {
@@ -64,9 +64,9 @@ impl Comparison {
 
 /// How robust losses weighted the shots.
 #[derive(Clone, Debug, Serialize, JsonSchema)]
-pub struct Robust {
+pub(crate) struct Robust {
     /// Names of the losses of the data sets.
-    pub losses: Vec<&'static str>,
+    pub(crate) losses: Vec<&'static str>,
     /// The shots that count less, the least first.
     pub(crate) weights: Vec<SampleWeight>,
 }
@@ -84,79 +84,78 @@ pub(crate) struct SampleWeight {
 
 /// One sample of a comparison: a data set, or those of its shots that have one label.
 #[derive(Clone, Debug, Serialize, JsonSchema)]
-pub struct SampleSummary {
+pub(crate) struct SampleSummary {
     /// The name for a reader.
-    pub title: String,
+    pub(crate) title: String,
     /// The label that it belongs to.
     pub(crate) label: String,
     /// Number of shots that were fitted.
-    pub shots_used: usize,
+    pub(crate) shots_used: usize,
     /// Shots that were left out.
     pub(crate) shots_rejected: Vec<Rejected>,
 }
 
 /// One quantity compared over all labels.
 #[derive(Clone, Debug)]
-pub struct Compared {
+pub(crate) struct Compared {
     /// The quantity.
-    pub quantity: Quantity,
+    pub(crate) quantity: Quantity,
     /// Whether it has one value for all, and not one for each label.
-    pub shared: bool,
+    pub(crate) shared: bool,
     /// Its one value, or the value for each label.
-    pub estimates: Vec<Value>,
+    pub(crate) estimates: Vec<Value>,
     /// The differences of all pairs of labels that determine it.
-    pub differences: Vec<Difference>,
+    pub(crate) differences: Vec<Difference>,
     /// The test of one value for all against one for each, over the labels that determine it.
-    pub same_or_different: Option<LikelihoodRatio>,
+    pub(crate) same_or_different: Option<LikelihoodRatio>,
     /// The index and the reason of each label that does not determine it.
-    pub left_out: Vec<(usize, Reason)>,
+    pub(crate) left_out: Vec<(usize, Reason)>,
 }
 
 /// The value of a parameter.
 #[derive(Clone, Debug, PartialEq, Serialize, JsonSchema)]
-pub struct Value {
+pub(crate) struct Value {
     /// The label whose value it is; null: of all.
-    pub label: Option<String>,
+    pub(crate) label: Option<String>,
     /// The value, in the unit of the parameter.
-    #[serde(rename = "estimate")]
     #[schemars(with = "Option<f64>")]
-    pub value: f64,
+    pub(crate) estimate: f64,
     /// Its standard error, same unit.
-    pub std_error: Option<f64>,
+    pub(crate) std_error: Option<f64>,
     /// Its 95 % interval: lower and upper end.
     #[schemars(with = "Option<[Option<f64>; 2]>")]
-    pub interval_95: Option<[f64; 2]>,
+    pub(crate) interval_95: Option<[f64; 2]>,
     /// Whether it was fitted; else it was held, or the data do not determine it.
-    pub fitted: bool,
+    pub(crate) fitted: bool,
     /// Whether it ended at a bound.
-    pub at_bound: bool,
+    pub(crate) at_bound: bool,
 }
 
 /// The difference of a quantity between two labels: the second less the first.
 #[derive(Clone, Debug, PartialEq, Serialize, JsonSchema)]
-pub struct Difference {
+pub(crate) struct Difference {
     /// The first label.
-    pub first: String,
+    pub(crate) first: String,
     /// The second label.
-    pub second: String,
+    pub(crate) second: String,
     /// Value of the second label less that of the first, in the unit of the parameter.
     #[serde(rename = "difference")]
     #[schemars(with = "Option<f64>")]
-    pub value: f64,
+    pub(crate) value: f64,
     /// Its standard error.
     #[schemars(with = "Option<f64>")]
-    pub std_error: f64,
+    pub(crate) std_error: f64,
     /// Its 95 % interval: lower and upper end.
     #[schemars(with = "[Option<f64>; 2]")]
-    pub interval_95: [f64; 2],
+    pub(crate) interval_95: [f64; 2],
     /// Two-sided probability of such a difference by chance, for this pair alone.
     #[schemars(with = "Option<f64>")]
-    pub p_value: f64,
+    pub(crate) p_value: f64,
     /// p_value corrected for all pairs of all parameters (Holm 1979).
     #[schemars(with = "Option<f64>")]
     pub(crate) p_holm: f64,
     /// Whether p_holm is below 0.05.
-    pub real: bool,
+    pub(crate) real: bool,
 }
 
 impl Difference {
@@ -167,7 +166,7 @@ impl Difference {
 worded! {
     /// The kind of the test of one value for all against one for each.
     #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-        pub enum TestKind {
+        pub(crate) enum TestKind {
         /// The ratio of the likelihoods.
         LikelihoodRatio = "likelihood ratio",
         /// The differences and their errors from the scatter of the shots, where a robust loss leaves no likelihood
@@ -182,22 +181,22 @@ written_by_name!(TestKind);
 
 /// A test of one value for all against one for each label.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, JsonSchema)]
-pub struct LikelihoodRatio {
+pub(crate) struct LikelihoodRatio {
     /// The statistic: twice the logarithm of the ratio of likelihoods, or the rise of χ²; or Wald's statistic.
     #[serde(rename = "likelihood_ratio")]
     #[schemars(with = "Option<f64>")]
     pub(crate) statistic: f64,
     /// Kind of the test.
     #[serde(rename = "test")]
-    pub by: TestKind,
+    pub(crate) by: TestKind,
     /// How many more parameters one value for each takes.
-    pub extra_parameters: usize,
+    pub(crate) extra_parameters: usize,
     /// Probability of a larger statistic if the value is the same for all.
     #[schemars(with = "Option<f64>")]
-    pub p_value: f64,
+    pub(crate) p_value: f64,
     /// Akaike's criterion of one value for each less that of one for all: negative favours a difference.
     #[schemars(with = "Option<f64>")]
-    pub delta_aic: f64,
+    pub(crate) delta_aic: f64,
 }
 
 /// A residual of the joint fit, with the indices of its label and its sample.

@@ -17,7 +17,7 @@ const SHARED: usize = Id::ALL.len();
 /// The Fisher information of the unknowns that all shots share, in the order of [`Id`]: the inverse
 /// of their covariance. Unknowns with a prior, but for μ, μ_s and e, are in its standard
 /// deviations; the information of an unknown that is exact is 0.
-pub type Information = SMatrix<f64, SHARED, SHARED>;
+pub(crate) type Information = SMatrix<f64, SHARED, SHARED>;
 
 /// Shots over which a kind is averaged, and instants of the shutter for a single cut and speed:
 /// doubling either moves standard errors by less than 1 %.

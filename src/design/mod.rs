@@ -4,7 +4,7 @@
 //! The Fisher information of N shots is N times that of the average one, to which the priors of a
 //! fit are added; its inverse is the Cramér–Rao bound, which fits reach.
 
-pub mod information;
+pub(crate) mod information;
 mod plan;
 mod spec;
 
@@ -22,7 +22,7 @@ use crate::problem::Id;
 use crate::simulate::Camera;
 use information::Information;
 
-pub use plan::Mixture;
+pub(crate) use plan::Mixture;
 
 /// Number of shots at one cut angle and speed that are compared.
 const COMPARED: f64 = 40.0;
@@ -31,19 +31,19 @@ const COMPARED: f64 = 40.0;
 #[derive(Clone, Debug)]
 pub struct Expected {
     /// The coefficients that are expected.
-    pub coefficients: Coefficients,
+    pub(crate) coefficients: Coefficients,
     /// The cue ball, and the object ball unless it differs.
-    pub ball: Ball,
+    pub(crate) ball: Ball,
     /// The object ball with the errors of both balls; `None`: [`ObjectBall::unweighed`].
-    pub object: Option<ObjectBall>,
+    pub(crate) object: Option<ObjectBall>,
     /// The cloth.
-    pub cloth: Cloth,
+    pub(crate) cloth: Cloth,
     /// The camera; its gaps, outliers and markers are ignored.
-    pub camera: Camera,
+    pub(crate) camera: Camera,
     /// The kinds of shot that can be played.
-    pub kinds: Vec<PlayedKind>,
+    pub(crate) kinds: Vec<PlayedKind>,
     /// The standard errors of μ, μ_s and e that are wanted; `None` if any will do.
-    pub wanted: [Option<f64>; 3],
+    pub(crate) wanted: [Option<f64>; 3],
 }
 
 impl Expected {
@@ -65,31 +65,31 @@ impl Expected {
 /// A kind of shot, spread evenly over its ranges: section `[[kind]]`.
 #[derive(Clone, Debug, Deserialize, Serialize, JsonSchema, PartialEq)]
 #[serde(deny_unknown_fields, default, expecting = "a table, as in [[kind]] name = \"thin rolls\"")]
-pub struct PlayedKind {
+pub(crate) struct PlayedKind {
     /// Its name.
-    pub name: String,
+    pub(crate) name: String,
     /// Range of the topspin, in parts of natural roll; draw is negative.
-    pub topspin: [f64; 2],
+    pub(crate) topspin: [f64; 2],
     /// Side spin, in parts of natural roll; with positive cuts negative is outside spin.
-    pub side: f64,
+    pub(crate) side: f64,
     /// How the spin is known. `None`: roll and stun as played, other spins without side by their
     /// motion, side spin by markers.
-    pub spin_from: Option<SpinFrom>,
+    pub(crate) spin_from: Option<SpinFrom>,
     /// Standard errors by markers of the cue ball's and the object ball's spin, rad/s. `None`:
     /// about those of two markers on each ball, filmed by this camera.
-    pub spin_sd_rad_s: Option<[f64; 2]>,
+    pub(crate) spin_sd_rad_s: Option<[f64; 2]>,
     /// Range of the speed before the impact, m/s.
-    pub speed_m_s: [f64; 2],
+    pub(crate) speed_m_s: [f64; 2],
     /// Range of the cut angle, degrees.
-    pub cut_deg: [f64; 2],
+    pub(crate) cut_deg: [f64; 2],
     /// Number of shots that are planned.
-    pub shots: usize,
+    pub(crate) shots: usize,
 }
 
 /// How a fit knows the spin of a shot.
 #[derive(Clone, Copy, Debug, Deserialize, Serialize, JsonSchema, PartialEq)]
 #[serde(rename_all = "kebab-case")]
-pub enum SpinFrom {
+pub(crate) enum SpinFrom {
     /// The spin is exactly as played.
     Known,
     /// The spin is found from the paths of the balls, for a ball struck without side.
@@ -155,36 +155,36 @@ impl Default for Expected {
 
 /// The parameters that a kind of shot determines, and how well.
 #[derive(Clone, Debug)]
-pub struct OfKind {
+pub(crate) struct OfKind {
     /// The Fisher information of one shot on average.
-    pub information: Information,
+    pub(crate) information: Information,
     /// The standard errors of μ, μ_s and e from the planned shots of this kind alone.
     pub(crate) std_errors: [Option<f64>; 3],
     /// How many shots of this kind alone reach the wanted standard error of μ, of μ_s and of e.
-    pub needed: [Option<u64>; 3],
+    pub(crate) needed: [Option<u64>; 3],
 }
 
 /// A kind of shot at one cut angle and one speed.
 #[derive(Clone, Copy, Debug)]
-pub struct Cell {
+pub(crate) struct Cell {
     /// The index of the kind in [`Expected::kinds`].
     pub(crate) kind: usize,
     pub(crate) speed_m_s: f64,
     /// The cut angle, degrees.
-    pub cut_deg: f64,
+    pub(crate) cut_deg: f64,
     pub(crate) information: Information,
     /// The standard errors of μ, μ_s and e from as many shots as are planned of the kind.
-    pub std_errors: [Option<f64>; 3],
+    pub(crate) std_errors: [Option<f64>; 3],
 }
 
 /// All planned shots together.
 #[derive(Clone, Copy, Debug)]
-pub struct Planned {
+pub(crate) struct Planned {
     pub(crate) shots: usize,
     /// The standard errors of μ, μ_s and e; `None` for what the shots do not determine.
-    pub std_errors: [Option<f64>; 3],
+    pub(crate) std_errors: [Option<f64>; 3],
     /// The standard errors of m_cue/m_object and of R_cue/R_object; `None` of exact ones.
-    pub ratios: [Option<f64>; 2],
+    pub(crate) ratios: [Option<f64>; 2],
 }
 
 /// A design: how well an experiment would determine the parameters.
@@ -192,26 +192,34 @@ pub struct Planned {
 #[non_exhaustive]
 pub struct Design {
     /// The experiment, with the standard errors of spins that markers show.
-    pub expected: Expected,
+    pub(crate) expected: Expected,
     /// The kinds, in the order of [`Expected::kinds`].
-    pub kinds: Vec<OfKind>,
+    pub(crate) kinds: Vec<OfKind>,
     /// The kinds at single cut angles and speeds.
-    pub cells: Vec<Cell>,
+    pub(crate) cells: Vec<Cell>,
     /// All planned shots together.
-    pub planned: Planned,
+    pub(crate) planned: Planned,
     /// The fewest shots of each kind for each wanted standard error, and for all of them.
-    pub mixtures: Vec<Mixture>,
+    pub(crate) mixtures: Vec<Mixture>,
     /// The conclusions, in sentences.
-    pub words: Vec<String>,
+    pub(crate) words: Vec<String>,
     /// Remarks on what was adjusted or cannot be reached, in sentences.
-    pub notes: Vec<String>,
+    pub(crate) notes: Vec<String>,
 }
 
 /// Returns the difference between two such data sets, in standard errors of one, that a two-sided
 /// test at 5 % finds in 80 % of cases: (z_0.975 + z_0.8)√2 = 3.962.
-pub fn detectable() -> f64 {
+pub(crate) fn detectable() -> f64 {
     let normal = Normal::standard();
     (normal.inverse_cdf(0.975) + normal.inverse_cdf(0.8)) * std::f64::consts::SQRT_2
+}
+
+impl Design {
+    /// Returns the standard errors of μ, μ_s and e from a number of shots of each kind; `None` for what they do not determine.
+    pub fn std_errors(&self, shots: &[u64]) -> [Option<f64>; 3] {
+        let of_kinds = self.kinds.iter().zip(shots);
+        information::std_errors(&of_kinds.map(|(kind, count)| kind.information * *count as f64).sum())
+    }
 }
 
 /// Computes what an experiment would determine.

@@ -13,11 +13,11 @@ const SPARE: [f64; 4] = [1.0, 1.001, 1.01, 1.1];
 
 /// The fewest shots that reach wanted standard errors.
 #[derive(Clone, Debug)]
-pub struct Mixture {
+pub(crate) struct Mixture {
     /// The parameter whose standard error they reach; `None` for all that is wanted.
-    pub parameter: Option<Parameter>,
+    pub(crate) parameter: Option<Parameter>,
     /// The index of each kind, with its number of shots, the most first.
-    pub shots: Vec<(usize, u64)>,
+    pub(crate) shots: Vec<(usize, u64)>,
     /// The standard errors of μ, μ_s and e that they give.
     pub(crate) std_errors: [Option<f64>; 3],
 }

@@ -1,12 +1,14 @@
 //! The SPEC.toml of a design.
 
 use std::path::Path;
+use std::str::FromStr;
 
 use serde::Deserialize;
 
 use super::{Expected, PlayedKind, SpinFrom};
 use crate::io::DatasetError;
 use crate::io::balls::{BallSection, Shape, StatedObject};
+use crate::io::error::Problems;
 use crate::io::toml_file::{self, Source};
 use crate::measurement::fault::{Condition, FRACTION, Fault, Faults, POSITIVE};
 use crate::measurement::parameter::Parameter;
@@ -46,6 +48,17 @@ impl Expected {
     /// Everything that is wrong with it, with line and position.
     pub fn read(path: &Path) -> Result<Self, DatasetError> {
         toml_file::read_checked(path, |keys: Keys, source| checked(keys.expected(source), source))
+    }
+}
+
+/// The text of a SPEC.toml.
+impl FromStr for Expected {
+    type Err = DatasetError;
+
+    fn from_str(text: &str) -> Result<Self, DatasetError> {
+        let problems = Problems::new("the design cannot be used:");
+        let read = |keys: Keys, source: &Source| checked(keys.expected(source), source);
+        toml_file::checked(Path::new("SPEC.toml"), Some(text), problems, read)
     }
 }
 

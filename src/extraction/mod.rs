@@ -13,4 +13,4 @@ pub(crate) use initial_guess::{FirstGuess, from_paths};
 pub(crate) use marker_rotation::turn;
 pub(crate) use marker_rotation::{Rotation, Rotations};
 pub(crate) use noise_correlation::noise_correlation;
-pub use unusable::{Bodies, Unusable};
+pub(crate) use unusable::{Bodies, Unusable};

@@ -2,7 +2,7 @@
 
 /// Bodies of a shot.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Bodies {
+pub(crate) enum Bodies {
     /// Two balls on a cloth, the second at rest before the impact.
     Balls,
     /// Two discs, both of which may move.
@@ -29,7 +29,7 @@ impl Bodies {
 
 /// Reason for which no impact could be extracted from a shot.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
-pub enum Unusable {
+pub(crate) enum Unusable {
     /// Numbers of frames of both bodies, and the least number of each.
     #[error(
         "the tracks are too short: {} frames of the {}, {} of the {}; expected at least {least} of each",

@@ -106,7 +106,7 @@ fn film_of(dataset: &Dataset) -> Option<Film> {
 /// Returns a data set with what its frames show independently of the law of the impact: of a film of balls the impacts, with the fit of the
 /// film; of one of discs the shots that can be used. What was found on the way is among its notes, shots without an impact are left
 /// out. Other data are returned as they are.
-pub fn with_impacts(mut dataset: Dataset, done: &(dyn Fn() + Sync)) -> (Dataset, Option<FittedFilm>) {
+pub(crate) fn with_impacts(mut dataset: Dataset, done: &(dyn Fn() + Sync)) -> (Dataset, Option<FittedFilm>) {
     match film_of(&dataset) {
         Some(Film::Balls) => {}
         Some(Film::Discs) => return (with_usable_discs(dataset), None),

@@ -13,17 +13,17 @@ use crate::problem::{Id, ShotInfluence, Solution};
 
 /// Intervals from resampled shots.
 #[derive(Clone, Debug, PartialEq, Serialize, JsonSchema)]
-pub struct Bootstrap {
+pub(crate) struct Bootstrap {
     /// Number of samples.
     pub(crate) replicates: usize,
     /// Seed of the random numbers.
-    pub seed: u64,
+    pub(crate) seed: u64,
     /// Number of samples that could not be fitted or do not determine a parameter; they are left out.
-    pub failed: usize,
+    pub(crate) failed: usize,
     /// Results by the name of the parameter, in its unit.
     #[serde(rename = "parameters", serialize_with = "by_parameter")]
     #[schemars(with = "std::collections::BTreeMap<String, Resampled>")]
-    pub estimates: Vec<Resampled>,
+    pub(crate) estimates: Vec<Resampled>,
 }
 
 fn by_parameter<S: Serializer>(estimates: &[Resampled], serializer: S) -> Result<S::Ok, S::Error> {
@@ -32,22 +32,22 @@ fn by_parameter<S: Serializer>(estimates: &[Resampled], serializer: S) -> Result
 
 /// A parameter over the samples of a bootstrap.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, JsonSchema)]
-pub struct Resampled {
+pub(crate) struct Resampled {
     /// The parameter.
     #[serde(skip)]
-    pub parameter: Parameter,
+    pub(crate) parameter: Parameter,
     /// Standard deviation of the estimates.
-    pub std_error: f64,
+    pub(crate) std_error: f64,
     /// Mean of the estimates less the estimate of all shots.
-    pub bias: f64,
+    pub(crate) bias: f64,
     /// 95 % interval between percentiles of the estimates: lower and upper end.
     #[serde(rename = "interval_95_percentile")]
     #[schemars(with = "[Option<f64>; 2]")]
-    pub percentile: [f64; 2],
+    pub(crate) percentile: [f64; 2],
     /// 95 % interval, bias-corrected and accelerated: lower and upper end.
     #[serde(rename = "interval_95_bca")]
     #[schemars(with = "[Option<f64>; 2]")]
-    pub bca: [f64; 2],
+    pub(crate) bca: [f64; 2],
 }
 
 /// Draws and fits `replicates` samples of the shots, in parallel; `done` is called after each.

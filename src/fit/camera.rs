@@ -9,14 +9,14 @@ use crate::problem::{Camera, Finding, Id, Solution};
 /// A correction as it was found.
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[non_exhaustive]
-pub struct FoundCorrection {
+pub(crate) struct FoundCorrection {
     /// Which correction it is; the axis of a lens stands for its decentring.
-    pub which: Correction,
+    pub(crate) which: Correction,
     /// Its value, as a correction of what the data set states, in the unit that [`Correction::words`] names: a scale that was wrong by a
     /// factor has that factor.
-    pub value: f64,
+    pub(crate) value: f64,
     /// Its standard error, in the same unit.
-    pub std_error: f64,
+    pub(crate) std_error: f64,
 }
 
 /// The camera as the shots of a film show it.
@@ -24,25 +24,25 @@ pub struct FoundCorrection {
 #[non_exhaustive]
 pub struct FoundCamera {
     /// The middle of the film, x and y in m, from which the camera counts.
-    pub middle: [f64; 2],
+    pub(crate) middle: [f64; 2],
     picture: Camera,
     /// Its corrections that were free.
-    pub corrections: Vec<FoundCorrection>,
+    pub(crate) corrections: Vec<FoundCorrection>,
     /// The factor by which all lengths were multiplied before the fit, the unit of the film in m; 1 where the stated one
     /// was right to a tenth.
-    pub unit: f64,
+    pub(crate) unit: f64,
     /// How many shots it was found from.
-    pub shots: usize,
+    pub(crate) shots: usize,
     /// Whether the corrections converged.
-    pub converged: bool,
+    pub(crate) converged: bool,
     /// The correlation of the noise of neighbouring frames; `None` if the frames do not determine it.
     pub(crate) noise_correlation: Option<f64>,
     /// The number of shots in which frames were dropped without a sign in their numbers, and the number of such
     /// drops.
-    pub drops: [usize; 2],
+    pub(crate) drops: [usize; 2],
     /// How many frames before and after the impacts were left out, as their positions are off in all shots; the first of each is less
     /// than half a frame away.
-    pub spoiled: Option<[usize; 2]>,
+    pub(crate) spoiled: Option<[usize; 2]>,
 }
 
 impl FoundCamera {

@@ -45,7 +45,7 @@ pub struct Finding {
     /// Whether it is suspicious; else it is good to know.
     #[serde(rename = "suspicious", serialize_with = "suspicious_kind")]
     #[schemars(with = "bool")]
-    pub kind: Kind,
+    pub(crate) kind: Kind,
     /// The finding, as a clause without a capital letter and a full stop.
     #[serde(rename = "sentence")]
     pub text: String,
@@ -58,7 +58,7 @@ fn suspicious_kind<S: Serializer>(kind: &Kind, serializer: S) -> Result<S::Ok, S
 /// The kind of a finding: what it is about.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[non_exhaustive]
-pub enum Kind {
+pub(crate) enum Kind {
     /// Nothing need be wrong, but it is good to know.
     Advice,
     /// The radius is not that of billiard balls.
@@ -139,7 +139,7 @@ pub(crate) fn suspicious(dataset: &Dataset, shots: &[&Shot], sliding: Option<Mea
 }
 
 /// Returns findings as warnings, each kind once: sentences.
-pub fn warnings(found: &[Finding], shots: usize) -> Vec<String> {
+pub(crate) fn warnings(found: &[Finding], shots: usize) -> Vec<String> {
     let mut kinds: Vec<Kind> = Vec::new();
     let mut all = Vec::new();
     for Finding { kind, text, .. } in found {

@@ -62,7 +62,6 @@ impl Fitted<'_> {
         Fit {
             dataset: dataset.name.clone(),
             group: group.cloned(),
-            path: dataset.path.clone(),
             cloth: dataset.cloth.clone(),
             source: dataset.source.clone(),
             ball: dataset.ball,

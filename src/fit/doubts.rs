@@ -28,18 +28,18 @@ const MIN_RESIDUAL: f64 = 1e-6;
 
 /// Something to know of a fit.
 #[derive(Clone, Debug)]
-pub struct Remark {
+pub(crate) struct Remark {
     /// Its subject.
-    pub about: About,
+    pub(crate) about: About,
     /// How far it affects the trust in the fit.
-    pub severity: Severity,
+    pub(crate) severity: Severity,
     /// Its sentence, for a reader.
-    pub sentence: String,
+    pub(crate) sentence: String,
 }
 
 /// The subject of a remark, as data.
 #[derive(Clone, Debug)]
-pub enum About {
+pub(crate) enum About {
     /// A finding of the search.
     Found(Finding),
     /// The kind of what follows from the results.

@@ -55,13 +55,13 @@ impl Fit {
     }
 
     /// The kind of the numbers that `chi2` and `dof` count.
-    pub fn counted(&self) -> Counted {
+    pub(crate) fn counted(&self) -> Counted {
         let is_film = self.frames.is_some() || self.camera.is_some();
         if is_film { Counted::Coordinates } else { self.tested() }
     }
 
     /// The kind of the numbers that `residuals` lists and [`super::Goodness`] tests.
-    pub fn tested(&self) -> Counted {
+    pub(crate) fn tested(&self) -> Counted {
         Counted::of(self.residuals.iter().map(|residual| &residual.observable))
     }
 
@@ -75,7 +75,7 @@ worded! {
     /// The kind of the measured numbers whose squared residuals are summed.
     #[derive(Clone, Copy, Debug, PartialEq, Eq)]
     #[non_exhaustive]
-    pub enum Counted {
+    pub(crate) enum Counted {
         /// Coordinates of the balls in the frames, and components of spins that markers show.
         Coordinates = "coordinates" | "the frames' coordinates",
         /// Components of velocities, and of spins, after the impact.

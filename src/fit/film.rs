@@ -10,9 +10,9 @@ use crate::problem::{FittedFrame, Id, Impact, OwnEstimate, Solution};
 
 /// The shots of a film with the fit of their frames.
 #[derive(Clone, Debug)]
-pub struct FittedFilm {
+pub(crate) struct FittedFilm {
     /// The fit.
-    pub solution: Arc<Solution>,
+    pub(crate) solution: Arc<Solution>,
     /// The sources of the shots of the fit, in its order.
     tracks: Arc<Vec<TrackShot>>,
     /// Relative standard deviation of the stated scale.

@@ -25,52 +25,52 @@ const ENOUGH: usize = 8;
 /// Tests of the residuals.
 #[derive(Clone, Debug, PartialEq, Serialize, JsonSchema)]
 #[non_exhaustive]
-pub struct Goodness {
+pub(crate) struct Goodness {
     /// The tested numbers: angles, velocities or impulses.
-    pub counted: Counted,
+    pub(crate) counted: Counted,
     /// χ² of the residuals that are tested, without priors.
     #[schemars(with = "Option<f64>")]
-    pub chi2: f64,
+    pub(crate) chi2: f64,
     /// Degrees of freedom of this χ².
-    pub dof: usize,
+    pub(crate) dof: usize,
     /// Whether χ² can be tested: the noise is stated, and no shot is down-weighted.
     #[serde(skip)]
-    pub noise_is_stated: bool,
+    pub(crate) noise_is_stated: bool,
     /// Probability of a larger χ² if model and noise are right; null if the noise was estimated from the residuals, or shots were
     /// down-weighted.
-    pub p_value: Option<f64>,
+    pub(crate) p_value: Option<f64>,
     /// Whether the stated noise explains the residuals, in a word.
     #[serde(rename = "stated_noise")]
-    pub noise: NoiseVerdict,
+    pub(crate) noise: NoiseVerdict,
     /// √(χ²/dof), by which the stated noise would explain the residuals; null if χ² cannot be tested.
-    pub noise_factor: Option<f64>,
+    pub(crate) noise_factor: Option<f64>,
     /// Whether residuals change with speed, cut angle or spin, the most significant trend first.
-    pub trends: Vec<Trend>,
+    pub(crate) trends: Vec<Trend>,
     /// Test of whether residuals are normally distributed; null for fewer than eight.
-    pub normality: Option<Normality>,
+    pub(crate) normality: Option<Normality>,
     /// The shots that matter most, the first the most.
-    pub influence: Vec<Influence>,
+    pub(crate) influence: Vec<Influence>,
     /// Cook's distance from which on a shot is called influential: the median of F(p, n − p).
     #[serde(rename = "influential_from_cook_distance")]
-    pub influential_from: Option<f64>,
+    pub(crate) influential_from: Option<f64>,
 }
 
 /// Which combinations of parameters the data determine, at the minimum.
 #[derive(Clone, Debug, PartialEq, Serialize, JsonSchema)]
-pub struct Identifiability {
+pub(crate) struct Identifiability {
     /// Names of the free parameters that some observation depends on.
-    pub parameters: Vec<Parameter>,
+    pub(crate) parameters: Vec<Parameter>,
     /// Singular values of the whitened Jacobian, the largest first. Its columns are scaled to length 1 (and made orthogonal to errors
     /// that the shots share), so that all are 1 if the parameters do not interfere.
-    pub singular_values: Vec<f64>,
+    pub(crate) singular_values: Vec<f64>,
     /// Largest over smallest singular value: large if parameters are weakly distinguished; null if it is infinite.
     #[serde(rename = "condition_number")]
     #[schemars(with = "Option<f64>")]
-    pub condition: f64,
+    pub(crate) condition: f64,
     /// The combination of parameters that is determined worst; null if at most one parameter is free.
-    pub worst: Option<Combination>,
+    pub(crate) worst: Option<Combination>,
     /// Names of free parameters that change no prediction.
-    pub silent: Vec<Parameter>,
+    pub(crate) silent: Vec<Parameter>,
 }
 
 impl Identifiability {
@@ -90,12 +90,12 @@ impl Identifiability {
 
 /// How much a shot matters.
 #[derive(Clone, Debug, PartialEq, Serialize, JsonSchema)]
-pub struct Influence {
+pub(crate) struct Influence {
     /// Name of the shot.
-    pub shot: String,
+    pub(crate) shot: String,
     /// How much of its own prediction the shot decides, summed over its numbers; over all shots the number of parameters.
     #[schemars(with = "Option<f64>")]
-    pub leverage: f64,
+    pub(crate) leverage: f64,
     /// Cook's distance: how far all estimates move without the shot, in their joint error, squared and per parameter; null if it is
     /// infinite, since something is then not determined.
     #[serde(rename = "cook_distance")]
@@ -110,7 +110,7 @@ pub struct Influence {
 worded! {
     /// Whether the stated noise explains the residuals.
     #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-    pub enum NoiseVerdict {
+    pub(crate) enum NoiseVerdict {
         /// A comparison is impossible: the noise was estimated from the residuals, or no degree of freedom is left.
         NotTested = "not-tested",
         /// The residuals are as large as the stated noise.
@@ -129,13 +129,13 @@ written_by_name!(NoiseVerdict);
 /// A test of normality: of the residuals, each over its own standard deviation, against a normal distribution of their mean and
 /// standard deviation.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, JsonSchema)]
-pub struct Normality {
+pub(crate) struct Normality {
     /// Statistic A² of Anderson and Darling.
     #[serde(rename = "anderson_darling")]
     pub(crate) statistic: f64,
     /// Probability of a larger statistic if the residuals are normally distributed.
     #[schemars(with = "Option<f64>")]
-    pub p_value: f64,
+    pub(crate) p_value: f64,
 }
 
 /// Tests standardized residuals; `None` for too few.

@@ -1,5 +1,6 @@
 //! Data set + settings → [`Fit`]: estimates, uncertainties, residuals, and what to think of them.
 
+mod access;
 pub(crate) mod analysis;
 mod bootstrap;
 mod camera;
@@ -23,24 +24,26 @@ mod result;
 pub(crate) mod trends;
 mod verdict;
 
-pub use analysis::{ExtractedDiscs, extract_discs, fit, fit_watched, with_impacts};
-pub use bootstrap::{Bootstrap, Resampled};
-pub use camera::{FoundCamera, FoundCorrection};
-pub use doubts::{About, Remark};
+pub use access::extract;
+pub(crate) use analysis::with_impacts;
+pub use analysis::{ExtractedDiscs, extract_discs, fit, fit_watched};
+pub(crate) use bootstrap::Bootstrap;
+pub use camera::FoundCamera;
+pub(crate) use doubts::{About, Remark};
 pub use error::FitError;
-pub use estimate::Counted;
-pub use film::FittedFilm;
-pub use goodness::{Goodness, Identifiability, Influence, NoiseVerdict, Normality};
+pub(crate) use estimate::Counted;
+pub(crate) use film::FittedFilm;
+pub(crate) use goodness::{Goodness, Identifiability, Influence, NoiseVerdict};
 pub use options::{Depth, Falling, Options};
-pub use refuted::{MeasuredRestitution, Refuted};
-pub use regions::{Contour, Level};
-pub use result::{
-    Computed, Diagnostics, Explanation, Fit, Noise, Rejected, Residual, Robust, Scatter, Weight,
-};
-pub use trends::{Trend, Variable};
+pub(crate) use refuted::Refuted;
+pub(crate) use regions::Contour;
+pub(crate) use result::{Computed, Diagnostics, Explanation, Noise, Residual, Robust, Scatter, Weight};
+pub use result::{Fit, Rejected};
+pub(crate) use trends::{Trend, Variable};
 pub use verdict::{Grade, Verdict};
 
+pub(crate) use crate::problem::{Budget, IntervalPair as Intervals};
 pub use crate::problem::{
-    Budget, Combination, DiscImpact, Doubt, Id, IntervalPair as Intervals, ParameterEstimate as Estimate,
-    Quantity, Severity, Status, predict,
+    DiscImpact, FilmError, Id, ParameterEstimate as Estimate, Prediction, Quantity, RowsError, Status,
+    predict,
 };

@@ -14,34 +14,34 @@ use crate::problem::Policy;
 
 /// How the data contradict the model.
 #[derive(Clone, Debug, PartialEq, Serialize)]
-pub struct Refuted {
+pub(crate) struct Refuted {
     /// χ² per degree of freedom.
-    pub reduced_chi2: f64,
+    pub(crate) reduced_chi2: f64,
     /// The probability that chance alone gives a larger χ².
-    pub p_value: f64,
+    pub(crate) p_value: f64,
     /// The standard errors that would hold if the model did.
     #[serde(rename = "std_errors_if_model_held", serialize_with = "by_parameter")]
-    pub if_model_held: Vec<(Parameter, f64)>,
+    pub(crate) if_model_held: Vec<(Parameter, f64)>,
     /// The restitution measured without the model; `None` if the data do not have the velocities of both balls
     /// after the impact.
     #[serde(rename = "measured_e")]
-    pub restitution: Option<MeasuredRestitution>,
+    pub(crate) restitution: Option<MeasuredRestitution>,
 }
 
 /// The coefficient of restitution as the ratio of the normal velocities after and before the impact. No law of friction
 /// goes into it.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
-pub struct MeasuredRestitution {
+pub(crate) struct MeasuredRestitution {
     /// The mean over the shots, each weighted by its own error and the scatter between shots.
     #[serde(rename = "estimate")]
-    pub value: f64,
+    pub(crate) value: f64,
     /// The standard error of the mean.
-    pub std_error: f64,
+    pub(crate) std_error: f64,
     #[serde(rename = "scatter_between_shots")]
     /// The standard deviation between shots, beyond their own errors; 0 for a single shot.
-    pub scatter: f64,
+    pub(crate) scatter: f64,
     /// How many shots it was measured in.
-    pub shots: usize,
+    pub(crate) shots: usize,
 }
 
 impl Refuted {

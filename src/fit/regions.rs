@@ -21,28 +21,28 @@ const POINTS: usize = 48;
 /// The confidence regions of a pair of parameters.
 #[derive(Clone, Debug, PartialEq, Serialize, JsonSchema)]
 #[non_exhaustive]
-pub struct Contour {
+pub(crate) struct Contour {
     /// Names of both parameters.
-    pub parameters: [Parameter; 2],
+    pub(crate) parameters: [Parameter; 2],
     /// Estimates of both parameters, in their units.
     pub(crate) centre: [f64; 2],
     /// One region for each probability.
-    pub levels: Vec<Level>,
+    pub(crate) levels: Vec<Level>,
 }
 
 /// A confidence region.
 #[derive(Clone, Debug, PartialEq, Serialize, JsonSchema)]
-pub struct Level {
+pub(crate) struct Level {
     /// Probability that the region holds both true values, as 0.68 or 0.95.
-    pub probability: f64,
+    pub(crate) probability: f64,
     /// Rise of χ² above its minimum at the edge.
     #[serde(rename = "chi2_rise")]
-    pub rise: f64,
+    pub(crate) rise: f64,
     /// Points of the closed edge, within the bounds: values of the first and of the second parameter.
-    pub edge: Vec<[f64; 2]>,
+    pub(crate) edge: Vec<[f64; 2]>,
     /// The same region if χ² were the parabola that it is at the minimum.
     #[serde(skip)]
-    pub ellipse: Vec<[f64; 2]>,
+    pub(crate) ellipse: Vec<[f64; 2]>,
 }
 
 /// Returns the regions of all pairs of some estimates with this covariance; `dof` are the degrees of freedom

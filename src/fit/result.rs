@@ -1,6 +1,5 @@
 //! The result of a fit: a value, which `report` renders.
 
-use std::path::PathBuf;
 use std::sync::Arc;
 
 use nalgebra::DMatrix;
@@ -28,119 +27,117 @@ use crate::problem::{DiscImpact, Id, Solution};
 #[non_exhaustive]
 pub struct Fit {
     /// Name of the data set.
-    pub dataset: String,
+    pub(crate) dataset: String,
     /// The label that was fitted by itself, if `[fit] by` asks for it: (column, label).
-    pub group: Option<(String, String)>,
-    /// The file that the data set was read from.
-    pub path: PathBuf,
+    pub(crate) group: Option<(String, String)>,
     /// Which cloth it was measured on.
-    pub cloth: Option<String>,
+    pub(crate) cloth: Option<String>,
     /// Who measured it, how and when.
-    pub source: Option<String>,
+    pub(crate) source: Option<String>,
     /// The cue ball; of discs, the disc that stands for both.
-    pub ball: Ball,
+    pub(crate) ball: Ball,
     /// The object ball, if it is stated that it differs from the cue ball; `None` of discs, too.
-    pub object: Option<ObjectBall>,
+    pub(crate) object: Option<ObjectBall>,
     /// Radii and masses of discs, if they are known.
-    pub discs: Option<Discs>,
+    pub(crate) discs: Option<Discs>,
     /// The cloth's sliding friction μ_k, if footage determines it or dataset.toml states it.
-    pub sliding: Option<Measured>,
+    pub(crate) sliding: Option<Measured>,
     /// The cloth's rolling resistance μ_r, if footage determines it or dataset.toml states it.
-    pub rolling: Option<Measured>,
+    pub(crate) rolling: Option<Measured>,
     /// The name of the fidelity, as on the command line.
-    pub fidelity: &'static str,
+    pub(crate) fidelity: &'static str,
     /// The name of each effect, and whether the model contains it.
-    pub effects: Vec<(&'static str, bool)>,
+    pub(crate) effects: Vec<(&'static str, bool)>,
     /// The estimates of the parameters that the fit has, in the order of [`Parameter::ALL`](crate::measurement::parameter::Parameter::ALL).
-    pub estimates: Vec<Estimate>,
+    pub(crate) estimates: Vec<Estimate>,
     /// The correlation matrix, with a row and a column for each of the estimates; NaN for those without a standard
     /// error.
-    pub correlation: DMatrix<f64>,
+    pub(crate) correlation: DMatrix<f64>,
     /// χ²: the sum of squared standardized residuals of what [`Fit::counted`] names, priors included.
-    pub chi2: f64,
+    pub(crate) chi2: f64,
     /// Degrees of freedom: measured numbers less all unknowns that they determine, those of single shots included.
-    pub dof: usize,
+    pub(crate) dof: usize,
     /// How the noise of each observable was known, in the order of first appearance.
-    pub noise: Vec<Noise>,
+    pub(crate) noise: Vec<Noise>,
     /// How many shots were fitted.
-    pub shots_used: usize,
+    pub(crate) shots_used: usize,
     /// The shots that were left out, with the reasons.
-    pub shots_rejected: Vec<Rejected>,
+    pub(crate) shots_rejected: Vec<Rejected>,
     /// Measurements of every shot of discs.
-    pub disc_shots: Vec<DiscImpact>,
+    pub(crate) disc_shots: Vec<DiscImpact>,
     /// Scatter of discs: by how much shots differ beyond the errors of their frames. It is part of the errors.
-    pub scatter: Option<Scatter>,
+    pub(crate) scatter: Option<Scatter>,
     /// Friction curve of discs: points of J_t/J_n against the slip over the closing speed, as fitted; empty if the shots do not determine it.
     pub(crate) friction_curve: Vec<[f64; 2]>,
     /// The camera of footage as it was fitted, and what else was found of the film.
-    pub camera: Option<FoundCamera>,
+    pub(crate) camera: Option<FoundCamera>,
     /// How the data contradict the model, if they do; no estimate has an error then.
-    pub refuted: Option<Refuted>,
+    pub(crate) refuted: Option<Refuted>,
     /// Whether the shots were filmed, and not measured as impacts or angles.
-    pub footage: bool,
+    pub(crate) footage: bool,
     /// The estimates of all that the shots share.
-    pub unknowns: Vec<crate::problem::Estimate>,
+    pub(crate) unknowns: Vec<crate::problem::Estimate>,
     /// The error budgets of μ, μ_s and e.
-    pub budget: Vec<crate::problem::Budget>,
+    pub(crate) budget: Vec<crate::problem::Budget>,
     /// Causes that explain residuals that the equations or the stated numbers leave, the best first; the estimates
     /// include it.
-    pub explanations: Vec<Explanation>,
+    pub(crate) explanations: Vec<Explanation>,
     /// The observations of [`Fit::tested`] one by one; of films of balls the velocities after each impact, as
     /// its frames show them without the law of the impact.
-    pub residuals: Vec<Residual>,
+    pub(crate) residuals: Vec<Residual>,
     /// The frames of a film of balls against the model.
-    pub frames: Option<FittedFilm>,
+    pub(crate) frames: Option<FittedFilm>,
     /// The minimum.
     pub(crate) solution: Arc<Solution>,
     /// Why the optimiser stopped, in words.
-    pub termination: String,
+    pub(crate) termination: String,
     /// Whether it stopped at a minimum.
-    pub converged: bool,
+    pub(crate) converged: bool,
     /// How many times the search computed all residuals.
-    pub iterations: usize,
+    pub(crate) iterations: usize,
     /// How long the fit took, s.
-    pub seconds: f64,
+    pub(crate) seconds: f64,
     /// How far the fit can be trusted.
-    pub diagnostics: Diagnostics,
+    pub(crate) diagnostics: Diagnostics,
     /// Everything that a reader should know, the most important first.
-    pub remarks: Vec<Remark>,
+    pub(crate) remarks: Vec<Remark>,
 }
 
 /// How far a fit can be trusted.
 #[derive(Clone, Debug, Default, Serialize, JsonSchema)]
 #[non_exhaustive]
-pub struct Diagnostics {
+pub(crate) struct Diagnostics {
     /// How many shots were computed at which fidelity.
-    pub computed: Vec<Computed>,
+    pub(crate) computed: Vec<Computed>,
     /// Which combinations of parameters the data determine.
-    pub identifiability: Option<Identifiability>,
+    pub(crate) identifiability: Option<Identifiability>,
     /// Tests of the residuals.
-    pub goodness: Option<Goodness>,
+    pub(crate) goodness: Option<Goodness>,
     /// Shots that count less under a robust loss.
-    pub robust: Option<Robust>,
+    pub(crate) robust: Option<Robust>,
     /// Intervals from resampled shots (--bootstrap).
-    pub bootstrap: Option<Bootstrap>,
+    pub(crate) bootstrap: Option<Bootstrap>,
     /// Confidence regions of pairs of parameters.
-    pub contours: Vec<Contour>,
+    pub(crate) contours: Vec<Contour>,
     /// Whether values outside the intervals fit nearly as well.
     #[serde(skip)]
-    pub has_rival: bool,
+    pub(crate) has_rival: bool,
     /// Suspicions about the shots, or about the cloth as their paths show it.
     #[serde(skip)]
-    pub suspicious: Vec<check::Finding>,
+    pub(crate) suspicious: Vec<check::Finding>,
 }
 
 /// Shots that were computed with the same fidelity and effects.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, JsonSchema)]
-pub struct Computed {
+pub(crate) struct Computed {
     /// elastic, inelastic, linear, full, ode or contact.
-    pub fidelity: Fidelity,
+    pub(crate) fidelity: Fidelity,
     /// Names of the effects that were on.
     #[serde(serialize_with = "names")]
     #[schemars(with = "Vec<String>")]
-    pub effects: Effects,
+    pub(crate) effects: Effects,
     /// Number of shots.
-    pub shots: usize,
+    pub(crate) shots: usize,
 }
 
 fn names<S: Serializer>(effects: &Effects, serializer: S) -> Result<S::Ok, S::Error> {
@@ -182,30 +179,30 @@ impl Computed {
 
 /// A cause of residuals.
 #[derive(Clone, Debug, PartialEq, Serialize, JsonSchema)]
-pub struct Explanation {
+pub(crate) struct Explanation {
     /// cue-spin, mass-ratio, compliance, falling-friction, frame-rate, radius, tilt, scale, aspect, shear, perspective, lens,
     /// rolling-shutter or parallax.
-    pub cause: &'static str,
+    pub(crate) cause: &'static str,
     /// The value that explains the residuals best, as the true frame rate over the stated one.
     #[schemars(with = "Option<f64>")]
-    pub estimate: f64,
+    pub(crate) estimate: f64,
     /// Its standard error, same unit.
     #[schemars(with = "Option<f64>")]
-    pub std_error: f64,
+    pub(crate) std_error: f64,
     /// Change of −2 log L with it, below 0; of a contradicted prior minus the square of the conflict in standard deviations.
     #[schemars(with = "Option<f64>")]
-    pub delta_2logl: f64,
+    pub(crate) delta_2logl: f64,
     /// Whether the estimates include it.
-    pub adopted: bool,
+    pub(crate) adopted: bool,
     /// The explanation for a reader, with what to do.
-    pub sentence: String,
+    pub(crate) sentence: String,
 }
 
 /// Shots that count less under a robust loss.
 #[derive(Clone, Debug, PartialEq, Serialize, JsonSchema)]
-pub struct Robust {
+pub(crate) struct Robust {
     /// huber or cauchy.
-    pub loss: Loss,
+    pub(crate) loss: Loss,
     /// Distance from which on an observation counts less, in standard deviations.
     #[schemars(with = "Option<f64>")]
     pub(crate) tuning_constant: f64,
@@ -213,16 +210,16 @@ pub struct Robust {
     pub(crate) covariance: &'static str,
     /// The shots that count less, the least first.
     #[serde(rename = "weights_below_1")]
-    pub weights: Vec<Weight>,
+    pub(crate) weights: Vec<Weight>,
 }
 
 /// The weight of a shot.
 #[derive(Clone, Debug, PartialEq, Serialize, JsonSchema)]
-pub struct Weight {
+pub(crate) struct Weight {
     /// Name of the shot.
-    pub shot: String,
+    pub(crate) shot: String,
     /// Its weight, 0 to 1.
-    pub weight: f64,
+    pub(crate) weight: f64,
 }
 
 impl Robust {
@@ -234,39 +231,32 @@ impl Robust {
 
 /// Standard deviations between shots of discs, beyond the errors of their frames; 0 if they show no scatter.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, JsonSchema)]
-pub struct Scatter {
+pub(crate) struct Scatter {
     /// Scatter of the restitution, dimensionless.
     #[serde(rename = "e")]
-    pub restitution: f64,
+    pub(crate) restitution: f64,
     /// Scatter of J_t/J_n, dimensionless, besides what follows from that of the restitution.
-    pub impulse_ratio: f64,
+    pub(crate) impulse_ratio: f64,
     /// Whether there are enough shots to estimate it.
     #[serde(skip)]
     pub(crate) is_estimated: bool,
 }
 
-impl Scatter {
-    /// Whether the errors of the frames alone explain the residuals, so that χ² tests the model.
-    pub fn is_none(&self) -> bool {
-        self.restitution == 0.0 && self.impulse_ratio == 0.0
-    }
-}
-
 /// The noise of one observable.
 #[derive(Clone, Copy, Debug)]
-pub struct Noise {
+pub(crate) struct Noise {
     /// The observable.
-    pub observable: Observable,
+    pub(crate) observable: Observable,
     /// How many shots have it.
-    pub count: usize,
+    pub(crate) count: usize,
     /// Root mean square of the raw residuals, SI and radians.
-    pub rms: f64,
+    pub(crate) rms: f64,
     /// The standard deviation that was estimated from the residuals, SI and radians, if the data give none; `None`
     /// if they do.
-    pub estimated_sd: Option<f64>,
+    pub(crate) estimated_sd: Option<f64>,
     /// The standard deviation of the rounding of the readings, SI and radians, if it stands for the noise, since the residuals are
     /// smaller.
-    pub rounding: Option<f64>,
+    pub(crate) rounding: Option<f64>,
 }
 
 impl Noise {
@@ -294,22 +284,22 @@ pub struct Rejected {
 
 /// One observation after the fit, SI and radians.
 #[derive(Clone, Debug)]
-pub struct Residual {
+pub(crate) struct Residual {
     /// The name of the shot.
-    pub shot: String,
+    pub(crate) shot: String,
     /// The observable.
-    pub observable: Observable,
+    pub(crate) observable: Observable,
     /// The measured value.
-    pub measured: f64,
+    pub(crate) measured: f64,
     /// The value that the model predicts.
-    pub predicted: f64,
+    pub(crate) predicted: f64,
     /// The standard deviation of the observation, with what the uncertain state before the impact adds; NaN where
     /// none can be stated, as with noise that is estimated from the residuals without a degree of freedom.
-    pub sd: f64,
+    pub(crate) sd: f64,
     /// (measured − predicted) / sd.
-    pub standardized: f64,
+    pub(crate) standardized: f64,
     /// Cut angle φ of the shot, radians.
-    pub cut: f64,
+    pub(crate) cut: f64,
     /// Cue ball's speed before the impact, m/s; `None` if it is unknown and does not matter.
-    pub speed: Option<f64>,
+    pub(crate) speed: Option<f64>,
 }

@@ -15,29 +15,29 @@ const TREND_LEVEL: f64 = 0.05;
 
 /// A trend of residuals with something that the model should have taken care of.
 #[derive(Clone, Debug, PartialEq, Serialize, JsonSchema)]
-pub struct Trend {
+pub(crate) struct Trend {
     /// The quantity of the residuals, in words.
     #[serde(rename = "residuals_of")]
-    pub quantity: &'static str,
+    pub(crate) quantity: &'static str,
     /// The variable that the residuals change with.
     #[serde(rename = "against")]
-    pub variable: Variable,
+    pub(crate) variable: Variable,
     /// Change of a residual, in its standard deviations, per unit of what it changes with.
     #[serde(rename = "slope_sd")]
     #[schemars(with = "Option<f64>")]
-    pub slope: f64,
+    pub(crate) slope: f64,
     /// That unit.
-    pub slope_per: &'static str,
+    pub(crate) slope_per: &'static str,
     /// Probability of such a slope by chance.
     #[schemars(with = "Option<f64>")]
-    pub p_value: f64,
+    pub(crate) p_value: f64,
     /// p_value corrected for all trends that were tested (Holm 1979).
     #[schemars(with = "Option<f64>")]
-    pub p_corrected: f64,
+    pub(crate) p_corrected: f64,
     /// Whether p_corrected is below 0.05.
-    pub significant: bool,
+    pub(crate) significant: bool,
     /// The trend as a sentence, with what it may mean.
-    pub words: String,
+    pub(crate) words: String,
 }
 
 impl Trend {
@@ -75,7 +75,7 @@ impl Trend {
 worded! {
     /// A variable with which residuals may change.
     #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-    pub enum Variable {
+    pub(crate) enum Variable {
         /// The cue ball's speed before the impact, m/s.
         Speed = "speed" | "m/s",
         /// The size of the cut angle, rad.

@@ -130,3 +130,47 @@ impl Fit {
         ))
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::{Fit, Grade};
+    use crate::fit::{self, Depth, Options};
+    use crate::problem::Combination;
+    use crate::simulate::{self, Spec};
+
+    type Doubt = fn(&mut Fit);
+
+    fn is_open(fit: &mut Fit, undetermined: bool) {
+        let worst = fit.diagnostics.identifiability.as_mut().and_then(|found| found.worst.as_mut()).unwrap();
+        let words = "only the product μ·μ_s is determined".to_owned();
+        *worst = Combination { weak: true, undetermined, words, ..worst.clone() };
+    }
+
+    /// Doubts that searches of simulated shots seldom raise, the most harmful last: each is said whatever stands beside it.
+    #[test]
+    fn the_most_harmful_doubt_is_said_first() {
+        let spec = "name = \"a\"\nkind = \"angles\"\nseed = 1\ntruth = { mu = 0.05, mu_s = 0.3, e = 0.94 }\n\
+                    noise = { velocity_m_s = 0.004, angle_deg = 0.2 }\nobject = { mass_kg_sd = 0 }\n\
+                    shots = { count = 10, speed_m_s = [1, 4], cut_deg = [-50, 50], cue_spin = [\"natural-roll\"] }";
+        let dataset = simulate::dataset(&spec.parse::<Spec>().unwrap()).unwrap();
+        let options = Options { depth: Depth::Estimates, ..Options::default() };
+        let good = fit::fit(&dataset, &options).unwrap().remove(0);
+        assert_eq!(good.verdict().grade, Grade::Good, "{:?}", good.verdict());
+        let mut all = good.clone();
+        let doubts: [(Doubt, Grade, &str); 4] = [
+            (|fit| fit.diagnostics.has_rival = true, Grade::Doubtful, "Other values fit nearly as well"),
+            (|fit| is_open(fit, false), Grade::Doubtful, "Only the product μ·μ_s is determined."),
+            (|fit| is_open(fit, true), Grade::Doubtful, "Only the product μ·μ_s is determined. The values"),
+            (|fit| fit.converged = false, Grade::Unusable, "came to no end (χ² has settled)"),
+        ];
+        for (doubt, grade, said) in doubts {
+            let mut one = good.clone();
+            for fit in [&mut one, &mut all] {
+                doubt(fit);
+                let verdict = fit.verdict();
+                assert_eq!(verdict.grade, grade, "{said}");
+                assert!(verdict.sentence.contains(said), "{verdict:?}");
+            }
+        }
+    }
+}

@@ -42,18 +42,18 @@ pub(crate) enum Shape {
 /// Properties of the object ball that differ from the cue ball's: section `[object]`.
 #[derive(Clone, Copy, Debug, Default, Deserialize, JsonSchema, Serialize, PartialEq)]
 #[serde(deny_unknown_fields, default, expecting = "a table, as in [object] mass_kg = 0.165")]
-pub struct StatedObject {
+pub(crate) struct StatedObject {
     /// Its radius, m; `None`: that of the cue ball.
-    pub radius_m: Option<f64>,
+    pub(crate) radius_m: Option<f64>,
     /// The standard deviation of its radius, m; 0: exact.
-    pub radius_m_sd: f64,
+    pub(crate) radius_m_sd: f64,
     /// Its mass, kg; `None`: that of the cue ball.
-    pub mass_kg: Option<f64>,
+    pub(crate) mass_kg: Option<f64>,
     /// The standard deviation of its mass, kg. `None`: exact in a SPEC.toml, that of a kitchen
     /// scale in a dataset.toml.
-    pub mass_kg_sd: Option<f64>,
+    pub(crate) mass_kg_sd: Option<f64>,
     /// Its moment of inertia over MR², ν; `None`: that of the cue ball.
-    pub inertia: Option<f64>,
+    pub(crate) inertia: Option<f64>,
 }
 
 impl BallSection {

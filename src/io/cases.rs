@@ -12,21 +12,21 @@ use crate::physics::contact_frame;
 
 /// One collision to compute, in the units of the file.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Case {
-    pub name: String,
+pub(crate) struct Case {
+    pub(crate) name: String,
     /// The cue ball's speed, m/s.
-    pub speed: f64,
+    pub(crate) speed: f64,
     /// The cut angle in degrees, between −90 and 90: positive if the cue ball moves towards +y.
-    pub cut_deg: f64,
+    pub(crate) cut_deg: f64,
     /// The cue ball's spin in the collision frame, rad/s.
-    pub spin: Vec3,
-    pub mu: f64,
-    pub mu_s: f64,
-    pub e: f64,
+    pub(crate) spin: Vec3,
+    pub(crate) mu: f64,
+    pub(crate) mu_s: f64,
+    pub(crate) e: f64,
     /// The radius of the balls, m.
-    pub radius: f64,
+    pub(crate) radius: f64,
     /// The tangential compliance κ; `None`: as the command states.
-    pub kappa: Option<f64>,
+    pub(crate) kappa: Option<f64>,
     /// The cue ball's mass over the object ball's; `None`: as the command states.
     pub(crate) mass_ratio: Option<f64>,
 }
@@ -68,14 +68,14 @@ impl Case {
 
 /// A case of a file and its outcome.
 #[derive(Clone, Debug)]
-pub struct Computed {
-    pub case: Case,
+pub(crate) struct Computed {
+    pub(crate) case: Case,
     /// Its line in the file, from 1.
-    pub line: usize,
+    pub(crate) line: usize,
     /// The model that computed it.
-    pub model: Model,
+    pub(crate) model: Model,
     /// The outcome; [`NotACollision::NotIntegrated`] if the integration did not reach the end.
-    pub outcome: Result<Outcome, NotACollision>,
+    pub(crate) outcome: Result<Outcome, NotACollision>,
 }
 
 /// Reads a CSV with the columns name, speed_m_s, cut_deg, omega_x, omega_y, omega_z, mu, mu_s, e,

@@ -27,7 +27,7 @@ use table::Table;
 
 use crate::measurement::dataset::{Dataset, Shot};
 
-pub use balls::StatedObject;
+pub(crate) use balls::StatedObject;
 pub use error::{DatasetError, Problem};
 pub use manifest::Kind;
 pub(crate) use tracking::{Survey, survey};

@@ -6,7 +6,7 @@ use super::unknowns::Id;
 
 /// How far a finding affects the trust in a fit.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
-pub enum Severity {
+pub(crate) enum Severity {
     /// Good to know.
     Note,
     /// A reader should look at it; the estimates stand.
@@ -24,7 +24,7 @@ const LATE: usize = 2;
 /// A finding of a fit.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 #[serde(tag = "kind", rename_all = "kebab-case")]
-pub enum Finding {
+pub(crate) enum Finding {
     /// Lengths are in another unit than metres: the size of the balls sets the scale.
     OtherUnit {
         /// Metres in a unit of length.

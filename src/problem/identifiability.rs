@@ -28,35 +28,35 @@ const INVARIANT: f64 = 0.15;
 
 /// A combination of unknowns that is determined badly: the direction in which χ² changes least.
 #[derive(Clone, Debug, PartialEq, Serialize, JsonSchema)]
-pub struct Combination {
+pub(crate) struct Combination {
     /// The combination as a sentence.
-    pub words: String,
+    pub(crate) words: String,
     /// How each unknown moves along the combination by one standard error, in its unit; undetermined: 1 for the one that goes
     /// farthest.
     #[serde(rename = "one_standard_error_along", serialize_with = "by_name")]
     #[schemars(with = "std::collections::BTreeMap<String, Option<f64>>")]
-    pub terms: Vec<(Id, f64)>,
+    pub(crate) terms: Vec<(Id, f64)>,
     /// Whether it is determined, but badly: the condition number is beyond 30.
-    pub weak: bool,
+    pub(crate) weak: bool,
     /// Whether the data do not determine it.
-    pub undetermined: bool,
+    pub(crate) undetermined: bool,
     /// The combination that is determined instead; null if there is none.
-    pub determined: Option<Determined>,
+    pub(crate) determined: Option<Determined>,
     /// Roots of the eigenvalues of the normal matrix scaled to a diagonal of 1, the largest first.
     #[serde(skip)]
-    pub singular_values: Vec<f64>,
+    pub(crate) singular_values: Vec<f64>,
 }
 
 /// A combination of parameters that is determined.
 #[derive(Clone, Debug, PartialEq, Serialize, JsonSchema)]
-pub struct Determined {
+pub(crate) struct Determined {
     /// The combination, as in the product μ·μ_s.
-    pub name: String,
+    pub(crate) name: String,
     /// Its value.
-    pub estimate: f64,
+    pub(crate) estimate: f64,
     /// Its standard error.
     #[schemars(with = "Option<f64>")]
-    pub std_error: f64,
+    pub(crate) std_error: f64,
 }
 
 fn by_name<S: Serializer>(terms: &[(Id, f64)], serializer: S) -> Result<S::Ok, S::Error> {

@@ -60,10 +60,10 @@ pub struct ParameterEstimate {
     /// the two of `intervals` differ by more than a tenth, else that of the Hessian.
     pub interval_95: Option<[f64; 2]>,
     /// Both intervals.
-    pub intervals: IntervalPair,
+    pub(crate) intervals: IntervalPair,
     /// The standard error if the parameters at their bounds were known to be there, if it differs from
     /// `std_error`.
-    pub std_error_at_bound: Option<f64>,
+    pub(crate) std_error_at_bound: Option<f64>,
     /// Whether `interval_95` was extended to another minimum that is nearly as likely; `std_error` is the
     /// curvature at the best one.
     pub(crate) includes_other_minimum: bool,
@@ -74,12 +74,12 @@ pub struct ParameterEstimate {
 /// A parameter's 95 % interval, found in two ways.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 #[non_exhaustive]
-pub struct IntervalPair {
+pub(crate) struct IntervalPair {
     /// The interval of the curvature of χ² at its minimum: value ± t·error, as far as the bounds allow.
     pub(crate) hessian: Option<[f64; 2]>,
     /// The interval from the lowest to the highest value at which χ², least over all other parameters, is t² above its
     /// minimum, other minima included.
-    pub profile: Option<[f64; 2]>,
+    pub(crate) profile: Option<[f64; 2]>,
 }
 
 impl ParameterEstimate {

@@ -44,7 +44,8 @@ mod sums;
 mod uncertainty;
 mod unknowns;
 
-pub use discs::impact::{DiscImpact, Doubt};
+pub use discs::impact::DiscImpact;
+pub(crate) use discs::impact::Doubt;
 pub(crate) use discs::law::{DiscFit, fit_discs};
 pub(crate) use discs::measure::{MeasuredDiscs, measure_discs};
 pub(crate) use discs::own::Component;
@@ -55,11 +56,12 @@ pub(crate) use film::film_data::Modelling;
 #[cfg(feature = "io")]
 pub(crate) use film::planned::{Filming, PlannedShot, information, unknowns_of};
 pub(crate) use film::shots::FittedFrame;
-pub use film::shots::{Impact, OwnEstimate};
-pub use findings::{Finding, Severity};
-pub use identifiability::Combination;
-pub use intervals::{IntervalPair, ParameterEstimate, Status};
+pub(crate) use film::shots::{Impact, OwnEstimate};
+pub(crate) use findings::{Finding, Severity};
+pub(crate) use identifiability::Combination;
+pub(crate) use intervals::IntervalPair;
 pub(crate) use intervals::{Known, MANY_SHOTS, Quantiles};
+pub use intervals::{ParameterEstimate, Status};
 pub(crate) use offsets::ShiftScore;
 pub(crate) use offsets::{Offsets, Slope};
 pub(crate) use policy::Policy;
@@ -68,11 +70,12 @@ pub use rows::choices::RowsError;
 #[cfg(feature = "io")]
 pub use rows::choices::Unpredictable;
 pub(crate) use rows::deviations::Deviations;
-pub use rows::prediction::predict;
+pub use rows::prediction::{Prediction, predict};
 pub(crate) use rows::run::{RowsFit, TableNoise, fit_rows};
 pub(crate) use run::fit_film;
-pub use solution::{Budget, Estimate, ShotInfluence, Solution};
-pub use unknowns::{Id, Normal};
+pub(crate) use solution::{Budget, Estimate, ShotInfluence, Solution};
+pub use unknowns::Id;
+pub(crate) use unknowns::Normal;
 pub(crate) use {
     block::Block,
     descent::{Descent, descend_until},

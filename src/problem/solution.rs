@@ -22,59 +22,59 @@ const MAX_STEPS: usize = 40;
 
 /// The estimate of a shared unknown.
 #[derive(Clone, Copy, Debug)]
-pub struct Estimate {
+pub(crate) struct Estimate {
     /// The unknown.
-    pub id: Id,
+    pub(crate) id: Id,
     /// Its estimate.
-    pub value: f64,
+    pub(crate) value: f64,
     /// Its standard error; `None` at a bound.
-    pub std_error: Option<f64>,
+    pub(crate) std_error: Option<f64>,
     /// Prior, if it has one.
-    pub prior: Option<Normal>,
+    pub(crate) prior: Option<Normal>,
 }
 
 /// The error budget of an estimate: the parts of its variance, the largest first, and the noise of
 /// the data.
 #[derive(Clone, Debug)]
-pub struct Budget {
+pub(crate) struct Budget {
     /// The estimate's unknown.
-    pub id: Id,
+    pub(crate) id: Id,
     /// Parts of nuisance parameters.
-    pub shares: Vec<Share>,
+    pub(crate) shares: Vec<Share>,
     /// Variance that is left if all nuisance parameters are known.
-    pub noise: f64,
+    pub(crate) noise: f64,
 }
 
 /// How much a fit depends on one shot.
 #[derive(Clone, Debug)]
-pub struct ShotInfluence {
+pub(crate) struct ShotInfluence {
     /// Part that the shot has in the fit; over all shots they add up to the number of shared unknowns
     /// that the data determine.
-    pub leverage: f64,
+    pub(crate) leverage: f64,
     /// Change of each estimate if the shot were left out, to first order.
-    pub changes: Vec<(Id, f64)>,
+    pub(crate) changes: Vec<(Id, f64)>,
 }
 
 /// A minimum of a problem, and what is known there.
 #[derive(Clone)]
-pub struct Solution {
+pub(crate) struct Solution {
     pub(crate) problem: Problem,
     pub(crate) at: Evaluation,
     pub(crate) covariance: Estimates,
     /// Findings, in the order in which they were made.
-    pub findings: Vec<Finding>,
+    pub(crate) findings: Vec<Finding>,
     /// Names of the shots of each sample.
-    pub names: Vec<Vec<String>>,
+    pub(crate) names: Vec<Vec<String>>,
     /// Names and reasons of the shots that are not in the data.
-    pub left_out: Vec<(String, String)>,
+    pub(crate) left_out: Vec<(String, String)>,
     /// Evaluations of all data.
     pub(crate) evaluations: usize,
     /// Whether the descent ended at a minimum.
-    pub converged: bool,
+    pub(crate) converged: bool,
     /// Metres in a unit of length of the film.
-    pub unit: f64,
+    pub(crate) unit: f64,
     /// Middle of the impacts in the film, in its unit.
-    pub middle: [f64; 2],
+    pub(crate) middle: [f64; 2],
 }
 
 impl std::fmt::Debug for Solution {

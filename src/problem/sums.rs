@@ -7,9 +7,9 @@ use crate::numerics::dense::{Place, descend};
 
 /// Errors of measured numbers: each keeps the part `rho` of the error of the number before it.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Noise {
+pub(crate) struct Noise {
     /// Standard deviation, in the unit of the numbers.
-    pub sd: f64,
+    pub(crate) sd: f64,
     /// Correlation of neighbouring numbers.
     pub(crate) rho: f64,
 }

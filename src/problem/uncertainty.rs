@@ -35,7 +35,7 @@ pub(crate) struct Score {
 /// The part of the variance of an estimate that knowing a nuisance parameter exactly would take
 /// away.
 #[derive(Clone, Copy, Debug)]
-pub struct Share {
+pub(crate) struct Share {
     /// The nuisance parameter.
     pub(crate) nuisance: Id,
     /// Variance.

@@ -150,11 +150,11 @@ pub(crate) enum Mode {
 
 /// A normal distribution.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Normal {
+pub(crate) struct Normal {
     /// Mean.
-    pub mean: f64,
+    pub(crate) mean: f64,
     /// Standard deviation.
-    pub sd: f64,
+    pub(crate) sd: f64,
 }
 
 impl Normal {
@@ -166,11 +166,11 @@ impl Normal {
 
 /// A shared unknown: where a search begins, its bounds, what is known of it, and how it takes part.
 #[derive(Clone, Copy, Debug)]
-pub struct Unknown {
-    pub id: Id,
-    pub start: f64,
-    pub bounds: [f64; 2],
-    pub prior: Option<Normal>,
+pub(crate) struct Unknown {
+    pub(crate) id: Id,
+    pub(crate) start: f64,
+    pub(crate) bounds: [f64; 2],
+    pub(crate) prior: Option<Normal>,
     pub(crate) mode: Mode,
 }
 

@@ -102,9 +102,9 @@ fn cell(parameter: &ComparedParameter, label: &String, is_refuted: bool) -> Stri
         return "–".to_owned();
     };
     let number = match own.std_error {
-        _ if !own.fitted => return format!("{} (fixed)", plain(own.value, 4)),
-        Some(error) => with_error(own.value, error),
-        None => plain(own.value, 4) + if is_refuted { " (refuted)" } else { "" },
+        _ if !own.fitted => return format!("{} (fixed)", plain(own.estimate, 4)),
+        Some(error) => with_error(own.estimate, error),
+        None => plain(own.estimate, 4) + if is_refuted { " (refuted)" } else { "" },
     };
     if parameter.shared { format!("{number} (shared)") } else { number }
 }

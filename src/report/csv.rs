@@ -56,7 +56,7 @@ pub(super) fn write_residuals(fit: &Fit, to: &mut (dyn Write + Send)) -> io::Res
 }
 
 /// Writes frames.csv shot by shot: there may be more frames than should be held in memory.
-pub fn write_frames(film: &FittedFilm, to: &mut (dyn Write + Send)) -> io::Result<()> {
+pub(super) fn write_frames(film: &FittedFilm, to: &mut (dyn Write + Send)) -> io::Result<()> {
     writeln!(to, "{FRAMES}")?;
     film.write(to, |of_shot, text| {
         let shot = quoted(&of_shot.shot);

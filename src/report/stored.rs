@@ -20,7 +20,7 @@ pub struct StoredError(String);
 const SAME_ERRORS: f64 = 0.01;
 
 /// A result that changed: data set, what, before, now, and by how many standard errors.
-pub type Moved = [String; 5];
+pub(crate) type Moved = [String; 5];
 
 /// Fits read back from the disk.
 pub struct Stored {

@@ -23,9 +23,10 @@ use crate::physics::contact_frame::CollisionFrame;
 use crate::problem::{Unpredictable, predict};
 
 pub use crate::io::Kind;
-pub use scene::{Camera, Played};
+pub(crate) use scene::{Camera, Played};
 pub(crate) use scene::{MAX_SHOTS, between, checked, cue_ball, faults_of, faults_of_shots};
-pub use spec::{BallSpec, Noise, Shots, Spec, Truth};
+pub(crate) use spec::Shots;
+pub use spec::Spec;
 pub use tracks::TrueImpact;
 
 /// Why a synthetic data set cannot be made.

@@ -21,21 +21,21 @@ const MAX_MARKERS: usize = 100;
 /// The camera that films shots: section `[camera]`.
 #[derive(Clone, Copy, Debug, Deserialize, Serialize)]
 #[serde(deny_unknown_fields, default, expecting = "a table, as in [camera] fps = 1000")]
-pub struct Camera {
+pub(crate) struct Camera {
     /// Frames per second.
-    pub fps: f64,
+    pub(crate) fps: f64,
     /// Standard deviation of every coordinate, m.
-    pub position_sd_m: f64,
+    pub(crate) position_sd_m: f64,
     /// How long each shot is filmed before the impact, ms.
-    pub before_ms: f64,
+    pub(crate) before_ms: f64,
     /// How long each shot is filmed after the impact, ms.
-    pub after_ms: f64,
+    pub(crate) after_ms: f64,
     /// The fraction of the positions that are missing, 0 to 1.
-    pub gaps: f64,
+    pub(crate) gaps: f64,
     /// The fraction of the positions that are wrong, by up to 20 mm.
-    pub outliers: f64,
+    pub(crate) outliers: f64,
     /// How many points on each ball are marked, at random places; they are seen on its upper side.
-    pub markers: usize,
+    pub(crate) markers: usize,
 }
 
 impl Default for Camera {
@@ -98,7 +98,7 @@ worded! {
     #[derive(Clone, Copy, Debug, Deserialize, Serialize, PartialEq, Eq)]
     #[non_exhaustive]
     #[serde(rename_all = "kebab-case")]
-    pub enum Played {
+    pub(crate) enum Played {
         /// It slides without any spin.
         Stun = "stun",
         /// It rolls on the cloth without slip.

@@ -4,6 +4,7 @@ use std::path::Path;
 use std::str::FromStr;
 
 use serde::{Deserialize, Serialize};
+use toml::{Table, Value};
 
 use super::Kind;
 use super::scene::{Camera, Played, checked, faults_of, faults_of_shots};
@@ -23,94 +24,94 @@ use crate::physics::friction_law::Law;
 #[serde(deny_unknown_fields)]
 pub struct Spec {
     /// The name of the data set.
-    pub name: String,
+    pub(crate) name: String,
     /// The kind of measurement of each shot.
-    pub kind: Kind,
+    pub(crate) kind: Kind,
     /// The seed of the random numbers: the same seed gives the same files.
-    pub seed: u64,
+    pub(crate) seed: u64,
     /// The true parameters.
-    pub truth: Truth,
+    pub(crate) truth: Truth,
     /// Which shots are played.
-    pub shots: Shots,
+    pub(crate) shots: Shots,
     /// The errors of measurement.
     #[serde(default)]
-    pub noise: Noise,
+    pub(crate) noise: Noise,
     /// The cue ball, and the object ball unless it is stated.
     #[serde(default)]
-    pub ball: BallSpec,
+    pub(crate) ball: BallSpec,
     /// The properties of the object ball that differ from the cue ball's.
     #[serde(default)]
-    pub object: Option<StatedObject>,
+    pub(crate) object: Option<StatedObject>,
     /// The camera, for kind `tracks`.
     #[serde(default)]
-    pub camera: Camera,
+    pub(crate) camera: Camera,
     /// The cloth, for kind `tracks`.
     #[serde(default)]
-    pub cloth: Cloth,
+    pub(crate) cloth: Cloth,
 }
 
 /// The true parameters, which a fit should find again.
 #[derive(Clone, Copy, Debug, Default, Deserialize, Serialize)]
 #[serde(deny_unknown_fields)]
-pub struct Truth {
+pub(crate) struct Truth {
     /// Friction between the balls μ, dimensionless.
-    pub mu: f64,
+    pub(crate) mu: f64,
     /// Friction of the cloth on the object ball μ_s, dimensionless.
-    pub mu_s: f64,
+    pub(crate) mu_s: f64,
     /// Coefficient of restitution e, dimensionless.
-    pub e: f64,
+    pub(crate) e: f64,
     /// The tangential compliance κ of the contact, dimensionless; `None` or 0: rigid.
-    pub kappa: Option<f64>,
+    pub(crate) kappa: Option<f64>,
     /// b of a friction that falls with the slip v, μ + b·exp(−c·v), dimensionless.
-    pub mu_b: Option<f64>,
+    pub(crate) mu_b: Option<f64>,
     /// c of the same law, s/m.
-    pub mu_c: Option<f64>,
+    pub(crate) mu_c: Option<f64>,
     /// e₁ of a restitution that falls with the closing speed v, e − e₁·v, s/m.
-    pub e_slope: Option<f64>,
+    pub(crate) e_slope: Option<f64>,
 }
 
 /// Which shots are played: uniformly random between the ends of each range.
 #[derive(Clone, Debug, Deserialize, Serialize)]
 #[serde(deny_unknown_fields)]
-pub struct Shots {
+pub(crate) struct Shots {
     /// The number of shots.
-    pub count: usize,
+    pub(crate) count: usize,
     /// The cue ball's speed before the impact, m/s.
-    pub speed_m_s: [f64; 2],
+    pub(crate) speed_m_s: [f64; 2],
     /// The cut angle, degrees; negative if the cue ball moves towards −y of the collision frame.
-    pub cut_deg: [f64; 2],
+    pub(crate) cut_deg: [f64; 2],
     /// The spins that the shots have, one after the other.
-    pub cue_spin: Vec<Played>,
+    pub(crate) cue_spin: Vec<Played>,
 }
 
 /// The standard deviations of the errors of measurement; 0 leaves a quantity exact.
 #[derive(Clone, Copy, Debug, Default, Deserialize, Serialize)]
 #[serde(deny_unknown_fields, default)]
-pub struct Noise {
+pub(crate) struct Noise {
     /// Every velocity component and speed, m/s.
-    pub velocity_m_s: f64,
+    pub(crate) velocity_m_s: f64,
     /// Direction of the line of centres, degrees (impacts).
-    pub line_of_centres_deg: f64,
+    pub(crate) line_of_centres_deg: f64,
     /// Every spin component, rad/s.
-    pub spin_rad_s: f64,
+    pub(crate) spin_rad_s: f64,
     /// Every angle, degrees (angles).
-    pub angle_deg: f64,
+    pub(crate) angle_deg: f64,
 }
 
 /// The cue ball of a synthetic data set: its true properties, and the errors of its `[ball]`.
 #[derive(Clone, Copy, Debug, Deserialize, Serialize)]
 #[serde(deny_unknown_fields, default)]
-pub struct BallSpec {
+pub(crate) struct BallSpec {
     /// The radius, m.
-    pub radius_m: f64,
+    pub(crate) radius_m: f64,
     /// The mass, kg.
-    pub mass_kg: f64,
+    pub(crate) mass_kg: f64,
     /// The moment of inertia over MR², ν.
-    pub inertia: f64,
+    pub(crate) inertia: f64,
     /// The standard deviation of what is stated as the radius, m; 0: exact.
-    pub radius_m_sd: f64,
+    pub(crate) radius_m_sd: f64,
     /// The standard deviation of what is stated as the mass, kg; 0: exact.
-    pub mass_kg_sd: f64,
+    pub(crate) mass_kg_sd: f64,
 }
 
 impl Default for BallSpec {
@@ -131,6 +132,25 @@ impl FromStr for Spec {
 }
 
 impl Spec {
+    /// Returns this specification with the keys that a text of a SPEC.toml states; a section replaces only its own keys.
+    ///
+    /// # Errors
+    /// Those of a SPEC.toml.
+    pub fn with(&self, keys: &str) -> Result<Self, DatasetError> {
+        fn replace(keys: Table, of: &mut Table) {
+            for (key, value) in keys {
+                match (value, of.get_mut(&key)) {
+                    (Value::Table(keys), Some(Value::Table(of))) => replace(keys, of),
+                    (value, _) => _ = of.insert(key, value),
+                }
+            }
+        }
+        let Ok(keys) = keys.parse() else { return keys.parse() };
+        let mut all = Table::try_from(self).unwrap_or_default();
+        replace(keys, &mut all);
+        all.to_string().parse()
+    }
+
     /// Returns the one spin that every shot plays, if the data need no spin columns.
     pub(super) fn assumed(&self) -> Option<Played> {
         let first = *self.shots.cue_spin.first()?;

@@ -31,7 +31,7 @@ const TABLE: &str = include_str!("../../tests/reference/collisions.json");
 /// One shot of the study: the cue ball before the impact, in the collision frame, and the
 /// coefficients.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Shot {
+pub(crate) struct Shot {
     cue: BallState,
     coefficients: Coefficients,
 }
@@ -52,7 +52,7 @@ pub(crate) struct Spread {
 
 /// Errors of all quantities, in parts of the cue ball's speed but for the first.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, JsonSchema)]
-pub struct Errors {
+pub(crate) struct Errors {
     /// Error of the throw.
     pub(crate) throw_deg: Spread,
     /// Error of the horizontal velocities.

@@ -5,7 +5,7 @@ use std::fmt::Write as _;
 use crate::prelude::*;
 
 /// Paths are known at so many instants a frame, straight lines between them.
-const FINE: usize = 8;
+const INSTANTS: usize = 8;
 
 /// The centroid of a blurred ball is the mean of so many instants of the exposure.
 const EXPOSURE: usize = 5;
@@ -139,7 +139,7 @@ fn rows(shot: &TrackShot, fps: f64, faults: &Faults, random: &mut ChaCha8Rng, ta
         let (radius, angle) = (random.random_range(f64::EPSILON..1.0_f64), random.random::<f64>());
         (-2.0 * radius.ln()).sqrt() * (std::f64::consts::TAU * angle).cos()
     };
-    let frames = shot.cue.len() / FINE;
+    let frames = shot.cue.len() / INSTANTS;
     let mut late = 0.0;
     let mut times: Vec<f64> = Vec::with_capacity(frames);
     for n in 0..frames {
@@ -230,12 +230,11 @@ pub fn manifest(fps: f64, faults: &Faults, spin: Option<&str>, more: &str) -> St
     )
 }
 
-/// The table of a film of these shots.
-pub fn table(spec: &Spec, faults: &Faults, random: &mut ChaCha8Rng) -> String {
-    let fps = spec.camera.fps;
-    let exact = Camera { fps: fps * FINE as f64, position_sd_m: 0.0, ..spec.camera };
+/// The table of a film of these shots at a frame rate.
+pub fn table(spec: &Spec, fps: f64, faults: &Faults, random: &mut ChaCha8Rng) -> String {
+    let exact = with(spec, &format!("camera = {{ fps = {}, position_sd_m = 0 }}", fps * INSTANTS as f64));
     let mut table = String::from("shot,frame,ball,x,y\n");
-    for (shot, _) in simulate::filmed(&Spec { camera: exact, ..spec.clone() }).unwrap() {
+    for (shot, _) in simulate::filmed(&exact).unwrap() {
         rows(&shot, fps, faults, random, &mut table);
     }
     table

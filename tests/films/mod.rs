@@ -32,20 +32,20 @@ fn film(seed: u64) -> usize {
     let random = &mut ChaCha8Rng::seed_from_u64(seed);
     let faults = Faults::draw(random);
     let fps = [50.0, 120.0, 240.0, 500.0, 1000.0][random.random_range(0..5)];
-    let played = [Played::Stun, Played::NaturalRoll, Played::Any, Played::Side][random.random_range(0..4)];
+    let played = ["stun", "natural-roll", "any", "side"][random.random_range(0..4)];
     let shots = random.random_range(1..=4);
-    let usual = spec(Kind::Tracks, &[played], shots, seed);
+    let usual = spec("tracks", &[played], shots, seed);
     let [before_ms, after_ms] = [0; 2].map(|_| random.random_range(3.0..60.0) * 1e3 / fps);
-    let spec = Spec {
-        shots: Shots { speed_m_s: [0.1, 6.0], cut_deg: [-75.0, 75.0], ..usual.shots },
-        camera: Camera { fps, before_ms, after_ms, ..Camera::default() },
-        cloth: Cloth { bounce: random.random(), ..usual.cloth },
-        ..usual
-    };
+    let keys = format!(
+        "shots = {{ speed_m_s = [0.1, 6], cut_deg = [-75, 75] }}\ncloth.bounce = {:?}\n\
+         camera = {{ before_ms = {before_ms:?}, after_ms = {after_ms:?} }}",
+        random.random::<f64>()
+    );
+    let spec = with(&usual, &keys);
     let discs = random.random_bool(0.1);
     let spin = ["stun", "natural-roll", "unknown"][random.random_range(0..3)];
     let more = if random.random_bool(0.2) { "position_sd_m = 1e-4\n" } else { "" };
-    let table = table(&spec, &faults, random);
+    let table = table(&spec, fps, &faults, random);
     let dataset = match loaded(&table, &manifest(fps, &faults, (!discs).then_some(spin), more)) {
         Ok(dataset) => dataset,
         Err(error) => {
@@ -54,7 +54,7 @@ fn film(seed: u64) -> usize {
         }
     };
     let tracks = dataset.clone();
-    let (dataset, _) = fit::with_impacts(dataset, &|| ());
+    let dataset = fit::extract(dataset);
     assert!(dataset.sliding.is_none_or(|sliding| sliding.value >= 0.0));
     // a shot of which no row is left is none
     assert!(dataset.shots.len() + dataset.left_out.len() <= shots);
@@ -69,7 +69,7 @@ fn film(seed: u64) -> usize {
     }
     let options = Options { depth: Depth::Estimates, fidelity: None, ..options::of_fit() };
     for fit in fit::fit(&tracks, &options).into_iter().flatten() {
-        assert!(fit.estimates.iter().all(|estimate| estimate.value.is_finite()));
+        assert!(fit.estimates().iter().all(|estimate| estimate.value.is_finite()));
     }
     dataset.shots.len()
 }
@@ -95,13 +95,13 @@ fn films_of_every_kind_neither_panic_nor_hang() {
 
 /// 40 films of natural roll, with one fault, as they are fitted.
 fn fitted(fps: f64, faults: &Faults, seed: u64) -> (Dataset, Fit) {
-    let usual = spec(Kind::Tracks, &[Played::NaturalRoll], 40, seed);
+    let usual = spec("tracks", &["natural-roll"], 40, seed);
     let ms = if fps < 500.0 { 120.0 } else { 40.0 };
-    let spec = Spec { camera: Camera { fps, before_ms: ms, after_ms: ms, ..usual.camera }, ..usual };
-    let table = table(&spec, faults, &mut ChaCha8Rng::seed_from_u64(seed));
+    let spec = with(&usual, &format!("camera = {{ before_ms = {ms}, after_ms = {ms} }}"));
+    let table = table(&spec, fps, faults, &mut ChaCha8Rng::seed_from_u64(seed));
     let dataset = loaded(&table, &manifest(fps, faults, Some("natural-roll"), "")).unwrap();
     let fit = options::fitted(&dataset, Depth::Estimates);
-    (fit::with_impacts(dataset, &|| ()).0, fit)
+    (fit::extract(dataset), fit)
 }
 
 /// Whole pixels and few decimals: the resolution is recognised and is the noise, so that no shot is lost and errors are true.
@@ -123,12 +123,12 @@ fn rounded_positions_are_fitted() {
         for seed in 0..sets {
             let (dataset, fit) = fitted(fps, &faults, seed);
             let what = format!("{fps} fps, {grid} m, noise {noise}, seed {seed}");
-            let estimates = fit.estimates.iter().zip(TRUTH);
+            let estimates = fit.estimates().iter().zip(TRUTH);
             let pull = |(estimate, truth): (&Estimate, f64)| {
                 (estimate.value - truth) / estimate.std_error.unwrap_or(f64::INFINITY)
             };
             let pulls: Vec<f64> = estimates.map(pull).collect();
-            let reduced = fit.chi2 / fit.dof as f64;
+            let reduced = fit.chi2() / fit.dof() as f64;
             figure(format!("{what}: chi2/dof {reduced:.2}, errors {pulls:.1?}"));
             assert_eq!(dataset.left_out, [], "{what}");
             assert!((LEAST..MOST).contains(&reduced), "{what}: {reduced}");

@@ -26,28 +26,28 @@ const DISTANCE_SD: f64 = 0.01;
 #[derive(Clone, Debug)]
 pub struct DiscImpact {
     /// Name of the shot.
-    pub name: String,
+    pub(crate) name: String,
     /// Value of each [`Quantity`]; `None` if the tracks do not determine it.
-    pub values: [Option<Measured>; Quantity::COUNT],
+    pub(crate) values: [Option<Measured>; Quantity::COUNT],
     /// Standard deviation of a coordinate of the disc that is followed worse, m.
-    pub position_sd: f64,
+    pub(crate) position_sd: f64,
     /// Variance of the frames about the paths over that of their noise before anything was fitted.
     pub(crate) misfit: f64,
     /// Number of frames that were used, of both discs.
     pub(crate) frames: usize,
     /// Number of frames that were left out as wrong.
-    pub outliers: usize,
+    pub(crate) outliers: usize,
     /// First and last instant that was used, s.
     pub(crate) window: [f64; 2],
     /// Number of frames on either side of the impact in which the discs still touch; 0 if the frames next
     /// to it are on the paths.
     pub(crate) touching: usize,
     /// Radii of the discs; if they are not stated, half the distance of the centres at the impact, m.
-    pub radii: [f64; 2],
+    pub(crate) radii: [f64; 2],
     /// How the discs stick together after the impact, if they do.
-    pub stuck: Option<Stuck>,
+    pub(crate) stuck: Option<Stuck>,
     /// Doubts of these numbers.
-    pub doubts: Vec<Doubt>,
+    pub(crate) doubts: Vec<Doubt>,
     pub(super) paths: PicturePaths,
     /// Metres in a unit of length of the film, and its middle in that unit.
     pub(super) film: (f64, Point),
@@ -56,7 +56,7 @@ pub struct DiscImpact {
 /// A doubt of the measurements of a shot, as a clause.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 #[non_exhaustive]
-pub enum Doubt {
+pub(crate) enum Doubt {
     /// Momentum is out of balance by more than its errors.
     #[error(
         "its momentum is not conserved: {} the line of centres both discs together {} {:.1} ± {:.1} % of the impulse; the masses, \

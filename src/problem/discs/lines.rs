@@ -211,15 +211,15 @@ impl Turning {
 
 /// How two discs stick together.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Stuck {
+pub(crate) struct Stuck {
     /// Distance of the centres while they stick together, m.
-    pub distance: f64,
+    pub(crate) distance: f64,
     /// Number of frames after the impact in which they stay so.
-    pub frames: usize,
+    pub(crate) frames: usize,
     /// Whether these frames reach to the end of the tracks.
     pub(crate) to_the_end: bool,
     /// Growth of that distance over the closing speed, which takes the place of e.
-    pub restitution: Measured,
+    pub(crate) restitution: Measured,
     /// Instants at which they touch and from which on they are one rigid body, s.
     pub(crate) settling: [f64; 2],
 }

@@ -37,26 +37,23 @@ const STOP: (usize, f64) = (30, 1e-6);
 
 /// The impact of a shot with a free outcome, and how well its frames show it.
 #[derive(Clone, Debug)]
-pub struct Impact {
+pub(crate) struct Impact {
     /// The shot as measured, in the table frame, with the errors that are its own.
-    pub shot: Shot,
+    pub(crate) shot: Shot,
     /// Variance that its numbers have of what all shots share, friction and rolling resistance of the
     /// cloth, over their own: the mean of direction and velocities.
     pub(crate) shared_part: f64,
     /// Instant of the impact, s.
-    pub time: f64,
+    pub(crate) time: f64,
     /// Standard deviation of a coordinate of the object ball, m.
-    pub position_sd: f64,
+    pub(crate) position_sd: f64,
     /// χ² of its frames per degree of freedom.
-    pub reduced_chi2: f64,
-    /// Number of frames that were used, of the cue ball before and after the impact, and of the object
-    /// ball after it.
-    pub frames: [usize; 3],
+    pub(crate) reduced_chi2: f64,
     /// Number of frames that were left out.
-    pub outliers: usize,
+    pub(crate) outliers: usize,
     /// Places of both balls in the frames that were used: instant (s) and place, m from the middle
     /// of the film.
-    pub seen: [Vec<(f64, [f64; 2])>; 2],
+    pub(crate) seen: [Vec<(f64, [f64; 2])>; 2],
     /// Paths of the balls through the picture.
     pub(crate) paths: PicturePaths,
 }
@@ -125,28 +122,28 @@ impl FilmBlock {
 
 /// How a cue ball meets an object ball.
 #[derive(Clone, Copy, Debug)]
-pub struct Motion {
+pub(crate) struct Motion {
     /// Cut angle, rad: positive if the cue ball moves towards +y of the collision frame.
-    pub cut: f64,
+    pub(crate) cut: f64,
     /// Speed of the cue ball before the impact, m/s.
-    pub speed: f64,
+    pub(crate) speed: f64,
     /// Direction of the line of centres, rad.
-    pub direction: f64,
+    pub(crate) direction: f64,
     /// Velocities of both balls after the impact in the collision frame, along and across, m/s.
-    pub after: [f64; 4],
+    pub(crate) after: [f64; 4],
     /// Topspin over natural roll.
-    pub topspin: f64,
+    pub(crate) topspin: f64,
 }
 
 /// An estimate that a shot has of its own.
 #[derive(Clone, Copy, Debug)]
-pub struct OwnEstimate {
+pub(crate) struct OwnEstimate {
     /// Its column in tables, in the unit of its name; velocities m/s.
-    pub column: &'static str,
+    pub(crate) column: &'static str,
     /// The estimate.
-    pub value: f64,
+    pub(crate) value: f64,
     /// Standard error.
-    pub sd: f64,
+    pub(crate) sd: f64,
 }
 
 /// A shot of a fitted film.
@@ -275,7 +272,6 @@ impl Solution {
         };
         let used = [0, 1].map(|ball| shot.tracks[ball].iter().filter(|frame| frame.used).collect::<Vec<_>>());
         let time = own[own::TIME];
-        let before = used.each_ref().map(|used| used.iter().filter(|frame| frame.time <= time).count());
         let [count, weighted] = sums
             .noises
             .iter()
@@ -286,7 +282,6 @@ impl Solution {
             time,
             position_sd: film.noise[1].sd * typical_sd(&used[1]),
             reduced_chi2: weighted / (count - (OWN + 4) as f64).max(1.0),
-            frames: [before[0], used[0].len() - before[0], used[1].len() - before[1]],
             outliers: shot.tracks.iter().flatten().filter(|frame| frame.is_left_out()).count(),
             seen: used.map(|used| used.iter().map(|frame| (frame.time, frame.seen.into())).collect()),
             paths: film.paths(shot, &own, &shared)?,

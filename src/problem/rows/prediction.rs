@@ -178,7 +178,7 @@ impl RowShot {
 #[derive(Clone, Debug)]
 pub struct Prediction {
     /// The cue ball before the impact in the collision frame.
-    pub cue: BallState,
+    pub(crate) cue: BallState,
     /// The observables of the shot; a speed that determines an unknown one before is not among it.
     pub observables: Vec<Observable>,
     /// Predicted numbers, SI and radians.

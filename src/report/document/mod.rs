@@ -19,6 +19,8 @@ use serde::{Deserialize, Serialize, Serializer};
 use serde_json::Value;
 
 use super::ReportError;
+use crate::compare::Comparison;
+use crate::design::Design;
 use crate::fit::Fit;
 
 /// `format_version` of the documents: raised if a key is renamed or dropped, or changes its meaning.
@@ -56,12 +58,18 @@ macro_rules! document {
 }
 use document;
 
-/// As fit.json.
-impl Serialize for Fit {
-    fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
-        FitDocument::new(self).serialize(serializer)
-    }
+/// Writes values as their documents.
+macro_rules! written_as {
+    ($($value:ty => $document:ty),+) => { $(
+        /// As this document.
+        impl Serialize for $value {
+            fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
+                <$document>::new(self).serialize(serializer)
+            }
+        }
+    )+ };
 }
+written_as!(Fit => FitDocument, Comparison => CompareDocument, Design => DesignDocument);
 
 /// A value for each of several names, in their order.
 pub(crate) type ByName<T> = indexmap::IndexMap<String, T>;

@@ -137,7 +137,7 @@ pub(in crate::report) fn forest(comparison: &Comparison) -> Figure {
             let (y, series) = (row as f64, of_label.unwrap_or(0));
             panel.line(value.interval_95.into_iter().flatten().map(|end| [end, y]), color(series), 3);
             let opacity = if value.fitted { 1.0 } else { 0.35 };
-            panel.points([Point { opacity, ..Point::new([value.value, y], series) }]);
+            panel.points([Point { opacity, ..Point::new([value.estimate, y], series) }]);
         }
         figure.add_rows(128 + 34 * compared.estimates.len() as u32, 1, vec![panel]);
     }
