@@ -75,7 +75,8 @@ The defaults of [`fit::Options`] and [`compare::Options`] are what the program d
 it is. A film of a program's own is made by [`TrackShot::new`](measurement::track::TrackShot::new) and
 [`Dataset::filmed`](measurement::dataset::Dataset::filmed), measured impacts by
 [`Shot::impact`](measurement::dataset::Shot::impact) and [`Dataset::new`](measurement::dataset::Dataset::new). With the feature
-`report`, [`Fit`](fit::Fit) is `serde::Serialize`: `serde_json::to_string(&fit)` is fit.json.
+`report`, [`Fit`](fit::Fit) is `serde::Serialize`: `serde_json::to_string(&fit)` is fit.json; so are comparisons and designs. What is simulated
+or designed is a text: `text.parse::<simulate::Spec>()?.with("truth.mu_s = 0.2")?`.
 "#
 )]
 //!

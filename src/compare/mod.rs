@@ -18,9 +18,11 @@ mod result;
 mod samples;
 mod significance;
 
+#[cfg(feature = "report")]
 pub(crate) use findings::{Finding, Reason};
 pub use quantity::{Options, Quantity};
 pub use result::Comparison;
+#[cfg(feature = "report")]
 pub(crate) use result::{Compared, Difference, LikelihoodRatio, Robust, SampleSummary, Value};
 
 use crate::fit::FitError;

@@ -3,7 +3,7 @@
 
 pub(crate) mod balls;
 pub(crate) mod cases;
-pub mod draft;
+pub(crate) mod draft;
 mod draft_files;
 mod draft_text;
 pub(crate) mod error;

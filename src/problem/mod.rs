@@ -45,6 +45,7 @@ mod uncertainty;
 mod unknowns;
 
 pub use discs::impact::DiscImpact;
+#[cfg(feature = "report")]
 pub(crate) use discs::impact::Doubt;
 pub(crate) use discs::law::{DiscFit, fit_discs};
 pub(crate) use discs::measure::{MeasuredDiscs, measure_discs};
@@ -55,12 +56,10 @@ pub use film::film_data::FilmError;
 pub(crate) use film::film_data::Modelling;
 #[cfg(feature = "io")]
 pub(crate) use film::planned::{Filming, PlannedShot, information, unknowns_of};
-pub(crate) use film::shots::FittedFrame;
-pub(crate) use film::shots::{Impact, OwnEstimate};
+pub(crate) use film::shots::{FittedFrame, Impact, OwnEstimate};
 pub(crate) use findings::{Finding, Severity};
 pub(crate) use identifiability::Combination;
-pub(crate) use intervals::IntervalPair;
-pub(crate) use intervals::{Known, MANY_SHOTS, Quantiles};
+pub(crate) use intervals::{IntervalPair, Known, MANY_SHOTS, Quantiles};
 pub use intervals::{ParameterEstimate, Status};
 pub(crate) use offsets::ShiftScore;
 pub(crate) use offsets::{Offsets, Slope};
