@@ -5,9 +5,7 @@ use std::num::NonZero;
 use super::column_names::{Column, Columns};
 use super::heading::{Heading, TITLES, headings};
 use super::sample::Rows;
-use super::words::{
-    BALLS, FRAMES, Kind, PERHAPS_BALLS, SHOTS, Sides, TIMES, beside, boxes, find, is_angle, pairs,
-};
+use super::words::{BALLS, FRAMES, Kind, PERHAPS_BALLS, SHOTS, TIMES, beside, boxes, find, is_angle, pairs};
 use crate::io::number::value;
 
 /// Largest angle of a disc in radians, two turns; degrees of a whole turn are 360.
@@ -126,43 +124,36 @@ fn named(text: &str, heading: &Heading) -> Option<Guess> {
     if angles.len() != positions.len() || begins.len() == 1 && ball.is_none() {
         angles.clear();
     }
-    let mut columns = Columns::default();
-    let mut put = |key: String, column: Option<usize>| {
-        let column = column.map(|column| Column::Name(heading.names[column].clone()));
-        columns.extend(column.map(|column| (key, column)));
-    };
-    for (key, column) in [("shot", shot), ("frame", frame.or(count)), ("t", time), ("ball", ball)] {
-        put(key.to_string(), column);
-    }
-    let only = |pairs: &[[usize; 2]]| match pairs {
-        [pair] if ball.is_some() => Some(*pair),
-        _ => None,
-    };
+    let only = |pairs: &[[usize; 2]]| if let ([pair], Some(_)) = (pairs, ball) { Some(*pair) } else { None };
+    let roles = [("shot", shot), ("frame", frame.or(count)), ("t", time), ("ball", ball)];
+    let mut keys: Vec<(String, Option<usize>)> =
+        roles.into_iter().map(|(key, column)| (key.to_string(), column)).collect();
     for (i, (begin, xy)) in begins.iter().zip(&positions).enumerate() {
-        let single = |key: &str| names.iter().position(|name| name == key).filter(|_| begins.len() == 1);
-        let likelihood = beside(&names, xy[0], "likelihood").or_else(|| single("likelihood"));
-        let size = |[width, height]: [&str; 2]| {
-            Some([beside(&names, xy[0], width)?, beside(&names, xy[0], height)?])
-        };
+        let of = |word: &str| beside(&names, xy[0], word);
+        let size = |[width, height]: [&str; 2]| Some([of(width)?, of(height)?]);
         let size = || [["width", "height"], ["w", "h"]].into_iter().find_map(size);
-        let (rest, is_size) = match boxes.get(i) {
-            Some(Sides { rest, is_size, .. }) => (Some(*rest), *is_size),
-            None => (size(), true),
-        };
+        let sides = boxes.get(i);
+        let is_size = sides.is_none_or(|sides| sides.is_size);
         let pairs = [
             (["x", "y"], Some(*xy)),
             (["x_sd", "y_sd"], only(&spreads)),
             (["marker_x", "marker_y"], only(&markers)),
-            (if is_size { ["width", "height"] } else { ["x2", "y2"] }, rest),
+            (
+                if is_size { ["width", "height"] } else { ["x2", "y2"] },
+                sides.map(|sides| sides.rest).or_else(size),
+            ),
         ];
-        for (keys, pair) in pairs {
-            for (key, column) in keys.into_iter().zip(pair.into_iter().flatten()) {
-                put(format!("{begin}{key}"), Some(column));
-            }
+        for ([x, y], pair) in pairs {
+            keys.push((format!("{begin}{x}"), pair.map(|pair| pair[0])));
+            keys.push((format!("{begin}{y}"), pair.map(|pair| pair[1])));
         }
-        put(format!("{begin}angle"), angles.get(i).copied());
-        put(format!("{begin}likelihood"), likelihood);
+        keys.push((format!("{begin}angle"), angles.get(i).copied()));
+        let single = || names.iter().position(|name| name == "likelihood").filter(|_| begins.len() == 1);
+        keys.push((format!("{begin}likelihood"), of("likelihood").or_else(single)));
     }
+    let column =
+        |(key, column): (String, Option<usize>)| Some((key, Column::Name(heading.names[column?].clone())));
+    let mut columns: Columns = keys.into_iter().filter_map(column).collect();
     if angles.iter().any(|column| !heading.has_unit(*column)) {
         let most = angles.iter().map(|column| rows.largest(*column)).fold(0.0, f64::max);
         let unit = if most > MAX_RADIANS { "deg" } else { "rad" };

@@ -10,8 +10,8 @@ use super::input::{Context, Notes};
 use super::raw::{RawShot, middle, sorted, span};
 use super::read;
 use super::settings::Sections;
-use super::time::Grid;
-use super::units::{TimeUnit, Unit};
+use super::time::followed;
+use super::units::Unit;
 use crate::io::error::{Problem, Problems};
 use crate::io::text::decode;
 use crate::io::toml_file::Source;
@@ -66,7 +66,7 @@ fn look(file: &Path, guess: Guess) -> Result<Survey, Vec<Problem>> {
     let context = Context { settings: &settings, problems: &problems, notes: &notes };
     let read = read::file(file, context, true);
     let problems = problems.into_error().problems().to_vec();
-    let Some(read::Tracked { mut shots, format, unit }) = read else { return Err(problems) };
+    let Some(read::Tracked { shots, format, unit }) = read else { return Err(problems) };
     let clock = shots.first().map(|shot| shot.clock);
     // without rows, only names support the guess
     if clock.is_none() && guess.columns.is_empty() {
@@ -88,7 +88,7 @@ fn look(file: &Path, guess: Guess) -> Result<Survey, Vec<Problem>> {
         are_discs: guess.has_angles() || shots.iter().any(are_discs),
         problems: problems.iter().map(ToString::to_string).collect(),
         guess,
-        times_fps: shots.iter_mut().find_map(followed),
+        times_fps: shots.iter().find_map(followed),
     })
 }
 
@@ -117,29 +117,4 @@ fn closest(shot: &RawShot) -> Option<f64> {
     });
     // NaN in a gap, which `min` ignores
     Some(distances.fold(f64::INFINITY, f64::min)).filter(|least| least.is_finite())
-}
-
-/// Returns the frame rate of the times of a shot: the coarsest grid on which all times lie. If
-/// rounding leaves several rates possible, it is the roundest one. The times are converted to
-/// seconds; `None` for numbers of frames.
-fn followed(shot: &mut RawShot) -> Option<f64> {
-    let second = shot.clock.unit.map_or(Some(1.0), TimeUnit::seconds)?;
-    shot.rows_mut().for_each(|row| row.time *= second);
-    let grid = Grid::of(shot, second);
-    let length = grid.times.last()? - grid.times.first()?;
-    let steps = || grid.times.windows(2).map(|two| two[1] - two[0]);
-    // most steps may be of several frames
-    let least = steps().fold(f64::INFINITY, f64::min);
-    let near = steps().filter(|step| *step <= least + 1.02 * grid.resolution);
-    let (sum, count) = near.fold((0.0, 0.0), |(sum, count), step| (sum + step, count + 1.0));
-    let frames = [grid.spacing, sum / count].into_iter().find_map(|spacing| grid.frames(spacing));
-    let fps = match frames.and_then(|frames| frames.last().copied()) {
-        Some(number) => number / length,
-        None => 1.0 / grid.spacing,
-    };
-    let slack = (grid.resolution / length).max(1e-6);
-    let possible = |rate: &f64| (rate / fps - 1.0).abs() <= slack;
-    let tidy = |unit: f64| (fps / unit).round() * unit;
-    (fps > 0.0 && fps.is_finite())
-        .then(|| [10.0, 1.0, 0.01].map(tidy).into_iter().find(possible).unwrap_or(fps))
 }

@@ -14,13 +14,13 @@ const MAX_EVEN: f64 = 0.01;
 const MAX_VARYING: f64 = 0.3;
 
 /// The grid of frames behind the times of a shot.
-pub(super) struct Grid {
+struct Grid {
     /// Different times, ascending, in seconds of the file's own clock.
-    pub(crate) times: Vec<f64>,
+    times: Vec<f64>,
     /// Rounding of the times; 0 if they are exact.
-    pub(crate) resolution: f64,
+    resolution: f64,
     /// Time between neighbouring frames; NaN for less than two times.
-    pub(crate) spacing: f64,
+    spacing: f64,
 }
 
 /// Converts the times of a shot's rows to seconds of the camera's clock and returns its frame rate;
@@ -64,8 +64,8 @@ pub(super) fn convert(
         shot.rows_mut().for_each(|row| row.time /= fps);
         return Ok(fps);
     };
-    shot.rows_mut().for_each(|row| row.time *= second);
     let grid = Grid::of(shot, second);
+    shot.rows_mut().for_each(|row| row.time *= second);
     let line = shot.line;
     let note = |message: String| log.add(Subject::Clock, line, message);
     let Some((rate, fps)) = rate.zip(fps) else {
@@ -98,10 +98,11 @@ fn replace(shot: &mut RawShot, times: &[f64], new: impl Fn(usize) -> f64) {
 }
 
 impl Grid {
-    pub(super) fn of(shot: &RawShot, second: f64) -> Self {
-        let times = shot.times();
-        let rounding = shot.clock.rounding;
-        let resolution = rounding.unwrap_or_else(|| resolution(times.iter().map(|t| t / second)) * second);
+    /// Returns the grid of times in this unit.
+    fn of(shot: &RawShot, second: f64) -> Self {
+        let mut times = shot.times();
+        let resolution = shot.clock.rounding.unwrap_or_else(|| resolution(&times) * second);
+        times.iter_mut().for_each(|time| *time *= second);
         let spacing = spacing(&times, resolution);
         Self { times, resolution, spacing }
     }
@@ -125,7 +126,7 @@ impl Grid {
 
     /// Returns the frame number of each time from the first one on; `None` if the steps are not
     /// whole frames of `spacing` (within the rounding and [`MAX_OFF_GRID`] of a frame).
-    pub(super) fn frames(&self, spacing: f64) -> Option<Vec<f64>> {
+    fn frames(&self, spacing: f64) -> Option<Vec<f64>> {
         let first = *self.times.first()?;
         let exact = |t: &f64| ((t - first) / spacing).round();
         let is_exact = |t: &f64| ((t - first) / spacing - exact(t)).abs() < 1e-3;
@@ -151,7 +152,7 @@ impl Grid {
     }
 
     /// Returns the frame rate of these frames, or else of the spacing.
-    pub(super) fn mean_rate(&self, frames: Option<&Vec<f64>>) -> f64 {
+    fn mean_rate(&self, frames: Option<&Vec<f64>>) -> f64 {
         let ends = self.times.first().zip(self.times.last());
         let mean = |((first, last), frame): ((&f64, &f64), &f64)| frame.max(1.0) / (last - first);
         ends.zip(frames.and_then(|frames| frames.last())).map_or(1.0 / self.spacing, mean)
@@ -251,10 +252,30 @@ impl Grid {
     }
 }
 
+/// Returns the frame rate that the times of a shot follow: that of the coarsest grid on which all lie
+/// and, if rounding leaves several possible, the roundest. `None` for numbers of frames.
+pub(super) fn followed(shot: &RawShot) -> Option<f64> {
+    let second = shot.clock.unit.map_or(Some(1.0), TimeUnit::seconds)?;
+    let grid = Grid::of(shot, second);
+    let steps = || grid.times.windows(2).map(|two| two[1] - two[0]);
+    // most steps may be of several frames
+    let least = steps().fold(f64::INFINITY, f64::min);
+    let near: Vec<f64> = steps().filter(|step| *step <= least + 1.02 * grid.resolution).collect();
+    let shortest = near.iter().sum::<f64>() / near.len() as f64;
+    let frames = [grid.spacing, shortest].into_iter().find_map(|spacing| grid.frames(spacing));
+    let fps = grid.mean_rate(frames.as_ref());
+    let length = grid.times.last()? - grid.times.first()?;
+    let slack = (grid.resolution / length).max(1e-6);
+    let possible = |rate: &f64| (rate / fps - 1.0).abs() <= slack;
+    let rounded = |unit: f64| (fps / unit).round() * unit;
+    (fps > 0.0 && fps.is_finite())
+        .then(|| [10.0, 1.0, 0.01].map(rounded).into_iter().find(possible).unwrap_or(fps))
+}
+
 /// Returns the largest power of ten of which all times are multiples, 0 if it is below a millionth.
-fn resolution(times: impl Iterator<Item = f64> + Clone) -> f64 {
+fn resolution(times: &[f64]) -> f64 {
     let is_whole = |x: f64| (x - x.round()).abs() < 1e-9 * x.abs().max(1.0) + 1e-7;
-    let fits = |scale: &f64| times.clone().all(|t| is_whole(t * scale));
+    let fits = |scale: &f64| times.iter().all(|t| is_whole(t * scale));
     [1.0, 1e1, 1e2, 1e3, 1e4, 1e5, 1e6].into_iter().find(fits).map_or(0.0, f64::recip)
 }
 
@@ -275,7 +296,7 @@ fn spacing(times: &[f64], resolution: f64) -> f64 {
 /// Returns the first row whose time and frame number, from the first row, contradict each other at
 /// this rate, frames/s, by more than half a frame and the rounding of the times.
 pub(super) fn first_contradiction(frames: &[f64], seconds: &[f64], rate: f64) -> Option<usize> {
-    first_apart(frames, seconds, resolution(seconds.iter().copied()), rate)
+    first_apart(frames, seconds, resolution(seconds), rate)
 }
 
 fn first_apart(frames: &[f64], seconds: &[f64], rounding: f64, rate: f64) -> Option<usize> {
