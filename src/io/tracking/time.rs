@@ -69,13 +69,24 @@ pub(super) fn convert(
     let line = shot.line;
     let note = |message: String| log.add(Subject::Clock, line, message);
     let Some((rate, fps)) = rate.zip(fps) else {
-        let fps = grid.rate()?;
-        note(format!("capture_fps is not given; taken from the spacing of the times, {fps:.4} fps"));
-        let first = grid.times[0];
-        if let Some(frames) = grid.frames(grid.spacing).filter(|_| grid.is_coarse(grid.spacing)) {
-            replace(shot, &grid.times, |i| first + frames[i] / fps);
-        }
-        return Ok(fps);
+        let (frames, fps) = grid.own_frames();
+        let is_regular = |two: &&[f64]| ((two[1] - two[0]) / grid.spacing - 1.0).abs() < 0.1;
+        let irregular = grid.times.windows(2).filter(|two| !is_regular(two)).count();
+        let is_coarse = grid.is_coarse(grid.spacing);
+        let why = match &frames {
+            _ if grid.spacing.is_nan() => "fewer than two times, which give no frame rate",
+            None if is_coarse || irregular * 4 >= grid.times.len() => "times are not regularly spaced",
+            _ => {
+                note(format!("capture_fps is not given; taken from the spacing of the times, {fps:.4} fps"));
+                if let Some(frames) = frames.filter(|_| is_coarse) {
+                    replace(shot, &grid.times, |i| grid.times[0] + frames[i] / fps);
+                }
+                return Ok(fps);
+            }
+        };
+        return Err(format!(
+            "{why}; expected [video] capture_fps, the frames per second that the camera recorded"
+        ));
     };
     let repeats = |track: &RawTrack| track.rows.windows(2).any(|two| two[0].time == two[1].time);
     let is_coarse = grid.resolution > 0.3 / rate && !grid.has_time_per_frame(rate);
@@ -158,21 +169,21 @@ impl Grid {
         ends.zip(frames.and_then(|frames| frames.last())).map_or(1.0 / self.spacing, mean)
     }
 
-    /// Returns the frame rate that follows from the times alone. `Err`: they do not give it.
-    fn rate(&self) -> Result<f64, String> {
-        let frames = self.frames(self.spacing);
-        let is_regular = |two: &&[f64]| ((two[1] - two[0]) / self.spacing - 1.0).abs() < 0.1;
-        let regular = self.times.windows(2).filter(is_regular).count();
-        let why = if self.spacing.is_nan() {
-            "fewer than two times, which give no frame rate"
-        } else if frames.is_none()
-            && (self.is_coarse(self.spacing) || regular * 4 < 3 * (self.times.len() - 1))
-        {
-            "times are not regularly spaced"
-        } else {
-            return Ok(tidy(self.mean_rate(frames.as_ref())));
-        };
-        Err(format!("{why}; expected [video] capture_fps, the frames per second that the camera recorded"))
+    /// Returns the frames of the coarsest grid on which all times lie, and their rate: of those that
+    /// rounding leaves possible, the roundest.
+    fn own_frames(&self) -> (Option<Vec<f64>>, f64) {
+        let steps = || self.times.windows(2).map(|two| two[1] - two[0]);
+        // most steps may be of several frames
+        let least = steps().fold(f64::INFINITY, f64::min);
+        let near: Vec<f64> = steps().filter(|step| *step <= least + 1.02 * self.resolution).collect();
+        let shortest = near.iter().sum::<f64>() / near.len() as f64;
+        let frames = [self.spacing, shortest].into_iter().find_map(|spacing| self.frames(spacing));
+        let fps = self.mean_rate(frames.as_ref());
+        let length = self.times.last().zip(self.times.first()).map_or(0.0, |(last, first)| last - first);
+        let slack = (self.resolution / length).max(1e-6);
+        let possible = |rate: &f64| (rate / fps - 1.0).abs() <= slack;
+        let rounded = [10.0, 1.0, 0.01].map(|unit| (fps / unit).round() * unit);
+        (frames, rounded.into_iter().find(possible).unwrap_or(fps))
     }
 
     /// Returns whether times can be of this rate by their typical spacing or, for a clock that
@@ -207,7 +218,7 @@ impl Grid {
             return Err(format!(
                 "times are {:.6} s apart, closer than [video] playback_fps = {rate} allows; expected the rate that they follow, {:.4}",
                 self.spacing,
-                tidy(own)
+                self.own_frames().1
             ));
         }
         let spacing = if is_stated || self.spacing.is_nan() { 1.0 / rate } else { self.spacing };
@@ -252,24 +263,11 @@ impl Grid {
     }
 }
 
-/// Returns the frame rate that the times of a shot follow: that of the coarsest grid on which all lie
-/// and, if rounding leaves several possible, the roundest. `None` for numbers of frames.
+/// Returns the frame rate that the times of a shot follow; `None` for numbers of frames.
 pub(super) fn followed(shot: &RawShot) -> Option<f64> {
     let second = shot.clock.unit.map_or(Some(1.0), TimeUnit::seconds)?;
-    let grid = Grid::of(shot, second);
-    let steps = || grid.times.windows(2).map(|two| two[1] - two[0]);
-    // most steps may be of several frames
-    let least = steps().fold(f64::INFINITY, f64::min);
-    let near: Vec<f64> = steps().filter(|step| *step <= least + 1.02 * grid.resolution).collect();
-    let shortest = near.iter().sum::<f64>() / near.len() as f64;
-    let frames = [grid.spacing, shortest].into_iter().find_map(|spacing| grid.frames(spacing));
-    let fps = grid.mean_rate(frames.as_ref());
-    let length = grid.times.last()? - grid.times.first()?;
-    let slack = (grid.resolution / length).max(1e-6);
-    let possible = |rate: &f64| (rate / fps - 1.0).abs() <= slack;
-    let rounded = |unit: f64| (fps / unit).round() * unit;
-    (fps > 0.0 && fps.is_finite())
-        .then(|| [10.0, 1.0, 0.01].map(rounded).into_iter().find(possible).unwrap_or(fps))
+    let (_, fps) = Grid::of(shot, second).own_frames();
+    Some(fps).filter(|fps| *fps > 0.0 && fps.is_finite())
 }
 
 /// Returns the largest power of ten of which all times are multiples, 0 if it is below a millionth.
@@ -307,10 +305,6 @@ fn first_apart(frames: &[f64], seconds: &[f64], rounding: f64, rate: f64) -> Opt
     frames.iter().zip(seconds).position(is_apart)
 }
 
-fn tidy(fps: f64) -> f64 {
-    if (fps - fps.round()).abs() < 1e-6 * fps { fps.round() } else { fps }
-}
-
 /// Counts rows if neighbouring frames have the same time on a coarse clock.
 fn count_rows(shot: &mut RawShot, grid: &Grid, [rate, fps]: [f64; 2]) -> Result<(), String> {
     let times = |track: &RawTrack| track.rows.iter().map(|row| row.time).collect::<Vec<f64>>();
@@ -332,20 +326,15 @@ fn count_rows(shot: &mut RawShot, grid: &Grid, [rate, fps]: [f64; 2]) -> Result<
 /// Returns the unit of a time column without one: that which agrees with the frame rate.
 fn guess_unit(shot: &RawShot, rate: Option<f64>) -> Result<TimeUnit, String> {
     let help = "expected [tracks] time_unit = \"frames\", \"s\", \"ms\" or \"us\"";
-    let Grid { times, resolution, spacing } = Grid::of(shot, 1.0);
-    let are_whole = resolution >= 1.0;
+    let grid = Grid::of(shot, 1.0);
+    let (are_whole, spacing) = (grid.resolution >= 1.0, grid.spacing);
     let Some(rate) = rate else {
         if !are_whole && spacing < 0.2 {
             return Ok(TimeUnit::S);
         }
         return Err(format!("the unit of the times is not stated; {help}, and [video] capture_fps"));
     };
-    let is_near = |unit: &TimeUnit| {
-        unit.seconds().is_some_and(|second| {
-            let times = times.iter().map(|t| t * second).collect();
-            Grid { times, resolution: resolution * second, spacing: spacing * second }.fits(rate)
-        })
-    };
+    let is_near = |unit: &TimeUnit| unit.seconds().is_some_and(|second| grid.fits(rate * second));
     let mut units: Vec<TimeUnit> = TimeUnit::ALL.into_iter().filter(is_near).collect();
     if are_whole && (spacing - 1.0).abs() < 0.02 {
         // a frame each millisecond: both units agree
