@@ -19,8 +19,12 @@ const MEDIAN_FRAMES: usize = 5;
 /// Largest relative difference of the centre's distances to markers, which are placed by hand.
 const MAX_INEQUALITY: f64 = 0.1;
 
-/// Assigns tracks to discs, and determines which are centres, unless tracks are named cue or object or
-/// name their points; the result replaces the names of the facts.
+/// Determines the names of both discs, the first to move first, unless tracks are named cue or object
+/// or name their points: each is one track, or three or more that keep their distances. The result
+/// replaces the names of the facts.
+///
+/// # Errors
+/// There are not two discs.
 pub(super) fn find(
     raw: &RawShot,
     calibration: &Calibration,
@@ -34,76 +38,54 @@ pub(super) fn find(
     {
         return Ok(());
     }
-    let found = discs(&raw.tracks, calibration);
-    let [one, other] = found.map_err(|message| Wrong::damaged(raw.line, message))?;
+    let points = samples(&raw.tracks, |row| calibration.metres(row.x, row.y));
+    let groups = if points.len() == 2 { vec![vec![0], vec![1]] } else { groups(&points) };
+    let names_of =
+        |group: &Vec<usize>| -> Vec<String> { group.iter().map(|i| raw.tracks[*i].name.clone()).collect() };
+    let mut groups: [Vec<usize>; 2] = groups.try_into().map_err(|groups: Vec<Vec<usize>>| {
+        let found: Vec<String> = groups.iter().map(|group| quoted(names_of(group))).collect();
+        let found = if found.is_empty() { "none".to_string() } else { found.join(" and ") };
+        let message = format!(
+            "its {} tracks are not two discs: groups of three or more points that keep their distances are {found}. Expected \
+             two such groups, or [tracks] cue and object (for this shot alone, in the table that [tracks] shots names), or the \
+             shot skipped",
+            points.len()
+        );
+        Wrong::damaged(raw.line, message)
+    })?;
+    let begin =
+        |group: &Vec<usize>| span(group.iter().filter_map(|i| beginning(&raw.tracks[*i], &raw.tracks)))[0];
+    if begin(&groups[1]) < begin(&groups[0]) {
+        groups.swap(0, 1);
+    }
+    // the centre, or points on a circle about it, and further points
+    let [one, other] = groups.map(|group| {
+        let own: Vec<&[Sample]> = group.iter().map(|i| points[*i].as_slice()).collect();
+        let mut names = names_of(&group);
+        match central(&own) {
+            Some(centre) => [vec![names.remove(centre)], names],
+            None => [names, Vec::new()],
+        }
+    });
+    let shown = |[centre, markers]: &[Vec<String>; 2]| match (centre.len(), markers.len()) {
+        (1, 0) => quoted(centre),
+        (1, _) => format!("{} (its centre) with {}", quoted(centre), quoted(markers)),
+        _ => format!("{} (on a circle about its centre)", quoted(centre)),
+    };
     let message = format!(
         "[tracks] cue and object are not given: the disc that moves first, taken as cue, is {}; the other is {}",
-        one.shown(),
-        other.shown()
+        shown(&one),
+        shown(&other)
     );
     log.add(Subject::Names, raw.line, message);
-    facts.names = [one.centre, other.centre, one.markers, other.markers].map(Names);
+    let ([cue, cue_markers], [object, object_markers]) = (one, other);
+    facts.names = [cue, object, cue_markers, object_markers].map(Names);
     facts.names_balls = true;
     Ok(())
 }
 
-struct Disc {
-    /// The centre, or points on a circle about it.
-    centre: Vec<String>,
-    /// Further points on the disc.
-    markers: Vec<String>,
-}
-
-impl Disc {
-    fn shown(&self) -> String {
-        let centre = quoted(&self.centre);
-        match (self.centre.len(), self.markers.len()) {
-            (1, 0) => centre,
-            (1, _) => format!("{centre} (its centre) with {}", quoted(&self.markers)),
-            _ => format!("{centre} (on a circle about its centre)"),
-        }
-    }
-}
-
-/// Returns the two discs of a shot, the first to move first: each is one track, or three or more
-/// that keep their distances. Other tracks are left out.
-///
-/// # Errors
-/// There are not two discs.
-fn discs(tracks: &[RawTrack], calibration: &Calibration) -> Result<[Disc; 2], String> {
-    let points = samples(tracks, |row| calibration.metres(row.x, row.y));
-    let groups = if tracks.len() == 2 { vec![vec![0], vec![1]] } else { groups(&points) };
-    let mut groups: [Vec<usize>; 2] = groups.try_into().map_err(|groups: Vec<Vec<usize>>| {
-        let found: Vec<String> = groups.iter().map(|group| quoted(names_of(tracks, group))).collect();
-        let found = if found.is_empty() { "none".to_string() } else { found.join(" and ") };
-        format!(
-            "its {} tracks are not two discs: groups of three or more points that keep their distances are {found}. Expected \
-             two such groups, or [tracks] cue and object (for this shot alone, in the table that [tracks] shots names), or the \
-             shot skipped",
-            tracks.len()
-        )
-    })?;
-    let begin = |group: &Vec<usize>| span(group.iter().filter_map(|i| beginning(&tracks[*i], tracks)))[0];
-    if begin(&groups[1]) < begin(&groups[0]) {
-        groups.swap(0, 1);
-    }
-    let disc = |group: &[usize]| {
-        let own: Vec<&[Sample]> = group.iter().map(|i| points[*i].as_slice()).collect();
-        let mut markers = names_of(tracks, group);
-        match central(&own) {
-            Some(centre) => Disc { centre: vec![markers.remove(centre)], markers },
-            None => Disc { centre: markers, markers: Vec::new() },
-        }
-    };
-    Ok([disc(&groups[0]), disc(&groups[1])])
-}
-
 pub(super) fn are_two(tracks: &[RawTrack]) -> bool {
     groups(&samples(tracks, Row::place)).len() == 2
-}
-
-fn names_of(tracks: &[RawTrack], group: &[usize]) -> Vec<String> {
-    group.iter().map(|i| tracks[*i].name.clone()).collect()
 }
 
 fn samples(tracks: &[RawTrack], place: impl Fn(&Row) -> [f64; 2]) -> Vec<Vec<Sample>> {

@@ -3,8 +3,8 @@
 use super::calibration::Calibration;
 use super::discs;
 use super::input::{Log, Notes, Subject};
-use super::names::{Ball, assign, number_twins};
-use super::raw::{RawShot, RawTrack, Row, sorted};
+use super::names::{assign, number_twins};
+use super::raw::{RawShot, RawTrack, Role, Row, sorted};
 use super::repair::{self, Wrong};
 use super::settings::TrackSettings;
 use super::shots_table::Facts;
@@ -36,7 +36,7 @@ pub(super) fn shot(
     if settings.discs && !settings.states_balls() && !facts.names_balls {
         discs::find(&raw, &calibration, &mut facts, log).map_err(|wrong| vec![wrong])?;
     }
-    let balls = assign(&mut raw, &facts.names, log).map_err(|mut wrong| {
+    assign(&mut raw, &facts.names, log).map_err(|mut wrong| {
         // wrong names in the table of shots are its fault, not the shot's
         wrong.iter_mut().for_each(|wrong| wrong.is_damage &= !facts.names_balls);
         let file = raw.file.clone();
@@ -44,62 +44,60 @@ pub(super) fn shot(
         wrong.extend(time.err().map(|message| Wrong::input(raw.line, message)));
         wrong
     })?;
-    for other in &raw.tracks {
+    for other in raw.tracks.extract_if(.., |track| track.role.is_none()) {
         let message =
             format!("the track \"{}\" is neither cue nor object; passed over", shortened(&other.name));
         log.add(Subject::Names, other.line(), message);
     }
-    of_balls(raw, balls, facts, settings, &calibration, log).map_err(|wrong| vec![wrong])
+    raw.tracks.sort_by_key(|track| track.role);
+    of_balls(raw, facts, settings, &calibration, log).map_err(|wrong| vec![wrong])
 }
 
 fn of_balls(
     mut raw: RawShot,
-    balls: [Ball; 2],
     facts: Facts,
     settings: &TrackSettings,
     calibration: &Calibration,
     log: Log,
 ) -> Result<TrackShot, Wrong> {
-    let sizes = balls.each_ref().map(|ball| [ball.centres.len(), ball.markers.len()]);
-    raw.tracks = balls.into_iter().flat_map(|ball| [ball.centres, ball.markers]).flatten().collect();
     let fps = time::convert(&mut raw, facts.capture_fps, settings, log);
     let fps = fps.map_err(|message| Wrong::input(raw.line, message))?;
     repair::put_on_grid(&mut raw.tracks, log)?;
     repair::remove_outliers(&mut raw.tracks, log);
-    let mut rest = raw.tracks.into_iter();
-    let mut balls = sizes.map(|sizes| {
-        let [centres, markers] = sizes.map(|n| rest.by_ref().take(n).collect());
-        Ball { centres, markers }
-    });
-    let [mut cue, mut object] = balls.each_mut().map(Ball::mean);
-    let step = grid_step(&[&cue, &object]).unwrap_or(0.0);
-    repair::remove_repeated_frames(&mut cue, &mut object, fps, step, log)?;
-    let swapped = repair::undo_swaps(&mut cue, &mut object, fps, log)?;
-    if let Some(line) = swapped.filter(|_| balls.iter().any(|ball| !ball.markers.is_empty())) {
+    let of = |ball: usize, is_marker: bool| {
+        let is_it = move |role: Role| (role.ball, role.is_marker) == (ball, is_marker);
+        raw.tracks.iter().filter(move |track| track.role.is_some_and(is_it)).collect::<Vec<_>>()
+    };
+    let mut centres = [0, 1].map(|ball| mean(&of(ball, false)));
+    let step = grid_step(&centres.each_ref()).unwrap_or(0.0);
+    repair::remove_repeated_frames(&mut centres, fps, step, log)?;
+    let swapped = repair::undo_swaps(&mut centres, fps, log)?;
+    if let Some(line) = swapped.filter(|_| raw.tracks.len() > 2) {
         let message = "cue and object ball have exchanged their names from here on, and with markers on them it is \
                        not certain which of both did; expected them set right, or the shot skipped";
         return Err(Wrong::damaged(line, message));
     }
-    let centres = [cue, object];
     let resolution = resolution(&centres, settings, calibration, log);
     let mut paths = centres.each_ref().map(|centre| samples(centre, calibration));
     let mut markers: Vec<Marker> = Vec::new();
     for (i, ball) in [TrackedBall::Cue, TrackedBall::Object].into_iter().enumerate() {
-        let marker = |track: &RawTrack| Marker {
-            ball,
-            name: track.point.clone().unwrap_or_else(|| track.name.clone()),
-            samples: if track.is_angle {
+        let rim = of(i, false);
+        let is_rim = rim.len() > 1;
+        let first = markers.len();
+        for track in of(i, true).into_iter().chain(rim.into_iter().filter(|_| is_rim)) {
+            let name = track.point.as_ref().unwrap_or(&track.name).clone();
+            let samples = if track.is_angle {
                 turned(track, &centres[i], calibration)
             } else {
                 samples(track, calibration)
-            },
-        };
-        let own: Vec<Marker> = balls[i].markers.iter().map(marker).collect();
-        if settings.discs && sizes[i][0] > 1 {
-            let points: Vec<&[Sample]> = own.iter().map(|marker| marker.samples.as_slice()).collect();
+            };
+            markers.push(Marker { ball, name, samples });
+        }
+        if settings.discs && is_rim {
+            let points: Vec<&[Sample]> =
+                markers[first..].iter().map(|marker| marker.samples.as_slice()).collect();
             paths[i] = circle_centres(&points).map_err(|message| Wrong::damaged(raw.line, message))?;
         }
-        markers.extend(own);
     }
     let mut shot = TrackShot {
         file: raw.file.to_path_buf(),
@@ -117,24 +115,20 @@ fn of_balls(
     Err(Wrong::input(shot.line, "a position or time is too large to be converted"))
 }
 
-impl Ball {
-    /// Removes and returns the centre: the only one, or the mean of several, then markers.
-    fn mean(&mut self) -> RawTrack {
-        if self.centres.len() < 2 {
-            return self.centres.pop().unwrap_or_default();
-        }
-        let mean = |frame: usize| {
-            let places = self.centres.iter().map(|track| track.rows[frame].place());
-            let sum = places.fold([0.0; 2], |sum, place| [sum[0] + place[0], sum[1] + place[1]]);
-            let [x, y] = sum.map(|sum| sum / self.centres.len() as f64);
-            Row { x, y, sd: [f64::NAN; 2], ..self.centres[0].rows[frame] }
-        };
-        let names: Vec<_> = self.centres.iter().map(|track| track.name.as_str()).collect();
-        let rows = (0..self.centres[0].rows.len()).map(mean).collect();
-        let mean = RawTrack { name: names.join(" + "), rows, ..RawTrack::default() };
-        self.markers.append(&mut self.centres);
-        mean
+/// Returns the mean of tracks on one grid, or the only one.
+fn mean(tracks: &[&RawTrack]) -> RawTrack {
+    if let [one] = tracks {
+        return (*one).clone();
     }
+    let mean = |frame: usize| {
+        let places = tracks.iter().map(|track| track.rows[frame].place());
+        let sum = places.fold([0.0; 2], |sum, place| [sum[0] + place[0], sum[1] + place[1]]);
+        let place = sum.map(|sum| sum / tracks.len() as f64);
+        Row::new(tracks[0].rows[frame].time, place, tracks[0].rows[frame].line)
+    };
+    let names: Vec<_> = tracks.iter().map(|track| track.name.as_str()).collect();
+    let rows = (0..tracks.first().map_or(0, |track| track.rows.len())).map(mean).collect();
+    RawTrack { name: names.join(" + "), rows, ..RawTrack::default() }
 }
 
 /// Returns the grid step of the coordinates of each ball, m, at its first position (0 without a

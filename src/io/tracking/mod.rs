@@ -12,7 +12,6 @@ mod columns;
 mod discs;
 mod finish;
 mod formats;
-mod guess;
 mod heading;
 mod input;
 mod json;
@@ -46,13 +45,14 @@ use units::Unit;
 use super::check_unique;
 use super::error::Problems;
 use super::manifest::Manifest;
+use super::rows::StatedSpin;
 use crate::measurement::dataset::Tracks;
 use crate::measurement::spin::Spin;
 use crate::measurement::track::TrackShot;
 
 pub(super) use column_names::Column;
-pub(super) use guess::Guess;
 pub(super) use read::{TRACKER_PROJECT, is_tracker_project};
+pub(super) use survey::Guess;
 pub(crate) use survey::{Survey, survey};
 
 /// Least number of shots that a core gets at a time.
@@ -67,7 +67,7 @@ pub(super) fn metres(unit: &str) -> Option<f64> {
 pub(crate) fn load(manifest: &Manifest, settings: &TrackSettings, problems: &Problems) -> Tracks {
     let path = manifest.dataset.path.as_path();
     let table = ShotsTable::read(settings.shots.as_deref(), manifest.assume, problems);
-    if let Some(by) = manifest.dataset.by.as_ref().filter(|by| !table.has_label(by)) {
+    if let Some(by) = manifest.dataset.by.as_ref().filter(|by| !table.labels.contains(by)) {
         let (line, position) = &manifest.place_of_by;
         let message =
             format!("[fit] by is \"{by}\"; expected a column of the table that [tracks] shots names");
@@ -170,7 +170,9 @@ fn check_unit(tracked: &Tracked, file: &Path, context: Context) {
 /// removed.
 fn check_spins(shots: &mut Vec<RawShot>, table: &ShotsTable, manifest: &Manifest, context: Context) {
     let (path, problems) = (manifest.dataset.path.as_path(), context.problems);
-    if let Some(RawShot { name, .. }) = shots.iter().find(|shot| !table.states_spin(&shot.name)) {
+    if let Some(RawShot { name, .. }) =
+        shots.iter().find(|shot| table.spin(&shot.name) == StatedSpin::Unstated)
+    {
         let message = format!(
             "the cue ball's spin of shot \"{name}\" is not stated; expected [cue_spin] assume = \"stun\", \
              \"natural-roll\" or \"unknown\", or cue_spin in the table that [tracks] shots names"
@@ -230,7 +232,8 @@ fn finish_all(
 
 /// Complains about spins stated as measured without numbers or markers.
 fn name_unmeasured(shots: &[TrackShot], table: &ShotsTable, path: &Path, problems: &Problems) {
-    let is_unmeasured = |shot: &&TrackShot| shot.markers.is_empty() && table.is_by_markers(&shot.name);
+    let is_unmeasured =
+        |shot: &&TrackShot| shot.markers.is_empty() && table.spin(&shot.name) == StatedSpin::Measured;
     let mut names = shots.iter().filter(is_unmeasured).map(|shot| shot.name.as_str());
     let Some(first) = names.next() else { return };
     let others = names.count();

@@ -4,81 +4,64 @@ use std::collections::{HashMap, HashSet};
 use std::path::{Path, PathBuf};
 
 use super::input::{Log, Notes, Subject, quoted, stem};
-use super::raw::{RawShot, RawTrack};
+use super::raw::{RawShot, RawTrack, Role};
 use super::repair::Wrong;
 use super::settings::{NAMED, Names, TrackSettings};
 use crate::io::number::shortened;
 
-/// The tracks of one ball.
-#[derive(Default)]
-pub(super) struct Ball {
-    /// Track of the ball's centre, or tracks of the points whose mean is the centre.
-    pub(crate) centres: Vec<RawTrack>,
-    /// Further points on the ball.
-    pub(crate) markers: Vec<RawTrack>,
-}
-
-/// Removes the tracks of both balls, by names in the order of [`NAMED`], and those of the points on
-/// them, from the shot.
+/// Marks the tracks of both balls, by names in the order of [`NAMED`], and those of the points on them.
 ///
 /// # Errors
 /// The first name of each ball that is not that of one track.
-pub(super) fn assign(raw: &mut RawShot, names: &[Names; 4], log: Log) -> Result<[Ball; 2], Vec<Wrong>> {
+pub(super) fn assign(raw: &mut RawShot, names: &[Names; 4], log: Log) -> Result<(), Vec<Wrong>> {
     let mut there: Vec<String> = raw.tracks.iter().map(|track| shortened(&track.name)).collect();
     there.dedup();
     there.truncate(12);
-    let mut wrong = Vec::new();
-    let balls = [0, 1].map(|i| {
-        let mut ball = Ball::default();
-        let found = ball.take(raw, i, &names[i], &there, log).and_then(|()| {
-            let mut points = Ball::default();
-            points.take(raw, i + 2, &names[i + 2], &there, log)?;
-            ball.markers.append(&mut points.centres);
-            Ok(())
-        });
-        wrong.extend(found.err());
-        ball
-    });
-    if wrong.is_empty() { Ok(balls) } else { Err(wrong) }
+    let (there, mut wrong) = (quoted(there), Vec::new());
+    for ball in [0, 1] {
+        for which in [ball, ball + 2] {
+            if let Err(fault) = assign_key(raw, which, &names[which], &there, log) {
+                wrong.push(fault);
+                break;
+            }
+        }
+    }
+    if wrong.is_empty() { Ok(()) } else { Err(wrong) }
 }
 
-impl Ball {
-    /// Takes the tracks that a key names as centres, and the points on them as markers.
-    fn take(
-        &mut self,
-        RawShot { tracks, line, .. }: &mut RawShot,
-        key: usize,
-        names: &Names,
-        there: &[String],
-        log: Log,
-    ) -> Result<(), Wrong> {
-        let key = NAMED[key];
-        for name in &names.0 {
-            let Some(i) = find(tracks, name).map_err(|message| Wrong::input(*line, message))? else {
-                let apart = if tracks.len() + self.centres.len() < 2 {
-                    " (one file a ball: their names differ by the ball only, as in kick-A.txt and kick-B.txt)"
-                } else {
-                    ""
-                };
-                let (names, there) = (names.shown(), quoted(there));
-                let message = format!(
-                    "there is no track \"{name}\" ([tracks] {key} = {names}); there are: {there}. Expected both balls in one file or \
-                     shot{apart}, and their names in [tracks] cue and object"
-                );
-                // other shots may have both balls
-                return Err(Wrong::damaged(*line, message));
+fn assign_key(raw: &mut RawShot, which: usize, names: &Names, there: &str, log: Log) -> Result<(), Wrong> {
+    let RawShot { tracks, line, .. } = raw;
+    let (key, ball, is_marker) = (NAMED[which], which % 2, which > 1);
+    for (order, name) in names.0.iter().enumerate() {
+        let Some(i) = find(tracks, name).map_err(|message| Wrong::input(*line, message))? else {
+            let free = tracks.iter().filter(|track| track.role.is_none()).count();
+            let apart = if free + order < 2 {
+                " (one file a ball: their names differ by the ball only, as in kick-A.txt and kick-B.txt)"
+            } else {
+                ""
             };
-            let track = tracks.remove(i);
-            if track.name != *name {
-                let message = format!("the track \"{}\" is [tracks] {key} = \"{name}\"", track.name);
-                log.add(Subject::Names, track.line(), message);
-            }
-            let is_on_it = |other: &mut RawTrack| !other.is_centre() && other.name == track.name;
-            self.markers.extend(tracks.extract_if(.., is_on_it));
-            self.centres.push(track);
+            let names = names.shown();
+            let message = format!(
+                "there is no track \"{name}\" ([tracks] {key} = {names}); there are: {there}. Expected both balls in one file or \
+                 shot{apart}, and their names in [tracks] cue and object"
+            );
+            // other shots may have both balls
+            return Err(Wrong::damaged(*line, message));
+        };
+        let track = &mut tracks[i];
+        if track.name != *name {
+            let message = format!("the track \"{}\" is [tracks] {key} = \"{name}\"", track.name);
+            log.add(Subject::Names, track.line(), message);
         }
-        Ok(())
+        track.role = Some(Role { ball, is_marker, order });
+        let own = track.name.clone();
+        let is_on_it =
+            |other: &&mut RawTrack| !other.is_centre() && other.role.is_none() && other.name == own;
+        for point in tracks.iter_mut().filter(is_on_it) {
+            point.role = Some(Role { ball, is_marker: true, order: 0 });
+        }
     }
+    Ok(())
 }
 
 /// Numbers tracks of the same name, in their order: "A (1)", "A (2)".
@@ -97,7 +80,7 @@ fn last_word(name: &str) -> &str {
     name.rsplit(|c: char| c.is_whitespace() || c == '_').next().unwrap_or_default()
 }
 
-/// Returns the track that a name of dataset.toml means.
+/// Returns the track that a name of dataset.toml means, of those without a role.
 ///
 /// # Errors
 /// The name is ambiguous.
@@ -111,7 +94,8 @@ pub(super) fn find(tracks: &[RawTrack], wanted: &str) -> Result<Option<usize>, S
         let is_numbered = number.is_some_and(|number| number.parse::<usize>().is_ok());
         [name == wanted, lower == small, is_mass, is_numbered].iter().position(|fits| *fits)
     };
-    let centres = (0..tracks.len()).filter(|i| tracks[*i].is_centre());
+    let is_free = |track: &RawTrack| track.is_centre() && track.role.is_none();
+    let centres = (0..tracks.len()).filter(|i| is_free(&tracks[*i]));
     let mut found: Vec<(usize, usize)> = centres.filter_map(|i| Some((rank(&tracks[i].name)?, i))).collect();
     let best = found.iter().map(|(rank, _)| *rank).min();
     found.retain(|(rank, _)| Some(*rank) == best);

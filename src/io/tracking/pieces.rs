@@ -1,7 +1,7 @@
 //! Which rows are one ball in one clip: clips in a table without a column of shots are separated,
 //! rows that do not name the ball are followed, and pieces of tracks with new ids are joined.
 
-use std::collections::HashSet;
+use std::collections::{HashMap, HashSet};
 
 use super::discs::beginning;
 use super::input::{Input, Log, Subject};
@@ -77,26 +77,23 @@ fn cuts(shot: &RawShot, fps: Option<f64>) -> Vec<f64> {
 
 /// Returns the bits of the times to which both balls jump, except exchanges of their names.
 fn jumps(shot: &RawShot, step: f64) -> HashSet<u64> {
-    let Some([one, other]) = shot.centres() else { return HashSet::new() };
-    let follows = |two: &&[Row]| {
-        let length = two[1].time - two[0].time;
-        length > 0.0 && length < 1.5 * step && !two[0].is_gap() && !two[1].is_gap()
+    let Some(centres) = shot.centres() else { return HashSet::new() };
+    let follows = |[before, now]: &[Row; 2]| {
+        let length = now.time - before.time;
+        length > 0.0 && length < 1.5 * step && !before.is_gap() && !now.is_gap()
     };
-    let moved = |two: &[Row]| two[0].distance(two[1]);
-    let steps = [one, other].into_iter().flat_map(|track| track.rows.windows(2)).filter(follows);
-    let all = sorted(steps.map(moved));
+    let [one, other] = centres.map(|track| {
+        let steps = track.rows.windows(2).map(|two| [two[0], two[1]]).filter(follows);
+        steps.map(|step| (step[1].time.to_bits(), step)).collect::<HashMap<u64, [Row; 2]>>()
+    });
+    let all = sorted(one.values().chain(other.values()).map(|[before, now]| before.distance(*now)));
     let Some(long) = all.get(all.len() * 9 / 10).filter(|long| **long > 0.0) else { return HashSet::new() };
-    let is_jump = |two: &&[Row]| follows(two) && moved(two) > MIN_CLIP_JUMP * long;
-    let mut found = HashSet::new();
-    let mut behind = other.rows.windows(2).peekable();
-    for two in one.rows.windows(2).filter(is_jump) {
-        while behind.next_if(|others| others[1].time < two[1].time).is_some() {}
-        let others = behind.peek().filter(|others| others[1].time == two[1].time && is_jump(others));
-        if others.is_some_and(|others| two[0].distance(others[1]) > MIN_CLIP_JUMP * long) {
-            found.insert(two[1].time.to_bits());
-        }
-    }
-    found
+    let is_far = |a: Row, b: Row| a.distance(b) > MIN_CLIP_JUMP * long;
+    let is_jump = |time: &&u64| {
+        let ([from, to], Some([other_from, other_to])) = (one[*time], other.get(*time)) else { return false };
+        is_far(from, to) && is_far(*other_from, *other_to) && is_far(from, *other_to)
+    };
+    one.keys().filter(is_jump).copied().collect()
 }
 
 fn clip(shot: &RawShot, cuts: &[f64], number: usize, alone: bool) -> RawShot {

@@ -82,8 +82,21 @@ pub(super) struct RawTrack {
     /// Whether x holds the angle of the disc `name` instead of positions, radians from the x axis
     /// to the y axis of the file.
     pub(crate) is_angle: bool,
+    /// Its part in the shot, once it is assigned.
+    pub(crate) role: Option<Role>,
     /// The rows in the order of the file.
     pub(crate) rows: Vec<Row>,
+}
+
+/// The part of a track in its shot, in the order of the result.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+pub(super) struct Role {
+    /// 0 for the cue ball, 1 for the object ball.
+    pub(crate) ball: usize,
+    /// Whether it is a further point on the ball, and not the centre or one of the points whose mean
+    /// is the centre.
+    pub(crate) is_marker: bool,
+    pub(crate) order: usize,
 }
 
 impl RawTrack {

@@ -186,13 +186,8 @@ impl<'a> Reader<'a> {
         let i = tracks.iter().position(is_it).unwrap_or(tracks.len());
         if i == tracks.len() {
             let (name, point) = (name.to_string(), point.map(str::to_string));
-            tracks.push(RawTrack {
-                name,
-                body,
-                point,
-                is_angle: matches!(part, Part::Angle(_)),
-                rows: Vec::new(),
-            });
+            let is_angle = matches!(part, Part::Angle(_));
+            tracks.push(RawTrack { name, body, point, is_angle, ..RawTrack::default() });
         }
         &mut tracks[i]
     }

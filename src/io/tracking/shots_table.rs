@@ -53,7 +53,7 @@ pub(super) struct ShotsTable<'a> {
     /// The rows by the names of shots, in the order of the file.
     rows: IndexMap<String, ShotRow>,
     assume: Option<Assume>,
-    labels: Vec<String>,
+    pub(crate) labels: Vec<String>,
 }
 
 #[derive(Default)]
@@ -100,10 +100,6 @@ impl<'a> ShotsTable<'a> {
         all
     }
 
-    pub(super) fn has_label(&self, label: &str) -> bool {
-        self.labels.iter().any(|own| own == label)
-    }
-
     pub(super) fn note(&self) -> Option<String> {
         labels_note(&self.path, &self.labels)
     }
@@ -114,7 +110,7 @@ impl<'a> ShotsTable<'a> {
 
     /// Returns the statement about the spin of a shot; a wrong one was reported, and counts as that of
     /// dataset.toml.
-    fn spin(&self, shot: &str) -> StatedSpin {
+    pub(super) fn spin(&self, shot: &str) -> StatedSpin {
         let of_row = self.rows.get(shot).and_then(|row| row.spin);
         let assumed = |assume: Assume| assume.spin().map_or(StatedSpin::Measured, StatedSpin::Is);
         of_row.unwrap_or(self.assume.map_or(StatedSpin::Unstated, assumed))
@@ -133,15 +129,6 @@ impl<'a> ShotsTable<'a> {
             names_balls: row.is_some_and(|row| row.names[..2].iter().any(Option::is_some)),
             capture_fps: row.and_then(|row| row.capture_fps).or(settings.fps()),
         }
-    }
-
-    pub(super) fn states_spin(&self, shot: &str) -> bool {
-        self.spin(shot) != StatedSpin::Unstated
-    }
-
-    /// Returns whether the spin is stated as measured and only markers can show it.
-    pub(super) fn is_by_markers(&self, shot: &str) -> bool {
-        self.spin(shot) == StatedSpin::Measured
     }
 
     pub(super) fn has_rates(&self) -> bool {

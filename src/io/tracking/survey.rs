@@ -1,20 +1,31 @@
-//! Survey of a file of tracks for the draft of a dataset.toml.
+//! Survey of a file of tracks for the draft of a dataset.toml, with a guess of `[tracks.columns]` for
+//! an unknown table.
 
 use std::collections::HashMap;
 use std::fs;
+use std::num::NonZero;
 use std::path::Path;
 
+use super::column_names::{Column, Columns};
 use super::discs;
-use super::guess::{self, Guess};
+use super::heading::{Heading, TITLES, headings};
 use super::input::{Context, Notes};
 use super::raw::{RawShot, middle, sorted, span};
 use super::read;
+use super::sample::Rows;
 use super::settings::Sections;
-use super::time::Grid;
-use super::units::{TimeUnit, Unit};
+use super::time::followed;
+use super::units::Unit;
+use super::words::{BALLS, FRAMES, Kind, PERHAPS_BALLS, SHOTS, TIMES, beside, boxes, find, is_angle, pairs};
 use crate::io::error::{Problem, Problems};
+use crate::io::number::value;
 use crate::io::text::decode;
 use crate::io::toml_file::Source;
+
+/// Largest angle of a disc in radians, two turns; degrees of a whole turn are 360.
+const MAX_RADIANS: f64 = 4.0 * std::f64::consts::PI;
+/// Beginning of exports of Motive (OptiTrack), whose height is y.
+const MOTIVE: &str = "Format Version";
 
 /// The content of a file of tracks.
 #[derive(Clone, Debug, PartialEq)]
@@ -51,7 +62,7 @@ pub(crate) fn survey(file: &Path) -> Result<Survey, Vec<Problem>> {
     if plain.as_ref().is_ok_and(|plain| plain.format != "long") {
         return plain;
     }
-    let guess = fs::read(file).ok().and_then(|bytes| guess::columns(&decode(&bytes).0));
+    let guess = fs::read(file).ok().and_then(|bytes| columns(&decode(&bytes).0));
     let guess = guess.filter(|guess| plain.is_err() || guess.has_boxes());
     guess.and_then(|guess| look(file, guess).ok()).map_or(plain, Ok)
 }
@@ -66,7 +77,7 @@ fn look(file: &Path, guess: Guess) -> Result<Survey, Vec<Problem>> {
     let context = Context { settings: &settings, problems: &problems, notes: &notes };
     let read = read::file(file, context, true);
     let problems = problems.into_error().problems().to_vec();
-    let Some(read::Tracked { mut shots, format, unit }) = read else { return Err(problems) };
+    let Some(read::Tracked { shots, format, unit }) = read else { return Err(problems) };
     let clock = shots.first().map(|shot| shot.clock);
     // without rows, only names support the guess
     if clock.is_none() && guess.columns.is_empty() {
@@ -88,7 +99,7 @@ fn look(file: &Path, guess: Guess) -> Result<Survey, Vec<Problem>> {
         are_discs: guess.has_angles() || shots.iter().any(are_discs),
         problems: problems.iter().map(ToString::to_string).collect(),
         guess,
-        times_fps: shots.iter_mut().find_map(followed),
+        times_fps: shots.iter().find_map(followed),
     })
 }
 
@@ -119,27 +130,172 @@ fn closest(shot: &RawShot) -> Option<f64> {
     Some(distances.fold(f64::INFINITY, f64::min)).filter(|least| least.is_finite())
 }
 
-/// Returns the frame rate of the times of a shot: the coarsest grid on which all times lie. If
-/// rounding leaves several rates possible, it is the roundest one. The times are converted to
-/// seconds; `None` for numbers of frames.
-fn followed(shot: &mut RawShot) -> Option<f64> {
-    let second = shot.clock.unit.map_or(Some(1.0), TimeUnit::seconds)?;
-    shot.rows_mut().for_each(|row| row.time *= second);
-    let grid = Grid::of(shot, second);
-    let length = grid.times.last()? - grid.times.first()?;
-    let steps = || grid.times.windows(2).map(|two| two[1] - two[0]);
-    // most steps may be of several frames
-    let least = steps().fold(f64::INFINITY, f64::min);
-    let near = steps().filter(|step| *step <= least + 1.02 * grid.resolution);
-    let (sum, count) = near.fold((0.0, 0.0), |(sum, count), step| (sum + step, count + 1.0));
-    let frames = [grid.spacing, sum / count].into_iter().find_map(|spacing| grid.frames(spacing));
-    let fps = match frames.and_then(|frames| frames.last().copied()) {
-        Some(number) => number / length,
-        None => 1.0 / grid.spacing,
+/// Guessed `[tracks.columns]`.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub(in crate::io) struct Guess {
+    pub(crate) columns: Columns,
+    /// Whether names leave open if x and y are a corner of a box of the size here, or its middle.
+    pub(crate) is_size_doubtful: bool,
+}
+
+impl Guess {
+    pub(in crate::io) fn is_doubtful(&self, key: &str) -> bool {
+        self.is_size_doubtful && (key.ends_with("width") || key.ends_with("height"))
+    }
+
+    fn certain(&self) -> Option<Columns> {
+        let mut columns = self.columns.clone();
+        columns.retain(|key, _| !self.is_doubtful(key));
+        (!columns.is_empty()).then_some(columns)
+    }
+
+    fn has_angles(&self) -> bool {
+        self.columns.keys().any(|key| key.ends_with("angle"))
+    }
+
+    fn has_boxes(&self) -> bool {
+        self.columns.contains_key("width") || self.columns.contains_key("x2")
+    }
+}
+
+/// Guesses the columns of a table; returns `None` if it is not understood.
+fn columns(text: &str) -> Option<Guess> {
+    let headings = headings(text, TITLES);
+    for heading in headings.iter().filter(|heading| heading.own.len() > 2) {
+        let Heading { line, separator, own, .. } = heading;
+        if own.iter().all(|name| value(name).is_some()) {
+            // names that are not understood may stand above the numbers
+            let is_above = |other: &Heading| {
+                other.line < *line && other.separator == *separator && other.own.len() == own.len()
+            };
+            let plain = Heading::unnamed(*line, *separator, own.len());
+            return (!headings.iter().any(is_above)).then(|| numbered(&Rows::of(text, &plain), own.len()))?;
+        }
+        if let Some(guess) = named(text, heading) {
+            return Some(guess);
+        }
+    }
+    None
+}
+
+/// Guesses the columns of a table without names: a time and positions of two balls, or frame, ball,
+/// x, y and the size of a box (MOT, a benchmark of trackers, with -1 as the ball of detections).
+fn numbered(rows: &Rows, width: usize) -> Option<Guess> {
+    let keys = match width {
+        7.. if rows.is_whole(0) && rows.values(1) > 1 && rows.is_whole(1) => "frame ball x y width height",
+        7.. if rows.are_pairs(0, None) => "frame - x y width height",
+        4 => "cue_x cue_y object_x object_y",
+        5 if rows.is_whole(0) => "frame cue_x cue_y object_x object_y",
+        5 => "t cue_x cue_y object_x object_y",
+        _ => return None,
     };
-    let slack = (grid.resolution / length).max(1e-6);
-    let possible = |rate: &f64| (rate / fps - 1.0).abs() <= slack;
-    let tidy = |unit: f64| (fps / unit).round() * unit;
-    (fps > 0.0 && fps.is_finite())
-        .then(|| [10.0, 1.0, 0.01].map(tidy).into_iter().find(possible).unwrap_or(fps))
+    let numbered = keys.split(' ').zip((1..).filter_map(NonZero::new)).filter(|(key, _)| *key != "-");
+    let columns = numbered.map(|(key, number)| (key.to_string(), Column::Number(number))).collect();
+    Some(Guess { columns, is_size_doubtful: false })
+}
+
+/// Guesses the columns of a table by their names; rows show only which columns name balls.
+fn named(text: &str, heading: &Heading) -> Option<Guess> {
+    let names = heading.small();
+    let rows = Rows::of(text, heading);
+    let all = pairs(&names);
+    let of = |wanted: Kind| -> Vec<[usize; 2]> {
+        all.iter().filter(|(_, kind)| *kind == wanted).map(|(pair, _)| *pair).collect()
+    };
+    let [mut positions, mut markers, spreads] = [Kind::Position, Kind::Marker, Kind::Spread].map(of);
+    if text.starts_with(MOTIVE) {
+        // seen from above, z, x and the height y are right-handed as x, y and z are
+        for [x, y] in &mut positions {
+            [*x, *y] = beside(&names, *x, "z").map_or([*x, *y], |z| [z, *x]);
+        }
+    }
+    if positions.is_empty() {
+        positions = std::mem::take(&mut markers);
+    }
+    let names_balls = |role| find(&names, role).is_some_and(|column| rows.values(column) > 1);
+    let boxes = boxes(&names, names_balls(BALLS) || names_balls(PERHAPS_BALLS));
+    let mut taken: Vec<usize> = all.iter().flat_map(|(pair, _)| *pair).collect();
+    let mut angles: Vec<usize> =
+        (0..names.len()).filter(|i| !taken.contains(i) && is_angle(&names[*i])).collect();
+    taken.extend(boxes.iter().flat_map(|sides| [sides.corner, sides.rest].concat()));
+    let is_free = |column: &usize| !taken.contains(column) && !names[*column].is_empty();
+    let [frame, time, shot] = [FRAMES, TIMES, SHOTS].map(|role| find(&names, role));
+    let ball = ball(&names, &rows, [frame.or(time), shot], [positions.len(), boxes.len()], is_free);
+    // without a column of balls, numbers that look like one box are those of two balls
+    let are_pairs = frame.or(time).is_some_and(|time| rows.are_pairs(time, shot));
+    // ids that a tracker changed after it had lost a ball
+    let ball = ball.filter(|ball| !(are_pairs && rows.values(*ball) > 2 && rows.is_whole(*ball)));
+    if !boxes.is_empty() {
+        positions = boxes.iter().map(|sides| sides.corner).collect();
+    }
+    let begins: &[&str] = match (positions.len(), ball) {
+        (2, None) => &["cue_", "object_"],
+        (1, _) if ball.is_some() || are_pairs => &[""],
+        _ => return None,
+    };
+    let is_other = |column: &usize| is_free(column) && ![shot, ball].contains(&Some(*column));
+    let frame = frame.filter(is_other);
+    let time = time.filter(|column| frame.is_none() && is_other(column));
+    let count = names.iter().position(|name| name == "n").filter(|_| time.is_none());
+    // an angle for each ball, or no column is one of angles
+    if angles.len() != positions.len() || begins.len() == 1 && ball.is_none() {
+        angles.clear();
+    }
+    let only = |pairs: &[[usize; 2]]| if let ([pair], Some(_)) = (pairs, ball) { Some(*pair) } else { None };
+    let roles = [("shot", shot), ("frame", frame.or(count)), ("t", time), ("ball", ball)];
+    let mut keys: Vec<(String, Option<usize>)> =
+        roles.into_iter().map(|(key, column)| (key.to_string(), column)).collect();
+    for (i, (begin, xy)) in begins.iter().zip(&positions).enumerate() {
+        let of = |word: &str| beside(&names, xy[0], word);
+        let size = |[width, height]: [&str; 2]| Some([of(width)?, of(height)?]);
+        let size = || [["width", "height"], ["w", "h"]].into_iter().find_map(size);
+        let sides = boxes.get(i);
+        let is_size = sides.is_none_or(|sides| sides.is_size);
+        let pairs = [
+            (["x", "y"], Some(*xy)),
+            (["x_sd", "y_sd"], only(&spreads)),
+            (["marker_x", "marker_y"], only(&markers)),
+            (
+                if is_size { ["width", "height"] } else { ["x2", "y2"] },
+                sides.map(|sides| sides.rest).or_else(size),
+            ),
+        ];
+        for ([x, y], pair) in pairs {
+            keys.push((format!("{begin}{x}"), pair.map(|pair| pair[0])));
+            keys.push((format!("{begin}{y}"), pair.map(|pair| pair[1])));
+        }
+        keys.push((format!("{begin}angle"), angles.get(i).copied()));
+        let single = || names.iter().position(|name| name == "likelihood").filter(|_| begins.len() == 1);
+        keys.push((format!("{begin}likelihood"), of("likelihood").or_else(single)));
+    }
+    let column =
+        |(key, column): (String, Option<usize>)| Some((key, Column::Name(heading.names[column?].clone())));
+    let mut columns: Columns = keys.into_iter().filter_map(column).collect();
+    if angles.iter().any(|column| !heading.has_unit(*column)) {
+        let most = angles.iter().map(|column| rows.largest(*column)).fold(0.0, f64::max);
+        let unit = if most > MAX_RADIANS { "deg" } else { "rad" };
+        columns.insert("angle_unit".to_string(), Column::Name(unit.to_string()));
+    }
+    Some(Guess { columns, is_size_doubtful: boxes.is_empty() })
+}
+
+/// Returns the column of balls of a table with these columns of times and shots, pairs of positions
+/// and boxes; one whose name is less certain only if rows differ by it.
+fn ball(
+    names: &[String],
+    rows: &Rows,
+    others: [Option<usize>; 2],
+    [positions, boxes]: [usize; 2],
+    is_free: impl Fn(&usize) -> bool,
+) -> Option<usize> {
+    // detectors leave the column empty, or name one ball beside two pairs of columns
+    let is_one = |column: &usize| positions == 2 && boxes != 1 && rows.values(*column) < 2;
+    let is_stated =
+        |column: &usize| boxes < 2 && is_free(column) && !rows.is_empty(*column) && !is_one(column);
+    let others: Vec<usize> = others.into_iter().flatten().collect();
+    let may_name = |column: &usize| {
+        (positions == 1 || boxes == 1) && is_free(column) && rows.distinguishes_rows(*column, &others)
+    };
+    let stated = find(names, BALLS).filter(is_stated);
+    stated.or_else(|| find(names, PERHAPS_BALLS).filter(may_name))
 }

@@ -14,13 +14,13 @@ const MAX_EVEN: f64 = 0.01;
 const MAX_VARYING: f64 = 0.3;
 
 /// The grid of frames behind the times of a shot.
-pub(super) struct Grid {
+struct Grid {
     /// Different times, ascending, in seconds of the file's own clock.
-    pub(crate) times: Vec<f64>,
+    times: Vec<f64>,
     /// Rounding of the times; 0 if they are exact.
-    pub(crate) resolution: f64,
+    resolution: f64,
     /// Time between neighbouring frames; NaN for less than two times.
-    pub(crate) spacing: f64,
+    spacing: f64,
 }
 
 /// Converts the times of a shot's rows to seconds of the camera's clock and returns its frame rate;
@@ -64,18 +64,29 @@ pub(super) fn convert(
         shot.rows_mut().for_each(|row| row.time /= fps);
         return Ok(fps);
     };
-    shot.rows_mut().for_each(|row| row.time *= second);
     let grid = Grid::of(shot, second);
+    shot.rows_mut().for_each(|row| row.time *= second);
     let line = shot.line;
     let note = |message: String| log.add(Subject::Clock, line, message);
     let Some((rate, fps)) = rate.zip(fps) else {
-        let fps = grid.rate()?;
-        note(format!("capture_fps is not given; taken from the spacing of the times, {fps:.4} fps"));
-        let first = grid.times[0];
-        if let Some(frames) = grid.frames(grid.spacing).filter(|_| grid.is_coarse(grid.spacing)) {
-            replace(shot, &grid.times, |i| first + frames[i] / fps);
-        }
-        return Ok(fps);
+        let (frames, fps) = grid.own_frames();
+        let is_regular = |two: &&[f64]| ((two[1] - two[0]) / grid.spacing - 1.0).abs() < 0.1;
+        let irregular = grid.times.windows(2).filter(|two| !is_regular(two)).count();
+        let is_coarse = grid.is_coarse(grid.spacing);
+        let why = match &frames {
+            _ if grid.spacing.is_nan() => "fewer than two times, which give no frame rate",
+            None if is_coarse || irregular * 4 >= grid.times.len() => "times are not regularly spaced",
+            _ => {
+                note(format!("capture_fps is not given; taken from the spacing of the times, {fps:.4} fps"));
+                if let Some(frames) = frames.filter(|_| is_coarse) {
+                    replace(shot, &grid.times, |i| grid.times[0] + frames[i] / fps);
+                }
+                return Ok(fps);
+            }
+        };
+        return Err(format!(
+            "{why}; expected [video] capture_fps, the frames per second that the camera recorded"
+        ));
     };
     let repeats = |track: &RawTrack| track.rows.windows(2).any(|two| two[0].time == two[1].time);
     let is_coarse = grid.resolution > 0.3 / rate && !grid.has_time_per_frame(rate);
@@ -98,10 +109,11 @@ fn replace(shot: &mut RawShot, times: &[f64], new: impl Fn(usize) -> f64) {
 }
 
 impl Grid {
-    pub(super) fn of(shot: &RawShot, second: f64) -> Self {
-        let times = shot.times();
-        let rounding = shot.clock.rounding;
-        let resolution = rounding.unwrap_or_else(|| resolution(times.iter().map(|t| t / second)) * second);
+    /// Returns the grid of times in this unit.
+    fn of(shot: &RawShot, second: f64) -> Self {
+        let mut times = shot.times();
+        let resolution = shot.clock.rounding.unwrap_or_else(|| resolution(&times) * second);
+        times.iter_mut().for_each(|time| *time *= second);
         let spacing = spacing(&times, resolution);
         Self { times, resolution, spacing }
     }
@@ -125,7 +137,7 @@ impl Grid {
 
     /// Returns the frame number of each time from the first one on; `None` if the steps are not
     /// whole frames of `spacing` (within the rounding and [`MAX_OFF_GRID`] of a frame).
-    pub(super) fn frames(&self, spacing: f64) -> Option<Vec<f64>> {
+    fn frames(&self, spacing: f64) -> Option<Vec<f64>> {
         let first = *self.times.first()?;
         let exact = |t: &f64| ((t - first) / spacing).round();
         let is_exact = |t: &f64| ((t - first) / spacing - exact(t)).abs() < 1e-3;
@@ -151,27 +163,27 @@ impl Grid {
     }
 
     /// Returns the frame rate of these frames, or else of the spacing.
-    pub(super) fn mean_rate(&self, frames: Option<&Vec<f64>>) -> f64 {
+    fn mean_rate(&self, frames: Option<&Vec<f64>>) -> f64 {
         let ends = self.times.first().zip(self.times.last());
         let mean = |((first, last), frame): ((&f64, &f64), &f64)| frame.max(1.0) / (last - first);
         ends.zip(frames.and_then(|frames| frames.last())).map_or(1.0 / self.spacing, mean)
     }
 
-    /// Returns the frame rate that follows from the times alone. `Err`: they do not give it.
-    fn rate(&self) -> Result<f64, String> {
-        let frames = self.frames(self.spacing);
-        let is_regular = |two: &&[f64]| ((two[1] - two[0]) / self.spacing - 1.0).abs() < 0.1;
-        let regular = self.times.windows(2).filter(is_regular).count();
-        let why = if self.spacing.is_nan() {
-            "fewer than two times, which give no frame rate"
-        } else if frames.is_none()
-            && (self.is_coarse(self.spacing) || regular * 4 < 3 * (self.times.len() - 1))
-        {
-            "times are not regularly spaced"
-        } else {
-            return Ok(tidy(self.mean_rate(frames.as_ref())));
-        };
-        Err(format!("{why}; expected [video] capture_fps, the frames per second that the camera recorded"))
+    /// Returns the frames of the coarsest grid on which all times lie, and their rate: of those that
+    /// rounding leaves possible, the roundest.
+    fn own_frames(&self) -> (Option<Vec<f64>>, f64) {
+        let steps = || self.times.windows(2).map(|two| two[1] - two[0]);
+        // most steps may be of several frames
+        let least = steps().fold(f64::INFINITY, f64::min);
+        let near: Vec<f64> = steps().filter(|step| *step <= least + 1.02 * self.resolution).collect();
+        let shortest = near.iter().sum::<f64>() / near.len() as f64;
+        let frames = [self.spacing, shortest].into_iter().find_map(|spacing| self.frames(spacing));
+        let fps = self.mean_rate(frames.as_ref());
+        let length = self.times.last().zip(self.times.first()).map_or(0.0, |(last, first)| last - first);
+        let slack = (self.resolution / length).max(1e-6);
+        let possible = |rate: &f64| (rate / fps - 1.0).abs() <= slack;
+        let rounded = [10.0, 1.0, 0.01].map(|unit| (fps / unit).round() * unit);
+        (frames, rounded.into_iter().find(possible).unwrap_or(fps))
     }
 
     /// Returns whether times can be of this rate by their typical spacing or, for a clock that
@@ -206,7 +218,7 @@ impl Grid {
             return Err(format!(
                 "times are {:.6} s apart, closer than [video] playback_fps = {rate} allows; expected the rate that they follow, {:.4}",
                 self.spacing,
-                tidy(own)
+                self.own_frames().1
             ));
         }
         let spacing = if is_stated || self.spacing.is_nan() { 1.0 / rate } else { self.spacing };
@@ -251,10 +263,17 @@ impl Grid {
     }
 }
 
+/// Returns the frame rate that the times of a shot follow; `None` for numbers of frames.
+pub(super) fn followed(shot: &RawShot) -> Option<f64> {
+    let second = shot.clock.unit.map_or(Some(1.0), TimeUnit::seconds)?;
+    let (_, fps) = Grid::of(shot, second).own_frames();
+    Some(fps).filter(|fps| *fps > 0.0 && fps.is_finite())
+}
+
 /// Returns the largest power of ten of which all times are multiples, 0 if it is below a millionth.
-fn resolution(times: impl Iterator<Item = f64> + Clone) -> f64 {
+fn resolution(times: &[f64]) -> f64 {
     let is_whole = |x: f64| (x - x.round()).abs() < 1e-9 * x.abs().max(1.0) + 1e-7;
-    let fits = |scale: &f64| times.clone().all(|t| is_whole(t * scale));
+    let fits = |scale: &f64| times.iter().all(|t| is_whole(t * scale));
     [1.0, 1e1, 1e2, 1e3, 1e4, 1e5, 1e6].into_iter().find(fits).map_or(0.0, f64::recip)
 }
 
@@ -275,7 +294,7 @@ fn spacing(times: &[f64], resolution: f64) -> f64 {
 /// Returns the first row whose time and frame number, from the first row, contradict each other at
 /// this rate, frames/s, by more than half a frame and the rounding of the times.
 pub(super) fn first_contradiction(frames: &[f64], seconds: &[f64], rate: f64) -> Option<usize> {
-    first_apart(frames, seconds, resolution(seconds.iter().copied()), rate)
+    first_apart(frames, seconds, resolution(seconds), rate)
 }
 
 fn first_apart(frames: &[f64], seconds: &[f64], rounding: f64, rate: f64) -> Option<usize> {
@@ -284,10 +303,6 @@ fn first_apart(frames: &[f64], seconds: &[f64], rounding: f64, rate: f64) -> Opt
         ((frame - first_frame) / rate - (second - first_second)).abs() > 0.5 / rate + rounding
     };
     frames.iter().zip(seconds).position(is_apart)
-}
-
-fn tidy(fps: f64) -> f64 {
-    if (fps - fps.round()).abs() < 1e-6 * fps { fps.round() } else { fps }
 }
 
 /// Counts rows if neighbouring frames have the same time on a coarse clock.
@@ -311,20 +326,15 @@ fn count_rows(shot: &mut RawShot, grid: &Grid, [rate, fps]: [f64; 2]) -> Result<
 /// Returns the unit of a time column without one: that which agrees with the frame rate.
 fn guess_unit(shot: &RawShot, rate: Option<f64>) -> Result<TimeUnit, String> {
     let help = "expected [tracks] time_unit = \"frames\", \"s\", \"ms\" or \"us\"";
-    let Grid { times, resolution, spacing } = Grid::of(shot, 1.0);
-    let are_whole = resolution >= 1.0;
+    let grid = Grid::of(shot, 1.0);
+    let (are_whole, spacing) = (grid.resolution >= 1.0, grid.spacing);
     let Some(rate) = rate else {
         if !are_whole && spacing < 0.2 {
             return Ok(TimeUnit::S);
         }
         return Err(format!("the unit of the times is not stated; {help}, and [video] capture_fps"));
     };
-    let is_near = |unit: &TimeUnit| {
-        unit.seconds().is_some_and(|second| {
-            let times = times.iter().map(|t| t * second).collect();
-            Grid { times, resolution: resolution * second, spacing: spacing * second }.fits(rate)
-        })
-    };
+    let is_near = |unit: &TimeUnit| unit.seconds().is_some_and(|second| grid.fits(rate * second));
     let mut units: Vec<TimeUnit> = TimeUnit::ALL.into_iter().filter(is_near).collect();
     if are_whole && (spacing - 1.0).abs() < 0.02 {
         // a frame each millisecond: both units agree
