@@ -61,7 +61,7 @@ pub use identifiability::Combination;
 pub use intervals::{IntervalPair, ParameterEstimate, Status};
 pub(crate) use intervals::{Known, MANY_SHOTS, Quantiles};
 pub(crate) use offsets::ShiftScore;
-pub(crate) use offsets::{Offsets, Slope};
+pub(crate) use offsets::Slope;
 pub(crate) use policy::Policy;
 pub(crate) use rows::choices::RowsChoices;
 pub use rows::choices::RowsError;

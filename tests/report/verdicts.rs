@@ -1,6 +1,6 @@
 //! The verdict on a fit, of every kind of doubt, and the table that it stands in.
 
-use caromfit::fit::check::{Finding, Kind};
+use caromfit::fit::check::Finding;
 use caromfit::fit::{Combination, Identifiability, Refuted, Trend, Variable};
 use caromfit::report::document;
 use caromfit::report::terminal::overview;
@@ -62,8 +62,7 @@ fn weak(fit: &mut Fit, undetermined: bool) {
 }
 
 fn suspicious(fit: &mut Fit, shots: usize) {
-    let finding =
-        |shot| Finding { shot, text: "the balls may be mixed up".to_owned(), kind: Kind::Direction };
+    let finding = |shot| Finding { shot, text: "the balls may be mixed up".to_owned(), kind: "direction" };
     fit.diagnostics.suspicious = (0..shots).map(|i| finding(Some(i.to_string()))).collect();
 }
 

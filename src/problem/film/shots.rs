@@ -52,12 +52,10 @@ pub struct Impact {
     /// Number of frames that were used, of the cue ball before and after the impact, and of the object
     /// ball after it.
     pub frames: [usize; 3],
-    /// Number of frames that were left out.
     pub outliers: usize,
     /// Places of both balls in the frames that were used: instant (s) and place, m from the middle
     /// of the film.
     pub seen: [Vec<(f64, [f64; 2])>; 2],
-    /// Paths of the balls through the picture.
     pub(crate) paths: PicturePaths,
 }
 
@@ -75,7 +73,6 @@ impl Impact {
 /// One ball in one frame against the fit.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct FittedFrame {
-    /// The ball.
     pub(crate) ball: TrackedBall,
     /// s
     pub(crate) time: f64,
@@ -85,7 +82,6 @@ pub(crate) struct FittedFrame {
     pub(crate) predicted: [f64; 2],
     /// Standard deviations of both coordinates, m.
     pub(crate) sd: [f64; 2],
-    /// Whether the frame is used.
     pub(crate) used: bool,
 }
 
@@ -143,9 +139,7 @@ pub struct Motion {
 pub struct OwnEstimate {
     /// Its column in tables, in the unit of its name; velocities m/s.
     pub column: &'static str,
-    /// The estimate.
     pub value: f64,
-    /// Standard error.
     pub sd: f64,
 }
 
