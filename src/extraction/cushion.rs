@@ -38,7 +38,7 @@ const MAX_NOISE: f64 = 4.0;
 pub(crate) fn leave_out_before_cushion(shot: &mut TrackShot) -> bool {
     let Some(Approach { until, speed }) = approach(shot) else { return false };
     let before = &shot.cue[..shot.cue.partition_point(|sample| sample.t < until - 0.5 / shot.fps)];
-    let corners = corners(before, SIDE_FRAMES, (shot.fps, noise(shot)), MIN_TURN * speed);
+    let corners = corners(before, SIDE_FRAMES, (shot.fps, noise(shot)), (MIN_TURN * speed, 0.0));
     let Some(corner) = corners.last().map(|last| before[sharpest(&corners, last.at, SIDE_FRAMES)].t) else {
         return false;
     };
@@ -58,7 +58,7 @@ pub(crate) fn leave_out_after_cushion(shot: &mut TrackShot, radius: f64) -> bool
     let first = |samples: &[Sample], side: usize| {
         let after = &samples[samples.partition_point(|sample| sample.t < guess.time + LAG_FRAMES / fps)..];
         let least = (MIN_TURN_AFTER * incoming).max(cloth * side as f64 / fps);
-        let corners = corners(after, side, (fps, noise), least);
+        let corners = corners(after, side, (fps, noise), (least, MAX_NOISE * noise));
         // in the frame before it the ball may touch already
         Some(after[sharpest(&corners, corners.first()?.at, side) - 1].t)
     };
@@ -79,8 +79,14 @@ struct Corner {
 }
 
 /// Returns the corners of a path between lines through `side` frames on either side, with a change of
-/// velocity (m/s) of at least `least`.
-fn corners(samples: &[Sample], side: usize, (fps, noise): (f64, f64), least: f64) -> Vec<Corner> {
+/// velocity (m/s) of at least `least`; `white` is the largest residual (m) of the lines in excess of the part that
+/// the change explains.
+fn corners(
+    samples: &[Sample],
+    side: usize,
+    (fps, noise): (f64, f64),
+    (least, white): (f64, f64),
+) -> Vec<Corner> {
     // of a least-squares slope, per frame, and of the difference of two
     let n = side as f64;
     let error = MIN_TURN_ERRORS * noise * (24.0 / (n * (n * n - 1.0))).sqrt();
@@ -89,8 +95,7 @@ fn corners(samples: &[Sample], side: usize, (fps, noise): (f64, f64), least: f64
         let [early, late] = sides.map(|side| Path::line(side, side[0].t));
         let off = early.largest_residual(sides[0]).max(late.largest_residual(sides[1]));
         let change = (late.velocity - early.velocity).norm();
-        let is_corner =
-            change > least && change / fps > error && off < MAX_RESIDUAL * change / fps + MAX_NOISE * noise;
+        let is_corner = change > least && change / fps > error && off < MAX_RESIDUAL * change / fps + white;
         is_corner.then_some(Corner { at, change })
     };
     (side..(samples.len() + 1).saturating_sub(side)).filter_map(turn).collect()

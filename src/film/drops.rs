@@ -11,62 +11,43 @@ use crate::numerics::median;
 
 type Point = Vector2<f64>;
 
-/// Number of steps on either side from which the length of a step is predicted.
-const NEIGHBOURS: usize = 6;
-/// The same number if the impact is among the others.
-const NEIGHBOURS_AT_IMPACT: usize = 4;
-/// Minimum number of known steps on either side.
+/// Number of steps on either side from which the length of a step is predicted, and of those that must be known.
+const NEIGHBOURS: usize = 4;
 const MIN_NEIGHBOURS: usize = 3;
 
 /// Largest difference between a step and a multiple of the median step, in median steps.
 const MAX_STEP_DEVIATION: f64 = 0.35;
 
-/// Least median step for which steps can be compared, in units of their root mean square deviation.
-const MIN_EVEN_NOISES: f64 = 4.0;
+/// Least median step for which steps can be compared, in units of their root mean square deviation: half a step
+/// more is then 3.5 standard deviations of one axis.
+const MIN_NOISES: f64 = 5.0;
 
-/// The same for a dropped frame: half a step more is then 3.5 standard deviations of one axis.
-const MIN_DROP_NOISES: f64 = 5.0;
-
-/// Maximum ratio of a step to the median step: longer drops show in the numbers.
-const MAX_RATIO: f64 = 8.0;
+/// Ratios of a step to the median step at a drop: longer drops show in the numbers.
+const RATIOS: std::ops::RangeInclusive<f64> = 2.0..=8.0;
 
 /// Corrects the times of the frames after each drop; returns the number of drops.
 pub(crate) fn repair(shot: &mut TrackShot) -> usize {
     let frame = shot.fps.recip();
+    // instant of the frame before a drop, s, and number of frames
     let mut found: Vec<(f64, f64)> = Vec::new();
-    let steps = [&shot.cue, &shot.object].map(|samples| Steps::new(samples, frame));
-    for (own, other) in [(0, 1), (1, 0)] {
-        for i in 0..steps[own].lengths.len() {
-            let Some(lost) = steps[own].long(i).lost else { continue };
-            let from = steps[own].samples[i].t;
-            let contradicts = |j: usize| {
-                let other = &steps[other];
-                let is_then = (other.samples[j].t - from).abs() < 0.5 * frame;
-                is_then && matches!(other.at(j), Step { is_even: true, lost: None })
-            };
-            let known = found.iter().any(|(at, _)| (at - from).abs() < 0.5 * frame);
-            if !known && !(0..steps[other].lengths.len()).any(contradicts) {
+    let balls = [&shot.cue, &shot.object].map(|samples| Steps::new(samples, frame));
+    for (own, other) in [(&balls[0], &balls[1]), (&balls[1], &balls[0])] {
+        for i in own.long() {
+            let (Some(lost), from) = (own.lost(i), own.samples[i].t) else { continue };
+            let is_then = |t: f64| (t - from).abs() < 0.5 * frame;
+            // the other ball moves on evenly
+            let contradicts = |j: usize| is_then(other.samples[j].t) && other.lost(j) == Some(0.0);
+            let is_known = found.iter().any(|(at, _)| is_then(*at));
+            if lost > 0.0 && !is_known && !(0..other.lengths.len()).any(contradicts) {
                 found.push((from, lost));
             }
         }
     }
-    let shift = |t: f64| -> f64 {
-        let later = found.iter().filter(|(from, _)| t > from + 0.5 * frame);
-        t + frame * later.map(|(_, lost)| lost).sum::<f64>()
-    };
     for sample in shot.samples_mut() {
-        sample.t = shift(sample.t);
+        let drops = found.iter().filter(|(from, _)| sample.t > from + 0.5 * frame);
+        sample.t += frame * drops.map(|(_, lost)| lost).sum::<f64>();
     }
     found.len()
-}
-
-/// The step from a sample to the next.
-#[derive(Default)]
-struct Step {
-    /// Whether the ball moves evenly, well above the noise, on both sides.
-    is_even: bool,
-    /// Number of frames that are missing in the step.
-    lost: Option<f64>,
 }
 
 /// The steps of a ball; `None` if the next frame is missing.
@@ -84,49 +65,38 @@ impl<'a> Steps<'a> {
         Self { samples, lengths: samples.windows(2).map(step).collect() }
     }
 
-    /// Returns a step if it is longer than most on either side; others have lost no frame.
-    fn long(&self, i: usize) -> Step {
-        /// A step of two frames is at least 1.5 typical ones, and most steps lie within a fifth.
-        const MIN_STEP_RATIO: f64 = 1.2;
-        let Some(own) = self.lengths[i] else { return Step::default() };
-        let around = i.saturating_sub(NEIGHBOURS)..self.lengths.len().min(i + 1 + NEIGHBOURS);
-        let around: Vec<&Point> = self.lengths[around].iter().flatten().collect();
-        let shorter = around.iter().filter(|other| MIN_STEP_RATIO * other.norm() < own.norm()).count();
-        if 2 * shorter < around.len() { Step::default() } else { self.at(i) }
+    /// Returns the steps that are longer than those beside them.
+    fn long(&self) -> impl Iterator<Item = usize> {
+        let size = |i: usize| self.lengths[i].map_or(0.0, |step| step.norm());
+        let last = self.lengths.len().saturating_sub(1);
+        (1..last).filter(move |i| size(*i) > size(i - 1).max(size(i + 1)))
     }
 
-    fn at(&self, i: usize) -> Step {
-        let steps = [NEIGHBOURS, NEIGHBOURS_AT_IMPACT].map(|side| self.among(i, side));
-        steps.into_iter().find(|step| step.is_even).unwrap_or_default()
-    }
-
-    /// Returns the step compared with `side` steps on either side.
-    fn among(&self, i: usize, side: usize) -> Step {
-        let lengths = &self.lengths;
-        let Some(own) = lengths[i] else { return Step::default() };
-        let sides = [&lengths[i.saturating_sub(side)..i], &lengths[i + 1..lengths.len().min(i + 1 + side)]];
+    /// Returns the number of frames that are missing in a step of a ball that moves evenly, well above the noise, on
+    /// both sides; `None` of others.
+    fn lost(&self, i: usize) -> Option<f64> {
+        let (before, after) = (&self.lengths[..i], &self.lengths[i + 1..]);
+        let sides = [&before[i.saturating_sub(NEIGHBOURS)..], &after[..after.len().min(NEIGHBOURS)]];
         let sides = sides.map(|side| side.iter().copied().flatten().collect::<Vec<Point>>());
         if sides.iter().any(|side| side.len() < MIN_NEIGHBOURS) {
-            return Step::default();
+            return None;
         }
-        let of_side = sides.each_ref().map(|side| middle(side));
-        let usual = (of_side[0] + of_side[1]) * 0.5;
-        let off = sides.iter().zip(of_side).flat_map(|(side, usual)| side.iter().map(move |v| v - usual));
+        let middles = sides.each_ref().map(|side| middle(side));
+        let typical = (middles[0] + middles[1]) * 0.5;
+        let length = typical.norm();
+        let off = sides.iter().zip(middles).flat_map(|(side, middle)| side.iter().map(move |v| v - middle));
         let squares: Vec<f64> = off.map(|off| off.norm_squared()).collect();
         let noise = (squares.iter().sum::<f64>() / squares.len() as f64).sqrt();
-        // even: equal medians on both sides, so that neighbours do not catch up
-        let turns = (of_side[0] - of_side[1]).norm();
-        let is_even = usual.norm() > MIN_EVEN_NOISES * noise && turns < MAX_STEP_DEVIATION * usual.norm();
+        // equal medians on both sides, so that neighbours do not catch up
+        let turns = (middles[0] - middles[1]).norm();
+        if !(length > MIN_NOISES * noise && turns < MAX_STEP_DEVIATION * length) {
+            return None;
+        }
         // the number of median steps in this one, and the remainder
-        let whole = (own.dot(&usual) / usual.norm_squared()).round();
-        let left = (own - usual * whole).norm();
-        // at four standard deviations one step in a thousand looks like two
-        let is_clear = usual.norm() > MIN_DROP_NOISES * noise;
-        let lost = is_even
-            && is_clear
-            && (2.0..=MAX_RATIO).contains(&whole)
-            && left < MAX_STEP_DEVIATION * usual.norm();
-        Step { is_even, lost: lost.then_some(whole - 1.0) }
+        let own = self.lengths[i]?;
+        let whole = (own.dot(&typical) / (length * length)).round();
+        let is_drop = RATIOS.contains(&whole) && (own - typical * whole).norm() < MAX_STEP_DEVIATION * length;
+        Some(if is_drop { whole - 1.0 } else { 0.0 })
     }
 }
 

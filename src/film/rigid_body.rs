@@ -1,7 +1,9 @@
 //! The centre of the circle through points fixed on a body that moves in a plane.
 
+use nalgebra::{Isometry2, Matrix2, Point2, UnitComplex, Vector2};
+
 use crate::measurement::track::Sample;
-use crate::numerics;
+use crate::numerics::median;
 
 /// Rounds of superposing all frames on their mean shape.
 const ROUNDS: usize = 8;
@@ -10,7 +12,7 @@ const ROUNDS: usize = 8;
 const MAX_RADIUS_RATIO: f64 = 100.0;
 
 /// A place, m.
-pub(crate) type Point = [f64; 2];
+type Point = Point2<f64>;
 
 /// Returns the centre, in every frame, of a body whose markers stand on a circle about it.
 ///
@@ -29,8 +31,8 @@ pub(crate) fn circle_centres(markers: &[&[Sample]]) -> Result<Vec<Sample>, Strin
         ));
     }
     let frames = frames(markers);
-    let complete: Vec<Vec<Point>> =
-        frames.iter().filter_map(|(_, points)| points.iter().copied().collect()).collect();
+    let whole = |points: &Vec<Option<[f64; 2]>>| points.iter().map(|p| p.map(Point::from)).collect();
+    let complete: Vec<Vec<Point>> = frames.iter().filter_map(|(_, points)| whole(points)).collect();
     let Some(shape) = shape(&complete) else {
         return Err("no frame has all points on the disc; expected some that do".to_string());
     };
@@ -39,33 +41,34 @@ pub(crate) fn circle_centres(markers: &[&[Sample]]) -> Result<Vec<Sample>, Strin
             .to_string()
     })?;
     let placed = frames.into_iter().filter_map(|(t, points)| {
-        let (from, to): (Vec<Point>, Vec<Point>) =
-            shape.iter().zip(&points).filter_map(|(own, seen)| Some((*own, (*seen)?))).unzip();
-        let [x, y] = (to.len() >= 2).then(|| Pose::of(&from, &to).place(centre))?;
-        Some(Sample { t, x, y, sd: None })
+        let seen = shape.iter().zip(points).filter_map(|(own, seen)| Some((*own, Point::from(seen?))));
+        let (from, to): (Vec<Point>, Vec<Point>) = seen.unzip();
+        let place = (to.len() >= 2).then(|| pose(&from, &to) * centre)?;
+        Some(Sample::new(t, place.into()))
     });
     Ok(placed.collect())
 }
 
-/// Returns the shape of a body: the superposed median of all complete frames; `None` without any.
-pub(crate) fn shape(complete: &[Vec<Point>]) -> Option<Vec<Point>> {
+/// Returns the shape of a body: the superposed median of all complete frames, so that mistaken markers of one do
+/// not count; `None` without any.
+fn shape(complete: &[Vec<Point>]) -> Option<Vec<Point>> {
     let mut shape = complete.get(complete.len() / 2)?.clone();
     for _ in 0..ROUNDS {
-        let mut placed: Vec<Vec<Point>> = vec![Vec::with_capacity(complete.len()); shape.len()];
-        for points in complete {
-            // back from the frame onto the shape
-            let pose = Pose::of(points, &shape);
-            for (point, all) in points.iter().zip(&mut placed) {
-                all.push(pose.place(*point));
-            }
-        }
-        shape = placed.into_iter().map(|points| median(&points)).collect();
+        let placed: Vec<Vec<Point>> = complete
+            .iter()
+            .map(|points| {
+                let pose = pose(points, &shape);
+                points.iter().map(|point| pose * point).collect()
+            })
+            .collect();
+        let typical = |marker: usize, axis: usize| median(placed.iter().map(|p| p[marker][axis]).collect());
+        shape = (0..shape.len()).map(|marker| Point::new(typical(marker, 0), typical(marker, 1))).collect();
     }
     Some(shape)
 }
 
 /// Returns the points of every frame that has any, in the order of time.
-pub(crate) fn frames(markers: &[&[Sample]]) -> Vec<(f64, Vec<Option<Point>>)> {
+pub(crate) fn frames(markers: &[&[Sample]]) -> Vec<(f64, Vec<Option<[f64; 2]>>)> {
     let mut times: Vec<f64> = markers.iter().flat_map(|samples| samples.iter().map(|s| s.t)).collect();
     times.sort_by(f64::total_cmp);
     times.dedup();
@@ -76,59 +79,33 @@ pub(crate) fn frames(markers: &[&[Sample]]) -> Vec<(f64, Vec<Option<Point>>)> {
     times.into_iter().map(|t| (t, markers.iter().map(|samples| at(samples, t)).collect())).collect()
 }
 
-pub(crate) struct Pose {
-    pub(crate) cos: f64,
-    pub(crate) sin: f64,
-    from: Point,
-    to: Point,
-}
-
-impl Pose {
-    /// Returns the pose that brings the first points nearest to the second.
-    pub(crate) fn of(from: &[Point], to: &[Point]) -> Self {
-        let (a, b) = (mean(from), mean(to));
-        let (mut along, mut across) = (0.0, 0.0);
-        for (p, q) in from.iter().zip(to) {
-            let ([px, py], [qx, qy]) = ([p[0] - a[0], p[1] - a[1]], [q[0] - b[0], q[1] - b[1]]);
-            along += px * qx + py * qy;
-            across += px * qy - py * qx;
-        }
-        let (sin, cos) = across.atan2(along).sin_cos();
-        Self { cos, sin, from: a, to: b }
+/// Returns the motion that brings the first points nearest to the second.
+fn pose(from: &[Point], to: &[Point]) -> Isometry2<f64> {
+    let (a, b) = (mean(from), mean(to));
+    let (mut along, mut across) = (0.0, 0.0);
+    for (p, q) in from.iter().zip(to) {
+        let (p, q) = (p.coords - a, q.coords - b);
+        along += p.dot(&q);
+        across += p.perp(&q);
     }
-
-    pub(crate) fn place(&self, point: Point) -> Point {
-        let [x, y] = [point[0] - self.from[0], point[1] - self.from[1]];
-        [self.to[0] + self.cos * x - self.sin * y, self.to[1] + self.sin * x + self.cos * y]
-    }
+    let turn = UnitComplex::new(across.atan2(along));
+    Isometry2::from_parts((b - turn * a).into(), turn)
 }
 
-fn mean(points: &[Point]) -> Point {
-    let n = points.len() as f64;
-    [0, 1].map(|k| points.iter().map(|p| p[k]).sum::<f64>() / n)
-}
-
-/// Returns the median of each coordinate: a frame with mistaken markers does not count.
-fn median(points: &[Point]) -> Point {
-    [0, 1].map(|k| numerics::median(points.iter().map(|p| p[k]).collect()))
+fn mean(points: &[Point]) -> Vector2<f64> {
+    points.iter().map(|p| p.coords).sum::<Vector2<f64>>() / points.len() as f64
 }
 
 /// Returns the centre of the circle nearest to points: |p|² = 2c·p + (R² − |c|²) is linear in its
 /// unknowns (Kåsa 1976), and exact for three points.
-pub(crate) fn circle(points: &[Point]) -> Option<Point> {
-    let m = mean(points);
-    let (mut xx, mut xy, mut yy, mut xq, mut yq, mut q_sum) = (0.0, 0.0, 0.0, 0.0, 0.0, 0.0);
-    for p in points {
-        let [x, y] = [p[0] - m[0], p[1] - m[1]];
-        let q = x * x + y * y;
-        (xx, xy, yy) = (xx + x * x, xy + x * y, yy + y * y);
-        (xq, yq, q_sum) = (xq + x * q, yq + y * q, q_sum + q);
-    }
-    let determinant = xx * yy - xy * xy;
-    let [x, y] = [0.5 * (xq * yy - yq * xy) / determinant, 0.5 * (yq * xx - xq * xy) / determinant];
-    let spread = (q_sum / points.len() as f64).sqrt();
-    let found = x.is_finite() && y.is_finite() && x.hypot(y) < MAX_RADIUS_RATIO * spread;
-    found.then_some([m[0] + x, m[1] + y])
+fn circle(points: &[Point]) -> Option<Point> {
+    let middle = mean(points);
+    let off = || points.iter().map(|p| p.coords - middle);
+    let normal: Matrix2<f64> = off().map(|p| p * p.transpose()).sum();
+    let moments: Vector2<f64> = off().map(|p| p * p.norm_squared()).sum();
+    let centre = normal.try_inverse()? * moments * 0.5;
+    let spread = (normal.trace() / points.len() as f64).sqrt();
+    (centre.norm() < MAX_RADIUS_RATIO * spread).then(|| Point::from(middle + centre))
 }
 
 #[cfg(test)]
@@ -138,7 +115,7 @@ mod tests {
     /// Exact but for rounding.
     const SHAPE_ROUNDING: f64 = 1e-12;
 
-    fn markers(count: usize) -> (Vec<Vec<Sample>>, Vec<Point>) {
+    fn markers(count: usize) -> (Vec<Vec<Sample>>, Vec<[f64; 2]>) {
         let mut markers = vec![Vec::new(); count];
         let mut centres = Vec::new();
         for frame in 0..40 {

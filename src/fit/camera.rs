@@ -1,6 +1,5 @@
 //! The camera that balls and discs calibrate: they touch at the same distance in every direction and
-//! everywhere in the picture, and move as the cloth lets them. With it, what else is found of a film:
-//! noise that lasts, frames that were dropped.
+//! everywhere in the picture, and move as the cloth lets them.
 
 use crate::measurement::correction::Correction;
 use crate::measurement::number;
@@ -56,14 +55,15 @@ impl FoundCamera {
         };
         let shots = solution.names.first().map_or(0, Vec::len);
         let noise = solution.frame_noise().map(|noises| noises[1].rho);
-        let (mut drops, mut spoiled) = ([0; 2], None);
-        for finding in &solution.findings {
-            match finding {
-                Finding::Drops { shots, drops: count } => drops = [*shots, *count],
-                Finding::Spoiled { before, after } => spoiled = Some([*before, *after]),
-                _ => {}
-            }
-        }
+        let findings = || solution.findings.iter();
+        let drops = findings().find_map(|finding| match *finding {
+            Finding::Drops { shots, drops } => Some([shots, drops]),
+            _ => None,
+        });
+        let spoiled = findings().find_map(|finding| match *finding {
+            Finding::Spoiled { before, after } => Some([before, after]),
+            _ => None,
+        });
         Self {
             middle: solution.middle.map(|x| x * solution.unit),
             picture: Camera::new(&solution.state().shared),
@@ -72,7 +72,7 @@ impl FoundCamera {
             shots,
             converged: solution.converged,
             noise_correlation: noise.filter(|rho| *rho > 0.0),
-            drops,
+            drops: drops.unwrap_or_default(),
             spoiled,
         }
     }
@@ -90,13 +90,11 @@ impl FoundCamera {
             format!("{} {}", found.which.words(), number::with_error(found.value, found.std_error))
         };
         let all: Vec<String> = self.corrections.iter().map(words).collect();
-        (!all.is_empty()).then(|| {
-            format!(
-                "The estimates include the camera, which the discs themselves calibrate ({}): {}.",
-                number::count_of(self.shots, "shot"),
-                all.join(", ")
-            )
-        })
+        let (shots, all) = (number::count_of(self.shots, "shot"), all.join(", "));
+        let sentence = format!(
+            "The estimates include the camera, which the discs themselves calibrate ({shots}): {all}."
+        );
+        (!self.corrections.is_empty()).then_some(sentence)
     }
 }
 

@@ -3,7 +3,7 @@
 use schemars::JsonSchema;
 use serde::{Serialize, Serializer};
 
-use crate::measurement::dataset::{Before, Dataset, Measured, Shot, Tracks};
+use crate::measurement::dataset::{Before, Dataset, Measured, Shot};
 use crate::measurement::number::{count_of, with_error};
 use crate::measurement::observable::{Axis, Observable};
 use crate::measurement::parameter::Parameter;
@@ -37,54 +37,31 @@ const MOST_RATIO: f64 = 1.05;
 /// Number of shots that a warning names.
 const NAMED: usize = 3;
 
+/// Kind of a finding that is good to know; all others are suspicious.
+const ADVICE: &str = "advice";
+
 /// Something suspicious, or good to know, about a shot or a data set.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, JsonSchema)]
-pub struct Finding {
+pub(crate) struct Finding {
     /// Name of the shot; null: the whole data set.
-    pub shot: Option<String>,
+    pub(crate) shot: Option<String>,
     /// Whether it is suspicious; else it is good to know.
     #[serde(rename = "suspicious", serialize_with = "suspicious_kind")]
     #[schemars(with = "bool")]
-    pub(crate) kind: Kind,
+    pub(crate) kind: &'static str,
     /// The finding, as a clause without a capital letter and a full stop.
     #[serde(rename = "sentence")]
-    pub text: String,
+    pub(crate) text: String,
 }
 
-fn suspicious_kind<S: Serializer>(kind: &Kind, serializer: S) -> Result<S::Ok, S::Error> {
-    serializer.serialize_bool(*kind != Kind::Advice)
-}
-
-/// The kind of a finding: what it is about.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-#[non_exhaustive]
-pub(crate) enum Kind {
-    /// Nothing need be wrong, but it is good to know.
-    Advice,
-    /// The radius is not that of billiard balls.
-    Radius,
-    /// The sliding friction of the cloth that the paths show is unusual.
-    Sliding,
-    /// The cue ball is slower than the model is made for.
-    Slow,
-    /// The cue ball is faster than a player can hit it.
-    Fast,
-    /// The cue ball's spin is unknown.
-    UnknownSpin,
-    /// The object ball leaves in a direction far from the line of centres.
-    Direction,
-    /// The balls have more energy after the impact than before.
-    Energy,
-    /// The object ball leaves faster than a collision allows.
-    SpeedRatio,
-    /// The throw is larger than friction gives.
-    Throw,
+fn suspicious_kind<S: Serializer>(kind: &str, serializer: S) -> Result<S::Ok, S::Error> {
+    serializer.serialize_bool(kind != ADVICE)
 }
 
 impl Finding {
     /// Returns whether something may be wrong with the data.
     pub(crate) fn is_suspicious(&self) -> bool {
-        self.kind != Kind::Advice
+        self.kind != ADVICE
     }
 }
 
@@ -94,10 +71,10 @@ pub fn check(dataset: &Dataset) -> Vec<Finding> {
     let shots: Vec<&Shot> = dataset.shots.iter().collect();
     let mut found = suspicious(dataset, &shots, dataset.sliding);
     let advice = advice(dataset).into_iter();
-    found.extend(advice.map(|text| Finding { shot: None, kind: Kind::Advice, text }));
+    found.extend(advice.map(|text| Finding { shot: None, kind: ADVICE, text }));
     for shot in shots.iter().filter(|shot| shot.spin == Spin::Unknown) {
         let text = "its spin is unknown: it cannot be fitted".to_owned();
-        found.push(Finding { shot: Some(shot.name.clone()), kind: Kind::UnknownSpin, text });
+        found.push(Finding { shot: Some(shot.name.clone()), kind: "unknown spin", text });
     }
     let place = |name: &String| dataset.shots.iter().position(|shot| shot.name == *name);
     found.sort_by_key(|finding| finding.shot.as_ref().map(place));
@@ -110,44 +87,39 @@ pub(crate) fn suspicious(dataset: &Dataset, shots: &[&Shot], sliding: Option<Mea
     if dataset.is_of_discs() {
         return Vec::new();
     }
-    let mut all = Vec::new();
-    let mut add = |shot: Option<&String>, kind, text| all.push(Finding { shot: shot.cloned(), kind, text });
+    let mut of_all = Vec::new();
     let (radius, [small, large]) = (dataset.ball.radius, RADII);
     if !(small..=large).contains(&radius) {
-        let usual = format!(
+        of_all.push(("radius", format!(
             "the radius is {radius} m: billiard balls have {small} to {large} m (pool 0.028575, carom 0.03075, snooker 0.02625)"
-        );
-        add(None, Kind::Radius, usual);
+        )));
     }
     if let Some(Measured { value, sd: Some(sd) }) = sliding
         && (value + OUTSIDE_ERRORS * sd < SLIDING[0] || value - OUTSIDE_ERRORS * sd > SLIDING[1])
     {
-        let text = format!(
+        of_all.push(("sliding", format!(
             "the paths after the impacts show that the cloth's sliding friction is {}, where 0.2 is usual: the spin of the cue \
              balls (cue_spin), the scale or the times may not be as stated",
             with_error(value, sd)
-        );
-        add(None, Kind::Sliding, text);
+        )));
     }
-    let fps = dataset.tracks.as_ref().and_then(|tracks| tracks.fps);
-    for shot in shots {
-        for (kind, text) in of_shot(shot, fps) {
-            add(Some(&shot.name), kind, text);
-        }
-    }
-    all
+    let of_all = of_all.into_iter().map(|(kind, text)| Finding { shot: None, kind, text });
+    let of_shots = shots.iter().flat_map(|shot| {
+        let found = of_shot(shot).into_iter();
+        found.map(|(kind, text)| Finding { shot: Some(shot.name.clone()), kind, text })
+    });
+    of_all.chain(of_shots).collect()
 }
 
 /// Returns findings as warnings, each kind once: sentences.
 pub(crate) fn warnings(found: &[Finding], shots: usize) -> Vec<String> {
-    let mut kinds: Vec<Kind> = Vec::new();
     let mut all = Vec::new();
-    for Finding { kind, text, .. } in found {
-        if kinds.contains(kind) {
+    for (i, Finding { kind, text, .. }) in found.iter().enumerate() {
+        let is_of_kind = |finding: &&Finding| finding.kind == *kind;
+        if found[..i].iter().any(|other| is_of_kind(&other)) {
             continue;
         }
-        kinds.push(*kind);
-        let of_kind = found.iter().filter(|finding| finding.kind == *kind);
+        let of_kind = found.iter().filter(is_of_kind);
         let names: Vec<&str> = of_kind.filter_map(|finding| finding.shot.as_deref()).collect();
         all.push(match names[..] {
             [] => format!("{}.", capital(text)),
@@ -230,64 +202,56 @@ fn noise(dataset: &Dataset) -> Option<String> {
     })
 }
 
-/// Returns what is suspicious about a shot, of a film with `fps` frames per second.
-fn of_shot(shot: &Shot, fps: Option<f64>) -> Vec<(Kind, String)> {
+/// Returns what is suspicious about a shot: kinds and clauses.
+fn of_shot(shot: &Shot) -> Vec<(&'static str, String)> {
     let value = |observable| shot.after.iter().find(|m| m.observable == observable).map(|m| m.measured.value);
     let velocity = |ball: fn(Axis) -> Observable| Some([value(ball(Axis::X))?, value(ball(Axis::Y))?]);
     let size = |[x, y]: [f64; 2]| x.hypot(y);
     let mut found = Vec::new();
-    match shot.before {
-        Before::Impact { normal, velocity: before, .. } => {
-            let speed = size(before.map(|v| v.value));
-            found.extend(of_speed(speed, fps));
-            let object = velocity(Observable::ObjectVelocity);
-            if let Some([x, y]) = object.filter(|object| size(*object) > 0.0) {
-                let [nx, ny] = normal.map(|n| n.value);
-                let off = (nx * y - ny * x).atan2(nx * x + ny * y).to_degrees();
-                let text = format!(
-                    "the object ball leaves {off:.0}° off the line of centres: the balls or the axes may be mixed up"
-                );
-                found.extend((off.abs() > MOST_THROW_DEG).then_some((Kind::Direction, text)));
-            }
-            if let Some((object, cue)) = object.zip(velocity(Observable::CueVelocity)) {
-                let ratio = (size(object).powi(2) + size(cue).powi(2)) / (speed * speed);
-                let text = format!(
-                    "the balls have {ratio:.2} times the cue ball's energy of motion after the impact"
-                );
-                found.extend((ratio > MOST_RATIO).then_some((Kind::Energy, text)));
-            }
-        }
-        Before::Angle { speed, .. } => {
-            found.extend(speed.and_then(|speed| of_speed(speed.value, fps)));
-            if let Some(ratio) = value(Observable::ObjectSpeedRatio).filter(|ratio| *ratio > MOST_RATIO) {
-                let text = format!("the object ball leaves {ratio:.2} times as fast as the cue ball came");
-                found.push((Kind::SpeedRatio, text));
-            }
-            let throw = value(Observable::Throw).map(f64::to_degrees);
-            if let Some(throw) = throw.filter(|throw| throw.abs() > MOST_THROW_DEG) {
-                found.push((Kind::Throw, format!("a throw of {throw:.1}° is more than friction gives")));
-            }
-        }
+    let mut add = |is_wrong: bool, kind, text: String| found.extend(is_wrong.then_some((kind, text)));
+    let speed = match shot.before {
+        Before::Impact { velocity, .. } => Some(size(velocity.map(|v| v.value))),
+        Before::Angle { speed, .. } => speed.map(|speed| speed.value),
+    };
+    if let Some(speed) = speed {
+        let [slow, fast] = SPEEDS;
+        add(
+            speed > fast,
+            "fast",
+            format!(
+                "the cue ball comes at {speed:.1} m/s, faster than any break: the frame rate or the scale may be wrong"
+            ),
+        );
+        add(
+            speed < slow,
+            "slow",
+            format!("the cue ball comes at {speed:.2} m/s: below {slow} m/s the model leaves too much out"),
+        );
+    }
+    let Before::Impact { normal, .. } = shot.before else {
+        let ratio = value(Observable::ObjectSpeedRatio).unwrap_or(0.0);
+        let text = format!("the object ball leaves {ratio:.2} times as fast as the cue ball came");
+        add(ratio > MOST_RATIO, "speed ratio", text);
+        let throw = value(Observable::Throw).unwrap_or(0.0).to_degrees();
+        let text = format!("a throw of {throw:.1}° is more than friction gives");
+        add(throw.abs() > MOST_THROW_DEG, "throw", text);
+        return found;
+    };
+    let Some([x, y]) = velocity(Observable::ObjectVelocity) else { return found };
+    let [nx, ny] = normal.map(|n| n.value);
+    let off = (nx * y - ny * x).atan2(nx * x + ny * y).to_degrees();
+    add(
+        off.abs() > MOST_THROW_DEG,
+        "direction",
+        format!(
+            "the object ball leaves {off:.0}° off the line of centres: the balls or the axes may be mixed up"
+        ),
+    );
+    if let Some((cue, before)) = velocity(Observable::CueVelocity).zip(speed) {
+        let ratio = (size([x, y]).powi(2) + size(cue).powi(2)) / (before * before);
+        let text =
+            format!("the balls have {ratio:.2} times the cue ball's energy of motion after the impact");
+        add(ratio > MOST_RATIO, "energy", text);
     }
     found
-}
-
-/// Returns what is suspicious about the speed of a cue ball before the impact, m/s.
-fn of_speed(speed: f64, fps: Option<f64>) -> Option<(Kind, String)> {
-    let [slow, fast] = SPEEDS;
-    if speed > fast {
-        let text = format!(
-            "the cue ball comes at {speed:.1} m/s, faster than any break: the frame rate or the scale may be wrong"
-        );
-        return Some((Kind::Fast, text));
-    }
-    let rate = fps.filter(|fps| *fps <= Tracks::MAX_PLAYBACK).map_or(String::new(), |fps| {
-        format!(
-            ". {fps} frames/s is a rate at which films are played: [video] capture_fps is to be what the camera recorded at, \
-             in slow motion 120, 240 or more"
-        )
-    });
-    let text =
-        format!("the cue ball comes at {speed:.2} m/s: below {slow} m/s the model leaves too much out{rate}");
-    (speed < slow).then_some((Kind::Slow, text))
 }

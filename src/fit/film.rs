@@ -79,30 +79,29 @@ impl FittedFilm {
     #[must_use]
     pub(crate) fn shot(&self, i: usize) -> Option<OfShot> {
         let motion = self.solution.motion(i)?;
-        let origin = self.solution.middle.map(|x| x * self.solution.unit);
-        let moved = |place: [f64; 2]| [place[0] + origin[0], place[1] + origin[1]];
+        let origin = self.origin();
+        let moved = |[x, y]: [f64; 2]| [x + origin[0], y + origin[1]];
         let frames = self.solution.fitted_frames(i).into_iter().map(|frame| FittedFrame {
             seen: moved(frame.seen),
             predicted: moved(frame.predicted),
             ..frame
         });
-        Some(OfShot {
-            shot: self.tracks.get(i)?.name.clone(),
-            cut: motion.cut,
-            speed: motion.speed,
-            frames: frames.collect(),
-        })
+        let (shot, frames) = (self.tracks.get(i)?.name.clone(), frames.collect());
+        Some(OfShot { shot, cut: motion.cut, speed: motion.speed, frames })
+    }
+
+    /// Returns the middle of the impacts, m.
+    fn origin(&self) -> [f64; 2] {
+        self.solution.middle.map(|x| x * self.solution.unit)
     }
 
     /// Returns what was estimated of each shot besides the parameters, with its name: instant, place and
     /// direction of the impact, velocity of the cue ball, topspin and side spin.
     #[must_use]
     pub fn estimates(&self) -> Vec<(&str, Vec<OwnEstimate>)> {
-        let origin = self.solution.middle.map(|x| x * self.solution.unit);
-        let all: Vec<Vec<OwnEstimate>> = (0..self.tracks.len())
-            .into_par_iter()
-            .map(|i| self.solution.own_estimates(i, origin).unwrap_or_default())
-            .collect();
+        let of_shot =
+            |(i, _): (usize, &TrackShot)| self.solution.own_estimates(i, self.origin()).unwrap_or_default();
+        let all: Vec<_> = self.tracks.par_iter().enumerate().map(of_shot).collect();
         self.names().into_iter().zip(all).collect()
     }
 
@@ -122,15 +121,15 @@ impl FittedFilm {
         text: impl Fn(&OfShot, &mut String) + Sync,
     ) -> std::io::Result<()> {
         const AT_A_TIME: usize = 512;
-        for first in (0..self.tracks.len()).step_by(AT_A_TIME) {
-            let of_shot = |i: usize| {
-                let mut own = String::new();
-                self.shot(i).inspect(|shot| text(shot, &mut own));
-                own
-            };
-            let last = self.tracks.len().min(first + AT_A_TIME);
-            let texts: Vec<String> = (first..last).into_par_iter().map(of_shot).collect();
-            texts.iter().try_for_each(|text| to.write_all(text.as_bytes()))?;
+        let of_shot = |i: &usize| {
+            let mut own = String::new();
+            self.shot(*i).inspect(|shot| text(shot, &mut own));
+            own
+        };
+        let shots: Vec<usize> = (0..self.tracks.len()).collect();
+        for some in shots.chunks(AT_A_TIME) {
+            let texts: Vec<String> = some.par_iter().map(of_shot).collect();
+            to.write_all(texts.concat().as_bytes())?;
         }
         Ok(())
     }

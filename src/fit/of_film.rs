@@ -2,7 +2,7 @@
 
 use super::camera::FoundCamera;
 use super::common::{Fitted, Tested};
-use super::deviations::trends;
+use super::deviations::{trends, whiten};
 use super::error::Request;
 use super::film::FittedFilm;
 use super::regions::contours;
@@ -10,10 +10,8 @@ use super::{Depth, Diagnostics, Estimate, Fit, FitError, Intervals, Status, film
 use crate::measurement::dataset::{Measured, Shot};
 use crate::measurement::parameter::{Compliance, Parameter, Setting, Settings};
 use crate::measurement::spin::Spin;
-use crate::measurement::track::TrackShot;
 use crate::physics::collision::{Fidelity, Model};
-use crate::physics::friction_law::Law;
-use crate::problem::{Id, Modelling, Offsets, Policy, RowsError, Solution, fit_film};
+use crate::problem::{Id, Modelling, Policy, RowsError, Solution, fit_film};
 
 /// Normal quantile of 95 % intervals.
 const WIDE: f64 = 1.96;
@@ -32,9 +30,14 @@ pub(super) fn fit(request: Request) -> Result<Fit, FitError> {
     let impacts = film.impacts();
     let mut deviations = film.solution.deviations();
     for (found, track) in deviations.iter_mut().zip(film.tracks()) {
-        if let Some(found) = found {
-            found.spins[0] = stated_roll(track, found.spins[0]);
-        }
+        let Some(found) = found else { continue };
+        // topspins that the frames determined are no variable of their own
+        found.spins[0] = match track.spin {
+            Spin::Stun => 0.0,
+            Spin::NaturalRoll => 1.0,
+            Spin::Measured { .. } => found.spins[0],
+            Spin::Unknown => f64::NAN,
+        };
     }
     let fitted = Fitted { request, settings, solution: film.solution.clone(), deviations };
     let mut fit = build(&fitted, &film);
@@ -57,34 +60,18 @@ fn fitted_with(request: &Request) -> Result<(Model, Settings), FitError> {
     let mut model = dataset.model(options.fidelity.unwrap_or(Fidelity::Full));
     model.tolerance = options.tolerance;
     let settings = options.falling.applied(dataset.settings_of_balls());
-    // typical values within the bounds: a search does not depend on the initial values
-    let start = |parameter: Parameter| {
-        let Setting { initial, lower, upper, fixed, .. } = settings[parameter];
-        if fixed { initial } else { parameter.default_setting().initial.clamp(lower, upper) }
-    };
-    if settings.falls {
-        model.law = Law::Exponential { b: start(Parameter::B), c: start(Parameter::C) };
-    }
     if settings.compliance == Compliance::Stated {
         if let Some(fidelity) = options.fidelity
             && !fidelity.effects().compliance
         {
             return Err(request.of_rows(RowsError::Rigid(fidelity.name())));
         }
-        model.kappa = start(Parameter::Kappa);
+        // a search does not depend on the initial value
+        let Setting { initial, lower, upper, fixed, .. } = settings[Parameter::Kappa];
+        let typical = Parameter::Kappa.default_setting().initial.clamp(lower, upper);
+        model.kappa = if fixed { initial } else { typical };
     }
     Ok((model, settings))
-}
-
-/// Returns the topspin of a shot over natural roll if it is known beforehand, NaN if not: of spins that the frames
-/// determined, topspin is not a variable of its own.
-fn stated_roll(track: &TrackShot, fitted: f64) -> f64 {
-    match track.spin {
-        Spin::Stun => 0.0,
-        Spin::NaturalRoll => 1.0,
-        Spin::Measured { .. } => fitted,
-        Spin::Unknown => f64::NAN,
-    }
 }
 
 /// Returns the fit without what is to be said of it.
@@ -137,27 +124,14 @@ fn at_bound(solution: &Solution, parameter: Parameter, setting: &Setting) -> Est
     let Some(limit) = solution.limit_at_bound(id) else {
         return Estimate::bare(parameter, setting.initial, Status::NotIdentified);
     };
-    let (status, ends) = if value == low {
-        (Status::AtLowerBound, [low, limit])
-    } else {
-        (Status::AtUpperBound, [limit, high])
-    };
+    let is_low = value == low;
+    let ends = if is_low { [low, limit] } else { [limit, high] };
     let at_bound = Estimate {
         interval_95: Some(ends),
         intervals: Intervals { hessian: Some(ends), profile: None },
-        ..Estimate::bare(parameter, value, status)
+        ..Estimate::bare(parameter, value, if is_low { Status::AtLowerBound } else { Status::AtUpperBound })
     };
     at_bound.unless_uninformed(setting)
-}
-
-/// Returns the outcome offsets of all shots, whitened in the frame of their collision.
-fn whitened_offsets(solution: &Solution) -> Vec<f64> {
-    let of_shot = |i: usize| {
-        let Offsets { values, covariance } = solution.offsets(0, i)?;
-        covariance.cholesky()?.l().solve_lower_triangular(&values)
-    };
-    let shots = 0..solution.names[0].len();
-    shots.filter_map(of_shot).flat_map(|white| white.iter().copied().collect::<Vec<_>>()).collect()
 }
 
 fn diagnostics(fitted: &Fitted, estimates: &[Estimate]) -> Diagnostics {
@@ -172,7 +146,7 @@ fn diagnostics(fitted: &Fitted, estimates: &[Estimate]) -> Diagnostics {
         chi2,
         dof: (observations - solution.own_count() as f64 - solution.data_count()).max(0.0),
         is_stated: solution.states_noise(),
-        standardized: whitened_offsets(solution),
+        standardized: fitted.deviations.iter().flatten().flat_map(whiten).collect(),
         trends: trends(solution, &fitted.deviations, |slope, _| Some(slope.p_value)),
     };
     let mut diagnostics = fitted.diagnostics(&parameters, silent, tested);

@@ -74,7 +74,7 @@ impl OfRows<'_> {
             noise.rounding = is_rounding.then_some(found.rounding);
         }
         fit.diagnostics = self.diagnostics(&fit);
-        refuted::judge(&mut fit, self.shots);
+        refuted::judge(&mut fit, &self.common.deviations);
         fit
     }
 

@@ -3,14 +3,15 @@
 //! Standard errors hold if the model does. Where χ² rules the model out they are not given; what needs no model of the
 //! friction, the ratio of the normal velocities, is given in their place.
 
+use nalgebra::DVector;
 use serde::{Serialize, Serializer};
 use statrs::distribution::{ChiSquared, ContinuousCDF};
 
 use crate::fit::{Estimate, Fit, Status};
-use crate::measurement::dataset::{Before, Measured, Shot};
+use crate::measurement::dataset::Measured;
 use crate::measurement::observable::{Axis, Observable};
 use crate::measurement::parameter::Parameter;
-use crate::problem::Policy;
+use crate::problem::{Deviations, Policy};
 
 /// How the data contradict the model.
 #[derive(Clone, Debug, PartialEq, Serialize)]
@@ -57,82 +58,63 @@ impl Refuted {
 }
 
 impl Fit {
-    /// The standard error of a parameter as if the model held: what is stated, or if the data refute the model what would
-    /// have been.
+    /// Returns the standard error of a parameter as if the model held.
     pub fn std_error_if_model_held(&self, parameter: Parameter) -> Option<f64> {
-        let stated = self.estimates.iter().find(|e| e.parameter == parameter).and_then(|e| e.std_error);
-        stated.or_else(|| {
-            let nominal = &self.refuted.as_ref()?.if_model_held;
-            nominal.iter().find(|(known, _)| *known == parameter).map(|(_, error)| *error)
-        })
+        let nominal = self.refuted.iter().flat_map(|refuted| &refuted.if_model_held).copied();
+        let stated = self.get(parameter).and_then(|estimate| Some((parameter, estimate.std_error?)));
+        stated.into_iter().chain(nominal).find(|(of, _)| *of == parameter).map(|(_, error)| error)
     }
 }
 
 /// Finds out whether χ² refutes the model; then takes the errors of the estimates away. `shots` are those that were fitted.
-pub(in crate::fit) fn judge(fit: &mut Fit, shots: &[&Shot]) {
+pub(in crate::fit) fn judge(fit: &mut Fit, shots: &[Option<Deviations>]) {
     let Some(goodness) = fit.diagnostics.goodness.as_ref().filter(|goodness| goodness.noise_is_stated) else {
         return;
     };
     let Some([reduced_chi2, p_value]) = Refuted::judge(goodness.chi2, goodness.dof) else { return };
-    let if_model_held =
-        fit.estimates.iter().filter_map(|e| Some((e.parameter, e.std_error?))).collect::<Vec<_>>();
+    let if_model_held = fit.estimates.iter().filter_map(|e| Some((e.parameter, e.std_error?))).collect();
     for estimate in fit.estimates.iter_mut().filter(|e| e.status != Status::Fixed) {
         *estimate = Estimate::bare(estimate.parameter, estimate.value, estimate.status);
     }
     // their regions are intervals of two parameters
     fit.diagnostics.contours.clear();
-    let measured: Vec<Measured> = shots.iter().filter_map(|shot| restitution(shot)).collect();
+    let measured: Vec<Measured> = shots.iter().flatten().filter_map(restitution).collect();
     fit.refuted = Some(Refuted { reduced_chi2, p_value, if_model_held, restitution: mean(&measured) });
 }
 
-/// Returns e = −(V' − U')·n / (V − U)·n of one shot, with its standard error.
-fn restitution(shot: &Shot) -> Option<Measured> {
-    let Before::Impact { normal, velocity } = shot.before else { return None };
-    let after =
-        |observable| shot.after.iter().find(|row| row.observable == observable).map(|row| row.measured);
-    let both = |of: fn(Axis) -> Observable| Some([after(of(Axis::X))?, after(of(Axis::Y))?]);
-    let length = normal[0].value.hypot(normal[1].value);
-    let n = normal.map(|m| m.value / length);
-    let along = |v: [Measured; 2]| v[0].value * n[0] + v[1].value * n[1];
-    let across = |v: [Measured; 2]| v[1].value * n[0] - v[0].value * n[1];
-    let (u, v, w) = (velocity, both(Observable::ObjectVelocity)?, both(Observable::CueVelocity)?);
-    let closing = along(u);
-    let e = (along(v) - along(w)) / closing;
-    let sd = |measured: &Measured| measured.sd.unwrap_or(0.0);
-    let of_direction = (n[1] * sd(&normal[0])).hypot(n[0] * sd(&normal[1]));
-    // (∂e/∂α σ_α)² + Σ (∂e/∂v σ_v)², with the direction α of n and the velocities along it
-    let by_direction = across(v) - across(w) - e * across(u);
-    let mut variance = (by_direction * of_direction).powi(2);
-    for k in 0..2 {
-        variance += (n[k] * n[k]) * ((e * sd(&u[k])).powi(2) + sd(&v[k]).powi(2) + sd(&w[k]).powi(2));
+/// Returns e = (V' − U')·n / U·n of one shot with velocities V' of the object ball and U' of the cue ball after the
+/// impact, with its standard error.
+fn restitution(shot: &Deviations) -> Option<Measured> {
+    let along = |of: fn(Axis) -> Observable, sign: f64| {
+        [Axis::X, Axis::Y].into_iter().zip(shot.normal).map(move |(axis, n)| (of(axis), sign * n))
+    };
+    let mut direction = DVector::zeros(shot.observables.len());
+    for (observable, n) in along(Observable::ObjectVelocity, 1.0).chain(along(Observable::CueVelocity, -1.0))
+    {
+        direction[shot.observables.iter().position(|other| *other == observable)?] = n;
     }
-    let sd = variance.sqrt() / closing.abs();
-    (e.is_finite() && sd.is_finite() && sd > 0.0).then_some(Measured { value: e, sd: Some(sd) })
+    let closing = shot.speed? * shot.cut.cos();
+    let value = direction.dot(&DVector::from_column_slice(&shot.measured)) / closing;
+    let sd = direction.dot(&(&shot.covariance * &direction)).sqrt() / closing;
+    (value.is_finite() && sd.is_finite() && sd > 0.0).then(|| Measured::new(value, sd))
 }
 
 /// The mean of values that scatter by more than their own errors: weights 1/(s² + τ²), with τ² from Cochran's Q
 /// (DerSimonian and Laird 1986, Controlled Clinical Trials 7, 177, Eq. 8).
-pub fn mean(values: &[Measured]) -> Option<MeasuredRestitution> {
-    let weighted = |between: f64| {
-        let (mut sum, mut weights, mut squares) = (0.0, 0.0, 0.0);
-        for Measured { value, sd } in values {
-            let weight = 1.0 / (sd.unwrap_or(f64::INFINITY).powi(2) + between);
-            (sum, weights, squares) = (sum + weight * value, weights + weight, squares + weight * weight);
-        }
-        (sum / weights, weights, squares)
+fn mean(values: &[Measured]) -> Option<MeasuredRestitution> {
+    let variance = |measured: &Measured| measured.sd.unwrap_or(f64::INFINITY).powi(2);
+    // Σ w xᵏ with weights w = 1/(s² + τ²)ⁿ
+    let sum = |between: f64, n: i32, k: i32| -> f64 {
+        values.iter().map(|x| (variance(x) + between).powi(-n) * x.value.powi(k)).sum()
     };
-    if values.is_empty() {
-        return None;
-    }
-    let (first, weights, squares) = weighted(0.0);
-    let q: f64 = values.iter().map(|m| ((m.value - first) / m.sd.unwrap_or(f64::INFINITY)).powi(2)).sum();
-    let room = weights - squares / weights;
-    let excess = q - (values.len() - 1) as f64;
-    let between = if values.len() > 1 && room > 0.0 { (excess / room).max(0.0) } else { 0.0 };
-    let (value, weights, _) = weighted(between);
-    Some(MeasuredRestitution {
-        value,
-        std_error: weights.sqrt().recip(),
+    let weights = sum(0.0, 1, 0);
+    let first = sum(0.0, 1, 1) / weights;
+    let q: f64 = values.iter().map(|x| (x.value - first).powi(2) / variance(x)).sum();
+    let excess = (q - (values.len() as f64 - 1.0)) / (weights - sum(0.0, 2, 0) / weights);
+    let between = if values.len() > 1 { excess.max(0.0) } else { 0.0 };
+    (!values.is_empty()).then(|| MeasuredRestitution {
+        value: sum(between, 1, 1) / sum(between, 1, 0),
+        std_error: sum(between, 1, 0).sqrt().recip(),
         scatter: between.sqrt(),
         shots: values.len(),
     })

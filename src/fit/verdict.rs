@@ -59,15 +59,16 @@ impl Fit {
         /// Part of all shots.
         const SELDOM: f64 = 0.15;
         let rejected = self.unwanted();
-        let unwanted = rejected.len();
+        let (first, unwanted) = (rejected.first()?, rejected.len());
         let all = self.shots_used + unwanted;
-        if let Some(first) = rejected.first().filter(|_| !self.footage) {
-            let others =
-                if unwanted == 1 { String::new() } else { format!(", the first of {unwanted} of {all},") };
-            return Some(format!(" Shot {}{others} was left out: {}.", first.shot, first.reason));
+        if self.footage {
+            let is_often = unwanted as f64 > (SELDOM * all as f64).max(1.0);
+            return is_often
+                .then(|| format!(" {unwanted} of {all} shots were left out: the report says why."));
         }
-        (unwanted as f64 > (SELDOM * all as f64).max(1.0))
-            .then(|| format!(" {unwanted} of {all} shots were left out: the report says why."))
+        let others =
+            if unwanted == 1 { String::new() } else { format!(", the first of {unwanted} of {all},") };
+        Some(format!(" Shot {}{others} was left out: {}.", first.shot, first.reason))
     }
 
     /// Returns what is determined, and what tests it.

@@ -62,7 +62,7 @@ pub(crate) use identifiability::Combination;
 pub(crate) use intervals::{IntervalPair, Known, MANY_SHOTS, Quantiles};
 pub use intervals::{ParameterEstimate, Status};
 pub(crate) use offsets::ShiftScore;
-pub(crate) use offsets::{Offsets, Slope};
+pub(crate) use offsets::Slope;
 pub(crate) use policy::Policy;
 pub(crate) use rows::choices::RowsChoices;
 pub use rows::choices::RowsError;

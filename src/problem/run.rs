@@ -59,19 +59,20 @@ pub(crate) fn fit_film(
     run.findings.extend(effects.into_iter().filter(is_adopted));
     let mut estimates = run.estimates()?;
     for _ in 0..MAX_CAUSES {
-        if !run.adopt(causes::explain(&run.problem, &run.descent.end, &estimates, policy)) {
+        let cause = causes::explain(&run.problem, &run.descent.end, &estimates, policy);
+        // sliding explains a deceleration that no cloth has
+        let is_said_to_roll = run.problem.film().is_some_and(|film| film.is_said_to_roll());
+        let spins = cause.as_ref().filter(|_| is_said_to_roll).and_then(|cause| {
+            let freed = causes::spin_freely(&run.problem, &run.descent.end, (&start, first_noise), policy)?;
+            (freed.fall > cause.fall + 2.0 * run.names.len() as f64).then_some(freed)
+        });
+        if !run.adopt(spins.or(cause)) {
             break;
         }
         estimates = run.estimates()?;
     }
     if run.adopt(causes::widen_rate(&run.problem, &run.descent.end, &estimates, policy)) {
         estimates = run.estimates()?;
-    }
-    let state = &run.descent.end.state;
-    let film = run.problem.film();
-    let lags = film.is_some_and(|film| outliers::lags(film, &state.own[0], &state.shared));
-    if lags && !run.findings.contains(&Finding::Lags) {
-        run.findings.push(Finding::Lags);
     }
     let misfit = slow_variance(&run.noise(), &first_noise);
     if misfit > policy.misfit {
@@ -192,9 +193,7 @@ impl<'a> Run<'a> {
         let state = self.descent.end.state.clone();
         let Some(film) = self.problem.film_mut() else { return };
         let Some(reach) = outliers::spoiled(film, &state.own[0], &state.shared) else { return };
-        let lags = outliers::lags(film, &state.own[0], &state.shared);
-        let [before, after] = reach;
-        self.findings.push(if lags { Finding::Lags } else { Finding::Spoiled { before, after } });
+        self.findings.push(Finding::Spoiled { before: reach[0], after: reach[1] });
         outliers::leave_out_spoiled(film, &state.own[0], reach);
         self.descent = descend_with_noise(&mut self.problem, state);
     }

@@ -36,7 +36,6 @@ pub(crate) struct FilmedShot {
     pub(crate) fps: f64,
     /// Side spins of the balls just after the impact that markers show.
     pub(crate) side_spins: Vec<SideSpin>,
-    /// The spin of the cue ball before the impact.
     pub(crate) spin: ShotSpin,
     /// The correction of the outcome by a finer model of the impact.
     pub(crate) correction: Correction,
@@ -60,7 +59,6 @@ pub(crate) struct FilmBlock {
     pub(crate) shots: Vec<FilmedShot>,
     /// Spreads of topspin and side spin from shot to shot.
     pub(crate) spreads: [Spread; 2],
-    /// The collision model.
     pub(crate) contact: Contact,
     /// The noise of each ball.
     pub(crate) noise: [Noise; 2],
@@ -194,6 +192,11 @@ impl FilmBlock {
         let unknown = sliding.shots.iter_mut().map(|shot| &mut shot.spin).filter(|spin| spin.is_unknown());
         let count = unknown.map(|spin| *spin = ShotSpin::UNKNOWN_SLIDING).count();
         (count > 0).then_some(sliding)
+    }
+
+    /// Returns whether natural roll is stated of a shot.
+    pub(crate) fn is_said_to_roll(&self) -> bool {
+        self.shots.iter().any(|shot| shot.spin.is_said_to_roll())
     }
 
     /// Computes what weight and cloth during the contact add to the outcome of each shot; zero if they describe no

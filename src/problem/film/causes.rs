@@ -23,14 +23,6 @@ const PROMISED: f64 = 0.8;
 /// Frame rates over the stated one at which descents start.
 const FRAME_RATES: [f64; 5] = [0.8, 0.9, 1.0, 1.1, 1.25];
 
-/// Part of the decrease of another suspect with which balls that slide are the likelier explanation: it
-/// contradicts no prior of the cloth.
-const SLIDES_RATHER: f64 = 0.9;
-
-/// Topspin over natural roll at which descents start whose balls slide: on either side of rolling,
-/// where the friction of the cloth turns, and almost without it.
-const SLIDES: [f64; 4] = [0.1, 0.8, 0.95, 1.05];
-
 /// Steps of a refit with a freed unknown.
 const FREED_STEPS: usize = 40;
 
@@ -43,7 +35,6 @@ pub(crate) struct Refit {
     pub(crate) descent: Descent,
     /// Decrease of −2 log L at the noise before.
     pub(crate) fall: f64,
-    /// The finding about it.
     pub(crate) finding: Option<Finding>,
 }
 
@@ -55,17 +46,10 @@ impl Refit {
         Self { problem, descent, fall, finding: None }
     }
 
-    fn saying(self, finding: Finding) -> Self {
-        Self { finding: Some(finding), ..self }
-    }
-
-    fn shared(&self, id: Id) -> f64 {
-        self.descent.end.state.shared[id]
-    }
-
-    /// Returns the standard error of a shared unknown.
-    fn sd(&self, id: Id) -> Option<f64> {
-        Estimates::new(&self.problem, &self.descent.end)?.sd(id as usize)
+    /// Returns a shared unknown with its standard error.
+    fn estimate(&self, id: Id) -> Option<(f64, f64)> {
+        let sd = Estimates::new(&self.problem, &self.descent.end)?.sd(id as usize)?;
+        Some((self.descent.end.state.shared[id], sd))
     }
 }
 
@@ -100,10 +84,7 @@ pub(crate) fn explain(
     suspects.sort_by(|a, b| (b.fall / b.threshold).total_cmp(&(a.fall / a.threshold)));
     let suspects = suspects.into_iter().take(MAX_SUSPECTS);
     let refits = suspects.filter_map(|suspect| let_in(problem, at, suspect, policy));
-    let best = refits.max_by(|a, b| a.fall.total_cmp(&b.fall))?;
-    // sliding explains a deceleration that no cloth has
-    let sliding = slide(problem, at, policy).filter(|sliding| sliding.fall > SLIDES_RATHER * best.fall);
-    Some(sliding.unwrap_or(best))
+    refits.max_by(|a, b| a.fall.total_cmp(&b.fall))
 }
 
 /// Returns the least χ² with a suspect free and without its prior, if χ² decreases by enough.
@@ -130,15 +111,19 @@ fn let_in(problem: &Problem, at: &Evaluation, suspect: Suspect, policy: &Policy)
         return None;
     }
     let refit = Refit::from(wider, best.end.state, fall);
-    let (estimate, sd) = (refit.shared(id), refit.sd(id)?);
+    let (estimate, sd) = refit.estimate(id)?;
     let (stated, size) = match before.prior {
         Some(Normal { mean, sd: of_prior }) => (mean, (estimate - mean) / sd.hypot(of_prior)),
         // masses that are stated as exact
-        None if id == Id::MassRatio => (before.start, fall.sqrt().copysign(estimate - before.start)),
-        None => return Some(refit.saying(Finding::Cause { id, estimate, sd, fall })),
+        None => (before.start, fall.sqrt().copysign(estimate - before.start)),
     };
-    let conflict = Finding::Conflict { id, stated, estimate, sd, size };
-    (before.prior.is_none() || size.abs() >= policy.conflict).then(|| refit.saying(conflict))
+    let finding = if before.prior.is_none() && id != Id::MassRatio {
+        Finding::Cause { id, estimate, sd, fall }
+    } else {
+        Finding::Conflict { id, stated, estimate, sd, size }
+    };
+    let is_named = before.prior.is_none() || size.abs() >= policy.conflict;
+    is_named.then_some(Refit { finding: Some(finding), ..refit })
 }
 
 /// Returns the best of the descents that start with unknown `id` at each of some values.
@@ -178,41 +163,12 @@ pub(crate) fn widen_rate(
     let mut wider = problem.clone();
     wider.unknown_mut(id).prior = Some(Normal { mean: stated, sd: policy.doubted_rate_sd });
     let mut refit = Refit::from(wider, at.state.clone(), 0.0);
-    if let Some(sd) = refit.sd(id) {
-        let (estimate, size) = (refit.shared(id), (refit.shared(id) - stated) / sd);
+    if let Some((estimate, sd)) = refit.estimate(id) {
+        let size = (estimate - stated) / sd;
         let conflict = Finding::Conflict { id, stated, estimate, sd, size };
         refit.finding = (size.abs() > policy.conflict).then_some(conflict);
     }
     Some(refit)
-}
-
-/// Returns the refit with balls that slide before the impact though natural roll is stated, with a
-/// topspin that the shots share.
-fn slide(problem: &Problem, at: &Evaluation, policy: &Policy) -> Option<Refit> {
-    let has_rolls = problem.film()?.shots.iter().any(|shot| shot.spin.is_said_to_roll());
-    if problem.is_robust() || !has_rolls || problem.unknown(Id::Slide).mode == Mode::Free {
-        return None;
-    }
-    let mut wider = problem.clone();
-    let shots = &mut wider.film_mut()?.shots;
-    let sliding = shots.len();
-    for shot in shots.iter_mut().filter(|shot| shot.spin.is_said_to_roll()) {
-        shot.spin = ShotSpin::SLIDES;
-    }
-    wider.unknown_mut(Id::Roll).mode = Mode::Fixed;
-    wider.unknown_mut(Id::Slide).mode = Mode::Free;
-    let mut start = at.state.clone();
-    for id in [Id::Roll, Id::MuK, Id::MuR] {
-        start.shared[id] = wider.unknown(id).start;
-    }
-    let best = descend_from(&wider, &start, Id::Slide, &SLIDES)?;
-    let fall = at.cost - best.end.cost;
-    if !(fall > policy.cause) {
-        return None;
-    }
-    let refit = Refit::from(wider, best.end.state, fall);
-    let topspin = refit.shared(Id::Slide);
-    Some(refit.saying(Finding::Spins { fall, topspin, sliding }))
 }
 
 /// Returns the refit with the spins of all shots unknown, from the first guesses, if χ² decreases by
@@ -224,7 +180,7 @@ pub(crate) fn spin_freely(
     policy: &Policy,
 ) -> Option<Refit> {
     // a spin of its own for each shot would explain wrong shots that count less
-    if problem.is_robust() {
+    if problem.is_robust() || problem.film()?.shots.iter().all(|shot| shot.spin.is_unknown()) {
         return None;
     }
     let mut free = Problem { unknowns: of_unknown_spins(&problem.unknowns), ..problem.clone() };
@@ -247,6 +203,6 @@ pub(crate) fn spin_freely(
     let topspins: Vec<f64> = sliding.map(|(shot, own)| shot.spin.topspin_of(own, &state.shared)).collect();
     let sliding = topspins.len();
     let topspin = if sliding == 0 { 1.0 } else { topspins.iter().sum::<f64>() / sliding as f64 };
-    refit.fall = fall;
-    Some(refit.saying(Finding::Spins { fall, topspin, sliding }))
+    (refit.fall, refit.finding) = (fall, Some(Finding::Spins { fall, topspin, sliding }));
+    Some(refit)
 }

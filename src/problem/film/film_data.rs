@@ -38,9 +38,7 @@ const MOVING: &str = "the object ball was moving before the impact";
 /// How a film is modelled and fitted.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Modelling {
-    /// The collision model.
     pub(crate) model: Model,
-    /// Settings of the contact's parameters.
     pub(crate) settings: Settings,
     /// Whether effects beyond the model are adopted if the frames show them.
     pub(crate) is_auto: bool,
@@ -63,7 +61,6 @@ impl Modelling {
 pub(crate) struct Film<B> {
     pub(crate) block: B,
     pub(crate) unknowns: Vec<Unknown>,
-    /// First guesses.
     pub(crate) own: Vec<Own>,
     /// Names of the shots of the block.
     pub(crate) names: Vec<String>,

@@ -72,7 +72,6 @@ impl Impact {
 /// One ball in one frame against the fit.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct FittedFrame {
-    /// The ball.
     pub(crate) ball: TrackedBall,
     /// s
     pub(crate) time: f64,
@@ -82,7 +81,6 @@ pub(crate) struct FittedFrame {
     pub(crate) predicted: [f64; 2],
     /// Standard deviations of both coordinates, m.
     pub(crate) sd: [f64; 2],
-    /// Whether the frame is used.
     pub(crate) used: bool,
 }
 
