@@ -11,13 +11,12 @@ use super::deviations::{trends, whiten};
 use super::error::Request;
 use super::regions::contours;
 use super::{Computed, Depth, Diagnostics, Estimate, Fit, FitError, Scatter, Status, notes};
-use crate::measurement::observable::Observable;
+use crate::measurement::observable::{Measured, Observable};
 use crate::measurement::parameter::Parameter;
 use crate::physics::ball::Ball;
 use crate::physics::collision::{Effects, Fidelity};
 use crate::problem::{
-    Component, Deviations, DiscFit, Finding, Id, Known, Policy, Quantiles, Quantity, ShiftScore, Slope,
-    Solution, fit_discs,
+    Component, Deviations, DiscFit, Id, Known, Policy, Quantiles, Quantity, ShiftScore, Slope, fit_discs,
 };
 
 /// Number of shots that show how much shots differ.
@@ -90,7 +89,7 @@ pub(super) fn fit(request: Request) -> Result<Fit, FitError> {
 fn deviations(found: &DiscFit) -> Vec<Option<Deviations>> {
     let DiscFit { solution, impacts, scatter, .. } = found;
     // a single shot does not show the law that J_t/J_n would deviate from
-    let is_law_shown = !undetermined(solution).contains(&Id::Mu);
+    let is_law_shown = !found.undetermined.contains(&Id::Mu);
     let of_shot = |name: &String| {
         let impact = impacts.iter().find(|impact| impact.name == *name)?;
         let closing = impact.get(Quantity::ClosingSpeed)?.value;
@@ -98,25 +97,23 @@ fn deviations(found: &DiscFit) -> Vec<Option<Deviations>> {
         let e = solution.value(Id::E) - solution.value(Id::ESlope) * closing;
         let slip_of_law = slip.filter(|_| is_law_shown);
         let ratio = slip_of_law.and_then(|slip| solution.impulse_ratio([closing, slip * closing]));
-        let (mut observables, mut measured, mut values, mut variances) = (vec![], vec![], vec![], vec![]);
-        for (observable, quantity, component, law) in [
+        let all = [
             (Observable::Restitution, Quantity::Restitution, Component::Restitution, Some(e)),
             (Observable::ImpulseRatio, Quantity::ImpulseRatio, Component::Ratio, ratio),
-        ] {
-            let Some((found_here, law)) = impact.get(quantity).zip(law) else { continue };
-            let Some(sd) = found_here.sd else { continue };
-            observables.push(observable);
-            measured.push(found_here.value);
-            values.push(found_here.value - law);
-            variances.push(sd.hypot(scatter[component as usize]).powi(2));
-        }
+        ];
+        let rows = all.into_iter().filter_map(|(observable, quantity, component, law)| {
+            let Measured { value, sd } = impact.get(quantity)?;
+            Some((observable, [value, value - law?, sd?.hypot(scatter[component as usize]).powi(2)]))
+        });
+        let (observables, rows): (Vec<_>, Vec<[f64; 3]>) = rows.unzip();
+        let column = |place: usize| DVector::from_iterator(rows.len(), rows.iter().map(|row| row[place]));
         let cut = slip.unwrap_or(0.0).atan();
         Some(Deviations {
-            by: DMatrix::zeros(values.len(), 0),
+            by: DMatrix::zeros(rows.len(), 0),
             observables,
-            measured,
-            values: DVector::from(values),
-            covariance: DMatrix::from_diagonal(&DVector::from(variances)),
+            measured: column(0).as_slice().to_vec(),
+            values: column(1),
+            covariance: DMatrix::from_diagonal(&column(2)),
             normal: [1.0, 0.0],
             cut,
             speed: Some(closing / cut.cos()),
@@ -126,31 +123,17 @@ fn deviations(found: &DiscFit) -> Vec<Option<Deviations>> {
     solution.names[0].iter().map(of_shot).collect()
 }
 
-/// Returns the unknowns that were held since the shots do not determine them; others that χ² does not depend
-/// on have a bound.
-fn undetermined(solution: &Solution) -> Vec<Id> {
-    let is_held = |id: &Id| solution.get(*id).is_none();
-    let findings = solution.findings.iter().filter_map(|finding| match *finding {
-        Finding::Undetermined { id, .. } => Some(id),
-        _ => None,
-    });
-    findings.filter(is_held).collect()
-}
-
 fn estimates(common: &Fitted, found: &DiscFit) -> Vec<Estimate> {
-    let solution = &found.solution;
     let known = Known {
-        solution,
-        as_free: &solution.covariance,
-        undetermined: undetermined(solution),
+        solution: &found.solution,
+        as_free: &found.solution.covariance,
+        undetermined: found.undetermined.clone(),
         quantiles: Quantiles::new(found.dof),
         others: &found.others,
         profiles: common.request.options.depth >= Depth::Intervals,
     };
-    let parameters = common.parameters().into_iter();
-    let of_law = parameters.filter(|p| *p != Parameter::MuS && !p.is_of_balls());
-    let estimates = of_law.map(|p| known.estimate(p).unless_uninformed(&common.settings[p]));
-    estimates.collect()
+    let of_law = common.parameters().into_iter().filter(|p| *p != Parameter::MuS && !p.is_of_balls());
+    of_law.map(|p| known.estimate(p).unless_uninformed(&common.settings[p])).collect()
 }
 
 fn diagnostics(common: &Fitted, found: &DiscFit, estimates: &[Estimate]) -> Diagnostics {
@@ -166,15 +149,12 @@ fn diagnostics(common: &Fitted, found: &DiscFit, estimates: &[Estimate]) -> Diag
         standardized,
         trends: trends(&common.solution, &common.deviations, chance),
     };
-    let is_wanted = common.request.options.depth >= Depth::Everything;
-    let contours =
-        is_wanted.then(|| contours(&common.solution, &common.solution.covariance, &of_law, found.dof));
-    Diagnostics {
-        robust: None,
-        has_rival: !found.others.is_empty(),
-        contours: contours.unwrap_or_default(),
-        ..common.diagnostics(&parameters, undetermined, tested)
+    let mut diagnostics = common.diagnostics(&parameters, undetermined, tested);
+    (diagnostics.robust, diagnostics.has_rival) = (None, !found.others.is_empty());
+    if common.request.options.depth >= Depth::Everything {
+        diagnostics.contours = contours(&common.solution, &common.solution.covariance, &of_law, found.dof);
     }
+    diagnostics
 }
 
 /// Returns the probability of a slope by chance: the scatter that is stated includes a trend, that about the line does not.

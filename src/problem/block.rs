@@ -1,7 +1,7 @@
 //! Measurements as blocks: each kind predicts the numbers of its shots from unknowns of their own and
 //! those that they share.
 
-use super::discs::block::{DiscBlock, Freedom};
+use super::discs::block::DiscBlock;
 use super::film::block::FilmBlock;
 use super::film::impact::Correction;
 use super::rows::block::RowsBlock;
@@ -71,7 +71,7 @@ impl Block {
         match self {
             Self::Film(film) => !film.states_noise,
             // what the law leaves is scatter of the shots
-            Self::Discs(discs) => discs.freedom != Freedom::Law,
+            Self::Discs(discs) => !discs.has_law,
             Self::Rows(rows) => !rows.noises.is_empty(),
         }
     }

@@ -69,8 +69,9 @@ pub use rows::choices::RowsError;
 #[cfg(feature = "io")]
 pub use rows::choices::Unpredictable;
 pub(crate) use rows::deviations::Deviations;
+pub(crate) use rows::noise::TableNoise;
 pub use rows::prediction::{Prediction, predict};
-pub(crate) use rows::run::{RowsFit, TableNoise, fit_rows};
+pub(crate) use rows::run::{RowsFit, fit_rows};
 pub(crate) use run::fit_film;
 pub(crate) use solution::{Budget, Estimate, ShotInfluence, Solution};
 pub use unknowns::Id;
@@ -94,11 +95,10 @@ mod tests {
     use std::path::Path;
 
     use super::block::Block;
-    use super::discs::block::Freedom;
     use super::discs::own::LEAD;
     use super::film::film_data::Film;
+    use super::film::own::OWN;
     use super::problem::{Problem, State};
-    use super::rows::shot::OWN;
     use super::rows::table::Table;
     use super::sums::Noise;
     use super::unknowns::{Own, Shared};
@@ -210,7 +210,7 @@ mod tests {
     fn gradients_of_discs_are_slopes_of_chi2() {
         let Film { mut block, unknowns, own, .. } =
             Film::of_discs(&io::load(Path::new("data/pucks-chalmers-2023")).unwrap()).unwrap();
-        block.freedom = Freedom::Law;
+        block.has_law = true;
         block.noise.iter_mut().for_each(|noise| (noise.sd, noise.rho) = (1e-2, 0.3));
         let problem = Problem::of_one(Block::Discs(block), unknowns);
         let mut state = State { own: vec![own], shared: Shared::starts(&problem.unknowns) };

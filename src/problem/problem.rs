@@ -224,7 +224,20 @@ impl Problem {
     }
 }
 
+/// Keeps the names of the shots for which `keep` is true; returns the others.
+pub(crate) fn split_names(names: &mut Vec<String>, keep: &[bool]) -> Vec<String> {
+    let (kept, lost): (Vec<_>, Vec<_>) =
+        std::mem::take(names).into_iter().zip(keep).partition(|(_, keep)| **keep);
+    *names = kept.into_iter().map(|(name, _)| name).collect();
+    lost.into_iter().map(|(name, _)| name).collect()
+}
+
 impl Evaluation {
+    /// Returns the same state with another cost.
+    pub(crate) fn costing(self, cost: f64) -> Self {
+        Self { cost, ..self }
+    }
+
     /// Returns the number of shots whose contact sticks.
     pub(crate) fn count_sticking(&self) -> usize {
         self.shots.iter().flatten().filter(|shot| shot.sticks).count()

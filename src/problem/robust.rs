@@ -75,8 +75,8 @@ pub(super) fn losses(problem: &Problem, at: &Evaluation, number: usize) -> Vec<(
         Block::Rows(rows) => {
             let shared = sample.gather(&at.state.shared);
             let of_shot = |(i, own): (usize, &Own)| {
-                let distance = rows.predict(i, own, &shared).map(|found| rows.distance(i, own, &found));
-                (rows.losses[rows.shots[i].rows.len()], distance.unwrap_or(f64::INFINITY))
+                let (distance, loss) = rows.distance(i, own, &shared);
+                (loss, distance)
             };
             at.state.own[number].iter().enumerate().map(of_shot).collect()
         }

@@ -11,7 +11,7 @@ use super::intervals::errors_as_free;
 use super::loss::ShotLoss;
 use super::minimise::{descend_with_noise, fit};
 use super::policy::Policy;
-use super::problem::{Problem, State};
+use super::problem::{Problem, State, split_names};
 use super::robust::robust_covariance;
 use super::solution::Solution;
 use super::sums::Noise;
@@ -182,10 +182,7 @@ impl<'a> Run<'a> {
     /// Leaves out the shots that are not kept, and says so.
     fn leave_out(&mut self, keep: &[bool], state: &mut State) {
         self.problem.retain(0, state, keep);
-        let (kept, lost): (Vec<_>, Vec<_>) =
-            std::mem::take(&mut self.names).into_iter().zip(keep).partition(|(_, keep)| **keep);
-        self.names = kept.into_iter().map(|(name, _)| name).collect();
-        self.findings.push(Finding::LostShots { names: lost.into_iter().map(|(name, _)| name).collect() });
+        self.findings.push(Finding::LostShots { names: split_names(&mut self.names, keep) });
     }
 
     /// Leaves out the frames next to the impacts if they are off in all shots, and says so.

@@ -5,8 +5,8 @@ use std::sync::Arc;
 use nalgebra::SVector;
 use num_dual::DualSVec64;
 
-use super::lines::{LEAST, Stuck};
-use super::motion::{COEFFICIENTS, MOVING, Paths, follow, locate};
+use super::lines::Stuck;
+use super::motion::{COEFFICIENTS, Dual, MOVING, Paths, follow, locate};
 use super::own::{self, CORE, Component, spreads};
 use crate::physics::disc::Discs;
 use crate::problem::film::camera::{Camera, Point};
@@ -15,11 +15,10 @@ use crate::problem::frames::{Columns, Frame, Sight, add_track, whiten};
 use crate::problem::sums::{Contribution, Noise, OwnPrior, Spread};
 use crate::problem::unknowns::{CAMERA, Id, Normal, Own, PHYSICS, SHARED, Shared};
 
-/// Number of frames on either side of the impact that are left out at least.
-pub(super) const TOUCHING: usize = 1;
-
-/// Prior standard deviation of an unknown offset, over the normal impulse or the closing speed.
-pub(super) const ANY: OwnPrior = OwnPrior::Stated(Normal { mean: 0.0, sd: 3.0 });
+/// Prior standard deviation of an unknown offset, over the normal impulse or the closing speed, and of an
+/// unknown distance of the centres, m.
+const ANY: f64 = 3.0;
+const ANY_DISTANCE: f64 = 1e3;
 
 /// Number of noises of a shot: of each disc along x and along y.
 pub(super) const NOISES: usize = 4;
@@ -27,19 +26,7 @@ pub(super) const NOISES: usize = 4;
 /// Numbers that the place of a point depends on: the coefficients of the piece, the instant, and direction and
 /// radius of a marker. In a row, derivatives by the camera and the residual follow.
 const POINT: usize = COEFFICIENTS + 3;
-const OTHERS: usize = 3 + CAMERA + 1;
-const ROW: usize = COEFFICIENTS + OTHERS;
-
-/// Which outcome of an impact each shot may have besides that of the law.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(crate) enum Freedom {
-    /// One shot may differ from the law by the scatter.
-    Law,
-    /// Any e and J_t/J_n; momentum and spins scatter.
-    Outcome,
-    /// Any e and J_t/J_n, with any balance of momentum, and any spins.
-    Everything,
-}
+const ROW: usize = POINT + CAMERA + 1;
 
 /// A point on a disc in the frames of a shot.
 #[derive(Clone, Debug)]
@@ -67,11 +54,9 @@ pub(crate) struct ShotFrames {
     pub(crate) flat: Option<usize>,
     /// How the discs stick together after the impact, if they do.
     pub(crate) stuck: Option<Stuck>,
-    /// Priors of own unknowns in every fit.
-    pub(crate) known: Vec<(usize, OwnPrior)>,
     /// Standard deviation of a coordinate of each disc that neighbouring frames show, m.
     pub(crate) position_sd: [f64; 2],
-    /// Number of frames on either side of the impact in which the discs may touch.
+    /// Number of frames on either side of the impact in which the discs touch.
     pub(crate) touching: usize,
     /// Number of frames that were left out as wrong.
     pub(crate) outliers: usize,
@@ -86,53 +71,35 @@ pub(crate) struct ShotFrames {
 pub(crate) struct DiscBlock {
     pub(crate) shots: Arc<Vec<ShotFrames>>,
     pub(crate) discs: Discs,
-    pub(crate) freedom: Freedom,
+    /// Whether shots differ from the law of the impact by their scatter alone; else they have any e and
+    /// J_t/J_n, any balance of momentum and any spins.
+    pub(crate) has_law: bool,
     /// The noises of each shot one after the other.
     pub(crate) noise: Vec<Noise>,
     /// Spreads of each [`Component`].
     pub(crate) spreads: Vec<Spread>,
 }
 
-impl ShotFrames {
-    /// Follows both discs through the impact; `None` if they do not approach.
-    pub(super) fn follow(&self, own: &Own, shared: &Shared, discs: &Discs) -> Option<Paths> {
-        follow((self.stuck.is_some(), self.turns), own, shared, discs)
-    }
-
-    /// Uses the frames within reach of the impact, but for those in which the discs may still touch unless too
-    /// few are left.
-    pub(crate) fn choose_frames(&mut self, instant: f64) {
-        let [from, to] = self.stuck.map_or([instant; 2], |stuck| stuck.settling);
-        // frames from the contact
-        let away = |frame: &Frame| (from - frame.time).max(frame.time - to) * self.fps;
-        for track in &mut self.tracks {
-            let after = track.frames.partition_point(|frame| frame.time <= instant);
-            let (early, late) = track.frames.split_at_mut(after);
-            for side in [early, late] {
-                let apart = side.iter().filter(|frame| away(frame) >= self.touching as f64).count();
-                let least = if apart < LEAST { f64::NEG_INFINITY } else { self.touching as f64 };
-                for frame in side {
-                    frame.used = (least..=self.reach).contains(&away(frame));
-                }
-            }
-        }
-    }
-}
-
 impl DiscBlock {
     pub fn new(shots: Vec<ShotFrames>, discs: Discs, noise: Vec<Noise>) -> Self {
         let spreads = spreads(&discs, shots.len());
-        Self { shots: Arc::new(shots), discs, freedom: Freedom::Outcome, noise, spreads }
+        Self { shots: Arc::new(shots), discs, has_law: false, noise, spreads }
     }
 
     /// Returns the noises of shot `i`.
-    pub(crate) fn noise_of(&self, i: usize) -> &[Noise] {
+    pub(super) fn noise_of(&self, i: usize) -> &[Noise] {
         &self.noise[NOISES * i..NOISES * (i + 1)]
     }
 
+    /// Follows both discs of shot `i` through the impact; `None` if they do not approach.
+    pub(super) fn follow(&self, i: usize, own: &Own, shared: &Shared) -> Option<Paths> {
+        let shot = &self.shots[i];
+        follow((shot.stuck.is_some(), shot.turns), own, shared, &self.discs)
+    }
+
     /// Returns the used frames of each track of shot `i`, whitened; an empty list if the discs do not approach.
-    pub(crate) fn sights(&self, i: usize, own: &Own, shared: &Shared) -> Vec<Vec<Sight<ROW>>> {
-        let Some(paths) = self.shots[i].follow(own, shared, &self.discs) else { return Vec::new() };
+    pub(super) fn sights(&self, i: usize, own: &Own, shared: &Shared) -> Vec<Vec<Sight<ROW>>> {
+        let Some(paths) = self.follow(i, own, shared) else { return Vec::new() };
         self.shots[i].tracks.iter().map(|track| self.look(i, track, &paths, own, shared)).collect()
     }
 
@@ -146,13 +113,13 @@ impl DiscBlock {
         own: &Own,
         shared: &Shared,
     ) -> Vec<Sight<ROW>> {
-        let of = |i: usize, value: f64| constant::<POINT>(value).derivative(i);
-        let time = of(COEFFICIENTS, own[own::TIME]);
+        let dual = |i: usize, value: f64| constant::<POINT>(value).derivative(i);
+        let time = dual(COEFFICIENTS, own[own::TIME]);
         let marker = track.marker.map(|[direction, radius]| {
-            [of(COEFFICIENTS + 1, own[direction]), of(COEFFICIENTS + 2, own[radius])]
+            [dual(COEFFICIENTS + 1, own[direction]), dual(COEFFICIENTS + 2, own[radius])]
         });
         let pieces = paths.pieces[track.disc].each_ref().map(|piece| -> [DualSVec64<POINT>; COEFFICIENTS] {
-            std::array::from_fn(|i| of(i, piece.at[i]))
+            std::array::from_fn(|i| dual(i, piece.at[i]))
         });
         let camera = Camera::new(shared);
         let [x, y] = [0, 1].map(|axis| self.noise_of(i)[2 * track.disc + axis]);
@@ -180,13 +147,12 @@ impl DiscBlock {
     /// Returns the sums of shot `i`, with what is known of its own unknowns.
     pub(crate) fn contribute(&self, i: usize, own: &Own, shared: &Shared) -> Contribution {
         let (shot, count) = (&self.shots[i], own.len());
-        let Some(paths) = shot.follow(own, shared, &self.discs) else {
+        let Some(paths) = self.follow(i, own, shared) else {
             return Contribution::impossible(count, SHARED, self.noise.len());
         };
         let mut total = Contribution::empty(count, SHARED, self.noise.len());
         total.sticks = shot.stuck.is_some();
-        let moving = MOVING.map(|id| count + id as usize);
-        let inputs: Vec<usize> = (0..CORE).chain(moving).collect();
+        let inputs: Vec<usize> = (0..CORE).chain(MOVING.map(|id| count + id as usize)).collect();
         for track in &shot.tracks {
             let sights = self.look(i, track, &paths, own, shared);
             // without a marker its derivatives are 0
@@ -206,21 +172,40 @@ impl DiscBlock {
 
     /// Returns what is known of own unknowns of shot `i`.
     pub(crate) fn own_priors(&self, i: usize) -> Vec<(usize, OwnPrior)> {
-        let known = &self.shots[i].known;
-        let mut priors = known.clone();
-        for (which, component) in Component::ALL.into_iter().enumerate() {
-            let is_free = match component {
-                Component::Restitution => self.freedom != Freedom::Law,
-                // a single shot shows no law
-                Component::Ratio => self.freedom != Freedom::Law || self.shots.len() == 1,
-                Component::Momentum | Component::SpinRatio => self.freedom == Freedom::Everything,
-                Component::Distance | Component::Slowing => false,
-            };
-            let prior = if is_free { ANY } else { OwnPrior::Spread(which) };
-            let is_open = |place: &usize| !known.iter().any(|(known, _)| known == place);
-            priors.extend(component.describe().0.filter(is_open).map(|place| (place, prior)));
+        (0..CORE).filter_map(|place| Some((place, self.own_prior(&self.shots[i], place)?))).collect()
+    }
+
+    fn own_prior(&self, shot: &ShotFrames, place: usize) -> Option<OwnPrior> {
+        let is_stuck = shot.stuck.is_some();
+        let stated = |sd: f64| Some(OwnPrior::Stated(Normal { mean: 0.0, sd }));
+        if let Some(axis) = shot.flat {
+            // no motion across the film
+            let across = [own::X, own::VELOCITY, own::VELOCITY + 2].map(|first| first + axis);
+            let others = [own::DIRECTION, own::RATIO, own::MOMENTUM + 1, own::LEAD];
+            if across.contains(&place) || others.contains(&place) {
+                return Some(OwnPrior::Held);
+            }
         }
-        priors
+        let is_held = match place {
+            own::SPIN..own::RESTITUTION => !shot.turns[place - own::SPIN],
+            own::SPIN_RATIO..own::SLOWING => is_stuck || !shot.turns[place - own::SPIN_RATIO],
+            own::RESTITUTION | own::LEAD => is_stuck,
+            _ => false,
+        };
+        let which = Component::ALL.iter().position(|component| component.describe().0.contains(&place));
+        let is_any = match place {
+            // a single shot shows no law
+            own::RATIO => !self.has_law || is_stuck || !shot.knows_slip || self.shots.len() == 1,
+            own::RESTITUTION..own::SLOWING => !self.has_law,
+            _ => false,
+        };
+        match place {
+            _ if is_held => Some(OwnPrior::Held),
+            own::LEAD => stated(shot.fps.recip()),
+            own::DISTANCE if shot.flat.is_some() => stated(ANY_DISTANCE),
+            _ if is_any => stated(ANY),
+            _ => which.map(OwnPrior::Spread),
+        }
     }
 
     /// Takes shots instead of all; one may be taken several times.
@@ -233,8 +218,8 @@ impl DiscBlock {
     }
 
     /// Returns e and J_t/J_n of shot `i` with their derivatives; `None` if its discs do not approach.
-    pub fn outcome(&self, i: usize, own: &Own, shared: &Shared) -> Option<[super::motion::Dual; 2]> {
-        Some(self.shots[i].follow(own, shared, &self.discs)?.outcome())
+    pub(super) fn outcome(&self, i: usize, own: &Own, shared: &Shared) -> Option<[Dual; 2]> {
+        Some(self.follow(i, own, shared)?.outcome())
     }
 
     /// Returns the own unknowns of shot `i` after a step with the e and J_t/J_n that derivatives predict:
@@ -247,8 +232,7 @@ impl DiscBlock {
         shared_after: &Shared,
     ) -> Own {
         let is_free = self.shots[i].flat.is_none() && self.shots[i].stuck.is_none();
-        let outcome = self.outcome(i, own, shared).filter(|_| is_free);
-        if let Some(outcome) = outcome {
+        if let Some(outcome) = self.outcome(i, own, shared).filter(|_| is_free) {
             let step = SVector::from_fn(|input, _| match input.checked_sub(CORE) {
                 None => moved[input] - own[input],
                 Some(moving) => shared_after[MOVING[moving]] - shared[MOVING[moving]],
@@ -261,14 +245,17 @@ impl DiscBlock {
 
     /// Sets the offsets of shot `i` so that its discs part with this e and J_t/J_n, as far as they are
     /// unknowns.
-    pub(crate) fn set_outcome(&self, i: usize, own: &mut Own, shared: &Shared, [e, ratio]: [f64; 2]) {
+    pub(super) fn set_outcome(&self, i: usize, own: &mut Own, shared: &Shared, [e, ratio]: [f64; 2]) {
         (own[own::RESTITUTION], own[own::RATIO]) = (0.0, 0.0);
         if self.shots[i].stuck.is_some() {
             return;
         }
         let Some([law, _]) = self.outcome(i, own, shared) else { return };
         own[own::RESTITUTION] = e - law.re;
-        let Some([_, law]) = self.outcome(i, own, shared) else { return };
-        own[own::RATIO] = if self.shots[i].flat.is_some() { 0.0 } else { ratio - law.re };
+        if self.shots[i].flat.is_none()
+            && let Some([_, law]) = self.outcome(i, own, shared)
+        {
+            own[own::RATIO] = ratio - law.re;
+        }
     }
 }

@@ -3,8 +3,8 @@
 
 use rayon::prelude::*;
 
-use super::block::{ANY, DiscBlock, NOISES, PointTrack, ShotFrames, TOUCHING};
-use super::lines::{Meeting, Stuck, Turning};
+use super::block::{DiscBlock, NOISES, PointTrack, ShotFrames};
+use super::lines::{Meeting, Stuck, Turning, distances};
 use super::own::{self, CORE, list_unknowns};
 use crate::extraction::{Bodies, Unusable};
 use crate::film::frame_noise;
@@ -17,11 +17,8 @@ use crate::problem::film::camera::Point;
 use crate::problem::film::cleaning::repair_drops;
 use crate::problem::film::film_data::{Film, FilmError};
 use crate::problem::film::reading::Reading;
-use crate::problem::sums::{Noise, OwnPrior};
-use crate::problem::unknowns::{Id, Normal, Own, Shared};
-
-/// Prior standard deviation of an unknown distance of the centres, m.
-const ANY_DISTANCE: Normal = Normal { mean: 0.0, sd: 1e3 };
+use crate::problem::sums::Noise;
+use crate::problem::unknowns::{Id, Own, Shared};
 
 /// Noise of the first descents, as a part of the distance of the centres: lines through the frames next
 /// to an impact miss the discs by as much.
@@ -34,21 +31,22 @@ const EXTRAPOLATED: f64 = 7.6;
 /// Positions that differ by less are the same, m.
 const SAME_PLACE_M: f64 = 1e-9;
 
-/// Part by which distances between points of one disc change at most: a camera that leans by 25° shortens
-/// them by as much in one direction.
+/// Part by which distances between points of one disc change at most, the tenth at either end left out for
+/// mistaken points: a camera that leans by 25° shortens them by as much in one direction.
 const NOT_RIGID: f64 = 0.1;
+const TAIL: f64 = 0.1;
 
-/// Frames on either side of the impact in which these are looked at, frames with both points that are needed,
-/// and the part of the distances at either end that is not counted, for mistaken points.
+/// Frames on either side of the impact in which these are looked at, and frames with both points that are needed.
 const MAX_FRAMES_AWAY: f64 = 60.0;
 const LEAST_FRAMES: usize = 8;
-const TAIL: f64 = 0.1;
 
 /// A shot that can be fitted.
 struct Guessed {
     shot: TrackShot,
     meeting: Meeting,
     stuck: Option<Stuck>,
+    /// The coordinate that never changes in a film of one dimension.
+    flat: Option<usize>,
 }
 
 impl Film<DiscBlock> {
@@ -82,11 +80,11 @@ impl Film<DiscBlock> {
         let stated = discs.radii.map(|[first, second]| first + second);
         let unit = stated.filter(|_| tracks.from_balls).map_or(1.0, |stated| stated / distance);
         let means = [unit * distance, typical(&Meeting::mass_ratio)];
-        let is_flat = guessed.iter().any(|guessed| frame_noise::constant_axis(&guessed.shot).is_some());
+        let is_flat = guessed.iter().any(|guessed| guessed.flat.is_some());
         let unknowns = list_unknowns(dataset, tracks, &discs, means, (guessed.len(), is_flat));
         let shared = Shared::starts(&unknowns);
         let reading = Reading { middle, unit, states_noise: false, may_be_held: false };
-        let frames = guessed.iter().map(|guessed| guessed.frames(&reading, &shared));
+        let frames = guessed.iter().map(|guessed| guessed.read(&reading, &shared));
         let (shots, mut own): (Vec<ShotFrames>, Vec<Own>) = frames.unzip();
         let noise = |Guessed { shot, meeting, .. }: &Guessed| {
             let sd = frame_noise::noise_of_near(&[&shot.cue, &shot.object], shot, meeting.time);
@@ -110,54 +108,52 @@ impl Guessed {
         // points that are not on one disc explain all other faults
         let rigid = check_rigidity(&shot, meeting.as_ref().ok().map(|meeting| meeting.time));
         match rigid.and(meeting) {
-            Ok(meeting) => Ok(Self { shot, meeting, stuck }),
+            Ok(meeting) => Ok(Self { flat: frame_noise::constant_axis(&shot), shot, meeting, stuck }),
             Err(why) => Err((shot.name, why)),
         }
     }
 
     /// Returns the frames of the shot and a first guess of its own unknowns, of which e and J_t/J_n are those
     /// of the impact instead of offsets from the law.
-    fn frames(&self, reading: &Reading, shared: &Shared) -> (ShotFrames, Own) {
-        let Self { shot, meeting, stuck } = self;
+    fn read(&self, reading: &Reading, shared: &Shared) -> (ShotFrames, Own) {
+        let Self { shot, meeting, stuck, flat } = self;
         let Reading { middle, unit, .. } = *reading;
-        let flat = frame_noise::constant_axis(shot);
-        let read = |disc: usize, marker: Option<[usize; 2]>, samples: &[Sample]| {
-            let mut frames = reading.frames(shot, samples, shot.resolution[disc]);
-            frames.retain(|frame| frame.used);
-            if let Some(axis) = flat {
-                for frame in &mut frames {
-                    frame.weight[axis] = 0.0;
-                }
-            }
-            PointTrack { disc, marker, frames }
-        };
-        let (mut marks, mut tracks) = (Vec::new(), Vec::new());
-        let (mut spins, mut turns, mut position_sd) = ([0.0; 2], [false; 2], [0.0; 2]);
+        let (mut own, mut tracks) = (vec![0.0; CORE], Vec::new());
+        let (mut turns, mut position_sd) = ([false; 2], [0.0; 2]);
         let bodies = [(TrackedBall::Cue, &shot.cue), (TrackedBall::Object, &shot.object)];
         for (disc, (ball, centre)) in bodies.into_iter().enumerate() {
+            let mut add = |marker: Option<[usize; 2]>, samples: &[Sample]| {
+                let mut frames = reading.frames(shot, samples, shot.resolution[disc]);
+                frames.retain(|frame| frame.used);
+                for frame in &mut frames {
+                    flat.iter().for_each(|axis| frame.weight[*axis] = 0.0);
+                }
+                tracks.push(PointTrack { disc, marker, frames });
+            };
             let points = shot.markers.iter().filter(|marker| marker.ball == ball);
             let points: Vec<&[Sample]> = points.map(|marker| &marker.samples[..]).collect();
-            let turning = |point: &&[Sample]| Turning::of(point, centre, meeting.time, shot.fps);
-            let seen = points.iter().filter(|_| flat.is_none());
-            let seen: Vec<_> = seen.filter_map(|point| Some((*point, turning(point)?))).collect();
-            turns[disc] = !seen.is_empty();
             let is_circle = is_of_points(centre, &points);
             let shown = if is_circle { &points } else { &vec![&centre[..]] };
             position_sd[disc] = unit * frame_noise::noise_of_near(shown, shot, meeting.time);
+            let turning = |point: &[Sample]| Turning::of(point, centre, meeting.time, shot.fps);
+            let seen = points.into_iter().filter(|_| flat.is_none());
+            let seen = seen.filter_map(|point| Some((point, turning(point)?)));
+            let (seen, turnings): (Vec<&[Sample]>, Vec<Turning>) = seen.unzip();
+            turns[disc] = !seen.is_empty();
             if !is_circle || seen.is_empty() {
-                tracks.push(read(disc, None, centre));
+                add(None, centre);
             }
             // directions, then the radius of all or those of each
-            let first = CORE + marks.len();
-            for (i, (point, _)) in seen.iter().enumerate() {
+            let first = own.len();
+            for (i, point) in seen.iter().enumerate() {
                 let radius = first + seen.len() + if is_circle { 0 } else { i };
-                tracks.push(read(disc, Some([first + i, radius]), point));
+                add(Some([first + i, radius]), point);
             }
-            let radii: Vec<f64> = seen.iter().map(|(_, turning)| unit * turning.radius).collect();
-            marks.extend(seen.iter().map(|(_, turning)| turning.direction));
+            own.extend(turnings.iter().map(|turning| turning.direction));
+            let radii: Vec<f64> = turnings.iter().map(|turning| unit * turning.radius).collect();
             if turns[disc] {
-                spins[disc] = median(seen.iter().map(|(_, turning)| turning.rate).collect());
-                if is_circle { marks.push(median(radii)) } else { marks.extend(radii) }
+                own[own::SPIN + disc] = median(turnings.iter().map(|turning| turning.rate).collect());
+                own.extend(if is_circle { vec![median(radii)] } else { radii });
             }
         }
         let knows_slip = (turns == [true; 2] || shot.spin == Spin::Stun) && flat.is_none();
@@ -167,64 +163,31 @@ impl Guessed {
             fps: shot.fps,
             turns,
             knows_slip,
-            flat,
+            flat: *flat,
             stuck: *stuck,
-            known: self.known(turns, knows_slip, flat),
             position_sd,
-            touching: TOUCHING,
+            touching: 0,
             outliers: 0,
             reach: 0.0,
             tried: Some(Vec::new()),
         };
-        let mut own = Own::zeros(CORE + marks.len());
-        own.rows_mut(CORE, marks.len()).copy_from_slice(&marks);
         let [first, second] = meeting.places.map(|place| (place - middle) * unit);
-        let velocities = meeting.velocities.map(|sides| sides.map(|velocity| velocity * unit));
-        let relative = [0, 1].map(|side| velocities[1][side] - velocities[0][side]);
+        let [v, w] = meeting.velocities.map(|sides| sides.map(|velocity| velocity * unit));
+        let (g, h) = (w[0] - v[0], w[1] - v[1]);
         // marks on the edges that touch are at no distance
-        let across = if flat.is_some() { -relative[0] } else { second - first };
+        let across = if flat.is_some() { -g } else { second - first };
         let n = across.normalize();
         let distance = stuck.map_or((second - first).dot(&n), |stuck| unit * stuck.distance);
+        let mut own = Own::from_vec(own);
         own[own::TIME] = meeting.time;
         own.fixed_rows_mut::<2>(own::X).copy_from(&first);
         own[own::DIRECTION] = across.y.atan2(across.x);
         own[own::DISTANCE] = distance - shared[Id::ContactDistance];
-        for disc in 0..2 {
-            own.fixed_rows_mut::<2>(own::VELOCITY + 2 * disc).copy_from(&velocities[disc][0]);
-            own[own::SPIN + disc] = spins[disc];
-        }
-        if stuck.is_some() {
-            return (frames, own);
-        }
-        let change = relative[1] - relative[0];
-        own[own::RESTITUTION] = -relative[1].dot(&n) / relative[0].dot(&n);
-        own[own::RATIO] = change.dot(&Point::new(-n.y, n.x)) / change.dot(&n);
+        own.fixed_rows_mut::<2>(own::VELOCITY).copy_from(&v[0]);
+        own.fixed_rows_mut::<2>(own::VELOCITY + 2).copy_from(&w[0]);
+        own[own::RESTITUTION] = -h.dot(&n) / g.dot(&n);
+        own[own::RATIO] = (h - g).dot(&Point::new(-n.y, n.x)) / (h - g).dot(&n);
         (frames, own)
-    }
-
-    /// Returns what is known of own unknowns in every fit.
-    fn known(&self, turns: [bool; 2], knows_slip: bool, flat: Option<usize>) -> Vec<(usize, OwnPrior)> {
-        let unseen = (0..2).filter(|disc| !turns[*disc]);
-        let mut held: Vec<usize> =
-            unseen.flat_map(|disc| [own::SPIN + disc, own::SPIN_RATIO + disc]).collect();
-        let mut known = Vec::new();
-        if let Some(axis) = flat {
-            held.extend([own::X + axis, own::VELOCITY + axis, own::VELOCITY + 2 + axis, own::DIRECTION]);
-            held.extend([own::RATIO, own::MOMENTUM + 1, own::LEAD]);
-            known.push((own::DISTANCE, OwnPrior::Stated(ANY_DISTANCE)));
-        } else if self.stuck.is_some() || !knows_slip {
-            known.push((own::RATIO, ANY));
-        }
-        if self.stuck.is_some() {
-            held.extend([own::RESTITUTION, own::LEAD, own::SPIN_RATIO, own::SPIN_RATIO + 1]);
-        } else if flat.is_none() {
-            let frame = Normal { mean: 0.0, sd: self.shot.fps.recip() };
-            known.push((own::LEAD, OwnPrior::Stated(frame)));
-        }
-        held.sort_unstable();
-        held.dedup();
-        known.extend(held.into_iter().map(|place| (place, OwnPrior::Held)));
-        known
     }
 }
 
@@ -244,12 +207,9 @@ fn check_rigidity(shot: &TrackShot, impact: Option<f64>) -> Result<(), Unusable>
     let is_near = |time: f64| impact.is_none_or(|impact| (time - impact).abs() <= MAX_FRAMES_AWAY / shot.fps);
     for (i, a) in shot.markers.iter().enumerate() {
         for b in shot.markers[i + 1..].iter().filter(|b| b.ball == a.ball) {
-            let both = rigid_body::frames(&[&a.samples, &b.samples]).into_iter();
-            let distance = |(time, places): (f64, Vec<Option<[f64; 2]>>)| match places[..] {
-                [Some([x, y]), Some([u, v])] if is_near(time) => Some((u - x).hypot(v - y)),
-                _ => None,
-            };
-            let mut distances: Vec<f64> = both.filter_map(distance).collect();
+            let both = distances(&a.samples, &b.samples).into_iter();
+            let both = both.filter(|(time, _)| is_near(*time));
+            let mut distances: Vec<f64> = both.map(|(_, distance)| distance).collect();
             distances.sort_by(f64::total_cmp);
             let tail = (TAIL * distances.len() as f64) as usize;
             let [Some(least), Some(most)] = [distances.get(tail), distances.iter().nth_back(tail)] else {

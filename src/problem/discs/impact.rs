@@ -9,7 +9,6 @@ use crate::extraction::Unusable;
 use crate::measurement::dataset::Measured;
 use crate::measurement::number::with_error;
 use crate::numerics::median;
-use crate::physics::disc::Discs;
 use crate::problem::film::camera::Point;
 use crate::problem::frames::PicturePaths;
 use crate::problem::policy::Policy;
@@ -107,6 +106,15 @@ impl DiscImpact {
         (Point::from(self.paths.place(disc, time)) / unit + middle).into()
     }
 
+    /// Returns the reason for which no law can be fitted to the shot, if there is one.
+    pub(crate) fn find_fault(&self, policy: &Policy) -> Option<String> {
+        if self.stuck.is_some() {
+            return Some("the discs stick together".to_owned());
+        }
+        let misfit = self.find_misfit().map(|misfit| misfit.to_string());
+        misfit.or_else(|| self.find_impossible_restitution(policy).map(|doubt| doubt.to_string()))
+    }
+
     /// Returns the reason for which the frames show no single collision, if they do not.
     pub(super) fn find_misfit(&self) -> Option<Unusable> {
         let distance = self.get(Quantity::ContactDistance).map_or(0.0, |distance| distance.value.abs());
@@ -115,9 +123,9 @@ impl DiscImpact {
         is_off.then_some(Unusable::BadFit { reduced_chi2: self.misfit, rms_mm: 1e3 * self.position_sd })
     }
 
-    /// Returns the reason for which the discs are others than stated, if their distance shows it.
-    pub(super) fn find_separation(&self, discs: &Discs, policy: &Policy) -> Option<Unusable> {
-        let expected = discs.radii.map(|[first, second]| first + second)?;
+    /// Returns the reason for which the discs are others than those with these radii, if their distance shows it.
+    pub(super) fn find_separation(&self, radii: [f64; 2], policy: &Policy) -> Option<Unusable> {
+        let expected = radii[0] + radii[1];
         let Measured { value: measured, sd } = self.get(Quantity::ContactDistance)?;
         let error = sd.filter(|_| self.get(Quantity::ImpulseRatio).is_some())?;
         let differs = is_significant(measured - expected, error.hypot(DISTANCE_SD * expected), policy);
@@ -134,13 +142,13 @@ impl DiscImpact {
     fn find_imbalance(&self, policy: &Policy) -> Option<Doubt> {
         let gain = |across: bool, quantity: Quantity| {
             let Measured { value: gained, sd } = self.get(quantity)?;
-            Some((across, gained, sd?))
+            sd.filter(|sd| is_significant(gained, *sd, policy)).map(|sd| Doubt::Momentum {
+                across,
+                gained,
+                sd,
+            })
         };
-        let gains = [gain(false, Quantity::MomentumAlong), gain(true, Quantity::MomentumAcross)];
-        let size = |(_, gained, sd): &(bool, f64, f64)| gained.abs() / sd;
-        let worst = gains.into_iter().flatten().max_by(|a, b| size(a).total_cmp(&size(b)));
-        let (across, gained, sd) = worst.filter(|(_, gained, sd)| is_significant(*gained, *sd, policy))?;
-        Some(Doubt::Momentum { across, gained, sd })
+        gain(false, Quantity::MomentumAlong).or_else(|| gain(true, Quantity::MomentumAcross))
     }
 }
 

@@ -1,38 +1,39 @@
 //! The fit of films of discs: the law of friction that all shots share, rigid or compliant, from several
 //! starts, after the outcome of each shot was measured without a law.
 
-use rayon::prelude::*;
-
-use super::block::{DiscBlock, Freedom};
+use super::block::DiscBlock;
 use super::impact::DiscImpact;
-use super::measure::{ROUNDS, STEPS, list_impacts, measure, settle, solve, with_film};
+use super::measure::{MeasuredDiscs, ROUNDS, measure, settle, solve};
 use super::motion::friction;
 use super::own::{self, Component, LAW};
 use crate::measurement::dataset::Dataset;
-use crate::measurement::parameter::Compliance;
+use crate::measurement::parameter::{Compliance, Settings};
 use crate::problem::descent::descend;
 use crate::problem::film::causes::explain;
-use crate::problem::film::film_data::{Film, FilmError};
+use crate::problem::film::dual::constant;
+use crate::problem::film::film_data::FilmError;
 use crate::problem::film::outliers::tail;
+use crate::problem::film::priors::list_contact;
 use crate::problem::findings::Finding;
 use crate::problem::policy::Policy;
-use crate::problem::problem::{Evaluation, Problem, State};
+use crate::problem::problem::{Evaluation, Problem, State, split_names};
 use crate::problem::solution::Solution;
 use crate::problem::sums::OwnPrior;
-use crate::problem::unknowns::{Id, Mode, Own, Shared};
+use crate::problem::unknowns::{Id, Mode, Own, Shared, Unknown};
 
 /// Values of μ and κ between which descents begin. A stiffer contact is as good as rigid.
 const MU_RANGE: [f64; 2] = [0.02, 2.0];
-const MU_STEPS: usize = 24;
+const MU_STEPS: i32 = 24;
 const DISC_KAPPAS: [f64; 8] = [0.15, 0.3, 0.6, 1.25, 2.0, 3.0, 4.5, 9.0];
 
 /// Smallest κ of a compliant contact.
 const LEAST_KAPPA: f64 = 0.1;
 
-/// Descents, ln of the ratio of μ or κ between their starts, and square beyond which the residual of an
-/// outlying shot counts no more.
+/// Descents and their steps, ln of the ratio of μ or κ between minima, and square beyond which the residual of
+/// an outlying shot counts no more.
 const STARTS: usize = 4;
-const APART: f64 = 0.4;
+const STEPS: usize = 40;
+const APART: f64 = 0.2;
 const MAX_SQUARE: f64 = 25.0;
 
 /// Variance of J_t/J_n from shot to shot with which starts are compared.
@@ -56,6 +57,8 @@ pub(crate) struct DiscFit {
     pub(crate) scatter: [f64; Component::ALL.len()],
     /// Other minima that are nearly as likely, with the difference of −2 log L as that of their χ².
     pub(crate) others: Vec<Evaluation>,
+    /// Unknowns that were held since the shots do not determine them.
+    pub(crate) undetermined: Vec<Id>,
     /// Degrees of freedom of Student's t for intervals, as scatter is known from these shots alone; `None`
     /// for a single shot, whose errors are those of its frames.
     pub(crate) dof: Option<f64>,
@@ -66,54 +69,49 @@ pub(crate) struct DiscFit {
 /// # Errors
 /// See [`FilmError`].
 pub(crate) fn fit_discs(dataset: &Dataset, policy: &Policy) -> Result<DiscFit, FilmError> {
-    let mut film = Film::of_discs(dataset)?;
-    let free = measure(&film, policy)?;
-    let impacts = list_impacts(&free, &film, policy)?;
-    let fault = |impact: &DiscImpact| match impact.stuck {
-        Some(_) => Some("the discs stick together".to_owned()),
-        None => impact
-            .find_misfit()
-            .map(|misfit| misfit.to_string())
-            .or_else(|| impact.find_impossible_restitution(policy).map(|doubt| doubt.to_string())),
-    };
-    let faults: Vec<Option<String>> = impacts.iter().map(fault).collect();
+    let MeasuredDiscs { solution: mut free, impacts } = measure(dataset, policy)?;
+    let (unit, middle) = (free.unit, free.middle);
+    let (mut left_out, mut findings) =
+        (std::mem::take(&mut free.left_out), std::mem::take(&mut free.findings));
+    let faults: Vec<Option<String>> = impacts.iter().map(|impact| impact.find_fault(policy)).collect();
     let named = impacts.iter().zip(&faults);
-    film.left_out.extend(named.filter_map(|(impact, why)| Some((impact.name.clone(), why.clone()?))));
-    if faults.iter().all(Option::is_some) {
-        return Err(FilmError::NoImpact(film.left_out));
+    left_out.extend(named.filter_map(|(impact, why)| Some((impact.name.clone(), why.clone()?))));
+    let mut keep: Vec<bool> = faults.iter().map(Option::is_none).collect();
+    if !keep.contains(&true) {
+        return Err(FilmError::NoImpact(left_out));
     }
-    let mut shots = Shots { policy, film: &film, compliance: dataset.settings.compliance, free };
-    shots.keep(&faults.iter().map(Option::is_none).collect::<Vec<_>>());
-    let mut findings = film.findings.clone();
+    let mut shots = Shots { policy, settings: &dataset.settings, free };
+    shots.keep(&keep);
     let mut fits = shots.choose_law(&mut findings)?;
     for _ in 0..ROUNDS {
-        let keep = judge_shots(&fits[0], policy)?;
-        if keep.iter().all(|keep| *keep) {
+        keep = judge_shots(&fits[0], policy)?;
+        if !keep.contains(&false) {
             break;
         }
-        let names = shots.free.names[0].iter().cloned().zip(&keep);
-        let names = names.filter(|(_, keep)| !**keep).map(|(name, _)| name).collect();
-        findings.push(Finding::LostShots { names });
-        shots.keep(&keep);
+        findings.push(Finding::LostShots { names: shots.keep(&keep) });
         fits = shots.choose_law(&mut findings)?;
     }
     let mut best = fits.remove(0);
-    let rises: Vec<f64> = fits.iter().map(|other| unlikely(other) - unlikely(&best)).collect();
-    let rivals = fits.into_iter().zip(rises).filter(|(_, rise)| *rise < policy.cause);
-    let mut others: Vec<(Evaluation, f64)> = rivals.map(|(other, rise)| (other.at, rise)).collect();
+    let rivals = fits.into_iter().map(|other| (unlikely(&other) - unlikely(&best), other.at));
+    let rivals: Vec<(f64, Evaluation)> = rivals.filter(|(rise, _)| *rise < policy.cause).collect();
     for _ in 0..ROUNDS {
-        let refit = explain(&best.problem, &best.at, &best.covariance, policy);
-        let Some(refit) = refit else { break };
+        let Some(refit) = explain(&best.problem, &best.at, &best.covariance, policy) else { break };
         findings.extend(refit.finding);
         best = solve(refit.problem, refit.descent)?;
     }
+    let mut undetermined = Vec::new();
     for id in [Id::Mu, Id::E, Id::Kappa] {
         let (unknown, bound) = (best.problem.unknown(id), best.value(id));
-        let is_free = film.unknowns[id as usize].mode == Mode::Free || unknown.mode == Mode::Free;
-        if is_free && best.covariance.sd(id as usize).is_none() {
-            let is_at_bound = unknown.mode == Mode::Free && unknown.bounds.contains(&bound);
-            let undetermined = Finding::Undetermined { id, sd: f64::INFINITY };
-            findings.push(if is_at_bound { Finding::AtBound { id, bound } } else { undetermined });
+        let is_free = unknown.mode == Mode::Free;
+        if best.covariance.sd(id as usize).is_none() && (is_free || shots.law(id).mode == Mode::Free) {
+            let is_at_bound = is_free && unknown.bounds.contains(&bound);
+            findings.push(if is_at_bound {
+                Finding::AtBound { id, bound }
+            } else {
+                Finding::Undetermined { id, sd: f64::INFINITY }
+            });
+            // others that χ² does not depend on have a bound
+            undetermined.extend((!is_free).then_some(id));
         }
     }
     if !best.converged {
@@ -125,33 +123,35 @@ pub(crate) fn fit_discs(dataset: &Dataset, policy: &Policy) -> Result<DiscFit, F
     let scatter = std::array::from_fn(|which| {
         if priors.contains(&OwnPrior::Spread(which)) { block.spreads[which].sd } else { 0.0 }
     });
-    for (other, rise) in &mut others {
-        other.cost = best.at.cost + *rise;
-    }
-    let others = others.into_iter().map(|(other, _)| other).collect();
-    let solution = with_film(best, Film { findings, ..film });
+    let others = rivals.into_iter().map(|(rise, at)| at.costing(best.at.cost + rise)).collect();
     let dof = (count > 1).then_some(count as f64 - 1.0);
-    Ok(DiscFit { solution, impacts, scatter, others, dof })
+    let solution = Solution { unit, middle, findings, left_out, ..best };
+    Ok(DiscFit { solution, impacts, scatter, others, undetermined, dof })
 }
 
 /// The shots that the law is fitted to.
 struct Shots<'a> {
     policy: &'a Policy,
-    film: &'a Film<DiscBlock>,
-    compliance: Compliance,
+    settings: &'a Settings,
     /// The problem without a law.
     free: Solution,
 }
 
 impl Shots<'_> {
-    /// Keeps the shots for which `keep` is true.
-    fn keep(&mut self, keep: &[bool]) {
+    /// Keeps the shots for which `keep` is true; returns the names of the others.
+    fn keep(&mut self, keep: &[bool]) -> Vec<String> {
         let Solution { problem, at, names, .. } = &mut self.free;
         let mut state = at.state.clone();
         problem.retain(0, &mut state, keep);
         *at = problem.evaluate(state);
-        let mut keep = keep.iter();
-        names[0].retain(|_| keep.next() == Some(&true));
+        split_names(&mut names[0], keep)
+    }
+
+    /// Returns an unknown of the law as the data set states it.
+    fn law(&self, id: Id) -> Unknown {
+        let mut all = Unknown::list();
+        list_contact(&mut all, self.settings);
+        all[id as usize]
     }
 
     /// Returns whether the shots show a law: a single one does not, nor do shots whose slip is free.
@@ -163,21 +163,27 @@ impl Shots<'_> {
     /// Fits a rigid contact and a compliant one, as far as they are possible; returns the minima of the
     /// likelier one, the likeliest first.
     fn choose_law(&self, findings: &mut Vec<Finding>) -> Result<Vec<Solution>, FilmError> {
-        let (shots, shows_law) = (self.free.names[0].len(), self.show_law());
-        let is_stated = self.compliance == Compliance::Stated && shows_law;
-        let mut fits = if is_stated { Vec::new() } else { self.fit_law(false, None)? };
-        let is_auto = self.compliance == Compliance::Auto && shots >= LEAST_SHOTS && shows_law;
-        if is_stated || is_auto {
-            let compliant = self.fit_law(true, fits.first())?;
-            let of_rigid = fits.first().map_or(f64::INFINITY, unlikely);
-            let best = compliant.first().map(|best| (best.value(Id::Kappa), of_rigid - unlikely(best)));
-            // beyond the equations that define the parameters only if the shots show it
-            if let Some((kappa, fall)) = best.filter(|(_, fall)| *fall > self.policy.cause) {
-                findings.extend(is_auto.then_some(Finding::Compliance { kappa, shots, fall, adopted: true }));
-                fits = compliant;
-            }
+        let (shots, compliance) = (self.free.names[0].len(), self.settings.compliance);
+        if compliance == Compliance::Stated && self.show_law() {
+            return self.fit_law(true, None);
         }
-        if fits.is_empty() { Err(FilmError::NoStart) } else { Ok(fits) }
+        let rigid = self.fit_law(false, None)?;
+        if compliance != Compliance::Auto || shots < LEAST_SHOTS || !self.show_law() {
+            return Ok(rigid);
+        }
+        let compliant = self.fit_law(true, Some(&rigid[0]))?;
+        // beyond the equations that define the parameters only if the shots show it
+        let fall = compliant.first().map_or(f64::NEG_INFINITY, |best| unlikely(&rigid[0]) - unlikely(best));
+        if fall <= self.policy.cause {
+            return Ok(rigid);
+        }
+        findings.push(Finding::Compliance {
+            kappa: compliant[0].value(Id::Kappa),
+            shots,
+            fall,
+            adopted: true,
+        });
+        Ok(compliant)
     }
 
     /// Descends from the most promising values of μ and κ, first with the spreads before the frames are seen
@@ -186,27 +192,26 @@ impl Shots<'_> {
     /// lower by Δ for n numbers, −2 log L with their own spread is lower by −n ln(1 − Δ/n).
     fn fit_law(&self, is_compliant: bool, rival: Option<&Solution>) -> Result<Vec<Solution>, FilmError> {
         let mut problem = self.with_law(is_compliant)?;
+        let mut most = f64::INFINITY;
         if let Some(rival) = rival {
             problem.samples[0].block.spreads_mut().copy_from_slice(rival.problem.samples[0].block.spreads());
+            let shots = self.free.names[0].len() as f64;
+            most = rival.at.cost + shots * f64::exp_m1(-self.policy.cause / shots);
         }
         let free = problem.free();
         let descend_from = |state| descend(&problem, problem.evaluate(state), &free, STEPS).end;
-        let starts: Vec<Evaluation> = self.starts(&problem)?.into_iter().map(descend_from).collect();
-        let least = starts.iter().map(|start| start.cost).fold(f64::INFINITY, f64::min);
-        let shots = self.free.names[0].len() as f64;
-        let needed = -shots * f64::exp_m1(-self.policy.cause / shots);
-        if rival.is_some_and(|rival| least > rival.at.cost - needed) {
-            return Ok(Vec::new());
+        let mut ends: Vec<Evaluation> = self.starts(&problem)?.into_iter().map(descend_from).collect();
+        ends.sort_by(|a, b| a.cost.total_cmp(&b.cost));
+        let least = ends.first().map_or(f64::INFINITY, |end| end.cost);
+        if least.is_infinite() && rival.is_none() {
+            return Err(FilmError::NoStart);
         }
         let mut fits: Vec<Solution> = Vec::new();
-        let is_new = |there: &Evaluation, fits: &[Solution]| {
-            fits.iter().all(|fit| are_apart(&there.state.shared, &fit.at.state.shared, 0.5 * APART))
-        };
-        for start in starts.into_iter().filter(|start| start.cost <= least + LESS_LIKELY) {
-            let end = descend(&problem, start, &free, ROUNDS * STEPS).end;
-            if end.cost.is_finite() && is_new(&end, &fits) {
+        for end in ends.into_iter().filter(|end| least <= most && end.cost <= least + LESS_LIKELY) {
+            let is_new = |at: &Shared| fits.iter().all(|fit| are_apart(at, &fit.at.state.shared, APART));
+            if is_new(&end.state.shared) {
                 let fit = settle(problem.clone(), end.state)?;
-                if is_new(&fit.at, &fits) {
+                if is_new(&fit.at.state.shared) {
                     fits.push(fit);
                 }
             }
@@ -218,18 +223,18 @@ impl Shots<'_> {
     /// Returns the problem of all shots with a law in common.
     fn with_law(&self, is_compliant: bool) -> Result<Problem, FilmError> {
         let mut problem = self.free.problem.clone();
-        problem.discs_mut().ok_or(FilmError::NoFilm)?.freedom = Freedom::Law;
+        problem.discs_mut().ok_or(FilmError::NoFilm)?.has_law = true;
         for id in LAW {
-            *problem.unknown_mut(id) = self.film.unknowns[id as usize];
+            *problem.unknown_mut(id) = self.law(id);
         }
         let kappa = problem.unknown_mut(Id::Kappa);
         kappa.bounds[0] = kappa.bounds[0].max(LEAST_KAPPA);
-        if is_compliant && self.compliance == Compliance::Auto {
+        if is_compliant && self.settings.compliance == Compliance::Auto {
             kappa.mode = Mode::Free;
         }
         if !self.show_law() {
+            (kappa.mode, kappa.start) = (Mode::Fixed, 0.0);
             problem.unknown_mut(Id::Mu).mode = Mode::Fixed;
-            (problem.unknown_mut(Id::Kappa).mode, problem.unknown_mut(Id::Kappa).start) = (Mode::Fixed, 0.0);
         }
         Ok(problem)
     }
@@ -239,9 +244,9 @@ impl Shots<'_> {
     fn starts(&self, problem: &Problem) -> Result<Vec<State>, FilmError> {
         let block = problem.discs().ok_or(FilmError::NoFilm)?;
         let mut first = self.free.at.state.clone();
-        let outcome = |(i, own): (usize, &Own)| block.outcome(i, own, &first.shared);
-        let outcomes = first.own[0].iter().enumerate().map(outcome);
-        let outcomes: Vec<Option<[f64; 2]>> = outcomes.map(|all| Some(all?.map(|value| value.re))).collect();
+        let outcome =
+            |(i, own): (usize, &Own)| Some(block.outcome(i, own, &first.shared)?.map(|value| value.re));
+        let outcomes: Vec<Option<[f64; 2]>> = first.own[0].iter().enumerate().map(outcome).collect();
         for id in LAW {
             first.shared[id] = problem.unknown(id).start;
         }
@@ -252,41 +257,41 @@ impl Shots<'_> {
             first.shared[Id::E] = mean.clamp(e.bounds[0] + 1e-3, e.bounds[1] - 1e-3);
         }
         let grid = |id: Id, values: &[f64]| -> Vec<f64> {
-            let unknown = problem.unknown(id);
-            let [low, high] = unknown.bounds;
+            let Unknown { mode, start, bounds: [low, high], .. } = *problem.unknown(id);
             let within = values.iter().map(|value| value.clamp(low, high));
-            if unknown.mode == Mode::Free { within.collect() } else { vec![unknown.start] }
+            if mode == Mode::Free { within.collect() } else { vec![start] }
         };
-        let step = (MU_RANGE[1] / MU_RANGE[0]).powf(1.0 / (MU_STEPS - 1) as f64);
-        let frictions: Vec<f64> = (0..MU_STEPS).map(|i| MU_RANGE[0] * step.powi(i as i32)).collect();
-        let (frictions, kappas) = (grid(Id::Mu, &frictions), grid(Id::Kappa, &DISC_KAPPAS));
-        let pairs: Vec<[f64; 2]> =
-            kappas.iter().flat_map(|kappa| frictions.iter().map(|mu| [*mu, *kappa])).collect();
-        let start = |[mu, kappa]: &[f64; 2]| {
-            let mut state = first.clone();
-            (state.shared[Id::Mu], state.shared[Id::Kappa]) = (*mu, *kappa);
-            let mut square = 0.0;
-            for (i, (own, outcome)) in state.own[0].iter_mut().zip(&outcomes).enumerate() {
-                let Some(outcome) = outcome else { continue };
-                block.set_outcome(i, own, &state.shared, *outcome);
-                if block.shots[i].knows_slip {
-                    square += (own[own::RATIO].powi(2) / RATIO_VARIANCE).min(MAX_SQUARE);
-                }
-            }
-            (square, state)
-        };
-        let mut ranked: Vec<(f64, State)> = pairs.par_iter().map(start).collect();
-        ranked.sort_by(|a, b| a.0.total_cmp(&b.0));
-        let most = ranked.first().map_or(0.0, |best| best.0 + LESS_LIKELY);
-        let mut starts: Vec<State> = Vec::new();
-        for (_, state) in ranked.into_iter().filter(|(square, _)| *square <= most) {
-            let is_apart = |start: &State| are_apart(&start.shared, &state.shared, APART);
-            if starts.len() < STARTS && starts.iter().all(is_apart) {
-                starts.push(state);
-            }
+        let step = (MU_RANGE[1] / MU_RANGE[0]).powf(f64::from(MU_STEPS - 1).recip());
+        let frictions: Vec<f64> = (0..MU_STEPS).map(|i| MU_RANGE[0] * step.powi(i)).collect();
+        // of each κ the likeliest μ
+        let mut starts: Vec<(f64, State)> = Vec::new();
+        for kappa in grid(Id::Kappa, &DISC_KAPPAS) {
+            let at = |mu: f64| {
+                let mut state = first.clone();
+                (state.shared[Id::Mu], state.shared[Id::Kappa]) = (mu, kappa);
+                (set_outcomes(block, &mut state, &outcomes), state)
+            };
+            let all = grid(Id::Mu, &frictions).into_iter().map(at);
+            starts.extend(all.min_by(|a, b| a.0.total_cmp(&b.0)));
         }
-        Ok(starts)
+        starts.sort_by(|a, b| a.0.total_cmp(&b.0));
+        let most = starts.first().map_or(0.0, |best| best.0 + LESS_LIKELY);
+        let likely = starts.into_iter().take(STARTS).filter(|(square, _)| *square <= most);
+        Ok(likely.map(|(_, state)| state).collect())
     }
+}
+
+/// Sets the outcomes of shots; returns how far J_t/J_n is off the law, in squares of its scatter.
+fn set_outcomes(block: &DiscBlock, state: &mut State, outcomes: &[Option<[f64; 2]>]) -> f64 {
+    let mut square = 0.0;
+    for (i, (own, outcome)) in state.own[0].iter_mut().zip(outcomes).enumerate() {
+        let Some(outcome) = outcome else { continue };
+        block.set_outcome(i, own, &state.shared, *outcome);
+        if block.shots[i].knows_slip {
+            square += (own[own::RATIO].powi(2) / RATIO_VARIANCE).min(MAX_SQUARE);
+        }
+    }
+    square
 }
 
 /// Returns whether the logarithms of μ or κ differ by more than `by`.
@@ -329,7 +334,7 @@ impl Solution {
     pub(crate) fn impulse_ratio(&self, [closing, slip]: [f64; 2]) -> Option<f64> {
         let inertia = self.problem.discs()?.discs.inertia;
         let e = self.value(Id::E) - self.value(Id::ESlope) * closing;
-        let of_law = [Id::Mu, Id::FallB, Id::FallC, Id::Kappa].map(|id| self.value(id));
-        friction([closing, slip, e], of_law, inertia).map(|(ratio, _)| ratio)
+        let of_law = [Id::Mu, Id::FallB, Id::FallC, Id::Kappa].map(|id| constant(self.value(id)));
+        friction([closing, slip, e].map(constant), of_law, inertia).map(|ratio| ratio.re)
     }
 }

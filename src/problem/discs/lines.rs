@@ -1,5 +1,5 @@
-//! Straight lines through the frames of discs on both sides of where they are nearest: first guesses; and
-//! discs that stick together there, so that the distance of their centres stays.
+//! First guesses from straight lines through the frames on both sides of where discs are nearest: how they
+//! meet and turn, or stick together, so that the distance of their centres stays.
 
 use std::f64::consts::{PI, TAU};
 
@@ -25,21 +25,26 @@ const ROUNDS: usize = 4;
 /// Part of itself by which the relative velocity changes at least.
 const MIN_VELOCITY_CHANGE: f64 = 1e-3;
 
-/// Returns times and distances of the centres, in the frames that have both, each the middle one of three
-/// neighbours, so that a frame in which a disc was mistaken for another does not count.
-fn distances(shot: &TrackShot) -> Vec<(f64, f64)> {
-    let mut distances = Vec::new();
-    for a in &shot.cue {
-        // a rolling shutter reads one disc a little earlier than the other
-        let i = shot.object.partition_point(|b| b.t < a.t);
-        let around = shot.object[i.saturating_sub(1)..].iter().take(2);
-        let nearest = around.min_by(|b, c| (b.t - a.t).abs().total_cmp(&(c.t - a.t).abs()));
-        if let Some(b) = nearest.filter(|b| (b.t - a.t).abs() * shot.fps < 0.25) {
-            distances.push((a.t, (b.x - a.x).hypot(b.y - a.y)));
-        }
-    }
-    let middle = |three: &[(f64, f64)]| (three[1].0, median(three.iter().map(|one| one.1).collect()));
-    distances.windows(3).map(middle).collect()
+/// Returns times and distances of two points, in the frames that have both.
+pub(super) fn distances(a: &[Sample], b: &[Sample]) -> Vec<(f64, f64)> {
+    let both = frames(&[a, b]).into_iter();
+    let distance = |(time, places): (f64, Vec<Option<[f64; 2]>>)| match places[..] {
+        [Some(a), Some(b)] => Some((time, (Point::from(b) - Point::from(a)).norm())),
+        _ => None,
+    };
+    both.filter_map(distance).collect()
+}
+
+/// Returns times and distances of the centres, each the middle one of three neighbours, so that a frame in
+/// which a disc was mistaken for another does not count.
+fn smooth_distances(shot: &TrackShot) -> Vec<(f64, f64)> {
+    let middle = |three: &[(f64, f64)]| (three[1].0, middle(three));
+    distances(&shot.cue, &shot.object).windows(3).map(middle).collect()
+}
+
+/// Returns the median of the second numbers.
+fn middle(pairs: &[(f64, f64)]) -> f64 {
+    median(pairs.iter().map(|pair| pair.1).collect())
 }
 
 /// Returns the median slope of pairs of numbers (Theil and Sen): wrong ones do not count.
@@ -49,22 +54,21 @@ fn median_slope(points: &[(f64, f64)]) -> f64 {
 }
 
 /// A straight path.
-#[derive(Clone, Copy, Default)]
+#[derive(Clone, Copy)]
 struct Line {
     /// At the instant that the line was asked for.
-    pub(crate) position: Point,
-    pub(crate) velocity: Point,
+    position: Point,
+    velocity: Point,
 }
 
 impl Line {
     fn through(samples: &[Sample], at: f64) -> Self {
-        let mut line = Self::default();
-        for (axis, pick) in [|s: &Sample| s.x, |s: &Sample| s.y].into_iter().enumerate() {
+        let [x, y] = [|s: &Sample| s.x, |s: &Sample| s.y].map(|pick| {
             let points: Vec<(f64, f64)> = samples.iter().map(|s| (s.t - at, pick(s))).collect();
-            line.velocity[axis] = median_slope(&points);
-            line.position[axis] = median(points.iter().map(|(t, x)| x - line.velocity[axis] * t).collect());
-        }
-        line
+            let slope = median_slope(&points);
+            [median(points.iter().map(|(t, x)| x - slope * t).collect()), slope]
+        });
+        Self { position: Point::new(x[0], y[0]), velocity: Point::new(x[1], y[1]) }
     }
 
     /// Returns the lines through the frames next to an instant, before and after it, or else the number
@@ -104,18 +108,14 @@ impl Meeting {
         if discs.iter().any(|samples| samples.len() < 2 * LEAST) {
             return Err(Unusable::TooShort { bodies, frames: discs.map(<[_]>::len), least: 2 * LEAST });
         }
-        let mut time = match stuck {
-            Some(stuck) => stuck.settling[0],
-            None => {
-                let nearest = distances(shot).into_iter().min_by(|a, b| a.1.total_cmp(&b.1));
-                nearest.ok_or(Unusable::NoCollision(bodies))?.0
-            }
-        };
-        let mut lines = lines_beside(discs, time, frame)?;
-        if stuck.is_some() {
+        if let Some(stuck) = stuck {
             // the lines after it are those of no disc
-            return Ok(Self::of(time, 0.0, &lines));
+            let time = stuck.settling[0];
+            return Ok(Self::of(time, 0.0, &lines_beside(discs, time, frame)?));
         }
+        let nearest = smooth_distances(shot).into_iter().min_by(|a, b| a.1.total_cmp(&b.1));
+        let mut time = nearest.ok_or(Unusable::NoCollision(bodies))?.0;
+        let mut lines = lines_beside(discs, time, frame)?;
         let steps = discs.iter().flat_map(|samples| samples.windows(2)).map(|two| two[1].t - two[0].t);
         let farthest = steps.fold(FARTHEST * frame, f64::max);
         for _ in 0..ROUNDS {
@@ -136,10 +136,12 @@ impl Meeting {
             Some(_) => g.dot(&h) < 0.0,
             None => p.dot(&g) < 0.0 && q.dot(&h) > 0.0,
         };
-        if !(is_met && (h - g).norm() > MIN_VELOCITY_CHANGE * g.norm()) {
-            return Err(Unusable::NoCollision(bodies));
+        let is_pushed = (h - g).norm() > MIN_VELOCITY_CHANGE * g.norm();
+        if is_met && is_pushed {
+            Ok(Self::of(time, late, &lines))
+        } else {
+            Err(Unusable::NoCollision(bodies))
         }
-        Ok(Self::of(time, late, &lines))
     }
 
     fn of(time: f64, late: f64, lines: &[[Line; 2]; 2]) -> Self {
@@ -161,14 +163,12 @@ impl Meeting {
 
 /// Returns the lines of each disc before and after an instant.
 fn lines_beside(discs: [&[Sample]; 2], at: f64, frame: f64) -> Result<[[Line; 2]; 2], Unusable> {
-    let mut lines = [[Line::default(); 2]; 2];
-    for (disc, samples) in discs.into_iter().enumerate() {
-        for (side, line) in Line::beside(samples, at, frame).into_iter().enumerate() {
-            let too_few = |near| Unusable::too_few(Bodies::Discs, [disc, side], near, LEAST);
-            lines[disc][side] = line.map_err(too_few)?;
-        }
-    }
-    Ok(lines)
+    let of_disc = |disc: usize| {
+        let [before, after] = Line::beside(discs[disc], at, frame);
+        let too_few = |side: usize, near| Unusable::too_few(Bodies::Discs, [disc, side], near, LEAST);
+        Ok([before.map_err(|near| too_few(0, near))?, after.map_err(|near| too_few(1, near))?])
+    };
+    Ok([of_disc(0)?, of_disc(1)?])
 }
 
 /// Returns how much later than the instant of the lines the relative paths before and after it are
@@ -202,8 +202,7 @@ impl Turning {
             let turn = ((v - y).atan2(u - x) - last + PI).rem_euclid(TAU) - PI;
             arms.push(Sample::new(t, [last + turn, (u - x).hypot(v - y)]));
         }
-        let [before, after] = Line::beside(&arms, time, fps.recip());
-        let (before, _) = (before.ok()?, after.ok()?);
+        let [Ok(before), Ok(_)] = Line::beside(&arms, time, fps.recip()) else { return None };
         let radius = median(arms.iter().map(|arm| arm.y).collect());
         Some(Self { rate: before.velocity[0], direction: before.position[0], radius })
     }
@@ -261,8 +260,7 @@ impl Stuck {
 
     /// Returns how the discs of a shot stick together; `None` if they part.
     pub(super) fn find(shot: &TrackShot) -> Option<Self> {
-        let distances = distances(shot);
-        let middle = |run: &[(f64, f64)]| median(run.iter().map(|(_, d)| *d).collect());
+        let distances = smooth_distances(shot);
         let nearest = (0..distances.len()).min_by(|i, j| distances[*i].1.total_cmp(&distances[*j].1))?;
         let distance = middle(&distances[nearest..distances.len().min(nearest + MOST_FRAMES)]);
         let noise = noise_of(&[&shot.cue, &shot.object], shot);
@@ -275,13 +273,11 @@ impl Stuck {
         let used = &distances[first + SKIPPED..first + frames.min(MOST_FRAMES + SKIPPED)];
         let closing = -median_slope(&distances[first.saturating_sub(NEAR)..first]);
         let third = used.len() / 3;
-        let [early, between, late] = [0, 1, 2].map(|i| middle(&used[i * third..(i + 1) * third]));
+        let growth = middle(&used[2 * third..]) - middle(&used[..third]);
         let way = (used[2 * third].0 - used[0].0) * closing;
         // a median of distances, each with the noise of two coordinates
         let error = MEDIAN_ERROR * noise * (2.0 * 2.0 / third as f64).sqrt() / way;
-        // discs that met within the window and part again are as far apart in its first third as in its last
-        let parting = (late - early).abs().max((late - between).abs()) / way;
-        if !(closing > 0.0 && parting + 3.0 * error < PARTING) {
+        if !(closing > 0.0 && growth.abs() / way + 3.0 * error < PARTING) {
             return None;
         }
         let touch = distances.iter().position(|(_, d)| *d <= distance + NOISES * noise)?;
@@ -291,7 +287,7 @@ impl Stuck {
             distance,
             frames,
             to_the_end: first + frames == distances.len(),
-            restitution: Measured { value: (late - early) / way, sd: Some(error) },
+            restitution: Measured { value: growth / way, sd: Some(error) },
             settling: [distances[touch].0, distances[touch + settled].0],
         })
     }

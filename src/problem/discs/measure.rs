@@ -1,9 +1,10 @@
-//! Measurements of each shot of discs without a law of friction.
+//! Measurements of each shot of discs without a law of friction, and the frames that show it.
 
 use std::sync::Arc;
 
-use super::block::{DiscBlock, Freedom, TOUCHING};
+use super::block::{DiscBlock, ShotFrames};
 use super::impact::{DiscImpact, find_doubts};
+use super::lines::LEAST;
 use super::motion::{INPUTS, MOVING, locate};
 use super::own::{self, CORE, LAW, LEAST_SHOTS};
 use super::quantities::Quantity;
@@ -22,10 +23,7 @@ use crate::problem::solution::Solution;
 use crate::problem::uncertainty::Estimates;
 use crate::problem::unknowns::{Id, Mode, SHARED, Shared};
 
-/// Steps of a descent with frames that may change.
-pub(super) const STEPS: usize = 10;
-
-/// Rounds of leaving out shots, and of priors that the frames contradict.
+/// Rounds of leaving out shots, and of descents that did not end at a minimum.
 pub(super) const ROUNDS: usize = 3;
 
 /// Frames on either side of the impact that are used, one number after the other: paths are followed from the
@@ -36,8 +34,12 @@ const REACHES: [f64; 4] = [15.0, 30.0, 60.0, 120.0];
 /// Smallest number of frames on either side that decelerations which are not even leave.
 const LEAST_REACH: f64 = 7.0;
 
-/// Frames about the impact that are left out if the discs still touch in them.
+/// Frames on either side of the impact that are left out at least, and at most if the discs touch in them.
+const LEFT_OUT: usize = 1;
 const MAX_TOUCHING: usize = 6;
+
+/// Steps of a descent with frames that may change.
+const STEPS: usize = 10;
 
 /// Descends with the noise or spreads that residuals show, again from where a descent did not end at a
 /// minimum.
@@ -59,12 +61,6 @@ pub(super) fn solve(problem: Problem, descent: Descent) -> Result<Solution, Film
     Ok(Solution::new(problem, descent, covariance, names))
 }
 
-/// Returns a solution with what was found of the film.
-pub(super) fn with_film(solution: Solution, film: Film<DiscBlock>) -> Solution {
-    let Film { unit, findings, left_out, .. } = film;
-    Solution { unit, middle: film.middle.into(), findings, left_out, ..solution }
-}
-
 /// The measurement of a film of discs without a law.
 pub(crate) struct MeasuredDiscs {
     /// The minimum: camera, decelerations, and the motion of the discs.
@@ -73,53 +69,44 @@ pub(crate) struct MeasuredDiscs {
     pub(crate) impacts: Vec<DiscImpact>,
 }
 
-/// Measures the shots of the films of a data set: e, J_t/J_n, spins and balance of momentum of each may
-/// be any.
+/// Measures the shots of the films of a data set that show an impact of these discs.
 ///
 /// # Errors
 /// See [`FilmError`].
 pub(crate) fn measure_discs(dataset: &Dataset, policy: &Policy) -> Result<MeasuredDiscs, FilmError> {
-    let mut film = Film::of_discs(dataset)?;
-    let mut solution = measure(&film, policy)?;
-    solution.problem.discs_mut().ok_or(FilmError::NoFilm)?.freedom = Freedom::Everything;
-    loop {
-        solution = settle(solution.problem, solution.at.state)?;
-        let block = solution.problem.discs_mut().ok_or(FilmError::NoFilm)?;
-        if !block.come_nearer(policy) {
-            break;
-        }
-        block.choose_frames(&solution.at.state, None);
-    }
-    let mut impacts = list_impacts(&solution, &film, policy)?;
+    let MeasuredDiscs { mut solution, mut impacts } = measure(dataset, policy)?;
+    let discs = dataset.tracks.as_ref().and_then(|tracks| tracks.discs);
     impacts.retain(|impact| {
-        let separation = || impact.find_separation(&film.block.discs, policy);
+        let separation = || impact.find_separation(discs?.radii?, policy);
         let fault = impact.find_misfit().or_else(separation);
-        film.left_out.extend(fault.iter().map(|fault| (impact.name.clone(), fault.to_string())));
+        solution.left_out.extend(fault.iter().map(|fault| (impact.name.clone(), fault.to_string())));
         fault.is_none()
     });
     if impacts.is_empty() {
-        return Err(FilmError::NoImpact(film.left_out));
+        return Err(FilmError::NoImpact(solution.left_out));
     }
     find_doubts(&mut impacts, policy);
-    Ok(MeasuredDiscs { solution: with_film(solution, film), impacts })
+    Ok(MeasuredDiscs { solution, impacts })
 }
 
-/// Finds the outcome of each shot without a law, and which frames show it.
-pub(super) fn measure(film: &Film<DiscBlock>, policy: &Policy) -> Result<Solution, FilmError> {
-    let mut unknowns = film.unknowns.clone();
+/// Measures all shots of the films of a data set: e, J_t/J_n, spins and balance of momentum of each may be
+/// any.
+pub(super) fn measure(dataset: &Dataset, policy: &Policy) -> Result<MeasuredDiscs, FilmError> {
+    let Film { block, mut unknowns, own, left_out, findings, unit, middle, .. } = Film::of_discs(dataset)?;
     for id in LAW {
         unknowns[id as usize].mode = Mode::Fixed;
     }
     unknowns[Id::Kappa as usize].start = 0.0;
-    let mut state = State { own: vec![film.own.clone()], shared: Shared::starts(&unknowns) };
-    let mut problem = Problem::of_one(Block::Discs(film.block.clone()), unknowns);
+    let reaches = if own.len() < LEAST_SHOTS { &REACHES[..] } else { &REACHES[..REACHES.len() - 1] };
+    let mut state = State { own: vec![own], shared: Shared::starts(&unknowns) };
+    let mut problem = Problem::of_one(Block::Discs(block), unknowns);
     let free = problem.free();
-    let few = film.own.len() < LEAST_SHOTS;
-    for reach in &REACHES[..if few { REACHES.len() } else { REACHES.len() - 1 }] {
+    for (i, reach) in reaches.iter().enumerate() {
         let block = problem.discs_mut().ok_or(FilmError::NoFilm)?;
-        block.choose_frames(&state, Some(*reach));
+        Arc::make_mut(&mut block.shots).iter_mut().for_each(|shot| shot.reach = *reach);
+        block.choose_frames(&state);
         // frames beyond those that were fitted may be off the path
-        if *reach > REACHES[0] {
+        if i > 0 {
             block.drop_frames(&state, policy);
         }
         state = descend(&problem, problem.evaluate(state), &free, STEPS).end.state;
@@ -127,34 +114,61 @@ pub(super) fn measure(film: &Film<DiscBlock>, policy: &Policy) -> Result<Solutio
     state = descend_with_noise(&mut problem, state).end.state;
     for _ in 0..MAX_TOUCHING {
         let block = problem.discs_mut().ok_or(FilmError::NoFilm)?;
-        let touch = block.find_touching(&state, policy);
-        if block.drop_frames(&state, policy) == 0 && !touch {
+        if !block.find_touching(&state, policy) & !block.drop_frames(&state, policy) {
             break;
         }
-        block.choose_frames(&state, None);
+        block.choose_frames(&state);
         state = descend(&problem, problem.evaluate(state), &free, STEPS).end.state;
     }
-    let descent = descend_with_noise(&mut problem, state);
-    solve(problem, descent)
+    let mut solution = settle(problem, state)?;
+    while let Some(block) = solution.problem.discs_mut()
+        && block.come_nearer(policy)
+    {
+        block.choose_frames(&solution.at.state);
+        solution = settle(solution.problem, solution.at.state)?;
+    }
+    let impacts = list_impacts(&solution, (unit, middle))?;
+    Ok(MeasuredDiscs {
+        solution: Solution { unit, middle: middle.into(), findings, left_out, ..solution },
+        impacts,
+    })
 }
 
 impl DiscBlock {
-    /// Uses the frames within this reach of the impacts, or that of each shot.
-    fn choose_frames(&mut self, state: &State, reach: Option<f64>) {
+    /// Uses the frames within reach of the impacts, but for those in which the discs touch, unless too few
+    /// are left.
+    fn choose_frames(&mut self, state: &State) {
+        self.use_frames(state, |shot| [shot.touching.max(LEFT_OUT) as f64, shot.reach]);
+    }
+
+    /// Uses the frames of each shot that are at least so far from the impact, unless too few are left, and at
+    /// most, in frames.
+    fn use_frames(&mut self, state: &State, range: impl Fn(&ShotFrames) -> [f64; 2]) {
         for (shot, own) in Arc::make_mut(&mut self.shots).iter_mut().zip(&state.own[0]) {
-            shot.reach = reach.unwrap_or(shot.reach);
-            shot.choose_frames(own[own::TIME]);
+            let (instant, fps, [nearest, farthest]) = (own[own::TIME], shot.fps, range(shot));
+            let [from, to] = shot.stuck.map_or([instant; 2], |stuck| stuck.settling);
+            let away = |time: f64| (from - time).max(time - to) * fps;
+            for track in &mut shot.tracks {
+                let after = track.frames.partition_point(|frame| frame.time <= instant);
+                let (early, late) = track.frames.split_at_mut(after);
+                for side in [early, late] {
+                    let apart = side.iter().filter(|frame| away(frame.time) >= nearest).count();
+                    let least = if apart < LEAST { f64::NEG_INFINITY } else { nearest };
+                    for frame in side {
+                        frame.used = (least..=farthest).contains(&away(frame.time));
+                    }
+                }
+            }
         }
     }
 
     /// Halves the reach of shots whose frames are off the paths: decelerations are even for a while only. In
-    /// the end takes the largest whose frames are not significantly farther off than those next to the impact. Returns
-    /// whether a reach has changed.
+    /// the end takes the largest whose frames are not significantly farther off than those next to the impact.
+    /// Returns whether a reach has changed.
     fn come_nearer(&mut self, policy: &Policy) -> bool {
+        let misfits: Vec<f64> = (0..self.shots.len()).map(|i| self.misfit(i)).collect();
         let mut changed = false;
-        for i in 0..self.shots.len() {
-            let misfit = self.misfit(i);
-            let shot = &mut Arc::make_mut(&mut self.shots)[i];
+        for (shot, misfit) in Arc::make_mut(&mut self.shots).iter_mut().zip(misfits) {
             let (last, Some(tried)) = (shot.reach, &mut shot.tried) else { continue };
             tried.push((last, misfit));
             if misfit < policy.misfit || last < 2.0 * LEAST_REACH {
@@ -187,9 +201,9 @@ impl DiscBlock {
     }
 
     /// Drops frames that stand out, and those at the ends of tracks from where on a point is not on its path
-    /// any more; returns how many.
-    fn drop_frames(&mut self, state: &State, policy: &Policy) -> usize {
-        let mut count = 0;
+    /// any more; returns whether there are any.
+    fn drop_frames(&mut self, state: &State, policy: &Policy) -> bool {
+        let mut changed = false;
         for (i, own) in state.own[0].iter().enumerate() {
             let sights = self.sights(i, own, &state.shared);
             let shot = &mut Arc::make_mut(&mut self.shots)[i];
@@ -198,22 +212,27 @@ impl DiscBlock {
                 let mut index = 0..;
                 track.frames.retain(|_| index.next().is_some_and(|index| !outlying.contains(&index)));
                 shot.outliers += outlying.len();
-                count += outlying.len();
+                changed |= !outlying.is_empty();
             }
         }
-        count
+        changed
     }
 
     /// Counts one frame more as touching on either side of the impacts next to which frames are off the
     /// paths; returns whether there are any.
     fn find_touching(&mut self, state: &State, policy: &Policy) -> bool {
+        let mut next = self.clone();
+        next.use_frames(state, |shot| [shot.touching as f64, shot.reach]);
         let mut changed = false;
-        for (i, own) in state.own[0].iter().enumerate() {
-            let shot = &self.shots[i];
+        for (i, shot) in Arc::make_mut(&mut self.shots).iter_mut().enumerate() {
+            let own = &state.own[0][i];
+            let sights = next.sights(i, own, &state.shared);
             let reach = (shot.touching as f64 + 1.0) / shot.fps;
-            let may_touch = shot.stuck.is_none() && shot.touching < MAX_TOUCHING;
-            if may_touch && are_off(&self.sights(i, own, &state.shared), own[own::TIME], reach, policy) {
-                Arc::make_mut(&mut self.shots)[i].touching += 1;
+            let near = sights.iter().flatten().filter(|frame| (frame.time - own[own::TIME]).abs() <= reach);
+            let squares: Vec<f64> = near.map(Sight::square).collect();
+            let are_off = tail(squares.iter().sum(), 2.0 * squares.len() as f64) < policy.frame_tail;
+            if are_off && shot.stuck.is_none() && shot.touching < MAX_TOUCHING {
+                shot.touching += 1;
                 changed = true;
             }
         }
@@ -221,35 +240,17 @@ impl DiscBlock {
     }
 }
 
-/// Returns whether the frames within `reach` seconds of an instant are off the paths.
-fn are_off<const R: usize>(sights: &[Vec<Sight<R>>], instant: f64, reach: f64, policy: &Policy) -> bool {
-    let near = sights.iter().flatten().filter(|frame| (frame.time - instant).abs() <= reach);
-    let squares: Vec<f64> = near.map(Sight::square).collect();
-    tail(squares.iter().sum(), 2.0 * squares.len() as f64) < policy.frame_tail
-}
-
-/// Returns the table of what was measured.
-pub(super) fn list_impacts(
-    solution: &Solution,
-    film: &Film<DiscBlock>,
-    policy: &Policy,
-) -> Result<Vec<DiscImpact>, FilmError> {
+/// Returns the table of what was measured, of a film with this unit in metres and this middle.
+fn list_impacts(solution: &Solution, film: (f64, Point)) -> Result<Vec<DiscImpact>, FilmError> {
     let (block, end) = (solution.problem.discs().ok_or(FilmError::NoFilm)?, &solution.at);
     let reduced = end.eliminate(&solution.problem, 0.0).ok_or(FilmError::Undetermined)?;
-    // the frames next to the impacts
-    let mut near = block.clone();
-    for shot in Arc::make_mut(&mut near.shots) {
-        shot.touching = 0;
-    }
-    near.choose_frames(&end.state, Some(TOUCHING as f64));
     let of_shot = |i: usize| {
         let (shot, own) = (&block.shots[i], &end.state.own[0][i]);
-        let paths = shot.follow(own, &end.state.shared, &block.discs)?;
+        let paths = block.follow(i, own, &end.state.shared)?;
         // the covariance of the inputs of the motion
         let all = solution.covariance.shot_covariance(&reduced, (0, i), &end.shots[0][i].held);
         let shared = all.nrows() - SHARED;
-        let moving = MOVING.iter().map(|id| shared + *id as usize);
-        let places: Vec<usize> = (0..CORE).chain(moving).collect();
+        let places: Vec<usize> = (0..CORE).chain(MOVING.map(|id| shared + id as usize)).collect();
         let inputs = all.select_rows(&places).select_columns(&places);
         let inputs = inputs.fixed_view::<INPUTS, INPUTS>(0, 0);
         let mut values = paths.quantities(shot, &block.discs).map(|quantity| {
@@ -263,26 +264,23 @@ pub(super) fn list_impacts(
         if let Some(stuck) = &shot.stuck {
             values[Quantity::Restitution as usize] = Some(stuck.restitution);
         }
-        let times = [0, 1].map(|disc| {
-            let frames = shot.tracks.iter().filter(|track| track.disc == disc).flat_map(|t| &t.frames);
-            let used = frames.filter(|frame| frame.used).map(|frame| frame.time);
-            let mut times: Vec<f64> = used.collect();
-            times.sort_by(f64::total_cmp);
-            times.dedup();
-            times
-        });
-        // left out with need
-        let next_to_it = near.sights(i, own, &end.state.shared);
-        let is_touching = are_off(&next_to_it, own[own::TIME], TOUCHING as f64 / shot.fps, policy);
-        let ends = || times.iter().flatten().copied();
+        let mut times: Vec<(usize, f64)> = Vec::new();
+        for track in &shot.tracks {
+            let used = track.frames.iter().filter(|frame| frame.used);
+            times.extend(used.map(|frame| (track.disc, frame.time)));
+        }
+        times.sort_by(|a, b| a.1.total_cmp(&b.1));
+        let window = [times.first()?.1, times.last()?.1];
+        times.sort_by(|a, b| a.0.cmp(&b.0));
+        times.dedup();
         Some(DiscImpact {
             name: shot.name.clone(),
             values,
             position_sd: block.variances(i).into_iter().fold(0.0, f64::max).sqrt(),
             misfit: block.misfit(i),
-            frames: ends().count(),
-            window: [ends().fold(f64::INFINITY, f64::min), ends().fold(f64::NEG_INFINITY, f64::max)],
-            touching: if is_touching || shot.touching > TOUCHING { shot.touching } else { 0 },
+            frames: times.len(),
+            window,
+            touching: shot.touching,
             outliers: shot.outliers,
             radii: paths.radii.map(|radius| radius.re),
             stuck: shot.stuck,
@@ -293,7 +291,7 @@ pub(super) fn list_impacts(
                 own[own::TIME],
                 Camera::new(&end.state.shared),
             ),
-            film: (film.unit, film.middle),
+            film,
         })
     };
     let impacts = (0..block.shots.len()).map(of_shot).collect::<Option<Vec<_>>>();

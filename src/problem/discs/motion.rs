@@ -72,13 +72,11 @@ pub(super) struct Paths {
     pub(crate) spins: [[Dual; 2]; 2],
 }
 
-/// Returns J_t/J_n on the second of two discs in contact, which close and slip with these speeds, and its
-/// derivatives by closing speed, slip, e, and μ, b, c and κ; `None` if they do not approach.
-pub(super) fn friction(
-    [closing, slip, e]: [f64; 3],
-    [mu, b, c, kappa]: [f64; 4],
-    inertia: f64,
-) -> Option<(f64, [f64; 7])> {
+/// Returns J_t/J_n on the second of two discs in contact, by closing speed, slip and e, and by μ, b, c and κ;
+/// `None` if they do not approach.
+pub(super) fn friction(contact: [Dual; 3], of_law: [Dual; 4], inertia: f64) -> Option<Dual> {
+    let ([closing, slip, e], [mu, b, c, kappa]) =
+        (contact.each_ref().map(|dual| dual.re), of_law.each_ref().map(|dual| dual.re));
     // two equal discs of radius 1, the second at rest, and a spin of the first that gives the slip
     let mut model = Model::new(Fidelity::Full, Ball { radius: 1.0, mass: 1.0, inertia });
     if kappa > 0.0 {
@@ -92,13 +90,23 @@ pub(super) fn friction(
     let (outcome, jacobian) = model.collide_with_jacobian(&before, &coefficients).ok()?;
     let after = outcome.object.velocity;
     let ratio = after.y / after.x;
-    let inputs = [Input::VelocityX, Input::SpinZ, Input::E, Input::Mu, Input::B, Input::C, Input::Kappa];
-    let mut by = inputs.map(|input| {
-        let derivative = jacobian.column(input as usize);
-        (derivative[7] - ratio * derivative[6]) / after.x
-    });
-    by[1] = -by[1];
-    Some((ratio, by))
+    let [closing, slip, e] = contact;
+    let [mu, b, c, kappa] = of_law;
+    let inputs = [
+        (Input::VelocityX, closing),
+        (Input::SpinZ, -slip),
+        (Input::E, e),
+        (Input::Mu, mu),
+        (Input::B, b),
+        (Input::C, c),
+        (Input::Kappa, kappa),
+    ];
+    let mut by = SVector::zeros();
+    for (input, dual) in inputs {
+        let column = jacobian.column(input as usize);
+        by += gradient(&dual) * ((column[7] - ratio * column[6]) / after.x);
+    }
+    Some(Dual::new(ratio, Derivative::some(by)))
 }
 
 /// Returns the place of a point on a piece `late` seconds after the impact: of the disc's centre, or of a
@@ -161,7 +169,8 @@ pub(super) fn follow(
         zero
     } else {
         let contact = [closing, slip(&across, &radii, &spins), restitution];
-        impulse_ratio(&contact, all, discs)? + own(own::RATIO)
+        let of_law = [Id::Mu, Id::FallB, Id::FallC, Id::Kappa].map(all);
+        friction(contact, of_law, discs.inertia)? + own(own::RATIO)
     };
     let mut of_discs = Vec::with_capacity(2);
     let (mut after, mut spins_after) = (before, spins);
@@ -203,17 +212,6 @@ pub(super) fn follow(
         velocities: [0, 1].map(|disc| [before[disc], after[disc]]),
         spins: [0, 1].map(|disc| [spins[disc], spins_after[disc]]),
     })
-}
-
-/// Returns J_t/J_n of the law with its derivatives.
-fn impulse_ratio(contact: &[Dual; 3], shared: impl Fn(Id) -> Dual, discs: &Discs) -> Option<Dual> {
-    let of_law = [Id::Mu, Id::FallB, Id::FallC, Id::Kappa].map(shared);
-    let value = |dual: &Dual| dual.re;
-    let (state, values) = (contact.each_ref().map(value), of_law.each_ref().map(value));
-    let (ratio, by) = friction(state, values, discs.inertia)?;
-    let inputs = contact.iter().chain(&of_law);
-    let gradient = inputs.zip(by).fold(SVector::zeros(), |sum, (input, by)| sum + gradient(input) * by);
-    Some(Dual::new(ratio, Derivative::some(gradient)))
 }
 
 /// Returns the slip of the second disc's contact point against the first's.

@@ -99,28 +99,25 @@ impl Component {
     }
 }
 
-/// Returns the unit of time of a film in seconds: a frame if its rate is unknown.
-fn unit_of_time(discs: &Discs) -> f64 {
-    if discs.in_seconds { 1.0 } else { RATES[0].recip() }
-}
-
 /// Returns how much each [`Component`] differs before the frames are seen. A single shot shows it of its four
 /// decelerations alone, and poorly: its own values are then those of its discs.
 pub(super) fn spreads(discs: &Discs, shots: usize) -> Vec<Spread> {
     let of_component = |component: Component| {
-        let (_, [mut first, mut least]) = component.describe();
+        let (_, [first, least]) = component.describe();
         let is_slowing = component == Component::Slowing;
-        if is_slowing && !discs.in_seconds {
-            first *= unit_of_time(discs).powi(2);
-            least *= RATES[1].powi(-2);
-        }
+        let [slow, fast] =
+            if is_slowing { RATES.map(|rate| unit_of_time(discs, rate).powi(2)) } else { [1.0; 2] };
         match shots {
-            1 if is_slowing => Spread::first(EVEN_SLOWING * unit_of_time(discs).powi(2), least),
-            1 => Spread::first(least, least),
-            _ => Spread { weight: 0.0, ..Spread::first(first, least) },
+            1 => Spread::first(if is_slowing { EVEN_SLOWING * slow } else { least }, least * fast),
+            _ => Spread { weight: 0.0, ..Spread::first(first * slow, least * fast) },
         }
     };
     Component::ALL.into_iter().map(of_component).collect()
+}
+
+/// Returns the unit of time of a film in seconds: a frame at this rate if its own is unknown.
+fn unit_of_time(discs: &Discs, rate: f64) -> f64 {
+    if discs.in_seconds { 1.0 } else { rate.recip() }
 }
 
 /// Returns every shared unknown in the order of [`Id`]. `guessed`: the median distance of the centres at
@@ -134,21 +131,21 @@ pub(super) fn list_unknowns(
 ) -> Vec<Unknown> {
     let mut all = Unknown::list();
     list_contact(&mut all, &dataset.settings);
-    for id in [Id::MuS, Id::RadiusRatio] {
-        all[id as usize].mode = Mode::Fixed;
+    all[Id::MuS as usize].mode = Mode::Fixed;
+    all[Id::RadiusRatio as usize].mode = Mode::Fixed;
+    for (id, start) in [(Id::MassRatio, mass_ratio), (Id::ContactDistance, distance)] {
+        all[id as usize] = Unknown { start, mode: Mode::Free, prior: None, ..all[id as usize] };
     }
-    let mut guess = |id: Id, start: f64, mode: Mode| {
-        all[id as usize] = Unknown { start, mode, prior: None, ..all[id as usize] };
-    };
-    guess(Id::MassRatio, mass_ratio, Mode::Free);
-    guess(Id::ContactDistance, distance, if is_flat { Mode::Fixed } else { Mode::Free });
+    if is_flat {
+        all[Id::ContactDistance as usize].mode = Mode::Fixed;
+    }
     if let Some([first, second]) = discs.masses {
         known(&mut all, Id::MassRatio, first / second, MASS_SD * first / second);
     }
     if let Some([first, second]) = discs.radii {
         known(&mut all, Id::ContactDistance, first + second, RADII_SD * (first + second));
     }
-    let second = unit_of_time(discs);
+    let second = unit_of_time(discs, RATES[0]);
     known(&mut all, Id::Slowing, 0.0, SLOWING_SD * second * second);
     // few shots do not distinguish it from a deceleration at any speed
     if shots >= LEAST_SHOTS {
@@ -161,7 +158,6 @@ pub(super) fn list_unknowns(
     list_camera(&mut all, tracks);
     for unknown in &mut all[Id::Scale as usize..=Id::Nearness as usize] {
         let is_shown = match unknown.id {
-            _ if is_flat || shots < LEAST_SHOTS => false,
             Id::Scale => discs.radii.is_some(),
             // a delay has no meaning without a unit of time
             Id::ShutterX | Id::ShutterY => discs.in_seconds,
@@ -169,7 +165,7 @@ pub(super) fn list_unknowns(
             Id::ParallaxX | Id::ParallaxY | Id::Nearness => false,
             _ => true,
         };
-        if !is_shown {
+        if is_flat || shots < LEAST_SHOTS || !is_shown {
             unknown.mode = Mode::Fixed;
         }
     }

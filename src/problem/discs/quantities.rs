@@ -108,40 +108,39 @@ impl Paths {
         let ([u_n, u_t], [v_n, v_t]) = (change(0), change(1));
         let stated = discs.masses.map(|[first, second]| Dual::from_re(second / first));
         let mass_ratio = stated.unwrap_or(-u_n / v_n);
-        let turned = |disc: usize| spins[disc][1] - spins[disc][0];
-        // Δω = −R J_t/(νMR²); J_n/m₁ = −Δu_n, J_n/m₂ = Δv_n
-        let by_spin = |disc: usize, normal: Dual| -turned(disc) * radii[disc] * discs.inertia / normal;
-        // of either disc about the contact point: R (t × v) and νR²ω, per unit of m₁
-        let moment = |disc: usize, change: Dual, side: f64| {
-            change * radii[disc] * side + turned(disc) * radii[disc] * radii[disc] * discs.inertia
-        };
-        let angular = moment(0, u_t, -1.0) + mass_ratio * moment(1, v_t, 1.0);
-        let energy = |side: usize| {
+        // νRΔω; J_n/m₁ = −Δu_n, J_n/m₂ = Δv_n
+        let [first, second] =
+            [0, 1].map(|disc| (spins[disc][1] - spins[disc][0]) * radii[disc] * discs.inertia);
+        // of both discs about the contact point, per unit of m₁: R (t × v) and νR²ω
+        let angular = (first - u_t) * radii[0] + mass_ratio * (second + v_t) * radii[1];
+        let [before, after] = [0, 1].map(|side| {
             let of = |disc: usize| {
                 let rim = spins[disc][side] * radii[disc];
                 velocities[disc][side].norm_squared() + rim * rim * discs.inertia
             };
             of(0) + mass_ratio * of(1)
-        };
-        let slip_on = |side: usize| slip(&[g_t, h_t][side], radii, &[spins[0][side], spins[1][side]]);
+        });
+        let [slip_before, slip_after] = [(g_t, 0), (h_t, 1)]
+            .map(|(across, side)| slip(&across, radii, &[spins[0][side], spins[1][side]]));
         let if_both = |value: Dual| (shot.turns == [true; 2]).then_some(value);
         let if_across = |value: Dual| shot.flat.is_none().then_some(value);
         let if_slip = |value: Dual| shot.knows_slip.then_some(value);
-        let [outcome_e, outcome_ratio] = self.outcome();
+        let [e, ratio] = self.outcome();
         let head = [
-            Some(outcome_e),
-            if_across(outcome_ratio),
-            shot.turns[0].then(|| by_spin(0, -u_n)),
-            shot.turns[1].then(|| by_spin(1, v_n)),
+            Some(e),
+            if_across(ratio),
+            // Δω = −R J_t/(νMR²)
+            shot.turns[0].then(|| first / u_n),
+            shot.turns[1].then(|| -second / v_n),
             Some(mass_ratio),
             stated.map(|ratio| (u_n + ratio * v_n) / -u_n),
             if_across((u_t + mass_ratio * v_t) / -u_n),
             if_both(angular / (-u_n * (radii[0] + radii[1]))),
-            if_both(-energy(1) / energy(0) + 1.0),
+            if_both(-after / before + 1.0),
             Some(-g_n),
-            if_slip(slip_on(0) / -g_n),
-            if_slip(slip_on(0)),
-            if_both(slip_on(1)),
+            if_slip(slip_before / -g_n),
+            if_slip(slip_before),
+            if_both(slip_after),
             Some(self.direction.cos()),
             Some(self.direction.sin()),
             Some(self.distance),

@@ -4,13 +4,15 @@ use std::sync::Arc;
 
 use rayon::prelude::*;
 
-use super::prediction::{Residual, Residuals};
-use super::shot::{OWN, Row, RowShot};
+use super::prediction::Residuals;
+use super::shot::{Row, RowShot};
 use crate::measurement::loss::Loss;
 use crate::measurement::observable::Observable;
+use crate::problem::film::dual::gradient;
 use crate::problem::film::impact::{Contact, Correction};
+use crate::problem::film::own::OWN;
 use crate::problem::loss::ShotLoss;
-use crate::problem::sums::{Contribution, Noise, OwnPrior, settle};
+use crate::problem::sums::{Contribution, Noise, settle};
 use crate::problem::unknowns::{Mode, Own, PHYSICS, Shared, Unknown};
 
 /// Steps of a shot's own descent, and fall of χ² after which it ends: 1e-3 standard deviations.
@@ -111,39 +113,34 @@ impl RowsBlock {
     pub fn predict(&self, i: usize, own: &Own, shared: &Shared) -> Option<Residuals> {
         let shot = &self.shots[i];
         let mut residuals = shot.differences(own, shared, &self.contact).ok()?;
-        for (Residual { value, by }, row) in residuals.rows.iter_mut().zip(&shot.rows) {
-            let weight = 1.0 / self.sd(row);
-            *value *= weight;
-            *by *= weight;
+        for (residual, row) in residuals.rows.iter_mut().zip(&shot.rows) {
+            *residual /= self.sd(row);
         }
         Some(residuals)
     }
 
-    /// Returns the distance of shot `i` from its prediction: the length of its residuals and of the
-    /// errors of its inputs in units of their standard deviations.
-    pub fn distance(&self, i: usize, own: &Own, predicted: &Residuals) -> f64 {
-        let residuals = predicted.rows.iter().map(|residual| residual.value.powi(2)).sum::<f64>();
-        let is_stated = |place: &usize| matches!(self.shots[i].priors[*place], Some(OwnPrior::Stated(_)));
-        let errors = (0..OWN).filter(is_stated).map(|place| own[place].powi(2)).sum::<f64>();
-        (residuals + errors).sqrt()
+    /// Returns the distance of shot `i` from its prediction, the length of its residuals and of the errors of its
+    /// inputs in units of their standard deviations, and its loss.
+    pub(crate) fn distance(&self, i: usize, own: &Own, shared: &Shared) -> (f64, ShotLoss) {
+        let sums = self.add_up(i, own, self.predict(i, own, shared), 0);
+        (sums.cost.sqrt(), self.losses[self.shots[i].rows.len()])
     }
 
     /// Returns the sums of shot `i`.
     pub(crate) fn contribute(&self, i: usize, own: &Own, shared: &Shared) -> Contribution {
-        let Some(predicted) = self.predict(i, own, shared) else {
-            return Contribution::impossible(OWN, self.width, self.noises.len());
-        };
-        let mut sums = self.add_up(i, own, &predicted, self.width);
-        let loss = &self.losses[predicted.rows.len()];
-        let distance = sums.cost.sqrt();
+        let predicted = self.predict(i, own, shared);
+        let squares = predicted.iter().flat_map(|found| &found.rows).map(|row| row.re * row.re);
+        let squares: Vec<f64> = squares.collect();
+        let mut sums = self.add_up(i, own, predicted, self.width);
+        let (loss, distance) = (&self.losses[self.shots[i].rows.len()], sums.cost.sqrt());
         let weight = loss.weight(distance);
         if weight != 1.0 {
             sums.products *= weight;
         }
         sums.cost = loss.cost(distance);
-        for (residual, row) in predicted.rows.iter().zip(&self.shots[i].rows) {
+        for (square, row) in squares.iter().zip(&self.shots[i].rows) {
             if let Some(noise) = row.noise {
-                sums.noises[noise].weighted += (weight * residual.value).powi(2) / loss.consistency;
+                sums.noises[noise].weighted += weight * weight * square / loss.consistency;
                 sums.noises[noise].count += 1.0;
             }
         }
@@ -151,25 +148,26 @@ impl RowsBlock {
     }
 
     /// Returns the sums of a shot by least squares over its own unknowns and the first `width` shared ones.
-    fn add_up(&self, i: usize, own: &Own, predicted: &Residuals, width: usize) -> Contribution {
-        let mut sums = Contribution::empty(OWN, width, self.noises.len());
+    fn add_up(&self, i: usize, own: &Own, predicted: Option<Residuals>, width: usize) -> Contribution {
+        let noises = self.noises.len();
+        let Some(predicted) = predicted else { return Contribution::impossible(OWN, width, noises) };
+        let mut sums = Contribution::empty(OWN, width, noises);
         sums.sticks = predicted.sticks;
         let last = OWN + width;
-        for Residual { value, by } in &predicted.rows {
+        for residual in &predicted.rows {
+            let by = gradient(residual);
             let by = &by.as_slice()[..last];
             for (column, factor) in by.iter().enumerate().filter(|(_, factor)| **factor != 0.0) {
                 for (row, other) in by[..=column].iter().enumerate() {
                     sums.products[(row, column)] += other * factor;
                 }
-                sums.products[(column, last)] += factor * value;
+                sums.products[(column, last)] += factor * residual.re;
             }
-            sums.products[(last, last)] += value * value;
-            sums.cost += value * value;
+            sums.products[(last, last)] += residual.re * residual.re;
+            sums.cost += residual.re * residual.re;
         }
-        for (place, prior) in self.shots[i].priors.iter().enumerate() {
-            if let Some(prior) = prior {
-                sums.add_prior(place, prior.normal(&[]), own[place]);
-            }
+        for (place, prior) in self.shots[i].own_priors() {
+            sums.add_prior(place, prior.normal(&[]), own[place]);
         }
         sums
     }
@@ -180,10 +178,7 @@ impl RowsBlock {
         if self.shots[i].own_unknowns_without_prior() == 0 {
             return start;
         }
-        let contribute = |own: &Own| match self.predict(i, own, shared) {
-            Some(predicted) => self.add_up(i, own, &predicted, 0),
-            None => Contribution::impossible(OWN, 0, self.noises.len()),
-        };
+        let contribute = |own: &Own| self.add_up(i, own, self.predict(i, own, shared), 0);
         settle(start, &[], (STEPS, SHOT_STALL), contribute, std::convert::identity).0
     }
 }

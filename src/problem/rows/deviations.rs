@@ -4,8 +4,9 @@ use nalgebra::{DMatrix, DVector};
 
 use super::block::RowsBlock;
 use super::prediction::{Approach, Residuals};
-use super::shot::OWN;
 use crate::measurement::observable::Observable;
+use crate::problem::film::dual::gradient;
+use crate::problem::film::own::OWN;
 use crate::problem::solution::Solution;
 use crate::problem::sums::OwnPrior;
 use crate::problem::unknowns::{Own, PHYSICS, Shared};
@@ -62,7 +63,8 @@ impl RowsBlock {
             (None, Some(row)) => self.sd(&shot.rows[row]) / shot.rows[row].value.abs(),
             _ => 1.0,
         };
-        let inputs = DMatrix::from_fn(rows.len(), OWN, |row, place| sd(place) * rows[row].by[place]);
+        let by: Vec<_> = rows.iter().map(gradient).collect();
+        let inputs = DMatrix::from_fn(rows.len(), OWN, |row, place| sd(place) * by[row][place]);
         let mut covariance = &inputs * inputs.transpose();
         for (i, row) in shot.rows.iter().enumerate() {
             covariance[(i, i)] += self.sd(row).powi(2);
@@ -74,9 +76,9 @@ impl RowsBlock {
         Some(Deviations {
             observables: kept.iter().map(|row| shot.rows[*row].observable).collect(),
             measured: kept.iter().map(|row| shot.rows[*row].value).collect(),
-            values: DVector::from_iterator(kept.len(), kept.iter().map(|row| -rows[*row].value)),
+            values: DVector::from_iterator(kept.len(), kept.iter().map(|row| -rows[*row].re)),
             covariance: covariance.select_rows(&kept).select_columns(&kept),
-            by: DMatrix::from_fn(kept.len(), PHYSICS, |row, id| rows[kept[row]].by[OWN + id]),
+            by: DMatrix::from_fn(kept.len(), PHYSICS, |row, id| by[kept[row]][OWN + id]),
             normal: [cos.re, sin.re],
             cut,
             speed: shot.knows_speed.then_some(speed),

@@ -7,7 +7,7 @@
 pub(crate) mod block;
 pub(crate) mod choices;
 pub(crate) mod deviations;
-mod leverage;
+pub(crate) mod noise;
 mod outliers;
 pub(crate) mod prediction;
 pub(crate) mod run;

@@ -2,6 +2,7 @@
 
 use statrs::distribution::{ChiSquared, ContinuousCDF, FisherSnedecor};
 
+use super::block::RowsBlock;
 use crate::measurement::loss::Loss;
 use crate::numerics::median;
 use crate::problem::minimise::descend_with_noise;
@@ -12,19 +13,18 @@ use crate::problem::problem::{Problem, State};
 /// errors count little, has d² of its k numbers as a sum of squares; with the mean s² = Σd²/(Σk − p)
 /// of the shots that are no candidates, d²/(k s²) follows F(k, Σk − p).
 pub(super) fn judge_rows(problem: &Problem, state: &State, policy: &Policy) -> Vec<bool> {
-    let squares = |problem: &Problem, state: &State| -> Option<Vec<(f64, f64)>> {
-        let (rows, shared) = (problem.rows()?, problem.samples[0].gather(&state.shared));
-        let of_shot = |(i, own): (usize, &_)| {
-            let predicted = rows.predict(i, own, &shared)?;
-            Some((rows.distance(i, own, &predicted).powi(2), predicted.rows.len() as f64))
+    let squares = |problem: &Problem, state: &State| -> Vec<(f64, f64)> {
+        let shared = problem.samples[0].gather(&state.shared);
+        let of_rows = |rows: &RowsBlock| {
+            let square =
+                |(i, own)| (rows.distance(i, own, &shared).0.powi(2), rows.shots[i].rows.len() as f64);
+            state.own[0].iter().enumerate().map(square).collect()
         };
-        state.own[0].iter().enumerate().map(of_shot).collect()
+        problem.rows().map_or_else(Vec::new, of_rows)
     };
     let all = vec![true; state.own[0].len()];
     let is_robust = problem.rows().is_none_or(|rows| rows.loss != Loss::Squares);
-    let Some(first) = squares(problem, state).filter(|_| !is_robust) else { return all };
-    let least = least_scale(problem);
-    if !candidates(&first, least, policy).contains(&true) {
+    if is_robust || !candidates(&squares(problem, state), least_scale(problem), policy).contains(&true) {
         return all;
     }
     let mut robust = problem.clone();
@@ -32,7 +32,7 @@ pub(super) fn judge_rows(problem: &Problem, state: &State, policy: &Policy) -> V
         *rows = rows.clone().with_loss(Loss::Cauchy);
     }
     let descent = descend_with_noise(&mut robust, state.clone());
-    let Some(shots) = squares(&robust, &descent.end.state) else { return all };
+    let shots = squares(&robust, &descent.end.state);
     let least = least_scale(&robust);
     let candidates = candidates(&shots, least, policy);
     let others = shots.iter().zip(&candidates).filter(|(_, is_candidate)| !**is_candidate);

@@ -4,17 +4,17 @@ use nalgebra::Vector2;
 use num_dual::DualNum;
 
 use super::choices::Unpredictable;
-use super::shot::{Gradient, OWN, Row, RowShot, SPEED};
+use super::shot::{INPUTS, Row, RowShot, SPEED};
 use crate::measurement::dataset::{Dataset, Shot};
 use crate::measurement::observable::{Axis, Observable};
 use crate::numerics::wrap;
 use crate::physics::ball::BallState;
 use crate::physics::collision::{Coefficients, Model, NotACollision};
 use crate::physics::friction_law::Law;
-use crate::problem::film::dual::{Dual, DualVector, constant, gradient, norm};
+use crate::problem::film::dual::{Dual, DualVector, constant, norm};
 use crate::problem::film::impact::{Contact, Side};
-use crate::problem::film::own;
-use crate::problem::unknowns::{Own, PHYSICS, Shared};
+use crate::problem::film::own::OWN;
+use crate::problem::unknowns::{Own, Shared};
 
 /// Steps until an unknown speed before the impact gives the measured one afterwards, and the relative
 /// difference at which they end.
@@ -108,16 +108,10 @@ fn turn(angle: Dual) -> Dual {
     angle + (wrap(angle.re) - angle.re)
 }
 
-/// A predicted number less the measured one, with its derivatives.
-#[derive(Clone, Copy)]
-pub(crate) struct Residual {
-    pub(crate) value: f64,
-    pub(crate) by: Gradient,
-}
-
 /// Residuals of a shot.
 pub(crate) struct Residuals {
-    pub(crate) rows: Vec<Residual>,
+    /// Predicted numbers less the measured ones.
+    pub(crate) rows: Vec<Dual>,
     pub(crate) sticks: bool,
     pub(super) approach: Approach,
 }
@@ -126,7 +120,7 @@ impl RowShot {
     /// Returns the cue ball before the impact.
     pub(super) fn approach(&self, own: &Own) -> Approach {
         let input = |i: usize| constant(own[i]).derivative(i) * self.sds[i] + self.inputs[i];
-        let [first, second, third, w_x, w_y, w_z]: [Dual; OWN] = std::array::from_fn(input);
+        let [first, second, third, w_x, w_y, w_z]: [Dual; INPUTS] = std::array::from_fn(input);
         let (sin, cos) = if self.is_cut { (constant(0.0), constant(1.0)) } else { first.sin_cos() };
         let turn = |x: Dual, y: Dual| DualVector::new(x * cos + y * sin, y * cos - x * sin);
         let velocity = if self.is_cut {
@@ -161,13 +155,8 @@ impl RowShot {
         let (after, sticks) = contact.collide(&approach.cue, shared, &self.offset)?;
         let view = View { approach: &approach, after, radii: contact.radii(shared), side: self.side };
         let difference = |row: &Row| {
-            let seen = view.observe(row.observable);
-            let slope = gradient(&seen);
-            let mut by = Gradient::zeros();
-            by.fixed_rows_mut::<OWN>(0).copy_from(&slope.fixed_rows::<OWN>(0));
-            by.fixed_rows_mut::<PHYSICS>(OWN).copy_from(&slope.fixed_rows::<PHYSICS>(own::OWN));
-            let value = seen.re - row.value;
-            Residual { value: if row.observable.is_angle() { wrap(value) } else { value }, by }
+            let off = view.observe(row.observable) - row.value;
+            if row.observable.is_angle() { turn(off) } else { off }
         };
         let rows = self.rows.iter().map(difference).collect();
         Ok(Residuals { rows, sticks, approach })

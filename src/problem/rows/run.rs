@@ -2,13 +2,13 @@
 
 use nalgebra::DVector;
 
-use super::block::{Pool, RowsBlock};
+use super::block::RowsBlock;
 use super::choices::{RowsChoices, RowsError};
+use super::noise::{TableNoise, list_noises};
 use super::outliers::judge_rows;
 use super::table::Table;
 use crate::measurement::dataset::{Dataset, Shot};
 use crate::measurement::loss::Loss;
-use crate::measurement::observable::Observable;
 use crate::problem::descent::{Descent, descend, descend_until};
 use crate::problem::effects::choose_effects;
 use crate::problem::film::causes::{self, Refit};
@@ -20,7 +20,6 @@ use crate::problem::policy::Policy;
 use crate::problem::problem::{Evaluation, Problem, State};
 use crate::problem::robust::robust_covariance;
 use crate::problem::solution::Solution;
-use crate::problem::sums::NoiseSums;
 use crate::problem::uncertainty::Estimates;
 use crate::problem::unknowns::{Id, Mode};
 
@@ -37,29 +36,6 @@ const LOWER: f64 = 0.02;
 
 /// Distance from a bound, in standard errors, within which a minimum is at the bound but for rounding.
 const BESIDE: f64 = 1e-5;
-
-/// Degrees of freedom below which a noise is not estimated.
-const LEAST_DOF: f64 = 0.5;
-
-/// Noise over its least value at which residuals vanish.
-const VANISHES: f64 = 1.0 + 1e-6;
-
-/// Noise of the numbers of a table whose errors are not stated.
-#[derive(Clone, Debug)]
-pub(crate) struct TableNoise {
-    /// The observables that have it.
-    pub(crate) observables: Vec<Observable>,
-    /// Standard deviation, SI or radians.
-    pub(crate) sd: f64,
-    /// Standard deviation of the rounding of the columns, which is the least that `sd` can be.
-    pub(crate) rounding: f64,
-    /// Sum of their squared residuals over the variance.
-    pub(crate) square: f64,
-    /// Numbers less what they spend on unknowns.
-    pub(crate) dof: f64,
-    /// Whether residuals or a rounding show its size.
-    pub(crate) is_known: bool,
-}
 
 /// The fit of a table.
 pub(crate) struct RowsFit {
@@ -286,24 +262,4 @@ fn find_minima(problem: &Problem, at: &Evaluation) -> Vec<Evaluation> {
     }
     ends.retain(|end| end.cost.is_finite());
     ends
-}
-
-/// Returns what is known of the noises that were estimated.
-fn list_noises(problem: &Problem, at: &Evaluation, estimates: &Estimates) -> Vec<TableNoise> {
-    let (Some(rows), Some(reduced)) = (problem.rows(), at.eliminate(problem, 0.0)) else { return Vec::new() };
-    let spent = rows.leverages(&problem.samples[0], &at.state, (&reduced, estimates), 0);
-    let sums = at.noises(0);
-    let of_pool = |(which, pool): (usize, &Pool)| {
-        let (NoiseSums { count, weighted, .. }, sd) = (sums[which], rows.noises[which].sd);
-        let dof = count - spent[which];
-        TableNoise {
-            observables: pool.observables.clone(),
-            sd,
-            rounding: pool.rounding,
-            square: weighted,
-            dof,
-            is_known: dof >= LEAST_DOF && (pool.rounding > 0.0 || sd > VANISHES * pool.least()),
-        }
-    };
-    rows.pools.iter().enumerate().map(of_pool).collect()
 }

@@ -1,26 +1,18 @@
 //! A shot of a table: its measured numbers and their errors.
 
-use nalgebra::SVector;
-
 use super::choices::Unpredictable;
 use crate::measurement::dataset::{Before, Dataset, Measured, Measurement, Shot};
 use crate::measurement::observable::Observable;
 use crate::measurement::spin::Spin;
 use crate::problem::film::impact::Correction;
+use crate::problem::film::own::OWN;
 use crate::problem::sums::OwnPrior;
-use crate::problem::unknowns::{Normal, PHYSICS};
+use crate::problem::unknowns::Normal;
 
-/// Number of own unknowns: of a measured impact the errors of the direction of the line of centres
-/// (rad), v_x, v_y, ω_x, ω_y and ω_z in the table frame; of angles those of cut angle and speed, one
-/// that is not used, and those of ω_x, ω_y and ω_z in the collision frame.
-pub(crate) const OWN: usize = 6;
-
-/// Number of unknowns that the numbers of a shot depend on: its own, then shared ones in the order of
-/// [`Id`].
-pub(super) const UNKNOWNS: usize = OWN + PHYSICS;
-
-/// Derivatives by these unknowns.
-pub(super) type Gradient = SVector<f64, UNKNOWNS>;
+/// Number of inputs of a shot, whose errors are its first own unknowns; the others are held. Of a measured
+/// impact they are the direction of the line of centres (rad), v_x, v_y, ω_x, ω_y and ω_z in the table frame;
+/// of angles cut angle and speed, one that is not used, and ω_x, ω_y and ω_z in the collision frame.
+pub(super) const INPUTS: usize = 6;
 
 /// Place of the speed of a shot of angles.
 pub(super) const SPEED: usize = 1;
@@ -55,9 +47,9 @@ pub(crate) struct RowShot {
     /// Whether it is of angles, in the collision frame.
     pub(super) is_cut: bool,
     /// Measured inputs, in the order of the own unknowns.
-    pub(super) inputs: SVector<f64, OWN>,
+    pub(super) inputs: [f64; INPUTS],
     /// Standard deviations of the inputs; of a speed that is not known, its first guess.
-    pub(super) sds: SVector<f64, OWN>,
+    pub(super) sds: [f64; INPUTS],
     /// Prior of each own unknown; `None` of an unknown speed that a speed afterwards determines.
     pub(crate) priors: [Option<OwnPrior>; OWN],
     /// Whether the speed before the impact is measured or follows from a speed afterwards.
@@ -88,7 +80,7 @@ impl RowShot {
             0.0 => Some(OwnPrior::Held),
             _ => Some(OwnPrior::Stated(Normal { mean: 0.0, sd: 1.0 })),
         };
-        let mut priors = sds.map(prior);
+        let mut priors = std::array::from_fn(|place| prior(sds.get(place).copied().unwrap_or(0.0)));
         if determined.is_some() {
             (sds[SPEED], priors[SPEED]) = (inputs[SPEED], None);
         }
@@ -101,8 +93,8 @@ impl RowShot {
         let cut = if is_cut { inputs[0] } else { inputs[2].atan2(inputs[1]) - inputs[0] };
         Ok(Self {
             is_cut,
-            inputs: SVector::from(inputs),
-            sds: SVector::from(sds),
+            inputs,
+            sds,
             priors,
             knows_speed: knows_speed || determined.is_some(),
             radius: dataset.ball.radius,
@@ -156,7 +148,10 @@ fn determine_speed(
 }
 
 /// Returns the measured inputs and their standard deviations, 0 of exact ones.
-fn read_inputs(shot: &Shot, determined: Option<f64>) -> Result<([f64; OWN], [f64; OWN]), Unpredictable> {
+fn read_inputs(
+    shot: &Shot,
+    determined: Option<f64>,
+) -> Result<([f64; INPUTS], [f64; INPUTS]), Unpredictable> {
     let exact = Measured { value: 0.0, sd: None };
     let [first, second, third] = match shot.before {
         Before::Impact { normal: [x, y], velocity } => {

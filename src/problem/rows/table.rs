@@ -6,7 +6,8 @@ use statrs::distribution::{ChiSquared, ContinuousCDF};
 
 use super::block::{Pool, RowsBlock};
 use super::choices::{RowsChoices, RowsError};
-use super::shot::{OWN, Row, RowShot};
+use super::noise::list_noises;
+use super::shot::{Row, RowShot};
 use crate::measurement::dataset::{Dataset, Shot};
 use crate::measurement::observable::Observable;
 use crate::measurement::parameter::{Compliance, Parameter, Settings};
@@ -14,11 +15,12 @@ use crate::physics::collision::Fidelity;
 use crate::problem::block::Block;
 use crate::problem::descent::Descent;
 use crate::problem::film::impact::Contact;
+use crate::problem::film::own::OWN;
 use crate::problem::film::priors::list_contact;
 use crate::problem::minimise::fit;
 use crate::problem::noise::minus_two_log;
 use crate::problem::policy::Policy;
-use crate::problem::problem::{Evaluation, Problem, State};
+use crate::problem::problem::{Evaluation, Problem, State, split_names};
 use crate::problem::sums::Noise;
 use crate::problem::uncertainty::Estimates;
 use crate::problem::unknowns::{Id, Mode, Own, Shared, Unknown};
@@ -54,8 +56,18 @@ pub(crate) struct Table {
 impl Table {
     pub fn new(dataset: &Dataset, shots: &[&Shot], choices: &RowsChoices) -> Result<Self, RowsError> {
         let settings = dataset.settings_of_balls();
-        let unknowns = list_unknowns(&settings);
-        let contact = choose_contact(dataset, &unknowns, choices.fidelity)?;
+        let mut unknowns = Unknown::list();
+        list_contact(&mut unknowns, &settings);
+        if !settings.falls {
+            unknowns[Id::FallB as usize].mode = Mode::Fixed;
+        }
+        let is_stated =
+            settings.compliance == Compliance::Stated && unknowns[Id::Kappa as usize].start != 0.0;
+        if let Some(rigid) = choices.fidelity.filter(|fidelity| is_stated && !fidelity.effects().compliance) {
+            return Err(RowsError::Rigid(rigid.name()));
+        }
+        // what an integrated fidelity differs by is an offset of each shot
+        let contact = Contact::new(&dataset.model(choices.fidelity.unwrap_or(Fidelity::Full)), &unknowns);
         let usual = Shared::starts(&unknowns);
         let (mut rows, mut used) = (Vec::new(), Vec::new());
         let mut left_out = dataset.left_out.clone();
@@ -186,22 +198,22 @@ impl Table {
             let pool_of = |observable: &Observable| Pool { observables: vec![*observable], ..*pool };
             pool.observables.iter().map(|observable| (pool_of(observable), *sd)).collect::<Vec<_>>()
         };
-        let mut split = rows.clone();
-        split.set_noises(pools.iter().flat_map(alone).collect());
-        let Some(variances) = list_variances(split, &self.problem.unknowns, at) else { return false };
-        let mut variances = variances.into_iter();
+        let mut split = self.problem.clone();
+        if let Some(rows) = split.rows_mut() {
+            rows.set_noises(pools.iter().flat_map(alone).collect());
+        }
+        let at = split.evaluate(at.state.clone());
+        let Some(estimates) = Estimates::new(&split, &at) else { return false };
+        let found = list_noises(&split, &at, &estimates);
         let mut noises = Vec::new();
-        for (pool, sd) in &pools {
-            let own = variances.by_ref().take(pool.observables.len());
+        for pool in &pools {
+            let own = found.iter().filter(|found| pool.0.observables.contains(&found.observables[0]));
             // noise is at least what rounding hides
-            let least = (pool.rounding / sd).powi(2);
-            let own = own.map(|(square, dof)| (square.max(dof * least), dof));
+            let least = (pool.0.rounding / pool.1).powi(2);
+            let own = own.map(|found| (found.square.max(found.dof * least), found.dof));
             let own: Vec<(f64, f64)> = own.filter(|(_, dof)| *dof >= MIN_DOF_OF_BARTLETT).collect();
-            if compare_variances(&own).is_some_and(|p| p < policy.unequal_noise) {
-                noises.extend(alone(&(pool.clone(), *sd)));
-            } else {
-                noises.push((pool.clone(), *sd));
-            }
+            let is_unequal = compare_variances(&own).is_some_and(|p| p < policy.unequal_noise);
+            noises.extend(if is_unequal { alone(pool) } else { vec![pool.clone()] });
         }
         let has_changed = noises.len() > pools.len();
         if let Some(rows) = self.problem.rows_mut() {
@@ -217,48 +229,8 @@ impl Table {
     pub(crate) fn leave_out(&mut self, keep: &[bool]) -> Vec<String> {
         let mut state = self.start();
         self.problem.retain(0, &mut state, keep);
-        let all = std::mem::take(&mut self.names).into_iter().zip(keep);
-        let (kept, lost): (Vec<_>, Vec<_>) = all.partition(|(_, keep)| **keep);
-        self.names = kept.into_iter().map(|(name, _)| name).collect();
-        lost.into_iter().map(|(name, _)| name).collect()
+        split_names(&mut self.names, keep)
     }
-}
-
-/// Returns the sum of squares and the degrees of freedom of each noise of a block.
-fn list_variances(block: RowsBlock, unknowns: &[Unknown], at: &Evaluation) -> Option<Vec<(f64, f64)>> {
-    let problem = Problem::of_one(Block::Rows(block), unknowns.to_vec());
-    let at = problem.evaluate(at.state.clone());
-    let reduced = at.eliminate(&problem, 0.0)?;
-    let estimates = Estimates::of_reduced(&problem, &at.state, &reduced)?;
-    let spent = problem.rows()?.leverages(&problem.samples[0], &at.state, (&reduced, &estimates), 0);
-    let sums = at.noises(0);
-    Some(sums.iter().zip(spent).map(|(sum, spent)| (sum.weighted, sum.count - spent)).collect())
-}
-
-/// Returns the unknowns of a table: those of the contact.
-fn list_unknowns(settings: &Settings) -> Vec<Unknown> {
-    let mut all = Unknown::list();
-    list_contact(&mut all, settings);
-    if !settings.falls {
-        all[Id::FallB as usize].mode = Mode::Fixed;
-    }
-    all
-}
-
-/// Returns the collision model; what an integrated fidelity differs by is an offset of each shot.
-fn choose_contact(
-    dataset: &Dataset,
-    unknowns: &[Unknown],
-    fidelity: Option<Fidelity>,
-) -> Result<Contact, RowsError> {
-    let Some(fidelity) = fidelity else {
-        return Ok(Contact::new(&dataset.model(Fidelity::Full), unknowns));
-    };
-    let is_stated = dataset.settings_of_balls().compliance == Compliance::Stated;
-    if !fidelity.effects().compliance && is_stated && unknowns[Id::Kappa as usize].start != 0.0 {
-        return Err(RowsError::Rigid(fidelity.name()));
-    }
-    Ok(Contact::new(&dataset.model(fidelity), unknowns))
 }
 
 /// Checks that the errors of each column are stated everywhere or nowhere.
