@@ -81,11 +81,7 @@ pub(super) struct Args {
 }
 
 fn parse_spin(text: &str) -> Result<Vec3, String> {
-    let parts: Vec<&str> = text.split(',').map(str::trim).collect();
-    let [x, y, z] = parts.as_slice() else {
-        return Err(format!("{} numbers; expected three, x,y,z in rad/s", parts.len()));
-    };
-    Ok(Vec3::new(super::number(x)?, super::number(y)?, super::number(z)?))
+    super::numbers(text, "three, x,y,z in rad/s").map(|[x, y, z]| Vec3::new(x, y, z))
 }
 
 impl Args {

@@ -7,13 +7,12 @@ use crate::measurement::dataset::Dataset;
 use crate::measurement::loss::Loss;
 use crate::physics::friction_law::Law;
 use crate::report;
-use crate::report::document;
 use crate::report::stored::{self, Stored};
 use crate::report::terminal;
 
 use super::progress::{self, Progress};
 use super::table_only::{Told, is_table};
-use super::{Failure, print, unless_none};
+use super::{Failure, answer, unless_none};
 
 /// The report in the folder of a fit.
 const REPORT: &str = "report.html";
@@ -155,15 +154,10 @@ pub(super) fn run(args: &Args) -> Result<(), Failure> {
     };
     drop(progress);
     let fits: Vec<Fit> = fits.into_iter().flatten().collect();
-    if args.json {
-        print(&document::text(&fits)?)?;
-    } else {
-        if !assumed.is_empty() {
-            print(&(assumed.join("\n") + "\n\n"))?;
-        }
-        print(&if args.all { report::fit::as_text(&fits) } else { terminal::overview(&fits) })?;
-        print(&report)?;
-    }
+    answer(args.json, &fits, || {
+        let assumed = if assumed.is_empty() { String::new() } else { assumed.join("\n") + "\n\n" };
+        assumed + &if args.all { report::fit::as_text(&fits) } else { terminal::overview(&fits) } + &report
+    })?;
     if !moved.is_empty() {
         let table = stored::table(&moved);
         failed.push(format!("the fit is no longer that of the baseline:\n{}", table.trim_end()));

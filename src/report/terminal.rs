@@ -3,7 +3,7 @@
 
 use super::content::Table;
 use super::plot::ends;
-use super::{budgets, label, noise_estimated, reduced_chi2, symbol};
+use super::{budgets, chi2_words, label, symbol};
 use crate::fit::{Estimate, Fit, Grade, Status, Verdict};
 use crate::measurement::number::{plain, with_error, with_interval};
 use crate::measurement::parameter::Parameter;
@@ -127,7 +127,21 @@ fn line(fits: &[Fit], known: &[Parameter]) -> Line {
 /// Returns where the errors of a fit come from, its χ², and its first warnings; `--all` shows all.
 fn details(fit: &Fit) -> String {
     const MOST_WARNINGS: usize = 3;
-    let (verdict, budgets) = (fit.verdict(), budgets(fit));
+    let verdict = fit.verdict();
+    let mut text = String::new();
+    if verdict.grade != Grade::Unusable {
+        // the camera's unknowns, of which there are many, stand in the report
+        text += &format!("\n{}", unknowns(fit, |id| id < Id::Scale).text(""));
+    }
+    text += &format!("{}\n", chi2_words(fit));
+    let others = fit.warnings().into_iter().filter(|warning| *warning != verdict.sentence);
+    text.extend(others.take(MOST_WARNINGS).map(|warning| format!("! {warning}\n")));
+    text
+}
+
+/// Returns what all shots share with its errors, the pulls of priors in their standard deviations, and the largest parts of the errors.
+pub(super) fn unknowns(fit: &Fit, is_shown: impl Fn(Id) -> bool) -> Table {
+    let budgets = budgets(fit);
     let row = |unknown: &problem::Estimate| {
         let error = unknown.std_error.filter(|error| *error > 0.0)?;
         let budget = budgets.iter().find(|budget| budget.of == unknown.id);
@@ -141,22 +155,8 @@ fn details(fit: &Fit) -> String {
             largest.map_or(String::new(), |(source, error)| format!("{source}, ± {}", plain(*error, 2))),
         ])
     };
-    // the camera's, of which there are many, stand in the report
-    let is_usable = verdict.grade != Grade::Unusable;
-    let shown = fit.unknowns.iter().filter(|unknown| is_usable && unknown.id < Id::Scale);
-    let rows: Vec<Vec<String>> = shown.filter_map(row).collect();
-    let mut text = String::new();
-    if !rows.is_empty() {
-        let head = ["", "estimate", "error", "prior pull", "largest part of the error"];
-        text += &format!("\n{}", Table::new(head, rows).text(""));
-    }
-    if let Some(reduced) = reduced_chi2(fit) {
-        let estimated = if noise_estimated(fit) { ", the noise estimated from the residuals" } else { "" };
-        text += &format!("χ²/dof = {} ({} dof{estimated})\n", chi2_text(reduced), fit.dof);
-    }
-    let others = fit.warnings().into_iter().filter(|warning| *warning != verdict.sentence);
-    text.extend(others.take(MOST_WARNINGS).map(|warning| format!("! {warning}\n")));
-    text
+    let rows = fit.unknowns.iter().filter(|unknown| is_shown(unknown.id)).filter_map(row);
+    Table::new(["", "estimate", "error", "prior pull", "largest part of the error"], rows)
 }
 
 /// Returns the parameters that have a column: those of some fit, without the ratios of the balls, which few readers look for.
@@ -196,9 +196,4 @@ pub(super) fn estimate(fit: &Fit, estimate: &Estimate) -> String {
         (Status::AtUpperBound, _) => format!("{value} (at upper bound)"),
         (Status::NotIdentified, _) => "–".to_owned(),
     }
-}
-
-/// Returns two decimals, or three digits if those are 0.
-pub(super) fn chi2_text(chi2: f64) -> String {
-    if (0.01..100.0).contains(&chi2) { format!("{chi2:.2}") } else { plain(chi2, 3) }
 }

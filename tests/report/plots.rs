@@ -73,7 +73,7 @@ fn axes_carry_names_and_units() {
                 "quantile of the normal distribution",
                 "throw (10)",
                 "μ = 0.1014 ± 0.0027,   μ_s = 0.310 ± 0.046,   e = 0.9412 ± 0.0039",
-                "model full,   10 shots,   χ²/dof = 1.00 (χ² = 7, 7 dof)",
+                "model full,   10 shots,   χ²/dof of the angles and speeds = 1.00 (χ² = 7, 7 dof)",
                 "font-family=\"DejaVu Sans, Verdana, Arial, sans-serif\"",
             ][..],
         ),
