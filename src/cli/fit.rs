@@ -5,7 +5,6 @@ use std::path::PathBuf;
 use crate::fit::{self, Falling, Fit, Options};
 use crate::measurement::dataset::Dataset;
 use crate::measurement::loss::Loss;
-use crate::physics::friction_law::Law;
 use crate::report;
 use crate::report::stored::{self, Stored};
 use crate::report::terminal;
@@ -13,9 +12,6 @@ use crate::report::terminal;
 use super::progress::{self, Progress};
 use super::table_only::{Told, is_table};
 use super::{Failure, answer, unless_none};
-
-/// The report in the folder of a fit.
-const REPORT: &str = "report.html";
 
 #[derive(clap::Args)]
 #[command(after_help = "Example: caromfit fit data/*/")]
@@ -64,10 +60,7 @@ fn falling(text: &str) -> Result<Falling, String> {
     if text.trim() == "fit" {
         return Ok(Falling::Fitted);
     }
-    match super::law(text).map_err(|error| format!("{error}, or fit"))? {
-        Law::Exponential { b, c } => Ok(Falling::Held { b, c }),
-        Law::Constant => Ok(Falling::AsStated),
-    }
+    super::numbers(text, "two, b,c with c in s/m, or fit").map(|[b, c]| Falling::Held { b, c })
 }
 
 /// Returns the data sets, and what was assumed of tables without a dataset.toml.
@@ -145,12 +138,11 @@ pub(super) fn run(args: &Args) -> Result<(), Failure> {
     // what moved is not written over what it moved from
     let written = if moved.is_empty() { &fits[..] } else { &[] };
     written.iter().try_for_each(|found| report::write(found, &args.out))?;
+    let page = |folder: PathBuf| folder.join("report.html").display().to_string();
     let report = match written {
         [] => String::new(),
-        [one] => format!("\nReport: {}\n", report::fit_folder(one, &args.out).join(REPORT).display()),
-        all => {
-            format!("\nReports: {} ({} data sets)\n", args.out.join("*").join(REPORT).display(), all.len())
-        }
+        [one] => format!("\nReport: {}\n", page(report::fit_folder(one, &args.out))),
+        all => format!("\nReports: {} ({} data sets)\n", page(args.out.join("*")), all.len()),
     };
     drop(progress);
     let fits: Vec<Fit> = fits.into_iter().flatten().collect();

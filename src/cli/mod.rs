@@ -32,7 +32,6 @@ use std::process::ExitCode;
 use crate::compare::CompareError;
 use crate::fit::FitError;
 use crate::physics::collision::{Fidelity, MAX_TOLERANCE, MIN_TOLERANCE, NotACollision};
-use crate::physics::friction_law::Law;
 use crate::report::{ReportError, document};
 use clap::builder::{PossibleValue, PossibleValuesParser, TypedValueParser};
 use clap::{Parser, Subcommand};
@@ -156,11 +155,6 @@ fn number(text: &str) -> Result<f64, String> {
 fn numbers<const N: usize>(text: &str, expected: &str) -> Result<[f64; N], String> {
     let numbers = text.split(',').map(number).collect::<Result<Vec<_>, _>>()?;
     numbers.try_into().map_err(|numbers: Vec<f64>| format!("{} numbers; expected {expected}", numbers.len()))
-}
-
-/// Returns the law of a friction that decreases with the slip, from B,C.
-fn law(text: &str) -> Result<Law, String> {
-    numbers(text, "two, b,c with c in s/m").map(|[b, c]| Law::Exponential { b, c })
 }
 
 /// Returns a parser of values by their names, which completions offer.

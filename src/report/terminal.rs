@@ -92,36 +92,30 @@ pub(super) fn cells(fit: &Fit, known: &[Parameter]) -> Vec<String> {
 fn line(fits: &[Fit], known: &[Parameter]) -> Line {
     let verdicts: Vec<Verdict> = fits.iter().map(Fit::verdict).collect();
     let grade = verdicts.iter().map(|own| own.grade).min().unwrap_or(Grade::Good);
-    let mut bad = fits.iter().zip(&verdicts).filter(|(_, own)| own.grade != Grade::Good);
+    let bad = fits.iter().zip(&verdicts).find(|(_, own)| own.grade != Grade::Good);
     if let [fit] = fits {
-        return Line {
-            grade,
-            cells: cells(fit, known),
-            below: bad.next().map(|(_, own)| own.sentence.clone()),
-        };
+        return Line { grade, cells: cells(fit, known), below: bad.map(|(_, own)| own.sentence.clone()) };
     }
     let range = |parameter: &Parameter| {
         let usable = fits.iter().zip(&verdicts).filter(|(_, own)| own.grade != Grade::Unusable);
         let estimates = usable.filter_map(|(fit, _)| fit.get(*parameter));
         let [low, high] =
             ends(estimates.filter(|own| own.status != Status::NotIdentified).map(|own| own.value));
-        let [low_text, high_text] = [low, high].map(|end| plain(end, 3));
-        match (low > high, low_text == high_text) {
-            (true, _) => "–".to_owned(),
-            (_, true) => low_text,
-            _ => format!("{low_text} to {high_text}"),
+        match [low, high].map(|end| plain(end, 3)) {
+            _ if low > high => "–".to_owned(),
+            [low, high] if low == high => low,
+            [low, high] => format!("{low} to {high}"),
         }
     };
-    let count = |grade: Grade| match verdicts.iter().filter(|own| own.grade == grade).count() {
-        0 => None,
-        count => Some(format!("{count} {}", grade.name())),
+    let count = |grade: Grade| {
+        let count = verdicts.iter().filter(|own| own.grade == grade).count();
+        (count > 0).then(|| format!("{count} {}", grade.name()))
     };
     let used: usize = fits.iter().map(|fit| fit.shots_used).sum();
     let mut cells = vec![format!("{} ({} labels)", fits[0].dataset, fits.len()), used.to_string()];
     cells.extend(known.iter().map(range));
     cells.push(Grade::ALL.into_iter().filter_map(count).collect::<Vec<_>>().join(", "));
-    let below = bad.next().map(|(fit, own)| format!("{}: {}", label(fit), own.sentence));
-    Line { grade, cells, below }
+    Line { grade, cells, below: bad.map(|(fit, own)| format!("{}: {}", label(fit), own.sentence)) }
 }
 
 /// Returns where the errors of a fit come from, its χ², and its first warnings; `--all` shows all.
