@@ -6,12 +6,12 @@ use crate::fit::with_impacts;
 use crate::io;
 use crate::physics::collision::{MAX_KAPPA, Model};
 use crate::report;
-use crate::report::document::{self, AccuracyDocument};
+use crate::report::document::AccuracyDocument;
 use crate::studies::accuracy;
 use crate::studies::bias;
 
 use super::progress::Progress;
-use super::{Failure, print};
+use super::{Failure, answer};
 
 #[derive(clap::Args)]
 #[command(after_help = "Example: caromfit accuracy --dataset data/mathavan-2014 --out accuracy")]
@@ -63,9 +63,7 @@ pub(super) fn run(args: &Args) -> Result<(), Failure> {
     drop(progress);
     report::accuracy::write(&ways, &args.out)?;
     let document = AccuracyDocument::new(&ways, &biases, shots.len(), left_out);
-    if args.json {
-        return print(&document::text(&document)?);
-    }
     let left_out = if left_out > 0 { format!(", {left_out} left out") } else { String::new() };
-    print(&format!("{} shots{left_out}\n{}", shots.len(), report::accuracy::table(&document)))
+    let text = || format!("{} shots{left_out}\n{}", shots.len(), report::accuracy::table(&document));
+    answer(args.json, &document, text)
 }

@@ -6,11 +6,11 @@ use crate::fit::check::{self, Finding};
 use crate::fit::with_impacts;
 use crate::measurement::dataset::Dataset;
 use crate::report::count_of;
-use crate::report::document::{self, CheckDocument};
+use crate::report::document::CheckDocument;
 use indexmap::IndexMap;
 
 use super::progress::{self, Progress};
-use super::{Failure, print, unless_none};
+use super::{Failure, answer, unless_none};
 
 #[derive(clap::Args)]
 #[command(after_help = "Example: caromfit check data/domenech-2023")]
@@ -26,25 +26,20 @@ pub(super) struct Args {
 pub(super) fn run(args: &Args) -> Result<(), Failure> {
     let (datasets, wrong) = progress::load(&args.datasets);
     let progress = Progress::over_shots(&datasets, 0);
-    let (mut unusable, mut documents) = (Vec::new(), Vec::new());
+    let (mut unusable, mut documents, mut texts) = (Vec::new(), Vec::new(), String::new());
     for dataset in datasets {
         progress.step(&dataset.name);
         let (dataset, _) = with_impacts(dataset, &|| progress.done());
         progress.done();
         let found = check::check(&dataset);
-        if args.json {
-            documents.push(CheckDocument::new(&dataset, &found));
-        } else {
-            print(&text(&dataset, &found))?;
-        }
+        texts += &text(&dataset, &found);
+        documents.push(CheckDocument::new(&dataset, &found));
         if dataset.count_usable() == 0 {
             unusable.push(format!("{}: no shot can be used", dataset.name));
         }
     }
     drop(progress);
-    if args.json {
-        print(&document::text(&documents)?)?;
-    }
+    answer(args.json, &documents, || texts)?;
     unless_none(&wrong, 2)?;
     unless_none(&unusable, 1)
 }

@@ -59,7 +59,7 @@ pub(super) struct Args {
     #[arg(long)]
     explain: bool,
     /// Friction between the balls that decreases with their slip v, m/s: mu + B·exp(−C·v)
-    #[arg(long, value_name = "B,C", value_parser = super::law, allow_hyphen_values = true)]
+    #[arg(long, value_name = "B,C", value_parser = law, allow_hyphen_values = true)]
     falling: Option<Law>,
     /// How far the contact between the balls gives way along the surface, 0 (rigid) or more: (2 − s)/(2 − 2s) with
     /// Poisson's ratio s. Of ode and contact [default: 0] and of auto [default: 1.258, phenolic resin]
@@ -80,12 +80,12 @@ pub(super) struct Args {
     json: bool,
 }
 
+fn law(text: &str) -> Result<Law, String> {
+    super::numbers(text, "two, b,c with c in s/m").map(|[b, c]| Law::Exponential { b, c })
+}
+
 fn parse_spin(text: &str) -> Result<Vec3, String> {
-    let parts: Vec<&str> = text.split(',').map(str::trim).collect();
-    let [x, y, z] = parts.as_slice() else {
-        return Err(format!("{} numbers; expected three, x,y,z in rad/s", parts.len()));
-    };
-    Ok(Vec3::new(super::number(x)?, super::number(y)?, super::number(z)?))
+    super::numbers(text, "three, x,y,z in rad/s").map(|[x, y, z]| Vec3::new(x, y, z))
 }
 
 impl Args {
@@ -169,13 +169,11 @@ pub(super) fn run(args: &Args) -> Result<(), Failure> {
         let Computed { case, line, model, outcome } = computed;
         let explained = args.explain(computed)?;
         documents.push(CollideDocument::new(computed, explained));
-        match outcome {
-            Ok(outcome) => {
-                let effects = explained.map_or(String::new(), |effects| effects_table(&effects));
-                tables.push(table(&case.name, model.fidelity.name(), outcome) + &effects);
-            }
-            Err(why) => {
-                let file = args.cases.as_deref().unwrap_or(Path::new("")).display();
+        let effects = explained.map_or(String::new(), |effects| effects_table(&effects));
+        match (outcome, &args.cases) {
+            (Ok(outcome), _) => tables.push(table(&case.name, model.fidelity.name(), outcome) + &effects),
+            (Err(why), file) => {
+                let file = file.as_deref().unwrap_or(Path::new("")).display();
                 failed.push(format!("{file}:{line}: \"{}\" was not computed: {why}", case.name));
             }
         }
@@ -201,20 +199,18 @@ fn table(name: &str, fidelity: &str, outcome: &Outcome) -> String {
     // a number that rounds to 0 has no sign
     let number = |value: f64| format!("{:>14.9}", (1e9 * value).round() / 1e9 + 0.0);
     let Outcome { cue, object, .. } = outcome;
-    let vectors = [
-        ("cue ball velocity, m/s", cue.velocity),
-        ("cue ball spin, rad/s", cue.spin),
-        ("object ball velocity, m/s", object.velocity),
-        ("object ball spin, rad/s", object.spin),
-    ];
     let throw = object.velocity.y.atan2(object.velocity.x).to_degrees();
     let mut text = format!("{name} ({fidelity}): the contact {}s\n", outcome.regime.name());
     text += &format!("  {:<28}{:>14}{:>14}{:>14}\n", "collision frame", "x", "y", "z");
-    for (what, v) in vectors {
-        text += &format!("  {what:<28}{}{}{}\n", number(v.x), number(v.y), number(v.z));
-    }
-    for (what, value) in [("normal impulse/mass, m/s", outcome.impulse), ("throw, degrees", throw)] {
-        text += &format!("  {what:<28}{}\n", number(value));
+    for (what, numbers) in [
+        ("cue ball velocity, m/s", cue.velocity.as_slice()),
+        ("cue ball spin, rad/s", cue.spin.as_slice()),
+        ("object ball velocity, m/s", object.velocity.as_slice()),
+        ("object ball spin, rad/s", object.spin.as_slice()),
+        ("normal impulse/mass, m/s", &[outcome.impulse]),
+        ("throw, degrees", &[throw]),
+    ] {
+        text += &format!("  {what:<28}{}\n", numbers.iter().map(|own| number(*own)).collect::<String>());
     }
     text
 }

@@ -6,10 +6,10 @@ use std::path::PathBuf;
 use crate::compare::{self, Options, Quantity};
 use crate::measurement::loss::Loss;
 use crate::report::compare as report;
-use crate::report::document::{self, CompareDocument};
+use crate::report::document::CompareDocument;
 
 use super::progress::{self, Progress};
-use super::{Failure, print, unless_none};
+use super::{Failure, answer, unless_none};
 
 #[derive(clap::Args)]
 #[command(after_help = "Example: caromfit compare data/synthetic-cloth-a data/synthetic-cloth-b")]
@@ -59,10 +59,7 @@ pub(super) fn run(args: &Args) -> Result<(), Failure> {
     drop(progress);
     let comparison = comparison?;
     report::write(&comparison, &args.out)?;
-    if args.json {
-        print(&document::text(&CompareDocument::new(&comparison))?)
-    } else {
-        print(&report::table(&comparison))?;
-        print(&format!("\nSee {}\n", args.out.join("report.html").display()))
-    }
+    let see = args.out.join("report.html");
+    let text = || format!("{}\nSee {}\n", report::table(&comparison), see.display());
+    answer(args.json, &CompareDocument::new(&comparison), text)
 }

@@ -5,9 +5,9 @@ use std::path::PathBuf;
 use crate::design::{self, Expected};
 use crate::measurement::parameter::Parameter;
 use crate::report::design as report;
-use crate::report::document::{self, DesignDocument};
+use crate::report::document::DesignDocument;
 
-use super::{Failure, print};
+use super::{Failure, answer};
 
 #[derive(clap::Args)]
 #[command(after_long_help = concat!(
@@ -60,10 +60,7 @@ pub(super) fn run(args: &Args) -> Result<(), Failure> {
         Err(error) => refuse!("{name}: a shot of it is no collision: {error}"),
     };
     report::write(&design, &args.out)?;
-    if args.json {
-        print(&document::text(&DesignDocument::new(&design))?)
-    } else {
-        print(&report::text(&design))?;
-        print(&format!("\nSee {}\n", args.out.join("design.png").display()))
-    }
+    let see = args.out.join("design.png");
+    let text = || format!("{}\nSee {}\n", report::text(&design), see.display());
+    answer(args.json, &DesignDocument::new(&design), text)
 }

@@ -4,12 +4,12 @@ use std::path::PathBuf;
 
 use crate::fit::{ExtractedDiscs, FittedFilm, extract_discs, with_impacts};
 use crate::report::count_of;
-use crate::report::document::{self, ExtractDocument};
+use crate::report::document::ExtractDocument;
 use crate::report::extracted;
 use crate::report::write::dataset_folder;
 
 use super::progress::{self, Progress};
-use super::{Failure, print, unless_none};
+use super::{Failure, answer, unless_none};
 
 #[derive(clap::Args)]
 #[command(after_help = "Example: caromfit extract my-shots --out extracted")]
@@ -36,7 +36,7 @@ pub(super) fn run(args: &Args) -> Result<(), Failure> {
     }));
     unless_none(&wrong, 2)?;
     let progress = Progress::over_shots(&datasets, 0);
-    let (mut empty, mut documents) = (Vec::new(), Vec::new());
+    let (mut empty, mut documents, mut text) = (Vec::new(), Vec::new(), String::new());
     for dataset in datasets {
         progress.step(&dataset.name);
         let folder = args.out.join(dataset_folder(&dataset.name));
@@ -57,26 +57,23 @@ pub(super) fn run(args: &Args) -> Result<(), Failure> {
                 }
                 (dataset, shots.len(), Vec::new())
             };
-        let notes = dataset.tracks.iter().flat_map(|tracks| &tracks.notes).cloned().chain(lines);
-        let notes: Vec<String> = notes.collect();
         progress.done();
-        let left_out: Vec<String> =
-            dataset.left_out.iter().map(|(shot, why)| format!("shot {shot}: {why}")).collect();
+        let notes = dataset.tracks.iter().flat_map(|tracks| &tracks.notes).cloned().chain(lines);
+        let document = ExtractDocument::new(&dataset, &folder, shots, notes.collect());
         if shots == 0 {
-            let reason = left_out.first().map_or(String::new(), |first| format!(": {first}"));
+            let reason = document.left_out.first();
+            let reason = reason.map_or(String::new(), |one| format!(": shot {}: {}", one.shot, one.reason));
             empty.push(format!("{}: no shot can be used{reason}", dataset.name));
-        } else if args.json {
-            documents.push(ExtractDocument::new(&dataset, &folder, shots, notes));
-        } else {
-            let (name, shots, count) = (&dataset.name, count_of(shots, "shot"), left_out.len());
-            print(&format!("{name}: {shots} extracted, {count} left out; see {}\n", folder.display()))?;
-            let left_out = left_out.iter().map(|line| format!("left out: {line}"));
-            print(&notes.into_iter().chain(left_out).map(|line| format!("  {line}\n")).collect::<String>())?;
+            continue;
         }
+        let (name, extracted, count) = (&dataset.name, count_of(shots, "shot"), document.left_out.len());
+        text += &format!("{name}: {extracted} extracted, {count} left out; see {}\n", folder.display());
+        text.extend(document.notes.iter().map(|note| format!("  {note}\n")));
+        let left_out = document.left_out.iter();
+        text.extend(left_out.map(|one| format!("  left out: shot {}: {}\n", one.shot, one.reason)));
+        documents.push(document);
     }
     drop(progress);
-    if args.json {
-        print(&document::text(&documents)?)?;
-    }
+    answer(args.json, &documents, || text)?;
     unless_none(&empty, 1)
 }

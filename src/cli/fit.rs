@@ -5,18 +5,13 @@ use std::path::PathBuf;
 use crate::fit::{self, Falling, Fit, Options};
 use crate::measurement::dataset::Dataset;
 use crate::measurement::loss::Loss;
-use crate::physics::friction_law::Law;
 use crate::report;
-use crate::report::document;
 use crate::report::stored::{self, Stored};
 use crate::report::terminal;
 
 use super::progress::{self, Progress};
 use super::table_only::{Told, is_table};
-use super::{Failure, print, unless_none};
-
-/// The report in the folder of a fit.
-const REPORT: &str = "report.html";
+use super::{Failure, answer, unless_none};
 
 #[derive(clap::Args)]
 #[command(after_help = "Example: caromfit fit data/*/")]
@@ -65,10 +60,7 @@ fn falling(text: &str) -> Result<Falling, String> {
     if text.trim() == "fit" {
         return Ok(Falling::Fitted);
     }
-    match super::law(text).map_err(|error| format!("{error}, or fit"))? {
-        Law::Exponential { b, c } => Ok(Falling::Held { b, c }),
-        Law::Constant => Ok(Falling::AsStated),
-    }
+    super::numbers(text, "two, b,c with c in s/m, or fit").map(|[b, c]| Falling::Held { b, c })
 }
 
 /// Returns the data sets, and what was assumed of tables without a dataset.toml.
@@ -146,24 +138,18 @@ pub(super) fn run(args: &Args) -> Result<(), Failure> {
     // what moved is not written over what it moved from
     let written = if moved.is_empty() { &fits[..] } else { &[] };
     written.iter().try_for_each(|found| report::write(found, &args.out))?;
+    let page = |folder: PathBuf| folder.join("report.html").display().to_string();
     let report = match written {
         [] => String::new(),
-        [one] => format!("\nReport: {}\n", report::fit_folder(one, &args.out).join(REPORT).display()),
-        all => {
-            format!("\nReports: {} ({} data sets)\n", args.out.join("*").join(REPORT).display(), all.len())
-        }
+        [one] => format!("\nReport: {}\n", page(report::fit_folder(one, &args.out))),
+        all => format!("\nReports: {} ({} data sets)\n", page(args.out.join("*")), all.len()),
     };
     drop(progress);
     let fits: Vec<Fit> = fits.into_iter().flatten().collect();
-    if args.json {
-        print(&document::text(&fits)?)?;
-    } else {
-        if !assumed.is_empty() {
-            print(&(assumed.join("\n") + "\n\n"))?;
-        }
-        print(&if args.all { report::fit::as_text(&fits) } else { terminal::overview(&fits) })?;
-        print(&report)?;
-    }
+    answer(args.json, &fits, || {
+        let assumed = if assumed.is_empty() { String::new() } else { assumed.join("\n") + "\n\n" };
+        assumed + &if args.all { report::fit::as_text(&fits) } else { terminal::overview(&fits) } + &report
+    })?;
     if !moved.is_empty() {
         let table = stored::table(&moved);
         failed.push(format!("the fit is no longer that of the baseline:\n{}", table.trim_end()));

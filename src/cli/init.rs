@@ -9,7 +9,7 @@ use crate::io::draft::{self, Draft};
 use crate::report::write::Staged;
 
 use super::table_only::Told;
-use super::{Failure, print, print_lines};
+use super::{Failure, print};
 
 #[derive(clap::Args)]
 #[command(after_help = "Example: caromfit init my-shots/*.csv")]
@@ -35,17 +35,21 @@ pub(super) fn run(args: &Args) -> Result<(), Failure> {
         );
     }
     if std::io::stdin().is_terminal() && std::io::stdout().is_terminal() {
-        print_lines(&std::mem::take(&mut draft.found))?;
+        print(&lines(&std::mem::take(&mut draft.found)))?;
         ask(&mut draft)?;
     }
     let folder = if draft.folder.as_os_str().is_empty() { PathBuf::from(".") } else { draft.folder.clone() };
     Staged::new(&folder)?.add("dataset.toml", draft.text())?.put()?;
-    print_lines(&draft.found)?;
+    print(&lines(&draft.found))?;
     let open = match draft.blanks().as_slice() {
         [] => String::new(),
         blanks => format!(" Fill in: {}.", blanks.join(", ")),
     };
     print(&format!("Wrote {}.{open} Then: caromfit check {}\n", path.display(), folder.display()))
+}
+
+fn lines(found: &[String]) -> String {
+    found.iter().map(|line| format!("{line}\n")).collect()
 }
 
 /// What files may not determine, the option that would state it, and a question.

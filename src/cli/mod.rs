@@ -32,10 +32,10 @@ use std::process::ExitCode;
 use crate::compare::CompareError;
 use crate::fit::FitError;
 use crate::physics::collision::{Fidelity, MAX_TOLERANCE, MIN_TOLERANCE, NotACollision};
-use crate::physics::friction_law::Law;
-use crate::report::ReportError;
+use crate::report::{ReportError, document};
 use clap::builder::{PossibleValue, PossibleValuesParser, TypedValueParser};
 use clap::{Parser, Subcommand};
+use serde::Serialize;
 
 /// From footage of billiard-ball collisions to the friction between the balls μ, the friction of the
 /// cloth on the object ball μ_s, and the restitution e.
@@ -151,12 +151,10 @@ fn number(text: &str) -> Result<f64, String> {
     text.trim().parse().map_err(|_| format!("\"{text}\" is not a number"))
 }
 
-/// Returns the law of a friction that decreases with the slip, from B,C.
-fn law(text: &str) -> Result<Law, String> {
-    match text.split(',').map(number).collect::<Result<Vec<_>, _>>()?[..] {
-        [b, c] => Ok(Law::Exponential { b, c }),
-        _ => Err(format!("\"{text}\"; expected two numbers, b,c with c in s/m")),
-    }
+/// Returns numbers with commas between.
+fn numbers<const N: usize>(text: &str, expected: &str) -> Result<[f64; N], String> {
+    let numbers = text.split(',').map(number).collect::<Result<Vec<_>, _>>()?;
+    numbers.try_into().map_err(|numbers: Vec<f64>| format!("{} numbers; expected {expected}", numbers.len()))
 }
 
 /// Returns a parser of values by their names, which completions offer.
@@ -176,8 +174,9 @@ pub fn run() -> ExitCode {
     ExitCode::from(failure.status)
 }
 
-fn print_lines(lines: &[String]) -> Result<(), Failure> {
-    print(&lines.iter().map(|line| format!("{line}\n")).collect::<String>())
+/// Prints a document as JSON, if that is asked for, else a text.
+fn answer(json: bool, document: &impl Serialize, text: impl FnOnce() -> String) -> Result<(), Failure> {
+    print(&if json { document::text(document)? } else { text() })
 }
 
 /// Prints to standard output; a closed pipe (`caromfit … | head`) is no error.

@@ -4,11 +4,11 @@ use std::path::PathBuf;
 
 use crate::physics::ball::Ball;
 use crate::physics::collision::Model;
-use crate::report::document::{self, SynthDocument};
+use crate::report::document::SynthDocument;
 use crate::report::write::Staged;
 use crate::simulate;
 
-use super::{Failure, print};
+use super::{Failure, answer};
 
 #[derive(clap::Args)]
 #[command(after_long_help = concat!(
@@ -52,9 +52,7 @@ pub(super) fn run(args: &Args) -> Result<(), Failure> {
     let staged =
         files.iter().try_fold(Staged::new(&args.out)?, |staged, (name, text)| staged.add(name, text))?;
     staged.put()?;
-    if args.json {
-        let names = files.iter().map(|(name, _)| (*name).to_owned()).collect();
-        return print(&document::text(&SynthDocument::new(&spec, fidelity, &args.out, names))?);
-    }
-    print(&format!("{} shots in {}\n", spec.shots.count, args.out.display()))
+    let names = files.iter().map(|(name, _)| (*name).to_owned()).collect();
+    let text = || format!("{} shots in {}\n", spec.shots.count, args.out.display());
+    answer(args.json, &SynthDocument::new(&spec, fidelity, &args.out, names), text)
 }

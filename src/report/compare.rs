@@ -8,7 +8,7 @@ use super::fit::{count_less, rejected};
 use super::plot::{forest, of_comparison};
 use super::shots::shot_list;
 use super::write::Staged;
-use super::{ReportError, csv, p_text};
+use super::{ReportError, chi2_of, csv, p_text};
 use crate::compare::{Compared, Comparison, Difference, Finding, Quantity, Reason, Value};
 use crate::fit::{Counted, Verdict, film_words};
 use crate::measurement::number::{count_of, interval, plain, with_error};
@@ -63,19 +63,12 @@ fn report(comparison: &Comparison) -> Report {
         "the measured numbers of all data sets at once"
     };
     let used: usize = document.samples.iter().map(|sample| sample.shots_used).sum();
-    let noise = if document.noise_estimated { "; noise estimated from the residuals" } else { "" };
-    let chi2 = format!(
-        "{} of {} for {} degrees of freedom, χ²/dof = {}{noise}",
-        plain(document.chi2, 4),
-        document.counted.words(),
-        document.dof,
-        plain(document.chi2 / document.dof.max(1) as f64, 3)
-    );
+    let chi2 = chi2_of(document.counted, document.chi2, document.dof, document.noise_estimated);
     let facts = vec![
         ("model", document.fidelity.to_owned()),
         ("method", method.to_owned()),
         ("shots", used.to_string()),
-        ("χ²", chi2),
+        ("fit", chi2),
     ];
     let title = format!("Comparison by {}", document.told_by);
     let (verdict, mut warnings) = (document.verdict, document.warnings);

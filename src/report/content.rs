@@ -2,7 +2,7 @@
 
 use minijinja::value::Serde;
 use minijinja::{AutoEscape, Environment, context};
-use serde::Serialize;
+use serde::{Serialize, Serializer};
 use serde_json::{Value, json};
 
 use super::plot::Figure;
@@ -65,25 +65,30 @@ pub(super) enum Block {
     Lines(Vec<String>),
     Table(Table),
     Figure(Picture),
-    /// The paths of the shots of a film as JSON, for pages that can draw them instead of the picture before.
+    /// The paths of the shots of a film as JSON, which the script of the page draws.
     Tracks(String),
     Shots(Vec<Shot>),
 }
 
 impl Block {
     pub(super) fn figure(alt: &str, drawing: Figure) -> Self {
-        Self::Figure(Picture { alt: alt.to_owned(), drawing, svg: String::new(), spots: String::new() })
+        Self::Figure(Picture { alt: alt.to_owned(), drawing })
     }
 }
 
-/// A picture with a description in words, and its measured points as JSON, once it is drawn.
+/// A picture with a description in words.
 #[derive(Clone, Serialize)]
 pub(super) struct Picture {
     alt: String,
-    #[serde(skip)]
+    #[serde(serialize_with = "drawn")]
     drawing: Figure,
-    svg: String,
-    spots: String,
+}
+
+/// Writes a figure as SVG, with its measured points as JSON.
+fn drawn<S: Serializer>(figure: &Figure, serializer: S) -> Result<S::Ok, S::Error> {
+    let (svg, spots) = figure.svg().map_err(serde::ser::Error::custom)?;
+    let spots = (!spots.is_empty()).then(|| for_script(&json!({ "spots": spots, "labels": figure.labels })));
+    json!({ "svg": svg, "spots": spots }).serialize(serializer)
 }
 
 /// One shot's measured values against the model.
@@ -212,22 +217,13 @@ pub(super) fn sections(sections: &[Section]) -> String {
 
 /// Returns a report as one file that a lab attaches to its notebook: it needs no network and no other file.
 pub(super) fn html(report: &Report) -> Result<String, ReportError> {
-    let mut report = report.clone();
-    for block in report.sections.iter_mut().flat_map(|section| &mut section.blocks) {
-        let Block::Figure(picture) = block else { continue };
-        let (svg, spots) = picture.drawing.svg()?;
-        picture.svg = svg;
-        if !spots.is_empty() {
-            picture.spots = for_script(&json!({ "spots": spots, "labels": picture.drawing.labels }));
-        }
-    }
     let failed = |error: minijinja::Error| ReportError::of_drawing(&report.title, error);
     let mut environment = Environment::new();
     environment.set_auto_escape_callback(|_| AutoEscape::Html);
     environment.add_template("report.html", include_str!("report.html.jinja")).map_err(failed)?;
     let template = environment.get_template("report.html").map_err(failed)?;
     let (version, script) = (env!("CARGO_PKG_VERSION"), include_str!("report.js"));
-    template.render(context! { report => Serde(&report), version, script }).map_err(failed)
+    template.render(context! { report => Serde(report), version, script }).map_err(failed)
 }
 
 /// Returns JSON that may stand inside a script element. Numbers and texts can always be written.

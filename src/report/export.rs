@@ -3,8 +3,6 @@
 //! pooltool's balls (`pooltool.objects.ball.params.BallParams`) have m, R (kg, m), u_b and e_b (ball–ball friction and restitution), u_s,
 //! u_r, u_sp_proportionality (cloth), e_c, f_c (cushions) and g.
 
-use serde_json::json;
-
 use super::document::{Body, FitDocument};
 use super::size;
 use crate::measurement::number::plain;
@@ -47,21 +45,29 @@ fn value(fit: &FitDocument, parameter: Parameter) -> Result<f64, String> {
 pub(crate) fn export(fit: &FitDocument) -> Exported {
     let mut left: Vec<String> = fit.refuted().map(|found| found.sentence.clone()).into_iter().collect();
     left.extend(of_balls(fit));
-    let falls = [Parameter::B, Parameter::C].iter().any(|own| fit.parameters.contains_key(own.name()));
-    let e = fit.measured_e().map_or_else(|| value(fit, Parameter::E), |[estimate, _]| Ok(estimate));
-    let mut known = |parameter: Parameter, name: &str, value: Result<f64, String>| {
-        let symbol = parameter.symbol();
-        value.map_err(|why| left.push(format!("{symbol} ({name}): {why}; pooltool's default holds."))).ok()
+    let mut arguments = serde_json::Map::new();
+    let mut add =
+        |name: &str, value: Option<f64>| value.map(|value| arguments.insert(name.to_owned(), value.into()));
+    add("m", fit.ball.and_then(|ball| ball.mass_kg));
+    add("R", fit.ball.map(|ball| ball.radius_m));
+    let mut unknown = |parameter: Parameter, name: &str, why: String| {
+        left.push(format!("{} ({name}): {why}; pooltool's default holds.", parameter.symbol()));
     };
-    let u_b = if falls { None } else { known(Parameter::Mu, "u_b", value(fit, Parameter::Mu)) };
-    let e_b = known(Parameter::E, "e_b", e);
+    let falls = [Parameter::B, Parameter::C].iter().any(|own| fit.parameters.contains_key(own.name()));
+    if !falls {
+        let u_b = value(fit, Parameter::Mu).map_err(|why| unknown(Parameter::Mu, "u_b", why)).ok();
+        add("u_b", u_b);
+    }
+    let e = fit.measured_e().map_or_else(|| value(fit, Parameter::E), |[estimate, _]| Ok(estimate));
+    add("e_b", e.map_err(|why| unknown(Parameter::E, "e_b", why)).ok());
+    add("u_s", fit.mu_k.map(|mu_k| mu_k.value));
     match [Parameter::Mu, Parameter::B, Parameter::C].map(|parameter| value(fit, parameter)) {
         [Ok(mu), Ok(b), Ok(c)] if falls => left.push(format!(
             "u_b: the friction of this fit falls with the slip v as {mu} + {b}·exp(−{c}·v), v in m/s, and u_b is one number. \
              pooltool's model AlciatoreBallBallFriction(a={mu}, b={b}, c={c}) is this friction."
         )),
         _ if falls => left.push("u_b: the friction of this fit falls with the slip, and is not known.".to_owned()),
-        _ if u_b.is_some() => left.push(
+        [Ok(_), ..] => left.push(
             "u_b is used by pooltool's AverageBallBallFriction only: its default for balls, AlciatoreBallBallFriction, is a curve \
              of its own over the slip speed and ignores u_b."
                 .to_owned(),
@@ -81,14 +87,7 @@ pub(crate) fn export(fit: &FitDocument) -> Exported {
     left.push(
         "u_r, u_sp_proportionality, e_c, f_c and g are not fitted: pooltool's defaults hold.".to_owned(),
     );
-    let mut arguments = json!({
-        "m": fit.ball.and_then(|ball| ball.mass_kg), "R": fit.ball.map(|ball| ball.radius_m),
-        "u_b": u_b, "e_b": e_b, "u_s": fit.mu_k.map(|mu_k| mu_k.value),
-    });
-    if let Some(entries) = arguments.as_object_mut() {
-        entries.retain(|_, value| !value.is_null());
-    }
-    Exported { text: format!("{arguments:#}\n"), left_behind: left }
+    Exported { text: format!("{:#}\n", serde_json::Value::Object(arguments)), left_behind: left }
 }
 
 /// Returns what of the balls pooltool's arguments, which are of one uniform ball, do not hold.
@@ -96,17 +95,20 @@ fn of_balls(fit: &FitDocument) -> Vec<String> {
     let Some(ball) = fit.ball else {
         return vec!["Mass and radius: this fit.json does not state them.".to_owned()];
     };
+    let mut left = Vec::new();
+    if ball.mass_kg.is_none() {
+        left.push("m: the data set does not state the masses.".to_owned());
+    }
     let numbers = |body: Body| (body.radius_m, body.mass_kg, body.inertia);
-    let no_mass = ball.mass_kg.is_none().then(|| "m: the data set does not state the masses.".to_owned());
-    let second = fit.object.filter(|second| numbers(*second) != numbers(ball)).map(|second| {
-        format!(
-            "The object ball (the second disc) by itself, {}: these arguments are of the first.",
-            size(&second)
-        )
-    });
-    let inertia = (ball.inertia - UNIFORM_SPHERE).abs() > 1e-9;
-    let inertia = inertia.then(|| {
-        format!("The moment of inertia {} MR²: pooltool takes every ball as a uniform sphere.", ball.inertia)
-    });
-    [no_mass, second, inertia].into_iter().flatten().collect()
+    left.extend(fit.object.filter(|second| numbers(*second) != numbers(ball)).map(|second| {
+        let size = size(&second);
+        format!("The object ball (the second disc) by itself, {size}: these arguments are of the first.")
+    }));
+    if (ball.inertia - UNIFORM_SPHERE).abs() > 1e-9 {
+        let inertia = ball.inertia;
+        left.push(format!(
+            "The moment of inertia {inertia} MR²: pooltool takes every ball as a uniform sphere."
+        ));
+    }
+    left
 }

@@ -1,7 +1,6 @@
 //! The measurements of every shot, as `caromfit extract` writes it: impacts of balls as a data set of kind `impacts`, those of discs as
 //! a table, with what was left out and a picture of each shot.
 
-use std::fmt::Write as _;
 use std::path::Path;
 
 use rayon::prelude::*;
@@ -101,31 +100,27 @@ const ABOUT_ERRORS: &str = "Errors of the columns of one shot, and of all shots 
 # means of all shots: fit the film for errors of parameters.";
 
 fn manifest(dataset: &Dataset) -> String {
-    let text = |text: &str| toml::Value::from(text).to_string();
-    let mut manifest = format!(
-        "# Extracted from {} by caromfit {}. {ABOUT_ERRORS}\nname = {}\nkind = \"impacts\"\nfiles = [\"impacts.csv\"]\n",
-        folder_name(&dataset.path.file_name().unwrap_or_default().to_string_lossy()),
-        env!("CARGO_PKG_VERSION"),
-        text(&format!("{}-impacts", dataset.name)),
-    );
-    for (key, value) in [("cloth", &dataset.cloth), ("balls", &dataset.balls), ("source", &dataset.source)] {
-        if let Some(value) = value {
-            _ = writeln!(manifest, "{key} = {}", text(value));
-        }
-    }
     // the dataset.toml of the tracks; empty for a data set that a program made
     let stated = std::fs::read_to_string(&dataset.path).unwrap_or_default();
     let mut stated: toml::Table = stated.trim_start_matches('\u{feff}').parse().unwrap_or_default();
     let number = |value: &toml::Value| value.as_float().or_else(|| Some(value.as_integer()? as f64));
     let poisson = stated.get("ball").and_then(|ball| ball.get("poisson")).and_then(number);
-    manifest += "\n";
-    manifest += &balls::text(&dataset.ball, dataset.object.as_ref(), poisson);
-    _ = write!(manifest, "\n[cue_spin]\nassume = \"{}\"\n", assumed(dataset).unwrap_or("measured"));
-    // so that the impacts are fitted the same way
-    if let Some(fit) = stated.remove("fit") {
-        _ = write!(manifest, "\n{}", toml::Table::from_iter([("fit".to_string(), fit)]));
+    let balls = balls::text(&dataset.ball, dataset.object.as_ref(), poisson);
+    let mut manifest: toml::Table = balls.parse().unwrap_or_default();
+    let mut add = |key: &str, value: toml::Value| manifest.insert(key.to_owned(), value);
+    add("name", format!("{}-impacts", dataset.name).into());
+    add("kind", "impacts".into());
+    add("files", vec!["impacts.csv"].into());
+    for (key, value) in [("cloth", &dataset.cloth), ("balls", &dataset.balls), ("source", &dataset.source)] {
+        value.as_deref().and_then(|value| add(key, value.into()));
     }
-    manifest
+    let spin = toml::Table::from_iter([("assume".to_owned(), assumed(dataset).unwrap_or("measured").into())]);
+    add("cue_spin", spin.into());
+    // so that the impacts are fitted the same way
+    stated.remove("fit").and_then(|fit| add("fit", fit));
+    let (folder, version) = (dataset.path.file_name().unwrap_or_default(), env!("CARGO_PKG_VERSION"));
+    let folder = folder_name(&folder.to_string_lossy());
+    format!("# Extracted from {folder} by caromfit {version}. {ABOUT_ERRORS}\n{manifest}")
 }
 
 fn impacts(dataset: &Dataset, extracted: &[Impact]) -> String {

@@ -4,9 +4,9 @@ use super::content::{self, Block, Report, Section, Table};
 use super::document::FitDocument;
 use super::plot;
 use super::shots::{shot_list, tracks};
-use super::terminal::{cells, chi2_text, estimate, parameters, table, with_unit};
-use super::{ReportError, bodies, budgets, model, p_text, reduced_chi2, symbol, title};
-use crate::fit::{Counted, Estimate, Fit, Grade, Rejected, Status, Verdict};
+use super::terminal::{cells, estimate, parameters, table, unknowns, with_unit};
+use super::{ReportError, bodies, budgets, chi2_of, chi2_words, model, p_text, symbol, title};
+use crate::fit::{Estimate, Fit, Grade, Rejected, Status, Verdict};
 use crate::measurement::number::{interval, plain};
 
 /// Returns all that there is to say of fits as text: of one its report, of several a line each, all warnings, and their error budgets.
@@ -29,14 +29,10 @@ fn content(fit: &Fit) -> Report {
         None => "",
     };
     let shots = shot_list(fit.residuals.iter().map(|residual| (residual.shot.clone(), residual)));
-    let paths = fit.frames.iter().flat_map(|film| {
-        let alt = "The paths of both balls in all shots, seen from above";
-        let figure = Block::figure(alt, plot::all_shots(&fit.dataset, film));
-        [figure].into_iter().chain(tracks(film, &shots).map(Block::Tracks))
-    });
+    let paths = fit.frames.iter().filter_map(|film| tracks(film, &shots));
     let mut sections = vec![
         parameter_section(fit),
-        Section::new("All shots", "", paths),
+        Section::new("Paths of the balls", "", paths.map(Block::Tracks)),
         Section::new("All impacts", "", [Block::figure("e and friction of all impacts", plot::discs(fit))]),
         Section::new("Residual plots", tested, [Block::figure("Residual plots", plot::residuals(fit))]),
         budget(std::slice::from_ref(fit)),
@@ -45,7 +41,7 @@ fn content(fit: &Fit) -> Report {
     let pairs = Block::figure("Regions of pairs of parameters", plot::contours(fit));
     let mut folded =
         vec![residual_tests(fit, &document), Section::new("Regions of pairs of parameters", "", [pairs])];
-    folded.extend(diagnostics(fit, &document));
+    folded.extend(diagnostics(fit));
     folded.extend([
         rejected(fit.shots_rejected.iter().map(|one| (String::new(), one))),
         Section::new("Notes", "", [Block::Lines(notes)]),
@@ -156,27 +152,18 @@ fn parameter_section(fit: &Fit) -> Section {
     Section::new("Parameters", about, [Block::Table(table), Block::Lines(correlations)])
 }
 
-/// Returns χ², what it counts, and its probability; of a film of balls first of the frames, then of the velocities.
+/// Returns χ² and its probability; of a film of balls first of the frames, then of the velocities.
 fn chi2(fit: &Fit) -> Vec<String> {
-    let Some(reduced) = reduced_chi2(fit) else {
-        let why = "no degrees of freedom: the fit passes through the data and cannot be tested";
-        return vec![why.to_owned()];
-    };
-    let line = |counted: Counted, chi2: f64, dof: usize, p: Option<f64>| {
-        let test = match p {
-            Some(p) => format!("{} of a larger one if model and noise are right", p_text(p)),
-            None if fit.diagnostics.robust.is_some() => "not tested, as outlying shots count less".to_owned(),
-            None => "not tested, as the noise was estimated from the same data".to_owned(),
-        };
-        let (counted, chi2, reduced) = (counted.words(), plain(chi2, 4), chi2_text(chi2 / dof as f64));
-        format!("χ² of {counted} = {chi2} for {dof} degrees of freedom, χ²/dof = {reduced}: {test}")
-    };
     let goodness = fit.diagnostics.goodness.as_ref();
-    let tested = goodness.and_then(|found| found.p_value);
-    let first = line(fit.counted(), reduced * fit.dof as f64, fit.dof, tested);
+    let test = match goodness.and_then(|found| found.p_value) {
+        Some(p) => format!(": {} of a larger one if model and noise are right", p_text(p)),
+        None if fit.diagnostics.robust.is_some() => ": not tested, as outlying shots count less".to_owned(),
+        None => ": not tested".to_owned(),
+    };
+    let mut lines = vec![chi2_words(fit)];
     let velocities = goodness.filter(|found| fit.frames.is_some() && found.dof > 0);
-    let velocities = velocities.map(|found| line(fit.tested(), found.chi2, found.dof, tested));
-    [first].into_iter().chain(velocities).collect()
+    lines.extend(velocities.map(|found| chi2_of(fit.tested(), found.chi2, found.dof, false)));
+    lines.into_iter().map(|line| line + if fit.dof > 0 { &test } else { "" }).collect()
 }
 
 /// Returns what tests say of the residuals: their size, trends, and their distribution.
@@ -215,7 +202,7 @@ fn residual_tests(fit: &Fit, document: &FitDocument) -> Section {
 }
 
 /// Returns what the data determine, the shots that matter most or count less, resampled estimates, and all unknowns.
-fn diagnostics(fit: &Fit, document: &FitDocument) -> Vec<Section> {
+fn diagnostics(fit: &Fit) -> Vec<Section> {
     let found = &fit.diagnostics;
     let mut sections = Vec::new();
     if let Some(identified) = &found.identifiability {
@@ -269,16 +256,9 @@ fn diagnostics(fit: &Fit, document: &FitDocument) -> Vec<Section> {
         sections.push(Section::new("Bootstrap", about, [table, Block::Lines(failed.into_iter().collect())]));
     }
     if fit.verdict().grade != Grade::Unusable {
-        let columns = [
-            ("", "/name"),
-            ("estimate", "/estimate"),
-            ("standard error", "/std_error"),
-            ("prior mean", "/prior/0"),
-            ("prior sd", "/prior/1"),
-            ("pull of the prior, sd", "/prior_pull"),
-        ];
         let about = "all that the shots share: contact, balls, cloth, time and camera; units as in fit.json";
-        sections.push(Section::new("Unknowns", about, [Table::of(&document.unknowns, &columns)]));
+        let table = Block::Table(unknowns(fit, |_| true));
+        sections.push(Section::new("Unknowns", about, [table]));
     }
     sections
 }

@@ -22,7 +22,7 @@ pub use write::{folder_name, group_folders, write};
 
 use document::Body;
 
-use crate::fit::Fit;
+use crate::fit::{Counted, Fit};
 #[cfg(feature = "cli")]
 pub(crate) use crate::measurement::number::count_of;
 use crate::measurement::number::{plain, with_error};
@@ -114,10 +114,22 @@ fn reduced_chi2(fit: &Fit) -> Option<f64> {
     (fit.dof > 0).then(|| fit.chi2 / fit.dof as f64)
 }
 
-/// Returns whether the noise of some observable was estimated from the residuals of this very fit, which draws χ²/dof towards 1 whatever
-/// the model.
-fn noise_estimated(fit: &Fit) -> bool {
-    fit.noise.iter().any(|noise| noise.estimated_sd.is_some())
+/// Returns χ² per degree of freedom, what it counts, and whether the noise of some observable was estimated from the residuals of this
+/// very fit, which draws χ²/dof towards 1 whatever the model.
+fn chi2_words(fit: &Fit) -> String {
+    chi2_of(fit.counted(), fit.chi2, fit.dof, fit.noise.iter().any(|noise| noise.estimated_sd.is_some()))
+}
+
+/// Returns χ² per degree of freedom in words.
+fn chi2_of(counted: Counted, chi2: f64, dof: usize, is_estimated: bool) -> String {
+    if dof == 0 {
+        return "no degrees of freedom: the fit passes through the data and cannot be tested".to_owned();
+    }
+    let reduced = chi2 / dof as f64;
+    // three digits if two decimals are 0
+    let text = if (0.01..100.0).contains(&reduced) { format!("{reduced:.2}") } else { plain(reduced, 3) };
+    let how = if is_estimated { "; noise estimated from the residuals" } else { "" };
+    format!("χ²/dof of {} = {text} (χ² = {}, {dof} dof{how})", counted.words(), plain(chi2, 4))
 }
 
 /// Returns a unit in files for programs: plain ASCII, `1` for a ratio.

@@ -115,10 +115,7 @@ const residuals = (shot, axis, parent) => {
 };
 
 if (shots.length > 0) {
-  // in place of the picture that needs no script
-  const figure = stored.previousElementSibling;
-  figure.replaceChildren();
-  plan(shots, figure);
+  plan(shots, stored.parentElement);
 }
 for (const shot of shots) {
   const details = document.getElementById(shot.id);

@@ -3,7 +3,7 @@
 
 use super::content::Table;
 use super::plot::ends;
-use super::{budgets, label, noise_estimated, reduced_chi2, symbol};
+use super::{budgets, chi2_words, label, symbol};
 use crate::fit::{Estimate, Fit, Grade, Status, Verdict};
 use crate::measurement::number::{plain, with_error, with_interval};
 use crate::measurement::parameter::Parameter;
@@ -92,42 +92,50 @@ pub(super) fn cells(fit: &Fit, known: &[Parameter]) -> Vec<String> {
 fn line(fits: &[Fit], known: &[Parameter]) -> Line {
     let verdicts: Vec<Verdict> = fits.iter().map(Fit::verdict).collect();
     let grade = verdicts.iter().map(|own| own.grade).min().unwrap_or(Grade::Good);
-    let mut bad = fits.iter().zip(&verdicts).filter(|(_, own)| own.grade != Grade::Good);
+    let bad = fits.iter().zip(&verdicts).find(|(_, own)| own.grade != Grade::Good);
     if let [fit] = fits {
-        return Line {
-            grade,
-            cells: cells(fit, known),
-            below: bad.next().map(|(_, own)| own.sentence.clone()),
-        };
+        return Line { grade, cells: cells(fit, known), below: bad.map(|(_, own)| own.sentence.clone()) };
     }
     let range = |parameter: &Parameter| {
         let usable = fits.iter().zip(&verdicts).filter(|(_, own)| own.grade != Grade::Unusable);
         let estimates = usable.filter_map(|(fit, _)| fit.get(*parameter));
         let [low, high] =
             ends(estimates.filter(|own| own.status != Status::NotIdentified).map(|own| own.value));
-        let [low_text, high_text] = [low, high].map(|end| plain(end, 3));
-        match (low > high, low_text == high_text) {
-            (true, _) => "–".to_owned(),
-            (_, true) => low_text,
-            _ => format!("{low_text} to {high_text}"),
+        match [low, high].map(|end| plain(end, 3)) {
+            _ if low > high => "–".to_owned(),
+            [low, high] if low == high => low,
+            [low, high] => format!("{low} to {high}"),
         }
     };
-    let count = |grade: Grade| match verdicts.iter().filter(|own| own.grade == grade).count() {
-        0 => None,
-        count => Some(format!("{count} {}", grade.name())),
+    let count = |grade: Grade| {
+        let count = verdicts.iter().filter(|own| own.grade == grade).count();
+        (count > 0).then(|| format!("{count} {}", grade.name()))
     };
     let used: usize = fits.iter().map(|fit| fit.shots_used).sum();
     let mut cells = vec![format!("{} ({} labels)", fits[0].dataset, fits.len()), used.to_string()];
     cells.extend(known.iter().map(range));
     cells.push(Grade::ALL.into_iter().filter_map(count).collect::<Vec<_>>().join(", "));
-    let below = bad.next().map(|(fit, own)| format!("{}: {}", label(fit), own.sentence));
-    Line { grade, cells, below }
+    Line { grade, cells, below: bad.map(|(fit, own)| format!("{}: {}", label(fit), own.sentence)) }
 }
 
 /// Returns where the errors of a fit come from, its χ², and its first warnings; `--all` shows all.
 fn details(fit: &Fit) -> String {
     const MOST_WARNINGS: usize = 3;
-    let (verdict, budgets) = (fit.verdict(), budgets(fit));
+    let verdict = fit.verdict();
+    let mut text = String::new();
+    if verdict.grade != Grade::Unusable {
+        // the camera's unknowns, of which there are many, stand in the report
+        text += &format!("\n{}", unknowns(fit, |id| id < Id::Scale).text(""));
+    }
+    text += &format!("{}\n", chi2_words(fit));
+    let others = fit.warnings().into_iter().filter(|warning| *warning != verdict.sentence);
+    text.extend(others.take(MOST_WARNINGS).map(|warning| format!("! {warning}\n")));
+    text
+}
+
+/// Returns what all shots share with its errors, the pulls of priors in their standard deviations, and the largest parts of the errors.
+pub(super) fn unknowns(fit: &Fit, is_shown: impl Fn(Id) -> bool) -> Table {
+    let budgets = budgets(fit);
     let row = |unknown: &problem::Estimate| {
         let error = unknown.std_error.filter(|error| *error > 0.0)?;
         let budget = budgets.iter().find(|budget| budget.of == unknown.id);
@@ -141,22 +149,8 @@ fn details(fit: &Fit) -> String {
             largest.map_or(String::new(), |(source, error)| format!("{source}, ± {}", plain(*error, 2))),
         ])
     };
-    // the camera's, of which there are many, stand in the report
-    let is_usable = verdict.grade != Grade::Unusable;
-    let shown = fit.unknowns.iter().filter(|unknown| is_usable && unknown.id < Id::Scale);
-    let rows: Vec<Vec<String>> = shown.filter_map(row).collect();
-    let mut text = String::new();
-    if !rows.is_empty() {
-        let head = ["", "estimate", "error", "prior pull", "largest part of the error"];
-        text += &format!("\n{}", Table::new(head, rows).text(""));
-    }
-    if let Some(reduced) = reduced_chi2(fit) {
-        let estimated = if noise_estimated(fit) { ", the noise estimated from the residuals" } else { "" };
-        text += &format!("χ²/dof = {} ({} dof{estimated})\n", chi2_text(reduced), fit.dof);
-    }
-    let others = fit.warnings().into_iter().filter(|warning| *warning != verdict.sentence);
-    text.extend(others.take(MOST_WARNINGS).map(|warning| format!("! {warning}\n")));
-    text
+    let rows = fit.unknowns.iter().filter(|unknown| is_shown(unknown.id)).filter_map(row);
+    Table::new(["", "estimate", "error", "prior pull", "largest part of the error"], rows)
 }
 
 /// Returns the parameters that have a column: those of some fit, without the ratios of the balls, which few readers look for.
@@ -196,9 +190,4 @@ pub(super) fn estimate(fit: &Fit, estimate: &Estimate) -> String {
         (Status::AtUpperBound, _) => format!("{value} (at upper bound)"),
         (Status::NotIdentified, _) => "–".to_owned(),
     }
-}
-
-/// Returns two decimals, or three digits if those are 0.
-pub(super) fn chi2_text(chi2: f64) -> String {
-    if (0.01..100.0).contains(&chi2) { format!("{chi2:.2}") } else { plain(chi2, 3) }
 }

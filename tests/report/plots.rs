@@ -76,7 +76,7 @@ fn axes_carry_names_and_units() {
                 "μ = 0.0",
                 ",   e = 0.9",
                 "model full",
-                ",   10 shots,   χ²/dof = ",
+                ",   10 shots,   χ²/dof of the angles and speeds = ",
                 "font-family=\"DejaVu Sans, Verdana, Arial, sans-serif\"",
             ][..],
         ),

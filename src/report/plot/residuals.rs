@@ -7,9 +7,9 @@ use super::others::budget;
 use super::{ALARM, Axis, BAND, CUT_AXIS, Figure, GREY, INK, Label, Panel, Point, SPEED_AXIS, Scale};
 use crate::compare::Comparison;
 use crate::fit::{Fit, FittedFilm, Residual};
-use crate::measurement::number::{count_of, plain};
-use crate::report::terminal::{chi2_text, estimate, with_unit};
-use crate::report::{budgets, noise_estimated, reduced_chi2, speed_unit, title};
+use crate::measurement::number::count_of;
+use crate::report::terminal::{estimate, with_unit};
+use crate::report::{budgets, chi2_words, speed_unit, title};
 
 /// Height of a row of panels, pixels.
 const ROW: u32 = 400;
@@ -61,15 +61,9 @@ fn summary(fit: &Fit) -> [String; 2] {
         let equal = if value.starts_with(['≥', '≤', '–']) { "" } else { "= " };
         format!("{} {equal}{value}", one.parameter.symbol())
     });
-    let chi2 = reduced_chi2(fit).map_or("no degrees of freedom".to_owned(), |reduced| {
-        let how = if noise_estimated(fit) { "; noise estimated from these residuals" } else { "" };
-        let of_film = format!(" of {}", fit.counted().words());
-        let of = if fit.frames.is_some() { of_film.as_str() } else { "" };
-        format!("χ²/dof{of} = {} (χ² = {}, {} dof{how})", chi2_text(reduced), plain(fit.chi2, 4), fit.dof)
-    });
     [
         estimates.collect::<Vec<_>>().join(",   "),
-        format!("model {},   {},   {chi2}", fit.fidelity, count_of(fit.shots_used, "shot")),
+        format!("model {},   {},   {}", fit.fidelity, count_of(fit.shots_used, "shot"), chi2_words(fit)),
     ]
 }
 
