@@ -42,7 +42,7 @@ const ADVICE: &str = "advice";
 
 /// Something suspicious, or good to know, about a shot or a data set.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, JsonSchema)]
-pub(crate) struct Finding {
+pub struct Finding {
     /// Name of the shot; null: the whole data set.
     pub(crate) shot: Option<String>,
     /// Whether it is suspicious; else it is good to know.
@@ -51,7 +51,7 @@ pub(crate) struct Finding {
     pub(crate) kind: &'static str,
     /// The finding, as a clause without a capital letter and a full stop.
     #[serde(rename = "sentence")]
-    pub(crate) text: String,
+    pub text: String,
 }
 
 fn suspicious_kind<S: Serializer>(kind: &str, serializer: S) -> Result<S::Ok, S::Error> {
