@@ -23,10 +23,10 @@ const MAX_SWAP_FRAMES: f64 = 3.5;
 const MAX_RANGES: f64 = 8.0;
 const MAX_DELAY_RANGES: f64 = 100.0;
 
-/// A fault of a shot, and its line if there is one.
+/// A fault of a shot, and its line.
 #[derive(Clone, Debug, PartialEq)]
 pub(super) struct Wrong {
-    pub(crate) line: Option<usize>,
+    pub(crate) line: usize,
     pub(crate) message: String,
     /// Whether the camera or the tracker damaged only this shot, which can be left out; otherwise
     /// the file or dataset.toml is wrong.
@@ -35,7 +35,7 @@ pub(super) struct Wrong {
 
 impl Wrong {
     pub(super) fn input(line: usize, message: impl Into<String>) -> Self {
-        Self { line: Some(line), message: message.into(), is_damage: false }
+        Self { line, message: message.into(), is_damage: false }
     }
 
     pub(super) fn damaged(line: usize, message: impl Into<String>) -> Self {

@@ -5,7 +5,7 @@ use std::path::PathBuf;
 use schemars::JsonSchema;
 use serde::Deserialize;
 
-use super::calibration::{Calibration, ReadOut};
+use super::calibration::{Calibration, Point, ReadOut};
 use super::camera::CameraSection;
 use super::column_names::{self, Columns, schema_of_columns};
 use super::units::{TimeUnit, Unit};
@@ -79,13 +79,6 @@ enum Ruler {
 enum YAxis {
     Up,
     Down,
-}
-
-#[derive(Clone, Copy, Debug, Deserialize, JsonSchema)]
-#[serde(deny_unknown_fields)]
-pub(super) struct Point {
-    pub(super) px: [f64; 2],
-    pub(super) m: [f64; 2],
 }
 
 #[derive(Clone, Debug, Default, Deserialize, JsonSchema)]
