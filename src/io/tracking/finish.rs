@@ -38,7 +38,9 @@ pub(super) fn shot(
     }
     assign(&mut raw, &facts.names, log).map_err(|mut wrong| {
         // wrong names in the table of shots are its fault, not the shot's
-        wrong.iter_mut().for_each(|wrong| wrong.is_damage &= !facts.names_balls);
+        for wrong in &mut wrong {
+            wrong.is_damage &= !facts.names_balls;
+        }
         let file = raw.file.clone();
         let time = time::convert(&mut raw, facts.capture_fps, settings, Notes::default().of(&file));
         wrong.extend(time.err().map(|message| Wrong::input(raw.line, message)));

@@ -242,7 +242,8 @@ pub(super) fn undo_swaps(
         let swapped = c.distance(o_next).powi(2) + o.distance(c_next).powi(2);
         if (c_next.time - c.time) * fps > MAX_SWAP_FRAMES {
             continue;
-        } else if swapped < CERTAIN_SWAP * kept {
+        }
+        if swapped < CERTAIN_SWAP * kept {
             swaps.push(two[1]);
         } else if swapped < POSSIBLE_SWAP * kept {
             let message = "cue and object ball may have exchanged their names from here on; expected them set right, or the shot skipped";
