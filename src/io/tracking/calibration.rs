@@ -2,7 +2,8 @@
 
 use nalgebra::{DMatrix, Matrix3, Vector3};
 
-use super::settings::Point;
+use schemars::JsonSchema;
+use serde::Deserialize;
 
 /// Map from a file's coordinates to metres.
 #[derive(Clone, Debug)]
@@ -24,6 +25,14 @@ pub(super) struct ReadOut {
     pub(crate) rows: f64,
     /// Whether the file's y grows from the bottom of the picture upwards.
     pub(crate) is_up: bool,
+}
+
+/// A place in the picture and on the table.
+#[derive(Clone, Copy, Debug, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub(super) struct Point {
+    px: [f64; 2],
+    m: [f64; 2],
 }
 
 const COLLINEAR: &str =

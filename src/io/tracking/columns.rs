@@ -1,10 +1,9 @@
 //! Tables of any shape, read by `[tracks.columns]`.
 
 use super::column_names::{Column, Columns, angle_unit};
-use super::heading::{Heading, headings};
+use super::heading::{Heading, Rows, headings};
 use super::input::{Input, Subject};
 use super::layout::{Block, Body, Layout};
-use super::sample::Rows;
 use super::settings::Format;
 use super::units::{AngleUnit, Measure, TimeUnit};
 use super::words::{FRAMES, TIMES, find};
@@ -97,14 +96,8 @@ fn header(input: &Input, wanted: &Columns) -> Option<Heading> {
         });
     let names: Vec<&str> = names.collect();
     let held = |heading: &Heading| names.iter().filter(|name| heading.position(name).is_some()).count();
-    let mut nearest: Option<(usize, Heading)> = None;
-    for heading in headings(input.text, MAX_LINES) {
-        let count = held(&heading);
-        if nearest.as_ref().is_none_or(|(most, _)| count > *most) {
-            nearest = Some((count, heading));
-        }
-    }
-    let Some((_, heading)) = nearest else {
+    // the first of those that have as many
+    let Some(heading) = headings(input.text, MAX_LINES).into_iter().rev().max_by_key(held) else {
         input.wrong(None, None, "is empty; expected the columns that [tracks.columns] names");
         return None;
     };

@@ -133,13 +133,10 @@ fn groups(points: &[Vec<Sample>]) -> Vec<Vec<usize>> {
     groups
 }
 
-fn together<'a>(one: &'a [Sample], other: &'a [Sample]) -> impl Iterator<Item = [&'a Sample; 2]> {
-    let at = |t: f64| other.get(other.partition_point(|s| s.t < t)).filter(|s| s.t == t);
-    one.iter().filter_map(move |sample| Some([sample, at(sample.t)?]))
-}
-
+/// Returns the distances at the times of both.
 fn distances(one: &[Sample], other: &[Sample]) -> Vec<f64> {
-    together(one, other).map(|[a, b]| (a.x - b.x).hypot(a.y - b.y)).collect()
+    let at = |t: f64| other.get(other.partition_point(|sample| sample.t < t)).filter(|sample| sample.t == t);
+    one.iter().filter_map(|a| at(a.t).map(|b| (a.x - b.x).hypot(a.y - b.y))).collect()
 }
 
 fn change(one: &[Sample], other: &[Sample]) -> f64 {

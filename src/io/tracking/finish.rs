@@ -38,7 +38,9 @@ pub(super) fn shot(
     }
     assign(&mut raw, &facts.names, log).map_err(|mut wrong| {
         // wrong names in the table of shots are its fault, not the shot's
-        wrong.iter_mut().for_each(|wrong| wrong.is_damage &= !facts.names_balls);
+        for wrong in &mut wrong {
+            wrong.is_damage &= !facts.names_balls;
+        }
         let file = raw.file.clone();
         let time = time::convert(&mut raw, facts.capture_fps, settings, Notes::default().of(&file));
         wrong.extend(time.err().map(|message| Wrong::input(raw.line, message)));
@@ -64,15 +66,15 @@ fn of_balls(
     let fps = fps.map_err(|message| Wrong::input(raw.line, message))?;
     repair::put_on_grid(&mut raw.tracks, log)?;
     repair::remove_outliers(&mut raw.tracks, log);
+    let mut centres = [0, 1].map(|ball| centre(&mut raw.tracks, ball));
     let of = |ball: usize, is_marker: bool| {
         let is_it = move |role: Role| (role.ball, role.is_marker) == (ball, is_marker);
-        raw.tracks.iter().filter(move |track| track.role.is_some_and(is_it)).collect::<Vec<_>>()
+        raw.tracks.iter().filter(move |track| track.role.is_some_and(is_it))
     };
-    let mut centres = [0, 1].map(|ball| mean(&of(ball, false)));
     let step = grid_step(&centres.each_ref()).unwrap_or(0.0);
     repair::remove_repeated_frames(&mut centres, fps, step, log)?;
     let swapped = repair::undo_swaps(&mut centres, fps, log)?;
-    if let Some(line) = swapped.filter(|_| raw.tracks.len() > 2) {
+    if let Some(line) = swapped.filter(|_| !raw.tracks.is_empty()) {
         let message = "cue and object ball have exchanged their names from here on, and with markers on them it is \
                        not certain which of both did; expected them set right, or the shot skipped";
         return Err(Wrong::damaged(line, message));
@@ -81,10 +83,8 @@ fn of_balls(
     let mut paths = centres.each_ref().map(|centre| samples(centre, calibration));
     let mut markers: Vec<Marker> = Vec::new();
     for (i, ball) in [TrackedBall::Cue, TrackedBall::Object].into_iter().enumerate() {
-        let rim = of(i, false);
-        let is_rim = rim.len() > 1;
         let first = markers.len();
-        for track in of(i, true).into_iter().chain(rim.into_iter().filter(|_| is_rim)) {
+        for track in of(i, true).chain(of(i, false)) {
             let name = track.point.as_ref().unwrap_or(&track.name).clone();
             let samples = if track.is_angle {
                 turned(track, &centres[i], calibration)
@@ -93,7 +93,7 @@ fn of_balls(
             };
             markers.push(Marker { ball, name, samples });
         }
-        if settings.discs && is_rim {
+        if settings.discs && of(i, false).next().is_some() {
             let points: Vec<&[Sample]> =
                 markers[first..].iter().map(|marker| marker.samples.as_slice()).collect();
             paths[i] = circle_centres(&points).map_err(|message| Wrong::damaged(raw.line, message))?;
@@ -115,19 +115,22 @@ fn of_balls(
     Err(Wrong::input(shot.line, "a position or time is too large to be converted"))
 }
 
-/// Returns the mean of tracks on one grid, or the only one.
-fn mean(tracks: &[&RawTrack]) -> RawTrack {
-    if let [one] = tracks {
-        return (*one).clone();
+/// Removes and returns the centre of a ball; if several points stand for it, returns their mean, and
+/// they remain.
+fn centre(tracks: &mut Vec<RawTrack>, ball: usize) -> RawTrack {
+    let is_of = |track: &RawTrack| track.role.is_some_and(|role| role.ball == ball && !role.is_marker);
+    let points: Vec<&RawTrack> = tracks.iter().filter(|track| is_of(track)).collect();
+    if points.len() < 2 {
+        return tracks.extract_if(.., |track| is_of(track)).next().unwrap_or_default();
     }
     let mean = |frame: usize| {
-        let places = tracks.iter().map(|track| track.rows[frame].place());
+        let places = points.iter().map(|track| track.rows[frame].place());
         let sum = places.fold([0.0; 2], |sum, place| [sum[0] + place[0], sum[1] + place[1]]);
-        let place = sum.map(|sum| sum / tracks.len() as f64);
-        Row::new(tracks[0].rows[frame].time, place, tracks[0].rows[frame].line)
+        let place = sum.map(|sum| sum / points.len() as f64);
+        Row::new(points[0].rows[frame].time, place, points[0].rows[frame].line)
     };
-    let names: Vec<_> = tracks.iter().map(|track| track.name.as_str()).collect();
-    let rows = (0..tracks.first().map_or(0, |track| track.rows.len())).map(mean).collect();
+    let names: Vec<_> = points.iter().map(|track| track.name.as_str()).collect();
+    let rows = (0..points[0].rows.len()).map(mean).collect();
     RawTrack { name: names.join(" + "), rows, ..RawTrack::default() }
 }
 

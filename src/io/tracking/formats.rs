@@ -1,11 +1,10 @@
 //! Formats of tables that are recognised by their content.
 
 use super::clock::seconds;
-use super::heading::Heading;
+use super::heading::{Heading, Rows};
 use super::input::{Input, Subject};
 use super::layout::{Block, Body, Layout};
 use super::raw::Clock;
-use super::sample::Rows;
 use super::settings::Format;
 use super::units::{TimeUnit, Unit};
 use super::words::{BALLS, Kind, SHOTS, boxes, find, pairs};

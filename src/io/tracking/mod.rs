@@ -22,7 +22,6 @@ mod raw;
 mod read;
 mod reader;
 mod repair;
-mod sample;
 pub(crate) mod settings;
 pub(crate) mod shots_table;
 mod survey;
@@ -207,27 +206,22 @@ fn finish_all(
         (name, file, shot, notes)
     };
     let done: Vec<_> = work.into_par_iter().with_min_len(MIN_SHOTS_PER_CORE).map(finish).collect();
-    let (mut shots, mut damaged) = (Vec::with_capacity(done.len()), Vec::new());
+    let (mut shots, mut faults, mut left_out) = (Vec::with_capacity(done.len()), Vec::new(), Vec::new());
     for (name, file, shot, own_notes) in done {
         notes.append(own_notes);
-        for wrong in shot.map(|shot| shots.push(shot)).err().unwrap_or_default() {
-            if wrong.is_damage {
-                damaged.push((name.clone(), file.clone(), wrong));
-            } else {
-                problems.add(&file, wrong.line, None, wrong.message);
-            }
+        match shot {
+            Ok(shot) => shots.push(shot),
+            Err(wrong) => faults.extend(wrong.into_iter().map(|wrong| (name.clone(), file.clone(), wrong))),
         }
     }
-    if shots.is_empty() {
-        for (_, file, Wrong { line, message, .. }) in damaged.drain(..) {
+    for (name, file, Wrong { line, message, is_damage }) in faults {
+        if is_damage && !shots.is_empty() {
+            left_out.push((name, format!("{}:{line}: {message}", file.display())));
+        } else {
             problems.add(&file, line, None, message);
         }
     }
-    let reasons = damaged.into_iter().map(|(name, file, Wrong { line, message, .. })| {
-        let line = line.map_or(String::new(), |line| format!(":{line}"));
-        (name, format!("{}{line}: {message}", file.display()))
-    });
-    (shots, reasons.collect())
+    (shots, left_out)
 }
 
 /// Complains about spins stated as measured without numbers or markers.

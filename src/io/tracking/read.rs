@@ -75,8 +75,8 @@ fn as_written(input: &Input) -> Option<Tracked> {
 fn by_layout(layout: &Layout, input: &Input) -> Tracked {
     layout.note(input);
     let mut shots = reader::read(input, layout);
-    if layout.format == Format::Qualisys {
-        shots.iter_mut().for_each(|shot| count_frames(shot, layout, input));
+    for shot in shots.iter_mut().filter(|_| layout.format == Format::Qualisys) {
+        count_frames(shot, layout, input);
     }
     if layout.is_of_paths() {
         pieces::follow(&mut shots, input);

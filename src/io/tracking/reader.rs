@@ -285,7 +285,9 @@ impl<'a> Reader<'a> {
             log.add(Subject::Format, None, "decimal comma");
         }
         let mut tracks: Vec<_> = self.shots.iter_mut().flat_map(|shot| &mut shot.tracks).collect();
-        tracks.iter_mut().for_each(|track| track.rows.shrink_to_fit());
+        for track in &mut tracks {
+            track.rows.shrink_to_fit();
+        }
         if let Some((Some(style), line)) = self.clock {
             let mut clock = Clock { rounding: Some(style.resolution()), ..Clock::of(TimeUnit::S) };
             if style == Style::Colon(2)

@@ -23,10 +23,10 @@ const MAX_SWAP_FRAMES: f64 = 3.5;
 const MAX_RANGES: f64 = 8.0;
 const MAX_DELAY_RANGES: f64 = 100.0;
 
-/// A fault of a shot, and its line if there is one.
+/// A fault of a shot, and its line.
 #[derive(Clone, Debug, PartialEq)]
 pub(super) struct Wrong {
-    pub(crate) line: Option<usize>,
+    pub(crate) line: usize,
     pub(crate) message: String,
     /// Whether the camera or the tracker damaged only this shot, which can be left out; otherwise
     /// the file or dataset.toml is wrong.
@@ -35,7 +35,7 @@ pub(super) struct Wrong {
 
 impl Wrong {
     pub(super) fn input(line: usize, message: impl Into<String>) -> Self {
-        Self { line: Some(line), message: message.into(), is_damage: false }
+        Self { line, message: message.into(), is_damage: false }
     }
 
     pub(super) fn damaged(line: usize, message: impl Into<String>) -> Self {
@@ -242,7 +242,8 @@ pub(super) fn undo_swaps(
         let swapped = c.distance(o_next).powi(2) + o.distance(c_next).powi(2);
         if (c_next.time - c.time) * fps > MAX_SWAP_FRAMES {
             continue;
-        } else if swapped < CERTAIN_SWAP * kept {
+        }
+        if swapped < CERTAIN_SWAP * kept {
             swaps.push(two[1]);
         } else if swapped < POSSIBLE_SWAP * kept {
             let message = "cue and object ball may have exchanged their names from here on; expected them set right, or the shot skipped";

@@ -5,7 +5,7 @@ use std::path::PathBuf;
 use schemars::JsonSchema;
 use serde::Deserialize;
 
-use super::calibration::{Calibration, ReadOut};
+use super::calibration::{Calibration, Point, ReadOut};
 use super::camera::CameraSection;
 use super::column_names::{self, Columns, schema_of_columns};
 use super::units::{TimeUnit, Unit};
@@ -79,13 +79,6 @@ enum Ruler {
 enum YAxis {
     Up,
     Down,
-}
-
-#[derive(Clone, Copy, Debug, Deserialize, JsonSchema)]
-#[serde(deny_unknown_fields)]
-pub(super) struct Point {
-    pub(super) px: [f64; 2],
-    pub(super) m: [f64; 2],
 }
 
 #[derive(Clone, Debug, Default, Deserialize, JsonSchema)]
@@ -335,11 +328,11 @@ impl TracksSection {
             if !names.are_good() {
                 wrong(format!("{key} is {}; expected names of tracks, each once", names.shown()));
             }
-            let others =
-                NAMED.iter().zip(stated).take(i).flat_map(|(other, names)| Some((other, names.as_ref()?)));
-            let mut others = others.flat_map(|(other, names)| names.0.iter().map(move |name| (other, name)));
-            if let Some((other, both)) = others.find(|(_, name)| names.0.contains(name)) {
-                wrong(format!("\"{both}\" is both {other} and {key}; expected different tracks"));
+            for (other, used) in NAMED.iter().zip(stated).take(i) {
+                let mut used = used.iter().flat_map(|used| &used.0);
+                if let Some(both) = used.find(|name| names.0.contains(name)) {
+                    wrong(format!("\"{both}\" is both {other} and {key}; expected different tracks"));
+                }
             }
         }
         let default = |i: usize| if i < 2 { Names::of([NAMED[i]]) } else { Names::default() };

@@ -8,11 +8,10 @@ use std::path::Path;
 
 use super::column_names::{Column, Columns};
 use super::discs;
-use super::heading::{Heading, TITLES, headings};
+use super::heading::{Heading, Rows, TITLES, headings};
 use super::input::{Context, Notes};
 use super::raw::{RawShot, middle, sorted, span};
 use super::read;
-use super::sample::Rows;
 use super::settings::Sections;
 use super::time::followed;
 use super::units::Unit;
@@ -70,8 +69,7 @@ pub(crate) fn survey(file: &Path) -> Result<Survey, Vec<Problem>> {
 fn look(file: &Path, guess: Guess) -> Result<Survey, Vec<Problem>> {
     let problems = Problems::new("");
     let source = Source { path: file, text: "", problems: &problems };
-    let settings = Sections::default().check(guess.has_angles(), &source);
-    let mut settings = settings;
+    let mut settings = Sections::default().check(guess.has_angles(), &source);
     settings.stated.tracks.columns = guess.certain();
     let notes = Notes::default();
     let context = Context { settings: &settings, problems: &problems, notes: &notes };

@@ -111,9 +111,9 @@ fn replace(shot: &mut RawShot, times: &[f64], new: impl Fn(usize) -> f64) {
 impl Grid {
     /// Returns the grid of times in this unit.
     fn of(shot: &RawShot, second: f64) -> Self {
-        let mut times = shot.times();
+        let times = shot.times();
         let resolution = shot.clock.rounding.unwrap_or_else(|| resolution(&times) * second);
-        times.iter_mut().for_each(|time| *time *= second);
+        let times: Vec<f64> = times.iter().map(|time| time * second).collect();
         let spacing = spacing(&times, resolution);
         Self { times, resolution, spacing }
     }
