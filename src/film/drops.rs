@@ -11,16 +11,21 @@ use crate::numerics::median;
 
 type Point = Vector2<f64>;
 
-/// Number of steps on either side from which the length of a step is predicted, and of those that must be known.
-const NEIGHBOURS: usize = 4;
+/// Numbers of steps on either side from which the length of a step is predicted, the second if the impact is among
+/// the others; and of those that must be known.
+const NEIGHBOURS: [usize; 2] = [6, 4];
 const MIN_NEIGHBOURS: usize = 3;
 
 /// Largest difference between a step and a multiple of the median step, in median steps.
 const MAX_STEP_DEVIATION: f64 = 0.35;
 
-/// Least median step for which steps can be compared, in units of their root mean square deviation: half a step
-/// more is then 3.5 standard deviations of one axis.
-const MIN_NOISES: f64 = 5.0;
+/// Least median step for which steps can be compared, in units of their root mean square deviation; and for a dropped
+/// frame, of which half a step more is then 3.5 standard deviations of one axis.
+const MIN_EVEN_NOISES: f64 = 4.0;
+const MIN_DROP_NOISES: f64 = 5.0;
+
+/// A step of two frames is at least 1.5 typical ones, and most steps lie within a fifth.
+const MIN_STEP_RATIO: f64 = 1.2;
 
 /// Ratios of a step to the median step at a drop: longer drops show in the numbers.
 const RATIOS: std::ops::RangeInclusive<f64> = 2.0..=8.0;
@@ -65,18 +70,27 @@ impl<'a> Steps<'a> {
         Self { samples, lengths: samples.windows(2).map(step).collect() }
     }
 
-    /// Returns the steps that are longer than those beside them.
+    /// Returns the steps that are longer than most beside them.
     fn long(&self) -> impl Iterator<Item = usize> {
-        let size = |i: usize| self.lengths[i].map_or(0.0, |step| step.norm());
-        let last = self.lengths.len().saturating_sub(1);
-        (1..last).filter(move |i| size(*i) > size(i - 1).max(size(i + 1)))
+        let is_long = |i: &usize| {
+            let around = i.saturating_sub(NEIGHBOURS[0])..self.lengths.len().min(i + 1 + NEIGHBOURS[0]);
+            let around: Vec<f64> = self.lengths[around].iter().flatten().map(|step| step.norm()).collect();
+            let own = self.lengths[*i].map_or(0.0, |step| step.norm());
+            2 * around.iter().filter(|other| MIN_STEP_RATIO * **other < own).count() >= around.len()
+        };
+        (0..self.lengths.len()).filter(is_long)
     }
 
     /// Returns the number of frames that are missing in a step of a ball that moves evenly, well above the noise, on
     /// both sides; `None` of others.
     fn lost(&self, i: usize) -> Option<f64> {
+        NEIGHBOURS.into_iter().find_map(|side| self.lost_among(i, side))
+    }
+
+    /// Returns the same by `side` steps on either side.
+    fn lost_among(&self, i: usize, side: usize) -> Option<f64> {
         let (before, after) = (&self.lengths[..i], &self.lengths[i + 1..]);
-        let sides = [&before[i.saturating_sub(NEIGHBOURS)..], &after[..after.len().min(NEIGHBOURS)]];
+        let sides = [&before[i.saturating_sub(side)..], &after[..after.len().min(side)]];
         let sides = sides.map(|side| side.iter().copied().flatten().collect::<Vec<Point>>());
         if sides.iter().any(|side| side.len() < MIN_NEIGHBOURS) {
             return None;
@@ -89,13 +103,16 @@ impl<'a> Steps<'a> {
         let noise = (squares.iter().sum::<f64>() / squares.len() as f64).sqrt();
         // equal medians on both sides, so that neighbours do not catch up
         let turns = (middles[0] - middles[1]).norm();
-        if !(length > MIN_NOISES * noise && turns < MAX_STEP_DEVIATION * length) {
+        if !(length > MIN_EVEN_NOISES * noise && turns < MAX_STEP_DEVIATION * length) {
             return None;
         }
         // the number of median steps in this one, and the remainder
         let own = self.lengths[i]?;
         let whole = (own.dot(&typical) / (length * length)).round();
-        let is_drop = RATIOS.contains(&whole) && (own - typical * whole).norm() < MAX_STEP_DEVIATION * length;
+        let is_drop = RATIOS.contains(&whole)
+            && (own - typical * whole).norm() < MAX_STEP_DEVIATION * length
+            // at four standard deviations one step in a thousand looks like two
+            && length > MIN_DROP_NOISES * noise;
         Some(if is_drop { whole - 1.0 } else { 0.0 })
     }
 }

@@ -58,7 +58,7 @@ pub(crate) fn sentence(finding: &Finding, film: Option<&FittedFilm>) -> Option<S
              before and {after} after were left out.",
             count_of(*before, "frame")
         ),
-        Finding::Spoiled { .. } => {
+        Finding::Lags | Finding::Spoiled { .. } => {
             "Both balls are off their paths in the first frames after the impacts, and not before: the tracker lags, as one \
              does that smooths or predicts positions; export them as they were measured."
                 .to_owned()

@@ -78,6 +78,9 @@ pub(crate) enum Finding {
         /// Number of frames after it.
         after: usize,
     },
+    /// Both balls are off their paths in the first frames after the impacts, and not before: the tracker
+    /// lags.
+    Lags,
     /// A contact that is compliant along its surface.
     Compliance {
         /// κ.
@@ -185,7 +188,8 @@ impl Finding {
             | Self::Cause { .. }
             | Self::Spins { .. }
             | Self::Misfit { refutes: false, .. }
-            | Self::AtBound { .. } => Severity::Doubtful,
+            | Self::AtBound { .. }
+            | Self::Lags => Severity::Doubtful,
             Self::NotConverged | Self::Misfit { refutes: true, .. } => Severity::Unusable,
         }
     }

@@ -74,6 +74,12 @@ pub(crate) fn fit_film(
     if run.adopt(causes::widen_rate(&run.problem, &run.descent.end, &estimates, policy)) {
         estimates = run.estimates()?;
     }
+    let state = &run.descent.end.state;
+    let film = run.problem.film();
+    let lags = film.is_some_and(|film| outliers::lags(film, &state.own[0], &state.shared));
+    if lags && !run.findings.contains(&Finding::Lags) {
+        run.findings.push(Finding::Lags);
+    }
     let misfit = slow_variance(&run.noise(), &first_noise);
     if misfit > policy.misfit {
         run.findings.push(Finding::Misfit { ratio: misfit, refutes: misfit > policy.refuted });
@@ -190,7 +196,9 @@ impl<'a> Run<'a> {
         let state = self.descent.end.state.clone();
         let Some(film) = self.problem.film_mut() else { return };
         let Some(reach) = outliers::spoiled(film, &state.own[0], &state.shared) else { return };
-        self.findings.push(Finding::Spoiled { before: reach[0], after: reach[1] });
+        let lags = outliers::lags(film, &state.own[0], &state.shared);
+        let [before, after] = reach;
+        self.findings.push(if lags { Finding::Lags } else { Finding::Spoiled { before, after } });
         outliers::leave_out_spoiled(film, &state.own[0], reach);
         self.descent = descend_with_noise(&mut self.problem, state);
     }

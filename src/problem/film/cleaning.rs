@@ -26,7 +26,9 @@ pub(super) fn cleaned(tracks: &Tracks, radius: f64) -> (Vec<TrackShot>, Vec<Find
     }
     if let Some(Measured { value: rho, sd }) = noise_correlation(&shots) {
         findings.push(Finding::NoiseLasts { rho, sd: sd.unwrap_or(f64::NAN) });
-        shots.iter_mut().for_each(|shot| shot.correlation = rho);
+        for shot in &mut shots {
+            shot.correlation = rho;
+        }
     }
     let ends =
         shots.par_iter_mut().filter_map(|shot| leave_out_after_cushion(shot, radius).then_some(())).count();

@@ -90,9 +90,9 @@ struct Walk {
 
 impl Walk {
     /// Appends the path from here on with these motions upward: height, velocity, acceleration.
-    fn add(&mut self, pull: &DualVector, upward: [Dual; 3]) {
+    fn add(&mut self, pull: &DualVector, upward: &[Dual; 3]) {
         let mut moving = Moving::flat(&self.place, &self.velocity, pull);
-        moving.0[2] = upward;
+        moving.0[2] = *upward;
         let piece = moving.piece(self.time);
         self.pieces.push(Piece { start: piece.start + std::mem::take(&mut self.late), ..piece });
     }
@@ -136,7 +136,7 @@ impl Cloth {
         let mut flights = 0;
         while rise.re > MIN_REBOUND && flights < MAX_FLIGHTS {
             flights += 1;
-            walk.add(&still, [none, rise, -self.gravity]);
+            walk.add(&still, &[none, rise, -self.gravity]);
             let flight = rise * 2.0 / self.gravity;
             walk.advance(flight, &still, none);
             let (grip, speed) = (self.sliding * (self.bounce + 1.0) * rise, norm(&walk.slip));
@@ -157,16 +157,16 @@ impl Cloth {
             // all further bounces last 2v_z/g(1 − e_t); their friction is (1 + e_t)/2 of a sliding
             // ball's on average, but later
             let pull = self.pull_sliding(&walk.slip) * ((self.bounce + 1.0) * 0.5);
-            walk.add(&pull, [none; 3]);
+            walk.add(&pull, &[none; 3]);
             let bouncing = rise * 2.0 / (self.gravity * (-self.bounce + 1.0));
             walk.advance(bouncing, &pull, self.bounce * 2.0 / (self.bounce + 1.0));
         }
         let pull = self.pull_sliding(&walk.slip);
-        walk.add(&pull, [none; 3]);
+        walk.add(&pull, &[none; 3]);
         let sliding = norm(&walk.slip) / walk.lever / (self.sliding * self.gravity);
         walk.advance(sliding, &pull, constant(1.0));
         let pull = self.pull_rolling(&walk.velocity, inertia);
-        walk.add(&pull, [none; 3]);
+        walk.add(&pull, &[none; 3]);
     }
 }
 

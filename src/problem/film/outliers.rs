@@ -11,6 +11,8 @@ use statrs::distribution::{ChiSquared, ContinuousCDF};
 use super::block::{FilmBlock, FilmedShot};
 use super::camera::Point;
 use super::own::{self, OWN};
+use super::shots::FittedFrame;
+use crate::measurement::track::TrackedBall;
 use crate::numerics::{SIGNIFICANT, median};
 use crate::problem::frames::Sight;
 use crate::problem::policy::Policy;
@@ -36,8 +38,18 @@ const MOST_NEAR: usize = 16;
 const MIN_SQUARE_EXCESS: f64 = 0.5;
 
 /// Numbers of shots that determine what is off next to all impacts: at least, and that are looked at.
-const MIN_SHOTS: usize = 4;
+const MIN_SHOTS: usize = 8;
 const MAX_SHOTS: usize = 200;
+
+/// Frames after the impact that may show a lag.
+const AFTER: usize = 3;
+
+/// Standard errors of a lag, if both balls show it.
+const MIN_LAG_ERRORS: f64 = 4.0;
+
+/// Part of a lag by which a ball is off before the impact at most: an exposure that lasts blurs both
+/// sides similarly, and a wrong model shows on both.
+const MAX_BEFORE: f64 = 0.4;
 
 /// Returns the probability that χ² of `dof` degrees of freedom exceeds `chi2`.
 pub(crate) fn tail(chi2: f64, dof: f64) -> f64 {
@@ -144,4 +156,51 @@ pub(crate) fn leave_out_spoiled(film: &mut FilmBlock, own: &[Own], reach: [usize
             frame.used &= frame.time < instant - before || frame.time > instant + after;
         }
     }
+}
+
+/// Returns whether the tracker lags: with u the direction in which the impact changes a ball's
+/// velocity, and r the standardized residuals of a frame, u·r is averaged over the shots for the last
+/// frame before the impact and the first ones after it.
+pub(crate) fn lags(film: &FilmBlock, own: &[Own], shared: &Shared) -> bool {
+    let shots = film.shots.iter().zip(own).take(MAX_SHOTS);
+    let all: Vec<_> = shots.filter_map(|(shot, own)| residuals_along(film, shot, own, shared)).collect();
+    let count = all.len() as f64;
+    // mean and its standard error of u·r
+    let [cue, object] = [0, 1].map(|ball| {
+        std::array::from_fn::<_, { AFTER + 1 }, _>(|frame| {
+            let mean = all.iter().map(|shot| shot[ball][frame]).sum::<f64>() / count;
+            let squares = all.iter().map(|shot| (shot[ball][frame] - mean).powi(2)).sum::<f64>();
+            [mean, (squares / (count - 1.0) / count).sqrt()]
+        })
+    });
+    let is_late = |ball: &[[f64; 2]], frame: usize| {
+        let [mean, error] = ball[frame];
+        (mean / error).abs() > MIN_LAG_ERRORS && ball[0][0].abs() < MAX_BEFORE * mean.abs()
+    };
+    let is_same_sign = |frame: usize| cue[frame][0] * object[frame][0] > 0.0;
+    (1..=AFTER).any(|frame| is_late(&cue, frame) && is_late(&object, frame) && is_same_sign(frame))
+}
+
+/// Returns u·r of each ball in the last frame before the impact and the first ones after it, also in frames
+/// that were left out; `None` for too few.
+fn residuals_along(
+    film: &FilmBlock,
+    shot: &FilmedShot,
+    own: &Own,
+    shared: &Shared,
+) -> Option<[[f64; AFTER + 1]; 2]> {
+    let struck = film.struck(shot, own, shared).ok()?;
+    let frames = film.fitted_frames(shot, own, shared);
+    let [cue, object] = struck.after.each_ref().map(|ball| ball.velocity);
+    let mut all = [[0.0; AFTER + 1]; 2];
+    let balls = [(TrackedBall::Cue, cue - struck.before.velocity), (TrackedBall::Object, object)];
+    for ((ball, change), all) in balls.into_iter().zip(&mut all) {
+        let change = struck.turn(&change).map(|v| v.re).normalize();
+        let frames: Vec<&FittedFrame> = frames.iter().filter(|frame| frame.ball == ball).collect();
+        let last = frames.partition_point(|frame| frame.time < own[own::TIME]).checked_sub(1)?;
+        for (residual, frame) in all.iter_mut().zip(frames.get(last..=last + AFTER)?) {
+            *residual = change.dot(&Point::from(frame.standardized()));
+        }
+    }
+    all.iter().flatten().all(|residual| residual.is_finite()).then_some(all)
 }

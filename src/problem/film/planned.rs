@@ -115,7 +115,7 @@ impl PlannedShot {
         film: &FilmBlock,
         shared: &Shared,
     ) -> Result<(FilmedShot, Own), NotACollision> {
-        let side = if i % 2 == 0 { OFF_CORNER } else { -OFF_CORNER };
+        let side = if i.is_multiple_of(2) { OFF_CORNER } else { -OFF_CORNER };
         let topspin = if self.topspin == 0.0 { side } else { self.topspin };
         let radius = film.contact.object().radius;
         let [along, across] = self.velocity;
