@@ -124,8 +124,8 @@ pub(crate) fn fit_discs(dataset: &Dataset, policy: &Policy) -> Result<DiscFit, F
     });
     let others = rivals.into_iter().map(|(rise, at)| at.costing(best.at.cost + rise)).collect();
     let dof = (count > 1).then_some(count as f64 - 1.0);
-    let Solution { unit, middle, findings, left_out, .. } = shots.free;
-    let solution = Solution { unit, middle, findings, left_out, ..best };
+    let Solution { findings, left_out, unit, middle, .. } = shots.free;
+    let solution = Solution { findings, left_out, unit, middle, ..best };
     Ok(DiscFit { solution, impacts, scatter, others, undetermined, dof })
 }
 
@@ -322,6 +322,6 @@ impl Solution {
         let inertia = self.problem.discs()?.discs.inertia;
         let e = self.value(Id::E) - self.value(Id::ESlope) * closing;
         let of_law = [Id::Mu, Id::FallB, Id::FallC, Id::Kappa].map(|id| constant(self.value(id)));
-        friction([closing, slip, e].map(constant), of_law, inertia).map(|ratio| ratio.re)
+        friction(&[closing, slip, e].map(constant), &of_law, inertia).map(|ratio| ratio.re)
     }
 }
