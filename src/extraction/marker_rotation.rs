@@ -6,13 +6,11 @@
 //! from all markers and frames at once. Then one least-squares fit of all marker positions, with ω
 //! at the impact and each marker's place on the ball as unknowns, gives ω and its covariance.
 
-use nalgebra::{Const, DMatrix, DVector, Matrix3, SVector};
-use num_dual::{DualNum, DualSVec64};
+use nalgebra::{DMatrix, DVector, Matrix3, Rotation3};
 
 use crate::measurement::track::{Marker, Sample, TrackShot, TrackedBall};
 use crate::numerics::SIGNIFICANT;
 use crate::numerics::dense::{Place, descend};
-use crate::physics::Number;
 use crate::physics::ball::Vec3;
 
 /// Angular velocity of a ball at the impact, table frame.
@@ -27,9 +25,9 @@ pub(crate) struct Rotation {
 }
 
 /// A marker's positions from the ball's centre over R, on one side of the impact.
-pub(crate) struct Spot {
+struct Spot {
     /// Time from the impact (s), x/R and y/R, standard deviation over R.
-    pub(crate) seen: Vec<(f64, [f64; 2], f64)>,
+    seen: Vec<(f64, [f64; 2], f64)>,
 }
 
 /// Part of a frame that is left out on both sides: frames across the impact mix both spins.
@@ -52,7 +50,7 @@ const MIN_GAIN: f64 = 1e-12;
 const MIN_SINGULAR: f64 = 1e-9;
 
 /// Returns a rough angular velocity, rad/s, if the markers' steps from frame to frame determine it.
-pub(crate) fn rough(spots: &[Spot]) -> Option<Vec3> {
+fn rough(spots: &[Spot]) -> Option<Vec3> {
     // least squares of d₂ − d₁ = (Δt/2) ω × (d₁ + d₂)
     let mut matrix = Matrix3::zeros();
     let mut right = Vec3::zeros();
@@ -84,12 +82,12 @@ fn lifted([x, y]: [f64; 2]) -> Option<Vec3> {
 /// time derivatives of ω_x and ω_y. The two angles of each marker follow.
 const SHARED: usize = 5;
 
-/// A number with derivatives by the shared unknowns and a marker's two angles.
-type Own = DualSVec64<{ SHARED + 2 }>;
+/// Step of difference quotients: 1e-4 of an angle, 1/s or 1/s², whose squares are rounding.
+const STEP: f64 = 1e-4;
 
 /// Fits the angular velocity at the impact, and its constant change with time about horizontal
 /// axes. `stated`: the standard deviations are known, not to be estimated.
-pub(crate) fn measure(spots: &[Spot], stated: bool) -> Option<Rotation> {
+fn measure(spots: &[Spot], stated: bool) -> Option<Rotation> {
     let start = rough(spots)?;
     let mut markers: Vec<Placed> = spots.iter().filter_map(|spot| Placed::new(spot, &start)).collect();
     for _ in 0..MAX_ROUNDS {
@@ -98,7 +96,16 @@ pub(crate) fn measure(spots: &[Spot], stated: bool) -> Option<Rotation> {
         x.rows_mut(0, 3).copy_from(&start);
         let dof = (2 * positions).checked_sub(x.len()).filter(|dof| *dof > 0)?;
         let Place { x, matrix, rest: residuals, .. } = descend(x, (MAX_STEPS, MIN_GAIN), |x| {
-            let (residuals, jacobian) = linearise(&markers, &x);
+            let slope = |i: usize| {
+                let at = |by: f64| {
+                    let mut x = x.clone();
+                    x[i] += by;
+                    residuals_of(&markers, &x)
+                };
+                (at(STEP) - at(-STEP)) / (2.0 * STEP)
+            };
+            let jacobian = DMatrix::from_columns(&(0..x.len()).map(slope).collect::<Vec<_>>());
+            let residuals = residuals_of(&markers, &x);
             let (matrix, gradient) = (jacobian.tr_mul(&jacobian), jacobian.tr_mul(&residuals));
             Place { x, sum: residuals.norm_squared(), matrix, gradient, rest: residuals }
         });
@@ -124,27 +131,16 @@ pub(crate) fn measure(spots: &[Spot], stated: bool) -> Option<Rotation> {
     None
 }
 
-/// Returns predicted less seen places in standard deviations, with their derivatives.
-fn linearise(markers: &[Placed], x: &DVector<f64>) -> (DVector<f64>, DMatrix<f64>) {
-    let rows = 2 * markers.iter().map(|marker| marker.seen.len()).sum::<usize>();
-    let (mut residuals, mut jacobian) = (DVector::zeros(rows), DMatrix::zeros(rows, x.len()));
-    let mut row = 0;
+/// Returns predicted less seen places in standard deviations.
+fn residuals_of(markers: &[Placed], x: &DVector<f64>) -> DVector<f64> {
+    let mut residuals = Vec::new();
     for (i, marker) in markers.iter().enumerate() {
-        let columns: [usize; SHARED + 2] =
-            std::array::from_fn(|k| if k < SHARED { k } else { SHARED + 2 * i + k - SHARED });
-        let unknowns = std::array::from_fn(|k| Own::from_re(x[columns[k]]).derivative(k));
-        for (place, (_, at, sd)) in marker.predict(unknowns).iter().zip(&marker.seen) {
-            for axis in 0..2 {
-                residuals[row] = (place[axis].re - at[axis]) / sd;
-                let by: SVector<f64, { SHARED + 2 }> = place[axis].eps.unwrap_generic(Const, Const);
-                for (column, by) in columns.iter().zip(&by) {
-                    jacobian[(row, *column)] = by / sd;
-                }
-                row += 1;
-            }
+        let angles = [x[SHARED + 2 * i], x[SHARED + 2 * i + 1]];
+        for (place, (_, at, sd)) in marker.predict(x, angles).iter().zip(&marker.seen) {
+            residuals.extend([0, 1].map(|axis| (place[axis] - at[axis]) / sd));
         }
     }
-    (residuals, jacobian)
+    DVector::from_vec(residuals)
 }
 
 /// A marker in the fit: its frames in the order of their distance from the impact.
@@ -164,19 +160,17 @@ impl Placed {
         Some(Self { base: turn(place, spin * -time), seen })
     }
 
-    /// Returns x, y of all frames, for ω, its change with time, and two angles from `base`.
-    fn predict(&self, [x, y, z, by_x, by_y, first, second]: [Own; SHARED + 2]) -> Vec<[Own; 2]> {
+    /// Returns the places in all frames, for ω and its change with time, and two angles from `base`.
+    fn predict(&self, shared: &DVector<f64>, [first, second]: [f64; 2]) -> Vec<Vec3> {
+        let spin = Vec3::new(shared[0], shared[1], shared[2]);
+        let change = Vec3::new(shared[3], shared[4], 0.0);
         let [along, across] = across(&self.base);
-        let place = std::array::from_fn(|i| first * along[i] + second * across[i] + self.base[i]);
-        let length = dot(&place, &place).sqrt();
-        let mut place = place.map(|component| component / length);
+        let mut place = (self.base + along * first + across * second).normalize();
         let mut now = 0.0;
         let at = |(time, ..): &(f64, [f64; 2], f64)| {
-            let middle = 0.5 * (now + time);
-            let mean = [x + by_x * middle, y + by_y * middle, z];
-            place = turned(&place, &mean.map(|component| component * (time - now)));
+            place = turn(place, (spin + change * (0.5 * (now + time))) * (time - now));
             now = *time;
-            [place[0], place[1]]
+            place
         };
         self.seen.iter().map(at).collect()
     }
@@ -189,36 +183,9 @@ fn across(direction: &Vec3) -> [Vec3; 2] {
     [first, direction.cross(&first)]
 }
 
-/// Rotates a place on the ball by a vector of angles (Rodrigues).
+/// Rotates a place on the ball by a vector of angles.
 pub(crate) fn turn(place: Vec3, angles: Vec3) -> Vec3 {
-    turned(&place.into(), &angles.into()).into()
-}
-
-/// d cos θ + (θ × d) sin θ/θ + θ (θ·d)(1 − cos θ)/θ².
-fn turned<T: Number>(place: &[T; 3], angles: &[T; 3]) -> [T; 3] {
-    /// Below this θ², the next terms of the series are rounding.
-    const SMALL_ANGLE_SQUARE: f64 = 1e-5;
-    let square = dot(angles, angles);
-    let (sine, versine) = if square.re() < SMALL_ANGLE_SQUARE {
-        // sin θ/θ = 1 − θ²/6 + θ⁴/120, (1 − cos θ)/θ² = 1/2 − θ²/24 + θ⁴/720
-        let fourth = square * square;
-        (fourth / 120.0 - square / 6.0 + 1.0, fourth / 720.0 - square / 24.0 + 0.5)
-    } else {
-        let angle = square.sqrt();
-        (angle.sin() / angle, (-angle.cos() + 1.0) / square)
-    };
-    let cosine = -versine * square + 1.0;
-    let along = dot(angles, place) * versine;
-    let cross = cross(angles, place);
-    std::array::from_fn(|i| place[i] * cosine + cross[i] * sine + angles[i] * along)
-}
-
-fn dot<T: Number>(a: &[T; 3], b: &[T; 3]) -> T {
-    a[0] * b[0] + a[1] * b[1] + a[2] * b[2]
-}
-
-fn cross<T: Number>(a: &[T; 3], b: &[T; 3]) -> [T; 3] {
-    [a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]]
+    Rotation3::new(angles) * place
 }
 
 /// Angular velocities just before and after the impact, of balls with markers.

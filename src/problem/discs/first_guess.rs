@@ -125,8 +125,10 @@ impl Guessed {
             let mut add = |marker: Option<[usize; 2]>, samples: &[Sample]| {
                 let mut frames = reading.frames(shot, samples, shot.resolution[disc]);
                 frames.retain(|frame| frame.used);
-                for frame in &mut frames {
-                    flat.iter().for_each(|axis| frame.weight[*axis] = 0.0);
+                if let Some(axis) = flat {
+                    for frame in &mut frames {
+                        frame.weight[*axis] = 0.0;
+                    }
                 }
                 tracks.push(PointTrack { disc, marker, frames });
             };

@@ -21,9 +21,8 @@ use crate::problem::solution::Solution;
 use crate::problem::sums::OwnPrior;
 use crate::problem::unknowns::{Id, Mode, Own, Shared, Unknown};
 
-/// Values of μ and κ between which descents begin. A stiffer contact is as good as rigid.
-const MU_RANGE: [f64; 2] = [0.02, 2.0];
-const MU_STEPS: i32 = 24;
+/// Values of μ and κ from which descents begin. A stiffer contact is as good as rigid.
+const DISC_MUS: [f64; 12] = [0.02, 0.03, 0.045, 0.07, 0.1, 0.15, 0.22, 0.33, 0.5, 0.75, 1.1, 2.0];
 const DISC_KAPPAS: [f64; 8] = [0.15, 0.3, 0.6, 1.25, 2.0, 3.0, 4.5, 9.0];
 
 /// Smallest κ of a compliant contact.
@@ -70,33 +69,33 @@ pub(crate) struct DiscFit {
 /// See [`FilmError`].
 pub(crate) fn fit_discs(dataset: &Dataset, policy: &Policy) -> Result<DiscFit, FilmError> {
     let MeasuredDiscs { solution: mut free, impacts } = measure(dataset, policy)?;
-    let (unit, middle) = (free.unit, free.middle);
-    let (mut left_out, mut findings) =
-        (std::mem::take(&mut free.left_out), std::mem::take(&mut free.findings));
-    let faults: Vec<Option<String>> = impacts.iter().map(|impact| impact.find_fault(policy)).collect();
-    let named = impacts.iter().zip(&faults);
-    left_out.extend(named.filter_map(|(impact, why)| Some((impact.name.clone(), why.clone()?))));
-    let mut keep: Vec<bool> = faults.iter().map(Option::is_none).collect();
+    let mut keep = Vec::new();
+    for impact in &impacts {
+        let fault = impact.find_fault(policy);
+        keep.push(fault.is_none());
+        free.left_out.extend(fault.map(|why| (impact.name.clone(), why)));
+    }
     if !keep.contains(&true) {
-        return Err(FilmError::NoImpact(left_out));
+        return Err(FilmError::NoImpact(free.left_out));
     }
     let mut shots = Shots { policy, settings: &dataset.settings, free };
     shots.keep(&keep);
-    let mut fits = shots.choose_law(&mut findings)?;
+    let mut fits = shots.choose_law()?;
     for _ in 0..ROUNDS {
         keep = judge_shots(&fits[0], policy)?;
         if !keep.contains(&false) {
             break;
         }
-        findings.push(Finding::LostShots { names: shots.keep(&keep) });
-        fits = shots.choose_law(&mut findings)?;
+        let names = shots.keep(&keep);
+        shots.free.findings.push(Finding::LostShots { names });
+        fits = shots.choose_law()?;
     }
     let mut best = fits.remove(0);
     let rivals = fits.into_iter().map(|other| (unlikely(&other) - unlikely(&best), other.at));
     let rivals: Vec<(f64, Evaluation)> = rivals.filter(|(rise, _)| *rise < policy.cause).collect();
     for _ in 0..ROUNDS {
         let Some(refit) = explain(&best.problem, &best.at, &best.covariance, policy) else { break };
-        findings.extend(refit.finding);
+        shots.free.findings.extend(refit.finding);
         best = solve(refit.problem, refit.descent)?;
     }
     let mut undetermined = Vec::new();
@@ -105,7 +104,7 @@ pub(crate) fn fit_discs(dataset: &Dataset, policy: &Policy) -> Result<DiscFit, F
         let is_free = unknown.mode == Mode::Free;
         if best.covariance.sd(id as usize).is_none() && (is_free || shots.law(id).mode == Mode::Free) {
             let is_at_bound = is_free && unknown.bounds.contains(&bound);
-            findings.push(if is_at_bound {
+            shots.free.findings.push(if is_at_bound {
                 Finding::AtBound { id, bound }
             } else {
                 Finding::Undetermined { id, sd: f64::INFINITY }
@@ -115,7 +114,7 @@ pub(crate) fn fit_discs(dataset: &Dataset, policy: &Policy) -> Result<DiscFit, F
         }
     }
     if !best.converged {
-        findings.push(Finding::NotConverged);
+        shots.free.findings.push(Finding::NotConverged);
     }
     let block = best.problem.discs().ok_or(FilmError::NoFilm)?;
     let count = block.shots.len();
@@ -125,7 +124,8 @@ pub(crate) fn fit_discs(dataset: &Dataset, policy: &Policy) -> Result<DiscFit, F
     });
     let others = rivals.into_iter().map(|(rise, at)| at.costing(best.at.cost + rise)).collect();
     let dof = (count > 1).then_some(count as f64 - 1.0);
-    let solution = Solution { unit, middle, findings, left_out, ..best };
+    let Solution { findings, left_out, unit, middle, .. } = shots.free;
+    let solution = Solution { findings, left_out, unit, middle, ..best };
     Ok(DiscFit { solution, impacts, scatter, others, undetermined, dof })
 }
 
@@ -162,22 +162,22 @@ impl Shots<'_> {
 
     /// Fits a rigid contact and a compliant one, as far as they are possible; returns the minima of the
     /// likelier one, the likeliest first.
-    fn choose_law(&self, findings: &mut Vec<Finding>) -> Result<Vec<Solution>, FilmError> {
+    fn choose_law(&mut self) -> Result<Vec<Solution>, FilmError> {
         let (shots, compliance) = (self.free.names[0].len(), self.settings.compliance);
         if compliance == Compliance::Stated && self.show_law() {
-            return self.fit_law(true, None);
+            return self.fit_law(true);
         }
-        let rigid = self.fit_law(false, None)?;
+        let rigid = self.fit_law(false)?;
         if compliance != Compliance::Auto || shots < LEAST_SHOTS || !self.show_law() {
             return Ok(rigid);
         }
-        let compliant = self.fit_law(true, Some(&rigid[0]))?;
+        let compliant = self.fit_law(true)?;
         // beyond the equations that define the parameters only if the shots show it
-        let fall = compliant.first().map_or(f64::NEG_INFINITY, |best| unlikely(&rigid[0]) - unlikely(best));
+        let fall = unlikely(&rigid[0]) - unlikely(&compliant[0]);
         if fall <= self.policy.cause {
             return Ok(rigid);
         }
-        findings.push(Finding::Compliance {
+        self.free.findings.push(Finding::Compliance {
             kappa: compliant[0].value(Id::Kappa),
             shots,
             fall,
@@ -186,29 +186,18 @@ impl Shots<'_> {
         Ok(compliant)
     }
 
-    /// Descends from the most promising values of μ and κ, first with the spreads before the frames are seen
-    /// or those of a rival, then with spreads of their own; returns each minimum once, the likeliest first.
-    /// Returns an empty list if with the spreads of the rival χ² is not low enough to be likelier: if it is
-    /// lower by Δ for n numbers, −2 log L with their own spread is lower by −n ln(1 − Δ/n).
-    fn fit_law(&self, is_compliant: bool, rival: Option<&Solution>) -> Result<Vec<Solution>, FilmError> {
-        let mut problem = self.with_law(is_compliant)?;
-        let mut most = f64::INFINITY;
-        if let Some(rival) = rival {
-            problem.samples[0].block.spreads_mut().copy_from_slice(rival.problem.samples[0].block.spreads());
-            let shots = self.free.names[0].len() as f64;
-            most = rival.at.cost + shots * f64::exp_m1(-self.policy.cause / shots);
-        }
+    /// Descends from the most promising values of μ and κ, first with the spreads before the frames are seen,
+    /// then with spreads of their own; returns each minimum once, the likeliest first.
+    fn fit_law(&self, is_compliant: bool) -> Result<Vec<Solution>, FilmError> {
+        let problem = self.with_law(is_compliant)?;
         let free = problem.free();
         let descend_from = |state| descend(&problem, problem.evaluate(state), &free, STEPS).end;
         let mut ends: Vec<Evaluation> = self.starts(&problem)?.into_iter().map(descend_from).collect();
         ends.sort_by(|a, b| a.cost.total_cmp(&b.cost));
-        let least = ends.first().map_or(f64::INFINITY, |end| end.cost);
-        if least.is_infinite() && rival.is_none() {
-            return Err(FilmError::NoStart);
-        }
+        let least = ends.first().filter(|end| end.cost.is_finite()).ok_or(FilmError::NoStart)?.cost;
         let mut fits: Vec<Solution> = Vec::new();
-        for end in ends.into_iter().filter(|end| least <= most && end.cost <= least + LESS_LIKELY) {
-            let is_new = |at: &Shared| fits.iter().all(|fit| are_apart(at, &fit.at.state.shared, APART));
+        for end in ends.into_iter().filter(|end| end.cost <= least + LESS_LIKELY) {
+            let is_new = |at: &Shared| fits.iter().all(|fit| are_apart(at, &fit.at.state.shared));
             if is_new(&end.state.shared) {
                 let fit = settle(problem.clone(), end.state)?;
                 if is_new(&fit.at.state.shared) {
@@ -261,8 +250,6 @@ impl Shots<'_> {
             let within = values.iter().map(|value| value.clamp(low, high));
             if mode == Mode::Free { within.collect() } else { vec![start] }
         };
-        let step = (MU_RANGE[1] / MU_RANGE[0]).powf(f64::from(MU_STEPS - 1).recip());
-        let frictions: Vec<f64> = (0..MU_STEPS).map(|i| MU_RANGE[0] * step.powi(i)).collect();
         // of each κ the likeliest μ
         let mut starts: Vec<(f64, State)> = Vec::new();
         for kappa in grid(Id::Kappa, &DISC_KAPPAS) {
@@ -271,7 +258,7 @@ impl Shots<'_> {
                 (state.shared[Id::Mu], state.shared[Id::Kappa]) = (mu, kappa);
                 (set_outcomes(block, &mut state, &outcomes), state)
             };
-            let all = grid(Id::Mu, &frictions).into_iter().map(at);
+            let all = grid(Id::Mu, &DISC_MUS).into_iter().map(at);
             starts.extend(all.min_by(|a, b| a.0.total_cmp(&b.0)));
         }
         starts.sort_by(|a, b| a.0.total_cmp(&b.0));
@@ -294,9 +281,9 @@ fn set_outcomes(block: &DiscBlock, state: &mut State, outcomes: &[Option<[f64; 2
     square
 }
 
-/// Returns whether the logarithms of μ or κ differ by more than `by`.
-fn are_apart(a: &Shared, b: &Shared, by: f64) -> bool {
-    [Id::Mu, Id::Kappa].iter().any(|id| (a[*id] / b[*id]).ln().abs() > by)
+/// Returns whether the logarithms of μ or κ differ by as much as those of different minima.
+fn are_apart(a: &Shared, b: &Shared) -> bool {
+    [Id::Mu, Id::Kappa].iter().any(|id| (a[*id] / b[*id]).ln().abs() > APART)
 }
 
 /// Returns −2 log L up to a constant, with the own unknowns integrated.
@@ -335,6 +322,6 @@ impl Solution {
         let inertia = self.problem.discs()?.discs.inertia;
         let e = self.value(Id::E) - self.value(Id::ESlope) * closing;
         let of_law = [Id::Mu, Id::FallB, Id::FallC, Id::Kappa].map(|id| constant(self.value(id)));
-        friction([closing, slip, e].map(constant), of_law, inertia).map(|ratio| ratio.re)
+        friction(&[closing, slip, e].map(constant), &of_law, inertia).map(|ratio| ratio.re)
     }
 }

@@ -71,14 +71,19 @@ impl Line {
         Self { position: Point::new(x[0], y[0]), velocity: Point::new(x[1], y[1]) }
     }
 
-    /// Returns the lines through the frames next to an instant, before and after it, or else the number
-    /// of these frames, which is too small.
-    fn beside(samples: &[Sample], at: f64, frame: f64) -> [Result<Self, usize>; 2] {
+    /// Returns the lines through the frames of a disc next to an instant, before and after it.
+    ///
+    /// # Errors
+    /// These frames are too few.
+    fn beside(samples: &[Sample], disc: usize, at: f64, frame: f64) -> Result<[Self; 2], Unusable> {
         let before = samples.partition_point(|s| s.t < at - 0.5 * frame);
         let after = samples.partition_point(|s| s.t < at + 0.5 * frame);
         let sides =
             [&samples[before.saturating_sub(NEAR)..before], &samples[after..samples.len().min(after + NEAR)]];
-        sides.map(|near| if near.len() < LEAST { Err(near.len()) } else { Ok(Self::through(near, at)) })
+        match sides.iter().position(|near| near.len() < LEAST) {
+            None => Ok(sides.map(|near| Self::through(near, at))),
+            Some(side) => Err(Unusable::too_few(Bodies::Discs, [disc, side], sides[side].len(), LEAST)),
+        }
     }
 
     fn at(&self, late: f64) -> Point {
@@ -105,17 +110,20 @@ impl Meeting {
         let bodies = Bodies::Discs;
         let discs = [shot.cue.as_slice(), &shot.object];
         let frame = shot.fps.recip();
+        let lines_beside = |time: f64| -> Result<[[Line; 2]; 2], Unusable> {
+            Ok([Line::beside(discs[0], 0, time, frame)?, Line::beside(discs[1], 1, time, frame)?])
+        };
         if discs.iter().any(|samples| samples.len() < 2 * LEAST) {
             return Err(Unusable::TooShort { bodies, frames: discs.map(<[_]>::len), least: 2 * LEAST });
         }
         if let Some(stuck) = stuck {
             // the lines after it are those of no disc
             let time = stuck.settling[0];
-            return Ok(Self::of(time, 0.0, &lines_beside(discs, time, frame)?));
+            return Ok(Self::of(time, 0.0, &lines_beside(time)?));
         }
         let nearest = smooth_distances(shot).into_iter().min_by(|a, b| a.1.total_cmp(&b.1));
         let mut time = nearest.ok_or(Unusable::NoCollision(bodies))?.0;
-        let mut lines = lines_beside(discs, time, frame)?;
+        let mut lines = lines_beside(time)?;
         let steps = discs.iter().flat_map(|samples| samples.windows(2)).map(|two| two[1].t - two[0].t);
         let farthest = steps.fold(FARTHEST * frame, f64::max);
         for _ in 0..ROUNDS {
@@ -125,7 +133,7 @@ impl Meeting {
             }
             // beyond a gap: the frames on either side are then others
             time += late.clamp(-farthest, farthest);
-            lines = lines_beside(discs, time, frame)?;
+            lines = lines_beside(time)?;
         }
         let late = crossing(&lines).clamp(-FARTHEST * frame, FARTHEST * frame);
         let [first, second] = lines;
@@ -161,16 +169,6 @@ impl Meeting {
     }
 }
 
-/// Returns the lines of each disc before and after an instant.
-fn lines_beside(discs: [&[Sample]; 2], at: f64, frame: f64) -> Result<[[Line; 2]; 2], Unusable> {
-    let of_disc = |disc: usize| {
-        let [before, after] = Line::beside(discs[disc], at, frame);
-        let too_few = |side: usize, near| Unusable::too_few(Bodies::Discs, [disc, side], near, LEAST);
-        Ok([before.map_err(|near| too_few(0, near))?, after.map_err(|near| too_few(1, near))?])
-    };
-    Ok([of_disc(0)?, of_disc(1)?])
-}
-
 /// Returns how much later than the instant of the lines the relative paths before and after it are
 /// nearest to each other, s: τ = −Δp·Δg/|Δg|².
 fn crossing([first, second]: &[[Line; 2]; 2]) -> f64 {
@@ -202,7 +200,7 @@ impl Turning {
             let turn = ((v - y).atan2(u - x) - last + PI).rem_euclid(TAU) - PI;
             arms.push(Sample::new(t, [last + turn, (u - x).hypot(v - y)]));
         }
-        let [Ok(before), Ok(_)] = Line::beside(&arms, time, fps.recip()) else { return None };
+        let [before, _] = Line::beside(&arms, 0, time, fps.recip()).ok()?;
         let radius = median(arms.iter().map(|arm| arm.y).collect());
         Some(Self { rate: before.velocity[0], direction: before.position[0], radius })
     }

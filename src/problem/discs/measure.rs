@@ -103,7 +103,9 @@ pub(super) fn measure(dataset: &Dataset, policy: &Policy) -> Result<MeasuredDisc
     let free = problem.free();
     for (i, reach) in reaches.iter().enumerate() {
         let block = problem.discs_mut().ok_or(FilmError::NoFilm)?;
-        Arc::make_mut(&mut block.shots).iter_mut().for_each(|shot| shot.reach = *reach);
+        for shot in Arc::make_mut(&mut block.shots) {
+            shot.reach = *reach;
+        }
         block.choose_frames(&state);
         // frames beyond those that were fitted may be off the path
         if i > 0 {
@@ -271,7 +273,7 @@ fn list_impacts(solution: &Solution, film: (f64, Point)) -> Result<Vec<DiscImpac
         }
         times.sort_by(|a, b| a.1.total_cmp(&b.1));
         let window = [times.first()?.1, times.last()?.1];
-        times.sort_by(|a, b| a.0.cmp(&b.0));
+        times.sort_by_key(|(disc, _)| *disc);
         times.dedup();
         Some(DiscImpact {
             name: shot.name.clone(),

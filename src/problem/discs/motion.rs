@@ -74,9 +74,8 @@ pub(super) struct Paths {
 
 /// Returns J_t/J_n on the second of two discs in contact, by closing speed, slip and e, and by μ, b, c and κ;
 /// `None` if they do not approach.
-pub(super) fn friction(contact: [Dual; 3], of_law: [Dual; 4], inertia: f64) -> Option<Dual> {
-    let ([closing, slip, e], [mu, b, c, kappa]) =
-        (contact.each_ref().map(|dual| dual.re), of_law.each_ref().map(|dual| dual.re));
+pub(super) fn friction(contact: &[Dual; 3], of_law: &[Dual; 4], inertia: f64) -> Option<Dual> {
+    let ([closing, slip, e], [mu, b, c, kappa]) = (contact.map(|dual| dual.re), of_law.map(|dual| dual.re));
     // two equal discs of radius 1, the second at rest, and a spin of the first that gives the slip
     let mut model = Model::new(Fidelity::Full, Ball { radius: 1.0, mass: 1.0, inertia });
     if kappa > 0.0 {
@@ -90,8 +89,7 @@ pub(super) fn friction(contact: [Dual; 3], of_law: [Dual; 4], inertia: f64) -> O
     let (outcome, jacobian) = model.collide_with_jacobian(&before, &coefficients).ok()?;
     let after = outcome.object.velocity;
     let ratio = after.y / after.x;
-    let [closing, slip, e] = contact;
-    let [mu, b, c, kappa] = of_law;
+    let ([closing, slip, e], [mu, b, c, kappa]) = (*contact, *of_law);
     let inputs = [
         (Input::VelocityX, closing),
         (Input::SpinZ, -slip),
@@ -170,7 +168,7 @@ pub(super) fn follow(
     } else {
         let contact = [closing, slip(&across, &radii, &spins), restitution];
         let of_law = [Id::Mu, Id::FallB, Id::FallC, Id::Kappa].map(all);
-        friction(contact, of_law, discs.inertia)? + own(own::RATIO)
+        friction(&contact, &of_law, discs.inertia)? + own(own::RATIO)
     };
     let mut of_discs = Vec::with_capacity(2);
     let (mut after, mut spins_after) = (before, spins);

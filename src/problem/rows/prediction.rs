@@ -32,71 +32,55 @@ pub(super) struct Approach {
     pub(crate) speed: Dual,
 }
 
-/// Both balls after an impact, as an observer on the table sees them.
-struct View<'a> {
-    approach: &'a Approach,
-    /// The cue ball and the object ball.
-    after: [Side; 2],
+/// Both balls after an impact: the cue ball and the object ball.
+struct Parting {
+    balls: [Side; 2],
     /// Their radii, m.
     radii: [Dual; 2],
-    /// Sign of the measured cut angle.
-    side: f64,
 }
 
-impl View<'_> {
-    /// Returns what is measured of the balls after the impact, rad, m/s or rad/s.
-    fn observe(&self, observable: Observable) -> Dual {
-        let [cue, object] = self.after.map(|ball| ball.velocity);
-        let against_incoming =
-            |velocity: &DualVector| turn((direction(velocity) - self.approach.cut) * self.side);
+impl Approach {
+    /// Returns what is measured of the balls after the impact, rad, m/s or rad/s; angles are counted from the side
+    /// of the measured cut angle, which is 1 or −1.
+    fn observe(&self, observable: Observable, Parting { balls, radii }: &Parting, side: f64) -> Dual {
+        let [cue, object] = balls.each_ref().map(|ball| ball.velocity);
+        let rolling = |ball: usize| roll(&balls[ball]);
+        let against_incoming = |velocity: &DualVector| turn((direction(velocity) - self.cut) * side);
+        let on_table = |[x, y, z]: [Dual; 3], axis: Axis| match axis {
+            Axis::X => x * self.cos - y * self.sin,
+            Axis::Y => x * self.sin + y * self.cos,
+            Axis::Z => z,
+        };
+        let velocity = |ball: usize| [balls[ball].velocity.x, balls[ball].velocity.y, balls[ball].rise];
+        let spin = |ball: usize| balls[ball].spin.map(|spin| spin / radii[ball]);
         match observable {
-            Observable::Throw => direction(&object) * self.side,
+            Observable::Throw => direction(&object) * side,
             Observable::CueTurn => against_incoming(&cue),
-            Observable::CueTurnRolling => against_incoming(&self.rolling(0)),
-            Observable::ObjectAngleRolling => -against_incoming(&self.rolling(1)),
+            Observable::CueTurnRolling => against_incoming(&rolling(0)),
+            Observable::ObjectAngleRolling => -against_incoming(&rolling(1)),
             Observable::Separation => {
                 let angle = turn(direction(&cue) - direction(&object));
                 if angle.re < 0.0 { -angle } else { angle }
             }
             Observable::ObjectSpeed => norm(&object),
             Observable::CueSpeed => norm(&cue),
-            Observable::ObjectSpeedRolling => norm(&self.rolling(1)),
-            Observable::CueSpeedRolling => norm(&self.rolling(0)),
-            Observable::ObjectSpeedRatio => norm(&object) / self.approach.speed,
-            Observable::CueVelocity(axis) => self.velocity(0, axis),
-            Observable::CueSpin(axis) => self.spin(0, axis),
-            Observable::ObjectVelocity(axis) => self.velocity(1, axis),
-            Observable::ObjectSpin(axis) => self.spin(1, axis),
+            Observable::ObjectSpeedRolling => norm(&rolling(1)),
+            Observable::CueSpeedRolling => norm(&rolling(0)),
+            Observable::ObjectSpeedRatio => norm(&object) / self.speed,
+            Observable::CueVelocity(axis) => on_table(velocity(0), axis),
+            Observable::CueSpin(axis) => on_table(spin(0), axis),
+            Observable::ObjectVelocity(axis) => on_table(velocity(1), axis),
+            Observable::ObjectSpin(axis) => on_table(spin(1), axis),
             // of discs, which are another kind of data
             Observable::Restitution | Observable::ImpulseRatio => constant(f64::NAN),
         }
     }
+}
 
-    /// Returns the velocity of a ball once it rolls: V − s ν/(1 + ν) with its slip s on the cloth, whether
-    /// or not it flies first.
-    fn rolling(&self, ball: usize) -> DualVector {
-        let ball = &self.after[ball];
-        ball.velocity - ball.slip() * constant(ball.inertia / (1.0 + ball.inertia))
-    }
-
-    fn velocity(&self, ball: usize, axis: Axis) -> Dual {
-        let Side { velocity, rise, .. } = self.after[ball];
-        self.on_table([velocity.x, velocity.y, rise], axis)
-    }
-
-    fn spin(&self, ball: usize, axis: Axis) -> Dual {
-        self.on_table(self.after[ball].spin.map(|spin| spin / self.radii[ball]), axis)
-    }
-
-    /// Returns a component on the table of a vector in the collision frame.
-    fn on_table(&self, [x, y, z]: [Dual; 3], axis: Axis) -> Dual {
-        let Approach { cos, sin, .. } = self.approach;
-        match axis {
-            Axis::X => x * cos - y * sin,
-            Axis::Y => x * sin + y * cos,
-            Axis::Z => z,
-        }
-    }
+/// Returns the velocity of a ball once it rolls: V − s ν/(1 + ν) with its slip s on the cloth, whether
+/// or not it flies first.
+fn roll(ball: &Side) -> DualVector {
+    ball.velocity - ball.slip() * constant(ball.inertia / (1.0 + ball.inertia))
 }
 
 fn direction(v: &DualVector) -> Dual {
@@ -152,10 +136,10 @@ impl RowShot {
         contact: &Contact,
     ) -> Result<Residuals, NotACollision> {
         let approach = self.approach(own);
-        let (after, sticks) = contact.collide(&approach.cue, shared, &self.offset)?;
-        let view = View { approach: &approach, after, radii: contact.radii(shared), side: self.side };
+        let (balls, sticks) = contact.collide(&approach.cue, shared, &self.offset)?;
+        let after = Parting { balls, radii: contact.radii(shared) };
         let difference = |row: &Row| {
-            let off = view.observe(row.observable) - row.value;
+            let off = approach.observe(row.observable, &after, self.side) - row.value;
             if row.observable.is_angle() { turn(off) } else { off }
         };
         let rows = self.rows.iter().map(difference).collect();
@@ -198,9 +182,9 @@ pub fn predict(shot: &Shot, model: &Model, coefficients: &Coefficients) -> Resul
                 inertia: made.inertia,
             }
         };
-        let (after, radii) = ([side(0), side(1)], radii.map(constant));
-        let view = View { approach: &approach, after, radii, side: made.side };
-        let values: Vec<f64> = made.rows.iter().map(|row| view.observe(row.observable).re).collect();
+        let after = Parting { balls: [side(0), side(1)], radii: radii.map(constant) };
+        let value = |row: &Row| approach.observe(row.observable, &after, made.side).re;
+        let values: Vec<f64> = made.rows.iter().map(value).collect();
         // speeds afterwards are nearly in proportion to the one before
         let part = spent.map_or(1.0, |row| made.rows[row].value / values[row]);
         if (part - 1.0).abs() > SAME_SPEED && steps < STEPS {

@@ -70,10 +70,9 @@ pub(crate) fn fit_rows(
 ) -> Result<RowsFit, RowsError> {
     let mut table = Table::new(dataset, shots, choices)?;
     let mut descent = table.descend()?;
-    let mut findings = Vec::new();
     let keep = judge_rows(&table.problem, &descent.end.state, policy);
     if keep.contains(&false) {
-        findings.push(Finding::LostShots { names: table.leave_out(&keep) });
+        table.leave_out(&keep);
         descent = table.descend()?;
     }
     if table.split_noise(&descent.end, policy) {
@@ -81,9 +80,10 @@ pub(crate) fn fit_rows(
     }
     let is_auto = choices.fidelity.is_none();
     let how = (is_auto, table.settings.compliance);
-    findings.extend(choose_effects(&mut table.problem, &mut descent, how, policy));
+    let effects = choose_effects(&mut table.problem, &mut descent, how, policy);
+    table.findings.extend(effects);
     if let Some(explained) = explain(&table, &descent.end, policy).filter(|_| is_auto) {
-        findings.extend(explained.finding);
+        table.findings.extend(explained.finding);
         (table.problem, descent) = (explained.problem, explained.descent);
     }
     let mut others = Vec::new();
@@ -106,7 +106,7 @@ pub(crate) fn fit_rows(
     {
         descent = Descent { end, ..descent };
     }
-    Ok(finish(table, Found { descent, others, findings }, choices, policy))
+    Ok(finish(table, (descent, others), choices, policy))
 }
 
 /// Returns the minimum of χ² + V, V = Σ ln det of the own unknowns' normal matrices: unmeasured spins
@@ -154,19 +154,14 @@ fn meet_bounds(problem: &Problem, descent: Descent) -> Descent {
     Descent { end: problem.evaluate(state), ..descent }
 }
 
-/// The result of a search.
-struct Found {
-    descent: Descent,
-    /// Ends of descents from elsewhere.
-    others: Vec<Evaluation>,
-    findings: Vec<Finding>,
-}
-
-/// Computes what is known at a minimum.
-fn finish(table: Table, found: Found, choices: &RowsChoices, policy: &Policy) -> RowsFit {
-    let Found { descent, others, mut findings } = found;
-    let numbers = table.numbers();
-    let Table { problem, names, left_out, settings, silent } = table;
+/// Computes what is known at a minimum, besides the ends of descents from elsewhere.
+fn finish(
+    table: Table,
+    (descent, others): (Descent, Vec<Evaluation>),
+    choices: &RowsChoices,
+    policy: &Policy,
+) -> RowsFit {
+    let Table { problem, names, left_out, settings, silent, mut findings } = table;
     let (mut covariance, undetermined) = determine(&problem, &descent.end);
     let noises = list_noises(&problem, &descent.end, &covariance);
     let is_robust = problem.is_robust();
@@ -175,7 +170,7 @@ fn finish(table: Table, found: Found, choices: &RowsChoices, policy: &Policy) ->
         covariance.covariance = scattered;
         dof = Some((names.len() as f64 - covariance.columns.len() as f64).max(1.0));
     }
-    let chi2_dof = numbers as f64 - problem.free().len() as f64;
+    let chi2_dof = Table::dof(&problem);
     let is_misfit =
         tail(descent.end.cost, chi2_dof) < policy.shot_tail && descent.end.cost > policy.misfit * chi2_dof;
     if noises.is_empty() && !is_robust && is_misfit {
@@ -214,7 +209,7 @@ fn finish(table: Table, found: Found, choices: &RowsChoices, policy: &Policy) ->
 fn explain(table: &Table, at: &Evaluation, policy: &Policy) -> Option<Refit> {
     let mut wider = table.problem.clone();
     let rows = wider.rows()?;
-    let chance = tail(at.cost, table.numbers() as f64 - wider.free().len() as f64);
+    let chance = tail(at.cost, Table::dof(&wider));
     let is_stated = rows.noises.is_empty() && rows.loss == Loss::Squares;
     let conflicts = Estimates::new(&wider, at)?.conflicts(&wider, at);
     let is_contradicted = conflicts.iter().any(|conflict| conflict.size.abs() > policy.conflict);

@@ -7,7 +7,7 @@ use statrs::distribution::{ChiSquared, ContinuousCDF};
 use super::block::{Pool, RowsBlock};
 use super::choices::{RowsChoices, RowsError};
 use super::noise::list_noises;
-use super::shot::{Row, RowShot};
+use super::shot::RowShot;
 use crate::measurement::dataset::{Dataset, Shot};
 use crate::measurement::observable::Observable;
 use crate::measurement::parameter::{Compliance, Parameter, Settings};
@@ -17,6 +17,7 @@ use crate::problem::descent::Descent;
 use crate::problem::film::impact::Contact;
 use crate::problem::film::own::OWN;
 use crate::problem::film::priors::list_contact;
+use crate::problem::findings::Finding;
 use crate::problem::minimise::fit;
 use crate::problem::noise::minus_two_log;
 use crate::problem::policy::Policy;
@@ -51,6 +52,7 @@ pub(crate) struct Table {
     pub(crate) settings: Settings,
     /// Unknowns that no number depends on.
     pub(crate) silent: Vec<Id>,
+    pub(crate) findings: Vec<Finding>,
 }
 
 impl Table {
@@ -88,15 +90,17 @@ impl Table {
             return Err(RowsError::NoShot { left_out });
         }
         check_noise(&rows, &used)?;
-        let units = pool_units(&rows);
         let mut block = RowsBlock::new(rows, &contact, &unknowns);
-        block.set_noises(units.into_iter().map(|pool| (pool, 1.0)).collect());
+        block.group_noises(|_| false);
         let block = block.with_loss(choices.loss.unwrap_or(dataset.loss));
         let problem = Problem::of_one(Block::Rows(block), unknowns);
         let names = used.iter().map(|shot| shot.name.clone()).collect();
-        let mut table = Self { problem, names, left_out, settings, silent: Vec::new() };
+        let mut table = Self { problem, names, left_out, settings, silent: Vec::new(), findings: Vec::new() };
         table.hold_silent();
-        table.count()?;
+        let (numbers, unknowns) = Self::count(&table.problem);
+        if numbers < unknowns.len() {
+            return Err(RowsError::TooFewNumbers { numbers, unknowns });
+        }
         table.guess_noise();
         Ok(table)
     }
@@ -159,21 +163,20 @@ impl Table {
         }
     }
 
-    /// Returns the number of observations and priors, less the speeds that they determine.
-    pub fn numbers(&self) -> usize {
-        let free = self.problem.unknowns.iter().filter(|unknown| unknown.mode == Mode::Free);
-        let priors = free.filter(|unknown| unknown.prior.is_some()).count();
+    /// Returns the number of observations, less the speeds that they determine, and the free unknowns without a
+    /// prior.
+    fn count(problem: &Problem) -> (usize, Vec<Id>) {
+        let free = problem.unknowns.iter().filter(|unknown| unknown.mode == Mode::Free);
+        let unknowns = free.filter(|unknown| unknown.prior.is_none()).map(|unknown| unknown.id);
         let of_shot = |shot: &RowShot| shot.rows.len() - shot.own_unknowns_without_prior();
-        self.problem.rows().map_or(0, |rows| rows.shots.iter().map(of_shot).sum::<usize>()) + priors
+        let numbers = problem.rows().map_or(0, |rows| rows.shots.iter().map(of_shot).sum());
+        (numbers, unknowns.collect())
     }
 
-    /// Checks that there are as many numbers as unknowns.
-    fn count(&self) -> Result<(), RowsError> {
-        let unknowns = self.problem.unknowns.iter();
-        let free = unknowns.filter(|unknown| unknown.mode == Mode::Free && unknown.prior.is_none());
-        let unknowns: Vec<Id> = free.map(|unknown| unknown.id).collect();
-        let numbers = self.numbers() + unknowns.len() - self.problem.free().len();
-        if numbers < unknowns.len() { Err(RowsError::TooFewNumbers { numbers, unknowns }) } else { Ok(()) }
+    /// Returns the degrees of freedom of χ².
+    pub fn dof(problem: &Problem) -> f64 {
+        let (numbers, unknowns) = Self::count(problem);
+        numbers as f64 - unknowns.len() as f64
     }
 
     /// Sets the noises to a part of the first residuals.
@@ -191,102 +194,89 @@ impl Table {
     /// Gives the observables of a unit noises of their own if their variances differ by more than by
     /// chance; returns whether one has changed.
     pub(crate) fn split_noise(&mut self, at: &Evaluation, policy: &Policy) -> bool {
-        let Some(rows) = self.problem.rows() else { return false };
-        let pools: Vec<(Pool, f64)> =
-            rows.pools.iter().zip(&rows.noises).map(|(pool, noise)| (pool.clone(), noise.sd)).collect();
-        let alone = |(pool, sd): &(Pool, f64)| {
-            let pool_of = |observable: &Observable| Pool { observables: vec![*observable], ..*pool };
-            pool.observables.iter().map(|observable| (pool_of(observable), *sd)).collect::<Vec<_>>()
-        };
         let mut split = self.problem.clone();
-        if let Some(rows) = split.rows_mut() {
-            rows.set_noises(pools.iter().flat_map(alone).collect());
-        }
+        let (Some(rows), Some(of_split)) = (self.problem.rows_mut(), split.rows_mut()) else { return false };
+        of_split.group_noises(|_| true);
         let at = split.evaluate(at.state.clone());
         let Some(estimates) = Estimates::new(&split, &at) else { return false };
         let found = list_noises(&split, &at, &estimates);
-        let mut noises = Vec::new();
-        for pool in &pools {
-            let own = found.iter().filter(|found| pool.0.observables.contains(&found.observables[0]));
+        let is_unequal = |(pool, noise): &(&Pool, &Noise)| {
             // noise is at least what rounding hides
-            let least = (pool.0.rounding / pool.1).powi(2);
+            let least = (pool.rounding / noise.sd).powi(2);
+            let own = found.iter().filter(|found| pool.observables.contains(&found.observables[0]));
             let own = own.map(|found| (found.square.max(found.dof * least), found.dof));
             let own: Vec<(f64, f64)> = own.filter(|(_, dof)| *dof >= MIN_DOF_OF_BARTLETT).collect();
-            let is_unequal = compare_variances(&own).is_some_and(|p| p < policy.unequal_noise);
-            noises.extend(if is_unequal { alone(pool) } else { vec![pool.clone()] });
+            compare_variances(&own).is_some_and(|p| p < policy.unequal_noise)
+        };
+        let unequal = rows.pools.iter().zip(&rows.noises).filter(is_unequal);
+        let unequal: Vec<Observable> = unequal.flat_map(|(pool, _)| pool.observables.clone()).collect();
+        rows.group_noises(|observable| unequal.contains(observable));
+        for (pool, noise) in rows.pools.iter().zip(&mut rows.noises) {
+            noise.sd = noise.sd.max(pool.least());
         }
-        let has_changed = noises.len() > pools.len();
-        if let Some(rows) = self.problem.rows_mut() {
-            rows.set_noises(noises);
-            for (pool, noise) in rows.pools.iter().zip(&mut rows.noises) {
-                noise.sd = noise.sd.max(pool.least());
-            }
-        }
-        has_changed
+        !unequal.is_empty()
     }
 
-    /// Leaves out the shots for which `keep` is false; returns their names.
-    pub(crate) fn leave_out(&mut self, keep: &[bool]) -> Vec<String> {
+    /// Leaves out the shots for which `keep` is false, and says so.
+    pub(crate) fn leave_out(&mut self, keep: &[bool]) {
         let mut state = self.start();
         self.problem.retain(0, &mut state, keep);
-        split_names(&mut self.names, keep)
+        self.findings.push(Finding::LostShots { names: split_names(&mut self.names, keep) });
     }
 }
 
 /// Checks that the errors of each column are stated everywhere or nowhere.
 fn check_noise(rows: &[RowShot], shots: &[&Shot]) -> Result<(), RowsError> {
+    // of each observable the first shot, and whether it states the error
     let mut seen: Vec<(Observable, bool, &Shot)> = Vec::new();
     let place = |shot: &Shot| format!("{}:{} (shot {})", shot.file.display(), shot.line, shot.name);
     let all = rows.iter().zip(shots);
     for (row, shot) in all.flat_map(|(made, shot)| made.rows.iter().map(move |row| (row, *shot))) {
         let is_stated = row.noise.is_none();
-        match seen.iter().find(|(observable, ..)| *observable == row.observable) {
-            None => seen.push((row.observable, is_stated, shot)),
-            Some((_, other, first)) if *other != is_stated => {
-                let (with, without) = if is_stated { (shot, *first) } else { (*first, shot) };
-                return Err(RowsError::MixedNoise {
-                    column: row.observable.column(),
-                    with: place(with),
-                    without: place(without),
-                });
-            }
-            Some(_) => {}
+        let Some((_, other, first)) = seen.iter().find(|(observable, ..)| *observable == row.observable)
+        else {
+            seen.push((row.observable, is_stated, shot));
+            continue;
+        };
+        if *other != is_stated {
+            let (with, without) = if is_stated { (shot, *first) } else { (*first, shot) };
+            let (with, without) = (place(with), place(without));
+            return Err(RowsError::MixedNoise { column: row.observable.column(), with, without });
         }
     }
     Ok(())
 }
 
-/// Returns the observables without stated errors, those of one unit together.
-fn pool_units(shots: &[RowShot]) -> Vec<Pool> {
-    let mut units: Vec<Pool> = Vec::new();
-    for row in shots.iter().flat_map(|shot| &shot.rows).filter(|row| row.noise.is_some()) {
-        let observable = row.observable;
-        match units.iter_mut().find(|pool| pool.observables[0].unit() == observable.unit()) {
-            Some(pool) if pool.observables.contains(&observable) => {}
-            Some(pool) => pool.observables.push(observable),
-            None => units.push(Pool { observables: vec![observable], rounding: 0.0, exact: 0.0 }),
-        }
-    }
-    units
-}
-
 impl RowsBlock {
-    /// Gives the numbers without stated errors, of the observables of each pool, noises of these sizes.
-    fn set_noises(&mut self, noises: Vec<(Pool, f64)>) {
+    /// Gives the numbers without stated errors one noise for each unit, or of split observables one for each, as
+    /// large as their noise was.
+    fn group_noises(&mut self, is_split: impl Fn(&Observable) -> bool) {
+        let (pools, noises) = (std::mem::take(&mut self.pools), std::mem::take(&mut self.noises));
+        let mut readings: Vec<Vec<f64>> = Vec::new();
         for row in Arc::make_mut(&mut self.shots).iter_mut().flat_map(|shot| &mut shot.rows) {
-            let is_of = |(pool, _): &(Pool, f64)| pool.observables.contains(&row.observable);
-            row.noise = row.noise.and(noises.iter().position(is_of));
+            let (observable, Some(before)) = (row.observable, row.noise) else { continue };
+            let is_of = |pool: &Pool| {
+                let is_own = pool.observables.contains(&observable);
+                is_own || !is_split(&observable) && pool.observables[0].unit() == observable.unit()
+            };
+            let which = self.pools.iter().position(is_of).unwrap_or(self.pools.len());
+            if which == self.pools.len() {
+                let exact = pools.get(before).map_or(0.0, |pool| pool.exact);
+                self.pools.push(Pool { observables: Vec::new(), rounding: 0.0, exact });
+                self.noises.push(noises.get(before).copied().unwrap_or(Noise { sd: 1.0, rho: 0.0 }));
+                readings.push(Vec::new());
+            }
+            if !self.pools[which].observables.contains(&observable) {
+                self.pools[which].observables.push(observable);
+            }
+            readings[which].push(row.value / observable.unit_si());
+            row.noise = Some(which);
         }
-        self.noises = noises.iter().map(|(_, sd)| Noise { sd: *sd, rho: 0.0 }).collect();
-        let with_rounding = |(which, (pool, _)): (usize, (Pool, f64))| {
-            let of_pool = |row: &&Row| row.noise == Some(which);
-            let all = self.shots.iter().flat_map(|shot| &shot.rows).filter(of_pool);
-            let readings: Vec<f64> = all.map(|row| row.value / row.observable.unit_si()).collect();
+        for (pool, readings) in self.pools.iter_mut().zip(readings) {
             // of numbers spread evenly over a step
             let step = find_step(&readings).unwrap_or(0.0) * pool.observables[0].unit_si();
-            Pool { rounding: step / 12.0_f64.sqrt(), ..pool }
-        };
-        self.pools = noises.into_iter().enumerate().map(with_rounding).collect();
+            pool.rounding = step / 12.0_f64.sqrt();
+        }
     }
 }
 
