@@ -60,7 +60,8 @@ fn falling(text: &str) -> Result<Falling, String> {
     if text.trim() == "fit" {
         return Ok(Falling::Fitted);
     }
-    super::numbers(text, "two, b,c with c in s/m, or fit").map(|[b, c]| Falling::Held { b, c })
+    let numbers = super::numbers(text, "two, b,c with c in s/m");
+    numbers.map(|[b, c]| Falling::Held { b, c }).map_err(|error| format!("{error}, or fit"))
 }
 
 /// Returns the data sets, and what was assumed of tables without a dataset.toml.

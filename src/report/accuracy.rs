@@ -25,7 +25,7 @@ pub(crate) fn table(document: &AccuracyDocument) -> String {
         ];
         Section::new(title, "95 % of the shots err by less", [Table::of(&document.ways, &columns)])
     };
-    let kappa = document.biases.first().and_then(|bias| bias.kappa).unwrap_or(f64::NAN);
+    let kappa = document.biases.first().map_or(f64::NAN, |bias| bias.kappa);
     let title = format!(
         "Bias of a fit to {} shots without noise, computed by contact with κ = {kappa:.3}, and the standard error of the fit",
         document.shots

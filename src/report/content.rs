@@ -65,7 +65,7 @@ pub(super) enum Block {
     Lines(Vec<String>),
     Table(Table),
     Figure(Picture),
-    /// The paths of the shots of a film as JSON, which the script of the page draws.
+    /// The paths of the shots of a film as JSON, for pages that can draw them instead of the picture before.
     Tracks(String),
     Shots(Vec<Shot>),
 }

@@ -42,6 +42,8 @@ pub(crate) fn text(design: &Design) -> String {
         ("kind", "/name"),
         ("topspin", "/topspin"),
         ("side", "/side"),
+        ("markers, ± rad/s", "/spin_sd_rad_s/0"),
+        ("object", "/spin_sd_rad_s/1"),
         ("m/s", "/speed_m_s"),
         ("cut, °", "/cut_deg"),
         ("shots", "/shots"),
@@ -63,7 +65,7 @@ pub(crate) fn text(design: &Design) -> String {
             shots.collect::<Vec<_>>().join(", "),
         ]
     });
-    let about = "topspin, side: in parts of the natural roll's; ±: standard error; –: not determined";
+    let about = "topspin, side: in parts of the natural roll's; markers: errors of the cue and the object ball's spin; ±: standard error; –: not determined";
     let found = "difference: between two such data sets, found in 80 % of cases at 5 %";
     let sections = [
         Section::new(

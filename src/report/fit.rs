@@ -29,10 +29,14 @@ fn content(fit: &Fit) -> Report {
         None => "",
     };
     let shots = shot_list(fit.residuals.iter().map(|residual| (residual.shot.clone(), residual)));
-    let paths = fit.frames.iter().filter_map(|film| tracks(film, &shots));
+    let paths = fit.frames.iter().flat_map(|film| {
+        let alt = "The paths of both balls in all shots, seen from above";
+        let figure = Block::figure(alt, plot::all_shots(&fit.dataset, film));
+        [figure].into_iter().chain(tracks(film, &shots).map(Block::Tracks))
+    });
     let mut sections = vec![
         parameter_section(fit),
-        Section::new("Paths of the balls", "", paths.map(Block::Tracks)),
+        Section::new("All shots", "", paths),
         Section::new("All impacts", "", [Block::figure("e and friction of all impacts", plot::discs(fit))]),
         Section::new("Residual plots", tested, [Block::figure("Residual plots", plot::residuals(fit))]),
         budget(std::slice::from_ref(fit)),

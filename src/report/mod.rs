@@ -61,17 +61,10 @@ fn label(fit: &Fit) -> String {
     fit.group.as_ref().map_or_else(String::new, |(_, label)| label.clone())
 }
 
-/// Returns the collision model and its effects: `full (friction, not flight)`.
+/// Returns the collision model and the effects that it contains: `full (friction, cloth)`.
 fn model(fit: &Fit) -> String {
-    let name = |(effect, on): &(&'static str, bool)| {
-        if *on { (*effect).to_owned() } else { format!("not {effect}") }
-    };
-    let effects: Vec<String> = fit.effects.iter().map(name).collect();
-    if effects.is_empty() {
-        fit.fidelity.to_owned()
-    } else {
-        format!("{} ({})", fit.fidelity, effects.join(", "))
-    }
+    let effects = fit.effects.iter().filter(|(_, is_on)| *is_on).map(|(effect, _)| *effect);
+    format!("{} ({})", fit.fidelity, effects.collect::<Vec<_>>().join(", "))
 }
 
 /// Returns what a reader calls the bodies that collided, and their size and mass.

@@ -115,7 +115,10 @@ const residuals = (shot, axis, parent) => {
 };
 
 if (shots.length > 0) {
-  plan(shots, stored.parentElement);
+  // in place of the picture that needs no script
+  const figure = stored.previousElementSibling;
+  figure.replaceChildren();
+  plan(shots, figure);
 }
 for (const shot of shots) {
   const details = document.getElementById(shot.id);

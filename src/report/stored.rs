@@ -35,9 +35,10 @@ impl Stored {
     /// A text that cannot be read or is not a fit.json, with line and column.
     pub fn read(path: &Path) -> Result<Self, StoredError> {
         let pattern = format!("{}/**/fit.json", Pattern::escape(&path.to_string_lossy()));
-        let files: Vec<PathBuf> = match path.is_dir() {
-            true => glob::glob(&pattern).into_iter().flatten().flatten().collect(),
-            false => vec![path.to_path_buf()],
+        let files: Vec<PathBuf> = if path.is_dir() {
+            glob::glob(&pattern).into_iter().flatten().flatten().collect()
+        } else {
+            vec![path.to_path_buf()]
         };
         let mut fits = Vec::new();
         for file in &files {

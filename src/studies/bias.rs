@@ -3,6 +3,10 @@
 
 use std::time::Instant;
 
+use indexmap::IndexMap;
+use schemars::JsonSchema;
+use serde::Serialize;
+
 use crate::fit;
 use crate::fit::{Depth, FitError, Options};
 use crate::measurement::dataset::{Dataset, Measurement, ObjectBall};
@@ -15,22 +19,19 @@ use crate::problem::predict;
 /// Tolerance of `contact`: differences for the Jacobian are then good to 1e-5.
 const CONTACT_TOLERANCE: f64 = 1e-8;
 
-/// One parameter of a fit.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub(crate) struct Found {
-    pub(crate) parameter: Parameter,
-    /// The value that the data were computed with.
-    pub(crate) truth: f64,
-    pub(crate) estimate: f64,
-    /// Its standard error; `None` if it is not determined.
-    pub(crate) std_error: Option<f64>,
-}
-
-impl Found {
-    /// Returns the estimate less the truth, if there is an estimate.
-    pub(crate) fn bias(&self) -> Option<f64> {
-        self.std_error.map(|_| self.estimate - self.truth)
-    }
+/// A parameter of such a fit.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, JsonSchema)]
+struct Found {
+    /// Unit of the numbers: 1 for a ratio.
+    unit: &'static str,
+    /// The value that the data were made with.
+    truth: f64,
+    /// The estimate; null if it is not determined.
+    estimate: Option<f64>,
+    /// Estimate less truth.
+    bias: Option<f64>,
+    /// Standard error of the fit for the noise that is stated.
+    std_error: Option<f64>,
 }
 
 /// The model with which shots are fitted.
@@ -44,18 +45,21 @@ pub(crate) struct Way {
     compliance: Compliance,
 }
 
-/// The result of the fits with one model.
-#[derive(Clone, Debug)]
+/// A fit to shots without noise.
+#[derive(Clone, Debug, Serialize, JsonSchema)]
 pub(crate) struct Row {
-    pub(crate) way: Way,
-    /// The tangential compliance κ of the contact that computed the data.
+    /// The fidelity that was fitted, or auto.
+    fidelity: &'static str,
+    /// Tangential compliance κ of the contact that computed the shots.
+    #[schemars(with = "Option<f64>")]
     pub(crate) kappa: f64,
-    /// The estimates, in the order of [`Parameter::COEFFICIENTS`].
-    pub(crate) found: [Found; 3],
-    /// χ² per observation: above 1 the misfit alone would show in data with that noise.
-    pub(crate) chi2_per_observation: f64,
+    /// The values by parameter.
+    parameters: IndexMap<&'static str, Found>,
+    /// χ² of data without noise over their number: what the noise would have to hide.
+    #[schemars(with = "Option<f64>")]
+    chi2_per_observation: f64,
     /// Duration of the fit, s.
-    pub(crate) seconds: f64,
+    seconds: f64,
 }
 
 /// The models that have parameters, in the order in which they are fitted.
@@ -128,17 +132,19 @@ pub(crate) fn bias(dataset: &Dataset, way: Way) -> Result<Row, FitError> {
     let mut dataset = dataset.clone();
     dataset.settings.compliance = way.compliance;
     let fitted = fit::fit(&dataset, &options)?.remove(0);
-    let found = Parameter::COEFFICIENTS.map(|parameter| {
+    let parameters = Parameter::COEFFICIENTS.map(|parameter| {
         let truth = dataset.settings[parameter].initial;
-        let estimate = fitted.get(parameter).map_or(truth, |estimate| estimate.value);
         // a fidelity that leaves much out is refuted, as the bias shows
-        Found { parameter, truth, estimate, std_error: fitted.std_error_if_model_held(parameter) }
+        let std_error = fitted.std_error_if_model_held(parameter);
+        let estimate = std_error.and_then(|_| Some(fitted.get(parameter)?.value));
+        let bias = estimate.map(|estimate| estimate - truth);
+        (parameter.name(), Found { unit: "1", truth, estimate, bias, std_error })
     });
     let observations = dataset.shots.iter().map(|shot| shot.after.len()).sum::<usize>();
     Ok(Row {
-        way,
+        fidelity: way.name,
         kappa: dataset.settings[Parameter::Kappa].initial,
-        found,
+        parameters: parameters.into(),
         chi2_per_observation: fitted.chi2 / observations as f64,
         seconds: begun.elapsed().as_secs_f64(),
     })
@@ -151,8 +157,8 @@ mod tests {
 
     /// Returns the largest bias of a fit in standard errors.
     fn worst(row: &Row) -> f64 {
-        let found = row.found.iter().filter_map(|found| Some(found.bias()?.abs() / found.std_error?));
-        found.fold(0.0, f64::max)
+        let found = row.parameters.values();
+        found.filter_map(|found| Some(found.bias?.abs() / found.std_error?)).fold(0.0, f64::max)
     }
 
     #[test]
@@ -161,11 +167,11 @@ mod tests {
         let [inelastic, _, full, _, _, contact, _] = FITTED;
         // the Jacobian of `contact` is one of differences, which the end of the fit shows
         let contact = bias(&dataset, contact).unwrap();
-        assert!(contact.found.iter().all(|found| found.std_error.is_some()) && worst(&contact) < 1e-2);
+        assert!(contact.parameters.values().all(|found| found.std_error.is_some()) && worst(&contact) < 1e-2);
         // a rigid contact takes the throw of a compliant one for more friction
-        let [mu, ..] = bias(&dataset, full).unwrap().found;
-        assert!(mu.bias().unwrap().abs() > mu.std_error.unwrap(), "{mu:?}");
+        let mu = bias(&dataset, full).unwrap().parameters["mu"];
+        assert!(mu.bias.unwrap().abs() > mu.std_error.unwrap(), "{mu:?}");
         // and a fidelity without friction does not estimate it
-        assert_eq!(bias(&dataset, inelastic).unwrap().found[0].bias(), None);
+        assert_eq!(bias(&dataset, inelastic).unwrap().parameters["mu"].bias, None);
     }
 }

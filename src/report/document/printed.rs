@@ -2,7 +2,7 @@
 
 use std::path::Path;
 
-use super::{ByName, Made, document, each, finite, named};
+use super::{ByName, Made, document, each, named};
 use crate::fit::{Rejected, check};
 use crate::io::cases::Computed;
 use crate::measurement::dataset::Dataset;
@@ -119,35 +119,7 @@ document! {
         /// Ways to compute a collision.
         ways: Vec<Row> = rows.to_vec(),
         /// Fits to the shots without noise, computed by contact with all effects.
-        biases: Vec<Bias> = each(found, Bias::new),
-    }
-
-    /// A fit to shots without noise.
-    Bias(row: &bias::Row) {
-        /// The fidelity that was fitted, or auto.
-        fidelity: &'static str = row.way.name,
-        /// Tangential compliance κ of the contact that computed the shots.
-        kappa: Option<f64> = finite(row.kappa),
-        /// The values by parameter.
-        parameters: ByName<BiasedParameter> = named(&row.found, |found| (found.parameter.name(), BiasedParameter::new(found))),
-        /// χ² of data without noise over their number: what the noise would have to hide.
-        chi2_per_observation: Option<f64> = finite(row.chi2_per_observation),
-        /// Duration of the fit, s.
-        seconds: f64 = row.seconds,
-    }
-
-    /// A parameter of such a fit.
-    BiasedParameter(found: &bias::Found) {
-        /// Unit of the numbers: 1 for a ratio, or s/m.
-        unit: &'static str = ascii(found.parameter.unit()),
-        /// The value that the data were made with.
-        truth: f64 = found.truth,
-        /// The estimate.
-        estimate: Option<f64> = found.bias().map(|_| found.estimate),
-        /// Estimate less truth.
-        bias: Option<f64> = found.bias(),
-        /// Standard error of the fit for the noise that is stated.
-        std_error: Option<f64> = found.std_error,
+        biases: Vec<bias::Row> = found.to_vec(),
     }
 }
 

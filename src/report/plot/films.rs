@@ -1,4 +1,4 @@
-//! Figures of films: paths of one shot with what the fit leaves.
+//! Figures of films: paths of one shot with what the fit leaves, and those of all shots seen from above.
 
 use std::f64::consts::TAU;
 
@@ -52,6 +52,35 @@ pub(in crate::report) fn of_balls<'a>(film: &FittedFilm, impact: &'a Impact) -> 
     }
 }
 
+/// Returns the paths of both balls in all shots, in a figure that is empty if no shot shows an impact.
+pub(in crate::report) fn all_shots(name: &str, film: &FittedFilm) -> Figure {
+    /// Largest numbers of shots, spread over all, and of frames of a ball of each: more would only cover each other.
+    const MOST_SHOTS: usize = 60;
+    const MOST_FRAMES: usize = 20;
+    let names = film.names();
+    let each = names.len().div_ceil(MOST_SHOTS).max(1);
+    let shots: Vec<Impact> = names.iter().step_by(each).filter_map(|name| film.impact(name)).collect();
+    let mut panel = seen_from_above("", "");
+    let mut figure = Figure::new(name);
+    for impact in &shots {
+        let tracks = of_balls(film, impact);
+        tracks.draw(&mut panel, 1, MOST_FRAMES);
+        figure.series = tracks.names.map(str::to_owned).to_vec();
+    }
+    let counted = if shots.len() == names.len() { String::new() } else { format!("{} of ", shots.len()) };
+    let words = "seen from above; points: tracked; lines: fitted; bars: line of centres at the impact";
+    figure.say(format!("{counted}{}, {words}", count_of(names.len(), "shot")));
+    if !shots.is_empty() {
+        figure.add_rows(760, 1, vec![panel]);
+    }
+    figure
+}
+
+/// Returns a panel of places.
+fn seen_from_above(title: &str, about: &str) -> Panel {
+    Panel { is_square: true, ..Panel::new(title, about, Axis::new("x (cm)"), Axis::new("y (cm)")) }
+}
+
 /// Returns a path between two values of its parameter, in centimetres.
 fn path([from, to]: [f64; 2], place: impl Fn(f64) -> [f64; 2]) -> Vec<[f64; 2]> {
     const STEPS: u32 = 100;
@@ -66,14 +95,13 @@ impl Tracks<'_> {
     /// Returns the figure of a shot.
     pub(in crate::report) fn figure(&self) -> Figure {
         let about = "points: tracked; lines: fitted; circles: at the impact";
-        let mut plan = Panel::new("Seen from above", about, Axis::new("x (cm)"), Axis::new("y (cm)"));
-        plan.is_square = true;
+        let mut plan = seen_from_above("Seen from above", about);
         for (ball, radius) in self.radii.into_iter().enumerate() {
             let [x, y] = (self.place)(ball, self.time);
             let outline = path([0.0, TAU], |angle| [x + radius * angle.cos(), y + radius * angle.sin()]);
             plan.line(outline, color(ball), 1);
         }
-        self.draw(&mut plan);
+        self.draw(&mut plan, 2, usize::MAX);
         let mut figure = Figure::new(format!("shot {}", self.name));
         figure.say(&self.summary);
         figure.series = self.names.map(str::to_owned).to_vec();
@@ -83,15 +111,16 @@ impl Tracks<'_> {
     }
 
     /// Adds fitted paths, tracked places and the line of centres at the impact.
-    fn draw(&self, panel: &mut Panel) {
+    fn draw(&self, panel: &mut Panel, width: u32, most_frames: usize) {
         let window = ends(self.seen.iter().flatten().map(|(time, _)| *time));
         let paths = [0, 1].map(|ball| path(window, |time| (self.place)(ball, time)));
         // wrong frames far away would shrink the rest: they stand at the edge
         let reach = [0, 1].map(|axis| ends(paths.iter().flatten().map(|place| place[axis])));
         let room = 0.1 * reach.iter().map(|[low, high]| high - low).fold(0.0, f64::max);
         for (ball, (path, seen)) in paths.into_iter().zip(&self.seen).enumerate() {
-            panel.line(path, color(ball), 2);
-            panel.points(seen.iter().map(|(_, at)| {
+            panel.line(path, color(ball), width);
+            let frames = seen.iter().step_by(seen.len().div_ceil(most_frames).max(1));
+            panel.points(frames.map(|(_, at)| {
                 let at = cm(*at);
                 let at = [0, 1].map(|axis| at[axis].clamp(reach[axis][0] - room, reach[axis][1] + room));
                 Point { opacity: 0.5, ..Point::new(at, ball) }

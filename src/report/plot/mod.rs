@@ -10,7 +10,7 @@ use plotters::prelude::RGBColor;
 
 pub(super) use axis::ends;
 use axis::{Axis, Scale};
-pub(super) use films::{Tracks, of_balls};
+pub(super) use films::{Tracks, all_shots, of_balls};
 pub(super) use others::{accuracy, contours, design, discs, forest};
 pub(super) use residuals::{of_comparison, residuals};
 

@@ -12,7 +12,7 @@ use crate::measurement::number::plain;
 use crate::measurement::parameter::Parameter;
 use crate::problem::Quantity;
 use crate::report::{Budget, speed_unit, symbol, title};
-use crate::studies::accuracy::{Errors, Includes, Row};
+use crate::studies::accuracy::{Includes, Row};
 
 /// Returns e of discs against the closing speed, and J_t/J_n against the slip, each with what was fitted; an empty figure of balls, and
 /// if no shot has what it shows.
@@ -208,17 +208,18 @@ pub(in crate::report) fn accuracy(rows: &[Row]) -> Figure {
     let mut figure = Figure::new("Accuracy against time (ode and contact: at tolerances from 10⁻² down)");
     figure.series = rows.iter().map(way_name).collect();
     figure.series.dedup();
-    let kinds: [(&str, fn(&Row) -> Option<Errors>); 2] = [
-        ("Numerical error: against the same equations, solved closely", |row| row.numerical),
-        ("Model error: against contact, integrated closely", |row| Some(row.model)),
+    let titles = [
+        "Numerical error: against the same equations, solved closely",
+        "Model error: against contact, integrated closely",
     ];
-    let panels = kinds.map(|(title, pick)| {
+    let panels = [0, 1].map(|kind| {
+        let errors = |row: &Row| if kind == 0 { row.numerical } else { Some(row.model) };
         let x = Axis::with("time of a collision (µs)", Scale::Logarithmic);
         let y = Axis::with("error of a velocity over U (95 % of the shots)", Scale::Logarithmic);
-        let mut panel = Panel::new(title, "", x, y);
+        let mut panel = Panel::new(titles[kind], "", x, y);
         for (index, rows) in rows.chunk_by(|one, next| way_name(one) == way_name(next)).enumerate() {
             let places = rows.iter().filter_map(|row| {
-                let error = pick(row)?.speed.p95;
+                let error = errors(row)?.speed.p95;
                 error.is_finite().then(|| [(1e6 * row.seconds).log10(), error.max(LEAST_DRAWN).log10()])
             });
             let places: Vec<[f64; 2]> = places.collect();
