@@ -44,7 +44,7 @@ const ADVICE: &str = "advice";
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, JsonSchema)]
 pub struct Finding {
     /// Name of the shot; null: the whole data set.
-    pub(crate) shot: Option<String>,
+    pub shot: Option<String>,
     /// Whether it is suspicious; else it is good to know.
     #[serde(rename = "suspicious", serialize_with = "suspicious_kind")]
     #[schemars(with = "bool")]
