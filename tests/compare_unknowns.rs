@@ -1,4 +1,4 @@
-//! Comparisons have what fits have: friction that falls, contacts that give way, frames, cameras.
+//! Comparisons have what fits have: friction that decreases, contacts that give way, frames, cameras.
 
 use caromfit::compare::Options;
 use caromfit::report::compare::{notes, warnings};
@@ -20,7 +20,7 @@ fn is_right(difference: &Value, truth: f64) {
     assert!((value - truth).abs() < ERRORS * std_error, "{value} ± {std_error}, true {truth}");
 }
 
-/// Shots of balls whose friction falls by b with the slip, exactly measured but for usual noise of a good camera.
+/// Shots of balls whose friction decreases by b with the slip, exactly measured but for usual noise of a good camera.
 fn falling(name: &str, b: f64, seed: u64) -> Dataset {
     let usual = spec("impacts", &["stun", "natural-roll", "side"], 60, seed);
     let law = Law::Exponential { b, c: 1.088 };
@@ -52,7 +52,7 @@ fn falling_friction_is_compared() {
     assert_eq!(shared["estimates"].as_array().unwrap().len(), 1);
     let same = &shared["same_or_different"];
     assert!(same["extra_parameters"] == 1 && number(same, "/p_value") > 1e-3, "{same}");
-    // without a friction that falls there is no b
+    // without a friction that decreases there is no b
     let constant = both.map(|mut dataset| {
         dataset.settings.falls = false;
         dataset

@@ -69,10 +69,10 @@ const TRUE_E: f64 = 0.8;
 const TRUE_KAPPA: f64 = 3.0;
 const SCATTER_OF_E: f64 = 0.03;
 const SCATTER_OF_J: f64 = 0.012;
-/// e₁ where e falls with the closing speed, s/m.
+/// e₁ where e decreases with the closing speed, s/m.
 const TRUE_SLOPE: f64 = 0.1;
 
-/// A film of shots whose e and J_t/J_n scatter; e falls with the closing speed by `slope`, s/m.
+/// A film of shots whose e and J_t/J_n scatter; e decreases with the closing speed by `slope`, s/m.
 fn scattering(seed: u64, shots: usize, slope: f64) -> Dataset {
     let mut dataset = filmed(seed, shots, [TRUE_E, slope]);
     dataset.settings.compliance = Compliance::Stated;

@@ -85,7 +85,7 @@ fn an_effect_that_is_off_does_nothing() {
     }
 }
 
-/// `full` follows friction that falls during the impact as its equations are integrated; `linear` takes what it is at the first slip.
+/// `full` follows friction that decreases during the impact as its equations are integrated; `linear` takes what it is at the first slip.
 #[test]
 fn friction_that_falls_with_the_slip_is_followed() {
     /// Of the speed.

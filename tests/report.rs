@@ -220,7 +220,7 @@ fn text_and_html_say_the_same() {
     }
 }
 
-/// Where outlying shots count less, χ² tests nothing, in every file.
+/// Where outlying shots count less, χ² is not a test, in every file.
 #[test]
 fn a_robust_fit_states_no_probability_of_its_chi2() {
     let fit = robust();

@@ -122,7 +122,7 @@ fn options_that_are_none_are_refused() {
     let falling = Falling::Held { b: f64::NAN, c: 1.0 };
     refused(
         Options { falling, ..Options::default() },
-        "mu_b of a friction that falls is NaN; expected 0 or more",
+        "mu_b of a friction that decreases is NaN; expected 0 or more",
     );
 }
 

@@ -31,7 +31,7 @@ pub(super) struct Args {
     /// Tangential compliance κ of the contact between the balls, above 0
     #[arg(long, default_value_t = Model::KAPPA, value_name = "K")]
     kappa: f64,
-    /// Print both tables as JSON, and nothing else, on standard output
+    /// Print only both tables as JSON, on standard output
     #[arg(long)]
     json: bool,
 }

@@ -18,7 +18,7 @@ pub(super) struct Args {
     /// Folders that hold a dataset.toml, or such files
     #[arg(required = true, value_name = "DATASET")]
     datasets: Vec<PathBuf>,
-    /// Print what was found as a JSON array, and nothing else, on standard output
+    /// Print only what was found as a JSON array, on standard output
     #[arg(long)]
     json: bool,
 }

@@ -19,7 +19,7 @@ const NATURAL_ROLL: &str = "natural-roll";
 #[command(
     after_help = "Examples:\n  caromfit collide --speed 2 --cut 30 --spin natural-roll --mu 0.05 --mu-s 0.3 --e 0.94\n  \
                   caromfit collide --cases cases.csv --json\n\n\
-                  A row of --cases that cannot be integrated to the tolerance (ode, contact) has \"error\" in the place of its \
+                  A row of --cases that cannot be integrated to the tolerance (ode, contact) has \"error\" instead of its \
                   outcome, and its line is named on standard error; the others are computed, and the exit status is 1. Rows \
                   that are no collision are all named, with exit status 2, and then nothing is computed."
 )]
@@ -61,7 +61,7 @@ pub(super) struct Args {
     /// Friction between the balls that decreases with their slip v, m/s: mu + B·exp(−C·v)
     #[arg(long, value_name = "B,C", value_parser = law, allow_hyphen_values = true)]
     falling: Option<Law>,
-    /// How far the contact between the balls gives way along the surface, 0 (rigid) or more: (2 − s)/(2 − 2s) with
+    /// Tangential compliance of the contact between the balls, 0 (rigid) or more: (2 − s)/(2 − 2s) with
     /// Poisson's ratio s. Of ode and contact [default: 0] and of auto [default: 1.258, phenolic resin]
     #[arg(long, value_name = "K", allow_hyphen_values = true)]
     kappa: Option<f64>,
@@ -75,7 +75,7 @@ pub(super) struct Args {
     /// need be
     #[arg(long, value_name = "CSV", conflicts_with_all = ["speed", "cut", "omega", "mu", "mu_s", "e", "radius"])]
     cases: Option<PathBuf>,
-    /// Print JSON, and nothing else, on standard output
+    /// Print only JSON, on standard output
     #[arg(long)]
     json: bool,
 }

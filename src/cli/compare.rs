@@ -20,19 +20,19 @@ pub(super) struct Args {
     /// Where the results go
     #[arg(long, default_value = "fits/compare", value_name = "DIR")]
     out: PathBuf,
-    /// Parameters with one value for all: mu, mu_s, e, mu_k; mu_b and mu_c of a friction that falls, kappa, e_slope
+    /// Parameters with one value for all: mu, mu_s, e, mu_k; mu_b and mu_c of a friction that decreases, kappa, e_slope
     #[arg(long, value_delimiter = ',', value_name = "PARAMETERS")]
     share: Vec<Quantity>,
     /// Parameters with a value for each label
     #[arg(long, value_delimiter = ',', value_name = "PARAMETERS")]
     per_dataset: Vec<Quantity>,
-    /// Collision model; auto is full, with a contact that gives way and the balls' weight if the data show them
+    /// Collision model; auto is full, with a compliant contact and the balls' weight if the data show them
     #[arg(long, value_parser = super::fidelity(), default_value = "auto")]
     fidelity: super::Chosen,
     /// How outlying shots count, instead of what the data sets state
     #[arg(long, value_parser = super::named(Loss::ALL, Loss::name))]
     loss: Option<Loss>,
-    /// Print compare.json, and nothing else, on standard output
+    /// Print only compare.json, on standard output
     #[arg(long)]
     json: bool,
 }

@@ -26,7 +26,7 @@ pub(super) struct Args {
     /// Where the results go
     #[arg(long, default_value = "fits/design", value_name = "DIR")]
     out: PathBuf,
-    /// Print design.json, and nothing else, on standard output
+    /// Print only design.json, on standard output
     #[arg(long)]
     json: bool,
 }
@@ -35,8 +35,8 @@ fn wish(text: &str) -> Result<(Parameter, f64), String> {
     let (name, value) = text.split_once('=').unwrap_or((text, ""));
     let parameter = Parameter::COEFFICIENTS.into_iter().find(|parameter| parameter.name() == name.trim());
     let known = Parameter::COEFFICIENTS.map(Parameter::name).join(", ");
-    let parameter =
-        parameter.ok_or_else(|| format!("\"{}\" is no parameter; expected one of {known}", name.trim()))?;
+    let parameter = parameter
+        .ok_or_else(|| format!("\"{}\" is not a parameter; expected one of {known}", name.trim()))?;
     let error = Some(super::number(value)?).filter(|error| *error > 0.0 && error.is_finite());
     error.map(|error| (parameter, error)).ok_or_else(|| format!("{value}; expected more than 0"))
 }
@@ -57,7 +57,7 @@ pub(super) fn run(args: &Args) -> Result<(), Failure> {
     let name = args.spec.as_ref().map_or("the design".to_owned(), |path| path.display().to_string());
     let design = match design::design(&expected) {
         Ok(design) => design,
-        Err(error) => refuse!("{name}: a shot of it is no collision: {error}"),
+        Err(error) => refuse!("{name}: a shot of it is not a collision: {error}"),
     };
     report::write(&design, &args.out)?;
     let see = args.out.join("design.png");

@@ -23,7 +23,7 @@ pub(super) struct Args {
     /// Do not draw the shots
     #[arg(long)]
     no_pictures: bool,
-    /// Print what was extracted as a JSON array, and nothing else, on standard output
+    /// Print only what was extracted as a JSON array, on standard output
     #[arg(long)]
     json: bool,
 }
@@ -32,7 +32,7 @@ pub(super) fn run(args: &Args) -> Result<(), Failure> {
     let (datasets, wrong) = progress::load(&args.datasets);
     let mut wrong: Vec<String> = wrong.iter().map(ToString::to_string).collect();
     wrong.extend(datasets.iter().filter(|dataset| dataset.tracks.is_none()).map(|dataset| {
-        format!("{}: its kind is not \"tracks\": there is nothing to extract", dataset.path.display())
+        format!("{}: its kind is not \"tracks\": it holds no tracks", dataset.path.display())
     }));
     unless_none(&wrong, 2)?;
     let progress = Progress::over_shots(&datasets, 0);

@@ -25,17 +25,17 @@ pub(super) struct Args {
     /// Where the results go, one folder per data set
     #[arg(long, default_value = "fits", value_name = "DIR")]
     out: PathBuf,
-    /// Collision model; auto is full, with a contact that gives way and the balls' weight if the data show them
+    /// Collision model; auto is full, with a compliant contact and the balls' weight if the data show them
     #[arg(long, value_parser = super::fidelity(), default_value = "auto")]
     fidelity: super::Chosen,
-    /// Friction between the balls that falls with their slip v, m/s, as μ + B·exp(−C·v), with this B and C or with both
+    /// Friction between the balls that decreases with their slip v, m/s, as μ + B·exp(−C·v), with this B and C or with both
     /// as [fit] mu_b and mu_c of the data set state (fit); linear takes it at the first slip
     #[arg(long, value_name = "B,C|fit", value_parser = falling, allow_hyphen_values = true)]
     falling: Option<Falling>,
     /// How outlying shots count, instead of what the data set states
     #[arg(long, value_parser = super::named(Loss::ALL, Loss::name))]
     loss: Option<Loss>,
-    /// Number of samples of shots drawn with repetition and fitted, for intervals that trust neither model nor noise
+    /// Number of samples of shots drawn with repetition and fitted, for intervals that do not rest on model or noise
     #[arg(long, default_value_t = 0, value_name = "N")]
     bootstrap: usize,
     /// Seed of all random numbers
@@ -47,7 +47,7 @@ pub(super) struct Args {
     /// Print everything: of one fit its report, of several a line for each label, all warnings and error budgets
     #[arg(long)]
     all: bool,
-    /// Print the fits as a JSON array, and nothing else, on standard output
+    /// Print only the fits as a JSON array, on standard output
     #[arg(long)]
     json: bool,
     // its heading holds for all options behind it
@@ -98,7 +98,7 @@ fn leave_out(unwanted: &[String], datasets: &mut [Dataset]) -> Result<(), Failur
         let had_shots = !dataset.names().is_empty();
         dataset.keep(|name| unwanted.iter().all(|unwanted| unwanted != name));
         if had_shots && dataset.names().is_empty() {
-            refuse!("{}: --skip leaves none of its shots", dataset.name);
+            refuse!("{}: --skip leaves out all of its shots", dataset.name);
         }
     }
     Ok(())

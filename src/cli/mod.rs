@@ -74,7 +74,7 @@ macro_rules! commands {
 commands! {
     /// Fit μ, μ_s and e to data sets; writes fits/NAME/ and prints a table
     Fit(fit::Args) => fit::run,
-    /// Which parameters differ between cloths or balls, by how much, how surely
+    /// Which parameters differ between cloths or balls, by how much, with which significance
     Compare(compare::Args) => compare::run,
     /// Compute one collision, or a file of them
     Collide(collide::Args) => collide::run,
@@ -86,7 +86,7 @@ commands! {
     Design(design::Args) => design::run,
     /// Make a synthetic data set from known parameters and noise
     Synth(synth::Args) => synth::run,
-    /// Write a dataset.toml for CSV files, with what they do not tell left blank
+    /// Write a dataset.toml for CSV files, with blanks for what they do not show
     Init(init::Args) => init::run,
     /// Say everything that is wrong or suspicious about data sets, without fitting
     Check(check::Args) => check::run,
@@ -179,7 +179,7 @@ fn answer(json: bool, document: &impl Serialize, text: impl FnOnce() -> String) 
     print(&if json { document::text(document)? } else { text() })
 }
 
-/// Prints to standard output; a closed pipe (`caromfit … | head`) is no error.
+/// Prints to standard output; a closed pipe (`caromfit … | head`) is not an error.
 fn print(text: &str) -> Result<(), Failure> {
     match std::io::stdout().write_all(text.as_bytes()) {
         Err(error) if error.kind() != ErrorKind::BrokenPipe => {

@@ -78,7 +78,7 @@ pub(super) fn named_apart(datasets: &[Dataset]) -> Result<(), Failure> {
         if let Some(other) = known.insert(&one.name, one) {
             let (one, other, name) = (one.path.display(), other.path.display(), &one.name);
             refuse!(
-                "{other} and {one} are both named \"{name}\", by which results are told apart; expected different names"
+                "{other} and {one} are both named \"{name}\", by which results are distinguished; expected different names"
             );
         }
     }

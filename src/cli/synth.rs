@@ -23,10 +23,10 @@ pub(super) struct Args {
     /// A new folder, or one that synth made: no other data set is replaced
     #[arg(long, value_name = "DIR")]
     out: PathBuf,
-    /// Collision model; full, or ode if the contact gives way, unless given
+    /// Collision model; full, or ode if the contact is compliant, unless given
     #[arg(long, value_parser = super::fidelity())]
     fidelity: Option<super::Chosen>,
-    /// Print what was made as JSON, and nothing else, on standard output
+    /// Print only what was made as JSON, on standard output
     #[arg(long)]
     json: bool,
 }
@@ -47,7 +47,7 @@ pub(super) fn run(args: &Args) -> Result<(), Failure> {
     let there = args.out.join("dataset.toml");
     if std::fs::read_to_string(&there).is_ok_and(|text| !text.starts_with("# Synthetic:")) {
         let path = there.display();
-        refuse!("{path}: is no synthetic data set, and is not replaced; expected another --out");
+        refuse!("{path}: is not a synthetic data set, and is not replaced; expected another --out");
     }
     let staged =
         files.iter().try_fold(Staged::new(&args.out)?, |staged, (name, text)| staged.add(name, text))?;

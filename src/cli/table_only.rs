@@ -91,7 +91,7 @@ impl Told {
         let known = tracks.join(", ");
         for (option, name) in [("--cue", &self.cue), ("--object", &self.object)] {
             if let Some(name) = name.as_ref().filter(|name| !tracks.is_empty() && !tracks.contains(name)) {
-                refuse!("{option} is \"{name}\", which is no track of the table; expected one of {known}");
+                refuse!("{option} is \"{name}\", which is not a track of the table; expected one of {known}");
             }
         }
         if let Some(cue) = self.cue.as_ref().filter(|cue| self.object.as_ref() == Some(cue)) {

@@ -45,14 +45,14 @@ pub(crate) enum Finding {
     },
     /// A contact that is compliant along its surface was adopted for all samples together.
     Compliance {
-        /// Fall of −2 log L.
+        /// Decrease of −2 log L.
         fall: f64,
     },
     /// Shots of discs scatter beyond the errors of their frames.
     Scatter {
         /// Index of the sample.
         sample: usize,
-        /// The fall.
+        /// The scatter.
         scatter: Scatter,
     },
     /// Mass ratios that the labels do not share make up most of the error of a difference.
@@ -87,7 +87,7 @@ pub(crate) enum Reason {
     Absent,
     /// Its contacts stick at the best fit: the friction is only known to be large.
     Sticks,
-    /// None of its observations depends on the quantity.
+    /// Its observations do not depend on the quantity.
     Independent,
     /// The standard error is larger than the distance of the bounds, or χ² does not depend on it at the best fit.
     Uncertain,

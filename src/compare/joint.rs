@@ -17,7 +17,7 @@ use crate::problem::{
 /// Ratio of lengths in two films, less 1, beyond which they are not by one camera that was not moved.
 const OTHER_CAMERA: f64 = 0.1;
 
-/// Steps of a descent at given noise, typical are 3, and the fall of χ² that ends it.
+/// Steps of a descent at given noise, typical are 3, and the decrease of χ² that ends it.
 const STEPS: usize = 40;
 const SAMPLES_STALL: f64 = 1e-12;
 

@@ -1,5 +1,5 @@
 //! The bootstrap over shots, on request: how the estimates scatter when shots are drawn again, with
-//! replacement, from those that were measured. It believes neither model nor stated noise.
+//! replacement, from those that were measured. It does not rest on the model or the stated noise.
 //!
 //! - Efron, B. (1987). Better bootstrap confidence intervals. J. Am. Stat. Assoc. 82, 171–185.
 

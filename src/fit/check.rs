@@ -98,7 +98,7 @@ pub(crate) fn suspicious(dataset: &Dataset, shots: &[&Shot], sliding: Option<Mea
         && (value + OUTSIDE_ERRORS * sd < SLIDING[0] || value - OUTSIDE_ERRORS * sd > SLIDING[1])
     {
         of_all.push(("sliding", format!(
-            "the paths after the impacts show that the cloth's sliding friction is {}, where 0.2 is usual: the spin of the cue \
+            "the paths after the impacts show that the cloth's sliding friction is {}, where 0.2 is typical: the spin of the cue \
              balls (cue_spin), the scale or the times may not be as stated",
             with_error(value, sd)
         )));
@@ -149,7 +149,7 @@ fn advice(dataset: &Dataset) -> Vec<String> {
     let mut all = Vec::new();
     let usable = dataset.count_usable();
     if (1..FEW_SHOTS).contains(&usable) {
-        all.push(format!("{} can be used: too few to tell how noisy they are", count_of(usable, "shot")));
+        all.push(format!("{} can be used: too few to show how noisy they are", count_of(usable, "shot")));
     }
     if !dataset.is_of_discs() {
         all.extend(Parameter::COEFFICIENTS.into_iter().filter_map(|own| undetermined(dataset, own)));
@@ -182,7 +182,7 @@ fn undetermined(dataset: &Dataset, parameter: Parameter) -> Option<String> {
         _ => "no speed after the impact is measured",
     };
     let symbol = parameter.symbol();
-    Some(format!("nothing here tells {symbol}: {why}; it will be left at {}", setting.initial))
+    Some(format!("these shots do not determine {symbol}: {why}; it will be left at {}", setting.initial))
 }
 
 /// Returns the observables whose noise is not stated.
@@ -196,7 +196,7 @@ fn noise(dataset: &Dataset) -> Option<String> {
     }
     (!names.is_empty()).then(|| {
         format!(
-            "no standard deviations for {}: they will be estimated from the residuals, and nothing can test the fit",
+            "no standard deviations for {}: they will be estimated from the residuals, and the fit cannot be tested",
             names.join(", ")
         )
     })

@@ -186,7 +186,7 @@ impl Fit {
         }
         let noise = self.camera.as_ref()?.noise_correlation.filter(|noise| *noise > SMOOTHED)?;
         Some(format!(
-            "The errors of neighbouring frames are correlated by {}, as in tracks that were smoothed, and tell little: export \
+            "The errors of neighbouring frames are correlated by {}, as in tracks that were smoothed, and determine little: export \
              the positions as they were measured.",
             plain(noise, 2)
         ))
@@ -230,7 +230,7 @@ impl Fit {
         let e = self.get(Parameter::E).and_then(|e| Some(with_error(e.value, e.std_error?)));
         let free = e.map_or(String::new(), |e| format!(" e = {e} does not rest on it."));
         Some(format!(
-            "The shots refute the friction that is fitted: what it leaves of J_t/J_n changes with {}, which chance hardly does.{free}",
+            "The shots refute the friction that is fitted: what it leaves of J_t/J_n changes with {}, which chance rarely does.{free}",
             trend.variable.name()
         ))
     }
@@ -252,7 +252,7 @@ impl Fit {
                 ),
             };
             return Some(doubtful("exact")(format!(
-                "Every reading is met exactly, so that nothing is left of which an error could be told; {errors}"
+                "Every reading is met exactly, so that no residual is left from which an error follows; {errors}"
             )));
         }
         self.noise.iter().any(Noise::is_unknown).then(|| {
@@ -274,7 +274,7 @@ impl Fit {
                 Parameter::Mu => {
                     ": the balls stick together where they touch. Thinner cuts, or faster shots, determine it"
                 }
-                _ => ": beyond, nothing depends on it",
+                _ => ": beyond, the data do not depend on it",
             };
             let symbol = estimate.parameter.symbol();
             all.push(format!("{symbol} is known to be at least {} only{why}.", plain(edge, 3)));
@@ -322,7 +322,7 @@ impl Fit {
             let (symbol, times) = (estimate.parameter.symbol(), released / conditional);
             if times >= WORTH_SAYING {
                 all.push(format!(
-                    "These data hardly tell {symbol} from {others}: {symbol} is ± {conditional:.2e} if {conditions} exactly, but \
+                    "These data poorly distinguish {symbol} from {others}: {symbol} is ± {conditional:.2e} if {conditions} exactly, but \
                      ± {released:.2e} ({times:.0} times as much) if not."
                 ));
             }
@@ -339,7 +339,7 @@ impl Fit {
             let has_errors = self.estimates.iter().any(|estimate| estimate.std_error.is_some());
             let errors = if has_errors { "" } else { "no error can be stated, and " };
             return Some(format!(
-                "There are as many unknown values as measured ones ({shots}): {errors}nothing tests the model."
+                "There are as many unknown values as measured ones ({shots}): {errors}the model is not tested."
             ));
         }
         let verb = if used == 1 { "is" } else { "are" };

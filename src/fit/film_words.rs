@@ -65,7 +65,7 @@ pub(crate) fn sentence(finding: &Finding, film: Option<&FittedFilm>) -> Option<S
         }
         Finding::Compliance { kappa, shots, fall, adopted } => effect(
             &format!(
-                "A contact between the balls that gives way along its surface (κ = {}, as follows from Poisson's ratio; kappa = {{ fixed \
+                "A contact between the balls that is compliant along its surface (κ = {}, as follows from Poisson's ratio; kappa = {{ fixed \
                  = 0 }} under [fit] takes a rigid one)",
                 plain(*kappa, 4)
             ),
@@ -81,7 +81,7 @@ pub(crate) fn sentence(finding: &Finding, film: Option<&FittedFilm>) -> Option<S
         Finding::Cause { id, estimate, sd, fall } => {
             let (name, note) = match id {
                 Id::FallB => (
-                    "The decrease, from slow to fast, of friction between the balls that falls with their slip",
+                    "The decrease, from slow to fast, of friction between the balls that decreases with their slip",
                     ": μ is its limit for fast slips. --falling fit takes it",
                 ),
                 id => (id.name(), ""),
@@ -94,7 +94,7 @@ pub(crate) fn sentence(finding: &Finding, film: Option<&FittedFilm>) -> Option<S
         Finding::Spins { fall, .. } => spins(film?, *fall),
         Finding::Misfit { ratio, refutes } => {
             let so_that = if *refutes {
-                "no collision of such balls describes these shots, and the estimates mean nothing"
+                "no collision of such balls describes these shots, and the estimates are meaningless"
             } else {
                 "the model leaves something out, or the frames are worse than they seem"
             };
@@ -114,7 +114,7 @@ pub(crate) fn sentence(finding: &Finding, film: Option<&FittedFilm>) -> Option<S
     })
 }
 
-/// Returns on how many shots an effect acts, the fall of −2 log L with it, and whether it was adopted.
+/// Returns on how many shots an effect acts, the decrease of −2 log L with it, and whether it was adopted.
 fn effect(what: &str, (shots, fall, adopted): (usize, f64, bool)) -> String {
     let (way, size) = if fall < 0.0 { ("higher", -fall) } else { ("lower", fall) };
     format!(
@@ -141,7 +141,7 @@ fn scale(factor: f64, [radius, sd]: [f64; 2]) -> String {
     });
     format!(
         "The balls are {} % {} than stated{game}, where {} % is expected: either the radius (radius_m of [ball]) or the scale of the \
-         film ([scale]) is wrong, which the frames cannot tell apart. A scale that is known worse takes its relative standard \
+         film ([scale]) is wrong, which the frames cannot distinguish. A scale that is known worse takes its relative standard \
          deviation as sd under [scale].",
         plain(100.0 * (factor - 1.0).abs(), 2),
         if factor > 1.0 { "larger" } else { "smaller" },
@@ -156,7 +156,7 @@ fn conflict(id: Id, [stated, estimate, sd, size]: [f64; 4], radius_and_sd: [f64;
         Id::Scale => return scale(estimate, radius_and_sd),
         Id::MassRatio => {
             return format!(
-                "The shots show a cue ball {} % {} than the object ball, where {} is stated or usual: weigh both; mass_kg under [ball] \
+                "The shots show a cue ball {} % {} than the object ball, where {} is stated or typical: weigh both; mass_kg under [ball] \
                  and [object] takes it.",
                 with_error(100.0 * (estimate - 1.0).abs(), 100.0 * sd),
                 if estimate > 1.0 { "heavier" } else { "lighter" },
@@ -187,7 +187,7 @@ fn conflict(id: Id, [stated, estimate, sd, size]: [f64; 4], radius_and_sd: [f64;
                 "a topspin of stun shots"
             },
             " of natural roll",
-            "[cue_spin] assume = \"unknown\" lets every shot tell its own spin",
+            "[cue_spin] assume = \"unknown\" lets every shot determine its own spin",
         ),
         Id::MuK => (
             "a sliding friction of the cloth",
@@ -202,7 +202,7 @@ fn conflict(id: Id, [stated, estimate, sd, size]: [f64; 4], radius_and_sd: [f64;
         other => (other.name(), "", "check what is stated of the camera and the cloth"),
     };
     format!(
-        "The frames show {name} of {}{unit}, where {} is stated or usual ({} standard deviations off): {advice}.",
+        "The frames show {name} of {}{unit}, where {} is stated or typical ({} standard deviations off): {advice}.",
         with_error(estimate, sd),
         plain(stated, 4),
         plain(size.abs(), 2)

@@ -63,7 +63,7 @@ fn unidentified(fit: &Fit, has_topspin: bool) -> impl Iterator<Item = String> {
 pub(super) fn of_film(film: &FittedFilm) -> Vec<String> {
     let rate = film.solution.get(Id::Rate).and_then(|found| {
         Some(format!(
-            "Frame rate over the stated one: {}, from the frames and what is taken of it beforehand (± {} %).",
+            "Frame rate over the stated one: {}, from the frames and its prior (± {} %).",
             with_error(found.value, found.std_error?),
             plain(100.0 * found.prior?.sd, 2)
         ))
@@ -102,7 +102,7 @@ pub(super) fn slowing(solution: &Solution) -> Option<String> {
 pub(super) fn rotation(unseen: usize, all: usize) -> Option<String> {
     (unseen > 0).then(|| {
         format!(
-            "In {unseen} of {all} shots the rotation of the discs was not seen. Their slip is free there, so that they tell e alone. For \
+            "In {unseen} of {all} shots the rotation of the discs was not seen. Their slip is free there, so that they determine e alone. For \
              the friction, track points on both discs (as [tracks] cue and object, three or more on a circle about the centre of each, \
              or a marker beside each centre), or, if neither disc turns before the impact, state [cue_spin] assume = \"stun\"."
         )
@@ -117,7 +117,7 @@ pub(super) fn of_discs(solution: &Solution, shots: &[(TrackShot, DiscImpact)]) -
     if let Some(longest) = touching().max() {
         notes.push(format!(
             "In {} of {all} shots the discs touch for several frames: up to {longest} on either side of the impact were left out. The \
-             paths before and after give e and J_t/J_n of the whole contact, if nothing else pushes a disc meanwhile.",
+             paths before and after give e and J_t/J_n of the whole contact, if no other force acts on a disc in that time.",
             touching().count()
         ));
     }
@@ -125,14 +125,14 @@ pub(super) fn of_discs(solution: &Solution, shots: &[(TrackShot, DiscImpact)]) -
     if missing > 0 {
         notes.push(format!(
             "In {missing} of {all} shots the frames about the impact are missing. It is taken to be where the paths before and after \
-             cross, as if both discs changed their velocities at one instant and nothing else pushed them in the gap."
+             cross, as if both discs changed their velocities at one instant without another push in the gap."
         ));
     }
     let flat = shots.iter().filter(|(track, _)| constant_axis(track).is_some()).count();
     if flat > 0 {
         notes.push(format!(
             "In {flat} of {all} shots one coordinate never changes: films of one dimension, in which the line of centres is along the \
-             other. They determine e, but neither J_t/J_n nor μ, which need hits off the centre."
+             other. They determine e, but not J_t/J_n or μ, which need hits off the centre."
         ));
     }
     notes

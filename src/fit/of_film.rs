@@ -54,7 +54,7 @@ pub(super) fn fit(request: Request) -> Result<Fit, FitError> {
 /// Returns the model and the settings that the shots of a data set are fitted with.
 ///
 /// # Errors
-/// A contact that is stated to give way, at a fidelity that takes it as rigid.
+/// A contact that is stated to be compliant, at a fidelity that takes it as rigid.
 fn fitted_with(request: &Request) -> Result<(Model, Settings), FitError> {
     let Request { dataset, options, .. } = *request;
     let mut model = dataset.model(options.fidelity.unwrap_or(Fidelity::Full));

@@ -21,7 +21,7 @@ pub struct Options {
     /// How closely collisions are modelled; `None`: `full`, with a compliant contact and the weight of
     /// the balls if the data show them.
     pub fidelity: Option<Fidelity>,
-    /// How the friction between the balls falls with the slip.
+    /// How the friction between the balls decreases with the slip.
     pub falling: Falling,
     /// The tolerance of the fidelities that integrate ([`Model::tolerance`]): in parts of the closing speed, from [`MIN_TOLERANCE`] to
     /// [`MAX_TOLERANCE`].
@@ -36,7 +36,7 @@ pub struct Options {
     pub seed: u64,
 }
 
-/// How the friction between the balls falls with their slip v: μ(v) = a + b exp(−c v), its a fitted as μ.
+/// How the friction between the balls decreases with their slip v: μ(v) = a + b exp(−c v), its a fitted as μ.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 #[non_exhaustive]
 pub enum Falling {
@@ -47,7 +47,7 @@ pub enum Falling {
     Held {
         /// Difference of the friction without slip from that at large slip, dimensionless.
         b: f64,
-        /// How fast the friction falls with the slip, s/m.
+        /// How fast the friction decreases with the slip, s/m.
         c: f64,
     },
     /// b and c are parameters of the fit, with the settings of the data set.
@@ -94,7 +94,7 @@ impl Options {
             let of_setting = law[parameter].faults(parameter);
             let fixed = of_setting.into_iter().filter(|fault| fault.key == format!("{name}.fixed"));
             faults.extend(fixed.map(|fault| {
-                format!("{name} of a friction that falls is {}; expected {}", fault.value, fault.expected)
+                format!("{name} of a friction that decreases is {}; expected {}", fault.value, fault.expected)
             }));
         }
         faults

@@ -16,7 +16,7 @@ worded! {
     #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
     #[non_exhaustive]
     pub enum Grade {
-        /// Nothing that was tested speaks against the numbers.
+        /// No test contradicts the numbers.
         Good = "good",
         /// The numbers stand, with one reservation that the sentence states.
         Doubtful = "doubtful",
@@ -98,12 +98,12 @@ impl Fit {
                 format!("; {}", film_words::scatter(&self.scatter.unwrap_or_default()))
             }
             None if self.diagnostics.robust.is_some() => "; outlying shots count less".to_owned(),
-            None => "; the noise was estimated from the residuals, so that χ² tests nothing".to_owned(),
+            None => "; the noise was estimated from the residuals, so that χ² is not a test".to_owned(),
         };
         let open = if silent.is_empty() {
             String::new()
         } else {
-            format!(". They say nothing about {}", listed(silent.into_iter()))
+            format!(". They do not determine {}", listed(silent.into_iter()))
         };
         let others = self.many_left_out().into_iter().chain(self.limited_by_masses());
         format!("{what}{test}{open}.{}", others.collect::<String>())

@@ -241,7 +241,7 @@ impl Keys {
         }
         let message = "shape is \"disc\", which goes with kind \"tracks\" only";
         source.wrong_if(is_of_discs && !is_film, "ball.shape", message);
-        let message = "[cue_spin] assume is \"natural-roll\", but discs do not roll; expected \"stun\" (neither disc turns before \
+        let message = "[cue_spin] assume is \"natural-roll\", but discs do not roll; expected \"stun\" (no disc turns before \
                        the impact) or \"unknown\": points on the discs show how they turn";
         source.wrong_if(is_of_discs && *assume == Some(Assume::NaturalRoll), "cue_spin.assume", message);
         let message = "cue_spin.side_sd goes with balls: points on discs show how they turn";

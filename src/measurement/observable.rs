@@ -40,7 +40,7 @@ pub struct Measurement {
 pub enum Observable {
     /// Object ball's direction against the line of centres, positive the way a stun shot throws.
     Throw,
-    /// Cue ball's outgoing against incoming direction, positive for the usual turn of a cut shot.
+    /// Cue ball's outgoing against incoming direction, positive for the typical turn of a cut shot.
     CueTurn,
     /// Angle between the two balls' outgoing directions, 0 to π.
     Separation,

@@ -18,19 +18,19 @@ worded! {
         /// b, by how much μ is larger where the slip ends than at high speed.
         B =
             "mu_b" | "b" |
-            "friction between the balls falls with their slip v as μ + b·exp(−c·v): how far, no unit",
-        /// c, how fast μ falls with the slip, s/m.
-        C = "mu_c" | "c" | "how fast it falls with v, in s/m",
+            "friction between the balls decreases with their slip v as μ + b·exp(−c·v): how far, no unit",
+        /// c, how fast μ decreases with the slip, s/m.
+        C = "mu_c" | "c" | "how fast it decreases with v, in s/m",
         /// κ, the compliance of the contact along its surface ([`Model::kappa`]).
-        Kappa = "kappa" | "κ" | "how far the contact between the balls gives way along its surface",
+        Kappa = "kappa" | "κ" | "tangential compliance of the contact between the balls",
         /// m_cue/m_object, of balls whose masses are not exact.
         MassRatio = "mass_ratio" | "m_cue/m_object" | "mass of the cue ball over that of the object ball",
         /// R_cue/R_object, of radii that are stated with their errors.
         RadiusRatio =
             "radius_ratio" | "R_cue/R_object" | "radius of the cue ball over that of the object ball",
-        /// e₁, how fast e falls with the closing speed, s/m ([`Model::e_slope`]).
+        /// e₁, how fast e decreases with the closing speed, s/m ([`Model::e_slope`]).
         ESlope =
-            "e_slope" | "e₁" | "restitution falls with the closing speed v as e − e₁·v: how fast, in s/m",
+            "e_slope" | "e₁" | "restitution decreases with the closing speed v as e − e₁·v: how fast, in s/m",
     }
     /// The name in dataset.toml and fit.json.
     pub fn name;
@@ -147,11 +147,11 @@ pub struct Prior {
 pub struct Settings {
     /// The setting of each parameter, in the order of [`Parameter::ALL`].
     pub each: [Setting; Parameter::ALL.len()],
-    /// Whether friction falls with the slip; if not, b and c have no part in a fit.
+    /// Whether friction decreases with the slip; if not, b and c have no part in a fit.
     pub falls: bool,
     /// Whether the contact is compliant; if it is stated, κ has a part in a fit.
     pub compliance: Compliance,
-    /// Whether e falls with the closing speed; if not, e₁ has no part in a fit.
+    /// Whether e decreases with the closing speed; if not, e₁ has no part in a fit.
     pub e_falls: bool,
 }
 

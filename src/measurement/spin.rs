@@ -18,7 +18,7 @@ pub enum Spin {
         /// The standard deviation of each component, rad/s; exact without one.
         sd: [Option<f64>; 3],
     },
-    /// Nothing is known of the spin.
+    /// The spin is unknown.
     #[default]
     Unknown,
 }

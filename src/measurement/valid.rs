@@ -129,7 +129,7 @@ fn faults_of_shot(shot: &Shot) -> Vec<String> {
     }
     let mut faults: Vec<String> = faults.iter().map(Fault::to_string).collect();
     if shot.after.is_empty() {
-        faults.push("nothing is observed; expected at least one observation".to_owned());
+        faults.push("no observation; expected at least one observation".to_owned());
     }
     with_place(&shot.name, &shot.file, shot.line, faults)
 }

@@ -37,7 +37,7 @@ const RELAXED: f64 = 1e-6;
 /// descent ends.
 const MAX_STALLS: usize = 2;
 
-/// Factor by which the promises of steps fall that refine a minimum. At the minimum they are rounding.
+/// Factor by which the promises of steps decrease that refine a minimum. At the minimum they are rounding.
 const CONTRACTION: f64 = 0.9;
 
 /// A sum of squares, and damped steps towards its minimum.
@@ -65,7 +65,7 @@ pub trait SumOfSquares {
 pub struct Step<S> {
     /// The state at its end.
     pub end: S,
-    /// The fall of the sum if it is quadratic.
+    /// The decrease of the sum if it is quadratic.
     pub promise: f64,
 }
 

@@ -123,7 +123,7 @@ impl Path {
             let acceleration = direction(slip) * -friction;
             let sliding = Stretch { acceleration, lever, ..Stretch::free(time, at) };
             path.push(sliding);
-            // s falls by (1 + ν)/ν times the friction
+            // s decreases by (1 + ν)/ν times the friction
             let until_rolling = slip.norm() / (friction * lever);
             time += until_rolling.min(lasts);
             at = sliding.at(time);

@@ -4,7 +4,7 @@ use super::problem::{Evaluation, Problem, State};
 use crate::numerics::bounded_step::step_within_bounds;
 use crate::numerics::least_squares::{self, Descending, ROUNDING, Step, SumOfSquares};
 
-/// Fall of χ² below which a step is not made: 0.1 standard deviations.
+/// Decrease of χ² below which a step is not made: 0.1 standard deviations.
 pub(super) const STALL: f64 = 0.01;
 
 /// Part by which diagonals are raised in the first step: first guesses are near.

@@ -59,12 +59,12 @@ pub(crate) fn comply(problem: &mut Problem, descent: &mut Descent, policy: &Poli
 struct Tried {
     /// Number of shots with weight and cloth.
     shots: usize,
-    /// Fall of −2 log L.
+    /// Decrease of −2 log L.
     fall: f64,
     adopted: bool,
 }
 
-/// Refits with an effect, which `refit` adds to a problem, and adopts it if −2 log L falls by more than
+/// Refits with an effect, which `refit` adds to a problem, and adopts it if −2 log L decreases by more than
 /// `least`. An effect that makes some of the shots of a large table less likely is not computed for all.
 fn adopt(
     problem: &mut Problem,

@@ -87,7 +87,7 @@ pub(crate) enum Finding {
         kappa: f64,
         /// Number of shots in which it shows.
         shots: usize,
-        /// Fall of −2 log L.
+        /// Decrease of −2 log L.
         fall: f64,
         /// Whether it was adopted.
         adopted: bool,
@@ -96,7 +96,7 @@ pub(crate) enum Finding {
     Weight {
         /// Number of shots on which they act.
         shots: usize,
-        /// Fall of −2 log L.
+        /// Decrease of −2 log L.
         fall: f64,
         /// Whether it was adopted.
         adopted: bool,
@@ -122,12 +122,12 @@ pub(crate) enum Finding {
         estimate: f64,
         /// Standard error of the estimate.
         sd: f64,
-        /// Fall of −2 log L.
+        /// Decrease of −2 log L.
         fall: f64,
     },
     /// The cue balls do not spin as stated; their spins were then found from the frames.
     Spins {
-        /// Fall of −2 log L.
+        /// Decrease of −2 log L.
         fall: f64,
         /// Mean topspin of the shots that slide, over natural roll; 1 without such shots.
         topspin: f64,

@@ -83,17 +83,17 @@ impl Combination {
                 format!("only {name} is determined by these shots")
             }
             Some(Determined { name, estimate, std_error }) if self.weak => format!(
-                "these shots hardly tell {names} apart: {name} = {estimate:.4} ± {std_error:.1e} is known far better than \
+                "these shots poorly distinguish {names}: {name} = {estimate:.4} ± {std_error:.1e} is known far better than \
                  either"
             ),
             _ if self.terms.len() < 2 => {
                 format!("worst determined: {names} alone; the others do not depend on it")
             }
             _ if self.undetermined => format!(
-                "only a combination of {names} is determined by these shots: nothing changes when {moves} in \
+                "only a combination of {names} is determined by these shots: χ² does not change when {moves} in \
                  proportion"
             ),
-            _ if self.weak => format!("these shots hardly tell {names} apart: little changes when {moves}"),
+            _ if self.weak => format!("these shots poorly distinguish {names}: little changes when {moves}"),
             _ => format!("worst determined together: {names}; within one standard error {moves}"),
         }
     }

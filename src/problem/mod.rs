@@ -220,7 +220,7 @@ mod tests {
     }
 
     /// Without a shot, the estimates of a film move as its influence says, to first order: the noise is
-    /// estimated again, and χ² is no parabola.
+    /// estimated again, and χ² is not a parabola.
     #[test]
     fn influence_is_what_a_shot_changes() {
         let mut dataset = rolls(10, 6);

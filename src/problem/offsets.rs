@@ -29,7 +29,7 @@ pub(crate) struct Slope {
     pub(crate) t: f64,
     /// Probability of a slope as far from 0 by chance.
     pub(crate) p_value: f64,
-    /// Fall of χ² with a mean of the offsets beside it; `None` if the free unknowns take that up.
+    /// Decrease of χ² with a mean of the offsets beside it; `None` if the free unknowns take that up.
     pub(crate) level: Option<f64>,
 }
 

@@ -20,10 +20,10 @@ pub(crate) struct Policy {
     pub(crate) rate_conflict: f64,
     /// Relative standard deviation of a frame rate then.
     pub(crate) doubted_rate_sd: f64,
-    /// Fall of −2 log L that names a cause: likelihood ratio e⁵, level 1 % of a family of a dozen
+    /// Decrease of −2 log L that names a cause: likelihood ratio e⁵, level 1 % of a family of a dozen
     /// with one unknown each.
     pub(crate) cause: f64,
-    /// Fall of −2 log L that adopts an effect beyond the equations that define the parameters: odds of
+    /// Decrease of −2 log L that adopts an effect beyond the equations that define the parameters: odds of
     /// 20 to 1.
     pub(crate) adopt: f64,
     /// Variance of slow motions over that of the noise before the impacts, beyond which the model

@@ -203,7 +203,7 @@ impl Solution {
 
     /// Returns the limit of an unknown at a bound that leaves 5 % of its likelihood, to second order a
     /// normal distribution cut off at the bound. (A rise of χ² by 1.645² from the bound leaves 24 % in
-    /// films whose χ² falls beyond it.) `None` for one that is not at a bound.
+    /// films whose χ² decreases beyond it.) `None` for one that is not at a bound.
     pub(crate) fn limit_at_bound(&self, id: Id) -> Option<f64> {
         let column = self.column(0, id)?;
         let (unknown, x) = (&self.problem.unknowns[column], self.at.state.shared.0[column]);
@@ -274,7 +274,7 @@ impl Solution {
     }
 
     /// Returns the degrees of freedom of χ² of everything: numbers less unknowns, where what is known of an
-    /// unknown beforehand is a number, too.
+    /// unknown before the fit is a number, too.
     pub fn dof(&self) -> usize {
         let numbers = self.chi2_of_data().1.round() as usize;
         let has_prior = |column: &&usize| self.problem.unknowns[**column].active_prior().is_some();

@@ -97,7 +97,7 @@ pub(crate) struct Contribution {
 }
 
 /// Returns where χ² of a shot is least near `x`, its own unknowns and these shared ones at given others, and
-/// the sums there: after some steps, or one that gains less than a fall of χ². `bounded` returns a place within
+/// the sums there: after some steps, or one that gains less than a decrease of χ². `bounded` returns a place within
 /// the bounds of the own unknowns.
 pub(crate) fn settle(
     x: DVector<f64>,

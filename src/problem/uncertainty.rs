@@ -24,7 +24,7 @@ pub(crate) struct Estimates {
 pub(crate) struct Score {
     /// The unknown.
     pub(crate) id: Id,
-    /// Fall of χ².
+    /// Decrease of χ².
     pub(crate) fall: f64,
     /// Its estimate.
     pub(crate) estimate: f64,

@@ -22,19 +22,19 @@ worded! {
     /// An unknown that all shots of a sample share.
     #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
     pub enum Id {
-        /// Friction between the balls μ; its limit at a large slip if it falls with the slip.
+        /// Friction between the balls μ; its limit at a large slip if it decreases with the slip.
         Mu = "mu",
         /// Friction of the cloth on the object ball during the impact μ_s.
         MuS = "mu_s",
         /// Coefficient of restitution e.
         E = "e",
-        /// b of a friction μ + b·exp(−c·v) that falls with the slip v.
+        /// b of a friction μ + b·exp(−c·v) that decreases with the slip v.
         FallB = "mu_b",
         /// c of that friction, s/m.
         FallC = "mu_c",
         /// Tangential compliance κ of the contact.
         Kappa = "kappa",
-        /// e₁ of a restitution e − e₁·v that falls with the closing speed v, s/m.
+        /// e₁ of a restitution e − e₁·v that decreases with the closing speed v, s/m.
         ESlope = "e_slope",
         /// Mass of the cue ball over that of the object ball.
         MassRatio = "mass_ratio",

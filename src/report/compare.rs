@@ -179,7 +179,7 @@ pub(super) fn verdict(comparison: &Comparison) -> Verdict {
         Some(first) if outcomes.is_empty() || unusable.is_some() => first,
         Some(first) => format!("{outcomes}. But: {first}"),
         None if outcomes.is_empty() => {
-            "There is nothing to compare: no quantity is determined by two of them.".to_owned()
+            "A comparison is impossible: no quantity is determined by two of them.".to_owned()
         }
         None => format!("{outcomes}."),
     };
@@ -246,7 +246,7 @@ fn sentence(comparison: &Comparison, finding: &Finding) -> String {
             )
         }
         Finding::Compliance { fall } => format!(
-            "The contact between the balls gives way along its surface: with it −2 log L is lower by {}. To state it, set kappa \
+            "The contact between the balls is compliant along its surface: with it −2 log L is lower by {}. To state it, set kappa \
              under [fit] of each data set.",
             plain(*fall, 2)
         ),
@@ -271,16 +271,16 @@ pub(super) fn reason(reason: Reason, quantity: Quantity) -> String {
         (Reason::Absent, _) => return format!("its data set has no {}", quantity.symbol()),
         (Reason::Sticks, _) => "its contacts stick at the best fit: the data show only that it is large",
         (Reason::Uncertain, _) => {
-            "its observations hardly depend on it at the best fit: its error is larger than its bounds are apart"
+            "its observations depend on it weakly at the best fit: its error is larger than its bounds are apart"
         }
         (Reason::Independent, Quantity::Sliding) => {
             "it has no paths after the impacts, which only footage shows"
         }
         (Reason::Independent, Quantity::Parameter(Parameter::MuS)) => {
-            "none of its shots has topspin, so the cloth never carries the object ball"
+            "its shots have no topspin, so the cloth never carries the object ball"
         }
         (Reason::Independent, _) => {
-            return format!("none of its observations depends on the {}", quantity.meaning());
+            return format!("its observations do not depend on the {}", quantity.meaning());
         }
     };
     words.to_owned()

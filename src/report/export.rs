@@ -63,10 +63,10 @@ pub(crate) fn export(fit: &FitDocument) -> Exported {
     add("u_s", fit.mu_k.map(|mu_k| mu_k.value));
     match [Parameter::Mu, Parameter::B, Parameter::C].map(|parameter| value(fit, parameter)) {
         [Ok(mu), Ok(b), Ok(c)] if falls => left.push(format!(
-            "u_b: the friction of this fit falls with the slip v as {mu} + {b}·exp(−{c}·v), v in m/s, and u_b is one number. \
+            "u_b: the friction of this fit decreases with the slip v as {mu} + {b}·exp(−{c}·v), v in m/s, and u_b is one number. \
              pooltool's model AlciatoreBallBallFriction(a={mu}, b={b}, c={c}) is this friction."
         )),
-        _ if falls => left.push("u_b: the friction of this fit falls with the slip, and is not known.".to_owned()),
+        _ if falls => left.push("u_b: the friction of this fit decreases with the slip, and is not known.".to_owned()),
         [Ok(_), ..] => left.push(
             "u_b is used by pooltool's AverageBallBallFriction only: its default for balls, AlciatoreBallBallFriction, is a curve \
              of its own over the slip speed and ignores u_b."

@@ -213,7 +213,7 @@ fn diagnostics(fit: &Fit) -> Vec<Section> {
         let values: Vec<String> = identified.singular_values.iter().map(|value| plain(*value, 3)).collect();
         let mut lines = vec![format!(
             "singular values {} (no unit; of the Jacobian by parameters, columns scaled to 1), condition number {} (1: the \
-             parameters do not interfere; above 30: hardly told apart)",
+             parameters do not interfere; above 30: poorly distinguished)",
             values.join(", "),
             plain(identified.condition, 3)
         )];
@@ -246,7 +246,7 @@ fn diagnostics(fit: &Fit) -> Vec<Section> {
         let failed =
             (bootstrap.failed > 0).then(|| format!("{} samples could not be fitted", bootstrap.failed));
         let about = format!(
-            "{} samples of shots drawn anew, seed {}; bias: their mean less the estimate; BCa: corrected for it",
+            "{} samples of shots drawn again, seed {}; bias: their mean less the estimate; BCa: corrected for it",
             bootstrap.replicates, bootstrap.seed
         );
         let columns = [

@@ -108,7 +108,7 @@ fn reduced_chi2(fit: &Fit) -> Option<f64> {
 }
 
 /// Returns χ² per degree of freedom, what it counts, and whether the noise of some observable was estimated from the residuals of this
-/// very fit, which draws χ²/dof towards 1 whatever the model.
+/// very fit, which draws χ²/dof towards 1 for any the model.
 fn chi2_words(fit: &Fit) -> String {
     chi2_of(fit.counted(), fit.chi2, fit.dof, fit.noise.iter().any(|noise| noise.estimated_sd.is_some()))
 }

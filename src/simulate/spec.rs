@@ -62,11 +62,11 @@ pub(crate) struct Truth {
     pub(crate) e: f64,
     /// The tangential compliance κ of the contact, dimensionless; `None` or 0: rigid.
     pub(crate) kappa: Option<f64>,
-    /// b of a friction that falls with the slip v, μ + b·exp(−c·v), dimensionless.
+    /// b of a friction that decreases with the slip v, μ + b·exp(−c·v), dimensionless.
     pub(crate) mu_b: Option<f64>,
     /// c of the same law, s/m.
     pub(crate) mu_c: Option<f64>,
-    /// e₁ of a restitution that falls with the closing speed v, e − e₁·v, s/m.
+    /// e₁ of a restitution that decreases with the closing speed v, e − e₁·v, s/m.
     pub(crate) e_slope: Option<f64>,
 }
 

@@ -50,7 +50,7 @@ fn sticking() -> Dataset {
     made(&with(&spec("impacts", &["stun"], 20, 7), keys))
 }
 
-/// Friction that falls with the slip, and noise that is not stated.
+/// Friction that decreases with the slip, and noise that is not stated.
 fn falling() -> Dataset {
     let model =
         Model { law: Law::Exponential { b: 0.1, c: 1.088 }, ..Model::new(Fidelity::Full, Ball::POOL) };
@@ -113,7 +113,7 @@ fn a_single_odd_shot_is_no_doubt_about_all() {
     // what stun shots cannot tell is no fault of theirs
     let verdict = fitted(&lab("stun", 0.05, 5)).verdict();
     assert_eq!(verdict.grade, Grade::Good);
-    assert!(verdict.sentence.ends_with("They say nothing about μ_s."), "{verdict:?}");
+    assert!(verdict.sentence.ends_with("They do not determine μ_s."), "{verdict:?}");
 }
 
 #[test]

@@ -84,7 +84,7 @@ pub(super) fn check(columns: &Columns, discs: bool, source: &Source) {
         ),
         (
             !any_wide && !has("frame") && !has("t"),
-            "has neither frame nor t; expected one of them (only the rows of a wide table can be counted)",
+            "has no frame and no t; expected one of them (only the rows of a wide table can be counted)",
         ),
         (is_mixed, "gives some columns by name and some by number; expected one of them throughout"),
         (

@@ -47,8 +47,7 @@ pub(super) fn shot(
         wrong
     })?;
     for other in raw.tracks.extract_if(.., |track| track.role.is_none()) {
-        let message =
-            format!("the track \"{}\" is neither cue nor object; passed over", shortened(&other.name));
+        let message = format!("the track \"{}\" is not cue or object; passed over", shortened(&other.name));
         log.add(Subject::Names, other.line(), message);
     }
     raw.tracks.sort_by_key(|track| track.role);

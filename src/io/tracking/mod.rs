@@ -182,7 +182,7 @@ fn check_spins(shots: &mut Vec<RawShot>, table: &ShotsTable, manifest: &Manifest
         let rolls = !matches!(table.facts(name, context.settings).spin, Spin::Stun | Spin::Unknown);
         if manifest.discs.is_some() && rolls {
             let message = format!(
-                "shot \"{name}\" is of discs, which do not roll; expected cue_spin stun (neither disc turns before the impact) or \
+                "shot \"{name}\" is of discs, which do not roll; expected cue_spin stun (no disc turns before the impact) or \
                  unknown: points on the discs show how they turn"
             );
             problems.add(context.settings.shots.as_deref().unwrap_or(path), None, "cue_spin", message);

@@ -194,8 +194,7 @@ fn skip(table: &Table, row: usize) -> Option<String> {
         }
         "false" | "0" | "no" => {}
         _ => {
-            let message =
-                format!("\"{word}\" is neither true nor false; expected true, false, 1, 0, yes or no");
+            let message = format!("\"{word}\" is not true or false; expected true, false, 1, 0, yes or no");
             table.wrong(row, "skip", message);
         }
     }

@@ -344,7 +344,7 @@ fn guess_unit(shot: &RawShot, rate: Option<f64>) -> Result<TimeUnit, String> {
     match units[..] {
         [unit] => Ok(unit),
         [] => Err(format!(
-            "times are {spacing} apart, which at {rate} fps is neither a frame nor its length in s, ms or µs; {help}, or another rate"
+            "times are {spacing} apart, which at {rate} fps is not a frame or its length in s, ms or µs; {help}, or another rate"
         )),
         _ => Err(format!("times may be frames or ms at {rate} fps; {help}")),
     }

@@ -23,7 +23,7 @@
 //! that would have to pull, and lands with a friction impulse of at most μ times its speed.
 //!
 //! A rigid contact needs no time: dq = ε|v|μ₀/μ(|v|) ds, μ₀ the friction at first contact, dJ/ds =
-//! −εμ₀v. In the place of R is the energy of the normal force over ε², dE/ds = −v_x/ε² dq/ds. It
+//! −εμ₀v. R is replaced by the energy of the normal force over ε², dE/ds = −v_x/ε² dq/ds. It
 //! sticks where the slip that is left makes no difference; from there on dq = ε ds.
 
 mod modes;
@@ -72,7 +72,7 @@ pub(super) struct Shot {
     /// s_x0, s_y0 of the cue ball on the cloth.
     cue_slip: Pair,
     mu: f64,
-    /// b and c, in units of k, of a friction that falls.
+    /// b and c, in units of k, of a friction that decreases.
     fall: [f64; 2],
     /// Friction of the cloth on the cue ball and on the object ball, μ_k and μ_s.
     mu_cloth: [f64; 2],

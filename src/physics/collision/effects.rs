@@ -74,7 +74,7 @@ effects! {
     gravity = "gravity" | "the balls' weight acts for the contact's duration" | "no weight",
     /// Friction between the balls that depends on the slip follows it during the impact.
     falling_friction =
-        "falling-friction" | "friction changes as the slip falls" | "friction does not depend on the slip",
+        "falling-friction" | "friction changes as the slip decreases" | "friction does not depend on the slip",
     /// The contact is compliant along the surface and springs back, by [`Model::kappa`].
     compliance =
         "compliance" | "the contact springs back along the surface" |
@@ -158,7 +158,7 @@ fn sizes(model: &Model, cue: &BallState, coefficients: &Coefficients) -> Result<
     let slips = slip > 0.0 && mu > 0.0;
     let (cos, sin) = if slip > 0.0 { (v_y.abs() / slip, v_z.abs() / slip) } else { (0.0, 0.0) };
     // the normal impulse, and the largest impulses of friction, at most what stops the slip: |v_y|
-    // falls faster than |v_z|, so that cos θ only falls, but sin θ may grow
+    // decreases faster than |v_z|, so that cos θ only decreases, but sin θ may grow
     let q = (1.0 + e) * k / n * (1.0 + mu * m_s);
     let (stops_y, stops_z) = (v_y.abs() / lever_y, v_z.abs() / lever_z);
     let (j_y, j_z) = ((mu * q * cos).min(stops_y), (mu * q).min(stops_z));

@@ -121,9 +121,9 @@ pub(super) struct Impact<D> {
     pub m_s: D,
     /// e at this closing speed.
     pub e: D,
-    /// μ, at a large slip if it falls.
+    /// μ, at a large slip if it decreases.
     pub mu: D,
-    /// b and c of a friction that falls.
+    /// b and c of a friction that decreases.
     pub fall: Option<[D; 2]>,
 }
 

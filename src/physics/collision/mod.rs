@@ -29,7 +29,7 @@ worded! {
     #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
     #[non_exhaustive]
     pub enum Fidelity {
-        /// Neither friction nor loss of energy.
+        /// No friction and no loss of energy.
         Elastic = "elastic" | "no friction, no loss",
         /// Restitution without friction.
         Inelastic = "inelastic" | "restitution, no friction",
@@ -77,11 +77,11 @@ impl Fidelity {
 /// Friction and restitution of one collision.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Coefficients {
-    /// μ, sliding friction between the balls; the a of a [`Law`] by which it falls with the slip.
+    /// μ, sliding friction between the balls; the a of a [`Law`] if it decreases with the slip.
     pub mu: f64,
     /// μ_s, friction of the cloth on the object ball.
     pub mu_s: f64,
-    /// e, energetic coefficient of restitution (Stronge); the e₀ of one that falls with the speed.
+    /// e, energetic coefficient of restitution (Stronge); e₀ if it decreases with the speed.
     pub e: f64,
 }
 
@@ -145,7 +145,7 @@ pub struct Model {
     /// The dependence of the friction between the balls on the slip. `linear` takes the friction at
     /// the first slip; `full`, `ode` and `contact` follow the slip during the impact.
     pub law: Law,
-    /// The e₁ of a restitution that falls with the closing speed v, e(v) = e₀ − e₁v but not below
+    /// The e₁ of a restitution that decreases with the closing speed v, e(v) = e₀ − e₁v but not below
     /// 0, in s/m; `None` if e is constant.
     pub e_slope: Option<f64>,
     /// Used by `ode` and `contact`: the tangential compliance κ, the ratio of normal to tangential

@@ -12,7 +12,7 @@ use crate::physics::contact_frame::CollisionFrame;
 use crate::physics::friction_law::Law;
 
 impl Model {
-    /// The default of [`Model::contact_time`], s: within the 250 to 300 µs of Kim 2024, below Eq. 37.
+    /// The default of [`Model::contact_time`], s: within 250 to 300 µs (Kim 2024, below Eq. 37).
     pub const CONTACT_TIME: f64 = 280e-6;
 
     /// The default of [`Model::tolerance`], about six digits above rounding errors.

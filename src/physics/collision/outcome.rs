@@ -49,7 +49,7 @@ worded! {
         Mu = "mu",
         /// Friction of the cloth on the object ball μ_s, dimensionless.
         MuS = "mu_s",
-        /// Coefficient of restitution e, dimensionless; e₀ if it falls with the closing speed.
+        /// Coefficient of restitution e, dimensionless; e₀ if it decreases with the closing speed.
         E = "e",
         /// The cue ball's velocity along the line of centres, U cos φ, m/s.
         VelocityX = "velocity_x",
@@ -62,7 +62,7 @@ worded! {
         SpinY = "omega_y",
         /// ω_z, rad/s, about the vertical: side spin, positive counterclockwise from above.
         SpinZ = "omega_z",
-        /// b of a friction that falls with the slip, μ(v) = μ + b exp(−c v), dimensionless.
+        /// b of a friction that decreases with the slip, μ(v) = μ + b exp(−c v), dimensionless.
         B = "mu_b",
         /// c of that friction, s/m.
         C = "mu_c",
@@ -72,7 +72,7 @@ worded! {
         MassRatio = "mass_ratio",
         /// R_cue/R_object, the radius of the cue ball as it is.
         RadiusRatio = "radius_ratio",
-        /// e₁ of a restitution e(v) = e₀ − e₁v that falls with the closing speed v, s/m.
+        /// e₁ of a restitution e(v) = e₀ − e₁v that decreases with the closing speed v, s/m.
         ESlope = "e_slope",
     }
     /// The name of the input.

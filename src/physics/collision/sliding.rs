@@ -2,7 +2,7 @@
 //! with the sign of the cloth's torque corrected).
 //!
 //! Progress s is counted with dq = |v| μ₀/μ(|v|) ds, μ₀ the friction at first contact. Both
-//! components of the slip then decay by themselves, friction that falls with the slip included:
+//! components of the slip then decay by themselves, friction that decreases with the slip included:
 //!
 //! ```text
 //! v_y = v_y0 e^(−λ_y s)      v_z = v_z0 e^(−λ_z s)      λ = 2μ₀β
@@ -12,7 +12,7 @@
 //! ```
 //!
 //! Compression ends at v_x = 0, restitution where W = (1 − e²)W_c; a contact whose slip has decayed
-//! before sticks, and the rest is a quadratic in q. Nothing is singular: μ = 0, v_y0 = 0 and
+//! before sticks, and the rest is a quadratic in q. No case is singular: μ = 0, v_y0 = 0 and
 //! v_z0 = 0 are ordinary. Restitution is solved as an impact of its own from the slip that is left,
 //! so that a small e keeps its digits. Derivatives are those of one step of Newton's method.
 
@@ -24,7 +24,7 @@ use super::{Number, Regime};
 /// Largest number of steps to an end; typical are two or three.
 const MAX_STEPS: usize = 60;
 
-/// The λs of a last step, whose error is of its fourth power, of its third if friction falls.
+/// The λs of a last step, whose error is of its fourth power, of its third if friction decreases.
 const LAST_STEP: f64 = 3e-5;
 
 /// The λs after which the slip has decayed: e^(−42) is below the rounding of 1.
@@ -136,7 +136,7 @@ impl<D: Number> Phase<D> {
 struct Slide<D> {
     /// λ_y and λ_z.
     rates: [D; 2],
-    /// The a, b, c of a friction that falls, over that at first contact: μ(v)/μ₀ = a + b e^(−cv).
+    /// The a, b, c of falling friction, over that at first contact: μ(v)/μ₀ = a + b e^(−cv).
     falls: Option<[D; 3]>,
 }
 
@@ -161,7 +161,7 @@ impl<D: Number> Slide<D> {
         self.friction(speed).map_or(speed, |friction| speed / friction)
     }
 
-    /// Returns the friction over that at first contact, if it falls.
+    /// Returns the friction over that at first contact, if it decreases.
     #[inline(always)]
     fn friction(&self, speed: D) -> Option<D> {
         self.falls.map(|[a, b, c]| a + b * (-c * speed).exp())
@@ -220,7 +220,7 @@ impl Slide<f64> {
     }
 
     /// Returns the dq from a place to the end of a phase, with an error of its third power; the
-    /// pace falls by `rate` per s.
+    /// pace decreases by `rate` per s.
     #[inline(always)]
     fn left(&self, phase: &Phase<f64>, at: &Place<f64>, per_pace: f64, rate: f64) -> f64 {
         // dv_x/dq = N − A λ_z e^(−λ_z s)/pace, and its derivative by q
@@ -251,7 +251,7 @@ impl Slide<f64> {
             }
             let per_square = 1.0 / square;
             let ([y2, z2], per_speed) = ([y2 * per_square, z2 * per_square], speed * per_square);
-            // −d ln(pace)/ds, and a third of what it falls by: (λ_y − λ_z)² v_y² v_z²/|v|⁴
+            // −d ln(pace)/ds, and a third of its decrease: (λ_y − λ_z)² v_y² v_z²/|v|⁴
             let (mut rate, mut per_pace) = (y * y2 + z * z2, per_speed);
             let turn = (y - z) * (y - z) * y2 * z2 * (1.0 / 3.0);
             if let (Some([a, _, c]), Some(friction)) = (self.falls, self.friction(speed)) {
@@ -289,7 +289,7 @@ impl Slide<f64> {
                 }
                 part = part.min(0.9);
             }
-            // ds = −ln(1 − part)/rate, as a series in part/(2 − part), less what the rate falls by
+            // ds = −ln(1 − part)/rate, as a series in part/(2 − part), less the rate's decrease
             let per = 1.0 / (2.0 - part);
             let x2 = (part * per) * (part * per);
             let ds = dq_s * 2.0 * per * (1.0 + x2 * (1.0 / 3.0 + x2 * (0.2 + x2 * (1.0 / 7.0))));

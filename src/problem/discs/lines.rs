@@ -222,7 +222,7 @@ pub(crate) struct Stuck {
 }
 
 /// Part of the closing speed with which discs that stick may part, three standard errors included.
-/// Real discs that part do so with a third of it and more; glue and velcro give way by two hundredths.
+/// Real discs that part do so with a third of it and more; glue and velcro yield by two hundredths.
 const PARTING: f64 = 0.02;
 
 /// Discs touch while their distance is larger than the typical one by this part at most, or by this

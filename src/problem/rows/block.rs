@@ -15,7 +15,7 @@ use crate::problem::loss::ShotLoss;
 use crate::problem::sums::{Contribution, Noise, settle};
 use crate::problem::unknowns::{Mode, Own, PHYSICS, Shared, Unknown};
 
-/// Steps of a shot's own descent, and fall of χ² after which it ends: 1e-3 standard deviations.
+/// Steps of a shot's own descent, and decrease of χ² after which it ends: 1e-3 standard deviations.
 const STEPS: usize = 30;
 const SHOT_STALL: f64 = 1e-6;
 

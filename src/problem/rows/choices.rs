@@ -79,6 +79,6 @@ pub enum Unpredictable {
     )]
     FallsWithoutSpeed,
     /// The only observable determines the speed before the impact.
-    #[error("its only observable, {0}, serves to find the incoming speed: nothing is left to fit")]
+    #[error("its only observable, {0}, serves to find the incoming speed: no number is left to fit")]
     NothingLeft(&'static str),
 }

@@ -23,7 +23,7 @@ use crate::problem::solution::Solution;
 use crate::problem::uncertainty::Estimates;
 use crate::problem::unknowns::{Id, Mode};
 
-/// Fall of χ² that ends the last descent, 1e-7 standard deviations, so that bounds are met exactly, and
+/// Decrease of χ² that ends the last descent, 1e-7 standard deviations, so that bounds are met exactly, and
 /// its evaluations, of large tables fewer: typical are 4, and at a corner of χ² more do not gain.
 const LAST_STALL: f64 = 1e-14;
 const LAST_STEPS: [usize; 2] = [50, 12];
@@ -31,7 +31,7 @@ const LAST_STEPS: [usize; 2] = [50, 12];
 /// Evaluations of other descents.
 const MAX_STEPS: usize = 50;
 
-/// Fall of χ² by which another minimum is lower, as far as descents find minima.
+/// Decrease of χ² by which another minimum is lower, as far as descents find minima.
 const LOWER: f64 = 0.02;
 
 /// Distance from a bound, in standard errors, within which a minimum is at the bound but for rounding.
@@ -205,7 +205,7 @@ fn finish(
 }
 
 /// Returns the refit with what explains residuals that the stated errors do not: another ratio of the
-/// masses, or a friction that falls with the slip.
+/// masses, or a friction that decreases with the slip.
 fn explain(table: &Table, at: &Evaluation, policy: &Policy) -> Option<Refit> {
     let mut wider = table.problem.clone();
     let rows = wider.rows()?;
