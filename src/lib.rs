@@ -3,8 +3,9 @@
 //!
 //! The [`guide`] has the pages of `caromfit help`.
 //!
-//! A Cargo feature that a program does not need can be left out: `cli`, the program itself, builds on `report`, that on `io`, that on
-//! `fit`, and all are there by default. Without any, [`physics`] is left.
+//! A Cargo feature that a program does not need can be left out: `cli`, the program itself, builds
+//! on `report`, that on `io`, that on `fit`, and all are there by default. Without any, [`physics`]
+//! is left.
 
 // the library answers with values, never with a panic or a line on the terminal
 #![cfg_attr(

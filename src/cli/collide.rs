@@ -30,7 +30,8 @@ pub(super) struct Args {
     /// Cut angle, degrees, between −90 and 90; positive: the cue ball moves towards +y
     #[arg(long, value_name = "DEG", required_unless_present = "cases", allow_hyphen_values = true)]
     cut: Option<f64>,
-    /// Cue ball's spin x,y,z, rad/s, with x along the line of centres and z up: topspin has y > 0, side spin is z
+    /// Cue ball's spin x,y,z, rad/s, with x along the line of centres and z up: topspin has y > 0,
+    /// side spin is z
     #[arg(long, value_name = "X,Y,Z", default_value = "0,0,0", value_parser = parse_spin, allow_hyphen_values = true)]
     omega: Vec3,
     /// Cue ball's spin by name, instead of --omega
@@ -51,8 +52,9 @@ pub(super) struct Args {
     /// How closely the collision is modelled
     #[arg(long, value_parser = super::fidelity(), default_value = "full")]
     fidelity: super::Chosen,
-    /// Of ode and contact: the error of each step, in parts of the closing speed [default: 1e-10]. Of auto:
-    /// what the effects left out may change together, in parts of the cue ball's speed [default: 1e-3]
+    /// Of ode and contact: the error of each step, in parts of the closing speed [default: 1e-10].
+    /// Of auto: what the effects left out may change together, in parts of the cue ball's speed
+    /// [default: 1e-3]
     #[arg(long, value_name = "PART", value_parser = super::tolerance)]
     tolerance: Option<f64>,
     /// Say of each effect how large it is, whether it is on, and why
@@ -61,8 +63,9 @@ pub(super) struct Args {
     /// Friction between the balls that decreases with their slip v, m/s: mu + B·exp(−C·v)
     #[arg(long, value_name = "B,C", value_parser = law, allow_hyphen_values = true)]
     falling: Option<Law>,
-    /// Tangential compliance of the contact between the balls, 0 (rigid) or more: (2 − s)/(2 − 2s) with
-    /// Poisson's ratio s. Of ode and contact [default: 0] and of auto [default: 1.258, phenolic resin]
+    /// Tangential compliance of the contact between the balls, 0 (rigid) or more: (2 − s)/(2 − 2s)
+    /// with Poisson's ratio s. Of ode and contact [default: 0] and of auto
+    /// [default: 1.258, phenolic resin]
     #[arg(long, value_name = "K", allow_hyphen_values = true)]
     kappa: Option<f64>,
     /// The cue ball's mass over the object ball's
@@ -71,8 +74,8 @@ pub(super) struct Args {
     /// Use the sign of the cloth's torque as printed in Kim (2024), for comparison with that paper
     #[arg(long)]
     as_printed: bool,
-    /// A CSV with columns name,speed_m_s,cut_deg,omega_x,omega_y,omega_z,mu,mu_s,e,radius_m, and kappa, mass_ratio if
-    /// need be
+    /// A CSV with columns name,speed_m_s,cut_deg,omega_x,omega_y,omega_z,mu,mu_s,e,radius_m, and
+    /// kappa, mass_ratio if need be
     #[arg(long, value_name = "CSV", conflicts_with_all = ["speed", "cut", "omega", "mu", "mu_s", "e", "radius"])]
     cases: Option<PathBuf>,
     /// Print only JSON, on standard output

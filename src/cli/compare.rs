@@ -20,13 +20,15 @@ pub(super) struct Args {
     /// Where the results go
     #[arg(long, default_value = "fits/compare", value_name = "DIR")]
     out: PathBuf,
-    /// Parameters with one value for all: mu, mu_s, e, mu_k; mu_b and mu_c of a friction that decreases, kappa, e_slope
+    /// Parameters with one value for all: mu, mu_s, e, mu_k; mu_b and mu_c of a friction that
+    /// decreases, kappa, e_slope
     #[arg(long, value_delimiter = ',', value_name = "PARAMETERS")]
     share: Vec<Quantity>,
     /// Parameters with a value for each label
     #[arg(long, value_delimiter = ',', value_name = "PARAMETERS")]
     per_dataset: Vec<Quantity>,
-    /// Collision model; auto is full, with a compliant contact and the balls' weight if the data show them
+    /// Collision model; auto is full, with a compliant contact and the balls' weight if the data
+    /// show them
     #[arg(long, value_parser = super::fidelity(), default_value = "auto")]
     fidelity: super::Chosen,
     /// How outlying shots count, instead of what the data sets state

@@ -16,8 +16,8 @@ use super::{Failure, answer};
     "\nExample: caromfit design --want mu=0.001,mu_s=0.02,e=0.001"
 ))]
 pub(super) struct Args {
-    /// What is expected, the camera, and the kinds of shots; see below [default: pool balls, 1000 fps, 0.1 mm, 40 shots each of
-    /// natural roll, stun, draw and side spin either way]
+    /// What is expected, the camera, and the kinds of shots; see below
+    /// [default: pool balls, 1000 fps, 0.1 mm, 40 shots each of natural roll, stun, draw and side spin either way]
     #[arg(value_name = "SPEC.toml")]
     spec: Option<PathBuf>,
     /// Standard errors that are wanted, as in mu=0.001,e=0.001

@@ -16,7 +16,8 @@ use super::{Failure, answer, unless_none};
 #[derive(clap::Args)]
 #[command(after_help = "Example: caromfit fit data/*/")]
 pub(super) struct Args {
-    /// Folders that hold a dataset.toml, or such files; or a table, with what a dataset.toml would say as options
+    /// Folders that hold a dataset.toml, or such files; or a table, with what a dataset.toml would
+    /// say as options
     #[arg(required = true, value_name = "DATASET")]
     datasets: Vec<PathBuf>,
     /// Leave these shots out
@@ -25,26 +26,31 @@ pub(super) struct Args {
     /// Where the results go, one folder per data set
     #[arg(long, default_value = "fits", value_name = "DIR")]
     out: PathBuf,
-    /// Collision model; auto is full, with a compliant contact and the balls' weight if the data show them
+    /// Collision model; auto is full, with a compliant contact and the balls' weight if the data
+    /// show them
     #[arg(long, value_parser = super::fidelity(), default_value = "auto")]
     fidelity: super::Chosen,
-    /// Friction between the balls that decreases with their slip v, m/s, as μ + B·exp(−C·v), with this B and C or with both
-    /// as [fit] mu_b and mu_c of the data set state (fit); linear takes it at the first slip
+    /// Friction between the balls that decreases with their slip v, m/s, as μ + B·exp(−C·v), with
+    /// this B and C or with both as [fit] mu_b and mu_c of the data set state (fit); linear takes
+    /// it at the first slip
     #[arg(long, value_name = "B,C|fit", value_parser = falling, allow_hyphen_values = true)]
     falling: Option<Falling>,
     /// How outlying shots count, instead of what the data set states
     #[arg(long, value_parser = super::named(Loss::ALL, Loss::name))]
     loss: Option<Loss>,
-    /// Number of samples of shots drawn with repetition and fitted, for intervals that do not rest on model or noise
+    /// Number of samples of shots drawn with repetition and fitted, for intervals that do not rest
+    /// on model or noise
     #[arg(long, default_value_t = 0, value_name = "N")]
     bootstrap: usize,
     /// Seed of all random numbers
     #[arg(long, default_value_t = 0)]
     seed: u64,
-    /// Compare with stored fits (a fit.json, or a folder of them): status 1 and a table of what moved
+    /// Compare with stored fits (a fit.json, or a folder of them): status 1 and a table of what
+    /// moved
     #[arg(long, value_name = "FIT.json")]
     baseline: Option<PathBuf>,
-    /// Print everything: of one fit its report, of several a line for each label, all warnings and error budgets
+    /// Print everything: of one fit its report, of several a line for each label, all warnings and
+    /// error budgets
     #[arg(long)]
     all: bool,
     /// Print only the fits as a JSON array, on standard output

@@ -14,7 +14,8 @@ use super::{Failure, print};
 #[derive(clap::Args)]
 #[command(after_help = "Example: caromfit init my-shots/*.csv")]
 pub(super) struct Args {
-    /// The files of one data set, or its folder: exports of Tracker, Kinovea or Qualisys, JSON, or tables
+    /// The files of one data set, or its folder: exports of Tracker, Kinovea or Qualisys, JSON, or
+    /// tables
     #[arg(required = true, value_name = "CSV")]
     files: Vec<PathBuf>,
     /// Print it instead of writing it

@@ -37,8 +37,8 @@ use clap::builder::{PossibleValue, PossibleValuesParser, TypedValueParser};
 use clap::{Parser, Subcommand};
 use serde::Serialize;
 
-/// From footage of billiard-ball collisions to the friction between the balls μ, the friction of the
-/// cloth on the object ball μ_s, and the restitution e.
+/// From footage of billiard-ball collisions to the friction between the balls μ, the friction of
+/// the cloth on the object ball μ_s, and the restitution e.
 #[derive(Parser)]
 #[command(
     name = "caromfit",

@@ -68,8 +68,8 @@ impl Told {
         Ok((dataset, said))
     }
 
-    /// Puts what is stated into a draft; returns a sentence if its times are those of slow motion: of a film that was recorded more
-    /// than 5 % faster.
+    /// Puts what is stated into a draft; returns a sentence if its times are those of slow motion:
+    /// of a film that was recorded more than 5 % faster.
     pub(super) fn fill(&self, draft: &mut Draft) -> Option<String> {
         for (key, value) in [("assume", &self.spin), ("cue", &self.cue), ("object", &self.object)] {
             if let Some(value) = value {

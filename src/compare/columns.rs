@@ -32,8 +32,8 @@ struct Column {
 }
 
 impl Samples<'_> {
-    /// Returns the problem of all samples with its start: the columns of the first sample come first, in
-    /// the order of [`Id`].
+    /// Returns the problem of all samples with its start: the columns of the first sample come
+    /// first, in the order of [`Id`].
     pub fn join(&self) -> (Problem, State) {
         let mut columns: Vec<Column> = Vec::new();
         let (mut samples, mut own): (Vec<Sample>, Vec<Vec<Own>>) = (Vec::new(), Vec::new());
@@ -64,7 +64,8 @@ impl Samples<'_> {
         (problem, State { own, shared })
     }
 
-    /// Returns what distinguishes the columns of an unknown: samples with the same number share one.
+    /// Returns what distinguishes the columns of an unknown: samples with the same number share
+    /// one.
     fn number(&self, id: Id, alone: &Alone) -> usize {
         if let Some(quantity) = Quantity::ALL.into_iter().find(|quantity| quantity.id() == id) {
             return if self.is_separate(quantity) { alone.label } else { 0 };
@@ -96,14 +97,16 @@ impl Samples<'_> {
         Column { key, unknown, weighted: information * value, information, is_contradicted }
     }
 
-    /// Returns κ of the compliant contact that the fit of a sample adopted. What one sample needs, all have.
+    /// Returns κ of the compliant contact that the fit of a sample adopted. What one sample needs,
+    /// all have.
     fn adopted_kappa(&self) -> Option<f64> {
         let all = self.fitted.iter().filter(|alone| is_auto(alone));
         let mut kappas = all.map(|alone| alone.solution.problem.unknown(Id::Kappa).start);
         kappas.find(|kappa| *kappa != 0.0)
     }
 
-    /// Returns the first sample of the table that a sample is of: labels of one table have its noise.
+    /// Returns the first sample of the table that a sample is of: labels of one table have its
+    /// noise.
     fn find_table(&self, alone: &Alone, block: &Block, samples: &[Sample]) -> Option<usize> {
         let is_of_table = |(other, sample): (&Alone, &Sample)| match (&sample.block, block) {
             (Block::Rows(of), Block::Rows(own)) => {
@@ -114,8 +117,8 @@ impl Samples<'_> {
         self.fitted.iter().zip(samples).position(is_of_table)
     }
 
-    /// Returns the data of a sample and its own unknowns, with its picture in the unit and from the middle
-    /// of the first film by the same camera, and lengths in that picture over those before.
+    /// Returns the data of a sample and its own unknowns, with its picture in the unit and from the
+    /// middle of the first film by the same camera, and lengths in that picture over those before.
     fn in_common_picture(&self, alone: &Alone) -> (Block, Vec<Own>, f64) {
         let solution = &alone.solution;
         let mut block = solution.problem.samples[0].block.clone();
@@ -141,7 +144,8 @@ fn is_auto(alone: &Alone) -> bool {
 }
 
 impl Column {
-    /// Combines what two samples know of their common unknown: the narrower prior, and bounds of both.
+    /// Combines what two samples know of their common unknown: the narrower prior, and bounds of
+    /// both.
     fn merge(&mut self, other: &Self) {
         let (mine, others) = (&mut self.unknown, &other.unknown);
         if others.mode == Mode::Free {

@@ -136,7 +136,8 @@ impl Joint<'_> {
         }
     }
 
-    /// Returns the column of a quantity that the samples of a label estimate; `None` if they hold it.
+    /// Returns the column of a quantity that the samples of a label estimate; `None` if they hold
+    /// it.
     ///
     /// # Errors
     /// Why they do not determine it.
@@ -210,8 +211,8 @@ impl Joint<'_> {
     }
 }
 
-/// Returns that the data contradict a shared quantity at the level at which a fit becomes doubtful, and
-/// the estimates that are at a bound.
+/// Returns that the data contradict a shared quantity at the level at which a fit becomes doubtful,
+/// and the estimates that are at a bound.
 fn find_doubts(compared: &Compared) -> Vec<Finding> {
     let quantity = compared.quantity;
     let level = 2.0 * Normal::standard().sf(Policy::default().conflict);
@@ -228,8 +229,9 @@ fn find_doubts(compared: &Compared) -> Vec<Finding> {
     doubts
 }
 
-/// Takes errors, differences and tests away if the residuals of a sample or of all refute the model by
-/// the errors that are stated. The sliding friction of the cloth, from the paths after the impacts, stays.
+/// Takes errors, differences and tests away if the residuals of a sample or of all refute the model
+/// by the errors that are stated. The sliding friction of the cloth, from the paths after the
+/// impacts, stays.
 fn judge(comparison: &mut Comparison) {
     if comparison.noise_estimated || comparison.robust.is_some() {
         return;

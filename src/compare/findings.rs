@@ -89,6 +89,7 @@ pub(crate) enum Reason {
     Sticks,
     /// Its observations do not depend on the quantity.
     Independent,
-    /// The standard error is larger than the distance of the bounds, or χ² does not depend on it at the best fit.
+    /// The standard error is larger than the distance of the bounds, or χ² does not depend on it at
+    /// the best fit.
     Uncertain,
 }

@@ -14,7 +14,8 @@ use crate::problem::{
     descend_weighed, descend_with_noise, robust_covariance,
 };
 
-/// Ratio of lengths in two films, less 1, beyond which they are not by one camera that was not moved.
+/// Ratio of lengths in two films, less 1, beyond which they are not by one camera that was not
+/// moved.
 const OTHER_CAMERA: f64 = 0.1;
 
 /// Steps of a descent at given noise, typical are 3, and the decrease of χ² that ends it.
@@ -80,9 +81,9 @@ impl<'a> Joint<'a> {
         (0..self.samples.fitted.len()).find_map(own)
     }
 
-    /// Returns that most of the variance of a difference is due to mass ratios that the labels do not
-    /// share: dᵀC⁻¹d, with d the covariances of the difference and the ratios, and C the covariance of
-    /// the ratios.
+    /// Returns that most of the variance of a difference is due to mass ratios that the labels do
+    /// not share: dᵀC⁻¹d, with d the covariances of the difference and the ratios, and C the
+    /// covariance of the ratios.
     pub(super) fn limit(&self, quantity: Quantity) -> Option<Finding> {
         let Estimates { columns, covariance } = &self.solution.covariance;
         let places = |id: Id| -> Vec<usize> {
@@ -114,8 +115,8 @@ impl<'a> Joint<'a> {
     }
 }
 
-/// Returns the best of the ends of descents from one value of κ for all: their mean and that of each sample,
-/// as χ² has several minima in a free κ.
+/// Returns the best of the ends of descents from one value of κ for all: their mean and that of
+/// each sample, as χ² has several minima in a free κ.
 fn best_start(problem: &Problem, start: State, fitted: &[Alone]) -> State {
     let columns = problem.columns_of(Id::Kappa);
     if columns.iter().all(|column| problem.unknowns[*column].mode != Mode::Free) {
@@ -175,12 +176,14 @@ fn check_cameras(samples: &Samples) -> Result<(), CompareError> {
 #[derive(Clone, Copy)]
 pub(super) struct Tests {
     pub(crate) dof: usize,
-    /// Whether the noise was estimated from the residuals, or the errors from the scatter of the shots.
+    /// Whether the noise was estimated from the residuals, or the errors from the scatter of the
+    /// shots.
     pub(crate) estimated: bool,
 }
 
 impl Tests {
-    /// Returns how sums of squares of a fit are judged. With a robust loss the scatter of the shots gives the errors.
+    /// Returns how sums of squares of a fit are judged. With a robust loss the scatter of the shots
+    /// gives the errors.
     pub fn new(solution: &Solution) -> Self {
         let is_robust = solution.problem.is_robust();
         let count = if is_robust {
@@ -203,7 +206,8 @@ impl Tests {
         self.student().map_or_else(|| Normal::standard().inverse_cdf(0.975), |t| t.inverse_cdf(0.975))
     }
 
-    /// Returns the two-sided probability of a difference above `errors` standard errors; 1 if it is NaN.
+    /// Returns the two-sided probability of a difference above `errors` standard errors; 1 if it is
+    /// NaN.
     fn p_value(&self, errors: f64) -> f64 {
         if errors.is_nan() {
             return 1.0;

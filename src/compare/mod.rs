@@ -1,13 +1,15 @@
-//! Several data sets in one fit: which quantities differ between cloths or balls, by how much, with which significance.
+//! Several data sets in one fit: which quantities differ between cloths or balls, by how much, with
+//! which significance.
 //!
-//! Each data set, or each label of its `[fit] by`, is first fitted alone: cleaned, with its causes and
-//! spins. All of them are then samples of one problem whose shared unknowns have a
-//! column each: quantities that are compared one for each label, the others one for all; ratios of masses
-//! and radii one for each set of balls, the camera one for each `camera` label or film, the cloth one for
-//! each cloth. Priors count once per column.
+//! Each data set, or each label of its `[fit] by`, is first fitted alone: cleaned, with its causes
+//! and spins. All of them are then samples of one problem whose shared unknowns have a column each:
+//! quantities that are compared one for each label, the others one for all; ratios of masses and
+//! radii one for each set of balls, the camera one for each `camera` label or film, the cloth one
+//! for each cloth. Priors count once per column.
 //!
-//! "Same" is the fit of the problem in which a quantity has a column for each label with the columns made
-//! equal, at the noise of the larger model, so that its rise of χ² is a likelihood ratio.
+//! "Same" is the fit of the problem in which a quantity has a column for each label with the
+//! columns made equal, at the noise of the larger model, so that its rise of χ² is a likelihood
+//! ratio.
 
 mod columns;
 mod compared;
@@ -30,7 +32,8 @@ use crate::measurement::dataset::Dataset;
 use joint::Joint;
 use samples::Samples;
 
-/// Number of stages of a comparison at most: the samples alone, all together, and a test of each quantity.
+/// Number of stages of a comparison at most: the samples alone, all together, and a test of each
+/// quantity.
 pub(crate) const STAGES: usize = 2 + Quantity::ALL.len();
 
 /// Why data sets cannot be compared.
@@ -68,8 +71,9 @@ pub fn compare(datasets: &[Dataset], options: &Options) -> Result<Comparison, Co
     compare_watched(datasets, options, &|| (), &|_| ())
 }
 
-/// Compares data sets as [`compare`] does and reports progress: `done` is called after every shot that is
-/// fitted, from several threads; `stage` with the name of each of the [`STAGES`] as it begins.
+/// Compares data sets as [`compare`] does and reports progress: `done` is called after every shot
+/// that is fitted, from several threads; `stage` with the name of each of the [`STAGES`] as it
+/// begins.
 pub(crate) fn compare_watched(
     datasets: &[Dataset],
     options: &Options,
@@ -103,7 +107,8 @@ pub(crate) fn compare_watched(
     Joint::new(samples)?.compared(stage)
 }
 
-/// Returns the data sets, those of the same `balls` label with the object ball that one of them states.
+/// Returns the data sets, those of the same `balls` label with the object ball that one of them
+/// states.
 ///
 /// # Errors
 /// Data sets of the same label that state different balls.

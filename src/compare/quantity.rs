@@ -65,8 +65,8 @@ impl Quantity {
 // By its name or its symbol.
 by_name!(Quantity, "quantity", ALL, name, symbol);
 
-/// Choices of a comparison. The default is what `caromfit compare` does; state what you want, and the rest as
-/// `..Options::default()`.
+/// Choices of a comparison. The default is what `caromfit compare` does; state what you want, and
+/// the rest as `..Options::default()`.
 #[derive(Clone, Debug, Default)]
 pub struct Options {
     /// How closely collisions are modelled; `None` as of a fit.
@@ -80,8 +80,9 @@ pub struct Options {
 }
 
 impl Options {
-    /// Returns whether a quantity has a value for each label: as asked for, else by what the labels can
-    /// differ in, which are cloths or not. A cloth has no part in what happens between the balls.
+    /// Returns whether a quantity has a value for each label: as asked for, else by what the labels
+    /// can differ in, which are cloths or not. A cloth has no part in what happens between the
+    /// balls.
     pub(crate) fn is_separate(&self, quantity: Quantity, by_cloth: bool) -> bool {
         let by_default = match quantity {
             Quantity::Parameter(Parameter::MuS) | Quantity::Sliding => by_cloth,

@@ -51,7 +51,8 @@ impl Comparison {
         }
     }
 
-    /// Returns whether the data rule out the model, so that only what does not rest on it has errors.
+    /// Returns whether the data rule out the model, so that only what does not rest on it has
+    /// errors.
     pub fn is_refuted(&self) -> bool {
         self.findings.iter().any(|finding| matches!(finding, Finding::Refuted { .. }))
     }
@@ -169,8 +170,8 @@ worded! {
         pub(crate) enum TestKind {
         /// The ratio of the likelihoods.
         LikelihoodRatio = "likelihood ratio",
-        /// The differences and their errors from the scatter of the shots, where a robust loss leaves no likelihood
-        /// (Wald).
+        /// The differences and their errors from the scatter of the shots, where a robust loss
+        /// leaves no likelihood (Wald).
         Wald = "Wald statistic",
     }
     /// The name for a reader.
@@ -182,7 +183,8 @@ written_by_name!(TestKind);
 /// A test of one value for all against one for each label.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, JsonSchema)]
 pub(crate) struct LikelihoodRatio {
-    /// The statistic: twice the logarithm of the ratio of likelihoods, or the rise of χ²; or Wald's statistic.
+    /// The statistic: twice the logarithm of the ratio of likelihoods, or the rise of χ²; or Wald's
+    /// statistic.
     #[serde(rename = "likelihood_ratio")]
     #[schemars(with = "Option<f64>")]
     pub(crate) statistic: f64,
@@ -194,7 +196,8 @@ pub(crate) struct LikelihoodRatio {
     /// Probability of a larger statistic if the value is the same for all.
     #[schemars(with = "Option<f64>")]
     pub(crate) p_value: f64,
-    /// Akaike's criterion of one value for each less that of one for all: negative favours a difference.
+    /// Akaike's criterion of one value for each less that of one for all: negative favours a
+    /// difference.
     #[schemars(with = "Option<f64>")]
     pub(crate) delta_aic: f64,
 }

@@ -23,8 +23,8 @@ pub(super) struct Alone {
     /// Index of its sample among the summaries, and of its label.
     pub(crate) sample: usize,
     pub(crate) label: usize,
-    /// Index of its data set, and of the first one with the same balls, on the same cloth and by the same
-    /// camera.
+    /// Index of its data set, and of the first one with the same balls, on the same cloth and by
+    /// the same camera.
     pub(crate) film: usize,
     pub(crate) balls: usize,
     pub(crate) cloth: usize,
@@ -44,11 +44,12 @@ pub(super) struct Samples<'a> {
 }
 
 impl<'a> Samples<'a> {
-    /// Fits every sample alone: by cloth if all cloths are stated and differ, else by data set and the
-    /// labels of `[fit] by`. `done` is called after each shot.
+    /// Fits every sample alone: by cloth if all cloths are stated and differ, else by data set and
+    /// the labels of `[fit] by`. `done` is called after each shot.
     ///
     /// # Errors
-    /// Fewer than two labels with shots that can be fitted, or data that cannot be fitted as asked for.
+    /// Fewer than two labels with shots that can be fitted, or data that cannot be fitted as asked
+    /// for.
     pub fn fit(
         datasets: &[Dataset],
         options: &'a Options,

@@ -7,8 +7,8 @@ use super::result::{LikelihoodRatio, TestKind};
 use crate::problem::{self, Estimates, Evaluation, Id, Problem};
 
 impl Joint<'_> {
-    /// Returns the test of one value of an unknown for all of some labels against one for each; `None` if
-    /// the data determine fewer than two of the values.
+    /// Returns the test of one value of an unknown for all of some labels against one for each;
+    /// `None` if the data determine fewer than two of the values.
     pub(super) fn test(&self, id: Id, labels: &[usize]) -> Option<LikelihoodRatio> {
         let shared = self.column(*labels.first()?, id)?;
         let (problem, at) = match self.column(*labels.get(1)?, id) {
@@ -96,8 +96,8 @@ fn merged(problem: &Problem, columns: &[usize]) -> Problem {
     same
 }
 
-/// Returns Wald's statistic dᵀV⁻¹d of the differences d of some values from the first of them, with V the
-/// covariance of d; `None` of fewer than two, or if an error is missing.
+/// Returns Wald's statistic dᵀV⁻¹d of the differences d of some values from the first of them, with
+/// V the covariance of d; `None` of fewer than two, or if an error is missing.
 fn wald(x: &[f64], covariance: &DMatrix<f64>) -> Option<f64> {
     let count = x.len().checked_sub(1).filter(|count| *count > 0)?;
     let by = DMatrix::from_fn(count, x.len(), |i, j| f64::from(j == i + 1) - f64::from(j == 0));

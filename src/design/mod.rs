@@ -215,7 +215,8 @@ pub(crate) fn detectable() -> f64 {
 }
 
 impl Design {
-    /// Returns the standard errors of μ, μ_s and e from a number of shots of each kind; `None` for what they do not determine.
+    /// Returns the standard errors of μ, μ_s and e from a number of shots of each kind; `None` for
+    /// what they do not determine.
     pub fn std_errors(&self, shots: &[u64]) -> [Option<f64>; 3] {
         let of_kinds = self.kinds.iter().zip(shots);
         information::std_errors(&of_kinds.map(|(kind, count)| kind.information * *count as f64).sum())

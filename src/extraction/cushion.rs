@@ -9,8 +9,9 @@ use crate::measurement::track::{Sample, TrackShot};
 const SIDE_FRAMES: usize = 4;
 const LONG_SIDE_FRAMES: usize = 12;
 
-/// Least change of velocity at a corner before the impact, as a part of the speed at the impact: the cloth changes
-/// the velocity by less than 2 % in as many frames, at 100 frames per second and 1 m/s.
+/// Least change of velocity at a corner before the impact, as a part of the speed at the impact:
+/// the cloth changes the velocity by less than 2 % in as many frames, at 100 frames per second and
+/// 1 m/s.
 const MIN_TURN: f64 = 0.2;
 
 /// Least change of velocity at a corner, in standard errors of the difference of two slopes.
@@ -33,8 +34,8 @@ const MAX_DECELERATION: f64 = 4.0;
 /// Residual that some of a dozen frames reach, in standard deviations of the noise.
 const MAX_NOISE: f64 = 4.0;
 
-/// Removes the cue ball's frames up to the last corner before the impact, in the last of which it may still
-/// touch the cushion or ball that turned it; returns whether a corner exists.
+/// Removes the cue ball's frames up to the last corner before the impact, in the last of which it
+/// may still touch the cushion or ball that turned it; returns whether a corner exists.
 pub(crate) fn leave_out_before_cushion(shot: &mut TrackShot) -> bool {
     let Some(Approach { until, speed }) = approach(shot) else { return false };
     let before = &shot.cue[..shot.cue.partition_point(|sample| sample.t < until - 0.5 / shot.fps)];
@@ -46,8 +47,8 @@ pub(crate) fn leave_out_before_cushion(shot: &mut TrackShot) -> bool {
     true
 }
 
-/// Removes a ball's frames from the first corner after the impact on; returns whether one exists. The radius of
-/// the balls is in m.
+/// Removes a ball's frames from the first corner after the impact on; returns whether one exists.
+/// The radius of the balls is in m.
 pub(crate) fn leave_out_after_cushion(shot: &mut TrackShot, radius: f64) -> bool {
     // correlated noise bends paths more
     let noise = noise(shot) * shot.frames_alike().sqrt();
@@ -78,9 +79,9 @@ struct Corner {
     change: f64,
 }
 
-/// Returns the corners of a path between lines through `side` frames on either side, with a change of
-/// velocity (m/s) of at least `least`; `white` is the largest residual (m) of the lines in excess of the part that
-/// the change explains.
+/// Returns the corners of a path between lines through `side` frames on either side, with a change
+/// of velocity (m/s) of at least `least`; `white` is the largest residual (m) of the lines in
+/// excess of the part that the change explains.
 fn corners(
     samples: &[Sample],
     side: usize,
@@ -101,8 +102,8 @@ fn corners(
     (side..(samples.len() + 1).saturating_sub(side)).filter_map(turn).collect()
 }
 
-/// Returns the index of the first frame after the corner that is seen at a place and at neighbouring ones: the
-/// largest change is the right one.
+/// Returns the index of the first frame after the corner that is seen at a place and at
+/// neighbouring ones: the largest change is the right one.
 fn sharpest(corners: &[Corner], place: usize, side: usize) -> usize {
     let near = corners.iter().filter(|corner| corner.at.abs_diff(place) < side);
     near.max_by(|a, b| a.change.total_cmp(&b.change)).map_or(place, |corner| corner.at)

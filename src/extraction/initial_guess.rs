@@ -43,7 +43,8 @@ pub(crate) struct FirstGuess {
     pub(crate) distance: f64,
 }
 
-/// A straight line or a parabola through samples by least squares: place, velocity and acceleration at a time.
+/// A straight line or a parabola through samples by least squares: place, velocity and acceleration
+/// at a time.
 pub(super) struct Path {
     at: f64,
     position: Point,
@@ -58,7 +59,8 @@ fn place(sample: &Sample) -> Point {
 }
 
 impl Path {
-    /// Returns the path with (1) or without (0) an acceleration; `None` if the samples do not determine it.
+    /// Returns the path with (1) or without (0) an acceleration; `None` if the samples do not
+    /// determine it.
     fn fit(samples: &[Sample], at: f64, bend: f64) -> Option<Self> {
         let powers = |s: &Sample| Vector3::new(1.0, s.t - at, 0.5 * bend * (s.t - at).powi(2));
         let mut normal = samples.iter().map(|s| powers(s) * powers(s).transpose()).sum::<Matrix3<f64>>();
@@ -124,8 +126,8 @@ impl Path {
     }
 }
 
-/// Returns the samples without those that stand alone: others fit the two before or after them, as a good one at
-/// the impact does.
+/// Returns the samples without those that stand alone: others fit the two before or after them, as
+/// a good one at the impact does.
 fn steady(samples: &[Sample], noise: f64) -> Vec<Sample> {
     let fits = |s: &Sample, near: &Sample, far: &Sample| {
         let part = (s.t - near.t) / (near.t - far.t);
@@ -186,8 +188,8 @@ fn without_start(cue: &[Sample], object: &[Sample], until: f64, noise: f64) -> U
 
 /// The cue ball before the impact.
 pub(super) struct Approach {
-    /// Time before which all frames show the balls before the impact, s. It is somewhat earlier than the time of
-    /// least distance if the noise hides whether the object ball was at rest.
+    /// Time before which all frames show the balls before the impact, s. It is somewhat earlier
+    /// than the time of least distance if the noise hides whether the object ball was at rest.
     pub(crate) until: f64,
     /// Speed at the impact, m/s; 0 then.
     pub(crate) speed: f64,

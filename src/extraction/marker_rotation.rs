@@ -160,7 +160,8 @@ impl Placed {
         Some(Self { base: turn(place, spin * -time), seen })
     }
 
-    /// Returns the places in all frames, for ω and its change with time, and two angles from `base`.
+    /// Returns the places in all frames, for ω and its change with time, and two angles from
+    /// `base`.
     fn predict(&self, shared: &DVector<f64>, [first, second]: [f64; 2]) -> Vec<Vec3> {
         let spin = Vec3::new(shared[0], shared[1], shared[2]);
         let change = Vec3::new(shared[3], shared[4], 0.0);

@@ -1,5 +1,5 @@
-//! Preparation of tracks for a fit of their frames: first guesses, correlation of the noise, corners
-//! of paths, spins from markers; and reasons for which a shot cannot be used.
+//! Preparation of tracks for a fit of their frames: first guesses, correlation of the noise,
+//! corners of paths, spins from markers; and reasons for which a shot cannot be used.
 
 mod cushion;
 mod initial_guess;

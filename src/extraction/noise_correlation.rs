@@ -46,8 +46,8 @@ const TRIED: usize = 49;
 const MIN_DECREASE: f64 = 6.0;
 const MIN_RHO: f64 = 0.1;
 
-/// Returns the correlation of the noise of neighbouring frames, from 0 to below 1, with its standard error;
-/// `None` if the shots do not show it.
+/// Returns the correlation of the noise of neighbouring frames, from 0 to below 1, with its
+/// standard error; `None` if the shots do not show it.
 pub(crate) fn noise_correlation(shots: &[TrackShot]) -> Option<Measured> {
     let some = shots.par_iter().step_by(shots.len().div_ceil(MAX_SHOTS).max(1));
     let mut paths: Vec<DVector<f64>> = some.filter_map(paths).flatten_iter().collect();
@@ -95,7 +95,8 @@ fn paths(shot: &TrackShot) -> Option<[DVector<f64>; 2]> {
 fn whiten(y: &DVector<f64>, rho: f64) -> [f64; 2] {
     let n = y.len();
     let rest = (1.0 - rho * rho).sqrt();
-    // (1, t, t², t³, y), and L⁻¹ of it with LLᵀ = R: the first row as it is, then (r_i − ρ r_(i−1))/√(1 − ρ²)
+    // (1, t, t², t³, y), and L⁻¹ of it with LLᵀ = R: the first row as it is, then (r_i − ρ
+    // r_(i−1))/√(1 − ρ²)
     let time = |i: usize| 2.0 * i as f64 / (n - 1) as f64 - 1.0;
     let raw = |i: usize, k: usize| if k < POWERS { time(i).powi(k as i32) } else { y[i] - y[0] };
     let white = |i: usize, k: usize| {
@@ -115,8 +116,8 @@ mod tests {
     use super::*;
     use crate::simulate;
 
-    /// The correlation of noise that is added to footage of 40 shots is found if it is not 0, and within three
-    /// standard errors, which seldom fails in four trials.
+    /// The correlation of noise that is added to footage of 40 shots is found if it is not 0, and
+    /// within three standard errors, which seldom fails in four trials.
     #[test]
     fn a_correlation_is_found_as_surely_as_is_said() {
         const SPEC: &str = r#"

@@ -44,7 +44,8 @@ pub(crate) enum Unusable {
     /// Speed of the object ball before the impact, m/s.
     #[error("the object ball was moving before the impact, with {speed:.3} m/s")]
     ObjectMoving { speed: f64 },
-    /// Distance of the centres of discs at the impact, its standard error, and the sum of the radii, m.
+    /// Distance of the centres of discs at the impact, its standard error, and the sum of the
+    /// radii, m.
     #[error(
         "the centres are {:.2} ± {:.2} mm apart at the impact, not {:.2} mm (the sum of the radii): check the scale, \
          the radii and which track is which disc; without radius_m the tracks decide",
@@ -57,7 +58,8 @@ pub(crate) enum Unusable {
          {most_mm:.1} mm apart; check in [tracks] cue and object which points are on which disc"
     )]
     NotRigid { disc: &'static str, first: String, second: String, least_mm: f64, most_mm: f64 },
-    /// χ² per degree of freedom next to the impact, and the root mean square of the residuals there, mm.
+    /// χ² per degree of freedom next to the impact, and the root mean square of the residuals
+    /// there, mm.
     #[error(
         "its motion fits no single collision: χ²/dof is {reduced_chi2:.1} even next to the impact, where the fit is off by {rms_mm:.2} mm"
     )]

@@ -11,16 +11,16 @@ use crate::numerics::median;
 
 type Point = Vector2<f64>;
 
-/// Numbers of steps on either side from which the length of a step is predicted, the second if the impact is among
-/// the others; and of those that must be known.
+/// Numbers of steps on either side from which the length of a step is predicted, the second if the
+/// impact is among the others; and of those that must be known.
 const NEIGHBOURS: [usize; 2] = [6, 4];
 const MIN_NEIGHBOURS: usize = 3;
 
 /// Largest difference between a step and a multiple of the median step, in median steps.
 const MAX_STEP_DEVIATION: f64 = 0.35;
 
-/// Least median step for which steps can be compared, in units of their root mean square deviation; and for a dropped
-/// frame, of which half a step more is then 3.5 standard deviations of one axis.
+/// Least median step for which steps can be compared, in units of their root mean square deviation;
+/// and for a dropped frame, of which half a step more is then 3.5 standard deviations of one axis.
 const MIN_EVEN_NOISES: f64 = 4.0;
 const MIN_DROP_NOISES: f64 = 5.0;
 
@@ -81,8 +81,8 @@ impl<'a> Steps<'a> {
         (0..self.lengths.len()).filter(is_long)
     }
 
-    /// Returns the number of frames that are missing in a step of a ball that moves evenly, well above the noise, on
-    /// both sides; `None` of others.
+    /// Returns the number of frames that are missing in a step of a ball that moves evenly, well
+    /// above the noise, on both sides; `None` of others.
     fn lost(&self, i: usize) -> Option<f64> {
         NEIGHBOURS.into_iter().find_map(|side| self.lost_among(i, side))
     }

@@ -26,7 +26,8 @@ pub(crate) fn noise(shot: &TrackShot) -> f64 {
     if !shot.states_noise() && is_often_held && of_free > step { of_free } else { estimate(&all, shot) }
 }
 
-/// Returns the noise of the frames of some tracks near an instant: far from it the noise may differ.
+/// Returns the noise of the frames of some tracks near an instant: far from it the noise may
+/// differ.
 pub(crate) fn noise_of_near(tracks: &[&[Sample]], shot: &TrackShot, instant: f64) -> f64 {
     let until =
         |samples: &[Sample], frames: f64| samples.partition_point(|s| s.t < instant + frames / shot.fps);

@@ -49,8 +49,8 @@ pub(crate) fn circle_centres(markers: &[&[Sample]]) -> Result<Vec<Sample>, Strin
     Ok(placed.collect())
 }
 
-/// Returns the shape of a body: the superposed median of all complete frames, so that mistaken markers of one do
-/// not count; `None` without any.
+/// Returns the shape of a body: the superposed median of all complete frames, so that mistaken
+/// markers of one do not count; `None` without any.
 fn shape(complete: &[Vec<Point>]) -> Option<Vec<Point>> {
     let mut shape = complete.get(complete.len() / 2)?.clone();
     for _ in 0..ROUNDS {

@@ -4,8 +4,9 @@ use super::{DiscImpact, Estimate, Fit, FoundCamera, Rejected, with_impacts};
 use crate::measurement::correction::Correction;
 use crate::measurement::dataset::{Dataset, Measured};
 
-/// Returns a data set with what its frames show independently of the law of the impact: of a film of balls the impacts, of one of discs the
-/// shots that can be used. Other data are returned as they are.
+/// Returns a data set with what its frames show independently of the law of the impact: of a film
+/// of balls the impacts, of one of discs the shots that can be used. Other data are returned as
+/// they are.
 pub fn extract(dataset: Dataset) -> Dataset {
     with_impacts(dataset, &|| ()).0
 }
@@ -27,7 +28,8 @@ impl Fit {
         self.chi2
     }
 
-    /// Returns −2 log L of the minimum: of films and of noise that is estimated the number that is minimised.
+    /// Returns −2 log L of the minimum: of films and of noise that is estimated the number that is
+    /// minimised.
     pub fn minus_two_log(&self) -> f64 {
         self.solution.minus_two_log().0
     }
@@ -64,14 +66,16 @@ impl Fit {
 }
 
 impl Estimate {
-    /// Returns the ends of the range in which χ², least over all other parameters, is below that of the 95 % interval.
+    /// Returns the ends of the range in which χ², least over all other parameters, is below that of
+    /// the 95 % interval.
     pub fn profile(&self) -> Option<[f64; 2]> {
         self.intervals.profile
     }
 }
 
 impl FoundCamera {
-    /// Returns a correction that was free, as a correction of what the data set states, in the unit that [`Correction::words`] names.
+    /// Returns a correction that was free, as a correction of what the data set states, in the unit
+    /// that [`Correction::words`] names.
     pub fn found(&self, which: Correction) -> Option<Measured> {
         let found = self.corrections.iter().find(|found| found.which == which)?;
         Some(Measured::new(found.value, found.std_error))

@@ -13,8 +13,9 @@ use crate::problem::{
     DiscImpact, FilmError, Id, MeasuredDiscs, Modelling, Policy, Quantity, fit_film, measure_discs,
 };
 
-/// Fits a data set of any kind, as `caromfit fit` does, of films all frames at once, with the camera: one fit, or one for each label of
-/// the column that `[fit] by` names, in the order in which the labels first appear.
+/// Fits a data set of any kind, as `caromfit fit` does, of films all frames at once, with the
+/// camera: one fit, or one for each label of the column that `[fit] by` names, in the order in
+/// which the labels first appear.
 ///
 /// # Errors
 /// See [`FitError`]; the first label that fails ends it.
@@ -22,8 +23,8 @@ pub fn fit(dataset: &Dataset, options: &Options) -> Result<Vec<Fit>, FitError> {
     fit_watched(dataset, options, &|| ())
 }
 
-/// Fits a data set as [`fit`] does and reports progress: `done` is called after every shot of a film and
-/// every replicate of a bootstrap, from several threads.
+/// Fits a data set as [`fit`] does and reports progress: `done` is called after every shot of a
+/// film and every replicate of a bootstrap, from several threads.
 ///
 /// # Errors
 /// Those of [`fit`].
@@ -56,8 +57,9 @@ pub fn fit_watched(
     Ok(fits)
 }
 
-/// Returns the parts of a data set with the label of its `[fit] by` that each has, in the order in which
-/// these first appear; `None` is that of a data set that is fitted as a whole, or has no shots.
+/// Returns the parts of a data set with the label of its `[fit] by` that each has, in the order in
+/// which these first appear; `None` is that of a data set that is fitted as a whole, or has no
+/// shots.
 pub(crate) fn parts(dataset: &Dataset) -> Vec<(Option<String>, Dataset)> {
     let mut labels: Vec<String> = Vec::new();
     if let Some(by) = &dataset.by {
@@ -103,9 +105,10 @@ fn film_of(dataset: &Dataset) -> Option<Film> {
     }
 }
 
-/// Returns a data set with what its frames show independently of the law of the impact: of a film of balls the impacts, with the fit of the
-/// film; of one of discs the shots that can be used. What was found on the way is among its notes, shots without an impact are left
-/// out. Other data are returned as they are.
+/// Returns a data set with what its frames show independently of the law of the impact: of a film
+/// of balls the impacts, with the fit of the film; of one of discs the shots that can be used. What
+/// was found on the way is among its notes, shots without an impact are left out. Other data are
+/// returned as they are.
 pub(crate) fn with_impacts(mut dataset: Dataset, done: &(dyn Fn() + Sync)) -> (Dataset, Option<FittedFilm>) {
     match film_of(&dataset) {
         Some(Film::Balls) => {}
@@ -139,8 +142,8 @@ pub(crate) fn with_impacts(mut dataset: Dataset, done: &(dyn Fn() + Sync)) -> (D
 /// A film of discs with what was measured of its shots.
 #[derive(Clone, Debug)]
 pub struct ExtractedDiscs {
-    /// The data set, with what was found on the way among its notes, and the shots without an impact left
-    /// out.
+    /// The data set, with what was found on the way among its notes, and the shots without an
+    /// impact left out.
     pub dataset: Dataset,
     /// The shots with an impact.
     pub shots: Vec<(TrackShot, DiscImpact)>,
@@ -148,8 +151,8 @@ pub struct ExtractedDiscs {
     pub camera: Option<FoundCamera>,
 }
 
-/// Measures the impacts of a film of discs: e, J_t/J_n, spins and balance of momentum of each shot may be
-/// any, and all shots share the camera. Other data sets have none.
+/// Measures the impacts of a film of discs: e, J_t/J_n, spins and balance of momentum of each shot
+/// may be any, and all shots share the camera. Other data sets have none.
 pub fn extract_discs(mut dataset: Dataset) -> ExtractedDiscs {
     let MeasuredDiscs { solution, impacts } = match measure_discs(&dataset, &Policy::default()) {
         Ok(measured) => measured,

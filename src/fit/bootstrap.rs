@@ -18,7 +18,8 @@ pub(crate) struct Bootstrap {
     pub(crate) replicates: usize,
     /// Seed of the random numbers.
     pub(crate) seed: u64,
-    /// Number of samples that could not be fitted or do not determine a parameter; they are left out.
+    /// Number of samples that could not be fitted or do not determine a parameter; they are left
+    /// out.
     pub(crate) failed: usize,
     /// Results by the name of the parameter, in its unit.
     #[serde(rename = "parameters", serialize_with = "by_parameter")]
@@ -128,7 +129,8 @@ mod tests {
     #[test]
     fn a_skewed_jackknife_moves_the_interval() {
         let values: Vec<f64> = (-500..=500).map(|i| f64::from(i) / 500.0).collect();
-        // a shot that raises the estimate much: leaving it out lowers it, and the interval reaches further up
+        // a shot that raises the estimate much: leaving it out lowers it, and the interval reaches
+        // further up
         let found = summary(Parameter::Mu, &values, 0.0, &[-0.5, 0.1, 0.1, 0.1, 0.1, 0.1]).unwrap();
         assert!(found.bca[0] > found.percentile[0] && found.bca[1] > found.percentile[1], "{found:?}");
     }

@@ -1,5 +1,5 @@
-//! The camera that balls and discs calibrate: they touch at the same distance in every direction and
-//! everywhere in the picture, and move as the cloth lets them.
+//! The camera that balls and discs calibrate: they touch at the same distance in every direction
+//! and everywhere in the picture, and move as the cloth lets them.
 
 use crate::measurement::correction::Correction;
 use crate::measurement::number;
@@ -11,8 +11,8 @@ use crate::problem::{Camera, Finding, Id, Solution};
 pub(crate) struct FoundCorrection {
     /// Which correction it is; the axis of a lens stands for its decentring.
     pub(crate) which: Correction,
-    /// Its value, as a correction of what the data set states, in the unit that [`Correction::words`] names: a scale that was wrong by a
-    /// factor has that factor.
+    /// Its value, as a correction of what the data set states, in the unit that
+    /// [`Correction::words`] names: a scale that was wrong by a factor has that factor.
     pub(crate) value: f64,
     /// Its standard error, in the same unit.
     pub(crate) std_error: f64,
@@ -27,20 +27,21 @@ pub struct FoundCamera {
     picture: Camera,
     /// Its corrections that were free.
     pub(crate) corrections: Vec<FoundCorrection>,
-    /// The factor by which all lengths were multiplied before the fit, the unit of the film in m; 1 where the stated one
-    /// was right to a tenth.
+    /// The factor by which all lengths were multiplied before the fit, the unit of the film in m; 1
+    /// where the stated one was right to a tenth.
     pub(crate) unit: f64,
     /// How many shots it was found from.
     pub(crate) shots: usize,
     /// Whether the corrections converged.
     pub(crate) converged: bool,
-    /// The correlation of the noise of neighbouring frames; `None` if the frames do not determine it.
+    /// The correlation of the noise of neighbouring frames; `None` if the frames do not determine
+    /// it.
     pub(crate) noise_correlation: Option<f64>,
-    /// The number of shots in which frames were dropped without a sign in their numbers, and the number of such
-    /// drops.
+    /// The number of shots in which frames were dropped without a sign in their numbers, and the
+    /// number of such drops.
     pub(crate) drops: [usize; 2],
-    /// How many frames before and after the impacts were left out, as their positions are off in all shots; the first of each is less
-    /// than half a frame away.
+    /// How many frames before and after the impacts were left out, as their positions are off in
+    /// all shots; the first of each is less than half a frame away.
     pub(crate) spoiled: Option<[usize; 2]>,
 }
 
@@ -77,7 +78,8 @@ impl FoundCamera {
         }
     }
 
-    /// Returns the value of a correction, stated or found; of the axis of a lens that of its decentring.
+    /// Returns the value of a correction, stated or found; of the axis of a lens that of its
+    /// decentring.
     #[must_use]
     pub fn get(&self, correction: Correction) -> f64 {
         self.picture.get(correction as usize)

@@ -14,18 +14,19 @@ use crate::problem::predict;
 /// Number of shots below which the noise is left to luck.
 pub(super) const FEW_SHOTS: usize = 5;
 
-/// Speeds of a cue ball before the impact, m/s: below, gravity during the contact and the cloth take more than
-/// the model leaves out; above, no player hits a ball (a break reaches 13).
+/// Speeds of a cue ball before the impact, m/s: below, gravity during the contact and the cloth
+/// take more than the model leaves out; above, no player hits a ball (a break reaches 13).
 const SPEEDS: [f64; 2] = [0.3, 14.0];
 
 /// Radii of billiard balls, m: from miniature to Russian pyramid balls.
 const RADII: [f64; 2] = [0.015, 0.037];
 
-/// The object ball leaves along the line of centres but for the throw, which is at most 12° in any table of
-/// treated balls (Alciatore 2014); more than this is another line.
+/// The object ball leaves along the line of centres but for the throw, which is at most 12° in any
+/// table of treated balls (Alciatore 2014); more than this is another line.
 const MOST_THROW_DEG: f64 = 20.0;
 
-/// Published sliding frictions of a ball on a cloth lie between 0.15 and 0.4; these limits leave room for others.
+/// Published sliding frictions of a ball on a cloth lie between 0.15 and 0.4; these limits leave
+/// room for others.
 const SLIDING: [f64; 2] = [0.1, 0.5];
 
 /// Number of standard errors beyond which a friction is outside of its limits.
@@ -65,8 +66,8 @@ impl Finding {
     }
 }
 
-/// Returns everything suspicious, and notes; findings about the whole data set come first. Impacts must have
-/// been extracted from tracks before.
+/// Returns everything suspicious, and notes; findings about the whole data set come first. Impacts
+/// must have been extracted from tracks before.
 pub fn check(dataset: &Dataset) -> Vec<Finding> {
     let shots: Vec<&Shot> = dataset.shots.iter().collect();
     let mut found = suspicious(dataset, &shots, dataset.sliding);
@@ -81,8 +82,8 @@ pub fn check(dataset: &Dataset) -> Vec<Finding> {
     found
 }
 
-/// Returns what lets doubt some shots of a data set, or the μ_k of the cloth that their paths show; findings about the whole
-/// come first. Fits have the same among their doubts.
+/// Returns what lets doubt some shots of a data set, or the μ_k of the cloth that their paths show;
+/// findings about the whole come first. Fits have the same among their doubts.
 pub(crate) fn suspicious(dataset: &Dataset, shots: &[&Shot], sliding: Option<Measured>) -> Vec<Finding> {
     if dataset.is_of_discs() {
         return Vec::new();
@@ -134,7 +135,8 @@ pub(crate) fn warnings(found: &[Finding], shots: usize) -> Vec<String> {
     all
 }
 
-/// Returns words with a capital letter. A symbol (e, μ, μ_s) stays as it is: of words, only `a` has one letter.
+/// Returns words with a capital letter. A symbol (e, μ, μ_s) stays as it is: of words, only `a` has
+/// one letter.
 pub(crate) fn capital(words: &str) -> String {
     let first = words.split([' ', '_']).next().unwrap_or_default();
     if first != "a" && first.chars().count() == 1 {

@@ -24,7 +24,8 @@ use crate::problem::{Deviations, Estimates, Finding, Id, ShotInfluence, Solution
 /// Shots that are listed by their influence whether they are influential or not, and at most.
 const LISTED: [usize; 2] = [5, 20];
 
-/// Standard deviations that are too large by less than this part do no harm, however many shots show it.
+/// Standard deviations that are too large by less than this part do no harm, however many shots
+/// show it.
 const HARMLESS: f64 = 0.05;
 
 /// A fit of one sample.
@@ -48,8 +49,8 @@ pub(super) struct Tested {
 }
 
 impl Fitted<'_> {
-    /// Returns the fit as far as data set and minimum determine it, without diagnostics; `errors` are those of the estimates,
-    /// `is_known` whether the noise of an observable is.
+    /// Returns the fit as far as data set and minimum determine it, without diagnostics; `errors`
+    /// are those of the estimates, `is_known` whether the noise of an observable is.
     pub fn bare(
         &self,
         estimates: Vec<Estimate>,
@@ -99,7 +100,8 @@ impl Fitted<'_> {
         }
     }
 
-    /// Returns the diagnostics that every fit has; `silent` are parameters that no number depends on.
+    /// Returns the diagnostics that every fit has; `silent` are parameters that no number depends
+    /// on.
     pub fn diagnostics(
         &self,
         parameters: &[Parameter],
@@ -176,7 +178,8 @@ impl Fitted<'_> {
         self.parameters().into_iter().filter_map(error).filter(|(p, _)| !p.is_of_balls()).collect()
     }
 
-    /// Returns how the estimates scatter in fits of shots that are drawn again, if that is asked for.
+    /// Returns how the estimates scatter in fits of shots that are drawn again, if that is asked
+    /// for.
     fn bootstrap(&self) -> Option<Bootstrap> {
         let free: Vec<Parameter> = self.contact().into_iter().map(|(p, _)| p).collect();
         let Request { options: Options { bootstrap: replicates, seed, .. }, done, .. } = self.request;
@@ -195,7 +198,8 @@ impl Fitted<'_> {
         (loss != Loss::Squares).then(|| Robust::new(loss, weights))
     }
 
-    /// Returns Cook's distance above which a shot is influential: the median of F(p, n − p) of `n` numbers.
+    /// Returns Cook's distance above which a shot is influential: the median of F(p, n − p) of `n`
+    /// numbers.
     fn influential_from(&self, numbers: f64) -> Option<f64> {
         let wanted = self.contact().len() as f64;
         let f = FisherSnedecor::new(wanted, numbers - wanted).ok()?;
@@ -232,8 +236,8 @@ impl Fitted<'_> {
     }
 }
 
-/// Returns a row for each observable of some residuals, in the order of their first appearance, as of noise that is
-/// stated.
+/// Returns a row for each observable of some residuals, in the order of their first appearance, as
+/// of noise that is stated.
 fn noise_of(residuals: &[Residual]) -> Vec<Noise> {
     let mut all: Vec<Noise> = Vec::new();
     for Residual { observable, measured, predicted, .. } in residuals {

@@ -1,4 +1,5 @@
-//! Numbers of shots less their predictions: residuals, and how they change with speed, cut, spin and slip.
+//! Numbers of shots less their predictions: residuals, and how they change with speed, cut, spin
+//! and slip.
 
 use nalgebra::DVector;
 
@@ -7,8 +8,8 @@ use super::{Residual, Trend, Variable};
 use crate::measurement::observable::{Axis, Observable};
 use crate::problem::{self, Deviations, ShiftScore, Solution};
 
-/// Returns how the deviations change with what the model should have taken care of; `chance` gives the probability of
-/// a slope from the scores of its shots, if that is known.
+/// Returns how the deviations change with what the model should have taken care of; `chance` gives
+/// the probability of a slope from the scores of its shots, if that is known.
 pub(super) fn trends(
     solution: &Solution,
     shots: &[Option<Deviations>],
@@ -65,8 +66,8 @@ fn scores(solution: &Solution, shots: &[Option<Deviations>], of: TrendOf) -> Vec
     shots.iter().enumerate().map(score).collect()
 }
 
-/// Returns a row for each number of a table or of discs, and each velocity after the impact of a film, against its prediction;
-/// numbers whose noise is not known have no standard deviation.
+/// Returns a row for each number of a table or of discs, and each velocity after the impact of a
+/// film, against its prediction; numbers whose noise is not known have no standard deviation.
 pub(crate) fn residuals(
     names: &[String],
     shots: &[Option<Deviations>],
@@ -117,8 +118,8 @@ enum TrendOf {
 }
 
 impl TrendOf {
-    /// Returns its direction among the numbers of a shot; friction is against the slip and has the sign of
-    /// the cut angle.
+    /// Returns its direction among the numbers of a shot; friction is against the slip and has the
+    /// sign of the cut angle.
     fn direction(self, found: &Deviations) -> DVector<f64> {
         let ([cos, sin], side) = (found.normal, if found.cut < 0.0 { -1.0 } else { 1.0 });
         let part = |observable: &Observable| match self {

@@ -17,13 +17,16 @@ const FEW_USED: f64 = 0.6;
 /// Part of the shots beyond which a fault is systematic.
 const MANY_SUSPICIOUS: f64 = 0.5;
 
-/// Noise whose correlation from frame to frame is above this is that of a filter: trackers that follow a ball by themselves stay below.
+/// Noise whose correlation from frame to frame is above this is that of a filter: trackers that
+/// follow a ball by themselves stay below.
 const SMOOTHED: f64 = 0.93;
 
-/// Ratio of a standard error to the one with other parameters exactly at their bounds, from which on it is said.
+/// Ratio of a standard error to the one with other parameters exactly at their bounds, from which
+/// on it is said.
 const WORTH_SAYING: f64 = 2.0;
 
-/// Part of the rounding of the readings; without one, in rad, m/s, rad/s or as a ratio: smaller residuals are rounding of the search.
+/// Part of the rounding of the readings; without one, in rad, m/s, rad/s or as a ratio: smaller
+/// residuals are rounding of the search.
 const MIN_RESIDUAL: f64 = 1e-6;
 
 /// Something to know of a fit.
@@ -173,7 +176,8 @@ impl Fit {
         })
     }
 
-    /// Returns what the paths of the balls, or most shots, show to be wrong with the footage or its description.
+    /// Returns what the paths of the balls, or most shots, show to be wrong with the footage or its
+    /// description.
     fn wrong_footage(&self) -> Option<String> {
         let suspicious = &self.diagnostics.suspicious;
         let is_of_most = |finding: &&check::Finding| {
@@ -350,8 +354,9 @@ impl Fit {
         self.diagnostics.goodness.as_ref().map_or(&[], |goodness| &goodness.trends)
     }
 
-    /// Returns the trends of residuals: a doubt of the first if it is significant at the level of a family, and the others that are significant unless
-    /// something explains the residuals, which says more than how they run.
+    /// Returns the trends of residuals: a doubt of the first if it is significant at the level of a
+    /// family, and the others that are significant unless something explains the residuals, which
+    /// says more than how they run.
     fn changing_residuals(&self) -> Vec<Remark> {
         let is_refuted = self.refuted_friction().is_some();
         let remark = |(place, trend): (usize, &Trend)| {

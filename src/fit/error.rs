@@ -4,7 +4,8 @@ use super::{Options, Rejected};
 use crate::measurement::dataset::{Dataset, ON_REQUEST};
 use crate::problem::{FilmError, RowsError};
 
-/// Why a data set cannot be fitted. A search that does not converge is not an error: [`Fit::converged`](super::Fit::converged) states it.
+/// Why a data set cannot be fitted. A search that does not converge is not an error:
+/// [`Fit::converged`](super::Fit::converged) states it.
 #[derive(Debug, thiserror::Error)]
 #[non_exhaustive]
 pub enum FitError {
@@ -19,7 +20,8 @@ pub enum FitError {
     /// A table cannot be fitted; with the name of the data set.
     #[error("{0}: {1}")]
     Rows(String, #[source] RowsError),
-    /// The data set is wrong, as [`Dataset::faults`](crate::measurement::dataset::Dataset::faults) states it.
+    /// The data set is wrong, as [`Dataset::faults`](crate::measurement::dataset::Dataset::faults)
+    /// states it.
     #[error("{dataset}: {}", .faults.join("\n"))]
     Invalid {
         /// The name of the data set.

@@ -10,7 +10,8 @@ use crate::physics::name::worded;
 use crate::problem::{Id, Status};
 
 impl Fit {
-    /// The estimate of a parameter; `None` for one that the fit does not have, such as b if the friction is constant.
+    /// The estimate of a parameter; `None` for one that the fit does not have, such as b if the
+    /// friction is constant.
     pub fn get(&self, parameter: Parameter) -> Option<&Estimate> {
         self.estimates.iter().find(|estimate| estimate.parameter == parameter)
     }
@@ -35,8 +36,8 @@ impl Fit {
         self.estimates.iter().filter(|estimate| !estimate.parameter.is_of_balls())
     }
 
-    /// Returns the range of values of a parameter on which χ² does not depend, as that of μ if every shot sticks: from the
-    /// estimate to a bound.
+    /// Returns the range of values of a parameter on which χ² does not depend, as that of μ if
+    /// every shot sticks: from the estimate to a bound.
     pub(crate) fn plateau(&self, parameter: Parameter) -> Option<[f64; 2]> {
         let own = self.get(parameter)?;
         let is_known = self.refuted.is_none() && !self.noise.iter().any(Noise::is_unknown);
@@ -44,8 +45,8 @@ impl Fit {
         is_flat.then(|| [own.value, self.solution.bounds(Id::from(parameter))[1]])
     }
 
-    /// The covariance of the estimates, a row and a column for each of [`Fit::estimates`]: NaN for those without a standard
-    /// error.
+    /// The covariance of the estimates, a row and a column for each of [`Fit::estimates`]: NaN for
+    /// those without a standard error.
     pub fn covariance(&self) -> DMatrix<f64> {
         let error = |i: usize| self.estimates[i].std_error.unwrap_or(f64::NAN);
         let count = self.estimates.len();
@@ -65,7 +66,8 @@ impl Fit {
         Counted::of(self.residuals.iter().map(|residual| &residual.observable))
     }
 
-    /// How the data were fitted, as in fit.json: all frames at once, or measured impacts and angles directly.
+    /// How the data were fitted, as in fit.json: all frames at once, or measured impacts and angles
+    /// directly.
     pub fn method_name(&self) -> &'static str {
         if self.frames.is_some() || self.discs.is_some() { "joint" } else { "direct" }
     }

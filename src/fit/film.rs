@@ -61,7 +61,8 @@ impl FittedFilm {
         &self.tracks
     }
 
-    /// Returns the impacts of all shots whose frames show one, independently of the law of the impact.
+    /// Returns the impacts of all shots whose frames show one, independently of the law of the
+    /// impact.
     #[must_use]
     pub fn impacts(&self) -> Vec<Impact> {
         let all = self.tracks.par_iter().enumerate();
@@ -95,8 +96,8 @@ impl FittedFilm {
         self.solution.middle.map(|x| x * self.solution.unit)
     }
 
-    /// Returns what was estimated of each shot besides the parameters, with its name: instant, place and
-    /// direction of the impact, velocity of the cue ball, topspin and side spin.
+    /// Returns what was estimated of each shot besides the parameters, with its name: instant,
+    /// place and direction of the impact, velocity of the cue ball, topspin and side spin.
     #[must_use]
     pub fn estimates(&self) -> Vec<(&str, Vec<OwnEstimate>)> {
         let of_shot =
@@ -105,15 +106,16 @@ impl FittedFilm {
         self.names().into_iter().zip(all).collect()
     }
 
-    /// Returns the estimate of μ_k or another unknown that all shots share, with its standard error.
+    /// Returns the estimate of μ_k or another unknown that all shots share, with its standard
+    /// error.
     #[must_use]
     pub fn shared(&self, id: Id) -> Option<(f64, f64)> {
         let estimate = self.solution.get(id)?;
         Some((estimate.value, estimate.std_error?))
     }
 
-    /// Writes a text of each shot, which `text` appends, in the order of the shots. Texts are made side
-    /// by side, some at a time: there may be more frames than should be held in memory.
+    /// Writes a text of each shot, which `text` appends, in the order of the shots. Texts are made
+    /// side by side, some at a time: there may be more frames than should be held in memory.
     #[cfg(feature = "report")]
     pub(crate) fn write(
         &self,

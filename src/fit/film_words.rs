@@ -14,13 +14,15 @@ pub(super) const DIFFERS: f64 = 0.2;
 /// Part of the shots that have the same spin, so that one word states it.
 const MIN_ALIKE_PART: f64 = 0.75;
 
-/// Returns a finding as a remark, of a table if there is no film; `None` for one that stands elsewhere.
+/// Returns a finding as a remark, of a table if there is no film; `None` for one that stands
+/// elsewhere.
 pub(super) fn remark(finding: &Finding, film: Option<&FittedFilm>) -> Option<Remark> {
     let sentence = sentence(finding, film)?;
     Some(Remark { about: About::Found(finding.clone()), severity: finding.severity(), sentence })
 }
 
-/// Returns a finding as a sentence, of a table if there is no film; `None` for one that stands elsewhere.
+/// Returns a finding as a sentence, of a table if there is no film; `None` for one that stands
+/// elsewhere.
 pub(crate) fn sentence(finding: &Finding, film: Option<&FittedFilm>) -> Option<String> {
     let radius_and_sd = film.map_or([f64::NAN, 0.0], |film| [film.radius(), film.scale_sd]);
     Some(match finding {
@@ -114,7 +116,8 @@ pub(crate) fn sentence(finding: &Finding, film: Option<&FittedFilm>) -> Option<S
     })
 }
 
-/// Returns on how many shots an effect acts, the decrease of −2 log L with it, and whether it was adopted.
+/// Returns on how many shots an effect acts, the decrease of −2 log L with it, and whether it was
+/// adopted.
 fn effect(what: &str, (shots, fall, adopted): (usize, f64, bool)) -> String {
     let (way, size) = if fall < 0.0 { ("higher", -fall) } else { ("lower", fall) };
     format!(
@@ -128,11 +131,12 @@ fn effect(what: &str, (shots, fall, adopted): (usize, f64, bool)) -> String {
 const DIAMETERS: [(&str, f64); 4] =
     [("pool", 0.057_15), ("carom", 0.0615), ("snooker", 0.0525), ("pyramid", 0.068)];
 
-/// Largest relative difference of a diameter from that of a game: balls wear, and scales are off, by less.
+/// Largest relative difference of a diameter from that of a game: balls wear, and scales are off,
+/// by less.
 const SAME_DIAMETER: f64 = 0.01;
 
-/// Returns that balls of a radius appear `factor` times as large as stated, with the relative standard deviation of the
-/// stated scale.
+/// Returns that balls of a radius appear `factor` times as large as stated, with the relative
+/// standard deviation of the stated scale.
 fn scale(factor: f64, [radius, sd]: [f64; 2]) -> String {
     let diameter = 2.0 * radius * factor;
     let game = DIAMETERS.iter().find(|(_, other)| (diameter / other - 1.0).abs() < SAME_DIAMETER);

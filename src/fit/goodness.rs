@@ -1,5 +1,5 @@
-//! How far a fit can be trusted: what the data determine, whether model and noise describe the residuals,
-//! and the shots that matter most.
+//! How far a fit can be trusted: what the data determine, whether model and noise describe the
+//! residuals, and the shots that matter most.
 
 use schemars::JsonSchema;
 use serde::Serialize;
@@ -36,13 +36,14 @@ pub(crate) struct Goodness {
     /// Whether χ² can be tested: the noise is stated, and no shot is down-weighted.
     #[serde(skip)]
     pub(crate) noise_is_stated: bool,
-    /// Probability of a larger χ² if model and noise are right; null if the noise was estimated from the residuals, or shots were
-    /// down-weighted.
+    /// Probability of a larger χ² if model and noise are right; null if the noise was estimated
+    /// from the residuals, or shots were down-weighted.
     pub(crate) p_value: Option<f64>,
     /// Whether the stated noise explains the residuals, in a word.
     #[serde(rename = "stated_noise")]
     pub(crate) noise: NoiseVerdict,
-    /// √(χ²/dof), by which the stated noise would explain the residuals; null if χ² cannot be tested.
+    /// √(χ²/dof), by which the stated noise would explain the residuals; null if χ² cannot be
+    /// tested.
     pub(crate) noise_factor: Option<f64>,
     /// Whether residuals change with speed, cut angle or spin, the most significant trend first.
     pub(crate) trends: Vec<Trend>,
@@ -60,22 +61,25 @@ pub(crate) struct Goodness {
 pub(crate) struct Identifiability {
     /// Names of the free parameters that some observation depends on.
     pub(crate) parameters: Vec<Parameter>,
-    /// Singular values of the whitened Jacobian, the largest first. Its columns are scaled to length 1 (and made orthogonal to errors
-    /// that the shots share), so that all are 1 if the parameters do not interfere.
+    /// Singular values of the whitened Jacobian, the largest first. Its columns are scaled to
+    /// length 1 (and made orthogonal to errors that the shots share), so that all are 1 if the
+    /// parameters do not interfere.
     pub(crate) singular_values: Vec<f64>,
-    /// Largest over smallest singular value: large if parameters are weakly distinguished; null if it is infinite.
+    /// Largest over smallest singular value: large if parameters are weakly distinguished; null if
+    /// it is infinite.
     #[serde(rename = "condition_number")]
     #[schemars(with = "Option<f64>")]
     pub(crate) condition: f64,
-    /// The combination of parameters that is determined worst; null if at most one parameter is free.
+    /// The combination of parameters that is determined worst; null if at most one parameter is
+    /// free.
     pub(crate) worst: Option<Combination>,
     /// Names of free parameters that change no prediction.
     pub(crate) silent: Vec<Parameter>,
 }
 
 impl Identifiability {
-    /// Returns what the data determine of some parameters, from their worst determined direction, which
-    /// there is of two and more; `silent` are those that no number depends on.
+    /// Returns what the data determine of some parameters, from their worst determined direction,
+    /// which there is of two and more; `silent` are those that no number depends on.
     pub(in crate::fit) fn new(
         parameters: &[Parameter],
         worst: Option<Combination>,
@@ -93,11 +97,12 @@ impl Identifiability {
 pub(crate) struct Influence {
     /// Name of the shot.
     pub(crate) shot: String,
-    /// How much of its own prediction the shot decides, summed over its numbers; over all shots the number of parameters.
+    /// How much of its own prediction the shot decides, summed over its numbers; over all shots the
+    /// number of parameters.
     #[schemars(with = "Option<f64>")]
     pub(crate) leverage: f64,
-    /// Cook's distance: how far all estimates move without the shot, in their joint error, squared and per parameter; null if it is
-    /// infinite, since something is then not determined.
+    /// Cook's distance: how far all estimates move without the shot, in their joint error, squared
+    /// and per parameter; null if it is infinite, since something is then not determined.
     #[serde(rename = "cook_distance")]
     #[schemars(with = "Option<f64>")]
     pub(crate) cook: f64,
@@ -111,7 +116,8 @@ worded! {
     /// Whether the stated noise explains the residuals.
     #[derive(Clone, Copy, Debug, PartialEq, Eq)]
     pub(crate) enum NoiseVerdict {
-        /// A comparison is impossible: the noise was estimated from the residuals, or no degree of freedom is left.
+        /// A comparison is impossible: the noise was estimated from the residuals, or no degree of
+        /// freedom is left.
         NotTested = "not-tested",
         /// The residuals are as large as the stated noise.
         Explains = "explains-residuals",
@@ -126,8 +132,8 @@ worded! {
 
 written_by_name!(NoiseVerdict);
 
-/// A test of normality: of the residuals, each over its own standard deviation, against a normal distribution of their mean and
-/// standard deviation.
+/// A test of normality: of the residuals, each over its own standard deviation, against a normal
+/// distribution of their mean and standard deviation.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, JsonSchema)]
 pub(crate) struct Normality {
     /// Statistic A² of Anderson and Darling.

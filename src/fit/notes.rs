@@ -14,8 +14,8 @@ use crate::problem::{DiscImpact, Id, Quantity, Severity, Solution};
 /// Frames between neighbouring positions of a disc beyond which some are missing.
 const GAP: f64 = 2.5;
 
-/// Sets what is suspicious about the shots of a fit, its warnings, and its notes, among them those of what was
-/// fitted.
+/// Sets what is suspicious about the shots of a fit, its warnings, and its notes, among them those
+/// of what was fitted.
 pub(super) fn comment(
     fit: &mut Fit,
     dataset: &Dataset,
@@ -98,7 +98,8 @@ pub(super) fn slowing(solution: &Solution) -> Option<String> {
     ))
 }
 
-/// Returns what helps if in `unseen` of `all` shots the slip is not known; `None` if it is known in all.
+/// Returns what helps if in `unseen` of `all` shots the slip is not known; `None` if it is known in
+/// all.
 pub(super) fn rotation(unseen: usize, all: usize) -> Option<String> {
     (unseen > 0).then(|| {
         format!(

@@ -22,12 +22,12 @@ use crate::problem::{
 /// Number of shots that show how much shots differ.
 const LEAST_SHOTS: usize = 3;
 
-/// Largest friction that fits of discs try: rubber on rubber seldom has more, and what is around discs
-/// may be any material.
+/// Largest friction that fits of discs try: rubber on rubber seldom has more, and what is around
+/// discs may be any material.
 const MOST_FRICTION: f64 = 2.0;
 
-/// Slips of a curve, whose kinks are then within a hundredth of its length, and the part by which it goes on
-/// beyond the largest slip.
+/// Slips of a curve, whose kinks are then within a hundredth of its length, and the part by which
+/// it goes on beyond the largest slip.
 const POINTS: usize = 120;
 const CURVE_EXTENSION: f64 = 1.08;
 
@@ -84,8 +84,8 @@ pub(super) fn fit(request: Request) -> Result<Fit, FitError> {
     Ok(fit)
 }
 
-/// Returns e and J_t/J_n of the shots that were fitted, less the law; the tangent of a cut angle is the slip over
-/// the closing speed, 0 if that is not known.
+/// Returns e and J_t/J_n of the shots that were fitted, less the law; the tangent of a cut angle is
+/// the slip over the closing speed, 0 if that is not known.
 fn deviations(found: &DiscFit) -> Vec<Option<Deviations>> {
     let DiscFit { solution, impacts, scatter, .. } = found;
     // a single shot does not show the law that J_t/J_n would deviate from
@@ -157,7 +157,8 @@ fn diagnostics(common: &Fitted, found: &DiscFit, estimates: &[Estimate]) -> Diag
     diagnostics
 }
 
-/// Returns the probability of a slope by chance: the scatter that is stated includes a trend, that about the line does not.
+/// Returns the probability of a slope by chance: the scatter that is stated includes a trend, that
+/// about the line does not.
 fn chance(slope: &Slope, scores: &[Option<ShiftScore>]) -> Option<f64> {
     let along: Vec<f64> = scores.iter().flatten().map(|score| score.along).collect();
     let mean = along.iter().sum::<f64>() / along.len() as f64;
@@ -192,8 +193,8 @@ fn notes(DiscFit { solution, impacts, scatter, .. }: &DiscFit) -> Vec<String> {
     notes
 }
 
-/// Returns points of J_t/J_n of a fit against the slip over the closing speed, from 0 on, at a typical closing speed; empty if the
-/// shots do not determine the friction.
+/// Returns points of J_t/J_n of a fit against the slip over the closing speed, from 0 on, at a
+/// typical closing speed; empty if the shots do not determine the friction.
 fn friction_curve(fit: &Fit) -> Vec<[f64; 2]> {
     let is_determined = fit.get(Parameter::Mu).is_some_and(|mu| mu.status != Status::NotIdentified);
     let all = |quantity| fit.disc_shots.iter().filter_map(move |shot| shot.get(quantity));

@@ -117,7 +117,8 @@ fn estimate(fitted: &Fitted, parameter: Parameter) -> Estimate {
     }
 }
 
-/// Returns the estimate of a parameter that ends at a bound; one that may as well be anywhere is not identified.
+/// Returns the estimate of a parameter that ends at a bound; one that may as well be anywhere is
+/// not identified.
 fn at_bound(solution: &Solution, parameter: Parameter, setting: &Setting) -> Estimate {
     let id = Id::from(parameter);
     let (value, [low, high]) = (solution.value(id), solution.bounds(id));

@@ -140,8 +140,8 @@ impl OfRows<'_> {
         diagnostics
     }
 
-    /// Returns the probability of a slope by chance; the noise that is estimated from the same numbers is less without
-    /// mean and slope.
+    /// Returns the probability of a slope by chance; the noise that is estimated from the same
+    /// numbers is less without mean and slope.
     fn chance(&self, slope: &problem::Slope) -> Option<f64> {
         let Some(dof) = self.rows.dof else { return Some(slope.p_value) };
         if !self.rows.knows_noise() {

@@ -6,8 +6,8 @@ use crate::physics::collision::{Fidelity, MAX_TOLERANCE, MIN_TOLERANCE, Model};
 
 /// Choices of a fit that are not part of the data set. The default is what `caromfit fit` does.
 ///
-/// All fields are public: write `..Options::default()` behind those that you state, so that a choice that is added later does not break
-/// your code.
+/// All fields are public: write `..Options::default()` behind those that you state, so that a
+/// choice that is added later does not break your code.
 ///
 /// ```
 /// use caromfit::fit::{Depth, Options};
@@ -18,12 +18,13 @@ use crate::physics::collision::{Fidelity, MAX_TOLERANCE, MIN_TOLERANCE, Model};
 /// ```
 #[derive(Clone, Copy, Debug)]
 pub struct Options {
-    /// How closely collisions are modelled; `None`: `full`, with a compliant contact and the weight of
-    /// the balls if the data show them.
+    /// How closely collisions are modelled; `None`: `full`, with a compliant contact and the weight
+    /// of the balls if the data show them.
     pub fidelity: Option<Fidelity>,
     /// How the friction between the balls decreases with the slip.
     pub falling: Falling,
-    /// The tolerance of the fidelities that integrate ([`Model::tolerance`]): in parts of the closing speed, from [`MIN_TOLERANCE`] to
+    /// The tolerance of the fidelities that integrate ([`Model::tolerance`]): in parts of the
+    /// closing speed, from [`MIN_TOLERANCE`] to
     /// [`MAX_TOLERANCE`].
     pub tolerance: f64,
     /// How much the fit finds out about its own uncertainty.
@@ -36,7 +37,8 @@ pub struct Options {
     pub seed: u64,
 }
 
-/// How the friction between the balls decreases with their slip v: μ(v) = a + b exp(−c v), its a fitted as μ.
+/// How the friction between the balls decreases with their slip v: μ(v) = a + b exp(−c v), its a
+/// fitted as μ.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 #[non_exhaustive]
 pub enum Falling {
@@ -79,7 +81,8 @@ pub enum Depth {
 }
 
 impl Options {
-    /// Returns the faults of these choices, each with its name, its value and what was expected. A fit refuses them.
+    /// Returns the faults of these choices, each with its name, its value and what was expected. A
+    /// fit refuses them.
     pub fn faults(&self) -> Vec<String> {
         let mut faults = Vec::new();
         if !(MIN_TOLERANCE..=MAX_TOLERANCE).contains(&self.tolerance) {

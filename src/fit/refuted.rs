@@ -1,7 +1,7 @@
 //! Whether the data refute the model, and what they then still say.
 //!
-//! Standard errors hold if the model does. Where χ² rules the model out they are not given; what needs no model of the
-//! friction, the ratio of the normal velocities, is given in their place.
+//! Standard errors hold if the model does. Where χ² rules the model out they are not given; what
+//! needs no model of the friction, the ratio of the normal velocities, is given in their place.
 
 use nalgebra::DVector;
 use serde::{Serialize, Serializer};
@@ -23,14 +23,14 @@ pub(crate) struct Refuted {
     /// The standard errors that would hold if the model did.
     #[serde(rename = "std_errors_if_model_held", serialize_with = "by_parameter")]
     pub(crate) if_model_held: Vec<(Parameter, f64)>,
-    /// The restitution measured without the model; `None` if the data do not have the velocities of both balls
-    /// after the impact.
+    /// The restitution measured without the model; `None` if the data do not have the velocities of
+    /// both balls after the impact.
     #[serde(rename = "measured_e")]
     pub(crate) restitution: Option<MeasuredRestitution>,
 }
 
-/// The coefficient of restitution as the ratio of the normal velocities after and before the impact. No law of friction
-/// goes into it.
+/// The coefficient of restitution as the ratio of the normal velocities after and before the
+/// impact. No law of friction goes into it.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 pub(crate) struct MeasuredRestitution {
     /// The mean over the shots, each weighted by its own error and the scatter between shots.
@@ -46,8 +46,9 @@ pub(crate) struct MeasuredRestitution {
 }
 
 impl Refuted {
-    /// Returns χ² per degree of freedom, and the probability that chance gives a larger χ², if both rule the model out. As
-    /// many parameters as observations should leave no residual; what they leave is judged as one degree of freedom.
+    /// Returns χ² per degree of freedom, and the probability that chance gives a larger χ², if both
+    /// rule the model out. As many parameters as observations should leave no residual; what they
+    /// leave is judged as one degree of freedom.
     pub(crate) fn judge(chi2: f64, dof: usize) -> Option<[f64; 2]> {
         let dof = dof.max(1) as f64;
         let reduced = chi2 / dof;
@@ -66,7 +67,8 @@ impl Fit {
     }
 }
 
-/// Finds out whether χ² refutes the model; then takes the errors of the estimates away. `shots` are those that were fitted.
+/// Finds out whether χ² refutes the model; then takes the errors of the estimates away. `shots` are
+/// those that were fitted.
 pub(in crate::fit) fn judge(fit: &mut Fit, shots: &[Option<Deviations>]) {
     let Some(goodness) = fit.diagnostics.goodness.as_ref().filter(|goodness| goodness.noise_is_stated) else {
         return;
@@ -82,8 +84,8 @@ pub(in crate::fit) fn judge(fit: &mut Fit, shots: &[Option<Deviations>]) {
     fit.refuted = Some(Refuted { reduced_chi2, p_value, if_model_held, restitution: mean(&measured) });
 }
 
-/// Returns e = (V' − U')·n / U·n of one shot with velocities V' of the object ball and U' of the cue ball after the
-/// impact, with its standard error.
+/// Returns e = (V' − U')·n / U·n of one shot with velocities V' of the object ball and U' of the
+/// cue ball after the impact, with its standard error.
 fn restitution(shot: &Deviations) -> Option<Measured> {
     let along = |of: fn(Axis) -> Observable, sign: f64| {
         [Axis::X, Axis::Y].into_iter().zip(shot.normal).map(move |(axis, n)| (of(axis), sign * n))
@@ -99,8 +101,8 @@ fn restitution(shot: &Deviations) -> Option<Measured> {
     (value.is_finite() && sd.is_finite() && sd > 0.0).then(|| Measured::new(value, sd))
 }
 
-/// The mean of values that scatter by more than their own errors: weights 1/(s² + τ²), with τ² from Cochran's Q
-/// (DerSimonian and Laird 1986, Controlled Clinical Trials 7, 177, Eq. 8).
+/// The mean of values that scatter by more than their own errors: weights 1/(s² + τ²), with τ² from
+/// Cochran's Q (DerSimonian and Laird 1986, Controlled Clinical Trials 7, 177, Eq. 8).
 fn mean(values: &[Measured]) -> Option<MeasuredRestitution> {
     let variance = |measured: &Measured| measured.sd.unwrap_or(f64::INFINITY).powi(2);
     // Σ w xᵏ with weights w = 1/(s² + τ²)ⁿ

@@ -38,15 +38,16 @@ pub(crate) struct Level {
     /// Rise of χ² above its minimum at the edge.
     #[serde(rename = "chi2_rise")]
     pub(crate) rise: f64,
-    /// Points of the closed edge, within the bounds: values of the first and of the second parameter.
+    /// Points of the closed edge, within the bounds: values of the first and of the second
+    /// parameter.
     pub(crate) edge: Vec<[f64; 2]>,
     /// The same region if χ² were the parabola that it is at the minimum.
     #[serde(skip)]
     pub(crate) ellipse: Vec<[f64; 2]>,
 }
 
-/// Returns the regions of all pairs of some estimates with this covariance; `dof` are the degrees of freedom
-/// of a noise that was estimated. The edge of a pair of parabolas is its ellipse.
+/// Returns the regions of all pairs of some estimates with this covariance; `dof` are the degrees
+/// of freedom of a noise that was estimated. The edge of a pair of parabolas is its ellipse.
 pub(in crate::fit) fn contours(
     solution: &Solution,
     covariance: &Estimates,

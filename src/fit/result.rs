@@ -21,8 +21,8 @@ use crate::problem::{DiscImpact, Id, Solution};
 
 /// The result of one fit: a value, which `report` renders.
 ///
-/// With the feature `report` it is `serde::Serialize`, as fit.json: `serde_json::to_string(&fit)` has the keys that `caromfit schema fit`
-/// describes, with the digits that mean something.
+/// With the feature `report` it is `serde::Serialize`, as fit.json: `serde_json::to_string(&fit)`
+/// has the keys that `caromfit schema fit` describes, with the digits that mean something.
 #[derive(Clone, Debug)]
 #[non_exhaustive]
 pub struct Fit {
@@ -48,14 +48,17 @@ pub struct Fit {
     pub(crate) fidelity: &'static str,
     /// The name of each effect, and whether the model contains it.
     pub(crate) effects: Vec<(&'static str, bool)>,
-    /// The estimates of the parameters that the fit has, in the order of [`Parameter::ALL`](crate::measurement::parameter::Parameter::ALL).
+    /// The estimates of the parameters that the fit has, in the order of
+    /// [`Parameter::ALL`](crate::measurement::parameter::Parameter::ALL).
     pub(crate) estimates: Vec<Estimate>,
-    /// The correlation matrix, with a row and a column for each of the estimates; NaN for those without a standard
-    /// error.
+    /// The correlation matrix, with a row and a column for each of the estimates; NaN for those
+    /// without a standard error.
     pub(crate) correlation: DMatrix<f64>,
-    /// χ²: the sum of squared standardized residuals of what [`Fit::counted`] names, priors included.
+    /// χ²: the sum of squared standardized residuals of what [`Fit::counted`] names, priors
+    /// included.
     pub(crate) chi2: f64,
-    /// Degrees of freedom: measured numbers less all unknowns that they determine, those of single shots included.
+    /// Degrees of freedom: measured numbers less all unknowns that they determine, those of single
+    /// shots included.
     pub(crate) dof: usize,
     /// How the noise of each observable was known, in the order of first appearance.
     pub(crate) noise: Vec<Noise>,
@@ -65,9 +68,11 @@ pub struct Fit {
     pub(crate) shots_rejected: Vec<Rejected>,
     /// Measurements of every shot of discs.
     pub(crate) disc_shots: Vec<DiscImpact>,
-    /// Scatter of discs: by how much shots differ beyond the errors of their frames. It is part of the errors.
+    /// Scatter of discs: by how much shots differ beyond the errors of their frames. It is part of
+    /// the errors.
     pub(crate) scatter: Option<Scatter>,
-    /// Friction curve of discs: points of J_t/J_n against the slip over the closing speed, as fitted; empty if the shots do not determine it.
+    /// Friction curve of discs: points of J_t/J_n against the slip over the closing speed, as
+    /// fitted; empty if the shots do not determine it.
     pub(crate) friction_curve: Vec<[f64; 2]>,
     /// The camera of footage as it was fitted, and what else was found of the film.
     pub(crate) camera: Option<FoundCamera>,
@@ -79,11 +84,11 @@ pub struct Fit {
     pub(crate) unknowns: Vec<crate::problem::Estimate>,
     /// The error budgets of μ, μ_s and e.
     pub(crate) budget: Vec<crate::problem::Budget>,
-    /// Causes that explain residuals that the equations or the stated numbers leave, the best first; the estimates
-    /// include it.
+    /// Causes that explain residuals that the equations or the stated numbers leave, the best
+    /// first; the estimates include it.
     pub(crate) explanations: Vec<Explanation>,
-    /// The observations of [`Fit::tested`] one by one; of films of balls the velocities after each impact, as
-    /// its frames show them without the law of the impact.
+    /// The observations of [`Fit::tested`] one by one; of films of balls the velocities after each
+    /// impact, as its frames show them without the law of the impact.
     pub(crate) residuals: Vec<Residual>,
     /// The frames of a film of balls against the model.
     pub(crate) frames: Option<FittedFilm>,
@@ -145,7 +150,8 @@ fn names<S: Serializer>(effects: &Effects, serializer: S) -> Result<S::Ok, S::Er
 }
 
 impl Computed {
-    /// Returns how the shots of each sample of a fit were computed, those of equal effects together.
+    /// Returns how the shots of each sample of a fit were computed, those of equal effects
+    /// together.
     pub(crate) fn of(solution: &Solution, choice: Option<Fidelity>) -> Vec<Self> {
         let mut all: Vec<Self> = Vec::new();
         for (sample, shots) in solution.problem.samples.iter().zip(&solution.at.shots) {
@@ -180,8 +186,8 @@ impl Computed {
 /// A cause of residuals.
 #[derive(Clone, Debug, PartialEq, Serialize, JsonSchema)]
 pub(crate) struct Explanation {
-    /// cue-spin, mass-ratio, compliance, falling-friction, frame-rate, radius, tilt, scale, aspect, shear, perspective, lens,
-    /// rolling-shutter or parallax.
+    /// cue-spin, mass-ratio, compliance, falling-friction, frame-rate, radius, tilt, scale, aspect,
+    /// shear, perspective, lens, rolling-shutter or parallax.
     pub(crate) cause: &'static str,
     /// The value that explains the residuals best, as the true frame rate over the stated one.
     #[schemars(with = "Option<f64>")]
@@ -189,7 +195,8 @@ pub(crate) struct Explanation {
     /// Its standard error, same unit.
     #[schemars(with = "Option<f64>")]
     pub(crate) std_error: f64,
-    /// Change of −2 log L with it, below 0; of a contradicted prior minus the square of the conflict in standard deviations.
+    /// Change of −2 log L with it, below 0; of a contradicted prior minus the square of the
+    /// conflict in standard deviations.
     #[schemars(with = "Option<f64>")]
     pub(crate) delta_2logl: f64,
     /// Whether the estimates include it.
@@ -229,7 +236,8 @@ impl Robust {
     }
 }
 
-/// Standard deviations between shots of discs, beyond the errors of their frames; 0 if they show no scatter.
+/// Standard deviations between shots of discs, beyond the errors of their frames; 0 if they show no
+/// scatter.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, JsonSchema)]
 pub(crate) struct Scatter {
     /// Scatter of the restitution, dimensionless.
@@ -251,11 +259,11 @@ pub(crate) struct Noise {
     pub(crate) count: usize,
     /// Root mean square of the raw residuals, SI and radians.
     pub(crate) rms: f64,
-    /// The standard deviation that was estimated from the residuals, SI and radians, if the data give none; `None`
-    /// if they do.
+    /// The standard deviation that was estimated from the residuals, SI and radians, if the data
+    /// give none; `None` if they do.
     pub(crate) estimated_sd: Option<f64>,
-    /// The standard deviation of the rounding of the readings, SI and radians, if it stands for the noise, since the residuals are
-    /// smaller.
+    /// The standard deviation of the rounding of the readings, SI and radians, if it stands for the
+    /// noise, since the residuals are smaller.
     pub(crate) rounding: Option<f64>,
 }
 
@@ -293,8 +301,9 @@ pub(crate) struct Residual {
     pub(crate) measured: f64,
     /// The value that the model predicts.
     pub(crate) predicted: f64,
-    /// The standard deviation of the observation, with what the uncertain state before the impact adds; NaN where
-    /// none can be stated, as with noise that is estimated from the residuals without a degree of freedom.
+    /// The standard deviation of the observation, with what the uncertain state before the impact
+    /// adds; NaN where none can be stated, as with noise that is estimated from the residuals
+    /// without a degree of freedom.
     pub(crate) sd: f64,
     /// (measured − predicted) / sd.
     pub(crate) standardized: f64,

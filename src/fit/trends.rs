@@ -7,7 +7,8 @@ use crate::measurement::number::{count_of, plain};
 use crate::measurement::written::written_by_name;
 use crate::physics::name::worded;
 
-/// A χ² or a trend this improbable, a χ² at either end, means that model or noise do not describe the residuals.
+/// A χ² or a trend this improbable, a χ² at either end, means that model or noise do not describe
+/// the residuals.
 pub(in crate::fit) const IMPROBABLE: f64 = 0.001;
 
 /// A trend this improbable, with all the trends that were looked for taken into account, is named.
@@ -84,7 +85,8 @@ worded! {
         Roll = "forward spin" | "natural roll",
         /// The cue ball's side spin Rω_z/U.
         Side = "side spin" | "U/R",
-        /// The variable of discs instead of cut angle and spin: the size of the slip over the closing speed.
+        /// The variable of discs instead of cut angle and spin: the size of the slip over the
+        /// closing speed.
         Slip = "the slip over the closing speed" | "closing speed",
     }
     /// The name in reports.
@@ -95,7 +97,8 @@ worded! {
 
 written_by_name!(Variable);
 
-/// Returns the trends, the most significant first, corrected for the number of trends that were looked for.
+/// Returns the trends, the most significant first, corrected for the number of trends that were
+/// looked for.
 pub(in crate::fit) fn ranked(mut trends: Vec<Trend>) -> Vec<Trend> {
     trends.sort_by(|a, b| a.p_value.total_cmp(&b.p_value));
     holm(trends.iter_mut().map(|trend| &mut trend.p_corrected));

@@ -1,4 +1,5 @@
-//! The verdict on a fit: one word and one sentence that stand first everywhere, those of the worst of its doubts.
+//! The verdict on a fit: one word and one sentence that stand first everywhere, those of the worst
+//! of its doubts.
 
 use schemars::JsonSchema;
 use serde::Serialize;
@@ -33,8 +34,8 @@ written_by_name!(Grade);
 /// Whether the numbers can be used.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, JsonSchema)]
 pub struct Verdict {
-    /// good: no test contradicts the numbers; doubtful: they stand, with one reservation; unusable: there is no
-    /// number to use.
+    /// good: no test contradicts the numbers; doubtful: they stand, with one reservation; unusable:
+    /// there is no number to use.
     pub grade: Grade,
     /// The reason: what is determined, the one reason for doubt, or why there is nothing to use.
     pub sentence: String,
@@ -111,7 +112,8 @@ impl Fit {
 
     /// Returns that most of the variance of a parameter is due to masses that were not weighed.
     fn limited_by_masses(&self) -> Option<String> {
-        /// The standard deviation of m_cue/m_object of balls of 170 g that are each weighed to 0.1 g is 0.0008.
+        /// The standard deviation of m_cue/m_object of balls of 170 g that are each weighed to 0.1
+        /// g is 0.0008.
         const WEIGHED: f64 = 0.001;
         /// Part of a variance.
         const LARGE_MASS_PART: f64 = 0.5;
@@ -147,7 +149,8 @@ mod tests {
         *worst = Combination { weak: true, undetermined, words, ..worst.clone() };
     }
 
-    /// Doubts that searches of simulated shots seldom raise, the most harmful last: each is said whatever stands beside it.
+    /// Doubts that searches of simulated shots seldom raise, the most harmful last: each is said
+    /// whatever stands beside it.
     #[test]
     fn the_most_harmful_doubt_is_said_first() {
         let spec = "name = \"a\"\nkind = \"angles\"\nseed = 1\ntruth = { mu = 0.05, mu_s = 0.3, e = 0.94 }\n\

@@ -82,8 +82,8 @@ const IMPACTS: Layout = Layout {
     observables: &Observable::IMPACTS,
 };
 
-/// Returns the shots of a table, one a row, with the label of the column `by`; rows with problems are
-/// left out.
+/// Returns the shots of a table, one a row, with the label of the column `by`; rows with problems
+/// are left out.
 pub(crate) fn shots(table: &Table, kind: Kind, assume: Option<Assume>, by: Option<&str>) -> Vec<Shot> {
     let layout = if kind == Kind::Impacts { IMPACTS } else { ANGLES };
     let mut known = vec!["shot", "cue_spin"];
@@ -158,8 +158,8 @@ fn impact(table: &Table, row: usize, [nx, ny]: [Measured; 2], velocity: [Measure
     Before::Impact { normal, velocity }
 }
 
-/// Returns the observables that a table has, with their values; standard deviations are given for every
-/// value of a column or for no value.
+/// Returns the observables that a table has, with their values; standard deviations are given for
+/// every value of a column or for no value.
 fn observed(table: &Table, known: &[Observable]) -> Vec<(Observable, Values)> {
     let mut found = Vec::new();
     for observable in known {

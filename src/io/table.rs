@@ -178,8 +178,8 @@ fn has_width(row: &Record, expected: usize, separator: char, path: &Path, proble
     false
 }
 
-/// Splits a text into records, which end at line ends outside quotation marks; calls `wrong` with the
-/// line of each slip.
+/// Splits a text into records, which end at line ends outside quotation marks; calls `wrong` with
+/// the line of each slip.
 fn records<'t>(text: &'t str, separator: char, wrong: &dyn Fn(usize, &str)) -> Vec<Record<'t>> {
     let end = line_end(text);
     let mut records = Vec::new();

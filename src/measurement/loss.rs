@@ -23,8 +23,8 @@ worded! {
 }
 
 impl Loss {
-    /// Returns the tuning constant: with k = 1 the estimate has 95 % of the efficiency of least squares on normal errors
-    /// (Holland and Welsch 1977).
+    /// Returns the tuning constant: with k = 1 the estimate has 95 % of the efficiency of least
+    /// squares on normal errors (Holland and Welsch 1977).
     pub(crate) fn tuning(self) -> f64 {
         match self {
             Self::Squares => f64::INFINITY,

@@ -54,10 +54,10 @@ impl Parameter {
         if matches!(self, Self::C | Self::ESlope) { "s/m" } else { "" }
     }
 
-    /// Returns the setting that is used if dataset.toml does not state it: the middle of the published
-    /// ranges 0.03 ≤ μ ≤ 0.08, 0.2 < μ_s < 0.4, 0.92 ≤ e ≤ 0.98 (Kim 2024, Eqs. 1 and 2 and below
-    /// 6), and bounds with room for chalked and waxed balls. c is held at the 1.088 s/m of D.
-    /// Alciatore (TP A-14), κ at that of phenolic resin, as few data determine them.
+    /// Returns the setting that is used if dataset.toml does not state it: the middle of the
+    /// published ranges 0.03 ≤ μ ≤ 0.08, 0.2 < μ_s < 0.4, 0.92 ≤ e ≤ 0.98 (Kim 2024, Eqs. 1 and 2
+    /// and below 6), and bounds with room for chalked and waxed balls. c is held at the 1.088 s/m
+    /// of D. Alciatore (TP A-14), κ at that of phenolic resin, as few data determine them.
     pub fn default_setting(self) -> Setting {
         let (initial, lower, upper) = match self {
             Self::Mu => (0.05, 0.0, 0.5),

@@ -15,8 +15,8 @@ struct Limit {
     size: f64,
 }
 
-/// Returns the s that minimises ‖`root` s + `residual`‖² with each s_j between its bounds in `room`,
-/// which include 0 and are met exactly. `root` (m × n, m ≥ n) has full rank; else `None`.
+/// Returns the s that minimises ‖`root` s + `residual`‖² with each s_j between its bounds in
+/// `room`, which include 0 and are met exactly. `root` (m × n, m ≥ n) has full rank; else `None`.
 ///
 /// If the free minimum lies outside, Clarabel's multipliers show which bounds are active; the other
 /// unknowns are solved for once more by QR.
@@ -58,8 +58,8 @@ fn minimum(root: &DMatrix<f64>, residual: &DVector<f64>, held: &[Option<f64>]) -
     step.iter().all(|s| s.is_finite()).then_some(step)
 }
 
-/// Holds the unknowns at the bounds that Clarabel finds active. Its unknowns are y = D s/γ, with ones
-/// on the diagonal of the quadratic form and a gradient of length 1.
+/// Holds the unknowns at the bounds that Clarabel finds active. Its unknowns are y = D s/γ, with
+/// ones on the diagonal of the quadratic form and a gradient of length 1.
 fn hold_active(
     root: &DMatrix<f64>,
     residual: &DVector<f64>,

@@ -24,7 +24,8 @@ pub(crate) struct Place<T> {
 /// A function that returns the sum of squares at values of the unknowns.
 struct Function<F>(F);
 
-/// Descends from `x` until a step promises or gains less than `stall`; returns the lowest place met.
+/// Descends from `x` until a step promises or gains less than `stall`; returns the lowest place
+/// met.
 pub(crate) fn descend<T: Clone>(
     x: DVector<f64>,
     (steps, stall): (usize, f64),

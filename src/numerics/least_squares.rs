@@ -22,8 +22,8 @@ pub(crate) const ROUNDING: f64 = 1e-14;
 const ACCEPTED: f64 = 1e-4;
 
 /// Least factor of the damping after a step that was made, and the factor after one that was not,
-/// which doubles each time: with these all certified problems of NIST are solved, and films take the
-/// fewest steps.
+/// which doubles each time: with these all certified problems of NIST are solved, and films take
+/// the fewest steps.
 const AFTER_GAIN: f64 = 0.03;
 const AFTER_LOSS: f64 = 10.0;
 
@@ -37,7 +37,8 @@ const RELAXED: f64 = 1e-6;
 /// descent ends.
 const MAX_STALLS: usize = 2;
 
-/// Factor by which the promises of steps decrease that refine a minimum. At the minimum they are rounding.
+/// Factor by which the promises of steps decrease that refine a minimum. At the minimum they are
+/// rounding.
 const CONTRACTION: f64 = 0.9;
 
 /// A sum of squares, and damped steps towards its minimum.
@@ -87,8 +88,8 @@ pub struct Descending {
     pub damping: f64,
     /// Maximum number of steps tried.
     pub steps: usize,
-    /// A step that promises, or several steps in a row that gain, less than this are the end. With 0,
-    /// the minimum is refined until steps no longer become shorter.
+    /// A step that promises, or several steps in a row that gain, less than this are the end. With
+    /// 0, the minimum is refined until steps no longer become shorter.
     pub stall: f64,
 }
 

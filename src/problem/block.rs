@@ -1,5 +1,5 @@
-//! Measurements as blocks: each kind predicts the numbers of its shots from unknowns of their own and
-//! those that they share.
+//! Measurements as blocks: each kind predicts the numbers of its shots from unknowns of their own
+//! and those that they share.
 
 use super::discs::block::DiscBlock;
 use super::film::block::FilmBlock;
@@ -38,7 +38,8 @@ impl Block {
         }
     }
 
-    /// Returns what is known of own unknowns of shot `i`, each with its place; the others have no prior.
+    /// Returns what is known of own unknowns of shot `i`, each with its place; the others have no
+    /// prior.
     pub(crate) fn own_priors(&self, i: usize) -> Vec<(usize, OwnPrior)> {
         match self {
             Self::Film(film) => film.shots[i].spin.priors().to_vec(),

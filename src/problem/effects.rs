@@ -1,5 +1,5 @@
-//! Effects beyond the closed form of a rigid contact, adopted if they make the data likelier by enough: a
-//! contact that is compliant along its surface, and weight and cloth during the contact.
+//! Effects beyond the closed form of a rigid contact, adopted if they make the data likelier by
+//! enough: a contact that is compliant along its surface, and weight and cloth during the contact.
 
 use super::descent::Descent;
 use super::findings::Finding;
@@ -11,8 +11,8 @@ use super::unknowns::{Id, Mode};
 use crate::measurement::parameter::Compliance;
 use crate::physics::collision::Model;
 
-/// Adopts a compliant contact, and outcomes with weight and cloth, if they make the data likelier by enough;
-/// effects of a fidelity that is not chosen automatically anyway.
+/// Adopts a compliant contact, and outcomes with weight and cloth, if they make the data likelier
+/// by enough; effects of a fidelity that is not chosen automatically anyway.
 pub(super) fn choose_effects(
     problem: &mut Problem,
     descent: &mut Descent,
@@ -32,8 +32,8 @@ pub(super) fn choose_effects(
     findings
 }
 
-/// Adopts a contact that is compliant along its surface, with the κ of phenolic resin, if it makes the data
-/// likelier by enough; `None` if no contact sticks, or κ is stated or free.
+/// Adopts a contact that is compliant along its surface, with the κ of phenolic resin, if it makes
+/// the data likelier by enough; `None` if no contact sticks, or κ is stated or free.
 pub(crate) fn comply(problem: &mut Problem, descent: &mut Descent, policy: &Policy) -> Option<Finding> {
     let is_rigid = |column: &usize| {
         let kappa = &problem.unknowns[*column];
@@ -64,8 +64,9 @@ struct Tried {
     adopted: bool,
 }
 
-/// Refits with an effect, which `refit` adds to a problem, and adopts it if −2 log L decreases by more than
-/// `least`. An effect that makes some of the shots of a large table less likely is not computed for all.
+/// Refits with an effect, which `refit` adds to a problem, and adopts it if −2 log L decreases by
+/// more than `least`. An effect that makes some of the shots of a large table less likely is not
+/// computed for all.
 fn adopt(
     problem: &mut Problem,
     descent: &mut Descent,

@@ -17,8 +17,8 @@ pub(crate) enum Severity {
     Unusable,
 }
 
-/// Number of frames that are off after the impacts, beyond those before them, if a tracker lags: what balls that touch
-/// or an exposure do to positions is similar before and after.
+/// Number of frames that are off after the impacts, beyond those before them, if a tracker lags:
+/// what balls that touch or an exposure do to positions is similar before and after.
 const LATE: usize = 2;
 
 /// A finding of a fit.
@@ -44,15 +44,16 @@ pub(crate) enum Finding {
         /// Number of drops.
         drops: usize,
     },
-    /// Cue balls come off a cushion or are struck before the impact: their frames up to there are left
-    /// out.
+    /// Cue balls come off a cushion or are struck before the impact: their frames up to there are
+    /// left out.
     Corners {
         /// Number of shots.
         shots: usize,
         /// Number of all shots.
         of: usize,
     },
-    /// A ball meets a cushion or another ball after the impact: its frames from there on are left out.
+    /// A ball meets a cushion or another ball after the impact: its frames from there on are left
+    /// out.
     Ends {
         /// Number of shots.
         shots: usize,
@@ -78,8 +79,8 @@ pub(crate) enum Finding {
         /// Number of frames after it.
         after: usize,
     },
-    /// Both balls are off their paths in the first frames after the impacts, and not before: the tracker
-    /// lags.
+    /// Both balls are off their paths in the first frames after the impacts, and not before: the
+    /// tracker lags.
     Lags,
     /// A contact that is compliant along its surface.
     Compliance {
@@ -134,8 +135,8 @@ pub(crate) enum Finding {
         /// Number of shots that slide.
         sliding: usize,
     },
-    /// The frames scatter about the paths by more than their noise. If the model does not describe them
-    /// at all, the estimates are meaningless.
+    /// The frames scatter about the paths by more than their noise. If the model does not describe
+    /// them at all, the estimates are meaningless.
     Misfit {
         /// Variance of slow motions over that of the noise before the impacts.
         ratio: f64,

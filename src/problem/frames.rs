@@ -1,8 +1,8 @@
-//! Frames of bodies against their paths, of balls as of discs: residuals and derivatives, whitened for noise
-//! that is correlated from frame to frame, and summed up to normal equations.
+//! Frames of bodies against their paths, of balls as of discs: residuals and derivatives, whitened
+//! for noise that is correlated from frame to frame, and summed up to normal equations.
 //!
-//! A row has the derivatives of a coordinate by the coefficients of the piece of the path that its body is
-//! on, those by other unknowns, and the residual, in units of the noise.
+//! A row has the derivatives of a coordinate by the coefficients of the piece of the path that its
+//! body is on, those by other unknowns, and the residual, in units of the noise.
 
 use nalgebra::{Const, DMatrix, DVector, Dyn, OMatrix, SMatrix, SVector};
 use num_dual::DualSVec64;
@@ -82,8 +82,9 @@ impl<const R: usize> Sight<R> {
     }
 }
 
-/// Returns the used frames of a track whitened, each as `see` has it: the index of a piece, and rows. Noise
-/// has the correlations `rho`; errors on other pieces count as independent unless they carry over.
+/// Returns the used frames of a track whitened, each as `see` has it: the index of a piece, and
+/// rows. Noise has the correlations `rho`; errors on other pieces count as independent unless they
+/// carry over.
 pub(crate) fn whiten<const R: usize>(
     frames: &[Frame],
     (rho, fps): ([f64; 2], f64),
@@ -133,8 +134,8 @@ pub(crate) fn whiten<const R: usize>(
     sights
 }
 
-/// Places of the columns of rows among the unknowns of a shot and the residual: the inputs of the motion,
-/// and what stands behind the coefficients.
+/// Places of the columns of rows among the unknowns of a shot and the residual: the inputs of the
+/// motion, and what stands behind the coefficients.
 pub(crate) struct Columns<'a> {
     pub(crate) inputs: &'a [usize],
     pub(crate) others: &'a [usize],
@@ -251,8 +252,8 @@ impl PicturePaths {
         Self { pieces, locate, instant, camera }
     }
 
-    /// Returns the place of the first body (0) or the second (1) in the picture at a time, m from the middle
-    /// of the film.
+    /// Returns the place of the first body (0) or the second (1) in the picture at a time, m from
+    /// the middle of the film.
     pub fn place(&self, body: usize, time: f64) -> [f64; 2] {
         let pieces = &self.pieces[body.min(1)];
         let at = |late: f64| {

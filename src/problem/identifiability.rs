@@ -11,19 +11,19 @@ use super::uncertainty::Estimates;
 use super::unknowns::{Id, Mode};
 use crate::measurement::parameter::Parameter;
 
-/// Eigenvalue of the normal matrix, scaled to a diagonal of 1, below which χ² does not change along its
-/// direction: products of derivatives are exact to 1e-12.
+/// Eigenvalue of the normal matrix, scaled to a diagonal of 1, below which χ² does not change along
+/// its direction: products of derivatives are exact to 1e-12.
 const NULL: f64 = 1e-11;
 
-/// Condition number from which on a direction is weakly determined (Belsley, Kuh and Welsch, Regression
-/// Diagnostics, 1980, ch. 3).
+/// Condition number from which on a direction is weakly determined (Belsley, Kuh and Welsch,
+/// Regression Diagnostics, 1980, ch. 3).
 const WEAK: f64 = 30.0;
 
 /// Part of a direction from which on an unknown belongs to it.
 const SHARE: f64 = 0.1;
 
-/// Part within which relative changes of two unknowns are opposite or equal, so that their product or
-/// ratio stays.
+/// Part within which relative changes of two unknowns are opposite or equal, so that their product
+/// or ratio stays.
 const INVARIANT: f64 = 0.15;
 
 /// A combination of unknowns that is determined badly: the direction in which χ² changes least.
@@ -31,8 +31,8 @@ const INVARIANT: f64 = 0.15;
 pub(crate) struct Combination {
     /// The combination as a sentence.
     pub(crate) words: String,
-    /// How each unknown moves along the combination by one standard error, in its unit; undetermined: 1 for the one that goes
-    /// farthest.
+    /// How each unknown moves along the combination by one standard error, in its unit;
+    /// undetermined: 1 for the one that goes farthest.
     #[serde(rename = "one_standard_error_along", serialize_with = "by_name")]
     #[schemars(with = "std::collections::BTreeMap<String, Option<f64>>")]
     pub(crate) terms: Vec<(Id, f64)>,
@@ -99,8 +99,8 @@ impl Combination {
     }
 }
 
-/// Returns the worst determined direction of the free unknowns that the data depend on and that are not
-/// at bounds; `None` of fewer than two.
+/// Returns the worst determined direction of the free unknowns that the data depend on and that are
+/// not at bounds; `None` of fewer than two.
 pub(crate) fn worst_direction(problem: &Problem, at: &Evaluation, reduced: &Reduced) -> Option<Combination> {
     let mut columns = problem.inside(&at.state);
     columns.retain(|column| reduced.informs(*column));
@@ -110,8 +110,9 @@ pub(crate) fn worst_direction(problem: &Problem, at: &Evaluation, reduced: &Redu
 }
 
 impl Solution {
-    /// Returns the worst determined direction of some unknowns of the only sample with these values, the
-    /// other free ones eliminated; `None` of fewer than two, or if the others are not determined.
+    /// Returns the worst determined direction of some unknowns of the only sample with these
+    /// values, the other free ones eliminated; `None` of fewer than two, or if the others are not
+    /// determined.
     pub(crate) fn worst_direction(&self, unknowns: &[(Id, f64)]) -> Option<Combination> {
         let reduced = self.at.eliminate(&self.problem, 0.0)?;
         let wanted: Vec<usize> = unknowns.iter().map(|(id, _)| *id as usize).collect();
@@ -128,8 +129,8 @@ impl Solution {
     }
 }
 
-/// Returns the worst determined direction of some unknowns with these values and this normal matrix;
-/// `None` of fewer than two.
+/// Returns the worst determined direction of some unknowns with these values and this normal
+/// matrix; `None` of fewer than two.
 fn combine(unknowns: &[(Id, f64)], matrix: &DMatrix<f64>) -> Option<Combination> {
     let norms = matrix.diagonal().map(f64::sqrt);
     let n = unknowns.len();

@@ -12,13 +12,13 @@ use super::unknowns::{Id, Mode};
 use crate::measurement::parameter::{Parameter, Setting, Settings};
 use crate::physics::name::{by_name, worded};
 
-/// Relative change of χ² within which it does not depend on an unknown, and halvings for the edge of such a
-/// range.
+/// Relative change of χ² within which it does not depend on an unknown, and halvings for the edge
+/// of such a range.
 const SAME_CHI2: f64 = 1e-12;
 const HALVINGS: usize = 45;
 
-/// Number of shots of a table beyond which profiles are followed only if χ² is not a parabola, and regions,
-/// some hundred fits, are not drawn.
+/// Number of shots of a table beyond which profiles are followed only if χ² is not a parabola, and
+/// regions, some hundred fits, are not drawn.
 pub(crate) const MANY_SHOTS: usize = 1000;
 
 worded! {
@@ -34,8 +34,8 @@ worded! {
         AtLowerBound = "at-lower-bound",
         /// It was fitted and ended at its upper bound.
         AtUpperBound = "at-upper-bound",
-        /// The data do not determine it. It is given at its initial value or, if they determine a combination of
-        /// several parameters, at one of the values that fit equally well.
+        /// The data do not determine it. It is given at its initial value or, if they determine a
+        /// combination of several parameters, at one of the values that fit equally well.
         NotIdentified = "not-identified",
     }
     /// The name in fit.json.
@@ -50,22 +50,22 @@ by_name!(Status, "status", ALL, name);
 pub struct ParameterEstimate {
     /// The parameter.
     pub parameter: Parameter,
-    /// The estimate, in the parameter's unit: if it is fixed or not identified, the value that it was held
-    /// at; on a range of values between which χ² does not change, its edge.
+    /// The estimate, in the parameter's unit: if it is fixed or not identified, the value that it
+    /// was held at; on a range of values between which χ² does not change, its edge.
     pub value: f64,
     /// The standard error with parameters at bounds taken for free; `None` of a
     /// parameter without one, as a fixed parameter.
     pub std_error: Option<f64>,
-    /// The 95 % interval within the bounds; at an active bound it is one-sided. It is that of the profile if
-    /// the two of `intervals` differ by more than a tenth, else that of the Hessian.
+    /// The 95 % interval within the bounds; at an active bound it is one-sided. It is that of the
+    /// profile if the two of `intervals` differ by more than a tenth, else that of the Hessian.
     pub interval_95: Option<[f64; 2]>,
     /// Both intervals.
     pub(crate) intervals: IntervalPair,
-    /// The standard error if the parameters at their bounds were known to be there, if it differs from
-    /// `std_error`.
+    /// The standard error if the parameters at their bounds were known to be there, if it differs
+    /// from `std_error`.
     pub(crate) std_error_at_bound: Option<f64>,
-    /// Whether `interval_95` was extended to another minimum that is nearly as likely; `std_error` is the
-    /// curvature at the best one.
+    /// Whether `interval_95` was extended to another minimum that is nearly as likely; `std_error`
+    /// is the curvature at the best one.
     pub(crate) includes_other_minimum: bool,
     /// How far the fit determined the parameter.
     pub status: Status,
@@ -75,10 +75,11 @@ pub struct ParameterEstimate {
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 #[non_exhaustive]
 pub(crate) struct IntervalPair {
-    /// The interval of the curvature of χ² at its minimum: value ± t·error, as far as the bounds allow.
+    /// The interval of the curvature of χ² at its minimum: value ± t·error, as far as the bounds
+    /// allow.
     pub(crate) hessian: Option<[f64; 2]>,
-    /// The interval from the lowest to the highest value at which χ², least over all other parameters, is t² above its
-    /// minimum, other minima included.
+    /// The interval from the lowest to the highest value at which χ², least over all other
+    /// parameters, is t² above its minimum, other minima included.
     pub(crate) profile: Option<[f64; 2]>,
 }
 
@@ -102,8 +103,8 @@ impl ParameterEstimate {
         matches!(self.status, Status::AtLowerBound | Status::AtUpperBound)
     }
 
-    /// Returns the estimate, without a value for a parameter that ends at a bound and may as well be anywhere: the
-    /// data do not determine it.
+    /// Returns the estimate, without a value for a parameter that ends at a bound and may as well
+    /// be anywhere: the data do not determine it.
     pub(crate) fn unless_uninformed(self, setting: &Setting) -> Self {
         let is_anywhere = |[low, high]: [f64; 2]| low <= setting.lower && high >= setting.upper;
         if self.is_at_bound() && self.interval_95.is_some_and(is_anywhere) {
@@ -112,8 +113,9 @@ impl ParameterEstimate {
         self
     }
 
-    /// Returns the 95 % interval of the profile if a standard error would mislead: if it is less than half, or
-    /// more than twice, as wide as ± two standard errors, or extends to another minimum.
+    /// Returns the 95 % interval of the profile if a standard error would mislead: if it is less
+    /// than half, or more than twice, as wide as ± two standard errors, or extends to another
+    /// minimum.
     pub fn lopsided(&self) -> Option<[f64; 2]> {
         const MISLEADING: f64 = 2.0;
         let [low, high] = self.interval_95.filter(|_| self.is_profiled())?;
@@ -252,7 +254,8 @@ impl Known<'_> {
     }
 }
 
-/// Returns the covariance with unknowns at bounds taken for free, those that are not determined held.
+/// Returns the covariance with unknowns at bounds taken for free, those that are not determined
+/// held.
 pub(super) fn errors_as_free(problem: &Problem, at: &Evaluation, undetermined: &[Id]) -> Option<Estimates> {
     let is_determined = |column: &usize| !undetermined.contains(&problem.unknowns[*column].id);
     let columns = problem.free().into_iter().filter(is_determined).collect();
@@ -285,8 +288,8 @@ fn edge_of_saturation(problem: &Problem, at: &Evaluation, column: usize) -> Opti
     edge(low).or_else(|| edge(high))
 }
 
-/// Returns what the data determine, and the unknowns of which they determine only combinations; one of
-/// these is then held.
+/// Returns what the data determine, and the unknowns of which they determine only combinations; one
+/// of these is then held.
 pub(crate) fn determine(problem: &Problem, at: &Evaluation) -> (Estimates, Vec<Id>) {
     let mut held = problem.clone();
     let mut undetermined: Vec<Id> = Vec::new();

@@ -11,7 +11,8 @@ use crate::measurement::loss::Loss;
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct ShotLoss {
     loss: Loss,
-    /// Distance beyond which a shot counts less: as improbable as the tuning constant is of one number.
+    /// Distance beyond which a shot counts less: as improbable as the tuning constant is of one
+    /// number.
     tuning: f64,
     /// E[(w s)²]/k of normal errors.
     pub(crate) consistency: f64,
@@ -73,7 +74,8 @@ mod tests {
     use super::ShotLoss;
     use crate::measurement::loss::Loss;
 
-    /// Weights of shots are the slopes of their costs, and E[(w s)²] of one number is that of scipy.
+    /// Weights of shots are the slopes of their costs, and E[(w s)²] of one number is that of
+    /// scipy.
     #[test]
     fn losses_have_their_weights() {
         assert!((ShotLoss::new(Loss::Huber, 1).consistency - 0.710_165).abs() < 1e-5);

@@ -8,7 +8,8 @@ use super::problem::{Problem, Sample, State};
 use super::rows::block::RowsBlock;
 use super::unknowns::Id;
 
-/// Values of μ that descents of films start from: published ones (0.03 to 0.08), waxed and chalked balls.
+/// Values of μ that descents of films start from: published ones (0.03 to 0.08), waxed and chalked
+/// balls.
 const FILM_GRID: [f64; 4] = [0.02, 0.06, 0.12, 0.25];
 
 /// Unknowns of the first descents: places and scale before all others.
@@ -17,7 +18,8 @@ const COARSE: [Id; 7] = [Id::Mu, Id::E, Id::Scale, Id::Aspect, Id::Shear, Id::Pe
 /// Evaluations of a descent, typical are 6.
 const MAX_STEPS: usize = 40;
 
-/// Steps of the first descents, of films and of tables, and of the two best ones over everything free.
+/// Steps of the first descents, of films and of tables, and of the two best ones over everything
+/// free.
 const COARSE_STEPS: [usize; 2] = [10, 3];
 const SECOND_STEPS: usize = 12;
 
@@ -40,8 +42,8 @@ pub(crate) fn fit(problem: &mut Problem, start: &State) -> Option<Descent> {
     Some(descend_with_noise(problem, coarse.end.state))
 }
 
-/// Descends coarsely, of films also with all balls of unknown spin sliding instead of rolling: they are
-/// judged one by one from shared unknowns that suit most.
+/// Descends coarsely, of films also with all balls of unknown spin sliding instead of rolling: they
+/// are judged one by one from shared unknowns that suit most.
 pub(crate) fn descend_with_states(problem: &mut Problem, start: &State) -> Option<Descent> {
     let first = descend_coarsely(problem, start);
     let sliding = |sample: &Sample| match &sample.block {
@@ -64,8 +66,8 @@ pub(crate) fn descend_with_states(problem: &mut Problem, start: &State) -> Optio
 }
 
 /// Descends a few steps over places, scale, μ and e from each μ of a grid, with a noise as large as
-/// the first guesses are wrong, of large tables with some of the shots. From the best two, if they are at
-/// different μ, goes on over everything free; returns the lower one.
+/// the first guesses are wrong, of large tables with some of the shots. From the best two, if they
+/// are at different μ, goes on over everything free; returns the lower one.
 fn descend_coarsely(problem: &Problem, start: &State) -> Option<Descent> {
     let Thinned { problem: mut coarser, state: coarse_start, .. } = thin(problem, start);
     for sample in &mut coarser.samples {
@@ -119,7 +121,8 @@ pub(crate) struct Thinned {
     pub(crate) factor: f64,
 }
 
-/// Returns a table with more than [`ENOUGH_SHOTS`] with that many of them, spread evenly; films as they are.
+/// Returns a table with more than [`ENOUGH_SHOTS`] with that many of them, spread evenly; films as
+/// they are.
 pub(crate) fn thin(problem: &Problem, state: &State) -> Thinned {
     let (mut problem, mut state) = (problem.clone(), state.clone());
     let count = state.own.first().map_or(0, Vec::len);
@@ -132,8 +135,8 @@ pub(crate) fn thin(problem: &Problem, state: &State) -> Thinned {
     Thinned { problem, state, factor: count as f64 / ENOUGH_SHOTS as f64 }
 }
 
-/// Minimises with what weight and cloth do during the contact, computed at `state` and once more after the
-/// fit has moved.
+/// Minimises with what weight and cloth do during the contact, computed at `state` and once more
+/// after the fit has moved.
 pub(crate) fn descend_weighed(problem: &mut Problem, state: State) -> Descent {
     problem.weigh(&state);
     let moved = descend_with_noise(problem, state).end.state;

@@ -6,8 +6,9 @@
 //! forward into the picture: through the impact, the motion on the cloth, and the camera, at each
 //! frame's own time. Velocities and angles of tables are predicted by the impact. Own unknowns are
 //! eliminated (Schur complement; Triggs et al. 2000), so that a step costs time linear in the
-//! frames. Noise of frames is autoregressive of first order and whitened exactly; its size and correlation,
-//! and the spreads of spins from shot to shot, are estimated by restricted maximum likelihood.
+//! frames. Noise of frames is autoregressive of first order and whitened exactly; its size and
+//! correlation, and the spreads of spins from shot to shot, are estimated by restricted maximum
+//! likelihood.
 //!
 //! | file | what it holds |
 //! | --- | --- |
@@ -115,7 +116,8 @@ mod tests {
     const FULL: RowsChoices =
         RowsChoices { fidelity: Some(Fidelity::Full), loss: None, without_profiles: false };
 
-    /// Shots of this kind, with these spins, this friction and these cut angles; noise 0.2 mm and the like.
+    /// Shots of this kind, with these spins, this friction and these cut angles; noise 0.2 mm and
+    /// the like.
     fn made(kind: &str, count: usize, spins: &str, mu: f64, cuts: [f64; 2], seed: u64) -> Dataset {
         let spec = format!(
             r#"
@@ -143,8 +145,8 @@ mod tests {
         *fit.estimates.iter().find(|estimate| Id::from(estimate.parameter) == id).unwrap()
     }
 
-    /// Checks that the gradient is half of the slope of χ², for these shared unknowns to one tolerance and
-    /// for every own unknown of a shot to the other.
+    /// Checks that the gradient is half of the slope of χ², for these shared unknowns to one
+    /// tolerance and for every own unknown of a shot to the other.
     fn check_gradient(problem: &Problem, state: &State, columns: &[usize], shot: usize, most: [f64; 2]) {
         let at = problem.evaluate(state.clone());
         let check = |name: &str, moved: &dyn Fn(&mut State, f64), (step, slope, most): (f64, f64, f64)| {
@@ -219,8 +221,8 @@ mod tests {
         check_gradient(&problem, &state, &problem.free(), 1, [2e-3; 2]);
     }
 
-    /// Without a shot, the estimates of a film move as its influence says, to first order: the noise is
-    /// estimated again, and χ² is not a parabola.
+    /// Without a shot, the estimates of a film move as its influence says, to first order: the
+    /// noise is estimated again, and χ² is not a parabola.
     #[test]
     fn influence_is_what_a_shot_changes() {
         let mut dataset = rolls(10, 6);
@@ -253,8 +255,8 @@ mod tests {
         }
     }
 
-    /// A speed before the impact that is not measured follows from a speed afterwards: without its column
-    /// the estimates stay within a standard error.
+    /// A speed before the impact that is not measured follows from a speed afterwards: without its
+    /// column the estimates stay within a standard error.
     #[test]
     fn unknown_speeds_follow_from_speeds_afterwards() {
         let mut dataset = made("angles", 20, r#""natural-roll", "stun""#, 0.05, [10.0, 50.0], 5);
@@ -270,8 +272,8 @@ mod tests {
         }
     }
 
-    /// Contacts that all stick leave μ at the edge of the range of values that fit equally well, which its
-    /// interval holds.
+    /// Contacts that all stick leave μ at the edge of the range of values that fit equally well,
+    /// which its interval holds.
     #[test]
     fn contacts_that_all_stick_give_the_edge_of_their_range() {
         let mu = get(&fitted(&made("impacts", 20, r#""stun""#, 0.3, [-8.0, 8.0], 7)), Id::Mu);

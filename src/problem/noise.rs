@@ -35,7 +35,8 @@ pub(super) fn update(problem: &mut Problem, at: &Evaluation) -> bool {
     for sample in 0..sums.len() {
         if problem.samples[sample].block.estimates_noise() {
             let dof = count(&sums[sample]) - spent[sample].iter().sum::<f64>();
-            // residuals are less correlated than the errors, as each shot's unknowns follow slow errors
+            // residuals are less correlated than the errors, as each shot's unknowns follow slow
+            // errors
             let likeliest = likeliest_correlation(problem, at, sample, dof);
             let noise_of = problem.samples[sample].noise_of;
             let is_partner = |other: &usize| problem.samples[*other].noise_of == noise_of;
@@ -94,8 +95,8 @@ fn count(sums: &[NoiseSums]) -> f64 {
     sums.iter().map(|sum| sum.count).sum()
 }
 
-/// Returns the part of each noise of each sample that its numbers spend on unknowns: of tables their
-/// leverages; the noises of films spend equal parts.
+/// Returns the part of each noise of each sample that its numbers spend on unknowns: of tables
+/// their leverages; the noises of films spend equal parts.
 fn count_spent(
     problem: &Problem,
     at: &Evaluation,
@@ -173,8 +174,8 @@ fn count_own(block: &Block, own: &[Eliminated]) -> f64 {
     own.iter().enumerate().map(of_shot).sum()
 }
 
-/// Returns a spread from shot to shot: s² = (Σŝ² + w s₀²)/(Σ(1 − v/s²) + w), a step towards the fixed
-/// point of restricted likelihood, w the number of shots that s₀ counts as.
+/// Returns a spread from shot to shot: s² = (Σŝ² + w s₀²)/(Σ(1 − v/s²) + w), a step towards the
+/// fixed point of restricted likelihood, w the number of shots that s₀ counts as.
 fn estimate_spread(
     problem: &Problem,
     at: &Evaluation,

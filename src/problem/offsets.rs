@@ -1,6 +1,6 @@
 //! Outcome offsets: velocities after the impact less the model's, shot by shot, to first order from
-//! what the frames of the shot show. They are the residuals of a fit in the terms of the impact, and
-//! how they change with speed, cut or spin tests the model.
+//! what the frames of the shot show. They are the residuals of a fit in the terms of the impact,
+//! and how they change with speed, cut or spin tests the model.
 
 use nalgebra::{DMatrix, DVector, Matrix4, Vector4, matrix};
 use statrs::distribution::{ContinuousCDF, Normal};
@@ -29,7 +29,8 @@ pub(crate) struct Slope {
     pub(crate) t: f64,
     /// Probability of a slope as far from 0 by chance.
     pub(crate) p_value: f64,
-    /// Decrease of χ² with a mean of the offsets beside it; `None` if the free unknowns take that up.
+    /// Decrease of χ² with a mean of the offsets beside it; `None` if the free unknowns take that
+    /// up.
     pub(crate) level: Option<f64>,
 }
 
@@ -39,7 +40,8 @@ pub(crate) struct ShiftScore {
     pub(crate) square: f64,
     /// Its product with the residuals.
     pub(crate) along: f64,
-    /// Its products with the free unknowns of the sample, in the order of [`Solution::own_columns`].
+    /// Its products with the free unknowns of the sample, in the order of
+    /// [`Solution::own_columns`].
     pub(crate) beside: DVector<f64>,
 }
 
@@ -47,7 +49,8 @@ pub(crate) struct ShiftScore {
 const OWN_PART: f64 = 1e-6;
 
 impl Solution {
-    /// Returns the outcome offsets of shot `i` of a sample; `None` if its frames do not determine them.
+    /// Returns the outcome offsets of shot `i` of a sample; `None` if its frames do not determine
+    /// them.
     pub(crate) fn offsets(&self, sample: usize, i: usize) -> Option<Offsets> {
         let (information, gradient) = self.at.shots.get(sample)?.get(i)?.reduced(&Id::OFFSETS)?;
         let covariance = information.cholesky()?.inverse();
@@ -57,8 +60,8 @@ impl Solution {
         is_finite.then_some(Offsets { values: Vector4::from_fn(|a, _| values[a]), covariance })
     }
 
-    /// Returns the velocities after the impact of shot `i` of a film, as its frames show them, less the
-    /// model's, in the frame of the table.
+    /// Returns the velocities after the impact of shot `i` of a film, as its frames show them, less
+    /// the model's, in the frame of the table.
     pub(crate) fn deviations_of_film(&self, i: usize) -> Option<Deviations> {
         let motion = self.motion(i)?;
         let Offsets { values, covariance } = self.offsets(0, i)?;
@@ -88,8 +91,8 @@ impl Solution {
         })
     }
 
-    /// Returns the free unknowns of the problem that the first sample has: the place of each among the
-    /// estimates, in the sample's order.
+    /// Returns the free unknowns of the problem that the first sample has: the place of each among
+    /// the estimates, in the sample's order.
     pub(crate) fn own_columns(&self) -> Vec<(usize, Id)> {
         let Some(sample) = self.problem.samples.first() else { return Vec::new() };
         let place = |id: Id| self.covariance.position(sample.columns[id as usize]);

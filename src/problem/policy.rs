@@ -20,23 +20,23 @@ pub(crate) struct Policy {
     pub(crate) rate_conflict: f64,
     /// Relative standard deviation of a frame rate then.
     pub(crate) doubted_rate_sd: f64,
-    /// Decrease of −2 log L that names a cause: likelihood ratio e⁵, level 1 % of a family of a dozen
-    /// with one unknown each.
+    /// Decrease of −2 log L that names a cause: likelihood ratio e⁵, level 1 % of a family of a
+    /// dozen with one unknown each.
     pub(crate) cause: f64,
-    /// Decrease of −2 log L that adopts an effect beyond the equations that define the parameters: odds of
-    /// 20 to 1.
+    /// Decrease of −2 log L that adopts an effect beyond the equations that define the parameters:
+    /// odds of 20 to 1.
     pub(crate) adopt: f64,
     /// Variance of slow motions over that of the noise before the impacts, beyond which the model
     /// does not describe the paths.
     pub(crate) misfit: f64,
-    /// The same beyond which the model does not describe the paths at all: residuals of five times the
-    /// noise.
+    /// The same beyond which the model does not describe the paths at all: residuals of five times
+    /// the noise.
     pub(crate) refuted: f64,
-    /// χ² per degree of freedom of a table beyond which the model does not describe it at all: residuals
-    /// of more than twice the stated noise, which is stated too small by half at most.
+    /// χ² per degree of freedom of a table beyond which the model does not describe it at all:
+    /// residuals of more than twice the stated noise, which is stated too small by half at most.
     pub(crate) refuted_rows: f64,
-    /// Tail probability of the largest difference of the variances of columns, below which each column
-    /// of a table has a noise of its own.
+    /// Tail probability of the largest difference of the variances of columns, below which each
+    /// column of a table has a noise of its own.
     pub(crate) unequal_noise: f64,
     /// Standard error of μ_s beyond which it is not identified: the published range is 0.2 to 0.4
     /// (Kim 2024).

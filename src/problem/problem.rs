@@ -329,7 +329,8 @@ impl Reduced {
         DVector::from_fn(columns.len(), |i, _| self.products[(columns[i], self.last())])
     }
 
-    /// Returns the decrease of a quadratic χ² with a step of these unknowns that the own ones follow.
+    /// Returns the decrease of a quadratic χ² with a step of these unknowns that the own ones
+    /// follow.
     pub fn promise(&self, columns: &[usize], step: &DVector<f64>) -> f64 {
         let shared = 2.0 * self.gradient(columns).dot(step) + step.dot(&(self.matrix(columns) * step));
         self.squares - self.products[(self.last(), self.last())] - shared

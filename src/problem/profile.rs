@@ -1,6 +1,6 @@
-//! Profile intervals: χ², least over all other unknowns, as one unknown moves away from its estimate,
-//! until it has risen by t² (Venzon and Moolgavkar, Appl. Statist. 37 (1988) 87). They know bounds,
-//! corners and curvature, which value ± t·error does not.
+//! Profile intervals: χ², least over all other unknowns, as one unknown moves away from its
+//! estimate, until it has risen by t² (Venzon and Moolgavkar, Appl. Statist. 37 (1988) 87). They
+//! know bounds, corners and curvature, which value ± t·error does not.
 
 use std::f64::consts::TAU;
 
@@ -12,7 +12,8 @@ use super::problem::{Evaluation, Problem};
 use super::solution::Solution;
 use super::unknowns::Id;
 
-/// Part of t·error by which a profile differs from that of a parabola, from which on it is the interval.
+/// Part of t·error by which a profile differs from that of a parabola, from which on it is the
+/// interval.
 pub(super) const DIFFERENT: f64 = 0.1;
 
 /// Relative precision of the root of the rise of χ² at an end.
@@ -32,8 +33,8 @@ const FLAT: f64 = 1e-3;
 /// Directions of the edge of a region.
 const DIRECTIONS: usize = 24;
 
-/// Relative precision of the root of the rise of χ² at the edge of a region, a line's width, and at the
-/// ends of intervals of films, whose χ² is rough by some hundredths.
+/// Relative precision of the root of the rise of χ² at the edge of a region, a line's width, and at
+/// the ends of intervals of films, whose χ² is rough by some hundredths.
 const EDGE: f64 = 0.01;
 
 /// A distance along a way from the minimum, the root of the rise of χ² there, and the point.
@@ -41,8 +42,8 @@ type Reached = (f64, f64, Evaluation);
 
 impl Solution {
     /// Returns both ends of the interval of a column of the problem, where χ² is `t²` above its
-    /// minimum to a relative precision of the root of its rise, or at bounds that are met before; `None` if
-    /// χ² cannot be minimised there.
+    /// minimum to a relative precision of the root of its rise, or at bounds that are met before;
+    /// `None` if χ² cannot be minimised there.
     pub(crate) fn profile(&self, column: usize, (t, precision): (f64, f64)) -> Option<[f64; 2]> {
         let from = self.at.state.shared.0[column];
         let error = self.covariance.sd(column).map(|sd| t * sd).filter(|sd| *sd > 0.0 && sd.is_finite());
@@ -74,9 +75,9 @@ impl Solution {
         self.profile(column, (t, EDGE))
     }
 
-    /// Returns the edge of the region of two columns where χ², least over all others, is `rise` above its
-    /// minimum, within the bounds; `root` takes the unit circle to the ellipse of rise 1. `None` if an edge
-    /// has no end.
+    /// Returns the edge of the region of two columns where χ², least over all others, is `rise`
+    /// above its minimum, within the bounds; `root` takes the unit circle to the ellipse of rise 1.
+    /// `None` if an edge has no end.
     pub(crate) fn region(&self, pair: [usize; 2], root: &Matrix2<f64>, rise: f64) -> Option<Vec<[f64; 2]>> {
         let (centre, t) = (pair.map(|column| self.at.state.shared.0[column]), rise.sqrt());
         let point = |k: usize| {
@@ -101,8 +102,8 @@ impl Solution {
     }
 }
 
-/// Returns the distance along a way from the minimum at which the root of the rise of χ² is `t`, to a
-/// relative precision, or `limit` if that is met before. The way has held columns at each
+/// Returns the distance along a way from the minimum at which the root of the rise of χ² is `t`, to
+/// a relative precision, or `limit` if that is met before. The way has held columns at each
 /// distance; `first` is where to look first.
 fn reach<const N: usize>(
     problem: &Problem,
@@ -147,7 +148,8 @@ fn reach<const N: usize>(
     None
 }
 
-/// Returns where the other unknowns follow some, which have these values, to first order from a minimum.
+/// Returns where the other unknowns follow some, which have these values, to first order from a
+/// minimum.
 fn follow(problem: &Problem, from: &Evaluation, held: &[(usize, f64)]) -> Option<Evaluation> {
     let reduced = from.eliminate(problem, 0.0)?;
     let is_moving = |column: &usize| reduced.informs(*column) && held.iter().all(|(held, _)| held != column);

@@ -104,8 +104,9 @@ fn slow_variance(noise: &[Noise; 2], first: &[Noise; 2]) -> f64 {
     ratios.fold(0.0, f64::max)
 }
 
-/// Returns which shots have the outcome of the others, by a loss that gives gross errors little weight and with
-/// the noise that neighbouring frames show, and the state of all; `None` if all have it, or too few.
+/// Returns which shots have the outcome of the others, by a loss that gives gross errors little
+/// weight and with the noise that neighbouring frames show, and the state of all; `None` if all
+/// have it, or too few.
 fn judge_outcomes(problem: &Problem, start: &State, policy: &Policy) -> Option<(Vec<bool>, State)> {
     let mut robust = problem.clone();
     let film = robust.film_mut()?;
@@ -140,7 +141,8 @@ impl<'a> Run<'a> {
         let mut run = Self { policy, problem, descent, names, findings: Vec::new() };
         for round in 0..ROUNDS {
             let mut state = run.descent.end.state.clone();
-            // wrong frames are left out before shots are judged; by a robust loss wrong shots count less
+            // wrong frames are left out before shots are judged; by a robust loss wrong shots count
+            // less
             let keep = if round == 0 || run.problem.is_robust() {
                 vec![true; run.names.len()]
             } else {
@@ -161,8 +163,8 @@ impl<'a> Run<'a> {
         Ok(run)
     }
 
-    /// Leaves out shots whose outcome is not that of the others, as a fit with a robust loss of all shots
-    /// shows it, if the frames of the others then scatter as their noise.
+    /// Leaves out shots whose outcome is not that of the others, as a fit with a robust loss of all
+    /// shots shows it, if the frames of the others then scatter as their noise.
     fn leave_out_false_shots(
         &mut self,
         (problem, names): (Problem, Vec<String>),

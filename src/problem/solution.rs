@@ -48,8 +48,8 @@ pub(crate) struct Budget {
 /// How much a fit depends on one shot.
 #[derive(Clone, Debug)]
 pub(crate) struct ShotInfluence {
-    /// Part that the shot has in the fit; over all shots they add up to the number of shared unknowns
-    /// that the data determine.
+    /// Part that the shot has in the fit; over all shots they add up to the number of shared
+    /// unknowns that the data determine.
     pub(crate) leverage: f64,
     /// Change of each estimate if the shot were left out, to first order.
     pub(crate) changes: Vec<(Id, f64)>,
@@ -84,8 +84,8 @@ impl std::fmt::Debug for Solution {
 }
 
 impl Solution {
-    /// Returns the end of a descent of a table as a solution, with the covariance there and the names of
-    /// the shots of each sample.
+    /// Returns the end of a descent of a table as a solution, with the covariance there and the
+    /// names of the shots of each sample.
     pub(crate) fn new(
         problem: Problem,
         descent: Descent,
@@ -111,7 +111,8 @@ impl Solution {
         &self.at.state
     }
 
-    /// Returns one sample as a solution of its own, with the values and errors that all samples determine.
+    /// Returns one sample as a solution of its own, with the values and errors that all samples
+    /// determine.
     pub(crate) fn of_sample(&self, number: usize) -> Self {
         let sample = &self.problem.samples[number];
         let unknowns = sample.columns.iter().map(|column| self.problem.unknowns[*column]).collect();
@@ -159,14 +160,14 @@ impl Solution {
         Some(self.problem.samples.get(sample)?.columns[id as usize])
     }
 
-    /// Returns the covariance of unknowns of the first sample: a row and a column each, NaN for those
-    /// without a standard error.
+    /// Returns the covariance of unknowns of the first sample: a row and a column each, NaN for
+    /// those without a standard error.
     pub fn covariance(&self, ids: &[Id]) -> DMatrix<f64> {
         self.covariance_in(&self.covariance, ids)
     }
 
-    /// Returns the covariance of some unknowns of the first sample in that of others; NaN where one is not
-    /// among them.
+    /// Returns the covariance of some unknowns of the first sample in that of others; NaN where one
+    /// is not among them.
     pub(crate) fn covariance_in(&self, all: &Estimates, ids: &[Id]) -> DMatrix<f64> {
         let place = |id: &Id| all.position(self.column(0, *id)?);
         let places: Vec<Option<usize>> = ids.iter().map(place).collect();
@@ -176,15 +177,16 @@ impl Solution {
         })
     }
 
-    /// Returns the error budget of an unknown of the first sample; `None` if it has no standard error.
+    /// Returns the error budget of an unknown of the first sample; `None` if it has no standard
+    /// error.
     pub fn budget(&self, id: Id) -> Option<Budget> {
         let column = self.column(0, id)?;
         let (shares, noise) = self.covariance.budget(&self.problem, column, &Id::WANTED)?;
         Some(Budget { id, shares, noise })
     }
 
-    /// Returns how much the fit depends on each shot of the first sample, in the order of the shots;
-    /// `None` for a shot without which an unknown is not determined.
+    /// Returns how much the fit depends on each shot of the first sample, in the order of the
+    /// shots; `None` for a shot without which an unknown is not determined.
     pub fn influence(&self) -> Vec<Option<ShotInfluence>> {
         let shots = self.at.shots.first().map_or(0, Vec::len);
         let of_shot = |i: usize| {
@@ -195,15 +197,15 @@ impl Solution {
         (0..shots).into_par_iter().map(of_shot).collect()
     }
 
-    /// Returns the information on these unknowns of the first sample, all other free ones eliminated:
-    /// the inverse of their covariance.
+    /// Returns the information on these unknowns of the first sample, all other free ones
+    /// eliminated: the inverse of their covariance.
     pub(crate) fn information(&self, ids: &[Id]) -> Option<DMatrix<f64>> {
         Some(self.covariance(ids).cholesky()?.inverse())
     }
 
-    /// Returns the limit of an unknown at a bound that leaves 5 % of its likelihood, to second order a
-    /// normal distribution cut off at the bound. (A rise of χ² by 1.645² from the bound leaves 24 % in
-    /// films whose χ² decreases beyond it.) `None` for one that is not at a bound.
+    /// Returns the limit of an unknown at a bound that leaves 5 % of its likelihood, to second
+    /// order a normal distribution cut off at the bound. (A rise of χ² by 1.645² from the bound
+    /// leaves 24 % in films whose χ² decreases beyond it.) `None` for one that is not at a bound.
     pub(crate) fn limit_at_bound(&self, id: Id) -> Option<f64> {
         let column = self.column(0, id)?;
         let (unknown, x) = (&self.problem.unknowns[column], self.at.state.shared.0[column]);
@@ -231,8 +233,8 @@ impl Solution {
         self.at.cost
     }
 
-    /// Returns −2 log L up to a constant, greatest over the noises that are not stated, and the number of
-    /// unknowns and noises that were estimated.
+    /// Returns −2 log L up to a constant, greatest over the noises that are not stated, and the
+    /// number of unknowns and noises that were estimated.
     pub fn minus_two_log(&self) -> (f64, usize) {
         let is_estimated = |sample: &&Sample| sample.block.estimates_noise();
         let noises =
@@ -262,7 +264,8 @@ impl Solution {
         pulls.filter_map(|(unknown, x)| Some(unknown.active_prior()?.pull(*x).powi(2))).sum()
     }
 
-    /// Returns the number of unknowns that the shots have of their own, without those that are held.
+    /// Returns the number of unknowns that the shots have of their own, without those that are
+    /// held.
     pub(crate) fn own_count(&self) -> usize {
         let free = |shot: &Contribution| shot.held.iter().filter(|held| !**held).count();
         let of_sample = |(number, sample): (usize, &Sample)| match &sample.block {
@@ -273,8 +276,8 @@ impl Solution {
         self.problem.samples.iter().enumerate().map(of_sample).sum()
     }
 
-    /// Returns the degrees of freedom of χ² of everything: numbers less unknowns, where what is known of an
-    /// unknown before the fit is a number, too.
+    /// Returns the degrees of freedom of χ² of everything: numbers less unknowns, where what is
+    /// known of an unknown before the fit is a number, too.
     pub fn dof(&self) -> usize {
         let numbers = self.chi2_of_data().1.round() as usize;
         let has_prior = |column: &&usize| self.problem.unknowns[**column].active_prior().is_some();
@@ -282,8 +285,8 @@ impl Solution {
         numbers.saturating_sub(self.own_count() + shared)
     }
 
-    /// Returns the number of shared unknowns that the data determine: each counts by the part of its
-    /// information that is not its prior's.
+    /// Returns the number of shared unknowns that the data determine: each counts by the part of
+    /// its information that is not its prior's.
     pub(crate) fn data_count(&self) -> f64 {
         count_shared(&self.problem, &self.covariance)
     }
@@ -293,7 +296,8 @@ impl Solution {
         self.problem.film().is_some_and(|film| film.states_noise)
     }
 
-    /// Returns the weight of each shot of the first sample by a robust loss; an empty list by least squares.
+    /// Returns the weight of each shot of the first sample by a robust loss; an empty list by least
+    /// squares.
     pub fn weights(&self) -> Vec<f64> {
         if !self.problem.is_robust() {
             return Vec::new();
@@ -317,8 +321,8 @@ impl Solution {
         Some(self.problem.film()?.noise)
     }
 
-    /// Returns the topspin of each shot of a film over natural roll, with its name; 1 for a ball that
-    /// rolls.
+    /// Returns the topspin of each shot of a film over natural roll, with its name; 1 for a ball
+    /// that rolls.
     pub(crate) fn topspins(&self) -> Vec<(String, f64)> {
         let Some(film) = self.problem.film() else { return Vec::new() };
         let State { own, shared } = self.state();
@@ -341,9 +345,9 @@ impl Solution {
         worst(&self.findings)
     }
 
-    /// Returns the values of these unknowns in a fit of shots of the only sample that are drawn again
-    /// with replacement (Efron 1987), at the same noise; `number` is the stream of the random numbers. `None` if it does not end at a
-    /// minimum that determines all of them.
+    /// Returns the values of these unknowns in a fit of shots of the only sample that are drawn
+    /// again with replacement (Efron 1987), at the same noise; `number` is the stream of the random
+    /// numbers. `None` if it does not end at a minimum that determines all of them.
     pub(crate) fn resampled(&self, ids: &[Id], (seed, number): (u64, u64)) -> Option<Vec<f64>> {
         let mut random = ChaCha8Rng::seed_from_u64(seed);
         random.set_stream(number);

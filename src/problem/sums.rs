@@ -83,8 +83,8 @@ impl NoiseSums {
 /// The contribution of a shot to the normal equations.
 #[derive(Clone)]
 pub(crate) struct Contribution {
-    /// JᵀJ by own unknowns, the shared unknowns that the shot may depend on, which are the first of its
-    /// sample, and the residual as the last column (upper triangle).
+    /// JᵀJ by own unknowns, the shared unknowns that the shot may depend on, which are the first of
+    /// its sample, and the residual as the last column (upper triangle).
     pub(crate) products: DMatrix<f64>,
     /// χ² with Huber's loss; infinite if the unknowns describe no collision.
     pub(crate) cost: f64,
@@ -96,9 +96,9 @@ pub(crate) struct Contribution {
     pub(crate) held: Vec<bool>,
 }
 
-/// Returns where χ² of a shot is least near `x`, its own unknowns and these shared ones at given others, and
-/// the sums there: after some steps, or one that gains less than a decrease of χ². `bounded` returns a place within
-/// the bounds of the own unknowns.
+/// Returns where χ² of a shot is least near `x`, its own unknowns and these shared ones at given
+/// others, and the sums there: after some steps, or one that gains less than a decrease of χ².
+/// `bounded` returns a place within the bounds of the own unknowns.
 pub(crate) fn settle(
     x: DVector<f64>,
     ids: &[Id],

@@ -63,8 +63,8 @@ impl Estimates {
         Self::of_columns(reduced, problem.inside(state))
     }
 
-    /// Returns the covariance of some unknowns, those at bounds taken for free, without those that the
-    /// data do not depend on.
+    /// Returns the covariance of some unknowns, those at bounds taken for free, without those that
+    /// the data do not depend on.
     pub(crate) fn of_columns(reduced: &Reduced, mut columns: Vec<usize>) -> Option<Self> {
         columns.retain(|column| reduced.informs(*column));
         let matrix = reduced.matrix(&columns);
@@ -88,8 +88,8 @@ impl Estimates {
         self.position(column).map(|i| self.covariance[(i, i)].sqrt())
     }
 
-    /// Returns the covariance of the own unknowns of shot `i` of a sample, which follow the shared ones, and
-    /// of the shared ones behind them.
+    /// Returns the covariance of the own unknowns of shot `i` of a sample, which follow the shared
+    /// ones, and of the shared ones behind them.
     pub(crate) fn shot_covariance(
         &self,
         reduced: &Reduced,
@@ -179,8 +179,8 @@ impl Estimates {
         self.columns.iter().enumerate().filter_map(conflict).collect()
     }
 
-    /// Returns the leverage of shot `i` of the only sample, and the change of each of the estimates, in
-    /// their order, if it were left out, to first order.
+    /// Returns the leverage of shot `i` of the only sample, and the change of each of the
+    /// estimates, in their order, if it were left out, to first order.
     pub fn influence(&self, problem: &Problem, at: &Evaluation, i: usize) -> Option<(f64, DVector<f64>)> {
         let ids: Vec<Id> = self.columns.iter().map(|column| problem.unknowns[*column].id).collect();
         let (matrix, gradient) = at.shots.first()?.get(i)?.reduced(&ids)?;

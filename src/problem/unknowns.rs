@@ -56,8 +56,8 @@ worded! {
         TiltX = "tilt_x",
         /// Slope of the table along y, down towards +y.
         TiltY = "tilt_y",
-        /// Outcome offset: velocity of the cue ball after the impact along the line of centres, less
-        /// the model's, m/s.
+        /// Outcome offset: velocity of the cue ball after the impact along the line of centres,
+        /// less the model's, m/s.
         CueAlong = "cue_along_m_s",
         /// Outcome offset of the cue ball across the line of centres.
         CueAcross = "cue_across_m_s",

@@ -1,4 +1,5 @@
-//! The studies of [`crate::studies::accuracy`] and [`crate::studies::bias`] as tables and as a figure.
+//! The studies of [`crate::studies::accuracy`] and [`crate::studies::bias`] as tables and as a
+//! figure.
 
 use std::path::Path;
 

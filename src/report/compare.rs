@@ -169,7 +169,8 @@ pub(super) fn termination(comparison: &Comparison) -> &'static str {
     }
 }
 
-/// Returns whether the comparison can be used: what differs, the first reason for doubt, or why it cannot.
+/// Returns whether the comparison can be used: what differs, the first reason for doubt, or why it
+/// cannot.
 pub(super) fn verdict(comparison: &Comparison) -> Verdict {
     let unusable = sentences(comparison, |severity| severity == Severity::Unusable).into_iter().next();
     let outcomes = comparison.quantities.iter().filter_map(outcome);

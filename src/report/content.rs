@@ -1,4 +1,5 @@
-//! The content of a report, as a value: made once and rendered as text and as HTML, so that they cannot disagree.
+//! The content of a report, as a value: made once and rendered as text and as HTML, so that they
+//! cannot disagree.
 
 use minijinja::value::Serde;
 use minijinja::{AutoEscape, Environment, context};
@@ -65,7 +66,8 @@ pub(super) enum Block {
     Lines(Vec<String>),
     Table(Table),
     Figure(Picture),
-    /// The paths of the shots of a film as JSON, for pages that can draw them instead of the picture before.
+    /// The paths of the shots of a film as JSON, for pages that can draw them instead of the
+    /// picture before.
     Tracks(String),
     Shots(Vec<Shot>),
 }
@@ -130,7 +132,8 @@ impl Table {
         Self { right: (0..head.len()).map(right).collect(), head, rows, links: Vec::new() }
     }
 
-    /// Returns a table of values as JSON has them: a row for each, and in each column the value at a place (a JSON pointer).
+    /// Returns a table of values as JSON has them: a row for each, and in each column the value at
+    /// a place (a JSON pointer).
     pub(super) fn of(rows: impl IntoIterator<Item = impl Serialize>, columns: &[(&str, &str)]) -> Block {
         let row = |value| {
             let value = serde_json::to_value(value).unwrap_or_default();
@@ -139,7 +142,8 @@ impl Table {
         Block::Table(Self::new(columns.iter().map(|(head, _)| *head), rows.into_iter().map(row)))
     }
 
-    /// Returns the table as text: columns padded to the widest cell, two spaces apart. A head without words is left out.
+    /// Returns the table as text: columns padded to the widest cell, two spaces apart. A head
+    /// without words is left out.
     pub(super) fn text(&self, indent: &str) -> String {
         let has_head = self.head.iter().any(|cell| !cell.is_empty());
         let rows: Vec<&Vec<String>> = has_head.then_some(&self.head).into_iter().chain(&self.rows).collect();
@@ -215,7 +219,8 @@ pub(super) fn sections(sections: &[Section]) -> String {
     text
 }
 
-/// Returns a report as one file that a lab attaches to its notebook: it needs no network and no other file.
+/// Returns a report as one file that a lab attaches to its notebook: it needs no network and no
+/// other file.
 pub(super) fn html(report: &Report) -> Result<String, ReportError> {
     let failed = |error: minijinja::Error| ReportError::of_drawing(&report.title, error);
     let mut environment = Environment::new();

@@ -13,7 +13,8 @@ use crate::fit::{Fit, FittedFilm, Residual};
 use crate::measurement::track::TrackedBall;
 use crate::problem::{FittedFrame, OwnEstimate};
 
-/// The columns of residuals.csv, a row per measured number that χ² counts (`caromfit help results`).
+/// The columns of residuals.csv, a row per measured number that χ² counts
+/// (`caromfit help results`).
 pub const RESIDUALS: &str =
     "shot,observable,unit,measured,predicted,sd,standardized,cut_deg,speed_m_s,t_s,ball,model";
 
@@ -21,8 +22,8 @@ pub const RESIDUALS: &str =
 pub(crate) const FRAMES: &str =
     "shot,ball,t_s,x_m,y_m,x_predicted_m,y_predicted_m,x_sd_m,y_sd_m,x_standardized,y_standardized";
 
-/// The first columns of shots.csv, a row per shot. Those of each observable follow, and of films of balls what the fit estimates of each
-/// shot.
+/// The first columns of shots.csv, a row per shot. Those of each observable follow, and of films of
+/// balls what the fit estimates of each shot.
 pub(crate) const SHOTS: &str = "shot,used,reason,cut_deg,speed_m_s,values,chi2,largest";
 
 /// Returns residuals.csv as text. A cell whose number is unknown is empty.
@@ -33,7 +34,8 @@ pub fn residuals(fit: &Fit) -> String {
     String::from_utf8(bytes).unwrap_or_default()
 }
 
-/// Writes residuals.csv row by row: of a film of balls every coordinate of every frame, else every observable of every shot.
+/// Writes residuals.csv row by row: of a film of balls every coordinate of every frame, else every
+/// observable of every shot.
 pub(super) fn write_residuals(fit: &Fit, to: &mut (dyn Write + Send)) -> io::Result<()> {
     writeln!(to, "{RESIDUALS}")?;
     let model = if fit.refuted.is_some() { "refuted" } else { "" };
@@ -76,7 +78,8 @@ fn names(frame: &FittedFrame) -> (&'static str, &'static str) {
     }
 }
 
-/// Returns residuals.csv of a comparison: that of a fit with the sample before each row, a data set or a label of one.
+/// Returns residuals.csv of a comparison: that of a fit with the sample before each row, a data set
+/// or a label of one.
 pub(super) fn of_comparison(comparison: &Comparison) -> String {
     let model = if comparison.is_refuted() { "refuted" } else { "" };
     let rows = comparison.residuals.iter().map(|residual| {
@@ -142,7 +145,8 @@ pub(super) fn row_of<const N: usize>(cells: [(&str, String); N]) -> Row {
     cells.map(|(column, cell)| (column.to_owned(), cell)).into_iter().collect()
 }
 
-/// Returns a table with these columns, and those that rows have besides, in the order in which they first have them.
+/// Returns a table with these columns, and those that rows have besides, in the order in which they
+/// first have them.
 pub(super) fn table(columns: &str, rows: &[Row]) -> String {
     let known = columns.split(',').filter(|column| !column.is_empty());
     let columns: IndexSet<&str> = known.chain(rows.iter().flat_map(Row::keys).map(String::as_str)).collect();
@@ -163,7 +167,8 @@ fn quoted(cell: &str) -> Cow<'_, str> {
     }
 }
 
-/// Returns the cell of a number, which is empty if it is not finite: very small and very large numbers with an exponent.
+/// Returns the cell of a number, which is empty if it is not finite: very small and very large
+/// numbers with an exponent.
 fn cell(value: f64) -> String {
     if value.is_finite() {
         format!("{:?}", rounded(value)).trim_end_matches(".0").to_owned()

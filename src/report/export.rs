@@ -1,7 +1,8 @@
 //! Fitted parameters as keyword arguments of the simulator pooltool.
 //!
-//! pooltool's balls (`pooltool.objects.ball.params.BallParams`) have m, R (kg, m), u_b and e_b (ball–ball friction and restitution), u_s,
-//! u_r, u_sp_proportionality (cloth), e_c, f_c (cushions) and g.
+//! pooltool's balls (`pooltool.objects.ball.params.BallParams`) have m, R (kg, m), u_b and e_b
+//! (ball–ball friction and restitution), u_s, u_r, u_sp_proportionality (cloth), e_c, f_c
+//! (cushions) and g.
 
 use super::document::{Body, FitDocument};
 use super::size;

@@ -1,5 +1,5 @@
-//! The measurements of every shot, as `caromfit extract` writes it: impacts of balls as a data set of kind `impacts`, those of discs as
-//! a table, with what was left out and a picture of each shot.
+//! The measurements of every shot, as `caromfit extract` writes it: impacts of balls as a data set
+//! of kind `impacts`, those of discs as a table, with what was left out and a picture of each shot.
 
 use std::path::Path;
 
@@ -17,7 +17,8 @@ use crate::measurement::track::{Sample, TrackShot};
 use crate::physics::disc::Discs;
 use crate::problem::{DiscImpact, Doubt, Impact, Quantity};
 
-/// Writes dataset.toml, impacts.csv and left-out.csv, and the pictures of the shots if there is a film to draw.
+/// Writes dataset.toml, impacts.csv and left-out.csv, and the pictures of the shots if there is a
+/// film to draw.
 pub(crate) fn write_balls(
     dataset: &Dataset,
     extracted: &[Impact],

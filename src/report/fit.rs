@@ -9,7 +9,8 @@ use super::{ReportError, bodies, budgets, chi2_of, chi2_words, model, p_text, sy
 use crate::fit::{Estimate, Fit, Grade, Rejected, Status, Verdict};
 use crate::measurement::number::{interval, plain};
 
-/// Returns all that there is to say of fits as text: of one its report, of several a line each, all warnings, and their error budgets.
+/// Returns all that there is to say of fits as text: of one its report, of several a line each, all
+/// warnings, and their error budgets.
 pub fn as_text(fits: &[Fit]) -> String {
     match fits {
         [fit] => content::text(&content(fit)),
@@ -67,7 +68,8 @@ fn content(fit: &Fit) -> Report {
     Report { title: title(fit), warnings: others.map(str::to_owned).collect(), verdict, facts, sections }
 }
 
-/// Returns the page that leads to the reports of the labels of a data set, each in a folder of its own.
+/// Returns the page that leads to the reports of the labels of a data set, each in a folder of its
+/// own.
 pub(super) fn of_labels(fits: &[Fit], folders: &[String]) -> Report {
     let grades = || fits.iter().map(|fit| fit.verdict().grade);
     let grade = grades().max().unwrap_or(Grade::Good);
@@ -82,7 +84,8 @@ pub(super) fn of_labels(fits: &[Fit], folders: &[String]) -> Report {
     }
 }
 
-/// Returns a line for each fit, which leads to the report in its folder if there are some; what could be wrong, and the error budgets.
+/// Returns a line for each fit, which leads to the report in its folder if there are some; what
+/// could be wrong, and the error budgets.
 fn of_several(fits: &[Fit], folders: &[String]) -> [Section; 3] {
     let known = parameters(fits);
     let (mut estimates, legend) = table(fits.iter().map(|fit| cells(fit, &known)).collect(), &known);
@@ -120,7 +123,8 @@ fn budget(fits: &[Fit]) -> Section {
     Section::new("Error budget", about, [Block::Table(Table::new(head, rows))])
 }
 
-/// Returns the section of shots that were not used, with the names of their samples and the reasons.
+/// Returns the section of shots that were not used, with the names of their samples and the
+/// reasons.
 pub(super) fn rejected<'a>(shots: impl Iterator<Item = (String, &'a Rejected)>) -> Section {
     let row = |(sample, one): (String, &Rejected)| vec![sample + &one.shot, one.reason.clone()];
     let table = Table::new(["shot", "why"], shots.map(row));
@@ -205,7 +209,8 @@ fn residual_tests(fit: &Fit, document: &FitDocument) -> Section {
     Section::new("Residuals", "", [Block::Lines(lines), noise])
 }
 
-/// Returns what the data determine, the shots that matter most or count less, resampled estimates, and all unknowns.
+/// Returns what the data determine, the shots that matter most or count less, resampled estimates,
+/// and all unknowns.
 fn diagnostics(fit: &Fit) -> Vec<Section> {
     let found = &fit.diagnostics;
     let mut sections = Vec::new();

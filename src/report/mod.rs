@@ -1,5 +1,6 @@
-//! A [`Fit`] → what people and programs read of it. What people read is made once, as a value (`content`), and rendered as text and
-//! HTML; programs read [`document`] and [`csv`]. Only `write` touches the disk.
+//! A [`Fit`] → what people and programs read of it. What people read is made once, as a value
+//! (`content`), and rendered as text and HTML; programs read [`document`] and [`csv`]. Only `write`
+//! touches the disk.
 
 pub(crate) mod accuracy;
 pub mod compare;
@@ -31,7 +32,8 @@ use crate::physics::ball::UNIFORM_SPHERE;
 use crate::physics::disc::{Discs, UNIFORM_DISC};
 use crate::problem::{self, Id};
 
-/// Why a report cannot be made: a file that cannot be written, or a figure, a page or a JSON document that cannot be made.
+/// Why a report cannot be made: a file that cannot be written, or a figure, a page or a JSON
+/// document that cannot be made.
 #[derive(Debug, thiserror::Error)]
 #[error("{0}")]
 pub struct ReportError(String);
@@ -84,7 +86,8 @@ fn two_balls(cue: &Body, object: &Body) -> String {
     format!("cue ball: {}; object ball: {}", size(cue), size(object))
 }
 
-/// Returns radius and mass of a body in words, with the errors that are stated, and a moment of inertia that is not a uniform ball's.
+/// Returns radius and mass of a body in words, with the errors that are stated, and a moment of
+/// inertia that is not a uniform ball's.
 fn size(body: &Body) -> String {
     let milli = |value: f64, sd: Option<f64>, digits: usize| match sd {
         Some(sd) => with_error(1e3 * value, 1e3 * sd),
@@ -107,8 +110,8 @@ fn reduced_chi2(fit: &Fit) -> Option<f64> {
     (fit.dof > 0).then(|| fit.chi2 / fit.dof as f64)
 }
 
-/// Returns χ² per degree of freedom, what it counts, and whether the noise of some observable was estimated from the residuals of this
-/// very fit, which draws χ²/dof towards 1 for any the model.
+/// Returns χ² per degree of freedom, what it counts, and whether the noise of some observable was
+/// estimated from the residuals of this very fit, which draws χ²/dof towards 1 for any the model.
 fn chi2_words(fit: &Fit) -> String {
     chi2_of(fit.counted(), fit.chi2, fit.dof, fit.noise.iter().any(|noise| noise.estimated_sd.is_some()))
 }
@@ -138,7 +141,8 @@ fn speed_unit(discs: &Discs) -> &'static str {
     if discs.in_seconds { "m/s" } else { "m per frame" }
 }
 
-/// Sources of the standard error of a parameter, by their symbols, the largest first, without those below a tenth of it.
+/// Sources of the standard error of a parameter, by their symbols, the largest first, without those
+/// below a tenth of it.
 struct Budget {
     of: Id,
     std_error: f64,

@@ -9,14 +9,16 @@ use crate::fit::{FittedFilm, Residual};
 use crate::measurement::number::plain;
 use crate::problem::Impact;
 
-/// Largest number of shots that are listed, and of those whose paths are drawn: more would make the file too large for a phone.
+/// Largest number of shots that are listed, and of those whose paths are drawn: more would make the
+/// file too large for a phone.
 const MOST_LISTED: usize = 600;
 const MOST_DRAWN: usize = 60;
 
 /// Largest number of frames of a ball that are drawn of a shot.
 const MOST_FRAMES: usize = 120;
 
-/// Returns the shots of a report, those with the largest residuals first: each residual with the name of its shot.
+/// Returns the shots of a report, those with the largest residuals first: each residual with the
+/// name of its shot.
 pub(super) fn shot_list<'a>(residuals: impl Iterator<Item = (String, &'a Residual)>) -> Vec<Shot> {
     let mut all: ByName<Vec<&Residual>> = ByName::new();
     for (name, residual) in residuals {
@@ -60,11 +62,13 @@ struct Track {
     radius: i64,
     /// Places of both balls at the impact.
     contact: [[i64; 2]; 2],
-    /// Frames of both balls: time from the impact (0.1 ms), place, and that less the fitted place (µm).
+    /// Frames of both balls: time from the impact (0.1 ms), place, and that less the fitted place
+    /// (µm).
     balls: [Vec<[i64; 5]>; 2],
 }
 
-/// Returns the paths of the shots with the largest residuals, for the script of a page; `None` without any.
+/// Returns the paths of the shots with the largest residuals, for the script of a page; `None`
+/// without any.
 pub(super) fn tracks(film: &FittedFilm, shots: &[Shot]) -> Option<String> {
     let worst = &shots[..shots.len().min(MOST_DRAWN)];
     let draw = |shot: &Shot| Some(track(shot, &film.impact(&shot.name)?, film.radius()));

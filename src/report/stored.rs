@@ -1,4 +1,5 @@
-//! Stored fits, and what moved since: for regression tests of simulators, of data that are kept, and of this program.
+//! Stored fits, and what moved since: for regression tests of simulators, of data that are kept,
+//! and of this program.
 
 use std::fs;
 use std::path::{Path, PathBuf};
@@ -10,13 +11,15 @@ use super::document::FitDocument;
 use super::title;
 use crate::fit::Fit;
 
-/// Why stored fits cannot be read or compared with: file or folder, line and column if there is one, what is wrong, and what was expected.
+/// Why stored fits cannot be read or compared with: file or folder, line and column if there is
+/// one, what is wrong, and what was expected.
 #[derive(Debug, thiserror::Error)]
 #[error("{0}")]
 pub struct StoredError(String);
 
-/// Largest change of an estimate that counts as the same, in standard errors, of which the larger one counts; χ² in its own
-/// standard deviation √(2·dof). Far below what matters in practice, far above the roundings of another machine.
+/// Largest change of an estimate that counts as the same, in standard errors, of which the larger
+/// one counts; χ² in its own standard deviation √(2·dof). Far below what matters in practice, far
+/// above the roundings of another machine.
 const SAME_ERRORS: f64 = 0.01;
 
 /// A result that changed: data set, what, before, now, and by how many standard errors.
@@ -29,7 +32,8 @@ pub struct Stored {
 }
 
 impl Stored {
-    /// Reads a fit.json, an array of them (as `caromfit fit --json` prints it), or all below a folder.
+    /// Reads a fit.json, an array of them (as `caromfit fit --json` prints it), or all below a
+    /// folder.
     ///
     /// # Errors
     /// A text that cannot be read or is not a fit.json, with line and column.
@@ -65,8 +69,8 @@ impl Stored {
         Ok(Self { path: path.to_path_buf(), fits })
     }
 
-    /// Returns what differs from the stored fit of the same data set and label by more than a hundredth of a standard error, in the
-    /// order of the parameters, then χ² and the rest.
+    /// Returns what differs from the stored fit of the same data set and label by more than a
+    /// hundredth of a standard error, in the order of the parameters, then χ² and the rest.
     ///
     /// # Errors
     /// A fit that does not exist.

@@ -1,5 +1,5 @@
-//! The screen that `caromfit fit` prints: a line per data set, those that can be used first, each with its verdict; of a single fit
-//! also where its errors come from, and what else to know.
+//! The screen that `caromfit fit` prints: a line per data set, those that can be used first, each
+//! with its verdict; of a single fit also where its errors come from, and what else to know.
 
 use super::content::Table;
 use super::plot::ends;
@@ -16,8 +16,8 @@ struct Line {
     below: Option<String>,
 }
 
-/// Returns one line per data set, whose labels are folded into it, the best verdict first; below a line the sentence of its verdict
-/// if it is not good, or the only one.
+/// Returns one line per data set, whose labels are folded into it, the best verdict first; below a
+/// line the sentence of its verdict if it is not good, or the only one.
 pub fn overview(fits: &[Fit]) -> String {
     if fits.is_empty() {
         return String::new();
@@ -71,7 +71,8 @@ pub(super) fn table(rows: Vec<Vec<String>>, known: &[Parameter]) -> (Table, Vec<
     (Table::new(head.chain(["verdict".to_owned()]), rows), legend)
 }
 
-/// Returns the name of a fit, its shots, its estimates, which only a verdict that it can be used lets stand, and that verdict.
+/// Returns the name of a fit, its shots, its estimates, which only a verdict that it can be used
+/// lets stand, and that verdict.
 pub(super) fn cells(fit: &Fit, known: &[Parameter]) -> Vec<String> {
     let name =
         fit.group.as_ref().map_or(fit.dataset.clone(), |(_, label)| format!("{} / {label}", fit.dataset));
@@ -88,7 +89,8 @@ pub(super) fn cells(fit: &Fit, known: &[Parameter]) -> Vec<String> {
     cells.chain([grade.name().to_owned()]).collect()
 }
 
-/// Returns the line of a data set; of one whose labels are fitted separately with the range of each parameter over those that can be used.
+/// Returns the line of a data set; of one whose labels are fitted separately with the range of each
+/// parameter over those that can be used.
 fn line(fits: &[Fit], known: &[Parameter]) -> Line {
     let verdicts: Vec<Verdict> = fits.iter().map(Fit::verdict).collect();
     let grade = verdicts.iter().map(|own| own.grade).min().unwrap_or(Grade::Good);
@@ -133,7 +135,8 @@ fn details(fit: &Fit) -> String {
     text
 }
 
-/// Returns what all shots share with its errors, the pulls of priors in their standard deviations, and the largest parts of the errors.
+/// Returns what all shots share with its errors, the pulls of priors in their standard deviations,
+/// and the largest parts of the errors.
 pub(super) fn unknowns(fit: &Fit, is_shown: impl Fn(Id) -> bool) -> Table {
     let budgets = budgets(fit);
     let row = |unknown: &problem::Estimate| {
@@ -153,7 +156,8 @@ pub(super) fn unknowns(fit: &Fit, is_shown: impl Fn(Id) -> bool) -> Table {
     Table::new(["", "estimate", "error", "prior pull", "largest part of the error"], rows)
 }
 
-/// Returns the parameters that have a column: those of some fit, without the ratios of the balls, which few readers look for.
+/// Returns the parameters that have a column: those of some fit, without the ratios of the balls,
+/// which few readers look for.
 pub(super) fn parameters(fits: &[Fit]) -> Vec<Parameter> {
     let has = |parameter: Parameter| fits.iter().any(|fit| fit.get(parameter).is_some());
     let is_shown = |p: &Parameter| Parameter::COEFFICIENTS.contains(p) || has(*p) && !p.is_of_balls();
@@ -165,8 +169,8 @@ pub(super) fn with_unit(text: &str, unit: &str) -> String {
     format!("{text}{space}{unit}")
 }
 
-/// Returns an estimate in one cell. Of a refuted model: the restitution that was measured without it, if there is one, else the
-/// bare estimate.
+/// Returns an estimate in one cell. Of a refuted model: the restitution that was measured without
+/// it, if there is one, else the bare estimate.
 pub(super) fn estimate(fit: &Fit, estimate: &Estimate) -> String {
     let value = plain(estimate.value, 4);
     if let Some(refuted) = fit.refuted.as_ref().filter(|_| estimate.status == Status::Free) {

@@ -1,4 +1,5 @@
-//! A fit on disk: `<out>/<data set>/` or, if labels are fitted separately, `<out>/<data set>/<label>/`.
+//! A fit on disk: `<out>/<data set>/` or, if labels are fitted separately,
+//! `<out>/<data set>/<label>/`.
 
 use std::collections::HashSet;
 use std::fs::{self, File};
@@ -15,7 +16,8 @@ pub(crate) fn fit_folder(fits: &[Fit], out: &Path) -> PathBuf {
     fits.first().map_or_else(|| out.to_path_buf(), |fit| out.join(dataset_folder(&fit.dataset)))
 }
 
-/// Writes the fits of one data set below `out`, each label into a folder of its own, after all have been rendered.
+/// Writes the fits of one data set below `out`, each label into a folder of its own, after all have
+/// been rendered.
 pub fn write(fits: &[Fit], out: &Path) -> Result<(), ReportError> {
     let names = group_folders(&fits.iter().map(label).collect::<Vec<_>>());
     let folder = fit_folder(fits, out);
@@ -46,7 +48,8 @@ const NAMES: [&str; 9] = [
     "contours.png",
 ];
 
-/// Stages the files of the report of a fit. fit.json is the last, so that a program which waits for it finds the others.
+/// Stages the files of the report of a fit. fit.json is the last, so that a program which waits for
+/// it finds the others.
 fn of_fit(fit: &Fit, folder: &Path) -> Result<Staged, ReportError> {
     let mut staged = Staged::new(folder)?
         .stream("residuals.csv", |to| csv::write_residuals(fit, to))?
@@ -62,7 +65,8 @@ fn of_fit(fit: &Fit, folder: &Path) -> Result<Staged, ReportError> {
     staged.add(REPORT, fit::page(fit)?)?.add(FIT, document::text(fit)?)
 }
 
-/// Files for a folder, all of which are complete on the disk before the first one replaces what was there.
+/// Files for a folder, all of which are complete on the disk before the first one replaces what was
+/// there.
 pub(crate) struct Staged {
     folder: PathBuf,
     staging: TempDir,
@@ -71,8 +75,8 @@ pub(crate) struct Staged {
 
 impl Staged {
     pub(crate) fn new(folder: &Path) -> Result<Self, ReportError> {
-        // On the same file system as the folder, so that moving is atomic; inside it would be, too, but
-        // what a killed run leaves behind would then sit among the results.
+        // On the same file system as the folder, so that moving is atomic; inside it would be, too,
+        // but what a killed run leaves behind would then sit among the results.
         let parent =
             folder.parent().filter(|parent| !parent.as_os_str().is_empty()).unwrap_or(Path::new("."));
         fs::create_dir_all(parent).map_err(failed(parent))?;
@@ -116,10 +120,11 @@ impl Staged {
         })
     }
 
-    /// Moves the files of a report into the folder, and removes those of an earlier one that this one does not have.
+    /// Moves the files of a report into the folder, and removes those of an earlier one that this
+    /// one does not have.
     ///
-    /// A fit.json that states the same result stays, with the time and the steps of the run that found it first: what is kept under
-    /// version control does not change with every run.
+    /// A fit.json that states the same result stays, with the time and the steps of the run that
+    /// found it first: what is kept under version control does not change with every run.
     fn put_report(mut self) -> Result<(), ReportError> {
         let is_old = |name: &&str| self.names.iter().all(|written| written != name);
         let old: Vec<PathBuf> = NAMES.into_iter().filter(is_old).map(|name| self.folder.join(name)).collect();
@@ -139,7 +144,8 @@ fn failed(path: &Path) -> impl FnOnce(io::Error) -> ReportError {
     move |error| ReportError(format!("{}: cannot be written: {error}", path.display()))
 }
 
-/// Returns the folder of a data set: its name, with path separators and control characters replaced.
+/// Returns the folder of a data set: its name, with path separators and control characters
+/// replaced.
 pub(crate) fn dataset_folder(name: &str) -> String {
     let separator = |c: char| matches!(c, '/' | '\\' | ':') || c.is_control();
     not_special(name.replace(separator, "-").trim().to_owned())
@@ -151,8 +157,8 @@ pub fn folder_name(label: &str) -> String {
     not_special(label.chars().map(|c| if allowed(c) { c } else { '-' }).collect())
 }
 
-/// Returns one folder for each label, all different, also where upper and lower case are the same: labels
-/// whose names collide get `-2`, `-3` … in their order.
+/// Returns one folder for each label, all different, also where upper and lower case are the same:
+/// labels whose names collide get `-2`, `-3` … in their order.
 pub fn group_folders(labels: &[String]) -> Vec<String> {
     let mut used = HashSet::new();
     let folder = |label: &String| {

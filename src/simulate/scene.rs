@@ -1,4 +1,5 @@
-//! Parts that specifications of synthetic data sets and of designs share: camera, cloth, spins, ranges.
+//! Parts that specifications of synthetic data sets and of designs share: camera, cloth, spins,
+//! ranges.
 
 use serde::{Deserialize, Serialize};
 

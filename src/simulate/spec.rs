@@ -132,7 +132,8 @@ impl FromStr for Spec {
 }
 
 impl Spec {
-    /// Returns this specification with the keys that a text of a SPEC.toml states; a section replaces only its own keys.
+    /// Returns this specification with the keys that a text of a SPEC.toml states; a section
+    /// replaces only its own keys.
     ///
     /// # Errors
     /// Those of a SPEC.toml.

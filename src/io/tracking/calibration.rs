@@ -40,8 +40,8 @@ const COLLINEAR: &str =
 
 impl Calibration {
     /// Takes the homography by least squares over points in pixels and metres (direct linear
-    /// transform of normalised points), and returns a note on its residuals. `is_up` is the direction
-    /// of the pixels' y axis if it is known: the metres must then be seen from above.
+    /// transform of normalised points), and returns a note on its residuals. `is_up` is the
+    /// direction of the pixels' y axis if it is known: the metres must then be seen from above.
     pub(super) fn set_homography(&mut self, points: &[Point], is_up: Option<bool>) -> Result<String, String> {
         let count = points.len();
         if count < 4 {
@@ -105,8 +105,8 @@ impl Calibration {
     }
 }
 
-/// Returns the map of pixels to metres, positive at their mean; `None` if the points do not determine
-/// it.
+/// Returns the map of pixels to metres, positive at their mean; `None` if the points do not
+/// determine it.
 fn homography(points: &[Point]) -> Option<Matrix3<f64>> {
     let (pixels, metres): (Vec<_>, Vec<_>) = points.iter().map(|point| (point.px, point.m)).unzip();
     let (from, to) = (normaliser(&pixels)?, normaliser(&metres)?);

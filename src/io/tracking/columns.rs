@@ -60,8 +60,8 @@ fn angle_unit_of(heading: &Heading, column: usize, wanted: &Columns, input: &Inp
     None
 }
 
-/// Returns the column of frame numbers or times if [tracks.columns] does not name them, and whether it
-/// is of frames: it is recognised by its name, and its numbers grow from row to row of a shot.
+/// Returns the column of frame numbers or times if [tracks.columns] does not name them, and whether
+/// it is of frames: it is recognised by its name, and its numbers grow from row to row of a shot.
 fn unnamed_time(
     heading: &Heading,
     used: &[usize],

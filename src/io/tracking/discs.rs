@@ -19,9 +19,9 @@ const MEDIAN_FRAMES: usize = 5;
 /// Largest relative difference of the centre's distances to markers, which are placed by hand.
 const MAX_INEQUALITY: f64 = 0.1;
 
-/// Determines the names of both discs, the first to move first, unless tracks are named cue or object
-/// or name their points: each is one track, or three or more that keep their distances. The result
-/// replaces the names of the facts.
+/// Determines the names of both discs, the first to move first, unless tracks are named cue or
+/// object or name their points: each is one track, or three or more that keep their distances. The
+/// result replaces the names of the facts.
 ///
 /// # Errors
 /// There are not two discs.

@@ -114,8 +114,8 @@ fn of_balls(
     Err(Wrong::input(shot.line, "a position or time is too large to be converted"))
 }
 
-/// Removes and returns the centre of a ball; if several points stand for it, returns their mean, and
-/// they remain.
+/// Removes and returns the centre of a ball; if several points stand for it, returns their mean,
+/// and they remain.
 fn centre(tracks: &mut Vec<RawTrack>, ball: usize) -> RawTrack {
     let is_of = |track: &RawTrack| track.role.is_some_and(|role| role.ball == ball && !role.is_marker);
     let points: Vec<&RawTrack> = tracks.iter().filter(|track| is_of(track)).collect();
@@ -167,8 +167,9 @@ fn resolution(
     steps
 }
 
-/// Returns the step of the grid on which all coordinates of some tracks lie, such as whole pixels or
-/// few decimals, in the unit of the file. `None` without a grid, or if too few coordinates differ.
+/// Returns the step of the grid on which all coordinates of some tracks lie, such as whole pixels
+/// or few decimals, in the unit of the file. `None` without a grid, or if too few coordinates
+/// differ.
 fn grid_step(tracks: &[&RawTrack]) -> Option<f64> {
     let mut gaps = Vec::new();
     for axis in [0, 1] {

@@ -1,5 +1,5 @@
-//! Names of the columns of a table, and their units beside them, as in `x [mm]`, or below; the first
-//! rows of an unknown table, and tests of its columns.
+//! Names of the columns of a table, and their units beside them, as in `x [mm]`, or below; the
+//! first rows of an unknown table, and tests of its columns.
 
 use std::collections::{HashMap, HashSet};
 
@@ -113,8 +113,8 @@ impl Heading {
         twins.is_empty()
     }
 
-    /// Returns the unit of columns; complains about one of another kind than `like`, or that differs
-    /// from the unit stated elsewhere, at a place, or from that of the columns before.
+    /// Returns the unit of columns; complains about one of another kind than `like`, or that
+    /// differs from the unit stated elsewhere, at a place, or from that of the columns before.
     pub(super) fn unit(
         &self,
         columns: impl IntoIterator<Item = usize>,
@@ -148,8 +148,8 @@ impl Heading {
         }
     }
 
-    /// Returns the units in a further line of the header: a line of units, in brackets or not, or of
-    /// other names without a number; `None` for a row.
+    /// Returns the units in a further line of the header: a line of units, in brackets or not, or
+    /// of other names without a number; `None` for a row.
     fn further(&self, row: &str) -> Option<Vec<Option<Measure>>> {
         let cells = trimmed(row, self.separator).filter(|cells| cells.len() <= self.names.len() + 1)?;
         let is_empty = |cell: &str| cell.is_empty() || cell == "-";
@@ -212,8 +212,8 @@ fn split_all(names: &[String]) -> (Vec<String>, Vec<Option<Measure>>) {
 }
 
 /// Returns names that repeat with the words above them: `x` below `cue` is `cue x`, where `cue` may
-/// stand above several columns. They are kept if some are still equal. An empty name before the last
-/// one is replaced by the word above it, as `Frame#` and `Time` of TRC files.
+/// stand above several columns. They are kept if some are still equal. An empty name before the
+/// last one is replaced by the word above it, as `Frame#` and `Time` of TRC files.
 fn told_apart(names: Vec<String>, titles: &[(usize, &str)], separator: Separator) -> Vec<String> {
     let mut joined = names.clone();
     for (_, title) in titles.iter().rev().take(MAX_FURTHER_LINES) {

@@ -39,8 +39,8 @@ impl Input<'_> {
         self.problems.add(self.file, line, column, message);
     }
 
-    /// Returns the column to be read, and whether it holds numbers of frames: these are preferred if
-    /// the frame rate is stated, since they cannot follow a wrong one.
+    /// Returns the column to be read, and whether it holds numbers of frames: these are preferred
+    /// if the frame rate is stated, since they cannot follow a wrong one.
     pub(super) fn frame_or_time<T>(&self, frame: Option<T>, time: Option<T>) -> Option<(T, bool)> {
         match (frame, time) {
             (Some(frame), None) => Some((frame, true)),

@@ -1,5 +1,5 @@
-//! JSON as tools in the browser save it: an array of shots, each with balls, each with samples. Every
-//! sample becomes a row of a long table.
+//! JSON as tools in the browser save it: an array of shots, each with balls, each with samples.
+//! Every sample becomes a row of a long table.
 
 use std::borrow::Cow;
 use std::collections::HashMap;

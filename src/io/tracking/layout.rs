@@ -36,7 +36,8 @@ pub(super) struct Block {
 pub(super) struct Body {
     /// The name that stands above the rows; otherwise it is in the column `ball`.
     pub(crate) name: String,
-    /// The columns that name the ball, and the point on it, in a table with a row per ball and frame.
+    /// The columns that name the ball, and the point on it, in a table with a row per ball and
+    /// frame.
     pub(crate) ball: Option<usize>,
     pub(crate) point: Option<usize>,
     pub(crate) part: Part,
@@ -105,8 +106,8 @@ impl Block {
 }
 
 impl Layout {
-    /// Returns the layout of blocks of rows with a column of times or, if the flag is set, of numbers
-    /// of frames. Complains if the header contradicts itself or dataset.toml about units.
+    /// Returns the layout of blocks of rows with a column of times or, if the flag is set, of
+    /// numbers of frames. Complains if the header contradicts itself or dataset.toml about units.
     pub(super) fn new(
         format: Format,
         heading: Heading,

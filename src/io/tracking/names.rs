@@ -9,7 +9,8 @@ use super::repair::Wrong;
 use super::settings::{NAMED, Names, TrackSettings};
 use crate::io::number::shortened;
 
-/// Marks the tracks of both balls, by names in the order of [`NAMED`], and those of the points on them.
+/// Marks the tracks of both balls, by names in the order of [`NAMED`], and those of the points on
+/// them.
 ///
 /// # Errors
 /// The first name of each ball that is not that of one track.
@@ -159,7 +160,8 @@ fn single(index: usize, shot: &RawShot, balls: [&str; 2]) -> Option<Single> {
     if shot.tracks.len() != 1 || !shot.tracks[0].is_centre() || shot.name != stem {
         return None;
     }
-    // the file's name without the ball's, for either ball; the files of Tracker's mass A are named A
+    // the file's name without the ball's, for either ball; the files of Tracker's mass A are named
+    // A
     let rests = |text: &str| balls.map(|ball| without(text, ball).or_else(|| without(text, last_word(ball))));
     let (mut rest, mut folder) = (rests(&stem), shot.file.parent());
     if rest == [None, None] {

@@ -106,8 +106,8 @@ fn clip(shot: &RawShot, cuts: &[f64], number: usize, alone: bool) -> RawShot {
     clip
 }
 
-/// Splits the rows of every shot, one track without a name, into the tracks of two balls, which have
-/// no name until clips are separated.
+/// Splits the rows of every shot, one track without a name, into the tracks of two balls, which
+/// have no name until clips are separated.
 pub(super) fn follow(shots: &mut [RawShot], input: &Input) {
     for shot in shots {
         let mut rows: Vec<Row> = shot.tracks.iter().flat_map(|track| track.seen().copied()).collect();

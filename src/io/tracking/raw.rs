@@ -93,8 +93,8 @@ pub(super) struct RawTrack {
 pub(super) struct Role {
     /// 0 for the cue ball, 1 for the object ball.
     pub(crate) ball: usize,
-    /// Whether it is a further point on the ball, and not the centre or one of the points whose mean
-    /// is the centre.
+    /// Whether it is a further point on the ball, and not the centre or one of the points whose
+    /// mean is the centre.
     pub(crate) is_marker: bool,
     pub(crate) order: usize,
 }

@@ -234,7 +234,8 @@ impl<'a> Reader<'a> {
         [f64::NAN; 2]
     }
 
-    /// Reads the position of a body: the middle of a box, and a gap if it is too unlikely; or an angle.
+    /// Reads the position of a body: the middle of a box, and a gap if it is too unlikely; or an
+    /// angle.
     fn place<'c>(&mut self, body: &Body, at: impl Fn(usize) -> Place<'c> + Copy) -> [f64; 2] {
         if let Part::Angle(unit) = body.part {
             let angle = self.positions.beside(at(body.xy[0])).unwrap_or(f64::NAN);

@@ -179,8 +179,8 @@ fn frames_of_both(cue: &RawTrack, object: &RawTrack) -> Vec<usize> {
     (0..cue.rows.len().min(object.rows.len())).filter(is_seen).collect()
 }
 
-/// Turns frames into gaps that repeat the frame before while both balls move. `resolution`: the step
-/// of the coordinates, within which balls may move without being seen to.
+/// Turns frames into gaps that repeat the frame before while both balls move. `resolution`: the
+/// step of the coordinates, within which balls may move without being seen to.
 pub(super) fn remove_repeated_frames(
     [cue, object]: &mut [RawTrack; 2],
     fps: f64,

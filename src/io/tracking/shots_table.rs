@@ -108,15 +108,16 @@ impl<'a> ShotsTable<'a> {
         self.rows.get(shot)?.skip.as_deref()
     }
 
-    /// Returns the statement about the spin of a shot; a wrong one was reported, and counts as that of
-    /// dataset.toml.
+    /// Returns the statement about the spin of a shot; a wrong one was reported, and counts as that
+    /// of dataset.toml.
     pub(super) fn spin(&self, shot: &str) -> StatedSpin {
         let of_row = self.rows.get(shot).and_then(|row| row.spin);
         let assumed = |assume: Assume| assume.spin().map_or(StatedSpin::Measured, StatedSpin::Is);
         of_row.unwrap_or(self.assume.map_or(StatedSpin::Unstated, assumed))
     }
 
-    /// Returns the facts of a shot; the spin is unknown if it is not stated, or until markers show it.
+    /// Returns the facts of a shot; the spin is unknown if it is not stated, or until markers show
+    /// it.
     pub(super) fn facts(&self, shot: &str, settings: &TrackSettings) -> Facts {
         let spin = if let StatedSpin::Is(spin) = self.spin(shot) { spin } else { Spin::Unknown };
         let all = || self.labels.iter().map(|label| (label.clone(), String::new()));

@@ -1,5 +1,5 @@
-//! Survey of a file of tracks for the draft of a dataset.toml, with a guess of `[tracks.columns]` for
-//! an unknown table.
+//! Survey of a file of tracks for the draft of a dataset.toml, with a guess of `[tracks.columns]`
+//! for an unknown table.
 
 use std::collections::HashMap;
 use std::fs;

@@ -169,8 +169,8 @@ impl Grid {
         ends.zip(frames.and_then(|frames| frames.last())).map_or(1.0 / self.spacing, mean)
     }
 
-    /// Returns the frames of the coarsest grid on which all times lie, and their rate: of those that
-    /// rounding leaves possible, the roundest.
+    /// Returns the frames of the coarsest grid on which all times lie, and their rate: of those
+    /// that rounding leaves possible, the roundest.
     fn own_frames(&self) -> (Option<Vec<f64>>, f64) {
         let steps = || self.times.windows(2).map(|two| two[1] - two[0]);
         // most steps may be of several frames
@@ -197,8 +197,9 @@ impl Grid {
         self.spacing.is_nan() || fits(self.spacing) || fits(mean)
     }
 
-    /// Returns the times of the camera at `fps`, if those of the file follow `rate`: frame number / `fps`,
-    /// or as they are written if they follow no frames. A stated rate may mean frames left out.
+    /// Returns the times of the camera at `fps`, if those of the file follow `rate`: frame number /
+    /// `fps`, or as they are written if they follow no frames. A stated rate may mean frames left
+    /// out.
     fn camera_times(
         &self,
         [rate, fps]: [f64; 2],

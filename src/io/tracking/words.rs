@@ -89,7 +89,8 @@ pub(super) fn is_angle(name: &str) -> bool {
     words(name).first().is_some_and(is_known)
 }
 
-/// Returns the meaning of a pair of columns, by the name of the x column, with its `x` at this byte.
+/// Returns the meaning of a pair of columns, by the name of the x column, with its `x` at this
+/// byte.
 fn kind(names: &[String], column: usize, at: usize) -> Kind {
     let name = &names[column];
     let (before, after) = (words(&name[..at]), words(&name[at + 1..]));

@@ -145,8 +145,8 @@ pub struct Model {
     /// The dependence of the friction between the balls on the slip. `linear` takes the friction at
     /// the first slip; `full`, `ode` and `contact` follow the slip during the impact.
     pub law: Law,
-    /// The e₁ of a restitution that decreases with the closing speed v, e(v) = e₀ − e₁v but not below
-    /// 0, in s/m; `None` if e is constant.
+    /// The e₁ of a restitution that decreases with the closing speed v, e(v) = e₀ − e₁v but not
+    /// below 0, in s/m; `None` if e is constant.
     pub e_slope: Option<f64>,
     /// Used by `ode` and `contact`: the tangential compliance κ, the ratio of normal to tangential
     /// stiffness of the contact, dimensionless. 0, rigid along the surface, is not for `contact`.

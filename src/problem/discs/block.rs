@@ -15,16 +15,16 @@ use crate::problem::frames::{Columns, Frame, Sight, add_track, whiten};
 use crate::problem::sums::{Contribution, Noise, OwnPrior, Spread};
 use crate::problem::unknowns::{CAMERA, Id, Normal, Own, PHYSICS, SHARED, Shared};
 
-/// Prior standard deviation of an unknown offset, over the normal impulse or the closing speed, and of an
-/// unknown distance of the centres, m.
+/// Prior standard deviation of an unknown offset, over the normal impulse or the closing speed, and
+/// of an unknown distance of the centres, m.
 const ANY: f64 = 3.0;
 const ANY_DISTANCE: f64 = 1e3;
 
 /// Number of noises of a shot: of each disc along x and along y.
 pub(super) const NOISES: usize = 4;
 
-/// Numbers that the place of a point depends on: the coefficients of the piece, the instant, and direction and
-/// radius of a marker. In a row, derivatives by the camera and the residual follow.
+/// Numbers that the place of a point depends on: the coefficients of the piece, the instant, and
+/// direction and radius of a marker. In a row, derivatives by the camera and the residual follow.
 const POINT: usize = COEFFICIENTS + 3;
 const ROW: usize = POINT + CAMERA + 1;
 
@@ -33,8 +33,8 @@ const ROW: usize = POINT + CAMERA + 1;
 pub(crate) struct PointTrack {
     /// Which disc it is on.
     pub(crate) disc: usize,
-    /// Places of its direction and of its distance from the centre among the own unknowns; `None` for
-    /// the centre.
+    /// Places of its direction and of its distance from the centre among the own unknowns; `None`
+    /// for the centre.
     pub(crate) marker: Option<[usize; 2]>,
     pub(crate) frames: Vec<Frame>,
 }
@@ -71,8 +71,8 @@ pub(crate) struct ShotFrames {
 pub(crate) struct DiscBlock {
     pub(crate) shots: Arc<Vec<ShotFrames>>,
     pub(crate) discs: Discs,
-    /// Whether shots differ from the law of the impact by their scatter alone; else they have any e and
-    /// J_t/J_n, any balance of momentum and any spins.
+    /// Whether shots differ from the law of the impact by their scatter alone; else they have any e
+    /// and J_t/J_n, any balance of momentum and any spins.
     pub(crate) has_law: bool,
     /// The noises of each shot one after the other.
     pub(crate) noise: Vec<Noise>,
@@ -97,14 +97,15 @@ impl DiscBlock {
         follow((shot.stuck.is_some(), shot.turns), own, shared, &self.discs)
     }
 
-    /// Returns the used frames of each track of shot `i`, whitened; an empty list if the discs do not approach.
+    /// Returns the used frames of each track of shot `i`, whitened; an empty list if the discs do
+    /// not approach.
     pub(super) fn sights(&self, i: usize, own: &Own, shared: &Shared) -> Vec<Vec<Sight<ROW>>> {
         let Some(paths) = self.follow(i, own, shared) else { return Vec::new() };
         self.shots[i].tracks.iter().map(|track| self.look(i, track, &paths, own, shared)).collect()
     }
 
-    /// Returns the used frames of a track of shot `i`, whitened. Errors before the impact and after it count as
-    /// independent: the frames between are left out.
+    /// Returns the used frames of a track of shot `i`, whitened. Errors before the impact and after
+    /// it count as independent: the frames between are left out.
     fn look(
         &self,
         i: usize,
@@ -217,13 +218,14 @@ impl DiscBlock {
         }
     }
 
-    /// Returns e and J_t/J_n of shot `i` with their derivatives; `None` if its discs do not approach.
+    /// Returns e and J_t/J_n of shot `i` with their derivatives; `None` if its discs do not
+    /// approach.
     pub(super) fn outcome(&self, i: usize, own: &Own, shared: &Shared) -> Option<[Dual; 2]> {
         Some(self.follow(i, own, shared)?.outcome())
     }
 
-    /// Returns the own unknowns of shot `i` after a step with the e and J_t/J_n that derivatives predict:
-    /// the law has corners, which else would throw the discs off their paths.
+    /// Returns the own unknowns of shot `i` after a step with the e and J_t/J_n that derivatives
+    /// predict: the law has corners, which else would throw the discs off their paths.
     pub(crate) fn with_even_outcome(
         &self,
         i: usize,
@@ -243,8 +245,8 @@ impl DiscBlock {
         moved
     }
 
-    /// Sets the offsets of shot `i` so that its discs part with this e and J_t/J_n, as far as they are
-    /// unknowns.
+    /// Sets the offsets of shot `i` so that its discs part with this e and J_t/J_n, as far as they
+    /// are unknowns.
     pub(super) fn set_outcome(&self, i: usize, own: &mut Own, shared: &Shared, [e, ratio]: [f64; 2]) {
         (own[own::RESTITUTION], own[own::RATIO]) = (0.0, 0.0);
         if self.shots[i].stuck.is_some() {

@@ -1,5 +1,5 @@
-//! From the tracks of a data set to the block of its frames: in metres from the middle of the impacts,
-//! with first guesses.
+//! From the tracks of a data set to the block of its frames: in metres from the middle of the
+//! impacts, with first guesses.
 
 use rayon::prelude::*;
 
@@ -20,8 +20,8 @@ use crate::problem::film::reading::Reading;
 use crate::problem::sums::Noise;
 use crate::problem::unknowns::{Id, Own, Shared};
 
-/// Noise of the first descents, as a part of the distance of the centres: lines through the frames next
-/// to an impact miss the discs by as much.
+/// Noise of the first descents, as a part of the distance of the centres: lines through the frames
+/// next to an impact miss the discs by as much.
 const COARSE_NOISE_PART: f64 = 0.01;
 
 /// Standard error of a parabola through 15 frames at twice their reach, over the noise of a frame:
@@ -31,12 +31,13 @@ const EXTRAPOLATED: f64 = 7.6;
 /// Positions that differ by less are the same, m.
 const SAME_PLACE_M: f64 = 1e-9;
 
-/// Part by which distances between points of one disc change at most, the tenth at either end left out for
-/// mistaken points: a camera that leans by 25° shortens them by as much in one direction.
+/// Part by which distances between points of one disc change at most, the tenth at either end left
+/// out for mistaken points: a camera that leans by 25° shortens them by as much in one direction.
 const NOT_RIGID: f64 = 0.1;
 const TAIL: f64 = 0.1;
 
-/// Frames on either side of the impact in which these are looked at, and frames with both points that are needed.
+/// Frames on either side of the impact in which these are looked at, and frames with both points
+/// that are needed.
 const MAX_FRAMES_AWAY: f64 = 60.0;
 const LEAST_FRAMES: usize = 8;
 
@@ -113,8 +114,8 @@ impl Guessed {
         }
     }
 
-    /// Returns the frames of the shot and a first guess of its own unknowns, of which e and J_t/J_n are those
-    /// of the impact instead of offsets from the law.
+    /// Returns the frames of the shot and a first guess of its own unknowns, of which e and J_t/J_n
+    /// are those of the impact instead of offsets from the law.
     fn read(&self, reading: &Reading, shared: &Shared) -> (ShotFrames, Own) {
         let Self { shot, meeting, stuck, flat } = self;
         let Reading { middle, unit, .. } = *reading;
@@ -193,15 +194,16 @@ impl Guessed {
     }
 }
 
-/// Returns whether the centre of a disc was computed from the points on it, as films are loaded if three
-/// or more points are on a circle about it.
+/// Returns whether the centre of a disc was computed from the points on it, as films are loaded if
+/// three or more points are on a circle about it.
 fn is_of_points(centre: &[Sample], points: &[&[Sample]]) -> bool {
     let Ok(circle) = rigid_body::circle_centres(points) else { return false };
     let is_same = |(a, b): (&Sample, &Sample)| a.t == b.t && (a.x - b.x).hypot(a.y - b.y) < SAME_PLACE_M;
     circle.len() == centre.len() && circle.iter().zip(centre).all(is_same)
 }
 
-/// Checks that the points of either disc move as one rigid body near the impact, or else in all frames.
+/// Checks that the points of either disc move as one rigid body near the impact, or else in all
+/// frames.
 ///
 /// # Errors
 /// They do not.

@@ -13,11 +13,12 @@ use crate::problem::film::camera::Point;
 use crate::problem::frames::PicturePaths;
 use crate::problem::policy::Policy;
 
-/// Part of the distance of the centres by which the frames of a collision are off the paths at most.
+/// Part of the distance of the centres by which the frames of a collision are off the paths at
+/// most.
 const MAX_FRAME_DEVIATION: f64 = 0.02;
 
-/// Part by which distances at the contact differ: that of a camera's scale over the table, rubber bands
-/// and the give of rims.
+/// Part by which distances at the contact differ: that of a camera's scale over the table, rubber
+/// bands and the give of rims.
 const DISTANCE_SD: f64 = 0.01;
 
 /// The measured impact of a shot, without a law of friction. Velocities are in m/s and
@@ -38,10 +39,11 @@ pub struct DiscImpact {
     pub(crate) outliers: usize,
     /// First and last instant that was used, s.
     pub(crate) window: [f64; 2],
-    /// Number of frames on either side of the impact in which the discs still touch; 0 if the frames next
-    /// to it are on the paths.
+    /// Number of frames on either side of the impact in which the discs still touch; 0 if the
+    /// frames next to it are on the paths.
     pub(crate) touching: usize,
-    /// Radii of the discs; if they are not stated, half the distance of the centres at the impact, m.
+    /// Radii of the discs; if they are not stated, half the distance of the centres at the impact,
+    /// m.
     pub(crate) radii: [f64; 2],
     /// How the discs stick together after the impact, if they do.
     pub(crate) stuck: Option<Stuck>,
@@ -70,7 +72,8 @@ pub(crate) enum Doubt {
         /// Its standard error.
         sd: f64,
     },
-    /// The frames are off the paths: the variance about them is this multiple of that of their noise.
+    /// The frames are off the paths: the variance about them is this multiple of that of their
+    /// noise.
     #[error(
         "its paths are not straight before and after one instant: they are off by {:.0} times the noise of the frames (χ²/dof is \
          {:.0}); the contact lasts for several frames, or points were mistaken", .0.sqrt(), .0
@@ -123,7 +126,8 @@ impl DiscImpact {
         is_off.then_some(Unusable::BadFit { reduced_chi2: self.misfit, rms_mm: 1e3 * self.position_sd })
     }
 
-    /// Returns the reason for which the discs are others than those with these radii, if their distance shows it.
+    /// Returns the reason for which the discs are others than those with these radii, if their
+    /// distance shows it.
     pub(super) fn find_separation(&self, radii: [f64; 2], policy: &Policy) -> Option<Unusable> {
         let expected = radii[0] + radii[1];
         let Measured { value: measured, sd } = self.get(Quantity::ContactDistance)?;
@@ -152,7 +156,8 @@ impl DiscImpact {
     }
 }
 
-/// Returns whether a number with this standard error differs from 0 as seldom as an outlying shot does.
+/// Returns whether a number with this standard error differs from 0 as seldom as an outlying shot
+/// does.
 fn is_significant(value: f64, sd: f64, policy: &Policy) -> bool {
     Normal::new(0.0, sd).is_ok_and(|normal| normal.sf(value.abs()) < policy.shot_tail)
 }

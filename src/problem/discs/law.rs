@@ -1,5 +1,5 @@
-//! The fit of films of discs: the law of friction that all shots share, rigid or compliant, from several
-//! starts, after the outcome of each shot was measured without a law.
+//! The fit of films of discs: the law of friction that all shots share, rigid or compliant, from
+//! several starts, after the outcome of each shot was measured without a law.
 
 use super::block::DiscBlock;
 use super::impact::DiscImpact;
@@ -28,8 +28,8 @@ const DISC_KAPPAS: [f64; 8] = [0.15, 0.3, 0.6, 1.25, 2.0, 3.0, 4.5, 9.0];
 /// Smallest κ of a compliant contact.
 const LEAST_KAPPA: f64 = 0.1;
 
-/// Descents and their steps, ln of the ratio of μ or κ between minima, and square beyond which the residual of
-/// an outlying shot counts no more.
+/// Descents and their steps, ln of the ratio of μ or κ between minima, and square beyond which the
+/// residual of an outlying shot counts no more.
 const STARTS: usize = 4;
 const STEPS: usize = 40;
 const APART: f64 = 0.2;
@@ -41,8 +41,8 @@ const RATIO_VARIANCE: f64 = 4e-4;
 /// χ² by which a start is less likely than the best at most.
 const LESS_LIKELY: f64 = 60.0;
 
-/// Shots that determine a compliance at least, twice its three unknowns: in 37 films each of 3, 5, 10 and
-/// 17 of 20 shots of rigid pucks that scatter it was let in in 4, 2, 1 and 0.
+/// Shots that determine a compliance at least, twice its three unknowns: in 37 films each of 3, 5,
+/// 10 and 17 of 20 shots of rigid pucks that scatter it was let in in 4, 2, 1 and 0.
 const LEAST_SHOTS: usize = 6;
 
 /// The fit of films of discs.
@@ -52,14 +52,15 @@ pub(crate) struct DiscFit {
     pub(crate) solution: Solution,
     /// The measurements of each shot without a law.
     pub(crate) impacts: Vec<DiscImpact>,
-    /// Standard deviation from shot to shot of each [`Component`], 0 where the frames do not show it.
+    /// Standard deviation from shot to shot of each [`Component`], 0 where the frames do not show
+    /// it.
     pub(crate) scatter: [f64; Component::ALL.len()],
     /// Other minima that are nearly as likely, with the difference of −2 log L as that of their χ².
     pub(crate) others: Vec<Evaluation>,
     /// Unknowns that were held since the shots do not determine them.
     pub(crate) undetermined: Vec<Id>,
-    /// Degrees of freedom of Student's t for intervals, as scatter is known from these shots alone; `None`
-    /// for a single shot, whose errors are those of its frames.
+    /// Degrees of freedom of Student's t for intervals, as scatter is known from these shots alone;
+    /// `None` for a single shot, whose errors are those of its frames.
     pub(crate) dof: Option<f64>,
 }
 
@@ -154,14 +155,15 @@ impl Shots<'_> {
         all[id as usize]
     }
 
-    /// Returns whether the shots show a law: a single one does not, nor do shots whose slip is free.
+    /// Returns whether the shots show a law: a single one does not, nor do shots whose slip is
+    /// free.
     fn show_law(&self) -> bool {
         let block = self.free.problem.discs();
         block.is_some_and(|block| block.shots.iter().filter(|shot| shot.knows_slip).count() > 1)
     }
 
-    /// Fits a rigid contact and a compliant one, as far as they are possible; returns the minima of the
-    /// likelier one, the likeliest first.
+    /// Fits a rigid contact and a compliant one, as far as they are possible; returns the minima of
+    /// the likelier one, the likeliest first.
     fn choose_law(&mut self) -> Result<Vec<Solution>, FilmError> {
         let (shots, compliance) = (self.free.names[0].len(), self.settings.compliance);
         if compliance == Compliance::Stated && self.show_law() {
@@ -186,8 +188,8 @@ impl Shots<'_> {
         Ok(compliant)
     }
 
-    /// Descends from the most promising values of μ and κ, first with the spreads before the frames are seen,
-    /// then with spreads of their own; returns each minimum once, the likeliest first.
+    /// Descends from the most promising values of μ and κ, first with the spreads before the frames
+    /// are seen, then with spreads of their own; returns each minimum once, the likeliest first.
     fn fit_law(&self, is_compliant: bool) -> Result<Vec<Solution>, FilmError> {
         let problem = self.with_law(is_compliant)?;
         let free = problem.free();
@@ -228,8 +230,8 @@ impl Shots<'_> {
         Ok(problem)
     }
 
-    /// Returns states in which each shot has the outcome that was measured, at values of μ and κ by which these
-    /// are likely, the likeliest first.
+    /// Returns states in which each shot has the outcome that was measured, at values of μ and κ by
+    /// which these are likely, the likeliest first.
     fn starts(&self, problem: &Problem) -> Result<Vec<State>, FilmError> {
         let block = problem.discs().ok_or(FilmError::NoFilm)?;
         let mut first = self.free.at.state.clone();
@@ -292,8 +294,8 @@ fn unlikely(fit: &Solution) -> f64 {
     fit.minus_two_log().0 + reduced.map_or(f64::INFINITY, |reduced| reduced.own_ln_determinant)
 }
 
-/// Returns whether each shot is kept: its e and J_t/J_n, momentum, spins and distance differ from those of
-/// the others by no more than chance makes them.
+/// Returns whether each shot is kept: its e and J_t/J_n, momentum, spins and distance differ from
+/// those of the others by no more than chance makes them.
 fn judge_shots(fit: &Solution, policy: &Policy) -> Result<Vec<bool>, FilmError> {
     let block = fit.problem.discs().ok_or(FilmError::NoFilm)?;
     let reduced = fit.at.eliminate(&fit.problem, 0.0).ok_or(FilmError::Undetermined)?;

@@ -1,5 +1,5 @@
-//! First guesses from straight lines through the frames on both sides of where discs are nearest: how they
-//! meet and turn, or stick together, so that the distance of their centres stays.
+//! First guesses from straight lines through the frames on both sides of where discs are nearest:
+//! how they meet and turn, or stick together, so that the distance of their centres stays.
 
 use std::f64::consts::{PI, TAU};
 
@@ -17,8 +17,8 @@ pub(super) const LEAST: usize = 4;
 /// Frames next to the impact that give the lines.
 const NEAR: usize = 12;
 
-/// Frames, besides a gap in the tracks, by which the instant differs from that of the frame in which the
-/// discs are nearest.
+/// Frames, besides a gap in the tracks, by which the instant differs from that of the frame in
+/// which the discs are nearest.
 const FARTHEST: f64 = 2.0;
 const ROUNDS: usize = 4;
 
@@ -35,8 +35,8 @@ pub(super) fn distances(a: &[Sample], b: &[Sample]) -> Vec<(f64, f64)> {
     both.filter_map(distance).collect()
 }
 
-/// Returns times and distances of the centres, each the middle one of three neighbours, so that a frame in
-/// which a disc was mistaken for another does not count.
+/// Returns times and distances of the centres, each the middle one of three neighbours, so that a
+/// frame in which a disc was mistaken for another does not count.
 fn smooth_distances(shot: &TrackShot) -> Vec<(f64, f64)> {
     let middle = |three: &[(f64, f64)]| (three[1].0, middle(three));
     distances(&shot.cue, &shot.object).windows(3).map(middle).collect()
@@ -189,8 +189,8 @@ pub(super) struct Turning {
 }
 
 impl Turning {
-    /// Returns how a marker turns about the centre of its disc, less than half a turn a frame; `None` if
-    /// it was seen in too few frames on either side.
+    /// Returns how a marker turns about the centre of its disc, less than half a turn a frame;
+    /// `None` if it was seen in too few frames on either side.
     pub fn of(marker: &[Sample], centre: &[Sample], time: f64, fps: f64) -> Option<Self> {
         // angle and length of the arm as coordinates of a path
         let mut arms: Vec<Sample> = Vec::new();
@@ -230,9 +230,9 @@ const PARTING: f64 = 0.02;
 const TOUCHING: f64 = 0.01;
 const NOISES: f64 = 5.0;
 
-/// Frames that discs stay together at least, and the number after which more do not help; frames just
-/// after the contact, in which the middle one of three may be one before it; and frames in a row at one
-/// distance after which the pair has settled.
+/// Frames that discs stay together at least, and the number after which more do not help; frames
+/// just after the contact, in which the middle one of three may be one before it; and frames in a
+/// row at one distance after which the pair has settled.
 const LEAST_FRAMES: usize = 24;
 const MOST_FRAMES: usize = 120;
 const SKIPPED: usize = 2;

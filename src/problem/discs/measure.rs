@@ -26,23 +26,24 @@ use crate::problem::unknowns::{Id, Mode, SHARED, Shared};
 /// Rounds of leaving out shots, and of descents that did not end at a minimum.
 pub(super) const ROUNDS: usize = 3;
 
-/// Frames on either side of the impact that are used, one number after the other: paths are followed from the
-/// impact on to a rail or a hand. The last one is for shots that are too few to show how decelerations
-/// differ: in long paths they are less even.
+/// Frames on either side of the impact that are used, one number after the other: paths are
+/// followed from the impact on to a rail or a hand. The last one is for shots that are too few to
+/// show how decelerations differ: in long paths they are less even.
 const REACHES: [f64; 4] = [15.0, 30.0, 60.0, 120.0];
 
 /// Smallest number of frames on either side that decelerations which are not even leave.
 const LEAST_REACH: f64 = 7.0;
 
-/// Frames on either side of the impact that are left out at least, and at most if the discs touch in them.
+/// Frames on either side of the impact that are left out at least, and at most if the discs touch
+/// in them.
 const LEFT_OUT: usize = 1;
 const MAX_TOUCHING: usize = 6;
 
 /// Steps of a descent with frames that may change.
 const STEPS: usize = 10;
 
-/// Descends with the noise or spreads that residuals show, again from where a descent did not end at a
-/// minimum.
+/// Descends with the noise or spreads that residuals show, again from where a descent did not end
+/// at a minimum.
 pub(super) fn settle(mut problem: Problem, state: State) -> Result<Solution, FilmError> {
     let mut descent = descend_with_noise(&mut problem, state);
     for _ in 0..ROUNDS {
@@ -89,8 +90,8 @@ pub(crate) fn measure_discs(dataset: &Dataset, policy: &Policy) -> Result<Measur
     Ok(MeasuredDiscs { solution, impacts })
 }
 
-/// Measures all shots of the films of a data set: e, J_t/J_n, spins and balance of momentum of each may be
-/// any.
+/// Measures all shots of the films of a data set: e, J_t/J_n, spins and balance of momentum of each
+/// may be any.
 pub(super) fn measure(dataset: &Dataset, policy: &Policy) -> Result<MeasuredDiscs, FilmError> {
     let Film { block, mut unknowns, own, left_out, findings, unit, middle, .. } = Film::of_discs(dataset)?;
     for id in LAW {
@@ -137,14 +138,14 @@ pub(super) fn measure(dataset: &Dataset, policy: &Policy) -> Result<MeasuredDisc
 }
 
 impl DiscBlock {
-    /// Uses the frames within reach of the impacts, but for those in which the discs touch, unless too few
-    /// are left.
+    /// Uses the frames within reach of the impacts, but for those in which the discs touch, unless
+    /// too few are left.
     fn choose_frames(&mut self, state: &State) {
         self.use_frames(state, |shot| [shot.touching.max(LEFT_OUT) as f64, shot.reach]);
     }
 
-    /// Uses the frames of each shot that are at least so far from the impact, unless too few are left, and at
-    /// most, in frames.
+    /// Uses the frames of each shot that are at least so far from the impact, unless too few are
+    /// left, and at most, in frames.
     fn use_frames(&mut self, state: &State, range: impl Fn(&ShotFrames) -> [f64; 2]) {
         for (shot, own) in Arc::make_mut(&mut self.shots).iter_mut().zip(&state.own[0]) {
             let (instant, fps, [nearest, farthest]) = (own[own::TIME], shot.fps, range(shot));
@@ -164,9 +165,9 @@ impl DiscBlock {
         }
     }
 
-    /// Halves the reach of shots whose frames are off the paths: decelerations are even for a while only. In
-    /// the end takes the largest whose frames are not significantly farther off than those next to the impact.
-    /// Returns whether a reach has changed.
+    /// Halves the reach of shots whose frames are off the paths: decelerations are even for a while
+    /// only. In the end takes the largest whose frames are not significantly farther off than those
+    /// next to the impact. Returns whether a reach has changed.
     fn come_nearer(&mut self, policy: &Policy) -> bool {
         let misfits: Vec<f64> = (0..self.shots.len()).map(|i| self.misfit(i)).collect();
         let mut changed = false;
@@ -185,8 +186,8 @@ impl DiscBlock {
         changed
     }
 
-    /// Returns the variance of a coordinate of each disc of shot `i` about its path, the mean of those that are
-    /// seen, m².
+    /// Returns the variance of a coordinate of each disc of shot `i` about its path, the mean of
+    /// those that are seen, m².
     fn variances(&self, i: usize) -> [f64; 2] {
         [0, 1].map(|disc| {
             let noises = self.noise_of(i)[2 * disc..].iter().take(2).enumerate();
@@ -202,8 +203,8 @@ impl DiscBlock {
         0.5 * variances.map(|(variance, sd)| variance / sd.powi(2)).sum::<f64>()
     }
 
-    /// Drops frames that stand out, and those at the ends of tracks from where on a point is not on its path
-    /// any more; returns whether there are any.
+    /// Drops frames that stand out, and those at the ends of tracks from where on a point is not on
+    /// its path any more; returns whether there are any.
     fn drop_frames(&mut self, state: &State, policy: &Policy) -> bool {
         let mut changed = false;
         for (i, own) in state.own[0].iter().enumerate() {
@@ -220,8 +221,8 @@ impl DiscBlock {
         changed
     }
 
-    /// Counts one frame more as touching on either side of the impacts next to which frames are off the
-    /// paths; returns whether there are any.
+    /// Counts one frame more as touching on either side of the impacts next to which frames are off
+    /// the paths; returns whether there are any.
     fn find_touching(&mut self, state: &State, policy: &Policy) -> bool {
         let mut next = self.clone();
         next.use_frames(state, |shot| [shot.touching as f64, shot.reach]);

@@ -1,8 +1,8 @@
-//! The paths of two discs before and after their impact, with all derivatives (physics of discs that
-//! slide on a table without rolling).
+//! The paths of two discs before and after their impact, with all derivatives (physics of discs
+//! that slide on a table without rolling).
 //!
-//! With the line of centres n from the first disc to the second, t = z × n, g = v₂ − v₁, closing speed
-//! k = −g·n and slip s = g·t − R₁ω₁ − R₂ω₂,
+//! With the line of centres n from the first disc to the second, t = z × n, g = v₂ − v₁, closing
+//! speed k = −g·n and slip s = g·t − R₁ω₁ − R₂ω₂,
 //!
 //! ```text
 //! e_i = e − e₁k + d_e            J_t/J_n = law(k, s; μ, κ, e_i) + d_J
@@ -11,9 +11,9 @@
 //! p(τ) = c + v (τ − ½ (a/|v| + γ) τ²)            until the disc stops
 //! ```
 //!
-//! Friction may act a little earlier than the normal force: that of soft rims ends before it does. The
-//! law is that of two equal bodies ([`Model`]); it does not depend on how masses or radii differ.
-//! Discs that stick together move on as one rigid body about their centre of mass.
+//! Friction may act a little earlier than the normal force: that of soft rims ends before it does.
+//! The law is that of two equal bodies ([`Model`]); it does not depend on how masses or radii
+//! differ. Discs that stick together move on as one rigid body about their centre of mass.
 
 use nalgebra::{SVector, Vector2};
 use num_dual::{Derivative, DualNum, DualSVec64};
@@ -54,8 +54,8 @@ pub(super) type DualVector = Vector2<Dual>;
 const AT_REST: f64 = 0.02;
 
 /// Coefficients of a piece of a disc's path: place and velocity at the impact; part of the velocity
-/// lost in a second; length, direction at the impact, and angular velocity of the arm on which the disc
-/// goes round; its own angular velocity, and the angle by which it has turned at the impact.
+/// lost in a second; length, direction at the impact, and angular velocity of the arm on which the
+/// disc goes round; its own angular velocity, and the angle by which it has turned at the impact.
 pub(super) const COEFFICIENTS: usize = 10;
 
 /// A disc on one side of the impact.
@@ -72,8 +72,8 @@ pub(super) struct Paths {
     pub(crate) spins: [[Dual; 2]; 2],
 }
 
-/// Returns J_t/J_n on the second of two discs in contact, by closing speed, slip and e, and by μ, b, c and κ;
-/// `None` if they do not approach.
+/// Returns J_t/J_n on the second of two discs in contact, by closing speed, slip and e, and by μ,
+/// b, c and κ; `None` if they do not approach.
 pub(super) fn friction(contact: &[Dual; 3], of_law: &[Dual; 4], inertia: f64) -> Option<Dual> {
     let ([closing, slip, e], [mu, b, c, kappa]) = (contact.map(|dual| dual.re), of_law.map(|dual| dual.re));
     // two equal discs of radius 1, the second at rest, and a spin of the first that gives the slip
@@ -107,8 +107,8 @@ pub(super) fn friction(contact: &[Dual; 3], of_law: &[Dual; 4], inertia: f64) ->
     Some(Dual::new(ratio, Derivative::some(by)))
 }
 
-/// Returns the place of a point on a piece `late` seconds after the impact: of the disc's centre, or of a
-/// marker with this direction at the impact and this distance from it.
+/// Returns the place of a point on a piece `late` seconds after the impact: of the disc's centre,
+/// or of a marker with this direction at the impact and this distance from it.
 pub(super) fn locate<T: Number>(at: &[T; COEFFICIENTS], late: T, marker: Option<[T; 2]>) -> Vector2<T> {
     let [x, y, v_x, v_y, rate, arm, direction, turning, spin, turned] = *at;
     let moving = if rate.re() * late.re() > 1.0 { rate.recip() } else { late };
@@ -120,8 +120,8 @@ pub(super) fn locate<T: Number>(at: &[T; COEFFICIENTS], late: T, marker: Option<
     Vector2::new(centre.x + radius * cos, centre.y + radius * sin)
 }
 
-/// Follows both discs through the impact, if they stick together as one body; the rotations that are not
-/// seen stay. `None` if they do not approach.
+/// Follows both discs through the impact, if they stick together as one body; the rotations that
+/// are not seen stay. `None` if they do not approach.
 pub(super) fn follow(
     (is_stuck, turns): (bool, [bool; 2]),
     values: &Own,
@@ -175,7 +175,8 @@ pub(super) fn follow(
     for disc in 0..2 {
         let early = piece([disc, 0], centres[disc], before[disc], [zero, zero, zero, spins[disc], zero]);
         let late = if is_stuck {
-            // angular momentum about the centre of mass, over m₁; spins of both discs about their own
+            // angular momentum about the centre of mass, over m₁; spins of both discs about their
+            // own
             let inertia = [radii[0].powi(2), radii[1].powi(2) / mass_ratio].map(|of| of * discs.inertia);
             let moment = parts[0] * distance * distance + inertia[0] + inertia[1];
             let momentum = parts[0] * distance * across + inertia[0] * spins[0] + inertia[1] * spins[1];

@@ -1,5 +1,5 @@
-//! Unknowns of films of discs: what each shot has of its own, in SI units and the frame of the table, what
-//! scatters from shot to shot, and the priors of those that all shots share.
+//! Unknowns of films of discs: what each shot has of its own, in SI units and the frame of the
+//! table, what scatters from shot to shot, and the priors of those that all shots share.
 
 use std::ops::Range;
 
@@ -38,21 +38,22 @@ pub(crate) const LEAD: usize = 21;
 /// marker at the impact.
 pub(crate) const CORE: usize = 22;
 
-/// How much the four decelerations of a single shot differ before the frames are seen, m/s². It counts as
-/// one shot.
+/// How much the four decelerations of a single shot differ before the frames are seen, m/s². It
+/// counts as one shot.
 const EVEN_SLOWING: f64 = 0.002;
 
-/// Slowest and fastest common frame rate, frames/s: if the rate is unknown, priors are those of the slowest,
-/// so that they are not narrower than of others, and the least that frames determine that of the fastest.
+/// Slowest and fastest common frame rate, frames/s: if the rate is unknown, priors are those of the
+/// slowest, so that they are not narrower than of others, and the least that frames determine that
+/// of the fastest.
 const RATES: [f64; 2] = [30.0, 1000.0];
 
-/// Relative standard deviations of the sum of stated radii, rubber bands and the give of rims included, and of
-/// the ratio of stated masses.
+/// Relative standard deviations of the sum of stated radii, rubber bands and the give of rims
+/// included, and of the ratio of stated masses.
 const RADII_SD: f64 = 0.01;
 const MASS_SD: f64 = 0.01;
 
-/// Standard deviation of the deceleration at any speed, m/s²: a hundredth of gravity, what pucks on ice
-/// or on a poor air table have; and of that over the speed, 1/s.
+/// Standard deviation of the deceleration at any speed, m/s²: a hundredth of gravity, what pucks on
+/// ice or on a poor air table have; and of that over the speed, 1/s.
 const SLOWING_SD: f64 = 0.1;
 const DRAG_SD: f64 = 1.0;
 
@@ -84,9 +85,9 @@ worded! {
 }
 
 impl Component {
-    /// Returns the places of its own unknowns, and its standard deviations: that from shot to shot before the
-    /// frames are seen, as large as hands and tables make it (data/pucks-chalmers-2023), since estimates
-    /// decrease faster than they grow; and the smallest that frames determine.
+    /// Returns the places of its own unknowns, and its standard deviations: that from shot to shot
+    /// before the frames are seen, as large as hands and tables make it (data/pucks-chalmers-2023),
+    /// since estimates decrease faster than they grow; and the smallest that frames determine.
     pub(super) fn describe(self) -> (Range<usize>, [f64; 2]) {
         match self {
             Self::Restitution => (RESTITUTION..RATIO, [0.05, 2e-4]),
@@ -99,8 +100,8 @@ impl Component {
     }
 }
 
-/// Returns how much each [`Component`] differs before the frames are seen. A single shot shows it of its four
-/// decelerations alone, and poorly: its own values are then those of its discs.
+/// Returns how much each [`Component`] differs before the frames are seen. A single shot shows it
+/// of its four decelerations alone, and poorly: its own values are then those of its discs.
 pub(super) fn spreads(discs: &Discs, shots: usize) -> Vec<Spread> {
     let of_component = |component: Component| {
         let (_, [first, least]) = component.describe();
@@ -120,8 +121,8 @@ fn unit_of_time(discs: &Discs, rate: f64) -> f64 {
     if discs.in_seconds { 1.0 } else { rate.recip() }
 }
 
-/// Returns every shared unknown in the order of [`Id`]. `guessed`: the median distance of the centres at
-/// the impacts, m, and the median mass ratio that momentum gives.
+/// Returns every shared unknown in the order of [`Id`]. `guessed`: the median distance of the
+/// centres at the impacts, m, and the median mass ratio that momentum gives.
 pub(super) fn list_unknowns(
     dataset: &Dataset,
     tracks: &Tracks,

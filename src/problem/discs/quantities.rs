@@ -8,7 +8,8 @@ use crate::physics::disc::Discs;
 use crate::physics::name::worded;
 
 worded! {
-    /// The quantities of a [`super::impact::DiscImpact`], in the order of the columns that report them.
+    /// The quantities of a [`super::impact::DiscImpact`], in the order of the columns that report
+    /// them.
     #[derive(Clone, Copy, Debug, PartialEq, Eq)]
     #[non_exhaustive]
     pub enum Quantity {
@@ -26,18 +27,21 @@ worded! {
         MomentumAlong = "momentum_along",
         /// Momentum gained across the line of centres, over the normal impulse.
         MomentumAcross = "momentum_across",
-        /// Angular momentum gained about the contact point, over the normal impulse times the distance of the
-        /// centres.
+        /// Angular momentum gained about the contact point, over the normal impulse times the
+        /// distance of the centres.
         AngularMomentum = "angular_momentum",
-        /// Kinetic energy, of motion and rotation, that was lost, as a fraction of that before the impact.
+        /// Kinetic energy, of motion and rotation, that was lost, as a fraction of that before the
+        /// impact.
         EnergyLost = "energy_lost",
         /// How fast the discs approach along the line of centres, m/s.
         ClosingSpeed = "closing_speed",
         /// Slip before the impact over the closing speed.
         SlipRatio = "slip_ratio",
-        /// Slip of the second disc's contact point against the first's along t before the impact, m/s.
+        /// Slip of the second disc's contact point against the first's along t before the impact,
+        /// m/s.
         SlipBefore = "slip",
-        /// Slip of the second disc's contact point against the first's along t after the impact, m/s.
+        /// Slip of the second disc's contact point against the first's along t after the impact,
+        /// m/s.
         SlipAfter = "slip_after",
         /// x of the line of centres, a unit vector from the first disc to the second.
         NormalX = "nx",

@@ -41,8 +41,8 @@ pub(crate) struct FilmedShot {
     pub(crate) correction: Correction,
 }
 
-/// The side spin of a ball just after the impact. Spins about horizontal axes change unevenly: the cloth does
-/// not touch a ball that hops.
+/// The side spin of a ball just after the impact. Spins about horizontal axes change unevenly: the
+/// cloth does not touch a ball that hops.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct SideSpin {
     /// 0 for the cue ball, 1 for the object ball.
@@ -69,8 +69,8 @@ pub(crate) struct FilmBlock {
 }
 
 impl FilmBlock {
-    /// Returns the sums of residuals and derivatives of a shot, in units of the noise of each ball, with what
-    /// is known of its spin.
+    /// Returns the sums of residuals and derivatives of a shot, in units of the noise of each ball,
+    /// with what is known of its spin.
     pub(crate) fn contribute(&self, shot: &FilmedShot, own: &Own, shared: &Shared) -> Contribution {
         let mut sums = self.add_frames(shot, own, shared);
         shot.spin.constrain(own, shared, &self.spreads, &mut sums);
@@ -118,7 +118,8 @@ impl FilmBlock {
         Some(struck.paths(shared, shot.spin.rolls, &self.contact.object()))
     }
 
-    /// Returns the used frames of each ball, whitened; an empty list if the unknowns describe no collision.
+    /// Returns the used frames of each ball, whitened; an empty list if the unknowns describe no
+    /// collision.
     pub(super) fn sights(&self, shot: &FilmedShot, own: &Own, shared: &Shared) -> [Vec<Sight<ROW>>; 2] {
         let pieces = self.pieces(shot, own, shared);
         let look = |ball: usize| {
@@ -143,8 +144,8 @@ impl FilmBlock {
         })
     }
 
-    /// Returns where χ² of a shot is least over its own unknowns and some shared ones, which it sets, and the
-    /// sums there.
+    /// Returns where χ² of a shot is least over its own unknowns and some shared ones, which it
+    /// sets, and the sums there.
     pub(super) fn settle(
         &self,
         shot: &FilmedShot,
@@ -199,8 +200,8 @@ impl FilmBlock {
         self.shots.iter().any(|shot| shot.spin.is_said_to_roll())
     }
 
-    /// Computes what weight and cloth during the contact add to the outcome of each shot; zero if they describe no
-    /// collision.
+    /// Computes what weight and cloth during the contact add to the outcome of each shot; zero if
+    /// they describe no collision.
     pub(crate) fn weigh(&mut self, own: &[Own], shared: &Shared) {
         if !self.contact.is_corrected() {
             self.contact = self.contact.with_weight();
@@ -212,7 +213,8 @@ impl FilmBlock {
         });
     }
 
-    /// Counts the picture in another unit and from another middle: a place becomes `factor`·place + `by`.
+    /// Counts the picture in another unit and from another middle: a place becomes `factor`·place +
+    /// `by`.
     pub(crate) fn move_picture(&mut self, factor: f64, by: Point) {
         for shot in &mut self.shots {
             for frame in Arc::make_mut(&mut shot.tracks).iter_mut().flatten() {
@@ -249,7 +251,8 @@ impl SideSpin {
     }
 }
 
-/// Returns the place on the table and the height of a ball on a piece at a time since the first guess of the impact.
+/// Returns the place on the table and the height of a ball on a piece at a time since the first
+/// guess of the impact.
 pub(super) fn locate(at: &[f64], time: f64) -> (Point, f64) {
     let of = |i: usize| at[3 * i] + at[3 * i + 1] * time + at[3 * i + 2] * (0.5 * time * time);
     (Point::new(of(0), of(1)), of(2))
@@ -297,8 +300,8 @@ const ROLL_BONUS: f64 = 9.0;
 /// Topspin at which a shot's descent starts in another state, over natural roll.
 const SLIDE_START: f64 = 0.3;
 
-/// Decrease of χ² by which another state must be likelier than the present one, so that states of equal
-/// likelihood do not alternate.
+/// Decrease of χ² by which another state must be likelier than the present one, so that states of
+/// equal likelihood do not alternate.
 const MIN_CHI2_FALL: f64 = 0.1;
 
 /// Steps of a shot's own unknowns until a state is judged, and gain of χ² after which it is.

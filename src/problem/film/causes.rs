@@ -39,8 +39,8 @@ pub(crate) struct Refit {
 }
 
 impl Refit {
-    /// Returns the fit of a changed problem from a state near its end, the noise estimated again; `fall` is
-    /// the decrease at the noise before.
+    /// Returns the fit of a changed problem from a state near its end, the noise estimated again;
+    /// `fall` is the decrease at the noise before.
     fn from(mut problem: Problem, state: State, fall: f64) -> Self {
         let descent = descend_with_noise(&mut problem, state);
         Self { problem, descent, fall, finding: None }
@@ -171,8 +171,8 @@ pub(crate) fn widen_rate(
     Some(refit)
 }
 
-/// Returns the refit with the spins of all shots unknown, from the first guesses, if χ² decreases by
-/// enough for one more unknown per shot.
+/// Returns the refit with the spins of all shots unknown, from the first guesses, if χ² decreases
+/// by enough for one more unknown per shot.
 pub(crate) fn spin_freely(
     problem: &Problem,
     at: &Evaluation,

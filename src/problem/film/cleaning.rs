@@ -13,8 +13,8 @@ use crate::problem::findings::Finding;
 /// Scatter of neighbouring frames, in units of the stated noise, that does not refute it.
 const AS_STATED: std::ops::Range<f64> = 0.7..1.5;
 
-/// Returns the shots of a film with their faults repaired as far as single tracks show them, and what was found. The
-/// radius of the balls is in m.
+/// Returns the shots of a film with their faults repaired as far as single tracks show them, and
+/// what was found. The radius of the balls is in m.
 pub(super) fn cleaned(tracks: &Tracks, radius: f64) -> (Vec<TrackShot>, Vec<Finding>) {
     let mut shots = tracks.shots.clone();
     let of = shots.len();
@@ -51,7 +51,8 @@ pub(in crate::problem) fn repair_drops(shots: &mut [TrackShot]) -> Option<Findin
     (!drops.is_empty()).then(|| Finding::Drops { shots: drops.len(), drops: drops.iter().sum() })
 }
 
-/// Returns the scatter of neighbouring frames over the stated noise, if that refutes what is stated.
+/// Returns the scatter of neighbouring frames over the stated noise, if that refutes what is
+/// stated.
 fn refute_noise(shots: &[TrackShot]) -> Option<f64> {
     let of_shot = |shot: &TrackShot| {
         let samples = shot.cue.iter().chain(&shot.object);

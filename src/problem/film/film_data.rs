@@ -56,8 +56,8 @@ impl Modelling {
     }
 }
 
-/// A film of balls or of discs as a block, with its shared unknowns, first guesses, the names of its shots
-/// and what was found on the way.
+/// A film of balls or of discs as a block, with its shared unknowns, first guesses, the names of
+/// its shots and what was found on the way.
 pub(crate) struct Film<B> {
     pub(crate) block: B,
     pub(crate) unknowns: Vec<Unknown>,
@@ -145,8 +145,8 @@ struct Guessed {
     guess: FirstGuess,
 }
 
-/// Returns the shots that show an impact, with first guesses; adds names and reasons of the others to
-/// `left_out`.
+/// Returns the shots that show an impact, with first guesses; adds names and reasons of the others
+/// to `left_out`.
 fn guess_all(shots: Vec<TrackShot>, from_balls: bool, left_out: &mut Vec<(String, String)>) -> Vec<Guessed> {
     let guess = |track: TrackShot| match from_paths(&track, frame_noise::noise(&track)) {
         Ok(guess) => Ok(Guessed { track, guess }),
@@ -191,8 +191,8 @@ impl Guessed {
         Own::from_vec(vec![time, place.x, place.y, direction, along, across, 0.0, 0.0])
     }
 
-    /// Returns the shot in metres from the middle, with the spin that is stated, or that markers on the cue ball
-    /// show. The radius is in metres.
+    /// Returns the shot in metres from the middle, with the spin that is stated, or that markers on
+    /// the cue ball show. The radius is in metres.
     fn read(self, middle: Point, unit: f64, states_noise: bool, radius: f64) -> FilmedShot {
         let Self { track, guess } = &self;
         let reading = Reading { middle, unit, states_noise, may_be_held: !track.states_noise() };

@@ -27,8 +27,8 @@ pub(crate) struct Contact {
     e_falls: bool,
 }
 
-/// Difference of a finer model's outcome, in the order of [`Outcome::components`], to first order about
-/// the inputs at which it was computed.
+/// Difference of a finer model's outcome, in the order of [`Outcome::components`], to first order
+/// about the inputs at which it was computed.
 #[derive(Clone, Debug, PartialEq)]
 pub(crate) struct Correction {
     values: SVector<f64, 12>,
@@ -134,7 +134,8 @@ impl Contact {
         contact
     }
 
-    /// Returns the same model whose shots add the difference of the contact with gravity and the cloth.
+    /// Returns the same model whose shots add the difference of the contact with gravity and the
+    /// cloth.
     pub(crate) fn with_weight(&self) -> Self {
         let falling_friction = self.model.effects.falling_friction;
         let effects = Effects { compliance: self.is_compliant(), falling_friction, ..Effects::ALL };
@@ -189,8 +190,8 @@ impl Contact {
         })
     }
 
-    /// Returns the radii of both balls, m; derivatives by their ratio are those at a constant radius of the
-    /// cue ball.
+    /// Returns the radii of both balls, m; derivatives by their ratio are those at a constant
+    /// radius of the cue ball.
     pub(in crate::problem) fn radii(&self, shared: &Shared) -> [Dual; 2] {
         let radius = self.object.radius * shared[Id::RadiusRatio];
         [constant(radius), shared.dual(Id::RadiusRatio).recip() * radius]

@@ -1,9 +1,8 @@
 //! Where both balls are at any time: pieces quadratic in time, before the impact, in flight,
 //! sliding and rolling.
 //!
-//! Real motion is smooth at the jumps of an idealised model: a contact lasts 280 µs, a landing 1 ms.
-//! Each is one more quadratic piece, so that χ² is smooth when a frame passes
-//! it.
+//! Real motion is smooth at the jumps of an idealised model: a contact lasts 280 µs, a landing 1
+//! ms. Each is one more quadratic piece, so that χ² is smooth when a frame passes it.
 
 use num_dual::DualNum;
 
@@ -26,8 +25,8 @@ const HALF_CONTACT: f64 = 1.4e-4;
 /// Number of coefficients of x, y and height: the constant, those per s and per s²/2.
 pub(super) const COEFFICIENTS: usize = 9;
 
-/// A part of a ball's path, in time since the first guess of the impact: x, y and height, quadratic in time
-/// (m, m/s, m/s²).
+/// A part of a ball's path, in time since the first guess of the impact: x, y and height, quadratic
+/// in time (m, m/s, m/s²).
 pub(super) type Piece = frames::Piece<COEFFICIENTS, INPUTS>;
 
 /// Place, velocity and acceleration of a ball at an instant: along x, along y, and upward.
@@ -52,8 +51,9 @@ impl Moving {
         Piece::new(start.re, &coefficients)
     }
 
-    /// Returns the path along which the velocity of a ball that moves so along x and y at `at` changes by `change`,
-    /// evenly from `half` before to `half` after; upward it moves so at the beginning.
+    /// Returns the path along which the velocity of a ball that moves so along x and y at `at`
+    /// changes by `change`, evenly from `half` before to `half` after; upward it moves so at the
+    /// beginning.
     fn turning(&self, at: Dual, half: f64, change: &DualVector) -> Piece {
         let early = |[x, v, a]: [Dual; 3], change: Dual| {
             [x - v * half + a * (half * half * 0.5), v - a * half, a + change / (half * 2.0)]
@@ -97,7 +97,8 @@ impl Walk {
         self.pieces.push(Piece { start: piece.start + std::mem::take(&mut self.late), ..piece });
     }
 
-    /// Goes on for some seconds with this acceleration, which acts by the part `late` later than evenly.
+    /// Goes on for some seconds with this acceleration, which acts by the part `late` later than
+    /// evenly.
     fn advance(&mut self, seconds: Dual, pull: &DualVector, late: Dual) {
         self.place += self.velocity * seconds + pull * (seconds * seconds * 0.5 * late);
         self.velocity += pull * seconds;
@@ -128,8 +129,8 @@ impl Cloth {
             - velocity * (self.rolling * self.gravity / norm(velocity))
     }
 
-    /// Appends the path of a ball after the impact, whose upward velocity is `rise`: flights, landings,
-    /// sliding, rolling.
+    /// Appends the path of a ball after the impact, whose upward velocity is `rise`: flights,
+    /// landings, sliding, rolling.
     fn follow(&self, walk: &mut Walk, mut rise: Dual, inertia: f64) {
         let none = constant(0.0);
         let still = DualVector::new(none, none);
@@ -210,8 +211,8 @@ impl Struck {
         DualVector::new(v.x * self.cos - v.y * self.sin, v.x * self.sin + v.y * self.cos)
     }
 
-    /// Returns the paths of the cue ball, which rolls before the impact or slides, and of the object ball,
-    /// each with its first piece before the impact.
+    /// Returns the paths of the cue ball, which rolls before the impact or slides, and of the
+    /// object ball, each with its first piece before the impact.
     pub fn paths(&self, shared: &Shared, rolls: bool, object: &Ball) -> [Vec<Piece>; 2] {
         let instant = self.inputs[own::TIME];
         let cloth = Cloth::new(shared);
@@ -253,7 +254,8 @@ impl Struck {
     }
 }
 
-/// Returns a shot's own unknowns with derivatives; time counts from the present guess of the impact.
+/// Returns a shot's own unknowns with derivatives; time counts from the present guess of the
+/// impact.
 pub(super) fn own_inputs(values: &Own) -> [Dual; OWN] {
     std::array::from_fn(|i| {
         let value = if i == own::TIME { 0.0 } else { values[i] };

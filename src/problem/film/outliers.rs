@@ -1,7 +1,8 @@
-//! Frames and shots that fit no collision, by the tail probability of their whitened residuals, and frames
-//! next to the impacts that are off in all shots: balls that touch hide each other, or seem one to a
-//! tracker; an exposure that lasts over the impact shows a ball between its paths; and a tracker that
-//! predicts each position from those before, or averages over them, takes some frames to notice an impact.
+//! Frames and shots that fit no collision, by the tail probability of their whitened residuals, and
+//! frames next to the impacts that are off in all shots: balls that touch hide each other, or seem
+//! one to a tracker; an exposure that lasts over the impact shows a ball between its paths; and a
+//! tracker that predicts each position from those before, or averages over them, takes some frames
+//! to notice an impact.
 
 use std::sync::Arc;
 
@@ -29,15 +30,16 @@ const LEAST_FRAMES: usize = 4;
 /// Median of χ² with 2 degrees of freedom.
 const MEDIAN_OF_TWO: f64 = 1.386;
 
-/// Frames on either side of the impact that may be off in all shots; if all of them are, it is something
-/// else.
+/// Frames on either side of the impact that may be off in all shots; if all of them are, it is
+/// something else.
 const MOST_NEAR: usize = 16;
 
-/// Residuals next to the impacts exceed the mean square by this part, if they are off, and significantly;
-/// half as significantly, if those nearer to the impact are off.
+/// Residuals next to the impacts exceed the mean square by this part, if they are off, and
+/// significantly; half as significantly, if those nearer to the impact are off.
 const MIN_SQUARE_EXCESS: f64 = 0.5;
 
-/// Numbers of shots that determine what is off next to all impacts: at least, and that are looked at.
+/// Numbers of shots that determine what is off next to all impacts: at least, and that are looked
+/// at.
 const MIN_SHOTS: usize = 8;
 const MAX_SHOTS: usize = 200;
 
@@ -47,8 +49,8 @@ const AFTER: usize = 3;
 /// Standard errors of a lag, if both balls show it.
 const MIN_LAG_ERRORS: f64 = 4.0;
 
-/// Part of a lag by which a ball is off before the impact at most: an exposure that lasts blurs both
-/// sides similarly, and a wrong model shows on both.
+/// Part of a lag by which a ball is off before the impact at most: an exposure that lasts blurs
+/// both sides similarly, and a wrong model shows on both.
 const MAX_BEFORE: f64 = 0.4;
 
 /// Returns the probability that χ² of `dof` degrees of freedom exceeds `chi2`.
@@ -107,13 +109,14 @@ pub(crate) fn judge_shots(shots: &[Contribution], policy: &Policy) -> Vec<bool> 
     if lost as f64 > policy.max_lost * keep.len() as f64 { vec![true; keep.len()] } else { keep }
 }
 
-/// Returns how many frames before and after the impacts are off, the first of which is less than half
-/// a frame away; `None` if all are on their paths.
+/// Returns how many frames before and after the impacts are off, the first of which is less than
+/// half a frame away; `None` if all are on their paths.
 pub(crate) fn spoiled(film: &FilmBlock, own: &[Own], shared: &Shared) -> Option<[usize; 2]> {
     if film.shots.len() < MIN_SHOTS {
         return None;
     }
-    // sums of squared residuals and their numbers before and after the impact, by distance in frames; and of all
+    // sums of squared residuals and their numbers before and after the impact, by distance in
+    // frames; and of all
     let mut near = [[[0.0; 2]; MOST_NEAR]; 2];
     let mut all = [0.0; 2];
     for (shot, own) in film.shots.iter().zip(own).take(MAX_SHOTS) {
@@ -159,8 +162,8 @@ pub(crate) fn leave_out_spoiled(film: &mut FilmBlock, own: &[Own], reach: [usize
 }
 
 /// Returns whether the tracker lags: with u the direction in which the impact changes a ball's
-/// velocity, and r the standardized residuals of a frame, u·r is averaged over the shots for the last
-/// frame before the impact and the first ones after it.
+/// velocity, and r the standardized residuals of a frame, u·r is averaged over the shots for the
+/// last frame before the impact and the first ones after it.
 pub(crate) fn lags(film: &FilmBlock, own: &[Own], shared: &Shared) -> bool {
     let shots = film.shots.iter().zip(own).take(MAX_SHOTS);
     let all: Vec<_> = shots.filter_map(|(shot, own)| residuals_along(film, shot, own, shared)).collect();
@@ -181,8 +184,8 @@ pub(crate) fn lags(film: &FilmBlock, own: &[Own], shared: &Shared) -> bool {
     (1..=AFTER).any(|frame| is_late(&cue, frame) && is_late(&object, frame) && is_same_sign(frame))
 }
 
-/// Returns u·r of each ball in the last frame before the impact and the first ones after it, also in frames
-/// that were left out; `None` for too few.
+/// Returns u·r of each ball in the last frame before the impact and the first ones after it, also
+/// in frames that were left out; `None` for too few.
 fn residuals_along(
     film: &FilmBlock,
     shot: &FilmedShot,

@@ -33,15 +33,16 @@ pub(crate) struct PlannedShot {
     pub(crate) topspin: f64,
     /// The spin, as far as it is known.
     pub(crate) spin: Spin,
-    /// Standard errors of the side spins of both balls after the impact, rad/s, if markers show them.
+    /// Standard errors of the side spins of both balls after the impact, rad/s, if markers show
+    /// them.
     pub(crate) after_sd: Option<[f64; 2]>,
 }
 
 /// Steps towards a spread, as many as fits take at most.
 const SPREAD_STEPS: usize = 10;
 
-/// Topspin, over natural roll, of every other shot without one; the others have as much draw. The outcome
-/// has a corner at 0, on either side of which fits find half of such shots.
+/// Topspin, over natural roll, of every other shot without one; the others have as much draw. The
+/// outcome has a corner at 0, on either side of which fits find half of such shots.
 const OFF_CORNER: f64 = 1e-10;
 
 /// How many shots are planned, and how they are filmed.
@@ -66,7 +67,8 @@ pub(crate) fn unknowns_of(dataset: &Dataset, spins: &[Spin]) -> Vec<Unknown> {
     list_unknowns(&dataset.settings_of_balls(), &Tracks::new(Vec::new()), &spins)
 }
 
-/// Returns the information of each of some samples of the shots about all shared unknowns in the order of
+/// Returns the information of each of some samples of the shots about all shared unknowns in the
+/// order of
 /// [`Id`], its own eliminated; `None` if its frames do not determine these. The spreads of spins are those that
 /// a fit of all shots finds.
 ///
@@ -154,9 +156,10 @@ impl PlannedShot {
     }
 }
 
-/// Returns the spread that n shots with the spread t show on average. With v the variance of the value of a
-/// shot, σ² = 1/(1/v − 1/s²) that by its frames alone, and w = s²/(s² + σ²), restricted likelihood ends at
-/// s² = [Σ w²(σ² + t²) + s₀²]/(Σ w + 1). The sums are n times the means over the variances of some shots.
+/// Returns the spread that n shots with the spread t show on average. With v the variance of the
+/// value of a shot, σ² = 1/(1/v − 1/s²) that by its frames alone, and w = s²/(s² + σ²), restricted
+/// likelihood ends at s² = [Σ w²(σ² + t²) + s₀²]/(Σ w + 1). The sums are n times the means over the
+/// variances of some shots.
 fn found(spread: &Spread, variances: &[f64], truth: f64, shots: f64) -> f64 {
     let by_frames = |variance: &f64| (variance.recip() - spread.sd.powi(-2)).max(f64::MIN_POSITIVE).recip();
     let by_frames: Vec<f64> = variances.iter().map(by_frames).collect();

@@ -16,8 +16,8 @@ use crate::problem::unknowns::{Id, Mode, Normal, Unknown};
 const RADIUS_SD: f64 = 0.05 / 28.575;
 
 /// Relative standard deviation of a frame rate that is stated without an error. With 0.005, films
-/// of 15 shots whose rate was 10 % off had e 3.2 errors off without a conflict; 0.02 costs e a tenth
-/// of its error.
+/// of 15 shots whose rate was 10 % off had e 3.2 errors off without a conflict; 0.02 costs e a
+/// tenth of its error.
 pub(super) const RATE_SD: f64 = 0.02;
 
 /// Standard deviation of the aspect of a film whose scale is that of its balls, which a phone may
@@ -27,8 +27,8 @@ const SLANTED_ASPECT_SD: f64 = 0.3;
 /// Standard deviation of the slope of a table, 1 mm/m.
 const TILT_SD: f64 = 1e-3;
 
-/// Standard deviations of the mean topspin over natural roll: of shots stated as natural roll, of shots
-/// stated as stun, and of shots of unknown spin that slide.
+/// Standard deviations of the mean topspin over natural roll: of shots stated as natural roll, of
+/// shots stated as stun, and of shots of unknown spin that slide.
 const ROLL_SD: f64 = 0.01;
 const STUN_SD: f64 = 0.02;
 const UNKNOWN_SD: f64 = 1.0;

@@ -18,7 +18,8 @@ pub(crate) struct Reading {
 }
 
 impl Reading {
-    /// Returns the frames of a ball, or of a point on a disc; coordinates lie on a grid of this step.
+    /// Returns the frames of a ball, or of a point on a disc; coordinates lie on a grid of this
+    /// step.
     pub fn frames(&self, shot: &TrackShot, samples: &[Sample], step: f64) -> Vec<Frame> {
         let noise = frame_noise::noise(shot);
         let repeats = grid::repeats(samples, noise.max(grid::rounding(step)), step, self.may_be_held);

@@ -32,7 +32,8 @@ const BEFORE: usize = 6;
 /// Unknowns of the cloth, with whose errors all shots are extracted.
 const CLOTH: [Id; 2] = [Id::MuK, Id::MuR];
 
-/// Steps until the outcome of a shot is found, and decrease of χ² below which a step ends the search.
+/// Steps until the outcome of a shot is found, and decrease of χ² below which a step ends the
+/// search.
 const STOP: (usize, f64) = (30, 1e-6);
 
 /// The impact of a shot with a free outcome, and how well its frames show it.
@@ -40,8 +41,8 @@ const STOP: (usize, f64) = (30, 1e-6);
 pub(crate) struct Impact {
     /// The shot as measured, in the table frame, with the errors that are its own.
     pub(crate) shot: Shot,
-    /// Variance that its numbers have of what all shots share, friction and rolling resistance of the
-    /// cloth, over their own: the mean of direction and velocities.
+    /// Variance that its numbers have of what all shots share, friction and rolling resistance of
+    /// the cloth, over their own: the mean of direction and velocities.
     pub(crate) shared_part: f64,
     /// Instant of the impact, s.
     pub(crate) time: f64,
@@ -59,8 +60,8 @@ pub(crate) struct Impact {
 }
 
 impl Impact {
-    /// Returns the speeds of the cue ball before and after the impact, and of the object ball after it,
-    /// m/s.
+    /// Returns the speeds of the cue ball before and after the impact, and of the object ball after
+    /// it, m/s.
     #[must_use]
     pub fn speeds(&self) -> [f64; 3] {
         let Before::Impact { velocity: [x, y], .. } = self.shot.before else { return [f64::NAN; 3] };
@@ -194,8 +195,8 @@ impl Solution {
         })
     }
 
-    /// Returns the own unknowns of shot `i` of a film in the frame of the table, from a point (m); their
-    /// errors include those of what all shots share.
+    /// Returns the own unknowns of shot `i` of a film in the frame of the table, from a point (m);
+    /// their errors include those of what all shots share.
     #[must_use]
     pub(crate) fn own_estimates(&self, i: usize, [x, y]: [f64; 2]) -> Option<Vec<OwnEstimate>> {
         let fitted = self.film_shot(i)?;
@@ -229,8 +230,8 @@ impl Solution {
     }
 
     /// Returns the impact of shot `i` of a film as its frames show it without a law of the impact,
-    /// the camera and the cloth as the fit has them; `track` is what it was read from. `None` if its
-    /// frames do not show it.
+    /// the camera and the cloth as the fit has them; `track` is what it was read from. `None` if
+    /// its frames do not show it.
     #[must_use]
     pub fn impact(&self, i: usize, track: &TrackShot) -> Option<Impact> {
         let Fitted { film, shot, own, mut shared } = self.film_shot(i)?;
@@ -286,8 +287,8 @@ impl Solution {
         })
     }
 
-    /// Returns the variances of quantities of a shot with a free outcome: those that its frames leave, and those of
-    /// the cloth, which own unknowns and outcome follow.
+    /// Returns the variances of quantities of a shot with a free outcome: those that its frames
+    /// leave, and those of the cloth, which own unknowns and outcome follow.
     fn variances(&self, quantities: &[Dual], sums: &Contribution) -> Option<[DVector<f64>; 2]> {
         let (matrix, _) = sums.system(&[&Id::OFFSETS[..], &CLOTH].concat(), 0.0);
         let free = OWN + Id::OFFSETS.len();
@@ -306,15 +307,16 @@ impl Solution {
     }
 }
 
-/// Returns the typical standard deviation of a coordinate in these frames in units of the film's noise.
+/// Returns the typical standard deviation of a coordinate in these frames in units of the film's
+/// noise.
 fn typical_sd(frames: &[&Frame]) -> f64 {
     let sds = frames.iter().flat_map(|frame| [frame.weight.x.recip(), frame.weight.y.recip()]);
     let sds: Vec<f64> = sds.collect();
     if sds.is_empty() { 1.0 } else { median(sds) }
 }
 
-/// Returns direction of the line of centres, velocity and spin of the cue ball before the impact, and
-/// the velocities of both balls after it, in the table frame.
+/// Returns direction of the line of centres, velocity and spin of the cue ball before the impact,
+/// and the velocities of both balls after it, in the table frame.
 fn table_quantities(struck: &Struck, radius: f64) -> Vec<Dual> {
     let velocity = struck.turn(&struck.before.velocity);
     let [x, y, z] = struck.before.spin.map(|spin| spin / radius);

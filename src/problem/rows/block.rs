@@ -41,7 +41,8 @@ impl Pool {
 pub(crate) struct RowsBlock {
     pub(crate) shots: Arc<Vec<RowShot>>,
     pub(crate) contact: Contact,
-    /// Number of shared unknowns that normal equations hold: the last that is not held, and those before it.
+    /// Number of shared unknowns that normal equations hold: the last that is not held, and those
+    /// before it.
     width: usize,
     /// Noises of numbers whose errors are not stated: of each pool.
     pub(crate) noises: Vec<Noise>,
@@ -53,8 +54,8 @@ pub(crate) struct RowsBlock {
 }
 
 impl RowsBlock {
-    /// Values of μ that descents start from: a contact that sticks does not depend on μ, so that thick
-    /// shots of slippery balls have minima between small values.
+    /// Values of μ that descents start from: a contact that sticks does not depend on μ, so that
+    /// thick shots of slippery balls have minima between small values.
     pub(crate) const GRID: [f64; 9] = [0.002, 0.005, 0.01, 0.02, 0.04, 0.08, 0.15, 0.25, 0.4];
 
     /// Returns a block of shots by least squares, without noises.
@@ -90,8 +91,8 @@ impl RowsBlock {
         self.shots = Arc::new(indices.iter().map(|i| self.shots[*i].clone()).collect());
     }
 
-    /// Gives the shots whose speed is known the difference of the outcome with the balls' weight as their
-    /// offset.
+    /// Gives the shots whose speed is known the difference of the outcome with the balls' weight as
+    /// their offset.
     pub fn weigh(&mut self, own: &[Own], shared: &Shared) {
         if !self.contact.is_corrected() {
             self.contact = self.contact.with_weight();
@@ -119,8 +120,8 @@ impl RowsBlock {
         Some(residuals)
     }
 
-    /// Returns the distance of shot `i` from its prediction, the length of its residuals and of the errors of its
-    /// inputs in units of their standard deviations, and its loss.
+    /// Returns the distance of shot `i` from its prediction, the length of its residuals and of the
+    /// errors of its inputs in units of their standard deviations, and its loss.
     pub(crate) fn distance(&self, i: usize, own: &Own, shared: &Shared) -> (f64, ShotLoss) {
         let sums = self.add_up(i, own, self.predict(i, own, shared), 0);
         (sums.cost.sqrt(), self.losses[self.shots[i].rows.len()])
@@ -147,7 +148,8 @@ impl RowsBlock {
         sums.or_impossible()
     }
 
-    /// Returns the sums of a shot by least squares over its own unknowns and the first `width` shared ones.
+    /// Returns the sums of a shot by least squares over its own unknowns and the first `width`
+    /// shared ones.
     fn add_up(&self, i: usize, own: &Own, predicted: Option<Residuals>, width: usize) -> Contribution {
         let noises = self.noises.len();
         let Some(predicted) = predicted else { return Contribution::impossible(OWN, width, noises) };
@@ -172,8 +174,9 @@ impl RowsBlock {
         sums
     }
 
-    /// Returns the own unknowns of shot `i` that fit best near `start` if its speed is not measured: a speed
-    /// afterwards determines it too well for linear steps. Those of other shots stay.
+    /// Returns the own unknowns of shot `i` that fit best near `start` if its speed is not
+    /// measured: a speed afterwards determines it too well for linear steps. Those of other shots
+    /// stay.
     pub(crate) fn settle(&self, i: usize, start: Own, shared: &Shared) -> Own {
         if self.shots[i].own_unknowns_without_prior() == 0 {
             return start;

@@ -21,7 +21,8 @@ pub(crate) struct Deviations {
     pub(crate) values: DVector<f64>,
     /// Covariance of `values`, errors of the inputs included.
     pub(crate) covariance: DMatrix<f64>,
-    /// Derivatives of the prediction by the unknowns, of a table those that move the balls, in the order of
+    /// Derivatives of the prediction by the unknowns, of a table those that move the balls, in the
+    /// order of
     /// [`Id`].
     pub(crate) by: DMatrix<f64>,
     /// Direction of the line of centres: cosine and sine.
@@ -30,7 +31,8 @@ pub(crate) struct Deviations {
     pub(crate) cut: f64,
     /// Speed of the cue ball before the impact, m/s; `None` if it is not known.
     pub(crate) speed: Option<f64>,
-    /// Topspin and side spin of the cue ball before the impact over those of natural roll; NaN if not known.
+    /// Topspin and side spin of the cue ball before the impact over those of natural roll; NaN if
+    /// not known.
     pub(crate) spins: [f64; 2],
 }
 

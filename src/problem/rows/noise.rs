@@ -53,7 +53,8 @@ pub(super) fn list_noises(problem: &Problem, at: &Evaluation, estimates: &Estima
 }
 
 impl RowsBlock {
-    /// Returns the part of each noise that its numbers spend on unknowns: the sum of their leverages.
+    /// Returns the part of each noise that its numbers spend on unknowns: the sum of their
+    /// leverages.
     pub(crate) fn leverages(
         &self,
         sample: &Sample,

@@ -10,8 +10,8 @@ use crate::problem::policy::Policy;
 use crate::problem::problem::{Problem, State};
 
 /// Returns whether each shot is kept. The distance d of a shot from a robust fit, in which gross
-/// errors count little, has d² of its k numbers as a sum of squares; with the mean s² = Σd²/(Σk − p)
-/// of the shots that are no candidates, d²/(k s²) follows F(k, Σk − p).
+/// errors count little, has d² of its k numbers as a sum of squares; with the mean s² = Σd²/(Σk −
+/// p) of the shots that are no candidates, d²/(k s²) follows F(k, Σk − p).
 pub(super) fn judge_rows(problem: &Problem, state: &State, policy: &Policy) -> Vec<bool> {
     let squares = |problem: &Problem, state: &State| -> Vec<(f64, f64)> {
         let shared = problem.samples[0].gather(&state.shared);
@@ -52,8 +52,8 @@ pub(super) fn judge_rows(problem: &Problem, state: &State, policy: &Policy) -> V
     if lost as f64 > (policy.max_lost * keep.len() as f64).max(1.0) { all } else { keep }
 }
 
-/// Returns whether each shot, of this sum of squares and number of numbers, is farther away than chance
-/// has it at the scale of the median shot.
+/// Returns whether each shot, of this sum of squares and number of numbers, is farther away than
+/// chance has it at the scale of the median shot.
 fn candidates(shots: &[(f64, f64)], least: f64, policy: &Policy) -> Vec<bool> {
     let chi2 = |count: f64| ChiSquared::new(count).ok();
     let scale = |(square, count): &(f64, f64)| chi2(*count).map_or(f64::NAN, |c| square / c.inverse_cdf(0.5));
@@ -64,8 +64,8 @@ fn candidates(shots: &[(f64, f64)], least: f64, policy: &Policy) -> Vec<bool> {
     shots.iter().map(is_candidate).collect()
 }
 
-/// Returns the least variance of the residuals in units of the noise: 1 if it is stated, what rounding
-/// leaves if not.
+/// Returns the least variance of the residuals in units of the noise: 1 if it is stated, what
+/// rounding leaves if not.
 fn least_scale(problem: &Problem) -> f64 {
     let Some(rows) = problem.rows() else { return 1.0 };
     let of_row = |row: &super::shot::Row| {

@@ -16,8 +16,8 @@ use crate::problem::film::impact::{Contact, Side};
 use crate::problem::film::own::OWN;
 use crate::problem::unknowns::{Own, Shared};
 
-/// Steps until an unknown speed before the impact gives the measured one afterwards, and the relative
-/// difference at which they end.
+/// Steps until an unknown speed before the impact gives the measured one afterwards, and the
+/// relative difference at which they end.
 const STEPS: usize = 20;
 const SAME_SPEED: f64 = 1e-14;
 
@@ -40,8 +40,8 @@ struct Parting {
 }
 
 impl Approach {
-    /// Returns what is measured of the balls after the impact, rad, m/s or rad/s; angles are counted from the side
-    /// of the measured cut angle, which is 1 or −1.
+    /// Returns what is measured of the balls after the impact, rad, m/s or rad/s; angles are
+    /// counted from the side of the measured cut angle, which is 1 or −1.
     fn observe(&self, observable: Observable, Parting { balls, radii }: &Parting, side: f64) -> Dual {
         let [cue, object] = balls.each_ref().map(|ball| ball.velocity);
         let rolling = |ball: usize| roll(&balls[ball]);
@@ -77,8 +77,8 @@ impl Approach {
     }
 }
 
-/// Returns the velocity of a ball once it rolls: V − s ν/(1 + ν) with its slip s on the cloth, whether
-/// or not it flies first.
+/// Returns the velocity of a ball once it rolls: V − s ν/(1 + ν) with its slip s on the cloth,
+/// whether or not it flies first.
 fn roll(ball: &Side) -> DualVector {
     ball.velocity - ball.slip() * constant(ball.inertia / (1.0 + ball.inertia))
 }

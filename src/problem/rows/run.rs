@@ -23,8 +23,9 @@ use crate::problem::solution::Solution;
 use crate::problem::uncertainty::Estimates;
 use crate::problem::unknowns::{Id, Mode};
 
-/// Decrease of χ² that ends the last descent, 1e-7 standard deviations, so that bounds are met exactly, and
-/// its evaluations, of large tables fewer: typical are 4, and at a corner of χ² more do not gain.
+/// Decrease of χ² that ends the last descent, 1e-7 standard deviations, so that bounds are met
+/// exactly, and its evaluations, of large tables fewer: typical are 4, and at a corner of χ² more
+/// do not gain.
 const LAST_STALL: f64 = 1e-14;
 const LAST_STEPS: [usize; 2] = [50, 12];
 
@@ -34,7 +35,8 @@ const MAX_STEPS: usize = 50;
 /// Decrease of χ² by which another minimum is lower, as far as descents find minima.
 const LOWER: f64 = 0.02;
 
-/// Distance from a bound, in standard errors, within which a minimum is at the bound but for rounding.
+/// Distance from a bound, in standard errors, within which a minimum is at the bound but for
+/// rounding.
 const BESIDE: f64 = 1e-5;
 
 /// The fit of a table.
@@ -109,9 +111,9 @@ pub(crate) fn fit_rows(
     Ok(finish(table, (descent, others), choices, policy))
 }
 
-/// Returns the minimum of χ² + V, V = Σ ln det of the own unknowns' normal matrices: unmeasured spins
-/// are integrated over and not only minimised over (Tierney and Kadane 1986, J. Am. Stat. Assoc. 81, 82).
-/// To first order it is −½ C ∂V/∂x away from that of χ², with the covariance C.
+/// Returns the minimum of χ² + V, V = Σ ln det of the own unknowns' normal matrices: unmeasured
+/// spins are integrated over and not only minimised over (Tierney and Kadane 1986, J. Am. Stat.
+/// Assoc. 81, 82). To first order it is −½ C ∂V/∂x away from that of χ², with the covariance C.
 fn integrate_spins(problem: &Problem, at: &Evaluation) -> Option<Evaluation> {
     /// Part of a standard error over which V changes evenly.
     const VOLUME_STEP: f64 = 0.1;
@@ -204,8 +206,8 @@ fn finish(
     RowsFit { solution, estimates, noises, dof, as_free }
 }
 
-/// Returns the refit with what explains residuals that the stated errors do not: another ratio of the
-/// masses, or a friction that decreases with the slip.
+/// Returns the refit with what explains residuals that the stated errors do not: another ratio of
+/// the masses, or a friction that decreases with the slip.
 fn explain(table: &Table, at: &Evaluation, policy: &Policy) -> Option<Refit> {
     let mut wider = table.problem.clone();
     let rows = wider.rows()?;

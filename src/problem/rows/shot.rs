@@ -9,9 +9,10 @@ use crate::problem::film::own::OWN;
 use crate::problem::sums::OwnPrior;
 use crate::problem::unknowns::Normal;
 
-/// Number of inputs of a shot, whose errors are its first own unknowns; the others are held. Of a measured
-/// impact they are the direction of the line of centres (rad), v_x, v_y, ω_x, ω_y and ω_z in the table frame;
-/// of angles cut angle and speed, one that is not used, and ω_x, ω_y and ω_z in the collision frame.
+/// Number of inputs of a shot, whose errors are its first own unknowns; the others are held. Of a
+/// measured impact they are the direction of the line of centres (rad), v_x, v_y, ω_x, ω_y and ω_z
+/// in the table frame; of angles cut angle and speed, one that is not used, and ω_x, ω_y and ω_z in
+/// the collision frame.
 pub(super) const INPUTS: usize = 6;
 
 /// Place of the speed of a shot of angles.
@@ -68,8 +69,8 @@ pub(crate) struct RowShot {
 }
 
 impl RowShot {
-    /// Returns a shot whose unstated errors all have the noise of index 0. `needs_speed`: friction or
-    /// restitution depends on the speed.
+    /// Returns a shot whose unstated errors all have the noise of index 0. `needs_speed`: friction
+    /// or restitution depends on the speed.
     pub fn new(shot: &Shot, dataset: &Dataset, needs_speed: bool) -> Result<Self, Unpredictable> {
         let mut measured = shot.after.clone();
         let is_cut = matches!(shot.before, Before::Angle { .. });
@@ -123,8 +124,8 @@ impl RowShot {
     }
 }
 
-/// Returns the first guess of an unknown speed from the best speed afterwards, which is made exact if
-/// its error is not stated; `None` if no number depends on the speed.
+/// Returns the first guess of an unknown speed from the best speed afterwards, which is made exact
+/// if its error is not stated; `None` if no number depends on the speed.
 fn determine_speed(
     shot: &Shot,
     rows: &mut [Measurement],

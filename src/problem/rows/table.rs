@@ -26,8 +26,8 @@ use crate::problem::sums::Noise;
 use crate::problem::uncertainty::Estimates;
 use crate::problem::unknowns::{Id, Mode, Own, Shared, Unknown};
 
-/// Noise with which a search begins, as a part of the root mean square of the first residuals: small,
-/// so that descents go on until they have found the minimum.
+/// Noise with which a search begins, as a part of the root mean square of the first residuals:
+/// small, so that descents go on until they have found the minimum.
 const FIRST_NOISE: f64 = 0.1;
 
 /// Smallest noise, as a part of the first: residuals of exact numbers vanish.
@@ -163,8 +163,8 @@ impl Table {
         }
     }
 
-    /// Returns the number of observations, less the speeds that they determine, and the free unknowns without a
-    /// prior.
+    /// Returns the number of observations, less the speeds that they determine, and the free
+    /// unknowns without a prior.
     fn count(problem: &Problem) -> (usize, Vec<Id>) {
         let free = problem.unknowns.iter().filter(|unknown| unknown.mode == Mode::Free);
         let unknowns = free.filter(|unknown| unknown.prior.is_none()).map(|unknown| unknown.id);
@@ -191,8 +191,8 @@ impl Table {
         }
     }
 
-    /// Gives the observables of a unit noises of their own if their variances differ by more than by
-    /// chance; returns whether one has changed.
+    /// Gives the observables of a unit noises of their own if their variances differ by more than
+    /// by chance; returns whether one has changed.
     pub(crate) fn split_noise(&mut self, at: &Evaluation, policy: &Policy) -> bool {
         let mut split = self.problem.clone();
         let (Some(rows), Some(of_split)) = (self.problem.rows_mut(), split.rows_mut()) else { return false };
@@ -248,8 +248,8 @@ fn check_noise(rows: &[RowShot], shots: &[&Shot]) -> Result<(), RowsError> {
 }
 
 impl RowsBlock {
-    /// Gives the numbers without stated errors one noise for each unit, or of split observables one for each, as
-    /// large as their noise was.
+    /// Gives the numbers without stated errors one noise for each unit, or of split observables one
+    /// for each, as large as their noise was.
     fn group_noises(&mut self, is_split: impl Fn(&Observable) -> bool) {
         let (pools, noises) = (std::mem::take(&mut self.pools), std::mem::take(&mut self.noises));
         let mut readings: Vec<Vec<f64>> = Vec::new();
@@ -313,7 +313,8 @@ fn find_step(readings: &[f64]) -> Option<f64> {
 mod tests {
     use super::{compare_variances, find_step};
 
-    /// Three variances of 10, 20 and 30 degrees of freedom; the statistic by hand: 4.0166/1.0278 = 3.908.
+    /// Three variances of 10, 20 and 30 degrees of freedom; the statistic by hand: 4.0166/1.0278 =
+    /// 3.908.
     #[test]
     fn variances_are_compared() {
         let p = compare_variances(&[(10.0, 10.0), (40.0, 20.0), (90.0, 30.0)]).unwrap();

@@ -10,7 +10,8 @@ use crate::report::compare as words;
 document! {
     /// compare.json of caromfit
     ///
-    /// A comparison of data sets. Numbers are SI and radians except where a unit stands beside them; null stands for what is not known.
+    /// A comparison of data sets. Numbers are SI and radians except where a unit stands beside
+    /// them; null stands for what is not known.
     CompareDocument(comparison: &Comparison) [made: Made] {
         /// Whether the numbers can be used.
         verdict: Verdict = words::verdict(comparison),
@@ -35,7 +36,8 @@ document! {
         samples: Vec<SampleSummary> = comparison.samples.clone(),
         /// The parameters.
         parameters: Vec<ComparedParameter> = each(&comparison.quantities, |found| ComparedParameter::new(comparison, found)),
-        /// The numbers that chi2 and dof count: angles (and speeds), velocities, coordinates of frames, or impulses of discs.
+        /// The numbers that chi2 and dof count: angles (and speeds), velocities, coordinates of
+        /// frames, or impulses of discs.
         counted: Counted = words::counted(comparison),
         /// Sum of the squared standardized residuals, priors included.
         #[schemars(with = "Option<f64>")]
@@ -62,7 +64,8 @@ document! {
         estimates: Vec<Value> = found.estimates.clone(),
         /// The differences of all pairs of labels that determine it.
         differences: Vec<Difference> = found.differences.clone(),
-        /// Test of one value for all against one for each label; null if fewer than two labels determine it.
+        /// Test of one value for all against one for each label; null if fewer than two labels
+        /// determine it.
         same_or_different: Option<LikelihoodRatio> = found.same_or_different,
         /// Labels that do not determine it.
         left_out: Vec<LeftOutLabel> = each(&found.left_out, |own| LeftOutLabel::new(comparison, found, own)),

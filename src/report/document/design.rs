@@ -7,7 +7,8 @@ use crate::measurement::parameter::Parameter;
 document! {
     /// design.json of caromfit, which caromfit design --json prints
     ///
-    /// Errors that shots of each kind would have, before they are played. null stands for an undetermined one.
+    /// Errors that shots of each kind would have, before they are played. null stands for an
+    /// undetermined one.
     DesignDocument(design: &Design) [made: Made] {
         /// The expected value of each coefficient, dimensionless.
         expected: ByName<f64> = {
@@ -59,7 +60,8 @@ document! {
             let ratios = ratios.filter(|(_, error)| error.is_some());
             by_name(design.planned.std_errors).into_iter().chain(ratios.map(|(p, error)| (p.name().to_owned(), error))).collect()
         },
-        /// Difference between two cloths or pairs of balls, each filmed so, that is found in 80 of 100 cases.
+        /// Difference between two cloths or pairs of balls, each filmed so, that is found in 80 of
+        /// 100 cases.
         detectable_difference: ByName<Option<f64>> = {
             by_name(design.planned.std_errors.map(|error| error.map(|error| design::detectable() * error)))
         },

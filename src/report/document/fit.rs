@@ -21,8 +21,9 @@ const REFUTED: &str = "refuted";
 document! {
     /// fit.json of caromfit
     ///
-    /// One fit: fit.json, and each element of the array that caromfit fit --json prints.
-    /// Numbers are SI and radians except where a unit stands beside them; null stands for what is not known.
+    /// One fit: fit.json, and each element of the array that caromfit fit --json prints. Numbers
+    /// are SI and radians except where a unit stands beside them; null stands for what is not
+    /// known.
     #[derive(Default, Deserialize)]
     #[serde(default)]
     FitDocument(fit: &Fit) [made: Made] {
@@ -55,16 +56,17 @@ document! {
         effects: ByName<bool> = fit.effects.iter().map(|(name, on)| ((*name).to_owned(), *on)).collect(),
         /// Findings, the most important first. Of kind refuted: the data contradict the model.
         findings: Vec<Found> = each(&fit.remarks, |remark| Found::new(fit, remark)),
-        /// Estimates by the name of the parameter; mu_b and mu_c if the friction decreases with the slip, kappa if the contact is
-        /// compliant, mass_ratio and radius_ratio (cue ball over object ball) if they were fitted, e_slope if the restitution
-        /// decreases with the closing speed.
+        /// Estimates by the name of the parameter; mu_b and mu_c if the friction decreases with the
+        /// slip, kappa if the contact is compliant, mass_ratio and radius_ratio (cue ball over
+        /// object ball) if they were fitted, e_slope if the restitution decreases with the closing
+        /// speed.
         parameters: ByName<FittedParameter> = named(&fit.estimates, |found| {
             (found.parameter.name(), FittedParameter::new(fit, found))
         }),
         /// Correlation of the errors of the parameters.
         correlation: Correlation = Correlation::new(fit),
-        /// The numbers that chi2, dof, observations and residuals.csv count: angles (and speeds), velocities, coordinates of frames, or impulses of
-        /// discs (e and J_t/J_n).
+        /// The numbers that chi2, dof, observations and residuals.csv count: angles (and speeds),
+        /// velocities, coordinates of frames, or impulses of discs (e and J_t/J_n).
         #[schemars(extend("enum" = Counted::ALL.map(Counted::name)))]
         counted: String = fit.counted().name().to_owned(),
         /// Sum of the squared standardized residuals, priors included.
@@ -73,15 +75,19 @@ document! {
         dof: usize = fit.dof,
         /// chi2/dof.
         reduced_chi2: Option<f64> = reduced_chi2(fit).and_then(finite),
-        /// The camera of a film as it was fitted, and other findings on the film. A correction of 0 (of scale and aspect 1)
-        /// has no effect. estimate and std_error; of dropped_frames the number of shots with drops and of drops; of
-        /// left_out_at_impacts the number of frames before and after each impact.
+        /// The camera of a film as it was fitted, and other findings on the film. A correction of 0
+        /// (of scale and aspect 1) has no effect. estimate and std_error; of dropped_frames the
+        /// number of shots with drops and of drops; of left_out_at_impacts the number of frames
+        /// before and after each impact.
         film: Option<ByName<FilmEntry>> = fit.camera.as_ref().map(film),
-        /// Every unknown that all shots share and that was free: of contact, balls, cloth, time and camera.
+        /// Every unknown that all shots share and that was free: of contact, balls, cloth, time and
+        /// camera.
         unknowns: Vec<Unknown> = each(&fit.unknowns, Unknown::new),
-        /// The sources of the standard errors of mu, mu_s and e, the largest part first; empty for those without one.
+        /// The sources of the standard errors of mu, mu_s and e, the largest part first; empty for
+        /// those without one.
         budget: ByName<Vec<BudgetPart>> = named(&fit.budget, |own| (own.id.name(), budget(own))),
-        /// Explanations of residuals that the equations or the stated numbers leave, the best first.
+        /// Explanations of residuals that the equations or the stated numbers leave, the best
+        /// first.
         #[serde(skip_deserializing)]
         explanations: Vec<Explanation> = fit.explanations.clone(),
         /// Number of measured values.
@@ -98,7 +104,8 @@ document! {
         shots_used: usize = fit.shots_used,
         /// Shots that were left out.
         shots_rejected: Vec<Rejected> = fit.shots_rejected.clone(),
-        /// Standard deviations between shots of discs beyond the errors of their frames, which the errors of the parameters include.
+        /// Standard deviations between shots of discs beyond the errors of their frames, which the
+        /// errors of the parameters include.
         #[serde(skip_serializing_if = "Option::is_none", skip_deserializing)]
         scatter: Option<Scatter> = fit.scatter.filter(|scatter| scatter.is_estimated),
         /// Whether the search ended at a minimum.
@@ -156,12 +163,14 @@ document! {
         interval_method: Option<String> = interval(found.interval_95).map(|_| {
             if found.is_profiled() { "profile" } else { "hessian" }.to_owned()
         }),
-        /// Standard error if the parameters that end at their bounds are truly there; null if it is the same.
+        /// Standard error if the parameters that end at their bounds are truly there; null if it is
+        /// the same.
         std_error_at_bound: Option<f64> = found.std_error_at_bound.and_then(finite),
         /// How far the data determine it.
         #[schemars(extend("enum" = Status::ALL.map(Status::name)))]
         status: String = found.status.name().to_owned(),
-        /// Every value from the first, which is a bound, to the second fits equally; null if the estimate is a value.
+        /// Every value from the first, which is a bound, to the second fits equally; null if the
+        /// estimate is a value.
         plateau: Option<[f64; 2]> = fit.plateau(found.parameter),
     }
 
@@ -181,7 +190,8 @@ document! {
     Found(fit: &Fit, remark: &fit::Remark) {
         /// The kind of the finding.
         kind: String = data(fit, remark).0,
-        /// info: good to know; doubt: the estimates may be off by more than their errors; unusable: they are meaningless.
+        /// info: good to know; doubt: the estimates may be off by more than their errors; unusable:
+        /// they are meaningless.
         #[schemars(extend("enum" = ["info", "doubt", "unusable"]))]
         severity: String = match remark.severity {
             Severity::Note | Severity::Warning => "info",
@@ -198,8 +208,9 @@ document! {
     /// An unknown that all shots share.
     #[derive(Deserialize)]
     Unknown(found: &problem::Estimate) {
-        /// mu, mu_s, e, mu_b, mu_c, kappa, e_slope, mass_ratio, radius_ratio; topspin over natural roll of balls that roll (roll) and
-        /// slide (topspin); mu_k, mu_r, bounce, frame_rate, tilt_x, tilt_y; and the corrections of the camera.
+        /// mu, mu_s, e, mu_b, mu_c, kappa, e_slope, mass_ratio, radius_ratio; topspin over natural
+        /// roll of balls that roll (roll) and slide (topspin); mu_k, mu_r, bounce, frame_rate,
+        /// tilt_x, tilt_y; and the corrections of the camera.
         name: String = found.id.name().to_owned(),
         /// Its value, in the unit at the end of its name; without one a ratio, or lengths in m.
         estimate: Option<f64> = finite(found.value),
@@ -207,7 +218,8 @@ document! {
         std_error: Option<f64> = found.std_error.and_then(finite),
         /// Mean and standard deviation of what was known before the fit; null without a prior.
         prior: Option<[f64; 2]> = found.prior.map(|prior| [prior.mean, prior.sd]),
-        /// Estimate less the prior's mean, over the prior's standard deviation; null without a prior.
+        /// Estimate less the prior's mean, over the prior's standard deviation; null without a
+        /// prior.
         prior_pull: Option<f64> = found.prior.and_then(|prior| finite((found.value - prior.mean) / prior.sd)),
     }
 
@@ -242,7 +254,8 @@ impl FitDocument {
         self.findings.iter().find(|finding| finding.kind == REFUTED)
     }
 
-    /// Returns the restitution that was measured without a model that the data refute, and its standard error.
+    /// Returns the restitution that was measured without a model that the data refute, and its
+    /// standard error.
     pub(in crate::report) fn measured_e(&self) -> Option<[f64; 2]> {
         let measured = self.refuted()?.values.get("measured_e")?;
         let number = |key: &str| measured.get(key)?.as_f64();
@@ -268,7 +281,8 @@ fn data(fit: &Fit, remark: &fit::Remark) -> (String, serde_json::Map<String, Val
 }
 
 impl Body {
-    /// Returns the cue ball or the object ball (0 or 1) with the standard deviations of what is stated of both.
+    /// Returns the cue ball or the object ball (0 or 1) with the standard deviations of what is
+    /// stated of both.
     pub(in crate::report) fn of_balls(cue: &Ball, object: Option<&ObjectBall>, which: usize) -> Self {
         let ball = object.filter(|_| which == 1).map_or(cue, |object| &object.ball);
         let sds = |object: &ObjectBall| [Some(object.radius_sd), object.mass_sd].map(|sds| Some(sds?[which]));
@@ -276,7 +290,8 @@ impl Body {
     }
 }
 
-/// Returns the cue ball or the object ball, or one of two discs (0 or 1): of discs with the mass only if it is stated.
+/// Returns the cue ball or the object ball, or one of two discs (0 or 1): of discs with the mass
+/// only if it is stated.
 pub(in crate::report) fn body(fit: &Fit, which: usize) -> Body {
     let body = Body::of_balls(&fit.ball, fit.object.as_ref(), which);
     let Some(discs) = fit.discs else { return body };

@@ -1,7 +1,9 @@
-//! The documents that programs read: each is one struct, which is written, read back and described by its JSON Schema.
+//! The documents that programs read: each is one struct, which is written, read back and described
+//! by its JSON Schema.
 //!
-//! Numbers are SI and radians, except where a unit stands beside them or in the key; `null` stands for what is not known. Keys may be
-//! added, and not renamed or dropped while `FORMAT_VERSION` stays.
+//! Numbers are SI and radians, except where a unit stands beside them or in the key; `null` stands
+//! for what is not known. Keys may be added, and not renamed or dropped while `FORMAT_VERSION`
+//! stays.
 
 mod compare;
 mod design;
@@ -23,13 +25,15 @@ use crate::compare::Comparison;
 use crate::design::Design;
 use crate::fit::Fit;
 
-/// `format_version` of the documents: raised if a key is renamed or dropped, or changes its meaning.
+/// `format_version` of the documents: raised if a key is renamed or dropped, or changes its
+/// meaning.
 pub(crate) const FORMAT_VERSION: u32 = 1;
 
 /// Defines documents: each key stands once, with its meaning, its type, and its value.
 ///
-/// `Name(of: Type) { /// Meaning.\n key: Type = value, }` is a struct with that public field, which is written as JSON and described
-/// by a schema, and a function `new(of)`, which gives each field its value. `[made: Made]` stands for a document of its own.
+/// `Name(of: Type) { /// Meaning.\n key: Type = value, }` is a struct with that public field, which
+/// is written as JSON and described by a schema, and a function `new(of)`, which gives each field
+/// its value. `[made: Made]` stands for a document of its own.
 macro_rules! document {
     ($(
         $(#[$about:meta])*
@@ -74,7 +78,8 @@ written_as!(Fit => FitDocument, Comparison => CompareDocument, Design => DesignD
 /// A value for each of several names, in their order.
 pub(crate) type ByName<T> = indexmap::IndexMap<String, T>;
 
-/// Returns a document as text, with a newline at its end and numbers rounded to `DIGITS`. Numbers that are not finite become `null`.
+/// Returns a document as text, with a newline at its end and numbers rounded to `DIGITS`. Numbers
+/// that are not finite become `null`.
 ///
 /// # Errors
 /// The document cannot be serialized.
@@ -84,7 +89,8 @@ pub fn text(document: &(impl Serialize + ?Sized)) -> Result<String, ReportError>
     exact_text(&value)
 }
 
-/// Returns a document as text, with a newline at its end and all digits. Numbers that are not finite become `null`.
+/// Returns a document as text, with a newline at its end and all digits. Numbers that are not
+/// finite become `null`.
 ///
 /// # Errors
 /// The document cannot be serialized.
@@ -92,14 +98,16 @@ pub(crate) fn exact_text(document: &(impl Serialize + ?Sized)) -> Result<String,
     Ok(serde_json::to_string_pretty(document)? + "\n")
 }
 
-/// Returns whether two texts of fit.json hold the same result, after any number of steps: a step more or less is a matter of roundings.
+/// Returns whether two texts of fit.json hold the same result, after any number of steps: a step
+/// more or less is a matter of roundings.
 pub(super) fn is_same_result(one: &str, other: &str) -> bool {
     const EFFORT: [&str; 2] = ["  \"seconds\":", "  \"iterations\":"];
     let result = |line: &&str| !EFFORT.iter().any(|key| line.starts_with(key));
     one.lines().filter(result).eq(other.lines().filter(result))
 }
 
-/// Significant digits of numbers in files: more than any error leaves, fewer than what differs between processors.
+/// Significant digits of numbers in files: more than any error leaves, fewer than what differs
+/// between processors.
 pub(crate) const DIGITS: usize = 8;
 
 /// Returns a number rounded to [`DIGITS`].
@@ -119,7 +127,8 @@ fn round(value: &mut Value) {
     }
 }
 
-/// A command and the JSON Schema of what it prints with `--json`; `dataset` stands for dataset.toml.
+/// A command and the JSON Schema of what it prints with `--json`; `dataset` stands for
+/// dataset.toml.
 pub(crate) type CommandSchema = (&'static str, fn() -> Schema);
 
 /// Returns the JSON Schema (draft 2020-12) of a document as it is written.

@@ -78,8 +78,9 @@ document! {
 
     /// The object that caromfit collide --json prints
     ///
-    /// One collision; with --cases, caromfit collide --json prints an array of these. The frame is that of the collision: x from the
-    /// cue ball to the object ball, y 90° counter-clockwise from it seen from above, z upwards.
+    /// One collision; with --cases, caromfit collide --json prints an array of these. The frame is
+    /// that of the collision: x from the cue ball to the object ball, y 90° counter-clockwise from
+    /// it seen from above, z upwards.
     CollideDocument(computed: &Computed, explained: Option<[effects::Estimate; 10]>) [made: Made] {
         /// Name of the case.
         name: String = computed.case.name.clone(),
@@ -110,7 +111,8 @@ document! {
 
     /// The object that caromfit accuracy --json prints
     ///
-    /// Errors against time of every fidelity, and the bias of fits. null stands for what is not known.
+    /// Errors against time of every fidelity, and the bias of fits. null stands for what is not
+    /// known.
     AccuracyDocument(rows: &[Row], found: &[bias::Row], computed: usize, unusable: usize) [made: Made] {
         /// Number of shots that were computed.
         shots: usize = computed,

@@ -1,4 +1,5 @@
-//! Figures of films: paths of one shot with what the fit leaves, and those of all shots seen from above.
+//! Figures of films: paths of one shot with what the fit leaves, and those of all shots seen from
+//! above.
 
 use std::f64::consts::TAU;
 
@@ -28,7 +29,8 @@ pub(in crate::report) struct Tracks<'a> {
     pub(in crate::report) place: Box<dyn Fn(usize, f64) -> [f64; 2] + 'a>,
 }
 
-/// Returns the tracks of a shot of balls, at places from the origin of the film instead of its middle.
+/// Returns the tracks of a shot of balls, at places from the origin of the film instead of its
+/// middle.
 pub(in crate::report) fn of_balls<'a>(film: &FittedFilm, impact: &'a Impact) -> Tracks<'a> {
     let [before, cue, object] = impact.speeds();
     let summary = format!(
@@ -52,9 +54,11 @@ pub(in crate::report) fn of_balls<'a>(film: &FittedFilm, impact: &'a Impact) -> 
     }
 }
 
-/// Returns the paths of both balls in all shots, in a figure that is empty if no shot shows an impact.
+/// Returns the paths of both balls in all shots, in a figure that is empty if no shot shows an
+/// impact.
 pub(in crate::report) fn all_shots(name: &str, film: &FittedFilm) -> Figure {
-    /// Largest numbers of shots, spread over all, and of frames of a ball of each: more would only cover each other.
+    /// Largest numbers of shots, spread over all, and of frames of a ball of each: more would only
+    /// cover each other.
     const MOST_SHOTS: usize = 60;
     const MOST_FRAMES: usize = 20;
     let names = film.names();

@@ -1,4 +1,5 @@
-//! Figures: what each shows is data ([`Figure`], [`Panel`], [`Mark`]), which one renderer draws as SVG and as PNG with a font of its own.
+//! Figures: what each shows is data ([`Figure`], [`Panel`], [`Mark`]), which one renderer draws as
+//! SVG and as PNG with a font of its own.
 
 mod axis;
 mod films;
@@ -80,8 +81,8 @@ pub(super) struct Label {
     words: String,
 }
 
-/// A panel: marks in one coordinate system, the first behind all others. The axes reach beyond all that are finite; infinite ones end at
-/// the frame.
+/// A panel: marks in one coordinate system, the first behind all others. The axes reach beyond all
+/// that are finite; infinite ones end at the frame.
 #[derive(Clone, Debug)]
 pub(super) struct Panel {
     title: String,

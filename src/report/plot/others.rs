@@ -1,4 +1,5 @@
-//! Figures of discs, of pairs of parameters, of comparisons, of designs and of the accuracy of collisions.
+//! Figures of discs, of pairs of parameters, of comparisons, of designs and of the accuracy of
+//! collisions.
 
 use plotters::prelude::RGBColor;
 
@@ -14,8 +15,8 @@ use crate::problem::Quantity;
 use crate::report::{Budget, speed_unit, symbol, title};
 use crate::studies::accuracy::{Includes, Row};
 
-/// Returns e of discs against the closing speed, and J_t/J_n against the slip, each with what was fitted; an empty figure of balls, and
-/// if no shot has what it shows.
+/// Returns e of discs against the closing speed, and J_t/J_n against the slip, each with what was
+/// fitted; an empty figure of balls, and if no shot has what it shows.
 pub(in crate::report) fn discs(fit: &Fit) -> Figure {
     let mut figure = Figure::new("All impacts");
     figure.series = vec!["shots".to_owned()];
@@ -144,7 +145,8 @@ pub(in crate::report) fn forest(comparison: &Comparison) -> Figure {
     figure
 }
 
-/// Returns the standard errors of all cells of a design against the cut angle: a row for each parameter, a column for each speed.
+/// Returns the standard errors of all cells of a design against the cut angle: a row for each
+/// parameter, a column for each speed.
 pub(in crate::report) fn design(design: &Design) -> Figure {
     /// Largest number of speeds that are drawn.
     const COLUMNS: usize = 3;

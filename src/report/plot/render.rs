@@ -1,4 +1,5 @@
-//! Draws a [`Figure`] as SVG or as PNG. Texts are measured and drawn with a font that is in the program.
+//! Draws a [`Figure`] as SVG or as PNG. Texts are measured and drawn with a font that is in the
+//! program.
 
 use std::ops::Range;
 use std::sync::OnceLock;
@@ -32,7 +33,8 @@ const MIDDLE: Pos = Pos { h_pos: HPos::Center, v_pos: VPos::Center };
 /// The font as an SVG names it; the first family is in the program.
 const FONT: &str = "DejaVu Sans, Verdana, Arial, sans-serif";
 
-/// Place of a measured point in a picture: pixels from the left and from the top, and the index of its label.
+/// Place of a measured point in a picture: pixels from the left and from the top, and the index of
+/// its label.
 #[derive(Clone, Copy, Debug, serde::Serialize)]
 pub(in crate::report) struct Spot(i32, i32, usize);
 
@@ -277,7 +279,8 @@ fn width(text: &str, size: f64) -> i32 {
     font(size).box_size(text).map_or(0, |(width, _)| i32::try_from(width).unwrap_or(i32::MAX / 4))
 }
 
-/// Returns the text in one line no wider than `limit` pixels, without characters that an SVG cannot hold.
+/// Returns the text in one line no wider than `limit` pixels, without characters that an SVG cannot
+/// hold.
 fn shortened(text: &str, size: f64, limit: i32) -> String {
     let is_refused = |c: char| c.is_control() || matches!(c, '\u{fffe}' | '\u{ffff}');
     // a name of a megabyte is not measured letter by letter

@@ -1,4 +1,5 @@
-//! residuals.svg and residuals.png, of a fit and of a comparison: what a reader looks at before believing it.
+//! residuals.svg and residuals.png, of a fit and of a comparison: what a reader looks at before
+//! believing it.
 
 use statrs::distribution::{Beta, ContinuousCDF, Normal};
 
@@ -17,7 +18,8 @@ const ROW: u32 = 400;
 /// Name of the axis of standardized residuals.
 const STANDARDIZED: &str = "(measured − predicted) / sd";
 
-/// Returns the residuals of a fit below its title, estimates, χ², and what the reader must know first.
+/// Returns the residuals of a fit below its title, estimates, χ², and what the reader must know
+/// first.
 pub(in crate::report) fn residuals(fit: &Fit) -> Figure {
     let mut observed = Observed::default();
     match &fit.frames {
@@ -150,7 +152,8 @@ impl Observed {
         figure
     }
 
-    /// Adds values at these places to a panel: of very many every n-th row, and the large residuals.
+    /// Adds values at these places to a panel: of very many every n-th row, and the large
+    /// residuals.
     fn draw(&self, panel: &mut Panel, mut places: Vec<(usize, [f64; 2])>) {
         /// More points would hide each other, and an SVG grows with each.
         const MOST: usize = 2000;
@@ -194,8 +197,8 @@ impl Observed {
         panels
     }
 
-    /// Returns the sorted residuals, of which there are at least three, against the quantiles of a normal distribution, with the band that
-    /// holds 95 % of samples at each place.
+    /// Returns the sorted residuals, of which there are at least three, against the quantiles of a
+    /// normal distribution, with the band that holds 95 % of samples at each place.
     fn quantiles(&self) -> Option<Panel> {
         /// Number of corners of either side of the band.
         const PLACES: usize = 60;
