@@ -73,7 +73,7 @@ fn what_cannot_be_fitted_is_refused_by_its_name() {
         (&negative, "cue_vx_after_sd is -0.004; expected more than 0"),
         (&|d| d.shots[6].after[1].measured.value = f64::NAN, "cue_vy_after is NaN; expected a finite number"),
         (&short, "expected a unit vector"),
-        (&|d| d.shots[2].after.clear(), "nothing is observed"),
+        (&|d| d.shots[2].after.clear(), "no observation"),
         (
             &|d| d.shots[3].name = d.shots[0].name.clone(),
             "2 shots are named \"1\"; expected names that differ",
