@@ -47,11 +47,14 @@ pub fn fit_watched(
         part.settings = options.falling.applied(part.settings);
         let group = dataset.by.clone().zip(label);
         let request = Request { dataset: &part, group: group.as_ref(), options, done };
-        let fit = match film_of(&part) {
+        let mut fit = match film_of(&part) {
             Some(Film::Balls) => of_film::fit(request)?,
             Some(Film::Discs) => of_discs::fit(request)?,
             None => of_rows::fit(request)?,
         };
+        let with_error = fit.estimates.iter().filter(|estimate| estimate.std_error.is_some());
+        let with_error: Vec<Id> = with_error.map(|estimate| Id::from(estimate.parameter)).collect();
+        fit.budget.retain(|budget| with_error.contains(&budget.id));
         fits.push(Fit { seconds: begun.elapsed().as_secs_f64(), ..fit });
     }
     Ok(fits)
