@@ -106,7 +106,9 @@ fn discs_whose_rotation_nobody_saw_are_told_what_helps_and_it_does() {
     let free = Lab::new(&settings, &centres);
     free.done("fit");
     let said = free.json()["findings"].to_string().replace('\\', "");
-    for part in ["rotation", "track points on both discs", "[cue_spin] assume = \"stun\"", "determine e alone"] {
+    for part in
+        ["rotation", "track points on both discs", "[cue_spin] assume = \"stun\"", "determine e alone"]
+    {
         assert!(said.contains(part), "{part} is not in {said}");
     }
     let e = &free.json()["parameters"]["e"];
