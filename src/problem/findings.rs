@@ -1,4 +1,4 @@
-//! Everything that can be wrong or worth saying of a fit, as data. The verdict is the worst of it.
+//! Everything that can be wrong or worth saying of a fit, as data. The verdict is the worst one.
 
 use serde::Serialize;
 

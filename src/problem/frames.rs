@@ -262,7 +262,7 @@ impl PicturePaths {
             let (table, height) = (self.locate)(&pieces[index].1, late);
             self.camera.look(table, height).place
         };
-        // where it is seen says when the shutter reads it
+        // the shutter reads it at a time that depends on its place in the picture
         at(self.camera.delay(at(0.0))).into()
     }
 }

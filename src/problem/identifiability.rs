@@ -1,5 +1,5 @@
-//! Identifiability: the direction of the unknowns in which χ² changes least, and what the data do
-//! determine of it.
+//! Identifiability: the direction of the unknowns in which χ² changes least, and its part that the
+//! data do determine.
 
 use nalgebra::{DMatrix, DVector};
 use schemars::JsonSchema;
@@ -22,8 +22,8 @@ const WEAK: f64 = 30.0;
 /// Part of a direction from which on an unknown belongs to it.
 const SHARE: f64 = 0.1;
 
-/// Part within which relative changes of two unknowns are opposite or equal, so that their product
-/// or ratio stays.
+/// Part within which relative changes of two unknowns are opposite or equal, so that their
+/// product or their ratio stays.
 const INVARIANT: f64 = 0.15;
 
 /// A combination of unknowns that is determined badly: the direction in which χ² changes least.
@@ -40,7 +40,7 @@ pub(crate) struct Combination {
     pub(crate) weak: bool,
     /// Whether the data do not determine it.
     pub(crate) undetermined: bool,
-    /// The combination that is determined instead; null if there is none.
+    /// The combination that is determined instead, or null.
     pub(crate) determined: Option<Determined>,
     /// Roots of the eigenvalues of the normal matrix scaled to a diagonal of 1, the largest first.
     #[serde(skip)]

@@ -289,7 +289,7 @@ fn edge_of_saturation(problem: &Problem, at: &Evaluation, column: usize) -> Opti
 }
 
 /// Returns what the data determine, and the unknowns of which they determine only combinations; one
-/// of these is then held.
+/// unknown of each combination is then held.
 pub(crate) fn determine(problem: &Problem, at: &Evaluation) -> (Estimates, Vec<Id>) {
     let mut held = problem.clone();
     let mut undetermined: Vec<Id> = Vec::new();

@@ -23,7 +23,7 @@ const MAX_STEPS: usize = 40;
 const COARSE_STEPS: [usize; 2] = [10, 3];
 const SECOND_STEPS: usize = 12;
 
-/// Number of shots of a table that show where χ² has its minima.
+/// Number of shots of a table that suffices to find the minima of χ².
 pub(super) const ENOUGH_SHOTS: usize = 250;
 
 /// Relative difference within which two descents end at the same μ.
@@ -117,12 +117,11 @@ fn descend_coarsely(problem: &Problem, start: &State) -> Option<Descent> {
 pub(crate) struct Thinned {
     pub(crate) problem: Problem,
     pub(crate) state: State,
-    /// Number of shots over the number of those that were taken.
+    /// Number of shots over the number of shots taken.
     pub(crate) factor: f64,
 }
 
-/// Returns a table with more than [`ENOUGH_SHOTS`] with that many of them, spread evenly; films as
-/// they are.
+/// Returns [`ENOUGH_SHOTS`] shots, spread evenly, of a table that has more; films as they are.
 pub(crate) fn thin(problem: &Problem, state: &State) -> Thinned {
     let (mut problem, mut state) = (problem.clone(), state.clone());
     let count = state.own.first().map_or(0, Vec::len);

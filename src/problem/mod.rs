@@ -1,8 +1,8 @@
 //! Films of balls, films of discs, and tables as one least-squares problem.
 //!
 //! Each shot has unknowns of its own: of a film instant, place, direction and velocity of the cue
-//! ball, and what is uncertain of its spin; of a table the true inputs. All shots share those of
-//! contact, balls, cloth and camera, each with a prior of what is known of it. Frames are predicted
+//! ball, and what is uncertain of its spin; of a table the true inputs. All shots share the
+//! unknowns of contact, balls, cloth and camera, each with its prior. Frames are predicted
 //! forward into the picture: through the impact, the motion on the cloth, and the camera, at each
 //! frame's own time. Velocities and angles of tables are predicted by the impact. Own unknowns are
 //! eliminated (Schur complement; Triggs et al. 2000), so that a step costs time linear in the
@@ -13,12 +13,12 @@
 //! | file | what it holds |
 //! | --- | --- |
 //! | `unknowns`, `sums` | shared unknowns, and what a shot adds to the normal equations |
-//! | `block`, `discs`, `film`, `rows`, `frames` | what was measured: forward models with their derivatives |
+//! | `block`, `discs`, `film`, `rows`, `frames` | measurements: forward models and derivatives |
 //! | `problem`, `descent`, `minimise`, `noise` | normal equations, descent, starts, noise |
 //! | `effects` | compliance, weight and cloth, adopted if they make the data likelier |
 //! | `uncertainty` | errors, scores, conflicts, budget, influence |
 //! | `solution` | a minimum, and what is known there |
-//! | `findings`, `policy`, `run` | what is said, statistical choices, the fit from beginning to end |
+//! | `findings`, `policy`, `run` | findings, statistical choices, the fit from beginning to end |
 
 mod block;
 mod descent;

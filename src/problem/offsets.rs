@@ -25,7 +25,7 @@ pub(crate) struct Offsets {
 pub(crate) struct Slope {
     /// Slope, in standard deviations of an offset per unit of the variable.
     pub(crate) value: f64,
-    /// The same over its standard error.
+    /// Slope over its standard error.
     pub(crate) t: f64,
     /// Probability of a slope as far from 0 by chance.
     pub(crate) p_value: f64,

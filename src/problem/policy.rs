@@ -29,8 +29,8 @@ pub(crate) struct Policy {
     /// Variance of slow motions over that of the noise before the impacts, beyond which the model
     /// does not describe the paths.
     pub(crate) misfit: f64,
-    /// The same beyond which the model does not describe the paths at all: residuals of five times
-    /// the noise.
+    /// Ratio of the variances of `misfit` beyond which the model does not describe the paths at
+    /// all: residuals of five times the noise.
     pub(crate) refuted: f64,
     /// χ² per degree of freedom of a table beyond which the model does not describe it at all:
     /// residuals of more than twice the stated noise, which is stated too small by half at most.

@@ -30,7 +30,7 @@ pub(crate) struct Sample {
 pub(crate) struct Problem {
     pub(crate) samples: Vec<Sample>,
     pub(crate) unknowns: Vec<Unknown>,
-    /// Evaluations of this problem and of those made from it.
+    /// Number of evaluations of this problem and of the problems made from it.
     pub(crate) evaluations: Arc<AtomicUsize>,
 }
 
@@ -316,7 +316,7 @@ impl Reduced {
         self.products[(column, column)] > 0.0
     }
 
-    /// Returns half of d²χ²/dx² of these unknowns.
+    /// Returns half of d²χ²/dx² with respect to the unknowns `columns`.
     pub fn matrix(&self, columns: &[usize]) -> DMatrix<f64> {
         DMatrix::from_fn(columns.len(), columns.len(), |i, j| {
             let (i, j) = (columns[i], columns[j]);
@@ -324,13 +324,13 @@ impl Reduced {
         })
     }
 
-    /// Returns half of dχ²/dx of these unknowns.
+    /// Returns half of dχ²/dx with respect to the unknowns `columns`.
     pub fn gradient(&self, columns: &[usize]) -> DVector<f64> {
         DVector::from_fn(columns.len(), |i, _| self.products[(columns[i], self.last())])
     }
 
-    /// Returns the decrease of a quadratic χ² with a step of these unknowns that the own ones
-    /// follow.
+    /// Returns the decrease of a quadratic χ² with a step of the unknowns `columns` that the own
+    /// ones follow.
     pub fn promise(&self, columns: &[usize], step: &DVector<f64>) -> f64 {
         let shared = 2.0 * self.gradient(columns).dot(step) + step.dot(&(self.matrix(columns) * step));
         self.squares - self.products[(self.last(), self.last())] - shared
@@ -359,7 +359,7 @@ impl Reduced {
         by
     }
 
-    /// Returns the state after a step of these unknowns, the own ones following.
+    /// Returns the state after a step of the unknowns `columns`, the own ones following.
     pub fn step(&self, problem: &Problem, from: &State, columns: &[usize], by: &DVector<f64>) -> State {
         let mut state = from.clone();
         for (column, by) in columns.iter().zip(by.iter()) {

@@ -41,8 +41,8 @@ const EDGE: f64 = 0.01;
 type Reached = (f64, f64, Evaluation);
 
 impl Solution {
-    /// Returns both ends of the interval of a column of the problem, where χ² is `t²` above its
-    /// minimum to a relative precision of the root of its rise, or at bounds that are met before;
+    /// Returns both ends of the interval of a column of the problem: χ² is `t²` above its minimum
+    /// there to a relative precision of the root of its rise, or they are bounds met before;
     /// `None` if χ² cannot be minimised there.
     pub(crate) fn profile(&self, column: usize, (t, precision): (f64, f64)) -> Option<[f64; 2]> {
         let from = self.at.state.shared.0[column];
@@ -75,7 +75,7 @@ impl Solution {
         self.profile(column, (t, EDGE))
     }
 
-    /// Returns the edge of the region of two columns where χ², least over all others, is `rise`
+    /// Returns the edge of the region of two columns on which χ², least over all others, is `rise`
     /// above its minimum, within the bounds; `root` takes the unit circle to the ellipse of rise 1.
     /// `None` if an edge has no end.
     pub(crate) fn region(&self, pair: [usize; 2], root: &Matrix2<f64>, rise: f64) -> Option<Vec<[f64; 2]>> {
@@ -89,7 +89,7 @@ impl Solution {
                     (pair[i], (centre[i] + distance * along[i]).clamp(low, high))
                 })
             };
-            // where both are at their bounds
+            // distance at which both are at their bounds
             let room = |i: usize| {
                 let [low, high] = self.problem.unknowns[pair[i]].bounds;
                 if along[i] > 0.0 { (high - centre[i]) / along[i] } else { (low - centre[i]) / along[i] }
@@ -104,7 +104,7 @@ impl Solution {
 
 /// Returns the distance along a way from the minimum at which the root of the rise of χ² is `t`, to
 /// a relative precision, or `limit` if that is met before. The way has held columns at each
-/// distance; `first` is where to look first.
+/// distance; `first` is the distance tried first.
 fn reach<const N: usize>(
     problem: &Problem,
     minimum: &Evaluation,
@@ -138,7 +138,7 @@ fn reach<const N: usize>(
                     return Some(inside.0);
                 }
                 let part = (t - inside.1) / (rise - inside.1);
-                // where χ² turns from flat to steep, a secant alone comes to no end
+                // if χ² turns from flat to steep, a secant alone does not converge
                 let is_even = rise.is_finite() && count % 3 < 2;
                 let part = if is_even { part.clamp(0.05, 0.95) } else { 0.5 };
                 inside.0 + part * (far - inside.0)
@@ -148,8 +148,8 @@ fn reach<const N: usize>(
     None
 }
 
-/// Returns where the other unknowns follow some, which have these values, to first order from a
-/// minimum.
+/// Returns the evaluation at these values of some unknowns, which the others follow to first order
+/// from a minimum.
 fn follow(problem: &Problem, from: &Evaluation, held: &[(usize, f64)]) -> Option<Evaluation> {
     let reduced = from.eliminate(problem, 0.0)?;
     let is_moving = |column: &usize| reduced.informs(*column) && held.iter().all(|(held, _)| held != column);
@@ -176,7 +176,7 @@ fn follow(problem: &Problem, from: &Evaluation, held: &[(usize, f64)]) -> Option
 }
 
 /// Returns the least χ² over all unknowns but some, which have these values; descends from another
-/// minimum, from where the others follow to first order.
+/// minimum, after the others have followed to first order.
 fn least_at(problem: &Problem, from: &Evaluation, held: &[(usize, f64)]) -> Option<Evaluation> {
     let is_other = |column: &usize| held.iter().all(|(held, _)| held != column);
     let others: Vec<usize> = problem.free().into_iter().filter(is_other).collect();

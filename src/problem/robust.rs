@@ -17,8 +17,8 @@ const MOST_OF_ITSELF: f64 = 0.99;
 
 /// Returns the covariance H⁻¹BH⁻¹ of estimates by a robust loss for any noise, with the curvature H
 /// and the scatter B of the slopes of the shots (Huber 1967); `None` if all losses are least
-/// squares, or there are too few shots. A shot scatters less about a fit that it takes part in:
-/// with CCᵀ = H⁻¹ and its own curvature N = CᵀHᵢC, its slope Cᵀg has the variance N(1 − N) and
+/// squares, or there are too few shots. A shot scatters less about a fit that it takes part in: if
+/// CCᵀ = H⁻¹ and its own curvature is N = CᵀHᵢC, its slope Cᵀg has the variance N(1 − N) and
 /// counts as (1 − N)^(−1/2) Cᵀg (Bell and McCaffrey 2002, Surv. Methodol. 28, 169).
 pub(crate) fn robust_covariance(
     problem: &Problem,

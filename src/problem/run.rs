@@ -121,7 +121,7 @@ fn judge_outcomes(problem: &Problem, start: &State, policy: &Policy) -> Option<(
     is_few.then_some((keep, end.state))
 }
 
-/// A fit on its way: the problem and where its last descent ended.
+/// A fit on its way: the problem and the end of its last descent.
 struct Run<'a> {
     policy: &'a Policy,
     problem: Problem,

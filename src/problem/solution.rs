@@ -155,7 +155,7 @@ impl Solution {
         self.column(0, id).map_or(f64::NAN, |column| self.at.state.shared.0[column])
     }
 
-    /// Returns where an unknown of a sample stands among those of the problem.
+    /// Returns the index of an unknown of a sample among the unknowns of the problem.
     pub(crate) fn column(&self, sample: usize, id: Id) -> Option<usize> {
         Some(self.problem.samples.get(sample)?.columns[id as usize])
     }
@@ -166,8 +166,8 @@ impl Solution {
         self.covariance_in(&self.covariance, ids)
     }
 
-    /// Returns the covariance of some unknowns of the first sample in that of others; NaN where one
-    /// is not among them.
+    /// Returns the covariance of some unknowns of the first sample, taken from `all`; NaN for an
+    /// unknown that is not in `all`.
     pub(crate) fn covariance_in(&self, all: &Estimates, ids: &[Id]) -> DMatrix<f64> {
         let place = |id: &Id| all.position(self.column(0, *id)?);
         let places: Vec<Option<usize>> = ids.iter().map(place).collect();
@@ -276,8 +276,8 @@ impl Solution {
         self.problem.samples.iter().enumerate().map(of_sample).sum()
     }
 
-    /// Returns the degrees of freedom of χ² of everything: numbers less unknowns, where what is
-    /// known of an unknown before the fit is a number, too.
+    /// Returns the degrees of freedom of χ² of everything: numbers less unknowns. The prior of an
+    /// unknown counts as a number, too.
     pub fn dof(&self) -> usize {
         let numbers = self.chi2_of_data().1.round() as usize;
         let has_prior = |column: &&usize| self.problem.unknowns[**column].active_prior().is_some();
@@ -345,9 +345,9 @@ impl Solution {
         worst(&self.findings)
     }
 
-    /// Returns the values of these unknowns in a fit of shots of the only sample that are drawn
+    /// Returns the values of the unknowns `ids` in a fit of shots of the only sample that are drawn
     /// again with replacement (Efron 1987), at the same noise; `number` is the stream of the random
-    /// numbers. `None` if it does not end at a minimum that determines all of them.
+    /// numbers. `None` if the fit does not end at a minimum that determines all `ids`.
     pub(crate) fn resampled(&self, ids: &[Id], (seed, number): (u64, u64)) -> Option<Vec<f64>> {
         let mut random = ChaCha8Rng::seed_from_u64(seed);
         random.set_stream(number);

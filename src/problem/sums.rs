@@ -96,8 +96,8 @@ pub(crate) struct Contribution {
     pub(crate) held: Vec<bool>,
 }
 
-/// Returns where χ² of a shot is least near `x`, its own unknowns and these shared ones at given
-/// others, and the sums there: after some steps, or one that gains less than a decrease of χ².
+/// Minimises χ² of a shot from `x`, its own unknowns and the shared `ids` at given others; returns
+/// the minimum and the sums there: after some steps, or one that gains less than a decrease of χ².
 /// `bounded` returns a place within the bounds of the own unknowns.
 pub(crate) fn settle(
     x: DVector<f64>,
@@ -196,8 +196,8 @@ impl Contribution {
         (matrix, gradient)
     }
 
-    /// Returns the shot's part of the normal matrix and gradient of these shared unknowns of its
-    /// sample, after elimination of its own.
+    /// Returns the shot's part of the normal matrix and gradient of the shared unknowns `ids` of
+    /// its sample, after elimination of its own.
     pub fn reduced(&self, ids: &[Id]) -> Option<(DMatrix<f64>, DVector<f64>)> {
         let own = self.held.len();
         let (matrix, beside) = self.own_system(0.0, own);

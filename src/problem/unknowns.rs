@@ -30,7 +30,7 @@ worded! {
         E = "e",
         /// b of a friction μ + b·exp(−c·v) that decreases with the slip v.
         FallB = "mu_b",
-        /// c of that friction, s/m.
+        /// c of a friction μ + b·exp(−c·v) that decreases with the slip v, s/m.
         FallC = "mu_c",
         /// Tangential compliance κ of the contact.
         Kappa = "kappa",
@@ -164,7 +164,7 @@ impl Normal {
     }
 }
 
-/// A shared unknown: where a search begins, its bounds, what is known of it, and how it takes part.
+/// A shared unknown: the start of a search, its bounds, its prior, and how it takes part.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Unknown {
     pub(crate) id: Id,
@@ -194,7 +194,7 @@ impl Unknown {
 pub(crate) struct Shared(pub(crate) Vec<f64>);
 
 impl Shared {
-    /// Returns the values where searches begin.
+    /// Returns the values at which searches begin.
     pub(crate) fn starts(unknowns: &[Unknown]) -> Self {
         Self(unknowns.iter().map(|unknown| unknown.start).collect())
     }

@@ -1,5 +1,5 @@
-//! From the tracks of a data set to the block of its frames: in metres from the middle of the
-//! impacts, with first guesses.
+//! Conversion of the tracks of a data set to the block of its frames: in metres from the middle of
+//! the impacts, with first guesses.
 
 use rayon::prelude::*;
 

@@ -1,4 +1,4 @@
-//! The measured impact of two discs, and doubts of it.
+//! The measured impact of two discs, and its doubts.
 
 use statrs::distribution::{ContinuousCDF, Normal};
 
@@ -47,7 +47,7 @@ pub struct DiscImpact {
     pub(crate) radii: [f64; 2],
     /// How the discs stick together after the impact, if they do.
     pub(crate) stuck: Option<Stuck>,
-    /// Doubts of these numbers.
+    /// Doubts of the measurements.
     pub(crate) doubts: Vec<Doubt>,
     pub(super) paths: PicturePaths,
     /// Metres in a unit of length of the film, and its middle in that unit.
@@ -72,7 +72,7 @@ pub(crate) enum Doubt {
         /// Its standard error.
         sd: f64,
     },
-    /// The frames are off the paths: the variance about them is this multiple of that of their
+    /// The frames are off the paths: their variance about the paths, over the variance of their
     /// noise.
     #[error(
         "its paths are not straight before and after one instant: they are off by {:.0} times the noise of the frames (χ²/dof is \

@@ -52,8 +52,7 @@ pub(crate) struct DiscFit {
     pub(crate) solution: Solution,
     /// The measurements of each shot without a law.
     pub(crate) impacts: Vec<DiscImpact>,
-    /// Standard deviation from shot to shot of each [`Component`], 0 where the frames do not show
-    /// it.
+    /// Standard deviation from shot to shot of each [`Component`], 0 if the frames do not show it.
     pub(crate) scatter: [f64; Component::ALL.len()],
     /// Other minima that are nearly as likely, with the difference of −2 log L as that of their χ².
     pub(crate) others: Vec<Evaluation>,

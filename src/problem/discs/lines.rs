@@ -1,5 +1,5 @@
-//! First guesses from straight lines through the frames on both sides of where discs are nearest:
-//! how they meet and turn, or stick together, so that the distance of their centres stays.
+//! First guesses from straight lines through the frames on both sides of the nearest approach: how
+//! discs meet and turn, or stick together, so that the distance of their centres stays.
 
 use std::f64::consts::{PI, TAU};
 
@@ -102,7 +102,7 @@ pub(super) struct Meeting {
 }
 
 impl Meeting {
-    /// Returns where the discs of a shot meet, and part again unless they stick together.
+    /// Returns the meeting of the discs of a shot, which part again unless they stick together.
     ///
     /// # Errors
     /// They do not, or the frames are too few.
@@ -215,14 +215,14 @@ pub(crate) struct Stuck {
     pub(crate) frames: usize,
     /// Whether these frames reach to the end of the tracks.
     pub(crate) to_the_end: bool,
-    /// Growth of that distance over the closing speed, which takes the place of e.
+    /// Growth rate of the distance over the closing speed, used instead of e.
     pub(crate) restitution: Measured,
     /// Instants at which they touch and from which on they are one rigid body, s.
     pub(crate) settling: [f64; 2],
 }
 
 /// Part of the closing speed with which discs that stick may part, three standard errors included.
-/// Real discs that part do so with a third of it and more; glue and velcro yield by two hundredths.
+/// Real discs that part do so at a third of this speed or more; glue and velcro yield by 0.02.
 const PARTING: f64 = 0.02;
 
 /// Discs touch while their distance is larger than the typical one by this part at most, or by this

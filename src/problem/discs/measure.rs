@@ -42,8 +42,8 @@ const MAX_TOUCHING: usize = 6;
 /// Steps of a descent with frames that may change.
 const STEPS: usize = 10;
 
-/// Descends with the noise or spreads that residuals show, again from where a descent did not end
-/// at a minimum.
+/// Descends with the noise or spreads that residuals show, and again from the end of a descent if
+/// that is not a minimum.
 pub(super) fn settle(mut problem: Problem, state: State) -> Result<Solution, FilmError> {
     let mut descent = descend_with_noise(&mut problem, state);
     for _ in 0..ROUNDS {
@@ -54,7 +54,7 @@ pub(super) fn settle(mut problem: Problem, state: State) -> Result<Solution, Fil
     solve(problem, descent)
 }
 
-/// Returns what is known where a descent ended.
+/// Returns the solution at the end of a descent.
 pub(super) fn solve(problem: Problem, descent: Descent) -> Result<Solution, FilmError> {
     let covariance = Estimates::new(&problem, &descent.end).ok_or(FilmError::Undetermined)?;
     let shots = problem.discs().map_or(&[][..], |block| &block.shots);
@@ -70,7 +70,7 @@ pub(crate) struct MeasuredDiscs {
     pub(crate) impacts: Vec<DiscImpact>,
 }
 
-/// Measures the shots of the films of a data set that show an impact of these discs.
+/// Measures the shots of the films of a data set that show an impact of its discs.
 ///
 /// # Errors
 /// See [`FilmError`].
@@ -144,8 +144,8 @@ impl DiscBlock {
         self.use_frames(state, |shot| [shot.touching.max(LEFT_OUT) as f64, shot.reach]);
     }
 
-    /// Uses the frames of each shot that are at least so far from the impact, unless too few are
-    /// left, and at most, in frames.
+    /// Uses the frames of each shot whose distance from the impact, in frames, is in `range`;
+    /// without its lower limit if too few are left.
     fn use_frames(&mut self, state: &State, range: impl Fn(&ShotFrames) -> [f64; 2]) {
         for (shot, own) in Arc::make_mut(&mut self.shots).iter_mut().zip(&state.own[0]) {
             let (instant, fps, [nearest, farthest]) = (own[own::TIME], shot.fps, range(shot));
@@ -203,8 +203,8 @@ impl DiscBlock {
         0.5 * variances.map(|(variance, sd)| variance / sd.powi(2)).sum::<f64>()
     }
 
-    /// Drops frames that stand out, and those at the ends of tracks from where on a point is not on
-    /// its path any more; returns whether there are any.
+    /// Drops frames that stand out, and the ends of tracks at which a point has left its path;
+    /// returns whether it drops any.
     fn drop_frames(&mut self, state: &State, policy: &Policy) -> bool {
         let mut changed = false;
         for (i, own) in state.own[0].iter().enumerate() {

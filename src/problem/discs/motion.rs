@@ -1,8 +1,8 @@
 //! The paths of two discs before and after their impact, with all derivatives (physics of discs
 //! that slide on a table without rolling).
 //!
-//! With the line of centres n from the first disc to the second, t = z × n, g = v₂ − v₁, closing
-//! speed k = −g·n and slip s = g·t − R₁ω₁ − R₂ω₂,
+//! The line of centres n points from the first disc to the second, t = z × n, g = v₂ − v₁; the
+//! closing speed is k = −g·n and the slip s = g·t − R₁ω₁ − R₂ω₂:
 //!
 //! ```text
 //! e_i = e − e₁k + d_e            J_t/J_n = law(k, s; μ, κ, e_i) + d_J
@@ -49,8 +49,8 @@ pub(super) const INPUTS: usize = CORE + MOVING.len();
 pub(super) type Dual = DualSVec64<INPUTS>;
 pub(super) type DualVector = Vector2<Dual>;
 
-/// A disc slower than this part of the relative speed counts as at rest: its deceleration goes to 0
-/// with its speed, whose direction is noise.
+/// Part of the relative speed below which a disc counts as at rest: its deceleration goes to 0 with
+/// its speed, whose direction is noise.
 const AT_REST: f64 = 0.02;
 
 /// Coefficients of a piece of a disc's path: place and velocity at the impact; part of the velocity
@@ -107,8 +107,8 @@ pub(super) fn friction(contact: &[Dual; 3], of_law: &[Dual; 4], inertia: f64) ->
     Some(Dual::new(ratio, Derivative::some(by)))
 }
 
-/// Returns the place of a point on a piece `late` seconds after the impact: of the disc's centre,
-/// or of a marker with this direction at the impact and this distance from it.
+/// Returns the place of a point on a piece `late` seconds after the impact: the disc's centre, or a
+/// marker with this direction at the impact and this distance from the centre.
 pub(super) fn locate<T: Number>(at: &[T; COEFFICIENTS], late: T, marker: Option<[T; 2]>) -> Vector2<T> {
     let [x, y, v_x, v_y, rate, arm, direction, turning, spin, turned] = *at;
     let moving = if rate.re() * late.re() > 1.0 { rate.recip() } else { late };

@@ -1,5 +1,5 @@
-//! Unknowns of films of discs: what each shot has of its own, in SI units and the frame of the
-//! table, what scatters from shot to shot, and the priors of those that all shots share.
+//! Unknowns of films of discs: the own unknowns of each shot, in SI units and the frame of the
+//! table, what scatters from shot to shot, and the priors of the unknowns that all shots share.
 
 use std::ops::Range;
 
@@ -52,9 +52,9 @@ const RATES: [f64; 2] = [30.0, 1000.0];
 const RADII_SD: f64 = 0.01;
 const MASS_SD: f64 = 0.01;
 
-/// Standard deviation of the deceleration at any speed, m/s²: a hundredth of gravity, what pucks on
-/// ice or on a poor air table have; and of that over the speed, 1/s.
+/// Standard deviation of the deceleration at any speed, m/s²: g/100, as on ice or a poor air table.
 const SLOWING_SD: f64 = 0.1;
+/// Standard deviation of the deceleration over the speed, 1/s.
 const DRAG_SD: f64 = 1.0;
 
 /// Unknowns of the law of the impact.

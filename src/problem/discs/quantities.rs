@@ -30,7 +30,7 @@ worded! {
         /// Angular momentum gained about the contact point, over the normal impulse times the
         /// distance of the centres.
         AngularMomentum = "angular_momentum",
-        /// Kinetic energy, of motion and rotation, that was lost, as a fraction of that before the
+        /// Loss of kinetic energy, of motion and rotation, as a fraction of the energy before the
         /// impact.
         EnergyLost = "energy_lost",
         /// How fast the discs approach along the line of centres, m/s.

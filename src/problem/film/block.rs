@@ -69,8 +69,8 @@ pub(crate) struct FilmBlock {
 }
 
 impl FilmBlock {
-    /// Returns the sums of residuals and derivatives of a shot, in units of the noise of each ball,
-    /// with what is known of its spin.
+    /// Returns the sums of residuals and derivatives of a shot, in units of the noise of each ball;
+    /// they include the prior of its spin.
     pub(crate) fn contribute(&self, shot: &FilmedShot, own: &Own, shared: &Shared) -> Contribution {
         let mut sums = self.add_frames(shot, own, shared);
         shot.spin.constrain(own, shared, &self.spreads, &mut sums);
@@ -144,8 +144,8 @@ impl FilmBlock {
         })
     }
 
-    /// Returns where χ² of a shot is least over its own unknowns and some shared ones, which it
-    /// sets, and the sums there.
+    /// Minimises χ² of a shot over its own unknowns and some shared ones, which it sets; returns
+    /// the own unknowns at the minimum, and the sums there.
     pub(super) fn settle(
         &self,
         shot: &FilmedShot,

@@ -1,8 +1,8 @@
 //! Forward through the camera: from a place on the table and a height above it to the picture, with
 //! all derivatives.
 //!
-//! With p the place on the table (m, from the middle of the film) and h the height of the ball's
-//! centre above where it rests,
+//! The place on the table is p (m, from the middle of the film), and the height of the ball's
+//! centre above its height at rest is h:
 //!
 //! ```text
 //! l  = p + h (a + n p)                       parallax a, nearness n
@@ -59,7 +59,7 @@ impl Camera {
     }
 
     /// Returns the picture of a ball at `table`, m from the middle of the film, `height` m above
-    /// where it rests.
+    /// its height at rest.
     pub fn look(&self, table: Point, height: f64) -> Seen {
         let [scale, aspect, shear, k_x, k_y, lens, d_x, d_y, _, _, a_x, a_y, nearness] = self.0;
         let [perspective, decentring, parallax] = [[k_x, k_y], [d_x, d_y], [a_x, a_y]].map(Point::from);

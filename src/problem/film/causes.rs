@@ -16,8 +16,8 @@ use crate::problem::unknowns::{Id, Mode, Normal, Shared};
 /// flights between bounces give the frame rate several minima.
 const PLACES: [f64; 3] = [1.0, 2.0, 3.0];
 
-/// Part of the decrease that a score promises with which a refit is taken to have ended where it
-/// pointed.
+/// Part of the decrease that a score promises with which a refit is taken to have ended at the
+/// estimate of the score.
 const PROMISED: f64 = 0.8;
 
 /// Frame rates over the stated one at which descents start.

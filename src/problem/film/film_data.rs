@@ -1,5 +1,5 @@
-//! From the tracks of a data set to the block of its frames: cleaned, in metres from the middle
-//! of the impacts, with first guesses.
+//! Conversion of the tracks of a data set to the block of its frames: cleaned, in metres from the
+//! middle of the impacts, with first guesses.
 
 use std::sync::Arc;
 
@@ -76,7 +76,7 @@ pub(crate) struct Film<B> {
 /// Why a film cannot be fitted.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 pub enum FilmError {
-    /// The data set has no films of these bodies.
+    /// The data set has no films of such bodies.
     #[error("the data set has no such films")]
     NoFilm,
     /// No shot shows an impact; with the name and the reason of each.
@@ -167,7 +167,7 @@ fn guess_all(shots: Vec<TrackShot>, from_balls: bool, left_out: &mut Vec<(String
         (true, _) => ", as in all shots: are cue and object interchanged ([tracks] cue, object)?",
     };
     for (name, why) in refused {
-        // a speed in an unknown unit means nothing
+        // a speed has a meaning only in a known unit
         let is_without_scale = is_moving(&why) && from_balls && guessed.is_empty();
         let words = if is_without_scale { MOVING.to_owned() } else { why.to_string() };
         left_out.push((name, words + suffix));

@@ -1,4 +1,4 @@
-//! Where both balls are at any time: pieces quadratic in time, before the impact, in flight,
+//! Paths of both balls at any time: pieces quadratic in time, before the impact, in flight,
 //! sliding and rolling.
 //!
 //! Real motion is smooth at the jumps of an idealised model: a contact lasts 280 µs, a landing 1
@@ -217,7 +217,7 @@ impl Struck {
         let instant = self.inputs[own::TIME];
         let cloth = Cloth::new(shared);
         let object_place = DualVector::new(self.inputs[own::X], self.inputs[own::Y]);
-        // centres of touching balls are 2√(R_c R_o) apart on the table
+        // the distance of the centres of touching balls on the table is 2√(R_c R_o)
         let distance = shared.dual(Id::RadiusRatio).sqrt() * (2.0 * object.radius);
         let cue_place = object_place - DualVector::new(self.cos, self.sin) * distance;
         let (velocity, slip) = (self.turn(&self.before.velocity), self.turn(&self.before.slip()));

@@ -30,8 +30,8 @@ const LEAST_FRAMES: usize = 4;
 /// Median of χ² with 2 degrees of freedom.
 const MEDIAN_OF_TWO: f64 = 1.386;
 
-/// Frames on either side of the impact that may be off in all shots; if all of them are, it is
-/// something else.
+/// Largest number of frames on either side of the impact that may be off in all shots; if all are
+/// off, the cause is another one.
 const MOST_NEAR: usize = 16;
 
 /// Residuals next to the impacts exceed the mean square by this part, if they are off, and
@@ -58,8 +58,8 @@ pub(crate) fn tail(chi2: f64, dof: f64) -> f64 {
     ChiSquared::new(dof).map_or(1.0, |distribution| distribution.sf(chi2))
 }
 
-/// Leaves out frames that stand out alone, and those at the ends of tracks from where on the ball
-/// is not on its path any more; returns how many.
+/// Leaves out frames that stand out alone, and the ends of tracks at which the ball has left its
+/// path; returns the number of frames left out.
 pub(crate) fn leave_out_frames(film: &mut FilmBlock, own: &[Own], shared: &Shared, policy: &Policy) -> usize {
     let judge = |(shot, own): (&FilmedShot, &Own)| {
         film.sights(shot, own, shared).map(|sights| outlying(&sights, own[own::TIME], policy))

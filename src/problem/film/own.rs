@@ -1,5 +1,4 @@
-//! Places of the own unknowns of a shot of balls. Velocities are in the collision frame of that
-//! shot, m/s.
+//! Places of the own unknowns of a shot of balls. Velocities are in its collision frame, m/s.
 
 /// Number of unknowns that each shot has of its own.
 pub(crate) const OWN: usize = 8;

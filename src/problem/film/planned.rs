@@ -68,9 +68,8 @@ pub(crate) fn unknowns_of(dataset: &Dataset, spins: &[Spin]) -> Vec<Unknown> {
 }
 
 /// Returns the information of each of some samples of the shots about all shared unknowns in the
-/// order of
-/// [`Id`], its own eliminated; `None` if its frames do not determine these. The spreads of spins are those that
-/// a fit of all shots finds.
+/// order of [`Id`], its own eliminated; `None` if its frames do not determine these. The spreads of
+/// spins are those that a fit of all shots finds.
 ///
 /// # Errors
 /// A shot that is not a collision.

@@ -61,7 +61,7 @@ pub(in crate::problem) fn list_contact(all: &mut [Unknown], settings: &Settings)
     for parameter in Parameter::ALL {
         let setting = &settings[parameter];
         let is_free = settings.has(parameter) && !setting.fixed;
-        // where a search begins does not depend on what is stated
+        // the start of a search does not depend on what is stated
         let is_stated = parameter.is_of_balls() || !is_free;
         let start = if is_stated { setting.initial } else { parameter.default_setting().initial };
         let unknown = &mut all[Id::from(parameter) as usize];

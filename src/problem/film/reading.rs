@@ -1,4 +1,4 @@
-//! From tracked positions to frames in metres from the middle of the film.
+//! Conversion of tracked positions to frames in metres from the middle of the film.
 
 use super::camera::Point;
 use crate::film::{frame_noise, grid};
@@ -27,7 +27,7 @@ impl Reading {
             let seen = (Point::new(sample.x, sample.y) - self.middle) * self.unit;
             let weight = |axis: usize| {
                 let stated = sample.sd.map(|sd| sd[axis]).or(shot.position_sd);
-                // over the noise of the film, which is 1 m if all of it is stated
+                // over the noise of the film, which is 1 m if all noise is stated
                 let of_noise = |sd: f64| if self.states_noise { sd * self.unit } else { sd / noise };
                 let sd = stated.map_or(1.0, of_noise);
                 (repeats[axis].sqrt() * if sd > 0.0 { sd } else { 1.0 }).recip()

@@ -1,4 +1,4 @@
-//! How a table is fitted, and why a shot or all of it cannot be.
+//! How a table is fitted, and why a shot or the whole table cannot be.
 
 use crate::measurement::loss::Loss;
 use crate::measurement::number::count_of;

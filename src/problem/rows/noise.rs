@@ -1,4 +1,4 @@
-//! The noises of the numbers of a table, and the leverages of these.
+//! Noises and leverages of the numbers of a table.
 
 use super::block::{Pool, RowsBlock};
 use crate::measurement::observable::Observable;

@@ -1,4 +1,4 @@
-//! From the unknowns of a shot to its numbers.
+//! Prediction of the numbers of a shot from its unknowns.
 
 use nalgebra::Vector2;
 use num_dual::DualNum;
@@ -21,7 +21,7 @@ use crate::problem::unknowns::{Own, Shared};
 const STEPS: usize = 20;
 const SAME_SPEED: f64 = 1e-14;
 
-/// The cue ball before the impact in the collision frame, and where that is on the table.
+/// The cue ball before the impact in the collision frame, and the direction of this frame.
 pub(super) struct Approach {
     pub(crate) cue: Side,
     /// Direction of the line of centres on the table; (1, 0) of angles.

@@ -230,7 +230,7 @@ fn explain(table: &Table, at: &Evaluation, policy: &Policy) -> Option<Refit> {
     causes::explain(&wider, &at, &Estimates::new(&wider, &at)?, policy)
 }
 
-/// Returns where descents from a grid in μ end, of large tables those that may matter.
+/// Returns the ends of descents from a grid in μ, for large tables only the ends that may matter.
 fn find_minima(problem: &Problem, at: &Evaluation) -> Vec<Evaluation> {
     /// Rise of χ² beyond which another minimum is of no interest: five standard errors.
     const FAR: f64 = 25.0;

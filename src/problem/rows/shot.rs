@@ -59,7 +59,7 @@ pub(crate) struct RowShot {
     pub(super) radius: f64,
     /// Moment of inertia of the balls over MR².
     pub(super) inertia: f64,
-    /// Spin that follows from the velocity, as a part of that of natural roll.
+    /// Spin that follows from the velocity, as a part of the spin of natural roll.
     pub(super) roll: f64,
     /// Sign of the measured cut angle, from which angles are counted.
     pub(super) side: f64,
@@ -69,8 +69,8 @@ pub(crate) struct RowShot {
 }
 
 impl RowShot {
-    /// Returns a shot whose unstated errors all have the noise of index 0. `needs_speed`: friction
-    /// or restitution depends on the speed.
+    /// Returns a shot whose unstated errors all have the noise of index 0. `needs_speed`:
+    /// friction or restitution depends on the speed.
     pub fn new(shot: &Shot, dataset: &Dataset, needs_speed: bool) -> Result<Self, Unpredictable> {
         let mut measured = shot.after.clone();
         let is_cut = matches!(shot.before, Before::Angle { .. });

@@ -1,4 +1,4 @@
-//! From the shots of a data set to a problem.
+//! Conversion of the shots of a data set to a problem.
 
 use std::sync::Arc;
 
@@ -293,8 +293,8 @@ fn compare_variances(variances: &[(f64, f64)]) -> Option<f64> {
     Some(chi2.sf(statistic.min(f64::MAX)))
 }
 
-/// Returns the step of readings: 1 or 5 units of the last decimal that any has; `None` of readings
-/// with more than 6 decimals, whose step is less than any noise, and of zeros only.
+/// Returns the step of readings: 1 or 5 units of the last decimal that any has; `None` if they have
+/// more than 6 decimals, so that the step is less than any noise, or if all are zeros.
 fn find_step(readings: &[f64]) -> Option<f64> {
     /// Part of a number that the conversion to radians and back leaves.
     const CONVERSION_ROUNDING: f64 = 1e-13;
