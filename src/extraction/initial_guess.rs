@@ -73,7 +73,7 @@ impl Path {
         (found.iter().all(|c| c.is_finite()) && path.error.is_finite()).then_some(path)
     }
 
-    /// Returns the line through samples; of those of one instant a place at rest.
+    /// Returns the line through samples, or a place at rest if all are of one instant.
     pub fn line(samples: &[Sample], at: f64) -> Self {
         let still = || {
             let position = samples.iter().map(place).sum::<Point>() / samples.len() as f64;

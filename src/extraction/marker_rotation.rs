@@ -201,8 +201,8 @@ pub(crate) struct Rotations {
 }
 
 impl Rotations {
-    /// Measures the rotations of balls of this radius (m) in the unit of the film, from positions
-    /// with this noise unless another is stated.
+    /// Measures the rotations of balls of this radius (m) in the unit of the film; `noise` is
+    /// that of the positions unless another is stated.
     #[must_use]
     pub fn of(shot: &TrackShot, impact: f64, radius: f64, noise: f64) -> Self {
         let clear = LEFT_OUT_FRAMES / shot.fps;

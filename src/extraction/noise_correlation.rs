@@ -6,9 +6,9 @@
 //!
 //!   −2 ln L = N ln Σ rᵀR⁻¹r + Σ (ln|R| + ln|XᵀR⁻¹X|)
 //!
-//! with R the correlation matrix, X the powers of time, r the generalised least-squares residuals
-//! and N the frames less the columns of X. Unlike the correlation of residuals, this is not biased
-//! by the number of unknowns.
+//! R is the correlation matrix, X holds the powers of time, r the generalised least-squares
+//! residuals, and N is the number of frames less that of the columns of X. Unlike the correlation
+//! of residuals, this is not biased by the number of unknowns.
 //!
 //! Sources: Patterson and Thompson (1971), Biometrika 58, 545; Box, Jenkins and Reinsel, Time
 //! Series Analysis, § 3.2.
@@ -95,8 +95,8 @@ fn paths(shot: &TrackShot) -> Option<[DVector<f64>; 2]> {
 fn whiten(y: &DVector<f64>, rho: f64) -> [f64; 2] {
     let n = y.len();
     let rest = (1.0 - rho * rho).sqrt();
-    // (1, t, t², t³, y), and L⁻¹ of it with LLᵀ = R: the first row as it is, then (r_i − ρ
-    // r_(i−1))/√(1 − ρ²)
+    // (1, t, t², t³, y), and its product with L⁻¹, LLᵀ = R: the first row as it is, then
+    // (r_i − ρ r_(i−1))/√(1 − ρ²)
     let time = |i: usize| 2.0 * i as f64 / (n - 1) as f64 - 1.0;
     let raw = |i: usize, k: usize| if k < POWERS { time(i).powi(k as i32) } else { y[i] - y[0] };
     let white = |i: usize, k: usize| {

@@ -11,9 +11,9 @@ use crate::numerics::median;
 
 type Point = Vector2<f64>;
 
-/// Numbers of steps on either side from which the length of a step is predicted, the second if the
-/// impact is among the others; and of those that must be known.
+/// Numbers of steps on either side that predict a step, the second if the first spans the impact.
 const NEIGHBOURS: [usize; 2] = [6, 4];
+/// Smallest number of known steps on either side.
 const MIN_NEIGHBOURS: usize = 3;
 
 /// Largest difference between a step and a multiple of the median step, in median steps.

@@ -6,9 +6,9 @@
 
 use crate::measurement::track::Sample;
 
-/// Noise above this part of the step, its rounding included, makes rounding errors independent:
-/// with noise σ the mean of many rounded numbers is off by at most h/π exp(−2π²σ²/h²), which is
-/// 0.002 h at σ = h/2, where σ and h/√12 together are 0.58 h.
+/// Noise above this part of the step, its rounding included, makes rounding errors independent: the
+/// mean of many rounded numbers with noise σ is off by at most h/π exp(−2π²σ²/h²), which is 0.002 h
+/// at σ = h/2; σ and h/√12 together are then 0.58 h.
 const MIN_DITHER: f64 = 0.58;
 
 /// Probability of a run of equal numbers by chance below which the run is not chance.
@@ -19,8 +19,8 @@ pub(crate) fn rounding(step: f64) -> f64 {
     step / 12.0_f64.sqrt()
 }
 
-/// Returns, for x and y of each sample, the number of consecutive samples that repeat one number
-/// with one error; 1 if errors are independent. `noise` is the standard deviation of a coordinate,
+/// Returns for x and y of each sample the number of consecutive samples that repeat one number with
+/// its error; 1 if errors are independent. `noise` is the standard deviation of a coordinate,
 /// rounding included. If both coordinates of a ball at rest repeat though the noise exceeds the
 /// step, a program holds the ball in place, found from one frame or from all: the n frames count as
 /// √n, the geometric mean of both cases. Discs (`are_balls` false) count once.

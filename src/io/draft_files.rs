@@ -12,7 +12,7 @@ use super::{Survey, header, survey};
 /// Endings of tables, if a folder is named.
 const TABLES: [&str; 4] = ["csv", "txt", "tsv", "dat"];
 
-/// Endings of files considered if there is no table; ImageJ calls its tables .xls, OpenSim .trc,
+/// Endings of files considered if tables are missing; ImageJ calls its tables .xls, OpenSim .trc,
 /// Tracker its projects .trk and .trz.
 const OTHER_ENDINGS: [&str; 5] = ["json", "xls", "trc", "trk", "trz"];
 
@@ -68,7 +68,7 @@ pub(super) fn listed(files: &[PathBuf]) -> Result<Vec<PathBuf>, Problem> {
     Ok(all)
 }
 
-/// Returns the tables in a folder or, if it has none, in its subfolders, down to [`MAX_DEPTH`].
+/// Returns the tables in a folder or, if it lacks tables, in its subfolders, down to [`MAX_DEPTH`].
 fn tables(folder: &Path) -> Result<Vec<PathBuf>, Problem> {
     let is_hidden =
         |path: &Path| path.file_name().is_some_and(|name| name.to_string_lossy().starts_with('.'));

@@ -45,8 +45,8 @@ const GAPS: [&str; 16] = [
 /// Largest number of bytes of a number.
 const LONGEST: usize = 64;
 
-/// Reads a cell; `None` if it is empty, an error if it is not a number as a whole: sign (`-`, `+`
-/// or U+2212), digits with at most one decimal mark (point or comma), exponent (after e or, as in
+/// Reads a cell; `None` if it is empty, an error if it is not a number as a whole: sign (`-`, `+`,
+/// U+2212), digits with at most one decimal mark (point or comma), exponent (after e or, as in
 /// Fortran, d).
 pub(crate) fn parse(cell: &str) -> Result<Option<Number>, &'static str> {
     let cell = cell.trim();

@@ -24,7 +24,7 @@ pub(crate) struct Table<'a> {
     frame: DataFrame,
 }
 
-/// A record of the file: the line where it starts, and its cells.
+/// A record of the file: the number of its first line, and its cells.
 #[derive(Debug, PartialEq)]
 struct Record<'t> {
     line: usize,
@@ -76,7 +76,7 @@ impl<'a> Table<'a> {
         self.problems.add(&self.path, self.line(row), column, message);
     }
 
-    /// Complains about the name of a column, or about all of them.
+    /// Complains about the name of a column, or about all names.
     pub(crate) fn wrong_name<'c>(&self, column: impl Into<Option<&'c str>>, message: impl Into<String>) {
         self.problems.add(&self.path, self.header, column, message);
     }

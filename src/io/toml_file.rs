@@ -128,7 +128,7 @@ fn parse<T: DeserializeOwned>(source: &Source) -> Option<T> {
             Ok(parsed) => return (found == 0).then_some(parsed),
             Err(error) => error,
         };
-        // the key may be one of those that were set aside
+        // the key may be in an entry that was set aside
         if found > 0 && error.message().starts_with("missing field") {
             return None;
         }

@@ -36,7 +36,7 @@ pub(super) struct Section {
 }
 
 impl Section {
-    /// Returns a section of those parts that hold anything.
+    /// Returns a section of the parts that are not empty.
     pub(super) fn new(
         title: impl Into<String>,
         about: impl Into<String>,
@@ -142,7 +142,7 @@ impl Table {
         Block::Table(Self::new(columns.iter().map(|(head, _)| *head), rows.into_iter().map(row)))
     }
 
-    /// Returns the table as text: columns padded to the widest cell, two spaces apart. A head
+    /// Returns the table as text: columns padded to the widest cell and two spaces between. A head
     /// without words is left out.
     pub(super) fn text(&self, indent: &str) -> String {
         let has_head = self.head.iter().any(|cell| !cell.is_empty());

@@ -78,8 +78,8 @@ fn names(frame: &FittedFrame) -> (&'static str, &'static str) {
     }
 }
 
-/// Returns residuals.csv of a comparison: that of a fit with the sample before each row, a data set
-/// or a label of one.
+/// Returns residuals.csv of a comparison: that of a fit, with the sample in front of each row (a
+/// data set, or one label of a data set).
 pub(super) fn of_comparison(comparison: &Comparison) -> String {
     let model = if comparison.is_refuted() { "refuted" } else { "" };
     let rows = comparison.residuals.iter().map(|residual| {
@@ -140,7 +140,7 @@ pub fn shots(fit: &Fit) -> String {
 /// The cells of a row by the names of their columns.
 pub(super) type Row = IndexMap<String, String>;
 
-/// Returns a row of these cells.
+/// Returns a row with the given cells.
 pub(super) fn row_of<const N: usize>(cells: [(&str, String); N]) -> Row {
     cells.map(|(column, cell)| (column.to_owned(), cell)).into_iter().collect()
 }

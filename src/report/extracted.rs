@@ -175,7 +175,7 @@ fn left_out(dataset: &Dataset) -> String {
     csv::table("shot,reason", &dataset.left_out.iter().map(row).collect::<Vec<_>>())
 }
 
-/// Returns the name of a column of discs where frames stand for seconds.
+/// Returns the name of a column of discs if frames stand for seconds.
 fn per_frame(name: &str) -> String {
     let moves =
         ["slip", "slip_after", "closing_speed"].contains(&name) || name.contains("_v") || name.contains("_w");

@@ -1,4 +1,4 @@
-//! A [`Fit`] → what people and programs read of it. What people read is made once, as a value
+//! Outputs of a [`Fit`] for people and for programs. The report for people is made once, as a value
 //! (`content`), and rendered as text and HTML; programs read [`document`] and [`csv`]. Only `write`
 //! touches the disk.
 
@@ -105,7 +105,7 @@ fn p_text(p: f64) -> String {
     if p < LEAST_P { format!("p < {LEAST_P}") } else { format!("p = {}", plain(p, 2)) }
 }
 
-/// Returns χ² per degree of freedom, where there is one.
+/// Returns χ² per degree of freedom; `None` without degrees of freedom.
 fn reduced_chi2(fit: &Fit) -> Option<f64> {
     (fit.dof > 0).then(|| fit.chi2 / fit.dof as f64)
 }
@@ -142,7 +142,7 @@ fn speed_unit(discs: &Discs) -> &'static str {
 }
 
 /// Sources of the standard error of a parameter, by their symbols, the largest first, without those
-/// below a tenth of it.
+/// below a tenth of the standard error.
 struct Budget {
     of: Id,
     std_error: f64,

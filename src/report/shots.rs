@@ -9,9 +9,9 @@ use crate::fit::{FittedFilm, Residual};
 use crate::measurement::number::plain;
 use crate::problem::Impact;
 
-/// Largest number of shots that are listed, and of those whose paths are drawn: more would make the
-/// file too large for a phone.
+/// Largest number of shots listed: more would make the file too large for a phone.
 const MOST_LISTED: usize = 600;
+/// Largest number of shots whose paths are drawn, for the same reason.
 const MOST_DRAWN: usize = 60;
 
 /// Largest number of frames of a ball that are drawn of a shot.

@@ -32,7 +32,7 @@ pub struct Stored {
 }
 
 impl Stored {
-    /// Reads a fit.json, an array of them (as `caromfit fit --json` prints it), or all below a
+    /// Reads a fit.json, an array of fits (as `caromfit fit --json` prints it), or all below a
     /// folder.
     ///
     /// # Errors
@@ -75,7 +75,7 @@ impl Stored {
     /// # Errors
     /// A fit that does not exist.
     pub fn moved(&self, fit: &Fit) -> Result<Vec<Moved>, StoredError> {
-        /// The tolerance of an estimate without a standard error, as a fraction of it.
+        /// Tolerance of an estimate without a standard error, as a fraction of the estimate.
         const RELATIVE: f64 = 1e-6;
         let now = FitDocument::new(fit);
         let title = title(fit);
@@ -105,7 +105,7 @@ impl Stored {
             if in_errors.map_or(change.abs() > RELATIVE * largest, |errors| errors.abs() > SAME_ERRORS) {
                 compare(name, [before, now].map(|own| own.estimate.to_string()), in_errors);
             }
-            // an interval that widens is a change even where the estimate stays
+            // an interval that widens is a change even if the estimate stays
             if (new - old).abs() > SAME_ERRORS * old {
                 compare(&format!("{name} std_error"), [old, new].map(|error| error.to_string()), None);
             }

@@ -1,5 +1,5 @@
-//! The screen that `caromfit fit` prints: a line per data set, those that can be used first, each
-//! with its verdict; of a single fit also where its errors come from, and what else to know.
+//! The screen that `caromfit fit` prints: a line per data set with its verdict, those that can be
+//! used first; for a single fit also the sources of its errors, and what else to know.
 
 use super::content::Table;
 use super::plot::ends;
@@ -120,7 +120,7 @@ fn line(fits: &[Fit], known: &[Parameter]) -> Line {
     Line { grade, cells, below: bad.map(|(fit, own)| format!("{}: {}", label(fit), own.sentence)) }
 }
 
-/// Returns where the errors of a fit come from, its χ², and its first warnings; `--all` shows all.
+/// Returns the sources of the errors of a fit, its χ², and its first warnings; `--all` shows all.
 fn details(fit: &Fit) -> String {
     const MOST_WARNINGS: usize = 3;
     let verdict = fit.verdict();

@@ -157,7 +157,7 @@ pub fn folder_name(label: &str) -> String {
     not_special(label.chars().map(|c| if allowed(c) { c } else { '-' }).collect())
 }
 
-/// Returns one folder for each label, all different, also where upper and lower case are the same:
+/// Returns one folder for each label, all different even if upper and lower case are the same: the
 /// labels whose names collide get `-2`, `-3` … in their order.
 pub fn group_folders(labels: &[String]) -> Vec<String> {
     let mut used = HashSet::new();

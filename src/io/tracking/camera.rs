@@ -79,7 +79,7 @@ const SHUTTER: [Correction; 2] = [Correction::ShutterX, Correction::ShutterY];
 const PARALLAX: [Correction; 3] = [Correction::ParallaxX, Correction::ParallaxY, Correction::Nearness];
 
 impl Stated {
-    /// Returns the stated values and standard deviations; none for a word.
+    /// Returns the stated values and standard deviations; empty and `None` for a word.
     fn numbers(&self) -> (&[f64], Option<&[f64]>) {
         match self {
             Self::Word(_) => (&[], None),

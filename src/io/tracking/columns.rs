@@ -96,7 +96,7 @@ fn header(input: &Input, wanted: &Columns) -> Option<Heading> {
         });
     let names: Vec<&str> = names.collect();
     let held = |heading: &Heading| names.iter().filter(|name| heading.position(name).is_some()).count();
-    // the first of those that have as many
+    // the first heading that has the largest number of names
     let Some(heading) = headings(input.text, MAX_LINES).into_iter().rev().max_by_key(held) else {
         input.wrong(None, None, "is empty; expected the columns that [tracks.columns] names");
         return None;

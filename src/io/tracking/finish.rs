@@ -167,8 +167,8 @@ fn resolution(
     steps
 }
 
-/// Returns the step of the grid on which all coordinates of some tracks lie, such as whole pixels
-/// or few decimals, in the unit of the file. `None` without a grid, or if too few coordinates
+/// Returns the step of the grid on which all coordinates of some tracks lie (whole pixels, few
+/// decimals), in the unit of the file. `None` without a grid, or if too few coordinates
 /// differ.
 fn grid_step(tracks: &[&RawTrack]) -> Option<f64> {
     let mut gaps = Vec::new();

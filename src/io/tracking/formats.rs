@@ -12,8 +12,8 @@ use crate::io::number::{parse, value};
 use crate::io::rows::near_miss;
 use crate::io::text::{Separator, filled_lines, lines, trimmed};
 
-/// Returns the layout of a file that begins with these lines; `None` if it is in another format or,
-/// with a problem, faulty.
+/// Function that returns the layout of a file that begins with these lines; `None` if the file is
+/// in another format, or faulty (then a problem is added).
 type Detect = fn(&[Heading], &Input) -> Option<Layout>;
 
 pub(super) const FORMATS: [(Format, Detect); 4] = [
@@ -169,7 +169,7 @@ fn is_kinovea_title(line: &str) -> bool {
 }
 
 /// Finds the sections: rows of time, x and y below a comment with the object's name or, in old
-/// versions, below a blank line, where the time begins again.
+/// versions, below a blank line after which the time begins again.
 fn sections(input: &Input) -> Layout {
     let mut blocks: Vec<Block> = Vec::new();
     let (mut unnamed, mut is_apart) = (0, true);

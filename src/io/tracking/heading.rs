@@ -211,8 +211,8 @@ fn split_all(names: &[String]) -> (Vec<String>, Vec<Option<Measure>>) {
     own.unzip()
 }
 
-/// Returns names that repeat with the words above them: `x` below `cue` is `cue x`, where `cue` may
-/// stand above several columns. They are kept if some are still equal. An empty name before the
+/// Returns names that repeat with the words above them: `x` below `cue` is `cue x`; `cue` may
+/// stand above several columns. Names are kept if some are still equal. An empty name before the
 /// last one is replaced by the word above it, as `Frame#` and `Time` of TRC files.
 fn told_apart(names: Vec<String>, titles: &[(usize, &str)], separator: Separator) -> Vec<String> {
     let mut joined = names.clone();

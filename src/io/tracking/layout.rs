@@ -68,7 +68,7 @@ impl Body {
         Self { name: name.into(), xy, ..Self::default() }
     }
 
-    /// Returns the body with the columns of the keys that begin like this, and the parts of it;
+    /// Returns the body with the columns of the keys that begin with `begin`, and its parts;
     /// `None` without x and y.
     pub(super) fn of_keys(
         name: &str,
@@ -134,7 +134,7 @@ impl Layout {
         self.bodies().find_map(|body| body.ball)
     }
 
-    /// Returns whether neither a column nor the names of columns separate the balls.
+    /// Returns whether no column and no names of columns separate the balls.
     pub(super) fn is_of_paths(&self) -> bool {
         self.format == Format::Columns
             && self.bodies().all(|body| body.ball.is_none() && body.name.is_empty())

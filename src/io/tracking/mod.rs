@@ -1,7 +1,7 @@
 //! Tracked paths of both balls in the formats of tracking programs.
 //!
-//! Bytes become text; a format says which column is what ([`layout`]); one reader makes shots of
-//! tracks of rows of it, in the file's units ([`raw`]); balls are assigned, times converted and
+//! Bytes become text; a format says which column is what ([`layout`]); one reader makes
+//! rows, tracks and shots, in the file's units ([`raw`]); balls are assigned, times converted and
 //! faults of the camera repaired ([`finish`]).
 
 mod calibration;

@@ -81,7 +81,7 @@ fn last_word(name: &str) -> &str {
     name.rsplit(|c: char| c.is_whitespace() || c == '_').next().unwrap_or_default()
 }
 
-/// Returns the track that a name of dataset.toml means, of those without a role.
+/// Returns the track without a role that a name of dataset.toml means.
 ///
 /// # Errors
 /// The name is ambiguous.

@@ -162,15 +162,15 @@ impl Grid {
         self.times.iter().map(next).collect()
     }
 
-    /// Returns the frame rate of these frames, or else of the spacing.
+    /// Returns the frame rate by the given frames, or without frames by the spacing.
     fn mean_rate(&self, frames: Option<&Vec<f64>>) -> f64 {
         let ends = self.times.first().zip(self.times.last());
         let mean = |((first, last), frame): ((&f64, &f64), &f64)| frame.max(1.0) / (last - first);
         ends.zip(frames.and_then(|frames| frames.last())).map_or(1.0 / self.spacing, mean)
     }
 
-    /// Returns the frames of the coarsest grid on which all times lie, and their rate: of those
-    /// that rounding leaves possible, the roundest.
+    /// Returns the frames of the coarsest grid on which all times lie, and their rate: the
+    /// roundest one that rounding leaves possible.
     fn own_frames(&self) -> (Option<Vec<f64>>, f64) {
         let steps = || self.times.windows(2).map(|two| two[1] - two[0]);
         // most steps may be of several frames

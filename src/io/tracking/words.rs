@@ -3,7 +3,7 @@
 /// Names of a kind of column, in small letters, the most certain first, and words that may follow.
 pub(super) struct Words(&'static str, &'static str);
 
-/// In Scandinavia tid is time.
+/// Names of columns of time; tid is the Scandinavian one.
 pub(super) const TIMES: Words = Words(
     "t time timestamp seconds sec zeit temps tiempo tempo tijd czas aika elapsedtime positiont tid",
     "s sec ms us stamp seconds stampms stamps",
@@ -102,7 +102,7 @@ fn kind(names: &[String], column: usize, at: usize) -> Kind {
     };
     // dx, ax, sx beside x, as vx: without the letter, the name is that of another column. ImageJ:
     // bx is of the box about the object with the centroid x, xm is weighted by brightness, xstart
-    // is where its outline begins
+    // is the beginning of its outline
     let is_other = |rest: &str| names.iter().any(|own| own == rest);
     let rest = name.strip_prefix(['a', 'b', 'd', 's', 'u']).filter(|_| at > 0);
     let is_derived = rest.is_some_and(|rest| is_other(rest.trim_start_matches(['_', ' ', '.'])))
@@ -144,8 +144,8 @@ pub(super) fn beside(names: &[String], x: usize, word: &str) -> Option<usize> {
     replaced(names, x, word).map(|(column, _)| column)
 }
 
-/// Returns the box, or both boxes of a wide table, of these names in small letters, if certain: two
-/// corners are those of a box if a column names the ball of the row.
+/// Returns the box, or both boxes of a wide table, that names in small letters describe, if
+/// certain: two corners belong to a box if a column names the ball of the row.
 pub(super) fn boxes(names: &[String], names_ball: bool) -> Vec<Sides> {
     let plain: Vec<String> = names.iter().map(|name| words(name).concat()).collect();
     for (sides, is_size, are_certain) in SIDES {

@@ -1,7 +1,7 @@
 //! The documents that programs read: each is one struct, which is written, read back and described
 //! by its JSON Schema.
 //!
-//! Numbers are SI and radians, except where a unit stands beside them or in the key; `null` stands
+//! Numbers are SI and radians, unless a unit stands beside them or in the key; `null` stands
 //! for what is not known. Keys may be added, and not renamed or dropped while `FORMAT_VERSION`
 //! stays.
 

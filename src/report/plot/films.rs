@@ -19,7 +19,7 @@ pub(in crate::report) struct Tracks<'a> {
     pub(in crate::report) names: [&'static str; 2],
     /// Instant of impact.
     pub(in crate::report) time: f64,
-    /// The axis of times and what one unit of it is in those of the track.
+    /// Title of the axis of times, and its unit in the unit of the track's times.
     pub(in crate::report) clock: (&'static str, f64),
     /// Standard deviation of a coordinate, m.
     pub(in crate::report) position_sd: f64,

@@ -188,7 +188,7 @@ fn errors(design: &Design, parameter: Parameter, speeds: &[Option<f64>]) -> Pane
                 Some([cell.cut_deg, error.log10()])
             })
             .collect();
-        // a gap where it is not determined
+        // a gap if it is not determined
         for part in places.split(Option::is_none).filter(|part| !part.is_empty()) {
             panel.line(part.iter().flatten().copied(), color(kind), 2);
             panel.points(part.iter().flatten().map(|at| Point::new(*at, kind)));
